@@ -1,0 +1,72 @@
+//! The one error type: what went wrong, where, and what to do about it.
+
+use std::path::{Path, PathBuf};
+
+/// Every failure that a user can cause or meet.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The case file is wrong; nothing has been written. Rendered as `file:line: key: message`.
+    #[error("{}", render_place(.file, *.line, .key, .message))]
+    Case {
+        /// The case file as the user named it.
+        file: PathBuf,
+        /// One-based line of the offending key, where one is known.
+        line: Option<usize>,
+        /// Dotted path of the offending key (`particle.0.density`), empty where the whole file is meant.
+        key: String,
+        /// What is wrong and what would be right.
+        message: String,
+    },
+    /// The command line is wrong; nothing has been written.
+    #[error("{0}")]
+    Usage(String),
+    /// PETSc or MPI reported an error.
+    #[error("PETSc: {message} ({call})")]
+    Petsc {
+        /// The call of ours that failed.
+        call: &'static str,
+        /// PETSc's own message, with its file and line.
+        message: String,
+    },
+    /// The run failed: it diverged, or a promise (divergence below D0) could not be kept.
+    #[error("{0}")]
+    Run(String),
+    /// A file could not be read or written.
+    #[error("{path}: {source}", path = path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+}
+
+/// The result of anything that can fail in this crate.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+impl Error {
+    /// The process's exit status: 2 when the case or the command line is wrong, 3 when the run failed.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Error::Case { .. } | Error::Usage(_) => 2,
+            Error::Petsc { .. } | Error::Run(_) | Error::Io { .. } => 3,
+        }
+    }
+
+    /// Wraps a system error with the path it happened at: `.map_err(Error::io(path))`.
+    pub fn io(path: impl AsRef<Path>) -> impl FnOnce(std::io::Error) -> Error {
+        let path = path.as_ref().to_owned();
+        move |source| Error::Io { path, source }
+    }
+}
+
+fn render_place(file: &Path, line: Option<usize>, key: &str, message: &str) -> String {
+    let mut text = file.display().to_string();
+    if let Some(line) = line {
+        text += &format!(":{line}");
+    }
+    if !key.is_empty() {
+        text += &format!(": {key}");
+    }
+    text + ": " + message
+}

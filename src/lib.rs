@@ -1,0 +1,4 @@
+//! mics
+pub mod case;
+pub mod error;
+pub use error::{Error, Result};
