@@ -47,6 +47,68 @@ pub struct Case {
     pub output: Output,
 }
 
+/// The names of the faces of the box, in the order of [`Case::sides`]: face `f` closes axis `f / 2`, opposite `f ^ 1`.
+pub const FACES: [&str; 6] = ["west", "east", "south", "north", "bottom", "top"];
+
+impl Case {
+    /// 2 or 3: how many numbers `domain.size` has.
+    pub fn dimension(&self) -> usize {
+        self.domain.size.len()
+    }
+
+    /// The conditions in the order of [`FACES`]; bottom and top are `None` in 2D.
+    pub fn sides(&self) -> [Option<&Side>; 6] {
+        let b = &self.boundary;
+        [Some(&b.west), Some(&b.east), Some(&b.south), Some(&b.north), b.bottom.as_ref(), b.top.as_ref()]
+    }
+
+    /// The speed that coefficients refer to (m/s): the fastest inflow's; without one, the initial velocity's; without
+    /// one, the fastest moving wall's. `None` where all of these rest.
+    pub fn reference_speed(&self) -> Option<f64> {
+        let speed = |v: &Vec<f64>| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let sides = || self.sides().into_iter().flatten();
+        let inflows = sides().flat_map(Side::inflow).map(speed).fold(0.0, f64::max);
+        let initial = self.initial.velocity.as_ref().map_or(0.0, speed);
+        let walls = sides().map(|s| if let Side::MovingWall(v) = s { speed(v) } else { 0.0 }).fold(0.0, f64::max);
+        [inflows, initial, walls].into_iter().find(|speed| *speed > 0.0)
+    }
+
+    /// The velocity of the fluid at time 0 (m/s): as given, else the first inflow's (at its middle), else rest.
+    pub fn initial_velocity(&self) -> Vec<f64> {
+        let middle = |(face, side): (usize, Option<&Side>)| match side? {
+            Side::Inflow(v) | Side::InflowParabola(v) => Some(v.clone()),
+            Side::InflowProfile(p) => Some(p.velocity_at(0.5 * self.domain.size[usize::from(face < 2)])),
+            _ => None,
+        };
+        let given = self.initial.velocity.clone();
+        given.or_else(|| self.sides().into_iter().enumerate().find_map(middle)).unwrap_or(vec![0.0; self.dimension()])
+    }
+
+    /// Writes out what a valid case leaves unsaid, so that `case.toml` in the run folder says it; the meaning stays.
+    fn fill_defaults(&mut self) {
+        let rest = vec![0.0; self.dimension()];
+        self.initial.velocity = Some(self.initial_velocity());
+        self.initial.perturbation.get_or_insert(0.0);
+        self.fluid.gravity.get_or_insert(rest.clone());
+        for particle in &mut self.particle {
+            particle.density.get_or_insert(self.fluid.density);
+            particle.viscosity.get_or_insert(self.fluid.viscosity);
+            if let Motion::Prescribed(motion) = &mut particle.motion {
+                motion.velocity.get_or_insert(rest.clone());
+                motion.spin.get_or_insert(if rest.len() == 2 { Spin::Plane(0.0) } else { Spin::Space([0.0; 3]) });
+            }
+        }
+        if self.time.step.is_none() {
+            self.time.cfl.get_or_insert(0.4);
+        }
+        let reference = self.reference_speed();
+        for measure in self.measure.iter_mut().filter(|m| m.kind.needs_particle()) {
+            measure.speed = measure.speed.or(reference);
+            measure.force.get_or_insert(self.coupling.force);
+        }
+    }
+}
+
 /// The box, from the origin to `size`, cut into equal cells.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -112,6 +174,17 @@ pub enum Side {
     InflowProfile(Profile),
 }
 
+impl Side {
+    /// The velocities (m/s) that an inflow is given by: one, or one a point of its profile; none for other sides.
+    pub fn inflow(&self) -> &[Vec<f64>] {
+        match self {
+            Side::Inflow(v) | Side::InflowParabola(v) => std::slice::from_ref(v),
+            Side::InflowProfile(profile) => &profile.velocity,
+            _ => &[],
+        }
+    }
+}
+
 /// A velocity profile: linear between points, constant beyond the first and last.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -120,6 +193,17 @@ pub struct Profile {
     pub at: Vec<f64>,
     /// One velocity (m/s) for each coordinate.
     pub velocity: Vec<Vec<f64>>,
+}
+
+impl Profile {
+    /// The velocity (m/s) at coordinate `s` (m) along the face's first tangential axis.
+    pub fn velocity_at(&self, s: f64) -> Vec<f64> {
+        let next = self.at.partition_point(|at| *at <= s).clamp(1, self.at.len() - 1);
+        let (s0, s1) = (self.at[next - 1], self.at[next]);
+        let weight = ((s - s0) / (s1 - s0)).clamp(0.0, 1.0);
+        let (low, high) = (&self.velocity[next - 1], &self.velocity[next]);
+        low.iter().zip(high).map(|(a, b)| a + weight * (b - a)).collect()
+    }
 }
 
 /// One body.
@@ -149,6 +233,14 @@ pub enum Shape {
     Disc(Round),
     /// A sphere (3D).
     Sphere(Round),
+}
+
+impl Shape {
+    /// The diameter (m) of a disc or sphere.
+    pub fn diameter(&self) -> f64 {
+        let (Shape::Disc(round) | Shape::Sphere(round)) = self;
+        round.diameter
+    }
 }
 
 /// The size of a disc or sphere.
@@ -363,6 +455,13 @@ pub enum MeasureKind {
     Strouhal,
     /// Largest speed of the fluid over the domain and over time (m/s).
     MaxSpeed,
+}
+
+impl MeasureKind {
+    /// Whether it is of one particle: a coefficient or frequency, made dimensionless with a reference speed.
+    pub fn needs_particle(self) -> bool {
+        self != MeasureKind::MaxSpeed
+    }
 }
 
 /// What is written, and how often.

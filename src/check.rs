@@ -1,0 +1,135 @@
+//! `mics check`: the scene in one screen, without running it: sizes, numbers, limits, what is needed and what is not.
+
+use crate::case::{Case, FACES, Motion, Side, load};
+use crate::petsc::Session;
+use crate::run::{check_step, choose_step, peak_memory, start_petsc};
+use crate::scene::Scene;
+use crate::{Result, case::Loaded};
+use std::path::Path;
+use std::time::Instant;
+
+/// Steps that are tried (and thrown away) to tell the cost of one.
+const TRIAL_STEPS: u32 = 3;
+
+/// Reads, checks and describes a case. Collective; rank 0 prints.
+///
+/// # Errors
+/// When the case is wrong.
+pub fn check(path: &Path, set: &[String], petsc: &[String]) -> Result<()> {
+    let loaded = load(path, set)?;
+    let session = start_petsc(&loaded.case, petsc)?;
+    let lines = match loaded.case.dimension() {
+        2 => describe::<2>(&session, &loaded)?,
+        _ => describe::<3>(&session, &loaded)?,
+    };
+    if session.rank() == 0 {
+        lines.iter().for_each(|line| println!("{line}"));
+    }
+    Ok(())
+}
+
+fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<String>> {
+    let case = &loaded.case;
+    let started = Instant::now();
+    let mut scene = Scene::<D>::new(session, case)?;
+    let start_up = started.elapsed().as_secs_f64();
+    let limits = scene.limits()?;
+    check_step(loaded, &limits)?;
+    let dt = choose_step(case, &limits, None);
+
+    let times = |v: &[f64]| v.iter().map(|x| format!("{x}")).collect::<Vec<_>>().join(" x ");
+    let cells = case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
+    let h = scene.grid.h.iter().map(|h| format!("{h:.4e}")).collect::<Vec<_>>().join(" x ");
+    let mut lines = vec![
+        format!("case         {} ({D}D)", case.name),
+        format!("domain       {} m, {cells} cells, h = {h} m", times(&case.domain.size)),
+        format!("fluid        density {} kg/m3, viscosity {} Pa s", case.fluid.density, case.fluid.viscosity),
+    ];
+    let sides = FACES.iter().zip(case.sides()).filter_map(|(name, side)| Some(format!("{name} {}", words(side?))));
+    lines.push(format!("boundary     {}", sides.collect::<Vec<_>>().join(", ")));
+    lines.extend(particles(case, &scene.grid.h));
+    if let (Some(speed), true) = (case.reference_speed(), case.fluid.viscosity > 0.0) {
+        let nu = case.fluid.viscosity / case.fluid.density;
+        let length = case.particle.iter().map(diameter).fold(0.0, f64::max);
+        let (length, of) = if length > 0.0 { (length, "largest diameter") } else { (case.domain.size[1], "height") };
+        lines.push(format!("Reynolds     {:.4} (speed {speed} m/s, {of} {length} m)", speed * length / nu));
+    }
+    let (advection, diffusion) = (limits.advection(), limits.diffusion);
+    lines.push(format!(
+        "step limits  advection {advection:.4e} s (Courant number {}), diffusion {diffusion:.4e} s",
+        limits.courant_limit
+    ));
+    lines.push(format!(
+        "step         {dt:.4e} s at the start, {}; about {:.0} steps to t = {} s",
+        match case.time.step {
+            Some(_) => "given".into(),
+            None if dt * limits.courant_rate >= 0.999 * case.time.cfl.unwrap_or(f64::INFINITY) => "by time.cfl".to_owned(),
+            None => "by the diffusion limit".to_owned(),
+        },
+        (case.time.end / dt).ceil(),
+        case.time.end
+    ));
+    lines.push(format!("pressure     {}, until |D| < {:e} 1/s", scene.solver()?, case.pressure.divergence_limit));
+    for (what, needed, why) in scene.needs() {
+        lines.push(format!("{:<13}{what}: {why}", if needed { "needs" } else { "skips" }));
+    }
+    let trial = Instant::now();
+    for _ in 0..TRIAL_STEPS {
+        scene.step(dt)?;
+    }
+    let step = trial.elapsed().as_secs_f64() / f64::from(TRIAL_STEPS);
+    let mut memory = [peak_memory()];
+    session.sum(&mut memory)?;
+    lines.push(format!(
+        "cost         {:.2} ms a step ({:.2} us a cell; the first {TRIAL_STEPS} steps tried), start-up {start_up:.2} s, \
+         memory {:.0} MB",
+        1e3 * step,
+        1e6 * step / scene.grid.total_cells() as f64,
+        memory[0] / 1e6
+    ));
+    Ok(lines)
+}
+
+fn diameter(p: &crate::case::Particle) -> f64 {
+    p.shape.diameter()
+}
+
+/// Few particles one by one, many by their ranges.
+fn particles(case: &Case, h: &[f64]) -> Vec<String> {
+    let cells = |d: f64| d / h.iter().copied().fold(0.0, f64::max);
+    let ratio = |p: &crate::case::Particle| p.density.unwrap_or(case.fluid.density) / case.fluid.density;
+    if case.particle.len() > 5 {
+        let range = |f: &dyn Fn(&crate::case::Particle) -> f64| {
+            let values = case.particle.iter().map(f);
+            values.fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(v), high.max(v)))
+        };
+        let (d, s) = (range(&diameter), range(&ratio));
+        return vec![format!(
+            "particles    {}: d = {} to {} m, d/h = {:.1} to {:.1}, density ratio {:.4} to {:.4}",
+            case.particle.len(), d.0, d.1, cells(d.0), cells(d.1), s.0, s.1
+        )];
+    }
+    let line = |(id, p): (usize, &crate::case::Particle)| {
+        let motion = match p.motion {
+            Motion::Free => "free",
+            Motion::Fixed => "fixed",
+            Motion::Prescribed(_) => "prescribed motion",
+        };
+        let d = diameter(p);
+        format!("particle {id:<4}d = {d} m, d/h = {:.1}, density ratio {:.4}, {motion}", cells(d), ratio(p))
+    };
+    case.particle.iter().enumerate().map(line).collect()
+}
+
+fn words(side: &Side) -> String {
+    match side {
+        Side::Periodic => "periodic".into(),
+        Side::Outflow => "outflow".into(),
+        Side::Wall => "wall".into(),
+        Side::Slip => "slip".into(),
+        Side::MovingWall(v) => format!("moving wall {v:?} m/s"),
+        Side::Inflow(v) => format!("inflow {v:?} m/s"),
+        Side::InflowParabola(v) => format!("parabolic inflow, {v:?} m/s in the middle"),
+        Side::InflowProfile(p) => format!("inflow profile of {} points", p.at.len()),
+    }
+}

@@ -1,0 +1,75 @@
+//! Where the time of a run goes: one sum per stage of the step.
+
+use std::time::{Duration, Instant};
+
+/// A stage of the step, or what surrounds it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Density and viscosity of the mixture, (1).
+    Properties,
+    /// Refilling the pressure matrix.
+    Assembly,
+    /// Halo exchange and boundary conditions of velocities.
+    Ghosts,
+    /// Advection of (7).
+    Advection,
+    /// Diffusion of (7).
+    Diffusion,
+    /// Sums of the stages.
+    Update,
+    /// Faces (8) and cells (16).
+    Faces,
+    /// C-HSMAC (13-15).
+    Pressure,
+    /// Forces (19).
+    Force,
+    /// Particles' motion and fractions.
+    Particles,
+    /// Mixing (27).
+    Mixing,
+    /// Choice of dt, logs, measures.
+    Logs,
+    /// Fields and figures.
+    Fields,
+}
+
+/// Names of the stages, in the order of [`Stage`].
+pub const NAMES: [&str; 13] = [
+    "properties", "assembly", "ghosts", "advection", "diffusion", "update", "faces", "pressure", "force", "particles",
+    "mixing", "logs", "fields",
+];
+
+/// A lap timer: each lap's time goes to the stage that it ends.
+#[derive(Clone, Debug)]
+pub struct Clock {
+    last: Instant,
+    spent: [Duration; NAMES.len()],
+    steps: u64,
+}
+
+impl Default for Clock {
+    fn default() -> Self {
+        Clock { last: Instant::now(), spent: Default::default(), steps: 0 }
+    }
+}
+
+impl Clock {
+    /// Books the time since the last lap on `stage`.
+    pub fn lap(&mut self, stage: Stage) {
+        let now = Instant::now();
+        self.spent[stage as usize] += now - self.last;
+        self.last = now;
+    }
+
+    /// Counts a step.
+    pub fn count(&mut self) {
+        self.steps += 1;
+    }
+
+    /// Stages that took time, with nanoseconds a cell and step.
+    pub fn table(&self, cells: usize) -> Vec<(&'static str, f64)> {
+        let per = (cells as f64 * self.steps.max(1) as f64).recip() * 1e9;
+        let rows = NAMES.iter().zip(&self.spent).filter(|(_, t)| !t.is_zero());
+        rows.map(|(name, t)| (*name, t.as_secs_f64() * per)).collect()
+    }
+}

@@ -1,0 +1,228 @@
+//! The pressure iteration, C-HSMAC (13-15): for k = 0, 1, ... solve
+//!
+//! ```text
+//!   div( (1/rho) grad phi ) = D/dt,   p += phi,   U_f -= (dt/rho_f) dphi/dn     until max |D| < D0
+//!
+//!             phi_N
+//!               | b_n            (b_e (phi_E - phi_P) - b_w (phi_P - phi_W))/h_x^2 + ... = D/dt,   b = 1/rho on faces
+//!   phi_W -b_w- phi_P -b_e- phi_E
+//!               | b_s            closed face: b = 0;  outflow: phi = 0 on the face, 2 b/h^2 on the diagonal
+//!             phi_S
+//! ```
+//! The sign is turned so that the matrix is positive (semi-)definite. The k-th solve is asked for
+//! `eps_k = a^k 0.5 D0/max|D|`, relative to the right side: just what is needed, tightening by `a` where it was not.
+
+use super::faces::{self, FaceCoefficient};
+use crate::grid::{Border, Boundaries, Grid, VectorField};
+use crate::petsc::{Layout, LinearSolver, Session};
+use crate::{Error, Result};
+
+/// The pressure operator and its iteration.
+pub struct Projection {
+    solver: LinearSolver,
+    /// For each entry of the pattern in turn, the face it comes from and how often it counts.
+    entries: Vec<Entry>,
+    values: Vec<f64>,
+    session: Session,
+    divergence: Vec<f64>,
+    phi: Vec<f64>,
+    rule: StoppingRule,
+}
+
+/// When C-HSMAC ends.
+#[derive(Clone, Copy, Debug)]
+pub struct StoppingRule {
+    /// D0 (1/s): every cell's |D| has to be below it.
+    pub limit: f64,
+    /// a in `eps_k = a^k eps`.
+    pub tightening: f64,
+    /// Iterations after which the run fails.
+    pub max_iterations: usize,
+}
+
+/// A matrix entry: the sum over `faces` of `weight * b_face`; an off-diagonal has one face.
+struct Entry {
+    faces: [(u32, f64); 6],
+    count: u8,
+}
+
+/// What an iteration took and left.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Projected {
+    /// C-HSMAC iterations.
+    pub outer: u32,
+    /// Krylov iterations in all of them.
+    pub krylov: u32,
+    /// The largest |D| over all cells at the end (1/s).
+    pub divergence_max: f64,
+    /// Solves that had to be repeated.
+    pub retries: u32,
+}
+
+impl Projection {
+    /// The operator's pattern on `grid`, its solver as PETSc's options say, and the stopping rule: `limit` is D0 (1/s).
+    ///
+    /// # Errors
+    /// When a PETSc option names something unknown.
+    pub fn new<const D: usize>(
+        session: &Session,
+        layout: &Layout,
+        grid: &Grid<D>,
+        boundaries: &Boundaries<D>,
+        rule: StoppingRule,
+    ) -> Result<Projection> {
+        let (mut rows, mut columns, mut entries) = (Vec::new(), Vec::new(), Vec::new());
+        let one_axis = grid.stored.iter().product::<usize>();
+        for c in grid.rows().flatten() {
+            let mut diagonal = Entry { faces: [(0, 0.0); 6], count: 0 };
+            for axis in 0..D {
+                let (s, weight) = (grid.stride[axis], 1.0 / (grid.h[axis] * grid.h[axis]));
+                for (side, face, neighbour) in [(0, c, c - s), (1, c + s, c + s)] {
+                    let slot = (axis * one_axis + face) as u32;
+                    let border = layout.numbers[neighbour] < 0;
+                    let share = match (&boundaries.borders[axis][side], border) {
+                        (_, false) => weight,
+                        (Some(Border::Outflow), true) => 2.0 * weight,
+                        (_, true) => continue,
+                    };
+                    diagonal.faces[diagonal.count as usize] = (slot, share);
+                    diagonal.count += 1;
+                    if !border {
+                        rows.push(layout.numbers[c]);
+                        columns.push(layout.numbers[neighbour]);
+                        entries.push(Entry { faces: [(slot, -weight); 6], count: 1 });
+                    }
+                }
+            }
+            rows.push(layout.numbers[c]);
+            columns.push(layout.numbers[c]);
+            entries.push(diagonal);
+        }
+        let singular = !boundaries.fixes_pressure();
+        Ok(Projection {
+            solver: LinearSolver::new(session, layout, D, rows, columns, singular)?,
+            values: vec![0.0; entries.len()],
+            entries,
+            session: session.clone(),
+            divergence: grid.field(),
+            phi: grid.field(),
+            rule,
+        })
+    }
+
+    /// Refills the matrix from `1/rho` on faces.
+    ///
+    /// # Errors
+    /// When a coefficient is not positive and finite: a zero row would make solvers report success.
+    pub fn assemble<const D: usize>(&mut self, grid: &Grid<D>, beta: &FaceCoefficient<D>) -> Result<()> {
+        let one_axis = grid.stored.iter().product::<usize>();
+        for (value, entry) in self.values.iter_mut().zip(&self.entries) {
+            let part = |&(slot, weight): &(u32, f64)| {
+                weight * beta.at(slot as usize / one_axis, slot as usize % one_axis)
+            };
+            *value = entry.faces[..entry.count as usize].iter().map(part).sum();
+        }
+        let sound = self.values.iter().all(|v| v.is_finite() && *v != 0.0);
+        self.session.agree(if sound {
+            Ok(())
+        } else {
+            Err(Error::Run("the density of the mixture is not positive and finite on every face".into()))
+        })?;
+        self.solver.set_values(&self.values)
+    }
+
+    /// Makes the face velocities divergence-free to D0 and adds what that took to the pressure (its ghosts are filled
+    /// at the end). Collective.
+    ///
+    /// # Errors
+    /// When D0 is not reached, a solve fails twice, or a velocity is not finite.
+    pub fn project<const D: usize>(
+        &mut self,
+        grid: &Grid<D>,
+        boundaries: &mut Boundaries<D>,
+        beta: &FaceCoefficient<D>,
+        dt: f64,
+        p: &mut [f64],
+        velocity: &mut VectorField<D>,
+    ) -> Result<Projected> {
+        let mut done = Projected::default();
+        loop {
+            done.divergence_max = self.largest_divergence(grid, velocity)?;
+            if done.divergence_max < self.rule.limit {
+                break;
+            }
+            if !done.divergence_max.is_finite() {
+                return Err(Error::Run("a velocity is not a finite number".into()));
+            }
+            if done.outer as usize == self.rule.max_iterations {
+                return Err(Error::Run(format!(
+                    "C-HSMAC reached max |D| = {:.3e} 1/s in {} iterations, not D0 = {:.3e}: raise \
+                     pressure.max_iterations or pressure.divergence_limit (rounding leaves about 1e-14 of \
+                     velocity/spacing), or ask another solver",
+                    done.divergence_max, self.rule.max_iterations, self.rule.limit
+                )));
+            }
+            let tighter = self.rule.tightening.powi(done.outer as i32);
+            let needed = (0.5 * self.rule.limit / done.divergence_max).clamp(1e-13, 0.1);
+            let rtol = (tighter * self.solver.fixed_rtol().unwrap_or(needed)).max(1e-14);
+            let solved = self.correct(grid, boundaries, beta, dt, rtol, p, velocity)?;
+            done.outer += 1;
+            done.krylov += solved.iterations;
+            done.retries += u32::from(solved.retried);
+        }
+        boundaries.fill_pressure(p)?;
+        Ok(done)
+    }
+
+    fn largest_divergence<const D: usize>(&mut self, grid: &Grid<D>, velocity: &VectorField<D>) -> Result<f64> {
+        faces::divergence(grid, velocity, &mut self.divergence);
+        let mut largest = [0.0f64];
+        for d in grid.rows().flat_map(|row| &self.divergence[row]) {
+            // f64::max would lose a NaN.
+            largest[0] = if d.is_nan() { f64::INFINITY } else { largest[0].max(d.abs()) };
+        }
+        self.session.max(&mut largest)?;
+        Ok(largest[0])
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn correct<const D: usize>(
+        &mut self,
+        grid: &Grid<D>,
+        boundaries: &mut Boundaries<D>,
+        beta: &FaceCoefficient<D>,
+        dt: f64,
+        rtol: f64,
+        p: &mut [f64],
+        velocity: &mut VectorField<D>,
+    ) -> Result<crate::petsc::Solved> {
+        let divergence = &self.divergence;
+        self.solver.set_right_side(|b| {
+            for (out, row) in b.chunks_exact_mut(grid.local[0]).zip(grid.rows()) {
+                for (b, d) in out.iter_mut().zip(&divergence[row]) {
+                    *b = -d / dt;
+                }
+            }
+        })?;
+        // A residual whose 2-norm is below this cannot hold a cell above D0/2.
+        let solved = self.solver.solve(rtol, 0.5 * self.rule.limit / dt)?;
+        let phi = &mut self.phi;
+        self.solver.solution(|x| {
+            for (values, row) in x.chunks_exact(grid.local[0]).zip(grid.rows()) {
+                phi[row.clone()].copy_from_slice(values);
+                for (p, phi) in p[row].iter_mut().zip(values) {
+                    *p += phi;
+                }
+            }
+        })?;
+        boundaries.fill_pressure(phi)?;
+        // Closed faces keep their velocity: phi's ghosts leave no gradient there.
+        faces::add_gradient(grid, beta, -dt, phi, velocity);
+        Ok(solved)
+    }
+
+    /// The linear solver in use.
+    pub fn solver(&self) -> &LinearSolver {
+        &self.solver
+    }
+}

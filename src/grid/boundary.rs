@@ -1,0 +1,172 @@
+//! Ghost layers: from neighbours across ranks and periods, and from the condition at the borders of the box.
+//!
+//! ```text
+//!   ghosts 2 1 0 | cells 0 1 2 ...        velocity u_b given:  ghost k = 2 u_b - cell k
+//!                ^ border                 no gradient:         ghost k = cell 0
+//!                                         mirror:              ghost k = cell k
+//! ```
+
+use super::{GHOSTS, Grid, VectorField};
+use crate::Result;
+use crate::petsc::{Halo, Layout, Session};
+
+/// The condition at one face of the box.
+#[derive(Clone, Debug)]
+pub enum Border<const D: usize> {
+    /// A given velocity (m/s): walls, moving walls, inflows. One value for each stored position of the face, the first
+    /// axis of the face fastest.
+    Velocity(VectorField<D>),
+    /// No flow through, no shear.
+    Slip,
+    /// No velocity gradient, zero pressure.
+    Outflow,
+}
+
+/// The conditions at all faces, and the halo exchange.
+pub struct Boundaries<const D: usize> {
+    /// By axis and side (low, high); `None` where the axis is periodic.
+    pub borders: [[Option<Border<D>>; 2]; D],
+    halo: Halo,
+    /// The faces of the box that this rank's own box reaches.
+    here: [[bool; 2]; D],
+    planes: [Planes; D],
+}
+
+/// How the layers across one axis lie in a field.
+#[derive(Clone, Copy, Debug)]
+struct Planes {
+    outer: usize,
+    stored: usize,
+    inner: usize,
+    local: usize,
+}
+
+impl Planes {
+    /// Calls `set(position on the face, ghost, nearest cell, mirrored cell)` with a field's indices, for all ghosts.
+    fn for_ghosts(&self, side: usize, mut set: impl FnMut(usize, usize, usize, usize)) {
+        let layer = |depth: usize, inside: bool| match (side, inside) {
+            (0, false) => GHOSTS - 1 - depth,
+            (0, true) => GHOSTS + depth,
+            (_, false) => GHOSTS + self.local + depth,
+            (_, true) => GHOSTS + self.local - 1 - depth,
+        };
+        for block in 0..self.outer {
+            let at = |layer: usize| (block * self.stored + layer) * self.inner;
+            for depth in 0..GHOSTS {
+                let (ghost, nearest, mirror) = (at(layer(depth, false)), at(layer(0, true)), at(layer(depth, true)));
+                for i in 0..self.inner {
+                    set(block * self.inner + i, ghost + i, nearest + i, mirror + i);
+                }
+            }
+        }
+    }
+
+    /// Calls `set(position on the face, border face, next face inside)` with a field's indices.
+    fn for_faces(&self, side: usize, mut set: impl FnMut(usize, usize, usize)) {
+        let (face, inside) =
+            if side == 0 { (GHOSTS, GHOSTS + 1) } else { (GHOSTS + self.local, GHOSTS + self.local - 1) };
+        for block in 0..self.outer {
+            for i in 0..self.inner {
+                let at = |layer: usize| (block * self.stored + layer) * self.inner + i;
+                set(block * self.inner + i, at(face), at(inside));
+            }
+        }
+    }
+}
+
+impl<const D: usize> Boundaries<D> {
+    /// The conditions `borders` on `grid`.
+    pub fn new(session: &Session, layout: &Layout, grid: &Grid<D>, borders: [[Option<Border<D>>; 2]; D]) -> Self {
+        let planes = std::array::from_fn(|a| {
+            let inner = grid.stride[a];
+            let total: usize = grid.stored.iter().product();
+            Planes { outer: total / (inner * grid.stored[a]), stored: grid.stored[a], inner, local: grid.local[a] }
+        });
+        let here = std::array::from_fn(|a| [0, 1].map(|s| grid.at_border(a, s)));
+        Boundaries { borders, halo: Halo::new(session, layout), here, planes }
+    }
+
+    /// Whether some border fixes the pressure; where none does, the pressure equation is singular.
+    pub fn fixes_pressure(&self) -> bool {
+        self.borders.iter().flatten().any(|b| matches!(b, Some(Border::Outflow)))
+    }
+
+    fn border(&self, axis: usize, side: usize) -> Option<&Border<D>> {
+        self.borders[axis][side].as_ref().filter(|_| self.here[axis][side])
+    }
+
+    /// Fills the ghosts of a velocity. Collective.
+    pub fn fill_velocity(&mut self, u: &mut VectorField<D>) -> Result<()> {
+        for axis in 0..D {
+            for (component, field) in u.iter_mut().enumerate() {
+                self.halo.exchange(axis, field)?;
+                for side in [0, 1] {
+                    let planes = self.planes[axis];
+                    match self.border(axis, side) {
+                        None => {}
+                        Some(Border::Velocity(value)) => {
+                            let value = &value[component];
+                            planes.for_ghosts(side, |at, ghost, _, mirror| field[ghost] = 2.0 * value[at] - field[mirror]);
+                        }
+                        Some(Border::Slip) => {
+                            let sign = if component == axis { -1.0 } else { 1.0 };
+                            planes.for_ghosts(side, |_, ghost, _, mirror| field[ghost] = sign * field[mirror]);
+                        }
+                        Some(Border::Outflow) => planes.for_ghosts(side, |_, ghost, near, _| field[ghost] = field[near]),
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Fills the ghosts of a pressure: no gradient at borders with a given velocity, zero at outflows. Collective.
+    pub fn fill_pressure(&mut self, p: &mut [f64]) -> Result<()> {
+        self.fill_even(p, -1.0)
+    }
+
+    /// Fills the ghosts of a property of the mixture (density, viscosity): mirrored at every border. Collective.
+    pub fn fill_property(&mut self, field: &mut [f64]) -> Result<()> {
+        self.fill_even(field, 1.0)
+    }
+
+    fn fill_even(&mut self, field: &mut [f64], at_outflow: f64) -> Result<()> {
+        for axis in 0..D {
+            self.halo.exchange(axis, field)?;
+            for side in [0, 1] {
+                let sign = match self.border(axis, side) {
+                    None => continue,
+                    Some(Border::Outflow) => at_outflow,
+                    Some(_) => 1.0,
+                };
+                self.planes[axis].for_ghosts(side, |_, ghost, _, mirror| field[ghost] = sign * field[mirror]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets the normal velocity of the border's faces where it is given.
+    pub fn set_faces(&self, faces: &mut VectorField<D>) {
+        for (axis, face) in faces.iter_mut().enumerate() {
+            for side in [0, 1] {
+                match self.border(axis, side) {
+                    Some(Border::Velocity(v)) => self.planes[axis].for_faces(side, |at, f, _| face[f] = v[axis][at]),
+                    Some(Border::Slip) => self.planes[axis].for_faces(side, |_, f, _| face[f] = 0.0),
+                    Some(Border::Outflow) | None => {}
+                }
+            }
+        }
+    }
+
+    /// Gives closed faces the value of the next face inside, for averages to cells beside them: the pressure's own
+    /// condition there (no gradient) would halve the acceleration of the cell.
+    pub fn extrapolate_to_closed_faces(&self, faces: &mut VectorField<D>) {
+        for (axis, face) in faces.iter_mut().enumerate() {
+            for side in [0, 1] {
+                if let Some(Border::Velocity(_) | Border::Slip) = self.border(axis, side) {
+                    self.planes[axis].for_faces(side, |_, f, inside| face[f] = face[inside]);
+                }
+            }
+        }
+    }
+}

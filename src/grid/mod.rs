@@ -1,0 +1,168 @@
+//! The grid: equal cells, fields with ghost layers, and what happens at the faces of the box.
+//!
+//! A field is a plain `Vec<f64>` over the stored box of a rank, x fastest, [`GHOSTS`] layers on every side:
+//!
+//! ```text
+//!            face i     face i+1
+//!   --+---------|----------|---------+--
+//!     |  i - 1  |    i     |  i + 1  |      cell i lies between its faces i (low) and i + 1 (high)
+//!   --+---------|----------|---------+--
+//! ```
+//! A face field along an axis is stored alike: entry `i` is the low face of cell `i`.
+
+mod boundary;
+
+pub use crate::petsc::GHOSTS;
+pub use boundary::{Border, Boundaries};
+
+use crate::petsc::Layout;
+use std::ops::Range;
+
+/// A vector field: one scalar field an axis.
+pub type VectorField<const D: usize> = [Vec<f64>; D];
+
+/// The part of a uniform Cartesian grid that one rank stores.
+#[derive(Clone, Debug)]
+pub struct Grid<const D: usize> {
+    /// Cells of the whole grid along each axis.
+    pub cells: [usize; D],
+    /// Edge lengths of the box (m).
+    pub size: [f64; D],
+    /// Spacing along each axis (m).
+    pub h: [f64; D],
+    /// Axes whose two ends are joined.
+    pub periodic: [bool; D],
+    /// First owned cell along each axis.
+    pub start: [usize; D],
+    /// Owned cells along each axis.
+    pub local: [usize; D],
+    /// Stored cells along each axis, ghosts included.
+    pub stored: [usize; D],
+    /// Distance in a field between neighbours along each axis.
+    pub stride: [usize; D],
+}
+
+impl<const D: usize> Grid<D> {
+    /// The grid of `cells` over `size` (m), as `layout` splits it.
+    pub fn new(cells: [usize; D], size: [f64; D], periodic: [bool; D], layout: &Layout) -> Grid<D> {
+        let stored: [usize; D] = std::array::from_fn(|a| layout.stored[a]);
+        Grid {
+            cells,
+            size,
+            h: std::array::from_fn(|a| size[a] / cells[a] as f64),
+            periodic,
+            start: std::array::from_fn(|a| layout.start[a]),
+            local: std::array::from_fn(|a| layout.local[a]),
+            stored,
+            stride: std::array::from_fn(|a| stored[..a].iter().product()),
+        }
+    }
+
+    /// A scalar field of zeros.
+    pub fn field(&self) -> Vec<f64> {
+        vec![0.0; self.stored.iter().product()]
+    }
+
+    /// A vector field of zeros.
+    pub fn vector_field(&self) -> VectorField<D> {
+        std::array::from_fn(|_| self.field())
+    }
+
+    /// Cells of the whole grid.
+    pub fn total_cells(&self) -> usize {
+        self.cells.iter().product()
+    }
+
+    /// Volume of a cell (m3; m2 per unit depth in 2D).
+    pub fn cell_volume(&self) -> f64 {
+        self.h.iter().product()
+    }
+
+    /// Whether this rank's box ends at the low (`side` 0) or high (1) face of the domain, and that face is not periodic.
+    pub fn at_border(&self, axis: usize, side: usize) -> bool {
+        let end = self.start[axis] + self.local[axis];
+        !self.periodic[axis] && if side == 0 { self.start[axis] == 0 } else { end == self.cells[axis] }
+    }
+
+    /// The owned cells, as contiguous runs of a field's indices.
+    pub fn rows(&self) -> Rows<D> {
+        Rows::new(self, self.local)
+    }
+
+    /// The low faces of the owned cells along `axis`, and the high faces of the last ones.
+    pub fn face_rows(&self, axis: usize) -> Rows<D> {
+        let mut extent = self.local;
+        extent[axis] += 1;
+        Rows::new(self, extent)
+    }
+
+    /// A field's index of `cell`, in the whole grid's count, if this rank owns it.
+    pub fn owned_index(&self, cell: [usize; D]) -> Option<usize> {
+        let owned = (0..D).all(|a| (self.start[a]..self.start[a] + self.local[a]).contains(&cell[a]));
+        owned.then(|| (0..D).map(|a| (cell[a] - self.start[a] + GHOSTS) * self.stride[a]).sum())
+    }
+
+    /// The cell, in the whole grid's count, at a field's index of an owned cell.
+    pub fn global_cell(&self, index: usize) -> [usize; D] {
+        std::array::from_fn(|a| index / self.stride[a] % self.stored[a] - GHOSTS + self.start[a])
+    }
+
+    /// Centre of the cell at a field's index (m).
+    pub fn centre(&self, index: usize) -> [f64; D] {
+        std::array::from_fn(|a| {
+            let i = (index / self.stride[a] % self.stored[a]) as f64 - GHOSTS as f64 + self.start[a] as f64;
+            (i + 0.5) * self.h[a]
+        })
+    }
+}
+
+/// Contiguous runs of a field's indices.
+pub struct Rows<const D: usize> {
+    extent: [usize; D],
+    stride: [usize; D],
+    next: usize,
+    count: usize,
+}
+
+impl<const D: usize> Rows<D> {
+    fn new(grid: &Grid<D>, extent: [usize; D]) -> Rows<D> {
+        Rows { extent, stride: grid.stride, next: 0, count: extent[1..].iter().product() }
+    }
+}
+
+impl<const D: usize> Iterator for Rows<D> {
+    type Item = Range<usize>;
+
+    fn next(&mut self) -> Option<Range<usize>> {
+        if self.next == self.count {
+            return None;
+        }
+        let mut rest = self.next;
+        let mut at = GHOSTS;
+        for a in 1..D {
+            at += (rest % self.extent[a] + GHOSTS) * self.stride[a];
+            rest /= self.extent[a];
+        }
+        self.next += 1;
+        Some(at..at + self.extent[0])
+    }
+}
+
+/// A property that is one number, or one number a cell.
+#[derive(Clone, Debug)]
+pub enum Coefficient {
+    /// The same everywhere.
+    Uniform(f64),
+    /// A field.
+    Field(Vec<f64>),
+}
+
+impl Coefficient {
+    /// The value at a field's index.
+    pub fn at(&self, index: usize) -> f64 {
+        match self {
+            Coefficient::Uniform(value) => *value,
+            Coefficient::Field(field) => field[index],
+        }
+    }
+}

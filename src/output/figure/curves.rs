@@ -1,0 +1,169 @@
+//! Figures of series over axes: lines, dashed lines and markers, with the legend where it covers least.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use plotters::prelude::*;
+use plotters::style::FontTransform;
+use plotters::style::text_anchor::{HPos, VPos};
+
+use super::canvas::{self, Axis, BELOW, Frame, LARGE, Pixel, SCALE, SMALL, Sheet, THIN};
+use super::{Axes, Series, SeriesStyle};
+use crate::Result;
+
+const PLOT: Pixel = (820 * SCALE, 520 * SCALE);
+const MARGIN: i32 = 20 * SCALE;
+const PAD: i32 = 10 * SCALE;
+const SAMPLE: i32 = 44 * SCALE;
+const ROW: i32 = 28 * SCALE;
+/// Okabe and Ito's colours, which stay apart for every kind of colour vision, the readable ones first.
+const COLOURS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(60, 60, 60),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+];
+/// Marker outlines, in pixels of the figure around the point.
+const MARKERS: [&[(f64, f64)]; 5] = [
+    &[
+        (5.5, 0.0),
+        (4.8, 2.8),
+        (2.8, 4.8),
+        (0.0, 5.5),
+        (-2.8, 4.8),
+        (-4.8, 2.8),
+        (-5.5, 0.0),
+        (-4.8, -2.8),
+        (-2.8, -4.8),
+        (0.0, -5.5),
+        (2.8, -4.8),
+        (4.8, -2.8),
+    ],
+    &[(-5.0, -5.0), (5.0, -5.0), (5.0, 5.0), (-5.0, 5.0)],
+    &[(0.0, -6.5), (6.0, 4.5), (-6.0, 4.5)],
+    &[(0.0, -7.0), (6.0, 0.0), (0.0, 7.0), (-6.0, 0.0)],
+    &[(0.0, 6.5), (6.0, -4.5), (-6.0, -4.5)],
+];
+
+/// Draws series over axes. Writes `STEM.png` and `STEM.svg`.
+pub fn curves(axes: &Axes, series: &[Series], stem: &Path) -> Result<[PathBuf; 2]> {
+    let place = |value: f64, log: bool| if log { value.log10() } else { value };
+    let place = |point: &(f64, f64)| (place(point.0, axes.log_x), place(point.1, axes.log_y));
+    let good = |point: &(f64, f64)| point.0.is_finite() && point.1.is_finite();
+    let all = || series.iter().flat_map(|series| &series.points).map(place).filter(good);
+    let axis = |log: bool, range: Range<f64>, label: &str| {
+        (if log { Axis::logarithmic } else { Axis::linear })(range, label, 8)
+    };
+    let x = axis(axes.log_x, padded(all().map(|point| point.0), 0.03), &axes.x_label);
+    let y = axis(axes.log_y, padded(all().map(|point| point.1), 0.07), &axes.y_label);
+    let top = MARGIN + if axes.title.is_empty() { 0 } else { LARGE + MARGIN / 2 };
+    let frame = Frame { corner: (MARGIN + y.room(), top), extent: PLOT, x, y };
+
+    let mut sheet = Sheet::default();
+    frame.grid(&mut sheet);
+    let mut drawn = Vec::new();
+    for (index, series) in series.iter().enumerate() {
+        let placed: Vec<(f64, f64)> = series.points.iter().map(place).collect();
+        for run in placed.split(|point| !good(point)).filter(|run| !run.is_empty()) {
+            let pixels: Vec<Pixel> = run.iter().map(|point| frame.pixel(point.0, point.1)).collect();
+            let lines = series.style != SeriesStyle::Markers;
+            let pixels = if lines { thinned(&pixels) } else { pixels };
+            drawn.extend(if lines { dotted(&pixels) } else { pixels.clone() });
+            stroke(&mut sheet, series.style, index, pixels);
+        }
+    }
+    frame.axes(&mut sheet, false);
+    legend(&mut sheet, series, frame.corner, &drawn);
+    sheet.title(&axes.title, frame.corner.0 + PLOT.0 / 2, top);
+    let width = (frame.corner.0 + PLOT.0 + MARGIN).max(canvas::width(&axes.title, LARGE)) + MARGIN;
+    sheet.write((width, top + PLOT.1 + BELOW + MARGIN), stem)
+}
+
+/// Draws places in a style, in the colour and with the marker of the series of that index.
+fn stroke(sheet: &mut Sheet, style: SeriesStyle, index: usize, places: Vec<Pixel>) {
+    let colour = COLOURS[index % COLOURS.len()];
+    match style {
+        SeriesStyle::Line => sheet.line(places, colour, 2 * THIN),
+        SeriesStyle::Dashed => sheet.dashes(places, colour, 2 * THIN),
+        SeriesStyle::Markers => {
+            let scaled = |offset: f64| (offset * f64::from(SCALE)).round() as i32;
+            for (x, y) in places {
+                let corners = MARKERS[index % MARKERS.len()].iter();
+                let corners = corners.map(|&(dx, dy)| (x + scaled(dx), y + scaled(dy)));
+                sheet.area(corners.collect(), colour);
+            }
+        }
+    }
+}
+
+/// Draws the legend in that corner or middle of an edge of the plot where it covers least of what is drawn.
+fn legend(sheet: &mut Sheet, series: &[Series], (left, top): Pixel, drawn: &[Pixel]) {
+    let named = || series.iter().enumerate().filter(|(_, series)| !series.label.is_empty());
+    let widths = named().map(|(_, series)| canvas::width(&series.label, SMALL));
+    let Some(widest) = widths.max() else { return };
+    let (width, height) = (widest + SAMPLE + 3 * PAD, ROW * named().count() as i32 + PAD);
+    let free = (PLOT.0 - width - 2 * PAD, PLOT.1 - height - 2 * PAD);
+    let corner = |(i, j): (i32, i32)| (left + PAD + i * free.0 / 2, top + PAD + j * free.1 / 2);
+    let covered = |place: &(i32, i32)| {
+        let (x, y) = corner(*place);
+        let (columns, rows) = (x - PAD..x + width + PAD, y - PAD..y + height + PAD);
+        drawn.iter().filter(|at| columns.contains(&at.0) && rows.contains(&at.1)).count()
+    };
+    let places = [(2, 0), (0, 0), (2, 2), (0, 2), (1, 0), (1, 2), (2, 1), (0, 1)];
+    let (x, y) = corner(places.into_iter().min_by_key(covered).unwrap_or_default());
+    let outline = canvas::ring((x, y), (width, height));
+    sheet.area(outline.clone(), WHITE.mix(0.85));
+    sheet.line(outline, RGBColor(190, 190, 190), THIN);
+    for (row, (index, series)) in named().enumerate() {
+        let middle = y + PAD / 2 + ROW * row as i32 + ROW / 2;
+        let ends = [0, 1, 2].map(|k| (x + PAD + k * SAMPLE / 2, middle));
+        let markers = series.style == SeriesStyle::Markers;
+        stroke(sheet, series.style, index, if markers { vec![ends[1]] } else { ends.to_vec() });
+        let (at, anchor) = ((x + 2 * PAD + SAMPLE, middle), (HPos::Left, VPos::Center));
+        sheet.text(&series.label, SMALL, at, anchor, FontTransform::None);
+    }
+}
+
+/// The range of some values, widened so that nothing lies on its ends.
+fn padded(values: impl Iterator<Item = f64>, part: f64) -> Range<f64> {
+    let (low, high) =
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    if low > high {
+        return 0.0..1.0;
+    }
+    let pad = if high - low > 1e-12 * low.abs().max(high.abs()) {
+        part * (high - low)
+    } else if low == 0.0 {
+        1.0
+    } else {
+        0.1 * low.abs()
+    };
+    low - pad..high + pad
+}
+
+/// At most four points of a line in each column of pixels: the first, the lowest, the highest and the last.
+fn thinned(run: &[Pixel]) -> Vec<Pixel> {
+    let columns = run.chunk_by(|a, b| a.0 == b.0);
+    let mut points: Vec<Pixel> = columns
+        .flat_map(|column| {
+            let ys = || column.iter().map(|point| point.1);
+            let (x, last) = (column[0].0, column[column.len() - 1].1);
+            [Some(column[0].1), ys().min(), ys().max(), Some(last)].map(|y| (x, y.unwrap_or(last)))
+        })
+        .collect();
+    points.dedup();
+    points
+}
+
+/// Points along a run close enough to tell what a legend covers.
+fn dotted(run: &[Pixel]) -> Vec<Pixel> {
+    let pairs = run.windows(2).flat_map(|pair| {
+        let [(x0, y0), (x1, y1)] = [pair[0], pair[1]];
+        let count = ((x1 - x0).abs().max((y1 - y0).abs()) / PAD).max(1);
+        (0..count).map(move |k| (x0 + (x1 - x0) * k / count, y0 + (y1 - y0) * k / count))
+    });
+    pairs.chain(run.last().copied()).collect()
+}

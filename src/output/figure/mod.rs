@@ -1,0 +1,82 @@
+//! Figures: data in, `STEM.png` and `STEM.svg` out. Owns what a figure looks like; knows nothing of runs or cases.
+//!
+//! [`vorticity`] and [`streamlines`] draw a plane of the flow, [`curves`] draws series over axes. `canvas` turns one
+//! description into both files, `field` and `curves` describe, `trace` finds evenly spaced streamlines.
+
+mod canvas;
+mod curves;
+mod field;
+mod trace;
+
+pub use curves::curves;
+pub use field::{streamlines, vorticity};
+
+/// A plane cut of the flow for drawing: cell values, x fastest.
+#[derive(Debug, Clone, Default)]
+pub struct Plane {
+    /// Cells along the two axes of the plane.
+    pub cells: [usize; 2],
+    /// Extent along the two axes; the origin is the lower left corner.
+    pub size: [f64; 2],
+    /// Velocity along the first axis at cell centres.
+    pub u: Vec<f64>,
+    /// Velocity along the second axis at cell centres.
+    pub v: Vec<f64>,
+    /// Vorticity at cell centres.
+    pub vorticity: Vec<f64>,
+    /// Particles as the plane cuts them.
+    pub discs: Vec<Disc>,
+    /// Axis labels, such as `x (m)`.
+    pub labels: [String; 2],
+    /// Title above the figure; may be empty.
+    pub title: String,
+}
+
+/// A particle as a plane cuts it.
+#[derive(Debug, Clone, Copy)]
+pub struct Disc {
+    /// Centre in the plane's own coordinates.
+    pub centre: [f64; 2],
+    /// Radius of the cut.
+    pub radius: f64,
+}
+
+/// One series of a line or point figure.
+#[derive(Debug, Clone)]
+pub struct Series {
+    /// Its entry in the legend; empty for none.
+    pub label: String,
+    /// Points in drawing order. One that cannot be placed (NaN, or not positive on a log axis) is a gap.
+    pub points: Vec<(f64, f64)>,
+    /// How the points are drawn.
+    pub style: SeriesStyle,
+}
+
+/// How a series is drawn. Colours and marker shapes follow from the order of the series.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SeriesStyle {
+    /// A solid line through the points.
+    Line,
+    /// A dashed line through the points, for formulas and references.
+    Dashed,
+    /// A marker at each point.
+    Markers,
+}
+
+/// The axes of a line or point figure.
+#[derive(Debug, Clone, Default)]
+pub struct Axes {
+    /// Label of the horizontal axis.
+    pub x_label: String,
+    /// Label of the vertical axis.
+    pub y_label: String,
+    /// Whether the horizontal axis is logarithmic.
+    pub log_x: bool,
+    /// Whether the vertical axis is logarithmic.
+    pub log_y: bool,
+    /// Title above the figure; may be empty.
+    pub title: String,
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,208 @@
+//! Fields as ParaView opens them: VTK image data (`.vti`, raw appended arrays) and a time series (`.pvd`).
+
+use crate::scene::Scene;
+use crate::{Error, Result};
+use std::fmt::Write as _;
+use std::path::Path;
+use std::{fs, str};
+
+/// One array of a snapshot, a value or three for each cell, x fastest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Array {
+    /// Its name in ParaView.
+    pub name: String,
+    /// 1 for a scalar, 3 for a vector.
+    pub components: usize,
+    /// `components` numbers a cell.
+    pub values: Vec<f64>,
+}
+
+/// The whole grid's fields at one time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Snapshot {
+    /// Time (s).
+    pub time: f64,
+    /// Cells along x, y, z (1 along z in 2D).
+    pub cells: [usize; 3],
+    /// Spacing (m); in 2D that along z is that along x.
+    pub h: [f64; 3],
+    /// Velocity (m/s), pressure (Pa), vorticity (1/s), solid fraction, density (kg/m3) where it varies.
+    pub arrays: Vec<Array>,
+}
+
+impl Snapshot {
+    /// Gathers the fields on rank 0 (elsewhere the arrays are empty). Collective.
+    pub fn take<const D: usize>(scene: &mut Scene<D>) -> Result<Snapshot> {
+        scene.boundaries.fill_velocity(&mut scene.u)?;
+        let velocity = scene.u.iter().map(|u| scene.gather(u)).collect::<Result<Vec<_>>>()?;
+        let mut arrays = vec![Array::vector("velocity", velocity), Array::scalar("pressure", scene.gather(&scene.p)?)];
+
+        // (vector part, derivative's axis, of component): omega = d(of)/d(axis) - d(axis)/d(of).
+        let planes: &[(usize, usize)] = if D == 2 { &[(0, 1)] } else { &[(1, 2), (2, 0), (0, 1)] };
+        let mut curl = scene.grid.field();
+        let mut vorticity = Vec::new();
+        for &(a, b) in planes {
+            let (grid, u) = (&scene.grid, &scene.u);
+            for c in grid.rows().flatten() {
+                let slope = |i: usize, axis: usize| {
+                    (u[i][c + grid.stride[axis]] - u[i][c - grid.stride[axis]]) / (2.0 * grid.h[axis])
+                };
+                curl[c] = slope(b, a) - slope(a, b);
+            }
+            vorticity.push(scene.gather(&curl)?);
+        }
+        arrays.push(match vorticity.pop() {
+            Some(only) if vorticity.is_empty() => Array::scalar("vorticity", only),
+            last => Array::vector("vorticity", vorticity.into_iter().chain(last).collect()),
+        });
+        if let Some(coupling) = &scene.coupling {
+            let mut fraction = scene.grid.field();
+            for o in coupling.overlaps().iter().flatten() {
+                fraction[o.cell] += o.fraction;
+            }
+            arrays.push(Array::scalar("solid_fraction", scene.gather(&fraction)?));
+        }
+        if let crate::grid::Coefficient::Field(density) = &scene.density {
+            arrays.push(Array::scalar("density", scene.gather(density)?));
+        }
+        let grid = &scene.grid;
+        let pick = |a: usize| if a < D { a } else { 0 };
+        Ok(Snapshot {
+            time: scene.time,
+            cells: std::array::from_fn(|a| if a < D { grid.cells[a] } else { 1 }),
+            h: std::array::from_fn(|a| grid.h[pick(a)]),
+            arrays,
+        })
+    }
+
+    /// The array of a name.
+    pub fn array(&self, name: &str) -> Option<&Array> {
+        self.arrays.iter().find(|a| a.name == name)
+    }
+
+    /// Writes the snapshot under a temporary name and renames it, so that no reader meets half a file.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let [nx, ny, nz] = self.cells;
+        let [hx, hy, hz] = self.h;
+        let mut head = format!(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" \
+             header_type=\"UInt64\">\n<ImageData WholeExtent=\"0 {nx} 0 {ny} 0 {nz}\" Origin=\"0 0 0\" \
+             Spacing=\"{hx:?} {hy:?} {hz:?}\">\n<FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" \
+             NumberOfTuples=\"1\" format=\"ascii\">{:?}</DataArray>\n</FieldData>\n\
+             <Piece Extent=\"0 {nx} 0 {ny} 0 {nz}\">\n<CellData Scalars=\"pressure\" Vectors=\"velocity\">\n",
+            self.time
+        );
+        let mut body = Vec::new();
+        for a in &self.arrays {
+            let _ = writeln!(
+                head,
+                "<DataArray type=\"Float64\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>",
+                a.name,
+                a.components,
+                body.len()
+            );
+            body.extend_from_slice(&(8 * a.values.len() as u64).to_le_bytes());
+            a.values.iter().for_each(|v| body.extend_from_slice(&v.to_le_bytes()));
+        }
+        head += "</CellData>\n</Piece>\n</ImageData>\n<AppendedData encoding=\"raw\">\n_";
+        let mut bytes = head.into_bytes();
+        bytes.append(&mut body);
+        bytes.extend_from_slice(b"\n</AppendedData>\n</VTKFile>\n");
+        replace(path, &bytes)
+    }
+
+    /// Reads a file that [`Snapshot::write`] wrote.
+    ///
+    /// # Errors
+    /// When the file is not there or not of that form.
+    pub fn read(path: &Path) -> Result<Snapshot> {
+        let bytes = fs::read(path).map_err(Error::io(path))?;
+        Self::parse(&bytes)
+            .ok_or_else(|| Error::Usage(format!("{}: not a snapshot that mics wrote", path.display())))
+    }
+
+    fn parse(bytes: &[u8]) -> Option<Snapshot> {
+        let mark = b"encoding=\"raw\">\n_";
+        let data = bytes.windows(mark.len()).position(|w| w == mark)? + mark.len();
+        let head = str::from_utf8(&bytes[..data]).ok()?;
+        let attribute = |line: &str, name: &str| {
+            let from = line.find(&format!(" {name}=\""))? + name.len() + 3;
+            Some(line[from..from + line[from..].find('"')?].to_owned())
+        };
+        let image = head.lines().find(|l| l.starts_with("<ImageData"))?;
+        let numbers = |text: String| text.split(' ').map(|w| w.parse().ok()).collect::<Option<Vec<f64>>>();
+        let (extent, h) = (numbers(attribute(image, "WholeExtent")?)?, numbers(attribute(image, "Spacing")?)?);
+        let cells = [1, 3, 5].map(|k| extent.get(k).copied().unwrap_or(0.0) as usize);
+        let stamp = head.lines().find(|l| l.contains("TimeValue"))?;
+        let time = stamp[stamp.find('>')? + 1..stamp.rfind("</")?].parse().ok()?;
+        let mut arrays = Vec::new();
+        for line in head.lines().filter(|l| l.contains("format=\"appended\"")) {
+            let from = data + attribute(line, "offset")?.parse::<usize>().ok()?;
+            let length = u64::from_le_bytes(bytes.get(from..from + 8)?.try_into().ok()?) as usize;
+            let raw = bytes.get(from + 8..(from + 8).checked_add(length)?)?;
+            let values = raw.chunks_exact(8).filter_map(|b| b.try_into().ok().map(f64::from_le_bytes)).collect();
+            let components = attribute(line, "NumberOfComponents")?.parse().ok()?;
+            arrays.push(Array { name: attribute(line, "Name")?, components, values });
+        }
+        Some(Snapshot { time, cells, h: h.try_into().ok()?, arrays })
+    }
+}
+
+impl Array {
+    fn scalar(name: &str, values: Vec<f64>) -> Array {
+        Array { name: name.into(), components: 1, values }
+    }
+
+    /// Three components a cell; those that are missing are zero.
+    fn vector(name: &str, parts: Vec<Vec<f64>>) -> Array {
+        let n = parts.first().map_or(0, Vec::len);
+        let values = (0..n).flat_map(|c| (0..3).map(move |k| (c, k)));
+        let values = values.map(|(c, k)| parts.get(k).map_or(0.0, |p| p[c])).collect();
+        Array { name: name.into(), components: 3, values }
+    }
+}
+
+/// The index of a time series: `(time, file name)`.
+pub fn write_series(path: &Path, entries: &[(f64, String)]) -> Result<()> {
+    let mut text = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n",
+    );
+    for (time, file) in entries {
+        let _ = writeln!(text, "<DataSet timestep=\"{time:?}\" file=\"{file}\"/>");
+    }
+    text += "</Collection>\n</VTKFile>\n";
+    replace(path, text.as_bytes())
+}
+
+/// Writes a whole file or none.
+pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".part");
+    let part = path.with_file_name(name);
+    fs::write(&part, bytes).map_err(Error::io(&part))?;
+    fs::rename(&part, path).map_err(Error::io(path))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_snapshot_reads_back_as_it_was_written() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.vti");
+        let snapshot = Snapshot {
+            time: 0.1 + 0.2,
+            cells: [2, 1, 1],
+            h: [0.1, 0.3, 0.1],
+            arrays: vec![
+                Array::vector("velocity", vec![vec![1.0, 2.0], vec![3.0, f64::MIN_POSITIVE]]),
+                Array::scalar("pressure", vec![-0.0, 1e300]),
+            ],
+        };
+        snapshot.write(&path).unwrap();
+        assert_eq!(Snapshot::read(&path).unwrap(), snapshot);
+        fs::write(&path, "<VTKFile").unwrap();
+        assert!(Snapshot::read(&path).unwrap_err().to_string().contains("not a snapshot"));
+    }
+}

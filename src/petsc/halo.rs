@@ -1,0 +1,127 @@
+//! The halo exchange: ghost layers from the neighbouring ranks, one axis at a time.
+//!
+//! ```text
+//!   ghosts  | owned cells                     | ghosts
+//!   . . .   | a a a . . . . . . . . . . b b b | . . .
+//!     ^ the neighbour below's b         the neighbour above's a ^
+//! ```
+//! Slabs span the stored extent of the other axes, so that doing the axes in order fills edges and corners too.
+
+use super::{GHOSTS, Layout, Session, session::check};
+use crate::Result;
+use petsc_sys as ffi;
+use std::{ffi::c_int, ptr};
+
+/// Fills ghost layers that belong to other ranks, or to this one across a period.
+pub struct Halo {
+    session: Session,
+    axes: [Axis; 3],
+    send: Vec<f64>,
+    receive: Vec<f64>,
+}
+
+/// How one axis is stored: `outer` blocks of `stored` slabs of `inner` contiguous numbers.
+#[derive(Clone, Copy)]
+struct Axis {
+    outer: usize,
+    stored: usize,
+    inner: usize,
+    local: usize,
+    neighbours: [Option<usize>; 2],
+}
+
+impl Halo {
+    /// A halo for fields stored as `layout` says.
+    pub fn new(session: &Session, layout: &Layout) -> Halo {
+        let total: usize = layout.stored.iter().product();
+        let axes = std::array::from_fn(|a| {
+            let inner: usize = layout.stored[..a].iter().product();
+            Axis {
+                outer: total / (inner * layout.stored[a]),
+                stored: layout.stored[a],
+                inner,
+                local: layout.local[a],
+                neighbours: layout.neighbours[a],
+            }
+        });
+        let largest = axes.iter().map(|a: &Axis| a.outer * a.inner * GHOSTS).max().unwrap_or(0);
+        let buffer = if session.size() > 1 { largest } else { 0 };
+        Halo { session: session.clone(), axes, send: vec![0.0; buffer], receive: vec![0.0; buffer] }
+    }
+
+    /// Fills the ghosts on both sides of `axis` where a neighbour owns them. Collective.
+    pub fn exchange(&mut self, axis: usize, field: &mut [f64]) -> Result<()> {
+        let a = self.axes[axis];
+        match a.neighbours {
+            [None, None] => return Ok(()),
+            [Some(low), Some(high)] if low == self.session.rank() && high == low => {
+                a.wrap(field);
+                return Ok(());
+            }
+            _ => {}
+        }
+        // Downwards: my first owned layers become the ghosts above my lower neighbour; then upwards.
+        for (to, from, source, target) in
+            [(0, 1, GHOSTS, GHOSTS + a.local), (1, 0, a.local, 0)]
+        {
+            let n = a.outer * a.inner * GHOSTS;
+            if a.neighbours[to].is_some() {
+                a.copy_out(source, field, &mut self.send);
+            }
+            self.swap(n, a.neighbours[to], a.neighbours[from], to as c_int)?;
+            if a.neighbours[from].is_some() {
+                a.copy_in(target, field, &self.receive);
+            }
+        }
+        Ok(())
+    }
+
+    fn swap(&mut self, n: usize, to: Option<usize>, from: Option<usize>, tag: c_int) -> Result<()> {
+        // OpenMPI's MPI_PROC_NULL: a message to nobody.
+        let rank = |r: Option<usize>| r.map_or(-2, |r| r as c_int);
+        // SAFETY: both buffers hold at least n doubles; the neighbours make the mirrored call.
+        check("MPI_Sendrecv", unsafe {
+            let double: ffi::MPI_Datatype = (&raw mut ffi::ompi_mpi_double).cast();
+            ffi::MPI_Sendrecv(
+                self.send.as_ptr().cast(),
+                n as c_int,
+                double,
+                rank(to),
+                tag,
+                self.receive.as_mut_ptr().cast(),
+                n as c_int,
+                double,
+                rank(from),
+                tag,
+                self.session.comm(),
+                ptr::null_mut(),
+            )
+        })
+    }
+}
+
+impl Axis {
+    fn slab(&self, block: usize, layer: usize) -> std::ops::Range<usize> {
+        let at = (block * self.stored + layer) * self.inner;
+        at..at + GHOSTS * self.inner
+    }
+
+    fn copy_out(&self, layer: usize, field: &[f64], buffer: &mut [f64]) {
+        for (block, part) in buffer.chunks_exact_mut(GHOSTS * self.inner).take(self.outer).enumerate() {
+            part.copy_from_slice(&field[self.slab(block, layer)]);
+        }
+    }
+
+    fn copy_in(&self, layer: usize, field: &mut [f64], buffer: &[f64]) {
+        for (block, part) in buffer.chunks_exact(GHOSTS * self.inner).take(self.outer).enumerate() {
+            field[self.slab(block, layer)].copy_from_slice(part);
+        }
+    }
+
+    fn wrap(&self, field: &mut [f64]) {
+        for block in 0..self.outer {
+            field.copy_within(self.slab(block, GHOSTS), self.slab(block, GHOSTS + self.local).start);
+            field.copy_within(self.slab(block, self.local), self.slab(block, 0).start);
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! The decomposition of the grid over ranks: a DMDA decides it, plain numbers carry it.
+
+use super::{GHOSTS, Session, session::check};
+use crate::{Error, Result};
+use petsc_sys as ffi;
+use std::{ptr, slice};
+
+/// Which cells this rank owns, who its neighbours are, and PETSc's number of every cell within its ghosted box.
+///
+/// Boxes are stored with [`GHOSTS`] layers on every side of every axis in use, x fastest.
+#[derive(Clone, Debug)]
+pub struct Layout {
+    /// First owned cell along each axis.
+    pub start: [usize; 3],
+    /// Owned cells along each axis (1 along z in 2D).
+    pub local: [usize; 3],
+    /// Stored cells along each axis, ghosts included (1 along z in 2D).
+    pub stored: [usize; 3],
+    /// The rank below and above along each axis, where there is one (itself, where it closes a period alone).
+    pub neighbours: [[Option<usize>; 2]; 3],
+    /// PETSc's global number of each stored cell, -1 outside the domain.
+    pub numbers: Vec<i32>,
+}
+
+impl Layout {
+    /// Splits `cells` (two or three axes) over the session's ranks.
+    ///
+    /// # Errors
+    /// When there are more ranks than the grid can feed: each needs [`GHOSTS`] cells along every axis.
+    pub fn new(session: &Session, cells: &[usize], periodic: &[bool]) -> Result<Layout> {
+        let kind = |a: usize| if periodic[a] { ffi::DM_BOUNDARY_PERIODIC } else { ffi::DM_BOUNDARY_GHOSTED };
+        let n = |a: usize| cells[a] as i32;
+        let (decide, width, none) = (-1, GHOSTS as i32, ptr::null());
+        let (comm, stencil) = (session.comm(), ffi::DMDA_STENCIL_BOX);
+        let mut da: ffi::DM = ptr::null_mut();
+        // SAFETY: plain numbers, no ownership ranges (null), one output handle that is destroyed below.
+        let made = unsafe {
+            if cells.len() == 3 {
+                let (k, m, p) = (kind(0), kind(1), kind(2));
+                ffi::DMDACreate3d(
+                    comm, k, m, p, stencil, n(0), n(1), n(2), decide, decide, decide, 1, width, none, none, none, &mut da,
+                )
+            } else {
+                ffi::DMDACreate2d(
+                    comm, kind(0), kind(1), stencil, n(0), n(1), decide, decide, 1, width, none, none, &mut da,
+                )
+            }
+        };
+        check("DMDACreate", made)?;
+        // SAFETY: `da` is a DMDA just made; on failure it is still ours to destroy.
+        let read = check("DMSetUp", unsafe { ffi::DMSetUp(da) })
+            .map_err(|_| too_many_ranks(session.size(), cells))
+            .and_then(|()| Self::read(da, cells.len()));
+        // SAFETY: destroyed once.
+        check("DMDestroy", unsafe { ffi::DMDestroy(&mut da) })?;
+        read
+    }
+
+    fn read(da: ffi::DM, dimension: usize) -> Result<Layout> {
+        let (mut s, mut n) = ([0i32; 3], [1i32; 3]);
+        let (mut ranks, mut map) = (ptr::null(), ptr::null_mut());
+        let mut indices = ptr::null();
+        let (mut neighbours, mut numbers) = ([[None; 2]; 3], Vec::new());
+        let stored = |n: [i32; 3]| std::array::from_fn(|a| n[a] as usize + if a < dimension { 2 * GHOSTS } else { 0 });
+        // SAFETY: a set-up DMDA fills each pointer with memory that it owns; all of it is copied before it goes. It has
+        // 3^dimension neighbours (itself in the middle), and one number for every stored cell.
+        unsafe {
+            let [s0, s1, s2] = &mut s;
+            let [n0, n1, n2] = &mut n;
+            check("DMDAGetCorners", ffi::DMDAGetCorners(da, s0, s1, s2, n0, n1, n2))?;
+            check("DMDAGetNeighbors", ffi::DMDAGetNeighbors(da, &mut ranks))?;
+            let around = 3usize.pow(dimension as u32);
+            let ranks = slice::from_raw_parts(ranks, around);
+            for (a, pair) in neighbours.iter_mut().enumerate().take(dimension) {
+                let step = 3usize.pow(a as u32);
+                *pair = [around / 2 - step, around / 2 + step].map(|k| usize::try_from(ranks[k]).ok());
+            }
+            check("DMGetLocalToGlobalMapping", ffi::DMGetLocalToGlobalMapping(da, &mut map))?;
+            check("ISLocalToGlobalMappingGetIndices", ffi::ISLocalToGlobalMappingGetIndices(map, &mut indices))?;
+            let count: usize = stored(n).iter().product();
+            numbers.extend_from_slice(slice::from_raw_parts(indices, count));
+            check("ISLocalToGlobalMappingRestoreIndices", ffi::ISLocalToGlobalMappingRestoreIndices(map, &mut indices))?;
+        }
+        Ok(Layout {
+            start: s.map(|v| v as usize),
+            local: n.map(|v| v as usize),
+            stored: stored(n),
+            neighbours,
+            numbers,
+        })
+    }
+}
+
+fn too_many_ranks(ranks: usize, cells: &[usize]) -> Error {
+    let grid = cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
+    Error::Usage(format!(
+        "{ranks} ranks are too many for a grid of {grid} cells: each rank needs {GHOSTS} cells along every axis; \
+         use fewer ranks (mpirun -n) or more cells (domain.cells)"
+    ))
+}

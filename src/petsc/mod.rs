@@ -1,0 +1,19 @@
+//! The one seam to PETSc and MPI, and the only `unsafe` of the crate.
+//!
+//! Owns: the session (initialise, options, captured errors, reductions), the decomposition of the grid over ranks
+//! (a DMDA) with its halo exchange, and the linear solve (assembly straight into storage, Krylov, null space).
+//! Every PETSc code becomes a [`crate::Error`]; nothing is printed and no signal handler stays behind.
+#![allow(unsafe_code)]
+
+mod halo;
+mod layout;
+mod session;
+mod solver;
+
+pub use halo::Halo;
+pub use layout::Layout;
+pub use session::Session;
+pub use solver::{LinearSolver, Solved};
+
+/// Layers of ghost cells around every rank's box: the reach of the fifth-order stencils.
+pub const GHOSTS: usize = 3;

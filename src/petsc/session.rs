@@ -1,0 +1,338 @@
+//! PETSc's life from initialisation to finalisation, its options database, its errors and MPI's reductions.
+
+use crate::{Error, Result};
+use petsc_sys as ffi;
+use std::collections::BTreeSet;
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::rc::Rc;
+use std::sync::Mutex;
+use std::{env, ptr, slice};
+
+/// A running PETSc. Clones share it; the last one to go finalises it (and prints `-log_view`).
+#[derive(Clone)]
+pub struct Session(Rc<Inner>);
+
+struct Inner {
+    comm: ffi::MPI_Comm,
+    rank: usize,
+    size: usize,
+    /// Whether this session initialised PETSc, and so has to finalise it.
+    owner: bool,
+    /// Names of the options that the built-in choice put in, so that they are not reported as the user's.
+    built_in: std::cell::RefCell<BTreeSet<String>>,
+}
+
+/// What PETSc's error handler heard last: the first message of the newest failure.
+static HEARD: Mutex<Option<String>> = Mutex::new(None);
+
+/// Keeps PETSc's message instead of printing it.
+unsafe extern "C" fn capture(
+    _comm: ffi::MPI_Comm,
+    line: c_int,
+    function: *const c_char,
+    file: *const c_char,
+    code: ffi::PetscErrorCode,
+    kind: ffi::PetscErrorType,
+    message: *const c_char,
+    _context: *mut c_void,
+) -> ffi::PetscErrorCode {
+    if kind == ffi::PETSC_ERROR_INITIAL {
+        // SAFETY: PETSc hands over null or NUL-terminated strings that live during the call.
+        let text = |s: *const c_char| unsafe { (!s.is_null()).then(|| CStr::from_ptr(s).to_string_lossy()) };
+        let said = text(message).unwrap_or_default();
+        let heard = format!(
+            "{} [{} at {}:{line}]",
+            said.trim().replace('\n', " "),
+            text(function).unwrap_or_default(),
+            text(file).unwrap_or_default()
+        );
+        if let Ok(mut slot) = HEARD.lock() {
+            *slot = Some(heard);
+        }
+    }
+    code
+}
+
+/// Turns a PETSc (or MPI) code into a result with PETSc's own words.
+pub(super) fn check(call: &'static str, code: ffi::PetscErrorCode) -> Result<()> {
+    if code == 0 {
+        return Ok(());
+    }
+    let heard = HEARD.lock().ok().and_then(|mut slot| slot.take());
+    Err(Error::Petsc { call, message: heard.unwrap_or_else(|| format!("error code {code}")) })
+}
+
+fn c_string(text: &str) -> Result<CString> {
+    CString::new(text).map_err(|_| Error::Usage(format!("a PETSc option holds a NUL character: {text:?}")))
+}
+
+impl Session {
+    /// Initialises PETSc with options in PETSc's own spelling (`-ksp_type`, `cg`, ...); later ones win, and all win over
+    /// those that PETSc finds by itself (`PETSC_OPTIONS`, `.petscrc`). Where the process has a PETSc already, joins it
+    /// and ignores `options`.
+    ///
+    /// # Errors
+    /// When PETSc or MPI cannot start.
+    pub fn start(options: &[String]) -> Result<Session> {
+        let mut running: ffi::PetscBool = 0;
+        // SAFETY: callable before initialisation; writes one PetscBool.
+        check("PetscInitialized", unsafe { ffi::PetscInitialized(&mut running) })?;
+        let owner = running == 0;
+        if owner {
+            quicken_lone_start();
+            Self::initialise(options)?;
+        }
+        let (mut rank, mut size) = (0, 0);
+        // SAFETY: PETSC_COMM_WORLD is set by PetscInitialize, which has returned; both calls write one int.
+        let comm = unsafe {
+            let comm = ffi::PETSC_COMM_WORLD;
+            check("MPI_Comm_rank", ffi::MPI_Comm_rank(comm, &mut rank))?;
+            check("MPI_Comm_size", ffi::MPI_Comm_size(comm, &mut size))?;
+            comm
+        };
+        Ok(Session(Rc::new(Inner { comm, rank: rank as usize, size: size as usize, owner, built_in: Default::default() })))
+    }
+
+    fn initialise(options: &[String]) -> Result<()> {
+        let words: Vec<CString> = ["mics", "-no_signal_handler"]
+            .into_iter()
+            .chain(options.iter().map(String::as_str))
+            .map(c_string)
+            .collect::<Result<_>>()?;
+        // PETSc keeps argv for PetscGetArgs, so it lives as long as the process.
+        let words = Box::leak(words.into_boxed_slice());
+        let mut argv: Vec<*mut c_char> = words.iter().map(|w| w.as_ptr().cast_mut()).collect();
+        argv.push(ptr::null_mut());
+        let argc = Box::leak(Box::new(words.len() as c_int));
+        let argv = Box::leak(Box::new(argv.leak().as_mut_ptr()));
+        // SAFETY: argc and argv describe leaked, NUL-terminated strings ending with a null pointer; no help text.
+        // `capture` has the signature that PETSc asks for and touches no PETSc state.
+        unsafe {
+            check("PetscInitialize", ffi::PetscInitialize(argc, argv, ptr::null(), ptr::null()))?;
+            check("PetscPushErrorHandler", ffi::PetscPushErrorHandler(Some(capture), ptr::null_mut()))
+        }
+    }
+
+    /// This process's rank.
+    pub fn rank(&self) -> usize {
+        self.0.rank
+    }
+
+    /// Number of ranks.
+    pub fn size(&self) -> usize {
+        self.0.size
+    }
+
+    pub(super) fn comm(&self) -> ffi::MPI_Comm {
+        self.0.comm
+    }
+
+    /// PETSc's version, as `3.18.5`.
+    pub fn version(&self) -> String {
+        let (mut major, mut minor, mut patch, mut release) = (0, 0, 0, 0);
+        // SAFETY: writes four integers.
+        let code = unsafe { ffi::PetscGetVersionNumber(&mut major, &mut minor, &mut patch, &mut release) };
+        if code == 0 { format!("{major}.{minor}.{patch}") } else { "unknown".into() }
+    }
+
+    /// Whether somebody set an option (`-ksp_type`).
+    pub fn has_option(&self, name: &str) -> Result<bool> {
+        let name = c_string(name)?;
+        let mut set: ffi::PetscBool = 0;
+        // SAFETY: null names the global database and no prefix; writes one PetscBool.
+        check("PetscOptionsHasName", unsafe {
+            ffi::PetscOptionsHasName(ptr::null_mut(), ptr::null(), name.as_ptr(), &mut set)
+        })?;
+        Ok(set != 0)
+    }
+
+    /// The value of an option in the database, if it is there.
+    pub fn option(&self, name: &str) -> Result<Option<String>> {
+        Ok(self.pairs(Listing::All)?.into_iter().find(|(n, _)| format!("-{n}") == name).map(|(_, v)| v))
+    }
+
+    /// Sets an option of the built-in choice, unless somebody has set it.
+    pub fn default_option(&self, name: &str, value: &str) -> Result<()> {
+        if self.has_option(name)? {
+            return Ok(());
+        }
+        let (n, v) = (c_string(name)?, c_string(value)?);
+        // SAFETY: both strings are copied by PETSc.
+        check("PetscOptionsSetValue", unsafe { ffi::PetscOptionsSetValue(ptr::null_mut(), n.as_ptr(), v.as_ptr()) })?;
+        self.0.built_in.borrow_mut().insert(name.trim_start_matches('-').to_owned());
+        Ok(())
+    }
+
+    /// All options in force, as on a command line.
+    pub fn options(&self) -> Result<String> {
+        let pairs = self.pairs(Listing::All)?;
+        let words = pairs.iter().filter(|(n, _)| n != "no_signal_handler");
+        Ok(words.map(|(n, v)| format!("-{n} {v}").trim_end().to_owned()).collect::<Vec<_>>().join(" "))
+    }
+
+    /// Options that the user gave and nothing read.
+    pub fn unused_options(&self) -> Result<Vec<String>> {
+        // These are read while PETSc starts or ends, which its list of unused options does not always know.
+        let late = |n: &str| ["no_signal_handler", "log_view", "options_left"].contains(&n);
+        let ours = self.0.built_in.borrow();
+        let left = self.pairs(Listing::Unused)?.into_iter().filter(|(n, _)| !late(n) && !ours.contains(n));
+        Ok(left.map(|(n, v)| format!("-{n} {v}").trim_end().to_owned()).collect())
+    }
+
+    fn pairs(&self, listing: Listing) -> Result<Vec<(String, String)>> {
+        match listing {
+            Listing::All => {
+                let mut text: *mut c_char = ptr::null_mut();
+                // SAFETY: PETSc allocates the string; it is copied before it is freed with PETSc's own free.
+                let all = unsafe {
+                    check("PetscOptionsGetAll", ffi::PetscOptionsGetAll(ptr::null_mut(), &mut text))?;
+                    let all = CStr::from_ptr(text).to_string_lossy().into_owned();
+                    if let Some(free) = ffi::PetscTrFree {
+                        check("PetscFree", free(text.cast(), 0, ptr::null(), ptr::null()))?;
+                    }
+                    all
+                };
+                Ok(split_pairs(&all))
+            }
+            Listing::Unused => {
+                let (mut n, mut names, mut values) = (0, ptr::null_mut(), ptr::null_mut());
+                // SAFETY: PETSc fills two arrays of n strings each (a value may be null); copied before they go back.
+                unsafe {
+                    check("PetscOptionsLeftGet", ffi::PetscOptionsLeftGet(ptr::null_mut(), &mut n, &mut names, &mut values))?;
+                    let text = |s: *mut c_char| {
+                        if s.is_null() { String::new() } else { CStr::from_ptr(s).to_string_lossy().into_owned() }
+                    };
+                    let pairs = (0..n as usize).map(|k| (text(*names.add(k)), text(*values.add(k)))).collect();
+                    check(
+                        "PetscOptionsLeftRestore",
+                        ffi::PetscOptionsLeftRestore(ptr::null_mut(), &mut n, &mut names, &mut values),
+                    )?;
+                    Ok(pairs)
+                }
+            }
+        }
+    }
+
+    /// Sums each number over the ranks, in place.
+    pub fn sum(&self, values: &mut [f64]) -> Result<()> {
+        self.reduce(values, (&raw mut ffi::ompi_mpi_op_sum).cast())
+    }
+
+    /// The largest over the ranks of each number, in place; a NaN counts as infinity, so that none is lost.
+    pub fn max(&self, values: &mut [f64]) -> Result<()> {
+        for v in values.iter_mut().filter(|v| v.is_nan()) {
+            *v = f64::INFINITY;
+        }
+        self.reduce(values, (&raw mut ffi::ompi_mpi_op_max).cast())
+    }
+
+    fn reduce(&self, values: &mut [f64], op: ffi::MPI_Op) -> Result<()> {
+        if self.0.size == 1 || values.is_empty() {
+            return Ok(());
+        }
+        // OpenMPI's MPI_IN_PLACE, a macro that bindgen cannot see.
+        let in_place = ptr::without_provenance_mut::<c_void>(1);
+        // SAFETY: the buffer holds as many doubles as said, and every rank calls with as many.
+        check("MPI_Allreduce", unsafe {
+            let double = (&raw mut ffi::ompi_mpi_double).cast();
+            ffi::MPI_Allreduce(in_place, values.as_mut_ptr().cast(), values.len() as c_int, double, op, self.0.comm)
+        })
+    }
+
+    /// Makes a result of one rank the result of all: an error anywhere is an error everywhere.
+    pub fn agree<T>(&self, result: Result<T>) -> Result<T> {
+        let mut failed = [f64::from(result.is_err())];
+        self.max(&mut failed)?;
+        match result {
+            Ok(_) if failed[0] > 0.0 => Err(Error::Run("another rank failed; its message stands above".into())),
+            other => other,
+        }
+    }
+
+    /// Sends this rank's bytes to rank 0, which hands each rank's to `take`, in the order of the ranks.
+    pub fn gather(&self, bytes: &[f64], mut take: impl FnMut(usize, &[f64])) -> Result<()> {
+        let double: ffi::MPI_Datatype = (&raw mut ffi::ompi_mpi_double).cast();
+        let mut count = bytes.len() as f64;
+        if self.0.rank != 0 {
+            // SAFETY: both buffers hold what is said; rank 0 receives in the same order.
+            unsafe {
+                check("MPI_Send", ffi::MPI_Send((&raw mut count).cast(), 1, double, 0, 0, self.0.comm))?;
+                let n = bytes.len() as c_int;
+                return check("MPI_Send", ffi::MPI_Send(bytes.as_ptr().cast(), n, double, 0, 1, self.0.comm));
+            }
+        }
+        take(0, bytes);
+        for from in 1..self.0.size {
+            let mut buffer = Vec::new();
+            // SAFETY: the first message is the length of the second; statuses are ignored (null, OpenMPI's value).
+            unsafe {
+                let (f, none) = (from as c_int, ptr::null_mut());
+                check("MPI_Recv", ffi::MPI_Recv((&raw mut count).cast(), 1, double, f, 0, self.0.comm, none))?;
+                buffer.resize(count as usize, 0.0);
+                let n = buffer.len() as c_int;
+                check("MPI_Recv", ffi::MPI_Recv(buffer.as_mut_ptr().cast(), n, double, f, 1, self.0.comm, none))?;
+            }
+            take(from, &buffer);
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Inner {
+    fn drop(&mut self) {
+        if self.owner {
+            // SAFETY: the last handle goes, so no PETSc object of ours is left. A failure here has nobody to tell.
+            unsafe { ffi::PetscFinalize() };
+        }
+    }
+}
+
+enum Listing {
+    All,
+    Unused,
+}
+
+/// Splits `-a 1 -b -c x y` into names (without the dash) and values; a dash before a digit is a number.
+fn split_pairs(text: &str) -> Vec<(String, String)> {
+    let mut pairs: Vec<(String, String)> = Vec::new();
+    for word in text.split_whitespace() {
+        match (word.strip_prefix('-').filter(|n| n.starts_with(|c: char| c.is_ascii_alphabetic())), pairs.last_mut()) {
+            (Some(name), _) => pairs.push((name.to_owned(), String::new())),
+            (None, Some((_, value))) => *value = format!("{value} {word}").trim_start().to_owned(),
+            (None, None) => {}
+        }
+    }
+    pairs
+}
+
+/// Without mpirun, OpenMPI need not look for a network or a runtime: start-up falls from 0.5 s to 0.1 s.
+fn quicken_lone_start() {
+    let launched = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "SLURM_PROCID"];
+    if launched.iter().any(|name| env::var_os(name).is_some()) {
+        return;
+    }
+    for (name, value) in
+        [("OMPI_MCA_ess_singleton_isolated", "1"), ("OMPI_MCA_pml", "ob1"), ("OMPI_MCA_btl", "self")]
+    {
+        if env::var_os(name).is_none() {
+            // SAFETY: called once, before MPI starts and before this process has a second thread that reads the
+            // environment (tests hold a lock here).
+            unsafe { env::set_var(name, value) };
+        }
+    }
+}
+
+/// PETSc's table of names for converged reasons, read at `reason`.
+pub(super) fn reason_name(reason: ffi::KSPConvergedReason) -> String {
+    // SAFETY: KSPConvergedReasons points into a static table that PETSc indexes by negative and positive reasons.
+    unsafe {
+        let name = *ffi::KSPConvergedReasons.offset(reason as isize);
+        if name.is_null() { format!("reason {reason}") } else { CStr::from_ptr(name).to_string_lossy().into_owned() }
+    }
+}
+
+/// A slice over memory that PETSc lends; empty where it lends none.
+pub(super) unsafe fn lent<'a>(data: *const f64, len: usize) -> &'a [f64] {
+    // SAFETY: the caller vouches that PETSc lent `len` doubles at `data`, or none.
+    if len == 0 { &[] } else { unsafe { slice::from_raw_parts(data, len) } }
+}

@@ -1,0 +1,239 @@
+//! The linear solve: a symmetric matrix whose pattern is fixed, its values refilled straight into PETSc's storage, and
+//! a Krylov method that PETSc's options choose.
+
+use super::session::{check, lent, reason_name};
+use super::{Layout, Session};
+use crate::{Error, Result};
+use petsc_sys as ffi;
+use std::{ptr, slice};
+
+/// A linear system over the owned cells of every rank, and its solver.
+pub struct LinearSolver {
+    session: Session,
+    matrix: ffi::Mat,
+    krylov: ffi::KSP,
+    null_space: ffi::MatNullSpace,
+    right_side: ffi::Vec,
+    solution: ffi::Vec,
+    owned: usize,
+    /// The user's `-ksp_rtol`, which wins over the caller's.
+    fixed_rtol: Option<f64>,
+    /// The user's `-ksp_atol` likewise.
+    fixed_atol: Option<f64>,
+    max_iterations: i32,
+    divergence_tolerance: f64,
+}
+
+/// What a solve took.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Solved {
+    /// Krylov iterations, those of a retry included.
+    pub iterations: u32,
+    /// Whether a first try failed and was repeated from zero with a rebuilt preconditioner.
+    pub retried: bool,
+}
+
+/// The built-in choice: BCGS with BoomerAMG, on the true residual, with a coarsest solve that a singular matrix allows.
+fn default_options(session: &Session, dimension: usize) -> Result<()> {
+    session.default_option("-ksp_type", "bcgs")?;
+    session.default_option("-ksp_max_it", "500")?;
+    // The side on which, or the norm in which, each method tests the true residual.
+    match session.option("-ksp_type")?.as_deref() {
+        Some("bcgs" | "bcgsl" | "fbcgs" | "fbcgsr" | "gmres" | "fgmres" | "lgmres" | "gcr" | "tfqmr") => {
+            session.default_option("-ksp_pc_side", "right")?
+        }
+        Some("cg" | "pipecg" | "groppcg" | "fcg" | "cr" | "minres") => {
+            session.default_option("-ksp_norm_type", "unpreconditioned")?
+        }
+        _ => {}
+    }
+    session.default_option("-pc_type", "hypre")?;
+    if session.option("-pc_type")?.as_deref() == Some("hypre") {
+        session.default_option("-pc_hypre_type", "boomeramg")?;
+        session.default_option("-pc_hypre_boomeramg_relax_type_coarse", "symmetric-SOR/Jacobi")?;
+        let threshold = if dimension == 2 { "0.25" } else { "0.5" };
+        session.default_option("-pc_hypre_boomeramg_strong_threshold", threshold)?;
+    }
+    Ok(())
+}
+
+impl LinearSolver {
+    /// A system with entries at (`rows[k]`, `columns[k]`) in PETSc's numbers; `rows` are this rank's. `singular` says
+    /// that constants solve the homogeneous system.
+    ///
+    /// # Errors
+    /// When an option names something that this PETSc does not have.
+    pub fn new(
+        session: &Session,
+        layout: &Layout,
+        dimension: usize,
+        mut rows: Vec<i32>,
+        mut columns: Vec<i32>,
+        singular: bool,
+    ) -> Result<LinearSolver> {
+        default_options(session, dimension)?;
+        let owned: usize = layout.local.iter().product();
+        let mut solver = LinearSolver {
+            session: session.clone(),
+            matrix: ptr::null_mut(),
+            krylov: ptr::null_mut(),
+            null_space: ptr::null_mut(),
+            right_side: ptr::null_mut(),
+            solution: ptr::null_mut(),
+            owned,
+            fixed_rtol: number(session, "-ksp_rtol")?,
+            fixed_atol: number(session, "-ksp_atol")?,
+            max_iterations: 0,
+            divergence_tolerance: 0.0,
+        };
+        let (comm, n, any) = (session.comm(), owned as i32, -1);
+        // SAFETY: every handle is an output that `solver` owns from then on and destroys when dropped, also when a
+        // later call fails; `rows` and `columns` live through the call that reads (and may reorder) them.
+        unsafe {
+            check("MatCreate", ffi::MatCreate(comm, &mut solver.matrix))?;
+            check("MatSetSizes", ffi::MatSetSizes(solver.matrix, n, n, any, any))?;
+            check("MatSetType", ffi::MatSetType(solver.matrix, c"aij".as_ptr()))?;
+            check("MatSetPreallocationCOO", {
+                let count = rows.len() as ffi::PetscCount;
+                ffi::MatSetPreallocationCOO(solver.matrix, count, rows.as_mut_ptr(), columns.as_mut_ptr())
+            })?;
+            check("MatSetOption", ffi::MatSetOption(solver.matrix, ffi::MAT_SYMMETRIC, ffi::PETSC_TRUE))?;
+            check("MatCreateVecs", ffi::MatCreateVecs(solver.matrix, &mut solver.solution, &mut solver.right_side))?;
+            if singular {
+                let space = &mut solver.null_space;
+                check("MatNullSpaceCreate", ffi::MatNullSpaceCreate(comm, ffi::PETSC_TRUE, 0, ptr::null(), space))?;
+                check("MatSetNullSpace", ffi::MatSetNullSpace(solver.matrix, *space))?;
+            }
+            check("KSPCreate", ffi::KSPCreate(comm, &mut solver.krylov))?;
+            check("KSPSetOperators", ffi::KSPSetOperators(solver.krylov, solver.matrix, solver.matrix))?;
+            check("KSPSetFromOptions", ffi::KSPSetFromOptions(solver.krylov)).map_err(bad_option)?;
+            let (mut r, mut a) = (0.0, 0.0);
+            let (d, m) = (&mut solver.divergence_tolerance, &mut solver.max_iterations);
+            check("KSPGetTolerances", ffi::KSPGetTolerances(solver.krylov, &mut r, &mut a, d, m))?;
+        }
+        Ok(solver)
+    }
+
+    /// New values, in the order of the pattern; the preconditioner follows at the next solve.
+    pub fn set_values(&mut self, values: &[f64]) -> Result<()> {
+        // SAFETY: `values` has the pattern's length, which the caller made.
+        check("MatSetValuesCOO", unsafe { ffi::MatSetValuesCOO(self.matrix, values.as_ptr(), ffi::INSERT_VALUES) })
+    }
+
+    /// Lets `fill` write the right side: this rank's cells, x fastest.
+    pub fn set_right_side(&mut self, fill: impl FnOnce(&mut [f64])) -> Result<()> {
+        let mut data = ptr::null_mut();
+        // SAFETY: PETSc lends the vector's local part, `owned` doubles, until it is restored.
+        unsafe {
+            check("VecGetArray", ffi::VecGetArray(self.right_side, &mut data))?;
+            fill(slice::from_raw_parts_mut(data, self.owned));
+            check("VecRestoreArray", ffi::VecRestoreArray(self.right_side, &mut data))
+        }
+    }
+
+    /// Hands the solution to `take`: this rank's cells, x fastest.
+    pub fn solution<T>(&self, take: impl FnOnce(&[f64]) -> T) -> Result<T> {
+        let mut data = ptr::null();
+        // SAFETY: as for the right side, for reading.
+        unsafe {
+            check("VecGetArrayRead", ffi::VecGetArrayRead(self.solution, &mut data))?;
+            let taken = take(lent(data, self.owned));
+            check("VecRestoreArrayRead", ffi::VecRestoreArrayRead(self.solution, &mut data))?;
+            Ok(taken)
+        }
+    }
+
+    /// Whether the user fixed the relative tolerance by `-ksp_rtol`.
+    pub fn fixed_rtol(&self) -> Option<f64> {
+        self.fixed_rtol
+    }
+
+    /// Solves from zero until the true residual is below `rtol` times the right side's norm, or below `atol`
+    /// (2-norms). A solve that fails is repeated once, from zero, with a rebuilt preconditioner. Collective.
+    ///
+    /// # Errors
+    /// When the second try fails too, with both of PETSc's reasons.
+    pub fn solve(&mut self, rtol: f64, atol: f64) -> Result<Solved> {
+        // SAFETY: handles made in `new`.
+        unsafe {
+            if !self.null_space.is_null() {
+                check("MatNullSpaceRemove", ffi::MatNullSpaceRemove(self.null_space, self.right_side))?;
+            }
+            let atol = self.fixed_atol.unwrap_or(atol);
+            let (d, m) = (self.divergence_tolerance, self.max_iterations);
+            check("KSPSetTolerances", ffi::KSPSetTolerances(self.krylov, rtol, atol, d, m))?;
+        }
+        let (first, mut iterations) = self.attempt()?;
+        if first > 0 {
+            return Ok(Solved { iterations, retried: false });
+        }
+        // SAFETY: as above; PCReset forgets the factors, and the next solve sets up anew.
+        unsafe {
+            let mut pc = ptr::null_mut();
+            check("KSPGetPC", ffi::KSPGetPC(self.krylov, &mut pc))?;
+            check("PCReset", ffi::PCReset(pc))?;
+            check("KSPSetOperators", ffi::KSPSetOperators(self.krylov, self.matrix, self.matrix))?;
+        }
+        let (second, more) = self.attempt()?;
+        iterations += more;
+        if second > 0 {
+            return Ok(Solved { iterations, retried: true });
+        }
+        Err(Error::Run(format!(
+            "the pressure solve failed twice: {} after {} iterations, then, from zero with a rebuilt preconditioner, {} \
+             after {more} (relative tolerance {rtol:.1e}); look at it with `-- -ksp_monitor_true_residual \
+             -ksp_converged_reason`, try another solver (`-- -ksp_type cg -pc_type gamg`), or relax \
+             pressure.divergence_limit",
+            reason_name(first),
+            iterations - more,
+            reason_name(second),
+        )))
+    }
+
+    fn attempt(&mut self) -> Result<(ffi::KSPConvergedReason, u32)> {
+        let (mut reason, mut iterations) = (0, 0);
+        // SAFETY: handles made in `new`; outputs are two integers. The guess is zero (KSP's default).
+        unsafe {
+            check("KSPSolve", ffi::KSPSolve(self.krylov, self.right_side, self.solution))?;
+            check("KSPGetConvergedReason", ffi::KSPGetConvergedReason(self.krylov, &mut reason))?;
+            check("KSPGetIterationNumber", ffi::KSPGetIterationNumber(self.krylov, &mut iterations))?;
+        }
+        Ok((reason, iterations.max(0) as u32))
+    }
+
+    /// The method and the preconditioner in use, as `bcgs + hypre`.
+    pub fn describe(&self) -> Result<String> {
+        let name = |n: &str| Ok::<_, Error>(self.session.option(n)?.unwrap_or_else(|| "?".into()));
+        Ok(format!("{} + {}", name("-ksp_type")?, name("-pc_type")?))
+    }
+}
+
+impl Drop for LinearSolver {
+    fn drop(&mut self) {
+        // SAFETY: each handle is null (PETSc then does nothing) or ours; `session` outlives them all.
+        unsafe {
+            ffi::KSPDestroy(&mut self.krylov);
+            ffi::VecDestroy(&mut self.right_side);
+            ffi::VecDestroy(&mut self.solution);
+            ffi::MatNullSpaceDestroy(&mut self.null_space);
+            ffi::MatDestroy(&mut self.matrix);
+        }
+    }
+}
+
+/// What PETSc refuses here, the user asked for.
+fn bad_option(error: Error) -> Error {
+    match error {
+        Error::Petsc { message, .. } => Error::Usage(format!("PETSc refuses an option: {message}")),
+        other => other,
+    }
+}
+
+/// A numeric option of the user's.
+fn number(session: &Session, name: &str) -> Result<Option<f64>> {
+    let Some(text) = session.option(name)? else { return Ok(None) };
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value >= 0.0 => Ok(Some(value)),
+        _ => Err(Error::Usage(format!("PETSc option {name}: {text:?} is not a tolerance; give a number such as 1e-8"))),
+    }
+}

@@ -1,0 +1,519 @@
+//! A run: from the command line's words to a folder of results. The time loop, its dt, its schedule and its end.
+
+use crate::case::{Cadence, Case, Loaded, load};
+use crate::clock::Stage;
+use crate::fluid::pressure::Projected;
+use crate::output::measure::{self, Series};
+use crate::output::snapshot::Snapshot;
+use crate::output::{Folder, Log, StepRow, may_use, plot};
+use crate::petsc::Session;
+use crate::scene::{Limits, Scene};
+use crate::{Error, Result};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// What `mics run` was told.
+#[derive(Clone, Debug, Default)]
+pub struct Request {
+    /// The case file.
+    pub case: PathBuf,
+    /// The run's folder, default `runs/NAME`.
+    pub out: Option<PathBuf>,
+    /// Overrides, `key.path=value`.
+    pub set: Vec<String>,
+    /// Replace a run that is in the folder.
+    pub force: bool,
+    /// Print errors only.
+    pub quiet: bool,
+    /// PETSc options.
+    pub petsc: Vec<String>,
+}
+
+/// Part of the diffusion limit that steps chosen by `time.cfl` use.
+const DIFFUSION_SHARE: f64 = 0.8;
+/// How much longer a step chosen by `time.cfl` may be than the one before.
+const GROWTH: f64 = 1.1;
+
+/// Runs a case. Collective.
+///
+/// # Errors
+/// When the case is wrong (nothing is written) or the run fails.
+pub fn run(request: &Request) -> Result<()> {
+    let loaded = load(&request.case, &request.set)?;
+    let session = start_petsc(&loaded.case, &request.petsc)?;
+    let out = request.out.clone().unwrap_or_else(|| Path::new("runs").join(&loaded.case.name));
+    session.agree(may_use(&out, request.force))?;
+    match loaded.case.dimension() {
+        2 => Run::<2>::new(&session, &loaded, request, out)?.go(),
+        _ => Run::<3>::new(&session, &loaded, request, out)?.go(),
+    }
+}
+
+/// Starts PETSc with the case's options, PETSC_OPTIONS and the command line's, each winning over those before.
+pub fn start_petsc(case: &Case, command_line: &[String]) -> Result<Session> {
+    let environment = std::env::var("PETSC_OPTIONS").unwrap_or_default();
+    let words = [case.petsc.options.as_str(), environment.as_str()];
+    let words = words.iter().flat_map(|w| w.split_whitespace()).map(str::to_owned);
+    Session::start(&words.chain(command_line.iter().cloned()).collect::<Vec<_>>())
+}
+
+/// Refuses a fixed step that breaks a limit.
+pub fn check_step(loaded: &Loaded, limits: &Limits) -> Result<()> {
+    let Some(step) = loaded.case.time.step else {
+        let cfl = courant_number(&loaded.case);
+        return if cfl <= limits.courant_limit {
+            Ok(())
+        } else {
+            Err(loaded.error_at("time.cfl", format!(
+                "{cfl} is over the limit of this scheme, a Courant number of {}; lower it or choose time.scheme = \"rk3\"",
+                limits.courant_limit
+            )))
+        };
+    };
+    let (advection, diffusion) = (limits.advection(), limits.diffusion);
+    let (name, limit) = if advection < diffusion { ("advection", advection) } else { ("diffusion", diffusion) };
+    if step <= limit {
+        return Ok(());
+    }
+    let what = if name == "advection" {
+        format!("Courant number {:.3} at the start", limits.courant_limit)
+    } else {
+        "explicit diffusion on this grid".into()
+    };
+    Err(loaded.error_at("time.step", format!(
+        "{step} s is over the {name} limit of {limit:.4e} s ({what}); give a smaller step, or time.cfl instead"
+    )))
+}
+
+/// The Courant number that steps are chosen for; loading a case fills in the default.
+fn courant_number(case: &Case) -> f64 {
+    case.time.cfl.unwrap_or(0.4)
+}
+
+/// The next step (s), before the end cuts it.
+pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>) -> f64 {
+    let Some(fixed) = case.time.step else {
+        let wanted = (courant_number(case) / limits.courant_rate)
+            .min(DIFFUSION_SHARE * limits.diffusion)
+            .min(case.time.end / 10.0);
+        return before.map_or(wanted, |b| wanted.min(GROWTH * b));
+    };
+    fixed
+}
+
+struct Run<'a, const D: usize> {
+    session: &'a Session,
+    case: &'a Case,
+    scene: Scene<D>,
+    out: PathBuf,
+    /// On rank 0.
+    folder: Option<Folder>,
+    log: Log,
+    series: Vec<Series>,
+    progress: Progress,
+    started: Instant,
+    divergence_max: f64,
+    outer: u64,
+    krylov: u64,
+    retries: u64,
+    dt: Option<f64>,
+    /// Time of the newest snapshot (s).
+    last_fields: f64,
+}
+
+/// What a step gave, for the log.
+#[derive(Default)]
+struct StepOutcome {
+    dt: f64,
+    projected: Projected,
+    cfl: f64,
+    energy: f64,
+}
+
+impl<'a, const D: usize> Run<'a, D> {
+    fn new(session: &'a Session, loaded: &'a Loaded, request: &Request, out: PathBuf) -> Result<Self> {
+        let case = &loaded.case;
+        let scene = Scene::<D>::new(session, case)?;
+        check_step(loaded, &scene.limits()?)?;
+        let lead = session.rank() == 0;
+        let mut log = Log::new(lead && !request.quiet);
+        let opened = if lead {
+            Folder::create(&out, &mut log, &case.to_toml(), scene.coupling.is_some()).map(Some)
+        } else {
+            Ok(None)
+        };
+        Ok(Run {
+            folder: session.agree(opened)?,
+            progress: Progress::new(lead && !request.quiet, case.time.end),
+            series: measure::series(case),
+            session,
+            case,
+            scene,
+            out,
+            log,
+            started: Instant::now(),
+            divergence_max: 0.0,
+            outer: 0,
+            krylov: 0,
+            retries: 0,
+            dt: None,
+            last_fields: f64::NAN,
+        })
+    }
+
+    fn go(mut self) -> Result<()> {
+        let began = now();
+        self.write_run(&began, None)?;
+        let cells = self.case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
+        let solver = self.scene.solver()?;
+        let particles = self.case.particle.len();
+        self.log.say(&format!(
+            "{}: {cells} cells, {particles} particle{}, {} rank{}, {solver}, to t = {} s, into {}",
+            self.case.name,
+            if particles == 1 { "" } else { "s" },
+            self.session.size(),
+            if self.session.size() == 1 { "" } else { "s" },
+            self.case.time.end,
+            self.out.display()
+        ));
+        let result = self.advance();
+        self.progress.finish();
+        let status = if result.is_ok() { "done" } else { "failed" };
+        // A failing run keeps what it has; a second error must not hide the first.
+        let closed = self.close(status, &began);
+        let result = result.map_err(|e| self.with_last_good_state(e));
+        if let Err(e) = &result {
+            self.log.say(&format!("error: {e}"));
+            if let Some(folder) = &mut self.folder {
+                let _ = folder.flush(&mut self.log);
+            }
+        }
+        result?;
+        closed
+    }
+
+    /// The time loop.
+    fn advance(&mut self) -> Result<()> {
+        let end = self.case.time.end;
+        let mut fields = Schedule::new(self.case.output.fields.as_ref());
+        let mut rows = Schedule::new(Some(&self.case.output.particles));
+        let (energy, speed) = self.scene.energy_and_speed()?;
+        self.write_row(StepOutcome { energy, ..StepOutcome::default() })?;
+        self.write_particles()?;
+        self.write_fields()?;
+        self.sample(speed);
+        while self.scene.time < end * (1.0 - 1e-12) {
+            let limits = self.scene.limits()?;
+            let mut dt = choose_step(self.case, &limits, self.dt);
+            let left = end - self.scene.time;
+            // No last step of a sliver: the last two share what is left.
+            if dt >= left {
+                dt = left;
+            } else if 2.0 * dt > left && self.case.time.step.is_none() {
+                dt = 0.5 * left;
+            }
+            let cfl = dt * limits.courant_rate;
+            self.refuse_broken_limit(cfl, &limits)?;
+            self.scene.clock.lap(Stage::Logs);
+            let projected = match self.scene.step(dt) {
+                Ok(projected) => projected,
+                Err(Error::Run(reason)) => return Err(self.explain(reason)?),
+                Err(other) => return Err(other),
+            };
+            self.dt = Some(dt);
+            self.divergence_max = self.divergence_max.max(projected.divergence_max);
+            self.outer += u64::from(projected.outer);
+            self.krylov += u64::from(projected.krylov);
+            self.retries += u64::from(projected.retries);
+            let (energy, speed) = self.scene.energy_and_speed()?;
+            self.write_row(StepOutcome { dt, projected, cfl, energy })?;
+            if rows.due(self.scene.steps, self.scene.time) {
+                self.write_particles()?;
+            }
+            self.sample(speed);
+            if let Some(line) = self.progress.tick(&self.scene, dt, projected.divergence_max) {
+                self.log.say(&line);
+            }
+            self.scene.clock.lap(Stage::Logs);
+            if fields.due(self.scene.steps, self.scene.time) {
+                self.write_fields()?;
+            }
+        }
+        if self.last_fields != self.scene.time {
+            self.write_fields()?;
+        }
+        Ok(())
+    }
+
+    fn refuse_broken_limit(&self, cfl: f64, limits: &Limits) -> Result<()> {
+        if cfl <= limits.courant_limit * (1.0 + 1e-9) {
+            return Ok(());
+        }
+        Err(Error::Run(format!(
+            "step {}, time {:.6}: the Courant number {cfl:.3} broke the advection limit {}: the flow is faster than at \
+             the start; give a smaller time.step, or time.cfl instead",
+            self.scene.steps + 1,
+            self.scene.time,
+            limits.courant_limit
+        )))
+    }
+
+    /// A failure of the step with its place: the cell that is not finite, or the step.
+    fn explain(&self, reason: String) -> Result<Error> {
+        if reason.contains("not a finite number") {
+            return self.scene.name_bad_cell();
+        }
+        Ok(Error::Run(format!("step {}, time {:.6}: {reason}", self.scene.steps + 1, self.scene.time)))
+    }
+
+    fn with_last_good_state(&self, error: Error) -> Error {
+        match (error, self.folder.as_ref().and_then(Folder::last_snapshot)) {
+            (Error::Run(reason), Some((time, path))) => {
+                Error::Run(format!("{reason}; the last good state, of time {time:.6}, is {}", path.display()))
+            }
+            (error, _) => error,
+        }
+    }
+
+    fn write_row(&mut self, outcome: StepOutcome) -> Result<()> {
+        let row = StepRow {
+            step: self.scene.steps,
+            time: self.scene.time,
+            dt: outcome.dt,
+            outer: outcome.projected.outer,
+            krylov: outcome.projected.krylov,
+            divergence_max: outcome.projected.divergence_max,
+            cfl: outcome.cfl,
+            kinetic_energy: outcome.energy,
+            wall: self.started.elapsed().as_secs_f64(),
+        };
+        self.on_lead(|folder, _| folder.write_step(&row))
+    }
+
+    fn write_particles(&mut self) -> Result<()> {
+        let rule = self.case.coupling.force;
+        self.on_lead(|folder, scene| match &scene.coupling {
+            Some(c) => folder.write_particles(scene.steps, scene.time, c.bodies(), c.exchange(), rule),
+            None => Ok(()),
+        })
+    }
+
+    fn write_fields(&mut self) -> Result<()> {
+        let snapshot = Snapshot::take(&mut self.scene)?;
+        self.last_fields = self.scene.time;
+        self.on_lead(|folder, scene| folder.write_snapshot(scene.steps, &snapshot))?;
+        if let Some(folder) = &mut self.folder {
+            folder.flush(&mut self.log)?;
+        }
+        self.scene.clock.lap(Stage::Fields);
+        Ok(())
+    }
+
+    /// Rank 0 writes; a failure there is a failure everywhere.
+    fn on_lead(&mut self, write: impl FnOnce(&mut Folder, &Scene<D>) -> Result<()>) -> Result<()> {
+        let written = self.folder.as_mut().map_or(Ok(()), |folder| write(folder, &self.scene));
+        self.session.agree(written)
+    }
+
+    fn sample(&mut self, speed: f64) {
+        let exchange = self.scene.coupling.as_ref().map_or(&[][..], |c| c.exchange());
+        // The state at time 0 has exchanged nothing yet.
+        if self.scene.steps > 0 {
+            self.series.iter_mut().for_each(|s| s.sample(self.scene.time, exchange, speed));
+        }
+    }
+
+    /// Closes the logs, sums up and draws.
+    fn close(&mut self, status: &str, began: &str) -> Result<()> {
+        let wall = self.started.elapsed().as_secs_f64();
+        let cells = self.scene.grid.total_cells();
+        let stages = self.scene.clock.table(cells);
+        let mut memory = [peak_memory()];
+        self.session.sum(&mut memory)?;
+        let unused = self.session.unused_options()?;
+        self.write_run(began, Some(&now()))?;
+        if self.folder.is_none() {
+            return Ok(());
+        }
+        let measures: Vec<(&str, Option<f64>)> = self.series.iter().map(|s| (s.name(), s.value())).collect();
+        let found: serde_json::Map<_, _> =
+            measures.iter().filter_map(|(n, v)| v.map(|v| ((*n).to_owned(), json!(v)))).collect();
+        let steps = self.scene.steps.max(1) as f64;
+        let summary = json!({
+            "case": self.case.name, "status": status, "cells": cells, "steps": self.scene.steps, "time": self.scene.time,
+            "wall_seconds": wall, "step_seconds": wall / steps, "divergence_max": self.divergence_max,
+            "divergence_limit": self.case.pressure.divergence_limit, "outer_iterations": self.outer,
+            "krylov_iterations": self.krylov, "solver_retries": self.retries, "measures": found,
+            "stages_ns_per_cell_step": stages.iter().map(|(n, t)| ((*n).to_owned(), json!(t))).collect::<serde_json::Map<_, _>>(),
+            "peak_memory_bytes": memory[0], "peak_memory_bytes_per_cell": memory[0] / cells as f64,
+        });
+
+        let total: f64 = stages.iter().map(|s| s.1).sum();
+        self.log.say("");
+        self.log.say("stage          ns per cell and step    share");
+        for (name, ns) in &stages {
+            self.log.say(&format!("{name:<14} {ns:>12.1} {:>19.1} %", 100.0 * ns / total));
+        }
+        self.log.say(&format!("{:<14} {total:>12.1}", "all"));
+        self.log.say("");
+        self.log.say(&format!(
+            "{} steps in {wall:.1} s, {:.2} ms a step; peak memory {:.0} MB, {:.0} bytes a cell",
+            self.scene.steps,
+            1e3 * wall / steps,
+            memory[0] / 1e6,
+            memory[0] / cells as f64
+        ));
+        self.log.say(&format!(
+            "C-HSMAC {:.2} and Krylov {:.2} iterations a step{}; largest |D| {:.2e} 1/s, limit {:.0e}",
+            self.outer as f64 / steps,
+            self.krylov as f64 / steps,
+            if self.retries > 0 { format!(", {} solves repeated", self.retries) } else { String::new() },
+            self.divergence_max,
+            self.case.pressure.divergence_limit
+        ));
+        if !unused.is_empty() {
+            self.log.say(&format!("PETSc options that nothing used: {}", unused.join(", ")));
+        }
+        for (name, value) in &measures {
+            self.log.say(&match value {
+                Some(v) => format!("{name} = {v:.5}"),
+                None => format!("{name}: the run gives no value (no oscillation, or no steps after `from`)"),
+            });
+        }
+        let Some(folder) = &mut self.folder else { return Ok(()) };
+        folder.write_json("summary.json", &summary)?;
+        folder.flush(&mut self.log)?;
+        if status == "done" && self.case.output.figures {
+            for path in plot::draw_run(&self.out)? {
+                self.log.say(&format!("figure {}", path.display()));
+            }
+        }
+        folder.flush(&mut self.log)
+    }
+
+    fn write_run(&mut self, began: &str, ended: Option<&str>) -> Result<()> {
+        let options = self.session.options()?;
+        let words: Vec<String> = std::env::args().collect();
+        let record = json!({
+            "version": env!("CARGO_PKG_VERSION"), "git_commit": env!("MICS_GIT_COMMIT"), "command": words,
+            "petsc_version": self.session.version(), "petsc_options": options, "ranks": self.session.size(),
+            "host": host(), "start": began, "end": ended,
+        });
+        self.on_lead(|folder, _| folder.write_json("run.json", &record))
+    }
+}
+
+/// When something is due that happens every so often: decided by step and time alone, so that all ranks agree.
+struct Schedule {
+    cadence: Option<Cadence>,
+    done: u64,
+}
+
+impl Schedule {
+    fn new(cadence: Option<&Cadence>) -> Schedule {
+        Schedule { cadence: cadence.cloned(), done: 0 }
+    }
+
+    /// Whether a step that ended at `time` (s) is the first at or after a due moment.
+    fn due(&mut self, step: u64, time: f64) -> bool {
+        match &self.cadence {
+            Some(Cadence { every: Some(n), .. }) => step.is_multiple_of(*n),
+            Some(Cadence { every_time: Some(interval), .. }) => {
+                let passed = (time / interval * (1.0 + 1e-12)) as u64;
+                std::mem::replace(&mut self.done, passed) < passed
+            }
+            _ => false,
+        }
+    }
+}
+
+/// A bar on a terminal, a line now and then elsewhere.
+struct Progress {
+    bar: Option<ProgressBar>,
+    lines: bool,
+    end: f64,
+    started: Instant,
+    last: Instant,
+}
+
+/// Seconds between plain lines.
+const LINE_EVERY: Duration = Duration::from_secs(5);
+
+impl Progress {
+    fn new(shown: bool, end: f64) -> Progress {
+        let terminal = shown && std::io::stderr().is_terminal();
+        let bar = terminal.then(|| {
+            let style = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {msg}");
+            ProgressBar::new(1000).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+        });
+        Progress { lines: shown && !terminal, bar, end, started: Instant::now(), last: Instant::now() }
+    }
+
+    /// Shows the state; returns a line where lines are due.
+    fn tick<const D: usize>(&mut self, scene: &Scene<D>, dt: f64, divergence: f64) -> Option<String> {
+        if self.bar.is_none() && (!self.lines || self.last.elapsed() < LINE_EVERY) {
+            return None;
+        }
+        let done = scene.time / self.end;
+        let elapsed = self.started.elapsed().as_secs_f64();
+        let text = format!(
+            "t = {:.4} s, step {}, dt {:.2e} s, |D| {divergence:.1e}, {:.0} steps/s, {} left",
+            scene.time,
+            scene.steps,
+            dt,
+            scene.steps as f64 / elapsed,
+            minutes(elapsed * (1.0 / done - 1.0))
+        );
+        match &self.bar {
+            Some(bar) => {
+                bar.set_position((1000.0 * done) as u64);
+                bar.set_message(text);
+                None
+            }
+            None => {
+                self.last = Instant::now();
+                Some(format!("{:>3.0} %  {text}", 100.0 * done))
+            }
+        }
+    }
+
+    fn finish(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn minutes(seconds: f64) -> String {
+    let s = seconds.max(0.0) as u64;
+    if s < 60 { format!("{s} s") } else { format!("{} min {:02} s", s / 60, s % 60) }
+}
+
+/// Largest resident memory of this process so far (bytes), 0 where the system does not tell.
+pub fn peak_memory() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
+    line.and_then(|l| l.split_whitespace().next()?.parse::<f64>().ok()).unwrap_or(0.0) * 1024.0
+}
+
+fn host() -> String {
+    std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default().trim().to_owned()
+}
+
+/// The time now, UTC, as `2026-11-21T03:04:05Z`.
+fn now() -> String {
+    let seconds = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0, |d| d.as_secs());
+    let (days, day) = (seconds / 86_400, seconds % 86_400);
+    // Civil date of a day count, by eras of 400 years that begin in March.
+    let z = days + 719_468;
+    let (era, doe) = (z / 146_097, z % 146_097);
+    let yoe = (doe - doe / 1460 + doe / 36_524 - doe / 146_096) / 365;
+    let doy = doe - (365 * yoe + yoe / 4 - yoe / 100);
+    let mp = (5 * doy + 2) / 153;
+    let (d, m) = (doy - (153 * mp + 2) / 5 + 1, if mp < 10 { mp + 3 } else { mp - 9 });
+    let y = yoe + era * 400 + u64::from(m <= 2);
+    format!("{y:04}-{m:02}-{d:02}T{:02}:{:02}:{:02}Z", day / 3600, day / 60 % 60, day % 60)
+}

@@ -1,0 +1,447 @@
+//! Case -> scene: builds only what this scene needs, and says what it left out and why. The only reader of the case.
+
+use crate::case::{self, Case, Side};
+use crate::clock::Clock;
+use crate::coupling::Coupling;
+use crate::fluid::diffusion;
+use crate::fluid::faces::{self, FaceCoefficient, Gravity};
+use crate::fluid::pressure::{Projection, StoppingRule};
+use crate::grid::{Border, Boundaries, Coefficient, Grid, VectorField};
+use crate::petsc::{Layout, Session};
+use crate::solids::{Body, Motion, fraction};
+use crate::{Error, Result};
+use nalgebra::Vector3;
+
+/// A scene that runs: the state, the terms that it needs and their scratch.
+pub struct Scene<const D: usize> {
+    /// The grid of this rank.
+    pub grid: Grid<D>,
+    /// Conditions at the borders.
+    pub boundaries: Boundaries<D>,
+    /// Velocity at cell centres (m/s), after mixing.
+    pub u: VectorField<D>,
+    /// Pressure without its hydrostatic part (Pa).
+    pub p: Vec<f64>,
+    /// Velocity through faces (m/s), divergence-free to D0.
+    pub faces: VectorField<D>,
+    /// Density of the mixture (kg/m3).
+    pub density: Coefficient,
+    /// Viscosity of the mixture (Pa s).
+    pub viscosity: Coefficient,
+    /// The particles; `None` in pure fluid.
+    pub coupling: Option<Coupling<D>>,
+    /// Time reached (s).
+    pub time: f64,
+    /// Steps done.
+    pub steps: u64,
+    /// Where the time goes.
+    pub clock: Clock,
+    pub(crate) session: Session,
+    pub(crate) beta: FaceCoefficient<D>,
+    pub(crate) gravity: Option<Gravity<D>>,
+    pub(crate) projection: Projection,
+    pub(crate) scheme: &'static Scheme,
+    pub(crate) advection: Advection<D>,
+    /// Pressure and gravity on faces (m/s2), of the pressure in `p`.
+    pub(crate) acceleration: VectorField<D>,
+    /// Face velocities of the step before, and those that carry in this one; `None` where `faces` themselves carry.
+    pub(crate) faces_before: VectorField<D>,
+    pub(crate) carrier: Option<VectorField<D>>,
+    /// Weighted sum of the stages' rates (m/s2).
+    pub(crate) total: VectorField<D>,
+    pub(crate) stage: VectorField<D>,
+    pub(crate) scratch: Vec<f64>,
+    pub(crate) dt_before: f64,
+    pub(crate) properties_stale: bool,
+    pub(crate) assembled: bool,
+}
+
+/// A Runge-Kutta scheme whose stages are built from the weighted sum of the rates so far.
+#[derive(Debug)]
+pub struct Scheme {
+    /// Weight of each stage's rate in the step.
+    pub weights: &'static [f64],
+    /// For each stage after the first: factors of the weighted sum so far and of the pressure's acceleration.
+    pub stages: &'static [(f64, f64)],
+    /// Whether the carrying velocity is taken at the middle of the step.
+    pub centred: bool,
+    /// Largest Courant number, sum over axes, with fifth-order upwind advection.
+    pub courant_limit: f64,
+    /// Reach on the negative real axis, over Euler's.
+    pub diffusion_factor: f64,
+}
+
+/// Euler (the paper's) with upwind advection: see `tests/stability.rs` for the limits.
+const EULER: Scheme =
+    Scheme { weights: &[1.0], stages: &[], centred: false, courant_limit: 0.25, diffusion_factor: 1.0 };
+const RK2: Scheme =
+    Scheme { weights: &[0.5, 0.5], stages: &[(2.0, 1.0)], centred: true, courant_limit: 0.8, diffusion_factor: 1.0 };
+const RK3: Scheme = Scheme {
+    weights: &[1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0],
+    stages: &[(6.0, 1.0), (1.5, 0.5)],
+    centred: true,
+    courant_limit: 1.2,
+    diffusion_factor: 1.25,
+};
+/// Euler with QSI: the foot of a path stays within one cell.
+const QSI: Scheme = Scheme { courant_limit: 1.0, ..EULER };
+
+/// The advection scheme with its scratch.
+pub(crate) enum Advection<const D: usize> {
+    Upwind5,
+    Upwind5Advective,
+    Qsi { from: VectorField<D>, to: VectorField<D> },
+}
+
+/// A time step and what it is limited by.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Courant number per second, at the present velocities (1/s).
+    pub courant_rate: f64,
+    /// Largest Courant number of the scheme.
+    pub courant_limit: f64,
+    /// Largest step by diffusion (s); infinite where nothing diffuses.
+    pub diffusion: f64,
+}
+
+impl Limits {
+    /// Largest step by advection (s).
+    pub fn advection(&self) -> f64 {
+        self.courant_limit / self.courant_rate
+    }
+}
+
+impl<const D: usize> Scene<D> {
+    /// Builds the scene that a (validated) case describes, at time 0: velocities set, bodies imposed, faces
+    /// divergence-free. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses an option, there are too many ranks for the grid, or the first projection fails.
+    pub fn new(session: &Session, case: &Case) -> Result<Scene<D>> {
+        let cells = axes(&case.domain.cells);
+        let sides = sides::<D>(case);
+        let periodic = std::array::from_fn(|a| matches!(sides[a][0], Side::Periodic));
+        let layout = Layout::new(session, &cells, &periodic)?;
+        let grid = Grid::new(cells, axes(&case.domain.size), periodic, &layout);
+        let borders = std::array::from_fn(|a| [0, 1].map(|s| border(&grid, a, sides[a][s])));
+        let boundaries = Boundaries::new(session, &layout, &grid, borders);
+        let stopping = StoppingRule {
+            limit: case.pressure.divergence_limit,
+            tightening: case.pressure.tightening,
+            max_iterations: case.pressure.max_iterations,
+        };
+        let projection = Projection::new(session, &layout, &grid, &boundaries, stopping)?;
+
+        let bodies: Vec<Body> = case.particle.iter().map(|p| body(p, &case.fluid)).collect();
+        let property = |of_fluid: f64, of_body: fn(&Body) -> f64| {
+            if bodies.iter().all(|b| of_body(b) == of_fluid) {
+                Coefficient::Uniform(of_fluid)
+            } else {
+                Coefficient::Field(vec![of_fluid; grid.field().len()])
+            }
+        };
+        let density = property(case.fluid.density, |b| b.density);
+        let viscosity = property(case.fluid.viscosity, |b| b.viscosity);
+        let rule = match case.coupling.fraction {
+            case::FractionRule::Exact => fraction::Rule::Exact,
+            case::FractionRule::Polygon => fraction::Rule::Polygon,
+        };
+        let coupling = (!bodies.is_empty())
+            .then(|| Coupling::new(session, &grid, bodies, rule, case.fluid.density, case.fluid.viscosity));
+        let scheme = match (case.time.scheme, case.time.advection) {
+            (_, case::Advection::Qsi) => &QSI,
+            (case::Scheme::Euler, _) => &EULER,
+            (case::Scheme::Rk2, _) => &RK2,
+            (case::Scheme::Rk3, _) => &RK3,
+        };
+        let stages = scheme.weights.len() > 1;
+        let nothing = || std::array::from_fn(|_| Vec::new());
+        let conservative = case.time.advection == case::Advection::Upwind5;
+        let extrapolates = scheme.centred && conservative;
+        let mut scene = Scene {
+            u: grid.vector_field(),
+            p: grid.field(),
+            faces: grid.vector_field(),
+            beta: FaceCoefficient::new(&grid, &density),
+            gravity: None,
+            advection: match case.time.advection {
+                case::Advection::Upwind5 => Advection::Upwind5,
+                case::Advection::Upwind5Advective => Advection::Upwind5Advective,
+                case::Advection::Qsi => Advection::Qsi { from: grid.vector_field(), to: grid.vector_field() },
+            },
+            acceleration: grid.vector_field(),
+            faces_before: if extrapolates { grid.vector_field() } else { nothing() },
+            carrier: extrapolates.then(|| grid.vector_field()),
+            total: grid.vector_field(),
+            stage: if stages { grid.vector_field() } else { nothing() },
+            scratch: grid.field(),
+            time: 0.0,
+            steps: 0,
+            clock: Clock::default(),
+            session: session.clone(),
+            dt_before: 0.0,
+            properties_stale: true,
+            assembled: false,
+            grid,
+            boundaries,
+            density,
+            viscosity,
+            coupling,
+            projection,
+            scheme,
+        };
+        scene.set_initial_velocity(&axes(&case.initial_velocity()), case.initial.perturbation);
+        scene.start()?;
+        Ok(scene)
+    }
+
+    /// Sets a uniform velocity (m/s) with a reproducible disturbance that does not depend on the ranks.
+    fn set_initial_velocity(&mut self, velocity: &[f64; D], perturbation: Option<f64>) {
+        for axis in 0..D {
+            for c in self.grid.rows().flatten() {
+                let cell = self.grid.global_cell(c);
+                let number = (0..D).rev().fold(axis, |n, a| n * self.grid.cells[a] + cell[a]);
+                self.u[axis][c] = velocity[axis] + perturbation.unwrap_or(0.0) * scatter(number as u64);
+            }
+        }
+    }
+
+    /// Makes a consistent start from the cell velocities: bodies imposed, faces divergence-free to D0, pressure zero.
+    /// Also for callers that set `u` themselves. Collective.
+    pub fn start(&mut self) -> Result<()> {
+        self.mix_properties()?;
+        if let Some(coupling) = &mut self.coupling {
+            coupling.start_tally();
+            coupling.impose(&self.grid, &self.density, 1.0, &mut self.u);
+            coupling.start_tally();
+        }
+        self.p.fill(0.0);
+        self.boundaries.fill_velocity(&mut self.u)?;
+        self.acceleration.iter_mut().for_each(|f| f.fill(0.0));
+        faces::predict(&self.grid, &self.u, 0.0, &self.acceleration, &mut self.faces);
+        self.boundaries.set_faces(&mut self.faces);
+        // With dt = 1 the potential is the pressure's impulse; it corrects the cells and is forgotten.
+        self.projection.project(&self.grid, &mut self.boundaries, &self.beta, 1.0, &mut self.p, &mut self.faces)?;
+        faces::acceleration(&self.grid, &self.beta, None, &self.p, &mut self.acceleration);
+        self.boundaries.extrapolate_to_closed_faces(&mut self.acceleration);
+        faces::add_to_cells(&self.grid, 1.0, &self.acceleration, &mut self.u);
+        if let Some(coupling) = &mut self.coupling {
+            coupling.impose(&self.grid, &self.density, 1.0, &mut self.u);
+            coupling.start_tally();
+        }
+        self.p.fill(0.0);
+        faces::acceleration(&self.grid, &self.beta, self.gravity.as_ref(), &self.p, &mut self.acceleration);
+        self.boundaries.extrapolate_to_closed_faces(&mut self.acceleration);
+        self.boundaries.fill_velocity(&mut self.u)?;
+        self.clock = Clock::default();
+        Ok(())
+    }
+
+    /// The limits of the time step at the present velocities. Collective.
+    pub fn limits(&self) -> Result<Limits> {
+        let mut rate = [faces::courant_rate(&self.grid, &self.faces)];
+        if let Some(coupling) = &self.coupling {
+            let smallest = self.grid.h.iter().fold(f64::INFINITY, |m, h| m.min(*h));
+            rate[0] = coupling.bodies().iter().fold(rate[0], |m, b| m.max(b.top_speed() / smallest));
+        }
+        self.session.max(&mut rate)?;
+        Ok(Limits {
+            courant_rate: rate[0],
+            courant_limit: self.scheme.courant_limit,
+            diffusion: self.scheme.diffusion_factor
+                * diffusion::step_limit(
+                    &self.grid.h,
+                    self.largest_kinematic_viscosity(),
+                    matches!(self.viscosity, Coefficient::Field(_)),
+                ),
+        })
+    }
+
+    /// Over the fluid and all mixtures with it: mu/rho is monotonic in the fraction, so its ends bound it.
+    fn largest_kinematic_viscosity(&self) -> f64 {
+        let of_bodies = self.coupling.iter().flat_map(|c| c.bodies()).map(|b| b.viscosity / b.density);
+        let fluid = self.coupling.as_ref().map_or_else(
+            || self.viscosity.at(0) / self.density.at(0),
+            |c| c.fluid_viscosity() / c.fluid_density(),
+        );
+        of_bodies.fold(fluid, f64::max)
+    }
+
+    /// Kinetic energy of the mixture (J; per metre of depth in 2D) and the largest speed in a cell (m/s). Collective.
+    ///
+    /// # Errors
+    /// When a velocity is not finite: names the cell.
+    pub fn energy_and_speed(&self) -> Result<(f64, f64)> {
+        let (mut energy, mut fastest) = ([0.0], [0.0f64]);
+        for c in self.grid.rows().flatten() {
+            let square: f64 = self.u.iter().map(|u| u[c] * u[c]).sum();
+            energy[0] += self.density.at(c) * square;
+            fastest[0] = fastest[0].max(square);
+        }
+        energy[0] *= 0.5 * self.grid.cell_volume();
+        self.session.sum(&mut energy)?;
+        self.session.max(&mut fastest)?;
+        if !energy[0].is_finite() {
+            return Err(self.name_bad_cell()?);
+        }
+        Ok((energy[0], fastest[0].sqrt()))
+    }
+
+    /// The error for a value that is not finite, with the first cell that holds one. Collective.
+    pub fn name_bad_cell(&self) -> Result<Error> {
+        let fields = self.u.iter().zip(["velocity along x", "velocity along y", "velocity along z"]);
+        let fields = fields.map(|(f, n)| (f.as_slice(), n)).chain([(self.p.as_slice(), "pressure")]);
+        let mut found = None;
+        for (field, name) in fields {
+            found = found.or(self.grid.rows().flatten().find(|&c| !field[c].is_finite()).map(|c| (c, name)));
+        }
+        let here = match found {
+            None => None,
+            Some((c, name)) => {
+                let at: Vec<String> = self.grid.centre(c).iter().map(|x| format!("{x:.6}")).collect();
+                Some(format!("{name} is not a finite number in cell {:?} at ({})", self.grid.global_cell(c), at.join(", ")))
+            }
+        };
+        // The lowest rank that found one speaks for all; the others' text stays theirs.
+        let said = here.unwrap_or_else(|| "a value is not a finite number on another rank".into());
+        Ok(Error::Run(format!("step {}, time {:.6}: {said}", self.steps + 1, self.time)))
+    }
+
+    /// The owned cells of all ranks, x fastest, on rank 0 (empty elsewhere). Collective.
+    pub fn gather(&self, field: &[f64]) -> Result<Vec<f64>> {
+        let grid = &self.grid;
+        let mut bytes: Vec<f64> = (0..D).flat_map(|a| [grid.start[a] as f64, grid.local[a] as f64]).collect();
+        grid.rows().for_each(|row| bytes.extend_from_slice(&field[row]));
+        let mut whole = if self.session.rank() == 0 { vec![0.0; grid.total_cells()] } else { Vec::new() };
+        self.session.gather(&bytes, |_, part| {
+            let (head, values) = part.split_at(2 * D);
+            let (start, local): ([usize; D], [usize; D]) =
+                (std::array::from_fn(|a| head[2 * a] as usize), std::array::from_fn(|a| head[2 * a + 1] as usize));
+            for (k, row) in values.chunks_exact(local[0]).enumerate() {
+                let (mut rest, mut at, mut stride) = (k, start[0], grid.cells[0]);
+                for a in 1..D {
+                    at += (start[a] + rest % local[a]) * stride;
+                    rest /= local[a];
+                    stride *= grid.cells[a];
+                }
+                whole[at..at + local[0]].copy_from_slice(row);
+            }
+        })?;
+        Ok(whole)
+    }
+
+    /// What the scene needs and what it leaves out, each with its reason.
+    pub fn needs(&self) -> Vec<(&'static str, bool, String)> {
+        let particles = self.coupling.as_ref();
+        let field = |c: &Coefficient| matches!(c, Coefficient::Field(_));
+        let moves = particles.is_some_and(Coupling::moves);
+        let varies = field(&self.density);
+        let why = |yes: bool, if_yes: &str, if_no: &str| (if yes { if_yes } else { if_no }).to_owned();
+        let inviscid = matches!(self.viscosity, Coefficient::Uniform(0.0));
+        vec![
+            ("fractions, mixing, force", particles.is_some(), why(particles.is_some(), "there are particles", "no particles")),
+            ("fractions at every step", moves, why(moves, "a particle moves", "nothing moves: found once")),
+            ("particle motion (17, 18)", false, "no particle is free to move".into()),
+            ("contacts (20-25)", false, "no particle is free to touch another".into()),
+            ("gravity", self.gravity.is_some(), "held particles carry their own weight; the fluid's is in the pressure".into()),
+            ("density on every face", varies, why(varies, "a particle's density differs from the fluid's", "one density everywhere")),
+            (
+                "pressure matrix at every step",
+                varies && moves,
+                why(varies && moves, "the density moves", "the density stays: operator and preconditioner are built once"),
+            ),
+            ("diffusion", !inviscid, why(!inviscid, "viscosity is positive", "inviscid")),
+            (
+                "full-stress diffusion",
+                field(&self.viscosity),
+                why(field(&self.viscosity), "viscosity varies", "one viscosity: the Laplacian is the same and cheaper"),
+            ),
+            (
+                "null space of the pressure",
+                !self.boundaries.fixes_pressure(),
+                why(self.boundaries.fixes_pressure(), "an outflow fixes the pressure", "no outflow fixes the pressure"),
+            ),
+        ]
+    }
+
+    /// The solver of the pressure equation, as `bcgs + hypre`.
+    pub fn solver(&self) -> Result<String> {
+        self.projection.solver().describe()
+    }
+}
+
+/// The first D entries.
+fn axes<T: Copy + Default, const D: usize>(values: &[T]) -> [T; D] {
+    std::array::from_fn(|a| values.get(a).copied().unwrap_or_default())
+}
+
+fn sides<const D: usize>(case: &Case) -> [[&Side; 2]; D] {
+    let all = case.sides();
+    std::array::from_fn(|a| [0, 1].map(|s| all[2 * a + s].unwrap_or(&Side::Periodic)))
+}
+
+fn body(p: &case::Particle, fluid: &case::Fluid) -> Body {
+    let vector = |v: &[f64]| Vector3::from(axes::<f64, 3>(v));
+    let (velocity, spin, motion) = match &p.motion {
+        // Validation refuses free bodies in this version.
+        case::Motion::Free | case::Motion::Fixed => (Vector3::zeros(), Vector3::zeros(), Motion::Fixed),
+        case::Motion::Prescribed(m) => {
+            let spin = match m.spin {
+                None => Vector3::zeros(),
+                Some(case::Spin::Plane(z)) => Vector3::new(0.0, 0.0, z),
+                Some(case::Spin::Space(w)) => Vector3::from(w),
+            };
+            (m.velocity.as_deref().map_or_else(Vector3::zeros, vector), spin, Motion::Prescribed)
+        }
+    };
+    Body {
+        radius: 0.5 * p.shape.diameter(),
+        density: p.density.unwrap_or(fluid.density),
+        viscosity: p.viscosity.unwrap_or(fluid.viscosity),
+        centre: vector(&p.position),
+        velocity,
+        angle: 0.0,
+        spin,
+        motion,
+    }
+}
+
+/// The condition at a face, its profile evaluated at every stored position.
+fn border<const D: usize>(grid: &Grid<D>, axis: usize, side: &Side) -> Option<Border<D>> {
+    let positions = grid.field().len() / grid.stored[axis];
+    let tangential: Vec<usize> = (0..D).filter(|&a| a != axis).collect();
+    // Coordinates (m) of a stored position along the face's axes; ghosts beyond the face repeat its edge.
+    let at = |mut k: usize| {
+        let mut x = [0.0; 2];
+        for (x, &a) in x.iter_mut().zip(&tangential) {
+            let i = (k % grid.stored[a] + grid.start[a]) as f64 - crate::petsc::GHOSTS as f64 + 0.5;
+            *x = (i * grid.h[a]).clamp(0.0, grid.size[a]);
+            k /= grid.stored[a];
+        }
+        x
+    };
+    let given = |velocity: &dyn Fn([f64; 2], usize) -> f64| {
+        Some(Border::Velocity(std::array::from_fn(|c| (0..positions).map(|k| velocity(at(k), c)).collect())))
+    };
+    match side {
+        Side::Periodic => None,
+        Side::Outflow => Some(Border::Outflow),
+        Side::Slip => Some(Border::Slip),
+        Side::Wall => given(&|_, _| 0.0),
+        Side::MovingWall(v) | Side::Inflow(v) => given(&|_, c| v[c]),
+        Side::InflowParabola(peak) => given(&|x, c| {
+            let shape = |(x, &a): (&f64, &usize)| 4.0 * x / grid.size[a] * (1.0 - x / grid.size[a]);
+            peak[c] * x.iter().zip(&tangential).map(shape).product::<f64>()
+        }),
+        Side::InflowProfile(profile) => given(&|x, c| profile.velocity_at(x[0])[c]),
+    }
+}
+
+/// A reproducible number in [-1, 1) for each integer (the finaliser of SplitMix64).
+fn scatter(n: u64) -> f64 {
+    let mut z = n.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^= z >> 31;
+    (z >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+}

@@ -1,0 +1,213 @@
+//! Volume fractions: how much of a cell a particle fills, the alpha of eq. (1).
+//!
+//! Exact in 2D by inclusion and exclusion of quadrants,
+//! ```text
+//!   +------+ (x1, y1)      overlap = Q(x1, y1) - Q(x0, y1) - Q(x1, y0) + Q(x0, y0)
+//!   |   ,--|               Q(x, y) = area of the disc where X < x and Y < y
+//!   +--/---+
+//! ```
+//! or the paper's polygon through the crossings of circle and cell, whose missing area is spread over the cut cells.
+//! Spheres: [`super::sphere`].
+
+use super::sphere;
+use crate::grid::Grid;
+use nalgebra::Vector3;
+use std::f64::consts::PI;
+
+/// A cell that a particle touches.
+#[derive(Clone, Debug)]
+pub struct Overlap {
+    /// The cell's index in a field.
+    pub cell: usize,
+    /// Fraction of the cell's volume inside the particle, within (0, 1].
+    pub fraction: f64,
+    /// From the particle's centre (its nearest image) to the cell's (m).
+    pub arm: Vector3<f64>,
+}
+
+/// How fractions are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rule {
+    /// The exact overlap.
+    Exact,
+    /// Polygons with their missing area spread over the cut cells (2D).
+    Polygon,
+}
+
+/// Fills `overlaps` with the owned cells that a particle (or one of its periodic images) touches.
+pub fn overlaps<const D: usize>(
+    grid: &Grid<D>,
+    centre: &Vector3<f64>,
+    radius: f64,
+    rule: Rule,
+    overlaps: &mut Vec<Overlap>,
+) {
+    overlaps.clear();
+    let images = |a: usize| if grid.periodic[a] { -1..=1 } else { 0..=0 };
+    for kz in if D == 3 { images(2) } else { 0..=0 } {
+        for ky in images(1) {
+            for kx in images(0) {
+                let mut image = *centre;
+                for (a, k) in [kx, ky, kz].into_iter().enumerate().take(D) {
+                    image[a] += f64::from(k) * grid.size[a];
+                }
+                collect(grid, &image, radius, rule, overlaps);
+            }
+        }
+    }
+    if rule == Rule::Polygon {
+        let exact = |o: &Overlap| disc_overlap(&o.arm, grid, radius) / grid.cell_volume();
+        let missing: f64 = overlaps.iter().map(|o| exact(o) - o.fraction).sum();
+        let weight = |o: &Overlap| o.fraction * (1.0 - o.fraction);
+        let total: f64 = overlaps.iter().map(weight).sum();
+        if total > 0.0 {
+            for o in overlaps.iter_mut() {
+                o.fraction = (o.fraction + missing * weight(o) / total).min(1.0);
+            }
+        }
+        overlaps.retain(|o| o.cell != ELSEWHERE);
+    }
+}
+
+/// Stands for a cell of another rank.
+const ELSEWHERE: usize = usize::MAX;
+
+/// Adds the cells that one image touches: this rank's, and for the polygon, whose missing area is spread over all of a
+/// particle's cells, those of other ranks as [`ELSEWHERE`].
+fn collect<const D: usize>(grid: &Grid<D>, centre: &Vector3<f64>, radius: f64, rule: Rule, out: &mut Vec<Overlap>) {
+    let mut first = [0; D];
+    let mut last = [0; D];
+    for a in 0..D {
+        let cell = |x: f64| (x / grid.h[a]).floor();
+        let (low, high) = (cell(centre[a] - radius), cell(centre[a] + radius));
+        let (start, end) = match rule {
+            Rule::Exact => (grid.start[a], grid.start[a] + grid.local[a]),
+            Rule::Polygon => (0, grid.cells[a]),
+        };
+        if high < start as f64 || low >= end as f64 {
+            return;
+        }
+        first[a] = low.max(start as f64) as usize;
+        last[a] = (high as usize).min(end - 1);
+    }
+    let mut cell = first;
+    let half = Vector3::from_fn(|a, _| if a < D { 0.5 * grid.h[a] } else { 0.0 });
+    loop {
+        let mut arm = Vector3::zeros();
+        for a in 0..D {
+            arm[a] = (cell[a] as f64 + 0.5) * grid.h[a] - centre[a];
+        }
+        let far = (arm.abs() + half).norm();
+        let near = (arm.abs() - half).map(|x| x.max(0.0)).norm();
+        let fraction = if far <= radius {
+            1.0
+        } else if near >= radius {
+            0.0
+        } else {
+            let volume = match (D, rule) {
+                (3, _) => sphere::box_overlap(&(arm - half), &(arm + half), radius),
+                (_, Rule::Exact) => disc_overlap(&arm, grid, radius),
+                (_, Rule::Polygon) => polygon_overlap(&arm, grid, radius),
+            };
+            (volume / grid.cell_volume()).clamp(0.0, 1.0)
+        };
+        // Below rounding of the quadrants a cell is not touched.
+        if fraction > 1e-12 {
+            let cell = grid.owned_index(cell).unwrap_or(ELSEWHERE);
+            out.push(Overlap { cell, fraction, arm });
+        }
+        let Some(a) = (0..D).find(|&a| cell[a] < last[a]) else { return };
+        cell[a] += 1;
+        cell[..a].copy_from_slice(&first[..a]);
+    }
+}
+
+fn disc_overlap<const D: usize>(arm: &Vector3<f64>, grid: &Grid<D>, radius: f64) -> f64 {
+    let (hx, hy) = (0.5 * grid.h[0], 0.5 * grid.h[1]);
+    rectangle_overlap([arm.x - hx, arm.x + hx], [arm.y - hy, arm.y + hy], radius)
+}
+
+/// Area of the disc of `radius` at the origin inside the rectangle `x` by `y` (m2).
+pub fn rectangle_overlap(x: [f64; 2], y: [f64; 2], radius: f64) -> f64 {
+    let q = |i: usize, j: usize| quadrant(x[i], y[j], radius);
+    (q(1, 1) - q(0, 1) - q(1, 0) + q(0, 0)).max(0.0)
+}
+
+/// Area of the disc where X < x and Y < y.
+fn quadrant(x: f64, y: f64, r: f64) -> f64 {
+    let half_plane = |x: f64| {
+        let x = x.clamp(-r, r);
+        r * r * (0.5 * PI + (x / r).asin()) + x * (r * r - x * x).sqrt()
+    };
+    if x * x + y * y < r * r {
+        return 0.5 * (half_plane(x) + half_plane(y)) + x * y - 0.25 * PI * r * r;
+    }
+    match (x >= 0.0, y >= 0.0) {
+        (true, true) => half_plane(x) + half_plane(y) - PI * r * r,
+        (false, true) => half_plane(x),
+        (true, false) => half_plane(y),
+        (false, false) => 0.0,
+    }
+}
+
+/// Area of the polygon through the cell's corners inside the circle and the crossings of circle and edges (m2).
+fn polygon_overlap<const D: usize>(arm: &Vector3<f64>, grid: &Grid<D>, r: f64) -> f64 {
+    let (hx, hy) = (0.5 * grid.h[0], 0.5 * grid.h[1]);
+    let corner = |k: usize| {
+        let (sx, sy) = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)][k % 4];
+        [arm.x + sx * hx, arm.y + sy * hy]
+    };
+    // Walking round the cell meets the vertices in order; an edge crosses the circle twice at most.
+    let (mut vertices, mut n) = ([[0.0f64; 2]; 12], 0);
+    let mut add = |v: [f64; 2]| {
+        vertices[n] = v;
+        n += 1;
+    };
+    for k in 0..4 {
+        let (from, to) = (corner(k), corner(k + 1));
+        if from[0].hypot(from[1]) < r {
+            add(from);
+        }
+        let d = [to[0] - from[0], to[1] - from[1]];
+        let (a, b) = (d[0] * d[0] + d[1] * d[1], from[0] * d[0] + from[1] * d[1]);
+        let c = from[0] * from[0] + from[1] * from[1] - r * r;
+        let under = b * b - a * c;
+        if under > 0.0 {
+            for t in [(-b - under.sqrt()) / a, (-b + under.sqrt()) / a] {
+                if (0.0..1.0).contains(&t) {
+                    add([from[0] + t * d[0], from[1] + t * d[1]]);
+                }
+            }
+        }
+    }
+    let v = &vertices[..n];
+    0.5 * (0..n).map(|k| v[k][0] * v[(k + 1) % n][1] - v[(k + 1) % n][0] * v[k][1]).sum::<f64>().max(0.0)
+}
+
+/// Cells that a particle of `radius` may touch, for reserving room once.
+pub fn most_cells<const D: usize>(grid: &Grid<D>, radius: f64) -> usize {
+    (0..D).map(|a| ((2.0 * radius / grid.h[a]) as usize + 2).min(grid.cells[a])).product()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rectangle_around_the_disc_holds_all_of_it_and_its_quarters_a_quarter_each() {
+        let r = 0.7;
+        assert!((rectangle_overlap([-1.0, 1.0], [-1.0, 1.0], r) - PI * r * r).abs() < 1e-14);
+        assert!((rectangle_overlap([0.0, 1.0], [-1.0, 0.0], r) - PI * r * r / 4.0).abs() < 1e-14);
+        assert_eq!(rectangle_overlap([0.7, 1.0], [-1.0, 1.0], r), 0.0);
+    }
+
+    #[test]
+    fn the_exact_overlap_agrees_with_counting_points() {
+        let (x, y, r) = ([0.1, 0.75], [-0.2, 0.6], 0.8);
+        let n = 2000;
+        let at = |s: [f64; 2], k: usize| s[0] + (s[1] - s[0]) * (k as f64 + 0.5) / n as f64;
+        let inside = (0..n * n).filter(|k| at(x, k % n).hypot(at(y, k / n)) < r).count();
+        let counted = inside as f64 / (n * n) as f64 * (x[1] - x[0]) * (y[1] - y[0]);
+        assert!((rectangle_overlap(x, y, r) - counted).abs() < 1e-5);
+    }
+}

@@ -1,0 +1,10 @@
+//! The particles: what they are ([`body`]) and how much of each cell they fill ([`fraction`]).
+//!
+//! Bodies are three-dimensional always; in 2D a disc is a body of unit depth.
+
+pub mod body;
+pub mod fraction;
+mod sphere;
+
+pub use body::{Body, Motion};
+pub use fraction::Overlap;

@@ -1,0 +1,93 @@
+//! The overlap of a sphere and a box: slices of exact area, integrated by Gauss points between the heights where a
+//! slice changes its form.
+//!
+//! ```text
+//!      z        a slice at z is a disc of radius sqrt(R^2 - z^2) against the box's rectangle; its area has kinks where
+//!      |-----   that disc first meets an edge or a corner of the rectangle, and is smooth between them
+//! ```
+
+use super::fraction::rectangle_overlap;
+use nalgebra::Vector3;
+
+/// Nodes and weights of 10-point Gauss-Legendre on [-1, 1], the positive half (Abramowitz & Stegun, table 25.4).
+const GAUSS: [(f64, f64); 5] = [
+    (0.148_874_338_981_631_2, 0.295_524_224_714_752_9),
+    (0.433_395_394_129_247_2, 0.269_266_719_309_996_35),
+    (0.679_409_568_299_024_4, 0.219_086_362_515_982_04),
+    (0.865_063_366_688_984_5, 0.149_451_349_150_580_6),
+    (0.973_906_528_517_171_7, 0.066_671_344_308_688_14),
+];
+
+/// Volume of the sphere of `radius` at the origin inside the box from `low` to `high` (m3); relative error about 1e-9
+/// of the box.
+pub fn box_overlap(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64) -> f64 {
+    let (x, y) = ([low.x, high.x], [low.y, high.y]);
+    let (bottom, top) = (low.z.max(-radius), high.z.min(radius));
+    if top <= bottom {
+        return 0.0;
+    }
+    // Heights where the slice's circle passes an edge (|x|, |y|) or a corner of the rectangle, or shrinks to nothing.
+    let mut cuts = [0.0; 20];
+    let mut n = 0;
+    let mut cut = |z: f64| {
+        if z > bottom && z < top {
+            cuts[n] = z;
+            n += 1;
+        }
+    };
+    let squares = [x[0] * x[0], x[1] * x[1], y[0] * y[0], y[1] * y[1]];
+    let corners = [squares[0] + squares[2], squares[0] + squares[3], squares[1] + squares[2], squares[1] + squares[3]];
+    for s in squares.into_iter().chain(corners) {
+        let under = radius * radius - s;
+        if under > 0.0 {
+            cut(under.sqrt());
+            cut(-under.sqrt());
+        }
+    }
+    let cuts = &mut cuts[..n];
+    cuts.sort_unstable_by(f64::total_cmp);
+    let mut volume = 0.0;
+    let mut from = bottom;
+    for to in cuts.iter().copied().chain([top]) {
+        volume += integrate(from, to, |z| rectangle_overlap(x, y, (radius * radius - z * z).max(0.0).sqrt()));
+        from = to;
+    }
+    volume
+}
+
+/// Integral of `f` with square-root-like ends: `z = m + w s (3 - s^2)/2` flattens them for the Gauss points.
+fn integrate(from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+    let term = |s: f64| f(middle + half * s * (1.5 - 0.5 * s * s)) * 1.5 * (1.0 - s * s);
+    half * GAUSS.iter().map(|&(s, w)| w * (term(s) + term(-s))).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    #[test]
+    fn cells_that_tile_space_hold_the_whole_sphere() {
+        for (r, h, shift) in [(0.5, 0.125, 0.03), (1.0, 0.3, 0.11), (0.5, 0.02, 0.007)] {
+            let n = (r / h) as i32 + 2;
+            let mut sum = 0.0;
+            for k in 0..(2 * n).pow(3) {
+                let at = |k: i32| f64::from(k % (2 * n) - n) * h + shift;
+                let low = Vector3::new(at(k), at(k / (2 * n)), at(k / (4 * n * n)));
+                sum += box_overlap(&low, &low.add_scalar(h), r);
+            }
+            let exact = 4.0 / 3.0 * PI * r * r * r;
+            assert!((sum / exact - 1.0).abs() < 1e-8, "{r} {h}: {sum} against {exact}");
+        }
+    }
+
+    #[test]
+    fn a_cap_and_an_octant_have_their_exact_volumes() {
+        let (r, h) = (0.8f64, 0.3);
+        let cap = box_overlap(&Vector3::new(-1.0, -1.0, r - h), &Vector3::repeat(1.0), r);
+        assert!((cap - PI * h * h * (3.0 * r - h) / 3.0).abs() < 1e-12);
+        let octant = box_overlap(&Vector3::zeros(), &Vector3::repeat(1.0), r);
+        assert!((octant - PI * r.powi(3) / 6.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,233 @@
+//! The method: one step of MICS, in the order of the paper.
+
+use crate::Result;
+use crate::clock::Stage;
+use crate::coupling::Part;
+use crate::fluid::{advection, diffusion, faces, pressure::Projected};
+use crate::grid::{Coefficient, VectorField};
+use crate::scene::{Advection, Scene};
+
+impl<const D: usize> Scene<D> {
+    /// Advances the scene by `dt` (s). Collective.
+    ///
+    /// # Errors
+    /// When the divergence cannot be brought below D0, or a value is no longer finite.
+    pub fn step(&mut self, dt: f64) -> Result<Projected> {
+        self.mix_properties()?; //              (1)      density, viscosity; 1/rho on faces; the operator
+        self.predict_cells(dt)?; //             (7)      u* without pressure
+        self.predict_faces(dt)?; //             (8)      U = mean of u* - dt/rho dp^n/dn
+        let projected = self.project(dt)?; //   (13-15)  C-HSMAC: |D| < D0
+        self.correct_cells(dt); //              (16)     u_f = u* - dt/rho grad p
+        self.sum_pressure_force(); //           (19)     the last of its three parts
+        self.move_particles(dt); //             (17, 18) and the fractions at the new place
+        self.mix_velocity(dt)?; //              (27)     the wall; the momentum it takes is the force
+        self.count_step(dt);
+        Ok(projected)
+    }
+
+    /// (1). Where nothing has moved since the last time, nothing changes.
+    pub(crate) fn mix_properties(&mut self) -> Result<()> {
+        if !std::mem::take(&mut self.properties_stale) {
+            return Ok(());
+        }
+        if let Some(coupling) = &mut self.coupling {
+            coupling.mix_properties(&mut self.boundaries, &mut self.density, &mut self.viscosity)?;
+            coupling.face_coefficient(&self.grid, &self.density, &mut self.beta);
+            self.clock.lap(Stage::Properties);
+        }
+        if !self.assembled || matches!(self.density, Coefficient::Field(_)) {
+            self.projection.assemble(&self.grid, &self.beta)?;
+            self.assembled = true;
+            self.clock.lap(Stage::Assembly);
+            self.find_acceleration();
+        }
+        Ok(())
+    }
+
+    /// (7) by the scheme's stages; the pressure of the last step takes part in the stages and is taken out of u* again.
+    fn predict_cells(&mut self, dt: f64) -> Result<()> {
+        if let Some(coupling) = &mut self.coupling {
+            coupling.start_tally();
+        }
+        self.find_carrier(dt);
+        self.total.iter_mut().for_each(|f| f.fill(0.0));
+        for (stage, &weight) in self.scheme.weights.iter().enumerate() {
+            if stage > 0 {
+                let (of_total, of_pressure) = self.scheme.stages[stage - 1];
+                for (s, (u, r)) in self.stage.iter_mut().zip(self.u.iter().zip(&self.total)) {
+                    for row in self.grid.rows() {
+                        for ((s, u), r) in s[row.clone()].iter_mut().zip(&u[row.clone()]).zip(&r[row]) {
+                            *s = u + dt * of_total * r;
+                        }
+                    }
+                }
+                faces::add_to_cells(&self.grid, dt * of_pressure, &self.acceleration, &mut self.stage);
+                self.clock.lap(Stage::Update);
+            }
+            let u = if stage == 0 { &mut self.u } else { &mut self.stage };
+            self.boundaries.fill_velocity(u)?;
+            self.clock.lap(Stage::Ghosts);
+            self.add_advection(stage, weight, dt)?;
+            self.add_diffusion(stage, weight);
+        }
+        for (u, r) in self.u.iter_mut().zip(&self.total) {
+            for row in self.grid.rows() {
+                for (u, r) in u[row.clone()].iter_mut().zip(&r[row]) {
+                    *u += dt * r;
+                }
+            }
+        }
+        self.clock.lap(Stage::Update);
+        Ok(())
+    }
+
+    /// The face velocity that carries: at the middle of the step for schemes of second order, from the last two steps.
+    fn find_carrier(&mut self, dt: f64) {
+        let Some(carrier) = &mut self.carrier else { return };
+        let ahead = if self.steps > 0 { 0.5 * dt / self.dt_before } else { 0.0 };
+        for (axis, carrier) in carrier.iter_mut().enumerate() {
+            for row in self.grid.face_rows(axis) {
+                let (now, before) = (&self.faces[axis][row.clone()], &self.faces_before[axis][row.clone()]);
+                for ((c, n), b) in carrier[row].iter_mut().zip(now).zip(before) {
+                    *c = n + ahead * (n - b);
+                }
+            }
+        }
+        self.clock.lap(Stage::Update);
+    }
+
+    fn add_advection(&mut self, stage: usize, weight: f64, dt: f64) -> Result<()> {
+        self.tally(Part::Convective, -1.0);
+        let u = if stage == 0 { &self.u } else { &self.stage };
+        let grid = &self.grid;
+        match &mut self.advection {
+            Advection::Upwind5 => {
+                let carrier = self.carrier.as_ref().unwrap_or(&self.faces);
+                for (q, rate) in u.iter().zip(&mut self.total) {
+                    advection::upwind5(grid, carrier, q, weight, rate, &mut self.scratch);
+                }
+            }
+            Advection::Upwind5Advective => {
+                for (q, rate) in u.iter().zip(&mut self.total) {
+                    advection::upwind5_advective(grid, u, q, weight, rate);
+                }
+            }
+            Advection::Qsi { from, to } => {
+                copy_rows(u, from);
+                for axis in 0..D {
+                    self.boundaries.fill_velocity(from)?;
+                    for (q, out) in from.iter().zip(to.iter_mut()) {
+                        advection::qsi_sweep(grid, axis, &u[axis], dt, q, out);
+                    }
+                    std::mem::swap(from, to);
+                }
+                for ((rate, end), start) in self.total.iter_mut().zip(from.iter()).zip(u) {
+                    for c in grid.rows().flatten() {
+                        rate[c] += weight * (end[c] - start[c]) / dt;
+                    }
+                }
+            }
+        }
+        self.clock.lap(Stage::Advection);
+        self.tally(Part::Convective, 1.0);
+        Ok(())
+    }
+
+    fn add_diffusion(&mut self, stage: usize, weight: f64) {
+        self.tally(Part::Viscous, -1.0);
+        let u = if stage == 0 { &self.u } else { &self.stage };
+        match &self.viscosity {
+            Coefficient::Uniform(0.0) => {}
+            Coefficient::Uniform(mu) => {
+                for (q, rate) in u.iter().zip(&mut self.total) {
+                    diffusion::laplacian(&self.grid, *mu, &self.density, q, weight, rate);
+                }
+            }
+            Coefficient::Field(mu) => {
+                for (i, rate) in self.total.iter_mut().enumerate() {
+                    diffusion::stress(&self.grid, mu, &self.density, u, i, weight, rate, &mut self.scratch);
+                }
+            }
+        }
+        self.clock.lap(Stage::Diffusion);
+        self.tally(Part::Viscous, 1.0);
+    }
+
+    fn tally(&mut self, part: Part, sign: f64) {
+        if let Some(coupling) = &mut self.coupling {
+            coupling.tally(&self.grid, part, sign, &self.density, &self.total);
+            self.clock.lap(Stage::Force);
+        }
+    }
+
+    /// (8).
+    fn predict_faces(&mut self, dt: f64) -> Result<()> {
+        self.boundaries.fill_velocity(&mut self.u)?;
+        self.clock.lap(Stage::Ghosts);
+        if self.carrier.is_some() {
+            std::mem::swap(&mut self.faces, &mut self.faces_before);
+        }
+        faces::predict(&self.grid, &self.u, dt, &self.acceleration, &mut self.faces);
+        self.boundaries.set_faces(&mut self.faces);
+        self.clock.lap(Stage::Faces);
+        Ok(())
+    }
+
+    /// (13-15).
+    fn project(&mut self, dt: f64) -> Result<Projected> {
+        let projected =
+            self.projection.project(&self.grid, &mut self.boundaries, &self.beta, dt, &mut self.p, &mut self.faces)?;
+        self.clock.lap(Stage::Pressure);
+        Ok(projected)
+    }
+
+    /// (16).
+    fn correct_cells(&mut self, dt: f64) {
+        self.find_acceleration();
+        faces::add_to_cells(&self.grid, dt, &self.acceleration, &mut self.u);
+        self.clock.lap(Stage::Faces);
+    }
+
+    /// The acceleration by pressure and gravity on faces, as cells and the next step's stages use it.
+    fn find_acceleration(&mut self) {
+        faces::acceleration(&self.grid, &self.beta, self.gravity.as_ref(), &self.p, &mut self.acceleration);
+        self.boundaries.extrapolate_to_closed_faces(&mut self.acceleration);
+    }
+
+    fn sum_pressure_force(&mut self) {
+        if let Some(coupling) = &mut self.coupling {
+            coupling.tally_pressure(&self.grid, &self.density, &self.acceleration);
+            self.clock.lap(Stage::Force);
+        }
+    }
+
+    /// Prescribed motion; fixed bodies and their fractions stay.
+    fn move_particles(&mut self, dt: f64) {
+        let Some(coupling) = self.coupling.as_mut().filter(|c| c.moves()) else { return };
+        coupling.advance(&self.grid, dt);
+        self.properties_stale = true;
+        self.clock.lap(Stage::Particles);
+    }
+
+    /// (27).
+    fn mix_velocity(&mut self, dt: f64) -> Result<()> {
+        let Some(coupling) = &mut self.coupling else { return Ok(()) };
+        coupling.impose(&self.grid, &self.density, dt, &mut self.u);
+        coupling.finish_tally()?;
+        self.clock.lap(Stage::Mixing);
+        Ok(())
+    }
+
+    fn count_step(&mut self, dt: f64) {
+        self.time += dt;
+        self.dt_before = dt;
+        self.steps += 1;
+        self.clock.count();
+    }
+}
+
+fn copy_rows<const D: usize>(from: &VectorField<D>, to: &mut VectorField<D>) {
+    for (f, t) in from.iter().zip(to) {
+        t.copy_from_slice(f);
+    }
+}

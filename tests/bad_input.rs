@@ -1,0 +1,250 @@
+//! What a wrong case or command line gets: exit status 2, one message that says where and what would be right, and
+//! nothing written. Each row breaks a good case in one way.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+const GOOD: &str = r#"name = "small"
+
+[domain]
+size = [2.0, 1.0]
+cells = [32, 16]
+
+[fluid]
+density = 1.0
+viscosity = 0.1
+
+[boundary]
+west = { inflow = [1.0, 0.0] }
+east = "outflow"
+south = "periodic"
+north = "periodic"
+
+[[particle]]
+shape = { disc = { diameter = 0.2 } }
+position = [0.5, 0.5]
+motion = "fixed"
+
+[[particle]]
+shape = { disc = { diameter = 0.3 } }
+position = [1.2, 0.5]
+motion = "fixed"
+
+[time]
+end = 0.1
+cfl = 0.4
+
+[pressure]
+divergence_limit = 1.0e-6
+
+[[measure]]
+name = "drag"
+kind = "drag_coefficient"
+"#;
+
+/// A way to break the good case: the text to replace, its replacement, the text that the line named must begin with
+/// (empty: no line is named), the key named, and what else the message must say.
+type Row = (&'static str, &'static str, &'static str, &'static str, &'static [&'static str]);
+
+#[rustfmt::skip]
+const BAD_CASES: &[Row] = &[
+    // The text itself.
+    ("end = 0.1", "end = ", "end =", "", &["not valid TOML"]),
+    ("[time]", "[time", "[time", "", &["not valid TOML", "`]`"]),
+    ("density = 1.0", "density = 1.0\ndensity = 2.0", "density = 2.0", "", &["duplicate key"]),
+    // Unknown, missing and mistyped keys.
+    ("viscosity = 0.1", "viscosty = 0.1", "viscosty", "fluid.viscosty", &["unknown key `viscosty`", "did you mean `viscosity`?"]),
+    ("viscosity = 0.1", "colour = 0.1", "colour", "fluid.colour", &["unknown key `colour`", "`density`, `viscosity`, `gravity`"]),
+    ("[pressure]", "[presure]", "[presure]", "presure", &["did you mean `pressure`?"]),
+    ("diameter = 0.2", "diametr = 0.2", "shape", "particle.0.shape.disc.diametr", &["did you mean `diameter`?"]),
+    ("cfl = 0.4", "scheme = \"rk4\"", "scheme", "time.scheme", &["unknown value `rk4`", "did you mean `rk"]),
+    ("divergence_limit = 1.0e-6", "solver = \"magic\"", "solver", "pressure.solver", &["unknown value `magic`", "`bcgs-boomeramg`"]),
+    ("east = \"outflow\"", "east = \"outlow\"", "east", "boundary.east", &["did you mean `outflow`?"]),
+    ("{ inflow = [1.0, 0.0] }", "{ inflw = [1.0, 0.0] }", "west", "boundary.west.inflw", &["did you mean `inflow`?"]),
+    ("{ inflow = [1.0, 0.0] }", "\"inflow\"", "west", "boundary.west", &["`inflow` needs its value"]),
+    ("east = \"outflow\"", "east = { outflow = 1.0 }", "east", "boundary.east.outflow", &["takes no value", "write \"outflow\""]),
+    ("east = \"outflow\"", "east = 3", "east", "boundary.east", &["the number 3", "wanted a name in quotes"]),
+    ("{ disc = { diameter = 0.2 } }", "{ disk = { diameter = 0.2 } }", "shape", "particle.0.shape.disk", &["did you mean `disc`?"]),
+    ("kind = \"drag_coefficient\"", "kind = \"drag\"", "kind", "measure.0.kind", &["did you mean `drag_coefficient`?"]),
+    ("viscosity = 0.1\n", "", "[fluid]", "fluid.viscosity", &["missing key `viscosity` in [fluid]"]),
+    ("[time]\nend = 0.1\ncfl = 0.4\n", "", "", "time", &["missing key `time`", "top level"]),
+    ("viscosity = 0.1", "viscosity = \"thick\"", "viscosity", "fluid.viscosity", &["the text \"thick\"", "wanted a number"]),
+    ("size = [2.0, 1.0]", "size = 2.0", "size", "domain.size", &["wanted a list"]),
+    ("cells = [32, 16]", "cells = [32.5, 16]", "cells", "domain.cells.0", &["the number 32.5", "wanted a whole number"]),
+    ("cells = [32, 16]", "cells = [-32, 16]", "cells", "domain.cells.0", &["the number -32", "wanted a whole number"]),
+    ("[fluid]", "[[fluid]]", "[[fluid]]", "fluid", &["found a list", "wanted a table", "[fluid]"]),
+    ("[time]", "[[time]]", "[[time]]", "time", &["found a list", "wanted a table", "[time]"]),
+    ("[[measure]]", "[measure]", "[measure]", "measure", &["found a table", "[[measure]]"]),
+    // Values out of range.
+    ("name = \"small\"", "name = \"../small\"", "name", "name", &["letters, digits"]),
+    ("density = 1.0", "density = -1.0", "density", "fluid.density", &["must be positive", "kg/m3", "-1.0"]),
+    ("density = 1.0", "density = nan", "density", "fluid.density", &["must be positive and finite", "NaN"]),
+    ("viscosity = 0.1", "viscosity = -0.1", "viscosity", "fluid.viscosity", &["must be zero or positive", "Pa s"]),
+    ("viscosity = 0.1", "viscosity = inf", "viscosity", "fluid.viscosity", &["finite"]),
+    ("viscosity = 0.1", "viscosity = 0.1\ngravity = [0.0, nan]", "gravity", "fluid.gravity.1", &["finite", "m/s2"]),
+    ("viscosity = 0.1", "viscosity = 0.1\ngravity = [-9.81]", "gravity", "fluid.gravity", &["a 2D case needs 2 numbers", "not 1"]),
+    ("size = [2.0, 1.0]", "size = [2.0, -1.0]", "size", "domain.size.1", &["must be positive", "-1.0"]),
+    ("size = [2.0, 1.0]", "size = [2.0, nan]", "size", "domain.size.1", &["must be positive and finite"]),
+    ("size = [2.0, 1.0]", "size = [2.0]", "size", "domain.size", &["2 numbers (m) for a 2D case or 3 for a 3D one", "not 1"]),
+    ("cells = [32, 16]", "cells = [32, 0]", "cells", "domain.cells.1", &["at least 6", "not 0"]),
+    ("cells = [32, 16]", "cells = [32, 16, 16]", "cells", "domain.cells", &["one for each in domain.size"]),
+    ("cells = [32, 16]", "cells = [65536, 65536]", "cells", "domain.cells", &["2^31"]),
+    ("divergence_limit = 1.0e-6", "divergence_limit = 0.0", "divergence_limit", "pressure.divergence_limit", &["must be positive", "1/s"]),
+    ("divergence_limit = 1.0e-6", "tightening = 2.0", "tightening", "pressure.tightening", &["at most 1"]),
+    ("end = 0.1", "end = 0.0", "end", "time.end", &["must be positive", "(s)"]),
+    ("cfl = 0.4", "step = -0.001", "step", "time.step", &["must be positive", "(s)"]),
+    // Contradictions.
+    ("cfl = 0.4", "cfl = 0.4\nstep = 0.001", "step", "time.step", &["time.step and time.cfl exclude each other"]),
+    ("cfl = 0.4", "advection = \"qsi\"", "advection", "time.advection", &["time.scheme = \"euler\"", "upwind5"]),
+    ("south = \"periodic\"", "south = \"wall\"", "north", "boundary.north", &["north is periodic and south is not", "or neither"]),
+    ("north = \"periodic\"", "north = { moving_wall = [0.0, 1.0] }\nbottom = \"wall\"", "south", "boundary.south", &["south is periodic"]),
+    ("north = \"periodic\"", "north = \"periodic\"\ntop = \"wall\"", "top", "boundary.top", &["3D only", "remove it"]),
+    ("size = [2.0, 1.0]\ncells = [32, 16]", "size = [2.0, 1.0, 1.0]\ncells = [32, 16, 16]", "west", "boundary.west.inflow", &["a 3D case needs 3 numbers"]),
+    ("east = \"outflow\"", "east = \"wall\"", "west", "boundary.west", &["inflow without outflow", "set east = \"outflow\""]),
+    ("{ inflow = [1.0, 0.0] }", "{ moving_wall = [1.0, 0.0] }", "west", "boundary.west.moving_wall.0", &["its own plane", "set x to 0.0"]),
+    ("{ inflow = [1.0, 0.0] }", "{ inflow_profile = { at = [0.5, 0.5], velocity = [[1, 0], [1, 0]] } }", "west", "boundary.west.inflow_profile.at", &["must increase"]),
+    // Particles.
+    ("position = [0.5, 0.5]", "position = [0.05, 0.5]", "position = [0.05", "particle.0.position", &["particle 0 reaches from -0.05", "outside the domain", "2.0 m"]),
+    ("position = [0.5, 0.5]", "position = [0.5, 1.0]", "position = [0.5, 1", "particle.0.position", &["particle 0", "outside the domain", "0 <= y < 1.0 m"]),
+    ("position = [1.2, 0.5]", "position = [0.7, 0.5]", "position = [0.7", "particle.1.position", &["particle 1 overlaps particle 0", "0.25"]),
+    ("position = [1.2, 0.5]", "position = [1.2, 0.5, 0.5]", "position = [1.2", "particle.1.position", &["a 2D case needs 2 numbers", "not 3"]),
+    ("diameter = 0.2", "diameter = 0.0", "shape", "particle.0.shape.disc.diameter", &["must be positive", "(m)"]),
+    ("diameter = 0.2", "diameter = 1.0", "shape", "particle.0.shape.disc.diameter", &["must be below"]),
+    ("{ disc = { diameter = 0.2 } }", "{ sphere = { diameter = 0.2 } }", "shape", "particle.0.shape", &["a disc is for 2D"]),
+    ("position = [0.5, 0.5]\nmotion = \"fixed\"", "position = [0.5, 0.5]", "[[particle]]", "particle.0.motion", &["free particles are not in this version", "\"fixed\""]),
+    // Measures and output.
+    ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\nparticle = 2", "particle", "measure.0.particle", &["no particle 2", "has 2"]),
+    ("kind = \"drag_coefficient\"", "kind = \"strouhal\"\nfrom = 5.0", "from", "measure.0.from", &["before time.end = 0.1 s"]),
+    ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\n[[measure]]\nname = \"drag\"\nkind = \"max_speed\"", "name = \"drag\"", "measure.1.name", &["names another measure"]),
+    ("[[measure]]", "[output]\nfields = { every = 0 }\n[[measure]]", "fields", "output.fields.every", &["1 step or more"]),
+    ("[[measure]]", "[output]\nfields = { every = 1, every_time = 0.1 }\n[[measure]]", "fields", "output.fields", &["exactly one of"]),
+    // What only the scene can tell: it finds the limit of a step, and names it.
+    ("cfl = 0.4", "step = 0.09", "step", "time.step", &["limit"]),
+];
+
+/// Overrides of the good case that are refused, and what the message must say.
+const BAD_OVERRIDES: &[(&str, &[&str])] = &[
+    ("fluid.viscosity", &["key.path=value"]),
+    ("fluid.viscosity=", &["no value"]),
+    ("=2.0", &["key.path=value"]),
+    ("time.scheme=euler", &[r#"--set 'time.scheme="euler"'"#]),
+    ("domain.cells=[32", &["not a TOML value"]),
+    ("particle.5.density=2.0", &["no entry 5", "has 2"]),
+    ("particle.density=2.0", &["`particle.0.density`"]),
+    ("fluid.viscosity=-2.0", &["small.toml", "fluid.viscosity", "zero or positive", "(given by --set)"]),
+    ("fluid.viscosty=2.0", &["small.toml", "did you mean `viscosity`?", "(given by --set)"]),
+    ("domain.cells=\"many\"", &["small.toml", "domain.cells", "wanted a list", "(given by --set)"]),
+];
+
+/// `mics run CASE --out DIR` and these further arguments.
+fn mics(case: &Path, out: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_mics"));
+    command.arg("run").arg(case).arg("--out").arg(out).args(arguments);
+    command.output().expect("the binary runs")
+}
+
+/// What is wrong with a refusal: its status, its message or what it left in `out`; empty where all is as it should be.
+fn shortcomings(output: &Output, out: &Path, says: &[&str]) -> Vec<String> {
+    let message = String::from_utf8_lossy(&output.stderr);
+    let mut wrong = Vec::new();
+    if output.status.code() != Some(2) {
+        wrong.push(format!("exit status {:?}, expected 2", output.status.code()));
+    }
+    if message.lines().filter(|line| line.starts_with("error: ")).count() != 1 || !message.starts_with("error: ") {
+        wrong.push("expected one message".into());
+    }
+    wrong.extend(says.iter().filter(|part| !message.contains(**part)).map(|part| format!("does not say `{part}`")));
+    if out.exists() {
+        wrong.push("the output folder was made".into());
+    }
+    if !wrong.is_empty() {
+        wrong.push(format!("it printed: {message}"));
+    }
+    wrong
+}
+
+/// Runs `text` as a case file and expects a refusal that says all of `says`.
+fn refused(text: &[u8], arguments: &[&str], says: &[&str]) -> Vec<String> {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let (case, out) = (folder.path().join("small.toml"), folder.path().join("out"));
+    fs::write(&case, text).expect("the scratch folder takes a file");
+    shortcomings(&mics(&case, &out, arguments), &out, says)
+}
+
+/// Fails with every shortcoming of every row, so that one run shows all.
+fn expect_none(shortcomings: impl IntoIterator<Item = (String, Vec<String>)>) {
+    let failed = shortcomings.into_iter().filter(|(_, wrong)| !wrong.is_empty());
+    let report: Vec<_> = failed.map(|(row, wrong)| format!("{row}\n    {}", wrong.join("\n    "))).collect();
+    assert!(report.is_empty(), "{} rows fall short:\n{}", report.len(), report.join("\n"));
+}
+
+#[test]
+fn the_case_that_the_bad_ones_are_made_from_is_good() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let case = folder.path().join("small.toml");
+    fs::write(&case, GOOD).expect("the scratch folder takes a file");
+    let output = Command::new(env!("CARGO_BIN_EXE_mics")).arg("check").arg(case).output().expect("the binary runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn a_bad_case_is_refused_with_one_message_that_names_file_line_key_and_cure() {
+    expect_none(BAD_CASES.iter().map(|(from, to, line, key, says)| {
+        assert!(GOOD.contains(from), "the good case has no `{from}`");
+        let text = GOOD.replacen(from, to, 1);
+        // Of several lines that begin so, the last one up to the end of the replacement is meant, else the first.
+        let changed = text[..GOOD.find(from).unwrap_or(0) + to.len()].lines().count();
+        let begins_so = |(_, text): &(usize, &str)| !line.is_empty() && text.starts_with(line);
+        let up_to_change = text.lines().enumerate().take(changed).filter(begins_so).last();
+        let place = match up_to_change.or_else(|| text.lines().enumerate().find(begins_so)) {
+            Some((index, _)) => format!("small.toml:{}: ", index + 1),
+            None => "small.toml: ".into(),
+        };
+        let mut all = vec![place.as_str(), key];
+        all.extend(*says);
+        (format!("`{from}` -> `{to}`"), refused(text.as_bytes(), &[], &all))
+    }));
+}
+
+#[test]
+fn a_bad_override_is_refused_with_one_message_that_names_it_and_the_right_form() {
+    let row = |(given, says): &(&str, &[&str])| (given.to_string(), refused(GOOD.as_bytes(), &["--set", given], says));
+    expect_none(BAD_OVERRIDES.iter().map(row));
+}
+
+#[test]
+fn a_case_file_that_cannot_be_read_as_text_is_refused() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let out = folder.path().join("out");
+    let absent = folder.path().join("absent.toml");
+    let latin1 = GOOD.replace("small", "sm\u{e5}ll").chars().map(|c| c as u8).collect::<Vec<_>>();
+    expect_none([
+        ("absent".into(), shortcomings(&mics(&absent, &out, &[]), &out, &["absent.toml", "no such file"])),
+        (
+            "a directory".into(),
+            shortcomings(&mics(folder.path(), &out, &[]), &out, &["directory", "name the case file"]),
+        ),
+        ("not UTF-8".into(), refused(&latin1, &[], &["small.toml:1", "UTF-8"])),
+    ]);
+}
+
+#[test]
+fn a_folder_that_holds_a_run_is_refused_and_left_as_it_was() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let (case, out) = (folder.path().join("small.toml"), folder.path().join("out"));
+    fs::write(&case, GOOD).expect("the scratch folder takes a file");
+    fs::create_dir(&out).expect("the scratch folder takes a folder");
+    fs::write(out.join("run.json"), "{}").expect("the folder takes a file");
+    let wrong = shortcomings(&mics(&case, &out, &[]), Path::new(""), &["exists", "--force"]);
+    let left: Vec<_> =
+        fs::read_dir(&out).expect("the folder is still there").map(|entry| entry.unwrap().path()).collect();
+    assert_eq!(left, [out.join("run.json")]);
+    assert_eq!(fs::read_to_string(&left[0]).expect("it is text"), "{}");
+    expect_none([("a folder with a run".into(), wrong)]);
+}
+
+#[test]
+fn a_petsc_type_that_does_not_exist_is_refused_by_name() {
+    expect_none([("-ksp_type".into(), refused(GOOD.as_bytes(), &["--", "-ksp_type", "nonsense"], &["nonsense"]))]);
+}
