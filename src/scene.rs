@@ -36,10 +36,14 @@ pub struct Scene<const D: usize> {
     pub steps: u64,
     /// Where the time goes.
     pub clock: Clock,
-    pub(crate) session: Session,
-    pub(crate) beta: FaceCoefficient<D>,
-    pub(crate) gravity: Option<Gravity<D>>,
-    pub(crate) projection: Projection,
+    /// The ranks.
+    pub session: Session,
+    /// `1/rho` on faces (m3/kg).
+    pub beta: FaceCoefficient<D>,
+    /// Reduced gravity, where something is free to fall in it.
+    pub gravity: Option<Gravity<D>>,
+    /// The pressure equation and its iteration.
+    pub projection: Projection,
     pub(crate) scheme: &'static Scheme,
     pub(crate) advection: Advection<D>,
     /// Pressure and gravity on faces (m/s2), of the pressure in `p`.

@@ -41,7 +41,7 @@ enum Shape {
     Dashes(Vec<Pixel>, ShapeStyle),
     Area(Vec<Pixel>, ShapeStyle),
     Bitmap(Pixel, Pixel, Vec<u8>),
-    Text(String, Pixel, TextStyle<'static>),
+    Text(String, Pixel, Box<TextStyle<'static>>),
 }
 
 /// What has been drawn so far, for any backend.
@@ -82,7 +82,7 @@ impl Sheet {
         // Neither backend centres on the digits: both leave them too high.
         let down = if matches!(anchor.1, VPos::Center) { size * 3 / 20 } else { 0 };
         if !text.is_empty() {
-            self.0.push(Shape::Text(text.to_owned(), (at.0, at.1 + down), style));
+            self.0.push(Shape::Text(text.to_owned(), (at.0, at.1 + down), Box::new(style)));
         }
     }
 
@@ -257,14 +257,7 @@ pub const BELOW: i32 = TICK + GAP + SMALL + GAP + MEDIUM;
 fn round_ticks(range: &Range<f64>, count: i32) -> (Vec<f64>, f64) {
     let least = (range.end - range.start) / f64::from(count.max(1));
     let magnitude = 10f64.powf(least.log10().floor());
-    let step = magnitude
-        * if least > 5.0 * magnitude {
-            10.0
-        } else if least > 2.0 * magnitude {
-            5.0
-        } else {
-            2.0
-        };
+    let step = magnitude * [2.0, 5.0].into_iter().find(|step| step * magnitude >= least).unwrap_or(10.0);
     let first = (range.start / step - 1e-6).ceil();
     let values = (0..100).map(|k| (first + f64::from(k)) * step);
     (values.take_while(|value| *value <= range.end + 1e-6 * step).collect(), step)

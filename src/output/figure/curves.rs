@@ -26,27 +26,8 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(230, 159, 0),
     RGBColor(86, 180, 233),
 ];
-/// Marker outlines, in pixels of the figure around the point.
-const MARKERS: [&[(f64, f64)]; 5] = [
-    &[
-        (5.5, 0.0),
-        (4.8, 2.8),
-        (2.8, 4.8),
-        (0.0, 5.5),
-        (-2.8, 4.8),
-        (-4.8, 2.8),
-        (-5.5, 0.0),
-        (-4.8, -2.8),
-        (-2.8, -4.8),
-        (0.0, -5.5),
-        (2.8, -4.8),
-        (4.8, -2.8),
-    ],
-    &[(-5.0, -5.0), (5.0, -5.0), (5.0, 5.0), (-5.0, 5.0)],
-    &[(0.0, -6.5), (6.0, 4.5), (-6.0, 4.5)],
-    &[(0.0, -7.0), (6.0, 0.0), (0.0, 7.0), (-6.0, 0.0)],
-    &[(0.0, 6.5), (6.0, -4.5), (-6.0, -4.5)],
-];
+/// Markers as regular polygons: corners, radius in pixels of the figure, direction of the first corner in degrees.
+const MARKERS: [(u32, f64, f64); 5] = [(16, 5.5, 0.0), (4, 7.0, 45.0), (3, 7.0, -90.0), (4, 7.0, 0.0), (3, 7.0, 90.0)];
 
 /// Draws series over axes. Writes `STEM.png` and `STEM.svg`.
 pub fn curves(axes: &Axes, series: &[Series], stem: &Path) -> Result<[PathBuf; 2]> {
@@ -89,11 +70,14 @@ fn stroke(sheet: &mut Sheet, style: SeriesStyle, index: usize, places: Vec<Pixel
         SeriesStyle::Line => sheet.line(places, colour, 2 * THIN),
         SeriesStyle::Dashed => sheet.dashes(places, colour, 2 * THIN),
         SeriesStyle::Markers => {
-            let scaled = |offset: f64| (offset * f64::from(SCALE)).round() as i32;
-            for (x, y) in places {
-                let corners = MARKERS[index % MARKERS.len()].iter();
-                let corners = corners.map(|&(dx, dy)| (x + scaled(dx), y + scaled(dy)));
-                sheet.area(corners.collect(), colour);
+            let (corners, radius, first) = MARKERS[index % MARKERS.len()];
+            let corner = |(x, y): Pixel, k: u32| {
+                let angle = (first + 360.0 * f64::from(k) / f64::from(corners)).to_radians();
+                let offset = |part: f64| (radius * f64::from(SCALE) * part).round() as i32;
+                (x + offset(angle.cos()), y + offset(angle.sin()))
+            };
+            for place in places {
+                sheet.area((0..corners).map(|k| corner(place, k)).collect(), colour);
             }
         }
     }
@@ -104,7 +88,8 @@ fn legend(sheet: &mut Sheet, series: &[Series], (left, top): Pixel, drawn: &[Pix
     let named = || series.iter().enumerate().filter(|(_, series)| !series.label.is_empty());
     let widths = named().map(|(_, series)| canvas::width(&series.label, SMALL));
     let Some(widest) = widths.max() else { return };
-    let (width, height) = (widest + SAMPLE + 3 * PAD, ROW * named().count() as i32 + PAD);
+    // The font of a viewer of the SVG may be wider.
+    let (width, height) = (widest * 11 / 10 + SAMPLE + 3 * PAD, ROW * named().count() as i32 + PAD);
     let free = (PLOT.0 - width - 2 * PAD, PLOT.1 - height - 2 * PAD);
     let corner = |(i, j): (i32, i32)| (left + PAD + i * free.0 / 2, top + PAD + j * free.1 / 2);
     let covered = |place: &(i32, i32)| {
@@ -129,18 +114,14 @@ fn legend(sheet: &mut Sheet, series: &[Series], (left, top): Pixel, drawn: &[Pix
 
 /// The range of some values, widened so that nothing lies on its ends.
 fn padded(values: impl Iterator<Item = f64>, part: f64) -> Range<f64> {
-    let (low, high) =
-        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    let around = |(low, high): (f64, f64), value: f64| (low.min(value), high.max(value));
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), around);
     if low > high {
         return 0.0..1.0;
     }
-    let pad = if high - low > 1e-12 * low.abs().max(high.abs()) {
-        part * (high - low)
-    } else if low == 0.0 {
-        1.0
-    } else {
-        0.1 * low.abs()
-    };
+    let size = low.abs().max(high.abs());
+    let flat = if size > 0.0 { 0.1 * size } else { 1.0 };
+    let pad = if high - low > 1e-12 * size { part * (high - low) } else { flat };
     low - pad..high + pad
 }
 

@@ -43,9 +43,8 @@ pub fn vorticity(plane: &Plane, stem: &Path) -> Result<[PathBuf; 2]> {
 /// Draws streamlines coloured by speed, with discs, on white. Writes `STEM.png` and `STEM.svg`.
 pub fn streamlines(plane: &Plane, stem: &Path) -> Result<[PathBuf; 2]> {
     check(plane, stem)?;
-    let fastest = fastest(plane);
-    let most = if fastest > 0.0 { fastest } else { 1.0 };
-    let field = Field::new(plane, &SEQUENTIAL, 0.0..most, "speed (m/s)");
+    let fastest = Some(trace::fastest(plane)).filter(|speed| *speed > 1e-300);
+    let field = Field::new(plane, &SEQUENTIAL, 0.0..fastest.unwrap_or(1.0), "speed (m/s)");
     let speed = |at: Point| sample(plane, &plane.u, at).hypot(sample(plane, &plane.v, at));
     field.write(Sheet::default(), stem, |at| field.colour(speed(at)))
 }
@@ -61,21 +60,15 @@ fn check(plane: &Plane, stem: &Path) -> Result<()> {
     Err(Error::io(stem)(io::Error::new(io::ErrorKind::InvalidInput, message)))
 }
 
-fn fastest(plane: &Plane) -> f64 {
-    let speeds = plane.u.iter().zip(&plane.v).map(|(u, v)| u.hypot(*v));
-    speeds.filter(|speed| speed.is_finite()).fold(0.0, f64::max)
-}
-
-/// The vorticity where colours saturate: what one fluid cell in a hundred exceeds, so that the thin layers at discs
-/// do not wash out the rest. Never so small that rounding errors of a flow without vorticity show.
+/// The vorticity where colours saturate: what one cell in a hundred exceeds, so that thin layers at discs do not wash
+/// out the rest. Rounding errors of a flow without vorticity stay white.
 fn vorticity_limit(plane: &Plane) -> f64 {
-    let mut values: Vec<f64> =
-        plane.vorticity.iter().map(|value| value.abs()).filter(|value| value.is_finite()).collect();
-    let rank = values.len() * 99 / 100;
-    let robust = if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(rank, f64::total_cmp).1 };
-    let largest = values.iter().copied().fold(0.0, f64::max);
-    let noise = 1e-9 * fastest(plane) / plane.size[0].max(plane.size[1]);
-    [robust, largest].into_iter().find(|limit| *limit > noise && *limit > 1e-300).unwrap_or(1.0)
+    let finite = plane.vorticity.iter().map(|value| value.abs()).filter(|value| value.is_finite());
+    let mut values: Vec<f64> = finite.collect();
+    values.sort_unstable_by(f64::total_cmp);
+    let noise = 1e-9 * trace::fastest(plane) / plane.size[0].max(plane.size[1]);
+    let limits = [values.get(values.len() * 99 / 100), values.last()].into_iter().flatten();
+    limits.copied().find(|limit| *limit > noise.max(1e-300)).unwrap_or(1.0)
 }
 
 /// A plane on its sheet with the colour bar beside it.

@@ -1,6 +1,6 @@
 //! Figures: data in, `STEM.png` and `STEM.svg` out. Owns what a figure looks like; knows nothing of runs or cases.
 //!
-//! [`vorticity`] and [`streamlines`] draw a plane of the flow, [`curves`] draws series over axes. `canvas` turns one
+//! [`vorticity`] and [`streamlines`] draw a plane of the flow, [`curves()`] draws series over axes. `canvas` turns one
 //! description into both files, `field` and `curves` describe, `trace` finds evenly spaced streamlines.
 
 mod canvas;

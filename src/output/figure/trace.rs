@@ -31,6 +31,12 @@ pub fn sample(plane: &Plane, values: &[f64], at: Point) -> f64 {
     row(j) * (1.0 - t) + row(next_j) * t
 }
 
+/// The greatest speed of a cell, 0 where none has any.
+pub fn fastest(plane: &Plane) -> f64 {
+    let speeds = plane.u.iter().zip(&plane.v).map(|(u, v)| u.hypot(*v));
+    speeds.filter(|speed| speed.is_finite()).fold(0.0, f64::max)
+}
+
 /// Streamlines about `separation` apart, each along the flow; the same lines for the same plane.
 pub fn streamlines(plane: &Plane, separation: f64) -> Vec<Vec<Point>> {
     let mut tracer = Tracer::new(plane, separation);
@@ -44,9 +50,7 @@ pub fn streamlines(plane: &Plane, separation: f64) -> Vec<Vec<Point>> {
     for start in middle.into_iter().chain(lattice) {
         seeds.push_back(start);
         while let Some(seed) = seeds.pop_front() {
-            let Some(line) = tracer.line(seed) else {
-                continue;
-            };
+            let Some(line) = tracer.line(seed) else { continue };
             for &at in &line {
                 if let Some([a, b]) = tracer.direction(at) {
                     seeds.extend([-separation, separation].map(|d| [at[0] - b * d, at[1] + a * d]));
@@ -78,8 +82,6 @@ struct Tracer<'a> {
 impl<'a> Tracer<'a> {
     fn new(plane: &'a Plane, separation: f64) -> Self {
         let bins = plane.size.map(|size| (size / separation).ceil().max(1.0) as usize);
-        let speeds = plane.u.iter().zip(&plane.v).map(|(u, v)| u.hypot(*v));
-        let fastest = speeds.filter(|speed| speed.is_finite()).fold(0.0, f64::max);
         let cell = (plane.size[0] / plane.cells[0] as f64).min(plane.size[1] / plane.cells[1] as f64);
         let mut discs = vec![Vec::new(); bins[0] * bins[1]];
         for (index, disc) in plane.discs.iter().enumerate() {
@@ -98,7 +100,7 @@ impl<'a> Tracer<'a> {
             plane,
             separation,
             steps: (separation / HOPS as f64 / (0.5 * cell)).ceil().clamp(1.0, 100.0) as usize,
-            slow: (STAGNANT * fastest).max(f64::MIN_POSITIVE),
+            slow: (STAGNANT * fastest(plane)).max(f64::MIN_POSITIVE),
             bins,
             points: vec![Vec::new(); bins[0] * bins[1]],
             discs,
@@ -125,15 +127,10 @@ impl<'a> Tracer<'a> {
     /// Grows a line from its end, along the flow or against it. True when it came back to its start.
     fn extend(&self, line: &mut Vec<Point>, sign: f64) -> bool {
         let near = 0.5 * self.separation;
-        let most = 4 * HOPS * (self.bins[0] + self.bins[1]);
-        for _ in 0..most {
+        for _ in 0..4 * HOPS * (self.bins[0] + self.bins[1]) {
             let from = line[line.len() - 1];
-            let Some(to) = self.hop(from, sign) else {
-                return false;
-            };
-            if self.hits_disc(from, to) || self.near_line(to, near) {
-                return false;
-            }
+            let clear = |to: &Point| !self.hits_disc(from, *to) && !self.near_line(*to, near);
+            let Some(to) = self.hop(from, sign).filter(clear) else { return false };
             if !self.inside(to) {
                 line.push(self.leave(from, to));
                 return false;

@@ -1,0 +1,13 @@
+//! The integration tests: the solver against exact and published solutions, and the program as a stranger meets it.
+
+mod allocation;
+mod bad_input;
+mod boundaries;
+mod cavity;
+mod convergence;
+mod cylinder;
+mod plots;
+mod poisson;
+mod program;
+mod ranks;
+mod support;

@@ -1,0 +1,122 @@
+//! The pressure equation by itself: order across a density jump, and every density ratio solved.
+
+use crate::support::{Petsc, box_case, order, petsc};
+use mics::fluid::faces::{self, FaceCoefficient, Gravity};
+use mics::grid::Coefficient;
+use mics::scene::Scene;
+use std::f64::consts::PI;
+
+/// A box at rest whose mixture has the density `rho(x, y)`.
+fn box_with_density(petsc: &Petsc, n: usize, sides: [&str; 4], limit: f64, rho: impl Fn(f64, f64) -> f64) -> Scene<2> {
+    let more = format!("[pressure]\ndivergence_limit = {limit:e}");
+    let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [n, n], 0.0, sides, &more));
+    let mut density = scene.grid.field();
+    for c in scene.grid.rows().flatten() {
+        let [x, y] = scene.grid.centre(c);
+        density[c] = rho(x, y);
+    }
+    scene.boundaries.fill_property(&mut density).unwrap();
+    let density = Coefficient::Field(density);
+    scene.beta = FaceCoefficient::new(&scene.grid, &density);
+    scene.beta.update(&scene.grid, &density);
+    scene.density = density;
+    scene.projection.assemble(&scene.grid, &scene.beta).unwrap();
+    scene
+}
+
+/// Largest errors of the potential away from the jump (two cells and more) for
+/// `phi = rho s(x) cos(2 pi y)`, `s = sin(pi (x - 1/2))`: the flux `(1/rho) grad phi` is continuous across x = 1/2.
+fn jump_error(n: usize, ratio: f64) -> f64 {
+    let petsc = petsc();
+    let sides = ["\"wall\"", "\"wall\"", "\"periodic\"", "\"periodic\""];
+    let rho = |x: f64| if x < 0.5 { 1.0 } else { ratio };
+    let mut scene = box_with_density(&petsc, n, sides, 1e-9, |x, _| rho(x));
+    let grid = scene.grid.clone();
+    for axis in 0..2 {
+        for c in grid.face_rows(axis).flatten() {
+            let [mut x, mut y] = grid.centre(c);
+            if axis == 0 { x -= 0.5 * grid.h[0] } else { y -= 0.5 * grid.h[1] }
+            let (s, slope) = ((PI * (x - 0.5)).sin(), PI * (PI * (x - 0.5)).cos());
+            scene.faces[axis][c] =
+                if axis == 0 { slope * (2.0 * PI * y).cos() } else { -2.0 * PI * s * (2.0 * PI * y).sin() };
+        }
+    }
+    let done = scene
+        .projection
+        .project(&grid, &mut scene.boundaries, &scene.beta, 1.0, &mut scene.p, &mut scene.faces)
+        .unwrap();
+    assert!(done.divergence_max < 1e-9);
+    let exact = |[x, y]: [f64; 2]| rho(x) * (PI * (x - 0.5)).sin() * (2.0 * PI * y).cos();
+    let away = || grid.rows().flatten().filter(|&c| (grid.centre(c)[0] - 0.5).abs() > 2.0 * grid.h[0]);
+    // The potential is known but for a constant, which the light side shows best.
+    let light: Vec<f64> =
+        away().filter(|&c| grid.centre(c)[0] < 0.5).map(|c| scene.p[c] - exact(grid.centre(c))).collect();
+    let constant = light.iter().sum::<f64>() / light.len() as f64;
+    let error = |c: usize| (scene.p[c] - constant - exact(grid.centre(c))).abs() / rho(grid.centre(c)[0]);
+    away().map(error).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_density_jump_of_a_thousand_is_solved_at_second_order_away_from_the_jump() {
+    let e = [16, 32, 64, 128].map(|n| jump_error(n, 1000.0));
+    let orders: Vec<f64> = e.windows(2).map(|w| order(w[0], w[1], 2.0)).collect();
+    println!("errors {e:?}, orders {orders:.2?}");
+    assert!(orders.iter().all(|o| *o >= 1.9), "{e:?} {orders:?}");
+}
+
+#[test]
+fn every_density_ratio_from_a_thousandth_to_ten_thousand_is_solved_to_d0() {
+    for ratio in [1e-3, 1e-2, 0.1, 0.5, 2.65, 10.0, 100.0, 1e3, 1e4] {
+        for sides in [["\"wall\""; 4], ["\"wall\"", "\"outflow\"", "\"periodic\"", "\"periodic\""]] {
+            let petsc = petsc();
+            let mut scene = box_with_density(&petsc, 64, sides, 1e-8, |x, y| {
+                let inside = [(0.3, 0.4), (0.7, 0.55), (0.45, 0.75)].iter().any(|(a, b)| (x - a).hypot(y - b) < 0.12);
+                if inside { ratio } else { 1.0 }
+            });
+            let grid = scene.grid.clone();
+            for axis in 0..2 {
+                for c in grid.face_rows(axis).flatten() {
+                    let [x, y] = grid.centre(c);
+                    scene.faces[axis][c] = ((7.0 + axis as f64) * x).sin() * (11.0 * y).cos();
+                }
+            }
+            scene.boundaries.set_faces(&mut scene.faces);
+            let (b, p, u) = (&scene.beta, &mut scene.p, &mut scene.faces);
+            let done = scene.projection.project(&grid, &mut scene.boundaries, b, 0.01, p, u).unwrap();
+            let mut divergence = grid.field();
+            faces::divergence(&grid, &scene.faces, &mut divergence);
+            let largest = grid.rows().flatten().map(|c| divergence[c].abs()).fold(0.0, f64::max);
+            assert!(done.divergence_max < 1e-8 && largest < 1e-8, "{ratio} {sides:?}: {largest:e}");
+            assert_eq!(done.retries, 0, "{ratio} {sides:?}");
+            assert!(done.outer <= 3, "{ratio} {sides:?}: {} iterations of C-HSMAC", done.outer);
+        }
+    }
+}
+
+/// Reduced gravity acts at faces with the pressure gradient: layers at rest stay at rest, at any ratio.
+#[test]
+fn layers_of_different_density_stay_at_rest_under_gravity() {
+    for ratio in [1e-3, 2.65, 1e4] {
+        let petsc = petsc();
+        let layers = |y: f64| 1.0 + (ratio - 1.0) * if y < 0.3 { 1.0 } else if y < 0.37 { 0.4 } else { 0.0 };
+        let mut scene = box_with_density(&petsc, 32, ["\"wall\""; 4], 1e-8, |_, y| layers(y));
+        let mut excess = scene.grid.field();
+        for c in scene.grid.rows().flatten() {
+            excess[c] = layers(scene.grid.centre(c)[1]) - 1.0;
+        }
+        scene.boundaries.fill_property(&mut excess).unwrap();
+        scene.gravity = Some(Gravity { g: [0.0, -9.81], excess });
+        scene.start().unwrap();
+        for _ in 0..5 {
+            scene.step(1e-3).unwrap();
+        }
+        let (_, fastest) = scene.energy_and_speed().unwrap();
+        assert!(fastest < 1e-9, "ratio {ratio}: {fastest} m/s");
+        // The pressure is hydrostatic: the excess weight of the column, from the bottom to the top.
+        let column: Vec<usize> = scene.grid.rows().map(|row| row.start + 5).collect();
+        let weight: f64 = column.iter().map(|&c| 9.81 * (scene.density.at(c) - 1.0) / 32.0).sum();
+        let drop = scene.p[column[0]] - scene.p[column[31]];
+        let ends = 0.5 * 9.81 * (layers(0.0) - 1.0) / 32.0;
+        assert!((drop - (weight - ends)).abs() < 1e-6 * weight.abs(), "{drop} against {weight}");
+    }
+}

@@ -1,0 +1,91 @@
+//! What the tests share: PETSc behind a lock (it is one per process), scenes from text, runs of the program.
+
+use mics::case::load;
+use mics::petsc::Session;
+use mics::scene::Scene;
+use std::collections::HashMap;
+use std::path::Path;
+use std::process::{Command, Output};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+
+/// PETSc for as long as the guard lives; it is never finalised, since the process's other tests need it.
+pub struct Petsc {
+    pub session: Session,
+    _guard: MutexGuard<'static, ()>,
+}
+
+pub fn petsc() -> Petsc {
+    let guard = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+    let session = Session::start(&[]).expect("PETSc starts");
+    std::mem::forget(session.clone());
+    Petsc { session, _guard: guard }
+}
+
+impl Petsc {
+    /// The scene of a case's text.
+    pub fn scene<const D: usize>(&self, text: &str) -> Scene<D> {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("case.toml");
+        std::fs::write(&path, text).unwrap();
+        let case = load(&path, &[]).unwrap_or_else(|e| panic!("{e}")).case;
+        Scene::new(&self.session, &case).unwrap_or_else(|e| panic!("{e}"))
+    }
+}
+
+/// A case's text in 2D: periodic, without particles, unless `more` says otherwise (whole tables).
+pub fn box_case(size: [f64; 2], cells: [usize; 2], viscosity: f64, sides: [&str; 4], more: &str) -> String {
+    let [west, east, south, north] = sides;
+    let time = if more.contains("[time]") { "" } else { "[time]\nend = 1.0" };
+    format!(
+        "name = \"test\"\n[domain]\nsize = {size:?}\ncells = {cells:?}\n[fluid]\ndensity = 1.0\nviscosity = {viscosity:?}\n\
+         [boundary]\nwest = {west}\neast = {east}\nsouth = {south}\nnorth = {north}\n{time}\n{more}\n"
+    )
+}
+
+pub const PERIODIC: [&str; 4] = ["\"periodic\"", "\"periodic\"", "\"periodic\"", "\"periodic\""];
+
+/// Observed order between two resolutions a factor `ratio` apart.
+pub fn order(coarse: f64, fine: f64, ratio: f64) -> f64 {
+    (coarse / fine).ln() / ratio.ln()
+}
+
+/// Runs the program.
+pub fn mics(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_mics")).args(arguments).output().expect("the program starts")
+}
+
+/// Runs a case into `out`, which must succeed, and returns its summary.
+pub fn run(case: &Path, out: &Path, more: &[&str]) -> serde_json::Value {
+    let words = ["run", case.to_str().unwrap(), "--quiet", "--out", out.to_str().unwrap()];
+    let output = mics(&[&words[..], more].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    summary(out)
+}
+
+pub fn summary(out: &Path) -> serde_json::Value {
+    let text = std::fs::read_to_string(out.join("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let [found, limit] = ["divergence_max", "divergence_limit"].map(|k| summary[k].as_f64().unwrap());
+    assert!(found < limit, "the divergence {found:e} is not below D0 = {limit:e}");
+    summary
+}
+
+/// The columns of a CSV file, by name.
+pub fn columns(path: &Path) -> HashMap<String, Vec<f64>> {
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_path(path).unwrap();
+    let names: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
+    let mut columns: HashMap<String, Vec<f64>> = names.iter().map(|n| (n.clone(), Vec::new())).collect();
+    for record in reader.records().map(Result::unwrap) {
+        for (name, value) in names.iter().zip(record.iter()) {
+            columns.get_mut(name).unwrap().push(value.parse().unwrap_or(f64::NAN));
+        }
+    }
+    columns
+}
+
+/// A file of the repository.
+pub fn shipped(path: &str) -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
