@@ -35,7 +35,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     let start_up = started.elapsed().as_secs_f64();
     let limits = scene.limits()?;
     check_step(loaded, &limits)?;
-    let dt = choose_step(case, &limits, None);
+    let dt = choose_step(case, &limits, None, case.time.end);
 
     let times = |v: &[f64]| v.iter().map(|x| format!("{x}")).collect::<Vec<_>>().join(" x ");
     let cells = case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");

@@ -93,15 +93,17 @@ fn courant_number(case: &Case) -> f64 {
     case.time.cfl.unwrap_or(0.4)
 }
 
-/// The next step (s), before the end cuts it.
-pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>) -> f64 {
-    let Some(fixed) = case.time.step else {
-        let wanted = (courant_number(case) / limits.courant_rate)
-            .min(DIFFUSION_SHARE * limits.diffusion)
-            .min(case.time.end / 10.0);
-        return before.map_or(wanted, |b| wanted.min(GROWTH * b));
-    };
-    fixed
+/// The next step (s). Where `time.cfl` chooses, what is left is cut into equal steps: a last step of another length would
+/// change the force of the mixing, which depends on dt. A fixed step stays as it is, and ends at or after `time.end`.
+pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64) -> f64 {
+    if let Some(fixed) = case.time.step {
+        return fixed;
+    }
+    let wanted = (courant_number(case) / limits.courant_rate)
+        .min(DIFFUSION_SHARE * limits.diffusion)
+        .min(case.time.end / 10.0)
+        .min(before.map_or(f64::INFINITY, |b| GROWTH * b));
+    left / (left / wanted * (1.0 - 1e-9)).ceil().max(1.0)
 }
 
 struct Run<'a, const D: usize> {
@@ -207,14 +209,7 @@ impl<'a, const D: usize> Run<'a, D> {
         self.sample(speed);
         while self.scene.time < end * (1.0 - 1e-12) {
             let limits = self.scene.limits()?;
-            let mut dt = choose_step(self.case, &limits, self.dt);
-            let left = end - self.scene.time;
-            // No last step of a sliver: the last two share what is left.
-            if dt >= left {
-                dt = left;
-            } else if 2.0 * dt > left && self.case.time.step.is_none() {
-                dt = 0.5 * left;
-            }
+            let dt = choose_step(self.case, &limits, self.dt, end - self.scene.time);
             let cfl = dt * limits.courant_rate;
             self.refuse_broken_limit(cfl, &limits)?;
             self.scene.clock.lap(Stage::Logs);

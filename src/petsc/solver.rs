@@ -197,6 +197,10 @@ impl LinearSolver {
             check("KSPSolve", ffi::KSPSolve(self.krylov, self.right_side, self.solution))?;
             check("KSPGetConvergedReason", ffi::KSPGetConvergedReason(self.krylov, &mut reason))?;
             check("KSPGetIterationNumber", ffi::KSPGetIterationNumber(self.krylov, &mut iterations))?;
+            if !self.null_space.is_null() {
+                // Whatever constant the solver left: the solution has a mean of zero.
+                check("MatNullSpaceRemove", ffi::MatNullSpaceRemove(self.null_space, self.solution))?;
+            }
         }
         Ok((reason, iterations.max(0) as u32))
     }

@@ -1,1 +1,63 @@
+//! A step allocates nothing: a counting allocator watches.
 
+use crate::support::{box_case, petsc};
+use mics::scene::Scene;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: hands every call on to the system's allocator, and counts in a thread-local that itself needs no allocation.
+#[allow(unsafe_code)]
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        let _ = COUNT.try_with(|n| n.set(n.get() + 1));
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, data: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(data, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+/// Allocations of this thread in five steps after the first.
+fn allocations<const D: usize>(scene: &mut Scene<D>, dt: f64) -> usize {
+    scene.step(dt).unwrap();
+    let before = COUNT.get();
+    for _ in 0..5 {
+        scene.step(dt).unwrap();
+    }
+    COUNT.get() - before
+}
+
+#[test]
+fn a_step_after_the_first_allocates_nothing() {
+    let petsc = petsc();
+    assert!({ drop(std::hint::black_box(vec![1])); COUNT.get() } > 0, "the counter counts");
+    let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"periodic\"", "\"periodic\""];
+    let moving = "density = 2.65\nviscosity = 0.0\nmotion = { prescribed = { velocity = [0.7, 0.4], spin = 1.0 } }";
+    for scheme in ["scheme = \"rk2\"", "scheme = \"rk3\"", "scheme = \"euler\"\nadvection = \"qsi\"", "advection = \"upwind5-advective\""] {
+        for (body, rule) in [("motion = \"fixed\"", "exact"), (moving, "exact"), (moving, "polygon")] {
+            let more = format!(
+                "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [0.5, 0.9]\n{body}\n\
+                 [coupling]\nfraction = \"{rule}\"\n[time]\nend = 1.0\n{scheme}"
+            );
+            let mut scene: Scene<2> = petsc.scene(&box_case([2.0, 1.0], [32, 16], 0.01, sides, &more));
+            assert_eq!(allocations(&mut scene, 4e-3), 0, "{scheme} {body} {rule}");
+        }
+    }
+    let mut scene: Scene<3> = petsc.scene(
+        "name = \"s\"\n[domain]\nsize = [2.0, 1.0, 1.0]\ncells = [16, 8, 8]\n[fluid]\ndensity = 1.0\nviscosity = 0.01\n\
+         [boundary]\nwest = { inflow = [1.0, 0.0, 0.0] }\neast = \"outflow\"\nsouth = \"slip\"\nnorth = \"slip\"\n\
+         bottom = \"periodic\"\ntop = \"periodic\"\n[[particle]]\nshape = { sphere = { diameter = 0.5 } }\n\
+         position = [0.6, 0.5, 0.5]\nmotion = { prescribed = { velocity = [0.1, 0.0, 0.2] } }\n[time]\nend = 1.0",
+    );
+    assert_eq!(allocations(&mut scene, 1e-2), 0, "3D");
+}

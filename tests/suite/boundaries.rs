@@ -1,1 +1,104 @@
+//! The faces of the box, against exact flows.
 
+use crate::support::{PERIODIC, box_case, order, petsc};
+use mics::scene::Scene;
+
+/// Largest error of the velocity along x after `steps` steps of `dt`, against `exact(y)`.
+fn channel_error(case: &str, steps: usize, dt: f64, exact: impl Fn(f64) -> f64) -> f64 {
+    let petsc = petsc();
+    let mut scene: Scene<2> = petsc.scene(case);
+    for _ in 0..steps {
+        scene.step(dt).unwrap();
+    }
+    let error = |c: usize| (scene.u[0][c] - exact(scene.grid.centre(c)[1])).abs();
+    scene.grid.rows().flatten().map(error).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_parabolic_inflow_between_walls_stays_a_parabola_to_second_order() {
+    let error = |n: usize| {
+        let sides = ["{ inflow_parabola = [1.0, 0.0] }", "\"outflow\"", "\"wall\"", "\"wall\""];
+        let dt = (0.4 / n as f64).min(4.0 / (n * n) as f64);
+        channel_error(&box_case([2.0, 1.0], [2 * n, n], 0.05, sides, ""), (4.0 / dt) as usize, dt, |y| {
+            4.0 * y * (1.0 - y)
+        })
+    };
+    let e = [8, 16, 32].map(error);
+    println!("{e:?}");
+    assert!(order(e[1], e[2], 2.0) >= 1.8, "{e:?}");
+}
+
+#[test]
+fn a_moving_wall_drives_couette_flow_exactly() {
+    let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "{ moving_wall = [2.0, 0.0] }"];
+    let error = channel_error(&box_case([0.5, 1.0], [8, 16], 0.5, sides, ""), 4000, 2e-3, |y| 2.0 * y);
+    assert!(error < 1e-9, "{error}");
+}
+
+#[test]
+fn a_stream_along_slip_walls_stays_uniform_and_a_table_of_inflow_is_an_inflow() {
+    let table = "{ inflow_profile = { at = [0.0, 1.0], velocity = [[1.0, 0.0], [1.0, 0.0]] } }";
+    for west in ["{ inflow = [1.0, 0.0] }", table] {
+        let sides = [west, "\"outflow\"", "\"slip\"", "\"slip\""];
+        let error = channel_error(&box_case([2.0, 1.0], [16, 8], 0.01, sides, ""), 50, 0.03, |_| 1.0);
+        assert!(error < 1e-12, "{error}");
+    }
+}
+
+/// Disturbance energy near the outflow after a vortex has left, over the vortex's own.
+fn left_behind(length: f64, n: usize) -> f64 {
+    let petsc = petsc();
+    let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
+    let cells = [(length * n as f64) as usize, 2 * n];
+    let mut scene: Scene<2> = petsc.scene(&box_case([length, 2.0], cells, 1e-3, sides, ""));
+    let disturbance = |scene: &Scene<2>| {
+        let energy = |c: usize| (scene.u[0][c] - 1.0).powi(2) + scene.u[1][c].powi(2);
+        let inside = scene.grid.rows().flatten().filter(|&c| scene.grid.centre(c)[0] < 2.0);
+        inside.map(energy).sum::<f64>()
+    };
+    for c in scene.grid.rows().flatten() {
+        let [x, y] = scene.grid.centre(c);
+        let (dx, dy) = (x - 1.0, y - 1.0);
+        let swirl = 0.5 * (0.5 - 0.5 * (dx * dx + dy * dy) / 0.04).exp() / 0.2;
+        scene.u[0][c] = 1.0 - swirl * dy;
+        scene.u[1][c] = swirl * dx;
+    }
+    scene.start().unwrap();
+    let before = disturbance(&scene);
+    let dt = 0.3 / n as f64;
+    for _ in 0..(2.5 / dt) as usize {
+        scene.step(dt).unwrap();
+    }
+    disturbance(&scene) / before
+}
+
+#[test]
+fn a_vortex_leaves_through_the_outflow_without_reflection() {
+    let (short, long) = (left_behind(2.0, 24), left_behind(5.0, 24));
+    println!("left behind: {short:.2e}, with the outflow far away {long:.2e}");
+    assert!((short - long).abs() < 0.01, "{short} against {long}");
+}
+
+#[test]
+fn what_the_mixing_takes_is_all_that_a_periodic_flow_loses() {
+    let petsc = petsc();
+    let body = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.43, 0.52]\nmotion = \"fixed\"\n\
+                [[particle]]\nshape = { disc = { diameter = 0.2 } }\nposition = [0.95, 0.98]\n\
+                motion = { prescribed = { velocity = [0.3, 0.1], spin = 2.0 } }\n\
+                [initial]\nvelocity = [1.0, 0.2]\n[pressure]\ndivergence_limit = 1.0e-9";
+    let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, body));
+    let momentum = |scene: &Scene<2>| {
+        [0, 1].map(|a| scene.grid.rows().flatten().map(|c| scene.u[a][c]).sum::<f64>() * scene.grid.cell_volume())
+    };
+    for _ in 0..20 {
+        let before = momentum(&scene);
+        scene.step(5e-3).unwrap();
+        let after = momentum(&scene);
+        let force: Vec<_> = scene.coupling.as_ref().unwrap().exchange().iter().map(|e| e.momentum).collect();
+        for a in 0..2 {
+            let lost = (before[a] - after[a]) / 5e-3;
+            let taken = force[0][a] + force[1][a];
+            assert!((lost - taken).abs() < 1e-9, "lost {lost}, taken {taken}");
+        }
+    }
+}

@@ -1,1 +1,160 @@
+//! The program as a person at a terminal meets it: the run folder, check, schema, PETSc's options, failures.
 
+use crate::support::{box_case, columns, mics, petsc, run, shipped};
+use mics::scene::Scene;
+use std::path::{Path, PathBuf};
+
+const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
+
+const DISC: &str = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.6, 0.5]\nmotion = \"fixed\"";
+
+fn write(dir: &Path, text: &str) -> PathBuf {
+    let path = dir.join("case.toml");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn a_run_leaves_the_folder_that_the_contract_promises() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("run");
+    let short = ["--set", "time.end=0.1", "--set", "measure=[]", "--set", "output.fields={ every_time = 0.04 }"];
+    let summary = run(&shipped("cases/cylinder-wake/case.toml"), &out, &short);
+    for name in ["case", "status", "cells", "steps", "time", "wall_seconds", "step_seconds", "divergence_max",
+        "divergence_limit", "outer_iterations", "krylov_iterations", "measures", "stages_ns_per_cell_step",
+        "peak_memory_bytes_per_cell"] {
+        assert!(!summary[name].is_null(), "{name}");
+    }
+    assert!((summary["time"].as_f64().unwrap() - 0.1).abs() < 1e-12);
+    let head = std::fs::read_to_string(out.join("particles.csv")).unwrap();
+    assert!(head.starts_with("step,time,id,x,y,z,angle,vx,vy,vz,wx,wy,wz,fluid_fx,fluid_fy,fluid_fz,pressure_fx,pressure_fy,\
+        viscous_fx,viscous_fy,convective_fx,convective_fy,contact_fx,contact_fy,contact_fz,fluid_tx,fluid_ty,fluid_tz"));
+    let (particles, steps) = (columns(&out.join("particles.csv")), columns(&out.join("steps.csv")));
+    assert_eq!(particles["time"][0], 0.0);
+    assert_eq!(particles["step"].len(), steps["step"].len());
+    assert_eq!(steps["step"].len() as u64, summary["steps"].as_u64().unwrap() + 1);
+    let run: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(out.join("run.json")).unwrap()).unwrap();
+    assert!(run["petsc_options"].as_str().unwrap().contains("-pc_hypre_type boomeramg"), "{run}");
+    assert!(run["end"].is_string() && run["ranks"] == 1);
+    let series = std::fs::read_to_string(out.join("fields/series.pvd")).unwrap();
+    assert_eq!(series.matches("<DataSet").count(), 4, "{series}");
+    // The case as run is a case, and runs to the same end.
+    let again = dir.path().join("again");
+    run_again(&out.join("case.toml"), &again);
+    let repeated = columns(&again.join("particles.csv"));
+    assert_eq!(repeated["fluid_fx"], particles["fluid_fx"], "the same case on the same machine is the same run");
+}
+
+fn run_again(case: &Path, out: &Path) {
+    run(case, out, &[]);
+}
+
+#[test]
+fn check_describes_the_scene_and_says_what_it_skips_and_why() {
+    let output = mics(&["check", shipped("cases/cylinder-wake/case.toml").to_str().unwrap()]);
+    let said = text(&output.stdout);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    for part in ["160 x 64 cells", "d/h = 8.0", "Reynolds     100", "step limits  advection", "by time.cfl",
+        "skips        fractions at every step: nothing moves", "skips        pressure matrix at every step",
+        "skips        contacts", "ms a step", "bcgs + hypre"] {
+        assert!(said.contains(part), "{part} in {said}");
+    }
+}
+
+#[test]
+fn the_schema_is_json_and_knows_the_keys() {
+    let output = mics(&["schema"]);
+    let schema: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(schema["properties"]["domain"].is_object() && schema["properties"]["particle"].is_object());
+}
+
+#[test]
+fn petsc_options_work_and_those_that_nothing_used_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = write(dir.path(), &box_case([2.0, 1.0], [32, 16], 0.01, STREAM, &format!("{DISC}\n[petsc]\noptions = \"-ksp_type gmres\"")));
+    let go = |name: &str, options: &[&str]| {
+        let out = dir.path().join(name);
+        let words = ["run", case.to_str().unwrap(), "--out", out.to_str().unwrap(), "--set", "time.end=0.1", "--"];
+        let output = mics(&[&words[..], options].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    assert!(go("a", &[]).contains("gmres + hypre"));
+    let said = go("b", &["-ksp_type", "cg", "-pc_type", "gamg", "-ksp_monitor", "-nonsense", "3"]);
+    assert!(said.contains("cg + gamg") && said.contains("KSP Residual norm"), "{said}");
+    assert!(said.contains("nothing used: -nonsense 3"), "{said}");
+    assert!(go("c", &["-log_view"]).contains("KSPSolve"));
+    assert!(go("d", &["-ksp_view"]).contains("BoomerAMG"));
+}
+
+#[test]
+fn a_solver_that_fails_ends_the_run_with_its_reasons_after_one_retry() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = write(dir.path(), &box_case([2.0, 1.0], [64, 32], 0.01, STREAM, DISC));
+    let out = dir.path().join("run");
+    let words = ["run", case.to_str().unwrap(), "--out", out.to_str().unwrap(), "--"];
+    let output = mics(&[&words[..], &["-ksp_type", "cg", "-pc_type", "jacobi", "-ksp_max_it", "3"]].concat());
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(said.contains("failed twice: DIVERGED_ITS after 3 iterations") && said.contains("rebuilt"), "{said}");
+}
+
+#[test]
+fn a_limit_below_rounding_ends_the_run_and_names_the_last_good_state() {
+    let dir = tempfile::tempdir().unwrap();
+    let more = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.6, 0.5]\n\
+                motion = { prescribed = { velocity = [0.4, 0.0] } }";
+    let case = write(dir.path(), &box_case([2.0, 1.0], [64, 32], 0.01, STREAM, more));
+    let out = dir.path().join("run");
+    let words = ["run", case.to_str().unwrap(), "--out", out.to_str().unwrap(), "--set"];
+    let output = mics(&[&words[..], &["pressure.divergence_limit=1e-15"]].concat());
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(said.contains("C-HSMAC reached max |D|") || said.contains("failed twice"), "{said}");
+    assert!(!out.exists(), "the very first projection failed: nothing is written");
+}
+
+#[test]
+fn a_fixed_step_that_the_flow_outgrows_stops_the_run_with_the_limit_and_keeps_its_state() {
+    let dir = tempfile::tempdir().unwrap();
+    let more = "[initial]\nvelocity = [0.0, 0.0]\n[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.6, 0.5]\n\
+                motion = \"fixed\"\n[time]\nend = 1.0\nstep = 0.018";
+    let case = write(dir.path(), &box_case([2.0, 1.0], [64, 32], 0.001, STREAM, more));
+    let out = dir.path().join("run");
+    let output = mics(&["run", case.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(said.contains("broke the advection limit") && said.contains("the last good state") && said.contains(".vti"), "{said}");
+    let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
+    assert!(summary.contains("\"failed\""), "{summary}");
+}
+
+#[test]
+fn a_value_that_is_not_a_number_stops_the_step_and_its_cell_is_named() {
+    let petsc = petsc();
+    let mut scene: Scene<2> = petsc.scene(&box_case([2.0, 1.0], [32, 16], 0.01, STREAM, ""));
+    scene.step(0.01).unwrap();
+    let cell = scene.grid.owned_index([7, 3]).unwrap();
+    scene.u[1][cell] = f64::NAN;
+    let error = scene.step(0.01).unwrap_err().to_string();
+    assert!(error.contains("not a finite number"), "{error}");
+    let named = scene.name_bad_cell().unwrap().to_string();
+    assert!(named.contains("step 2") && named.contains("velocity along"), "{named}");
+    let error = scene.energy_and_speed().unwrap_err();
+    assert_eq!(error.exit_code(), 3);
+}
+
+#[test]
+fn a_flow_that_overflows_exits_with_three_and_names_step_and_place() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = write(dir.path(), &box_case([1.0, 1.0], [16, 16], 0.01, crate::support::PERIODIC, ""));
+    let out = dir.path().join("run");
+    let words = ["run", case.to_str().unwrap(), "--out", out.to_str().unwrap(), "--set"];
+    let output = mics(&[&words[..], &["initial.velocity=[1e200,0.0]", "--set", "time.end=1e-199"]].concat());
+    assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("not a finite number"), "{}", text(&output.stderr));
+}

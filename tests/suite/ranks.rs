@@ -1,1 +1,124 @@
+//! The same run on 1, 2 and 4 ranks gives the same answer to the solver's tolerance, in 2D and 3D, periodic and not.
 
+use crate::support::{columns, mics, summary};
+use mics::output::snapshot::Snapshot;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+fn run_on(ranks: usize, case: &Path, out: &Path) {
+    let mut command = Command::new("mpirun");
+    command.args(["--oversubscribe", "-n", &ranks.to_string(), env!("CARGO_BIN_EXE_mics"), "run"]);
+    command.args([case, Path::new("--quiet"), Path::new("--out"), out]);
+    command.envs([("OMPI_ALLOW_RUN_AS_ROOT", "1"), ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")]);
+    let output = command.output().expect("mpirun starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+fn snapshots(out: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(out.join("fields")).unwrap().map(|e| e.unwrap().path());
+    let mut paths: Vec<_> = entries.filter(|p| p.extension().unwrap() == "vti").collect();
+    paths.sort();
+    paths
+}
+
+/// Runs a case on 1, 2 and 4 ranks and compares forces, divergence and fields.
+fn expect_the_same(text: &str) {
+    let dir = tempfile::tempdir().unwrap();
+    let case = dir.path().join("case.toml");
+    std::fs::write(&case, text).unwrap();
+    let out = [1, 2, 4].map(|ranks| {
+        let out = dir.path().join(ranks.to_string());
+        run_on(ranks, &case, &out);
+        summary(&out);
+        out
+    });
+    let alone = columns(&out[0].join("particles.csv"));
+    let fields: Vec<Snapshot> = snapshots(&out[0]).iter().map(|p| Snapshot::read(p).unwrap()).collect();
+    for shared in &out[1..] {
+        let together = columns(&shared.join("particles.csv"));
+        assert_eq!(alone["step"], together["step"]);
+        let scale = alone["fluid_fx"].iter().skip(1).map(|f| f.abs()).fold(0.0, f64::max);
+        for name in ["fluid_fx", "fluid_fy", "fluid_fz", "pressure_fx", "viscous_fx", "convective_fx", "fluid_tz"] {
+            let gap = alone[name].iter().zip(&together[name]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(gap < 1e-6 * scale, "{name} differs by {gap:e} of {scale:e} in {}", shared.display());
+        }
+        for name in ["x", "y", "z", "angle"] {
+            assert_eq!(alone[name], together[name]);
+        }
+        for (a, path) in fields.iter().zip(snapshots(shared)) {
+            let b = Snapshot::read(&path).unwrap();
+            for (a, b) in a.arrays.iter().zip(&b.arrays) {
+                let size = a.values.iter().map(|v| v.abs()).fold(0.0, f64::max);
+                let gap = a.values.iter().zip(&b.values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                // Vorticity divides velocities by a cell's width.
+                assert!(gap <= 1e-6 * size.max(1e-6), "{} differs by {gap:e} of {size:e}", a.name);
+            }
+        }
+    }
+}
+
+const DISC: &str = "shape = { disc = { diameter = 0.3 } }";
+
+#[test]
+fn in_two_dimensions_with_inflow_and_outflow() {
+    expect_the_same(&format!(
+        "name = \"r\"\n[domain]\nsize = [2.0, 1.0]\ncells = [48, 24]\n[fluid]\ndensity = 1.0\nviscosity = 0.01\n[boundary]\n\
+         west = {{ inflow_parabola = [1.0, 0.0] }}\neast = \"outflow\"\nsouth = \"wall\"\nnorth = \"wall\"\n\
+         [[particle]]\n{DISC}\nposition = [0.97, 0.51]\nmotion = \"fixed\"\n[initial]\nperturbation = 0.1\n\
+         [time]\nend = 0.3\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9"
+    ));
+}
+
+#[test]
+fn in_two_dimensions_periodic_with_a_polygon_that_crosses_ranks_and_the_border() {
+    expect_the_same(&format!(
+        "name = \"r\"\n[domain]\nsize = [1.0, 1.0]\ncells = [24, 24]\n[fluid]\ndensity = 1.0\nviscosity = 0.01\n[boundary]\n\
+         west = \"periodic\"\neast = \"periodic\"\nsouth = \"periodic\"\nnorth = \"periodic\"\n\
+         [[particle]]\n{DISC}\nposition = [0.9, 0.45]\ndensity = 2.65\nviscosity = 0.0\n\
+         motion = {{ prescribed = {{ velocity = [1.0, 0.3], spin = 3.0 }} }}\n[coupling]\nfraction = \"polygon\"\n\
+         [time]\nend = 0.3\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9"
+    ));
+}
+
+#[test]
+fn in_three_dimensions_with_inflow_and_outflow() {
+    expect_the_same(
+        "name = \"r\"\n[domain]\nsize = [1.5, 1.0, 1.0]\ncells = [18, 12, 12]\n[fluid]\ndensity = 1.0\nviscosity = 0.02\n\
+         [boundary]\nwest = { inflow = [1.0, 0.0, 0.0] }\neast = \"outflow\"\nsouth = \"wall\"\nnorth = \"slip\"\n\
+         bottom = \"wall\"\ntop = \"slip\"\n[[particle]]\nshape = { sphere = { diameter = 0.4 } }\n\
+         position = [0.72, 0.5, 0.55]\nmotion = \"fixed\"\n[time]\nend = 0.2\nstep = 0.01\n\
+         [pressure]\ndivergence_limit = 1.0e-9",
+    );
+}
+
+#[test]
+fn in_three_dimensions_periodic_with_a_sphere_that_crosses_ranks_and_the_border() {
+    expect_the_same(
+        "name = \"r\"\n[domain]\nsize = [1.0, 1.0, 1.0]\ncells = [12, 14, 12]\n[fluid]\ndensity = 1.0\nviscosity = 0.02\n\
+         [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"periodic\"\nnorth = \"periodic\"\n\
+         bottom = \"periodic\"\ntop = \"periodic\"\n[[particle]]\nshape = { sphere = { diameter = 0.4 } }\n\
+         position = [0.5, 0.9, 0.1]\ndensity = 10.0\nmotion = { prescribed = { velocity = [0.5, 1.0, -0.8], spin = [0.0, 1.0, 2.0] } }\n\
+         [time]\nend = 0.2\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9",
+    );
+}
+
+#[test]
+fn too_many_ranks_for_the_grid_are_refused_with_the_cure() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = dir.path().join("case.toml");
+    let text = "name = \"r\"\n[domain]\nsize = [1.0, 1.0]\ncells = [6, 6]\n[fluid]\ndensity = 1.0\nviscosity = 0.1\n\
+                [boundary]\nwest = \"wall\"\neast = \"wall\"\nsouth = \"wall\"\nnorth = \"wall\"\n[time]\nend = 0.1";
+    std::fs::write(&case, text).unwrap();
+    assert!(mics(&["check", case.to_str().unwrap()]).status.success());
+    let output = Command::new("mpirun")
+        .args(["--oversubscribe", "-n", "8", env!("CARGO_BIN_EXE_mics"), "run"])
+        .args([&case, Path::new("--out"), &dir.path().join("out")])
+        .envs([("OMPI_ALLOW_RUN_AS_ROOT", "1"), ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")])
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(said.matches("error: ").count(), 1, "{said}");
+    assert!(said.contains("8 ranks are too many") && said.contains("fewer ranks"), "{said}");
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(!dir.path().join("out").exists());
+}
