@@ -63,7 +63,8 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         "step         {dt:.4e} s at the start, {}; about {:.0} steps to t = {} s",
         match case.time.step {
             Some(_) => "given".into(),
-            None if dt * limits.courant_rate >= 0.999 * case.time.cfl.unwrap_or(f64::INFINITY) => "by time.cfl".to_owned(),
+            None if dt * limits.courant_rate >= 0.999 * case.time.cfl.unwrap_or(f64::INFINITY) =>
+                "by time.cfl".to_owned(),
             None => "by the diffusion limit".to_owned(),
         },
         (case.time.end / dt).ceil(),
@@ -106,7 +107,13 @@ fn particles(case: &Case, h: &[f64]) -> Vec<String> {
         let (d, s) = (range(&diameter), range(&ratio));
         return vec![format!(
             "particles    {}: d = {} to {} m, d/h = {:.1} to {:.1}, density ratio {:.4} to {:.4}",
-            case.particle.len(), d.0, d.1, cells(d.0), cells(d.1), s.0, s.1
+            case.particle.len(),
+            d.0,
+            d.1,
+            cells(d.0),
+            cells(d.1),
+            s.0,
+            s.1
         )];
     }
     let line = |(id, p): (usize, &crate::case::Particle)| {

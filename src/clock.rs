@@ -35,8 +35,19 @@ pub enum Stage {
 
 /// Names of the stages, in the order of [`Stage`].
 pub const NAMES: [&str; 13] = [
-    "properties", "assembly", "ghosts", "advection", "diffusion", "update", "faces", "pressure", "force", "particles",
-    "mixing", "logs", "fields",
+    "properties",
+    "assembly",
+    "ghosts",
+    "advection",
+    "diffusion",
+    "update",
+    "faces",
+    "pressure",
+    "force",
+    "particles",
+    "mixing",
+    "logs",
+    "fields",
 ];
 
 /// A lap timer: each lap's time goes to the stage that it ends.

@@ -160,21 +160,25 @@ impl<const D: usize> Coupling<D> {
         density: &mut Coefficient,
         viscosity: &mut Coefficient,
     ) -> Result<()> {
-        let sorts: [(&mut Coefficient, f64, fn(&Body) -> f64); 2] = [
-            (density, self.fluid_density, |b| b.density),
-            (viscosity, self.fluid_viscosity, |b| b.viscosity),
-        ];
-        for (property, of_fluid, of_body) in sorts {
-            let Coefficient::Field(field) = property else { continue };
-            field.fill(of_fluid);
-            for (body, overlaps) in self.bodies.iter().zip(&self.overlaps) {
-                for o in overlaps {
-                    field[o.cell] += o.fraction * (of_body(body) - of_fluid);
-                }
+        self.mix(boundaries, density, self.fluid_density, |b| b.density)?;
+        self.mix(boundaries, viscosity, self.fluid_viscosity, |b| b.viscosity)
+    }
+
+    fn mix(
+        &self,
+        boundaries: &mut Boundaries<D>,
+        property: &mut Coefficient,
+        of_fluid: f64,
+        of_body: impl Fn(&Body) -> f64,
+    ) -> Result<()> {
+        let Coefficient::Field(field) = property else { return Ok(()) };
+        field.fill(of_fluid);
+        for (body, overlaps) in self.bodies.iter().zip(&self.overlaps) {
+            for o in overlaps {
+                field[o.cell] += o.fraction * (of_body(body) - of_fluid);
             }
-            boundaries.fill_property(field)?;
         }
-        Ok(())
+        boundaries.fill_property(field)
     }
 
     /// `1/rho` on faces, for predictor, pressure equation and correction alike.

@@ -83,9 +83,12 @@ pub fn check_step(loaded: &Loaded, limits: &Limits) -> Result<()> {
     } else {
         "explicit diffusion on this grid".into()
     };
-    Err(loaded.error_at("time.step", format!(
-        "{step} s is over the {name} limit of {limit:.4e} s ({what}); give a smaller step, or time.cfl instead"
-    )))
+    Err(loaded.error_at(
+        "time.step",
+        format!(
+            "{step} s is over the {name} limit of {limit:.4e} s ({what}); give a smaller step, or time.cfl instead"
+        ),
+    ))
 }
 
 /// The Courant number that steps are chosen for; loading a case fills in the default.

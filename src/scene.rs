@@ -264,10 +264,10 @@ impl<const D: usize> Scene<D> {
     /// Over the fluid and all mixtures with it: mu/rho is monotonic in the fraction, so its ends bound it.
     fn largest_kinematic_viscosity(&self) -> f64 {
         let of_bodies = self.coupling.iter().flat_map(|c| c.bodies()).map(|b| b.viscosity / b.density);
-        let fluid = self.coupling.as_ref().map_or_else(
-            || self.viscosity.at(0) / self.density.at(0),
-            |c| c.fluid_viscosity() / c.fluid_density(),
-        );
+        let fluid = self
+            .coupling
+            .as_ref()
+            .map_or_else(|| self.viscosity.at(0) / self.density.at(0), |c| c.fluid_viscosity() / c.fluid_density());
         of_bodies.fold(fluid, f64::max)
     }
 
@@ -293,22 +293,37 @@ impl<const D: usize> Scene<D> {
 
     /// The error for a value that is not finite, with the first cell that holds one. Collective.
     pub fn name_bad_cell(&self) -> Result<Error> {
-        let fields = self.u.iter().zip(["velocity along x", "velocity along y", "velocity along z"]);
-        let fields = fields.map(|(f, n)| (f.as_slice(), n)).chain([(self.p.as_slice(), "pressure")]);
-        let mut found = None;
-        for (field, name) in fields {
-            found = found.or(self.grid.rows().flatten().find(|&c| !field[c].is_finite()).map(|c| (c, name)));
-        }
-        let here = match found {
-            None => None,
-            Some((c, name)) => {
-                let at: Vec<String> = self.grid.centre(c).iter().map(|x| format!("{x:.6}")).collect();
-                Some(format!("{name} is not a finite number in cell {:?} at ({})", self.grid.global_cell(c), at.join(", ")))
+        let fields: Vec<&[f64]> = self.u.iter().chain([&self.p]).map(Vec::as_slice).collect();
+        let found = (0..fields.len())
+            .find_map(|k| self.grid.rows().flatten().find(|&c| !fields[k][c].is_finite()).map(|c| (k, c)));
+        // The highest rank that found one speaks for all.
+        let rank = self.session.rank() as f64;
+        let mut speaker = [if found.is_some() { rank } else { -1.0 }];
+        self.session.max(&mut speaker)?;
+        let mut place = [0.0; 7];
+        if let Some((field, c)) = found.filter(|_| speaker[0] == rank) {
+            place[0] = field as f64;
+            for a in 0..D {
+                place[1 + a] = self.grid.global_cell(c)[a] as f64;
+                place[4 + a] = self.grid.centre(c)[a];
             }
-        };
-        // The lowest rank that found one speaks for all; the others' text stays theirs.
-        let said = here.unwrap_or_else(|| "a value is not a finite number on another rank".into());
-        Ok(Error::Run(format!("step {}, time {:.6}: {said}", self.steps + 1, self.time)))
+        }
+        self.session.sum(&mut place)?;
+        let when = format!("step {}, time {:.6}", self.steps + 1, self.time);
+        if speaker[0] < 0.0 {
+            return Ok(Error::Run(format!(
+                "{when}: the kinetic energy is not a finite number: the flow is too fast to square"
+            )));
+        }
+        let names = ["the velocity along x", "the velocity along y", "the velocity along z", "the pressure"];
+        let name = if place[0] as usize == D { names[3] } else { names[place[0] as usize] };
+        let cell: Vec<String> = place[1..1 + D].iter().map(|i| format!("{i}")).collect();
+        let at: Vec<String> = place[4..4 + D].iter().map(|x| format!("{x:.6}")).collect();
+        Ok(Error::Run(format!(
+            "{when}: {name} is not a finite number in cell ({}) at ({}) m",
+            cell.join(", "),
+            at.join(", ")
+        )))
     }
 
     /// The owned cells of all ranks, x fastest, on rank 0 (empty elsewhere). Collective.
@@ -343,16 +358,32 @@ impl<const D: usize> Scene<D> {
         let why = |yes: bool, if_yes: &str, if_no: &str| (if yes { if_yes } else { if_no }).to_owned();
         let inviscid = matches!(self.viscosity, Coefficient::Uniform(0.0));
         vec![
-            ("fractions, mixing, force", particles.is_some(), why(particles.is_some(), "there are particles", "no particles")),
+            (
+                "fractions, mixing, force",
+                particles.is_some(),
+                why(particles.is_some(), "there are particles", "no particles"),
+            ),
             ("fractions at every step", moves, why(moves, "a particle moves", "nothing moves: found once")),
             ("particle motion (17, 18)", false, "no particle is free to move".into()),
             ("contacts (20-25)", false, "no particle is free to touch another".into()),
-            ("gravity", self.gravity.is_some(), "held particles carry their own weight; the fluid's is in the pressure".into()),
-            ("density on every face", varies, why(varies, "a particle's density differs from the fluid's", "one density everywhere")),
+            (
+                "gravity",
+                self.gravity.is_some(),
+                "held particles carry their own weight; the fluid's is in the pressure".into(),
+            ),
+            (
+                "density on every face",
+                varies,
+                why(varies, "a particle's density differs from the fluid's", "one density everywhere"),
+            ),
             (
                 "pressure matrix at every step",
                 varies && moves,
-                why(varies && moves, "the density moves", "the density stays: operator and preconditioner are built once"),
+                why(
+                    varies && moves,
+                    "the density moves",
+                    "the density stays: operator and preconditioner are built once",
+                ),
             ),
             ("diffusion", !inviscid, why(!inviscid, "viscosity is positive", "inviscid")),
             (

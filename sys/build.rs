@@ -68,7 +68,10 @@ fn refuse_other_builds(includes: &[PathBuf]) {
     let has = |name: &str| text.lines().any(|l| l.split_whitespace().eq(["#define", name, "1"]));
     for (name, what) in [("PETSC_USE_COMPLEX", "complex numbers"), ("PETSC_USE_64BIT_INDICES", "64-bit indices")] {
         if has(name) {
-            fail(&format!("{}: this PETSc was built with {what}; mics needs the real, 32-bit one; {CURE}", conf.display()));
+            fail(&format!(
+                "{}: this PETSc was built with {what}; mics needs the real, 32-bit one; {CURE}",
+                conf.display()
+            ));
         }
     }
     if !has("PETSC_USE_REAL_DOUBLE") {

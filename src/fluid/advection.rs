@@ -56,13 +56,7 @@ pub fn upwind5<const D: usize>(
 }
 
 /// Adds `-weight u.grad q` to `rate`, u the cell velocities (m/s).
-pub fn upwind5_advective<const D: usize>(
-    grid: &Grid<D>,
-    u: &VectorField<D>,
-    q: &[f64],
-    weight: f64,
-    rate: &mut [f64],
-) {
+pub fn upwind5_advective<const D: usize>(grid: &Grid<D>, u: &VectorField<D>, q: &[f64], weight: f64, rate: &mut [f64]) {
     for axis in 0..D {
         let (s, factor) = (grid.stride[axis], weight / grid.h[axis]);
         for row in grid.rows() {

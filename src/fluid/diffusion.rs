@@ -29,9 +29,7 @@ pub fn laplacian<const D: usize>(
         let low: [&[f64]; D] = std::array::from_fn(|a| &q[first - grid.stride[a]..][..len]);
         let high: [&[f64]; D] = std::array::from_fn(|a| &q[first + grid.stride[a]..][..len]);
         let (here, out) = (&q[row.clone()], &mut rate[row.clone()]);
-        let value = |i: usize| {
-            (0..D).fold(-middle * here[i], |sum, a| sum + inverse_h2[a] * (low[a][i] + high[a][i]))
-        };
+        let value = |i: usize| (0..D).fold(-middle * here[i], |sum, a| sum + inverse_h2[a] * (low[a][i] + high[a][i]));
         match density {
             Coefficient::Uniform(rho) => {
                 let factor = weight * mu / rho;

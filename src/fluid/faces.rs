@@ -153,8 +153,7 @@ pub fn divergence<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>, out: &
 pub fn courant_rate<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>) -> f64 {
     let mut largest = 0.0f64;
     for c in grid.rows().flatten() {
-        let rate: f64 =
-            (0..D).map(|a| faces[a][c].abs().max(faces[a][c + grid.stride[a]].abs()) / grid.h[a]).sum();
+        let rate: f64 = (0..D).map(|a| faces[a][c].abs().max(faces[a][c + grid.stride[a]].abs()) / grid.h[a]).sum();
         largest = largest.max(rate);
     }
     largest

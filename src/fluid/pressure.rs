@@ -117,17 +117,16 @@ impl Projection {
     pub fn assemble<const D: usize>(&mut self, grid: &Grid<D>, beta: &FaceCoefficient<D>) -> Result<()> {
         let one_axis = grid.stored.iter().product::<usize>();
         for (value, entry) in self.values.iter_mut().zip(&self.entries) {
-            let part = |&(slot, weight): &(u32, f64)| {
-                weight * beta.at(slot as usize / one_axis, slot as usize % one_axis)
-            };
+            let part =
+                |&(slot, weight): &(u32, f64)| weight * beta.at(slot as usize / one_axis, slot as usize % one_axis);
             *value = entry.faces[..entry.count as usize].iter().map(part).sum();
         }
-        let sound = self.values.iter().all(|v| v.is_finite() && *v != 0.0);
-        self.session.agree(if sound {
-            Ok(())
-        } else {
-            Err(Error::Run("the density of the mixture is not positive and finite on every face".into()))
-        })?;
+        let unsound = self.values.iter().any(|v| !v.is_finite() || *v == 0.0);
+        let mut anywhere = [f64::from(unsound)];
+        self.session.max(&mut anywhere)?;
+        if anywhere[0] > 0.0 {
+            return Err(Error::Run("the density of the mixture is not positive and finite on every face".into()));
+        }
         self.solver.set_values(&self.values)
     }
 

@@ -106,13 +106,17 @@ impl<const D: usize> Boundaries<D> {
                         None => {}
                         Some(Border::Velocity(value)) => {
                             let value = &value[component];
-                            planes.for_ghosts(side, |at, ghost, _, mirror| field[ghost] = 2.0 * value[at] - field[mirror]);
+                            planes.for_ghosts(side, |at, ghost, _, mirror| {
+                                field[ghost] = 2.0 * value[at] - field[mirror]
+                            });
                         }
                         Some(Border::Slip) => {
                             let sign = if component == axis { -1.0 } else { 1.0 };
                             planes.for_ghosts(side, |_, ghost, _, mirror| field[ghost] = sign * field[mirror]);
                         }
-                        Some(Border::Outflow) => planes.for_ghosts(side, |_, ghost, near, _| field[ghost] = field[near]),
+                        Some(Border::Outflow) => {
+                            planes.for_ghosts(side, |_, ghost, near, _| field[ghost] = field[near])
+                        }
                     }
                 }
             }

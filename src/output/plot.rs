@@ -84,7 +84,10 @@ fn plane(case: &Case, snapshot: &Snapshot, run: &Path) -> Result<Plane> {
     let mut discs = Vec::new();
     let centres = centres_at(run, snapshot.time);
     for (id, p) in case.particle.iter().enumerate() {
-        let at = centres.get(&id).copied().unwrap_or_else(|| std::array::from_fn(|a| p.position.get(a).copied().unwrap_or(0.0)));
+        let at = centres
+            .get(&id)
+            .copied()
+            .unwrap_or_else(|| std::array::from_fn(|a| p.position.get(a).copied().unwrap_or(0.0)));
         let off = if case.dimension() == 3 { at[2] - height } else { 0.0 };
         let square = 0.25 * p.shape.diameter() * p.shape.diameter() - off * off;
         if square > 0.0 {
@@ -128,7 +131,8 @@ fn forces(run: &Path, case: &Case) -> Result<Option<Vec<Series>>> {
     if case.particle.is_empty() || rows.is_empty() {
         return Ok(None);
     }
-    let column = |name: &str| columns.get(name).copied().ok_or_else(|| not_a_run(run, &format!("particles.csv lacks {name}")));
+    let column =
+        |name: &str| columns.get(name).copied().ok_or_else(|| not_a_run(run, &format!("particles.csv lacks {name}")));
     let (id, time) = (column("id")?, column("time")?);
     let mut series = Vec::new();
     for (name, label, style) in [
@@ -158,7 +162,9 @@ fn draw_over_reynolds(runs: &[PathBuf], folder: &Path) -> Result<Vec<PathBuf>> {
             serde_json::from_str(&text).map_err(|e| not_a_run(run, &format!("summary.json: {e}")))?;
         for m in &case.measure {
             let Some(value) = summary["measures"][&m.name].as_f64() else { continue };
-            let (Some(speed), Some(p)) = (m.speed.or(case.reference_speed()), case.particle.get(m.particle)) else { continue };
+            let (Some(speed), Some(p)) = (m.speed.or(case.reference_speed()), case.particle.get(m.particle)) else {
+                continue;
+            };
             let re = case.fluid.density * speed * p.shape.diameter() / case.fluid.viscosity;
             match m.kind {
                 MeasureKind::DragCoefficient => drag.entry(m.name.clone()).or_default().push((re, value)),
@@ -174,16 +180,29 @@ fn draw_over_reynolds(runs: &[PathBuf], folder: &Path) -> Result<Vec<PathBuf>> {
     let mut written = Vec::new();
     if !drag.is_empty() {
         // White's fit for cylinders; the paper's eq. (30) is taken to be it.
-        let formula = (0..=40).map(|k| 10f64.powf(0.7 + 0.05 * f64::from(k))).map(|re| (re, 1.0 + 10.0 * re.powf(-2.0 / 3.0)));
+        let formula =
+            (0..=40).map(|k| 10f64.powf(0.7 + 0.05 * f64::from(k))).map(|re| (re, 1.0 + 10.0 * re.powf(-2.0 / 3.0)));
         let mut series = vec![
-            Series { label: "eq. (30): 1 + 10 Re^(-2/3)".into(), points: formula.collect(), style: SeriesStyle::Dashed },
+            Series {
+                label: "eq. (30): 1 + 10 Re^(-2/3)".into(),
+                points: formula.collect(),
+                style: SeriesStyle::Dashed,
+            },
             Series { label: "body-fitted reference".into(), points: reference("cd"), style: SeriesStyle::Line },
         ];
         let mut names: Vec<_> = drag.into_iter().collect();
         names.sort_by(|a, b| a.0.cmp(&b.0));
-        series.extend(names.into_iter().map(|(label, points)| Series { label, points: by_re(points), style: SeriesStyle::Markers }));
+        series.extend(names.into_iter().map(|(label, points)| Series {
+            label,
+            points: by_re(points),
+            style: SeriesStyle::Markers,
+        }));
         let axes = Axes {
-            x_label: "Re".into(), y_label: "Cd".into(), log_x: true, log_y: true, title: "Drag of a cylinder".into(),
+            x_label: "Re".into(),
+            y_label: "Cd".into(),
+            log_x: true,
+            log_y: true,
+            title: "Drag of a cylinder".into(),
         };
         written.extend(figure::curves(&axes, &series, &folder.join("drag_over_reynolds"))?);
     }
@@ -193,7 +212,10 @@ fn draw_over_reynolds(runs: &[PathBuf], folder: &Path) -> Result<Vec<PathBuf>> {
             Series { label: "mics".into(), points: by_re(strouhal), style: SeriesStyle::Markers },
         ];
         let axes = Axes {
-            x_label: "Re".into(), y_label: "St".into(), title: "Strouhal number of a cylinder".into(), ..Axes::default()
+            x_label: "Re".into(),
+            y_label: "St".into(),
+            title: "Strouhal number of a cylinder".into(),
+            ..Axes::default()
         };
         written.extend(figure::curves(&axes, &series, &folder.join("strouhal_over_reynolds"))?);
     }

@@ -117,8 +117,7 @@ impl Snapshot {
     /// When the file is not there or not of that form.
     pub fn read(path: &Path) -> Result<Snapshot> {
         let bytes = fs::read(path).map_err(Error::io(path))?;
-        Self::parse(&bytes)
-            .ok_or_else(|| Error::Usage(format!("{}: not a snapshot that mics wrote", path.display())))
+        Self::parse(&bytes).ok_or_else(|| Error::Usage(format!("{}: not a snapshot that mics wrote", path.display())))
     }
 
     fn parse(bytes: &[u8]) -> Option<Snapshot> {

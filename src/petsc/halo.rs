@@ -61,9 +61,7 @@ impl Halo {
             _ => {}
         }
         // Downwards: my first owned layers become the ghosts above my lower neighbour; then upwards.
-        for (to, from, source, target) in
-            [(0, 1, GHOSTS, GHOSTS + a.local), (1, 0, a.local, 0)]
-        {
+        for (to, from, source, target) in [(0, 1, GHOSTS, GHOSTS + a.local), (1, 0, a.local, 0)] {
             let n = a.outer * a.inner * GHOSTS;
             if a.neighbours[to].is_some() {
                 a.copy_out(source, field, &mut self.send);

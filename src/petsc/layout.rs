@@ -38,11 +38,39 @@ impl Layout {
             if cells.len() == 3 {
                 let (k, m, p) = (kind(0), kind(1), kind(2));
                 ffi::DMDACreate3d(
-                    comm, k, m, p, stencil, n(0), n(1), n(2), decide, decide, decide, 1, width, none, none, none, &mut da,
+                    comm,
+                    k,
+                    m,
+                    p,
+                    stencil,
+                    n(0),
+                    n(1),
+                    n(2),
+                    decide,
+                    decide,
+                    decide,
+                    1,
+                    width,
+                    none,
+                    none,
+                    none,
+                    &mut da,
                 )
             } else {
                 ffi::DMDACreate2d(
-                    comm, kind(0), kind(1), stencil, n(0), n(1), decide, decide, 1, width, none, none, &mut da,
+                    comm,
+                    kind(0),
+                    kind(1),
+                    stencil,
+                    n(0),
+                    n(1),
+                    decide,
+                    decide,
+                    1,
+                    width,
+                    none,
+                    none,
+                    &mut da,
                 )
             }
         };
@@ -79,7 +107,10 @@ impl Layout {
             check("ISLocalToGlobalMappingGetIndices", ffi::ISLocalToGlobalMappingGetIndices(map, &mut indices))?;
             let count: usize = stored(n).iter().product();
             numbers.extend_from_slice(slice::from_raw_parts(indices, count));
-            check("ISLocalToGlobalMappingRestoreIndices", ffi::ISLocalToGlobalMappingRestoreIndices(map, &mut indices))?;
+            check(
+                "ISLocalToGlobalMappingRestoreIndices",
+                ffi::ISLocalToGlobalMappingRestoreIndices(map, &mut indices),
+            )?;
         }
         Ok(Layout {
             start: s.map(|v| v as usize),

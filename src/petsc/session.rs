@@ -95,7 +95,13 @@ impl Session {
             check("MPI_Comm_size", ffi::MPI_Comm_size(comm, &mut size))?;
             comm
         };
-        Ok(Session(Rc::new(Inner { comm, rank: rank as usize, size: size as usize, owner, built_in: Default::default() })))
+        Ok(Session(Rc::new(Inner {
+            comm,
+            rank: rank as usize,
+            size: size as usize,
+            owner,
+            built_in: Default::default(),
+        })))
     }
 
     fn initialise(options: &[String]) -> Result<()> {
@@ -203,7 +209,10 @@ impl Session {
                 let (mut n, mut names, mut values) = (0, ptr::null_mut(), ptr::null_mut());
                 // SAFETY: PETSc fills two arrays of n strings each (a value may be null); copied before they go back.
                 unsafe {
-                    check("PetscOptionsLeftGet", ffi::PetscOptionsLeftGet(ptr::null_mut(), &mut n, &mut names, &mut values))?;
+                    check(
+                        "PetscOptionsLeftGet",
+                        ffi::PetscOptionsLeftGet(ptr::null_mut(), &mut n, &mut names, &mut values),
+                    )?;
                     let text = |s: *mut c_char| {
                         if s.is_null() { String::new() } else { CStr::from_ptr(s).to_string_lossy().into_owned() }
                     };
@@ -244,12 +253,12 @@ impl Session {
         })
     }
 
-    /// Makes a result of one rank the result of all: an error anywhere is an error everywhere.
+    /// Makes a result of rank 0, which alone writes, the result of all: an error there is an error everywhere. Collective.
     pub fn agree<T>(&self, result: Result<T>) -> Result<T> {
         let mut failed = [f64::from(result.is_err())];
         self.max(&mut failed)?;
         match result {
-            Ok(_) if failed[0] > 0.0 => Err(Error::Run("another rank failed; its message stands above".into())),
+            Ok(_) if failed[0] > 0.0 => Err(Error::Run("rank 0 failed".into())),
             other => other,
         }
     }
@@ -318,9 +327,7 @@ fn quicken_lone_start() -> Vec<&'static str> {
         return Vec::new();
     }
     let mut set = Vec::new();
-    for (name, value) in
-        [("OMPI_MCA_ess_singleton_isolated", "1"), ("OMPI_MCA_pml", "ob1"), ("OMPI_MCA_btl", "self")]
-    {
+    for (name, value) in [("OMPI_MCA_ess_singleton_isolated", "1"), ("OMPI_MCA_pml", "ob1"), ("OMPI_MCA_btl", "self")] {
         if env::var_os(name).is_none() {
             // SAFETY: called once, before MPI starts and before this process has a second thread that reads the
             // environment (tests hold a lock here).

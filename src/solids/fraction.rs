@@ -7,7 +7,7 @@
 //!   +--/---+
 //! ```
 //! or the paper's polygon through the crossings of circle and cell, whose missing area is spread over the cut cells.
-//! Spheres: [`super::sphere`].
+//! Spheres: slices of exact area, in `sphere.rs`.
 
 use super::sphere;
 use crate::grid::Grid;

@@ -40,10 +40,21 @@ fn allocations<const D: usize>(scene: &mut Scene<D>, dt: f64) -> usize {
 #[test]
 fn a_step_after_the_first_allocates_nothing() {
     let petsc = petsc();
-    assert!({ drop(std::hint::black_box(vec![1])); COUNT.get() } > 0, "the counter counts");
+    assert!(
+        {
+            drop(std::hint::black_box(vec![1]));
+            COUNT.get()
+        } > 0,
+        "the counter counts"
+    );
     let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"periodic\"", "\"periodic\""];
     let moving = "density = 2.65\nviscosity = 0.0\nmotion = { prescribed = { velocity = [0.7, 0.4], spin = 1.0 } }";
-    for scheme in ["scheme = \"rk2\"", "scheme = \"rk3\"", "scheme = \"euler\"\nadvection = \"qsi\"", "advection = \"upwind5-advective\""] {
+    for scheme in [
+        "scheme = \"rk2\"",
+        "scheme = \"rk3\"",
+        "scheme = \"euler\"\nadvection = \"qsi\"",
+        "advection = \"upwind5-advective\"",
+    ] {
         for (body, rule) in [("motion = \"fixed\"", "exact"), (moving, "exact"), (moving, "polygon")] {
             let more = format!(
                 "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [0.5, 0.9]\n{body}\n\

@@ -34,7 +34,12 @@ fn the_cavity_s_extrema_are_within_one_and_a_half_percent_of_the_spectral_ones()
     let row = table.lines().find(|l| l.starts_with("1000b")).unwrap();
     let exact: Vec<f64> = row.split(',').skip(1).map(|v| v.parse().unwrap()).collect();
     for ((value, place), exact) in found.into_iter().zip(exact.chunks(2)) {
-        println!("{value:.5} at {place:.4}, reference {:.5} at {:.4}: {:+.2} %", exact[0], exact[1], 100.0 * (value / exact[0] - 1.0));
+        println!(
+            "{value:.5} at {place:.4}, reference {:.5} at {:.4}: {:+.2} %",
+            exact[0],
+            exact[1],
+            100.0 * (value / exact[0] - 1.0)
+        );
         assert!((value / exact[0] - 1.0).abs() < 0.015, "{value} against {}", exact[0]);
         assert!((place - exact[1]).abs() < h, "{place} against {}", exact[1]);
     }

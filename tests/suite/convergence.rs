@@ -58,7 +58,11 @@ fn set_vortex(scene: &mut Scene<2>) {
 #[test]
 fn a_carried_taylor_green_vortex_converges_at_second_order_with_the_default_scheme() {
     let errors = [24, 48, 96].map(|n| vortex_error(n, "rk2", 0.5));
-    println!("errors {errors:?}, orders {:.2}, {:.2}", order(errors[0], errors[1], 2.0), order(errors[1], errors[2], 2.0));
+    println!(
+        "errors {errors:?}, orders {:.2}, {:.2}",
+        order(errors[0], errors[1], 2.0),
+        order(errors[1], errors[2], 2.0)
+    );
     assert!(order(errors[1], errors[2], 2.0) >= 1.9, "{errors:?}");
 }
 
@@ -140,7 +144,10 @@ fn advection_alone_is_of_fifth_order_in_space() {
     for (scheme, own) in [("qsi", true), ("advective", true), ("conservative", false), ("qsi", false)] {
         let e = [16, 32, 64].map(|n| advection_error(n, scheme, own));
         let observed = order(e[1], e[2], 2.0);
-        println!("{scheme}, {}: {e:?}, order {observed:.2}", if own { "vortex by itself" } else { "vortex in a stream" });
+        println!(
+            "{scheme}, {}: {e:?}, order {observed:.2}",
+            if own { "vortex by itself" } else { "vortex in a stream" }
+        );
         assert!(observed >= 4.5, "{scheme} {own}: {e:?}");
     }
 }
@@ -201,7 +208,8 @@ fn stress_error(n: usize, vary: f64) -> f64 {
         let mu = 1.0 + vary * (x.sin() + y.cos());
         // mu lap u + 2 dmu/dx du/dx + dmu/dy (du/dy + dv/dx); the last bracket vanishes for this field.
         let shear = -x.sin() * y.sin() + x.sin() * y.sin();
-        let exact = k * k * (-2.0 * mu * x.sin() * y.cos() + 2.0 * vary * x.cos() * x.cos() * y.cos() - vary * y.sin() * shear);
+        let exact =
+            k * k * (-2.0 * mu * x.sin() * y.cos() + 2.0 * vary * x.cos() * x.cos() * y.cos() - vary * y.sin() * shear);
         worst = worst.max((rate[c] - exact).abs());
     }
     worst

@@ -56,9 +56,13 @@ fn the_momentum_force_is_that_of_a_control_volume() {
         let rows = columns(&out.join("particles.csv"));
         let force = *rows["momentum_fx"].last().unwrap();
         let balance = control_volume_drag(&out, DENSITY * SPEED * DIAMETER / re);
-        println!("Re {re} {cells}: momentum {force:.3} N, control volume {balance:.3} N, {:+.2} %", 100.0 * (force / balance - 1.0));
+        println!(
+            "Re {re} {cells}: momentum {force:.3} N, control volume {balance:.3} N, {:+.2} %",
+            100.0 * (force / balance - 1.0)
+        );
         assert!((force / balance - 1.0).abs() < allowed, "Re {re} {cells}: {force} against {balance}");
-        let literal = ["pressure_fx", "viscous_fx", "convective_fx"].map(|n| *rows[n].last().unwrap()).iter().sum::<f64>();
+        let literal =
+            ["pressure_fx", "viscous_fx", "convective_fx"].map(|n| *rows[n].last().unwrap()).iter().sum::<f64>();
         assert!(literal < force, "(19) as printed misses a part: {literal} of {force}");
     }
 }
@@ -99,13 +103,33 @@ fn d0_is_kept_at_a_loose_and_a_tight_limit_in_two_and_three_dimensions() {
 #[test]
 fn the_paper_s_choices_run_polygon_fractions_euler_and_qsi() {
     let dir = tempfile::tempdir().unwrap();
-    let summary = section3(dir.path(), 100.0, &[
-        "--set", "coupling.fraction=\"polygon\"", "--set", "time.scheme=\"euler\"", "--set", "time.advection=\"qsi\"",
-        "--set", "particle.0.viscosity=0.0", "--set", "coupling.force=\"literal\"", "--set", "time.step=0.01",
-        "--set", "time.end=2.0", "--set", "measure=[]",
-    ]);
+    let summary = section3(
+        dir.path(),
+        100.0,
+        &[
+            "--set",
+            "coupling.fraction=\"polygon\"",
+            "--set",
+            "time.scheme=\"euler\"",
+            "--set",
+            "time.advection=\"qsi\"",
+            "--set",
+            "particle.0.viscosity=0.0",
+            "--set",
+            "coupling.force=\"literal\"",
+            "--set",
+            "time.step=0.01",
+            "--set",
+            "time.end=2.0",
+            "--set",
+            "measure=[]",
+        ],
+    );
     assert_eq!(summary["status"], "done");
     let rows = columns(&dir.path().join("particles.csv"));
     let last = |name: &str| *rows[name].last().unwrap();
-    assert!((last("fluid_fx") - last("pressure_fx") - last("viscous_fx") - last("convective_fx")).abs() < 1e-9 * last("fluid_fx"));
+    assert!(
+        (last("fluid_fx") - last("pressure_fx") - last("viscous_fx") - last("convective_fx")).abs()
+            < 1e-9 * last("fluid_fx")
+    );
 }

@@ -5,7 +5,8 @@ use std::path::Path;
 
 fn short_run(out: &Path, viscosity: f64) {
     let viscosity = format!("fluid.viscosity={viscosity:?}");
-    let words = ["--set", &viscosity, "--set", "domain.cells=[80,32]", "--set", "time.end=4.0", "--set", "measure.2.from=1.0"];
+    let words =
+        ["--set", &viscosity, "--set", "domain.cells=[80,32]", "--set", "time.end=4.0", "--set", "measure.2.from=1.0"];
     let from = ["--set", "measure.0.from=1.0", "--set", "measure.1.from=1.0", "--set", "measure.3.from=1.0"];
     run(&shipped("cases/cylinder-wake/case.toml"), out, &[&words[..], &from].concat());
 }
@@ -21,7 +22,9 @@ fn several_runs_give_their_fields_and_together_drag_over_reynolds() {
     let output = mics(&["plot", a, b, "--out", out]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let listed = String::from_utf8(output.stdout).unwrap();
-    for (folder, name) in [(a, "figures/vorticity"), (b, "figures/streamlines"), (b, "figures/forces"), (out, "drag_over_reynolds")] {
+    for (folder, name) in
+        [(a, "figures/vorticity"), (b, "figures/streamlines"), (b, "figures/forces"), (out, "drag_over_reynolds")]
+    {
         for kind in ["png", "svg"] {
             let path = Path::new(folder).join(format!("{name}.{kind}"));
             assert!(listed.contains(path.to_str().unwrap()), "{listed}");

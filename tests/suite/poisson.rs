@@ -35,7 +35,11 @@ fn jump_error(n: usize, ratio: f64) -> f64 {
     for axis in 0..2 {
         for c in grid.face_rows(axis).flatten() {
             let [mut x, mut y] = grid.centre(c);
-            if axis == 0 { x -= 0.5 * grid.h[0] } else { y -= 0.5 * grid.h[1] }
+            if axis == 0 {
+                x -= 0.5 * grid.h[0]
+            } else {
+                y -= 0.5 * grid.h[1]
+            }
             let (s, slope) = ((PI * (x - 0.5)).sin(), PI * (PI * (x - 0.5)).cos());
             scene.faces[axis][c] =
                 if axis == 0 { slope * (2.0 * PI * y).cos() } else { -2.0 * PI * s * (2.0 * PI * y).sin() };
@@ -98,7 +102,16 @@ fn every_density_ratio_from_a_thousandth_to_ten_thousand_is_solved_to_d0() {
 fn layers_of_different_density_stay_at_rest_under_gravity() {
     for ratio in [1e-3, 2.65, 1e4] {
         let petsc = petsc();
-        let layers = |y: f64| 1.0 + (ratio - 1.0) * if y < 0.3 { 1.0 } else if y < 0.37 { 0.4 } else { 0.0 };
+        let layers = |y: f64| {
+            1.0 + (ratio - 1.0)
+                * if y < 0.3 {
+                    1.0
+                } else if y < 0.37 {
+                    0.4
+                } else {
+                    0.0
+                }
+        };
         let mut scene = box_with_density(&petsc, 32, ["\"wall\""; 4], 1e-8, |_, y| layers(y));
         let mut excess = scene.grid.field();
         for c in scene.grid.rows().flatten() {

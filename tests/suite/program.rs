@@ -24,15 +24,30 @@ fn a_run_leaves_the_folder_that_the_contract_promises() {
     let out = dir.path().join("run");
     let short = ["--set", "time.end=0.1", "--set", "measure=[]", "--set", "output.fields={ every_time = 0.04 }"];
     let summary = run(&shipped("cases/cylinder-wake/case.toml"), &out, &short);
-    for name in ["case", "status", "cells", "steps", "time", "wall_seconds", "step_seconds", "divergence_max",
-        "divergence_limit", "outer_iterations", "krylov_iterations", "measures", "stages_ns_per_cell_step",
-        "peak_memory_bytes_per_cell"] {
+    for name in [
+        "case",
+        "status",
+        "cells",
+        "steps",
+        "time",
+        "wall_seconds",
+        "step_seconds",
+        "divergence_max",
+        "divergence_limit",
+        "outer_iterations",
+        "krylov_iterations",
+        "measures",
+        "stages_ns_per_cell_step",
+        "peak_memory_bytes_per_cell",
+    ] {
         assert!(!summary[name].is_null(), "{name}");
     }
     assert!((summary["time"].as_f64().unwrap() - 0.1).abs() < 1e-12);
     let head = std::fs::read_to_string(out.join("particles.csv")).unwrap();
-    assert!(head.starts_with("step,time,id,x,y,z,angle,vx,vy,vz,wx,wy,wz,fluid_fx,fluid_fy,fluid_fz,pressure_fx,pressure_fy,\
-        viscous_fx,viscous_fy,convective_fx,convective_fy,contact_fx,contact_fy,contact_fz,fluid_tx,fluid_ty,fluid_tz"));
+    assert!(head.starts_with(
+        "step,time,id,x,y,z,angle,vx,vy,vz,wx,wy,wz,fluid_fx,fluid_fy,fluid_fz,pressure_fx,pressure_fy,\
+        viscous_fx,viscous_fy,convective_fx,convective_fy,contact_fx,contact_fy,contact_fz,fluid_tx,fluid_ty,fluid_tz"
+    ));
     let (particles, steps) = (columns(&out.join("particles.csv")), columns(&out.join("steps.csv")));
     assert_eq!(particles["time"][0], 0.0);
     assert_eq!(particles["step"].len(), steps["step"].len());
@@ -58,9 +73,18 @@ fn check_describes_the_scene_and_says_what_it_skips_and_why() {
     let output = mics(&["check", shipped("cases/cylinder-wake/case.toml").to_str().unwrap()]);
     let said = text(&output.stdout);
     assert!(output.status.success(), "{}", text(&output.stderr));
-    for part in ["160 x 64 cells", "d/h = 8.0", "Reynolds     100", "step limits  advection", "by time.cfl",
-        "skips        fractions at every step: nothing moves", "skips        pressure matrix at every step",
-        "skips        contacts", "ms a step", "bcgs + hypre"] {
+    for part in [
+        "160 x 64 cells",
+        "d/h = 8.0",
+        "Reynolds     100",
+        "step limits  advection",
+        "by time.cfl",
+        "skips        fractions at every step: nothing moves",
+        "skips        pressure matrix at every step",
+        "skips        contacts",
+        "ms a step",
+        "bcgs + hypre",
+    ] {
         assert!(said.contains(part), "{part} in {said}");
     }
 }
@@ -75,7 +99,10 @@ fn the_schema_is_json_and_knows_the_keys() {
 #[test]
 fn petsc_options_work_and_those_that_nothing_used_are_named() {
     let dir = tempfile::tempdir().unwrap();
-    let case = write(dir.path(), &box_case([2.0, 1.0], [32, 16], 0.01, STREAM, &format!("{DISC}\n[petsc]\noptions = \"-ksp_type gmres\"")));
+    let case = write(
+        dir.path(),
+        &box_case([2.0, 1.0], [32, 16], 0.01, STREAM, &format!("{DISC}\n[petsc]\noptions = \"-ksp_type gmres\"")),
+    );
     let go = |name: &str, options: &[&str]| {
         let out = dir.path().join(name);
         let words = ["run", case.to_str().unwrap(), "--out", out.to_str().unwrap(), "--set", "time.end=0.1", "--"];
@@ -128,7 +155,10 @@ fn a_fixed_step_that_the_flow_outgrows_stops_the_run_with_the_limit_and_keeps_it
     let output = mics(&["run", case.to_str().unwrap(), "--out", out.to_str().unwrap()]);
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(3), "{said}");
-    assert!(said.contains("broke the advection limit") && said.contains("the last good state") && said.contains(".vti"), "{said}");
+    assert!(
+        said.contains("broke the advection limit") && said.contains("the last good state") && said.contains(".vti"),
+        "{said}"
+    );
     let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
     assert!(summary.contains("\"failed\""), "{summary}");
 }

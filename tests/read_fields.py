@@ -1,0 +1,50 @@
+"""Reads run folders' fields with VTK and compares them with what the runs say of themselves."""
+
+import csv
+import json
+import math
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+from vtkmodules.vtkIOXML import vtkXMLImageDataReader
+
+passed = 0
+
+
+def expect(condition, message):
+    global passed
+    if not condition:
+        sys.exit(f"read_fields: {message}")
+    passed += 1
+
+
+for run in map(Path, sys.argv[1:]):
+    summary = json.loads((run / "summary.json").read_text())
+    steps = list(csv.DictReader((run / "steps.csv").open()))
+    series = ElementTree.parse(run / "fields/series.pvd").getroot().findall("Collection/DataSet")
+    expect(len(series) >= 3, f"{run}: the series holds {len(series)} snapshots")
+    for entry in series:
+        reader = vtkXMLImageDataReader()
+        reader.SetFileName(str(run / "fields" / entry.get("file")))
+        reader.Update()
+        image = reader.GetOutput()
+        cells = image.GetCellData()
+        names = {cells.GetArrayName(k) for k in range(cells.GetNumberOfArrays())}
+        expect({"velocity", "pressure", "vorticity", "solid_fraction"} <= names, f"{run}: arrays {names}")
+        n = image.GetNumberOfCells()
+        expect(n == summary["cells"], f"{run}: {n} cells")
+        time = image.GetFieldData().GetArray("TimeValue").GetValue(0)
+        expect(time == float(entry.get("timestep")), f"{run}: time {time}")
+        volume = math.prod(h for h, c in zip(image.GetSpacing(), image.GetDimensions()) if c > 2)
+        # The kinetic energy of the fields is that of the log; the fraction's sum is the particle's volume.
+        velocity = cells.GetArray("velocity")
+        energy = 0.5 * 1000.0 * volume * sum(sum(v * v for v in velocity.GetTuple3(c)) for c in range(n))
+        logged = next(float(s["kinetic_energy"]) for s in steps if float(s["time"]) == time)
+        expect(abs(energy - logged) < 1e-9 * logged, f"{run}: energy {energy} against {logged}")
+        fraction = cells.GetArray("solid_fraction")
+        solid = volume * sum(fraction.GetValue(c) for c in range(n))
+        flat = image.GetDimensions()[2] == 2
+        exact = math.pi * 0.1**2 if flat else 4 / 3 * math.pi * 0.1**3
+        expect(abs(solid - exact) < 1e-8 * exact, f"{run}: solid volume {solid} against {exact}")
+print(f"{passed} passed, 0 failed")
