@@ -36,6 +36,8 @@ pub struct Request {
 const DIFFUSION_SHARE: f64 = 0.8;
 /// How much longer a step chosen by `time.cfl` may be than the one before.
 const GROWTH: f64 = 1.1;
+/// Steps at the end of a run that keep one length.
+const LAST_STEPS: f64 = 50.0;
 
 /// Runs a case. Collective.
 ///
@@ -96,8 +98,9 @@ fn courant_number(case: &Case) -> f64 {
     case.time.cfl.unwrap_or(0.4)
 }
 
-/// The next step (s). Where `time.cfl` chooses, what is left is cut into equal steps: a last step of another length would
-/// change the force of the mixing, which depends on dt. A fixed step stays as it is, and ends at or after `time.end`.
+/// The next step (s). Where `time.cfl` chooses, what is left is cut into equal steps, and the last [`LAST_STEPS`] keep
+/// one length: the force of the mixing depends on dt, and a last step of its own would show as a spike. A fixed step
+/// stays as it is, and the run ends at or after `time.end`.
 pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64) -> f64 {
     if let Some(fixed) = case.time.step {
         return fixed;
@@ -106,6 +109,13 @@ pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64)
         .min(DIFFUSION_SHARE * limits.diffusion)
         .min(case.time.end / 10.0)
         .min(before.map_or(f64::INFINITY, |b| GROWTH * b));
+    if let Some(before) = before {
+        let count = (left / before).round().max(1.0);
+        let kept = left / count;
+        if count <= LAST_STEPS && kept <= (1.05 * wanted).min(limits.advection()) {
+            return kept;
+        }
+    }
     left / (left / wanted * (1.0 - 1e-9)).ceil().max(1.0)
 }
 
@@ -444,7 +454,7 @@ impl Progress {
     fn new(shown: bool, end: f64) -> Progress {
         let terminal = shown && std::io::stderr().is_terminal();
         let bar = terminal.then(|| {
-            let style = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {msg}");
+            let style = ProgressStyle::with_template("{bar:20} {percent:>3} %  {msg}");
             ProgressBar::new(1000).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
         });
         Progress { lines: shown && !terminal, bar, end, started: Instant::now(), last: Instant::now() }

@@ -184,7 +184,7 @@ fn draw_over_reynolds(runs: &[PathBuf], folder: &Path) -> Result<Vec<PathBuf>> {
             (0..=40).map(|k| 10f64.powf(0.7 + 0.05 * f64::from(k))).map(|re| (re, 1.0 + 10.0 * re.powf(-2.0 / 3.0)));
         let mut series = vec![
             Series {
-                label: "eq. (30): 1 + 10 Re^(-2/3)".into(),
+                label: "White: 1 + 10 Re^(-2/3), for eq. (30)".into(),
                 points: formula.collect(),
                 style: SeriesStyle::Dashed,
             },

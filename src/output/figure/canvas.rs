@@ -222,11 +222,16 @@ impl Axis {
             values.filter(|value| range.contains(&value.log10())).collect()
         };
         let sparse = [multiples(&[1]), multiples(&[1, 2, 5])].into_iter().find(|all| all.len() > 2);
-        let linear = || round_ticks(&(10f64.powf(range.start)..10f64.powf(range.end)), count).0;
+        // Each with the step that its digits have to show: its own size, or that of ticks within one decade.
+        let linear = || {
+            let (values, step) = round_ticks(&(10f64.powf(range.start)..10f64.powf(range.end)), count);
+            values.into_iter().map(|value| (value, step)).collect::<Vec<_>>()
+        };
         let minor = if stride == 1 { multiples(&[2, 3, 4, 5, 6, 7, 8, 9]) } else { Vec::new() };
         let minor = minor.into_iter().map(|value| (value.log10(), String::new()));
+        let sparse = sparse.map(|values| values.into_iter().map(|value| (value, value)).collect());
         let named = sparse.unwrap_or_else(linear).into_iter();
-        let ticks = named.map(|value| (value.log10(), number(value, value, value))).chain(minor);
+        let ticks = named.map(|(value, step)| (value.log10(), number(value, step, value))).chain(minor);
         let ticks = ticks.collect();
         Axis::new(range, label, ticks)
     }
