@@ -98,7 +98,7 @@ fn courant_number(case: &Case) -> f64 {
     case.time.cfl.unwrap_or(0.4)
 }
 
-/// The next step (s). Where `time.cfl` chooses, what is left is cut into equal steps, and the last [`LAST_STEPS`] keep
+/// The next step (s). Where `time.cfl` chooses, what is left is cut into equal steps, and the last 50 keep
 /// one length: the force of the mixing depends on dt, and a last step of its own would show as a spike. A fixed step
 /// stays as it is, and the run ends at or after `time.end`.
 pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64) -> f64 {
