@@ -1,6 +1,7 @@
 //! `mics check`: the scene in one screen, without running it: sizes, numbers, limits, what is needed and what is not.
 
 use crate::case::{Case, FACES, Motion, Side, load};
+use crate::output::print;
 use crate::petsc::Session;
 use crate::run::{check_step, choose_step, peak_memory, start_petsc};
 use crate::scene::Scene;
@@ -22,10 +23,9 @@ pub fn check(path: &Path, set: &[String], petsc: &[String]) -> Result<()> {
         2 => describe::<2>(&session, &loaded)?,
         _ => describe::<3>(&session, &loaded)?,
     };
-    if session.rank() == 0 {
-        lines.iter().for_each(|line| println!("{line}"));
-    }
-    Ok(())
+    let unused = session.unused_options()?;
+    let unused = (!unused.is_empty()).then(|| format!("unused       PETSc options: {}", unused.join(", ")));
+    if session.rank() == 0 { lines.iter().chain(&unused).try_for_each(|line| print(line)) } else { Ok(()) }
 }
 
 fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<String>> {
@@ -35,7 +35,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     let start_up = started.elapsed().as_secs_f64();
     let limits = scene.limits()?;
     check_step(loaded, &limits)?;
-    let dt = choose_step(case, &limits, None, case.time.end);
+    let (dt, choice) = choose_step(case, &limits, None, case.time.end);
 
     let times = |v: &[f64]| v.iter().map(|x| format!("{x}")).collect::<Vec<_>>().join(" x ");
     let cells = case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
@@ -54,19 +54,11 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         let (length, of) = if length > 0.0 { (length, "largest diameter") } else { (case.domain.size[1], "height") };
         lines.push(format!("Reynolds     {:.4} (speed {speed} m/s, {of} {length} m)", speed * length / nu));
     }
-    let (advection, diffusion) = (limits.advection(), limits.diffusion);
+    for (bound, limit) in limits.bounds().into_iter().filter(|b| b.1.is_finite()) {
+        lines.push(format!("step limit   {limit:.4e} s, {bound}"));
+    }
     lines.push(format!(
-        "step limits  advection {advection:.4e} s (Courant number {}), diffusion {diffusion:.4e} s",
-        limits.courant_limit
-    ));
-    lines.push(format!(
-        "step         {dt:.4e} s at the start, {}; about {:.0} steps to t = {} s",
-        match case.time.step {
-            Some(_) => "given".into(),
-            None if dt * limits.courant_rate >= 0.999 * case.time.cfl.unwrap_or(f64::INFINITY) =>
-                "by time.cfl".to_owned(),
-            None => "by the diffusion limit".to_owned(),
-        },
+        "step         {dt:.4e} s at the start, {choice}; about {:.0} steps to t = {} s",
         (case.time.end / dt).ceil(),
         case.time.end
     ));

@@ -10,11 +10,11 @@
 //! A later coupling replaces [`Coupling::face_coefficient`] (openings in the pressure equation),
 //! [`Coupling::impose`] (the wall) and the forces; the step calls no others.
 
-use crate::Result;
 use crate::fluid::faces::FaceCoefficient;
 use crate::grid::{Boundaries, Coefficient, Grid, VectorField};
 use crate::petsc::Session;
 use crate::solids::{Body, Motion, Overlap, fraction};
+use crate::{Error, Result};
 use nalgebra::Vector3;
 
 /// What fluid and one particle exchange over a step. Forces in N (per metre of depth in 2D), torques in N m about the
@@ -105,7 +105,7 @@ impl<const D: usize> Coupling<D> {
             fluid_viscosity,
             session: session.clone(),
         };
-        coupling.find_overlaps(grid);
+        coupling.find_overlaps(grid, |_| true);
         coupling
     }
 
@@ -134,23 +134,63 @@ impl<const D: usize> Coupling<D> {
         self.fluid_viscosity
     }
 
-    /// Whether any body moves.
+    /// Whether any body changes place.
     pub fn moves(&self) -> bool {
-        self.bodies.iter().any(|b| b.motion != Motion::Fixed)
+        self.bodies.iter().any(Body::moves)
     }
 
     /// Moves the prescribed bodies on by `dt` (s) and finds what they touch there.
-    pub fn advance(&mut self, grid: &Grid<D>, dt: f64) {
+    ///
+    /// # Errors
+    /// When one of them reaches another body or the border of the box.
+    pub fn advance(&mut self, grid: &Grid<D>, dt: f64) -> Result<()> {
         for body in self.bodies.iter_mut().filter(|b| b.motion == Motion::Prescribed) {
             body.advance(dt, &self.periods);
         }
-        self.find_overlaps(grid);
+        self.find_overlaps(grid, Body::moves);
+        self.bodies.iter().enumerate().filter(|(_, b)| b.moves()).try_for_each(|(k, _)| self.refuse_meeting(grid, k))
     }
 
-    fn find_overlaps(&mut self, grid: &Grid<D>) {
-        for (body, overlaps) in self.bodies.iter().zip(&mut self.overlaps) {
+    /// Puts the bodies where `bodies` are (the same ones, at another time).
+    pub fn place(&mut self, grid: &Grid<D>, bodies: &[Body]) {
+        self.bodies.clone_from_slice(bodies);
+        self.find_overlaps(grid, |_| true);
+    }
+
+    fn find_overlaps(&mut self, grid: &Grid<D>, wanted: fn(&Body) -> bool) {
+        for (body, overlaps) in self.bodies.iter().zip(&mut self.overlaps).filter(|(b, _)| wanted(b)) {
             fraction::overlaps(grid, &body.centre, body.radius, self.rule, overlaps);
         }
+    }
+
+    /// A cell holds no more solid than its volume, and a wall is where the box ends.
+    fn refuse_meeting(&self, grid: &Grid<D>, mover: usize) -> Result<()> {
+        let body = &self.bodies[mover];
+        for (a, axis) in ["x", "y", "z"].into_iter().enumerate().take(D).filter(|(a, _)| !grid.periodic[*a]) {
+            let inside = body.radius * (1.0 - 1e-9)..=grid.size[a] - body.radius * (1.0 - 1e-9);
+            if !inside.contains(&body.centre[a]) {
+                return Err(Error::Run(format!(
+                    "particle {mover}, moving as prescribed, has reached the border of the box along {axis} (its centre \
+                     is at {:.6} m); end the run before, or change its motion",
+                    body.centre[a]
+                )));
+            }
+        }
+        for (k, other) in self.bodies.iter().enumerate().filter(|(k, _)| *k != mover) {
+            let mut apart = other.centre - body.centre;
+            for (d, period) in apart.iter_mut().zip(&self.periods) {
+                *d -= period.map_or(0.0, |l| l * (*d / l).round());
+            }
+            let reach = (body.radius + other.radius) * (1.0 - 1e-9);
+            if apart.norm_squared() < reach * reach {
+                return Err(Error::Run(format!(
+                    "particle {mover}, moving as prescribed, has run into particle {k} (their centres are {:.6} m apart); \
+                     end the run before, or change its motion",
+                    apart.norm()
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// Eq. (1): density and viscosity of the mixture; only fields are written, with their ghosts. Collective.

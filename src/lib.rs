@@ -25,6 +25,7 @@
 //! | [`coupling`] | where the two meet: mixture, wall, force |
 //! | [`step`] | the method: one function |
 //! | [`case`] | a case file, checked: pure data |
+//! | [`scheme`] | the time schemes and the limits of their step |
 //! | [`scene`] | case to scene: builds only what the scene needs |
 //! | [`run`], [`check`](mod@check), [`output`] | the time loop, the description of a scene, what a run leaves |
 //! | [`clock`] | where the time goes |
@@ -40,6 +41,7 @@ pub mod output;
 pub mod petsc;
 pub mod run;
 pub mod scene;
+pub mod scheme;
 pub mod solids;
 pub mod step;
 

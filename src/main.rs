@@ -1,8 +1,9 @@
 //! The command line.
 
 use clap::{Args, Parser, Subcommand};
+use mics::output::{plot, print};
 use mics::run::Request;
-use mics::{Result, check, output::plot, run};
+use mics::{Result, check, run};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -61,18 +62,24 @@ struct SceneArgs {
 }
 
 fn main() -> ExitCode {
-    match act(Cli::parse().command) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            // Under mpirun every rank meets the same error. Rank 0 says it; the others leave it the time, since mpirun
-            // ends all ranks as soon as one has failed.
-            if std::env::var("OMPI_COMM_WORLD_RANK").is_ok_and(|rank| rank != "0") {
-                std::thread::sleep(std::time::Duration::from_millis(500));
-            } else {
-                eprintln!("error: {error}");
-            }
-            ExitCode::from(error.exit_code())
+    // Under mpirun every rank meets the same error. Rank 0 says it; the others leave it the time, since mpirun ends all
+    // ranks as soon as one has failed.
+    let speaks = !std::env::var("OMPI_COMM_WORLD_RANK").is_ok_and(|rank| rank != "0");
+    let fail = |code: u8, say: &dyn Fn()| {
+        if speaks {
+            say()
+        } else {
+            std::thread::sleep(std::time::Duration::from_millis(500))
         }
+        ExitCode::from(code)
+    };
+    match Cli::try_parse() {
+        // Help and version are "errors" of status 0.
+        Err(e) => fail(u8::try_from(e.exit_code()).unwrap_or(2), &|| drop(e.print())),
+        Ok(cli) => match act(cli.command) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => fail(error.exit_code(), &|| eprintln!("error: {error}")),
+        },
     }
 }
 
@@ -83,14 +90,8 @@ fn act(command: Command) -> Result<()> {
         }
         Command::Check { scene } => check::check(&scene.case, &scene.set, &scene.petsc),
         Command::Plot { runs, out } => {
-            for path in plot::draw(&runs, out.as_deref())? {
-                println!("{}", path.display());
-            }
-            Ok(())
+            plot::draw(&runs, out.as_deref())?.iter().try_for_each(|path| print(&path.display().to_string()))
         }
-        Command::Schema => {
-            println!("{:#}", mics::case::schema());
-            Ok(())
-        }
+        Command::Schema => print(&format!("{:#}", mics::case::schema())),
     }
 }

@@ -7,10 +7,12 @@ use crate::output::measure::{self, Series};
 use crate::output::snapshot::Snapshot;
 use crate::output::{Folder, Log, StepRow, may_use, plot};
 use crate::petsc::Session;
-use crate::scene::{Limits, Scene};
+use crate::scene::{Scene, State};
+use crate::scheme::{Bound, Limits};
 use crate::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
+use std::fmt;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -32,8 +34,8 @@ pub struct Request {
     pub petsc: Vec<String>,
 }
 
-/// Part of the diffusion limit that steps chosen by `time.cfl` use.
-const DIFFUSION_SHARE: f64 = 0.8;
+/// Part of the stability limits, other than the Courant number's, that steps chosen by `time.cfl` use.
+const LIMIT_SHARE: f64 = 0.8;
 /// How much longer a step chosen by `time.cfl` may be than the one before.
 const GROWTH: f64 = 1.1;
 /// Steps at the end of a run that keep one length.
@@ -47,7 +49,7 @@ pub fn run(request: &Request) -> Result<()> {
     let loaded = load(&request.case, &request.set)?;
     let session = start_petsc(&loaded.case, &request.petsc)?;
     let out = request.out.clone().unwrap_or_else(|| Path::new("runs").join(&loaded.case.name));
-    session.agree(may_use(&out, request.force))?;
+    session.agree(may_use(&out, request.force, &request.case))?;
     match loaded.case.dimension() {
         2 => Run::<2>::new(&session, &loaded, request, out)?.go(),
         _ => Run::<3>::new(&session, &loaded, request, out)?.go(),
@@ -62,33 +64,29 @@ pub fn start_petsc(case: &Case, command_line: &[String]) -> Result<Session> {
     Session::start(&words.chain(command_line.iter().cloned()).collect::<Vec<_>>())
 }
 
-/// Refuses a fixed step that breaks a limit.
+/// Refuses a step, or a Courant number to choose steps by, that breaks a limit.
 pub fn check_step(loaded: &Loaded, limits: &Limits) -> Result<()> {
-    let Some(step) = loaded.case.time.step else {
-        let cfl = courant_number(&loaded.case);
-        return if cfl <= limits.courant_limit {
+    let time = &loaded.case.time;
+    if let Some(step) = time.step {
+        let (bound, limit) = limits.tightest();
+        return if step <= limit {
             Ok(())
         } else {
-            Err(loaded.error_at("time.cfl", format!(
-                "{cfl} is over the limit of this scheme, a Courant number of {}; lower it or choose time.scheme = \"rk3\"",
-                limits.courant_limit
-            )))
+            Err(loaded.error_at(
+                "time.step",
+                format!("{step} s is over the {bound}, {limit:.4e} s; give a smaller step, or time.cfl instead"),
+            ))
         };
-    };
-    let (advection, diffusion) = (limits.advection(), limits.diffusion);
-    let (name, limit) = if advection < diffusion { ("advection", advection) } else { ("diffusion", diffusion) };
-    if step <= limit {
+    }
+    let (cfl, largest) = (courant_number(&loaded.case), limits.scheme.courant_limit());
+    if cfl <= largest {
         return Ok(());
     }
-    let what = if name == "advection" {
-        format!("Courant number {:.3} at the start", limits.courant_limit)
-    } else {
-        "explicit diffusion on this grid".into()
-    };
     Err(loaded.error_at(
-        "time.step",
+        "time.cfl",
         format!(
-            "{step} s is over the {name} limit of {limit:.4e} s ({what}); give a smaller step, or time.cfl instead"
+            "{cfl} is over the limit of this scheme, a Courant number of {largest}; lower it or choose time.scheme = \
+             \"rk3\""
         ),
     ))
 }
@@ -98,25 +96,56 @@ fn courant_number(case: &Case) -> f64 {
     case.time.cfl.unwrap_or(0.4)
 }
 
-/// The next step (s). Where `time.cfl` chooses, what is left is cut into equal steps, and the last 50 keep
-/// one length: the force of the mixing depends on dt, and a last step of its own would show as a spike. A fixed step
-/// stays as it is, and the run ends at or after `time.end`.
-pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64) -> f64 {
-    if let Some(fixed) = case.time.step {
-        return fixed;
+/// What chose a time step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Choice {
+    /// `time.step`.
+    Given,
+    /// `time.cfl`.
+    CourantNumber,
+    /// A stability limit (a part of it).
+    Limit(Bound),
+    /// A run has ten steps at least.
+    TenthOfRun,
+    /// A step grows slowly from the one before.
+    Growth,
+}
+
+impl fmt::Display for Choice {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Choice::Given => write!(f, "given"),
+            Choice::CourantNumber => write!(f, "by time.cfl"),
+            Choice::Limit(bound) => write!(f, "by {LIMIT_SHARE} of the {bound}"),
+            Choice::TenthOfRun => write!(f, "a tenth of the run, since nothing limits it yet"),
+            Choice::Growth => write!(f, "by its growth from the step before"),
+        }
     }
-    let wanted = (courant_number(case) / limits.courant_rate)
-        .min(DIFFUSION_SHARE * limits.diffusion)
-        .min(case.time.end / 10.0)
-        .min(before.map_or(f64::INFINITY, |b| GROWTH * b));
+}
+
+/// The next step (s) and what chose it. Where `time.cfl` chooses, what is left is cut into equal steps, and the last 50
+/// keep one length: the force of the mixing depends on dt, and a last step of its own would show as a spike. A fixed
+/// step stays as it is, and the run ends at or after `time.end`.
+pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64) -> (f64, Choice) {
+    if let Some(fixed) = case.time.step {
+        return (fixed, Choice::Given);
+    }
+    let shares = limits.bounds().map(|(bound, dt)| match bound {
+        Bound::Advection(_) => (Choice::CourantNumber, courant_number(case) / limits.courant_rate),
+        _ => (Choice::Limit(bound), LIMIT_SHARE * dt),
+    });
+    let others =
+        [(Choice::TenthOfRun, case.time.end / 10.0), (Choice::Growth, before.map_or(f64::INFINITY, |b| GROWTH * b))];
+    let least = |a: (Choice, f64), b: (Choice, f64)| if b.1 < a.1 { b } else { a };
+    let (choice, wanted) = shares.into_iter().chain(others).reduce(least).unwrap_or(others[0]);
     if let Some(before) = before {
         let count = (left / before).round().max(1.0);
         let kept = left / count;
-        if count <= LAST_STEPS && kept <= (1.05 * wanted).min(limits.advection()) {
-            return kept;
+        if count <= LAST_STEPS && kept <= (1.05 * wanted).min(limits.tightest().1) {
+            return (kept, choice);
         }
     }
-    left / (left / wanted * (1.0 - 1e-9)).ceil().max(1.0)
+    (left / (left / wanted * (1.0 - 1e-9)).ceil().max(1.0), choice)
 }
 
 struct Run<'a, const D: usize> {
@@ -137,6 +166,10 @@ struct Run<'a, const D: usize> {
     dt: Option<f64>,
     /// Time of the newest snapshot (s).
     last_fields: f64,
+    /// Step of the newest rows of particles.
+    last_rows: Option<u64>,
+    /// The state at the start of the step.
+    good: State<D>,
 }
 
 /// What a step gave, for the log.
@@ -160,7 +193,10 @@ impl<'a, const D: usize> Run<'a, D> {
         } else {
             Ok(None)
         };
+        let mut good = State::default();
+        scene.save(&mut good);
         Ok(Run {
+            good,
             folder: session.agree(opened)?,
             progress: Progress::new(lead && !request.quiet, case.time.end),
             series: measure::series(case),
@@ -176,6 +212,7 @@ impl<'a, const D: usize> Run<'a, D> {
             retries: 0,
             dt: None,
             last_fields: f64::NAN,
+            last_rows: None,
         })
     }
 
@@ -197,14 +234,15 @@ impl<'a, const D: usize> Run<'a, D> {
         let result = self.advance();
         self.progress.finish();
         let status = if result.is_ok() { "done" } else { "failed" };
-        // A failing run keeps what it has; a second error must not hide the first.
+        let result = match result {
+            Ok(()) => Ok(()),
+            Err(e) => Err(self.keep_good_state(e)?),
+        };
+        // A second error must not hide the first.
         let closed = self.close(status, &began);
-        let result = result.map_err(|e| self.with_last_good_state(e));
         if let Err(e) = &result {
             self.log.say(&format!("error: {e}"));
-            if let Some(folder) = &mut self.folder {
-                let _ = folder.flush(&mut self.log);
-            }
+            let _ = self.on_lead(|folder, _, log| folder.flush(log));
         }
         result?;
         closed
@@ -221,15 +259,16 @@ impl<'a, const D: usize> Run<'a, D> {
         self.write_fields()?;
         self.sample(speed);
         while self.scene.time < end * (1.0 - 1e-12) {
+            self.scene.save(&mut self.good);
             let limits = self.scene.limits()?;
-            let dt = choose_step(self.case, &limits, self.dt, end - self.scene.time);
-            let cfl = dt * limits.courant_rate;
-            self.refuse_broken_limit(cfl, &limits)?;
+            let (dt, _) = choose_step(self.case, &limits, self.dt, end - self.scene.time);
+            self.refuse_broken_limit(dt, &limits)?;
             self.scene.clock.lap(Stage::Logs);
             let projected = match self.scene.step(dt) {
-                Ok(projected) => projected,
-                Err(Error::Run(reason)) => return Err(self.explain(reason)?),
-                Err(other) => return Err(other),
+                Err(Error::Run(reason)) if reason.contains("not a finite number") => {
+                    return Err(self.scene.name_bad_cell()?);
+                }
+                other => other?,
             };
             self.dt = Some(dt);
             self.divergence_max = self.divergence_max.max(projected.divergence_max);
@@ -237,7 +276,7 @@ impl<'a, const D: usize> Run<'a, D> {
             self.krylov += u64::from(projected.krylov);
             self.retries += u64::from(projected.retries);
             let (energy, speed) = self.scene.energy_and_speed()?;
-            self.write_row(StepOutcome { dt, projected, cfl, energy })?;
+            self.write_row(StepOutcome { dt, projected, cfl: dt * limits.courant_rate, energy })?;
             if rows.due(self.scene.steps, self.scene.time) {
                 self.write_particles()?;
             }
@@ -256,34 +295,36 @@ impl<'a, const D: usize> Run<'a, D> {
         Ok(())
     }
 
-    fn refuse_broken_limit(&self, cfl: f64, limits: &Limits) -> Result<()> {
-        if cfl <= limits.courant_limit * (1.0 + 1e-9) {
+    fn refuse_broken_limit(&self, dt: f64, limits: &Limits) -> Result<()> {
+        let (bound, limit) = limits.tightest();
+        if dt <= limit * (1.0 + 1e-9) {
             return Ok(());
         }
         Err(Error::Run(format!(
-            "step {}, time {:.6}: the Courant number {cfl:.3} broke the advection limit {}: the flow is faster than at \
-             the start; give a smaller time.step, or time.cfl instead",
-            self.scene.steps + 1,
-            self.scene.time,
-            limits.courant_limit
+            "the step of {dt} s is over the {bound}, now {limit:.4e} s: the flow is faster than at the start; give a \
+             smaller time.step, or time.cfl instead"
         )))
     }
 
-    /// A failure of the step with its place: the cell that is not finite, or the step.
-    fn explain(&self, reason: String) -> Result<Error> {
-        if reason.contains("not a finite number") {
-            return self.scene.name_bad_cell();
-        }
-        Ok(Error::Run(format!("step {}, time {:.6}: {reason}", self.scene.steps + 1, self.scene.time)))
-    }
-
-    fn with_last_good_state(&self, error: Error) -> Error {
-        match (error, self.folder.as_ref().and_then(Folder::last_snapshot)) {
-            (Error::Run(reason), Some((time, path))) => {
-                Error::Run(format!("{reason}; the last good state, of time {time:.6}, is {}", path.display()))
+    /// Brings back and writes the state that the failing step began with, unless writing is what failed, and returns
+    /// the failure with its step and the place of that state.
+    fn keep_good_state(&mut self, error: Error) -> Result<Error> {
+        let mut broken = [f64::from(matches!(error, Error::Io { .. } | Error::Petsc { .. }))];
+        self.session.max(&mut broken)?;
+        if broken[0] == 0.0 {
+            self.scene.load(&self.good);
+            if self.last_fields != self.scene.time {
+                let _ = self.write_fields();
             }
-            (error, _) => error,
         }
+        let step = format!("step {}, from t = {:.6} s", self.good.steps + 1, self.good.time);
+        Ok(match self.folder.as_ref().and_then(Folder::last_snapshot) {
+            Some((time, path)) => Error::Run(format!(
+                "{step}: {error}; the last good state that was kept, of t = {time:.6} s, is {}",
+                path.display()
+            )),
+            None => Error::Run(format!("{step}: {error}")),
+        })
     }
 
     fn write_row(&mut self, outcome: StepOutcome) -> Result<()> {
@@ -298,12 +339,19 @@ impl<'a, const D: usize> Run<'a, D> {
             kinetic_energy: outcome.energy,
             wall: self.started.elapsed().as_secs_f64(),
         };
-        self.on_lead(|folder, _| folder.write_step(&row))
+        self.on_lead(|folder, _, log| {
+            folder.write_step(&row)?;
+            folder.flush_when_due(log)
+        })
     }
 
     fn write_particles(&mut self) -> Result<()> {
+        if self.last_rows == Some(self.scene.steps) {
+            return Ok(());
+        }
+        self.last_rows = Some(self.scene.steps);
         let rule = self.case.coupling.force;
-        self.on_lead(|folder, scene| match &scene.coupling {
+        self.on_lead(|folder, scene, _| match &scene.coupling {
             Some(c) => folder.write_particles(scene.steps, scene.time, c.bodies(), c.exchange(), rule),
             None => Ok(()),
         })
@@ -312,17 +360,19 @@ impl<'a, const D: usize> Run<'a, D> {
     fn write_fields(&mut self) -> Result<()> {
         let snapshot = Snapshot::take(&mut self.scene)?;
         self.last_fields = self.scene.time;
-        self.on_lead(|folder, scene| folder.write_snapshot(scene.steps, &snapshot))?;
-        if let Some(folder) = &mut self.folder {
-            folder.flush(&mut self.log)?;
-        }
+        // A figure of the fields shows the particles where they are.
+        self.write_particles()?;
+        self.on_lead(|folder, scene, log| {
+            folder.write_snapshot(scene.steps, &snapshot)?;
+            folder.flush(log)
+        })?;
         self.scene.clock.lap(Stage::Fields);
         Ok(())
     }
 
     /// Rank 0 writes; a failure there is a failure everywhere.
-    fn on_lead(&mut self, write: impl FnOnce(&mut Folder, &Scene<D>) -> Result<()>) -> Result<()> {
-        let written = self.folder.as_mut().map_or(Ok(()), |folder| write(folder, &self.scene));
+    fn on_lead(&mut self, write: impl FnOnce(&mut Folder, &Scene<D>, &mut Log) -> Result<()>) -> Result<()> {
+        let written = self.folder.as_mut().map_or(Ok(()), |folder| write(folder, &self.scene, &mut self.log));
         self.session.agree(written)
     }
 
@@ -410,7 +460,7 @@ impl<'a, const D: usize> Run<'a, D> {
             "petsc_version": self.session.version(), "petsc_options": options, "ranks": self.session.size(),
             "host": host(), "start": began, "end": ended,
         });
-        self.on_lead(|folder, _| folder.write_json("run.json", &record))
+        self.on_lead(|folder, _, _| folder.write_json("run.json", &record))
     }
 }
 
@@ -430,7 +480,7 @@ impl Schedule {
         match &self.cadence {
             Some(Cadence { every: Some(n), .. }) => step.is_multiple_of(*n),
             Some(Cadence { every_time: Some(interval), .. }) => {
-                let passed = (time / interval * (1.0 + 1e-12)) as u64;
+                let passed = (time / interval * (1.0 + 1e-9)) as u64;
                 std::mem::replace(&mut self.done, passed) < passed
             }
             _ => false,

@@ -8,6 +8,7 @@ use crate::fluid::faces::{self, FaceCoefficient, Gravity};
 use crate::fluid::pressure::{Projection, StoppingRule};
 use crate::grid::{Border, Boundaries, Coefficient, Grid, VectorField};
 use crate::petsc::{Layout, Session};
+use crate::scheme::{self, Limits, Scheme};
 use crate::solids::{Body, Motion, fraction};
 use crate::{Error, Result};
 use nalgebra::Vector3;
@@ -45,6 +46,8 @@ pub struct Scene<const D: usize> {
     /// The pressure equation and its iteration.
     pub projection: Projection,
     pub(crate) scheme: &'static Scheme,
+    /// Courant number per second of what the borders prescribe (1/s): in a fluid at rest nothing else tells it.
+    border_rate: f64,
     pub(crate) advection: Advection<D>,
     /// Pressure and gravity on faces (m/s2), of the pressure in `p`.
     pub(crate) acceleration: VectorField<D>,
@@ -60,59 +63,32 @@ pub struct Scene<const D: usize> {
     pub(crate) assembled: bool,
 }
 
-/// A Runge-Kutta scheme whose stages are built from the weighted sum of the rates so far.
-#[derive(Debug)]
-pub struct Scheme {
-    /// Weight of each stage's rate in the step.
-    pub weights: &'static [f64],
-    /// For each stage after the first: factors of the weighted sum so far and of the pressure's acceleration.
-    pub stages: &'static [(f64, f64)],
-    /// Whether the carrying velocity is taken at the middle of the step.
-    pub centred: bool,
-    /// Largest Courant number, sum over axes, with fifth-order upwind advection.
-    pub courant_limit: f64,
-    /// Reach on the negative real axis, over Euler's.
-    pub diffusion_factor: f64,
+/// What a step starts from, to go back to.
+#[derive(Clone, Debug)]
+pub struct State<const D: usize> {
+    /// Velocity (m/s).
+    pub u: VectorField<D>,
+    /// Pressure (Pa).
+    pub p: Vec<f64>,
+    /// The particles.
+    pub bodies: Vec<Body>,
+    /// Time (s).
+    pub time: f64,
+    /// Steps done.
+    pub steps: u64,
 }
 
-/// Euler (the paper's) with upwind advection: see `tests/stability.rs` for the limits.
-const EULER: Scheme =
-    Scheme { weights: &[1.0], stages: &[], centred: false, courant_limit: 0.25, diffusion_factor: 1.0 };
-const RK2: Scheme =
-    Scheme { weights: &[0.5, 0.5], stages: &[(2.0, 1.0)], centred: true, courant_limit: 0.8, diffusion_factor: 1.0 };
-const RK3: Scheme = Scheme {
-    weights: &[1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0],
-    stages: &[(6.0, 1.0), (1.5, 0.5)],
-    centred: true,
-    courant_limit: 1.2,
-    diffusion_factor: 1.25,
-};
-/// Euler with QSI: the foot of a path stays within one cell.
-const QSI: Scheme = Scheme { courant_limit: 1.0, ..EULER };
+impl<const D: usize> Default for State<D> {
+    fn default() -> Self {
+        State { u: std::array::from_fn(|_| Vec::new()), p: Vec::new(), bodies: Vec::new(), time: 0.0, steps: 0 }
+    }
+}
 
 /// The advection scheme with its scratch.
 pub(crate) enum Advection<const D: usize> {
     Upwind5,
     Upwind5Advective,
     Qsi { from: VectorField<D>, to: VectorField<D> },
-}
-
-/// A time step and what it is limited by.
-#[derive(Clone, Copy, Debug)]
-pub struct Limits {
-    /// Courant number per second, at the present velocities (1/s).
-    pub courant_rate: f64,
-    /// Largest Courant number of the scheme.
-    pub courant_limit: f64,
-    /// Largest step by diffusion (s); infinite where nothing diffuses.
-    pub diffusion: f64,
-}
-
-impl Limits {
-    /// Largest step by advection (s).
-    pub fn advection(&self) -> f64 {
-        self.courant_limit / self.courant_rate
-    }
 }
 
 impl<const D: usize> Scene<D> {
@@ -135,6 +111,7 @@ impl<const D: usize> Scene<D> {
             max_iterations: case.pressure.max_iterations,
         };
         let projection = Projection::new(session, &layout, &grid, &boundaries, stopping)?;
+        let border_rate = boundaries.courant_rate(&grid);
 
         let bodies: Vec<Body> = case.particle.iter().map(|p| body(p, &case.fluid)).collect();
         let property = |of_fluid: f64, of_body: fn(&Body) -> f64| {
@@ -153,10 +130,10 @@ impl<const D: usize> Scene<D> {
         let coupling = (!bodies.is_empty())
             .then(|| Coupling::new(session, &grid, bodies, rule, case.fluid.density, case.fluid.viscosity));
         let scheme = match (case.time.scheme, case.time.advection) {
-            (_, case::Advection::Qsi) => &QSI,
-            (case::Scheme::Euler, _) => &EULER,
-            (case::Scheme::Rk2, _) => &RK2,
-            (case::Scheme::Rk3, _) => &RK3,
+            (_, case::Advection::Qsi) => &scheme::QSI,
+            (case::Scheme::Euler, _) => &scheme::EULER,
+            (case::Scheme::Rk2, _) => &scheme::RK2,
+            (case::Scheme::Rk3, _) => &scheme::RK3,
         };
         let stages = scheme.weights.len() > 1;
         let nothing = || std::array::from_fn(|_| Vec::new());
@@ -193,6 +170,7 @@ impl<const D: usize> Scene<D> {
             coupling,
             projection,
             scheme,
+            border_rate,
         };
         scene.set_initial_velocity(&axes(&case.initial_velocity()), case.initial.perturbation);
         scene.start()?;
@@ -241,34 +219,53 @@ impl<const D: usize> Scene<D> {
         Ok(())
     }
 
+    /// Copies what a reader of the fields needs into `state`.
+    pub fn save(&self, state: &mut State<D>) {
+        for (to, from) in state.u.iter_mut().zip(&self.u).chain([(&mut state.p, &self.p)]) {
+            to.clone_from(from);
+        }
+        if let Some(coupling) = &self.coupling {
+            state.bodies.clear();
+            state.bodies.extend_from_slice(coupling.bodies());
+        }
+        (state.time, state.steps) = (self.time, self.steps);
+    }
+
+    /// Brings back what [`Scene::save`] kept, for readers; the next step would need more.
+    pub fn load(&mut self, state: &State<D>) {
+        for (to, from) in self.u.iter_mut().zip(&state.u).chain([(&mut self.p, &state.p)]) {
+            to.clone_from(from);
+        }
+        if let Some(coupling) = &mut self.coupling {
+            coupling.place(&self.grid, &state.bodies);
+        }
+        (self.time, self.steps) = (state.time, state.steps);
+    }
+
     /// The limits of the time step at the present velocities. Collective.
     pub fn limits(&self) -> Result<Limits> {
-        let mut rate = [faces::courant_rate(&self.grid, &self.faces)];
+        let mut rate = [faces::courant_rate(&self.grid, &self.faces, self.scheme.by_axis).max(self.border_rate)];
         if let Some(coupling) = &self.coupling {
             let smallest = self.grid.h.iter().fold(f64::INFINITY, |m, h| m.min(*h));
             rate[0] = coupling.bodies().iter().fold(rate[0], |m, b| m.max(b.top_speed() / smallest));
         }
         self.session.max(&mut rate)?;
-        Ok(Limits {
-            courant_rate: rate[0],
-            courant_limit: self.scheme.courant_limit,
-            diffusion: self.scheme.diffusion_factor
-                * diffusion::step_limit(
-                    &self.grid.h,
-                    self.largest_kinematic_viscosity(),
-                    matches!(self.viscosity, Coefficient::Field(_)),
-                ),
-        })
+        let (diffusion_rate, damping_rate) = self.diffusion_rates();
+        Ok(Limits { courant_rate: rate[0], diffusion_rate, damping_rate, scheme: self.scheme })
     }
 
-    /// Over the fluid and all mixtures with it: mu/rho is monotonic in the fraction, so its ends bound it.
-    fn largest_kinematic_viscosity(&self) -> f64 {
-        let of_bodies = self.coupling.iter().flat_map(|c| c.bodies()).map(|b| b.viscosity / b.density);
-        let fluid = self
-            .coupling
-            .as_ref()
-            .map_or_else(|| self.viscosity.at(0) / self.density.at(0), |c| c.fluid_viscosity() / c.fluid_density());
-        of_bodies.fold(fluid, f64::max)
+    /// The rate that limits the step (1/s), and the fluid's along the axis of the largest spacing.
+    fn diffusion_rates(&self) -> (f64, f64) {
+        let bodies = || self.coupling.iter().flat_map(|c| c.bodies());
+        let (viscosity, density) = match &self.coupling {
+            Some(c) => (c.fluid_viscosity(), c.fluid_density()),
+            None => (self.viscosity.at(0), self.density.at(0)),
+        };
+        let nu = bodies().map(|b| b.viscosity).fold(viscosity, f64::max)
+            / bodies().map(|b| b.density).fold(density, f64::min);
+        let widest = self.grid.h.iter().copied().fold(0.0, f64::max);
+        let limit = diffusion::limit_rate(&self.grid.h, nu, matches!(self.viscosity, Coefficient::Field(_)));
+        (limit, diffusion::limit_rate(&[widest], viscosity / density, false))
     }
 
     /// Kinetic energy of the mixture (J; per metre of depth in 2D) and the largest speed in a cell (m/s). Collective.
@@ -309,21 +306,14 @@ impl<const D: usize> Scene<D> {
             }
         }
         self.session.sum(&mut place)?;
-        let when = format!("step {}, time {:.6}", self.steps + 1, self.time);
         if speaker[0] < 0.0 {
-            return Ok(Error::Run(format!(
-                "{when}: the kinetic energy is not a finite number: the flow is too fast to square"
-            )));
+            return Ok(Error::Run("the kinetic energy is not a finite number: the flow is too fast to square".into()));
         }
         let names = ["the velocity along x", "the velocity along y", "the velocity along z", "the pressure"];
         let name = if place[0] as usize == D { names[3] } else { names[place[0] as usize] };
         let cell: Vec<String> = place[1..1 + D].iter().map(|i| format!("{i}")).collect();
         let at: Vec<String> = place[4..4 + D].iter().map(|x| format!("{x:.6}")).collect();
-        Ok(Error::Run(format!(
-            "{when}: {name} is not a finite number in cell ({}) at ({}) m",
-            cell.join(", "),
-            at.join(", ")
-        )))
+        Ok(Error::Run(format!("{name} is not a finite number in cell ({}) at ({}) m", cell.join(", "), at.join(", "))))
     }
 
     /// The owned cells of all ranks, x fastest, on rank 0 (empty elsewhere). Collective.

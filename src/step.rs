@@ -19,7 +19,7 @@ impl<const D: usize> Scene<D> {
         let projected = self.project(dt)?; //   (13-15)  C-HSMAC: |D| < D0
         self.correct_cells(dt); //              (16)     u_f = u* - dt/rho grad p
         self.sum_pressure_force(); //           (19)     the last of its three parts
-        self.move_particles(dt); //             (17, 18) and the fractions at the new place
+        self.move_particles(dt)?; //            (17, 18) and the fractions at the new place
         self.mix_velocity(dt)?; //              (27)     the wall; the momentum it takes is the force
         self.count_step(dt);
         Ok(projected)
@@ -201,12 +201,13 @@ impl<const D: usize> Scene<D> {
         }
     }
 
-    /// Prescribed motion; fixed bodies and their fractions stay.
-    fn move_particles(&mut self, dt: f64) {
-        let Some(coupling) = self.coupling.as_mut().filter(|c| c.moves()) else { return };
-        coupling.advance(&self.grid, dt);
-        self.properties_stale = true;
+    /// Prescribed motion; fixed bodies stay, and the fractions of those that only turn.
+    fn move_particles(&mut self, dt: f64) -> Result<()> {
+        let Some(coupling) = &mut self.coupling else { return Ok(()) };
+        coupling.advance(&self.grid, dt)?;
+        self.properties_stale = coupling.moves();
         self.clock.lap(Stage::Particles);
+        Ok(())
     }
 
     /// (27).

@@ -78,7 +78,7 @@ pub(super) fn validate(case: &Case) -> Check {
     not_negative("initial.perturbation", case.initial.perturbation.unwrap_or(0.0), "m/s")?;
     let planar = dimension == 2 || case.coupling.fraction != FractionRule::Polygon;
     ensure!(planar, "coupling.fraction", "polygon is for discs in 2D only; in 3D choose \"exact\"");
-    time(&case.time)?;
+    time(case)?;
     let Pressure { divergence_limit, tightening, max_iterations, .. } = case.pressure;
     positive("pressure.divergence_limit", divergence_limit, "1/s")?;
     let holds = tightening > 0.0 && tightening <= 1.0;
@@ -240,7 +240,8 @@ fn overlaps(case: &Case) -> Check {
     Ok(())
 }
 
-fn time(time: &Time) -> Check {
+fn time(case: &Case) -> Check {
+    let time = &case.time;
     positive("time.end", time.end, "s")?;
     let both = time.step.is_some() && time.cfl.is_some();
     ensure!(!both, "time.step", "time.step and time.cfl exclude each other: remove one of them");
@@ -249,6 +250,9 @@ fn time(time: &Time) -> Check {
     let holds = time.advection != Advection::Qsi || time.scheme == Scheme::Euler;
     let cure = "set time.scheme = \"euler\" or choose upwind5";
     ensure!(holds, "time.advection", "qsi is a one-step scheme: {cure}");
+    let holds = time.scheme != Scheme::Euler || time.advection == Advection::Qsi || case.fluid.viscosity > 0.0;
+    let cure = "choose \"rk2\" or \"rk3\", or time.advection = \"qsi\"";
+    ensure!(holds, "time.scheme", "euler steps with upwind advection grow without viscosity: {cure}");
     Ok(())
 }
 

@@ -106,6 +106,21 @@ pub fn qsi_sweep<const D: usize>(grid: &Grid<D>, axis: usize, u: &[f64], dt: f64
     }
 }
 
+/// What upwind advection at a Courant number of 1 adds to a wave of phase angle `theta` a cell.
+#[cfg(test)]
+pub(crate) fn upwind5_symbol(theta: f64) -> nalgebra::Complex<f64> {
+    let flux = |part: fn(f64) -> f64| upwind_flux(1.0, std::array::from_fn(|k| part((k as f64 - 2.0) * theta)));
+    let high = nalgebra::Complex::new(flux(f64::cos), flux(f64::sin));
+    high * (nalgebra::Complex::from_polar(1.0, -theta) - 1.0)
+}
+
+/// What a QSI sweep at Courant number `c` multiplies a wave of phase angle `theta` a cell by.
+#[cfg(test)]
+pub(crate) fn qsi_symbol(c: f64, theta: f64) -> nalgebra::Complex<f64> {
+    let nodes = [2.0, 1.0, 0.0, -1.0, -2.0, -3.0].map(|n| nalgebra::Complex::from_polar(1.0, n * theta));
+    quintic_weights(c).into_iter().zip(nodes).map(|(w, e)| e * w).sum()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

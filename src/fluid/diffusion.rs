@@ -83,10 +83,11 @@ pub fn stress<const D: usize>(
     }
 }
 
-/// The largest stable `dt` (s) of explicit Euler diffusion with kinematic viscosity `nu` (m2/s), in the full-stress
-/// form or the Laplacian's; Runge-Kutta schemes reach a little further.
-pub fn step_limit<const D: usize>(h: &[f64; D], nu: f64, full_stress: bool) -> f64 {
+/// One over the largest stable step of explicit Euler diffusion (1/s) with kinematic viscosity `nu` (m2/s), in the
+/// full-stress form or the Laplacian's. Where viscosity or density vary, `nu` is the largest viscosity over the
+/// smallest density: the face mean of one meets the cell value of the other.
+pub fn limit_rate<const D: usize>(h: &[f64; D], nu: f64, full_stress: bool) -> f64 {
     let sum: f64 = h.iter().map(|h| 2.0 / (h * h)).sum();
     let own = h.iter().map(|h| 2.0 / (h * h)).fold(0.0, f64::max);
-    1.0 / (nu * (sum + if full_stress { own } else { 0.0 }))
+    nu * (sum + if full_stress { own } else { 0.0 })
 }

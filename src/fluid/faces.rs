@@ -149,12 +149,14 @@ pub fn divergence<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>, out: &
     }
 }
 
-/// The largest over this rank's cells of the Courant number for `dt = 1`: `sum_a max(|U_low|, |U_high|)/h_a` (1/s).
-pub fn courant_rate<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>) -> f64 {
+/// The largest over this rank's cells of the Courant number for `dt = 1`: `sum_a max(|U_low|, |U_high|)/h_a` (1/s), or
+/// the largest of these terms where advection goes axis by axis.
+pub fn courant_rate<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>, by_axis: bool) -> f64 {
+    let gather = if by_axis { f64::max } else { |a: f64, b: f64| a + b };
     let mut largest = 0.0f64;
     for c in grid.rows().flatten() {
-        let rate: f64 = (0..D).map(|a| faces[a][c].abs().max(faces[a][c + grid.stride[a]].abs()) / grid.h[a]).sum();
-        largest = largest.max(rate);
+        let rates = (0..D).map(|a| faces[a][c].abs().max(faces[a][c + grid.stride[a]].abs()) / grid.h[a]);
+        largest = largest.max(rates.fold(0.0, gather));
     }
     largest
 }

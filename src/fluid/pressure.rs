@@ -20,8 +20,9 @@ use crate::{Error, Result};
 /// The pressure operator and its iteration.
 pub struct Projection {
     solver: LinearSolver,
-    /// For each entry of the pattern in turn, the face it comes from and how often it counts.
-    entries: Vec<Entry>,
+    /// The kinds of every owned cell's faces: low and high along each axis.
+    links: Vec<[Link; 6]>,
+    /// The matrix's entries, cell by cell: the neighbours' in the order of the links, then the diagonal's.
     values: Vec<f64>,
     session: Session,
     divergence: Vec<f64>,
@@ -40,10 +41,15 @@ pub struct StoppingRule {
     pub max_iterations: usize,
 }
 
-/// A matrix entry: the sum over `faces` of `weight * b_face`; an off-diagonal has one face.
-struct Entry {
-    faces: [(u32, f64); 6],
-    count: u8,
+/// What a cell's face contributes to its row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Link {
+    /// Nothing: the velocity through it is given.
+    Closed,
+    /// A neighbour.
+    Cell,
+    /// Zero pressure on the face, half a cell away.
+    Outflow,
 }
 
 /// What an iteration took and left.
@@ -71,38 +77,29 @@ impl Projection {
         boundaries: &Boundaries<D>,
         rule: StoppingRule,
     ) -> Result<Projection> {
-        let (mut rows, mut columns, mut entries) = (Vec::new(), Vec::new(), Vec::new());
-        let one_axis = grid.stored.iter().product::<usize>();
+        let (mut rows, mut columns, mut links) = (Vec::new(), Vec::new(), Vec::new());
         for c in grid.rows().flatten() {
-            let mut diagonal = Entry { faces: [(0, 0.0); 6], count: 0 };
-            for axis in 0..D {
-                let (s, weight) = (grid.stride[axis], 1.0 / (grid.h[axis] * grid.h[axis]));
-                for (side, face, neighbour) in [(0, c, c - s), (1, c + s, c + s)] {
-                    let slot = (axis * one_axis + face) as u32;
-                    let border = layout.numbers[neighbour] < 0;
-                    let share = match (&boundaries.borders[axis][side], border) {
-                        (_, false) => weight,
-                        (Some(Border::Outflow), true) => 2.0 * weight,
-                        (_, true) => continue,
-                    };
-                    diagonal.faces[diagonal.count as usize] = (slot, share);
-                    diagonal.count += 1;
-                    if !border {
-                        rows.push(layout.numbers[c]);
-                        columns.push(layout.numbers[neighbour]);
-                        entries.push(Entry { faces: [(slot, -weight); 6], count: 1 });
-                    }
+            let mut faces = [Link::Closed; 6];
+            for (axis, side) in (0..2 * D).map(|f| (f / 2, f % 2)) {
+                let s = grid.stride[axis];
+                let neighbour = layout.numbers[if side == 0 { c - s } else { c + s }];
+                if neighbour >= 0 {
+                    faces[2 * axis + side] = Link::Cell;
+                    rows.push(layout.numbers[c]);
+                    columns.push(neighbour);
+                } else if let Some(Border::Outflow) = boundaries.borders[axis][side] {
+                    faces[2 * axis + side] = Link::Outflow;
                 }
             }
             rows.push(layout.numbers[c]);
             columns.push(layout.numbers[c]);
-            entries.push(diagonal);
+            links.push(faces);
         }
-        let singular = !boundaries.fixes_pressure();
+        let (singular, count) = (!boundaries.fixes_pressure(), rows.len());
         Ok(Projection {
             solver: LinearSolver::new(session, layout, D, rows, columns, singular)?,
-            values: vec![0.0; entries.len()],
-            entries,
+            values: vec![0.0; count],
+            links,
             session: session.clone(),
             divergence: grid.field(),
             phi: grid.field(),
@@ -115,11 +112,25 @@ impl Projection {
     /// # Errors
     /// When a coefficient is not positive and finite: a zero row would make solvers report success.
     pub fn assemble<const D: usize>(&mut self, grid: &Grid<D>, beta: &FaceCoefficient<D>) -> Result<()> {
-        let one_axis = grid.stored.iter().product::<usize>();
-        for (value, entry) in self.values.iter_mut().zip(&self.entries) {
-            let part =
-                |&(slot, weight): &(u32, f64)| weight * beta.at(slot as usize / one_axis, slot as usize % one_axis);
-            *value = entry.faces[..entry.count as usize].iter().map(part).sum();
+        let inverse_h2: [f64; D] = std::array::from_fn(|a| 1.0 / (grid.h[a] * grid.h[a]));
+        let mut values = self.values.iter_mut();
+        let mut put = |v: f64| values.next().into_iter().for_each(|slot| *slot = v);
+        for (c, links) in grid.rows().flatten().zip(&self.links) {
+            let mut diagonal = 0.0;
+            for axis in 0..D {
+                for (link, face) in [(links[2 * axis], c), (links[2 * axis + 1], c + grid.stride[axis])] {
+                    let weight = inverse_h2[axis] * beta.at(axis, face);
+                    match link {
+                        Link::Closed => {}
+                        Link::Outflow => diagonal += 2.0 * weight,
+                        Link::Cell => {
+                            diagonal += weight;
+                            put(-weight);
+                        }
+                    }
+                }
+            }
+            put(diagonal);
         }
         let unsound = self.values.iter().any(|v| !v.is_finite() || *v == 0.0);
         let mut anywhere = [f64::from(unsound)];

@@ -91,6 +91,16 @@ impl<const D: usize> Boundaries<D> {
         self.borders.iter().flatten().any(|b| matches!(b, Some(Border::Outflow)))
     }
 
+    /// The largest Courant number for `dt = 1` of the velocities that borders prescribe here (1/s).
+    pub fn courant_rate(&self, grid: &Grid<D>) -> f64 {
+        let here = (0..2 * D).filter_map(|f| self.border(f / 2, f % 2));
+        let rates = here.flat_map(|border| {
+            let velocity = if let Border::Velocity(v) = border { Some(v) } else { None };
+            velocity.into_iter().flat_map(|v| (0..v[0].len()).map(|k| (0..D).map(|a| v[a][k].abs() / grid.h[a]).sum()))
+        });
+        rates.fold(0.0, f64::max)
+    }
+
     fn border(&self, axis: usize, side: usize) -> Option<&Border<D>> {
         self.borders[axis][side].as_ref().filter(|_| self.here[axis][side])
     }

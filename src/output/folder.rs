@@ -8,6 +8,7 @@ use crate::{Error, Result};
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// What `particles.csv` holds: the contract's columns, then what 3D and the other force add.
 const PARTICLE_COLUMNS: &str = "step,time,id,x,y,z,angle,vx,vy,vz,wx,wy,wz,fluid_fx,fluid_fy,fluid_fz,pressure_fx,\
@@ -16,8 +17,13 @@ const PARTICLE_COLUMNS: &str = "step,time,id,x,y,z,angle,vx,vy,vz,wx,wy,wz,fluid
 const STEP_COLUMNS: &str = "step,time,dt,outer_iterations,krylov_iterations,divergence_max,cfl,kinetic_energy,wall";
 
 /// What this program writes into a run's folder, and so may delete with `--force`.
-const OURS: [&str; 8] =
-    ["case.toml", "run.json", "steps.csv", "particles.csv", "fields", "figures", "summary.json", "log.txt"];
+const OURS: [&str; 6] = ["case.toml", "run.json", "steps.csv", "particles.csv", "summary.json", "log.txt"];
+/// Its folders, with the endings of what it writes there.
+const OUR_FOLDERS: [(&str, &[&str]); 2] = [("fields", &["vti", "pvd"]), ("figures", &["png", "svg"])];
+/// Ending of a file that is being written.
+const PART: &str = "part";
+/// Time after which the logs are brought to the disk.
+const FLUSH_EVERY: Duration = Duration::from_secs(5);
 
 /// Lines for the screen and for `log.txt`.
 pub struct Log {
@@ -50,6 +56,7 @@ pub struct Folder {
     steps: BufWriter<File>,
     particles: Option<BufWriter<File>>,
     snapshots: Vec<(f64, String)>,
+    flushed: Instant,
 }
 
 /// A row of `steps.csv`.
@@ -75,28 +82,60 @@ pub struct StepRow {
     pub wall: f64,
 }
 
-/// Whether a run may be written to `path`.
+/// Whether a run of the case file `case` may be written to `path`.
 ///
 /// # Errors
-/// When the folder holds a run and `force` is not set, or holds anything that is not a run's.
-pub fn may_use(path: &Path, force: bool) -> Result<()> {
+/// When the folder holds a run and `force` is not set, or holds anything that is not a run's, or the case file itself.
+pub fn may_use(path: &Path, force: bool, case: &Path) -> Result<()> {
+    let refuse = |why: String| Err(Error::Usage(format!("{}: {why}", path.display())));
     let entries = match fs::read_dir(path) {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-        Err(e) => return Err(Error::Usage(format!("{}: cannot be used as a run's folder: {e}", path.display()))),
+        Err(e) => return refuse(format!("cannot be used as a run's folder: {e}")),
         Ok(entries) => entries,
     };
     let names: Vec<String> = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
-    if let Some(strange) = names.iter().find(|n| !OURS.contains(&n.as_str())) {
-        return Err(Error::Usage(format!(
-            "{}: the folder exists and holds {strange:?}, which no run wrote; give another folder with --out",
-            path.display()
-        )));
+    if names.is_empty() {
+        return Ok(());
     }
-    if !names.is_empty() && !force {
-        return Err(Error::Usage(format!(
-            "{}: the folder exists and holds a run; give another with --out, or --force to replace it",
-            path.display()
-        )));
+    let ours = |n: &str| {
+        OURS.contains(&n.strip_suffix(".part").unwrap_or(n)) || OUR_FOLDERS.iter().any(|(folder, _)| *folder == n)
+    };
+    if let Some(strange) = names.iter().find(|n| !ours(n)) {
+        return refuse(format!(
+            "the folder exists and holds {strange:?}, which no run wrote; give another folder with --out"
+        ));
+    }
+    if !names.iter().any(|n| n == "run.json") {
+        return refuse("the folder exists and holds no run (no run.json); give another folder with --out".into());
+    }
+    if !force {
+        return refuse("the folder exists and holds a run; give another with --out, or --force to replace it".into());
+    }
+    let inside = |p: &Path| Some(p.canonicalize().ok()?.starts_with(path.canonicalize().ok()?));
+    if inside(case) == Some(true) {
+        return refuse(format!("--force would delete the case file {}; copy it elsewhere first", case.display()));
+    }
+    Ok(())
+}
+
+/// Deletes what a run left in its folder, and nothing else.
+fn clear(path: &Path) -> Result<()> {
+    let delete = |file: &Path| match fs::remove_file(file) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io(file)(e)),
+        _ => Ok(()),
+    };
+    for name in OURS {
+        delete(&path.join(name))?;
+        delete(&path.join(format!("{name}.{PART}")))?;
+    }
+    for (name, endings) in OUR_FOLDERS {
+        let Ok(entries) = fs::read_dir(path.join(name)) else { continue };
+        for file in entries.flatten().map(|e| e.path()) {
+            let ending = file.extension().unwrap_or_default();
+            if ending == PART || endings.iter().any(|e| ending == *e) {
+                delete(&file)?;
+            }
+        }
     }
     Ok(())
 }
@@ -104,14 +143,7 @@ pub fn may_use(path: &Path, force: bool) -> Result<()> {
 impl Folder {
     /// Makes the folder (replacing a run that [`may_use`] allowed to replace) and opens its logs.
     pub fn create(path: &Path, log: &mut Log, case: &str, particles: bool) -> Result<Folder> {
-        for name in OURS {
-            let old = path.join(name);
-            let gone = if old.is_dir() { fs::remove_dir_all(&old) } else { fs::remove_file(&old) };
-            match gone {
-                Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io(&old)(e)),
-                _ => {}
-            }
-        }
+        clear(path)?;
         let fields = path.join("fields");
         fs::create_dir_all(&fields).map_err(Error::io(&fields))?;
         replace(&path.join("case.toml"), case.as_bytes())?;
@@ -120,6 +152,7 @@ impl Folder {
             steps: open(&path.join("steps.csv"), STEP_COLUMNS)?,
             particles: particles.then(|| open(&path.join("particles.csv"), PARTICLE_COLUMNS)).transpose()?,
             snapshots: Vec::new(),
+            flushed: Instant::now(),
             path: path.to_owned(),
         })
     }
@@ -182,8 +215,14 @@ impl Folder {
         self.snapshots.last().map(|(time, name)| (*time, self.path.join("fields").join(name)))
     }
 
+    /// Brings the logs to the disk every few seconds, so that a long run can be followed.
+    pub fn flush_when_due(&mut self, log: &mut Log) -> Result<()> {
+        if self.flushed.elapsed() < FLUSH_EVERY { Ok(()) } else { self.flush(log) }
+    }
+
     /// Brings the logs to the disk.
     pub fn flush(&mut self, log: &mut Log) -> Result<()> {
+        self.flushed = Instant::now();
         self.steps.flush().map_err(Error::io(self.path.join("steps.csv")))?;
         if let Some(file) = &mut self.particles {
             file.flush().map_err(Error::io(self.path.join("particles.csv")))?;

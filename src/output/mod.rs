@@ -1,5 +1,7 @@
 //! What a run leaves: logs, fields, figures, and their readers. Reads the state; the step does not know of it.
 
+use std::io::Write as _;
+
 pub mod figure;
 mod folder;
 pub mod measure;
@@ -7,3 +9,11 @@ pub mod plot;
 pub mod snapshot;
 
 pub use folder::{Folder, Log, StepRow, may_use};
+
+/// Prints a line that a command was asked for. A reader that has gone (`| head`) is no error; a full disk is.
+pub fn print(line: &str) -> crate::Result<()> {
+    match writeln!(std::io::stdout(), "{line}") {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(crate::Error::io("standard output")(e)),
+        _ => Ok(()),
+    }
+}

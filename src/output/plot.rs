@@ -5,7 +5,7 @@
 
 use super::figure::{self, Axes, Disc, Plane, Series, SeriesStyle};
 use super::snapshot::Snapshot;
-use crate::case::{Case, MeasureKind};
+use crate::case::{Case, MeasureKind, Side};
 use crate::{Error, Result};
 use std::collections::HashMap;
 use std::fs;
@@ -82,6 +82,7 @@ fn plane(case: &Case, snapshot: &Snapshot, run: &Path) -> Result<Plane> {
     let [hx, hy, hz] = snapshot.h;
     let height = (nz / 2) as f64 * hz + 0.5 * hz;
     let mut discs = Vec::new();
+    let size = [nx as f64 * hx, ny as f64 * hy];
     let centres = centres_at(run, snapshot.time);
     for (id, p) in case.particle.iter().enumerate() {
         let at = centres
@@ -90,14 +91,23 @@ fn plane(case: &Case, snapshot: &Snapshot, run: &Path) -> Result<Plane> {
             .unwrap_or_else(|| std::array::from_fn(|a| p.position.get(a).copied().unwrap_or(0.0)));
         let off = if case.dimension() == 3 { at[2] - height } else { 0.0 };
         let square = 0.25 * p.shape.diameter() * p.shape.diameter() - off * off;
-        if square > 0.0 {
-            discs.push(Disc { centre: [at[0], at[1]], radius: square.sqrt() });
+        if square <= 0.0 {
+            continue;
+        }
+        // Across periodic faces, the images that reach into the box too.
+        let images = |axis: usize| if case.sides()[2 * axis] == Some(&Side::Periodic) { -1..=1 } else { 0..=0 };
+        for (kx, ky) in images(0).flat_map(|kx| images(1).map(move |ky| (kx, ky))) {
+            let centre = [at[0] + f64::from(kx) * size[0], at[1] + f64::from(ky) * size[1]];
+            let radius = square.sqrt();
+            if (0..2).all(|a| centre[a] > -radius && centre[a] < size[a] + radius) {
+                discs.push(Disc { centre, radius });
+            }
         }
     }
     let slice = if nz > 1 { format!(", z = {height:.4} m") } else { String::new() };
     Ok(Plane {
         cells: [nx, ny],
-        size: [nx as f64 * hx, ny as f64 * hy],
+        size,
         u: component("velocity", 0)?,
         v: component("velocity", 1)?,
         vorticity: component("vorticity", 2)?,

@@ -178,8 +178,13 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".part");
     let part = path.with_file_name(name);
-    fs::write(&part, bytes).map_err(Error::io(&part))?;
-    fs::rename(&part, path).map_err(Error::io(path))
+    let written = fs::write(&part, bytes).map_err(Error::io(&part));
+    let written = written.and_then(|()| fs::rename(&part, path).map_err(Error::io(path)));
+    if written.is_err() {
+        // Half a file (a full disk) is of no use, and would keep space that the next one needs.
+        let _ = fs::remove_file(&part);
+    }
+    written
 }
 
 #[cfg(test)]

@@ -28,9 +28,10 @@ impl Layout {
     /// # Errors
     /// When there are more ranks than the grid can feed: each needs [`GHOSTS`] cells along every axis.
     pub fn new(session: &Session, cells: &[usize], periodic: &[bool]) -> Result<Layout> {
+        let ranks = split(session.size(), cells).ok_or_else(|| too_many_ranks(session.size(), cells))?;
         let kind = |a: usize| if periodic[a] { ffi::DM_BOUNDARY_PERIODIC } else { ffi::DM_BOUNDARY_GHOSTED };
-        let n = |a: usize| cells[a] as i32;
-        let (decide, width, none) = (-1, GHOSTS as i32, ptr::null());
+        let (n, ranks) = (|a: usize| cells[a] as i32, ranks.map(|r| r as i32));
+        let (width, none) = (GHOSTS as i32, ptr::null());
         let (comm, stencil) = (session.comm(), ffi::DMDA_STENCIL_BOX);
         let mut da: ffi::DM = ptr::null_mut();
         // SAFETY: plain numbers, no ownership ranges (null), one output handle that is destroyed below.
@@ -46,9 +47,9 @@ impl Layout {
                     n(0),
                     n(1),
                     n(2),
-                    decide,
-                    decide,
-                    decide,
+                    ranks[0],
+                    ranks[1],
+                    ranks[2],
                     1,
                     width,
                     none,
@@ -64,8 +65,8 @@ impl Layout {
                     stencil,
                     n(0),
                     n(1),
-                    decide,
-                    decide,
+                    ranks[0],
+                    ranks[1],
                     1,
                     width,
                     none,
@@ -76,9 +77,7 @@ impl Layout {
         };
         check("DMDACreate", made)?;
         // SAFETY: `da` is a DMDA just made; on failure it is still ours to destroy.
-        let read = check("DMSetUp", unsafe { ffi::DMSetUp(da) })
-            .map_err(|_| too_many_ranks(session.size(), cells))
-            .and_then(|()| Self::read(da, cells.len()));
+        let read = check("DMSetUp", unsafe { ffi::DMSetUp(da) }).and_then(|()| Self::read(da, cells.len()));
         // SAFETY: destroyed once.
         check("DMDestroy", unsafe { ffi::DMDestroy(&mut da) })?;
         read
@@ -122,10 +121,43 @@ impl Layout {
     }
 }
 
+/// Ranks along each axis, so that every rank has [`GHOSTS`] cells along every axis and the faces between ranks are
+/// fewest; rows along x stay whole where that costs nothing. `None` where no split gives every rank its cells.
+fn split(ranks: usize, cells: &[usize]) -> Option<[usize; 3]> {
+    let divisors = |n: usize| (1..=n).filter(move |d| n.is_multiple_of(*d));
+    let cells = |a: usize| cells.get(a).copied();
+    let fits = |along: &[usize; 3]| (0..3).all(|a| cells(a).map_or(along[a] == 1, |n| n / along[a] >= GHOSTS));
+    // Faces between ranks, up to the same factor for all splits.
+    let faces = |along: &[usize; 3]| -> f64 {
+        (0..3)
+            .map(|a| (along[a] - 1) as f64 / cells(a).unwrap_or(1) as f64 * if a == 0 { 1.0 + 1e-9 } else { 1.0 })
+            .sum()
+    };
+    let splits = divisors(ranks).flat_map(|x| divisors(ranks / x).map(move |y| [x, y, ranks / x / y]));
+    splits.filter(fits).min_by(|a, b| faces(a).total_cmp(&faces(b)))
+}
+
 fn too_many_ranks(ranks: usize, cells: &[usize]) -> Error {
     let grid = cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
     Error::Usage(format!(
-        "{ranks} ranks are too many for a grid of {grid} cells: each rank needs {GHOSTS} cells along every axis; \
-         use fewer ranks (mpirun -n) or more cells (domain.cells)"
+        "{ranks} ranks are too many for a grid of {grid} cells, or do not divide it: each rank needs a box of \
+         {GHOSTS} cells along every axis; use fewer ranks (mpirun -n) or more cells (domain.cells)"
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_rank_gets_its_cells_and_the_fewest_faces() {
+        assert_eq!(split(1, &[160, 64]), Some([1, 1, 1]));
+        assert_eq!(split(2, &[160, 64]), Some([2, 1, 1]));
+        assert_eq!(split(4, &[64, 64]), Some([2, 2, 1]));
+        assert_eq!(split(2, &[64, 64]), Some([1, 2, 1]));
+        assert_eq!(split(7, &[20, 21]), Some([1, 7, 1]));
+        assert_eq!(split(8, &[40, 40, 40]), Some([2, 2, 2]));
+        assert_eq!(split(3, &[8, 8]), None);
+        assert_eq!(split(7, &[20, 20]), None);
+    }
 }

@@ -105,6 +105,7 @@ impl Session {
     }
 
     fn initialise(options: &[String]) -> Result<()> {
+        refuse_stray_words(options)?;
         let words: Vec<CString> = ["mics", "-no_signal_handler"]
             .into_iter()
             .chain(options.iter().map(String::as_str))
@@ -119,8 +120,13 @@ impl Session {
         // SAFETY: argc and argv describe leaked, NUL-terminated strings ending with a null pointer; no help text.
         // `capture` has the signature that PETSc asks for and touches no PETSc state.
         unsafe {
-            check("PetscInitialize", ffi::PetscInitialize(argc, argv, ptr::null(), ptr::null()))?;
-            check("PetscPushErrorHandler", ffi::PetscPushErrorHandler(Some(capture), ptr::null_mut()))
+            check("PetscPushErrorHandler", ffi::PetscPushErrorHandler(Some(capture), ptr::null_mut()))?;
+            check("PetscInitialize", ffi::PetscInitialize(argc, argv, ptr::null(), ptr::null())).map_err(|e| match e {
+                Error::Petsc { message, .. } => {
+                    Error::Usage(format!("PETSc does not start with these options: {message}"))
+                }
+                other => other,
+            })
         }
     }
 
@@ -306,17 +312,35 @@ enum Listing {
     Unused,
 }
 
-/// Splits `-a 1 -b -c x y` into names (without the dash) and values; a dash before a digit is a number.
+/// Splits `-a 1 -b -c x y` into names (without the dash) and values.
 fn split_pairs(text: &str) -> Vec<(String, String)> {
     let mut pairs: Vec<(String, String)> = Vec::new();
     for word in text.split_whitespace() {
-        match (word.strip_prefix('-').filter(|n| n.starts_with(|c: char| c.is_ascii_alphabetic())), pairs.last_mut()) {
+        match (word.strip_prefix('-').filter(|_| names_option(word)), pairs.last_mut()) {
             (Some(name), _) => pairs.push((name.to_owned(), String::new())),
             (None, Some((_, value))) => *value = format!("{value} {word}").trim_start().to_owned(),
             (None, None) => {}
         }
     }
     pairs
+}
+
+/// Whether a word names an option; a dash before a digit is a number.
+fn names_option(word: &str) -> bool {
+    word.strip_prefix('-').is_some_and(|n| n.starts_with(|c: char| c.is_ascii_alphabetic()))
+}
+
+/// PETSc passes over words that belong to no option, and so a forgotten dash would change nothing in silence.
+fn refuse_stray_words(options: &[String]) -> Result<()> {
+    let before = std::iter::once(None).chain(options.iter().map(Some));
+    let stray =
+        |(word, before): &(&String, Option<&String>)| !names_option(word) && !before.is_some_and(|b| names_option(b));
+    match options.iter().zip(before).find(stray) {
+        Some((word, _)) => Err(Error::Usage(format!(
+            "PETSc option {word:?}: no option and no value of one; options begin with a dash, as in -ksp_type cg"
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// Without mpirun, OpenMPI need not look for a network or a runtime: start-up falls from 0.5 s to 0.1 s. Returns the

@@ -20,6 +20,8 @@ pub struct LinearSolver {
     fixed_rtol: Option<f64>,
     /// The user's `-ksp_atol` likewise.
     fixed_atol: Option<f64>,
+    /// Whether a solve has come through: what PETSc refuses before that, an option asked for.
+    proven: bool,
     max_iterations: i32,
     divergence_tolerance: f64,
 }
@@ -83,6 +85,7 @@ impl LinearSolver {
             owned,
             fixed_rtol: number(session, "-ksp_rtol")?,
             fixed_atol: number(session, "-ksp_atol")?,
+            proven: false,
             max_iterations: 0,
             divergence_tolerance: 0.0,
         };
@@ -148,7 +151,7 @@ impl LinearSolver {
         self.fixed_rtol
     }
 
-    /// Solves from zero until the true residual is below `rtol` times the right side's norm, or below `atol`
+    /// Solves, from zero unless an option says otherwise, until the true residual is below `rtol` times the right side's norm, or below `atol`
     /// (2-norms). A solve that fails is repeated once, from zero, with a rebuilt preconditioner. Collective.
     ///
     /// # Errors
@@ -173,6 +176,8 @@ impl LinearSolver {
             check("KSPGetPC", ffi::KSPGetPC(self.krylov, &mut pc))?;
             check("PCReset", ffi::PCReset(pc))?;
             check("KSPSetOperators", ffi::KSPSetOperators(self.krylov, self.matrix, self.matrix))?;
+            // With `-ksp_initial_guess_nonzero` the first try's result would be the guess.
+            check("VecSet", ffi::VecSet(self.solution, 0.0))?;
         }
         let (second, more) = self.attempt()?;
         iterations += more;
@@ -192,9 +197,11 @@ impl LinearSolver {
 
     fn attempt(&mut self) -> Result<(ffi::KSPConvergedReason, u32)> {
         let (mut reason, mut iterations) = (0, 0);
-        // SAFETY: handles made in `new`; outputs are two integers. The guess is zero (KSP's default).
+        // SAFETY: handles made in `new`; outputs are two integers.
         unsafe {
-            check("KSPSolve", ffi::KSPSolve(self.krylov, self.right_side, self.solution))?;
+            check("KSPSolve", ffi::KSPSolve(self.krylov, self.right_side, self.solution))
+                .map_err(|e| if self.proven { e } else { bad_option(e) })?;
+            self.proven = true;
             check("KSPGetConvergedReason", ffi::KSPGetConvergedReason(self.krylov, &mut reason))?;
             check("KSPGetIterationNumber", ffi::KSPGetIterationNumber(self.krylov, &mut iterations))?;
             if !self.null_space.is_null() {

@@ -38,6 +38,11 @@ impl Body {
         self.velocity + self.spin.cross(arm)
     }
 
+    /// Whether it changes place.
+    pub fn moves(&self) -> bool {
+        self.motion != Motion::Fixed && self.velocity != Vector3::zeros()
+    }
+
     /// Moves the body on by `dt` (s); `periods` are the lengths of the periodic axes (m).
     pub fn advance(&mut self, dt: f64, periods: &[Option<f64>]) {
         self.centre += self.velocity * dt;

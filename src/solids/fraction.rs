@@ -30,7 +30,7 @@ pub struct Overlap {
 pub enum Rule {
     /// The exact overlap.
     Exact,
-    /// Polygons with their missing area spread over the cut cells (2D).
+    /// Polygons with their missing area spread over the cut cells (2D); of discs up to two cells across, exact.
     Polygon,
 }
 
@@ -43,6 +43,9 @@ pub fn overlaps<const D: usize>(
     overlaps: &mut Vec<Overlap>,
 ) {
     overlaps.clear();
+    // No polygon through crossings of the grid lines is left of a disc that fits between them.
+    let small = grid.h.iter().any(|h| 2.0 * radius <= 2.0 * h);
+    let rule = if small { Rule::Exact } else { rule };
     let images = |a: usize| if grid.periodic[a] { -1..=1 } else { 0..=0 };
     for kz in if D == 3 { images(2) } else { 0..=0 } {
         for ky in images(1) {
@@ -186,7 +189,8 @@ fn polygon_overlap<const D: usize>(arm: &Vector3<f64>, grid: &Grid<D>, r: f64) -
 
 /// Cells that a particle of `radius` may touch, for reserving room once.
 pub fn most_cells<const D: usize>(grid: &Grid<D>, radius: f64) -> usize {
-    (0..D).map(|a| ((2.0 * radius / grid.h[a]) as usize + 2).min(grid.cells[a])).product()
+    // A body nearly as long as a period meets its first cells again at its other end.
+    (0..D).map(|a| ((2.0 * radius / grid.h[a]) as usize + 2).min(grid.cells[a] + 2)).product()
 }
 
 #[cfg(test)]

@@ -1,9 +1,10 @@
 //! What a wrong case or command line gets: exit status 2, one message that says where and what would be right, and
 //! nothing written. Each row breaks a good case in one way.
 
+use crate::support::mics_command;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 const GOOD: &str = r#"name = "small"
 
@@ -139,7 +140,7 @@ const BAD_OVERRIDES: &[(&str, &[&str])] = &[
 
 /// `mics run CASE --out DIR` and these further arguments.
 fn mics(case: &Path, out: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_mics"));
+    let mut command = mics_command();
     command.arg("run").arg(case).arg("--out").arg(out).args(arguments);
     command.output().expect("the binary runs")
 }
@@ -184,7 +185,7 @@ fn the_case_that_the_bad_ones_are_made_from_is_good() {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let case = folder.path().join("small.toml");
     fs::write(&case, GOOD).expect("the scratch folder takes a file");
-    let output = Command::new(env!("CARGO_BIN_EXE_mics")).arg("check").arg(case).output().expect("the binary runs");
+    let output = mics_command().arg("check").arg(case).output().expect("the binary runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
@@ -245,6 +246,17 @@ fn a_folder_that_holds_a_run_is_refused_and_left_as_it_was() {
 }
 
 #[test]
-fn a_petsc_type_that_does_not_exist_is_refused_by_name() {
-    expect_none([("-ksp_type".into(), refused(GOOD.as_bytes(), &["--", "-ksp_type", "nonsense"], &["nonsense"]))]);
+fn a_petsc_option_that_cannot_be_is_refused_by_name() {
+    let row = |options: &[&str], says: &[&str]| {
+        (options.join(" "), refused(GOOD.as_bytes(), &[&["--"], options].concat(), says))
+    };
+    expect_none([
+        row(&["-ksp_type", "nonsense"], &["nonsense"]),
+        row(&["-pc_type", "nonsense"], &["nonsense"]),
+        row(&["-pc_type", "lu", "-pc_factor_mat_solver_type", "nonsense"], &["nonsense"]),
+        row(&["-options_file", "/nowhere/at/all"], &["/nowhere/at/all"]),
+        row(&["-ksp_rtol", "small"], &["-ksp_rtol", "\"small\"", "not a tolerance"]),
+        row(&["ksp_type", "cg"], &["\"ksp_type\"", "begin with a dash"]),
+        row(&["-ksp_type", "cg", "pc_type", "gamg"], &["\"pc_type\"", "begin with a dash"]),
+    ]);
 }

@@ -118,7 +118,7 @@ fn the_paper_s_choices_run_polygon_fractions_euler_and_qsi() {
             "--set",
             "coupling.force=\"literal\"",
             "--set",
-            "time.step=0.01",
+            "time.step=0.008",
             "--set",
             "time.end=2.0",
             "--set",

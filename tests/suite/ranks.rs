@@ -1,15 +1,13 @@
 //! The same run on 1, 2 and 4 ranks gives the same answer to the solver's tolerance, in 2D and 3D, periodic and not.
 
-use crate::support::{columns, mics, summary};
+use crate::support::{columns, command, mics, summary};
 use mics::output::snapshot::Snapshot;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
-/// The program under mpirun. MPI in this process (other tests use it) leaves variables that a new mpirun trips over.
+/// The program under mpirun.
 fn mpirun(ranks: usize, arguments: &[&Path]) -> Output {
-    let ours = |name: &str| ["OMPI_", "PMIX_", "PRTE_"].iter().any(|p| name.starts_with(p));
-    let mut command = Command::new("mpirun");
-    command.env_clear().envs(std::env::vars().filter(|(name, _)| !ours(name)));
+    let mut command = command("mpirun");
     command.envs([("OMPI_ALLOW_RUN_AS_ROOT", "1"), ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")]);
     command.args(["--oversubscribe", "-n", &ranks.to_string(), env!("CARGO_BIN_EXE_mics"), "run"]).args(arguments);
     command.output().expect("mpirun starts")
@@ -116,10 +114,15 @@ fn too_many_ranks_for_the_grid_are_refused_with_the_cure() {
                 [boundary]\nwest = \"wall\"\neast = \"wall\"\nsouth = \"wall\"\nnorth = \"wall\"\n[time]\nend = 0.1";
     std::fs::write(&case, text).unwrap();
     assert!(mics(&["check", case.to_str().unwrap()]).status.success());
-    let output = mpirun(8, &[&case, Path::new("--out"), &dir.path().join("out")]);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(said.matches("error: ").count(), 1, "{said}");
-    assert!(said.contains("8 ranks are too many") && said.contains("fewer ranks"), "{said}");
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(!dir.path().join("out").exists());
+    // Eight are too many for all; three leave some of them with enough cells and some without.
+    for (ranks, cells) in [(8, "[6, 6]"), (3, "[8, 8]")] {
+        let set = format!("domain.cells={cells}");
+        let words = [&case, Path::new("--out"), &dir.path().join("out"), Path::new("--set"), Path::new(&set)];
+        let output = mpirun(ranks, &words);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(said.matches("error: ").count(), 1, "{said}");
+        assert!(said.contains(&format!("{ranks} ranks are too many")) && said.contains("fewer ranks"), "{said}");
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(!dir.path().join("out").exists());
+    }
 }

@@ -6,11 +6,17 @@ use mics::scene::Scene;
 use std::collections::HashMap;
 use std::path::Path;
 use std::process::{Command, Output};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+static STARTED: Once = Once::new();
 
-/// PETSc for as long as the guard lives; it is never finalised, since the process's other tests need it.
+/// Starts PETSc, for good: the process's other tests need it.
+fn start_petsc() {
+    STARTED.call_once(|| std::mem::forget(Session::start(&[]).expect("PETSc starts")));
+}
+
+/// PETSc for as long as the guard lives.
 pub struct Petsc {
     pub session: Session,
     _guard: MutexGuard<'static, ()>,
@@ -18,8 +24,8 @@ pub struct Petsc {
 
 pub fn petsc() -> Petsc {
     let guard = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
-    let session = Session::start(&[]).expect("PETSc starts");
-    std::mem::forget(session.clone());
+    start_petsc();
+    let session = Session::start(&[]).expect("PETSc runs");
     Petsc { session, _guard: guard }
 }
 
@@ -51,9 +57,24 @@ pub fn order(coarse: f64, fine: f64, ratio: f64) -> f64 {
     (coarse / fine).ln() / ratio.ln()
 }
 
+/// A program to run. MPI changes the environment of this process as it starts: behind Rust's back, so that no program
+/// may start at that moment, and with variables that no MPI program started from here may see.
+pub fn command(program: &str) -> Command {
+    start_petsc();
+    let ours = |name: &str| ["OMPI_", "PMIX_", "PRTE_"].iter().any(|p| name.starts_with(p));
+    let mut command = Command::new(program);
+    command.env_clear().envs(std::env::vars().filter(|(name, _)| !ours(name)));
+    command
+}
+
+/// The program, to run.
+pub fn mics_command() -> Command {
+    command(env!("CARGO_BIN_EXE_mics"))
+}
+
 /// Runs the program.
 pub fn mics(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_mics")).args(arguments).output().expect("the program starts")
+    mics_command().args(arguments).output().expect("the program starts")
 }
 
 /// Runs a case into `out`, which must succeed, and returns its summary.
