@@ -3,7 +3,7 @@
 use crate::case::{Case, FACES, Motion, Side, load};
 use crate::output::print;
 use crate::petsc::Session;
-use crate::run::{check_step, choose_step, peak_memory, start_petsc};
+use crate::run::{check_memory, check_step, choose_step, peak_memory, start_petsc};
 use crate::scene::Scene;
 use crate::{Result, case::Loaded};
 use std::path::Path;
@@ -19,6 +19,7 @@ const TRIAL_STEPS: u32 = 3;
 pub fn check(path: &Path, set: &[String], petsc: &[String]) -> Result<()> {
     let loaded = load(path, set)?;
     let session = start_petsc(&loaded.case, petsc)?;
+    check_memory(&loaded, &session)?;
     let lines = match loaded.case.dimension() {
         2 => describe::<2>(&session, &loaded)?,
         _ => describe::<3>(&session, &loaded)?,

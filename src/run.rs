@@ -50,10 +50,32 @@ pub fn run(request: &Request) -> Result<()> {
     let session = start_petsc(&loaded.case, &request.petsc)?;
     let out = request.out.clone().unwrap_or_else(|| Path::new("runs").join(&loaded.case.name));
     session.agree(may_use(&out, request.force, &request.case))?;
+    check_memory(&loaded, &session)?;
     match loaded.case.dimension() {
         2 => Run::<2>::new(&session, &loaded, request, out)?.go(),
         _ => Run::<3>::new(&session, &loaded, request, out)?.go(),
     }
+}
+
+/// Refuses a grid that this machine's memory cannot hold, before it is tried: the system would end the run without a
+/// word. Ranks on other machines have their own memory and are not asked for.
+pub fn check_memory(loaded: &Loaded, session: &Session) -> Result<()> {
+    // Measured peaks: `peak_memory_bytes_per_cell` in summary.json at 1024^2 and 96 x 64 x 64.
+    let per_cell = if loaded.case.dimension() == 2 { 900.0 } else { 1500.0 };
+    let needed = per_cell * loaded.case.domain.cells.iter().map(|n| *n as f64).product::<f64>();
+    let free = system_number("/proc/meminfo", "MemAvailable:") * 1024.0;
+    session.agree(if free == 0.0 || needed < free {
+        Ok(())
+    } else {
+        Err(loaded.error_at(
+            "domain.cells",
+            format!(
+                "this grid takes about {:.1} GB of memory, and {:.1} GB are free here; use fewer cells",
+                needed / 1e9,
+                free / 1e9
+            ),
+        ))
+    })
 }
 
 /// Starts PETSc with the case's options, PETSC_OPTIONS and the command line's, each winning over those before.
@@ -552,9 +574,14 @@ fn minutes(seconds: f64) -> String {
 
 /// Largest resident memory of this process so far (bytes), 0 where the system does not tell.
 pub fn peak_memory() -> f64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
-    line.and_then(|l| l.split_whitespace().next()?.parse::<f64>().ok()).unwrap_or(0.0) * 1024.0
+    system_number("/proc/self/status", "VmHWM:") * 1024.0
+}
+
+/// The number after `name` in a file of the system's, 0 where there is none.
+fn system_number(file: &str, name: &str) -> f64 {
+    let text = std::fs::read_to_string(file).unwrap_or_default();
+    let line = text.lines().find_map(|l| l.strip_prefix(name));
+    line.and_then(|l| l.split_whitespace().next()?.parse().ok()).unwrap_or(0.0)
 }
 
 fn host() -> String {

@@ -120,6 +120,8 @@ const BAD_CASES: &[Row] = &[
     ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\n[[measure]]\nname = \"drag\"\nkind = \"max_speed\"", "name = \"drag\"", "measure.1.name", &["names another measure"]),
     ("[[measure]]", "[output]\nfields = { every = 0 }\n[[measure]]", "fields", "output.fields.every", &["1 step or more"]),
     ("[[measure]]", "[output]\nfields = { every = 1, every_time = 0.1 }\n[[measure]]", "fields", "output.fields", &["exactly one of"]),
+    ("size = [2.0, 1.0]\ncells = [32, 16]", "size = [2.0, 1.0]\ncells = [40000, 40000]", "cells", "domain.cells", &["GB", "fewer cells"]),
+    ("cfl = 0.4", "cfl = 0.6", "cfl", "time.cfl", &["over the limit of this scheme", "0.5", "rk3"]),
     // What only the scene can tell: it finds the limit of a step, and names it.
     ("cfl = 0.4", "step = 0.09", "step", "time.step", &["limit"]),
 ];
@@ -243,6 +245,33 @@ fn a_folder_that_holds_a_run_is_refused_and_left_as_it_was() {
     assert_eq!(left, [out.join("run.json")]);
     assert_eq!(fs::read_to_string(&left[0]).expect("it is text"), "{}");
     expect_none([("a folder with a run".into(), wrong)]);
+}
+
+#[test]
+fn force_replaces_a_run_and_nothing_else() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let (case, out) = (folder.path().join("small.toml"), folder.path().join("out"));
+    fs::write(&case, GOOD).expect("the scratch folder takes a file");
+    let short = ["--quiet", "--set", "time.end=0.02", "--set", "output.figures=false", "--set", "measure=[]"];
+    assert!(mics(&case, &out, &short).status.success());
+    let (notes, stale) = (out.join("fields/notes.txt"), out.join("fields/99999999.vti"));
+    fs::write(&notes, "mine").expect("the folder takes a file");
+    fs::write(&stale, "old").expect("the folder takes a file");
+    // Its own case would be deleted under it.
+    let inside = mics(&out.join("case.toml"), &out, &["--force"]);
+    let message = String::from_utf8_lossy(&inside.stderr);
+    assert!(inside.status.code() == Some(2) && message.contains("would delete the case file"), "{message}");
+    assert!(mics(&case, &out, &[&short[..], &["--force"]].concat()).status.success());
+    assert_eq!(fs::read_to_string(&notes).expect("it is still there"), "mine");
+    assert!(!stale.exists(), "a field of the run before");
+    // A folder with a case in it is not a run.
+    let own = folder.path().join("own");
+    fs::create_dir(&own).expect("the scratch folder takes a folder");
+    fs::write(own.join("case.toml"), GOOD).expect("the folder takes a file");
+    let refused = mics(&case, &own, &["--force"]);
+    let message = String::from_utf8_lossy(&refused.stderr);
+    assert!(refused.status.code() == Some(2) && message.contains("holds no run"), "{message}");
+    assert_eq!(fs::read_to_string(own.join("case.toml")).expect("it is still there"), GOOD);
 }
 
 #[test]

@@ -193,3 +193,55 @@ fn a_flow_that_overflows_exits_with_three_and_names_step_and_place() {
     assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
     assert!(text(&output.stderr).contains("not a finite number"), "{}", text(&output.stderr));
 }
+
+#[test]
+fn prescribed_bodies_that_meet_or_leave_the_box_stop_the_run_and_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let moving = |x: f64, v: [f64; 2]| {
+        format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [{x:?}, 0.5]\n\
+             motion = {{ prescribed = {{ velocity = {v:?} }} }}\n"
+        )
+    };
+    for (name, bodies, says) in [
+        ("meet", moving(0.6, [1.0, 0.0]) + &moving(1.2, [-1.0, 0.0]), "has run into particle 1"),
+        ("wall", moving(0.6, [0.0, 2.0]), "has reached the border of the box along y"),
+    ] {
+        let case = write(dir.path(), &box_case([2.0, 1.0], [32, 16], 0.01, STREAM, &bodies));
+        let out = dir.path().join(name);
+        let output = mics(&["run", case.to_str().unwrap(), "--out", out.to_str().unwrap(), "--quiet"]);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{said}");
+        assert!(said.contains("particle 0") && said.contains(says) && said.contains("error: step "), "{said}");
+        let rows = columns(&out.join("particles.csv"));
+        assert!(*rows["time"].last().unwrap() > 0.1, "they met after 0.15 s: {:?}", rows["time"].last());
+    }
+}
+
+#[test]
+fn flows_at_the_limit_of_every_scheme_keep_their_energy_bounded() {
+    let petsc = petsc();
+    for (viscosity, scheme) in [
+        (1e-6, "scheme = \"rk2\"\ncfl = 0.5"),
+        (1e-6, "scheme = \"rk3\"\ncfl = 1.2"),
+        (1e-6, "scheme = \"euler\"\nadvection = \"qsi\"\ncfl = 0.9"),
+        (2e-3, "scheme = \"euler\"\ncfl = 0.25"),
+        (1.0, "scheme = \"rk2\"\ncfl = 0.5"),
+        (1.0, "scheme = \"rk3\"\ncfl = 1.2"),
+        (1.0, "scheme = \"euler\"\nadvection = \"qsi\"\ncfl = 0.9"),
+    ] {
+        let more = format!("[initial]\nvelocity = [1.0, 0.3]\nperturbation = 0.5\n[time]\nend = 1.0\n{scheme}");
+        let text = box_case([1.0, 1.0], [24, 24], viscosity, crate::support::PERIODIC, &more);
+        let mut scene: Scene<2> = petsc.scene(&text);
+        let (start, _) = scene.energy_and_speed().unwrap();
+        let mut before = start;
+        for _ in 0..200 {
+            let (_, dt) = scene.limits().unwrap().tightest();
+            scene.step(dt).unwrap();
+            let (energy, _) = scene.energy_and_speed().unwrap();
+            assert!(energy < before * (1.0 + 1e-3), "{scheme}, nu = {viscosity}: {energy} after {before}");
+            before = energy;
+        }
+        assert!(before < start, "{scheme}, nu = {viscosity}: {before} of {start}");
+    }
+}
