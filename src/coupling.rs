@@ -13,7 +13,7 @@
 use crate::fluid::faces::FaceCoefficient;
 use crate::grid::{Boundaries, Coefficient, Grid, VectorField};
 use crate::petsc::Session;
-use crate::solids::{Body, Motion, Overlap, fraction};
+use crate::solids::{Body, Motion, Overlap, fraction, nearest_image};
 use crate::{Error, Result};
 use nalgebra::Vector3;
 
@@ -177,10 +177,7 @@ impl<const D: usize> Coupling<D> {
             }
         }
         for (k, other) in self.bodies.iter().enumerate().filter(|(k, _)| *k != mover) {
-            let mut apart = other.centre - body.centre;
-            for (d, period) in apart.iter_mut().zip(&self.periods) {
-                *d -= period.map_or(0.0, |l| l * (*d / l).round());
-            }
+            let apart = nearest_image(&body.centre, &other.centre, &self.periods);
             let reach = (body.radius + other.radius) * (1.0 - 1e-9);
             if apart.norm_squared() < reach * reach {
                 return Err(Error::Run(format!(

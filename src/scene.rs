@@ -9,9 +9,9 @@ use crate::fluid::pressure::{Projection, StoppingRule};
 use crate::grid::{Border, Boundaries, Coefficient, Grid, VectorField};
 use crate::petsc::{Layout, Session};
 use crate::scheme::{self, Limits, Scheme};
-use crate::solids::{Body, Motion, fraction};
+use crate::solids::{Body, Motion, Shape, fraction};
 use crate::{Error, Result};
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 /// A scene that runs: the state, the terms that it needs and their scratch.
 pub struct Scene<const D: usize> {
@@ -420,12 +420,14 @@ fn body(p: &case::Particle, fluid: &case::Fluid) -> Body {
         }
     };
     Body {
+        shape: if let case::Shape::Disc(_) = p.shape { Shape::Disc } else { Shape::Sphere },
         radius: 0.5 * p.shape.diameter(),
         density: p.density.unwrap_or(fluid.density),
         viscosity: p.viscosity.unwrap_or(fluid.viscosity),
         centre: vector(&p.position),
         velocity,
         angle: 0.0,
+        orientation: UnitQuaternion::identity(),
         spin,
         motion,
     }

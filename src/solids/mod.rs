@@ -6,5 +6,5 @@ pub mod body;
 pub mod fraction;
 mod sphere;
 
-pub use body::{Body, Motion};
+pub use body::{Body, Freedom, Motion, Shape, nearest_image};
 pub use fraction::Overlap;
