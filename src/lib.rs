@@ -30,6 +30,7 @@
 //! | [`run`], [`check`](mod@check), [`output`] | the time loop, the description of a scene, what a run leaves |
 //! | [`clock`] | where the time goes |
 
+pub mod audit;
 pub mod case;
 pub mod check;
 pub mod clock;

@@ -153,7 +153,7 @@ pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64)
         return (fixed, Choice::Given);
     }
     let shares = limits.bounds().map(|(bound, dt)| match bound {
-        Bound::Advection(_) => (Choice::CourantNumber, courant_number(case) / limits.courant_rate),
+        Bound::Advection(_) => (Choice::CourantNumber, limits.step_for(courant_number(case))),
         _ => (Choice::Limit(bound), LIMIT_SHARE * dt),
     });
     let others =
@@ -211,7 +211,8 @@ impl<'a, const D: usize> Run<'a, D> {
         let lead = session.rank() == 0;
         let mut log = Log::new(lead && !request.quiet);
         let opened = if lead {
-            Folder::create(&out, &mut log, &case.to_toml(), scene.coupling.is_some()).map(Some)
+            let (particles, balance) = (scene.coupling.is_some(), scene.audit.is_some());
+            Folder::create(&out, &mut log, &case.to_toml(), particles, balance).map(Some)
         } else {
             Ok(None)
         };
@@ -361,8 +362,8 @@ impl<'a, const D: usize> Run<'a, D> {
             kinetic_energy: outcome.energy,
             wall: self.started.elapsed().as_secs_f64(),
         };
-        self.on_lead(|folder, _, log| {
-            folder.write_step(&row)?;
+        self.on_lead(|folder, scene, log| {
+            folder.write_step(&row, scene.audit.as_ref().map(|a| (scene.substeps, a)))?;
             folder.flush_when_due(log)
         })
     }

@@ -1,15 +1,16 @@
 //! Case -> scene: builds only what this scene needs, and says what it left out and why. The only reader of the case.
 
+use crate::audit::Audit;
 use crate::case::{self, Case, Side};
 use crate::clock::Clock;
-use crate::coupling::Coupling;
+use crate::coupling::{Choices, Coupling, Driver};
 use crate::fluid::diffusion;
 use crate::fluid::faces::{self, FaceCoefficient, Gravity};
 use crate::fluid::pressure::{Projection, StoppingRule};
 use crate::grid::{Border, Boundaries, Coefficient, Grid, VectorField};
 use crate::petsc::{Layout, Session};
 use crate::scheme::{self, Limits, Scheme};
-use crate::solids::{Body, Motion, Shape, fraction};
+use crate::solids::{Body, Freedom, Motion, Shape, fraction};
 use crate::{Error, Result};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -59,6 +60,13 @@ pub struct Scene<const D: usize> {
     pub(crate) stage: VectorField<D>,
     pub(crate) scratch: Vec<f64>,
     pub(crate) dt_before: f64,
+    /// The balance of momentum, where particles are free.
+    pub audit: Option<Audit>,
+    /// Whether the pressure is mixed too, (28, 29), and whether cells take (16) as printed.
+    pub(crate) mix_pressure: bool,
+    pub(crate) cell_gradient: bool,
+    /// Substeps of the contacts in the last step.
+    pub substeps: usize,
     pub(crate) properties_stale: bool,
     pub(crate) assembled: bool,
 }
@@ -127,8 +135,22 @@ impl<const D: usize> Scene<D> {
             case::FractionRule::Exact => fraction::Rule::Exact,
             case::FractionRule::Polygon => fraction::Rule::Polygon,
         };
+        let flies = bodies.iter().any(|b| b.freedom().is_some());
+        let g = case.fluid.gravity.as_deref().map_or_else(Vector3::zeros, |g| Vector3::from(axes::<f64, 3>(g)));
+        let choices = Choices {
+            fraction: rule,
+            driver: if case.coupling.force == case::ForceRule::Literal { Driver::Literal } else { Driver::Momentum },
+            rotation_at_boundary: false,
+            field_gravity: g,
+            own_gravity: Vector3::zeros(),
+        };
+        let falls = |b: &Body| b.freedom().is_some() && b.density != case.fluid.density;
+        let gravity = (choices.field_gravity != Vector3::zeros() && bodies.iter().any(falls)).then(|| Gravity {
+            g: std::array::from_fn(|a| g[a]),
+            excess: std::array::from_fn(|a| if g[a] == 0.0 { Vec::new() } else { grid.field() }),
+        });
         let coupling = (!bodies.is_empty())
-            .then(|| Coupling::new(session, &grid, bodies, rule, case.fluid.density, case.fluid.viscosity));
+            .then(|| Coupling::new(session, &grid, bodies, None, choices, case.fluid.density, case.fluid.viscosity));
         let scheme = match (case.time.scheme, case.time.advection) {
             (_, case::Advection::Qsi) => &scheme::QSI,
             (case::Scheme::Euler, _) => &scheme::EULER,
@@ -144,7 +166,7 @@ impl<const D: usize> Scene<D> {
             p: grid.field(),
             faces: grid.vector_field(),
             beta: FaceCoefficient::new(&grid, &density),
-            gravity: None,
+            gravity,
             advection: match case.time.advection {
                 case::Advection::Upwind5 => Advection::Upwind5,
                 case::Advection::Upwind5Advective => Advection::Upwind5Advective,
@@ -161,6 +183,10 @@ impl<const D: usize> Scene<D> {
             clock: Clock::default(),
             session: session.clone(),
             dt_before: 0.0,
+            audit: flies.then(Audit::default),
+            mix_pressure: false,
+            cell_gradient: false,
+            substeps: 0,
             properties_stale: true,
             assembled: false,
             grid,
@@ -245,13 +271,14 @@ impl<const D: usize> Scene<D> {
     /// The limits of the time step at the present velocities. Collective.
     pub fn limits(&self) -> Result<Limits> {
         let mut rate = [faces::courant_rate(&self.grid, &self.faces, self.scheme.by_axis).max(self.border_rate)];
+        let smallest = self.grid.h.iter().fold(f64::INFINITY, |m, h| m.min(*h));
         if let Some(coupling) = &self.coupling {
-            let smallest = self.grid.h.iter().fold(f64::INFINITY, |m, h| m.min(*h));
             rate[0] = coupling.bodies().iter().fold(rate[0], |m, b| m.max(b.top_speed() / smallest));
         }
         self.session.max(&mut rate)?;
         let (diffusion_rate, damping_rate) = self.diffusion_rates();
-        Ok(Limits { courant_rate: rate[0], diffusion_rate, damping_rate, scheme: self.scheme })
+        let courant_growth = self.coupling.as_ref().map_or(0.0, |c| c.largest_fall()) / smallest;
+        Ok(Limits { courant_rate: rate[0], diffusion_rate, damping_rate, courant_growth, scheme: self.scheme })
     }
 
     /// The rate that limits the step (1/s), and the fluid's along the axis of the largest spacing.
@@ -408,8 +435,12 @@ fn sides<const D: usize>(case: &Case) -> [[&Side; 2]; D] {
 fn body(p: &case::Particle, fluid: &case::Fluid) -> Body {
     let vector = |v: &[f64]| Vector3::from(axes::<f64, 3>(v));
     let (velocity, spin, motion) = match &p.motion {
-        // Validation refuses free bodies in this version.
-        case::Motion::Free | case::Motion::Fixed => (Vector3::zeros(), Vector3::zeros(), Motion::Fixed),
+        case::Motion::Fixed => (Vector3::zeros(), Vector3::zeros(), Motion::Fixed),
+        case::Motion::Free => {
+            let flat = p.position.len() == 2;
+            let freedom = Freedom { translation: [true, true, !flat], rotation: [!flat, !flat, true] };
+            (Vector3::zeros(), Vector3::zeros(), Motion::Free(freedom))
+        }
         case::Motion::Prescribed(m) => {
             let spin = match m.spin {
                 None => Vector3::zeros(),

@@ -113,11 +113,19 @@ pub struct Limits {
     pub diffusion_rate: f64,
     /// The fluid's part of it along the axis where it is least (1/s): what damps waves along that axis.
     pub damping_rate: f64,
+    /// How fast gravity may raise the Courant rate (1/s2), where particles are free to fall.
+    pub courant_growth: f64,
     /// The scheme that steps.
     pub scheme: &'static Scheme,
 }
 
 impl Limits {
+    /// The step (s) at whose end the Courant number is at most `cfl`; infinite where nothing moves.
+    pub fn step_for(&self, cfl: f64) -> f64 {
+        let rate = self.courant_rate;
+        2.0 * cfl / (rate + (rate * rate + 4.0 * cfl * self.courant_growth).sqrt())
+    }
+
     /// Each bound with its step (s); infinite where nothing moves or diffuses.
     pub fn bounds(&self) -> [(Bound, f64); 3] {
         let (a, b, s) = (self.courant_rate, self.diffusion_rate, self.scheme);
@@ -176,7 +184,13 @@ mod tests {
                 for (c, r) in shares {
                     let r: [f64; 2] = [r * ratio, (1.0 - r) * ratio];
                     let least = if scheme.needs_viscosity { f64::min(r[0], r[1]) } else { 0.0 };
-                    let limits = Limits { courant_rate: 1.0, diffusion_rate: ratio, damping_rate: least, scheme };
+                    let limits = Limits {
+                        courant_rate: 1.0,
+                        diffusion_rate: ratio,
+                        damping_rate: least,
+                        courant_growth: 0.0,
+                        scheme,
+                    };
                     let (bound, dt) = limits.tightest();
                     let c = if qsi { [1.0, (2.0_f64 - 2.0 * c).min(1.0)] } else { [c, 1.0 - c] };
                     let grows = |dt: f64| amplification(scheme, qsi, c.map(|c| c * dt), r.map(|r| r * dt));
@@ -194,9 +208,19 @@ mod tests {
     }
 
     #[test]
-    fn the_bound_that_binds_is_the_smallest() {
+    fn a_body_that_falls_from_rest_is_given_a_first_step() {
         let limits =
-            |a, b, scheme| Limits { courant_rate: a, diffusion_rate: b, damping_rate: 0.5 * b, scheme }.tightest();
+            Limits { courant_rate: 0.0, diffusion_rate: 0.0, damping_rate: 0.0, courant_growth: 10.0, scheme: &RK2 };
+        let dt = limits.step_for(0.4);
+        assert!((10.0 * dt * dt - 0.4).abs() < 1e-12, "{dt}");
+        assert_eq!(Limits { courant_rate: 2.0, courant_growth: 0.0, ..limits }.step_for(0.4), 0.2);
+    }
+
+    #[test]
+    fn the_bound_that_binds_is_the_smallest() {
+        let limits = |a, b, scheme| {
+            Limits { courant_rate: a, diffusion_rate: b, damping_rate: 0.5 * b, courant_growth: 0.0, scheme }.tightest()
+        };
         assert_eq!(limits(1.0, 0.0, &RK2), (Bound::Advection(0.5), 0.5));
         assert_eq!(limits(0.0, 4.0, &RK2), (Bound::Diffusion, 0.25));
         assert_eq!(limits(1.0, 0.1, &EULER), (Bound::Undamped, 0.05));

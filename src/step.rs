@@ -13,13 +13,14 @@ impl<const D: usize> Scene<D> {
     /// # Errors
     /// When the divergence cannot be brought below D0, or a value is no longer finite.
     pub fn step(&mut self, dt: f64) -> Result<Projected> {
-        self.mix_properties()?; //              (1)      density, viscosity; 1/rho on faces; the operator
+        self.mix_properties()?; //              (1)      density, viscosity; 1/rho on faces; the operator (the first time)
         self.predict_cells(dt)?; //             (7)      u* without pressure
         self.predict_faces(dt)?; //             (8)      U = mean of u* - dt/rho dp^n/dn
         let projected = self.project(dt)?; //   (13-15)  C-HSMAC: |D| < D0
         self.correct_cells(dt); //              (16)     u_f = u* - dt/rho grad p
         self.sum_pressure_force(); //           (19)     the last of its three parts
-        self.move_particles(dt)?; //            (17, 18) and the fractions at the new place
+        self.move_particles(dt)?; //            (17, 18, 20-26) to the new place, through contacts
+        self.mix_properties()?; //              (1)      there, for the mixing and the next step
         self.mix_velocity(dt)?; //              (27)     the wall; the momentum it takes is the force
         self.count_step(dt);
         Ok(projected)
@@ -33,6 +34,9 @@ impl<const D: usize> Scene<D> {
         if let Some(coupling) = &mut self.coupling {
             coupling.mix_properties(&mut self.boundaries, &mut self.density, &mut self.viscosity)?;
             coupling.face_coefficient(&self.grid, &self.density, &mut self.beta);
+            if let Some(gravity) = &mut self.gravity {
+                coupling.mix_excess(&mut self.boundaries, gravity)?;
+            }
             self.clock.lap(Stage::Properties);
         }
         if !self.assembled || matches!(self.density, Coefficient::Field(_)) {
@@ -48,6 +52,10 @@ impl<const D: usize> Scene<D> {
     fn predict_cells(&mut self, dt: f64) -> Result<()> {
         if let Some(coupling) = &mut self.coupling {
             coupling.start_tally();
+        }
+        if let Some(audit) = &mut self.audit {
+            audit.begin(&self.grid, &self.density, &self.u);
+            self.clock.lap(Stage::Force);
         }
         self.find_carrier(dt);
         self.total.iter_mut().for_each(|f| f.fill(0.0));
@@ -184,7 +192,11 @@ impl<const D: usize> Scene<D> {
     /// (16).
     fn correct_cells(&mut self, dt: f64) {
         self.find_acceleration();
-        faces::add_to_cells(&self.grid, dt, &self.acceleration, &mut self.u);
+        if self.cell_gradient {
+            faces::add_cell_gradient(&self.grid, &self.density, dt, &self.p, &mut self.u);
+        } else {
+            faces::add_to_cells(&self.grid, dt, &self.acceleration, &mut self.u);
+        }
         self.clock.lap(Stage::Faces);
     }
 
@@ -196,15 +208,20 @@ impl<const D: usize> Scene<D> {
 
     fn sum_pressure_force(&mut self) {
         if let Some(coupling) = &mut self.coupling {
-            coupling.tally_pressure(&self.grid, &self.density, &self.acceleration);
+            let gravity = self.gravity.as_ref();
+            coupling.tally_pressure(&self.grid, &self.density, &self.beta, gravity, &self.acceleration);
             self.clock.lap(Stage::Force);
         }
     }
 
-    /// Prescribed motion; fixed bodies stay, and the fractions of those that only turn.
+    /// Fixed bodies stay, and the fractions of those that only turn.
     fn move_particles(&mut self, dt: f64) -> Result<()> {
         let Some(coupling) = &mut self.coupling else { return Ok(()) };
-        coupling.advance(&self.grid, dt)?;
+        if let Some(audit) = &mut self.audit {
+            audit.after_fluid(&self.grid, &self.density, &self.u);
+        }
+        coupling.depart(&self.grid, &self.density, &self.u, dt)?;
+        self.substeps = coupling.advance(&self.grid, dt)?;
         self.properties_stale = coupling.moves();
         self.clock.lap(Stage::Particles);
         Ok(())
@@ -213,8 +230,20 @@ impl<const D: usize> Scene<D> {
     /// (27).
     fn mix_velocity(&mut self, dt: f64) -> Result<()> {
         let Some(coupling) = &mut self.coupling else { return Ok(()) };
+        coupling.settle(&self.grid, &self.density, &self.u, dt)?;
         coupling.impose(&self.grid, &self.density, dt, &mut self.u);
         coupling.finish_tally()?;
+        if self.mix_pressure {
+            //                                  (28, 29) as printed
+            coupling.flatten_pressure(&mut self.p)?;
+            self.boundaries.fill_pressure(&mut self.p)?;
+        }
+        if let Some(audit) = &mut self.audit {
+            audit.close(&self.session, &self.grid, &self.density, &self.u, coupling, dt)?;
+        }
+        if self.mix_pressure {
+            self.find_acceleration();
+        }
         self.clock.lap(Stage::Mixing);
         Ok(())
     }

@@ -54,8 +54,21 @@ impl<const D: usize> FaceCoefficient<D> {
 pub struct Gravity<const D: usize> {
     /// Gravity (m/s2).
     pub g: [f64; D],
-    /// Density above the fluid's (kg/m3) of what is free to fall, ghosts filled.
-    pub excess: Vec<f64>,
+    /// Along each axis that gravity has, the density above the fluid's (kg/m3) of what is free to fall, ghosts filled;
+    /// empty along the others.
+    pub excess: VectorField<D>,
+}
+
+impl<const D: usize> Gravity<D> {
+    /// Its acceleration at the low face of cell `c` along `axis` (m/s2): `g (rho - rho_f)/rho` on faces.
+    #[inline(always)]
+    pub fn at(&self, grid: &Grid<D>, beta: &FaceCoefficient<D>, axis: usize, c: usize) -> f64 {
+        let excess = &self.excess[axis];
+        if excess.is_empty() {
+            return 0.0;
+        }
+        self.g[axis] * 0.5 * (excess[c - grid.stride[axis]] + excess[c]) * beta.at(axis, c)
+    }
 }
 
 /// Adds `factor (1/rho) dq/dn` to the faces. Ghosts of `q` carry the border's condition.
@@ -91,11 +104,10 @@ pub fn acceleration<const D: usize>(
 ) {
     faces.iter_mut().for_each(|f| f.fill(0.0));
     add_gradient(grid, beta, -1.0, p, faces);
-    let Some(Gravity { g, excess }) = gravity else { return };
-    for (axis, face) in faces.iter_mut().enumerate() {
-        let s = grid.stride[axis];
+    let Some(gravity) = gravity else { return };
+    for (axis, face) in faces.iter_mut().enumerate().filter(|(axis, _)| !gravity.excess[*axis].is_empty()) {
         for c in grid.face_rows(axis).flatten() {
-            face[c] += g[axis] * 0.5 * (excess[c - s] + excess[c]) * beta.at(axis, c);
+            face[c] += gravity.at(grid, beta, axis, c);
         }
     }
 }
@@ -130,6 +142,23 @@ pub fn add_to_cells<const D: usize>(grid: &Grid<D>, dt: f64, acceleration: &Vect
             for ((u, l), h) in field[row].iter_mut().zip(low).zip(high) {
                 *u += 0.5 * dt * (l + h);
             }
+        }
+    }
+}
+
+/// Eq. (16) as printed: adds `-dt (p_high - p_low)/(2 h rho)` to the cells; ghosts of `p` (Pa) filled. Decoupled from the
+/// faces' gradient, it does not survive large density ratios.
+pub fn add_cell_gradient<const D: usize>(
+    grid: &Grid<D>,
+    density: &Coefficient,
+    dt: f64,
+    p: &[f64],
+    u: &mut VectorField<D>,
+) {
+    for (axis, field) in u.iter_mut().enumerate() {
+        let (s, factor) = (grid.stride[axis], 0.5 * dt / grid.h[axis]);
+        for c in grid.rows().flatten() {
+            field[c] -= factor / density.at(c) * (p[c + s] - p[c - s]);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! A run's folder: who may use it, its logs, its snapshots and its summary. Lives on rank 0.
 
 use super::snapshot::{Snapshot, replace, write_series};
+use crate::audit::Audit;
 use crate::case::ForceRule;
 use crate::coupling::Exchange;
 use crate::solids::Body;
@@ -14,7 +15,11 @@ use std::time::{Duration, Instant};
 const PARTICLE_COLUMNS: &str = "step,time,id,x,y,z,angle,vx,vy,vz,wx,wy,wz,fluid_fx,fluid_fy,fluid_fz,pressure_fx,\
     pressure_fy,viscous_fx,viscous_fy,convective_fx,convective_fy,contact_fx,contact_fy,contact_fz,fluid_tx,fluid_ty,\
     fluid_tz,pressure_fz,viscous_fz,convective_fz,momentum_fx,momentum_fy,momentum_fz";
+/// What `steps.csv` holds: the contract's columns; then, where particles are free, the substeps of contacts and the
+/// balance of momentum.
 const STEP_COLUMNS: &str = "step,time,dt,outer_iterations,krylov_iterations,divergence_max,cfl,kinetic_energy,wall";
+const BALANCE_COLUMNS: &str = ",substeps,momentum_x,momentum_y,momentum_z,border_impulse_x,border_impulse_y,\
+    border_impulse_z,momentum_error,angular_momentum_error";
 
 /// What this program writes into a run's folder, and so may delete with `--force`.
 const OURS: [&str; 6] = ["case.toml", "run.json", "steps.csv", "particles.csv", "summary.json", "log.txt"];
@@ -142,14 +147,15 @@ fn clear(path: &Path) -> Result<()> {
 
 impl Folder {
     /// Makes the folder (replacing a run that [`may_use`] allowed to replace) and opens its logs.
-    pub fn create(path: &Path, log: &mut Log, case: &str, particles: bool) -> Result<Folder> {
+    /// `particles` and `balance` say which columns there are.
+    pub fn create(path: &Path, log: &mut Log, case: &str, particles: bool, balance: bool) -> Result<Folder> {
         clear(path)?;
         let fields = path.join("fields");
         fs::create_dir_all(&fields).map_err(Error::io(&fields))?;
         replace(&path.join("case.toml"), case.as_bytes())?;
         log.file = Some(open(&path.join("log.txt"), "")?);
         Ok(Folder {
-            steps: open(&path.join("steps.csv"), STEP_COLUMNS)?,
+            steps: open(&path.join("steps.csv"), &[STEP_COLUMNS, if balance { BALANCE_COLUMNS } else { "" }].concat())?,
             particles: particles.then(|| open(&path.join("particles.csv"), PARTICLE_COLUMNS)).transpose()?,
             snapshots: Vec::new(),
             flushed: Instant::now(),
@@ -158,13 +164,25 @@ impl Folder {
     }
 
     /// Writes a row of `steps.csv`.
-    pub fn write_step(&mut self, r: &StepRow) -> Result<()> {
-        writeln!(
+    pub fn write_step(&mut self, r: &StepRow, balance: Option<(usize, &Audit)>) -> Result<()> {
+        let written = write!(
             self.steps,
             "{},{:?},{:?},{},{},{:e},{:.6},{:?},{:.3}",
             r.step, r.time, r.dt, r.outer, r.krylov, r.divergence_max, r.cfl, r.kinetic_energy, r.wall
-        )
-        .map_err(Error::io(self.path.join("steps.csv")))
+        );
+        let written = written.and_then(|()| match balance {
+            None => writeln!(self.steps),
+            Some((substeps, a)) => {
+                let (m, b) = (&a.momentum, &a.border);
+                let (error, angular) = (a.error.amax(), a.angular_error);
+                writeln!(
+                    self.steps,
+                    ",{substeps},{:e},{:e},{:e},{:e},{:e},{:e},{error:e},{angular:e}",
+                    m.x, m.y, m.z, b.x, b.y, b.z
+                )
+            }
+        });
+        written.map_err(Error::io(self.path.join("steps.csv")))
     }
 
     /// Writes a row a particle to `particles.csv`; `fluid_f*` is the force that `rule` names.

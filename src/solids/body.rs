@@ -32,6 +32,18 @@ pub struct Freedom {
     pub rotation: [bool; 3],
 }
 
+impl Freedom {
+    /// The part of a vector along the free directions.
+    pub fn along(&self, v: &Vector3<f64>) -> Vector3<f64> {
+        Vector3::from_fn(|a, _| if self.translation[a] { v[a] } else { 0.0 })
+    }
+
+    /// The part of an axial vector about the free directions.
+    pub fn about(&self, v: &Vector3<f64>) -> Vector3<f64> {
+        Vector3::from_fn(|a, _| if self.rotation[a] { v[a] } else { 0.0 })
+    }
+}
+
 /// A disc or sphere.
 #[derive(Clone, Debug)]
 pub struct Body {

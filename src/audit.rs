@@ -1,0 +1,91 @@
+//! The balance of momentum over a step: fluid, particles, borders.
+//!
+//! With `M = sum_c rho u dV` over all cells, particles included (kg m/s; per metre of depth in 2D),
+//! ```text
+//!   fluid's part of the step      M(u_f) - M(u^n)    = gravity + carried + border
+//!   particles' part of the step   M(u^(n+1)) - M(u_f) = -carried + contacts with walls and held bodies - force on held bodies
+//! ```
+//! `carried` is what the fields transport of the particles' excess mass. The border's impulse is what the first line
+//! leaves: nothing in a box that is periodic all round. The second line has to close by itself, and its error is what
+//! `steps.csv` reports, with the first line's where there is no border.
+
+use crate::coupling::Coupling;
+use crate::grid::{Coefficient, Grid, VectorField};
+use crate::petsc::Session;
+use crate::{Result, solids::Body};
+use nalgebra::Vector3;
+
+/// The sums of a step.
+#[derive(Clone, Debug, Default)]
+pub struct Audit {
+    before: Vector3<f64>,
+    fluid: Vector3<f64>,
+    /// Momentum of everything in the box after the step (kg m/s).
+    pub momentum: Vector3<f64>,
+    /// Impulse of the borders over the step (N s).
+    pub border: Vector3<f64>,
+    /// What is missing in the balance of momentum (kg m/s).
+    pub error: Vector3<f64>,
+    /// What is missing in the balances of angular momentum about the particles' centres, summed over them (kg m2/s).
+    pub angular_error: f64,
+}
+
+/// This rank's momentum.
+fn momentum<const D: usize>(grid: &Grid<D>, density: &Coefficient, u: &VectorField<D>) -> Vector3<f64> {
+    let mut sum = Vector3::zeros();
+    for (a, u) in u.iter().enumerate() {
+        sum[a] = match density {
+            Coefficient::Uniform(rho) => rho * grid.rows().map(|row| u[row].iter().sum::<f64>()).sum::<f64>(),
+            Coefficient::Field(rho) => {
+                let row_sum = |row: std::ops::Range<usize>| -> f64 {
+                    u[row.clone()].iter().zip(&rho[row]).map(|(u, rho)| u * rho).sum()
+                };
+                grid.rows().map(row_sum).sum()
+            }
+        };
+    }
+    sum * grid.cell_volume()
+}
+
+impl Audit {
+    /// Takes the state that a step begins with.
+    pub fn begin<const D: usize>(&mut self, grid: &Grid<D>, density: &Coefficient, u: &VectorField<D>) {
+        self.before = momentum(grid, density, u);
+    }
+
+    /// Takes the state after the fluid's part.
+    pub fn after_fluid<const D: usize>(&mut self, grid: &Grid<D>, density: &Coefficient, u: &VectorField<D>) {
+        self.fluid = momentum(grid, density, u);
+    }
+
+    /// Closes the step `dt` (s) with the state after the particles' part. Collective.
+    pub fn close<const D: usize>(
+        &mut self,
+        session: &Session,
+        grid: &Grid<D>,
+        density: &Coefficient,
+        u: &VectorField<D>,
+        coupling: &Coupling<D>,
+        dt: f64,
+    ) -> Result<()> {
+        let after = momentum(grid, density, u);
+        let mut sums = [0.0; 9];
+        for (slot, v) in sums.chunks_exact_mut(3).zip([self.before, self.fluid, after]) {
+            slot.copy_from_slice(v.as_slice());
+        }
+        session.sum(&mut sums)?;
+        let [before, fluid, after] = [0, 3, 6].map(|k| Vector3::new(sums[k], sums[k + 1], sums[k + 2]));
+        let carried = dt * coupling.carried();
+        self.momentum = after;
+        self.border = fluid - before - carried - dt * coupling.weight();
+        let held = |b: &&Body| b.freedom().is_none();
+        let on_held: Vector3<f64> =
+            coupling.bodies().iter().zip(coupling.exchange()).filter(|(b, _)| held(b)).map(|(_, e)| e.momentum).sum();
+        self.error = after - fluid + carried - coupling.impulse() + dt * on_held;
+        if grid.periodic.iter().all(|p| *p) {
+            self.error += std::mem::take(&mut self.border);
+        }
+        self.angular_error = coupling.angular_error();
+        Ok(())
+    }
+}

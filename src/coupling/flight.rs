@@ -1,0 +1,279 @@
+//! The flight of free particles: what pushes them, where that takes them, and the motion that they and the mixture settle
+//! on at the new place (see the parent's formulas).
+
+use super::rigid::{self, Moments};
+use super::{Coupling, Driver, vector};
+use crate::grid::{Coefficient, Grid, VectorField};
+use crate::solids::contact::{Impulse, Push};
+use crate::solids::{Body, Freedom, Motion, nearest_image};
+use crate::{Error, Result};
+use nalgebra::Vector3;
+
+/// What a particle's step starts from.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Departure {
+    centre: Vector3<f64>,
+    velocity: Vector3<f64>,
+    spin: Vector3<f64>,
+    /// `sum alpha u_f dV` and `sum alpha r x u_f dV` there.
+    flow: Vector3<f64>,
+    swirl: Vector3<f64>,
+    /// What the fields carry of the particle's excess mass, the `b` of the balance, linear and angular.
+    carried: (Vector3<f64>, Vector3<f64>),
+    /// Displacement over the step (m).
+    shift: Vector3<f64>,
+}
+
+/// Numbers that a rank sums for a particle: moments, then two pairs of vectors.
+pub(super) const NUMBERS: usize = rigid::NUMBERS + 12;
+
+impl<const D: usize> Coupling<D> {
+    /// Whether any particle is moved by forces.
+    pub fn flies(&self) -> bool {
+        self.bodies.iter().any(|b| b.freedom().is_some())
+    }
+
+    /// Whether fields carry momentum that particles own: free ones, or held ones of another density.
+    fn trades(&self) -> bool {
+        self.flies() || self.bodies.iter().any(|b| b.density != self.fluid_density)
+    }
+
+    /// Sums each particle's cells and, for both vectors that `also` gives, over the ranks; then hands them to `take`.
+    fn gather(
+        &mut self,
+        grid: &Grid<D>,
+        density: &Coefficient,
+        u: &VectorField<D>,
+        also: impl Fn(&super::Exchange) -> [Vector3<f64>; 2],
+        mut take: impl FnMut(usize, &Body, &mut Departure, Moments, [Vector3<f64>; 4]),
+    ) -> Result<()> {
+        let volume = grid.cell_volume();
+        let sums = &mut self.buffer[..NUMBERS * self.bodies.len()];
+        for ((overlaps, exchange), sums) in self.overlaps.iter().zip(&self.exchange).zip(sums.chunks_exact_mut(NUMBERS))
+        {
+            let (mut moments, mut flow, mut swirl) = (Moments::default(), Vector3::zeros(), Vector3::zeros());
+            for o in overlaps {
+                let (u, share) = (vector(u, o.cell), o.fraction * volume);
+                moments.add(density.at(o.cell) * share, &o.arm, &u);
+                flow += share * u;
+                swirl += share * o.arm.cross(&u);
+            }
+            moments.to_slice(sums);
+            let [first, second] = also(exchange);
+            for (slot, v) in sums[rigid::NUMBERS..].chunks_exact_mut(3).zip([flow, swirl, first, second]) {
+                slot.copy_from_slice(v.as_slice());
+            }
+        }
+        self.session.sum(sums)?;
+        let bodies = self.bodies.iter().zip(&mut self.departures);
+        for (k, ((body, departure), sums)) in bodies.zip(sums.chunks_exact(NUMBERS)).enumerate() {
+            let v = |n: usize| Vector3::from_column_slice(&sums[rigid::NUMBERS + 3 * n..][..3]);
+            take(k, body, departure, Moments::from_slice(sums), [v(0), v(1), v(2), v(3)]);
+        }
+        Ok(())
+    }
+
+    /// Finds the acceleration of each free particle by fluid and gravity, at the old place with the new flow `u`, to be
+    /// kept over the step `dt` (s). Collective.
+    pub fn depart(&mut self, grid: &Grid<D>, density: &Coefficient, u: &VectorField<D>, dt: f64) -> Result<()> {
+        if !self.trades() {
+            return Ok(());
+        }
+        let mut push = std::mem::take(&mut self.push);
+        let (choices, fluid_density) = (self.choices, self.fluid_density);
+        self.gather(
+            grid,
+            density,
+            u,
+            |e| [e.literal(), e.literal_torque],
+            |k, body, departure, moments, [flow, swirl, force, torque]| {
+                let (velocity, spin) = (body.velocity, body.spin);
+                *departure = Departure { centre: body.centre, velocity, spin, flow, swirl, ..Departure::default() };
+                let Some(freedom) = body.freedom() else { return };
+                let (mut acceleration, angular) = match choices.driver {
+                    Driver::Momentum => {
+                        let (v, w) = moments.rigid_motion(&freedom, (velocity, spin));
+                        ((v - velocity) / dt, (w - spin) / dt)
+                    }
+                    Driver::Literal => (force / body.mass(), torque / body.inertia()),
+                };
+                // In the momentum of the mixture, the gravity of the fields is there already.
+                let gravity = match choices.driver {
+                    Driver::Momentum => choices.own_gravity,
+                    Driver::Literal => choices.own_gravity + choices.field_gravity,
+                };
+                acceleration += gravity * (1.0 - fluid_density / body.density);
+                push[k] = Push { acceleration, angular }.along(&freedom);
+            },
+        )?;
+        self.push = push;
+        Ok(())
+    }
+
+    /// Moves the bodies on by `dt` (s), through contacts where there are any, and finds what they touch there.
+    /// Returns the substeps of the contacts.
+    ///
+    /// # Errors
+    /// When a body meets another, a wall or the border and nothing says how, or a contact fails.
+    pub fn advance(&mut self, grid: &Grid<D>, dt: f64) -> Result<usize> {
+        let mut substeps = 0;
+        match &mut self.contacts {
+            Some(contacts) => substeps = contacts.advance(&mut self.bodies, &self.push, dt)?,
+            None => {
+                for (body, push) in self.bodies.iter_mut().zip(&self.push).filter(|(b, _)| b.motion != Motion::Fixed) {
+                    let (velocity, spin) = (body.velocity, body.spin);
+                    body.velocity += 0.5 * dt * push.acceleration;
+                    body.spin += 0.5 * dt * push.angular;
+                    body.advance(dt, &self.periods);
+                    (body.velocity, body.spin) = (velocity + dt * push.acceleration, spin + dt * push.angular);
+                }
+            }
+        }
+        for (body, departure) in self.bodies.iter().zip(&mut self.departures) {
+            departure.shift = nearest_image(&departure.centre, &body.centre, &self.periods);
+        }
+        self.find_overlaps(grid, Body::moves);
+        if self.contacts.is_none() {
+            let movers = self.bodies.iter().enumerate().filter(|(_, b)| b.moves());
+            movers.map(|(k, _)| k).try_for_each(|k| self.refuse_meeting(grid, k))?;
+        }
+        Ok(substeps)
+    }
+
+    /// Settles the motion of the free particles at the new place, with the new `density` (kg/m3) and before the mixing,
+    /// and books what they exchanged with the fluid over `dt` (s). Collective.
+    pub fn settle(&mut self, grid: &Grid<D>, density: &Coefficient, u: &VectorField<D>, dt: f64) -> Result<()> {
+        if !self.trades() {
+            return Ok(());
+        }
+        let (driver, fluid_density) = (self.choices.driver, self.fluid_density);
+        let mut settled = std::mem::take(&mut self.settled);
+        let push = std::mem::take(&mut self.push);
+        self.gather(
+            grid,
+            density,
+            u,
+            |e| [e.carried, e.carried_torque],
+            |k, body, departure, mut moments, [flow, swirl, carried, carried_torque]| {
+                let Departure { velocity, spin, shift, .. } = *departure;
+                let excess = body.density - fluid_density;
+                let linear = excess * (flow - departure.flow) + dt * carried;
+                let angular = excess * (swirl - departure.swirl + shift.cross(&departure.flow))
+                    + dt * (carried_torque - shift.cross(&carried));
+                departure.carried = (linear, angular);
+                let Some(freedom) = body.freedom() else { return };
+                settled[k] = match driver {
+                    Driver::Momentum => {
+                        moments.momentum -= linear;
+                        moments.spin -= angular;
+                        moments.rigid_motion(&freedom, (velocity, spin))
+                    }
+                    Driver::Literal => (velocity + dt * push[k].acceleration, spin + dt * push[k].angular),
+                };
+            },
+        )?;
+        (self.settled, self.push) = (settled, push);
+        let lead = self.session.rank() == 0;
+        for (k, body) in self.bodies.iter_mut().enumerate() {
+            let (departure, exchange) = (&self.departures[k], &mut self.exchange[k]);
+            let Some(freedom) = body.freedom() else {
+                if lead {
+                    exchange.momentum -= departure.carried.0 / dt;
+                    exchange.momentum_torque -= departure.carried.1 / dt;
+                }
+                continue;
+            };
+            let (mut v, w) = self.settled[k];
+            if driver == Driver::Momentum {
+                let (m, excess) = (body.mass(), body.mass() - fluid_density * body.volume());
+                if lead {
+                    exchange.momentum = m * (v - departure.velocity) / dt - excess * self.choices.field_gravity;
+                    exchange.momentum_torque = body.inertia() * (w - departure.spin) / dt;
+                }
+                v += freedom.along(&(dt * (1.0 - fluid_density / body.density) * self.choices.own_gravity));
+                self.settled[k].0 = v;
+            }
+            (body.velocity, body.spin) = (v, w);
+            if let Some(contacts) = &self.contacts {
+                let Impulse { linear, angular } = contacts.impulses()[k];
+                body.velocity += freedom.along(&linear) / body.mass();
+                body.spin += freedom.about(&angular) / body.inertia();
+            }
+        }
+        self.find_contact_kicks(grid)
+    }
+
+    /// What is missing in the balance of angular momentum about the free particles' centres, summed over them (kg m2/s).
+    pub fn angular_error(&self) -> f64 {
+        let bodies = self.bodies.iter().zip(&self.departures).zip(&self.exchange).enumerate();
+        let errors = bodies.filter_map(|(k, ((body, departure), exchange))| {
+            let struck = self.contacts.as_ref().map_or(Vector3::zeros(), |c| c.impulses()[k].angular);
+            let freedom = body.freedom()?;
+            Some(freedom.about(&(exchange.spun + departure.carried.1 - struck)).norm())
+        });
+        errors.sum()
+    }
+
+    /// The rigid motions whose shares of mass carry the impulses of the contacts to the cells. Collective where there are
+    /// impulses.
+    fn find_contact_kicks(&mut self, grid: &Grid<D>) -> Result<()> {
+        let none = (Vector3::zeros(), Vector3::zeros());
+        self.struck.fill(none);
+        let Some(contacts) = &self.contacts else { return Ok(()) };
+        if contacts.impulses().iter().all(|i| i.linear == none.0 && i.angular == none.0) {
+            return Ok(());
+        }
+        let sums = &mut self.buffer[..NUMBERS * self.bodies.len()];
+        let volume = grid.cell_volume();
+        for ((overlaps, body), sums) in self.overlaps.iter().zip(&self.bodies).zip(sums.chunks_exact_mut(NUMBERS)) {
+            let mut moments = Moments::default();
+            overlaps.iter().for_each(|o| moments.add(body.density * o.fraction * volume, &o.arm, &none.0));
+            moments.to_slice(sums);
+        }
+        self.session.sum(sums)?;
+        for (k, sums) in sums.chunks_exact(NUMBERS).enumerate() {
+            let (Some(freedom), impulse) = (self.bodies[k].freedom(), contacts.impulses()[k]) else { continue };
+            let mut moments = Moments::from_slice(sums);
+            moments.momentum = freedom.along(&impulse.linear);
+            moments.spin = freedom.about(&impulse.angular);
+            self.struck[k] = moments.rigid_motion(&freedom, none);
+        }
+        Ok(())
+    }
+
+    /// A cell holds no more solid than its volume, and a wall is where the box ends: without a law of contact nothing
+    /// says what happens there.
+    fn refuse_meeting(&self, grid: &Grid<D>, mover: usize) -> Result<()> {
+        let body = &self.bodies[mover];
+        let cure = match body.freedom() {
+            Some(_) => "give the case a [contact] table, or end the run before",
+            None => "it moves as prescribed: end the run before, or change its motion",
+        };
+        for (a, axis) in ["x", "y", "z"].into_iter().enumerate().take(D).filter(|(a, _)| !grid.periodic[*a]) {
+            let inside = body.radius * (1.0 - 1e-9)..=grid.size[a] - body.radius * (1.0 - 1e-9);
+            if !inside.contains(&body.centre[a]) {
+                return Err(Error::Run(format!(
+                    "particle {mover} has reached the border of the box along {axis} (its centre is at {:.6} m); {cure}",
+                    body.centre[a]
+                )));
+            }
+        }
+        for (k, other) in self.bodies.iter().enumerate().filter(|(k, _)| *k != mover) {
+            let apart = nearest_image(&body.centre, &other.centre, &self.periods);
+            let reach = (body.radius + other.radius) * (1.0 - 1e-9);
+            if apart.norm_squared() < reach * reach {
+                return Err(Error::Run(format!(
+                    "particle {mover} has run into particle {k} (their centres are {:.6} m apart); {cure}",
+                    apart.norm()
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Push {
+    fn along(self, freedom: &Freedom) -> Push {
+        Push { acceleration: freedom.along(&self.acceleration), angular: freedom.about(&self.angular) }
+    }
+}
