@@ -246,3 +246,45 @@ impl Pair {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn contact(keys: &str) -> Contact {
+        toml::from_str(&format!("normal_stiffness = 1e5\n{keys}")).unwrap()
+    }
+
+    #[test]
+    fn a_law_without_pairs_is_that_of_the_table_with_its_defaults() {
+        let law = contact("").law("steel", WALL);
+        let expected = PairLaw {
+            normal_stiffness: 1e5,
+            exponent: 1.0,
+            tangential_ratio: 2.0 / 7.0,
+            friction: 0.0,
+            loss: Loss::Restitution(0.5),
+        };
+        assert_eq!(law, expected);
+    }
+
+    #[test]
+    fn a_pair_changes_its_keys_in_either_order_and_no_others() {
+        let contact = contact(
+            "damping = { normal = 1.0, tangential = 2.0 }\nfriction = 0.1\n\
+             pair = [{ between = [\"steel\", \"wall\"], friction = 0.4, restitution = 0.9 }]",
+        );
+        let (pair, rest) = (contact.law(WALL, "steel"), contact.law("steel", "steel"));
+        assert_eq!((pair.friction, pair.loss), (0.4, Loss::Restitution(0.9)));
+        assert_eq!(pair, contact.law("steel", WALL));
+        assert_eq!((rest.friction, rest.loss), (0.1, Loss::Damping(Damping { normal: 1.0, tangential: 2.0 })));
+        assert_eq!(pair.normal_stiffness, rest.normal_stiffness);
+    }
+
+    #[test]
+    fn substeps_are_a_word_or_a_number() {
+        assert_eq!(contact("").substeps, Substeps::Auto);
+        assert_eq!(contact("substeps = \"auto\"").substeps, Substeps::Auto);
+        assert_eq!(contact("substeps = 40").substeps, Substeps::Count(40));
+    }
+}

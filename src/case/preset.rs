@@ -66,3 +66,63 @@ pub(super) fn fill(case: &mut DeValue) -> Option<usize> {
     }
     Some(key.start)
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::case::*;
+
+    fn loaded(dimension: usize, keys: &str, overrides: &[&str]) -> Case {
+        let (size, cells) = (&[2.0, 1.0, 1.0][..dimension], &[16, 8, 8][..dimension]);
+        let lids = if dimension == 3 { "bottom = \"wall\"\ntop = \"wall\"" } else { "" };
+        let text = format!(
+            "name = \"box\"\npreset = \"mics-2003\"\n{keys}\n[time]\nend = 1.0\n\
+             [domain]\nsize = {size:?}\ncells = {cells:?}\n[fluid]\ndensity = 1.0\nviscosity = 0.1\n\
+             [boundary]\nwest = \"wall\"\neast = \"wall\"\nsouth = \"wall\"\nnorth = \"wall\"\n{lids}"
+        );
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("case.toml");
+        std::fs::write(&file, text).unwrap();
+        let overrides: Vec<String> = overrides.iter().map(|given| given.to_string()).collect();
+        let case = load(&file, &overrides).unwrap_or_else(|e| panic!("{e}")).case;
+        std::fs::write(&file, case.to_toml()).unwrap();
+        assert_eq!(load(&file, &[]).unwrap_or_else(|e| panic!("{e}")).case, case);
+        case
+    }
+
+    #[test]
+    fn the_preset_fills_what_the_case_leaves_out() {
+        let disc = "{ shape = { disc = { diameter = 0.1 } }, position = [0.5, 0.5] }";
+        let swarm = "{ count = 3, region = { min = [1.0, 0.0], max = [2.0, 1.0] }, diameter = 0.1 }";
+        let contact = "contact = { normal_stiffness = 1e5 }";
+        let case = loaded(2, &format!("particle = [{disc}]\nswarm = [{swarm}]\n{contact}"), &[]);
+        assert_eq!((case.time.scheme, case.time.advection), (Scheme::Euler, Advection::Qsi));
+        let coupling = Coupling {
+            fraction: FractionRule::Polygon,
+            force: ForceRule::Literal,
+            rotation: RotationRule::Boundary,
+            mix_pressure: true,
+            buoyancy: Buoyancy::Particle,
+            gradient: GradientRule::Cells,
+        };
+        assert_eq!(case.coupling, coupling);
+        assert_eq!(case.particle.len(), 4);
+        assert!(case.particle.iter().all(|particle| particle.viscosity == Some(0.0)));
+        assert_eq!(case.contact.map(|contact| contact.tangential_damping), Some(TangentialDamping::Printed));
+    }
+
+    #[test]
+    fn what_file_or_set_give_stays_and_no_table_is_made_up() {
+        let disc = "{ shape = { disc = { diameter = 0.1 } }, position = [0.5, 0.5], viscosity = 3.0 }";
+        let keys = format!("particle = [{disc}]\ncoupling.gradient = \"faces\"");
+        let case = loaded(2, &keys, &["coupling.mix_pressure=false", "time.advection=\"upwind5\""]);
+        assert_eq!((case.coupling.gradient, case.coupling.mix_pressure), (GradientRule::Faces, false));
+        assert_eq!((case.time.advection, case.time.cfl), (Advection::Upwind5, Some(0.2)));
+        assert_eq!((case.particle[0].viscosity, case.contact), (Some(3.0), None));
+        assert_eq!((case.coupling.rotation, case.preset), (RotationRule::Boundary, Some(Preset::Mics2003)));
+    }
+
+    #[test]
+    fn the_preset_has_no_polygons_in_3d() {
+        assert_eq!(loaded(3, "", &[]).coupling.fraction, FractionRule::Exact);
+    }
+}

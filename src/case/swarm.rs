@@ -212,3 +212,125 @@ pub(super) fn expand(case: &mut Case, folder: &Path) -> Check {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::load;
+    use crate::case::particle::{distance, overlap};
+
+    /// A box of 2 by 1 (by 1) m, periodic along x, with walls elsewhere, and these further keys.
+    fn loaded(dimension: usize, keys: &str, csv: &str) -> crate::Result<Case> {
+        let (size, cells) = (&[2.0, 1.0, 1.0][..dimension], &[16, 8, 8][..dimension]);
+        let lids = if dimension == 3 { "bottom = \"wall\"\ntop = \"wall\"" } else { "" };
+        let text = format!(
+            "name = \"box\"\ntime.end = 1.0\ndomain = {{ size = {size:?}, cells = {cells:?} }}\n\
+             fluid = {{ density = 1.0, viscosity = 0.1 }}\n{keys}\n\
+             [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\nnorth = \"wall\"\n{lids}"
+        );
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("gravel.csv"), csv).unwrap();
+        std::fs::write(folder.path().join("case.toml"), text).unwrap();
+        load(&folder.path().join("case.toml"), &[]).map(|loaded| loaded.case)
+    }
+
+    fn good(dimension: usize, keys: &str) -> Case {
+        loaded(dimension, keys, "").unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    #[test]
+    fn three_thousand_bodies_find_their_places_in_no_time() {
+        let start = std::time::Instant::now();
+        let case = good(
+            2,
+            "swarm = [{ count = 3000, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, \
+             diameter = { uniform = [0.01, 0.025] } }]",
+        );
+        assert!(start.elapsed().as_millis() < 500, "{:?}", start.elapsed());
+        assert_eq!((case.particle.len(), case.swarm.len()), (3000, 0));
+        assert!(overlap(&case).is_none());
+        let diameters = || case.particle.iter().map(|particle| particle.shape.diameter());
+        assert!(diameters().all(|d| (0.01..=0.025).contains(&d)) && diameters().is_sorted_by(|a, b| a >= b));
+        assert!((diameters().sum::<f64>() / 3000.0 - 0.0175).abs() < 3e-4);
+        // Across the periodic faces too.
+        assert!(case.particle.iter().any(|particle| particle.position[0] < 0.25 * particle.shape.diameter()));
+    }
+
+    #[test]
+    fn a_dense_swarm_beside_a_large_body_fits_up_to_half_of_the_region() {
+        let keys = "particle = [{ shape = { disc = { diameter = 0.8 } }, position = [0.1, 0.5], motion = \"fixed\" }]\n\
+                    swarm = [{ count = COUNT, region = { min = [0.6, 0.0], max = [1.6, 1.0] }, diameter = 0.02 }]";
+        let case = good(2, &keys.replace("COUNT", "1500"));
+        assert_eq!(case.particle.len(), 1501);
+        let message = loaded(2, &keys.replace("COUNT", "2500"), "").unwrap_err().to_string();
+        assert!(message.contains("swarm.0.count") && message.contains("of 2500 fitted"), "{message}");
+        let covered: f64 = message.split("covering ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+        assert!((49.0..54.7).contains(&covered), "{message}");
+    }
+
+    #[test]
+    fn a_seed_gives_the_same_places_everywhere_and_another_seed_others() {
+        let keys =
+            "swarm = [{ count = 4, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, diameter = 0.1, seed = SEED }]";
+        let places = |seed: &str| {
+            let case = good(2, &keys.replace("SEED", seed));
+            case.particle.into_iter().map(|particle| particle.position).collect::<Vec<_>>()
+        };
+        assert_eq!(places("1"), places("1"));
+        assert_ne!(places("1"), places("2"));
+        // Written down once, to the last digit: what a case gave must stay what it gives.
+        assert_eq!(places("1")[0], FIRST_PLACE);
+    }
+
+    /// Where the first of four bodies lies by seed 1.
+    const FIRST_PLACE: [f64; 2] = [0.5673811826074753, 0.6895492013129978];
+
+    #[test]
+    fn swarms_keep_their_gap_to_walls_to_earlier_swarms_and_across_periodic_sides() {
+        let case = good(
+            3,
+            "swarm = [{ count = 60, region = { min = [0.0, 0.0, 0.0], max = [2.0, 1.0, 1.0] }, diameter = 0.15 }, \
+             { count = 60, region = { min = [0.0, 0.0, 0.2], max = [2.0, 1.0, 0.7] }, diameter = { uniform = [0.05, 0.1] }, \
+             gap = 0.03, motion = \"fixed\", material = \"glass\" }]",
+        );
+        assert_eq!(case.particle.len(), 120);
+        assert!(overlap(&case).is_none());
+        for (i, new) in case.particle.iter().enumerate().skip(60) {
+            let radius = 0.5 * new.shape.diameter();
+            for other in &case.particle[..i] {
+                let apart = distance(&new.position, &other.position, &case.periods());
+                assert!(apart >= radius + 0.5 * other.shape.diameter() + 0.03);
+            }
+            let [_, y, z] = new.position[..] else { panic!("3D") };
+            assert!(y >= radius + 0.03 && y <= 1.0 - radius - 0.03 && z >= 0.2 + radius && z <= 0.7 - radius);
+            assert_eq!((&new.motion, new.material()), (&Motion::Fixed, "glass"));
+        }
+    }
+
+    #[test]
+    fn a_file_gives_places_and_what_else_it_names_and_the_swarm_the_rest() {
+        let keys = "swarm = [{ from = \"gravel.csv\", density = 2.0, velocity = [1.0, 0.0], locked = [\"rotation\"] }]";
+        let csv = "# made by hand\ndiameter, x, y, vy, spin, density\n0.1, 0.5, 0.5, -1, 3, 4\n0.2,1.0,0.5,0,0,5\n";
+        let case = loaded(2, keys, csv).unwrap_or_else(|e| panic!("{e}"));
+        let first = &case.particle[0];
+        assert_eq!((first.shape.diameter(), &first.position[..]), (0.1, &[0.5, 0.5][..]));
+        assert_eq!((first.density, first.velocity.as_deref()), (Some(4.0), Some(&[1.0, -1.0][..])));
+        assert_eq!((&first.spin, &first.locked[..]), (&Some(Spin::Plane(3.0)), &[Lock::Rotation][..]));
+        assert_eq!((case.particle.len(), case.particle[1].density), (2, Some(5.0)));
+    }
+
+    #[test]
+    fn a_case_with_swarms_is_written_out_with_every_particle_and_reads_back_equal() {
+        let case = good(
+            2,
+            "swarm = [{ count = 20, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, diameter = 0.05, spin = 1.0 }]\n\
+             contact = { normal_stiffness = 1e5, pair = [{ between = [\"wall\", \"default\"], friction = 0.2 }] }\n\
+             measure = [{ name = \"end\", kind = \"position_x\", particle = 19 }]",
+        );
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("case.toml");
+        std::fs::write(&file, case.to_toml()).unwrap();
+        assert_eq!(load(&file, &[]).unwrap().case, case);
+        assert!(case.to_toml().contains("substeps = \"auto\"") && case.to_toml().contains("restitution = 0.5"));
+    }
+}

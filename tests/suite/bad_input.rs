@@ -266,7 +266,7 @@ fn a_bad_list_of_particles_is_refused_with_its_file_line_and_column() {
         let text = GOOD.replace("[time]", "[[swarm]]\nfrom = \"gravel.csv\"\n[time]");
         fs::write(&case, text).expect("the scratch folder takes a file");
         fs::write(folder.path().join("gravel.csv"), csv).expect("the scratch folder takes a file");
-        let all = [&["small.toml:27: swarm.0.from: "], says].concat();
+        let all = [&["small.toml:28: swarm.0.from: "], says].concat();
         (csv.to_owned(), shortcomings(&mics(&case, &out, &[]), &out, &all))
     };
     expect_none([
