@@ -191,7 +191,9 @@ impl Contact {
         ensure!(self.substeps != Substeps::Count(0), key, "must be \"auto\" or a whole number, 1 or more, not 0");
         let listed = case.particle.iter().map(Particle::material);
         let of_swarms = case.swarm.iter().filter_map(|swarm| swarm.material.as_deref());
-        let mut known: Vec<&str> = listed.chain(of_swarms).chain([WALL, Particle::DEFAULT_MATERIAL]).collect();
+        let mut known: Vec<&str> = listed.chain(of_swarms).collect();
+        let bodies_of_wall = known.contains(&WALL);
+        known.extend([WALL, Particle::DEFAULT_MATERIAL]);
         known.sort_unstable();
         known.dedup();
         for (index, pair) in self.pair.iter().enumerate() {
@@ -211,7 +213,8 @@ impl Contact {
                     "no particle is of the material \"{name}\"; known here: {names}"
                 );
             }
-            ensure!([a, b] != [WALL, WALL], key, "walls do not meet each other: name the material of a particle");
+            let holds = bodies_of_wall || [a, b] != [WALL, WALL];
+            ensure!(holds, key, "walls do not meet each other: name the material of a particle");
             let earlier = self.pair[..index].iter().position(|other| other.is_of(a, b));
             let message = |other| format!("contact.pair.{other} is of these two already: put all their keys into one");
             ensure!(earlier.is_none(), key, "{}", message(earlier.unwrap_or_default()));

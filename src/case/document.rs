@@ -119,7 +119,7 @@ impl<'a> Document<'a> {
     }
 }
 
-/// Puts what `patch` has at `keys[depth..]` into `node`, which is at `keys[..depth]`. Spans beyond `end` are overrides'.
+/// Puts what `patch` has at `keys[depth..]` into `node`, which is at `keys[..depth]`. Beyond `end` are overrides.
 fn merge<'a>(
     node: &mut Spanned<DeValue<'a>>,
     patch: Spanned<DeValue<'a>>,

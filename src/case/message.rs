@@ -6,6 +6,8 @@ use toml::de::DeValue;
 /// What the deserialiser says, in the user's words: the key and what would be right.
 pub(super) fn reword(raw: &str, mut path: Vec<String>, node: &DeValue) -> Fault {
     let mut quoted = raw.split('`').skip(1).step_by(2);
+    let names: Vec<_> = path.iter().filter(|key| key.parse::<usize>().is_err()).map(String::as_str).collect();
+    let table = names.join(".");
     let last = path.last().cloned().unwrap_or_default();
     let message = if raw.starts_with("unknown ") {
         let what = if raw.starts_with("unknown field") { "key" } else { "value" };
@@ -35,7 +37,7 @@ pub(super) fn reword(raw: &str, mut path: Vec<String>, node: &DeValue) -> Fault 
             "usize" | "u64" => "a whole number, 0 or more",
             "a string" => "text in quotes",
             "a boolean" => "true or false",
-            "a sequence" if matches!(node, DeValue::Table(_)) => &format!("a list: begin each entry with [[{last}]]"),
+            "a sequence" if matches!(node, DeValue::Table(_)) => &format!("a list: begin each entry with [[{table}]]"),
             "a sequence" => "a list in [ ]",
             other if other.starts_with("struct") => "a table of keys",
             other => other,

@@ -17,10 +17,17 @@ pub enum Preset {
 /// What `preset = "mics-2003"` fills into each table of these names.
 const MICS_2003: &str = r#"
 time = { scheme = "euler", advection = "qsi" }
-coupling = { fraction = "polygon", force = "literal", rotation = "boundary", mix_pressure = true, buoyancy = "particle", gradient = "cells" }
 contact = { tangential_damping = "printed" }
 particle = { viscosity = 0.0 }
 swarm = { viscosity = 0.0 }
+
+[coupling]
+fraction = "polygon"
+force = "literal"
+rotation = "boundary"
+mix_pressure = true
+buoyancy = "particle"
+gradient = "cells"
 "#;
 
 /// Fills in what the preset of a case says and the case does not, under the span of its key; returns where that starts,

@@ -31,8 +31,8 @@ impl Loaded {
     }
 }
 
-/// Reads, overrides and checks a case, and turns its swarms into particles; `overrides` are `key.path=value` with TOML syntax for the value.
-/// A refusal is one [`Error::Case`] that names the key and its line, or says that `--set` gave it.
+/// Reads, overrides and checks a case, and turns its swarms into particles; `overrides` are `key.path=value` with TOML
+/// syntax for the value. A refusal is one [`Error::Case`] that names the key and its line, or says what else gave it.
 pub fn load(path: &Path, overrides: &[String]) -> Result<Loaded> {
     let text = read(path)?;
     let mut end = text.len() + 1;

@@ -113,7 +113,9 @@ impl Swarm {
         let table = format!("swarm.{index}");
         match &self.from {
             None => self.check_scatter(case, &table)?,
-            Some(_) => {
+            Some(file) => {
+                let key = format!("{table}.from");
+                ensure!(!file.is_empty(), key, "is empty: name a CSV file, as in from = \"particles.csv\"");
                 let given = [
                     ("count", self.count.is_some()),
                     ("region", self.region.is_some()),
@@ -290,8 +292,8 @@ mod tests {
         let case = good(
             3,
             "swarm = [{ count = 60, region = { min = [0.0, 0.0, 0.0], max = [2.0, 1.0, 1.0] }, diameter = 0.15 }, \
-             { count = 60, region = { min = [0.0, 0.0, 0.2], max = [2.0, 1.0, 0.7] }, diameter = { uniform = [0.05, 0.1] }, \
-             gap = 0.03, motion = \"fixed\", material = \"glass\" }]",
+             { count = 60, region = { min = [0.0, 0.0, 0.2], max = [2.0, 1.0, 0.7] }, \
+             diameter = { uniform = [0.05, 0.1] }, gap = 0.03, motion = \"fixed\", material = \"glass\" }]",
         );
         assert_eq!(case.particle.len(), 120);
         assert!(overlap(&case).is_none());

@@ -7,7 +7,8 @@ use super::fault::{AXES, Check, finite, not_negative, positive, vector};
 use super::particle::{Overlap, overlap, particle};
 use super::*;
 
-/// Checks what the types leave open; the first refusal is returned. Measures come later: their particles may be of swarms.
+/// Checks what the types leave open; the first refusal is returned. [`measures`] comes later: their particles may be of
+/// swarms.
 pub(super) fn validate(case: &Case) -> Check {
     let plain = case.name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c));
     let holds = plain && !["", ".", ".."].contains(&case.name.as_str());

@@ -40,8 +40,8 @@ impl Series {
         &self.measure.name
     }
 
-    /// Takes the state after a step: the time (s), what each particle exchanged, the particles, the contact force on each
-    /// (N; empty where nothing can touch), the largest speed of the fluid (m/s).
+    /// Takes the state after a step: the time (s), what each particle exchanged, the particles, the contact force on
+    /// each (N; empty where nothing can touch), the largest speed of the fluid (m/s).
     pub fn sample(
         &mut self,
         time: f64,
@@ -80,7 +80,8 @@ impl Series {
         self.samples.push((time, value));
     }
 
-    /// The measure's value; `None` where the samples do not give one (no steps in its window, no oscillation, no contact).
+    /// The measure's value; `None` where the samples do not give one (no steps in its window, no oscillation, no
+    /// contact).
     pub fn value(&self) -> Option<f64> {
         let values = || self.samples.iter().map(|s| s.1);
         let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));

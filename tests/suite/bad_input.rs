@@ -130,10 +130,12 @@ const BAD_CASES: &[Row] = &[
     ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = { uniform = [0.2, 0.1] }\n[time]", "diameter", "swarm.0.diameter", &["the least, 0.2 m, comes first"]),
     ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = { normal = [0.2, 0.1] }\n[time]", "diameter", "swarm.0.diameter", &["one number or { uniform = [least, largest] }"]),
     ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = 0.1\nmotion = \"fixed\"\nspin = 1.0\n[time]", "spin", "swarm.0.spin", &["how a free particle starts"]),
+    ("[time]", "[[swarm]]\nfrom = \"\"\n[time]", "from", "swarm.0.from", &["is empty", "particles.csv"]),
     ("[time]", "[[swarm]]\nfrom = \"gravel.csv\"\ngap = 0.1\n[time]", "gap", "swarm.0.gap", &["exclude each other"]),
     ("[time]", "[[swarm]]\nfrom = \"gravel.csv\"\n[time]", "from", "swarm.0.from", &["gravel.csv", "no such file", "the case file's folder"]),
     // Contact and materials.
     ("[time]", "[contact]\nnormal_stiffness = 1.0\nrestitution = 0.5\ndamping = { normal = 1.0, tangential = 1.0 }\n[time]", "damping", "contact.damping", &["exclude each other"]),
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\n[contact.pair]\nbetween = [\"default\", \"wall\"]\n[time]", "[contact.pair]", "contact.pair", &["a list", "[[contact.pair]]"]),
     ("[time]", "[contact]\nfriction = 0.5\n[time]", "[contact]", "contact.normal_stiffness", &["missing key"]),
     ("[time]", "[contact]\nnormal_stiffness = 1.0\nexponent = 0.5\n[time]", "exponent", "contact.exponent", &["from 1 to 3"]),
     ("[time]", "[contact]\nnormal_stiffness = 1.0\ntangential_ratio = inf\n[time]", "tangential_ratio", "contact.tangential_ratio", &["finite"]),

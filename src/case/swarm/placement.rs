@@ -1,7 +1,7 @@
 //! Random sequential addition: one body after the other, the largest first, at the first random place that is free.
 //!
 //! A grid of cells a largest diameter wide lists, for each cell, the bodies that a new one with its centre there could
-//! touch: a try looks at one cell. Only sums, products and square roots are used, so that a seed gives the same places
+//! touch: a try looks at one cell. Sums, products and square roots alone decide, so that a seed gives the same places
 //! on every platform.
 
 use rand_chacha::ChaCha8Rng;
@@ -17,7 +17,7 @@ use crate::case::{Case, Region};
 const TRIES: usize = 200_000;
 
 /// Cells of the grid at most, along all axes together.
-const MOST_CELLS: f64 = 4e6;
+const MOST_CELLS: f64 = 1e6;
 
 /// Where the centre of a body with this diameter (m) may lie along an axis: from, and how far (m); `None` without room.
 /// Where the region spans a periodic axis, anywhere.
@@ -56,7 +56,7 @@ impl Taken {
     fn new(case: &Case, largest: f64, gap: f64) -> Taken {
         let sizes = &case.domain.size;
         let wanted = sizes.iter().map(|size| (size / (largest + gap)).max(1.0));
-        let excess = (wanted.clone().product::<f64>() / MOST_CELLS).max(1.0);
+        let excess = (wanted.clone().product::<f64>() / MOST_CELLS).max(1.0).powf(1.0 / sizes.len() as f64);
         let cells = wanted.zip(sizes).map(|(wanted, size)| {
             let count = (wanted / excess).max(1.0) as usize;
             (count, size / count as f64)
@@ -99,8 +99,8 @@ impl Taken {
     }
 }
 
-/// Diameters (m) and places (m) of a swarm, clear of the case's particles and of each other; refused at `key` where they
-/// do not fit.
+/// Diameters (m) and places (m) of a swarm, clear of the case's particles and of each other; refused at `key` where
+/// they do not fit.
 pub(super) fn scatter(case: &Case, swarm: &Scatter, key: &str) -> Result<Vec<(f64, Vec<f64>)>, Fault> {
     let &Scatter { count, region, gap, .. } = swarm;
     let [least, largest] = swarm.diameter.bounds();

@@ -16,7 +16,8 @@ struct Columns {
     spin: Option<usize>,
 }
 
-/// Appends the bodies of the file `path` to the case; refusals are at `key` and name the file, and the line where they can.
+/// Appends the bodies of the file `path` to the case; refusals are at `key` and name the file, and the line where they
+/// can.
 pub(super) fn append(case: &mut Case, swarm: &Swarm, path: &Path, key: &str) -> Check {
     let file = path.display();
     let at = |line: u64| format!("{file}:{line}");
