@@ -400,10 +400,11 @@ impl<'a, const D: usize> Run<'a, D> {
     }
 
     fn sample(&mut self, speed: f64) {
-        let exchange = self.scene.coupling.as_ref().map_or(&[][..], |c| c.exchange());
+        let coupling = self.scene.coupling.as_ref();
+        let (exchange, bodies) = coupling.map_or((&[][..], &[][..]), |c| (c.exchange(), c.bodies()));
         // The state at time 0 has exchanged nothing yet.
         if self.scene.steps > 0 {
-            self.series.iter_mut().for_each(|s| s.sample(self.scene.time, exchange, speed));
+            self.series.iter_mut().for_each(|s| s.sample(self.scene.time, exchange, bodies, &[], speed));
         }
     }
 
@@ -461,7 +462,9 @@ impl<'a, const D: usize> Run<'a, D> {
         for (name, value) in &measures {
             self.log.say(&match value {
                 Some(v) => format!("{name} = {v:.5}"),
-                None => format!("{name}: the run gives no value (no oscillation, or no steps after `from`)"),
+                None => {
+                    format!("{name}: the run gives no value (no oscillation, no contact, or no steps after `from`)")
+                }
             });
         }
         let Some(folder) = &mut self.folder else { return Ok(()) };

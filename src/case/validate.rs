@@ -3,59 +3,12 @@
 
 use std::collections::HashSet;
 
+use super::fault::{AXES, Check, finite, not_negative, positive, vector};
+use super::particle::{Overlap, overlap, particle};
 use super::*;
 
-/// A refusal: the dotted path of the key, and what would be right.
-pub(super) struct Fault {
-    pub key: String,
-    pub message: String,
-}
-
-type Check = Result<(), Fault>;
-
-const AXES: [&str; 3] = ["x", "y", "z"];
-
-/// Returns the refusal of a key with a formatted message unless the condition holds.
-macro_rules! ensure {
-    ($holds:expr, $key:expr, $($message:tt)+) => {
-        let holds: bool = $holds;
-        if !holds {
-            return Err(Fault { key: $key.into(), message: format!($($message)+) });
-        }
-    };
-}
-
-fn positive(key: &str, value: f64, unit: &str) -> Check {
-    ensure!(value > 0.0 && value.is_finite(), key, "must be positive and finite ({unit}), not {value:?}");
-    Ok(())
-}
-
-fn not_negative(key: &str, value: f64, unit: &str) -> Check {
-    let holds = value >= 0.0 && value.is_finite();
-    ensure!(holds, key, "must be zero or positive, and finite ({unit}), not {value:?}");
-    Ok(())
-}
-
-fn finite(key: &str, values: &[f64], unit: &str) -> Check {
-    for (i, value) in values.iter().enumerate() {
-        ensure!(value.is_finite(), format!("{key}.{i}"), "must be a finite number ({unit}), not {value:?}");
-    }
-    Ok(())
-}
-
-/// One finite number for each axis.
-fn vector(key: &str, value: &[f64], dimension: usize, unit: &str) -> Check {
-    let count = value.len();
-    ensure!(count == dimension, key, "a {dimension}D case needs {dimension} numbers here ({unit}), not {count}");
-    finite(key, value, unit)
-}
-
-/// A computed number to five digits, without the noise of its rounding.
-fn short(value: f64) -> String {
-    format!("{:?}", format!("{value:.4e}").parse().unwrap_or(value))
-}
-
-/// Checks what the types leave open; the first refusal is returned.
+/// Checks what the types leave open; the first refusal is returned. [`measures`] comes later: their particles may be of
+/// swarms.
 pub(super) fn validate(case: &Case) -> Check {
     let plain = case.name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c));
     let holds = plain && !["", ".", ".."].contains(&case.name.as_str());
@@ -71,7 +24,15 @@ pub(super) fn validate(case: &Case) -> Check {
     for (index, body) in case.particle.iter().enumerate() {
         particle(case, body, index)?;
     }
-    overlaps(case)?;
+    if let Some(Overlap { first, second, words }) = overlap(case) {
+        ensure!(false, format!("particle.{second}.position"), "particle {second} overlaps particle {first}: {words}");
+    }
+    for (index, swarm) in case.swarm.iter().enumerate() {
+        swarm.check(case, index)?;
+    }
+    if let Some(contact) = &case.contact {
+        contact.check(case)?;
+    }
     if let Some(velocity) = &case.initial.velocity {
         vector("initial.velocity", velocity, dimension, "m/s")?;
     }
@@ -84,7 +45,6 @@ pub(super) fn validate(case: &Case) -> Check {
     let holds = tightening > 0.0 && tightening <= 1.0;
     ensure!(holds, "pressure.tightening", "must be above 0 and at most 1, not {tightening:?}");
     ensure!(max_iterations >= 1, "pressure.max_iterations", "must be at least 1");
-    measures(case)?;
     cadence("output.particles", &case.output.particles)?;
     case.output.fields.as_ref().map_or(Ok(()), |fields| cadence("output.fields", fields))
 }
@@ -158,88 +118,6 @@ fn profile(key: &str, profile: &Profile, dimension: usize) -> Check {
     profile.velocity.iter().enumerate().try_for_each(check)
 }
 
-fn particle(case: &Case, particle: &Particle, index: usize) -> Check {
-    let dimension = case.dimension();
-    let key = |rest: &str| format!("particle.{index}.{rest}");
-    let (shape, wanted) = match particle.shape {
-        Shape::Disc(_) => ("disc", 2),
-        Shape::Sphere(_) => ("sphere", 3),
-    };
-    ensure!(dimension == wanted, key("shape"), "a disc is for 2D, a sphere for 3D; this case is {dimension}D");
-    let diameter = particle.shape.diameter();
-    let key_diameter = key(&format!("shape.{shape}.diameter"));
-    positive(&key_diameter, diameter, "m")?;
-    positive(&key("density"), particle.density.unwrap_or(1.0), "kg/m3")?;
-    not_negative(&key("viscosity"), particle.viscosity.unwrap_or(0.0), "Pa s")?;
-    let place = key("position");
-    vector(&place, &particle.position, dimension, "m")?;
-    for (axis, (&centre, &size)) in particle.position.iter().zip(&case.domain.size).enumerate() {
-        let x = AXES[axis];
-        if case.sides()[2 * axis] == Some(&Side::Periodic) {
-            let holds = diameter < size;
-            ensure!(holds, key_diameter, "must be below the periodic domain's {size:?} m along {x}, not {diameter:?}");
-            let holds = (0.0..size).contains(&centre);
-            let domain = format!("the domain: 0 <= {x} < {size:?} m");
-            ensure!(holds, place, "particle {index} has its centre at {x} = {centre:?} m, outside {domain}");
-        } else {
-            let (low, high, slack) = (centre - 0.5 * diameter, centre + 0.5 * diameter, 1e-9 * diameter);
-            let holds = low >= -slack && high <= size + slack;
-            let extent = format!("from {} to {} m along {x}", short(low), short(high));
-            let cure = format!("move it inside, or make {} and {} periodic", FACES[2 * axis], FACES[2 * axis + 1]);
-            let domain = format!("the domain from 0 to {size:?} m");
-            ensure!(holds, place, "particle {index} reaches {extent}, outside {domain}: {cure}");
-        }
-    }
-    motion(&particle.motion, &key("motion"), dimension)
-}
-
-fn motion(motion: &Motion, key: &str, dimension: usize) -> Check {
-    let cure = "set motion = \"fixed\" or { prescribed = { velocity = [...] } }";
-    ensure!(*motion != Motion::Free, key, "free particles are not in this version: {cure}");
-    let Motion::Prescribed(prescribed) = motion else { return Ok(()) };
-    if let Some(velocity) = &prescribed.velocity {
-        vector(&format!("{key}.prescribed.velocity"), velocity, dimension, "m/s")?;
-    }
-    let key = format!("{key}.prescribed.spin");
-    let (spin, fits) = match &prescribed.spin {
-        None => return Ok(()),
-        Some(Spin::Plane(spin)) => (std::slice::from_ref(spin), dimension == 2),
-        Some(Spin::Space(spin)) => (spin.as_slice(), dimension == 3),
-    };
-    ensure!(fits, key, "is one number in 2D and three in 3D (rad/s); this case is {dimension}D");
-    ensure!(spin.iter().all(|c| c.is_finite()), key, "must be finite (rad/s), not {spin:?}");
-    Ok(())
-}
-
-/// No two bodies, nor their periodic images, overlap: a sweep along x over those near enough.
-fn overlaps(case: &Case) -> Check {
-    let bodies = &case.particle;
-    let widest = bodies.iter().map(|body| body.shape.diameter()).fold(0.0, f64::max);
-    let period = |axis: usize| (case.sides()[2 * axis] == Some(&Side::Periodic)).then_some(case.domain.size[axis]);
-    let periods: Vec<Option<f64>> = (0..case.dimension()).map(period).collect();
-    let mut along_x: Vec<(f64, usize)> = bodies.iter().enumerate().map(|(i, body)| (body.position[0], i)).collect();
-    if let Some(length) = periods[0] {
-        let images = along_x.iter().filter(|(x, _)| *x <= widest).map(|&(x, i)| (x + length, i));
-        along_x.extend(images.collect::<Vec<_>>());
-    }
-    along_x.sort_by(|a, b| a.0.total_cmp(&b.0));
-    for (rank, &(x, i)) in along_x.iter().enumerate() {
-        for &(_, j) in along_x[rank + 1..].iter().take_while(|(other, _)| other - x <= widest).filter(|(_, j)| *j != i)
-        {
-            let apart = bodies[i].position.iter().zip(&bodies[j].position).zip(&periods);
-            let apart = apart.map(|((a, b), period)| period.map_or(a - b, |l| a - b - l * ((a - b) / l).round()));
-            let distance = apart.map(|d| d * d).sum::<f64>().sqrt();
-            let reach = 0.5 * (bodies[i].shape.diameter() + bodies[j].shape.diameter());
-            let (first, second) = (i.min(j), i.max(j));
-            let key = || format!("particle.{second}.position");
-            let message = || format!("{} m apart, and must be {} m or more", short(distance), short(reach));
-            let holds = distance >= reach * (1.0 - 1e-9);
-            ensure!(holds, key(), "particle {second} overlaps particle {first}: their centres are {}", message());
-        }
-    }
-    Ok(())
-}
-
 fn time(case: &Case) -> Check {
     let time = &case.time;
     positive("time.end", time.end, "s")?;
@@ -256,7 +134,8 @@ fn time(case: &Case) -> Check {
     Ok(())
 }
 
-fn measures(case: &Case) -> Check {
+/// Checks the measures, swarms turned into particles.
+pub(super) fn measures(case: &Case) -> Check {
     let mut names = HashSet::new();
     for (index, Measure { name, kind, particle, from, speed, .. }) in case.measure.iter().enumerate() {
         let key = |rest: &str| format!("measure.{index}.{rest}");
@@ -270,6 +149,10 @@ fn measures(case: &Case) -> Check {
             let count = case.particle.len();
             let holds = *particle < count;
             ensure!(holds, key("particle"), "there is no particle {particle}: the case has {count}, counted from 0");
+        }
+        let along_z = matches!(kind, MeasureKind::PositionZ | MeasureKind::VelocityZ);
+        ensure!(case.dimension() == 3 || !along_z, key("kind"), "is for 3D only; in 2D measure along x or y");
+        if kind.needs_speed() {
             let holds = speed.or(case.reference_speed()).is_some();
             ensure!(holds, key("speed"), "no reference speed, as nothing moves at the start: give `speed` (m/s)");
         }
@@ -297,7 +180,8 @@ mod tests {
              fluid = {{ density = 1.0, viscosity = 0.1 }}\n{keys}\n\
              [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\nnorth = \"wall\"\n{lids}"
         );
-        validate(&toml::from_str(&text).unwrap()).err().map(|fault| (fault.key, fault.message))
+        let case = toml::from_str(&text).unwrap();
+        validate(&case).and_then(|()| measures(&case)).err().map(|fault| (fault.key, fault.message))
     }
 
     fn discs(places: &[[f64; 2]]) -> String {
@@ -345,6 +229,10 @@ mod tests {
                 viscosity: None,
                 position: place.to_vec(),
                 motion: Motion::Fixed,
+                velocity: None,
+                spin: None,
+                locked: Vec::new(),
+                material: None,
             })
             .collect();
         let start = std::time::Instant::now();

@@ -113,11 +113,47 @@ const BAD_CASES: &[Row] = &[
     ("diameter = 0.2", "diameter = 0.0", "shape", "particle.0.shape.disc.diameter", &["must be positive", "(m)"]),
     ("diameter = 0.2", "diameter = 1.0", "shape", "particle.0.shape.disc.diameter", &["must be below"]),
     ("{ disc = { diameter = 0.2 } }", "{ sphere = { diameter = 0.2 } }", "shape", "particle.0.shape", &["a disc is for 2D"]),
-    ("position = [0.5, 0.5]\nmotion = \"fixed\"", "position = [0.5, 0.5]", "[[particle]]", "particle.0.motion", &["free particles are not in this version", "\"fixed\""]),
+    ("position = [0.5, 0.5]\nmotion = \"fixed\"", "position = [0.5, 0.5]\ndensity = 0.0", "density = 0", "particle.0.density", &["must be positive", "kg/m3"]),
+    ("position = [0.5, 0.5]", "position = [0.5, 0.5]\nvelocity = [1.0, 0.0]", "velocity", "particle.0.velocity", &["how a free particle starts", "\"free\"", "prescribed"]),
+    ("position = [0.5, 0.5]", "position = [0.5, 0.5]\nlocked = [\"x\"]", "locked", "particle.0.locked", &["for free particles"]),
+    ("position = [0.5, 0.5]\nmotion = \"fixed\"", "position = [0.5, 0.5]\nlocked = [\"z\"]", "locked", "particle.0.locked.0", &["3D only", "x, y and rotation"]),
+    ("position = [0.5, 0.5]\nmotion = \"fixed\"", "position = [0.5, 0.5]\nlocked = [\"x\", \"y\", \"x\"]", "locked", "particle.0.locked.2", &["given twice"]),
+    ("position = [0.5, 0.5]\nmotion = \"fixed\"", "position = [0.5, 0.5]\nlocked = [\"w\"]", "locked", "particle.0.locked.0", &["unknown value `w`", "`rotation`"]),
+    ("position = [0.5, 0.5]\nmotion = \"fixed\"", "position = [0.5, 0.5]\nspin = [0.0, 0.0, 1.0]", "spin", "particle.0.spin", &["one number in 2D"]),
+    ("position = [0.5, 0.5]", "position = [0.5, 0.5]\nmaterial = \"\"", "material", "particle.0.material", &["is empty"]),
+    // Swarms.
+    ("[time]", "[[swarm]]\ncount = 90\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = 0.1\n[time]", "count", "swarm.0.count", &["of 90 fitted", "% of the region", "fewer or smaller"]),
+    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.5, 1.0] }\ndiameter = 0.1\n[time]", "region", "swarm.0.region.max.0", &["outside the domain", "0 <= x <= 2.0 m"]),
+    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.5], max = [2.0, 0.2] }\ndiameter = 0.1\n[time]", "region", "swarm.0.region", &["no room", "along y", "widen it"]),
+    ("[time]", "[[swarm]]\ncount = 0\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = 0.1\n[time]", "count", "swarm.0.count", &["from 1 to 1000000"]),
+    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\n[time]", "[[swarm]]", "swarm.0.diameter", &["missing key `diameter`", "from = "]),
+    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = { uniform = [0.2, 0.1] }\n[time]", "diameter", "swarm.0.diameter", &["the least, 0.2 m, comes first"]),
+    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = { normal = [0.2, 0.1] }\n[time]", "diameter", "swarm.0.diameter", &["one number or { uniform = [least, largest] }"]),
+    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = 0.1\nmotion = \"fixed\"\nspin = 1.0\n[time]", "spin", "swarm.0.spin", &["how a free particle starts"]),
+    ("[time]", "[[swarm]]\nfrom = \"\"\n[time]", "from", "swarm.0.from", &["is empty", "particles.csv"]),
+    ("[time]", "[[swarm]]\nfrom = \"gravel.csv\"\ngap = 0.1\n[time]", "gap", "swarm.0.gap", &["exclude each other"]),
+    ("[time]", "[[swarm]]\nfrom = \"gravel.csv\"\n[time]", "from", "swarm.0.from", &["gravel.csv", "no such file", "the case file's folder"]),
+    // Contact and materials.
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\nrestitution = 0.5\ndamping = { normal = 1.0, tangential = 1.0 }\n[time]", "damping", "contact.damping", &["exclude each other"]),
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\n[contact.pair]\nbetween = [\"default\", \"wall\"]\n[time]", "[contact.pair]", "contact.pair", &["a list", "[[contact.pair]]"]),
+    ("[time]", "[contact]\nfriction = 0.5\n[time]", "[contact]", "contact.normal_stiffness", &["missing key"]),
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\nexponent = 0.5\n[time]", "exponent", "contact.exponent", &["from 1 to 3"]),
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\ntangential_ratio = inf\n[time]", "tangential_ratio", "contact.tangential_ratio", &["finite"]),
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\nrestitution = 0.0\n[time]", "restitution", "contact.restitution", &["above 0 and at most 1"]),
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\nsubsteps = 0\n[time]", "substeps", "contact.substeps", &["\"auto\"", "1 or more"]),
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\nsubsteps = \"many\"\n[time]", "substeps", "contact.substeps", &["\"auto\" or a whole number, 1 or more"]),
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\n[[contact.pair]]\nbetween = [\"steel\", \"wall\"]\n[time]", "between", "contact.pair.0.between.0", &["\"steel\"", "known here: \"default\", \"wall\""]),
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\n[[contact.pair]]\nbetween = [\"wall\"]\n[time]", "between", "contact.pair.0.between", &["2 materials", "not 1"]),
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\n[[contact.pair]]\nbetween = [\"wall\", \"wall\"]\n[time]", "between", "contact.pair.0.between", &["walls do not meet"]),
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\npair = [{ between = [\"default\", \"wall\"] }, { between = [\"wall\", \"default\"] }]\n[time]", "pair", "contact.pair.1.between", &["contact.pair.0 is of these two already"]),
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\npair = [{ between = [\"default\", \"wall\"], friction = -1.0 }]\n[time]", "pair", "contact.pair.0.friction", &["zero or positive"]),
+    // Presets.
+    ("name = \"small\"", "name = \"small\"\npreset = \"mics-2002\"", "preset", "preset", &["unknown value `mics-2002`", "mics-2003"]),
     // Measures and output.
     ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\nparticle = 2", "particle", "measure.0.particle", &["no particle 2", "has 2"]),
     ("kind = \"drag_coefficient\"", "kind = \"strouhal\"\nfrom = 5.0", "from", "measure.0.from", &["before time.end = 0.1 s"]),
     ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\n[[measure]]\nname = \"drag\"\nkind = \"max_speed\"", "name = \"drag\"", "measure.1.name", &["names another measure"]),
+    ("kind = \"drag_coefficient\"", "kind = \"position_z\"", "kind", "measure.0.kind", &["3D only"]),
     ("[[measure]]", "[output]\nfields = { every = 0 }\n[[measure]]", "fields", "output.fields.every", &["1 step or more"]),
     ("[[measure]]", "[output]\nfields = { every = 1, every_time = 0.1 }\n[[measure]]", "fields", "output.fields", &["exactly one of"]),
     ("size = [2.0, 1.0]\ncells = [32, 16]", "size = [2.0, 1.0]\ncells = [40000, 40000]", "cells", "domain.cells", &["GB", "fewer cells"]),
@@ -137,6 +173,7 @@ const BAD_OVERRIDES: &[(&str, &[&str])] = &[
     ("particle.density=2.0", &["`particle.0.density`"]),
     ("fluid.viscosity=-2.0", &["small.toml", "fluid.viscosity", "zero or positive", "(given by --set)"]),
     ("fluid.viscosty=2.0", &["small.toml", "did you mean `viscosity`?", "(given by --set)"]),
+    ("preset=\"mics-2004\"", &["small.toml", "preset", "mics-2003", "(given by --set)"]),
     ("domain.cells=\"many\"", &["small.toml", "domain.cells", "wanted a list", "(given by --set)"]),
 ];
 
@@ -214,6 +251,38 @@ fn a_bad_case_is_refused_with_one_message_that_names_file_line_key_and_cure() {
 fn a_bad_override_is_refused_with_one_message_that_names_it_and_the_right_form() {
     let row = |(given, says): &(&str, &[&str])| (given.to_string(), refused(GOOD.as_bytes(), &["--set", given], says));
     expect_none(BAD_OVERRIDES.iter().map(row));
+}
+
+#[test]
+fn what_a_preset_gives_is_refused_at_its_line() {
+    let text = GOOD.replacen('\n', "\npreset = \"mics-2003\"\n", 1).replace("cfl = 0.4", "scheme = \"rk2\"");
+    let says = ["small.toml:2: time.advection", "qsi is a one-step scheme", "(given by preset)"];
+    expect_none([("rk2 with the preset".into(), refused(text.as_bytes(), &[], &says))]);
+}
+
+#[test]
+fn a_bad_list_of_particles_is_refused_with_its_file_line_and_column() {
+    let row = |csv: &str, says: &[&str]| {
+        let folder = tempfile::tempdir().expect("a scratch folder");
+        let (case, out) = (folder.path().join("small.toml"), folder.path().join("out"));
+        let text = GOOD.replace("[time]", "[[swarm]]\nfrom = \"gravel.csv\"\n[time]");
+        fs::write(&case, text).expect("the scratch folder takes a file");
+        fs::write(folder.path().join("gravel.csv"), csv).expect("the scratch folder takes a file");
+        let all = [&["small.toml:28: swarm.0.from: "], says].concat();
+        (csv.to_owned(), shortcomings(&mics(&case, &out, &[]), &out, &all))
+    };
+    expect_none([
+        row("x,y,diamter\n1.7,0.2,0.1\n", &["gravel.csv:1", "`diamter`", "x, y, diameter, density, vx, vy, spin"]),
+        row("x,y\n1.7,0.2\n", &["gravel.csv:1", "`diameter` is missing", "x, y and diameter"]),
+        row("x,y,y,diameter\n1.7,0.2,0.2,0.1\n", &["gravel.csv:1", "`y`", "twice"]),
+        row("x,y,diameter\n1.7,0.2,0.1\n1.7,high,0.1\n", &["gravel.csv:3", "`y`", "finite number", "\"high\""]),
+        row("x,y,diameter\n1.7,0.2,-0.1\n", &["gravel.csv:2", "`diameter`", "positive (m)"]),
+        row("x,y,diameter\n1.7,0.2\n", &["gravel.csv:2", "has 2 columns, and the header 3"]),
+        row("x,y,diameter\n1.99,0.2,0.1\n", &["gravel.csv:2", "along x", "outside the domain"]),
+        row("x,y,diameter\n1.8,0.9,0.1\n1.8,0.2,0.1\n1.75,0.2,0.1\n", &["gravel.csv:4", "that of line 3"]),
+        row("x,y,diameter\n1.2,0.5,0.1\n", &["gravel.csv:2", "overlaps particle 1"]),
+        row("x,y,diameter\n", &["gravel.csv", "lists no particles"]),
+    ]);
 }
 
 #[test]

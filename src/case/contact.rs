@@ -1,0 +1,293 @@
+//! How bodies meet each other and the walls: `[contact]`, and the law that each two materials have by it.
+
+use super::fault::{Check, not_negative, positive};
+use super::{Case, Particle};
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// The name of the borders' material.
+pub const WALL: &str = "wall";
+
+/// Bodies that touch: springs with friction and loss, of all materials unless a `pair` says otherwise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Contact {
+    /// Normal spring: force over depth^exponent (N/m^exponent), positive.
+    pub normal_stiffness: f64,
+    /// Power of the depth in the normal force, from 1 (linear) to 3; 1.5 is Hertz's. Default 1.
+    #[serde(default = "linear")]
+    pub exponent: f64,
+    /// Tangential over normal stiffness, zero or positive; default 2/7.
+    #[serde(default = "two_sevenths")]
+    pub tangential_ratio: f64,
+    /// Coulomb's coefficient of friction, zero or positive; default 0.
+    #[serde(default)]
+    pub friction: f64,
+    /// Speed after over speed before a normal impact, above 0 and up to 1; default 0.5 without `damping`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restitution: Option<f64>,
+    /// Dashpots instead of a restitution.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<Damping>,
+    /// Contact steps in a step of the fluid.
+    #[serde(default)]
+    pub substeps: Substeps,
+    /// The sign of the tangential dashpot.
+    #[serde(default)]
+    pub tangential_damping: TangentialDamping,
+    /// What differs between two materials.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pair: Vec<Pair>,
+}
+
+/// Dashpots of a contact.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Damping {
+    /// Along the normal (N s/m), zero or positive.
+    pub normal: f64,
+    /// In the plane of contact (N s/m), zero or positive.
+    pub tangential: f64,
+}
+
+/// Contact steps in a step of the fluid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "contact steps in a step of the fluid are \"auto\" or a whole number, 1 or more")]
+pub enum Substeps {
+    /// As many as the contact time needs.
+    #[default]
+    #[serde(serialize_with = "write_auto", deserialize_with = "read_auto")]
+    #[schemars(with = "Auto")]
+    Auto,
+    /// So many, 1 or more.
+    Count(u64),
+}
+
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum Auto {
+    Auto,
+}
+
+fn write_auto<S: Serializer>(serializer: S) -> Result<S::Ok, S::Error> {
+    Auto::Auto.serialize(serializer)
+}
+
+fn read_auto<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(), D::Error> {
+    Auto::deserialize(deserializer).map(|_| ())
+}
+
+/// The sign of the tangential dashpot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum TangentialDamping {
+    /// Against the sliding.
+    #[default]
+    Dissipative,
+    /// As eq. (22) is printed: along the sliding, which feeds energy.
+    Printed,
+}
+
+/// What differs where two materials meet; the other keys are those of `[contact]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pair {
+    /// Two names of materials, in any order: a particle's, `default` (particles without one), or `wall` (the borders).
+    pub between: Vec<String>,
+    /// Normal spring (N/m^exponent).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal_stiffness: Option<f64>,
+    /// Power of the depth in the normal force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exponent: Option<f64>,
+    /// Tangential over normal stiffness.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tangential_ratio: Option<f64>,
+    /// Coefficient of friction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+    /// Speed after over speed before a normal impact.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restitution: Option<f64>,
+    /// Dashpots instead of a restitution.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<Damping>,
+}
+
+/// How two materials meet, everything resolved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairLaw {
+    /// Normal force over depth^exponent (N/m^exponent).
+    pub normal_stiffness: f64,
+    /// Power of the depth in the normal force.
+    pub exponent: f64,
+    /// Tangential over normal stiffness.
+    pub tangential_ratio: f64,
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// What takes the energy.
+    pub loss: Loss,
+}
+
+/// What takes energy from a contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Loss {
+    /// Speed after over speed before a normal impact.
+    Restitution(f64),
+    /// Dashpots.
+    Damping(Damping),
+}
+
+impl Loss {
+    fn new(restitution: Option<f64>, damping: Option<Damping>) -> Option<Loss> {
+        restitution.map(Loss::Restitution).or(damping.map(Loss::Damping))
+    }
+}
+
+fn linear() -> f64 {
+    1.0
+}
+
+fn two_sevenths() -> f64 {
+    2.0 / 7.0
+}
+
+impl Contact {
+    /// The restitution where neither it nor a damping is given.
+    pub const DEFAULT_RESTITUTION: f64 = 0.5;
+
+    /// How the materials `a` and `b` meet ([`Particle::material`], [`WALL`]): in either order.
+    pub fn law(&self, a: &str, b: &str) -> PairLaw {
+        let pair = self.pair.iter().find(|pair| pair.is_of(a, b));
+        let loss = pair.and_then(|pair| Loss::new(pair.restitution, pair.damping));
+        let loss = loss.or(Loss::new(self.restitution, self.damping));
+        PairLaw {
+            normal_stiffness: pair.and_then(|pair| pair.normal_stiffness).unwrap_or(self.normal_stiffness),
+            exponent: pair.and_then(|pair| pair.exponent).unwrap_or(self.exponent),
+            tangential_ratio: pair.and_then(|pair| pair.tangential_ratio).unwrap_or(self.tangential_ratio),
+            friction: pair.and_then(|pair| pair.friction).unwrap_or(self.friction),
+            loss: loss.unwrap_or(Loss::Restitution(Self::DEFAULT_RESTITUTION)),
+        }
+    }
+
+    pub(super) fn fill_defaults(&mut self) {
+        if self.damping.is_none() {
+            self.restitution.get_or_insert(Self::DEFAULT_RESTITUTION);
+        }
+    }
+
+    pub(super) fn check(&self, case: &Case) -> Check {
+        let law = Pair {
+            between: Vec::new(),
+            normal_stiffness: Some(self.normal_stiffness),
+            exponent: Some(self.exponent),
+            tangential_ratio: Some(self.tangential_ratio),
+            friction: Some(self.friction),
+            restitution: self.restitution,
+            damping: self.damping,
+        };
+        law.check_numbers("contact")?;
+        let key = "contact.substeps";
+        ensure!(self.substeps != Substeps::Count(0), key, "must be \"auto\" or a whole number, 1 or more, not 0");
+        let listed = case.particle.iter().map(Particle::material);
+        let of_swarms = case.swarm.iter().filter_map(|swarm| swarm.material.as_deref());
+        let mut known: Vec<&str> = listed.chain(of_swarms).collect();
+        let bodies_of_wall = known.contains(&WALL);
+        known.extend([WALL, Particle::DEFAULT_MATERIAL]);
+        known.sort_unstable();
+        known.dedup();
+        for (index, pair) in self.pair.iter().enumerate() {
+            let table = format!("contact.pair.{index}");
+            let key = format!("{table}.between");
+            let [a, b] = &pair.between[..] else {
+                let count = pair.between.len();
+                ensure!(false, key, "needs the names of 2 materials, as in [\"steel\", \"{WALL}\"], not {count}");
+                continue;
+            };
+            for (end, name) in pair.between.iter().enumerate() {
+                let names = known.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+                let holds = known.contains(&name.as_str());
+                ensure!(
+                    holds,
+                    format!("{key}.{end}"),
+                    "no particle is of the material \"{name}\"; known here: {names}"
+                );
+            }
+            let holds = bodies_of_wall || [a, b] != [WALL, WALL];
+            ensure!(holds, key, "walls do not meet each other: name the material of a particle");
+            let earlier = self.pair[..index].iter().position(|other| other.is_of(a, b));
+            let message = |other| format!("contact.pair.{other} is of these two already: put all their keys into one");
+            ensure!(earlier.is_none(), key, "{}", message(earlier.unwrap_or_default()));
+            pair.check_numbers(&table)?;
+        }
+        Ok(())
+    }
+}
+
+impl Pair {
+    fn is_of(&self, a: &str, b: &str) -> bool {
+        matches!(&self.between[..], [c, d] if (c == a && d == b) || (c == b && d == a))
+    }
+
+    fn check_numbers(&self, table: &str) -> Check {
+        let key = |rest: &str| format!("{table}.{rest}");
+        positive(&key("normal_stiffness"), self.normal_stiffness.unwrap_or(1.0), "N/m^exponent")?;
+        let exponent = self.exponent.unwrap_or(1.0);
+        ensure!((1.0..=3.0).contains(&exponent), key("exponent"), "must be from 1 to 3, not {exponent:?}");
+        let ratio = self.tangential_ratio.unwrap_or(0.0);
+        not_negative(&key("tangential_ratio"), ratio, "tangential over normal stiffness")?;
+        not_negative(&key("friction"), self.friction.unwrap_or(0.0), "a coefficient, such as 0.4")?;
+        let one = self.restitution.is_none() || self.damping.is_none();
+        ensure!(one, key("damping"), "restitution and damping exclude each other: remove one of them");
+        let restitution = self.restitution.unwrap_or(1.0);
+        let holds = restitution > 0.0 && restitution <= 1.0;
+        ensure!(holds, key("restitution"), "must be above 0 and at most 1, not {restitution:?}");
+        if let Some(Damping { normal, tangential }) = self.damping {
+            not_negative(&key("damping.normal"), normal, "N s/m")?;
+            not_negative(&key("damping.tangential"), tangential, "N s/m")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn contact(keys: &str) -> Contact {
+        toml::from_str(&format!("normal_stiffness = 1e5\n{keys}")).unwrap()
+    }
+
+    #[test]
+    fn a_law_without_pairs_is_that_of_the_table_with_its_defaults() {
+        let law = contact("").law("steel", WALL);
+        let expected = PairLaw {
+            normal_stiffness: 1e5,
+            exponent: 1.0,
+            tangential_ratio: 2.0 / 7.0,
+            friction: 0.0,
+            loss: Loss::Restitution(0.5),
+        };
+        assert_eq!(law, expected);
+    }
+
+    #[test]
+    fn a_pair_changes_its_keys_in_either_order_and_no_others() {
+        let contact = contact(
+            "damping = { normal = 1.0, tangential = 2.0 }\nfriction = 0.1\n\
+             pair = [{ between = [\"steel\", \"wall\"], friction = 0.4, restitution = 0.9 }]",
+        );
+        let (pair, rest) = (contact.law(WALL, "steel"), contact.law("steel", "steel"));
+        assert_eq!((pair.friction, pair.loss), (0.4, Loss::Restitution(0.9)));
+        assert_eq!(pair, contact.law("steel", WALL));
+        assert_eq!((rest.friction, rest.loss), (0.1, Loss::Damping(Damping { normal: 1.0, tangential: 2.0 })));
+        assert_eq!(pair.normal_stiffness, rest.normal_stiffness);
+    }
+
+    #[test]
+    fn substeps_are_a_word_or_a_number() {
+        assert_eq!(contact("").substeps, Substeps::Auto);
+        assert_eq!(contact("substeps = \"auto\"").substeps, Substeps::Auto);
+        assert_eq!(contact("substeps = 40").substeps, Substeps::Count(40));
+    }
+}

@@ -1,0 +1,198 @@
+//! A parsed case file with its overrides and its preset: where each key stands.
+//!
+//! Overrides are put into the parsed document under spans beyond the end of the text, and what a preset fills in under
+//! the span of `preset`, so that one walk over the document tells both where a key stands and what gave it.
+
+use std::ops::Range;
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
+
+use super::fault::Fault;
+use super::message::reword;
+use super::{Case, preset};
+use crate::{Error, Result};
+
+/// Keys that exclude each other: overriding the first drops the second from the file.
+const REPLACES: [(&str, &str); 6] = [
+    ("step", "cfl"),
+    ("cfl", "step"),
+    ("every", "every_time"),
+    ("every_time", "every"),
+    ("restitution", "damping"),
+    ("damping", "restitution"),
+];
+
+/// The keys of a case that are tables.
+const TABLES: [&str; 10] =
+    ["domain", "fluid", "boundary", "initial", "coupling", "contact", "time", "pressure", "petsc", "output"];
+
+/// A parsed case file with its overrides and what its preset fills in.
+pub(super) struct Document<'a> {
+    text: &'a str,
+    root: Spanned<DeValue<'a>>,
+    /// Where the key `preset` stands, if it filled anything in.
+    preset: Option<usize>,
+}
+
+impl<'a> Document<'a> {
+    /// The text with its overrides, each padded with newlines that set its spans apart from all others.
+    pub(super) fn parse(file: &Path, text: &'a str, overrides: &'a [String]) -> Result<Self> {
+        let table = DeTable::parse(text).map_err(|e| {
+            let at = e.span().map_or(text.len(), |span| span.start);
+            whole_file(file, Some(line_of(text.as_bytes(), at)), format!("not valid TOML: {}", e.message()))
+        })?;
+        let root = Spanned::new(table.span(), DeValue::Table(table.into_inner()));
+        let mut document = Document { text, root, preset: None };
+        for given in overrides {
+            let why = |why| Error::Usage(format!("bad --set `{}`: {why}", given.trim_start()));
+            document.set(given).map_err(why)?;
+        }
+        document.preset = preset::fill(document.root.get_mut());
+        Ok(document)
+    }
+
+    /// Applies one override `key.path=value`, or says what is wrong with it.
+    fn set(&mut self, padded: &'a str) -> Result<(), String> {
+        const FORM: &str = "the form is key.path=value, as in --set fluid.viscosity=2.0";
+        let (key, value) = padded.split_once('=').ok_or_else(|| format!("no `=` in it; {FORM}"))?;
+        let (key, value) = (key.trim(), value.trim());
+        let keys: Vec<_> = key.split('.').collect();
+        if keys.iter().any(|key| key.is_empty() || key.contains(|c: char| !c.is_ascii_alphanumeric() && c != '_')) {
+            return Err(format!("`{key}` is not a key; {FORM}"));
+        }
+        let patch = DeTable::parse(padded).map_err(|e| match value.chars().next() {
+            None => format!("no value after the `=`; {FORM}"),
+            Some('[' | '{' | '"' | '\'') => format!("`{value}` is not a TOML value: {}", e.message()),
+            _ => format!("`{value}` is not a TOML value; text needs quotes: --set '{key}=\"{value}\"'"),
+        })?;
+        let patch = Spanned::new(patch.span(), DeValue::Table(patch.into_inner()));
+        merge(&mut self.root, patch, &keys, 0, self.text.len())
+    }
+
+    /// The case that it describes, not yet checked.
+    pub(super) fn to_case(&self) -> Result<Case, Fault> {
+        // Serde would take a list for a table, its values in the order of the keys.
+        let is_list = |key: &&&str| self.root.get_ref().get(**key).is_some_and(|value| value.get_ref().is_array());
+        if let Some(key) = TABLES.iter().find(is_list) {
+            return Err(Fault {
+                key: key.to_string(),
+                message: format!("found a list, wanted a table: write [{key}]"),
+            });
+        }
+        Case::deserialize(ValueDeserializer::from(self.root.clone())).map_err(|e| {
+            let mut path = Vec::new();
+            let node = e.span().and_then(|span| find(&self.root, &span, &mut path)).unwrap_or(self.root.get_ref());
+            reword(e.message(), path, node)
+        })
+    }
+
+    /// The line of a key, or of its nearest ancestor in the file, and what to add to a message if `--set` or the preset
+    /// gave it.
+    pub(super) fn place(&self, key: &str) -> (Option<usize>, &'static str) {
+        let mut node = &self.root;
+        let mut at = None;
+        for key in key.split('.') {
+            let (start, next) = match node.get_ref() {
+                DeValue::Table(table) => match table.get_key_value(key) {
+                    Some((key, value)) if value.span().start <= self.text.len() => (key.span().start, value),
+                    Some((_, value)) => (value.span().start, value),
+                    None => break,
+                },
+                DeValue::Array(list) => match key.parse::<usize>().ok().and_then(|i| list.get(i)) {
+                    Some(value) => (value.span().start, value),
+                    None => break,
+                },
+                _ => break,
+            };
+            (at, node) = (Some(start), next);
+        }
+        match at {
+            Some(start) if start > self.text.len() => (None, " (given by --set)"),
+            Some(start) if Some(start) == self.preset && key != "preset" => {
+                (Some(line_of(self.text.as_bytes(), start)), " (given by preset)")
+            }
+            start => (start.map(|start| line_of(self.text.as_bytes(), start)), ""),
+        }
+    }
+}
+
+/// Puts what `patch` has at `keys[depth..]` into `node`, which is at `keys[..depth]`. Beyond `end` are overrides.
+fn merge<'a>(
+    node: &mut Spanned<DeValue<'a>>,
+    patch: Spanned<DeValue<'a>>,
+    keys: &[&str],
+    depth: usize,
+    end: usize,
+) -> Result<(), String> {
+    let Some(key) = keys.get(depth) else {
+        *node = patch;
+        return Ok(());
+    };
+    let span = patch.span();
+    let mut entries = match patch.into_inner() {
+        DeValue::Table(table) => table.into_iter(),
+        _ => DeTable::new().into_iter(),
+    };
+    let (Some((name, below)), None) = (entries.next(), entries.next()) else {
+        return Err("it is not one override; give each its own --set".into());
+    };
+    if !matches!(node.get_ref(), DeValue::Array(_) | DeValue::Table(_)) {
+        *node = Spanned::new(span, DeValue::Table(DeTable::new()));
+    }
+    let parent = keys[..depth].join(".");
+    let next = match (node.get_mut(), key.parse::<usize>()) {
+        (DeValue::Array(list), Ok(index)) => {
+            let count = list.len();
+            let why = format!("`{parent}` has no entry {index}: the case has {count}, counted from 0");
+            list.get_mut(index).ok_or(why)?
+        }
+        (DeValue::Array(_), Err(_)) => {
+            return Err(format!("`{parent}` is a list; say which entry, as in `{parent}.0.{key}`"));
+        }
+        (DeValue::Table(table), Err(_)) => {
+            for (given, other) in REPLACES {
+                if given == *key && table.get(other).is_some_and(|value| value.span().start <= end) {
+                    table.remove(other);
+                }
+            }
+            table.entry(name).or_insert_with(|| Spanned::new(below.span(), DeValue::Table(DeTable::new())))
+        }
+        _ => return Err(format!("there is no `{}`, as that is not a list in this case", keys[..=depth].join("."))),
+    };
+    merge(next, below, keys, depth + 1, end)
+}
+
+/// The deepest value that has this span, or whose key has, and the way to it.
+fn find<'n, 'a>(
+    node: &'n Spanned<DeValue<'a>>,
+    span: &Range<usize>,
+    path: &mut Vec<String>,
+) -> Option<&'n DeValue<'a>> {
+    let mut look = |key: String, key_span: Range<usize>, value: &'n Spanned<DeValue<'a>>| {
+        path.push(key);
+        let found = find(value, span, path).or((key_span == *span).then_some(value.get_ref()));
+        if found.is_none() {
+            path.pop();
+        }
+        found
+    };
+    let below = match node.get_ref() {
+        DeValue::Table(table) => table.iter().find_map(|(k, v)| look(k.get_ref().to_string(), k.span(), v)),
+        DeValue::Array(list) => list.iter().enumerate().find_map(|(i, v)| look(i.to_string(), v.span(), v)),
+        _ => None,
+    };
+    below.or((node.span() == *span).then_some(node.get_ref()))
+}
+
+/// The refusal of a file as a whole.
+pub(super) fn whole_file(file: &Path, line: Option<usize>, message: impl Into<String>) -> Error {
+    Error::Case { file: file.to_owned(), line, key: String::new(), message: message.into() }
+}
+
+/// The one-based line that byte `at` stands in.
+pub(super) fn line_of(text: &[u8], at: usize) -> usize {
+    1 + text[..at.min(text.len())].iter().filter(|byte| **byte == b'\n').count()
+}

@@ -1,0 +1,58 @@
+//! Refusals, and the checks of numbers that all rules share.
+
+/// A refusal: the dotted path of the key, and what would be right.
+pub(super) struct Fault {
+    /// Its dotted path.
+    pub key: String,
+    /// What is wrong and what would be right.
+    pub message: String,
+}
+
+/// The outcome of a check.
+pub(super) type Check = Result<(), Fault>;
+
+/// The names of the axes.
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Returns the refusal of a key with a formatted message unless the condition holds.
+macro_rules! ensure {
+    ($holds:expr, $key:expr, $($message:tt)+) => {
+        let holds: bool = $holds;
+        if !holds {
+            return Err($crate::case::fault::Fault { key: $key.into(), message: format!($($message)+) });
+        }
+    };
+}
+
+/// A positive number.
+pub(super) fn positive(key: &str, value: f64, unit: &str) -> Check {
+    ensure!(value > 0.0 && value.is_finite(), key, "must be positive and finite ({unit}), not {value:?}");
+    Ok(())
+}
+
+/// Zero or a positive number.
+pub(super) fn not_negative(key: &str, value: f64, unit: &str) -> Check {
+    let holds = value >= 0.0 && value.is_finite();
+    ensure!(holds, key, "must be zero or positive, and finite ({unit}), not {value:?}");
+    Ok(())
+}
+
+/// Finite numbers.
+pub(super) fn finite(key: &str, values: &[f64], unit: &str) -> Check {
+    for (i, value) in values.iter().enumerate() {
+        ensure!(value.is_finite(), format!("{key}.{i}"), "must be a finite number ({unit}), not {value:?}");
+    }
+    Ok(())
+}
+
+/// One finite number for each axis.
+pub(super) fn vector(key: &str, value: &[f64], dimension: usize, unit: &str) -> Check {
+    let count = value.len();
+    ensure!(count == dimension, key, "a {dimension}D case needs {dimension} numbers here ({unit}), not {count}");
+    finite(key, value, unit)
+}
+
+/// A computed number to five digits, without the noise of its rounding.
+pub(super) fn short(value: f64) -> String {
+    format!("{:?}", format!("{value:.4e}").parse().unwrap_or(value))
+}

@@ -1,0 +1,108 @@
+//! What a run reports and writes.
+
+use super::ForceRule;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// One number that `summary.json` reports.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Measure {
+    /// Its name in `summary.json`.
+    pub name: String,
+    /// What is measured.
+    pub kind: MeasureKind,
+    /// Of which particle (its index in the case).
+    #[serde(default)]
+    pub particle: usize,
+    /// From this time on (s).
+    #[serde(default)]
+    pub from: f64,
+    /// Reference speed (m/s), default the inflow's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed: Option<f64>,
+    /// Which force, default the coupling's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force: Option<ForceRule>,
+}
+
+/// What a measure is. Coefficients are forces over `0.5 rho_f speed^2 d` (2D, per unit depth) or
+/// `0.5 rho_f speed^2 pi d^2/4` (3D); means are over time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MeasureKind {
+    /// Mean of the force along x, as a coefficient.
+    DragCoefficient,
+    /// Mean of the force along y, as a coefficient.
+    LiftCoefficient,
+    /// Root mean square of the lift coefficient about its mean.
+    LiftRms,
+    /// Half the span of the lift coefficient.
+    LiftAmplitude,
+    /// `f d/speed` of the lift, from its upward crossings of the mean.
+    Strouhal,
+    /// Largest speed of the fluid over the domain and over time (m/s).
+    MaxSpeed,
+    /// Largest speed of the particle's centre (m/s).
+    TerminalVelocity,
+    /// x of the particle's centre at the end (m).
+    PositionX,
+    /// y of the particle's centre at the end (m).
+    PositionY,
+    /// z of the particle's centre at the end (m), 3D only.
+    PositionZ,
+    /// Mean of the particle's velocity along x (m/s).
+    VelocityX,
+    /// Mean of the particle's velocity along y (m/s).
+    VelocityY,
+    /// Mean of the particle's velocity along z (m/s), 3D only.
+    VelocityZ,
+    /// Mean of the particle's angular velocity about z (rad/s).
+    Spin,
+    /// First time at which the particle feels a contact force (s).
+    ContactStart,
+}
+
+impl MeasureKind {
+    /// Whether it is of one particle.
+    pub fn needs_particle(self) -> bool {
+        self != MeasureKind::MaxSpeed
+    }
+
+    /// Whether a reference speed makes it dimensionless: a coefficient of a force, or a frequency.
+    pub fn needs_speed(self) -> bool {
+        use MeasureKind::*;
+        matches!(self, DragCoefficient | LiftCoefficient | LiftRms | LiftAmplitude | Strouhal)
+    }
+}
+
+/// What is written, and how often.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Output {
+    /// Rows of `particles.csv`; default every step.
+    pub particles: Cadence,
+    /// Snapshots under `fields/`; default only the first and the last state.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fields: Option<Cadence>,
+    /// Figures of the last state as PNG and SVG; default yes.
+    pub figures: bool,
+}
+
+impl Default for Output {
+    fn default() -> Self {
+        Output { particles: Cadence { every: Some(1), every_time: None }, fields: None, figures: true }
+    }
+}
+
+/// How often: exactly one of the two.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cadence {
+    /// Every so many steps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub every: Option<u64>,
+    /// Every so much time (s).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub every_time: Option<f64>,
+}

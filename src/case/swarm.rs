@@ -1,0 +1,338 @@
+//! Many bodies at once: `[[swarm]]`, turned into entries of `particle`.
+
+mod placement;
+mod table;
+
+use std::path::Path;
+
+use super::fault::{AXES, Check, not_negative, positive, short, vector};
+use super::particle::Nature;
+use super::{Case, Lock, Motion, Particle, Round, Shape, Spin};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Bodies scattered at random over a region, or listed in a CSV file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Swarm {
+    /// How many.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub count: Option<usize>,
+    /// Where: they lie wholly inside.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub region: Option<Region>,
+    /// Their diameters (m).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub diameter: Option<Diameters>,
+    /// What the random numbers begin with, default 1: the same seed gives the same places everywhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// Least distance from their surfaces to those of other bodies and to walls (m), default 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap: Option<f64>,
+    /// Instead of the keys above: a CSV file, by its path from the case file's folder. Its header names the columns: x,
+    /// y (z in 3D) and diameter; density, vx, vy, vz and spin (about z) if wanted, which win over the keys below.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+    /// Density (kg/m3), default the fluid's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
+    /// Viscosity inside the particles (Pa s), default the fluid's; the paper has 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub viscosity: Option<f64>,
+    /// What moves them; default free.
+    #[serde(default)]
+    pub motion: Motion,
+    /// Velocity of free particles at time 0 (m/s), default zero.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<Vec<f64>>,
+    /// Angular velocity of free particles at time 0 (rad/s): one number in 2D, three in 3D; default zero.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spin: Option<Spin>,
+    /// Directions in which free particles keep their velocity whatever the forces; default none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub locked: Vec<Lock>,
+    /// The name that `[[contact.pair]]` knows them by, default `default`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material: Option<String>,
+}
+
+/// A part of the box, its edges along the axes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Region {
+    /// Its lowest corner (m).
+    pub min: Vec<f64>,
+    /// Its highest corner (m).
+    pub max: Vec<f64>,
+}
+
+/// The diameters of a swarm.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "a swarm's diameter is one number or { uniform = [least, largest] } (m)")]
+pub enum Diameters {
+    /// All the same (m).
+    Same(f64),
+    /// Spread over a range.
+    Spread(Range),
+}
+
+impl Diameters {
+    /// The least and the largest (m).
+    pub fn bounds(&self) -> [f64; 2] {
+        match self {
+            Diameters::Same(diameter) => [*diameter; 2],
+            Diameters::Spread(range) => range.uniform,
+        }
+    }
+}
+
+/// A range of diameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Range {
+    /// The least and the largest (m), all between equally likely.
+    pub uniform: [f64; 2],
+}
+
+/// More would be a slip of the finger.
+const MOST: usize = 1_000_000;
+
+/// A swarm to be scattered: its keys that `from` would replace, checked.
+struct Scatter<'a> {
+    count: usize,
+    region: &'a Region,
+    diameter: &'a Diameters,
+    seed: u64,
+    gap: f64,
+}
+
+impl Swarm {
+    /// Checks the entry `index` by itself, its file unread.
+    pub(super) fn check(&self, case: &Case, index: usize) -> Check {
+        let table = format!("swarm.{index}");
+        match &self.from {
+            None => self.check_scatter(case, &table)?,
+            Some(file) => {
+                let key = format!("{table}.from");
+                ensure!(!file.is_empty(), key, "is empty: name a CSV file, as in from = \"particles.csv\"");
+                let given = [
+                    ("count", self.count.is_some()),
+                    ("region", self.region.is_some()),
+                    ("diameter", self.diameter.is_some()),
+                    ("seed", self.seed.is_some()),
+                    ("gap", self.gap.is_some()),
+                ];
+                for (name, given) in given {
+                    let key = format!("{table}.{name}");
+                    ensure!(
+                        !given,
+                        key,
+                        "{name} and from exclude each other, as the file says where: remove one of them"
+                    );
+                }
+            }
+        }
+        let Swarm { motion, density, viscosity, .. } = self;
+        let (velocity, spin) = (self.velocity.as_deref(), self.spin.as_ref());
+        let (locked, material) = (self.locked.as_slice(), self.material.as_deref());
+        let nature = Nature { motion, density: *density, viscosity: *viscosity, velocity, spin, locked, material };
+        nature.check(&table, case.dimension())
+    }
+
+    fn scatter(&self) -> Option<Scatter<'_>> {
+        let (count, region, diameter) = (self.count?, self.region.as_ref()?, self.diameter.as_ref()?);
+        Some(Scatter { count, region, diameter, seed: self.seed.unwrap_or(1), gap: self.gap.unwrap_or(0.0) })
+    }
+
+    fn check_scatter(&self, case: &Case, table: &str) -> Check {
+        let key = |rest: &str| format!("{table}.{rest}");
+        let Some(Scatter { count, region, diameter, gap, .. }) = self.scatter() else {
+            let given = [self.count.is_some(), self.region.is_some(), self.diameter.is_some()];
+            let missing = ["count", "region", "diameter"].into_iter().zip(given).find(|(_, given)| !given);
+            let missing = missing.map_or("count", |(name, _)| name);
+            let cure = "a swarm needs count, region and diameter, or from = \"particles.csv\"";
+            ensure!(false, key(missing), "missing key `{missing}` in [{table}]: {cure}");
+            return Ok(());
+        };
+        ensure!((1..=MOST).contains(&count), key("count"), "must be from 1 to {MOST}, not {count}");
+        let [least, largest] = diameter.bounds();
+        positive(&key("diameter"), least, "m")?;
+        positive(&key("diameter"), largest, "m")?;
+        let holds = least <= largest;
+        ensure!(holds, key("diameter"), "the least, {least:?} m, comes first, then the largest, {largest:?} m");
+        not_negative(&key("gap"), gap, "m")?;
+        let dimension = case.dimension();
+        vector(&key("region.min"), &region.min, dimension, "m")?;
+        vector(&key("region.max"), &region.max, dimension, "m")?;
+        for (axis, &size) in case.domain.size.iter().enumerate() {
+            let (low, high, x) = (region.min[axis], region.max[axis], AXES[axis]);
+            for (end, at) in [("min", low), ("max", high)] {
+                let holds = (0.0..=size).contains(&at);
+                let key = key(&format!("region.{end}.{axis}"));
+                ensure!(holds, key, "{x} = {at:?} m is outside the domain: choose 0 <= {x} <= {size:?} m");
+            }
+            let room = placement::room(case, region, gap, axis, largest);
+            let width = short(high - low);
+            let message =
+                format!("{width} m along {x} have no room for a diameter of {largest:?} m with a gap of {gap:?} m");
+            ensure!(room.is_some(), key("region"), "{message}: widen it, or choose smaller ones");
+        }
+        Ok(())
+    }
+
+    /// A particle of this swarm.
+    fn particle(&self, dimension: usize, diameter: f64, position: Vec<f64>) -> Particle {
+        let round = Round { diameter };
+        Particle {
+            shape: if dimension == 2 { Shape::Disc(round) } else { Shape::Sphere(round) },
+            density: self.density,
+            viscosity: self.viscosity,
+            position,
+            motion: self.motion.clone(),
+            velocity: self.velocity.clone(),
+            spin: self.spin.clone(),
+            locked: self.locked.clone(),
+            material: self.material.clone(),
+        }
+    }
+}
+
+/// Turns the swarms of a checked case into particles, in their order; files are looked for from `folder` on.
+pub(super) fn expand(case: &mut Case, folder: &Path) -> Check {
+    let swarms = std::mem::take(&mut case.swarm);
+    for (index, swarm) in swarms.iter().enumerate() {
+        match (&swarm.from, swarm.scatter()) {
+            (Some(file), _) => table::append(case, swarm, &folder.join(file), &format!("swarm.{index}.from"))?,
+            (None, Some(scatter)) => {
+                for (diameter, place) in placement::scatter(case, &scatter, &format!("swarm.{index}.count"))? {
+                    case.particle.push(swarm.particle(case.dimension(), diameter, place));
+                }
+            }
+            (None, None) => {}
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::load;
+    use crate::case::particle::{distance, overlap};
+
+    /// A box of 2 by 1 (by 1) m, periodic along x, with walls elsewhere, and these further keys.
+    fn loaded(dimension: usize, keys: &str, csv: &str) -> crate::Result<Case> {
+        let (size, cells) = (&[2.0, 1.0, 1.0][..dimension], &[16, 8, 8][..dimension]);
+        let lids = if dimension == 3 { "bottom = \"wall\"\ntop = \"wall\"" } else { "" };
+        let text = format!(
+            "name = \"box\"\ntime.end = 1.0\ndomain = {{ size = {size:?}, cells = {cells:?} }}\n\
+             fluid = {{ density = 1.0, viscosity = 0.1 }}\n{keys}\n\
+             [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\nnorth = \"wall\"\n{lids}"
+        );
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("gravel.csv"), csv).unwrap();
+        std::fs::write(folder.path().join("case.toml"), text).unwrap();
+        load(&folder.path().join("case.toml"), &[]).map(|loaded| loaded.case)
+    }
+
+    fn good(dimension: usize, keys: &str) -> Case {
+        loaded(dimension, keys, "").unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    #[test]
+    fn three_thousand_bodies_find_their_places_in_no_time() {
+        let start = std::time::Instant::now();
+        let case = good(
+            2,
+            "swarm = [{ count = 3000, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, \
+             diameter = { uniform = [0.01, 0.025] } }]",
+        );
+        assert!(start.elapsed().as_millis() < 500, "{:?}", start.elapsed());
+        assert_eq!((case.particle.len(), case.swarm.len()), (3000, 0));
+        assert!(overlap(&case).is_none());
+        let diameters = || case.particle.iter().map(|particle| particle.shape.diameter());
+        assert!(diameters().all(|d| (0.01..=0.025).contains(&d)) && diameters().is_sorted_by(|a, b| a >= b));
+        assert!((diameters().sum::<f64>() / 3000.0 - 0.0175).abs() < 3e-4);
+        // Across the periodic faces too.
+        assert!(case.particle.iter().any(|particle| particle.position[0] < 0.25 * particle.shape.diameter()));
+    }
+
+    #[test]
+    fn a_dense_swarm_beside_a_large_body_fits_up_to_half_of_the_region() {
+        let keys = "particle = [{ shape = { disc = { diameter = 0.8 } }, position = [0.1, 0.5], motion = \"fixed\" }]\n\
+                    swarm = [{ count = COUNT, region = { min = [0.6, 0.0], max = [1.6, 1.0] }, diameter = 0.02 }]";
+        let case = good(2, &keys.replace("COUNT", "1500"));
+        assert_eq!(case.particle.len(), 1501);
+        let message = loaded(2, &keys.replace("COUNT", "2500"), "").unwrap_err().to_string();
+        assert!(message.contains("swarm.0.count") && message.contains("of 2500 fitted"), "{message}");
+        let covered: f64 = message.split("covering ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+        assert!((49.0..54.7).contains(&covered), "{message}");
+    }
+
+    #[test]
+    fn a_seed_gives_the_same_places_everywhere_and_another_seed_others() {
+        let keys =
+            "swarm = [{ count = 4, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, diameter = 0.1, seed = SEED }]";
+        let places = |seed: &str| {
+            let case = good(2, &keys.replace("SEED", seed));
+            case.particle.into_iter().map(|particle| particle.position).collect::<Vec<_>>()
+        };
+        assert_eq!(places("1"), places("1"));
+        assert_ne!(places("1"), places("2"));
+        // Written down once, to the last digit: what a case gave must stay what it gives.
+        assert_eq!(places("1")[0], FIRST_PLACE);
+    }
+
+    /// Where the first of four bodies lies by seed 1.
+    const FIRST_PLACE: [f64; 2] = [0.5673811826074753, 0.6895492013129978];
+
+    #[test]
+    fn swarms_keep_their_gap_to_walls_to_earlier_swarms_and_across_periodic_sides() {
+        let case = good(
+            3,
+            "swarm = [{ count = 60, region = { min = [0.0, 0.0, 0.0], max = [2.0, 1.0, 1.0] }, diameter = 0.15 }, \
+             { count = 60, region = { min = [0.0, 0.0, 0.2], max = [2.0, 1.0, 0.7] }, \
+             diameter = { uniform = [0.05, 0.1] }, gap = 0.03, motion = \"fixed\", material = \"glass\" }]",
+        );
+        assert_eq!(case.particle.len(), 120);
+        assert!(overlap(&case).is_none());
+        for (i, new) in case.particle.iter().enumerate().skip(60) {
+            let radius = 0.5 * new.shape.diameter();
+            for other in &case.particle[..i] {
+                let apart = distance(&new.position, &other.position, &case.periods());
+                assert!(apart >= radius + 0.5 * other.shape.diameter() + 0.03);
+            }
+            let [_, y, z] = new.position[..] else { panic!("3D") };
+            assert!(y >= radius + 0.03 && y <= 1.0 - radius - 0.03 && z >= 0.2 + radius && z <= 0.7 - radius);
+            assert_eq!((&new.motion, new.material()), (&Motion::Fixed, "glass"));
+        }
+    }
+
+    #[test]
+    fn a_file_gives_places_and_what_else_it_names_and_the_swarm_the_rest() {
+        let keys = "swarm = [{ from = \"gravel.csv\", density = 2.0, velocity = [1.0, 0.0], locked = [\"rotation\"] }]";
+        let csv = "# made by hand\ndiameter, x, y, vy, spin, density\n0.1, 0.5, 0.5, -1, 3, 4\n0.2,1.0,0.5,0,0,5\n";
+        let case = loaded(2, keys, csv).unwrap_or_else(|e| panic!("{e}"));
+        let first = &case.particle[0];
+        assert_eq!((first.shape.diameter(), &first.position[..]), (0.1, &[0.5, 0.5][..]));
+        assert_eq!((first.density, first.velocity.as_deref()), (Some(4.0), Some(&[1.0, -1.0][..])));
+        assert_eq!((&first.spin, &first.locked[..]), (&Some(Spin::Plane(3.0)), &[Lock::Rotation][..]));
+        assert_eq!((case.particle.len(), case.particle[1].density), (2, Some(5.0)));
+    }
+
+    #[test]
+    fn a_case_with_swarms_is_written_out_with_every_particle_and_reads_back_equal() {
+        let case = good(
+            2,
+            "swarm = [{ count = 20, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, diameter = 0.05, spin = 1.0 }]\n\
+             contact = { normal_stiffness = 1e5, pair = [{ between = [\"wall\", \"default\"], friction = 0.2 }] }\n\
+             measure = [{ name = \"end\", kind = \"position_x\", particle = 19 }]",
+        );
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("case.toml");
+        std::fs::write(&file, case.to_toml()).unwrap();
+        assert_eq!(load(&file, &[]).unwrap().case, case);
+        assert!(case.to_toml().contains("substeps = \"auto\"") && case.to_toml().contains("restitution = 0.5"));
+    }
+}

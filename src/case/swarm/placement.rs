@@ -1,0 +1,152 @@
+//! Random sequential addition: one body after the other, the largest first, at the first random place that is free.
+//!
+//! A grid of cells a largest diameter wide lists, for each cell, the bodies that a new one with its centre there could
+//! touch: a try looks at one cell. Sums, products and square roots alone decide, so that a seed gives the same places
+//! on every platform.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use std::f64::consts::PI;
+
+use super::Scatter;
+use crate::case::fault::Fault;
+use crate::case::particle::distance;
+use crate::case::{Case, Region};
+
+/// Tries for one body before the swarm is said not to fit.
+const TRIES: usize = 200_000;
+
+/// Cells of the grid at most, along all axes together.
+const MOST_CELLS: f64 = 1e6;
+
+/// Where the centre of a body with this diameter (m) may lie along an axis: from, and how far (m); `None` without room.
+/// Where the region spans a periodic axis, anywhere.
+pub(super) fn room(case: &Case, region: &Region, gap: f64, axis: usize, diameter: f64) -> Option<(f64, f64)> {
+    let (size, radius) = (case.domain.size[axis], 0.5 * diameter);
+    let (mut low, mut high) = (region.min[axis], region.max[axis]);
+    if case.periodic(axis) {
+        if diameter >= size || diameter + gap > size {
+            return None;
+        }
+        if low == 0.0 && high == size {
+            return Some((0.0, size));
+        }
+    } else {
+        (low, high) = (low.max(gap), high.min(size - gap));
+    }
+    let length = (high - radius) - (low + radius);
+    // A region that is just as wide as a body has room for it, whatever the last digits say.
+    (length >= -1e-12 * size).then_some((low + radius, length.max(0.0)))
+}
+
+/// The places that are taken.
+struct Taken {
+    periods: Vec<Option<f64>>,
+    /// Cells along each axis, and their width (m).
+    cells: Vec<(usize, f64)>,
+    /// Bodies in reach of each cell.
+    near: Vec<Vec<u32>>,
+    bodies: Vec<(f64, Vec<f64>)>,
+    /// How near a new body's centre may be to a surface, at most (m).
+    reach: f64,
+    gap: f64,
+}
+
+impl Taken {
+    fn new(case: &Case, largest: f64, gap: f64) -> Taken {
+        let sizes = &case.domain.size;
+        let wanted = sizes.iter().map(|size| (size / (largest + gap)).max(1.0));
+        let excess = (wanted.clone().product::<f64>() / MOST_CELLS).max(1.0).powf(1.0 / sizes.len() as f64);
+        let cells = wanted.zip(sizes).map(|(wanted, size)| {
+            let count = (wanted / excess).max(1.0) as usize;
+            (count, size / count as f64)
+        });
+        let cells: Vec<_> = cells.collect();
+        let near = vec![Vec::new(); cells.iter().map(|(count, _)| count).product()];
+        Taken { periods: case.periods(), cells, near, bodies: Vec::new(), reach: 0.5 * largest + gap, gap }
+    }
+
+    fn add(&mut self, diameter: f64, place: Vec<f64>) {
+        let (reach, body) = (0.5 * diameter + self.reach, self.bodies.len() as u32);
+        // From which cell on, and how many, along each axis.
+        let span = |axis: usize| {
+            let ((count, width), last) = (self.cells[axis], self.cells[axis].0 as i64 - 1);
+            let [low, high] = [-reach, reach].map(|d| ((place[axis] + d) / width).floor() as i64);
+            match self.periods[axis] {
+                Some(_) => (low, (high - low + 1).min(count as i64)),
+                None => (low.clamp(0, last), high.clamp(0, last) - low.clamp(0, last) + 1),
+            }
+        };
+        let spans: Vec<_> = (0..place.len()).map(span).collect();
+        for mut k in 0..spans.iter().map(|(_, count)| count).product() {
+            let mut cell = 0;
+            for (&(first, count), &(cells, _)) in spans.iter().zip(&self.cells) {
+                cell = cell * cells + (first + k % count).rem_euclid(cells as i64) as usize;
+                k /= count;
+            }
+            self.near[cell].push(body);
+        }
+        self.bodies.push((diameter, place));
+    }
+
+    fn is_free(&self, diameter: f64, place: &[f64]) -> bool {
+        let axes = place.iter().zip(&self.cells);
+        let cell = axes.fold(0, |cell, (x, &(count, width))| cell * count + ((x / width) as usize).min(count - 1));
+        self.near[cell].iter().all(|&body| {
+            let (other, at) = &self.bodies[body as usize];
+            distance(place, at, &self.periods) >= 0.5 * (diameter + other) + self.gap
+        })
+    }
+}
+
+/// Diameters (m) and places (m) of a swarm, clear of the case's particles and of each other; refused at `key` where
+/// they do not fit.
+pub(super) fn scatter(case: &Case, swarm: &Scatter, key: &str) -> Result<Vec<(f64, Vec<f64>)>, Fault> {
+    let &Scatter { count, region, gap, .. } = swarm;
+    let [least, largest] = swarm.diameter.bounds();
+    let mut random = ChaCha8Rng::seed_from_u64(swarm.seed);
+    // From 0 up to, not including, 1: the 53 bits that a number between holds.
+    let mut uniform = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+    let mut diameters: Vec<f64> = (0..count).map(|_| (least + uniform() * (largest - least)).min(largest)).collect();
+    diameters.sort_by(|a, b| b.total_cmp(a));
+
+    let mut taken = Taken::new(case, largest, gap);
+    for particle in &case.particle {
+        taken.add(particle.shape.diameter(), particle.position.clone());
+    }
+    let listed = taken.bodies.len();
+    let axes = 0..case.dimension();
+    for (fitted, &diameter) in diameters.iter().enumerate() {
+        let rooms: Option<Vec<_>> = axes.clone().map(|axis| room(case, region, gap, axis, diameter)).collect();
+        let mut place = vec![0.0; case.dimension()];
+        let mut attempt = |rooms: &[(f64, f64)]| {
+            for (axis, (low, length)) in rooms.iter().enumerate() {
+                let x = low + uniform() * length;
+                // Rounding may reach the far side of a period, which is its near side.
+                place[axis] = if case.periodic(axis) && x >= case.domain.size[axis] { 0.0 } else { x };
+            }
+            taken.is_free(diameter, &place)
+        };
+        if !rooms.is_some_and(|rooms| (0..TRIES).any(|_| attempt(&rooms))) {
+            let message = shortage(swarm, fitted, &taken.bodies[listed..]);
+            return Err(Fault { key: key.to_owned(), message });
+        }
+        taken.add(diameter, place);
+    }
+    Ok(taken.bodies.split_off(listed))
+}
+
+/// How a swarm fails to fit, and what to do.
+fn shortage(swarm: &Scatter, fitted: usize, placed: &[(f64, Vec<f64>)]) -> String {
+    let Scatter { count, region, .. } = swarm;
+    let planar = region.min.len() == 2;
+    let volume = |d: &f64| if planar { 0.25 * PI * d.powi(2) } else { PI / 6.0 * d.powi(3) };
+    let covered: f64 = placed.iter().map(|(diameter, _)| volume(diameter)).sum();
+    let whole: f64 = region.min.iter().zip(&region.max).map(|(low, high)| high - low).product();
+    let most = if planar { "50 % in 2D" } else { "35 % in 3D" };
+    format!(
+        "only {fitted} of {count} fitted, covering {:.1} % of the region (random places reach about {most}): ask for \
+         fewer or smaller ones, a smaller gap or a larger region",
+        100.0 * covered / whole
+    )
+}
