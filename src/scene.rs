@@ -140,9 +140,9 @@ impl<const D: usize> Scene<D> {
         let choices = Choices {
             fraction: rule,
             driver: if case.coupling.force == case::ForceRule::Literal { Driver::Literal } else { Driver::Momentum },
-            rotation_at_boundary: false,
-            field_gravity: g,
-            own_gravity: Vector3::zeros(),
+            rotation_at_boundary: case.coupling.rotation == case::RotationRule::Boundary,
+            field_gravity: if case.coupling.buoyancy == case::Buoyancy::Faces { g } else { Vector3::zeros() },
+            own_gravity: if case.coupling.buoyancy == case::Buoyancy::Particle { g } else { Vector3::zeros() },
         };
         let falls = |b: &Body| b.freedom().is_some() && b.density != case.fluid.density;
         let gravity = (choices.field_gravity != Vector3::zeros() && bodies.iter().any(falls)).then(|| Gravity {
@@ -184,8 +184,8 @@ impl<const D: usize> Scene<D> {
             session: session.clone(),
             dt_before: 0.0,
             audit: flies.then(Audit::default),
-            mix_pressure: false,
-            cell_gradient: false,
+            mix_pressure: case.coupling.mix_pressure,
+            cell_gradient: case.coupling.gradient == case::GradientRule::Cells,
             substeps: 0,
             properties_stale: true,
             assembled: false,
@@ -433,22 +433,23 @@ fn sides<const D: usize>(case: &Case) -> [[&Side; 2]; D] {
 }
 
 fn body(p: &case::Particle, fluid: &case::Fluid) -> Body {
-    let vector = |v: &[f64]| Vector3::from(axes::<f64, 3>(v));
+    let vector = |v: &Vec<f64>| Vector3::from(axes::<f64, 3>(v));
+    let flat = p.position.len() == 2;
     let (velocity, spin, motion) = match &p.motion {
-        case::Motion::Fixed => (Vector3::zeros(), Vector3::zeros(), Motion::Fixed),
+        case::Motion::Fixed => (None, None, Motion::Fixed),
+        case::Motion::Prescribed(m) => (m.velocity.as_ref(), m.spin.as_ref(), Motion::Prescribed),
         case::Motion::Free => {
-            let flat = p.position.len() == 2;
-            let freedom = Freedom { translation: [true, true, !flat], rotation: [!flat, !flat, true] };
-            (Vector3::zeros(), Vector3::zeros(), Motion::Free(freedom))
+            let turns = !p.locked.contains(&case::Lock::Rotation);
+            let free = |lock| !p.locked.contains(&lock);
+            let translation = [free(case::Lock::X), free(case::Lock::Y), !flat && free(case::Lock::Z)];
+            let freedom = Freedom { translation, rotation: [turns && !flat, turns && !flat, turns] };
+            (p.velocity.as_ref(), p.spin.as_ref(), Motion::Free(freedom))
         }
-        case::Motion::Prescribed(m) => {
-            let spin = match m.spin {
-                None => Vector3::zeros(),
-                Some(case::Spin::Plane(z)) => Vector3::new(0.0, 0.0, z),
-                Some(case::Spin::Space(w)) => Vector3::from(w),
-            };
-            (m.velocity.as_deref().map_or_else(Vector3::zeros, vector), spin, Motion::Prescribed)
-        }
+    };
+    let spin = match spin {
+        None => Vector3::zeros(),
+        Some(case::Spin::Plane(z)) => Vector3::new(0.0, 0.0, *z),
+        Some(case::Spin::Space(w)) => Vector3::from(*w),
     };
     Body {
         shape: if let case::Shape::Disc(_) = p.shape { Shape::Disc } else { Shape::Sphere },
@@ -456,7 +457,7 @@ fn body(p: &case::Particle, fluid: &case::Fluid) -> Body {
         density: p.density.unwrap_or(fluid.density),
         viscosity: p.viscosity.unwrap_or(fluid.viscosity),
         centre: vector(&p.position),
-        velocity,
+        velocity: velocity.map_or_else(Vector3::zeros, vector),
         angle: 0.0,
         orientation: UnitQuaternion::identity(),
         spin,

@@ -15,7 +15,8 @@ pub(super) struct Departure {
     centre: Vector3<f64>,
     velocity: Vector3<f64>,
     spin: Vector3<f64>,
-    /// `sum alpha u_f dV` and `sum alpha r x u_f dV` there.
+    /// `sum alpha (u_f - V) dV` and `sum alpha r x (u_f - V) dV` there, relative to the velocity V that it came with: a
+    /// uniform stream turns nothing, however coarse the sums are.
     flow: Vector3<f64>,
     swirl: Vector3<f64>,
     /// What the fields carry of the particle's excess mass, the `b` of the balance, linear and angular.
@@ -49,14 +50,14 @@ impl<const D: usize> Coupling<D> {
     ) -> Result<()> {
         let volume = grid.cell_volume();
         let sums = &mut self.buffer[..NUMBERS * self.bodies.len()];
-        for ((overlaps, exchange), sums) in self.overlaps.iter().zip(&self.exchange).zip(sums.chunks_exact_mut(NUMBERS))
-        {
+        for (k, sums) in sums.chunks_exact_mut(NUMBERS).enumerate() {
+            let (overlaps, exchange, own) = (&self.overlaps[k], &self.exchange[k], self.departures[k].velocity);
             let (mut moments, mut flow, mut swirl) = (Moments::default(), Vector3::zeros(), Vector3::zeros());
             for o in overlaps {
                 let (u, share) = (vector(u, o.cell), o.fraction * volume);
                 moments.add(density.at(o.cell) * share, &o.arm, &u);
-                flow += share * u;
-                swirl += share * o.arm.cross(&u);
+                flow += share * (u - own);
+                swirl += share * o.arm.cross(&(u - own));
             }
             moments.to_slice(sums);
             let [first, second] = also(exchange);
@@ -78,6 +79,9 @@ impl<const D: usize> Coupling<D> {
     pub fn depart(&mut self, grid: &Grid<D>, density: &Coefficient, u: &VectorField<D>, dt: f64) -> Result<()> {
         if !self.trades() {
             return Ok(());
+        }
+        for (departure, body) in self.departures.iter_mut().zip(&self.bodies) {
+            departure.velocity = body.velocity;
         }
         let mut push = std::mem::take(&mut self.push);
         let (choices, fluid_density) = (self.choices, self.fluid_density);

@@ -140,7 +140,9 @@ pub fn rectangle_overlap(x: [f64; 2], y: [f64; 2], radius: f64) -> f64 {
 fn quadrant(x: f64, y: f64, r: f64) -> f64 {
     let half_plane = |x: f64| {
         let x = x.clamp(-r, r);
-        r * r * (0.5 * PI + (x / r).asin()) + x * (r * r - x * x).sqrt()
+        // Near the rim asin and r^2 - x^2 would lose half of the digits.
+        let half_chord = ((r - x) * (r + x)).sqrt();
+        r * r * (0.5 * PI + x.atan2(half_chord)) + x * half_chord
     };
     if x * x + y * y < r * r {
         return 0.5 * (half_plane(x) + half_plane(y)) + x * y - 0.25 * PI * r * r;

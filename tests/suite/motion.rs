@@ -41,7 +41,13 @@ fn discs_of_every_density_are_set_off_stably_and_heavy_ones_with_their_added_mas
         let (a, theory) = (let_go(16, ratio, 11), (ratio - 1.0) / (ratio + 1.0));
         println!("s = {ratio}: a/g {a:.4}, (s-1)/(s+1) {theory:.4}, {:+.2} %", 100.0 * (a / theory - 1.0));
         // The mixing carries all touched cells along, so that the body is too large, the more the lighter it is.
-        let allowed = if ratio >= 10.0 { 0.06 } else if ratio > 1.0 { 0.08 } else { 0.6 };
+        let allowed = if ratio >= 10.0 {
+            0.06
+        } else if ratio > 1.0 {
+            0.08
+        } else {
+            0.6
+        };
         assert!((a / theory - 1.0).abs() < allowed, "s = {ratio}: {a} against {theory}");
     }
 }
@@ -58,8 +64,8 @@ fn what_the_mixing_takes_the_particles_get_in_a_periodic_box_with_collisions() {
         "[initial]\nvelocity = [0.3, 0.2]\nperturbation = 0.3\n[pressure]\ndivergence_limit = 1.0e-8".into(),
     ]
     .concat();
-    let text = box_case([1.0, 1.0], [48, 48], 0.002, PERIODIC, &more)
-        .replace("viscosity", "gravity = [0.3, -1.0]\nviscosity");
+    let text =
+        box_case([1.0, 1.0], [48, 48], 0.002, PERIODIC, &more).replace("viscosity", "gravity = [0.3, -1.0]\nviscosity");
     let mut scene: Scene<2> = petsc.scene(&text);
     let (mut touched, mut traded) = (false, 0.0f64);
     for _ in 0..120 {
@@ -103,7 +109,8 @@ fn a_disc_settles_at_the_published_speed() {
 #[test]
 fn a_sphere_settles_and_its_momentum_is_accounted_for() {
     let petsc = petsc();
-    let sides: String = ["west", "east", "south", "north", "bottom", "top"].map(|s| format!("{s} = \"periodic\"\n")).concat();
+    let sides: String =
+        ["west", "east", "south", "north", "bottom", "top"].map(|s| format!("{s} = \"periodic\"\n")).concat();
     let text = format!(
         "name = \"t\"\n[domain]\nsize = [1.0, 1.0, 1.0]\ncells = [20, 20, 20]\n[fluid]\ndensity = 1.0\nviscosity = 0.02\n\
          gravity = [0.0, 0.0, -1.0]\n[boundary]\n{sides}[[particle]]\nshape = {{ sphere = {{ diameter = 0.4 }} }}\n\
@@ -124,7 +131,8 @@ fn a_sphere_settles_and_its_momentum_is_accounted_for() {
 fn particles_that_touch_without_a_law_of_contact_stop_the_run_and_are_named() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
-    let more = disc(0.2, [0.3, 0.5], 2.0, "velocity = [1.0, 0.0]") + &disc(0.2, [0.6, 0.5], 2.0, "velocity = [-1.0, 0.0]");
+    let more =
+        disc(0.2, [0.3, 0.5], 2.0, "velocity = [1.0, 0.0]") + &disc(0.2, [0.6, 0.5], 2.0, "velocity = [-1.0, 0.0]");
     std::fs::write(&case, box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, &more)).unwrap();
     let out = dir.path().join("out");
     let output = mics(&["run", case.to_str().unwrap(), "--out", out.to_str().unwrap(), "--quiet"]);

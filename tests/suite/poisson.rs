@@ -118,7 +118,7 @@ fn layers_of_different_density_stay_at_rest_under_gravity() {
             excess[c] = layers(scene.grid.centre(c)[1]) - 1.0;
         }
         scene.boundaries.fill_property(&mut excess).unwrap();
-        scene.gravity = Some(Gravity { g: [0.0, -9.81], excess });
+        scene.gravity = Some(Gravity { g: [0.0, -9.81], excess: [Vec::new(), excess] });
         scene.start().unwrap();
         for _ in 0..5 {
             scene.step(1e-3).unwrap();
