@@ -3,6 +3,7 @@
 //! Bodies are three-dimensional always; in 2D a disc is a body of unit depth.
 
 pub mod body;
+pub mod contact;
 pub mod fraction;
 mod sphere;
 
