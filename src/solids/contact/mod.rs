@@ -1,0 +1,542 @@
+//! Contacts: bodies as soft discs and spheres that overlap a little (discrete element model, eq. 20-26).
+//!
+//! ```text
+//!   search    pairs whose gap <= reach_i + reach_j,  reach = |v| T + |a| T^2/2 over the rest T of the step
+//!   substeps  n >= 40 T / (shortest contact time of a pair, undamped),  h = T/n
+//!   middle    d, n, arms at x + h v/2                            F: mean over the substep ([`law`])
+//!   kick      v' = v + h (a + F/m),  w' = w + h (b + M/I)        a, b: pushes by fluid and gravity, frozen
+//!   drift     x' = x + h (v + v')/2
+//! ```
+//! That is Verlet's scheme with the force at the middle: one evaluation per substep, and exact where a is constant.
+//! A body that goes beyond its reach (struck, say) has the pairs found anew for the rest of the step. Bodies without a
+//! pair take one move for all the substeps.
+//!
+//! ```text
+//!      first          second        arms: from the centres to the middle of the overlap
+//!     (   o----n--->()<-----o   )   slip = (v_i - v_j)_t + (a_i w_i + a_j w_j) x n
+//! ```
+
+mod law;
+mod neighbours;
+#[cfg(test)]
+mod tests;
+
+use crate::solids::{Body, Motion, Shape, nearest_image};
+use crate::{Error, Result};
+use law::{Law, Meeting};
+pub use law::{Damping, Laws, Material};
+use nalgebra::Vector3;
+use neighbours::Neighbours;
+
+/// Substeps that [`Substeps::Auto`] takes per contact time, and the fewest that are accepted.
+const SUBSTEPS_PER_CONTACT: f64 = 40.0;
+const FEWEST_PER_CONTACT: f64 = 5.0;
+/// Most substeps of one step: more is a mistake in the stiffness.
+const MOST_SUBSTEPS: f64 = 1e6;
+/// Deepest overlap, of the smaller radius, that still counts as a contact.
+const DEEPEST: f64 = 0.2;
+
+/// A border of the box, normal to an axis; its inner side faces the box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wall {
+    /// Its normal: 0, 1, 2 for x, y, z.
+    pub axis: usize,
+    /// Whether the box lies below it.
+    pub high: bool,
+    /// Its coordinate (m).
+    pub at: f64,
+    /// Its velocity (m/s), of which the part along the wall counts.
+    pub velocity: Vector3<f64>,
+    /// Its material.
+    pub material: usize,
+}
+
+/// How many substeps a step is divided into where bodies could meet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Substeps {
+    /// Enough for the shortest contact.
+    Auto,
+    /// So many.
+    Fixed(usize),
+}
+
+/// What fluid and gravity do to a body, frozen over a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Push {
+    /// Acceleration (m/s2).
+    pub acceleration: Vector3<f64>,
+    /// Angular acceleration (rad/s2).
+    pub angular: Vector3<f64>,
+}
+
+/// What contacts gave to a body.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Impulse {
+    /// Momentum (N s; per metre of depth in 2D).
+    pub linear: Vector3<f64>,
+    /// Angular momentum about its centre (N m s).
+    pub angular: Vector3<f64>,
+}
+
+/// Two that could meet within the step.
+#[derive(Clone, Copy, Debug)]
+struct Pair {
+    first: usize,
+    /// A body, or the number of bodies plus that of a wall.
+    second: usize,
+    /// Tangential spring (m), while they touch.
+    spring: Option<Vector3<f64>>,
+}
+
+/// How a body answers forces: zero along the axes where it does not.
+#[derive(Clone, Copy, Debug)]
+struct Answer {
+    /// 1/kg.
+    mass: Vector3<f64>,
+    /// 1/(kg m2).
+    inertia: Vector3<f64>,
+    push: Push,
+}
+
+const RIGID: Answer = Answer {
+    mass: Vector3::new(0.0, 0.0, 0.0),
+    inertia: Vector3::new(0.0, 0.0, 0.0),
+    push: Push { acceleration: Vector3::new(0.0, 0.0, 0.0), angular: Vector3::new(0.0, 0.0, 0.0) },
+};
+
+/// The contacts among bodies and walls.
+#[derive(Clone, Debug)]
+pub struct Contacts {
+    materials: Vec<usize>,
+    walls: Vec<Wall>,
+    laws: Laws,
+    size: [f64; 3],
+    periods: [Option<f64>; 3],
+    substeps: Substeps,
+    neighbours: Neighbours,
+    /// By their first body, ascending; those of the search before.
+    pairs: Vec<Pair>,
+    old: Vec<Pair>,
+    /// Per body: its answer, its way since the search and the way it may go, whether it has a pair, its load now.
+    answers: Vec<Answer>,
+    travelled: Vec<f64>,
+    reach: Vec<f64>,
+    paired: Vec<bool>,
+    loads: Vec<Impulse>,
+    impulses: Vec<Impulse>,
+    wall_impulse: Vector3<f64>,
+}
+
+impl Contacts {
+    /// Contacts among `bodies` of the given `materials`, and with `walls`, in a box from 0 to `size` (m) of which some
+    /// axes are periodic (their lengths, m).
+    pub fn new(
+        bodies: &[Body],
+        materials: Vec<usize>,
+        walls: Vec<Wall>,
+        laws: Laws,
+        size: [f64; 3],
+        periods: [Option<f64>; 3],
+        substeps: Substeps,
+    ) -> Contacts {
+        let n = bodies.len();
+        Contacts {
+            materials,
+            walls,
+            laws,
+            size,
+            periods,
+            substeps,
+            neighbours: Neighbours::new(bodies, size, periods),
+            pairs: Vec::with_capacity(8 * n),
+            old: Vec::with_capacity(8 * n),
+            answers: vec![RIGID; n],
+            travelled: vec![0.0; n],
+            reach: vec![0.0; n],
+            paired: vec![false; n],
+            loads: vec![Impulse::default(); n],
+            impulses: vec![Impulse::default(); n],
+            wall_impulse: Vector3::zeros(),
+        }
+    }
+
+    /// Moves all bodies on by `dt` (s): free ones under `push` and contacts, prescribed ones as told. Returns the
+    /// substeps taken: 0 where nobody is in reach of anybody, and everybody has made one ballistic move.
+    ///
+    /// # Errors
+    /// When a state is not finite, an overlap is too deep, the substeps are too few, or a body leaves the box.
+    pub fn advance(&mut self, bodies: &mut [Body], push: &[Push], dt: f64) -> Result<usize> {
+        self.refuse_strays(bodies)?;
+        for ((answer, body), push) in self.answers.iter_mut().zip(bodies.iter()).zip(push) {
+            *answer = Answer::of(body, push);
+        }
+        self.impulses.fill(Impulse::default());
+        self.wall_impulse = Vector3::zeros();
+        let (mut left, mut taken) = (dt, 0);
+        while left > 0.0 {
+            self.search(bodies, left, taken > 0);
+            if self.pairs.is_empty() {
+                self.drift(bodies, left, |_| true);
+                break;
+            }
+            let count = self.count(bodies, left, taken)?;
+            let h = left / count as f64;
+            let mut done = 0;
+            let mut within = true;
+            while done < count && within {
+                within = self.substep(bodies, h)?;
+                done += 1;
+            }
+            self.drift(bodies, h * done as f64, |paired| !paired);
+            left = if done < count { left - h * done as f64 } else { 0.0 };
+            taken += done;
+        }
+        self.refuse_strays(bodies)?;
+        Ok(taken)
+    }
+
+    /// What contacts gave to each body over the last [`advance`](Contacts::advance).
+    pub fn impulses(&self) -> &[Impulse] {
+        &self.impulses
+    }
+
+    /// Momentum that bodies gave to walls over the last [`advance`](Contacts::advance) (N s).
+    pub fn wall_impulse(&self) -> Vector3<f64> {
+        self.wall_impulse
+    }
+
+    /// Shortest duration (s) of a contact that could happen, undamped and at an impact of `speed` (m/s), which counts
+    /// where the exponent is not 1; infinite where none could.
+    pub fn contact_time(&self, bodies: &[Body], speed: f64) -> f64 {
+        // Per material, the lightest free body and the number of bodies.
+        let mut lightest = vec![(f64::INFINITY, 0); self.laws.materials()];
+        for (body, &material) in bodies.iter().zip(&self.materials) {
+            let (mass, count) = &mut lightest[material];
+            *mass = mass.min(if body.freedom().is_some() { body.mass() } else { f64::INFINITY });
+            *count += 1;
+        }
+        let mut shortest = f64::INFINITY;
+        let mut meet = |a: usize, b: usize, inverse: f64| {
+            if inverse > 0.0 {
+                shortest = self.laws.of(a, b).contact_time(1.0 / inverse, speed).min(shortest);
+            }
+        };
+        for (a, &(mass, count)) in lightest.iter().enumerate() {
+            for (b, &(other, others)) in lightest.iter().enumerate().skip(a) {
+                if others > 0 && count > usize::from(a == b) {
+                    meet(a, b, 1.0 / mass + 1.0 / other);
+                }
+            }
+            self.walls.iter().for_each(|wall| meet(a, wall.material, 1.0 / mass));
+        }
+        shortest
+    }
+
+    /// The contacts that last and their tangential springs (m): a body, the other body (or the number of bodies plus
+    /// that of a wall), and the spring that pulls the first one back.
+    pub fn memory(&self) -> impl Iterator<Item = (usize, usize, Vector3<f64>)> + '_ {
+        self.pairs.iter().filter_map(|p| p.spring.map(|spring| (p.first, p.second, spring)))
+    }
+
+    /// Takes up what [`memory`](Contacts::memory) gave, for a restart.
+    ///
+    /// # Errors
+    /// When a number belongs to no body or wall, or a spring is not finite.
+    pub fn remember(&mut self, memory: impl IntoIterator<Item = (usize, usize, Vector3<f64>)>) -> Result<()> {
+        let bodies = self.answers.len();
+        self.pairs.clear();
+        for (first, second, spring) in memory {
+            let known = first < bodies && second > first && second < bodies + self.walls.len();
+            if !known || !spring.iter().all(|x| x.is_finite()) {
+                return Err(Error::Run(format!(
+                    "the saved contact of particle {first} with {second} does not belong to this case: restart with the \
+                     particles and walls of the run that saved it"
+                )));
+            }
+            self.pairs.push(Pair { first, second, spring: Some(spring) });
+        }
+        self.pairs.sort_by_key(|p| (p.first, p.second));
+        Ok(())
+    }
+
+    /// Finds the pairs that could meet within `time` (s), and keeps the springs. With `again`, the reach leaves room
+    /// for what contacts do to speeds.
+    fn search(&mut self, bodies: &[Body], time: f64, again: bool) {
+        let mut farthest: f64 = 0.0;
+        for (i, (body, answer)) in bodies.iter().zip(&self.answers).enumerate() {
+            let way = (body.velocity.norm() + 0.5 * answer.push.acceleration.norm() * time) * time;
+            self.reach[i] = if again { 2.0 * way + 0.05 * body.radius } else { way + 1e-6 * body.radius };
+            farthest = farthest.max(body.radius + self.reach[i]);
+        }
+        self.travelled.fill(0.0);
+        self.paired.fill(false);
+        std::mem::swap(&mut self.pairs, &mut self.old);
+        self.pairs.clear();
+        self.neighbours.sort(bodies, 2.0 * farthest);
+        let free = |i: usize| bodies[i].freedom().is_some();
+        let mut rest = &self.old[..];
+        for (i, body) in bodies.iter().enumerate() {
+            let mine = rest.iter().take_while(|p| p.first == i).count();
+            let (before, after) = rest.split_at(mine);
+            rest = after;
+            let spring = |j| before.iter().find(|p| p.second == j).and_then(|p| p.spring);
+            let (pairs, paired) = (&mut self.pairs, &mut self.paired);
+            self.neighbours.around(i, bodies, &self.reach, |j| {
+                if free(i) || free(j) {
+                    pairs.push(Pair { first: i, second: j, spring: spring(j) });
+                    (paired[i], paired[j]) = (true, true);
+                }
+            });
+            for (w, wall) in self.walls.iter().enumerate().filter(|_| free(i)) {
+                if wall.distance(&body.centre) <= body.radius + self.reach[i] {
+                    let second = bodies.len() + w;
+                    pairs.push(Pair { first: i, second, spring: spring(second) });
+                    paired[i] = true;
+                }
+            }
+        }
+    }
+
+    /// Substeps for the rest of the step, `time` (s), after those `taken`.
+    fn count(&self, bodies: &[Body], time: f64, taken: usize) -> Result<usize> {
+        let mut count: f64 = 1.0;
+        for pair in &self.pairs {
+            let law = self.law(pair);
+            let meeting = self.meet(pair, bodies, 0.0).0;
+            let mass = 1.0 / meeting.inverse_normal;
+            let (body, push) = (&bodies[pair.first], &self.answers[pair.first].push);
+            let (velocity, push) = match bodies.get(pair.second) {
+                Some(other) => (
+                    body.velocity - other.velocity,
+                    push.acceleration - self.answers[pair.second].push.acceleration,
+                ),
+                None => (body.velocity, push.acceleration),
+            };
+            // The energy of an overlap counts as that of an approach.
+            let pushed = velocity.norm() + push.norm() * time;
+            let speed = (pushed * pushed + 2.0 * law.stored(meeting.overlap) / mass).sqrt();
+            let contact = law.contact_time(mass, speed);
+            if let Substeps::Fixed(n) = self.substeps {
+                count = n.saturating_sub(taken).max(1) as f64;
+                let steps = contact / time * count;
+                if steps < FEWEST_PER_CONTACT {
+                    return Err(Error::Run(format!(
+                        "{}: a contact lasts {contact:.3e} s, which are {steps:.2} substeps of {:.3e} s, and \
+                         {FEWEST_PER_CONTACT} at least are needed: raise contact.substeps or lower the stiffness",
+                        self.name(pair),
+                        time / count,
+                    )));
+                }
+                continue;
+            }
+            let wanted = SUBSTEPS_PER_CONTACT * time / contact * law.damping_ratio(mass).max(1.0);
+            if wanted > MOST_SUBSTEPS {
+                return Err(Error::Run(format!(
+                    "{}: a contact lasts {contact:.3e} s, for which a step of {time:.3e} s would need {wanted:.1e} \
+                     substeps: lower the stiffness or shorten the step",
+                    self.name(pair),
+                )));
+            }
+            count = count.max(wanted.ceil());
+        }
+        Ok(count as usize)
+    }
+
+    /// One substep of the bodies that have a pair; whether all of them stay within their reach in the next.
+    fn substep(&mut self, bodies: &mut [Body], h: f64) -> Result<bool> {
+        self.loads.fill(Impulse::default());
+        for p in 0..self.pairs.len() {
+            let mut pair = self.pairs[p];
+            let (meeting, arms) = self.meet(&pair, bodies, h);
+            let radius = bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius).min(bodies[pair.first].radius);
+            if meeting.overlap > DEEPEST * radius {
+                return Err(Error::Run(format!(
+                    "{} overlap by {:.3e} m, {:.2} of the smaller radius, where {DEEPEST} is the limit: make the contact \
+                     stiffer or the step shorter",
+                    self.name(&pair),
+                    meeting.overlap,
+                    meeting.overlap / radius,
+                )));
+            }
+            if !meeting.touches() {
+                self.pairs[p].spring = None;
+                continue;
+            }
+            let (normal, tangential) = self.law(&pair).force(&meeting, &mut pair.spring);
+            self.pairs[p].spring = pair.spring;
+            let force = tangential - normal * meeting.normal;
+            let turn = meeting.normal.cross(&tangential);
+            self.loads[pair.first].linear += force;
+            self.loads[pair.first].angular += arms[0] * turn;
+            match self.loads.get_mut(pair.second) {
+                Some(load) => {
+                    load.linear -= force;
+                    load.angular += arms[1] * turn;
+                }
+                None => self.wall_impulse -= h * force,
+            }
+        }
+        let mut within = true;
+        for (i, body) in bodies.iter_mut().enumerate().filter(|(i, _)| self.paired[*i]) {
+            let (load, answer) = (&self.loads[i], &self.answers[i]);
+            self.impulses[i].linear += h * load.linear;
+            self.impulses[i].angular += h * load.angular;
+            let push = Push {
+                acceleration: answer.push.acceleration + answer.mass.component_mul(&load.linear),
+                angular: answer.push.angular + answer.inertia.component_mul(&load.angular),
+            };
+            self.travelled[i] += travel(body, &push, h, &self.periods);
+            let next = (body.velocity.norm() + 0.5 * answer.push.acceleration.norm() * h) * h;
+            within &= self.travelled[i] + next <= self.reach[i];
+        }
+        Ok(within)
+    }
+
+    /// Moves bodies by `time` (s) under their pushes only: those of which `wanted` likes whether they have a pair.
+    fn drift(&self, bodies: &mut [Body], time: f64, wanted: impl Fn(bool) -> bool) {
+        for (i, body) in bodies.iter_mut().enumerate().filter(|(i, _)| wanted(self.paired[*i])) {
+            travel(body, &self.answers[i].push, time, &self.periods);
+        }
+    }
+
+    /// How a pair meets in the middle of a substep `h` (s), and the arms from the centres to the contact (m).
+    fn meet(&self, pair: &Pair, bodies: &[Body], h: f64) -> (Meeting, [f64; 2]) {
+        let (body, answer) = (&bodies[pair.first], &self.answers[pair.first]);
+        let second = bodies.get(pair.second).map(|other| (other, &self.answers[pair.second]));
+        let (mut velocity, mut push) = (body.velocity, answer.push.acceleration);
+        let (normal, overlap, arms) = match second {
+            Some((other, its)) => {
+                velocity -= other.velocity;
+                push -= its.push.acceleration;
+                let apart = nearest_image(&body.centre, &other.centre, &self.periods) - 0.5 * h * velocity;
+                let distance = apart.norm();
+                let overlap = body.radius + other.radius - distance;
+                (apart / distance, overlap, [body.radius - 0.5 * overlap, other.radius - 0.5 * overlap])
+            }
+            None => {
+                let wall = &self.walls[pair.second - bodies.len()];
+                let normal = wall.normal();
+                let distance = wall.distance(&body.centre) - 0.5 * h * velocity.dot(&normal);
+                velocity -= wall.velocity - wall.velocity.dot(&normal) * normal;
+                (normal, body.radius - distance, [distance, 0.0])
+            }
+        };
+        let (mut turning, mut turned) = (arms[0] * body.spin, arms[0] * answer.push.angular);
+        let mut inverse = answer.mass;
+        let mut inverse_turn = arms[0] * arms[0] * answer.inertia.max();
+        if let Some((other, its)) = second {
+            turning += arms[1] * other.spin;
+            turned += arms[1] * its.push.angular;
+            inverse += its.mass;
+            inverse_turn += arms[1] * arms[1] * its.inertia.max();
+        }
+        let along = |v: Vector3<f64>, turning: Vector3<f64>| v - v.dot(&normal) * normal + turning.cross(&normal);
+        // Along an axis where neither gives way the damper does nothing; any mass keeps it finite.
+        let least = (1e-6 * inverse.max()).max(f64::MIN_POSITIVE);
+        let meeting = Meeting {
+            h,
+            overlap,
+            normal,
+            approach: velocity.dot(&normal),
+            slip: along(velocity, turning),
+            push: push.dot(&normal),
+            push_slip: along(push, turned),
+            inverse_normal: normal.component_mul(&normal).dot(&inverse).max(least),
+            inverse_tangential: (inverse.max() + inverse_turn).max(least),
+        };
+        (meeting, arms)
+    }
+
+    fn law(&self, pair: &Pair) -> &Law {
+        let wall = |w: usize| self.walls[w].material;
+        let bodies = self.materials.len();
+        let second = self.materials.get(pair.second).copied().unwrap_or_else(|| wall(pair.second - bodies));
+        self.laws.of(self.materials[pair.first], second)
+    }
+
+    fn name(&self, pair: &Pair) -> String {
+        match pair.second.checked_sub(self.materials.len()) {
+            None => format!("particles {} and {}", pair.first, pair.second),
+            Some(w) => format!("particle {} and {}", pair.first, self.walls[w].name()),
+        }
+    }
+
+    /// Refuses bodies of which the state is not finite, or that are outside the box or beyond a wall.
+    fn refuse_strays(&self, bodies: &[Body]) -> Result<()> {
+        for (i, body) in bodies.iter().enumerate() {
+            let state = body.centre.iter().chain(body.velocity.iter()).chain(body.spin.iter());
+            if !state.copied().all(f64::is_finite) {
+                return Err(Error::Run(format!(
+                    "the place, velocity or spin of particle {i} is not a finite number: shorten the step"
+                )));
+            }
+            if let Some(wall) = self.walls.iter().find(|wall| wall.distance(&body.centre) < 0.0) {
+                return Err(Error::Run(format!(
+                    "the centre of particle {i} is beyond {}: shorten the step or make the contact stiffer",
+                    wall.name()
+                )));
+            }
+            let axes = if body.shape == Shape::Disc { 2 } else { 3 };
+            for a in (0..axes).filter(|&a| self.periods[a].is_none()) {
+                if !(0.0..=self.size[a]).contains(&body.centre[a]) {
+                    return Err(Error::Run(format!(
+                        "the centre of particle {i} has left the box: it is at {} = {:.6} m, and no wall ends the box \
+                         there; make that border a wall or the axis periodic, or end the run before",
+                        ["x", "y", "z"][a],
+                        body.centre[a]
+                    )));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Wall {
+    /// How far inside the box a point is (m).
+    fn distance(&self, point: &Vector3<f64>) -> f64 {
+        if self.high { self.at - point[self.axis] } else { point[self.axis] - self.at }
+    }
+
+    /// Out of the box.
+    fn normal(&self) -> Vector3<f64> {
+        let mut normal = Vector3::zeros();
+        normal[self.axis] = if self.high { 1.0 } else { -1.0 };
+        normal
+    }
+
+    fn name(&self) -> String {
+        format!("the wall at {} = {} m", ["x", "y", "z"][self.axis], self.at)
+    }
+}
+
+impl Answer {
+    fn of(body: &Body, push: &Push) -> Answer {
+        let Some(freedom) = body.freedom() else { return RIGID };
+        let ones = |free: [bool; 3]| Vector3::from(free.map(|f| if f { 1.0 } else { 0.0 }));
+        let (along, about) = (ones(freedom.translation), ones(freedom.rotation));
+        Answer {
+            mass: along / body.mass(),
+            inertia: about / body.inertia(),
+            push: Push {
+                acceleration: push.acceleration.component_mul(&along),
+                angular: push.angular.component_mul(&about),
+            },
+        }
+    }
+}
+
+/// Moves a body by `h` (s) under accelerations that last; the way it goes (m).
+fn travel(body: &mut Body, push: &Push, h: f64, periods: &[Option<f64>; 3]) -> f64 {
+    if body.motion == Motion::Fixed {
+        return 0.0;
+    }
+    let (velocity, spin) = (body.velocity, body.spin);
+    body.velocity += 0.5 * h * push.acceleration;
+    body.spin += 0.5 * h * push.angular;
+    body.advance(h, periods);
+    let way = body.velocity.norm() * h;
+    body.velocity = velocity + h * push.acceleration;
+    body.spin = spin + h * push.angular;
+    way
+}

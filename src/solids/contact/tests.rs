@@ -1,0 +1,343 @@
+//! Tests of the contacts: of one contact here, of many in [`crowd`].
+
+mod crowd;
+
+use super::*;
+use crate::solids::Freedom;
+use nalgebra::{UnitQuaternion, vector};
+use std::f64::consts::PI;
+
+const FREE: Freedom = Freedom { translation: [true; 3], rotation: [true; 3] };
+const PLANE: Freedom = Freedom { translation: [true, true, false], rotation: [false, false, true] };
+
+fn body(shape: Shape, radius: f64, centre: Vector3<f64>, velocity: Vector3<f64>) -> Body {
+    Body {
+        shape,
+        radius,
+        density: 2500.0,
+        viscosity: 1.0,
+        centre,
+        velocity,
+        angle: 0.0,
+        orientation: UnitQuaternion::identity(),
+        spin: Vector3::zeros(),
+        motion: Motion::Free(if shape == Shape::Disc { PLANE } else { FREE }),
+    }
+}
+
+fn material(exponent: f64, restitution: f64, friction: f64) -> Material {
+    Material {
+        normal_stiffness: if exponent == 1.0 { 1e5 } else { 1e7 },
+        exponent,
+        tangential_ratio: 2.0 / 7.0,
+        friction,
+        damping: Damping::Restitution(restitution),
+        printed_sign: false,
+    }
+}
+
+/// The walls that end a box of `size` normal to the given axes.
+fn walls(size: [f64; 3], axes: &[usize]) -> Vec<Wall> {
+    let wall = |axis, high: bool| Wall {
+        axis,
+        high,
+        at: if high { size[axis] } else { 0.0 },
+        velocity: Vector3::zeros(),
+        material: 0,
+    };
+    axes.iter().flat_map(|&a| [wall(a, false), wall(a, true)]).collect()
+}
+
+/// One material, in a box of `size` with walls normal to `axes` and the others periodic.
+fn contacts(bodies: &[Body], law: Material, size: [f64; 3], axes: &[usize], substeps: Substeps) -> Contacts {
+    let periods = std::array::from_fn(|a| (!axes.contains(&a) && size[a] > 0.0).then_some(size[a]));
+    let laws = Laws::new(1, |_, _| law);
+    Contacts::new(bodies, vec![0; bodies.len()], walls(size, axes), laws, size, periods, substeps)
+}
+
+fn push(x: f64, y: f64) -> Push {
+    Push { acceleration: vector![x, y, 0.0], ..Push::default() }
+}
+
+/// Advances without a push until the pair has parted; the steps that found it in contact.
+fn collide(contacts: &mut Contacts, bodies: &mut [Body], dt: f64) -> usize {
+    let still = vec![Push::default(); bodies.len()];
+    let mut touched = 0;
+    for _ in 0..100_000 {
+        contacts.advance(bodies, &still, dt).unwrap();
+        let touches = contacts.impulses()[0] != Impulse::default();
+        touched += usize::from(touches);
+        if touched > 0 && !touches {
+            return touched;
+        }
+    }
+    panic!("they have not met, or not parted");
+}
+
+#[test]
+fn a_head_on_collision_has_the_restitution_asked_for() {
+    let mut worst: f64 = 0.0;
+    for (exponent, e, phase) in [1.0, 1.5]
+        .into_iter()
+        .flat_map(|g| [0.2, 0.5, 0.9, 1.0].map(|e| (g, e)))
+        .flat_map(|(g, e)| (0..8).map(move |p| (g, e, p as f64 / 8.0)))
+    {
+        for shape in [Shape::Disc, Shape::Sphere] {
+            let law = material(exponent, e, 0.3);
+            let size = [0.2, 0.2, 0.2];
+            let mut first = body(shape, 0.01, vector![0.05, 0.1, 0.1], vector![0.7, 0.0, 0.0]);
+            let mut second = body(shape, 0.004, vector![0.0, 0.1, 0.1], vector![-0.3, 0.0, 0.0]);
+            first.density = 900.0;
+            let mass = first.mass() * second.mass() / (first.mass() + second.mass());
+            let step = Law::new(law).contact_time(mass, 1.0) / SUBSTEPS_PER_CONTACT;
+            second.centre.x = first.centre.x + first.radius + second.radius + (1.0 + phase) * step;
+            let mut both = [first, second];
+            let mut pair = contacts(&both, law, size, &[0, 1, 2], Substeps::Fixed(1));
+            collide(&mut pair, &mut both, step);
+            let measured = both[1].velocity.x - both[0].velocity.x;
+            worst = worst.max((measured / e - 1.0).abs());
+            assert!((measured / e - 1.0).abs() < 0.01, "{shape:?} {exponent} e {e} {phase}: {measured}");
+
+            // The same against a wall, in one long step.
+            let mut one = [body(shape, 0.01, vector![0.1, 0.1, 0.1], vector![0.0, -0.5, 0.0])];
+            let time = Law::new(law).contact_time(one[0].mass(), 0.5);
+            one[0].centre.y = 0.01 + 0.5 * time * (0.3 + phase / 40.0);
+            let mut wall = contacts(&one, law, size, &[0, 1, 2], Substeps::Auto);
+            let taken = wall.advance(&mut one, &[Push::default()], 2.0 * time).unwrap();
+            assert!(taken >= 80 && taken < 90, "{taken}");
+            let measured = one[0].velocity.y / 0.5;
+            worst = worst.max((measured / e - 1.0).abs());
+            assert!((measured / e - 1.0).abs() < 0.01, "{shape:?} on the wall, {exponent} e {e} {phase}: {measured}");
+            let given = one[0].mass() * 0.5 * (1.0 + measured);
+            assert!((wall.impulses()[0].linear.y / given - 1.0).abs() < 1e-12);
+            assert_eq!(wall.wall_impulse(), -wall.impulses()[0].linear);
+        }
+    }
+    println!("restitution: worst relative error {worst:.2e}");
+}
+
+#[test]
+fn the_damping_ratio_is_that_of_schwager_and_poeschel() {
+    for zeta in [0.01, 0.1, 0.5, 0.7, 0.75, 0.9, 0.999, 1.5, 3.0] {
+        let theory: f64 = if zeta < 1.0 {
+            let w = f64::sqrt(1.0 - zeta * zeta);
+            (-zeta / w * (PI - f64::atan2(2.0 * zeta * w, w * w - zeta * zeta))).exp()
+        } else {
+            let w = f64::sqrt(zeta * zeta - 1.0);
+            (-zeta / w * ((zeta + w) / (zeta - w)).ln()).exp()
+        };
+        let law = Law::new(material(1.0, theory, 0.0));
+        assert!((law.zeta / zeta - 1.0).abs() < 2e-4, "zeta {zeta}: {} at e = {theory}", law.zeta);
+    }
+    assert_eq!(Law::new(material(1.5, 1.0, 0.0)).zeta, 0.0);
+}
+
+/// How long a body touches a wall (s), from its impulses over short steps.
+fn time_at_the_wall(law: Material, speed: f64, steps: f64) -> f64 {
+    let mut one = [body(Shape::Sphere, 0.01, vector![0.1, 0.1, 0.1], vector![0.0, -speed, 0.0])];
+    let step = Law::new(law).contact_time(one[0].mass(), speed) / steps;
+    one[0].centre.y = 0.01 + 1.5 * speed * step;
+    let mut wall = contacts(&one, law, [0.2; 3], &[0, 1, 2], Substeps::Fixed(1));
+    step * collide(&mut wall, &mut one, step) as f64
+}
+
+#[test]
+fn a_contact_lasts_as_long_as_theory_says() {
+    let mass = body(Shape::Sphere, 0.01, Vector3::zeros(), Vector3::zeros()).mass();
+    let linear = PI * (mass / 1e5).sqrt();
+    assert!((time_at_the_wall(material(1.0, 1.0, 0.0), 0.5, 1000.0) / linear - 1.0).abs() < 0.003);
+    // Until the force is 0 (Schwager and Poeschel), at e = 0.5.
+    let law = material(1.0, 0.5, 0.0);
+    let zeta = Law::new(law).zeta;
+    let w = f64::sqrt(1.0 - zeta * zeta);
+    let damped = (PI - f64::atan2(2.0 * zeta * w, w * w - zeta * zeta)) / w / PI * linear;
+    assert!((time_at_the_wall(law, 0.5, 1000.0) / damped - 1.0).abs() < 0.003);
+    // Hertz: 2.9432 d/v, with d the depth; a sphere of the lightest material is what contact_time finds.
+    let hertz = material(1.5, 1.0, 0.0);
+    let depth = (1.25 * mass * 0.25 / hertz.normal_stiffness).powf(0.4);
+    let theory = 2.943_2 * depth / 0.5;
+    let spheres = [0.01, 0.02].map(|r| body(Shape::Sphere, r, vector![0.1, 0.1, 0.1], Vector3::zeros()));
+    let time = |axes: &[usize], bodies: &[Body]| {
+        contacts(bodies, hertz, [0.2; 3], axes, Substeps::Auto).contact_time(bodies, 0.5)
+    };
+    assert!((time(&[0], &spheres[..1]) / theory - 1.0).abs() < 1e-4, "{} {theory}", time(&[0], &spheres[..1]));
+    assert_eq!(time(&[], &spheres[..1]), f64::INFINITY);
+    assert!(time(&[], &spheres) < theory);
+    assert!((time_at_the_wall(hertz, 0.5, 1000.0) / theory - 1.0).abs() < 0.003);
+}
+
+#[test]
+fn damping_can_be_given_as_it_is() {
+    let mass = body(Shape::Sphere, 0.01, Vector3::zeros(), Vector3::zeros()).mass();
+    for exponent in [1.0, 1.5] {
+        let asked = Law::new(material(exponent, 0.6, 0.0));
+        let normal = 2.0 * asked.zeta * (mass * asked.material.normal_stiffness).sqrt();
+        let law = Material { damping: Damping::Given { normal, tangential: 0.0 }, ..asked.material };
+        let mut one = [body(Shape::Sphere, 0.01, vector![0.1, 0.1, 0.1], vector![0.0, -0.5, 0.0])];
+        one[0].centre.y = 0.0101;
+        let mut wall = contacts(&one, law, [0.2; 3], &[0, 1, 2], Substeps::Auto);
+        wall.advance(&mut one, &[Push::default()], 0.01).unwrap();
+        assert!((one[0].velocity.y / 0.5 / 0.6 - 1.0).abs() < 0.005, "{}", one[0].velocity.y / 0.5);
+    }
+}
+
+#[test]
+fn a_body_that_hits_a_wall_askew_slides_by_coulombs_law() {
+    for (shape, inertia) in [(Shape::Disc, 0.5), (Shape::Sphere, 0.4)] {
+        let (e, mu, speed) = (0.8, 0.1, 0.5);
+        let mut law = material(1.0, e, mu);
+        law.normal_stiffness *= 100.0; // the arm is the radius less the overlap
+        let mut one = [body(shape, 0.01, vector![0.1, 0.0101, 0.1], vector![2.0, -speed, 0.0])];
+        let mut wall = contacts(&one, law, [0.2; 3], &[1], Substeps::Auto);
+        wall.advance(&mut one, &[Push::default()], 2e-3).unwrap();
+        let slowed = mu * (1.0 + e) * speed;
+        assert!(((2.0 - one[0].velocity.x) / slowed - 1.0).abs() < 0.01, "{}", one[0].velocity.x);
+        // The friction acts below the centre, backwards: the body takes up a spin about -z.
+        let spin = -slowed / (inertia * 0.01);
+        assert!((one[0].spin.z / spin - 1.0).abs() < 0.02, "{} {spin}", one[0].spin.z);
+        assert!(one[0].spin.x == 0.0 && one[0].spin.y == 0.0 && one[0].velocity.z == 0.0);
+    }
+}
+
+#[test]
+fn a_wall_that_moves_drags_along() {
+    let mut law = material(1.0, 0.8, 0.1);
+    law.normal_stiffness *= 100.0;
+    let one = body(Shape::Disc, 0.01, vector![0.1, 0.0101, 0.1], vector![0.0, -0.5, 0.0]);
+    let mut fixed = [Body { velocity: vector![-2.0, -0.5, 0.0], ..one.clone() }];
+    let mut dragged = [one];
+    contacts(&fixed, law, [0.2; 3], &[1], Substeps::Auto).advance(&mut fixed, &[Push::default()], 1e-3).unwrap();
+    let mut moving = contacts(&dragged, law, [0.2; 3], &[1], Substeps::Auto);
+    moving.walls[0].velocity.x = 2.0;
+    moving.advance(&mut dragged, &[Push::default()], 1e-3).unwrap();
+    assert!((dragged[0].velocity.x - fixed[0].velocity.x - 2.0).abs() < 1e-9);
+    assert!((dragged[0].spin.z - fixed[0].spin.z).abs() < 1e-6);
+}
+
+#[test]
+fn a_body_that_grips_the_wall_reverses_its_slip_but_never_gains_energy() {
+    for (e, ratio) in [(1.0, 0.4), (1.0, 2.0 / 7.0), (0.9, 2.0 / 7.0), (0.5, 1.0)] {
+        let law = Material { tangential_ratio: ratio, ..material(1.0, e, 10.0) };
+        let mut one = [body(Shape::Sphere, 0.01, vector![0.1, 0.01001, 0.1], vector![0.05, -0.5, 0.0])];
+        let energy = |b: &Body| 0.5 * (b.mass() * b.velocity.norm_squared() + b.inertia() * b.spin.norm_squared());
+        let before = energy(&one[0]);
+        let mut wall = contacts(&one, law, [0.2; 3], &[1], Substeps::Auto);
+        wall.advance(&mut one, &[Push::default()], 5e-3).unwrap();
+        let slip = one[0].velocity.x + 0.01 * one[0].spin.z;
+        assert!(one[0].velocity.x < 0.05 && one[0].spin.z < 0.0 && slip < 0.02, "{one:?}");
+        assert!(energy(&one[0]) < before * (1.0 + 2e-4), "e {e}: {}", energy(&one[0]) / before - 1.0);
+        assert_eq!(wall.memory().count(), 0);
+    }
+    // As printed, the damper of (22) feeds.
+    let gain = |printed_sign| {
+        let law = Material { printed_sign, ..material(1.0, 0.5, 10.0) };
+        let mut one = [body(Shape::Sphere, 0.01, vector![0.1, 0.01001, 0.1], vector![0.05, -0.5, 0.0])];
+        contacts(&one, law, [0.2; 3], &[1], Substeps::Auto).advance(&mut one, &[Push::default()], 5e-3).unwrap();
+        (one[0].velocity.x + 0.01 * one[0].spin.z).abs()
+    };
+    assert!(gain(true) > 2.0 * gain(false), "{} {}", gain(true), gain(false));
+}
+
+/// Acceleration down a slope (m/s2) of a body that starts at rest, over its last half second.
+fn acceleration_down(shape: Shape, mu: f64, angle: f64, motion: Motion) -> (f64, Contacts, [Body; 1]) {
+    let size = [2.0, 0.1, 0.1];
+    let law = Material { normal_stiffness: 1e6, ..material(1.0, 0.5, mu) };
+    let mut one = [body(shape, 0.01, vector![0.1, 0.01, 0.05], Vector3::zeros())];
+    one[0].motion = motion;
+    one[0].centre.y -= one[0].mass() * 9.81 * angle.cos() / 1e6;
+    let mut wall = contacts(&one, law, size, &[1], Substeps::Auto);
+    let down = [push(9.81 * angle.sin(), -9.81 * angle.cos())];
+    let mut before = 0.0;
+    for step in 0..200 {
+        if step == 100 {
+            before = one[0].velocity.x;
+        }
+        wall.advance(&mut one, &down, 2.5e-3).unwrap();
+    }
+    ((one[0].velocity.x - before) / 0.25, wall, one)
+}
+
+#[test]
+fn a_body_slides_or_rolls_down_a_slope() {
+    let angle: f64 = 0.5;
+    for (shape, motion, share) in [
+        (Shape::Disc, Motion::Free(PLANE), 2.0 / 3.0),
+        (Shape::Sphere, Motion::Free(FREE), 5.0 / 7.0),
+    ] {
+        let critical = (1.0 - share) * angle.tan();
+        let rolling = acceleration_down(shape, 1.2 * critical, angle, motion).0 / (share * 9.81 * angle.sin());
+        let mu = 0.6 * critical;
+        let sliding = acceleration_down(shape, mu, angle, motion).0 / (9.81 * (angle.sin() - mu * angle.cos()));
+        println!("{shape:?}: rolls at {rolling:.5} and slides at {sliding:.5} of theory");
+        assert!((rolling - 1.0).abs() < 0.01 && (sliding - 1.0).abs() < 0.01, "{shape:?} {rolling} {sliding}");
+    }
+}
+
+#[test]
+fn a_block_below_its_friction_angle_stays_and_remembers_why() {
+    let block = Motion::Free(Freedom { rotation: [false; 3], ..PLANE });
+    let (_, mut wall, mut one) = acceleration_down(Shape::Disc, 0.4, f64::atan(0.35), block);
+    let weight = one[0].mass() * 9.81 * f64::atan(0.35).sin();
+    let memory: Vec<_> = wall.memory().collect();
+    assert_eq!((memory.len(), memory[0].0, memory[0].1), (1, 0, 1));
+    assert!((memory[0].2.x * 2.0 / 7.0 * 1e6 / weight - 1.0).abs() < 1e-3, "{memory:?}");
+    assert!(one[0].velocity.norm() < 1e-6, "{}", one[0].velocity);
+    assert!((one[0].centre.x - 0.1) < 3.0 * memory[0].2.x, "{} {}", one[0].centre.x - 0.1, memory[0].2.x);
+    // A restart with the memory goes on alike; one without it slips.
+    let mut again = one.clone();
+    let mut restarted = acceleration_down(Shape::Disc, 0.4, 0.0, block).1;
+    restarted.remember(memory.clone()).unwrap();
+    let down = [push(9.81 * f64::atan(0.35).sin(), -9.81 * f64::atan(0.35).cos())];
+    wall.advance(&mut one, &down, 2.5e-3).unwrap();
+    restarted.advance(&mut again, &down, 2.5e-3).unwrap();
+    assert_eq!(one[0].centre, again[0].centre);
+    assert!(restarted.remember([(0, 3, Vector3::zeros())]).is_err());
+    // Lifted, it forgets.
+    one[0].velocity.y = 1.0;
+    wall.advance(&mut one, &down, 2.5e-3).unwrap();
+    assert_eq!(wall.memory().count(), 0);
+    let slips = acceleration_down(Shape::Disc, 0.4, f64::atan(0.45), block).0;
+    assert!(slips > 0.0);
+}
+
+#[test]
+fn bodies_that_are_not_free_act_with_infinite_mass_and_their_own_velocity() {
+    let mut two = [
+        body(Shape::Disc, 0.01, vector![0.05, 0.1, 0.0], vector![1.0, 0.0, 0.0]),
+        body(Shape::Disc, 0.01, vector![0.0705, 0.1, 0.0], vector![0.0, 0.0, 0.0]),
+    ];
+    two[0].motion = Motion::Prescribed;
+    let mut pair = contacts(&two, material(1.0, 0.5, 0.3), [0.2, 0.2, 0.0], &[0, 1], Substeps::Auto);
+    pair.advance(&mut two, &[push(5.0, 5.0), Push::default()], 0.02).unwrap();
+    assert_eq!(two[0].velocity, vector![1.0, 0.0, 0.0]);
+    assert!((two[0].centre.x - 0.07).abs() < 1e-12);
+    assert!((two[1].velocity.x - 1.5).abs() < 0.015);
+    assert_eq!(pair.impulses()[0].linear, -pair.impulses()[1].linear);
+    two[1].motion = Motion::Fixed;
+    two[1].centre.x = 0.085;
+    assert_eq!(pair.advance(&mut two, &[Push::default(); 2], 0.01).unwrap(), 0);
+    assert_eq!(two[1].centre.x, 0.085);
+}
+
+#[test]
+fn what_a_user_can_cause_is_an_error_that_names_the_particle() {
+    let says = |body: Body, substeps, dt, push: Push, words: &[&str]| {
+        let still = Body { centre: vector![0.15, 0.15, 0.0], velocity: Vector3::zeros(), ..body.clone() };
+        let mut two = [still, body];
+        let mut pair = contacts(&two, material(1.0, 0.5, 0.3), [0.2, 0.2, 0.0], &[1], substeps);
+        pair.periods[0] = None;
+        let text = pair.advance(&mut two, &[Push::default(), push], dt).unwrap_err().to_string();
+        assert!(words.iter().all(|w| text.contains(w)), "{text}");
+    };
+    let disc = |x: f64, y: f64, v: f64| body(Shape::Disc, 0.01, vector![x, y, 0.0], vector![v, 0.0, 0.0]);
+    let (auto, still) = (Substeps::Auto, Push::default());
+    says(disc(0.134, 0.15, 0.0), auto, 1e-3, still, &["particles 0 and 1", "0.40", "stiffer"]);
+    says(disc(0.15, 0.15, 0.0), auto, 1e-3, still, &["particles 0 and 1", "2.00"]);
+    says(disc(0.1, 0.003, 0.0), auto, 1e-3, still, &["particle 1 and the wall at y = 0 m", "0.70"]);
+    says(disc(0.1, -0.003, 0.0), auto, 1e-3, still, &["particle 1 is beyond the wall at y = 0 m"]);
+    says(disc(0.1, 0.1, -30.0), auto, 1e-2, still, &["particle 1 has left the box", "x = -0.2"]);
+    says(disc(0.129, 0.15, 5.0), Substeps::Fixed(2), 1e-2, still, &["particles 0 and 1", "contact.substeps"]);
+    says(disc(0.129, 0.15, 5.0), auto, 1e6, still, &["particles 0 and 1", "lower the stiffness"]);
+    says(disc(f64::NAN, 0.1, 0.0), auto, 1e-2, still, &["particle 1", "not a finite number"]);
+    says(disc(0.1, 0.1, 0.0), auto, 1e-2, push(f64::NAN, 0.0), &["particle 1", "not a finite number"]);
+}

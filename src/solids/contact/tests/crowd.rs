@@ -1,0 +1,207 @@
+//! Tests of many contacts at once.
+
+use super::*;
+
+/// Numbers in [0, 1), the same every time.
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn about_zero(&mut self) -> f64 {
+        2.0 * self.roll() - 1.0
+    }
+}
+
+/// Discs on a lattice of `across` columns, of radii 3 to 4 mm, 1 cm apart, thrown about at up to `speed` (m/s).
+fn cloud(n: usize, across: usize, speed: f64) -> Vec<Body> {
+    let mut dice = Dice(7);
+    let disc = |i: usize| {
+        let centre = vector![(i % across) as f64 + 0.5, (i / across) as f64 + 0.5, 0.0] * 0.01;
+        let velocity = vector![dice.about_zero(), dice.about_zero(), 0.0] * speed;
+        let mut disc = body(Shape::Disc, 0.003 + 0.001 * dice.roll(), centre, velocity);
+        disc.spin.z = 100.0 * speed * dice.about_zero();
+        disc
+    };
+    (0..n).map(disc).collect()
+}
+
+fn kinetic(bodies: &[Body]) -> f64 {
+    let of = |b: &Body| 0.5 * (b.mass() * b.velocity.norm_squared() + b.inertia() * b.spin.norm_squared());
+    bodies.iter().map(of).sum()
+}
+
+/// Energy in the springs of contacts of exponent 1 (J).
+fn elastic(contacts: &Contacts, bodies: &[Body]) -> f64 {
+    let of = |pair: &Pair| {
+        let law = contacts.law(pair);
+        let tangential = law.material.tangential_ratio * law.material.normal_stiffness;
+        let meeting = contacts.meet(pair, bodies, 0.0).0;
+        law.stored(meeting.overlap) + 0.5 * tangential * pair.spring.map_or(0.0, |s| s.norm_squared())
+    };
+    contacts.pairs.iter().map(of).sum()
+}
+
+#[test]
+fn a_cloud_that_collides_never_gains_energy() {
+    let mut bodies = cloud(50, 10, 1.0);
+    let size = [0.1, 0.05, 0.0];
+    let mut contacts = contacts(&bodies, material(1.0, 0.9, 0.3), size, &[0, 1], Substeps::Auto);
+    let still = vec![Push::default(); bodies.len()];
+    let start = kinetic(&bodies);
+    let (mut last, mut worst, mut substeps) = (start, f64::NEG_INFINITY, 0);
+    for _ in 0..1000 {
+        substeps += contacts.advance(&mut bodies, &still, 2e-4).unwrap();
+        let energy = kinetic(&bodies) + elastic(&contacts, &bodies);
+        worst = f64::max(worst, (energy - last) / start);
+        last = energy;
+    }
+    println!("cloud: largest gain in a step {worst:.2e} of the start's energy, {:.4} left, {substeps} substeps", last / start);
+    assert!(worst < 1e-6, "{worst:e}");
+    assert!(last < 0.9 * start);
+}
+
+#[test]
+fn a_periodic_cloud_keeps_its_momentum() {
+    let mut bodies = cloud(50, 10, 1.0);
+    let mut contacts = contacts(&bodies, material(1.0, 0.7, 0.3), [0.1, 0.05, 0.0], &[], Substeps::Auto);
+    let still = vec![Push::default(); bodies.len()];
+    let momentum = |bodies: &[Body]| bodies.iter().map(|b| b.mass() * b.velocity).sum::<Vector3<f64>>();
+    let scale: f64 = bodies.iter().map(|b| b.mass() * b.velocity.norm()).sum();
+    let (start, energy) = (momentum(&bodies), kinetic(&bodies));
+    for _ in 0..300 {
+        contacts.advance(&mut bodies, &still, 1e-3).unwrap();
+    }
+    let change = (momentum(&bodies) - start).norm() / scale;
+    println!("momentum changed by {change:.1e}");
+    assert!(change < 1e-12 && kinetic(&bodies) < 0.5 * energy);
+}
+
+#[test]
+fn two_spheres_keep_their_momentum_and_angular_momentum() {
+    let mut two = [
+        body(Shape::Sphere, 0.01, vector![0.05, 0.1, 0.1], vector![0.5, 0.1, 0.0]),
+        body(Shape::Sphere, 0.007, vector![0.0675, 0.106, 0.102], vector![-0.5, 0.0, 0.3]),
+    ];
+    two[0].spin = vector![10.0, -20.0, 5.0];
+    let whole = |two: &[Body]| {
+        let linear: Vector3<f64> = two.iter().map(|b| b.mass() * b.velocity).sum();
+        let angular: Vector3<f64> =
+            two.iter().map(|b| b.mass() * b.centre.cross(&b.velocity) + b.inertia() * b.spin).sum();
+        (linear, angular, kinetic(two))
+    };
+    let before = whole(&two);
+    let mut pair = contacts(&two, material(1.0, 0.9, 0.3), [0.2; 3], &[0, 1, 2], Substeps::Auto);
+    pair.advance(&mut two, &[Push::default(); 2], 5e-3).unwrap();
+    let after = whole(&two);
+    assert!(pair.impulses()[0].linear.norm() > 1e-4);
+    assert!((after.0 - before.0).norm() < 1e-15 && after.2 < before.2);
+    // The friction acts along the line of the middle of a substep, the bodies move to its end.
+    assert!((after.1 - before.1).norm() < 1e-6 * before.1.norm(), "{:e}", (after.1 - before.1).norm() / before.1.norm());
+}
+
+#[test]
+fn a_heap_comes_to_rest() {
+    let mut bodies = cloud(50, 10, 0.3);
+    let mut contacts = contacts(&bodies, material(1.0, 0.5, 0.5), [0.1, 0.1, 0.0], &[0, 1], Substeps::Auto);
+    let down = vec![push(0.0, -9.81); bodies.len()];
+    let fall: f64 = bodies.iter().map(|b| b.mass() * 9.81 * 0.01).sum();
+    for _ in 0..1500 {
+        contacts.advance(&mut bodies, &down, 1e-3).unwrap();
+    }
+    let (rest, places) = (kinetic(&bodies) / fall, bodies.clone());
+    for _ in 0..200 {
+        contacts.advance(&mut bodies, &down, 1e-3).unwrap();
+    }
+    let crept = bodies.iter().zip(&places).map(|(a, b)| (a.centre - b.centre).norm()).fold(0.0, f64::max);
+    let deepest = contacts.pairs.iter().map(|p| contacts.meet(p, &bodies, 0.0).0.overlap).fold(0.0, f64::max);
+    println!("heap: kinetic energy {rest:.1e} of a fall by 1 cm, crept {crept:.1e} m in 0.2 s, deepest {deepest:.1e} m");
+    assert!(rest < 1e-8 && crept < 1e-6, "{rest:e} {crept:e}");
+    // What the walls took is the weight.
+    let weight: f64 = bodies.iter().map(|b| b.mass() * 9.81 * 1e-3).sum();
+    assert!((contacts.wall_impulse().y / -weight - 1.0).abs() < 1e-3, "{}", contacts.wall_impulse().y / -weight);
+}
+
+#[test]
+fn cell_lists_find_the_pairs_of_brute_force() {
+    let mut dice = Dice(3);
+    for (size, periodic) in [
+        ([1.0, 1.0, 1.0], [false; 3]),
+        ([1.0, 1.0, 1.0], [true; 3]),
+        ([0.13, 1.0, 0.1], [true, false, true]),
+        ([0.21, 0.32, 0.5], [true; 3]),
+        ([0.11, 0.05, 2.0], [true, false, true]),
+        ([3.0, 0.2, 0.0], [true, true, false]),
+    ] {
+        let periods: [Option<f64>; 3] = std::array::from_fn(|a| periodic[a].then_some(size[a]));
+        let shape = if size[2] == 0.0 { Shape::Disc } else { Shape::Sphere };
+        let ball = |_| {
+            let centre = vector![dice.roll() * size[0], dice.roll() * size[1], dice.roll() * size[2]];
+            body(shape, 0.01 + 0.01 * dice.roll(), centre, Vector3::zeros())
+        };
+        let bodies: Vec<Body> = (0..300).map(ball).collect();
+        let reach: Vec<f64> = bodies.iter().map(|_| 0.01 * dice.roll()).collect();
+        let farthest = bodies.iter().zip(&reach).map(|(b, r)| b.radius + r).fold(0.0, f64::max);
+        let mut cells = Neighbours::new(&bodies, size, periods);
+        cells.sort(&bodies, 2.0 * farthest);
+        let mut found = vec![];
+        for i in 0..bodies.len() {
+            cells.around(i, &bodies, &reach, |j| found.push((i, j)));
+        }
+        found.sort_unstable();
+        let mut all = vec![];
+        for i in 0..bodies.len() {
+            for j in i + 1..bodies.len() {
+                let within = bodies[i].radius + bodies[j].radius + reach[i] + reach[j];
+                if nearest_image(&bodies[i].centre, &bodies[j].centre, &periods).norm() <= within {
+                    all.push((i, j));
+                }
+            }
+        }
+        assert_eq!(found, all, "{size:?}");
+        assert!(all.len() > 20);
+    }
+}
+
+#[test]
+fn the_search_looks_at_a_few_distances_per_particle_however_many_there_are() {
+    let checks = [100usize, 1000, 3000].map(|n| {
+        let across = (n as f64).sqrt() as usize;
+        let size = [0.01 * across as f64, 0.01 * n.div_ceil(across) as f64, 0.0];
+        let bodies = cloud(n, across, 1.0);
+        let mut contacts = contacts(&bodies, material(1.0, 0.9, 0.3), size, &[0, 1], Substeps::Auto);
+        contacts.search(&bodies, 1e-4, false);
+        contacts.neighbours.checks as f64 / n as f64
+    });
+    println!("distances per particle for 100, 1000, 3000: {checks:.2?}");
+    assert!(checks.iter().all(|&c| c < 8.0) && checks[2] < 1.3 * checks[0], "{checks:?}");
+}
+
+#[test]
+fn a_body_that_is_struck_strikes_the_next_within_the_same_step() {
+    // Far beyond the reach of a body at rest: the pairs have to be found anew on the way.
+    let place = |x: f64, speed: f64| body(Shape::Disc, 0.01, vector![x, 0.05, 0.0], vector![speed, 0.0, 0.0]);
+    let mut bodies = [place(0.02, 1.0), place(0.05, 0.0), place(0.1, 0.0), place(0.15, 0.0)];
+    let mut contacts = contacts(&bodies, material(1.0, 1.0, 0.3), [0.3, 0.1, 0.0], &[0, 1], Substeps::Auto);
+    contacts.advance(&mut bodies, &[Push::default(); 4], 0.15).unwrap();
+    let speeds = [0, 1, 2, 3].map(|i| bodies[i].velocity.x);
+    assert!(speeds[..3].iter().all(|v| v.abs() < 0.01) && (speeds[3] - 1.0).abs() < 0.01, "{speeds:?}");
+    // 0.01 + 0.03 + 0.03 m until the third strikes the last; contacts last 9 ms in all
+    assert!(bodies[3].centre.x > 0.22 && bodies[3].centre.x < 0.24, "{}", bodies[3].centre.x);
+}
+
+#[test]
+fn steps_do_not_allocate_once_warm() {
+    let mut bodies = cloud(50, 10, 1.0);
+    let mut contacts = contacts(&bodies, material(1.0, 1.0, 0.3), [0.1, 0.05, 0.0], &[0, 1], Substeps::Auto);
+    let still = vec![Push::default(); bodies.len()];
+    let room = |c: &Contacts| c.pairs.capacity() + c.old.capacity() + c.neighbours.capacity();
+    let before = room(&contacts);
+    for _ in 0..100 {
+        contacts.advance(&mut bodies, &still, 1e-3).unwrap();
+    }
+    assert_eq!(room(&contacts), before);
+}
