@@ -404,7 +404,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let (exchange, bodies) = coupling.map_or((&[][..], &[][..]), |c| (c.exchange(), c.bodies()));
         // The state at time 0 has exchanged nothing yet.
         if self.scene.steps > 0 {
-            self.series.iter_mut().for_each(|s| s.sample(self.scene.time, exchange, bodies, &[], speed));
+            self.series.iter_mut().for_each(|s| s.sample(self.scene.time, exchange, bodies, speed));
         }
     }
 

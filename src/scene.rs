@@ -10,6 +10,7 @@ use crate::fluid::pressure::{Projection, StoppingRule};
 use crate::grid::{Border, Boundaries, Coefficient, Grid, VectorField};
 use crate::petsc::{Layout, Session};
 use crate::scheme::{self, Limits, Scheme};
+use crate::solids::contact::{Contacts, Damping, Laws, Material, Substeps, Wall};
 use crate::solids::{Body, Freedom, Motion, Shape, fraction};
 use crate::{Error, Result};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -149,8 +150,9 @@ impl<const D: usize> Scene<D> {
             g: std::array::from_fn(|a| g[a]),
             excess: std::array::from_fn(|a| if g[a] == 0.0 { Vec::new() } else { grid.field() }),
         });
+        let law = case.contact.as_ref().filter(|_| flies).map(|law| contacts(case, law, &bodies));
         let coupling = (!bodies.is_empty())
-            .then(|| Coupling::new(session, &grid, bodies, None, choices, case.fluid.density, case.fluid.viscosity));
+            .then(|| Coupling::new(session, &grid, bodies, law, choices, case.fluid.density, case.fluid.viscosity));
         let scheme = match (case.time.scheme, case.time.advection) {
             (_, case::Advection::Qsi) => &scheme::QSI,
             (case::Scheme::Euler, _) => &scheme::EULER,
@@ -372,6 +374,8 @@ impl<const D: usize> Scene<D> {
         let field = |c: &Coefficient| matches!(c, Coefficient::Field(_));
         let moves = particles.is_some_and(Coupling::moves);
         let varies = field(&self.density);
+        let flies = particles.is_some_and(Coupling::flies);
+        let touches = particles.is_some_and(|c| c.contacts().is_some());
         let why = |yes: bool, if_yes: &str, if_no: &str| (if yes { if_yes } else { if_no }).to_owned();
         let inviscid = matches!(self.viscosity, Coefficient::Uniform(0.0));
         vec![
@@ -381,12 +385,28 @@ impl<const D: usize> Scene<D> {
                 why(particles.is_some(), "there are particles", "no particles"),
             ),
             ("fractions at every step", moves, why(moves, "a particle moves", "nothing moves: found once")),
-            ("particle motion (17, 18)", false, "no particle is free to move".into()),
-            ("contacts (20-25)", false, "no particle is free to touch another".into()),
+            ("particle motion (17, 18)", flies, why(flies, "a particle is free", "no particle is free to move")),
+            (
+                "contacts (20-25)",
+                touches,
+                why(
+                    touches,
+                    "where two are in reach; none in reach, no substeps",
+                    if flies {
+                        "the case has no [contact]: a touch ends the run"
+                    } else {
+                        "no particle is free to touch another"
+                    },
+                ),
+            ),
             (
                 "gravity",
                 self.gravity.is_some(),
-                "held particles carry their own weight; the fluid's is in the pressure".into(),
+                why(
+                    self.gravity.is_some(),
+                    "free particles of another density than the fluid's",
+                    "held particles carry their own weight; the fluid's is in the pressure",
+                ),
             ),
             (
                 "density on every face",
@@ -463,6 +483,50 @@ fn body(p: &case::Particle, fluid: &case::Fluid) -> Body {
         spin,
         motion,
     }
+}
+
+/// The law of contacts between the bodies, and between them and the closed faces of the box.
+fn contacts(case: &Case, law: &case::Contact, bodies: &[Body]) -> Contacts {
+    let mut names = vec![case::WALL];
+    let mut material = |name| {
+        names.iter().position(|n| *n == name).unwrap_or_else(|| {
+            names.push(name);
+            names.len() - 1
+        })
+    };
+    let materials: Vec<usize> = case.particle.iter().map(|p| material(p.material())).collect();
+    let laws = Laws::new(names.len(), |a, b| {
+        let pair = law.law(names[a], names[b]);
+        Material {
+            normal_stiffness: pair.normal_stiffness,
+            exponent: pair.exponent,
+            tangential_ratio: pair.tangential_ratio,
+            friction: pair.friction,
+            damping: match pair.loss {
+                case::Loss::Restitution(e) => Damping::Restitution(e),
+                case::Loss::Damping(d) => Damping::Given { normal: d.normal, tangential: d.tangential },
+            },
+            printed_sign: law.tangential_damping == case::TangentialDamping::Printed,
+        }
+    });
+    let size = |axis: usize| case.domain.size.get(axis).copied();
+    let wall = |(face, side): (usize, Option<&Side>)| {
+        let (axis, high) = (face / 2, face % 2 == 1);
+        let velocity = match side? {
+            Side::Wall | Side::Slip => Vector3::zeros(),
+            Side::MovingWall(v) => Vector3::from(axes::<f64, 3>(v)),
+            _ => return None,
+        };
+        Some(Wall { axis, high, at: if high { size(axis)? } else { 0.0 }, velocity, material: 0 })
+    };
+    let walls = case.sides().into_iter().enumerate().filter_map(wall).collect();
+    let substeps = match law.substeps {
+        case::Substeps::Auto => Substeps::Auto,
+        case::Substeps::Count(n) => Substeps::Fixed(n as usize),
+    };
+    let sizes = std::array::from_fn(|a| size(a).unwrap_or(1.0));
+    let periods = std::array::from_fn(|a| size(a).filter(|_| case.periodic(a)));
+    Contacts::new(bodies, materials, walls, laws, sizes, periods, substeps)
 }
 
 /// The condition at a face, its profile evaluated at every stored position.

@@ -200,6 +200,7 @@ impl<const D: usize> Coupling<D> {
             (body.velocity, body.spin) = (v, w);
             if let Some(contacts) = &self.contacts {
                 let Impulse { linear, angular } = contacts.impulses()[k];
+                exchange.contact = linear / dt;
                 body.velocity += freedom.along(&linear) / body.mass();
                 body.spin += freedom.about(&angular) / body.inertia();
             }

@@ -49,6 +49,8 @@ pub struct Exchange {
     pub viscous: Vector3<f64>,
     /// Torque of the three parts of (19).
     pub literal_torque: Vector3<f64>,
+    /// Mean force of contacts over the step.
+    pub contact: Vector3<f64>,
     /// `sum alpha (rho_k - rho_f) dV` times the convective rate: what fields carry of the particle's excess mass.
     carried: Vector3<f64>,
     carried_torque: Vector3<f64>,

@@ -206,8 +206,7 @@ impl Folder {
                 b.spin.as_slice(),
                 force.as_slice(),
                 &[e.pressure.x, e.pressure.y, e.viscous.x, e.viscous.y, e.convective.x, e.convective.y],
-                // No contacts in this version.
-                &[0.0; 3],
+                e.contact.as_slice(),
                 torque.as_slice(),
                 &[e.pressure.z, e.viscous.z, e.convective.z],
                 e.momentum.as_slice(),

@@ -3,7 +3,6 @@
 use crate::case::{Case, ForceRule, Measure, MeasureKind};
 use crate::coupling::Exchange;
 use crate::solids::Body;
-use nalgebra::Vector3;
 use std::f64::consts::PI;
 
 /// A measure and its samples so far.
@@ -40,16 +39,9 @@ impl Series {
         &self.measure.name
     }
 
-    /// Takes the state after a step: the time (s), what each particle exchanged, the particles, the contact force on
-    /// each (N; empty where nothing can touch), the largest speed of the fluid (m/s).
-    pub fn sample(
-        &mut self,
-        time: f64,
-        exchange: &[Exchange],
-        bodies: &[Body],
-        contact: &[Vector3<f64>],
-        max_speed: f64,
-    ) {
+    /// Takes the state after a step: the time (s), what each particle exchanged, the particles, the largest speed of the
+    /// fluid (m/s).
+    pub fn sample(&mut self, time: f64, exchange: &[Exchange], bodies: &[Body], max_speed: f64) {
         if time < self.measure.from {
             return;
         }
@@ -75,7 +67,7 @@ impl Series {
             MeasureKind::VelocityY => body(&|b| b.velocity.y),
             MeasureKind::VelocityZ => body(&|b| b.velocity.z),
             MeasureKind::Spin => body(&|b| b.spin.z),
-            MeasureKind::ContactStart => contact.get(particle).map_or(0.0, Vector3::norm),
+            MeasureKind::ContactStart => exchange.get(particle).map_or(0.0, |e| e.contact.norm()),
         };
         self.samples.push((time, value));
     }
@@ -139,6 +131,7 @@ fn frequency(samples: &[(f64, f64)], level: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector3;
 
     #[test]
     fn a_noisy_sine_has_its_frequency() {
@@ -179,8 +172,9 @@ mod tests {
         {
             body.velocity.y = speed;
             body.centre.y += speed / 10.0;
-            let (bodies, contact) = ([body.clone()], [Vector3::new(0.0, force, 0.0)]);
-            series.iter_mut().for_each(|s| s.sample(time, &[], &bodies, &contact, 0.0));
+            let mut exchange = Exchange::default();
+            exchange.contact.y = force;
+            series.iter_mut().for_each(|s| s.sample(time, &[exchange], std::slice::from_ref(&body), 0.0));
         }
         let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
         let expected = [3.0, 8.0 - 1.4, -(2.5 + 1.5) / 3.0, 0.5, 3.0];

@@ -23,8 +23,8 @@ mod tests;
 
 use crate::solids::{Body, Motion, Shape, nearest_image};
 use crate::{Error, Result};
-use law::{Law, Meeting};
 pub use law::{Damping, Laws, Material};
+use law::{Law, Meeting};
 use nalgebra::Vector3;
 use neighbours::Neighbours;
 
@@ -306,10 +306,9 @@ impl Contacts {
             let mass = 1.0 / meeting.inverse_normal;
             let (body, push) = (&bodies[pair.first], &self.answers[pair.first].push);
             let (velocity, push) = match bodies.get(pair.second) {
-                Some(other) => (
-                    body.velocity - other.velocity,
-                    push.acceleration - self.answers[pair.second].push.acceleration,
-                ),
+                Some(other) => {
+                    (body.velocity - other.velocity, push.acceleration - self.answers[pair.second].push.acceleration)
+                }
                 None => (body.velocity, push.acceleration),
             };
             // The energy of an overlap counts as that of an approach.

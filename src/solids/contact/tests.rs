@@ -260,10 +260,9 @@ fn acceleration_down(shape: Shape, mu: f64, angle: f64, motion: Motion) -> (f64,
 #[test]
 fn a_body_slides_or_rolls_down_a_slope() {
     let angle: f64 = 0.5;
-    for (shape, motion, share) in [
-        (Shape::Disc, Motion::Free(PLANE), 2.0 / 3.0),
-        (Shape::Sphere, Motion::Free(FREE), 5.0 / 7.0),
-    ] {
+    for (shape, motion, share) in
+        [(Shape::Disc, Motion::Free(PLANE), 2.0 / 3.0), (Shape::Sphere, Motion::Free(FREE), 5.0 / 7.0)]
+    {
         let critical = (1.0 - share) * angle.tan();
         let rolling = acceleration_down(shape, 1.2 * critical, angle, motion).0 / (share * 9.81 * angle.sin());
         let mu = 0.6 * critical;

@@ -59,7 +59,10 @@ fn a_cloud_that_collides_never_gains_energy() {
         worst = f64::max(worst, (energy - last) / start);
         last = energy;
     }
-    println!("cloud: largest gain in a step {worst:.2e} of the start's energy, {:.4} left, {substeps} substeps", last / start);
+    println!(
+        "cloud: largest gain in a step {worst:.2e} of the start's energy, {:.4} left, {substeps} substeps",
+        last / start
+    );
     assert!(worst < 1e-6, "{worst:e}");
     assert!(last < 0.9 * start);
 }
@@ -100,7 +103,11 @@ fn two_spheres_keep_their_momentum_and_angular_momentum() {
     assert!(pair.impulses()[0].linear.norm() > 1e-4);
     assert!((after.0 - before.0).norm() < 1e-15 && after.2 < before.2);
     // The friction acts along the line of the middle of a substep, the bodies move to its end.
-    assert!((after.1 - before.1).norm() < 1e-6 * before.1.norm(), "{:e}", (after.1 - before.1).norm() / before.1.norm());
+    assert!(
+        (after.1 - before.1).norm() < 1e-6 * before.1.norm(),
+        "{:e}",
+        (after.1 - before.1).norm() / before.1.norm()
+    );
 }
 
 #[test]
@@ -118,7 +125,9 @@ fn a_heap_comes_to_rest() {
     }
     let crept = bodies.iter().zip(&places).map(|(a, b)| (a.centre - b.centre).norm()).fold(0.0, f64::max);
     let deepest = contacts.pairs.iter().map(|p| contacts.meet(p, &bodies, 0.0).0.overlap).fold(0.0, f64::max);
-    println!("heap: kinetic energy {rest:.1e} of a fall by 1 cm, crept {crept:.1e} m in 0.2 s, deepest {deepest:.1e} m");
+    println!(
+        "heap: kinetic energy {rest:.1e} of a fall by 1 cm, crept {crept:.1e} m in 0.2 s, deepest {deepest:.1e} m"
+    );
     assert!(rest < 1e-8 && crept < 1e-6, "{rest:e} {crept:e}");
     // What the walls took is the weight.
     let weight: f64 = bodies.iter().map(|b| b.mass() * 9.81 * 1e-3).sum();
