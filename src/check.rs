@@ -1,6 +1,6 @@
 //! `mics check`: the scene in one screen, without running it: sizes, numbers, limits, what is needed and what is not.
 
-use crate::case::{Case, FACES, Motion, Side, load};
+use crate::case::{Case, FACES, Motion, Side, Substeps, load};
 use crate::output::print;
 use crate::petsc::Session;
 use crate::run::{check_memory, check_step, choose_step, peak_memory, start_petsc};
@@ -63,6 +63,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         (case.time.end / dt).ceil(),
         case.time.end
     ));
+    lines.extend(contacts(case, &scene, dt));
     lines.push(format!("pressure     {}, until |D| < {:e} 1/s", scene.solver()?, case.pressure.divergence_limit));
     for (what, needed, why) in scene.needs() {
         lines.push(format!("{:<13}{what}: {why}", if needed { "needs" } else { "skips" }));
@@ -86,6 +87,34 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
 
 fn diameter(p: &crate::case::Particle) -> f64 {
     p.shape.diameter()
+}
+
+/// Substeps in a contact below which its restitution is no longer the one asked for.
+const COARSE: f64 = 20.0;
+
+/// The time of a contact beside the substep.
+fn contacts<const D: usize>(case: &Case, scene: &Scene<D>, dt: f64) -> Vec<String> {
+    let Some(coupling) = &scene.coupling else { return Vec::new() };
+    let (Some(contacts), Some(law)) = (coupling.contacts(), &case.contact) else { return Vec::new() };
+    // An impact after a fall of a diameter, for springs whose time depends on the speed.
+    let bodies = coupling.bodies();
+    let fall =
+        bodies.iter().map(|b| (4.0 * b.radius * coupling.largest_fall()).sqrt() + b.top_speed()).fold(1e-12, f64::max);
+    let time = contacts.contact_time(bodies, fall);
+    let Substeps::Count(n) = law.substeps else {
+        return vec![format!("contact      shortest {time:.3e} s; substeps chosen by it, where two are in reach")];
+    };
+    let (substep, ratio) = (dt / n as f64, time * n as f64 / dt);
+    let mut lines =
+        vec![format!("contact      shortest {time:.3e} s, substep {substep:.3e} s: {ratio:.1} substeps a contact")];
+    if ratio < COARSE {
+        lines.push(format!(
+            "warning      {ratio:.1} substeps a contact are too few (below {COARSE}): raise contact.substeps to {:.0}, or \
+             \"auto\"",
+            (COARSE * dt / time).ceil()
+        ));
+    }
+    lines
 }
 
 /// Few particles one by one, many by their ranges.

@@ -125,6 +125,11 @@ fn time(case: &Case) -> Check {
     ensure!(!both, "time.step", "time.step and time.cfl exclude each other: remove one of them");
     positive("time.step", time.step.unwrap_or(1.0), "s")?;
     positive("time.cfl", time.cfl.unwrap_or(1.0), "a Courant number, such as 0.4")?;
+    let falls = case.fluid.gravity.iter().flatten().any(|g| *g != 0.0)
+        && case.particle.iter().any(|p| p.motion == Motion::Free);
+    let holds = case.coupling.gradient == GradientRule::Faces || case.coupling.buoyancy == Buoyancy::Particle || !falls;
+    let cure = "set coupling.buoyancy = \"particle\" too";
+    ensure!(holds, "coupling.gradient", "reduced gravity at faces balances no pressure gradient at cells: {cure}");
     let holds = time.advection != Advection::Qsi || time.scheme == Scheme::Euler;
     let cure = "set time.scheme = \"euler\" or choose upwind5";
     ensure!(holds, "time.advection", "qsi is a one-step scheme: {cure}");
