@@ -1,11 +1,12 @@
 //! `mics plot`: the figures of run folders, from what the folders hold.
 //!
-//! One run: vorticity with streamlines (Fig. 7), streamlines (Fig. 6), forces over time. All runs together: Cd(Re)
-//! beside eq. (30) and the reference (Fig. 4), St(Re) (Fig. 5).
+//! One run: vorticity with streamlines (Fig. 7), streamlines (Fig. 6), forces over time and their parts
+//! (Fig. 10), paths (Fig. 9) and speeds of free particles. All runs together: Cd(Re) beside eq. (30) and the reference
+//! (Fig. 4), St(Re) (Fig. 5).
 
 use super::figure::{self, Axes, Disc, Plane, Series, SeriesStyle};
 use super::snapshot::Snapshot;
-use crate::case::{Case, MeasureKind, Side};
+use crate::case::{Case, MeasureKind, Motion, Side};
 use crate::{Error, Result};
 use std::collections::HashMap;
 use std::fs;
@@ -37,17 +38,21 @@ pub fn draw_run(run: &Path) -> Result<Vec<PathBuf>> {
     let figures = run.join("figures");
     fs::create_dir_all(&figures).map_err(Error::io(&figures))?;
     let mut written = Vec::new();
-    if let Some(history) = forces(run, &case)? {
-        let axes = Axes {
-            x_label: "time (s)".into(),
-            y_label: "force on particle 0 (N)".into(),
-            title: case.name.clone(),
-            ..Axes::default()
-        };
-        written.extend(figure::curves(&axes, &history, &figures.join("forces"))?);
+    let rows = particle_rows(run);
+    for (name, x_label, y_label, series) in [
+        ("forces", "time (s)", "force on particle 0 (N)", forces(run, &case, &rows)?),
+        ("speeds", "time (s)", "velocity of particle 0 (m/s)", speeds(run, &case, &rows)?),
+        ("paths", "x (m)", "y (m)", paths(run, &case, &rows)?),
+    ] {
+        if series.iter().any(|s| s.points.len() > 1) {
+            let (x_label, y_label) = (x_label.into(), y_label.into());
+            let frame = (name == "paths").then(|| [case.domain.size[0], case.domain.size[1]]);
+            let axes = Axes { x_label, y_label, title: case.name.clone(), frame, ..Axes::default() };
+            written.extend(figure::curves(&axes, &series, &figures.join(name))?);
+        }
     }
     let newest = newest_snapshot(run)?;
-    let plane = plane(&case, &Snapshot::read(&newest)?, run)?;
+    let plane = plane(&case, &Snapshot::read(&newest)?, run, &rows)?;
     written.extend(figure::streamlines(&plane, &figures.join("streamlines"))?);
     written.extend(figure::vorticity(&plane, &figures.join("vorticity"))?);
     Ok(written)
@@ -70,7 +75,7 @@ fn newest_snapshot(run: &Path) -> Result<PathBuf> {
 }
 
 /// The flow in the plane of the figure: all of a 2D run, the middle plane across z of a 3D one.
-fn plane(case: &Case, snapshot: &Snapshot, run: &Path) -> Result<Plane> {
+fn plane(case: &Case, snapshot: &Snapshot, run: &Path, rows: &Rows) -> Result<Plane> {
     let [nx, ny, nz] = snapshot.cells;
     let (from, count) = (nx * ny * (nz / 2), nx * ny);
     let component = |name: &str, k: usize| -> Result<Vec<f64>> {
@@ -83,7 +88,7 @@ fn plane(case: &Case, snapshot: &Snapshot, run: &Path) -> Result<Plane> {
     let height = (nz / 2) as f64 * hz + 0.5 * hz;
     let mut discs = Vec::new();
     let size = [nx as f64 * hx, ny as f64 * hy];
-    let centres = centres_at(run, snapshot.time);
+    let centres = centres_at(rows, snapshot.time);
     for (id, p) in case.particle.iter().enumerate() {
         let at = centres
             .get(&id)
@@ -117,8 +122,11 @@ fn plane(case: &Case, snapshot: &Snapshot, run: &Path) -> Result<Plane> {
     })
 }
 
+/// `particles.csv`: the number of each column by its name, and the rows.
+type Rows = (HashMap<String, usize>, Vec<Vec<f64>>);
+
 /// The rows of `particles.csv` as numbers by column name; empty where there is no such file.
-fn particle_rows(run: &Path) -> (HashMap<String, usize>, Vec<Vec<f64>>) {
+fn particle_rows(run: &Path) -> Rows {
     let Ok(mut reader) = csv::Reader::from_path(run.join("particles.csv")) else { return Default::default() };
     let columns = reader.headers().map(|h| h.iter().enumerate().map(|(k, n)| (n.to_owned(), k)).collect());
     let numbers = |r: csv::StringRecord| r.iter().map(|v| v.parse().unwrap_or(f64::NAN)).collect();
@@ -126,8 +134,7 @@ fn particle_rows(run: &Path) -> (HashMap<String, usize>, Vec<Vec<f64>>) {
 }
 
 /// Each particle's centre at the last row up to `time` (s).
-fn centres_at(run: &Path, time: f64) -> HashMap<usize, [f64; 3]> {
-    let (columns, rows) = particle_rows(run);
+fn centres_at((columns, rows): &Rows, time: f64) -> HashMap<usize, [f64; 3]> {
     let [Some(t), Some(id), Some(x)] = ["time", "id", "x"].map(|n| columns.get(n).copied()) else {
         return HashMap::new();
     };
@@ -135,30 +142,68 @@ fn centres_at(run: &Path, time: f64) -> HashMap<usize, [f64; 3]> {
     upto.map(|r| (r[id] as usize, [r[x], r[x + 1], r[x + 2]])).collect()
 }
 
-/// Force on particle 0 over time, and the three parts of (19) along x.
-fn forces(run: &Path, case: &Case) -> Result<Option<Vec<Series>>> {
-    let (columns, rows) = particle_rows(run);
-    if case.particle.is_empty() || rows.is_empty() {
-        return Ok(None);
-    }
+/// One column over another, of one particle.
+fn curve(run: &Path, (columns, rows): &Rows, id: usize, x: &str, y: &str, label: &str) -> Result<Series> {
     let column =
         |name: &str| columns.get(name).copied().ok_or_else(|| not_a_run(run, &format!("particles.csv lacks {name}")));
-    let (id, time) = (column("id")?, column("time")?);
-    let mut series = Vec::new();
-    for (name, label, style) in [
+    let (k, x, y) = (column("id")?, column(x)?, column(y)?);
+    let points = rows.iter().filter(|r| r[k] == id as f64).map(|r| (r[x], r[y])).collect();
+    Ok(Series { label: label.into(), points, style: SeriesStyle::Line })
+}
+
+/// Force on particle 0 over time, and the three parts of (19) along x.
+fn forces(run: &Path, case: &Case, rows: &Rows) -> Result<Vec<Series>> {
+    if case.particle.is_empty() || rows.1.is_empty() {
+        return Ok(Vec::new());
+    }
+    let all = [
         ("fluid_fx", "fluid, along x", SeriesStyle::Line),
         ("fluid_fy", "fluid, along y", SeriesStyle::Line),
         ("pressure_fx", "pressure part of (19), x", SeriesStyle::Dashed),
         ("viscous_fx", "viscous part, x", SeriesStyle::Dashed),
         ("convective_fx", "convective part, x", SeriesStyle::Dashed),
-    ] {
-        let k = column(name)?;
+    ];
+    let series = all.into_iter().map(|(name, label, style)| {
+        let mut series = curve(run, rows, 0, "time", name, label)?;
         // The first steps of an impulsive start would flatten all that follows.
-        let points: Vec<(f64, f64)> =
-            rows.iter().filter(|r| r[id] == 0.0 && r[time] > 0.02 * case.time.end).map(|r| (r[time], r[k])).collect();
-        series.push(Series { label: label.into(), points, style });
+        series.points.retain(|p| p.0 > 0.02 * case.time.end);
+        Ok(Series { style, ..series })
+    });
+    series.collect()
+}
+
+/// Velocity of particle 0 over time, where it is free.
+fn speeds(run: &Path, case: &Case, rows: &Rows) -> Result<Vec<Series>> {
+    if rows.1.is_empty() || case.particle.first().is_none_or(|p| p.motion != Motion::Free) {
+        return Ok(Vec::new());
     }
-    Ok(series.iter().any(|s| s.points.len() > 1).then_some(series))
+    [("vx", "along x"), ("vy", "along y")]
+        .map(|(name, label)| curve(run, rows, 0, "time", name, label))
+        .into_iter()
+        .collect()
+}
+
+/// Paths drawn at most.
+const PATHS: usize = 8;
+
+/// The paths of the first particles that move, each cut where it crosses a periodic face.
+fn paths(run: &Path, case: &Case, rows: &Rows) -> Result<Vec<Series>> {
+    let mut series = Vec::new();
+    if rows.1.is_empty() {
+        return Ok(series);
+    }
+    let movers = case.particle.iter().enumerate().filter(|(_, p)| p.motion != Motion::Fixed);
+    for (id, _) in movers.take(PATHS) {
+        let path = curve(run, rows, id, "x", "y", &format!("particle {id}"))?;
+        let far = |a: &(f64, f64), b: &(f64, f64)| {
+            (a.0 - b.0).abs() > 0.5 * case.domain.size[0] || (a.1 - b.1).abs() > 0.5 * case.domain.size[1]
+        };
+        for (part, points) in path.points.chunk_by(|a, b| !far(a, b)).enumerate() {
+            let label = if part == 0 { path.label.clone() } else { String::new() };
+            series.push(Series { label, points: points.to_vec(), style: SeriesStyle::Line });
+        }
+    }
+    Ok(series)
 }
 
 fn draw_over_reynolds(runs: &[PathBuf], folder: &Path) -> Result<Vec<PathBuf>> {
@@ -213,6 +258,7 @@ fn draw_over_reynolds(runs: &[PathBuf], folder: &Path) -> Result<Vec<PathBuf>> {
             log_x: true,
             log_y: true,
             title: "Drag of a cylinder".into(),
+            ..Axes::default()
         };
         written.extend(figure::curves(&axes, &series, &folder.join("drag_over_reynolds"))?);
     }

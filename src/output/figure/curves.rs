@@ -38,10 +38,21 @@ pub fn curves(axes: &Axes, series: &[Series], stem: &Path) -> Result<[PathBuf; 2
     let axis = |log: bool, range: Range<f64>, label: &str| {
         (if log { Axis::logarithmic } else { Axis::linear })(range, label, 8)
     };
-    let x = axis(axes.log_x, padded(all().map(|point| point.0), 0.03), &axes.x_label);
-    let y = axis(axes.log_y, padded(all().map(|point| point.1), 0.07), &axes.y_label);
+    let (in_x, in_y) = match axes.frame {
+        Some([width, height]) => (0.0..width, 0.0..height),
+        None => (padded(all().map(|point| point.0), 0.03), padded(all().map(|point| point.1), 0.07)),
+    };
+    let extent = match axes.frame {
+        Some([width, height]) => {
+            let scale = (f64::from(PLOT.0) / width).min(1.6 * f64::from(PLOT.1) / height);
+            ((scale * width) as i32, (scale * height) as i32)
+        }
+        None => PLOT,
+    };
+    let x = axis(axes.log_x, in_x, &axes.x_label);
+    let y = axis(axes.log_y, in_y, &axes.y_label);
     let top = MARGIN + if axes.title.is_empty() { 0 } else { LARGE + MARGIN / 2 };
-    let frame = Frame { corner: (MARGIN + y.room(), top), extent: PLOT, x, y };
+    let frame = Frame { corner: (MARGIN + y.room(), top), extent, x, y };
 
     let mut sheet = Sheet::default();
     frame.grid(&mut sheet);
@@ -57,10 +68,10 @@ pub fn curves(axes: &Axes, series: &[Series], stem: &Path) -> Result<[PathBuf; 2
         }
     }
     frame.axes(&mut sheet, false);
-    legend(&mut sheet, series, frame.corner, &drawn);
-    sheet.title(&axes.title, frame.corner.0 + PLOT.0 / 2, top);
-    let width = (frame.corner.0 + PLOT.0 + MARGIN).max(canvas::width(&axes.title, LARGE)) + MARGIN;
-    sheet.write((width, top + PLOT.1 + BELOW + MARGIN), stem)
+    legend(&mut sheet, series, frame.corner, extent, &drawn);
+    sheet.title(&axes.title, frame.corner.0 + extent.0 / 2, top);
+    let width = (frame.corner.0 + extent.0 + MARGIN).max(canvas::width(&axes.title, LARGE)) + MARGIN;
+    sheet.write((width, top + extent.1 + BELOW + MARGIN), stem)
 }
 
 /// Draws places in a style, in the colour and with the marker of the series of that index.
@@ -84,13 +95,13 @@ fn stroke(sheet: &mut Sheet, style: SeriesStyle, index: usize, places: Vec<Pixel
 }
 
 /// Draws the legend in that corner or middle of an edge of the plot where it covers least of what is drawn.
-fn legend(sheet: &mut Sheet, series: &[Series], (left, top): Pixel, drawn: &[Pixel]) {
+fn legend(sheet: &mut Sheet, series: &[Series], (left, top): Pixel, extent: Pixel, drawn: &[Pixel]) {
     let named = || series.iter().enumerate().filter(|(_, series)| !series.label.is_empty());
     let widths = named().map(|(_, series)| canvas::width(&series.label, SMALL));
     let Some(widest) = widths.max() else { return };
     // The font of a viewer of the SVG may be wider.
     let (width, height) = (widest * 11 / 10 + SAMPLE + 3 * PAD, ROW * named().count() as i32 + PAD);
-    let free = (PLOT.0 - width - 2 * PAD, PLOT.1 - height - 2 * PAD);
+    let free = (extent.0 - width - 2 * PAD, extent.1 - height - 2 * PAD);
     let corner = |(i, j): (i32, i32)| (left + PAD + i * free.0 / 2, top + PAD + j * free.1 / 2);
     let covered = |place: &(i32, i32)| {
         let (x, y) = corner(*place);

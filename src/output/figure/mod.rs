@@ -76,6 +76,8 @@ pub struct Axes {
     pub log_y: bool,
     /// Title above the figure; may be empty.
     pub title: String,
+    /// A box from the origin to these edges, drawn to scale, that the axes show whatever the points.
+    pub frame: Option<[f64; 2]>,
 }
 
 #[cfg(test)]
