@@ -2,8 +2,9 @@
 
 mod crowd;
 
+use super::substep::SUBSTEPS_PER_CONTACT;
 use super::*;
-use crate::solids::Freedom;
+use crate::solids::{Freedom, Motion};
 use nalgebra::{UnitQuaternion, vector};
 use std::f64::consts::PI;
 
@@ -104,7 +105,7 @@ fn a_head_on_collision_has_the_restitution_asked_for() {
             one[0].centre.y = 0.01 + 0.5 * time * (0.3 + phase / 40.0);
             let mut wall = contacts(&one, law, size, &[0, 1, 2], Substeps::Auto);
             let taken = wall.advance(&mut one, &[Push::default()], 2.0 * time).unwrap();
-            assert!(taken >= 80 && taken < 90, "{taken}");
+            assert!((80..90).contains(&taken), "{taken}");
             let measured = one[0].velocity.y / 0.5;
             worst = worst.max((measured / e - 1.0).abs());
             assert!((measured / e - 1.0).abs() < 0.01, "{shape:?} on the wall, {exponent} e {e} {phase}: {measured}");
@@ -260,10 +261,9 @@ fn acceleration_down(shape: Shape, mu: f64, angle: f64, motion: Motion) -> (f64,
 #[test]
 fn a_body_slides_or_rolls_down_a_slope() {
     let angle: f64 = 0.5;
-    for (shape, motion, share) in [
-        (Shape::Disc, Motion::Free(PLANE), 2.0 / 3.0),
-        (Shape::Sphere, Motion::Free(FREE), 5.0 / 7.0),
-    ] {
+    for (shape, motion, share) in
+        [(Shape::Disc, Motion::Free(PLANE), 2.0 / 3.0), (Shape::Sphere, Motion::Free(FREE), 5.0 / 7.0)]
+    {
         let critical = (1.0 - share) * angle.tan();
         let rolling = acceleration_down(shape, 1.2 * critical, angle, motion).0 / (share * 9.81 * angle.sin());
         let mu = 0.6 * critical;
@@ -317,6 +317,24 @@ fn bodies_that_are_not_free_act_with_infinite_mass_and_their_own_velocity() {
     two[1].centre.x = 0.085;
     assert_eq!(pair.advance(&mut two, &[Push::default(); 2], 0.01).unwrap(), 0);
     assert_eq!(two[1].centre.x, 0.085);
+}
+
+#[test]
+fn a_body_that_is_pinned_turns_but_stays() {
+    let mut two = [
+        body(Shape::Disc, 0.01, vector![0.05, 0.1, 0.0], Vector3::zeros()),
+        body(Shape::Disc, 0.01, vector![0.0699, 0.1, 0.0], vector![0.0, 0.0, 0.0]),
+    ];
+    two[0].motion = Motion::Free(Freedom { translation: [false; 3], ..PLANE });
+    two[1].motion = Motion::Prescribed;
+    two[1].spin.z = 10.0;
+    let mut pair = contacts(&two, material(1.0, 0.5, 0.3), [0.2, 0.2, 0.0], &[0, 1], Substeps::Auto);
+    for _ in 0..20 {
+        pair.advance(&mut two, &[Push::default(); 2], 1e-3).unwrap();
+    }
+    assert_eq!(two[0].centre, vector![0.05, 0.1, 0.0]);
+    assert!((two[0].spin.z + 10.0).abs() < 0.1, "{}", two[0].spin.z);
+    assert!((pair.impulses()[0].linear.x / -1e6 / 1e-4 / 1e-3 - 1.0).abs() < 1e-6, "{:?}", pair.impulses());
 }
 
 #[test]
