@@ -10,9 +10,15 @@
 //! (13-15)  div( (1/rho) grad phi ) = D/dt,  p += phi,  U -= (dt/rho) grad phi        until max |D| < D0
 //! (16)     u_f = u* + dt (a_low + a_high)/2                                          cells, with the new pressure
 //! (19)     F_k = sum alpha_k dV [ -rho u.grad u - grad p_f + div tau ]               force as printed, three parts
+//! (17, 18) m dV/dt = F + (m - m_f) g + contacts,  I domega/dt = T + contacts         free particles
+//! (20-26)  F_n = k d^gamma + eta d^((gamma-1)/2) v_n,  F_t = -(k_t xi + eta_t v_t), |F_t| <= mu F_n, in substeps
 //! (27)     u = u_f + sum_k alpha_k (v_k - u_f),  v_k = V_k + omega_k x r             the wall
-//!          F_k = sum rho alpha_k (u_f - v_k) dV/dt                                   force by momentum, the default
+//!          F_k = sum rho alpha_k (u_f - v_k) dV/dt                                   force by momentum, on held ones
+//!          sum rho alpha_k (v_k - u_f) dV + b_k = 0                                  motion by momentum, of free ones
 //! ```
+//!
+//! The last line is where this code leaves the paper by default: [`coupling`] derives it. The momentum of everything in
+//! the box is then kept to rounding, at any ratio of densities, and [`audit`] watches it.
 //!
 //! The step is one function, [`scene::Scene::step`] in [`step`]. The modules, in the order of their arrows:
 //!
@@ -21,8 +27,9 @@
 //! | [`petsc`] | the session, the grid's decomposition and halo, the linear solve; the only `unsafe` |
 //! | [`grid`] | the grid, its fields, the conditions at the faces of the box |
 //! | [`fluid`] | advection, diffusion, faces, the pressure iteration: a file each, its stencil at the top |
-//! | [`solids`] | bodies and their exact volume fractions |
-//! | [`coupling`] | where the two meet: mixture, wall, force |
+//! | [`solids`] | bodies, their exact volume fractions, their contacts |
+//! | [`coupling`] | where the two meet: mixture, wall, force, the flight of free particles |
+//! | [`audit`] | the balance of momentum over a step |
 //! | [`step`] | the method: one function |
 //! | [`case`] | a case file, checked: pure data |
 //! | [`scheme`] | the time schemes and the limits of their step |

@@ -106,24 +106,7 @@ fn the_paper_s_choices_run_polygon_fractions_euler_and_qsi() {
     let summary = section3(
         dir.path(),
         100.0,
-        &[
-            "--set",
-            "coupling.fraction=\"polygon\"",
-            "--set",
-            "time.scheme=\"euler\"",
-            "--set",
-            "time.advection=\"qsi\"",
-            "--set",
-            "particle.0.viscosity=0.0",
-            "--set",
-            "coupling.force=\"literal\"",
-            "--set",
-            "time.step=0.008",
-            "--set",
-            "time.end=2.0",
-            "--set",
-            "measure=[]",
-        ],
+        &["--set", "preset=\"mics-2003\"", "--set", "time.step=0.008", "--set", "time.end=2.0", "--set", "measure=[]"],
     );
     assert_eq!(summary["status"], "done");
     let rows = columns(&dir.path().join("particles.csv"));

@@ -67,7 +67,7 @@ fn what_the_mixing_takes_the_particles_get_in_a_periodic_box_with_collisions() {
     let text =
         box_case([1.0, 1.0], [48, 48], 0.002, PERIODIC, &more).replace("viscosity", "gravity = [0.3, -1.0]\nviscosity");
     let mut scene: Scene<2> = petsc.scene(&text);
-    let (mut touched, mut traded) = (false, 0.0f64);
+    let (mut touched, mut traded, mut missing) = (false, 0.0f64, 0.0f64);
     for _ in 0..120 {
         let dt = 0.5 * scene.limits().unwrap().tightest().1.min(8e-3);
         scene.step(dt).unwrap();
@@ -75,9 +75,11 @@ fn what_the_mixing_takes_the_particles_get_in_a_periodic_box_with_collisions() {
         let audit = scene.audit.as_ref().unwrap();
         let scale = audit.momentum.norm().max(0.1);
         traded = traded.max(audit.momentum.norm());
+        missing = missing.max(audit.error.amax());
         assert!(audit.error.amax() < 1e-8 * scale, "{:?} of {:?}", audit.error, audit.momentum);
         assert!(audit.angular_error < 1e-8 * scale, "{}", audit.angular_error);
     }
+    println!("momentum up to {traded:.2}, missing in a step {missing:.1e}");
     assert!(touched && traded > 0.3, "they collide, and momentum moves: {traded}");
 }
 
@@ -140,6 +142,22 @@ fn particles_that_touch_without_a_law_of_contact_stop_the_run_and_are_named() {
     assert_eq!(output.status.code(), Some(3), "{said}");
     assert!(said.contains("particle 0 has run into particle 1") && said.contains("[contact]"), "{said}");
     assert!(columns(&out.join("particles.csv"))["vx"].len() > 4);
+}
+
+#[test]
+fn the_paper_s_preset_moves_a_heavy_particle() {
+    let dir = tempfile::tempdir().unwrap();
+    let set = ["preset=\"mics-2003\"", "time.end=0.1", "output.figures=false", "particle.0.density=2.65"];
+    let words: Vec<&str> = set.iter().flat_map(|s| ["--set", *s]).collect();
+    run(&shipped("cases/settling-disc/case.toml"), dir.path(), &words);
+    let case = std::fs::read_to_string(dir.path().join("case.toml")).unwrap();
+    for choice in
+        ["\"qsi\"", "\"polygon\"", "\"literal\"", "\"boundary\"", "\"cells\"", "mix_pressure = true", "viscosity = 0.0"]
+    {
+        assert!(case.contains(choice), "{choice} in {case}");
+    }
+    let speed = columns(&dir.path().join("particles.csv"))["vy"].last().copied().unwrap();
+    assert!((-40.0..-15.0).contains(&speed), "{speed} cm/s");
 }
 
 #[test]
