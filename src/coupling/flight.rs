@@ -59,7 +59,7 @@ impl<const D: usize> Coupling<D> {
                 flow += share * (u - own);
                 swirl += share * o.arm.cross(&(u - own));
             }
-            moments.to_slice(sums);
+            moments.write_to(sums);
             let [first, second] = also(exchange);
             for (slot, v) in sums[rigid::NUMBERS..].chunks_exact_mut(3).zip([flow, swirl, first, second]) {
                 slot.copy_from_slice(v.as_slice());
@@ -233,7 +233,7 @@ impl<const D: usize> Coupling<D> {
         for ((overlaps, body), sums) in self.overlaps.iter().zip(&self.bodies).zip(sums.chunks_exact_mut(NUMBERS)) {
             let mut moments = Moments::default();
             overlaps.iter().for_each(|o| moments.add(body.density * o.fraction * volume, &o.arm, &none.0));
-            moments.to_slice(sums);
+            moments.write_to(sums);
         }
         self.session.sum(sums)?;
         for (k, sums) in sums.chunks_exact(NUMBERS).enumerate() {

@@ -42,7 +42,7 @@ impl Moments {
     }
 
     /// The numbers, for sums over ranks.
-    pub fn to_slice(&self, out: &mut [f64]) {
+    pub fn write_to(&self, out: &mut [f64]) {
         out[0] = self.mass;
         out[1..4].copy_from_slice(self.first.as_slice());
         out[4..10].copy_from_slice(&self.second);
@@ -50,7 +50,7 @@ impl Moments {
         out[13..16].copy_from_slice(self.spin.as_slice());
     }
 
-    /// The inverse of [`Moments::to_slice`].
+    /// The inverse of [`Moments::write_to`].
     pub fn from_slice(v: &[f64]) -> Moments {
         let vector = |at: usize| Vector3::new(v[at], v[at + 1], v[at + 2]);
         let mut second = [0.0; 6];
@@ -104,7 +104,7 @@ mod tests {
 
     fn cells() -> Vec<(f64, Vector3<f64>)> {
         (0..30)
-            .map(|k| f64::from(k))
+            .map(f64::from)
             .map(|k| {
                 (1.0 + (k * 0.7).sin().abs(), Vector3::new((k * 1.3).sin(), (k * 2.1).cos(), (k * 0.4).sin() + 0.2))
             })
