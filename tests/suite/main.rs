@@ -11,4 +11,5 @@ mod plots;
 mod poisson;
 mod program;
 mod ranks;
+mod scenes;
 mod support;

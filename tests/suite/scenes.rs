@@ -1,0 +1,34 @@
+//! The shipped cases: each is read, checked and stepped, and each has its page and its picture.
+
+use crate::support::{mics, run, shipped};
+use std::path::PathBuf;
+
+/// Every `*.toml` under cases/, studies aside.
+fn cases() -> Vec<PathBuf> {
+    let folders = std::fs::read_dir(shipped("cases")).unwrap().map(|e| e.unwrap().path());
+    let files = folders.flat_map(|f| std::fs::read_dir(f).unwrap().map(|e| e.unwrap().path()).collect::<Vec<_>>());
+    let is_case = |p: &PathBuf| p.extension().is_some_and(|e| e == "toml") && !p.to_string_lossy().contains(".study.");
+    files.filter(is_case).collect()
+}
+
+#[test]
+fn every_shipped_case_is_accepted_and_takes_its_first_steps() {
+    let all = cases();
+    assert!(all.len() >= 3);
+    for case in all {
+        let output = mics(&["check", case.to_str().unwrap()]);
+        let (said, error) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        assert!(output.status.success(), "{}: {error}", case.display());
+        assert!(said.contains("ms a step") && !said.contains("warning"), "{}: {said}", case.display());
+        assert!(case.with_file_name("README.md").exists(), "{} has no page", case.display());
+    }
+}
+
+#[test]
+fn steel_in_air_keeps_d0_while_it_falls() {
+    let dir = tempfile::tempdir().unwrap();
+    let short = ["--set", "time.end=0.02", "--set", "output.figures=false"];
+    let summary = run(&shipped("cases/steel-in-air/case.toml"), dir.path(), &short);
+    assert_eq!(summary["status"], "done");
+    assert_eq!(summary["solver_retries"], 0);
+}
