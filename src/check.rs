@@ -59,7 +59,8 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         lines.push(format!("step limit   {limit:.4e} s, {bound}"));
     }
     lines.push(format!(
-        "step         {dt:.4e} s at the start, {choice}; about {:.0} steps to t = {} s",
+        "step         {dt:.4e} s at the start, {choice}; {} {:.0} steps to t = {} s",
+        if case.time.step.is_some() { "about" } else { "at least" },
         (case.time.end / dt).ceil(),
         case.time.end
     ));
