@@ -9,7 +9,7 @@
 //! leaves: nothing in a box that is periodic all round. The second line has to close by itself, and its error is what
 //! `steps.csv` reports, with the first line's where there is no border.
 
-use crate::coupling::Coupling;
+use crate::coupling::{Coupling, Exchange};
 use crate::grid::{Coefficient, Grid, VectorField};
 use crate::petsc::Session;
 use crate::{Result, solids::Body};
@@ -78,9 +78,9 @@ impl Audit {
         let carried = dt * coupling.carried();
         self.momentum = after;
         self.border = fluid - before - carried - dt * coupling.weight();
-        let held = |b: &&Body| b.freedom().is_none();
-        let on_held: Vector3<f64> =
-            coupling.bodies().iter().zip(coupling.exchange()).filter(|(b, _)| held(b)).map(|(_, e)| e.momentum).sum();
+        // The whole force on held bodies, and on free ones that along the directions in which they are held.
+        let held = |(b, e): (&Body, &Exchange)| b.freedom().map_or(e.momentum, |f| e.momentum - f.along(&e.momentum));
+        let on_held: Vector3<f64> = coupling.bodies().iter().zip(coupling.exchange()).map(held).sum();
         self.error = after - fluid + carried - coupling.impulse() + dt * on_held;
         if grid.periodic.iter().all(|p| *p) {
             self.error += std::mem::take(&mut self.border);

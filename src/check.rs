@@ -12,6 +12,9 @@ use std::time::Instant;
 /// Steps that are tried (and thrown away) to tell the cost of one.
 const TRIAL_STEPS: u32 = 3;
 
+/// Cells across a particle below which its flow is not resolved.
+const RESOLVED: f64 = 4.0;
+
 /// Reads, checks and describes a case. Collective; rank 0 prints.
 ///
 /// # Errors
@@ -49,6 +52,13 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     let sides = FACES.iter().zip(case.sides()).filter_map(|(name, side)| Some(format!("{name} {}", words(side?))));
     lines.push(format!("boundary     {}", sides.collect::<Vec<_>>().join(", ")));
     lines.extend(particles(case, &scene.grid.h));
+    let widest = scene.grid.h.iter().copied().fold(0.0, f64::max);
+    let smallest = case.particle.iter().map(diameter).fold(f64::INFINITY, f64::min) / widest;
+    if smallest < RESOLVED {
+        lines.push(format!(
+            "warning      a particle of {smallest:.1} cells is not resolved: {RESOLVED} or more are needed"
+        ));
+    }
     if let (Some(speed), true) = (case.reference_speed(), case.fluid.viscosity > 0.0) {
         let nu = case.fluid.viscosity / case.fluid.density;
         let length = case.particle.iter().map(diameter).fold(0.0, f64::max);

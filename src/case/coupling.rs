@@ -10,7 +10,7 @@ pub struct Coupling {
     /// How the volume fractions are found.
     #[serde(default)]
     pub fraction: FractionRule,
-    /// Which force `fluid_f*` in `particles.csv`, and the measures, report.
+    /// Which force moves free particles, and `fluid_f*` in `particles.csv` and the measures report.
     #[serde(default)]
     pub force: ForceRule,
     /// Where the mixing (27) turns the fluid with a particle.

@@ -6,7 +6,7 @@ use super::Case;
 use super::document::{Document, line_of, whole_file};
 use super::fault::Fault;
 use super::swarm::expand;
-use super::validate::{measures, validate};
+use super::validate::{measures, short_periods, validate};
 use crate::{Error, Result};
 
 /// A case as it was read, and from where.
@@ -47,6 +47,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Loaded> {
         let mut case = document.to_case()?;
         validate(&case)?;
         expand(&mut case, path.parent().unwrap_or(Path::new("")))?;
+        short_periods(&case)?;
         measures(&case)?;
         Ok(case)
     };

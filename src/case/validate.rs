@@ -49,6 +49,26 @@ pub(super) fn validate(case: &Case) -> Check {
     case.output.fields.as_ref().map_or(Ok(()), |fields| cadence("output.fields", fields))
 }
 
+/// Two bodies do not touch on both sides across a period: a contact knows the nearest image alone.
+pub(super) fn short_periods(case: &Case) -> Check {
+    if case.contact.is_none() {
+        return Ok(());
+    }
+    let mut widths: Vec<f64> = case.particle.iter().map(|p| p.shape.diameter()).collect();
+    widths.sort_by(|a, b| b.total_cmp(a));
+    let [first, second, ..] = widths[..] else { return Ok(()) };
+    for (axis, &size) in case.domain.size.iter().enumerate().filter(|(axis, _)| case.periodic(*axis)) {
+        let (x, needed) = (AXES[axis], super::fault::short(first + second));
+        let holds = first + second <= size;
+        ensure!(
+            holds,
+            format!("domain.size.{axis}"),
+            "the two largest particles could touch on both sides across this period along {x}: it must be {needed} m or more, not {size:?}"
+        );
+    }
+    Ok(())
+}
+
 fn domain(domain: &Domain) -> Check {
     let (sizes, counts) = (domain.size.len(), domain.cells.len());
     let holds = sizes == 2 || sizes == 3;

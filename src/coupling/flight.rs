@@ -137,10 +137,10 @@ impl<const D: usize> Coupling<D> {
             departure.shift = nearest_image(&departure.centre, &body.centre, &self.periods);
         }
         self.find_overlaps(grid, Body::moves);
-        if self.contacts.is_none() {
-            let movers = self.bodies.iter().enumerate().filter(|(_, b)| b.moves());
-            movers.map(|(k, _)| k).try_for_each(|k| self.refuse_meeting(grid, k))?;
-        }
+        // What is held on both sides no contact can stop.
+        let lawless = |b: &Body| b.moves() && (self.contacts.is_none() || b.freedom().is_none());
+        let movers = self.bodies.iter().enumerate().filter(|(_, b)| lawless(b));
+        movers.map(|(k, _)| k).try_for_each(|k| self.refuse_meeting(grid, k))?;
         Ok(substeps)
     }
 
@@ -180,6 +180,8 @@ impl<const D: usize> Coupling<D> {
         let lead = self.session.rank() == 0;
         for (k, body) in self.bodies.iter_mut().enumerate() {
             let (departure, exchange) = (&self.departures[k], &mut self.exchange[k]);
+            let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
+            exchange.contact = impulse.linear / dt;
             let Some(freedom) = body.freedom() else {
                 if lead {
                     exchange.momentum -= departure.carried.0 / dt;
@@ -191,19 +193,19 @@ impl<const D: usize> Coupling<D> {
             if driver == Driver::Momentum {
                 let (m, excess) = (body.mass(), body.mass() - fluid_density * body.volume());
                 if lead {
-                    exchange.momentum = m * (v - departure.velocity) / dt - excess * self.choices.field_gravity;
-                    exchange.momentum_torque = body.inertia() * (w - departure.spin) / dt;
+                    let (held, held_turn) = departure.carried;
+                    exchange.momentum = m * (v - departure.velocity) / dt
+                        - freedom.along(&(excess * self.choices.field_gravity))
+                        - (held - freedom.along(&held)) / dt;
+                    exchange.momentum_torque =
+                        body.inertia() * (w - departure.spin) / dt - (held_turn - freedom.about(&held_turn)) / dt;
                 }
                 v += freedom.along(&(dt * (1.0 - fluid_density / body.density) * self.choices.own_gravity));
                 self.settled[k].0 = v;
             }
             (body.velocity, body.spin) = (v, w);
-            if let Some(contacts) = &self.contacts {
-                let Impulse { linear, angular } = contacts.impulses()[k];
-                exchange.contact = linear / dt;
-                body.velocity += freedom.along(&linear) / body.mass();
-                body.spin += freedom.about(&angular) / body.inertia();
-            }
+            body.velocity += freedom.along(&impulse.linear) / body.mass();
+            body.spin += freedom.about(&impulse.angular) / body.inertia();
         }
         self.find_contact_kicks(grid)
     }
@@ -263,7 +265,8 @@ impl<const D: usize> Coupling<D> {
                 )));
             }
         }
-        for (k, other) in self.bodies.iter().enumerate().filter(|(k, _)| *k != mover) {
+        let lawless = |b: &Body| self.contacts.is_none() || b.freedom().is_none();
+        for (k, other) in self.bodies.iter().enumerate().filter(|(k, b)| *k != mover && lawless(b)) {
             let apart = nearest_image(&body.centre, &other.centre, &self.periods);
             let reach = (body.radius + other.radius) * (1.0 - 1e-9);
             if apart.norm_squared() < reach * reach {

@@ -247,6 +247,11 @@ impl<const D: usize> Coupling<D> {
                 field[o.cell] += o.fraction * (of_body(body) - of_fluid);
             }
         }
+        // Where bodies in contact overlap, a cell holds more than its volume of what is less than the fluid.
+        let least = self.bodies.iter().map(&of_body).fold(of_fluid, f64::min);
+        for o in self.overlaps.iter().flatten() {
+            field[o.cell] = field[o.cell].max(least);
+        }
         boundaries.fill_property(field)
     }
 
@@ -315,27 +320,27 @@ impl<const D: usize> Coupling<D> {
     }
 
     /// Eq. (27): mixes the bodies' rigid motion into the cells they touch, and books what that removes over `dt` (s) from
-    /// the fluid around held bodies; free ones have it booked by [`Coupling::settle`].
+    /// the fluid around held bodies; [`Coupling::settle`] books that of free ones.
     pub fn impose(&mut self, grid: &Grid<D>, density: &Coefficient, dt: f64, u: &mut VectorField<D>) {
         let volume = grid.cell_volume();
         let per_time = volume / dt;
         for (k, body) in self.bodies.iter().enumerate() {
             let (kicks, exchange) = (&mut self.kicks[k], &mut self.exchange[k]);
-            let free = body.freedom().is_some();
-            let (v, w) = if free { self.settled[k] } else { (body.velocity, body.spin) };
+            let freedom = body.freedom();
+            let (v, w) = if freedom.is_some() { self.settled[k] } else { (body.velocity, body.spin) };
             let (struck_v, struck_w) = self.struck[k];
-            let booked = !free || self.choices.driver == Driver::Literal;
+            // Along free directions the momentum is booked already: it is what the particle settled by.
+            let settled = freedom.filter(|_| self.choices.driver == Driver::Momentum);
             kicks.clear();
             for o in &self.overlaps[k] {
                 let rho = density.at(o.cell);
                 let turns = !self.choices.rotation_at_boundary || o.fraction < 1.0;
                 let rigid = if turns { v + w.cross(&o.arm) } else { v };
                 let kick = o.fraction * (rigid - vector(u, o.cell));
-                if booked {
-                    let df = -(per_time * rho) * kick;
-                    exchange.momentum += df;
-                    exchange.momentum_torque += o.arm.cross(&df);
-                }
+                let df = -(per_time * rho) * kick;
+                let turn = o.arm.cross(&df);
+                exchange.momentum += settled.map_or(df, |f| df - f.along(&df));
+                exchange.momentum_torque += settled.map_or(turn, |f| turn - f.about(&turn));
                 let kick = kick + (o.fraction * body.density / rho) * (struck_v + struck_w.cross(&o.arm));
                 exchange.spun += (volume * rho) * o.arm.cross(&kick);
                 kicks.push(kick);

@@ -59,9 +59,16 @@ impl Moments {
     }
 
     /// The rigid motion (m/s, rad/s) that carries `momentum` and `spin` along the free directions; along the others it is
-    /// `held`'s. Where the cells fix nothing (no weight, or a single cell's rotation), that direction is held too.
+    /// `held`'s. Where the cells do not fix the rotation (a body within one of them), it is held too; without any weight
+    /// all is.
     pub fn rigid_motion(&self, freedom: &Freedom, held: (Vector3<f64>, Vector3<f64>)) -> (Vector3<f64>, Vector3<f64>) {
+        if self.mass <= 0.0 {
+            return held;
+        }
         let [xx, yy, zz, xy, yz, zx] = self.second;
+        // About the centroid of the cells, whose distance from the body's centre fixes no rotation.
+        let about_centroid = xx + yy + zz - self.first.norm_squared() / self.mass;
+        let turns = about_centroid > 1e-9 * (xx + yy + zz);
         let tensor = Matrix3::new(yy + zz, -xy, -zx, -xy, zz + xx, -yz, -zx, -yz, xx + yy);
         let cross = self.first.cross_matrix();
         let mut a = Matrix6::zeros();
@@ -74,8 +81,11 @@ impl Moments {
         b.fixed_rows_mut::<3>(0).copy_from(&self.momentum);
         b.fixed_rows_mut::<3>(3).copy_from(&self.spin);
         for k in 0..6 {
-            let (free, value) =
-                if k < 3 { (freedom.translation[k], held.0[k]) } else { (freedom.rotation[k - 3], held.1[k - 3]) };
+            let (free, value) = if k < 3 {
+                (freedom.translation[k], held.0[k])
+            } else {
+                (freedom.rotation[k - 3] && turns, held.1[k - 3])
+            };
             let scale = if k < 3 { self.mass } else { xx + yy + zz };
             if free && a[(k, k)] > 1e-9 * scale {
                 continue;
@@ -86,13 +96,8 @@ impl Moments {
             a[(k, k)] = 1.0;
             b[k] = value;
         }
-        match a.cholesky() {
-            Some(factor) => {
-                let x = factor.solve(&b);
-                (x.fixed_rows::<3>(0).into(), x.fixed_rows::<3>(3).into())
-            }
-            None => held,
-        }
+        let solved = a.cholesky().map(|factor| factor.solve(&b));
+        solved.map_or(held, |x| (x.fixed_rows::<3>(0).into(), x.fixed_rows::<3>(3).into()))
     }
 }
 
@@ -133,6 +138,14 @@ mod tests {
         let rigid = of(|r| v + w.cross(r));
         assert!((rigid.momentum - m.momentum).norm() < 1e-12 * m.momentum.norm());
         assert!((rigid.spin - m.spin).norm() < 1e-12 * m.spin.norm());
+    }
+
+    #[test]
+    fn a_body_within_one_cell_moves_as_the_cell_does() {
+        let mut m = Moments::default();
+        m.add(3.0, &Vector3::new(0.1, -0.2, 0.0), &Vector3::new(1.0, 2.0, 0.0));
+        let (v, w) = m.rigid_motion(&ALL, (Vector3::zeros(), Vector3::zeros()));
+        assert!((v - Vector3::new(1.0, 2.0, 0.0)).norm() < 1e-14 && w == Vector3::zeros(), "{v} {w}");
     }
 
     #[test]
