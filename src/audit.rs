@@ -6,8 +6,9 @@
 //!   particles' part of the step   M(u^(n+1)) - M(u_f) = -carried + contacts with walls and held bodies - force on held bodies
 //! ```
 //! `carried` is what the fields transport of the particles' excess mass. The border's impulse is what the first line
-//! leaves: nothing in a box that is periodic all round. The second line has to close by itself, and its error is what
-//! `steps.csv` reports, with the first line's where there is no border.
+//! leaves, less the excess mass that contacts let a little way into a wall: nothing in a box that is periodic all round.
+//! The second line has to close by itself, and its error is what `steps.csv` reports, with the first line's where there is
+//! no border.
 
 use crate::coupling::{Coupling, Exchange};
 use crate::grid::{Coefficient, Grid, VectorField};
@@ -81,7 +82,9 @@ impl Audit {
         // The whole force on held bodies, and on free ones that along the directions in which they are held.
         let held = |(b, e): (&Body, &Exchange)| b.freedom().map_or(e.momentum, |f| e.momentum - f.along(&e.momentum));
         let on_held: Vector3<f64> = coupling.bodies().iter().zip(coupling.exchange()).map(held).sum();
-        self.error = after - fluid + carried - coupling.impulse() + dt * on_held;
+        let beyond = coupling.beyond_walls();
+        self.border -= beyond;
+        self.error = after - fluid + carried - coupling.impulse() + dt * on_held + beyond;
         if grid.periodic.iter().all(|p| *p) {
             self.error += std::mem::take(&mut self.border);
         }

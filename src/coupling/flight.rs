@@ -21,12 +21,16 @@ pub(super) struct Departure {
     swirl: Vector3<f64>,
     /// What the fields carry of the particle's excess mass, the `b` of the balance, linear and angular.
     carried: (Vector3<f64>, Vector3<f64>),
+    /// Volume within the box (m3): a contact lets a body a little way into a wall.
+    volume: f64,
+    /// Momentum of the excess mass that went beyond the walls over the step (kg m/s).
+    beyond: Vector3<f64>,
     /// Displacement over the step (m).
     shift: Vector3<f64>,
 }
 
-/// Numbers that a rank sums for a particle: moments, then two pairs of vectors.
-pub(super) const NUMBERS: usize = rigid::NUMBERS + 12;
+/// Numbers that a rank sums for a particle: moments, two pairs of vectors, and the volume in a vector of its own.
+pub(super) const NUMBERS: usize = rigid::NUMBERS + 15;
 
 impl<const D: usize> Coupling<D> {
     /// Whether any particle is moved by forces.
@@ -46,22 +50,24 @@ impl<const D: usize> Coupling<D> {
         density: &Coefficient,
         u: &VectorField<D>,
         also: impl Fn(&super::Exchange) -> [Vector3<f64>; 2],
-        mut take: impl FnMut(usize, &Body, &mut Departure, Moments, [Vector3<f64>; 4]),
+        mut take: impl FnMut(usize, &Body, &mut Departure, Moments, [Vector3<f64>; 5]),
     ) -> Result<()> {
         let volume = grid.cell_volume();
         let sums = &mut self.buffer[..NUMBERS * self.bodies.len()];
         for (k, sums) in sums.chunks_exact_mut(NUMBERS).enumerate() {
             let (overlaps, exchange, own) = (&self.overlaps[k], &self.exchange[k], self.departures[k].velocity);
             let (mut moments, mut flow, mut swirl) = (Moments::default(), Vector3::zeros(), Vector3::zeros());
+            let mut within = Vector3::zeros();
             for o in overlaps {
                 let (u, share) = (vector(u, o.cell), o.fraction * volume);
                 moments.add(density.at(o.cell) * share, &o.arm, &u);
+                within.x += share;
                 flow += share * (u - own);
                 swirl += share * o.arm.cross(&(u - own));
             }
             moments.write_to(sums);
             let [first, second] = also(exchange);
-            for (slot, v) in sums[rigid::NUMBERS..].chunks_exact_mut(3).zip([flow, swirl, first, second]) {
+            for (slot, v) in sums[rigid::NUMBERS..].chunks_exact_mut(3).zip([flow, swirl, first, second, within]) {
                 slot.copy_from_slice(v.as_slice());
             }
         }
@@ -69,7 +75,7 @@ impl<const D: usize> Coupling<D> {
         let bodies = self.bodies.iter().zip(&mut self.departures);
         for (k, ((body, departure), sums)) in bodies.zip(sums.chunks_exact(NUMBERS)).enumerate() {
             let v = |n: usize| Vector3::from_column_slice(&sums[rigid::NUMBERS + 3 * n..][..3]);
-            take(k, body, departure, Moments::from_slice(sums), [v(0), v(1), v(2), v(3)]);
+            take(k, body, departure, Moments::from_slice(sums), [v(0), v(1), v(2), v(3), v(4)]);
         }
         Ok(())
     }
@@ -90,9 +96,10 @@ impl<const D: usize> Coupling<D> {
             density,
             u,
             |e| [e.literal(), e.literal_torque],
-            |k, body, departure, moments, [flow, swirl, force, torque]| {
+            |k, body, departure, moments, [flow, swirl, force, torque, within]| {
                 let (velocity, spin) = (body.velocity, body.spin);
-                *departure = Departure { centre: body.centre, velocity, spin, flow, swirl, ..Departure::default() };
+                let (centre, volume) = (body.centre, within.x);
+                *departure = Departure { centre, velocity, spin, flow, swirl, volume, ..Departure::default() };
                 let Some(freedom) = body.freedom() else { return };
                 let (mut acceleration, angular) = match choices.driver {
                     Driver::Momentum => {
@@ -158,13 +165,14 @@ impl<const D: usize> Coupling<D> {
             density,
             u,
             |e| [e.carried, e.carried_torque],
-            |k, body, departure, mut moments, [flow, swirl, carried, carried_torque]| {
+            |k, body, departure, mut moments, [flow, swirl, carried, carried_torque, within]| {
                 let Departure { velocity, spin, shift, .. } = *departure;
                 let excess = body.density - fluid_density;
                 let linear = excess * (flow - departure.flow) + dt * carried;
                 let angular = excess * (swirl - departure.swirl + shift.cross(&departure.flow))
                     + dt * (carried_torque - shift.cross(&carried));
                 departure.carried = (linear, angular);
+                departure.beyond = excess * (departure.volume - within.x) * velocity;
                 let Some(freedom) = body.freedom() else { return };
                 settled[k] = match driver {
                     Driver::Momentum => {
@@ -208,6 +216,11 @@ impl<const D: usize> Coupling<D> {
             body.spin += freedom.about(&impulse.angular) / body.inertia();
         }
         self.find_contact_kicks(grid)
+    }
+
+    /// Momentum of the particles' excess mass that contacts let beyond the walls in the last step (kg m/s).
+    pub fn beyond_walls(&self) -> Vector3<f64> {
+        self.departures.iter().map(|d| d.beyond).sum()
     }
 
     /// What is missing in the balance of angular momentum about the free particles' centres, summed over them (kg m2/s).

@@ -109,6 +109,34 @@ fn a_disc_settles_at_the_published_speed() {
 }
 
 #[test]
+fn the_balance_closes_at_walls_that_spheres_rest_on() {
+    let petsc = petsc();
+    let sphere = |place: [f64; 3], density: f64| {
+        format!(
+            "[[particle]]\nshape = {{ sphere = {{ diameter = 0.4 }} }}\nposition = {place:?}\ndensity = {density:?}\n"
+        )
+    };
+    let text = format!(
+        "name = \"t\"\n[domain]\nsize = [1.0, 1.0, 1.2]\ncells = [15, 15, 18]\n[fluid]\ndensity = 1.0\nviscosity = 0.05\n\
+         gravity = [0.0, 0.0, -1.0]\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\nnorth = \"wall\"\n\
+         bottom = \"wall\"\ntop = \"slip\"\n{}{}[contact]\nnormal_stiffness = 2.0e3\nexponent = 1.5\nfriction = 0.4\n\
+         [time]\nend = 1.0\n[pressure]\ndivergence_limit = 1.0e-8",
+        sphere([0.5, 0.5, 0.2], 2.65),
+        sphere([0.55, 0.5, 0.62], 7.8),
+    );
+    let mut scene: Scene<3> = petsc.scene(&text);
+    let mut touched = false;
+    for _ in 0..60 {
+        scene.step(0.01).unwrap();
+        touched |= scene.substeps > 1;
+        let audit = scene.audit.as_ref().unwrap();
+        assert!(audit.error.amax() < 1e-12 && audit.angular_error < 1e-12, "{audit:?}");
+    }
+    let bodies = scene.coupling.as_ref().unwrap().bodies();
+    assert!(touched && bodies[0].centre.z > 0.19 && bodies[1].spin.y.abs() > 0.01, "{bodies:?}");
+}
+
+#[test]
 fn a_sphere_settles_and_its_momentum_is_accounted_for() {
     let petsc = petsc();
     let sides: String =
