@@ -7,7 +7,7 @@ use crate::coupling::{Choices, Coupling, Driver};
 use crate::fluid::diffusion;
 use crate::fluid::faces::{self, FaceCoefficient, Gravity};
 use crate::fluid::pressure::{Projection, StoppingRule};
-use crate::grid::{Border, Boundaries, Coefficient, Grid, VectorField};
+use crate::grid::{Border, Boundaries, Coefficient, GHOSTS, Grid, VectorField};
 use crate::petsc::{Layout, Session};
 use crate::scheme::{self, Limits, Scheme};
 use crate::solids::contact::{Contacts, Damping, Laws, Material, Substeps, Wall};
@@ -110,7 +110,8 @@ impl<const D: usize> Scene<D> {
         let cells = axes(&case.domain.cells);
         let sides = sides::<D>(case);
         let periodic = std::array::from_fn(|a| matches!(sides[a][0], Side::Periodic));
-        let layout = Layout::new(session, &cells, &periodic)?;
+        let ghosts = GHOSTS;
+        let layout = Layout::new(session, &cells, &periodic, ghosts)?;
         let grid = Grid::new(cells, axes(&case.domain.size), periodic, &layout);
         let borders = std::array::from_fn(|a| [0, 1].map(|s| border(&grid, a, sides[a][s])));
         let boundaries = Boundaries::new(session, &layout, &grid, borders);
@@ -537,7 +538,7 @@ fn border<const D: usize>(grid: &Grid<D>, axis: usize, side: &Side) -> Option<Bo
     let at = |mut k: usize| {
         let mut x = [0.0; 2];
         for (x, &a) in x.iter_mut().zip(&tangential) {
-            let i = (k % grid.stored[a] + grid.start[a]) as f64 - crate::petsc::GHOSTS as f64 + 0.5;
+            let i = (k % grid.stored[a] + grid.start[a]) as f64 - grid.ghosts as f64 + 0.5;
             *x = (i * grid.h[a]).clamp(0.0, grid.size[a]);
             k /= grid.stored[a];
         }

@@ -6,7 +6,7 @@
 //!                                         mirror:              ghost k = cell k
 //! ```
 
-use super::{GHOSTS, Grid, VectorField};
+use super::{Grid, VectorField};
 use crate::Result;
 use crate::petsc::{Halo, Layout, Session};
 
@@ -39,20 +39,21 @@ struct Planes {
     stored: usize,
     inner: usize,
     local: usize,
+    ghosts: usize,
 }
 
 impl Planes {
     /// Calls `set(position on the face, ghost, nearest cell, mirrored cell)` with a field's indices, for all ghosts.
     fn for_ghosts(&self, side: usize, mut set: impl FnMut(usize, usize, usize, usize)) {
         let layer = |depth: usize, inside: bool| match (side, inside) {
-            (0, false) => GHOSTS - 1 - depth,
-            (0, true) => GHOSTS + depth,
-            (_, false) => GHOSTS + self.local + depth,
-            (_, true) => GHOSTS + self.local - 1 - depth,
+            (0, false) => self.ghosts - 1 - depth,
+            (0, true) => self.ghosts + depth,
+            (_, false) => self.ghosts + self.local + depth,
+            (_, true) => self.ghosts + self.local - 1 - depth,
         };
         for block in 0..self.outer {
             let at = |layer: usize| (block * self.stored + layer) * self.inner;
-            for depth in 0..GHOSTS {
+            for depth in 0..self.ghosts {
                 let (ghost, nearest, mirror) = (at(layer(depth, false)), at(layer(0, true)), at(layer(depth, true)));
                 for i in 0..self.inner {
                     set(block * self.inner + i, ghost + i, nearest + i, mirror + i);
@@ -63,8 +64,11 @@ impl Planes {
 
     /// Calls `set(position on the face, border face, next face inside)` with a field's indices.
     fn for_faces(&self, side: usize, mut set: impl FnMut(usize, usize, usize)) {
-        let (face, inside) =
-            if side == 0 { (GHOSTS, GHOSTS + 1) } else { (GHOSTS + self.local, GHOSTS + self.local - 1) };
+        let (face, inside) = if side == 0 {
+            (self.ghosts, self.ghosts + 1)
+        } else {
+            (self.ghosts + self.local, self.ghosts + self.local - 1)
+        };
         for block in 0..self.outer {
             for i in 0..self.inner {
                 let at = |layer: usize| (block * self.stored + layer) * self.inner + i;
@@ -80,7 +84,13 @@ impl<const D: usize> Boundaries<D> {
         let planes = std::array::from_fn(|a| {
             let inner = grid.stride[a];
             let total: usize = grid.stored.iter().product();
-            Planes { outer: total / (inner * grid.stored[a]), stored: grid.stored[a], inner, local: grid.local[a] }
+            Planes {
+                outer: total / (inner * grid.stored[a]),
+                stored: grid.stored[a],
+                inner,
+                local: grid.local[a],
+                ghosts: grid.ghosts,
+            }
         });
         let here = std::array::from_fn(|a| [0, 1].map(|s| grid.at_border(a, s)));
         Boundaries { borders, halo: Halo::new(session, layout), here, planes }

@@ -1,6 +1,6 @@
 //! The grid: equal cells, fields with ghost layers, and what happens at the faces of the box.
 //!
-//! A field is a plain `Vec<f64>` over the stored box of a rank, x fastest, [`GHOSTS`] layers on every side:
+//! A field is a plain `Vec<f64>` over the stored box of a rank, x fastest, with layers of ghosts on every side ([`GHOSTS`], or more):
 //!
 //! ```text
 //!            face i     face i+1
@@ -12,11 +12,13 @@
 
 mod boundary;
 
-pub use crate::petsc::GHOSTS;
 pub use boundary::{Border, Boundaries};
 
 use crate::petsc::Layout;
 use std::ops::Range;
+
+/// Layers of ghost cells around every rank's box that the fifth-order stencils reach.
+pub const GHOSTS: usize = 3;
 
 /// A vector field: one scalar field an axis.
 pub type VectorField<const D: usize> = [Vec<f64>; D];
@@ -38,6 +40,8 @@ pub struct Grid<const D: usize> {
     pub local: [usize; D],
     /// Stored cells along each axis, ghosts included.
     pub stored: [usize; D],
+    /// Layers of ghost cells on every side.
+    pub ghosts: usize,
     /// Distance in a field between neighbours along each axis.
     pub stride: [usize; D],
 }
@@ -54,6 +58,7 @@ impl<const D: usize> Grid<D> {
             start: std::array::from_fn(|a| layout.start[a]),
             local: std::array::from_fn(|a| layout.local[a]),
             stored,
+            ghosts: layout.ghosts,
             stride: std::array::from_fn(|a| stored[..a].iter().product()),
         }
     }
@@ -99,18 +104,18 @@ impl<const D: usize> Grid<D> {
     /// A field's index of `cell`, in the whole grid's count, if this rank owns it.
     pub fn owned_index(&self, cell: [usize; D]) -> Option<usize> {
         let owned = (0..D).all(|a| (self.start[a]..self.start[a] + self.local[a]).contains(&cell[a]));
-        owned.then(|| (0..D).map(|a| (cell[a] - self.start[a] + GHOSTS) * self.stride[a]).sum())
+        owned.then(|| (0..D).map(|a| (cell[a] - self.start[a] + self.ghosts) * self.stride[a]).sum())
     }
 
     /// The cell, in the whole grid's count, at a field's index of an owned cell.
     pub fn global_cell(&self, index: usize) -> [usize; D] {
-        std::array::from_fn(|a| index / self.stride[a] % self.stored[a] - GHOSTS + self.start[a])
+        std::array::from_fn(|a| index / self.stride[a] % self.stored[a] - self.ghosts + self.start[a])
     }
 
     /// Centre of the cell at a field's index (m).
     pub fn centre(&self, index: usize) -> [f64; D] {
         std::array::from_fn(|a| {
-            let i = (index / self.stride[a] % self.stored[a]) as f64 - GHOSTS as f64 + self.start[a] as f64;
+            let i = (index / self.stride[a] % self.stored[a]) as f64 - self.ghosts as f64 + self.start[a] as f64;
             (i + 0.5) * self.h[a]
         })
     }
@@ -120,13 +125,14 @@ impl<const D: usize> Grid<D> {
 pub struct Rows<const D: usize> {
     extent: [usize; D],
     stride: [usize; D],
+    ghosts: usize,
     next: usize,
     count: usize,
 }
 
 impl<const D: usize> Rows<D> {
     fn new(grid: &Grid<D>, extent: [usize; D]) -> Rows<D> {
-        Rows { extent, stride: grid.stride, next: 0, count: extent[1..].iter().product() }
+        Rows { extent, stride: grid.stride, ghosts: grid.ghosts, next: 0, count: extent[1..].iter().product() }
     }
 }
 
@@ -138,9 +144,9 @@ impl<const D: usize> Iterator for Rows<D> {
             return None;
         }
         let mut rest = self.next;
-        let mut at = GHOSTS;
+        let mut at = self.ghosts;
         for a in 1..D {
-            at += (rest % self.extent[a] + GHOSTS) * self.stride[a];
+            at += (rest % self.extent[a] + self.ghosts) * self.stride[a];
             rest /= self.extent[a];
         }
         self.next += 1;

@@ -7,7 +7,7 @@
 //! ```
 //! Slabs span the stored extent of the other axes, so that doing the axes in order fills edges and corners too.
 
-use super::{GHOSTS, Layout, Session, session::check};
+use super::{Layout, Session, session::check};
 use crate::Result;
 use petsc_sys as ffi;
 use std::{ffi::c_int, ptr};
@@ -27,6 +27,7 @@ struct Axis {
     stored: usize,
     inner: usize,
     local: usize,
+    ghosts: usize,
     neighbours: [Option<usize>; 2],
 }
 
@@ -41,10 +42,11 @@ impl Halo {
                 stored: layout.stored[a],
                 inner,
                 local: layout.local[a],
+                ghosts: layout.ghosts,
                 neighbours: layout.neighbours[a],
             }
         });
-        let largest = axes.iter().map(|a: &Axis| a.outer * a.inner * GHOSTS).max().unwrap_or(0);
+        let largest = axes.iter().map(|a: &Axis| a.outer * a.inner * a.ghosts).max().unwrap_or(0);
         let buffer = if session.size() > 1 { largest } else { 0 };
         Halo { session: session.clone(), axes, send: vec![0.0; buffer], receive: vec![0.0; buffer] }
     }
@@ -61,8 +63,8 @@ impl Halo {
             _ => {}
         }
         // Downwards: my first owned layers become the ghosts above my lower neighbour; then upwards.
-        for (to, from, source, target) in [(0, 1, GHOSTS, GHOSTS + a.local), (1, 0, a.local, 0)] {
-            let n = a.outer * a.inner * GHOSTS;
+        for (to, from, source, target) in [(0, 1, a.ghosts, a.ghosts + a.local), (1, 0, a.local, 0)] {
+            let n = a.outer * a.inner * a.ghosts;
             if a.neighbours[to].is_some() {
                 a.copy_out(source, field, &mut self.send);
             }
@@ -101,24 +103,24 @@ impl Halo {
 impl Axis {
     fn slab(&self, block: usize, layer: usize) -> std::ops::Range<usize> {
         let at = (block * self.stored + layer) * self.inner;
-        at..at + GHOSTS * self.inner
+        at..at + self.ghosts * self.inner
     }
 
     fn copy_out(&self, layer: usize, field: &[f64], buffer: &mut [f64]) {
-        for (block, part) in buffer.chunks_exact_mut(GHOSTS * self.inner).take(self.outer).enumerate() {
+        for (block, part) in buffer.chunks_exact_mut(self.ghosts * self.inner).take(self.outer).enumerate() {
             part.copy_from_slice(&field[self.slab(block, layer)]);
         }
     }
 
     fn copy_in(&self, layer: usize, field: &mut [f64], buffer: &[f64]) {
-        for (block, part) in buffer.chunks_exact(GHOSTS * self.inner).take(self.outer).enumerate() {
+        for (block, part) in buffer.chunks_exact(self.ghosts * self.inner).take(self.outer).enumerate() {
             field[self.slab(block, layer)].copy_from_slice(part);
         }
     }
 
     fn wrap(&self, field: &mut [f64]) {
         for block in 0..self.outer {
-            field.copy_within(self.slab(block, GHOSTS), self.slab(block, GHOSTS + self.local).start);
+            field.copy_within(self.slab(block, self.ghosts), self.slab(block, self.ghosts + self.local).start);
             field.copy_within(self.slab(block, self.local), self.slab(block, 0).start);
         }
     }

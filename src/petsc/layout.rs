@@ -1,13 +1,13 @@
 //! The decomposition of the grid over ranks: a DMDA decides it, plain numbers carry it.
 
-use super::{GHOSTS, Session, session::check};
+use super::{Session, session::check};
 use crate::{Error, Result};
 use petsc_sys as ffi;
 use std::{ptr, slice};
 
 /// Which cells this rank owns, who its neighbours are, and PETSc's number of every cell within its ghosted box.
 ///
-/// Boxes are stored with [`GHOSTS`] layers on every side of every axis in use, x fastest.
+/// Boxes are stored with layers of ghosts on every side of every axis in use, x fastest.
 #[derive(Clone, Debug)]
 pub struct Layout {
     /// First owned cell along each axis.
@@ -16,6 +16,8 @@ pub struct Layout {
     pub local: [usize; 3],
     /// Stored cells along each axis, ghosts included (1 along z in 2D).
     pub stored: [usize; 3],
+    /// Layers of ghosts.
+    pub ghosts: usize,
     /// The rank below and above along each axis, where there is one (itself, where it closes a period alone).
     pub neighbours: [[Option<usize>; 2]; 3],
     /// PETSc's global number of each stored cell, -1 outside the domain.
@@ -23,15 +25,16 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Splits `cells` (two or three axes) over the session's ranks.
+    /// Splits `cells` (two or three axes) over the session's ranks, with so many layers of `ghosts`.
     ///
     /// # Errors
-    /// When there are more ranks than the grid can feed: each needs [`GHOSTS`] cells along every axis.
-    pub fn new(session: &Session, cells: &[usize], periodic: &[bool]) -> Result<Layout> {
-        let ranks = split(session.size(), cells).ok_or_else(|| too_many_ranks(session.size(), cells))?;
+    /// When there are more ranks than the grid can feed: each needs `ghosts` cells along every axis.
+    pub fn new(session: &Session, cells: &[usize], periodic: &[bool], ghosts: usize) -> Result<Layout> {
+        let ranks =
+            split(session.size(), cells, ghosts).ok_or_else(|| too_many_ranks(session.size(), cells, ghosts))?;
         let kind = |a: usize| if periodic[a] { ffi::DM_BOUNDARY_PERIODIC } else { ffi::DM_BOUNDARY_GHOSTED };
         let (n, ranks) = (|a: usize| cells[a] as i32, ranks.map(|r| r as i32));
-        let (width, none) = (GHOSTS as i32, ptr::null());
+        let (width, none) = (ghosts as i32, ptr::null());
         let (comm, stencil) = (session.comm(), ffi::DMDA_STENCIL_BOX);
         let mut da: ffi::DM = ptr::null_mut();
         // SAFETY: plain numbers, no ownership ranges (null), one output handle that is destroyed below.
@@ -77,18 +80,18 @@ impl Layout {
         };
         check("DMDACreate", made)?;
         // SAFETY: `da` is a DMDA just made; on failure it is still ours to destroy.
-        let read = check("DMSetUp", unsafe { ffi::DMSetUp(da) }).and_then(|()| Self::read(da, cells.len()));
+        let read = check("DMSetUp", unsafe { ffi::DMSetUp(da) }).and_then(|()| Self::read(da, cells.len(), ghosts));
         // SAFETY: destroyed once.
         check("DMDestroy", unsafe { ffi::DMDestroy(&mut da) })?;
         read
     }
 
-    fn read(da: ffi::DM, dimension: usize) -> Result<Layout> {
+    fn read(da: ffi::DM, dimension: usize, ghosts: usize) -> Result<Layout> {
         let (mut s, mut n) = ([0i32; 3], [1i32; 3]);
         let (mut ranks, mut map) = (ptr::null(), ptr::null_mut());
         let mut indices = ptr::null();
         let (mut neighbours, mut numbers) = ([[None; 2]; 3], Vec::new());
-        let stored = |n: [i32; 3]| std::array::from_fn(|a| n[a] as usize + if a < dimension { 2 * GHOSTS } else { 0 });
+        let stored = |n: [i32; 3]| std::array::from_fn(|a| n[a] as usize + if a < dimension { 2 * ghosts } else { 0 });
         // SAFETY: a set-up DMDA fills each pointer with memory that it owns; all of it is copied before it goes. It has
         // 3^dimension neighbours (itself in the middle), and one number for every stored cell.
         unsafe {
@@ -115,18 +118,19 @@ impl Layout {
             start: s.map(|v| v as usize),
             local: n.map(|v| v as usize),
             stored: stored(n),
+            ghosts,
             neighbours,
             numbers,
         })
     }
 }
 
-/// Ranks along each axis, so that every rank has [`GHOSTS`] cells along every axis and the faces between ranks are
+/// Ranks along each axis, so that every rank has `ghosts` cells along every axis and the faces between ranks are
 /// fewest; rows along x stay whole where that costs nothing. `None` where no split gives every rank its cells.
-fn split(ranks: usize, cells: &[usize]) -> Option<[usize; 3]> {
+fn split(ranks: usize, cells: &[usize], ghosts: usize) -> Option<[usize; 3]> {
     let divisors = |n: usize| (1..=n).filter(move |d| n.is_multiple_of(*d));
     let cells = |a: usize| cells.get(a).copied();
-    let fits = |along: &[usize; 3]| (0..3).all(|a| cells(a).map_or(along[a] == 1, |n| n / along[a] >= GHOSTS));
+    let fits = |along: &[usize; 3]| (0..3).all(|a| cells(a).map_or(along[a] == 1, |n| n / along[a] >= ghosts));
     // Faces between ranks, up to the same factor for all splits.
     let faces = |along: &[usize; 3]| -> f64 {
         (0..3)
@@ -137,11 +141,11 @@ fn split(ranks: usize, cells: &[usize]) -> Option<[usize; 3]> {
     splits.filter(fits).min_by(|a, b| faces(a).total_cmp(&faces(b)))
 }
 
-fn too_many_ranks(ranks: usize, cells: &[usize]) -> Error {
+fn too_many_ranks(ranks: usize, cells: &[usize], ghosts: usize) -> Error {
     let grid = cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
     Error::Usage(format!(
         "{ranks} ranks are too many for a grid of {grid} cells, or do not divide it: each rank needs a box of \
-         {GHOSTS} cells along every axis; use fewer ranks (mpirun -n) or more cells (domain.cells)"
+         {ghosts} cells along every axis; use fewer ranks (mpirun -n) or more cells (domain.cells)"
     ))
 }
 
@@ -151,13 +155,13 @@ mod tests {
 
     #[test]
     fn every_rank_gets_its_cells_and_the_fewest_faces() {
-        assert_eq!(split(1, &[160, 64]), Some([1, 1, 1]));
-        assert_eq!(split(2, &[160, 64]), Some([2, 1, 1]));
-        assert_eq!(split(4, &[64, 64]), Some([2, 2, 1]));
-        assert_eq!(split(2, &[64, 64]), Some([1, 2, 1]));
-        assert_eq!(split(7, &[20, 21]), Some([1, 7, 1]));
-        assert_eq!(split(8, &[40, 40, 40]), Some([2, 2, 2]));
-        assert_eq!(split(3, &[8, 8]), None);
-        assert_eq!(split(7, &[20, 20]), None);
+        assert_eq!(split(1, &[160, 64], 3), Some([1, 1, 1]));
+        assert_eq!(split(2, &[160, 64], 3), Some([2, 1, 1]));
+        assert_eq!(split(4, &[64, 64], 3), Some([2, 2, 1]));
+        assert_eq!(split(2, &[64, 64], 3), Some([1, 2, 1]));
+        assert_eq!(split(7, &[20, 21], 3), Some([1, 7, 1]));
+        assert_eq!(split(8, &[40, 40, 40], 3), Some([2, 2, 2]));
+        assert_eq!(split(3, &[8, 8], 3), None);
+        assert_eq!(split(7, &[20, 20], 3), None);
     }
 }

@@ -14,6 +14,3 @@ pub use halo::Halo;
 pub use layout::Layout;
 pub use session::Session;
 pub use solver::{LinearSolver, Solved};
-
-/// Layers of ghost cells around every rank's box: the reach of the fifth-order stencils.
-pub const GHOSTS: usize = 3;
