@@ -10,7 +10,8 @@
 //! The second line has to close by itself, and its error is what `steps.csv` reports, with the first line's where there is
 //! no border.
 
-use crate::coupling::{Coupling, Exchange};
+use crate::coupling::Exchange;
+use crate::coupling::mixing::Mixing;
 use crate::grid::{Coefficient, Grid, VectorField};
 use crate::petsc::Session;
 use crate::{Result, solids::Body};
@@ -66,7 +67,7 @@ impl Audit {
         grid: &Grid<D>,
         density: &Coefficient,
         u: &VectorField<D>,
-        coupling: &Coupling<D>,
+        coupling: &Mixing<D>,
         dt: f64,
     ) -> Result<()> {
         let after = momentum(grid, density, u);

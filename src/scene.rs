@@ -3,7 +3,9 @@
 use crate::audit::Audit;
 use crate::case::{self, Case, Side};
 use crate::clock::Clock;
-use crate::coupling::{Choices, Coupling, Driver};
+use crate::coupling::Coupling;
+use crate::coupling::mixing::{Choices, Driver, Mixing};
+use crate::coupling::sharp::{self, Sharp};
 use crate::fluid::diffusion;
 use crate::fluid::faces::{self, FaceCoefficient, Gravity};
 use crate::fluid::pressure::{Projection, StoppingRule};
@@ -110,7 +112,9 @@ impl<const D: usize> Scene<D> {
         let cells = axes(&case.domain.cells);
         let sides = sides::<D>(case);
         let periodic = std::array::from_fn(|a| matches!(sides[a][0], Side::Periodic));
-        let ghosts = GHOSTS;
+        let walls_are_sharp = case.coupling.wall == case::WallRule::Sharp && !case.particle.is_empty();
+        let h: [f64; D] = std::array::from_fn(|a| case.domain.size[a] / case.domain.cells[a] as f64);
+        let ghosts = if walls_are_sharp { sharp::reach(&h).1 } else { GHOSTS };
         let layout = Layout::new(session, &cells, &periodic, ghosts)?;
         let grid = Grid::new(cells, axes(&case.domain.size), periodic, &layout);
         let borders = std::array::from_fn(|a| [0, 1].map(|s| border(&grid, a, sides[a][s])));
@@ -125,7 +129,7 @@ impl<const D: usize> Scene<D> {
 
         let bodies: Vec<Body> = case.particle.iter().map(|p| body(p, &case.fluid)).collect();
         let property = |of_fluid: f64, of_body: fn(&Body) -> f64| {
-            if bodies.iter().all(|b| of_body(b) == of_fluid) {
+            if walls_are_sharp || bodies.iter().all(|b| of_body(b) == of_fluid) {
                 Coefficient::Uniform(of_fluid)
             } else {
                 Coefficient::Field(vec![of_fluid; grid.field().len()])
@@ -147,13 +151,20 @@ impl<const D: usize> Scene<D> {
             own_gravity: if case.coupling.buoyancy == case::Buoyancy::Particle { g } else { Vector3::zeros() },
         };
         let falls = |b: &Body| b.freedom().is_some() && b.density != case.fluid.density;
-        let gravity = (choices.field_gravity != Vector3::zeros() && bodies.iter().any(falls)).then(|| Gravity {
+        let reduced = !walls_are_sharp && choices.field_gravity != Vector3::zeros() && bodies.iter().any(falls);
+        let gravity = reduced.then(|| Gravity {
             g: std::array::from_fn(|a| g[a]),
             excess: std::array::from_fn(|a| if g[a] == 0.0 { Vec::new() } else { grid.field() }),
         });
         let law = case.contact.as_ref().filter(|_| flies).map(|law| contacts(case, law, &bodies));
-        let coupling = (!bodies.is_empty())
-            .then(|| Coupling::new(session, &grid, bodies, law, choices, case.fluid.density, case.fluid.viscosity));
+        let (rho, mu) = (case.fluid.density, case.fluid.viscosity);
+        let coupling = (!bodies.is_empty()).then(|| {
+            if walls_are_sharp {
+                Coupling::Sharp(Sharp::new(session, &grid, bodies, law, g, rho, mu))
+            } else {
+                Coupling::Mixing(Mixing::new(session, &grid, bodies, law, choices, rho, mu))
+            }
+        });
         let scheme = match (case.time.scheme, case.time.advection) {
             (_, case::Advection::Qsi) => &scheme::QSI,
             (case::Scheme::Euler, _) => &scheme::EULER,
@@ -168,7 +179,11 @@ impl<const D: usize> Scene<D> {
             u: grid.vector_field(),
             p: grid.field(),
             faces: grid.vector_field(),
-            beta: FaceCoefficient::new(&grid, &density),
+            beta: if walls_are_sharp {
+                FaceCoefficient::Field(std::array::from_fn(|_| vec![1.0 / rho; grid.field().len()]))
+            } else {
+                FaceCoefficient::new(&grid, &density)
+            },
             gravity,
             advection: match case.time.advection {
                 case::Advection::Upwind5 => Advection::Upwind5,
@@ -186,7 +201,7 @@ impl<const D: usize> Scene<D> {
             clock: Clock::default(),
             session: session.clone(),
             dt_before: 0.0,
-            audit: flies.then(Audit::default),
+            audit: (flies && !walls_are_sharp).then(Audit::default),
             mix_pressure: case.coupling.mix_pressure,
             cell_gradient: case.coupling.gradient == case::GradientRule::Cells,
             substeps: 0,
@@ -220,8 +235,11 @@ impl<const D: usize> Scene<D> {
     /// Makes a consistent start from the cell velocities: bodies imposed, faces divergence-free to D0, pressure zero.
     /// Also for callers that set `u` themselves. Collective.
     pub fn start(&mut self) -> Result<()> {
+        if matches!(self.coupling, Some(Coupling::Sharp(_))) {
+            return self.start_sharp();
+        }
         self.mix_properties()?;
-        if let Some(coupling) = &mut self.coupling {
+        if let Some(coupling) = self.coupling.as_mut().and_then(Coupling::mixing) {
             coupling.start_tally();
             coupling.impose(&self.grid, &self.density, 1.0, &mut self.u);
             coupling.start_tally();
@@ -232,11 +250,19 @@ impl<const D: usize> Scene<D> {
         faces::predict(&self.grid, &self.u, 0.0, &self.acceleration, &mut self.faces);
         self.boundaries.set_faces(&mut self.faces);
         // With dt = 1 the potential is the pressure's impulse; it corrects the cells and is forgotten.
-        self.projection.project(&self.grid, &mut self.boundaries, &self.beta, 1.0, &mut self.p, &mut self.faces)?;
+        self.projection.project(
+            &self.grid,
+            &mut self.boundaries,
+            &self.beta,
+            1.0,
+            &mut self.p,
+            &mut self.faces,
+            None,
+        )?;
         faces::acceleration(&self.grid, &self.beta, None, &self.p, &mut self.acceleration);
         self.boundaries.extrapolate_to_closed_faces(&mut self.acceleration);
         faces::add_to_cells(&self.grid, 1.0, &self.acceleration, &mut self.u);
-        if let Some(coupling) = &mut self.coupling {
+        if let Some(coupling) = self.coupling.as_mut().and_then(Coupling::mixing) {
             coupling.impose(&self.grid, &self.density, 1.0, &mut self.u);
             coupling.start_tally();
         }
@@ -265,8 +291,10 @@ impl<const D: usize> Scene<D> {
         for (to, from) in self.u.iter_mut().zip(&state.u).chain([(&mut self.p, &state.p)]) {
             to.clone_from(from);
         }
-        if let Some(coupling) = &mut self.coupling {
-            coupling.place(&self.grid, &state.bodies);
+        match &mut self.coupling {
+            None => {}
+            Some(Coupling::Mixing(c)) => c.place(&self.grid, &state.bodies),
+            Some(Coupling::Sharp(c)) => c.place(&self.grid, &self.boundaries, &mut self.beta, &state.bodies),
         }
         (self.time, self.steps) = (state.time, state.steps);
     }
@@ -286,10 +314,10 @@ impl<const D: usize> Scene<D> {
 
     /// The rate that limits the step (1/s), and the fluid's along the axis of the largest spacing.
     fn diffusion_rates(&self) -> (f64, f64) {
-        let bodies = || self.coupling.iter().flat_map(|c| c.bodies());
+        let bodies = || self.coupling.iter().filter(|c| matches!(c, Coupling::Mixing(_))).flat_map(|c| c.bodies());
         let (viscosity, density) = match &self.coupling {
-            Some(c) => (c.fluid_viscosity(), c.fluid_density()),
-            None => (self.viscosity.at(0), self.density.at(0)),
+            Some(Coupling::Mixing(c)) => (c.fluid_viscosity(), c.fluid_density()),
+            Some(Coupling::Sharp(_)) | None => (self.viscosity.at(0), self.density.at(0)),
         };
         let nu = bodies().map(|b| b.viscosity).fold(viscosity, f64::max)
             / bodies().map(|b| b.density).fold(density, f64::min);

@@ -1,8 +1,11 @@
-//! The method: one step of MICS, in the order of the paper.
+//! The method: one step of MICS, in the order of the paper, and the same with sharp walls ([`sharp`]).
+
+mod sharp;
 
 use crate::Result;
 use crate::clock::Stage;
-use crate::coupling::Part;
+use crate::coupling::Coupling;
+use crate::coupling::mixing::{Mixing, Part};
 use crate::fluid::{advection, diffusion, faces, pressure::Projected};
 use crate::grid::{Coefficient, VectorField};
 use crate::scene::{Advection, Scene};
@@ -13,6 +16,9 @@ impl<const D: usize> Scene<D> {
     /// # Errors
     /// When the divergence cannot be brought below D0, or a value is no longer finite.
     pub fn step(&mut self, dt: f64) -> Result<Projected> {
+        if let Some(Coupling::Sharp(_)) = self.coupling {
+            return self.step_sharp(dt);
+        }
         self.mix_properties()?; //              (1)      density, viscosity; 1/rho on faces; the operator (the first time)
         self.predict_cells(dt)?; //             (7)      u* without pressure
         self.predict_faces(dt)?; //             (8)      U = mean of u* - dt/rho dp^n/dn
@@ -31,7 +37,7 @@ impl<const D: usize> Scene<D> {
         if !std::mem::take(&mut self.properties_stale) {
             return Ok(());
         }
-        if let Some(coupling) = &mut self.coupling {
+        if let Some(coupling) = mixing(&mut self.coupling) {
             coupling.mix_properties(&mut self.boundaries, &mut self.density, &mut self.viscosity)?;
             coupling.face_coefficient(&self.grid, &self.density, &mut self.beta);
             if let Some(gravity) = &mut self.gravity {
@@ -50,7 +56,7 @@ impl<const D: usize> Scene<D> {
 
     /// (7) by the scheme's stages; the pressure of the last step takes part in the stages and is taken out of u* again.
     fn predict_cells(&mut self, dt: f64) -> Result<()> {
-        if let Some(coupling) = &mut self.coupling {
+        if let Some(coupling) = mixing(&mut self.coupling) {
             coupling.start_tally();
         }
         if let Some(audit) = &mut self.audit {
@@ -61,23 +67,38 @@ impl<const D: usize> Scene<D> {
         self.total.iter_mut().for_each(|f| f.fill(0.0));
         for (stage, &weight) in self.scheme.weights.iter().enumerate() {
             if stage > 0 {
-                let (of_total, of_pressure) = self.scheme.stages[stage - 1];
-                for (s, (u, r)) in self.stage.iter_mut().zip(self.u.iter().zip(&self.total)) {
-                    for row in self.grid.rows() {
-                        for ((s, u), r) in s[row.clone()].iter_mut().zip(&u[row.clone()]).zip(&r[row]) {
-                            *s = u + dt * of_total * r;
-                        }
-                    }
-                }
-                faces::add_to_cells(&self.grid, dt * of_pressure, &self.acceleration, &mut self.stage);
-                self.clock.lap(Stage::Update);
+                self.set_stage(stage, dt);
             }
-            let u = if stage == 0 { &mut self.u } else { &mut self.stage };
-            self.boundaries.fill_velocity(u)?;
-            self.clock.lap(Stage::Ghosts);
-            self.add_advection(stage, weight, dt)?;
-            self.add_diffusion(stage, weight);
+            self.add_rates(stage, weight, dt)?;
         }
+        self.sum_stages(dt);
+        Ok(())
+    }
+
+    /// The velocity that a stage after the first starts from.
+    fn set_stage(&mut self, stage: usize, dt: f64) {
+        let (of_total, of_pressure) = self.scheme.stages[stage - 1];
+        for (s, (u, r)) in self.stage.iter_mut().zip(self.u.iter().zip(&self.total)) {
+            for row in self.grid.rows() {
+                for ((s, u), r) in s[row.clone()].iter_mut().zip(&u[row.clone()]).zip(&r[row]) {
+                    *s = u + dt * of_total * r;
+                }
+            }
+        }
+        faces::add_to_cells(&self.grid, dt * of_pressure, &self.acceleration, &mut self.stage);
+        self.clock.lap(Stage::Update);
+    }
+
+    fn add_rates(&mut self, stage: usize, weight: f64, dt: f64) -> Result<()> {
+        let u = if stage == 0 { &mut self.u } else { &mut self.stage };
+        self.boundaries.fill_velocity(u)?;
+        self.clock.lap(Stage::Ghosts);
+        self.add_advection(stage, weight, dt)?;
+        self.add_diffusion(stage, weight);
+        Ok(())
+    }
+
+    fn sum_stages(&mut self, dt: f64) {
         for (u, r) in self.u.iter_mut().zip(&self.total) {
             for row in self.grid.rows() {
                 for (u, r) in u[row.clone()].iter_mut().zip(&r[row]) {
@@ -86,7 +107,6 @@ impl<const D: usize> Scene<D> {
             }
         }
         self.clock.lap(Stage::Update);
-        Ok(())
     }
 
     /// The face velocity that carries: at the middle of the step for schemes of second order, from the last two steps.
@@ -162,7 +182,7 @@ impl<const D: usize> Scene<D> {
     }
 
     fn tally(&mut self, part: Part, sign: f64) {
-        if let Some(coupling) = &mut self.coupling {
+        if let Some(coupling) = mixing(&mut self.coupling) {
             coupling.tally(&self.grid, part, sign, &self.density, &self.total);
             self.clock.lap(Stage::Force);
         }
@@ -183,8 +203,15 @@ impl<const D: usize> Scene<D> {
 
     /// (13-15).
     fn project(&mut self, dt: f64) -> Result<Projected> {
-        let projected =
-            self.projection.project(&self.grid, &mut self.boundaries, &self.beta, dt, &mut self.p, &mut self.faces)?;
+        let projected = self.projection.project(
+            &self.grid,
+            &mut self.boundaries,
+            &self.beta,
+            dt,
+            &mut self.p,
+            &mut self.faces,
+            None,
+        )?;
         self.clock.lap(Stage::Pressure);
         Ok(projected)
     }
@@ -207,7 +234,7 @@ impl<const D: usize> Scene<D> {
     }
 
     fn sum_pressure_force(&mut self) {
-        if let Some(coupling) = &mut self.coupling {
+        if let Some(coupling) = mixing(&mut self.coupling) {
             let gravity = self.gravity.as_ref();
             coupling.tally_pressure(&self.grid, &self.density, &self.beta, gravity, &self.acceleration);
             self.clock.lap(Stage::Force);
@@ -216,7 +243,7 @@ impl<const D: usize> Scene<D> {
 
     /// Fixed bodies stay, and the fractions of those that only turn.
     fn move_particles(&mut self, dt: f64) -> Result<()> {
-        let Some(coupling) = &mut self.coupling else { return Ok(()) };
+        let Some(coupling) = mixing(&mut self.coupling) else { return Ok(()) };
         if let Some(audit) = &mut self.audit {
             audit.after_fluid(&self.grid, &self.density, &self.u);
         }
@@ -229,7 +256,7 @@ impl<const D: usize> Scene<D> {
 
     /// (27).
     fn mix_velocity(&mut self, dt: f64) -> Result<()> {
-        let Some(coupling) = &mut self.coupling else { return Ok(()) };
+        let Some(coupling) = mixing(&mut self.coupling) else { return Ok(()) };
         coupling.settle(&self.grid, &self.density, &self.u, dt)?;
         coupling.impose(&self.grid, &self.density, dt, &mut self.u);
         coupling.finish_tally()?;
@@ -260,4 +287,8 @@ fn copy_rows<const D: usize>(from: &VectorField<D>, to: &mut VectorField<D>) {
     for (f, t) in from.iter().zip(to) {
         t.copy_from_slice(f);
     }
+}
+
+fn mixing<const D: usize>(coupling: &mut Option<Coupling<D>>) -> Option<&mut Mixing<D>> {
+    coupling.as_mut().and_then(Coupling::mixing)
 }

@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Coupling {
+    /// How the wall of a particle acts on the fluid.
+    #[serde(default)]
+    pub wall: WallRule,
     /// How the volume fractions are found.
     #[serde(default)]
     pub fraction: FractionRule,
@@ -25,6 +28,17 @@ pub struct Coupling {
     /// Where the pressure gradient of (16) is taken.
     #[serde(default)]
     pub gradient: GradientRule,
+}
+
+/// How the wall of a particle acts on the fluid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum WallRule {
+    /// Where it is: open parts of faces in the pressure equation, the profile of the flow continued into the particle.
+    Sharp,
+    /// By mixing its motion into every cell that it touches, (27).
+    #[default]
+    Mixing,
 }
 
 /// How the volume fraction of a particle in a cell is found.

@@ -18,7 +18,7 @@ mod validate;
 
 pub use boundary::{Boundary, Profile, Side};
 pub use contact::{Contact, Damping, Loss, Pair, PairLaw, Substeps, TangentialDamping, WALL};
-pub use coupling::{Buoyancy, Coupling, ForceRule, FractionRule, GradientRule, RotationRule};
+pub use coupling::{Buoyancy, Coupling, ForceRule, FractionRule, GradientRule, RotationRule, WallRule};
 pub use particle::{Lock, Motion, Particle, Prescribed, Round, Shape, Spin};
 pub use preset::Preset;
 pub use read::{Loaded, load, schema};

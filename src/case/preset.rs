@@ -22,6 +22,7 @@ particle = { viscosity = 0.0 }
 swarm = { viscosity = 0.0 }
 
 [coupling]
+wall = "mixing"
 fraction = "polygon"
 force = "literal"
 rotation = "boundary"
@@ -104,6 +105,7 @@ mod tests {
         let case = loaded(2, &format!("particle = [{disc}]\nswarm = [{swarm}]\n{contact}"), &[]);
         assert_eq!((case.time.scheme, case.time.advection), (Scheme::Euler, Advection::Qsi));
         let coupling = Coupling {
+            wall: WallRule::Mixing,
             fraction: FractionRule::Polygon,
             force: ForceRule::Literal,
             rotation: RotationRule::Boundary,

@@ -178,6 +178,12 @@ pub fn divergence<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>, out: &
     }
 }
 
+/// The largest velocity through a face of this rank (m/s).
+pub fn fastest<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>) -> f64 {
+    let axes = (0..D).flat_map(|axis| grid.face_rows(axis).map(move |row| &faces[axis][row]));
+    axes.flatten().fold(0.0, |most, u| u.abs().max(most))
+}
+
 /// The largest over this rank's cells of the Courant number for `dt = 1`: `sum_a max(|U_low|, |U_high|)/h_a` (1/s), or
 /// the largest of these terms where advection goes axis by axis.
 pub fn courant_rate<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>, by_axis: bool) -> f64 {

@@ -107,6 +107,32 @@ impl<const D: usize> Grid<D> {
         owned.then(|| (0..D).map(|a| (cell[a] - self.start[a] + self.ghosts) * self.stride[a]).sum())
     }
 
+    /// Whether a point (m) lies in a cell of this rank; points beyond the box belong to its outermost cells.
+    pub fn owns(&self, point: &nalgebra::Vector3<f64>) -> bool {
+        (0..D).all(|a| {
+            let cell = (point[a] / self.h[a]).floor();
+            let cell = if self.periodic[a] { cell } else { cell.clamp(0.0, self.cells[a] as f64 - 1.0) };
+            cell >= self.start[a] as f64 && cell < (self.start[a] + self.local[a]) as f64
+        })
+    }
+
+    /// Whether the cell at a field's index is this rank's own.
+    pub fn owns_cell(&self, index: usize) -> bool {
+        (0..D).all(|a| (self.ghosts..self.ghosts + self.local[a]).contains(&(index / self.stride[a] % self.stored[a])))
+    }
+
+    /// Where the stored position nearest to a point (m) stands among those of a face of the box normal to `axis`: the
+    /// first other axis fastest, as [`Border::Velocity`] stores them.
+    pub fn position_on_border(&self, axis: usize, point: &nalgebra::Vector3<f64>) -> usize {
+        let (mut at, mut stride) = (0, 1);
+        for a in (0..D).filter(|&a| a != axis) {
+            let cell = (point[a] / self.h[a]).floor() - self.start[a] as f64 + self.ghosts as f64;
+            at += stride * cell.clamp(0.0, self.stored[a] as f64 - 1.0) as usize;
+            stride *= self.stored[a];
+        }
+        at
+    }
+
     /// The cell, in the whole grid's count, at a field's index of an owned cell.
     pub fn global_cell(&self, index: usize) -> [usize; D] {
         std::array::from_fn(|a| index / self.stride[a] % self.stored[a] - self.ghosts + self.start[a])

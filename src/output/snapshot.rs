@@ -57,7 +57,7 @@ impl Snapshot {
         });
         if let Some(coupling) = &scene.coupling {
             let mut fraction = scene.grid.field();
-            for o in coupling.overlaps().iter().flatten() {
+            for o in coupling.overlaps() {
                 fraction[o.cell] += o.fraction;
             }
             arrays.push(Array::scalar("solid_fraction", scene.gather(&fraction)?));

@@ -9,6 +9,7 @@
 //! or the paper's polygon through the crossings of circle and cell, whose missing area is spread over the cut cells.
 //! Spheres: slices of exact area, in `sphere.rs`.
 
+use super::reach::{Block, images};
 use super::sphere;
 use crate::grid::Grid;
 use nalgebra::Vector3;
@@ -46,18 +47,7 @@ pub fn overlaps<const D: usize>(
     // No polygon through crossings of the grid lines is left of a disc that fits between them.
     let small = grid.h.iter().any(|h| 2.0 * radius <= 2.0 * h);
     let rule = if small { Rule::Exact } else { rule };
-    let images = |a: usize| if grid.periodic[a] { -1..=1 } else { 0..=0 };
-    for kz in if D == 3 { images(2) } else { 0..=0 } {
-        for ky in images(1) {
-            for kx in images(0) {
-                let mut image = *centre;
-                for (a, k) in [kx, ky, kz].into_iter().enumerate().take(D) {
-                    image[a] += f64::from(k) * grid.size[a];
-                }
-                collect(grid, &image, radius, rule, overlaps);
-            }
-        }
-    }
+    images(grid, centre).for_each(|image| collect(grid, &image, radius, rule, overlaps));
     if rule == Rule::Polygon {
         let exact = |o: &Overlap| disc_overlap(&o.arm, grid, radius) / grid.cell_volume();
         let missing: f64 = overlaps.iter().map(|o| exact(o) - o.fraction).sum();
@@ -78,24 +68,15 @@ const ELSEWHERE: usize = usize::MAX;
 /// Adds the cells that one image touches: this rank's, and for the polygon, whose missing area is spread over all of a
 /// particle's cells, those of other ranks as [`ELSEWHERE`].
 fn collect<const D: usize>(grid: &Grid<D>, centre: &Vector3<f64>, radius: f64, rule: Rule, out: &mut Vec<Overlap>) {
-    let mut first = [0; D];
-    let mut last = [0; D];
-    for a in 0..D {
-        let cell = |x: f64| (x / grid.h[a]).floor();
-        let (low, high) = (cell(centre[a] - radius), cell(centre[a] + radius));
-        let (start, end) = match rule {
-            Rule::Exact => (grid.start[a], grid.start[a] + grid.local[a]),
-            Rule::Polygon => (0, grid.cells[a]),
-        };
-        if high < start as f64 || low >= end as f64 {
-            return;
+    let cells = match rule {
+        Rule::Exact => Block::owned(grid, centre, radius),
+        Rule::Polygon => {
+            let cell = |sign: f64| std::array::from_fn(|a| ((centre[a] + sign * radius) / grid.h[a]).floor());
+            Block::between(cell(-1.0), cell(1.0), [0; D], grid.cells)
         }
-        first[a] = low.max(start as f64) as usize;
-        last[a] = (high as usize).min(end - 1);
-    }
-    let mut cell = first;
+    };
     let half = Vector3::from_fn(|a, _| if a < D { 0.5 * grid.h[a] } else { 0.0 });
-    loop {
+    for cell in cells {
         let mut arm = Vector3::zeros();
         for a in 0..D {
             arm[a] = (cell[a] as f64 + 0.5) * grid.h[a] - centre[a];
@@ -119,9 +100,6 @@ fn collect<const D: usize>(grid: &Grid<D>, centre: &Vector3<f64>, radius: f64, r
             let cell = grid.owned_index(cell).unwrap_or(ELSEWHERE);
             out.push(Overlap { cell, fraction, arm });
         }
-        let Some(a) = (0..D).find(|&a| cell[a] < last[a]) else { return };
-        cell[a] += 1;
-        cell[..a].copy_from_slice(&first[..a]);
     }
 }
 

@@ -185,6 +185,20 @@ impl Contacts {
     }
 }
 
+impl Push {
+    /// Moves a body by `h` (s) under accelerations that last; the way it goes (m).
+    pub fn carry(&self, body: &mut Body, h: f64, periods: &[Option<f64>; 3]) -> f64 {
+        let (velocity, spin) = (body.velocity, body.spin);
+        body.velocity += 0.5 * h * self.acceleration;
+        body.spin += 0.5 * h * self.angular;
+        body.advance(h, periods);
+        let way = body.velocity.norm() * h;
+        body.velocity = velocity + h * self.acceleration;
+        body.spin = spin + h * self.angular;
+        way
+    }
+}
+
 impl Answer {
     pub(super) fn of(body: &Body, push: &Push) -> Answer {
         let Some(freedom) = body.freedom() else { return RIGID };
@@ -204,15 +218,5 @@ impl Answer {
 
 /// Moves a body by `h` (s) under accelerations that last; the way it goes (m).
 fn travel(body: &mut Body, push: &Push, h: f64, periods: &[Option<f64>; 3]) -> f64 {
-    if body.motion == Motion::Fixed {
-        return 0.0;
-    }
-    let (velocity, spin) = (body.velocity, body.spin);
-    body.velocity += 0.5 * h * push.acceleration;
-    body.spin += 0.5 * h * push.angular;
-    body.advance(h, periods);
-    let way = body.velocity.norm() * h;
-    body.velocity = velocity + h * push.acceleration;
-    body.spin = spin + h * push.angular;
-    way
+    if body.motion == Motion::Fixed { 0.0 } else { push.carry(body, h, periods) }
 }

@@ -2,7 +2,8 @@
 //! on at the new place (see the parent's formulas).
 
 use super::rigid::{self, Moments};
-use super::{Coupling, Driver, vector};
+use super::{Driver, Mixing};
+use crate::coupling::{Exchange, vector};
 use crate::grid::{Coefficient, Grid, VectorField};
 use crate::solids::contact::{Impulse, Push};
 use crate::solids::{Body, Freedom, Motion, nearest_image};
@@ -32,7 +33,7 @@ pub(super) struct Departure {
 /// Numbers that a rank sums for a particle: moments, two pairs of vectors, and the volume in a vector of its own.
 pub(super) const NUMBERS: usize = rigid::NUMBERS + 15;
 
-impl<const D: usize> Coupling<D> {
+impl<const D: usize> Mixing<D> {
     /// Whether any particle is moved by forces.
     pub fn flies(&self) -> bool {
         self.bodies.iter().any(|b| b.freedom().is_some())
@@ -49,7 +50,7 @@ impl<const D: usize> Coupling<D> {
         grid: &Grid<D>,
         density: &Coefficient,
         u: &VectorField<D>,
-        also: impl Fn(&super::Exchange) -> [Vector3<f64>; 2],
+        also: impl Fn(&Exchange) -> [Vector3<f64>; 2],
         mut take: impl FnMut(usize, &Body, &mut Departure, Moments, [Vector3<f64>; 5]),
     ) -> Result<()> {
         let volume = grid.cell_volume();

@@ -1,0 +1,383 @@
+//! The wall where it is: faces of the pressure equation open as far as they are, and the velocity inside a body set from
+//! the profile beside it. Nothing is relaxed, so that the time step does not enter.
+//!
+//! With `H = 1 - m` the open part of a face (m the covered one), `U_b = V + omega x r` a body's motion, `a = -grad p/rho`
+//! on faces and `I` the mean of two cells, moved to the centroid of the face's open part by the tangential derivative:
+//!
+//! ```text
+//!   faces      q  = I(u*) + (1 - chi) (q^n - I(u^n)) + dt a,   U = H q + m U_b.n,   chi = min(1, dt U_max/(0.4 h))
+//!   pressure   -div( H grad phi )/rho + sum_k (dV/M_k) j_k (j_k.phi) = -D/dt,       D = div U
+//!   bodies     V += (dt/M_k) F_p,   F_p = dV sum_c p_c j_c,   j_c = sum_f m_f n_f/h   (n_f outwards from the cell)
+//!   cells      u  = u* + dt (H_w a_w + H_e a_e)/(1 + (H_w + H_e)/2)
+//!   inside     u  = U_b + the profile of the flow beside the wall, continued into the body ([`skin`])
+//! ```
+//! The equation stays symmetric, and its solution holds the added mass of a free body implicitly, whatever its density.
+//! The memory `q^n - I(u^n)` keeps dt out of the wall's pressure; a turning disc or sphere displaces nothing.
+//!
+//! The force is what the fluid loses. All cells together lose momentum only where the profile is imposed (`du`) and where
+//! the gradient of a cut cell differs from the plain mean of its faces'; what lies inside the body is no fluid:
+//!
+//! ```text
+//!   F = -(rho dV/dt) sum du - rho dV sum (open - plain gradient) + d/dt( rho dV sum alpha u )
+//! ```
+//! Each step's F jitters as cells change sides. A body moves by pressure and wall shear, `F_p + F_v`, and takes in what
+//! these miss, `X += eps (F - F_p - F_v - X)`, over the time the flow needs for some cells; what it still owes is kept and
+//! is part of the balance of momentum.
+
+mod force;
+mod motion;
+mod probe;
+mod skin;
+
+use super::Exchange;
+use crate::fluid::faces::FaceCoefficient;
+use crate::grid::{Boundaries, Grid, VectorField};
+use crate::petsc::Session;
+use crate::solids::contact::{Contacts, Push};
+use crate::solids::{Body, Overlap, nearest_image};
+use nalgebra::Vector3;
+use skin::{Skin, Surroundings};
+
+/// Openings below this count as this: what is behind them keeps a pressure, and the equation constants as its only null
+/// space.
+const LEAST_OPEN: f64 = 1e-6;
+/// Courant number over which a step forgets the face velocity's own history.
+const FORGET: f64 = 0.4;
+/// Spacings that the flow crosses while a body takes in what pressure and wall shear miss of the force on it.
+const TAKE_IN: f64 = 3.0;
+
+/// How a body rides along.
+#[derive(Clone, Copy, Debug, Default)]
+struct Ride {
+    /// Velocity and spin at the start of the step (m/s, rad/s), and those expected at its end.
+    start: (Vector3<f64>, Vector3<f64>),
+    expected: (Vector3<f64>, Vector3<f64>),
+    /// Acceleration by fluid and gravity in the last step (m/s2, rad/s2).
+    push: Push,
+    /// What a force changes (kg): the mass with the wall shear's resistance over a step; infinite along held directions.
+    inertia: f64,
+    /// Pressure force of the step so far (N), wall shear's force and torque (N, N m), now and a step before.
+    pressure: Vector3<f64>,
+    shear: (Vector3<f64>, Vector3<f64>),
+    shear_before: Option<(Vector3<f64>, Vector3<f64>)>,
+    /// What the two miss (N), taken in slowly; and the impulse (N s) that is still owed.
+    rest: Vector3<f64>,
+    owed: Vector3<f64>,
+    /// Momentum that the imposed profile has added in the step (kg m/s), that cut cells' gradient has (likewise).
+    imposed: Vector3<f64>,
+    gradient: Vector3<f64>,
+    /// Momentum inside (kg m/s).
+    inside: Vector3<f64>,
+}
+
+/// Particles in a fluid with sharp walls.
+pub struct Sharp<const D: usize> {
+    bodies: Vec<Body>,
+    skins: Vec<Skin<D>>,
+    near: Vec<Vec<usize>>,
+    rides: Vec<Ride>,
+    exchange: Vec<Exchange>,
+    contacts: Option<Contacts>,
+    push: Vec<Push>,
+    periods: [Option<f64>; 3],
+    h: f64,
+    fluid_density: f64,
+    fluid_viscosity: f64,
+    gravity: Vector3<f64>,
+    values: Vec<Vector3<f64>>,
+    /// History of the face velocities beside that of the cells (m/s).
+    memory: VectorField<D>,
+    chi: f64,
+    buffer: Vec<f64>,
+    session: Session,
+}
+
+/// The spacing that probes count in (m), and the layers of ghosts that they reach.
+pub fn reach<const D: usize>(h: &[f64; D]) -> (f64, usize) {
+    let least = h.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = h.iter().copied().fold(0.0, f64::max).min(2.0 * least);
+    (most, 2 + (4.0 * most / least - 1e-9).ceil() as usize)
+}
+
+impl<const D: usize> Sharp<D> {
+    /// Bodies in a fluid of the given density (kg/m3), viscosity (Pa s) and gravity (m/s2).
+    pub fn new(
+        session: &Session,
+        grid: &Grid<D>,
+        bodies: Vec<Body>,
+        contacts: Option<Contacts>,
+        gravity: Vector3<f64>,
+        fluid_density: f64,
+        fluid_viscosity: f64,
+    ) -> Sharp<D> {
+        let n = bodies.len();
+        Sharp {
+            skins: (0..n).map(|_| Skin::default()).collect(),
+            near: vec![Vec::new(); n],
+            rides: vec![Ride::default(); n],
+            exchange: vec![Exchange::default(); n],
+            push: vec![Push::default(); n],
+            contacts,
+            periods: std::array::from_fn(|a| (a < D && grid.periodic[a]).then(|| grid.size[a])),
+            h: reach(&grid.h).0,
+            fluid_density,
+            fluid_viscosity,
+            gravity,
+            values: Vec::new(),
+            memory: grid.vector_field(),
+            chi: 1.0,
+            buffer: vec![0.0; n * 9],
+            session: session.clone(),
+            bodies,
+        }
+    }
+
+    /// The bodies, in the case's order.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// What each body exchanged with the fluid in the last step.
+    pub fn exchange(&self) -> &[Exchange] {
+        &self.exchange
+    }
+
+    /// The law of contacts, where there is one.
+    pub fn contacts(&self) -> Option<&Contacts> {
+        self.contacts.as_ref()
+    }
+
+    /// Gravity (m/s2).
+    pub fn gravity(&self) -> Vector3<f64> {
+        self.gravity
+    }
+
+    /// Density of the fluid (kg/m3).
+    pub fn fluid_density(&self) -> f64 {
+        self.fluid_density
+    }
+
+    /// The cells of this rank that bodies touch.
+    pub fn overlaps(&self) -> impl Iterator<Item = &Overlap> {
+        self.skins.iter().flat_map(|s| &s.solid)
+    }
+
+    /// Builds the skins of all bodies and opens the faces. To be called once, before the first step, and whenever bodies
+    /// have been put elsewhere.
+    pub fn settle(&mut self, grid: &Grid<D>, boundaries: &Boundaries<D>, beta: &mut FaceCoefficient<D>) {
+        self.rebuild(grid, boundaries, beta, |_| Some(Vector3::zeros()));
+    }
+
+    /// Puts the bodies where `bodies` are (the same ones, at another time).
+    pub fn place(
+        &mut self,
+        grid: &Grid<D>,
+        boundaries: &Boundaries<D>,
+        beta: &mut FaceCoefficient<D>,
+        bodies: &[Body],
+    ) {
+        self.bodies.clone_from_slice(bodies);
+        self.settle(grid, boundaries, beta);
+    }
+
+    /// Rebuilds the skins of the bodies of which `shift` tells how far they have moved (m), and sets `H/rho` on faces.
+    fn rebuild(
+        &mut self,
+        grid: &Grid<D>,
+        boundaries: &Boundaries<D>,
+        beta: &mut FaceCoefficient<D>,
+        shift: impl Fn(usize) -> Option<Vector3<f64>>,
+    ) {
+        let FaceCoefficient::Field(beta) = beta else { return };
+        let whole = 1.0 / self.fluid_density;
+        for skin in &self.skins {
+            for (beta, cuts) in beta.iter_mut().zip(&skin.cuts) {
+                cuts.iter().for_each(|cut| beta[cut.face] = whole);
+            }
+        }
+        self.find_near();
+        for k in 0..self.bodies.len() {
+            let Some(shift) = shift(k) else { continue };
+            let around = Surroundings {
+                grid,
+                boundaries,
+                bodies: &self.bodies,
+                near: &self.near[k],
+                periods: &self.periods,
+                h: self.h,
+            };
+            self.skins[k].rebuild(&around, k, &shift);
+        }
+        for skin in &self.skins {
+            for (beta, cuts) in beta.iter_mut().zip(&skin.cuts) {
+                cuts.iter().for_each(|cut| beta[cut.face] -= whole * cut.covered);
+            }
+        }
+        // Two in contact may cover more than there is.
+        for skin in &mut self.skins {
+            for (beta, cuts) in beta.iter_mut().zip(&mut skin.cuts) {
+                for cut in cuts.iter_mut() {
+                    let total = 1.0 - beta[cut.face] / whole;
+                    if total > 1.0 + 1e-9 {
+                        cut.covered /= total;
+                    }
+                }
+            }
+        }
+        for skin in &self.skins {
+            for (beta, cuts) in beta.iter_mut().zip(&skin.cuts) {
+                cuts.iter().for_each(|cut| beta[cut.face] = beta[cut.face].max(whole * LEAST_OPEN));
+            }
+        }
+    }
+
+    /// For each body, those within reach of its probes.
+    fn find_near(&mut self) {
+        self.near.iter_mut().for_each(Vec::clear);
+        let reach = skin::NEAR * self.h;
+        for i in 0..self.bodies.len() {
+            for j in i + 1..self.bodies.len() {
+                let (a, b) = (&self.bodies[i], &self.bodies[j]);
+                let within = a.radius + b.radius + reach;
+                if nearest_image(&a.centre, &b.centre, &self.periods).norm_squared() < within * within {
+                    self.near[i].push(j);
+                    self.near[j].push(i);
+                }
+            }
+        }
+    }
+
+    /// How much of the face velocities' history a step of `dt` (s) forgets, at the largest face speed (m/s).
+    pub fn forget(&mut self, dt: f64, speed: f64) {
+        self.chi = (dt * speed / (FORGET * self.h)).min(1.0);
+    }
+
+    /// Face velocities (m/s) from the cells' `u`, ghosts filled, and the acceleration by the last pressure (m/s2).
+    pub fn pass_faces(
+        &mut self,
+        grid: &Grid<D>,
+        u: &VectorField<D>,
+        dt: f64,
+        acceleration: &VectorField<D>,
+        faces: &mut VectorField<D>,
+    ) {
+        let keep = 1.0 - self.chi;
+        for axis in 0..D {
+            let s = grid.stride[axis];
+            let (memory, face) = (&mut self.memory[axis], &mut faces[axis]);
+            for row in grid.face_rows(axis) {
+                let (low, high) = (&u[axis][row.start - s..row.end - s], &u[axis][row.clone()]);
+                for ((m, l), h) in memory[row].iter_mut().zip(low).zip(high) {
+                    *m = 0.5 * (l + h) + keep * *m;
+                }
+            }
+            for cut in self.skins.iter().flat_map(|skin| &skin.cuts[axis]) {
+                memory[cut.face] += to_open_part(grid, axis, cut.face, &cut.open, &u[axis]);
+            }
+            for row in grid.face_rows(axis) {
+                let a = &acceleration[axis][row.clone()];
+                for ((f, m), a) in face[row.clone()].iter_mut().zip(&memory[row]).zip(a) {
+                    *f = m + dt * a;
+                }
+            }
+            for (skin, body) in self.skins.iter().zip(&self.bodies) {
+                for cut in &skin.cuts[axis] {
+                    let q = memory[cut.face] + dt * acceleration[axis][cut.face];
+                    face[cut.face] += cut.covered * (body.velocity_at(&cut.arm)[axis] - q);
+                }
+            }
+        }
+    }
+
+    /// Takes the history of the face velocities at the end of a step: the new acceleration on faces (m/s2) and the new
+    /// velocity of cells, ghosts filled.
+    pub fn remember_faces(&mut self, grid: &Grid<D>, u: &VectorField<D>, dt: f64, acceleration: &VectorField<D>) {
+        for axis in 0..D {
+            let (s, memory) = (grid.stride[axis], &mut self.memory[axis]);
+            for row in grid.face_rows(axis) {
+                let (low, high) = (&u[axis][row.start - s..row.end - s], &u[axis][row.clone()]);
+                let a = &acceleration[axis][row.clone()];
+                for (((m, l), h), a) in memory[row].iter_mut().zip(low).zip(high).zip(a) {
+                    *m += dt * a - 0.5 * (l + h);
+                }
+            }
+            for cut in self.skins.iter().flat_map(|skin| &skin.cuts[axis]) {
+                memory[cut.face] -= to_open_part(grid, axis, cut.face, &cut.open, &u[axis]);
+            }
+            // What a covered face carried says nothing of it once it opens.
+            for cut in self.skins.iter().flat_map(|skin| &skin.cuts[axis]).filter(|cut| cut.covered >= 1.0) {
+                memory[cut.face] = 0.0;
+            }
+        }
+    }
+
+    /// Forgets the history of the face velocities.
+    pub fn forget_faces(&mut self) {
+        self.memory.iter_mut().for_each(|m| m.fill(0.0));
+    }
+
+    /// Adds to the cells what `dt` (s) of the acceleration on faces (m/s2) gives beyond the mean of their two faces', which
+    /// they have: where faces are covered the open ones count. With `book`, the momentum is booked.
+    pub fn open_gradient(
+        &mut self,
+        grid: &Grid<D>,
+        beta: &FaceCoefficient<D>,
+        dt: f64,
+        acceleration: &VectorField<D>,
+        book: bool,
+        u: &mut VectorField<D>,
+    ) {
+        let mass = self.fluid_density * grid.cell_volume();
+        for (skin, ride) in self.skins.iter().zip(&mut self.rides) {
+            for (o, _) in skin.solid.iter().zip(&skin.owns).filter(|(_, owns)| **owns) {
+                for axis in 0..D {
+                    let (low, high) = (o.cell, o.cell + grid.stride[axis]);
+                    let [open_low, open_high] = [low, high].map(|f| beta.at(axis, f) * self.fluid_density);
+                    let (a_low, a_high) = (acceleration[axis][low], acceleration[axis][high]);
+                    let open = (open_low * a_low + open_high * a_high) / (1.0 + 0.5 * (open_low + open_high));
+                    let more = dt * (open - 0.5 * (a_low + a_high));
+                    u[axis][o.cell] += more;
+                    if book {
+                        ride.gradient[axis] += mass * more;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Sets the velocity of the cells inside the bodies; ghosts of `u` filled. With `fresh`, also that of cells which the
+    /// bodies have just left. With `book`, the momentum that this adds is booked.
+    pub fn impose(&mut self, grid: &Grid<D>, fresh: bool, book: bool, u: &mut VectorField<D>) {
+        self.values.clear();
+        for (k, skin) in self.skins.iter().enumerate() {
+            for inside in skin.inside.iter().filter(|i| fresh || !i.fresh) {
+                let rigid = self.bodies[k].velocity_at(&inside.arm);
+                let profile = inside.trace.as_ref().map(|t| skin.value(t, grid, u, &self.bodies, k));
+                self.values.push(profile.map_or(rigid, |w| rigid + w));
+            }
+        }
+        let mass = self.fluid_density * grid.cell_volume();
+        let mut values = self.values.iter();
+        for (skin, ride) in self.skins.iter().zip(&mut self.rides) {
+            for (inside, value) in skin.inside.iter().filter(|i| fresh || !i.fresh).zip(&mut values) {
+                for (a, field) in u.iter_mut().enumerate() {
+                    if book {
+                        ride.imposed[a] += mass * (value[a] - field[inside.cell]);
+                    }
+                    field[inside.cell] = value[a];
+                }
+            }
+        }
+    }
+}
+
+/// What the tangential derivatives add to the mean of the two cells at a face when it is moved to its open part.
+fn to_open_part<const D: usize>(grid: &Grid<D>, axis: usize, face: usize, open: &Vector3<f64>, q: &[f64]) -> f64 {
+    let s = grid.stride[axis];
+    let along = (0..D).filter(|a| *a != axis);
+    let parts = along.map(|a| {
+        let t = grid.stride[a];
+        open[a] * (q[face + t] - q[face - t] + q[face - s + t] - q[face - s - t]) / (4.0 * grid.h[a])
+    });
+    parts.sum()
+}

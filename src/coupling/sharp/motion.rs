@@ -1,0 +1,178 @@
+//! How bodies go ahead to their new place, and what pressure makes of their velocity there (formulas in the parent).
+
+use super::{Ride, Sharp};
+use crate::Result;
+use crate::fluid::faces::FaceCoefficient;
+use crate::fluid::pressure::Rider;
+use crate::grid::{Boundaries, Grid, VectorField};
+use crate::solids::contact::{Impulse, Push};
+use crate::solids::{Body, Shape, nearest_image};
+use nalgebra::Vector3;
+use std::f64::consts::{PI, TAU};
+
+impl<const D: usize> Sharp<D> {
+    /// Whether any body changes place.
+    pub fn moves(&self) -> bool {
+        self.bodies.iter().any(Body::moves)
+    }
+
+    /// Whether any body is moved by forces.
+    pub fn flies(&self) -> bool {
+        self.bodies.iter().any(|b| b.freedom().is_some())
+    }
+
+    /// Moves the bodies on by `dt` (s), as the last step lets expect and through contacts, and opens the faces there.
+    /// Returns the substeps of the contacts. Collective.
+    pub fn go_ahead(
+        &mut self,
+        grid: &Grid<D>,
+        boundaries: &Boundaries<D>,
+        beta: &mut FaceCoefficient<D>,
+        dt: f64,
+    ) -> Result<usize> {
+        for (ride, body) in self.rides.iter_mut().zip(&self.bodies) {
+            ride.start = (body.velocity, body.spin);
+        }
+        for (push, ride) in self.push.iter_mut().zip(&self.rides) {
+            *push = ride.push;
+        }
+        if !self.moves() {
+            return Ok(0);
+        }
+        let before: Vec<Vector3<f64>> = self.bodies.iter().map(|b| b.centre).collect();
+        let substeps = match &mut self.contacts {
+            Some(contacts) => contacts.advance(&mut self.bodies, &self.push, dt)?,
+            None => {
+                for (body, push) in self.bodies.iter_mut().zip(&self.push) {
+                    if body.moves() || body.spin != Vector3::zeros() {
+                        push.carry(body, dt, &self.periods);
+                    }
+                }
+                0
+            }
+        };
+        for (ride, body) in self.rides.iter_mut().zip(&self.bodies) {
+            ride.expected = (body.velocity, body.spin);
+        }
+        let periods = self.periods;
+        let shifts: Vec<Option<Vector3<f64>>> = self
+            .bodies
+            .iter()
+            .zip(&before)
+            .map(|(b, before)| b.moves().then(|| nearest_image(before, &b.centre, &periods)))
+            .collect();
+        self.rebuild(grid, boundaries, beta, |k| shifts[k]);
+        Ok(substeps)
+    }
+
+    /// Lets go of the free bodies at their new place: their velocity by all forces with the last pressure `p` (Pa), whose
+    /// changes follow. Ghosts of `u` and `p` filled. Collective.
+    pub fn release(&mut self, grid: &Grid<D>, u: &VectorField<D>, p: &[f64], dt: f64) -> Result<()> {
+        let mut buffer = std::mem::take(&mut self.buffer);
+        for (k, row) in buffer.chunks_exact_mut(9).enumerate() {
+            let (shear, torque) = self.shear_force(grid, k, u);
+            for (slot, v) in row.chunks_exact_mut(3).zip([self.pressure_force(grid, k, p), shear, torque]) {
+                slot.copy_from_slice(v.as_slice());
+            }
+        }
+        self.session.sum(&mut buffer)?;
+        for (k, row) in buffer.chunks_exact(9).enumerate() {
+            let [pressure, shear, torque] = [0, 3, 6].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
+            let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
+            let (body, ride) = (&mut self.bodies[k], &mut self.rides[k]);
+            let (before, torque_before) = ride.shear_before.replace((shear, torque)).unwrap_or((shear, torque));
+            ride.pressure = pressure;
+            ride.shear = (0.5 * (shear + before), 0.5 * (torque + torque_before));
+            let Some(freedom) = body.freedom() else { continue };
+            // What the wall shear takes back of a change of the motion within the step, from the profile's first probe.
+            let r = body.radius;
+            let (drag, turn) = match body.shape {
+                Shape::Disc => (TAU * r / self.h, TAU * r.powi(3) / self.h),
+                Shape::Sphere => (4.0 * PI * r * r / self.h, 8.0 / 3.0 * PI * r.powi(4) / self.h),
+            };
+            let (drag, turn) = (self.fluid_viscosity * drag, self.fluid_viscosity * turn);
+            ride.inertia = body.mass() + dt * drag;
+            let weight = (body.mass() - self.fluid_density * body.volume()) * self.gravity;
+            let change = dt * (pressure + ride.shear.0 + ride.rest + weight + drag * (ride.expected.0 - ride.start.0))
+                + impulse.linear;
+            body.velocity = ride.start.0 + freedom.along(&change) / ride.inertia;
+            let change = dt * (ride.shear.1 + turn * (ride.expected.1 - ride.start.1)) + impulse.angular;
+            body.spin = ride.start.1 + freedom.about(&change) / (body.inertia() + dt * turn);
+        }
+        self.buffer = buffer;
+        Ok(())
+    }
+
+    /// Takes the acceleration of the step `dt` (s) for the next one.
+    pub fn note_push(&mut self, dt: f64) {
+        for (k, (ride, body)) in self.rides.iter_mut().zip(&self.bodies).enumerate() {
+            if body.freedom().is_none() {
+                continue;
+            }
+            let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
+            let heavier = body.mass() + self.fluid_density * body.volume();
+            ride.push = Push {
+                acceleration: (body.velocity - ride.start.0 - impulse.linear / heavier) / dt,
+                angular: (body.spin - ride.start.1 - impulse.angular / body.inertia()) / dt,
+            };
+        }
+    }
+
+    /// `dV/M_k` of each mode (m3/kg), and its entries (mode, cell, j): a mode for each direction in which a body is free.
+    pub fn modes(&self, grid: &Grid<D>, mut put: impl FnMut(usize, usize, f64)) {
+        for (k, skin) in self.skins.iter().enumerate() {
+            let Some(freedom) = self.bodies[k].freedom() else { continue };
+            for axis in (0..D).filter(|a| freedom.translation[*a]) {
+                for cut in &skin.cuts[axis] {
+                    let part = cut.covered / grid.h[axis];
+                    let below = cut.face - grid.stride[axis];
+                    if grid.owns_cell(cut.face) {
+                        put(k * D + axis, cut.face, -part);
+                    }
+                    if grid.owns_cell(below) {
+                        put(k * D + axis, below, part);
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Ride {
+    /// The force that moved a free body over the step (N).
+    pub(super) fn used(
+        &self,
+        body: &Body,
+        dt: f64,
+        fluid_density: f64,
+        gravity: &Vector3<f64>,
+        struck: Option<Impulse>,
+    ) -> Vector3<f64> {
+        let weight = (body.mass() - fluid_density * body.volume()) * gravity;
+        (body.mass() * (body.velocity - self.start.0) - struck.unwrap_or_default().linear) / dt - weight
+    }
+}
+
+impl<const D: usize> Rider<D> for Sharp<D> {
+    fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64], faces: &mut VectorField<D>) -> Result<()> {
+        let mut buffer = std::mem::take(&mut self.buffer);
+        let sums = &mut buffer[..3 * self.bodies.len()];
+        for (k, row) in sums.chunks_exact_mut(3).enumerate() {
+            row.copy_from_slice(self.pressure_force(grid, k, phi).as_slice());
+        }
+        self.session.sum(sums)?;
+        for (k, row) in sums.chunks_exact(3).enumerate() {
+            let force = Vector3::from_column_slice(row);
+            let (body, ride) = (&mut self.bodies[k], &mut self.rides[k]);
+            ride.pressure += force;
+            let Some(freedom) = body.freedom() else { continue };
+            let change = freedom.along(&force) * (dt / ride.inertia);
+            body.velocity += change;
+            for (axis, cuts) in self.skins[k].cuts.iter().enumerate() {
+                cuts.iter().for_each(|cut| faces[axis][cut.face] += cut.covered * change[axis]);
+            }
+        }
+        self.buffer = buffer;
+        Ok(())
+    }
+}

@@ -1,0 +1,61 @@
+//! Probes: the velocity at any point, from a cubic through the four cells about it along each axis.
+//!
+//! ```text
+//!     i-1     i   x    i+1     i+2         weights of t = (x - x_i)/h:  -t(t-1)(t-2)/6, (t+1)(t-1)(t-2)/2,
+//!      o      o---*-----o       o                                       -(t+1)t(t-2)/2, (t+1)t(t-1)/6
+//! ```
+//! Near a body some of the cells lie inside it: they hold the profile that was imposed last, which continues the flow
+//! smoothly through the wall.
+
+use crate::grid::{Grid, VectorField};
+use nalgebra::Vector3;
+
+/// A point where the velocity is asked for, with its share in what is asked.
+#[derive(Clone, Copy, Debug)]
+pub struct Probe<const D: usize> {
+    /// Index in a field of the first cell of the stencil.
+    first: usize,
+    weights: [[f64; 4]; D],
+    /// Factor of the velocity there in the sum that it is part of.
+    pub share: f64,
+    /// From the body's centre (m).
+    pub arm: Vector3<f64>,
+}
+
+impl<const D: usize> Probe<D> {
+    /// A probe at `centre + arm` (m); the point is within the stored cells, two layers from their end.
+    pub fn new(grid: &Grid<D>, centre: &Vector3<f64>, arm: Vector3<f64>, share: f64) -> Probe<D> {
+        let (mut first, mut weights) = (0, [[0.0; 4]; D]);
+        for a in 0..D {
+            let x = (centre[a] + arm[a]) / grid.h[a] - 0.5 - grid.start[a] as f64 + grid.ghosts as f64;
+            let cell = (x.floor() - 1.0).clamp(0.0, (grid.stored[a] - 4) as f64);
+            let t = x - cell - 1.0;
+            let (below, next, after) = (t + 1.0, t - 1.0, t - 2.0);
+            weights[a] =
+                [-t * next * after / 6.0, below * next * after / 2.0, -below * t * after / 2.0, below * t * next / 6.0];
+            first += cell as usize * grid.stride[a];
+        }
+        Probe { first, weights, share, arm }
+    }
+
+    /// The velocity (m/s) there; ghosts of `u` filled.
+    #[inline]
+    pub fn velocity(&self, grid: &Grid<D>, u: &VectorField<D>) -> Vector3<f64> {
+        let mut sum = Vector3::zeros();
+        let planes = if D == 3 { 4 } else { 1 };
+        for k in 0..planes {
+            let (plane, wk) =
+                if D == 3 { (self.first + k * grid.stride[D - 1], self.weights[D - 1][k]) } else { (self.first, 1.0) };
+            for j in 0..4 {
+                let row = plane + j * grid.stride[1];
+                let wj = wk * self.weights[1][j];
+                for (a, field) in u.iter().enumerate() {
+                    let q = &field[row..row + 4];
+                    let w = &self.weights[0];
+                    sum[a] += wj * (w[0] * q[0] + w[1] * q[1] + w[2] * q[2] + w[3] * q[3]);
+                }
+            }
+        }
+        sum
+    }
+}

@@ -1,0 +1,311 @@
+//! The skin of a body on the grid: the faces that it covers, the cells inside whose velocity it sets, the points of its
+//! surface where its traction is taken. Rebuilt when the body moves.
+//!
+//! ```text
+//!    n ^   * second probe, 2 h         the velocity relative to the wall, w, along the normal from the wall at 0:
+//!      |   * first probe, h              far from others   through 0 and both probes         (g > 2.75 h)
+//!   ---+-------- wall                    near another      linear, through the first          (1.25 h < g < 2.25 h)
+//!      |   o cell inside, s < 0          closer still      straight to the other's velocity   (g < 0.75 h)
+//! ```
+//! with g the gap along n to the next body or wall; between these the shares change smoothly.
+
+use super::probe::Probe;
+use crate::grid::{Border, Boundaries, Grid, VectorField};
+use crate::solids::reach::{Block, images};
+use crate::solids::{Body, Cut, Overlap, aperture, fraction, nearest_image};
+use nalgebra::Vector3;
+use std::f64::consts::{PI, TAU};
+use std::ops::Range;
+
+/// Depth to which the profile is continued into a body, in spacings; deeper, the body's own motion stands.
+const DEPTH: f64 = 2.0;
+/// Probes of the imposed profile, in spacings from the wall.
+const PROFILE: [f64; 2] = [1.0, 2.0];
+/// Spacings between the probes of the wall's slope.
+const SLOPE: f64 = 0.7;
+/// Gap, in spacings, beyond which nothing is felt of what lies there.
+pub(super) const NEAR: f64 = 2.75;
+
+/// A linear functional of the velocity relative to a body's motion, along a normal of its wall.
+#[derive(Clone, Debug)]
+pub struct Trace {
+    probes: Range<usize>,
+    /// Share of the velocity of what lies across the gap, relative to the body's at its own wall, and what lies there.
+    across: f64,
+    other: Other,
+    /// From the body's centre to its wall (m).
+    foot: Vector3<f64>,
+}
+
+/// What lies across a gap.
+#[derive(Clone, Copy, Debug)]
+enum Other {
+    Nothing,
+    /// A body, and the arm from its centre (m).
+    Body(usize, Vector3<f64>),
+    /// A border with this velocity (m/s).
+    Border(Vector3<f64>),
+}
+
+/// A cell inside a body.
+#[derive(Clone, Debug)]
+pub struct Inside {
+    /// Its index in a field.
+    pub cell: usize,
+    /// From the body's centre (m).
+    pub arm: Vector3<f64>,
+    /// The profile there; `None` deep inside.
+    pub trace: Option<Trace>,
+    /// Whether it lies outside by now, and was inside before the body moved.
+    pub fresh: bool,
+}
+
+/// A point of a body's surface.
+#[derive(Clone, Debug)]
+pub struct Point {
+    /// From the body's centre (m).
+    pub arm: Vector3<f64>,
+    /// Its part of the surface (m2; m per metre of depth).
+    pub area: f64,
+    /// The slope of the velocity along the outward normal (1/s).
+    pub slope: Trace,
+}
+
+/// A body on the grid.
+#[derive(Clone, Debug)]
+pub struct Skin<const D: usize> {
+    /// Faces that it covers, by axis.
+    pub cuts: [Vec<Cut>; D],
+    /// Cells that it touches, with its fraction of them.
+    pub solid: Vec<Overlap>,
+    /// Cells of `solid` in which it speaks for the wall: no other body is nearer.
+    pub owns: Vec<bool>,
+    /// Cells inside it.
+    pub inside: Vec<Inside>,
+    /// Points on its surface, of this rank.
+    pub points: Vec<Point>,
+    probes: Vec<Probe<D>>,
+}
+
+/// What a skin is built among.
+pub struct Surroundings<'a, const D: usize> {
+    /// The grid.
+    pub grid: &'a Grid<D>,
+    /// The conditions at the borders.
+    pub boundaries: &'a Boundaries<D>,
+    /// All bodies.
+    pub bodies: &'a [Body],
+    /// Numbers of the bodies near this one.
+    pub near: &'a [usize],
+    /// Lengths of the periodic axes (m).
+    pub periods: &'a [Option<f64>; 3],
+    /// The spacing that depths and probes count in (m).
+    pub h: f64,
+}
+
+impl<const D: usize> Default for Skin<D> {
+    fn default() -> Self {
+        Skin {
+            cuts: std::array::from_fn(|_| Vec::new()),
+            solid: Vec::new(),
+            owns: Vec::new(),
+            inside: Vec::new(),
+            points: Vec::new(),
+            probes: Vec::new(),
+        }
+    }
+}
+
+impl<const D: usize> Skin<D> {
+    /// Finds the faces and cells of the body `k`; `shift` is how far it has moved since the last time (m).
+    pub fn rebuild(&mut self, around: &Surroundings<D>, k: usize, shift: &Vector3<f64>) {
+        let (grid, body) = (around.grid, &around.bodies[k]);
+        for (axis, cuts) in self.cuts.iter_mut().enumerate() {
+            aperture::cuts(grid, axis, &body.centre, body.radius, cuts);
+        }
+        fraction::overlaps(grid, &body.centre, body.radius, fraction::Rule::Exact, &mut self.solid);
+        self.owns.clear();
+        self.owns.extend(self.solid.iter().map(|o| around.nearest(k, &o.arm)));
+        self.probes.clear();
+        self.inside.clear();
+        let moved = shift.norm();
+        for image in images(grid, &body.centre) {
+            for at in Block::owned(grid, &image, body.radius + moved) {
+                let arm =
+                    Vector3::from_fn(|a, _| if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 });
+                let s = arm.norm() - body.radius;
+                let fresh = s > 0.0;
+                let was_inside = || (arm + shift).norm() <= body.radius;
+                if s > moved || (fresh && !was_inside()) || !around.nearest(k, &arm) {
+                    continue;
+                }
+                let Some(cell) = grid.owned_index(at) else { continue };
+                let trace = (s >= -DEPTH * around.h).then(|| self.profile(around, k, &image, &arm, s));
+                self.inside.push(Inside { cell, arm, trace, fresh });
+            }
+        }
+        self.spread_points(around, k);
+    }
+
+    /// The profile at the signed distance `s` (m) along the normal through `arm`.
+    fn profile(
+        &mut self,
+        around: &Surroundings<D>,
+        k: usize,
+        image: &Vector3<f64>,
+        arm: &Vector3<f64>,
+        s: f64,
+    ) -> Trace {
+        let (h, radius) = (around.h, around.bodies[k].radius);
+        let n = arm.normalize();
+        let gap = around.gap(k, image, &n);
+        let share = Shares::of(gap.width / h);
+        let [d1, d2] = PROFILE.map(|d| d * h);
+        let near = h.min(0.5 * gap.width);
+        let first = share.full * s * (d2 - s) / (d1 * (d2 - d1))
+            + if share.linear > 0.0 { share.linear * s / near } else { 0.0 };
+        let second = share.full * s * (s - d1) / (d2 * (d2 - d1));
+        let at = if share.full > 0.0 { d1 } else { near };
+        let probes = [(at, first), (d2, second)];
+        let across = share.across * s / gap.width.max(0.5 * h);
+        self.trace(around.grid, image, n, radius, &probes, across, gap.other)
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn trace(
+        &mut self,
+        grid: &Grid<D>,
+        image: &Vector3<f64>,
+        n: Vector3<f64>,
+        radius: f64,
+        probes: &[(f64, f64)],
+        across: f64,
+        other: Other,
+    ) -> Trace {
+        let start = self.probes.len();
+        for &(d, share) in probes.iter().filter(|(_, share)| *share != 0.0) {
+            self.probes.push(Probe::new(grid, image, (radius + d) * n, share));
+        }
+        Trace { probes: start..self.probes.len(), across, other, foot: radius * n }
+    }
+
+    /// Points on the surface, about four a spacing in 2D and two in 3D; each belongs to the rank of its cell.
+    fn spread_points(&mut self, around: &Surroundings<D>, k: usize) {
+        self.points.clear();
+        let (grid, body, h) = (around.grid, &around.bodies[k], around.h);
+        let r = body.radius;
+        let count =
+            if D == 2 { 4 * (TAU * r / h).ceil() as usize } else { (4.0 * 4.0 * PI * r * r / (h * h)).ceil() as usize };
+        let area = if D == 2 { TAU * r } else { 4.0 * PI * r * r } / count as f64;
+        // On a sphere, a spiral of equal areas.
+        let golden = PI * (3.0 - 5.0f64.sqrt());
+        for i in 0..count {
+            let t = (i as f64 + 0.5) / count as f64;
+            let n = if D == 2 {
+                let (y, x) = (TAU * t).sin_cos();
+                Vector3::new(x, y, 0.0)
+            } else {
+                let z = 1.0 - 2.0 * t;
+                let (y, x) = (golden * i as f64).sin_cos();
+                let c = (1.0 - z * z).max(0.0).sqrt();
+                Vector3::new(c * x, c * y, z)
+            };
+            let Some(image) = images(grid, &body.centre).find(|image| grid.owns(&(image + r * n))) else { continue };
+            let gap = around.gap(k, &image, &n);
+            let share = Shares::of(gap.width / h);
+            let (e, near) = (SLOPE * h, h.min(0.5 * gap.width));
+            let full = share.full / e;
+            let linear = if share.linear > 0.0 { share.linear / near } else { 0.0 };
+            let probes = [(e, 3.0 * full), (2.0 * e, -1.5 * full), (3.0 * e, full / 3.0), (near, linear)];
+            let across = share.across / gap.width.max(0.5 * h);
+            let slope = self.trace(grid, &image, n, r, &probes, across, gap.other);
+            self.points.push(Point { arm: r * n, area, slope });
+        }
+    }
+
+    /// The value of a trace (m/s, or 1/s of a slope) for a body and a velocity field with its ghosts filled.
+    pub fn value(&self, trace: &Trace, grid: &Grid<D>, u: &VectorField<D>, bodies: &[Body], k: usize) -> Vector3<f64> {
+        let body = &bodies[k];
+        let mut sum = Vector3::zeros();
+        for probe in &self.probes[trace.probes.clone()] {
+            sum += probe.share * (probe.velocity(grid, u) - body.velocity_at(&probe.arm));
+        }
+        let other = match trace.other {
+            Other::Nothing => return sum,
+            Other::Body(j, arm) => bodies[j].velocity_at(&arm),
+            Other::Border(velocity) => velocity,
+        };
+        sum + trace.across * (other - body.velocity_at(&trace.foot))
+    }
+}
+
+/// How much of each form of the profile holds at a gap; they sum to one.
+struct Shares {
+    full: f64,
+    linear: f64,
+    across: f64,
+}
+
+impl Shares {
+    /// For a gap in spacings.
+    fn of(gap: f64) -> Shares {
+        let step = |from: f64, to: f64| {
+            let t = ((gap - from) / (to - from)).clamp(0.0, 1.0);
+            t * t * (3.0 - 2.0 * t)
+        };
+        let (full, open) = (step(2.25, NEAR), step(0.75, 1.25));
+        Shares { full, linear: open - full, across: 1.0 - open }
+    }
+}
+
+/// A gap along a normal.
+struct Gap {
+    width: f64,
+    other: Other,
+}
+
+impl<const D: usize> Surroundings<'_, D> {
+    /// Whether no other body is nearer to the point at `arm` (m) from the centre of body `k`.
+    fn nearest(&self, k: usize, arm: &Vector3<f64>) -> bool {
+        let own = arm.norm() - self.bodies[k].radius;
+        self.near.iter().all(|&j| {
+            let apart = nearest_image(&self.bodies[k].centre, &self.bodies[j].centre, self.periods);
+            let other = (arm - apart).norm() - self.bodies[j].radius;
+            own < other || (own == other && k < j)
+        })
+    }
+
+    /// The gap (m) from the wall of body `k`, its centre at `image`, along `n` to the next body or wall.
+    fn gap(&self, k: usize, image: &Vector3<f64>, n: &Vector3<f64>) -> Gap {
+        let radius = self.bodies[k].radius;
+        let mut gap = Gap { width: f64::INFINITY, other: Other::Nothing };
+        for &j in self.near {
+            let other = &self.bodies[j];
+            let apart = nearest_image(&self.bodies[k].centre, &other.centre, self.periods) - radius * n;
+            let along = apart.dot(n);
+            let under = along * along - apart.norm_squared() + other.radius * other.radius;
+            if along > 0.0 && under > 0.0 {
+                let width = (along - under.sqrt()).max(0.0);
+                if width < gap.width {
+                    gap = Gap { width, other: Other::Body(j, width * n - apart) };
+                }
+            }
+        }
+        for axis in 0..D {
+            let side = usize::from(n[axis] > 0.0);
+            let Some(Border::Velocity(velocity)) = &self.boundaries.borders[axis][side] else { continue };
+            let foot = image[axis] + radius * n[axis];
+            let distance = if side == 1 { self.grid.size[axis] - foot } else { foot };
+            if n[axis].abs() * NEAR * self.h < distance {
+                continue;
+            }
+            let width = (distance / n[axis].abs()).max(0.0);
+            if width < gap.width {
+                let at = self.grid.position_on_border(axis, &(image + (radius + width) * n));
+                let velocity = Vector3::from_fn(|a, _| if a < D { velocity[a][at] } else { 0.0 });
+                gap = Gap { width, other: Other::Border(velocity) };
+            }
+        }
+        gap
+    }
+}

@@ -1,0 +1,62 @@
+//! Which cells, faces or points a particle reaches, its periodic images included.
+
+use crate::grid::Grid;
+use nalgebra::Vector3;
+
+/// The centres (m) of a particle at `centre` and of its images one period away along the periodic axes.
+pub fn images<const D: usize>(grid: &Grid<D>, centre: &Vector3<f64>) -> impl Iterator<Item = Vector3<f64>> {
+    let shifts = std::array::from_fn::<_, 3, _>(|a| {
+        let length = if a < D && grid.periodic[a] { grid.size[a] } else { 0.0 };
+        let shifts = [0.0, -length, length];
+        (shifts, if length > 0.0 { 3 } else { 1 })
+    });
+    let centre = *centre;
+    let [(x, nx), (y, ny), (z, nz)] = shifts;
+    (0..nx * ny * nz).map(move |k| centre + Vector3::new(x[k % nx], y[k / nx % ny], z[k / nx / ny]))
+}
+
+/// The boxes of a lattice from `first` to `last`, both included, the first axis fastest.
+#[derive(Clone, Copy, Debug)]
+pub struct Block<const D: usize> {
+    first: [usize; D],
+    last: [usize; D],
+    next: Option<[usize; D]>,
+}
+
+impl<const D: usize> Block<D> {
+    /// The lattice boxes between `low` and `high` (in boxes, ends included) that lie in `from` to `to` (end excluded).
+    pub fn between(low: [f64; D], high: [f64; D], from: [usize; D], to: [usize; D]) -> Block<D> {
+        let (mut first, mut last) = ([0; D], [0; D]);
+        for a in 0..D {
+            if high[a] < from[a] as f64 || low[a] >= to[a] as f64 {
+                return Block { first, last, next: None };
+            }
+            first[a] = low[a].max(from[a] as f64) as usize;
+            last[a] = (high[a] as usize).min(to[a] - 1);
+        }
+        Block { first, last, next: Some(first) }
+    }
+
+    /// The owned cells within `radius` (m) of a centre (m) along every axis.
+    pub fn owned(grid: &Grid<D>, centre: &Vector3<f64>, radius: f64) -> Block<D> {
+        let cell = |a: usize, x: f64| (x / grid.h[a]).floor();
+        let low = std::array::from_fn(|a| cell(a, centre[a] - radius));
+        let high = std::array::from_fn(|a| cell(a, centre[a] + radius));
+        Block::between(low, high, grid.start, std::array::from_fn(|a| grid.start[a] + grid.local[a]))
+    }
+}
+
+impl<const D: usize> Iterator for Block<D> {
+    type Item = [usize; D];
+
+    fn next(&mut self) -> Option<[usize; D]> {
+        let here = self.next?;
+        self.next = (0..D).find(|&a| here[a] < self.last[a]).map(|a| {
+            let mut next = here;
+            next[a] += 1;
+            next[..a].copy_from_slice(&self.first[..a]);
+            next
+        });
+        Some(here)
+    }
+}
