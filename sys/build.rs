@@ -28,7 +28,7 @@ fn main() {
         .clang_args(includes.iter().map(|p| format!("-I{}", p.display())))
         .allowlist_function(FUNCTIONS)
         .allowlist_var(VARIABLES)
-        .allowlist_type("PetscErrorType|MatOption|InsertMode|DMBoundaryType|DMDAStencilType|MatAssemblyType|KSPConvergedReason|PetscBool")
+        .allowlist_type("PetscErrorType|MatOption|MatOperation|InsertMode|DMBoundaryType|DMDAStencilType|MatAssemblyType|KSPConvergedReason|PetscBool")
         .default_enum_style(bindgen::EnumVariation::Consts)
         .prepend_enum_name(false)
         .generate_comments(false)
@@ -44,7 +44,8 @@ const FUNCTIONS: &str = "PetscInitialize|PetscFinalize|PetscInitialized|PetscPus
     |PetscObject(SetOptionsPrefix|StateIncrease|Reference)|DMDACreate[23]d|DMSetUp|DMDestroy|DMDAGetCorners|DMDAGetNeighbors\
     |DMGetLocalToGlobalMapping|ISLocalToGlobalMapping(Get|Restore)Indices|DMCreateGlobalVector|VecDestroy\
     |VecGetArray(Read|Write)?|VecRestoreArray(Read|Write)?|VecSet|MatCreateVecs|MatCreate|MatSetSizes|MatSetType|MatSetUp\
-    |MatSetPreallocationCOO|MatSetValuesCOO|MatSetNullSpace|MatSetOption|MatDestroy|MatMult|MatNullSpace(Create|Destroy|Remove)\
+    |MatSetPreallocationCOO|MatSetValuesCOO|MatSetNullSpace|MatSetOption|MatDestroy|MatMult|MatCreateShell\
+    |MatShell(GetContext|SetOperation|SetManageScalingShifts)|MatNullSpace(Create|Destroy|Remove)\
     |KSP(Create|SetOperators|SetFromOptions|SetTolerances|GetTolerances|Solve|GetConvergedReason|GetIterationNumber|GetPC\
     |Destroy|SetInitialGuessNonzero|SetReusePreconditioner|GetType|SetUp|GetResidualNorm)|PC(GetType|Reset)\
     |KSPConvergedReasons|MPI_(Allreduce|Sendrecv|Comm_rank|Comm_size|Gatherv|Bcast|Barrier|Send|Recv)";

@@ -153,9 +153,7 @@ impl Projection {
             put(diagonal * definite);
         }
         let unsound = self.values.iter().any(|v| !v.is_finite() || *v == 0.0);
-        let mut anywhere = [f64::from(unsound)];
-        self.session.max(&mut anywhere)?;
-        if anywhere[0] > 0.0 {
+        if self.session.anywhere(unsound)? {
             return Err(Error::Run("the density of the mixture is not positive and finite on every face".into()));
         }
         self.solver.set_values(&self.values)

@@ -259,12 +259,18 @@ impl Session {
         })
     }
 
+    /// Whether something holds on any rank. Collective.
+    pub fn anywhere(&self, here: bool) -> Result<bool> {
+        let mut flag = [f64::from(here)];
+        self.max(&mut flag)?;
+        Ok(flag[0] > 0.0)
+    }
+
     /// Makes a result of rank 0, which alone writes, the result of all: an error there is an error everywhere. Collective.
     pub fn agree<T>(&self, result: Result<T>) -> Result<T> {
-        let mut failed = [f64::from(result.is_err())];
-        self.max(&mut failed)?;
+        let failed = self.anywhere(result.is_err())?;
         match result {
-            Ok(_) if failed[0] > 0.0 => Err(Error::Run("rank 0 failed".into())),
+            Ok(_) if failed => Err(Error::Run("rank 0 failed".into())),
             other => other,
         }
     }
@@ -371,8 +377,31 @@ pub(super) fn reason_name(reason: ffi::KSPConvergedReason) -> String {
     }
 }
 
-/// A slice over memory that PETSc lends; empty where it lends none.
-pub(super) unsafe fn lent<'a>(data: *const f64, len: usize) -> &'a [f64] {
-    // SAFETY: the caller vouches that PETSc lent `len` doubles at `data`, or none.
-    if len == 0 { &[] } else { unsafe { slice::from_raw_parts(data, len) } }
+/// Hands this rank's entries of a vector to `take`.
+///
+/// # Safety
+/// `vector` is alive, has `len` entries here, and `take` does not touch it by another way.
+pub(super) unsafe fn read<T>(vector: ffi::Vec, len: usize, take: impl FnOnce(&[f64]) -> T) -> Result<T> {
+    let mut data = ptr::null();
+    // SAFETY: PETSc lends the local part, `len` doubles (or null, where there are none), until it is restored.
+    unsafe {
+        check("VecGetArrayRead", ffi::VecGetArrayRead(vector, &mut data))?;
+        let taken = take(if len == 0 { &[] } else { slice::from_raw_parts(data, len) });
+        check("VecRestoreArrayRead", ffi::VecRestoreArrayRead(vector, &mut data))?;
+        Ok(taken)
+    }
+}
+
+/// Lets `fill` change this rank's entries of a vector.
+///
+/// # Safety
+/// As for [`read`].
+pub(super) unsafe fn write(vector: ffi::Vec, len: usize, fill: impl FnOnce(&mut [f64])) -> Result<()> {
+    let mut data = ptr::null_mut();
+    // SAFETY: as for reading.
+    unsafe {
+        check("VecGetArray", ffi::VecGetArray(vector, &mut data))?;
+        fill(if len == 0 { &mut [] } else { slice::from_raw_parts_mut(data, len) });
+        check("VecRestoreArray", ffi::VecRestoreArray(vector, &mut data))
+    }
 }

@@ -1,16 +1,19 @@
 //! The linear solve: a symmetric matrix whose pattern is fixed, its values refilled straight into PETSc's storage, and
-//! a Krylov method that PETSc's options choose.
+//! a Krylov method that PETSc's options choose. Free bodies add modes to it, which the preconditioner does not see.
 
-use super::session::{check, lent, reason_name};
+use super::modes::{ModeEntry, Modes};
+use super::session::{check, read, reason_name, write};
 use super::{Layout, Session};
 use crate::{Error, Result};
 use petsc_sys as ffi;
-use std::{ptr, slice};
+use std::ptr;
 
 /// A linear system over the owned cells of every rank, and its solver.
 pub struct LinearSolver {
     session: Session,
     matrix: ffi::Mat,
+    /// What is solved for in place of the matrix, once there have been modes.
+    modes: Option<Modes>,
     krylov: ffi::KSP,
     null_space: ffi::MatNullSpace,
     right_side: ffi::Vec,
@@ -78,6 +81,7 @@ impl LinearSolver {
         let mut solver = LinearSolver {
             session: session.clone(),
             matrix: ptr::null_mut(),
+            modes: None,
             krylov: ptr::null_mut(),
             null_space: ptr::null_mut(),
             right_side: ptr::null_mut(),
@@ -108,7 +112,7 @@ impl LinearSolver {
                 check("MatSetNullSpace", ffi::MatSetNullSpace(solver.matrix, *space))?;
             }
             check("KSPCreate", ffi::KSPCreate(comm, &mut solver.krylov))?;
-            check("KSPSetOperators", ffi::KSPSetOperators(solver.krylov, solver.matrix, solver.matrix))?;
+            solver.set_operators()?;
             check("KSPSetFromOptions", ffi::KSPSetFromOptions(solver.krylov)).map_err(bad_option)?;
             let (mut r, mut a) = (0.0, 0.0);
             let (d, m) = (&mut solver.divergence_tolerance, &mut solver.max_iterations);
@@ -123,27 +127,47 @@ impl LinearSolver {
         check("MatSetValuesCOO", unsafe { ffi::MatSetValuesCOO(self.matrix, values.as_ptr(), ffi::INSERT_VALUES) })
     }
 
+    /// Adds `sum_k w_k j_k j_k^T` to the operator of the solves to come, in place of what the last call added; the
+    /// preconditioner stays the matrix's own. Every rank gives all `weights` (w_k >= 0, the same everywhere) and its
+    /// own `entries` of the vectors `j_k`, in any order (by mode is fastest). `w_k j_k j_k^T` has the matrix's unit. In
+    /// a singular system every `j_k` has to sum to zero over all ranks, as the matrix's rows do. Allocates only to grow.
+    /// Collective.
+    ///
+    /// # Errors
+    /// When a weight is negative, a number not finite, or a mode or row not there; and when the method is `preonly`,
+    /// which would solve without the modes.
+    pub fn set_modes(&mut self, weights: &[f64], entries: &[ModeEntry]) -> Result<()> {
+        if self.modes.is_none() {
+            if self.session.option("-ksp_type")?.as_deref() == Some("preonly") {
+                return Err(Error::Usage(
+                    "-ksp_type preonly solves with the preconditioner alone, which knows nothing of the motion of free \
+                     bodies; use cg, bcgs or gmres"
+                        .into(),
+                ));
+            }
+            self.modes = Some(Modes::new(&self.session, self.matrix, self.owned, self.null_space)?);
+            self.set_operators()?;
+        }
+        self.modes.iter_mut().try_for_each(|modes| modes.set(weights, entries))
+    }
+
+    /// Tells the Krylov solver what to solve for, and what to build the preconditioner from.
+    fn set_operators(&mut self) -> Result<()> {
+        let operator = self.modes.as_ref().map_or(self.matrix, Modes::shell);
+        // SAFETY: handles of `self`.
+        check("KSPSetOperators", unsafe { ffi::KSPSetOperators(self.krylov, operator, self.matrix) })
+    }
+
     /// Lets `fill` write the right side: this rank's cells, x fastest.
     pub fn set_right_side(&mut self, fill: impl FnOnce(&mut [f64])) -> Result<()> {
-        let mut data = ptr::null_mut();
-        // SAFETY: PETSc lends the vector's local part, `owned` doubles, until it is restored.
-        unsafe {
-            check("VecGetArray", ffi::VecGetArray(self.right_side, &mut data))?;
-            fill(slice::from_raw_parts_mut(data, self.owned));
-            check("VecRestoreArray", ffi::VecRestoreArray(self.right_side, &mut data))
-        }
+        // SAFETY: made in `new` with `owned` entries here; `fill` cannot reach it otherwise.
+        unsafe { write(self.right_side, self.owned, fill) }
     }
 
     /// Hands the solution to `take`: this rank's cells, x fastest.
     pub fn solution<T>(&self, take: impl FnOnce(&[f64]) -> T) -> Result<T> {
-        let mut data = ptr::null();
-        // SAFETY: as for the right side, for reading.
-        unsafe {
-            check("VecGetArrayRead", ffi::VecGetArrayRead(self.solution, &mut data))?;
-            let taken = take(lent(data, self.owned));
-            check("VecRestoreArrayRead", ffi::VecRestoreArrayRead(self.solution, &mut data))?;
-            Ok(taken)
-        }
+        // SAFETY: as for the right side.
+        unsafe { read(self.solution, self.owned, take) }
     }
 
     /// Whether the user fixed the relative tolerance by `-ksp_rtol`.
@@ -175,7 +199,7 @@ impl LinearSolver {
             let mut pc = ptr::null_mut();
             check("KSPGetPC", ffi::KSPGetPC(self.krylov, &mut pc))?;
             check("PCReset", ffi::PCReset(pc))?;
-            check("KSPSetOperators", ffi::KSPSetOperators(self.krylov, self.matrix, self.matrix))?;
+            self.set_operators()?;
             // With `-ksp_initial_guess_nonzero` the first try's result would be the guess.
             check("VecSet", ffi::VecSet(self.solution, 0.0))?;
         }
@@ -199,8 +223,10 @@ impl LinearSolver {
         let (mut reason, mut iterations) = (0, 0);
         // SAFETY: handles made in `new`; outputs are two integers.
         unsafe {
-            check("KSPSolve", ffi::KSPSolve(self.krylov, self.right_side, self.solution))
-                .map_err(|e| if self.proven { e } else { bad_option(e) })?;
+            check("KSPSolve", ffi::KSPSolve(self.krylov, self.right_side, self.solution)).map_err(|e| {
+                let ours = self.modes.as_mut().and_then(Modes::take_failure);
+                ours.unwrap_or_else(|| if self.proven { e } else { bad_option(e) })
+            })?;
             self.proven = true;
             check("KSPGetConvergedReason", ffi::KSPGetConvergedReason(self.krylov, &mut reason))?;
             check("KSPGetIterationNumber", ffi::KSPGetIterationNumber(self.krylov, &mut iterations))?;

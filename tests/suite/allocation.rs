@@ -27,14 +27,19 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
+/// Allocations of this thread so far.
+pub fn count() -> usize {
+    COUNT.get()
+}
+
 /// Allocations of this thread in five steps after the first.
 fn allocations<const D: usize>(scene: &mut Scene<D>, dt: f64) -> usize {
     scene.step(dt).unwrap();
-    let before = COUNT.get();
+    let before = count();
     for _ in 0..5 {
         scene.step(dt).unwrap();
     }
-    COUNT.get() - before
+    count() - before
 }
 
 #[test]
@@ -43,7 +48,7 @@ fn a_step_after_the_first_allocates_nothing() {
     assert!(
         {
             drop(std::hint::black_box(vec![1]));
-            COUNT.get()
+            count()
         } > 0,
         "the counter counts"
     );

@@ -6,6 +6,7 @@ mod boundaries;
 mod cavity;
 mod convergence;
 mod cylinder;
+mod modes;
 mod motion;
 mod plots;
 mod poisson;

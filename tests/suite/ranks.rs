@@ -1,20 +1,17 @@
 //! The same run on 1, 2 and 4 ranks gives the same answer to the solver's tolerance, in 2D and 3D, periodic and not.
 
-use crate::support::{columns, command, mics, summary};
+use crate::support::{columns, mics, mpirun, summary};
 use mics::output::snapshot::Snapshot;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-/// The program under mpirun.
-fn mpirun(ranks: usize, arguments: &[&Path]) -> Output {
-    let mut command = command("mpirun");
-    command.envs([("OMPI_ALLOW_RUN_AS_ROOT", "1"), ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")]);
-    command.args(["--oversubscribe", "-n", &ranks.to_string(), env!("CARGO_BIN_EXE_mics"), "run"]).args(arguments);
-    command.output().expect("mpirun starts")
+/// The program's output under mpirun.
+fn output_on(ranks: usize, arguments: &[&Path]) -> Output {
+    mpirun(ranks, env!("CARGO_BIN_EXE_mics")).arg("run").args(arguments).output().expect("mpirun starts")
 }
 
 fn run_on(ranks: usize, case: &Path, out: &Path) {
-    let output = mpirun(ranks, &[case, Path::new("--quiet"), Path::new("--out"), out]);
+    let output = output_on(ranks, &[case, Path::new("--quiet"), Path::new("--out"), out]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
@@ -136,7 +133,7 @@ fn too_many_ranks_for_the_grid_are_refused_with_the_cure() {
     for (ranks, cells) in [(8, "[6, 6]"), (3, "[8, 8]")] {
         let set = format!("domain.cells={cells}");
         let words = [&case, Path::new("--out"), &dir.path().join("out"), Path::new("--set"), Path::new(&set)];
-        let output = mpirun(ranks, &words);
+        let output = output_on(ranks, &words);
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(said.matches("error: ").count(), 1, "{said}");
         assert!(said.contains(&format!("{ranks} ranks are too many")) && said.contains("fewer ranks"), "{said}");

@@ -67,6 +67,14 @@ pub fn command(program: &str) -> Command {
     command
 }
 
+/// A program to run on several ranks.
+pub fn mpirun(ranks: usize, program: &str) -> Command {
+    let mut command = command("mpirun");
+    command.envs([("OMPI_ALLOW_RUN_AS_ROOT", "1"), ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")]);
+    command.args(["--oversubscribe", "-n", &ranks.to_string(), program]);
+    command
+}
+
 /// The program, to run.
 pub fn mics_command() -> Command {
     command(env!("CARGO_BIN_EXE_mics"))

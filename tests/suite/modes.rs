@@ -1,0 +1,244 @@
+//! The operator `A + sum_k w_k j_k j_k^T` against a dense solve: with every kind of solver, and on two ranks.
+
+use crate::allocation::count;
+use crate::support::{mpirun, petsc};
+use mics::Result;
+use mics::petsc::{GHOSTS, Layout, LinearSolver, ModeEntry, Session};
+use nalgebra::{DMatrix, DVector};
+use std::env;
+
+const NX: usize = 14;
+const NY: usize = 12;
+const N: usize = NX * NY;
+
+/// Three modes for each of two bodies.
+const MODES: usize = 6;
+
+/// The five-point Laplacian; cells are numbered x fastest. The pressure is given on the west side, or nowhere.
+struct System {
+    solver: LinearSolver,
+    /// The cells that this rank owns.
+    cells: Vec<usize>,
+    singular: bool,
+}
+
+/// The matrix's value between two cells. What the singular one has on its diagonal in addition, as the pressure's own
+/// does, lets it be factorised.
+fn laplacian(a: usize, b: usize, singular: bool) -> f64 {
+    let ([ax, ay], [bx, by]) = ([a % NX, a / NX], [b % NX, b / NX]);
+    let inner = |at: usize, n: usize| f64::from(u8::from(at > 0) + u8::from(at + 1 < n));
+    match ax.abs_diff(bx) + ay.abs_diff(by) {
+        0 if singular => (inner(ax, NX) + inner(ay, NY)) * (1.0 + 1e-13),
+        0 => inner(ax, NX) + inner(ay, NY) + if ax == 0 { 2.0 } else { 0.0 },
+        1 => -1.0,
+        _ => 0.0,
+    }
+}
+
+/// All modes as (mode, cell, value), non-zero in a ring of cells; the bodies sit in the middle, where ranks meet. Unit
+/// vectors, other ones in each `step`: a weight is about the eigenvalue that it adds, where the matrix's are below 8.
+fn modes(step: usize, singular: bool) -> Vec<(usize, usize, f64)> {
+    let mode = |k: usize| {
+        let centre = [[4.6, 5.4], [9.3, 6.1]][k / 3];
+        let distance = |c: usize| (((c % NX) as f64) - centre[0]).hypot(((c / NX) as f64) - centre[1]);
+        let ring: Vec<usize> = (0..N).filter(|c| (1.2..3.2).contains(&distance(*c))).collect();
+        let value = move |c: usize| (1.3 * k as f64 + 2.1 * c as f64 + 0.7 * step as f64).sin();
+        let mean = if singular { ring.iter().map(|c| value(*c)).sum::<f64>() / ring.len() as f64 } else { 0.0 };
+        let norm = ring.iter().map(|c| (value(*c) - mean).powi(2)).sum::<f64>().sqrt();
+        ring.into_iter().map(move |c| (k, c, (value(c) - mean) / norm))
+    };
+    (0..MODES).flat_map(mode).collect()
+}
+
+fn right_side(c: usize) -> f64 {
+    (3.7 * c as f64).cos()
+}
+
+/// The solution by elimination, with a mean of zero where the system is singular.
+fn dense_solution(weights: &[f64], modes: &[(usize, usize, f64)], singular: bool) -> DVector<f64> {
+    let mut matrix = DMatrix::from_fn(N, N, |a, b| laplacian(a, b, singular));
+    let mut b = DVector::from_fn(N, |c, _| right_side(c));
+    for (k, w) in weights.iter().enumerate() {
+        let mut j = DVector::zeros(N);
+        modes.iter().filter(|m| m.0 == k).for_each(|(_, c, value)| j[*c] = *value);
+        matrix += *w * &j * j.transpose();
+    }
+    if singular {
+        matrix.add_scalar_mut(1.0 / N as f64);
+        b.add_scalar_mut(-b.mean());
+    }
+    matrix.lu().solve(&b).unwrap()
+}
+
+impl System {
+    fn new(session: &Session, singular: bool) -> Result<System> {
+        let layout = Layout::new(session, &[NX, NY], &[false, false])?;
+        let stored = |c: usize| {
+            let [x, y] = [(c % NX, 0), (c / NX, 1)].map(|(at, axis)| at + GHOSTS - layout.start[axis]);
+            x + layout.stored[0] * y
+        };
+        let within = |at: usize, a: usize| (layout.start[a]..layout.start[a] + layout.local[a]).contains(&at);
+        let cells: Vec<usize> = (0..N).filter(|c| within(c % NX, 0) && within(c / NX, 1)).collect();
+        let (mut rows, mut columns, mut values) = (Vec::new(), Vec::new(), Vec::new());
+        for &a in &cells {
+            for b in (0..N).filter(|b| laplacian(a, *b, singular) != 0.0) {
+                rows.push(layout.numbers[stored(a)]);
+                columns.push(layout.numbers[stored(b)]);
+                values.push(laplacian(a, b, singular));
+            }
+        }
+        let mut solver = LinearSolver::new(session, &layout, 2, rows, columns, singular)?;
+        solver.set_values(&values)?;
+        solver.set_right_side(|b| cells.iter().zip(b).for_each(|(c, b)| *b = right_side(*c)))?;
+        Ok(System { solver, cells, singular })
+    }
+
+    /// This rank's part of `modes`.
+    fn own(&self, modes: &[(usize, usize, f64)]) -> Vec<ModeEntry> {
+        let entry = |(k, c, value): &(usize, usize, f64)| {
+            let row = self.cells.binary_search(c).ok()?;
+            Some(ModeEntry { mode: *k as u32, row: row as u32, value: *value })
+        };
+        modes.iter().filter_map(entry).collect()
+    }
+
+    /// Solves, and returns the largest difference from the dense solution, relative to that.
+    fn gap(&mut self, weights: &[f64], modes: &[(usize, usize, f64)]) -> Result<f64> {
+        let solved = self.solver.solve(1e-12, 0.0)?;
+        println!("weights {weights:?}: {} iterations", solved.iterations);
+        let exact = dense_solution(weights, modes, self.singular);
+        let gap = |x: &[f64]| x.iter().zip(&self.cells).map(|(x, c)| (x - exact[*c]).abs()).fold(0.0, f64::max);
+        Ok(self.solver.solution(gap)? / exact.amax())
+    }
+}
+
+/// Largest gap of solves without modes, with modes that change from one to the next, and with none again.
+fn largest_gap(session: &Session, singular: bool) -> Result<f64> {
+    let mut system = System::new(session, singular)?;
+    let mut largest = system.gap(&[], &[])?;
+    let steps = [
+        vec![1.0; MODES],
+        vec![1e6; MODES],
+        vec![1e-3, 1e6, 0.0, 1.0, 30.0, 1e3],
+        vec![0.0; MODES],
+        vec![2.0; 3],
+        vec![],
+    ];
+    for (step, weights) in steps.iter().enumerate() {
+        let mut modes = modes(step, singular);
+        modes.retain(|m| m.0 < weights.len());
+        let own = system.own(&modes);
+        system.solver.set_modes(weights, &own)?;
+        largest = largest.max(system.gap(weights, &modes)?);
+    }
+    Ok(largest)
+}
+
+#[test]
+fn modes_are_solved_for_as_by_elimination() {
+    let petsc = petsc();
+    for singular in [false, true] {
+        let gap = largest_gap(&petsc.session, singular).unwrap();
+        assert!(gap < 1e-8, "{gap:e}, singular: {singular}");
+    }
+}
+
+/// Set for the processes of [`in_processes`]: PETSc's options.
+const OPTIONS: &str = "MICS_TEST_MODES_OPTIONS";
+
+/// Runs a test's `body` in processes of its own, with numbers of ranks and PETSc's options; `test` is the caller's name.
+fn in_processes(test: &str, kinds: &[(usize, &str)], body: impl Fn(&Session)) {
+    if let Ok(options) = env::var(OPTIONS) {
+        let options: Vec<String> = options.split_whitespace().map(str::to_owned).collect();
+        return body(&Session::start(&options).unwrap());
+    }
+    let this = env::current_exe().unwrap();
+    for (ranks, options) in kinds {
+        let mut command = mpirun(*ranks, this.to_str().unwrap());
+        command.args([test, "--exact", "--nocapture"]).env(OPTIONS, options);
+        let output = command.output().expect("mpirun starts");
+        let said = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
+        let passed = said.matches("1 passed").count();
+        assert!(output.status.success() && passed == *ranks, "{ranks} ranks, {options}: {said}");
+    }
+}
+
+#[test]
+fn modes_hold_with_every_solver_and_on_two_ranks() {
+    let kinds = [
+        (2, ""),
+        (2, "-ksp_type cg -pc_type gamg"),
+        (2, "-ksp_type cg -pc_type bjacobi"),
+        (2, "-ksp_type gmres -pc_type jacobi -ksp_gmres_restart 200"),
+        (1, "-ksp_type cg -pc_type icc"),
+        (1, "-ksp_type gmres -pc_type lu"),
+        (1, "-ksp_type bicg -pc_type jacobi"),
+    ];
+    in_processes("modes::modes_hold_with_every_solver_and_on_two_ranks", &kinds, |session| {
+        for singular in [false, true] {
+            let gap = largest_gap(session, singular).unwrap();
+            // No rank may stop before all have come this far.
+            let too_large = session.anywhere(gap >= 1e-8).unwrap();
+            assert!(!too_large, "{gap:e}, singular: {singular}");
+        }
+    });
+}
+
+/// A second try, too, is one with the modes: without them a factorised matrix would need no iteration more.
+#[test]
+fn a_solve_with_modes_that_fails_is_retried_with_them() {
+    let test = "modes::a_solve_with_modes_that_fails_is_retried_with_them";
+    in_processes(test, &[(1, "-ksp_type cg -pc_type lu -ksp_max_it 4")], |session| {
+        let mut system = System::new(session, false).unwrap();
+        let modes = modes(0, false);
+        let weights = [1.0, 1e2, 1e3, 1e4, 1e5, 1e6];
+        system.solver.set_modes(&weights, &system.own(&modes)).unwrap();
+        let error = system.gap(&weights, &modes).unwrap_err().to_string();
+        assert!(error.contains("failed twice: DIVERGED_ITS after 4 iterations"), "{error}");
+        system.solver.set_modes(&[], &[]).unwrap();
+        assert!(system.gap(&[], &[]).unwrap() < 1e-8);
+    });
+}
+
+#[test]
+fn a_method_that_would_pass_over_the_modes_is_refused() {
+    let test = "modes::a_method_that_would_pass_over_the_modes_is_refused";
+    in_processes(test, &[(1, "-ksp_type preonly -pc_type lu")], |session| {
+        let mut system = System::new(session, false).unwrap();
+        let error = system.solver.set_modes(&[1.0], &[]).unwrap_err();
+        assert!(error.to_string().contains("preonly") && error.exit_code() == 2, "{error}");
+    });
+}
+
+#[test]
+fn a_solve_with_modes_allocates_nothing_once_they_have_their_size() {
+    let petsc = petsc();
+    let mut system = System::new(&petsc.session, true).unwrap();
+    let steps = [0, 1, 2].map(|step| system.own(&modes(step, true)));
+    let mut solve = |own: &[ModeEntry]| {
+        system.solver.set_modes(&[2.0; MODES], own).unwrap();
+        system.solver.solve(1e-8, 0.0).unwrap();
+    };
+    solve(&steps[0]);
+    let before = count();
+    steps.iter().for_each(|own| solve(own));
+    assert_eq!(count() - before, 0);
+}
+
+#[test]
+fn unsound_modes_are_refused() {
+    let petsc = petsc();
+    let mut system = System::new(&petsc.session, false).unwrap();
+    let good = ModeEntry { mode: 0, row: 0, value: 1.0 };
+    for (weight, entry) in [
+        (-1.0, good),
+        (f64::NAN, good),
+        (1.0, ModeEntry { mode: 1, ..good }),
+        (1.0, ModeEntry { row: N as u32, ..good }),
+        (1.0, ModeEntry { value: f64::INFINITY, ..good }),
+    ] {
+        let error = system.solver.set_modes(&[weight], &[entry]).unwrap_err().to_string();
+        assert!(error.contains("free body's mode"), "{weight} {entry:?}: {error}");
+    }
+    system.solver.set_modes(&[1.0], &[good]).unwrap();
+}
