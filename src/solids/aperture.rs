@@ -1,17 +1,19 @@
-//! Apertures: how much of each face of a cell a particle covers, and where its covered and its open part lie. Exact.
+//! Apertures: how much of the faces of cells a particle covers, and where their open part lies.
 //!
 //! ```text
-//!      |                          the plane of the face cuts the particle in a chord (2D) or a disc (3D) of radius
-//!   ---+---  y1                   c = sqrt(R^2 - x^2); covered: what of it lies on the face
-//!      |##  } open
-//!      |#### chord                first moment of the disc X^2 + Y^2 < c^2 over X < x, Y < y, with a = sqrt(c^2 - x^2):
-//!   ---+---  y0                   integral of X = [ -a^2 (t + a) + (t^3 + a^3)/3 ]/2,  t = y within [-a, a]
+//!      +----|----+        covered: the particle's part of the volume from the middle of one cell to the middle of the
+//!      |    |####|        next, exact. The sum over all faces along an axis is the particle's volume wherever it lies,
+//!      o    | ###o        and no face opens or closes at once: the pressure on a moving particle stays calm.
+//!      |    |  ##|
+//!      +----|----+        lever: of the section in the face's own plane, covered part times its centroid
 //! ```
-//! With the covered part's true centroid the flux of a rigid rotation through it is exact, so that a turning disc or
-//! sphere displaces nothing, in every cut cell by itself.
+//! The flux of a rotation `w` through a face is `(w x lever).n`: of a disc or sphere it displaces nothing, in every cell.
+//! The section is what a chord (2D) or a disc (3D) of radius `c = sqrt(R^2 - x^2)` covers; the first moment of a disc
+//! over X < x, Y < y, with `a = sqrt(c^2 - x^2)` and `t` the `y` within [-a, a], is `[ -a^2 (t + a) + (t^3 + a^3)/3 ]/2`.
 
-use super::fraction::rectangle_overlap;
+use super::fraction::{box_fraction, rectangle_overlap};
 use super::reach::{Block, images};
+use super::sphere;
 use crate::grid::Grid;
 use nalgebra::Vector3;
 
@@ -20,16 +22,17 @@ use nalgebra::Vector3;
 pub struct Cut {
     /// The face's index in a field: the low face of that cell.
     pub face: usize,
-    /// Covered part of its area, within (0, 1].
+    /// Covered part, within (0, 1].
     pub covered: f64,
-    /// From the particle's centre (its nearest image) to the centroid of the covered part (m).
-    pub arm: Vector3<f64>,
-    /// From the face's centre to the centroid of its open part (m); zero where nothing is open.
+    /// Covered part of the face's plane times the arm from the particle's centre (its nearest image) to its centroid (m).
+    pub lever: Vector3<f64>,
+    /// From the face's centre to the centroid of the open part of that volume, along the face (m); zero where nothing is
+    /// open.
     pub open: Vector3<f64>,
 }
 
 /// Below this a face counts as untouched, and above one less this as covered.
-const LEAST: f64 = 1e-12;
+const LEAST: f64 = 1e-9;
 
 /// Fills `cuts` with the faces along `axis` of this rank's cells that a particle (or an image of it) covers; faces at
 /// borders of the box are not among them: what flows through those, the border says.
@@ -39,68 +42,86 @@ pub fn cuts<const D: usize>(grid: &Grid<D>, axis: usize, centre: &Vector3<f64>, 
     let mut to: [usize; D] = std::array::from_fn(|a| grid.start[a] + grid.local[a]);
     from[axis] += usize::from(grid.at_border(axis, 0));
     to[axis] += usize::from(!grid.at_border(axis, 1));
+    let half = Vector3::from_fn(|a, _| if a < D { 0.5 * grid.h[a] } else { 0.0 });
     for image in images(grid, centre) {
-        let place = |a: usize, x: f64, up: bool| {
-            let place = x / grid.h[a];
-            if a == axis && up { place.ceil() } else { place.floor() }
-        };
-        let low = std::array::from_fn(|a| place(a, image[a] - radius, true));
-        let high = std::array::from_fn(|a| place(a, image[a] + radius, false));
+        let place = |a: usize, x: f64| (x / grid.h[a] + if a == axis { 0.5 } else { 0.0 }).floor();
+        let low = std::array::from_fn(|a| place(a, image[a] - radius));
+        let high = std::array::from_fn(|a| place(a, image[a] + radius));
         for at in Block::between(low, high, from, to) {
             let middle = Vector3::from_fn(|a, _| match a {
                 _ if a >= D => 0.0,
                 _ if a == axis => at[a] as f64 * grid.h[a] - image[a],
                 _ => (at[a] as f64 + 0.5) * grid.h[a] - image[a],
             });
-            let Some((covered, centroid)) = section(grid, axis, &middle, radius) else { continue };
-            let offset = centroid - middle;
-            let open = if covered < 1.0 { -offset * (covered / (1.0 - covered)) } else { Vector3::zeros() };
+            let covered = box_fraction::<D>(&middle, &half, radius);
+            if covered < LEAST {
+                continue;
+            }
+            let (section, centroid) = section(grid, axis, &middle, radius);
+            let open = open_centroid::<D>(axis, &middle, &half, radius, covered);
             let face = (0..D).map(|a| (at[a] - grid.start[a] + grid.ghosts) * grid.stride[a]).sum();
-            cuts.push(Cut { face, covered, arm: centroid, open });
+            let covered = if covered > 1.0 - LEAST { 1.0 } else { covered };
+            cuts.push(Cut { face, covered, lever: section * centroid, open });
         }
     }
 }
 
-/// Part of the face with its centre at `middle` (m, from the particle's) that the particle covers, and the centroid of
-/// that part (m, likewise); `None` where there is none.
-fn section<const D: usize>(
-    grid: &Grid<D>,
+/// Where the open part of the volume about a face has its centroid, along the face and from its centre (m); `middle` is
+/// that centre's place from the particle's and `half` the volume's half edges.
+fn open_centroid<const D: usize>(
     axis: usize,
     middle: &Vector3<f64>,
+    half: &Vector3<f64>,
     radius: f64,
-) -> Option<(f64, Vector3<f64>)> {
-    let square = radius * radius - middle[axis] * middle[axis];
-    if square <= 0.0 {
-        return None;
+    covered: f64,
+) -> Vector3<f64> {
+    if covered > 1.0 - LEAST {
+        return Vector3::zeros();
     }
-    let c = square.sqrt();
+    let (low, high) = (middle - half, middle + half);
+    let whole: f64 = (0..D).map(|a| 2.0 * half[a]).product();
+    let edge = |a: usize| [low[a], high[a]];
+    Vector3::from_fn(|a, _| {
+        if a == axis || a >= D {
+            return 0.0;
+        }
+        let moment = if D == 3 {
+            sphere::box_moment(&low, &high, radius, a)
+        } else {
+            rectangle_moment(edge(a), edge(1 - a), radius)
+        };
+        (covered * middle[a] - moment / whole) / (1.0 - covered)
+    })
+}
+
+/// Part of the face with its centre at `middle` (m, from the particle's) that the particle covers in its plane, and the
+/// centroid of that part (m, likewise).
+fn section<const D: usize>(grid: &Grid<D>, axis: usize, middle: &Vector3<f64>, radius: f64) -> (f64, Vector3<f64>) {
+    let c = (radius * radius - middle[axis] * middle[axis]).max(0.0).sqrt();
     let mut centroid = *middle;
     let edge = |a: usize| [middle[a] - 0.5 * grid.h[a], middle[a] + 0.5 * grid.h[a]];
-    let covered = if D == 2 {
+    if D == 2 {
         let a = 1 - axis;
         let [low, high] = edge(a);
         let (low, high) = (low.max(-c), high.min(c));
-        centroid[a] = 0.5 * (low + high);
-        (high - low) / grid.h[a]
-    } else {
-        let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
-        let (x, y) = (edge(a), edge(b));
-        let area = rectangle_overlap(x, y, c);
-        if area > 0.0 {
-            centroid[a] = rectangle_moment(x, y, c) / area;
-            centroid[b] = rectangle_moment(y, x, c) / area;
+        if high > low {
+            centroid[a] = 0.5 * (low + high);
         }
-        area / (grid.h[a] * grid.h[b])
-    };
-    match covered {
-        _ if covered < LEAST => None,
-        _ if covered > 1.0 - LEAST => Some((1.0, *middle)),
-        _ => Some((covered, centroid)),
+        return ((high - low).max(0.0) / grid.h[a], centroid);
     }
+    let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
+    let (x, y) = (edge(a), edge(b));
+    let area = rectangle_overlap(x, y, c);
+    let part = area / (grid.h[a] * grid.h[b]);
+    if part > LEAST {
+        centroid[a] = rectangle_moment(x, y, c) / area;
+        centroid[b] = rectangle_moment(y, x, c) / area;
+    }
+    (part, centroid)
 }
 
 /// Integral of X over the disc of radius `c` at the origin inside the rectangle `x` by `y` (m3).
-fn rectangle_moment(x: [f64; 2], y: [f64; 2], c: f64) -> f64 {
+pub(super) fn rectangle_moment(x: [f64; 2], y: [f64; 2], c: f64) -> f64 {
     let quadrant = |i: usize, j: usize| {
         let square = c * c - x[i] * x[i];
         if square <= 0.0 {

@@ -81,19 +81,9 @@ fn collect<const D: usize>(grid: &Grid<D>, centre: &Vector3<f64>, radius: f64, r
         for a in 0..D {
             arm[a] = (cell[a] as f64 + 0.5) * grid.h[a] - centre[a];
         }
-        let far = (arm.abs() + half).norm();
-        let near = (arm.abs() - half).map(|x| x.max(0.0)).norm();
-        let fraction = if far <= radius {
-            1.0
-        } else if near >= radius {
-            0.0
-        } else {
-            let volume = match (D, rule) {
-                (3, _) => sphere::box_overlap(&(arm - half), &(arm + half), radius),
-                (_, Rule::Exact) => disc_overlap(&arm, grid, radius),
-                (_, Rule::Polygon) => polygon_overlap(&arm, grid, radius),
-            };
-            (volume / grid.cell_volume()).clamp(0.0, 1.0)
+        let fraction = match rule {
+            Rule::Exact => box_fraction::<D>(&arm, &half, radius),
+            Rule::Polygon => (polygon_overlap(&arm, grid, radius) / grid.cell_volume()).clamp(0.0, 1.0),
         };
         // Below rounding of the quadrants a cell is not touched.
         if fraction > 1e-12 {
@@ -101,6 +91,25 @@ fn collect<const D: usize>(grid: &Grid<D>, centre: &Vector3<f64>, radius: f64, r
             out.push(Overlap { cell, fraction, arm });
         }
     }
+}
+
+/// Fraction of the box with its centre at `arm` (m, from the particle's) and the `half` edges (m) that the particle fills.
+pub fn box_fraction<const D: usize>(arm: &Vector3<f64>, half: &Vector3<f64>, radius: f64) -> f64 {
+    let far = (arm.abs() + half).norm();
+    let near = (arm.abs() - half).map(|x| x.max(0.0)).norm();
+    if far <= radius {
+        return 1.0;
+    }
+    if near >= radius {
+        return 0.0;
+    }
+    let (low, high) = (arm - half, arm + half);
+    let filled = if D == 3 {
+        sphere::box_overlap(&low, &high, radius)
+    } else {
+        rectangle_overlap([low.x, high.x], [low.y, high.y], radius)
+    };
+    (filled / (0..D).map(|a| 2.0 * half[a]).product::<f64>()).clamp(0.0, 1.0)
 }
 
 fn disc_overlap<const D: usize>(arm: &Vector3<f64>, grid: &Grid<D>, radius: f64) -> f64 {

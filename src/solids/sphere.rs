@@ -6,6 +6,7 @@
 //!      |-----   that disc first meets an edge or a corner of the rectangle, and is smooth between them
 //! ```
 
+use super::aperture::rectangle_moment;
 use super::fraction::rectangle_overlap;
 use nalgebra::Vector3;
 
@@ -21,6 +22,18 @@ const GAUSS: [(f64, f64); 5] = [
 /// Volume of the sphere of `radius` at the origin inside the box from `low` to `high` (m3); relative error about 1e-9
 /// of the box.
 pub fn box_overlap(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64) -> f64 {
+    slices(low, high, radius, rectangle_overlap)
+}
+
+/// Integral of the coordinate along `axis` over the sphere inside the box (m4); its error alike.
+pub fn box_moment(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64, axis: usize) -> f64 {
+    // The slices take it along their own first axis.
+    let turned = |v: &Vector3<f64>| Vector3::new(v[axis], v[(axis + 1) % 3], v[(axis + 2) % 3]);
+    slices(&turned(low), &turned(high), radius, rectangle_moment)
+}
+
+/// Integral over z of what `of` finds in the slices of the sphere of `radius`: of the rectangle x by y and a circle's radius.
+fn slices(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64, of: impl Fn([f64; 2], [f64; 2], f64) -> f64) -> f64 {
     let (x, y) = ([low.x, high.x], [low.y, high.y]);
     let (bottom, top) = (low.z.max(-radius), high.z.min(radius));
     if top <= bottom {
@@ -49,7 +62,7 @@ pub fn box_overlap(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64) -> f64 
     let mut volume = 0.0;
     let mut from = bottom;
     for to in cuts.iter().copied().chain([top]) {
-        volume += integrate(from, to, |z| rectangle_overlap(x, y, (radius * radius - z * z).max(0.0).sqrt()));
+        volume += integrate(from, to, |z| of(x, y, (radius * radius - z * z).max(0.0).sqrt()));
         from = to;
     }
     volume

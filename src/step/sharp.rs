@@ -1,5 +1,6 @@
 //! A step with sharp walls ([`crate::coupling::sharp`] has the formulas).
 
+use super::copy_rows;
 use crate::Result;
 use crate::clock::Stage;
 use crate::coupling::Coupling;
@@ -44,7 +45,7 @@ impl<const D: usize> Scene<D> {
                 walls.open_gradient(&self.grid, &self.beta, 1.0, &self.acceleration, false, &mut self.u);
             }
         }
-        walls.forget_faces();
+        walls.hold_faces(&self.faces);
         walls.start_forces(&self.grid, &self.u)?;
         self.p.fill(0.0);
         self.acceleration.iter_mut().for_each(|f| f.fill(0.0));
@@ -63,7 +64,14 @@ impl<const D: usize> Scene<D> {
         if walls.moves() {
             self.projection.assemble(&self.grid, &self.beta)?;
             self.clock.lap(Stage::Assembly);
+            copy_rows(&self.u, &mut self.total);
+            walls.impose_with_ghosts(&self.grid, &mut self.boundaries, true, false, &mut self.total)?;
+            self.boundaries.fill_velocity(&mut self.total)?;
+            walls.remember_faces(&self.grid, &self.total, self.dt_before, &self.acceleration);
+        } else {
+            walls.remember_faces(&self.grid, &self.u, self.dt_before, &self.acceleration);
         }
+        self.clock.lap(Stage::Mixing);
         Ok(())
     }
 
@@ -128,7 +136,6 @@ impl<const D: usize> Scene<D> {
         self.clock.lap(Stage::Faces);
         walls.impose_with_ghosts(&self.grid, &mut self.boundaries, false, true, &mut self.u)?;
         self.boundaries.fill_velocity(&mut self.u)?;
-        walls.remember_faces(&self.grid, &self.u, dt, &self.acceleration);
         self.clock.lap(Stage::Mixing);
         Ok(())
     }

@@ -106,9 +106,6 @@ impl<const D: usize> Sharp<D> {
             let struck = self.contacts.as_ref().map(|c| c.impulses()[k]).unwrap_or_default();
             self.exchange[k].contact = struck.linear / dt;
             ride.rest += take_in * missing;
-            if std::env::var_os("MICS_DEBUG").is_some() {
-                eprintln!("F {} {} {} {}", lost.x, ride.pressure.x, ride.shear.0.x, ride.rest.x);
-            }
         }
         self.buffer = buffer;
         Ok(())

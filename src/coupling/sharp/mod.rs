@@ -87,7 +87,10 @@ pub struct Sharp<const D: usize> {
     values: Vec<Vector3<f64>>,
     /// History of the face velocities beside that of the cells (m/s).
     memory: VectorField<D>,
+    /// Faces that were wholly covered in the last step, by axis.
+    closed: [Vec<usize>; D],
     chi: f64,
+    courant: f64,
     buffer: Vec<f64>,
     session: Session,
 }
@@ -125,7 +128,9 @@ impl<const D: usize> Sharp<D> {
             gravity,
             values: Vec::new(),
             memory: grid.vector_field(),
+            closed: std::array::from_fn(|_| Vec::new()),
             chi: 1.0,
+            courant: 0.0,
             buffer: vec![0.0; n * 9],
             session: session.clone(),
             bodies,
@@ -190,7 +195,11 @@ impl<const D: usize> Sharp<D> {
     ) {
         let FaceCoefficient::Field(beta) = beta else { return };
         let whole = 1.0 / self.fluid_density;
+        self.closed.iter_mut().for_each(Vec::clear);
         for skin in &self.skins {
+            for (closed, cuts) in self.closed.iter_mut().zip(&skin.cuts) {
+                closed.extend(cuts.iter().filter(|cut| cut.covered >= 1.0).map(|cut| cut.face));
+            }
             for (beta, cuts) in beta.iter_mut().zip(&skin.cuts) {
                 cuts.iter().for_each(|cut| beta[cut.face] = whole);
             }
@@ -249,6 +258,7 @@ impl<const D: usize> Sharp<D> {
 
     /// How much of the face velocities' history a step of `dt` (s) forgets, at the largest face speed (m/s).
     pub fn forget(&mut self, dt: f64, speed: f64) {
+        self.courant = dt * speed / self.h;
         self.chi = (dt * speed / (FORGET * self.h)).min(1.0);
     }
 
@@ -283,14 +293,15 @@ impl<const D: usize> Sharp<D> {
             for (skin, body) in self.skins.iter().zip(&self.bodies) {
                 for cut in &skin.cuts[axis] {
                     let q = memory[cut.face] + dt * acceleration[axis][cut.face];
-                    face[cut.face] += cut.covered * (body.velocity_at(&cut.arm)[axis] - q);
+                    face[cut.face] += cut.covered * (body.velocity[axis] - q) + body.spin.cross(&cut.lever)[axis];
                 }
             }
         }
     }
 
-    /// Takes the history of the face velocities at the end of a step: the new acceleration on faces (m/s2) and the new
-    /// velocity of cells, ghosts filled.
+    /// Takes the history of the face velocities: what they were after the last step, `dt` (s) long with this acceleration
+    /// on faces (m/s2), beyond the cells' `u` with the wall imposed at the present place, ghosts filled. What the imposed
+    /// wall changes at once is then no change of a face's velocity.
     pub fn remember_faces(&mut self, grid: &Grid<D>, u: &VectorField<D>, dt: f64, acceleration: &VectorField<D>) {
         for axis in 0..D {
             let (s, memory) = (grid.stride[axis], &mut self.memory[axis]);
@@ -305,10 +316,13 @@ impl<const D: usize> Sharp<D> {
                 memory[cut.face] -= to_open_part(grid, axis, cut.face, &cut.open, &u[axis]);
             }
             // What a covered face carried says nothing of it once it opens.
-            for cut in self.skins.iter().flat_map(|skin| &skin.cuts[axis]).filter(|cut| cut.covered >= 1.0) {
-                memory[cut.face] = 0.0;
-            }
+            self.closed[axis].iter().for_each(|face| memory[*face] = 0.0);
         }
+    }
+
+    /// Takes the velocities of faces as their history.
+    pub fn hold_faces(&mut self, faces: &VectorField<D>) {
+        self.memory.iter_mut().zip(faces).for_each(|(m, f)| m.copy_from_slice(f));
     }
 
     /// Forgets the history of the face velocities.
@@ -334,7 +348,8 @@ impl<const D: usize> Sharp<D> {
                     let (low, high) = (o.cell, o.cell + grid.stride[axis]);
                     let [open_low, open_high] = [low, high].map(|f| beta.at(axis, f) * self.fluid_density);
                     let (a_low, a_high) = (acceleration[axis][low], acceleration[axis][high]);
-                    let open = (open_low * a_low + open_high * a_high) / (1.0 + 0.5 * (open_low + open_high));
+                    let sum = open_low + open_high;
+                    let open = (open_low * a_low + open_high * a_high) / (1.0 + 0.5 * sum);
                     let more = dt * (open - 0.5 * (a_low + a_high));
                     u[axis][o.cell] += more;
                     if book {
@@ -361,10 +376,11 @@ impl<const D: usize> Sharp<D> {
         for (skin, ride) in self.skins.iter().zip(&mut self.rides) {
             for (inside, value) in skin.inside.iter().filter(|i| fresh || !i.fresh).zip(&mut values) {
                 for (a, field) in u.iter_mut().enumerate() {
+                    let du = value[a] - field[inside.cell];
                     if book {
-                        ride.imposed[a] += mass * (value[a] - field[inside.cell]);
+                        ride.imposed[a] += mass * du;
                     }
-                    field[inside.cell] = value[a];
+                    field[inside.cell] += du;
                 }
             }
         }
