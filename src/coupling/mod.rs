@@ -4,7 +4,8 @@
 //! ```text
 //!   rho = rho_f + sum_k alpha_k (rho_k - rho_f)                         (1), viscosity alike
 //!   u   = u_f + sum_k alpha_k (v_k - u_f),  v_k = V_k + omega_k x r     (27), in every touched cell
-//!   F_k = sum_c rho alpha_k (u_f - v_k) dV/dt                           the momentum that (27) removes
+//!   F_k = sum_c rho alpha_k (u_f - v_k) dV/dt + m_k dV_k/dt             the momentum that (27) removes, and what a
+//!                                                                       held body takes up of it as prescribed
 //!   F_k = sum_c alpha_k dV [ -rho u.grad u - grad p_f + div tau ]       (19) as printed, its three parts
 //! ```
 //! What the mixing takes from the mixture, the particle gets: in the momentum of everything in the box,
@@ -37,7 +38,8 @@ use nalgebra::Vector3;
 /// particle's centre.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Exchange {
-    /// Force by the momentum that the mixing (27) removes from the fluid.
+    /// Force by the momentum that the mixing (27) removes from the fluid: of the fluid around the body on it, its own
+    /// inertia apart.
     pub momentum: Vector3<f64>,
     /// Its torque.
     pub momentum_torque: Vector3<f64>,
@@ -54,14 +56,21 @@ pub struct Exchange {
     /// `sum alpha (rho_k - rho_f) dV` times the convective rate: what fields carry of the particle's excess mass.
     carried: Vector3<f64>,
     carried_torque: Vector3<f64>,
+    /// What accelerates the mass of a held body as prescribed, `m dV/dt`: the mixture takes it up, and nobody around it.
+    driven: Vector3<f64>,
     /// Angular momentum that the mixing gave the cells (N m s).
     spun: Vector3<f64>,
 }
 
 /// Numbers in an [`Exchange`].
-const PARTS: usize = 27;
+const PARTS: usize = 30;
 
 impl Exchange {
+    /// What holds a body in its motion has to stand (N): the fluid's force less what the motion itself takes.
+    pub fn held(&self) -> Vector3<f64> {
+        self.momentum - self.driven
+    }
+
     /// Force by (19) as printed: the sum of its parts (N).
     pub fn literal(&self) -> Vector3<f64> {
         self.convective + self.pressure + self.viscous
@@ -77,6 +86,7 @@ impl Exchange {
             &mut self.literal_torque,
             &mut self.carried,
             &mut self.carried_torque,
+            &mut self.driven,
             &mut self.spun,
         ]
     }
@@ -324,6 +334,7 @@ impl<const D: usize> Coupling<D> {
     pub fn impose(&mut self, grid: &Grid<D>, density: &Coefficient, dt: f64, u: &mut VectorField<D>) {
         let volume = grid.cell_volume();
         let per_time = volume / dt;
+        let lead = self.session.rank() == 0;
         for (k, body) in self.bodies.iter().enumerate() {
             let (kicks, exchange) = (&mut self.kicks[k], &mut self.exchange[k]);
             let freedom = body.freedom();
@@ -332,6 +343,10 @@ impl<const D: usize> Coupling<D> {
             // Along free directions the momentum is booked already: it is what the particle settled by.
             let settled = freedom.filter(|_| self.choices.driver == Driver::Momentum);
             kicks.clear();
+            if freedom.is_none() && lead {
+                exchange.driven = body.mass() * (body.velocity - self.departures[k].velocity) / dt;
+                exchange.momentum += exchange.driven;
+            }
             for o in &self.overlaps[k] {
                 let rho = density.at(o.cell);
                 let turns = !self.choices.rotation_at_boundary || o.fraction < 1.0;

@@ -7,5 +7,5 @@ pub mod contact;
 pub mod fraction;
 mod sphere;
 
-pub use body::{Body, Freedom, Motion, Shape, nearest_image};
+pub use body::{Body, Freedom, Motion, Oscillation, Shape, nearest_image};
 pub use fraction::Overlap;

@@ -121,6 +121,12 @@ const BAD_CASES: &[Row] = &[
     ("position = [0.5, 0.5]\nmotion = \"fixed\"", "position = [0.5, 0.5]\nlocked = [\"w\"]", "locked", "particle.0.locked.0", &["unknown value `w`", "`rotation`"]),
     ("position = [0.5, 0.5]\nmotion = \"fixed\"", "position = [0.5, 0.5]\nspin = [0.0, 0.0, 1.0]", "spin", "particle.0.spin", &["one number in 2D"]),
     ("position = [0.5, 0.5]", "position = [0.5, 0.5]\nmaterial = \"\"", "material", "particle.0.material", &["is empty"]),
+    ("motion = \"fixed\"", "motion = { prescribed = { oscillation = { amplitude = [0.1], frequency = 1.0 } } }", "motion", "particle.0.motion.prescribed.oscillation.amplitude", &["a 2D case needs 2 numbers", "(m)", "not 1"]),
+    ("motion = \"fixed\"", "motion = { prescribed = { oscillation = { amplitude = [0.1, nan], frequency = 1.0 } } }", "motion", "particle.0.motion.prescribed.oscillation.amplitude.1", &["finite", "(m)"]),
+    ("motion = \"fixed\"", "motion = { prescribed = { oscillation = { amplitude = [0.1, 0.0], frequency = 0.0 } } }", "motion", "particle.0.motion.prescribed.oscillation.frequency", &["must be positive", "(1/s)"]),
+    ("motion = \"fixed\"", "motion = { prescribed = { oscillation = { amplitude = [0.1, 0.0] } } }", "motion", "particle.0.motion.prescribed.oscillation.frequency", &["missing key `frequency`"]),
+    ("motion = \"fixed\"", "motion = { prescribed = { oscillation = { amplitude = [0.1, 0.0], period = 1.0 } } }", "motion", "particle.0.motion.prescribed.oscillation.period", &["unknown key `period`", "`frequency`"]),
+    ("motion = \"fixed\"", "motion = { oscillation = { amplitude = [0.1, 0.0], frequency = 1.0 } }", "motion", "particle.0.motion.oscillation", &["unknown value `oscillation`", "`prescribed`"]),
     // Swarms.
     ("[time]", "[[swarm]]\ncount = 90\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = 0.1\n[time]", "count", "swarm.0.count", &["of 90 fitted", "% of the region", "fewer or smaller"]),
     ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.5, 1.0] }\ndiameter = 0.1\n[time]", "region", "swarm.0.region.max.0", &["outside the domain", "0 <= x <= 2.0 m"]),

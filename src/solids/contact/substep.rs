@@ -122,7 +122,7 @@ impl Contacts {
                 angular: answer.push.angular + answer.inertia.component_mul(&load.angular),
             };
             self.travelled[i] += travel(body, &push, h, &self.periods);
-            let next = (body.velocity.norm() + 0.5 * answer.push.acceleration.norm() * h) * h;
+            let next = (body.pace() + 0.5 * answer.push.acceleration.norm() * h) * h;
             within &= self.travelled[i] + next <= self.reach[i];
         }
         Ok(within)
@@ -207,12 +207,8 @@ fn travel(body: &mut Body, push: &Push, h: f64, periods: &[Option<f64>; 3]) -> f
     if body.motion == Motion::Fixed {
         return 0.0;
     }
-    let (velocity, spin) = (body.velocity, body.spin);
-    body.velocity += 0.5 * h * push.acceleration;
-    body.spin += 0.5 * h * push.angular;
-    body.advance(h, periods);
-    let way = body.velocity.norm() * h;
-    body.velocity = velocity + h * push.acceleration;
-    body.spin = spin + h * push.angular;
-    way
+    let free = body.freedom().is_some();
+    let speed = if free { (body.velocity + 0.5 * h * push.acceleration).norm() } else { body.pace() };
+    body.advance(h, push, periods);
+    speed * h
 }
