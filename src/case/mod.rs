@@ -149,8 +149,10 @@ impl Case {
             self.time.cfl.get_or_insert(if short { 0.2 } else { 0.4 });
         }
         let reference = self.reference_speed();
-        for measure in self.measure.iter_mut().filter(|m| m.kind.needs_speed()) {
-            measure.speed = measure.speed.or(reference);
+        for measure in self.measure.iter_mut().filter(|m| m.kind.needs_speed() || m.kind.fits_morison()) {
+            if measure.kind.needs_speed() {
+                measure.speed = measure.speed.or(reference);
+            }
             measure.force.get_or_insert(self.coupling.force);
         }
     }

@@ -160,6 +160,7 @@ const BAD_CASES: &[Row] = &[
     ("kind = \"drag_coefficient\"", "kind = \"strouhal\"\nfrom = 5.0", "from", "measure.0.from", &["before time.end = 0.1 s"]),
     ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\n[[measure]]\nname = \"drag\"\nkind = \"max_speed\"", "name = \"drag\"", "measure.1.name", &["names another measure"]),
     ("kind = \"drag_coefficient\"", "kind = \"position_z\"", "kind", "measure.0.kind", &["3D only"]),
+    ("kind = \"drag_coefficient\"", "kind = \"morison_drag\"", "kind", "measure.0.kind", &["a particle that swings", "oscillation"]),
     ("[[measure]]", "[output]\nfields = { every = 0 }\n[[measure]]", "fields", "output.fields.every", &["1 step or more"]),
     ("[[measure]]", "[output]\nfields = { every = 1, every_time = 0.1 }\n[[measure]]", "fields", "output.fields", &["exactly one of"]),
     ("size = [2.0, 1.0]\ncells = [32, 16]", "size = [2.0, 1.0]\ncells = [40000, 40000]", "cells", "domain.cells", &["GB", "fewer cells"]),
