@@ -81,7 +81,7 @@ impl Audit {
         self.momentum = after;
         self.border = fluid - before - carried - dt * coupling.weight();
         // The whole force on held bodies, and on free ones that along the directions in which they are held.
-        let held = |(b, e): (&Body, &Exchange)| b.freedom().map_or(e.momentum, |f| e.momentum - f.along(&e.momentum));
+        let held = |(b, e): (&Body, &Exchange)| b.freedom().map_or(e.held(), |f| e.momentum - f.along(&e.momentum));
         let on_held: Vector3<f64> = coupling.bodies().iter().zip(coupling.exchange()).map(held).sum();
         let beyond = coupling.beyond_walls();
         self.border -= beyond;

@@ -150,10 +150,18 @@ fn particles(case: &Case, h: &[f64]) -> Vec<String> {
         )];
     }
     let line = |(id, p): (usize, &crate::case::Particle)| {
-        let motion = match p.motion {
-            Motion::Free => "free",
-            Motion::Fixed => "fixed",
-            Motion::Prescribed(_) => "prescribed motion",
+        let motion = match &p.motion {
+            Motion::Free => "free".into(),
+            Motion::Fixed => "fixed".into(),
+            Motion::Prescribed(m) => match &m.oscillation {
+                None => "prescribed motion".into(),
+                Some(o) => format!(
+                    "prescribed motion, to and fro by {:?} m at {} 1/s ({:.4} m/s)",
+                    o.amplitude,
+                    o.frequency,
+                    o.speed()
+                ),
+            },
         };
         let d = diameter(p);
         format!("particle {id:<4}d = {d} m, d/h = {:.1}, density ratio {:.4}, {motion}", cells(d), ratio(p))

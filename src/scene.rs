@@ -13,7 +13,7 @@ use crate::grid::{Border, Boundaries, Coefficient, GHOSTS, Grid, VectorField};
 use crate::petsc::{Layout, Session};
 use crate::scheme::{self, Limits, Scheme};
 use crate::solids::contact::{Contacts, Damping, Laws, Material, Substeps, Wall};
-use crate::solids::{Body, Freedom, Motion, Shape, fraction};
+use crate::solids::{Body, Freedom, Motion, Oscillation, Shape, fraction};
 use crate::{Error, Result};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -486,7 +486,16 @@ fn body(p: &case::Particle, fluid: &case::Fluid) -> Body {
     let flat = p.position.len() == 2;
     let (velocity, spin, motion) = match &p.motion {
         case::Motion::Fixed => (None, None, Motion::Fixed),
-        case::Motion::Prescribed(m) => (m.velocity.as_ref(), m.spin.as_ref(), Motion::Prescribed),
+        case::Motion::Prescribed(m) => {
+            let path = m.oscillation.as_ref().map(|o| Oscillation {
+                origin: vector(&p.position),
+                drift: m.velocity.as_ref().map_or_else(Vector3::zeros, vector),
+                amplitude: vector(&o.amplitude),
+                frequency: o.frequency,
+                time: 0.0,
+            });
+            (m.velocity.as_ref(), m.spin.as_ref(), Motion::Prescribed(path))
+        }
         case::Motion::Free => {
             let turns = !p.locked.contains(&case::Lock::Rotation);
             let free = |lock| !p.locked.contains(&lock);
@@ -500,13 +509,17 @@ fn body(p: &case::Particle, fluid: &case::Fluid) -> Body {
         Some(case::Spin::Plane(z)) => Vector3::new(0.0, 0.0, *z),
         Some(case::Spin::Space(w)) => Vector3::from(*w),
     };
+    let velocity = match &motion {
+        Motion::Prescribed(Some(path)) => path.velocity(),
+        _ => velocity.map_or_else(Vector3::zeros, vector),
+    };
     Body {
         shape: if let case::Shape::Disc(_) = p.shape { Shape::Disc } else { Shape::Sphere },
         radius: 0.5 * p.shape.diameter(),
         density: p.density.unwrap_or(fluid.density),
         viscosity: p.viscosity.unwrap_or(fluid.viscosity),
         centre: vector(&p.position),
-        velocity: velocity.map_or_else(Vector3::zeros, vector),
+        velocity,
         angle: 0.0,
         orientation: UnitQuaternion::identity(),
         spin,

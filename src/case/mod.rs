@@ -19,7 +19,7 @@ mod validate;
 pub use boundary::{Boundary, Profile, Side};
 pub use contact::{Contact, Damping, Loss, Pair, PairLaw, Substeps, TangentialDamping, WALL};
 pub use coupling::{Buoyancy, Coupling, ForceRule, FractionRule, GradientRule, RotationRule, WallRule};
-pub use particle::{Lock, Motion, Particle, Prescribed, Round, Shape, Spin};
+pub use particle::{Lock, Motion, Oscillation, Particle, Prescribed, Round, Shape, Spin};
 pub use preset::Preset;
 pub use read::{Loaded, load, schema};
 pub use report::{Cadence, Measure, MeasureKind, Output};

@@ -4,6 +4,7 @@ use super::fault::{AXES, Check, not_negative, positive, short, vector};
 use super::{Case, FACES};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 
 /// One body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -100,7 +101,7 @@ pub enum Motion {
     Prescribed(Prescribed),
 }
 
-/// A prescribed motion: constant velocity and spin.
+/// A prescribed motion: constant velocity and spin, to and fro about it where there is an oscillation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Prescribed {
@@ -110,6 +111,26 @@ pub struct Prescribed {
     /// Angular velocity (rad/s): one number in 2D (positive from x to y), three in 3D; default zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spin: Option<Spin>,
+    /// What the centre does besides; default nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub oscillation: Option<Oscillation>,
+}
+
+/// A motion to and fro: the centre is at `position + velocity t + amplitude sin(2 pi frequency t)`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Oscillation {
+    /// How far it goes along each axis (m); a negative number sets off the other way.
+    pub amplitude: Vec<f64>,
+    /// How often it comes back (1/s), positive.
+    pub frequency: f64,
+}
+
+impl Oscillation {
+    /// Largest speed of the motion to and fro (m/s).
+    pub fn speed(&self) -> f64 {
+        TAU * self.frequency * self.amplitude.iter().map(|a| a * a).sum::<f64>().sqrt()
+    }
 }
 
 /// An angular velocity: one number in 2D, three in 3D (rad/s).
@@ -229,6 +250,11 @@ fn motion(motion: &Motion, key: &str, dimension: usize) -> Check {
     let Motion::Prescribed(prescribed) = motion else { return Ok(()) };
     if let Some(velocity) = &prescribed.velocity {
         vector(&format!("{key}.prescribed.velocity"), velocity, dimension, "m/s")?;
+    }
+    if let Some(Oscillation { amplitude, frequency }) = &prescribed.oscillation {
+        let key = format!("{key}.prescribed.oscillation");
+        vector(&format!("{key}.amplitude"), amplitude, dimension, "m")?;
+        positive(&format!("{key}.frequency"), *frequency, "1/s")?;
     }
     prescribed.spin.as_ref().map_or(Ok(()), |spin| spin.check(&format!("{key}.prescribed.spin"), dimension))
 }

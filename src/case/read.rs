@@ -155,6 +155,22 @@ kind = "drag_coefficient"
     }
 
     #[test]
+    fn an_oscillation_reads_back_equal_and_the_schema_knows_it() {
+        let swing = "particle.0.motion.prescribed.oscillation={ amplitude = [0.1, 0], frequency = 2 }";
+        let case = load_text(CHANNEL, &[swing]).unwrap();
+        assert_eq!(load_text(&case.to_toml(), &[]).unwrap(), case);
+        let Motion::Prescribed(motion) = &case.particle[0].motion else { panic!("{:?}", case.particle[0].motion) };
+        let oscillation = motion.oscillation.as_ref().unwrap();
+        assert_eq!((&oscillation.amplitude[..], oscillation.frequency), (&[0.1, 0.0][..], 2.0));
+        assert_eq!(motion.velocity, Some(vec![0.0, 1.0]));
+        let schema = schema();
+        for (table, key) in [("Prescribed", "oscillation"), ("Oscillation", "amplitude"), ("Oscillation", "frequency")]
+        {
+            assert!(schema["$defs"][table]["properties"][key].is_object(), "{table}.{key}");
+        }
+    }
+
+    #[test]
     fn overrides_replace_make_and_reach_into_lists() {
         let overrides = [
             "particle.0.density=1200",

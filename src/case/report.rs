@@ -33,14 +33,24 @@ pub struct Measure {
 pub enum MeasureKind {
     /// Mean of the force along x, as a coefficient.
     DragCoefficient,
+    /// Largest force along x, as a coefficient.
+    DragCoefficientMax,
     /// Mean of the force along y, as a coefficient.
     LiftCoefficient,
+    /// Largest force along y, as a coefficient.
+    LiftCoefficientMax,
     /// Root mean square of the lift coefficient about its mean.
     LiftRms,
     /// Half the span of the lift coefficient.
     LiftAmplitude,
     /// `f d/speed` of the lift, from its upward crossings of the mean.
     Strouhal,
+    /// `C_D` of Morison's formula for a particle with a prescribed oscillation: the force along it is fitted, by least squares over
+    /// time, by `F = -C_D 0.5 rho_f S |U| U - C_M rho_f V dU/dt`, U the particle's velocity along it, S and V its frontal
+    /// area and its volume (2D: d and pi d^2/4 per unit depth). The force is a mean over each step: U is taken at its middle.
+    MorisonDrag,
+    /// `C_M` of the same fit: 1 for a disc in an unbounded inviscid fluid.
+    MorisonInertia,
     /// Largest speed of the fluid over the domain and over time (m/s).
     MaxSpeed,
     /// Largest speed of the particle's centre (m/s).
@@ -72,7 +82,21 @@ impl MeasureKind {
     /// Whether a reference speed makes it dimensionless: a coefficient of a force, or a frequency.
     pub fn needs_speed(self) -> bool {
         use MeasureKind::*;
-        matches!(self, DragCoefficient | LiftCoefficient | LiftRms | LiftAmplitude | Strouhal)
+        matches!(
+            self,
+            DragCoefficient
+                | DragCoefficientMax
+                | LiftCoefficient
+                | LiftCoefficientMax
+                | LiftRms
+                | LiftAmplitude
+                | Strouhal
+        )
+    }
+
+    /// Whether it is a fit of Morison's formula, of a particle with a prescribed oscillation.
+    pub fn fits_morison(self) -> bool {
+        matches!(self, MeasureKind::MorisonDrag | MeasureKind::MorisonInertia)
     }
 }
 

@@ -175,6 +175,14 @@ pub(super) fn measures(case: &Case) -> Check {
             let holds = *particle < count;
             ensure!(holds, key("particle"), "there is no particle {particle}: the case has {count}, counted from 0");
         }
+        if kind.fits_morison() {
+            let swings = |motion: &Motion| {
+                let Motion::Prescribed(Prescribed { oscillation: Some(o), .. }) = motion else { return false };
+                o.amplitude.iter().any(|a| *a != 0.0)
+            };
+            let cure = "give it motion = { prescribed = { oscillation = { amplitude = [...], frequency = ... } } }";
+            ensure!(swings(&case.particle[*particle].motion), key("kind"), "is of a particle that swings: {cure}");
+        }
         let along_z = matches!(kind, MeasureKind::PositionZ | MeasureKind::VelocityZ);
         ensure!(case.dimension() == 3 || !along_z, key("kind"), "is for 3D only; in 2D measure along x or y");
         if kind.needs_speed() {

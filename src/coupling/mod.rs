@@ -87,7 +87,8 @@ impl<const D: usize> Coupling<D> {
 /// particle's centre.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Exchange {
-    /// Force by the momentum that the mixing (27) removes from the fluid.
+    /// Force by the momentum that the fluid around the body loses: what the mixing (27) removes, the body's own inertia
+    /// apart, or what sharp walls take.
     pub momentum: Vector3<f64>,
     /// Its torque.
     pub momentum_torque: Vector3<f64>,
@@ -104,13 +105,20 @@ pub struct Exchange {
     /// `sum alpha (rho_k - rho_f) dV` times the convective rate: what fields carry of the particle's excess mass.
     carried: Vector3<f64>,
     carried_torque: Vector3<f64>,
+    /// What accelerates the mass of a held body as prescribed, `m dV/dt`: the mixture takes it up, and nobody around it.
+    driven: Vector3<f64>,
     /// Angular momentum that the mixing gave the cells (N m s).
     spun: Vector3<f64>,
 }
 
 impl Exchange {
     /// Numbers that ranks sum.
-    const NUMBERS: usize = 27;
+    const NUMBERS: usize = 30;
+
+    /// What holds a body in its motion has to stand (N): the fluid's force less what the motion itself takes.
+    pub fn held(&self) -> Vector3<f64> {
+        self.momentum - self.driven
+    }
 
     /// Force by (19) as printed: the sum of its parts (N).
     pub fn literal(&self) -> Vector3<f64> {
@@ -127,6 +135,7 @@ impl Exchange {
             &mut self.literal_torque,
             &mut self.carried,
             &mut self.carried_torque,
+            &mut self.driven,
             &mut self.spun,
         ]
     }

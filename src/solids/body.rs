@@ -1,7 +1,8 @@
 //! A body: its shape, its state and what moves it.
 
+use super::contact::Push;
 use nalgebra::{UnitQuaternion, Vector3};
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 /// The shape of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,14 +14,53 @@ pub enum Shape {
 }
 
 /// What moves a body.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Motion {
     /// Fluid, gravity and contacts move it.
     Free(Freedom),
     /// It rests.
     Fixed,
-    /// It keeps its velocity and spin, whatever the forces.
-    Prescribed,
+    /// It keeps its velocity and spin, whatever the forces, or swings to and fro at this spin.
+    Prescribed(Option<Oscillation>),
+}
+
+/// A path to and fro, exact at every time: `x = x0 + V t + A sin(2 pi f t)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Oscillation {
+    /// Centre at time 0, x0 (m).
+    pub origin: Vector3<f64>,
+    /// Mean velocity, V (m/s).
+    pub drift: Vector3<f64>,
+    /// Amplitude along each axis, A (m).
+    pub amplitude: Vector3<f64>,
+    /// Frequency, f (1/s).
+    pub frequency: f64,
+    /// Time, t (s).
+    pub time: f64,
+}
+
+impl Oscillation {
+    /// Centre (m), not brought back across periods.
+    pub fn centre(&self) -> Vector3<f64> {
+        self.origin + self.drift * self.time + self.amplitude * (TAU * self.frequency * self.time).sin()
+    }
+
+    /// Velocity of the centre (m/s).
+    pub fn velocity(&self) -> Vector3<f64> {
+        let rate = TAU * self.frequency;
+        self.drift + self.amplitude * (rate * (rate * self.time).cos())
+    }
+
+    /// Acceleration of the centre (m/s2).
+    pub fn acceleration(&self) -> Vector3<f64> {
+        let rate = TAU * self.frequency;
+        -self.amplitude * (rate * rate * (rate * self.time).sin())
+    }
+
+    /// A speed that its centre never exceeds (m/s).
+    pub fn top_speed(&self) -> f64 {
+        self.drift.norm() + TAU * self.frequency * self.amplitude.norm()
+    }
 }
 
 /// The directions in which a free body can move; it keeps its velocity along the others.
@@ -101,14 +141,31 @@ impl Body {
 
     /// Whether it changes place, or can.
     pub fn moves(&self) -> bool {
-        self.freedom().is_some() || (self.motion == Motion::Prescribed && self.velocity != Vector3::zeros())
+        match self.motion {
+            Motion::Free(_) | Motion::Prescribed(Some(_)) => true,
+            Motion::Prescribed(None) => self.velocity != Vector3::zeros(),
+            Motion::Fixed => false,
+        }
     }
 
-    /// Moves the body on by `dt` (s) at its velocity and spin; `periods` are the lengths of the periodic axes (m).
-    pub fn advance(&mut self, dt: f64, periods: &[Option<f64>; 3]) {
-        self.centre += self.velocity * dt;
-        self.angle += self.spin.z * dt;
-        self.orientation = UnitQuaternion::from_scaled_axis(self.spin * dt) * self.orientation;
+    /// Moves the body on by `dt` (s) under accelerations that last, or as prescribed; `periods` are the lengths of the
+    /// periodic axes (m).
+    pub fn advance(&mut self, dt: f64, push: &Push, periods: &[Option<f64>; 3]) {
+        match &mut self.motion {
+            Motion::Fixed => return,
+            Motion::Prescribed(Some(path)) => {
+                path.time += dt;
+                (self.centre, self.velocity) = (path.centre(), path.velocity());
+            }
+            Motion::Free(_) | Motion::Prescribed(None) => {
+                self.centre += (self.velocity + 0.5 * dt * push.acceleration) * dt;
+                self.velocity += dt * push.acceleration;
+            }
+        }
+        let spin = self.spin + 0.5 * dt * push.angular;
+        self.angle += spin.z * dt;
+        self.orientation = UnitQuaternion::from_scaled_axis(spin * dt) * self.orientation;
+        self.spin += dt * push.angular;
         for (x, period) in self.centre.iter_mut().zip(periods) {
             if let Some(length) = period {
                 *x = x.rem_euclid(*length);
@@ -116,9 +173,14 @@ impl Body {
         }
     }
 
+    /// Speed of the centre (m/s), the largest of a body that swings.
+    pub fn pace(&self) -> f64 {
+        if let Motion::Prescribed(Some(path)) = &self.motion { path.top_speed() } else { self.velocity.norm() }
+    }
+
     /// Fastest point of the body (m/s).
     pub fn top_speed(&self) -> f64 {
-        self.velocity.norm() + self.spin.norm() * self.radius
+        self.pace() + self.spin.norm() * self.radius
     }
 }
 
@@ -129,4 +191,48 @@ pub fn nearest_image(from: &Vector3<f64>, to: &Vector3<f64>, periods: &[Option<f
         *d -= period.map_or(0.0, |l| l * (*d / l).round());
     }
     apart
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_body_that_swings_is_where_its_formula_says_and_keeps_its_spin() {
+        let (origin, drift, amplitude) =
+            (Vector3::new(0.4, 0.5, 0.0), Vector3::new(0.3, 0.0, 0.0), Vector3::new(-0.1, 0.02, 0.0));
+        let path = Oscillation { origin, drift, amplitude, frequency: 2.0, time: 0.0 };
+        let mut body = Body {
+            shape: Shape::Disc,
+            radius: 0.1,
+            density: 1.0,
+            viscosity: 0.0,
+            centre: origin,
+            velocity: path.velocity(),
+            angle: 0.0,
+            orientation: UnitQuaternion::identity(),
+            spin: Vector3::new(0.0, 0.0, 3.0),
+            motion: Motion::Prescribed(Some(path)),
+        };
+        assert_eq!(body.velocity, drift + TAU * 2.0 * amplitude);
+        let (mut time, mut fastest) = (0.0, 0.0f64);
+        for k in 0..1000 {
+            let dt = 1e-3 * (1.0 + 0.5 * f64::from(k).sin());
+            let before = body.velocity;
+            body.advance(dt, &Push::default(), &[Some(1.0), None, None]);
+            time += dt;
+            let phase = TAU * 2.0 * time;
+            let place = origin + drift * time + amplitude * phase.sin();
+            assert!((body.centre.x - place.x.rem_euclid(1.0)).abs() < 1e-13 && (body.centre.y - place.y).abs() < 1e-13);
+            assert!((body.velocity - drift - TAU * 2.0 * amplitude * phase.cos()).norm() < 1e-12);
+            let Motion::Prescribed(Some(path)) = body.motion else { panic!() };
+            // Backwards over half a step, up to the path's third derivative: |A| (2 pi f)^3 = 200 m/s3.
+            assert!((path.acceleration() - (body.velocity - before) / dt).norm() < 0.51 * dt * 205.0);
+            fastest = fastest.max(body.velocity.norm());
+        }
+        assert!((body.angle - 3.0 * time).abs() < 1e-12 && body.spin.z == 3.0);
+        let bound = body.pace();
+        assert!(fastest <= bound && fastest > 0.99 * bound, "{fastest} {bound}");
+        assert_eq!(body.top_speed(), bound + 0.3);
+    }
 }

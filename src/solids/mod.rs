@@ -11,5 +11,5 @@ pub mod reach;
 mod sphere;
 
 pub use aperture::Cut;
-pub use body::{Body, Freedom, Motion, Shape, nearest_image};
+pub use body::{Body, Freedom, Motion, Oscillation, Shape, nearest_image};
 pub use fraction::Overlap;

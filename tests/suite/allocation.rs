@@ -54,13 +54,16 @@ fn a_step_after_the_first_allocates_nothing() {
     );
     let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"periodic\"", "\"periodic\""];
     let moving = "density = 2.65\nviscosity = 0.0\nmotion = { prescribed = { velocity = [0.7, 0.4], spin = 1.0 } }";
+    let swinging = "motion = { prescribed = { oscillation = { amplitude = [0.02, 0.01], frequency = 3.0 } } }";
     for scheme in [
         "scheme = \"rk2\"",
         "scheme = \"rk3\"",
         "scheme = \"euler\"\nadvection = \"qsi\"",
         "advection = \"upwind5-advective\"",
     ] {
-        for (body, rule) in [("motion = \"fixed\"", "exact"), (moving, "exact"), (moving, "polygon")] {
+        for (body, rule) in
+            [("motion = \"fixed\"", "exact"), (moving, "exact"), (moving, "polygon"), (swinging, "exact")]
+        {
             let more = format!(
                 "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [0.5, 0.9]\n{body}\n\
                  [coupling]\nfraction = \"{rule}\"\n[time]\nend = 1.0\n{scheme}"

@@ -6,7 +6,7 @@ use super::{Driver, Mixing};
 use crate::coupling::{Exchange, vector};
 use crate::grid::{Coefficient, Grid, VectorField};
 use crate::solids::contact::{Impulse, Push};
-use crate::solids::{Body, Freedom, Motion, nearest_image};
+use crate::solids::{Body, Freedom, nearest_image};
 use crate::{Error, Result};
 use nalgebra::Vector3;
 
@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Departure {
     centre: Vector3<f64>,
-    velocity: Vector3<f64>,
+    pub(super) velocity: Vector3<f64>,
     spin: Vector3<f64>,
     /// `sum alpha (u_f - V) dV` and `sum alpha r x (u_f - V) dV` there, relative to the velocity V that it came with: a
     /// uniform stream turns nothing, however coarse the sums are.
@@ -84,11 +84,11 @@ impl<const D: usize> Mixing<D> {
     /// Finds the acceleration of each free particle by fluid and gravity, at the old place with the new flow `u`, to be
     /// kept over the step `dt` (s). Collective.
     pub fn depart(&mut self, grid: &Grid<D>, density: &Coefficient, u: &VectorField<D>, dt: f64) -> Result<()> {
-        if !self.trades() {
-            return Ok(());
-        }
         for (departure, body) in self.departures.iter_mut().zip(&self.bodies) {
             departure.velocity = body.velocity;
+        }
+        if !self.trades() {
+            return Ok(());
         }
         let mut push = std::mem::take(&mut self.push);
         let (choices, fluid_density) = (self.choices, self.fluid_density);
@@ -132,13 +132,8 @@ impl<const D: usize> Mixing<D> {
         match &mut self.contacts {
             Some(contacts) => substeps = contacts.advance(&mut self.bodies, &self.push, dt)?,
             None => {
-                for (body, push) in self.bodies.iter_mut().zip(&self.push).filter(|(b, _)| b.motion != Motion::Fixed) {
-                    let (velocity, spin) = (body.velocity, body.spin);
-                    body.velocity += 0.5 * dt * push.acceleration;
-                    body.spin += 0.5 * dt * push.angular;
-                    body.advance(dt, &self.periods);
-                    (body.velocity, body.spin) = (velocity + dt * push.acceleration, spin + dt * push.angular);
-                }
+                let bodies = self.bodies.iter_mut().zip(&self.push);
+                bodies.for_each(|(body, push)| body.advance(dt, push, &self.periods));
             }
         }
         for (body, departure) in self.bodies.iter().zip(&mut self.departures) {

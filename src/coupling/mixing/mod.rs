@@ -4,7 +4,8 @@
 //! ```text
 //!   rho = rho_f + sum_k alpha_k (rho_k - rho_f)                         (1), viscosity alike
 //!   u   = u_f + sum_k alpha_k (v_k - u_f),  v_k = V_k + omega_k x r     (27), in every touched cell
-//!   F_k = sum_c rho alpha_k (u_f - v_k) dV/dt                           the momentum that (27) removes
+//!   F_k = sum_c rho alpha_k (u_f - v_k) dV/dt + m_k dV_k/dt             the momentum that (27) removes, and what a
+//!                                                                       held body takes up of it as prescribed
 //!   F_k = sum_c alpha_k dV [ -rho u.grad u - grad p_f + div tau ]       (19) as printed, its three parts
 //! ```
 //! What the mixing takes from the mixture, the particle gets: in the momentum of everything in the box,
@@ -273,6 +274,7 @@ impl<const D: usize> Mixing<D> {
     pub fn impose(&mut self, grid: &Grid<D>, density: &Coefficient, dt: f64, u: &mut VectorField<D>) {
         let volume = grid.cell_volume();
         let per_time = volume / dt;
+        let lead = self.session.rank() == 0;
         for (k, body) in self.bodies.iter().enumerate() {
             let (kicks, exchange) = (&mut self.kicks[k], &mut self.exchange[k]);
             let freedom = body.freedom();
@@ -281,6 +283,10 @@ impl<const D: usize> Mixing<D> {
             // Along free directions the momentum is booked already: it is what the particle settled by.
             let settled = freedom.filter(|_| self.choices.driver == Driver::Momentum);
             kicks.clear();
+            if freedom.is_none() && lead {
+                exchange.driven = body.mass() * (body.velocity - self.departures[k].velocity) / dt;
+                exchange.momentum += exchange.driven;
+            }
             for o in &self.overlaps[k] {
                 let rho = density.at(o.cell);
                 let turns = !self.choices.rotation_at_boundary || o.fraction < 1.0;

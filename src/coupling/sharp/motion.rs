@@ -44,9 +44,7 @@ impl<const D: usize> Sharp<D> {
             Some(contacts) => contacts.advance(&mut self.bodies, &self.push, dt)?,
             None => {
                 for (body, push) in self.bodies.iter_mut().zip(&self.push) {
-                    if body.moves() || body.spin != Vector3::zeros() {
-                        push.carry(body, dt, &self.periods);
-                    }
+                    body.advance(dt, push, &self.periods);
                 }
                 0
             }

@@ -242,7 +242,7 @@ impl Contacts {
     fn search(&mut self, bodies: &[Body], time: f64, again: bool) {
         let mut farthest: f64 = 0.0;
         for (i, (body, answer)) in bodies.iter().zip(&self.answers).enumerate() {
-            let way = (body.velocity.norm() + 0.5 * answer.push.acceleration.norm() * time) * time;
+            let way = (body.pace() + 0.5 * answer.push.acceleration.norm() * time) * time;
             self.reach[i] = if again { 2.0 * way + 0.05 * body.radius } else { way + 1e-6 * body.radius };
             farthest = farthest.max(body.radius + self.reach[i]);
         }

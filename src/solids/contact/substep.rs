@@ -122,7 +122,7 @@ impl Contacts {
                 angular: answer.push.angular + answer.inertia.component_mul(&load.angular),
             };
             self.travelled[i] += travel(body, &push, h, &self.periods);
-            let next = (body.velocity.norm() + 0.5 * answer.push.acceleration.norm() * h) * h;
+            let next = (body.pace() + 0.5 * answer.push.acceleration.norm() * h) * h;
             within &= self.travelled[i] + next <= self.reach[i];
         }
         Ok(within)
@@ -185,20 +185,6 @@ impl Contacts {
     }
 }
 
-impl Push {
-    /// Moves a body by `h` (s) under accelerations that last; the way it goes (m).
-    pub fn carry(&self, body: &mut Body, h: f64, periods: &[Option<f64>; 3]) -> f64 {
-        let (velocity, spin) = (body.velocity, body.spin);
-        body.velocity += 0.5 * h * self.acceleration;
-        body.spin += 0.5 * h * self.angular;
-        body.advance(h, periods);
-        let way = body.velocity.norm() * h;
-        body.velocity = velocity + h * self.acceleration;
-        body.spin = spin + h * self.angular;
-        way
-    }
-}
-
 impl Answer {
     pub(super) fn of(body: &Body, push: &Push) -> Answer {
         let Some(freedom) = body.freedom() else { return RIGID };
@@ -218,5 +204,11 @@ impl Answer {
 
 /// Moves a body by `h` (s) under accelerations that last; the way it goes (m).
 fn travel(body: &mut Body, push: &Push, h: f64, periods: &[Option<f64>; 3]) -> f64 {
-    if body.motion == Motion::Fixed { 0.0 } else { push.carry(body, h, periods) }
+    if body.motion == Motion::Fixed {
+        return 0.0;
+    }
+    let free = body.freedom().is_some();
+    let speed = if free { (body.velocity + 0.5 * h * push.acceleration).norm() } else { body.pace() };
+    body.advance(h, push, periods);
+    speed * h
 }

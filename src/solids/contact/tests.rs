@@ -306,7 +306,7 @@ fn bodies_that_are_not_free_act_with_infinite_mass_and_their_own_velocity() {
         body(Shape::Disc, 0.01, vector![0.05, 0.1, 0.0], vector![1.0, 0.0, 0.0]),
         body(Shape::Disc, 0.01, vector![0.0705, 0.1, 0.0], vector![0.0, 0.0, 0.0]),
     ];
-    two[0].motion = Motion::Prescribed;
+    two[0].motion = Motion::Prescribed(None);
     let mut pair = contacts(&two, material(1.0, 0.5, 0.3), [0.2, 0.2, 0.0], &[0, 1], Substeps::Auto);
     pair.advance(&mut two, &[push(5.0, 5.0), Push::default()], 0.02).unwrap();
     assert_eq!(two[0].velocity, vector![1.0, 0.0, 0.0]);
@@ -326,7 +326,7 @@ fn a_body_that_is_pinned_turns_but_stays() {
         body(Shape::Disc, 0.01, vector![0.0699, 0.1, 0.0], vector![0.0, 0.0, 0.0]),
     ];
     two[0].motion = Motion::Free(Freedom { translation: [false; 3], ..PLANE });
-    two[1].motion = Motion::Prescribed;
+    two[1].motion = Motion::Prescribed(None);
     two[1].spin.z = 10.0;
     let mut pair = contacts(&two, material(1.0, 0.5, 0.3), [0.2, 0.2, 0.0], &[0, 1], Substeps::Auto);
     for _ in 0..20 {
