@@ -3,7 +3,8 @@
 use crate::allocation::count;
 use crate::support::{mpirun, petsc};
 use mics::Result;
-use mics::petsc::{GHOSTS, Layout, LinearSolver, ModeEntry, Session};
+use mics::grid::GHOSTS;
+use mics::petsc::{Layout, LinearSolver, ModeEntry, Session};
 use nalgebra::{DMatrix, DVector};
 use std::env;
 
@@ -72,7 +73,7 @@ fn dense_solution(weights: &[f64], modes: &[(usize, usize, f64)], singular: bool
 
 impl System {
     fn new(session: &Session, singular: bool) -> Result<System> {
-        let layout = Layout::new(session, &[NX, NY], &[false, false])?;
+        let layout = Layout::new(session, &[NX, NY], &[false, false], GHOSTS)?;
         let stored = |c: usize| {
             let [x, y] = [(c % NX, 0), (c / NX, 1)].map(|(at, axis)| at + GHOSTS - layout.start[axis]);
             x + layout.stored[0] * y

@@ -47,7 +47,7 @@ fn jump_error(n: usize, ratio: f64) -> f64 {
     }
     let done = scene
         .projection
-        .project(&grid, &mut scene.boundaries, &scene.beta, 1.0, &mut scene.p, &mut scene.faces)
+        .project(&grid, &mut scene.boundaries, &scene.beta, 1.0, &mut scene.p, &mut scene.faces, None)
         .unwrap();
     assert!(done.divergence_max < 1e-9);
     let exact = |[x, y]: [f64; 2]| rho(x) * (PI * (x - 0.5)).sin() * (2.0 * PI * y).cos();
@@ -85,8 +85,8 @@ fn every_density_ratio_from_a_thousandth_to_ten_thousand_is_solved_to_d0() {
                 }
             }
             scene.boundaries.set_faces(&mut scene.faces);
-            let (b, p, u) = (&scene.beta, &mut scene.p, &mut scene.faces);
-            let done = scene.projection.project(&grid, &mut scene.boundaries, b, 0.01, p, u).unwrap();
+            let (b, p, u) = (&scene.beta, &mut scene.p, &mut scene.faces, None);
+            let done = scene.projection.project(&grid, &mut scene.boundaries, b, 0.01, p, u, None).unwrap();
             let mut divergence = grid.field();
             faces::divergence(&grid, &scene.faces, &mut divergence);
             let largest = grid.rows().flatten().map(|c| divergence[c].abs()).fold(0.0, f64::max);
