@@ -14,7 +14,7 @@
 
 use super::faces::{self, FaceCoefficient};
 use crate::grid::{Border, Boundaries, Grid, VectorField};
-use crate::petsc::{Layout, LinearSolver, Session};
+use crate::petsc::{Layout, LinearSolver, ModeEntry, Session};
 use crate::{Error, Result};
 
 /// The pressure operator and its iteration.
@@ -157,6 +157,12 @@ impl Projection {
             return Err(Error::Run("the density of the mixture is not positive and finite on every face".into()));
         }
         self.solver.set_values(&self.values)
+    }
+
+    /// Adds `sum_k w_k j_k j_k^T` to the operator, in place of what was added before: the bodies that follow the pressure.
+    /// Collective.
+    pub fn set_modes(&mut self, weights: &[f64], entries: &[ModeEntry]) -> Result<()> {
+        self.solver.set_modes(weights, entries)
     }
 
     /// Makes the face velocities divergence-free to D0 and adds what that took to the pressure (its ghosts are filled

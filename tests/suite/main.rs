@@ -13,4 +13,5 @@ mod poisson;
 mod program;
 mod ranks;
 mod scenes;
+mod sharp;
 mod support;

@@ -85,7 +85,7 @@ fn every_density_ratio_from_a_thousandth_to_ten_thousand_is_solved_to_d0() {
                 }
             }
             scene.boundaries.set_faces(&mut scene.faces);
-            let (b, p, u) = (&scene.beta, &mut scene.p, &mut scene.faces, None);
+            let (b, p, u) = (&scene.beta, &mut scene.p, &mut scene.faces);
             let done = scene.projection.project(&grid, &mut scene.boundaries, b, 0.01, p, u, None).unwrap();
             let mut divergence = grid.field();
             faces::divergence(&grid, &scene.faces, &mut divergence);

@@ -32,7 +32,7 @@ mod skin;
 use super::Exchange;
 use crate::fluid::faces::FaceCoefficient;
 use crate::grid::{Boundaries, Grid, VectorField};
-use crate::petsc::Session;
+use crate::petsc::{ModeEntry, Session};
 use crate::solids::contact::{Contacts, Push};
 use crate::solids::{Body, Overlap, nearest_image};
 use nalgebra::Vector3;
@@ -43,6 +43,8 @@ use skin::{Skin, Surroundings};
 const LEAST_OPEN: f64 = 1e-6;
 /// Courant number over which a step forgets the face velocity's own history.
 const FORGET: f64 = 0.4;
+/// Gap, in spacings, at which contacts begin: the grid resolves nothing of what the fluid does in less.
+const STANDOFF: f64 = 0.2;
 /// Spacings that the flow crosses while a body takes in what pressure and wall shear miss of the force on it.
 const TAKE_IN: f64 = 3.0;
 
@@ -91,6 +93,8 @@ pub struct Sharp<const D: usize> {
     closed: [Vec<usize>; D],
     chi: f64,
     courant: f64,
+    weights: Vec<f64>,
+    entries: Vec<ModeEntry>,
     buffer: Vec<f64>,
     session: Session,
 }
@@ -113,16 +117,16 @@ impl<const D: usize> Sharp<D> {
         fluid_density: f64,
         fluid_viscosity: f64,
     ) -> Sharp<D> {
-        let n = bodies.len();
+        let (n, h) = (bodies.len(), reach(&grid.h).0);
         Sharp {
             skins: (0..n).map(|_| Skin::default()).collect(),
             near: vec![Vec::new(); n],
             rides: vec![Ride::default(); n],
             exchange: vec![Exchange::default(); n],
             push: vec![Push::default(); n],
-            contacts,
+            contacts: contacts.map(|c| c.within(fluid_density, STANDOFF * h)),
             periods: std::array::from_fn(|a| (a < D && grid.periodic[a]).then(|| grid.size[a])),
-            h: reach(&grid.h).0,
+            h,
             fluid_density,
             fluid_viscosity,
             gravity,
@@ -131,6 +135,8 @@ impl<const D: usize> Sharp<D> {
             closed: std::array::from_fn(|_| Vec::new()),
             chi: 1.0,
             courant: 0.0,
+            weights: Vec::new(),
+            entries: Vec::new(),
             buffer: vec![0.0; n * 9],
             session: session.clone(),
             bodies,

@@ -5,6 +5,7 @@ use crate::Result;
 use crate::fluid::faces::FaceCoefficient;
 use crate::fluid::pressure::Rider;
 use crate::grid::{Boundaries, Grid, VectorField};
+use crate::petsc::ModeEntry;
 use crate::solids::contact::{Impulse, Push};
 use crate::solids::{Body, Shape, nearest_image};
 use nalgebra::Vector3;
@@ -116,23 +117,29 @@ impl<const D: usize> Sharp<D> {
         }
     }
 
-    /// `dV/M_k` of each mode (m3/kg), and its entries (mode, cell, j): a mode for each direction in which a body is free.
-    pub fn modes(&self, grid: &Grid<D>, mut put: impl FnMut(usize, usize, f64)) {
-        for (k, skin) in self.skins.iter().enumerate() {
+    /// Finds what the free bodies add to the pressure's operator: for each direction a mode of weight `dV/M_k` (m3/kg, zero
+    /// where the body is held) with the entries `j_c` (1/m).
+    pub fn modes(&mut self, grid: &Grid<D>) -> (&[f64], &[ModeEntry]) {
+        let (volume, n) = (grid.cell_volume(), self.bodies.len());
+        self.weights.clear();
+        self.weights.resize(n * D, 0.0);
+        self.entries.clear();
+        for (k, (skin, ride)) in self.skins.iter().zip(&self.rides).enumerate() {
             let Some(freedom) = self.bodies[k].freedom() else { continue };
             for axis in (0..D).filter(|a| freedom.translation[*a]) {
+                let mode = k * D + axis;
+                self.weights[mode] = volume / ride.inertia;
                 for cut in &skin.cuts[axis] {
                     let part = cut.covered / grid.h[axis];
-                    let below = cut.face - grid.stride[axis];
-                    if grid.owns_cell(cut.face) {
-                        put(k * D + axis, cut.face, -part);
-                    }
-                    if grid.owns_cell(below) {
-                        put(k * D + axis, below, part);
+                    for (cell, value) in [(cut.face - grid.stride[axis], part), (cut.face, -part)] {
+                        if grid.owns_cell(cell) {
+                            self.entries.push(ModeEntry { mode: mode as u32, row: grid.owned_number(cell) as u32, value });
+                        }
                     }
                 }
             }
         }
+        (&self.weights, &self.entries)
     }
 }
 

@@ -103,6 +103,10 @@ pub struct Contacts {
     loads: Vec<Impulse>,
     impulses: Vec<Impulse>,
     wall_impulse: Vector3<f64>,
+    /// Density of fluid that goes along with every body in its volume (kg/m3).
+    carried: f64,
+    /// Gap at which a contact begins (m).
+    standoff: f64,
 }
 
 impl Contacts {
@@ -135,7 +139,16 @@ impl Contacts {
             loads: vec![Impulse::default(); n],
             impulses: vec![Impulse::default(); n],
             wall_impulse: Vector3::zeros(),
+            carried: 0.0,
+            standoff: 0.0,
         }
+    }
+
+    /// Contacts in a fluid that follows the bodies within the step: each carries its volume of a fluid of `density` (kg/m3)
+    /// along as added mass, and contacts begin at a gap of `standoff` (m), which a grid cannot resolve.
+    pub fn within(mut self, density: f64, standoff: f64) -> Contacts {
+        (self.carried, self.standoff) = (density, standoff);
+        self
     }
 
     /// Moves all bodies on by `dt` (s): free ones under `push` and contacts, prescribed ones as told. Returns the
@@ -146,7 +159,7 @@ impl Contacts {
     pub fn advance(&mut self, bodies: &mut [Body], push: &[Push], dt: f64) -> Result<usize> {
         self.refuse_strays(bodies)?;
         for ((answer, body), push) in self.answers.iter_mut().zip(bodies.iter()).zip(push) {
-            *answer = Answer::of(body, push);
+            *answer = Answer::of(body, push, self.carried);
         }
         self.impulses.fill(Impulse::default());
         self.wall_impulse = Vector3::zeros();
@@ -190,7 +203,7 @@ impl Contacts {
         let mut lightest = vec![(f64::INFINITY, 0); self.laws.materials()];
         for (body, &material) in bodies.iter().zip(&self.materials) {
             let (mass, count) = &mut lightest[material];
-            *mass = mass.min(if body.freedom().is_some() { body.mass() } else { f64::INFINITY });
+            *mass = mass.min(if body.freedom().is_some() { body.mass() + self.carried * body.volume() } else { f64::INFINITY });
             *count += 1;
         }
         let mut shortest = f64::INFINITY;
@@ -243,7 +256,7 @@ impl Contacts {
         let mut farthest: f64 = 0.0;
         for (i, (body, answer)) in bodies.iter().zip(&self.answers).enumerate() {
             let way = (body.pace() + 0.5 * answer.push.acceleration.norm() * time) * time;
-            self.reach[i] = if again { 2.0 * way + 0.05 * body.radius } else { way + 1e-6 * body.radius };
+            self.reach[i] = 0.5 * self.standoff + if again { 2.0 * way + 0.05 * body.radius } else { way + 1e-6 * body.radius };
             farthest = farthest.max(body.radius + self.reach[i]);
         }
         self.travelled.fill(0.0);
@@ -266,7 +279,7 @@ impl Contacts {
                 }
             });
             for (w, wall) in self.walls.iter().enumerate().filter(|_| free(i)) {
-                if wall.distance(&body.centre) <= body.radius + self.reach[i] {
+                if wall.distance(&body.centre) <= body.radius + 0.5 * self.standoff + self.reach[i] {
                     let second = bodies.len() + w;
                     pairs.push(Pair { first: i, second, spring: spring(second) });
                     paired[i] = true;

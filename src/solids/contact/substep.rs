@@ -147,14 +147,15 @@ impl Contacts {
                 let apart = nearest_image(&body.centre, &other.centre, &self.periods) - 0.5 * h * velocity;
                 let distance = apart.norm();
                 let overlap = body.radius + other.radius - distance;
-                (apart / distance, overlap, [body.radius - 0.5 * overlap, other.radius - 0.5 * overlap])
+                let arms = [body.radius - 0.5 * overlap, other.radius - 0.5 * overlap];
+                (apart / distance, overlap + self.standoff, arms)
             }
             None => {
                 let wall = &self.walls[pair.second - bodies.len()];
                 let normal = wall.normal();
                 let distance = wall.distance(&body.centre) - 0.5 * h * velocity.dot(&normal);
                 velocity -= wall.velocity - wall.velocity.dot(&normal) * normal;
-                (normal, body.radius - distance, [distance, 0.0])
+                (normal, body.radius - distance + self.standoff, [distance, 0.0])
             }
         };
         let (mut turning, mut turned) = (arms[0] * body.spin, arms[0] * answer.push.angular);
@@ -186,13 +187,14 @@ impl Contacts {
 }
 
 impl Answer {
-    pub(super) fn of(body: &Body, push: &Push) -> Answer {
+    pub(super) fn of(body: &Body, push: &Push, carried: f64) -> Answer {
         let Some(freedom) = body.freedom() else { return RIGID };
         let ones = |free: [bool; 3]| Vector3::from(free.map(|f| if f { 1.0 } else { 0.0 }));
         let (along, about) = (ones(freedom.translation), ones(freedom.rotation));
+        let mass = body.mass() + carried * body.volume();
         Answer {
-            whole: 1.0 / body.mass(),
-            mass: along / body.mass(),
+            whole: 1.0 / mass,
+            mass: along / mass,
             inertia: about / body.inertia(),
             push: Push {
                 acceleration: push.acceleration.component_mul(&along),
