@@ -9,9 +9,17 @@
 //! leaves, less the excess mass that contacts let a little way into a wall: nothing in a box that is periodic all round.
 //! The second line has to close by itself, and its error is what `steps.csv` reports, with the first line's where there is
 //! no border.
+//!
+//! With sharp walls the momentum is that of the fluid outside the particles, of the free particles, and what these are still
+//! owed of what the fluid lost ([`crate::coupling::sharp`]),
+//! ```text
+//!   M = sum_c (1 - alpha) rho u dV + sum_k (m_k V_k + owed_k),    M^(n+1) - M^n = gravity + contacts - force on held bodies + border
+//! ```
+//! and the border's impulse is what is left; the error, where there is none.
 
 use crate::coupling::Exchange;
 use crate::coupling::mixing::Mixing;
+use crate::coupling::sharp::Sharp;
 use crate::grid::{Coefficient, Grid, VectorField};
 use crate::petsc::Session;
 use crate::{Result, solids::Body};
@@ -58,6 +66,30 @@ impl Audit {
     /// Takes the state after the fluid's part.
     pub fn after_fluid<const D: usize>(&mut self, grid: &Grid<D>, density: &Coefficient, u: &VectorField<D>) {
         self.fluid = momentum(grid, density, u);
+    }
+
+    /// Closes the step `dt` (s) with sharp walls; a step of zero length starts the balance. Collective.
+    pub fn close_sharp<const D: usize>(
+        &mut self,
+        session: &Session,
+        grid: &Grid<D>,
+        fluid_density: f64,
+        u: &VectorField<D>,
+        walls: &Sharp<D>,
+        dt: f64,
+    ) -> Result<()> {
+        let mut cells = momentum(grid, &Coefficient::Uniform(fluid_density), u);
+        session.sum(cells.as_mut_slice())?;
+        let after = cells + walls.momentum_beside_cells();
+        let given = walls.impulse(dt);
+        let before = std::mem::replace(&mut self.momentum, after);
+        self.border = if dt > 0.0 { after - before - given } else { Vector3::zeros() };
+        self.error = Vector3::zeros();
+        if grid.periodic.iter().all(|p| *p) {
+            self.error = std::mem::take(&mut self.border);
+        }
+        self.angular_error = walls.angular_error(dt);
+        Ok(())
     }
 
     /// Closes the step `dt` (s) with the state after the particles' part. Collective.

@@ -201,7 +201,7 @@ impl<const D: usize> Scene<D> {
             clock: Clock::default(),
             session: session.clone(),
             dt_before: 0.0,
-            audit: (flies && !walls_are_sharp).then(Audit::default),
+            audit: flies.then(Audit::default),
             mix_pressure: case.coupling.mix_pressure,
             cell_gradient: case.coupling.gradient == case::GradientRule::Cells,
             substeps: 0,

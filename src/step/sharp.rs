@@ -33,6 +33,7 @@ impl<const D: usize> Scene<D> {
         for pass in 0..2 {
             walls.impose_with_ghosts(&self.grid, &mut self.boundaries, false, false, &mut self.u)?;
             if pass == 0 {
+                self.boundaries.fill_velocity(&mut self.u)?;
                 walls.forget_faces();
                 walls.forget(0.0, 0.0);
                 walls.pass_faces(&self.grid, &self.u, 0.0, &self.acceleration, &mut self.faces);
@@ -45,8 +46,12 @@ impl<const D: usize> Scene<D> {
                 walls.open_gradient(&self.grid, &self.beta, 1.0, &self.acceleration, false, &mut self.u);
             }
         }
+        self.boundaries.fill_velocity(&mut self.u)?;
         walls.hold_faces(&self.faces);
         walls.start_forces(&self.grid, &self.u)?;
+        if let Some(audit) = &mut self.audit {
+            audit.close_sharp(&self.session, &self.grid, self.density.at(0), &self.u, walls, 0.0)?;
+        }
         self.p.fill(0.0);
         self.acceleration.iter_mut().for_each(|f| f.fill(0.0));
         self.clock = Default::default();
@@ -148,6 +153,9 @@ impl<const D: usize> Scene<D> {
         let Some(Coupling::Sharp(walls)) = &mut self.coupling else { return Ok(()) };
         walls.close_books(&self.grid, &self.u, dt)?;
         walls.note_push(dt);
+        if let Some(audit) = &mut self.audit {
+            audit.close_sharp(&self.session, &self.grid, self.density.at(0), &self.u, walls, dt)?;
+        }
         self.clock.lap(Stage::Force);
         Ok(())
     }

@@ -39,3 +39,32 @@ fn discs_of_every_density_are_set_off_with_their_added_mass_whatever_the_step() 
         println!("s = {ratio}: {:+.2} %, {:+.2} % with short steps", 100.0 * (a / theory - 1.0), 100.0 * (b / theory - 1.0));
     }
 }
+
+#[test]
+fn what_the_fluid_loses_the_particles_get_in_a_periodic_box_with_collisions() {
+    let petsc = petsc();
+    let more = [
+        SHARP.to_string(),
+        disc(0.2, [0.05, 0.5], 2.65, "velocity = [1.0, 0.2]\nspin = 5.0"),
+        disc(0.15, [0.35, 0.52], 50.0, "velocity = [-1.0, 0.0]"),
+        disc(0.15, [0.5, 0.25], 0.5, "velocity = [0.0, 0.5]"),
+        disc(0.18, [0.75, 0.75], 1.0, "motion = \"fixed\""),
+        "[contact]\nnormal_stiffness = 2.0e3\nfriction = 0.4\nrestitution = 0.7\n".into(),
+        "[initial]\nvelocity = [0.3, 0.2]\nperturbation = 0.3\n[pressure]\ndivergence_limit = 1.0e-8".into(),
+    ]
+    .concat();
+    let text =
+        box_case([1.0, 1.0], [48, 48], 0.002, PERIODIC, &more).replace("viscosity", "gravity = [0.3, -1.0]\nviscosity");
+    let mut scene: Scene<2> = petsc.scene(&text);
+    let (mut touched, mut traded, mut missing) = (false, 0.0f64, 0.0f64);
+    for _ in 0..120 {
+        let dt = 0.5 * scene.limits().unwrap().tightest().1.min(8e-3);
+        scene.step(dt).unwrap();
+        touched |= scene.substeps > 1;
+        let audit = scene.audit.as_ref().unwrap();
+        println!("{} {:e} {}", scene.steps, audit.error.norm(), scene.substeps); missing = missing.max(audit.error.norm());
+        traded = traded.max(audit.momentum.norm());
+    }
+    println!("missing {missing:e} of {traded:e}");
+    assert!(touched && missing < 1e-8 * traded, "{missing:e} of {traded:e}");
+}

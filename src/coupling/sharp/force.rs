@@ -1,9 +1,9 @@
 //! The force on a body, four ways: by pressure, by wall shear, by what both miss, and by what the fluid loses (formulas in
 //! the parent).
 
-use super::{Sharp, TAKE_IN};
+use super::{FORGET, NUMBERS, Sharp, TAKE_IN};
 use crate::Result;
-use crate::coupling::vector;
+use crate::coupling::{Exchange, vector};
 use crate::grid::{Grid, VectorField};
 use nalgebra::Vector3;
 
@@ -34,11 +34,17 @@ impl<const D: usize> Sharp<D> {
         (force, torque)
     }
 
-    /// This rank's part of the momentum inside the body `k`, relative to its own motion (kg m/s).
-    fn momentum_inside(&self, grid: &Grid<D>, k: usize, u: &VectorField<D>) -> Vector3<f64> {
+    /// This rank's part of the momentum (kg m/s) and angular momentum (kg m2/s) inside the body `k`, relative to its own
+    /// motion.
+    fn inside(&self, grid: &Grid<D>, k: usize, u: &VectorField<D>) -> (Vector3<f64>, Vector3<f64>) {
         let mass = self.fluid_density * grid.cell_volume();
-        let velocity = self.bodies[k].velocity;
-        self.skins[k].solid.iter().map(|o| (mass * o.fraction) * (vector(u, o.cell) - velocity)).sum()
+        let (mut momentum, mut swirl) = (Vector3::zeros(), Vector3::zeros());
+        for o in &self.skins[k].solid {
+            let own = (mass * o.fraction) * (vector(u, o.cell) - self.bodies[k].velocity_at(&o.arm));
+            momentum += own;
+            swirl += o.arm.cross(&own);
+        }
+        (momentum, swirl)
     }
 
     /// Forgets all that forces remember, and takes the momentum inside the bodies. Collective.
@@ -51,61 +57,88 @@ impl<const D: usize> Sharp<D> {
         for ride in &mut self.rides {
             (ride.rest, ride.owed) = (Vector3::zeros(), Vector3::zeros());
         }
-        self.exchange.iter_mut().for_each(|e| *e = Default::default());
+        self.exchange.fill(Exchange::default());
         Ok(())
+    }
+
+    /// Momentum that belongs to the balance beside that of all cells (kg m/s): less what lies inside the bodies, with the
+    /// free bodies' own and what they are owed.
+    pub fn momentum_beside_cells(&self) -> Vector3<f64> {
+        let terms = self.bodies.iter().zip(&self.rides).map(|(body, ride)| {
+            let own = if body.freedom().is_some() { body.mass() * body.velocity } else { Vector3::zeros() };
+            own + ride.owed - ride.inside
+        });
+        terms.sum()
+    }
+
+    /// Impulse over the step `dt` (s) of gravity and contacts on the free bodies, less that of the fluid on held ones, and
+    /// on free ones along the directions in which they are held (N s).
+    pub fn impulse(&self, dt: f64) -> Vector3<f64> {
+        let terms = self.bodies.iter().zip(&self.exchange).map(|(body, exchange)| {
+            let Some(freedom) = body.freedom() else { return -dt * exchange.momentum };
+            let weight = (body.mass() - self.fluid_density * body.volume()) * self.gravity;
+            let free = freedom.along(&(dt * (weight + exchange.contact)));
+            free - dt * (exchange.momentum - freedom.along(&exchange.momentum))
+        });
+        terms.sum()
+    }
+
+    /// What the wall shear's torque misses of the angular momentum that the fluid lost about the free bodies' centres over
+    /// the step `dt` (s), summed over them (kg m2/s).
+    pub fn angular_error(&self, dt: f64) -> f64 {
+        let terms = self.bodies.iter().zip(&self.rides).map(|(body, ride)| {
+            body.freedom().map_or(0.0, |f| f.about(&(ride.spun - dt * ride.shear.1)).norm())
+        });
+        terms.sum()
     }
 
     /// Starts the step's sums.
     pub fn start_books(&mut self) {
         for ride in &mut self.rides {
-            (ride.imposed, ride.gradient) = (Vector3::zeros(), Vector3::zeros());
+            (ride.given, ride.spun) = (Vector3::zeros(), Vector3::zeros());
         }
     }
 
     /// Closes the step `dt` (s): what each body exchanged with the fluid, and what it takes in of what it missed. Collective.
     pub fn close_books(&mut self, grid: &Grid<D>, u: &VectorField<D>, dt: f64) -> Result<()> {
         let mut buffer = std::mem::take(&mut self.buffer);
-        for (k, row) in buffer.chunks_exact_mut(9).enumerate() {
-            let ride = &self.rides[k];
-            for (slot, v) in
-                row.chunks_exact_mut(3).zip([ride.imposed, ride.gradient, self.momentum_inside(grid, k, u)])
-            {
+        for (k, row) in buffer.chunks_exact_mut(NUMBERS).enumerate() {
+            let (ride, (inside, swirl)) = (&self.rides[k], self.inside(grid, k, u));
+            for (slot, v) in row.chunks_exact_mut(3).zip([ride.given, ride.spun, inside, swirl]) {
                 slot.copy_from_slice(v.as_slice());
             }
         }
         self.session.sum(&mut buffer)?;
-        let take_in = (self.chi * super::FORGET / TAKE_IN).min(1.0);
-        for (k, row) in buffer.chunks_exact(9).enumerate() {
-            let [imposed, gradient, inside] = [0, 3, 6].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
-            let (body, ride) = (&self.bodies[k], &mut self.rides[k]);
+        let take_in = (self.chi * FORGET / TAKE_IN).min(1.0);
+        for (k, row) in buffer.chunks_exact(NUMBERS).enumerate() {
+            let [given, spun, inside, swirl] = [0, 3, 6, 9].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
+            let (body, ride, exchange) = (&self.bodies[k], &mut self.rides[k], &mut self.exchange[k]);
             let inside = inside + self.fluid_density * body.volume() * body.velocity;
-            let lost = (inside - ride.inside - imposed - gradient) / dt;
-            ride.inside = inside;
-            let felt = ride.pressure + ride.shear.0 + ride.rest;
-            let used = match body.freedom() {
-                None => felt,
-                Some(freedom) => {
-                    let moved = ride.used(
-                        body,
-                        dt,
-                        self.fluid_density,
-                        &self.gravity,
-                        self.contacts.as_ref().map(|c| c.impulses()[k]),
-                    );
-                    felt - freedom.along(&felt) + freedom.along(&moved)
-                }
-            };
-            ride.owed += dt * (lost - used);
-            let missing = lost - ride.pressure - ride.shear.0 - ride.rest;
-            self.exchange[k].momentum = used;
-            self.exchange[k].momentum_torque = ride.shear.1;
-            self.exchange[k].pressure = ride.pressure;
-            self.exchange[k].viscous = ride.shear.0;
-            self.exchange[k].convective = used - ride.pressure - ride.shear.0;
-            self.exchange[k].literal_torque = ride.shear.1;
+            let swirl = swirl + self.fluid_density / body.density * body.inertia() * body.spin;
+            let lost = (inside - ride.inside - given) / dt;
+            ride.spun = swirl - ride.swirl - spun;
+            (ride.inside, ride.swirl) = (inside, swirl);
             let struck = self.contacts.as_ref().map(|c| c.impulses()[k]).unwrap_or_default();
-            self.exchange[k].contact = struck.linear / dt;
-            ride.rest += take_in * missing;
+            let felt = ride.pressure + ride.shear.0 + ride.rest;
+            // What moved a free body, the resistance to changes within the step included.
+            let moved = body.freedom().map(|freedom| {
+                let weight = (body.mass() - self.fluid_density * body.volume()) * self.gravity;
+                let force = (body.mass() * (body.velocity - ride.start.0) - struck.linear) / dt - weight;
+                freedom.along(&(force - felt))
+            });
+            let used = felt + moved.unwrap_or_default();
+            ride.owed += dt * (lost - used);
+            ride.rest += take_in * (lost - felt);
+            *exchange = Exchange {
+                momentum: used,
+                momentum_torque: ride.shear.1,
+                convective: used - ride.pressure - ride.shear.0,
+                pressure: ride.pressure,
+                viscous: ride.shear.0,
+                literal_torque: ride.shear.1,
+                contact: struck.linear / dt,
+                ..Exchange::default()
+            };
         }
         self.buffer = buffer;
         Ok(())

@@ -45,6 +45,8 @@ const LEAST_OPEN: f64 = 1e-6;
 const FORGET: f64 = 0.4;
 /// Gap, in spacings, at which contacts begin: the grid resolves nothing of what the fluid does in less.
 const STANDOFF: f64 = 0.2;
+/// Numbers that ranks sum for a body.
+const NUMBERS: usize = 12;
 /// Spacings that the flow crosses while a body takes in what pressure and wall shear miss of the force on it.
 const TAKE_IN: f64 = 3.0;
 
@@ -65,11 +67,13 @@ struct Ride {
     /// What the two miss (N), taken in slowly; and the impulse (N s) that is still owed.
     rest: Vector3<f64>,
     owed: Vector3<f64>,
-    /// Momentum that the imposed profile has added in the step (kg m/s), that cut cells' gradient has (likewise).
-    imposed: Vector3<f64>,
-    gradient: Vector3<f64>,
-    /// Momentum inside (kg m/s).
+    /// Momentum (kg m/s) and angular momentum (kg m2/s) that the imposed profile and the gradient of cut cells have given to
+    /// this rank's cells in the step; of the latter, once the step is closed, what the fluid lost to the body.
+    given: Vector3<f64>,
+    spun: Vector3<f64>,
+    /// Momentum and angular momentum inside.
     inside: Vector3<f64>,
+    swirl: Vector3<f64>,
 }
 
 /// Particles in a fluid with sharp walls.
@@ -77,10 +81,14 @@ pub struct Sharp<const D: usize> {
     bodies: Vec<Body>,
     skins: Vec<Skin<D>>,
     near: Vec<Vec<usize>>,
+    /// Whether a body had others near before the last search.
+    had_near: Vec<bool>,
     rides: Vec<Ride>,
     exchange: Vec<Exchange>,
     contacts: Option<Contacts>,
     push: Vec<Push>,
+    /// Per body, its place before it moved, then how far it has moved (m).
+    places: Vec<Vector3<f64>>,
     periods: [Option<f64>; 3],
     h: f64,
     fluid_density: f64,
@@ -121,9 +129,11 @@ impl<const D: usize> Sharp<D> {
         Sharp {
             skins: (0..n).map(|_| Skin::default()).collect(),
             near: vec![Vec::new(); n],
+            had_near: vec![false; n],
             rides: vec![Ride::default(); n],
             exchange: vec![Exchange::default(); n],
             push: vec![Push::default(); n],
+            places: vec![Vector3::zeros(); n],
             contacts: contacts.map(|c| c.within(fluid_density, STANDOFF * h)),
             periods: std::array::from_fn(|a| (a < D && grid.periodic[a]).then(|| grid.size[a])),
             h,
@@ -137,7 +147,7 @@ impl<const D: usize> Sharp<D> {
             courant: 0.0,
             weights: Vec::new(),
             entries: Vec::new(),
-            buffer: vec![0.0; n * 9],
+            buffer: vec![0.0; n * NUMBERS],
             session: session.clone(),
             bodies,
         }
@@ -176,7 +186,8 @@ impl<const D: usize> Sharp<D> {
     /// Builds the skins of all bodies and opens the faces. To be called once, before the first step, and whenever bodies
     /// have been put elsewhere.
     pub fn settle(&mut self, grid: &Grid<D>, boundaries: &Boundaries<D>, beta: &mut FaceCoefficient<D>) {
-        self.rebuild(grid, boundaries, beta, |_| Some(Vector3::zeros()));
+        self.places.fill(Vector3::zeros());
+        self.rebuild(grid, boundaries, beta, true);
     }
 
     /// Puts the bodies where `bodies` are (the same ones, at another time).
@@ -191,13 +202,14 @@ impl<const D: usize> Sharp<D> {
         self.settle(grid, boundaries, beta);
     }
 
-    /// Rebuilds the skins of the bodies of which `shift` tells how far they have moved (m), and sets `H/rho` on faces.
+    /// Rebuilds the skins of the bodies that move, or of all, and sets `H/rho` on faces; `places` tell how far they have
+    /// moved.
     fn rebuild(
         &mut self,
         grid: &Grid<D>,
         boundaries: &Boundaries<D>,
         beta: &mut FaceCoefficient<D>,
-        shift: impl Fn(usize) -> Option<Vector3<f64>>,
+        all: bool,
     ) {
         let FaceCoefficient::Field(beta) = beta else { return };
         let whole = 1.0 / self.fluid_density;
@@ -212,7 +224,10 @@ impl<const D: usize> Sharp<D> {
         }
         self.find_near();
         for k in 0..self.bodies.len() {
-            let Some(shift) = shift(k) else { continue };
+            // What comes near a body at rest changes its probes.
+            if !all && !self.bodies[k].moves() && self.near[k].is_empty() && !self.had_near[k] {
+                continue;
+            }
             let around = Surroundings {
                 grid,
                 boundaries,
@@ -221,7 +236,7 @@ impl<const D: usize> Sharp<D> {
                 periods: &self.periods,
                 h: self.h,
             };
-            self.skins[k].rebuild(&around, k, &shift);
+            self.skins[k].rebuild(&around, k, &self.places[k]);
         }
         for skin in &self.skins {
             for (beta, cuts) in beta.iter_mut().zip(&skin.cuts) {
@@ -248,7 +263,10 @@ impl<const D: usize> Sharp<D> {
 
     /// For each body, those within reach of its probes.
     fn find_near(&mut self) {
-        self.near.iter_mut().for_each(Vec::clear);
+        for (had, near) in self.had_near.iter_mut().zip(&mut self.near) {
+            *had = !near.is_empty();
+            near.clear();
+        }
         let reach = skin::NEAR * self.h;
         for i in 0..self.bodies.len() {
             for j in i + 1..self.bodies.len() {
@@ -350,6 +368,7 @@ impl<const D: usize> Sharp<D> {
         let mass = self.fluid_density * grid.cell_volume();
         for (skin, ride) in self.skins.iter().zip(&mut self.rides) {
             for (o, _) in skin.solid.iter().zip(&skin.owns).filter(|(_, owns)| **owns) {
+                let mut added = Vector3::zeros();
                 for axis in 0..D {
                     let (low, high) = (o.cell, o.cell + grid.stride[axis]);
                     let [open_low, open_high] = [low, high].map(|f| beta.at(axis, f) * self.fluid_density);
@@ -358,9 +377,11 @@ impl<const D: usize> Sharp<D> {
                     let open = (open_low * a_low + open_high * a_high) / (1.0 + 0.5 * sum);
                     let more = dt * (open - 0.5 * (a_low + a_high));
                     u[axis][o.cell] += more;
-                    if book {
-                        ride.gradient[axis] += mass * more;
-                    }
+                    added[axis] = mass * more;
+                }
+                if book {
+                    ride.given += added;
+                    ride.spun += o.arm.cross(&added);
                 }
             }
         }
@@ -381,12 +402,14 @@ impl<const D: usize> Sharp<D> {
         let mut values = self.values.iter();
         for (skin, ride) in self.skins.iter().zip(&mut self.rides) {
             for (inside, value) in skin.inside.iter().filter(|i| fresh || !i.fresh).zip(&mut values) {
+                let mut added = Vector3::zeros();
                 for (a, field) in u.iter_mut().enumerate() {
-                    let du = value[a] - field[inside.cell];
-                    if book {
-                        ride.imposed[a] += mass * du;
-                    }
-                    field[inside.cell] += du;
+                    added[a] = mass * (value[a] - field[inside.cell]);
+                    field[inside.cell] = value[a];
+                }
+                if book {
+                    ride.given += added;
+                    ride.spun += inside.arm.cross(&added);
                 }
             }
         }

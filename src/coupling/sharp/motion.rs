@@ -1,6 +1,6 @@
 //! How bodies go ahead to their new place, and what pressure makes of their velocity there (formulas in the parent).
 
-use super::{Ride, Sharp};
+use super::{NUMBERS, Sharp};
 use crate::Result;
 use crate::fluid::faces::FaceCoefficient;
 use crate::fluid::pressure::Rider;
@@ -40,7 +40,9 @@ impl<const D: usize> Sharp<D> {
         if !self.moves() {
             return Ok(0);
         }
-        let before: Vec<Vector3<f64>> = self.bodies.iter().map(|b| b.centre).collect();
+        for (place, body) in self.places.iter_mut().zip(&self.bodies) {
+            *place = body.centre;
+        }
         let substeps = match &mut self.contacts {
             Some(contacts) => contacts.advance(&mut self.bodies, &self.push, dt)?,
             None => {
@@ -54,13 +56,10 @@ impl<const D: usize> Sharp<D> {
             ride.expected = (body.velocity, body.spin);
         }
         let periods = self.periods;
-        let shifts: Vec<Option<Vector3<f64>>> = self
-            .bodies
-            .iter()
-            .zip(&before)
-            .map(|(b, before)| b.moves().then(|| nearest_image(before, &b.centre, &periods)))
-            .collect();
-        self.rebuild(grid, boundaries, beta, |k| shifts[k]);
+        for (place, body) in self.places.iter_mut().zip(&self.bodies) {
+            *place = nearest_image(place, &body.centre, &periods);
+        }
+        self.rebuild(grid, boundaries, beta, false);
         Ok(substeps)
     }
 
@@ -68,14 +67,14 @@ impl<const D: usize> Sharp<D> {
     /// changes follow. Ghosts of `u` and `p` filled. Collective.
     pub fn release(&mut self, grid: &Grid<D>, u: &VectorField<D>, p: &[f64], dt: f64) -> Result<()> {
         let mut buffer = std::mem::take(&mut self.buffer);
-        for (k, row) in buffer.chunks_exact_mut(9).enumerate() {
+        for (k, row) in buffer.chunks_exact_mut(NUMBERS).enumerate() {
             let (shear, torque) = self.shear_force(grid, k, u);
             for (slot, v) in row.chunks_exact_mut(3).zip([self.pressure_force(grid, k, p), shear, torque]) {
                 slot.copy_from_slice(v.as_slice());
             }
         }
         self.session.sum(&mut buffer)?;
-        for (k, row) in buffer.chunks_exact(9).enumerate() {
+        for (k, row) in buffer.chunks_exact(NUMBERS).enumerate() {
             let [pressure, shear, torque] = [0, 3, 6].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
             let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
             let (body, ride) = (&mut self.bodies[k], &mut self.rides[k]);
@@ -140,21 +139,6 @@ impl<const D: usize> Sharp<D> {
             }
         }
         (&self.weights, &self.entries)
-    }
-}
-
-impl Ride {
-    /// The force that moved a free body over the step (N).
-    pub(super) fn used(
-        &self,
-        body: &Body,
-        dt: f64,
-        fluid_density: f64,
-        gravity: &Vector3<f64>,
-        struck: Option<Impulse>,
-    ) -> Vector3<f64> {
-        let weight = (body.mass() - fluid_density * body.volume()) * gravity;
-        (body.mass() * (body.velocity - self.start.0) - struck.unwrap_or_default().linear) / dt - weight
     }
 }
 

@@ -85,13 +85,14 @@ impl Contacts {
             let mut pair = self.pairs[p];
             let (meeting, arms) = self.meet(&pair, bodies, h);
             let radius = bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius).min(bodies[pair.first].radius);
-            if meeting.overlap > DEEPEST * radius {
+            let overlap = meeting.overlap - self.standoff;
+            if overlap > DEEPEST * radius {
                 return Err(Error::Run(format!(
                     "{} overlap by {:.3e} m, {:.2} of the smaller radius, where {DEEPEST} is the limit: make the \
                      contact stiffer or the step shorter",
                     self.name(&pair),
-                    meeting.overlap,
-                    meeting.overlap / radius,
+                    overlap,
+                    overlap / radius,
                 )));
             }
             if !meeting.touches() {
