@@ -72,9 +72,9 @@ impl<const D: usize> Scene<D> {
             copy_rows(&self.u, &mut self.total);
             walls.impose_with_ghosts(&self.grid, &mut self.boundaries, true, false, &mut self.total)?;
             self.boundaries.fill_velocity(&mut self.total)?;
-            walls.remember_faces(&self.grid, &self.total, self.dt_before, &self.acceleration);
+            walls.remember_faces(&self.grid, &self.beta, &self.total, self.dt_before, &self.acceleration);
         } else {
-            walls.remember_faces(&self.grid, &self.u, self.dt_before, &self.acceleration);
+            walls.remember_faces(&self.grid, &self.beta, &self.u, self.dt_before, &self.acceleration);
         }
         self.clock.lap(Stage::Mixing);
         Ok(())

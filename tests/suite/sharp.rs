@@ -18,8 +18,8 @@ fn disc(diameter: f64, place: [f64; 2], density: f64, more: &str) -> String {
 fn let_go(ratio: f64, dt: f64, steps: usize) -> f64 {
     let petsc = petsc();
     let more = format!("{SHARP}{}[pressure]\ndivergence_limit = 1.0e-6", disc(1.0, [5.03, 5.02], ratio, ""));
-    let text = box_case([10.0, 10.0], [80, 80], 1e-5, WALLS, &more)
-        .replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
+    let text =
+        box_case([10.0, 10.0], [80, 80], 1e-5, WALLS, &more).replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
     let mut scene: Scene<2> = petsc.scene(&text);
     let speed = |scene: &Scene<2>| -scene.coupling.as_ref().unwrap().bodies()[0].velocity.y;
     assert!(scene.step(dt).unwrap().divergence_max < 1e-6);
@@ -36,7 +36,11 @@ fn discs_of_every_density_are_set_off_with_their_added_mass_whatever_the_step() 
     for ratio in [0.001, 0.01, 0.1, 0.5, 2.65, 10.0, 100.0, 1e3, 1e4] {
         let theory = (ratio - 1.0) / (ratio + 1.0);
         let (a, b) = (let_go(ratio, 0.02, 10), let_go(ratio, 0.005, 40));
-        println!("s = {ratio}: {:+.2} %, {:+.2} % with short steps", 100.0 * (a / theory - 1.0), 100.0 * (b / theory - 1.0));
+        println!(
+            "s = {ratio}: {:+.2} %, {:+.2} % with short steps",
+            100.0 * (a / theory - 1.0),
+            100.0 * (b / theory - 1.0)
+        );
     }
 }
 
@@ -62,7 +66,8 @@ fn what_the_fluid_loses_the_particles_get_in_a_periodic_box_with_collisions() {
         scene.step(dt).unwrap();
         touched |= scene.substeps > 1;
         let audit = scene.audit.as_ref().unwrap();
-        println!("{} {:e} {}", scene.steps, audit.error.norm(), scene.substeps); missing = missing.max(audit.error.norm());
+        println!("{} {:e} {}", scene.steps, audit.error.norm(), scene.substeps);
+        missing = missing.max(audit.error.norm());
         traded = traded.max(audit.momentum.norm());
     }
     println!("missing {missing:e} of {traded:e}");

@@ -26,7 +26,7 @@ impl<const D: usize> Sharp<D> {
         let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
         let skin = &self.skins[k];
         for point in &skin.points {
-            let slope = skin.value(&point.slope, grid, u, &self.bodies, k);
+            let slope = skin.value(&point.slope, grid, u, &self.bodies, k, None);
             let df = (self.fluid_viscosity * point.area) * slope;
             force += df;
             torque += point.arm.cross(&df);
@@ -86,9 +86,11 @@ impl<const D: usize> Sharp<D> {
     /// What the wall shear's torque misses of the angular momentum that the fluid lost about the free bodies' centres over
     /// the step `dt` (s), summed over them (kg m2/s).
     pub fn angular_error(&self, dt: f64) -> f64 {
-        let terms = self.bodies.iter().zip(&self.rides).map(|(body, ride)| {
-            body.freedom().map_or(0.0, |f| f.about(&(ride.spun - dt * ride.shear.1)).norm())
-        });
+        let terms = self
+            .bodies
+            .iter()
+            .zip(&self.rides)
+            .map(|(body, ride)| body.freedom().map_or(0.0, |f| f.about(&(ride.spun - dt * ride.shear.1)).norm()));
         terms.sum()
     }
 

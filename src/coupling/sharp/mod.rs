@@ -45,6 +45,8 @@ const LEAST_OPEN: f64 = 1e-6;
 const FORGET: f64 = 0.4;
 /// Gap, in spacings, at which contacts begin: the grid resolves nothing of what the fluid does in less.
 const STANDOFF: f64 = 0.2;
+/// Reynolds number of a spacing and the velocity at the first probe up to which the layer at the wall is resolved.
+const RESOLVED: f64 = 40.0;
 /// Numbers that ranks sum for a body.
 const NUMBERS: usize = 12;
 /// Spacings that the flow crosses while a body takes in what pressure and wall shear miss of the force on it.
@@ -97,8 +99,8 @@ pub struct Sharp<const D: usize> {
     values: Vec<Vector3<f64>>,
     /// History of the face velocities beside that of the cells (m/s).
     memory: VectorField<D>,
-    /// Faces that were wholly covered in the last step, by axis.
-    closed: [Vec<usize>; D],
+    /// Faces that were covered in the last step, by axis, and the open part that they had.
+    covered: [Vec<(usize, f64)>; D],
     chi: f64,
     courant: f64,
     weights: Vec<f64>,
@@ -142,7 +144,7 @@ impl<const D: usize> Sharp<D> {
             gravity,
             values: Vec::new(),
             memory: grid.vector_field(),
-            closed: std::array::from_fn(|_| Vec::new()),
+            covered: std::array::from_fn(|_| Vec::new()),
             chi: 1.0,
             courant: 0.0,
             weights: Vec::new(),
@@ -204,20 +206,23 @@ impl<const D: usize> Sharp<D> {
 
     /// Rebuilds the skins of the bodies that move, or of all, and sets `H/rho` on faces; `places` tell how far they have
     /// moved.
-    fn rebuild(
-        &mut self,
-        grid: &Grid<D>,
-        boundaries: &Boundaries<D>,
-        beta: &mut FaceCoefficient<D>,
-        all: bool,
-    ) {
+    fn rebuild(&mut self, grid: &Grid<D>, boundaries: &Boundaries<D>, beta: &mut FaceCoefficient<D>, all: bool) {
         let FaceCoefficient::Field(beta) = beta else { return };
         let whole = 1.0 / self.fluid_density;
-        self.closed.iter_mut().for_each(Vec::clear);
+        self.covered.iter_mut().for_each(Vec::clear);
         for skin in &self.skins {
-            for (closed, cuts) in self.closed.iter_mut().zip(&skin.cuts) {
-                closed.extend(cuts.iter().filter(|cut| cut.covered >= 1.0).map(|cut| cut.face));
+            for ((covered, beta), cuts) in self.covered.iter_mut().zip(beta.iter_mut()).zip(&skin.cuts) {
+                // What two bodies cover is listed once: the sign says so.
+                for cut in cuts {
+                    if beta[cut.face] < 0.0 {
+                        continue;
+                    }
+                    covered.push((cut.face, beta[cut.face] / whole));
+                    beta[cut.face] *= -1.0;
+                }
             }
+        }
+        for skin in &self.skins {
             for (beta, cuts) in beta.iter_mut().zip(&skin.cuts) {
                 cuts.iter().for_each(|cut| beta[cut.face] = whole);
             }
@@ -326,7 +331,14 @@ impl<const D: usize> Sharp<D> {
     /// Takes the history of the face velocities: what they were after the last step, `dt` (s) long with this acceleration
     /// on faces (m/s2), beyond the cells' `u` with the wall imposed at the present place, ghosts filled. What the imposed
     /// wall changes at once is then no change of a face's velocity.
-    pub fn remember_faces(&mut self, grid: &Grid<D>, u: &VectorField<D>, dt: f64, acceleration: &VectorField<D>) {
+    pub fn remember_faces(
+        &mut self,
+        grid: &Grid<D>,
+        beta: &FaceCoefficient<D>,
+        u: &VectorField<D>,
+        dt: f64,
+        acceleration: &VectorField<D>,
+    ) {
         for axis in 0..D {
             let (s, memory) = (grid.stride[axis], &mut self.memory[axis]);
             for row in grid.face_rows(axis) {
@@ -339,8 +351,10 @@ impl<const D: usize> Sharp<D> {
             for cut in self.skins.iter().flat_map(|skin| &skin.cuts[axis]) {
                 memory[cut.face] -= to_open_part(grid, axis, cut.face, &cut.open, &u[axis]);
             }
-            // What a covered face carried says nothing of it once it opens.
-            self.closed[axis].iter().for_each(|face| memory[*face] = 0.0);
+            // What has just opened has no history: a gap that was nearly closed may have carried any velocity.
+            for &(face, open) in &self.covered[axis] {
+                memory[face] *= (open / (beta.at(axis, face) * self.fluid_density)).min(1.0);
+            }
         }
     }
 
@@ -391,10 +405,11 @@ impl<const D: usize> Sharp<D> {
     /// bodies have just left. With `book`, the momentum that this adds is booked.
     pub fn impose(&mut self, grid: &Grid<D>, fresh: bool, book: bool, u: &mut VectorField<D>) {
         self.values.clear();
+        let resolved = RESOLVED * self.fluid_viscosity / (self.fluid_density * self.h);
         for (k, skin) in self.skins.iter().enumerate() {
             for inside in skin.inside.iter().filter(|i| fresh || !i.fresh) {
                 let rigid = self.bodies[k].velocity_at(&inside.arm);
-                let profile = inside.trace.as_ref().map(|t| skin.value(t, grid, u, &self.bodies, k));
+                let profile = inside.trace.as_ref().map(|t| skin.value(t, grid, u, &self.bodies, k, Some(resolved)));
                 self.values.push(profile.map_or(rigid, |w| rigid + w));
             }
         }
@@ -404,8 +419,9 @@ impl<const D: usize> Sharp<D> {
             for (inside, value) in skin.inside.iter().filter(|i| fresh || !i.fresh).zip(&mut values) {
                 let mut added = Vector3::zeros();
                 for (a, field) in u.iter_mut().enumerate() {
-                    added[a] = mass * (value[a] - field[inside.cell]);
-                    field[inside.cell] = value[a];
+                    let change = inside.weight * (value[a] - field[inside.cell]);
+                    added[a] = mass * change;
+                    field[inside.cell] += change;
                 }
                 if book {
                     ride.given += added;

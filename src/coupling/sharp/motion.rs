@@ -132,7 +132,11 @@ impl<const D: usize> Sharp<D> {
                     let part = cut.covered / grid.h[axis];
                     for (cell, value) in [(cut.face - grid.stride[axis], part), (cut.face, -part)] {
                         if grid.owns_cell(cell) {
-                            self.entries.push(ModeEntry { mode: mode as u32, row: grid.owned_number(cell) as u32, value });
+                            self.entries.push(ModeEntry {
+                                mode: mode as u32,
+                                row: grid.owned_number(cell) as u32,
+                                value,
+                            });
                         }
                     }
                 }

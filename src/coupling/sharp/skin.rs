@@ -21,6 +21,10 @@ use std::ops::Range;
 const DEPTH: f64 = 2.0;
 /// Probes of the imposed profile, in spacings from the wall.
 const PROFILE: [f64; 2] = [1.0, 2.0];
+/// Gap, in spacings, below which the grid resolves no profile in it.
+const UNRESOLVED: f64 = 1.25;
+/// What the continued profile may reach, of the velocity at the first probe, where the layer is just resolved.
+const MOST: f64 = 5.0;
 /// Spacings between the probes of the wall's slope.
 const SLOPE: f64 = 0.7;
 /// Gap, in spacings, beyond which nothing is felt of what lies there.
@@ -47,7 +51,7 @@ enum Other {
     Border(Vector3<f64>),
 }
 
-/// A cell inside a body.
+/// A cell whose velocity a body sets.
 #[derive(Clone, Debug)]
 pub struct Inside {
     /// Its index in a field.
@@ -56,6 +60,8 @@ pub struct Inside {
     pub arm: Vector3<f64>,
     /// The profile there; `None` deep inside.
     pub trace: Option<Trace>,
+    /// How much of what it has gives way to the profile: less than all outside, in gaps that the grid does not resolve.
+    pub weight: f64,
     /// Whether it lies outside by now, and was inside before the body moved.
     pub fresh: bool,
 }
@@ -129,19 +135,27 @@ impl<const D: usize> Skin<D> {
         self.probes.clear();
         self.inside.clear();
         let moved = shift.norm();
+        let tight = if around.has_neighbours(k) { UNRESOLVED * around.h } else { 0.0 };
         for image in images(grid, &body.centre) {
-            for at in Block::owned(grid, &image, body.radius + moved) {
+            for at in Block::owned(grid, &image, body.radius + moved.max(tight)) {
                 let arm =
                     Vector3::from_fn(|a, _| if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 });
                 let s = arm.norm() - body.radius;
-                let fresh = s > 0.0;
-                let was_inside = || (arm + shift).norm() <= body.radius;
-                if s > moved || (fresh && !was_inside()) || !around.nearest(k, &arm) {
+                let fresh = s > 0.0 && (arm + shift).norm() <= body.radius;
+                if (s > tight && !fresh) || !around.nearest(k, &arm) {
                     continue;
                 }
                 let Some(cell) = grid.owned_index(at) else { continue };
-                let trace = (s >= -DEPTH * around.h).then(|| self.profile(around, k, &image, &arm, s));
-                self.inside.push(Inside { cell, arm, trace, fresh });
+                let (mut trace, mut weight) = (None, 1.0);
+                if s > 0.0 && !fresh {
+                    (trace, weight) = self.profile_across(around, k, &image, &arm, s);
+                    if weight == 0.0 {
+                        continue;
+                    }
+                } else if s >= -DEPTH * around.h {
+                    trace = Some(self.profile(around, k, &image, &arm, s));
+                }
+                self.inside.push(Inside { cell, arm, trace, weight, fresh });
             }
         }
         self.spread_points(around, k);
@@ -162,13 +176,31 @@ impl<const D: usize> Skin<D> {
         let share = Shares::of(gap.width / h);
         let [d1, d2] = PROFILE.map(|d| d * h);
         let near = h.min(0.5 * gap.width);
-        let first = share.full * s * (d2 - s) / (d1 * (d2 - d1))
-            + if share.linear > 0.0 { share.linear * s / near } else { 0.0 };
+        // In a gap no further than the mirror image: more would feed back through the faces between the two.
+        let mirrored = |width: f64| (s / width).max(-1.0);
+        let linear = if share.linear > 0.0 { share.linear * mirrored(near) } else { 0.0 };
+        let first = share.full * s * (d2 - s) / (d1 * (d2 - d1)) + linear;
         let second = share.full * s * (s - d1) / (d2 * (d2 - d1));
         let at = if share.full > 0.0 { d1 } else { near };
         let probes = [(at, first), (d2, second)];
-        let across = share.across * s / gap.width.max(0.5 * h);
+        let across = share.across * mirrored(gap.width.max(0.5 * h));
         self.trace(around.grid, image, n, radius, &probes, across, gap.other)
+    }
+
+    /// The straight profile across a gap, outside at the distance `s` (m) from the wall, and its weight.
+    fn profile_across(
+        &mut self,
+        around: &Surroundings<D>,
+        k: usize,
+        image: &Vector3<f64>,
+        arm: &Vector3<f64>,
+        s: f64,
+    ) -> (Option<Trace>, f64) {
+        let (n, radius) = (arm.normalize(), around.bodies[k].radius);
+        let gap = around.gap(k, image, &n);
+        let across = s / gap.width.max(0.5 * around.h).max(s);
+        let trace = self.trace(around.grid, image, n, radius, &[], across, gap.other);
+        (Some(trace), Shares::of(gap.width / around.h).across)
     }
 
     #[allow(clippy::too_many_arguments)]
@@ -224,11 +256,29 @@ impl<const D: usize> Skin<D> {
     }
 
     /// The value of a trace (m/s, or 1/s of a slope) for a body and a velocity field with its ghosts filled.
-    pub fn value(&self, trace: &Trace, grid: &Grid<D>, u: &VectorField<D>, bodies: &[Body], k: usize) -> Vector3<f64> {
+    pub fn value(
+        &self,
+        trace: &Trace,
+        grid: &Grid<D>,
+        u: &VectorField<D>,
+        bodies: &[Body],
+        k: usize,
+        limit: Option<f64>,
+    ) -> Vector3<f64> {
         let body = &bodies[k];
-        let mut sum = Vector3::zeros();
+        let (mut sum, mut first) = (Vector3::zeros(), None);
         for probe in &self.probes[trace.probes.clone()] {
-            sum += probe.share * (probe.velocity(grid, u) - body.velocity_at(&probe.arm));
+            let relative = probe.velocity(grid, u) - body.velocity_at(&probe.arm);
+            first.get_or_insert_with(|| relative.norm());
+            sum += probe.share * relative;
+        }
+        if let (Some(limit), Some(first)) = (limit, first) {
+            // first <= limit: the layer is resolved.
+            let most = first * (MOST * limit / first.max(limit)).max(1.0);
+            let size = sum.norm();
+            if size > most {
+                sum *= most / size;
+            }
         }
         let other = match trace.other {
             Other::Nothing => return sum,
@@ -253,7 +303,7 @@ impl Shares {
             let t = ((gap - from) / (to - from)).clamp(0.0, 1.0);
             t * t * (3.0 - 2.0 * t)
         };
-        let (full, open) = (step(2.25, NEAR), step(0.75, 1.25));
+        let (full, open) = (step(2.25, NEAR), step(0.75, UNRESOLVED));
         Shares { full, linear: open - full, across: 1.0 - open }
     }
 }
@@ -273,6 +323,17 @@ impl<const D: usize> Surroundings<'_, D> {
             let other = (arm - apart).norm() - self.bodies[j].radius;
             own < other || (own == other && k < j)
         })
+    }
+
+    /// Whether another body or a wall is so near that the grid does not resolve the gap.
+    fn has_neighbours(&self, k: usize) -> bool {
+        let body = &self.bodies[k];
+        let within = |a: usize, side: usize| {
+            let from = body.centre[a] - if side == 0 { 0.0 } else { self.grid.size[a] };
+            matches!(self.boundaries.borders[a][side], Some(Border::Velocity(_)))
+                && from.abs() < body.radius + UNRESOLVED * self.h
+        };
+        !self.near.is_empty() || (0..2 * D).any(|f| within(f / 2, f % 2))
     }
 
     /// The gap (m) from the wall of body `k`, its centre at `image`, along `n` to the next body or wall.

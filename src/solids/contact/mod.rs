@@ -203,7 +203,11 @@ impl Contacts {
         let mut lightest = vec![(f64::INFINITY, 0); self.laws.materials()];
         for (body, &material) in bodies.iter().zip(&self.materials) {
             let (mass, count) = &mut lightest[material];
-            *mass = mass.min(if body.freedom().is_some() { body.mass() + self.carried * body.volume() } else { f64::INFINITY });
+            *mass = mass.min(if body.freedom().is_some() {
+                body.mass() + self.carried * body.volume()
+            } else {
+                f64::INFINITY
+            });
             *count += 1;
         }
         let mut shortest = f64::INFINITY;
@@ -256,7 +260,8 @@ impl Contacts {
         let mut farthest: f64 = 0.0;
         for (i, (body, answer)) in bodies.iter().zip(&self.answers).enumerate() {
             let way = (body.pace() + 0.5 * answer.push.acceleration.norm() * time) * time;
-            self.reach[i] = 0.5 * self.standoff + if again { 2.0 * way + 0.05 * body.radius } else { way + 1e-6 * body.radius };
+            self.reach[i] =
+                0.5 * self.standoff + if again { 2.0 * way + 0.05 * body.radius } else { way + 1e-6 * body.radius };
             farthest = farthest.max(body.radius + self.reach[i]);
         }
         self.travelled.fill(0.0);
