@@ -17,10 +17,11 @@ use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-/// Depth to which the profile is continued into a body, in spacings; deeper, the body's own motion stands.
-const DEPTH: f64 = 2.0;
+/// Depth to which the profile is continued into a body, in spacings, as deep as the advection of cells beside the wall
+/// reaches; deeper, the body's own motion stands.
+pub(super) const DEPTH: f64 = 2.5;
 /// Probes of the imposed profile, in spacings from the wall.
-const PROFILE: [f64; 2] = [1.0, 2.0];
+pub(super) const PROFILE: [f64; 2] = [1.0, 2.0];
 /// Spacings between the probes of the wall's slope.
 const SLOPE: f64 = 0.7;
 /// Gap, in spacings, beyond which nothing is felt of what lies there.
@@ -140,7 +141,7 @@ impl<const D: usize> Skin<D> {
                     continue;
                 }
                 let Some(cell) = grid.owned_index(at) else { continue };
-                let trace = (s >= -DEPTH * around.h).then(|| self.profile(around, k, &image, &arm, s));
+                let trace = (s > -body.radius.min(DEPTH * around.h)).then(|| self.profile(around, k, &image, &arm, s));
                 self.inside.push(Inside { cell, arm, trace, fresh });
             }
         }
