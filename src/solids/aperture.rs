@@ -26,8 +26,7 @@ pub struct Cut {
     pub covered: f64,
     /// Covered part of the face's plane times the arm from the particle's centre (its nearest image) to its centroid (m).
     pub lever: Vector3<f64>,
-    /// From the face's centre to the centroid of the open part of that volume, along the face (m); zero where nothing is
-    /// open.
+    /// From the face's centre to the centroid of the open part of that volume (m); zero where nothing is open.
     pub open: Vector3<f64>,
 }
 
@@ -58,7 +57,7 @@ pub fn cuts<const D: usize>(grid: &Grid<D>, axis: usize, centre: &Vector3<f64>, 
                 continue;
             }
             let (section, centroid) = section(grid, axis, &middle, radius);
-            let open = open_centroid::<D>(axis, &middle, &half, radius, covered);
+            let open = open_centroid::<D>(&middle, &half, radius, covered);
             let face = (0..D).map(|a| (at[a] - grid.start[a] + grid.ghosts) * grid.stride[a]).sum();
             let covered = if covered > 1.0 - LEAST { 1.0 } else { covered };
             cuts.push(Cut { face, covered, lever: section * centroid, open });
@@ -66,10 +65,9 @@ pub fn cuts<const D: usize>(grid: &Grid<D>, axis: usize, centre: &Vector3<f64>, 
     }
 }
 
-/// Where the open part of the volume about a face has its centroid, along the face and from its centre (m); `middle` is
-/// that centre's place from the particle's and `half` the volume's half edges.
+/// Where the open part of the volume about a face has its centroid, from the face's centre (m); `middle` is that centre's
+/// place from the particle's and `half` the volume's half edges.
 fn open_centroid<const D: usize>(
-    axis: usize,
     middle: &Vector3<f64>,
     half: &Vector3<f64>,
     radius: f64,
@@ -82,7 +80,7 @@ fn open_centroid<const D: usize>(
     let whole: f64 = (0..D).map(|a| 2.0 * half[a]).product();
     let edge = |a: usize| [low[a], high[a]];
     Vector3::from_fn(|a, _| {
-        if a == axis || a >= D {
+        if a >= D {
             return 0.0;
         }
         let moment = if D == 3 {

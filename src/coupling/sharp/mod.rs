@@ -2,7 +2,7 @@
 //! the profile beside it. Nothing is relaxed, so that the time step does not enter.
 //!
 //! With `H = 1 - m` the open part of a face (m the covered one), `U_b = V + omega x r` a body's motion, `a = -grad p/rho`
-//! on faces and `I` the mean of two cells, moved to the centroid of the face's open part by the tangential derivative:
+//! on faces and `I` the mean of two cells, moved to the centroid of the open part by the derivatives:
 //!
 //! ```text
 //!   faces      q  = I(u*) + (1 - chi) (q^n - I(u^n)) + dt a,   U = H q + m U_b.n,   chi = min(1, dt U_max/(0.4 h))
@@ -113,7 +113,7 @@ pub struct Sharp<const D: usize> {
 pub fn reach<const D: usize>(h: &[f64; D]) -> (f64, usize) {
     let least = h.iter().copied().fold(f64::INFINITY, f64::min);
     let most = h.iter().copied().fold(0.0, f64::max).min(2.0 * least);
-    (most, 2 + (4.0 * most / least - 1e-9).ceil() as usize)
+    (most, 2 + ((skin::DEPTH + skin::PROFILE[1]) * most / least - 1e-9).ceil() as usize)
 }
 
 impl<const D: usize> Sharp<D> {
@@ -432,12 +432,14 @@ impl<const D: usize> Sharp<D> {
     }
 }
 
-/// What the tangential derivatives add to the mean of the two cells at a face when it is moved to its open part.
+/// What the derivatives add to the mean of the two cells at a face when it is moved to the centroid of its open part.
 fn to_open_part<const D: usize>(grid: &Grid<D>, axis: usize, face: usize, open: &Vector3<f64>, q: &[f64]) -> f64 {
     let s = grid.stride[axis];
-    let along = (0..D).filter(|a| *a != axis);
-    let parts = along.map(|a| {
+    let parts = (0..D).map(|a| {
         let t = grid.stride[a];
+        if a == axis {
+            return open[a] * (q[face] - q[face - s]) / grid.h[a];
+        }
         open[a] * (q[face + t] - q[face - t] + q[face - s + t] - q[face - s - t]) / (4.0 * grid.h[a])
     });
     parts.sum()

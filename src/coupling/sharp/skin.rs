@@ -17,10 +17,11 @@ use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-/// Depth to which the profile is continued into a body, in spacings; deeper, the body's own motion stands.
-const DEPTH: f64 = 2.0;
+/// Depth to which the profile is continued into a body, in spacings, as deep as the advection of cells beside the wall
+/// reaches; deeper, the body's own motion stands.
+pub(super) const DEPTH: f64 = 2.5;
 /// Probes of the imposed profile, in spacings from the wall.
-const PROFILE: [f64; 2] = [1.0, 2.0];
+pub(super) const PROFILE: [f64; 2] = [1.0, 2.0];
 /// Gap, in spacings, below which the grid resolves no profile in it.
 const UNRESOLVED: f64 = 1.25;
 /// What the continued profile may reach, of the velocity at the first probe, where the layer is just resolved.
@@ -152,7 +153,7 @@ impl<const D: usize> Skin<D> {
                     if weight == 0.0 {
                         continue;
                     }
-                } else if s >= -DEPTH * around.h {
+                } else if s > -body.radius.min(DEPTH * around.h) {
                     trace = Some(self.profile(around, k, &image, &arm, s));
                 }
                 self.inside.push(Inside { cell, arm, trace, weight, fresh });
