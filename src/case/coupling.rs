@@ -35,9 +35,9 @@ pub struct Coupling {
 #[serde(rename_all = "snake_case")]
 pub enum WallRule {
     /// Where it is: open parts of faces in the pressure equation, the profile of the flow continued into the particle.
+    #[default]
     Sharp,
     /// By mixing its motion into every cell that it touches, (27).
-    #[default]
     Mixing,
 }
 
