@@ -39,6 +39,9 @@ pub(super) fn validate(case: &Case) -> Check {
     not_negative("initial.perturbation", case.initial.perturbation.unwrap_or(0.0), "m/s")?;
     let planar = dimension == 2 || case.coupling.fraction != FractionRule::Polygon;
     ensure!(planar, "coupling.fraction", "polygon is for discs in 2D only; in 3D choose \"exact\"");
+    if case.coupling.wall == WallRule::Sharp {
+        mixing_only(&case.coupling)?;
+    }
     time(case)?;
     let Pressure { divergence_limit, tightening, max_iterations, .. } = case.pressure;
     positive("pressure.divergence_limit", divergence_limit, "1/s")?;
@@ -47,6 +50,28 @@ pub(super) fn validate(case: &Case) -> Check {
     ensure!(max_iterations >= 1, "pressure.max_iterations", "must be at least 1");
     cadence("output.particles", &case.output.particles)?;
     case.output.fields.as_ref().map_or(Ok(()), |fields| cadence("output.fields", fields))
+}
+
+/// Choices of the mixing say nothing of sharp walls.
+fn mixing_only(chosen: &Coupling) -> Check {
+    let plain = Coupling::default();
+    let keys = [
+        ("fraction", chosen.fraction == plain.fraction),
+        ("force", chosen.force == plain.force),
+        ("rotation", chosen.rotation == plain.rotation),
+        ("mix_pressure", chosen.mix_pressure == plain.mix_pressure),
+        ("buoyancy", chosen.buoyancy == plain.buoyancy),
+        ("gradient", chosen.gradient == plain.gradient),
+    ];
+    for (key, left_alone) in keys {
+        let place = format!("coupling.{key}");
+        ensure!(
+            left_alone,
+            place,
+            "this is a choice of the paper's mixing: leave it out, or add coupling.wall = \"mixing\""
+        );
+    }
+    Ok(())
 }
 
 /// Two bodies do not touch on both sides across a period: a contact knows the nearest image alone.
@@ -280,7 +305,12 @@ mod tests {
         assert_eq!(refusal(3, &spun("[0, 0, 1.0]")), None);
         assert_eq!(refusal(3, &spun("1.0")).unwrap().0, "particle.0.motion.prescribed.spin");
         assert_eq!(refusal(2, &spun("1.0")).unwrap().0, "particle.0.shape");
-        assert_eq!(refusal(3, "coupling.fraction = \"polygon\"").unwrap().0, "coupling.fraction");
+        assert_eq!(
+            refusal(3, "coupling = { wall = \"mixing\", fraction = \"polygon\" }").unwrap().0,
+            "coupling.fraction"
+        );
+        assert_eq!(refusal(2, "coupling.mix_pressure = true").unwrap().0, "coupling.mix_pressure");
+        assert!(refusal(2, "coupling = { wall = \"mixing\", mix_pressure = true }").is_none());
         assert_eq!(refusal(3, "initial.velocity = [1.0, 0.0]").unwrap().0, "initial.velocity");
     }
 

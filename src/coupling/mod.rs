@@ -1,11 +1,13 @@
 //! Where fluid and particles meet, one of two ways: [`mixing`], as the paper prints it, and [`sharp`].
 
+mod meeting;
 pub mod mixing;
 pub mod sharp;
 
 use crate::grid::VectorField;
 use crate::solids::contact::Contacts;
 use crate::solids::{Body, Overlap};
+use meeting::refuse_meetings;
 use mixing::Mixing;
 use nalgebra::Vector3;
 use sharp::Sharp;

@@ -110,6 +110,10 @@ impl Modes {
         state.weights.clear();
         state.weights.extend_from_slice(weights);
         state.entries.clear();
+        // Bodies that move cut now more cells, now fewer.
+        if state.entries.capacity() < entries.len() {
+            state.entries.reserve(2 * entries.len());
+        }
         state.entries.extend_from_slice(entries);
         state.sums.resize(weights.len(), 0.0);
         Ok(())

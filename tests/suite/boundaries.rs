@@ -82,7 +82,7 @@ fn a_vortex_leaves_through_the_outflow_without_reflection() {
 #[test]
 fn what_the_mixing_takes_is_all_that_a_periodic_flow_loses() {
     let petsc = petsc();
-    let body = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.43, 0.52]\nmotion = \"fixed\"\n\
+    let body = "[coupling]\nwall = \"mixing\"\n[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.43, 0.52]\nmotion = \"fixed\"\n\
                 [[particle]]\nshape = { disc = { diameter = 0.2 } }\nposition = [0.95, 0.98]\n\
                 motion = { prescribed = { velocity = [0.3, 0.1], spin = 2.0 } }\n\
                 [initial]\nvelocity = [1.0, 0.2]\n[pressure]\ndivergence_limit = 1.0e-9";

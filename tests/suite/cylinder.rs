@@ -49,10 +49,19 @@ fn control_volume_drag(out: &Path, viscosity: f64) -> f64 {
 #[test]
 fn the_momentum_force_is_that_of_a_control_volume() {
     let dir = tempfile::tempdir().unwrap();
-    for (re, cells, allowed) in [(20.0, "[160,64]", 0.04), (40.0, "[160,64]", 0.04), (40.0, "[320,128]", 0.01)] {
-        let out = dir.path().join(format!("{re}{cells}"));
-        let set = format!("domain.cells={cells}");
-        section3(&out, re, &["--set", &set, "--set", "time.end=20.0", "--set", "initial.perturbation=0.0"]);
+    for (re, cells, wall, allowed) in [
+        (20.0, "[160,64]", "mixing", 0.04),
+        (40.0, "[160,64]", "mixing", 0.04),
+        (40.0, "[320,128]", "mixing", 0.01),
+        (40.0, "[160,64]", "sharp", 0.005),
+    ] {
+        let out = dir.path().join(format!("{re}{cells}{wall}"));
+        let (set, wall_set) = (format!("domain.cells={cells}"), format!("coupling.wall=\"{wall}\""));
+        section3(
+            &out,
+            re,
+            &["--set", &set, "--set", &wall_set, "--set", "time.end=20.0", "--set", "initial.perturbation=0.0"],
+        );
         let rows = columns(&out.join("particles.csv"));
         let force = *rows["momentum_fx"].last().unwrap();
         let balance = control_volume_drag(&out, DENSITY * SPEED * DIAMETER / re);
@@ -63,7 +72,7 @@ fn the_momentum_force_is_that_of_a_control_volume() {
         assert!((force / balance - 1.0).abs() < allowed, "Re {re} {cells}: {force} against {balance}");
         let literal =
             ["pressure_fx", "viscous_fx", "convective_fx"].map(|n| *rows[n].last().unwrap()).iter().sum::<f64>();
-        assert!(literal < force, "(19) as printed misses a part: {literal} of {force}");
+        assert!(wall == "sharp" || literal < force, "(19) as printed misses a part: {literal} of {force}");
     }
 }
 
@@ -79,8 +88,10 @@ fn the_wake_is_steady_at_re_40_and_sheds_at_re_100_with_the_strouhal_number_of_t
         if re < 50.0 {
             assert_eq!(strouhal, None, "Re {re} is steady");
         } else {
-            assert!((strouhal.unwrap() / expected - 1.0).abs() < 0.06, "Re {re}: {strouhal:?} against {expected}");
+            assert!((strouhal.unwrap() / expected - 1.0).abs() < 0.02, "Re {re}: {strouhal:?} against {expected}");
         }
+        let (drag, expected) = (summary["measures"]["drag_coefficient"].as_f64().unwrap(), reference["cd"][row]);
+        assert!((drag / expected - 1.0).abs() < 0.025, "Re {re}: Cd {drag} against {expected}");
     }
 }
 

@@ -149,7 +149,7 @@ fn a_limit_below_rounding_ends_the_run_and_names_the_last_good_state() {
 fn a_fixed_step_that_the_flow_outgrows_stops_the_run_with_the_limit_and_keeps_its_state() {
     let dir = tempfile::tempdir().unwrap();
     let more = "[initial]\nvelocity = [0.0, 0.0]\n[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.6, 0.5]\n\
-                motion = \"fixed\"\n[time]\nend = 1.0\nstep = 0.0155";
+                motion = \"fixed\"\n[coupling]\nwall = \"mixing\"\n[time]\nend = 1.0\nstep = 0.0155";
     let case = write(dir.path(), &box_case([2.0, 1.0], [64, 32], 0.001, STREAM, more));
     let out = dir.path().join("run");
     let output = mics(&["run", case.to_str().unwrap(), "--out", out.to_str().unwrap()]);

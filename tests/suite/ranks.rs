@@ -78,7 +78,7 @@ fn in_two_dimensions_periodic_with_a_polygon_that_crosses_ranks_and_the_border()
         "name = \"r\"\n[domain]\nsize = [1.0, 1.0]\ncells = [24, 24]\n[fluid]\ndensity = 1.0\nviscosity = 0.01\n[boundary]\n\
          west = \"periodic\"\neast = \"periodic\"\nsouth = \"periodic\"\nnorth = \"periodic\"\n\
          [[particle]]\n{DISC}\nposition = [0.9, 0.45]\ndensity = 2.65\nviscosity = 0.0\n\
-         motion = {{ prescribed = {{ velocity = [1.0, 0.3], spin = 3.0 }} }}\n[coupling]\nfraction = \"polygon\"\n\
+         motion = {{ prescribed = {{ velocity = [1.0, 0.3], spin = 3.0 }} }}\n[coupling]\nwall = \"mixing\"\nfraction = \"polygon\"\n\
          [time]\nend = 0.3\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9"
     ));
 }
@@ -86,7 +86,7 @@ fn in_two_dimensions_periodic_with_a_polygon_that_crosses_ranks_and_the_border()
 #[test]
 fn in_three_dimensions_with_inflow_and_outflow() {
     expect_the_same(
-        "name = \"r\"\n[domain]\nsize = [1.5, 1.0, 1.0]\ncells = [18, 12, 12]\n[fluid]\ndensity = 1.0\nviscosity = 0.02\n\
+        "name = \"r\"\n[domain]\nsize = [1.5, 1.0, 1.0]\ncells = [24, 16, 16]\n[fluid]\ndensity = 1.0\nviscosity = 0.02\n\
          [boundary]\nwest = { inflow = [1.0, 0.0, 0.0] }\neast = \"outflow\"\nsouth = \"wall\"\nnorth = \"slip\"\n\
          bottom = \"wall\"\ntop = \"slip\"\n[[particle]]\nshape = { sphere = { diameter = 0.4 } }\n\
          position = [0.72, 0.5, 0.55]\nmotion = \"fixed\"\n[time]\nend = 0.2\nstep = 0.01\n\
@@ -97,7 +97,7 @@ fn in_three_dimensions_with_inflow_and_outflow() {
 #[test]
 fn in_three_dimensions_periodic_with_a_sphere_that_crosses_ranks_and_the_border() {
     expect_the_same(
-        "name = \"r\"\n[domain]\nsize = [1.0, 1.0, 1.0]\ncells = [12, 14, 12]\n[fluid]\ndensity = 1.0\nviscosity = 0.02\n\
+        "name = \"r\"\n[domain]\nsize = [1.0, 1.0, 1.0]\ncells = [16, 16, 16]\n[fluid]\ndensity = 1.0\nviscosity = 0.02\n\
          [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"periodic\"\nnorth = \"periodic\"\n\
          bottom = \"periodic\"\ntop = \"periodic\"\n[[particle]]\nshape = { sphere = { diameter = 0.4 } }\n\
          position = [0.5, 0.9, 0.1]\ndensity = 10.0\nmotion = { prescribed = { velocity = [0.5, 1.0, -0.8], spin = [0.0, 1.0, 2.0] } }\n\

@@ -3,11 +3,11 @@
 
 use super::rigid::{self, Moments};
 use super::{Driver, Mixing};
-use crate::coupling::{Exchange, vector};
+use crate::Result;
+use crate::coupling::{Exchange, refuse_meetings, vector};
 use crate::grid::{Coefficient, Grid, VectorField};
 use crate::solids::contact::{Impulse, Push};
 use crate::solids::{Body, Freedom, nearest_image};
-use crate::{Error, Result};
 use nalgebra::Vector3;
 
 /// What a particle's step starts from.
@@ -140,10 +140,7 @@ impl<const D: usize> Mixing<D> {
             departure.shift = nearest_image(&departure.centre, &body.centre, &self.periods);
         }
         self.find_overlaps(grid, Body::moves);
-        // What is held on both sides no contact can stop.
-        let lawless = |b: &Body| b.moves() && (self.contacts.is_none() || b.freedom().is_none());
-        let movers = self.bodies.iter().enumerate().filter(|(_, b)| lawless(b));
-        movers.map(|(k, _)| k).try_for_each(|k| self.refuse_meeting(grid, k))?;
+        refuse_meetings(grid, &self.bodies, self.contacts.is_some(), &self.periods)?;
         Ok(substeps)
     }
 
@@ -253,37 +250,6 @@ impl<const D: usize> Mixing<D> {
             moments.momentum = freedom.along(&impulse.linear);
             moments.spin = freedom.about(&impulse.angular);
             self.struck[k] = moments.rigid_motion(&freedom, none);
-        }
-        Ok(())
-    }
-
-    /// A cell holds no more solid than its volume, and a wall is where the box ends: without a law of contact nothing
-    /// says what happens there.
-    fn refuse_meeting(&self, grid: &Grid<D>, mover: usize) -> Result<()> {
-        let body = &self.bodies[mover];
-        let cure = match body.freedom() {
-            Some(_) => "give the case a [contact] table, or end the run before",
-            None => "it moves as prescribed: end the run before, or change its motion",
-        };
-        for (a, axis) in ["x", "y", "z"].into_iter().enumerate().take(D).filter(|(a, _)| !grid.periodic[*a]) {
-            let inside = body.radius * (1.0 - 1e-9)..=grid.size[a] - body.radius * (1.0 - 1e-9);
-            if !inside.contains(&body.centre[a]) {
-                return Err(Error::Run(format!(
-                    "particle {mover} has reached the border of the box along {axis} (its centre is at {:.6} m); {cure}",
-                    body.centre[a]
-                )));
-            }
-        }
-        let lawless = |b: &Body| self.contacts.is_none() || b.freedom().is_none();
-        for (k, other) in self.bodies.iter().enumerate().filter(|(k, b)| *k != mover && lawless(b)) {
-            let apart = nearest_image(&body.centre, &other.centre, &self.periods);
-            let reach = (body.radius + other.radius) * (1.0 - 1e-9);
-            if apart.norm_squared() < reach * reach {
-                return Err(Error::Run(format!(
-                    "particle {mover} has run into particle {k} (their centres are {:.6} m apart); {cure}",
-                    apart.norm()
-                )));
-            }
         }
         Ok(())
     }

@@ -128,9 +128,15 @@ impl<const D: usize> Sharp<D> {
         fluid_viscosity: f64,
     ) -> Sharp<D> {
         let (n, h) = (bodies.len(), reach(&grid.h).0);
+        let skins: Vec<_> = bodies.iter().map(|b| Skin::new(grid, b.radius, h)).collect();
+        let faces = skins.iter().map(|s| s.cuts[0].capacity()).sum();
         Sharp {
-            skins: (0..n).map(|_| Skin::default()).collect(),
-            near: vec![Vec::new(); n],
+            values: Vec::with_capacity(skins.iter().map(|s| s.inside.capacity()).sum()),
+            covered: std::array::from_fn(|_| Vec::with_capacity(faces)),
+            entries: Vec::with_capacity(2 * D * faces),
+            weights: Vec::with_capacity(n * D),
+            skins,
+            near: (0..n).map(|_| Vec::with_capacity(16)).collect(),
             had_near: vec![false; n],
             rides: vec![Ride::default(); n],
             exchange: vec![Exchange::default(); n],
@@ -142,13 +148,9 @@ impl<const D: usize> Sharp<D> {
             fluid_density,
             fluid_viscosity,
             gravity,
-            values: Vec::new(),
             memory: grid.vector_field(),
-            covered: std::array::from_fn(|_| Vec::new()),
             chi: 1.0,
             courant: 0.0,
-            weights: Vec::new(),
-            entries: Vec::new(),
             buffer: vec![0.0; n * NUMBERS],
             session: session.clone(),
             bodies,

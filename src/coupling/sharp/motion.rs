@@ -2,6 +2,7 @@
 
 use super::{NUMBERS, Sharp};
 use crate::Result;
+use crate::coupling::refuse_meetings;
 use crate::fluid::faces::FaceCoefficient;
 use crate::fluid::pressure::Rider;
 use crate::grid::{Boundaries, Grid, VectorField};
@@ -52,6 +53,7 @@ impl<const D: usize> Sharp<D> {
                 0
             }
         };
+        refuse_meetings(grid, &self.bodies, self.contacts.is_some(), &self.periods)?;
         for (ride, body) in self.rides.iter_mut().zip(&self.bodies) {
             ride.expected = (body.velocity, body.spin);
         }

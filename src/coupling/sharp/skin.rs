@@ -110,20 +110,21 @@ pub struct Surroundings<'a, const D: usize> {
     pub h: f64,
 }
 
-impl<const D: usize> Default for Skin<D> {
-    fn default() -> Self {
+impl<const D: usize> Skin<D> {
+    /// A skin with room for all that a body of `radius` (m) can touch, its probes counting in spacings of `h` (m).
+    pub fn new(grid: &Grid<D>, radius: f64, h: f64) -> Skin<D> {
+        let cells = |beyond: f64| fraction::most_cells(grid, radius + beyond * h);
+        let (inside, points) = (cells(UNRESOLVED), surface_points::<D>(radius, h).0);
         Skin {
-            cuts: std::array::from_fn(|_| Vec::new()),
-            solid: Vec::new(),
-            owns: Vec::new(),
-            inside: Vec::new(),
-            points: Vec::new(),
-            probes: Vec::new(),
+            cuts: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
+            solid: Vec::with_capacity(cells(0.0)),
+            owns: Vec::with_capacity(cells(0.0)),
+            inside: Vec::with_capacity(inside),
+            points: Vec::with_capacity(points),
+            probes: Vec::with_capacity(2 * inside + 4 * points),
         }
     }
-}
 
-impl<const D: usize> Skin<D> {
     /// Finds the faces and cells of the body `k`; `shift` is how far it has moved since the last time (m).
     pub fn rebuild(&mut self, around: &Surroundings<D>, k: usize, shift: &Vector3<f64>) {
         let (grid, body) = (around.grid, &around.bodies[k]);
@@ -227,9 +228,7 @@ impl<const D: usize> Skin<D> {
         self.points.clear();
         let (grid, body, h) = (around.grid, &around.bodies[k], around.h);
         let r = body.radius;
-        let count =
-            if D == 2 { 4 * (TAU * r / h).ceil() as usize } else { (4.0 * 4.0 * PI * r * r / (h * h)).ceil() as usize };
-        let area = if D == 2 { TAU * r } else { 4.0 * PI * r * r } / count as f64;
+        let (count, area) = surface_points::<D>(r, h);
         // On a sphere, a spiral of equal areas.
         let golden = PI * (3.0 - 5.0f64.sqrt());
         for i in 0..count {
@@ -288,6 +287,14 @@ impl<const D: usize> Skin<D> {
         };
         sum + trace.across * (other - body.velocity_at(&trace.foot))
     }
+}
+
+/// Points on the surface of a disc or sphere of `radius` (m) for spacings of `h` (m), and the area of each (m2; m per metre
+/// of depth).
+fn surface_points<const D: usize>(radius: f64, h: f64) -> (usize, f64) {
+    let area = if D == 2 { TAU * radius } else { 4.0 * PI * radius * radius };
+    let count = 4 * (area / h.powi(D as i32 - 1)).ceil() as usize;
+    (count, area / count as f64)
 }
 
 /// How much of each form of the profile holds at a gap; they sum to one.
