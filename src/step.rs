@@ -1,4 +1,4 @@
-//! The method: one step of MICS, in the order of the paper, and the same with sharp walls ([`sharp`]).
+//! The method: one step of MICS, in the order of the paper, and the same with sharp walls (`sharp`).
 
 mod sharp;
 
