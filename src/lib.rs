@@ -1,7 +1,8 @@
 //! `mics`: particle-laden incompressible flow with every particle resolved by the grid.
 //!
 //! The method is MICS (Ushijima et al. 2003): fluid and particles are one mixture on a collocated Cartesian grid, in two
-//! or three dimensions. Equation numbers are the paper's. With the fraction `alpha_k` of a cell inside particle k:
+//! or three dimensions. Equation numbers are the paper's. Two couplings share it: [`coupling::sharp`], the default, has its
+//! formulas in its own module; [`coupling::mixing`], the paper's, is this. With the fraction `alpha_k` of a cell inside particle k:
 //!
 //! ```text
 //! (1)      rho = rho_f + sum_k alpha_k (rho_k - rho_f)                               mixture; viscosity alike
@@ -17,7 +18,7 @@
 //!          sum rho alpha_k (v_k - u_f) dV + b_k = 0                                  motion by momentum, of free ones
 //! ```
 //!
-//! The last line is where this code leaves the paper by default: [`coupling`] derives it. The momentum of everything in
+//! The last line is where this code leaves the paper: [`coupling::mixing`] derives it. The momentum of everything in
 //! the box is then kept to rounding, at any ratio of densities, and [`audit`] watches it.
 //!
 //! The step is one function, [`scene::Scene::step`] in [`step`]. The modules, in the order of their arrows:

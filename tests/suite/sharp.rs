@@ -1,6 +1,6 @@
 //! Sharp walls: where they are, and what they do to particles.
 
-use crate::support::{PERIODIC, box_case, petsc};
+use crate::support::{PERIODIC, box_case, columns, petsc, run};
 use mics::scene::Scene;
 
 const WALLS: [&str; 4] = ["\"wall\"", "\"wall\"", "\"wall\"", "\"wall\""];
@@ -129,5 +129,37 @@ fn the_torque_on_a_disc_that_is_spun_up_is_that_of_the_exact_swirl() {
         let exact = torque_of_a_spun_up_cylinder(1.0);
         println!("N = {n}: torque {torque:.4}, exact {exact:.4}, {:+.2} %", 100.0 * (torque / exact - 1.0));
         assert!((torque / exact - 1.0).abs() < allowed, "N = {n}: {torque} against {exact}");
+    }
+}
+
+/// The preset's numbers as they were before there were sharp walls: they are the paper's, and stay.
+#[test]
+fn the_paper_s_preset_gives_what_it_gave_before() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = dir.path().join("case.toml");
+    let more = "[initial]\n".to_string()
+        + &disc(0.3, [0.61, 0.52], 1.0, "motion = \"fixed\"")
+        + &disc(0.25, [1.23, 0.47], 2.65, "")
+        + "[contact]\nnormal_stiffness = 1.0e3\n[time]\nend = 0.2\nstep = 0.004\n[pressure]\ndivergence_limit = 1.0e-9";
+    let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"wall\"", "\"slip\""];
+    let text = box_case([2.0, 1.0], [48, 24], 0.01, sides, &more)
+        .replace("viscosity", "gravity = [0.0, -1.0]\nviscosity")
+        .replace("name = \"test\"", "name = \"test\"\npreset = \"mics-2003\"");
+    std::fs::write(&case, text).unwrap();
+    let out = dir.path().join("out");
+    run(&case, &out, &["--set", "output.figures=false"]);
+    let rows = columns(&out.join("particles.csv"));
+    let last = |name: &str, particle: usize| rows[name][rows[name].len() - 2 + particle];
+    for (name, particle, before) in [
+        ("fluid_fx", 0, 0.448753682597675),
+        ("fluid_fy", 0, 0.037243390863472725),
+        ("x", 1, 1.2901345361279808),
+        ("y", 1, 0.46251086939916075),
+        ("vx", 1, 0.4110069103802432),
+        ("vy", 1, -0.07442433308183229),
+        ("wz", 1, 0.07299319783410899),
+    ] {
+        let now = last(name, particle);
+        assert!((now - before).abs() < 1e-6 * before.abs().max(0.1), "{name} of {particle}: {now}, was {before}");
     }
 }
