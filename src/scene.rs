@@ -403,13 +403,14 @@ impl<const D: usize> Scene<D> {
         let field = |c: &Coefficient| matches!(c, Coefficient::Field(_));
         let moves = particles.is_some_and(Coupling::moves);
         let varies = field(&self.density);
+        let sharp = matches!(particles, Some(Coupling::Sharp(_)));
         let flies = particles.is_some_and(Coupling::flies);
         let touches = particles.is_some_and(|c| c.contacts().is_some());
         let why = |yes: bool, if_yes: &str, if_no: &str| (if yes { if_yes } else { if_no }).to_owned();
         let inviscid = matches!(self.viscosity, Coefficient::Uniform(0.0));
         vec![
             (
-                "fractions, mixing, force",
+                if sharp { "fractions, sharp walls, force" } else { "fractions, mixing, force" },
                 particles.is_some(),
                 why(particles.is_some(), "there are particles", "no particles"),
             ),
@@ -438,17 +439,21 @@ impl<const D: usize> Scene<D> {
                 ),
             ),
             (
-                "density on every face",
-                varies,
-                why(varies, "a particle's density differs from the fluid's", "one density everywhere"),
+                "coefficient on every face",
+                varies || sharp,
+                if sharp {
+                    "faces are open as far as particles leave them".into()
+                } else {
+                    why(varies, "a particle's density differs from the fluid's", "one density everywhere")
+                },
             ),
             (
                 "pressure matrix at every step",
-                varies && moves,
+                (varies || sharp) && moves,
                 why(
-                    varies && moves,
-                    "the density moves",
-                    "the density stays: operator and preconditioner are built once",
+                    (varies || sharp) && moves,
+                    "a particle moves",
+                    "the coefficients stay: operator and preconditioner are built once",
                 ),
             ),
             ("diffusion", !inviscid, why(!inviscid, "viscosity is positive", "inviscid")),
