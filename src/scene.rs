@@ -403,6 +403,7 @@ impl<const D: usize> Scene<D> {
         let field = |c: &Coefficient| matches!(c, Coefficient::Field(_));
         let moves = particles.is_some_and(Coupling::moves);
         let varies = field(&self.density);
+        let falls = particles.is_some_and(|c| c.largest_fall() > 0.0);
         let sharp = matches!(particles, Some(Coupling::Sharp(_)));
         let flies = particles.is_some_and(Coupling::flies);
         let touches = particles.is_some_and(|c| c.contacts().is_some());
@@ -431,9 +432,9 @@ impl<const D: usize> Scene<D> {
             ),
             (
                 "gravity",
-                self.gravity.is_some(),
+                falls,
                 why(
-                    self.gravity.is_some(),
+                    falls,
                     "free particles of another density than the fluid's",
                     "held particles carry their own weight; the fluid's is in the pressure",
                 ),

@@ -44,7 +44,7 @@ fn default_options(session: &Session, dimension: usize) -> Result<()> {
     session.default_option("-ksp_max_it", "500")?;
     // The side on which, or the norm in which, each method tests the true residual.
     match session.option("-ksp_type")?.as_deref() {
-        Some("bcgs" | "bcgsl" | "fbcgs" | "fbcgsr" | "gmres" | "fgmres" | "lgmres" | "gcr" | "tfqmr") => {
+        Some("bcgs" | "fbcgs" | "fbcgsr" | "gmres" | "fgmres" | "lgmres" | "gcr" | "tfqmr") => {
             session.default_option("-ksp_pc_side", "right")?
         }
         Some("cg" | "pipecg" | "groppcg" | "fcg" | "cr" | "minres") => {
