@@ -11,7 +11,7 @@
 //! [`laplacian`], uniform viscosity: for a divergence-free velocity the transposed part vanishes, which leaves
 //! `nu sum_a (q(c-1) - 2 q(c) + q(c+1))/h_a^2`, stable for `dt nu sum_a 2/h_a^2 <= 1`.
 
-use crate::grid::{Coefficient, Grid, VectorField};
+use crate::grid::{Coefficient, Grid, VectorField, wide};
 
 /// Adds `weight (mu/rho) laplacian(q)` to `rate`; `mu` in Pa s, `density` in kg/m3.
 pub fn laplacian<const D: usize>(
@@ -22,28 +22,56 @@ pub fn laplacian<const D: usize>(
     weight: f64,
     rate: &mut [f64],
 ) {
-    let inverse_h2: [f64; D] = std::array::from_fn(|a| 1.0 / (grid.h[a] * grid.h[a]));
-    let middle = 2.0 * inverse_h2.iter().sum::<f64>();
-    for row in grid.rows() {
-        let (first, len) = (row.start, row.len());
-        let low: [&[f64]; D] = std::array::from_fn(|a| &q[first - grid.stride[a]..][..len]);
-        let high: [&[f64]; D] = std::array::from_fn(|a| &q[first + grid.stride[a]..][..len]);
-        let (here, out) = (&q[row.clone()], &mut rate[row.clone()]);
-        let value = |i: usize| (0..D).fold(-middle * here[i], |sum, a| sum + inverse_h2[a] * (low[a][i] + high[a][i]));
-        match density {
-            Coefficient::Uniform(rho) => {
-                let factor = weight * mu / rho;
-                for (i, r) in out.iter_mut().enumerate() {
-                    *r += factor * value(i);
+    let (inverse_h2, middle) = weights(grid);
+    wide(
+        #[inline(always)]
+        || {
+            for row in grid.rows() {
+                match density {
+                    Coefficient::Uniform(rho) => {
+                        add_laplacian(grid, weight * mu / rho, q, row.start, &mut rate[row.clone()])
+                    }
+                    Coefficient::Field(rho) => {
+                        let value = laplacian_at(grid, &inverse_h2, middle, q, row.start);
+                        for ((i, r), rho) in rate[row.clone()].iter_mut().enumerate().zip(&rho[row]) {
+                            *r += weight * mu / rho * value(i);
+                        }
+                    }
                 }
             }
-            Coefficient::Field(rho) => {
-                for ((i, r), rho) in out.iter_mut().enumerate().zip(&rho[row]) {
-                    *r += weight * mu / rho * value(i);
-                }
-            }
-        }
+        },
+    );
+}
+
+/// Adds `factor laplacian(q)` to the rates of a row whose first cell is `first`.
+#[inline(always)]
+pub(super) fn add_laplacian<const D: usize>(grid: &Grid<D>, factor: f64, q: &[f64], first: usize, rate: &mut [f64]) {
+    let (inverse_h2, middle) = weights(grid);
+    let value = laplacian_at(grid, &inverse_h2, middle, &q[..], first);
+    for (i, r) in rate.iter_mut().enumerate() {
+        *r += factor * value(i);
     }
+}
+
+fn weights<const D: usize>(grid: &Grid<D>) -> ([f64; D], f64) {
+    let inverse_h2: [f64; D] = std::array::from_fn(|a| 1.0 / (grid.h[a] * grid.h[a]));
+    (inverse_h2, 2.0 * inverse_h2.iter().sum::<f64>())
+}
+
+/// The Laplacian in the `i`-th cell of a row.
+#[inline(always)]
+fn laplacian_at<const D: usize>(
+    grid: &Grid<D>,
+    inverse_h2: &[f64; D],
+    middle: f64,
+    q: &[f64],
+    first: usize,
+) -> impl Fn(usize) -> f64 {
+    let len = grid.local[0];
+    let low: [&[f64]; D] = std::array::from_fn(|a| &q[first - grid.stride[a]..][..len]);
+    let high: [&[f64]; D] = std::array::from_fn(|a| &q[first + grid.stride[a]..][..len]);
+    let here = &q[first..][..len];
+    move |i| (0..D).fold(-middle * here[i], |sum, a| sum + inverse_h2[a] * (low[a][i] + high[a][i]))
 }
 
 /// Adds `weight (1/rho) div(mu (grad u + grad u^T))`, its component `i`, to `rate`; `mu` (Pa s) with ghosts filled.

@@ -28,6 +28,8 @@ struct Axis {
     inner: usize,
     local: usize,
     ghosts: usize,
+    /// Layers that an exchange fills.
+    layers: usize,
     neighbours: [Option<usize>; 2],
 }
 
@@ -43,6 +45,7 @@ impl Halo {
                 inner,
                 local: layout.local[a],
                 ghosts: layout.ghosts,
+                layers: layout.ghosts,
                 neighbours: layout.neighbours[a],
             }
         });
@@ -51,9 +54,10 @@ impl Halo {
         Halo { session: session.clone(), axes, send: vec![0.0; buffer], receive: vec![0.0; buffer] }
     }
 
-    /// Fills the ghosts on both sides of `axis` where a neighbour owns them. Collective.
-    pub fn exchange(&mut self, axis: usize, field: &mut [f64]) -> Result<()> {
-        let a = self.axes[axis];
+    /// Fills the first `layers` of ghosts on both sides of `axis` where a neighbour owns them. Collective, with the same
+    /// number on all ranks.
+    pub fn exchange(&mut self, axis: usize, layers: usize, field: &mut [f64]) -> Result<()> {
+        let a = Axis { layers, ..self.axes[axis] };
         match a.neighbours {
             [None, None] => return Ok(()),
             [Some(low), Some(high)] if low == self.session.rank() && high == low => {
@@ -63,8 +67,8 @@ impl Halo {
             _ => {}
         }
         // Downwards: my first owned layers become the ghosts above my lower neighbour; then upwards.
-        for (to, from, source, target) in [(0, 1, a.ghosts, a.ghosts + a.local), (1, 0, a.local, 0)] {
-            let n = a.outer * a.inner * a.ghosts;
+        for (to, from, source, target) in [(0, 1, a.ghosts, a.ghosts + a.local), (1, 0, a.ghosts + a.local - layers, a.ghosts - layers)] {
+            let n = a.outer * a.inner * layers;
             if a.neighbours[to].is_some() {
                 a.copy_out(source, field, &mut self.send);
             }
@@ -103,17 +107,17 @@ impl Halo {
 impl Axis {
     fn slab(&self, block: usize, layer: usize) -> std::ops::Range<usize> {
         let at = (block * self.stored + layer) * self.inner;
-        at..at + self.ghosts * self.inner
+        at..at + self.layers * self.inner
     }
 
     fn copy_out(&self, layer: usize, field: &[f64], buffer: &mut [f64]) {
-        for (block, part) in buffer.chunks_exact_mut(self.ghosts * self.inner).take(self.outer).enumerate() {
+        for (block, part) in buffer.chunks_exact_mut(self.layers * self.inner).take(self.outer).enumerate() {
             part.copy_from_slice(&field[self.slab(block, layer)]);
         }
     }
 
     fn copy_in(&self, layer: usize, field: &mut [f64], buffer: &[f64]) {
-        for (block, part) in buffer.chunks_exact(self.ghosts * self.inner).take(self.outer).enumerate() {
+        for (block, part) in buffer.chunks_exact(self.layers * self.inner).take(self.outer).enumerate() {
             field[self.slab(block, layer)].copy_from_slice(part);
         }
     }
@@ -121,7 +125,8 @@ impl Axis {
     fn wrap(&self, field: &mut [f64]) {
         for block in 0..self.outer {
             field.copy_within(self.slab(block, self.ghosts), self.slab(block, self.ghosts + self.local).start);
-            field.copy_within(self.slab(block, self.local), self.slab(block, 0).start);
+            let (last, below) = (self.ghosts + self.local - self.layers, self.ghosts - self.layers);
+            field.copy_within(self.slab(block, last), self.slab(block, below).start);
         }
     }
 }

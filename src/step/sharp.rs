@@ -82,8 +82,6 @@ impl<const D: usize> Scene<D> {
 
     /// The stages of (7) in their order, the wall imposed on every one and on their sum.
     fn predict_cells_sharp(&mut self, dt: f64) -> Result<()> {
-        self.find_carrier(dt);
-        self.total.iter_mut().for_each(|f| f.fill(0.0));
         for (stage, &weight) in self.scheme.weights.iter().enumerate() {
             if stage > 0 {
                 self.set_stage(stage, dt);
@@ -95,18 +93,16 @@ impl<const D: usize> Scene<D> {
             }
             self.add_rates(stage, weight, dt)?;
         }
-        self.sum_stages(dt);
         let Some(Coupling::Sharp(walls)) = &mut self.coupling else { return Ok(()) };
         // The wall belongs to the velocity with its pressure.
-        for sign in [1.0, -1.0] {
-            faces::add_to_cells(&self.grid, sign * dt, &self.acceleration, &mut self.u);
-            walls.open_gradient(&self.grid, &self.beta, sign * dt, &self.acceleration, false, &mut self.u);
-            if sign > 0.0 {
-                walls.impose_with_ghosts(&self.grid, &mut self.boundaries, true, true, &mut self.u)?;
-                self.boundaries.fill_velocity(&mut self.u)?;
-                walls.release(&self.grid, &self.u, &self.p, dt)?;
-            }
-        }
+        faces::step_cells(&self.grid, None, (dt, &self.total), (dt, &self.acceleration), &mut self.u);
+        self.clock.lap(Stage::Update);
+        walls.open_gradient(&self.grid, &self.beta, dt, &self.acceleration, false, &mut self.u);
+        walls.impose_with_ghosts(&self.grid, &mut self.boundaries, true, true, &mut self.u)?;
+        self.boundaries.fill_velocity(&mut self.u)?;
+        walls.release(&self.grid, &self.u, &self.p, dt)?;
+        faces::add_to_cells(&self.grid, -dt, &self.acceleration, &mut self.u);
+        walls.open_gradient(&self.grid, &self.beta, -dt, &self.acceleration, false, &mut self.u);
         self.clock.lap(Stage::Mixing);
         Ok(())
     }
@@ -114,7 +110,7 @@ impl<const D: usize> Scene<D> {
     fn predict_faces_sharp(&mut self, dt: f64) -> Result<()> {
         self.boundaries.fill_velocity(&mut self.u)?;
         self.clock.lap(Stage::Ghosts);
-        if self.carrier.is_some() {
+        if !self.faces_before[0].is_empty() {
             std::mem::swap(&mut self.faces, &mut self.faces_before);
         }
         let Some(Coupling::Sharp(walls)) = &mut self.coupling else { return Ok(()) };

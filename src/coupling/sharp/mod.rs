@@ -31,7 +31,7 @@ mod skin;
 
 use super::Exchange;
 use crate::fluid::faces::FaceCoefficient;
-use crate::grid::{Boundaries, Grid, VectorField};
+use crate::grid::{Boundaries, Grid, VectorField, wide};
 use crate::petsc::{ModeEntry, Session};
 use crate::solids::contact::{Contacts, Push};
 use crate::solids::{Body, Overlap, nearest_image};
@@ -302,28 +302,32 @@ impl<const D: usize> Sharp<D> {
         acceleration: &VectorField<D>,
         faces: &mut VectorField<D>,
     ) {
-        let keep = 1.0 - self.chi;
-        for axis in 0..D {
-            let s = grid.stride[axis];
-            let (memory, face) = (&mut self.memory[axis], &mut faces[axis]);
-            for row in grid.face_rows(axis) {
-                let (low, high) = (&u[axis][row.start - s..row.end - s], &u[axis][row.clone()]);
-                for ((m, l), h) in memory[row].iter_mut().zip(low).zip(high) {
-                    *m = 0.5 * (l + h) + keep * *m;
+        let (keep, memory) = (1.0 - self.chi, &mut self.memory);
+        wide(
+            #[inline(always)]
+            || {
+                for (axis, (memory, face)) in memory.iter_mut().zip(faces.iter_mut()).enumerate() {
+                    for row in grid.face_rows(axis) {
+                        let (low, high) = (&u[axis][row.start - grid.stride[axis]..][..row.len()], &u[axis][row.clone()]);
+                        let to = memory[row.clone()].iter_mut().zip(face[row.clone()].iter_mut());
+                        for ((m, f), ((l, h), a)) in to.zip(low.iter().zip(high).zip(&acceleration[axis][row])) {
+                            *m = 0.5 * (l + h) + keep * *m;
+                            *f = *m + dt * a;
+                        }
+                    }
                 }
-            }
+            },
+        );
+        for axis in 0..D {
+            let (memory, face, a) = (&mut self.memory[axis], &mut faces[axis], &acceleration[axis]);
+            // Of what two bodies cover both have their say, each with all that the memory has.
             for cut in self.skins.iter().flat_map(|skin| &skin.cuts[axis]) {
                 memory[cut.face] += to_open_part(grid, axis, cut.face, &cut.open, &u[axis]);
-            }
-            for row in grid.face_rows(axis) {
-                let a = &acceleration[axis][row.clone()];
-                for ((f, m), a) in face[row.clone()].iter_mut().zip(&memory[row]).zip(a) {
-                    *f = m + dt * a;
-                }
+                face[cut.face] = memory[cut.face] + dt * a[cut.face];
             }
             for (skin, body) in self.skins.iter().zip(&self.bodies) {
                 for cut in &skin.cuts[axis] {
-                    let q = memory[cut.face] + dt * acceleration[axis][cut.face];
+                    let q = memory[cut.face] + dt * a[cut.face];
                     face[cut.face] += cut.covered * (body.velocity[axis] - q) + body.spin.cross(&cut.lever)[axis];
                 }
             }
@@ -341,15 +345,23 @@ impl<const D: usize> Sharp<D> {
         dt: f64,
         acceleration: &VectorField<D>,
     ) {
-        for axis in 0..D {
-            let (s, memory) = (grid.stride[axis], &mut self.memory[axis]);
-            for row in grid.face_rows(axis) {
-                let (low, high) = (&u[axis][row.start - s..row.end - s], &u[axis][row.clone()]);
-                let a = &acceleration[axis][row.clone()];
-                for (((m, l), h), a) in memory[row].iter_mut().zip(low).zip(high).zip(a) {
-                    *m += dt * a - 0.5 * (l + h);
+        let memory = &mut self.memory;
+        wide(
+            #[inline(always)]
+            || {
+                for (axis, memory) in memory.iter_mut().enumerate() {
+                    for row in grid.face_rows(axis) {
+                        let (low, high) = (&u[axis][row.start - grid.stride[axis]..][..row.len()], &u[axis][row.clone()]);
+                        let a = &acceleration[axis][row.clone()];
+                        for (((m, l), h), a) in memory[row].iter_mut().zip(low).zip(high).zip(a) {
+                            *m += dt * a - 0.5 * (l + h);
+                        }
+                    }
                 }
-            }
+            },
+        );
+        for axis in 0..D {
+            let memory = &mut self.memory[axis];
             for cut in self.skins.iter().flat_map(|skin| &skin.cuts[axis]) {
                 memory[cut.face] -= to_open_part(grid, axis, cut.face, &cut.open, &u[axis]);
             }
