@@ -27,6 +27,7 @@ impl<const D: usize> Scene<D> {
         self.p.fill(0.0);
         let Some(Coupling::Sharp(walls)) = &mut self.coupling else { return Ok(()) };
         walls.settle(&self.grid, &self.boundaries, &mut self.beta);
+        self.boundaries.reach_deep(self.session.size() > 1 || walls.near_borders(&self.grid));
         self.projection.assemble(&self.grid, &self.beta)?;
         self.assembled = true;
         self.acceleration.iter_mut().for_each(|f| f.fill(0.0));
@@ -61,6 +62,7 @@ impl<const D: usize> Scene<D> {
     fn go_ahead(&mut self, dt: f64) -> Result<()> {
         let Some(Coupling::Sharp(walls)) = &mut self.coupling else { return Ok(()) };
         self.substeps = walls.go_ahead(&self.grid, &self.boundaries, &mut self.beta, dt)?;
+        self.boundaries.reach_deep(self.session.size() > 1 || walls.near_borders(&self.grid));
         let mut speed = [faces::fastest(&self.grid, &self.faces)];
         self.session.max(&mut speed)?;
         walls.forget(dt, speed[0]);

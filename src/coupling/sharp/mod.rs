@@ -33,8 +33,8 @@ use super::Exchange;
 use crate::fluid::faces::FaceCoefficient;
 use crate::grid::{Boundaries, Grid, VectorField, wide};
 use crate::petsc::{ModeEntry, Session};
-use crate::solids::contact::{Contacts, Push};
-use crate::solids::{Body, Overlap, nearest_image};
+use crate::solids::contact::{Contacts, Neighbours, Push};
+use crate::solids::{Body, Overlap};
 use nalgebra::Vector3;
 use skin::{Skin, Surroundings};
 
@@ -83,6 +83,10 @@ pub struct Sharp<const D: usize> {
     bodies: Vec<Body>,
     skins: Vec<Skin<D>>,
     near: Vec<Vec<usize>>,
+    neighbours: Neighbours,
+    /// Largest radius (m), and half the distance at which bodies are near each other, for every one (m).
+    largest: f64,
+    reach: Vec<f64>,
     /// Whether a body had others near before the last search.
     had_near: Vec<bool>,
     rides: Vec<Ride>,
@@ -128,6 +132,8 @@ impl<const D: usize> Sharp<D> {
         fluid_viscosity: f64,
     ) -> Sharp<D> {
         let (n, h) = (bodies.len(), reach(&grid.h).0);
+        let periods = std::array::from_fn(|a| (a < D && grid.periodic[a]).then(|| grid.size[a]));
+        let size = std::array::from_fn(|a| if a < D { grid.size[a] } else { 1.0 });
         let skins: Vec<_> = bodies.iter().map(|b| Skin::new(grid, b.radius, h)).collect();
         let faces = skins.iter().map(|s| s.cuts[0].capacity()).sum();
         Sharp {
@@ -138,12 +144,15 @@ impl<const D: usize> Sharp<D> {
             skins,
             near: (0..n).map(|_| Vec::with_capacity(16)).collect(),
             had_near: vec![false; n],
+            largest: bodies.iter().fold(0.0, |most, b| most.max(b.radius)),
+            reach: vec![0.5 * skin::NEAR * h; n],
+            neighbours: Neighbours::new(&bodies, size, periods),
             rides: vec![Ride::default(); n],
             exchange: vec![Exchange::default(); n],
             push: vec![Push::default(); n],
             places: vec![Vector3::zeros(); n],
             contacts: contacts.map(|c| c.within(fluid_density, STANDOFF * h)),
-            periods: std::array::from_fn(|a| (a < D && grid.periodic[a]).then(|| grid.size[a])),
+            periods,
             h,
             fluid_density,
             fluid_viscosity,
@@ -274,17 +283,25 @@ impl<const D: usize> Sharp<D> {
             *had = !near.is_empty();
             near.clear();
         }
-        let reach = skin::NEAR * self.h;
+        let near = &mut self.near;
+        self.neighbours.sort(&self.bodies, 2.0 * self.largest + self.reach[0]);
         for i in 0..self.bodies.len() {
-            for j in i + 1..self.bodies.len() {
-                let (a, b) = (&self.bodies[i], &self.bodies[j]);
-                let within = a.radius + b.radius + reach;
-                if nearest_image(&a.centre, &b.centre, &self.periods).norm_squared() < within * within {
-                    self.near[i].push(j);
-                    self.near[j].push(i);
-                }
-            }
+            self.neighbours.around(i, &self.bodies, &self.reach, |j| {
+                near[i].push(j);
+                near[j].push(i);
+            });
         }
+        // In the order of the bodies, so that sums do not depend on how they were found.
+        near.iter_mut().for_each(|near| near.sort_unstable());
+    }
+
+    /// Whether a body is so near to a side of the box that its probes reach deep into the ghosts there.
+    pub fn near_borders(&self, grid: &Grid<D>) -> bool {
+        let near = |b: &Body, a: usize| {
+            let reach = b.radius + grid.ghosts as f64 * grid.h[a];
+            b.centre[a] < reach || b.centre[a] > grid.size[a] - reach
+        };
+        self.bodies.iter().any(|b| (0..D).any(|a| near(b, a)))
     }
 
     /// How much of the face velocities' history a step of `dt` (s) forgets, at the largest face speed (m/s).
@@ -418,15 +435,22 @@ impl<const D: usize> Sharp<D> {
     /// Sets the velocity of the cells inside the bodies; ghosts of `u` filled. With `fresh`, also that of cells which the
     /// bodies have just left. With `book`, the momentum that this adds is booked.
     pub fn impose(&mut self, grid: &Grid<D>, fresh: bool, book: bool, u: &mut VectorField<D>) {
-        self.values.clear();
+        let (values, skins, bodies) = (&mut self.values, &self.skins, &self.bodies);
+        values.clear();
         let resolved = RESOLVED * self.fluid_viscosity / (self.fluid_density * self.h);
-        for (k, skin) in self.skins.iter().enumerate() {
-            for inside in skin.inside.iter().filter(|i| fresh || !i.fresh) {
-                let rigid = self.bodies[k].velocity_at(&inside.arm);
-                let profile = inside.trace.as_ref().map(|t| skin.value(t, grid, u, &self.bodies, k, Some(resolved)));
-                self.values.push(profile.map_or(rigid, |w| rigid + w));
-            }
-        }
+        wide(
+            #[inline(always)]
+            || {
+                for (k, skin) in skins.iter().enumerate() {
+                    for inside in skin.inside.iter().filter(|i| fresh || !i.fresh) {
+                        let rigid = bodies[k].velocity_at(&inside.arm);
+                        let trace = inside.trace.as_ref();
+                        let profile = trace.map(|t| skin.value(t, grid, u, bodies, k, Some(resolved)));
+                        values.push(profile.map_or(rigid, |w| rigid + w));
+                    }
+                }
+            },
+        );
         let mass = self.fluid_density * grid.cell_volume();
         let mut values = self.values.iter();
         for (skin, ride) in self.skins.iter().zip(&mut self.rides) {

@@ -132,14 +132,9 @@ impl<const D: usize> Sharp<D> {
                 self.weights[mode] = volume / ride.inertia;
                 for cut in &skin.cuts[axis] {
                     let part = cut.covered / grid.h[axis];
-                    for (cell, value) in [(cut.face - grid.stride[axis], part), (cut.face, -part)] {
-                        if grid.owns_cell(cell) {
-                            self.entries.push(ModeEntry {
-                                mode: mode as u32,
-                                row: grid.owned_number(cell) as u32,
-                                value,
-                            });
-                        }
+                    for (cell, value) in cut.cells.into_iter().zip([part, -part]) {
+                        let Some(row) = cell else { continue };
+                        self.entries.push(ModeEntry { mode: mode as u32, row, value });
                     }
                 }
             }

@@ -256,6 +256,7 @@ impl<const D: usize> Skin<D> {
     }
 
     /// The value of a trace (m/s, or 1/s of a slope) for a body and a velocity field with its ghosts filled.
+    #[inline(always)]
     pub fn value(
         &self,
         trace: &Trace,

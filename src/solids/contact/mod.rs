@@ -27,7 +27,7 @@ use crate::{Error, Result};
 use law::Law;
 pub use law::{Damping, Laws, Material};
 use nalgebra::Vector3;
-use neighbours::Neighbours;
+pub(crate) use neighbours::Neighbours;
 use substep::{Answer, RIGID};
 
 /// A border of the box, normal to an axis; its inner side faces the box.
