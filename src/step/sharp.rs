@@ -44,7 +44,8 @@ impl<const D: usize> Scene<D> {
                 self.projection.project(&self.grid, &mut self.boundaries, &self.beta, 1.0, p, &mut self.faces, None)?;
                 plain_acceleration(&self.grid, &self.boundaries, self.density.at(0), &self.p, &mut self.acceleration);
                 faces::add_to_cells(&self.grid, 1.0, &self.acceleration, &mut self.u);
-                walls.open_gradient(&self.grid, &self.beta, 1.0, &self.acceleration, false, &mut self.u);
+                walls.find_open_gradient(&self.grid, &self.beta, &self.acceleration);
+                walls.open_gradient(&self.grid, 1.0, false, &mut self.u);
             }
         }
         self.boundaries.fill_velocity(&mut self.u)?;
@@ -78,6 +79,7 @@ impl<const D: usize> Scene<D> {
         } else {
             walls.remember_faces(&self.grid, &self.beta, &self.u, self.dt_before, &self.acceleration);
         }
+        walls.find_open_gradient(&self.grid, &self.beta, &self.acceleration);
         self.clock.lap(Stage::Mixing);
         Ok(())
     }
@@ -89,7 +91,7 @@ impl<const D: usize> Scene<D> {
                 self.set_stage(stage, dt);
                 let of_pressure = dt * self.scheme.stages[stage - 1].1;
                 let Some(Coupling::Sharp(walls)) = &mut self.coupling else { return Ok(()) };
-                walls.open_gradient(&self.grid, &self.beta, of_pressure, &self.acceleration, false, &mut self.stage);
+                walls.open_gradient(&self.grid, of_pressure, false, &mut self.stage);
                 walls.impose_with_ghosts(&self.grid, &mut self.boundaries, true, false, &mut self.stage)?;
                 self.clock.lap(Stage::Mixing);
             }
@@ -99,12 +101,12 @@ impl<const D: usize> Scene<D> {
         // The wall belongs to the velocity with its pressure.
         faces::step_cells(&self.grid, None, (dt, &self.total), (dt, &self.acceleration), &mut self.u);
         self.clock.lap(Stage::Update);
-        walls.open_gradient(&self.grid, &self.beta, dt, &self.acceleration, false, &mut self.u);
+        walls.open_gradient(&self.grid, dt, false, &mut self.u);
         walls.impose_with_ghosts(&self.grid, &mut self.boundaries, true, true, &mut self.u)?;
         self.boundaries.fill_velocity(&mut self.u)?;
         walls.release(&self.grid, &self.u, &self.p, dt)?;
         faces::add_to_cells(&self.grid, -dt, &self.acceleration, &mut self.u);
-        walls.open_gradient(&self.grid, &self.beta, -dt, &self.acceleration, false, &mut self.u);
+        walls.open_gradient(&self.grid, -dt, false, &mut self.u);
         self.clock.lap(Stage::Mixing);
         Ok(())
     }
@@ -139,7 +141,8 @@ impl<const D: usize> Scene<D> {
         let Some(Coupling::Sharp(walls)) = &mut self.coupling else { return Ok(()) };
         plain_acceleration(&self.grid, &self.boundaries, self.density.at(0), &self.p, &mut self.acceleration);
         faces::add_to_cells(&self.grid, dt, &self.acceleration, &mut self.u);
-        walls.open_gradient(&self.grid, &self.beta, dt, &self.acceleration, true, &mut self.u);
+        walls.find_open_gradient(&self.grid, &self.beta, &self.acceleration);
+        walls.open_gradient(&self.grid, dt, true, &mut self.u);
         self.clock.lap(Stage::Faces);
         walls.impose_with_ghosts(&self.grid, &mut self.boundaries, false, true, &mut self.u)?;
         self.boundaries.fill_velocity(&mut self.u)?;

@@ -101,6 +101,8 @@ pub struct Sharp<const D: usize> {
     fluid_viscosity: f64,
     gravity: Vector3<f64>,
     values: Vec<Vector3<f64>>,
+    /// What covered faces change of the acceleration of the cells beside them (m/s2), in the order of the skins' own cells.
+    excess: Vec<[f64; D]>,
     /// History of the face velocities beside that of the cells (m/s).
     memory: VectorField<D>,
     /// Faces that were covered in the last step, by axis, and the open part that they had.
@@ -138,6 +140,7 @@ impl<const D: usize> Sharp<D> {
         let faces = skins.iter().map(|s| s.cuts[0].capacity()).sum();
         Sharp {
             values: Vec::with_capacity(skins.iter().map(|s| s.inside.capacity()).sum()),
+            excess: Vec::with_capacity(skins.iter().map(|s| s.solid.capacity()).sum()),
             covered: std::array::from_fn(|_| Vec::with_capacity(faces)),
             entries: Vec::with_capacity(2 * D * faces),
             weights: Vec::with_capacity(n * D),
@@ -399,32 +402,32 @@ impl<const D: usize> Sharp<D> {
         self.memory.iter_mut().for_each(|m| m.fill(0.0));
     }
 
-    /// Adds to the cells what `dt` (s) of the acceleration on faces (m/s2) gives beyond the mean of their two faces', which
-    /// they have: where faces are covered the open ones count. With `book`, the momentum is booked.
-    pub fn open_gradient(
-        &mut self,
-        grid: &Grid<D>,
-        beta: &FaceCoefficient<D>,
-        dt: f64,
-        acceleration: &VectorField<D>,
-        book: bool,
-        u: &mut VectorField<D>,
-    ) {
+    /// Finds what the acceleration on faces (m/s2) gives the cells beyond the mean of their two faces', which they have: where
+    /// faces are covered the open ones count.
+    pub fn find_open_gradient(&mut self, grid: &Grid<D>, beta: &FaceCoefficient<D>, acceleration: &VectorField<D>) {
+        self.excess.clear();
+        for o in self.skins.iter().flat_map(Skin::own_cells) {
+            self.excess.push(std::array::from_fn(|axis| {
+                let (low, high) = (o.cell, o.cell + grid.stride[axis]);
+                let [open_low, open_high] = [low, high].map(|f| beta.at(axis, f) * self.fluid_density);
+                let (a_low, a_high) = (acceleration[axis][low], acceleration[axis][high]);
+                let open = (open_low * a_low + open_high * a_high) / (1.0 + 0.5 * (open_low + open_high));
+                open - 0.5 * (a_low + a_high)
+            }));
+        }
+    }
+
+    /// Adds to the cells what `dt` (s) of that gives. With `book`, the momentum is booked.
+    pub fn open_gradient(&mut self, grid: &Grid<D>, dt: f64, book: bool, u: &mut VectorField<D>) {
         let mass = self.fluid_density * grid.cell_volume();
+        let mut excess = self.excess.iter();
         for (skin, ride) in self.skins.iter().zip(&mut self.rides) {
-            for (o, _) in skin.solid.iter().zip(&skin.owns).filter(|(_, owns)| **owns) {
-                let mut added = Vector3::zeros();
-                for axis in 0..D {
-                    let (low, high) = (o.cell, o.cell + grid.stride[axis]);
-                    let [open_low, open_high] = [low, high].map(|f| beta.at(axis, f) * self.fluid_density);
-                    let (a_low, a_high) = (acceleration[axis][low], acceleration[axis][high]);
-                    let sum = open_low + open_high;
-                    let open = (open_low * a_low + open_high * a_high) / (1.0 + 0.5 * sum);
-                    let more = dt * (open - 0.5 * (a_low + a_high));
-                    u[axis][o.cell] += more;
-                    added[axis] = mass * more;
+            for (o, excess) in skin.own_cells().zip(&mut excess) {
+                for (field, excess) in u.iter_mut().zip(excess) {
+                    field[o.cell] += dt * excess;
                 }
                 if book {
+                    let added = Vector3::from_fn(|a, _| if a < D { mass * (dt * excess[a]) } else { 0.0 });
                     ride.given += added;
                     ride.spun += o.arm.cross(&added);
                 }
@@ -444,9 +447,10 @@ impl<const D: usize> Sharp<D> {
                 for (k, skin) in skins.iter().enumerate() {
                     for inside in skin.inside.iter().filter(|i| fresh || !i.fresh) {
                         let rigid = bodies[k].velocity_at(&inside.arm);
-                        let trace = inside.trace.as_ref();
-                        let profile = trace.map(|t| skin.value(t, grid, u, bodies, k, Some(resolved)));
-                        values.push(profile.map_or(rigid, |w| rigid + w));
+                        values.push(match &inside.trace {
+                            Some(trace) => rigid + skin.value(trace, grid, u, bodies, k, Some(resolved)),
+                            None => rigid,
+                        });
                     }
                 }
             },

@@ -125,6 +125,11 @@ impl<const D: usize> Skin<D> {
         }
     }
 
+    /// Cells in which it speaks for the wall.
+    pub fn own_cells(&self) -> impl Iterator<Item = &Overlap> {
+        self.solid.iter().zip(&self.owns).filter_map(|(cell, owns)| owns.then_some(cell))
+    }
+
     /// Finds the faces and cells of the body `k`; `shift` is how far it has moved since the last time (m).
     pub fn rebuild(&mut self, around: &Surroundings<D>, k: usize, shift: &Vector3<f64>) {
         let (grid, body) = (around.grid, &around.bodies[k]);
