@@ -1,7 +1,7 @@
 //! The force on a body, four ways: by pressure, by wall shear, by what both miss, and by what the fluid loses (formulas in
 //! the parent).
 
-use super::{FORGET, NUMBERS, Sharp, TAKE_IN};
+use super::{NUMBERS, Sharp, TAKE_IN};
 use crate::Result;
 use crate::coupling::{Exchange, vector};
 use crate::grid::{Grid, VectorField, wide};
@@ -116,7 +116,7 @@ impl<const D: usize> Sharp<D> {
             }
         }
         self.session.sum(&mut buffer)?;
-        let take_in = (self.chi * FORGET / TAKE_IN).min(1.0);
+        let take_in = (self.courant / TAKE_IN).min(1.0);
         for (k, row) in buffer.chunks_exact(NUMBERS).enumerate() {
             let [given, spun, inside, swirl] = [0, 3, 6, 9].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
             let (body, ride, exchange) = (&self.bodies[k], &mut self.rides[k], &mut self.exchange[k]);
