@@ -60,6 +60,7 @@ pub struct Scene<const D: usize> {
     pub(crate) faces_before: VectorField<D>,
     /// Weighted sum of the stages' rates (m/s2).
     pub(crate) total: VectorField<D>,
+    /// Velocity that a stage starts from; between steps with sharp walls, that before the wall was imposed on it last (m/s).
     pub(crate) stage: VectorField<D>,
     pub(crate) fluxes: Fluxes,
     /// Scratch where the viscosity varies.
@@ -173,7 +174,7 @@ impl<const D: usize> Scene<D> {
             (case::Scheme::Rk2, _) => &scheme::RK2,
             (case::Scheme::Rk3, _) => &scheme::RK3,
         };
-        let stages = scheme.weights.len() > 1;
+        let stages = scheme.weights.len() > 1 || walls_are_sharp;
         let nothing = || std::array::from_fn(|_| Vec::new());
         let conservative = case.time.advection == case::Advection::Upwind5;
         let extrapolates = scheme.centred && conservative;

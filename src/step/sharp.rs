@@ -50,6 +50,7 @@ impl<const D: usize> Scene<D> {
         }
         self.boundaries.fill_velocity(&mut self.u)?;
         walls.hold_faces(&self.faces);
+        copy_rows(&self.u, &mut self.stage);
         walls.start_forces(&self.grid, &self.u)?;
         if let Some(audit) = &mut self.audit {
             audit.close_sharp(&self.session, &self.grid, self.density.at(0), &self.u, walls, 0.0)?;
@@ -75,9 +76,13 @@ impl<const D: usize> Scene<D> {
             copy_rows(&self.u, &mut self.total);
             walls.impose_with_ghosts(&self.grid, &mut self.boundaries, true, false, &mut self.total)?;
             self.boundaries.fill_velocity(&mut self.total)?;
+            // What the last wall changed after the projection faces have yet to see.
+            for ((moved, u), before) in self.total.iter_mut().zip(&self.u).zip(&self.stage) {
+                moved.iter_mut().zip(u).zip(before).for_each(|((moved, u), before)| *moved += before - u);
+            }
             walls.remember_faces(&self.grid, &self.beta, &self.total, self.dt_before, &self.acceleration);
         } else {
-            walls.remember_faces(&self.grid, &self.beta, &self.u, self.dt_before, &self.acceleration);
+            walls.remember_faces(&self.grid, &self.beta, &self.stage, self.dt_before, &self.acceleration);
         }
         walls.find_open_gradient(&self.grid, &self.beta, &self.acceleration);
         self.clock.lap(Stage::Mixing);
@@ -89,10 +94,15 @@ impl<const D: usize> Scene<D> {
         for (stage, &weight) in self.scheme.weights.iter().enumerate() {
             if stage > 0 {
                 self.set_stage(stage, dt);
-                let of_pressure = dt * self.scheme.stages[stage - 1].1;
+                let part = self.scheme.stages[stage - 1].1;
                 let Some(Coupling::Sharp(walls)) = &mut self.coupling else { return Ok(()) };
-                walls.open_gradient(&self.grid, of_pressure, false, &mut self.stage);
-                walls.impose_with_ghosts(&self.grid, &mut self.boundaries, true, false, &mut self.stage)?;
+                walls.open_gradient(&self.grid, part * dt, false, &mut self.stage);
+                if part == 1.0 {
+                    walls.impose_with_ghosts(&self.grid, &mut self.boundaries, true, false, &mut self.stage)?;
+                } else {
+                    // The bodies are at the step's end already.
+                    walls.impose_within(part, &self.u, &mut self.stage);
+                }
                 self.clock.lap(Stage::Mixing);
             }
             self.add_rates(stage, weight, dt)?;
@@ -144,7 +154,9 @@ impl<const D: usize> Scene<D> {
         walls.find_open_gradient(&self.grid, &self.beta, &self.acceleration);
         walls.open_gradient(&self.grid, dt, true, &mut self.u);
         self.clock.lap(Stage::Faces);
-        walls.impose_with_ghosts(&self.grid, &mut self.boundaries, false, true, &mut self.u)?;
+        self.boundaries.fill_velocity(&mut self.u)?;
+        copy_rows(&self.u, &mut self.stage);
+        walls.impose(&self.grid, false, true, &mut self.u);
         self.boundaries.fill_velocity(&mut self.u)?;
         self.clock.lap(Stage::Mixing);
         Ok(())

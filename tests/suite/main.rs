@@ -15,3 +15,4 @@ mod ranks;
 mod scenes;
 mod sharp;
 mod support;
+mod time_order;

@@ -13,7 +13,10 @@
 //!   inside     u  = U_b + the profile of the flow beside the wall, continued into the body ([`skin`])
 //! ```
 //! The equation stays symmetric, and its solution holds the added mass of a free body implicitly, whatever its density.
-//! The memory `q^n - I(u^n)` keeps dt out of the wall's pressure; a turning disc or sphere displaces nothing.
+//! The memory `q^n - I(u^n)` keeps dt out of the wall's pressure; its u^n is that of the cells before the wall was imposed
+//! last, so that what this changes reaches the faces with the next step. A turning disc or sphere displaces nothing.
+//! In time the force is of second order. Of first order, and small, are cells that change sides, at the end of a step, and
+//! the history of faces beside a wall that gathers speed.
 //!
 //! The force is what the fluid loses. All cells together lose momentum only where the profile is imposed (`du`) and where
 //! the gradient of a cut cell differs from the plain mean of its faces'; what lies inside the body is no fluid:
@@ -433,6 +436,18 @@ impl<const D: usize> Sharp<D> {
                     ride.given += added;
                     ride.spun += o.arm.cross(&added);
                 }
+            }
+        }
+    }
+
+    /// Sets the velocity of the cells inside the bodies within the step: `part` of the way from `start`, at its start, to
+    /// what was imposed last, at its end.
+    pub fn impose_within(&self, part: f64, start: &VectorField<D>, u: &mut VectorField<D>) {
+        let insides = self.skins.iter().flat_map(|skin| &skin.inside);
+        for (inside, end) in insides.zip(&self.values) {
+            for (a, (start, u)) in start.iter().zip(u.iter_mut()).enumerate() {
+                let start = start[inside.cell];
+                u[inside.cell] += inside.weight * (start + part * (end[a] - start) - u[inside.cell]);
             }
         }
     }
