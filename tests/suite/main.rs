@@ -14,4 +14,5 @@ mod program;
 mod ranks;
 mod scenes;
 mod sharp;
+mod study;
 mod support;
