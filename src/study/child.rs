@@ -89,7 +89,22 @@ pub fn run(run: &Planned, folder: &Path) -> Result<Outcome> {
     let message = match (status, words) {
         ("done", _) => String::new(),
         (_, "") => format!("it ended with {} and said nothing", ended.status),
-        (_, words) => words.to_owned(),
+        (_, words) => {
+            let place = format!("{}: ", run.case.display());
+            words.strip_prefix(&place).unwrap_or(words).replace(" (given by --set)", "")
+        }
     };
     Ok(Outcome { status, message, summary, commit: env!("MICS_GIT_COMMIT").to_owned() })
+}
+
+/// Deletes the snapshots of a run: those of a large grid are gigabytes, which a table has no use for.
+///
+/// # Errors
+/// When they cannot be deleted.
+pub fn drop_fields(folder: &Path) -> Result<()> {
+    let fields = folder.join("fields");
+    match fs::remove_dir_all(&fields) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io(fields)(e)),
+        _ => Ok(()),
+    }
 }

@@ -13,12 +13,16 @@ const CURVES: usize = 12;
 /// curve from another.
 pub fn draw(name: &str, plan: &Plan, rows: &[Row], wanted: Option<&[String]>, folder: &Path) -> Result<Vec<PathBuf>> {
     let groups = Groups::new(plan, rows, wanted);
+    let title = match &groups.along[..] {
+        [along] => format!("{name}, {along} along a curve"),
+        _ => name.to_owned(),
+    };
     let mut written = Vec::new();
     let mut figure = |axes: Axes, stem: String, point: &dyn Fn(&Row) -> Option<(f64, f64)>| -> Result<()> {
         let series = groups.series(rows, point);
         if !series.is_empty() {
             written.extend(curves(
-                &Axes { title: name.to_owned(), log_x: true, log_y: true, ..axes },
+                &Axes { title: title.clone(), log_x: true, log_y: true, ..axes },
                 &series,
                 &folder.join(stem),
             )?);
@@ -37,9 +41,18 @@ pub fn draw(name: &str, plan: &Plan, rows: &[Row], wanted: Option<&[String]>, fo
             Axes { x_label: "CPU time (s)".into(), y_label: format!("error of {measure}{unit}"), ..Axes::default() };
         figure(axes, format!("work_precision_{measure}"), &point)?;
     }
-    if rows.iter().filter_map(|row| row.cells).any(|cells| Some(cells) != rows[0].cells) {
-        let axes = Axes { x_label: "cells".into(), y_label: "time per cell and step (us)".into(), ..Axes::default() };
-        figure(axes, "cost".into(), &|row| row.cells.zip(row.per_cell_step))?;
+    let varied = rows.iter().filter_map(|row| row.cells).any(|cells| Some(cells) != rows[0].cells);
+    // Where the grid is one, over the first thing that is varied, if that is a number.
+    let number = |row: &Row| row.labels.first()?.parse::<f64>().ok().filter(|x| *x > 0.0);
+    let over = match plan.names.first() {
+        _ if varied => Some("cells"),
+        Some(name) if rows.iter().all(|row| number(row).is_some()) => Some(name.as_str()),
+        _ => None,
+    };
+    if let Some(over) = over {
+        let axes = Axes { x_label: over.into(), y_label: "time per cell and step (us)".into(), ..Axes::default() };
+        let x = |row: &Row| if varied { row.cells } else { number(row) };
+        figure(axes, "cost".into(), &|row| x(row).zip(row.per_cell_step))?;
     }
     Ok(written)
 }
@@ -48,7 +61,8 @@ pub fn draw(name: &str, plan: &Plan, rows: &[Row], wanted: Option<&[String]>, fo
 struct Groups {
     /// Rows of each curve, under its label.
     curves: Vec<(String, Vec<usize>)>,
-    style: SeriesStyle,
+    /// What changes from point to point of a curve.
+    along: Vec<String>,
 }
 
 impl Groups {
@@ -89,9 +103,8 @@ impl Groups {
                 None => curves.push((label, vec![index])),
             }
         }
-        // Points of a curve follow each other where only one thing changes along it.
-        let along = all.iter().filter(|name| !names.contains(name)).count();
-        Groups { curves, style: if along == 1 { SeriesStyle::Joined } else { SeriesStyle::Markers } }
+        all.retain(|name| !names.contains(name));
+        Groups { curves, along: all }
     }
 
     /// The curves, without those that have no point.
@@ -99,7 +112,8 @@ impl Groups {
         let of = |(label, indices): &(String, Vec<usize>)| Series {
             label: label.clone(),
             points: indices.iter().filter_map(|index| point(&rows[*index])).collect(),
-            style: self.style,
+            // Points of a curve follow each other where only one thing changes along it.
+            style: if self.along.len() == 1 { SeriesStyle::Joined } else { SeriesStyle::Markers },
         };
         self.curves.iter().map(of).filter(|series| !series.points.is_empty()).collect()
     }

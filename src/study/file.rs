@@ -23,6 +23,9 @@ pub struct Study {
     /// Numbers of ranks; every run is done on each.
     #[serde(default = "serial")]
     pub ranks: Vec<usize>,
+    /// Whether the runs keep their snapshots; default no.
+    #[serde(default)]
+    pub keep_fields: bool,
     /// Overrides of every run, by dotted key in quotes.
     #[serde(default)]
     pub set: Table,

@@ -130,6 +130,9 @@ fn run_all(study: &Study, plan: &Plan, folder: &Path, force: bool) -> Result<Vec
             let kept = if force { None } else { child::kept(run, &at) };
             let word = if kept.is_some() { "kept" } else { "done" };
             let outcome = kept.map_or_else(|| child::run(run, &at), Ok)?;
+            if outcome.status == "done" && !study.keep_fields {
+                child::drop_fields(&at)?;
+            }
             older += usize::from(outcome.commit != env!("MICS_GIT_COMMIT"));
             let end = match (outcome.status, outcome.summary["cpu_seconds"].as_f64()) {
                 ("done", Some(cpu)) => format!("{word}, {} CPU s", table::short(cpu)),

@@ -193,7 +193,8 @@ impl Plan {
         };
         let Some(source) = never().find(alone).or_else(|| never().next()) else { return Ok(()) };
         let message = of(source).iter().find_map(|run| run.loaded.as_ref().err().cloned()).unwrap_or_default();
-        Err(text.refuse(fault(source.as_str(), message)))
+        let key = if source.starts_with("row.") { format!("{source}.set") } else { source.to_string() };
+        Err(text.refuse(fault(key, message)))
     }
 
     fn refuse_unknown_measures(&self, text: &Text) -> Result<()> {

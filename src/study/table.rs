@@ -4,7 +4,7 @@ use super::child::Outcome;
 use super::plan::Plan;
 
 /// Columns of `study.csv` besides labels and measures, in their order.
-pub const COLUMNS: [&str; 21] = [
+pub const COLUMNS: [&str; 22] = [
     "ranks",
     "status",
     "repeats",
@@ -12,6 +12,7 @@ pub const COLUMNS: [&str; 21] = [
     "cpu_spread",
     "wall_seconds",
     "us_per_cell_step",
+    "cpu_us_per_cell_step",
     "cells",
     "steps",
     "time",
@@ -48,8 +49,6 @@ pub struct Row {
     pub ranks: usize,
     /// `done`, or what kept a repeat from it, or `waiting`.
     pub status: &'static str,
-    /// Repeats that are done.
-    pub repeats: usize,
     /// The measures.
     pub measured: Vec<Measured>,
     /// CPU seconds of all ranks, start and end included.
@@ -73,6 +72,12 @@ pub fn median(mut values: Vec<f64>) -> Option<f64> {
 pub fn short(value: f64) -> String {
     let order = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
     if (-3..6).contains(&order) { format!("{value:.*}", (3 - order).max(0) as usize) } else { format!("{value:.3e}") }
+}
+
+/// Wall-clock time of a cell and step (us): the stages' of the step and of its logs, without snapshots and start.
+fn per_cell_step(summary: &serde_json::Value) -> Option<f64> {
+    let stages = summary["stages_ns_per_cell_step"].as_object()?;
+    Some(1e-3 * stages.iter().filter(|(name, _)| *name != "fields").filter_map(|(_, ns)| ns.as_f64()).sum::<f64>())
 }
 
 /// The rows of a plan whose runs have come to these outcomes, repeat by repeat.
@@ -100,16 +105,24 @@ pub fn rows(plan: &Plan, outcomes: &[Vec<Outcome>]) -> Vec<Row> {
                 let (low, high) = all.iter().fold((f64::INFINITY, 0.0), |(l, h): (f64, f64), v| (l.min(*v), h.max(*v)));
                 (high - low) / median
             };
-            let per_cell_step = number("step_seconds").zip(cells).map(|(seconds, cells)| 1e6 * seconds / cells);
+            let per_cell_step = median(done.iter().filter_map(|o| per_cell_step(&o.summary)).collect());
             let status = broken.map_or(if done.is_empty() { "waiting" } else { "done" }, |outcome| outcome.status);
             let krylov = number("krylov_iterations");
-            let text = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value}"));
+            let text = |value: Option<f64>| match value {
+                Some(value) if value.fract() == 0.0 => format!("{value}"),
+                Some(value) => format!("{value:?}"),
+                None => String::new(),
+            };
+            // Of all ranks, start and end included: what a busy machine does not change.
+            let cpu_per_cell_step =
+                cpu.zip(cells.zip(steps)).map(|(cpu, (cells, steps))| 1e6 * cpu / (cells * steps.max(1.0)));
             let texts = COLUMNS.map(|column| match column {
                 "ranks" => run.ranks.to_string(),
                 "status" => status.to_owned(),
                 "repeats" => done.len().to_string(),
                 "cpu_spread" => text(cpu.map(spread)),
                 "us_per_cell_step" => text(per_cell_step),
+                "cpu_us_per_cell_step" => text(cpu_per_cell_step),
                 "krylov_per_step" => text(krylov.zip(steps).map(|(krylov, steps)| krylov / steps.max(1.0))),
                 "commit" => outcomes.last().map_or(String::new(), |outcome| outcome.commit.clone()),
                 "set" => run.set.join("; "),
@@ -122,7 +135,6 @@ pub fn rows(plan: &Plan, outcomes: &[Vec<Outcome>]) -> Vec<Row> {
                 labels: run.labels.clone(),
                 ranks: run.ranks,
                 status,
-                repeats: done.len(),
                 measured: measured.collect(),
                 cpu,
                 cells,
@@ -179,7 +191,8 @@ pub fn markdown(plan: &Plan, rows: &[Row]) -> String {
         head.extend(compared.then(|| "error".to_owned()));
     }
     head.extend(
-        ["CPU s", "wall s", "us per cell and step", "Krylov a step", "steps", "MB", "status"].map(str::to_owned),
+        ["CPU s", "wall s", "us per cell and step", "CPU us", "Krylov a step", "steps", "MB", "status"]
+            .map(str::to_owned),
     );
     let number = |value: Option<f64>| value.map_or(String::new(), short);
     let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
@@ -193,7 +206,7 @@ pub fn markdown(plan: &Plan, rows: &[Row]) -> String {
                 cells.push(measured.error.map_or(String::new(), |error| format!("{:+.2} %", 100.0 * error)));
             }
         }
-        let times = ["cpu_seconds", "wall_seconds", "us_per_cell_step", "krylov_per_step"];
+        let times = ["cpu_seconds", "wall_seconds", "us_per_cell_step", "cpu_us_per_cell_step", "krylov_per_step"];
         cells.extend(times.map(|column| number(row.number(column))));
         cells.push(row.text("steps").to_owned());
         cells.push(row.number("peak_memory_bytes").map_or(String::new(), |bytes| format!("{:.0}", bytes / 1e6)));
