@@ -35,6 +35,7 @@
 //! | [`case`] | a case file, checked: pure data |
 //! | [`scheme`] | the time schemes and the limits of their step |
 //! | [`scene`] | case to scene: builds only what the scene needs |
+//! | [`study`] | tables of runs: cost and error |
 //! | [`run`], [`check`](mod@check), [`output`] | the time loop, the description of a scene, what a run leaves |
 //! | [`clock`] | where the time goes |
 
@@ -53,5 +54,6 @@ pub mod scene;
 pub mod scheme;
 pub mod solids;
 pub mod step;
+pub mod study;
 
 pub use error::{Error, Result};

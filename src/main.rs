@@ -3,7 +3,7 @@
 use clap::{Args, Parser, Subcommand};
 use mics::output::{plot, print};
 use mics::run::Request;
-use mics::{Result, check, run};
+use mics::{Result, check, run, study};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -35,6 +35,23 @@ enum Command {
     Check {
         #[command(flatten)]
         scene: SceneArgs,
+    },
+    /// Run a case over a table of overrides and PETSc options: study.csv, study.md, work-precision figures.
+    Study {
+        /// The study file (TOML).
+        study: PathBuf,
+        /// The study's folder [default: runs/NAME].
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// List the runs without running them.
+        #[arg(long)]
+        list: bool,
+        /// What the file's [quick] makes of it, into NAME-quick.
+        #[arg(long)]
+        quick: bool,
+        /// Repeat the runs that are finished.
+        #[arg(long)]
+        force: bool,
     },
     /// Draw the figures of run folders; several together give Cd(Re) and St(Re).
     Plot {
@@ -89,6 +106,9 @@ fn act(command: Command) -> Result<()> {
             run::run(&Request { case, out, set, force, quiet, petsc })
         }
         Command::Check { scene } => check::check(&scene.case, &scene.set, &scene.petsc),
+        Command::Study { study, out, list, quick, force } => {
+            study::study(&study::Request { study, out, list, quick, force })
+        }
         Command::Plot { runs, out } => {
             plot::draw(&runs, out.as_deref())?.iter().try_for_each(|path| print(&path.display().to_string()))
         }

@@ -413,8 +413,9 @@ impl<'a, const D: usize> Run<'a, D> {
         let wall = self.started.elapsed().as_secs_f64();
         let cells = self.scene.grid.total_cells();
         let stages = self.scene.clock.table(cells);
-        let mut memory = [peak_memory()];
-        self.session.sum(&mut memory)?;
+        let mut used = [peak_memory(), cpu_seconds()];
+        self.session.sum(&mut used)?;
+        let [memory, cpu] = used;
         let unused = self.session.unused_options()?;
         self.write_run(began, Some(&now()))?;
         if self.folder.is_none() {
@@ -426,11 +427,11 @@ impl<'a, const D: usize> Run<'a, D> {
         let steps = self.scene.steps.max(1) as f64;
         let summary = json!({
             "case": self.case.name, "status": status, "cells": cells, "steps": self.scene.steps, "time": self.scene.time,
-            "wall_seconds": wall, "step_seconds": wall / steps, "divergence_max": self.divergence_max,
+            "wall_seconds": wall, "cpu_seconds": cpu, "step_seconds": wall / steps, "divergence_max": self.divergence_max,
             "divergence_limit": self.case.pressure.divergence_limit, "outer_iterations": self.outer,
             "krylov_iterations": self.krylov, "solver_retries": self.retries, "measures": found,
             "stages_ns_per_cell_step": stages.iter().map(|(n, t)| ((*n).to_owned(), json!(t))).collect::<serde_json::Map<_, _>>(),
-            "peak_memory_bytes": memory[0], "peak_memory_bytes_per_cell": memory[0] / cells as f64,
+            "peak_memory_bytes": memory, "peak_memory_bytes_per_cell": memory / cells as f64,
         });
 
         let total: f64 = stages.iter().map(|s| s.1).sum();
@@ -445,8 +446,8 @@ impl<'a, const D: usize> Run<'a, D> {
             "{} steps in {wall:.1} s, {:.2} ms a step; peak memory {:.0} MB, {:.0} bytes a cell",
             self.scene.steps,
             1e3 * wall / steps,
-            memory[0] / 1e6,
-            memory[0] / cells as f64
+            memory / 1e6,
+            memory / cells as f64
         ));
         self.log.say(&format!(
             "C-HSMAC {:.2} and Krylov {:.2} iterations a step{}; largest |D| {:.2e} 1/s, limit {:.0e}",
@@ -579,6 +580,12 @@ fn minutes(seconds: f64) -> String {
 /// Largest resident memory of this process so far (bytes), 0 where the system does not tell.
 pub fn peak_memory() -> f64 {
     system_number("/proc/self/status", "VmHWM:") * 1024.0
+}
+
+/// CPU seconds of this process so far, of all its threads, its start included.
+fn cpu_seconds() -> f64 {
+    let spent = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    spent.tv_sec as f64 + 1e-9 * spent.tv_nsec as f64
 }
 
 /// The number after `name` in a file of the system's, 0 where there is none.

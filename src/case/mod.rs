@@ -25,6 +25,10 @@ pub use read::{Loaded, load, schema};
 pub use report::{Cadence, Measure, MeasureKind, Output};
 pub use swarm::{Diameters, Range, Region, Swarm};
 
+pub(crate) use fault::{Check, Fault};
+pub(crate) use message::suggest;
+pub(crate) use read::Text;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::de::DeserializeOwned;
+
 use super::Case;
 use super::document::{Document, line_of, whole_file};
 use super::fault::Fault;
@@ -34,7 +36,7 @@ impl Loaded {
 /// Reads, overrides and checks a case, and turns its swarms into particles; `overrides` are `key.path=value` with TOML
 /// syntax for the value. A refusal is one [`Error::Case`] that names the key and its line, or says what else gave it.
 pub fn load(path: &Path, overrides: &[String]) -> Result<Loaded> {
-    let text = read(path)?;
+    let text = read(path, "case")?;
     let mut end = text.len() + 1;
     let pad = |given: &String| {
         let padded = "\n".repeat(end) + given;
@@ -71,20 +73,52 @@ impl Case {
     }
 }
 
-/// The text of a case file.
-fn read(file: &Path) -> Result<String> {
+/// The text of another TOML file of the program's, read and refused with the manners of a case.
+#[derive(Clone, Debug)]
+pub(crate) struct Text {
+    /// The file as the user named it.
+    pub file: PathBuf,
+    text: String,
+}
+
+impl Text {
+    /// Reads a file that a message calls a `kind` file.
+    pub fn read(file: &Path, kind: &str) -> Result<Text> {
+        Ok(Text { file: file.to_owned(), text: read(file, kind)? })
+    }
+
+    /// What it describes; `tables` are the keys at its top that are tables.
+    pub fn to<T: DeserializeOwned>(&self, tables: &[&str]) -> Result<T> {
+        Document::plain(&self.file, &self.text)?.to(tables).map_err(|fault| self.refuse(fault))
+    }
+
+    /// The refusal of a key, with its line.
+    pub fn refuse(&self, Fault { key, message }: Fault) -> Error {
+        let document = Document::plain(&self.file, &self.text);
+        let line = document.ok().and_then(|document| document.place(&key).0);
+        Error::Case { file: self.file.clone(), line, key, message }
+    }
+
+    /// The text as it was read.
+    pub fn as_str(&self) -> &str {
+        &self.text
+    }
+}
+
+/// The text of a file that a message calls a `kind` file.
+fn read(file: &Path, kind: &str) -> Result<String> {
     if file.is_dir() {
-        return Err(whole_file(file, None, "this is a directory; name the case file in it (a .toml file)"));
+        return Err(whole_file(file, None, format!("this is a directory; name the {kind} file in it (a .toml file)")));
     }
     let bytes = std::fs::read(file).map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => {
-            whole_file(file, None, "there is no such file; check the path of the case file")
+            whole_file(file, None, format!("there is no such file; check the path of the {kind} file"))
         }
         _ => whole_file(file, None, format!("cannot be read: {e}")),
     })?;
     String::from_utf8(bytes).map_err(|e| {
         let line = line_of(e.as_bytes(), e.utf8_error().valid_up_to());
-        whole_file(file, Some(line), "not UTF-8 text; save the case file as UTF-8")
+        whole_file(file, Some(line), format!("not UTF-8 text; save the {kind} file as UTF-8"))
     })
 }
 

@@ -14,5 +14,6 @@ mod program;
 mod ranks;
 mod scenes;
 mod sharp;
+mod study;
 mod support;
 mod time_order;

@@ -31,6 +31,8 @@ fn a_run_leaves_the_folder_that_the_contract_promises() {
         "steps",
         "time",
         "wall_seconds",
+        "cpu_seconds",
+        "peak_memory_bytes",
         "step_seconds",
         "divergence_max",
         "divergence_limit",

@@ -61,9 +61,10 @@ pub fn curves(axes: &Axes, series: &[Series], stem: &Path) -> Result<[PathBuf; 2
         let placed: Vec<(f64, f64)> = series.points.iter().map(place).collect();
         for run in placed.split(|point| !good(point)).filter(|run| !run.is_empty()) {
             let pixels: Vec<Pixel> = run.iter().map(|point| frame.pixel(point.0, point.1)).collect();
-            let lines = series.style != SeriesStyle::Markers;
+            let lines = matches!(series.style, SeriesStyle::Line | SeriesStyle::Dashed);
             let pixels = if lines { thinned(&pixels) } else { pixels };
-            drawn.extend(if lines { dotted(&pixels) } else { pixels.clone() });
+            let covers = series.style != SeriesStyle::Markers;
+            drawn.extend(if covers { dotted(&pixels) } else { pixels.clone() });
             stroke(&mut sheet, series.style, index, pixels);
         }
     }
@@ -80,6 +81,10 @@ fn stroke(sheet: &mut Sheet, style: SeriesStyle, index: usize, places: Vec<Pixel
     match style {
         SeriesStyle::Line => sheet.line(places, colour, 2 * THIN),
         SeriesStyle::Dashed => sheet.dashes(places, colour, 2 * THIN),
+        SeriesStyle::Joined => {
+            sheet.line(places.clone(), colour, THIN);
+            stroke(sheet, SeriesStyle::Markers, index, places);
+        }
         SeriesStyle::Markers => {
             let (corners, radius, first) = MARKERS[index % MARKERS.len()];
             let corner = |(x, y): Pixel, k: u32| {
@@ -116,8 +121,10 @@ fn legend(sheet: &mut Sheet, series: &[Series], (left, top): Pixel, extent: Pixe
     for (row, (index, series)) in named().enumerate() {
         let middle = y + PAD / 2 + ROW * row as i32 + ROW / 2;
         let ends = [0, 1, 2].map(|k| (x + PAD + k * SAMPLE / 2, middle));
-        let markers = series.style == SeriesStyle::Markers;
-        stroke(sheet, series.style, index, if markers { vec![ends[1]] } else { ends.to_vec() });
+        match series.style {
+            SeriesStyle::Line | SeriesStyle::Dashed => stroke(sheet, series.style, index, ends.to_vec()),
+            SeriesStyle::Markers | SeriesStyle::Joined => stroke(sheet, SeriesStyle::Markers, index, vec![ends[1]]),
+        }
         let (at, anchor) = ((x + 2 * PAD + SAMPLE, middle), (HPos::Left, VPos::Center));
         sheet.text(&series.label, SMALL, at, anchor, FontTransform::None);
     }

@@ -61,6 +61,8 @@ pub enum SeriesStyle {
     Dashed,
     /// A marker at each point.
     Markers,
+    /// A marker at each point, and a thin line from one to the next.
+    Joined,
 }
 
 /// The axes of a line or point figure.
