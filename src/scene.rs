@@ -358,7 +358,11 @@ impl<const D: usize> Scene<D> {
                         Coefficient::Uniform(rho) => rho * total(row.len(), square),
                         Coefficient::Field(rho) => {
                             let rho = &rho[row.clone()];
-                            total(row.len(), #[inline(always)] |i| rho[i] * square(i))
+                            total(
+                                row.len(),
+                                #[inline(always)]
+                                |i| rho[i] * square(i),
+                            )
                         }
                     };
                     most = most.max(largest(row.len(), square));

@@ -79,7 +79,15 @@ pub fn add_gradient<const D: usize>(
     q: &[f64],
     faces: &mut VectorField<D>,
 ) {
-    gradient(grid, beta, factor, q, faces, #[inline(always)] |face, part| *face += part);
+    gradient(
+        grid,
+        beta,
+        factor,
+        q,
+        faces,
+        #[inline(always)]
+        |face, part| *face += part,
+    );
 }
 
 /// Hands every face and `factor (1/rho) dq/dn` there to `put`.
@@ -120,7 +128,15 @@ pub fn acceleration<const D: usize>(
     p: &[f64],
     faces: &mut VectorField<D>,
 ) {
-    gradient(grid, beta, -1.0, p, faces, #[inline(always)] |face, part| *face = part);
+    gradient(
+        grid,
+        beta,
+        -1.0,
+        p,
+        faces,
+        #[inline(always)]
+        |face, part| *face = part,
+    );
     let Some(gravity) = gravity else { return };
     for (axis, face) in faces.iter_mut().enumerate().filter(|(axis, _)| !gravity.excess[*axis].is_empty()) {
         for c in grid.face_rows(axis).flatten() {
@@ -251,7 +267,14 @@ pub fn fastest<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>) -> f64 {
         #[inline(always)]
         || {
             let rows = (0..D).flat_map(|axis| grid.face_rows(axis).map(move |row| &faces[axis][row]));
-            rows.fold(0.0, |most, u| largest(u.len(), #[inline(always)] |i| u[i].abs()).max(most))
+            rows.fold(0.0, |most, u| {
+                largest(
+                    u.len(),
+                    #[inline(always)]
+                    |i| u[i].abs(),
+                )
+                .max(most)
+            })
         },
     )
 }
@@ -267,9 +290,17 @@ pub fn courant_rate<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>, by_a
                 let high: [&[f64]; D] = std::array::from_fn(|a| &faces[a][row.start + grid.stride[a]..][..row.len()]);
                 let rate = |a: usize, i: usize| greater(low[a][i].abs(), high[a][i].abs()) / grid.h[a];
                 let in_row = if by_axis {
-                    largest(row.len(), #[inline(always)] |i| (0..D).fold(0.0, |most, a| greater(rate(a, i), most)))
+                    largest(
+                        row.len(),
+                        #[inline(always)]
+                        |i| (0..D).fold(0.0, |most, a| greater(rate(a, i), most)),
+                    )
                 } else {
-                    largest(row.len(), #[inline(always)] |i| (0..D).fold(0.0, |sum, a| sum + rate(a, i)))
+                    largest(
+                        row.len(),
+                        #[inline(always)]
+                        |i| (0..D).fold(0.0, |sum, a| sum + rate(a, i)),
+                    )
                 };
                 in_row.max(most)
             })

@@ -48,7 +48,8 @@ impl Planes {
     /// Sets the first `layers` of ghosts of a field to `value(position on the face, nearest cell's, mirrored cell's)`.
     fn set_ghosts(&self, side: usize, layers: usize, field: &mut [f64], value: impl Fn(usize, f64, f64) -> f64) {
         let (low, high) = (self.ghosts, self.ghosts + self.local);
-        let place = |depth: usize| if side == 0 { (low - 1 - depth, low + depth) } else { (high + depth, high - 1 - depth) };
+        let place =
+            |depth: usize| if side == 0 { (low - 1 - depth, low + depth) } else { (high + depth, high - 1 - depth) };
         let (stored, inner) = (self.stored, self.inner);
         for (block, field) in field.chunks_exact_mut(stored * inner).enumerate().take(self.outer) {
             if inner == 1 {

@@ -67,7 +67,9 @@ impl Halo {
             _ => {}
         }
         // Downwards: my first owned layers become the ghosts above my lower neighbour; then upwards.
-        for (to, from, source, target) in [(0, 1, a.ghosts, a.ghosts + a.local), (1, 0, a.ghosts + a.local - layers, a.ghosts - layers)] {
+        for (to, from, source, target) in
+            [(0, 1, a.ghosts, a.ghosts + a.local), (1, 0, a.ghosts + a.local - layers, a.ghosts - layers)]
+        {
             let n = a.outer * a.inner * layers;
             if a.neighbours[to].is_some() {
                 a.copy_out(source, field, &mut self.send);

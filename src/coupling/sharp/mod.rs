@@ -328,7 +328,8 @@ impl<const D: usize> Sharp<D> {
             || {
                 for (axis, (memory, face)) in memory.iter_mut().zip(faces.iter_mut()).enumerate() {
                     for row in grid.face_rows(axis) {
-                        let (low, high) = (&u[axis][row.start - grid.stride[axis]..][..row.len()], &u[axis][row.clone()]);
+                        let (low, high) =
+                            (&u[axis][row.start - grid.stride[axis]..][..row.len()], &u[axis][row.clone()]);
                         let to = memory[row.clone()].iter_mut().zip(face[row.clone()].iter_mut());
                         for ((m, f), ((l, h), a)) in to.zip(low.iter().zip(high).zip(&acceleration[axis][row])) {
                             *m = 0.5 * (l + h) + keep * *m;
@@ -371,7 +372,8 @@ impl<const D: usize> Sharp<D> {
             || {
                 for (axis, memory) in memory.iter_mut().enumerate() {
                     for row in grid.face_rows(axis) {
-                        let (low, high) = (&u[axis][row.start - grid.stride[axis]..][..row.len()], &u[axis][row.clone()]);
+                        let (low, high) =
+                            (&u[axis][row.start - grid.stride[axis]..][..row.len()], &u[axis][row.clone()]);
                         let a = &acceleration[axis][row.clone()];
                         for (((m, l), h), a) in memory[row].iter_mut().zip(low).zip(high).zip(a) {
                             *m += dt * a - 0.5 * (l + h);
