@@ -37,6 +37,7 @@
 //! | [`scene`] | case to scene: builds only what the scene needs |
 //! | [`run`], [`check`](mod@check), [`output`] | the time loop, the description of a scene, what a run leaves |
 //! | [`clock`] | where the time goes |
+//! | [`tape`], [`interrupt`] | what lasts from step to step, for checkpoints; signals |
 
 pub mod audit;
 pub mod case;
@@ -46,6 +47,7 @@ pub mod coupling;
 mod error;
 pub mod fluid;
 pub mod grid;
+pub mod interrupt;
 pub mod output;
 pub mod petsc;
 pub mod run;
@@ -53,5 +55,6 @@ pub mod scene;
 pub mod scheme;
 pub mod solids;
 pub mod step;
+pub mod tape;
 
 pub use error::{Error, Result};
