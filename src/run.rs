@@ -510,7 +510,11 @@ impl<'a, const D: usize> Run<'a, D> {
             "C-HSMAC {:.2} and Krylov {:.2} iterations a step{}; largest |D| {:.2e} 1/s, limit {:.0e}",
             self.account.outer as f64 / steps,
             self.account.krylov as f64 / steps,
-            if self.account.retries > 0 { format!(", {} solves repeated", self.account.retries) } else { String::new() },
+            if self.account.retries > 0 {
+                format!(", {} solves repeated", self.account.retries)
+            } else {
+                String::new()
+            },
             self.account.divergence_max,
             self.case.pressure.divergence_limit
         ));

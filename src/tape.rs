@@ -38,8 +38,14 @@ pub struct Tape<'a> {
 
 enum Head<'a> {
     /// Rank 0 has somewhere to write to. A failure is kept for the end, since the others go on sending.
-    Records { to: Option<&'a mut dyn Write>, failed: Option<Error> },
-    Plays { from: &'a mut dyn Read, row: Vec<u8> },
+    Records {
+        to: Option<&'a mut dyn Write>,
+        failed: Option<Error>,
+    },
+    Plays {
+        from: &'a mut dyn Read,
+        row: Vec<u8>,
+    },
 }
 
 impl<'a> Tape<'a> {

@@ -117,7 +117,12 @@ pub struct Output {
 
 impl Default for Output {
     fn default() -> Self {
-        Output { particles: Cadence { every: Some(1), every_time: None }, fields: None, checkpoint: Checkpoints::default(), figures: true }
+        Output {
+            particles: Cadence { every: Some(1), every_time: None },
+            fields: None,
+            checkpoint: Checkpoints::default(),
+            figures: true,
+        }
     }
 }
 

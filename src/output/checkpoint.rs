@@ -142,7 +142,8 @@ pub fn newest(run: &Path) -> Result<(u64, Vec<String>)> {
     }
     let why = if refused.is_empty() { String::new() } else { format!(" ({})", refused.join("; ")) };
     Err(Error::Usage(format!(
-        "{}: there is no checkpoint to go on from{why}; leave out --resume, with --force where a run is to be replaced",
+        "{}: there is no checkpoint to go on from{why}; without --resume the run begins anew (with --force, where the folder \
+         holds one already)",
         run.display()
     )))
 }

@@ -37,8 +37,7 @@ impl Rows {
     pub fn go_on(path: &Path, length: u64) -> Result<Rows> {
         let file = Self::fits(path, length)?;
         file.set_len(length).map_err(Error::io(path))?;
-        let mut rows =
-            Rows { file, path: path.to_owned(), waiting: String::with_capacity(2 * ROOM), written: length };
+        let mut rows = Rows { file, path: path.to_owned(), waiting: String::with_capacity(2 * ROOM), written: length };
         rows.file.seek(SeekFrom::End(0)).map_err(Error::io(path))?;
         Ok(rows)
     }

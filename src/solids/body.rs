@@ -188,7 +188,8 @@ impl Body {
 
 impl Lasting for Body {
     fn pass(&mut self, tape: &mut Tape) -> Result<()> {
-        let Body { centre, velocity, angle, orientation, spin, motion, shape: _, radius: _, density: _, viscosity: _ } = self;
+        let Body { centre, velocity, angle, orientation, spin, motion, shape: _, radius: _, density: _, viscosity: _ } =
+            self;
         tape.pass([centre, velocity, angle, orientation, spin])?;
         match motion {
             Motion::Prescribed(Some(path)) => path.time.pass(tape),
