@@ -384,14 +384,14 @@ impl<'a, const D: usize> Run<'a, D> {
                 let _ = self.write_fields();
             }
         }
-        let step = format!("step {}, from t = {:.6} s", self.good.steps + 1, self.good.time);
-        Ok(match self.folder.as_ref().and_then(Folder::last_snapshot) {
-            Some((time, path)) => Error::Run(format!(
-                "{step}: {error}; the last good state that was kept, of t = {time:.6} s, is {}",
-                path.display()
-            )),
-            None => Error::Run(format!("{step}: {error}")),
-        })
+        let mut said = format!("step {}, from t = {:.6} s: {error}", self.good.steps + 1, self.good.time);
+        if let Some(step) = self.checkpoints.newest {
+            said += &format!("; with the cause gone, --resume goes on after step {step}");
+        }
+        if let Some((time, path)) = self.folder.as_ref().and_then(Folder::last_snapshot) {
+            said += &format!("; the last good state that was kept, of t = {time:.6} s, is {}", path.display());
+        }
+        Ok(Error::Run(said))
     }
 
     /// Writes a row of `steps.csv`; what ranks wish for is agreed on with it.

@@ -148,10 +148,14 @@ pub fn newest(run: &Path) -> Result<(u64, Vec<String>)> {
     )))
 }
 
-/// Deletes the checkpoints of a run after `step`, which are damaged: by their steps they would pass for the newest.
+/// Deletes the checkpoints of a run after `step`, which are damaged (by their steps they would pass for the newest), and
+/// what was not finished.
 pub fn delete_after(run: &Path, step: u64) -> Result<()> {
-    let later = files(&run.join(FOLDER))?.into_iter().filter(|(s, _)| *s > step);
-    later.map(|(_, path)| fs::remove_file(&path).map_err(Error::io(&path))).collect::<Result<()>>()
+    let folder = run.join(FOLDER);
+    let later = files(&folder)?.into_iter().filter(|(s, _)| *s > step).map(|(_, path)| path);
+    let entries = fs::read_dir(&folder).into_iter().flatten().flatten().map(|e| e.path());
+    let halves = entries.filter(|path| path.extension().is_some_and(|e| e == "part"));
+    later.chain(halves).try_for_each(|path| fs::remove_file(&path).map_err(Error::io(&path)))
 }
 
 /// Why a file is no whole checkpoint, if it is not. Reads it once, whatever it holds.
@@ -257,6 +261,7 @@ mod tests {
             let (step, refused) = newest(run.path()).unwrap();
             assert!(step == 1 && refused.len() == 1 && refused[0].contains("00000002.ckpt"), "{refused:?}");
         }
+        fs::write(part(&path(run.path(), 3)), "half").unwrap();
         delete_after(run.path(), 1).unwrap();
         assert_eq!(names(run.path()), ["00000001.ckpt"]);
     }

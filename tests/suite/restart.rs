@@ -277,6 +277,17 @@ fn a_second_ctrl_c_stops_at_once() {
 }
 
 #[test]
+fn checkpoints_are_written_by_the_clock_too_and_change_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = colliding(dir.path(), "end = 0.12\ncfl = 0.2", 1000);
+    let (straight, out) = (dir.path().join("straight"), dir.path().join("out"));
+    run(&case, &straight, &[]);
+    run(&case, &out, &["--set", "output.checkpoint.every_wall_minutes=1e-4"]);
+    assert!(checkpoints(&straight).is_empty() && checkpoints(&out).len() == 2);
+    expect_the_same_run(&straight, &out);
+}
+
+#[test]
 fn a_damaged_checkpoint_is_refused_and_the_one_before_it_used() {
     let dir = tempfile::tempdir().unwrap();
     let case = colliding(dir.path(), "end = 0.12\ncfl = 0.2", 4);
@@ -357,7 +368,8 @@ fn a_disk_that_fills_up_ends_the_run_with_3_and_leaves_whole_files_from_which_it
         .output();
     let output = output.unwrap();
     assert_eq!(output.status.code(), Some(3), "{}", said(&output));
-    assert!(said(&output).contains("particles.csv: File too large"), "{}", said(&output));
+    let why = ["particles.csv: File too large", "--resume goes on after step"];
+    assert!(why.iter().all(|why| said(&output).contains(why)), "{}", said(&output));
     for name in ["steps.csv", "particles.csv", "log.txt"] {
         assert!(std::fs::read_to_string(out.join(name)).unwrap().ends_with('\n'), "{name} ends with a line");
     }
