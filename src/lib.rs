@@ -38,6 +38,7 @@
 //! | [`study`] | tables of runs: cost and error |
 //! | [`run`], [`check`](mod@check), [`output`] | the time loop, the description of a scene, what a run leaves |
 //! | [`clock`] | where the time goes |
+//! | [`tape`], [`interrupt`] | what lasts from step to step, for checkpoints; signals |
 
 pub mod audit;
 pub mod case;
@@ -47,6 +48,7 @@ pub mod coupling;
 mod error;
 pub mod fluid;
 pub mod grid;
+pub mod interrupt;
 pub mod output;
 pub mod petsc;
 pub mod run;
@@ -55,5 +57,6 @@ pub mod scheme;
 pub mod solids;
 pub mod step;
 pub mod study;
+pub mod tape;
 
 pub use error::{Error, Result};

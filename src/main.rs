@@ -3,7 +3,7 @@
 use clap::{Args, Parser, Subcommand};
 use mics::output::{plot, print};
 use mics::run::Request;
-use mics::{Result, check, run, study};
+use mics::{Error, Result, check, run, study};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -27,6 +27,9 @@ enum Command {
         /// Replace the run that is in the folder.
         #[arg(long)]
         force: bool,
+        /// Go on from the newest checkpoint of the run that is in the folder.
+        #[arg(long, conflicts_with = "force")]
+        resume: bool,
         /// Print errors only.
         #[arg(long)]
         quiet: bool,
@@ -95,6 +98,7 @@ fn main() -> ExitCode {
         Err(e) => fail(u8::try_from(e.exit_code()).unwrap_or(2), &|| drop(e.print())),
         Ok(cli) => match act(cli.command) {
             Ok(()) => ExitCode::SUCCESS,
+            Err(stop @ Error::Interrupted(_)) => fail(stop.exit_code(), &|| eprintln!("{stop}")),
             Err(error) => fail(error.exit_code(), &|| eprintln!("error: {error}")),
         },
     }
@@ -102,8 +106,8 @@ fn main() -> ExitCode {
 
 fn act(command: Command) -> Result<()> {
     match command {
-        Command::Run { scene: SceneArgs { case, set, petsc }, out, force, quiet } => {
-            run::run(&Request { case, out, set, force, quiet, petsc })
+        Command::Run { scene: SceneArgs { case, set, petsc }, out, force, resume, quiet } => {
+            run::run(&Request { case, out, set, force, resume, quiet, petsc })
         }
         Command::Check { scene } => check::check(&scene.case, &scene.set, &scene.petsc),
         Command::Study { study, out, list, quick, force } => {

@@ -1,8 +1,11 @@
 //! A run: from the command line's words to a folder of results. The time loop, its dt, its schedule and its end.
 
+mod restart;
+
 use crate::case::{Cadence, Case, Loaded, load};
 use crate::clock::Stage;
 use crate::fluid::pressure::Projected;
+use crate::interrupt::Interrupt;
 use crate::output::measure::{self, Series};
 use crate::output::snapshot::Snapshot;
 use crate::output::{Folder, Log, StepRow, may_use, plot};
@@ -11,6 +14,7 @@ use crate::scene::{Scene, State};
 use crate::scheme::{Bound, Limits};
 use crate::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
+use restart::{Account, Checkpoints, Restart};
 use serde_json::json;
 use std::fmt;
 use std::io::IsTerminal;
@@ -28,6 +32,8 @@ pub struct Request {
     pub set: Vec<String>,
     /// Replace a run that is in the folder.
     pub force: bool,
+    /// Go on from the newest checkpoint in the folder.
+    pub resume: bool,
     /// Print errors only.
     pub quiet: bool,
     /// PETSc options.
@@ -49,11 +55,17 @@ pub fn run(request: &Request) -> Result<()> {
     let loaded = load(&request.case, &request.set)?;
     let session = start_petsc(&loaded.case, &request.petsc)?;
     let out = request.out.clone().unwrap_or_else(|| Path::new("runs").join(&loaded.case.name));
-    session.agree(may_use(&out, request.force, &request.case))?;
+    let interrupt = Interrupt::listen()?;
+    let restart = if request.resume {
+        Some(Restart::find(&session, &out, &loaded)?)
+    } else {
+        session.agree(may_use(&out, request.force, &request.case))?;
+        None
+    };
     check_memory(&loaded, &session)?;
     match loaded.case.dimension() {
-        2 => Run::<2>::new(&session, &loaded, request, out)?.go(),
-        _ => Run::<3>::new(&session, &loaded, request, out)?.go(),
+        2 => Run::<2>::new(&session, &loaded, request, out, interrupt, restart)?.go(),
+        _ => Run::<3>::new(&session, &loaded, request, out, interrupt, restart)?.go(),
     }
 }
 
@@ -181,17 +193,20 @@ struct Run<'a, const D: usize> {
     series: Vec<Series>,
     progress: Progress,
     started: Instant,
-    divergence_max: f64,
-    outer: u64,
-    krylov: u64,
-    retries: u64,
-    dt: Option<f64>,
-    /// Time of the newest snapshot (s).
-    last_fields: f64,
-    /// Step of the newest rows of particles.
-    last_rows: Option<u64>,
+    account: Account,
+    interrupt: Interrupt,
+    checkpoints: Checkpoints,
+    restart: Option<Restart>,
     /// The state at the start of the step.
     good: State<D>,
+}
+
+/// What ranks wish for at the end of a step.
+struct Wishes {
+    /// To stop, since somebody asked for it.
+    stop: bool,
+    /// To write a checkpoint, since one is due.
+    checkpoint: bool,
 }
 
 /// What a step gave, for the log.
@@ -204,15 +219,28 @@ struct StepOutcome {
 }
 
 impl<'a, const D: usize> Run<'a, D> {
-    fn new(session: &'a Session, loaded: &'a Loaded, request: &Request, out: PathBuf) -> Result<Self> {
+    fn new(
+        session: &'a Session,
+        loaded: &'a Loaded,
+        request: &Request,
+        out: PathBuf,
+        interrupt: Interrupt,
+        mut restart: Option<Restart>,
+    ) -> Result<Self> {
         let case = &loaded.case;
-        let scene = Scene::<D>::new(session, case)?;
+        let mut scene = Scene::<D>::new(session, case)?;
+        let (mut account, mut series) = (Account { began: now(), ..Account::default() }, measure::series(case));
+        let marks = restart.as_mut().map(|r| r.play(session, &mut account, &mut series, &mut scene)).transpose()?;
         check_step(loaded, &scene.limits()?)?;
         let lead = session.rank() == 0;
         let mut log = Log::new(lead && !request.quiet);
         let opened = if lead {
             let (particles, balance) = (scene.coupling.is_some(), scene.audit.is_some());
-            Folder::create(&out, &mut log, &case.to_toml(), particles, balance).map(Some)
+            match (&restart, marks) {
+                (Some(restart), Some(marks)) => restart.open_folder(&out, &mut log, &case.to_toml(), marks),
+                _ => Folder::create(&out, &mut log, &case.to_toml(), particles, balance),
+            }
+            .map(Some)
         } else {
             Ok(None)
         };
@@ -222,26 +250,22 @@ impl<'a, const D: usize> Run<'a, D> {
             good,
             folder: session.agree(opened)?,
             progress: Progress::new(lead && !request.quiet, case.time.end),
-            series: measure::series(case),
+            checkpoints: Checkpoints::new(&case.output.checkpoint, restart.as_ref().map(Restart::step)),
+            series,
+            account,
+            interrupt,
+            restart,
             session,
             case,
             scene,
             out,
             log,
             started: Instant::now(),
-            divergence_max: 0.0,
-            outer: 0,
-            krylov: 0,
-            retries: 0,
-            dt: None,
-            last_fields: f64::NAN,
-            last_rows: None,
         })
     }
 
     fn go(mut self) -> Result<()> {
-        let began = now();
-        self.write_run(&began, None)?;
+        self.write_run(None)?;
         let cells = self.case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
         let solver = self.scene.solver()?;
         let particles = self.case.particle.len();
@@ -254,17 +278,21 @@ impl<'a, const D: usize> Run<'a, D> {
             self.case.time.end,
             self.out.display()
         ));
+        if let Some(restart) = &self.restart {
+            restart.say(&mut self.log, self.scene.time, self.session.size());
+        }
         let result = self.advance();
         self.progress.finish();
-        let status = if result.is_ok() { "done" } else { "failed" };
-        let result = match result {
-            Ok(()) => Ok(()),
-            Err(e) => Err(self.keep_good_state(e)?),
+        let (status, result) = match result {
+            Ok(()) => ("done", Ok(())),
+            Err(stop @ Error::Interrupted(_)) => ("interrupted", Err(stop)),
+            Err(e) => ("failed", Err(self.keep_good_state(e)?)),
         };
         // A second error must not hide the first.
-        let closed = self.close(status, &began);
+        let closed = self.close(status);
         if let Err(e) = &result {
-            self.log.say(&format!("error: {e}"));
+            let kind = if let Error::Interrupted(_) = e { "" } else { "error: " };
+            self.log.say(&format!("{kind}{e}"));
             let _ = self.on_lead(|folder, _, log| folder.flush(log));
         }
         result?;
@@ -274,17 +302,19 @@ impl<'a, const D: usize> Run<'a, D> {
     /// The time loop.
     fn advance(&mut self) -> Result<()> {
         let end = self.case.time.end;
-        let mut fields = Schedule::new(self.case.output.fields.as_ref());
-        let mut rows = Schedule::new(Some(&self.case.output.particles));
-        let (energy, speed) = self.scene.energy_and_speed()?;
-        self.write_row(StepOutcome { energy, ..StepOutcome::default() })?;
-        self.write_particles()?;
-        self.write_fields()?;
-        self.sample(speed);
+        let mut fields = Schedule::new(self.case.output.fields.as_ref(), self.scene.time);
+        let mut rows = Schedule::new(Some(&self.case.output.particles), self.scene.time);
+        if self.restart.is_none() {
+            let (energy, speed) = self.scene.energy_and_speed()?;
+            self.write_row(StepOutcome { energy, ..StepOutcome::default() })?;
+            self.write_particles()?;
+            self.write_fields()?;
+            self.sample(speed);
+        }
         while self.scene.time < end * (1.0 - 1e-12) {
             self.scene.save(&mut self.good);
             let limits = self.scene.limits()?;
-            let (dt, _) = choose_step(self.case, &limits, self.dt, end - self.scene.time);
+            let (dt, _) = choose_step(self.case, &limits, self.account.dt, end - self.scene.time);
             self.refuse_broken_limit(dt, &limits)?;
             self.scene.clock.lap(Stage::Logs);
             let projected = match self.scene.step(dt) {
@@ -293,13 +323,13 @@ impl<'a, const D: usize> Run<'a, D> {
                 }
                 other => other?,
             };
-            self.dt = Some(dt);
-            self.divergence_max = self.divergence_max.max(projected.divergence_max);
-            self.outer += u64::from(projected.outer);
-            self.krylov += u64::from(projected.krylov);
-            self.retries += u64::from(projected.retries);
+            self.account.dt = Some(dt);
+            self.account.divergence_max = self.account.divergence_max.max(projected.divergence_max);
+            self.account.outer += u64::from(projected.outer);
+            self.account.krylov += u64::from(projected.krylov);
+            self.account.retries += u64::from(projected.retries);
             let (energy, speed) = self.scene.energy_and_speed()?;
-            self.write_row(StepOutcome { dt, projected, cfl: dt * limits.courant_rate, energy })?;
+            let wishes = self.write_row(StepOutcome { dt, projected, cfl: dt * limits.courant_rate, energy })?;
             if rows.due(self.scene.steps, self.scene.time) {
                 self.write_particles()?;
             }
@@ -311,9 +341,23 @@ impl<'a, const D: usize> Run<'a, D> {
             if fields.due(self.scene.steps, self.scene.time) {
                 self.write_fields()?;
             }
+            if wishes.stop || wishes.checkpoint {
+                self.checkpoint()?;
+                self.scene.clock.lap(Stage::Fields);
+            }
+            if wishes.stop {
+                return Err(Error::Interrupted(format!(
+                    "interrupted after step {}, t = {:.6} s; the same command with --resume goes on from there",
+                    self.scene.steps, self.scene.time
+                )));
+            }
         }
-        if self.last_fields != self.scene.time {
+        if self.account.last_fields != Some(self.scene.time) {
             self.write_fields()?;
+        }
+        // What has had checkpoints may be given a later end.
+        if self.checkpoints.newest.is_some() {
+            self.checkpoint()?;
         }
         Ok(())
     }
@@ -336,21 +380,22 @@ impl<'a, const D: usize> Run<'a, D> {
         self.session.max(&mut broken)?;
         if broken[0] == 0.0 {
             self.scene.load(&self.good);
-            if self.last_fields != self.scene.time {
+            if self.account.last_fields != Some(self.scene.time) {
                 let _ = self.write_fields();
             }
         }
-        let step = format!("step {}, from t = {:.6} s", self.good.steps + 1, self.good.time);
-        Ok(match self.folder.as_ref().and_then(Folder::last_snapshot) {
-            Some((time, path)) => Error::Run(format!(
-                "{step}: {error}; the last good state that was kept, of t = {time:.6} s, is {}",
-                path.display()
-            )),
-            None => Error::Run(format!("{step}: {error}")),
-        })
+        let mut said = format!("step {}, from t = {:.6} s: {error}", self.good.steps + 1, self.good.time);
+        if let Some(step) = self.checkpoints.newest {
+            said += &format!("; with the cause gone, --resume goes on after step {step}");
+        }
+        if let Some((time, path)) = self.folder.as_ref().and_then(Folder::last_snapshot) {
+            said += &format!("; the last good state that was kept, of t = {time:.6} s, is {}", path.display());
+        }
+        Ok(Error::Run(said))
     }
 
-    fn write_row(&mut self, outcome: StepOutcome) -> Result<()> {
+    /// Writes a row of `steps.csv`; what ranks wish for is agreed on with it.
+    fn write_row(&mut self, outcome: StepOutcome) -> Result<Wishes> {
         let row = StepRow {
             step: self.scene.steps,
             time: self.scene.time,
@@ -360,19 +405,32 @@ impl<'a, const D: usize> Run<'a, D> {
             divergence_max: outcome.projected.divergence_max,
             cfl: outcome.cfl,
             kinetic_energy: outcome.energy,
-            wall: self.started.elapsed().as_secs_f64(),
+            wall: self.wall(),
         };
-        self.on_lead(|folder, scene, log| {
+        let (scene, log) = (&self.scene, &mut self.log);
+        let written = self.folder.as_mut().map_or(Ok(()), |folder| {
             folder.write_step(&row, scene.audit.as_ref().map(|a| (scene.substeps, a)))?;
             folder.flush_when_due(log)
-        })
+        });
+        // One message for all three, every step.
+        let flags = [written.is_err(), self.interrupt.asked(), self.checkpoints.due(row.step)];
+        let mut anywhere = flags.map(f64::from);
+        self.session.max(&mut anywhere)?;
+        let [failed, stop, checkpoint] = anywhere.map(|flag| flag > 0.0);
+        written?;
+        if failed { Err(Error::Run("rank 0 failed".into())) } else { Ok(Wishes { stop, checkpoint }) }
+    }
+
+    /// Seconds that the run has taken, in all its sessions.
+    fn wall(&self) -> f64 {
+        self.account.wall + self.started.elapsed().as_secs_f64()
     }
 
     fn write_particles(&mut self) -> Result<()> {
-        if self.last_rows == Some(self.scene.steps) {
+        if self.account.last_rows == Some(self.scene.steps) {
             return Ok(());
         }
-        self.last_rows = Some(self.scene.steps);
+        self.account.last_rows = Some(self.scene.steps);
         let rule = self.case.coupling.force;
         self.on_lead(|folder, scene, _| match &scene.coupling {
             Some(c) => folder.write_particles(scene.steps, scene.time, c.bodies(), c.exchange(), rule),
@@ -382,7 +440,7 @@ impl<'a, const D: usize> Run<'a, D> {
 
     fn write_fields(&mut self) -> Result<()> {
         let snapshot = Snapshot::take(&mut self.scene)?;
-        self.last_fields = self.scene.time;
+        self.account.last_fields = Some(self.scene.time);
         // A figure of the fields shows the particles where they are.
         self.write_particles()?;
         self.on_lead(|folder, scene, log| {
@@ -409,15 +467,15 @@ impl<'a, const D: usize> Run<'a, D> {
     }
 
     /// Closes the logs, sums up and draws.
-    fn close(&mut self, status: &str, began: &str) -> Result<()> {
-        let wall = self.started.elapsed().as_secs_f64();
+    fn close(&mut self, status: &str) -> Result<()> {
+        let wall = self.wall();
         let cells = self.scene.grid.total_cells();
         let stages = self.scene.clock.table(cells);
         let mut used = [peak_memory(), cpu_seconds()];
         self.session.sum(&mut used)?;
         let [memory, cpu] = used;
         let unused = self.session.unused_options()?;
-        self.write_run(began, Some(&now()))?;
+        self.write_run(Some(&now()))?;
         if self.folder.is_none() {
             return Ok(());
         }
@@ -427,9 +485,9 @@ impl<'a, const D: usize> Run<'a, D> {
         let steps = self.scene.steps.max(1) as f64;
         let summary = json!({
             "case": self.case.name, "status": status, "cells": cells, "steps": self.scene.steps, "time": self.scene.time,
-            "wall_seconds": wall, "cpu_seconds": cpu, "step_seconds": wall / steps, "divergence_max": self.divergence_max,
-            "divergence_limit": self.case.pressure.divergence_limit, "outer_iterations": self.outer,
-            "krylov_iterations": self.krylov, "solver_retries": self.retries, "measures": found,
+            "wall_seconds": wall, "cpu_seconds": cpu, "step_seconds": wall / steps, "divergence_max": self.account.divergence_max,
+            "divergence_limit": self.case.pressure.divergence_limit, "outer_iterations": self.account.outer,
+            "krylov_iterations": self.account.krylov, "solver_retries": self.account.retries, "measures": found,
             "stages_ns_per_cell_step": stages.iter().map(|(n, t)| ((*n).to_owned(), json!(t))).collect::<serde_json::Map<_, _>>(),
             "peak_memory_bytes": memory, "peak_memory_bytes_per_cell": memory / cells as f64,
         });
@@ -451,10 +509,14 @@ impl<'a, const D: usize> Run<'a, D> {
         ));
         self.log.say(&format!(
             "C-HSMAC {:.2} and Krylov {:.2} iterations a step{}; largest |D| {:.2e} 1/s, limit {:.0e}",
-            self.outer as f64 / steps,
-            self.krylov as f64 / steps,
-            if self.retries > 0 { format!(", {} solves repeated", self.retries) } else { String::new() },
-            self.divergence_max,
+            self.account.outer as f64 / steps,
+            self.account.krylov as f64 / steps,
+            if self.account.retries > 0 {
+                format!(", {} solves repeated", self.account.retries)
+            } else {
+                String::new()
+            },
+            self.account.divergence_max,
             self.case.pressure.divergence_limit
         ));
         if !unused.is_empty() {
@@ -479,13 +541,13 @@ impl<'a, const D: usize> Run<'a, D> {
         folder.flush(&mut self.log)
     }
 
-    fn write_run(&mut self, began: &str, ended: Option<&str>) -> Result<()> {
+    fn write_run(&mut self, ended: Option<&str>) -> Result<()> {
         let options = self.session.options()?;
         let words: Vec<String> = std::env::args().collect();
         let record = json!({
             "version": env!("CARGO_PKG_VERSION"), "git_commit": env!("MICS_GIT_COMMIT"), "command": words,
             "petsc_version": self.session.version(), "petsc_options": options, "ranks": self.session.size(),
-            "host": host(), "start": began, "end": ended,
+            "host": host(), "start": self.account.began, "end": ended, "resumed_after_step": self.restart.as_ref().map(Restart::step),
         });
         self.on_lead(|folder, _, _| folder.write_json("run.json", &record))
     }
@@ -498,8 +560,11 @@ struct Schedule {
 }
 
 impl Schedule {
-    fn new(cadence: Option<&Cadence>) -> Schedule {
-        Schedule { cadence: cadence.cloned(), done: 0 }
+    /// From `time` (s) on.
+    fn new(cadence: Option<&Cadence>, time: f64) -> Schedule {
+        let mut schedule = Schedule { cadence: cadence.cloned(), done: 0 };
+        schedule.due(0, time);
+        schedule
     }
 
     /// Whether a step that ended at `time` (s) is the first at or after a due moment.

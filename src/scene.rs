@@ -52,7 +52,7 @@ pub struct Scene<const D: usize> {
     pub projection: Projection,
     pub(crate) scheme: &'static Scheme,
     /// Courant number per second of what the borders prescribe (1/s): in a fluid at rest nothing else tells it.
-    border_rate: f64,
+    pub(crate) border_rate: f64,
     pub(crate) advection: Advection<D>,
     /// Pressure and gravity on faces (m/s2), of the pressure in `p`.
     pub(crate) acceleration: VectorField<D>,

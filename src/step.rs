@@ -1,5 +1,6 @@
 //! The method: one step of MICS, in the order of the paper, and the same with sharp walls (`sharp`).
 
+mod restart;
 mod sharp;
 
 use crate::Result;

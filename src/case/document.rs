@@ -16,11 +16,13 @@ use super::{Case, preset};
 use crate::{Error, Result};
 
 /// Keys that exclude each other: overriding the first drops the second from the file.
-const REPLACES: [(&str, &str); 6] = [
+const REPLACES: [(&str, &str); 8] = [
     ("step", "cfl"),
     ("cfl", "step"),
     ("every", "every_time"),
     ("every_time", "every"),
+    ("every_steps", "every_wall_minutes"),
+    ("every_wall_minutes", "every_steps"),
     ("restitution", "damping"),
     ("damping", "restitution"),
 ];

@@ -109,13 +109,20 @@ pub struct Output {
     /// Snapshots under `fields/`; default only the first and the last state.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fields: Option<Cadence>,
+    /// Checkpoints to go on from, of which the newest two are kept; default every 15 minutes of running time.
+    pub checkpoint: Checkpoints,
     /// Figures of the last state as PNG and SVG; default yes.
     pub figures: bool,
 }
 
 impl Default for Output {
     fn default() -> Self {
-        Output { particles: Cadence { every: Some(1), every_time: None }, fields: None, figures: true }
+        Output {
+            particles: Cadence { every: Some(1), every_time: None },
+            fields: None,
+            checkpoint: Checkpoints::default(),
+            figures: true,
+        }
     }
 }
 
@@ -129,4 +136,22 @@ pub struct Cadence {
     /// Every so much time (s).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every_time: Option<f64>,
+}
+
+/// How often a checkpoint is written: exactly one of the two.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Checkpoints {
+    /// Every so many minutes of running time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub every_wall_minutes: Option<f64>,
+    /// Every so many steps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub every_steps: Option<u64>,
+}
+
+impl Default for Checkpoints {
+    fn default() -> Self {
+        Checkpoints { every_wall_minutes: Some(15.0), every_steps: None }
+    }
 }

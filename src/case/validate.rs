@@ -49,7 +49,8 @@ pub(super) fn validate(case: &Case) -> Check {
     ensure!(holds, "pressure.tightening", "must be above 0 and at most 1, not {tightening:?}");
     ensure!(max_iterations >= 1, "pressure.max_iterations", "must be at least 1");
     cadence("output.particles", &case.output.particles)?;
-    case.output.fields.as_ref().map_or(Ok(()), |fields| cadence("output.fields", fields))
+    case.output.fields.as_ref().map_or(Ok(()), |fields| cadence("output.fields", fields))?;
+    checkpoints("output.checkpoint", &case.output.checkpoint)
 }
 
 /// Choices of the mixing say nothing of sharp walls.
@@ -223,6 +224,13 @@ fn cadence(key: &str, cadence: &Cadence) -> Check {
     ensure!(one, key, "give exactly one of `every` (steps) and `every_time` (s), as in {{ every = 10 }}");
     ensure!(cadence.every != Some(0), format!("{key}.every"), "must be 1 step or more, not 0");
     positive(&format!("{key}.every_time"), cadence.every_time.unwrap_or(1.0), "s")
+}
+
+fn checkpoints(key: &str, checkpoints: &Checkpoints) -> Check {
+    let one = checkpoints.every_wall_minutes.is_some() != checkpoints.every_steps.is_some();
+    ensure!(one, key, "give exactly one of `every_wall_minutes` and `every_steps`, as in {{ every_steps = 1000 }}");
+    ensure!(checkpoints.every_steps != Some(0), format!("{key}.every_steps"), "must be 1 step or more, not 0");
+    positive(&format!("{key}.every_wall_minutes"), checkpoints.every_wall_minutes.unwrap_or(1.0), "minutes")
 }
 
 #[cfg(test)]

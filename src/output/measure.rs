@@ -1,8 +1,10 @@
 //! Measures: numbers that a run reports, each from a series of samples in time.
 
+use crate::Result;
 use crate::case::{Case, ForceRule, Measure, MeasureKind};
 use crate::coupling::Exchange;
 use crate::solids::{Body, Motion, Oscillation};
+use crate::tape::{Lasting, Tape};
 use nalgebra::{Matrix2, Vector2, Vector3};
 use std::f64::consts::PI;
 
@@ -147,6 +149,15 @@ impl Series {
             MeasureKind::Strouhal if high - low < 2e-3 => None,
             MeasureKind::Strouhal => frequency(&self.samples, mean).map(|f| f / self.rate),
         }
+    }
+}
+
+impl Lasting for Series {
+    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        let Series { samples, morison, before, measure: _, rule: _, force_scale: _, rate: _ } = self;
+        let Morison { products, forces, scales: _ } = morison;
+        tape.pass([samples, before, forces])?;
+        products.iter_mut().try_for_each(|x| x.pass(tape))
     }
 }
 

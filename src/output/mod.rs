@@ -2,13 +2,15 @@
 
 use std::io::Write as _;
 
+pub mod checkpoint;
 pub mod figure;
 mod folder;
 pub mod measure;
 pub mod plot;
+mod rows;
 pub mod snapshot;
 
-pub use folder::{Folder, Log, StepRow, may_use};
+pub use folder::{Folder, Log, Marks, StepRow, may_use};
 
 /// Prints a line that a command was asked for. A reader that has gone (`| head`) is no error; a full disk is.
 pub fn print(line: &str) -> crate::Result<()> {

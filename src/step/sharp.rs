@@ -190,7 +190,7 @@ impl<const D: usize> Sharp<D> {
 }
 
 /// The acceleration by pressure on every face, open or not (m/s2).
-fn plain_acceleration<const D: usize>(
+pub(super) fn plain_acceleration<const D: usize>(
     grid: &Grid<D>,
     boundaries: &Boundaries<D>,
     density: f64,

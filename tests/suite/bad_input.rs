@@ -163,6 +163,9 @@ const BAD_CASES: &[Row] = &[
     ("kind = \"drag_coefficient\"", "kind = \"morison_drag\"", "kind", "measure.0.kind", &["a particle that swings", "oscillation"]),
     ("[[measure]]", "[output]\nfields = { every = 0 }\n[[measure]]", "fields", "output.fields.every", &["1 step or more"]),
     ("[[measure]]", "[output]\nfields = { every = 1, every_time = 0.1 }\n[[measure]]", "fields", "output.fields", &["exactly one of"]),
+    ("[[measure]]", "[output]\ncheckpoint = { every_steps = 0 }\n[[measure]]", "checkpoint", "output.checkpoint.every_steps", &["1 step or more"]),
+    ("[[measure]]", "[output]\ncheckpoint = {}\n[[measure]]", "checkpoint", "output.checkpoint", &["exactly one of"]),
+    ("[[measure]]", "[output]\ncheckpoint = { every_wall_minutes = -1 }\n[[measure]]", "checkpoint", "output.checkpoint.every_wall_minutes", &["positive", "minutes"]),
     ("size = [2.0, 1.0]\ncells = [32, 16]", "size = [2.0, 1.0]\ncells = [40000, 40000]", "cells", "domain.cells", &["GB", "fewer cells"]),
     ("cfl = 0.4", "cfl = 0.6", "cfl", "time.cfl", &["over the limit of this scheme", "0.5", "rk3"]),
     // What only the scene can tell: it finds the limit of a step, and names it.

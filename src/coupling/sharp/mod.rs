@@ -32,6 +32,7 @@ mod force;
 mod motion;
 mod probe;
 mod skin;
+mod state;
 
 use super::Exchange;
 use crate::fluid::faces::FaceCoefficient;
