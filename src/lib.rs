@@ -36,6 +36,7 @@
 //! | [`scheme`] | the time schemes and the limits of their step |
 //! | [`scene`] | case to scene: builds only what the scene needs |
 //! | [`run`], [`check`](mod@check), [`output`] | the time loop, the description of a scene, what a run leaves |
+//! | [`validate`](mod@validate) | the shipped cases beside their references |
 //! | [`clock`] | where the time goes |
 
 pub mod audit;
@@ -53,5 +54,6 @@ pub mod scene;
 pub mod scheme;
 pub mod solids;
 pub mod step;
+pub mod validate;
 
 pub use error::{Error, Result};

@@ -1,6 +1,7 @@
 //! A run's folder: who may use it, its logs, its snapshots and its summary. Lives on rank 0.
 
 use super::snapshot::{Snapshot, replace, write_series};
+use super::{progress, report};
 use crate::audit::Audit;
 use crate::case::ForceRule;
 use crate::coupling::Exchange;
@@ -22,7 +23,8 @@ const BALANCE_COLUMNS: &str = ",substeps,momentum_x,momentum_y,momentum_z,border
     border_impulse_z,momentum_error,angular_momentum_error";
 
 /// What this program writes into a run's folder, and so may delete with `--force`.
-const OURS: [&str; 6] = ["case.toml", "run.json", "steps.csv", "particles.csv", "summary.json", "log.txt"];
+const OURS: [&str; 8] =
+    ["case.toml", "run.json", "steps.csv", "particles.csv", "summary.json", "log.txt", progress::FILE, report::FILE];
 /// Its folders, with the endings of what it writes there.
 const OUR_FOLDERS: [(&str, &[&str]); 2] = [("fields", &["vti", "pvd"]), ("figures", &["png", "svg"])];
 /// Ending of a file that is being written.
