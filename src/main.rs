@@ -69,11 +69,13 @@ enum Command {
     },
     /// Run the shipped cases and compare them with their references; status 1 where any falls short.
     Validate {
+        /// Only the cases whose names begin so.
+        names: Vec<String>,
         /// The short cases only, under five minutes; the default.
         #[arg(long, conflicts_with = "full")]
         quick: bool,
         /// All cases with a reference.
-        #[arg(long)]
+        #[arg(long, conflicts_with = "names")]
         full: bool,
         /// Where the runs go.
         #[arg(long, value_name = "DIR", default_value = "runs/validate")]
@@ -138,7 +140,7 @@ fn act(command: Command) -> Result<()> {
         }
         Command::Report { run, out } => print(&report::write(&run, out.as_deref())?.display().to_string()),
         Command::Watch { run } => progress::watch(&run),
-        Command::Validate { full, out, petsc, .. } => validate::validate(full, &out, &petsc),
+        Command::Validate { names, full, out, petsc, .. } => validate::validate(&names, full, &out, &petsc),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "mics", &mut script);

@@ -24,29 +24,28 @@ macro_rules! shipped {
     };
 }
 
-/// Runs the shipped cases that have references, the short ones or all, each into a folder in `out`, and prints their
-/// measures beside the references. Collective; rank 0 prints.
+/// Runs the shipped cases that have references, each into a folder in `out`, and prints their measures beside the
+/// references: the short ones, all (`full`), or those whose names begin with one of `names`. Collective; rank 0 prints.
 ///
 /// # Errors
-/// When a run fails, or its measures fall short of a reference: [`Error::Short`], after all have been run.
-pub fn validate(full: bool, out: &Path, petsc: &[String]) -> Result<()> {
+/// When a name is unknown, a run fails, or measures fall short of their references: [`Error::Short`], after all have
+/// been run.
+pub fn validate(names: &[String], full: bool, out: &Path, petsc: &[String]) -> Result<()> {
+    let rows = chosen(names, full)?;
     let session = Session::start(petsc)?;
     let lead = session.rank() == 0;
     let say = |line: &str| if lead { print(line) } else { Ok(()) };
-    session.agree(if lead { fs::create_dir_all(out).map_err(Error::io(out)) } else { Ok(()) })?;
-    say(&format!(
-        "| {:<28} | {:<16} | {:>9} | {:>16} | {:>9} | {:>9} | {:<11} | {:>5} |",
-        "case", "measure", "value", "reference", "error", "tolerance", "", "s"
-    ))?;
-    say(&format!("|{}|", [30, 18, 11, 18, 11, 11, 13, 7].map(|n| "-".repeat(n)).join("|")))?;
-    let (mut rows, mut short, mut failed) = (0, 0, Vec::new());
-    for row in shipped().into_iter().filter(|row| full || row.quick) {
+    let cure = |e| Error::Usage(format!("{}: cannot be made ({e}); give another folder with --out", out.display()));
+    session.agree(if lead { fs::create_dir_all(out).map_err(cure) } else { Ok(()) })?;
+    say(&columns(["case", "measure", "value", "reference", "error", "tolerance", "", "s"]))?;
+    say(&columns(WIDTHS.map(|width| "-".repeat(width.unsigned_abs())).each_ref().map(String::as_str)))?;
+    let (mut pass, mut short, mut failed) = (0, 0, Vec::new());
+    for row in rows {
         match measure(&session, &row, out, petsc) {
             Ok(summary) => {
                 for (name, c) in summary.comparisons() {
                     say(&line(&row.name, &name, &c, summary.wall_seconds))?;
-                    rows += 1;
-                    short += usize::from(!c.pass);
+                    *(if c.pass { &mut pass } else { &mut short }) += 1;
                 }
             }
             Err(e) => {
@@ -56,14 +55,31 @@ pub fn validate(full: bool, out: &Path, petsc: &[String]) -> Result<()> {
         }
     }
     say("")?;
-    let pass = format!("{} of {rows} values pass", rows - short);
-    if !failed.is_empty() {
-        return Err(Error::Run(format!("{pass}; runs that failed: {}", failed.join(", "))));
+    say(&conclude(pass, short, &failed)?)
+}
+
+/// The last line, or the failure that it is.
+fn conclude(pass: usize, short: usize, failed: &[String]) -> Result<String> {
+    let counts = format!("{pass} of {} values pass", pass + short);
+    match (short, failed) {
+        (0, []) => Ok(counts),
+        (_, []) => Err(Error::Short(format!("{counts}, {short} fall short of their references"))),
+        _ => Err(Error::Run(format!("{counts}; runs that failed: {}", failed.join(", ")))),
     }
-    if short > 0 {
-        return Err(Error::Short(format!("{pass}, {short} fall short; the runs are in {}", out.display())));
+}
+
+/// The rows of some names, or of all cases, or the short ones.
+fn chosen(names: &[String], full: bool) -> Result<Vec<Row>> {
+    let mut rows = shipped();
+    if let Some(unknown) = names.iter().find(|name| !rows.iter().any(|row| row.name.starts_with(*name))) {
+        let known = rows.iter().map(|row| format!("\"{}\"", row.name)).collect::<Vec<_>>().join(", ");
+        return Err(Error::Usage(format!("no case begins with \"{unknown}\"; known here: {known}")));
     }
-    say(&format!("{pass}; the runs are in {}", out.display()))
+    rows.retain(|row| match names {
+        [] => full || row.quick,
+        names => names.iter().any(|name| row.name.starts_with(name)),
+    });
+    Ok(rows)
 }
 
 /// Runs one case and returns its summary (an empty one on other ranks than the first).
@@ -85,15 +101,22 @@ fn measure(session: &Session, row: &Row, out: &Path, petsc: &[String]) -> Result
     session.agree(if lead { Summary::read(&folder) } else { Ok(Summary::default()) })
 }
 
+/// Widths of the table's columns, negative where text stands on the left.
+const WIDTHS: [isize; 8] = [-28, -16, 9, 16, 9, 9, -11, 5];
+
+fn columns(cells: [&str; 8]) -> String {
+    let cell = |(text, width): (&str, isize)| match width.unsigned_abs() {
+        n if width < 0 => format!(" {text:<n$} |"),
+        n => format!(" {text:>n$} |"),
+    };
+    "|".to_owned() + &cells.into_iter().zip(WIDTHS).map(cell).collect::<String>()
+}
+
 fn line(case: &str, name: &str, c: &Comparison, seconds: f64) -> String {
     let value = c.value.map_or("none".into(), |v| format!("{v:.5}"));
     let error = c.error.map_or(String::new(), signed_percent);
-    format!(
-        "| {case:<28} | {name:<16} | {value:>9} | {:>16} | {error:>9} | {:>9} | {:<11} | {seconds:>5.0} |",
-        c.reference.to_string(),
-        percent(c.tolerance),
-        c.verdict()
-    )
+    let (reference, tolerance) = (c.reference.to_string(), percent(c.tolerance));
+    columns([case, name, &value, &reference, &error, &tolerance, c.verdict(), &format!("{seconds:.0}")])
 }
 
 /// The cases with references, in the order in which they are run: the short ones of `--quick` first.
@@ -140,6 +163,25 @@ fn shipped() -> Vec<Row> {
 mod tests {
     use super::*;
     use crate::case::load;
+
+    #[test]
+    fn one_value_that_falls_short_makes_the_status_1_and_a_run_that_fails_3() {
+        assert_eq!(conclude(4, 0, &[]).unwrap(), "4 of 4 values pass");
+        assert_eq!(conclude(4, 1, &[]).unwrap_err().exit_code(), 1);
+        assert_eq!(conclude(4, 1, &["crowd".into()]).unwrap_err().exit_code(), 3);
+    }
+
+    #[test]
+    fn cases_are_chosen_by_how_their_names_begin() {
+        let count = |names: &[&str], full| {
+            let names: Vec<String> = names.iter().map(|name| name.to_string()).collect();
+            chosen(&names, full).map(|rows| rows.len())
+        };
+        let (quick, all) = (count(&[], false).unwrap(), count(&[], true).unwrap());
+        assert!(0 < quick && quick < all && count(&["settling-disc", "cyl"], false).unwrap() > 3);
+        assert!(count(&["settling"], true).unwrap() == 3);
+        assert!(matches!(count(&["nonsense"], false), Err(Error::Usage(m)) if m.contains("\"oscillating-cylinder\"")));
+    }
 
     #[test]
     fn every_row_is_a_good_case_with_a_reference_and_its_source() {

@@ -153,7 +153,9 @@ impl Folder {
     pub fn create(path: &Path, log: &mut Log, case: &str, particles: bool, balance: bool) -> Result<Folder> {
         clear(path)?;
         let fields = path.join("fields");
-        fs::create_dir_all(&fields).map_err(Error::io(&fields))?;
+        let cure =
+            |e| Error::Usage(format!("{}: cannot be made ({e}); give another folder with --out", path.display()));
+        fs::create_dir_all(&fields).map_err(cure)?;
         replace(&path.join("case.toml"), case.as_bytes())?;
         log.file = Some(open(&path.join("log.txt"), "")?);
         Ok(Folder {

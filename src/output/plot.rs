@@ -36,10 +36,13 @@ pub fn draw(runs: &[PathBuf], out: Option<&Path>) -> Result<Vec<PathBuf>> {
 /// Draws one run's figures into its `figures/`; returns the PNGs and SVGs, the vorticity's last.
 pub fn draw_run(run: &Path) -> Result<Vec<PathBuf>> {
     let case = read_case(run)?;
+    let rows = particle_rows(run);
+    // All is read before anything is written.
+    let newest = newest_snapshot(run)?;
+    let plane = plane(&case, &Snapshot::read(&newest)?, run, &rows)?;
     let figures = run.join("figures");
     fs::create_dir_all(&figures).map_err(Error::io(&figures))?;
     let mut written = Vec::new();
-    let rows = particle_rows(run);
     for (name, x_label, y_label, series) in [
         ("forces", "time (s)", "force on particle 0 (N)", forces(run, &case, &rows)?),
         ("speeds", "time (s)", "velocity of particle 0 (m/s)", speeds(run, &case, &rows)?),
@@ -52,8 +55,6 @@ pub fn draw_run(run: &Path) -> Result<Vec<PathBuf>> {
             written.extend(figure::curves(&axes, &series, &figures.join(name))?);
         }
     }
-    let newest = newest_snapshot(run)?;
-    let plane = plane(&case, &Snapshot::read(&newest)?, run, &rows)?;
     written.extend(figure::streamlines(&plane, &figures.join("streamlines"))?);
     written.extend(figure::vorticity(&plane, &figures.join("vorticity"))?);
     Ok(written)

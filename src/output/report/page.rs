@@ -17,7 +17,7 @@ pub fn page(run: &Run, figures: &[Figure]) -> Markup {
         ("flow", "The flow", (!fields.is_empty()).then(|| gallery(&fields, "figures fields"))),
         ("particles", "Particles", (!particles.is_empty()).then(|| gallery(&particles, "figures curves"))),
         ("scene", "The case in words", Some(scene(run))),
-        ("numbers", "Numbers and their definitions", Some(numbers(run))),
+        ("numbers", "Reynolds numbers and others", Some(numbers(run))),
         ("needs", "What was needed and what was skipped", (!run.provenance.needs.is_empty()).then(|| needs(run))),
         ("numerics", "How well it was solved", (!numerics.is_empty()).then(|| gallery(&numerics, "figures curves"))),
         ("cost", "Where the time went", run.summary.as_ref().map(|_| cost(run))),
@@ -175,9 +175,17 @@ fn numbers(run: &Run) -> Markup {
     html! { div.scroll { table {
         thead { tr { th { "number" } th.number { "value" } th { "definition" } } }
         tbody { @for n in words::numbers(run) { tr {
-            th.symbol scope="row" { (n.name) } td.number { (short(n.value)) } td { (n.definition) }
+            th.symbol scope="row" { (symbol(n.name)) } td.number { (short(n.value)) } td { (n.definition) }
         } } }
     } } }
+}
+
+/// `Re_p` with its index below the line, `delta` in Greek.
+fn symbol(name: &str) -> Markup {
+    let name = name.replace("delta", "\u{3b4}");
+    let (base, rest) = name.split_once('_').unwrap_or((&name, ""));
+    let end = rest.find('/').unwrap_or(rest.len());
+    html! { (base) @if !rest.is_empty() { sub { (rest[..end]) } (rest[end..]) } }
 }
 
 fn needs(run: &Run) -> Markup {

@@ -132,13 +132,6 @@ pub fn numbers(run: &Run) -> Vec<Number> {
         }
         add("Re_h", speed * h / nu, format!("U h/nu, of the grid, h = {h:.4e} m"));
     }
-    if largest > 0.0 {
-        add(
-            "d/h",
-            case.particle.iter().map(|p| p.shape.diameter()).fold(f64::INFINITY, f64::min) / h,
-            "cells across the smallest particle; under 4 its flow is not resolved".into(),
-        );
-    }
     let free = || case.particle.iter().enumerate().filter(|(_, p)| p.motion == Motion::Free);
     if let Some((id, speed, re)) = fastest(run).filter(|_| nu > 0.0 && free().next().is_some()) {
         let d = case.particle[id].shape.diameter();
@@ -153,6 +146,13 @@ pub fn numbers(run: &Run) -> Vec<Number> {
             "delta_p/h",
             d / re.sqrt() / h,
             "spacings across the boundary layer of that particle, d/sqrt(Re_p) over h".into(),
+        );
+    }
+    if largest > 0.0 {
+        add(
+            "d/h",
+            case.particle.iter().map(|p| p.shape.diameter()).fold(f64::INFINITY, f64::min) / h,
+            "cells across the smallest particle; under 4 its flow is not resolved".into(),
         );
     }
     let g = case.fluid.gravity.iter().flatten().map(|g| g * g).sum::<f64>().sqrt();
