@@ -509,7 +509,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let record = json!({
             "version": env!("CARGO_PKG_VERSION"), "git_commit": env!("MICS_GIT_COMMIT"), "command": words,
             "petsc_version": self.session.version(), "petsc_options": options, "ranks": self.session.size(),
-            "host": host(), "start": began, "end": ended, "solver": solver, "needs": needs.collect::<Vec<_>>(),
+            "host": host(), "pid": std::process::id(), "start": began, "end": ended, "solver": solver, "needs": needs.collect::<Vec<_>>(),
         });
         self.on_lead(|folder, _, _| folder.write_json("run.json", &record))
     }

@@ -95,7 +95,6 @@ fn measure(session: &Session, row: &Row, out: &Path, petsc: &[String]) -> Result
         force: true,
         quiet: true,
         petsc: petsc.to_vec(),
-        ..Request::default()
     };
     run::run(&request)?;
     session.agree(if lead { Summary::read(&folder) } else { Ok(Summary::default()) })

