@@ -7,19 +7,18 @@ use crate::clock::Stage;
 use crate::fluid::pressure::Projected;
 use crate::interrupt::Interrupt;
 use crate::output::measure::{self, Series};
+use crate::output::progress::{Progress, Record};
 use crate::output::snapshot::Snapshot;
 use crate::output::{Folder, Log, StepRow, may_use, plot};
 use crate::petsc::Session;
 use crate::scene::{Scene, State};
 use crate::scheme::{Bound, Limits};
 use crate::{Error, Result};
-use indicatif::{ProgressBar, ProgressStyle};
 use restart::{Account, Checkpoints, Restart};
 use serde_json::json;
 use std::fmt;
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// What `mics run` was told.
 #[derive(Clone, Debug, Default)]
@@ -249,7 +248,7 @@ impl<'a, const D: usize> Run<'a, D> {
         Ok(Run {
             good,
             folder: session.agree(opened)?,
-            progress: Progress::new(lead && !request.quiet, case.time.end),
+            progress: Progress::new(lead && !request.quiet, case.time.end, lead.then_some(&out)),
             checkpoints: Checkpoints::new(&case.output.checkpoint, restart.as_ref().map(Restart::step)),
             series,
             account,
@@ -281,13 +280,14 @@ impl<'a, const D: usize> Run<'a, D> {
         if let Some(restart) = &self.restart {
             restart.say(&mut self.log, self.scene.time, self.session.size());
         }
+        self.progress.begin(self.scene.steps, self.scene.time);
         let result = self.advance();
-        self.progress.finish();
         let (status, result) = match result {
             Ok(()) => ("done", Ok(())),
             Err(stop @ Error::Interrupted(_)) => ("interrupted", Err(stop)),
             Err(e) => ("failed", Err(self.keep_good_state(e)?)),
         };
+        self.progress.finish(status, self.scene.steps, self.scene.time, self.values());
         // A second error must not hide the first.
         let closed = self.close(status);
         if let Err(e) = &result {
@@ -334,8 +334,20 @@ impl<'a, const D: usize> Run<'a, D> {
                 self.write_particles()?;
             }
             self.sample(speed);
-            if let Some(line) = self.progress.tick(&self.scene, dt, projected.divergence_max) {
-                self.log.say(&line);
+            if self.progress.due() {
+                let (step, time) = (self.scene.steps, self.scene.time);
+                let (divergence, measures) = (projected.divergence_max, self.values());
+                let state = Record {
+                    step,
+                    time,
+                    end,
+                    dt: Some(dt),
+                    divergence,
+                    largest_speed: speed,
+                    measures,
+                    ..Record::default()
+                };
+                self.progress.take(state).into_iter().for_each(|line| self.log.say(&line));
             }
             self.scene.clock.lap(Stage::Logs);
             if fields.due(self.scene.steps, self.scene.time) {
@@ -441,6 +453,7 @@ impl<'a, const D: usize> Run<'a, D> {
     fn write_fields(&mut self) -> Result<()> {
         let snapshot = Snapshot::take(&mut self.scene)?;
         self.account.last_fields = Some(self.scene.time);
+        self.series.iter_mut().for_each(|s| s.take_fields(&snapshot));
         // A figure of the fields shows the particles where they are.
         self.write_particles()?;
         self.on_lead(|folder, scene, log| {
@@ -466,6 +479,11 @@ impl<'a, const D: usize> Run<'a, D> {
         }
     }
 
+    /// The measures that have a value so far, by name.
+    fn values(&self) -> serde_json::Map<String, serde_json::Value> {
+        self.series.iter().filter_map(|s| Some((s.name().to_owned(), json!(s.value()?)))).collect()
+    }
+
     /// Closes the logs, sums up and draws.
     fn close(&mut self, status: &str) -> Result<()> {
         let wall = self.wall();
@@ -480,14 +498,16 @@ impl<'a, const D: usize> Run<'a, D> {
             return Ok(());
         }
         let measures: Vec<(&str, Option<f64>)> = self.series.iter().map(|s| (s.name(), s.value())).collect();
-        let found: serde_json::Map<_, _> =
-            measures.iter().filter_map(|(n, v)| v.map(|v| ((*n).to_owned(), json!(v)))).collect();
+        let found = self.values();
+        let comparisons: serde_json::Map<_, _> =
+            self.series.iter().filter_map(|s| Some((s.name().to_owned(), json!(s.comparison()?)))).collect();
         let steps = self.scene.steps.max(1) as f64;
         let summary = json!({
             "case": self.case.name, "status": status, "cells": cells, "steps": self.scene.steps, "time": self.scene.time,
             "wall_seconds": wall, "cpu_seconds": cpu, "step_seconds": wall / steps, "divergence_max": self.account.divergence_max,
             "divergence_limit": self.case.pressure.divergence_limit, "outer_iterations": self.account.outer,
             "krylov_iterations": self.account.krylov, "solver_retries": self.account.retries, "measures": found,
+            "comparisons": comparisons,
             "stages_ns_per_cell_step": stages.iter().map(|(n, t)| ((*n).to_owned(), json!(t))).collect::<serde_json::Map<_, _>>(),
             "peak_memory_bytes": memory, "peak_memory_bytes_per_cell": memory / cells as f64,
         });
@@ -522,9 +542,12 @@ impl<'a, const D: usize> Run<'a, D> {
         if !unused.is_empty() {
             self.log.say(&format!("PETSc options that nothing used: {}", unused.join(", ")));
         }
-        for (name, value) in &measures {
+        for ((name, value), series) in measures.iter().zip(&self.series) {
             self.log.say(&match value {
-                Some(v) => format!("{name} = {v:.5}"),
+                Some(v) => match series.comparison() {
+                    Some(comparison) => format!("{name} = {v:.5}, {comparison}"),
+                    None => format!("{name} = {v:.5}"),
+                },
                 None => {
                     format!("{name}: the run gives no value (no oscillation, no contact, or no steps after `from`)")
                 }
@@ -542,12 +565,15 @@ impl<'a, const D: usize> Run<'a, D> {
     }
 
     fn write_run(&mut self, ended: Option<&str>) -> Result<()> {
-        let options = self.session.options()?;
+        let (options, solver) = (self.session.options()?, self.scene.solver()?);
+        let needs = self.scene.needs();
+        let needs = needs.iter().map(|(what, needed, why)| json!({"what": what, "needed": needed, "why": why}));
         let words: Vec<String> = std::env::args().collect();
         let record = json!({
             "version": env!("CARGO_PKG_VERSION"), "git_commit": env!("MICS_GIT_COMMIT"), "command": words,
             "petsc_version": self.session.version(), "petsc_options": options, "ranks": self.session.size(),
-            "host": host(), "start": self.account.began, "end": ended, "resumed_after_step": self.restart.as_ref().map(Restart::step),
+            "host": host(), "pid": std::process::id(), "start": self.account.began, "end": ended,
+            "resumed_after_step": self.restart.as_ref().map(Restart::step), "solver": solver, "needs": needs.collect::<Vec<_>>(),
         });
         self.on_lead(|folder, _, _| folder.write_json("run.json", &record))
     }
@@ -580,68 +606,6 @@ impl Schedule {
     }
 }
 
-/// A bar on a terminal, a line now and then elsewhere.
-struct Progress {
-    bar: Option<ProgressBar>,
-    lines: bool,
-    end: f64,
-    started: Instant,
-    last: Instant,
-}
-
-/// Seconds between plain lines.
-const LINE_EVERY: Duration = Duration::from_secs(5);
-
-impl Progress {
-    fn new(shown: bool, end: f64) -> Progress {
-        let terminal = shown && std::io::stderr().is_terminal();
-        let bar = terminal.then(|| {
-            let style = ProgressStyle::with_template("{bar:20} {percent:>3} %  {msg}");
-            ProgressBar::new(1000).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-        });
-        Progress { lines: shown && !terminal, bar, end, started: Instant::now(), last: Instant::now() }
-    }
-
-    /// Shows the state; returns a line where lines are due.
-    fn tick<const D: usize>(&mut self, scene: &Scene<D>, dt: f64, divergence: f64) -> Option<String> {
-        if self.bar.is_none() && (!self.lines || self.last.elapsed() < LINE_EVERY) {
-            return None;
-        }
-        let done = scene.time / self.end;
-        let elapsed = self.started.elapsed().as_secs_f64();
-        let text = format!(
-            "t = {:.4} s, step {}, dt {:.2e} s, |D| {divergence:.1e}, {:.0} steps/s, {} left",
-            scene.time,
-            scene.steps,
-            dt,
-            scene.steps as f64 / elapsed,
-            minutes(elapsed * (1.0 / done - 1.0))
-        );
-        match &self.bar {
-            Some(bar) => {
-                bar.set_position((1000.0 * done) as u64);
-                bar.set_message(text);
-                None
-            }
-            None => {
-                self.last = Instant::now();
-                Some(format!("{:>3.0} %  {text}", 100.0 * done))
-            }
-        }
-    }
-
-    fn finish(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
-    }
-}
-
-fn minutes(seconds: f64) -> String {
-    let s = seconds.max(0.0) as u64;
-    if s < 60 { format!("{s} s") } else { format!("{} min {:02} s", s / 60, s % 60) }
-}
-
 /// Largest resident memory of this process so far (bytes), 0 where the system does not tell.
 pub fn peak_memory() -> f64 {
     system_number("/proc/self/status", "VmHWM:") * 1024.0
@@ -660,7 +624,8 @@ fn system_number(file: &str, name: &str) -> f64 {
     line.and_then(|l| l.split_whitespace().next()?.parse().ok()).unwrap_or(0.0)
 }
 
-fn host() -> String {
+/// The name of this machine.
+pub fn host() -> String {
     std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default().trim().to_owned()
 }
 

@@ -33,6 +33,25 @@ impl Loaded {
     }
 }
 
+/// What makes a flow another one: with overrides of these a reference of the file no longer holds.
+const FLOW: [&str; 7] = ["domain.size", "fluid", "boundary", "particle", "swarm", "initial", "contact"];
+
+/// Drops the references that the file has of its own flow where overrides make it another one, unless they give others.
+fn drop_references(case: &mut Case, overrides: &[String]) {
+    let keys = || overrides.iter().map(|given| given.split('=').next().unwrap_or_default().trim());
+    let within = |key: &str, table: &str| key.strip_prefix(table).is_some_and(|r| r.is_empty() || r.starts_with('.'));
+    if !keys().any(|key| FLOW.iter().any(|table| within(key, table) || within(table, key)))
+        || keys().any(|key| key == "measure")
+    {
+        return;
+    }
+    for (index, measure) in case.measure.iter_mut().enumerate() {
+        if !keys().any(|key| key == format!("measure.{index}") || key == format!("measure.{index}.reference")) {
+            (measure.reference, measure.tolerance, measure.source) = (None, None, None);
+        }
+    }
+}
+
 /// Reads, overrides and checks a case, and turns its swarms into particles; `overrides` are `key.path=value` with TOML
 /// syntax for the value. A refusal is one [`Error::Case`] that names the key and its line, or says what else gave it.
 pub fn load(path: &Path, overrides: &[String]) -> Result<Loaded> {
@@ -57,6 +76,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Loaded> {
         let (line, note) = document.place(&key);
         Error::Case { file: path.to_owned(), line, key, message: message + note }
     })?;
+    drop_references(&mut case, &overrides);
     case.fill_defaults();
     Ok(Loaded { case, file: path.to_owned(), text, overrides })
 }
@@ -229,6 +249,23 @@ kind = "drag_coefficient"
         let (line, key, message) = refusal(CHANNEL, &["time.cfl=0.2", "time.step=0.01"]);
         assert_eq!((line, key.as_str()), (None, "time.step"));
         assert!(message.contains("exclude each other"), "{message}");
+    }
+
+    #[test]
+    fn a_reference_is_of_the_flow_of_the_file_and_goes_where_an_override_makes_it_another() {
+        let text = CHANNEL.to_owned() + "reference = 2.0\ntolerance = 0.1\nsource = \"a book\"\n";
+        let left = |overrides: &[&str]| load_text(&text, overrides).unwrap().measure[0].reference;
+        let kept = Some(crate::case::Reference::Value(2.0));
+        for same in [&[][..], &["domain.cells=[64, 32]"], &["time.cfl=0.2", "measure.0.particle=0"]] {
+            assert_eq!(left(same), kept, "{same:?}");
+        }
+        for other in ["fluid.viscosity=1.0", "domain.size=[2.0, 2.0]", "particle.0.density=2.0"] {
+            assert_eq!(left(&[other]), None, "{other}");
+            assert_eq!(
+                left(&[other, "measure.0.reference=[3.0, 4.0]"]),
+                Some(crate::case::Reference::Band([3.0, 4.0]))
+            );
+        }
     }
 
     #[test]

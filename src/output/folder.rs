@@ -3,6 +3,7 @@
 use super::checkpoint;
 use super::rows::Rows;
 use super::snapshot::{Snapshot, replace, write_series};
+use super::{progress, report};
 use crate::audit::Audit;
 use crate::case::ForceRule;
 use crate::coupling::Exchange;
@@ -25,7 +26,8 @@ const BALANCE_COLUMNS: &str = ",substeps,momentum_x,momentum_y,momentum_z,border
     border_impulse_z,momentum_error,angular_momentum_error";
 
 /// What this program writes into a run's folder, and so may delete with `--force`.
-const OURS: [&str; 6] = ["case.toml", "run.json", "steps.csv", "particles.csv", "summary.json", "log.txt"];
+const OURS: [&str; 8] =
+    ["case.toml", "run.json", "steps.csv", "particles.csv", "summary.json", "log.txt", progress::FILE, report::FILE];
 /// Its folders, with the endings of what it writes there.
 const OUR_FOLDERS: [(&str, &[&str]); 3] =
     [("fields", &["vti", "pvd"]), ("figures", &["png", "svg"]), (checkpoint::FOLDER, &[checkpoint::ENDING])];
@@ -180,7 +182,9 @@ impl Folder {
     pub fn create(path: &Path, log: &mut Log, case: &str, particles: bool, balance: bool) -> Result<Folder> {
         clear(path)?;
         let fields = path.join("fields");
-        fs::create_dir_all(&fields).map_err(Error::io(&fields))?;
+        let cure =
+            |e| Error::Usage(format!("{}: cannot be made ({e}); give another folder with --out", path.display()));
+        fs::create_dir_all(&fields).map_err(cure)?;
         replace(&path.join("case.toml"), case.as_bytes())?;
         log.file = Some(Rows::create(&path.join("log.txt"), "")?);
         let columns = [STEP_COLUMNS, if balance { BALANCE_COLUMNS } else { "" }].concat();

@@ -31,6 +31,17 @@ const MARKERS: [(u32, f64, f64); 5] = [(16, 5.5, 0.0), (4, 7.0, 45.0), (3, 7.0, 
 
 /// Draws series over axes. Writes `STEM.png` and `STEM.svg`.
 pub fn curves(axes: &Axes, series: &[Series], stem: &Path) -> Result<[PathBuf; 2]> {
+    let (sheet, size) = draw(axes, series);
+    sheet.write(size, stem)
+}
+
+/// The same figure as SVG text.
+pub fn curves_svg(axes: &Axes, series: &[Series]) -> Result<String> {
+    let (sheet, size) = draw(axes, series);
+    sheet.svg(size)
+}
+
+fn draw(axes: &Axes, series: &[Series]) -> (Sheet, Pixel) {
     let place = |value: f64, log: bool| if log { value.log10() } else { value };
     let place = |point: &(f64, f64)| (place(point.0, axes.log_x), place(point.1, axes.log_y));
     let good = |point: &(f64, f64)| point.0.is_finite() && point.1.is_finite();
@@ -72,7 +83,7 @@ pub fn curves(axes: &Axes, series: &[Series], stem: &Path) -> Result<[PathBuf; 2
     legend(&mut sheet, series, frame.corner, extent, &drawn);
     sheet.title(&axes.title, frame.corner.0 + extent.0 / 2, top);
     let width = (frame.corner.0 + extent.0 + MARGIN).max(canvas::width(&axes.title, LARGE)) + MARGIN;
-    sheet.write((width, top + extent.1 + BELOW + MARGIN), stem)
+    (sheet, (width, top + extent.1 + BELOW + MARGIN))
 }
 
 /// Draws places in a style, in the colour and with the marker of the series of that index.
