@@ -3,10 +3,14 @@
 use crate::allocation::count;
 use crate::support::{mpirun, petsc};
 use mics::Result;
-use mics::grid::GHOSTS;
-use mics::petsc::{Layout, LinearSolver, ModeEntry, Session};
+use mics::fluid::faces::FaceCoefficient;
+use mics::fluid::poisson::{ModeEntry, Poisson, Rows};
+use mics::grid::{Border, Boundaries, GHOSTS, Grid};
+use mics::petsc::{Choice, Layout, LinearSolver, Session};
 use nalgebra::{DMatrix, DVector};
+use std::cell::RefCell;
 use std::env;
+use std::rc::Rc;
 
 const NX: usize = 14;
 const NY: usize = 12;
@@ -18,6 +22,7 @@ const MODES: usize = 6;
 /// The five-point Laplacian; cells are numbered x fastest. The pressure is given on the west side, or nowhere.
 struct System {
     solver: LinearSolver,
+    operator: Rc<RefCell<Poisson>>,
     /// The cells that this rank owns.
     cells: Vec<usize>,
     singular: bool,
@@ -74,24 +79,31 @@ fn dense_solution(weights: &[f64], modes: &[(usize, usize, f64)], singular: bool
 impl System {
     fn new(session: &Session, singular: bool) -> Result<System> {
         let layout = Layout::new(session, &[NX, NY], &[false, false], GHOSTS)?;
-        let stored = |c: usize| {
-            let [x, y] = [(c % NX, 0), (c / NX, 1)].map(|(at, axis)| at + GHOSTS - layout.start[axis]);
-            x + layout.stored[0] * y
+        let grid = Grid::<2>::new([NX, NY], [NX as f64, NY as f64], [false; 2], &layout);
+        let west = if singular { Border::Slip } else { Border::Outflow };
+        let borders = [[Some(west), Some(Border::Slip)], [Some(Border::Slip), Some(Border::Slip)]];
+        let boundaries = Boundaries::new(session, &layout, &grid, borders);
+        let operator = Rc::new(RefCell::new(Poisson::new(session, &layout, &grid, &boundaries)?));
+        operator.borrow_mut().set(&grid, &FaceCoefficient::Uniform(1.0))?;
+        let cells: Vec<usize> = grid.rows().flatten().map(|c| grid.global_cell(c)).map(|[x, y]| x + NX * y).collect();
+        let mut matrix = None;
+        let pattern = || {
+            let (rows, at, columns) = Rows::new(&layout, &grid);
+            matrix = Some(rows);
+            (at, columns)
         };
-        let within = |at: usize, a: usize| (layout.start[a]..layout.start[a] + layout.local[a]).contains(&at);
-        let cells: Vec<usize> = (0..N).filter(|c| within(c % NX, 0) && within(c / NX, 1)).collect();
-        let (mut rows, mut columns, mut values) = (Vec::new(), Vec::new(), Vec::new());
-        for &a in &cells {
-            for b in (0..N).filter(|b| laplacian(a, *b, singular) != 0.0) {
-                rows.push(layout.numbers[stored(a)]);
-                columns.push(layout.numbers[stored(b)]);
-                values.push(laplacian(a, b, singular));
-            }
+        let size = (2, cells.len());
+        let mut solver =
+            LinearSolver::new(session, Choice::BcgsBoomeramg, size, operator.clone(), singular, pattern)?;
+        if let Some(mut rows) = matrix {
+            solver.set_values(rows.fill(&mut operator.borrow_mut()))?;
         }
-        let mut solver = LinearSolver::new(session, &layout, 2, rows, columns, singular)?;
-        solver.set_values(&values)?;
         solver.set_right_side(|b| cells.iter().zip(b).for_each(|(c, b)| *b = right_side(*c)))?;
-        Ok(System { solver, cells, singular })
+        Ok(System { solver, operator, cells, singular })
+    }
+
+    fn set_modes(&self, weights: &[f64], entries: &[ModeEntry]) -> Result<()> {
+        self.operator.borrow_mut().set_modes(weights, entries)
     }
 
     /// This rank's part of `modes`.
@@ -129,7 +141,7 @@ fn largest_gap(session: &Session, singular: bool) -> Result<f64> {
         let mut modes = modes(step, singular);
         modes.retain(|m| m.0 < weights.len());
         let own = system.own(&modes);
-        system.solver.set_modes(weights, &own)?;
+        system.set_modes(weights, &own)?;
         largest = largest.max(system.gap(weights, &modes)?);
     }
     Ok(largest)
@@ -168,6 +180,11 @@ fn in_processes(test: &str, kinds: &[(usize, &str)], body: impl Fn(&Session)) {
 fn modes_hold_with_every_solver_and_on_two_ranks() {
     let kinds = [
         (2, ""),
+        (1, "-ksp_type cg -pc_type boxmg"),
+        (2, "-ksp_type cg -pc_type boxmg"),
+        (4, "-ksp_type cg -pc_type boxmg"),
+        (1, "-ksp_type cg -pc_type transform"),
+        (1, "-ksp_type bicg -pc_type boxmg"),
         (2, "-ksp_type cg -pc_type gamg"),
         (2, "-ksp_type cg -pc_type bjacobi"),
         (2, "-ksp_type gmres -pc_type jacobi -ksp_gmres_restart 200"),
@@ -193,10 +210,10 @@ fn a_solve_with_modes_that_fails_is_retried_with_them() {
         let mut system = System::new(session, false).unwrap();
         let modes = modes(0, false);
         let weights = [1.0, 1e2, 1e3, 1e4, 1e5, 1e6];
-        system.solver.set_modes(&weights, &system.own(&modes)).unwrap();
+        system.set_modes(&weights, &system.own(&modes)).unwrap();
         let error = system.gap(&weights, &modes).unwrap_err().to_string();
         assert!(error.contains("failed twice: DIVERGED_ITS after 4 iterations"), "{error}");
-        system.solver.set_modes(&[], &[]).unwrap();
+        system.set_modes(&[], &[]).unwrap();
         assert!(system.gap(&[], &[]).unwrap() < 1e-8);
     });
 }
@@ -205,9 +222,18 @@ fn a_solve_with_modes_that_fails_is_retried_with_them() {
 fn a_method_that_would_pass_over_the_modes_is_refused() {
     let test = "modes::a_method_that_would_pass_over_the_modes_is_refused";
     in_processes(test, &[(1, "-ksp_type preonly -pc_type lu")], |session| {
-        let mut system = System::new(session, false).unwrap();
-        let error = system.solver.set_modes(&[1.0], &[]).unwrap_err();
+        let system = System::new(session, false).unwrap();
+        let error = system.solver.refuse_preconditioner_alone().unwrap_err();
         assert!(error.to_string().contains("preonly") && error.exit_code() == 2, "{error}");
+    });
+}
+
+#[test]
+fn a_preconditioner_of_the_whole_refuses_parts_of_it() {
+    let test = "modes::a_preconditioner_of_the_whole_refuses_parts_of_it";
+    in_processes(test, &[(1, "-pc_type bjacobi -pc_bjacobi_blocks 2 -sub_pc_type boxmg")], |session| {
+        let error = System::new(session, false).unwrap().gap(&[], &[]).unwrap_err();
+        assert!(error.to_string().contains("whole system only"), "{error}");
     });
 }
 
@@ -217,7 +243,7 @@ fn a_solve_with_modes_allocates_nothing_once_they_have_their_size() {
     let mut system = System::new(&petsc.session, true).unwrap();
     let steps = [0, 1, 2].map(|step| system.own(&modes(step, true)));
     let mut solve = |own: &[ModeEntry]| {
-        system.solver.set_modes(&[2.0; MODES], own).unwrap();
+        system.set_modes(&[2.0; MODES], own).unwrap();
         system.solver.solve(1e-8, 0.0).unwrap();
     };
     solve(&steps[0]);
@@ -229,7 +255,7 @@ fn a_solve_with_modes_allocates_nothing_once_they_have_their_size() {
 #[test]
 fn unsound_modes_are_refused() {
     let petsc = petsc();
-    let mut system = System::new(&petsc.session, false).unwrap();
+    let system = System::new(&petsc.session, false).unwrap();
     let good = ModeEntry { mode: 0, row: 0, value: 1.0 };
     for (weight, entry) in [
         (-1.0, good),
@@ -238,8 +264,8 @@ fn unsound_modes_are_refused() {
         (1.0, ModeEntry { row: N as u32, ..good }),
         (1.0, ModeEntry { value: f64::INFINITY, ..good }),
     ] {
-        let error = system.solver.set_modes(&[weight], &[entry]).unwrap_err().to_string();
+        let error = system.set_modes(&[weight], &[entry]).unwrap_err().to_string();
         assert!(error.contains("free body's mode"), "{weight} {entry:?}: {error}");
     }
-    system.solver.set_modes(&[1.0], &[good]).unwrap();
+    system.set_modes(&[1.0], &[good]).unwrap();
 }

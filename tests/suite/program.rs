@@ -83,7 +83,7 @@ fn check_describes_the_scene_and_says_what_it_skips_and_why() {
         "skips        pressure matrix at every step",
         "skips        contacts",
         "ms a step",
-        "bcgs + hypre",
+        "cg + boxmg (auto: the coefficient varies from face to face)",
     ] {
         assert!(said.contains(part), "{part} in {said}");
     }

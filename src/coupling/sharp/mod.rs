@@ -31,8 +31,9 @@ mod skin;
 
 use super::Exchange;
 use crate::fluid::faces::FaceCoefficient;
+use crate::fluid::poisson::ModeEntry;
 use crate::grid::{Boundaries, Grid, VectorField};
-use crate::petsc::{ModeEntry, Session};
+use crate::petsc::Session;
 use crate::solids::contact::{Contacts, Push};
 use crate::solids::{Body, Overlap, nearest_image};
 use nalgebra::Vector3;
