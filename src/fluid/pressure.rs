@@ -13,7 +13,7 @@
 //! `eps_k = a^k 0.5 D0/max|D|`, relative to the right side: just what is needed, tightening by `a` where it was not.
 
 use super::faces::{self, FaceCoefficient};
-use super::poisson::{ModeEntry, Poisson, Rows};
+use super::poisson::{Covered, Poisson, Rows};
 use crate::grid::{Boundaries, Grid, VectorField};
 use crate::petsc::{Choice, Layout, LinearSolver, Session};
 use crate::{Error, Result};
@@ -117,9 +117,9 @@ impl Projection {
     ///
     /// # Errors
     /// When they are unsound, or the solver would pass over them.
-    pub fn set_modes(&mut self, weights: &[f64], entries: &[ModeEntry]) -> Result<()> {
+    pub fn set_modes(&mut self, weights: &[f64], covered: &[Covered]) -> Result<()> {
         self.solver.refuse_preconditioner_alone()?;
-        borrow(&self.operator)?.set_modes(weights, entries)
+        borrow(&self.operator)?.set_modes(weights, covered)
     }
 
     /// Makes the face velocities divergence-free to D0 and adds what that took to the pressure (its ghosts are filled

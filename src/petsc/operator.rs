@@ -103,16 +103,14 @@ impl Shell {
         // SAFETY: the container is an output that is given up below; the matrix keeps its own reference to it.
         unsafe {
             check("PetscContainerCreate", ffi::PetscContainerCreate(session.comm(), &mut container))?;
-            let set = check(
-                "PetscContainerSetPointer",
-                ffi::PetscContainerSetPointer(container, self.state.as_ptr().cast()),
-            )
-            .and_then(|()| {
-                check(
-                    "PetscObjectCompose",
-                    ffi::PetscObjectCompose(matrix.cast(), CARRIED.as_ptr(), container.cast()),
-                )
-            });
+            let set =
+                check("PetscContainerSetPointer", ffi::PetscContainerSetPointer(container, self.state.as_ptr().cast()))
+                    .and_then(|()| {
+                        check(
+                            "PetscObjectCompose",
+                            ffi::PetscObjectCompose(matrix.cast(), CARRIED.as_ptr(), container.cast()),
+                        )
+                    });
             check("PetscContainerDestroy", ffi::PetscContainerDestroy(&mut container))?;
             set
         }

@@ -323,7 +323,10 @@ impl Session {
         starts: &[i32],
     ) -> Result<()> {
         let fits = counts.iter().zip(starts).all(|(n, s)| *n >= 0 && *s >= 0 && (n + s) as usize <= all.len());
-        if !fits || counts.len() != self.size() || starts.len() != self.size() || counts[self.rank()] as usize > mine.len()
+        if !fits
+            || counts.len() != self.size()
+            || starts.len() != self.size()
+            || counts[self.rank()] as usize > mine.len()
         {
             return Err(Error::Run("a gathering does not fit its buffers".into()));
         }

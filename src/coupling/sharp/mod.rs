@@ -31,7 +31,7 @@ mod skin;
 
 use super::Exchange;
 use crate::fluid::faces::FaceCoefficient;
-use crate::fluid::poisson::ModeEntry;
+use crate::fluid::poisson::Covered;
 use crate::grid::{Boundaries, Grid, VectorField};
 use crate::petsc::Session;
 use crate::solids::contact::{Contacts, Push};
@@ -105,7 +105,7 @@ pub struct Sharp<const D: usize> {
     chi: f64,
     courant: f64,
     weights: Vec<f64>,
-    entries: Vec<ModeEntry>,
+    entries: Vec<Covered>,
     buffer: Vec<f64>,
     session: Session,
 }

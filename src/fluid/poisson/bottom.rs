@@ -1,5 +1,6 @@
 //! Where the levels end: a dense inverse, or the whole level gathered on every rank.
 
+use super::bodies::Bodies;
 use super::lattice::Lattice;
 use super::level::{Level, Single};
 use super::multigrid::{Multigrid, Whole};
@@ -98,7 +99,9 @@ impl Dense {
 /// The whole of a level on every rank, and its own levels below.
 pub(super) struct Gathered {
     session: Session,
-    pub inner: Multigrid,
+    inner: Multigrid,
+    /// There are none on coarse levels.
+    bodies: Bodies,
     /// Each rank's first cell and cells along each axis.
     boxes: Vec<([usize; 3], [usize; 3])>,
     mine: Vec<Single>,
@@ -122,6 +125,7 @@ impl Gathered {
         Gathered {
             session: session.clone(),
             inner,
+            bodies: Bodies::new(session, whole.axes),
             mine: vec![0.0; size(&boxes[session.rank()].1)],
             all: vec![0.0; total],
             counts: vec![0; boxes.len()],
@@ -131,7 +135,13 @@ impl Gathered {
     }
 
     /// Gathers a field of every rank's box, with one layer more along `axis`, into one of the whole.
-    fn gather(&mut self, from: &[Single], lattice: &Lattice, axis: Option<usize>, what: fn(&mut Level, usize) -> &mut [Single]) -> Result<()> {
+    fn gather(
+        &mut self,
+        from: &[Single],
+        lattice: &Lattice,
+        axis: Option<usize>,
+        what: fn(&mut Level, usize) -> &mut [Single],
+    ) -> Result<()> {
         let extent = |n: &[usize; 3]| -> [usize; 3] { std::array::from_fn(|a| n[a] + usize::from(Some(a) == axis)) };
         let mut start = 0;
         for ((_, n), (count, at)) in self.boxes.iter().zip(self.counts.iter_mut().zip(&mut self.starts)) {
@@ -159,14 +169,14 @@ impl Gathered {
         for axis in 0..level.lattice.axes {
             self.gather(&level.g[axis], &level.lattice, Some(axis), |inner, axis| &mut inner.g[axis])?;
         }
-        self.inner.rebuild()
+        self.inner.rebuild(&mut self.bodies, [0.0; 3], 0.0)
     }
 
     pub fn cycle(&mut self, level: &mut Level, from_zero: bool) -> Result<()> {
         if from_zero {
             self.gather(&level.b, &level.lattice, None, |inner, _| &mut inner.b)?;
         }
-        self.inner.cycle(from_zero)?;
+        self.inner.cycle(&mut self.bodies, from_zero)?;
         let (inner, (first, n)) = (&self.inner.levels[0], self.boxes[self.session.rank()]);
         for (k, j) in (0..n[2]).flat_map(|k| (0..n[1]).map(move |j| (k, j))) {
             let from = inner.lattice.row(first[1] + j, first[2] + k) + first[0];

@@ -14,10 +14,7 @@ use crate::petsc::{Halo, Layout, Number, Session};
 use std::ops::{Add, Mul, Sub};
 
 /// What the kernels compute in: single precision for the multigrid, double for the operator.
-pub(super) trait Real:
-    Number + Default + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> 
-{
-}
+pub(super) trait Real: Number + Default + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {}
 
 impl Real for f32 {}
 

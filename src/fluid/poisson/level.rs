@@ -22,11 +22,11 @@ pub(super) struct Level {
     pub lattice: Lattice,
     pub g: [Vec<Single>; 3],
     /// 1/D.
-    inverse: Vec<Single>,
+    pub inverse: Vec<Single>,
     pub x: Vec<Single>,
     pub b: Vec<Single>,
-    /// The sweep's result, then the next one's start.
-    next: Vec<Single>,
+    /// The sweep's result; after it, what it started from.
+    pub next: Vec<Single>,
     row: Vec<Single>,
     halo: Halo<Single>,
     /// Cells that make a coarse one along each axis: 1 or 2.
@@ -111,6 +111,26 @@ impl Level {
                 }
             }
         }
+    }
+
+    /// Where the next level has the cell at a place of this one.
+    pub fn coarse_place(&self, coarse: &Level, place: usize) -> usize {
+        let (fine, wide) = (&self.lattice, &coarse.lattice);
+        let at = |a: usize| place / fine.stride[a] % (fine.n[a] + 2) - 1;
+        wide.first + (0..fine.axes).map(|a| at(a) / self.factor[a] * wide.stride[a]).sum::<usize>()
+    }
+
+    /// Adds to the next level's face what is added to one of this level's that lies in it.
+    pub fn add_to_coarse_face(&self, coarse: &mut Level, axis: usize, place: usize, add: Single) {
+        let (fine, wide) = (&self.lattice, coarse.lattice);
+        let at = |a: usize| place / fine.stride[a] % (fine.n[a] + 2) - 1;
+        let (along, factor) = (at(axis), self.factor[axis]);
+        if along % factor != 0 && along != fine.n[axis] {
+            return;
+        }
+        let number = |a: usize| if a == axis { along.div_ceil(factor) } else { at(a) / self.factor[a] };
+        let face = wide.first + (0..fine.axes).map(|a| number(a) * wide.stride[a]).sum::<usize>();
+        coarse.g[axis][face] += add * self.ratio[axis][number(axis)];
     }
 
     /// The first sweep, from x = 0.

@@ -5,26 +5,26 @@
 //!   (A x)_c = sum over the faces f of c:  (beta_f/h^2) (x_c - x_beyond f)  +  sum_k w_k j_k,c (j_k . x)
 //! ```
 //! beta is the coefficient on faces, zero on closed ones and twice as large, with x = 0 beyond, where the border gives the
-//! pressure. The modes `j_k` are free bodies: one for each direction in which a body moves, non-zero in the cells that its
-//! surface cuts only, on as many ranks as own some of them.
+//! pressure. The modes `j_k` are free bodies ([`bodies`]): one for each direction in which a body moves, non-zero in the cells
+//! that its surface cuts only, on as many ranks as own some of them.
 
+mod bodies;
 mod bottom;
 mod lattice;
 mod level;
 mod matrix;
-mod modes;
 mod multigrid;
 mod transform;
 
+pub use bodies::Covered;
 pub use matrix::Rows;
-pub use modes::ModeEntry;
 
 use crate::fluid::faces::FaceCoefficient;
 use crate::grid::{Border, Boundaries, Grid};
 use crate::petsc::{Halo, Layout, Operator, OwnPreconditioner, Session};
 use crate::{Error, Result};
+use bodies::{Bodies, Frame};
 use lattice::{Lattice, exchange};
-use modes::Modes;
 use multigrid::{Multigrid, Tuning, Whole};
 use transform::{Ends, Transform};
 
@@ -45,7 +45,10 @@ pub struct Poisson {
     g: [Vec<f64>; 3],
     largest: f64,
     x: Vec<f64>,
-    modes: Modes,
+    bodies: Bodies,
+    frame: Frame,
+    /// The smallest spacing (m).
+    narrowest: f64,
     multigrid: Option<Fresh<Multigrid>>,
     transform: Option<Fresh<Transform>>,
 }
@@ -73,6 +76,7 @@ impl Poisson {
         boundaries: &Boundaries<D>,
     ) -> Result<Poisson> {
         let lattice = Lattice::new(layout.local, D);
+        let narrowest = grid.h.iter().copied().fold(f64::INFINITY, f64::min);
         let ends = std::array::from_fn(|a| match boundaries.borders.get(a) {
             Some([Some(low), Some(high)]) => {
                 let given = [low, high].map(|border| matches!(border, Border::Outflow));
@@ -94,7 +98,14 @@ impl Poisson {
             g: Default::default(),
             largest: 0.0,
             x: Vec::new(),
-            modes: Modes::new(session, layout.local.iter().product()),
+            bodies: Bodies::new(session, D),
+            frame: Frame {
+                stride: std::array::from_fn(|a| grid.stride.get(a).copied().unwrap_or(1)),
+                stored: layout.stored,
+                ghosts: layout.ghosts,
+                inverse_h: std::array::from_fn(|a| grid.h.get(a).map_or(0.0, |h| narrowest / h)),
+            },
+            narrowest,
             multigrid: None,
             transform: None,
             lattice,
@@ -158,13 +169,17 @@ impl Poisson {
     }
 
     /// Adds `sum_k w_k j_k j_k^T` to the operator, in place of what the last call added; the weights (m3/kg) are the same on
-    /// every rank, the entries those of this rank's cells, in any order (by mode is fastest). In a singular system every
-    /// `j_k` has to sum to zero over all ranks, as the rows of `A` do. Allocates only to grow. Collective.
+    /// every rank, and as many for each body as there are axes. `covered` are the faces of this rank's cells that each body
+    /// covers, body by body. Allocates only to grow. Collective.
     ///
     /// # Errors
-    /// When a weight is negative, a number not finite, or a mode or row not there.
-    pub fn set_modes(&mut self, weights: &[f64], entries: &[ModeEntry]) -> Result<()> {
-        self.modes.set(weights, entries)
+    /// When a weight is negative, a number not finite, a face not there, or the bodies out of order.
+    pub fn set_modes(&mut self, weights: &[f64], covered: &[Covered]) -> Result<()> {
+        if let Some(made) = &mut self.multigrid {
+            made.fresh = false;
+        }
+        let scale = 1.0 / (self.narrowest * self.narrowest);
+        self.bodies.set(&self.lattice, &self.frame, weights, covered, scale)
     }
 
     /// The places of the low faces of this rank's cells along `axis`, and of the high ones of the last: the first of each
@@ -218,7 +233,8 @@ impl Poisson {
         }
     }
 
-    fn multigrid(&mut self) -> Result<&mut Multigrid> {
+    /// The multigrid, and the bodies that take part in it.
+    fn multigrid(&mut self) -> Result<(&mut Multigrid, &mut Bodies)> {
         self.need_faces();
         let made = match self.multigrid.take() {
             Some(made) => made,
@@ -235,10 +251,11 @@ impl Poisson {
             for (to, from) in made.levels[0].g.iter_mut().zip(&self.g) {
                 to.iter_mut().zip(from).for_each(|(to, from)| *to = (scale * from) as f32);
             }
-            made.rebuild()?;
+            let unit = self.inverse_h2.map(|i| i * self.narrowest * self.narrowest);
+            made.rebuild(&mut self.bodies, unit, scale)?;
             *fresh = true;
         }
-        Ok(made)
+        Ok((made, &mut self.bodies))
     }
 
     /// One cycle of the multigrid for `A z = r`.
@@ -250,13 +267,13 @@ impl Poisson {
             return Ok(());
         }
         let (nx, largest) = (self.lattice.n[0], self.largest);
-        let multigrid = self.multigrid()?;
+        let (multigrid, bodies) = self.multigrid()?;
         let (down, up) = (1.0 / size[0], size[0] / largest);
         let finest = &mut multigrid.levels[0];
         for (s, r) in finest.lattice.rows().zip(r.chunks_exact(nx)) {
             finest.b[s..][..nx].iter_mut().zip(r).for_each(|(b, r)| *b = (down * r) as f32);
         }
-        multigrid.cycle(true)?;
+        multigrid.cycle(bodies, true)?;
         let finest = &multigrid.levels[0];
         for (s, z) in finest.lattice.rows().zip(z.chunks_exact_mut(nx)) {
             z.iter_mut().zip(&finest.x[s..][..nx]).for_each(|(z, x)| *z = up * f64::from(*x));
@@ -315,7 +332,7 @@ impl Operator for Poisson {
         for (s, y) in lattice.rows().zip(y.chunks_exact_mut(nx)) {
             lattice.for_row(&self.g, &self.x, s, y, |_, _, flux| -flux);
         }
-        self.modes.add_product(x, y)
+        self.bodies.add_product(x, y)
     }
 
     fn precondition(&mut self, own: OwnPreconditioner, r: &[f64], z: &mut [f64]) -> Result<()> {

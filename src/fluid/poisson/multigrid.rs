@@ -9,6 +9,7 @@
 //! Axes are coarsened while they are the finely divided ones, so that flat cells become square first. Every rank coarsens
 //! its own box; once the whole level is small, each rank gathers it and goes on alone, all doing the same.
 
+use super::bodies::Bodies;
 use super::bottom::{Dense, Gathered};
 use super::lattice::Lattice;
 use super::level::{Level, Single};
@@ -194,21 +195,19 @@ impl Multigrid {
         Multigrid { levels, bottom, omega, tuning }
     }
 
-    /// Levels in all, those after gathering included.
-    pub fn depth(&self) -> usize {
-        match &self.bottom {
-            Bottom::Gathered(g) => self.levels.len() - 1 + g.inner.depth(),
-            _ => self.levels.len(),
-        }
-    }
-
-    /// Everything that follows from the faces of the finest level. Collective.
-    pub fn rebuild(&mut self) -> Result<()> {
+    /// Everything that follows from the faces of the finest level, and from the `bodies` there: a face of its own conducts
+    /// `unit` along each axis, and `scale` brings their weights into the same units. Collective.
+    pub fn rebuild(&mut self, bodies: &mut Bodies, unit: [f64; 3], scale: f64) -> Result<()> {
         for l in 0..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(l + 1);
-            fine[l].invert();
+            let fine = &mut fine[l];
+            fine.invert();
             if let Some(coarse) = coarse.first_mut() {
-                fine[l].coarsen(coarse);
+                fine.coarsen(coarse);
+                if l == 0 {
+                    bodies.prepare(fine, scale)?;
+                    bodies.thicken(fine, coarse, unit, scale)?;
+                }
             }
         }
         let last = &self.levels[self.levels.len() - 1];
@@ -220,11 +219,11 @@ impl Multigrid {
     }
 
     /// One cycle for the finest level's b, from zero or from its x. Collective.
-    pub fn cycle(&mut self, from_zero: bool) -> Result<()> {
-        self.visit(0, from_zero)
+    pub fn cycle(&mut self, bodies: &mut Bodies, from_zero: bool) -> Result<()> {
+        self.visit(0, bodies, from_zero)
     }
 
-    fn visit(&mut self, l: usize, from_zero: bool) -> Result<()> {
+    fn visit(&mut self, l: usize, bodies: &mut Bodies, from_zero: bool) -> Result<()> {
         let last = l + 1 == self.levels.len();
         match &mut self.bottom {
             Bottom::Exact(dense) if last => {
@@ -234,30 +233,37 @@ impl Multigrid {
             Bottom::Gathered(gathered) if last => return gathered.cycle(&mut self.levels[l], from_zero),
             _ => {}
         }
-        self.smooth(l, from_zero, false)?;
+        self.smooth(l, bodies, from_zero, false)?;
         if !last {
             let (fine, coarse) = self.levels.split_at_mut(l + 1);
             fine[l].restrict(&mut coarse[0])?;
-            self.visit(l + 1, true)?;
+            if l == 0 {
+                bodies.restrict(&fine[0], &mut coarse[0])?;
+            }
+            self.visit(l + 1, bodies, true)?;
             let exact = matches!(self.bottom, Bottom::Exact(_)) && l + 2 == self.levels.len();
             if l + 1 >= self.tuning.twice_from && !exact {
-                self.visit(l + 1, false)?;
+                self.visit(l + 1, bodies, false)?;
             }
             let (fine, coarse) = self.levels.split_at_mut(l + 1);
             fine[l].prolong(&coarse[0]);
         }
-        self.smooth(l, false, true)
+        self.smooth(l, bodies, false, true)
     }
 
     /// All sweeps, after the coarser level in the opposite order.
-    fn smooth(&mut self, l: usize, from_zero: bool, back: bool) -> Result<()> {
-        let (level, count) = (&mut self.levels[l], self.omega.len());
+    fn smooth(&mut self, l: usize, bodies: &mut Bodies, from_zero: bool, back: bool) -> Result<()> {
+        let count = self.omega.len();
         for k in 0..count {
-            let omega = self.omega[if back { count - 1 - k } else { k }];
-            if k == 0 && from_zero {
+            let level = &mut self.levels[l];
+            let (omega, first) = (self.omega[if back { count - 1 - k } else { k }], k == 0 && from_zero);
+            if first {
                 level.smooth_from_zero(omega);
             } else {
                 level.smooth(omega)?;
+            }
+            if l == 0 && self.levels.len() > 1 {
+                bodies.mend(&mut self.levels[0], omega, first)?;
             }
         }
         Ok(())

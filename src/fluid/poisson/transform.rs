@@ -22,7 +22,9 @@ use std::sync::Arc;
 pub(super) enum Ends {
     Periodic,
     /// Whether the pressure is given (zero on the face) at the low and the high end.
-    Borders { given: [bool; 2] },
+    Borders {
+        given: [bool; 2],
+    },
 }
 
 /// The transform of one axis and its scratch.
@@ -39,7 +41,11 @@ struct Axis {
 }
 
 enum Kind {
-    Fourier { plan: Arc<dyn RealToComplex<f64>>, out: Vec<Complex<f64>>, scratch: Vec<Complex<f64>> },
+    Fourier {
+        plan: Arc<dyn RealToComplex<f64>>,
+        out: Vec<Complex<f64>>,
+        scratch: Vec<Complex<f64>>,
+    },
     /// No gradient on either end (false), or zero on both.
     Second(Arc<dyn TransformType2And3<f64>>, bool),
     /// No gradient at the low end and zero at the high one (false), or the other way.
@@ -227,7 +233,15 @@ impl Lines {
         self.g = g;
         let (layer, last) = (spectrum.len(), self.n - 1);
         for i in 0..self.n {
-            let end = |at: usize, given: bool| if i != at { 1.0 } else if given { 2.0 } else { 0.0 };
+            let end = |at: usize, given: bool| {
+                if i != at {
+                    1.0
+                } else if given {
+                    2.0
+                } else {
+                    0.0
+                }
+            };
             let diagonal = g * (end(0, self.given[0]) + end(last, self.given[1]));
             let (before, here) = self.pivots.split_at_mut(i * layer);
             let here = &mut here[..layer];
