@@ -11,7 +11,7 @@ use crate::fluid::diffusion::{self, Form};
 use crate::fluid::faces::{self, FaceCoefficient, Gravity};
 use crate::fluid::pressure::{Projection, StoppingRule};
 use crate::grid::{Border, Boundaries, Coefficient, GHOSTS, Grid, VectorField, largest, total, wide};
-use crate::petsc::{Layout, Session};
+use crate::petsc::{Choice, Layout, Session};
 use crate::scheme::{self, Limits, Scheme};
 use crate::solids::contact::{Contacts, Damping, Laws, Material, Substeps, Wall};
 use crate::solids::{Body, Freedom, Motion, Oscillation, Shape, fraction};
@@ -50,6 +50,8 @@ pub struct Scene<const D: usize> {
     pub gravity: Option<Gravity<D>>,
     /// The pressure equation and its iteration.
     pub projection: Projection,
+    /// Why it is solved as it is.
+    pub(crate) solver_reason: &'static str,
     pub(crate) scheme: &'static Scheme,
     /// Courant number per second of what the borders prescribe (1/s): in a fluid at rest nothing else tells it.
     pub(crate) border_rate: f64,
@@ -127,7 +129,6 @@ impl<const D: usize> Scene<D> {
             tightening: case.pressure.tightening,
             max_iterations: case.pressure.max_iterations,
         };
-        let projection = Projection::new(session, &layout, &grid, &boundaries, stopping)?;
         let border_rate = boundaries.courant_rate(&grid);
 
         let bodies: Vec<Body> = case.particle.iter().map(|p| body(p, &case.fluid)).collect();
@@ -140,6 +141,9 @@ impl<const D: usize> Scene<D> {
         };
         let density = property(case.fluid.density, |b| b.density);
         let viscosity = property(case.fluid.viscosity, |b| b.viscosity);
+        let uniform = !walls_are_sharp && matches!(density, Coefficient::Uniform(_));
+        let (choice, solver_reason) = solver(case.pressure.solver, uniform, session.size());
+        let projection = Projection::new(session, &layout, &grid, &boundaries, stopping, choice)?;
         let rule = match case.coupling.fraction {
             case::FractionRule::Exact => fraction::Rule::Exact,
             case::FractionRule::Polygon => fraction::Rule::Polygon,
@@ -216,6 +220,7 @@ impl<const D: usize> Scene<D> {
             viscosity,
             coupling,
             projection,
+            solver_reason,
             scheme,
             border_rate,
         };
@@ -503,9 +508,25 @@ impl<const D: usize> Scene<D> {
         ]
     }
 
-    /// The solver of the pressure equation, as `bcgs + hypre`.
+    /// The solver of the pressure equation and why it is taken, as `cg + boxmg (auto: ...)`.
     pub fn solver(&self) -> Result<String> {
-        self.projection.solver().describe()
+        let solver = self.projection.solver();
+        let reason = if solver.chosen_by_options()? { "PETSc's options" } else { self.solver_reason };
+        Ok(format!("{} ({reason})", solver.describe()?))
+    }
+}
+
+/// What solves the pressure equation, and why; `uniform` says that every face has the same coefficient.
+fn solver(chosen: case::Solver, uniform: bool, ranks: usize) -> (Choice, &'static str) {
+    match chosen {
+        case::Solver::BcgsBoomeramg => (Choice::BcgsBoomeramg, "as the case says"),
+        case::Solver::Multigrid => (Choice::Multigrid, "as the case says"),
+        case::Solver::Direct if !uniform => (Choice::Multigrid, "the direct solver takes one coefficient only"),
+        case::Solver::Direct if ranks > 1 => (Choice::Multigrid, "the direct solver works on one rank only"),
+        case::Solver::Direct => (Choice::Direct, "as the case says"),
+        case::Solver::Auto if !uniform => (Choice::Multigrid, "auto: the coefficient varies from face to face"),
+        case::Solver::Auto if ranks > 1 => (Choice::Multigrid, "auto: several ranks"),
+        case::Solver::Auto => (Choice::Direct, "auto: one density everywhere, solved directly"),
     }
 }
 

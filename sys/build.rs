@@ -40,17 +40,17 @@ fn main() {
 }
 
 const FUNCTIONS: &str = "PetscInitialize|PetscFinalize|PetscInitialized|PetscPushErrorHandler|PetscPopSignalHandler\
-    |PetscErrorMessage|PetscOptions(HasName|SetValue|LeftGet|LeftRestore|GetAll|Clear)|PetscFree.*|PetscGetVersionNumber\
-    |PetscObject(SetOptionsPrefix|StateIncrease|Reference)|DMDACreate[23]d|DMSetUp|DMDestroy|DMDAGetCorners|DMDAGetNeighbors\
+    |PetscErrorMessage|PetscOptions(HasName|SetValue|ClearValue|LeftGet|LeftRestore|GetAll|Clear)|PetscFree.*|PetscGetVersionNumber\
+    |PetscObject(Compose|Query)|PetscContainer(Create|SetPointer|GetPointer|Destroy)|DMDACreate[23]d|DMSetUp|DMDestroy|DMDAGetCorners|DMDAGetNeighbors\
     |DMGetLocalToGlobalMapping|ISLocalToGlobalMapping(Get|Restore)Indices|DMCreateGlobalVector|VecDestroy\
     |VecGetArray(Read|Write)?|VecRestoreArray(Read|Write)?|VecSet|MatCreateVecs|MatCreate|MatSetSizes|MatSetType|MatSetUp\
     |MatSetPreallocationCOO|MatSetValuesCOO|MatSetNullSpace|MatSetOption|MatDestroy|MatMult|MatCreateShell\
     |MatShell(GetContext|SetOperation|SetManageScalingShifts)|MatNullSpace(Create|Destroy|Remove)\
     |KSP(Create|SetOperators|SetFromOptions|SetTolerances|GetTolerances|Solve|GetConvergedReason|GetIterationNumber|GetPC\
-    |Destroy|SetInitialGuessNonzero|SetReusePreconditioner|GetType|SetUp|GetResidualNorm)|PC(GetType|Reset)\
-    |KSPConvergedReasons|MPI_(Allreduce|Sendrecv|Comm_rank|Comm_size|Gatherv|Bcast|Barrier|Send|Recv)";
+    |Destroy|SetInitialGuessNonzero|SetReusePreconditioner|GetType|SetUp|GetResidualNorm)|PC(Register|SetType|GetOperators|Reset)|PCShellSet(Apply|ApplyTranspose|SetUp|Name)\
+    |KSPConvergedReasons|MPI_(Allreduce|Allgatherv|Sendrecv|Comm_rank|Comm_size|Gatherv|Bcast|Barrier|Send|Recv)";
 
-const VARIABLES: &str = "PETSC_COMM_WORLD|PETSC_VERSION_.*|ompi_mpi_(double|int|byte|comm_world|op_sum|op_max|op_min)\
+const VARIABLES: &str = "PETSC_COMM_WORLD|PETSC_VERSION_.*|ompi_mpi_(double|float|int|byte|comm_world|op_sum|op_max|op_min)\
     |ompi_mpi_(comm_self|comm_null)|KSPConvergedReasons|PetscTrFree";
 
 fn first_line(text: &str) -> &str {

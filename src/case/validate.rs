@@ -48,9 +48,24 @@ pub(super) fn validate(case: &Case) -> Check {
     let holds = tightening > 0.0 && tightening <= 1.0;
     ensure!(holds, "pressure.tightening", "must be above 0 and at most 1, not {tightening:?}");
     ensure!(max_iterations >= 1, "pressure.max_iterations", "must be at least 1");
+    direct(case)?;
     cadence("output.particles", &case.output.particles)?;
     case.output.fields.as_ref().map_or(Ok(()), |fields| cadence("output.fields", fields))?;
     checkpoints("output.checkpoint", &case.output.checkpoint)
+}
+
+/// Transforms solve for one coefficient everywhere only.
+fn direct(case: &Case) -> Check {
+    let sharp = case.coupling.wall == WallRule::Sharp;
+    let plain = |density: Option<f64>| !sharp && density.is_none_or(|d| d == case.fluid.density);
+    let uniform = case.particle.iter().all(|p| plain(p.density)) && case.swarm.iter().all(|s| plain(s.density));
+    ensure!(
+        uniform || case.pressure.solver != Solver::Direct,
+        "pressure.solver",
+        "\"direct\" solves for one coefficient on all faces, and {}; choose \"auto\" or \"multigrid\"",
+        if sharp { "particles with sharp walls close some" } else { "a particle has another density than the fluid" }
+    );
+    Ok(())
 }
 
 /// Choices of the mixing say nothing of sharp walls.

@@ -3,4 +3,5 @@
 pub mod advection;
 pub mod diffusion;
 pub mod faces;
+pub mod poisson;
 pub mod pressure;

@@ -13,23 +13,24 @@
 //! `eps_k = a^k 0.5 D0/max|D|`, relative to the right side: just what is needed, tightening by `a` where it was not.
 
 use super::faces::{self, FaceCoefficient};
-use crate::grid::{Border, Boundaries, Grid, VectorField};
-use crate::petsc::{Layout, LinearSolver, ModeEntry, Session};
+use super::poisson::{Covered, Poisson, Rows};
+use crate::grid::{Boundaries, Grid, VectorField};
+use crate::petsc::{Choice, Layout, LinearSolver, Session};
 use crate::{Error, Result};
+use std::cell::{RefCell, RefMut};
+use std::rc::Rc;
 
 /// The pressure operator and its iteration.
 pub struct Projection {
     solver: LinearSolver,
-    /// The kinds of every owned cell's faces: low and high along each axis.
-    links: Vec<[Link; 6]>,
-    /// The matrix's entries, cell by cell: the neighbours' in the order of the links, then the diagonal's.
-    values: Vec<f64>,
+    /// Shared with the solver, which uses it during a solve only.
+    operator: Rc<RefCell<Poisson>>,
+    /// The operator as a matrix, where the solver needs one.
+    rows: Option<Rows>,
     session: Session,
     divergence: Vec<f64>,
     phi: Vec<f64>,
     rule: StoppingRule,
-    /// Whether no border fixes the pressure.
-    singular: bool,
 }
 
 /// When C-HSMAC ends.
@@ -41,23 +42,6 @@ pub struct StoppingRule {
     pub tightening: f64,
     /// Iterations after which the run fails.
     pub max_iterations: usize,
-}
-
-/// Added to the diagonal, relative to it, where no border fixes the pressure. Without it a multigrid's coarse operators
-/// hold nothing but rounding in the direction of the constants, and now and then blow them up until the Krylov method
-/// stagnates (seen with BoomerAMG and GAMG at density ratios of 1000). What it changes is far below D0, and C-HSMAC
-/// judges by the true divergence.
-const SHIFT: f64 = 1e-13;
-
-/// What a cell's face contributes to its row.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Link {
-    /// Nothing: the velocity through it is given.
-    Closed,
-    /// A neighbour.
-    Cell,
-    /// Zero pressure on the face, half a cell away.
-    Outflow,
 }
 
 /// Part of D0 below which a step leaves the pressure as it is.
@@ -84,7 +68,8 @@ pub struct Projected {
 }
 
 impl Projection {
-    /// The operator's pattern on `grid`, its solver as PETSc's options say, and the stopping rule: `limit` is D0 (1/s).
+    /// The operator on `grid`, its solver as PETSc's options say, or as chosen where they say nothing, and the stopping
+    /// rule. Collective.
     ///
     /// # Errors
     /// When a PETSc option names something unknown.
@@ -94,31 +79,21 @@ impl Projection {
         grid: &Grid<D>,
         boundaries: &Boundaries<D>,
         rule: StoppingRule,
+        choice: Choice,
     ) -> Result<Projection> {
-        let (mut rows, mut columns, mut links) = (Vec::new(), Vec::new(), Vec::new());
-        for c in grid.rows().flatten() {
-            let mut faces = [Link::Closed; 6];
-            for (axis, side) in (0..2 * D).map(|f| (f / 2, f % 2)) {
-                let s = grid.stride[axis];
-                let neighbour = layout.numbers[if side == 0 { c - s } else { c + s }];
-                if neighbour >= 0 {
-                    faces[2 * axis + side] = Link::Cell;
-                    rows.push(layout.numbers[c]);
-                    columns.push(neighbour);
-                } else if let Some(Border::Outflow) = boundaries.borders[axis][side] {
-                    faces[2 * axis + side] = Link::Outflow;
-                }
-            }
-            rows.push(layout.numbers[c]);
-            columns.push(layout.numbers[c]);
-            links.push(faces);
-        }
-        let (singular, count) = (!boundaries.fixes_pressure(), rows.len());
+        let operator = Rc::new(RefCell::new(Poisson::new(session, layout, grid, boundaries)?));
+        let (size, singular) = ((D, layout.local.iter().product()), !boundaries.fixes_pressure());
+        let mut rows = None;
+        let pattern = || {
+            let (made, at, columns) = Rows::new(layout, grid);
+            rows = Some(made);
+            (at, columns)
+        };
+        let solver = LinearSolver::new(session, choice, size, operator.clone(), singular, pattern)?;
         Ok(Projection {
-            solver: LinearSolver::new(session, layout, D, rows, columns, singular)?,
-            values: vec![0.0; count],
-            links,
-            singular,
+            solver,
+            operator,
+            rows,
             session: session.clone(),
             divergence: grid.field(),
             phi: grid.field(),
@@ -126,43 +101,25 @@ impl Projection {
         })
     }
 
-    /// Refills the matrix from `1/rho` on faces.
+    /// Takes `1/rho` on faces for the operator. Collective.
     ///
     /// # Errors
     /// When a coefficient is not positive and finite: a zero row would make solvers report success.
     pub fn assemble<const D: usize>(&mut self, grid: &Grid<D>, beta: &FaceCoefficient<D>) -> Result<()> {
-        let inverse_h2: [f64; D] = std::array::from_fn(|a| 1.0 / (grid.h[a] * grid.h[a]));
-        let definite = if self.singular { 1.0 + SHIFT } else { 1.0 };
-        let mut values = self.values.iter_mut();
-        let mut put = |v: f64| values.next().into_iter().for_each(|slot| *slot = v);
-        for (c, links) in grid.rows().flatten().zip(&self.links) {
-            let mut diagonal = 0.0;
-            for axis in 0..D {
-                for (link, face) in [(links[2 * axis], c), (links[2 * axis + 1], c + grid.stride[axis])] {
-                    let weight = inverse_h2[axis] * beta.at(axis, face);
-                    match link {
-                        Link::Closed => {}
-                        Link::Outflow => diagonal += 2.0 * weight,
-                        Link::Cell => {
-                            diagonal += weight;
-                            put(-weight);
-                        }
-                    }
-                }
-            }
-            put(diagonal * definite);
-        }
-        let unsound = self.values.iter().any(|v| !v.is_finite() || *v == 0.0);
-        if self.session.anywhere(unsound)? {
-            return Err(Error::Run("the density of the mixture is not positive and finite on every face".into()));
-        }
-        self.solver.set_values(&self.values)
+        let Projection { operator, rows, solver, .. } = self;
+        let mut operator = borrow(operator)?;
+        operator.set(grid, beta)?;
+        rows.as_mut().map_or(Ok(()), |rows| solver.set_values(rows.fill(&mut operator)))
     }
 
-    /// Adds `sum_k w_k j_k j_k^T` to the operator, in place of what was added before: the bodies that follow the pressure.
-    /// Collective.
-    pub fn set_modes(&mut self, weights: &[f64], entries: &[ModeEntry]) -> Result<()> {
-        self.solver.set_modes(weights, entries)
+    /// Adds `sum_k w_k j_k j_k^T` to the operator, in place of what was added before: the bodies that follow the pressure
+    /// ([`Poisson::set_modes`]). Collective.
+    ///
+    /// # Errors
+    /// When they are unsound, or the solver would pass over them.
+    pub fn set_modes(&mut self, weights: &[f64], covered: &[Covered]) -> Result<()> {
+        self.solver.refuse_preconditioner_alone()?;
+        borrow(&self.operator)?.set_modes(weights, covered)
     }
 
     /// Makes the face velocities divergence-free to D0 and adds what that took to the pressure (its ghosts are filled
@@ -269,4 +226,9 @@ impl Projection {
     pub fn solver(&self) -> &LinearSolver {
         &self.solver
     }
+}
+
+/// The operator, which the solver holds during a solve only.
+fn borrow(operator: &RefCell<Poisson>) -> Result<RefMut<'_, Poisson>> {
+    operator.try_borrow_mut().map_err(|_| Error::Run("the pressure's operator is in use".into()))
 }

@@ -7,17 +7,18 @@
 //! ```
 //! Slabs span the stored extent of the other axes, so that doing the axes in order fills edges and corners too.
 
-use super::{Layout, Session, session::check};
+use super::session::{Number, check};
+use super::{Layout, Session};
 use crate::Result;
 use petsc_sys as ffi;
 use std::{ffi::c_int, ptr};
 
 /// Fills ghost layers that belong to other ranks, or to this one across a period.
-pub struct Halo {
+pub struct Halo<T = f64> {
     session: Session,
     axes: [Axis; 3],
-    send: Vec<f64>,
-    receive: Vec<f64>,
+    send: Vec<T>,
+    receive: Vec<T>,
 }
 
 /// How one axis is stored: `outer` blocks of `stored` slabs of `inner` contiguous numbers.
@@ -33,9 +34,9 @@ struct Axis {
     neighbours: [Option<usize>; 2],
 }
 
-impl Halo {
+impl<T: Number> Halo<T> {
     /// A halo for fields stored as `layout` says.
-    pub fn new(session: &Session, layout: &Layout) -> Halo {
+    pub fn new(session: &Session, layout: &Layout) -> Halo<T> {
         let total: usize = layout.stored.iter().product();
         let axes = std::array::from_fn(|a| {
             let inner: usize = layout.stored[..a].iter().product();
@@ -51,12 +52,12 @@ impl Halo {
         });
         let largest = axes.iter().map(|a: &Axis| a.outer * a.inner * a.ghosts).max().unwrap_or(0);
         let buffer = if session.size() > 1 { largest } else { 0 };
-        Halo { session: session.clone(), axes, send: vec![0.0; buffer], receive: vec![0.0; buffer] }
+        Halo { session: session.clone(), axes, send: vec![T::ZERO; buffer], receive: vec![T::ZERO; buffer] }
     }
 
     /// Fills the first `layers` of ghosts on both sides of `axis` where a neighbour owns them. Collective, with the same
     /// number on all ranks.
-    pub fn exchange(&mut self, axis: usize, layers: usize, field: &mut [f64]) -> Result<()> {
+    pub fn exchange(&mut self, axis: usize, layers: usize, field: &mut [T]) -> Result<()> {
         let a = Axis { layers, ..self.axes[axis] };
         match a.neighbours {
             [None, None] => return Ok(()),
@@ -85,18 +86,18 @@ impl Halo {
     fn swap(&mut self, n: usize, to: Option<usize>, from: Option<usize>, tag: c_int) -> Result<()> {
         // OpenMPI's MPI_PROC_NULL: a message to nobody.
         let rank = |r: Option<usize>| r.map_or(-2, |r| r as c_int);
-        // SAFETY: both buffers hold at least n doubles; the neighbours make the mirrored call.
+        let number = T::datatype();
+        // SAFETY: both buffers hold at least n numbers; the neighbours make the mirrored call.
         check("MPI_Sendrecv", unsafe {
-            let double: ffi::MPI_Datatype = (&raw mut ffi::ompi_mpi_double).cast();
             ffi::MPI_Sendrecv(
                 self.send.as_ptr().cast(),
                 n as c_int,
-                double,
+                number,
                 rank(to),
                 tag,
                 self.receive.as_mut_ptr().cast(),
                 n as c_int,
-                double,
+                number,
                 rank(from),
                 tag,
                 self.session.comm(),
@@ -112,19 +113,19 @@ impl Axis {
         at..at + self.layers * self.inner
     }
 
-    fn copy_out(&self, layer: usize, field: &[f64], buffer: &mut [f64]) {
+    fn copy_out<T: Copy>(&self, layer: usize, field: &[T], buffer: &mut [T]) {
         for (block, part) in buffer.chunks_exact_mut(self.layers * self.inner).take(self.outer).enumerate() {
             part.copy_from_slice(&field[self.slab(block, layer)]);
         }
     }
 
-    fn copy_in(&self, layer: usize, field: &mut [f64], buffer: &[f64]) {
+    fn copy_in<T: Copy>(&self, layer: usize, field: &mut [T], buffer: &[T]) {
         for (block, part) in buffer.chunks_exact(self.layers * self.inner).take(self.outer).enumerate() {
             field[self.slab(block, layer)].copy_from_slice(part);
         }
     }
 
-    fn wrap(&self, field: &mut [f64]) {
+    fn wrap<T: Copy>(&self, field: &mut [T]) {
         for block in 0..self.outer {
             field.copy_within(self.slab(block, self.ghosts), self.slab(block, self.ghosts + self.local).start);
             let (last, below) = (self.ghosts + self.local - self.layers, self.ghosts - self.layers);

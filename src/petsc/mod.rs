@@ -1,19 +1,19 @@
 //! The one seam to PETSc and MPI, and the only `unsafe` of the crate.
 //!
 //! Owns: the session (initialise, options, captured errors, reductions), the decomposition of the grid over ranks
-//! (a DMDA) with its halo exchange, and the linear solve (assembly straight into storage, the rank-one modes of free
-//! bodies on top of it, Krylov, null space).
+//! (a DMDA) with its halo exchange, and the linear solve (an operator of our own with its preconditioners, assembly
+//! straight into storage for the others, Krylov, null space).
 //! Every PETSc code becomes a [`crate::Error`]; nothing is printed and no signal handler stays behind.
 #![allow(unsafe_code)]
 
 mod halo;
 mod layout;
-mod modes;
+mod operator;
 mod session;
 mod solver;
 
 pub use halo::Halo;
 pub use layout::Layout;
-pub use modes::ModeEntry;
-pub use session::Session;
-pub use solver::{LinearSolver, Solved};
+pub use operator::{Operator, OwnPreconditioner};
+pub use session::{Number, Session};
+pub use solver::{Choice, LinearSolver, Solved};

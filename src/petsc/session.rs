@@ -5,7 +5,7 @@ use petsc_sys as ffi;
 use std::collections::BTreeSet;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::rc::Rc;
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::{env, ptr, slice};
 
 /// A running PETSc. Clones share it; the last one to go finalises it (and prints `-log_view`).
@@ -18,8 +18,42 @@ struct Inner {
     size: usize,
     /// Whether this session initialised PETSc, and so has to finalise it.
     owner: bool,
-    /// Names of the options that the built-in choice put in, so that they are not reported as the user's.
-    built_in: std::cell::RefCell<BTreeSet<String>>,
+}
+
+/// Names of the options that a built-in choice put in, so that they are not taken for the user's. Like PETSc's database,
+/// one for the process.
+static BUILT_IN: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+
+fn built_in() -> MutexGuard<'static, BTreeSet<String>> {
+    BUILT_IN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A number that fields hold and messages carry.
+pub trait Number: Copy + sealed::Sealed + 'static {
+    /// Nothing.
+    const ZERO: Self;
+    #[doc(hidden)]
+    fn datatype() -> ffi::MPI_Datatype;
+}
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+impl Number for f32 {
+    const ZERO: f32 = 0.0;
+    fn datatype() -> ffi::MPI_Datatype {
+        (&raw mut ffi::ompi_mpi_float).cast()
+    }
+}
+
+impl Number for f64 {
+    const ZERO: f64 = 0.0;
+    fn datatype() -> ffi::MPI_Datatype {
+        (&raw mut ffi::ompi_mpi_double).cast()
+    }
 }
 
 /// What PETSc's error handler heard last: the first message of the newest failure.
@@ -51,6 +85,13 @@ unsafe extern "C" fn capture(
         }
     }
     code
+}
+
+/// Takes a message of our own for the failure that PETSc is about to be told of.
+pub(super) fn hear(message: &str) {
+    if let Ok(mut slot) = HEARD.lock() {
+        *slot = Some(message.to_owned());
+    }
 }
 
 /// Turns a PETSc (or MPI) code into a result with PETSc's own words.
@@ -95,13 +136,7 @@ impl Session {
             check("MPI_Comm_size", ffi::MPI_Comm_size(comm, &mut size))?;
             comm
         };
-        Ok(Session(Rc::new(Inner {
-            comm,
-            rank: rank as usize,
-            size: size as usize,
-            owner,
-            built_in: Default::default(),
-        })))
+        Ok(Session(Rc::new(Inner { comm, rank: rank as usize, size: size as usize, owner })))
     }
 
     fn initialise(options: &[String]) -> Result<()> {
@@ -168,7 +203,12 @@ impl Session {
         Ok(self.pairs(Listing::All)?.into_iter().find(|(n, _)| format!("-{n}") == name).map(|(_, v)| v))
     }
 
-    /// Sets an option of the built-in choice, unless somebody has set it.
+    /// The value of an option of our own: PETSc no longer counts it as unused.
+    pub fn used_option(&self, name: &str) -> Result<Option<String>> {
+        if self.has_option(name)? { self.option(name) } else { Ok(None) }
+    }
+
+    /// Sets an option of the built-in choice, unless the user has set it.
     pub fn default_option(&self, name: &str, value: &str) -> Result<()> {
         if self.has_option(name)? {
             return Ok(());
@@ -176,8 +216,23 @@ impl Session {
         let (n, v) = (c_string(name)?, c_string(value)?);
         // SAFETY: both strings are copied by PETSc.
         check("PetscOptionsSetValue", unsafe { ffi::PetscOptionsSetValue(ptr::null_mut(), n.as_ptr(), v.as_ptr()) })?;
-        self.0.built_in.borrow_mut().insert(name.trim_start_matches('-').to_owned());
+        built_in().insert(name.trim_start_matches('-').to_owned());
         Ok(())
+    }
+
+    /// Takes the options of a built-in choice out again, before another is made.
+    pub fn forget_default_options(&self) -> Result<()> {
+        for name in std::mem::take(&mut *built_in()) {
+            let name = c_string(&format!("-{name}"))?;
+            // SAFETY: PETSc only reads the string.
+            check("PetscOptionsClearValue", unsafe { ffi::PetscOptionsClearValue(ptr::null_mut(), name.as_ptr()) })?;
+        }
+        Ok(())
+    }
+
+    /// Whether the user set an option, and no built-in choice.
+    pub fn user_option(&self, name: &str) -> Result<bool> {
+        Ok(self.has_option(name)? && !built_in().contains(name.trim_start_matches('-')))
     }
 
     /// All options in force, as on a command line.
@@ -191,7 +246,7 @@ impl Session {
     pub fn unused_options(&self) -> Result<Vec<String>> {
         // These are read while PETSc starts or ends, which its list of unused options does not always know.
         let late = |n: &str| ["no_signal_handler", "log_view", "options_left"].contains(&n);
-        let ours = self.0.built_in.borrow();
+        let ours = built_in();
         let left = self.pairs(Listing::Unused)?.into_iter().filter(|(n, _)| !late(n) && !ours.contains(n));
         Ok(left.map(|(n, v)| format!("-{n} {v}").trim_end().to_owned()).collect())
     }
@@ -256,6 +311,30 @@ impl Session {
         check("MPI_Allreduce", unsafe {
             let double = (&raw mut ffi::ompi_mpi_double).cast();
             ffi::MPI_Allreduce(in_place, values.as_mut_ptr().cast(), values.len() as c_int, double, op, self.0.comm)
+        })
+    }
+
+    /// Gathers every rank's numbers on all ranks: `counts` of them from `starts` on in `all`, by rank. Collective.
+    pub(crate) fn all_gather<T: Number>(
+        &self,
+        mine: &[T],
+        all: &mut [T],
+        counts: &[i32],
+        starts: &[i32],
+    ) -> Result<()> {
+        let fits = counts.iter().zip(starts).all(|(n, s)| *n >= 0 && *s >= 0 && (n + s) as usize <= all.len());
+        if !fits
+            || counts.len() != self.size()
+            || starts.len() != self.size()
+            || counts[self.rank()] as usize > mine.len()
+        {
+            return Err(Error::Run("a gathering does not fit its buffers".into()));
+        }
+        // SAFETY: checked above, and every rank makes the same call.
+        check("MPI_Allgatherv", unsafe {
+            let (number, n) = (T::datatype(), counts[self.rank()]);
+            let (to, counts, starts) = (all.as_mut_ptr().cast(), counts.as_ptr(), starts.as_ptr());
+            ffi::MPI_Allgatherv(mine.as_ptr().cast(), n, number, to, counts, starts, number, self.0.comm)
         })
     }
 

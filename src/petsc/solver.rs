@@ -1,19 +1,21 @@
-//! The linear solve: a symmetric matrix whose pattern is fixed, its values refilled straight into PETSc's storage, and
-//! a Krylov method that PETSc's options choose. Free bodies add modes to it, which the preconditioner does not see.
+//! The linear solve: an operator of our own, a Krylov method and a preconditioner that PETSc's options choose, and, for the
+//! preconditioners that need one, the operator's matrix, its values refilled straight into PETSc's storage.
 
-use super::modes::{ModeEntry, Modes};
+use super::Session;
+use super::operator::{Operator, OwnPreconditioner, Shell};
 use super::session::{check, read, reason_name, write};
-use super::{Layout, Session};
 use crate::{Error, Result};
 use petsc_sys as ffi;
+use std::cell::RefCell;
 use std::ptr;
+use std::rc::Rc;
 
 /// A linear system over the owned cells of every rank, and its solver.
 pub struct LinearSolver {
     session: Session,
+    operator: Shell,
+    /// What the preconditioner is built from, where it is none of the operator's own; else null.
     matrix: ffi::Mat,
-    /// What is solved for in place of the matrix, once there have been modes.
-    modes: Option<Modes>,
     krylov: ffi::KSP,
     null_space: ffi::MatNullSpace,
     right_side: ffi::Vec,
@@ -27,6 +29,20 @@ pub struct LinearSolver {
     proven: bool,
     max_iterations: i32,
     divergence_tolerance: f64,
+    reuse: Option<Reuse>,
+    /// Whether there is no iteration, but one application of the preconditioner.
+    preconditioner_alone: bool,
+}
+
+/// What to solve with where PETSc's options leave it open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Choice {
+    /// BCGS with BoomerAMG.
+    BcgsBoomeramg,
+    /// Conjugate gradients with the operator's own multigrid.
+    Multigrid,
+    /// The operator's own transforms, which are exact where its coefficient is uniform.
+    Direct,
 }
 
 /// What a solve took.
@@ -38,9 +54,29 @@ pub struct Solved {
     pub retried: bool,
 }
 
-/// The built-in choice: BCGS with BoomerAMG, on the true residual, with a coarsest solve that a singular matrix allows.
-fn default_options(session: &Session, dimension: usize) -> Result<()> {
-    session.default_option("-ksp_type", "bcgs")?;
+/// A preconditioner that outlives its matrix until iterations have grown.
+#[derive(Clone, Copy, Debug, Default)]
+struct Reuse {
+    /// Iterations a decade of reduction just after it was built.
+    first: Option<f64>,
+    /// Whether it has to be built anew before the next solve.
+    due: bool,
+}
+
+/// Growth of the iterations at which a preconditioner is built anew.
+const GROWTH: f64 = 1.3;
+
+/// A choice's options, on the true residual, with a coarsest solve that a singular matrix allows.
+fn default_options(session: &Session, choice: Choice, dimension: usize) -> Result<()> {
+    session.forget_default_options()?;
+    let (method, preconditioner) = match choice {
+        Choice::BcgsBoomeramg => ("bcgs", "hypre"),
+        Choice::Multigrid => ("cg", "boxmg"),
+        Choice::Direct => ("preonly", "transform"),
+    };
+    // A method without iterations is for the preconditioner that it was chosen with.
+    let iterates = choice != Choice::Direct || session.has_option("-pc_type")?;
+    session.default_option("-ksp_type", if iterates && method == "preonly" { "cg" } else { method })?;
     session.default_option("-ksp_max_it", "500")?;
     // The side on which, or the norm in which, each method tests the true residual.
     match session.option("-ksp_type")?.as_deref() {
@@ -52,7 +88,9 @@ fn default_options(session: &Session, dimension: usize) -> Result<()> {
         }
         _ => {}
     }
-    session.default_option("-pc_type", "hypre")?;
+    session.default_option("-pc_type", preconditioner)?;
+    // Else gamg and mg smooth with the operator, free bodies included, by the eigenvalues of the matrix: no longer positive.
+    session.default_option("-pc_use_amat", "false")?;
     if session.option("-pc_type")?.as_deref() == Some("hypre") {
         session.default_option("-pc_hypre_type", "boomeramg")?;
         session.default_option("-pc_hypre_boomeramg_relax_type_coarse", "symmetric-SOR/Jacobi")?;
@@ -63,25 +101,27 @@ fn default_options(session: &Session, dimension: usize) -> Result<()> {
 }
 
 impl LinearSolver {
-    /// A system with entries at (`rows[k]`, `columns[k]`) in PETSc's numbers; `rows` are this rank's. `singular` says
-    /// that constants solve the homogeneous system.
+    /// A system of `owned` rows on this rank, with that operator; `pattern` gives the entries of its matrix, where one is
+    /// needed, in PETSc's numbers of rows (this rank's) and columns. `singular` says that constants solve the homogeneous
+    /// system.
     ///
     /// # Errors
     /// When an option names something that this PETSc does not have.
     pub fn new(
         session: &Session,
-        layout: &Layout,
-        dimension: usize,
-        mut rows: Vec<i32>,
-        mut columns: Vec<i32>,
+        choice: Choice,
+        (dimension, owned): (usize, usize),
+        operator: Rc<RefCell<dyn Operator>>,
         singular: bool,
+        pattern: impl FnOnce() -> (Vec<i32>, Vec<i32>),
     ) -> Result<LinearSolver> {
-        default_options(session, dimension)?;
-        let owned: usize = layout.local.iter().product();
+        let chosen = session.user_option("-ksp_type")? || session.user_option("-pc_type")?;
+        default_options(session, choice, dimension)?;
+        let own = OwnPreconditioner::named(&session.option("-pc_type")?.unwrap_or_default());
         let mut solver = LinearSolver {
             session: session.clone(),
+            operator: Shell::new(session, operator, owned)?,
             matrix: ptr::null_mut(),
-            modes: None,
             krylov: ptr::null_mut(),
             null_space: ptr::null_mut(),
             right_side: ptr::null_mut(),
@@ -92,25 +132,37 @@ impl LinearSolver {
             proven: false,
             max_iterations: 0,
             divergence_tolerance: 0.0,
+            reuse: (choice == Choice::BcgsBoomeramg && !chosen).then(Reuse::default),
+            preconditioner_alone: session.option("-ksp_type")?.as_deref() == Some("preonly"),
         };
         let (comm, n, any) = (session.comm(), owned as i32, -1);
         // SAFETY: every handle is an output that `solver` owns from then on and destroys when dropped, also when a
         // later call fails; `rows` and `columns` live through the call that reads (and may reorder) them.
         unsafe {
-            check("MatCreate", ffi::MatCreate(comm, &mut solver.matrix))?;
-            check("MatSetSizes", ffi::MatSetSizes(solver.matrix, n, n, any, any))?;
-            check("MatSetType", ffi::MatSetType(solver.matrix, c"aij".as_ptr()))?;
-            check("MatSetPreallocationCOO", {
-                let count = rows.len() as ffi::PetscCount;
-                ffi::MatSetPreallocationCOO(solver.matrix, count, rows.as_mut_ptr(), columns.as_mut_ptr())
-            })?;
-            check("MatSetOption", ffi::MatSetOption(solver.matrix, ffi::MAT_SYMMETRIC, ffi::PETSC_TRUE))?;
-            check("MatCreateVecs", ffi::MatCreateVecs(solver.matrix, &mut solver.solution, &mut solver.right_side))?;
             if singular {
                 let space = &mut solver.null_space;
                 check("MatNullSpaceCreate", ffi::MatNullSpaceCreate(comm, ffi::PETSC_TRUE, 0, ptr::null(), space))?;
-                check("MatSetNullSpace", ffi::MatSetNullSpace(solver.matrix, *space))?;
             }
+            if own.is_none() {
+                let (mut rows, mut columns) = pattern();
+                check("MatCreate", ffi::MatCreate(comm, &mut solver.matrix))?;
+                check("MatSetSizes", ffi::MatSetSizes(solver.matrix, n, n, any, any))?;
+                check("MatSetType", ffi::MatSetType(solver.matrix, c"aij".as_ptr()))?;
+                check("MatSetPreallocationCOO", {
+                    let count = rows.len() as ffi::PetscCount;
+                    ffi::MatSetPreallocationCOO(solver.matrix, count, rows.as_mut_ptr(), columns.as_mut_ptr())
+                })?;
+                check("MatSetOption", ffi::MatSetOption(solver.matrix, ffi::MAT_SYMMETRIC, ffi::PETSC_TRUE))?;
+                solver.operator.go_with(session, solver.matrix)?;
+                // Our own preconditioners keep constants out by themselves.
+                if singular {
+                    for matrix in [solver.matrix, solver.operator.matrix] {
+                        check("MatSetNullSpace", ffi::MatSetNullSpace(matrix, solver.null_space))?;
+                    }
+                }
+            }
+            let (x, b) = (&mut solver.solution, &mut solver.right_side);
+            check("MatCreateVecs", ffi::MatCreateVecs(solver.operator.matrix, x, b))?;
             check("KSPCreate", ffi::KSPCreate(comm, &mut solver.krylov))?;
             solver.set_operators()?;
             check("KSPSetFromOptions", ffi::KSPSetFromOptions(solver.krylov)).map_err(bad_option)?;
@@ -121,41 +173,41 @@ impl LinearSolver {
         Ok(solver)
     }
 
-    /// New values, in the order of the pattern; the preconditioner follows at the next solve.
+    /// Whether the preconditioner is built from the operator's matrix, which has to be set then.
+    pub fn needs_matrix(&self) -> bool {
+        !self.matrix.is_null()
+    }
+
+    /// The matrix's new values, in the order of the pattern; the preconditioner follows at the next solve.
     pub fn set_values(&mut self, values: &[f64]) -> Result<()> {
+        if self.matrix.is_null() {
+            return Ok(());
+        }
         // SAFETY: `values` has the pattern's length, which the caller made.
         check("MatSetValuesCOO", unsafe { ffi::MatSetValuesCOO(self.matrix, values.as_ptr(), ffi::INSERT_VALUES) })
     }
 
-    /// Adds `sum_k w_k j_k j_k^T` to the operator of the solves to come, in place of what the last call added; the
-    /// preconditioner stays the matrix's own. Every rank gives all `weights` (w_k >= 0, the same everywhere) and its
-    /// own `entries` of the vectors `j_k`, in any order (by mode is fastest). `w_k j_k j_k^T` has the matrix's unit. In
-    /// a singular system every `j_k` has to sum to zero over all ranks, as the matrix's rows do. Allocates only to grow.
-    /// Collective.
+    /// Refuses what would solve with the preconditioner alone, which knows nothing of the motion of free bodies.
     ///
     /// # Errors
-    /// When a weight is negative, a number not finite, or a mode or row not there; and when the method is `preonly`,
-    /// which would solve without the modes.
-    pub fn set_modes(&mut self, weights: &[f64], entries: &[ModeEntry]) -> Result<()> {
-        if self.modes.is_none() {
-            if self.session.option("-ksp_type")?.as_deref() == Some("preonly") {
-                return Err(Error::Usage(
-                    "-ksp_type preonly solves with the preconditioner alone, which knows nothing of the motion of free \
-                     bodies; use cg, bcgs or gmres"
-                        .into(),
-                ));
-            }
-            self.modes = Some(Modes::new(&self.session, self.matrix, self.owned, self.null_space)?);
-            self.set_operators()?;
+    /// When the method is `preonly`.
+    pub fn refuse_preconditioner_alone(&self) -> Result<()> {
+        if self.preconditioner_alone {
+            return Err(Error::Usage(
+                "-ksp_type preonly solves with the preconditioner alone, which knows nothing of the motion of free \
+                 bodies; use cg, bcgs or gmres"
+                    .into(),
+            ));
         }
-        self.modes.iter_mut().try_for_each(|modes| modes.set(weights, entries))
+        Ok(())
     }
 
     /// Tells the Krylov solver what to solve for, and what to build the preconditioner from.
     fn set_operators(&mut self) -> Result<()> {
-        let operator = self.modes.as_ref().map_or(self.matrix, Modes::shell);
+        let operator = self.operator.matrix;
+        let from = if self.matrix.is_null() { operator } else { self.matrix };
         // SAFETY: handles of `self`.
-        check("KSPSetOperators", unsafe { ffi::KSPSetOperators(self.krylov, operator, self.matrix) })
+        check("KSPSetOperators", unsafe { ffi::KSPSetOperators(self.krylov, operator, from) })
     }
 
     /// Lets `fill` write the right side: this rank's cells, x fastest.
@@ -189,9 +241,14 @@ impl LinearSolver {
             let atol = self.fixed_atol.unwrap_or(atol);
             let (d, m) = (self.divergence_tolerance, self.max_iterations);
             check("KSPSetTolerances", ffi::KSPSetTolerances(self.krylov, rtol, atol, d, m))?;
+            if let Some(reuse) = self.reuse {
+                let keep = if reuse.first.is_some() && !reuse.due { ffi::PETSC_TRUE } else { ffi::PETSC_FALSE };
+                check("KSPSetReusePreconditioner", ffi::KSPSetReusePreconditioner(self.krylov, keep))?;
+            }
         }
         let (first, mut iterations) = self.attempt()?;
         if first > 0 {
+            self.judge(iterations, rtol);
             return Ok(Solved { iterations, retried: false });
         }
         // SAFETY: as above; PCReset forgets the factors, and the next solve sets up anew.
@@ -200,12 +257,18 @@ impl LinearSolver {
             check("KSPGetPC", ffi::KSPGetPC(self.krylov, &mut pc))?;
             check("PCReset", ffi::PCReset(pc))?;
             self.set_operators()?;
+            if self.reuse.is_some() {
+                let anew = ffi::PETSC_FALSE;
+                check("KSPSetReusePreconditioner", ffi::KSPSetReusePreconditioner(self.krylov, anew))?;
+            }
             // With `-ksp_initial_guess_nonzero` the first try's result would be the guess.
             check("VecSet", ffi::VecSet(self.solution, 0.0))?;
         }
+        self.reuse = self.reuse.map(|_| Reuse::default());
         let (second, more) = self.attempt()?;
         iterations += more;
         if second > 0 {
+            self.judge(more, rtol);
             return Ok(Solved { iterations, retried: true });
         }
         Err(Error::Run(format!(
@@ -219,12 +282,22 @@ impl LinearSolver {
         )))
     }
 
+    /// Decides by a solve's iterations whether the preconditioner lives on.
+    fn judge(&mut self, iterations: u32, rtol: f64) {
+        let Some(reuse) = &mut self.reuse else { return };
+        let decades = -rtol.log10();
+        match reuse.first {
+            Some(first) if !reuse.due => reuse.due = f64::from(iterations) > GROWTH * first * decades + 1.0,
+            _ => *reuse = Reuse { first: Some(f64::from(iterations) / decades), due: false },
+        }
+    }
+
     fn attempt(&mut self) -> Result<(ffi::KSPConvergedReason, u32)> {
         let (mut reason, mut iterations) = (0, 0);
         // SAFETY: handles made in `new`; outputs are two integers.
         unsafe {
             check("KSPSolve", ffi::KSPSolve(self.krylov, self.right_side, self.solution)).map_err(|e| {
-                let ours = self.modes.as_mut().and_then(Modes::take_failure);
+                let ours = self.operator.take_failure();
                 ours.unwrap_or_else(|| if self.proven { e } else { bad_option(e) })
             })?;
             self.proven = true;
@@ -242,6 +315,11 @@ impl LinearSolver {
     pub fn describe(&self) -> Result<String> {
         let name = |n: &str| Ok::<_, Error>(self.session.option(n)?.unwrap_or_else(|| "?".into()));
         Ok(format!("{} + {}", name("-ksp_type")?, name("-pc_type")?))
+    }
+
+    /// Whether the user chose the method or the preconditioner by PETSc's options.
+    pub fn chosen_by_options(&self) -> Result<bool> {
+        Ok(self.session.user_option("-ksp_type")? || self.session.user_option("-pc_type")?)
     }
 }
 

@@ -42,6 +42,7 @@ impl<const D: usize> Scene<D> {
             // The case's, and the process's.
             boundaries: _,
             scheme: _,
+            solver_reason: _,
             border_rate: _,
             mix_pressure: _,
             cell_gradient: _,

@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 /// A box at rest whose mixture has the density `rho(x, y)`.
 fn box_with_density(petsc: &Petsc, n: usize, sides: [&str; 4], limit: f64, rho: impl Fn(f64, f64) -> f64) -> Scene<2> {
-    let more = format!("[pressure]\ndivergence_limit = {limit:e}");
+    let more = format!("[pressure]\nsolver = \"multigrid\"\ndivergence_limit = {limit:e}");
     let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [n, n], 0.0, sides, &more));
     let mut density = scene.grid.field();
     for c in scene.grid.rows().flatten() {

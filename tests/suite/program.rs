@@ -55,7 +55,7 @@ fn a_run_leaves_the_folder_that_the_contract_promises() {
     assert_eq!(particles["step"].len(), steps["step"].len());
     assert_eq!(steps["step"].len() as u64, summary["steps"].as_u64().unwrap() + 1);
     let run: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(out.join("run.json")).unwrap()).unwrap();
-    assert!(run["petsc_options"].as_str().unwrap().contains("-pc_hypre_type boomeramg"), "{run}");
+    assert!(run["petsc_options"].as_str().unwrap().contains("-ksp_type cg -pc_type boxmg"), "{run}");
     assert!(run["end"].is_string() && run["ranks"] == 1);
     let series = std::fs::read_to_string(out.join("fields/series.pvd")).unwrap();
     assert_eq!(series.matches("<DataSet").count(), 4, "{series}");
@@ -85,7 +85,7 @@ fn check_describes_the_scene_and_says_what_it_skips_and_why() {
         "skips        pressure matrix at every step",
         "skips        contacts",
         "ms a step",
-        "bcgs + hypre",
+        "cg + boxmg (auto: the coefficient varies from face to face)",
     ] {
         assert!(said.contains(part), "{part} in {said}");
     }
@@ -115,12 +115,16 @@ fn petsc_options_work_and_those_that_nothing_used_are_named() {
         assert!(output.status.success(), "{}", text(&output.stderr));
         text(&output.stdout)
     };
-    assert!(go("a", &[]).contains("gmres + hypre"));
+    assert!(go("a", &[]).contains("gmres + boxmg (PETSc's options)"));
     let said = go("b", &["-ksp_type", "cg", "-pc_type", "gamg", "-ksp_monitor", "-nonsense", "3"]);
     assert!(said.contains("cg + gamg") && said.contains("KSP Residual norm"), "{said}");
     assert!(said.contains("nothing used: -nonsense 3"), "{said}");
     assert!(go("c", &["-log_view"]).contains("KSPSolve"));
-    assert!(go("d", &["-ksp_view"]).contains("BoomerAMG"));
+    assert!(go("d", &["-ksp_view"]).contains("boxmg"));
+    assert!(go("e", &["-ksp_view", "-pc_type", "hypre"]).contains("BoomerAMG"));
+    // Our own options are read like PETSc's.
+    let said = go("f", &["-pc_boxmg_smooth", "2", "-pc_boxmg_cycle", "w", "-pc_boxmg_levels", "2"]);
+    assert!(!said.contains("nothing used"), "{said}");
 }
 
 #[test]

@@ -36,8 +36,9 @@ mod state;
 
 use super::Exchange;
 use crate::fluid::faces::FaceCoefficient;
+use crate::fluid::poisson::Covered;
 use crate::grid::{Boundaries, Grid, VectorField, wide};
-use crate::petsc::{ModeEntry, Session};
+use crate::petsc::Session;
 use crate::solids::contact::{Contacts, Neighbours, Push};
 use crate::solids::{Body, Overlap};
 use nalgebra::Vector3;
@@ -116,7 +117,7 @@ pub struct Sharp<const D: usize> {
     chi: f64,
     courant: f64,
     weights: Vec<f64>,
-    entries: Vec<ModeEntry>,
+    entries: Vec<Covered>,
     buffer: Vec<f64>,
     session: Session,
 }

@@ -4,11 +4,11 @@ use super::{NUMBERS, Sharp};
 use crate::Result;
 use crate::coupling::refuse_meetings;
 use crate::fluid::faces::FaceCoefficient;
+use crate::fluid::poisson::Covered;
 use crate::fluid::pressure::Rider;
 use crate::grid::{Boundaries, Grid, VectorField};
-use crate::petsc::ModeEntry;
 use crate::solids::contact::{Impulse, Push};
-use crate::solids::{Body, Shape, nearest_image};
+use crate::solids::{Body, Cut, Shape, nearest_image};
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 
@@ -119,8 +119,8 @@ impl<const D: usize> Sharp<D> {
     }
 
     /// Finds what the free bodies add to the pressure's operator: for each direction a mode of weight `dV/M_k` (m3/kg, zero
-    /// where the body is held) with the entries `j_c` (1/m).
-    pub fn modes(&mut self, grid: &Grid<D>) -> (&[f64], &[ModeEntry]) {
+    /// where the body is held) with the faces that it covers.
+    pub fn modes(&mut self, grid: &Grid<D>) -> (&[f64], &[Covered]) {
         let (volume, n) = (grid.cell_volume(), self.bodies.len());
         self.weights.clear();
         self.weights.resize(n * D, 0.0);
@@ -130,13 +130,8 @@ impl<const D: usize> Sharp<D> {
             for axis in (0..D).filter(|a| freedom.translation[*a]) {
                 let mode = k * D + axis;
                 self.weights[mode] = volume / ride.inertia;
-                for cut in &skin.cuts[axis] {
-                    let part = cut.covered / grid.h[axis];
-                    for (cell, value) in cut.cells.into_iter().zip([part, -part]) {
-                        let Some(row) = cell else { continue };
-                        self.entries.push(ModeEntry { mode: mode as u32, row, value });
-                    }
-                }
+                let face = |cut: &Cut| Covered { mode: mode as u32, face: cut.face as u32, part: cut.covered };
+                self.entries.extend(skin.cuts[axis].iter().map(face));
             }
         }
         (&self.weights, &self.entries)

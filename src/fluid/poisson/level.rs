@@ -1,0 +1,211 @@
+//! One level of the multigrid: its smoother, and the way to the next coarser level and back.
+//!
+//! Smoothing is a Chebyshev polynomial of `D^-1 A` (D the diagonal; no eigenvalue is above 2), as damped Jacobi sweeps
+//! `x += omega_i D^-1 (b - A x)` with `1/omega_i` the polynomial's roots over [2/5, 2]: no colours, so that rows are
+//! worked off at the speed of memory, and the same before and after the coarser level, so that the cycle is symmetric.
+//!
+//! ```text
+//!   +---+---+---+---+---+      coarse cell: two cells along each axis that is coarsened, one where an odd one is left
+//!   | a   a | b   b | c |      r_C = sum of r_c,   x_c += x_C
+//!   +---+---+---+---+---+      g_F = (distance of cell centres, fine over coarse) * sum of the g_f in F
+//! ```
+
+use super::lattice::{Lattice, exchange};
+use crate::Result;
+use crate::petsc::{Halo, Session};
+
+/// What the multigrid computes in: half the memory traffic of double precision, and its error is the Krylov method's to
+/// mend.
+pub(super) type Single = f32;
+
+pub(super) struct Level {
+    pub lattice: Lattice,
+    pub g: [Vec<Single>; 3],
+    /// 1/D.
+    pub inverse: Vec<Single>,
+    pub x: Vec<Single>,
+    pub b: Vec<Single>,
+    /// The sweep's result; after it, what it started from.
+    pub next: Vec<Single>,
+    row: Vec<Single>,
+    halo: Halo<Single>,
+    /// Cells that make a coarse one along each axis: 1 or 2.
+    pub factor: [usize; 3],
+    /// Distance of cell centres across coarse faces, fine over coarse, by axis and coarse face.
+    ratio: [Vec<Single>; 3],
+}
+
+impl Level {
+    pub fn new(session: &Session, lattice: Lattice, neighbours: [[Option<usize>; 2]; 3]) -> Level {
+        Level {
+            g: lattice.faces(),
+            inverse: lattice.field(),
+            x: lattice.field(),
+            b: lattice.field(),
+            next: lattice.field(),
+            row: vec![0.0; lattice.n[0]],
+            halo: lattice.halo(session, neighbours),
+            factor: [1; 3],
+            ratio: Default::default(),
+            lattice,
+        }
+    }
+
+    /// Says how the next level follows from this one.
+    pub fn coarsen_by(&mut self, factor: [usize; 3], fine: &[Vec<f64>; 3], coarse: &[Vec<f64>; 3]) {
+        self.factor = factor;
+        self.ratio = std::array::from_fn(|a| {
+            let last = fine[a].len().saturating_sub(1);
+            let ratio = |(i, wide): (usize, &f64)| (fine[a][(i * factor[a]).min(last)] / wide) as Single;
+            coarse[a].iter().enumerate().map(ratio).collect()
+        });
+    }
+
+    /// 1/D from the faces; D is zero where a cell has no open face.
+    pub fn invert(&mut self) {
+        let Lattice { n, stride, axes, .. } = self.lattice;
+        for s in self.lattice.rows() {
+            let inverse = &mut self.inverse[s..][..n[0]];
+            inverse.fill(0.0);
+            for (g, stride) in self.g.iter().zip(stride).take(axes) {
+                let (low, high) = (&g[s..][..n[0]], &g[s + stride..][..n[0]]);
+                for ((d, l), h) in inverse.iter_mut().zip(low).zip(high) {
+                    *d += l + h;
+                }
+            }
+            inverse.iter_mut().for_each(|d| *d = if *d > 0.0 { 1.0 / *d } else { 0.0 });
+        }
+    }
+
+    /// The faces of the next level.
+    pub fn coarsen(&self, coarse: &mut Level) {
+        let (fine, wide) = (&self.lattice, coarse.lattice);
+        for axis in 0..fine.axes {
+            let factor = self.factor;
+            let (from, to) = (&self.g[axis], &mut coarse.g[axis]);
+            let extent = |a: usize| wide.n[a] + usize::from(a == axis);
+            let n = extent(0);
+            for (k, j) in (0..extent(2)).flat_map(|k| (0..extent(1)).map(move |j| (k, j))) {
+                let out = &mut to[wide.row(j, k)..][..n];
+                out.fill(0.0);
+                // The fine rows in this coarse one: across the axis all of them, along it the one on the coarse face.
+                let rows = |at: usize, a: usize| {
+                    let begin = (at * factor[a]).min(fine.n[a]);
+                    begin..if a == axis { begin + 1 } else { (begin + factor[a]).min(fine.n[a]) }
+                };
+                for (fk, fj) in rows(k, 2).flat_map(|fk| rows(j, 1).map(move |fj| (fk, fj))) {
+                    let row = &from[fine.row(fj, fk)..][..fine.n[0] + usize::from(axis == 0)];
+                    if axis == 0 {
+                        let picked = (0..n).map(|i| row[(i * factor[0]).min(fine.n[0])]);
+                        out.iter_mut().zip(picked).for_each(|(o, g)| *o += g);
+                    } else {
+                        add_up(row, factor[0], out);
+                    }
+                }
+                match axis {
+                    0 => out.iter_mut().zip(&self.ratio[0]).for_each(|(o, r)| *o *= r),
+                    _ => {
+                        let ratio = self.ratio[axis][if axis == 1 { j } else { k }];
+                        out.iter_mut().for_each(|o| *o *= ratio);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Where the next level has the cell at a place of this one.
+    pub fn coarse_place(&self, coarse: &Level, place: usize) -> usize {
+        let (fine, wide) = (&self.lattice, &coarse.lattice);
+        let at = |a: usize| place / fine.stride[a] % (fine.n[a] + 2) - 1;
+        wide.first + (0..fine.axes).map(|a| at(a) / self.factor[a] * wide.stride[a]).sum::<usize>()
+    }
+
+    /// Adds to the next level's face what is added to one of this level's that lies in it.
+    pub fn add_to_coarse_face(&self, coarse: &mut Level, axis: usize, place: usize, add: Single) {
+        let (fine, wide) = (&self.lattice, coarse.lattice);
+        let at = |a: usize| place / fine.stride[a] % (fine.n[a] + 2) - 1;
+        let (along, factor) = (at(axis), self.factor[axis]);
+        if along % factor != 0 && along != fine.n[axis] {
+            return;
+        }
+        let number = |a: usize| if a == axis { along.div_ceil(factor) } else { at(a) / self.factor[a] };
+        let face = wide.first + (0..fine.axes).map(|a| number(a) * wide.stride[a]).sum::<usize>();
+        coarse.g[axis][face] += add * self.ratio[axis][number(axis)];
+    }
+
+    /// The first sweep, from x = 0.
+    pub fn smooth_from_zero(&mut self, omega: Single) {
+        let n = self.lattice.n[0];
+        for s in self.lattice.rows() {
+            let (b, inverse) = (&self.b[s..][..n], &self.inverse[s..][..n]);
+            for ((x, b), d) in self.x[s..][..n].iter_mut().zip(b).zip(inverse) {
+                *x = omega * d * b;
+            }
+        }
+    }
+
+    /// A sweep.
+    pub fn smooth(&mut self, omega: Single) -> Result<()> {
+        let Level { lattice, g, inverse, x, b, next, halo, .. } = self;
+        exchange(halo, lattice.axes, x)?;
+        let n = lattice.n[0];
+        for s in lattice.rows() {
+            let (b, inverse) = (&b[s..][..n], &inverse[s..][..n]);
+            lattice.for_row(g, x, s, &mut next[s..], |i, x, flux| x + omega * inverse[i] * (b[i] + flux));
+        }
+        std::mem::swap(x, next);
+        Ok(())
+    }
+
+    /// b of the next level: what is left of this one's, summed.
+    pub fn restrict(&mut self, coarse: &mut Level) -> Result<()> {
+        let Level { lattice, g, x, b, row, halo, factor, .. } = self;
+        exchange(halo, lattice.axes, x)?;
+        let n = lattice.n[0];
+        for s in coarse.lattice.rows() {
+            coarse.b[s..][..coarse.lattice.n[0]].fill(0.0);
+        }
+        for (k, j) in (0..lattice.n[2]).flat_map(|k| (0..lattice.n[1]).map(move |j| (k, j))) {
+            let s = lattice.row(j, k);
+            let b = &b[s..][..n];
+            lattice.for_row(g, x, s, row, |i, _, flux| b[i] + flux);
+            let to = coarse.lattice.row(j / factor[1], k / factor[2]);
+            add_up(row, factor[0], &mut coarse.b[to..][..coarse.lattice.n[0]]);
+        }
+        Ok(())
+    }
+
+    /// Adds the next level's x to this one's.
+    pub fn prolong(&mut self, coarse: &Level) {
+        let (lattice, factor) = (&self.lattice, self.factor);
+        let n = lattice.n[0];
+        for (k, j) in (0..lattice.n[2]).flat_map(|k| (0..lattice.n[1]).map(move |j| (k, j))) {
+            let x = &mut self.x[lattice.row(j, k)..][..n];
+            let add = &coarse.x[coarse.lattice.row(j / factor[1], k / factor[2])..][..coarse.lattice.n[0]];
+            if factor[0] == 1 {
+                x.iter_mut().zip(add).for_each(|(x, e)| *x += e);
+                continue;
+            }
+            let mut pairs = x.chunks_exact_mut(2);
+            for (pair, e) in pairs.by_ref().zip(add) {
+                pair[0] += e;
+                pair[1] += e;
+            }
+            pairs.into_remainder().iter_mut().for_each(|x| *x += add[n / 2]);
+        }
+    }
+}
+
+/// Adds to `out` the sums of each `factor` numbers of a row; of one, where an odd one is left.
+fn add_up(row: &[Single], factor: usize, out: &mut [Single]) {
+    if factor == 1 {
+        out.iter_mut().zip(row).for_each(|(o, v)| *o += v);
+        return;
+    }
+    let pairs = row.chunks_exact(2);
+    let rest = pairs.remainder();
+    out.iter_mut().zip(pairs).for_each(|(o, p)| *o += p[0] + p[1]);
+    if let ([v], Some(o)) = (rest, out.last_mut()) {
+        *o += v;
+    }
+}

@@ -1,0 +1,371 @@
+//! The pressure's operator, applied without a matrix, and what solves with it: a geometric multigrid ([`multigrid`]) and,
+//! where the coefficient is uniform, transforms ([`transform`]).
+//!
+//! ```text
+//!   (A x)_c = sum over the faces f of c:  (beta_f/h^2) (x_c - x_beyond f)  +  sum_k w_k j_k,c (j_k . x)
+//! ```
+//! beta is the coefficient on faces, zero on closed ones and twice as large, with x = 0 beyond, where the border gives the
+//! pressure. The modes `j_k` are free bodies ([`bodies`]): one for each direction in which a body moves, non-zero in the cells
+//! that its surface cuts only, on as many ranks as own some of them.
+
+mod bodies;
+mod bottom;
+mod lattice;
+mod level;
+mod matrix;
+mod multigrid;
+mod transform;
+
+pub use bodies::Covered;
+pub use matrix::Rows;
+
+use crate::fluid::faces::FaceCoefficient;
+use crate::grid::{Border, Boundaries, Grid};
+use crate::petsc::{Halo, Layout, Operator, OwnPreconditioner, Session};
+use crate::{Error, Result};
+use bodies::{Bodies, Frame};
+use lattice::{Lattice, exchange};
+use multigrid::{Multigrid, Tuning, Whole};
+use transform::{Ends, Transform};
+
+/// The operator on this rank's cells, x fastest and without ghosts in what goes in and out.
+pub struct Poisson {
+    session: Session,
+    lattice: Lattice,
+    halo: Halo<f64>,
+    /// `1/h^2` by axis (1/m2), zero along unused ones.
+    inverse_h2: [f64; 3],
+    ends: [Ends; 3],
+    /// Whether this rank's box ends at the low and high end of each axis.
+    at_end: [[bool; 2]; 3],
+    whole: Whole,
+    singular: bool,
+    coefficient: Coefficient,
+    /// `beta/h^2` on faces; empty until something needs it.
+    g: [Vec<f64>; 3],
+    largest: f64,
+    x: Vec<f64>,
+    bodies: Bodies,
+    frame: Frame,
+    /// The smallest spacing (m).
+    narrowest: f64,
+    multigrid: Option<Fresh<Multigrid>>,
+    transform: Option<Fresh<Transform>>,
+}
+
+/// What was last set.
+#[derive(Clone, Copy, Debug)]
+enum Coefficient {
+    Nothing,
+    Uniform(f64),
+    Field,
+}
+
+/// A preconditioner and whether it has the present coefficient.
+struct Fresh<T> {
+    made: T,
+    fresh: bool,
+}
+
+impl Poisson {
+    /// The operator on `grid`, without a coefficient yet. Collective.
+    pub fn new<const D: usize>(
+        session: &Session,
+        layout: &Layout,
+        grid: &Grid<D>,
+        boundaries: &Boundaries<D>,
+    ) -> Result<Poisson> {
+        let lattice = Lattice::new(layout.local, D);
+        let narrowest = grid.h.iter().copied().fold(f64::INFINITY, f64::min);
+        let ends = std::array::from_fn(|a| match boundaries.borders.get(a) {
+            Some([Some(low), Some(high)]) => {
+                let given = [low, high].map(|border| matches!(border, Border::Outflow));
+                Ends::Borders { given }
+            }
+            _ => Ends::Periodic,
+        });
+        let at_end = std::array::from_fn(|a| [0, 1].map(|side| a < D && grid.at_border(a, side)));
+        let whole = whole(session, layout, grid)?;
+        Ok(Poisson {
+            session: session.clone(),
+            halo: lattice.halo(session, layout.neighbours),
+            inverse_h2: std::array::from_fn(|a| if a < D { 1.0 / (grid.h[a] * grid.h[a]) } else { 0.0 }),
+            ends,
+            at_end,
+            whole,
+            singular: !boundaries.fixes_pressure(),
+            coefficient: Coefficient::Nothing,
+            g: Default::default(),
+            largest: 0.0,
+            x: Vec::new(),
+            bodies: Bodies::new(session, D),
+            frame: Frame {
+                stride: std::array::from_fn(|a| grid.stride.get(a).copied().unwrap_or(1)),
+                stored: layout.stored,
+                ghosts: layout.ghosts,
+                inverse_h: std::array::from_fn(|a| grid.h.get(a).map_or(0.0, |h| narrowest / h)),
+            },
+            narrowest,
+            multigrid: None,
+            transform: None,
+            lattice,
+        })
+    }
+
+    /// Takes `beta` on faces. Collective.
+    ///
+    /// # Errors
+    /// When it is not positive and finite on every open face: a zero row would make solvers report success.
+    pub fn set<const D: usize>(&mut self, grid: &Grid<D>, beta: &FaceCoefficient<D>) -> Result<()> {
+        let unsound = match beta {
+            FaceCoefficient::Uniform(value) => {
+                self.coefficient = Coefficient::Uniform(*value);
+                self.largest = value * self.inverse_h2.iter().copied().fold(0.0, f64::max);
+                if !self.g[0].is_empty() {
+                    self.fill_uniform(*value);
+                }
+                !(value.is_finite() && *value > 0.0)
+            }
+            FaceCoefficient::Field(_) => {
+                self.coefficient = Coefficient::Field;
+                self.make_faces();
+                for axis in 0..D {
+                    let rows = self.face_rows(axis);
+                    for (row, s) in grid.face_rows(axis).zip(rows) {
+                        let g = &mut self.g[axis][s..][..row.len()];
+                        let FaceCoefficient::Field(beta) = beta else { continue };
+                        g.iter_mut().zip(&beta[axis][row]).for_each(|(g, b)| *g = self.inverse_h2[axis] * b);
+                    }
+                }
+                let (mut least, mut most) = (f64::INFINITY, 0.0f64);
+                let mut lost = false;
+                for axis in 0..D {
+                    let n = self.lattice.n[0] + usize::from(axis == 0);
+                    for s in self.face_rows(axis) {
+                        for g in &self.g[axis][s..][..n] {
+                            least = if *g < least { *g } else { least };
+                            most = if *g > most { *g } else { most };
+                            lost |= g.is_nan();
+                        }
+                    }
+                }
+                self.set_borders();
+                let mut largest = [most];
+                self.session.max(&mut largest)?;
+                self.largest = largest[0];
+                lost || least <= 0.0 || most.is_infinite()
+            }
+        };
+        if self.session.anywhere(unsound)? {
+            return Err(Error::Run("the density of the mixture is not positive and finite on every face".into()));
+        }
+        if let Some(made) = &mut self.multigrid {
+            made.fresh = false;
+        }
+        if let Some(made) = &mut self.transform {
+            made.fresh = false;
+        }
+        Ok(())
+    }
+
+    /// Adds `sum_k w_k j_k j_k^T` to the operator, in place of what the last call added; the weights (m3/kg) are the same on
+    /// every rank, and as many for each body as there are axes. `covered` are the faces of this rank's cells that each body
+    /// covers, body by body. Allocates only to grow. Collective.
+    ///
+    /// # Errors
+    /// When a weight is negative, a number not finite, a face not there, or the bodies out of order.
+    pub fn set_modes(&mut self, weights: &[f64], covered: &[Covered]) -> Result<()> {
+        if let Some(made) = &mut self.multigrid {
+            made.fresh = false;
+        }
+        let scale = 1.0 / (self.narrowest * self.narrowest);
+        self.bodies.set(&self.lattice, &self.frame, weights, covered, scale)
+    }
+
+    /// The places of the low faces of this rank's cells along `axis`, and of the high ones of the last: the first of each
+    /// row, in the order of [`Grid::face_rows`].
+    fn face_rows(&self, axis: usize) -> impl Iterator<Item = usize> + use<> {
+        let lattice = self.lattice;
+        let n = |a: usize| lattice.n[a] + usize::from(a == axis);
+        let (ny, nz) = (n(1), n(2));
+        (0..nz).flat_map(move |k| (0..ny).map(move |j| lattice.row(j, k)))
+    }
+
+    fn make_faces(&mut self) {
+        if self.g[0].is_empty() {
+            self.g = self.lattice.faces();
+            self.x = self.lattice.field();
+        }
+    }
+
+    fn fill_uniform(&mut self, value: f64) {
+        self.make_faces();
+        for axis in 0..self.lattice.axes {
+            let (n, each) = (self.lattice.n[0] + usize::from(axis == 0), value * self.inverse_h2[axis]);
+            for s in self.face_rows(axis) {
+                self.g[axis][s..][..n].fill(each);
+            }
+        }
+        self.set_borders();
+    }
+
+    /// What the border says, on its faces.
+    fn set_borders(&mut self) {
+        for axis in 0..self.lattice.axes {
+            let Ends::Borders { given } = self.ends[axis] else { continue };
+            for side in [0, 1].into_iter().filter(|side| self.at_end[axis][*side]) {
+                let factor = if given[side] { 2.0 } else { 0.0 };
+                let mut n = self.lattice.n;
+                n[axis] = 1;
+                let first = if side == 0 { 0 } else { self.lattice.n[axis] * self.lattice.stride[axis] };
+                for (k, j) in (0..n[2]).flat_map(|k| (0..n[1]).map(move |j| (k, j))) {
+                    let s = self.lattice.row(j, k) + first;
+                    self.g[axis][s..][..n[0]].iter_mut().for_each(|g| *g *= factor);
+                }
+            }
+        }
+    }
+
+    /// The faces, filled though the coefficient is uniform.
+    fn need_faces(&mut self) {
+        if let (Coefficient::Uniform(value), true) = (self.coefficient, self.g[0].is_empty()) {
+            self.fill_uniform(value);
+        }
+    }
+
+    /// The multigrid, and the bodies that take part in it.
+    fn multigrid(&mut self) -> Result<(&mut Multigrid, &mut Bodies)> {
+        self.need_faces();
+        let made = match self.multigrid.take() {
+            Some(made) => made,
+            None => {
+                let tuning = Tuning::read(&self.session)?;
+                let made = Multigrid::new(&self.session, self.whole.clone(), self.singular, tuning);
+                Fresh { made, fresh: false }
+            }
+        };
+        let Fresh { made, fresh } = self.multigrid.insert(made);
+        if !*fresh {
+            // In single precision the range of the coefficient has to lie around one.
+            let scale = 1.0 / self.largest;
+            for (to, from) in made.levels[0].g.iter_mut().zip(&self.g) {
+                to.iter_mut().zip(from).for_each(|(to, from)| *to = (scale * from) as f32);
+            }
+            let unit = self.inverse_h2.map(|i| i * self.narrowest * self.narrowest);
+            made.rebuild(&mut self.bodies, unit, scale)?;
+            *fresh = true;
+        }
+        Ok((made, &mut self.bodies))
+    }
+
+    /// One cycle of the multigrid for `A z = r`.
+    fn cycle(&mut self, r: &[f64], z: &mut [f64]) -> Result<()> {
+        let mut size = [r.iter().fold(0.0f64, |most, r| if r.abs() > most { r.abs() } else { most })];
+        self.session.max(&mut size)?;
+        if size[0] == 0.0 {
+            z.fill(0.0);
+            return Ok(());
+        }
+        let (nx, largest) = (self.lattice.n[0], self.largest);
+        let (multigrid, bodies) = self.multigrid()?;
+        let (down, up) = (1.0 / size[0], size[0] / largest);
+        let finest = &mut multigrid.levels[0];
+        for (s, r) in finest.lattice.rows().zip(r.chunks_exact(nx)) {
+            finest.b[s..][..nx].iter_mut().zip(r).for_each(|(b, r)| *b = (down * r) as f32);
+        }
+        multigrid.cycle(bodies, true)?;
+        let finest = &multigrid.levels[0];
+        for (s, z) in finest.lattice.rows().zip(z.chunks_exact_mut(nx)) {
+            z.iter_mut().zip(&finest.x[s..][..nx]).for_each(|(z, x)| *z = up * f64::from(*x));
+        }
+        Ok(())
+    }
+
+    fn transform(&mut self) -> Result<&mut Transform> {
+        if self.session.size() > 1 {
+            return Err(Error::Usage(
+                "the direct solver (-pc_type transform) works on one rank; on several use the multigrid \
+                 (pressure.solver = \"multigrid\", or -pc_type boxmg)"
+                    .into(),
+            ));
+        }
+        let mean = match self.coefficient {
+            Coefficient::Uniform(value) => self.inverse_h2.map(|i| i * value),
+            _ => std::array::from_fn(|axis| if axis < self.lattice.axes { self.mean_of_faces(axis) } else { 0.0 }),
+        };
+        let (n, axes) = (self.lattice.n, self.lattice.axes);
+        let made = match self.transform.take() {
+            Some(made) => made,
+            None => Fresh { made: Transform::new(n, axes, self.ends), fresh: false },
+        };
+        let Fresh { made, fresh } = self.transform.insert(made);
+        if !*fresh {
+            made.set(mean);
+            *fresh = true;
+        }
+        Ok(made)
+    }
+
+    /// The mean of the coefficient on the faces along an axis that have a cell on either side.
+    fn mean_of_faces(&self, axis: usize) -> f64 {
+        let lattice = self.lattice;
+        let inside = usize::from(matches!(self.ends[axis], Ends::Borders { .. }));
+        let skip = |a: usize| if a == axis { inside } else { 0 };
+        let (mut sum, mut count) = (0.0, 0usize);
+        for (k, j) in (skip(2)..lattice.n[2]).flat_map(|k| (skip(1)..lattice.n[1]).map(move |j| (k, j))) {
+            let row = &self.g[axis][lattice.row(j, k) + skip(0)..][..lattice.n[0] - skip(0)];
+            sum += row.iter().sum::<f64>();
+            count += row.len();
+        }
+        if count > 0 { sum / count as f64 } else { 0.0 }
+    }
+}
+
+impl Operator for Poisson {
+    fn multiply(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
+        self.need_faces();
+        let (lattice, nx) = (self.lattice, self.lattice.n[0]);
+        for (s, x) in lattice.rows().zip(x.chunks_exact(nx)) {
+            self.x[s..][..nx].copy_from_slice(x);
+        }
+        exchange(&mut self.halo, lattice.axes, &mut self.x)?;
+        for (s, y) in lattice.rows().zip(y.chunks_exact_mut(nx)) {
+            lattice.for_row(&self.g, &self.x, s, y, |_, _, flux| -flux);
+        }
+        self.bodies.add_product(x, y)
+    }
+
+    fn precondition(&mut self, own: OwnPreconditioner, r: &[f64], z: &mut [f64]) -> Result<()> {
+        match own {
+            OwnPreconditioner::Multigrid => self.cycle(r, z),
+            OwnPreconditioner::Transform => {
+                self.transform()?.solve(r, z);
+                Ok(())
+            }
+        }
+    }
+}
+
+/// How the grid is cut into ranks' boxes, cell widths in units of the narrowest. Collective.
+fn whole<const D: usize>(session: &Session, layout: &Layout, grid: &Grid<D>) -> Result<Whole> {
+    let narrowest = grid.h.iter().copied().fold(f64::INFINITY, f64::min);
+    let mut whole = Whole {
+        widths: std::array::from_fn(|_| vec![vec![1.0]]),
+        at: [0; 3],
+        periodic: std::array::from_fn(|a| a < D && grid.periodic[a]),
+        neighbours: layout.neighbours,
+        axes: D,
+    };
+    for axis in 0..D {
+        // A box begins where any rank's does.
+        let mut begins = vec![0.0; grid.cells[axis] + 1];
+        begins[grid.start[axis]] = 1.0;
+        begins[grid.cells[axis]] = 1.0;
+        session.sum(&mut begins)?;
+        let cuts: Vec<usize> = (0..begins.len()).filter(|i| begins[*i] > 0.0).collect();
+        let wide = grid.h[axis] / narrowest;
+        whole.widths[axis] = cuts.windows(2).map(|cut| vec![wide; cut[1] - cut[0]]).collect();
+        whole.at[axis] = cuts.iter().position(|cut| *cut == grid.start[axis]).unwrap_or(0);
+    }
+    Ok(whole)
+}

@@ -1,0 +1,271 @@
+//! Cell-centred geometric multigrid, one symmetric cycle an application, so that conjugate gradients may be used:
+//!
+//! ```text
+//!   level 0   s . . . . . . . . . . . . . s      s  smoothing ([`super::level`])
+//!   level 1     s . . . . . . . . . . . s        the levels from 2 on are visited twice each time: iterations then do
+//!   level 2       s . . . s s . . . s            not grow with the grid, at the cost of small levels only
+//!   coarsest        e   e     e   e              e  exact, by the dense inverse
+//! ```
+//! Axes are coarsened while they are the finely divided ones, so that flat cells become square first. Every rank coarsens
+//! its own box; once the whole level is small, each rank gathers it and goes on alone, all doing the same.
+
+use super::bodies::Bodies;
+use super::bottom::{Dense, Gathered};
+use super::lattice::Lattice;
+use super::level::{Level, Single};
+use crate::petsc::Session;
+use crate::{Error, Result};
+use std::f64::consts::PI;
+
+/// What `-pc_boxmg_*` sets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Tuning {
+    /// Sweeps before and after the coarser level: the degree of the polynomial.
+    pub smooth: usize,
+    /// Levels at most.
+    pub levels: usize,
+    /// First level that is visited twice.
+    pub twice_from: usize,
+    /// Cells below which a level is solved exactly.
+    pub exact: usize,
+}
+
+/// Cells of a whole level below which ranks gather it.
+const GATHER: usize = 2048;
+
+/// Most cells that are solved exactly: the inverse is dense.
+const MOST_EXACT: usize = 256;
+
+/// The lower end of what smoothing damps; the upper is 2.
+const SMOOTH_FROM: f64 = 0.4;
+
+/// Cells wider than the narrowest by this are left as they are until the others are as wide.
+const ANISOTROPY: f64 = 1.5;
+
+impl Tuning {
+    /// As the options say.
+    pub fn read(session: &Session) -> Result<Tuning> {
+        let number = |name: &str, default: usize, least: usize, most: usize| {
+            let Some(text) = session.used_option(name)? else { return Ok(default) };
+            match text.parse() {
+                Ok(n) if (least..=most).contains(&n) => Ok(n),
+                _ => Err(Error::Usage(format!(
+                    "PETSc option {name}: {text:?} is not a whole number from {least} to {most}"
+                ))),
+            }
+        };
+        let twice_from = match session.used_option("-pc_boxmg_cycle")?.as_deref() {
+            None => 2,
+            Some("w") => 1,
+            Some("v") => usize::MAX,
+            Some(other) => {
+                return Err(Error::Usage(format!(
+                    "PETSc option -pc_boxmg_cycle: {other:?} is neither v nor w; without it levels from the third on are \
+                     visited twice"
+                )));
+            }
+        };
+        Ok(Tuning {
+            smooth: number("-pc_boxmg_smooth", 3, 1, 20)?,
+            levels: number("-pc_boxmg_levels", 30, 1, 30)?,
+            twice_from,
+            exact: number("-pc_boxmg_exact", 24, 1, MOST_EXACT)?,
+        })
+    }
+}
+
+/// The whole grid of a level: the widths of its cells, in units of the caller's, by axis, rank along it and cell.
+#[derive(Clone, Debug)]
+pub(super) struct Whole {
+    pub widths: [Vec<Vec<f64>>; 3],
+    /// This rank's place along each axis.
+    pub at: [usize; 3],
+    pub periodic: [bool; 3],
+    pub neighbours: [[Option<usize>; 2]; 3],
+    pub axes: usize,
+}
+
+impl Whole {
+    /// This rank's cells along each axis.
+    pub fn local(&self) -> [usize; 3] {
+        std::array::from_fn(|a| self.widths[a][self.at[a]].len())
+    }
+
+    pub fn cells(&self) -> usize {
+        (0..3).map(|a| self.total(a)).product()
+    }
+
+    fn total(&self, axis: usize) -> usize {
+        self.widths[axis].iter().map(Vec::len).sum()
+    }
+
+    /// Distances of cell centres across this rank's faces along an axis; half a cell at a border.
+    fn distances(&self, axis: usize) -> Vec<f64> {
+        let all: Vec<f64> = self.widths[axis].concat();
+        let start: usize = self.widths[axis][..self.at[axis]].iter().map(Vec::len).sum();
+        let wide = |i: Option<usize>, round: usize| match i.filter(|i| *i < all.len()) {
+            Some(i) => all[i],
+            None if self.periodic[axis] => all[round],
+            None => 0.0,
+        };
+        let distance = |f: usize| 0.5 * (wide(f.checked_sub(1), all.len() - 1) + wide(Some(f), 0));
+        (start..=start + self.local()[axis]).map(distance).collect()
+    }
+
+    /// How many cells make one of the next level along each axis.
+    fn factor(&self) -> [usize; 3] {
+        let mean = |a: usize| self.widths[a].iter().flatten().sum::<f64>() / self.total(a) as f64;
+        let divided = |a: &usize| *a < self.axes && self.total(*a) > self.widths[*a].len();
+        let narrowest = (0..3).filter(divided).map(mean).fold(f64::INFINITY, f64::min);
+        std::array::from_fn(|a| if divided(&a) && mean(a) < ANISOTROPY * narrowest { 2 } else { 1 })
+    }
+
+    fn coarser(&self, factor: [usize; 3]) -> Whole {
+        let sums = |part: &Vec<f64>, f: usize| part.chunks(f).map(|c| c.iter().sum()).collect();
+        let widths = std::array::from_fn(|a| self.widths[a].iter().map(|part| sums(part, factor[a])).collect());
+        Whole { widths, ..self.clone() }
+    }
+
+    /// The same grid, all on one rank.
+    fn gathered(&self, rank: usize) -> Whole {
+        let itself = |a: usize| (self.periodic[a] && a < self.axes).then_some(rank);
+        Whole {
+            widths: std::array::from_fn(|a| vec![self.widths[a].concat()]),
+            at: [0; 3],
+            neighbours: std::array::from_fn(|a| [itself(a); 2]),
+            ..*self
+        }
+    }
+}
+
+/// Where the levels end.
+enum Bottom {
+    Exact(Dense),
+    /// Every rank goes on with the whole level.
+    Gathered(Box<Gathered>),
+    /// Neither: smoothed only, where the user wants no more levels.
+    Smoothed,
+}
+
+pub(super) struct Multigrid {
+    pub levels: Vec<Level>,
+    bottom: Bottom,
+    /// Weights of the sweeps.
+    omega: Vec<Single>,
+    tuning: Tuning,
+}
+
+impl Multigrid {
+    /// The levels below the grid `whole`; `singular` says that no border fixes the pressure. Collective.
+    pub fn new(session: &Session, whole: Whole, singular: bool, tuning: Tuning) -> Multigrid {
+        let lattice = |whole: &Whole| Lattice::new(whole.local(), whole.axes);
+        let mut levels = vec![Level::new(session, lattice(&whole), whole.neighbours)];
+        let alone = whole.widths.iter().all(|parts| parts.len() == 1);
+        let mut whole = whole;
+        let bottom = loop {
+            let factor = whole.factor();
+            if alone && whole.cells() <= tuning.exact {
+                break Bottom::Exact(Dense::new(levels[levels.len() - 1].lattice, whole.periodic, singular));
+            }
+            if !alone && (whole.cells() <= GATHER || factor == [1; 3]) {
+                let left = Tuning {
+                    levels: tuning.levels.saturating_sub(levels.len() - 1).max(1),
+                    twice_from: tuning.twice_from.saturating_sub(levels.len() - 1),
+                    ..tuning
+                };
+                let inner = Multigrid::new(session, whole.gathered(session.rank()), singular, left);
+                break Bottom::Gathered(Box::new(Gathered::new(session, &whole, inner)));
+            }
+            if levels.len() == tuning.levels {
+                break Bottom::Smoothed;
+            }
+            let coarse = whole.coarser(factor);
+            let distances = [&whole, &coarse].map(|w| std::array::from_fn(|a| w.distances(a)));
+            if let Some(fine) = levels.last_mut() {
+                fine.coarsen_by(factor, &distances[0], &distances[1]);
+            }
+            levels.push(Level::new(session, lattice(&coarse), coarse.neighbours));
+            whole = coarse;
+        };
+        let root = |k: usize| {
+            let (middle, half) = (0.5 * (2.0 + SMOOTH_FROM), 0.5 * (2.0 - SMOOTH_FROM));
+            middle + half * (PI * (k as f64 + 0.5) / tuning.smooth as f64).cos()
+        };
+        let omega = (0..tuning.smooth).map(|k| (1.0 / root(k)) as Single).collect();
+        Multigrid { levels, bottom, omega, tuning }
+    }
+
+    /// Everything that follows from the faces of the finest level, and from the `bodies` there: a face of its own conducts
+    /// `unit` along each axis, and `scale` brings their weights into the same units. Collective.
+    pub fn rebuild(&mut self, bodies: &mut Bodies, unit: [f64; 3], scale: f64) -> Result<()> {
+        for l in 0..self.levels.len() {
+            let (fine, coarse) = self.levels.split_at_mut(l + 1);
+            let fine = &mut fine[l];
+            fine.invert();
+            if let Some(coarse) = coarse.first_mut() {
+                fine.coarsen(coarse);
+                if l == 0 {
+                    bodies.prepare(fine, scale)?;
+                    bodies.thicken(fine, coarse, unit, scale)?;
+                }
+            }
+        }
+        let last = &self.levels[self.levels.len() - 1];
+        match &mut self.bottom {
+            Bottom::Exact(dense) => dense.factorise(last),
+            Bottom::Gathered(gathered) => gathered.rebuild(last),
+            Bottom::Smoothed => Ok(()),
+        }
+    }
+
+    /// One cycle for the finest level's b, from zero or from its x. Collective.
+    pub fn cycle(&mut self, bodies: &mut Bodies, from_zero: bool) -> Result<()> {
+        self.visit(0, bodies, from_zero)
+    }
+
+    fn visit(&mut self, l: usize, bodies: &mut Bodies, from_zero: bool) -> Result<()> {
+        let last = l + 1 == self.levels.len();
+        match &mut self.bottom {
+            Bottom::Exact(dense) if last => {
+                dense.solve(&mut self.levels[l]);
+                return Ok(());
+            }
+            Bottom::Gathered(gathered) if last => return gathered.cycle(&mut self.levels[l], from_zero),
+            _ => {}
+        }
+        self.smooth(l, bodies, from_zero, false)?;
+        if !last {
+            let (fine, coarse) = self.levels.split_at_mut(l + 1);
+            fine[l].restrict(&mut coarse[0])?;
+            if l == 0 {
+                bodies.restrict(&fine[0], &mut coarse[0])?;
+            }
+            self.visit(l + 1, bodies, true)?;
+            let exact = matches!(self.bottom, Bottom::Exact(_)) && l + 2 == self.levels.len();
+            if l + 1 >= self.tuning.twice_from && !exact {
+                self.visit(l + 1, bodies, false)?;
+            }
+            let (fine, coarse) = self.levels.split_at_mut(l + 1);
+            fine[l].prolong(&coarse[0]);
+        }
+        self.smooth(l, bodies, false, true)
+    }
+
+    /// All sweeps, after the coarser level in the opposite order.
+    fn smooth(&mut self, l: usize, bodies: &mut Bodies, from_zero: bool, back: bool) -> Result<()> {
+        let count = self.omega.len();
+        for k in 0..count {
+            let level = &mut self.levels[l];
+            let (omega, first) = (self.omega[if back { count - 1 - k } else { k }], k == 0 && from_zero);
+            if first {
+                level.smooth_from_zero(omega);
+            } else {
+                level.smooth(omega)?;
+            }
+            if l == 0 && self.levels.len() > 1 {
+                bodies.mend(&mut self.levels[0], omega, first)?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,243 @@
+//! An operator of our own to PETSc: applied without a matrix, and preconditioned by what it brings along.
+//!
+//! ```text
+//!   KSP --- A: a matrix of type "shell" ------------------- multiply ----+
+//!       \-- PC "boxmg", "transform" (type "shell") -- precondition ------+--- the Operator
+//!           or any other, with P: an assembled matrix, which carries the Operator with it
+//! ```
+//! `-pc_type boxmg` and `-pc_type transform` are registered with PETSc and work wherever PETSc takes a preconditioner for
+//! the whole system.
+
+use super::Session;
+use super::session::{check, hear, read, write};
+use crate::{Error, Result};
+use petsc_sys as ffi;
+use std::cell::RefCell;
+use std::ffi::{CStr, c_void};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::ptr::{self, NonNull};
+use std::rc::Rc;
+
+/// A symmetric operator over this rank's cells, x fastest.
+pub trait Operator {
+    /// `y = A x`. Collective.
+    fn multiply(&mut self, x: &[f64], y: &mut [f64]) -> Result<()>;
+
+    /// `z` from `r`, about `A z = r`, symmetric and positive. Collective.
+    fn precondition(&mut self, own: OwnPreconditioner, r: &[f64], z: &mut [f64]) -> Result<()>;
+}
+
+/// The preconditioners that operators bring along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OwnPreconditioner {
+    /// `-pc_type boxmg`: geometric multigrid.
+    Multigrid,
+    /// `-pc_type transform`: the inverse for a uniform coefficient.
+    Transform,
+}
+
+impl OwnPreconditioner {
+    /// By its name among PETSc's preconditioners.
+    pub(super) fn named(name: &str) -> Option<OwnPreconditioner> {
+        match name {
+            "boxmg" => Some(OwnPreconditioner::Multigrid),
+            "transform" => Some(OwnPreconditioner::Transform),
+            _ => None,
+        }
+    }
+}
+
+/// The operator, as PETSc knows it and as we apply it.
+pub(super) struct Shell {
+    pub matrix: ffi::Mat,
+    /// From a box, freed when dropped: the context of the shell and of what carries it, so it may not move.
+    state: NonNull<State>,
+}
+
+struct State {
+    operator: Rc<RefCell<dyn Operator>>,
+    owned: usize,
+    /// What went wrong in the last call; PETSc passes on a number only.
+    failure: Option<Error>,
+}
+
+/// PETSC_ERR_LIB, what a failed call tells PETSc.
+const FAILED: ffi::PetscErrorCode = 76;
+
+/// PETSC_ERR_SUP, for what is not there.
+const UNSUPPORTED: ffi::PetscErrorCode = 56;
+
+/// Under which name matrices carry the operator.
+const CARRIED: &CStr = c"mics_operator";
+
+impl Shell {
+    /// The operator of which `owned` rows are this rank's.
+    pub fn new(session: &Session, operator: Rc<RefCell<dyn Operator>>, owned: usize) -> Result<Shell> {
+        let state = Box::new(State { operator, owned, failure: None });
+        let mut shell = Shell { matrix: ptr::null_mut(), state: NonNull::from(Box::leak(state)) };
+        let (n, any) = (owned as i32, -1);
+        // SAFETY: the matrix is an output that `shell` owns from then on; its context lives as long as `shell`, and
+        // `multiply` has the signature that PETSc calls for these two operations. `create` likewise; the names are static.
+        unsafe {
+            let context = shell.state.as_ptr().cast();
+            check("MatCreateShell", ffi::MatCreateShell(session.comm(), n, n, any, any, context, &mut shell.matrix))?;
+            for operation in [ffi::MATOP_MULT, ffi::MATOP_MULT_TRANSPOSE] {
+                type Multiply = unsafe extern "C" fn(ffi::Mat, ffi::Vec, ffi::Vec) -> ffi::PetscErrorCode;
+                let multiply = std::mem::transmute::<Multiply, unsafe extern "C" fn()>(multiply);
+                check("MatShellSetOperation", ffi::MatShellSetOperation(shell.matrix, operation, Some(multiply)))?;
+            }
+            check("MatSetOption", ffi::MatSetOption(shell.matrix, ffi::MAT_SYMMETRIC, ffi::PETSC_TRUE))?;
+            shell.go_with(session, shell.matrix)?;
+            check("PCRegister", ffi::PCRegister(c"boxmg".as_ptr(), Some(create_multigrid)))?;
+            check("PCRegister", ffi::PCRegister(c"transform".as_ptr(), Some(create_transform)))?;
+        }
+        Ok(shell)
+    }
+
+    /// Lets `matrix` carry the operator to preconditioners that are given it.
+    ///
+    /// # Safety
+    /// The matrix is alive, and not used after `self` is dropped.
+    pub unsafe fn go_with(&self, session: &Session, matrix: ffi::Mat) -> Result<()> {
+        let mut container = ptr::null_mut();
+        // SAFETY: the container is an output that is given up below; the matrix keeps its own reference to it.
+        unsafe {
+            check("PetscContainerCreate", ffi::PetscContainerCreate(session.comm(), &mut container))?;
+            let set =
+                check("PetscContainerSetPointer", ffi::PetscContainerSetPointer(container, self.state.as_ptr().cast()))
+                    .and_then(|()| {
+                        check(
+                            "PetscObjectCompose",
+                            ffi::PetscObjectCompose(matrix.cast(), CARRIED.as_ptr(), container.cast()),
+                        )
+                    });
+            check("PetscContainerDestroy", ffi::PetscContainerDestroy(&mut container))?;
+            set
+        }
+    }
+
+    /// What went wrong in a call, once.
+    pub fn take_failure(&mut self) -> Option<Error> {
+        // SAFETY: alive until `self` is dropped; PETSc reaches it too, but only during a solve, which nobody runs while
+        // this borrow of `self` lasts.
+        unsafe { self.state.as_mut().failure.take() }
+    }
+}
+
+impl Drop for Shell {
+    fn drop(&mut self) {
+        // SAFETY: the matrix is null or ours; whoever else holds it (the Krylov solver) is gone or multiplies no more.
+        // The state came out of a box and is given up here only.
+        unsafe {
+            ffi::MatDestroy(&mut self.matrix);
+            drop(Box::from_raw(self.state.as_ptr()));
+        }
+    }
+}
+
+/// The product that PETSc calls, also for the transpose: the operator is symmetric. No panic leaves it.
+unsafe extern "C" fn multiply(shell: ffi::Mat, x: ffi::Vec, y: ffi::Vec) -> ffi::PetscErrorCode {
+    let mut context: *mut c_void = ptr::null_mut();
+    // SAFETY: writes one pointer, the context that `Shell::new` gave this matrix and keeps alive, at which nobody else
+    // looks during a call. PETSc hands over two vectors of the shell's layout.
+    unsafe {
+        let code = ffi::MatShellGetContext(shell, (&raw mut context).cast());
+        if code != 0 {
+            return code;
+        }
+        (*context.cast::<State>()).call(x, y, |operator, x, y| operator.multiply(x, y))
+    }
+}
+
+unsafe extern "C" fn create_multigrid(pc: ffi::PC) -> ffi::PetscErrorCode {
+    // SAFETY: PETSc hands over the preconditioner that is to become one.
+    unsafe { create(pc, c"boxmg", apply_multigrid) }
+}
+
+unsafe extern "C" fn create_transform(pc: ffi::PC) -> ffi::PetscErrorCode {
+    // SAFETY: as above.
+    unsafe { create(pc, c"transform", apply_transform) }
+}
+
+type Apply = unsafe extern "C" fn(ffi::PC, ffi::Vec, ffi::Vec) -> ffi::PetscErrorCode;
+
+/// Makes a preconditioner one of ours: a shell by that name.
+unsafe fn create(pc: ffi::PC, name: &CStr, apply: Apply) -> ffi::PetscErrorCode {
+    // SAFETY: the preconditioner is alive; the name is copied; `apply` has the signature asked for.
+    unsafe {
+        let calls = [
+            ffi::PCSetType(pc, c"shell".as_ptr()),
+            ffi::PCShellSetName(pc, name.as_ptr()),
+            ffi::PCShellSetApply(pc, Some(apply)),
+            ffi::PCShellSetApplyTranspose(pc, Some(apply)),
+        ];
+        calls.into_iter().find(|code| *code != 0).unwrap_or(0)
+    }
+}
+
+unsafe extern "C" fn apply_multigrid(pc: ffi::PC, r: ffi::Vec, z: ffi::Vec) -> ffi::PetscErrorCode {
+    // SAFETY: PETSc's own hand-over.
+    unsafe { apply(pc, r, z, OwnPreconditioner::Multigrid) }
+}
+
+unsafe extern "C" fn apply_transform(pc: ffi::PC, r: ffi::Vec, z: ffi::Vec) -> ffi::PetscErrorCode {
+    // SAFETY: PETSc's own hand-over.
+    unsafe { apply(pc, r, z, OwnPreconditioner::Transform) }
+}
+
+unsafe fn apply(pc: ffi::PC, r: ffi::Vec, z: ffi::Vec, own: OwnPreconditioner) -> ffi::PetscErrorCode {
+    let (mut a, mut p) = (ptr::null_mut(), ptr::null_mut());
+    let (mut carried, mut context): (ffi::PetscObject, *mut c_void) = (ptr::null_mut(), ptr::null_mut());
+    // SAFETY: each call writes one pointer; what a matrix carries under our name is a container of ours, whose state
+    // lives as long as the matrix is used, and at which nobody else looks during a call.
+    unsafe {
+        let code = ffi::PCGetOperators(pc, &mut a, &mut p);
+        if code != 0 {
+            return code;
+        }
+        let code = ffi::PetscObjectQuery(p.cast(), CARRIED.as_ptr(), &mut carried);
+        if code != 0 {
+            return code;
+        }
+        if carried.is_null() {
+            hear("boxmg and transform precondition the whole system only, not a part of it (as in bjacobi or asm)");
+            return UNSUPPORTED;
+        }
+        let code = ffi::PetscContainerGetPointer(carried.cast(), &mut context);
+        if code != 0 {
+            return code;
+        }
+        (*context.cast::<State>()).call(r, z, |operator, r, z| operator.precondition(own, r, z))
+    }
+}
+
+impl State {
+    /// Lets the operator make `y` from `x`.
+    ///
+    /// # Safety
+    /// Both vectors are alive, differ, and have `owned` entries here.
+    unsafe fn call(
+        &mut self,
+        x: ffi::Vec,
+        y: ffi::Vec,
+        act: impl FnOnce(&mut dyn Operator, &[f64], &mut [f64]) -> Result<()>,
+    ) -> ffi::PetscErrorCode {
+        let (operator, owned) = (&self.operator, self.owned);
+        let called = catch_unwind(AssertUnwindSafe(|| {
+            let Ok(mut operator) = operator.try_borrow_mut() else {
+                return Err(Error::Run("the pressure's operator is in use while PETSc asks for it".into()));
+            };
+            let mut acted = Ok(());
+            // SAFETY: the caller's word.
+            unsafe { read(x, owned, |x| write(y, owned, |y| acted = act(&mut *operator, x, y)))?? }
+            acted
+        }));
+        match called.unwrap_or_else(|_| Err(Error::Run("the pressure's operator panicked".into()))) {
+            Ok(()) => 0,
+            Err(error) => {
+                self.failure = Some(error);
+                FAILED
+            }
+        }
+    }
+}
