@@ -189,7 +189,6 @@ fn a_folder_that_holds_something_else_is_refused() {
 }
 
 #[test]
-#[ignore = "until pressure.solver knows auto and multigrid"]
 fn the_shipped_studies_are_accepted_with_a_quick_part_each() {
     for name in ["cylinder-wake/precision", "crowd/solvers", "scaling/scaling"] {
         let file = shipped(&format!("cases/{name}.study.toml"));
