@@ -22,6 +22,7 @@ use crate::coupling::mixing::Mixing;
 use crate::coupling::sharp::Sharp;
 use crate::grid::{Coefficient, Grid, VectorField};
 use crate::petsc::Session;
+use crate::tape::{Lasting, Tape};
 use crate::{Result, solids::Body};
 use nalgebra::Vector3;
 
@@ -38,6 +39,14 @@ pub struct Audit {
     pub error: Vector3<f64>,
     /// What is missing in the balances of angular momentum about the particles' centres, summed over them (kg m2/s).
     pub angular_error: f64,
+}
+
+impl Lasting for Audit {
+    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        // The first two are taken anew in every step.
+        let Audit { before: _, fluid: _, momentum, border, error, angular_error } = self;
+        tape.pass([momentum, border, error, angular_error])
+    }
 }
 
 /// This rank's momentum.

@@ -49,9 +49,10 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         format!("domain       {} m, {cells} cells, h = {h} m", times(&case.domain.size)),
         format!("fluid        density {} kg/m3, viscosity {} Pa s", case.fluid.density, case.fluid.viscosity),
     ];
-    let sides = FACES.iter().zip(case.sides()).filter_map(|(name, side)| Some(format!("{name} {}", words(side?))));
+    let sides =
+        FACES.iter().zip(case.sides()).filter_map(|(name, side)| Some(format!("{name} {}", border_words(side?))));
     lines.push(format!("boundary     {}", sides.collect::<Vec<_>>().join(", ")));
-    lines.extend(particles(case, &scene.grid.h));
+    lines.extend(particles(case, &scene.grid.h).into_iter().map(|(label, words)| format!("{label:<13}{words}")));
     let widest = scene.grid.h.iter().copied().fold(0.0, f64::max);
     let smallest = case.particle.iter().map(diameter).fold(f64::INFINITY, f64::min) / widest;
     if smallest < RESOLVED {
@@ -129,7 +130,12 @@ fn contacts<const D: usize>(case: &Case, scene: &Scene<D>, dt: f64) -> Vec<Strin
 }
 
 /// Few particles one by one, many by their ranges.
-fn particles(case: &Case, h: &[f64]) -> Vec<String> {
+pub(crate) fn particle_words(case: &Case, h: &[f64]) -> Vec<String> {
+    particles(case, h).into_iter().map(|(label, words)| format!("{label}: {words}")).collect()
+}
+
+/// What is said of particles, each line with its label.
+fn particles(case: &Case, h: &[f64]) -> Vec<(String, String)> {
     let cells = |d: f64| d / h.iter().copied().fold(0.0, f64::max);
     let ratio = |p: &crate::case::Particle| p.density.unwrap_or(case.fluid.density) / case.fluid.density;
     if case.particle.len() > 5 {
@@ -138,8 +144,8 @@ fn particles(case: &Case, h: &[f64]) -> Vec<String> {
             values.fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(v), high.max(v)))
         };
         let (d, s) = (range(&diameter), range(&ratio));
-        return vec![format!(
-            "particles    {}: d = {} to {} m, d/h = {:.1} to {:.1}, density ratio {:.4} to {:.4}",
+        let words = format!(
+            "{}: d = {} to {} m, d/h = {:.1} to {:.1}, density ratio {:.4} to {:.4}",
             case.particle.len(),
             d.0,
             d.1,
@@ -147,7 +153,8 @@ fn particles(case: &Case, h: &[f64]) -> Vec<String> {
             cells(d.1),
             s.0,
             s.1
-        )];
+        );
+        return vec![("particles".into(), words)];
     }
     let line = |(id, p): (usize, &crate::case::Particle)| {
         let motion = match &p.motion {
@@ -164,12 +171,14 @@ fn particles(case: &Case, h: &[f64]) -> Vec<String> {
             },
         };
         let d = diameter(p);
-        format!("particle {id:<4}d = {d} m, d/h = {:.1}, density ratio {:.4}, {motion}", cells(d), ratio(p))
+        let words = format!("d = {d} m, d/h = {:.1}, density ratio {:.4}, {motion}", cells(d), ratio(p));
+        (format!("particle {id}"), words)
     };
     case.particle.iter().enumerate().map(line).collect()
 }
 
-fn words(side: &Side) -> String {
+/// A border's condition in words.
+pub(crate) fn border_words(side: &Side) -> String {
     match side {
         Side::Periodic => "periodic".into(),
         Side::Outflow => "outflow".into(),

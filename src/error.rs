@@ -31,6 +31,12 @@ pub enum Error {
     /// The run failed: it diverged, or a promise (divergence below D0) could not be kept.
     #[error("{0}")]
     Run(String),
+    /// Somebody asked the run to stop; it has written a checkpoint.
+    #[error("{0}")]
+    Interrupted(String),
+    /// `mics validate` ran, and values fall short of their references.
+    #[error("{0}")]
+    Short(String),
     /// A file could not be read or written.
     #[error("{path}: {source}", path = path.display())]
     Io {
@@ -45,11 +51,14 @@ pub enum Error {
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 impl Error {
-    /// The process's exit status: 2 when the case or the command line is wrong, 3 when the run failed.
+    /// The process's exit status: 1 when values fall short of their references, 2 when the case or the command line is
+    /// wrong, 3 when the run failed, 130 when it was interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {
+            Error::Short(_) => 1,
             Error::Case { .. } | Error::Usage(_) => 2,
             Error::Petsc { .. } | Error::Run(_) | Error::Io { .. } => 3,
+            Error::Interrupted(_) => crate::interrupt::STATUS,
         }
     }
 

@@ -1,8 +1,41 @@
 //! `mics`: particle-laden incompressible flow with every particle resolved by the grid.
 //!
-//! The method is MICS (Ushijima et al. 2003): fluid and particles are one mixture on a collocated Cartesian grid, in two
-//! or three dimensions. Equation numbers are the paper's. Two couplings share it: [`coupling::sharp`], the default, has its
-//! formulas in its own module; [`coupling::mixing`], the paper's, is this. With the fraction `alpha_k` of a cell inside particle k:
+//! These pages are the manual of the method; how to run cases and what was measured is in the repository's README. Read
+//! in this order: what is solved (here), the step ([`scene::Scene::step`] in [`step`]), its terms ([`fluid::advection`],
+//! [`fluid::diffusion`], [`fluid::faces`], [`fluid::pressure`]), its stability ([`scheme`]), the wall
+//! ([`coupling::sharp`], [`coupling::mixing`]), contacts ([`solids::contact`]), and what a case can ask for
+//! ([`case::Case`] and the tables in it, [`case::MeasureKind`] for what is measured). Each page opens with its formulas,
+//! and with the stencil where there is one.
+//!
+//! # What is solved
+//!
+//! ```text
+//!   div u = 0,   rho ( du/dt + u.grad u ) = -grad p + div( mu (grad u + grad u^T) )                 in the fluid
+//!   u = V_k + omega_k x r                                                                            on particle k
+//!   m dV/dt = force by the fluid + (m - m_f) g + contacts,   I domega/dt = torque + contacts         of a free one
+//! ```
+//! on equal cells with velocity and pressure at their centres and a second, divergence-free velocity on their faces; p is
+//! without the hydrostatic part, which leaves gravity to the particles. A step predicts u without the new pressure, finds
+//! the pressure that makes the divergence of every cell smaller than the limit D0, and corrects.
+//!
+//! # Sharp walls
+//!
+//! By default a particle's wall is where it is: it covers a part m of the volume around a face and leaves H = 1 - m open,
+//! and the velocity inside it is set to continue the profile of the flow beside its wall.
+//!
+//! ```text
+//! (7)      u* = u + dt [ -div(U u) + div( mu (grad u + grad u^T) )/rho ]                   cells, the fluid's rho and mu
+//! (8)      U = H q + m U_b.n,  q = mean(u*) + dt a + memory,  a = -grad p^n/rho            faces, U_b the body's motion
+//! (13-15)  -div( H grad phi )/rho + added mass of free bodies = -D/dt                      until max |D| < D0
+//! (16)     u = u* + dt (H_w a_w + H_e a_e)/(1 + (H_w + H_e)/2)                             cells, with the new pressure
+//! (19)     F = what the fluid loses in a step, in its parts by pressure, wall shear, rest  the force
+//! ```
+//! [`coupling::sharp`] derives it.
+//!
+//! # The paper's mixing
+//!
+//! The method of the paper (Ushijima et al. 2003), whose equation numbers are used throughout: fluid and particles are one
+//! mixture. With the fraction `alpha_k` of a cell inside particle k:
 //!
 //! ```text
 //! (1)      rho = rho_f + sum_k alpha_k (rho_k - rho_f)                               mixture; viscosity alike
@@ -21,7 +54,9 @@
 //! The last line is where this code leaves the paper: [`coupling::mixing`] derives it. The momentum of everything in
 //! the box is then kept to rounding, at any ratio of densities, and [`audit`] watches it.
 //!
-//! The step is one function, [`scene::Scene::step`] in [`step`]. The modules, in the order of their arrows:
+//! # The house
+//!
+//! The modules, in the order of their arrows:
 //!
 //! | module | owns |
 //! |---|---|
@@ -35,8 +70,21 @@
 //! | [`case`] | a case file, checked: pure data |
 //! | [`scheme`] | the time schemes and the limits of their step |
 //! | [`scene`] | case to scene: builds only what the scene needs |
+//! | [`study`] | tables of runs: cost and error |
 //! | [`run`], [`check`](mod@check), [`output`] | the time loop, the description of a scene, what a run leaves |
+//! | [`validate`](mod@validate) | the shipped cases beside their references |
 //! | [`clock`] | where the time goes |
+//! | [`tape`], [`interrupt`] | what lasts from step to step, for checkpoints; signals |
+//!
+//! # Sources
+//!
+//! - S. Ushijima et al. 2003, MICS, Journal of JSCE No. 740, p. 121 (in Japanese): the method and its numbers.
+//! - S. Balay et al., PETSc users manual; R. Falgout and U. Yang 2002, hypre: the linear solvers.
+//! - S. Gottlieb and C.-W. Shu 1998, Math. Comput. 67, p. 73: the two-stage Runge-Kutta scheme.
+//! - P. Cundall and O. Strack 1979, Geotechnique 29, p. 47: contacts of soft discs.
+//! - B. Jobard and W. Lefer 1997: evenly spaced streamlines of the figures.
+//!
+//! The references of the shipped cases are named in their folders.
 
 pub mod audit;
 pub mod case;
@@ -46,6 +94,7 @@ pub mod coupling;
 mod error;
 pub mod fluid;
 pub mod grid;
+pub mod interrupt;
 pub mod output;
 pub mod petsc;
 pub mod run;
@@ -53,5 +102,8 @@ pub mod scene;
 pub mod scheme;
 pub mod solids;
 pub mod step;
+pub mod study;
+pub mod tape;
+pub mod validate;
 
 pub use error::{Error, Result};

@@ -1,11 +1,20 @@
 //! The command line.
 
-use clap::{Args, Parser, Subcommand};
-use mics::output::{plot, print};
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap_complete::Shell;
+use mics::output::{plot, print, progress, report};
 use mics::run::Request;
-use mics::{Result, check, run};
+use mics::{Error, Result, check, run, study, validate};
+use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
+
+/// The end of the manual page.
+const EXIT_STATUS: &str = ".SH \"EXIT STATUS\"
+0: done. 1: `mics validate` ran, and values fall short of their references. 2: the case or the command line is wrong, and
+nothing was written. 3: the run failed, with the state before the failing step kept and named.
+.SH \"SEE ALSO\"
+The equations, the keys of a case and what was measured: README.md, in /usr/share/doc/mics where Debian's package is installed.";
 
 /// Particle-laden incompressible flow with every particle resolved by the grid.
 #[derive(Parser)]
@@ -27,6 +36,9 @@ enum Command {
         /// Replace the run that is in the folder.
         #[arg(long)]
         force: bool,
+        /// Go on from the newest checkpoint of the run that is in the folder.
+        #[arg(long, conflicts_with = "force")]
+        resume: bool,
         /// Print errors only.
         #[arg(long)]
         quiet: bool,
@@ -35,6 +47,23 @@ enum Command {
     Check {
         #[command(flatten)]
         scene: SceneArgs,
+    },
+    /// Run a case over a table of overrides and PETSc options: study.csv, study.md, work-precision figures.
+    Study {
+        /// The study file (TOML).
+        study: PathBuf,
+        /// The study's folder [default: runs/NAME].
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// List the runs without running them.
+        #[arg(long)]
+        list: bool,
+        /// What the file's [quick] makes of it, into NAME-quick.
+        #[arg(long)]
+        quick: bool,
+        /// Repeat the runs that are finished.
+        #[arg(long)]
+        force: bool,
     },
     /// Draw the figures of run folders; several together give Cd(Re) and St(Re).
     Plot {
@@ -45,8 +74,45 @@ enum Command {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
+    /// Sum up a run in one self-contained HTML file.
+    Report {
+        /// The run's folder.
+        run: PathBuf,
+        /// The file [default: DIR/report.html].
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+    },
+    /// Follow a run until it ends.
+    Watch {
+        /// The run's folder.
+        run: PathBuf,
+    },
+    /// Run the shipped cases and compare them with their references; status 1 where any falls short.
+    Validate {
+        /// Only the cases whose names begin so.
+        names: Vec<String>,
+        /// The short cases only, under five minutes; the default.
+        #[arg(long, conflicts_with = "full")]
+        quick: bool,
+        /// All cases with a reference.
+        #[arg(long, conflicts_with = "names")]
+        full: bool,
+        /// Where the runs go.
+        #[arg(long, value_name = "DIR", default_value = "runs/validate")]
+        out: PathBuf,
+        /// PETSc options, after --.
+        #[arg(last = true, value_name = "PETSC OPTIONS", allow_hyphen_values = true)]
+        petsc: Vec<String>,
+    },
     /// Print the JSON Schema of a case, for editors.
     Schema,
+    /// Print the completions of a shell.
+    Completions {
+        /// The shell.
+        shell: Shell,
+    },
+    /// Print the manual page (troff).
+    Man,
 }
 
 #[derive(Args)]
@@ -78,6 +144,7 @@ fn main() -> ExitCode {
         Err(e) => fail(u8::try_from(e.exit_code()).unwrap_or(2), &|| drop(e.print())),
         Ok(cli) => match act(cli.command) {
             Ok(()) => ExitCode::SUCCESS,
+            Err(stop @ Error::Interrupted(_)) => fail(stop.exit_code(), &|| eprintln!("{stop}")),
             Err(error) => fail(error.exit_code(), &|| eprintln!("error: {error}")),
         },
     }
@@ -85,13 +152,52 @@ fn main() -> ExitCode {
 
 fn act(command: Command) -> Result<()> {
     match command {
-        Command::Run { scene: SceneArgs { case, set, petsc }, out, force, quiet } => {
-            run::run(&Request { case, out, set, force, quiet, petsc })
+        Command::Run { scene: SceneArgs { case, set, petsc }, out, force, resume, quiet } => {
+            run::run(&Request { case, out, set, force, resume, quiet, petsc })
         }
         Command::Check { scene } => check::check(&scene.case, &scene.set, &scene.petsc),
+        Command::Study { study, out, list, quick, force } => {
+            study::study(&study::Request { study, out, list, quick, force })
+        }
         Command::Plot { runs, out } => {
             plot::draw(&runs, out.as_deref())?.iter().try_for_each(|path| print(&path.display().to_string()))
         }
+        Command::Report { run, out } => print(&report::write(&run, out.as_deref())?.display().to_string()),
+        Command::Watch { run } => progress::watch(&run),
+        Command::Validate { names, full, out, petsc, .. } => validate::validate(&names, full, &out, &petsc),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "mics", &mut script);
+            print(String::from_utf8_lossy(&script).trim_end())
+        }
+        Command::Man => manual(),
         Command::Schema => print(&format!("{:#}", mics::case::schema())),
     }
+}
+
+/// The manual page: the program's, with every command's options.
+fn manual() -> Result<()> {
+    let (mut page, mut command) = (Vec::new(), Cli::command());
+    command.build();
+    let failed = mics::Error::io("the manual page");
+    let render = |page: &mut Vec<u8>| -> std::io::Result<()> {
+        let man = clap_mangen::Man::new(command.clone());
+        man.render_title(page)?;
+        man.render_name_section(page)?;
+        man.render_synopsis_section(page)?;
+        man.render_description_section(page)?;
+        for sub in command.get_subcommands().filter(|sub| sub.get_name() != "help") {
+            let name = format!("mics {}", sub.get_name());
+            writeln!(page, ".SH \"{}\"", name.to_uppercase())?;
+            let man = clap_mangen::Man::new(sub.clone());
+            let mut part = Vec::new();
+            man.render_synopsis_section(&mut part)?;
+            man.render_description_section(&mut part)?;
+            man.render_options_section(&mut part)?;
+            page.extend(String::from_utf8_lossy(&part).replace(".SH ", ".SS ").bytes());
+        }
+        writeln!(page, "{EXIT_STATUS}")
+    };
+    render(&mut page).map_err(failed)?;
+    print(String::from_utf8_lossy(&page).trim_end())
 }

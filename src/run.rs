@@ -1,21 +1,24 @@
 //! A run: from the command line's words to a folder of results. The time loop, its dt, its schedule and its end.
 
+mod restart;
+
 use crate::case::{Cadence, Case, Loaded, load};
 use crate::clock::Stage;
 use crate::fluid::pressure::Projected;
+use crate::interrupt::Interrupt;
 use crate::output::measure::{self, Series};
+use crate::output::progress::{Progress, Record};
 use crate::output::snapshot::Snapshot;
 use crate::output::{Folder, Log, StepRow, may_use, plot};
 use crate::petsc::Session;
 use crate::scene::{Scene, State};
 use crate::scheme::{Bound, Limits};
 use crate::{Error, Result};
-use indicatif::{ProgressBar, ProgressStyle};
+use restart::{Account, Checkpoints, Restart};
 use serde_json::json;
 use std::fmt;
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// What `mics run` was told.
 #[derive(Clone, Debug, Default)]
@@ -28,6 +31,8 @@ pub struct Request {
     pub set: Vec<String>,
     /// Replace a run that is in the folder.
     pub force: bool,
+    /// Go on from the newest checkpoint in the folder.
+    pub resume: bool,
     /// Print errors only.
     pub quiet: bool,
     /// PETSc options.
@@ -49,11 +54,17 @@ pub fn run(request: &Request) -> Result<()> {
     let loaded = load(&request.case, &request.set)?;
     let session = start_petsc(&loaded.case, &request.petsc)?;
     let out = request.out.clone().unwrap_or_else(|| Path::new("runs").join(&loaded.case.name));
-    session.agree(may_use(&out, request.force, &request.case))?;
+    let interrupt = Interrupt::listen()?;
+    let restart = if request.resume {
+        Some(Restart::find(&session, &out, &loaded)?)
+    } else {
+        session.agree(may_use(&out, request.force, &request.case))?;
+        None
+    };
     check_memory(&loaded, &session)?;
     match loaded.case.dimension() {
-        2 => Run::<2>::new(&session, &loaded, request, out)?.go(),
-        _ => Run::<3>::new(&session, &loaded, request, out)?.go(),
+        2 => Run::<2>::new(&session, &loaded, request, out, interrupt, restart)?.go(),
+        _ => Run::<3>::new(&session, &loaded, request, out, interrupt, restart)?.go(),
     }
 }
 
@@ -181,17 +192,20 @@ struct Run<'a, const D: usize> {
     series: Vec<Series>,
     progress: Progress,
     started: Instant,
-    divergence_max: f64,
-    outer: u64,
-    krylov: u64,
-    retries: u64,
-    dt: Option<f64>,
-    /// Time of the newest snapshot (s).
-    last_fields: f64,
-    /// Step of the newest rows of particles.
-    last_rows: Option<u64>,
+    account: Account,
+    interrupt: Interrupt,
+    checkpoints: Checkpoints,
+    restart: Option<Restart>,
     /// The state at the start of the step.
     good: State<D>,
+}
+
+/// What ranks wish for at the end of a step.
+struct Wishes {
+    /// To stop, since somebody asked for it.
+    stop: bool,
+    /// To write a checkpoint, since one is due.
+    checkpoint: bool,
 }
 
 /// What a step gave, for the log.
@@ -204,15 +218,28 @@ struct StepOutcome {
 }
 
 impl<'a, const D: usize> Run<'a, D> {
-    fn new(session: &'a Session, loaded: &'a Loaded, request: &Request, out: PathBuf) -> Result<Self> {
+    fn new(
+        session: &'a Session,
+        loaded: &'a Loaded,
+        request: &Request,
+        out: PathBuf,
+        interrupt: Interrupt,
+        mut restart: Option<Restart>,
+    ) -> Result<Self> {
         let case = &loaded.case;
-        let scene = Scene::<D>::new(session, case)?;
+        let mut scene = Scene::<D>::new(session, case)?;
+        let (mut account, mut series) = (Account { began: now(), ..Account::default() }, measure::series(case));
+        let marks = restart.as_mut().map(|r| r.play(session, &mut account, &mut series, &mut scene)).transpose()?;
         check_step(loaded, &scene.limits()?)?;
         let lead = session.rank() == 0;
         let mut log = Log::new(lead && !request.quiet);
         let opened = if lead {
             let (particles, balance) = (scene.coupling.is_some(), scene.audit.is_some());
-            Folder::create(&out, &mut log, &case.to_toml(), particles, balance).map(Some)
+            match (&restart, marks) {
+                (Some(restart), Some(marks)) => restart.open_folder(&out, &mut log, &case.to_toml(), marks),
+                _ => Folder::create(&out, &mut log, &case.to_toml(), particles, balance),
+            }
+            .map(Some)
         } else {
             Ok(None)
         };
@@ -221,27 +248,23 @@ impl<'a, const D: usize> Run<'a, D> {
         Ok(Run {
             good,
             folder: session.agree(opened)?,
-            progress: Progress::new(lead && !request.quiet, case.time.end),
-            series: measure::series(case),
+            progress: Progress::new(lead && !request.quiet, case.time.end, lead.then_some(&out)),
+            checkpoints: Checkpoints::new(&case.output.checkpoint, restart.as_ref().map(Restart::step)),
+            series,
+            account,
+            interrupt,
+            restart,
             session,
             case,
             scene,
             out,
             log,
             started: Instant::now(),
-            divergence_max: 0.0,
-            outer: 0,
-            krylov: 0,
-            retries: 0,
-            dt: None,
-            last_fields: f64::NAN,
-            last_rows: None,
         })
     }
 
     fn go(mut self) -> Result<()> {
-        let began = now();
-        self.write_run(&began, None)?;
+        self.write_run(None)?;
         let cells = self.case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
         let solver = self.scene.solver()?;
         let particles = self.case.particle.len();
@@ -254,17 +277,22 @@ impl<'a, const D: usize> Run<'a, D> {
             self.case.time.end,
             self.out.display()
         ));
+        if let Some(restart) = &self.restart {
+            restart.say(&mut self.log, self.scene.time, self.session.size());
+        }
+        self.progress.begin(self.scene.steps, self.scene.time);
         let result = self.advance();
-        self.progress.finish();
-        let status = if result.is_ok() { "done" } else { "failed" };
-        let result = match result {
-            Ok(()) => Ok(()),
-            Err(e) => Err(self.keep_good_state(e)?),
+        let (status, result) = match result {
+            Ok(()) => ("done", Ok(())),
+            Err(stop @ Error::Interrupted(_)) => ("interrupted", Err(stop)),
+            Err(e) => ("failed", Err(self.keep_good_state(e)?)),
         };
+        self.progress.finish(status, self.scene.steps, self.scene.time, self.values());
         // A second error must not hide the first.
-        let closed = self.close(status, &began);
+        let closed = self.close(status);
         if let Err(e) = &result {
-            self.log.say(&format!("error: {e}"));
+            let kind = if let Error::Interrupted(_) = e { "" } else { "error: " };
+            self.log.say(&format!("{kind}{e}"));
             let _ = self.on_lead(|folder, _, log| folder.flush(log));
         }
         result?;
@@ -274,17 +302,19 @@ impl<'a, const D: usize> Run<'a, D> {
     /// The time loop.
     fn advance(&mut self) -> Result<()> {
         let end = self.case.time.end;
-        let mut fields = Schedule::new(self.case.output.fields.as_ref());
-        let mut rows = Schedule::new(Some(&self.case.output.particles));
-        let (energy, speed) = self.scene.energy_and_speed()?;
-        self.write_row(StepOutcome { energy, ..StepOutcome::default() })?;
-        self.write_particles()?;
-        self.write_fields()?;
-        self.sample(speed);
+        let mut fields = Schedule::new(self.case.output.fields.as_ref(), self.scene.time);
+        let mut rows = Schedule::new(Some(&self.case.output.particles), self.scene.time);
+        if self.restart.is_none() {
+            let (energy, speed) = self.scene.energy_and_speed()?;
+            self.write_row(StepOutcome { energy, ..StepOutcome::default() })?;
+            self.write_particles()?;
+            self.write_fields()?;
+            self.sample(speed);
+        }
         while self.scene.time < end * (1.0 - 1e-12) {
             self.scene.save(&mut self.good);
             let limits = self.scene.limits()?;
-            let (dt, _) = choose_step(self.case, &limits, self.dt, end - self.scene.time);
+            let (dt, _) = choose_step(self.case, &limits, self.account.dt, end - self.scene.time);
             self.refuse_broken_limit(dt, &limits)?;
             self.scene.clock.lap(Stage::Logs);
             let projected = match self.scene.step(dt) {
@@ -293,27 +323,53 @@ impl<'a, const D: usize> Run<'a, D> {
                 }
                 other => other?,
             };
-            self.dt = Some(dt);
-            self.divergence_max = self.divergence_max.max(projected.divergence_max);
-            self.outer += u64::from(projected.outer);
-            self.krylov += u64::from(projected.krylov);
-            self.retries += u64::from(projected.retries);
+            self.account.dt = Some(dt);
+            self.account.divergence_max = self.account.divergence_max.max(projected.divergence_max);
+            self.account.outer += u64::from(projected.outer);
+            self.account.krylov += u64::from(projected.krylov);
+            self.account.retries += u64::from(projected.retries);
             let (energy, speed) = self.scene.energy_and_speed()?;
-            self.write_row(StepOutcome { dt, projected, cfl: dt * limits.courant_rate, energy })?;
+            let wishes = self.write_row(StepOutcome { dt, projected, cfl: dt * limits.courant_rate, energy })?;
             if rows.due(self.scene.steps, self.scene.time) {
                 self.write_particles()?;
             }
             self.sample(speed);
-            if let Some(line) = self.progress.tick(&self.scene, dt, projected.divergence_max) {
-                self.log.say(&line);
+            if self.progress.due() {
+                let (step, time) = (self.scene.steps, self.scene.time);
+                let (divergence, measures) = (projected.divergence_max, self.values());
+                let state = Record {
+                    step,
+                    time,
+                    end,
+                    dt: Some(dt),
+                    divergence,
+                    largest_speed: speed,
+                    measures,
+                    ..Record::default()
+                };
+                self.progress.take(state).into_iter().for_each(|line| self.log.say(&line));
             }
             self.scene.clock.lap(Stage::Logs);
             if fields.due(self.scene.steps, self.scene.time) {
                 self.write_fields()?;
             }
+            if wishes.stop || wishes.checkpoint {
+                self.checkpoint()?;
+                self.scene.clock.lap(Stage::Fields);
+            }
+            if wishes.stop {
+                return Err(Error::Interrupted(format!(
+                    "interrupted after step {}, t = {:.6} s; the same command with --resume goes on from there",
+                    self.scene.steps, self.scene.time
+                )));
+            }
         }
-        if self.last_fields != self.scene.time {
+        if self.account.last_fields != Some(self.scene.time) {
             self.write_fields()?;
+        }
+        // What has had checkpoints may be given a later end.
+        if self.checkpoints.newest.is_some() {
+            self.checkpoint()?;
         }
         Ok(())
     }
@@ -336,21 +392,22 @@ impl<'a, const D: usize> Run<'a, D> {
         self.session.max(&mut broken)?;
         if broken[0] == 0.0 {
             self.scene.load(&self.good);
-            if self.last_fields != self.scene.time {
+            if self.account.last_fields != Some(self.scene.time) {
                 let _ = self.write_fields();
             }
         }
-        let step = format!("step {}, from t = {:.6} s", self.good.steps + 1, self.good.time);
-        Ok(match self.folder.as_ref().and_then(Folder::last_snapshot) {
-            Some((time, path)) => Error::Run(format!(
-                "{step}: {error}; the last good state that was kept, of t = {time:.6} s, is {}",
-                path.display()
-            )),
-            None => Error::Run(format!("{step}: {error}")),
-        })
+        let mut said = format!("step {}, from t = {:.6} s: {error}", self.good.steps + 1, self.good.time);
+        if let Some(step) = self.checkpoints.newest {
+            said += &format!("; with the cause gone, --resume goes on after step {step}");
+        }
+        if let Some((time, path)) = self.folder.as_ref().and_then(Folder::last_snapshot) {
+            said += &format!("; the last good state that was kept, of t = {time:.6} s, is {}", path.display());
+        }
+        Ok(Error::Run(said))
     }
 
-    fn write_row(&mut self, outcome: StepOutcome) -> Result<()> {
+    /// Writes a row of `steps.csv`; what ranks wish for is agreed on with it.
+    fn write_row(&mut self, outcome: StepOutcome) -> Result<Wishes> {
         let row = StepRow {
             step: self.scene.steps,
             time: self.scene.time,
@@ -360,19 +417,32 @@ impl<'a, const D: usize> Run<'a, D> {
             divergence_max: outcome.projected.divergence_max,
             cfl: outcome.cfl,
             kinetic_energy: outcome.energy,
-            wall: self.started.elapsed().as_secs_f64(),
+            wall: self.wall(),
         };
-        self.on_lead(|folder, scene, log| {
+        let (scene, log) = (&self.scene, &mut self.log);
+        let written = self.folder.as_mut().map_or(Ok(()), |folder| {
             folder.write_step(&row, scene.audit.as_ref().map(|a| (scene.substeps, a)))?;
             folder.flush_when_due(log)
-        })
+        });
+        // One message for all three, every step.
+        let flags = [written.is_err(), self.interrupt.asked(), self.checkpoints.due(row.step)];
+        let mut anywhere = flags.map(f64::from);
+        self.session.max(&mut anywhere)?;
+        let [failed, stop, checkpoint] = anywhere.map(|flag| flag > 0.0);
+        written?;
+        if failed { Err(Error::Run("rank 0 failed".into())) } else { Ok(Wishes { stop, checkpoint }) }
+    }
+
+    /// Seconds that the run has taken, in all its sessions.
+    fn wall(&self) -> f64 {
+        self.account.wall + self.started.elapsed().as_secs_f64()
     }
 
     fn write_particles(&mut self) -> Result<()> {
-        if self.last_rows == Some(self.scene.steps) {
+        if self.account.last_rows == Some(self.scene.steps) {
             return Ok(());
         }
-        self.last_rows = Some(self.scene.steps);
+        self.account.last_rows = Some(self.scene.steps);
         let rule = self.case.coupling.force;
         self.on_lead(|folder, scene, _| match &scene.coupling {
             Some(c) => folder.write_particles(scene.steps, scene.time, c.bodies(), c.exchange(), rule),
@@ -382,7 +452,8 @@ impl<'a, const D: usize> Run<'a, D> {
 
     fn write_fields(&mut self) -> Result<()> {
         let snapshot = Snapshot::take(&mut self.scene)?;
-        self.last_fields = self.scene.time;
+        self.account.last_fields = Some(self.scene.time);
+        self.series.iter_mut().for_each(|s| s.take_fields(&snapshot));
         // A figure of the fields shows the particles where they are.
         self.write_particles()?;
         self.on_lead(|folder, scene, log| {
@@ -408,29 +479,37 @@ impl<'a, const D: usize> Run<'a, D> {
         }
     }
 
+    /// The measures that have a value so far, by name.
+    fn values(&self) -> serde_json::Map<String, serde_json::Value> {
+        self.series.iter().filter_map(|s| Some((s.name().to_owned(), json!(s.value()?)))).collect()
+    }
+
     /// Closes the logs, sums up and draws.
-    fn close(&mut self, status: &str, began: &str) -> Result<()> {
-        let wall = self.started.elapsed().as_secs_f64();
+    fn close(&mut self, status: &str) -> Result<()> {
+        let wall = self.wall();
         let cells = self.scene.grid.total_cells();
         let stages = self.scene.clock.table(cells);
-        let mut memory = [peak_memory()];
-        self.session.sum(&mut memory)?;
+        let mut used = [peak_memory(), cpu_seconds()];
+        self.session.sum(&mut used)?;
+        let [memory, cpu] = used;
         let unused = self.session.unused_options()?;
-        self.write_run(began, Some(&now()))?;
+        self.write_run(Some(&now()))?;
         if self.folder.is_none() {
             return Ok(());
         }
         let measures: Vec<(&str, Option<f64>)> = self.series.iter().map(|s| (s.name(), s.value())).collect();
-        let found: serde_json::Map<_, _> =
-            measures.iter().filter_map(|(n, v)| v.map(|v| ((*n).to_owned(), json!(v)))).collect();
+        let found = self.values();
+        let comparisons: serde_json::Map<_, _> =
+            self.series.iter().filter_map(|s| Some((s.name().to_owned(), json!(s.comparison()?)))).collect();
         let steps = self.scene.steps.max(1) as f64;
         let summary = json!({
             "case": self.case.name, "status": status, "cells": cells, "steps": self.scene.steps, "time": self.scene.time,
-            "wall_seconds": wall, "step_seconds": wall / steps, "divergence_max": self.divergence_max,
-            "divergence_limit": self.case.pressure.divergence_limit, "outer_iterations": self.outer,
-            "krylov_iterations": self.krylov, "solver_retries": self.retries, "measures": found,
+            "wall_seconds": wall, "cpu_seconds": cpu, "step_seconds": wall / steps, "divergence_max": self.account.divergence_max,
+            "divergence_limit": self.case.pressure.divergence_limit, "outer_iterations": self.account.outer,
+            "krylov_iterations": self.account.krylov, "solver_retries": self.account.retries, "measures": found,
+            "comparisons": comparisons,
             "stages_ns_per_cell_step": stages.iter().map(|(n, t)| ((*n).to_owned(), json!(t))).collect::<serde_json::Map<_, _>>(),
-            "peak_memory_bytes": memory[0], "peak_memory_bytes_per_cell": memory[0] / cells as f64,
+            "peak_memory_bytes": memory, "peak_memory_bytes_per_cell": memory / cells as f64,
         });
 
         let total: f64 = stages.iter().map(|s| s.1).sum();
@@ -445,23 +524,30 @@ impl<'a, const D: usize> Run<'a, D> {
             "{} steps in {wall:.1} s, {:.2} ms a step; peak memory {:.0} MB, {:.0} bytes a cell",
             self.scene.steps,
             1e3 * wall / steps,
-            memory[0] / 1e6,
-            memory[0] / cells as f64
+            memory / 1e6,
+            memory / cells as f64
         ));
         self.log.say(&format!(
             "C-HSMAC {:.2} and Krylov {:.2} iterations a step{}; largest |D| {:.2e} 1/s, limit {:.0e}",
-            self.outer as f64 / steps,
-            self.krylov as f64 / steps,
-            if self.retries > 0 { format!(", {} solves repeated", self.retries) } else { String::new() },
-            self.divergence_max,
+            self.account.outer as f64 / steps,
+            self.account.krylov as f64 / steps,
+            if self.account.retries > 0 {
+                format!(", {} solves repeated", self.account.retries)
+            } else {
+                String::new()
+            },
+            self.account.divergence_max,
             self.case.pressure.divergence_limit
         ));
         if !unused.is_empty() {
             self.log.say(&format!("PETSc options that nothing used: {}", unused.join(", ")));
         }
-        for (name, value) in &measures {
+        for ((name, value), series) in measures.iter().zip(&self.series) {
             self.log.say(&match value {
-                Some(v) => format!("{name} = {v:.5}"),
+                Some(v) => match series.comparison() {
+                    Some(comparison) => format!("{name} = {v:.5}, {comparison}"),
+                    None => format!("{name} = {v:.5}"),
+                },
                 None => {
                     format!("{name}: the run gives no value (no oscillation, no contact, or no steps after `from`)")
                 }
@@ -478,13 +564,16 @@ impl<'a, const D: usize> Run<'a, D> {
         folder.flush(&mut self.log)
     }
 
-    fn write_run(&mut self, began: &str, ended: Option<&str>) -> Result<()> {
-        let options = self.session.options()?;
+    fn write_run(&mut self, ended: Option<&str>) -> Result<()> {
+        let (options, solver) = (self.session.options()?, self.scene.solver()?);
+        let needs = self.scene.needs();
+        let needs = needs.iter().map(|(what, needed, why)| json!({"what": what, "needed": needed, "why": why}));
         let words: Vec<String> = std::env::args().collect();
         let record = json!({
             "version": env!("CARGO_PKG_VERSION"), "git_commit": env!("MICS_GIT_COMMIT"), "command": words,
             "petsc_version": self.session.version(), "petsc_options": options, "ranks": self.session.size(),
-            "host": host(), "start": began, "end": ended,
+            "host": host(), "pid": std::process::id(), "start": self.account.began, "end": ended,
+            "resumed_after_step": self.restart.as_ref().map(Restart::step), "solver": solver, "needs": needs.collect::<Vec<_>>(),
         });
         self.on_lead(|folder, _, _| folder.write_json("run.json", &record))
     }
@@ -497,8 +586,11 @@ struct Schedule {
 }
 
 impl Schedule {
-    fn new(cadence: Option<&Cadence>) -> Schedule {
-        Schedule { cadence: cadence.cloned(), done: 0 }
+    /// From `time` (s) on.
+    fn new(cadence: Option<&Cadence>, time: f64) -> Schedule {
+        let mut schedule = Schedule { cadence: cadence.cloned(), done: 0 };
+        schedule.due(0, time);
+        schedule
     }
 
     /// Whether a step that ended at `time` (s) is the first at or after a due moment.
@@ -514,71 +606,15 @@ impl Schedule {
     }
 }
 
-/// A bar on a terminal, a line now and then elsewhere.
-struct Progress {
-    bar: Option<ProgressBar>,
-    lines: bool,
-    end: f64,
-    started: Instant,
-    last: Instant,
-}
-
-/// Seconds between plain lines.
-const LINE_EVERY: Duration = Duration::from_secs(5);
-
-impl Progress {
-    fn new(shown: bool, end: f64) -> Progress {
-        let terminal = shown && std::io::stderr().is_terminal();
-        let bar = terminal.then(|| {
-            let style = ProgressStyle::with_template("{bar:20} {percent:>3} %  {msg}");
-            ProgressBar::new(1000).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-        });
-        Progress { lines: shown && !terminal, bar, end, started: Instant::now(), last: Instant::now() }
-    }
-
-    /// Shows the state; returns a line where lines are due.
-    fn tick<const D: usize>(&mut self, scene: &Scene<D>, dt: f64, divergence: f64) -> Option<String> {
-        if self.bar.is_none() && (!self.lines || self.last.elapsed() < LINE_EVERY) {
-            return None;
-        }
-        let done = scene.time / self.end;
-        let elapsed = self.started.elapsed().as_secs_f64();
-        let text = format!(
-            "t = {:.4} s, step {}, dt {:.2e} s, |D| {divergence:.1e}, {:.0} steps/s, {} left",
-            scene.time,
-            scene.steps,
-            dt,
-            scene.steps as f64 / elapsed,
-            minutes(elapsed * (1.0 / done - 1.0))
-        );
-        match &self.bar {
-            Some(bar) => {
-                bar.set_position((1000.0 * done) as u64);
-                bar.set_message(text);
-                None
-            }
-            None => {
-                self.last = Instant::now();
-                Some(format!("{:>3.0} %  {text}", 100.0 * done))
-            }
-        }
-    }
-
-    fn finish(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
-    }
-}
-
-fn minutes(seconds: f64) -> String {
-    let s = seconds.max(0.0) as u64;
-    if s < 60 { format!("{s} s") } else { format!("{} min {:02} s", s / 60, s % 60) }
-}
-
 /// Largest resident memory of this process so far (bytes), 0 where the system does not tell.
 pub fn peak_memory() -> f64 {
     system_number("/proc/self/status", "VmHWM:") * 1024.0
+}
+
+/// CPU seconds of this process so far, of all its threads, its start included.
+fn cpu_seconds() -> f64 {
+    let spent = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    spent.tv_sec as f64 + 1e-9 * spent.tv_nsec as f64
 }
 
 /// The number after `name` in a file of the system's, 0 where there is none.
@@ -588,7 +624,8 @@ fn system_number(file: &str, name: &str) -> f64 {
     line.and_then(|l| l.split_whitespace().next()?.parse().ok()).unwrap_or(0.0)
 }
 
-fn host() -> String {
+/// The name of this machine.
+pub fn host() -> String {
     std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default().trim().to_owned()
 }
 

@@ -6,10 +6,11 @@ use crate::clock::Clock;
 use crate::coupling::Coupling;
 use crate::coupling::mixing::{Choices, Driver, Mixing};
 use crate::coupling::sharp::{self, Sharp};
-use crate::fluid::diffusion;
+use crate::fluid::advection::Fluxes;
+use crate::fluid::diffusion::{self, Form};
 use crate::fluid::faces::{self, FaceCoefficient, Gravity};
 use crate::fluid::pressure::{Projection, StoppingRule};
-use crate::grid::{Border, Boundaries, Coefficient, GHOSTS, Grid, VectorField};
+use crate::grid::{Border, Boundaries, Coefficient, GHOSTS, Grid, VectorField, largest, total, wide};
 use crate::petsc::{Choice, Layout, Session};
 use crate::scheme::{self, Limits, Scheme};
 use crate::solids::contact::{Contacts, Damping, Laws, Material, Substeps, Wall};
@@ -50,19 +51,21 @@ pub struct Scene<const D: usize> {
     /// The pressure equation and its iteration.
     pub projection: Projection,
     /// Why it is solved as it is.
-    solver_reason: &'static str,
+    pub(crate) solver_reason: &'static str,
     pub(crate) scheme: &'static Scheme,
     /// Courant number per second of what the borders prescribe (1/s): in a fluid at rest nothing else tells it.
-    border_rate: f64,
+    pub(crate) border_rate: f64,
     pub(crate) advection: Advection<D>,
     /// Pressure and gravity on faces (m/s2), of the pressure in `p`.
     pub(crate) acceleration: VectorField<D>,
     /// Face velocities of the step before, and those that carry in this one; `None` where `faces` themselves carry.
     pub(crate) faces_before: VectorField<D>,
-    pub(crate) carrier: Option<VectorField<D>>,
     /// Weighted sum of the stages' rates (m/s2).
     pub(crate) total: VectorField<D>,
+    /// Velocity that a stage starts from; between steps with sharp walls, that before the wall was imposed on it last (m/s).
     pub(crate) stage: VectorField<D>,
+    pub(crate) fluxes: Fluxes,
+    /// Scratch where the viscosity varies.
     pub(crate) scratch: Vec<f64>,
     pub(crate) dt_before: f64,
     /// The balance of momentum, where particles are free.
@@ -175,7 +178,7 @@ impl<const D: usize> Scene<D> {
             (case::Scheme::Rk2, _) => &scheme::RK2,
             (case::Scheme::Rk3, _) => &scheme::RK3,
         };
-        let stages = scheme.weights.len() > 1;
+        let stages = scheme.weights.len() > 1 || walls_are_sharp;
         let nothing = || std::array::from_fn(|_| Vec::new());
         let conservative = case.time.advection == case::Advection::Upwind5;
         let extrapolates = scheme.centred && conservative;
@@ -196,10 +199,10 @@ impl<const D: usize> Scene<D> {
             },
             acceleration: grid.vector_field(),
             faces_before: if extrapolates { grid.vector_field() } else { nothing() },
-            carrier: extrapolates.then(|| grid.vector_field()),
             total: grid.vector_field(),
             stage: if stages { grid.vector_field() } else { nothing() },
-            scratch: grid.field(),
+            fluxes: Fluxes::new(&grid),
+            scratch: if matches!(viscosity, Coefficient::Field(_)) { grid.field() } else { Vec::new() },
             time: 0.0,
             steps: 0,
             clock: Clock::default(),
@@ -327,8 +330,13 @@ impl<const D: usize> Scene<D> {
         let nu = bodies().map(|b| b.viscosity).fold(viscosity, f64::max)
             / bodies().map(|b| b.density).fold(density, f64::min);
         let widest = self.grid.h.iter().copied().fold(0.0, f64::max);
-        let limit = diffusion::limit_rate(&self.grid.h, nu, matches!(self.viscosity, Coefficient::Field(_)));
-        (limit, diffusion::limit_rate(&[widest], viscosity / density, false))
+        let form = match self.viscosity {
+            Coefficient::Field(_) => Form::Stress,
+            Coefficient::Uniform(_) if self.is_plain() => Form::Fourth,
+            Coefficient::Uniform(_) => Form::Second,
+        };
+        let limit = diffusion::limit_rate(&self.grid.h, nu, form);
+        (limit, diffusion::limit_rate(&[widest], viscosity / density, Form::Second))
     }
 
     /// Kinetic energy of the mixture (J; per metre of depth in 2D) and the largest speed in a cell (m/s). Collective.
@@ -336,12 +344,8 @@ impl<const D: usize> Scene<D> {
     /// # Errors
     /// When a velocity is not finite: names the cell.
     pub fn energy_and_speed(&self) -> Result<(f64, f64)> {
-        let (mut energy, mut fastest) = ([0.0], [0.0f64]);
-        for c in self.grid.rows().flatten() {
-            let square: f64 = self.u.iter().map(|u| u[c] * u[c]).sum();
-            energy[0] += self.density.at(c) * square;
-            fastest[0] = fastest[0].max(square);
-        }
+        let (sum, most) = self.squares();
+        let (mut energy, mut fastest) = ([sum], [most]);
         energy[0] *= 0.5 * self.grid.cell_volume();
         self.session.sum(&mut energy)?;
         self.session.max(&mut fastest)?;
@@ -349,6 +353,34 @@ impl<const D: usize> Scene<D> {
             return Err(self.name_bad_cell()?);
         }
         Ok((energy[0], fastest[0].sqrt()))
+    }
+
+    /// Over this rank's cells, the sum of density times squared velocity and the largest squared velocity.
+    fn squares(&self) -> (f64, f64) {
+        let (grid, u) = (&self.grid, &self.u);
+        wide(
+            #[inline(always)]
+            || {
+                let (mut sum, mut most) = (0.0, 0.0f64);
+                for row in grid.rows() {
+                    let u: [&[f64]; D] = std::array::from_fn(|a| &u[a][row.clone()]);
+                    let square = |i: usize| u.iter().map(|u| u[i] * u[i]).sum::<f64>();
+                    sum += match &self.density {
+                        Coefficient::Uniform(rho) => rho * total(row.len(), square),
+                        Coefficient::Field(rho) => {
+                            let rho = &rho[row.clone()];
+                            total(
+                                row.len(),
+                                #[inline(always)]
+                                |i| rho[i] * square(i),
+                            )
+                        }
+                    };
+                    most = most.max(largest(row.len(), square));
+                }
+                (sum, most)
+            },
+        )
     }
 
     /// The error for a value that is not finite, with the first cell that holds one. Collective.

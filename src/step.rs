@@ -1,12 +1,14 @@
 //! The method: one step of MICS, in the order of the paper, and the same with sharp walls (`sharp`).
 
+mod restart;
 mod sharp;
 
 use crate::Result;
 use crate::clock::Stage;
 use crate::coupling::Coupling;
 use crate::coupling::mixing::{Mixing, Part};
-use crate::fluid::{advection, diffusion, faces, pressure::Projected};
+use crate::fluid::advection::{self, Carrier};
+use crate::fluid::{diffusion, faces, pressure::Projected};
 use crate::grid::{Coefficient, VectorField};
 use crate::scene::{Advection, Scene};
 
@@ -63,8 +65,6 @@ impl<const D: usize> Scene<D> {
             audit.begin(&self.grid, &self.density, &self.u);
             self.clock.lap(Stage::Force);
         }
-        self.find_carrier(dt);
-        self.total.iter_mut().for_each(|f| f.fill(0.0));
         for (stage, &weight) in self.scheme.weights.iter().enumerate() {
             if stage > 0 {
                 self.set_stage(stage, dt);
@@ -78,14 +78,8 @@ impl<const D: usize> Scene<D> {
     /// The velocity that a stage after the first starts from.
     fn set_stage(&mut self, stage: usize, dt: f64) {
         let (of_total, of_pressure) = self.scheme.stages[stage - 1];
-        for (s, (u, r)) in self.stage.iter_mut().zip(self.u.iter().zip(&self.total)) {
-            for row in self.grid.rows() {
-                for ((s, u), r) in s[row.clone()].iter_mut().zip(&u[row.clone()]).zip(&r[row]) {
-                    *s = u + dt * of_total * r;
-                }
-            }
-        }
-        faces::add_to_cells(&self.grid, dt * of_pressure, &self.acceleration, &mut self.stage);
+        let (rate, acceleration) = ((dt * of_total, &self.total), (dt * of_pressure, &self.acceleration));
+        faces::step_cells(&self.grid, Some(&self.u), rate, acceleration, &mut self.stage);
         self.clock.lap(Stage::Update);
     }
 
@@ -93,9 +87,31 @@ impl<const D: usize> Scene<D> {
         let u = if stage == 0 { &mut self.u } else { &mut self.stage };
         self.boundaries.fill_velocity(u)?;
         self.clock.lap(Stage::Ghosts);
+        if self.is_plain() {
+            self.put_rates(stage, weight, dt);
+            return Ok(());
+        }
+        if stage == 0 {
+            self.total.iter_mut().for_each(|f| f.fill(0.0));
+        }
         self.add_advection(stage, weight, dt)?;
         self.add_diffusion(stage, weight);
         Ok(())
+    }
+
+    /// Whether advection and diffusion are one pass: nobody asks for them one by one, and the mixture is the fluid.
+    pub(crate) fn is_plain(&self) -> bool {
+        let mixed = matches!(self.coupling, Some(Coupling::Mixing(_)));
+        !mixed && matches!((&self.advection, &self.viscosity), (Advection::Upwind5, Coefficient::Uniform(_)))
+    }
+
+    /// Both in one pass; the first stage's replace what `total` has.
+    fn put_rates(&mut self, stage: usize, weight: f64, dt: f64) {
+        let carrier = Carrier { now: &self.faces, before: before(&self.faces_before, self.steps, dt, self.dt_before) };
+        let u = if stage == 0 { &self.u } else { &self.stage };
+        let nu = self.viscosity.at(0) / self.density.at(0);
+        advection::upwind5(&self.grid, &carrier, u, nu, weight, stage == 0, &mut self.total, &mut self.fluxes);
+        self.clock.lap(Stage::Advection);
     }
 
     fn sum_stages(&mut self, dt: f64) {
@@ -109,31 +125,15 @@ impl<const D: usize> Scene<D> {
         self.clock.lap(Stage::Update);
     }
 
-    /// The face velocity that carries: at the middle of the step for schemes of second order, from the last two steps.
-    fn find_carrier(&mut self, dt: f64) {
-        let Some(carrier) = &mut self.carrier else { return };
-        let ahead = if self.steps > 0 { 0.5 * dt / self.dt_before } else { 0.0 };
-        for (axis, carrier) in carrier.iter_mut().enumerate() {
-            for row in self.grid.face_rows(axis) {
-                let (now, before) = (&self.faces[axis][row.clone()], &self.faces_before[axis][row.clone()]);
-                for ((c, n), b) in carrier[row].iter_mut().zip(now).zip(before) {
-                    *c = n + ahead * (n - b);
-                }
-            }
-        }
-        self.clock.lap(Stage::Update);
-    }
-
     fn add_advection(&mut self, stage: usize, weight: f64, dt: f64) -> Result<()> {
         self.tally(Part::Convective, -1.0);
         let u = if stage == 0 { &self.u } else { &self.stage };
         let grid = &self.grid;
         match &mut self.advection {
             Advection::Upwind5 => {
-                let carrier = self.carrier.as_ref().unwrap_or(&self.faces);
-                for (q, rate) in u.iter().zip(&mut self.total) {
-                    advection::upwind5(grid, carrier, q, weight, rate, &mut self.scratch);
-                }
+                let before = before(&self.faces_before, self.steps, dt, self.dt_before);
+                let carrier = Carrier { now: &self.faces, before };
+                advection::upwind5(grid, &carrier, u, 0.0, weight, false, &mut self.total, &mut self.fluxes);
             }
             Advection::Upwind5Advective => {
                 for (q, rate) in u.iter().zip(&mut self.total) {
@@ -192,7 +192,7 @@ impl<const D: usize> Scene<D> {
     fn predict_faces(&mut self, dt: f64) -> Result<()> {
         self.boundaries.fill_velocity(&mut self.u)?;
         self.clock.lap(Stage::Ghosts);
-        if self.carrier.is_some() {
+        if !self.faces_before[0].is_empty() {
             std::mem::swap(&mut self.faces, &mut self.faces_before);
         }
         faces::predict(&self.grid, &self.u, dt, &self.acceleration, &mut self.faces);
@@ -281,6 +281,17 @@ impl<const D: usize> Scene<D> {
         self.steps += 1;
         self.clock.count();
     }
+}
+
+/// The face velocities of the last step but one and how far ahead of the last to carry: to the middle of the step of `dt`
+/// (s), for schemes of second order, which keep them.
+fn before<const D: usize>(
+    faces_before: &VectorField<D>,
+    steps: u64,
+    dt: f64,
+    dt_before: f64,
+) -> Option<(&VectorField<D>, f64)> {
+    (!faces_before[0].is_empty() && steps > 0).then(|| (faces_before, 0.5 * dt / dt_before))
 }
 
 fn copy_rows<const D: usize>(from: &VectorField<D>, to: &mut VectorField<D>) {

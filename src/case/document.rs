@@ -6,7 +6,7 @@
 use std::ops::Range;
 use std::path::Path;
 
-use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
@@ -16,11 +16,13 @@ use super::{Case, preset};
 use crate::{Error, Result};
 
 /// Keys that exclude each other: overriding the first drops the second from the file.
-const REPLACES: [(&str, &str); 6] = [
+const REPLACES: [(&str, &str); 8] = [
     ("step", "cfl"),
     ("cfl", "step"),
     ("every", "every_time"),
     ("every_time", "every"),
+    ("every_steps", "every_wall_minutes"),
+    ("every_wall_minutes", "every_steps"),
     ("restitution", "damping"),
     ("damping", "restitution"),
 ];
@@ -40,18 +42,23 @@ pub(super) struct Document<'a> {
 impl<'a> Document<'a> {
     /// The text with its overrides, each padded with newlines that set its spans apart from all others.
     pub(super) fn parse(file: &Path, text: &'a str, overrides: &'a [String]) -> Result<Self> {
-        let table = DeTable::parse(text).map_err(|e| {
-            let at = e.span().map_or(text.len(), |span| span.start);
-            whole_file(file, Some(line_of(text.as_bytes(), at)), format!("not valid TOML: {}", e.message()))
-        })?;
-        let root = Spanned::new(table.span(), DeValue::Table(table.into_inner()));
-        let mut document = Document { text, root, preset: None };
+        let mut document = Document::plain(file, text)?;
         for given in overrides {
             let why = |why| Error::Usage(format!("bad --set `{}`: {why}", given.trim_start()));
             document.set(given).map_err(why)?;
         }
         document.preset = preset::fill(document.root.get_mut());
         Ok(document)
+    }
+
+    /// The text alone, of a case or of any other file of the program.
+    pub(super) fn plain(file: &Path, text: &'a str) -> Result<Self> {
+        let table = DeTable::parse(text).map_err(|e| {
+            let at = e.span().map_or(text.len(), |span| span.start);
+            whole_file(file, Some(line_of(text.as_bytes(), at)), format!("not valid TOML: {}", e.message()))
+        })?;
+        let root = Spanned::new(table.span(), DeValue::Table(table.into_inner()));
+        Ok(Document { text, root, preset: None })
     }
 
     /// Applies one override `key.path=value`, or says what is wrong with it.
@@ -74,15 +81,20 @@ impl<'a> Document<'a> {
 
     /// The case that it describes, not yet checked.
     pub(super) fn to_case(&self) -> Result<Case, Fault> {
+        self.to(&TABLES)
+    }
+
+    /// What it describes, not yet checked; `tables` are the keys that are tables.
+    pub(super) fn to<T: DeserializeOwned>(&self, tables: &[&str]) -> Result<T, Fault> {
         // Serde would take a list for a table, its values in the order of the keys.
         let is_list = |key: &&&str| self.root.get_ref().get(**key).is_some_and(|value| value.get_ref().is_array());
-        if let Some(key) = TABLES.iter().find(is_list) {
+        if let Some(key) = tables.iter().find(is_list) {
             return Err(Fault {
                 key: key.to_string(),
                 message: format!("found a list, wanted a table: write [{key}]"),
             });
         }
-        Case::deserialize(ValueDeserializer::from(self.root.clone())).map_err(|e| {
+        T::deserialize(ValueDeserializer::from(self.root.clone())).map_err(|e| {
             let mut path = Vec::new();
             let node = e.span().and_then(|span| find(&self.root, &span, &mut path)).unwrap_or(self.root.get_ref());
             reword(e.message(), path, node)

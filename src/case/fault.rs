@@ -1,7 +1,7 @@
 //! Refusals, and the checks of numbers that all rules share.
 
 /// A refusal: the dotted path of the key, and what would be right.
-pub(super) struct Fault {
+pub(crate) struct Fault {
     /// Its dotted path.
     pub key: String,
     /// What is wrong and what would be right.
@@ -9,7 +9,7 @@ pub(super) struct Fault {
 }
 
 /// The outcome of a check.
-pub(super) type Check = Result<(), Fault>;
+pub(crate) type Check = Result<(), Fault>;
 
 /// The names of the axes.
 pub(super) const AXES: [&str; 3] = ["x", "y", "z"];

@@ -18,7 +18,7 @@ pub(super) fn reword(raw: &str, mut path: Vec<String>, node: &DeValue) -> Fault 
         let table = path.join(".");
         path.push(missing.to_owned());
         match table.as_str() {
-            "" => format!("missing key `{missing}` at the top level of the case"),
+            "" => format!("missing key `{missing}` at the top level of the file"),
             table => format!("missing key `{missing}` in [{table}]"),
         }
     } else if let (true, DeValue::String(name)) = (raw.contains("expected newtype variant"), node) {
@@ -50,7 +50,7 @@ pub(super) fn reword(raw: &str, mut path: Vec<String>, node: &DeValue) -> Fault 
 }
 
 /// The known name that was probably meant, or all of them.
-pub(super) fn suggest(unknown: &str, known: &[&str]) -> String {
+pub(crate) fn suggest(unknown: &str, known: &[&str]) -> String {
     let likeness = |name: &str| strsim::jaro_winkler(&unknown.to_lowercase(), name);
     match known.iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b))) {
         Some(name) if likeness(name) > 0.8 => format!("did you mean `{name}`?"),

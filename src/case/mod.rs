@@ -5,6 +5,7 @@
 #[macro_use]
 mod fault;
 mod boundary;
+mod change;
 mod contact;
 mod coupling;
 mod document;
@@ -22,8 +23,12 @@ pub use coupling::{Buoyancy, Coupling, ForceRule, FractionRule, GradientRule, Ro
 pub use particle::{Lock, Motion, Oscillation, Particle, Prescribed, Round, Shape, Spin};
 pub use preset::Preset;
 pub use read::{Loaded, load, schema};
-pub use report::{Cadence, Measure, MeasureKind, Output};
+pub use report::{Cadence, Checkpoints, Measure, MeasureKind, Output, Reference};
 pub use swarm::{Diameters, Range, Region, Swarm};
+
+pub(crate) use fault::{Check, Fault};
+pub(crate) use message::suggest;
+pub(crate) use read::Text;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

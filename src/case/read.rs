@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::de::DeserializeOwned;
+
 use super::Case;
 use super::document::{Document, line_of, whole_file};
 use super::fault::Fault;
@@ -31,10 +33,29 @@ impl Loaded {
     }
 }
 
+/// What makes a flow another one: with overrides of these a reference of the file no longer holds.
+const FLOW: [&str; 7] = ["domain.size", "fluid", "boundary", "particle", "swarm", "initial", "contact"];
+
+/// Drops the references that the file has of its own flow where overrides make it another one, unless they give others.
+fn drop_references(case: &mut Case, overrides: &[String]) {
+    let keys = || overrides.iter().map(|given| given.split('=').next().unwrap_or_default().trim());
+    let within = |key: &str, table: &str| key.strip_prefix(table).is_some_and(|r| r.is_empty() || r.starts_with('.'));
+    if !keys().any(|key| FLOW.iter().any(|table| within(key, table) || within(table, key)))
+        || keys().any(|key| key == "measure")
+    {
+        return;
+    }
+    for (index, measure) in case.measure.iter_mut().enumerate() {
+        if !keys().any(|key| key == format!("measure.{index}") || key == format!("measure.{index}.reference")) {
+            (measure.reference, measure.tolerance, measure.source) = (None, None, None);
+        }
+    }
+}
+
 /// Reads, overrides and checks a case, and turns its swarms into particles; `overrides` are `key.path=value` with TOML
 /// syntax for the value. A refusal is one [`Error::Case`] that names the key and its line, or says what else gave it.
 pub fn load(path: &Path, overrides: &[String]) -> Result<Loaded> {
-    let text = read(path)?;
+    let text = read(path, "case")?;
     let mut end = text.len() + 1;
     let pad = |given: &String| {
         let padded = "\n".repeat(end) + given;
@@ -55,6 +76,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Loaded> {
         let (line, note) = document.place(&key);
         Error::Case { file: path.to_owned(), line, key, message: message + note }
     })?;
+    drop_references(&mut case, &overrides);
     case.fill_defaults();
     Ok(Loaded { case, file: path.to_owned(), text, overrides })
 }
@@ -71,20 +93,52 @@ impl Case {
     }
 }
 
-/// The text of a case file.
-fn read(file: &Path) -> Result<String> {
+/// The text of another TOML file of the program's, read and refused with the manners of a case.
+#[derive(Clone, Debug)]
+pub(crate) struct Text {
+    /// The file as the user named it.
+    pub file: PathBuf,
+    text: String,
+}
+
+impl Text {
+    /// Reads a file that a message calls a `kind` file.
+    pub fn read(file: &Path, kind: &str) -> Result<Text> {
+        Ok(Text { file: file.to_owned(), text: read(file, kind)? })
+    }
+
+    /// What it describes; `tables` are the keys at its top that are tables.
+    pub fn to<T: DeserializeOwned>(&self, tables: &[&str]) -> Result<T> {
+        Document::plain(&self.file, &self.text)?.to(tables).map_err(|fault| self.refuse(fault))
+    }
+
+    /// The refusal of a key, with its line.
+    pub fn refuse(&self, Fault { key, message }: Fault) -> Error {
+        let document = Document::plain(&self.file, &self.text);
+        let line = document.ok().and_then(|document| document.place(&key).0);
+        Error::Case { file: self.file.clone(), line, key, message }
+    }
+
+    /// The text as it was read.
+    pub fn as_str(&self) -> &str {
+        &self.text
+    }
+}
+
+/// The text of a file that a message calls a `kind` file.
+fn read(file: &Path, kind: &str) -> Result<String> {
     if file.is_dir() {
-        return Err(whole_file(file, None, "this is a directory; name the case file in it (a .toml file)"));
+        return Err(whole_file(file, None, format!("this is a directory; name the {kind} file in it (a .toml file)")));
     }
     let bytes = std::fs::read(file).map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => {
-            whole_file(file, None, "there is no such file; check the path of the case file")
+            whole_file(file, None, format!("there is no such file; check the path of the {kind} file"))
         }
         _ => whole_file(file, None, format!("cannot be read: {e}")),
     })?;
     String::from_utf8(bytes).map_err(|e| {
         let line = line_of(e.as_bytes(), e.utf8_error().valid_up_to());
-        whole_file(file, Some(line), "not UTF-8 text; save the case file as UTF-8")
+        whole_file(file, Some(line), format!("not UTF-8 text; save the {kind} file as UTF-8"))
     })
 }
 
@@ -195,6 +249,23 @@ kind = "drag_coefficient"
         let (line, key, message) = refusal(CHANNEL, &["time.cfl=0.2", "time.step=0.01"]);
         assert_eq!((line, key.as_str()), (None, "time.step"));
         assert!(message.contains("exclude each other"), "{message}");
+    }
+
+    #[test]
+    fn a_reference_is_of_the_flow_of_the_file_and_goes_where_an_override_makes_it_another() {
+        let text = CHANNEL.to_owned() + "reference = 2.0\ntolerance = 0.1\nsource = \"a book\"\n";
+        let left = |overrides: &[&str]| load_text(&text, overrides).unwrap().measure[0].reference;
+        let kept = Some(crate::case::Reference::Value(2.0));
+        for same in [&[][..], &["domain.cells=[64, 32]"], &["time.cfl=0.2", "measure.0.particle=0"]] {
+            assert_eq!(left(same), kept, "{same:?}");
+        }
+        for other in ["fluid.viscosity=1.0", "domain.size=[2.0, 2.0]", "particle.0.density=2.0"] {
+            assert_eq!(left(&[other]), None, "{other}");
+            assert_eq!(
+                left(&[other, "measure.0.reference=[3.0, 4.0]"]),
+                Some(crate::case::Reference::Band([3.0, 4.0]))
+            );
+        }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use super::ForceRule;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// One number that `summary.json` reports.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -24,6 +25,56 @@ pub struct Measure {
     /// Which force, default the coupling's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<ForceRule>,
+    /// What the value ought to be: a number, or a band `[low, high]`. It is of the flow that the file describes: where
+    /// `--set` changes the box's size, the fluid, its borders, its start or the particles, it is dropped.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<Reference>,
+    /// How far from the reference still passes, as a part of it (0.02 is 2 %); of a band, as a part of its middle and
+    /// beyond its ends, default 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    /// Where the reference is from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
+}
+
+/// What a measure ought to be.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "a reference is one number or a band [low, high]")]
+pub enum Reference {
+    /// This value, not 0.
+    Value(f64),
+    /// Anything from the first to the second.
+    Band([f64; 2]),
+}
+
+impl Reference {
+    /// The value, or the middle of the band: what errors are taken against.
+    pub fn middle(self) -> f64 {
+        match self {
+            Reference::Value(value) => value,
+            Reference::Band([low, high]) => 0.5 * (low + high),
+        }
+    }
+
+    /// Whether `value` is within `tolerance`, a part of the middle.
+    pub fn holds(self, value: f64, tolerance: f64) -> bool {
+        let room = tolerance * self.middle().abs();
+        let [low, high] = match self {
+            Reference::Value(value) => [value; 2],
+            Reference::Band(band) => band,
+        };
+        (low - room..=high + room).contains(&value)
+    }
+}
+
+impl fmt::Display for Reference {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Reference::Value(value) => write!(f, "{value}"),
+            Reference::Band([low, high]) => write!(f, "{low} to {high}"),
+        }
+    }
 }
 
 /// What a measure is. Coefficients are forces over `0.5 rho_f speed^2 d` (2D, per unit depth) or
@@ -53,6 +104,12 @@ pub enum MeasureKind {
     MorisonInertia,
     /// Largest speed of the fluid over the domain and over time (m/s).
     MaxSpeed,
+    /// Least velocity along x on the line x = size/2 at the end (m/s), by a parabola through three cells; 2D only.
+    MidlineULeast,
+    /// Least velocity along y on the line y = size/2 at the end (m/s); 2D only.
+    MidlineVLeast,
+    /// Largest velocity along y on the line y = size/2 at the end (m/s); 2D only.
+    MidlineVLargest,
     /// Largest speed of the particle's centre (m/s).
     TerminalVelocity,
     /// x of the particle's centre at the end (m).
@@ -76,7 +133,12 @@ pub enum MeasureKind {
 impl MeasureKind {
     /// Whether it is of one particle.
     pub fn needs_particle(self) -> bool {
-        self != MeasureKind::MaxSpeed
+        self != MeasureKind::MaxSpeed && !self.is_of_midline()
+    }
+
+    /// Whether it is of the velocities on a line through the middle of the box.
+    pub fn is_of_midline(self) -> bool {
+        matches!(self, MeasureKind::MidlineULeast | MeasureKind::MidlineVLeast | MeasureKind::MidlineVLargest)
     }
 
     /// Whether a reference speed makes it dimensionless: a coefficient of a force, or a frequency.
@@ -109,13 +171,20 @@ pub struct Output {
     /// Snapshots under `fields/`; default only the first and the last state.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fields: Option<Cadence>,
+    /// Checkpoints to go on from, of which the newest two are kept; default every 15 minutes of running time.
+    pub checkpoint: Checkpoints,
     /// Figures of the last state as PNG and SVG; default yes.
     pub figures: bool,
 }
 
 impl Default for Output {
     fn default() -> Self {
-        Output { particles: Cadence { every: Some(1), every_time: None }, fields: None, figures: true }
+        Output {
+            particles: Cadence { every: Some(1), every_time: None },
+            fields: None,
+            checkpoint: Checkpoints::default(),
+            figures: true,
+        }
     }
 }
 
@@ -129,4 +198,22 @@ pub struct Cadence {
     /// Every so much time (s).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every_time: Option<f64>,
+}
+
+/// How often a checkpoint is written: exactly one of the two.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Checkpoints {
+    /// Every so many minutes of running time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub every_wall_minutes: Option<f64>,
+    /// Every so many steps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub every_steps: Option<u64>,
+}
+
+impl Default for Checkpoints {
+    fn default() -> Self {
+        Checkpoints { every_wall_minutes: Some(15.0), every_steps: None }
+    }
 }

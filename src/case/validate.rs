@@ -50,7 +50,8 @@ pub(super) fn validate(case: &Case) -> Check {
     ensure!(max_iterations >= 1, "pressure.max_iterations", "must be at least 1");
     direct(case)?;
     cadence("output.particles", &case.output.particles)?;
-    case.output.fields.as_ref().map_or(Ok(()), |fields| cadence("output.fields", fields))
+    case.output.fields.as_ref().map_or(Ok(()), |fields| cadence("output.fields", fields))?;
+    checkpoints("output.checkpoint", &case.output.checkpoint)
 }
 
 /// Transforms solve for one coefficient everywhere only.
@@ -202,7 +203,8 @@ fn time(case: &Case) -> Check {
 /// Checks the measures, swarms turned into particles.
 pub(super) fn measures(case: &Case) -> Check {
     let mut names = HashSet::new();
-    for (index, Measure { name, kind, particle, from, speed, .. }) in case.measure.iter().enumerate() {
+    for (index, measure) in case.measure.iter().enumerate() {
+        let Measure { name, kind, particle, from, speed, .. } = measure;
         let key = |rest: &str| format!("measure.{index}.{rest}");
         ensure!(!name.is_empty(), key("name"), "is empty: give each measure a name");
         ensure!(names.insert(name), key("name"), "\"{name}\" names another measure already: give each its own name");
@@ -223,14 +225,41 @@ pub(super) fn measures(case: &Case) -> Check {
             let cure = "give it motion = { prescribed = { oscillation = { amplitude = [...], frequency = ... } } }";
             ensure!(swings(&case.particle[*particle].motion), key("kind"), "is of a particle that swings: {cure}");
         }
+        let flat = case.dimension() == 2 || !kind.is_of_midline();
+        ensure!(flat, key("kind"), "is for 2D only; in 3D look into the fields");
         let along_z = matches!(kind, MeasureKind::PositionZ | MeasureKind::VelocityZ);
         ensure!(case.dimension() == 3 || !along_z, key("kind"), "is for 3D only; in 2D measure along x or y");
         if kind.needs_speed() {
             let holds = speed.or(case.reference_speed()).is_some();
             ensure!(holds, key("speed"), "no reference speed, as nothing moves at the start: give `speed` (m/s)");
         }
+        reference(measure, &key)?;
     }
     Ok(())
+}
+
+fn reference(measure: &Measure, key: &dyn Fn(&str) -> String) -> Check {
+    let given = measure.reference.is_some();
+    ensure!(given || measure.tolerance.is_none(), key("tolerance"), "is of a reference: give `reference` or remove it");
+    ensure!(given || measure.source.is_none(), key("source"), "is that of a reference: give `reference` or remove it");
+    match measure.reference {
+        None => return Ok(()),
+        Some(Reference::Value(value)) => {
+            let holds = value.is_finite() && value != 0.0;
+            ensure!(
+                holds,
+                key("reference"),
+                "must be finite and not 0; around 0 give a band [low, high], not {value:?}"
+            );
+            let cure = "a number needs a tolerance, as a part of it: tolerance = 0.02 is 2 %";
+            ensure!(measure.tolerance.is_some(), key("tolerance"), "is missing: {cure}");
+        }
+        Some(Reference::Band([low, high])) => {
+            let holds = low.is_finite() && high.is_finite() && low <= high;
+            ensure!(holds, key("reference"), "a band is [low, high], both finite, not [{low:?}, {high:?}]");
+        }
+    }
+    not_negative(&key("tolerance"), measure.tolerance.unwrap_or(0.0), "a part of the reference")
 }
 
 fn cadence(key: &str, cadence: &Cadence) -> Check {
@@ -238,6 +267,13 @@ fn cadence(key: &str, cadence: &Cadence) -> Check {
     ensure!(one, key, "give exactly one of `every` (steps) and `every_time` (s), as in {{ every = 10 }}");
     ensure!(cadence.every != Some(0), format!("{key}.every"), "must be 1 step or more, not 0");
     positive(&format!("{key}.every_time"), cadence.every_time.unwrap_or(1.0), "s")
+}
+
+fn checkpoints(key: &str, checkpoints: &Checkpoints) -> Check {
+    let one = checkpoints.every_wall_minutes.is_some() != checkpoints.every_steps.is_some();
+    ensure!(one, key, "give exactly one of `every_wall_minutes` and `every_steps`, as in {{ every_steps = 1000 }}");
+    ensure!(checkpoints.every_steps != Some(0), format!("{key}.every_steps"), "must be 1 step or more, not 0");
+    positive(&format!("{key}.every_wall_minutes"), checkpoints.every_wall_minutes.unwrap_or(1.0), "minutes")
 }
 
 #[cfg(test)]

@@ -4,9 +4,11 @@ mod meeting;
 pub mod mixing;
 pub mod sharp;
 
+use crate::Result;
 use crate::grid::VectorField;
 use crate::solids::contact::Contacts;
 use crate::solids::{Body, Overlap};
+use crate::tape::{Lasting, Tape};
 use meeting::refuse_meetings;
 use mixing::Mixing;
 use nalgebra::Vector3;
@@ -140,6 +142,14 @@ impl Exchange {
             &mut self.driven,
             &mut self.spun,
         ]
+    }
+}
+
+impl Lasting for Exchange {
+    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        // `contact` is the only one that ranks do not sum.
+        self.contact.pass(tape)?;
+        self.vectors().into_iter().try_for_each(|v| v.pass(tape))
     }
 }
 

@@ -16,7 +16,9 @@
 //! one axis after the other; sixth-order interpolation, fifth-order transport per unit time, whose damping vanishes
 //! with the Courant number.
 
-use crate::grid::{Grid, VectorField};
+use super::diffusion::add_laplacian;
+use crate::grid::{Grid, VectorField, wide};
+use std::ops::Range;
 
 /// The upwind face value times the carrier: the face lies between `q[2]` and `q[3]` of six cells in a row.
 #[inline(always)]
@@ -26,32 +28,142 @@ fn upwind_flux(carrier: f64, q: [f64; 6]) -> f64 {
     (carrier * central + carrier.abs() * damping) * (1.0 / 60.0)
 }
 
-/// Adds `-weight div(U q)` to `rate`, U the face velocities `carrier` (m/s). `flux` is scratch.
+/// The face velocities that carry (m/s), extrapolated from those of the last two steps, `now + ahead (now - before)`.
+pub struct Carrier<'a, const D: usize> {
+    /// Those of now.
+    pub now: &'a VectorField<D>,
+    /// Those before and how far ahead to go, where it goes.
+    pub before: Option<(&'a VectorField<D>, f64)>,
+}
+
+impl<const D: usize> Carrier<'_, D> {
+    /// Its values on a row of faces normal to `axis`; `to` has room for them.
+    #[inline(always)]
+    fn row<'b>(&'b self, axis: usize, row: Range<usize>, to: &'b mut [f64]) -> &'b [f64] {
+        let now = &self.now[axis][row.clone()];
+        let Some((before, ahead)) = self.before else { return now };
+        let to = &mut to[..row.len()];
+        extrapolate(to, now, &before[axis][row], ahead);
+        to
+    }
+}
+
+/// What [`upwind5`] keeps while it goes from row to row: the fluxes through the low faces of the row at hand.
+pub struct Fluxes {
+    /// Along a row, and its carrier.
+    along: Vec<f64>,
+    carrier: Vec<f64>,
+    /// Across rows: by component, of one row.
+    rows: Vec<f64>,
+    /// Across planes: by component, of one plane.
+    planes: Vec<f64>,
+}
+
+impl Fluxes {
+    /// Room for a grid.
+    pub fn new<const D: usize>(grid: &Grid<D>) -> Fluxes {
+        let n = grid.local[0];
+        Fluxes {
+            along: vec![0.0; n + 1],
+            carrier: vec![0.0; n + 1],
+            rows: vec![0.0; D * n],
+            planes: vec![0.0; if D == 3 { D * n * grid.local[1] } else { 0 }],
+        }
+    }
+}
+
+/// Adds `weight (-div(U u) + nu laplacian(u))` to `rate`, U the face velocities of `carrier` and `nu` (m2/s) uniform; with
+/// `fresh`, puts it in place of what `rate` has. One pass over the rows, so that every field is read from memory once.
+#[allow(clippy::too_many_arguments)]
 pub fn upwind5<const D: usize>(
     grid: &Grid<D>,
-    carrier: &VectorField<D>,
-    q: &[f64],
+    carrier: &Carrier<D>,
+    u: &VectorField<D>,
+    nu: f64,
     weight: f64,
-    rate: &mut [f64],
-    flux: &mut [f64],
+    fresh: bool,
+    rate: &mut VectorField<D>,
+    fluxes: &mut Fluxes,
 ) {
-    for axis in 0..D {
-        let s = grid.stride[axis];
-        for row in grid.face_rows(axis) {
-            let (first, len) = (row.start, row.len());
-            let cells: [&[f64]; 6] = std::array::from_fn(|k| &q[first + k * s - 3 * s..][..len]);
-            let (u, out) = (&carrier[axis][row.clone()], &mut flux[row]);
-            for i in 0..len {
-                out[i] = upwind_flux(u[i], std::array::from_fn(|k| cells[k][i]));
+    wide(
+        #[inline(always)]
+        || {
+            let n = grid.local[0];
+            let factor: [f64; D] = std::array::from_fn(|a| weight / grid.h[a]);
+            let Fluxes { along, carrier: values, rows, planes } = fluxes;
+            for (number, row) in grid.rows().enumerate() {
+                if fresh {
+                    rate.iter_mut().for_each(|rate| rate[row.clone()].fill(0.0));
+                }
+                let carried = carrier.row(0, row.start..row.end + 1, values);
+                for (q, rate) in u.iter().zip(rate.iter_mut()) {
+                    flux_along(along, carried, &q[row.start - 3..row.end + 3]);
+                    subtract_difference(&mut rate[row.clone()], &along[..n], &along[1..], factor[0]);
+                }
+                let (j, k) = (number % grid.local[1], number / grid.local[1]);
+                for axis in 1..D {
+                    let s = grid.stride[axis];
+                    let first = if axis == 1 { j == 0 } else { k == 0 };
+                    let low = |i: usize| if axis == 1 { i * n } else { (i * grid.local[1] + j) * n };
+                    let fluxes = if axis == 1 { &mut *rows } else { &mut *planes };
+                    if first {
+                        let carried = carrier.row(axis, row.clone(), values);
+                        for (i, q) in u.iter().enumerate() {
+                            flux_across(&mut fluxes[low(i)..][..n], carried, sixfold(q, row.start, n, s));
+                        }
+                    }
+                    let carried = carrier.row(axis, row.start + s..row.end + s, values);
+                    for (i, (q, rate)) in u.iter().zip(rate.iter_mut()).enumerate() {
+                        let high = &mut along[..n];
+                        flux_across(high, carried, sixfold(q, row.start + s, n, s));
+                        let low = &mut fluxes[low(i)..][..n];
+                        subtract_difference(&mut rate[row.clone()], low, high, factor[axis]);
+                        low.copy_from_slice(high);
+                    }
+                }
+                if nu != 0.0 {
+                    for (q, rate) in u.iter().zip(rate.iter_mut()) {
+                        add_laplacian(grid, weight * nu, q, row.start, &mut rate[row.clone()]);
+                    }
+                }
             }
-        }
-        let factor = weight / grid.h[axis];
-        for row in grid.rows() {
-            let (low, high) = (&flux[row.clone()], &flux[row.start + s..row.end + s]);
-            for ((r, l), h) in rate[row].iter_mut().zip(low).zip(high) {
-                *r -= factor * (h - l);
-            }
-        }
+        },
+    );
+}
+
+/// The six rows about a row of faces that begins at `first`.
+#[inline(always)]
+fn sixfold(q: &[f64], first: usize, len: usize, stride: usize) -> [&[f64]; 6] {
+    std::array::from_fn(|k| &q[first + k * stride - 3 * stride..][..len])
+}
+
+#[inline(always)]
+fn extrapolate(to: &mut [f64], now: &[f64], before: &[f64], ahead: f64) {
+    for ((c, n), b) in to.iter_mut().zip(now).zip(before) {
+        *c = n + ahead * (n - b);
+    }
+}
+
+#[inline(always)]
+fn flux_along(flux: &mut [f64], carrier: &[f64], q: &[f64]) {
+    let n = flux.len();
+    let cells: [&[f64]; 6] = std::array::from_fn(|k| &q[k..k + n]);
+    flux_across(flux, carrier, cells);
+}
+
+#[inline(always)]
+fn flux_across(flux: &mut [f64], carrier: &[f64], q: [&[f64]; 6]) {
+    let n = flux.len();
+    let (carrier, q) = (&carrier[..n], q.map(|q| &q[..n]));
+    for i in 0..n {
+        flux[i] = upwind_flux(carrier[i], [q[0][i], q[1][i], q[2][i], q[3][i], q[4][i], q[5][i]]);
+    }
+}
+
+#[inline(always)]
+fn subtract_difference(rate: &mut [f64], low: &[f64], high: &[f64], factor: f64) {
+    for ((r, l), h) in rate.iter_mut().zip(low).zip(high) {
+        *r -= factor * (h - l);
     }
 }
 

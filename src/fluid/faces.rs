@@ -9,7 +9,7 @@
 //! Averaging the face's acceleration back to cells, gravity with pressure, keeps a fluid at rest at rest and density
 //! ratios of 10^4 stable.
 
-use crate::grid::{Coefficient, Grid, VectorField};
+use crate::grid::{Coefficient, Grid, VectorField, largest, wide};
 
 /// `1/rho` on faces (m3/kg), one place for the predictor, the operator and the correction.
 #[derive(Clone, Debug)]
@@ -79,22 +79,48 @@ pub fn add_gradient<const D: usize>(
     q: &[f64],
     faces: &mut VectorField<D>,
 ) {
-    for (axis, face) in faces.iter_mut().enumerate() {
-        let (s, factor) = (grid.stride[axis], factor / grid.h[axis]);
-        for row in grid.face_rows(axis) {
-            let (low, high, out) = (&q[row.start - s..row.end - s], &q[row.clone()], &mut face[row.clone()]);
-            let terms = out.iter_mut().zip(low).zip(high);
-            match beta {
-                FaceCoefficient::Uniform(b) => terms.for_each(|((f, l), h)| *f += factor * b * (h - l)),
-                FaceCoefficient::Field(b) => {
-                    terms.zip(&b[axis][row]).for_each(|(((f, l), h), b)| *f += factor * b * (h - l))
-                }
-            }
-        }
-    }
+    gradient(
+        grid,
+        beta,
+        factor,
+        q,
+        faces,
+        #[inline(always)]
+        |face, part| *face += part,
+    );
 }
 
-/// The acceleration by pressure and reduced gravity on faces (m/s2), zeroed first; closed faces are left to the caller.
+/// Hands every face and `factor (1/rho) dq/dn` there to `put`.
+#[inline(always)]
+fn gradient<const D: usize>(
+    grid: &Grid<D>,
+    beta: &FaceCoefficient<D>,
+    factor: f64,
+    q: &[f64],
+    faces: &mut VectorField<D>,
+    put: impl Fn(&mut f64, f64),
+) {
+    wide(
+        #[inline(always)]
+        || {
+            for (axis, face) in faces.iter_mut().enumerate() {
+                let (s, factor) = (grid.stride[axis], factor / grid.h[axis]);
+                for row in grid.face_rows(axis) {
+                    let (low, high, out) = (&q[row.start - s..row.end - s], &q[row.clone()], &mut face[row.clone()]);
+                    let terms = out.iter_mut().zip(low).zip(high);
+                    match beta {
+                        FaceCoefficient::Uniform(b) => terms.for_each(|((f, l), h)| put(f, factor * b * (h - l))),
+                        FaceCoefficient::Field(b) => {
+                            terms.zip(&b[axis][row]).for_each(|(((f, l), h), b)| put(f, factor * b * (h - l)))
+                        }
+                    }
+                }
+            }
+        },
+    );
+}
+
+/// The acceleration by pressure and reduced gravity on faces (m/s2); closed faces are left to the caller.
 pub fn acceleration<const D: usize>(
     grid: &Grid<D>,
     beta: &FaceCoefficient<D>,
@@ -102,8 +128,15 @@ pub fn acceleration<const D: usize>(
     p: &[f64],
     faces: &mut VectorField<D>,
 ) {
-    faces.iter_mut().for_each(|f| f.fill(0.0));
-    add_gradient(grid, beta, -1.0, p, faces);
+    gradient(
+        grid,
+        beta,
+        -1.0,
+        p,
+        faces,
+        #[inline(always)]
+        |face, part| *face = part,
+    );
     let Some(gravity) = gravity else { return };
     for (axis, face) in faces.iter_mut().enumerate().filter(|(axis, _)| !gravity.excess[*axis].is_empty()) {
         for c in grid.face_rows(axis).flatten() {
@@ -120,30 +153,75 @@ pub fn predict<const D: usize>(
     acceleration: &VectorField<D>,
     faces: &mut VectorField<D>,
 ) {
-    for (axis, face) in faces.iter_mut().enumerate() {
-        let s = grid.stride[axis];
-        for row in grid.face_rows(axis) {
-            let (low, high) = (&u[axis][row.start - s..row.end - s], &u[axis][row.clone()]);
-            let a = &acceleration[axis][row.clone()];
-            for (((f, l), h), a) in face[row].iter_mut().zip(low).zip(high).zip(a) {
-                *f = 0.5 * (l + h) + dt * a;
+    wide(
+        #[inline(always)]
+        || {
+            for (axis, face) in faces.iter_mut().enumerate() {
+                let s = grid.stride[axis];
+                for row in grid.face_rows(axis) {
+                    let (low, high) = (&u[axis][row.start - s..row.end - s], &u[axis][row.clone()]);
+                    let a = &acceleration[axis][row.clone()];
+                    for (((f, l), h), a) in face[row].iter_mut().zip(low).zip(high).zip(a) {
+                        *f = 0.5 * (l + h) + dt * a;
+                    }
+                }
             }
-        }
-    }
+        },
+    );
 }
 
 /// Eq. (16): adds `dt (a_low + a_high)/2` to the cells.
 pub fn add_to_cells<const D: usize>(grid: &Grid<D>, dt: f64, acceleration: &VectorField<D>, u: &mut VectorField<D>) {
-    for (axis, field) in u.iter_mut().enumerate() {
-        let s = grid.stride[axis];
-        for row in grid.rows() {
-            let a = &acceleration[axis];
-            let (low, high) = (&a[row.clone()], &a[row.start + s..row.end + s]);
-            for ((u, l), h) in field[row].iter_mut().zip(low).zip(high) {
-                *u += 0.5 * dt * (l + h);
+    wide(
+        #[inline(always)]
+        || {
+            for (axis, field) in u.iter_mut().enumerate() {
+                let a = &acceleration[axis];
+                for row in grid.rows() {
+                    let (low, high) = (&a[row.clone()], &a[row.start + grid.stride[axis]..][..row.len()]);
+                    for ((u, l), h) in field[row].iter_mut().zip(low).zip(high) {
+                        *u += 0.5 * dt * (l + h);
+                    }
+                }
             }
-        }
-    }
+        },
+    );
+}
+
+/// What a stage begins from, or ends at: `to = from + factor rate + dt (a_low + a_high)/2` in the cells; without `from`, in
+/// place.
+pub fn step_cells<const D: usize>(
+    grid: &Grid<D>,
+    from: Option<&VectorField<D>>,
+    (factor, rate): (f64, &VectorField<D>),
+    (dt, acceleration): (f64, &VectorField<D>),
+    to: &mut VectorField<D>,
+) {
+    wide(
+        #[inline(always)]
+        || {
+            for (axis, to) in to.iter_mut().enumerate() {
+                let a = &acceleration[axis];
+                for row in grid.rows() {
+                    let (low, high) = (&a[row.clone()], &a[row.start + grid.stride[axis]..][..row.len()]);
+                    let terms = rate[axis][row.clone()].iter().zip(low).zip(high);
+                    let to = &mut to[row.clone()];
+                    match from {
+                        Some(from) => {
+                            for ((to, u), ((r, l), h)) in to.iter_mut().zip(&from[axis][row]).zip(terms) {
+                                *to = u + factor * r + 0.5 * dt * (l + h);
+                            }
+                        }
+                        None => {
+                            for (to, ((r, l), h)) in to.iter_mut().zip(terms) {
+                                *to = *to + factor * r + 0.5 * dt * (l + h);
+                            }
+                        }
+                    }
+                }
+            }
+        },
+    );
 }
 
 /// Eq. (16) as printed: adds `-dt (p_high - p_low)/(2 h rho)` to the cells; ghosts of `p` (Pa) filled. Decoupled from the
@@ -166,32 +244,72 @@ pub fn add_cell_gradient<const D: usize>(
 /// Divergence of the face velocities in the owned cells (1/s), handed row by row to `take(row, divergence)`; the values
 /// stand in `out`, indexed as a field.
 pub fn divergence<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>, out: &mut [f64]) {
-    for row in grid.rows() {
-        for axis in 0..D {
-            let (s, factor) = (grid.stride[axis], 1.0 / grid.h[axis]);
-            let (low, high) = (&faces[axis][row.clone()], &faces[axis][row.start + s..row.end + s]);
-            for ((d, l), h) in out[row.clone()].iter_mut().zip(low).zip(high) {
-                let part = factor * (h - l);
-                *d = if axis == 0 { part } else { *d + part };
+    wide(
+        #[inline(always)]
+        || {
+            for row in grid.rows() {
+                for axis in 0..D {
+                    let (s, factor) = (grid.stride[axis], 1.0 / grid.h[axis]);
+                    let (low, high) = (&faces[axis][row.clone()], &faces[axis][row.start + s..row.end + s]);
+                    for ((d, l), h) in out[row.clone()].iter_mut().zip(low).zip(high) {
+                        let part = factor * (h - l);
+                        *d = if axis == 0 { part } else { *d + part };
+                    }
+                }
             }
-        }
-    }
+        },
+    );
 }
 
 /// The largest velocity through a face of this rank (m/s).
 pub fn fastest<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>) -> f64 {
-    let axes = (0..D).flat_map(|axis| grid.face_rows(axis).map(move |row| &faces[axis][row]));
-    axes.flatten().fold(0.0, |most, u| u.abs().max(most))
+    wide(
+        #[inline(always)]
+        || {
+            let rows = (0..D).flat_map(|axis| grid.face_rows(axis).map(move |row| &faces[axis][row]));
+            rows.fold(0.0, |most, u| {
+                largest(
+                    u.len(),
+                    #[inline(always)]
+                    |i| u[i].abs(),
+                )
+                .max(most)
+            })
+        },
+    )
 }
 
 /// The largest over this rank's cells of the Courant number for `dt = 1`: `sum_a max(|U_low|, |U_high|)/h_a` (1/s), or
 /// the largest of these terms where advection goes axis by axis.
 pub fn courant_rate<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>, by_axis: bool) -> f64 {
-    let gather = if by_axis { f64::max } else { |a: f64, b: f64| a + b };
-    let mut largest = 0.0f64;
-    for c in grid.rows().flatten() {
-        let rates = (0..D).map(|a| faces[a][c].abs().max(faces[a][c + grid.stride[a]].abs()) / grid.h[a]);
-        largest = largest.max(rates.fold(0.0, gather));
-    }
-    largest
+    wide(
+        #[inline(always)]
+        || {
+            grid.rows().fold(0.0, |most, row| {
+                let low: [&[f64]; D] = std::array::from_fn(|a| &faces[a][row.clone()]);
+                let high: [&[f64]; D] = std::array::from_fn(|a| &faces[a][row.start + grid.stride[a]..][..row.len()]);
+                let rate = |a: usize, i: usize| greater(low[a][i].abs(), high[a][i].abs()) / grid.h[a];
+                let in_row = if by_axis {
+                    largest(
+                        row.len(),
+                        #[inline(always)]
+                        |i| (0..D).fold(0.0, |most, a| greater(rate(a, i), most)),
+                    )
+                } else {
+                    largest(
+                        row.len(),
+                        #[inline(always)]
+                        |i| (0..D).fold(0.0, |sum, a| sum + rate(a, i)),
+                    )
+                };
+                in_row.max(most)
+            })
+        },
+    )
+}
+
+/// The greater of two numbers, one instruction; not to be asked about NaN.
+#[inline(always)]
+fn greater(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }

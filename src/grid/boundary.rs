@@ -6,7 +6,7 @@
 //!                                         mirror:              ghost k = cell k
 //! ```
 
-use super::{Grid, VectorField};
+use super::{GHOSTS, Grid, VectorField};
 use crate::Result;
 use crate::petsc::{Halo, Layout, Session};
 
@@ -30,6 +30,8 @@ pub struct Boundaries<const D: usize> {
     /// The faces of the box that this rank's own box reaches.
     here: [[bool; 2]; D],
     planes: [Planes; D],
+    /// Layers of ghosts that velocities are given.
+    layers: usize,
 }
 
 /// How the layers across one axis lie in a field.
@@ -43,20 +45,32 @@ struct Planes {
 }
 
 impl Planes {
-    /// Calls `set(position on the face, ghost, nearest cell, mirrored cell)` with a field's indices, for all ghosts.
-    fn for_ghosts(&self, side: usize, mut set: impl FnMut(usize, usize, usize, usize)) {
-        let layer = |depth: usize, inside: bool| match (side, inside) {
-            (0, false) => self.ghosts - 1 - depth,
-            (0, true) => self.ghosts + depth,
-            (_, false) => self.ghosts + self.local + depth,
-            (_, true) => self.ghosts + self.local - 1 - depth,
-        };
-        for block in 0..self.outer {
-            let at = |layer: usize| (block * self.stored + layer) * self.inner;
-            for depth in 0..self.ghosts {
-                let (ghost, nearest, mirror) = (at(layer(depth, false)), at(layer(0, true)), at(layer(depth, true)));
-                for i in 0..self.inner {
-                    set(block * self.inner + i, ghost + i, nearest + i, mirror + i);
+    /// Sets the first `layers` of ghosts of a field to `value(position on the face, nearest cell's, mirrored cell's)`.
+    fn set_ghosts(&self, side: usize, layers: usize, field: &mut [f64], value: impl Fn(usize, f64, f64) -> f64) {
+        let (low, high) = (self.ghosts, self.ghosts + self.local);
+        let place =
+            |depth: usize| if side == 0 { (low - 1 - depth, low + depth) } else { (high + depth, high - 1 - depth) };
+        let (stored, inner) = (self.stored, self.inner);
+        for (block, field) in field.chunks_exact_mut(stored * inner).enumerate().take(self.outer) {
+            if inner == 1 {
+                let near = field[place(0).1];
+                for depth in 0..layers {
+                    let (ghost, mirror) = place(depth);
+                    field[ghost] = value(block, near, field[mirror]);
+                }
+                continue;
+            }
+            let (below, above) = field.split_at_mut(if side == 0 { low * inner } else { high * inner });
+            let (ghosts, cells) = if side == 0 { (below, above) } else { (above, below) };
+            let layer = |number: usize| if side == 0 { number - low } else { number } * inner;
+            let near = &cells[layer(place(0).1)..][..inner];
+            for depth in 0..layers {
+                let (ghost, mirror) = place(depth);
+                let ghost = if side == 0 { ghost } else { ghost - high } * inner;
+                let ghosts = ghosts[ghost..][..inner].iter_mut();
+                let cells = near.iter().zip(&cells[layer(mirror)..][..inner]);
+                for (at, (ghost, (near, mirror))) in ghosts.zip(cells).enumerate() {
+                    *ghost = value(block * inner + at, *near, *mirror);
                 }
             }
         }
@@ -93,7 +107,7 @@ impl<const D: usize> Boundaries<D> {
             }
         });
         let here = std::array::from_fn(|a| [0, 1].map(|s| grid.at_border(a, s)));
-        Boundaries { borders, halo: Halo::new(session, layout), here, planes }
+        Boundaries { borders, halo: Halo::new(session, layout), here, planes, layers: grid.ghosts }
     }
 
     /// Whether some border fixes the pressure; where none does, the pressure equation is singular.
@@ -117,26 +131,23 @@ impl<const D: usize> Boundaries<D> {
 
     /// Fills the ghosts of a velocity. Collective.
     pub fn fill_velocity(&mut self, u: &mut VectorField<D>) -> Result<()> {
+        let layers = self.layers;
         for axis in 0..D {
             for (component, field) in u.iter_mut().enumerate() {
-                self.halo.exchange(axis, field)?;
+                self.halo.exchange(axis, layers, field)?;
                 for side in [0, 1] {
                     let planes = self.planes[axis];
                     match self.border(axis, side) {
                         None => {}
                         Some(Border::Velocity(value)) => {
                             let value = &value[component];
-                            planes.for_ghosts(side, |at, ghost, _, mirror| {
-                                field[ghost] = 2.0 * value[at] - field[mirror]
-                            });
+                            planes.set_ghosts(side, layers, field, |at, _, mirror| 2.0 * value[at] - mirror);
                         }
                         Some(Border::Slip) => {
                             let sign = if component == axis { -1.0 } else { 1.0 };
-                            planes.for_ghosts(side, |_, ghost, _, mirror| field[ghost] = sign * field[mirror]);
+                            planes.set_ghosts(side, layers, field, |_, _, mirror| sign * mirror);
                         }
-                        Some(Border::Outflow) => {
-                            planes.for_ghosts(side, |_, ghost, near, _| field[ghost] = field[near])
-                        }
+                        Some(Border::Outflow) => planes.set_ghosts(side, layers, field, |_, near, _| near),
                     }
                 }
             }
@@ -144,26 +155,33 @@ impl<const D: usize> Boundaries<D> {
         Ok(())
     }
 
-    /// Fills the ghosts of a pressure: no gradient at borders with a given velocity, zero at outflows. Collective.
+    /// Says whether anything reads a velocity's ghosts beyond those of the fifth-order stencils. To be the same on all ranks.
+    pub fn reach_deep(&mut self, deep: bool) {
+        self.layers = if deep { self.planes[0].ghosts } else { GHOSTS };
+    }
+
+    /// Fills the ghosts of a pressure, next to its cells: no gradient at borders with a given velocity, zero at outflows.
+    /// Collective.
     pub fn fill_pressure(&mut self, p: &mut [f64]) -> Result<()> {
         self.fill_even(p, -1.0)
     }
 
-    /// Fills the ghosts of a property of the mixture (density, viscosity): mirrored at every border. Collective.
+    /// Fills the ghosts of a property of the mixture (density, viscosity), next to its cells: mirrored at every border.
+    /// Collective.
     pub fn fill_property(&mut self, field: &mut [f64]) -> Result<()> {
         self.fill_even(field, 1.0)
     }
 
     fn fill_even(&mut self, field: &mut [f64], at_outflow: f64) -> Result<()> {
         for axis in 0..D {
-            self.halo.exchange(axis, field)?;
+            self.halo.exchange(axis, 1, field)?;
             for side in [0, 1] {
                 let sign = match self.border(axis, side) {
                     None => continue,
                     Some(Border::Outflow) => at_outflow,
                     Some(_) => 1.0,
                 };
-                self.planes[axis].for_ghosts(side, |_, ghost, _, mirror| field[ghost] = sign * field[mirror]);
+                self.planes[axis].set_ghosts(side, 1, field, |_, _, mirror| sign * mirror);
             }
         }
         Ok(())

@@ -11,8 +11,10 @@
 //! A face field along an axis is stored alike: entry `i` is the low face of cell `i`.
 
 mod boundary;
+mod wide;
 
 pub use boundary::{Border, Boundaries};
+pub use wide::{largest, total, wide};
 
 use crate::petsc::Layout;
 use std::ops::Range;
@@ -116,15 +118,10 @@ impl<const D: usize> Grid<D> {
         })
     }
 
-    /// Whether the cell at a field's index is this rank's own.
-    pub fn owns_cell(&self, index: usize) -> bool {
-        (0..D).all(|a| (self.ghosts..self.ghosts + self.local[a]).contains(&(index / self.stride[a] % self.stored[a])))
-    }
-
-    /// The place of an owned cell at a field's index among this rank's cells, x fastest.
-    pub fn owned_number(&self, index: usize) -> usize {
-        let at = |a: usize| index / self.stride[a] % self.stored[a] - self.ghosts;
-        (0..D).rev().fold(0, |number, a| number * self.local[a] + at(a))
+    /// The place of `cell`, in the whole grid's count, among this rank's cells, x fastest, if it is one of them.
+    pub fn number_of(&self, cell: [usize; D]) -> Option<usize> {
+        let owned = (0..D).all(|a| (self.start[a]..self.start[a] + self.local[a]).contains(&cell[a]));
+        owned.then(|| (0..D).rev().fold(0, |number, a| number * self.local[a] + cell[a] - self.start[a]))
     }
 
     /// Where the stored position nearest to a point (m) stands among those of a face of the box normal to `axis`: the

@@ -1,13 +1,17 @@
 //! A run's folder: who may use it, its logs, its snapshots and its summary. Lives on rank 0.
 
+use super::checkpoint;
+use super::rows::Rows;
 use super::snapshot::{Snapshot, replace, write_series};
+use super::{progress, report};
 use crate::audit::Audit;
 use crate::case::ForceRule;
 use crate::coupling::Exchange;
 use crate::solids::Body;
+use crate::tape::{Lasting, Tape};
 use crate::{Error, Result};
-use std::fs::{self, File};
-use std::io::{BufWriter, Write};
+use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -22,9 +26,11 @@ const BALANCE_COLUMNS: &str = ",substeps,momentum_x,momentum_y,momentum_z,border
     border_impulse_z,momentum_error,angular_momentum_error";
 
 /// What this program writes into a run's folder, and so may delete with `--force`.
-const OURS: [&str; 6] = ["case.toml", "run.json", "steps.csv", "particles.csv", "summary.json", "log.txt"];
+const OURS: [&str; 8] =
+    ["case.toml", "run.json", "steps.csv", "particles.csv", "summary.json", "log.txt", progress::FILE, report::FILE];
 /// Its folders, with the endings of what it writes there.
-const OUR_FOLDERS: [(&str, &[&str]); 2] = [("fields", &["vti", "pvd"]), ("figures", &["png", "svg"])];
+const OUR_FOLDERS: [(&str, &[&str]); 3] =
+    [("fields", &["vti", "pvd"]), ("figures", &["png", "svg"]), (checkpoint::FOLDER, &[checkpoint::ENDING])];
 /// Ending of a file that is being written.
 const PART: &str = "part";
 /// Time after which the logs are brought to the disk.
@@ -32,7 +38,7 @@ const FLUSH_EVERY: Duration = Duration::from_secs(5);
 
 /// Lines for the screen and for `log.txt`.
 pub struct Log {
-    file: Option<BufWriter<File>>,
+    file: Option<Rows>,
     screen: bool,
 }
 
@@ -49,7 +55,8 @@ impl Log {
             let _ = writeln!(std::io::stdout(), "{line}");
         }
         if let Some(file) = &mut self.file {
-            let _ = writeln!(file, "{line}");
+            // What the disk does not take is said when the logs are flushed.
+            let _ = file.add(format_args!("{line}"));
         }
     }
 }
@@ -58,10 +65,31 @@ impl Log {
 pub struct Folder {
     /// The folder.
     pub path: PathBuf,
-    steps: BufWriter<File>,
-    particles: Option<BufWriter<File>>,
-    snapshots: Vec<(f64, String)>,
+    steps: Rows,
+    particles: Option<Rows>,
+    snapshots: Vec<(f64, u64)>,
     flushed: Instant,
+}
+
+/// How far a run's logs and fields had come.
+#[derive(Clone, Debug, Default)]
+pub struct Marks {
+    /// Bytes of `steps.csv`.
+    steps: u64,
+    /// Bytes of `particles.csv`, where there is one.
+    particles: Option<u64>,
+    /// Bytes of `log.txt`.
+    log: u64,
+    /// Time (s) and step of every snapshot.
+    snapshots: Vec<(f64, u64)>,
+}
+
+impl Lasting for Marks {
+    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        let Marks { steps, particles, log, snapshots } = self;
+        tape.label("logs")?;
+        tape.pass([steps, particles, log, snapshots])
+    }
 }
 
 /// A row of `steps.csv`.
@@ -123,12 +151,15 @@ pub fn may_use(path: &Path, force: bool, case: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Deletes what a run left in its folder, and nothing else.
-fn clear(path: &Path) -> Result<()> {
-    let delete = |file: &Path| match fs::remove_file(file) {
+fn delete(file: &Path) -> Result<()> {
+    match fs::remove_file(file) {
         Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io(file)(e)),
         _ => Ok(()),
-    };
+    }
+}
+
+/// Deletes what a run left in its folder, and nothing else.
+fn clear(path: &Path) -> Result<()> {
     for name in OURS {
         delete(&path.join(name))?;
         delete(&path.join(format!("{name}.{PART}")))?;
@@ -151,38 +182,79 @@ impl Folder {
     pub fn create(path: &Path, log: &mut Log, case: &str, particles: bool, balance: bool) -> Result<Folder> {
         clear(path)?;
         let fields = path.join("fields");
-        fs::create_dir_all(&fields).map_err(Error::io(&fields))?;
+        let cure =
+            |e| Error::Usage(format!("{}: cannot be made ({e}); give another folder with --out", path.display()));
+        fs::create_dir_all(&fields).map_err(cure)?;
         replace(&path.join("case.toml"), case.as_bytes())?;
-        log.file = Some(open(&path.join("log.txt"), "")?);
+        log.file = Some(Rows::create(&path.join("log.txt"), "")?);
+        let columns = [STEP_COLUMNS, if balance { BALANCE_COLUMNS } else { "" }].concat();
         Ok(Folder {
-            steps: open(&path.join("steps.csv"), &[STEP_COLUMNS, if balance { BALANCE_COLUMNS } else { "" }].concat())?,
-            particles: particles.then(|| open(&path.join("particles.csv"), PARTICLE_COLUMNS)).transpose()?,
+            steps: Rows::create(&path.join("steps.csv"), &columns)?,
+            particles: particles.then(|| Rows::create(&path.join("particles.csv"), PARTICLE_COLUMNS)).transpose()?,
             snapshots: Vec::new(),
             flushed: Instant::now(),
             path: path.to_owned(),
         })
     }
 
+    /// Takes up the folder of a run that goes on: its logs cut back to `marks`, its later snapshots deleted.
+    ///
+    /// # Errors
+    /// When a log is not as the run left it; nothing has been changed then.
+    pub fn go_on(path: &Path, log: &mut Log, case: &str, marks: Marks) -> Result<Folder> {
+        let (steps, particles, said) = (path.join("steps.csv"), path.join("particles.csv"), path.join("log.txt"));
+        Rows::fits(&steps, marks.steps)?;
+        marks.particles.map(|length| Rows::fits(&particles, length)).transpose()?;
+        let fields = path.join("fields");
+        for file in fs::read_dir(&fields).map_err(Error::io(&fields))?.flatten().map(|e| e.path()) {
+            let step = file.file_stem().and_then(|s| s.to_str()?.parse::<u64>().ok());
+            let later = step.is_some_and(|step| marks.snapshots.iter().all(|(_, s)| *s < step));
+            let ending = file.extension().unwrap_or_default();
+            if ending == PART || (later && ending == "vti") {
+                fs::remove_file(&file).map_err(Error::io(&file))?;
+            }
+        }
+        delete(&path.join("summary.json"))?;
+        replace(&path.join("case.toml"), case.as_bytes())?;
+        // Nobody needs what was said before.
+        let kept = Rows::go_on(&said, marks.log);
+        log.file = Some(kept.or_else(|_| Rows::create(&said, ""))?);
+        let folder = Folder {
+            steps: Rows::go_on(&steps, marks.steps)?,
+            particles: marks.particles.map(|length| Rows::go_on(&particles, length)).transpose()?,
+            snapshots: marks.snapshots,
+            flushed: Instant::now(),
+            path: path.to_owned(),
+        };
+        folder.write_series()?;
+        Ok(folder)
+    }
+
+    /// Brings the logs to the disk, and says how far they have come.
+    pub fn mark(&mut self, log: &mut Log) -> Result<Marks> {
+        Ok(Marks {
+            steps: self.steps.sync()?,
+            particles: self.particles.as_mut().map(Rows::sync).transpose()?,
+            log: log.file.as_mut().map_or(Ok(0), Rows::sync)?,
+            snapshots: self.snapshots.clone(),
+        })
+    }
+
     /// Writes a row of `steps.csv`.
     pub fn write_step(&mut self, r: &StepRow, balance: Option<(usize, &Audit)>) -> Result<()> {
-        let written = write!(
-            self.steps,
+        self.steps.put(format_args!(
             "{},{:?},{:?},{},{},{:e},{:.6},{:?},{:.3}",
             r.step, r.time, r.dt, r.outer, r.krylov, r.divergence_max, r.cfl, r.kinetic_energy, r.wall
-        );
-        let written = written.and_then(|()| match balance {
-            None => writeln!(self.steps),
-            Some((substeps, a)) => {
-                let (m, b) = (&a.momentum, &a.border);
-                let (error, angular) = (a.error.amax(), a.angular_error);
-                writeln!(
-                    self.steps,
-                    ",{substeps},{:e},{:e},{:e},{:e},{:e},{:e},{error:e},{angular:e}",
-                    m.x, m.y, m.z, b.x, b.y, b.z
-                )
-            }
-        });
-        written.map_err(Error::io(self.path.join("steps.csv")))
+        ));
+        if let Some((substeps, a)) = balance {
+            let (m, b) = (&a.momentum, &a.border);
+            let (error, angular) = (a.error.amax(), a.angular_error);
+            self.steps.put(format_args!(
+                ",{substeps},{:e},{:e},{:e},{:e},{:e},{:e},{error:e},{angular:e}",
+                m.x, m.y, m.z, b.x, b.y, b.z
+            ));
+        }
+        self.steps.end_line()
     }
 
     /// Writes a row a particle to `particles.csv`; `fluid_f*` is the force that `rule` names.
@@ -211,25 +283,28 @@ impl Folder {
                 &[e.pressure.z, e.viscous.z, e.convective.z],
                 e.momentum.as_slice(),
             ];
-            let written = write!(file, "{step},{time:?},{id}")
-                .and_then(|()| numbers.iter().copied().flatten().try_for_each(|v| write!(file, ",{v:?}")))
-                .and_then(|()| writeln!(file));
-            written.map_err(Error::io(self.path.join("particles.csv")))?;
+            file.put(format_args!("{step},{time:?},{id}"));
+            numbers.iter().copied().flatten().for_each(|v| file.put(format_args!(",{v:?}")));
+            file.end_line()?;
         }
         Ok(())
     }
 
     /// Writes a snapshot of the fields and the series' index.
     pub fn write_snapshot(&mut self, step: u64, snapshot: &Snapshot) -> Result<()> {
-        let name = format!("{step:08}.vti");
-        snapshot.write(&self.path.join("fields").join(&name))?;
-        self.snapshots.push((snapshot.time, name));
-        write_series(&self.path.join("fields/series.pvd"), &self.snapshots)
+        snapshot.write(&self.path.join("fields").join(vti(step)))?;
+        self.snapshots.push((snapshot.time, step));
+        self.write_series()
+    }
+
+    fn write_series(&self) -> Result<()> {
+        let entries: Vec<_> = self.snapshots.iter().map(|(time, step)| (*time, vti(*step))).collect();
+        write_series(&self.path.join("fields/series.pvd"), &entries)
     }
 
     /// The newest snapshot's time (s) and path.
     pub fn last_snapshot(&self) -> Option<(f64, PathBuf)> {
-        self.snapshots.last().map(|(time, name)| (*time, self.path.join("fields").join(name)))
+        self.snapshots.last().map(|(time, step)| (*time, self.path.join("fields").join(vti(*step))))
     }
 
     /// Brings the logs to the disk every few seconds, so that a long run can be followed.
@@ -240,14 +315,8 @@ impl Folder {
     /// Brings the logs to the disk.
     pub fn flush(&mut self, log: &mut Log) -> Result<()> {
         self.flushed = Instant::now();
-        self.steps.flush().map_err(Error::io(self.path.join("steps.csv")))?;
-        if let Some(file) = &mut self.particles {
-            file.flush().map_err(Error::io(self.path.join("particles.csv")))?;
-        }
-        if let Some(file) = &mut log.file {
-            file.flush().map_err(Error::io(self.path.join("log.txt")))?;
-        }
-        Ok(())
+        let files = std::iter::once(&mut self.steps).chain(&mut self.particles).chain(&mut log.file);
+        files.map(Rows::flush).fold(Ok(()), Result::and)
     }
 
     /// Writes a JSON file of the run.
@@ -257,10 +326,7 @@ impl Folder {
     }
 }
 
-fn open(path: &Path, head: &str) -> Result<BufWriter<File>> {
-    let mut file = BufWriter::new(File::create(path).map_err(Error::io(path))?);
-    if !head.is_empty() {
-        writeln!(file, "{head}").map_err(Error::io(path))?;
-    }
-    Ok(file)
+/// The file name of a step's snapshot.
+fn vti(step: u64) -> String {
+    format!("{step:08}.vti")
 }

@@ -1,8 +1,13 @@
 //! Measures: numbers that a run reports, each from a series of samples in time.
 
+use super::compare::Comparison;
+use super::midline;
+use super::snapshot::Snapshot;
+use crate::Result;
 use crate::case::{Case, ForceRule, Measure, MeasureKind};
 use crate::coupling::Exchange;
 use crate::solids::{Body, Motion, Oscillation};
+use crate::tape::{Lasting, Tape};
 use nalgebra::{Matrix2, Vector2, Vector3};
 use std::f64::consts::PI;
 
@@ -16,6 +21,8 @@ pub struct Series {
     rate: f64,
     samples: Vec<(f64, f64)>,
     morison: Morison,
+    /// What the newest snapshot gave.
+    midline: Option<f64>,
     /// Time of the step before (s).
     before: f64,
 }
@@ -58,6 +65,7 @@ pub fn series(case: &Case) -> Vec<Series> {
         Series {
             morison: Morison { scales: [0.5 * density * area, density * volume], ..Morison::default() },
             before: 0.0,
+            midline: None,
             rule: m.force.unwrap_or(case.coupling.force),
             force_scale: 0.5 * density * speed * speed * area,
             rate: speed / diameter,
@@ -72,6 +80,16 @@ impl Series {
     /// The measure's name.
     pub fn name(&self) -> &str {
         &self.measure.name
+    }
+
+    /// The value so far beside the measure's reference; `None` where the measure has none.
+    pub fn comparison(&self) -> Option<Comparison> {
+        Comparison::of(&self.measure, self.value())
+    }
+
+    /// Takes what the fields of the whole grid give.
+    pub fn take_fields(&mut self, snapshot: &Snapshot) {
+        self.midline = midline::extremum(self.measure.kind, snapshot);
     }
 
     /// Takes the state after a step: the time (s), what each particle exchanged, the particles, the largest speed of the
@@ -110,6 +128,7 @@ impl Series {
             MeasureKind::VelocityZ => body(&|b| b.velocity.z),
             MeasureKind::Spin => body(&|b| b.spin.z),
             MeasureKind::MorisonDrag | MeasureKind::MorisonInertia => 0.0,
+            MeasureKind::MidlineULeast | MeasureKind::MidlineVLeast | MeasureKind::MidlineVLargest => return,
             MeasureKind::ContactStart => exchange.get(particle).map_or(0.0, |e| e.contact.norm()),
         };
         self.samples.push((time, value));
@@ -118,6 +137,9 @@ impl Series {
     /// The measure's value; `None` where the samples do not give one (no steps in its window, no oscillation, no
     /// contact).
     pub fn value(&self) -> Option<f64> {
+        if let Some(value) = self.midline {
+            return Some(value);
+        }
         let values = || self.samples.iter().map(|s| s.1);
         let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
         let mean = mean(&self.samples)?;
@@ -146,7 +168,17 @@ impl Series {
             // A lift coefficient that moves by less is a steady wake, whatever its last digits do.
             MeasureKind::Strouhal if high - low < 2e-3 => None,
             MeasureKind::Strouhal => frequency(&self.samples, mean).map(|f| f / self.rate),
+            MeasureKind::MidlineULeast | MeasureKind::MidlineVLeast | MeasureKind::MidlineVLargest => self.midline,
         }
+    }
+}
+
+impl Lasting for Series {
+    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        let Series { samples, morison, before, midline, measure: _, rule: _, force_scale: _, rate: _ } = self;
+        let Morison { products, forces, scales: _ } = morison;
+        tape.pass([samples, before, forces, midline])?;
+        products.iter_mut().try_for_each(|x| x.pass(tape))
     }
 }
 

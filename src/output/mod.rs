@@ -2,13 +2,20 @@
 
 use std::io::Write as _;
 
+pub mod checkpoint;
+pub mod compare;
 pub mod figure;
 mod folder;
 pub mod measure;
+mod midline;
 pub mod plot;
+pub mod progress;
+pub mod report;
+mod rows;
 pub mod snapshot;
+pub mod summary;
 
-pub use folder::{Folder, Log, StepRow, may_use};
+pub use folder::{Folder, Log, Marks, StepRow, may_use};
 
 /// Prints a line that a command was asked for. A reader that has gone (`| head`) is no error; a full disk is.
 pub fn print(line: &str) -> crate::Result<()> {
@@ -16,4 +23,9 @@ pub fn print(line: &str) -> crate::Result<()> {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(crate::Error::io("standard output")(e)),
         _ => Ok(()),
     }
+}
+
+/// The refusal of a folder that holds no run, or not what is looked for.
+fn not_a_run(run: &std::path::Path, what: &str) -> crate::Error {
+    crate::Error::Usage(format!("{}: not a run's folder ({what}); give a folder that `mics run` wrote", run.display()))
 }

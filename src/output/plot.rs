@@ -5,6 +5,7 @@
 //! (Fig. 4), St(Re) (Fig. 5).
 
 use super::figure::{self, Axes, Disc, Plane, Series, SeriesStyle};
+use super::not_a_run;
 use super::snapshot::Snapshot;
 use crate::case::{Case, MeasureKind, Motion, Side};
 use crate::{Error, Result};
@@ -35,10 +36,13 @@ pub fn draw(runs: &[PathBuf], out: Option<&Path>) -> Result<Vec<PathBuf>> {
 /// Draws one run's figures into its `figures/`; returns the PNGs and SVGs, the vorticity's last.
 pub fn draw_run(run: &Path) -> Result<Vec<PathBuf>> {
     let case = read_case(run)?;
+    let rows = particle_rows(run);
+    // All is read before anything is written.
+    let newest = newest_snapshot(run)?;
+    let plane = plane(&case, &Snapshot::read(&newest)?, run, &rows)?;
     let figures = run.join("figures");
     fs::create_dir_all(&figures).map_err(Error::io(&figures))?;
     let mut written = Vec::new();
-    let rows = particle_rows(run);
     for (name, x_label, y_label, series) in [
         ("forces", "time (s)", "force on particle 0 (N)", forces(run, &case, &rows)?),
         ("speeds", "time (s)", "velocity of particle 0 (m/s)", speeds(run, &case, &rows)?),
@@ -51,31 +55,25 @@ pub fn draw_run(run: &Path) -> Result<Vec<PathBuf>> {
             written.extend(figure::curves(&axes, &series, &figures.join(name))?);
         }
     }
-    let newest = newest_snapshot(run)?;
-    let plane = plane(&case, &Snapshot::read(&newest)?, run, &rows)?;
     written.extend(figure::streamlines(&plane, &figures.join("streamlines"))?);
     written.extend(figure::vorticity(&plane, &figures.join("vorticity"))?);
     Ok(written)
 }
 
-fn not_a_run(run: &Path, what: &str) -> Error {
-    Error::Usage(format!("{}: not a run's folder ({what}); give a folder that `mics run` wrote", run.display()))
-}
-
-fn read_case(run: &Path) -> Result<Case> {
+pub(super) fn read_case(run: &Path) -> Result<Case> {
     let path = run.join("case.toml");
     let text = fs::read_to_string(&path).map_err(|e| not_a_run(run, &format!("case.toml: {e}")))?;
     toml::from_str(&text).map_err(|e| not_a_run(run, &format!("case.toml: {}", e.message())))
 }
 
-fn newest_snapshot(run: &Path) -> Result<PathBuf> {
+pub(super) fn newest_snapshot(run: &Path) -> Result<PathBuf> {
     let entries = fs::read_dir(run.join("fields")).map_err(|e| not_a_run(run, &format!("fields: {e}")))?;
     let paths = entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "vti"));
     paths.max().ok_or_else(|| not_a_run(run, "fields holds no snapshot"))
 }
 
 /// The flow in the plane of the figure: all of a 2D run, the middle plane across z of a 3D one.
-fn plane(case: &Case, snapshot: &Snapshot, run: &Path, rows: &Rows) -> Result<Plane> {
+pub(super) fn plane(case: &Case, snapshot: &Snapshot, run: &Path, rows: &Rows) -> Result<Plane> {
     let [nx, ny, nz] = snapshot.cells;
     let (from, count) = (nx * ny * (nz / 2), nx * ny);
     let component = |name: &str, k: usize| -> Result<Vec<f64>> {
@@ -123,10 +121,10 @@ fn plane(case: &Case, snapshot: &Snapshot, run: &Path, rows: &Rows) -> Result<Pl
 }
 
 /// `particles.csv`: the number of each column by its name, and the rows.
-type Rows = (HashMap<String, usize>, Vec<Vec<f64>>);
+pub(super) type Rows = (HashMap<String, usize>, Vec<Vec<f64>>);
 
 /// The rows of `particles.csv` as numbers by column name; empty where there is no such file.
-fn particle_rows(run: &Path) -> Rows {
+pub(super) fn particle_rows(run: &Path) -> Rows {
     let Ok(mut reader) = csv::Reader::from_path(run.join("particles.csv")) else { return Default::default() };
     let columns = reader.headers().map(|h| h.iter().enumerate().map(|(k, n)| (n.to_owned(), k)).collect());
     let numbers = |r: csv::StringRecord| r.iter().map(|v| v.parse().unwrap_or(f64::NAN)).collect();
@@ -143,7 +141,7 @@ fn centres_at((columns, rows): &Rows, time: f64) -> HashMap<usize, [f64; 3]> {
 }
 
 /// One column over another, of one particle.
-fn curve(run: &Path, (columns, rows): &Rows, id: usize, x: &str, y: &str, label: &str) -> Result<Series> {
+pub(super) fn curve(run: &Path, (columns, rows): &Rows, id: usize, x: &str, y: &str, label: &str) -> Result<Series> {
     let column =
         |name: &str| columns.get(name).copied().ok_or_else(|| not_a_run(run, &format!("particles.csv lacks {name}")));
     let (k, x, y) = (column("id")?, column(x)?, column(y)?);
@@ -152,7 +150,7 @@ fn curve(run: &Path, (columns, rows): &Rows, id: usize, x: &str, y: &str, label:
 }
 
 /// Force on particle 0 over time, and the three parts of (19) along x.
-fn forces(run: &Path, case: &Case, rows: &Rows) -> Result<Vec<Series>> {
+pub(super) fn forces(run: &Path, case: &Case, rows: &Rows) -> Result<Vec<Series>> {
     if case.particle.is_empty() || rows.1.is_empty() {
         return Ok(Vec::new());
     }
@@ -173,7 +171,7 @@ fn forces(run: &Path, case: &Case, rows: &Rows) -> Result<Vec<Series>> {
 }
 
 /// Velocity of particle 0 over time, where it is free.
-fn speeds(run: &Path, case: &Case, rows: &Rows) -> Result<Vec<Series>> {
+pub(super) fn speeds(run: &Path, case: &Case, rows: &Rows) -> Result<Vec<Series>> {
     if rows.1.is_empty() || case.particle.first().is_none_or(|p| p.motion != Motion::Free) {
         return Ok(Vec::new());
     }
@@ -187,7 +185,7 @@ fn speeds(run: &Path, case: &Case, rows: &Rows) -> Result<Vec<Series>> {
 const PATHS: usize = 8;
 
 /// The paths of the first particles that move, each cut where it crosses a periodic face.
-fn paths(run: &Path, case: &Case, rows: &Rows) -> Result<Vec<Series>> {
+pub(super) fn paths(run: &Path, case: &Case, rows: &Rows) -> Result<Vec<Series>> {
     let mut series = Vec::new();
     if rows.1.is_empty() {
         return Ok(series);
@@ -243,7 +241,11 @@ fn draw_over_reynolds(runs: &[PathBuf], folder: &Path) -> Result<Vec<PathBuf>> {
                 points: formula.collect(),
                 style: SeriesStyle::Dashed,
             },
-            Series { label: "body-fitted reference".into(), points: reference("cd"), style: SeriesStyle::Line },
+            Series {
+                label: "body-fitted reference".into(),
+                points: cylinder_reference("cd"),
+                style: SeriesStyle::Line,
+            },
         ];
         let mut names: Vec<_> = drag.into_iter().collect();
         names.sort_by(|a, b| a.0.cmp(&b.0));
@@ -264,7 +266,11 @@ fn draw_over_reynolds(runs: &[PathBuf], folder: &Path) -> Result<Vec<PathBuf>> {
     }
     if !strouhal.is_empty() {
         let series = [
-            Series { label: "body-fitted reference".into(), points: reference("st"), style: SeriesStyle::Line },
+            Series {
+                label: "body-fitted reference".into(),
+                points: cylinder_reference("st"),
+                style: SeriesStyle::Line,
+            },
             Series { label: "mics".into(), points: by_re(strouhal), style: SeriesStyle::Markers },
         ];
         let axes = Axes {
@@ -278,8 +284,8 @@ fn draw_over_reynolds(runs: &[PathBuf], folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(written)
 }
 
-/// (Re, value) of a column of the reference, where it has one.
-fn reference(column: &str) -> Vec<(f64, f64)> {
+/// (Re, value) of a column of section 3's reference (`cylinder_s3.csv`), where it has one.
+pub fn cylinder_reference(column: &str) -> Vec<(f64, f64)> {
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(REFERENCE.as_bytes());
     let at = reader.headers().ok().and_then(|h| h.iter().position(|n| n == column));
     let point = |r: csv::StringRecord| Some((r.get(0)?.parse().ok()?, r.get(at?)?.parse().ok()?));

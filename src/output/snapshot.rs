@@ -3,7 +3,7 @@
 use crate::scene::Scene;
 use crate::{Error, Result};
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::{fs, str};
 
 /// One array of a snapshot, a value or three for each cell, x fastest.
@@ -173,11 +173,16 @@ pub fn write_series(path: &Path, entries: &[(f64, String)]) -> Result<()> {
     replace(path, text.as_bytes())
 }
 
-/// Writes a whole file or none.
-pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
+/// The name of a file while it is being written.
+pub fn part(path: &Path) -> PathBuf {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".part");
-    let part = path.with_file_name(name);
+    path.with_file_name(name)
+}
+
+/// Writes a whole file or none.
+pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
+    let part = part(path);
     let written = fs::write(&part, bytes).map_err(Error::io(&part));
     let written = written.and_then(|()| fs::rename(&part, path).map_err(Error::io(path)));
     if written.is_err() {

@@ -29,6 +29,8 @@ struct Axis {
     inner: usize,
     local: usize,
     ghosts: usize,
+    /// Layers that an exchange fills.
+    layers: usize,
     neighbours: [Option<usize>; 2],
 }
 
@@ -44,6 +46,7 @@ impl<T: Number> Halo<T> {
                 inner,
                 local: layout.local[a],
                 ghosts: layout.ghosts,
+                layers: layout.ghosts,
                 neighbours: layout.neighbours[a],
             }
         });
@@ -52,9 +55,10 @@ impl<T: Number> Halo<T> {
         Halo { session: session.clone(), axes, send: vec![T::ZERO; buffer], receive: vec![T::ZERO; buffer] }
     }
 
-    /// Fills the ghosts on both sides of `axis` where a neighbour owns them. Collective.
-    pub fn exchange(&mut self, axis: usize, field: &mut [T]) -> Result<()> {
-        let a = self.axes[axis];
+    /// Fills the first `layers` of ghosts on both sides of `axis` where a neighbour owns them. Collective, with the same
+    /// number on all ranks.
+    pub fn exchange(&mut self, axis: usize, layers: usize, field: &mut [T]) -> Result<()> {
+        let a = Axis { layers, ..self.axes[axis] };
         match a.neighbours {
             [None, None] => return Ok(()),
             [Some(low), Some(high)] if low == self.session.rank() && high == low => {
@@ -64,8 +68,10 @@ impl<T: Number> Halo<T> {
             _ => {}
         }
         // Downwards: my first owned layers become the ghosts above my lower neighbour; then upwards.
-        for (to, from, source, target) in [(0, 1, a.ghosts, a.ghosts + a.local), (1, 0, a.local, 0)] {
-            let n = a.outer * a.inner * a.ghosts;
+        for (to, from, source, target) in
+            [(0, 1, a.ghosts, a.ghosts + a.local), (1, 0, a.ghosts + a.local - layers, a.ghosts - layers)]
+        {
+            let n = a.outer * a.inner * layers;
             if a.neighbours[to].is_some() {
                 a.copy_out(source, field, &mut self.send);
             }
@@ -104,17 +110,17 @@ impl<T: Number> Halo<T> {
 impl Axis {
     fn slab(&self, block: usize, layer: usize) -> std::ops::Range<usize> {
         let at = (block * self.stored + layer) * self.inner;
-        at..at + self.ghosts * self.inner
+        at..at + self.layers * self.inner
     }
 
     fn copy_out<T: Copy>(&self, layer: usize, field: &[T], buffer: &mut [T]) {
-        for (block, part) in buffer.chunks_exact_mut(self.ghosts * self.inner).take(self.outer).enumerate() {
+        for (block, part) in buffer.chunks_exact_mut(self.layers * self.inner).take(self.outer).enumerate() {
             part.copy_from_slice(&field[self.slab(block, layer)]);
         }
     }
 
     fn copy_in<T: Copy>(&self, layer: usize, field: &mut [T], buffer: &[T]) {
-        for (block, part) in buffer.chunks_exact(self.ghosts * self.inner).take(self.outer).enumerate() {
+        for (block, part) in buffer.chunks_exact(self.layers * self.inner).take(self.outer).enumerate() {
             field[self.slab(block, layer)].copy_from_slice(part);
         }
     }
@@ -122,7 +128,8 @@ impl Axis {
     fn wrap<T: Copy>(&self, field: &mut [T]) {
         for block in 0..self.outer {
             field.copy_within(self.slab(block, self.ghosts), self.slab(block, self.ghosts + self.local).start);
-            field.copy_within(self.slab(block, self.local), self.slab(block, 0).start);
+            let (last, below) = (self.ghosts + self.local - self.layers, self.ghosts - self.layers);
+            field.copy_within(self.slab(block, last), self.slab(block, below).start);
         }
     }
 }

@@ -22,6 +22,8 @@ use nalgebra::Vector3;
 pub struct Cut {
     /// The face's index in a field: the low face of that cell.
     pub face: usize,
+    /// The cells below and above it, where they are this rank's, as numbers among those.
+    pub cells: [Option<u32>; 2],
     /// Covered part, within (0, 1].
     pub covered: f64,
     /// Covered part of the face's plane times the arm from the particle's centre (its nearest image) to its centroid (m).
@@ -60,9 +62,17 @@ pub fn cuts<const D: usize>(grid: &Grid<D>, axis: usize, centre: &Vector3<f64>, 
             let open = open_centroid::<D>(&middle, &half, radius, covered);
             let face = (0..D).map(|a| (at[a] - grid.start[a] + grid.ghosts) * grid.stride[a]).sum();
             let covered = if covered > 1.0 - LEAST { 1.0 } else { covered };
-            cuts.push(Cut { face, covered, lever: section * centroid, open });
+            let cells = [cell_below(grid, axis, &at), grid.number_of(at)].map(|number| number.map(|n| n as u32));
+            cuts.push(Cut { face, cells, covered, lever: section * centroid, open });
         }
     }
+}
+
+/// This rank's number of the cell below the low face of the cell `at`, if it is this rank's.
+fn cell_below<const D: usize>(grid: &Grid<D>, axis: usize, at: &[usize; D]) -> Option<usize> {
+    let mut below = *at;
+    below[axis] = at[axis].checked_sub(1)?;
+    grid.number_of(below)
 }
 
 /// Where the open part of the volume about a face has its centroid, from the face's centre (m); `middle` is that centre's

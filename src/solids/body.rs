@@ -1,6 +1,8 @@
 //! A body: its shape, its state and what moves it.
 
 use super::contact::Push;
+use crate::Result;
+use crate::tape::{Lasting, Tape};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::{PI, TAU};
 
@@ -181,6 +183,18 @@ impl Body {
     /// Fastest point of the body (m/s).
     pub fn top_speed(&self) -> f64 {
         self.pace() + self.spin.norm() * self.radius
+    }
+}
+
+impl Lasting for Body {
+    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        let Body { centre, velocity, angle, orientation, spin, motion, shape: _, radius: _, density: _, viscosity: _ } =
+            self;
+        tape.pass([centre, velocity, angle, orientation, spin])?;
+        match motion {
+            Motion::Prescribed(Some(path)) => path.time.pass(tape),
+            Motion::Free(_) | Motion::Fixed | Motion::Prescribed(None) => Ok(()),
+        }
     }
 }
 

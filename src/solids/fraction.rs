@@ -119,25 +119,28 @@ fn disc_overlap<const D: usize>(arm: &Vector3<f64>, grid: &Grid<D>, radius: f64)
 
 /// Area of the disc of `radius` at the origin inside the rectangle `x` by `y` (m2).
 pub fn rectangle_overlap(x: [f64; 2], y: [f64; 2], radius: f64) -> f64 {
-    let q = |i: usize, j: usize| quadrant(x[i], y[j], radius);
+    let [half_x, half_y] = [x, y].map(|edges| edges.map(|edge| half_plane(edge, radius)));
+    let q = |i: usize, j: usize| quadrant((x[i], half_x[i]), (y[j], half_y[j]), radius);
     (q(1, 1) - q(0, 1) - q(1, 0) + q(0, 0)).max(0.0)
 }
 
-/// Area of the disc where X < x and Y < y.
-fn quadrant(x: f64, y: f64, r: f64) -> f64 {
-    let half_plane = |x: f64| {
-        let x = x.clamp(-r, r);
-        // Near the rim asin and r^2 - x^2 would lose half of the digits.
-        let half_chord = ((r - x) * (r + x)).sqrt();
-        r * r * (0.5 * PI + x.atan2(half_chord)) + x * half_chord
-    };
+/// Area of the disc where X < x.
+fn half_plane(x: f64, r: f64) -> f64 {
+    let x = x.clamp(-r, r);
+    // Near the rim asin and r^2 - x^2 would lose half of the digits.
+    let half_chord = ((r - x) * (r + x)).sqrt();
+    r * r * (0.5 * PI + x.atan2(half_chord)) + x * half_chord
+}
+
+/// Area of the disc where X < x and Y < y; each with its half plane's.
+fn quadrant((x, half_x): (f64, f64), (y, half_y): (f64, f64), r: f64) -> f64 {
     if x * x + y * y < r * r {
-        return 0.5 * (half_plane(x) + half_plane(y)) + x * y - 0.25 * PI * r * r;
+        return 0.5 * (half_x + half_y) + x * y - 0.25 * PI * r * r;
     }
     match (x >= 0.0, y >= 0.0) {
-        (true, true) => half_plane(x) + half_plane(y) - PI * r * r,
-        (false, true) => half_plane(x),
-        (true, false) => half_plane(y),
+        (true, true) => half_x + half_y - PI * r * r,
+        (false, true) => half_x,
+        (true, false) => half_y,
         (false, false) => 0.0,
     }
 }

@@ -27,6 +27,7 @@ impl<const D: usize> Scene<D> {
         self.p.fill(0.0);
         let Some(Coupling::Sharp(walls)) = &mut self.coupling else { return Ok(()) };
         walls.settle(&self.grid, &self.boundaries, &mut self.beta);
+        self.boundaries.reach_deep(self.session.size() > 1 || walls.near_borders(&self.grid));
         self.projection.assemble(&self.grid, &self.beta)?;
         self.assembled = true;
         self.acceleration.iter_mut().for_each(|f| f.fill(0.0));
@@ -43,11 +44,13 @@ impl<const D: usize> Scene<D> {
                 self.projection.project(&self.grid, &mut self.boundaries, &self.beta, 1.0, p, &mut self.faces, None)?;
                 plain_acceleration(&self.grid, &self.boundaries, self.density.at(0), &self.p, &mut self.acceleration);
                 faces::add_to_cells(&self.grid, 1.0, &self.acceleration, &mut self.u);
-                walls.open_gradient(&self.grid, &self.beta, 1.0, &self.acceleration, false, &mut self.u);
+                walls.find_open_gradient(&self.grid, &self.beta, &self.acceleration);
+                walls.open_gradient(&self.grid, 1.0, false, &mut self.u);
             }
         }
         self.boundaries.fill_velocity(&mut self.u)?;
         walls.hold_faces(&self.faces);
+        copy_rows(&self.u, &mut self.stage);
         walls.start_forces(&self.grid, &self.u)?;
         if let Some(audit) = &mut self.audit {
             audit.close_sharp(&self.session, &self.grid, self.density.at(0), &self.u, walls, 0.0)?;
@@ -61,6 +64,7 @@ impl<const D: usize> Scene<D> {
     fn go_ahead(&mut self, dt: f64) -> Result<()> {
         let Some(Coupling::Sharp(walls)) = &mut self.coupling else { return Ok(()) };
         self.substeps = walls.go_ahead(&self.grid, &self.boundaries, &mut self.beta, dt)?;
+        self.boundaries.reach_deep(self.session.size() > 1 || walls.near_borders(&self.grid));
         let mut speed = [faces::fastest(&self.grid, &self.faces)];
         self.session.max(&mut speed)?;
         walls.forget(dt, speed[0]);
@@ -72,41 +76,47 @@ impl<const D: usize> Scene<D> {
             copy_rows(&self.u, &mut self.total);
             walls.impose_with_ghosts(&self.grid, &mut self.boundaries, true, false, &mut self.total)?;
             self.boundaries.fill_velocity(&mut self.total)?;
+            // What the last wall changed after the projection faces have yet to see.
+            for ((moved, u), before) in self.total.iter_mut().zip(&self.u).zip(&self.stage) {
+                moved.iter_mut().zip(u).zip(before).for_each(|((moved, u), before)| *moved += before - u);
+            }
             walls.remember_faces(&self.grid, &self.beta, &self.total, self.dt_before, &self.acceleration);
         } else {
-            walls.remember_faces(&self.grid, &self.beta, &self.u, self.dt_before, &self.acceleration);
+            walls.remember_faces(&self.grid, &self.beta, &self.stage, self.dt_before, &self.acceleration);
         }
+        walls.find_open_gradient(&self.grid, &self.beta, &self.acceleration);
         self.clock.lap(Stage::Mixing);
         Ok(())
     }
 
     /// The stages of (7) in their order, the wall imposed on every one and on their sum.
     fn predict_cells_sharp(&mut self, dt: f64) -> Result<()> {
-        self.find_carrier(dt);
-        self.total.iter_mut().for_each(|f| f.fill(0.0));
         for (stage, &weight) in self.scheme.weights.iter().enumerate() {
             if stage > 0 {
                 self.set_stage(stage, dt);
-                let of_pressure = dt * self.scheme.stages[stage - 1].1;
+                let part = self.scheme.stages[stage - 1].1;
                 let Some(Coupling::Sharp(walls)) = &mut self.coupling else { return Ok(()) };
-                walls.open_gradient(&self.grid, &self.beta, of_pressure, &self.acceleration, false, &mut self.stage);
-                walls.impose_with_ghosts(&self.grid, &mut self.boundaries, true, false, &mut self.stage)?;
+                walls.open_gradient(&self.grid, part * dt, false, &mut self.stage);
+                if part == 1.0 {
+                    walls.impose_with_ghosts(&self.grid, &mut self.boundaries, true, false, &mut self.stage)?;
+                } else {
+                    // The bodies are at the step's end already.
+                    walls.impose_within(part, &self.u, &mut self.stage);
+                }
                 self.clock.lap(Stage::Mixing);
             }
             self.add_rates(stage, weight, dt)?;
         }
-        self.sum_stages(dt);
         let Some(Coupling::Sharp(walls)) = &mut self.coupling else { return Ok(()) };
         // The wall belongs to the velocity with its pressure.
-        for sign in [1.0, -1.0] {
-            faces::add_to_cells(&self.grid, sign * dt, &self.acceleration, &mut self.u);
-            walls.open_gradient(&self.grid, &self.beta, sign * dt, &self.acceleration, false, &mut self.u);
-            if sign > 0.0 {
-                walls.impose_with_ghosts(&self.grid, &mut self.boundaries, true, true, &mut self.u)?;
-                self.boundaries.fill_velocity(&mut self.u)?;
-                walls.release(&self.grid, &self.u, &self.p, dt)?;
-            }
-        }
+        faces::step_cells(&self.grid, None, (dt, &self.total), (dt, &self.acceleration), &mut self.u);
+        self.clock.lap(Stage::Update);
+        walls.open_gradient(&self.grid, dt, false, &mut self.u);
+        walls.impose_with_ghosts(&self.grid, &mut self.boundaries, true, true, &mut self.u)?;
+        self.boundaries.fill_velocity(&mut self.u)?;
+        walls.release(&self.grid, &self.u, &self.p, dt)?;
+        faces::add_to_cells(&self.grid, -dt, &self.acceleration, &mut self.u);
+        walls.open_gradient(&self.grid, -dt, false, &mut self.u);
         self.clock.lap(Stage::Mixing);
         Ok(())
     }
@@ -114,7 +124,7 @@ impl<const D: usize> Scene<D> {
     fn predict_faces_sharp(&mut self, dt: f64) -> Result<()> {
         self.boundaries.fill_velocity(&mut self.u)?;
         self.clock.lap(Stage::Ghosts);
-        if self.carrier.is_some() {
+        if !self.faces_before[0].is_empty() {
             std::mem::swap(&mut self.faces, &mut self.faces_before);
         }
         let Some(Coupling::Sharp(walls)) = &mut self.coupling else { return Ok(()) };
@@ -141,9 +151,12 @@ impl<const D: usize> Scene<D> {
         let Some(Coupling::Sharp(walls)) = &mut self.coupling else { return Ok(()) };
         plain_acceleration(&self.grid, &self.boundaries, self.density.at(0), &self.p, &mut self.acceleration);
         faces::add_to_cells(&self.grid, dt, &self.acceleration, &mut self.u);
-        walls.open_gradient(&self.grid, &self.beta, dt, &self.acceleration, true, &mut self.u);
+        walls.find_open_gradient(&self.grid, &self.beta, &self.acceleration);
+        walls.open_gradient(&self.grid, dt, true, &mut self.u);
         self.clock.lap(Stage::Faces);
-        walls.impose_with_ghosts(&self.grid, &mut self.boundaries, false, true, &mut self.u)?;
+        self.boundaries.fill_velocity(&mut self.u)?;
+        copy_rows(&self.u, &mut self.stage);
+        walls.impose(&self.grid, false, true, &mut self.u);
         self.boundaries.fill_velocity(&mut self.u)?;
         self.clock.lap(Stage::Mixing);
         Ok(())
@@ -177,7 +190,7 @@ impl<const D: usize> Sharp<D> {
 }
 
 /// The acceleration by pressure on every face, open or not (m/s2).
-fn plain_acceleration<const D: usize>(
+pub(super) fn plain_acceleration<const D: usize>(
     grid: &Grid<D>,
     boundaries: &Boundaries<D>,
     density: f64,

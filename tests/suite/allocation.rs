@@ -9,6 +9,7 @@ struct Counting;
 
 thread_local! {
     static COUNT: Cell<usize> = const { Cell::new(0) };
+    static LARGEST: Cell<usize> = const { Cell::new(0) };
 }
 
 // SAFETY: hands every call on to the system's allocator, and counts in a thread-local that itself needs no allocation.
@@ -16,6 +17,7 @@ thread_local! {
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         let _ = COUNT.try_with(|n| n.set(n.get() + 1));
+        let _ = LARGEST.try_with(|most| most.set(most.get().max(layout.size())));
         unsafe { System.alloc(layout) }
     }
 
@@ -30,6 +32,11 @@ static COUNTING: Counting = Counting;
 /// Allocations of this thread so far.
 pub fn count() -> usize {
     COUNT.get()
+}
+
+/// The largest allocation of this thread (bytes) since the last call.
+pub fn largest() -> usize {
+    LARGEST.replace(0)
 }
 
 /// Allocations of this thread in five steps after the first.

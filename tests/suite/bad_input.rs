@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
-const GOOD: &str = r#"name = "small"
+pub const GOOD: &str = r#"name = "small"
 
 [domain]
 size = [2.0, 1.0]
@@ -161,8 +161,18 @@ const BAD_CASES: &[Row] = &[
     ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\n[[measure]]\nname = \"drag\"\nkind = \"max_speed\"", "name = \"drag\"", "measure.1.name", &["names another measure"]),
     ("kind = \"drag_coefficient\"", "kind = \"position_z\"", "kind", "measure.0.kind", &["3D only"]),
     ("kind = \"drag_coefficient\"", "kind = \"morison_drag\"", "kind", "measure.0.kind", &["a particle that swings", "oscillation"]),
+    ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\ntolerance = 0.1", "tolerance", "measure.0.tolerance", &["is of a reference", "give `reference`"]),
+    ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\nsource = \"a book\"", "source", "measure.0.source", &["that of a reference", "give `reference`"]),
+    ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\nreference = 1.5", "[[measure]]", "measure.0.tolerance", &["is missing", "tolerance = 0.02 is 2 %"]),
+    ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\nreference = 0.0\ntolerance = 0.1", "reference", "measure.0.reference", &["not 0", "a band [low, high]"]),
+    ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\nreference = [2.0, 1.0]", "reference", "measure.0.reference", &["a band is [low, high]"]),
+    ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\nreference = [1.0, 2.0]\ntolerance = -0.1", "tolerance", "measure.0.tolerance", &["zero or positive"]),
+    ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\nreference = \"1.5\"", "reference", "measure.0.reference", &["one number or a band [low, high]"]),
     ("[[measure]]", "[output]\nfields = { every = 0 }\n[[measure]]", "fields", "output.fields.every", &["1 step or more"]),
     ("[[measure]]", "[output]\nfields = { every = 1, every_time = 0.1 }\n[[measure]]", "fields", "output.fields", &["exactly one of"]),
+    ("[[measure]]", "[output]\ncheckpoint = { every_steps = 0 }\n[[measure]]", "checkpoint", "output.checkpoint.every_steps", &["1 step or more"]),
+    ("[[measure]]", "[output]\ncheckpoint = {}\n[[measure]]", "checkpoint", "output.checkpoint", &["exactly one of"]),
+    ("[[measure]]", "[output]\ncheckpoint = { every_wall_minutes = -1 }\n[[measure]]", "checkpoint", "output.checkpoint.every_wall_minutes", &["positive", "minutes"]),
     ("size = [2.0, 1.0]\ncells = [32, 16]", "size = [2.0, 1.0]\ncells = [40000, 40000]", "cells", "domain.cells", &["GB", "fewer cells"]),
     ("cfl = 0.4", "cfl = 0.6", "cfl", "time.cfl", &["over the limit of this scheme", "0.5", "rk3"]),
     // What only the scene can tell: it finds the limit of a step, and names it.
@@ -192,7 +202,7 @@ fn mics(case: &Path, out: &Path, arguments: &[&str]) -> Output {
 }
 
 /// What is wrong with a refusal: its status, its message or what it left in `out`; empty where all is as it should be.
-fn shortcomings(output: &Output, out: &Path, says: &[&str]) -> Vec<String> {
+pub fn shortcomings(output: &Output, out: &Path, says: &[&str]) -> Vec<String> {
     let message = String::from_utf8_lossy(&output.stderr);
     let mut wrong = Vec::new();
     if output.status.code() != Some(2) {
@@ -220,7 +230,7 @@ fn refused(text: &[u8], arguments: &[&str], says: &[&str]) -> Vec<String> {
 }
 
 /// Fails with every shortcoming of every row, so that one run shows all.
-fn expect_none(shortcomings: impl IntoIterator<Item = (String, Vec<String>)>) {
+pub fn expect_none(shortcomings: impl IntoIterator<Item = (String, Vec<String>)>) {
     let failed = shortcomings.into_iter().filter(|(_, wrong)| !wrong.is_empty());
     let report: Vec<_> = failed.map(|(row, wrong)| format!("{row}\n    {}", wrong.join("\n    "))).collect();
     assert!(report.is_empty(), "{} rows fall short:\n{}", report.len(), report.join("\n"));

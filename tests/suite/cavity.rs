@@ -15,7 +15,7 @@ fn extremum(values: &[f64], h: f64) -> (f64, f64) {
 fn the_cavity_s_extrema_are_within_one_and_a_half_percent_of_the_spectral_ones() {
     let dir = tempfile::tempdir().unwrap();
     let case = shipped("cases/lid-driven-cavity/case.toml");
-    run(&case, dir.path(), &["--set", "output.figures=false"]);
+    let summary = run(&case, dir.path(), &["--set", "output.figures=false"]);
     let fields = std::fs::read_dir(dir.path().join("fields")).unwrap().map(|e| e.unwrap().path());
     let newest = fields.filter(|p| p.extension().unwrap() == "vti").max().unwrap();
     let snapshot = Snapshot::read(&newest).unwrap();
@@ -33,7 +33,9 @@ fn the_cavity_s_extrema_are_within_one_and_a_half_percent_of_the_spectral_ones()
     let table = std::fs::read_to_string(shipped("cases/lid-driven-cavity/cavity.csv")).unwrap();
     let row = table.lines().find(|l| l.starts_with("1000b")).unwrap();
     let exact: Vec<f64> = row.split(',').skip(1).map(|v| v.parse().unwrap()).collect();
-    for ((value, place), exact) in found.into_iter().zip(exact.chunks(2)) {
+    let measures = ["u_least", "v_largest", "v_least"].map(|name| &summary["measures"][name]);
+    for (((value, place), exact), measure) in found.into_iter().zip(exact.chunks(2)).zip(measures) {
+        assert!((measure.as_f64().unwrap() - value).abs() < 1e-12, "the measure says {measure}");
         println!(
             "{value:.5} at {place:.4}, reference {:.5} at {:.4}: {:+.2} %",
             exact[0],

@@ -1,7 +1,8 @@
 //! Observed orders against exact solutions: the Taylor-Green vortex, advection alone, diffusion alone.
 
 use crate::support::{PERIODIC, box_case, order, petsc};
-use mics::fluid::{advection, diffusion};
+use mics::fluid::advection::{self, Carrier, Fluxes};
+use mics::fluid::diffusion;
 use mics::grid::Coefficient;
 use mics::scene::Scene;
 use std::f64::consts::PI;
@@ -107,7 +108,12 @@ fn advection_error(n: usize, scheme: &str, own: bool) -> f64 {
     let q = scene.u[0].clone();
     let (mut rate, mut scratch) = (grid.field(), grid.field());
     match scheme {
-        "conservative" => advection::upwind5(&grid, &at_faces, &q, 1.0, &mut rate, &mut scratch),
+        "conservative" => {
+            let (carrier, mut rates) = (Carrier { now: &at_faces, before: None }, grid.vector_field());
+            let mut fluxes = Fluxes::new(&grid);
+            advection::upwind5(&grid, &carrier, &scene.u, 0.0, 1.0, false, &mut rates, &mut fluxes);
+            [rate, _] = rates;
+        }
         "advective" => advection::upwind5_advective(&grid, &carrier, &q, 1.0, &mut rate),
         _ => {
             // One axis at a time, at a step so short that the path's end does not matter: the interpolation's order.

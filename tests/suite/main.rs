@@ -1,17 +1,24 @@
 //! The integration tests: the solver against exact and published solutions, and the program as a stranger meets it.
 
 mod allocation;
+mod bad_command;
 mod bad_input;
 mod boundaries;
 mod cavity;
 mod convergence;
 mod cylinder;
+mod fuzz;
+mod live;
 mod modes;
 mod motion;
 mod plots;
 mod poisson;
 mod program;
 mod ranks;
+mod report;
+mod restart;
 mod scenes;
 mod sharp;
+mod study;
 mod support;
+mod time_order;

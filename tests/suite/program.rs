@@ -31,6 +31,8 @@ fn a_run_leaves_the_folder_that_the_contract_promises() {
         "steps",
         "time",
         "wall_seconds",
+        "cpu_seconds",
+        "peak_memory_bytes",
         "step_seconds",
         "divergence_max",
         "divergence_limit",
@@ -94,6 +96,9 @@ fn the_schema_is_json_and_knows_the_keys() {
     let output = mics(&["schema"]);
     let schema: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert!(schema["properties"]["domain"].is_object() && schema["properties"]["particle"].is_object());
+    let kept = std::fs::read_to_string(shipped("cases/case.schema.json")).unwrap();
+    let kept: serde_json::Value = serde_json::from_str(&kept).unwrap();
+    assert!(kept == schema, "the cases' schema is another: mics schema > cases/case.schema.json");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 /// Every `*.toml` under cases/, studies aside.
 fn cases() -> Vec<PathBuf> {
-    let folders = std::fs::read_dir(shipped("cases")).unwrap().map(|e| e.unwrap().path());
+    let folders = std::fs::read_dir(shipped("cases")).unwrap().map(|e| e.unwrap().path()).filter(|p| p.is_dir());
     let files = folders.flat_map(|f| std::fs::read_dir(f).unwrap().map(|e| e.unwrap().path()).collect::<Vec<_>>());
     let is_case = |p: &PathBuf| p.extension().is_some_and(|e| e == "toml") && !p.to_string_lossy().contains(".study.");
     files.filter(is_case).collect()

@@ -55,13 +55,13 @@ struct Taken {
 impl Taken {
     fn new(case: &Case, largest: f64, gap: f64) -> Taken {
         let sizes = &case.domain.size;
-        let wanted = sizes.iter().map(|size| (size / (largest + gap)).max(1.0));
-        let excess = (wanted.clone().product::<f64>() / MOST_CELLS).max(1.0).powf(1.0 / sizes.len() as f64);
-        let cells = wanted.zip(sizes).map(|(wanted, size)| {
-            let count = (wanted / excess).max(1.0) as usize;
-            (count, size / count as f64)
-        });
-        let cells: Vec<_> = cells.collect();
+        let mut wanted: Vec<f64> = sizes.iter().map(|size| (size / (largest + gap)).clamp(1.0, MOST_CELLS)).collect();
+        // The longest axis gives way, so that a long and narrow box has no more cells than any other.
+        while wanted.iter().product::<f64>() > MOST_CELLS {
+            let longest = wanted.iter_mut().max_by(|a, b| a.total_cmp(b));
+            longest.into_iter().for_each(|n| *n *= 0.5);
+        }
+        let cells: Vec<_> = wanted.iter().zip(sizes).map(|(n, size)| (*n as usize, size / n.floor())).collect();
         let near = vec![Vec::new(); cells.iter().map(|(count, _)| count).product()];
         Taken { periods: case.periods(), cells, near, bodies: Vec::new(), reach: 0.5 * largest + gap, gap }
     }

@@ -22,6 +22,7 @@
 
 mod flight;
 mod rigid;
+mod state;
 
 use super::{Exchange, vector};
 use crate::Result;

@@ -1,10 +1,10 @@
 //! The force on a body, four ways: by pressure, by wall shear, by what both miss, and by what the fluid loses (formulas in
 //! the parent).
 
-use super::{FORGET, NUMBERS, Sharp, TAKE_IN};
+use super::{NUMBERS, Sharp, TAKE_IN};
 use crate::Result;
 use crate::coupling::{Exchange, vector};
-use crate::grid::{Grid, VectorField};
+use crate::grid::{Grid, VectorField, wide};
 use nalgebra::Vector3;
 
 impl<const D: usize> Sharp<D> {
@@ -14,7 +14,7 @@ impl<const D: usize> Sharp<D> {
         let mut force = Vector3::zeros();
         for axis in 0..D {
             let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
-            for cut in self.skins[k].cuts[axis].iter().filter(|cut| grid.owns_cell(cut.face)) {
+            for cut in self.skins[k].cuts[axis].iter().filter(|cut| cut.cells[1].is_some()) {
                 force[axis] += area * cut.covered * (p[cut.face - s] - p[cut.face]);
             }
         }
@@ -25,12 +25,17 @@ impl<const D: usize> Sharp<D> {
     pub(super) fn shear_force(&self, grid: &Grid<D>, k: usize, u: &VectorField<D>) -> (Vector3<f64>, Vector3<f64>) {
         let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
         let skin = &self.skins[k];
-        for point in &skin.points {
-            let slope = skin.value(&point.slope, grid, u, &self.bodies, k, None);
-            let df = (self.fluid_viscosity * point.area) * slope;
-            force += df;
-            torque += point.arm.cross(&df);
-        }
+        wide(
+            #[inline(always)]
+            || {
+                for point in &skin.points {
+                    let slope = skin.value(&point.slope, grid, u, &self.bodies, k, None);
+                    let df = (self.fluid_viscosity * point.area) * slope;
+                    force += df;
+                    torque += point.arm.cross(&df);
+                }
+            },
+        );
         (force, torque)
     }
 
@@ -111,7 +116,7 @@ impl<const D: usize> Sharp<D> {
             }
         }
         self.session.sum(&mut buffer)?;
-        let take_in = (self.chi * FORGET / TAKE_IN).min(1.0);
+        let take_in = (self.courant / TAKE_IN).min(1.0);
         for (k, row) in buffer.chunks_exact(NUMBERS).enumerate() {
             let [given, spun, inside, swirl] = [0, 3, 6, 9].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
             let (body, ride, exchange) = (&self.bodies[k], &mut self.rides[k], &mut self.exchange[k]);

@@ -2,17 +2,21 @@
 //! the profile beside it. Nothing is relaxed, so that the time step does not enter.
 //!
 //! With `H = 1 - m` the open part of a face (m the covered one), `U_b = V + omega x r` a body's motion, `a = -grad p/rho`
-//! on faces and `I` the mean of two cells, moved to the centroid of the open part by the derivatives:
+//! on faces and `I` the mean of four cells across a free face, of two across a covered one, moved to the centroid of the
+//! open part by the derivatives:
 //!
 //! ```text
-//!   faces      q  = I(u*) + (1 - chi) (q^n - I(u^n)) + dt a,   U = H q + m U_b.n,   chi = min(1, dt U_max/(0.4 h))
+//!   faces      q  = I(u*) + (1 - chi) (q^n - I(u^n)) + dt a,   U = H q + m U_b.n,   chi = min(1, dt U_max/(0.2 h))
 //!   pressure   -div( H grad phi )/rho + sum_k (dV/M_k) j_k (j_k.phi) = -D/dt,       D = div U
 //!   bodies     V += (dt/M_k) F_p,   F_p = dV sum_c p_c j_c,   j_c = sum_f m_f n_f/h   (n_f outwards from the cell)
 //!   cells      u  = u* + dt (H_w a_w + H_e a_e)/(1 + (H_w + H_e)/2)
 //!   inside     u  = U_b + the profile of the flow beside the wall, continued into the body ([`skin`])
 //! ```
 //! The equation stays symmetric, and its solution holds the added mass of a free body implicitly, whatever its density.
-//! The memory `q^n - I(u^n)` keeps dt out of the wall's pressure; a turning disc or sphere displaces nothing.
+//! The memory `q^n - I(u^n)` keeps dt out of the wall's pressure; its u^n is that of the cells before the wall was imposed
+//! last, so that what this changes reaches the faces with the next step. A turning disc or sphere displaces nothing.
+//! In time the force is of second order. Of first order, and small, are cells that change sides, at the end of a step, and
+//! the history of faces beside a wall that gathers speed.
 //!
 //! The force is what the fluid loses. All cells together lose momentum only where the profile is imposed (`du`) and where
 //! the gradient of a cut cell differs from the plain mean of its faces'; what lies inside the body is no fluid:
@@ -28,22 +32,24 @@ mod force;
 mod motion;
 mod probe;
 mod skin;
+mod state;
 
 use super::Exchange;
 use crate::fluid::faces::FaceCoefficient;
 use crate::fluid::poisson::Covered;
-use crate::grid::{Boundaries, Grid, VectorField};
+use crate::grid::{Boundaries, Grid, VectorField, wide};
 use crate::petsc::Session;
-use crate::solids::contact::{Contacts, Push};
-use crate::solids::{Body, Overlap, nearest_image};
+use crate::solids::contact::{Contacts, Neighbours, Push};
+use crate::solids::{Body, Overlap};
 use nalgebra::Vector3;
 use skin::{Skin, Surroundings};
+use std::ops::Range;
 
 /// Openings below this count as this: what is behind them keeps a pressure, and the equation constants as its only null
 /// space.
 const LEAST_OPEN: f64 = 1e-6;
 /// Courant number over which a step forgets the face velocity's own history.
-const FORGET: f64 = 0.4;
+const FORGET: f64 = 0.2;
 /// Gap, in spacings, at which contacts begin: the grid resolves nothing of what the fluid does in less.
 const STANDOFF: f64 = 0.2;
 /// Reynolds number of a spacing and the velocity at the first probe up to which the layer at the wall is resolved.
@@ -84,6 +90,10 @@ pub struct Sharp<const D: usize> {
     bodies: Vec<Body>,
     skins: Vec<Skin<D>>,
     near: Vec<Vec<usize>>,
+    neighbours: Neighbours,
+    /// Largest radius (m), and half the distance at which bodies are near each other, for every one (m).
+    largest: f64,
+    reach: Vec<f64>,
     /// Whether a body had others near before the last search.
     had_near: Vec<bool>,
     rides: Vec<Ride>,
@@ -98,6 +108,8 @@ pub struct Sharp<const D: usize> {
     fluid_viscosity: f64,
     gravity: Vector3<f64>,
     values: Vec<Vector3<f64>>,
+    /// What covered faces change of the acceleration of the cells beside them (m/s2), in the order of the skins' own cells.
+    excess: Vec<[f64; D]>,
     /// History of the face velocities beside that of the cells (m/s).
     memory: VectorField<D>,
     /// Faces that were covered in the last step, by axis, and the open part that they had.
@@ -129,22 +141,28 @@ impl<const D: usize> Sharp<D> {
         fluid_viscosity: f64,
     ) -> Sharp<D> {
         let (n, h) = (bodies.len(), reach(&grid.h).0);
+        let periods = std::array::from_fn(|a| (a < D && grid.periodic[a]).then(|| grid.size[a]));
+        let size = std::array::from_fn(|a| if a < D { grid.size[a] } else { 1.0 });
         let skins: Vec<_> = bodies.iter().map(|b| Skin::new(grid, b.radius, h)).collect();
         let faces = skins.iter().map(|s| s.cuts[0].capacity()).sum();
         Sharp {
             values: Vec::with_capacity(skins.iter().map(|s| s.inside.capacity()).sum()),
+            excess: Vec::with_capacity(skins.iter().map(|s| s.solid.capacity()).sum()),
             covered: std::array::from_fn(|_| Vec::with_capacity(faces)),
             entries: Vec::with_capacity(2 * D * faces),
             weights: Vec::with_capacity(n * D),
             skins,
             near: (0..n).map(|_| Vec::with_capacity(16)).collect(),
             had_near: vec![false; n],
+            largest: bodies.iter().fold(0.0, |most, b| most.max(b.radius)),
+            reach: vec![0.5 * skin::NEAR * h; n],
+            neighbours: Neighbours::new(&bodies, size, periods),
             rides: vec![Ride::default(); n],
             exchange: vec![Exchange::default(); n],
             push: vec![Push::default(); n],
             places: vec![Vector3::zeros(); n],
             contacts: contacts.map(|c| c.within(fluid_density, STANDOFF * h)),
-            periods: std::array::from_fn(|a| (a < D && grid.periodic[a]).then(|| grid.size[a])),
+            periods,
             h,
             fluid_density,
             fluid_viscosity,
@@ -275,17 +293,25 @@ impl<const D: usize> Sharp<D> {
             *had = !near.is_empty();
             near.clear();
         }
-        let reach = skin::NEAR * self.h;
+        let near = &mut self.near;
+        self.neighbours.sort(&self.bodies, 2.0 * self.largest + self.reach[0]);
         for i in 0..self.bodies.len() {
-            for j in i + 1..self.bodies.len() {
-                let (a, b) = (&self.bodies[i], &self.bodies[j]);
-                let within = a.radius + b.radius + reach;
-                if nearest_image(&a.centre, &b.centre, &self.periods).norm_squared() < within * within {
-                    self.near[i].push(j);
-                    self.near[j].push(i);
-                }
-            }
+            self.neighbours.around(i, &self.bodies, &self.reach, |j| {
+                near[i].push(j);
+                near[j].push(i);
+            });
         }
+        // In the order of the bodies, so that sums do not depend on how they were found.
+        near.iter_mut().for_each(|near| near.sort_unstable());
+    }
+
+    /// Whether a body is so near to a side of the box that its probes reach deep into the ghosts there.
+    pub fn near_borders(&self, grid: &Grid<D>) -> bool {
+        let near = |b: &Body, a: usize| {
+            let reach = b.radius + grid.ghosts as f64 * grid.h[a];
+            b.centre[a] < reach || b.centre[a] > grid.size[a] - reach
+        };
+        self.bodies.iter().any(|b| (0..D).any(|a| near(b, a)))
     }
 
     /// How much of the face velocities' history a step of `dt` (s) forgets, at the largest face speed (m/s).
@@ -303,28 +329,32 @@ impl<const D: usize> Sharp<D> {
         acceleration: &VectorField<D>,
         faces: &mut VectorField<D>,
     ) {
-        let keep = 1.0 - self.chi;
-        for axis in 0..D {
-            let s = grid.stride[axis];
-            let (memory, face) = (&mut self.memory[axis], &mut faces[axis]);
-            for row in grid.face_rows(axis) {
-                let (low, high) = (&u[axis][row.start - s..row.end - s], &u[axis][row.clone()]);
-                for ((m, l), h) in memory[row].iter_mut().zip(low).zip(high) {
-                    *m = 0.5 * (l + h) + keep * *m;
+        let (keep, memory) = (1.0 - self.chi, &mut self.memory);
+        wide(
+            #[inline(always)]
+            || {
+                for (axis, (memory, face)) in memory.iter_mut().zip(faces.iter_mut()).enumerate() {
+                    for row in grid.face_rows(axis) {
+                        let mean = means(&u[axis], row.clone(), grid.stride[axis]);
+                        let to = memory[row.clone()].iter_mut().zip(face[row.clone()].iter_mut());
+                        for (i, ((m, f), a)) in to.zip(&acceleration[axis][row]).enumerate() {
+                            *m = mean(i) + keep * *m;
+                            *f = *m + dt * a;
+                        }
+                    }
                 }
-            }
+            },
+        );
+        for axis in 0..D {
+            let (memory, face, a) = (&mut self.memory[axis], &mut faces[axis], &acceleration[axis]);
+            // Of what two bodies cover both have their say, each with all that the memory has.
             for cut in self.skins.iter().flat_map(|skin| &skin.cuts[axis]) {
                 memory[cut.face] += to_open_part(grid, axis, cut.face, &cut.open, &u[axis]);
-            }
-            for row in grid.face_rows(axis) {
-                let a = &acceleration[axis][row.clone()];
-                for ((f, m), a) in face[row.clone()].iter_mut().zip(&memory[row]).zip(a) {
-                    *f = m + dt * a;
-                }
+                face[cut.face] = memory[cut.face] + dt * a[cut.face];
             }
             for (skin, body) in self.skins.iter().zip(&self.bodies) {
                 for cut in &skin.cuts[axis] {
-                    let q = memory[cut.face] + dt * acceleration[axis][cut.face];
+                    let q = memory[cut.face] + dt * a[cut.face];
                     face[cut.face] += cut.covered * (body.velocity[axis] - q) + body.spin.cross(&cut.lever)[axis];
                 }
             }
@@ -342,15 +372,23 @@ impl<const D: usize> Sharp<D> {
         dt: f64,
         acceleration: &VectorField<D>,
     ) {
-        for axis in 0..D {
-            let (s, memory) = (grid.stride[axis], &mut self.memory[axis]);
-            for row in grid.face_rows(axis) {
-                let (low, high) = (&u[axis][row.start - s..row.end - s], &u[axis][row.clone()]);
-                let a = &acceleration[axis][row.clone()];
-                for (((m, l), h), a) in memory[row].iter_mut().zip(low).zip(high).zip(a) {
-                    *m += dt * a - 0.5 * (l + h);
+        let memory = &mut self.memory;
+        wide(
+            #[inline(always)]
+            || {
+                for (axis, memory) in memory.iter_mut().enumerate() {
+                    for row in grid.face_rows(axis) {
+                        let mean = means(&u[axis], row.clone(), grid.stride[axis]);
+                        let a = &acceleration[axis][row.clone()];
+                        for (i, (m, a)) in memory[row].iter_mut().zip(a).enumerate() {
+                            *m += dt * a - mean(i);
+                        }
+                    }
                 }
-            }
+            },
+        );
+        for axis in 0..D {
+            let memory = &mut self.memory[axis];
             for cut in self.skins.iter().flat_map(|skin| &skin.cuts[axis]) {
                 memory[cut.face] -= to_open_part(grid, axis, cut.face, &cut.open, &u[axis]);
             }
@@ -371,32 +409,32 @@ impl<const D: usize> Sharp<D> {
         self.memory.iter_mut().for_each(|m| m.fill(0.0));
     }
 
-    /// Adds to the cells what `dt` (s) of the acceleration on faces (m/s2) gives beyond the mean of their two faces', which
-    /// they have: where faces are covered the open ones count. With `book`, the momentum is booked.
-    pub fn open_gradient(
-        &mut self,
-        grid: &Grid<D>,
-        beta: &FaceCoefficient<D>,
-        dt: f64,
-        acceleration: &VectorField<D>,
-        book: bool,
-        u: &mut VectorField<D>,
-    ) {
+    /// Finds what the acceleration on faces (m/s2) gives the cells beyond the mean of their two faces', which they have: where
+    /// faces are covered the open ones count.
+    pub fn find_open_gradient(&mut self, grid: &Grid<D>, beta: &FaceCoefficient<D>, acceleration: &VectorField<D>) {
+        self.excess.clear();
+        for o in self.skins.iter().flat_map(Skin::own_cells) {
+            self.excess.push(std::array::from_fn(|axis| {
+                let (low, high) = (o.cell, o.cell + grid.stride[axis]);
+                let [open_low, open_high] = [low, high].map(|f| beta.at(axis, f) * self.fluid_density);
+                let (a_low, a_high) = (acceleration[axis][low], acceleration[axis][high]);
+                let open = (open_low * a_low + open_high * a_high) / (1.0 + 0.5 * (open_low + open_high));
+                open - 0.5 * (a_low + a_high)
+            }));
+        }
+    }
+
+    /// Adds to the cells what `dt` (s) of that gives. With `book`, the momentum is booked.
+    pub fn open_gradient(&mut self, grid: &Grid<D>, dt: f64, book: bool, u: &mut VectorField<D>) {
         let mass = self.fluid_density * grid.cell_volume();
+        let mut excess = self.excess.iter();
         for (skin, ride) in self.skins.iter().zip(&mut self.rides) {
-            for (o, _) in skin.solid.iter().zip(&skin.owns).filter(|(_, owns)| **owns) {
-                let mut added = Vector3::zeros();
-                for axis in 0..D {
-                    let (low, high) = (o.cell, o.cell + grid.stride[axis]);
-                    let [open_low, open_high] = [low, high].map(|f| beta.at(axis, f) * self.fluid_density);
-                    let (a_low, a_high) = (acceleration[axis][low], acceleration[axis][high]);
-                    let sum = open_low + open_high;
-                    let open = (open_low * a_low + open_high * a_high) / (1.0 + 0.5 * sum);
-                    let more = dt * (open - 0.5 * (a_low + a_high));
-                    u[axis][o.cell] += more;
-                    added[axis] = mass * more;
+            for (o, excess) in skin.own_cells().zip(&mut excess) {
+                for (field, excess) in u.iter_mut().zip(excess) {
+                    field[o.cell] += dt * excess;
                 }
                 if book {
+                    let added = Vector3::from_fn(|a, _| if a < D { mass * (dt * excess[a]) } else { 0.0 });
                     ride.given += added;
                     ride.spun += o.arm.cross(&added);
                 }
@@ -404,18 +442,38 @@ impl<const D: usize> Sharp<D> {
         }
     }
 
+    /// Sets the velocity of the cells inside the bodies within the step: `part` of the way from `start`, at its start, to
+    /// what was imposed last, at its end.
+    pub fn impose_within(&self, part: f64, start: &VectorField<D>, u: &mut VectorField<D>) {
+        let insides = self.skins.iter().flat_map(|skin| &skin.inside);
+        for (inside, end) in insides.zip(&self.values) {
+            for (a, (start, u)) in start.iter().zip(u.iter_mut()).enumerate() {
+                let start = start[inside.cell];
+                u[inside.cell] += inside.weight * (start + part * (end[a] - start) - u[inside.cell]);
+            }
+        }
+    }
+
     /// Sets the velocity of the cells inside the bodies; ghosts of `u` filled. With `fresh`, also that of cells which the
     /// bodies have just left. With `book`, the momentum that this adds is booked.
     pub fn impose(&mut self, grid: &Grid<D>, fresh: bool, book: bool, u: &mut VectorField<D>) {
-        self.values.clear();
+        let (values, skins, bodies) = (&mut self.values, &self.skins, &self.bodies);
+        values.clear();
         let resolved = RESOLVED * self.fluid_viscosity / (self.fluid_density * self.h);
-        for (k, skin) in self.skins.iter().enumerate() {
-            for inside in skin.inside.iter().filter(|i| fresh || !i.fresh) {
-                let rigid = self.bodies[k].velocity_at(&inside.arm);
-                let profile = inside.trace.as_ref().map(|t| skin.value(t, grid, u, &self.bodies, k, Some(resolved)));
-                self.values.push(profile.map_or(rigid, |w| rigid + w));
-            }
-        }
+        wide(
+            #[inline(always)]
+            || {
+                for (k, skin) in skins.iter().enumerate() {
+                    for inside in skin.inside.iter().filter(|i| fresh || !i.fresh) {
+                        let rigid = bodies[k].velocity_at(&inside.arm);
+                        values.push(match &inside.trace {
+                            Some(trace) => rigid + skin.value(trace, grid, u, bodies, k, Some(resolved)),
+                            None => rigid,
+                        });
+                    }
+                }
+            },
+        );
         let mass = self.fluid_density * grid.cell_volume();
         let mut values = self.values.iter();
         for (skin, ride) in self.skins.iter().zip(&mut self.rides) {
@@ -435,7 +493,16 @@ impl<const D: usize> Sharp<D> {
     }
 }
 
-/// What the derivatives add to the mean of the two cells at a face when it is moved to the centroid of its open part.
+/// The means of the cells along a row of faces, of fourth order: `(-1, 9, 9, -1)/16` across each.
+#[inline(always)]
+fn means(q: &[f64], row: Range<usize>, stride: usize) -> impl Fn(usize) -> f64 {
+    let [far_low, low, high, far_high] =
+        std::array::from_fn(|k| &q[row.start + k * stride - 2 * stride..][..row.len()]);
+    move |i| 0.5625 * (low[i] + high[i]) - 0.0625 * (far_low[i] + far_high[i])
+}
+
+/// What a covered face has in place of that mean: that of the two cells, moved to the centroid of its open part by the
+/// derivatives.
 fn to_open_part<const D: usize>(grid: &Grid<D>, axis: usize, face: usize, open: &Vector3<f64>, q: &[f64]) -> f64 {
     let s = grid.stride[axis];
     let parts = (0..D).map(|a| {
@@ -445,5 +512,5 @@ fn to_open_part<const D: usize>(grid: &Grid<D>, axis: usize, face: usize, open: 
         }
         open[a] * (q[face + t] - q[face - t] + q[face - s + t] - q[face - s - t]) / (4.0 * grid.h[a])
     });
-    parts.sum()
+    0.5 * (q[face] + q[face - s]) - means(q, face..face + 1, s)(0) + parts.sum::<f64>()
 }

@@ -13,9 +13,9 @@ use nalgebra::Vector3;
 /// A point where the velocity is asked for, with its share in what is asked.
 #[derive(Clone, Copy, Debug)]
 pub struct Probe<const D: usize> {
-    /// Index in a field of the first cell of the stencil.
+    /// Index in a field of the first cell of the stencil, and the place after its second (in spacings).
     first: usize,
-    weights: [[f64; 4]; D],
+    place: [f64; D],
     /// Factor of the velocity there in the sum that it is part of.
     pub share: f64,
     /// From the body's centre (m).
@@ -25,37 +25,46 @@ pub struct Probe<const D: usize> {
 impl<const D: usize> Probe<D> {
     /// A probe at `centre + arm` (m); the point is within the stored cells, two layers from their end.
     pub fn new(grid: &Grid<D>, centre: &Vector3<f64>, arm: Vector3<f64>, share: f64) -> Probe<D> {
-        let (mut first, mut weights) = (0, [[0.0; 4]; D]);
+        let (mut first, mut place) = (0, [0.0; D]);
         for a in 0..D {
             let x = (centre[a] + arm[a]) / grid.h[a] - 0.5 - grid.start[a] as f64 + grid.ghosts as f64;
             let cell = (x.floor() - 1.0).clamp(0.0, (grid.stored[a] - 4) as f64);
-            let t = x - cell - 1.0;
-            let (below, next, after) = (t + 1.0, t - 1.0, t - 2.0);
-            weights[a] =
-                [-t * next * after / 6.0, below * next * after / 2.0, -below * t * after / 2.0, below * t * next / 6.0];
+            place[a] = x - cell - 1.0;
             first += cell as usize * grid.stride[a];
         }
-        Probe { first, weights, share, arm }
+        Probe { first, place, share, arm }
     }
 
     /// The velocity (m/s) there; ghosts of `u` filled.
-    #[inline]
+    #[inline(always)]
     pub fn velocity(&self, grid: &Grid<D>, u: &VectorField<D>) -> Vector3<f64> {
+        // Found anew each time: reading them from memory takes longer.
+        let weights = self.place.map(weights);
         let mut sum = Vector3::zeros();
         let planes = if D == 3 { 4 } else { 1 };
-        for k in 0..planes {
-            let (plane, wk) =
-                if D == 3 { (self.first + k * grid.stride[D - 1], self.weights[D - 1][k]) } else { (self.first, 1.0) };
-            for j in 0..4 {
-                let row = plane + j * grid.stride[1];
-                let wj = wk * self.weights[1][j];
-                for (a, field) in u.iter().enumerate() {
-                    let q = &field[row..row + 4];
-                    let w = &self.weights[0];
-                    sum[a] += wj * (w[0] * q[0] + w[1] * q[1] + w[2] * q[2] + w[3] * q[3]);
+        for (a, field) in u.iter().enumerate() {
+            let mut columns = [0.0; 4];
+            for k in 0..planes {
+                let (plane, wk) =
+                    if D == 3 { (self.first + k * grid.stride[D - 1], weights[D - 1][k]) } else { (self.first, 1.0) };
+                for j in 0..4 {
+                    let row = plane + j * grid.stride[1];
+                    let wj = wk * weights[1][j];
+                    for (column, q) in columns.iter_mut().zip(&field[row..row + 4]) {
+                        *column += wj * q;
+                    }
                 }
             }
+            sum[a] = columns.iter().zip(&weights[0]).map(|(c, w)| c * w).sum();
         }
         sum
     }
+}
+
+/// The weights of the four cells for the place `t` after the second.
+#[inline(always)]
+fn weights(t: f64) -> [f64; 4] {
+    let (below, next, after) = (t + 1.0, t - 1.0, t - 2.0);
+    let (low, high) = (below * t, next * after);
+    [-t * high / 6.0, below * high / 2.0, -low * after / 2.0, low * next / 6.0]
 }

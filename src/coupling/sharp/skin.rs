@@ -125,6 +125,11 @@ impl<const D: usize> Skin<D> {
         }
     }
 
+    /// Cells in which it speaks for the wall.
+    pub fn own_cells(&self) -> impl Iterator<Item = &Overlap> {
+        self.solid.iter().zip(&self.owns).filter_map(|(cell, owns)| owns.then_some(cell))
+    }
+
     /// Finds the faces and cells of the body `k`; `shift` is how far it has moved since the last time (m).
     pub fn rebuild(&mut self, around: &Surroundings<D>, k: usize, shift: &Vector3<f64>) {
         let (grid, body) = (around.grid, &around.bodies[k]);
@@ -256,6 +261,7 @@ impl<const D: usize> Skin<D> {
     }
 
     /// The value of a trace (m/s, or 1/s of a slope) for a body and a velocity field with its ghosts filled.
+    #[inline(always)]
     pub fn value(
         &self,
         trace: &Trace,

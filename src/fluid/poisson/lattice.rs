@@ -110,5 +110,5 @@ impl Lattice {
 
 /// Fills the ghosts that belong to neighbours, or lie across a period.
 pub(super) fn exchange<T: Real>(halo: &mut Halo<T>, axes: usize, x: &mut [T]) -> Result<()> {
-    (0..axes).try_for_each(|axis| halo.exchange(axis, x))
+    (0..axes).try_for_each(|axis| halo.exchange(axis, 1, x))
 }

@@ -156,7 +156,18 @@ impl Sheet {
         Ok(backend.present()?)
     }
 
-    fn write_svg(&self, (width, height): (u32, u32), path: &Path) -> Drawn {
+    fn write_svg(&self, size: (u32, u32), path: &Path) -> Drawn {
+        Ok(std::fs::write(path, self.svg_text(size)?)?)
+    }
+
+    /// A sheet of that width and height as SVG text.
+    pub fn svg(&self, size: Pixel) -> Result<String> {
+        register_fonts();
+        let size = ((size.0 / SCALE) as u32, (size.1 / SCALE) as u32);
+        self.svg_text(size).map_err(|error| Error::io("a figure")(io::Error::other(error)))
+    }
+
+    fn svg_text(&self, (width, height): (u32, u32)) -> std::result::Result<String, Box<dyn StdError + Send + Sync>> {
         let mut text = String::new();
         let scale = SCALE as u32;
         self.draw(SVGBackend::with_string(&mut text, (width * scale, height * scale)), true)?;
@@ -164,7 +175,7 @@ impl Sheet {
         let rounded = format!(r#"{} stroke-linejoin="round""#, sized(1));
         let text = text.replacen(&sized(scale), &rounded, 1);
         // Plotters writes a media type that only some viewers forgive.
-        Ok(std::fs::write(path, text.replace("data:png;", "data:image/png;"))?)
+        Ok(text.replace("data:png;", "data:image/png;"))
     }
 }
 

@@ -31,6 +31,17 @@ const MARKERS: [(u32, f64, f64); 5] = [(16, 5.5, 0.0), (4, 7.0, 45.0), (3, 7.0, 
 
 /// Draws series over axes. Writes `STEM.png` and `STEM.svg`.
 pub fn curves(axes: &Axes, series: &[Series], stem: &Path) -> Result<[PathBuf; 2]> {
+    let (sheet, size) = draw(axes, series);
+    sheet.write(size, stem)
+}
+
+/// The same figure as SVG text.
+pub fn curves_svg(axes: &Axes, series: &[Series]) -> Result<String> {
+    let (sheet, size) = draw(axes, series);
+    sheet.svg(size)
+}
+
+fn draw(axes: &Axes, series: &[Series]) -> (Sheet, Pixel) {
     let place = |value: f64, log: bool| if log { value.log10() } else { value };
     let place = |point: &(f64, f64)| (place(point.0, axes.log_x), place(point.1, axes.log_y));
     let good = |point: &(f64, f64)| point.0.is_finite() && point.1.is_finite();
@@ -61,9 +72,10 @@ pub fn curves(axes: &Axes, series: &[Series], stem: &Path) -> Result<[PathBuf; 2
         let placed: Vec<(f64, f64)> = series.points.iter().map(place).collect();
         for run in placed.split(|point| !good(point)).filter(|run| !run.is_empty()) {
             let pixels: Vec<Pixel> = run.iter().map(|point| frame.pixel(point.0, point.1)).collect();
-            let lines = series.style != SeriesStyle::Markers;
+            let lines = matches!(series.style, SeriesStyle::Line | SeriesStyle::Dashed);
             let pixels = if lines { thinned(&pixels) } else { pixels };
-            drawn.extend(if lines { dotted(&pixels) } else { pixels.clone() });
+            let covers = series.style != SeriesStyle::Markers;
+            drawn.extend(if covers { dotted(&pixels) } else { pixels.clone() });
             stroke(&mut sheet, series.style, index, pixels);
         }
     }
@@ -71,7 +83,7 @@ pub fn curves(axes: &Axes, series: &[Series], stem: &Path) -> Result<[PathBuf; 2
     legend(&mut sheet, series, frame.corner, extent, &drawn);
     sheet.title(&axes.title, frame.corner.0 + extent.0 / 2, top);
     let width = (frame.corner.0 + extent.0 + MARGIN).max(canvas::width(&axes.title, LARGE)) + MARGIN;
-    sheet.write((width, top + extent.1 + BELOW + MARGIN), stem)
+    (sheet, (width, top + extent.1 + BELOW + MARGIN))
 }
 
 /// Draws places in a style, in the colour and with the marker of the series of that index.
@@ -80,6 +92,10 @@ fn stroke(sheet: &mut Sheet, style: SeriesStyle, index: usize, places: Vec<Pixel
     match style {
         SeriesStyle::Line => sheet.line(places, colour, 2 * THIN),
         SeriesStyle::Dashed => sheet.dashes(places, colour, 2 * THIN),
+        SeriesStyle::Joined => {
+            sheet.line(places.clone(), colour, THIN);
+            stroke(sheet, SeriesStyle::Markers, index, places);
+        }
         SeriesStyle::Markers => {
             let (corners, radius, first) = MARKERS[index % MARKERS.len()];
             let corner = |(x, y): Pixel, k: u32| {
@@ -116,8 +132,10 @@ fn legend(sheet: &mut Sheet, series: &[Series], (left, top): Pixel, extent: Pixe
     for (row, (index, series)) in named().enumerate() {
         let middle = y + PAD / 2 + ROW * row as i32 + ROW / 2;
         let ends = [0, 1, 2].map(|k| (x + PAD + k * SAMPLE / 2, middle));
-        let markers = series.style == SeriesStyle::Markers;
-        stroke(sheet, series.style, index, if markers { vec![ends[1]] } else { ends.to_vec() });
+        match series.style {
+            SeriesStyle::Line | SeriesStyle::Dashed => stroke(sheet, series.style, index, ends.to_vec()),
+            SeriesStyle::Markers | SeriesStyle::Joined => stroke(sheet, SeriesStyle::Markers, index, vec![ends[1]]),
+        }
         let (at, anchor) = ((x + 2 * PAD + SAMPLE, middle), (HPos::Left, VPos::Center));
         sheet.text(&series.label, SMALL, at, anchor, FontTransform::None);
     }

@@ -29,6 +29,17 @@ const SEQUENTIAL: [u32; 6] = [0x0d0887, 0x5402a3, 0x8b0aa5, 0xb93289, 0xdb5c68, 
 
 /// Draws vorticity as a colour map with streamlines and discs over it. Writes `STEM.png` and `STEM.svg`.
 pub fn vorticity(plane: &Plane, stem: &Path) -> Result<[PathBuf; 2]> {
+    let (sheet, size) = draw_vorticity(plane, stem)?;
+    sheet.write(size, stem)
+}
+
+/// The same figure as SVG text.
+pub fn vorticity_svg(plane: &Plane) -> Result<String> {
+    let (sheet, size) = draw_vorticity(plane, Path::new("vorticity"))?;
+    sheet.svg(size)
+}
+
+fn draw_vorticity(plane: &Plane, stem: &Path) -> Result<(Sheet, Pixel)> {
     check(plane, stem)?;
     let limit = vorticity_limit(plane);
     let field = Field::new(plane, &DIVERGING, -limit..limit, "vorticity (1/s)");
@@ -37,16 +48,27 @@ pub fn vorticity(plane: &Plane, stem: &Path) -> Result<[PathBuf; 2]> {
         let at = [x * plane.size[0], y * plane.size[1]];
         field.colour(sample(plane, &plane.vorticity, at))
     });
-    field.write(sheet, stem, |_| RGBColor(70, 70, 70))
+    Ok(field.finish(sheet, |_| RGBColor(70, 70, 70)))
 }
 
 /// Draws streamlines coloured by speed, with discs, on white. Writes `STEM.png` and `STEM.svg`.
 pub fn streamlines(plane: &Plane, stem: &Path) -> Result<[PathBuf; 2]> {
+    let (sheet, size) = draw_streamlines(plane, stem)?;
+    sheet.write(size, stem)
+}
+
+/// The same figure as SVG text.
+pub fn streamlines_svg(plane: &Plane) -> Result<String> {
+    let (sheet, size) = draw_streamlines(plane, Path::new("streamlines"))?;
+    sheet.svg(size)
+}
+
+fn draw_streamlines(plane: &Plane, stem: &Path) -> Result<(Sheet, Pixel)> {
     check(plane, stem)?;
     let fastest = Some(trace::fastest(plane)).filter(|speed| *speed > 1e-300);
     let field = Field::new(plane, &SEQUENTIAL, 0.0..fastest.unwrap_or(1.0), "speed (m/s)");
     let speed = |at: Point| sample(plane, &plane.u, at).hypot(sample(plane, &plane.v, at));
-    field.write(Sheet::default(), stem, |at| field.colour(speed(at)))
+    Ok(field.finish(Sheet::default(), |at| field.colour(speed(at))))
 }
 
 fn check(plane: &Plane, stem: &Path) -> Result<()> {
@@ -113,8 +135,8 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Draws streamlines in the colours of a point, then all that lies over them, and writes the files.
-    fn write(&self, mut sheet: Sheet, stem: &Path, colour: impl Fn(Point) -> RGBColor) -> Result<[PathBuf; 2]> {
+    /// Draws streamlines in the colours of a point, then all that lies over them; returns the sheet and its size.
+    fn finish(&self, mut sheet: Sheet, colour: impl Fn(Point) -> RGBColor) -> (Sheet, Pixel) {
         for line in trace::streamlines(self.plane, self.separation) {
             self.streamline(&mut sheet, &line, &colour);
         }
@@ -127,7 +149,7 @@ impl<'a> Field<'a> {
         self.plot.axes(&mut sheet, false);
         self.bar.axes(&mut sheet, true);
         sheet.title(&self.plane.title, self.plot.corner.0 + self.plot.extent.0 / 2, self.bar.corner.1);
-        sheet.write(self.size, stem)
+        (sheet, self.size)
     }
 
     fn colour(&self, value: f64) -> RGBColor {

@@ -8,8 +8,8 @@ mod curves;
 mod field;
 mod trace;
 
-pub use curves::curves;
-pub use field::{streamlines, vorticity};
+pub use curves::{curves, curves_svg};
+pub use field::{streamlines, streamlines_svg, vorticity, vorticity_svg};
 
 /// A plane cut of the flow for drawing: cell values, x fastest.
 #[derive(Debug, Clone, Default)]
@@ -61,6 +61,8 @@ pub enum SeriesStyle {
     Dashed,
     /// A marker at each point.
     Markers,
+    /// A marker at each point, and a thin line from one to the next.
+    Joined,
 }
 
 /// The axes of a line or point figure.

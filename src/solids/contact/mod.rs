@@ -23,11 +23,12 @@ mod substep;
 mod tests;
 
 use crate::solids::{Body, Shape};
+use crate::tape::{Lasting, Tape};
 use crate::{Error, Result};
 use law::Law;
 pub use law::{Damping, Laws, Material};
 use nalgebra::Vector3;
-use neighbours::Neighbours;
+pub(crate) use neighbours::Neighbours;
 use substep::{Answer, RIGID};
 
 /// A border of the box, normal to an axis; its inner side faces the box.
@@ -335,6 +336,47 @@ impl Contacts {
             }
         }
         Ok(())
+    }
+}
+
+impl Lasting for Contacts {
+    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        let mut memory: Vec<_> = self.memory().map(|(first, second, spring)| ((first, second), spring)).collect();
+        memory.pass(tape)?;
+        if tape.plays() {
+            self.remember(memory.into_iter().map(|((first, second), spring)| (first, second, spring)))?;
+        }
+        let Contacts {
+            // What lasts of them is the memory above.
+            pairs: _,
+            old: _,
+            // The case's.
+            materials: _,
+            walls: _,
+            laws: _,
+            size: _,
+            periods: _,
+            substeps: _,
+            carried: _,
+            standoff: _,
+            // Found anew in every step.
+            neighbours: _,
+            answers: _,
+            travelled: _,
+            reach: _,
+            paired: _,
+            loads: _,
+            impulses: _,
+            wall_impulse: _,
+        } = self;
+        Ok(())
+    }
+}
+
+impl Lasting for Push {
+    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        let Push { acceleration, angular } = self;
+        tape.pass([acceleration, angular])
     }
 }
 

@@ -11,7 +11,7 @@ use crate::solids::{Body, Shape, nearest_image};
 
 /// Cell lists over a box. They allocate when built only.
 #[derive(Clone, Debug)]
-pub(super) struct Neighbours {
+pub(crate) struct Neighbours {
     size: [f64; 3],
     periods: [Option<f64>; 3],
     /// Axes along which bodies can lie apart.
@@ -27,7 +27,7 @@ pub(super) struct Neighbours {
 
 impl Neighbours {
     /// Lists for these bodies in a box of `size` (m) with the given `periods` (m).
-    pub(super) fn new(bodies: &[Body], size: [f64; 3], periods: [Option<f64>; 3]) -> Neighbours {
+    pub(crate) fn new(bodies: &[Body], size: [f64; 3], periods: [Option<f64>; 3]) -> Neighbours {
         Neighbours {
             size,
             periods,
@@ -41,7 +41,7 @@ impl Neighbours {
     }
 
     /// Puts the bodies into cells of at least `edge` (m).
-    pub(super) fn sort(&mut self, bodies: &[Body], edge: f64) {
+    pub(crate) fn sort(&mut self, bodies: &[Body], edge: f64) {
         self.checks = 0;
         let most = most_cells(bodies.len());
         self.cells = [1; 3];
@@ -73,7 +73,7 @@ impl Neighbours {
     }
 
     /// Calls `take` with every `j > i` within reach of `i`, once each.
-    pub(super) fn around(&mut self, i: usize, bodies: &[Body], reach: &[f64], mut take: impl FnMut(usize)) {
+    pub(crate) fn around(&mut self, i: usize, bodies: &[Body], reach: &[f64], mut take: impl FnMut(usize)) {
         let (at, cells) = (self.place[i], self.cells);
         let ranges: [_; 3] = std::array::from_fn(|a| self.range(a, at[a]));
         for z in ranges[2].clone() {

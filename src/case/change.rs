@@ -1,0 +1,104 @@
+//! What a case may change when a run goes on.
+
+use super::Loaded;
+use crate::{Error, Result};
+use toml::{Table, Value};
+
+/// What a run may go on with changed: when it ends, what it writes, and how the pressure equation is solved.
+const FREE: [&str; 4] = ["time.end", "output", "pressure", "petsc"];
+
+impl Loaded {
+    /// Refuses to go on with a run whose case, as it was written out then, differs in more than a restart may change.
+    ///
+    /// # Errors
+    /// With the first key that differs and what it was.
+    pub fn refuse_changes(&self, before: &str) -> Result<()> {
+        let parsed = before.parse::<Table>();
+        let before = parsed.map_err(|e| Error::Usage(format!("its case is not TOML: {}", e.message())))?;
+        let now = self.case.to_toml().parse::<Table>().map_err(|e| Error::Usage(e.message().to_owned()))?;
+        let Some((key, was)) = difference(&Value::Table(before), &Value::Table(now), String::new()) else {
+            return Ok(());
+        };
+        let was = was.map_or("was not given".to_owned(), |was| format!("was {was}"));
+        let why = format!("{was} in the run to go on with; a restart may change {} only", FREE.join(", "));
+        Err(self.error_at(&key, why + ": give the old value, or another --out for a run of its own"))
+    }
+}
+
+/// The key of the first value that differs, and what it was; free keys aside.
+fn difference(before: &Value, now: &Value, key: String) -> Option<(String, Option<String>)> {
+    let below = |name: &str| if key.is_empty() { name.to_owned() } else { format!("{key}.{name}") };
+    if FREE.contains(&key.as_str()) {
+        return None;
+    }
+    match (before, now) {
+        (Value::Table(a), Value::Table(b)) => {
+            let differs = |(name, was): (&String, &Value)| match b.get(name) {
+                Some(is) => difference(was, is, below(name)),
+                None => Some((below(name), Some(brief(was)))),
+            };
+            let more = || b.keys().find(|name| !a.contains_key(*name)).map(|name| (below(name), None));
+            a.iter().find_map(differs).or_else(more)
+        }
+        (Value::Array(a), Value::Array(b)) if a.len() == b.len() && a.iter().all(Value::is_table) => {
+            a.iter().zip(b).enumerate().find_map(|(k, (a, b))| difference(a, b, below(&k.to_string())))
+        }
+        (Value::Array(a), Value::Array(b)) if a.len() != b.len() && a.iter().chain(b).all(Value::is_table) => {
+            Some((key, Some(format!("{} of them", a.len()))))
+        }
+        (a, b) => (a != b).then(|| (key, Some(brief(a)))),
+    }
+}
+
+/// A value in a line.
+fn brief(value: &Value) -> String {
+    let text = value.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+    if text.chars().count() > 60 { "another".into() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::load;
+
+    const BOX: &str = "name = \"box\"\n[domain]\nsize = [2.0, 1.0]\ncells = [16, 8]\n[fluid]\ndensity = 1.0\nviscosity = 0.1\n\
+        [boundary]\nwest = \"wall\"\neast = \"wall\"\nsouth = \"wall\"\nnorth = \"wall\"\n[time]\nend = 1.0\n\
+        [[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.5, 0.5]\n";
+
+    /// Why a run of the box may not go on with this override.
+    fn refusal(given: &str) -> Option<String> {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("case.toml");
+        std::fs::write(&file, BOX).unwrap();
+        let before = load(&file, &[]).unwrap().case.to_toml();
+        load(&file, &[given.to_owned()]).unwrap().refuse_changes(&before).err().map(|e| e.to_string())
+    }
+
+    #[test]
+    fn a_restart_may_change_the_end_the_output_and_the_solver() {
+        for given in [
+            "time.end=2.0",
+            "output.fields={ every = 3 }",
+            "output.checkpoint.every_steps=7",
+            "petsc.options=\"-ksp_type cg\"",
+            "pressure.divergence_limit=1e-4",
+        ] {
+            assert_eq!(refusal(given), None);
+        }
+    }
+
+    #[test]
+    fn any_other_change_is_refused_with_its_key_and_what_it_was() {
+        for (given, key, was) in [
+            ("fluid.viscosity=0.2", "fluid.viscosity", "was 0.1 in the run"),
+            ("domain.cells=[32, 16]", "domain.cells", "was [16, 8] in the run"),
+            ("particle.0.position=[0.6, 0.5]", "particle.0.position", "was [0.5, 0.5] in the run"),
+            ("time.step=0.01", "time.cfl", "was 0.4 in the run"),
+            ("particle=[]", "particle", "was another in the run"),
+            ("contact.normal_stiffness=9.0", "contact", "was not given in the run"),
+        ] {
+            let why = refusal(given).unwrap();
+            assert!(why.contains(&format!(": {key}: {was}")), "{given}: {why}");
+            assert!(why.contains("may change time.end, output, pressure, petsc only"), "{why}");
+        }
+    }
+}

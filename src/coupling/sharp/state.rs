@@ -1,0 +1,83 @@
+//! What lasts of sharp walls from one step to the next.
+
+use super::{Ride, Sharp};
+use crate::Result;
+use crate::fluid::faces::FaceCoefficient;
+use crate::grid::{Boundaries, Grid};
+use crate::tape::{Lasting, Tape};
+
+impl Lasting for Ride {
+    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        let Ride {
+            push,
+            shear_before,
+            rest,
+            owed,
+            inside,
+            swirl,
+            // Found anew in every step.
+            start: _,
+            expected: _,
+            inertia: _,
+            pressure: _,
+            shear: _,
+            given: _,
+            spun: _,
+        } = self;
+        tape.pass([push, shear_before, rest, owed, inside, swirl])
+    }
+}
+
+impl<const D: usize> Sharp<D> {
+    /// Passes what lasts. Collective.
+    pub fn pass(&mut self, grid: &Grid<D>, tape: &mut Tape) -> Result<()> {
+        let Sharp {
+            bodies,
+            rides,
+            exchange,
+            contacts,
+            memory,
+            // Follow from the bodies' places ([`Sharp::take_up`]); faces opened in a step are found in it.
+            skins: _,
+            near: _,
+            had_near: _,
+            neighbours: _,
+            covered: _,
+            // Found anew in every step.
+            push: _,
+            places: _,
+            values: _,
+            excess: _,
+            chi: _,
+            courant: _,
+            weights: _,
+            entries: _,
+            buffer: _,
+            // The case's.
+            periods: _,
+            h: _,
+            largest: _,
+            reach: _,
+            fluid_density: _,
+            fluid_viscosity: _,
+            gravity: _,
+            session: _,
+        } = self;
+        tape.label("sharp walls")?;
+        tape.each("bodies", bodies)?;
+        tape.each("rides", rides)?;
+        tape.each("exchange", exchange)?;
+        if let Some(contacts) = contacts {
+            tape.label("contacts")?;
+            contacts.pass(tape)?;
+        }
+        tape.faces(grid, memory)
+    }
+
+    /// Finds what follows from the bodies' places after they have been played.
+    pub fn take_up(&mut self, grid: &Grid<D>, boundaries: &Boundaries<D>, beta: &mut FaceCoefficient<D>) {
+        self.settle(grid, boundaries, beta);
+        // What the old places covered is no history of this run.
+        self.covered.iter_mut().for_each(Vec::clear);
+    }
+}

@@ -1,0 +1,40 @@
+//! Ctrl-C and SIGTERM: the first asks a run to stop after its step, a second one of the same kind ends it at once.
+
+use crate::{Error, Result};
+use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
+use signal_hook::flag;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What ends a run early. mpirun hands SIGUSR1 on to its ranks and lets them live, where it gives them a second only after
+/// Ctrl-C; schedulers send it ahead of the end of a job.
+const SIGNALS: [i32; 3] = [SIGINT, SIGTERM, SIGUSR1];
+
+/// The exit status after an interruption.
+pub const STATUS: u8 = 130;
+
+/// Whether somebody has asked this process to stop.
+pub struct Interrupt([Arc<AtomicBool>; SIGNALS.len()]);
+
+impl Interrupt {
+    /// Listens from now on, for the rest of the process.
+    ///
+    /// # Errors
+    /// When the system refuses to install a handler.
+    pub fn listen() -> Result<Interrupt> {
+        // Each kind has a flag of its own: on a terminal a rank gets SIGINT, and SIGTERM from mpirun for the same Ctrl-C.
+        let asked: [Arc<AtomicBool>; SIGNALS.len()] = Default::default();
+        for (signal, asked) in SIGNALS.into_iter().zip(&asked) {
+            // In this order, so that the first signal does not find the flag that it sets itself.
+            flag::register_conditional_shutdown(signal, i32::from(STATUS), asked.clone())
+                .and_then(|_| flag::register(signal, asked.clone()))
+                .map_err(Error::io("signal handler"))?;
+        }
+        Ok(Interrupt(asked))
+    }
+
+    /// Whether a signal has come.
+    pub fn asked(&self) -> bool {
+        self.0.iter().any(|asked| asked.load(Ordering::Relaxed))
+    }
+}

@@ -1,0 +1,94 @@
+//! Measures beside their references: what `summary.json`, `mics report` and `mics validate` say of them.
+
+use crate::case::{Measure, Reference};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// A measured value beside its reference.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Comparison {
+    /// What was measured; none where the run gave no value.
+    pub value: Option<f64>,
+    /// What it ought to be.
+    pub reference: Reference,
+    /// How far from it still passes, as a part of the reference (of a band: of its middle, beyond its ends).
+    pub tolerance: f64,
+    /// The error, as a part of the reference (of a band: against its middle).
+    pub error: Option<f64>,
+    /// Whether the value is within the tolerance.
+    pub pass: bool,
+    /// Where the reference is from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
+}
+
+impl Comparison {
+    /// Compares a value with the reference of its measure; `None` where it has none.
+    pub fn of(measure: &Measure, value: Option<f64>) -> Option<Comparison> {
+        let reference = measure.reference?;
+        let tolerance = measure.tolerance.unwrap_or(0.0);
+        let middle = reference.middle();
+        Some(Comparison {
+            value,
+            reference,
+            tolerance,
+            error: value.map(|v| (v - middle) / middle.abs()).filter(|error| error.is_finite()),
+            pass: value.is_some_and(|v| reference.holds(v, tolerance)),
+            source: measure.source.clone(),
+        })
+    }
+
+    /// `pass` or `falls short`.
+    pub fn verdict(&self) -> &'static str {
+        if self.pass { "pass" } else { "falls short" }
+    }
+}
+
+impl fmt::Display for Comparison {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "reference {}", self.reference)?;
+        if self.tolerance > 0.0 {
+            write!(f, " within {}", percent(self.tolerance))?;
+        }
+        if let Some(error) = self.error {
+            write!(f, ", error {}", signed_percent(error))?;
+        }
+        write!(f, ": {}", self.verdict())
+    }
+}
+
+/// A part in percent, with the digits that it needs: `2 %`, `0.5 %`.
+pub fn percent(part: f64) -> String {
+    let text = format!("{:.2}", 100.0 * part);
+    format!("{} %", text.trim_end_matches('0').trim_end_matches('.'))
+}
+
+/// A signed part in percent: `+1.74 %`.
+pub fn signed_percent(part: f64) -> String {
+    format!("{:+.2} %", 100.0 * part)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn measure(reference: &str) -> Measure {
+        toml::from_str(&format!("name = \"m\"\nkind = \"max_speed\"\n{reference}")).unwrap()
+    }
+
+    #[test]
+    fn a_value_passes_within_the_tolerance_of_its_reference_and_falls_short_beyond() {
+        let number = measure("reference = -2.0\ntolerance = 0.05");
+        let of = |value| Comparison::of(&number, Some(value)).unwrap();
+        assert!(of(-1.91).pass && of(-2.09).pass && !of(-1.89).pass && !of(2.0).pass && !of(f64::NAN).pass);
+        assert!((of(-2.1).error.unwrap() + 0.05).abs() < 1e-12, "below is negative");
+        assert_eq!(of(-2.1).to_string(), "reference -2 within 5 %, error -5.00 %: pass");
+        let band = measure("reference = [1.0, 3.0]\ntolerance = 0.1");
+        let of = |value| Comparison::of(&band, value).unwrap();
+        assert!(of(Some(0.85)).pass && of(Some(3.15)).pass && !of(Some(3.25)).pass);
+        let none = of(None);
+        assert!(!none.pass && none.error.is_none());
+        assert_eq!(none.to_string(), "reference 1 to 3 within 10 %: falls short");
+        assert_eq!(Comparison::of(&measure(""), Some(1.0)), None);
+    }
+}

@@ -1,0 +1,288 @@
+//! How far a run is: one record, at most one a second, shown as a bar on a terminal, as a line now and then elsewhere,
+//! and kept in `progress.jsonl`, which `mics watch` follows.
+
+use super::summary::Provenance;
+use super::{not_a_run, print};
+use crate::{Error, Result};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use std::fs::File;
+use std::io::{IsTerminal, Read as _, Seek as _, SeekFrom, Write as _};
+use std::path::Path;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// The file's name in a run's folder.
+pub const FILE: &str = "progress.jsonl";
+/// Least time between two records.
+const RECORD_EVERY: Duration = Duration::from_secs(1);
+/// Time between plain lines.
+const LINE_EVERY: Duration = Duration::from_secs(5);
+/// How often `mics watch` looks.
+const LOOK_EVERY: Duration = Duration::from_millis(200);
+
+/// Where a run is: a line of `progress.jsonl`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Record {
+    /// `running`, and in the last record how the run ended: `done`, `failed`, `interrupted`.
+    pub status: String,
+    /// Step count.
+    pub step: u64,
+    /// Time of the flow (s).
+    pub time: f64,
+    /// When the run ends (s).
+    pub end: f64,
+    /// The newest step (s).
+    pub dt: Option<f64>,
+    /// Steps a second.
+    pub rate: f64,
+    /// Wall-clock seconds left, as guessed from those spent; none before the first step.
+    pub left: Option<f64>,
+    /// Largest |D| of the newest step (1/s).
+    pub divergence: f64,
+    /// Largest speed of the fluid (m/s).
+    pub largest_speed: f64,
+    /// What the measures give so far.
+    pub measures: Map<String, Value>,
+    /// The process that runs it, on rank 0.
+    pub pid: u32,
+}
+
+impl Record {
+    fn done(&self) -> f64 {
+        if self.end > 0.0 { (self.time / self.end).clamp(0.0, 1.0) } else { 0.0 }
+    }
+
+    /// The record in a line, as the bar says it.
+    fn words(&self) -> String {
+        let dt = self.dt.map_or(String::new(), |dt| format!(" dt {dt:.2e} s,"));
+        let left = self.left.map_or(String::new(), |left| format!(", {} left", minutes(left)));
+        format!(
+            "t = {:.4} s, step {},{dt} |D| {:.1e}, {:.0} steps/s{left}",
+            self.time, self.step, self.divergence, self.rate
+        )
+    }
+
+    fn line(&self) -> String {
+        format!("{:>3.0} %  {}", 100.0 * self.done(), self.words())
+    }
+}
+
+/// A bar, where standard error is a terminal that can draw one.
+fn bar() -> Option<ProgressBar> {
+    let draws = std::io::stderr().is_terminal() && std::env::var_os("TERM").is_none_or(|term| term != "dumb");
+    draws.then(|| {
+        let style = ProgressStyle::with_template("{bar:20} {percent:>3} %  {msg}");
+        ProgressBar::new(1000).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+    })
+}
+
+fn show(bar: &ProgressBar, record: &Record) {
+    bar.set_position((1000.0 * record.done()) as u64);
+    bar.set_message(record.words());
+}
+
+/// Shows and keeps how far a run is.
+pub struct Progress {
+    bar: Option<ProgressBar>,
+    lines: bool,
+    /// On rank 0.
+    file: Option<File>,
+    newest: Record,
+    started: Instant,
+    /// Step and time (s) that this process began with.
+    from: Option<(u64, f64)>,
+    recorded: Option<Instant>,
+    said: Instant,
+}
+
+impl Progress {
+    /// Progress to the time `end` (s), on the screen where `shown`, and kept in the folder of the rank that has one.
+    pub fn new(shown: bool, end: f64, folder: Option<&Path>) -> Progress {
+        let bar = if shown { bar() } else { None };
+        // A disk that takes no line of progress takes no log either, and the log says so.
+        let file = folder.and_then(|f| File::options().append(true).create(true).read(true).open(f.join(FILE)).ok());
+        let mut progress = Progress {
+            lines: shown && bar.is_none(),
+            bar,
+            file,
+            newest: Record { status: "running".into(), end, pid: std::process::id(), ..Record::default() },
+            started: Instant::now(),
+            from: None,
+            recorded: None,
+            said: Instant::now(),
+        };
+        progress.end_torn_line();
+        progress
+    }
+
+    /// A run that was killed inside a write has left part of a line.
+    fn end_torn_line(&mut self) {
+        let Some(file) = &mut self.file else { return };
+        let mut last = [b'\n'];
+        if file.seek(SeekFrom::End(-1)).is_ok() && file.read_exact(&mut last).is_ok() && last != [b'\n'] {
+            let _ = file.write_all(b"\n");
+        }
+    }
+
+    /// Takes the state that the run begins with: its step count and time (s).
+    pub fn begin(&mut self, step: u64, time: f64) {
+        self.from = Some((step, time));
+        self.started = Instant::now();
+        (self.newest.step, self.newest.time) = (step, time);
+    }
+
+    /// Whether a record is due. False on ranks that keep and show none.
+    pub fn due(&self) -> bool {
+        let listened = self.file.is_some() || self.bar.is_some() || self.lines;
+        listened && self.recorded.is_none_or(|at| at.elapsed() >= RECORD_EVERY)
+    }
+
+    /// Takes the state after a step, keeps and shows it; returns a line for the log where one is due.
+    pub fn take(&mut self, state: Record) -> Option<String> {
+        self.recorded = Some(Instant::now());
+        let elapsed = self.started.elapsed().as_secs_f64().max(1e-9);
+        let (step, time) = self.from.unwrap_or_default();
+        let (rate, gone) = ((state.step - step) as f64 / elapsed, state.time - time);
+        let left = (gone > 0.0).then(|| elapsed * (state.end - state.time).max(0.0) / gone);
+        self.newest = Record { rate, left, status: "running".into(), pid: self.newest.pid, ..state };
+        self.keep();
+        if let Some(bar) = &self.bar {
+            show(bar, &self.newest);
+        }
+        (self.lines && self.said.elapsed() >= LINE_EVERY).then(|| {
+            self.said = Instant::now();
+            self.newest.line()
+        })
+    }
+
+    /// Clears the bar and keeps how the run ended.
+    pub fn finish(&mut self, status: &str, step: u64, time: f64, measures: Map<String, Value>) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+        let left = None;
+        self.newest = Record { status: status.into(), step, time, measures, left, ..self.newest.clone() };
+        self.keep();
+    }
+
+    fn keep(&mut self) {
+        let Some(file) = &mut self.file else { return };
+        if let Ok(text) = serde_json::to_string(&self.newest) {
+            // One write a line, so that a reader meets whole lines.
+            let _ = file.write_all((text + "\n").as_bytes());
+        }
+    }
+}
+
+/// Follows a run until it ends, from another terminal: the bar of `mics run`, or a line every few seconds.
+///
+/// # Errors
+/// When the folder holds no run, the run fails or is interrupted, or its process has gone without a word.
+pub fn watch(run: &Path) -> Result<()> {
+    let provenance = Provenance::read(run)?;
+    let here = provenance.host == crate::run::host();
+    let path = run.join(FILE);
+    let mut file = File::open(&path).map_err(|e| not_a_run(run, &format!("{FILE}: {e}")))?;
+    let bar = bar();
+    let (mut text, mut newest, mut said) =
+        (Vec::new(), Record { pid: provenance.pid, ..Record::default() }, None::<Instant>);
+    loop {
+        // Looked at before the file, so that the last words of a process that ends now are still read.
+        let gone = here && newest.pid > 0 && !Path::new("/proc").join(newest.pid.to_string()).exists();
+        let length = file.metadata().map_err(Error::io(&path))?.len();
+        if length < file.stream_position().map_err(Error::io(&path))? {
+            file.rewind().map_err(Error::io(&path))?;
+            text.clear();
+        }
+        file.read_to_end(&mut text).map_err(Error::io(&path))?;
+        let whole = text.iter().rposition(|b| *b == b'\n').map_or(0, |end| end + 1);
+        let lines: Vec<u8> = text.drain(..whole).collect();
+        let records = String::from_utf8_lossy(&lines);
+        let latest = records.lines().rev().find_map(|line| serde_json::from_str::<Record>(line).ok());
+        let fresh = latest.is_some();
+        newest = latest.unwrap_or(newest);
+        let ended = !newest.status.is_empty() && newest.status != "running";
+        if let (true, Some(bar)) = (fresh, &bar) {
+            show(bar, &newest);
+        }
+        if ended || gone {
+            break;
+        }
+        if fresh && bar.is_none() && said.is_none_or(|at| at.elapsed() >= LINE_EVERY) {
+            print(&newest.line())?;
+            said = Some(Instant::now());
+        }
+        sleep(LOOK_EVERY);
+    }
+    if let Some(bar) = bar {
+        bar.finish_and_clear();
+    }
+    print(&newest.line())?;
+    newest.measures.iter().try_for_each(|(name, value)| print(&format!("{name} = {value}")))?;
+    let at = format!("at t = {:.6} s, step {}", newest.time, newest.step);
+    match newest.status.as_str() {
+        "done" => print(&format!("done {at}")),
+        "running" | "" => Err(Error::Run(format!(
+            "{}: process {} has gone without a word, last heard of {at}: it was killed",
+            run.display(),
+            newest.pid
+        ))),
+        "interrupted" => Err(Error::Run(format!("{}: the run was interrupted {at}", run.display()))),
+        _ => Err(Error::Run(format!("{}: the run failed {at}; log.txt says why", run.display()))),
+    }
+}
+
+fn minutes(seconds: f64) -> String {
+    let s = seconds.max(0.0) as u64;
+    match s {
+        0..60 => format!("{s} s"),
+        60..3600 => format!("{} min {:02} s", s / 60, s % 60),
+        _ => format!("{} h {:02} min", s / 3600, s / 60 % 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(folder: &Path) -> Vec<String> {
+        std::fs::read_to_string(folder.join(FILE)).unwrap().lines().map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn records_are_a_second_apart_and_the_last_says_how_the_run_ended() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut progress = Progress::new(false, 2.0, Some(folder.path()));
+        progress.begin(10, 1.0);
+        let state = |step, time| Record { step, time, end: 2.0, dt: Some(0.1), ..Record::default() };
+        assert!(progress.due());
+        assert_eq!(progress.take(state(11, 1.25)), None, "nothing is shown");
+        assert!(!progress.due(), "within the second");
+        let said = Map::from_iter([("drag".to_owned(), 1.5.into())]);
+        progress.finish("done", 20, 2.0, said);
+        let kept: Vec<Record> = lines(folder.path()).iter().map(|l| serde_json::from_str(l).unwrap()).collect();
+        assert_eq!((kept.len(), kept[0].status.as_str(), kept[0].step), (2, "running", 11));
+        assert_eq!((kept[1].status.as_str(), kept[1].step, kept[1].time, kept[1].left), ("done", 20, 2.0, None));
+        assert_eq!(kept[1].measures["drag"], 1.5);
+        // A quarter of the time that was left when this process began took as long as it did: three times that is left.
+        assert!(kept[0].rate > 0.0 && (kept[0].left.unwrap() * kept[0].rate - 3.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_line_torn_by_a_kill_does_not_spoil_the_next() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join(FILE), "{\"status\":\"runn").unwrap();
+        Progress::new(false, 2.0, Some(folder.path())).finish("done", 3, 2.0, Map::new());
+        let kept = lines(folder.path());
+        assert_eq!(kept.len(), 2);
+        assert_eq!(serde_json::from_str::<Record>(&kept[1]).unwrap().step, 3);
+    }
+
+    #[test]
+    fn time_left_is_said_in_words_that_fit_it() {
+        assert_eq!([4.0, 75.0, 3660.0, -1.0].map(minutes), ["4 s", "1 min 15 s", "1 h 01 min", "0 s"]);
+    }
+}

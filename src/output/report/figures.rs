@@ -1,0 +1,165 @@
+//! The figures of a report, as SVG text.
+
+use super::Run;
+use crate::Result;
+use crate::case::Motion;
+use crate::output::figure::{self, Axes, Series, SeriesStyle};
+use crate::output::plot;
+use crate::output::snapshot::Snapshot;
+use std::path::Path;
+
+/// A figure and what stands below it.
+pub struct Figure {
+    /// SVG text.
+    pub svg: String,
+    /// In a few words.
+    pub title: &'static str,
+    /// What it shows.
+    pub caption: String,
+    /// The part of the report that it is in.
+    pub part: Part,
+}
+
+/// Parts of a report that have figures.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// The flow.
+    Fields,
+    /// Forces, speeds and paths of particles.
+    Particles,
+    /// Divergence, iterations, steps.
+    Numerics,
+}
+
+/// All figures that the run's folder gives.
+pub fn figures(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
+    let mut all = fields(run, folder)?;
+    all.extend(forces(run, folder)?);
+    all.extend(motion(run, folder)?);
+    all.extend(numerics(run)?);
+    Ok(all)
+}
+
+/// Draws curves where there is something to draw.
+fn curves(part: Part, title: &'static str, caption: &str, axes: Axes, series: &[Series]) -> Result<Option<Figure>> {
+    if series.iter().all(|s| s.points.len() < 2) {
+        return Ok(None);
+    }
+    Ok(Some(Figure { svg: figure::curves_svg(&axes, series)?, title, caption: caption.into(), part }))
+}
+
+fn axes(x_label: &str, y_label: &str) -> Axes {
+    Axes { x_label: x_label.into(), y_label: y_label.into(), ..Axes::default() }
+}
+
+fn fields(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
+    // A run that has written no field yet has no figure of one.
+    let Ok(newest) = plot::newest_snapshot(folder) else { return Ok(Vec::new()) };
+    let mut plane = plot::plane(&run.case, &Snapshot::read(&newest)?, folder, &run.particles)?;
+    // "name, t = 3 s, z = 0.4 m": the name is the report's.
+    let place = plane.title.split_once(", ").map_or(String::new(), |(_, place)| place.to_owned());
+    plane.title.clear();
+    let figure =
+        |svg, title, what: &str| Figure { svg, title, caption: format!("{what} at {place}."), part: Part::Fields };
+    Ok(vec![
+        figure(
+            figure::vorticity_svg(&plane)?,
+            "Vorticity",
+            "Vorticity, blue clockwise and red counterclockwise, with streamlines,",
+        ),
+        figure(figure::streamlines_svg(&plane)?, "Streamlines", "Streamlines, coloured by speed,"),
+    ])
+}
+
+/// The force on particle 0 along an axis and its parts.
+fn forces(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
+    if run.case.particle.is_empty() || run.particles.1.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut all = Vec::new();
+    for (axis, title) in [("x", "Force along x"), ("y", "Force along y")] {
+        let mut series = Vec::new();
+        for (column, label, style) in [
+            ("fluid", "by the fluid", SeriesStyle::Line),
+            ("pressure", "pressure", SeriesStyle::Dashed),
+            ("viscous", "viscous", SeriesStyle::Dashed),
+            ("convective", "convective, the rest", SeriesStyle::Dashed),
+            ("contact", "by contacts", SeriesStyle::Line),
+        ] {
+            let mut one = plot::curve(folder, &run.particles, 0, "time", &format!("{column}_f{axis}"), label)?;
+            // An impulsive start would flatten all that follows.
+            one.points.retain(|p| p.0 > 0.02 * run.case.time.end);
+            if column != "contact" || one.points.iter().any(|p| p.1 != 0.0) {
+                series.push(Series { style, ..one });
+            }
+        }
+        let caption =
+            "The force on particle 0 and the parts that it is made of, without the first fiftieth of the run.";
+        all.extend(curves(Part::Particles, title, caption, axes("time (s)", "force (N)"), &series)?);
+    }
+    Ok(all)
+}
+
+fn motion(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
+    let paths = plot::paths(folder, &run.case, &run.particles)?;
+    let frame = Some([run.case.domain.size[0], run.case.domain.size[1]]);
+    let movers = run.case.particle.iter().filter(|p| p.motion != Motion::Fixed).count();
+    let shown = paths.iter().filter(|s| !s.label.is_empty()).count();
+    let caption = match movers {
+        0 | 1 => "The way of its centre, in the whole box.".to_owned(),
+        _ => format!("The ways of the first {shown} of {movers} particles that move, in the whole box."),
+    };
+    let speeds = plot::speeds(folder, &run.case, &run.particles)?;
+    let speed = "The velocity of particle 0.";
+    let figures = [
+        curves(Part::Particles, "Paths", &caption, Axes { frame, ..axes("x (m)", "y (m)") }, &paths)?,
+        curves(Part::Particles, "Velocity", speed, axes("time (s)", "velocity (m/s)"), &speeds)?,
+    ];
+    Ok(figures.into_iter().flatten().collect())
+}
+
+fn numerics(run: &Run) -> Result<Vec<Figure>> {
+    let (steps, times) = (run.column("step"), run.column("time"));
+    let over = |x: &[f64], name: &str, label: &str| Series {
+        label: label.into(),
+        // The row of time 0 has no step behind it.
+        points: x.iter().copied().zip(run.column(name).iter().copied()).skip(1).collect(),
+        style: SeriesStyle::Line,
+    };
+    let limit = run.case.pressure.divergence_limit;
+    let ends = [steps.get(1), steps.last()].into_iter().flatten();
+    let limit = Series {
+        label: "limit D0".into(),
+        points: ends.map(|step| (*step, limit)).collect(),
+        style: SeriesStyle::Dashed,
+    };
+    let divergence = [over(steps, "divergence_max", "largest |D|"), limit];
+    let iterations = [over(steps, "outer_iterations", "C-HSMAC"), over(steps, "krylov_iterations", "Krylov")];
+    let log = Axes { log_y: true, ..axes("step", "largest |D| (1/s)") };
+    let part = Part::Numerics;
+    let figures = [
+        curves(
+            part,
+            "Divergence",
+            "The largest |D| of all cells after each step, and the limit that it is held under.",
+            log,
+            &divergence,
+        )?,
+        curves(
+            part,
+            "Iterations",
+            "Iterations of the pressure in each step: C-HSMAC's, and those of the linear solves in them.",
+            axes("step", "iterations"),
+            &iterations,
+        )?,
+        curves(part, "Time step", "The length of each step.", axes("time (s)", "dt (s)"), &[over(times, "dt", "")])?,
+        curves(
+            part,
+            "Energy",
+            "The kinetic energy of fluid and particles.",
+            axes("time (s)", "kinetic energy (J)"),
+            &[over(times, "kinetic_energy", "")],
+        )?,
+    ];
+    Ok(figures.into_iter().flatten().collect())
+}

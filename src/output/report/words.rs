@@ -1,0 +1,193 @@
+//! The case in words and its dimensionless numbers, each with its definition.
+
+use super::Run;
+use crate::case::{Advection, Case, FACES, Motion, Scheme, Substeps, WallRule};
+use crate::check::{border_words, particle_words};
+
+/// What the case is: pairs of a term and its lines.
+pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
+    let times = |v: &[f64]| v.iter().map(|x| format!("{x}")).collect::<Vec<_>>().join(" x ");
+    let cells = case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
+    let h = spacings(case);
+    let nu = case.fluid.viscosity / case.fluid.density;
+    let mut fluid = vec![format!(
+        "density {} kg/m3, viscosity {} Pa s (kinematic {nu:.4e} m2/s)",
+        case.fluid.density, case.fluid.viscosity
+    )];
+    if let Some(g) = case.fluid.gravity.as_ref().filter(|g| g.iter().any(|g| *g != 0.0)) {
+        fluid.push(format!("gravity {g:?} m/s2"));
+    }
+    let sides =
+        FACES.iter().zip(case.sides()).filter_map(|(name, side)| Some(format!("{name}: {}", border_words(side?))));
+    let particles = match case.particle.len() {
+        0 => vec!["none".into()],
+        _ => particle_words(case, &h),
+    };
+    let wall = match case.coupling.wall {
+        WallRule::Sharp => "sharp walls: faces are open as far as particles leave them",
+        WallRule::Mixing => "the paper's mixing of fluid and particle in cells",
+    };
+    let mut terms = vec![
+        (
+            "Box",
+            vec![
+                format!("{} m, {cells} cells", times(&case.domain.size)),
+                format!("spacing h = {} m", h.iter().map(|h| format!("{h:.4e}")).collect::<Vec<_>>().join(" x ")),
+            ],
+        ),
+        ("Fluid", fluid),
+        ("Borders", sides.collect()),
+        ("Particles", particles),
+        ("Coupling", vec![wall.into()]),
+    ];
+    if let Some(c) = &case.contact {
+        let substeps = match c.substeps {
+            Substeps::Count(n) => format!("{n} substeps a step"),
+            _ => "substeps by the time of a contact".into(),
+        };
+        terms.push((
+            "Contacts",
+            vec![
+                format!("normal stiffness {:e} N/m^{}, friction {}", c.normal_stiffness, c.exponent, c.friction),
+                substeps,
+            ],
+        ));
+    }
+    let scheme = match case.time.scheme {
+        Scheme::Euler => "Euler",
+        Scheme::Rk2 => "two-stage Runge-Kutta",
+        Scheme::Rk3 => "three-stage Runge-Kutta",
+    };
+    let advection = match case.time.advection {
+        Advection::Upwind5 => "fifth-order upwind, conservative",
+        Advection::Upwind5Advective => "fifth-order upwind, advective",
+        Advection::Qsi => "QSI, semi-Lagrangian",
+    };
+    let steps = match (case.time.step, case.time.cfl) {
+        (Some(step), _) => format!("steps of {step} s"),
+        (None, cfl) => format!("steps by a Courant number of {}", cfl.unwrap_or_default()),
+    };
+    terms.push((
+        "Time",
+        vec![format!("to t = {} s, {steps}", case.time.end), format!("{scheme}; advection: {advection}")],
+    ));
+    terms.push(("Pressure", vec![format!("until every cell's |D| is below {:e} 1/s", case.pressure.divergence_limit)]));
+    terms
+}
+
+/// The spacing along each axis (m).
+pub fn spacings(case: &Case) -> Vec<f64> {
+    case.domain.size.iter().zip(&case.domain.cells).map(|(size, n)| size / *n as f64).collect()
+}
+
+/// A dimensionless number.
+pub struct Number {
+    /// Its name.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What it is, with the numbers that it is made of.
+    pub definition: String,
+}
+
+/// The dimensionless numbers that the case and what the run did give.
+pub fn numbers(run: &Run) -> Vec<Number> {
+    let case = &run.case;
+    let mut all = Vec::new();
+    let mut add = |name, value: f64, definition: String| {
+        if value.is_finite() {
+            all.push(Number { name, value, definition });
+        }
+    };
+    let nu = case.fluid.viscosity / case.fluid.density;
+    let h = spacings(case).into_iter().fold(0.0, f64::max);
+    let largest = case.particle.iter().map(|p| p.shape.diameter()).fold(0.0, f64::max);
+    if let (Some(speed), true) = (case.reference_speed(), nu > 0.0) {
+        let (length, of) = match largest {
+            0.0 => (case.domain.size[1], "the height of the box"),
+            d => (d, "the largest diameter"),
+        };
+        let re = speed * length / nu;
+        let origin = if case.sides().into_iter().flatten().any(|s| !s.inflow().is_empty()) {
+            "the fastest inflow"
+        } else if case.initial.velocity.iter().flatten().any(|v| *v != 0.0) {
+            "the velocity at the start"
+        } else {
+            "the fastest wall"
+        };
+        add("Re", re, format!("U L/nu with U = {speed} m/s of {origin}, L = {length} m, {of}, nu = {nu:.4e} m2/s"));
+        // A measure may refer to another speed, and so to another Re.
+        let mut speeds: Vec<f64> = case.measure.iter().filter_map(|m| m.speed).filter(|s| *s != speed).collect();
+        speeds.sort_by(f64::total_cmp);
+        speeds.dedup();
+        for s in speeds {
+            add("Re of the measures", s * length / nu, format!("the same with their own U = {s} m/s"));
+        }
+        if largest > 0.0 {
+            add(
+                "delta/h",
+                length / re.sqrt() / h,
+                format!("spacings across a boundary layer, L/sqrt(Re) over h = {h:.4e} m; under 1 it is not resolved"),
+            );
+        }
+        add("Re_h", speed * h / nu, format!("U h/nu, of the grid, h = {h:.4e} m"));
+    }
+    let free = || case.particle.iter().enumerate().filter(|(_, p)| p.motion == Motion::Free);
+    if let Some((id, speed, re)) = fastest(run).filter(|_| nu > 0.0 && free().next().is_some()) {
+        let d = case.particle[id].shape.diameter();
+        add(
+            "Re_p",
+            re,
+            format!(
+                "V d/nu of the particle that reaches most, {id}, with its largest speed V = {speed:.4e} m/s and d = {d} m"
+            ),
+        );
+        add(
+            "delta_p/h",
+            d / re.sqrt() / h,
+            "spacings across the boundary layer of that particle, d/sqrt(Re_p) over h".into(),
+        );
+    }
+    if largest > 0.0 {
+        add(
+            "d/h",
+            case.particle.iter().map(|p| p.shape.diameter()).fold(f64::INFINITY, f64::min) / h,
+            "cells across the smallest particle; under 4 its flow is not resolved".into(),
+        );
+    }
+    let g = case.fluid.gravity.iter().flatten().map(|g| g * g).sum::<f64>().sqrt();
+    let ratio = |p: &crate::case::Particle| p.density.unwrap_or(case.fluid.density) / case.fluid.density;
+    let galileo = |p: &crate::case::Particle| ((ratio(p) - 1.0).abs() * g * p.shape.diameter().powi(3)).sqrt() / nu;
+    if let Some((id, p)) = free().max_by(|a, b| galileo(a.1).total_cmp(&galileo(b.1))).filter(|_| g > 0.0) {
+        add("s", ratio(p), format!("density of particle {id} over the fluid's"));
+        add("Ga", galileo(p), format!("sqrt(|s - 1| g d^3)/nu of particle {id}, g = {g:.4} m/s2"));
+    }
+    for (id, p) in case.particle.iter().enumerate() {
+        if let Motion::Prescribed(m) = &p.motion
+            && let Some(o) = &m.oscillation
+        {
+            let (d, u) = (p.shape.diameter(), o.speed());
+            add("Re of the swing", u * d / nu, format!("U d/nu of particle {id}, U = {u:.4} m/s its largest speed"));
+            add("KC", u / (o.frequency * d), format!("U/(f d) of particle {id}, f = {} 1/s", o.frequency));
+        }
+    }
+    let courant = run.column("cfl").iter().copied().fold(0.0, f64::max);
+    if courant > 0.0 {
+        add("Courant", courant, "largest sum over axes of |u| dt/h, over all steps".into());
+    }
+    all
+}
+
+/// The free particle with the largest V d, from the rows of `particles.csv`: its id, V (m/s) and V d/nu.
+fn fastest(run: &Run) -> Option<(usize, f64, f64)> {
+    let (columns, rows) = &run.particles;
+    let [id, vx] = ["id", "vx"].map(|name| columns.get(name).copied());
+    let (id, vx) = (id?, vx?);
+    let nu = run.case.fluid.viscosity / run.case.fluid.density;
+    let of = |row: &Vec<f64>| {
+        let (k, v) = (row[id] as usize, row.get(vx..vx + 3)?.iter().map(|v| v * v).sum::<f64>().sqrt());
+        let p = run.case.particle.get(k).filter(|p| p.motion == Motion::Free)?;
+        Some((k, v, v * p.shape.diameter() / nu))
+    };
+    rows.iter().filter_map(of).max_by(|a, b| a.2.total_cmp(&b.2))
+}

@@ -1,0 +1,134 @@
+//! Files that grow by whole lines: whatever ends the process, and on a disk that fills up, what is there ends with a line.
+
+use crate::{Error, Result};
+use std::fmt;
+use std::fs::{File, OpenOptions};
+use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
+use std::path::{Path, PathBuf};
+
+/// Bytes of lines that wait before they are written.
+const ROOM: usize = 1 << 16;
+
+/// A file of lines.
+pub struct Rows {
+    file: File,
+    path: PathBuf,
+    /// Whole lines that are not in the file yet.
+    waiting: String,
+    /// Bytes in the file.
+    written: u64,
+}
+
+impl Rows {
+    /// A new file, with the line `head` unless that is empty.
+    pub fn create(path: &Path, head: &str) -> Result<Rows> {
+        let file = File::create(path).map_err(Error::io(path))?;
+        let mut rows = Rows { file, path: path.to_owned(), waiting: String::with_capacity(2 * ROOM), written: 0 };
+        if !head.is_empty() {
+            rows.add(format_args!("{head}"))?;
+        }
+        Ok(rows)
+    }
+
+    /// A file that goes on after its first `length` bytes; what follows them is dropped.
+    ///
+    /// # Errors
+    /// When it is shorter, or has no line that ends there: it is not the file that was left.
+    pub fn go_on(path: &Path, length: u64) -> Result<Rows> {
+        let file = Self::fits(path, length)?;
+        file.set_len(length).map_err(Error::io(path))?;
+        let mut rows = Rows { file, path: path.to_owned(), waiting: String::with_capacity(2 * ROOM), written: length };
+        rows.file.seek(SeekFrom::End(0)).map_err(Error::io(path))?;
+        Ok(rows)
+    }
+
+    /// Opens a file that has a line's end after `length` bytes.
+    pub fn fits(path: &Path, length: u64) -> Result<File> {
+        let changed = |why: &str| {
+            Error::Usage(format!(
+                "{}: {why} than when the checkpoint was written; put the file back as it was, or begin anew with --force",
+                path.display()
+            ))
+        };
+        let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(|e| match e.kind() {
+            io::ErrorKind::NotFound => changed("the file is not there, other"),
+            _ => Error::io(path)(e),
+        })?;
+        let mut last = [b'\n'];
+        if length > 0 {
+            let read = file.seek(SeekFrom::Start(length - 1)).and_then(|_| file.read_exact(&mut last));
+            read.map_err(|_| changed("the file is shorter"))?;
+        }
+        if last != [b'\n'] { Err(changed("the file has other lines")) } else { Ok(file) }
+    }
+
+    /// Adds a line.
+    pub fn add(&mut self, line: fmt::Arguments) -> Result<()> {
+        self.put(line);
+        self.end_line()
+    }
+
+    /// Adds a part of a line.
+    pub fn put(&mut self, part: fmt::Arguments) {
+        // A String takes everything.
+        let _ = fmt::Write::write_fmt(&mut self.waiting, part);
+    }
+
+    /// Ends a line.
+    pub fn end_line(&mut self) -> Result<()> {
+        self.waiting.push('\n');
+        if self.waiting.len() < ROOM { Ok(()) } else { self.flush() }
+    }
+
+    /// Brings all lines to the file.
+    ///
+    /// # Errors
+    /// When they do not fit: the file then ends as it did before.
+    pub fn flush(&mut self) -> Result<()> {
+        let lines = std::mem::take(&mut self.waiting);
+        if let Err(e) = self.file.write_all(lines.as_bytes()) {
+            self.waiting = lines;
+            // Half a line is worse than none. If even that fails, there is nobody left to tell.
+            let _ = self.file.set_len(self.written);
+            let _ = self.file.seek(SeekFrom::Start(self.written));
+            return Err(Error::io(&self.path)(e));
+        }
+        self.written += lines.len() as u64;
+        self.waiting = lines;
+        self.waiting.clear();
+        Ok(())
+    }
+
+    /// Brings all lines to the disk; the bytes that the file then has.
+    pub fn sync(&mut self) -> Result<u64> {
+        self.flush()?;
+        self.file.sync_data().map_err(Error::io(&self.path))?;
+        Ok(self.written)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_goes_on_after_the_lines_that_are_kept_and_one_that_was_changed_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.csv");
+        let mut rows = Rows::create(&path, "head").unwrap();
+        rows.add(format_args!("{},{}", 1, 2)).unwrap();
+        let kept = rows.sync().unwrap();
+        rows.add(format_args!("to be dropped")).unwrap();
+        rows.flush().unwrap();
+        drop(rows);
+        let mut rows = Rows::go_on(&path, kept).unwrap();
+        rows.add(format_args!("3,4")).unwrap();
+        rows.flush().unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "head\n1,2\n3,4\n");
+        for (length, why) in [(kept - 1, "other lines"), (kept + 40, "shorter")] {
+            let said = Rows::go_on(&path, length).err().unwrap().to_string();
+            assert!(said.contains(why) && said.contains("--force"), "{said}");
+        }
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "head\n1,2\n3,4\n", "a refusal changes nothing");
+    }
+}

@@ -1,0 +1,192 @@
+//! Checkpoints of a run: what it counts, writing one, going on from one.
+
+use super::Run;
+use crate::case::Loaded;
+use crate::output::checkpoint::{self, Header, Writer};
+use crate::output::measure::Series;
+use crate::output::{Folder, Log, Marks};
+use crate::petsc::Session;
+use crate::scene::Scene;
+use crate::tape::{Lasting, Tape};
+use crate::{Error, Result};
+use std::fs::File;
+use std::io::{BufReader, Take, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// What a run has counted so far, in all its sessions.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Account {
+    /// When it began, in words.
+    pub began: String,
+    /// Seconds that it took before this session.
+    pub wall: f64,
+    pub divergence_max: f64,
+    pub outer: u64,
+    pub krylov: u64,
+    pub retries: u64,
+    /// The last step (s).
+    pub dt: Option<f64>,
+    /// Time of the newest snapshot (s).
+    pub last_fields: Option<f64>,
+    /// Step of the newest rows of particles.
+    pub last_rows: Option<u64>,
+}
+
+impl Lasting for Account {
+    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        let Account { began, wall, divergence_max, outer, krylov, retries, dt, last_fields, last_rows } = self;
+        tape.label("run")?;
+        tape.pass([began, wall, divergence_max, outer, krylov, retries, dt, last_fields, last_rows])
+    }
+}
+
+/// When checkpoints are due and when the last one was written.
+pub(super) struct Checkpoints {
+    every: crate::case::Checkpoints,
+    written: Instant,
+    /// Step of the newest one.
+    pub newest: Option<u64>,
+}
+
+impl Checkpoints {
+    pub fn new(every: &crate::case::Checkpoints, newest: Option<u64>) -> Checkpoints {
+        Checkpoints { every: every.clone(), written: Instant::now(), newest }
+    }
+
+    /// Whether one is due after a step, by this rank's clock.
+    pub fn due(&self, step: u64) -> bool {
+        let minutes = self.written.elapsed().as_secs_f64() / 60.0;
+        self.every.every_steps.is_some_and(|n| step.is_multiple_of(n))
+            || self.every.every_wall_minutes.is_some_and(|most| minutes >= most)
+    }
+}
+
+impl<const D: usize> Run<'_, D> {
+    /// Writes a checkpoint, unless this step has one. Collective.
+    pub(super) fn checkpoint(&mut self) -> Result<()> {
+        let step = self.scene.steps;
+        if self.checkpoints.newest == Some(step) {
+            return Ok(());
+        }
+        let marked = self.folder.as_mut().map_or(Ok(Marks::default()), |folder| folder.mark(&mut self.log));
+        let mut marks = self.session.agree(marked)?;
+        let created = self.folder.as_ref().map(|folder| Writer::create(&folder.path, step)).transpose();
+        let mut writer = self.session.agree(created)?;
+        let mut header = Header {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            case: self.case.to_toml(),
+            ranks: self.session.size() as u64,
+        };
+        let mut account = Account { wall: self.wall(), ..self.account.clone() };
+        let mut tape = Tape::record(self.session, writer.as_mut().map(|w| w as &mut dyn Write));
+        header.pass(&mut tape)?;
+        pass(&mut tape, &mut account, &mut self.series, &mut marks, &mut self.scene)?;
+        tape.finish()?;
+        self.session.agree(writer.map_or(Ok(()), Writer::commit))?;
+        self.checkpoints = Checkpoints::new(&self.case.output.checkpoint, Some(step));
+        Ok(())
+    }
+}
+
+/// The one order of a checkpoint after its header.
+fn pass<const D: usize>(
+    tape: &mut Tape,
+    account: &mut Account,
+    series: &mut [Series],
+    marks: &mut Marks,
+    scene: &mut Scene<D>,
+) -> Result<()> {
+    account.pass(tape)?;
+    tape.each("measures", series)?;
+    marks.pass(tape)?;
+    scene.pass(tape)
+}
+
+/// A checkpoint to go on from, its header read.
+pub(super) struct Restart {
+    step: u64,
+    path: PathBuf,
+    header: Header,
+    rest: Take<BufReader<File>>,
+    /// Newer ones that are damaged, and why.
+    refused: Vec<String>,
+}
+
+impl Restart {
+    /// The newest whole checkpoint in a run's folder, of the same case as far as a restart may not change it. Collective.
+    ///
+    /// # Errors
+    /// When there is none, or the case is another one.
+    pub fn find(session: &Session, run: &Path, loaded: &Loaded) -> Result<Restart> {
+        let found = if session.rank() == 0 { checkpoint::newest(run).map(Some) } else { Ok(None) };
+        let found = session.agree(found)?;
+        let mut step = [found.as_ref().map_or(-1.0, |(step, _)| *step as f64)];
+        session.max(&mut step)?;
+        let step = step[0] as u64;
+        let (path, mut header) = (checkpoint::path(run, step), Header::default());
+        let read = checkpoint::open(run, step).and_then(|mut rest| {
+            header.pass(&mut Tape::play(session, &mut rest)).map_err(|e| misfit(&path, e))?;
+            Ok(rest)
+        });
+        let rest = session.agree(read)?;
+        session.agree(loaded.refuse_changes(&header.case).map_err(|e| match e {
+            Error::Case { .. } => e,
+            other => misfit(&path, other),
+        }))?;
+        Ok(Restart { step, path, header, rest, refused: found.map(|f| f.1).unwrap_or_default() })
+    }
+
+    /// Plays it into the scene and what the run counts. Collective.
+    pub fn play<const D: usize>(
+        &mut self,
+        session: &Session,
+        account: &mut Account,
+        series: &mut [Series],
+        scene: &mut Scene<D>,
+    ) -> Result<Marks> {
+        let mut marks = Marks::default();
+        let mut tape = Tape::play(session, &mut self.rest);
+        let played = pass(&mut tape, account, series, &mut marks, scene);
+        session.agree(played).and_then(|()| tape.finish()).map_err(|e| misfit(&self.path, e))?;
+        scene.take_up().map_err(|e| misfit(&self.path, e))?;
+        Ok(marks)
+    }
+
+    /// Takes up the run's folder. To be called by rank 0, once all else is known to fit.
+    pub fn open_folder(&self, run: &Path, log: &mut Log, case: &str, marks: Marks) -> Result<Folder> {
+        let folder = Folder::go_on(run, log, case, marks)?;
+        checkpoint::delete_after(run, self.step)?;
+        Ok(folder)
+    }
+
+    /// What a reader of the log has to know.
+    pub fn say(&self, log: &mut Log, time: f64, ranks: usize) {
+        self.refused.iter().for_each(|why| log.say(&format!("refused {why}")));
+        log.say(&format!("goes on after step {}, t = {time:.6} s, from {}", self.step, self.path.display()));
+        if self.header.ranks != ranks as u64 {
+            log.say(&format!(
+                "on {ranks} rank{} after {}: the same to the solver's tolerance, not bit for bit",
+                if ranks == 1 { "" } else { "s" },
+                self.header.ranks
+            ));
+        }
+    }
+
+    /// The step after which it goes on.
+    pub fn step(&self) -> u64 {
+        self.step
+    }
+}
+
+/// A whole checkpoint that cannot be played here.
+fn misfit(path: &Path, e: Error) -> Error {
+    match e {
+        Error::Usage(why) | Error::Run(why) => Error::Usage(format!(
+            "{}: this checkpoint does not fit: {why}; go on with the version of mics that wrote it, or delete it to go on \
+             from the one before",
+            path.display()
+        )),
+        other => other,
+    }
+}

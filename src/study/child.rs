@@ -1,0 +1,110 @@
+//! One run of a study: a process of this very program with a folder of its own, and what it left there.
+
+use super::plan::Planned;
+use crate::{Error, Result};
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::{env, fs, thread};
+
+/// How a run ended.
+pub struct Outcome {
+    /// `done`, `failed`, `refused` or `interrupted`.
+    pub status: &'static str,
+    /// Why it is not done.
+    pub message: String,
+    /// Its `summary.json`, where it left one.
+    pub summary: Value,
+    /// The commit of the program that ran it.
+    pub commit: String,
+}
+
+impl Outcome {
+    /// That of a run that was not even tried, or left nothing.
+    pub fn refused(message: &str) -> Outcome {
+        let commit = env!("MICS_GIT_COMMIT").to_owned();
+        Outcome { status: "refused", message: message.into(), summary: Value::Null, commit }
+    }
+}
+
+fn json(path: &Path) -> Value {
+    let text = fs::read_to_string(path).unwrap_or_default();
+    serde_json::from_str(&text).unwrap_or_default()
+}
+
+/// What a folder holds of this very run, finished earlier: the same case, PETSc options and ranks. `None` if it is to be run.
+pub fn kept(run: &Planned, folder: &Path) -> Option<Outcome> {
+    let (summary, record) = (json(&folder.join("summary.json")), json(&folder.join("run.json")));
+    let case = fs::read_to_string(folder.join("case.toml")).ok()?;
+    let command = record["command"].as_array()?.iter().filter_map(Value::as_str);
+    let petsc: Vec<&str> = command.skip_while(|word| *word != "--").skip(1).collect();
+    let same = run.loaded.as_ref().is_ok_and(|loaded| loaded.to_toml() == case)
+        && record["ranks"] == run.ranks
+        && petsc == run.petsc;
+    let commit = record["git_commit"].as_str().unwrap_or_default().to_owned();
+    let status = summary["status"].as_str()?;
+    (same && status == "done").then(|| Outcome { status: "done", message: String::new(), summary, commit })
+}
+
+/// Runs it into a folder, and waits for it.
+///
+/// # Errors
+/// When this program cannot be started. A run that fails is an outcome.
+pub fn run(run: &Planned, folder: &Path) -> Result<Outcome> {
+    if let Err(why) = &run.loaded {
+        return Ok(Outcome::refused(why));
+    }
+    let program = env::current_exe().map_err(Error::io("this program"))?;
+    let mut command = if run.ranks == 1 {
+        Command::new(&program)
+    } else {
+        let mut command = Command::new("mpirun");
+        let cores = thread::available_parallelism().map_or(1, usize::from);
+        command.args((run.ranks > cores).then_some("--oversubscribe"));
+        command.args(["-n", &run.ranks.to_string()]).arg(&program);
+        command
+    };
+    command.arg("run").arg(&run.case).args(["--quiet", "--force", "--out"]).arg(folder);
+    command.args(run.set.iter().flat_map(|given| ["--set", given]));
+    if !run.petsc.is_empty() {
+        command.arg("--").args(&run.petsc);
+    }
+    // A summary of an earlier try must not be taken for this one's.
+    match fs::remove_file(folder.join("summary.json")) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io(folder.join("summary.json"))(e)),
+        _ => {}
+    }
+    let ended = command.stdin(Stdio::null()).stdout(Stdio::null()).output();
+    let ended = ended.map_err(Error::io(command.get_program()))?;
+    let said = String::from_utf8_lossy(&ended.stderr);
+    let words = said.lines().find_map(|line| line.strip_prefix("error: "));
+    let words = words.or_else(|| said.lines().rfind(|line| !line.trim().is_empty())).unwrap_or_default().trim();
+    let summary = json(&folder.join("summary.json"));
+    let status = match ended.status.code() {
+        Some(0) if summary["status"] == "done" => "done",
+        Some(2) => "refused",
+        Some(130) => "interrupted",
+        _ => "failed",
+    };
+    let message = match (status, words) {
+        ("done", _) => String::new(),
+        (_, "") => format!("it ended with {} and said nothing", ended.status),
+        (_, words) => {
+            let place = format!("{}: ", run.case.display());
+            words.strip_prefix(&place).unwrap_or(words).replace(" (given by --set)", "")
+        }
+    };
+    Ok(Outcome { status, message, summary, commit: env!("MICS_GIT_COMMIT").to_owned() })
+}
+
+/// Deletes the snapshots of a run: those of a large grid are gigabytes, which a table has no use for.
+///
+/// # Errors
+/// When they cannot be deleted.
+pub fn drop_fields(folder: &Path) -> Result<()> {
+    let fields = folder.join("fields");
+    match fs::remove_dir_all(&fields) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io(fields)(e)),
+        _ => Ok(()),
+    }
+}

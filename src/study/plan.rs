@@ -1,0 +1,273 @@
+//! The runs of a study: the product of its axes and its listed rows, on each number of ranks, every case read and checked.
+
+use super::file::{Study, fault, label};
+use crate::case::{Case, Text, load, suggest};
+use crate::{Error, Result};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use toml::Table;
+
+/// What a study runs.
+pub struct Plan {
+    /// The names of the columns that tell runs apart.
+    pub names: Vec<String>,
+    /// The runs, in their order.
+    pub runs: Vec<Planned>,
+    /// What measures are compared with: name and value.
+    pub references: Vec<(String, f64)>,
+}
+
+/// A run of a study.
+pub struct Planned {
+    /// The name of its folder.
+    pub id: String,
+    /// What its columns say; empty where it has no such label.
+    pub labels: Vec<String>,
+    /// Number of ranks.
+    pub ranks: usize,
+    /// The case file.
+    pub case: PathBuf,
+    /// Overrides, `key.path=value`.
+    pub set: Vec<String>,
+    /// PETSc options.
+    pub petsc: Vec<String>,
+    /// The case with them, or why it is refused.
+    pub loaded: Result<Case, String>,
+    /// The keys of the study file that gave it.
+    sources: Vec<String>,
+}
+
+/// What a choice of an axis, or a listed row, adds to a run.
+#[derive(Clone, Default)]
+struct Draft {
+    labels: BTreeMap<String, String>,
+    case: Option<PathBuf>,
+    set: Vec<String>,
+    petsc: Vec<String>,
+    sources: Vec<String>,
+}
+
+impl Draft {
+    fn with(&self, other: &Draft) -> Draft {
+        let mut both = self.clone();
+        both.labels.extend(other.labels.clone());
+        both.case = other.case.clone().or(both.case);
+        both.set.extend(other.set.iter().cloned());
+        both.petsc.extend(other.petsc.iter().cloned());
+        both.sources.extend(other.sources.iter().cloned());
+        both
+    }
+}
+
+fn words(options: &str) -> Vec<String> {
+    options.split_whitespace().map(str::to_owned).collect()
+}
+
+fn overrides(set: &Table) -> Vec<String> {
+    set.iter().map(|(key, value)| format!("{key}={value}")).collect()
+}
+
+/// The product of the axes, then the listed rows.
+fn drafts(study: &Study) -> Vec<Draft> {
+    let mut product = vec![Draft::default()];
+    for (index, axis) in study.axis.iter().enumerate() {
+        let place = |list: &str, k: usize| vec![format!("axis.{index}.{list}.{k}")];
+        let of_key = axis.key.iter().flat_map(|key| axis.values.iter().enumerate().map(move |(k, v)| (k, key, v)));
+        let values = of_key.map(|(k, key, value)| Draft {
+            set: vec![format!("{key}={value}")],
+            sources: place("values", k),
+            ..Draft::default()
+        });
+        let choices = axis.choices.iter().enumerate().map(|(k, choice)| Draft {
+            set: overrides(&choice.set),
+            petsc: words(&choice.petsc),
+            sources: place("choices", k),
+            ..Draft::default()
+        });
+        let named: Vec<Draft> = values
+            .chain(choices)
+            .zip(axis.labels())
+            .map(|(draft, label)| Draft { labels: [(axis.name.clone(), label)].into(), ..draft })
+            .collect();
+        product = product.iter().flat_map(|draft| named.iter().map(|choice| draft.with(choice))).collect();
+    }
+    // Without axes the product is the case itself, which rows stand in for.
+    if study.axis.is_empty() && !study.row.is_empty() {
+        product.clear();
+    }
+    let rows = study.row.iter().enumerate().map(|(index, row)| Draft {
+        labels: row.labels.iter().map(|(name, value)| (name.clone(), label(value))).collect(),
+        case: row.case.clone(),
+        set: overrides(&row.set),
+        petsc: words(&row.petsc),
+        sources: vec![format!("row.{index}")],
+    });
+    product.into_iter().chain(rows).collect()
+}
+
+/// The folder's name of a run.
+fn id(names: &[String], labels: &[String], ranks: Option<usize>) -> String {
+    let named = names.iter().zip(labels).filter(|(_, label)| !label.is_empty());
+    let parts = named.map(|(name, label)| format!("{name}={label}"));
+    let id = parts.chain(ranks.map(|ranks| format!("ranks={ranks}"))).collect::<Vec<_>>().join(",");
+    let plain = |c: char| if c.is_ascii_alphanumeric() || "=,.+-_".contains(c) { c } else { '_' };
+    if id.is_empty() { "case".into() } else { id.chars().map(plain).collect() }
+}
+
+/// What is wrong with a case, without the place that only `--set` on a command line has.
+fn reason(error: &Error) -> String {
+    match error {
+        Error::Case { key, message, .. } => format!("{key}: {}", message.replace(" (given by --set)", "")),
+        other => other.to_string().replacen("bad --set", "bad override", 1),
+    }
+}
+
+impl Plan {
+    /// Plans the runs of a study.
+    ///
+    /// # Errors
+    /// When a case, an override or a reference is wrong. A choice that is refused only beside some others is no error:
+    /// those runs are refused.
+    pub fn new(study: &Study, text: &Text) -> Result<Plan> {
+        let beside = |path: &Path| text.file.parent().unwrap_or(Path::new("")).join(path);
+        // What a study has no use for unless it asks for it.
+        let common: Vec<String> =
+            ["output.figures=false".to_owned()].into_iter().chain(overrides(&study.set)).collect();
+        let last = overrides(&study.quick.set);
+        let case = beside(&study.case);
+        load(&case, &[])?;
+        for (key, set) in [("set", &common), ("quick.set", &[&common[..], &last[..]].concat())] {
+            load(&case, set).map_err(|e| text.refuse(fault(key, reason(&e))))?;
+        }
+
+        let names = study.names();
+        let kept = |name: &str, label: &str| {
+            study.quick.keep.get(name).is_none_or(|kept| kept.iter().any(|value| super::file::label(value) == label))
+        };
+        let mut runs: Vec<Planned> = Vec::new();
+        let mut seen = BTreeSet::new();
+        for draft in drafts(study).iter().filter(|draft| draft.labels.iter().all(|(name, label)| kept(name, label))) {
+            let case = draft.case.as_deref().map_or_else(|| case.clone(), beside);
+            let set = [&common[..], &draft.set[..], &last[..]].concat();
+            let petsc = [words(&study.petsc), draft.petsc.clone()].concat();
+            let loaded = load(&case, &set).map(|loaded| loaded.case).map_err(|e| reason(&e));
+            let labels: Vec<String> =
+                names.iter().map(|name| draft.labels.get(name).cloned().unwrap_or_default()).collect();
+            for &ranks in study.ranks.iter().filter(|ranks| kept("ranks", &ranks.to_string())) {
+                let id = id(&names, &labels, (study.ranks.len() > 1).then_some(ranks));
+                if !seen.insert(id.clone()) {
+                    let source = draft.sources.first().cloned().unwrap_or_default();
+                    let message = format!("another run has the labels `{id}` too; give it others");
+                    return Err(text.refuse(fault(source, message)));
+                }
+                runs.push(Planned {
+                    id,
+                    labels: labels.clone(),
+                    ranks,
+                    case: case.clone(),
+                    set: set.clone(),
+                    petsc: petsc.clone(),
+                    loaded: loaded.clone(),
+                    sources: draft.sources.clone(),
+                });
+            }
+        }
+        let plan = Plan { names, runs, references: references(study, text, &beside)? };
+        plan.refuse_never_accepted(text, &common, &case)?;
+        plan.refuse_unknown_measures(text)?;
+        Ok(plan)
+    }
+
+    /// Refuses a choice that no run can have: it is a fault of the study file.
+    fn refuse_never_accepted(&self, text: &Text, common: &[String], base: &Path) -> Result<()> {
+        let sources: BTreeSet<&String> = self.runs.iter().flat_map(|run| &run.sources).collect();
+        let of = |source: &String| self.runs.iter().filter(|run| run.sources.contains(source)).collect::<Vec<_>>();
+        let never = || sources.iter().filter(|source| of(source).iter().all(|run| run.loaded.is_err()));
+        // Where several are never accepted, one that is refused by itself is to blame, not those that only met it.
+        let alone = |source: &&&String| {
+            let runs = of(source);
+            let shared = |given: &&String| runs.iter().all(|run| run.set.contains(given));
+            let set = runs.first().map(|run| run.set.iter().filter(shared).cloned().collect::<Vec<_>>());
+            load(runs.first().map_or(base, |run| &run.case), set.as_deref().unwrap_or(common)).is_err()
+        };
+        let Some(source) = never().find(alone).or_else(|| never().next()) else { return Ok(()) };
+        let message = of(source).iter().find_map(|run| run.loaded.as_ref().err().cloned()).unwrap_or_default();
+        let key = if source.starts_with("row.") { format!("{source}.set") } else { source.to_string() };
+        Err(text.refuse(fault(key, message)))
+    }
+
+    fn refuse_unknown_measures(&self, text: &Text) -> Result<()> {
+        for (index, (measure, _)) in self.references.iter().enumerate() {
+            for case in self.runs.iter().filter_map(|run| run.loaded.as_ref().ok()) {
+                if !case.measure.iter().any(|m| m.name == *measure) {
+                    let known: Vec<&str> = case.measure.iter().map(|m| m.name.as_str()).collect();
+                    let message = format!("the case has no measure `{measure}`; {}", suggest(measure, &known));
+                    return Err(text.refuse(fault(format!("reference.{index}.measure"), message)));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The names of all measures of the cases.
+    pub fn measures(&self) -> Vec<String> {
+        let mut names: Vec<String> = Vec::new();
+        for case in self.runs.iter().filter_map(|run| run.loaded.as_ref().ok()) {
+            for measure in &case.measure {
+                if !names.contains(&measure.name) {
+                    names.push(measure.name.clone());
+                }
+            }
+        }
+        names
+    }
+}
+
+/// The references' values, read from their files.
+fn references(study: &Study, text: &Text, beside: &dyn Fn(&Path) -> PathBuf) -> Result<Vec<(String, f64)>> {
+    let mut found = Vec::new();
+    for (index, reference) in study.reference.iter().enumerate() {
+        let refuse = |key: &str, message: String| text.refuse(fault(format!("reference.{index}{key}"), message));
+        let value = match (reference.value, &reference.file, &reference.column) {
+            (None, Some(file), Some(column)) => {
+                let path = beside(file);
+                let content = fs::read_to_string(&path).map_err(|e| {
+                    refuse(".file", format!("{}: {e}; its path is from this file's folder", path.display()))
+                })?;
+                let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(content.as_bytes());
+                let bad = |e: csv::Error| refuse(".file", format!("{}: {e}", path.display()));
+                let heads: Vec<String> = reader.headers().map_err(bad)?.iter().map(str::to_owned).collect();
+                let position = |key: &str, name: &str| {
+                    let known: Vec<&str> = heads.iter().map(String::as_str).collect();
+                    let message = || format!("{} has no column `{name}`; {}", path.display(), suggest(name, &known));
+                    heads.iter().position(|head| head == name).ok_or_else(|| refuse(key, message()))
+                };
+                let at = position(".column", column)?;
+                let mut rows = reader.records().collect::<Result<Vec<_>, _>>().map_err(bad)?;
+                for (name, wanted) in &reference.row {
+                    let k = position(&format!(".row.{name}"), name)?;
+                    let wanted = label(wanted);
+                    let number: Option<f64> = wanted.parse().ok();
+                    rows.retain(|row| {
+                        row.get(k).is_some_and(|v| v == wanted || (number.is_some() && v.parse().ok() == number))
+                    });
+                }
+                let [row] = &rows[..] else {
+                    let message = format!(
+                        "{} rows of {} are meant, not one; say which, as in row = {{ {} = ... }}",
+                        rows.len(),
+                        path.display(),
+                        heads.first().map_or("", String::as_str)
+                    );
+                    return Err(refuse(".row", message));
+                };
+                let cell = row.get(at).unwrap_or_default();
+                cell.parse().map_err(|_| refuse(".column", format!("{}: {cell:?} is not a number", path.display())))?
+            }
+            (value, ..) => value.unwrap_or(f64::NAN),
+        };
+        found.push((reference.measure.clone(), value));
+    }
+    Ok(found)
+}

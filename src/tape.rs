@@ -1,0 +1,354 @@
+//! The tape that a checkpoint is: what lasts from step to step, recorded and played by one list.
+//!
+//! A struct names what lasts of it once, in [`Lasting::pass`]: a recording tape takes each number from its place, a
+//! playing one puts it there. All are eight bytes, little endian:
+//!
+//! ```text
+//!   number   a double, finite                 label   count, text: what comes next, and has to be there when played
+//!   count    an integer                       list    count, entries
+//!   field    count of boxes, one a rank; of each its first cell and its extent along each axis, then the values, x fastest
+//! ```
+//! Structs are taken apart without `..`, so that a new field compiles only once somebody has said whether it lasts.
+//!
+//! Boxes stand in the whole grid's count, so that any number of ranks finds its cells. The same ranks find their own boxes
+//! again, bit for bit: two ranks share a face, and need not agree on its last digit.
+//!
+//! What is played is checked as it comes: no list is longer than its file, no box larger than the grid.
+
+use crate::grid::{Grid, Rows};
+use crate::petsc::Session;
+use crate::{Error, Result};
+use nalgebra::{Quaternion, SVector, UnitQuaternion};
+use std::io::{self, Read, Write};
+
+/// State that lasts from step to step.
+pub trait Lasting {
+    /// Passes all of it, in one order.
+    ///
+    /// # Errors
+    /// When a playing tape holds something else; what has been played by then is of no use.
+    fn pass(&mut self, tape: &mut Tape) -> Result<()>;
+}
+
+/// A tape that records or plays.
+pub struct Tape<'a> {
+    session: &'a Session,
+    head: Head<'a>,
+}
+
+enum Head<'a> {
+    /// Rank 0 has somewhere to write to. A failure is kept for the end, since the others go on sending.
+    Records {
+        to: Option<&'a mut dyn Write>,
+        failed: Option<Error>,
+    },
+    Plays {
+        from: &'a mut dyn Read,
+        row: Vec<u8>,
+    },
+}
+
+impl<'a> Tape<'a> {
+    /// A tape that records; `to` is rank 0's alone. All ranks pass the same state, and then [`Tape::finish`].
+    pub fn record(session: &'a Session, to: Option<&'a mut dyn Write>) -> Tape<'a> {
+        Tape { session, head: Head::Records { to, failed: None } }
+    }
+
+    /// A tape that plays, on every rank for itself.
+    pub fn play(session: &'a Session, from: &'a mut dyn Read) -> Tape<'a> {
+        Tape { session, head: Head::Plays { from, row: Vec::new() } }
+    }
+
+    /// Passes several, in their order.
+    pub fn pass<const N: usize>(&mut self, items: [&mut dyn Lasting; N]) -> Result<()> {
+        items.into_iter().try_for_each(|item| item.pass(self))
+    }
+
+    /// Passes as many as the case has.
+    pub fn each<T: Lasting>(&mut self, what: &str, items: &mut [T]) -> Result<()> {
+        self.label(what)?;
+        let mut count = items.len() as u64;
+        count.pass(self)?;
+        if count != items.len() as u64 {
+            return Err(refusal(format!("it holds {count} of what the case has {}: {what}", items.len())));
+        }
+        items.iter_mut().try_for_each(|item| item.pass(self))
+    }
+
+    /// Says what comes next.
+    pub fn label(&mut self, text: &str) -> Result<()> {
+        let mut count = text.len() as u64;
+        count.pass(self)?;
+        let mut bytes = text.as_bytes().to_vec();
+        if count == bytes.len() as u64 {
+            self.bytes(&mut bytes)?;
+        }
+        if count != text.len() as u64 || bytes != text.as_bytes() {
+            return Err(refusal(format!("{text} should come next, and something else does")));
+        }
+        Ok(())
+    }
+
+    /// Passes the cells of fields.
+    pub fn cells<const D: usize>(&mut self, grid: &Grid<D>, fields: &mut [Vec<f64>]) -> Result<()> {
+        fields.iter_mut().try_for_each(|field| self.boxes(grid, grid.local, || grid.rows(), field))
+    }
+
+    /// Passes a velocity through faces.
+    pub fn faces<const D: usize>(&mut self, grid: &Grid<D>, field: &mut [Vec<f64>; D]) -> Result<()> {
+        for (axis, field) in field.iter_mut().enumerate() {
+            let mut extent = grid.local;
+            extent[axis] += 1;
+            self.boxes(grid, extent, || grid.face_rows(axis), field)?;
+        }
+        Ok(())
+    }
+
+    fn boxes<const D: usize>(
+        &mut self,
+        grid: &Grid<D>,
+        extent: [usize; D],
+        rows: impl Fn() -> Rows<D>,
+        field: &mut [f64],
+    ) -> Result<()> {
+        let mut count = self.session.size() as u64;
+        count.pass(self)?;
+        let Head::Records { to, failed } = &mut self.head else {
+            return self.play_boxes(grid, extent, rows, field, count);
+        };
+        let head = (0..D).flat_map(|a| [grid.start[a] as f64, extent[a] as f64]);
+        let mut numbers: Vec<f64> = head.collect();
+        rows().for_each(|row| numbers.extend_from_slice(&field[row]));
+        if failed.is_none() && !numbers.iter().all(|x| x.is_finite()) {
+            *failed = Some(Error::Run("a field is not finite everywhere: there is nothing to go on from".into()));
+        }
+        self.session.gather(&numbers, |_, part| {
+            let Some(to) = to.as_mut().filter(|_| failed.is_none()) else { return };
+            let written = part.iter().try_for_each(|x| to.write_all(&x.to_le_bytes()));
+            *failed = written.err().map(io_failure);
+        })
+    }
+
+    /// Takes this rank's part of `count` boxes: its own where it is among them, else what the boxes have of it.
+    fn play_boxes<const D: usize>(
+        &mut self,
+        grid: &Grid<D>,
+        extent: [usize; D],
+        rows: impl Fn() -> Rows<D>,
+        field: &mut [f64],
+        count: u64,
+    ) -> Result<()> {
+        let inside: [usize; D] = std::array::from_fn(|a| grid.cells[a] + extent[a] - grid.local[a]);
+        if !(1..=grid.total_cells() as u64).contains(&count) {
+            return Err(refusal(format!("a field in {count} boxes is not of this grid")));
+        }
+        let (mut taken, mut own) = (0, false);
+        for _ in 0..count {
+            let (mut start, mut size) = ([0; D], [0; D]);
+            for a in 0..D {
+                let (mut s, mut n) = (0.0, 0.0);
+                self.pass([&mut s, &mut n])?;
+                let whole = |x: f64| x >= 0.0 && x.fract() == 0.0 && x <= inside[a] as f64;
+                if !(whole(s) && whole(n) && n >= 1.0 && s + n <= inside[a] as f64) {
+                    return Err(refusal(format!("a box of {n} cells from cell {s} on is not of this grid")));
+                }
+                (start[a], size[a]) = (s as usize, n as usize);
+            }
+            let mine = start == grid.start && size == extent;
+            let mut own_rows = rows();
+            for k in 0..size[1..].iter().product() {
+                let values = self.row(size[0])?;
+                let mut put = |at: usize, bytes: &[u8]| {
+                    for (x, bytes) in field[at..].iter_mut().zip(bytes.chunks_exact(8)) {
+                        *x = double(bytes)?;
+                    }
+                    Ok::<_, Error>(bytes.len() / 8)
+                };
+                if mine {
+                    taken += own_rows.next().map_or(Ok(0), |row| put(row.start, values))?;
+                    continue;
+                }
+                // Where the row lies in this rank's box, if it does.
+                let (mut rest, mut at) = (k, Some(0));
+                for a in 1..D {
+                    let cell = start[a] + rest % size[a];
+                    rest /= size[a];
+                    let within = (grid.start[a]..grid.start[a] + extent[a]).contains(&cell) && !own;
+                    at = at.filter(|_| within).map(|at| at + (cell + grid.ghosts - grid.start[a]) * grid.stride[a]);
+                }
+                let from = start[0].max(grid.start[0]);
+                let to = (start[0] + size[0]).min(grid.start[0] + extent[0]);
+                if let Some(at) = at.filter(|_| from < to) {
+                    let at = at + from + grid.ghosts - grid.start[0];
+                    taken += put(at, &values[8 * (from - start[0])..8 * (to - start[0])])?;
+                }
+            }
+            own |= mine;
+        }
+        if taken < extent.iter().product() {
+            return Err(refusal("a field does not fill the grid".into()));
+        }
+        Ok(())
+    }
+
+    /// The next `count` numbers of a playing tape, as they stand there.
+    fn row(&mut self, count: usize) -> Result<&[u8]> {
+        let Head::Plays { from, row } = &mut self.head else { return Ok(&[]) };
+        row.resize(8 * count, 0);
+        from.read_exact(row).map_err(read_failure)?;
+        Ok(row)
+    }
+
+    fn bytes(&mut self, bytes: &mut [u8]) -> Result<()> {
+        match &mut self.head {
+            Head::Records { to, failed } => {
+                if let Some(to) = to.as_mut().filter(|_| failed.is_none()) {
+                    *failed = to.write_all(bytes).err().map(io_failure);
+                }
+                Ok(())
+            }
+            Head::Plays { from, .. } => from.read_exact(bytes).map_err(read_failure),
+        }
+    }
+
+    /// Whether what has been passed is there to be looked at.
+    pub fn plays(&self) -> bool {
+        matches!(self.head, Head::Plays { .. })
+    }
+
+    /// Ends the tape: what failed while it recorded fails here, on all ranks; what plays has to be at its end. Collective.
+    pub fn finish(self) -> Result<()> {
+        self.session.agree(match self.head {
+            Head::Records { failed: Some(error), .. } => Err(error),
+            Head::Records { failed: None, .. } => Ok(()),
+            Head::Plays { from, .. } => match from.read(&mut [0]) {
+                Ok(0) => Ok(()),
+                Ok(_) => Err(refusal("more follows where it should end".into())),
+                Err(e) => Err(read_failure(e)),
+            },
+        })
+    }
+}
+
+fn refusal(why: String) -> Error {
+    Error::Usage(why)
+}
+
+fn io_failure(e: io::Error) -> Error {
+    Error::io("checkpoint")(e)
+}
+
+fn read_failure(e: io::Error) -> Error {
+    if e.kind() == io::ErrorKind::UnexpectedEof { refusal("it ends too early".into()) } else { io_failure(e) }
+}
+
+fn double(bytes: &[u8]) -> Result<f64> {
+    let x = f64::from_le_bytes(bytes.try_into().unwrap_or([0xff; 8]));
+    if x.is_finite() { Ok(x) } else { Err(refusal(format!("it holds {x} where a finite number should be"))) }
+}
+
+impl Lasting for f64 {
+    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        let mut bytes = self.to_le_bytes();
+        tape.bytes(&mut bytes)?;
+        match &mut tape.head {
+            Head::Records { failed, .. } => {
+                if failed.is_none() && !self.is_finite() {
+                    *failed = Some(Error::Run(format!("{self} cannot be kept: it is not a finite number")));
+                }
+            }
+            Head::Plays { .. } => *self = double(&bytes)?,
+        }
+        Ok(())
+    }
+}
+
+impl Lasting for u64 {
+    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        let mut bytes = self.to_le_bytes();
+        tape.bytes(&mut bytes)?;
+        *self = u64::from_le_bytes(bytes);
+        Ok(())
+    }
+}
+
+impl Lasting for usize {
+    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        let mut count = *self as u64;
+        count.pass(tape)?;
+        *self = count as usize;
+        Ok(())
+    }
+}
+
+impl Lasting for String {
+    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        let mut count = self.len() as u64;
+        count.pass(tape)?;
+        let Head::Plays { from, .. } = &mut tape.head else {
+            let mut bytes = self.as_bytes().to_vec();
+            return tape.bytes(&mut bytes);
+        };
+        // Grows with what is there, whatever the count says.
+        let mut bytes = Vec::new();
+        from.take(count).read_to_end(&mut bytes).map_err(read_failure)?;
+        if bytes.len() as u64 != count {
+            return Err(refusal("it ends within a text".into()));
+        }
+        *self = String::from_utf8(bytes).map_err(|_| refusal("it holds a text that is none".into()))?;
+        Ok(())
+    }
+}
+
+impl<const N: usize> Lasting for SVector<f64, N> {
+    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        self.iter_mut().try_for_each(|x| x.pass(tape))
+    }
+}
+
+impl Lasting for UnitQuaternion<f64> {
+    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        let mut numbers = self.coords;
+        numbers.pass(tape)?;
+        // Normalising again would change its last digits.
+        *self = UnitQuaternion::new_unchecked(Quaternion::from(numbers));
+        Ok(())
+    }
+}
+
+impl<A: Lasting, B: Lasting> Lasting for (A, B) {
+    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        tape.pass([&mut self.0, &mut self.1])
+    }
+}
+
+impl<T: Lasting + Default> Lasting for Option<T> {
+    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        let mut there = u64::from(self.is_some());
+        there.pass(tape)?;
+        match there {
+            0 => *self = None,
+            1 => self.get_or_insert_default().pass(tape)?,
+            other => return Err(refusal(format!("it holds {other} where 0 or 1 should be"))),
+        }
+        Ok(())
+    }
+}
+
+impl<T: Lasting + Default> Lasting for Vec<T> {
+    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        let mut count = self.len() as u64;
+        count.pass(tape)?;
+        if !tape.plays() {
+            return self.iter_mut().try_for_each(|item| item.pass(tape));
+        }
+        self.clear();
+        // No room ahead: every entry is read before the next one is made.
+        for _ in 0..count {
+            let mut item = T::default();
+            item.pass(tape)?;
+            self.push(item);
+        }
+        Ok(())
+    }
+}

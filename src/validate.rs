@@ -1,0 +1,198 @@
+//! `mics validate`: the shipped cases beside their references, value for value.
+
+use crate::output::compare::{Comparison, percent, signed_percent};
+use crate::output::plot::cylinder_reference;
+use crate::output::print;
+use crate::output::summary::Summary;
+use crate::petsc::Session;
+use crate::run::{self, Request};
+use crate::{Error, Result};
+use std::fs;
+use std::path::Path;
+
+/// A shipped case, as it is compiled into the program, and how it is run.
+struct Row {
+    name: String,
+    text: &'static str,
+    set: Vec<String>,
+    quick: bool,
+}
+
+macro_rules! shipped {
+    ($path:literal) => {
+        include_str!(concat!("../cases/", $path))
+    };
+}
+
+/// Runs the shipped cases that have references, each into a folder in `out`, and prints their measures beside the
+/// references: the short ones, all (`full`), or those whose names begin with one of `names`. Collective; rank 0 prints.
+///
+/// # Errors
+/// When a name is unknown, a run fails, or measures fall short of their references: [`Error::Short`], after all have
+/// been run.
+pub fn validate(names: &[String], full: bool, out: &Path, petsc: &[String]) -> Result<()> {
+    let rows = chosen(names, full)?;
+    let session = Session::start(petsc)?;
+    let lead = session.rank() == 0;
+    let say = |line: &str| if lead { print(line) } else { Ok(()) };
+    let cure = |e| Error::Usage(format!("{}: cannot be made ({e}); give another folder with --out", out.display()));
+    session.agree(if lead { fs::create_dir_all(out).map_err(cure) } else { Ok(()) })?;
+    say(&columns(["case", "measure", "value", "reference", "error", "tolerance", "", "s"]))?;
+    say(&columns(WIDTHS.map(|width| "-".repeat(width.unsigned_abs())).each_ref().map(String::as_str)))?;
+    let (mut pass, mut short, mut failed) = (0, 0, Vec::new());
+    for row in rows {
+        match measure(&session, &row, out, petsc) {
+            Ok(summary) => {
+                for (name, c) in summary.comparisons() {
+                    say(&line(&row.name, &name, &c, summary.wall_seconds))?;
+                    *(if c.pass { &mut pass } else { &mut short }) += 1;
+                }
+            }
+            Err(e) => {
+                say(&format!("| {:<28} | the run failed: {e} |", row.name))?;
+                failed.push(row.name);
+            }
+        }
+    }
+    say("")?;
+    say(&conclude(pass, short, &failed)?)
+}
+
+/// The last line, or the failure that it is.
+fn conclude(pass: usize, short: usize, failed: &[String]) -> Result<String> {
+    let counts = format!("{pass} of {} values pass", pass + short);
+    match (short, failed) {
+        (0, []) => Ok(counts),
+        (_, []) => Err(Error::Short(format!("{counts}, {short} fall short of their references"))),
+        _ => Err(Error::Run(format!("{counts}; runs that failed: {}", failed.join(", ")))),
+    }
+}
+
+/// The rows of some names, or of all cases, or the short ones.
+fn chosen(names: &[String], full: bool) -> Result<Vec<Row>> {
+    let mut rows = shipped();
+    if let Some(unknown) = names.iter().find(|name| !rows.iter().any(|row| row.name.starts_with(*name))) {
+        let known = rows.iter().map(|row| format!("\"{}\"", row.name)).collect::<Vec<_>>().join(", ");
+        return Err(Error::Usage(format!("no case begins with \"{unknown}\"; known here: {known}")));
+    }
+    rows.retain(|row| match names {
+        [] => full || row.quick,
+        names => names.iter().any(|name| row.name.starts_with(name)),
+    });
+    Ok(rows)
+}
+
+/// Runs one case and returns its summary (an empty one on other ranks than the first).
+fn measure(session: &Session, row: &Row, out: &Path, petsc: &[String]) -> Result<Summary> {
+    let stem: String = row.name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
+    let (case, folder) = (out.join(format!("{stem}.toml")), out.join(&stem));
+    let lead = session.rank() == 0;
+    session.agree(if lead { fs::write(&case, row.text).map_err(Error::io(&case)) } else { Ok(()) })?;
+    let request = Request {
+        case,
+        out: Some(folder.clone()),
+        set: row.set.clone(),
+        force: true,
+        resume: false,
+        quiet: true,
+        petsc: petsc.to_vec(),
+    };
+    run::run(&request)?;
+    session.agree(if lead { Summary::read(&folder) } else { Ok(Summary::default()) })
+}
+
+/// Widths of the table's columns, negative where text stands on the left.
+const WIDTHS: [isize; 8] = [-28, -16, 9, 16, 9, 9, -11, 5];
+
+fn columns(cells: [&str; 8]) -> String {
+    let cell = |(text, width): (&str, isize)| match width.unsigned_abs() {
+        n if width < 0 => format!(" {text:<n$} |"),
+        n => format!(" {text:>n$} |"),
+    };
+    "|".to_owned() + &cells.into_iter().zip(WIDTHS).map(cell).collect::<String>()
+}
+
+fn line(case: &str, name: &str, c: &Comparison, seconds: f64) -> String {
+    let value = c.value.map_or("none".into(), |v| format!("{v:.5}"));
+    let error = c.error.map_or(String::new(), signed_percent);
+    let (reference, tolerance) = (c.reference.to_string(), percent(c.tolerance));
+    columns([case, name, &value, &reference, &error, &tolerance, c.verdict(), &format!("{seconds:.0}")])
+}
+
+/// The cases with references, in the order in which they are run: the short ones of `--quick` first.
+fn shipped() -> Vec<Row> {
+    let row = |name: &str, text: &'static str, set: &[&str], quick: bool| Row {
+        name: name.into(),
+        text,
+        set: set.iter().map(|given| given.to_string()).collect(),
+        quick,
+    };
+    let wake = shipped!("cylinder-wake/case.toml");
+    let settling = shipped!("settling-disc/case.toml");
+    let mut rows = vec![
+        row("lid-driven-cavity", shipped!("lid-driven-cavity/case.toml"), &[], true),
+        row("cylinder-wake Re 100", wake, &[], true),
+        row("settling-disc N 8", settling, &[], true),
+        row("neutral-disc-in-couette slow", shipped!("neutral-disc-in-couette/slow.toml"), &[], true),
+        row("drafting-kissing-tumbling", shipped!("drafting-kissing-tumbling/case.toml"), &[], true),
+        row("neutral-disc-in-couette", shipped!("neutral-disc-in-couette/case.toml"), &[], false),
+        row("channel-cylinder 2D-1", shipped!("channel-cylinder/steady.toml"), &[], false),
+        row("channel-cylinder 2D-2", shipped!("channel-cylinder/case.toml"), &[], false),
+        row("oscillating-cylinder", shipped!("oscillating-cylinder/case.toml"), &[], false),
+        row("settling-disc N 16", settling, &["domain.cells=[128,384]", "measure.0.tolerance=0.01"], false),
+        row("settling-disc heavier", shipped!("settling-disc/heavier.toml"), &[], false),
+    ];
+    let others = cylinder_reference("cd").into_iter().filter(|(re, _)| *re != 100.0);
+    rows.extend(others.map(|(re, cd)| {
+        let column = |name: &str| cylinder_reference(name).into_iter().find(|r| r.0 == re).map(|r| r.1);
+        let (end, from) = if re < 50.0 { (25.0, 24.0) } else { (40.0, 20.0) };
+        let mut set = vec![format!("fluid.viscosity={:?}", 200.0 / re), format!("time.end={end:?}")];
+        // A steady wake has no frequency, and a lift of 0 is no reference.
+        let references = [Some(cd), column("st"), column("cl_amplitude").filter(|v| *v > 0.0)];
+        for (k, reference) in references.into_iter().enumerate() {
+            set.push(format!("measure.{k}.from={from:?}"));
+            set.extend(reference.map(|v| format!("measure.{k}.reference={v:?}")));
+        }
+        Row { name: format!("cylinder-wake Re {re}"), text: wake, set, quick: re == 20.0 }
+    }));
+    rows.sort_by_key(|row| !row.quick);
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::load;
+
+    #[test]
+    fn one_value_that_falls_short_makes_the_status_1_and_a_run_that_fails_3() {
+        assert_eq!(conclude(4, 0, &[]).unwrap(), "4 of 4 values pass");
+        assert_eq!(conclude(4, 1, &[]).unwrap_err().exit_code(), 1);
+        assert_eq!(conclude(4, 1, &["crowd".into()]).unwrap_err().exit_code(), 3);
+    }
+
+    #[test]
+    fn cases_are_chosen_by_how_their_names_begin() {
+        let count = |names: &[&str], full| {
+            let names: Vec<String> = names.iter().map(|name| name.to_string()).collect();
+            chosen(&names, full).map(|rows| rows.len())
+        };
+        let (quick, all) = (count(&[], false).unwrap(), count(&[], true).unwrap());
+        assert!(0 < quick && quick < all && count(&["settling-disc", "cyl"], false).unwrap() > 3);
+        assert!(count(&["settling"], true).unwrap() == 3);
+        assert!(matches!(count(&["nonsense"], false), Err(Error::Usage(m)) if m.contains("\"oscillating-cylinder\"")));
+    }
+
+    #[test]
+    fn every_row_is_a_good_case_with_a_reference_and_its_source() {
+        let folder = tempfile::tempdir().unwrap();
+        let (case, rows) = (folder.path().join("case.toml"), shipped());
+        assert!(rows.iter().any(|row| row.quick) && rows.iter().any(|row| !row.quick));
+        for row in rows {
+            fs::write(&case, row.text).unwrap();
+            let case = load(&case, &row.set).unwrap_or_else(|e| panic!("{}: {e}", row.name)).case;
+            let with = case.measure.iter().filter(|m| m.reference.is_some());
+            assert!(with.clone().count() > 0 && with.clone().all(|m| m.source.is_some()), "{}", row.name);
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! A run while it goes on: its progress on a terminal, in a pipe, without colour, quiet, on several ranks, and
+//! `mics watch`.
+
+use crate::support::{box_case, command, mics, mics_command, mpirun};
+use std::path::{Path, PathBuf};
+use std::process::{Output, Stdio};
+use std::time::{Duration, Instant};
+
+const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
+
+/// A case of `steps` steps, some milliseconds each.
+fn case(dir: &Path, steps: u32) -> PathBuf {
+    let more = format!(
+        "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [0.6, 0.5]\nmotion = \"fixed\"\n\
+         [[measure]]\nname = \"drag\"\nkind = \"drag_coefficient\"\n[output]\nfigures = false\n\
+         [time]\nend = {:?}\nstep = 0.002",
+        0.002 * f64::from(steps)
+    );
+    let path = dir.join("case.toml");
+    std::fs::write(&path, box_case([2.0, 1.0], [64, 32], 0.01, STREAM, &more)).unwrap();
+    path
+}
+
+/// The records of `progress.jsonl`.
+fn records(out: &Path) -> Vec<serde_json::Value> {
+    let text = std::fs::read_to_string(out.join("progress.jsonl")).unwrap_or_default();
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+fn words(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
+}
+
+#[test]
+fn progress_is_one_voice_in_a_pipe_quiet_and_on_two_ranks_and_its_file_says_the_same() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = case(dir.path(), 40);
+    let go = |name: &str, ranks: usize, more: &[&str]| {
+        let out = dir.path().join(name);
+        let mut command = if ranks > 1 { mpirun(ranks, env!("CARGO_BIN_EXE_mics")) } else { mics_command() };
+        let output = command.arg("run").arg(&case).arg("--out").arg(&out).args(more).output().unwrap();
+        assert!(output.status.success(), "{}", words(&output));
+        let kept = records(&out);
+        let (first, last) = (&kept[0], &kept[kept.len() - 1]);
+        assert_eq!((first["status"].as_str(), last["status"].as_str()), (Some("running"), Some("done")), "{name}");
+        assert_eq!(last["step"].as_u64(), Some(40));
+        assert!((last["time"].as_f64().unwrap() - 0.08).abs() < 1e-12, "{last}");
+        for key in ["dt", "rate", "left", "divergence", "largest_speed"] {
+            assert!(first[key].is_f64(), "{name}: {key} in {first}");
+        }
+        let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+        assert_eq!(last["measures"], summary["measures"], "{name}");
+        words(&output)
+    };
+    let piped = go("pipe", 1, &[]);
+    assert!(!piped.contains(['\r', '\u{1b}']), "no terminal, no control characters: {piped:?}");
+    assert_eq!(piped.matches("64 x 32 cells").count(), 1);
+    assert_eq!(go("quiet", 1, &["--quiet"]), "");
+    let ranks = go("ranks", 2, &[]);
+    assert_eq!((ranks.matches("64 x 32 cells").count(), ranks.matches("drag = ").count()), (1, 1), "{ranks}");
+    assert!(!ranks.contains('\u{1b}'), "{ranks:?}");
+}
+
+/// Runs the case in a terminal of its own, as `script` makes one.
+fn in_terminal(case: &Path, out: &Path, environment: &[(&str, &str)]) -> String {
+    let line = format!("{} run {} --out {}", env!("CARGO_BIN_EXE_mics"), case.display(), out.display());
+    let mut script = command("script");
+    script.envs([("TERM", "xterm-256color")]).envs(environment.iter().copied());
+    let output = script.args(["-qec", &line, "/dev/null"]).stdin(Stdio::null()).output().expect("script of bsdutils");
+    assert!(output.status.success(), "{}", words(&output));
+    words(&output)
+}
+
+#[test]
+fn a_terminal_shows_a_bar_without_colour_and_a_dumb_one_shows_none() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = case(dir.path(), 40);
+    // A colour is ESC [ numbers m.
+    let coloured = |said: &str| {
+        said.split('\u{1b}').skip(1).any(|s| {
+            s.strip_prefix('[')
+                .is_some_and(|s| s.trim_start_matches(|c: char| c.is_ascii_digit() || c == ';').starts_with('m'))
+        })
+    };
+    let shown = in_terminal(&case, &dir.path().join("a"), &[("NO_COLOR", "1")]);
+    assert!(shown.contains("steps/s") && shown.contains(" %  t = "), "a bar: {shown:?}");
+    assert!(!coloured(&shown), "{shown:?}");
+    // The bar is gone when the table comes, and comes back no more.
+    let table = shown.find("ns per cell and step").unwrap();
+    assert!(!shown[table..].contains("steps/s"), "{shown:?}");
+    let dumb = in_terminal(&case, &dir.path().join("b"), &[("TERM", "dumb")]);
+    assert!(!dumb.contains('\u{1b}') && !dumb.contains("steps/s"), "{dumb:?}");
+}
+
+#[test]
+fn watch_follows_a_run_to_its_end() {
+    let dir = tempfile::tempdir().unwrap();
+    let (case, out) = (case(dir.path(), 300), dir.path().join("run"));
+    let mut run = mics_command().arg("run").arg(&case).arg("--quiet").arg("--out").arg(&out).spawn().unwrap();
+    wait_for(|| !records_or_none(&out).is_empty());
+    let watched = mics(&["watch", out.to_str().unwrap()]);
+    assert!(run.wait().unwrap().success());
+    let said = words(&watched);
+    assert!(watched.status.success() && said.contains("100 %  t = 0.6000 s, step 300"), "{said}");
+    assert!(said.contains("drag = ") && said.trim_end().ends_with("done at t = 0.600000 s, step 300"), "{said}");
+    // A run that has ended is told at once.
+    assert_eq!(words(&mics(&["watch", out.to_str().unwrap()])).lines().last(), said.lines().last());
+}
+
+#[test]
+fn watch_says_that_a_run_was_killed() {
+    let dir = tempfile::tempdir().unwrap();
+    let (case, out) = (case(dir.path(), 1_000_000), dir.path().join("run"));
+    let mut run = mics_command().arg("run").arg(&case).arg("--quiet").arg("--out").arg(&out).spawn().unwrap();
+    wait_for(|| !records_or_none(&out).is_empty());
+    run.kill().unwrap();
+    run.wait().unwrap();
+    let watched = mics(&["watch", out.to_str().unwrap()]);
+    let said = words(&watched);
+    assert_eq!(watched.status.code(), Some(3), "{said}");
+    assert!(said.contains("gone without a word") && said.contains("it was killed"), "{said}");
+}
+
+/// The whole lines so far.
+fn records_or_none(out: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(out.join("progress.jsonl")).unwrap_or_default();
+    text.split_inclusive('\n').filter(|line| line.ends_with('\n')).map(str::to_owned).collect()
+}
+
+fn wait_for(ready: impl Fn() -> bool) {
+    let started = Instant::now();
+    while !ready() {
+        assert!(started.elapsed() < Duration::from_secs(60), "no progress after a minute");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}

@@ -1,0 +1,99 @@
+//! `mics report` and `mics validate`. How a report looks in a browser is `ci/read-report`'s.
+
+use crate::support::{mics, run, shipped};
+use std::fs;
+use std::path::Path;
+
+fn report(run: &Path) -> String {
+    let output = mics(&["report", run.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), run.join("report.html").to_str().unwrap());
+    fs::read_to_string(run.join("report.html")).unwrap()
+}
+
+#[test]
+fn a_report_says_what_ran_how_it_compares_and_how_to_run_it_again() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("run");
+    // The source would be markup, were it not escaped; one measure passes, one falls short, one has no reference.
+    let measures = "measure=[{ name = \"speed\", kind = \"terminal_velocity\", reference = [0.0, 9.0], source = \"<b>me</b> & co\" }, \
+        { name = \"y\", kind = \"position_y\", reference = 99.0, tolerance = 0.01 }, { name = \"x\", kind = \"position_x\" }]";
+    let more = ["--set", measures, "--set", "time.end=0.05", "--set", "domain.cells=[32,96]"];
+    let summary =
+        run(&shipped("cases/settling-disc/case.toml"), &out, &[&more[..], &["--", "-ksp_type", "cg"]].concat());
+    assert_eq!(
+        (&summary["comparisons"]["speed"]["pass"], &summary["comparisons"]["y"]["pass"]),
+        (&true.into(), &false.into())
+    );
+    assert!(summary["comparisons"]["x"].is_null());
+    let html = report(&out);
+    for part in [
+        "1 of 2 fall short of their references",
+        "&lt;b&gt;me&lt;/b&gt; &amp; co",
+        "0 to 9",
+        "falls short",
+        "no reference",
+        "V d/nu of the particle that reaches most",
+        "sqrt(|s - 1| g d^3)/nu",
+        "contacts (20-25)",
+        "the case has no [contact]",
+        "cg + hypre",
+        "mics run case.toml --out again -- -ksp_type cg",
+        "density ratio 1.2500, free",
+        "<pre>name = &quot;settling-disc&quot;",
+        "assembly",
+    ] {
+        assert!(html.contains(part), "no `{part}`");
+    }
+    for title in
+        ["Vorticity", "Streamlines", "Force along x", "Force along y", "Paths", "Velocity", "Divergence", "Iterations"]
+    {
+        assert!(
+            html.contains(&format!("<h3>{title}</h3><svg role=\"img\" aria-label=\"{title}\"")),
+            "no figure {title}"
+        );
+    }
+    // It needs nothing else: no script, and no address but those of the XML names.
+    assert!(!html.contains("<script") && !html.contains("<b>me"));
+    let addresses = html.match_indices("http").map(|(at, _)| &html[at..at + 21]);
+    let foreign: Vec<_> =
+        addresses.filter(|a| !a.starts_with("http://www.w3.org/") && !a.starts_with("http-equiv")).collect();
+    assert!(foreign.is_empty(), "{foreign:?}");
+    // It is a run's file: a run that replaces this one takes it away.
+    run(&shipped("cases/settling-disc/case.toml"), &out, &[&more[..], &["--force"]].concat());
+    assert!(!out.join("report.html").exists());
+}
+
+#[test]
+fn a_run_that_failed_or_goes_on_has_a_report_of_what_there_is() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("run");
+    let case = shipped("cases/settling-disc/case.toml");
+    run(&case, &out, &["--set", "time.end=0.02", "--set", "domain.cells=[32,96]", "--set", "output.figures=false"]);
+    // As a run that has not ended leaves it.
+    fs::remove_file(out.join("summary.json")).unwrap();
+    let html = report(&out);
+    assert!(
+        html.contains("not ended") && html.contains("<h3>Divergence</h3>") && !html.contains("Where the time went")
+    );
+    // As one that failed leaves it.
+    fs::write(out.join("summary.json"), "{\"status\": \"failed\", \"steps\": 3}").unwrap();
+    let log = fs::read_to_string(out.join("log.txt")).unwrap();
+    fs::write(out.join("log.txt"), log + "error: step 4, from t = 0.01 s: the sky fell\n").unwrap();
+    assert!(report(&out).contains("<p class=\"notice\">step 4, from t = 0.01 s: the sky fell</p>"));
+}
+
+#[test]
+fn validate_runs_a_shipped_case_and_says_value_reference_error_and_verdict() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("out");
+    let output = mics(&["validate", "settling-disc N 8", "--out", out.to_str().unwrap()]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    let row = said.lines().find(|line| line.contains("largest_speed")).unwrap_or_else(|| panic!("{said}"));
+    for part in ["settling-disc N 8", "5.575", " %", "2 %", "pass"] {
+        assert!(row.contains(part), "no `{part}` in {row}");
+    }
+    assert!(said.trim_end().ends_with("1 of 1 values pass"), "{said}");
+    assert!(out.join("settling-disc-N-8/summary.json").exists());
+}
