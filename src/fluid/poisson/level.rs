@@ -12,6 +12,7 @@
 
 use super::lattice::{Lattice, exchange};
 use crate::Result;
+use crate::grid::wide;
 use crate::petsc::{Halo, Session};
 
 /// What the multigrid computes in: half the memory traffic of double precision, and its error is the Krylov method's to
@@ -135,13 +136,19 @@ impl Level {
 
     /// The first sweep, from x = 0.
     pub fn smooth_from_zero(&mut self, omega: Single) {
-        let n = self.lattice.n[0];
-        for s in self.lattice.rows() {
-            let (b, inverse) = (&self.b[s..][..n], &self.inverse[s..][..n]);
-            for ((x, b), d) in self.x[s..][..n].iter_mut().zip(b).zip(inverse) {
-                *x = omega * d * b;
-            }
-        }
+        let Level { lattice, inverse, x, b, .. } = self;
+        let n = lattice.n[0];
+        wide(
+            #[inline(always)]
+            || {
+                for s in lattice.rows() {
+                    let (b, inverse) = (&b[s..][..n], &inverse[s..][..n]);
+                    for ((x, b), d) in x[s..][..n].iter_mut().zip(b).zip(inverse) {
+                        *x = omega * d * b;
+                    }
+                }
+            },
+        );
     }
 
     /// A sweep.
@@ -149,10 +156,22 @@ impl Level {
         let Level { lattice, g, inverse, x, b, next, halo, .. } = self;
         exchange(halo, lattice.axes, x)?;
         let n = lattice.n[0];
-        for s in lattice.rows() {
-            let (b, inverse) = (&b[s..][..n], &inverse[s..][..n]);
-            lattice.for_row(g, x, s, &mut next[s..], |i, x, flux| x + omega * inverse[i] * (b[i] + flux));
-        }
+        wide(
+            #[inline(always)]
+            || {
+                for s in lattice.rows() {
+                    let (b, inverse) = (&b[s..][..n], &inverse[s..][..n]);
+                    lattice.for_row(
+                        g,
+                        x,
+                        s,
+                        &mut next[s..],
+                        #[inline(always)]
+                        |i, x, flux| x + omega * inverse[i] * (b[i] + flux),
+                    );
+                }
+            },
+        );
         std::mem::swap(x, next);
         Ok(())
     }
@@ -162,16 +181,29 @@ impl Level {
         let Level { lattice, g, x, b, row, halo, factor, .. } = self;
         exchange(halo, lattice.axes, x)?;
         let n = lattice.n[0];
-        for s in coarse.lattice.rows() {
-            coarse.b[s..][..coarse.lattice.n[0]].fill(0.0);
-        }
-        for (k, j) in (0..lattice.n[2]).flat_map(|k| (0..lattice.n[1]).map(move |j| (k, j))) {
-            let s = lattice.row(j, k);
-            let b = &b[s..][..n];
-            lattice.for_row(g, x, s, row, |i, _, flux| b[i] + flux);
-            let to = coarse.lattice.row(j / factor[1], k / factor[2]);
-            add_up(row, factor[0], &mut coarse.b[to..][..coarse.lattice.n[0]]);
-        }
+        let (to, wide_lattice) = (&mut coarse.b, coarse.lattice);
+        wide(
+            #[inline(always)]
+            || {
+                for s in wide_lattice.rows() {
+                    to[s..][..wide_lattice.n[0]].fill(0.0);
+                }
+                for (k, j) in (0..lattice.n[2]).flat_map(|k| (0..lattice.n[1]).map(move |j| (k, j))) {
+                    let s = lattice.row(j, k);
+                    let b = &b[s..][..n];
+                    lattice.for_row(
+                        g,
+                        x,
+                        s,
+                        row,
+                        #[inline(always)]
+                        |i, _, flux| b[i] + flux,
+                    );
+                    let s = wide_lattice.row(j / factor[1], k / factor[2]);
+                    add_up(row, factor[0], &mut to[s..][..wide_lattice.n[0]]);
+                }
+            },
+        );
         Ok(())
     }
 
@@ -197,6 +229,7 @@ impl Level {
 }
 
 /// Adds to `out` the sums of each `factor` numbers of a row; of one, where an odd one is left.
+#[inline(always)]
 fn add_up(row: &[Single], factor: usize, out: &mut [Single]) {
     if factor == 1 {
         out.iter_mut().zip(row).for_each(|(o, v)| *o += v);

@@ -20,7 +20,7 @@ pub use bodies::Covered;
 pub use matrix::Rows;
 
 use crate::fluid::faces::FaceCoefficient;
-use crate::grid::{Border, Boundaries, Grid};
+use crate::grid::{Border, Boundaries, Grid, largest, wide};
 use crate::petsc::{Halo, Layout, Operator, OwnPreconditioner, Session};
 use crate::{Error, Result};
 use bodies::{Bodies, Frame};
@@ -260,24 +260,41 @@ impl Poisson {
 
     /// One cycle of the multigrid for `A z = r`.
     fn cycle(&mut self, r: &[f64], z: &mut [f64]) -> Result<()> {
-        let mut size = [r.iter().fold(0.0f64, |most, r| if r.abs() > most { r.abs() } else { most })];
+        let most = || {
+            wide(
+                #[inline(always)]
+                || largest(r.len(), #[inline(always)] |i| r[i].abs()),
+            )
+        };
+        let mut size = [most()];
         self.session.max(&mut size)?;
         if size[0] == 0.0 {
             z.fill(0.0);
             return Ok(());
         }
-        let (nx, largest) = (self.lattice.n[0], self.largest);
+        let (nx, most) = (self.lattice.n[0], self.largest);
         let (multigrid, bodies) = self.multigrid()?;
-        let (down, up) = (1.0 / size[0], size[0] / largest);
+        let (down, up) = (1.0 / size[0], size[0] / most);
         let finest = &mut multigrid.levels[0];
-        for (s, r) in finest.lattice.rows().zip(r.chunks_exact(nx)) {
-            finest.b[s..][..nx].iter_mut().zip(r).for_each(|(b, r)| *b = (down * r) as f32);
-        }
+        let (lattice, b) = (finest.lattice, &mut finest.b);
+        wide(
+            #[inline(always)]
+            || {
+                for (s, r) in lattice.rows().zip(r.chunks_exact(nx)) {
+                    b[s..][..nx].iter_mut().zip(r).for_each(#[inline(always)] |(b, r)| *b = (down * r) as f32);
+                }
+            },
+        );
         multigrid.cycle(bodies, true)?;
-        let finest = &multigrid.levels[0];
-        for (s, z) in finest.lattice.rows().zip(z.chunks_exact_mut(nx)) {
-            z.iter_mut().zip(&finest.x[s..][..nx]).for_each(|(z, x)| *z = up * f64::from(*x));
-        }
+        let x = &multigrid.levels[0].x;
+        wide(
+            #[inline(always)]
+            || {
+                for (s, z) in lattice.rows().zip(z.chunks_exact_mut(nx)) {
+                    z.iter_mut().zip(&x[s..][..nx]).for_each(#[inline(always)] |(z, x)| *z = up * f64::from(*x));
+                }
+            },
+        );
         Ok(())
     }
 
@@ -329,9 +346,15 @@ impl Operator for Poisson {
             self.x[s..][..nx].copy_from_slice(x);
         }
         exchange(&mut self.halo, lattice.axes, &mut self.x)?;
-        for (s, y) in lattice.rows().zip(y.chunks_exact_mut(nx)) {
-            lattice.for_row(&self.g, &self.x, s, y, |_, _, flux| -flux);
-        }
+        let (g, field) = (&self.g, &self.x);
+        wide(
+            #[inline(always)]
+            || {
+                for (s, y) in lattice.rows().zip(y.chunks_exact_mut(nx)) {
+                    lattice.for_row(g, field, s, y, #[inline(always)] |_, _, flux| -flux);
+                }
+            },
+        );
         self.bodies.add_product(x, y)
     }
 
