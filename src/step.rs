@@ -100,7 +100,7 @@ impl<const D: usize> Scene<D> {
     }
 
     /// Whether advection and diffusion are one pass: nobody asks for them one by one, and the mixture is the fluid.
-    pub(crate) fn is_plain(&self) -> bool {
+    fn is_plain(&self) -> bool {
         let mixed = matches!(self.coupling, Some(Coupling::Mixing(_)));
         !mixed && matches!((&self.advection, &self.viscosity), (Advection::Upwind5, Coefficient::Uniform(_)))
     }

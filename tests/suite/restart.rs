@@ -363,7 +363,7 @@ fn a_disk_that_fills_up_ends_the_run_with_3_and_leaves_whole_files_from_which_it
     let every = ["--set", "output.particles={ every = 1 }"];
     run(&case, &straight, &every);
     // A limit on the size of files: writing fails as it does on a full disk, here for particles.csv.
-    let script = "trap '' XFSZ; ulimit -f 72; exec \"$0\" \"$@\"";
+    let script = "trap '' XFSZ; ulimit -f 100; exec \"$0\" \"$@\"";
     let output = command("bash")
         .args(["-c", script, env!("CARGO_BIN_EXE_mics")])
         .args(words(&case, &out, &[&["--quiet"], &every[..]].concat()))
