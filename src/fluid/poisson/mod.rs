@@ -98,12 +98,15 @@ impl Poisson {
             g: Default::default(),
             largest: 0.0,
             x: Vec::new(),
-            bodies: Bodies::new(session, D),
+            bodies: Bodies::new(
+                session,
+                D,
+                std::array::from_fn(|a| grid.h.get(a).map_or(0.0, |h| narrowest / h)),
+            ),
             frame: Frame {
                 stride: std::array::from_fn(|a| grid.stride.get(a).copied().unwrap_or(1)),
                 stored: layout.stored,
                 ghosts: layout.ghosts,
-                inverse_h: std::array::from_fn(|a| grid.h.get(a).map_or(0.0, |h| narrowest / h)),
             },
             narrowest,
             multigrid: None,
