@@ -12,7 +12,9 @@ use std::process::ExitCode;
 /// The end of the manual page.
 const EXIT_STATUS: &str = ".SH \"EXIT STATUS\"
 0: done. 1: `mics validate` ran, and values fall short of their references. 2: the case or the command line is wrong, and
-nothing was written. 3: the run failed, with the state before the failing step kept and named.
+nothing was written. 3: the run failed, with the state before the failing step kept and named; or `mics watch` saw that of
+its run, or that it was killed. 130: interrupted by Ctrl-C, SIGTERM or SIGUSR1 after writing a checkpoint, from which --resume goes
+on; `mics watch` says so with the same status.
 .SH \"SEE ALSO\"
 The equations, the keys of a case and what was measured: README.md, in /usr/share/doc/mics where Debian's package is installed.";
 

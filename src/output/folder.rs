@@ -1,6 +1,7 @@
 //! A run's folder: who may use it, its logs, its snapshots and its summary. Lives on rank 0.
 
 use super::checkpoint;
+use super::progress::Progress;
 use super::rows::Rows;
 use super::snapshot::{Snapshot, replace, write_series};
 use super::{progress, report};
@@ -80,15 +81,17 @@ pub struct Marks {
     particles: Option<u64>,
     /// Bytes of `log.txt`.
     log: u64,
+    /// Bytes of `progress.jsonl`.
+    progress: u64,
     /// Time (s) and step of every snapshot.
     snapshots: Vec<(f64, u64)>,
 }
 
 impl Lasting for Marks {
     fn pass(&mut self, tape: &mut Tape) -> Result<()> {
-        let Marks { steps, particles, log, snapshots } = self;
+        let Marks { steps, particles, log, progress, snapshots } = self;
         tape.label("logs")?;
-        tape.pass([steps, particles, log, snapshots])
+        tape.pass([steps, particles, log, progress, snapshots])
     }
 }
 
@@ -219,6 +222,7 @@ impl Folder {
         // Nobody needs what was said before.
         let kept = Rows::go_on(&said, marks.log);
         log.file = Some(kept.or_else(|_| Rows::create(&said, ""))?);
+        progress::cut(path, marks.progress)?;
         let folder = Folder {
             steps: Rows::go_on(&steps, marks.steps)?,
             particles: marks.particles.map(|length| Rows::go_on(&particles, length)).transpose()?,
@@ -230,12 +234,13 @@ impl Folder {
         Ok(folder)
     }
 
-    /// Brings the logs to the disk, and says how far they have come.
-    pub fn mark(&mut self, log: &mut Log) -> Result<Marks> {
+    /// Brings the logs to the disk, and says how far they have come, `progress` among them.
+    pub fn mark(&mut self, log: &mut Log, progress: &Progress) -> Result<Marks> {
         Ok(Marks {
             steps: self.steps.sync()?,
             particles: self.particles.as_mut().map(Rows::sync).transpose()?,
             log: log.file.as_mut().map_or(Ok(0), Rows::sync)?,
+            progress: progress.length(),
             snapshots: self.snapshots.clone(),
         })
     }

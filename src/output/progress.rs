@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::fs::File;
-use std::io::{IsTerminal, Read as _, Seek as _, SeekFrom, Write as _};
+use std::io::{ErrorKind, IsTerminal, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -127,6 +127,11 @@ impl Progress {
         }
     }
 
+    /// Bytes that the file has.
+    pub fn length(&self) -> u64 {
+        self.file.as_ref().and_then(|file| file.metadata().ok()).map_or(0, |about| about.len())
+    }
+
     /// Takes the state that the run begins with: its step count and time (s).
     pub fn begin(&mut self, step: u64, time: f64) {
         self.from = Some((step, time));
@@ -177,10 +182,26 @@ impl Progress {
     }
 }
 
+/// Drops what a run's file has after its first `length` bytes: steps that will be done again.
+///
+/// # Errors
+/// When the file is there and cannot be cut. Nobody needs it, and so it may be shorter or not there.
+pub fn cut(run: &Path, length: u64) -> Result<()> {
+    let path = run.join(FILE);
+    let cut = File::options().write(true).open(&path).and_then(|file| {
+        let kept = file.metadata()?.len().min(length);
+        file.set_len(kept)
+    });
+    match cut {
+        Err(e) if e.kind() != ErrorKind::NotFound => Err(Error::io(&path)(e)),
+        _ => Ok(()),
+    }
+}
+
 /// Follows a run until it ends, from another terminal: the bar of `mics run`, or a line every few seconds.
 ///
 /// # Errors
-/// When the folder holds no run, the run fails or is interrupted, or its process has gone without a word.
+/// When the folder holds no run, the run fails or is interrupted, as it does itself, or its process has gone without a word.
 pub fn watch(run: &Path) -> Result<()> {
     let provenance = Provenance::read(run)?;
     let here = provenance.host == crate::run::host();
@@ -230,7 +251,11 @@ pub fn watch(run: &Path) -> Result<()> {
             run.display(),
             newest.pid
         ))),
-        "interrupted" => Err(Error::Run(format!("{}: the run was interrupted {at}", run.display()))),
+        "interrupted" => Err(Error::Interrupted(format!(
+            "{}: the run was interrupted {at}, with exit status {}; its command with --resume goes on from there",
+            run.display(),
+            crate::interrupt::STATUS
+        ))),
         _ => Err(Error::Run(format!("{}: the run failed {at}; log.txt says why", run.display()))),
     }
 }
@@ -279,6 +304,23 @@ mod tests {
         let kept = lines(folder.path());
         assert_eq!(kept.len(), 2);
         assert_eq!(serde_json::from_str::<Record>(&kept[1]).unwrap().step, 3);
+    }
+
+    #[test]
+    fn steps_that_will_be_done_again_are_cut_off_and_a_file_that_is_short_or_gone_is_no_reason_to_stop() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut progress = Progress::new(false, 2.0, Some(folder.path()));
+        progress.finish("interrupted", 3, 1.0, Map::new());
+        let kept = progress.length();
+        progress.finish("failed", 4, 1.5, Map::new());
+        cut(folder.path(), kept).unwrap();
+        let mut progress = Progress::new(false, 2.0, Some(folder.path()));
+        progress.finish("done", 4, 2.0, Map::new());
+        let status = |line: &String| serde_json::from_str::<Record>(line).unwrap().status;
+        assert_eq!(lines(folder.path()).iter().map(status).collect::<Vec<_>>(), ["interrupted", "done"]);
+        cut(folder.path(), 1 << 20).unwrap();
+        assert_eq!(lines(folder.path()).len(), 2);
+        cut(&folder.path().join("nothing"), 5).unwrap();
     }
 
     #[test]

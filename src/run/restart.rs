@@ -69,7 +69,7 @@ impl<const D: usize> Run<'_, D> {
         if self.checkpoints.newest == Some(step) {
             return Ok(());
         }
-        let marked = self.folder.as_mut().map_or(Ok(Marks::default()), |folder| folder.mark(&mut self.log));
+        let marked = self.folder.as_mut().map_or(Ok(Marks::default()), |folder| folder.mark(&mut self.log, &self.progress));
         let mut marks = self.session.agree(marked)?;
         let created = self.folder.as_ref().map(|folder| Writer::create(&folder.path, step)).transpose();
         let mut writer = self.session.agree(created)?;

@@ -176,7 +176,16 @@ fn said(output: &Output) -> String {
     String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned()
 }
 
-/// Steps, particles, measures and the fields of two runs are the same, byte for byte, but for the time that they took.
+/// Step and status of every record of `progress.jsonl`.
+fn progress(out: &Path) -> Vec<(u64, String)> {
+    let text = std::fs::read_to_string(out.join("progress.jsonl")).unwrap();
+    let record = |line: &str| serde_json::from_str::<serde_json::Value>(line).unwrap();
+    let said = |r: serde_json::Value| (r["step"].as_u64().unwrap(), r["status"].as_str().unwrap().to_owned());
+    text.lines().map(record).map(said).collect()
+}
+
+/// Steps, particles, measures and the fields of two runs are the same, byte for byte, but for the time that they took. The
+/// progress of the second goes forward only, and ends once.
 fn expect_the_same_run(a: &Path, b: &Path) {
     let text = |out: &Path, name: &str| std::fs::read_to_string(out.join(name)).unwrap();
     let rows = |out: &Path| -> Vec<String> {
@@ -196,6 +205,11 @@ fn expect_the_same_run(a: &Path, b: &Path) {
         files
     };
     assert!(files(a) == files(b), "fields of {} and {}", a.display(), b.display());
+    let records = progress(b);
+    let ((last, status), before) = records.split_last().unwrap();
+    let forward = before.is_sorted_by(|(a, _), (b, _)| a < b) && before.iter().all(|(step, _)| step <= last);
+    let one_end = status == "done" && before.iter().all(|(_, status)| status == "running");
+    assert!(forward && one_end, "progress.jsonl of {}: {records:?}", b.display());
     let (a, b) = (summary(a), summary(b));
     for key in ["status", "steps", "time", "divergence_max", "outer_iterations", "krylov_iterations", "measures"] {
         assert_eq!(a[key], b[key], "{key}");
@@ -256,6 +270,10 @@ fn ctrl_c_and_sigterm_finish_the_step_write_a_checkpoint_and_end_with_130() {
         let kept = std::fs::read_to_string(out.join("summary.json")).unwrap();
         assert!(kept.contains("\"status\": \"interrupted\""), "{kept}");
         assert_eq!(checkpoints(&out).len(), 1);
+        assert_eq!(progress(&out).last().unwrap().1, "interrupted");
+        let watched = mics(&["watch", out.to_str().unwrap()]);
+        assert_eq!(watched.status.code(), Some(130), "{}", said(&watched));
+        assert!(said(&watched).contains("interrupted at t = ") && said(&watched).contains("--resume"));
         run(&case, &out, &["--resume"]);
         expect_the_same_run(&straight, &out);
     }

@@ -1,5 +1,6 @@
 //! How bodies go ahead to their new place, and what pressure makes of their velocity there (formulas in the parent).
 
+use super::skin::RESISTANCE;
 use super::{NUMBERS, Sharp};
 use crate::Result;
 use crate::coupling::refuse_meetings;
@@ -82,15 +83,10 @@ impl<const D: usize> Sharp<D> {
             let (body, ride) = (&mut self.bodies[k], &mut self.rides[k]);
             let (before, torque_before) = ride.shear_before.replace((shear, torque)).unwrap_or((shear, torque));
             ride.pressure = pressure;
-            ride.shear = (0.5 * (shear + before), 0.5 * (torque + torque_before));
+            let (drag, turn) = resistance(body, self.fluid_viscosity / self.h);
+            let centred = 0.5 * inertial_share(body, turn, dt);
+            ride.shear = (0.5 * (shear + before), torque + centred * (torque_before - torque));
             let Some(freedom) = body.freedom() else { continue };
-            // What the wall shear takes back of a change of the motion within the step, from the profile's first probe.
-            let r = body.radius;
-            let (drag, turn) = match body.shape {
-                Shape::Disc => (TAU * r / self.h, TAU * r.powi(3) / self.h),
-                Shape::Sphere => (4.0 * PI * r * r / self.h, 8.0 / 3.0 * PI * r.powi(4) / self.h),
-            };
-            let (drag, turn) = (self.fluid_viscosity * drag, self.fluid_viscosity * turn);
             ride.inertia = body.mass() + dt * drag;
             let weight = (body.mass() - self.fluid_density * body.volume()) * self.gravity;
             let change = dt * (pressure + ride.shear.0 + ride.rest + weight + drag * (ride.expected.0 - ride.start.0))
@@ -111,9 +107,10 @@ impl<const D: usize> Sharp<D> {
             }
             let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
             let heavier = body.mass() + self.fluid_density * body.volume();
+            let kept = inertial_share(body, resistance(body, self.fluid_viscosity / self.h).1, dt);
             ride.push = Push {
                 acceleration: (body.velocity - ride.start.0 - impulse.linear / heavier) / dt,
-                angular: (body.spin - ride.start.1 - impulse.angular / body.inertia()) / dt,
+                angular: (body.spin - ride.start.1 - impulse.angular / body.inertia()) * (kept / dt),
             };
         }
     }
@@ -136,6 +133,25 @@ impl<const D: usize> Sharp<D> {
         }
         (&self.weights, &self.entries)
     }
+}
+
+/// What the wall shear takes back of a change of a body's velocity (N s/m) and spin (N m s) within a step, for a viscosity over
+/// spacing (Pa s/m): of the velocity by the profile's first probe, of the spin by the slope of the wall shear itself.
+fn resistance(body: &Body, unit: f64) -> (f64, f64) {
+    let r = body.radius;
+    let (drag, turn) = match body.shape {
+        Shape::Disc => (TAU * r, TAU * r.powi(3)),
+        Shape::Sphere => (4.0 * PI * r * r, 8.0 / 3.0 * PI * r.powi(4)),
+    };
+    (unit * drag, unit * RESISTANCE * turn)
+}
+
+/// The part of a free body's answer to torque over the step `dt` (s) that is inertia, and not the wall shear's resistance `turn`
+/// (N m s). The torque is centred in time, and the spin carried on, as far as this goes: of a body of no inertia the spin is
+/// that of the flow around it, and what it was before only feeds an oscillation (nothing but added mass resists pressure, but
+/// nothing adds inertia to a disc's spin).
+fn inertial_share(body: &Body, turn: f64, dt: f64) -> f64 {
+    body.freedom().map_or(1.0, |_| body.inertia() / (body.inertia() + dt * turn))
 }
 
 impl<const D: usize> Rider<D> for Sharp<D> {

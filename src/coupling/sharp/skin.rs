@@ -28,6 +28,8 @@ const UNRESOLVED: f64 = 1.25;
 const MOST: f64 = 5.0;
 /// Spacings between the probes of the wall's slope.
 const SLOPE: f64 = 0.7;
+/// What that slope takes of the wall's own velocity, over a spacing.
+pub(super) const RESISTANCE: f64 = (3.0 - 1.5 + 1.0 / 3.0) / SLOPE;
 /// Gap, in spacings, beyond which nothing is felt of what lies there.
 pub(super) const NEAR: f64 = 2.75;
 
