@@ -183,7 +183,11 @@ impl Projection {
             || {
                 for row in grid.rows() {
                     let d = &divergence[row];
-                    most[0] = most[0].max(largest(d.len(), #[inline(always)] |i| d[i].abs()));
+                    most[0] = most[0].max(largest(
+                        d.len(),
+                        #[inline(always)]
+                        |i| d[i].abs(),
+                    ));
                 }
             },
         );

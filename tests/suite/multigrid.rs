@@ -136,8 +136,7 @@ impl<const D: usize> Case<D> {
         let cells = self.cells.iter().product();
         let singular = !boundaries.fixes_pressure();
         let none = || (Vec::new(), Vec::new());
-        let solver =
-            LinearSolver::new(&petsc.session, Choice::Multigrid, (D, cells), operator.clone(), singular, none);
+        let solver = LinearSolver::new(&petsc.session, Choice::Multigrid, (D, cells), operator.clone(), singular, none);
         System { operator, solver: solver.unwrap(), cells }
     }
 
@@ -224,7 +223,7 @@ fn iterations_grow_neither_with_the_grid_nor_with_the_density() {
             });
             println!("s = {ratio}, N = {diameter}: {iterations:?}");
             let [least, most] = [iterations.iter().min(), iterations.iter().max()].map(|n| *n.unwrap());
-            assert!(most <= 17 && most - least <= 5, "s = {ratio}, N = {diameter}: {iterations:?}");
+            assert!(most <= 12 && most - least <= 3, "s = {ratio}, N = {diameter}: {iterations:?}");
         }
     }
     println!("mixture");
@@ -248,7 +247,7 @@ fn iterations_grow_neither_with_the_grid_nor_with_the_density() {
             case.iterations(&petsc)
         });
         println!("s = {ratio}: {iterations:?}");
-        assert!(iterations.iter().all(|n| *n <= 16), "3D, s = {ratio}: {iterations:?}");
+        assert!(iterations.iter().all(|n| *n <= 12), "3D, s = {ratio}: {iterations:?}");
     }
 }
 
@@ -256,7 +255,8 @@ fn iterations_grow_neither_with_the_grid_nor_with_the_density() {
 fn odd_and_flat_grids_take_no_more_iterations() {
     let petsc = petsc();
     let ends = [Ends::Outflow, Ends::Walls];
-    for (cells, h) in [([127, 61], [1.0, 1.0]), ([500, 4], [1.0, 1.0]), ([64, 64], [1.0, 8.0]), ([3, 300], [1.0, 1.0])] {
+    for (cells, h) in [([127, 61], [1.0, 1.0]), ([500, 4], [1.0, 1.0]), ([64, 64], [1.0, 8.0]), ([3, 300], [1.0, 1.0])]
+    {
         let case = Case { h, ..Case::empty(cells, ends) };
         let iterations = case.iterations(&petsc);
         println!("{cells:?}, h = {h:?}: {iterations}");

@@ -91,15 +91,15 @@ pub(super) struct Bodies {
     /// The cells that each body fills, by axis; three numbers a body that the ranks sum.
     volumes: Vec<f64>,
     sums: Vec<f64>,
-    /// Whether they weigh enough to take part in the multigrid.
+    /// Whether any is light enough to take part in the multigrid.
     active: bool,
 }
 
 /// Largest `w j^T D^-1 j` that smoothing takes: neighbours that share cells would make it indefinite beyond.
 const HEAVIEST: f64 = 3.0;
 
-/// `w j^T D^-1 j` from which on the multigrid takes bodies in, which costs it time: below four of the fluid's densities.
-const LIGHT: f64 = 0.15;
+/// The fluid's density over a body's from which on the multigrid takes bodies in, which costs it time.
+const LIGHT: f64 = 0.2;
 
 /// How much of `j^2` goes into the diagonal: cells that bodies close from all sides have next to none of their own.
 const FLOOR: f64 = 0.1;
@@ -111,7 +111,7 @@ const SHARED: f64 = 1.3;
 const CONDUCTOR: f64 = 3.0;
 
 /// Cells across a body that a level has to have to resolve it.
-const RESOLVED: f64 = 7.0;
+const RESOLVED: f64 = 3.5;
 
 /// No cell.
 const NONE: u32 = u32::MAX;
@@ -304,16 +304,16 @@ impl Bodies {
     /// Raises the diagonal where bodies lie. Collective.
     pub fn prepare(&mut self, l: usize, level: &mut Level, scale: f64) -> Result<()> {
         if l == 0 {
-            self.active = !self.weights.is_empty();
-        } else if !self.on(l) {
+            // In these units a weight times the body's cells is the fluid's density over the body's.
+            let lightness = self.volumes.iter().zip(self.weights.iter().flatten()).map(|(v, w)| v * w * scale);
+            self.active = lightness.fold(0.0, f64::max) >= LIGHT;
+            self.layers[0].smooth.resize(self.weights.len(), Smooth::default());
+        }
+        if !self.on(l) {
             return Ok(());
         }
-        if !self.active {
-            return Ok(());
-        }
-        let Bodies { session, axes, weights, layers, active, .. } = self;
+        let Bodies { session, axes, weights, layers, .. } = self;
         let Layer { begin, cells, smooth, grams, .. } = &mut layers[l];
-        smooth.resize(weights.len(), Smooth::default());
         grams.resize(9 * weights.len(), 0.0);
         let raised = |inverse: Single, j: &[f64; 3]| {
             let d = if inverse > 0.0 { 1.0 / f64::from(inverse) } else { 0.0 };
@@ -329,13 +329,11 @@ impl Bodies {
             }
         }
         session.sum(grams)?;
-        let mut strongest = 0.0f64;
         for ((gram, w), smooth) in grams.chunks_exact(9).zip(weights.iter()).zip(smooth.iter_mut()) {
             let mut block = nalgebra::Matrix3::identity();
             for p in 0..*axes {
                 let (w, d) = (w[p] * scale, gram[4 * p]);
                 let taken = if d > 0.0 { w.min(HEAVIEST / d) } else { 0.0 };
-                strongest = strongest.max(taken * d);
                 smooth.weight[p] = taken as Single;
                 for q in 0..*axes {
                     block[(p, q)] = SHARED * gram[3 * p + q];
@@ -346,15 +344,10 @@ impl Bodies {
             let inverse = block.try_inverse().unwrap_or_else(nalgebra::Matrix3::zeros);
             smooth.block = std::array::from_fn(|p| std::array::from_fn(|q| inverse[(p, q)] as Single));
         }
-        if l == 0 {
-            *active = strongest >= LIGHT;
-        }
-        if *active {
-            // The sum over bodies that share a cell.
-            for cell in cells.iter() {
-                let inverse = &mut level.inverse[cell.place as usize];
-                *inverse = raised(*inverse, &cell.j) as Single;
-            }
+        // Bodies that share a cell raise it in turn.
+        for cell in cells.iter() {
+            let inverse = &mut level.inverse[cell.place as usize];
+            *inverse = raised(*inverse, &cell.j) as Single;
         }
         Ok(())
     }
@@ -393,10 +386,8 @@ impl Bodies {
                 let axis = face.axis as usize;
                 let Some((place, ratio)) = fine.coarse_face(coarse, axis, face.place as usize) else { continue };
                 if !resolved {
-                    // In these units a weight times the body's cells is the fluid's density over the body's.
                     let lightness = weights[body][axis] * scale * volumes[3 * body + axis];
-                    coarse.g[axis][place] +=
-                        (lightness.min(CONDUCTOR) * unit[axis] * face.conduct) as Single * ratio;
+                    coarse.g[axis][place] += (lightness.min(CONDUCTOR) * unit[axis] * face.conduct) as Single * ratio;
                     continue;
                 }
                 let conduct = face.conduct * f64::from(ratio);

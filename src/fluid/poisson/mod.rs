@@ -98,11 +98,7 @@ impl Poisson {
             g: Default::default(),
             largest: 0.0,
             x: Vec::new(),
-            bodies: Bodies::new(
-                session,
-                D,
-                std::array::from_fn(|a| grid.h.get(a).map_or(0.0, |h| narrowest / h)),
-            ),
+            bodies: Bodies::new(session, D, std::array::from_fn(|a| grid.h.get(a).map_or(0.0, |h| narrowest / h))),
             frame: Frame {
                 stride: std::array::from_fn(|a| grid.stride.get(a).copied().unwrap_or(1)),
                 stored: layout.stored,
@@ -266,7 +262,13 @@ impl Poisson {
         let most = || {
             wide(
                 #[inline(always)]
-                || largest(r.len(), #[inline(always)] |i| r[i].abs()),
+                || {
+                    largest(
+                        r.len(),
+                        #[inline(always)]
+                        |i| r[i].abs(),
+                    )
+                },
             )
         };
         let mut size = [most()];
@@ -284,7 +286,10 @@ impl Poisson {
             #[inline(always)]
             || {
                 for (s, r) in lattice.rows().zip(r.chunks_exact(nx)) {
-                    b[s..][..nx].iter_mut().zip(r).for_each(#[inline(always)] |(b, r)| *b = (down * r) as f32);
+                    b[s..][..nx].iter_mut().zip(r).for_each(
+                        #[inline(always)]
+                        |(b, r)| *b = (down * r) as f32,
+                    );
                 }
             },
         );
@@ -294,7 +299,10 @@ impl Poisson {
             #[inline(always)]
             || {
                 for (s, z) in lattice.rows().zip(z.chunks_exact_mut(nx)) {
-                    z.iter_mut().zip(&x[s..][..nx]).for_each(#[inline(always)] |(z, x)| *z = up * f64::from(*x));
+                    z.iter_mut().zip(&x[s..][..nx]).for_each(
+                        #[inline(always)]
+                        |(z, x)| *z = up * f64::from(*x),
+                    );
                 }
             },
         );
@@ -354,7 +362,14 @@ impl Operator for Poisson {
             #[inline(always)]
             || {
                 for (s, y) in lattice.rows().zip(y.chunks_exact_mut(nx)) {
-                    lattice.for_row(g, field, s, y, #[inline(always)] |_, _, flux| -flux);
+                    lattice.for_row(
+                        g,
+                        field,
+                        s,
+                        y,
+                        #[inline(always)]
+                        |_, _, flux| -flux,
+                    );
                 }
             },
         );
