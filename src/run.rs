@@ -1,6 +1,7 @@
 //! A run: from the command line's words to a folder of results. The time loop, its dt, its schedule and its end.
 
 mod restart;
+mod supply;
 
 use crate::case::{Cadence, Case, Loaded, load};
 use crate::clock::Stage;
@@ -304,8 +305,10 @@ impl<'a, const D: usize> Run<'a, D> {
         let end = self.case.time.end;
         let mut fields = Schedule::new(self.case.output.fields.as_ref(), self.scene.time);
         let mut rows = Schedule::new(Some(&self.case.output.particles), self.scene.time);
+        let given = supply::of_particles(self.case);
         if self.restart.is_none() {
             let (energy, speed) = self.scene.energy_and_speed()?;
+            self.account.start = Some(energy);
             self.write_row(StepOutcome { energy, ..StepOutcome::default() })?;
             self.write_particles()?;
             self.write_fields()?;
@@ -329,6 +332,7 @@ impl<'a, const D: usize> Run<'a, D> {
             self.account.krylov += u64::from(projected.krylov);
             self.account.retries += u64::from(projected.retries);
             let (energy, speed) = self.scene.energy_and_speed()?;
+            supply::refuse_beyond(energy, self.account.start, given)?;
             let wishes = self.write_row(StepOutcome { dt, projected, cfl: dt * limits.courant_rate, energy })?;
             if rows.due(self.scene.steps, self.scene.time) {
                 self.write_particles()?;

@@ -131,7 +131,25 @@ impl Series {
             MeasureKind::MidlineULeast | MeasureKind::MidlineVLeast | MeasureKind::MidlineVLargest => return,
             MeasureKind::ContactStart => exchange.get(particle).map_or(0.0, |e| e.contact.norm()),
         };
-        self.samples.push((time, value));
+        self.keep((time, value));
+    }
+
+    /// Keeps a sample: the one that counts where one does, so that a long run takes no more memory than a short one.
+    fn keep(&mut self, new: (f64, f64)) {
+        let counts = |kept: (f64, f64)| match self.measure.kind {
+            MeasureKind::MaxSpeed
+            | MeasureKind::TerminalVelocity
+            | MeasureKind::DragCoefficientMax
+            | MeasureKind::LiftCoefficientMax => Some(new.1 > kept.1),
+            MeasureKind::PositionX | MeasureKind::PositionY | MeasureKind::PositionZ => Some(true),
+            MeasureKind::ContactStart => Some(kept.1 <= 0.0),
+            _ => None,
+        };
+        match self.samples.last_mut().map(|kept| (counts(*kept), kept)) {
+            None | Some((None, _)) => self.samples.push(new),
+            Some((Some(better), kept)) if better => *kept = new,
+            Some(_) => {}
+        }
     }
 
     /// The measure's value; `None` where the samples do not give one (no steps in its window, no oscillation, no
@@ -288,6 +306,8 @@ mod tests {
         // In units of 0.5 rho U^2 d = 1.8 N.
         let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
         assert!(values.iter().zip([2.0, 0.1, 1.5]).all(|(a, b)| (a - b).abs() < 1e-12), "{values:?}");
+        let kept: Vec<usize> = series.iter().map(|s| s.samples.len()).collect();
+        assert_eq!(kept, [1, 1, 3], "a mean needs all samples, the largest itself");
     }
 
     #[test]

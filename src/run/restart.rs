@@ -29,15 +29,17 @@ pub(super) struct Account {
     pub dt: Option<f64>,
     /// Time of the newest snapshot (s).
     pub last_fields: Option<f64>,
+    /// Kinetic energy that it began with (J).
+    pub start: Option<f64>,
     /// Step of the newest rows of particles.
     pub last_rows: Option<u64>,
 }
 
 impl Lasting for Account {
     fn pass(&mut self, tape: &mut Tape) -> Result<()> {
-        let Account { began, wall, divergence_max, outer, krylov, retries, dt, last_fields, last_rows } = self;
+        let Account { began, wall, divergence_max, outer, krylov, retries, dt, last_fields, start, last_rows } = self;
         tape.label("run")?;
-        tape.pass([began, wall, divergence_max, outer, krylov, retries, dt, last_fields, last_rows])
+        tape.pass([began, wall, divergence_max, outer, krylov, retries, dt, last_fields, start, last_rows])
     }
 }
 
@@ -69,7 +71,8 @@ impl<const D: usize> Run<'_, D> {
         if self.checkpoints.newest == Some(step) {
             return Ok(());
         }
-        let marked = self.folder.as_mut().map_or(Ok(Marks::default()), |folder| folder.mark(&mut self.log, &self.progress));
+        let marked =
+            self.folder.as_mut().map_or(Ok(Marks::default()), |folder| folder.mark(&mut self.log, &self.progress));
         let mut marks = self.session.agree(marked)?;
         let created = self.folder.as_ref().map(|folder| Writer::create(&folder.path, step)).transpose();
         let mut writer = self.session.agree(created)?;
