@@ -47,7 +47,7 @@ pub fn laplacian<const D: usize>(
 #[inline(always)]
 pub(super) fn add_laplacian<const D: usize>(grid: &Grid<D>, factor: f64, q: &[f64], first: usize, rate: &mut [f64]) {
     let (inverse_h2, middle) = weights(grid);
-    let value = laplacian_at(grid, &inverse_h2, middle, &q[..], first);
+    let value = laplacian_at(grid, &inverse_h2, middle, q, first);
     for (i, r) in rate.iter_mut().enumerate() {
         *r += factor * value(i);
     }
