@@ -1,11 +1,11 @@
-//! The pressure's operator, applied without a matrix, and what solves with it: a geometric multigrid ([`multigrid`]) and,
-//! where the coefficient is uniform, transforms ([`transform`]).
+//! The pressure's operator, applied without a matrix, and what solves with it: a geometric multigrid (`multigrid`) and,
+//! where the coefficient is uniform, transforms (`transform`).
 //!
 //! ```text
 //!   (A x)_c = sum over the faces f of c:  (beta_f/h^2) (x_c - x_beyond f)  +  sum_k w_k j_k,c (j_k . x)
 //! ```
 //! beta is the coefficient on faces, zero on closed ones and twice as large, with x = 0 beyond, where the border gives the
-//! pressure. The modes `j_k` are free bodies ([`bodies`]): one for each direction in which a body moves, non-zero in the cells
+//! pressure. The modes `j_k` are free bodies (`bodies`): one for each direction in which a body moves, non-zero in the cells
 //! that its surface cuts only, on as many ranks as own some of them.
 
 mod bodies;
