@@ -11,7 +11,7 @@ pub enum Stage {
     Assembly,
     /// Halo exchange and boundary conditions of velocities.
     Ghosts,
-    /// Advection of (7).
+    /// Advection of (7), with the diffusion where the two are one pass.
     Advection,
     /// Diffusion of (7).
     Diffusion,

@@ -7,7 +7,7 @@ use crate::coupling::Coupling;
 use crate::coupling::mixing::{Choices, Driver, Mixing};
 use crate::coupling::sharp::{self, Sharp};
 use crate::fluid::advection::Fluxes;
-use crate::fluid::diffusion::{self, Form};
+use crate::fluid::diffusion;
 use crate::fluid::faces::{self, FaceCoefficient, Gravity};
 use crate::fluid::pressure::{Projection, StoppingRule};
 use crate::grid::{Border, Boundaries, Coefficient, GHOSTS, Grid, VectorField, largest, total, wide};
@@ -330,13 +330,8 @@ impl<const D: usize> Scene<D> {
         let nu = bodies().map(|b| b.viscosity).fold(viscosity, f64::max)
             / bodies().map(|b| b.density).fold(density, f64::min);
         let widest = self.grid.h.iter().copied().fold(0.0, f64::max);
-        let form = match self.viscosity {
-            Coefficient::Field(_) => Form::Stress,
-            Coefficient::Uniform(_) if self.is_plain() => Form::Fourth,
-            Coefficient::Uniform(_) => Form::Second,
-        };
-        let limit = diffusion::limit_rate(&self.grid.h, nu, form);
-        (limit, diffusion::limit_rate(&[widest], viscosity / density, Form::Second))
+        let limit = diffusion::limit_rate(&self.grid.h, nu, matches!(self.viscosity, Coefficient::Field(_)));
+        (limit, diffusion::limit_rate(&[widest], viscosity / density, false))
     }
 
     /// Kinetic energy of the mixture (J; per metre of depth in 2D) and the largest speed in a cell (m/s). Collective.

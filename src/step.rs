@@ -100,9 +100,10 @@ impl<const D: usize> Scene<D> {
     }
 
     /// Whether advection and diffusion are one pass: nobody asks for them one by one, and the mixture is the fluid.
-    pub(crate) fn is_plain(&self) -> bool {
+    fn is_plain(&self) -> bool {
         let mixed = matches!(self.coupling, Some(Coupling::Mixing(_)));
-        !mixed && matches!((&self.advection, &self.viscosity), (Advection::Upwind5, Coefficient::Uniform(_)))
+        let one = |property: &Coefficient| matches!(property, Coefficient::Uniform(_));
+        !mixed && matches!(self.advection, Advection::Upwind5) && one(&self.density) && one(&self.viscosity)
     }
 
     /// Both in one pass; the first stage's replace what `total` has.

@@ -14,7 +14,7 @@
 
 use super::faces::{self, FaceCoefficient};
 use super::poisson::{Covered, Poisson, Rows};
-use crate::grid::{Boundaries, Grid, VectorField};
+use crate::grid::{Boundaries, Grid, VectorField, largest, wide};
 use crate::petsc::{Choice, Layout, LinearSolver, Session};
 use crate::{Error, Result};
 use std::cell::{RefCell, RefMut};
@@ -176,13 +176,23 @@ impl Projection {
 
     fn largest_divergence<const D: usize>(&mut self, grid: &Grid<D>, velocity: &VectorField<D>) -> Result<f64> {
         faces::divergence(grid, velocity, &mut self.divergence);
-        let mut largest = [0.0f64];
-        for d in grid.rows().flat_map(|row| &self.divergence[row]) {
-            // f64::max would lose a NaN.
-            largest[0] = if d.is_nan() { f64::INFINITY } else { largest[0].max(d.abs()) };
-        }
-        self.session.max(&mut largest)?;
-        Ok(largest[0])
+        let divergence = &self.divergence;
+        let mut most = [0.0f64];
+        wide(
+            #[inline(always)]
+            || {
+                for row in grid.rows() {
+                    let d = &divergence[row];
+                    most[0] = most[0].max(largest(
+                        d.len(),
+                        #[inline(always)]
+                        |i| d[i].abs(),
+                    ));
+                }
+            },
+        );
+        self.session.max(&mut most)?;
+        Ok(most[0])
     }
 
     #[allow(clippy::too_many_arguments)]

@@ -22,14 +22,14 @@ pub fn largest(places: usize, value: impl Fn(usize) -> f64) -> f64 {
         for lane in 0..LANES {
             let v = value(start + lane);
             most[lane] = if v > most[lane] { v } else { most[lane] };
-            // Infinity less itself is no number either, and counts as infinity all the same.
-            lost[lane] += v - v;
+            // Zero times infinity is no number either, and counts as infinity all the same.
+            lost[lane] += 0.0 * v;
         }
     }
     for place in whole..places {
         let v = value(place);
         most[0] = if v > most[0] { v } else { most[0] };
-        lost[0] += v - v;
+        lost[0] += 0.0 * v;
     }
     if lost.iter().any(|l| l.is_nan()) { f64::INFINITY } else { most.into_iter().fold(0.0, f64::max) }
 }

@@ -7,8 +7,8 @@
 //! ```
 //! Slabs span the stored extent of the other axes, so that doing the axes in order fills edges and corners too.
 
-use super::session::{Number, check};
-use super::{Layout, Session};
+use super::session::check;
+use super::{Layout, Number, Session};
 use crate::Result;
 use petsc_sys as ffi;
 use std::{ffi::c_int, ptr};

@@ -9,11 +9,13 @@
 mod halo;
 mod layout;
 mod operator;
+mod ranks;
 mod session;
 mod solver;
 
 pub use halo::Halo;
 pub use layout::Layout;
 pub use operator::{Operator, OwnPreconditioner};
-pub use session::{Number, Session};
+pub use ranks::Number;
+pub use session::Session;
 pub use solver::{Choice, LinearSolver, Solved};

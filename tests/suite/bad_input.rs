@@ -60,6 +60,7 @@ const BAD_CASES: &[Row] = &[
     ("[pressure]", "[presure]", "[presure]", "presure", &["did you mean `pressure`?"]),
     ("diameter = 0.2", "diametr = 0.2", "shape", "particle.0.shape.disc.diametr", &["did you mean `diameter`?"]),
     ("cfl = 0.4", "scheme = \"rk4\"", "scheme", "time.scheme", &["unknown value `rk4`", "did you mean `rk"]),
+    ("divergence_limit = 1.0e-6", "solver = \"direct\"", "solver", "pressure.solver", &["sharp walls close some", "choose \"auto\""]),
     ("divergence_limit = 1.0e-6", "solver = \"magic\"", "solver", "pressure.solver", &["unknown value `magic`", "`bcgs-boomeramg`"]),
     ("east = \"outflow\"", "east = \"outlow\"", "east", "boundary.east", &["did you mean `outflow`?"]),
     ("{ inflow = [1.0, 0.0] }", "{ inflw = [1.0, 0.0] }", "west", "boundary.west.inflw", &["did you mean `inflow`?"]),

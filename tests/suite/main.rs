@@ -11,6 +11,7 @@ mod fuzz;
 mod live;
 mod modes;
 mod motion;
+mod multigrid;
 mod plots;
 mod poisson;
 mod program;

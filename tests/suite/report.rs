@@ -37,7 +37,7 @@ fn a_report_says_what_ran_how_it_compares_and_how_to_run_it_again() {
         "sqrt(|s - 1| g d^3)/nu",
         "contacts (20-25)",
         "the case has no [contact]",
-        "cg + hypre",
+        "cg + boxmg",
         "mics run case.toml --out again -- -ksp_type cg",
         "density ratio 1.2500, free",
         "<pre>name = &quot;settling-disc&quot;",

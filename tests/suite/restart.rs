@@ -283,7 +283,7 @@ fn ctrl_c_and_sigterm_finish_the_step_write_a_checkpoint_and_end_with_130() {
 fn a_second_ctrl_c_stops_at_once() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
-    std::fs::write(&case, box_case([1.0, 1.0], [500, 500], 1e-4, STREAM, "")).unwrap();
+    std::fs::write(&case, box_case([1.0, 1.0], [1000, 1000], 1e-4, STREAM, "")).unwrap();
     let out = dir.path().join("out");
     let mut process = start(&words(&case, &out, &[]));
     wait_until(&mut process, || out.join("run.json").exists());
@@ -376,12 +376,12 @@ fn a_run_goes_on_to_a_later_end_and_what_does_not_fit_is_refused_before_anything
 #[test]
 fn a_disk_that_fills_up_ends_the_run_with_3_and_leaves_whole_files_from_which_it_goes_on() {
     let dir = tempfile::tempdir().unwrap();
-    let case = colliding(dir.path(), "end = 0.8\ncfl = 0.2", 10);
+    let case = colliding(dir.path(), "end = 1.6\ncfl = 0.2", 10);
     let (straight, out) = (dir.path().join("straight"), dir.path().join("out"));
     let every = ["--set", "output.particles={ every = 1 }"];
     run(&case, &straight, &every);
     // A limit on the size of files: writing fails as it does on a full disk, here for particles.csv.
-    let script = "trap '' XFSZ; ulimit -f 72; exec \"$0\" \"$@\"";
+    let script = "trap '' XFSZ; ulimit -f 100; exec \"$0\" \"$@\"";
     let output = command("bash")
         .args(["-c", script, env!("CARGO_BIN_EXE_mics")])
         .args(words(&case, &out, &[&["--quiet"], &every[..]].concat()))

@@ -90,7 +90,7 @@ pub struct Sharp<const D: usize> {
     bodies: Vec<Body>,
     skins: Vec<Skin<D>>,
     near: Vec<Vec<usize>>,
-    neighbours: Neighbours,
+    neighbours: Box<Neighbours>,
     /// Largest radius (m), and half the distance at which bodies are near each other, for every one (m).
     largest: f64,
     reach: Vec<f64>,
@@ -156,7 +156,7 @@ impl<const D: usize> Sharp<D> {
             had_near: vec![false; n],
             largest: bodies.iter().fold(0.0, |most, b| most.max(b.radius)),
             reach: vec![0.5 * skin::NEAR * h; n],
-            neighbours: Neighbours::new(&bodies, size, periods),
+            neighbours: Box::new(Neighbours::new(&bodies, size, periods)),
             rides: vec![Ride::default(); n],
             exchange: vec![Exchange::default(); n],
             push: vec![Push::default(); n],

@@ -6,8 +6,8 @@
 //!   s_k = j_k . x                over this rank's cells, then one sum over the ranks for all k
 //!   y  += sum_k (w_k s_k) j_k
 //! ```
-//! In the multigrid they take part on the finest level: a sweep solves with `D + sum w j j^T` in place of D, for each body
-//! by itself,
+//! In the multigrid they take part on the levels that resolve them, with `j` summed over coarse cells: a sweep solves with
+//! `D + sum w j j^T` in place of D, for each body by itself,
 //!
 //! ```text
 //!   (D + J W J^T)^-1 = D^-1 - D^-1 J (W^-1 + J^T D^-1 J)^-1 J^T D^-1
@@ -18,6 +18,7 @@ use super::lattice::Lattice;
 use super::level::{Level, Single};
 use crate::petsc::Session;
 use crate::{Error, Result};
+use std::f64::consts::PI;
 
 /// A face that a free body covers, in part or whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,7 +42,18 @@ struct Cell {
     j: [f64; 3],
 }
 
-/// A cell, a face and a body as the multigrid has them.
+/// A covered face of a level.
+#[derive(Clone, Copy, Debug)]
+struct Face {
+    body: u32,
+    axis: u8,
+    place: u32,
+    /// Covered parts of the finest level's faces in it, summed; and so that they conduct.
+    part: f64,
+    conduct: f64,
+}
+
+/// A body as a level smooths it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Smooth {
     /// `(W^-1 + J^T D^-1 J)^-1`.
@@ -52,31 +64,42 @@ struct Smooth {
     back: [Single; 3],
 }
 
+/// The bodies on one level.
+#[derive(Default)]
+struct Layer {
+    /// Body by body.
+    faces: Vec<Face>,
+    /// Where each body's cells begin, and where the last one's end.
+    begin: Vec<usize>,
+    cells: Vec<Cell>,
+    /// At a cell's or a face's place, its number in the list while its body's are collected.
+    found: Vec<u32>,
+    smooth: Vec<Smooth>,
+    /// Nine numbers a body that the ranks sum.
+    grams: Vec<f64>,
+}
+
 /// All bodies, as far as they lie on this rank.
 pub(super) struct Bodies {
     session: Session,
     axes: usize,
     weights: Vec<[f64; 3]>,
-    /// Where each body's cells begin, and where the last one's end.
-    begin: Vec<usize>,
-    cells: Vec<Cell>,
-    covered: Vec<Covered>,
-    /// Three numbers a body that the ranks sum.
+    /// The smallest spacing over each axis's.
+    inverse_h: [f64; 3],
+    /// By level, as far as any level has had bodies.
+    layers: Vec<Layer>,
+    /// The cells that each body fills, by axis; three numbers a body that the ranks sum.
+    volumes: Vec<f64>,
     sums: Vec<f64>,
-    /// At a cell's place, its number in `cells` while its body's are collected.
-    found: Vec<u32>,
-    smooth: Vec<Smooth>,
-    /// Nine numbers a body that the ranks sum.
-    grams: Vec<f64>,
-    /// Whether they weigh enough to take part in the multigrid.
-    pub active: bool,
+    /// Whether any is light enough to take part in the multigrid.
+    active: bool,
 }
 
 /// Largest `w j^T D^-1 j` that smoothing takes: neighbours that share cells would make it indefinite beyond.
 const HEAVIEST: f64 = 3.0;
 
-/// `w j^T D^-1 j` from which on the multigrid takes bodies in, which costs it time: below four of the fluid's densities.
-const LIGHT: f64 = 0.15;
+/// The fluid's density over a body's from which on the multigrid takes bodies in, which costs it time.
+const LIGHT: f64 = 0.2;
 
 /// How much of `j^2` goes into the diagonal: cells that bodies close from all sides have next to none of their own.
 const FLOOR: f64 = 0.1;
@@ -87,6 +110,9 @@ const SHARED: f64 = 1.3;
 /// The best conductor, relative to the fluid, that a coarse level knows: what light bodies amount to between others.
 const CONDUCTOR: f64 = 3.0;
 
+/// Cells across a body that a level has to have to resolve it.
+const RESOLVED: f64 = 3.5;
+
 /// No cell.
 const NONE: u32 = u32::MAX;
 
@@ -96,23 +122,83 @@ pub(super) struct Frame {
     pub stride: [usize; 3],
     pub stored: [usize; 3],
     pub ghosts: usize,
-    /// The smallest spacing over each axis's.
-    pub inverse_h: [f64; 3],
+}
+
+impl Layer {
+    /// The cells of the body whose faces begin at `first`, the last one so far.
+    fn collect(&mut self, lattice: &Lattice, inverse_h: &[f64; 3], first: usize) {
+        let start = self.cells.len();
+        let place = |place: usize, a: usize| place / lattice.stride[a] % (lattice.n[a] + 2);
+        for face in &self.faces[first..] {
+            let (axis, high) = (face.axis as usize, face.place as usize);
+            let j = face.part * inverse_h[axis];
+            for (here, value) in [(high - lattice.stride[axis], j), (high, -j)] {
+                if !(1..=lattice.n[axis]).contains(&place(here, axis)) {
+                    continue;
+                }
+                if self.found[here] == NONE {
+                    self.found[here] = self.cells.len() as u32;
+                    let at = |a: usize| if a < lattice.axes { place(here, a) - 1 } else { 0 };
+                    let row = (at(0) + lattice.n[0] * (at(1) + lattice.n[1] * at(2))) as u32;
+                    self.cells.push(Cell { row, place: here as u32, j: [0.0; 3] });
+                }
+                self.cells[self.found[here] as usize].j[axis] += value;
+            }
+        }
+        for cell in &self.cells[start..] {
+            self.found[cell.place as usize] = NONE;
+        }
+        // Where a body covers both faces alike nothing is left.
+        let mut kept = start;
+        for k in start..self.cells.len() {
+            if self.cells[k].j != [0.0; 3] {
+                self.cells[kept] = self.cells[k];
+                kept += 1;
+            }
+        }
+        self.cells.truncate(kept);
+        self.begin.push(kept);
+    }
+
+    fn clear(&mut self, lattice: &Lattice) {
+        self.found.resize(lattice.len, NONE);
+        self.faces.clear();
+        self.cells.clear();
+        self.begin.clear();
+        self.begin.push(0);
+    }
+
+    fn sum_up(&self, session: &Session, sums: &mut [f64], value: impl Fn(usize) -> Single) -> Result<()> {
+        for (sum, range) in sums.chunks_exact_mut(3).zip(self.begin.windows(2)) {
+            sum.fill(0.0);
+            for cell in &self.cells[range[0]..range[1]] {
+                let x = f64::from(value(cell.place as usize));
+                (0..3).for_each(|a| sum[a] += cell.j[a] * x);
+            }
+        }
+        session.sum(sums)
+    }
+
+    fn spread(&self, level: &mut Level, omega: Single) {
+        for (smooth, range) in self.smooth.iter().zip(self.begin.windows(2)) {
+            for cell in &self.cells[range[0]..range[1]] {
+                let place = cell.place as usize;
+                level.x[place] -= omega * level.inverse[place] * dot(&smooth.back, &cell.j);
+            }
+        }
+    }
 }
 
 impl Bodies {
-    pub fn new(session: &Session, axes: usize) -> Bodies {
+    pub fn new(session: &Session, axes: usize, inverse_h: [f64; 3]) -> Bodies {
         Bodies {
             session: session.clone(),
             axes,
             weights: Vec::new(),
-            begin: vec![0],
-            cells: Vec::new(),
-            covered: Vec::new(),
+            inverse_h,
+            layers: vec![Layer::default()],
+            volumes: Vec::new(),
             sums: Vec::new(),
-            found: Vec::new(),
-            smooth: Vec::new(),
-            grams: Vec::new(),
             active: false,
         }
     }
@@ -139,96 +225,59 @@ impl Bodies {
                     .into(),
             ));
         }
-        if self.found.is_empty() {
-            self.found = vec![NONE; lattice.len];
-        }
         self.weights.clear();
         self.weights.extend(weights.chunks(axes).map(|w| std::array::from_fn(|a| w.get(a).map_or(0.0, |w| w * scale))));
-        self.covered.clear();
-        // Bodies that move cut now more cells, now fewer.
-        if self.covered.capacity() < covered.len() {
-            self.covered.reserve(2 * covered.len());
+        for numbers in [&mut self.sums, &mut self.volumes] {
+            numbers.clear();
+            numbers.resize(3 * self.weights.len(), 0.0);
         }
-        self.cells.clear();
-        self.begin.clear();
-        self.begin.push(0);
+        let finest = &mut self.layers[0];
+        finest.clear(lattice);
+        // Bodies that move cut now more cells, now fewer.
+        if finest.faces.capacity() < covered.len() {
+            finest.faces.reserve(2 * covered.len());
+            finest.cells.reserve(2 * covered.len());
+        }
         let mut rest = covered;
         for body in 0..self.weights.len() {
-            let count = rest.iter().take_while(|e| e.mode as usize / axes == body).count();
+            let (first, count) =
+                (finest.faces.len(), rest.iter().take_while(|e| e.mode as usize / axes == body).count());
             let (own, others) = rest.split_at(count);
             rest = others;
-            self.collect(lattice, frame, own);
+            for e in own {
+                let axis = e.mode as usize % axes;
+                // Counted from the layer of ghosts that a lattice has; -1 and below stand beyond it.
+                let at: [usize; 3] = std::array::from_fn(|a| match a < axes {
+                    true => (e.face as usize / frame.stride[a] % frame.stored[a] + 1).wrapping_sub(frame.ghosts),
+                    false => 0,
+                });
+                let inside = |a: usize| (1..=lattice.n[a] + usize::from(a == axis)).contains(&at[a]);
+                if (0..axes).all(inside) {
+                    let place = (0..axes).map(|a| at[a] * lattice.stride[a]).sum::<usize>() as u32;
+                    let (body, part) = (body as u32, e.part);
+                    finest.faces.push(Face { body, axis: axis as u8, place, part, conduct: part });
+                    // Faces between ranks count on the upper one.
+                    if at[axis] <= lattice.n[axis] {
+                        self.volumes[3 * body as usize + axis] += part;
+                    }
+                }
+            }
+            finest.collect(lattice, &self.inverse_h, first);
         }
         // A body's faces have to stand together.
         if self.session.anywhere(!rest.is_empty())? {
             return Err(Error::Run("free bodies' modes in the pressure equation are not in the bodies' order".into()));
         }
-        self.sums.resize(3 * self.weights.len(), 0.0);
-        self.smooth.resize(self.weights.len(), Smooth::default());
-        self.grams.resize(9 * self.weights.len(), 0.0);
-        Ok(())
-    }
-
-    /// One body's cells, from its faces.
-    fn collect(&mut self, lattice: &Lattice, frame: &Frame, own: &[Covered]) {
-        let start = self.cells.len();
-        for e in own {
-            let axis = e.mode as usize % self.axes;
-            let at: [usize; 3] = std::array::from_fn(|a| match a < self.axes {
-                true => (e.face as usize / frame.stride[a] % frame.stored[a] + 1).wrapping_sub(frame.ghosts),
-                false => 1,
-            });
-            // Counted from 1, the first ghost at 0.
-            let inside = |a: usize| (1..=lattice.n[a]).contains(&at[a]);
-            if (0..self.axes).any(|a| a != axis && !inside(a)) || at[axis] == 0 || at[axis] > lattice.n[axis] + 1 {
-                continue;
-            }
-            let place: usize = (0..self.axes).map(|a| at[a] * lattice.stride[a]).sum();
-            self.covered.push(Covered { face: place as u32, ..*e });
-            let j = e.part * frame.inverse_h[axis];
-            let number = |axis_at: usize| {
-                let at = |a: usize| (if a == axis { axis_at } else { at[a] }) - 1;
-                at(0) + lattice.n[0] * (at(1) + lattice.n[1] * at(2))
-            };
-            for (low, value) in [(1, j), (0, -j)] {
-                let axis_at = at[axis] - low;
-                if !(1..=lattice.n[axis]).contains(&axis_at) {
-                    continue;
-                }
-                let here = place - low * lattice.stride[axis];
-                if self.found[here] == NONE {
-                    self.found[here] = self.cells.len() as u32;
-                    self.cells.push(Cell { row: number(axis_at) as u32, place: here as u32, j: [0.0; 3] });
-                }
-                self.cells[self.found[here] as usize].j[axis] += value;
-            }
-        }
-        for cell in &self.cells[start..] {
-            self.found[cell.place as usize] = NONE;
-        }
-        // Where a body covers both faces alike nothing is left.
-        let mut kept = start;
-        for k in start..self.cells.len() {
-            if self.cells[k].j != [0.0; 3] {
-                self.cells[kept] = self.cells[k];
-                kept += 1;
-            }
-        }
-        self.cells.truncate(kept);
-        self.begin.push(kept);
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.weights.is_empty()
+        self.session.sum(&mut self.volumes)
     }
 
     /// y += sum_k w_k j_k (j_k . x). Collective.
     pub fn add_product(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
-        if self.is_empty() {
+        if self.weights.is_empty() {
             return Ok(());
         }
-        let Bodies { session, weights, begin, cells, sums, .. } = self;
+        let Bodies { session, weights, layers, sums, .. } = self;
+        let Layer { begin, cells, .. } = &layers[0];
         for (sum, range) in sums.chunks_exact_mut(3).zip(begin.windows(2)) {
             sum.fill(0.0);
             for cell in &cells[range[0]..range[1]] {
@@ -246,33 +295,45 @@ impl Bodies {
         Ok(())
     }
 
-    /// What smoothing needs, in units in which the finest level's largest face is 1: `scale` times the weights. Raises the
-    /// diagonal where bodies lie. Collective.
-    pub fn prepare(&mut self, finest: &mut Level, scale: f64) -> Result<()> {
-        let Bodies { session, axes, weights, begin, cells, grams, smooth, active, .. } = self;
-        *active = !weights.is_empty();
-        if !*active {
+    /// Whether the multigrid's level `l` has bodies.
+    fn on(&self, l: usize) -> bool {
+        self.active && l < self.layers.len() && !self.layers[l].smooth.is_empty()
+    }
+
+    /// What smoothing needs on level `l`, in units in which the finest level's largest face is 1: `scale` times the weights.
+    /// Raises the diagonal where bodies lie. Collective.
+    pub fn prepare(&mut self, l: usize, level: &mut Level, scale: f64) -> Result<()> {
+        if l == 0 {
+            // In these units a weight times the body's cells is the fluid's density over the body's.
+            let lightness = self.volumes.iter().zip(self.weights.iter().flatten()).map(|(v, w)| v * w * scale);
+            self.active = lightness.fold(0.0, f64::max) >= LIGHT;
+            self.layers[0].smooth.resize(self.weights.len(), Smooth::default());
+        }
+        if !self.on(l) {
             return Ok(());
         }
+        let Bodies { session, axes, weights, layers, .. } = self;
+        let Layer { begin, cells, smooth, grams, .. } = &mut layers[l];
+        grams.resize(9 * weights.len(), 0.0);
+        let raised = |inverse: Single, j: &[f64; 3]| {
+            let d = if inverse > 0.0 { 1.0 / f64::from(inverse) } else { 0.0 };
+            1.0 / (d + FLOOR * j.iter().map(|j| j * j).sum::<f64>())
+        };
         for (gram, range) in grams.chunks_exact_mut(9).zip(begin.windows(2)) {
             gram.fill(0.0);
             for cell in &cells[range[0]..range[1]] {
-                let own = f64::from(finest.inverse[cell.place as usize]);
-                let d = if own > 0.0 { 1.0 / own } else { 0.0 };
-                let inverse = 1.0 / (d + FLOOR * cell.j.iter().map(|j| j * j).sum::<f64>());
+                let inverse = raised(level.inverse[cell.place as usize], &cell.j);
                 for (p, q) in (0..3).flat_map(|p| (0..3).map(move |q| (p, q))) {
                     gram[3 * p + q] += inverse * cell.j[p] * cell.j[q];
                 }
             }
         }
         session.sum(grams)?;
-        let mut strongest = 0.0f64;
         for ((gram, w), smooth) in grams.chunks_exact(9).zip(weights.iter()).zip(smooth.iter_mut()) {
             let mut block = nalgebra::Matrix3::identity();
             for p in 0..*axes {
                 let (w, d) = (w[p] * scale, gram[4 * p]);
                 let taken = if d > 0.0 { w.min(HEAVIEST / d) } else { 0.0 };
-                strongest = strongest.max(taken * d);
                 smooth.weight[p] = taken as Single;
                 for q in 0..*axes {
                     block[(p, q)] = SHARED * gram[3 * p + q];
@@ -283,104 +344,111 @@ impl Bodies {
             let inverse = block.try_inverse().unwrap_or_else(nalgebra::Matrix3::zeros);
             smooth.block = std::array::from_fn(|p| std::array::from_fn(|q| inverse[(p, q)] as Single));
         }
-        *active = strongest >= LIGHT;
-        if *active {
-            // The sum over bodies that share a cell.
-            for cell in cells.iter() {
-                let (inverse, j2) =
-                    (&mut finest.inverse[cell.place as usize], cell.j.iter().map(|j| j * j).sum::<f64>());
-                let d = if *inverse > 0.0 { 1.0 / f64::from(*inverse) } else { 0.0 };
-                *inverse = (1.0 / (d + FLOOR * j2)) as Single;
-            }
+        // Bodies that share a cell raise it in turn.
+        for cell in cells.iter() {
+            let inverse = &mut level.inverse[cell.place as usize];
+            *inverse = raised(*inverse, &cell.j) as Single;
         }
         Ok(())
     }
 
-    /// Adds to the faces of the level below the finest what covers them; `unit` is a face's own conductance in the
-    /// finest, by axis, and `scale` as in [`Bodies::prepare`].
-    pub fn thicken(&mut self, finest: &Level, coarse: &mut Level, unit: [f64; 3], scale: f64) -> Result<()> {
-        if !self.active {
-            return Ok(());
+    /// Takes the bodies from level `l` to the next: those that it resolves as they are, the others into its faces, of which
+    /// one of the finest level's own conducts `unit` by axis; `scale` as in [`Bodies::prepare`].
+    pub fn descend(&mut self, l: usize, fine: &Level, coarse: &mut Level, unit: [f64; 3], scale: f64, last: bool) {
+        if self.layers.len() < l + 2 {
+            self.layers.push(Layer::default());
         }
-        let Bodies { session, axes, weights, covered, sums, .. } = self;
-        // A body's cells: the sum of what it covers along any axis; faces between ranks count on the upper one.
-        sums.fill(0.0);
-        let lattice = finest.lattice;
-        for e in covered.iter() {
-            let (body, axis) = (e.mode as usize / *axes, e.mode as usize % *axes);
-            let at = e.face as usize / lattice.stride[axis] % (lattice.n[axis] + 2);
-            if at <= lattice.n[axis] {
-                sums[3 * body + axis] += e.part;
+        let on = self.on(l);
+        let Bodies { axes, weights, inverse_h, layers, volumes, .. } = self;
+        let (upper, lower) = layers.split_at_mut(l + 1);
+        let (from, to) = (&upper[l], &mut lower[0]);
+        to.clear(&coarse.lattice);
+        to.smooth.clear();
+        if !on {
+            return;
+        }
+        if to.faces.capacity() < from.faces.len() {
+            to.faces.reserve(2 * from.faces.len());
+            to.cells.reserve(2 * from.faces.len());
+        }
+        let mut rest = &from.faces[..];
+        let mut any = false;
+        for body in 0..weights.len() {
+            let count = rest.iter().take_while(|face| face.body as usize == body).count();
+            let (own, others) = rest.split_at(count);
+            rest = others;
+            let first = to.faces.len();
+            let volume = volumes[3 * body..][..3].iter().fold(0.0f64, |most, v| most.max(*v));
+            let across = if *axes == 2 { (volume * 4.0 / PI).sqrt() } else { (volume * 6.0 / PI).cbrt() };
+            let resolved = across >= RESOLVED * (1u64 << (l + 1)) as f64 && !last;
+            any |= resolved;
+            for face in own {
+                let axis = face.axis as usize;
+                let Some((place, ratio)) = fine.coarse_face(coarse, axis, face.place as usize) else { continue };
+                if !resolved {
+                    let lightness = weights[body][axis] * scale * volumes[3 * body + axis];
+                    coarse.g[axis][place] += (lightness.min(CONDUCTOR) * unit[axis] * face.conduct) as Single * ratio;
+                    continue;
+                }
+                let conduct = face.conduct * f64::from(ratio);
+                match to.faces[first..].iter_mut().find(|f| f.place as usize == place && f.axis == face.axis) {
+                    Some(whole) => {
+                        whole.part += face.part;
+                        whole.conduct += conduct;
+                    }
+                    None => to.faces.push(Face { place: place as u32, conduct, ..*face }),
+                }
             }
+            to.collect(&coarse.lattice, inverse_h, first);
         }
-        session.sum(sums)?;
-        for e in covered.iter() {
-            let (body, axis) = (e.mode as usize / *axes, e.mode as usize % *axes);
-            // In these units a fluid's weight for a body of one cell is the inverse of the smallest spacing's face.
-            let density = weights[body][axis] * scale * sums[3 * body + axis];
-            let add = density.min(CONDUCTOR) * unit[axis] * e.part;
-            finest.add_to_coarse_face(coarse, axis, e.face as usize, add as Single);
+        if any {
+            to.smooth.resize(weights.len(), Smooth::default());
         }
-        Ok(())
     }
 
     /// Mends the sweep by `omega` that D alone has done: from `next` (before the sweep; zero if `from_zero`) to `x`.
-    pub fn mend(&mut self, level: &mut Level, omega: Single, from_zero: bool) -> Result<()> {
-        if !self.active {
+    pub fn mend(&mut self, l: usize, level: &mut Level, omega: Single, from_zero: bool) -> Result<()> {
+        if !self.on(l) {
             return Ok(());
         }
+        let Bodies { session, layers, sums, .. } = self;
+        let layer = &mut layers[l];
         if !from_zero {
             // x -= omega D^-1 J W J^T x_before
-            self.sum_up(|place| level.next[place])?;
-            for (smooth, sum) in self.smooth.iter_mut().zip(self.sums.chunks_exact(3)) {
+            layer.sum_up(session, sums, |place| level.next[place])?;
+            for (smooth, sum) in layer.smooth.iter_mut().zip(sums.chunks_exact(3)) {
                 smooth.back = std::array::from_fn(|a| smooth.weight[a] * sum[a] as Single);
             }
-            self.spread(level, omega);
+            layer.spread(level, omega);
         }
         // x -= omega D^-1 J (W^-1 + J^T D^-1 J)^-1 J^T (x - x_before)/omega
-        self.sum_up(|place| (level.x[place] - if from_zero { 0.0 } else { level.next[place] }) / omega)?;
-        for (smooth, sum) in self.smooth.iter_mut().zip(self.sums.chunks_exact(3)) {
+        layer.sum_up(session, sums, |place| {
+            (level.x[place] - if from_zero { 0.0 } else { level.next[place] }) / omega
+        })?;
+        for (smooth, sum) in layer.smooth.iter_mut().zip(sums.chunks_exact(3)) {
             let s = [0, 1, 2].map(|a| sum[a] as Single);
             smooth.back = smooth.block.map(|row| row[0] * s[0] + row[1] * s[1] + row[2] * s[2]);
         }
-        self.spread(level, omega);
+        layer.spread(level, omega);
         Ok(())
     }
 
     /// Takes the bodies' part out of the next level's b.
-    pub fn restrict(&mut self, level: &Level, coarse: &mut Level) -> Result<()> {
-        if !self.active {
+    pub fn restrict(&mut self, l: usize, level: &Level, coarse: &mut Level) -> Result<()> {
+        if !self.on(l) {
             return Ok(());
         }
-        self.sum_up(|place| level.x[place])?;
-        for ((smooth, sum), range) in self.smooth.iter().zip(self.sums.chunks_exact(3)).zip(self.begin.windows(2)) {
+        let Bodies { session, layers, sums, .. } = self;
+        let layer = &layers[l];
+        layer.sum_up(session, sums, |place| level.x[place])?;
+        for ((smooth, sum), range) in layer.smooth.iter().zip(sums.chunks_exact(3)).zip(layer.begin.windows(2)) {
             let back: [Single; 3] = std::array::from_fn(|a| smooth.weight[a] * sum[a] as Single);
-            for cell in &self.cells[range[0]..range[1]] {
+            for cell in &layer.cells[range[0]..range[1]] {
                 let place = level.coarse_place(coarse, cell.place as usize);
                 coarse.b[place] -= dot(&back, &cell.j);
             }
         }
         Ok(())
-    }
-
-    fn sum_up(&mut self, value: impl Fn(usize) -> Single) -> Result<()> {
-        for (sum, range) in self.sums.chunks_exact_mut(3).zip(self.begin.windows(2)) {
-            sum.fill(0.0);
-            for cell in &self.cells[range[0]..range[1]] {
-                let x = f64::from(value(cell.place as usize));
-                (0..3).for_each(|a| sum[a] += cell.j[a] * x);
-            }
-        }
-        self.session.sum(&mut self.sums)
-    }
-
-    fn spread(&self, level: &mut Level, omega: Single) {
-        for (smooth, range) in self.smooth.iter().zip(self.begin.windows(2)) {
-            for cell in &self.cells[range[0]..range[1]] {
-                let place = cell.place as usize;
-                level.x[place] -= omega * level.inverse[place] * dot(&smooth.back, &cell.j);
-            }
-        }
     }
 }
 

@@ -125,7 +125,7 @@ impl Gathered {
         Gathered {
             session: session.clone(),
             inner,
-            bodies: Bodies::new(session, whole.axes),
+            bodies: Bodies::new(session, whole.axes, [0.0; 3]),
             mine: vec![0.0; size(&boxes[session.rank()].1)],
             all: vec![0.0; total],
             counts: vec![0; boxes.len()],

@@ -12,6 +12,7 @@
 
 use super::lattice::{Lattice, exchange};
 use crate::Result;
+use crate::grid::wide;
 use crate::petsc::{Halo, Session};
 
 /// What the multigrid computes in: half the memory traffic of double precision, and its error is the Krylov method's to
@@ -120,28 +121,35 @@ impl Level {
         wide.first + (0..fine.axes).map(|a| at(a) / self.factor[a] * wide.stride[a]).sum::<usize>()
     }
 
-    /// Adds to the next level's face what is added to one of this level's that lies in it.
-    pub fn add_to_coarse_face(&self, coarse: &mut Level, axis: usize, place: usize, add: Single) {
-        let (fine, wide) = (&self.lattice, coarse.lattice);
+    /// Where the next level has the face in which one of this level's lies, if there is one, and the distance of cell
+    /// centres across it, fine over coarse.
+    pub fn coarse_face(&self, coarse: &Level, axis: usize, place: usize) -> Option<(usize, Single)> {
+        let (fine, wide) = (&self.lattice, &coarse.lattice);
         let at = |a: usize| place / fine.stride[a] % (fine.n[a] + 2) - 1;
         let (along, factor) = (at(axis), self.factor[axis]);
         if along % factor != 0 && along != fine.n[axis] {
-            return;
+            return None;
         }
         let number = |a: usize| if a == axis { along.div_ceil(factor) } else { at(a) / self.factor[a] };
         let face = wide.first + (0..fine.axes).map(|a| number(a) * wide.stride[a]).sum::<usize>();
-        coarse.g[axis][face] += add * self.ratio[axis][number(axis)];
+        Some((face, self.ratio[axis][number(axis)]))
     }
 
     /// The first sweep, from x = 0.
     pub fn smooth_from_zero(&mut self, omega: Single) {
-        let n = self.lattice.n[0];
-        for s in self.lattice.rows() {
-            let (b, inverse) = (&self.b[s..][..n], &self.inverse[s..][..n]);
-            for ((x, b), d) in self.x[s..][..n].iter_mut().zip(b).zip(inverse) {
-                *x = omega * d * b;
-            }
-        }
+        let Level { lattice, inverse, x, b, .. } = self;
+        let n = lattice.n[0];
+        wide(
+            #[inline(always)]
+            || {
+                for s in lattice.rows() {
+                    let (b, inverse) = (&b[s..][..n], &inverse[s..][..n]);
+                    for ((x, b), d) in x[s..][..n].iter_mut().zip(b).zip(inverse) {
+                        *x = omega * d * b;
+                    }
+                }
+            },
+        );
     }
 
     /// A sweep.
@@ -149,10 +157,22 @@ impl Level {
         let Level { lattice, g, inverse, x, b, next, halo, .. } = self;
         exchange(halo, lattice.axes, x)?;
         let n = lattice.n[0];
-        for s in lattice.rows() {
-            let (b, inverse) = (&b[s..][..n], &inverse[s..][..n]);
-            lattice.for_row(g, x, s, &mut next[s..], |i, x, flux| x + omega * inverse[i] * (b[i] + flux));
-        }
+        wide(
+            #[inline(always)]
+            || {
+                for s in lattice.rows() {
+                    let (b, inverse) = (&b[s..][..n], &inverse[s..][..n]);
+                    lattice.for_row(
+                        g,
+                        x,
+                        s,
+                        &mut next[s..],
+                        #[inline(always)]
+                        |i, x, flux| x + omega * inverse[i] * (b[i] + flux),
+                    );
+                }
+            },
+        );
         std::mem::swap(x, next);
         Ok(())
     }
@@ -162,16 +182,29 @@ impl Level {
         let Level { lattice, g, x, b, row, halo, factor, .. } = self;
         exchange(halo, lattice.axes, x)?;
         let n = lattice.n[0];
-        for s in coarse.lattice.rows() {
-            coarse.b[s..][..coarse.lattice.n[0]].fill(0.0);
-        }
-        for (k, j) in (0..lattice.n[2]).flat_map(|k| (0..lattice.n[1]).map(move |j| (k, j))) {
-            let s = lattice.row(j, k);
-            let b = &b[s..][..n];
-            lattice.for_row(g, x, s, row, |i, _, flux| b[i] + flux);
-            let to = coarse.lattice.row(j / factor[1], k / factor[2]);
-            add_up(row, factor[0], &mut coarse.b[to..][..coarse.lattice.n[0]]);
-        }
+        let (to, wide_lattice) = (&mut coarse.b, coarse.lattice);
+        wide(
+            #[inline(always)]
+            || {
+                for s in wide_lattice.rows() {
+                    to[s..][..wide_lattice.n[0]].fill(0.0);
+                }
+                for (k, j) in (0..lattice.n[2]).flat_map(|k| (0..lattice.n[1]).map(move |j| (k, j))) {
+                    let s = lattice.row(j, k);
+                    let b = &b[s..][..n];
+                    lattice.for_row(
+                        g,
+                        x,
+                        s,
+                        row,
+                        #[inline(always)]
+                        |i, _, flux| b[i] + flux,
+                    );
+                    let s = wide_lattice.row(j / factor[1], k / factor[2]);
+                    add_up(row, factor[0], &mut to[s..][..wide_lattice.n[0]]);
+                }
+            },
+        );
         Ok(())
     }
 
@@ -197,6 +230,7 @@ impl Level {
 }
 
 /// Adds to `out` the sums of each `factor` numbers of a row; of one, where an odd one is left.
+#[inline(always)]
 fn add_up(row: &[Single], factor: usize, out: &mut [Single]) {
     if factor == 1 {
         out.iter_mut().zip(row).for_each(|(o, v)| *o += v);

@@ -1,11 +1,11 @@
-//! The pressure's operator, applied without a matrix, and what solves with it: a geometric multigrid ([`multigrid`]) and,
-//! where the coefficient is uniform, transforms ([`transform`]).
+//! The pressure's operator, applied without a matrix, and what solves with it: a geometric multigrid (`multigrid`) and,
+//! where the coefficient is uniform, transforms (`transform`).
 //!
 //! ```text
 //!   (A x)_c = sum over the faces f of c:  (beta_f/h^2) (x_c - x_beyond f)  +  sum_k w_k j_k,c (j_k . x)
 //! ```
 //! beta is the coefficient on faces, zero on closed ones and twice as large, with x = 0 beyond, where the border gives the
-//! pressure. The modes `j_k` are free bodies ([`bodies`]): one for each direction in which a body moves, non-zero in the cells
+//! pressure. The modes `j_k` are free bodies (`bodies`): one for each direction in which a body moves, non-zero in the cells
 //! that its surface cuts only, on as many ranks as own some of them.
 
 mod bodies;
@@ -20,7 +20,7 @@ pub use bodies::Covered;
 pub use matrix::Rows;
 
 use crate::fluid::faces::FaceCoefficient;
-use crate::grid::{Border, Boundaries, Grid};
+use crate::grid::{Border, Boundaries, Grid, largest, wide};
 use crate::petsc::{Halo, Layout, Operator, OwnPreconditioner, Session};
 use crate::{Error, Result};
 use bodies::{Bodies, Frame};
@@ -98,12 +98,11 @@ impl Poisson {
             g: Default::default(),
             largest: 0.0,
             x: Vec::new(),
-            bodies: Bodies::new(session, D),
+            bodies: Bodies::new(session, D, std::array::from_fn(|a| grid.h.get(a).map_or(0.0, |h| narrowest / h))),
             frame: Frame {
                 stride: std::array::from_fn(|a| grid.stride.get(a).copied().unwrap_or(1)),
                 stored: layout.stored,
                 ghosts: layout.ghosts,
-                inverse_h: std::array::from_fn(|a| grid.h.get(a).map_or(0.0, |h| narrowest / h)),
             },
             narrowest,
             multigrid: None,
@@ -260,24 +259,53 @@ impl Poisson {
 
     /// One cycle of the multigrid for `A z = r`.
     fn cycle(&mut self, r: &[f64], z: &mut [f64]) -> Result<()> {
-        let mut size = [r.iter().fold(0.0f64, |most, r| if r.abs() > most { r.abs() } else { most })];
+        let most = || {
+            wide(
+                #[inline(always)]
+                || {
+                    largest(
+                        r.len(),
+                        #[inline(always)]
+                        |i| r[i].abs(),
+                    )
+                },
+            )
+        };
+        let mut size = [most()];
         self.session.max(&mut size)?;
         if size[0] == 0.0 {
             z.fill(0.0);
             return Ok(());
         }
-        let (nx, largest) = (self.lattice.n[0], self.largest);
+        let (nx, most) = (self.lattice.n[0], self.largest);
         let (multigrid, bodies) = self.multigrid()?;
-        let (down, up) = (1.0 / size[0], size[0] / largest);
+        let (down, up) = (1.0 / size[0], size[0] / most);
         let finest = &mut multigrid.levels[0];
-        for (s, r) in finest.lattice.rows().zip(r.chunks_exact(nx)) {
-            finest.b[s..][..nx].iter_mut().zip(r).for_each(|(b, r)| *b = (down * r) as f32);
-        }
+        let (lattice, b) = (finest.lattice, &mut finest.b);
+        wide(
+            #[inline(always)]
+            || {
+                for (s, r) in lattice.rows().zip(r.chunks_exact(nx)) {
+                    b[s..][..nx].iter_mut().zip(r).for_each(
+                        #[inline(always)]
+                        |(b, r)| *b = (down * r) as f32,
+                    );
+                }
+            },
+        );
         multigrid.cycle(bodies, true)?;
-        let finest = &multigrid.levels[0];
-        for (s, z) in finest.lattice.rows().zip(z.chunks_exact_mut(nx)) {
-            z.iter_mut().zip(&finest.x[s..][..nx]).for_each(|(z, x)| *z = up * f64::from(*x));
-        }
+        let x = &multigrid.levels[0].x;
+        wide(
+            #[inline(always)]
+            || {
+                for (s, z) in lattice.rows().zip(z.chunks_exact_mut(nx)) {
+                    z.iter_mut().zip(&x[s..][..nx]).for_each(
+                        #[inline(always)]
+                        |(z, x)| *z = up * f64::from(*x),
+                    );
+                }
+            },
+        );
         Ok(())
     }
 
@@ -329,9 +357,22 @@ impl Operator for Poisson {
             self.x[s..][..nx].copy_from_slice(x);
         }
         exchange(&mut self.halo, lattice.axes, &mut self.x)?;
-        for (s, y) in lattice.rows().zip(y.chunks_exact_mut(nx)) {
-            lattice.for_row(&self.g, &self.x, s, y, |_, _, flux| -flux);
-        }
+        let (g, field) = (&self.g, &self.x);
+        wide(
+            #[inline(always)]
+            || {
+                for (s, y) in lattice.rows().zip(y.chunks_exact_mut(nx)) {
+                    lattice.for_row(
+                        g,
+                        field,
+                        s,
+                        y,
+                        #[inline(always)]
+                        |_, _, flux| -flux,
+                    );
+                }
+            },
+        );
         self.bodies.add_product(x, y)
     }
 

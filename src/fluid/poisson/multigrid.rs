@@ -198,16 +198,16 @@ impl Multigrid {
     /// Everything that follows from the faces of the finest level, and from the `bodies` there: a face of its own conducts
     /// `unit` along each axis, and `scale` brings their weights into the same units. Collective.
     pub fn rebuild(&mut self, bodies: &mut Bodies, unit: [f64; 3], scale: f64) -> Result<()> {
-        for l in 0..self.levels.len() {
+        let count = self.levels.len();
+        for l in 0..count {
             let (fine, coarse) = self.levels.split_at_mut(l + 1);
             let fine = &mut fine[l];
             fine.invert();
             if let Some(coarse) = coarse.first_mut() {
                 fine.coarsen(coarse);
-                if l == 0 {
-                    bodies.prepare(fine, scale)?;
-                    bodies.thicken(fine, coarse, unit, scale)?;
-                }
+                bodies.prepare(l, fine, scale)?;
+                // The level below the last one of this rank's own knows no bodies.
+                bodies.descend(l, fine, coarse, unit, scale, l + 2 >= count);
             }
         }
         let last = &self.levels[self.levels.len() - 1];
@@ -237,9 +237,7 @@ impl Multigrid {
         if !last {
             let (fine, coarse) = self.levels.split_at_mut(l + 1);
             fine[l].restrict(&mut coarse[0])?;
-            if l == 0 {
-                bodies.restrict(&fine[0], &mut coarse[0])?;
-            }
+            bodies.restrict(l, &fine[l], &mut coarse[0])?;
             self.visit(l + 1, bodies, true)?;
             let exact = matches!(self.bottom, Bottom::Exact(_)) && l + 2 == self.levels.len();
             if l + 1 >= self.tuning.twice_from && !exact {
@@ -262,8 +260,8 @@ impl Multigrid {
             } else {
                 level.smooth(omega)?;
             }
-            if l == 0 && self.levels.len() > 1 {
-                bodies.mend(&mut self.levels[0], omega, first)?;
+            if l + 1 < self.levels.len() {
+                bodies.mend(l, &mut self.levels[l], omega, first)?;
             }
         }
         Ok(())

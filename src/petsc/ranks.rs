@@ -1,0 +1,132 @@
+//! What ranks tell each other: sums, largest values, gatherings.
+
+use super::Session;
+use super::session::check;
+use crate::{Error, Result};
+use petsc_sys as ffi;
+use std::ffi::{c_int, c_void};
+use std::ptr;
+
+/// A number that fields hold and messages carry.
+pub trait Number: Copy + sealed::Sealed + 'static {
+    /// Nothing.
+    const ZERO: Self;
+    #[doc(hidden)]
+    fn datatype() -> ffi::MPI_Datatype;
+}
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+impl Number for f32 {
+    const ZERO: f32 = 0.0;
+    fn datatype() -> ffi::MPI_Datatype {
+        (&raw mut ffi::ompi_mpi_float).cast()
+    }
+}
+
+impl Number for f64 {
+    const ZERO: f64 = 0.0;
+    fn datatype() -> ffi::MPI_Datatype {
+        (&raw mut ffi::ompi_mpi_double).cast()
+    }
+}
+
+impl Session {
+    /// Sums each number over the ranks, in place.
+    pub fn sum(&self, values: &mut [f64]) -> Result<()> {
+        self.reduce(values, (&raw mut ffi::ompi_mpi_op_sum).cast())
+    }
+
+    /// The largest over the ranks of each number, in place; a NaN counts as infinity, so that none is lost.
+    pub fn max(&self, values: &mut [f64]) -> Result<()> {
+        for v in values.iter_mut().filter(|v| v.is_nan()) {
+            *v = f64::INFINITY;
+        }
+        self.reduce(values, (&raw mut ffi::ompi_mpi_op_max).cast())
+    }
+
+    fn reduce(&self, values: &mut [f64], op: ffi::MPI_Op) -> Result<()> {
+        if self.size() == 1 || values.is_empty() {
+            return Ok(());
+        }
+        // OpenMPI's MPI_IN_PLACE, a macro that bindgen cannot see.
+        let in_place = ptr::without_provenance_mut::<c_void>(1);
+        // SAFETY: the buffer holds as many doubles as said, and every rank calls with as many.
+        check("MPI_Allreduce", unsafe {
+            let double = (&raw mut ffi::ompi_mpi_double).cast();
+            ffi::MPI_Allreduce(in_place, values.as_mut_ptr().cast(), values.len() as c_int, double, op, self.comm())
+        })
+    }
+
+    /// Gathers every rank's numbers on all ranks: `counts` of them from `starts` on in `all`, by rank. Collective.
+    pub(crate) fn all_gather<T: Number>(
+        &self,
+        mine: &[T],
+        all: &mut [T],
+        counts: &[i32],
+        starts: &[i32],
+    ) -> Result<()> {
+        let fits = counts.iter().zip(starts).all(|(n, s)| *n >= 0 && *s >= 0 && (n + s) as usize <= all.len());
+        if !fits
+            || counts.len() != self.size()
+            || starts.len() != self.size()
+            || counts[self.rank()] as usize > mine.len()
+        {
+            return Err(Error::Run("a gathering does not fit its buffers".into()));
+        }
+        // SAFETY: checked above, and every rank makes the same call.
+        check("MPI_Allgatherv", unsafe {
+            let (number, n) = (T::datatype(), counts[self.rank()]);
+            let (to, counts, starts) = (all.as_mut_ptr().cast(), counts.as_ptr(), starts.as_ptr());
+            ffi::MPI_Allgatherv(mine.as_ptr().cast(), n, number, to, counts, starts, number, self.comm())
+        })
+    }
+
+    /// Whether something holds on any rank. Collective.
+    pub fn anywhere(&self, here: bool) -> Result<bool> {
+        let mut flag = [f64::from(here)];
+        self.max(&mut flag)?;
+        Ok(flag[0] > 0.0)
+    }
+
+    /// Makes a result of rank 0, which alone writes, the result of all: an error there is an error everywhere. Collective.
+    pub fn agree<T>(&self, result: Result<T>) -> Result<T> {
+        let failed = self.anywhere(result.is_err())?;
+        match result {
+            Ok(_) if failed => Err(Error::Run("rank 0 failed".into())),
+            other => other,
+        }
+    }
+
+    /// Sends this rank's bytes to rank 0, which hands each rank's to `take`, in the order of the ranks.
+    pub fn gather(&self, bytes: &[f64], mut take: impl FnMut(usize, &[f64])) -> Result<()> {
+        let double: ffi::MPI_Datatype = (&raw mut ffi::ompi_mpi_double).cast();
+        let mut count = bytes.len() as f64;
+        if self.rank() != 0 {
+            // SAFETY: both buffers hold what is said; rank 0 receives in the same order.
+            unsafe {
+                check("MPI_Send", ffi::MPI_Send((&raw mut count).cast(), 1, double, 0, 0, self.comm()))?;
+                let n = bytes.len() as c_int;
+                return check("MPI_Send", ffi::MPI_Send(bytes.as_ptr().cast(), n, double, 0, 1, self.comm()));
+            }
+        }
+        take(0, bytes);
+        for from in 1..self.size() {
+            let mut buffer = Vec::new();
+            // SAFETY: the first message is the length of the second; statuses are ignored (null, OpenMPI's value).
+            unsafe {
+                let (f, none) = (from as c_int, ptr::null_mut());
+                check("MPI_Recv", ffi::MPI_Recv((&raw mut count).cast(), 1, double, f, 0, self.comm(), none))?;
+                buffer.resize(count as usize, 0.0);
+                let n = buffer.len() as c_int;
+                check("MPI_Recv", ffi::MPI_Recv(buffer.as_mut_ptr().cast(), n, double, f, 1, self.comm(), none))?;
+            }
+            take(from, &buffer);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,283 @@
+//! The pressure's own preconditioners: symmetric and positive wherever they are used, and iterations that grow neither with
+//! the grid nor with the ratio of densities.
+
+use crate::support::{Petsc, petsc};
+use mics::fluid::faces::FaceCoefficient;
+use mics::fluid::poisson::{Covered, Poisson};
+use mics::grid::{Border, Boundaries, GHOSTS, Grid};
+use mics::petsc::{Choice, Layout, LinearSolver, Operator, OwnPreconditioner};
+use std::cell::RefCell;
+use std::rc::Rc;
+
+/// The ends of an axis: periodic, or what is at the low and the high one.
+#[derive(Clone, Copy, Debug)]
+enum Ends {
+    Periodic,
+    Walls,
+    Outflow,
+}
+
+/// A box of unit spacing along x, with balls in it.
+struct Case<const D: usize> {
+    cells: [usize; D],
+    h: [f64; D],
+    ends: [Ends; D],
+    /// Centres, in m.
+    balls: Vec<[f64; D]>,
+    radius: f64,
+    /// Balls of a mixture of this density, relative to the fluid's; or ...
+    mixture: Option<f64>,
+    /// ... free bodies of it, with sharp walls.
+    free: Option<f64>,
+}
+
+struct System<const D: usize> {
+    operator: Rc<RefCell<Poisson>>,
+    solver: LinearSolver,
+    cells: usize,
+}
+
+impl<const D: usize> Case<D> {
+    fn empty(cells: [usize; D], ends: [Ends; D]) -> Case<D> {
+        Case { cells, h: [1.0; D], ends, balls: Vec::new(), radius: 0.0, mixture: None, free: None }
+    }
+
+    /// Balls of `diameter` cells that fill the box to about a quarter, none nearer to another than a third of a cell.
+    fn filled(mut self, diameter: f64) -> Case<D> {
+        self.radius = 0.5 * diameter;
+        let mut state = 88172645463325252u64;
+        let mut random = || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let volume = self.cells.iter().product::<usize>() as f64;
+        let count = (0.25 * volume / (0.8 * diameter.powi(D as i32))).ceil() as usize;
+        for _ in 0..50 * count {
+            let r = self.radius;
+            let at: [f64; D] =
+                std::array::from_fn(|a| r + 0.5 + random() * (self.cells[a] as f64 - 2.0 * r - 1.0).max(0.0));
+            let gap = |b: &[f64; D]| (0..D).map(|a| (at[a] - b[a]).powi(2)).sum::<f64>().sqrt() - diameter;
+            if self.balls.len() < count && self.balls.iter().all(|b| gap(b) > 0.34) {
+                self.balls.push(at);
+            }
+        }
+        self
+    }
+
+    /// How much of the cell-sized box about a point a ball fills, by a count of points.
+    fn part(&self, ball: &[f64; D], middle: [f64; D]) -> f64 {
+        let reach = (0..D).map(|a| (middle[a] - ball[a]).powi(2)).sum::<f64>().sqrt() - self.radius;
+        let corner = self.h.iter().map(|h| 0.25 * h * h).sum::<f64>().sqrt();
+        if reach > corner || reach < -corner {
+            return if reach < 0.0 { 1.0 } else { 0.0 };
+        }
+        let points = 6usize.pow(D as u32);
+        let inside = |k: &usize| {
+            let offset = |a: usize| ((k / 6usize.pow(a as u32) % 6) as f64 + 0.5) / 6.0 - 0.5;
+            (0..D).map(|a| (middle[a] + offset(a) * self.h[a] - ball[a]).powi(2)).sum::<f64>() < self.radius.powi(2)
+        };
+        (0..points).filter(inside).count() as f64 / points as f64
+    }
+
+    fn system(&self, petsc: &Petsc) -> System<D> {
+        let periodic = self.ends.map(|e| matches!(e, Ends::Periodic));
+        let layout = Layout::new(&petsc.session, &self.cells, &periodic, GHOSTS).unwrap();
+        let size = std::array::from_fn(|a| self.h[a] * self.cells[a] as f64);
+        let grid = Grid::new(self.cells, size, periodic, &layout);
+        let borders = self.ends.map(|e| match e {
+            Ends::Periodic => [None, None],
+            Ends::Walls => [Some(Border::Slip), Some(Border::Slip)],
+            Ends::Outflow => [Some(Border::Slip), Some(Border::Outflow)],
+        });
+        let boundaries = Boundaries::new(&petsc.session, &layout, &grid, borders);
+        let mut beta = grid.vector_field();
+        let mut covered = Vec::new();
+        for axis in 0..D {
+            for c in grid.face_rows(axis).flatten() {
+                let mut face = grid.centre(c);
+                face[axis] -= 0.5 * self.h[axis];
+                let fill = |at: [f64; D]| self.balls.iter().map(|b| self.part(b, at)).sum::<f64>().min(1.0);
+                beta[axis][c] = match self.mixture {
+                    Some(ratio) => {
+                        let [mut low, mut high] = [face, face];
+                        low[axis] -= 0.5 * self.h[axis];
+                        high[axis] += 0.5 * self.h[axis];
+                        2.0 / [low, high].map(|at| 1.0 + (ratio - 1.0) * fill(at)).iter().sum::<f64>()
+                    }
+                    None => (1.0 - fill(face)).max(1e-6),
+                };
+            }
+        }
+        let operator = Poisson::new(&petsc.session, &layout, &grid, &boundaries).unwrap();
+        let operator = Rc::new(RefCell::new(operator));
+        operator.borrow_mut().set(&grid, &FaceCoefficient::Field(beta)).unwrap();
+        if let Some(ratio) = self.free {
+            for (k, ball) in self.balls.iter().enumerate() {
+                for axis in 0..D {
+                    for c in grid.face_rows(axis).flatten() {
+                        let mut face = grid.centre(c);
+                        face[axis] -= 0.5 * self.h[axis];
+                        let part = self.part(ball, face);
+                        let border = grid.at_border(axis, 0) && face[axis] < 0.1 * self.h[axis]
+                            || grid.at_border(axis, 1) && face[axis] > size[axis] - 0.1 * self.h[axis];
+                        if part > 0.0 && !border {
+                            covered.push(Covered { mode: (k * D + axis) as u32, face: c as u32, part });
+                        }
+                    }
+                }
+            }
+            let shape = if D == 2 { std::f64::consts::PI } else { 4.0 / 3.0 * std::f64::consts::PI };
+            let cells = shape * self.radius.powi(D as i32) / self.h.iter().product::<f64>();
+            let weights = vec![1.0 / (ratio * cells); D * self.balls.len()];
+            operator.borrow_mut().set_modes(&weights, &covered).unwrap();
+        }
+        let cells = self.cells.iter().product();
+        let singular = !boundaries.fixes_pressure();
+        let none = || (Vec::new(), Vec::new());
+        let solver = LinearSolver::new(&petsc.session, Choice::Multigrid, (D, cells), operator.clone(), singular, none);
+        System { operator, solver: solver.unwrap(), cells }
+    }
+
+    fn iterations(&self, petsc: &Petsc) -> u32 {
+        let mut system = self.system(petsc);
+        system.solver.set_right_side(|b| b.iter_mut().enumerate().for_each(|(c, b)| *b = noise(c, 0))).unwrap();
+        system.solver.solve(1e-8, 0.0).unwrap().iterations
+    }
+}
+
+fn noise(c: usize, which: usize) -> f64 {
+    ((c * 7919 + which * 104729 + 13) as f64 * 0.618_033_988_749_895).fract() - 0.5
+}
+
+/// `|a . B b - b . B a|` over what rounding in single precision may leave, and that `a . B a > 0`.
+fn asymmetry<const D: usize>(petsc: &Petsc, case: &Case<D>, own: OwnPreconditioner) -> f64 {
+    let system = case.system(petsc);
+    let mut operator = system.operator.borrow_mut();
+    let singular = !case.ends.iter().any(|e| matches!(e, Ends::Outflow));
+    let mut apply = |which: usize| {
+        let mut r: Vec<f64> = (0..system.cells).map(|c| noise(c, which)).collect();
+        if singular {
+            let mean = r.iter().sum::<f64>() / system.cells as f64;
+            r.iter_mut().for_each(|r| *r -= mean);
+        }
+        let mut z = vec![0.0; system.cells];
+        operator.precondition(own, &r, &mut z).unwrap();
+        (r, z)
+    };
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let [(r, z), (s, w)] = [apply(1), apply(2)];
+    assert!(dot(&r, &z) > 0.0 && dot(&s, &w) > 0.0);
+    (dot(&r, &w) - dot(&s, &z)).abs() / (dot(&r, &z) * dot(&s, &w)).sqrt()
+}
+
+#[test]
+fn the_multigrid_is_symmetric_and_positive_for_every_border_and_shape_of_the_grid() {
+    let petsc = petsc();
+    let kinds = [Ends::Periodic, Ends::Walls, Ends::Outflow];
+    for (x, y) in kinds.iter().flat_map(|x| kinds.iter().map(move |y| (*x, *y))) {
+        for cells in [[32, 32], [37, 23], [61, 4], [3, 50]] {
+            let mut case = Case::empty(cells, [x, y]);
+            for ratio in [None, Some(0.01), Some(1000.0)] {
+                case.mixture = ratio;
+                case.balls = vec![[14.3, 9.2], [23.0, 17.4]];
+                case.radius = 4.0;
+                let found = asymmetry(&petsc, &case, OwnPreconditioner::Multigrid);
+                assert!(found < 1e-4, "{cells:?} {x:?} {y:?} {ratio:?}: {found:e}");
+            }
+        }
+        let mut case = Case::<3>::empty([14, 9, 11], [x, y, Ends::Walls]);
+        case.h = [1.0, 2.3, 0.9];
+        (case.balls, case.radius, case.free) = (vec![[6.1, 8.8, 4.9]], 3.0, Some(0.5));
+        for own in [OwnPreconditioner::Multigrid, OwnPreconditioner::Transform] {
+            let found = asymmetry(&petsc, &case, own);
+            assert!(found < 1e-4, "3D {x:?} {y:?}: {found:e}");
+        }
+    }
+}
+
+#[test]
+fn free_bodies_of_any_density_leave_it_symmetric_and_positive() {
+    let petsc = petsc();
+    for ratio in [1e-3, 0.1, 1.0, 10.0] {
+        let mut case = Case::empty([64, 48], [Ends::Walls, Ends::Periodic]).filled(8.0);
+        case.free = Some(ratio);
+        let found = asymmetry(&petsc, &case, OwnPreconditioner::Multigrid);
+        assert!(found < 1e-4, "{ratio}: {found:e}");
+    }
+}
+
+/// To 1e-8 of the right side, by the size of the grid and the ratio of densities.
+#[test]
+fn iterations_grow_neither_with_the_grid_nor_with_the_density() {
+    let petsc = petsc();
+    let walls = [Ends::Walls; 2];
+    println!("free bodies, sharp walls");
+    for ratio in [0.1, 1.0, 2.65, 1e3, 1e4] {
+        for diameter in [8.0, 32.0] {
+            let iterations = [64, 128, 256].map(|n| {
+                let mut case = Case::empty([n, n], walls).filled(diameter);
+                case.free = Some(ratio);
+                case.iterations(&petsc)
+            });
+            println!("s = {ratio}, N = {diameter}: {iterations:?}");
+            let [least, most] = [iterations.iter().min(), iterations.iter().max()].map(|n| *n.unwrap());
+            assert!(most <= 12 && most - least <= 3, "s = {ratio}, N = {diameter}: {iterations:?}");
+        }
+    }
+    println!("mixture");
+    for ratio in [1e-3, 0.1, 2.65, 1e3, 1e4] {
+        let iterations = [64, 128, 256].map(|n| {
+            let mut case = Case::empty([n, n], walls);
+            let at = n as f64;
+            case.balls = [(0.3, 0.4), (0.7, 0.55), (0.45, 0.75)].map(|(x, y)| [x * at, y * at]).to_vec();
+            (case.radius, case.mixture) = (0.12 * at, Some(ratio));
+            case.iterations(&petsc)
+        });
+        println!("s = {ratio}: {iterations:?}");
+        let [least, most] = [iterations.iter().min(), iterations.iter().max()].map(|n| *n.unwrap());
+        assert!(most <= 15 && most - least <= 3, "mixture, s = {ratio}: {iterations:?}");
+    }
+    println!("3D, free bodies");
+    for ratio in [0.1, 2.65, 1e3] {
+        let iterations = [24, 48].map(|n| {
+            let mut case = Case::<3>::empty([n; 3], [Ends::Walls; 3]).filled(8.0);
+            case.free = Some(ratio);
+            case.iterations(&petsc)
+        });
+        println!("s = {ratio}: {iterations:?}");
+        assert!(iterations.iter().all(|n| *n <= 12), "3D, s = {ratio}: {iterations:?}");
+    }
+}
+
+#[test]
+fn odd_and_flat_grids_take_no_more_iterations() {
+    let petsc = petsc();
+    let ends = [Ends::Outflow, Ends::Walls];
+    for (cells, h) in [([127, 61], [1.0, 1.0]), ([500, 4], [1.0, 1.0]), ([64, 64], [1.0, 8.0]), ([3, 300], [1.0, 1.0])]
+    {
+        let case = Case { h, ..Case::empty(cells, ends) };
+        let iterations = case.iterations(&petsc);
+        println!("{cells:?}, h = {h:?}: {iterations}");
+        assert!(iterations <= 12, "{cells:?}, h = {h:?}: {iterations}");
+    }
+}
+
+#[test]
+fn the_direct_solver_leaves_rounding_only() {
+    let petsc = petsc();
+    for ends in [[Ends::Walls, Ends::Outflow], [Ends::Periodic, Ends::Walls], [Ends::Outflow, Ends::Periodic]] {
+        let case = Case::<2> { h: [1.0, 0.7], ..Case::empty([45, 32], ends) };
+        let system = case.system(&petsc);
+        let mut operator = system.operator.borrow_mut();
+        let mut r: Vec<f64> = (0..system.cells).map(|c| noise(c, 3)).collect();
+        let mean = r.iter().sum::<f64>() / system.cells as f64;
+        r.iter_mut().for_each(|r| *r -= mean);
+        let (mut z, mut back) = (vec![0.0; system.cells], vec![0.0; system.cells]);
+        operator.precondition(OwnPreconditioner::Transform, &r, &mut z).unwrap();
+        operator.multiply(&z, &mut back).unwrap();
+        let left = r.iter().zip(&back).map(|(r, b)| (r - b).abs()).fold(0.0, f64::max);
+        assert!(left < 1e-11, "{ends:?}: {left:e}");
+    }
+}
