@@ -29,8 +29,8 @@ impl<const D: usize> Sharp<D> {
             #[inline(always)]
             || {
                 for point in &skin.points {
-                    let slope = skin.value(&point.slope, grid, u, &self.bodies, k, None);
-                    let df = (self.fluid_viscosity * point.area) * slope;
+                    let slope = skin.value(&point.slope, &point.arm, grid, u, &self.bodies, k, None);
+                    let df = (self.fluid_viscosity * skin.area) * slope;
                     force += df;
                     torque += point.arm.cross(&df);
                 }

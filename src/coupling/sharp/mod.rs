@@ -29,6 +29,7 @@
 //! is part of the balance of momentum.
 
 mod force;
+mod gap;
 mod motion;
 mod probe;
 mod skin;
@@ -42,7 +43,8 @@ use crate::petsc::Session;
 use crate::solids::contact::{Contacts, Neighbours, Push};
 use crate::solids::{Body, Overlap};
 use nalgebra::Vector3;
-use skin::{Skin, Surroundings};
+use gap::{Neighbour, Surroundings};
+use skin::Skin;
 use std::ops::Range;
 
 /// Openings below this count as this: what is behind them keeps a pressure, and the equation constants as its only null
@@ -90,6 +92,8 @@ pub struct Sharp<const D: usize> {
     bodies: Vec<Body>,
     skins: Vec<Skin<D>>,
     near: Vec<Vec<usize>>,
+    /// Those near the body whose skin is built.
+    beside: Vec<Neighbour>,
     neighbours: Box<Neighbours>,
     /// Largest radius (m), and half the distance at which bodies are near each other, for every one (m).
     largest: f64,
@@ -153,9 +157,10 @@ impl<const D: usize> Sharp<D> {
             weights: Vec::with_capacity(n * D),
             skins,
             near: (0..n).map(|_| Vec::with_capacity(16)).collect(),
+            beside: Vec::with_capacity(16),
             had_near: vec![false; n],
             largest: bodies.iter().fold(0.0, |most, b| most.max(b.radius)),
-            reach: vec![0.5 * skin::NEAR * h; n],
+            reach: vec![0.5 * gap::NEAR * h; n],
             neighbours: Box::new(Neighbours::new(&bodies, size, periods)),
             rides: vec![Ride::default(); n],
             exchange: vec![Exchange::default(); n],
@@ -254,14 +259,9 @@ impl<const D: usize> Sharp<D> {
             if !all && !self.bodies[k].moves() && self.near[k].is_empty() && !self.had_near[k] {
                 continue;
             }
-            let around = Surroundings {
-                grid,
-                boundaries,
-                bodies: &self.bodies,
-                near: &self.near[k],
-                periods: &self.periods,
-                h: self.h,
-            };
+            self.beside.clear();
+            self.beside.extend(self.near[k].iter().map(|&j| Neighbour::new(&self.bodies, k, j, &self.periods)));
+            let around = Surroundings { grid, boundaries, bodies: &self.bodies, near: &self.beside, h: self.h };
             self.skins[k].rebuild(&around, k, &self.places[k]);
         }
         for skin in &self.skins {
@@ -448,8 +448,8 @@ impl<const D: usize> Sharp<D> {
         let insides = self.skins.iter().flat_map(|skin| &skin.inside);
         for (inside, end) in insides.zip(&self.values) {
             for (a, (start, u)) in start.iter().zip(u.iter_mut()).enumerate() {
-                let start = start[inside.cell];
-                u[inside.cell] += inside.weight * (start + part * (end[a] - start) - u[inside.cell]);
+                let (cell, start) = (inside.cell as usize, start[inside.cell as usize]);
+                u[cell] += inside.weight * (start + part * (end[a] - start) - u[cell]);
             }
         }
     }
@@ -466,10 +466,8 @@ impl<const D: usize> Sharp<D> {
                 for (k, skin) in skins.iter().enumerate() {
                     for inside in skin.inside.iter().filter(|i| fresh || !i.fresh) {
                         let rigid = bodies[k].velocity_at(&inside.arm);
-                        values.push(match &inside.trace {
-                            Some(trace) => rigid + skin.value(trace, grid, u, bodies, k, Some(resolved)),
-                            None => rigid,
-                        });
+                        let profile = skin.value(&inside.trace, &inside.arm, grid, u, bodies, k, Some(resolved));
+                        values.push(rigid + profile);
                     }
                 }
             },
@@ -478,11 +476,11 @@ impl<const D: usize> Sharp<D> {
         let mut values = self.values.iter();
         for (skin, ride) in self.skins.iter().zip(&mut self.rides) {
             for (inside, value) in skin.inside.iter().filter(|i| fresh || !i.fresh).zip(&mut values) {
-                let mut added = Vector3::zeros();
+                let (mut added, cell) = (Vector3::zeros(), inside.cell as usize);
                 for (a, field) in u.iter_mut().enumerate() {
-                    let change = inside.weight * (value[a] - field[inside.cell]);
+                    let change = inside.weight * (value[a] - field[cell]);
                     added[a] = mass * change;
-                    field[inside.cell] += change;
+                    field[cell] += change;
                 }
                 if book {
                     ride.given += added;

@@ -14,25 +14,25 @@ use nalgebra::Vector3;
 #[derive(Clone, Copy, Debug)]
 pub struct Probe<const D: usize> {
     /// Index in a field of the first cell of the stencil, and the place after its second (in spacings).
-    first: usize,
+    first: u32,
     place: [f64; D],
     /// Factor of the velocity there in the sum that it is part of.
     pub share: f64,
-    /// From the body's centre (m).
-    pub arm: Vector3<f64>,
+    /// How far out it is, as a factor of the arm that it lies on.
+    pub out: f64,
 }
 
 impl<const D: usize> Probe<D> {
-    /// A probe at `centre + arm` (m); the point is within the stored cells, two layers from their end.
-    pub fn new(grid: &Grid<D>, centre: &Vector3<f64>, arm: Vector3<f64>, share: f64) -> Probe<D> {
+    /// A probe at `centre + out arm` (m); the point is within the stored cells, two layers from their end.
+    pub fn new(grid: &Grid<D>, centre: &Vector3<f64>, arm: &Vector3<f64>, out: f64, share: f64) -> Probe<D> {
         let (mut first, mut place) = (0, [0.0; D]);
         for a in 0..D {
-            let x = (centre[a] + arm[a]) / grid.h[a] - 0.5 - grid.start[a] as f64 + grid.ghosts as f64;
+            let x = (centre[a] + out * arm[a]) / grid.h[a] - 0.5 - grid.start[a] as f64 + grid.ghosts as f64;
             let cell = (x.floor() - 1.0).clamp(0.0, (grid.stored[a] - 4) as f64);
             place[a] = x - cell - 1.0;
-            first += cell as usize * grid.stride[a];
+            first += cell as u32 * grid.stride[a] as u32;
         }
-        Probe { first, place, share, arm }
+        Probe { first, place, share, out }
     }
 
     /// The velocity (m/s) there; ghosts of `u` filled.
@@ -41,12 +41,12 @@ impl<const D: usize> Probe<D> {
         // Found anew each time: reading them from memory takes longer.
         let weights = self.place.map(weights);
         let mut sum = Vector3::zeros();
-        let planes = if D == 3 { 4 } else { 1 };
+        let (first, planes) = (self.first as usize, if D == 3 { 4 } else { 1 });
         for (a, field) in u.iter().enumerate() {
             let mut columns = [0.0; 4];
             for k in 0..planes {
                 let (plane, wk) =
-                    if D == 3 { (self.first + k * grid.stride[D - 1], weights[D - 1][k]) } else { (self.first, 1.0) };
+                    if D == 3 { (first + k * grid.stride[D - 1], weights[D - 1][k]) } else { (first, 1.0) };
                 for j in 0..4 {
                     let row = plane + j * grid.stride[1];
                     let wj = wk * weights[1][j];

@@ -40,6 +40,7 @@ impl<const D: usize> Sharp<D> {
             // Follow from the bodies' places ([`Sharp::take_up`]); faces opened in a step are found in it.
             skins: _,
             near: _,
+            beside: _,
             had_near: _,
             neighbours: _,
             covered: _,
