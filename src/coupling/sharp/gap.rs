@@ -1,0 +1,139 @@
+//! Gaps: how far it is along a normal of a body's wall to the next body or wall, and what the profile of the flow beside the
+//! wall is there ([`super::skin`] has the sketch).
+
+use crate::grid::{Border, Boundaries, Grid};
+use crate::solids::{Body, nearest_image};
+use nalgebra::Vector3;
+
+/// Gap, in spacings, below which the grid resolves no profile in it.
+pub(super) const UNRESOLVED: f64 = 1.25;
+/// Gap, in spacings, beyond which nothing is felt of what lies there.
+pub(super) const NEAR: f64 = 2.75;
+
+/// What lies across a gap.
+#[derive(Clone, Copy, Debug)]
+pub enum Other {
+    /// Nothing that is near.
+    Nothing,
+    /// A body, and the arm from its centre (m).
+    Body(usize, Vector3<f64>),
+    /// A border with this velocity (m/s).
+    Border(Vector3<f64>),
+}
+
+/// A body near another one.
+#[derive(Clone, Copy, Debug)]
+pub struct Neighbour {
+    /// Its number.
+    pub body: usize,
+    /// The way to its nearest image (m), and its radius (m).
+    apart: Vector3<f64>,
+    radius: f64,
+}
+
+impl Neighbour {
+    /// The body `j` beside the body `k`.
+    pub fn new(bodies: &[Body], k: usize, j: usize, periods: &[Option<f64>; 3]) -> Neighbour {
+        let apart = nearest_image(&bodies[k].centre, &bodies[j].centre, periods);
+        Neighbour { body: j, apart, radius: bodies[j].radius }
+    }
+}
+
+/// What a skin is built among.
+pub struct Surroundings<'a, const D: usize> {
+    /// The grid.
+    pub grid: &'a Grid<D>,
+    /// The conditions at the borders.
+    pub boundaries: &'a Boundaries<D>,
+    /// All bodies.
+    pub bodies: &'a [Body],
+    /// The bodies near this one.
+    pub near: &'a [Neighbour],
+    /// The spacing that depths and probes count in (m).
+    pub h: f64,
+}
+
+/// How much of each form of the profile holds at a gap; they sum to one.
+pub struct Shares {
+    /// The parabola.
+    pub full: f64,
+    /// The straight line through the first probe.
+    pub linear: f64,
+    /// The straight line to what lies across.
+    pub across: f64,
+}
+
+impl Shares {
+    /// For a gap in spacings.
+    pub fn of(gap: f64) -> Shares {
+        let step = |from: f64, to: f64| {
+            let t = ((gap - from) / (to - from)).clamp(0.0, 1.0);
+            t * t * (3.0 - 2.0 * t)
+        };
+        let (full, open) = (step(2.25, NEAR), step(0.75, UNRESOLVED));
+        Shares { full, linear: open - full, across: 1.0 - open }
+    }
+}
+
+/// A gap along a normal.
+pub struct Gap {
+    /// How wide it is (m).
+    pub width: f64,
+    /// What lies there.
+    pub other: Other,
+}
+
+impl<const D: usize> Surroundings<'_, D> {
+    /// Whether no other body is nearer to the point at `arm` (m) from the centre of body `k`.
+    pub fn nearest(&self, k: usize, arm: &Vector3<f64>) -> bool {
+        let own = arm.norm() - self.bodies[k].radius;
+        self.near.iter().all(|near| {
+            let other = (arm - near.apart).norm() - near.radius;
+            own < other || (own == other && k < near.body)
+        })
+    }
+
+    /// Whether another body or a wall is so near that the grid does not resolve the gap.
+    pub fn has_neighbours(&self, k: usize) -> bool {
+        let body = &self.bodies[k];
+        let within = |a: usize, side: usize| {
+            let from = body.centre[a] - if side == 0 { 0.0 } else { self.grid.size[a] };
+            matches!(self.boundaries.borders[a][side], Some(Border::Velocity(_)))
+                && from.abs() < body.radius + UNRESOLVED * self.h
+        };
+        !self.near.is_empty() || (0..2 * D).any(|f| within(f / 2, f % 2))
+    }
+
+    /// The gap (m) from the wall of body `k`, its centre at `image`, along `n` to the next body or wall.
+    pub fn gap(&self, k: usize, image: &Vector3<f64>, n: &Vector3<f64>) -> Gap {
+        let radius = self.bodies[k].radius;
+        let mut gap = Gap { width: f64::INFINITY, other: Other::Nothing };
+        for near in self.near {
+            let apart = near.apart - radius * n;
+            let along = apart.dot(n);
+            let under = along * along - apart.norm_squared() + near.radius * near.radius;
+            if along > 0.0 && under > 0.0 {
+                let width = (along - under.sqrt()).max(0.0);
+                if width < gap.width {
+                    gap = Gap { width, other: Other::Body(near.body, width * n - apart) };
+                }
+            }
+        }
+        for axis in 0..D {
+            let side = usize::from(n[axis] > 0.0);
+            let Some(Border::Velocity(velocity)) = &self.boundaries.borders[axis][side] else { continue };
+            let foot = image[axis] + radius * n[axis];
+            let distance = if side == 1 { self.grid.size[axis] - foot } else { foot };
+            if n[axis].abs() * NEAR * self.h < distance {
+                continue;
+            }
+            let width = (distance / n[axis].abs()).max(0.0);
+            if width < gap.width {
+                let at = self.grid.position_on_border(axis, &(image + (radius + width) * n));
+                let velocity = Vector3::from_fn(|a, _| if a < D { velocity[a][at] } else { 0.0 });
+                gap = Gap { width, other: Other::Border(velocity) };
+            }
+        }
+        gap
+    }
+}
