@@ -20,12 +20,17 @@ use nalgebra::Vector3;
 /// A face that a particle covers, in part or whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cut {
-    /// The face's index in a field: the low face of that cell.
-    pub face: usize,
-    /// The cells below and above it, where they are this rank's, as numbers among those.
-    pub cells: [Option<u32>; 2],
     /// Covered part, within (0, 1].
     pub covered: f64,
+    /// The face's index in a field: the low face of that cell.
+    pub face: u32,
+    /// Whether the cell above it is this rank's.
+    pub owned: bool,
+}
+
+/// Where the covered and the open part of such a face lie: apart, since few ask for it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Opening {
     /// Covered part of the face's plane times the arm from the particle's centre (its nearest image) to its centroid (m).
     pub lever: Vector3<f64>,
     /// From the face's centre to the centroid of the open part of that volume (m); zero where nothing is open.
@@ -35,10 +40,18 @@ pub struct Cut {
 /// Below this a face counts as untouched, and above one less this as covered.
 const LEAST: f64 = 1e-9;
 
-/// Fills `cuts` with the faces along `axis` of this rank's cells that a particle (or an image of it) covers; faces at
-/// borders of the box are not among them: what flows through those, the border says.
-pub fn cuts<const D: usize>(grid: &Grid<D>, axis: usize, centre: &Vector3<f64>, radius: f64, cuts: &mut Vec<Cut>) {
+/// Fills `cuts` and `openings`, in the same order, with the faces along `axis` of this rank's cells that a particle (or an
+/// image of it) covers; faces at borders of the box are not among them: what flows through those, the border says.
+pub fn cuts<const D: usize>(
+    grid: &Grid<D>,
+    axis: usize,
+    centre: &Vector3<f64>,
+    radius: f64,
+    cuts: &mut Vec<Cut>,
+    openings: &mut Vec<Opening>,
+) {
     cuts.clear();
+    openings.clear();
     let mut from = grid.start;
     let mut to: [usize; D] = std::array::from_fn(|a| grid.start[a] + grid.local[a]);
     from[axis] += usize::from(grid.at_border(axis, 0));
@@ -60,19 +73,12 @@ pub fn cuts<const D: usize>(grid: &Grid<D>, axis: usize, centre: &Vector3<f64>, 
             }
             let (section, centroid) = section(grid, axis, &middle, radius);
             let open = open_centroid::<D>(&middle, &half, radius, covered);
-            let face = (0..D).map(|a| (at[a] - grid.start[a] + grid.ghosts) * grid.stride[a]).sum();
+            let face = (0..D).map(|a| (at[a] - grid.start[a] + grid.ghosts) * grid.stride[a]).sum::<usize>() as u32;
             let covered = if covered > 1.0 - LEAST { 1.0 } else { covered };
-            let cells = [cell_below(grid, axis, &at), grid.number_of(at)].map(|number| number.map(|n| n as u32));
-            cuts.push(Cut { face, cells, covered, lever: section * centroid, open });
+            cuts.push(Cut { covered, face, owned: grid.number_of(at).is_some() });
+            openings.push(Opening { lever: section * centroid, open });
         }
     }
-}
-
-/// This rank's number of the cell below the low face of the cell `at`, if it is this rank's.
-fn cell_below<const D: usize>(grid: &Grid<D>, axis: usize, at: &[usize; D]) -> Option<usize> {
-    let mut below = *at;
-    below[axis] = at[axis].checked_sub(1)?;
-    grid.number_of(below)
 }
 
 /// Where the open part of the volume about a face has its centroid, from the face's centre (m); `middle` is that centre's

@@ -10,6 +10,6 @@ pub mod fraction;
 pub mod reach;
 mod sphere;
 
-pub use aperture::Cut;
+pub use aperture::{Cut, Opening};
 pub use body::{Body, Freedom, Motion, Oscillation, Shape, nearest_image};
 pub use fraction::Overlap;

@@ -14,8 +14,9 @@ impl<const D: usize> Sharp<D> {
         let mut force = Vector3::zeros();
         for axis in 0..D {
             let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
-            for cut in self.skins[k].cuts[axis].iter().filter(|cut| cut.cells[1].is_some()) {
-                force[axis] += area * cut.covered * (p[cut.face - s] - p[cut.face]);
+            for cut in self.skins[k].cuts[axis].iter().filter(|cut| cut.owned) {
+                let face = cut.face as usize;
+                force[axis] += area * cut.covered * (p[face - s] - p[face]);
             }
         }
         force

@@ -239,18 +239,18 @@ impl<const D: usize> Sharp<D> {
         for skin in &self.skins {
             for ((covered, beta), cuts) in self.covered.iter_mut().zip(beta.iter_mut()).zip(&skin.cuts) {
                 // What two bodies cover is listed once: the sign says so.
-                for cut in cuts {
-                    if beta[cut.face] < 0.0 {
+                for face in cuts.iter().map(|cut| cut.face as usize) {
+                    if beta[face] < 0.0 {
                         continue;
                     }
-                    covered.push((cut.face, beta[cut.face] / whole));
-                    beta[cut.face] *= -1.0;
+                    covered.push((face, beta[face] / whole));
+                    beta[face] *= -1.0;
                 }
             }
         }
         for skin in &self.skins {
             for (beta, cuts) in beta.iter_mut().zip(&skin.cuts) {
-                cuts.iter().for_each(|cut| beta[cut.face] = whole);
+                cuts.iter().for_each(|cut| beta[cut.face as usize] = whole);
             }
         }
         self.find_near();
@@ -266,14 +266,14 @@ impl<const D: usize> Sharp<D> {
         }
         for skin in &self.skins {
             for (beta, cuts) in beta.iter_mut().zip(&skin.cuts) {
-                cuts.iter().for_each(|cut| beta[cut.face] -= whole * cut.covered);
+                cuts.iter().for_each(|cut| beta[cut.face as usize] -= whole * cut.covered);
             }
         }
         // Two in contact may cover more than there is.
         for skin in &mut self.skins {
             for (beta, cuts) in beta.iter_mut().zip(&mut skin.cuts) {
                 for cut in cuts.iter_mut() {
-                    let total = 1.0 - beta[cut.face] / whole;
+                    let total = 1.0 - beta[cut.face as usize] / whole;
                     if total > 1.0 + 1e-9 {
                         cut.covered /= total;
                     }
@@ -282,7 +282,7 @@ impl<const D: usize> Sharp<D> {
         }
         for skin in &self.skins {
             for (beta, cuts) in beta.iter_mut().zip(&skin.cuts) {
-                cuts.iter().for_each(|cut| beta[cut.face] = beta[cut.face].max(whole * LEAST_OPEN));
+                cuts.iter().map(|cut| cut.face as usize).for_each(|at| beta[at] = beta[at].max(whole * LEAST_OPEN));
             }
         }
     }
@@ -348,14 +348,16 @@ impl<const D: usize> Sharp<D> {
         for axis in 0..D {
             let (memory, face, a) = (&mut self.memory[axis], &mut faces[axis], &acceleration[axis]);
             // Of what two bodies cover both have their say, each with all that the memory has.
-            for cut in self.skins.iter().flat_map(|skin| &skin.cuts[axis]) {
-                memory[cut.face] += to_open_part(grid, axis, cut.face, &cut.open, &u[axis]);
-                face[cut.face] = memory[cut.face] + dt * a[cut.face];
+            for (cut, opening) in self.skins.iter().flat_map(|skin| skin.faces(axis)) {
+                let at = cut.face as usize;
+                memory[at] += to_open_part(grid, axis, at, &opening.open, &u[axis]);
+                face[at] = memory[at] + dt * a[at];
             }
             for (skin, body) in self.skins.iter().zip(&self.bodies) {
-                for cut in &skin.cuts[axis] {
-                    let q = memory[cut.face] + dt * a[cut.face];
-                    face[cut.face] += cut.covered * (body.velocity[axis] - q) + body.spin.cross(&cut.lever)[axis];
+                for (cut, opening) in skin.faces(axis) {
+                    let at = cut.face as usize;
+                    let q = memory[at] + dt * a[at];
+                    face[at] += cut.covered * (body.velocity[axis] - q) + body.spin.cross(&opening.lever)[axis];
                 }
             }
         }
@@ -389,8 +391,8 @@ impl<const D: usize> Sharp<D> {
         );
         for axis in 0..D {
             let memory = &mut self.memory[axis];
-            for cut in self.skins.iter().flat_map(|skin| &skin.cuts[axis]) {
-                memory[cut.face] -= to_open_part(grid, axis, cut.face, &cut.open, &u[axis]);
+            for (cut, opening) in self.skins.iter().flat_map(|skin| skin.faces(axis)) {
+                memory[cut.face as usize] -= to_open_part(grid, axis, cut.face as usize, &opening.open, &u[axis]);
             }
             // What has just opened has no history: a gap that was nearly closed may have carried any velocity.
             for &(face, open) in &self.covered[axis] {

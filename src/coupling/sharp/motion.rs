@@ -127,7 +127,7 @@ impl<const D: usize> Sharp<D> {
             for axis in (0..D).filter(|a| freedom.translation[*a]) {
                 let mode = k * D + axis;
                 self.weights[mode] = volume / ride.inertia;
-                let face = |cut: &Cut| Covered { mode: mode as u32, face: cut.face as u32, part: cut.covered };
+                let face = |cut: &Cut| Covered { mode: mode as u32, face: cut.face, part: cut.covered };
                 self.entries.extend(skin.cuts[axis].iter().map(face));
             }
         }
@@ -170,7 +170,7 @@ impl<const D: usize> Rider<D> for Sharp<D> {
             let change = freedom.along(&force) * (dt / ride.inertia);
             body.velocity += change;
             for (axis, cuts) in self.skins[k].cuts.iter().enumerate() {
-                cuts.iter().for_each(|cut| faces[axis][cut.face] += cut.covered * change[axis]);
+                cuts.iter().for_each(|cut| faces[axis][cut.face as usize] += cut.covered * change[axis]);
             }
         }
         self.buffer = buffer;

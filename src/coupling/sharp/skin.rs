@@ -13,7 +13,7 @@ use super::gap::{Other, Shares, Surroundings, UNRESOLVED};
 use super::probe::Probe;
 use crate::grid::{Grid, VectorField};
 use crate::solids::reach::{Block, images};
-use crate::solids::{Body, Cut, Overlap, aperture, fraction};
+use crate::solids::{Body, Cut, Opening, Overlap, aperture, fraction};
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 
@@ -78,8 +78,9 @@ pub struct Point {
 /// A body on the grid.
 #[derive(Clone, Debug)]
 pub struct Skin<const D: usize> {
-    /// Faces that it covers, by axis.
+    /// Faces that it covers, by axis, and where their open parts lie.
     pub cuts: [Vec<Cut>; D],
+    pub openings: [Vec<Opening>; D],
     /// Cells that it touches, with its fraction of them.
     pub solid: Vec<Overlap>,
     /// Cells of `solid` in which it speaks for the wall: no other body is nearer.
@@ -104,6 +105,7 @@ impl<const D: usize> Skin<D> {
         let points = spots.len();
         Skin {
             cuts: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
+            openings: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
             solid: Vec::with_capacity(cells(0.0)),
             owns: Vec::with_capacity(cells(0.0)),
             inside: Vec::with_capacity(inside),
@@ -115,6 +117,11 @@ impl<const D: usize> Skin<D> {
         }
     }
 
+    /// The faces along `axis` that it covers.
+    pub fn faces(&self, axis: usize) -> impl Iterator<Item = (&Cut, &Opening)> {
+        self.cuts[axis].iter().zip(&self.openings[axis])
+    }
+
     /// Cells in which it speaks for the wall.
     pub fn own_cells(&self) -> impl Iterator<Item = &Overlap> {
         self.solid.iter().zip(&self.owns).filter_map(|(cell, owns)| owns.then_some(cell))
@@ -123,8 +130,8 @@ impl<const D: usize> Skin<D> {
     /// Finds the faces and cells of the body `k`; `shift` is how far it has moved since the last time (m).
     pub fn rebuild(&mut self, around: &Surroundings<D>, k: usize, shift: &Vector3<f64>) {
         let (grid, body) = (around.grid, &around.bodies[k]);
-        for (axis, cuts) in self.cuts.iter_mut().enumerate() {
-            aperture::cuts(grid, axis, &body.centre, body.radius, cuts);
+        for (axis, (cuts, openings)) in self.cuts.iter_mut().zip(&mut self.openings).enumerate() {
+            aperture::cuts(grid, axis, &body.centre, body.radius, cuts, openings);
         }
         fraction::overlaps(grid, &body.centre, body.radius, fraction::Rule::Exact, &mut self.solid);
         self.owns.clear();
