@@ -99,7 +99,7 @@ pub(super) struct Bodies {
 const HEAVIEST: f64 = 3.0;
 
 /// The fluid's density over a body's from which on the multigrid takes bodies in, which costs it time.
-const LIGHT: f64 = 0.2;
+const LIGHT: f64 = 0.5;
 
 /// How much of `j^2` goes into the diagonal: cells that bodies close from all sides have next to none of their own.
 const FLOOR: f64 = 0.1;
