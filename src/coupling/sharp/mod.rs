@@ -42,8 +42,8 @@ use crate::grid::{Boundaries, Grid, VectorField, wide};
 use crate::petsc::Session;
 use crate::solids::contact::{Contacts, Neighbours, Push};
 use crate::solids::{Body, Overlap};
-use nalgebra::Vector3;
 use gap::{Neighbour, Surroundings};
+use nalgebra::Vector3;
 use skin::Skin;
 use std::ops::Range;
 

@@ -98,8 +98,9 @@ pub(super) struct Bodies {
 /// Largest `w j^T D^-1 j` that smoothing takes: neighbours that share cells would make it indefinite beyond.
 const HEAVIEST: f64 = 3.0;
 
-/// The fluid's density over a body's from which on the multigrid takes bodies in, which costs it time.
-const LIGHT: f64 = 0.5;
+/// The fluid's density over a body's, times the cells across it, from which on the multigrid takes bodies in, which costs it
+/// time: the more of them, the smaller they are.
+const LIGHT: f64 = 4.5;
 
 /// How much of `j^2` goes into the diagonal: cells that bodies close from all sides have next to none of their own.
 const FLOOR: f64 = 0.1;
@@ -305,8 +306,9 @@ impl Bodies {
     pub fn prepare(&mut self, l: usize, level: &mut Level, scale: f64) -> Result<()> {
         if l == 0 {
             // In these units a weight times the body's cells is the fluid's density over the body's.
-            let lightness = self.volumes.iter().zip(self.weights.iter().flatten()).map(|(v, w)| v * w * scale);
-            self.active = lightness.fold(0.0, f64::max) >= LIGHT;
+            let lightness = |v: f64, w: f64| v * w * scale * cells_across(v, self.axes);
+            let lightest = self.volumes.iter().zip(self.weights.iter().flatten()).map(|(v, w)| lightness(*v, *w));
+            self.active = lightest.fold(0.0, f64::max) >= LIGHT;
             self.layers[0].smooth.resize(self.weights.len(), Smooth::default());
         }
         if !self.on(l) {
@@ -379,8 +381,7 @@ impl Bodies {
             rest = others;
             let first = to.faces.len();
             let volume = volumes[3 * body..][..3].iter().fold(0.0f64, |most, v| most.max(*v));
-            let across = if *axes == 2 { (volume * 4.0 / PI).sqrt() } else { (volume * 6.0 / PI).cbrt() };
-            let resolved = across >= RESOLVED * (1u64 << (l + 1)) as f64 && !last;
+            let resolved = cells_across(volume, *axes) >= RESOLVED * (1u64 << (l + 1)) as f64 && !last;
             any |= resolved;
             for face in own {
                 let axis = face.axis as usize;
@@ -450,6 +451,11 @@ impl Bodies {
         }
         Ok(())
     }
+}
+
+/// Cells across a disc or sphere that fills so many.
+fn cells_across(volume: f64, axes: usize) -> f64 {
+    if axes == 2 { (volume * 4.0 / PI).sqrt() } else { (volume * 6.0 / PI).cbrt() }
 }
 
 fn dot(a: &[Single; 3], j: &[f64; 3]) -> Single {
