@@ -414,11 +414,13 @@ impl<const D: usize> Sharp<D> {
     /// Finds what the acceleration on faces (m/s2) gives the cells beyond the mean of their two faces', which they have: where
     /// faces are covered the open ones count.
     pub fn find_open_gradient(&mut self, grid: &Grid<D>, beta: &FaceCoefficient<D>, acceleration: &VectorField<D>) {
+        let FaceCoefficient::Field(beta) = beta else { return };
         self.excess.clear();
+        let (density, excess) = (self.fluid_density, &mut self.excess);
         for o in self.skins.iter().flat_map(Skin::own_cells) {
-            self.excess.push(std::array::from_fn(|axis| {
+            excess.push(std::array::from_fn(|axis| {
                 let (low, high) = (o.cell, o.cell + grid.stride[axis]);
-                let [open_low, open_high] = [low, high].map(|f| beta.at(axis, f) * self.fluid_density);
+                let [open_low, open_high] = [low, high].map(|f| beta[axis][f] * density);
                 let (a_low, a_high) = (acceleration[axis][low], acceleration[axis][high]);
                 let open = (open_low * a_low + open_high * a_high) / (1.0 + 0.5 * (open_low + open_high));
                 open - 0.5 * (a_low + a_high)
