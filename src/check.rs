@@ -5,7 +5,7 @@ use crate::output::print;
 use crate::petsc::Session;
 use crate::run::{check_memory, check_step, choose_step, peak_memory, start_petsc};
 use crate::scene::Scene;
-use crate::{Result, case::Loaded};
+use crate::{Error, Result, case::Loaded};
 use std::path::Path;
 use std::time::Instant;
 
@@ -24,9 +24,13 @@ pub fn check(path: &Path, set: &[String], petsc: &[String]) -> Result<()> {
     let session = start_petsc(&loaded.case, petsc)?;
     check_memory(&loaded, &session)?;
     let lines = match loaded.case.dimension() {
-        2 => describe::<2>(&session, &loaded)?,
-        _ => describe::<3>(&session, &loaded)?,
+        2 => describe::<2>(&session, &loaded),
+        _ => describe::<3>(&session, &loaded),
     };
+    let lines = lines.map_err(|e| match e {
+        Error::Run(why) => loaded.error_at("", format!("its first steps fail: {why}")),
+        other => other,
+    })?;
     let unused = session.unused_options()?;
     let unused = (!unused.is_empty()).then(|| format!("unused       PETSc options: {}", unused.join(", ")));
     if session.rank() == 0 { lines.iter().chain(&unused).try_for_each(|line| print(line)) } else { Ok(()) }

@@ -2,7 +2,7 @@
 
 use crate::{Error, Result};
 use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
-use signal_hook::flag;
+use signal_hook::{SigId, flag, low_level};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -13,28 +13,40 @@ const SIGNALS: [i32; 3] = [SIGINT, SIGTERM, SIGUSR1];
 /// The exit status after an interruption.
 pub const STATUS: u8 = 130;
 
-/// Whether somebody has asked this process to stop.
-pub struct Interrupt([Arc<AtomicBool>; SIGNALS.len()]);
+/// Whether somebody has asked this process to stop; listens for as long as it lives.
+pub struct Interrupt {
+    asked: [Arc<AtomicBool>; SIGNALS.len()],
+    handlers: Vec<SigId>,
+}
 
 impl Interrupt {
-    /// Listens from now on, for the rest of the process.
+    /// Listens from now on.
     ///
     /// # Errors
     /// When the system refuses to install a handler.
     pub fn listen() -> Result<Interrupt> {
         // Each kind has a flag of its own: on a terminal a rank gets SIGINT, and SIGTERM from mpirun for the same Ctrl-C.
-        let asked: [Arc<AtomicBool>; SIGNALS.len()] = Default::default();
-        for (signal, asked) in SIGNALS.into_iter().zip(&asked) {
+        let mut listening = Interrupt { asked: Default::default(), handlers: Vec::new() };
+        for (signal, asked) in SIGNALS.into_iter().zip(&listening.asked) {
             // In this order, so that the first signal does not find the flag that it sets itself.
-            flag::register_conditional_shutdown(signal, i32::from(STATUS), asked.clone())
-                .and_then(|_| flag::register(signal, asked.clone()))
-                .map_err(Error::io("signal handler"))?;
+            let ends = flag::register_conditional_shutdown(signal, i32::from(STATUS), asked.clone());
+            listening.handlers.push(ends.map_err(Error::io("signal handler"))?);
+            listening.handlers.push(flag::register(signal, asked.clone()).map_err(Error::io("signal handler"))?);
         }
-        Ok(Interrupt(asked))
+        Ok(listening)
     }
 
     /// Whether a signal has come.
     pub fn asked(&self) -> bool {
-        self.0.iter().any(|asked| asked.load(Ordering::Relaxed))
+        self.asked.iter().any(|asked| asked.load(Ordering::Relaxed))
+    }
+}
+
+impl Drop for Interrupt {
+    fn drop(&mut self) {
+        // The next run of this process begins anew.
+        for handler in self.handlers.drain(..) {
+            low_level::unregister(handler);
+        }
     }
 }

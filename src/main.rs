@@ -134,11 +134,11 @@ fn main() -> ExitCode {
     // ranks as soon as one has failed.
     let speaks = !std::env::var("OMPI_COMM_WORLD_RANK").is_ok_and(|rank| rank != "0");
     let fail = |code: u8, say: &dyn Fn()| {
-        if speaks {
-            say()
-        } else {
-            std::thread::sleep(std::time::Duration::from_millis(500))
+        if !speaks {
+            std::thread::sleep(std::time::Duration::from_secs(3));
         }
+        // Still there: only this rank has met it.
+        say();
         ExitCode::from(code)
     };
     match Cli::try_parse() {
@@ -146,10 +146,15 @@ fn main() -> ExitCode {
         Err(e) => fail(u8::try_from(e.exit_code()).unwrap_or(2), &|| drop(e.print())),
         Ok(cli) => match act(cli.command) {
             Ok(()) => ExitCode::SUCCESS,
-            Err(stop @ Error::Interrupted(_)) => fail(stop.exit_code(), &|| eprintln!("{stop}")),
-            Err(error) => fail(error.exit_code(), &|| eprintln!("error: {error}")),
+            Err(stop @ Error::Interrupted(_)) => fail(stop.exit_code(), &|| complain(&stop.to_string())),
+            Err(error) => fail(error.exit_code(), &|| complain(&format!("error: {error}"))),
         },
     }
+}
+
+/// Says it on standard error; one that takes nothing must not hide the status.
+fn complain(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 fn act(command: Command) -> Result<()> {

@@ -15,7 +15,8 @@ use crate::petsc::Session;
 use crate::scene::{Scene, State};
 use crate::scheme::{Bound, Limits};
 use crate::{Error, Result};
-use restart::{Account, Checkpoints, Restart};
+pub use restart::Account;
+use restart::{Checkpoints, Restart};
 use serde_json::json;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -231,6 +232,13 @@ impl<'a, const D: usize> Run<'a, D> {
         let mut scene = Scene::<D>::new(session, case)?;
         let (mut account, mut series) = (Account { began: now(), ..Account::default() }, measure::series(case));
         let marks = restart.as_mut().map(|r| r.play(session, &mut account, &mut series, &mut scene)).transpose()?;
+        if account.divergence_max >= case.pressure.divergence_limit {
+            let reached = account.divergence_max;
+            return Err(loaded.error_at(
+                "pressure.divergence_limit",
+                format!("the run that goes on has reached |D| = {reached:.3e} 1/s already; give a limit above that"),
+            ));
+        }
         check_step(loaded, &scene.limits()?)?;
         let lead = session.rank() == 0;
         let mut log = Log::new(lead && !request.quiet);

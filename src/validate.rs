@@ -18,6 +18,10 @@ struct Row {
     quick: bool,
 }
 
+/// What stands in a folder that may be written over, and its text.
+const MARK: &str = "validate.txt";
+const MARKED: &str = "The runs in this folder are those of `mics validate`, which replaces them.\n";
+
 macro_rules! shipped {
     ($path:literal) => {
         include_str!(concat!("../cases/", $path))
@@ -36,7 +40,9 @@ pub fn validate(names: &[String], full: bool, out: &Path, petsc: &[String]) -> R
     let lead = session.rank() == 0;
     let say = |line: &str| if lead { print(line) } else { Ok(()) };
     let cure = |e| Error::Usage(format!("{}: cannot be made ({e}); give another folder with --out", out.display()));
-    session.agree(if lead { fs::create_dir_all(out).map_err(cure) } else { Ok(()) })?;
+    session.agree(if lead { may_use(out).and_then(|()| fs::create_dir_all(out).map_err(cure)) } else { Ok(()) })?;
+    let mark = out.join(MARK);
+    session.agree(if lead { fs::write(&mark, MARKED).map_err(Error::io(&mark)) } else { Ok(()) })?;
     say(&columns(["case", "measure", "value", "reference", "error", "tolerance", "", "s"]))?;
     say(&columns(WIDTHS.map(|width| "-".repeat(width.unsigned_abs())).each_ref().map(String::as_str)))?;
     let (mut pass, mut short, mut failed) = (0, 0, Vec::new());
@@ -48,6 +54,10 @@ pub fn validate(names: &[String], full: bool, out: &Path, petsc: &[String]) -> R
                     *(if c.pass { &mut pass } else { &mut short }) += 1;
                 }
             }
+            Err(Error::Interrupted(_)) => {
+                let again = format!("interrupted; `mics validate {:?}` and what comes after it remain", row.name);
+                return Err(Error::Interrupted(again));
+            }
             Err(e) => {
                 say(&format!("| {:<28} | the run failed: {e} |", row.name))?;
                 failed.push(row.name);
@@ -56,6 +66,16 @@ pub fn validate(names: &[String], full: bool, out: &Path, petsc: &[String]) -> R
     }
     say("")?;
     say(&conclude(pass, short, &failed)?)
+}
+
+/// Whether a folder is there for `mics validate`: new, empty or its own.
+fn may_use(out: &Path) -> Result<()> {
+    let empty = fs::read_dir(out).map_or(true, |mut entries| entries.next().is_none());
+    if empty || out.join(MARK).exists() {
+        return Ok(());
+    }
+    let why = "holds something that `mics validate` did not write; give another folder with --out";
+    Err(Error::Usage(format!("{}: {why}", out.display())))
 }
 
 /// The last line, or the failure that it is.

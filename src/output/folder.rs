@@ -11,7 +11,8 @@ use crate::coupling::Exchange;
 use crate::solids::Body;
 use crate::tape::{Lasting, Tape};
 use crate::{Error, Result};
-use std::fs;
+use rustix::fs::{FlockOperation, flock};
+use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -26,9 +27,11 @@ const STEP_COLUMNS: &str = "step,time,dt,outer_iterations,krylov_iterations,dive
 const BALANCE_COLUMNS: &str = ",substeps,momentum_x,momentum_y,momentum_z,border_impulse_x,border_impulse_y,\
     border_impulse_z,momentum_error,angular_momentum_error";
 
+/// Says that a folder holds a run; there from the first moment to the last.
+const RUN: &str = "run.json";
 /// What this program writes into a run's folder, and so may delete with `--force`.
 const OURS: [&str; 8] =
-    ["case.toml", "run.json", "steps.csv", "particles.csv", "summary.json", "log.txt", progress::FILE, report::FILE];
+    ["case.toml", "steps.csv", "particles.csv", "summary.json", "log.txt", progress::FILE, report::FILE, RUN];
 /// Its folders, with the endings of what it writes there.
 const OUR_FOLDERS: [(&str, &[&str]); 3] =
     [("fields", &["vti", "pvd"]), ("figures", &["png", "svg"]), (checkpoint::FOLDER, &[checkpoint::ENDING])];
@@ -69,7 +72,11 @@ pub struct Folder {
     steps: Rows,
     particles: Option<Rows>,
     snapshots: Vec<(f64, u64)>,
+    /// Snapshots that are on the disk for good.
+    synced: usize,
     flushed: Instant,
+    /// Held as long as this run writes here.
+    _lock: File,
 }
 
 /// How far a run's logs and fields had come.
@@ -85,6 +92,13 @@ pub struct Marks {
     progress: u64,
     /// Time (s) and step of every snapshot.
     snapshots: Vec<(f64, u64)>,
+}
+
+impl Marks {
+    /// Marks of logs as long as `bytes` with snapshots at these times (s).
+    pub fn at(bytes: u64, snapshots: Vec<(f64, u64)>) -> Marks {
+        Marks { steps: bytes, particles: Some(bytes), log: bytes, progress: bytes, snapshots }
+    }
 }
 
 impl Lasting for Marks {
@@ -141,7 +155,12 @@ pub fn may_use(path: &Path, force: bool, case: &Path) -> Result<()> {
             "the folder exists and holds {strange:?}, which no run wrote; give another folder with --out"
         ));
     }
-    if !names.iter().any(|n| n == "run.json") {
+    // A start that failed, for want of room, leaves folders and parts of files at most.
+    let begun = |n: &String| path.join(n).is_dir() || n.ends_with(".part");
+    if names.iter().all(begun) {
+        return Ok(());
+    }
+    if !names.iter().any(|n| n == RUN) {
         return refuse("the folder exists and holds no run (no run.json); give another folder with --out".into());
     }
     if !force {
@@ -161,12 +180,24 @@ fn delete(file: &Path) -> Result<()> {
     }
 }
 
+/// Takes a run's folder for this process; let go of when the file is closed, also by a process that is killed.
+///
+/// # Errors
+/// When another process has it.
+fn lock(path: &Path) -> Result<File> {
+    let folder = File::open(path).map_err(Error::io(path))?;
+    match flock(&folder, FlockOperation::NonBlockingLockExclusive) {
+        Err(e) if e == rustix::io::Errno::WOULDBLOCK => Err(Error::Usage(format!(
+            "{}: another mics is writing here; wait until it has ended, or give another folder with --out",
+            path.display()
+        ))),
+        // Some network file systems know no locks.
+        _ => Ok(folder),
+    }
+}
+
 /// Deletes what a run left in its folder, and nothing else.
 fn clear(path: &Path) -> Result<()> {
-    for name in OURS {
-        delete(&path.join(name))?;
-        delete(&path.join(format!("{name}.{PART}")))?;
-    }
     for (name, endings) in OUR_FOLDERS {
         let Ok(entries) = fs::read_dir(path.join(name)) else { continue };
         for file in entries.flatten().map(|e| e.path()) {
@@ -176,6 +207,11 @@ fn clear(path: &Path) -> Result<()> {
             }
         }
     }
+    // The last one is what makes it a run's folder.
+    for name in OURS {
+        delete(&path.join(format!("{name}.{PART}")))?;
+        delete(&path.join(name))?;
+    }
     Ok(())
 }
 
@@ -183,11 +219,14 @@ impl Folder {
     /// Makes the folder (replacing a run that [`may_use`] allowed to replace) and opens its logs.
     /// `particles` and `balance` say which columns there are.
     pub fn create(path: &Path, log: &mut Log, case: &str, particles: bool, balance: bool) -> Result<Folder> {
-        clear(path)?;
-        let fields = path.join("fields");
         let cure =
             |e| Error::Usage(format!("{}: cannot be made ({e}); give another folder with --out", path.display()));
+        fs::create_dir_all(path).map_err(cure)?;
+        let lock = lock(path)?;
+        clear(path)?;
+        let fields = path.join("fields");
         fs::create_dir_all(&fields).map_err(cure)?;
+        replace(&path.join(RUN), b"{}\n")?;
         replace(&path.join("case.toml"), case.as_bytes())?;
         log.file = Some(Rows::create(&path.join("log.txt"), "")?);
         let columns = [STEP_COLUMNS, if balance { BALANCE_COLUMNS } else { "" }].concat();
@@ -195,20 +234,26 @@ impl Folder {
             steps: Rows::create(&path.join("steps.csv"), &columns)?,
             particles: particles.then(|| Rows::create(&path.join("particles.csv"), PARTICLE_COLUMNS)).transpose()?,
             snapshots: Vec::new(),
+            synced: 0,
             flushed: Instant::now(),
             path: path.to_owned(),
+            _lock: lock,
         })
     }
 
     /// Takes up the folder of a run that goes on: its logs cut back to `marks`, its later snapshots deleted.
     ///
     /// # Errors
-    /// When a log is not as the run left it; nothing has been changed then.
-    pub fn go_on(path: &Path, log: &mut Log, case: &str, marks: Marks) -> Result<Folder> {
+    /// When a log is not as the run left it, or another process writes here; nothing has been changed then.
+    pub fn go_on(path: &Path, log: &mut Log, case: &str, mut marks: Marks) -> Result<Folder> {
+        let lock = lock(path)?;
         let (steps, particles, said) = (path.join("steps.csv"), path.join("particles.csv"), path.join("log.txt"));
         Rows::fits(&steps, marks.steps)?;
         marks.particles.map(|length| Rows::fits(&particles, length)).transpose()?;
         let fields = path.join("fields");
+        // Snapshots that somebody has deleted since, to save space, are no loss to the run.
+        fs::create_dir_all(&fields).map_err(Error::io(&fields))?;
+        marks.snapshots.retain(|(_, step)| fields.join(vti(*step)).exists());
         for file in fs::read_dir(&fields).map_err(Error::io(&fields))?.flatten().map(|e| e.path()) {
             let step = file.file_stem().and_then(|s| s.to_str()?.parse::<u64>().ok());
             let later = step.is_some_and(|step| marks.snapshots.iter().all(|(_, s)| *s < step));
@@ -226,16 +271,29 @@ impl Folder {
         let folder = Folder {
             steps: Rows::go_on(&steps, marks.steps)?,
             particles: marks.particles.map(|length| Rows::go_on(&particles, length)).transpose()?,
+            synced: marks.snapshots.len(),
             snapshots: marks.snapshots,
             flushed: Instant::now(),
             path: path.to_owned(),
+            _lock: lock,
         };
         folder.write_series()?;
         Ok(folder)
     }
 
-    /// Brings the logs to the disk, and says how far they have come, `progress` among them.
+    /// Brings all that is written so far to the disk, and says how far the logs have come, `progress` among them.
     pub fn mark(&mut self, log: &mut Log, progress: &Progress) -> Result<Marks> {
+        let fields = self.path.join("fields");
+        let named = ["case.toml", RUN].map(|name| self.path.join(name));
+        let new = self.snapshots[self.synced..].iter().map(|(_, step)| fields.join(vti(*step)));
+        for path in named.into_iter().chain(new).chain([self.path.clone(), fields.clone()]) {
+            match File::open(&path).and_then(|file| file.sync_all()) {
+                // Deleted by somebody meanwhile.
+                Err(e) if e.kind() == std::io::ErrorKind::NotFound => {}
+                synced => synced.map_err(Error::io(&path))?,
+            }
+        }
+        self.synced = self.snapshots.len();
         Ok(Marks {
             steps: self.steps.sync()?,
             particles: self.particles.as_mut().map(Rows::sync).transpose()?,

@@ -36,10 +36,10 @@ pub fn draw(runs: &[PathBuf], out: Option<&Path>) -> Result<Vec<PathBuf>> {
 /// Draws one run's figures into its `figures/`; returns the PNGs and SVGs, the vorticity's last.
 pub fn draw_run(run: &Path) -> Result<Vec<PathBuf>> {
     let case = read_case(run)?;
-    let rows = particle_rows(run);
     // All is read before anything is written.
-    let newest = newest_snapshot(run)?;
-    let plane = plane(&case, &Snapshot::read(&newest)?, run, &rows)?;
+    let snapshot = Snapshot::read(&newest_snapshot(run)?)?;
+    let rows = Rows::read(run, &case, snapshot.time);
+    let plane = plane(&case, &snapshot, run, &rows)?;
     let figures = run.join("figures");
     fs::create_dir_all(&figures).map_err(Error::io(&figures))?;
     let mut written = Vec::new();
@@ -86,9 +86,9 @@ pub(super) fn plane(case: &Case, snapshot: &Snapshot, run: &Path, rows: &Rows) -
     let height = (nz / 2) as f64 * hz + 0.5 * hz;
     let mut discs = Vec::new();
     let size = [nx as f64 * hx, ny as f64 * hy];
-    let centres = centres_at(rows, snapshot.time);
     for (id, p) in case.particle.iter().enumerate() {
-        let at = centres
+        let at = rows
+            .centres
             .get(&id)
             .copied()
             .unwrap_or_else(|| std::array::from_fn(|a| p.position.get(a).copied().unwrap_or(0.0)));
@@ -120,38 +120,71 @@ pub(super) fn plane(case: &Case, snapshot: &Snapshot, run: &Path, rows: &Rows) -
     })
 }
 
-/// `particles.csv`: the number of each column by its name, and the rows.
-pub(super) type Rows = (HashMap<String, usize>, Vec<Vec<f64>>);
-
-/// The rows of `particles.csv` as numbers by column name; empty where there is no such file.
-pub(super) fn particle_rows(run: &Path) -> Rows {
-    let Ok(mut reader) = csv::Reader::from_path(run.join("particles.csv")) else { return Default::default() };
-    let columns = reader.headers().map(|h| h.iter().enumerate().map(|(k, n)| (n.to_owned(), k)).collect());
-    let numbers = |r: csv::StringRecord| r.iter().map(|v| v.parse().unwrap_or(f64::NAN)).collect();
-    (columns.unwrap_or_default(), reader.records().flatten().map(numbers).collect())
+/// What figures and reports take from `particles.csv`, which may be far larger than memory; empty where there is no such file.
+#[derive(Default)]
+pub(super) struct Rows {
+    /// The number of each column by its name.
+    columns: HashMap<String, usize>,
+    /// All rows of particle 0 and of the first ones that move.
+    followed: Vec<Vec<f64>>,
+    /// Every particle's centre (m) at a time, and its largest speed (m/s).
+    centres: HashMap<usize, [f64; 3]>,
+    pub fastest: HashMap<usize, f64>,
 }
 
-/// Each particle's centre at the last row up to `time` (s).
-fn centres_at((columns, rows): &Rows, time: f64) -> HashMap<usize, [f64; 3]> {
-    let [Some(t), Some(id), Some(x)] = ["time", "id", "x"].map(|n| columns.get(n).copied()) else {
-        return HashMap::new();
-    };
-    let upto = rows.iter().filter(|r| r[t] <= time * (1.0 + 1e-12));
-    upto.map(|r| (r[id] as usize, [r[x], r[x + 1], r[x + 2]])).collect()
+impl Rows {
+    /// Reads a run's rows, with the centres at the last rows up to `time` (s).
+    pub(super) fn read(run: &Path, case: &Case, time: f64) -> Rows {
+        let Ok(mut reader) = csv::Reader::from_path(run.join("particles.csv")) else { return Rows::default() };
+        let columns = reader.headers().map(|h| h.iter().enumerate().map(|(k, n)| (n.to_owned(), k)).collect());
+        let mut rows = Rows { columns: columns.unwrap_or_default(), ..Rows::default() };
+        let [Some(t), Some(id), Some(x), Some(v)] = ["time", "id", "x", "vx"].map(|n| rows.columns.get(n).copied())
+        else {
+            return rows;
+        };
+        let mut follows: Vec<usize> = movers(case).take(PATHS).collect();
+        follows.push(0);
+        let (mut record, width) = (csv::StringRecord::new(), rows.columns.len());
+        while let Ok(true) = reader.read_record(&mut record) {
+            let number = |k: usize| record.get(k).and_then(|v| v.parse().ok()).unwrap_or(f64::NAN);
+            let particle = number(id) as usize;
+            if number(t) <= time * (1.0 + 1e-12) {
+                rows.centres.insert(particle, [x, x + 1, x + 2].map(number));
+            }
+            let speed = [v, v + 1, v + 2].map(number).iter().map(|v| v * v).sum::<f64>().sqrt();
+            let fastest = rows.fastest.entry(particle).or_insert(0.0);
+            *fastest = fastest.max(speed);
+            if follows.contains(&particle) {
+                rows.followed.push((0..width).map(number).collect());
+            }
+        }
+        rows
+    }
+
+    /// Whether there are none.
+    pub(super) fn is_empty(&self) -> bool {
+        self.followed.is_empty()
+    }
+}
+
+/// The particles that move.
+fn movers(case: &Case) -> impl Iterator<Item = usize> {
+    case.particle.iter().enumerate().filter(|(_, p)| p.motion != Motion::Fixed).map(|(id, _)| id)
 }
 
 /// One column over another, of one particle.
-pub(super) fn curve(run: &Path, (columns, rows): &Rows, id: usize, x: &str, y: &str, label: &str) -> Result<Series> {
-    let column =
-        |name: &str| columns.get(name).copied().ok_or_else(|| not_a_run(run, &format!("particles.csv lacks {name}")));
+pub(super) fn curve(run: &Path, rows: &Rows, id: usize, x: &str, y: &str, label: &str) -> Result<Series> {
+    let column = |name: &str| {
+        rows.columns.get(name).copied().ok_or_else(|| not_a_run(run, &format!("particles.csv lacks {name}")))
+    };
     let (k, x, y) = (column("id")?, column(x)?, column(y)?);
-    let points = rows.iter().filter(|r| r[k] == id as f64).map(|r| (r[x], r[y])).collect();
+    let points = rows.followed.iter().filter(|r| r[k] == id as f64).map(|r| (r[x], r[y])).collect();
     Ok(Series { label: label.into(), points, style: SeriesStyle::Line })
 }
 
 /// Force on particle 0 over time, and the three parts of (19) along x.
 pub(super) fn forces(run: &Path, case: &Case, rows: &Rows) -> Result<Vec<Series>> {
-    if case.particle.is_empty() || rows.1.is_empty() {
+    if case.particle.is_empty() || rows.is_empty() {
         return Ok(Vec::new());
     }
     let all = [
@@ -172,7 +205,7 @@ pub(super) fn forces(run: &Path, case: &Case, rows: &Rows) -> Result<Vec<Series>
 
 /// Velocity of particle 0 over time, where it is free.
 pub(super) fn speeds(run: &Path, case: &Case, rows: &Rows) -> Result<Vec<Series>> {
-    if rows.1.is_empty() || case.particle.first().is_none_or(|p| p.motion != Motion::Free) {
+    if rows.is_empty() || case.particle.first().is_none_or(|p| p.motion != Motion::Free) {
         return Ok(Vec::new());
     }
     [("vx", "along x"), ("vy", "along y")]
@@ -187,11 +220,10 @@ const PATHS: usize = 8;
 /// The paths of the first particles that move, each cut where it crosses a periodic face.
 pub(super) fn paths(run: &Path, case: &Case, rows: &Rows) -> Result<Vec<Series>> {
     let mut series = Vec::new();
-    if rows.1.is_empty() {
+    if rows.is_empty() {
         return Ok(series);
     }
-    let movers = case.particle.iter().enumerate().filter(|(_, p)| p.motion != Motion::Fixed);
-    for (id, _) in movers.take(PATHS) {
+    for id in movers(case).take(PATHS) {
         let path = curve(run, rows, id, "x", "y", &format!("particle {id}"))?;
         let far = |a: &(f64, f64), b: &(f64, f64)| {
             (a.0 - b.0).abs() > 0.5 * case.domain.size[0] || (a.1 - b.1).abs() > 0.5 * case.domain.size[1]

@@ -139,8 +139,13 @@ impl Snapshot {
             let from = data + attribute(line, "offset")?.parse::<usize>().ok()?;
             let length = u64::from_le_bytes(bytes.get(from..from + 8)?.try_into().ok()?) as usize;
             let raw = bytes.get(from + 8..(from + 8).checked_add(length)?)?;
-            let values = raw.chunks_exact(8).filter_map(|b| b.try_into().ok().map(f64::from_le_bytes)).collect();
-            let components = attribute(line, "NumberOfComponents")?.parse().ok()?;
+            let values: Vec<_> =
+                raw.chunks_exact(8).filter_map(|b| b.try_into().ok().map(f64::from_le_bytes)).collect();
+            let components: usize = attribute(line, "NumberOfComponents")?.parse().ok()?;
+            let expected = cells.iter().try_fold(components, |n, c| n.checked_mul(*c))?;
+            if components == 0 || expected != values.len() {
+                return None;
+            }
             arrays.push(Array { name: attribute(line, "Name")?, components, values });
         }
         Some(Snapshot { time, cells, h: h.try_into().ok()?, arrays })
@@ -211,6 +216,9 @@ mod tests {
         };
         snapshot.write(&path).unwrap();
         assert_eq!(Snapshot::read(&path).unwrap(), snapshot);
+        let text = String::from_utf8_lossy(&fs::read(&path).unwrap()).replace("Components=\"3\"", "Components=\"0\"");
+        fs::write(&path, text).unwrap();
+        assert!(Snapshot::read(&path).is_err(), "an array of no components");
         fs::write(&path, "<VTKFile").unwrap();
         assert!(Snapshot::read(&path).unwrap_err().to_string().contains("not a snapshot"));
     }

@@ -93,13 +93,33 @@ impl Session {
         Ok(flag[0] > 0.0)
     }
 
-    /// Makes a result of rank 0, which alone writes, the result of all: an error there is an error everywhere. Collective.
+    /// Makes an error on one rank an error on all: those without one get that of the first rank which has one, with its exit
+    /// status. Collective.
     pub fn agree<T>(&self, result: Result<T>) -> Result<T> {
-        let failed = self.anywhere(result.is_err())?;
-        match result {
-            Ok(_) if failed => Err(Error::Run("rank 0 failed".into())),
-            other => other,
+        let mut first = [if result.is_err() { -(self.rank() as f64) } else { f64::NEG_INFINITY }];
+        self.max(&mut first)?;
+        if first[0] == f64::NEG_INFINITY {
+            return result;
         }
+        let rank = -first[0] as usize;
+        let text = match &result {
+            Err(e) if rank == self.rank() => e.to_string(),
+            _ => String::new(),
+        };
+        let code = result.as_ref().err().filter(|_| rank == self.rank()).map_or(0, Error::exit_code);
+        let mut size = [text.len() as f64, f64::from(code)];
+        self.max(&mut size)?;
+        // Of zeros and one rank's bytes the sum is those bytes.
+        let mut bytes = vec![0.0; size[0] as usize];
+        bytes.iter_mut().zip(text.bytes()).for_each(|(to, from)| *to = f64::from(from));
+        self.sum(&mut bytes)?;
+        let bytes: Vec<u8> = bytes.into_iter().map(|b| b as u8).collect();
+        let text = String::from_utf8_lossy(&bytes);
+        result.and(Err(match size[1] as u8 {
+            2 => Error::Usage(format!("rank {rank}: {text}")),
+            crate::interrupt::STATUS => Error::Interrupted(text.into_owned()),
+            _ => Error::Run(format!("rank {rank}: {text}")),
+        }))
     }
 
     /// Sends this rank's bytes to rank 0, which hands each rank's to `take`, in the order of the ranks.

@@ -16,14 +16,18 @@ use std::time::Instant;
 
 /// What a run has counted so far, in all its sessions.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Account {
+pub struct Account {
     /// When it began, in words.
     pub began: String,
     /// Seconds that it took before this session.
     pub wall: f64,
+    /// Largest |D| (1/s).
     pub divergence_max: f64,
+    /// C-HSMAC iterations, Krylov iterations, and solves that were repeated.
     pub outer: u64,
+    #[allow(missing_docs)]
     pub krylov: u64,
+    #[allow(missing_docs)]
     pub retries: u64,
     /// The last step (s).
     pub dt: Option<f64>,

@@ -4,9 +4,10 @@
 use crate::allocation::largest;
 use crate::support::{Petsc, box_case, petsc, shipped};
 use mics::case::load;
-use mics::output::checkpoint::{Header, newest, path};
+use mics::output::checkpoint::{FORMAT, Header, newest, open, path};
 use mics::output::measure;
 use mics::output::{Marks, measure::Series};
+use mics::run::Account;
 use mics::scene::Scene;
 use mics::tape::{Lasting, Tape};
 use proptest::prelude::*;
@@ -90,6 +91,7 @@ impl Change {
 /// A scene with a bit of all that lasts, and what else a checkpoint holds.
 struct Whole {
     header: Header,
+    account: Account,
     series: Vec<Series>,
     marks: Marks,
     scene: Scene<2>,
@@ -98,6 +100,7 @@ struct Whole {
 impl Whole {
     fn pass(&mut self, tape: &mut Tape) -> mics::Result<()> {
         self.header.pass(tape)?;
+        self.account.pass(tape)?;
         tape.each("measures", &mut self.series)?;
         self.marks.pass(tape)?;
         self.scene.pass(tape)
@@ -127,7 +130,9 @@ impl Whole {
             let bodies = scene.coupling.as_ref().unwrap();
             series[0].sample(f64::from(k), bodies.exchange(), bodies.bodies(), 1.0);
         }
-        Whole { header: Header { case: text, ..Header::default() }, series, marks: Marks::default(), scene }
+        let account = Account { began: "today".into(), dt: Some(2e-3), last_fields: Some(0.0), ..Account::default() };
+        let marks = Marks::at(1000, vec![(0.0, 0), (0.01, 5)]);
+        Whole { header: Header { case: text, ..Header::default() }, account, series, marks, scene }
     }
 }
 
@@ -182,15 +187,25 @@ fn a_checkpoint_of_any_content_is_played_or_refused() {
 }
 
 #[test]
-fn a_file_of_any_content_in_the_place_of_a_checkpoint_is_refused() {
+fn a_file_of_any_content_in_the_place_of_a_checkpoint_is_refused_and_so_is_its_tape_where_the_checksum_holds() {
     let run = tempfile::tempdir().unwrap();
     std::fs::create_dir(run.path().join("checkpoint")).unwrap();
-    let begins = prop_oneof![Just(vec![]), Just(b"mics\0ckp\x01\0\0\0".to_vec())];
-    let bytes = (begins, prop::collection::vec(any::<u8>(), 0..200)).prop_map(|(head, rest)| [head, rest].concat());
-    let outcome = runner().run(&bytes, |bytes| {
+    let petsc = petsc();
+    let begin = |format: u32| [&b"mics\0ckp"[..], &format.to_le_bytes()].concat();
+    let begins = prop_oneof![Just(vec![]), Just(begin(FORMAT - 1)), Just(begin(FORMAT))];
+    let parts = (begins, prop::collection::vec(any::<u8>(), 0..200), any::<bool>());
+    let outcome = runner().run(&parts, |(head, rest, sealed)| {
+        let (right, mut bytes) = (head == begin(FORMAT), [head, rest].concat());
+        if sealed {
+            bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
+        }
         std::fs::write(path(run.path(), 7), &bytes).unwrap();
         largest();
-        prop_assert!(newest(run.path()).is_err());
+        prop_assert_eq!(newest(run.path()).is_ok(), right && sealed);
+        if let Ok(mut tape) = open(run.path(), 7) {
+            let played = Header::default().pass(&mut Tape::play(&petsc.session, &mut tape));
+            prop_assert!(played.is_err() || !sealed);
+        }
         let most = largest();
         prop_assert!(most <= ROOM, "{most} bytes at once");
         Ok(())

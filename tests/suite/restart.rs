@@ -131,7 +131,7 @@ const MEASURES: &str = "[[measure]]\nname = \"a\"\nkind = \"terminal_velocity\"\
     kind = \"lift_rms\"\nspeed = 1.0\n[[measure]]\nname = \"e\"\nkind = \"velocity_y\"\nfrom = 0.05\n";
 
 /// Colliding discs with checkpoints every few steps.
-fn colliding(dir: &Path, time: &str, every: u32) -> PathBuf {
+pub fn colliding(dir: &Path, time: &str, every: u32) -> PathBuf {
     let walls = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"slip\""];
     let more = format!(
         "[time]\n{time}\n{MEASURES}[output]\nfields = {{ every_time = 0.07 }}\nparticles = {{ every = 2 }}\nfigures = false\n\
@@ -143,15 +143,15 @@ fn colliding(dir: &Path, time: &str, every: u32) -> PathBuf {
     path
 }
 
-fn words<'a>(case: &'a Path, out: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
+pub fn words<'a>(case: &'a Path, out: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
     [&["run", case.to_str().unwrap(), "--out", out.to_str().unwrap()][..], more].concat()
 }
 
-fn start(arguments: &[&str]) -> Child {
+pub fn start(arguments: &[&str]) -> Child {
     mics_command().args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts")
 }
 
-fn checkpoints(out: &Path) -> Vec<PathBuf> {
+pub fn checkpoints(out: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(out.join("checkpoint")).into_iter().flatten().map(|e| e.unwrap().path());
     let mut paths: Vec<_> = entries.filter(|p| p.extension().is_some_and(|e| e == "ckpt")).collect();
     paths.sort();
@@ -159,7 +159,7 @@ fn checkpoints(out: &Path) -> Vec<PathBuf> {
 }
 
 /// Waits until `holds`, or the process has ended.
-fn wait_until(process: &mut Child, holds: impl Fn() -> bool) {
+pub fn wait_until(process: &mut Child, holds: impl Fn() -> bool) {
     let started = Instant::now();
     while !holds() && process.try_wait().unwrap().is_none() {
         assert!(started.elapsed() < Duration::from_secs(60), "nothing happens");
@@ -167,12 +167,12 @@ fn wait_until(process: &mut Child, holds: impl Fn() -> bool) {
     }
 }
 
-fn signal(process: &Child, name: &str) {
+pub fn signal(process: &Child, name: &str) {
     let sent = Command::new("kill").args([&format!("-{name}"), &process.id().to_string()]).status().unwrap();
     assert!(sent.success());
 }
 
-fn said(output: &Output) -> String {
+pub fn said(output: &Output) -> String {
     String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned()
 }
 
@@ -186,7 +186,7 @@ fn progress(out: &Path) -> Vec<(u64, String)> {
 
 /// Steps, particles, measures and the fields of two runs are the same, byte for byte, but for the time that they took. The
 /// progress of the second goes forward only, and ends once.
-fn expect_the_same_run(a: &Path, b: &Path) {
+pub fn expect_the_same_run(a: &Path, b: &Path) {
     let text = |out: &Path, name: &str| std::fs::read_to_string(out.join(name)).unwrap();
     let rows = |out: &Path| -> Vec<String> {
         let without_wall = |line: &str| {

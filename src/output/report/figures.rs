@@ -73,7 +73,7 @@ fn fields(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
 
 /// The force on particle 0 along an axis and its parts.
 fn forces(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
-    if run.case.particle.is_empty() || run.particles.1.is_empty() {
+    if run.case.particle.is_empty() || run.particles.is_empty() {
         return Ok(Vec::new());
     }
     let mut all = Vec::new();

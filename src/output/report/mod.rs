@@ -8,7 +8,7 @@ mod words;
 
 use super::compare::Comparison;
 use super::plot::{self, Rows};
-use super::snapshot::replace;
+use super::snapshot::{Snapshot, replace};
 use super::summary::{Provenance, Summary};
 use crate::case::Case;
 use crate::{Error, Result};
@@ -34,12 +34,15 @@ struct Run {
 impl Run {
     fn read(folder: &Path) -> Result<Run> {
         let provenance = Provenance::read(folder)?;
+        let case = plot::read_case(folder)?;
+        // A run that has only begun has no snapshot yet.
+        let time = plot::newest_snapshot(folder).and_then(|path| Snapshot::read(&path)).map_or(0.0, |s| s.time);
         Ok(Run {
-            case: plot::read_case(folder)?,
             provenance,
             // A run that goes on has no summary yet: the report is of what there is.
             summary: Summary::read(folder).ok(),
-            particles: plot::particle_rows(folder),
+            particles: Rows::read(folder, &case, time),
+            case,
             steps: steps(&folder.join("steps.csv")),
             log: std::fs::read_to_string(folder.join("log.txt")).unwrap_or_default(),
         })

@@ -1,0 +1,80 @@
+//! A run's folder: one process at a time, nothing of anybody else's deleted, and a way on from every state that it can be in.
+
+use crate::restart::{checkpoints, colliding, expect_the_same_run, said, signal, start, wait_until, words};
+use crate::support::{command, mics, run};
+use std::fs;
+
+#[test]
+fn a_folder_that_a_run_writes_to_is_refused_to_others_and_the_run_is_none_the_worse() {
+    let dir = tempfile::tempdir().unwrap();
+    let (case, out) = (colliding(dir.path(), "end = 0.5\ncfl = 0.2", 20), dir.path().join("out"));
+    let mut first = start(&words(&case, &out, &[]));
+    wait_until(&mut first, || !checkpoints(&out).is_empty());
+    signal(&first, "STOP");
+    for how in ["--force", "--resume"] {
+        let output = mics(&words(&case, &out, &[how]));
+        assert_eq!(output.status.code(), Some(2), "{how}: {}", said(&output));
+        assert!(said(&output).contains("another mics is writing here"), "{how}: {}", said(&output));
+    }
+    signal(&first, "CONT");
+    assert!(first.wait_with_output().unwrap().status.success());
+    let alone = dir.path().join("alone");
+    run(&case, &alone, &[]);
+    expect_the_same_run(&alone, &out);
+}
+
+#[test]
+fn a_start_without_room_leaves_a_folder_that_the_same_command_takes_again() {
+    let dir = tempfile::tempdir().unwrap();
+    let (case, out) = (colliding(dir.path(), "end = 0.1\nstep = 0.006", 5), dir.path().join("out"));
+    let script = "trap '' XFSZ; ulimit -f 0; exec \"$0\" \"$@\"";
+    let output =
+        command("bash").args(["-c", script, env!("CARGO_BIN_EXE_mics")]).args(words(&case, &out, &[])).output();
+    let output = output.unwrap();
+    assert_eq!(output.status.code(), Some(3), "{}", said(&output));
+    assert!(out.join("fields").is_dir());
+    run(&case, &out, &[]);
+}
+
+#[test]
+fn snapshots_may_be_deleted_and_the_limit_of_divergence_not_lowered_below_what_was_reached() {
+    let dir = tempfile::tempdir().unwrap();
+    let (case, out) = (colliding(dir.path(), "end = 0.1\nstep = 0.006", 5), dir.path().join("out"));
+    run(&case, &out, &[]);
+    fs::remove_dir_all(out.join("fields")).unwrap();
+    let later = ["--resume", "--set", "time.end=0.16"];
+    let output = mics(&words(&case, &out, &[&later[..], &["--set", "pressure.divergence_limit=1e-13"]].concat()));
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains("pressure.divergence_limit: the run that goes on has reached"), "{}", said(&output));
+    run(&case, &out, &later);
+    assert!(fs::read_dir(out.join("fields")).unwrap().count() > 1);
+}
+
+#[test]
+fn validate_stops_with_130_and_takes_no_folder_of_somebody_else() {
+    let dir = tempfile::tempdir().unwrap();
+    let (mine, out) = (dir.path().join("mine"), dir.path().join("out"));
+    fs::create_dir(&mine).unwrap();
+    fs::write(mine.join("settling-disc-N-8.toml"), "mine").unwrap();
+    let output = mics(&["validate", "settling-disc N 8", "--out", mine.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains("did not write") && fs::read_dir(&mine).unwrap().count() == 1, "{}", said(&output));
+
+    let mut process = start(&["validate", "settling-disc N 16", "lid", "--out", out.to_str().unwrap()]);
+    wait_until(&mut process, || {
+        fs::read_dir(&out).into_iter().flatten().flatten().any(|e| e.path().join("steps.csv").exists())
+    });
+    signal(&process, "TERM");
+    let output = process.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{}", said(&output));
+    assert!(said(&output).contains("interrupted") && !said(&output).contains("--resume"), "{}", said(&output));
+}
+
+#[test]
+fn a_status_does_not_depend_on_who_reads_the_message() {
+    let status = command("bash")
+        .args(["-c", "exec \"$0\" check /nowhere.toml 2>/dev/full", env!("CARGO_BIN_EXE_mics")])
+        .status()
+        .unwrap();
+    assert_eq!(status.code(), Some(2));
+}
