@@ -16,6 +16,8 @@ const MARGIN: i32 = 20 * SCALE;
 const PAD: i32 = 10 * SCALE;
 const SAMPLE: i32 = 44 * SCALE;
 const ROW: i32 = 28 * SCALE;
+/// Rows of a legend that stands inside the plot, at most.
+const MOST_INSIDE: usize = 6;
 /// Okabe and Ito's colours, which stay apart for every kind of colour vision, the readable ones first.
 const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
@@ -80,9 +82,9 @@ fn draw(axes: &Axes, series: &[Series]) -> (Sheet, Pixel) {
         }
     }
     frame.axes(&mut sheet, false);
-    legend(&mut sheet, series, frame.corner, extent, &drawn);
+    let right = legend(&mut sheet, series, frame.corner, extent, &drawn);
     sheet.title(&axes.title, frame.corner.0 + extent.0 / 2, top);
-    let width = (frame.corner.0 + extent.0 + MARGIN).max(canvas::width(&axes.title, LARGE)) + MARGIN;
+    let width = right.max(canvas::width(&axes.title, LARGE)) + MARGIN;
     (sheet, (width, top + extent.1 + BELOW + MARGIN))
 }
 
@@ -110,11 +112,13 @@ fn stroke(sheet: &mut Sheet, style: SeriesStyle, index: usize, places: Vec<Pixel
     }
 }
 
-/// Draws the legend in that corner or middle of an edge of the plot where it covers least of what is drawn.
-fn legend(sheet: &mut Sheet, series: &[Series], (left, top): Pixel, extent: Pixel, drawn: &[Pixel]) {
+/// Draws the legend in that corner or middle of an edge of the plot where it covers least of what is drawn, or beside the plot
+/// where it is long; returns how far to the right all reaches.
+fn legend(sheet: &mut Sheet, series: &[Series], (left, top): Pixel, extent: Pixel, drawn: &[Pixel]) -> i32 {
+    let right = left + extent.0 + MARGIN;
     let named = || series.iter().enumerate().filter(|(_, series)| !series.label.is_empty());
     let widths = named().map(|(_, series)| canvas::width(&series.label, SMALL));
-    let Some(widest) = widths.max() else { return };
+    let Some(widest) = widths.max() else { return right };
     // The font of a viewer of the SVG may be wider.
     let (width, height) = (widest * 11 / 10 + SAMPLE + 3 * PAD, ROW * named().count() as i32 + PAD);
     let free = (extent.0 - width - 2 * PAD, extent.1 - height - 2 * PAD);
@@ -125,7 +129,8 @@ fn legend(sheet: &mut Sheet, series: &[Series], (left, top): Pixel, extent: Pixe
         drawn.iter().filter(|at| columns.contains(&at.0) && rows.contains(&at.1)).count()
     };
     let places = [(2, 0), (0, 0), (2, 2), (0, 2), (1, 0), (1, 2), (2, 1), (0, 1)];
-    let (x, y) = corner(places.into_iter().min_by_key(covered).unwrap_or_default());
+    let beside = named().count() > MOST_INSIDE;
+    let (x, y) = if beside { (right, top) } else { corner(places.into_iter().min_by_key(covered).unwrap_or_default()) };
     let outline = canvas::ring((x, y), (width, height));
     sheet.area(outline.clone(), WHITE.mix(0.85));
     sheet.line(outline, RGBColor(190, 190, 190), THIN);
@@ -139,6 +144,7 @@ fn legend(sheet: &mut Sheet, series: &[Series], (left, top): Pixel, extent: Pixe
         let (at, anchor) = ((x + 2 * PAD + SAMPLE, middle), (HPos::Left, VPos::Center));
         sheet.text(&series.label, SMALL, at, anchor, FontTransform::None);
     }
+    if beside { x + width } else { right }
 }
 
 /// The range of some values, widened so that nothing lies on its ends.
