@@ -160,6 +160,15 @@ impl LinearSolver {
         let chosen = session.user_option("-ksp_type")? || session.user_option("-pc_type")?;
         default_options(session, choice, dimension)?;
         let own = OwnPreconditioner::named(&session.option("-pc_type")?.unwrap_or_default());
+        if let Some(own) = own {
+            operator.borrow().accept(own)?;
+        }
+        let fixed_rtol = number(session, "-ksp_rtol")?;
+        if let Some(rtol) = fixed_rtol.filter(|rtol| *rtol >= 1.0) {
+            return Err(Error::Usage(format!(
+                "PETSc option -ksp_rtol: {rtol:?} asks for no reduction; give a number below 1, such as 1e-8"
+            )));
+        }
         let mut solver = LinearSolver {
             session: session.clone(),
             operator: Shell::new(session, operator, owned)?,
@@ -169,7 +178,7 @@ impl LinearSolver {
             right_side: ptr::null_mut(),
             solution: ptr::null_mut(),
             owned,
-            fixed_rtol: number(session, "-ksp_rtol")?,
+            fixed_rtol,
             fixed_atol: number(session, "-ksp_atol")?,
             proven: false,
             max_iterations: 0,

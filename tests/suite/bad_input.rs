@@ -372,6 +372,7 @@ fn a_petsc_option_that_cannot_be_is_refused_by_name() {
         row(&["-pc_type", "lu", "-pc_factor_mat_solver_type", "nonsense"], &["nonsense"]),
         row(&["-options_file", "/nowhere/at/all"], &["/nowhere/at/all"]),
         row(&["-ksp_rtol", "small"], &["-ksp_rtol", "\"small\"", "not a tolerance"]),
+        row(&["-ksp_rtol", "1.0"], &["-ksp_rtol", "no reduction", "1e-8"]),
         row(&["ksp_type", "cg"], &["\"ksp_type\"", "begin with a dash"]),
         row(&["-ksp_type", "cg", "pc_type", "gamg"], &["\"pc_type\"", "begin with a dash"]),
     ]);
