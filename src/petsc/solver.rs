@@ -25,6 +25,8 @@ pub struct LinearSolver {
     fixed_rtol: Option<f64>,
     /// The user's `-ksp_atol` likewise.
     fixed_atol: Option<f64>,
+    /// Whether the method tests the true residual, for which alone the caller's absolute tolerance is meant.
+    tests_true_residual: bool,
     /// Whether a solve has come through: what PETSc refuses before that, an option asked for.
     proven: bool,
     max_iterations: i32,
@@ -119,7 +121,7 @@ fn default_options(session: &Session, choice: Choice, dimension: usize) -> Resul
         Some("bcgs" | "fbcgs" | "fbcgsr" | "gmres" | "fgmres" | "lgmres" | "gcr" | "tfqmr") => {
             session.default_option("-ksp_pc_side", "right")?
         }
-        Some("cg" | "pipecg" | "groppcg" | "fcg" | "cr" | "minres") => {
+        Some("cg" | "pipecg" | "groppcg" | "fcg" | "cr") => {
             session.default_option("-ksp_norm_type", "unpreconditioned")?
         }
         _ => {}
@@ -180,6 +182,7 @@ impl LinearSolver {
             owned,
             fixed_rtol,
             fixed_atol: number(session, "-ksp_atol")?,
+            tests_true_residual: false,
             proven: false,
             max_iterations: 0,
             divergence_tolerance: 0.0,
@@ -217,6 +220,9 @@ impl LinearSolver {
             check("KSPCreate", ffi::KSPCreate(comm, &mut solver.krylov))?;
             solver.set_operators()?;
             check("KSPSetFromOptions", ffi::KSPSetFromOptions(solver.krylov)).map_err(bad_option)?;
+            let mut norm = 0;
+            check("KSPGetNormType", ffi::KSPGetNormType(solver.krylov, &mut norm)).map_err(bad_option)?;
+            solver.tests_true_residual = norm == ffi::KSP_NORM_UNPRECONDITIONED;
             let (mut r, mut a) = (0.0, 0.0);
             let (d, m) = (&mut solver.divergence_tolerance, &mut solver.max_iterations);
             check("KSPGetTolerances", ffi::KSPGetTolerances(solver.krylov, &mut r, &mut a, d, m))?;
@@ -291,7 +297,7 @@ impl LinearSolver {
             // SAFETY: handles made in `new`.
             check("MatNullSpaceRemove", unsafe { ffi::MatNullSpaceRemove(self.null_space, self.right_side) })?;
         }
-        let atol = self.fixed_atol.unwrap_or(atol);
+        let atol = self.fixed_atol.unwrap_or(if self.tests_true_residual { atol } else { 0.0 });
         let mut spent = 0;
         if let Some(reuse) = self.reuse.filter(|reuse| reuse.stale) {
             if reuse.keeps() {

@@ -122,13 +122,29 @@ fn petsc_options_work_and_those_that_nothing_used_are_named() {
     assert!(go("c", &["-log_view"]).contains("KSPSolve"));
     assert!(go("d", &["-ksp_view"]).contains("boxmg"));
     assert!(go("e", &["-ksp_view", "-pc_type", "hypre"]).contains("BoomerAMG"));
+    // A method that knows no norm of the true residual.
+    let mild = ["--set", "time.end=0.1", "--set", "pressure.divergence_limit=1e-4", "--", "-ksp_type", "minres"];
+    assert_eq!(run(&case, &dir.path().join("g"), &mild)["status"], "done");
     // Our own options are read like PETSc's.
     let said = go("f", &["-pc_boxmg_smooth", "2", "-pc_boxmg_cycle", "w", "-pc_boxmg_levels", "2"]);
     assert!(!said.contains("nothing used"), "{said}");
 }
 
 #[test]
-fn a_solver_that_fails_ends_the_run_with_its_reasons_after_one_retry() {
+fn a_fixed_tolerance_is_kept_whatever_d0_says() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = box_case([2.0, 1.0], [32, 16], 0.01, STREAM, &format!("{DISC}\n[pressure]\ndivergence_limit = 0.01"));
+    let case = write(dir.path(), &text);
+    let divergence = |name: &str, options: &[&str]| {
+        let words = [&["--set", "time.end=0.1", "--set", "output.figures=false"], options].concat();
+        run(&case, &dir.path().join(name), &words)["divergence_max"].as_f64().unwrap()
+    };
+    let [chosen, fixed] = [divergence("chosen", &[]), divergence("fixed", &["--", "-ksp_rtol", "1e-9"])];
+    assert!(chosen > 1e-5 && fixed < 1e-6, "{chosen:e} {fixed:e}");
+}
+
+#[test]
+fn a_solver_that_fails_ends_the_run_with_its_reasons_after_one_retry_if_that_could_help() {
     let dir = tempfile::tempdir().unwrap();
     let case = write(dir.path(), &box_case([2.0, 1.0], [64, 32], 0.01, STREAM, DISC));
     let out = dir.path().join("run");
