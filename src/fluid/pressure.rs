@@ -126,7 +126,7 @@ impl Projection {
     /// at the end); `rider` follows every change of it. Collective.
     ///
     /// # Errors
-    /// When D0 is not reached, a solve fails twice, or a velocity is not finite.
+    /// When D0 is not reached, a solve fails for good, or a velocity is not finite.
     #[allow(clippy::too_many_arguments)]
     pub fn project<const D: usize>(
         &mut self,

@@ -14,6 +14,8 @@ use std::rc::Rc;
 pub struct LinearSolver {
     session: Session,
     operator: Shell,
+    /// The operator's own preconditioner, where that is in use.
+    own: Option<OwnPreconditioner>,
     /// What the preconditioner is built from, where it is none of the operator's own; else null.
     matrix: ffi::Mat,
     krylov: ffi::KSP,
@@ -101,6 +103,9 @@ impl Reuse {
     }
 }
 
+/// How to see why a solve fails.
+const LOOK: &str = "look at it with `-- -ksp_monitor_true_residual -ksp_converged_reason`";
+
 /// Growth of the iterations at which a preconditioner is built anew.
 const GROWTH: f64 = 1.3;
 
@@ -174,6 +179,7 @@ impl LinearSolver {
         let mut solver = LinearSolver {
             session: session.clone(),
             operator: Shell::new(session, operator, owned)?,
+            own,
             matrix: ptr::null_mut(),
             krylov: ptr::null_mut(),
             null_space: ptr::null_mut(),
@@ -287,11 +293,12 @@ impl LinearSolver {
         self.fixed_rtol
     }
 
-    /// Solves, from zero unless an option says otherwise, until the true residual is below `rtol` times the right side's norm, or below `atol`
-    /// (2-norms). A solve that fails is repeated once, from zero, with a rebuilt preconditioner. Collective.
+    /// Solves, from zero unless an option says otherwise, until the true residual is below `rtol` times the right side's
+    /// norm, or below `atol` (2-norms; a method that knows another norm only goes by `rtol` in that). A solve that fails is repeated once, from zero, with a rebuilt preconditioner, unless
+    /// that is the operator's own, which would be the same again. Collective.
     ///
     /// # Errors
-    /// When the second try fails too, with both of PETSc's reasons.
+    /// When the last try fails, with PETSc's reason for each.
     pub fn solve(&mut self, rtol: f64, atol: f64) -> Result<Solved> {
         if !self.null_space.is_null() {
             // SAFETY: handles made in `new`.
@@ -319,6 +326,14 @@ impl LinearSolver {
             self.judge(iterations, rtol);
             return Ok(Solved { iterations: spent + iterations, retried: false });
         }
+        if self.own.is_some() {
+            return Err(Error::Run(format!(
+                "the pressure solve failed: {} after {iterations} iterations (relative tolerance {rtol:.1e}); {LOOK}, try \
+                 another solver (pressure.solver = \"bcgs-boomeramg\", or `-- -ksp_type cg -pc_type gamg`), or relax \
+                 pressure.divergence_limit",
+                reason_name(first),
+            )));
+        }
         // SAFETY: as above; PCReset forgets the factors, and the next solve sets up anew.
         unsafe {
             let mut pc = ptr::null_mut();
@@ -335,9 +350,8 @@ impl LinearSolver {
         }
         Err(Error::Run(format!(
             "the pressure solve failed twice: {} after {} iterations, then, from zero with a rebuilt preconditioner, {} \
-             after {more} (relative tolerance {rtol:.1e}); look at it with `-- -ksp_monitor_true_residual \
-             -ksp_converged_reason`, try another solver (`-- -ksp_type cg -pc_type gamg`), or relax \
-             pressure.divergence_limit",
+             after {more} (relative tolerance {rtol:.1e}); {LOOK}, try another solver (`-- -ksp_type cg -pc_type gamg`), or \
+             relax pressure.divergence_limit",
             reason_name(first),
             iterations - more,
             reason_name(second),
