@@ -211,22 +211,32 @@ fn free_bodies_of_any_density_leave_it_symmetric_and_positive() {
     }
 }
 
-/// To 1e-8 of the right side, by the size of the grid and the ratio of densities.
+/// To 1e-8 of the right side, by the size of the grid and the ratio of densities. The target of 15 iterations is missed by
+/// bodies a hundred times lighter than the fluid and more, packed as here, a third of a cell apart: measured, 17 at 1e-2 and 27
+/// at 1e-3, of 8 cells a diameter. They have a bound of their own.
 #[test]
 fn iterations_grow_neither_with_the_grid_nor_with_the_density() {
     let petsc = petsc();
     let walls = [Ends::Walls; 2];
     println!("free bodies, sharp walls");
-    for ratio in [0.1, 1.0, 2.65, 1e3, 1e4] {
-        for diameter in [8.0, 32.0] {
-            let iterations = [64, 128, 256].map(|n| {
-                let mut case = Case::empty([n, n], walls).filled(diameter);
-                case.free = Some(ratio);
-                case.iterations(&petsc.session)
-            });
+    for ratio in [1e-3, 1e-2, 0.1, 1.0, 2.65, 1e3, 1e4] {
+        for (diameter, grids) in [(8.0, &[64, 128, 256][..]), (32.0, &[64, 128, 256]), (64.0, &[256, 384])] {
+            let iterations = grids
+                .iter()
+                .map(|n| {
+                    let mut case = Case::empty([*n; 2], walls).filled(diameter);
+                    case.free = Some(ratio);
+                    case.iterations(&petsc.session)
+                })
+                .collect::<Vec<_>>();
             println!("s = {ratio}, N = {diameter}: {iterations:?}");
             let [least, most] = [iterations.iter().min(), iterations.iter().max()].map(|n| *n.unwrap());
-            assert!(most <= 15 && most - least <= 3, "s = {ratio}, N = {diameter}: {iterations:?}");
+            let (bound, growth) = match ratio {
+                1e-3 => (30, 6),
+                1e-2 => (19, 3),
+                _ => (15, 3),
+            };
+            assert!(most <= bound && most - least <= growth, "s = {ratio}, N = {diameter}: {iterations:?}");
         }
     }
     println!("mixture");
@@ -250,7 +260,8 @@ fn iterations_grow_neither_with_the_grid_nor_with_the_density() {
             case.iterations(&petsc.session)
         });
         println!("s = {ratio}: {iterations:?}");
-        assert!(iterations.iter().all(|n| *n <= 12), "3D, s = {ratio}: {iterations:?}");
+        let [coarse, fine] = iterations;
+        assert!(coarse.max(fine) <= 12 && fine <= coarse + 3, "3D, s = {ratio}: {iterations:?}");
     }
 }
 
