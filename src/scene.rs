@@ -484,7 +484,7 @@ impl<const D: usize> Scene<D> {
                 },
             ),
             (
-                "pressure matrix at every step",
+                "pressure operator at every step",
                 (varies || sharp) && moves,
                 why(
                     (varies || sharp) && moves,

@@ -12,7 +12,6 @@ use std::rc::Rc;
 
 /// A linear system over the owned cells of every rank, and its solver.
 pub struct LinearSolver {
-    session: Session,
     operator: Shell,
     /// The operator's own preconditioner, where that is in use.
     own: Option<OwnPreconditioner>,
@@ -36,6 +35,8 @@ pub struct LinearSolver {
     reuse: Option<Reuse>,
     /// Whether there is no iteration, but one application of the preconditioner.
     preconditioner_alone: bool,
+    /// The last field: PETSc ends no earlier than what it holds.
+    session: Session,
 }
 
 /// What to solve with where PETSc's options leave it open.
@@ -177,7 +178,6 @@ impl LinearSolver {
             )));
         }
         let mut solver = LinearSolver {
-            session: session.clone(),
             operator: Shell::new(session, operator, owned)?,
             own,
             matrix: ptr::null_mut(),
@@ -194,6 +194,7 @@ impl LinearSolver {
             divergence_tolerance: 0.0,
             reuse: (choice == Choice::BcgsBoomeramg && !chosen).then(Reuse::default),
             preconditioner_alone: session.option("-ksp_type")?.as_deref() == Some("preonly"),
+            session: session.clone(),
         };
         let (comm, n, any) = (session.comm(), owned as i32, -1);
         // SAFETY: every handle is an output that `solver` owns from then on and destroys when dropped, also when a

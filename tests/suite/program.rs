@@ -82,7 +82,7 @@ fn check_describes_the_scene_and_says_what_it_skips_and_why() {
         "advection limit (Courant number 0.5)",
         "by time.cfl",
         "skips        fractions at every step: nothing moves",
-        "skips        pressure matrix at every step",
+        "skips        pressure operator at every step",
         "skips        contacts",
         "ms a step",
         "cg + boxmg (auto: the coefficient varies from face to face)",

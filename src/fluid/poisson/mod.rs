@@ -156,7 +156,11 @@ impl Poisson {
             }
         };
         if self.session.anywhere(unsound)? {
-            return Err(Error::Run("the density of the mixture is not positive and finite on every face".into()));
+            return Err(Error::Run(
+                "the density of the mixture is not positive and finite on every face: a flow that grows without bounds \
+                 does that (smaller steps, time.step or time.cfl), or densities whose ratio is out of range"
+                    .into(),
+            ));
         }
         if let Some(made) = &mut self.multigrid {
             made.fresh = false;
