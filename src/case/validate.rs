@@ -366,7 +366,7 @@ mod tests {
     fn thousands_of_bodies_are_checked_in_no_time() {
         let places: Vec<[f64; 2]> = (0..3000).map(|i| [f64::from(i / 300), 1e-3 + 1e-3 * f64::from(i % 300)]).collect();
         let mut case: Case = toml::from_str(
-            "name = \"box\"\ntime.end = 1.0\ndomain = { size = [16.0, 1.0], cells = [32, 8] }\n\
+            "name = \"box\"\ntime.end = 1.0\ndomain = { size = [16.0, 1.0], cells = [128, 16] }\n\
              fluid = { density = 1.0, viscosity = 0.1 }\n\
              boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }",
         )
