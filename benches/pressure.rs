@@ -5,9 +5,13 @@
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use mics::case::load;
 use mics::fluid::faces::FaceCoefficient;
-use mics::grid::{Coefficient, VectorField};
+use mics::fluid::poisson::Covered;
+use mics::fluid::pressure::Rider;
+use mics::grid::{Coefficient, Grid, VectorField};
 use mics::petsc::Session;
 use mics::scene::Scene;
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::PI;
 use std::time::{Duration, Instant};
 
 /// D0 over the largest divergence at the start.
@@ -24,6 +28,8 @@ enum Coefficients {
     Ratio(f64),
     /// Closed inside.
     Closed,
+    /// Closed inside, and free to move: bodies of this density over the fluid's.
+    Free(f64),
 }
 
 struct Bench<const D: usize> {
@@ -31,6 +37,28 @@ struct Bench<const D: usize> {
     start: VectorField<D>,
     coefficients: Coefficients,
     moved: f64,
+    /// What free bodies add to the operator.
+    weights: Vec<f64>,
+    covered: Vec<Covered>,
+}
+
+/// The free bodies, whose velocity follows the pressure.
+struct Bodies<'a> {
+    weights: &'a [f64],
+    covered: &'a [Covered],
+}
+
+impl<const D: usize> Rider<D> for Bodies<'_> {
+    fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64], faces: &mut VectorField<D>) -> mics::Result<()> {
+        for mode in self.covered.chunk_by(|a, b| a.mode == b.mode) {
+            let k = mode[0].mode as usize;
+            let (axis, h) = (k % D, grid.h[k % D]);
+            let slope = |e: &Covered| phi[e.face as usize] - phi[e.face as usize - grid.stride[axis]];
+            let change = -dt * self.weights[k] * mode.iter().map(|e| e.part * slope(e) / h).sum::<f64>();
+            mode.iter().for_each(|e| faces[axis][e.face as usize] += e.part * change);
+        }
+        Ok(())
+    }
 }
 
 impl<const D: usize> Bench<D> {
@@ -58,7 +86,7 @@ impl<const D: usize> Bench<D> {
         }
         scene.boundaries.set_faces(&mut scene.faces);
         let start = scene.faces.clone();
-        Bench { scene, start, coefficients, moved: 0.0 }
+        Bench { scene, start, coefficients, moved: 0.0, weights: Vec::new(), covered: Vec::new() }
     }
 
     /// Moves the discs on, and sets the coefficient there.
@@ -66,18 +94,21 @@ impl<const D: usize> Bench<D> {
         self.moved += STEP;
         let (grid, moved) = (self.scene.grid.clone(), self.moved);
         let pitch = if D == 2 { 17.7 } else { 14.6 };
-        // The part of a ball about a point, smoothed over a spacing.
-        let inside = |at: [f64; D]| {
+        // The part of a ball about a point, smoothed over a spacing, and which ball that is.
+        let near = |at: [f64; D]| {
             let mut square = 0.0;
             let mut shift = 0.0;
+            let mut ball = [0; D];
             for a in (0..D).rev() {
                 let x = at[a] / grid.h[a] + if a == 0 { moved + shift } else { 0.37 * shift };
                 let n = (x / pitch).floor();
                 shift += 7.9 * n;
                 square += (x - (n + 0.5) * pitch).powi(2);
+                ball[a] = n as i64;
             }
-            (5.5 - square.sqrt()).clamp(0.0, 1.0)
+            ((5.5 - square.sqrt()).clamp(0.0, 1.0), ball)
         };
+        let inside = |at: [f64; D]| near(at).0;
         match self.coefficients {
             Coefficients::Uniform => {}
             Coefficients::Ratio(ratio) => {
@@ -90,16 +121,39 @@ impl<const D: usize> Bench<D> {
                 self.scene.beta = FaceCoefficient::new(&grid, &density);
                 self.scene.beta.update(&grid, &density);
             }
-            Coefficients::Closed => {
+            Coefficients::Closed | Coefficients::Free(_) => {
                 let mut beta = grid.vector_field();
+                let mut balls = BTreeMap::<[i64; D], Vec<(usize, usize, f64)>>::new();
+                // What a wall cuts stays: moved, it would take volume along.
+                let mut held = BTreeSet::new();
                 for axis in 0..D {
                     for c in grid.face_rows(axis).flatten() {
                         let mut at = grid.centre(c);
                         at[axis] -= 0.5 * grid.h[axis];
-                        beta[axis][c] = (1.0 - inside(at)).max(1e-6);
+                        let (part, ball) = near(at);
+                        beta[axis][c] = (1.0 - part).max(1e-6);
+                        let within = 0.1 * grid.h[axis]..grid.size[axis] - 0.1 * grid.h[axis];
+                        if part > 0.0 && within.contains(&at[axis]) {
+                            balls.entry(ball).or_default().push((axis, c, part));
+                        } else if part > 0.0 {
+                            held.insert(ball);
+                        }
                     }
                 }
                 self.scene.beta = FaceCoefficient::Field(beta);
+                self.covered.clear();
+                let Coefficients::Free(ratio) = self.coefficients else { return };
+                balls.retain(|ball, _| !held.contains(ball));
+                let cells = if D == 2 { PI * 25.0 } else { 4.0 / 3.0 * PI * 125.0 };
+                self.weights = vec![1.0 / (ratio * cells); D * balls.len()];
+                for (k, faces) in balls.values().enumerate() {
+                    let face = |(axis, c, part): &(usize, usize, f64)| Covered {
+                        mode: (D * k + axis) as u32,
+                        face: *c as u32,
+                        part: *part,
+                    };
+                    self.covered.extend(faces.iter().map(face));
+                }
             }
         }
     }
@@ -115,8 +169,14 @@ impl<const D: usize> Bench<D> {
         if !matches!(self.coefficients, Coefficients::Uniform) {
             scene.projection.assemble(&scene.grid, &scene.beta).expect("assembled");
         }
+        let mut bodies = Bodies { weights: &self.weights, covered: &self.covered };
+        let mut rider: Option<&mut dyn Rider<D>> = None;
+        if matches!(self.coefficients, Coefficients::Free(_)) {
+            scene.projection.set_modes(bodies.weights, bodies.covered).expect("set");
+            rider = Some(&mut bodies);
+        }
         let (p, faces) = (&mut scene.p, &mut scene.faces);
-        let done = scene.projection.project(&scene.grid, &mut scene.boundaries, &scene.beta, 1e-3, p, faces, None);
+        let done = scene.projection.project(&scene.grid, &mut scene.boundaries, &scene.beta, 1e-3, p, faces, rider);
         let took = begin.elapsed();
         if std::env::var_os("MICS_BENCH_ITERATIONS").is_some() {
             println!("{done:?}");
@@ -135,6 +195,8 @@ fn run<const D: usize>(c: &mut Criterion, session: &Session, cells: [usize; D]) 
         ("s2.65", Coefficients::Ratio(2.65), &["multigrid", "bcgs-boomeramg"]),
         ("s1000", Coefficients::Ratio(1000.0), &["multigrid", "bcgs-boomeramg"]),
         ("closed", Coefficients::Closed, &["multigrid", "bcgs-boomeramg"]),
+        ("free2.65", Coefficients::Free(2.65), &["multigrid", "bcgs-boomeramg"]),
+        ("free0.1", Coefficients::Free(0.1), &["multigrid", "bcgs-boomeramg"]),
     ] {
         for solver in solvers {
             let mut bench = None;

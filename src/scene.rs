@@ -149,6 +149,9 @@ impl<const D: usize> Scene<D> {
             case::FractionRule::Polygon => fraction::Rule::Polygon,
         };
         let flies = bodies.iter().any(|b| b.freedom().is_some());
+        if walls_are_sharp && flies {
+            projection.solver().refuse_preconditioner_alone()?;
+        }
         let g = case.fluid.gravity.as_deref().map_or_else(Vector3::zeros, |g| Vector3::from(axes::<f64, 3>(g)));
         let choices = Choices {
             fraction: rule,
@@ -481,7 +484,7 @@ impl<const D: usize> Scene<D> {
                 },
             ),
             (
-                "pressure matrix at every step",
+                "pressure operator at every step",
                 (varies || sharp) && moves,
                 why(
                     (varies || sharp) && moves,

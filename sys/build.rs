@@ -47,7 +47,7 @@ const FUNCTIONS: &str = "PetscInitialize|PetscFinalize|PetscInitialized|PetscPus
     |MatSetPreallocationCOO|MatSetValuesCOO|MatSetNullSpace|MatSetOption|MatDestroy|MatMult|MatCreateShell\
     |MatShell(GetContext|SetOperation|SetManageScalingShifts)|MatNullSpace(Create|Destroy|Remove)\
     |KSP(Create|SetOperators|SetFromOptions|SetTolerances|GetTolerances|Solve|GetConvergedReason|GetIterationNumber|GetPC\
-    |Destroy|SetInitialGuessNonzero|SetReusePreconditioner|GetType|SetUp|GetResidualNorm)|PC(Register|SetType|GetOperators|Reset)|PCShellSet(Apply|ApplyTranspose|SetUp|Name)\
+    |Destroy|SetInitialGuessNonzero|SetReusePreconditioner|GetType|GetNormType|SetUp|GetResidualNorm)|PC(Register|SetType|GetOperators|Reset)|PCShellSet(Apply|ApplyTranspose|SetUp|Name)\
     |KSPConvergedReasons|MPI_(Allreduce|Allgatherv|Sendrecv|Comm_rank|Comm_size|Gatherv|Bcast|Barrier|Send|Recv)";
 
 const VARIABLES: &str = "PETSC_COMM_WORLD|PETSC_VERSION_.*|ompi_mpi_(double|float|int|byte|comm_world|op_sum|op_max|op_min)\

@@ -6,6 +6,7 @@ use std::collections::HashSet;
 use super::fault::{AXES, Check, finite, not_negative, positive, vector};
 use super::particle::{Overlap, overlap, particle};
 use super::*;
+use crate::coupling::sharp::reach;
 
 /// Checks what the types leave open; the first refusal is returned. [`measures`] comes later: their particles may be of
 /// swarms.
@@ -42,6 +43,7 @@ pub(super) fn validate(case: &Case) -> Check {
     if case.coupling.wall == WallRule::Sharp {
         mixing_only(&case.coupling)?;
         long_cells(case)?;
+        few_cells(case)?;
     }
     time(case)?;
     let Pressure { divergence_limit, tightening, max_iterations, .. } = case.pressure;
@@ -106,6 +108,26 @@ fn long_cells(case: &Case) -> Check {
          coupling.wall = \"mixing\"",
         most / least
     );
+    Ok(())
+}
+
+/// The profile beside a sharp wall is read from cells that far away, of the box or, across a period, of one image of it.
+fn few_cells(case: &Case) -> Check {
+    if case.particle.is_empty() && case.swarm.is_empty() {
+        return Ok(());
+    }
+    let spacings: Vec<f64> =
+        case.domain.size.iter().zip(&case.domain.cells).map(|(size, n)| size / *n as f64).collect();
+    let needed = reach(&spacings).1;
+    for (axis, cells) in case.domain.cells.iter().enumerate() {
+        let holds = *cells >= needed;
+        ensure!(
+            holds,
+            format!("domain.cells.{axis}"),
+            "must be at least {needed} with sharp walls (the profile beside them is read so far away), not {cells}: use more \
+             cells, or coupling.wall = \"mixing\""
+        );
+    }
     Ok(())
 }
 
@@ -344,7 +366,7 @@ mod tests {
     fn thousands_of_bodies_are_checked_in_no_time() {
         let places: Vec<[f64; 2]> = (0..3000).map(|i| [f64::from(i / 300), 1e-3 + 1e-3 * f64::from(i % 300)]).collect();
         let mut case: Case = toml::from_str(
-            "name = \"box\"\ntime.end = 1.0\ndomain = { size = [16.0, 1.0], cells = [32, 8] }\n\
+            "name = \"box\"\ntime.end = 1.0\ndomain = { size = [16.0, 1.0], cells = [128, 16] }\n\
              fluid = { density = 1.0, viscosity = 0.1 }\n\
              boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }",
         )

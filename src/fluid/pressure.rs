@@ -126,7 +126,7 @@ impl Projection {
     /// at the end); `rider` follows every change of it. Collective.
     ///
     /// # Errors
-    /// When D0 is not reached, a solve fails twice, or a velocity is not finite.
+    /// When D0 is not reached, a solve fails for good, or a velocity is not finite.
     #[allow(clippy::too_many_arguments)]
     pub fn project<const D: usize>(
         &mut self,
@@ -214,8 +214,10 @@ impl Projection {
                 }
             }
         })?;
-        // A residual whose 2-norm is below this cannot hold a cell above D0/2; it ends no solve before it has begun.
-        let atol = if within { 0.0 } else { 0.5 * self.rule.limit / dt };
+        // A residual whose 2-norm is below this cannot hold a cell above D0/2; it ends no solve before it has begun, and none
+        // whose tolerance the user has fixed.
+        let fixed = self.solver.fixed_rtol().is_some();
+        let atol = if within || fixed { 0.0 } else { 0.5 * self.rule.limit / dt };
         let solved = self.solver.solve(rtol, atol)?;
         let phi = &mut self.phi;
         self.solver.solution(|x| {

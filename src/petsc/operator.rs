@@ -25,6 +25,12 @@ pub trait Operator {
 
     /// `z` from `r`, about `A z = r`, symmetric and positive. Collective.
     fn precondition(&mut self, own: OwnPreconditioner, r: &[f64], z: &mut [f64]) -> Result<()>;
+
+    /// Whether it can be preconditioned so, before anything is solved.
+    ///
+    /// # Errors
+    /// When an option of the preconditioner is wrong, or it does not work on so many ranks.
+    fn accept(&self, own: OwnPreconditioner) -> Result<()>;
 }
 
 /// The preconditioners that operators bring along.

@@ -12,8 +12,9 @@ use std::rc::Rc;
 
 /// A linear system over the owned cells of every rank, and its solver.
 pub struct LinearSolver {
-    session: Session,
     operator: Shell,
+    /// The operator's own preconditioner, where that is in use.
+    own: Option<OwnPreconditioner>,
     /// What the preconditioner is built from, where it is none of the operator's own; else null.
     matrix: ffi::Mat,
     krylov: ffi::KSP,
@@ -25,6 +26,8 @@ pub struct LinearSolver {
     fixed_rtol: Option<f64>,
     /// The user's `-ksp_atol` likewise.
     fixed_atol: Option<f64>,
+    /// Whether the method tests the true residual, for which alone the caller's absolute tolerance is meant.
+    tests_true_residual: bool,
     /// Whether a solve has come through: what PETSc refuses before that, an option asked for.
     proven: bool,
     max_iterations: i32,
@@ -32,6 +35,8 @@ pub struct LinearSolver {
     reuse: Option<Reuse>,
     /// Whether there is no iteration, but one application of the preconditioner.
     preconditioner_alone: bool,
+    /// The last field: PETSc ends no earlier than what it holds.
+    session: Session,
 }
 
 /// What to solve with where PETSc's options leave it open.
@@ -99,6 +104,9 @@ impl Reuse {
     }
 }
 
+/// How to see why a solve fails.
+const LOOK: &str = "look at it with `-- -ksp_monitor_true_residual -ksp_converged_reason`";
+
 /// Growth of the iterations at which a preconditioner is built anew.
 const GROWTH: f64 = 1.3;
 
@@ -119,7 +127,7 @@ fn default_options(session: &Session, choice: Choice, dimension: usize) -> Resul
         Some("bcgs" | "fbcgs" | "fbcgsr" | "gmres" | "fgmres" | "lgmres" | "gcr" | "tfqmr") => {
             session.default_option("-ksp_pc_side", "right")?
         }
-        Some("cg" | "pipecg" | "groppcg" | "fcg" | "cr" | "minres") => {
+        Some("cg" | "pipecg" | "groppcg" | "fcg" | "cr") => {
             session.default_option("-ksp_norm_type", "unpreconditioned")?
         }
         _ => {}
@@ -160,22 +168,33 @@ impl LinearSolver {
         let chosen = session.user_option("-ksp_type")? || session.user_option("-pc_type")?;
         default_options(session, choice, dimension)?;
         let own = OwnPreconditioner::named(&session.option("-pc_type")?.unwrap_or_default());
+        if let Some(own) = own {
+            operator.borrow().accept(own)?;
+        }
+        let fixed_rtol = number(session, "-ksp_rtol")?;
+        if let Some(rtol) = fixed_rtol.filter(|rtol| *rtol >= 1.0) {
+            return Err(Error::Usage(format!(
+                "PETSc option -ksp_rtol: {rtol:?} asks for no reduction; give a number below 1, such as 1e-8"
+            )));
+        }
         let mut solver = LinearSolver {
-            session: session.clone(),
             operator: Shell::new(session, operator, owned)?,
+            own,
             matrix: ptr::null_mut(),
             krylov: ptr::null_mut(),
             null_space: ptr::null_mut(),
             right_side: ptr::null_mut(),
             solution: ptr::null_mut(),
             owned,
-            fixed_rtol: number(session, "-ksp_rtol")?,
+            fixed_rtol,
             fixed_atol: number(session, "-ksp_atol")?,
+            tests_true_residual: false,
             proven: false,
             max_iterations: 0,
             divergence_tolerance: 0.0,
             reuse: (choice == Choice::BcgsBoomeramg && !chosen).then(Reuse::default),
             preconditioner_alone: session.option("-ksp_type")?.as_deref() == Some("preonly"),
+            session: session.clone(),
         };
         let (comm, n, any) = (session.comm(), owned as i32, -1);
         // SAFETY: every handle is an output that `solver` owns from then on and destroys when dropped, also when a
@@ -208,6 +227,9 @@ impl LinearSolver {
             check("KSPCreate", ffi::KSPCreate(comm, &mut solver.krylov))?;
             solver.set_operators()?;
             check("KSPSetFromOptions", ffi::KSPSetFromOptions(solver.krylov)).map_err(bad_option)?;
+            let mut norm = 0;
+            check("KSPGetNormType", ffi::KSPGetNormType(solver.krylov, &mut norm)).map_err(bad_option)?;
+            solver.tests_true_residual = norm == ffi::KSP_NORM_UNPRECONDITIONED;
             let (mut r, mut a) = (0.0, 0.0);
             let (d, m) = (&mut solver.divergence_tolerance, &mut solver.max_iterations);
             check("KSPGetTolerances", ffi::KSPGetTolerances(solver.krylov, &mut r, &mut a, d, m))?;
@@ -272,17 +294,18 @@ impl LinearSolver {
         self.fixed_rtol
     }
 
-    /// Solves, from zero unless an option says otherwise, until the true residual is below `rtol` times the right side's norm, or below `atol`
-    /// (2-norms). A solve that fails is repeated once, from zero, with a rebuilt preconditioner. Collective.
+    /// Solves, from zero unless an option says otherwise, until the true residual is below `rtol` times the right side's
+    /// norm, or below `atol` (2-norms; a method that knows another norm only goes by `rtol` in that). A solve that fails is repeated once, from zero, with a rebuilt preconditioner, unless
+    /// that is the operator's own, which would be the same again. Collective.
     ///
     /// # Errors
-    /// When the second try fails too, with both of PETSc's reasons.
+    /// When the last try fails, with PETSc's reason for each.
     pub fn solve(&mut self, rtol: f64, atol: f64) -> Result<Solved> {
         if !self.null_space.is_null() {
             // SAFETY: handles made in `new`.
             check("MatNullSpaceRemove", unsafe { ffi::MatNullSpaceRemove(self.null_space, self.right_side) })?;
         }
-        let atol = self.fixed_atol.unwrap_or(atol);
+        let atol = self.fixed_atol.unwrap_or(if self.tests_true_residual { atol } else { 0.0 });
         let mut spent = 0;
         if let Some(reuse) = self.reuse.filter(|reuse| reuse.stale) {
             if reuse.keeps() {
@@ -304,6 +327,14 @@ impl LinearSolver {
             self.judge(iterations, rtol);
             return Ok(Solved { iterations: spent + iterations, retried: false });
         }
+        if self.own.is_some() {
+            return Err(Error::Run(format!(
+                "the pressure solve failed: {} after {iterations} iterations (relative tolerance {rtol:.1e}); {LOOK}, try \
+                 another solver (pressure.solver = \"bcgs-boomeramg\", or `-- -ksp_type cg -pc_type gamg`), or relax \
+                 pressure.divergence_limit",
+                reason_name(first),
+            )));
+        }
         // SAFETY: as above; PCReset forgets the factors, and the next solve sets up anew.
         unsafe {
             let mut pc = ptr::null_mut();
@@ -320,9 +351,8 @@ impl LinearSolver {
         }
         Err(Error::Run(format!(
             "the pressure solve failed twice: {} after {} iterations, then, from zero with a rebuilt preconditioner, {} \
-             after {more} (relative tolerance {rtol:.1e}); look at it with `-- -ksp_monitor_true_residual \
-             -ksp_converged_reason`, try another solver (`-- -ksp_type cg -pc_type gamg`), or relax \
-             pressure.divergence_limit",
+             after {more} (relative tolerance {rtol:.1e}); {LOOK}, try another solver (`-- -ksp_type cg -pc_type gamg`), or \
+             relax pressure.divergence_limit",
             reason_name(first),
             iterations - more,
             reason_name(second),

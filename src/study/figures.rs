@@ -41,7 +41,10 @@ pub fn draw(name: &str, plan: &Plan, rows: &[Row], wanted: Option<&[String]>, fo
             Axes { x_label: "CPU time (s)".into(), y_label: format!("error of {measure}{unit}"), ..Axes::default() };
         figure(axes, format!("work_precision_{measure}"), &point)?;
     }
-    let varied = rows.iter().filter_map(|row| row.cells).any(|cells| Some(cells) != rows[0].cells);
+    // Runs that failed have no cells.
+    let mut cells = rows.iter().filter_map(|row| row.cells);
+    let first = cells.next();
+    let varied = cells.any(|cells| Some(cells) != first);
     // Where the grid is one, over the first thing that is varied, if that is a number.
     let number = |row: &Row| row.labels.first()?.parse::<f64>().ok().filter(|x| *x > 0.0);
     let over = match plan.names.first() {

@@ -95,6 +95,12 @@ fn a_step_after_the_first_allocates_nothing() {
     let mut scene: Scene<2> = petsc.scene(&text);
     assert_eq!(allocations(&mut scene, 4e-3), 0, "free particles in contact");
     assert!(scene.substeps > 1, "they touch");
+    // Light enough, and of enough cells, that the multigrid takes it in.
+    let light = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.5, 0.3]\ndensity = 0.5\n";
+    let text =
+        box_case([2.0, 1.0], [64, 32], 0.01, walls, light).replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
+    let mut scene: Scene<2> = petsc.scene(&text);
+    assert_eq!(allocations(&mut scene, 2e-3), 0, "a light free particle");
     let mut scene: Scene<3> = petsc.scene(
         "name = \"s\"\n[domain]\nsize = [2.0, 1.0, 1.0]\ncells = [16, 8, 8]\n[fluid]\ndensity = 1.0\nviscosity = 0.01\n\
          [boundary]\nwest = { inflow = [1.0, 0.0, 0.0] }\neast = \"outflow\"\nsouth = \"slip\"\nnorth = \"slip\"\n\

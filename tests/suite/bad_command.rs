@@ -146,6 +146,28 @@ fn more_ranks_than_a_grid_can_be_cut_for_are_refused_with_one_voice_as_are_bad_c
     ]);
 }
 
+/// Of a scene at rest nothing is solved before the first step.
+#[test]
+fn petsc_options_that_a_solve_would_stumble_over_are_refused_of_a_scene_at_rest() {
+    let case = shipped("cases/settling-disc/case.toml");
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let row = |ranks: usize, options: &[&str], says: &[&str]| {
+        let mut command = match ranks {
+            1 => command(env!("CARGO_BIN_EXE_mics")),
+            _ => mpirun(ranks, env!("CARGO_BIN_EXE_mics")),
+        };
+        let output = command.arg("run").arg(&case).arg("--out").arg(&out).arg("--").args(options).output().unwrap();
+        (format!("{ranks} ranks {options:?}"), shortcomings(&output, &out, says))
+    };
+    expect_none([
+        row(1, &["-pc_boxmg_smooth", "0"], &["-pc_boxmg_smooth", "\"0\"", "from 1 to 20"]),
+        row(1, &["-pc_boxmg_cycle", "f"], &["-pc_boxmg_cycle", "\"f\"", "neither v nor w"]),
+        row(1, &["-ksp_type", "preonly", "-pc_type", "lu"], &["preonly", "use cg, bcgs or gmres"]),
+        row(2, &["-pc_type", "transform"], &["works on one rank", "boxmg"]),
+    ]);
+}
+
 #[test]
 fn a_bad_case_in_a_good_folder_is_refused_by_every_command_that_reads_cases() {
     let case = shipped("cases/cylinder-wake/case.toml");

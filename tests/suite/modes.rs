@@ -167,20 +167,24 @@ fn modes_are_solved_for_as_by_elimination() {
 const OPTIONS: &str = "MICS_TEST_MODES_OPTIONS";
 
 /// Runs a test's `body` in processes of its own, with numbers of ranks and PETSc's options; `test` is the caller's name.
-fn in_processes(test: &str, kinds: &[(usize, &str)], body: impl Fn(&Session)) {
+/// Returns what each kind printed (in those processes nothing).
+pub fn in_processes(test: &str, kinds: &[(usize, &str)], body: impl Fn(&Session)) -> Vec<String> {
     if let Ok(options) = env::var(OPTIONS) {
         let options: Vec<String> = options.split_whitespace().map(str::to_owned).collect();
-        return body(&Session::start(&options).unwrap());
+        body(&Session::start(&options).unwrap());
+        return Vec::new();
     }
     let this = env::current_exe().unwrap();
-    for (ranks, options) in kinds {
+    let kind = |(ranks, options): &(usize, &str)| {
         let mut command = mpirun(*ranks, this.to_str().unwrap());
         command.args([test, "--exact", "--nocapture"]).env(OPTIONS, options);
         let output = command.output().expect("mpirun starts");
         let said = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
         let passed = said.matches("1 passed").count();
         assert!(output.status.success() && passed == *ranks, "{ranks} ranks, {options}: {said}");
-    }
+        said
+    };
+    kinds.iter().map(kind).collect()
 }
 
 #[test]

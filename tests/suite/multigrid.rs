@@ -1,11 +1,12 @@
 //! The pressure's own preconditioners: symmetric and positive wherever they are used, and iterations that grow neither with
 //! the grid nor with the ratio of densities.
 
-use crate::support::{Petsc, petsc};
+use crate::modes::in_processes;
+use crate::support::petsc;
 use mics::fluid::faces::FaceCoefficient;
 use mics::fluid::poisson::{Covered, Poisson};
 use mics::grid::{Border, Boundaries, GHOSTS, Grid};
-use mics::petsc::{Choice, Layout, LinearSolver, Operator, OwnPreconditioner};
+use mics::petsc::{Choice, Layout, LinearSolver, Operator, OwnPreconditioner, Session};
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -34,7 +35,8 @@ struct Case<const D: usize> {
 struct System<const D: usize> {
     operator: Rc<RefCell<Poisson>>,
     solver: LinearSolver,
-    cells: usize,
+    /// This rank's cells, by their number in the whole grid.
+    cells: Vec<usize>,
 }
 
 impl<const D: usize> Case<D> {
@@ -81,9 +83,9 @@ impl<const D: usize> Case<D> {
         (0..points).filter(inside).count() as f64 / points as f64
     }
 
-    fn system(&self, petsc: &Petsc) -> System<D> {
+    fn system(&self, session: &Session) -> System<D> {
         let periodic = self.ends.map(|e| matches!(e, Ends::Periodic));
-        let layout = Layout::new(&petsc.session, &self.cells, &periodic, GHOSTS).unwrap();
+        let layout = Layout::new(session, &self.cells, &periodic, GHOSTS).unwrap();
         let size = std::array::from_fn(|a| self.h[a] * self.cells[a] as f64);
         let grid = Grid::new(self.cells, size, periodic, &layout);
         let borders = self.ends.map(|e| match e {
@@ -91,7 +93,7 @@ impl<const D: usize> Case<D> {
             Ends::Walls => [Some(Border::Slip), Some(Border::Slip)],
             Ends::Outflow => [Some(Border::Slip), Some(Border::Outflow)],
         });
-        let boundaries = Boundaries::new(&petsc.session, &layout, &grid, borders);
+        let boundaries = Boundaries::new(session, &layout, &grid, borders);
         let mut beta = grid.vector_field();
         let mut covered = Vec::new();
         for axis in 0..D {
@@ -110,7 +112,7 @@ impl<const D: usize> Case<D> {
                 };
             }
         }
-        let operator = Poisson::new(&petsc.session, &layout, &grid, &boundaries).unwrap();
+        let operator = Poisson::new(session, &layout, &grid, &boundaries).unwrap();
         let operator = Rc::new(RefCell::new(operator));
         operator.borrow_mut().set(&grid, &FaceCoefficient::Field(beta)).unwrap();
         if let Some(ratio) = self.free {
@@ -133,17 +135,18 @@ impl<const D: usize> Case<D> {
             let weights = vec![1.0 / (ratio * cells); D * self.balls.len()];
             operator.borrow_mut().set_modes(&weights, &covered).unwrap();
         }
-        let cells = self.cells.iter().product();
+        let number = |at: [usize; D]| (0..D).rev().fold(0, |n, a| n * self.cells[a] + at[a]);
+        let cells: Vec<usize> = grid.rows().flatten().map(|c| number(grid.global_cell(c))).collect();
         let singular = !boundaries.fixes_pressure();
         let none = || (Vec::new(), Vec::new());
-        let solver = LinearSolver::new(&petsc.session, Choice::Multigrid, (D, cells), operator.clone(), singular, none);
-        System { operator, solver: solver.unwrap(), cells }
+        let size = (D, cells.len());
+        let mut solver = LinearSolver::new(session, Choice::Multigrid, size, operator.clone(), singular, none).unwrap();
+        solver.set_right_side(|b| b.iter_mut().zip(&cells).for_each(|(b, c)| *b = noise(*c, 0))).unwrap();
+        System { operator, solver, cells }
     }
 
-    fn iterations(&self, petsc: &Petsc) -> u32 {
-        let mut system = self.system(petsc);
-        system.solver.set_right_side(|b| b.iter_mut().enumerate().for_each(|(c, b)| *b = noise(c, 0))).unwrap();
-        system.solver.solve(1e-8, 0.0).unwrap().iterations
+    fn iterations(&self, session: &Session) -> u32 {
+        self.system(session).solver.solve(1e-8, 0.0).unwrap().iterations
     }
 }
 
@@ -152,17 +155,17 @@ fn noise(c: usize, which: usize) -> f64 {
 }
 
 /// `|a . B b - b . B a|` over what rounding in single precision may leave, and that `a . B a > 0`.
-fn asymmetry<const D: usize>(petsc: &Petsc, case: &Case<D>, own: OwnPreconditioner) -> f64 {
-    let system = case.system(petsc);
+fn asymmetry<const D: usize>(session: &Session, case: &Case<D>, own: OwnPreconditioner) -> f64 {
+    let system = case.system(session);
     let mut operator = system.operator.borrow_mut();
     let singular = !case.ends.iter().any(|e| matches!(e, Ends::Outflow));
     let mut apply = |which: usize| {
-        let mut r: Vec<f64> = (0..system.cells).map(|c| noise(c, which)).collect();
+        let mut r: Vec<f64> = system.cells.iter().map(|c| noise(*c, which)).collect();
         if singular {
-            let mean = r.iter().sum::<f64>() / system.cells as f64;
+            let mean = r.iter().sum::<f64>() / r.len() as f64;
             r.iter_mut().for_each(|r| *r -= mean);
         }
-        let mut z = vec![0.0; system.cells];
+        let mut z = vec![0.0; r.len()];
         operator.precondition(own, &r, &mut z).unwrap();
         (r, z)
     };
@@ -183,7 +186,7 @@ fn the_multigrid_is_symmetric_and_positive_for_every_border_and_shape_of_the_gri
                 case.mixture = ratio;
                 case.balls = vec![[14.3, 9.2], [23.0, 17.4]];
                 case.radius = 4.0;
-                let found = asymmetry(&petsc, &case, OwnPreconditioner::Multigrid);
+                let found = asymmetry(&petsc.session, &case, OwnPreconditioner::Multigrid);
                 assert!(found < 1e-4, "{cells:?} {x:?} {y:?} {ratio:?}: {found:e}");
             }
         }
@@ -191,7 +194,7 @@ fn the_multigrid_is_symmetric_and_positive_for_every_border_and_shape_of_the_gri
         case.h = [1.0, 2.3, 0.9];
         (case.balls, case.radius, case.free) = (vec![[6.1, 8.8, 4.9]], 3.0, Some(0.5));
         for own in [OwnPreconditioner::Multigrid, OwnPreconditioner::Transform] {
-            let found = asymmetry(&petsc, &case, own);
+            let found = asymmetry(&petsc.session, &case, own);
             assert!(found < 1e-4, "3D {x:?} {y:?}: {found:e}");
         }
     }
@@ -203,27 +206,37 @@ fn free_bodies_of_any_density_leave_it_symmetric_and_positive() {
     for ratio in [1e-3, 0.1, 1.0, 10.0] {
         let mut case = Case::empty([64, 48], [Ends::Walls, Ends::Periodic]).filled(8.0);
         case.free = Some(ratio);
-        let found = asymmetry(&petsc, &case, OwnPreconditioner::Multigrid);
+        let found = asymmetry(&petsc.session, &case, OwnPreconditioner::Multigrid);
         assert!(found < 1e-4, "{ratio}: {found:e}");
     }
 }
 
-/// To 1e-8 of the right side, by the size of the grid and the ratio of densities.
+/// To 1e-8 of the right side, by the size of the grid and the ratio of densities. The target of 15 iterations is missed by
+/// bodies a hundred times lighter than the fluid and more, packed as here, a third of a cell apart: measured, 17 at 1e-2 and 27
+/// at 1e-3, of 8 cells a diameter. They have a bound of their own.
 #[test]
 fn iterations_grow_neither_with_the_grid_nor_with_the_density() {
     let petsc = petsc();
     let walls = [Ends::Walls; 2];
     println!("free bodies, sharp walls");
-    for ratio in [0.1, 1.0, 2.65, 1e3, 1e4] {
-        for diameter in [8.0, 32.0] {
-            let iterations = [64, 128, 256].map(|n| {
-                let mut case = Case::empty([n, n], walls).filled(diameter);
-                case.free = Some(ratio);
-                case.iterations(&petsc)
-            });
+    for ratio in [1e-3, 1e-2, 0.1, 1.0, 2.65, 1e3, 1e4] {
+        for (diameter, grids) in [(8.0, &[64, 128, 256][..]), (32.0, &[64, 128, 256]), (64.0, &[256, 384])] {
+            let iterations = grids
+                .iter()
+                .map(|n| {
+                    let mut case = Case::empty([*n; 2], walls).filled(diameter);
+                    case.free = Some(ratio);
+                    case.iterations(&petsc.session)
+                })
+                .collect::<Vec<_>>();
             println!("s = {ratio}, N = {diameter}: {iterations:?}");
             let [least, most] = [iterations.iter().min(), iterations.iter().max()].map(|n| *n.unwrap());
-            assert!(most <= 15 && most - least <= 3, "s = {ratio}, N = {diameter}: {iterations:?}");
+            let (bound, growth) = match ratio {
+                1e-3 => (30, 6),
+                1e-2 => (19, 3),
+                _ => (15, 3),
+            };
+            assert!(most <= bound && most - least <= growth, "s = {ratio}, N = {diameter}: {iterations:?}");
         }
     }
     println!("mixture");
@@ -233,7 +246,7 @@ fn iterations_grow_neither_with_the_grid_nor_with_the_density() {
             let at = n as f64;
             case.balls = [(0.3, 0.4), (0.7, 0.55), (0.45, 0.75)].map(|(x, y)| [x * at, y * at]).to_vec();
             (case.radius, case.mixture) = (0.12 * at, Some(ratio));
-            case.iterations(&petsc)
+            case.iterations(&petsc.session)
         });
         println!("s = {ratio}: {iterations:?}");
         let [least, most] = [iterations.iter().min(), iterations.iter().max()].map(|n| *n.unwrap());
@@ -244,10 +257,56 @@ fn iterations_grow_neither_with_the_grid_nor_with_the_density() {
         let iterations = [24, 48].map(|n| {
             let mut case = Case::<3>::empty([n; 3], [Ends::Walls; 3]).filled(8.0);
             case.free = Some(ratio);
-            case.iterations(&petsc)
+            case.iterations(&petsc.session)
         });
         println!("s = {ratio}: {iterations:?}");
-        assert!(iterations.iter().all(|n| *n <= 12), "3D, s = {ratio}: {iterations:?}");
+        let [coarse, fine] = iterations;
+        assert!(coarse.max(fine) <= 12 && fine <= coarse + 3, "3D, s = {ratio}: {iterations:?}");
+    }
+}
+
+/// Bodies across the borders of ranks, light enough for the multigrid to take them in.
+#[test]
+fn iterations_with_free_bodies_do_not_depend_on_the_ranks() {
+    let test = "multigrid::iterations_with_free_bodies_do_not_depend_on_the_ranks";
+    let kinds = [1, 2, 4].map(|ranks| (ranks, ""));
+    let said = in_processes(test, &kinds, |session| {
+        for (cells, diameter) in [([192, 128], 16.0), ([40, 32], 9.0)] {
+            let mut case = Case::empty(cells, [Ends::Walls; 2]);
+            case.free = Some(0.1);
+            case.radius = 0.5 * diameter;
+            let at = |x: f64, y: f64| [x * cells[0] as f64, y * cells[1] as f64];
+            case.balls = vec![at(0.5, 0.5), at(0.49, 0.78), at(0.24, 0.52), at(0.77, 0.47), at(0.51, 0.21)];
+            let mut system = case.system(session);
+            let solved = system.solver.solve(1e-8, 0.0).unwrap();
+            let mut left = vec![0.0; system.cells.len()];
+            let solution = system.solver.solution(|x| x.to_vec()).unwrap();
+            system.operator.borrow_mut().multiply(&solution, &mut left).unwrap();
+            let b: Vec<f64> = system.cells.iter().map(|c| noise(*c, 0)).collect();
+            let mut mean = [b.iter().sum::<f64>(), b.len() as f64];
+            session.sum(&mut mean).unwrap();
+            let b = b.iter().map(|b| b - mean[0] / mean[1]);
+            let mut squares = [0.0; 2];
+            for (left, b) in left.iter().zip(b) {
+                squares[0] += (b - left).powi(2);
+                squares[1] += b * b;
+            }
+            session.sum(&mut squares).unwrap();
+            let residual = (squares[0] / squares[1]).sqrt();
+            assert!(residual < 1.01e-8, "{cells:?}: a true residual of {residual:e}");
+            if session.rank() == 0 {
+                println!("{cells:?} iterations {}.", solved.iterations);
+            }
+        }
+    });
+    let counts: Vec<Vec<u32>> = said
+        .iter()
+        .map(|said| said.split("iterations ").skip(1).filter_map(|rest| rest.split('.').next()?.parse().ok()).collect())
+        .collect();
+    println!("iterations on 1, 2 and 4 ranks: {counts:?}");
+    for shared in counts.iter().skip(1) {
+        assert_eq!(shared.len(), 2);
+        assert!(shared.iter().zip(&counts[0]).all(|(shared, alone)| *shared <= alone + 3), "{counts:?}");
     }
 }
 
@@ -258,7 +317,7 @@ fn odd_and_flat_grids_take_no_more_iterations() {
     for (cells, h) in [([127, 61], [1.0, 1.0]), ([500, 4], [1.0, 1.0]), ([64, 64], [1.0, 8.0]), ([3, 300], [1.0, 1.0])]
     {
         let case = Case { h, ..Case::empty(cells, ends) };
-        let iterations = case.iterations(&petsc);
+        let iterations = case.iterations(&petsc.session);
         println!("{cells:?}, h = {h:?}: {iterations}");
         assert!(iterations <= 12, "{cells:?}, h = {h:?}: {iterations}");
     }
@@ -269,12 +328,12 @@ fn the_direct_solver_leaves_rounding_only() {
     let petsc = petsc();
     for ends in [[Ends::Walls, Ends::Outflow], [Ends::Periodic, Ends::Walls], [Ends::Outflow, Ends::Periodic]] {
         let case = Case::<2> { h: [1.0, 0.7], ..Case::empty([45, 32], ends) };
-        let system = case.system(&petsc);
+        let system = case.system(&petsc.session);
         let mut operator = system.operator.borrow_mut();
-        let mut r: Vec<f64> = (0..system.cells).map(|c| noise(c, 3)).collect();
-        let mean = r.iter().sum::<f64>() / system.cells as f64;
+        let mut r: Vec<f64> = system.cells.iter().map(|c| noise(*c, 3)).collect();
+        let mean = r.iter().sum::<f64>() / r.len() as f64;
         r.iter_mut().for_each(|r| *r -= mean);
-        let (mut z, mut back) = (vec![0.0; system.cells], vec![0.0; system.cells]);
+        let (mut z, mut back) = (vec![0.0; r.len()], vec![0.0; r.len()]);
         operator.precondition(OwnPreconditioner::Transform, &r, &mut z).unwrap();
         operator.multiply(&z, &mut back).unwrap();
         let left = r.iter().zip(&back).map(|(r, b)| (r - b).abs()).fold(0.0, f64::max);

@@ -120,6 +120,19 @@ fn a_study_gives_a_row_a_run_with_errors_medians_and_figures_and_goes_on_where_i
 }
 
 #[test]
+fn the_cost_on_one_grid_is_drawn_over_what_varies_though_the_first_run_failed() {
+    let axis = "[[axis]]\nname = \"limit\"\nkey = \"pressure.divergence_limit\"\nvalues = [1e-16, 1e-5, 1e-4]\n";
+    let (dir, file) = written(&format!("name = \"tiny\"\ncase = \"case.toml\"\n{axis}"));
+    let out = dir.path().join("out");
+    let (code, said, error) = study(&file, &out, &[]);
+    assert_eq!(code, Some(0), "{said}{error}");
+    let status: Vec<_> = rows(&out).iter().map(|row| row["status"].clone()).collect();
+    assert_eq!(status, ["failed", "done", "done"], "{said}");
+    let figure = std::fs::read_to_string(out.join("cost.svg")).unwrap();
+    assert!(figure.lines().any(|line| line.trim() == "limit") && !figure.contains("cells"), "{figure}");
+}
+
+#[test]
 fn a_combination_that_is_refused_is_a_row_but_a_choice_that_always_is_is_a_fault_of_the_file() {
     let axes = "[[axis]]\nname = \"scheme\"\nkey = \"time.scheme\"\nvalues = [\"euler\", \"rk2\"]\n\
                 [[axis]]\nname = \"advection\"\nkey = \"time.advection\"\nvalues = [\"upwind5\", \"qsi\"]\n";

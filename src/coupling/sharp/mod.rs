@@ -126,8 +126,9 @@ pub struct Sharp<const D: usize> {
     session: Session,
 }
 
-/// The spacing that probes count in (m), and the layers of ghosts that they reach.
-pub fn reach<const D: usize>(h: &[f64; D]) -> (f64, usize) {
+/// The spacing that probes count in (m), and the layers of ghosts that they reach, on a grid of the spacings `h` (m): no axis
+/// may have fewer cells.
+pub fn reach(h: &[f64]) -> (f64, usize) {
     let least = h.iter().copied().fold(f64::INFINITY, f64::min);
     let most = h.iter().copied().fold(0.0, f64::max).min(2.0 * least);
     (most, 2 + ((skin::DEPTH + skin::PROFILE[1]) * most / least - 1e-9).ceil() as usize)

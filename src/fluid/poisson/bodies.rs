@@ -161,6 +161,13 @@ impl Layer {
         self.begin.push(kept);
     }
 
+    /// Takes the faces from number `first` on out of the table.
+    fn forget_faces(&mut self, first: usize) {
+        for face in &self.faces[first..] {
+            self.found[face.place as usize] = NONE;
+        }
+    }
+
     fn clear(&mut self, lattice: &Lattice) {
         self.found.resize(lattice.len, NONE);
         self.faces.clear();
@@ -383,6 +390,8 @@ impl Bodies {
             let volume = volumes[3 * body..][..3].iter().fold(0.0f64, |most, v| most.max(*v));
             let resolved = cells_across(volume, *axes) >= RESOLVED * (1u64 << (l + 1)) as f64 && !last;
             any |= resolved;
+            // Faces of one axis stand together; a place tells them apart within their axis only.
+            let (mut axis_now, mut of_axis) = (None, first);
             for face in own {
                 let axis = face.axis as usize;
                 let Some((place, ratio)) = fine.coarse_face(coarse, axis, face.place as usize) else { continue };
@@ -391,15 +400,24 @@ impl Bodies {
                     coarse.g[axis][place] += (lightness.min(CONDUCTOR) * unit[axis] * face.conduct) as Single * ratio;
                     continue;
                 }
+                if axis_now != Some(axis) {
+                    to.forget_faces(of_axis);
+                    (axis_now, of_axis) = (Some(axis), to.faces.len());
+                }
                 let conduct = face.conduct * f64::from(ratio);
-                match to.faces[first..].iter_mut().find(|f| f.place as usize == place && f.axis == face.axis) {
-                    Some(whole) => {
+                match to.found[place] {
+                    NONE => {
+                        to.found[place] = to.faces.len() as u32;
+                        to.faces.push(Face { place: place as u32, conduct, ..*face });
+                    }
+                    at => {
+                        let whole = &mut to.faces[at as usize];
                         whole.part += face.part;
                         whole.conduct += conduct;
                     }
-                    None => to.faces.push(Face { place: place as u32, conduct, ..*face }),
                 }
             }
+            to.forget_faces(of_axis);
             to.collect(&coarse.lattice, inverse_h, first);
         }
         if any {

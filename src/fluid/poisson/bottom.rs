@@ -41,7 +41,11 @@ impl Dense {
         let mut matrix = self.matrix.take().unwrap_or_else(|| DMatrix::zeros(n, n));
         self.fill(level, &mut matrix);
         let factors = Cholesky::new(matrix).ok_or_else(|| {
-            Error::Run("the coarsest level of the multigrid is singular: the density varies by too much".into())
+            Error::Run(
+                "the coarsest level of the multigrid is singular: the density varies by too much for it; choose \
+                 pressure.solver = \"bcgs-boomeramg\", or densities nearer to each other"
+                    .into(),
+            )
         })?;
         self.columns.fill_with_identity();
         factors.solve_mut(&mut self.columns);

@@ -156,7 +156,11 @@ impl Poisson {
             }
         };
         if self.session.anywhere(unsound)? {
-            return Err(Error::Run("the density of the mixture is not positive and finite on every face".into()));
+            return Err(Error::Run(
+                "the density of the mixture is not positive and finite on every face: a flow that grows without bounds \
+                 does that (smaller steps, time.step or time.cfl), or densities whose ratio is out of range"
+                    .into(),
+            ));
         }
         if let Some(made) = &mut self.multigrid {
             made.fresh = false;
@@ -310,13 +314,8 @@ impl Poisson {
     }
 
     fn transform(&mut self) -> Result<&mut Transform> {
-        if self.session.size() > 1 {
-            return Err(Error::Usage(
-                "the direct solver (-pc_type transform) works on one rank; on several use the multigrid \
-                 (pressure.solver = \"multigrid\", or -pc_type boxmg)"
-                    .into(),
-            ));
-        }
+        // As part of another preconditioner it comes here unasked.
+        self.accept(OwnPreconditioner::Transform)?;
         let mean = match self.coefficient {
             Coefficient::Uniform(value) => self.inverse_h2.map(|i| i * value),
             _ => std::array::from_fn(|axis| if axis < self.lattice.axes { self.mean_of_faces(axis) } else { 0.0 }),
@@ -383,6 +382,18 @@ impl Operator for Poisson {
                 self.transform()?.solve(r, z);
                 Ok(())
             }
+        }
+    }
+
+    fn accept(&self, own: OwnPreconditioner) -> Result<()> {
+        match own {
+            OwnPreconditioner::Multigrid => Tuning::read(&self.session).map(drop),
+            OwnPreconditioner::Transform if self.session.size() > 1 => Err(Error::Usage(
+                "the direct solver (-pc_type transform) works on one rank; on several use the multigrid \
+                 (pressure.solver = \"multigrid\", or -pc_type boxmg)"
+                    .into(),
+            )),
+            OwnPreconditioner::Transform => Ok(()),
         }
     }
 }

@@ -7,7 +7,8 @@
 //!   coarsest        e   e     e   e              e  exact, by the dense inverse
 //! ```
 //! Axes are coarsened while they are the finely divided ones, so that flat cells become square first. Every rank coarsens
-//! its own box; once the whole level is small, each rank gathers it and goes on alone, all doing the same.
+//! its own box; once the whole level is small, each rank gathers it and goes on alone, all doing the same. The first two
+//! levels are never gathered: a gathered level knows no bodies.
 
 use super::bodies::Bodies;
 use super::bottom::{Dense, Gathered};
@@ -30,7 +31,7 @@ pub(super) struct Tuning {
     pub exact: usize,
 }
 
-/// Cells of a whole level below which ranks gather it.
+/// Cells of a whole level from the third on below which ranks gather it.
 const GATHER: usize = 2048;
 
 /// Most cells that are solved exactly: the inverse is dense.
@@ -167,7 +168,7 @@ impl Multigrid {
             if alone && whole.cells() <= tuning.exact {
                 break Bottom::Exact(Dense::new(levels[levels.len() - 1].lattice, whole.periodic, singular));
             }
-            if !alone && (whole.cells() <= GATHER || factor == [1; 3]) {
+            if !alone && (whole.cells() <= GATHER && levels.len() > 2 || factor == [1; 3]) {
                 let left = Tuning {
                     levels: tuning.levels.saturating_sub(levels.len() - 1).max(1),
                     twice_from: tuning.twice_from.saturating_sub(levels.len() - 1),
