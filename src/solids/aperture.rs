@@ -11,7 +11,7 @@
 //! The section is what a chord (2D) or a disc (3D) of radius `c = sqrt(R^2 - x^2)` covers; the first moment of a disc
 //! over X < x, Y < y, with `a = sqrt(c^2 - x^2)` and `t` the `y` within [-a, a], is `[ -a^2 (t + a) + (t^3 + a^3)/3 ]/2`.
 
-use super::fraction::{box_fraction, rectangle_overlap};
+use super::fraction::{rectangle_overlap, whole_or_nothing};
 use super::reach::{Block, images};
 use super::sphere;
 use crate::grid::Grid;
@@ -67,12 +67,11 @@ pub fn cuts<const D: usize>(
                 _ if a == axis => at[a] as f64 * grid.h[a] - image[a],
                 _ => (at[a] as f64 + 0.5) * grid.h[a] - image[a],
             });
-            let covered = box_fraction::<D>(&middle, &half, radius);
+            let (covered, open) = covered_part::<D>(&middle, &half, radius);
             if covered < LEAST {
                 continue;
             }
             let (section, centroid) = section(grid, axis, &middle, radius);
-            let open = open_centroid::<D>(&middle, &half, radius, covered);
             let face = (0..D).map(|a| (at[a] - grid.start[a] + grid.ghosts) * grid.stride[a]).sum::<usize>() as u32;
             let covered = if covered > 1.0 - LEAST { 1.0 } else { covered };
             cuts.push(Cut { covered, face, owned: grid.number_of(at).is_some() });
@@ -81,31 +80,27 @@ pub fn cuts<const D: usize>(
     }
 }
 
-/// Where the open part of the volume about a face has its centroid, from the face's centre (m); `middle` is that centre's
-/// place from the particle's and `half` the volume's half edges.
-fn open_centroid<const D: usize>(
-    middle: &Vector3<f64>,
-    half: &Vector3<f64>,
-    radius: f64,
-    covered: f64,
-) -> Vector3<f64> {
-    if covered > 1.0 - LEAST {
-        return Vector3::zeros();
+/// How much of the volume about a face is covered, and where its open part has its centroid, from the face's centre (m); `middle`
+/// is that centre's place from the particle's and `half` the volume's half edges.
+fn covered_part<const D: usize>(middle: &Vector3<f64>, half: &Vector3<f64>, radius: f64) -> (f64, Vector3<f64>) {
+    if let Some(covered) = whole_or_nothing(middle, half, radius) {
+        return (covered, Vector3::zeros());
     }
     let (low, high) = (middle - half, middle + half);
     let whole: f64 = (0..D).map(|a| 2.0 * half[a]).product();
-    let edge = |a: usize| [low[a], high[a]];
-    Vector3::from_fn(|a, _| {
-        if a >= D {
-            return 0.0;
-        }
-        let moment = if D == 3 {
-            sphere::box_moment(&low, &high, radius, a)
-        } else {
-            rectangle_moment(edge(a), edge(1 - a), radius)
-        };
-        (covered * middle[a] - moment / whole) / (1.0 - covered)
-    })
+    let (filled, moment) = if D == 3 {
+        sphere::box_moments(&low, &high, radius)
+    } else {
+        let (x, y) = ([low.x, high.x], [low.y, high.y]);
+        let moments = Vector3::new(rectangle_moment(x, y, radius), rectangle_moment(y, x, radius), 0.0);
+        (rectangle_overlap(x, y, radius), moments)
+    };
+    let covered = (filled / whole).clamp(0.0, 1.0);
+    if !(LEAST..=1.0 - LEAST).contains(&covered) {
+        return (covered, Vector3::zeros());
+    }
+    let open = |a: usize| if a < D { (covered * middle[a] - moment[a] / whole) / (1.0 - covered) } else { 0.0 };
+    (covered, Vector3::from_fn(|a, _| open(a)))
 }
 
 /// Part of the face with its centre at `middle` (m, from the particle's) that the particle covers in its plane, and the

@@ -93,15 +93,19 @@ fn collect<const D: usize>(grid: &Grid<D>, centre: &Vector3<f64>, radius: f64, r
     }
 }
 
+/// Whether all (1) or nothing (0) of the box with its centre at `arm` (m, from the particle's) and the `half` edges (m) lies inside
+/// the particle; `None` where its surface passes.
+pub fn whole_or_nothing(arm: &Vector3<f64>, half: &Vector3<f64>, radius: f64) -> Option<f64> {
+    if (arm.abs() + half).norm() <= radius {
+        return Some(1.0);
+    }
+    ((arm.abs() - half).map(|x| x.max(0.0)).norm() >= radius).then_some(0.0)
+}
+
 /// Fraction of the box with its centre at `arm` (m, from the particle's) and the `half` edges (m) that the particle fills.
 pub fn box_fraction<const D: usize>(arm: &Vector3<f64>, half: &Vector3<f64>, radius: f64) -> f64 {
-    let far = (arm.abs() + half).norm();
-    let near = (arm.abs() - half).map(|x| x.max(0.0)).norm();
-    if far <= radius {
-        return 1.0;
-    }
-    if near >= radius {
-        return 0.0;
+    if let Some(fraction) = whole_or_nothing(arm, half, radius) {
+        return fraction;
     }
     let (low, high) = (arm - half, arm + half);
     let filled = if D == 3 {
@@ -119,6 +123,16 @@ fn disc_overlap<const D: usize>(arm: &Vector3<f64>, grid: &Grid<D>, radius: f64)
 
 /// Area of the disc of `radius` at the origin inside the rectangle `x` by `y` (m2).
 pub fn rectangle_overlap(x: [f64; 2], y: [f64; 2], radius: f64) -> f64 {
+    // Where no arc passes there is nothing to find: most slices of a sphere.
+    let far = |edges: [f64; 2]| edges[0].abs().max(edges[1].abs());
+    let near = |edges: [f64; 2]| edges[0].max(-edges[1]).max(0.0);
+    let square = |f: &dyn Fn([f64; 2]) -> f64| f(x) * f(x) + f(y) * f(y);
+    if square(&far) <= radius * radius {
+        return (x[1] - x[0]) * (y[1] - y[0]);
+    }
+    if square(&near) >= radius * radius {
+        return 0.0;
+    }
     let [half_x, half_y] = [x, y].map(|edges| edges.map(|edge| half_plane(edge, radius)));
     let q = |i: usize, j: usize| quadrant((x[i], half_x[i]), (y[j], half_y[j]), radius);
     (q(1, 1) - q(0, 1) - q(1, 0) + q(0, 0)).max(0.0)
@@ -126,7 +140,9 @@ pub fn rectangle_overlap(x: [f64; 2], y: [f64; 2], radius: f64) -> f64 {
 
 /// Area of the disc where X < x.
 fn half_plane(x: f64, r: f64) -> f64 {
-    let x = x.clamp(-r, r);
+    if x.abs() >= r {
+        return if x > 0.0 { PI * r * r } else { 0.0 };
+    }
     // Near the rim asin and r^2 - x^2 would lose half of the digits.
     let half_chord = ((r - x) * (r + x)).sqrt();
     r * r * (0.5 * PI + x.atan2(half_chord)) + x * half_chord

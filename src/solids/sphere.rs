@@ -22,22 +22,33 @@ const GAUSS: [(f64, f64); 5] = [
 /// Volume of the sphere of `radius` at the origin inside the box from `low` to `high` (m3); relative error about 1e-9
 /// of the box.
 pub fn box_overlap(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64) -> f64 {
-    slices(low, high, radius, rectangle_overlap)
+    let (x, y) = ([low.x, high.x], [low.y, high.y]);
+    let [volume] = slices(low, high, radius, |_, c| [rectangle_overlap(x, y, c)]);
+    volume
 }
 
-/// Integral of the coordinate along `axis` over the sphere inside the box (m4); its error alike.
-pub fn box_moment(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64, axis: usize) -> f64 {
-    // The slices take it along their own first axis.
-    let turned = |v: &Vector3<f64>| Vector3::new(v[axis], v[(axis + 1) % 3], v[(axis + 2) % 3]);
-    slices(&turned(low), &turned(high), radius, rectangle_moment)
+/// That volume (m3), and the integrals of the coordinates over it (m4), their error alike; in one go, since all have the same
+/// slices.
+pub fn box_moments(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64) -> (f64, Vector3<f64>) {
+    let (x, y) = ([low.x, high.x], [low.y, high.y]);
+    let [volume, mx, my, mz] = slices(low, high, radius, |z, c| {
+        let area = rectangle_overlap(x, y, c);
+        [area, rectangle_moment(x, y, c), rectangle_moment(y, x, c), z * area]
+    });
+    (volume, Vector3::new(mx, my, mz))
 }
 
-/// Integral over z of what `of` finds in the slices of the sphere of `radius`: of the rectangle x by y and a circle's radius.
-fn slices(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64, of: impl Fn([f64; 2], [f64; 2], f64) -> f64) -> f64 {
+/// Integrals over z of what `of` finds in the slices of the sphere of `radius`, each with its height and its circle's radius.
+fn slices<const N: usize>(
+    low: &Vector3<f64>,
+    high: &Vector3<f64>,
+    radius: f64,
+    of: impl Fn(f64, f64) -> [f64; N],
+) -> [f64; N] {
     let (x, y) = ([low.x, high.x], [low.y, high.y]);
     let (bottom, top) = (low.z.max(-radius), high.z.min(radius));
     if top <= bottom {
-        return 0.0;
+        return [0.0; N];
     }
     // Heights where the slice's circle passes an edge (|x|, |y|) or a corner of the rectangle, or shrinks to nothing.
     let mut cuts = [0.0; 20];
@@ -59,20 +70,22 @@ fn slices(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64, of: impl Fn([f64
     }
     let cuts = &mut cuts[..n];
     cuts.sort_unstable_by(f64::total_cmp);
-    let mut volume = 0.0;
+    let mut sums = [0.0; N];
     let mut from = bottom;
     for to in cuts.iter().copied().chain([top]) {
-        volume += integrate(from, to, |z| of(x, y, (radius * radius - z * z).max(0.0).sqrt()));
+        integrate(from, to, &mut sums, |z| of(z, (radius * radius - z * z).max(0.0).sqrt()));
         from = to;
     }
-    volume
+    sums
 }
 
-/// Integral of `f` with square-root-like ends: `z = m + w s (3 - s^2)/2` flattens them for the Gauss points.
-fn integrate(from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
+/// Adds integrals of `f` with square-root-like ends: `z = m + w s (3 - s^2)/2` flattens them for the Gauss points.
+fn integrate<const N: usize>(from: f64, to: f64, sums: &mut [f64; N], f: impl Fn(f64) -> [f64; N]) {
     let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
-    let term = |s: f64| f(middle + half * s * (1.5 - 0.5 * s * s)) * 1.5 * (1.0 - s * s);
-    half * GAUSS.iter().map(|&(s, w)| w * (term(s) + term(-s))).sum::<f64>()
+    for (s, w) in GAUSS.into_iter().flat_map(|(s, w)| [(s, w), (-s, w)]) {
+        let (values, weight) = (f(middle + half * s * (1.5 - 0.5 * s * s)), half * w * 1.5 * (1.0 - s * s));
+        sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
+    }
 }
 
 #[cfg(test)]
@@ -93,6 +106,14 @@ mod tests {
             let exact = 4.0 / 3.0 * PI * r * r * r;
             assert!((sum / exact - 1.0).abs() < 1e-8, "{r} {h}: {sum} against {exact}");
         }
+    }
+
+    #[test]
+    fn an_octant_has_its_exact_moments_along_every_axis() {
+        let r = 0.8f64;
+        let (volume, moment) = box_moments(&Vector3::zeros(), &Vector3::repeat(1.0), r);
+        assert!((volume - PI * r.powi(3) / 6.0).abs() < 1e-9);
+        assert!((moment - Vector3::repeat(PI * r.powi(4) / 16.0)).amax() < 1e-9, "{moment}");
     }
 
     #[test]

@@ -78,7 +78,8 @@ pub fn run(run: &Planned, folder: &Path) -> Result<Outcome> {
     let ended = ended.map_err(Error::io(command.get_program()))?;
     let said = String::from_utf8_lossy(&ended.stderr);
     let words = said.lines().find_map(|line| line.strip_prefix("error: "));
-    let words = words.or_else(|| said.lines().rfind(|line| !line.trim().is_empty())).unwrap_or_default().trim();
+    let words =
+        words.or_else(|| said.lines().rfind(|line| line.contains(char::is_alphanumeric))).unwrap_or_default().trim();
     let summary = json(&folder.join("summary.json"));
     let status = match ended.status.code() {
         Some(0) if summary["status"] == "done" => "done",
