@@ -1,7 +1,9 @@
 //! A run: from the command line's words to a folder of results. The time loop, its dt, its schedule and its end.
 
 mod restart;
+mod step_size;
 mod supply;
+mod system;
 
 use crate::case::{Cadence, Case, Loaded, load};
 use crate::clock::Stage;
@@ -13,14 +15,16 @@ use crate::output::snapshot::Snapshot;
 use crate::output::{Folder, Log, StepRow, may_use, plot};
 use crate::petsc::Session;
 use crate::scene::{Scene, State};
-use crate::scheme::{Bound, Limits};
+use crate::scheme::Limits;
 use crate::{Error, Result};
 pub use restart::Account;
 use restart::{Checkpoints, Restart};
 use serde_json::json;
-use std::fmt;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+pub use step_size::{Choice, check_step, choose_step};
+pub use system::{check_memory, host, peak_memory};
+use system::{cpu_seconds, now};
 
 /// What `mics run` was told.
 #[derive(Clone, Debug, Default)]
@@ -40,13 +44,6 @@ pub struct Request {
     /// PETSc options.
     pub petsc: Vec<String>,
 }
-
-/// Part of the stability limits, other than the Courant number's, that steps chosen by `time.cfl` use.
-const LIMIT_SHARE: f64 = 0.8;
-/// How much longer a step chosen by `time.cfl` may be than the one before.
-const GROWTH: f64 = 1.1;
-/// Steps at the end of a run that keep one length.
-const LAST_STEPS: f64 = 50.0;
 
 /// Runs a case. Collective.
 ///
@@ -70,117 +67,12 @@ pub fn run(request: &Request) -> Result<()> {
     }
 }
 
-/// Refuses a grid that this machine's memory cannot hold, before it is tried: the system would end the run without a
-/// word. Ranks on other machines have their own memory and are not asked for.
-pub fn check_memory(loaded: &Loaded, session: &Session) -> Result<()> {
-    // Measured peaks: `peak_memory_bytes_per_cell` in summary.json at 1024^2 and 96 x 64 x 64.
-    let per_cell = if loaded.case.dimension() == 2 { 900.0 } else { 1500.0 };
-    let needed = per_cell * loaded.case.domain.cells.iter().map(|n| *n as f64).product::<f64>();
-    let free = system_number("/proc/meminfo", "MemAvailable:") * 1024.0;
-    session.agree(if free == 0.0 || needed < free {
-        Ok(())
-    } else {
-        Err(loaded.error_at(
-            "domain.cells",
-            format!(
-                "this grid takes about {:.1} GB of memory, and {:.1} GB are free here; use fewer cells",
-                needed / 1e9,
-                free / 1e9
-            ),
-        ))
-    })
-}
-
 /// Starts PETSc with the case's options, PETSC_OPTIONS and the command line's, each winning over those before.
 pub fn start_petsc(case: &Case, command_line: &[String]) -> Result<Session> {
     let environment = std::env::var("PETSC_OPTIONS").unwrap_or_default();
     let words = [case.petsc.options.as_str(), environment.as_str()];
     let words = words.iter().flat_map(|w| w.split_whitespace()).map(str::to_owned);
     Session::start(&words.chain(command_line.iter().cloned()).collect::<Vec<_>>())
-}
-
-/// Refuses a step, or a Courant number to choose steps by, that breaks a limit.
-pub fn check_step(loaded: &Loaded, limits: &Limits) -> Result<()> {
-    let time = &loaded.case.time;
-    if let Some(step) = time.step {
-        let (bound, limit) = limits.tightest();
-        return if step <= limit {
-            Ok(())
-        } else {
-            Err(loaded.error_at(
-                "time.step",
-                format!("{step} s is over the {bound}, {limit:.4e} s; give a smaller step, or time.cfl instead"),
-            ))
-        };
-    }
-    let (cfl, largest) = (courant_number(&loaded.case), limits.scheme.courant_limit());
-    if cfl <= largest {
-        return Ok(());
-    }
-    Err(loaded.error_at(
-        "time.cfl",
-        format!(
-            "{cfl} is over the limit of this scheme, a Courant number of {largest}; lower it or choose time.scheme = \
-             \"rk3\""
-        ),
-    ))
-}
-
-/// The Courant number that steps are chosen for; loading a case fills in the default.
-fn courant_number(case: &Case) -> f64 {
-    case.time.cfl.unwrap_or(0.4)
-}
-
-/// What chose a time step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Choice {
-    /// `time.step`.
-    Given,
-    /// `time.cfl`.
-    CourantNumber,
-    /// A stability limit (a part of it).
-    Limit(Bound),
-    /// A run has ten steps at least.
-    TenthOfRun,
-    /// A step grows slowly from the one before.
-    Growth,
-}
-
-impl fmt::Display for Choice {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Choice::Given => write!(f, "given"),
-            Choice::CourantNumber => write!(f, "by time.cfl"),
-            Choice::Limit(bound) => write!(f, "by {LIMIT_SHARE} of the {bound}"),
-            Choice::TenthOfRun => write!(f, "a tenth of the run, since nothing limits it yet"),
-            Choice::Growth => write!(f, "by its growth from the step before"),
-        }
-    }
-}
-
-/// The next step (s) and what chose it. Where `time.cfl` chooses, what is left is cut into equal steps, and the last 50
-/// keep one length: the force of the mixing depends on dt, and a last step of its own would show as a spike. A fixed
-/// step stays as it is, and the run ends at or after `time.end`.
-pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64) -> (f64, Choice) {
-    if let Some(fixed) = case.time.step {
-        return (fixed, Choice::Given);
-    }
-    let shares = limits.bounds().map(|(bound, dt)| match bound {
-        Bound::Advection(_) => (Choice::CourantNumber, limits.step_for(courant_number(case))),
-        _ => (Choice::Limit(bound), LIMIT_SHARE * dt),
-    });
-    let others =
-        [(Choice::TenthOfRun, case.time.end / 10.0), (Choice::Growth, before.map_or(f64::INFINITY, |b| GROWTH * b))];
-    let least = |a: (Choice, f64), b: (Choice, f64)| if b.1 < a.1 { b } else { a };
-    let (choice, wanted) = shares.into_iter().chain(others).reduce(least).unwrap_or(others[0]);
-    if let Some(before) = before {
-        let count = (left / before).round().max(1.0);
-        let kept = left / count;
-        if count <= LAST_STEPS && kept <= (1.05 * wanted).min(limits.tightest().1) {
-            return (kept, choice);
-        }
-    }
-    (left / (left / wanted * (1.0 - 1e-9)).ceil().max(1.0), choice)
 }
 
 struct Run<'a, const D: usize> {
@@ -616,42 +508,4 @@ impl Schedule {
             _ => false,
         }
     }
-}
-
-/// Largest resident memory of this process so far (bytes), 0 where the system does not tell.
-pub fn peak_memory() -> f64 {
-    system_number("/proc/self/status", "VmHWM:") * 1024.0
-}
-
-/// CPU seconds of this process so far, of all its threads, its start included.
-fn cpu_seconds() -> f64 {
-    let spent = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    spent.tv_sec as f64 + 1e-9 * spent.tv_nsec as f64
-}
-
-/// The number after `name` in a file of the system's, 0 where there is none.
-fn system_number(file: &str, name: &str) -> f64 {
-    let text = std::fs::read_to_string(file).unwrap_or_default();
-    let line = text.lines().find_map(|l| l.strip_prefix(name));
-    line.and_then(|l| l.split_whitespace().next()?.parse().ok()).unwrap_or(0.0)
-}
-
-/// The name of this machine.
-pub fn host() -> String {
-    std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default().trim().to_owned()
-}
-
-/// The time now, UTC, as `2026-11-21T03:04:05Z`.
-fn now() -> String {
-    let seconds = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0, |d| d.as_secs());
-    let (days, day) = (seconds / 86_400, seconds % 86_400);
-    // Civil date of a day count, by eras of 400 years that begin in March.
-    let z = days + 719_468;
-    let (era, doe) = (z / 146_097, z % 146_097);
-    let yoe = (doe - doe / 1460 + doe / 36_524 - doe / 146_096) / 365;
-    let doy = doe - (365 * yoe + yoe / 4 - yoe / 100);
-    let mp = (5 * doy + 2) / 153;
-    let (d, m) = (doy - (153 * mp + 2) / 5 + 1, if mp < 10 { mp + 3 } else { mp - 9 });
-    let y = yoe + era * 400 + u64::from(m <= 2);
-    format!("{y:04}-{m:02}-{d:02}T{:02}:{:02}:{:02}Z", day / 3600, day / 60 % 60, day % 60)
 }

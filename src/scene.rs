@@ -1,5 +1,8 @@
 //! Case -> scene: builds only what this scene needs, and says what it left out and why. The only reader of the case.
 
+mod build;
+mod words;
+
 use crate::audit::Audit;
 use crate::case::{self, Case, Side};
 use crate::clock::Clock;
@@ -10,13 +13,13 @@ use crate::fluid::advection::Fluxes;
 use crate::fluid::diffusion;
 use crate::fluid::faces::{self, FaceCoefficient, Gravity};
 use crate::fluid::pressure::{Projection, StoppingRule};
-use crate::grid::{Border, Boundaries, Coefficient, GHOSTS, Grid, VectorField, largest, total, wide};
-use crate::petsc::{Choice, Layout, Session};
+use crate::grid::{Boundaries, Coefficient, GHOSTS, Grid, VectorField, largest, total, wide};
+use crate::petsc::{Layout, Session};
 use crate::scheme::{self, Limits, Scheme};
-use crate::solids::contact::{Contacts, Damping, Laws, Material, Substeps, Wall};
-use crate::solids::{Body, Freedom, Motion, Oscillation, Shape, fraction};
+use crate::solids::{Body, fraction};
 use crate::{Error, Result};
-use nalgebra::{UnitQuaternion, Vector3};
+use build::{axes, body, border, contacts, scatter, sides, solver};
+use nalgebra::Vector3;
 
 /// A scene that runs: the state, the terms that it needs and their scratch.
 pub struct Scene<const D: usize> {
@@ -431,239 +434,4 @@ impl<const D: usize> Scene<D> {
         })?;
         Ok(whole)
     }
-
-    /// What the scene needs and what it leaves out, each with its reason.
-    pub fn needs(&self) -> Vec<(&'static str, bool, String)> {
-        let particles = self.coupling.as_ref();
-        let field = |c: &Coefficient| matches!(c, Coefficient::Field(_));
-        let moves = particles.is_some_and(Coupling::moves);
-        let varies = field(&self.density);
-        let falls = particles.is_some_and(|c| c.largest_fall() > 0.0);
-        let sharp = matches!(particles, Some(Coupling::Sharp(_)));
-        let flies = particles.is_some_and(Coupling::flies);
-        let touches = particles.is_some_and(|c| c.contacts().is_some());
-        let why = |yes: bool, if_yes: &str, if_no: &str| (if yes { if_yes } else { if_no }).to_owned();
-        let inviscid = matches!(self.viscosity, Coefficient::Uniform(0.0));
-        vec![
-            (
-                if sharp { "fractions, sharp walls, force" } else { "fractions, mixing, force" },
-                particles.is_some(),
-                why(particles.is_some(), "there are particles", "no particles"),
-            ),
-            ("fractions at every step", moves, why(moves, "a particle moves", "nothing moves: found once")),
-            ("particle motion (17, 18)", flies, why(flies, "a particle is free", "no particle is free to move")),
-            (
-                "contacts (20-25)",
-                touches,
-                why(
-                    touches,
-                    "where two are in reach; none in reach, no substeps",
-                    if flies {
-                        "the case has no [contact]: a touch ends the run"
-                    } else {
-                        "no particle is free to touch another"
-                    },
-                ),
-            ),
-            (
-                "gravity",
-                falls,
-                why(
-                    falls,
-                    "free particles of another density than the fluid's",
-                    "held particles carry their own weight; the fluid's is in the pressure",
-                ),
-            ),
-            (
-                "coefficient on every face",
-                varies || sharp,
-                if sharp {
-                    "faces are open as far as particles leave them".into()
-                } else {
-                    why(varies, "a particle's density differs from the fluid's", "one density everywhere")
-                },
-            ),
-            (
-                "pressure operator at every step",
-                (varies || sharp) && moves,
-                why(
-                    (varies || sharp) && moves,
-                    "a particle moves",
-                    "the coefficients stay: operator and preconditioner are built once",
-                ),
-            ),
-            ("diffusion", !inviscid, why(!inviscid, "viscosity is positive", "inviscid")),
-            (
-                "full-stress diffusion",
-                field(&self.viscosity),
-                why(field(&self.viscosity), "viscosity varies", "one viscosity: the Laplacian is the same and cheaper"),
-            ),
-            (
-                "null space of the pressure",
-                !self.boundaries.fixes_pressure(),
-                why(self.boundaries.fixes_pressure(), "an outflow fixes the pressure", "no outflow fixes the pressure"),
-            ),
-        ]
-    }
-
-    /// The solver of the pressure equation and why it is taken, as `cg + boxmg (auto: ...)`.
-    pub fn solver(&self) -> Result<String> {
-        let solver = self.projection.solver();
-        let reason = if solver.chosen_by_options()? { "PETSc's options" } else { self.solver_reason };
-        Ok(format!("{} ({reason})", solver.describe()?))
-    }
-}
-
-/// What solves the pressure equation, and why; `uniform` says that every face has the same coefficient.
-fn solver(chosen: case::Solver, uniform: bool, ranks: usize) -> (Choice, &'static str) {
-    match chosen {
-        case::Solver::BcgsBoomeramg => (Choice::BcgsBoomeramg, "as the case says"),
-        case::Solver::Multigrid => (Choice::Multigrid, "as the case says"),
-        case::Solver::Direct if !uniform => (Choice::Multigrid, "the direct solver takes one coefficient only"),
-        case::Solver::Direct if ranks > 1 => (Choice::Multigrid, "the direct solver works on one rank only"),
-        case::Solver::Direct => (Choice::Direct, "as the case says"),
-        case::Solver::Auto if !uniform => (Choice::Multigrid, "auto: the coefficient varies from face to face"),
-        case::Solver::Auto if ranks > 1 => (Choice::Multigrid, "auto: several ranks"),
-        case::Solver::Auto => (Choice::Direct, "auto: one density everywhere, solved directly"),
-    }
-}
-
-/// The first D entries.
-fn axes<T: Copy + Default, const D: usize>(values: &[T]) -> [T; D] {
-    std::array::from_fn(|a| values.get(a).copied().unwrap_or_default())
-}
-
-fn sides<const D: usize>(case: &Case) -> [[&Side; 2]; D] {
-    let all = case.sides();
-    std::array::from_fn(|a| [0, 1].map(|s| all[2 * a + s].unwrap_or(&Side::Periodic)))
-}
-
-fn body(p: &case::Particle, fluid: &case::Fluid) -> Body {
-    let vector = |v: &Vec<f64>| Vector3::from(axes::<f64, 3>(v));
-    let flat = p.position.len() == 2;
-    let (velocity, spin, motion) = match &p.motion {
-        case::Motion::Fixed => (None, None, Motion::Fixed),
-        case::Motion::Prescribed(m) => {
-            let path = m.oscillation.as_ref().map(|o| Oscillation {
-                origin: vector(&p.position),
-                drift: m.velocity.as_ref().map_or_else(Vector3::zeros, vector),
-                amplitude: vector(&o.amplitude),
-                frequency: o.frequency,
-                time: 0.0,
-            });
-            (m.velocity.as_ref(), m.spin.as_ref(), Motion::Prescribed(path))
-        }
-        case::Motion::Free => {
-            let turns = !p.locked.contains(&case::Lock::Rotation);
-            let free = |lock| !p.locked.contains(&lock);
-            let translation = [free(case::Lock::X), free(case::Lock::Y), !flat && free(case::Lock::Z)];
-            let freedom = Freedom { translation, rotation: [turns && !flat, turns && !flat, turns] };
-            (p.velocity.as_ref(), p.spin.as_ref(), Motion::Free(freedom))
-        }
-    };
-    let spin = match spin {
-        None => Vector3::zeros(),
-        Some(case::Spin::Plane(z)) => Vector3::new(0.0, 0.0, *z),
-        Some(case::Spin::Space(w)) => Vector3::from(*w),
-    };
-    let velocity = match &motion {
-        Motion::Prescribed(Some(path)) => path.velocity(),
-        _ => velocity.map_or_else(Vector3::zeros, vector),
-    };
-    Body {
-        shape: if let case::Shape::Disc(_) = p.shape { Shape::Disc } else { Shape::Sphere },
-        radius: 0.5 * p.shape.diameter(),
-        density: p.density.unwrap_or(fluid.density),
-        viscosity: p.viscosity.unwrap_or(fluid.viscosity),
-        centre: vector(&p.position),
-        velocity,
-        angle: 0.0,
-        orientation: UnitQuaternion::identity(),
-        spin,
-        motion,
-    }
-}
-
-/// The law of contacts between the bodies, and between them and the closed faces of the box.
-fn contacts(case: &Case, law: &case::Contact, bodies: &[Body]) -> Contacts {
-    let mut names = vec![case::WALL];
-    let mut material = |name| {
-        names.iter().position(|n| *n == name).unwrap_or_else(|| {
-            names.push(name);
-            names.len() - 1
-        })
-    };
-    let materials: Vec<usize> = case.particle.iter().map(|p| material(p.material())).collect();
-    let laws = Laws::new(names.len(), |a, b| {
-        let pair = law.law(names[a], names[b]);
-        Material {
-            normal_stiffness: pair.normal_stiffness,
-            exponent: pair.exponent,
-            tangential_ratio: pair.tangential_ratio,
-            friction: pair.friction,
-            damping: match pair.loss {
-                case::Loss::Restitution(e) => Damping::Restitution(e),
-                case::Loss::Damping(d) => Damping::Given { normal: d.normal, tangential: d.tangential },
-            },
-            printed_sign: law.tangential_damping == case::TangentialDamping::Printed,
-        }
-    });
-    let size = |axis: usize| case.domain.size.get(axis).copied();
-    let wall = |(face, side): (usize, Option<&Side>)| {
-        let (axis, high) = (face / 2, face % 2 == 1);
-        let velocity = match side? {
-            Side::Wall | Side::Slip => Vector3::zeros(),
-            Side::MovingWall(v) => Vector3::from(axes::<f64, 3>(v)),
-            _ => return None,
-        };
-        Some(Wall { axis, high, at: if high { size(axis)? } else { 0.0 }, velocity, material: 0 })
-    };
-    let walls = case.sides().into_iter().enumerate().filter_map(wall).collect();
-    let substeps = match law.substeps {
-        case::Substeps::Auto => Substeps::Auto,
-        case::Substeps::Count(n) => Substeps::Fixed(n as usize),
-    };
-    let sizes = std::array::from_fn(|a| size(a).unwrap_or(1.0));
-    let periods = std::array::from_fn(|a| size(a).filter(|_| case.periodic(a)));
-    Contacts::new(bodies, materials, walls, laws, sizes, periods, substeps)
-}
-
-/// The condition at a face, its profile evaluated at every stored position.
-fn border<const D: usize>(grid: &Grid<D>, axis: usize, side: &Side) -> Option<Border<D>> {
-    let positions = grid.field().len() / grid.stored[axis];
-    let tangential: Vec<usize> = (0..D).filter(|&a| a != axis).collect();
-    // Coordinates (m) of a stored position along the face's axes; ghosts beyond the face repeat its edge.
-    let at = |mut k: usize| {
-        let mut x = [0.0; 2];
-        for (x, &a) in x.iter_mut().zip(&tangential) {
-            let i = (k % grid.stored[a] + grid.start[a]) as f64 - grid.ghosts as f64 + 0.5;
-            *x = (i * grid.h[a]).clamp(0.0, grid.size[a]);
-            k /= grid.stored[a];
-        }
-        x
-    };
-    let given = |velocity: &dyn Fn([f64; 2], usize) -> f64| {
-        Some(Border::Velocity(std::array::from_fn(|c| (0..positions).map(|k| velocity(at(k), c)).collect())))
-    };
-    match side {
-        Side::Periodic => None,
-        Side::Outflow => Some(Border::Outflow),
-        Side::Slip => Some(Border::Slip),
-        Side::Wall => given(&|_, _| 0.0),
-        Side::MovingWall(v) | Side::Inflow(v) => given(&|_, c| v[c]),
-        Side::InflowParabola(peak) => given(&|x, c| {
-            let shape = |(x, &a): (&f64, &usize)| 4.0 * x / grid.size[a] * (1.0 - x / grid.size[a]);
-            peak[c] * x.iter().zip(&tangential).map(shape).product::<f64>()
-        }),
-        Side::InflowProfile(profile) => given(&|x, c| profile.velocity_at(x[0])[c]),
-    }
-}
-
-/// A reproducible number in [-1, 1) for each integer (the finaliser of SplitMix64).
-fn scatter(n: u64) -> f64 {
-    let mut z = n.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^= z >> 31;
-    (z >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }

@@ -1,0 +1,97 @@
+//! The length of a step: what the case asks for, what stability allows, and no step that stands out at the end.
+
+use crate::Result;
+use crate::case::{Case, Loaded};
+use crate::scheme::{Bound, Limits};
+use std::fmt;
+
+/// Part of the stability limits, other than the Courant number's, that steps chosen by `time.cfl` use.
+const LIMIT_SHARE: f64 = 0.8;
+/// How much longer a step chosen by `time.cfl` may be than the one before.
+const GROWTH: f64 = 1.1;
+/// Steps at the end of a run that keep one length.
+const LAST_STEPS: f64 = 50.0;
+
+/// Refuses a step, or a Courant number to choose steps by, that breaks a limit.
+pub fn check_step(loaded: &Loaded, limits: &Limits) -> Result<()> {
+    let time = &loaded.case.time;
+    if let Some(step) = time.step {
+        let (bound, limit) = limits.tightest();
+        return if step <= limit {
+            Ok(())
+        } else {
+            Err(loaded.error_at(
+                "time.step",
+                format!("{step} s is over the {bound}, {limit:.4e} s; give a smaller step, or time.cfl instead"),
+            ))
+        };
+    }
+    let (cfl, largest) = (courant_number(&loaded.case), limits.scheme.courant_limit());
+    if cfl <= largest {
+        return Ok(());
+    }
+    Err(loaded.error_at(
+        "time.cfl",
+        format!(
+            "{cfl} is over the limit of this scheme, a Courant number of {largest}; lower it or choose time.scheme = \
+             \"rk3\""
+        ),
+    ))
+}
+
+/// The Courant number that steps are chosen for; loading a case fills in the default.
+fn courant_number(case: &Case) -> f64 {
+    case.time.cfl.unwrap_or(0.4)
+}
+
+/// What chose a time step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Choice {
+    /// `time.step`.
+    Given,
+    /// `time.cfl`.
+    CourantNumber,
+    /// A stability limit (a part of it).
+    Limit(Bound),
+    /// A run has ten steps at least.
+    TenthOfRun,
+    /// A step grows slowly from the one before.
+    Growth,
+}
+
+impl fmt::Display for Choice {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Choice::Given => write!(f, "given"),
+            Choice::CourantNumber => write!(f, "by time.cfl"),
+            Choice::Limit(bound) => write!(f, "by {LIMIT_SHARE} of the {bound}"),
+            Choice::TenthOfRun => write!(f, "a tenth of the run, since nothing limits it yet"),
+            Choice::Growth => write!(f, "by its growth from the step before"),
+        }
+    }
+}
+
+/// The next step (s) and what chose it. Where `time.cfl` chooses, what is left is cut into equal steps, and the last 50
+/// keep one length: the force of the mixing depends on dt, and a last step of its own would show as a spike. A fixed
+/// step stays as it is, and the run ends at or after `time.end`.
+pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64) -> (f64, Choice) {
+    if let Some(fixed) = case.time.step {
+        return (fixed, Choice::Given);
+    }
+    let shares = limits.bounds().map(|(bound, dt)| match bound {
+        Bound::Advection(_) => (Choice::CourantNumber, limits.step_for(courant_number(case))),
+        _ => (Choice::Limit(bound), LIMIT_SHARE * dt),
+    });
+    let others =
+        [(Choice::TenthOfRun, case.time.end / 10.0), (Choice::Growth, before.map_or(f64::INFINITY, |b| GROWTH * b))];
+    let least = |a: (Choice, f64), b: (Choice, f64)| if b.1 < a.1 { b } else { a };
+    let (choice, wanted) = shares.into_iter().chain(others).reduce(least).unwrap_or(others[0]);
+    if let Some(before) = before {
+        let count = (left / before).round().max(1.0);
+        let kept = left / count;
+        if count <= LAST_STEPS && kept <= (1.05 * wanted).min(limits.tightest().1) {
+            return (kept, choice);
+        }
+    }
+    (left / (left / wanted * (1.0 - 1e-9)).ceil().max(1.0), choice)
+}
