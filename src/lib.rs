@@ -43,7 +43,7 @@
 //! (8)      U = mean(u*) + dt a,  a = -(1/rho) dp^n/dn + g (1 - rho_f/rho)            faces
 //! (13-15)  div( (1/rho) grad phi ) = D/dt,  p += phi,  U -= (dt/rho) grad phi        until max |D| < D0
 //! (16)     u_f = u* + dt (a_low + a_high)/2                                          cells, with the new pressure
-//! (19)     F_k = sum alpha_k dV [ -rho u.grad u - grad p_f + div tau ]               force as printed, three parts
+//! (19)     F_k = sum alpha_k dV sigma_k [ -u.grad u - (grad p_f - div tau)/rho ]      force as printed, three parts
 //! (17, 18) m dV/dt = F + (m - m_f) g + contacts,  I domega/dt = T + contacts         free particles
 //! (20-26)  F_n = k d^gamma + eta d^((gamma-1)/2) v_n,  F_t = -(k_t xi + eta_t v_t), |F_t| <= mu F_n, in substeps
 //! (27)     u = u_f + sum_k alpha_k (v_k - u_f),  v_k = V_k + omega_k x r             the wall

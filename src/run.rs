@@ -9,7 +9,7 @@ use crate::case::{Cadence, Case, Loaded, load};
 use crate::clock::Stage;
 use crate::fluid::pressure::Projected;
 use crate::interrupt::Interrupt;
-use crate::output::measure::{self, Series};
+use crate::output::measure::{self, Sample, Series};
 use crate::output::progress::{Progress, Record};
 use crate::output::snapshot::Snapshot;
 use crate::output::{Folder, Log, StepRow, may_use, plot};
@@ -379,7 +379,9 @@ impl<'a, const D: usize> Run<'a, D> {
         let (exchange, bodies) = coupling.map_or((&[][..], &[][..]), |c| (c.exchange(), c.bodies()));
         // The state at time 0 has exchanged nothing yet.
         if self.scene.steps > 0 {
-            self.series.iter_mut().for_each(|s| s.sample(self.scene.time, exchange, bodies, speed));
+            let deepest = coupling.and_then(|c| c.contacts()).map_or(0.0, |c| c.deepest());
+            let sample = Sample { time: self.scene.time, exchange, bodies, max_speed: speed, deepest };
+            self.series.iter_mut().for_each(|s| s.sample(&sample));
         }
     }
 

@@ -184,7 +184,7 @@ impl<const D: usize> Scene<D> {
 
     fn tally(&mut self, part: Part, sign: f64) {
         if let Some(coupling) = mixing(&mut self.coupling) {
-            coupling.tally(&self.grid, part, sign, &self.density, &self.total);
+            coupling.tally(&self.grid, part, sign, &self.total);
             self.clock.lap(Stage::Force);
         }
     }
@@ -236,8 +236,8 @@ impl<const D: usize> Scene<D> {
 
     fn sum_pressure_force(&mut self) {
         if let Some(coupling) = mixing(&mut self.coupling) {
-            let gravity = self.gravity.as_ref();
-            coupling.tally_pressure(&self.grid, &self.density, &self.beta, gravity, &self.acceleration);
+            let (gravity, cells) = (self.gravity.as_ref(), self.cell_gradient.then_some(&self.p[..]));
+            coupling.tally_pressure(&self.grid, &self.density, &self.beta, gravity, &self.acceleration, cells);
             self.clock.lap(Stage::Force);
         }
     }

@@ -23,7 +23,7 @@ pub use coupling::{Buoyancy, Coupling, ForceRule, FractionRule, GradientRule, Ro
 pub use particle::{Lock, Motion, Oscillation, Particle, Prescribed, Round, Shape, Spin};
 pub use preset::Preset;
 pub use read::{Loaded, load, schema};
-pub use report::{Cadence, Checkpoints, Measure, MeasureKind, Output, Reference};
+pub use report::{Cadence, Checkpoints, Measure, MeasureKind, Output, Reference, When};
 pub use swarm::{Diameters, Range, Region, Swarm};
 
 pub(crate) use fault::{Check, Fault};

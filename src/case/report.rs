@@ -16,9 +16,17 @@ pub struct Measure {
     /// Of which particle (its index in the case).
     #[serde(default)]
     pub particle: usize,
+    /// Of which particles, where the kind is of several; default all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub particles: Option<Vec<usize>>,
     /// From this time on (s).
     #[serde(default)]
     pub from: f64,
+    /// When, for a place, a velocity or a spin: as the particle's centre first passes a coordinate (m), `when = { y = 0.075 }`,
+    /// or as it first feels a contact force, `when = "contact"`. Without it a place is that of the end, and a velocity or a
+    /// spin the mean.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub when: Option<When>,
     /// Reference speed (m/s), default the inflow's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed: Option<f64>,
@@ -36,6 +44,32 @@ pub struct Measure {
     /// Where the reference is from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
+}
+
+/// The moment at which a measure of a particle is taken.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum When {
+    /// At the end of the first step in which the particle feels a contact force.
+    Contact,
+    /// As the particle's centre first passes this x (m), interpolated between two steps.
+    X(f64),
+    /// As it first passes this y (m).
+    Y(f64),
+    /// As it first passes this z (m), 3D only.
+    Z(f64),
+}
+
+impl When {
+    /// The axis and the coordinate (m) that is passed, where it is one.
+    pub fn passing(self) -> Option<(usize, f64)> {
+        match self {
+            When::Contact => None,
+            When::X(at) => Some((0, at)),
+            When::Y(at) => Some((1, at)),
+            When::Z(at) => Some((2, at)),
+        }
+    }
 }
 
 /// What a measure ought to be.
@@ -112,28 +146,48 @@ pub enum MeasureKind {
     MidlineVLargest,
     /// Largest speed of the particle's centre (m/s).
     TerminalVelocity,
-    /// x of the particle's centre at the end (m).
+    /// x of the particle's centre at the end, or `when` (m).
     PositionX,
-    /// y of the particle's centre at the end (m).
+    /// y of the particle's centre at the end, or `when` (m).
     PositionY,
-    /// z of the particle's centre at the end (m), 3D only.
+    /// z of the particle's centre at the end, or `when` (m), 3D only.
     PositionZ,
-    /// Mean of the particle's velocity along x (m/s).
+    /// Mean of the particle's velocity along x, or that `when` (m/s).
     VelocityX,
-    /// Mean of the particle's velocity along y (m/s).
+    /// Mean of the particle's velocity along y, or that `when` (m/s).
     VelocityY,
-    /// Mean of the particle's velocity along z (m/s), 3D only.
+    /// Mean of the particle's velocity along z, or that `when` (m/s), 3D only.
     VelocityZ,
-    /// Mean of the particle's angular velocity about z (rad/s).
+    /// Mean of the particle's angular velocity about z, or that `when` (rad/s).
     Spin,
     /// First time at which the particle feels a contact force (s).
     ContactStart,
+    /// Mean height of `particles` at the end, against gravity and above the lowest centre of all (m).
+    MeanHeight,
+    /// Mean rank of `particles` at the end in the order of all heights against gravity: 1 is the lowest.
+    HeightRank,
+    /// Fastest of the centres of `particles` at the end (m/s).
+    FastestParticle,
+    /// Deepest overlap of two bodies in contact, or of one and a wall, over time (m).
+    LargestOverlap,
 }
 
 impl MeasureKind {
     /// Whether it is of one particle.
     pub fn needs_particle(self) -> bool {
-        self != MeasureKind::MaxSpeed && !self.is_of_midline()
+        !matches!(self, MeasureKind::MaxSpeed | MeasureKind::LargestOverlap)
+            && !self.is_of_midline()
+            && !self.is_of_group()
+    }
+
+    /// Whether it is of several particles.
+    pub fn is_of_group(self) -> bool {
+        matches!(self, MeasureKind::MeanHeight | MeasureKind::HeightRank | MeasureKind::FastestParticle)
+    }
+
+    /// Whether it needs gravity, to tell what is high.
+    pub fn needs_gravity(self) -> bool {
+        matches!(self, MeasureKind::MeanHeight | MeasureKind::HeightRank)
     }
 
     /// Whether it is of the velocities on a line through the middle of the box.
@@ -154,6 +208,12 @@ impl MeasureKind {
                 | LiftAmplitude
                 | Strouhal
         )
+    }
+
+    /// Whether it can be taken at a moment of the particle's way.
+    pub fn has_moments(self) -> bool {
+        use MeasureKind::*;
+        matches!(self, PositionX | PositionY | PositionZ | VelocityX | VelocityY | VelocityZ | Spin)
     }
 
     /// Whether it is a fit of Morison's formula, of a particle with a prescribed oscillation.

@@ -258,6 +258,21 @@ pub(super) fn measures(case: &Case) -> Check {
             let holds = *particle < count;
             ensure!(holds, key("particle"), "there is no particle {particle}: the case has {count}, counted from 0");
         }
+        let count = case.particle.len();
+        if kind.is_of_group() {
+            ensure!(count > 0, key("kind"), "is of particles, and the case has none");
+        }
+        if let Some(group) = &measure.particles {
+            ensure!(kind.is_of_group(), key("particles"), "is for mean_height, height_rank and fastest_particle only");
+            ensure!(!group.is_empty(), key("particles"), "is empty: list some, or leave it out for all");
+            let unknown = group.iter().find(|id| **id >= count);
+            let words = |id| format!("there is no particle {id}: the case has {count}, counted from 0");
+            ensure!(unknown.is_none(), key("particles"), "{}", words(unknown.copied().unwrap_or_default()));
+        }
+        if kind.needs_gravity() {
+            let falls = case.fluid.gravity.iter().flatten().any(|g| *g != 0.0);
+            ensure!(falls, key("kind"), "needs fluid.gravity, which says what is high");
+        }
         if kind.fits_morison() {
             let swings = |motion: &Motion| {
                 let Motion::Prescribed(Prescribed { oscillation: Some(o), .. }) = motion else { return false };
@@ -270,6 +285,19 @@ pub(super) fn measures(case: &Case) -> Check {
         ensure!(flat, key("kind"), "is for 2D only; in 3D look into the fields");
         let along_z = matches!(kind, MeasureKind::PositionZ | MeasureKind::VelocityZ);
         ensure!(case.dimension() == 3 || !along_z, key("kind"), "is for 3D only; in 2D measure along x or y");
+        if let Some(when) = measure.when {
+            let holds = kind.has_moments();
+            ensure!(
+                holds,
+                key("when"),
+                "is of position_x, velocity_x (y, z) and spin only: remove it or change the kind"
+            );
+            if let Some((axis, at)) = when.passing() {
+                let size = case.domain.size.get(axis).copied().unwrap_or(0.0);
+                let inside = (0.0..=size).contains(&at);
+                ensure!(inside, key("when"), "must be a coordinate within the box, from 0 to {size:?} m, not {at:?}");
+            }
+        }
         if kind.needs_speed() {
             let holds = speed.or(case.reference_speed()).is_some();
             ensure!(holds, key("speed"), "no reference speed, as nothing moves at the start: give `speed` (m/s)");

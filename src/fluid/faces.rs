@@ -234,11 +234,17 @@ pub fn add_cell_gradient<const D: usize>(
     u: &mut VectorField<D>,
 ) {
     for (axis, field) in u.iter_mut().enumerate() {
-        let (s, factor) = (grid.stride[axis], 0.5 * dt / grid.h[axis]);
         for c in grid.rows().flatten() {
-            field[c] -= factor / density.at(c) * (p[c + s] - p[c - s]);
+            field[c] -= dt / density.at(c) * cell_gradient(grid, axis, c, p);
         }
     }
+}
+
+/// The gradient of `p`, ghosts filled, along an axis at a cell, from its two neighbours.
+#[inline]
+pub fn cell_gradient<const D: usize>(grid: &Grid<D>, axis: usize, cell: usize, p: &[f64]) -> f64 {
+    let s = grid.stride[axis];
+    (p[cell + s] - p[cell - s]) / (2.0 * grid.h[axis])
 }
 
 /// Divergence of the face velocities in the owned cells (1/s), handed row by row to `take(row, divergence)`; the values

@@ -4,7 +4,7 @@ use super::compare::Comparison;
 use super::midline;
 use super::snapshot::Snapshot;
 use crate::Result;
-use crate::case::{Case, ForceRule, Measure, MeasureKind};
+use crate::case::{Case, ForceRule, Measure, MeasureKind, When};
 use crate::coupling::Exchange;
 use crate::solids::{Body, Motion, Oscillation};
 use crate::tape::{Lasting, Tape};
@@ -19,12 +19,30 @@ pub struct Series {
     force_scale: f64,
     /// Reference speed over diameter (1/s).
     rate: f64,
+    /// Against gravity, of length 1; zero without gravity.
+    up: Vector3<f64>,
     samples: Vec<(f64, f64)>,
     morison: Morison,
-    /// What the newest snapshot gave.
-    midline: Option<f64>,
+    /// What the newest snapshot or the moment that was waited for gave.
+    found: Option<f64>,
+    /// Coordinate (m) and value at the step before, of a measure that waits for a moment.
+    passing: Option<(f64, f64)>,
     /// Time of the step before (s).
     before: f64,
+}
+
+/// What a step gives to the measures.
+pub struct Sample<'a> {
+    /// Time at its end (s).
+    pub time: f64,
+    /// What each particle exchanged with the fluid over it.
+    pub exchange: &'a [Exchange],
+    /// The particles at its end.
+    pub bodies: &'a [Body],
+    /// Largest speed of the fluid (m/s).
+    pub max_speed: f64,
+    /// Deepest overlap of contacts (m).
+    pub deepest: f64,
 }
 
 /// Sums of a least-squares fit of `F = -C_D 0.5 rho S |U| U - C_M rho V dU/dt`.
@@ -55,6 +73,8 @@ impl Morison {
 
 /// One series for each measure of the case.
 pub fn series(case: &Case) -> Vec<Series> {
+    let axis = |a: usize| case.fluid.gravity.as_ref().and_then(|g| g.get(a)).copied().unwrap_or(0.0);
+    let up = -Vector3::from_fn(|a, _| axis(a)).try_normalize(0.0).unwrap_or_default();
     let of = |m: &Measure| {
         let speed = m.speed.or(case.reference_speed()).unwrap_or(1.0);
         let diameter = case.particle.get(m.particle).map_or(1.0, |p| p.shape.diameter());
@@ -65,10 +85,12 @@ pub fn series(case: &Case) -> Vec<Series> {
         Series {
             morison: Morison { scales: [0.5 * density * area, density * volume], ..Morison::default() },
             before: 0.0,
-            midline: None,
+            found: None,
+            passing: None,
             rule: m.force.unwrap_or(case.coupling.force),
             force_scale: 0.5 * density * speed * speed * area,
             rate: speed / diameter,
+            up,
             samples: Vec::new(),
             measure: m.clone(),
         }
@@ -89,12 +111,13 @@ impl Series {
 
     /// Takes what the fields of the whole grid give.
     pub fn take_fields(&mut self, snapshot: &Snapshot) {
-        self.midline = midline::extremum(self.measure.kind, snapshot);
+        if self.measure.kind.is_of_midline() {
+            self.found = midline::extremum(self.measure.kind, snapshot);
+        }
     }
 
-    /// Takes the state after a step: the time (s), what each particle exchanged, the particles, the largest speed of the
-    /// fluid (m/s).
-    pub fn sample(&mut self, time: f64, exchange: &[Exchange], bodies: &[Body], max_speed: f64) {
+    /// Takes the state after a step.
+    pub fn sample(&mut self, &Sample { time, exchange, bodies, max_speed, deepest }: &Sample) {
         let dt = time - std::mem::replace(&mut self.before, time);
         if time < self.measure.from {
             return;
@@ -129,9 +152,47 @@ impl Series {
             MeasureKind::Spin => body(&|b| b.spin.z),
             MeasureKind::MorisonDrag | MeasureKind::MorisonInertia => 0.0,
             MeasureKind::MidlineULeast | MeasureKind::MidlineVLeast | MeasureKind::MidlineVLargest => return,
+            MeasureKind::MeanHeight => self.mean_height(bodies),
+            MeasureKind::HeightRank => self.height_rank(bodies),
+            MeasureKind::FastestParticle => self.group(bodies).map(|id| bodies[id].velocity.norm()).fold(0.0, f64::max),
+            MeasureKind::LargestOverlap => deepest,
             MeasureKind::ContactStart => exchange.get(particle).map_or(0.0, |e| e.contact.norm()),
         };
-        self.keep((time, value));
+        match self.measure.when {
+            None => self.keep((time, value)),
+            Some(When::Contact) => {
+                let touches = exchange.get(particle).is_some_and(|e| e.contact != Vector3::zeros());
+                self.found = self.found.or(touches.then_some(value));
+            }
+            Some(when) => self.wait(when, bodies.get(particle), value),
+        }
+    }
+
+    /// The particles that the measure is of.
+    fn group<'a>(&'a self, bodies: &'a [Body]) -> impl Iterator<Item = usize> + 'a {
+        (0..bodies.len()).filter(|id| self.measure.particles.as_ref().is_none_or(|group| group.contains(id)))
+    }
+
+    fn mean_height(&self, bodies: &[Body]) -> f64 {
+        let height = |id: usize| bodies[id].centre.dot(&self.up);
+        let lowest = (0..bodies.len()).map(height).fold(f64::INFINITY, f64::min);
+        self.group(bodies).map(|id| height(id) - lowest).sum::<f64>() / self.group(bodies).count() as f64
+    }
+
+    fn height_rank(&self, bodies: &[Body]) -> f64 {
+        let height = |id: usize| bodies[id].centre.dot(&self.up);
+        let rank = |id: usize| 1 + (0..bodies.len()).filter(|other| height(*other) < height(id)).count();
+        self.group(bodies).map(rank).sum::<usize>() as f64 / self.group(bodies).count() as f64
+    }
+
+    /// Takes the value as the body passes the coordinate of `when`, on the straight line between two steps.
+    fn wait(&mut self, when: When, body: Option<&Body>, value: f64) {
+        let (Some((axis, at)), Some(body), None) = (when.passing(), body, self.found) else { return };
+        let now = body.centre[axis];
+        if let Some((before, value_before)) = self.passing.replace((now, value)) {
+            let share = (at - before) / (now - before);
+            self.found = (0.0..=1.0).contains(&share).then(|| value_before + share * (value - value_before));
+        }
     }
 
     /// Keeps a sample: the one that counts where one does, so that a long run takes no more memory than a short one.
@@ -139,9 +200,15 @@ impl Series {
         let counts = |kept: (f64, f64)| match self.measure.kind {
             MeasureKind::MaxSpeed
             | MeasureKind::TerminalVelocity
+            | MeasureKind::LargestOverlap
             | MeasureKind::DragCoefficientMax
             | MeasureKind::LiftCoefficientMax => Some(new.1 > kept.1),
-            MeasureKind::PositionX | MeasureKind::PositionY | MeasureKind::PositionZ => Some(true),
+            MeasureKind::PositionX
+            | MeasureKind::PositionY
+            | MeasureKind::PositionZ
+            | MeasureKind::MeanHeight
+            | MeasureKind::HeightRank
+            | MeasureKind::FastestParticle => Some(true),
             MeasureKind::ContactStart => Some(kept.1 <= 0.0),
             _ => None,
         };
@@ -155,8 +222,8 @@ impl Series {
     /// The measure's value; `None` where the samples do not give one (no steps in its window, no oscillation, no
     /// contact).
     pub fn value(&self) -> Option<f64> {
-        if let Some(value) = self.midline {
-            return Some(value);
+        if self.found.is_some() || self.measure.when.is_some() {
+            return self.found;
         }
         let values = || self.samples.iter().map(|s| s.1);
         let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
@@ -170,13 +237,17 @@ impl Series {
             | MeasureKind::Spin => Some(mean),
             MeasureKind::MaxSpeed
             | MeasureKind::TerminalVelocity
+            | MeasureKind::LargestOverlap
             | MeasureKind::DragCoefficientMax
             | MeasureKind::LiftCoefficientMax => Some(high),
             MeasureKind::MorisonDrag => self.morison.coefficients().map(|c| c.x),
             MeasureKind::MorisonInertia => self.morison.coefficients().map(|c| c.y),
-            MeasureKind::PositionX | MeasureKind::PositionY | MeasureKind::PositionZ => {
-                self.samples.last().map(|s| s.1)
-            }
+            MeasureKind::PositionX
+            | MeasureKind::PositionY
+            | MeasureKind::PositionZ
+            | MeasureKind::MeanHeight
+            | MeasureKind::HeightRank
+            | MeasureKind::FastestParticle => self.samples.last().map(|s| s.1),
             MeasureKind::ContactStart => self.samples.iter().find(|s| s.1 > 0.0).map(|s| s.0),
             MeasureKind::LiftAmplitude => Some(0.5 * (high - low)),
             MeasureKind::LiftRms => {
@@ -186,16 +257,17 @@ impl Series {
             // A lift coefficient that moves by less is a steady wake, whatever its last digits do.
             MeasureKind::Strouhal if high - low < 2e-3 => None,
             MeasureKind::Strouhal => frequency(&self.samples, mean).map(|f| f / self.rate),
-            MeasureKind::MidlineULeast | MeasureKind::MidlineVLeast | MeasureKind::MidlineVLargest => self.midline,
+            MeasureKind::MidlineULeast | MeasureKind::MidlineVLeast | MeasureKind::MidlineVLargest => None,
         }
     }
 }
 
 impl Lasting for Series {
     fn pass(&mut self, tape: &mut Tape) -> Result<()> {
-        let Series { samples, morison, before, midline, measure: _, rule: _, force_scale: _, rate: _ } = self;
+        let Series { samples, morison, before, found, passing, measure: _, rule: _, force_scale: _, rate: _, up: _ } =
+            self;
         let Morison { products, forces, scales: _ } = morison;
-        tape.pass([samples, before, forces, midline])?;
+        tape.pass([samples, before, forces, found, passing])?;
         products.iter_mut().try_for_each(|x| x.pass(tape))
     }
 }
@@ -253,6 +325,10 @@ mod tests {
         }
     }
 
+    fn at<'a>(time: f64, exchange: &'a [Exchange], bodies: &'a [Body]) -> Sample<'a> {
+        Sample { time, exchange, bodies, max_speed: 0.0, deepest: 1e-3 * time }
+    }
+
     fn pushed(momentum: Vector3<f64>) -> Exchange {
         let mut exchange = Exchange::default();
         exchange.momentum = momentum;
@@ -290,7 +366,7 @@ mod tests {
             let momentum = if time < 1.0 { Vector3::repeat(9.0) } else { force * along + across };
             let body = Body { motion: Motion::Prescribed(Some(path(time))), ..disc() };
             let exchange = pushed(momentum);
-            series.iter_mut().for_each(|s| s.sample(time, &[exchange], std::slice::from_ref(&body), 0.0));
+            series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], std::slice::from_ref(&body))));
         }
         let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
         assert!((values[0] - 2.1).abs() < 1e-12 && (values[1] - 1.4).abs() < 1e-12, "{values:?}");
@@ -301,13 +377,56 @@ mod tests {
         let mut series = of_kinds(&["drag_coefficient_max", "lift_coefficient_max", "drag_coefficient"]);
         for (time, x, y) in [(0.5, 9.0, 9.0), (1.0, 1.8, -0.9), (2.0, 3.6, 0.18), (3.0, 1.8, -2.0)] {
             let exchange = pushed(Vector3::new(x, y, 0.0));
-            series.iter_mut().for_each(|s| s.sample(time, &[exchange], &[disc()], 0.0));
+            series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], &[disc()])));
         }
         // In units of 0.5 rho U^2 d = 1.8 N.
         let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
         assert!(values.iter().zip([2.0, 0.1, 1.5]).all(|(a, b)| (a - b).abs() < 1e-12), "{values:?}");
         let kept: Vec<usize> = series.iter().map(|s| s.samples.len()).collect();
         assert_eq!(kept, [1, 1, 3], "a mean needs all samples, the largest itself");
+    }
+
+    #[test]
+    fn a_place_can_be_asked_for_at_a_passing_and_at_the_first_contact() {
+        let when = |series: &mut Series, when| series.measure.when = Some(when);
+        let mut series = of_kinds(&["position_x", "velocity_x", "position_y"]);
+        when(&mut series[0], When::Y(7.5));
+        when(&mut series[1], When::Y(2.0));
+        when(&mut series[2], When::Contact);
+        let mut body = disc();
+        for k in 0..9 {
+            // A straight way down from (0, 8), which turns back at the fifth step.
+            body.centre = Vector3::new(0.2 * f64::from(k), 8.0 - 0.4 * f64::from(k.min(8 - k)), 0.0);
+            let mut exchange = Exchange::default();
+            exchange.contact.y = if k == 5 { 1.0 } else { 0.0 };
+            let time = 1.0 + f64::from(k);
+            series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], std::slice::from_ref(&body))));
+        }
+        let values: Vec<_> = series.iter().map(Series::value).collect();
+        assert!((values[0].unwrap() - 0.25).abs() < 1e-12, "on the way down, between two steps: {values:?}");
+        assert_eq!(values[1], None, "never so low");
+        assert!((values[2].unwrap() - 6.8).abs() < 1e-12, "{values:?}");
+        assert!(series.iter().all(|s| s.samples.is_empty()), "a moment needs no history");
+    }
+
+    #[test]
+    fn a_heap_is_told_by_the_heights_of_its_parts_its_fastest_and_its_deepest_overlap() {
+        let mut series = of_kinds(&["mean_height", "height_rank", "fastest_particle", "largest_overlap"]);
+        let up = Vector3::new(0.6, 0.8, 0.0);
+        for s in &mut series {
+            (s.up, s.measure.particles) = (up, Some(vec![0, 2]));
+        }
+        // Heights 5, 1, 3 along `up`, whatever lies across.
+        let body = |height: f64, across: f64, speed: f64| Body {
+            centre: height * up + across * Vector3::new(-0.8, 0.6, 0.0),
+            velocity: Vector3::new(0.0, speed, 0.0),
+            ..disc()
+        };
+        let bodies = [body(5.0, 9.0, 0.1), body(1.0, -3.0, 7.0), body(3.0, 20.0, -0.2)];
+        series.iter_mut().for_each(|s| s.sample(&at(2.0, &[], &bodies)));
+        let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
+        let expected = [3.0, 2.5, 0.2, 2e-3];
+        assert!(values.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{values:?}");
     }
 
     #[test]
@@ -323,7 +442,7 @@ mod tests {
             body.centre.y += speed / 10.0;
             let mut exchange = Exchange::default();
             exchange.contact.y = force;
-            series.iter_mut().for_each(|s| s.sample(time, &[exchange], std::slice::from_ref(&body), 0.0));
+            series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], std::slice::from_ref(&body))));
         }
         let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
         let expected = [3.0, 8.0 - 1.4, -(2.5 + 1.5) / 3.0, 0.5, 3.0];

@@ -26,6 +26,13 @@ pub struct Overlap {
     pub arm: Vector3<f64>,
 }
 
+impl Overlap {
+    /// Whether the particle's boundary passes through the cell.
+    pub fn is_cut(&self) -> bool {
+        self.fraction < 1.0
+    }
+}
+
 /// How fractions are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
@@ -83,7 +90,8 @@ fn collect<const D: usize>(grid: &Grid<D>, centre: &Vector3<f64>, radius: f64, r
         }
         let fraction = match rule {
             Rule::Exact => box_fraction::<D>(&arm, &half, radius),
-            Rule::Polygon => (polygon_overlap(&arm, grid, radius) / grid.cell_volume()).clamp(0.0, 1.0),
+            Rule::Polygon => whole_or_nothing(&arm, &half, radius)
+                .unwrap_or_else(|| (polygon_overlap(&arm, grid, radius) / grid.cell_volume()).clamp(0.0, 1.0)),
         };
         // Below rounding of the quadrants a cell is not touched.
         if fraction > 1e-12 {

@@ -5,7 +5,7 @@ use crate::allocation::largest;
 use crate::support::{Petsc, box_case, petsc, shipped};
 use mics::case::load;
 use mics::output::checkpoint::{FORMAT, Header, newest, open, path};
-use mics::output::measure;
+use mics::output::measure::{self, Sample};
 use mics::output::{Marks, measure::Series};
 use mics::run::Account;
 use mics::scene::Scene;
@@ -128,7 +128,8 @@ impl Whole {
         for k in 0..5 {
             scene.step(2e-3).unwrap();
             let bodies = scene.coupling.as_ref().unwrap();
-            series[0].sample(f64::from(k), bodies.exchange(), bodies.bodies(), 1.0);
+            let (exchange, bodies) = (bodies.exchange(), bodies.bodies());
+            series[0].sample(&Sample { time: f64::from(k), exchange, bodies, max_speed: 1.0, deepest: 0.0 });
         }
         let account = Account { began: "today".into(), dt: Some(2e-3), last_fields: Some(0.0), ..Account::default() };
         let marks = Marks::at(1000, vec![(0.0, 0), (0.01, 5)]);

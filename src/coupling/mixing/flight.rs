@@ -227,12 +227,14 @@ impl<const D: usize> Mixing<D> {
         errors.sum()
     }
 
-    /// The rigid motions whose shares of mass carry the impulses of the contacts to the cells. Collective where there are
-    /// impulses.
+    /// The rigid motions whose shares of mass carry the impulses of the contacts to the cells; none with the force of (19),
+    /// whose particles are mixed in as they move after their contacts. Collective where there are impulses.
     fn find_contact_kicks(&mut self, grid: &Grid<D>) -> Result<()> {
         let none = (Vector3::zeros(), Vector3::zeros());
         self.struck.fill(none);
-        let Some(contacts) = &self.contacts else { return Ok(()) };
+        let Some(contacts) = self.contacts.as_ref().filter(|_| self.choices.driver == Driver::Momentum) else {
+            return Ok(());
+        };
         if contacts.impulses().iter().all(|i| i.linear == none.0 && i.angular == none.0) {
             return Ok(());
         }

@@ -6,7 +6,9 @@
 //!   u   = u_f + sum_k alpha_k (v_k - u_f),  v_k = V_k + omega_k x r     (27), in every touched cell
 //!   F_k = sum_c rho alpha_k (u_f - v_k) dV/dt + m_k dV_k/dt             the momentum that (27) removes, and what a
 //!                                                                       held body takes up of it as prescribed
-//!   F_k = sum_c alpha_k dV [ -rho u.grad u - grad p_f + div tau ]       (19) as printed, its three parts
+//!   F_k = sum_c alpha_k dV sigma_k [ -u.grad u - grad p_f/rho + div tau/rho ]   (19) as printed, its three parts, with
+//!                                                                       sigma_k the body's density, rho the mixture's
+//!   T_k = sum_c r x (the summand), in the cells that the body's boundary cuts    the moment of (18) as printed
 //! ```
 //! What the mixing takes from the mixture, the particle gets: in the momentum of everything in the box,
 //! `sum_c rho u dV`, pressure and stress only pass it on between cells, so that a free particle's rigid motion
@@ -26,21 +28,19 @@ mod state;
 
 use super::{Exchange, vector};
 use crate::Result;
-use crate::fluid::faces::{FaceCoefficient, Gravity};
+use crate::fluid::faces::{self, FaceCoefficient, Gravity};
 use crate::grid::{Boundaries, Coefficient, Grid, VectorField};
 use crate::petsc::Session;
 use crate::solids::contact::{Contacts, Push};
 use crate::solids::{Body, Overlap, fraction};
 use nalgebra::Vector3;
 
-/// A part of (19).
+/// A part of (19) that is summed as the fluid's terms are; [`Mixing::tally_pressure`] adds that of the pressure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// `-rho u.grad u`.
+    /// `-u.grad u`.
     Convective,
-    /// `-grad p`.
-    Pressure,
-    /// `div tau`.
+    /// `div tau/rho`.
     Viscous,
 }
 
@@ -218,35 +218,35 @@ impl<const D: usize> Mixing<D> {
 
     /// Adds `sign` times the force of a field of accelerations (m/s2) on the cells to a part of (19): called before
     /// with -1 and after with 1, it books what a term added.
-    pub fn tally(&mut self, grid: &Grid<D>, part: Part, sign: f64, density: &Coefficient, rate: &VectorField<D>) {
+    pub fn tally(&mut self, grid: &Grid<D>, part: Part, sign: f64, rate: &VectorField<D>) {
         let volume = sign * grid.cell_volume();
         for ((body, overlaps), exchange) in self.bodies.iter().zip(&self.overlaps).zip(&mut self.exchange) {
-            let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
-            let (mut flux, mut swirl) = (Vector3::zeros(), Vector3::zeros());
+            let (mut flux, mut swirl, mut swirl_at_boundary) = (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
             for o in overlaps {
                 let a = (volume * o.fraction) * vector(rate, o.cell);
-                let df = density.at(o.cell) * a;
-                force += df;
-                torque += o.arm.cross(&df);
+                let turn = o.arm.cross(&a);
                 flux += a;
-                swirl += o.arm.cross(&a);
+                swirl += turn;
+                if o.is_cut() {
+                    swirl_at_boundary += turn;
+                }
             }
             match part {
                 Part::Convective => {
                     let excess = body.density - self.fluid_density;
-                    exchange.convective += force;
+                    exchange.convective += body.density * flux;
                     exchange.carried += excess * flux;
                     exchange.carried_torque += excess * swirl;
                 }
-                Part::Pressure => exchange.pressure += force,
-                Part::Viscous => exchange.viscous += force,
+                Part::Viscous => exchange.viscous += body.density * flux,
             }
-            exchange.literal_torque += torque;
+            exchange.literal_torque += body.density * swirl_at_boundary;
         }
     }
 
-    /// Adds the pressure part of (19) from the accelerations on faces (m/s2), averaged to cells as (16) does; gravity,
-    /// which they contain, is taken out.
+    /// Adds the pressure part of (19), the gradient taken at cells as (16) takes it: by the mean of the accelerations on a
+    /// cell's faces (m/s2), less gravity, which they contain, or from `cell_pressure` (Pa, its ghosts filled) where that is
+    /// given.
     pub fn tally_pressure(
         &mut self,
         grid: &Grid<D>,
@@ -254,18 +254,24 @@ impl<const D: usize> Mixing<D> {
         beta: &FaceCoefficient<D>,
         gravity: Option<&Gravity<D>>,
         acceleration: &VectorField<D>,
+        cell_pressure: Option<&[f64]>,
     ) {
         let volume = grid.cell_volume();
-        for (overlaps, exchange) in self.overlaps.iter().zip(&mut self.exchange) {
+        for ((body, overlaps), exchange) in self.bodies.iter().zip(&self.overlaps).zip(&mut self.exchange) {
             for o in overlaps {
-                let mut a = Vector3::zeros();
-                for axis in 0..D {
-                    let own = |f: usize| acceleration[axis][f] - gravity.map_or(0.0, |g| g.at(grid, beta, axis, f));
-                    a[axis] = 0.5 * (own(o.cell) + own(o.cell + grid.stride[axis]));
-                }
-                let df = (volume * o.fraction * density.at(o.cell)) * a;
+                let a = Vector3::from_fn(|axis, _| match cell_pressure {
+                    _ if axis >= D => 0.0,
+                    Some(p) => faces::cell_gradient(grid, axis, o.cell, p) / -density.at(o.cell),
+                    None => {
+                        let own = |f: usize| acceleration[axis][f] - gravity.map_or(0.0, |g| g.at(grid, beta, axis, f));
+                        0.5 * (own(o.cell) + own(o.cell + grid.stride[axis]))
+                    }
+                });
+                let df = (volume * o.fraction * body.density) * a;
                 exchange.pressure += df;
-                exchange.literal_torque += o.arm.cross(&df);
+                if o.is_cut() {
+                    exchange.literal_torque += o.arm.cross(&df);
+                }
             }
         }
     }
@@ -279,10 +285,11 @@ impl<const D: usize> Mixing<D> {
         for (k, body) in self.bodies.iter().enumerate() {
             let (kicks, exchange) = (&mut self.kicks[k], &mut self.exchange[k]);
             let freedom = body.freedom();
-            let (v, w) = if freedom.is_some() { self.settled[k] } else { (body.velocity, body.spin) };
-            let (struck_v, struck_w) = self.struck[k];
             // Along free directions the momentum is booked already: it is what the particle settled by.
             let settled = freedom.filter(|_| self.choices.driver == Driver::Momentum);
+            // What contacts change follows by shares of mass; as printed, (27) mixes the final motion in.
+            let (v, w) = if settled.is_some() { self.settled[k] } else { (body.velocity, body.spin) };
+            let (struck_v, struck_w) = self.struck[k];
             kicks.clear();
             if freedom.is_none() && lead {
                 exchange.driven = body.mass() * (body.velocity - self.departures[k].velocity) / dt;
@@ -290,7 +297,7 @@ impl<const D: usize> Mixing<D> {
             }
             for o in &self.overlaps[k] {
                 let rho = density.at(o.cell);
-                let turns = !self.choices.rotation_at_boundary || o.fraction < 1.0;
+                let turns = !self.choices.rotation_at_boundary || o.is_cut();
                 let rigid = if turns { v + w.cross(&o.arm) } else { v };
                 let kick = o.fraction * (rigid - vector(u, o.cell));
                 let df = -(per_time * rho) * kick;

@@ -104,6 +104,8 @@ pub struct Contacts {
     loads: Vec<Impulse>,
     impulses: Vec<Impulse>,
     wall_impulse: Vector3<f64>,
+    /// Deepest overlap of the last step (m).
+    deepest: f64,
     /// Density of fluid that goes along with every body in its volume (kg/m3).
     carried: f64,
     /// Gap at which a contact begins (m).
@@ -140,6 +142,7 @@ impl Contacts {
             loads: vec![Impulse::default(); n],
             impulses: vec![Impulse::default(); n],
             wall_impulse: Vector3::zeros(),
+            deepest: 0.0,
             carried: 0.0,
             standoff: 0.0,
         }
@@ -164,6 +167,7 @@ impl Contacts {
         }
         self.impulses.fill(Impulse::default());
         self.wall_impulse = Vector3::zeros();
+        self.deepest = 0.0;
         let (mut left, mut taken) = (dt, 0);
         while left > 0.0 {
             self.search(bodies, left, taken > 0);
@@ -195,6 +199,11 @@ impl Contacts {
     /// Momentum that bodies gave to walls over the last [`advance`](Contacts::advance) (N s).
     pub fn wall_impulse(&self) -> Vector3<f64> {
         self.wall_impulse
+    }
+
+    /// Deepest overlap of two bodies, or of one and a wall, over the last [`advance`](Contacts::advance) (m).
+    pub fn deepest(&self) -> f64 {
+        self.deepest
     }
 
     /// Shortest duration (s) of a contact that could happen, undamped and at an impact of `speed` (m/s), which counts
@@ -368,6 +377,7 @@ impl Lasting for Contacts {
             loads: _,
             impulses: _,
             wall_impulse: _,
+            deepest: _,
         } = self;
         Ok(())
     }

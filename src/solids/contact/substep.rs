@@ -86,6 +86,7 @@ impl Contacts {
             let (meeting, arms) = self.meet(&pair, bodies, h);
             let radius = bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius).min(bodies[pair.first].radius);
             let overlap = meeting.overlap - self.standoff;
+            self.deepest = self.deepest.max(overlap);
             if overlap > DEEPEST * radius {
                 return Err(Error::Run(format!(
                     "{} overlap by {:.3e} m, {:.2} of the smaller radius, where {DEEPEST} is the limit: make the \

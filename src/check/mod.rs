@@ -1,11 +1,14 @@
 //! `mics check`: the scene in one screen, without running it: sizes, numbers, limits, what is needed and what is not.
 
+mod layer;
+
 use crate::case::{Case, FACES, Motion, Side, Substeps, load};
 use crate::output::print;
 use crate::petsc::Session;
 use crate::run::{check_memory, check_step, choose_step, peak_memory, start_petsc};
 use crate::scene::Scene;
 use crate::{Error, Result, case::Loaded};
+use layer::Layer;
 use std::path::Path;
 use std::time::Instant;
 
@@ -70,6 +73,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         let (length, of) = if length > 0.0 { (length, "largest diameter") } else { (case.domain.size[1], "height") };
         lines.push(format!("Reynolds     {:.4} (speed {speed} m/s, {of} {length} m)", speed * length / nu));
     }
+    lines.extend(layer(case, widest));
     for (bound, limit) in limits.bounds().into_iter().filter(|b| b.1.is_finite()) {
         lines.push(format!("step limit   {limit:.4e} s, {bound}"));
     }
@@ -99,6 +103,25 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         memory[0] / 1e6
     ));
     Ok(lines)
+}
+
+/// The boundary layer that the grid has to resolve, beside its spacing `h` (m).
+fn layer(case: &Case, h: f64) -> Vec<String> {
+    let Some(layer) = Layer::thinnest(case) else { return Vec::new() };
+    let Layer { particle, falls, speed, reynolds, thickness, diameter } = layer;
+    let meets = if falls { "comes to" } else { "meets a flow of" };
+    let by = if falls { ", by its drag," } else { "," };
+    let mut line = format!("layer        particle {particle} {meets} {speed:.3} m/s{by} Re = {reynolds:.0}");
+    if thickness.is_infinite() {
+        return vec![line + ": no boundary layer"];
+    }
+    line += &format!(": a boundary layer of {thickness:.3e} m, {:.2} h", thickness / h);
+    let warning = format!(
+        "warning      that layer is thinner than a spacing: {:.0} cells a diameter would put one into it, and there are {:.1}",
+        layer.cells_needed(),
+        diameter / h
+    );
+    [Some(line), (thickness < h).then_some(warning)].into_iter().flatten().collect()
 }
 
 fn diameter(p: &crate::case::Particle) -> f64 {

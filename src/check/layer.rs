@@ -1,0 +1,150 @@
+//! What the flow around a body will ask of the grid, before it runs: the speed that it comes to, its Reynolds number and the
+//! boundary layer at its front.
+//!
+//! ```text
+//!   |s - 1| g V = Cd(Re) U^2 S/2      terminal speed U: drag against submerged weight, over the fluid's density
+//!   U^2 <= 2 a L                      a = |s - 1| g/(s + c), c the added mass (disc 1, sphere 1/2), L the way to the border
+//!   delta = 1.2 d/sqrt(Re)            Hiemenz' layer at a cylinder's front, 2.4 sqrt(nu/(4 U/d)); a sphere's is 1.15
+//! ```
+//! Cd of a cylinder is (30), `1 + 10 Re^(-2/3)` (White 1991); that of a sphere `24/Re (1 + 0.15 Re^0.687)`, and 0.44 above
+//! Re = 1000 (Schiller & Naumann 1935).
+
+use crate::case::{Case, Motion, Particle, Shape};
+use std::f64::consts::PI;
+
+/// Reynolds number below which the flow has no boundary layer.
+const LEAST_REYNOLDS: f64 = 10.0;
+
+/// The body whose layer is the thinnest beside the spacing, and what is known of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Layer {
+    /// Its number.
+    pub particle: usize,
+    /// Whether it falls (or rises) at this speed; else it is held in a stream or moved as told.
+    pub falls: bool,
+    /// Largest speed expected (m/s).
+    pub speed: f64,
+    /// Reynolds number of the speed and the diameter.
+    pub reynolds: f64,
+    /// Thickness of the layer at its front (m); infinite where there is none.
+    pub thickness: f64,
+    /// Its diameter (m).
+    pub diameter: f64,
+}
+
+impl Layer {
+    /// The thinnest layer of a case, in diameters of its body; `None` where nothing moves past a body.
+    pub fn thinnest(case: &Case) -> Option<Layer> {
+        let layers = case.particle.iter().enumerate().filter_map(|(id, p)| Layer::of(case, id, p));
+        layers.min_by(|a, b| a.thickness.total_cmp(&b.thickness).then(b.reynolds.total_cmp(&a.reynolds)))
+    }
+
+    fn of(case: &Case, particle: usize, p: &Particle) -> Option<Layer> {
+        let diameter = p.shape.diameter();
+        let nu = case.fluid.viscosity / case.fluid.density;
+        let size = |v: &Option<Vec<f64>>| v.iter().flatten().map(|c| c * c).sum::<f64>().sqrt();
+        let stream = case.reference_speed().unwrap_or(0.0);
+        let (falls, speed) = match &p.motion {
+            Motion::Free => (true, fall_speed(case, p).max(size(&p.velocity))),
+            Motion::Fixed => (false, stream),
+            Motion::Prescribed(m) => {
+                (false, stream + size(&m.velocity) + m.oscillation.as_ref().map_or(0.0, |o| o.speed()))
+            }
+        };
+        let reynolds = speed * diameter / nu;
+        let known = speed > 0.0 && nu > 0.0;
+        let thickness = if reynolds < LEAST_REYNOLDS { f64::INFINITY } else { 1.2 * diameter / reynolds.sqrt() };
+        known.then_some(Layer { particle, falls, speed, reynolds, thickness, diameter })
+    }
+
+    /// Cells a diameter that put a spacing into the layer.
+    pub fn cells_needed(&self) -> f64 {
+        (self.diameter / self.thickness).ceil()
+    }
+}
+
+/// The speed that a lone body comes to under its submerged weight (m/s): its terminal speed, or what it gathers on its way to
+/// the border, whichever is less.
+fn fall_speed(case: &Case, p: &Particle) -> f64 {
+    let gravity = case.fluid.gravity.as_deref().unwrap_or_default();
+    let g = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let s = p.density.unwrap_or(case.fluid.density) / case.fluid.density;
+    let (diameter, nu) = (p.shape.diameter(), case.fluid.viscosity / case.fluid.density);
+    let weight = (s - 1.0).abs() * g;
+    if weight == 0.0 {
+        return 0.0;
+    }
+    let sphere = matches!(p.shape, Shape::Sphere(_));
+    // V over the frontal area S.
+    let depth = if sphere { 2.0 / 3.0 * diameter } else { 0.25 * PI * diameter };
+    let inviscid = (2.0 * weight * depth).sqrt();
+    let terminal =
+        if nu > 0.0 { terminal_reynolds(sphere, inviscid * diameter / nu) * nu / diameter } else { f64::INFINITY };
+    let way = gravity.iter().enumerate().filter(|(_, g)| **g != 0.0).map(|(axis, g_axis)| {
+        let down = (*g_axis < 0.0) == (s > 1.0);
+        let (at, size) = (p.position[axis], case.domain.size[axis]);
+        if case.periodic(axis) { f64::INFINITY } else { (if down { at } else { size - at }) * g / g_axis.abs() }
+    });
+    let added = if sphere { 0.5 } else { 1.0 };
+    let gathered = (2.0 * weight / (s + added) * way.fold(f64::INFINITY, f64::min)).sqrt();
+    terminal.min(gathered)
+}
+
+/// The Reynolds number at which `Cd Re^2` is the square of `drive`, which that of Cd = 1 would be.
+fn terminal_reynolds(sphere: bool, drive: f64) -> f64 {
+    let drag = |re: f64| match sphere {
+        true if re > 1000.0 => 0.44,
+        true => 24.0 / re * (1.0 + 0.15 * re.powf(0.687)),
+        false => 1.0 + 10.0 * re.powf(-2.0 / 3.0),
+    };
+    // Cd Re^2 grows with Re.
+    let (mut low, mut high) = (-12.0f64, 12.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        let re = 10f64.powf(middle);
+        if drag(re).sqrt() * re < drive { low = middle } else { high = middle }
+    }
+    10f64.powf(low)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_small_sphere_falls_as_stokes_says_and_a_large_one_by_its_drag_of_0_44() {
+        // U = (s - 1) g d^2/(18 nu): Cd Re^2 = 24 Re.
+        let stokes = terminal_reynolds(true, (24.0f64 * 1e-4).sqrt());
+        assert!((stokes / 1e-4 - 1.0).abs() < 1e-3, "{stokes}");
+        let fast = terminal_reynolds(true, 0.44f64.sqrt() * 5e4);
+        assert!((fast / 5e4 - 1.0).abs() < 1e-9, "{fast}");
+    }
+
+    fn thinnest(position: &str, more: &str) -> Layer {
+        let text = format!(
+            "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [0.1, 0.15], cells = [8, 12] }}\n\
+             fluid = {{ density = 1000.0, viscosity = 1e-3, gravity = [0.0, -9.81] }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n\
+             particle = [{{ shape = {{ disc = {{ diameter = 0.02 }} }}, position = {position}, {more} }}]\n"
+        );
+        Layer::thinnest(&toml::from_str(&text).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn the_paper_s_cylinder_falls_at_a_reynolds_number_of_some_thousands_with_a_layer_of_a_third_of_a_millimetre() {
+        let layer = thinnest("[0.015, 0.1]", "density = 1200.0");
+        // By hand: U^2 = 2 0.2 g (pi d/4)/Cd, Cd = 1 + 10 Re^(-2/3) = 1.035 at Re = 4880.
+        assert!(layer.falls && (layer.reynolds / 4880.0 - 1.0).abs() < 0.01, "{layer:?}");
+        assert!((layer.thickness / 3.43e-4 - 1.0).abs() < 0.01 && layer.cells_needed() == 59.0, "{layer:?}");
+        // One that rises has less way: sqrt(2 a L) with a = g/(0.0 + 1), L = 1 mm.
+        let short = thinnest("[0.015, 0.149]", "density = 1e-9");
+        assert!((short.speed - (2.0 * 9.81 * 0.001f64).sqrt()).abs() < 1e-6, "{short:?}");
+    }
+
+    #[test]
+    fn a_slow_body_has_no_layer() {
+        let layer = thinnest("[0.015, 0.1]", "density = 1000.0, velocity = [1e-4, 0.0]");
+        assert_eq!((layer.thickness, layer.cells_needed()), (f64::INFINITY, 0.0));
+        assert!((layer.reynolds - 2.0).abs() < 1e-12);
+    }
+}
