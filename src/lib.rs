@@ -4,7 +4,7 @@
 //! in this order: what is solved (here), the step ([`scene::Scene::step`] in [`step`]), its terms ([`fluid::advection`],
 //! [`fluid::diffusion`], [`fluid::faces`], [`fluid::pressure`]), its stability ([`scheme`]), the wall
 //! ([`coupling::sharp`], [`coupling::mixing`]), contacts ([`solids::contact`]), and what a case can ask for
-//! ([`case::Case`] and the tables in it, [`case::MeasureKind`] for what is measured). Each page opens with its formulas,
+//! ([`config::raw::Case`] and the tables in it, [`config::MeasureKind`] for what is measured). Each page opens with its formulas,
 //! and with the stencil where there is one.
 //!
 //! # What is solved
@@ -67,7 +67,7 @@
 //! | [`coupling`] | where the two meet: mixture, wall, force, the flight of free particles |
 //! | [`audit`] | the balance of momentum over a step |
 //! | [`step`] | the method: one function |
-//! | [`case`] | a case file, checked: pure data |
+//! | [`config`] | a case file, checked and resolved into values: pure data |
 //! | [`scheme`] | the time schemes and the limits of their step |
 //! | [`scene`] | case to scene: builds only what the scene needs |
 //! | [`study`] | tables of runs: cost and error |
@@ -87,9 +87,9 @@
 //! The references of the shipped cases are named in their folders.
 
 pub mod audit;
-pub mod case;
 pub mod check;
 pub mod clock;
+pub mod config;
 pub mod coupling;
 mod error;
 pub mod fluid;

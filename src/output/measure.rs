@@ -4,7 +4,7 @@ use super::compare::Comparison;
 use super::midline;
 use super::snapshot::Snapshot;
 use crate::Result;
-use crate::case::{Case, ForceRule, Measure, MeasureKind};
+use crate::config::{Case, ForceRule, Measure, MeasureKind};
 use crate::coupling::Exchange;
 use crate::solids::{Body, Motion, Oscillation};
 use crate::tape::{Lasting, Tape};
@@ -56,7 +56,8 @@ impl Morison {
 /// One series for each measure of the case.
 pub fn series(case: &Case) -> Vec<Series> {
     let of = |m: &Measure| {
-        let speed = m.speed.or(case.reference_speed()).unwrap_or(1.0);
+        // Of no use to what has none.
+        let speed = m.speed.unwrap_or(f64::NAN);
         let diameter = case.particle.get(m.particle).map_or(1.0, |p| p.shape.diameter());
         let circle = 0.25 * PI * diameter * diameter;
         let (area, volume) =
@@ -66,7 +67,7 @@ pub fn series(case: &Case) -> Vec<Series> {
             morison: Morison { scales: [0.5 * density * area, density * volume], ..Morison::default() },
             before: 0.0,
             midline: None,
-            rule: m.force.unwrap_or(case.coupling.force),
+            rule: m.force,
             force_scale: 0.5 * density * speed * speed * area,
             rate: speed / diameter,
             samples: Vec::new(),
@@ -229,6 +230,7 @@ fn frequency(samples: &[(f64, f64)], level: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::written;
 
     #[test]
     fn a_noisy_sine_has_its_frequency() {
@@ -267,10 +269,12 @@ mod tests {
             "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 9.0], cells = [8, 72] }}\n\
              fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
              boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n\
-             particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, position = [0.5, 8.0] }}]\n{}",
+             coupling.wall = \"mixing\"\n\
+             particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, position = [0.5, 8.0], motion = {{ prescribed = {{\
+             oscillation = {{ amplitude = [0.1, 0.0], frequency = 0.5 }} }} }} }}]\n{}",
             kinds.iter().map(measure).collect::<String>()
         );
-        series(&toml::from_str(&text).unwrap())
+        series(&written(&text).unwrap())
     }
 
     #[test]

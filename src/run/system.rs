@@ -1,7 +1,7 @@
 //! What the system says: memory, CPU time, host, the time of day.
 
 use crate::Result;
-use crate::case::Loaded;
+use crate::config::Loaded;
 use crate::petsc::Session;
 
 /// Refuses a grid that this machine's memory cannot hold, before it is tried: the system would end the run without a

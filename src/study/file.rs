@@ -1,7 +1,7 @@
 //! A study file: what it says, and what can be wrong with it before any case is read.
 
 use crate::Result;
-use crate::case::{Check, Fault, Text, suggest};
+use crate::config::{Check, Fault, Text, suggest};
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

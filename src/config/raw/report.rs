@@ -156,6 +156,11 @@ impl MeasureKind {
         )
     }
 
+    /// Whether it is made of the force on a particle.
+    pub fn is_of_force(self) -> bool {
+        self.needs_speed() || self.fits_morison()
+    }
+
     /// Whether it is a fit of Morison's formula, of a particle with a prescribed oscillation.
     pub fn fits_morison(self) -> bool {
         matches!(self, MeasureKind::MorisonDrag | MeasureKind::MorisonInertia)
