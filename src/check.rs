@@ -3,8 +3,9 @@
 use crate::config::{Case, Motion, Side, Step, Substeps};
 use crate::output::print;
 use crate::petsc::Session;
-use crate::run::{check_memory, check_step, choose_step, peak_memory, start_petsc};
+use crate::run::{check_memory, check_step, choose_step, start_petsc};
 use crate::scene::{Scene, read_case};
+use crate::system::peak_memory;
 use crate::{Error, Result, config::Loaded};
 use std::path::Path;
 use std::time::Instant;

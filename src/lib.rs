@@ -74,7 +74,7 @@
 //! | [`run`], [`check`](mod@check), [`output`] | the time loop, the description of a scene, what a run leaves |
 //! | [`validate`](mod@validate) | the shipped cases beside their references |
 //! | [`clock`] | where the time goes |
-//! | [`tape`], [`interrupt`] | what lasts from step to step, for checkpoints; signals |
+//! | [`tape`], [`interrupt`], [`system`] | what lasts from step to step, for checkpoints; signals; what the machine says |
 //!
 //! # Sources
 //!
@@ -103,6 +103,7 @@ pub mod scheme;
 pub mod solids;
 pub mod step;
 pub mod study;
+pub mod system;
 pub mod tape;
 pub mod validate;
 

@@ -1,9 +1,9 @@
 //! A run: from the command line's words to a folder of results. The time loop, its dt, its schedule and its end.
 
+mod memory;
 mod restart;
 mod step_size;
 mod supply;
-mod system;
 
 use crate::clock::Stage;
 use crate::config::{Cadence, Case, Loaded};
@@ -16,15 +16,15 @@ use crate::output::{Folder, Log, StepRow, may_use, plot};
 use crate::petsc::Session;
 use crate::scene::{Scene, State, read_case};
 use crate::scheme::Limits;
+use crate::system::{cpu_seconds, host, now, peak_memory};
 use crate::{Error, Result};
+pub use memory::check_memory;
 pub use restart::Account;
 use restart::{Checkpoints, Restart};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 pub use step_size::{Choice, check_step, choose_step};
-pub use system::{check_memory, host, peak_memory};
-use system::{cpu_seconds, now};
 
 /// What `mics run` was told.
 #[derive(Clone, Debug, Default)]

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
-use super::table::COLUMNS;
+use super::columns::COLUMNS;
 
 /// A whole study file.
 #[derive(Clone, Debug, Deserialize)]
