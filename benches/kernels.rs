@@ -3,7 +3,7 @@
 //! `cargo bench --bench kernels [-- FILTER]`; the names are `kernel/size`. About a second each.
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use mics::case::load;
+use mics::config::load;
 use mics::fluid::advection::{Carrier, Fluxes, upwind5};
 use mics::fluid::diffusion;
 use mics::fluid::faces;

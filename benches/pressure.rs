@@ -3,7 +3,7 @@
 //! `cargo bench --bench pressure [-- FILTER]`; the names are `grid/coefficient/solver`.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use mics::case::load;
+use mics::config::load;
 use mics::fluid::faces::FaceCoefficient;
 use mics::fluid::poisson::Covered;
 use mics::fluid::pressure::Rider;

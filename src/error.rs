@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The case file is wrong; nothing has been written. Rendered as `file:line: key: message`.
-    #[error("{}", render_place(.file, *.line, .key, .message))]
+    #[error("{}{}", render_place(.file, *.line, .key, .message), .given.words())]
     Case {
         /// The case file as the user named it.
         file: PathBuf,
@@ -16,6 +16,8 @@ pub enum Error {
         key: String,
         /// What is wrong and what would be right.
         message: String,
+        /// What gave the key.
+        given: Given,
     },
     /// The command line is wrong; nothing has been written.
     #[error("{0}")]
@@ -45,6 +47,27 @@ pub enum Error {
         /// The system's reason.
         source: std::io::Error,
     },
+}
+
+/// What gave a key of a case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Given {
+    /// The case file, or nothing.
+    File,
+    /// `--set` on the command line.
+    Set,
+    /// The case's preset.
+    Preset,
+}
+
+impl Given {
+    fn words(self) -> &'static str {
+        match self {
+            Given::File => "",
+            Given::Set => " (given by --set)",
+            Given::Preset => " (given by preset)",
+        }
+    }
 }
 
 /// The result of anything that can fail in this crate.

@@ -4,7 +4,7 @@
 //! in this order: what is solved (here), the step ([`scene::Scene::step`] in [`step`]), its terms ([`fluid::advection`],
 //! [`fluid::diffusion`], [`fluid::faces`], [`fluid::pressure`]), its stability ([`scheme`]), the wall
 //! ([`coupling::sharp`], [`coupling::mixing`]), contacts ([`solids::contact`]), and what a case can ask for
-//! ([`case::Case`] and the tables in it, [`case::MeasureKind`] for what is measured). Each page opens with its formulas,
+//! ([`config::raw::Case`] and the tables in it, [`config::MeasureKind`] for what is measured). Each page opens with its formulas,
 //! and with the stencil where there is one.
 //!
 //! # What is solved
@@ -67,14 +67,14 @@
 //! | [`coupling`] | where the two meet: mixture, wall, force, the flight of free particles |
 //! | [`audit`] | the balance of momentum over a step |
 //! | [`step`] | the method: one function |
-//! | [`case`] | a case file, checked: pure data |
+//! | [`config`] | a case file, checked and resolved into values: pure data |
 //! | [`scheme`] | the time schemes and the limits of their step |
 //! | [`scene`] | case to scene: builds only what the scene needs |
 //! | [`study`] | tables of runs: cost and error |
 //! | [`run`], [`check`](mod@check), [`output`] | the time loop, the description of a scene, what a run leaves |
 //! | [`validate`](mod@validate) | the shipped cases beside their references |
 //! | [`clock`] | where the time goes |
-//! | [`tape`], [`interrupt`] | what lasts from step to step, for checkpoints; signals |
+//! | [`tape`], [`interrupt`], [`system`] | what lasts from step to step, for checkpoints; signals; what the machine says |
 //!
 //! # Sources
 //!
@@ -87,9 +87,9 @@
 //! The references of the shipped cases are named in their folders.
 
 pub mod audit;
-pub mod case;
 pub mod check;
 pub mod clock;
+pub mod config;
 pub mod coupling;
 mod error;
 pub mod fluid;
@@ -103,6 +103,7 @@ pub mod scheme;
 pub mod solids;
 pub mod step;
 pub mod study;
+pub mod system;
 pub mod tape;
 pub mod validate;
 

@@ -178,7 +178,7 @@ fn act(command: Command) -> Result<()> {
             print(String::from_utf8_lossy(&script).trim_end())
         }
         Command::Man => manual(),
-        Command::Schema => print(&format!("{:#}", mics::case::schema())),
+        Command::Schema => print(&format!("{:#}", mics::config::schema())),
     }
 }
 

@@ -1,12 +1,12 @@
 //! A run: from the command line's words to a folder of results. The time loop, its dt, its schedule and its end.
 
+mod memory;
 mod restart;
 mod step_size;
 mod supply;
-mod system;
 
-use crate::case::{Cadence, Case, Loaded, load};
 use crate::clock::Stage;
+use crate::config::{Cadence, Case, Loaded};
 use crate::fluid::pressure::Projected;
 use crate::interrupt::Interrupt;
 use crate::output::measure::{self, Sample, Series};
@@ -14,17 +14,17 @@ use crate::output::progress::{Progress, Record};
 use crate::output::snapshot::Snapshot;
 use crate::output::{Folder, Log, StepRow, may_use, plot};
 use crate::petsc::Session;
-use crate::scene::{Scene, State};
+use crate::scene::{Scene, State, read_case};
 use crate::scheme::Limits;
+use crate::system::{cpu_seconds, host, now, peak_memory};
 use crate::{Error, Result};
+pub use memory::check_memory;
 pub use restart::Account;
 use restart::{Checkpoints, Restart};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 pub use step_size::{Choice, check_step, choose_step};
-pub use system::{check_memory, host, peak_memory};
-use system::{cpu_seconds, now};
 
 /// What `mics run` was told.
 #[derive(Clone, Debug, Default)]
@@ -50,7 +50,7 @@ pub struct Request {
 /// # Errors
 /// When the case is wrong (nothing is written) or the run fails.
 pub fn run(request: &Request) -> Result<()> {
-    let loaded = load(&request.case, &request.set)?;
+    let loaded = read_case(&request.case, &request.set)?;
     let session = start_petsc(&loaded.case, &request.petsc)?;
     let out = request.out.clone().unwrap_or_else(|| Path::new("runs").join(&loaded.case.name));
     let interrupt = Interrupt::listen()?;
@@ -150,7 +150,7 @@ impl<'a, const D: usize> Run<'a, D> {
             good,
             folder: session.agree(opened)?,
             progress: Progress::new(lead && !request.quiet, case.time.end, lead.then_some(&out)),
-            checkpoints: Checkpoints::new(&case.output.checkpoint, restart.as_ref().map(Restart::step)),
+            checkpoints: Checkpoints::new(case.output.checkpoint, restart.as_ref().map(Restart::step)),
             series,
             account,
             interrupt,
@@ -203,8 +203,8 @@ impl<'a, const D: usize> Run<'a, D> {
     /// The time loop.
     fn advance(&mut self) -> Result<()> {
         let end = self.case.time.end;
-        let mut fields = Schedule::new(self.case.output.fields.as_ref(), self.scene.time);
-        let mut rows = Schedule::new(Some(&self.case.output.particles), self.scene.time);
+        let mut fields = Schedule::new(self.case.output.fields, self.scene.time);
+        let mut rows = Schedule::new(Some(self.case.output.particles), self.scene.time);
         let given = supply::of_particles(self.case);
         if self.restart.is_none() {
             let (energy, speed) = self.scene.energy_and_speed()?;
@@ -493,21 +493,21 @@ struct Schedule {
 
 impl Schedule {
     /// From `time` (s) on.
-    fn new(cadence: Option<&Cadence>, time: f64) -> Schedule {
-        let mut schedule = Schedule { cadence: cadence.cloned(), done: 0 };
+    fn new(cadence: Option<Cadence>, time: f64) -> Schedule {
+        let mut schedule = Schedule { cadence, done: 0 };
         schedule.due(0, time);
         schedule
     }
 
     /// Whether a step that ended at `time` (s) is the first at or after a due moment.
     fn due(&mut self, step: u64, time: f64) -> bool {
-        match &self.cadence {
-            Some(Cadence { every: Some(n), .. }) => step.is_multiple_of(*n),
-            Some(Cadence { every_time: Some(interval), .. }) => {
+        match self.cadence {
+            Some(Cadence::Steps(n)) => step.is_multiple_of(n),
+            Some(Cadence::Time(interval)) => {
                 let passed = (time / interval * (1.0 + 1e-9)) as u64;
                 std::mem::replace(&mut self.done, passed) < passed
             }
-            _ => false,
+            None => false,
         }
     }
 }

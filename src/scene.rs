@@ -1,11 +1,12 @@
 //! Case -> scene: builds only what this scene needs, and says what it left out and why. The only reader of the case.
 
 mod build;
+mod cells;
 mod words;
 
 use crate::audit::Audit;
-use crate::case::{self, Case, Side};
 use crate::clock::Clock;
+use crate::config::{self, Case};
 use crate::coupling::Coupling;
 use crate::coupling::mixing::{Choices, Driver, Mixing};
 use crate::coupling::sharp::{self, Sharp};
@@ -18,7 +19,9 @@ use crate::petsc::{Layout, Session};
 use crate::scheme::{self, Limits, Scheme};
 use crate::solids::{Body, fraction};
 use crate::{Error, Result};
-use build::{axes, body, border, contacts, scatter, sides, solver};
+use build::{axes, body, border, contacts, scatter, solver};
+pub use cells::read_case;
+use cells::walls_are_sharp;
 use nalgebra::Vector3;
 
 /// A scene that runs: the state, the terms that it needs and their scratch.
@@ -111,21 +114,20 @@ pub(crate) enum Advection<const D: usize> {
 }
 
 impl<const D: usize> Scene<D> {
-    /// Builds the scene that a (validated) case describes, at time 0: velocities set, bodies imposed, faces
+    /// Builds the scene that a case describes, at time 0: velocities set, bodies imposed, faces
     /// divergence-free. Collective.
     ///
     /// # Errors
     /// When PETSc refuses an option, there are too many ranks for the grid, or the first projection fails.
     pub fn new(session: &Session, case: &Case) -> Result<Scene<D>> {
         let cells = axes(&case.domain.cells);
-        let sides = sides::<D>(case);
-        let periodic = std::array::from_fn(|a| matches!(sides[a][0], Side::Periodic));
-        let walls_are_sharp = case.coupling.wall == case::WallRule::Sharp && !case.particle.is_empty();
+        let periodic = std::array::from_fn(|a| case.periodic(a));
+        let walls_are_sharp = walls_are_sharp(case);
         let h: [f64; D] = std::array::from_fn(|a| case.domain.size[a] / case.domain.cells[a] as f64);
         let ghosts = if walls_are_sharp { sharp::reach(&h).1 } else { GHOSTS };
         let layout = Layout::new(session, &cells, &periodic, ghosts)?;
         let grid = Grid::new(cells, axes(&case.domain.size), periodic, &layout);
-        let borders = std::array::from_fn(|a| [0, 1].map(|s| border(&grid, a, sides[a][s])));
+        let borders = std::array::from_fn(|a| [0, 1].map(|s| border(&grid, a, &case.boundary[a][s])));
         let boundaries = Boundaries::new(session, &layout, &grid, borders);
         let stopping = StoppingRule {
             limit: case.pressure.divergence_limit,
@@ -134,7 +136,7 @@ impl<const D: usize> Scene<D> {
         };
         let border_rate = boundaries.courant_rate(&grid);
 
-        let bodies: Vec<Body> = case.particle.iter().map(|p| body(p, &case.fluid)).collect();
+        let bodies: Vec<Body> = case.particle.iter().map(body).collect();
         let property = |of_fluid: f64, of_body: fn(&Body) -> f64| {
             if walls_are_sharp || bodies.iter().all(|b| of_body(b) == of_fluid) {
                 Coefficient::Uniform(of_fluid)
@@ -148,20 +150,20 @@ impl<const D: usize> Scene<D> {
         let (choice, solver_reason) = solver(case.pressure.solver, uniform, session.size());
         let projection = Projection::new(session, &layout, &grid, &boundaries, stopping, choice)?;
         let rule = match case.coupling.fraction {
-            case::FractionRule::Exact => fraction::Rule::Exact,
-            case::FractionRule::Polygon => fraction::Rule::Polygon,
+            config::FractionRule::Exact => fraction::Rule::Exact,
+            config::FractionRule::Polygon => fraction::Rule::Polygon,
         };
         let flies = bodies.iter().any(|b| b.freedom().is_some());
         if walls_are_sharp && flies {
             projection.solver().refuse_preconditioner_alone()?;
         }
-        let g = case.fluid.gravity.as_deref().map_or_else(Vector3::zeros, |g| Vector3::from(axes::<f64, 3>(g)));
+        let g = Vector3::from(axes::<f64, 3>(&case.fluid.gravity));
         let choices = Choices {
             fraction: rule,
-            driver: if case.coupling.force == case::ForceRule::Literal { Driver::Literal } else { Driver::Momentum },
-            rotation_at_boundary: case.coupling.rotation == case::RotationRule::Boundary,
-            field_gravity: if case.coupling.buoyancy == case::Buoyancy::Faces { g } else { Vector3::zeros() },
-            own_gravity: if case.coupling.buoyancy == case::Buoyancy::Particle { g } else { Vector3::zeros() },
+            driver: if case.coupling.force == config::ForceRule::Literal { Driver::Literal } else { Driver::Momentum },
+            rotation_at_boundary: case.coupling.rotation == config::RotationRule::Boundary,
+            field_gravity: if case.coupling.buoyancy == config::Buoyancy::Faces { g } else { Vector3::zeros() },
+            own_gravity: if case.coupling.buoyancy == config::Buoyancy::Particle { g } else { Vector3::zeros() },
         };
         let falls = |b: &Body| b.freedom().is_some() && b.density != case.fluid.density;
         let reduced = !walls_are_sharp && choices.field_gravity != Vector3::zeros() && bodies.iter().any(falls);
@@ -179,14 +181,14 @@ impl<const D: usize> Scene<D> {
             }
         });
         let scheme = match (case.time.scheme, case.time.advection) {
-            (_, case::Advection::Qsi) => &scheme::QSI,
-            (case::Scheme::Euler, _) => &scheme::EULER,
-            (case::Scheme::Rk2, _) => &scheme::RK2,
-            (case::Scheme::Rk3, _) => &scheme::RK3,
+            (_, config::Advection::Qsi) => &scheme::QSI,
+            (config::Scheme::Euler, _) => &scheme::EULER,
+            (config::Scheme::Rk2, _) => &scheme::RK2,
+            (config::Scheme::Rk3, _) => &scheme::RK3,
         };
         let stages = scheme.weights.len() > 1 || walls_are_sharp;
         let nothing = || std::array::from_fn(|_| Vec::new());
-        let conservative = case.time.advection == case::Advection::Upwind5;
+        let conservative = case.time.advection == config::Advection::Upwind5;
         let extrapolates = scheme.centred && conservative;
         let mut scene = Scene {
             u: grid.vector_field(),
@@ -199,9 +201,9 @@ impl<const D: usize> Scene<D> {
             },
             gravity,
             advection: match case.time.advection {
-                case::Advection::Upwind5 => Advection::Upwind5,
-                case::Advection::Upwind5Advective => Advection::Upwind5Advective,
-                case::Advection::Qsi => Advection::Qsi { from: grid.vector_field(), to: grid.vector_field() },
+                config::Advection::Upwind5 => Advection::Upwind5,
+                config::Advection::Upwind5Advective => Advection::Upwind5Advective,
+                config::Advection::Qsi => Advection::Qsi { from: grid.vector_field(), to: grid.vector_field() },
             },
             acceleration: grid.vector_field(),
             faces_before: if extrapolates { grid.vector_field() } else { nothing() },
@@ -216,7 +218,7 @@ impl<const D: usize> Scene<D> {
             dt_before: 0.0,
             audit: flies.then(Audit::default),
             mix_pressure: case.coupling.mix_pressure,
-            cell_gradient: case.coupling.gradient == case::GradientRule::Cells,
+            cell_gradient: case.coupling.gradient == config::GradientRule::Cells,
             substeps: 0,
             properties_stale: true,
             assembled: false,
@@ -230,18 +232,18 @@ impl<const D: usize> Scene<D> {
             scheme,
             border_rate,
         };
-        scene.set_initial_velocity(&axes(&case.initial_velocity()), case.initial.perturbation);
+        scene.set_initial_velocity(&axes(&case.initial.velocity), case.initial.perturbation);
         scene.start()?;
         Ok(scene)
     }
 
     /// Sets a uniform velocity (m/s) with a reproducible disturbance that does not depend on the ranks.
-    fn set_initial_velocity(&mut self, velocity: &[f64; D], perturbation: Option<f64>) {
+    fn set_initial_velocity(&mut self, velocity: &[f64; D], perturbation: f64) {
         for axis in 0..D {
             for c in self.grid.rows().flatten() {
                 let cell = self.grid.global_cell(c);
                 let number = (0..D).rev().fold(axis, |n, a| n * self.grid.cells[a] + cell[a]);
-                self.u[axis][c] = velocity[axis] + perturbation.unwrap_or(0.0) * scatter(number as u64);
+                self.u[axis][c] = velocity[axis] + perturbation * scatter(number as u64);
             }
         }
     }

@@ -182,7 +182,7 @@ fn shipped() -> Vec<Row> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::load;
+    use crate::config::load;
 
     #[test]
     fn one_value_that_falls_short_makes_the_status_1_and_a_run_that_fails_3() {
@@ -211,8 +211,12 @@ mod tests {
         for row in rows {
             fs::write(&case, row.text).unwrap();
             let case = load(&case, &row.set).unwrap_or_else(|e| panic!("{}: {e}", row.name)).case;
-            let with = case.measure.iter().filter(|m| m.reference.is_some());
-            assert!(with.clone().count() > 0 && with.clone().all(|m| m.source.is_some()), "{}", row.name);
+            let with = case.measure.iter().filter(|m| m.target.is_some());
+            assert!(
+                with.clone().count() > 0 && with.clone().all(|m| m.target.as_ref().is_some_and(|t| t.source.is_some())),
+                "{}",
+                row.name
+            );
         }
     }
 }

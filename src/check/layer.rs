@@ -9,7 +9,7 @@
 //! Cd of a cylinder is (30), `1 + 10 Re^(-2/3)` (White 1991); that of a sphere `24/Re (1 + 0.15 Re^0.687)`, and 0.44 above
 //! Re = 1000 (Schiller & Naumann 1935).
 
-use crate::case::{Case, Motion, Particle, Shape};
+use crate::config::{Case, Motion, Particle, Shape};
 use std::f64::consts::PI;
 
 /// Reynolds number below which the flow has no boundary layer.
@@ -42,13 +42,13 @@ impl Layer {
     fn of(case: &Case, particle: usize, p: &Particle) -> Option<Layer> {
         let diameter = p.shape.diameter();
         let nu = case.fluid.viscosity / case.fluid.density;
-        let size = |v: &Option<Vec<f64>>| v.iter().flatten().map(|c| c * c).sum::<f64>().sqrt();
-        let stream = case.reference_speed().unwrap_or(0.0);
+        let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let stream = case.reference_speed.unwrap_or(0.0);
         let (falls, speed) = match &p.motion {
-            Motion::Free => (true, fall_speed(case, p).max(size(&p.velocity))),
+            Motion::Free { velocity, .. } => (true, fall_speed(case, p).max(size(velocity))),
             Motion::Fixed => (false, stream),
-            Motion::Prescribed(m) => {
-                (false, stream + size(&m.velocity) + m.oscillation.as_ref().map_or(0.0, |o| o.speed()))
+            Motion::Prescribed { velocity, oscillation, .. } => {
+                (false, stream + size(velocity) + oscillation.as_ref().map_or(0.0, |o| o.speed()))
             }
         };
         let reynolds = speed * diameter / nu;
@@ -66,9 +66,9 @@ impl Layer {
 /// The speed that a lone body comes to under its submerged weight (m/s): its terminal speed, or what it gathers on its way to
 /// the border, whichever is less.
 fn fall_speed(case: &Case, p: &Particle) -> f64 {
-    let gravity = case.fluid.gravity.as_deref().unwrap_or_default();
+    let gravity = &case.fluid.gravity;
     let g = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
-    let s = p.density.unwrap_or(case.fluid.density) / case.fluid.density;
+    let s = p.density / case.fluid.density;
     let (diameter, nu) = (p.shape.diameter(), case.fluid.viscosity / case.fluid.density);
     let weight = (s - 1.0).abs() * g;
     if weight == 0.0 {
@@ -127,7 +127,7 @@ mod tests {
              boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n\
              particle = [{{ shape = {{ disc = {{ diameter = 0.02 }} }}, position = {position}, {more} }}]\n"
         );
-        Layer::thinnest(&toml::from_str(&text).unwrap()).unwrap()
+        Layer::thinnest(&crate::config::written(&text).unwrap()).unwrap()
     }
 
     #[test]

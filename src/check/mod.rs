@@ -2,12 +2,13 @@
 
 mod layer;
 
-use crate::case::{Case, FACES, Motion, Side, Substeps, load};
+use crate::config::{Case, Motion, Side, Step, Substeps};
 use crate::output::print;
 use crate::petsc::Session;
-use crate::run::{check_memory, check_step, choose_step, peak_memory, start_petsc};
-use crate::scene::Scene;
-use crate::{Error, Result, case::Loaded};
+use crate::run::{check_memory, check_step, choose_step, start_petsc};
+use crate::scene::{Scene, read_case};
+use crate::system::peak_memory;
+use crate::{Error, Result, config::Loaded};
 use layer::Layer;
 use std::path::Path;
 use std::time::Instant;
@@ -23,7 +24,7 @@ const RESOLVED: f64 = 4.0;
 /// # Errors
 /// When the case is wrong.
 pub fn check(path: &Path, set: &[String], petsc: &[String]) -> Result<()> {
-    let loaded = load(path, set)?;
+    let loaded = read_case(path, set)?;
     let session = start_petsc(&loaded.case, petsc)?;
     check_memory(&loaded, &session)?;
     let lines = match loaded.case.dimension() {
@@ -56,8 +57,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         format!("domain       {} m, {cells} cells, h = {h} m", times(&case.domain.size)),
         format!("fluid        density {} kg/m3, viscosity {} Pa s", case.fluid.density, case.fluid.viscosity),
     ];
-    let sides =
-        FACES.iter().zip(case.sides()).filter_map(|(name, side)| Some(format!("{name} {}", border_words(side?))));
+    let sides = case.sides().map(|(name, side)| format!("{name} {}", border_words(side)));
     lines.push(format!("boundary     {}", sides.collect::<Vec<_>>().join(", ")));
     lines.extend(particles(case, &scene.grid.h).into_iter().map(|(label, words)| format!("{label:<13}{words}")));
     let widest = scene.grid.h.iter().copied().fold(0.0, f64::max);
@@ -67,7 +67,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
             "warning      a particle of {smallest:.1} cells is not resolved: {RESOLVED} or more are needed"
         ));
     }
-    if let (Some(speed), true) = (case.reference_speed(), case.fluid.viscosity > 0.0) {
+    if let (Some(speed), true) = (case.reference_speed, case.fluid.viscosity > 0.0) {
         let nu = case.fluid.viscosity / case.fluid.density;
         let length = case.particle.iter().map(diameter).fold(0.0, f64::max);
         let (length, of) = if length > 0.0 { (length, "largest diameter") } else { (case.domain.size[1], "height") };
@@ -79,7 +79,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     }
     lines.push(format!(
         "step         {dt:.4e} s at the start, {choice}; {} {:.0} steps to t = {} s",
-        if case.time.step.is_some() { "about" } else { "at least" },
+        if let Step::Fixed(_) = case.time.step { "about" } else { "at least" },
         (case.time.end / dt).ceil(),
         case.time.end
     ));
@@ -124,7 +124,7 @@ fn layer(case: &Case, h: f64) -> Vec<String> {
     [Some(line), (thickness < h).then_some(warning)].into_iter().flatten().collect()
 }
 
-fn diameter(p: &crate::case::Particle) -> f64 {
+fn diameter(p: &crate::config::Particle) -> f64 {
     p.shape.diameter()
 }
 
@@ -164,9 +164,9 @@ pub(crate) fn particle_words(case: &Case, h: &[f64]) -> Vec<String> {
 /// What is said of particles, each line with its label.
 fn particles(case: &Case, h: &[f64]) -> Vec<(String, String)> {
     let cells = |d: f64| d / h.iter().copied().fold(0.0, f64::max);
-    let ratio = |p: &crate::case::Particle| p.density.unwrap_or(case.fluid.density) / case.fluid.density;
+    let ratio = |p: &crate::config::Particle| p.density / case.fluid.density;
     if case.particle.len() > 5 {
-        let range = |f: &dyn Fn(&crate::case::Particle) -> f64| {
+        let range = |f: &dyn Fn(&crate::config::Particle) -> f64| {
             let values = case.particle.iter().map(f);
             values.fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(v), high.max(v)))
         };
@@ -183,11 +183,11 @@ fn particles(case: &Case, h: &[f64]) -> Vec<(String, String)> {
         );
         return vec![("particles".into(), words)];
     }
-    let line = |(id, p): (usize, &crate::case::Particle)| {
+    let line = |(id, p): (usize, &crate::config::Particle)| {
         let motion = match &p.motion {
-            Motion::Free => "free".into(),
+            Motion::Free { .. } => "free".into(),
             Motion::Fixed => "fixed".into(),
-            Motion::Prescribed(m) => match &m.oscillation {
+            Motion::Prescribed { oscillation, .. } => match oscillation {
                 None => "prescribed motion".into(),
                 Some(o) => format!(
                     "prescribed motion, to and fro by {:?} m at {} 1/s ({:.4} m/s)",

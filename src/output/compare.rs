@@ -1,6 +1,6 @@
 //! Measures beside their references: what `summary.json`, `mics report` and `mics validate` say of them.
 
-use crate::case::{Measure, Reference};
+use crate::config::{Measure, Reference, Target};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -25,8 +25,7 @@ pub struct Comparison {
 impl Comparison {
     /// Compares a value with the reference of its measure; `None` where it has none.
     pub fn of(measure: &Measure, value: Option<f64>) -> Option<Comparison> {
-        let reference = measure.reference?;
-        let tolerance = measure.tolerance.unwrap_or(0.0);
+        let Target { reference, tolerance, source } = measure.target.clone()?;
         let middle = reference.middle();
         Some(Comparison {
             value,
@@ -34,7 +33,7 @@ impl Comparison {
             tolerance,
             error: value.map(|v| (v - middle) / middle.abs()).filter(|error| error.is_finite()),
             pass: value.is_some_and(|v| reference.holds(v, tolerance)),
-            source: measure.source.clone(),
+            source,
         })
     }
 
@@ -71,24 +70,27 @@ pub fn signed_percent(part: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::{ForceRule, MeasureKind};
 
-    fn measure(reference: &str) -> Measure {
-        toml::from_str(&format!("name = \"m\"\nkind = \"max_speed\"\n{reference}")).unwrap()
+    fn measure(target: Option<(Reference, f64)>) -> Measure {
+        let target = target.map(|(reference, tolerance)| Target { reference, tolerance, source: None });
+        let (name, kind, force) = ("m".into(), MeasureKind::MaxSpeed, ForceRule::Momentum);
+        Measure { name, kind, particle: 0, particles: Vec::new(), from: 0.0, when: None, speed: None, force, target }
     }
 
     #[test]
     fn a_value_passes_within_the_tolerance_of_its_reference_and_falls_short_beyond() {
-        let number = measure("reference = -2.0\ntolerance = 0.05");
+        let number = measure(Some((Reference::Value(-2.0), 0.05)));
         let of = |value| Comparison::of(&number, Some(value)).unwrap();
         assert!(of(-1.91).pass && of(-2.09).pass && !of(-1.89).pass && !of(2.0).pass && !of(f64::NAN).pass);
         assert!((of(-2.1).error.unwrap() + 0.05).abs() < 1e-12, "below is negative");
         assert_eq!(of(-2.1).to_string(), "reference -2 within 5 %, error -5.00 %: pass");
-        let band = measure("reference = [1.0, 3.0]\ntolerance = 0.1");
+        let band = measure(Some((Reference::Band([1.0, 3.0]), 0.1)));
         let of = |value| Comparison::of(&band, value).unwrap();
         assert!(of(Some(0.85)).pass && of(Some(3.15)).pass && !of(Some(3.25)).pass);
         let none = of(None);
         assert!(!none.pass && none.error.is_none());
         assert_eq!(none.to_string(), "reference 1 to 3 within 10 %: falls short");
-        assert_eq!(Comparison::of(&measure(""), Some(1.0)), None);
+        assert_eq!(Comparison::of(&measure(None), Some(1.0)), None);
     }
 }

@@ -6,7 +6,7 @@ use super::rows::Rows;
 use super::snapshot::{Snapshot, replace, write_series};
 use super::{progress, report};
 use crate::audit::Audit;
-use crate::case::ForceRule;
+use crate::config::ForceRule;
 use crate::coupling::Exchange;
 use crate::solids::Body;
 use crate::tape::{Lasting, Tape};

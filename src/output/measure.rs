@@ -4,7 +4,7 @@ use super::compare::Comparison;
 use super::midline;
 use super::snapshot::Snapshot;
 use crate::Result;
-use crate::case::{Case, ForceRule, Measure, MeasureKind, When};
+use crate::config::{Case, ForceRule, Measure, MeasureKind, When};
 use crate::coupling::Exchange;
 use crate::solids::{Body, Motion, Oscillation};
 use crate::tape::{Lasting, Tape};
@@ -73,10 +73,11 @@ impl Morison {
 
 /// One series for each measure of the case.
 pub fn series(case: &Case) -> Vec<Series> {
-    let axis = |a: usize| case.fluid.gravity.as_ref().and_then(|g| g.get(a)).copied().unwrap_or(0.0);
+    let axis = |a: usize| case.fluid.gravity.get(a).copied().unwrap_or(0.0);
     let up = -Vector3::from_fn(|a, _| axis(a)).try_normalize(0.0).unwrap_or_default();
     let of = |m: &Measure| {
-        let speed = m.speed.or(case.reference_speed()).unwrap_or(1.0);
+        // Of no use to what has none.
+        let speed = m.speed.unwrap_or(f64::NAN);
         let diameter = case.particle.get(m.particle).map_or(1.0, |p| p.shape.diameter());
         let circle = 0.25 * PI * diameter * diameter;
         let (area, volume) =
@@ -87,7 +88,7 @@ pub fn series(case: &Case) -> Vec<Series> {
             before: 0.0,
             found: None,
             passing: None,
-            rule: m.force.unwrap_or(case.coupling.force),
+            rule: m.force,
             force_scale: 0.5 * density * speed * speed * area,
             rate: speed / diameter,
             up,
@@ -164,13 +165,16 @@ impl Series {
                 let touches = exchange.get(particle).is_some_and(|e| e.contact != Vector3::zeros());
                 self.found = self.found.or(touches.then_some(value));
             }
-            Some(when) => self.wait(when, bodies.get(particle), value),
+            Some(When::X(at)) => self.wait(at, body(&|b| b.centre.x), value),
+            Some(When::Y(at)) => self.wait(at, body(&|b| b.centre.y), value),
+            Some(When::Z(at)) => self.wait(at, body(&|b| b.centre.z), value),
+            Some(When::Time(at)) => self.wait(at, time, value),
         }
     }
 
     /// The particles that the measure is of.
     fn group<'a>(&'a self, bodies: &'a [Body]) -> impl Iterator<Item = usize> + 'a {
-        (0..bodies.len()).filter(|id| self.measure.particles.as_ref().is_none_or(|group| group.contains(id)))
+        self.measure.particles.iter().copied().filter(|id| *id < bodies.len())
     }
 
     fn mean_height(&self, bodies: &[Body]) -> f64 {
@@ -185,14 +189,11 @@ impl Series {
         self.group(bodies).map(rank).sum::<usize>() as f64 / self.group(bodies).count() as f64
     }
 
-    /// Takes the value as the body passes the coordinate of `when`, on the straight line between two steps.
-    fn wait(&mut self, when: When, body: Option<&Body>, value: f64) {
-        let (Some((axis, at)), Some(body), None) = (when.passing(), body, self.found) else { return };
-        let now = body.centre[axis];
-        if let Some((before, value_before)) = self.passing.replace((now, value)) {
-            let share = (at - before) / (now - before);
-            self.found = (0.0..=1.0).contains(&share).then(|| value_before + share * (value - value_before));
-        }
+    /// Takes the value as what it is waited for passes `at`, on the straight line between two steps.
+    fn wait(&mut self, at: f64, now: f64, value: f64) {
+        let (Some((before, value_before)), None) = (self.passing.replace((now, value)), self.found) else { return };
+        let share = (at - before) / (now - before);
+        self.found = (0.0..=1.0).contains(&share).then(|| value_before + share * (value - value_before));
     }
 
     /// Keeps a sample: the one that counts where one does, so that a long run takes no more memory than a short one.
@@ -301,6 +302,7 @@ fn frequency(samples: &[(f64, f64)], level: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::written;
 
     #[test]
     fn a_noisy_sine_has_its_frequency() {
@@ -343,10 +345,12 @@ mod tests {
             "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 9.0], cells = [8, 72] }}\n\
              fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
              boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n\
-             particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, position = [0.5, 8.0] }}]\n{}",
+             coupling.wall = \"mixing\"\n\
+             particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, position = [0.5, 8.0], motion = {{ prescribed = {{\
+             oscillation = {{ amplitude = [0.1, 0.0], frequency = 0.5 }} }} }} }}]\n{}",
             kinds.iter().map(measure).collect::<String>()
         );
-        series(&toml::from_str(&text).unwrap())
+        series(&written(&text).unwrap())
     }
 
     #[test]
@@ -414,7 +418,7 @@ mod tests {
         let mut series = of_kinds(&["mean_height", "height_rank", "fastest_particle", "largest_overlap"]);
         let up = Vector3::new(0.6, 0.8, 0.0);
         for s in &mut series {
-            (s.up, s.measure.particles) = (up, Some(vec![0, 2]));
+            (s.up, s.measure.particles) = (up, vec![0, 2]);
         }
         // Heights 5, 1, 3 along `up`, whatever lies across.
         let body = |height: f64, across: f64, speed: f64| Body {

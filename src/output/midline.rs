@@ -9,7 +9,7 @@
 //! ```
 
 use super::snapshot::Snapshot;
-use crate::case::MeasureKind;
+use crate::config::MeasureKind;
 
 /// The value of a measure `kind` of a midline; `None` for other kinds, and where there is no 2D velocity.
 pub fn extremum(kind: MeasureKind, snapshot: &Snapshot) -> Option<f64> {

@@ -7,7 +7,7 @@
 use super::figure::{self, Axes, Disc, Plane, Series, SeriesStyle};
 use super::not_a_run;
 use super::snapshot::Snapshot;
-use crate::case::{Case, MeasureKind, Motion, Side};
+use crate::config::{Case, MeasureKind, Motion, load};
 use crate::{Error, Result};
 use std::collections::HashMap;
 use std::fs;
@@ -61,9 +61,8 @@ pub fn draw_run(run: &Path) -> Result<Vec<PathBuf>> {
 }
 
 pub(super) fn read_case(run: &Path) -> Result<Case> {
-    let path = run.join("case.toml");
-    let text = fs::read_to_string(&path).map_err(|e| not_a_run(run, &format!("case.toml: {e}")))?;
-    toml::from_str(&text).map_err(|e| not_a_run(run, &format!("case.toml: {}", e.message())))
+    let loaded = load(&run.join("case.toml"), &[]).map_err(|e| not_a_run(run, &e.to_string()))?;
+    Ok(loaded.case)
 }
 
 pub(super) fn newest_snapshot(run: &Path) -> Result<PathBuf> {
@@ -98,7 +97,7 @@ pub(super) fn plane(case: &Case, snapshot: &Snapshot, run: &Path, rows: &Rows) -
             continue;
         }
         // Across periodic faces, the images that reach into the box too.
-        let images = |axis: usize| if case.sides()[2 * axis] == Some(&Side::Periodic) { -1..=1 } else { 0..=0 };
+        let images = |axis: usize| if case.periodic(axis) { -1..=1 } else { 0..=0 };
         for (kx, ky) in images(0).flat_map(|kx| images(1).map(move |ky| (kx, ky))) {
             let centre = [at[0] + f64::from(kx) * size[0], at[1] + f64::from(ky) * size[1]];
             let radius = square.sqrt();
@@ -205,7 +204,7 @@ pub(super) fn forces(run: &Path, case: &Case, rows: &Rows) -> Result<Vec<Series>
 
 /// Velocity of particle 0 over time, where it is free.
 pub(super) fn speeds(run: &Path, case: &Case, rows: &Rows) -> Result<Vec<Series>> {
-    if rows.is_empty() || case.particle.first().is_none_or(|p| p.motion != Motion::Free) {
+    if rows.is_empty() || case.particle.first().is_none_or(|p| !p.is_free()) {
         return Ok(Vec::new());
     }
     [("vx", "along x"), ("vy", "along y")]
@@ -247,7 +246,7 @@ fn draw_over_reynolds(runs: &[PathBuf], folder: &Path) -> Result<Vec<PathBuf>> {
             serde_json::from_str(&text).map_err(|e| not_a_run(run, &format!("summary.json: {e}")))?;
         for m in &case.measure {
             let Some(value) = summary["measures"][&m.name].as_f64() else { continue };
-            let (Some(speed), Some(p)) = (m.speed.or(case.reference_speed()), case.particle.get(m.particle)) else {
+            let (Some(speed), Some(p)) = (m.speed, case.particle.get(m.particle)) else {
                 continue;
             };
             let re = case.fluid.density * speed * p.shape.diameter() / case.fluid.viscosity;

@@ -204,7 +204,7 @@ pub fn cut(run: &Path, length: u64) -> Result<()> {
 /// When the folder holds no run, the run fails or is interrupted, as it does itself, or its process has gone without a word.
 pub fn watch(run: &Path) -> Result<()> {
     let provenance = Provenance::read(run)?;
-    let here = provenance.host == crate::run::host();
+    let here = provenance.host == crate::system::host();
     let path = run.join(FILE);
     let mut file = File::open(&path).map_err(|e| not_a_run(run, &format!("{FILE}: {e}")))?;
     let bar = bar();

@@ -1,7 +1,7 @@
 //! Checkpoints of a run: what it counts, writing one, going on from one.
 
 use super::Run;
-use crate::case::Loaded;
+use crate::config::Loaded;
 use crate::output::checkpoint::{self, Header, Writer};
 use crate::output::measure::Series;
 use crate::output::{Folder, Log, Marks};
@@ -49,22 +49,23 @@ impl Lasting for Account {
 
 /// When checkpoints are due and when the last one was written.
 pub(super) struct Checkpoints {
-    every: crate::case::Checkpoints,
+    every: crate::config::Checkpoints,
     written: Instant,
     /// Step of the newest one.
     pub newest: Option<u64>,
 }
 
 impl Checkpoints {
-    pub fn new(every: &crate::case::Checkpoints, newest: Option<u64>) -> Checkpoints {
-        Checkpoints { every: every.clone(), written: Instant::now(), newest }
+    pub fn new(every: crate::config::Checkpoints, newest: Option<u64>) -> Checkpoints {
+        Checkpoints { every, written: Instant::now(), newest }
     }
 
     /// Whether one is due after a step, by this rank's clock.
     pub fn due(&self, step: u64) -> bool {
-        let minutes = self.written.elapsed().as_secs_f64() / 60.0;
-        self.every.every_steps.is_some_and(|n| step.is_multiple_of(n))
-            || self.every.every_wall_minutes.is_some_and(|most| minutes >= most)
+        match self.every {
+            crate::config::Checkpoints::Steps(n) => step.is_multiple_of(n),
+            crate::config::Checkpoints::WallMinutes(most) => self.written.elapsed().as_secs_f64() / 60.0 >= most,
+        }
     }
 }
 
@@ -91,7 +92,7 @@ impl<const D: usize> Run<'_, D> {
         pass(&mut tape, &mut account, &mut self.series, &mut marks, &mut self.scene)?;
         tape.finish()?;
         self.session.agree(writer.map_or(Ok(()), Writer::commit))?;
-        self.checkpoints = Checkpoints::new(&self.case.output.checkpoint, Some(step));
+        self.checkpoints = Checkpoints::new(self.case.output.checkpoint, Some(step));
         Ok(())
     }
 }

@@ -1,7 +1,7 @@
 //! The length of a step: what the case asks for, what stability allows, and no step that stands out at the end.
 
 use crate::Result;
-use crate::case::{Case, Loaded};
+use crate::config::{Case, Loaded, Step};
 use crate::scheme::{Bound, Limits};
 use std::fmt;
 
@@ -14,34 +14,21 @@ const LAST_STEPS: f64 = 50.0;
 
 /// Refuses a step, or a Courant number to choose steps by, that breaks a limit.
 pub fn check_step(loaded: &Loaded, limits: &Limits) -> Result<()> {
-    let time = &loaded.case.time;
-    if let Some(step) = time.step {
-        let (bound, limit) = limits.tightest();
-        return if step <= limit {
-            Ok(())
-        } else {
-            Err(loaded.error_at(
-                "time.step",
-                format!("{step} s is over the {bound}, {limit:.4e} s; give a smaller step, or time.cfl instead"),
-            ))
-        };
+    let ((bound, limit), largest) = (limits.tightest(), limits.scheme.courant_limit());
+    match loaded.case.time.step {
+        Step::Fixed(step) if step > limit => Err(loaded.error_at(
+            "time.step",
+            format!("{step} s is over the {bound}, {limit:.4e} s; give a smaller step, or time.cfl instead"),
+        )),
+        Step::Courant(number) if number > largest => Err(loaded.error_at(
+            "time.cfl",
+            format!(
+                "{number} is over the limit of this scheme, a Courant number of {largest}; lower it or choose \
+                 time.scheme = \"rk3\""
+            ),
+        )),
+        _ => Ok(()),
     }
-    let (cfl, largest) = (courant_number(&loaded.case), limits.scheme.courant_limit());
-    if cfl <= largest {
-        return Ok(());
-    }
-    Err(loaded.error_at(
-        "time.cfl",
-        format!(
-            "{cfl} is over the limit of this scheme, a Courant number of {largest}; lower it or choose time.scheme = \
-             \"rk3\""
-        ),
-    ))
-}
-
-/// The Courant number that steps are chosen for; loading a case fills in the default.
-fn courant_number(case: &Case) -> f64 {
-    case.time.cfl.unwrap_or(0.4)
 }
 
 /// What chose a time step.
@@ -75,11 +62,12 @@ impl fmt::Display for Choice {
 /// keep one length: the force of the mixing depends on dt, and a last step of its own would show as a spike. A fixed
 /// step stays as it is, and the run ends at or after `time.end`.
 pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64) -> (f64, Choice) {
-    if let Some(fixed) = case.time.step {
-        return (fixed, Choice::Given);
-    }
+    let courant = match case.time.step {
+        Step::Fixed(step) => return (step, Choice::Given),
+        Step::Courant(number) => number,
+    };
     let shares = limits.bounds().map(|(bound, dt)| match bound {
-        Bound::Advection(_) => (Choice::CourantNumber, limits.step_for(courant_number(case))),
+        Bound::Advection(_) => (Choice::CourantNumber, limits.step_for(courant)),
         _ => (Choice::Limit(bound), LIMIT_SHARE * dt),
     });
     let others =

@@ -6,7 +6,7 @@
 //! with the fluid's energy E_0 at the start, free particles' velocity V and spin omega there, volume V_k, and the box's lengths
 //! L_a: a particle that falls the whole way. Generous, and what an unstable step gives is orders of magnitude beyond.
 
-use crate::case::{Case, Motion, Particle, Side, Spin};
+use crate::config::{Case, Motion, Particle, Side};
 use crate::{Error, Result};
 use std::f64::consts::PI;
 
@@ -16,13 +16,14 @@ const MARGIN: f64 = 2.0;
 /// What particles and gravity can give to the fluid (J; per metre of depth in 2D). None where borders or prescribed particles
 /// do work on it, or gravity can do so for ever.
 pub(super) fn of_particles(case: &Case) -> Option<f64> {
-    let idle = |side: &&Side| matches!(side, Side::Wall | Side::Slip | Side::Periodic);
-    if !case.sides().iter().flatten().all(idle) {
+    let idle = |(_, side): (&str, &Side)| matches!(side, Side::Wall | Side::Slip | Side::Periodic);
+    if !case.sides().all(idle) {
         return None;
     }
-    let gravity = case.fluid.gravity.as_deref().unwrap_or_default();
     let mut fall = 0.0;
-    for (axis, (g, size)) in gravity.iter().zip(&case.domain.size).enumerate().filter(|(_, (g, _))| **g != 0.0) {
+    for (axis, (g, size)) in
+        case.fluid.gravity.iter().zip(&case.domain.size).enumerate().filter(|(_, (g, _))| **g != 0.0)
+    {
         if case.periodic(axis) {
             return None;
         }
@@ -33,23 +34,16 @@ pub(super) fn of_particles(case: &Case) -> Option<f64> {
 
 /// Of one particle, which gravity can give `fall` (J/kg).
 fn of_particle(p: &Particle, fluid: f64, dimension: usize, fall: f64) -> Option<f64> {
-    match p.motion {
+    let (velocity, spin) = match &p.motion {
         Motion::Fixed => return Some(0.0),
-        Motion::Prescribed(_) => return None,
-        Motion::Free if !p.locked.is_empty() => return None,
-        Motion::Free => {}
-    }
+        Motion::Free { velocity, spin, locked } if locked.is_empty() => (velocity, spin),
+        Motion::Free { .. } | Motion::Prescribed { .. } => return None,
+    };
     let r = 0.5 * p.shape.diameter();
     let volume = if dimension == 2 { PI * r * r } else { 4.0 / 3.0 * PI * r.powi(3) };
-    let density = p.density.unwrap_or(fluid);
     let square = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
-    let spin = match &p.spin {
-        None => 0.0,
-        Some(Spin::Plane(z)) => z * z,
-        Some(Spin::Space(w)) => square(w),
-    };
-    let motion = 0.5 * (p.velocity.as_deref().map_or(0.0, square) + r * r * spin);
-    Some(volume * ((density - fluid).max(0.0) * motion + (density + fluid) * fall))
+    let motion = 0.5 * (square(velocity) + r * r * square(spin));
+    Some(volume * ((p.density - fluid).max(0.0) * motion + (p.density + fluid) * fall))
 }
 
 /// Refuses an `energy` (J) far beyond what the `start` (J) and particles can have given.
@@ -72,13 +66,14 @@ pub(super) fn refuse_beyond(energy: f64, start: Option<f64>, given: Option<f64>)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::written;
 
     fn given(more: &str) -> Option<f64> {
         let text = format!(
             "name = \"box\"\ntime.end = 1.0\ndomain = {{ size = [4.0, 2.0], cells = [32, 16] }}\n\
              fluid = {{ density = 1.0, viscosity = 0.1, gravity = [0.0, -5.0] }}\n{more}"
         );
-        of_particles(&toml::from_str(&text).unwrap())
+        of_particles(&written(&text).unwrap())
     }
 
     const SIDES: &str = "[boundary]\neast = \"periodic\"\nwest = \"periodic\"\nsouth = \"wall\"\nnorth = \"slip\"\n";

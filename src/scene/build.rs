@@ -1,6 +1,6 @@
 //! The parts of a scene from the words of its case.
 
-use crate::case::{self, Case, Side};
+use crate::config::{self, Case, Side};
 use crate::grid::{Border, Grid};
 use crate::petsc::Choice;
 use crate::solids::contact::{Contacts, Damping, Laws, Material, Substeps, Wall};
@@ -8,16 +8,16 @@ use crate::solids::{Body, Freedom, Motion, Oscillation, Shape};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// What solves the pressure equation, and why; `uniform` says that every face has the same coefficient.
-pub(super) fn solver(chosen: case::Solver, uniform: bool, ranks: usize) -> (Choice, &'static str) {
+pub(super) fn solver(chosen: config::Solver, uniform: bool, ranks: usize) -> (Choice, &'static str) {
     match chosen {
-        case::Solver::BcgsBoomeramg => (Choice::BcgsBoomeramg, "as the case says"),
-        case::Solver::Multigrid => (Choice::Multigrid, "as the case says"),
-        case::Solver::Direct if !uniform => (Choice::Multigrid, "the direct solver takes one coefficient only"),
-        case::Solver::Direct if ranks > 1 => (Choice::Multigrid, "the direct solver works on one rank only"),
-        case::Solver::Direct => (Choice::Direct, "as the case says"),
-        case::Solver::Auto if !uniform => (Choice::Multigrid, "auto: the coefficient varies from face to face"),
-        case::Solver::Auto if ranks > 1 => (Choice::Multigrid, "auto: several ranks"),
-        case::Solver::Auto => (Choice::Direct, "auto: one density everywhere, solved directly"),
+        config::Solver::BcgsBoomeramg => (Choice::BcgsBoomeramg, "as the case says"),
+        config::Solver::Multigrid => (Choice::Multigrid, "as the case says"),
+        config::Solver::Direct if !uniform => (Choice::Multigrid, "the direct solver takes one coefficient only"),
+        config::Solver::Direct if ranks > 1 => (Choice::Multigrid, "the direct solver works on one rank only"),
+        config::Solver::Direct => (Choice::Direct, "as the case says"),
+        config::Solver::Auto if !uniform => (Choice::Multigrid, "auto: the coefficient varies from face to face"),
+        config::Solver::Auto if ranks > 1 => (Choice::Multigrid, "auto: several ranks"),
+        config::Solver::Auto => (Choice::Direct, "auto: one density everywhere, solved directly"),
     }
 }
 
@@ -26,95 +26,82 @@ pub(super) fn axes<T: Copy + Default, const D: usize>(values: &[T]) -> [T; D] {
     std::array::from_fn(|a| values.get(a).copied().unwrap_or_default())
 }
 
-pub(super) fn sides<const D: usize>(case: &Case) -> [[&Side; 2]; D] {
-    let all = case.sides();
-    std::array::from_fn(|a| [0, 1].map(|s| all[2 * a + s].unwrap_or(&Side::Periodic)))
-}
-
-pub(super) fn body(p: &case::Particle, fluid: &case::Fluid) -> Body {
-    let vector = |v: &Vec<f64>| Vector3::from(axes::<f64, 3>(v));
+pub(super) fn body(p: &config::Particle) -> Body {
+    let vector = |v: &[f64]| Vector3::from(axes::<f64, 3>(v));
     let flat = p.position.len() == 2;
     let (velocity, spin, motion) = match &p.motion {
-        case::Motion::Fixed => (None, None, Motion::Fixed),
-        case::Motion::Prescribed(m) => {
-            let path = m.oscillation.as_ref().map(|o| Oscillation {
+        config::Motion::Fixed => (Vector3::zeros(), [0.0; 3], Motion::Fixed),
+        config::Motion::Prescribed { velocity, spin, oscillation } => {
+            let drift = vector(velocity);
+            let path = oscillation.as_ref().map(|o| Oscillation {
                 origin: vector(&p.position),
-                drift: m.velocity.as_ref().map_or_else(Vector3::zeros, vector),
+                drift,
                 amplitude: vector(&o.amplitude),
                 frequency: o.frequency,
                 time: 0.0,
             });
-            (m.velocity.as_ref(), m.spin.as_ref(), Motion::Prescribed(path))
+            (path.as_ref().map_or(drift, Oscillation::velocity), *spin, Motion::Prescribed(path))
         }
-        case::Motion::Free => {
-            let turns = !p.locked.contains(&case::Lock::Rotation);
-            let free = |lock| !p.locked.contains(&lock);
-            let translation = [free(case::Lock::X), free(case::Lock::Y), !flat && free(case::Lock::Z)];
+        config::Motion::Free { velocity, spin, locked } => {
+            let free = |lock| !locked.contains(&lock);
+            let turns = free(config::Lock::Rotation);
+            let translation = [free(config::Lock::X), free(config::Lock::Y), !flat && free(config::Lock::Z)];
             let freedom = Freedom { translation, rotation: [turns && !flat, turns && !flat, turns] };
-            (p.velocity.as_ref(), p.spin.as_ref(), Motion::Free(freedom))
+            (vector(velocity), *spin, Motion::Free(freedom))
         }
-    };
-    let spin = match spin {
-        None => Vector3::zeros(),
-        Some(case::Spin::Plane(z)) => Vector3::new(0.0, 0.0, *z),
-        Some(case::Spin::Space(w)) => Vector3::from(*w),
-    };
-    let velocity = match &motion {
-        Motion::Prescribed(Some(path)) => path.velocity(),
-        _ => velocity.map_or_else(Vector3::zeros, vector),
     };
     Body {
-        shape: if let case::Shape::Disc(_) = p.shape { Shape::Disc } else { Shape::Sphere },
+        shape: if let config::Shape::Disc(_) = p.shape { Shape::Disc } else { Shape::Sphere },
         radius: 0.5 * p.shape.diameter(),
-        density: p.density.unwrap_or(fluid.density),
-        viscosity: p.viscosity.unwrap_or(fluid.viscosity),
+        density: p.density,
+        viscosity: p.viscosity,
         centre: vector(&p.position),
         velocity,
         angle: 0.0,
         orientation: UnitQuaternion::identity(),
-        spin,
+        spin: Vector3::from(spin),
         motion,
     }
 }
 
 /// The law of contacts between the bodies, and between them and the closed faces of the box.
-pub(super) fn contacts(case: &Case, law: &case::Contact, bodies: &[Body]) -> Contacts {
-    let mut names = vec![case::WALL];
+pub(super) fn contacts(case: &Case, law: &config::Contact, bodies: &[Body]) -> Contacts {
+    let mut names = vec![config::WALL];
     let mut material = |name| {
         names.iter().position(|n| *n == name).unwrap_or_else(|| {
             names.push(name);
             names.len() - 1
         })
     };
-    let materials: Vec<usize> = case.particle.iter().map(|p| material(p.material())).collect();
+    let materials: Vec<usize> = case.particle.iter().map(|p| material(&p.material)).collect();
     let laws = Laws::new(names.len(), |a, b| {
-        let pair = law.law(names[a], names[b]);
+        let pair = law.between(names[a], names[b]);
         Material {
             normal_stiffness: pair.normal_stiffness,
             exponent: pair.exponent,
             tangential_ratio: pair.tangential_ratio,
             friction: pair.friction,
             damping: match pair.loss {
-                case::Loss::Restitution(e) => Damping::Restitution(e),
-                case::Loss::Damping(d) => Damping::Given { normal: d.normal, tangential: d.tangential },
+                config::Loss::Restitution(e) => Damping::Restitution(e),
+                config::Loss::Damping(d) => Damping::Given { normal: d.normal, tangential: d.tangential },
             },
-            printed_sign: law.tangential_damping == case::TangentialDamping::Printed,
+            printed_sign: law.tangential_damping == config::TangentialDamping::Printed,
         }
     });
     let size = |axis: usize| case.domain.size.get(axis).copied();
-    let wall = |(face, side): (usize, Option<&Side>)| {
+    let wall = |(face, (_, side)): (usize, (&str, &Side))| {
         let (axis, high) = (face / 2, face % 2 == 1);
-        let velocity = match side? {
+        let velocity = match side {
             Side::Wall | Side::Slip => Vector3::zeros(),
             Side::MovingWall(v) => Vector3::from(axes::<f64, 3>(v)),
             _ => return None,
         };
-        Some(Wall { axis, high, at: if high { size(axis)? } else { 0.0 }, velocity, material: 0 })
+        Some(Wall { axis, high, at: if high { case.domain.size[axis] } else { 0.0 }, velocity, material: 0 })
     };
-    let walls = case.sides().into_iter().enumerate().filter_map(wall).collect();
+    let walls = case.sides().enumerate().filter_map(wall).collect();
     let substeps = match law.substeps {
-        case::Substeps::Auto => Substeps::Auto,
-        case::Substeps::Count(n) => Substeps::Fixed(n as usize),
+        config::Substeps::Auto => Substeps::Auto,
+        config::Substeps::Count(n) => Substeps::Fixed(n as usize),
     };
     let sizes = std::array::from_fn(|a| size(a).unwrap_or(1.0));
     let periods = std::array::from_fn(|a| size(a).filter(|_| case.periodic(a)));

@@ -1,13 +1,13 @@
 //! A study file: what it says, and what can be wrong with it before any case is read.
 
 use crate::Result;
-use crate::case::{Check, Fault, Text, suggest};
+use crate::config::{Check, Fault, Text, suggest};
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
-use super::table::COLUMNS;
+use super::columns::COLUMNS;
 
 /// A whole study file.
 #[derive(Clone, Debug, Deserialize)]

@@ -10,6 +10,7 @@
 //! after every run: whenever a study is stopped, it has what was done, and the same command goes on from there.
 
 mod child;
+mod columns;
 mod figures;
 mod file;
 mod plan;

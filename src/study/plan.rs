@@ -1,7 +1,8 @@
 //! The runs of a study: the product of its axes and its listed rows, on each number of ranks, every case read and checked.
 
 use super::file::{Study, fault, label};
-use crate::case::{Case, Text, load, suggest};
+use crate::config::{Case, Text, suggest};
+use crate::scene::read_case;
 use crate::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -118,7 +119,7 @@ fn id(names: &[String], labels: &[String], ranks: Option<usize>) -> String {
 /// What is wrong with a case, without the place that only `--set` on a command line has.
 fn reason(error: &Error) -> String {
     match error {
-        Error::Case { key, message, .. } => format!("{key}: {}", message.replace(" (given by --set)", "")),
+        Error::Case { key, message, .. } => format!("{key}: {message}"),
         other => other.to_string().replacen("bad --set", "bad override", 1),
     }
 }
@@ -136,9 +137,9 @@ impl Plan {
             ["output.figures=false".to_owned()].into_iter().chain(overrides(&study.set)).collect();
         let last = overrides(&study.quick.set);
         let case = beside(&study.case);
-        load(&case, &[])?;
+        read_case(&case, &[])?;
         for (key, set) in [("set", &common), ("quick.set", &[&common[..], &last[..]].concat())] {
-            load(&case, set).map_err(|e| text.refuse(fault(key, reason(&e))))?;
+            read_case(&case, set).map_err(|e| text.refuse(fault(key, reason(&e))))?;
         }
 
         let names = study.names();
@@ -151,7 +152,7 @@ impl Plan {
             let case = draft.case.as_deref().map_or_else(|| case.clone(), beside);
             let set = [&common[..], &draft.set[..], &last[..]].concat();
             let petsc = [words(&study.petsc), draft.petsc.clone()].concat();
-            let loaded = load(&case, &set).map(|loaded| loaded.case).map_err(|e| reason(&e));
+            let loaded = read_case(&case, &set).map(|loaded| loaded.case).map_err(|e| reason(&e));
             let labels: Vec<String> =
                 names.iter().map(|name| draft.labels.get(name).cloned().unwrap_or_default()).collect();
             for &ranks in study.ranks.iter().filter(|ranks| kept("ranks", &ranks.to_string())) {
@@ -189,7 +190,7 @@ impl Plan {
             let runs = of(source);
             let shared = |given: &&String| runs.iter().all(|run| run.set.contains(given));
             let set = runs.first().map(|run| run.set.iter().filter(shared).cloned().collect::<Vec<_>>());
-            load(runs.first().map_or(base, |run| &run.case), set.as_deref().unwrap_or(common)).is_err()
+            read_case(runs.first().map_or(base, |run| &run.case), set.as_deref().unwrap_or(common)).is_err()
         };
         let Some(source) = never().find(alone).or_else(|| never().next()) else { return Ok(()) };
         let message = of(source).iter().find_map(|run| run.loaded.as_ref().err().cloned()).unwrap_or_default();

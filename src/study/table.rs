@@ -1,33 +1,8 @@
 //! The table of a study: a row a run, medians over its repeats, as CSV and as Markdown.
 
 use super::child::Outcome;
+use super::columns::COLUMNS;
 use super::plan::Plan;
-
-/// Columns of `study.csv` besides labels and measures, in their order.
-pub const COLUMNS: [&str; 22] = [
-    "ranks",
-    "status",
-    "repeats",
-    "cpu_seconds",
-    "cpu_spread",
-    "wall_seconds",
-    "us_per_cell_step",
-    "cpu_us_per_cell_step",
-    "cells",
-    "steps",
-    "time",
-    "outer_iterations",
-    "krylov_iterations",
-    "krylov_per_step",
-    "divergence_max",
-    "peak_memory_bytes",
-    "peak_memory_bytes_per_cell",
-    "commit",
-    "set",
-    "petsc",
-    "folder",
-    "message",
-];
 
 /// A measure of a run.
 #[derive(Clone, Debug)]

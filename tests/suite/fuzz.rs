@@ -3,7 +3,7 @@
 
 use crate::allocation::largest;
 use crate::support::{Petsc, box_case, petsc, shipped};
-use mics::case::load;
+use mics::config::load;
 use mics::output::checkpoint::{FORMAT, Header, newest, open, path};
 use mics::output::measure::{self, Sample};
 use mics::output::{Marks, measure::Series};

@@ -1,6 +1,6 @@
 //! What the tests share: PETSc behind a lock (it is one per process), scenes from text, runs of the program.
 
-use mics::case::load;
+use mics::config::load;
 use mics::petsc::Session;
 use mics::scene::Scene;
 use std::collections::HashMap;

@@ -1,9 +1,8 @@
-//! Where the levels end: a dense inverse, or the whole level gathered on every rank.
+//! Where the levels of a rank end: a dense inverse, or the way to the whole level on every rank.
 
-use super::bodies::Bodies;
 use super::lattice::Lattice;
 use super::level::{Level, Single};
-use super::multigrid::{Multigrid, Whole};
+use super::whole::Whole;
 use crate::petsc::Session;
 use crate::{Error, Result};
 use nalgebra::{Cholesky, DMatrix};
@@ -100,12 +99,9 @@ impl Dense {
     }
 }
 
-/// The whole of a level on every rank, and its own levels below.
-pub(super) struct Gathered {
+/// Brings a level's fields from every rank's box to the whole of the level on every rank, and back.
+pub(super) struct Gather {
     session: Session,
-    inner: Multigrid,
-    /// There are none on coarse levels.
-    bodies: Bodies,
     /// Each rank's first cell and cells along each axis.
     boxes: Vec<([usize; 3], [usize; 3])>,
     mine: Vec<Single>,
@@ -114,8 +110,8 @@ pub(super) struct Gathered {
     starts: Vec<i32>,
 }
 
-impl Gathered {
-    pub fn new(session: &Session, whole: &Whole, inner: Multigrid) -> Gathered {
+impl Gather {
+    pub fn new(session: &Session, whole: &Whole) -> Gather {
         let ranks: [usize; 3] = std::array::from_fn(|a| whole.widths[a].len());
         // Ranks are numbered like cells: x fastest.
         let place = |rank: usize| [rank % ranks[0], rank / ranks[0] % ranks[1], rank / ranks[0] / ranks[1]];
@@ -126,10 +122,8 @@ impl Gathered {
         let boxes: Vec<_> = (0..session.size()).map(|rank| boxed(place(rank))).collect();
         let size = |n: &[usize; 3]| (n[0] + 1) * (n[1] + 1) * (n[2] + 1);
         let total = boxes.iter().map(|(_, n)| size(n)).sum();
-        Gathered {
+        Gather {
             session: session.clone(),
-            inner,
-            bodies: Bodies::new(session, whole.axes, [0.0; 3]),
             mine: vec![0.0; size(&boxes[session.rank()].1)],
             all: vec![0.0; total],
             counts: vec![0; boxes.len()],
@@ -138,13 +132,14 @@ impl Gathered {
         }
     }
 
-    /// Gathers a field of every rank's box, with one layer more along `axis`, into one of the whole.
-    fn gather(
+    /// Gathers a field of every rank's box, with one layer more along `axis`, into one of the `whole`. Collective.
+    pub fn gather(
         &mut self,
         from: &[Single],
         lattice: &Lattice,
         axis: Option<usize>,
-        what: fn(&mut Level, usize) -> &mut [Single],
+        to: &mut [Single],
+        whole: &Lattice,
     ) -> Result<()> {
         let extent = |n: &[usize; 3]| -> [usize; 3] { std::array::from_fn(|a| n[a] + usize::from(Some(a) == axis)) };
         let mut start = 0;
@@ -157,8 +152,6 @@ impl Gathered {
             row.copy_from_slice(&from[lattice.row(r % ny, r / ny)..][..nx]);
         }
         self.session.all_gather(&self.mine[..nx * ny * nz], &mut self.all, &self.counts, &self.starts)?;
-        let whole = self.inner.levels[0].lattice;
-        let to = what(&mut self.inner.levels[0], axis.unwrap_or(0));
         for ((first, n), start) in self.boxes.iter().zip(&self.starts) {
             let [nx, ny, nz] = extent(n);
             for (r, row) in self.all[*start as usize..].chunks_exact(nx).take(ny * nz).enumerate() {
@@ -169,23 +162,12 @@ impl Gathered {
         Ok(())
     }
 
-    pub fn rebuild(&mut self, level: &Level) -> Result<()> {
-        for axis in 0..level.lattice.axes {
-            self.gather(&level.g[axis], &level.lattice, Some(axis), |inner, axis| &mut inner.g[axis])?;
-        }
-        self.inner.rebuild(&mut self.bodies, [0.0; 3], 0.0)
-    }
-
-    pub fn cycle(&mut self, level: &mut Level, from_zero: bool) -> Result<()> {
-        if from_zero {
-            self.gather(&level.b, &level.lattice, None, |inner, _| &mut inner.b)?;
-        }
-        self.inner.cycle(&mut self.bodies, from_zero)?;
-        let (inner, (first, n)) = (&self.inner.levels[0], self.boxes[self.session.rank()]);
+    /// Takes this rank's box out of a field of the `whole`.
+    pub fn take_own(&self, from: &[Single], whole: &Lattice, to: &mut [Single], lattice: &Lattice) {
+        let (first, n) = self.boxes[self.session.rank()];
         for (k, j) in (0..n[2]).flat_map(|k| (0..n[1]).map(move |j| (k, j))) {
-            let from = inner.lattice.row(first[1] + j, first[2] + k) + first[0];
-            level.x[level.lattice.row(j, k)..][..n[0]].copy_from_slice(&inner.x[from..][..n[0]]);
+            let at = whole.row(first[1] + j, first[2] + k) + first[0];
+            to[lattice.row(j, k)..][..n[0]].copy_from_slice(&from[at..][..n[0]]);
         }
-        Ok(())
     }
 }

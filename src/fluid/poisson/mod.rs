@@ -15,6 +15,7 @@ mod level;
 mod matrix;
 mod multigrid;
 mod transform;
+mod whole;
 
 pub use bodies::Covered;
 pub use matrix::Rows;
@@ -25,8 +26,9 @@ use crate::petsc::{Halo, Layout, Operator, OwnPreconditioner, Session};
 use crate::{Error, Result};
 use bodies::{Bodies, Frame};
 use lattice::{Lattice, exchange};
-use multigrid::{Multigrid, Tuning, Whole};
+use multigrid::{Multigrid, Tuning};
 use transform::{Ends, Transform};
+use whole::Whole;
 
 /// The operator on this rank's cells, x fastest and without ghosts in what goes in and out.
 pub struct Poisson {

@@ -11,9 +11,10 @@
 //! levels are never gathered: a gathered level knows no bodies.
 
 use super::bodies::Bodies;
-use super::bottom::{Dense, Gathered};
+use super::bottom::{Dense, Gather};
 use super::lattice::Lattice;
 use super::level::{Level, Single};
+use super::whole::Whole;
 use crate::petsc::Session;
 use crate::{Error, Result};
 use std::f64::consts::PI;
@@ -39,9 +40,6 @@ const MOST_EXACT: usize = 256;
 
 /// The lower end of what smoothing damps; the upper is 2.
 const SMOOTH_FROM: f64 = 0.4;
-
-/// Cells wider than the narrowest by this are left as they are until the others are as wide.
-const ANISOTROPY: f64 = 1.5;
 
 impl Tuning {
     /// As the options say.
@@ -75,70 +73,6 @@ impl Tuning {
     }
 }
 
-/// The whole grid of a level: the widths of its cells, in units of the caller's, by axis, rank along it and cell.
-#[derive(Clone, Debug)]
-pub(super) struct Whole {
-    pub widths: [Vec<Vec<f64>>; 3],
-    /// This rank's place along each axis.
-    pub at: [usize; 3],
-    pub periodic: [bool; 3],
-    pub neighbours: [[Option<usize>; 2]; 3],
-    pub axes: usize,
-}
-
-impl Whole {
-    /// This rank's cells along each axis.
-    pub fn local(&self) -> [usize; 3] {
-        std::array::from_fn(|a| self.widths[a][self.at[a]].len())
-    }
-
-    pub fn cells(&self) -> usize {
-        (0..3).map(|a| self.total(a)).product()
-    }
-
-    fn total(&self, axis: usize) -> usize {
-        self.widths[axis].iter().map(Vec::len).sum()
-    }
-
-    /// Distances of cell centres across this rank's faces along an axis; half a cell at a border.
-    fn distances(&self, axis: usize) -> Vec<f64> {
-        let all: Vec<f64> = self.widths[axis].concat();
-        let start: usize = self.widths[axis][..self.at[axis]].iter().map(Vec::len).sum();
-        let wide = |i: Option<usize>, round: usize| match i.filter(|i| *i < all.len()) {
-            Some(i) => all[i],
-            None if self.periodic[axis] => all[round],
-            None => 0.0,
-        };
-        let distance = |f: usize| 0.5 * (wide(f.checked_sub(1), all.len() - 1) + wide(Some(f), 0));
-        (start..=start + self.local()[axis]).map(distance).collect()
-    }
-
-    /// How many cells make one of the next level along each axis.
-    fn factor(&self) -> [usize; 3] {
-        let mean = |a: usize| self.widths[a].iter().flatten().sum::<f64>() / self.total(a) as f64;
-        let divided = |a: &usize| *a < self.axes && self.total(*a) > self.widths[*a].len();
-        let narrowest = (0..3).filter(divided).map(mean).fold(f64::INFINITY, f64::min);
-        std::array::from_fn(|a| if divided(&a) && mean(a) < ANISOTROPY * narrowest { 2 } else { 1 })
-    }
-
-    fn coarser(&self, factor: [usize; 3]) -> Whole {
-        let sums = |part: &Vec<f64>, f: usize| part.chunks(f).map(|c| c.iter().sum()).collect();
-        let widths = std::array::from_fn(|a| self.widths[a].iter().map(|part| sums(part, factor[a])).collect());
-        Whole { widths, ..self.clone() }
-    }
-
-    /// The same grid, all on one rank.
-    fn gathered(&self, rank: usize) -> Whole {
-        let itself = |a: usize| (self.periodic[a] && a < self.axes).then_some(rank);
-        Whole {
-            widths: std::array::from_fn(|a| vec![self.widths[a].concat()]),
-            at: [0; 3],
-            neighbours: std::array::from_fn(|a| [itself(a); 2]),
-            ..*self
-        }
-    }
-}
-
 /// Where the levels end.
 enum Bottom {
     Exact(Dense),
@@ -146,6 +80,35 @@ enum Bottom {
     Gathered(Box<Gathered>),
     /// Neither: smoothed only, where the user wants no more levels.
     Smoothed,
+}
+
+/// The whole of a level on every rank, with its own levels below.
+struct Gathered {
+    gather: Gather,
+    inner: Multigrid,
+    /// There are none on coarse levels.
+    bodies: Bodies,
+}
+
+impl Gathered {
+    fn rebuild(&mut self, level: &Level) -> Result<()> {
+        let whole = &mut self.inner.levels[0];
+        for (axis, to) in whole.g.iter_mut().enumerate().take(level.lattice.axes) {
+            self.gather.gather(&level.g[axis], &level.lattice, Some(axis), to, &whole.lattice)?;
+        }
+        self.inner.rebuild(&mut self.bodies, [0.0; 3], 0.0)
+    }
+
+    fn cycle(&mut self, level: &mut Level, from_zero: bool) -> Result<()> {
+        let whole = &mut self.inner.levels[0];
+        if from_zero {
+            self.gather.gather(&level.b, &level.lattice, None, &mut whole.b, &whole.lattice)?;
+        }
+        self.inner.cycle(&mut self.bodies, from_zero)?;
+        let whole = &self.inner.levels[0];
+        self.gather.take_own(&whole.x, &whole.lattice, &mut level.x, &level.lattice);
+        Ok(())
+    }
 }
 
 pub(super) struct Multigrid {
@@ -175,7 +138,8 @@ impl Multigrid {
                     ..tuning
                 };
                 let inner = Multigrid::new(session, whole.gathered(session.rank()), singular, left);
-                break Bottom::Gathered(Box::new(Gathered::new(session, &whole, inner)));
+                let bodies = Bodies::new(session, whole.axes, [0.0; 3]);
+                break Bottom::Gathered(Box::new(Gathered { gather: Gather::new(session, &whole), inner, bodies }));
             }
             if levels.len() == tuning.levels {
                 break Bottom::Smoothed;

@@ -2,7 +2,7 @@
 
 use super::Run;
 use crate::Result;
-use crate::case::Motion;
+use crate::config::Motion;
 use crate::output::figure::{self, Axes, Series, SeriesStyle};
 use crate::output::plot;
 use crate::output::snapshot::Snapshot;

@@ -10,7 +10,7 @@ use super::compare::Comparison;
 use super::plot::{self, Rows};
 use super::snapshot::{Snapshot, replace};
 use super::summary::{Provenance, Summary};
-use crate::case::Case;
+use crate::config::Case;
 use crate::{Error, Result};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -63,10 +63,10 @@ impl Run {
     }
 
     /// Every measure, its value and how it compares.
-    fn measures(&self) -> Vec<(&crate::case::Measure, Option<f64>, Option<Comparison>)> {
+    fn measures(&self) -> Vec<(&crate::config::Measure, Option<f64>, Option<Comparison>)> {
         let values = self.summary.as_ref().map(|s| &s.measures);
         let of = |m| {
-            let m: &crate::case::Measure = m;
+            let m: &crate::config::Measure = m;
             let value = values.and_then(|v| v.get(&m.name)?.as_f64());
             (m, value, Comparison::of(m, value))
         };

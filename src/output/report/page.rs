@@ -148,7 +148,7 @@ fn measures(run: &Run) -> Markup {
 }
 
 /// What a measure is, in the case's own word, of which particle and from when.
-fn kind(m: &crate::case::Measure) -> String {
+fn kind(m: &crate::config::Measure) -> String {
     let word = serde_json::to_value(m.kind).ok().and_then(|v| Some(v.as_str()?.replace('_', " "))).unwrap_or_default();
     let particle = if m.kind.needs_particle() { format!(" of particle {}", m.particle) } else { String::new() };
     let from = if m.from > 0.0 { format!(", from {} s on", m.from) } else { String::new() };

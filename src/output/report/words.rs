@@ -1,8 +1,8 @@
 //! The case in words and its dimensionless numbers, each with its definition.
 
 use super::Run;
-use crate::case::{Advection, Case, FACES, Motion, Scheme, Substeps, WallRule};
 use crate::check::{border_words, particle_words};
+use crate::config::{Advection, Case, Motion, Scheme, Step, Substeps, WallRule};
 
 /// What the case is: pairs of a term and its lines.
 pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
@@ -14,11 +14,10 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
         "density {} kg/m3, viscosity {} Pa s (kinematic {nu:.4e} m2/s)",
         case.fluid.density, case.fluid.viscosity
     )];
-    if let Some(g) = case.fluid.gravity.as_ref().filter(|g| g.iter().any(|g| *g != 0.0)) {
-        fluid.push(format!("gravity {g:?} m/s2"));
+    if case.fluid.gravity.iter().any(|g| *g != 0.0) {
+        fluid.push(format!("gravity {:?} m/s2", case.fluid.gravity));
     }
-    let sides =
-        FACES.iter().zip(case.sides()).filter_map(|(name, side)| Some(format!("{name}: {}", border_words(side?))));
+    let sides = case.sides().map(|(name, side)| format!("{name}: {}", border_words(side)));
     let particles = match case.particle.len() {
         0 => vec!["none".into()],
         _ => particle_words(case, &h),
@@ -48,7 +47,10 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
         terms.push((
             "Contacts",
             vec![
-                format!("normal stiffness {:e} N/m^{}, friction {}", c.normal_stiffness, c.exponent, c.friction),
+                format!(
+                    "normal stiffness {:e} N/m^{}, friction {}",
+                    c.law.normal_stiffness, c.law.exponent, c.law.friction
+                ),
                 substeps,
             ],
         ));
@@ -63,9 +65,9 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
         Advection::Upwind5Advective => "fifth-order upwind, advective",
         Advection::Qsi => "QSI, semi-Lagrangian",
     };
-    let steps = match (case.time.step, case.time.cfl) {
-        (Some(step), _) => format!("steps of {step} s"),
-        (None, cfl) => format!("steps by a Courant number of {}", cfl.unwrap_or_default()),
+    let steps = match case.time.step {
+        Step::Fixed(step) => format!("steps of {step} s"),
+        Step::Courant(number) => format!("steps by a Courant number of {number}"),
     };
     terms.push((
         "Time",
@@ -102,15 +104,15 @@ pub fn numbers(run: &Run) -> Vec<Number> {
     let nu = case.fluid.viscosity / case.fluid.density;
     let h = spacings(case).into_iter().fold(0.0, f64::max);
     let largest = case.particle.iter().map(|p| p.shape.diameter()).fold(0.0, f64::max);
-    if let (Some(speed), true) = (case.reference_speed(), nu > 0.0) {
+    if let (Some(speed), true) = (case.reference_speed, nu > 0.0) {
         let (length, of) = match largest {
             0.0 => (case.domain.size[1], "the height of the box"),
             d => (d, "the largest diameter"),
         };
         let re = speed * length / nu;
-        let origin = if case.sides().into_iter().flatten().any(|s| !s.inflow().is_empty()) {
+        let origin = if case.sides().any(|(_, s)| !s.inflow().is_empty()) {
             "the fastest inflow"
-        } else if case.initial.velocity.iter().flatten().any(|v| *v != 0.0) {
+        } else if case.initial.velocity.iter().any(|v| *v != 0.0) {
             "the velocity at the start"
         } else {
             "the fastest wall"
@@ -132,7 +134,7 @@ pub fn numbers(run: &Run) -> Vec<Number> {
         }
         add("Re_h", speed * h / nu, format!("U h/nu, of the grid, h = {h:.4e} m"));
     }
-    let free = || case.particle.iter().enumerate().filter(|(_, p)| p.motion == Motion::Free);
+    let free = || case.particle.iter().enumerate().filter(|(_, p)| p.is_free());
     if let Some((id, speed, re)) = fastest(run).filter(|_| nu > 0.0 && free().next().is_some()) {
         let d = case.particle[id].shape.diameter();
         add(
@@ -155,17 +157,15 @@ pub fn numbers(run: &Run) -> Vec<Number> {
             "cells across the smallest particle; under 4 its flow is not resolved".into(),
         );
     }
-    let g = case.fluid.gravity.iter().flatten().map(|g| g * g).sum::<f64>().sqrt();
-    let ratio = |p: &crate::case::Particle| p.density.unwrap_or(case.fluid.density) / case.fluid.density;
-    let galileo = |p: &crate::case::Particle| ((ratio(p) - 1.0).abs() * g * p.shape.diameter().powi(3)).sqrt() / nu;
+    let g = case.fluid.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let ratio = |p: &crate::config::Particle| p.density / case.fluid.density;
+    let galileo = |p: &crate::config::Particle| ((ratio(p) - 1.0).abs() * g * p.shape.diameter().powi(3)).sqrt() / nu;
     if let Some((id, p)) = free().max_by(|a, b| galileo(a.1).total_cmp(&galileo(b.1))).filter(|_| g > 0.0) {
         add("s", ratio(p), format!("density of particle {id} over the fluid's"));
         add("Ga", galileo(p), format!("sqrt(|s - 1| g d^3)/nu of particle {id}, g = {g:.4} m/s2"));
     }
     for (id, p) in case.particle.iter().enumerate() {
-        if let Motion::Prescribed(m) = &p.motion
-            && let Some(o) = &m.oscillation
-        {
+        if let Motion::Prescribed { oscillation: Some(o), .. } = &p.motion {
             let (d, u) = (p.shape.diameter(), o.speed());
             add("Re of the swing", u * d / nu, format!("U d/nu of particle {id}, U = {u:.4} m/s its largest speed"));
             add("KC", u / (o.frequency * d), format!("U/(f d) of particle {id}, f = {} 1/s", o.frequency));
@@ -182,7 +182,7 @@ pub fn numbers(run: &Run) -> Vec<Number> {
 fn fastest(run: &Run) -> Option<(usize, f64, f64)> {
     let nu = run.case.fluid.viscosity / run.case.fluid.density;
     let of = |(id, v): (&usize, &f64)| {
-        let p = run.case.particle.get(*id).filter(|p| p.motion == Motion::Free)?;
+        let p = run.case.particle.get(*id).filter(|p| p.is_free())?;
         Some((*id, *v, v * p.shape.diameter() / nu))
     };
     // Of equal ones always the same: a table in memory has no order.

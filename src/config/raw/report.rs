@@ -22,8 +22,8 @@ pub struct Measure {
     /// From this time on (s).
     #[serde(default)]
     pub from: f64,
-    /// When, for a place, a velocity or a spin: as the particle's centre first passes a coordinate (m), `when = { y = 0.075 }`,
-    /// or as it first feels a contact force, `when = "contact"`. Without it a place is that of the end, and a velocity or a
+    /// When, for a place, a velocity or a spin: at a time (s), `when = { time = 0.5 }`, as the particle's centre first passes a
+    /// coordinate (m), `when = { y = 0.075 }`, or as it first feels a contact force, `when = "contact"`. Without it a place is that of the end, and a velocity or a
     /// spin the mean.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub when: Option<When>,
@@ -58,18 +58,8 @@ pub enum When {
     Y(f64),
     /// As it first passes this z (m), 3D only.
     Z(f64),
-}
-
-impl When {
-    /// The axis and the coordinate (m) that is passed, where it is one.
-    pub fn passing(self) -> Option<(usize, f64)> {
-        match self {
-            When::Contact => None,
-            When::X(at) => Some((0, at)),
-            When::Y(at) => Some((1, at)),
-            When::Z(at) => Some((2, at)),
-        }
-    }
+    /// At this time (s), interpolated between two steps.
+    Time(f64),
 }
 
 /// What a measure ought to be.
@@ -214,6 +204,11 @@ impl MeasureKind {
     pub fn has_moments(self) -> bool {
         use MeasureKind::*;
         matches!(self, PositionX | PositionY | PositionZ | VelocityX | VelocityY | VelocityZ | Spin)
+    }
+
+    /// Whether it is made of the force on a particle.
+    pub fn is_of_force(self) -> bool {
+        self.needs_speed() || self.fits_morison()
     }
 
     /// Whether it is a fit of Morison's formula, of a particle with a prescribed oscillation.

@@ -5,9 +5,9 @@ mod table;
 
 use std::path::Path;
 
-use super::fault::{AXES, Check, not_negative, positive, short, vector};
 use super::particle::Nature;
 use super::{Case, Lock, Motion, Particle, Round, Shape, Spin};
+use crate::config::fault::{AXES, Check, not_negative, positive, short, vector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -199,7 +199,7 @@ impl Swarm {
 }
 
 /// Turns the swarms of a checked case into particles, in their order; files are looked for from `folder` on.
-pub(super) fn expand(case: &mut Case, folder: &Path) -> Check {
+pub(in crate::config) fn expand(case: &mut Case, folder: &Path) -> Check {
     let swarms = std::mem::take(&mut case.swarm);
     for (index, swarm) in swarms.iter().enumerate() {
         match (&swarm.from, swarm.scatter()) {
@@ -218,26 +218,32 @@ pub(super) fn expand(case: &mut Case, folder: &Path) -> Check {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::load;
-    use crate::case::particle::{distance, overlap};
+    use crate::config::load;
+    use crate::config::raw::particle::{distance, overlap};
+    use crate::config::raw::validate;
 
     /// A box of 2 by 1 (by 1) m, periodic along x, with walls elsewhere, and these further keys.
-    fn loaded(dimension: usize, keys: &str, csv: &str) -> crate::Result<Case> {
+    fn text(dimension: usize, keys: &str) -> String {
         let (size, cells) = (&[2.0, 1.0, 1.0][..dimension], &[16, 8, 8][..dimension]);
         let lids = if dimension == 3 { "bottom = \"wall\"\ntop = \"wall\"" } else { "" };
-        let text = format!(
+        format!(
             "name = \"box\"\ntime.end = 1.0\ndomain = {{ size = {size:?}, cells = {cells:?} }}\n\
              fluid = {{ density = 1.0, viscosity = 0.1 }}\n{keys}\n\
              [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\nnorth = \"wall\"\n{lids}"
-        );
+        )
+    }
+
+    /// The same with its swarms turned into particles, or key and message of its refusal.
+    fn expanded(dimension: usize, keys: &str, csv: &str) -> Result<Case, (String, String)> {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("gravel.csv"), csv).unwrap();
-        std::fs::write(folder.path().join("case.toml"), text).unwrap();
-        load(&folder.path().join("case.toml"), &[]).map(|loaded| loaded.case)
+        let mut case = toml::from_str(&text(dimension, keys)).unwrap();
+        let checked = validate(&case).and_then(|()| expand(&mut case, folder.path()));
+        checked.map(|()| case).map_err(|fault| (fault.key, fault.message))
     }
 
     fn good(dimension: usize, keys: &str) -> Case {
-        loaded(dimension, keys, "").unwrap_or_else(|e| panic!("{e}"))
+        expanded(dimension, keys, "").unwrap()
     }
 
     #[test]
@@ -264,8 +270,8 @@ mod tests {
                     swarm = [{ count = COUNT, region = { min = [0.6, 0.0], max = [1.6, 1.0] }, diameter = 0.02 }]";
         let case = good(2, &keys.replace("COUNT", "1500"));
         assert_eq!(case.particle.len(), 1501);
-        let message = loaded(2, &keys.replace("COUNT", "2500"), "").unwrap_err().to_string();
-        assert!(message.contains("swarm.0.count") && message.contains("of 2500 fitted"), "{message}");
+        let (key, message) = expanded(2, &keys.replace("COUNT", "2500"), "").unwrap_err();
+        assert!(key == "swarm.0.count" && message.contains("of 2500 fitted"), "{message}");
         let covered: f64 = message.split("covering ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
         assert!((49.0..54.7).contains(&covered), "{message}");
     }
@@ -313,7 +319,7 @@ mod tests {
     fn a_file_gives_places_and_what_else_it_names_and_the_swarm_the_rest() {
         let keys = "swarm = [{ from = \"gravel.csv\", density = 2.0, velocity = [1.0, 0.0], locked = [\"rotation\"] }]";
         let csv = "# made by hand\ndiameter, x, y, vy, spin, density\n0.1, 0.5, 0.5, -1, 3, 4\n0.2,1.0,0.5,0,0,5\n";
-        let case = loaded(2, keys, csv).unwrap_or_else(|e| panic!("{e}"));
+        let case = expanded(2, keys, csv).unwrap();
         let first = &case.particle[0];
         assert_eq!((first.shape.diameter(), &first.position[..]), (0.1, &[0.5, 0.5][..]));
         assert_eq!((first.density, first.velocity.as_deref()), (Some(4.0), Some(&[1.0, -1.0][..])));
@@ -323,7 +329,7 @@ mod tests {
 
     #[test]
     fn a_case_with_swarms_is_written_out_with_every_particle_and_reads_back_equal() {
-        let case = good(
+        let typed = text(
             2,
             "swarm = [{ count = 20, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, diameter = 0.05, spin = 1.0 }]\n\
              contact = { normal_stiffness = 1e5, pair = [{ between = [\"wall\", \"default\"], friction = 0.2 }] }\n\
@@ -331,6 +337,8 @@ mod tests {
         );
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("case.toml");
+        std::fs::write(&file, typed).unwrap();
+        let case = load(&file, &[]).unwrap().case;
         std::fs::write(&file, case.to_toml()).unwrap();
         assert_eq!(load(&file, &[]).unwrap().case, case);
         assert!(case.to_toml().contains("substeps = \"auto\"") && case.to_toml().contains("restitution = 0.5"));

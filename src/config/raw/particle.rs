@@ -1,7 +1,7 @@
 //! Bodies, one by one.
 
-use super::fault::{AXES, Check, not_negative, positive, short, vector};
 use super::{Case, FACES};
+use crate::config::fault::{AXES, Check, not_negative, positive, short, vector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -165,8 +165,8 @@ impl Nature<'_> {
     /// Checks these keys of the table `table`.
     pub(super) fn check(&self, table: &str, dimension: usize) -> Check {
         let key = |rest: &str| format!("{table}.{rest}");
-        positive(&key("density"), self.density.unwrap_or(1.0), "kg/m3")?;
-        not_negative(&key("viscosity"), self.viscosity.unwrap_or(0.0), "Pa s")?;
+        positive(&key("density"), self.density, "kg/m3")?;
+        not_negative(&key("viscosity"), self.viscosity, "Pa s")?;
         ensure!(self.material != Some(""), key("material"), "is empty: give the material a name, or remove the key");
         motion(self.motion, &key("motion"), dimension)?;
         let free = *self.motion == Motion::Free;

@@ -9,9 +9,9 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::f64::consts::PI;
 
 use super::Scatter;
-use crate::case::fault::Fault;
-use crate::case::particle::distance;
-use crate::case::{Case, Region};
+use crate::config::fault::Fault;
+use crate::config::raw::particle::distance;
+use crate::config::raw::{Case, Region};
 
 /// Tries for one body before the swarm is said not to fit.
 const TRIES: usize = 200_000;

@@ -12,7 +12,8 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::fault::Fault;
 use super::message::reword;
-use super::{Case, preset};
+use super::raw::{Case, preset};
+use crate::error::Given;
 use crate::{Error, Result};
 
 /// Keys that exclude each other: overriding the first drops the second from the file.
@@ -101,9 +102,8 @@ impl<'a> Document<'a> {
         })
     }
 
-    /// The line of a key, or of its nearest ancestor in the file, and what to add to a message if `--set` or the preset
-    /// gave it.
-    pub(super) fn place(&self, key: &str) -> (Option<usize>, &'static str) {
+    /// The line of a key, or of its nearest ancestor in the file, and what gave it.
+    pub(super) fn place(&self, key: &str) -> (Option<usize>, Given) {
         let mut node = &self.root;
         let mut at = None;
         for key in key.split('.') {
@@ -122,11 +122,11 @@ impl<'a> Document<'a> {
             (at, node) = (Some(start), next);
         }
         match at {
-            Some(start) if start > self.text.len() => (None, " (given by --set)"),
+            Some(start) if start > self.text.len() => (None, Given::Set),
             Some(start) if Some(start) == self.preset && key != "preset" => {
-                (Some(line_of(self.text.as_bytes(), start)), " (given by preset)")
+                (Some(line_of(self.text.as_bytes(), start)), Given::Preset)
             }
-            start => (start.map(|start| line_of(self.text.as_bytes(), start)), ""),
+            start => (start.map(|start| line_of(self.text.as_bytes(), start)), Given::File),
         }
     }
 }
@@ -201,7 +201,7 @@ fn find<'n, 'a>(
 
 /// The refusal of a file as a whole.
 pub(super) fn whole_file(file: &Path, line: Option<usize>, message: impl Into<String>) -> Error {
-    Error::Case { file: file.to_owned(), line, key: String::new(), message: message.into() }
+    Error::Case { file: file.to_owned(), line, key: String::new(), message: message.into(), given: Given::File }
 }
 
 /// The one-based line that byte `at` stands in.

@@ -33,7 +33,7 @@ gradient = "cells"
 
 /// Fills in what the preset of a case says and the case does not, under the span of its key; returns where that starts,
 /// `None` without a (known) preset.
-pub(super) fn fill(case: &mut DeValue) -> Option<usize> {
+pub(in crate::config) fn fill(case: &mut DeValue) -> Option<usize> {
     let DeValue::Table(case) = case else { return None };
     let (key, name) = case.get_key_value("preset")?;
     if name.get_ref().as_str() != Some("mics-2003") {
@@ -77,7 +77,7 @@ pub(super) fn fill(case: &mut DeValue) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
-    use crate::case::*;
+    use crate::config::*;
 
     fn loaded(dimension: usize, keys: &str, overrides: &[&str]) -> Case {
         let (size, cells) = (&[2.0, 1.0, 1.0][..dimension], &[16, 8, 8][..dimension]);
@@ -115,7 +115,7 @@ mod tests {
         };
         assert_eq!(case.coupling, coupling);
         assert_eq!(case.particle.len(), 4);
-        assert!(case.particle.iter().all(|particle| particle.viscosity == Some(0.0)));
+        assert!(case.particle.iter().all(|particle| particle.viscosity == 0.0));
         assert_eq!(case.contact.map(|contact| contact.tangential_damping), Some(TangentialDamping::Printed));
     }
 
@@ -125,8 +125,8 @@ mod tests {
         let keys = format!("particle = [{disc}]\ncoupling.gradient = \"faces\"");
         let case = loaded(2, &keys, &["coupling.mix_pressure=false", "time.advection=\"upwind5\""]);
         assert_eq!((case.coupling.gradient, case.coupling.mix_pressure), (GradientRule::Faces, false));
-        assert_eq!((case.time.advection, case.time.cfl), (Advection::Upwind5, Some(0.2)));
-        assert_eq!((case.particle[0].viscosity, case.contact), (Some(3.0), None));
+        assert_eq!((case.time.advection, case.time.step), (Advection::Upwind5, Step::Courant(0.2)));
+        assert_eq!((case.particle[0].viscosity, case.contact), (3.0, None));
         assert_eq!((case.coupling.rotation, case.preset), (RotationRule::Boundary, Some(Preset::Mics2003)));
     }
 

@@ -1,6 +1,6 @@
 //! What a case may change when a run goes on.
 
-use super::Loaded;
+use super::read::{Loaded, written};
 use crate::{Error, Result};
 use toml::{Table, Value};
 
@@ -13,10 +13,12 @@ impl Loaded {
     /// # Errors
     /// With the first key that differs and what it was.
     pub fn refuse_changes(&self, before: &str) -> Result<()> {
-        let parsed = before.parse::<Table>();
-        let before = parsed.map_err(|e| Error::Usage(format!("its case is not TOML: {}", e.message())))?;
-        let now = self.case.to_toml().parse::<Table>().map_err(|e| Error::Usage(e.message().to_owned()))?;
-        let Some((key, was)) = difference(&Value::Table(before), &Value::Table(now), String::new()) else {
+        // Resolved anew: a key that an older version did not write out had the value that it has by default.
+        let before = written(before).map_err(|why| Error::Usage(format!("its case cannot be read: {why}")))?;
+        let [before, now] = [&before, &self.case].map(|case| case.to_toml().parse::<Table>());
+        let table = |parsed: Result<Table, toml::de::Error>| parsed.map_err(|e| Error::Usage(e.message().to_owned()));
+        let (before, now) = (Value::Table(table(before)?), Value::Table(table(now)?));
+        let Some((key, was)) = difference(&before, &now, String::new()) else {
             return Ok(());
         };
         let was = was.map_or("was not given".to_owned(), |was| format!("was {was}"));

@@ -1,7 +1,7 @@
 //! How bodies meet each other and the walls: `[contact]`, and the law that each two materials have by it.
 
-use super::fault::{Check, not_negative, positive};
 use super::{Case, Particle};
+use crate::config::fault::{Check, Fault, not_negative, positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -114,36 +114,6 @@ pub struct Pair {
     pub damping: Option<Damping>,
 }
 
-/// How two materials meet, everything resolved.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PairLaw {
-    /// Normal force over depth^exponent (N/m^exponent).
-    pub normal_stiffness: f64,
-    /// Power of the depth in the normal force.
-    pub exponent: f64,
-    /// Tangential over normal stiffness.
-    pub tangential_ratio: f64,
-    /// Coefficient of friction.
-    pub friction: f64,
-    /// What takes the energy.
-    pub loss: Loss,
-}
-
-/// What takes energy from a contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Loss {
-    /// Speed after over speed before a normal impact.
-    Restitution(f64),
-    /// Dashpots.
-    Damping(Damping),
-}
-
-impl Loss {
-    fn new(restitution: Option<f64>, damping: Option<Damping>) -> Option<Loss> {
-        restitution.map(Loss::Restitution).or(damping.map(Loss::Damping))
-    }
-}
-
 fn linear() -> f64 {
     1.0
 }
@@ -153,29 +123,6 @@ fn two_sevenths() -> f64 {
 }
 
 impl Contact {
-    /// The restitution where neither it nor a damping is given.
-    pub const DEFAULT_RESTITUTION: f64 = 0.5;
-
-    /// How the materials `a` and `b` meet ([`Particle::material`], [`WALL`]): in either order.
-    pub fn law(&self, a: &str, b: &str) -> PairLaw {
-        let pair = self.pair.iter().find(|pair| pair.is_of(a, b));
-        let loss = pair.and_then(|pair| Loss::new(pair.restitution, pair.damping));
-        let loss = loss.or(Loss::new(self.restitution, self.damping));
-        PairLaw {
-            normal_stiffness: pair.and_then(|pair| pair.normal_stiffness).unwrap_or(self.normal_stiffness),
-            exponent: pair.and_then(|pair| pair.exponent).unwrap_or(self.exponent),
-            tangential_ratio: pair.and_then(|pair| pair.tangential_ratio).unwrap_or(self.tangential_ratio),
-            friction: pair.and_then(|pair| pair.friction).unwrap_or(self.friction),
-            loss: loss.unwrap_or(Loss::Restitution(Self::DEFAULT_RESTITUTION)),
-        }
-    }
-
-    pub(super) fn fill_defaults(&mut self) {
-        if self.damping.is_none() {
-            self.restitution.get_or_insert(Self::DEFAULT_RESTITUTION);
-        }
-    }
-
     pub(super) fn check(&self, case: &Case) -> Check {
         let law = Pair {
             between: Vec::new(),
@@ -199,11 +146,7 @@ impl Contact {
         for (index, pair) in self.pair.iter().enumerate() {
             let table = format!("contact.pair.{index}");
             let key = format!("{table}.between");
-            let [a, b] = &pair.between[..] else {
-                let count = pair.between.len();
-                ensure!(false, key, "needs the names of 2 materials, as in [\"steel\", \"{WALL}\"], not {count}");
-                continue;
-            };
+            let [a, b] = pair.materials(index)?;
             for (end, name) in pair.between.iter().enumerate() {
                 let names = known.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
                 let holds = known.contains(&name.as_str());
@@ -225,23 +168,32 @@ impl Contact {
 }
 
 impl Pair {
+    /// The names of the two materials that the entry `index` is of.
+    pub(in crate::config) fn materials(&self, index: usize) -> Result<[&str; 2], Fault> {
+        let names: Vec<&str> = self.between.iter().map(String::as_str).collect();
+        let count = names.len();
+        let message = format!("needs the names of 2 materials, as in [\"steel\", \"{WALL}\"], not {count}");
+        names.try_into().map_err(|_| Fault { key: format!("contact.pair.{index}.between"), message })
+    }
+
     fn is_of(&self, a: &str, b: &str) -> bool {
         matches!(&self.between[..], [c, d] if (c == a && d == b) || (c == b && d == a))
     }
 
     fn check_numbers(&self, table: &str) -> Check {
         let key = |rest: &str| format!("{table}.{rest}");
-        positive(&key("normal_stiffness"), self.normal_stiffness.unwrap_or(1.0), "N/m^exponent")?;
-        let exponent = self.exponent.unwrap_or(1.0);
-        ensure!((1.0..=3.0).contains(&exponent), key("exponent"), "must be from 1 to 3, not {exponent:?}");
-        let ratio = self.tangential_ratio.unwrap_or(0.0);
-        not_negative(&key("tangential_ratio"), ratio, "tangential over normal stiffness")?;
-        not_negative(&key("friction"), self.friction.unwrap_or(0.0), "a coefficient, such as 0.4")?;
+        positive(&key("normal_stiffness"), self.normal_stiffness, "N/m^exponent")?;
+        if let Some(exponent) = self.exponent {
+            ensure!((1.0..=3.0).contains(&exponent), key("exponent"), "must be from 1 to 3, not {exponent:?}");
+        }
+        not_negative(&key("tangential_ratio"), self.tangential_ratio, "tangential over normal stiffness")?;
+        not_negative(&key("friction"), self.friction, "a coefficient, such as 0.4")?;
         let one = self.restitution.is_none() || self.damping.is_none();
         ensure!(one, key("damping"), "restitution and damping exclude each other: remove one of them");
-        let restitution = self.restitution.unwrap_or(1.0);
-        let holds = restitution > 0.0 && restitution <= 1.0;
-        ensure!(holds, key("restitution"), "must be above 0 and at most 1, not {restitution:?}");
+        if let Some(restitution) = self.restitution {
+            let holds = restitution > 0.0 && restitution <= 1.0;
+            ensure!(holds, key("restitution"), "must be above 0 and at most 1, not {restitution:?}");
+        }
         if let Some(Damping { normal, tangential }) = self.damping {
             not_negative(&key("damping.normal"), normal, "N s/m")?;
             not_negative(&key("damping.tangential"), tangential, "N s/m")?;
@@ -256,32 +208,6 @@ mod tests {
 
     fn contact(keys: &str) -> Contact {
         toml::from_str(&format!("normal_stiffness = 1e5\n{keys}")).unwrap()
-    }
-
-    #[test]
-    fn a_law_without_pairs_is_that_of_the_table_with_its_defaults() {
-        let law = contact("").law("steel", WALL);
-        let expected = PairLaw {
-            normal_stiffness: 1e5,
-            exponent: 1.0,
-            tangential_ratio: 2.0 / 7.0,
-            friction: 0.0,
-            loss: Loss::Restitution(0.5),
-        };
-        assert_eq!(law, expected);
-    }
-
-    #[test]
-    fn a_pair_changes_its_keys_in_either_order_and_no_others() {
-        let contact = contact(
-            "damping = { normal = 1.0, tangential = 2.0 }\nfriction = 0.1\n\
-             pair = [{ between = [\"steel\", \"wall\"], friction = 0.4, restitution = 0.9 }]",
-        );
-        let (pair, rest) = (contact.law(WALL, "steel"), contact.law("steel", "steel"));
-        assert_eq!((pair.friction, pair.loss), (0.4, Loss::Restitution(0.9)));
-        assert_eq!(pair, contact.law("steel", WALL));
-        assert_eq!((rest.friction, rest.loss), (0.1, Loss::Damping(Damping { normal: 1.0, tangential: 2.0 })));
-        assert_eq!(pair.normal_stiffness, rest.normal_stiffness);
     }
 
     #[test]

@@ -19,19 +19,21 @@ macro_rules! ensure {
     ($holds:expr, $key:expr, $($message:tt)+) => {
         let holds: bool = $holds;
         if !holds {
-            return Err($crate::case::fault::Fault { key: $key.into(), message: format!($($message)+) });
+            return Err($crate::config::fault::Fault { key: $key.into(), message: format!($($message)+) });
         }
     };
 }
 
-/// A positive number.
-pub(super) fn positive(key: &str, value: f64, unit: &str) -> Check {
+/// A positive number, if it is given.
+pub(super) fn positive(key: &str, value: impl Into<Option<f64>>, unit: &str) -> Check {
+    let Some(value) = value.into() else { return Ok(()) };
     ensure!(value > 0.0 && value.is_finite(), key, "must be positive and finite ({unit}), not {value:?}");
     Ok(())
 }
 
-/// Zero or a positive number.
-pub(super) fn not_negative(key: &str, value: f64, unit: &str) -> Check {
+/// Zero or a positive number, if it is given.
+pub(super) fn not_negative(key: &str, value: impl Into<Option<f64>>, unit: &str) -> Check {
+    let Some(value) = value.into() else { return Ok(()) };
     let holds = value >= 0.0 && value.is_finite();
     ensure!(holds, key, "must be zero or positive, and finite ({unit}), not {value:?}");
     Ok(())

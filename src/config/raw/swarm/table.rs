@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::Swarm;
-use crate::case::fault::{AXES, Check, Fault};
-use crate::case::particle::{Overlap, below_periods, inside, overlap};
-use crate::case::{Case, Motion, Particle, Spin};
+use crate::config::fault::{AXES, Check, Fault};
+use crate::config::raw::particle::{Overlap, below_periods, inside, overlap};
+use crate::config::raw::{Case, Motion, Particle, Spin};
 
 /// The columns of a file, by what they hold.
 struct Columns {

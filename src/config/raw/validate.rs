@@ -3,14 +3,13 @@
 
 use std::collections::HashSet;
 
-use super::fault::{AXES, Check, finite, not_negative, positive, vector};
 use super::particle::{Overlap, overlap, particle};
 use super::*;
-use crate::coupling::sharp::reach;
+use crate::config::fault::{AXES, Check, finite, not_negative, positive, vector};
 
 /// Checks what the types leave open; the first refusal is returned. [`measures`] comes later: their particles may be of
 /// swarms.
-pub(super) fn validate(case: &Case) -> Check {
+pub(in crate::config) fn validate(case: &Case) -> Check {
     let plain = case.name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c));
     let holds = plain && !["", ".", ".."].contains(&case.name.as_str());
     ensure!(holds, "name", "\"{}\" cannot name a folder: use letters, digits, `-`, `_` and `.`", case.name);
@@ -37,13 +36,12 @@ pub(super) fn validate(case: &Case) -> Check {
     if let Some(velocity) = &case.initial.velocity {
         vector("initial.velocity", velocity, dimension, "m/s")?;
     }
-    not_negative("initial.perturbation", case.initial.perturbation.unwrap_or(0.0), "m/s")?;
+    not_negative("initial.perturbation", case.initial.perturbation, "m/s")?;
     let planar = dimension == 2 || case.coupling.fraction != FractionRule::Polygon;
     ensure!(planar, "coupling.fraction", "polygon is for discs in 2D only; in 3D choose \"exact\"");
     if case.coupling.wall == WallRule::Sharp {
         mixing_only(&case.coupling)?;
         long_cells(case)?;
-        few_cells(case)?;
     }
     time(case)?;
     let Pressure { divergence_limit, tightening, max_iterations, .. } = case.pressure;
@@ -51,23 +49,6 @@ pub(super) fn validate(case: &Case) -> Check {
     let holds = tightening > 0.0 && tightening <= 1.0;
     ensure!(holds, "pressure.tightening", "must be above 0 and at most 1, not {tightening:?}");
     ensure!(max_iterations >= 1, "pressure.max_iterations", "must be at least 1");
-    direct(case)?;
-    cadence("output.particles", &case.output.particles)?;
-    case.output.fields.as_ref().map_or(Ok(()), |fields| cadence("output.fields", fields))?;
-    checkpoints("output.checkpoint", &case.output.checkpoint)
-}
-
-/// Transforms solve for one coefficient everywhere only.
-fn direct(case: &Case) -> Check {
-    let sharp = case.coupling.wall == WallRule::Sharp;
-    let plain = |density: Option<f64>| !sharp && density.is_none_or(|d| d == case.fluid.density);
-    let uniform = case.particle.iter().all(|p| plain(p.density)) && case.swarm.iter().all(|s| plain(s.density));
-    ensure!(
-        uniform || case.pressure.solver != Solver::Direct,
-        "pressure.solver",
-        "\"direct\" solves for one coefficient on all faces, and {}; choose \"auto\" or \"multigrid\"",
-        if sharp { "particles with sharp walls close some" } else { "a particle has another density than the fluid" }
-    );
     Ok(())
 }
 
@@ -108,46 +89,6 @@ fn long_cells(case: &Case) -> Check {
          coupling.wall = \"mixing\"",
         most / least
     );
-    Ok(())
-}
-
-/// The profile beside a sharp wall is read from cells that far away, of the box or, across a period, of one image of it.
-fn few_cells(case: &Case) -> Check {
-    if case.particle.is_empty() && case.swarm.is_empty() {
-        return Ok(());
-    }
-    let spacings: Vec<f64> =
-        case.domain.size.iter().zip(&case.domain.cells).map(|(size, n)| size / *n as f64).collect();
-    let needed = reach(&spacings).1;
-    for (axis, cells) in case.domain.cells.iter().enumerate() {
-        let holds = *cells >= needed;
-        ensure!(
-            holds,
-            format!("domain.cells.{axis}"),
-            "must be at least {needed} with sharp walls (the profile beside them is read so far away), not {cells}: use more \
-             cells, or coupling.wall = \"mixing\""
-        );
-    }
-    Ok(())
-}
-
-/// Two bodies do not touch on both sides across a period: a contact knows the nearest image alone.
-pub(super) fn short_periods(case: &Case) -> Check {
-    if case.contact.is_none() {
-        return Ok(());
-    }
-    let mut widths: Vec<f64> = case.particle.iter().map(|p| p.shape.diameter()).collect();
-    widths.sort_by(|a, b| b.total_cmp(a));
-    let [first, second, ..] = widths[..] else { return Ok(()) };
-    for (axis, &size) in case.domain.size.iter().enumerate().filter(|(axis, _)| case.periodic(*axis)) {
-        let (x, needed) = (AXES[axis], super::fault::short(first + second));
-        let holds = first + second <= size;
-        ensure!(
-            holds,
-            format!("domain.size.{axis}"),
-            "the two largest particles could touch on both sides across this period along {x}: it must be {needed} m or more, not {size:?}"
-        );
-    }
     Ok(())
 }
 
@@ -225,13 +166,8 @@ fn time(case: &Case) -> Check {
     positive("time.end", time.end, "s")?;
     let both = time.step.is_some() && time.cfl.is_some();
     ensure!(!both, "time.step", "time.step and time.cfl exclude each other: remove one of them");
-    positive("time.step", time.step.unwrap_or(1.0), "s")?;
-    positive("time.cfl", time.cfl.unwrap_or(1.0), "a Courant number, such as 0.4")?;
-    let falls = case.fluid.gravity.iter().flatten().any(|g| *g != 0.0)
-        && case.particle.iter().any(|p| p.motion == Motion::Free);
-    let holds = case.coupling.gradient == GradientRule::Faces || case.coupling.buoyancy == Buoyancy::Particle || !falls;
-    let cure = "set coupling.buoyancy = \"particle\" too";
-    ensure!(holds, "coupling.gradient", "reduced gravity at faces balances no pressure gradient at cells: {cure}");
+    positive("time.step", time.step, "s")?;
+    positive("time.cfl", time.cfl, "a Courant number, such as 0.4")?;
     let holds = time.advection != Advection::Qsi || time.scheme == Scheme::Euler;
     let cure = "set time.scheme = \"euler\" or choose upwind5";
     ensure!(holds, "time.advection", "qsi is a one-step scheme: {cure}");
@@ -242,7 +178,7 @@ fn time(case: &Case) -> Check {
 }
 
 /// Checks the measures, swarms turned into particles.
-pub(super) fn measures(case: &Case) -> Check {
+pub(in crate::config) fn measures(case: &Case) -> Check {
     let mut names = HashSet::new();
     for (index, measure) in case.measure.iter().enumerate() {
         let Measure { name, kind, particle, from, speed, .. } = measure;
@@ -252,13 +188,12 @@ pub(super) fn measures(case: &Case) -> Check {
         not_negative(&key("from"), *from, "s")?;
         let end = case.time.end;
         ensure!(*from < end, key("from"), "must be before time.end = {end:?} s, not {from:?}");
-        positive(&key("speed"), speed.unwrap_or(1.0), "m/s")?;
+        positive(&key("speed"), *speed, "m/s")?;
+        let count = case.particle.len();
         if kind.needs_particle() {
-            let count = case.particle.len();
             let holds = *particle < count;
             ensure!(holds, key("particle"), "there is no particle {particle}: the case has {count}, counted from 0");
         }
-        let count = case.particle.len();
         if kind.is_of_group() {
             ensure!(count > 0, key("kind"), "is of particles, and the case has none");
         }
@@ -292,11 +227,14 @@ pub(super) fn measures(case: &Case) -> Check {
                 key("when"),
                 "is of position_x, velocity_x (y, z) and spin only: remove it or change the kind"
             );
-            if let Some((axis, at)) = when.passing() {
-                let size = case.domain.size.get(axis).copied().unwrap_or(0.0);
-                let inside = (0.0..=size).contains(&at);
-                ensure!(inside, key("when"), "must be a coordinate within the box, from 0 to {size:?} m, not {at:?}");
-            }
+            let (at, most, unit) = match when {
+                When::Contact => (0.0, 0.0, ""),
+                When::X(at) => (at, case.domain.size[0], "m"),
+                When::Y(at) => (at, case.domain.size[1], "m"),
+                When::Z(at) => (at, case.domain.size.get(2).copied().unwrap_or(0.0), "m"),
+                When::Time(at) => (at, end, "s"),
+            };
+            ensure!((0.0..=most).contains(&at), key("when"), "must be from 0 to {most:?} {unit}, not {at:?}");
         }
         if kind.needs_speed() {
             let holds = speed.or(case.reference_speed()).is_some();
@@ -328,21 +266,7 @@ fn reference(measure: &Measure, key: &dyn Fn(&str) -> String) -> Check {
             ensure!(holds, key("reference"), "a band is [low, high], both finite, not [{low:?}, {high:?}]");
         }
     }
-    not_negative(&key("tolerance"), measure.tolerance.unwrap_or(0.0), "a part of the reference")
-}
-
-fn cadence(key: &str, cadence: &Cadence) -> Check {
-    let one = cadence.every.is_some() != cadence.every_time.is_some();
-    ensure!(one, key, "give exactly one of `every` (steps) and `every_time` (s), as in {{ every = 10 }}");
-    ensure!(cadence.every != Some(0), format!("{key}.every"), "must be 1 step or more, not 0");
-    positive(&format!("{key}.every_time"), cadence.every_time.unwrap_or(1.0), "s")
-}
-
-fn checkpoints(key: &str, checkpoints: &Checkpoints) -> Check {
-    let one = checkpoints.every_wall_minutes.is_some() != checkpoints.every_steps.is_some();
-    ensure!(one, key, "give exactly one of `every_wall_minutes` and `every_steps`, as in {{ every_steps = 1000 }}");
-    ensure!(checkpoints.every_steps != Some(0), format!("{key}.every_steps"), "must be 1 step or more, not 0");
-    positive(&format!("{key}.every_wall_minutes"), checkpoints.every_wall_minutes.unwrap_or(1.0), "minutes")
+    not_negative(&key("tolerance"), measure.tolerance, "a part of the reference")
 }
 
 #[cfg(test)]

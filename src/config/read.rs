@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 
-use super::Case;
 use super::document::{Document, line_of, whole_file};
 use super::fault::Fault;
-use super::swarm::expand;
-use super::validate::{measures, short_periods, validate};
+use super::raw::{self, expand, measures, validate};
+use super::resolve::resolve;
+use super::resolved::Case;
+use crate::error::Given;
 use crate::{Error, Result};
 
 /// A case as it was read, and from where.
@@ -25,11 +26,9 @@ pub struct Loaded {
 impl Loaded {
     /// The refusal of a key, with its line, by what comes after reading: a step over the limit, say.
     pub fn error_at(&self, key: &str, message: impl Into<String>) -> Error {
-        let (line, note) = match Document::parse(&self.file, &self.text, &self.overrides) {
-            Ok(document) => document.place(key),
-            Err(_) => (None, ""),
-        };
-        Error::Case { file: self.file.clone(), line, key: key.to_owned(), message: message.into() + note }
+        let document = Document::parse(&self.file, &self.text, &self.overrides);
+        let (line, given) = document.map_or((None, Given::File), |document| document.place(key));
+        Error::Case { file: self.file.clone(), line, key: key.to_owned(), message: message.into(), given }
     }
 }
 
@@ -37,7 +36,7 @@ impl Loaded {
 const FLOW: [&str; 7] = ["domain.size", "fluid", "boundary", "particle", "swarm", "initial", "contact"];
 
 /// Drops the references that the file has of its own flow where overrides make it another one, unless they give others.
-fn drop_references(case: &mut Case, overrides: &[String]) {
+fn drop_references(case: &mut raw::Case, overrides: &[String]) {
     let keys = || overrides.iter().map(|given| given.split('=').next().unwrap_or_default().trim());
     let within = |key: &str, table: &str| key.strip_prefix(table).is_some_and(|r| r.is_empty() || r.starts_with('.'));
     if !keys().any(|key| FLOW.iter().any(|table| within(key, table) || within(table, key)))
@@ -64,33 +63,35 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Loaded> {
     };
     let overrides: Vec<String> = overrides.iter().map(pad).collect();
     let document = Document::parse(path, &text, &overrides)?;
-    let checked = || {
-        let mut case = document.to_case()?;
-        validate(&case)?;
-        expand(&mut case, path.parent().unwrap_or(Path::new("")))?;
-        short_periods(&case)?;
-        measures(&case)?;
-        Ok(case)
-    };
-    let mut case = checked().map_err(|Fault { key, message }| {
-        let (line, note) = document.place(&key);
-        Error::Case { file: path.to_owned(), line, key, message: message + note }
+    let case = checked(&document, path, &overrides).map_err(|Fault { key, message }| {
+        let (line, given) = document.place(&key);
+        Error::Case { file: path.to_owned(), line, key, message, given }
     })?;
-    drop_references(&mut case, &overrides);
-    case.fill_defaults();
     Ok(Loaded { case, file: path.to_owned(), text, overrides })
+}
+
+/// The case that a document of the file `path` describes, its swarms turned into particles, checked and resolved.
+fn checked(document: &Document, path: &Path, overrides: &[String]) -> Result<Case, Fault> {
+    let mut raw = document.to_case()?;
+    validate(&raw)?;
+    expand(&mut raw, path.parent().unwrap_or(Path::new("")))?;
+    measures(&raw)?;
+    drop_references(&mut raw, overrides);
+    resolve(raw)
+}
+
+/// The case that a run wrote out, from its text.
+///
+/// # Errors
+/// With what is wrong with it, the key ahead.
+pub(crate) fn written(text: &str) -> Result<Case, String> {
+    let document = Document::plain(Path::new("case.toml"), text).map_err(|e| e.to_string())?;
+    checked(&document, Path::new(""), &[]).map_err(|Fault { key, message }| format!("{key}: {message}"))
 }
 
 /// The JSON Schema of a case, for editors.
 pub fn schema() -> serde_json::Value {
-    schemars::schema_for!(Case).to_value()
-}
-
-impl Case {
-    /// The case as TOML, every default filled in; it reads back to an equal case.
-    pub fn to_toml(&self) -> String {
-        toml::to_string(self).expect("numbers, texts, lists and tables with text keys are TOML")
-    }
+    schemars::schema_for!(raw::Case).to_value()
 }
 
 /// The text of another TOML file of the program's, read and refused with the manners of a case.
@@ -116,7 +117,7 @@ impl Text {
     pub fn refuse(&self, Fault { key, message }: Fault) -> Error {
         let document = Document::plain(&self.file, &self.text);
         let line = document.ok().and_then(|document| document.place(&key).0);
-        Error::Case { file: self.file.clone(), line, key, message }
+        Error::Case { file: self.file.clone(), line, key, message, given: Given::File }
     }
 
     /// The text as it was read.
@@ -145,7 +146,7 @@ fn read(file: &Path, kind: &str) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::{Motion, Side, Spin};
+    use crate::config::{Motion, Oscillation, Reference, Side, Step};
 
     const CHANNEL: &str = r#"name = "channel"
 [domain]
@@ -189,6 +190,14 @@ kind = "drag_coefficient"
         }
     }
 
+    /// What gave the key that is refused.
+    fn given_by(text: &str, overrides: &[&str]) -> Given {
+        match load_text(text, overrides) {
+            Err(Error::Case { given, .. }) => given,
+            other => panic!("expected a refusal of the case, got {other:?}"),
+        }
+    }
+
     fn usage(overrides: &[&str]) -> String {
         match load_text(CHANNEL, overrides) {
             Err(Error::Usage(message)) => message,
@@ -200,12 +209,12 @@ kind = "drag_coefficient"
     fn a_case_written_out_reads_back_equal_and_says_every_default() {
         let case = load_text(CHANNEL, &[]).unwrap();
         assert_eq!(load_text(&case.to_toml(), &[]).unwrap(), case);
-        assert_eq!(case.fluid.gravity, Some(vec![0.0, 0.0]));
-        assert_eq!(case.particle[0].density, Some(1000.0));
-        assert_eq!(case.initial.velocity, Some(vec![2.0, 0.0]), "the inflow's, at the middle of its face");
+        assert_eq!(case.fluid.gravity, [0.0, 0.0]);
+        assert_eq!(case.particle[0].density, 1000.0);
+        assert_eq!(case.initial.velocity, [2.0, 0.0], "the inflow's, at the middle of its face");
         assert_eq!(case.measure[0].speed, Some(2.0));
-        let Motion::Prescribed(motion) = &case.particle[0].motion else { panic!("{:?}", case.particle[0].motion) };
-        assert_eq!(motion.spin, Some(Spin::Plane(0.0)));
+        let motion = Motion::Prescribed { velocity: vec![0.0, 1.0], spin: [0.0; 3], oscillation: None };
+        assert_eq!(case.particle[0].motion, motion);
     }
 
     #[test]
@@ -213,10 +222,9 @@ kind = "drag_coefficient"
         let swing = "particle.0.motion.prescribed.oscillation={ amplitude = [0.1, 0], frequency = 2 }";
         let case = load_text(CHANNEL, &[swing]).unwrap();
         assert_eq!(load_text(&case.to_toml(), &[]).unwrap(), case);
-        let Motion::Prescribed(motion) = &case.particle[0].motion else { panic!("{:?}", case.particle[0].motion) };
-        let oscillation = motion.oscillation.as_ref().unwrap();
-        assert_eq!((&oscillation.amplitude[..], oscillation.frequency), (&[0.1, 0.0][..], 2.0));
-        assert_eq!(motion.velocity, Some(vec![0.0, 1.0]));
+        let oscillation = Some(Oscillation { amplitude: vec![0.1, 0.0], frequency: 2.0 });
+        let motion = Motion::Prescribed { velocity: vec![0.0, 1.0], spin: [0.0; 3], oscillation };
+        assert_eq!(case.particle[0].motion, motion);
         let schema = schema();
         for (table, key) in [("Prescribed", "oscillation"), ("Oscillation", "amplitude"), ("Oscillation", "frequency")]
         {
@@ -235,17 +243,17 @@ kind = "drag_coefficient"
             "particle.0.motion='fixed'",
         ];
         let case = load_text(CHANNEL, &overrides).unwrap();
-        assert_eq!(case.particle[0].density, Some(1200.0));
+        assert_eq!(case.particle[0].density, 1200.0);
         assert_eq!((case.domain.size, case.domain.cells), (vec![4.0, 1.0], vec![64, 32]));
         assert_eq!(case.petsc.options, "-ksp_type cg");
-        assert_eq!(case.boundary.north, Side::MovingWall(vec![3.0, 0.0]));
+        assert_eq!(case.boundary[1][1], Side::MovingWall(vec![3.0, 0.0]));
         assert_eq!(case.particle[0].motion, Motion::Fixed);
     }
 
     #[test]
     fn an_override_drops_the_alternative_that_the_file_has_but_not_one_given_with_it() {
         let case = load_text(CHANNEL, &["time.step=0.01"]).unwrap();
-        assert_eq!((case.time.step, case.time.cfl), (Some(0.01), None));
+        assert_eq!(case.time.step, Step::Fixed(0.01));
         let (line, key, message) = refusal(CHANNEL, &["time.cfl=0.2", "time.step=0.01"]);
         assert_eq!((line, key.as_str()), (None, "time.step"));
         assert!(message.contains("exclude each other"), "{message}");
@@ -254,17 +262,15 @@ kind = "drag_coefficient"
     #[test]
     fn a_reference_is_of_the_flow_of_the_file_and_goes_where_an_override_makes_it_another() {
         let text = CHANNEL.to_owned() + "reference = 2.0\ntolerance = 0.1\nsource = \"a book\"\n";
-        let left = |overrides: &[&str]| load_text(&text, overrides).unwrap().measure[0].reference;
-        let kept = Some(crate::case::Reference::Value(2.0));
+        let left = |overrides: &[&str]| load_text(&text, overrides).unwrap().measure[0].target.clone();
+        let left = |overrides: &[&str]| left(overrides).map(|target| target.reference);
+        let kept = Some(Reference::Value(2.0));
         for same in [&[][..], &["domain.cells=[64, 32]"], &["time.cfl=0.2", "measure.0.particle=0"]] {
             assert_eq!(left(same), kept, "{same:?}");
         }
         for other in ["fluid.viscosity=1.0", "domain.size=[2.0, 2.0]", "particle.0.density=2.0"] {
             assert_eq!(left(&[other]), None, "{other}");
-            assert_eq!(
-                left(&[other, "measure.0.reference=[3.0, 4.0]"]),
-                Some(crate::case::Reference::Band([3.0, 4.0]))
-            );
+            assert_eq!(left(&[other, "measure.0.reference=[3.0, 4.0]"]), Some(Reference::Band([3.0, 4.0])));
         }
     }
 
@@ -280,7 +286,7 @@ kind = "drag_coefficient"
         ] {
             let (line, found, message) = refusal(CHANNEL, &["fluid.density=2", given]);
             assert_eq!((line, found.as_str()), (None, key), "{message}");
-            assert!(message.ends_with(" (given by --set)"), "{message}");
+            assert_eq!(given_by(CHANNEL, &["fluid.density=2", given]), Given::Set, "{message}");
         }
     }
 

@@ -1,34 +1,26 @@
-//! A case: what the user typed, checked. Pure data; [`crate::scene`] alone turns it into a running scene.
+//! A case as it is typed: the tables and keys of a case file, each with its meaning, its unit and its default.
 //!
-//! SI units are named throughout; any consistent set works.
+//! The checks of what the types cannot say stand beside them; nothing below the configuration reads these types.
 
-#[macro_use]
-mod fault;
 mod boundary;
-mod change;
 mod contact;
 mod coupling;
-mod document;
-mod message;
 mod particle;
-mod preset;
-mod read;
+pub(super) mod preset;
 mod report;
 mod swarm;
 mod validate;
 
 pub use boundary::{Boundary, Profile, Side};
-pub use contact::{Contact, Damping, Loss, Pair, PairLaw, Substeps, TangentialDamping, WALL};
+pub use contact::{Contact, Damping, Pair, Substeps, TangentialDamping, WALL};
 pub use coupling::{Buoyancy, Coupling, ForceRule, FractionRule, GradientRule, RotationRule, WallRule};
 pub use particle::{Lock, Motion, Oscillation, Particle, Prescribed, Round, Shape, Spin};
 pub use preset::Preset;
-pub use read::{Loaded, load, schema};
 pub use report::{Cadence, Checkpoints, Measure, MeasureKind, Output, Reference, When};
 pub use swarm::{Diameters, Range, Region, Swarm};
 
-pub(crate) use fault::{Check, Fault};
-pub(crate) use message::suggest;
-pub(crate) use read::Text;
+pub(super) use swarm::expand;
+pub(super) use validate::{measures, validate};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -51,7 +43,7 @@ pub struct Case {
     /// Bodies, one by one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub particle: Vec<Particle>,
-    /// Many bodies at once; [`load`] turns them into entries of `particle` and leaves none here.
+    /// Many bodies at once; reading the case turns them into entries of `particle` and leaves none here.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub swarm: Vec<Swarm>,
     /// The fluid at time 0.
@@ -114,50 +106,6 @@ impl Case {
         let initial = self.initial.velocity.as_ref().map_or(0.0, speed);
         let walls = sides().map(|s| if let Side::MovingWall(v) = s { speed(v) } else { 0.0 }).fold(0.0, f64::max);
         [inflows, initial, walls].into_iter().find(|speed| *speed > 0.0)
-    }
-
-    /// The velocity of the fluid at time 0 (m/s): as given, else the first inflow's (at its middle), else rest.
-    pub fn initial_velocity(&self) -> Vec<f64> {
-        let middle = |(face, side): (usize, Option<&Side>)| match side? {
-            Side::Inflow(v) | Side::InflowParabola(v) => Some(v.clone()),
-            Side::InflowProfile(p) => Some(p.velocity_at(0.5 * self.domain.size[usize::from(face < 2)])),
-            _ => None,
-        };
-        let given = self.initial.velocity.clone();
-        given.or_else(|| self.sides().into_iter().enumerate().find_map(middle)).unwrap_or(vec![0.0; self.dimension()])
-    }
-
-    /// Writes out what a valid case leaves unsaid, so that `case.toml` in the run folder says it; the meaning stays.
-    fn fill_defaults(&mut self) {
-        let rest = vec![0.0; self.dimension()];
-        self.initial.velocity = Some(self.initial_velocity());
-        self.initial.perturbation.get_or_insert(0.0);
-        self.fluid.gravity.get_or_insert(rest.clone());
-        for particle in &mut self.particle {
-            particle.density.get_or_insert(self.fluid.density);
-            particle.viscosity.get_or_insert(self.fluid.viscosity);
-            let still = if rest.len() == 2 { Spin::Plane(0.0) } else { Spin::Space([0.0; 3]) };
-            let (velocity, spin) = match &mut particle.motion {
-                Motion::Free => (&mut particle.velocity, &mut particle.spin),
-                Motion::Fixed => continue,
-                Motion::Prescribed(motion) => (&mut motion.velocity, &mut motion.spin),
-            };
-            velocity.get_or_insert(rest.clone());
-            spin.get_or_insert(still);
-        }
-        if let Some(contact) = &mut self.contact {
-            contact.fill_defaults();
-        }
-        if self.time.step.is_none() {
-            // Euler steps with upwind advection reach less far than all others.
-            let short = self.time.scheme == Scheme::Euler && self.time.advection != Advection::Qsi;
-            self.time.cfl.get_or_insert(if short { 0.2 } else { 0.4 });
-        }
-        let reference = self.reference_speed();
-        for measure in self.measure.iter_mut().filter(|m| m.kind.needs_speed()) {
-            measure.speed = measure.speed.or(reference);
-            measure.force.get_or_insert(self.coupling.force);
-        }
     }
 }
 

@@ -1,0 +1,39 @@
+//! What the user typed, and what it means: a case file becomes a [`raw::Case`], is checked, and is resolved once into a
+//! [`Case`] of plain values. Pure data; [`crate::scene`] alone turns it into a running scene.
+//!
+//! ```text
+//!   case.toml, --set, preset  ->  document  ->  raw::Case  ->  checked  ->  Case  ->  scene, run, check, output
+//!         keys and their lines                  options         swarms      values
+//!                                                                expanded     |
+//!   case.toml of the run      <-------------  raw::Case, every key given  <---+
+//! ```
+//! A default that stands by itself belongs to its key, in [`raw`]; one that depends on other keys is given where the case is
+//! resolved. Nobody after that asks whether a key was given. SI units are named throughout; any consistent set works.
+
+#[macro_use]
+mod fault;
+mod change;
+mod document;
+mod message;
+pub mod raw;
+mod read;
+mod resolve;
+mod resolved;
+mod write;
+
+pub use raw::{
+    Advection, Buoyancy, Coupling, Damping, Domain, FACES, ForceRule, FractionRule, GradientRule, Lock, MeasureKind,
+    Oscillation, Petsc, Preset, Pressure, Profile, Reference, RotationRule, Round, Scheme, Shape, Side, Solver,
+    Substeps, TangentialDamping, WALL, WallRule, When,
+};
+pub use read::{Loaded, load, schema};
+pub use resolved::{
+    Cadence, Case, Checkpoints, Contact, Fluid, Initial, Loss, Measure, Motion, Output, Pair, PairLaw, Particle, Step,
+    Target, Time,
+};
+
+pub(crate) use fault::{Check, Fault};
+pub(crate) use message::suggest;
+pub(crate) use read::Text;
+#[cfg(test)]
+pub(crate) use read::written;

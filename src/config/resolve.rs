@@ -1,0 +1,287 @@
+//! From a checked raw case to values: the defaults that depend on other keys, and one value of keys that exclude each other.
+
+use super::fault::{AXES, Check, Fault, positive, short};
+use super::raw::{self, Advection, Buoyancy, GradientRule, Scheme, Side, Solver, Spin, WallRule};
+use super::resolved::{
+    Cadence, Case, Checkpoints, Contact, Fluid, Initial, Loss, Measure, Motion, Output, Pair, PairLaw, Particle, Step,
+    Target, Time,
+};
+
+/// The restitution where neither it nor a damping is given.
+const RESTITUTION: f64 = 0.5;
+
+/// The meaning of a checked case whose swarms are among its particles.
+pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
+    let rest = vec![0.0; raw.dimension()];
+    let reference_speed = raw.reference_speed();
+    let velocity = raw.initial.velocity.clone().or_else(|| inflow(&raw)).unwrap_or(rest.clone());
+    let initial = Initial { velocity, perturbation: raw.initial.perturbation.unwrap_or(0.0) };
+    let raw::Fluid { density, viscosity, gravity } = raw.fluid;
+    let fluid = Fluid { density, viscosity, gravity: gravity.unwrap_or(rest.clone()) };
+    let raw::Boundary { west, east, south, north, bottom, top } = raw.boundary;
+    let along_z = bottom.zip(top).map(|(bottom, top)| [bottom, top]);
+    let (force, count) = (raw.coupling.force, raw.particle.len());
+    let case = Case {
+        name: raw.name,
+        preset: raw.preset,
+        boundary: [[west, east], [south, north]].into_iter().chain(along_z).collect(),
+        particle: raw.particle.into_iter().map(|p| particle(p, &fluid, &rest)).collect(),
+        contact: raw.contact.map(contact).transpose()?,
+        time: time(raw.time),
+        measure: raw.measure.into_iter().map(|m| measure(m, reference_speed, force, count)).collect(),
+        output: output(raw.output)?,
+        domain: raw.domain,
+        coupling: raw.coupling,
+        pressure: raw.pressure,
+        petsc: raw.petsc,
+        fluid,
+        initial,
+        reference_speed,
+    };
+    direct(&case)?;
+    buoyancy(&case)?;
+    short_periods(&case)?;
+    Ok(case)
+}
+
+/// The velocity (m/s) of the first inflow, at its middle.
+fn inflow(raw: &raw::Case) -> Option<Vec<f64>> {
+    let middle = |(face, side): (usize, Option<&Side>)| match side? {
+        Side::Inflow(v) | Side::InflowParabola(v) => Some(v.clone()),
+        Side::InflowProfile(p) => Some(p.velocity_at(0.5 * raw.domain.size[usize::from(face < 2)])),
+        _ => None,
+    };
+    raw.sides().into_iter().enumerate().find_map(middle)
+}
+
+/// A particle in this fluid; `rest` is no velocity (m/s).
+fn particle(raw: raw::Particle, fluid: &Fluid, rest: &[f64]) -> Particle {
+    let start = |velocity: Option<Vec<f64>>, spin: Option<Spin>| {
+        let spin = match spin {
+            None => [0.0; 3],
+            Some(Spin::Plane(z)) => [0.0, 0.0, z],
+            Some(Spin::Space(spin)) => spin,
+        };
+        (velocity.unwrap_or_else(|| rest.to_vec()), spin)
+    };
+    let material = raw.material().to_owned();
+    let motion = match raw.motion {
+        raw::Motion::Fixed => Motion::Fixed,
+        raw::Motion::Free => {
+            let (velocity, spin) = start(raw.velocity, raw.spin);
+            Motion::Free { velocity, spin, locked: raw.locked }
+        }
+        raw::Motion::Prescribed(prescribed) => {
+            let (velocity, spin) = start(prescribed.velocity, prescribed.spin);
+            Motion::Prescribed { velocity, spin, oscillation: prescribed.oscillation }
+        }
+    };
+    Particle {
+        material,
+        shape: raw.shape,
+        density: raw.density.unwrap_or(fluid.density),
+        viscosity: raw.viscosity.unwrap_or(fluid.viscosity),
+        position: raw.position,
+        motion,
+    }
+}
+
+fn contact(raw: raw::Contact) -> Result<Contact, Fault> {
+    let law = PairLaw {
+        normal_stiffness: raw.normal_stiffness,
+        exponent: raw.exponent,
+        tangential_ratio: raw.tangential_ratio,
+        friction: raw.friction,
+        loss: loss(raw.restitution, raw.damping).unwrap_or(Loss::Restitution(RESTITUTION)),
+    };
+    let pair = |(index, raw): (usize, &raw::Pair)| {
+        let law = PairLaw {
+            normal_stiffness: raw.normal_stiffness.unwrap_or(law.normal_stiffness),
+            exponent: raw.exponent.unwrap_or(law.exponent),
+            tangential_ratio: raw.tangential_ratio.unwrap_or(law.tangential_ratio),
+            friction: raw.friction.unwrap_or(law.friction),
+            loss: loss(raw.restitution, raw.damping).unwrap_or(law.loss),
+        };
+        Ok(Pair { between: raw.materials(index)?.map(str::to_owned), law })
+    };
+    Ok(Contact {
+        law,
+        pair: raw.pair.iter().enumerate().map(pair).collect::<Result<_, _>>()?,
+        substeps: raw.substeps,
+        tangential_damping: raw.tangential_damping,
+    })
+}
+
+fn loss(restitution: Option<f64>, damping: Option<raw::Damping>) -> Option<Loss> {
+    restitution.map(Loss::Restitution).or(damping.map(Loss::Damping))
+}
+
+fn time(raw: raw::Time) -> Time {
+    let raw::Time { end, step, cfl, scheme, advection } = raw;
+    // Euler steps with upwind advection reach less far than all others.
+    let short = scheme == Scheme::Euler && advection != Advection::Qsi;
+    let courant = || Step::Courant(cfl.unwrap_or(if short { 0.2 } else { 0.4 }));
+    Time { end, step: step.map_or_else(courant, Step::Fixed), scheme, advection }
+}
+
+/// A measure of a case with this reference speed (m/s), this force of its coupling and so many particles.
+fn measure(raw: raw::Measure, reference_speed: Option<f64>, force: raw::ForceRule, count: usize) -> Measure {
+    let raw::Measure { name, kind, particle, particles, from, when, speed, force: own, reference, tolerance, source } =
+        raw;
+    let group = if kind.is_of_group() { particles.unwrap_or_else(|| (0..count).collect()) } else { Vec::new() };
+    let target = |reference| Target { reference, tolerance: tolerance.unwrap_or(0.0), source };
+    Measure {
+        name,
+        kind,
+        particle,
+        particles: group,
+        from,
+        when,
+        speed: speed.or(reference_speed.filter(|_| kind.needs_speed())),
+        force: own.filter(|_| kind.is_of_force()).unwrap_or(force),
+        target: reference.map(target),
+    }
+}
+
+fn output(raw: raw::Output) -> Result<Output, Fault> {
+    Ok(Output {
+        particles: cadence("output.particles", &raw.particles)?,
+        fields: raw.fields.as_ref().map(|fields| cadence("output.fields", fields)).transpose()?,
+        checkpoint: checkpoints("output.checkpoint", &raw.checkpoint)?,
+        figures: raw.figures,
+    })
+}
+
+fn cadence(key: &str, raw: &raw::Cadence) -> Result<Cadence, Fault> {
+    match (raw.every, raw.every_time) {
+        (Some(steps), None) => {
+            ensure!(steps > 0, format!("{key}.every"), "must be 1 step or more, not 0");
+            Ok(Cadence::Steps(steps))
+        }
+        (None, Some(time)) => {
+            positive(&format!("{key}.every_time"), time, "s")?;
+            Ok(Cadence::Time(time))
+        }
+        _ => Err(Fault {
+            key: key.into(),
+            message: "give exactly one of `every` (steps) and `every_time` (s), as in { every = 10 }".into(),
+        }),
+    }
+}
+
+fn checkpoints(key: &str, raw: &raw::Checkpoints) -> Result<Checkpoints, Fault> {
+    match (raw.every_steps, raw.every_wall_minutes) {
+        (Some(steps), None) => {
+            ensure!(steps > 0, format!("{key}.every_steps"), "must be 1 step or more, not 0");
+            Ok(Checkpoints::Steps(steps))
+        }
+        (None, Some(minutes)) => {
+            positive(&format!("{key}.every_wall_minutes"), minutes, "minutes")?;
+            Ok(Checkpoints::WallMinutes(minutes))
+        }
+        _ => Err(Fault {
+            key: key.into(),
+            message: "give exactly one of `every_wall_minutes` and `every_steps`, as in { every_steps = 1000 }".into(),
+        }),
+    }
+}
+
+/// Transforms solve for one coefficient everywhere only.
+fn direct(case: &Case) -> Check {
+    let sharp = case.coupling.wall == WallRule::Sharp && !case.particle.is_empty();
+    let varies = sharp || case.particle.iter().any(|p| p.density != case.fluid.density);
+    ensure!(
+        !varies || case.pressure.solver != Solver::Direct,
+        "pressure.solver",
+        "\"direct\" solves for one coefficient on all faces, and {}; choose \"auto\" or \"multigrid\"",
+        if sharp { "particles with sharp walls close some" } else { "a particle has another density than the fluid" }
+    );
+    Ok(())
+}
+
+/// What gravity does at faces, the pressure has to balance there.
+fn buoyancy(case: &Case) -> Check {
+    let falls = case.fluid.gravity.iter().any(|g| *g != 0.0) && case.particle.iter().any(Particle::is_free);
+    let holds = case.coupling.gradient == GradientRule::Faces || case.coupling.buoyancy == Buoyancy::Particle || !falls;
+    let cure = "set coupling.buoyancy = \"particle\" too";
+    ensure!(holds, "coupling.gradient", "reduced gravity at faces balances no pressure gradient at cells: {cure}");
+    Ok(())
+}
+
+/// Two bodies do not touch on both sides across a period: a contact knows the nearest image alone.
+fn short_periods(case: &Case) -> Check {
+    if case.contact.is_none() {
+        return Ok(());
+    }
+    let mut widths: Vec<f64> = case.particle.iter().map(|p| p.shape.diameter()).collect();
+    widths.sort_by(|a, b| b.total_cmp(a));
+    let [first, second, ..] = widths[..] else { return Ok(()) };
+    for (axis, &size) in case.domain.size.iter().enumerate().filter(|(axis, _)| case.periodic(*axis)) {
+        let (x, needed) = (AXES[axis], short(first + second));
+        let holds = first + second <= size;
+        ensure!(
+            holds,
+            format!("domain.size.{axis}"),
+            "the two largest particles could touch on both sides across this period along {x}: it must be {needed} m or more, not {size:?}"
+        );
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::WALL;
+    use super::*;
+    use crate::config::Damping;
+
+    fn resolved(keys: &str) -> Contact {
+        let raw = toml::from_str(&format!("normal_stiffness = 1e5\n{keys}")).unwrap();
+        contact(raw).unwrap_or_else(|fault| panic!("{}: {}", fault.key, fault.message))
+    }
+
+    #[test]
+    fn what_contradicts_itself_only_when_resolved_is_refused() {
+        let refusal = |keys: &str| {
+            let text = format!(
+                "name = \"box\"\ntime.end = 1.0\ndomain = {{ size = [4.0, 1.0], cells = [32, 8] }}\n\
+                 fluid = {{ density = 1.0, viscosity = 0.1, gravity = [0.0, -1.0] }}\n{keys}\n\
+                 boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }}"
+            );
+            crate::config::written(&text).err()
+        };
+        let swarm = "swarm = [{ count = 1, region = { min = [0.0, 0.0], max = [4.0, 1.0] }, diameter = 0.2 }]";
+        let mixing = |key: &str| format!("coupling = {{ wall = \"mixing\"{key} }}\n{swarm}\n");
+        let why = refusal(&mixing(", gradient = \"cells\"")).unwrap();
+        assert!(why.starts_with("coupling.gradient: reduced gravity"), "{why}");
+        assert_eq!(refusal(&mixing(", gradient = \"cells\", buoyancy = \"particle\"")), None);
+        let direct = "pressure.solver = \"direct\"\n";
+        assert_eq!(refusal(&(mixing("") + direct)), None, "of the fluid's density");
+        let why = refusal(&(mixing("").replace("diameter", "density = 2.0, diameter") + direct)).unwrap();
+        assert!(why.starts_with("pressure.solver") && why.contains("another density"), "{why}");
+    }
+
+    #[test]
+    fn a_law_without_pairs_is_that_of_the_table_with_its_defaults() {
+        let expected = PairLaw {
+            normal_stiffness: 1e5,
+            exponent: 1.0,
+            tangential_ratio: 2.0 / 7.0,
+            friction: 0.0,
+            loss: Loss::Restitution(0.5),
+        };
+        assert_eq!(resolved("").between("steel", WALL), expected);
+    }
+
+    #[test]
+    fn a_pair_changes_its_keys_in_either_order_and_no_others() {
+        let contact = resolved(
+            "damping = { normal = 1.0, tangential = 2.0 }\nfriction = 0.1\n\
+             pair = [{ between = [\"steel\", \"wall\"], friction = 0.4, restitution = 0.9 }]",
+        );
+        let (pair, rest) = (contact.between(WALL, "steel"), contact.between("steel", "steel"));
+        assert_eq!((pair.friction, pair.loss), (0.4, Loss::Restitution(0.9)));
+        assert_eq!(pair, contact.between("steel", WALL));
+        assert_eq!((rest.friction, rest.loss), (0.1, Loss::Damping(Damping { normal: 1.0, tangential: 2.0 })));
+        assert_eq!(pair.normal_stiffness, rest.normal_stiffness);
+    }
+}

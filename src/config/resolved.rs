@@ -1,0 +1,273 @@
+//! A case with nothing left open. Its fields have the names of the file's tables and keys; an `Option` is physics that the
+//! case does without.
+
+use super::raw::{
+    Advection, Coupling, Damping, Domain, FACES, ForceRule, Lock, MeasureKind, Oscillation, Petsc, Preset, Pressure,
+    Reference, Scheme, Shape, Side, Substeps, TangentialDamping, When,
+};
+
+/// A whole case, every default filled in.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// The case's name.
+    pub name: String,
+    /// The preset that filled in keys, where one did.
+    pub preset: Option<Preset>,
+    /// The box and its grid.
+    pub domain: Domain,
+    /// The carrier fluid.
+    pub fluid: Fluid,
+    /// For each axis, the conditions at its low and its high face.
+    pub boundary: Vec<[Side; 2]>,
+    /// Bodies, those of swarms among them.
+    pub particle: Vec<Particle>,
+    /// The fluid at time 0.
+    pub initial: Initial,
+    /// How fluid and particles meet.
+    pub coupling: Coupling,
+    /// How bodies meet each other and the walls; without it they do not feel each other.
+    pub contact: Option<Contact>,
+    /// Time stepping.
+    pub time: Time,
+    /// The pressure equation and its stopping rule.
+    pub pressure: Pressure,
+    /// Raw PETSc options.
+    pub petsc: Petsc,
+    /// What `summary.json` reports.
+    pub measure: Vec<Measure>,
+    /// What is written, and how often.
+    pub output: Output,
+    /// The speed that coefficients refer to (m/s), `None` where nothing moves at the start: the fastest inflow's; without one,
+    /// the initial velocity's; without one, the fastest moving wall's.
+    pub reference_speed: Option<f64>,
+}
+
+impl Case {
+    /// 2 or 3: how many numbers `domain.size` has.
+    pub fn dimension(&self) -> usize {
+        self.domain.size.len()
+    }
+
+    /// The faces of the box by name, each with its condition.
+    pub fn sides(&self) -> impl Iterator<Item = (&'static str, &Side)> {
+        FACES.into_iter().zip(self.boundary.iter().flatten())
+    }
+
+    /// Whether the sides that close this axis are joined.
+    pub fn periodic(&self, axis: usize) -> bool {
+        self.boundary[axis][0] == Side::Periodic
+    }
+}
+
+/// The carrier fluid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fluid {
+    /// Density (kg/m3), positive.
+    pub density: f64,
+    /// Dynamic viscosity (Pa s), zero (inviscid) or positive.
+    pub viscosity: f64,
+    /// Gravity (m/s2), a number for each axis.
+    pub gravity: Vec<f64>,
+}
+
+/// One body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Particle {
+    /// Its shape.
+    pub shape: Shape,
+    /// Density (kg/m3).
+    pub density: f64,
+    /// Viscosity inside the particle (Pa s).
+    pub viscosity: f64,
+    /// Centre at time 0 (m), a number for each axis.
+    pub position: Vec<f64>,
+    /// What moves it.
+    pub motion: Motion,
+    /// The name of its material.
+    pub material: String,
+}
+
+impl Particle {
+    /// Whether forces and contacts move it.
+    pub fn is_free(&self) -> bool {
+        matches!(self.motion, Motion::Free { .. })
+    }
+}
+
+/// What moves a body. Velocities (m/s) have a number for each axis; spins (rad/s) are about x, y and z, in 2D about z alone.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Motion {
+    /// Forces and contacts move it.
+    Free {
+        /// Velocity of its centre at time 0 (m/s).
+        velocity: Vec<f64>,
+        /// Angular velocity at time 0 (rad/s).
+        spin: [f64; 3],
+        /// Directions in which it keeps its velocity whatever the forces.
+        locked: Vec<Lock>,
+    },
+    /// It rests.
+    Fixed,
+    /// It moves as told, whatever the forces.
+    Prescribed {
+        /// Velocity of its centre (m/s).
+        velocity: Vec<f64>,
+        /// Angular velocity (rad/s).
+        spin: [f64; 3],
+        /// What the centre does besides.
+        oscillation: Option<Oscillation>,
+    },
+}
+
+/// The fluid at time 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Initial {
+    /// Uniform velocity (m/s), a number for each axis.
+    pub velocity: Vec<f64>,
+    /// Amplitude (m/s) of a reproducible pseudo-random disturbance of every cell.
+    pub perturbation: f64,
+}
+
+/// How bodies meet each other and the walls.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contact {
+    /// The law of all materials that no pair is of.
+    pub law: PairLaw,
+    /// What is different between two materials.
+    pub pair: Vec<Pair>,
+    /// Contact steps in a step of the fluid.
+    pub substeps: Substeps,
+    /// The sign of the tangential dashpot.
+    pub tangential_damping: TangentialDamping,
+}
+
+/// How two materials meet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pair {
+    /// Their names, in any order.
+    pub between: [String; 2],
+    /// Their law.
+    pub law: PairLaw,
+}
+
+/// A law of contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairLaw {
+    /// Normal force over depth^exponent (N/m^exponent).
+    pub normal_stiffness: f64,
+    /// Power of the depth in the normal force.
+    pub exponent: f64,
+    /// Tangential over normal stiffness.
+    pub tangential_ratio: f64,
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// What takes the energy.
+    pub loss: Loss,
+}
+
+/// What takes energy from a contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Loss {
+    /// Speed after over speed before a normal impact.
+    Restitution(f64),
+    /// Dashpots.
+    Damping(Damping),
+}
+
+impl Contact {
+    /// How the materials `a` and `b` meet ([`Particle::material`], [`super::WALL`]), in either order.
+    pub fn between(&self, a: &str, b: &str) -> PairLaw {
+        let of = |pair: &&Pair| {
+            let [c, d] = &pair.between;
+            (a == c && b == d) || (a == d && b == c)
+        };
+        self.pair.iter().find(of).map_or(self.law, |pair| pair.law)
+    }
+}
+
+/// Time stepping.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Time {
+    /// When the run ends (s).
+    pub end: f64,
+    /// What gives the length of a step.
+    pub step: Step,
+    /// The time scheme.
+    pub scheme: Scheme,
+    /// The advection scheme.
+    pub advection: Advection,
+}
+
+/// What gives the length of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step {
+    /// `time.step`: always this (s).
+    Fixed(f64),
+    /// `time.cfl`: this Courant number, sum over axes of |u| dt/h, and the other limits.
+    Courant(f64),
+}
+
+/// One number that `summary.json` reports.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measure {
+    /// Its name in `summary.json`.
+    pub name: String,
+    /// What is measured.
+    pub kind: MeasureKind,
+    /// Of which particle (its index in the case).
+    pub particle: usize,
+    /// Of which particles, of a kind that is of several.
+    pub particles: Vec<usize>,
+    /// From this time on (s).
+    pub from: f64,
+    /// The moment at which it is taken; `None` of what is a mean, an extremum or the end's.
+    pub when: Option<When>,
+    /// Reference speed (m/s); `None` of what is neither a coefficient nor a frequency.
+    pub speed: Option<f64>,
+    /// Which force.
+    pub force: ForceRule,
+    /// What it ought to be, where that is known.
+    pub target: Option<Target>,
+}
+
+/// What a measure ought to be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    /// A number or a band.
+    pub reference: Reference,
+    /// How far from the reference still passes, as a part of it; of a band, of its middle and beyond its ends.
+    pub tolerance: f64,
+    /// Where the reference is from, if the case says it.
+    pub source: Option<String>,
+}
+
+/// What is written, and how often.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Output {
+    /// Rows of `particles.csv`.
+    pub particles: Cadence,
+    /// Snapshots under `fields/` besides the first and the last state.
+    pub fields: Option<Cadence>,
+    /// Checkpoints to go on from.
+    pub checkpoint: Checkpoints,
+    /// Whether figures of the last state are drawn.
+    pub figures: bool,
+}
+
+/// How often something is written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cadence {
+    /// Every so many steps.
+    Steps(u64),
+    /// Every so much time (s).
+    Time(f64),
+}
+
+/// How often a checkpoint is written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Checkpoints {
+    /// Every so many minutes of running time.
+    WallMinutes(f64),
+    /// Every so many steps.
+    Steps(u64),
+}

@@ -1,0 +1,145 @@
+//! A case written out as a file that gives every key, for the run's folder; it reads back to an equal case.
+
+use super::raw::{self, Spin};
+use super::resolved::{Cadence, Case, Checkpoints, Contact, Loss, Measure, Motion, Output, PairLaw, Particle, Step};
+
+impl Case {
+    /// The case as TOML, every default filled in.
+    pub fn to_toml(&self) -> String {
+        toml::to_string(&file(self)).expect("numbers, texts, lists and tables with text keys are TOML")
+    }
+}
+
+/// The file that says all of the case.
+fn file(case: &Case) -> raw::Case {
+    let side = |axis: usize, high: usize| case.boundary[axis][high].clone();
+    let along_z = |high| (case.dimension() == 3).then(|| side(2, high));
+    let (step, cfl) = match case.time.step {
+        Step::Fixed(step) => (Some(step), None),
+        Step::Courant(number) => (None, Some(number)),
+    };
+    raw::Case {
+        name: case.name.clone(),
+        preset: case.preset,
+        domain: case.domain.clone(),
+        fluid: raw::Fluid {
+            density: case.fluid.density,
+            viscosity: case.fluid.viscosity,
+            gravity: Some(case.fluid.gravity.clone()),
+        },
+        boundary: raw::Boundary {
+            west: side(0, 0),
+            east: side(0, 1),
+            south: side(1, 0),
+            north: side(1, 1),
+            bottom: along_z(0),
+            top: along_z(1),
+        },
+        particle: case.particle.iter().map(particle).collect(),
+        swarm: Vec::new(),
+        initial: raw::Initial {
+            velocity: Some(case.initial.velocity.clone()),
+            perturbation: Some(case.initial.perturbation),
+        },
+        coupling: case.coupling.clone(),
+        contact: case.contact.as_ref().map(contact),
+        time: raw::Time { end: case.time.end, step, cfl, scheme: case.time.scheme, advection: case.time.advection },
+        pressure: case.pressure.clone(),
+        petsc: case.petsc.clone(),
+        measure: case.measure.iter().map(measure).collect(),
+        output: output(&case.output),
+    }
+}
+
+fn particle(p: &Particle) -> raw::Particle {
+    let of = |spin: &[f64; 3]| Some(if p.position.len() == 2 { Spin::Plane(spin[2]) } else { Spin::Space(*spin) });
+    let (motion, velocity, spin, locked) = match &p.motion {
+        Motion::Fixed => (raw::Motion::Fixed, None, None, Vec::new()),
+        Motion::Free { velocity, spin, locked } => {
+            (raw::Motion::Free, Some(velocity.clone()), of(spin), locked.clone())
+        }
+        Motion::Prescribed { velocity, spin, oscillation } => {
+            let (velocity, oscillation) = (Some(velocity.clone()), oscillation.clone());
+            let prescribed = raw::Prescribed { velocity, spin: of(spin), oscillation };
+            (raw::Motion::Prescribed(prescribed), None, None, Vec::new())
+        }
+    };
+    raw::Particle {
+        shape: p.shape.clone(),
+        density: Some(p.density),
+        viscosity: Some(p.viscosity),
+        position: p.position.clone(),
+        motion,
+        velocity,
+        spin,
+        locked,
+        material: Some(p.material.clone()),
+    }
+}
+
+fn contact(c: &Contact) -> raw::Contact {
+    let loss = |law: &PairLaw| match law.loss {
+        Loss::Restitution(e) => (Some(e), None),
+        Loss::Damping(damping) => (None, Some(damping)),
+    };
+    let (restitution, damping) = loss(&c.law);
+    let PairLaw { normal_stiffness, exponent, tangential_ratio, friction, .. } = c.law;
+    let pair = c.pair.iter().map(|pair| {
+        let (restitution, damping) = loss(&pair.law);
+        raw::Pair {
+            between: pair.between.to_vec(),
+            normal_stiffness: Some(pair.law.normal_stiffness),
+            exponent: Some(pair.law.exponent),
+            tangential_ratio: Some(pair.law.tangential_ratio),
+            friction: Some(pair.law.friction),
+            restitution,
+            damping,
+        }
+    });
+    raw::Contact {
+        normal_stiffness,
+        exponent,
+        tangential_ratio,
+        friction,
+        restitution,
+        damping,
+        substeps: c.substeps,
+        tangential_damping: c.tangential_damping,
+        pair: pair.collect(),
+    }
+}
+
+fn measure(m: &Measure) -> raw::Measure {
+    let target = m.target.as_ref();
+    raw::Measure {
+        name: m.name.clone(),
+        kind: m.kind,
+        particle: m.particle,
+        particles: m.kind.is_of_group().then(|| m.particles.clone()),
+        from: m.from,
+        when: m.when,
+        speed: m.speed,
+        force: m.kind.is_of_force().then_some(m.force),
+        reference: target.map(|t| t.reference),
+        tolerance: target.map(|t| t.tolerance),
+        source: target.and_then(|t| t.source.clone()),
+    }
+}
+
+fn output(o: &Output) -> raw::Output {
+    let cadence = |cadence: Cadence| match cadence {
+        Cadence::Steps(steps) => raw::Cadence { every: Some(steps), every_time: None },
+        Cadence::Time(time) => raw::Cadence { every: None, every_time: Some(time) },
+    };
+    raw::Output {
+        particles: cadence(o.particles),
+        fields: o.fields.map(cadence),
+        checkpoint: match o.checkpoint {
+            Checkpoints::WallMinutes(minutes) => {
+                raw::Checkpoints { every_wall_minutes: Some(minutes), every_steps: None }
+            }
+            Checkpoints::Steps(steps) => raw::Checkpoints { every_wall_minutes: None, every_steps: Some(steps) },
+        },
+        figures: o.figures,
+    }
+}

@@ -1,0 +1,69 @@
+//! The whole grid of a level of the multigrid, and the next coarser one.
+
+/// Cells wider than the narrowest by this are left as they are until the others are as wide.
+const ANISOTROPY: f64 = 1.5;
+
+/// The whole grid of a level: the widths of its cells, in units of the caller's, by axis, rank along it and cell.
+#[derive(Clone, Debug)]
+pub(super) struct Whole {
+    pub widths: [Vec<Vec<f64>>; 3],
+    /// This rank's place along each axis.
+    pub at: [usize; 3],
+    pub periodic: [bool; 3],
+    pub neighbours: [[Option<usize>; 2]; 3],
+    pub axes: usize,
+}
+
+impl Whole {
+    /// This rank's cells along each axis.
+    pub fn local(&self) -> [usize; 3] {
+        std::array::from_fn(|a| self.widths[a][self.at[a]].len())
+    }
+
+    pub fn cells(&self) -> usize {
+        (0..3).map(|a| self.total(a)).product()
+    }
+
+    fn total(&self, axis: usize) -> usize {
+        self.widths[axis].iter().map(Vec::len).sum()
+    }
+
+    /// Distances of cell centres across this rank's faces along an axis; half a cell at a border.
+    pub fn distances(&self, axis: usize) -> Vec<f64> {
+        let all: Vec<f64> = self.widths[axis].concat();
+        let start: usize = self.widths[axis][..self.at[axis]].iter().map(Vec::len).sum();
+        let wide = |i: Option<usize>, round: usize| match i.filter(|i| *i < all.len()) {
+            Some(i) => all[i],
+            None if self.periodic[axis] => all[round],
+            None => 0.0,
+        };
+        let distance = |f: usize| 0.5 * (wide(f.checked_sub(1), all.len() - 1) + wide(Some(f), 0));
+        (start..=start + self.local()[axis]).map(distance).collect()
+    }
+
+    /// How many cells make one of the next level along each axis.
+    pub fn factor(&self) -> [usize; 3] {
+        let mean = |a: usize| self.widths[a].iter().flatten().sum::<f64>() / self.total(a) as f64;
+        let divided = |a: &usize| *a < self.axes && self.total(*a) > self.widths[*a].len();
+        let narrowest = (0..3).filter(divided).map(mean).fold(f64::INFINITY, f64::min);
+        std::array::from_fn(|a| if divided(&a) && mean(a) < ANISOTROPY * narrowest { 2 } else { 1 })
+    }
+
+    /// The grid with so many cells made one along each axis.
+    pub fn coarser(&self, factor: [usize; 3]) -> Whole {
+        let sums = |part: &Vec<f64>, f: usize| part.chunks(f).map(|c| c.iter().sum()).collect();
+        let widths = std::array::from_fn(|a| self.widths[a].iter().map(|part| sums(part, factor[a])).collect());
+        Whole { widths, ..self.clone() }
+    }
+
+    /// The same grid, all on one rank.
+    pub fn gathered(&self, rank: usize) -> Whole {
+        let itself = |a: usize| (self.periodic[a] && a < self.axes).then_some(rank);
+        Whole {
+            widths: std::array::from_fn(|a| vec![self.widths[a].concat()]),
+            at: [0; 3],
+            neighbours: std::array::from_fn(|a| [itself(a); 2]),
+            ..*self
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! What a grid must have for the walls that a case asks for.
+
+use crate::Result;
+use crate::config::{Case, Loaded, WallRule, load};
+use crate::coupling::sharp;
+use std::path::Path;
+
+/// Whether particles have sharp walls.
+pub(super) fn walls_are_sharp(case: &Case) -> bool {
+    case.coupling.wall == WallRule::Sharp && !case.particle.is_empty()
+}
+
+/// Reads a case as [`load`] does, one that a scene can be built of.
+///
+/// # Errors
+/// When the case is wrong, or its grid has too few cells for its walls.
+pub fn read_case(path: &Path, overrides: &[String]) -> Result<Loaded> {
+    let loaded = load(path, overrides)?;
+    check_cells(&loaded)?;
+    Ok(loaded)
+}
+
+/// Refuses a grid with too few cells: the profile beside a sharp wall is read from cells some way off, of the box or, across a
+/// period, of one image of it.
+fn check_cells(loaded: &Loaded) -> Result<()> {
+    let case = &loaded.case;
+    if !walls_are_sharp(case) {
+        return Ok(());
+    }
+    let domain = case.domain.size.iter().zip(&case.domain.cells);
+    let spacings: Vec<f64> = domain.map(|(size, cells)| size / *cells as f64).collect();
+    let needed = sharp::reach(&spacings).1;
+    let Some(axis) = case.domain.cells.iter().position(|cells| *cells < needed) else { return Ok(()) };
+    Err(loaded.error_at(
+        &format!("domain.cells.{axis}"),
+        format!(
+            "must be at least {needed} with sharp walls (the profile beside them is read so far away), not {}: use more \
+             cells, or coupling.wall = \"mixing\"",
+            case.domain.cells[axis]
+        ),
+    ))
+}
