@@ -29,14 +29,14 @@ pub fn draw(name: &str, plan: &Plan, rows: &[Row], wanted: Option<&[String]>, fo
         }
         Ok(())
     };
-    for (measure, exact) in &plan.references {
+    for target in &plan.references {
+        let (measure, relative) = (&target.measure, target.is_relative());
         let point = |row: &Row| {
             let error = row.measured.iter().find(|m| m.name == *measure)?.error?;
             // An error of nothing has no place on a logarithmic axis.
-            Some((row.cpu?, if *exact == 0.0 { error.abs() } else { 100.0 * error.abs() }))
-                .filter(|point| point.1 > 0.0)
+            Some((row.cpu?, if relative { 100.0 * error.abs() } else { error.abs() })).filter(|point| point.1 > 0.0)
         };
-        let unit = if *exact == 0.0 { "" } else { " (%)" };
+        let unit = if relative { " (%)" } else { "" };
         let axes =
             Axes { x_label: "CPU time (s)".into(), y_label: format!("error of {measure}{unit}"), ..Axes::default() };
         figure(axes, format!("work_precision_{measure}"), &point)?;

@@ -41,6 +41,9 @@ pub struct Study {
     /// What measures are compared with.
     #[serde(default)]
     pub reference: Vec<Reference>,
+    /// What is summed up besides, as `spread.md`.
+    #[serde(default)]
+    pub spread: Option<Spread>,
     /// How the figures group the runs.
     #[serde(default)]
     pub plot: Plot,
@@ -115,6 +118,18 @@ pub struct Reference {
     /// The row of the file: what other columns hold there.
     #[serde(default)]
     pub row: Table,
+    /// Or, run by run: the axis (or label) whose label another column holds there; no reference where no row has it.
+    #[serde(default)]
+    pub row_of: BTreeMap<String, String>,
+}
+
+/// What is summed up over some columns: the range, mean, worst and mean error of every measure in the runs that differ in
+/// nothing else.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spread {
+    /// The columns.
+    pub over: Vec<String>,
 }
 
 /// How the figures group the runs.
@@ -223,7 +238,12 @@ impl Study {
         let kept = self.quick.keep.keys().map(|name| (format!("quick.keep.{name}"), name));
         let series = self.plot.series.iter().flatten().enumerate();
         let series = series.map(|(index, name)| (format!("plot.series.{index}"), name));
-        for (key, name) in kept.chain(series) {
+        let spread = self.spread.iter().flat_map(|spread| &spread.over).enumerate();
+        let spread = spread.map(|(index, name)| (format!("spread.over.{index}"), name));
+        let rows = self.reference.iter().enumerate().flat_map(|(index, reference)| {
+            reference.row_of.iter().map(move |(column, name)| (format!("reference.{index}.row_of.{column}"), name))
+        });
+        for (key, name) in kept.chain(series).chain(spread).chain(rows) {
             if !known.contains(&name.as_str()) {
                 return Err(fault(key, format!("there is no axis or label `{name}`; {}", suggest(name, &known))));
             }
@@ -305,9 +325,10 @@ impl Axis {
 impl Reference {
     fn check(&self, index: usize) -> Check {
         let key = format!("reference.{index}");
+        let by_row = !self.row.is_empty() || !self.row_of.is_empty();
         match (self.value, &self.file, &self.column) {
-            (Some(value), None, None) if self.row.is_empty() && value.is_finite() => Ok(()),
-            (Some(value), None, None) if self.row.is_empty() => {
+            (Some(value), None, None) if !by_row && value.is_finite() => Ok(()),
+            (Some(value), None, None) if !by_row => {
                 Err(fault(format!("{key}.value"), format!("must be a finite number, not {value:?}")))
             }
             (Some(_), ..) => Err(fault(key, "has both `value` and a place in a file; drop one")),

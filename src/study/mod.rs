@@ -68,8 +68,16 @@ pub fn study(request: &Request) -> Result<()> {
     print("")?;
     print(table::markdown(&plan, &rows).trim_end())?;
     print("")?;
+    let mut files = vec![folder.join("study.csv"), folder.join("study.md")];
+    if let Some(spread) = &study.spread {
+        let text = table::spread(&plan, &rows, &spread.over);
+        print(text.trim_end())?;
+        print("")?;
+        files.push(folder.join("spread.md"));
+        replace(&files[2], text.as_bytes())?;
+    }
     let figures = figures::draw(&name, &plan, &rows, study.plot.series.as_deref(), &folder)?;
-    for path in [folder.join("study.csv"), folder.join("study.md")].iter().chain(&figures) {
+    for path in files.iter().chain(&figures) {
         print(&path.display().to_string())?;
     }
     match outcomes.iter().flatten().any(|outcome| outcome.status == "done") {

@@ -15,8 +15,29 @@ pub struct Plan {
     pub names: Vec<String>,
     /// The runs, in their order.
     pub runs: Vec<Planned>,
-    /// What measures are compared with: name and value.
-    pub references: Vec<(String, f64)>,
+    /// What measures are compared with.
+    pub references: Vec<Target>,
+}
+
+/// What a measure is compared with.
+pub struct Target {
+    /// The measure's name.
+    pub measure: String,
+    /// For each run, its reference, where there is one.
+    pub values: Vec<Option<f64>>,
+}
+
+impl Target {
+    /// Whether errors are parts of the reference, which is then 0 in no run.
+    pub fn is_relative(&self) -> bool {
+        !self.values.contains(&Some(0.0))
+    }
+
+    /// The error of a run's value; `None` where it has no reference.
+    pub fn error(&self, run: usize, value: f64) -> Option<f64> {
+        let exact = self.values[run]?;
+        Some(if self.is_relative() { value / exact - 1.0 } else { value - exact })
+    }
 }
 
 /// A run of a study.
@@ -174,7 +195,8 @@ impl Plan {
                 });
             }
         }
-        let plan = Plan { names, runs, references: references(study, text, &beside)? };
+        let references = references(study, text, &beside, &names, &runs)?;
+        let plan = Plan { names, runs, references };
         plan.refuse_never_accepted(text, &common, &case)?;
         plan.refuse_unknown_measures(text)?;
         Ok(plan)
@@ -199,7 +221,7 @@ impl Plan {
     }
 
     fn refuse_unknown_measures(&self, text: &Text) -> Result<()> {
-        for (index, (measure, _)) in self.references.iter().enumerate() {
+        for (index, Target { measure, .. }) in self.references.iter().enumerate() {
             for case in self.runs.iter().filter_map(|run| run.loaded.as_ref().ok()) {
                 if !case.measure.iter().any(|m| m.name == *measure) {
                     let known: Vec<&str> = case.measure.iter().map(|m| m.name.as_str()).collect();
@@ -209,6 +231,11 @@ impl Plan {
             }
         }
         Ok(())
+    }
+
+    /// What a measure is compared with, where it is.
+    pub fn target(&self, measure: &str) -> Option<&Target> {
+        self.references.iter().find(|target| target.measure == measure)
     }
 
     /// The names of all measures of the cases.
@@ -226,49 +253,101 @@ impl Plan {
 }
 
 /// The references' values, read from their files.
-fn references(study: &Study, text: &Text, beside: &dyn Fn(&Path) -> PathBuf) -> Result<Vec<(String, f64)>> {
+fn references(
+    study: &Study,
+    text: &Text,
+    beside: &dyn Fn(&Path) -> PathBuf,
+    names: &[String],
+    runs: &[Planned],
+) -> Result<Vec<Target>> {
     let mut found = Vec::new();
     for (index, reference) in study.reference.iter().enumerate() {
         let refuse = |key: &str, message: String| text.refuse(fault(format!("reference.{index}{key}"), message));
-        let value = match (reference.value, &reference.file, &reference.column) {
+        let values = match (reference.value, &reference.file, &reference.column) {
             (None, Some(file), Some(column)) => {
-                let path = beside(file);
-                let content = fs::read_to_string(&path).map_err(|e| {
-                    refuse(".file", format!("{}: {e}; its path is from this file's folder", path.display()))
-                })?;
-                let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(content.as_bytes());
-                let bad = |e: csv::Error| refuse(".file", format!("{}: {e}", path.display()));
-                let heads: Vec<String> = reader.headers().map_err(bad)?.iter().map(str::to_owned).collect();
-                let position = |key: &str, name: &str| {
-                    let known: Vec<&str> = heads.iter().map(String::as_str).collect();
-                    let message = || format!("{} has no column `{name}`; {}", path.display(), suggest(name, &known));
-                    heads.iter().position(|head| head == name).ok_or_else(|| refuse(key, message()))
+                let sheet = Sheet::read(&beside(file), &refuse)?;
+                let at = sheet.position(column, ".column", &refuse)?;
+                let fixed: Vec<(usize, String)> = reference
+                    .row
+                    .iter()
+                    .map(|(name, wanted)| Ok((sheet.position(name, &format!(".row.{name}"), &refuse)?, label(wanted))))
+                    .collect::<Result<_>>()?;
+                let of_label = |(name, axis): (&String, &String)| {
+                    let of = names.iter().position(|other| other == axis).unwrap_or_default();
+                    Ok((sheet.position(name, &format!(".row_of.{name}"), &refuse)?, of))
                 };
-                let at = position(".column", column)?;
-                let mut rows = reader.records().collect::<Result<Vec<_>, _>>().map_err(bad)?;
-                for (name, wanted) in &reference.row {
-                    let k = position(&format!(".row.{name}"), name)?;
-                    let wanted = label(wanted);
-                    let number: Option<f64> = wanted.parse().ok();
-                    rows.retain(|row| {
-                        row.get(k).is_some_and(|v| v == wanted || (number.is_some() && v.parse().ok() == number))
-                    });
-                }
-                let [row] = &rows[..] else {
-                    let message = format!(
-                        "{} rows of {} are meant, not one; say which, as in row = {{ {} = ... }}",
-                        rows.len(),
-                        path.display(),
-                        heads.first().map_or("", String::as_str)
-                    );
-                    return Err(refuse(".row", message));
+                let varied: Vec<(usize, usize)> = reference.row_of.iter().map(of_label).collect::<Result<_>>()?;
+                let value = |run: &Planned| {
+                    let varied = varied.iter().map(|(column, of)| (*column, run.labels[*of].clone()));
+                    sheet.value(
+                        at,
+                        &fixed.iter().cloned().chain(varied).collect::<Vec<_>>(),
+                        !reference.row_of.is_empty(),
+                        &refuse,
+                    )
                 };
-                let cell = row.get(at).unwrap_or_default();
-                cell.parse().map_err(|_| refuse(".column", format!("{}: {cell:?} is not a number", path.display())))?
+                runs.iter().map(value).collect::<Result<_>>()?
             }
-            (value, ..) => value.unwrap_or(f64::NAN),
+            (value, ..) => vec![value; runs.len()],
         };
-        found.push((reference.measure.clone(), value));
+        found.push(Target { measure: reference.measure.clone(), values });
     }
     Ok(found)
+}
+
+/// A CSV file of reference data.
+struct Sheet {
+    path: PathBuf,
+    heads: Vec<String>,
+    rows: Vec<csv::StringRecord>,
+}
+
+/// Makes the refusal of a key of a reference, with a message.
+type Refuse<'a> = &'a dyn Fn(&str, String) -> Error;
+
+impl Sheet {
+    fn read(path: &Path, refuse: Refuse) -> Result<Sheet> {
+        let content = fs::read_to_string(path)
+            .map_err(|e| refuse(".file", format!("{}: {e}; its path is from this file's folder", path.display())))?;
+        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(content.as_bytes());
+        let bad = |e: csv::Error| refuse(".file", format!("{}: {e}", path.display()));
+        let heads = reader.headers().map_err(bad)?.iter().map(str::to_owned).collect();
+        let rows = reader.records().collect::<Result<Vec<_>, _>>().map_err(bad)?;
+        Ok(Sheet { path: path.to_owned(), heads, rows })
+    }
+
+    fn position(&self, name: &str, key: &str, refuse: Refuse) -> Result<usize> {
+        let known: Vec<&str> = self.heads.iter().map(String::as_str).collect();
+        let message = || format!("{} has no column `{name}`; {}", self.path.display(), suggest(name, &known));
+        self.heads.iter().position(|head| head == name).ok_or_else(|| refuse(key, message()))
+    }
+
+    /// The number in column `at` of the one row that has what is `wanted` in other columns; where it `may_lack`, `None` of no such
+    /// row or an empty cell.
+    fn value(&self, at: usize, wanted: &[(usize, String)], may_lack: bool, refuse: Refuse) -> Result<Option<f64>> {
+        let is = |cell: &str, wanted: &str| {
+            let number: Option<f64> = wanted.parse().ok();
+            cell == wanted || (number.is_some() && cell.parse().ok() == number)
+        };
+        let has = |row: &&csv::StringRecord| wanted.iter().all(|(k, w)| row.get(*k).is_some_and(|cell| is(cell, w)));
+        let rows: Vec<_> = self.rows.iter().filter(has).collect();
+        let cell = match &rows[..] {
+            [] if may_lack => return Ok(None),
+            [row] => row.get(at).unwrap_or_default(),
+            rows => {
+                let message = format!(
+                    "{} rows of {} are meant, not one; say which, as in row = {{ {} = ... }}",
+                    rows.len(),
+                    self.path.display(),
+                    self.heads.first().map_or("", String::as_str)
+                );
+                return Err(refuse(".row", message));
+            }
+        };
+        if cell.is_empty() && may_lack {
+            return Ok(None);
+        }
+        let number = cell.parse().map(Some);
+        number.map_err(|_| refuse(".column", format!("{}: {cell:?} is not a number", self.path.display())))
+    }
 }

@@ -11,7 +11,7 @@ pub struct Measured {
     pub name: String,
     /// Its median, where a repeat gave one.
     pub value: Option<f64>,
-    /// `value/reference - 1` (the value itself where the reference is 0), where there is a reference.
+    /// `value/reference - 1` (the difference where a reference is 0), where there is a reference.
     pub error: Option<f64>,
 }
 
@@ -61,7 +61,8 @@ pub fn rows(plan: &Plan, outcomes: &[Vec<Outcome>]) -> Vec<Row> {
     plan.runs
         .iter()
         .zip(outcomes)
-        .map(|(run, outcomes)| {
+        .enumerate()
+        .map(|(index, (run, outcomes))| {
             let done: Vec<&Outcome> = outcomes.iter().filter(|outcome| outcome.status == "done").collect();
             let broken = outcomes.iter().find(|outcome| outcome.status != "done");
             let numbers = |name: &str| -> Vec<f64> { done.iter().filter_map(|o| o.summary[name].as_f64()).collect() };
@@ -69,9 +70,7 @@ pub fn rows(plan: &Plan, outcomes: &[Vec<Outcome>]) -> Vec<Row> {
             let measured = measures.iter().map(|name| {
                 let values = done.iter().filter_map(|o| o.summary["measures"][name].as_f64()).collect();
                 let value = median(values);
-                let reference = plan.references.iter().find(|(measure, _)| measure == name);
-                let relative = |exact: f64, value: f64| if exact == 0.0 { value } else { value / exact - 1.0 };
-                let error = reference.and_then(|(_, exact)| Some(relative(*exact, value?)));
+                let error = plan.target(name).and_then(|target| target.error(index, value?));
                 Measured { name: name.clone(), value, error }
             });
             let (cpu, cells, steps) = (number("cpu_seconds"), number("cells"), number("steps"));
@@ -133,7 +132,7 @@ impl Row {
 
 /// `study.csv`: labels, then measures with their errors, then the rest.
 pub fn csv(plan: &Plan, rows: &[Row]) -> Vec<u8> {
-    let has_reference = |name: &String| plan.references.iter().any(|(measure, _)| measure == name);
+    let has_reference = |name: &String| plan.target(name).is_some();
     let heads = plan.measures().into_iter().flat_map(|name| {
         let error = has_reference(&name).then(|| format!("{name}_error"));
         [Some(name), error].into_iter().flatten()
@@ -161,7 +160,7 @@ pub fn markdown(plan: &Plan, rows: &[Row]) -> String {
     let mut head = plan.names.clone();
     head.extend(several_ranks.then(|| "ranks".to_owned()));
     for name in plan.measures() {
-        let compared = plan.references.iter().any(|(measure, _)| *measure == name);
+        let compared = plan.target(&name).is_some();
         head.push(name);
         head.extend(compared.then(|| "error".to_owned()));
     }
@@ -177,7 +176,7 @@ pub fn markdown(plan: &Plan, rows: &[Row]) -> String {
         cells.extend(several_ranks.then(|| row.ranks.to_string()));
         for measured in &row.measured {
             cells.push(number(measured.value));
-            if plan.references.iter().any(|(measure, _)| *measure == measured.name) {
+            if plan.target(&measured.name).is_some() {
                 cells.push(measured.error.map_or(String::new(), |error| format!("{:+.2} %", 100.0 * error)));
             }
         }
@@ -190,6 +189,52 @@ pub fn markdown(plan: &Plan, rows: &[Row]) -> String {
         let dots = if brief.len() < why.len() { " ..." } else { "" };
         cells.push(if why.is_empty() { row.status.into() } else { format!("{}: {brief}{dots}", row.status) });
         text += &line(cells.into_iter().map(|cell| cell.replace('|', "\\|").replace('\n', " ")).collect());
+    }
+    text
+}
+
+/// The range and mean of every measure over the runs that differ in the columns `over` only, with the worst and the mean error
+/// where there is a reference: a Markdown table.
+pub fn spread(plan: &Plan, rows: &[Row], over: &[String]) -> String {
+    let kept: Vec<usize> = (0..plan.names.len()).filter(|k| !over.contains(&plan.names[*k])).collect();
+    let measures = plan.measures();
+    let mut head: Vec<String> = kept.iter().map(|k| plan.names[*k].clone()).collect();
+    head.push("runs".into());
+    for name in &measures {
+        head.extend([name.clone(), "mean".into()]);
+        head.extend(plan.target(name).iter().flat_map(|_| ["worst error".into(), "mean error".into()]));
+    }
+    let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+    let mut text = line(head.clone()) + &"|---".repeat(head.len()) + "|\n";
+    let mut groups: Vec<(Vec<&String>, Vec<&Row>)> = Vec::new();
+    for row in rows {
+        let key: Vec<&String> = kept.iter().map(|k| &row.labels[*k]).collect();
+        match groups.iter_mut().find(|(other, _)| *other == key) {
+            Some((_, rows)) => rows.push(row),
+            None => groups.push((key, vec![row])),
+        }
+    }
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    for (key, rows) in groups {
+        let mut cells: Vec<String> = key.into_iter().cloned().collect();
+        cells.push(rows.len().to_string());
+        for (k, name) in measures.iter().enumerate() {
+            let values: Vec<f64> = rows.iter().filter_map(|row| row.measured[k].value).collect();
+            let errors: Vec<f64> = rows.iter().filter_map(|row| row.measured[k].error).collect();
+            let (low, high) =
+                values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+            let shown = |text: String, any: bool| if any { text } else { String::new() };
+            cells.push(shown(format!("{} ... {}", short(low), short(high)), !values.is_empty()));
+            cells.push(shown(short(mean(&values)), !values.is_empty()));
+            if let Some(target) = plan.target(name) {
+                let worst = errors.iter().copied().fold(0.0f64, |w, e| if e.abs() > w.abs() { e } else { w });
+                let text = |error: f64| {
+                    if target.is_relative() { format!("{:+.2} %", 100.0 * error) } else { short(error) }
+                };
+                cells.extend([worst, mean(&errors)].map(|error| shown(text(error), !errors.is_empty())));
+            }
+        }
+        text += &line(cells);
     }
     text
 }
