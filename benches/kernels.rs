@@ -7,15 +7,17 @@ use mics::config::load;
 use mics::fluid::advection::{Carrier, Fluxes, upwind5};
 use mics::fluid::diffusion;
 use mics::fluid::faces;
+use mics::geometry::fraction::{self, Rule};
+use mics::geometry::{Disc, Placed, Shape, Sphere, Turn, aperture};
 use mics::grid::Coefficient;
 use mics::petsc::Session;
 use mics::scene::Scene;
 use mics::solids::contact::{Contacts, Damping, Laws, Material, Push, Substeps};
-use mics::solids::fraction::{self, Rule};
-use mics::solids::{Body, Freedom, Motion, Shape, aperture};
-use nalgebra::{UnitQuaternion, Vector3, vector};
+use mics::solids::{Body, Freedom, Motion};
+use nalgebra::{Vector3, vector};
 use std::hint::black_box;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// The cylinder in a stream that is shipped: 160 x 64 cells, 8 across the disc.
@@ -99,14 +101,14 @@ fn cuts<const D: usize>(c: &mut Criterion, scene: &Scene<D>, across: &[f64]) {
     let mut group = c.benchmark_group("geometry");
     for across in across {
         let radius = 0.5 * across * grid.h[0];
+        let shape: &dyn Shape = if D == 2 { &Disc { radius } } else { &Sphere { radius } };
+        let body = Placed { shape, centre, turn: Turn::identity() };
         let id = |what: &str| BenchmarkId::new(what, format!("{name}-{across}"));
         group.bench_function(id("fractions"), |b| {
-            b.iter(|| fraction::overlaps(grid, black_box(&centre), radius, Rule::Exact, &mut cells));
+            b.iter(|| fraction::overlaps(grid, black_box(&body), Rule::Exact, &mut cells));
         });
         group.bench_function(id("apertures"), |b| {
-            b.iter(|| {
-                (0..D).for_each(|a| aperture::cuts(grid, a, black_box(&centre), radius, &mut cuts, &mut openings))
-            });
+            b.iter(|| (0..D).for_each(|a| aperture::cuts(grid, a, black_box(&body), &mut cuts, &mut openings)));
         });
     }
     group.finish();
@@ -128,17 +130,11 @@ fn contacts(c: &mut Criterion) {
     const N: usize = 20;
     let pitch = 0.999;
     let motion = Motion::Free(Freedom { translation: [true, true, false], rotation: [false, false, true] });
-    let disc = |k: usize| Body {
-        shape: Shape::Disc,
-        radius: 0.5,
-        density: 2500.0,
-        viscosity: 1.0,
-        centre: pitch * vector![(k % N) as f64 + 0.5, (k / N) as f64 + 0.5, 0.0],
-        velocity: 0.1 * vector![(k as f64).sin(), (k as f64).cos(), 0.0],
-        angle: 0.0,
-        orientation: UnitQuaternion::identity(),
-        spin: Vector3::zeros(),
-        motion,
+    let disc = |k: usize| {
+        let centre = pitch * vector![(k % N) as f64 + 0.5, (k / N) as f64 + 0.5, 0.0];
+        let mut body = Body::new(Arc::new(Disc { radius: 0.5 }), 2500.0, 1.0, centre);
+        (body.velocity, body.motion) = (0.1 * vector![(k as f64).sin(), (k as f64).cos(), 0.0], motion);
+        body
     };
     let bodies: Vec<Body> = (0..N * N).map(disc).collect();
     let law = Material {

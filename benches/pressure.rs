@@ -149,6 +149,7 @@ impl<const D: usize> Bench<D> {
                 for (k, faces) in balls.values().enumerate() {
                     let face = |(axis, c, part): &(usize, usize, f64)| Covered {
                         mode: (D * k + axis) as u32,
+                        axis: *axis as u8,
                         face: *c as u32,
                         part: *part,
                     };
@@ -172,7 +173,7 @@ impl<const D: usize> Bench<D> {
         let mut bodies = Bodies { weights: &self.weights, covered: &self.covered };
         let mut rider: Option<&mut dyn Rider<D>> = None;
         if matches!(self.coefficients, Coefficients::Free(_)) {
-            scene.projection.set_modes(bodies.weights, bodies.covered).expect("set");
+            scene.projection.set_modes(bodies.weights, bodies.covered, &[]).expect("set");
             rider = Some(&mut bodies);
         }
         let (p, faces) = (&mut scene.p, &mut scene.faces);

@@ -63,7 +63,8 @@
 //! | [`petsc`] | the session, the grid's decomposition and halo, the linear solve; the only `unsafe` |
 //! | [`grid`] | the grid, its fields, the conditions at the faces of the box |
 //! | [`fluid`] | advection, diffusion, faces, the pressure iteration: a file each, its stencil at the top |
-//! | [`solids`] | bodies, their exact volume fractions, their contacts |
+//! | [`geometry`] | the shapes of bodies: what they fill of cells and cover of faces, their surface |
+//! | [`solids`] | bodies, their contacts |
 //! | [`coupling`] | where the two meet: mixture, wall, force, the flight of free particles |
 //! | [`audit`] | the balance of momentum over a step |
 //! | [`step`] | the method: one function |
@@ -93,6 +94,7 @@ pub mod config;
 pub mod coupling;
 mod error;
 pub mod fluid;
+pub mod geometry;
 pub mod grid;
 pub mod interrupt;
 pub mod output;

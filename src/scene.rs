@@ -14,14 +14,14 @@ use crate::fluid::advection::Fluxes;
 use crate::fluid::diffusion;
 use crate::fluid::faces::{self, FaceCoefficient, Gravity};
 use crate::fluid::pressure::{Projection, StoppingRule};
+use crate::geometry::fraction;
 use crate::grid::{Boundaries, Coefficient, GHOSTS, Grid, VectorField, largest, total, wide};
 use crate::petsc::{Layout, Session};
 use crate::scheme::{self, Limits, Scheme};
-use crate::solids::{Body, fraction};
+use crate::solids::Body;
 use crate::{Error, Result};
-use build::{axes, body, border, contacts, scatter, solver};
+use build::{axes, body, border, contacts, refuse_shapes, scatter, solver};
 pub use cells::read_case;
-use cells::walls_are_sharp;
 use nalgebra::Vector3;
 
 /// A scene that runs: the state, the terms that it needs and their scratch.
@@ -120,9 +120,20 @@ impl<const D: usize> Scene<D> {
     /// # Errors
     /// When PETSc refuses an option, there are too many ranks for the grid, or the first projection fails.
     pub fn new(session: &Session, case: &Case) -> Result<Scene<D>> {
+        let bodies = case.particle.iter().map(body).collect();
+        Scene::with_bodies(session, case, bodies)
+    }
+
+    /// The same with these bodies in place of the case's particles: of any shape, wherever a library's user has it from.
+    /// Collective.
+    ///
+    /// # Errors
+    /// As [`Scene::new`]; and when the case asks for what a body's shape does not have.
+    pub fn with_bodies(session: &Session, case: &Case, bodies: Vec<Body>) -> Result<Scene<D>> {
+        refuse_shapes::<D>(case, &bodies)?;
         let cells = axes(&case.domain.cells);
         let periodic = std::array::from_fn(|a| case.periodic(a));
-        let walls_are_sharp = walls_are_sharp(case);
+        let walls_are_sharp = case.coupling.wall == config::WallRule::Sharp && !bodies.is_empty();
         let h: [f64; D] = std::array::from_fn(|a| case.domain.size[a] / case.domain.cells[a] as f64);
         let ghosts = if walls_are_sharp { sharp::reach(&h).1 } else { GHOSTS };
         let layout = Layout::new(session, &cells, &periodic, ghosts)?;
@@ -136,7 +147,6 @@ impl<const D: usize> Scene<D> {
         };
         let border_rate = boundaries.courant_rate(&grid);
 
-        let bodies: Vec<Body> = case.particle.iter().map(body).collect();
         let property = |of_fluid: f64, of_body: fn(&Body) -> f64| {
             if walls_are_sharp || bodies.iter().all(|b| of_body(b) == of_fluid) {
                 Coefficient::Uniform(of_fluid)

@@ -137,8 +137,10 @@ fn contacts<const D: usize>(case: &Case, scene: &Scene<D>, dt: f64) -> Vec<Strin
     let (Some(contacts), Some(law)) = (coupling.contacts(), &case.contact) else { return Vec::new() };
     // An impact after a fall of a diameter, for springs whose time depends on the speed.
     let bodies = coupling.bodies();
-    let fall =
-        bodies.iter().map(|b| (4.0 * b.radius * coupling.largest_fall()).sqrt() + b.top_speed()).fold(1e-12, f64::max);
+    let fall = bodies
+        .iter()
+        .map(|b| (4.0 * b.radius() * coupling.largest_fall()).sqrt() + b.top_speed())
+        .fold(1e-12, f64::max);
     let time = contacts.contact_time(bodies, fall);
     let Substeps::Count(n) = law.substeps else {
         return vec![format!("contact      shortest {time:.3e} s; substeps chosen by it, where two are in reach")];

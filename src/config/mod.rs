@@ -32,6 +32,9 @@ pub use resolved::{
     Target, Time,
 };
 
+/// The material of particles that name none.
+pub const DEFAULT_MATERIAL: &str = raw::Particle::DEFAULT_MATERIAL;
+
 pub(crate) use fault::{Check, Fault};
 pub(crate) use message::suggest;
 pub(crate) use read::Text;

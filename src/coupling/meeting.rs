@@ -3,6 +3,7 @@
 use crate::grid::Grid;
 use crate::solids::{Body, nearest_image};
 use crate::{Error, Result};
+use nalgebra::Vector3;
 
 /// Refuses bodies that have moved into each other or into the border of the box where no law of contact can stop them: a
 /// cell holds no more solid than its volume, and a wall is where the box ends. What is held on both sides nothing stops.
@@ -21,8 +22,9 @@ pub(super) fn refuse_meetings<const D: usize>(
             Some(_) => "give the case a [contact] table, or end the run before",
             None => "it moves as prescribed: end the run before, or change its motion",
         };
+        let bounds = body.shape().bounds(&body.turn());
         for (a, axis) in ["x", "y", "z"].into_iter().enumerate().take(D).filter(|(a, _)| !grid.periodic[*a]) {
-            let inside = body.radius * (1.0 - 1e-9)..=grid.size[a] - body.radius * (1.0 - 1e-9);
+            let inside = bounds[a] * (1.0 - 1e-9)..=grid.size[a] - bounds[a] * (1.0 - 1e-9);
             if !inside.contains(&body.centre[a]) {
                 return Err(Error::Run(format!(
                     "particle {mover} has reached the border of the box along {axis} (its centre is at {:.6} m); {cure}",
@@ -32,8 +34,8 @@ pub(super) fn refuse_meetings<const D: usize>(
         }
         for (k, other) in bodies.iter().enumerate().filter(|(k, b)| *k != mover && lawless(b)) {
             let apart = nearest_image(&body.centre, &other.centre, periods);
-            let reach = (body.radius + other.radius) * (1.0 - 1e-9);
-            if apart.norm_squared() < reach * reach {
+            let reach = (body.radius() + other.radius()) * (1.0 - 1e-9);
+            if apart.norm_squared() < reach * reach && overlap(body, other, &apart) {
                 return Err(Error::Run(format!(
                     "particle {mover} has run into particle {k} (their centres are {:.6} m apart); {cure}",
                     apart.norm()
@@ -42,4 +44,28 @@ pub(super) fn refuse_meetings<const D: usize>(
         }
     }
     Ok(())
+}
+
+/// Whether two bodies overlap whose spheres do, the second one's centre `apart` from the first's (m).
+fn overlap(body: &Body, other: &Body, apart: &Vector3<f64>) -> bool {
+    if body.shape().is_round() && other.shape().is_round() {
+        return true;
+    }
+    // From one to the nearest point of the other and back: between convex bodies this ends at their gap, or within both.
+    let (turn, its) = (body.turn(), other.turn());
+    let touch = 1e-9 * body.radius().min(other.radius());
+    let mut point = *apart;
+    for _ in 0..100 {
+        let s = body.shape().distance(&turn, &point);
+        if s <= touch {
+            return true;
+        }
+        point -= s * body.shape().normal(&turn, &point) + apart;
+        let s = other.shape().distance(&its, &point);
+        if s <= touch {
+            return true;
+        }
+        point += apart - s * other.shape().normal(&its, &point);
+    }
+    false
 }

@@ -5,9 +5,10 @@ pub mod mixing;
 pub mod sharp;
 
 use crate::Result;
+use crate::geometry::Overlap;
 use crate::grid::VectorField;
+use crate::solids::Body;
 use crate::solids::contact::Contacts;
-use crate::solids::{Body, Overlap};
 use crate::tape::{Lasting, Tape};
 use meeting::refuse_meetings;
 use mixing::Mixing;

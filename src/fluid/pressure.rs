@@ -117,9 +117,9 @@ impl Projection {
     ///
     /// # Errors
     /// When they are unsound, or the solver would pass over them.
-    pub fn set_modes(&mut self, weights: &[f64], covered: &[Covered]) -> Result<()> {
+    pub fn set_modes(&mut self, weights: &[f64], covered: &[Covered], turning: &[u32]) -> Result<()> {
         self.solver.refuse_preconditioner_alone()?;
-        borrow(&self.operator)?.set_modes(weights, covered)
+        borrow(&self.operator)?.set_modes(weights, covered, turning)
     }
 
     /// Makes the face velocities divergence-free to D0 and adds what that took to the pressure (its ghosts are filled

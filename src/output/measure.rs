@@ -313,18 +313,10 @@ mod tests {
     }
 
     fn disc() -> Body {
-        Body {
-            shape: crate::solids::Shape::Disc,
-            radius: 0.1,
-            density: 2.0,
-            viscosity: 0.1,
-            centre: Vector3::new(0.5, 8.0, 0.0),
-            velocity: Vector3::zeros(),
-            angle: 0.0,
-            orientation: nalgebra::UnitQuaternion::identity(),
-            spin: Vector3::new(0.0, 0.0, 0.5),
-            motion: Motion::Fixed,
-        }
+        let shape = std::sync::Arc::new(crate::geometry::Disc { radius: 0.1 });
+        let mut body = Body::new(shape, 2.0, 0.1, Vector3::new(0.5, 8.0, 0.0));
+        body.spin.z = 0.5;
+        body
     }
 
     fn at<'a>(time: f64, exchange: &'a [Exchange], bodies: &'a [Body]) -> Sample<'a> {
@@ -368,7 +360,8 @@ mod tests {
             let across = Vector3::new(0.8, 0.6, 0.0) * f64::from(k).cos();
             let force = -2.1 * 0.5 * 2.0 * 0.2 * u.abs() * u - 1.4 * 2.0 * 0.01 * PI * a;
             let momentum = if time < 1.0 { Vector3::repeat(9.0) } else { force * along + across };
-            let body = Body { motion: Motion::Prescribed(Some(path(time))), ..disc() };
+            let mut body = disc();
+            body.motion = Motion::Prescribed(Some(path(time)));
             let exchange = pushed(momentum);
             series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], std::slice::from_ref(&body))));
         }
@@ -421,10 +414,11 @@ mod tests {
             (s.up, s.measure.particles) = (up, vec![0, 2]);
         }
         // Heights 5, 1, 3 along `up`, whatever lies across.
-        let body = |height: f64, across: f64, speed: f64| Body {
-            centre: height * up + across * Vector3::new(-0.8, 0.6, 0.0),
-            velocity: Vector3::new(0.0, speed, 0.0),
-            ..disc()
+        let body = |height: f64, across: f64, speed: f64| {
+            let mut body = disc();
+            body.centre = height * up + across * Vector3::new(-0.8, 0.6, 0.0);
+            body.velocity = Vector3::new(0.0, speed, 0.0);
+            body
         };
         let bodies = [body(5.0, 9.0, 0.1), body(1.0, -3.0, 7.0), body(3.0, 20.0, -0.2)];
         series.iter_mut().for_each(|s| s.sample(&at(2.0, &[], &bodies)));

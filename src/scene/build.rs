@@ -1,11 +1,15 @@
 //! The parts of a scene from the words of its case.
 
 use crate::config::{self, Case, Side};
+use crate::coupling::sharp;
+use crate::geometry::{Disc, Shape, Sphere};
 use crate::grid::{Border, Grid};
 use crate::petsc::Choice;
 use crate::solids::contact::{Contacts, Damping, Laws, Material, Substeps, Wall};
-use crate::solids::{Body, Freedom, Motion, Oscillation, Shape};
-use nalgebra::{UnitQuaternion, Vector3};
+use crate::solids::{Body, Freedom, Motion, Oscillation};
+use crate::{Error, Result};
+use nalgebra::Vector3;
+use std::sync::Arc;
 
 /// What solves the pressure equation, and why; `uniform` says that every face has the same coefficient.
 pub(super) fn solver(chosen: config::Solver, uniform: bool, ranks: usize) -> (Choice, &'static str) {
@@ -50,17 +54,44 @@ pub(super) fn body(p: &config::Particle) -> Body {
             (vector(velocity), *spin, Motion::Free(freedom))
         }
     };
-    Body {
-        shape: if let config::Shape::Disc(_) = p.shape { Shape::Disc } else { Shape::Sphere },
-        radius: 0.5 * p.shape.diameter(),
-        density: p.density,
-        viscosity: p.viscosity,
-        centre: vector(&p.position),
-        velocity,
-        angle: 0.0,
-        orientation: UnitQuaternion::identity(),
-        spin: Vector3::from(spin),
-        motion,
+    let radius = 0.5 * p.shape.diameter();
+    let shape: Arc<dyn Shape> = match p.shape {
+        config::Shape::Disc(_) => Arc::new(Disc { radius }),
+        config::Shape::Sphere(_) => Arc::new(Sphere { radius }),
+    };
+    let mut body = Body::new(shape, p.density, p.viscosity, vector(&p.position));
+    (body.velocity, body.spin, body.motion) = (velocity, Vector3::from(spin), motion);
+    body
+}
+
+/// Refuses bodies that the case, or the method, cannot have.
+pub(super) fn refuse_shapes<const D: usize>(case: &Case, bodies: &[Body]) -> Result<()> {
+    let sharp = case.coupling.wall == config::WallRule::Sharp;
+    let polygon = !sharp && case.coupling.fraction == config::FractionRule::Polygon;
+    for (k, body) in bodies.iter().enumerate() {
+        let (dimension, round) = (body.shape().dimension(), body.shape().is_round());
+        let outside = (0..D).find(|a| !(0.0..=case.domain.size[*a]).contains(&body.centre[*a]));
+        let why = if dimension != D {
+            format!("its shape has {dimension} dimensions, and the case {D}")
+        } else if let Some(axis) = outside {
+            format!("its centre is outside the box along {}", ["x", "y", "z"][axis])
+        } else if case.contact.is_some() && !round {
+            "contacts of bodies that are not round are not there yet: take [contact] out of the case".into()
+        } else if polygon && !round {
+            "coupling.fraction = \"polygon\" is for discs: choose \"exact\"".into()
+        } else {
+            continue;
+        };
+        return Err(Error::Usage(format!("body {k}: {why}")));
+    }
+    let h: Vec<f64> = case.domain.size.iter().zip(&case.domain.cells).map(|(size, n)| size / *n as f64).collect();
+    let needed = sharp::reach(&h).1;
+    match case.domain.cells.iter().find(|cells| **cells < needed) {
+        Some(cells) if sharp && !bodies.is_empty() => Err(Error::Usage(format!(
+            "sharp walls need {needed} cells at least along every axis, and domain.cells has {cells}: use more, or \
+             coupling.wall = \"mixing\""
+        ))),
+        _ => Ok(()),
     }
 }
 
@@ -73,7 +104,8 @@ pub(super) fn contacts(case: &Case, law: &config::Contact, bodies: &[Body]) -> C
             names.len() - 1
         })
     };
-    let materials: Vec<usize> = case.particle.iter().map(|p| material(&p.material)).collect();
+    let name = |k: usize| case.particle.get(k).map_or(config::DEFAULT_MATERIAL, |p| p.material.as_str());
+    let materials: Vec<usize> = (0..bodies.len()).map(|k| material(name(k))).collect();
     let laws = Laws::new(names.len(), |a, b| {
         let pair = law.between(names[a], names[b]);
         Material {

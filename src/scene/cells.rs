@@ -6,7 +6,7 @@ use crate::coupling::sharp;
 use std::path::Path;
 
 /// Whether particles have sharp walls.
-pub(super) fn walls_are_sharp(case: &Case) -> bool {
+fn walls_are_sharp(case: &Case) -> bool {
     case.coupling.wall == WallRule::Sharp && !case.particle.is_empty()
 }
 

@@ -1,19 +1,13 @@
 //! A body: its shape, its state and what moves it.
 
+use super::Inertia;
 use super::contact::Push;
 use crate::Result;
+use crate::geometry::{Placed, Shape, Turn};
 use crate::tape::{Lasting, Tape};
 use nalgebra::{UnitQuaternion, Vector3};
-use std::f64::consts::{PI, TAU};
-
-/// The shape of a body.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
-    /// A disc (2D), of unit depth: its mass and inertia are those of a metre of cylinder.
-    Disc,
-    /// A sphere (3D).
-    Sphere,
-}
+use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// What moves a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,13 +80,12 @@ impl Freedom {
     }
 }
 
-/// A disc or sphere.
+/// A rigid body of one density.
 #[derive(Clone, Debug)]
 pub struct Body {
-    /// Disc or sphere.
-    pub shape: Shape,
-    /// Radius (m).
-    pub radius: f64,
+    shape: Arc<dyn Shape>,
+    /// The shape's, at hand for searches.
+    radius: f64,
     /// Density (kg/m3).
     pub density: f64,
     /// Viscosity that its inside lends to the mixture (Pa s).
@@ -112,12 +105,50 @@ pub struct Body {
 }
 
 impl Body {
-    /// Volume (m3; m2 of a disc, per metre of depth).
-    pub fn volume(&self) -> f64 {
-        match self.shape {
-            Shape::Disc => PI * self.radius.powi(2),
-            Shape::Sphere => 4.0 / 3.0 * PI * self.radius.powi(3),
+    /// A body at rest that is held, with its own axes along those of the box: of this density (kg/m3), lending its viscosity
+    /// (Pa s) to a mixture, with its centre there (m).
+    pub fn new(shape: Arc<dyn Shape>, density: f64, viscosity: f64, centre: Vector3<f64>) -> Body {
+        Body {
+            radius: shape.radius(),
+            shape,
+            density,
+            viscosity,
+            centre,
+            velocity: Vector3::zeros(),
+            angle: 0.0,
+            orientation: UnitQuaternion::identity(),
+            spin: Vector3::zeros(),
+            motion: Motion::Fixed,
         }
+    }
+
+    /// Its shape.
+    pub fn shape(&self) -> &dyn Shape {
+        &*self.shape
+    }
+
+    /// Radius of the sphere about its centre that holds all of it (m).
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// What brings its own axes into those of the box; of a round body, which does not show it, nothing.
+    pub fn turn(&self) -> Turn {
+        if self.shape.is_round() {
+            return Turn::identity();
+        }
+        // Many small turns wear its length off.
+        UnitQuaternion::new_normalize(*self.orientation).to_rotation_matrix()
+    }
+
+    /// Its shape at its place.
+    pub fn placed(&self) -> Placed<'_> {
+        Placed { shape: self.shape(), centre: self.centre, turn: self.turn() }
+    }
+
+    /// Volume (m3; m2 in 2D, per metre of depth).
+    pub fn volume(&self) -> f64 {
+        self.shape.volume()
     }
 
     /// Mass (kg; per metre of depth in 2D).
@@ -125,10 +156,14 @@ impl Body {
         self.density * self.volume()
     }
 
-    /// Moment of inertia about the centre (kg m2), the same about every axis that the body turns about.
-    pub fn inertia(&self) -> f64 {
-        let factor = if self.shape == Shape::Disc { 0.5 } else { 0.4 };
-        factor * self.mass() * self.radius.powi(2)
+    /// Moments of inertia about the centre (kg m2).
+    pub fn inertia(&self) -> Inertia {
+        let own = self.shape.inertia(self.mass());
+        if self.shape.is_round() {
+            return Inertia::Same(own[(2, 2)]);
+        }
+        let turn = self.turn();
+        Inertia::Tensor(turn * own * turn.transpose())
     }
 
     /// Velocity of the body's point at `arm` from its centre (m/s): the rigid motion of eq. (27).
@@ -141,11 +176,12 @@ impl Body {
         if let Motion::Free(freedom) = self.motion { Some(freedom) } else { None }
     }
 
-    /// Whether it changes place, or can.
+    /// Whether what it fills changes, or can: by its place, or, unless it is round, by how it is turned.
     pub fn moves(&self) -> bool {
+        let turns = || self.spin != Vector3::zeros() && !self.shape.is_round();
         match self.motion {
             Motion::Free(_) | Motion::Prescribed(Some(_)) => true,
-            Motion::Prescribed(None) => self.velocity != Vector3::zeros(),
+            Motion::Prescribed(None) => self.velocity != Vector3::zeros() || turns(),
             Motion::Fixed => false,
         }
     }
@@ -210,6 +246,7 @@ pub fn nearest_image(from: &Vector3<f64>, to: &Vector3<f64>, periods: &[Option<f
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Disc;
 
     #[test]
     fn a_body_that_swings_is_where_its_formula_says_and_keeps_its_spin() {
@@ -217,16 +254,10 @@ mod tests {
             (Vector3::new(0.4, 0.5, 0.0), Vector3::new(0.3, 0.0, 0.0), Vector3::new(-0.1, 0.02, 0.0));
         let path = Oscillation { origin, drift, amplitude, frequency: 2.0, time: 0.0 };
         let mut body = Body {
-            shape: Shape::Disc,
-            radius: 0.1,
-            density: 1.0,
-            viscosity: 0.0,
-            centre: origin,
             velocity: path.velocity(),
-            angle: 0.0,
-            orientation: UnitQuaternion::identity(),
             spin: Vector3::new(0.0, 0.0, 3.0),
             motion: Motion::Prescribed(Some(path)),
+            ..Body::new(Arc::new(Disc { radius: 0.1 }), 1.0, 0.0, origin)
         };
         assert_eq!(body.velocity, drift + TAU * 2.0 * amplitude);
         let (mut time, mut fastest) = (0.0, 0.0f64);

@@ -1,15 +1,10 @@
-//! The particles: what they are ([`body`]), how much of each cell they fill ([`fraction`]) and of each face they cover
-//! ([`aperture`]).
+//! The particles: what they are ([`body`]) and how they meet ([`contact`]); their shapes are [`crate::geometry`]'s.
 //!
 //! Bodies are three-dimensional always; in 2D a disc is a body of unit depth.
 
-pub mod aperture;
 pub mod body;
 pub mod contact;
-pub mod fraction;
-pub mod reach;
-mod sphere;
+mod inertia;
 
-pub use aperture::{Cut, Opening};
-pub use body::{Body, Freedom, Motion, Oscillation, Shape, nearest_image};
-pub use fraction::Overlap;
+pub use body::{Body, Freedom, Motion, Oscillation, nearest_image};
+pub use inertia::Inertia;

@@ -137,8 +137,8 @@ impl<const D: usize> Scene<D> {
     fn project_sharp(&mut self, dt: f64) -> Result<Projected> {
         let Some(Coupling::Sharp(walls)) = &mut self.coupling else { return Ok(Projected::default()) };
         if walls.flies() {
-            let (weights, entries) = walls.modes(&self.grid);
-            self.projection.set_modes(weights, entries)?;
+            let (weights, entries, turning) = walls.modes(&self.grid);
+            self.projection.set_modes(weights, entries, turning)?;
         }
         let (p, faces) = (&mut self.p, &mut self.faces);
         let projected =

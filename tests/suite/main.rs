@@ -7,6 +7,7 @@ mod boundaries;
 mod cavity;
 mod convergence;
 mod cylinder;
+mod ellipse;
 mod folder;
 mod fuzz;
 mod literal;

@@ -16,8 +16,19 @@ const NX: usize = 14;
 const NY: usize = 12;
 const N: usize = NX * NY;
 
-/// Two for each of three bodies.
-const MODES: usize = 6;
+/// Two for each of three bodies, and as many again for the one that turns.
+const MODES: usize = 8;
+/// The bodies that turn, where all modes are there.
+const TURNING: [u32; 1] = [1];
+
+/// A face that a mode has: the low one of the cell along an axis, and the part.
+#[derive(Clone, Copy)]
+struct Face {
+    mode: usize,
+    axis: usize,
+    cell: usize,
+    part: f64,
+}
 
 /// The five-point Laplacian; cells are numbered x fastest. The pressure is given on the west side, or nowhere.
 struct System {
@@ -42,16 +53,21 @@ fn laplacian(a: usize, b: usize, singular: bool) -> f64 {
     }
 }
 
-/// All modes as (mode, cell, part): the low face of the cell along the mode's axis is covered so far. Rings of faces, other
-/// parts in each `step`; the bodies sit in the middle, where ranks meet, and share cells.
-fn modes(step: usize) -> Vec<(usize, usize, f64)> {
-    let mode = |k: usize| {
-        let centre = [[4.6, 5.4], [9.3, 6.1], [6.7, 8.2]][k / 2];
-        let distance = move |c: usize| (((c % NX) as f64) - centre[0]).hypot(((c / NX) as f64) - centre[1]);
+/// All modes. Rings of faces, other parts in each `step`; the bodies sit in the middle, where ranks meet, and share cells.
+fn modes(step: usize) -> Vec<Face> {
+    let ring = |k: usize, axis: usize| {
+        let body = if k < 6 { k / 2 } else { TURNING[0] as usize };
+        let centre = [[4.6, 5.4], [9.3, 6.1], [6.7, 8.2]][body];
+        let arm = move |c: usize| [((c % NX) as f64) - centre[0], ((c / NX) as f64) - centre[1]];
         let part = move |c: usize| 0.6 + 0.39 * (1.3 * k as f64 + 2.1 * c as f64 + 0.7 * step as f64).sin();
-        (0..N).filter(move |c| (1.2..3.2).contains(&distance(*c))).map(move |c| (k, c, part(c)))
+        let turning = move |c: usize| if axis == 0 { -arm(c)[1] } else { arm(c)[0] };
+        (0..N).filter(move |c| (1.2..3.2).contains(&arm(*c)[0].hypot(arm(*c)[1]))).map(move |cell| {
+            let part = if k < 6 { part(cell) } else { part(cell) * turning(cell) / 3.0 };
+            Face { mode: k, axis, cell, part }
+        })
     };
-    (0..MODES).flat_map(mode).collect()
+    let moving = (0..6).flat_map(|k| ring(k, k % 2));
+    moving.chain(ring(6, 0)).chain(ring(6, 1)).collect()
 }
 
 fn right_side(c: usize) -> f64 {
@@ -59,14 +75,14 @@ fn right_side(c: usize) -> f64 {
 }
 
 /// The solution by elimination, with a mean of zero where the system is singular.
-fn dense_solution(weights: &[f64], modes: &[(usize, usize, f64)], singular: bool) -> DVector<f64> {
+fn dense_solution(weights: &[f64], modes: &[Face], singular: bool) -> DVector<f64> {
     let mut matrix = DMatrix::from_fn(N, N, |a, b| laplacian(a, b, singular));
     let mut b = DVector::from_fn(N, |c, _| right_side(c));
     for (k, w) in weights.iter().enumerate() {
         let mut j = DVector::zeros(N);
-        for (_, c, part) in modes.iter().filter(|m| m.0 == k) {
-            j[*c] -= part;
-            j[c - if k % 2 == 0 { 1 } else { NX }] += part;
+        for Face { axis, cell, part, .. } in modes.iter().filter(|m| m.mode == k) {
+            j[*cell] -= part;
+            j[cell - [1, NX][*axis]] += part;
         }
         matrix += *w * &j * j.transpose();
     }
@@ -103,27 +119,28 @@ impl System {
     }
 
     fn set_modes(&self, weights: &[f64], covered: &[Covered]) -> Result<()> {
-        self.operator.borrow_mut().set_modes(weights, covered)
+        let turning = if weights.len() == MODES { &TURNING[..] } else { &[] };
+        self.operator.borrow_mut().set_modes(weights, covered, turning)
     }
 
     /// This rank's part of `modes`: faces with a cell of its own on either side.
-    fn own(&self, modes: &[(usize, usize, f64)]) -> Vec<Covered> {
-        let face = |(k, c, part): &(usize, usize, f64)| {
-            let at = [c % NX, c / NX];
+    fn own(&self, modes: &[Face]) -> Vec<Covered> {
+        let face = |Face { mode, axis, cell, part }: &Face| {
+            let (axis, at) = (*axis, [cell % NX, cell / NX]);
             let within = |a: usize, more: usize| {
                 let low = self.grid.start[a];
                 (low..low + self.grid.local[a] + more).contains(&at[a])
             };
-            let axis = k % 2;
             let here = within(axis, 1) && within(1 - axis, 0);
             let index = (0..2).map(|a| (at[a] + GHOSTS - self.grid.start[a]) * self.grid.stride[a]);
-            here.then(|| Covered { mode: *k as u32, face: index.sum::<usize>() as u32, part: *part })
+            let face = index.sum::<usize>() as u32;
+            here.then(|| Covered { mode: *mode as u32, axis: axis as u8, face, part: *part })
         };
         modes.iter().filter_map(face).collect()
     }
 
     /// Solves, and returns the largest difference from the dense solution, relative to that.
-    fn gap(&mut self, weights: &[f64], modes: &[(usize, usize, f64)]) -> Result<f64> {
+    fn gap(&mut self, weights: &[f64], modes: &[Face]) -> Result<f64> {
         let solved = self.solver.solve(1e-12, 0.0)?;
         println!("weights {weights:?}: {} iterations", solved.iterations);
         let exact = dense_solution(weights, modes, self.singular);
@@ -140,13 +157,15 @@ fn largest_gap(session: &Session, singular: bool) -> Result<f64> {
         vec![1.0; MODES],
         vec![1e4; MODES],
         vec![1e-3, 1e4, 0.0, 1.0, 30.0, 1e3],
+        vec![1e-3, 1e4, 0.0, 1.0, 30.0, 1e3, 1e2, 0.0],
+        vec![0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.0, 0.0],
         vec![0.0; MODES],
         vec![2.0; 4],
         vec![],
     ];
     for (step, weights) in steps.iter().enumerate() {
         let mut modes = modes(step);
-        modes.retain(|m| m.0 < weights.len());
+        modes.retain(|m| m.mode < weights.len());
         let own = system.own(&modes);
         system.set_modes(weights, &own)?;
         largest = largest.max(system.gap(weights, &modes)?);
@@ -219,7 +238,7 @@ fn a_solve_with_modes_that_fails_is_retried_with_them() {
     let test = "modes::a_solve_with_modes_that_fails_is_retried_with_them";
     in_processes(test, &[(1, "-ksp_type cg -pc_type lu -ksp_max_it 4")], |session| {
         let mut system = System::new(session, false).unwrap();
-        let modes = modes(0);
+        let modes: Vec<_> = modes(0).into_iter().filter(|m| m.mode < 6).collect();
         let weights = [1.0, 1e2, 1e3, 1e4, 1e5, 1e6];
         system.set_modes(&weights, &system.own(&modes)).unwrap();
         let error = system.gap(&weights, &modes).unwrap_err().to_string();
@@ -268,13 +287,17 @@ fn unsound_modes_are_refused() {
     let petsc = petsc();
     let system = System::new(&petsc.session, false).unwrap();
     let face = (5 + GHOSTS) + (5 + GHOSTS) * (NX + 2 * GHOSTS);
-    let good = Covered { mode: 0, face: face as u32, part: 1.0 };
+    let good = Covered { mode: 0, axis: 0, face: face as u32, part: 1.0 };
     for (weights, covered) in [
         (vec![-1.0, 0.0], vec![good]),
         (vec![f64::NAN, 0.0], vec![good]),
         (vec![1.0], vec![good]),
         (vec![1.0, 1.0], vec![Covered { mode: 2, ..good }]),
         (vec![1.0, 1.0], vec![Covered { face: 1 << 20, ..good }]),
+        (vec![1.0, 1.0], vec![Covered { axis: 1, ..good }]),
+        (vec![1.0, 1.0], vec![Covered { axis: 2, ..good }]),
+        (vec![1.0, 1.0], vec![Covered { part: -1.0, ..good }]),
+        (vec![1.0; MODES], vec![Covered { mode: 6, part: f64::NAN, ..good }]),
         (vec![1.0, 1.0], vec![Covered { part: f64::INFINITY, ..good }]),
         (vec![1.0; 4], vec![Covered { mode: 2, ..good }, good]),
     ] {
@@ -282,4 +305,6 @@ fn unsound_modes_are_refused() {
         assert!(error.contains("free bod"), "{weights:?} {covered:?}: {error}");
     }
     system.set_modes(&[1.0, 1.0], &[good]).unwrap();
+    system.set_modes(&[1.0; MODES], &[Covered { mode: 6, axis: 1, part: -1.0, ..good }]).unwrap();
+    assert!(system.operator.borrow_mut().set_modes(&[1.0; 4], &[good], &[1]).is_err(), "there is one body");
 }

@@ -125,7 +125,8 @@ impl<const D: usize> Case<D> {
                         let border = grid.at_border(axis, 0) && face[axis] < 0.1 * self.h[axis]
                             || grid.at_border(axis, 1) && face[axis] > size[axis] - 0.1 * self.h[axis];
                         if part > 0.0 && !border {
-                            covered.push(Covered { mode: (k * D + axis) as u32, face: c as u32, part });
+                            let mode = (k * D + axis) as u32;
+                            covered.push(Covered { mode, axis: axis as u8, face: c as u32, part });
                         }
                     }
                 }
@@ -133,7 +134,7 @@ impl<const D: usize> Case<D> {
             let shape = if D == 2 { std::f64::consts::PI } else { 4.0 / 3.0 * std::f64::consts::PI };
             let cells = shape * self.radius.powi(D as i32) / self.h.iter().product::<f64>();
             let weights = vec![1.0 / (ratio * cells); D * self.balls.len()];
-            operator.borrow_mut().set_modes(&weights, &covered).unwrap();
+            operator.borrow_mut().set_modes(&weights, &covered, &[]).unwrap();
         }
         let number = |at: [usize; D]| (0..D).rev().fold(0, |n, a| n * self.cells[a] + at[a]);
         let cells: Vec<usize> = grid.rows().flatten().map(|c| number(grid.global_cell(c))).collect();

@@ -38,7 +38,7 @@ fn disc_in_a_box(motion: &str, scheme: &str, steps: usize) -> End {
     let disc = &scene.coupling.as_ref().unwrap().bodies()[0];
     let outside = |c: &usize| {
         let [x, y] = scene.grid.centre(*c);
-        (x - disc.centre.x).hypot(y - disc.centre.y) > disc.radius
+        (x - disc.centre.x).hypot(y - disc.centre.y) > disc.radius()
     };
     End {
         fluid: scene.grid.rows().flatten().filter(outside).flat_map(|c| [scene.u[0][c], scene.u[1][c]]).collect(),

@@ -16,6 +16,8 @@ pub(super) struct Departure {
     centre: Vector3<f64>,
     pub(super) velocity: Vector3<f64>,
     spin: Vector3<f64>,
+    /// Angular momentum (kg m2/s).
+    turned: Vector3<f64>,
     /// `sum alpha (u_f - V) dV` and `sum alpha r x (u_f - V) dV` there, relative to the velocity V that it came with: a
     /// uniform stream turns nothing, however coarse the sums are.
     flow: Vector3<f64>,
@@ -100,14 +102,19 @@ impl<const D: usize> Mixing<D> {
             |k, body, departure, moments, [flow, swirl, force, torque, within]| {
                 let (velocity, spin) = (body.velocity, body.spin);
                 let (centre, volume) = (body.centre, within.x);
-                *departure = Departure { centre, velocity, spin, flow, swirl, volume, ..Departure::default() };
+                let turned = body.inertia().of(&spin);
+                *departure = Departure { centre, velocity, spin, turned, flow, swirl, volume, ..Departure::default() };
                 let Some(freedom) = body.freedom() else { return };
                 let (mut acceleration, angular) = match choices.driver {
                     Driver::Momentum => {
                         let (v, w) = moments.rigid_motion(&freedom, (velocity, spin));
                         ((v - velocity) / dt, (w - spin) / dt)
                     }
-                    Driver::Literal => (force / body.mass(), torque / body.inertia()),
+                    Driver::Literal => {
+                        let inertia = body.inertia();
+                        let turning = torque - inertia.precession(&spin);
+                        (force / body.mass(), inertia.answer(&turning, &freedom))
+                    }
                 };
                 // In the momentum of the mixture, the gravity of the fields is there already.
                 let gravity = match choices.driver {
@@ -198,15 +205,17 @@ impl<const D: usize> Mixing<D> {
                     exchange.momentum = m * (v - departure.velocity) / dt
                         - freedom.along(&(excess * self.choices.field_gravity))
                         - (held - freedom.along(&held)) / dt;
-                    exchange.momentum_torque =
-                        body.inertia() * (w - departure.spin) / dt - (held_turn - freedom.about(&held_turn)) / dt;
+                    // The same angular momentum is another spin once it has turned.
+                    let gained = body.inertia().of(&(w - departure.spin));
+                    let turned = body.inertia().of(&departure.spin) - departure.turned;
+                    exchange.momentum_torque = (gained + turned) / dt - (held_turn - freedom.about(&held_turn)) / dt;
                 }
                 v += freedom.along(&(dt * (1.0 - fluid_density / body.density) * self.choices.own_gravity));
                 self.settled[k].0 = v;
             }
             (body.velocity, body.spin) = (v, w);
             body.velocity += freedom.along(&impulse.linear) / body.mass();
-            body.spin += freedom.about(&impulse.angular) / body.inertia();
+            body.spin += body.inertia().answer(&impulse.angular, &freedom);
         }
         self.find_contact_kicks(grid)
     }

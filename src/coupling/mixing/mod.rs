@@ -29,10 +29,11 @@ mod state;
 use super::{Exchange, vector};
 use crate::Result;
 use crate::fluid::faces::{self, FaceCoefficient, Gravity};
+use crate::geometry::{Overlap, fraction};
 use crate::grid::{Boundaries, Coefficient, Grid, VectorField};
 use crate::petsc::Session;
+use crate::solids::Body;
 use crate::solids::contact::{Contacts, Push};
-use crate::solids::{Body, Overlap, fraction};
 use nalgebra::Vector3;
 
 /// A part of (19) that is summed as the fluid's terms are; [`Mixing::tally_pressure`] adds that of the pressure.
@@ -104,7 +105,7 @@ impl<const D: usize> Mixing<D> {
         fluid_viscosity: f64,
     ) -> Mixing<D> {
         let none = (Vector3::zeros(), Vector3::zeros());
-        let room: Vec<usize> = bodies.iter().map(|b| fraction::most_cells(grid, b.radius)).collect();
+        let room: Vec<usize> = bodies.iter().map(|b| fraction::most_cells(grid, b.radius())).collect();
         let mut coupling = Mixing {
             overlaps: room.iter().map(|&n| Vec::with_capacity(n)).collect(),
             kicks: room.iter().map(|&n| Vec::with_capacity(n)).collect(),
@@ -169,7 +170,7 @@ impl<const D: usize> Mixing<D> {
 
     fn find_overlaps(&mut self, grid: &Grid<D>, wanted: fn(&Body) -> bool) {
         for (body, overlaps) in self.bodies.iter().zip(&mut self.overlaps).filter(|(b, _)| wanted(b)) {
-            fraction::overlaps(grid, &body.centre, body.radius, self.choices.fraction, overlaps);
+            fraction::overlaps(grid, &body.placed(), self.choices.fraction, overlaps);
         }
     }
 

@@ -1,11 +1,18 @@
 //! The force on a body, four ways: by pressure, by wall shear, by what both miss, and by what the fluid loses (formulas in
 //! the parent).
 
-use super::{NUMBERS, Sharp, TAKE_IN};
+use super::{NUMBERS, Ride, Sharp, TAKE_IN};
 use crate::Result;
 use crate::coupling::{Exchange, vector};
 use crate::grid::{Grid, VectorField, wide};
 use nalgebra::Vector3;
+
+impl Ride {
+    /// Torque on it by the fluid over the step (N m).
+    fn torque(&self) -> Vector3<f64> {
+        self.shear.1 + self.pressure_torque
+    }
+}
 
 impl<const D: usize> Sharp<D> {
     /// This rank's pressure force on the body `k` by a pressure (Pa) with its ghosts filled: every face counts on the rank
@@ -22,6 +29,24 @@ impl<const D: usize> Sharp<D> {
         force
     }
 
+    /// Its torque about the centre, of a body that is not round.
+    pub(super) fn pressure_torque(&self, grid: &Grid<D>, k: usize, p: &[f64]) -> Vector3<f64> {
+        let mut torque = Vector3::zeros();
+        if self.bodies[k].shape().is_round() {
+            return torque;
+        }
+        for axis in 0..D {
+            let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
+            for (cut, opening) in self.skins[k].faces(axis).filter(|(cut, _)| cut.owned) {
+                let face = cut.face as usize;
+                let mut force = Vector3::zeros();
+                force[axis] = area * (p[face - s] - p[face]);
+                torque += opening.lever.cross(&force);
+            }
+        }
+        torque
+    }
+
     /// This rank's force and torque by wall shear; ghosts of `u` filled.
     pub(super) fn shear_force(&self, grid: &Grid<D>, k: usize, u: &VectorField<D>) -> (Vector3<f64>, Vector3<f64>) {
         let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
@@ -31,7 +56,7 @@ impl<const D: usize> Sharp<D> {
             || {
                 for point in &skin.points {
                     let slope = skin.value(&point.slope, &point.arm, grid, u, &self.bodies, k, None);
-                    let df = (self.fluid_viscosity * skin.area) * slope;
+                    let df = (self.fluid_viscosity * point.area) * slope;
                     force += df;
                     torque += point.arm.cross(&df);
                 }
@@ -89,14 +114,14 @@ impl<const D: usize> Sharp<D> {
         terms.sum()
     }
 
-    /// What the wall shear's torque misses of the angular momentum that the fluid lost about the free bodies' centres over
+    /// What the torque misses of the angular momentum that the fluid lost about the free bodies' centres over
     /// the step `dt` (s), summed over them (kg m2/s).
     pub fn angular_error(&self, dt: f64) -> f64 {
         let terms = self
             .bodies
             .iter()
             .zip(&self.rides)
-            .map(|(body, ride)| body.freedom().map_or(0.0, |f| f.about(&(ride.spun - dt * ride.shear.1)).norm()));
+            .map(|(body, ride)| body.freedom().map_or(0.0, |f| f.about(&(ride.spun - dt * ride.torque())).norm()));
         terms.sum()
     }
 
@@ -122,7 +147,7 @@ impl<const D: usize> Sharp<D> {
             let [given, spun, inside, swirl] = [0, 3, 6, 9].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
             let (body, ride, exchange) = (&self.bodies[k], &mut self.rides[k], &mut self.exchange[k]);
             let inside = inside + self.fluid_density * body.volume() * body.velocity;
-            let swirl = swirl + self.fluid_density / body.density * body.inertia() * body.spin;
+            let swirl = swirl + body.inertia().times(self.fluid_density / body.density).of(&body.spin);
             let lost = (inside - ride.inside - given) / dt;
             ride.spun = swirl - ride.swirl - spun;
             (ride.inside, ride.swirl) = (inside, swirl);
@@ -139,11 +164,11 @@ impl<const D: usize> Sharp<D> {
             ride.rest += take_in * (lost - felt);
             *exchange = Exchange {
                 momentum: used,
-                momentum_torque: ride.shear.1,
+                momentum_torque: ride.torque(),
                 convective: used - ride.pressure - ride.shear.0,
                 pressure: ride.pressure,
                 viscous: ride.shear.0,
-                literal_torque: ride.shear.1,
+                literal_torque: ride.torque(),
                 contact: struck.linear / dt,
                 ..Exchange::default()
             };

@@ -1,6 +1,7 @@
 //! Gaps: how far it is along a normal of a body's wall to the next body or wall, and what the profile of the flow beside the
 //! wall is there ([`super::skin`] has the sketch).
 
+use crate::geometry::Turn;
 use crate::grid::{Border, Boundaries, Grid};
 use crate::solids::{Body, nearest_image};
 use nalgebra::Vector3;
@@ -26,16 +27,16 @@ pub enum Other {
 pub struct Neighbour {
     /// Its number.
     pub body: usize,
-    /// The way to its nearest image (m), and its radius (m).
+    /// The way to its nearest image (m), and how that is turned.
     apart: Vector3<f64>,
-    radius: f64,
+    turn: Turn,
 }
 
 impl Neighbour {
     /// The body `j` beside the body `k`.
     pub fn new(bodies: &[Body], k: usize, j: usize, periods: &[Option<f64>; 3]) -> Neighbour {
         let apart = nearest_image(&bodies[k].centre, &bodies[j].centre, periods);
-        Neighbour { body: j, apart, radius: bodies[j].radius }
+        Neighbour { body: j, apart, turn: bodies[j].turn() }
     }
 }
 
@@ -47,6 +48,8 @@ pub struct Surroundings<'a, const D: usize> {
     pub boundaries: &'a Boundaries<D>,
     /// All bodies.
     pub bodies: &'a [Body],
+    /// How the one is turned whose skin it is.
+    pub turn: Turn,
     /// The bodies near this one.
     pub near: &'a [Neighbour],
     /// The spacing that depths and probes count in (m).
@@ -86,9 +89,12 @@ pub struct Gap {
 impl<const D: usize> Surroundings<'_, D> {
     /// Whether no other body is nearer to the point at `arm` (m) from the centre of body `k`.
     pub fn nearest(&self, k: usize, arm: &Vector3<f64>) -> bool {
-        let own = arm.norm() - self.bodies[k].radius;
+        if self.near.is_empty() {
+            return true;
+        }
+        let own = self.bodies[k].shape().distance(&self.turn, arm);
         self.near.iter().all(|near| {
-            let other = (arm - near.apart).norm() - near.radius;
+            let other = self.bodies[near.body].shape().distance(&near.turn, &(arm - near.apart));
             own < other || (own == other && k < near.body)
         })
     }
@@ -96,40 +102,37 @@ impl<const D: usize> Surroundings<'_, D> {
     /// Whether another body or a wall is so near that the grid does not resolve the gap.
     pub fn has_neighbours(&self, k: usize) -> bool {
         let body = &self.bodies[k];
+        let bounds = body.shape().bounds(&self.turn);
         let within = |a: usize, side: usize| {
             let from = body.centre[a] - if side == 0 { 0.0 } else { self.grid.size[a] };
             matches!(self.boundaries.borders[a][side], Some(Border::Velocity(_)))
-                && from.abs() < body.radius + UNRESOLVED * self.h
+                && from.abs() < bounds[a] + UNRESOLVED * self.h
         };
         !self.near.is_empty() || (0..2 * D).any(|f| within(f / 2, f % 2))
     }
 
-    /// The gap (m) from the wall of body `k`, its centre at `image`, along `n` to the next body or wall.
-    pub fn gap(&self, k: usize, image: &Vector3<f64>, n: &Vector3<f64>) -> Gap {
-        let radius = self.bodies[k].radius;
+    /// The gap (m) from the point `foot` (m, from its centre) of a body's wall, that centre at `image`, along the normal `n` to
+    /// the next body or wall.
+    pub fn gap(&self, image: &Vector3<f64>, foot: &Vector3<f64>, n: &Vector3<f64>) -> Gap {
         let mut gap = Gap { width: f64::INFINITY, other: Other::Nothing };
         for near in self.near {
-            let apart = near.apart - radius * n;
-            let along = apart.dot(n);
-            let under = along * along - apart.norm_squared() + near.radius * near.radius;
-            if along > 0.0 && under > 0.0 {
-                let width = (along - under.sqrt()).max(0.0);
-                if width < gap.width {
-                    gap = Gap { width, other: Other::Body(near.body, width * n - apart) };
-                }
+            let apart = near.apart - foot;
+            let Some(width) = self.bodies[near.body].shape().meets(&near.turn, &apart, n) else { continue };
+            if width < gap.width {
+                gap = Gap { width, other: Other::Body(near.body, width * n - apart) };
             }
         }
         for axis in 0..D {
             let side = usize::from(n[axis] > 0.0);
             let Some(Border::Velocity(velocity)) = &self.boundaries.borders[axis][side] else { continue };
-            let foot = image[axis] + radius * n[axis];
-            let distance = if side == 1 { self.grid.size[axis] - foot } else { foot };
+            let from = image[axis] + foot[axis];
+            let distance = if side == 1 { self.grid.size[axis] - from } else { from };
             if n[axis].abs() * NEAR * self.h < distance {
                 continue;
             }
             let width = (distance / n[axis].abs()).max(0.0);
             if width < gap.width {
-                let at = self.grid.position_on_border(axis, &(image + (radius + width) * n));
+                let at = self.grid.position_on_border(axis, &(image + foot + width * n));
                 let velocity = Vector3::from_fn(|a, _| if a < D { velocity[a][at] } else { 0.0 });
                 gap = Gap { width, other: Other::Border(velocity) };
             }

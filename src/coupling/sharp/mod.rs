@@ -39,13 +39,14 @@ mod state;
 use super::Exchange;
 use crate::fluid::faces::FaceCoefficient;
 use crate::fluid::poisson::Covered;
+use crate::geometry::Overlap;
 use crate::grid::{Boundaries, Grid, VectorField, wide};
 use crate::petsc::Session;
+use crate::solids::Body;
 use crate::solids::contact::{Contacts, Neighbours, Push};
-use crate::solids::{Body, Overlap};
 use gap::{Neighbour, Surroundings};
-use nalgebra::Vector3;
-use skin::Skin;
+use nalgebra::{Matrix3, Vector3};
+use skin::{Before, Skin};
 
 /// Openings below this count as this: what is behind them keeps a pressure, and the equation constants as its only null
 /// space.
@@ -69,10 +70,16 @@ struct Ride {
     expected: (Vector3<f64>, Vector3<f64>),
     /// Acceleration by fluid and gravity in the last step (m/s2, rad/s2).
     push: Push,
+    /// Angular momentum at the start of the step (kg m2/s).
+    turned: Vector3<f64>,
     /// What a force changes (kg): the mass with the wall shear's resistance over a step; infinite along held directions.
     inertia: f64,
-    /// Pressure force of the step so far (N), wall shear's force and torque (N, N m), now and a step before.
+    /// What a torque's impulse changes of the spin of a body that is not round (1/(kg m2)), with that resistance likewise.
+    turns: Matrix3<f64>,
+    /// Pressure force of the step so far (N), and its torque on a body that is not round (N m).
     pressure: Vector3<f64>,
+    pressure_torque: Vector3<f64>,
+    /// Wall shear's force and torque (N, N m), now and a step before.
     shear: (Vector3<f64>, Vector3<f64>),
     shear_before: Option<(Vector3<f64>, Vector3<f64>)>,
     /// What the two miss (N), taken in slowly; and the impulse (N s) that is still owed.
@@ -104,8 +111,12 @@ pub struct Sharp<const D: usize> {
     exchange: Vec<Exchange>,
     contacts: Option<Contacts>,
     push: Vec<Push>,
-    /// Per body, its place before it moved, then how far it has moved (m).
-    places: Vec<Vector3<f64>>,
+    /// Bodies that are not round: pressure turns them.
+    oblong: Vec<u32>,
+    /// Per body, how it lay before it moved.
+    before: Vec<Before>,
+    /// Per body, its surface: area (m2; m in 2D), and moments of inertia in its own axes as a shell of a kilogram per area.
+    shells: Vec<(f64, Matrix3<f64>)>,
     periods: [Option<f64>; 3],
     h: f64,
     fluid_density: f64,
@@ -148,25 +159,29 @@ impl<const D: usize> Sharp<D> {
         let (n, h) = (bodies.len(), reach(&grid.h).0);
         let periods = std::array::from_fn(|a| (a < D && grid.periodic[a]).then(|| grid.size[a]));
         let size = std::array::from_fn(|a| if a < D { grid.size[a] } else { 1.0 });
-        let skins: Vec<_> = bodies.iter().map(|b| Skin::new(grid, b.radius, h)).collect();
-        let faces = skins.iter().map(|s| s.cuts[0].capacity()).sum();
+        let skins: Vec<_> = bodies.iter().map(|b| Skin::new(grid, b.shape(), h)).collect();
+        let oblong: Vec<u32> = (0..n as u32).filter(|k| !bodies[*k as usize].shape().is_round()).collect();
+        let room = |k: usize| skins[k].cuts[0].capacity();
+        let (faces, turning): (usize, usize) = ((0..n).map(room).sum(), oblong.iter().map(|k| room(*k as usize)).sum());
         Sharp {
             values: Vec::with_capacity(skins.iter().map(|s| s.inside.capacity()).sum()),
             excess: Vec::with_capacity(skins.iter().map(|s| s.solid.capacity()).sum()),
             covered: std::array::from_fn(|_| Vec::with_capacity(faces)),
-            entries: Vec::with_capacity(2 * D * faces),
-            weights: Vec::with_capacity(n * D),
+            entries: Vec::with_capacity(2 * D * faces + D * D * turning),
+            weights: Vec::with_capacity((n + oblong.len()) * D),
+            oblong,
             skins,
             near: (0..n).map(|_| Vec::with_capacity(16)).collect(),
             beside: Vec::with_capacity(16),
             had_near: vec![false; n],
-            largest: bodies.iter().fold(0.0, |most, b| most.max(b.radius)),
+            largest: bodies.iter().fold(0.0, |most, b| most.max(b.radius())),
             reach: vec![0.5 * gap::NEAR * h; n],
             neighbours: Box::new(Neighbours::new(&bodies, size, periods)),
             rides: vec![Ride::default(); n],
             exchange: vec![Exchange::default(); n],
             push: vec![Push::default(); n],
-            places: vec![Vector3::zeros(); n],
+            before: bodies.iter().map(Before::here).collect(),
+            shells: bodies.iter().map(|b| b.shape().shell()).collect(),
             contacts: contacts.map(|c| c.within(fluid_density, STANDOFF * h)),
             periods,
             h,
@@ -215,7 +230,7 @@ impl<const D: usize> Sharp<D> {
     /// Builds the skins of all bodies and opens the faces. To be called once, before the first step, and whenever bodies
     /// have been put elsewhere.
     pub fn settle(&mut self, grid: &Grid<D>, boundaries: &Boundaries<D>, beta: &mut FaceCoefficient<D>) {
-        self.places.fill(Vector3::zeros());
+        self.before.iter_mut().zip(&self.bodies).for_each(|(before, body)| *before = Before::here(body));
         self.rebuild(grid, boundaries, beta, true);
     }
 
@@ -231,8 +246,8 @@ impl<const D: usize> Sharp<D> {
         self.settle(grid, boundaries, beta);
     }
 
-    /// Rebuilds the skins of the bodies that move, or of all, and sets `H/rho` on faces; `places` tell how far they have
-    /// moved.
+    /// Rebuilds the skins of the bodies that move, or of all, and sets `H/rho` on faces; `before` tells how they
+    /// lay then.
     fn rebuild(&mut self, grid: &Grid<D>, boundaries: &Boundaries<D>, beta: &mut FaceCoefficient<D>, all: bool) {
         let FaceCoefficient::Field(beta) = beta else { return };
         let whole = 1.0 / self.fluid_density;
@@ -262,8 +277,9 @@ impl<const D: usize> Sharp<D> {
             }
             self.beside.clear();
             self.beside.extend(self.near[k].iter().map(|&j| Neighbour::new(&self.bodies, k, j, &self.periods)));
-            let around = Surroundings { grid, boundaries, bodies: &self.bodies, near: &self.beside, h: self.h };
-            self.skins[k].rebuild(&around, k, &self.places[k]);
+            let (bodies, turn) = (&self.bodies[..], self.bodies[k].turn());
+            let around = Surroundings { grid, boundaries, bodies, turn, near: &self.beside, h: self.h };
+            self.skins[k].rebuild(&around, k, &self.before[k]);
         }
         for skin in &self.skins {
             for (beta, cuts) in beta.iter_mut().zip(&skin.cuts) {
@@ -309,7 +325,7 @@ impl<const D: usize> Sharp<D> {
     /// Whether a body is so near to a side of the box that its probes reach deep into the ghosts there.
     pub fn near_borders(&self, grid: &Grid<D>) -> bool {
         let near = |b: &Body, a: usize| {
-            let reach = b.radius + grid.ghosts as f64 * grid.h[a];
+            let reach = b.radius() + grid.ghosts as f64 * grid.h[a];
             b.centre[a] < reach || b.centre[a] > grid.size[a] - reach
         };
         self.bodies.iter().any(|b| (0..D).any(|a| near(b, a)))

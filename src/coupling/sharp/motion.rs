@@ -1,17 +1,17 @@
 //! How bodies go ahead to their new place, and what pressure makes of their velocity there (formulas in the parent).
 
-use super::skin::RESISTANCE;
+use super::skin::{Before, RESISTANCE};
 use super::{NUMBERS, Sharp};
 use crate::Result;
 use crate::coupling::refuse_meetings;
 use crate::fluid::faces::FaceCoefficient;
 use crate::fluid::poisson::Covered;
 use crate::fluid::pressure::Rider;
+use crate::geometry::{Cut, Opening};
 use crate::grid::{Boundaries, Grid, VectorField};
 use crate::solids::contact::{Impulse, Push};
-use crate::solids::{Body, Cut, Shape, nearest_image};
-use nalgebra::Vector3;
-use std::f64::consts::{PI, TAU};
+use crate::solids::{Body, Inertia, nearest_image};
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 impl<const D: usize> Sharp<D> {
     /// Whether any body changes place.
@@ -35,6 +35,7 @@ impl<const D: usize> Sharp<D> {
     ) -> Result<usize> {
         for (ride, body) in self.rides.iter_mut().zip(&self.bodies) {
             ride.start = (body.velocity, body.spin);
+            ride.turned = body.inertia().of(&body.spin);
         }
         for (push, ride) in self.push.iter_mut().zip(&self.rides) {
             *push = ride.push;
@@ -42,8 +43,8 @@ impl<const D: usize> Sharp<D> {
         if !self.moves() {
             return Ok(0);
         }
-        for (place, body) in self.places.iter_mut().zip(&self.bodies) {
-            *place = body.centre;
+        for (before, body) in self.before.iter_mut().zip(&self.bodies) {
+            *before = Before { way: body.centre, turn: body.turn() };
         }
         let substeps = match &mut self.contacts {
             Some(contacts) => contacts.advance(&mut self.bodies, &self.push, dt)?,
@@ -59,8 +60,8 @@ impl<const D: usize> Sharp<D> {
             ride.expected = (body.velocity, body.spin);
         }
         let periods = self.periods;
-        for (place, body) in self.places.iter_mut().zip(&self.bodies) {
-            *place = nearest_image(place, &body.centre, &periods);
+        for (before, body) in self.before.iter_mut().zip(&self.bodies) {
+            before.way = nearest_image(&before.way, &body.centre, &periods);
         }
         self.rebuild(grid, boundaries, beta, false);
         Ok(substeps)
@@ -72,28 +73,37 @@ impl<const D: usize> Sharp<D> {
         let mut buffer = std::mem::take(&mut self.buffer);
         for (k, row) in buffer.chunks_exact_mut(NUMBERS).enumerate() {
             let (shear, torque) = self.shear_force(grid, k, u);
-            for (slot, v) in row.chunks_exact_mut(3).zip([self.pressure_force(grid, k, p), shear, torque]) {
+            let pressed = self.pressure_force(grid, k, p);
+            for (slot, v) in row.chunks_exact_mut(3).zip([pressed, shear, torque, self.pressure_torque(grid, k, p)]) {
                 slot.copy_from_slice(v.as_slice());
             }
         }
         self.session.sum(&mut buffer)?;
         for (k, row) in buffer.chunks_exact(NUMBERS).enumerate() {
-            let [pressure, shear, torque] = [0, 3, 6].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
+            let [pressure, shear, torque, pressure_torque] =
+                [0, 3, 6, 9].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
             let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
             let (body, ride) = (&mut self.bodies[k], &mut self.rides[k]);
             let (before, torque_before) = ride.shear_before.replace((shear, torque)).unwrap_or((shear, torque));
-            ride.pressure = pressure;
-            let (drag, turn) = resistance(body, self.fluid_viscosity / self.h);
-            let centred = 0.5 * inertial_share(body, turn, dt);
-            ride.shear = (0.5 * (shear + before), torque + centred * (torque_before - torque));
+            (ride.pressure, ride.pressure_torque) = (pressure, pressure_torque);
+            let (drag, turn) = resistance(body, &self.shells[k], self.fluid_viscosity / self.h);
+            let centred = 0.5 * inertial_share(body, &turn, dt);
+            ride.shear = (0.5 * (shear + before), torque + centred.component_mul(&(torque_before - torque)));
             let Some(freedom) = body.freedom() else { continue };
             ride.inertia = body.mass() + dt * drag;
             let weight = (body.mass() - self.fluid_density * body.volume()) * self.gravity;
             let change = dt * (pressure + ride.shear.0 + ride.rest + weight + drag * (ride.expected.0 - ride.start.0))
                 + impulse.linear;
             body.velocity = ride.start.0 + freedom.along(&change) / ride.inertia;
-            let change = dt * (ride.shear.1 + turn * (ride.expected.1 - ride.start.1)) + impulse.angular;
-            body.spin = ride.start.1 + freedom.about(&change) / (body.inertia() + dt * turn);
+            // The same angular momentum is another spin once it has turned.
+            let (inertia, kept) = (body.inertia(), ride.turned - body.inertia().of(&ride.start.1));
+            let change = dt * (ride.shear.1 + pressure_torque + turn.of(&(ride.expected.1 - ride.start.1)))
+                + (impulse.angular + kept);
+            let resisted = inertia.plus(dt, &turn);
+            body.spin = ride.start.1 + resisted.answer(&change, &freedom);
+            if !body.shape().is_round() {
+                ride.turns = resisted.inverse(&freedom);
+            }
         }
         self.buffer = buffer;
         Ok(())
@@ -102,62 +112,119 @@ impl<const D: usize> Sharp<D> {
     /// Takes the acceleration of the step `dt` (s) for the next one.
     pub fn note_push(&mut self, dt: f64) {
         for (k, (ride, body)) in self.rides.iter_mut().zip(&self.bodies).enumerate() {
-            if body.freedom().is_none() {
-                continue;
-            }
+            let Some(freedom) = body.freedom() else { continue };
             let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
             let heavier = body.mass() + self.fluid_density * body.volume();
-            let kept = inertial_share(body, resistance(body, self.fluid_viscosity / self.h).1, dt);
+            let (_, turn) = resistance(body, &self.shells[k], self.fluid_viscosity / self.h);
+            let kept = inertial_share(body, &turn, dt) / dt;
             ride.push = Push {
                 acceleration: (body.velocity - ride.start.0 - impulse.linear / heavier) / dt,
-                angular: (body.spin - ride.start.1 - impulse.angular / body.inertia()) * (kept / dt),
+                angular: (body.spin - ride.start.1 - body.inertia().answer(&impulse.angular, &freedom))
+                    .component_mul(&kept),
             };
         }
     }
 
     /// Finds what the free bodies add to the pressure's operator: for each direction a mode of weight `dV/M_k` (m3/kg, zero
-    /// where the body is held) with the faces that it covers.
-    pub fn modes(&mut self, grid: &Grid<D>) -> (&[f64], &[Covered]) {
+    /// where the body is held) with the faces that it covers; and for the bodies that pressure turns, which it names, a mode
+    /// about each axis of their answer to torque.
+    pub fn modes(&mut self, grid: &Grid<D>) -> (&[f64], &[Covered], &[u32]) {
         let (volume, n) = (grid.cell_volume(), self.bodies.len());
         self.weights.clear();
-        self.weights.resize(n * D, 0.0);
+        self.weights.resize((n + self.oblong.len()) * D, 0.0);
         self.entries.clear();
         for (k, (skin, ride)) in self.skins.iter().zip(&self.rides).enumerate() {
             let Some(freedom) = self.bodies[k].freedom() else { continue };
             for axis in (0..D).filter(|a| freedom.translation[*a]) {
                 let mode = k * D + axis;
                 self.weights[mode] = volume / ride.inertia;
-                let face = |cut: &Cut| Covered { mode: mode as u32, face: cut.face, part: cut.covered };
+                let face = |cut: &Cut| covered(mode, axis, cut.face, cut.covered);
                 self.entries.extend(skin.cuts[axis].iter().map(face));
             }
         }
-        (&self.weights, &self.entries)
+        for (i, k) in self.oblong.iter().map(|k| *k as usize).enumerate() {
+            let (skin, radius) = (&self.skins[k], self.bodies[k].radius());
+            // Velocities per radius, so that these modes are of the size of the others.
+            let answer = SymmetricEigen::new(radius * radius * self.rides[k].turns);
+            let axes = (0..3).filter(|a| self.bodies[k].freedom().is_some() && answer.eigenvalues[*a] > 0.0);
+            for (mode, about) in axes.enumerate() {
+                let mode = (n + i) * D + mode;
+                self.weights[mode] = volume * answer.eigenvalues[about];
+                let spin = answer.eigenvectors.column(about) / radius;
+                for axis in 0..D {
+                    let face = |(cut, opening): (&Cut, &Opening)| {
+                        covered(mode, axis, cut.face, spin.cross(&opening.lever)[axis])
+                    };
+                    self.entries.extend(skin.faces(axis).map(face));
+                }
+            }
+        }
+        (&self.weights, &self.entries, &self.oblong)
     }
 }
 
+fn covered(mode: usize, axis: usize, face: u32, part: f64) -> Covered {
+    Covered { mode: mode as u32, axis: axis as u8, face, part }
+}
+
 /// What the wall shear takes back of a change of a body's velocity (N s/m) and spin (N m s) within a step, for a viscosity over
-/// spacing (Pa s/m): of the velocity by the profile's first probe, of the spin by the slope of the wall shear itself.
-fn resistance(body: &Body, unit: f64) -> (f64, f64) {
-    let r = body.radius;
-    let (drag, turn) = match body.shape {
-        Shape::Disc => (TAU * r, TAU * r.powi(3)),
-        Shape::Sphere => (4.0 * PI * r * r, 8.0 / 3.0 * PI * r.powi(4)),
-    };
-    (unit * drag, unit * RESISTANCE * turn)
+/// spacing (Pa s/m) and its surface's area and moments: of the velocity by the profile's first probe, of the spin by the slope
+/// of the wall shear itself.
+fn resistance(body: &Body, (area, shell): &(f64, Matrix3<f64>), unit: f64) -> (f64, Inertia) {
+    let slope = unit * RESISTANCE;
+    if body.shape().is_round() {
+        return (unit * area, Inertia::Same(slope * shell[(2, 2)]));
+    }
+    let turn = body.turn();
+    (unit * area, Inertia::Tensor(slope * (turn * shell * turn.transpose())))
 }
 
 /// The part of a free body's answer to torque over the step `dt` (s) that is inertia, and not the wall shear's resistance `turn`
-/// (N m s). The torque is centred in time, and the spin carried on, as far as this goes: of a body of no inertia the spin is
-/// that of the flow around it, and what it was before only feeds an oscillation (nothing but added mass resists pressure, but
-/// nothing adds inertia to a disc's spin).
-fn inertial_share(body: &Body, turn: f64, dt: f64) -> f64 {
-    body.freedom().map_or(1.0, |_| body.inertia() / (body.inertia() + dt * turn))
+/// (N m s), by axis. The torque is centred in time, and the spin carried on, as far as this goes: of a body of no inertia the
+/// spin is that of the flow around it, and what it was before only feeds an oscillation (nothing but added mass resists
+/// pressure, but nothing adds inertia to a disc's spin).
+fn inertial_share(body: &Body, turn: &Inertia, dt: f64) -> Vector3<f64> {
+    let (own, resisted) = (body.inertia(), body.inertia().plus(dt, turn));
+    Vector3::from_fn(|a, _| body.freedom().map_or(1.0, |_| own.about(a) / resisted.about(a)))
+}
+
+impl<const D: usize> Sharp<D> {
+    /// Likewise for the spin of the bodies that pressure turns; three numbers of each in `sums`.
+    fn follow_turning(
+        &mut self,
+        grid: &Grid<D>,
+        dt: f64,
+        phi: &[f64],
+        faces: &mut VectorField<D>,
+        sums: &mut [f64],
+    ) -> Result<()> {
+        for (k, row) in self.oblong.iter().zip(sums.chunks_exact_mut(3)) {
+            row.copy_from_slice(self.pressure_torque(grid, *k as usize, phi).as_slice());
+        }
+        self.session.sum(sums)?;
+        for (k, row) in self.oblong.iter().map(|k| *k as usize).zip(sums.chunks_exact(3)) {
+            let torque = Vector3::from_column_slice(row);
+            let (body, ride) = (&mut self.bodies[k], &mut self.rides[k]);
+            ride.pressure_torque += torque;
+            if body.freedom().is_none() {
+                continue;
+            }
+            let change = ride.turns * (dt * torque);
+            body.spin += change;
+            for axis in 0..D {
+                for (cut, opening) in self.skins[k].faces(axis) {
+                    faces[axis][cut.face as usize] += change.cross(&opening.lever)[axis];
+                }
+            }
+        }
+        Ok(())
+    }
 }
 
 impl<const D: usize> Rider<D> for Sharp<D> {
     fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64], faces: &mut VectorField<D>) -> Result<()> {
         let mut buffer = std::mem::take(&mut self.buffer);
-        let sums = &mut buffer[..3 * self.bodies.len()];
+        let (sums, rest) = buffer.split_at_mut(3 * self.bodies.len());
         for (k, row) in sums.chunks_exact_mut(3).enumerate() {
             row.copy_from_slice(self.pressure_force(grid, k, phi).as_slice());
         }
@@ -172,6 +239,9 @@ impl<const D: usize> Rider<D> for Sharp<D> {
             for (axis, cuts) in self.skins[k].cuts.iter().enumerate() {
                 cuts.iter().for_each(|cut| faces[axis][cut.face as usize] += cut.covered * change[axis]);
             }
+        }
+        if !self.oblong.is_empty() {
+            self.follow_turning(grid, dt, phi, faces, &mut rest[..3 * self.oblong.len()])?;
         }
         self.buffer = buffer;
         Ok(())

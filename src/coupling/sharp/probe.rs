@@ -18,7 +18,7 @@ pub struct Probe<const D: usize> {
     place: [f64; D],
     /// Factor of the velocity there in the sum that it is part of.
     pub share: f64,
-    /// How far out it is, as a factor of the arm that it lies on.
+    /// How far out it is, as a factor of the line that it lies on.
     pub out: f64,
 }
 

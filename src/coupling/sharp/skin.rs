@@ -11,11 +11,10 @@
 
 use super::gap::{Other, Shares, Surroundings, UNRESOLVED};
 use super::probe::Probe;
+use crate::geometry::{Block, Cut, Opening, Overlap, Placed, Shape, SurfacePoint, Turn, aperture, fraction, images};
 use crate::grid::{Grid, VectorField};
-use crate::solids::reach::{Block, images};
-use crate::solids::{Body, Cut, Opening, Overlap, aperture, fraction};
+use crate::solids::Body;
 use nalgebra::Vector3;
-use std::f64::consts::{PI, TAU};
 
 /// Depth to which the profile is continued into a body, in spacings, as deep as the advection of cells beside the wall
 /// reaches; deeper, the body's own motion stands.
@@ -36,10 +35,69 @@ pub struct Trace {
     probes: [u32; 2],
     /// Its number among what lies across gaps, or [`NOTHING`].
     across: u32,
+    /// Its number among the lines, or [`NOTHING`] of a round body: its line is the point's arm itself.
+    line: u32,
 }
 
-/// No number of an [`Across`].
+/// No number.
 const NOTHING: u32 = u32::MAX;
+
+/// A trace of nothing.
+const STILL: Trace = Trace { probes: [0; 2], across: NOTHING, line: NOTHING };
+
+/// The line along the wall's normal through a point, which has its probes at `from + out along` (m, from the body's centre).
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    from: Vector3<f64>,
+    along: Vector3<f64>,
+}
+
+/// That line, and where it leaves the wall.
+struct Normal {
+    line: Line,
+    /// Whether it comes from the centre as the arm of its point.
+    central: bool,
+    /// Outward, of length 1.
+    n: Vector3<f64>,
+    /// Where it leaves the wall (m, from the body's centre).
+    foot: Vector3<f64>,
+    /// At the distance d from the wall, `out = (wall + d)/length` (m).
+    wall: f64,
+    length: f64,
+}
+
+impl Normal {
+    /// Through the point at `arm` (m), at the distance `s` (m) from the wall. That of a round body comes from its centre, so
+    /// that a rigid motion is the same multiple of the arm's everywhere on it.
+    fn new(shape: &dyn Shape, arm: &Vector3<f64>, s: f64, n: Vector3<f64>) -> Normal {
+        if shape.is_round() {
+            let (line, radius) = (Line { from: Vector3::zeros(), along: *arm }, shape.radius());
+            return Normal { line, central: true, n, foot: radius * n, wall: radius, length: arm.norm() };
+        }
+        let foot = arm - s * n;
+        Normal { line: Line { from: foot, along: n }, central: false, n, foot, wall: 0.0, length: 1.0 }
+    }
+
+    fn out(&self, distance: f64) -> f64 {
+        (self.wall + distance) / self.length
+    }
+}
+
+/// How a body lay before it moved.
+#[derive(Clone, Copy, Debug)]
+pub struct Before {
+    /// From there to where it is now (m).
+    pub way: Vector3<f64>,
+    /// How it was turned.
+    pub turn: Turn,
+}
+
+impl Before {
+    /// It lay as it lies.
+    pub fn here(body: &Body) -> Before {
+        Before { way: Vector3::zeros(), turn: body.turn() }
+    }
+}
 
 /// What lies across a gap.
 #[derive(Clone, Copy, Debug)]
@@ -47,7 +105,7 @@ struct Across {
     /// Share of its velocity, relative to the body's at its own wall.
     share: f64,
     other: Other,
-    /// The body's wall, as a factor of the point's arm.
+    /// The body's wall, as a factor of the line.
     wall: f64,
 }
 
@@ -71,6 +129,8 @@ pub struct Inside {
 pub struct Point {
     /// From the body's centre (m).
     pub arm: Vector3<f64>,
+    /// Its part of the surface (m2; m per metre of depth).
+    pub area: f64,
     /// The slope of the velocity along the outward normal (1/s).
     pub slope: Trace,
 }
@@ -89,19 +149,19 @@ pub struct Skin<const D: usize> {
     pub inside: Vec<Inside>,
     /// Points on its surface, of this rank.
     pub points: Vec<Point>,
-    /// Each one's part of the surface (m2; m per metre of depth).
-    pub area: f64,
-    /// Where they all lie (m from the centre): the same for as long as the body lasts.
-    spots: Vec<Vector3<f64>>,
+    /// Where they all lie in the body's own axes, about two a spacing.
+    spots: Vec<SurfacePoint>,
     probes: Vec<Probe<D>>,
     across: Vec<Across>,
+    /// Of a body that is not round.
+    lines: Vec<Line>,
 }
 
 impl<const D: usize> Skin<D> {
-    /// A skin with room for all that a body of `radius` (m) can touch, its probes counting in spacings of `h` (m).
-    pub fn new(grid: &Grid<D>, radius: f64, h: f64) -> Skin<D> {
-        let cells = |beyond: f64| fraction::most_cells(grid, radius + beyond * h);
-        let (inside, (spots, area)) = (cells(UNRESOLVED), spread_points::<D>(radius, h));
+    /// A skin with room for all that a body can touch, its probes counting in spacings of `h` (m).
+    pub fn new(grid: &Grid<D>, shape: &dyn Shape, h: f64) -> Skin<D> {
+        let cells = |beyond: f64| fraction::most_cells(grid, shape.radius() + beyond * h);
+        let (inside, spots) = (cells(UNRESOLVED), shape.surface(h));
         let points = spots.len();
         Skin {
             cuts: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
@@ -110,10 +170,10 @@ impl<const D: usize> Skin<D> {
             owns: Vec::with_capacity(cells(0.0)),
             inside: Vec::with_capacity(inside),
             points: Vec::with_capacity(points),
-            area,
             spots,
             probes: Vec::with_capacity(2 * inside + 4 * points),
             across: Vec::with_capacity(inside + points),
+            lines: Vec::with_capacity(if shape.is_round() { 0 } else { inside + points }),
         }
     }
 
@@ -127,38 +187,43 @@ impl<const D: usize> Skin<D> {
         self.solid.iter().zip(&self.owns).filter_map(|(cell, owns)| owns.then_some(cell))
     }
 
-    /// Finds the faces and cells of the body `k`; `shift` is how far it has moved since the last time (m).
-    pub fn rebuild(&mut self, around: &Surroundings<D>, k: usize, shift: &Vector3<f64>) {
-        let (grid, body) = (around.grid, &around.bodies[k]);
+    /// Finds the faces and cells of the body `k`, as it lies now and lay `before`.
+    pub fn rebuild(&mut self, around: &Surroundings<D>, k: usize, before: &Before) {
+        let (grid, body, turn) = (around.grid, &around.bodies[k], &around.turn);
+        let (shape, placed) = (body.shape(), Placed { shape: body.shape(), centre: body.centre, turn: *turn });
         for (axis, (cuts, openings)) in self.cuts.iter_mut().zip(&mut self.openings).enumerate() {
-            aperture::cuts(grid, axis, &body.centre, body.radius, cuts, openings);
+            aperture::cuts(grid, axis, &placed, cuts, openings);
         }
-        fraction::overlaps(grid, &body.centre, body.radius, fraction::Rule::Exact, &mut self.solid);
+        fraction::overlaps(grid, &placed, fraction::Rule::Exact, &mut self.solid);
         self.owns.clear();
         self.owns.extend(self.solid.iter().map(|o| around.nearest(k, &o.arm)));
         self.probes.clear();
         self.across.clear();
+        self.lines.clear();
         self.inside.clear();
-        let moved = shift.norm();
         let tight = if around.has_neighbours(k) { UNRESOLVED * around.h } else { 0.0 };
+        let bounds = shape.bounds(turn).sup(&shape.bounds(&before.turn));
+        let reach = bounds.add_scalar(before.way.norm().max(tight));
         for image in images(grid, &body.centre) {
-            for at in Block::owned(grid, &image, body.radius + moved.max(tight)) {
+            for at in Block::owned(grid, &image, &reach) {
                 let arm =
                     Vector3::from_fn(|a, _| if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 });
-                let s = arm.norm() - body.radius;
-                let fresh = s > 0.0 && (arm + shift).norm() <= body.radius;
+                let s = shape.distance(turn, &arm);
+                let fresh = s > 0.0 && shape.distance(&before.turn, &(arm + before.way)) <= 0.0;
                 if (s > tight && !fresh) || !around.nearest(k, &arm) {
                     continue;
                 }
                 let Some(cell) = grid.owned_index(at) else { continue };
-                let (mut trace, mut weight) = (Trace { probes: [0; 2], across: NOTHING }, 1.0);
+                let (mut trace, mut weight) = (STILL, 1.0);
                 if s > 0.0 && !fresh {
-                    (trace, weight) = self.profile_across(around, k, &image, &arm, s);
+                    let normal = Normal::new(shape, &arm, s, shape.normal(turn, &arm));
+                    (trace, weight) = self.profile_across(around, &image, &normal, s);
                     if weight == 0.0 {
                         continue;
                     }
-                } else if s > -body.radius.min(DEPTH * around.h) {
-                    trace = self.profile(around, k, &image, &arm, s);
+                } else if s > -body.radius().min(DEPTH * around.h) {
+                    let normal = Normal::new(shape, &arm, s, shape.normal(turn, &arm));
+                    trace = self.profile(around, &image, &normal, s);
                 }
                 self.inside.push(Inside { arm, weight, trace, cell: cell as u32, fresh });
             }
@@ -166,17 +231,10 @@ impl<const D: usize> Skin<D> {
         self.place_points(around, k);
     }
 
-    /// The profile at the signed distance `s` (m) along the normal through `arm`.
-    fn profile(
-        &mut self,
-        around: &Surroundings<D>,
-        k: usize,
-        image: &Vector3<f64>,
-        arm: &Vector3<f64>,
-        s: f64,
-    ) -> Trace {
-        let (h, radius) = (around.h, around.bodies[k].radius);
-        let gap = around.gap(k, image, &arm.normalize());
+    /// The profile at the signed distance `s` (m) along a normal.
+    fn profile(&mut self, around: &Surroundings<D>, image: &Vector3<f64>, normal: &Normal, s: f64) -> Trace {
+        let h = around.h;
+        let gap = around.gap(image, &normal.foot, &normal.n);
         let share = Shares::of(gap.width / h);
         let [d1, d2] = PROFILE.map(|d| d * h);
         let near = h.min(0.5 * gap.width);
@@ -188,46 +246,47 @@ impl<const D: usize> Skin<D> {
         let at = if share.full > 0.0 { d1 } else { near };
         let probes = [(at, first), (d2, second)];
         let across = share.across * mirrored(gap.width.max(0.5 * h));
-        self.trace(around.grid, image, arm, radius, &probes, across, gap.other)
+        self.trace(around.grid, image, normal, &probes, across, gap.other)
     }
 
     /// The straight profile across a gap, outside at the distance `s` (m) from the wall, and its weight.
     fn profile_across(
         &mut self,
         around: &Surroundings<D>,
-        k: usize,
         image: &Vector3<f64>,
-        arm: &Vector3<f64>,
+        normal: &Normal,
         s: f64,
     ) -> (Trace, f64) {
-        let radius = around.bodies[k].radius;
-        let gap = around.gap(k, image, &arm.normalize());
+        let gap = around.gap(image, &normal.foot, &normal.n);
         let across = s / gap.width.max(0.5 * around.h).max(s);
-        let trace = self.trace(around.grid, image, arm, radius, &[], across, gap.other);
+        let trace = self.trace(around.grid, image, normal, &[], across, gap.other);
         (trace, Shares::of(gap.width / around.h).across)
     }
 
-    /// A trace along the normal through `arm` (m): the distances of its probes from the wall (m) with their shares, and the
-    /// share of what lies across the gap.
-    #[allow(clippy::too_many_arguments)]
+    /// A trace along a normal: the distances of its probes from the wall (m) with their shares, and the share of what lies across
+    /// the gap.
     fn trace(
         &mut self,
         grid: &Grid<D>,
         image: &Vector3<f64>,
-        arm: &Vector3<f64>,
-        radius: f64,
+        normal: &Normal,
         probes: &[(f64, f64)],
         across: f64,
         other: Other,
     ) -> Trace {
-        let (start, from_centre) = (self.probes.len() as u32, arm.norm());
+        let (start, Line { from, along }) = (self.probes.len() as u32, normal.line);
+        let from = image + from;
         for &(d, share) in probes.iter().filter(|(_, share)| *share != 0.0) {
-            self.probes.push(Probe::new(grid, image, arm, (radius + d) / from_centre, share));
+            self.probes.push(Probe::new(grid, &from, &along, normal.out(d), share));
         }
-        let mut trace = Trace { probes: [start, self.probes.len() as u32], across: NOTHING };
+        let mut trace = Trace { probes: [start, self.probes.len() as u32], ..STILL };
         if across != 0.0 && !matches!(other, Other::Nothing) {
             trace.across = self.across.len() as u32;
-            self.across.push(Across { share: across, other, wall: radius / from_centre });
+            self.across.push(Across { share: across, other, wall: normal.out(0.0) });
+        }
+        if !normal.central {
+            trace.line = self.lines.len() as u32;
+            self.lines.push(normal.line);
         }
         trace
     }
@@ -237,17 +296,19 @@ impl<const D: usize> Skin<D> {
         self.points.clear();
         let (grid, body, h) = (around.grid, &around.bodies[k], around.h);
         for i in 0..self.spots.len() {
-            let arm = self.spots[i];
+            let SurfacePoint { place, normal, area } = self.spots[i];
+            let arm = around.turn * place;
             let Some(image) = images(grid, &body.centre).find(|image| grid.owns(&(image + arm))) else { continue };
-            let gap = around.gap(k, &image, &(arm / body.radius));
+            let normal = Normal::new(body.shape(), &arm, 0.0, around.turn * normal);
+            let gap = around.gap(&image, &normal.foot, &normal.n);
             let share = Shares::of(gap.width / h);
             let (e, near) = (SLOPE * h, h.min(0.5 * gap.width));
             let full = share.full / e;
             let linear = if share.linear > 0.0 { share.linear / near } else { 0.0 };
             let probes = [(e, 3.0 * full), (2.0 * e, -1.5 * full), (3.0 * e, full / 3.0), (near, linear)];
             let across = share.across / gap.width.max(0.5 * h);
-            let slope = self.trace(grid, &image, &arm, body.radius, &probes, across, gap.other);
-            self.points.push(Point { arm, slope });
+            let slope = self.trace(grid, &image, &normal, &probes, across, gap.other);
+            self.points.push(Point { arm, area, slope });
         }
     }
 
@@ -264,10 +325,15 @@ impl<const D: usize> Skin<D> {
         k: usize,
         limit: Option<f64>,
     ) -> Vector3<f64> {
-        let (velocity, turn) = (bodies[k].velocity, bodies[k].spin.cross(arm));
+        let Body { velocity, spin, .. } = &bodies[k];
+        // The rigid motion along the line: `rest + out turn`.
+        let (rest, turn) = match self.lines.get(trace.line as usize) {
+            None => (*velocity, spin.cross(arm)),
+            Some(line) => (velocity + spin.cross(&line.from), spin.cross(&line.along)),
+        };
         let (mut sum, mut first) = (Vector3::zeros(), None);
         for probe in &self.probes[trace.probes[0] as usize..trace.probes[1] as usize] {
-            let relative = probe.velocity(grid, u) - (velocity + probe.out * turn);
+            let relative = probe.velocity(grid, u) - (rest + probe.out * turn);
             first.get_or_insert_with(|| relative.norm());
             sum += probe.share * relative;
         }
@@ -288,27 +354,6 @@ impl<const D: usize> Skin<D> {
             Other::Body(j, arm) => bodies[j].velocity_at(&arm),
             Other::Border(velocity) => velocity,
         };
-        sum + across.share * (there - (velocity + across.wall * turn))
+        sum + across.share * (there - (rest + across.wall * turn))
     }
-}
-
-/// Points on the surface of a disc or sphere of `radius` (m), about two a spacing of `h` (m): their places from its centre (m),
-/// and the area of each (m2; m per metre of depth).
-fn spread_points<const D: usize>(radius: f64, h: f64) -> (Vec<Vector3<f64>>, f64) {
-    let area = if D == 2 { TAU * radius } else { 4.0 * PI * radius * radius };
-    let count = 2 * (area / h.powi(D as i32 - 1)).ceil() as usize;
-    // On a sphere, a spiral of equal areas.
-    let golden = PI * (3.0 - 5.0f64.sqrt());
-    let spot = |i: usize| {
-        let t = (i as f64 + 0.5) / count as f64;
-        if D == 2 {
-            let (y, x) = (TAU * t).sin_cos();
-            return radius * Vector3::new(x, y, 0.0);
-        }
-        let z = 1.0 - 2.0 * t;
-        let (y, x) = (golden * i as f64).sin_cos();
-        let c = (1.0 - z * z).max(0.0).sqrt();
-        radius * Vector3::new(c * x, c * y, z)
-    };
-    ((0..count).map(spot).collect(), area / count as f64)
 }

@@ -1,13 +1,14 @@
 //! Free rigid bodies in the pressure equation, `sum_k w_k j_k j_k^T`, applied and never assembled; a mode k is one
-//! direction in which one body moves, and
+//! direction in which one body moves, or turns if pressure can turn it, and
 //!
 //! ```text
-//!   j_c = (m_low - m_high)/h     m: the part of a face that the body covers, along the mode's axis
+//!   j_c = sum over its faces (m_low - m_high)/h     m: what the body carries through a face when it moves in the mode at 1 m/s:
+//!                                                   the part that it covers of those along the axis that it moves along
 //!   s_k = j_k . x                over this rank's cells, then one sum over the ranks for all k
 //!   y  += sum_k (w_k s_k) j_k
 //! ```
 //! In the multigrid they take part on the levels that resolve them, with `j` summed over coarse cells: a sweep solves with
-//! `D + sum w j j^T` in place of D, for each body by itself,
+//! `D + sum w j j^T` in place of D, for each body by itself, and for its turning by itself,
 //!
 //! ```text
 //!   (D + J W J^T)^-1 = D^-1 - D^-1 J (W^-1 + J^T D^-1 J)^-1 J^T D^-1
@@ -23,11 +24,14 @@ use std::f64::consts::PI;
 /// A face that a free body covers, in part or whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Covered {
-    /// The mode: `axes * body + axis`, from 0, the same on every rank.
+    /// The mode: `axes * body + axis` where a body moves along an axis, from 0, the same on every rank; the modes in which bodies
+    /// turn, as many for each, come after those of all bodies.
     pub mode: u32,
-    /// Index of the face in this rank's fields, along the mode's axis.
+    /// The face's own axis: that of the mode, where a body moves along one.
+    pub axis: u8,
+    /// Index of the face in this rank's fields.
     pub face: u32,
-    /// The covered part, within (0, 1].
+    /// The covered part, within (0, 1]; of a body that turns, times the velocity through the face at 1 rad a unit of time.
     pub part: f64,
 }
 
@@ -38,14 +42,16 @@ struct Cell {
     row: u32,
     /// Its place in the lattice.
     place: u32,
-    /// j along each axis, in units of the smallest spacing.
+    /// j of each of the group's modes, in units of the smallest spacing.
     j: [f64; 3],
 }
 
 /// A covered face of a level.
 #[derive(Clone, Copy, Debug)]
 struct Face {
-    body: u32,
+    group: u32,
+    /// Which of the group's modes.
+    mode: u8,
     axis: u8,
     place: u32,
     /// Covered parts of the finest level's faces in it, summed; and so that they conduct.
@@ -53,7 +59,7 @@ struct Face {
     conduct: f64,
 }
 
-/// A body as a level smooths it.
+/// A group as a level smooths it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Smooth {
     /// `(W^-1 + J^T D^-1 J)^-1`.
@@ -67,28 +73,32 @@ struct Smooth {
 /// The bodies on one level.
 #[derive(Default)]
 struct Layer {
-    /// Body by body.
+    /// Group by group.
     faces: Vec<Face>,
-    /// Where each body's cells begin, and where the last one's end.
+    /// Where each group's cells begin, and where the last one's end.
     begin: Vec<usize>,
     cells: Vec<Cell>,
-    /// At a cell's or a face's place, its number in the list while its body's are collected.
+    /// At a cell's or a face's place, its number in the list while its group's are collected.
     found: Vec<u32>,
     smooth: Vec<Smooth>,
-    /// Nine numbers a body that the ranks sum.
+    /// Nine numbers a group that the ranks sum.
     grams: Vec<f64>,
 }
 
-/// All bodies, as far as they lie on this rank.
+/// All bodies, as far as they lie on this rank. Their modes come in groups: a body's motion along the axes; then, of those that
+/// pressure turns, its turning.
 pub(super) struct Bodies {
     session: Session,
     axes: usize,
+    /// By group.
     weights: Vec<[f64; 3]>,
+    /// The body that each group is of.
+    owner: Vec<u32>,
     /// The smallest spacing over each axis's.
     inverse_h: [f64; 3],
     /// By level, as far as any level has had bodies.
     layers: Vec<Layer>,
-    /// The cells that each body fills, by axis; three numbers a body that the ranks sum.
+    /// The cells that each body fills, by axis, and nothing for its turning; three numbers a group that the ranks sum.
     volumes: Vec<f64>,
     sums: Vec<f64>,
     /// Whether any is light enough to take part in the multigrid.
@@ -126,7 +136,7 @@ pub(super) struct Frame {
 }
 
 impl Layer {
-    /// The cells of the body whose faces begin at `first`, the last one so far.
+    /// The cells of the group whose faces begin at `first`, the last one so far.
     fn collect(&mut self, lattice: &Lattice, inverse_h: &[f64; 3], first: usize) {
         let start = self.cells.len();
         let place = |place: usize, a: usize| place / lattice.stride[a] % (lattice.n[a] + 2);
@@ -143,7 +153,7 @@ impl Layer {
                     let row = (at(0) + lattice.n[0] * (at(1) + lattice.n[1] * at(2))) as u32;
                     self.cells.push(Cell { row, place: here as u32, j: [0.0; 3] });
                 }
-                self.cells[self.found[here] as usize].j[axis] += value;
+                self.cells[self.found[here] as usize].j[face.mode as usize] += value;
             }
         }
         for cell in &self.cells[start..] {
@@ -203,6 +213,7 @@ impl Bodies {
             session: session.clone(),
             axes,
             weights: Vec::new(),
+            owner: Vec::new(),
             inverse_h,
             layers: vec![Layer::default()],
             volumes: Vec::new(),
@@ -218,13 +229,19 @@ impl Bodies {
         frame: &Frame,
         weights: &[f64],
         covered: &[Covered],
+        turning: &[u32],
         scale: f64,
     ) -> Result<()> {
         let axes = self.axes;
         let stored: usize = frame.stored.iter().product();
+        let (groups, bodies) = (weights.len() / axes, (weights.len() / axes).saturating_sub(turning.len()));
         let mut unsound = !weights.len().is_multiple_of(axes) || weights.iter().any(|w| !w.is_finite() || *w < 0.0);
+        unsound |= turning.len() > groups || turning.iter().any(|k| *k as usize >= bodies);
         unsound |= covered.iter().any(|e| {
-            e.mode as usize >= weights.len() || e.face as usize >= stored || !(e.part > 0.0 && e.part.is_finite())
+            let (mode, axis) = (e.mode as usize, e.axis as usize);
+            let moves = axis == mode % axes && e.part > 0.0;
+            let known = mode < weights.len() && axis < axes && (e.face as usize) < stored;
+            !(known && e.part.is_finite() && (moves || mode / axes >= bodies))
         });
         if self.session.anywhere(unsound)? {
             return Err(Error::Run(
@@ -235,6 +252,8 @@ impl Bodies {
         }
         self.weights.clear();
         self.weights.extend(weights.chunks(axes).map(|w| std::array::from_fn(|a| w.get(a).map_or(0.0, |w| w * scale))));
+        self.owner.clear();
+        self.owner.extend((0..bodies as u32).chain(turning.iter().copied()));
         for numbers in [&mut self.sums, &mut self.volumes] {
             numbers.clear();
             numbers.resize(3 * self.weights.len(), 0.0);
@@ -247,13 +266,13 @@ impl Bodies {
             finest.cells.reserve(2 * covered.len());
         }
         let mut rest = covered;
-        for body in 0..self.weights.len() {
+        for group in 0..self.weights.len() {
             let (first, count) =
-                (finest.faces.len(), rest.iter().take_while(|e| e.mode as usize / axes == body).count());
+                (finest.faces.len(), rest.iter().take_while(|e| e.mode as usize / axes == group).count());
             let (own, others) = rest.split_at(count);
             rest = others;
             for e in own {
-                let axis = e.mode as usize % axes;
+                let axis = e.axis as usize;
                 // Counted from the layer of ghosts that a lattice has; -1 and below stand beyond it.
                 let at: [usize; 3] = std::array::from_fn(|a| match a < axes {
                     true => (e.face as usize / frame.stride[a] % frame.stored[a] + 1).wrapping_sub(frame.ghosts),
@@ -262,17 +281,17 @@ impl Bodies {
                 let inside = |a: usize| (1..=lattice.n[a] + usize::from(a == axis)).contains(&at[a]);
                 if (0..axes).all(inside) {
                     let place = (0..axes).map(|a| at[a] * lattice.stride[a]).sum::<usize>() as u32;
-                    let (body, part) = (body as u32, e.part);
-                    finest.faces.push(Face { body, axis: axis as u8, place, part, conduct: part });
+                    let (mode, part) = ((e.mode as usize % axes) as u8, e.part);
+                    finest.faces.push(Face { group: group as u32, mode, axis: e.axis, place, part, conduct: part });
                     // Faces between ranks count on the upper one.
-                    if at[axis] <= lattice.n[axis] {
-                        self.volumes[3 * body as usize + axis] += part;
+                    if at[axis] <= lattice.n[axis] && group < bodies {
+                        self.volumes[3 * group + axis] += part;
                     }
                 }
             }
             finest.collect(lattice, &self.inverse_h, first);
         }
-        // A body's faces have to stand together.
+        // A group's faces have to stand together.
         if self.session.anywhere(!rest.is_empty())? {
             return Err(Error::Run("free bodies' modes in the pressure equation are not in the bodies' order".into()));
         }
@@ -368,7 +387,7 @@ impl Bodies {
             self.layers.push(Layer::default());
         }
         let on = self.on(l);
-        let Bodies { axes, weights, inverse_h, layers, volumes, .. } = self;
+        let Bodies { axes, weights, owner, inverse_h, layers, volumes, .. } = self;
         let (upper, lower) = layers.split_at_mut(l + 1);
         let (from, to) = (&upper[l], &mut lower[0]);
         to.clear(&coarse.lattice);
@@ -382,27 +401,33 @@ impl Bodies {
         }
         let mut rest = &from.faces[..];
         let mut any = false;
-        for body in 0..weights.len() {
-            let count = rest.iter().take_while(|face| face.body as usize == body).count();
+        for (group, owner) in owner.iter().map(|k| *k as usize).enumerate() {
+            let count = rest.iter().take_while(|face| face.group as usize == group).count();
             let (own, others) = rest.split_at(count);
             rest = others;
             let first = to.faces.len();
-            let volume = volumes[3 * body..][..3].iter().fold(0.0f64, |most, v| most.max(*v));
+            let volume = volumes[3 * owner..][..3].iter().fold(0.0f64, |most, v| most.max(*v));
             let resolved = cells_across(volume, *axes) >= RESOLVED * (1u64 << (l + 1)) as f64 && !last;
             any |= resolved;
-            // Faces of one axis stand together; a place tells them apart within their axis only.
-            let (mut axis_now, mut of_axis) = (None, first);
+            // What takes the body's place where it is not resolved turns as well.
+            if !resolved && owner != group {
+                to.collect(&coarse.lattice, inverse_h, first);
+                continue;
+            }
+            // Faces of one mode and axis stand together; a place tells them apart within these only.
+            let (mut run_now, mut of_run) = (None, first);
             for face in own {
                 let axis = face.axis as usize;
                 let Some((place, ratio)) = fine.coarse_face(coarse, axis, face.place as usize) else { continue };
                 if !resolved {
-                    let lightness = weights[body][axis] * scale * volumes[3 * body + axis];
+                    let lightness = weights[group][axis] * scale * volumes[3 * group + axis];
                     coarse.g[axis][place] += (lightness.min(CONDUCTOR) * unit[axis] * face.conduct) as Single * ratio;
                     continue;
                 }
-                if axis_now != Some(axis) {
-                    to.forget_faces(of_axis);
-                    (axis_now, of_axis) = (Some(axis), to.faces.len());
+                let run = Some((face.mode, face.axis));
+                if run_now != run {
+                    to.forget_faces(of_run);
+                    (run_now, of_run) = (run, to.faces.len());
                 }
                 let conduct = face.conduct * f64::from(ratio);
                 match to.found[place] {
@@ -417,7 +442,7 @@ impl Bodies {
                     }
                 }
             }
-            to.forget_faces(of_axis);
+            to.forget_faces(of_run);
             to.collect(&coarse.lattice, inverse_h, first);
         }
         if any {

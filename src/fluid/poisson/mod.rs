@@ -5,8 +5,8 @@
 //!   (A x)_c = sum over the faces f of c:  (beta_f/h^2) (x_c - x_beyond f)  +  sum_k w_k j_k,c (j_k . x)
 //! ```
 //! beta is the coefficient on faces, zero on closed ones and twice as large, with x = 0 beyond, where the border gives the
-//! pressure. The modes `j_k` are free bodies (`bodies`): one for each direction in which a body moves, non-zero in the cells
-//! that its surface cuts only, on as many ranks as own some of them.
+//! pressure. The modes `j_k` are free bodies (`bodies`): one for each direction in which a body moves, and in which pressure
+//! turns it, non-zero in the cells that its surface cuts only, on as many ranks as own some of them.
 
 mod bodies;
 mod bottom;
@@ -174,17 +174,18 @@ impl Poisson {
     }
 
     /// Adds `sum_k w_k j_k j_k^T` to the operator, in place of what the last call added; the weights (m3/kg) are the same on
-    /// every rank, and as many for each body as there are axes. `covered` are the faces of this rank's cells that each body
-    /// covers, body by body. Allocates only to grow. Collective.
+    /// every rank, and as many for each body as there are axes, then as many for each of the bodies that are `turning`.
+    /// `covered` are the faces of this rank's cells that each body covers, body by body, and then again of those that turn.
+    /// Allocates only to grow. Collective.
     ///
     /// # Errors
     /// When a weight is negative, a number not finite, a face not there, or the bodies out of order.
-    pub fn set_modes(&mut self, weights: &[f64], covered: &[Covered]) -> Result<()> {
+    pub fn set_modes(&mut self, weights: &[f64], covered: &[Covered], turning: &[u32]) -> Result<()> {
         if let Some(made) = &mut self.multigrid {
             made.fresh = false;
         }
         let scale = 1.0 / (self.narrowest * self.narrowest);
-        self.bodies.set(&self.lattice, &self.frame, weights, covered, scale)
+        self.bodies.set(&self.lattice, &self.frame, weights, covered, turning, scale)
     }
 
     /// The places of the low faces of this rank's cells along `axis`, and of the high ones of the last: the first of each

@@ -22,7 +22,7 @@ mod substep;
 #[cfg(test)]
 mod tests;
 
-use crate::solids::{Body, Shape};
+use crate::solids::Body;
 use crate::tape::{Lasting, Tape};
 use crate::{Error, Result};
 use law::Law;
@@ -271,8 +271,8 @@ impl Contacts {
         for (i, (body, answer)) in bodies.iter().zip(&self.answers).enumerate() {
             let way = (body.pace() + 0.5 * answer.push.acceleration.norm() * time) * time;
             self.reach[i] =
-                0.5 * self.standoff + if again { 2.0 * way + 0.05 * body.radius } else { way + 1e-6 * body.radius };
-            farthest = farthest.max(body.radius + self.reach[i]);
+                0.5 * self.standoff + if again { 2.0 * way + 0.05 * body.radius() } else { way + 1e-6 * body.radius() };
+            farthest = farthest.max(body.radius() + self.reach[i]);
         }
         self.travelled.fill(0.0);
         self.paired.fill(false);
@@ -294,7 +294,7 @@ impl Contacts {
                 }
             });
             for (w, wall) in self.walls.iter().enumerate().filter(|_| free(i)) {
-                if wall.distance(&body.centre) <= body.radius + 0.5 * self.standoff + self.reach[i] {
+                if wall.distance(&body.centre) <= body.radius() + 0.5 * self.standoff + self.reach[i] {
                     let second = bodies.len() + w;
                     pairs.push(Pair { first: i, second, spring: spring(second) });
                     paired[i] = true;
@@ -332,8 +332,7 @@ impl Contacts {
                     wall.name()
                 )));
             }
-            let axes = if body.shape == Shape::Disc { 2 } else { 3 };
-            for a in (0..axes).filter(|&a| self.periods[a].is_none()) {
+            for a in (0..body.shape().dimension()).filter(|&a| self.periods[a].is_none()) {
                 if !(0.0..=self.size[a]).contains(&body.centre[a]) {
                     return Err(Error::Run(format!(
                         "the centre of particle {i} has left the box: it is at {} = {:.6} m, and no wall ends the box \

@@ -7,7 +7,7 @@
 //! A periodic axis may be one or two cells wide: a cell then is its own neighbour, or has one, and is visited once.
 //! Of two bodies only the nearest images meet: a periodic axis has to be two of their diameters long at least.
 
-use crate::solids::{Body, Shape, nearest_image};
+use crate::solids::{Body, nearest_image};
 
 /// Cell lists over a box. They allocate when built only.
 #[derive(Clone, Debug)]
@@ -31,7 +31,7 @@ impl Neighbours {
         Neighbours {
             size,
             periods,
-            axes: if bodies.iter().all(|b| b.shape == Shape::Disc) { 2 } else { 3 },
+            axes: bodies.iter().map(|b| b.shape().dimension()).max().unwrap_or(2),
             cells: [1; 3],
             start: Vec::with_capacity(most_cells(bodies.len()) + 1),
             order: vec![0; bodies.len()],
@@ -83,7 +83,7 @@ impl Neighbours {
                     for &j in &self.order[self.start[cell]..self.start[cell + 1]] {
                         if j > i {
                             self.checks += 1;
-                            let within = bodies[i].radius + bodies[j].radius + reach[i] + reach[j];
+                            let within = bodies[i].radius() + bodies[j].radius() + reach[i] + reach[j];
                             let apart = nearest_image(&bodies[i].centre, &bodies[j].centre, &self.periods);
                             if apart.norm_squared() <= within * within {
                                 take(j);

@@ -84,7 +84,7 @@ impl Contacts {
         for p in 0..self.pairs.len() {
             let mut pair = self.pairs[p];
             let (meeting, arms) = self.meet(&pair, bodies, h);
-            let radius = bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius).min(bodies[pair.first].radius);
+            let radius = bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()).min(bodies[pair.first].radius());
             let overlap = meeting.overlap - self.standoff;
             self.deepest = self.deepest.max(overlap);
             if overlap > DEEPEST * radius {
@@ -148,8 +148,8 @@ impl Contacts {
                 push -= its.push.acceleration;
                 let apart = nearest_image(&body.centre, &other.centre, &self.periods) - 0.5 * h * velocity;
                 let distance = apart.norm();
-                let overlap = body.radius + other.radius - distance;
-                let arms = [body.radius - 0.5 * overlap, other.radius - 0.5 * overlap];
+                let overlap = body.radius() + other.radius() - distance;
+                let arms = [body.radius() - 0.5 * overlap, other.radius() - 0.5 * overlap];
                 (apart / distance, overlap + self.standoff, arms)
             }
             None => {
@@ -157,7 +157,7 @@ impl Contacts {
                 let normal = wall.normal();
                 let distance = wall.distance(&body.centre) - 0.5 * h * velocity.dot(&normal);
                 velocity -= wall.velocity - wall.velocity.dot(&normal) * normal;
-                (normal, body.radius - distance + self.standoff, [distance, 0.0])
+                (normal, body.radius() - distance + self.standoff, [distance, 0.0])
             }
         };
         let (mut turning, mut turned) = (arms[0] * body.spin, arms[0] * answer.push.angular);
@@ -197,7 +197,7 @@ impl Answer {
         Answer {
             whole: 1.0 / mass,
             mass: along / mass,
-            inertia: about / body.inertia(),
+            inertia: body.inertia().answer(&Vector3::repeat(1.0), &freedom),
             push: Push {
                 acceleration: push.acceleration.component_mul(&along),
                 angular: push.angular.component_mul(&about),

@@ -4,26 +4,28 @@ mod crowd;
 
 use super::substep::SUBSTEPS_PER_CONTACT;
 use super::*;
+use crate::geometry::{Disc, Sphere};
 use crate::solids::{Freedom, Motion};
-use nalgebra::{UnitQuaternion, vector};
+use nalgebra::vector;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 const FREE: Freedom = Freedom { translation: [true; 3], rotation: [true; 3] };
 const PLANE: Freedom = Freedom { translation: [true, true, false], rotation: [false, false, true] };
 
+#[derive(Clone, Copy, Debug)]
+enum Shape {
+    Disc,
+    Sphere,
+}
+
 fn body(shape: Shape, radius: f64, centre: Vector3<f64>, velocity: Vector3<f64>) -> Body {
-    Body {
-        shape,
-        radius,
-        density: 2500.0,
-        viscosity: 1.0,
-        centre,
-        velocity,
-        angle: 0.0,
-        orientation: UnitQuaternion::identity(),
-        spin: Vector3::zeros(),
-        motion: Motion::Free(if shape == Shape::Disc { PLANE } else { FREE }),
-    }
+    let (mut body, freedom) = match shape {
+        Shape::Disc => (Body::new(Arc::new(Disc { radius }), 2500.0, 1.0, centre), PLANE),
+        Shape::Sphere => (Body::new(Arc::new(Sphere { radius }), 2500.0, 1.0, centre), FREE),
+    };
+    (body.velocity, body.motion) = (velocity, Motion::Free(freedom));
+    body
 }
 
 fn material(exponent: f64, restitution: f64, friction: f64) -> Material {
@@ -91,7 +93,7 @@ fn a_head_on_collision_has_the_restitution_asked_for() {
             first.density = 900.0;
             let mass = first.mass() * second.mass() / (first.mass() + second.mass());
             let step = Law::new(law).contact_time(mass, 1.0) / SUBSTEPS_PER_CONTACT;
-            second.centre.x = first.centre.x + first.radius + second.radius + (1.0 + phase) * step;
+            second.centre.x = first.centre.x + first.radius() + second.radius() + (1.0 + phase) * step;
             let mut both = [first, second];
             let mut pair = contacts(&both, law, size, &[0, 1, 2], Substeps::Fixed(1));
             collide(&mut pair, &mut both, step);
@@ -205,7 +207,8 @@ fn a_wall_that_moves_drags_along() {
     let mut law = material(1.0, 0.8, 0.1);
     law.normal_stiffness *= 10.0;
     let one = body(Shape::Disc, 0.01, vector![0.1, 0.0101, 0.1], vector![0.0, -0.5, 0.0]);
-    let mut fixed = [Body { velocity: vector![-2.0, -0.5, 0.0], ..one.clone() }];
+    let mut fixed = [one.clone()];
+    fixed[0].velocity = vector![-2.0, -0.5, 0.0];
     let mut dragged = [one];
     contacts(&fixed, law, [0.2; 3], &[1], Substeps::Auto).advance(&mut fixed, &[Push::default()], 1e-3).unwrap();
     let mut moving = contacts(&dragged, law, [0.2; 3], &[1], Substeps::Auto);
@@ -220,7 +223,8 @@ fn a_body_that_grips_the_wall_reverses_its_slip_but_never_gains_energy() {
     for (e, ratio) in [(1.0, 0.4), (1.0, 2.0 / 7.0), (0.9, 2.0 / 7.0), (0.5, 1.0)] {
         let law = Material { tangential_ratio: ratio, ..material(1.0, e, 10.0) };
         let mut one = [body(Shape::Sphere, 0.01, vector![0.1, 0.01001, 0.1], vector![0.05, -0.5, 0.0])];
-        let energy = |b: &Body| 0.5 * (b.mass() * b.velocity.norm_squared() + b.inertia() * b.spin.norm_squared());
+        let energy =
+            |b: &Body| 0.5 * (b.mass() * b.velocity.norm_squared() + b.inertia().about(2) * b.spin.norm_squared());
         let before = energy(&one[0]);
         let mut wall = contacts(&one, law, [0.2; 3], &[1], Substeps::Auto);
         wall.advance(&mut one, &[Push::default()], 5e-3).unwrap();
@@ -341,7 +345,8 @@ fn a_body_that_is_pinned_turns_but_stays() {
 #[test]
 fn what_a_user_can_cause_is_an_error_that_names_the_particle() {
     let says = |body: Body, substeps, dt, push: Push, words: &[&str]| {
-        let still = Body { centre: vector![0.15, 0.15, 0.0], velocity: Vector3::zeros(), ..body.clone() };
+        let mut still = body.clone();
+        (still.centre, still.velocity) = (vector![0.15, 0.15, 0.0], Vector3::zeros());
         let mut two = [still, body];
         let mut pair = contacts(&two, material(1.0, 0.5, 0.3), [0.2, 0.2, 0.0], &[1], substeps);
         pair.periods[0] = None;

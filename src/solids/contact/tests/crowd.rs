@@ -31,7 +31,7 @@ fn cloud(n: usize, across: usize, speed: f64) -> Vec<Body> {
 }
 
 fn kinetic(bodies: &[Body]) -> f64 {
-    let of = |b: &Body| 0.5 * (b.mass() * b.velocity.norm_squared() + b.inertia() * b.spin.norm_squared());
+    let of = |b: &Body| 0.5 * (b.mass() * b.velocity.norm_squared() + b.inertia().about(2) * b.spin.norm_squared());
     bodies.iter().map(of).sum()
 }
 
@@ -111,7 +111,7 @@ fn two_spheres_keep_their_momentum_and_angular_momentum() {
     let whole = |two: &[Body]| {
         let linear: Vector3<f64> = two.iter().map(|b| b.mass() * b.velocity).sum();
         let angular: Vector3<f64> =
-            two.iter().map(|b| b.mass() * b.centre.cross(&b.velocity) + b.inertia() * b.spin).sum();
+            two.iter().map(|b| b.mass() * b.centre.cross(&b.velocity) + b.inertia().of(&b.spin)).sum();
         (linear, angular, kinetic(two))
     };
     let before = whole(&two);
@@ -172,7 +172,7 @@ fn cell_lists_find_the_pairs_of_brute_force() {
         };
         let bodies: Vec<Body> = (0..300).map(ball).collect();
         let reach: Vec<f64> = bodies.iter().map(|_| 0.01 * dice.roll()).collect();
-        let farthest = bodies.iter().zip(&reach).map(|(b, r)| b.radius + r).fold(0.0, f64::max);
+        let farthest = bodies.iter().zip(&reach).map(|(b, r)| b.radius() + r).fold(0.0, f64::max);
         let mut cells = Neighbours::new(&bodies, size, periods);
         cells.sort(&bodies, 2.0 * farthest);
         let mut found = vec![];
@@ -183,7 +183,7 @@ fn cell_lists_find_the_pairs_of_brute_force() {
         let mut all = vec![];
         for i in 0..bodies.len() {
             for j in i + 1..bodies.len() {
-                let within = bodies[i].radius + bodies[j].radius + reach[i] + reach[j];
+                let within = bodies[i].radius() + bodies[j].radius() + reach[i] + reach[j];
                 if nearest_image(&bodies[i].centre, &bodies[j].centre, &periods).norm() <= within {
                     all.push((i, j));
                 }

@@ -1,4 +1,4 @@
-//! The overlap of a sphere and a box: slices of exact area, integrated by Gauss points between the heights where a
+//! A sphere; its overlap with a box by slices of exact area, integrated by Gauss points between the heights where a
 //! slice changes its form.
 //!
 //! ```text
@@ -6,9 +6,108 @@
 //!      |-----   that disc first meets an edge or a corner of the rectangle, and is smooth between them
 //! ```
 
-use super::aperture::rectangle_moment;
-use super::fraction::rectangle_overlap;
-use nalgebra::Vector3;
+use super::circle::{rectangle_moment, rectangle_overlap};
+use super::{Shape, SurfacePoint, Turn, round};
+use nalgebra::{Matrix3, Vector3};
+use std::f64::consts::PI;
+
+/// A sphere (3D).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// Radius (m).
+    pub radius: f64,
+}
+
+impl Shape for Sphere {
+    fn dimension(&self) -> usize {
+        3
+    }
+
+    fn is_round(&self) -> bool {
+        true
+    }
+
+    fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    fn volume(&self) -> f64 {
+        4.0 / 3.0 * PI * self.radius.powi(3)
+    }
+
+    fn inertia(&self, mass: f64) -> Matrix3<f64> {
+        Matrix3::from_diagonal_element(0.4 * mass * self.radius.powi(2))
+    }
+
+    fn distance(&self, _: &Turn, arm: &Vector3<f64>) -> f64 {
+        arm.norm() - self.radius
+    }
+
+    fn normal(&self, _: &Turn, arm: &Vector3<f64>) -> Vector3<f64> {
+        arm.normalize()
+    }
+
+    /// On a spiral of equal areas.
+    fn surface(&self, spacing: f64) -> Vec<SurfacePoint> {
+        let area = 4.0 * PI * self.radius * self.radius;
+        let count = 2 * (area / spacing.powi(2)).ceil() as usize;
+        let golden = PI * (3.0 - 5.0f64.sqrt());
+        let point = |i: usize| {
+            let z = 1.0 - 2.0 * ((i as f64 + 0.5) / count as f64);
+            let (y, x) = (golden * i as f64).sin_cos();
+            let c = (1.0 - z * z).max(0.0).sqrt();
+            round::surface_point(self.radius * Vector3::new(c * x, c * y, z), self.radius, area / count as f64)
+        };
+        (0..count).map(point).collect()
+    }
+
+    fn shell(&self) -> (f64, Matrix3<f64>) {
+        let area = 4.0 * PI * self.radius * self.radius;
+        (area, Matrix3::from_diagonal_element(8.0 / 3.0 * PI * self.radius.powi(4)))
+    }
+
+    fn whole_or_nothing(&self, _: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> Option<f64> {
+        round::whole_or_nothing(middle, half, self.radius)
+    }
+
+    fn moments(&self, _: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        box_moments(&(middle - half), &(middle + half), self.radius)
+    }
+
+    fn filled(&self, _: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> f64 {
+        box_overlap(&(middle - half), &(middle + half), self.radius)
+    }
+
+    /// Of the part of the face's own plane that it covers, a disc's: the flux of a rotation through the faces of a cell then
+    /// sums to zero, in every cell.
+    fn lever(
+        &self,
+        _: &Turn,
+        axis: usize,
+        middle: &Vector3<f64>,
+        half: &Vector3<f64>,
+        _: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        let c = (self.radius * self.radius - middle[axis] * middle[axis]).max(0.0).sqrt();
+        let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
+        let [x, y] = [a, b].map(|a| [middle[a] - half[a], middle[a] + half[a]]);
+        let area = rectangle_overlap(x, y, c);
+        let part = area / (2.0 * half[a] * (2.0 * half[b]));
+        let mut centroid = *middle;
+        if part > LEAST {
+            centroid[a] = rectangle_moment(x, y, c) / area;
+            centroid[b] = rectangle_moment(y, x, c) / area;
+        }
+        part * centroid
+    }
+
+    fn meets(&self, _: &Turn, apart: &Vector3<f64>, along: &Vector3<f64>) -> Option<f64> {
+        round::meets(apart, along, self.radius)
+    }
+}
+
+/// Part of a face below which the covered one's centroid is the face's own.
+const LEAST: f64 = 1e-9;
 
 /// Nodes and weights of 10-point Gauss-Legendre on [-1, 1], the positive half (Abramowitz & Stegun, table 25.4).
 const GAUSS: [(f64, f64); 5] = [
@@ -21,7 +120,7 @@ const GAUSS: [(f64, f64); 5] = [
 
 /// Volume of the sphere of `radius` at the origin inside the box from `low` to `high` (m3); relative error about 1e-9
 /// of the box.
-pub fn box_overlap(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64) -> f64 {
+fn box_overlap(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64) -> f64 {
     let (x, y) = ([low.x, high.x], [low.y, high.y]);
     let [volume] = slices(low, high, radius, |_, c| [rectangle_overlap(x, y, c)]);
     volume
@@ -29,7 +128,7 @@ pub fn box_overlap(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64) -> f64 
 
 /// That volume (m3), and the integrals of the coordinates over it (m4), their error alike; in one go, since all have the same
 /// slices.
-pub fn box_moments(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64) -> (f64, Vector3<f64>) {
+fn box_moments(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64) -> (f64, Vector3<f64>) {
     let (x, y) = ([low.x, high.x], [low.y, high.y]);
     let [volume, mx, my, mz] = slices(low, high, radius, |z, c| {
         let area = rectangle_overlap(x, y, c);

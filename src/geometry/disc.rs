@@ -1,0 +1,131 @@
+//! A disc: the round section of a cylinder along z, of unit depth.
+
+use super::circle::{rectangle_moment, rectangle_overlap};
+use super::{Shape, SurfacePoint, Turn, round};
+use nalgebra::{Matrix3, Vector3};
+use std::f64::consts::{PI, TAU};
+
+/// A disc (2D): its volume, mass and inertia are those of a metre of cylinder.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disc {
+    /// Radius (m).
+    pub radius: f64,
+}
+
+impl Shape for Disc {
+    fn dimension(&self) -> usize {
+        2
+    }
+
+    fn is_round(&self) -> bool {
+        true
+    }
+
+    fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    fn volume(&self) -> f64 {
+        PI * self.radius.powi(2)
+    }
+
+    fn inertia(&self, mass: f64) -> Matrix3<f64> {
+        Matrix3::from_diagonal_element(0.5 * mass * self.radius.powi(2))
+    }
+
+    fn distance(&self, _: &Turn, arm: &Vector3<f64>) -> f64 {
+        arm.norm() - self.radius
+    }
+
+    fn normal(&self, _: &Turn, arm: &Vector3<f64>) -> Vector3<f64> {
+        arm.normalize()
+    }
+
+    fn surface(&self, spacing: f64) -> Vec<SurfacePoint> {
+        let length = TAU * self.radius;
+        let count = 2 * (length / spacing).ceil() as usize;
+        let point = |i: usize| {
+            let (y, x) = (TAU * ((i as f64 + 0.5) / count as f64)).sin_cos();
+            round::surface_point(self.radius * Vector3::new(x, y, 0.0), self.radius, length / count as f64)
+        };
+        (0..count).map(point).collect()
+    }
+
+    fn shell(&self) -> (f64, Matrix3<f64>) {
+        (TAU * self.radius, Matrix3::from_diagonal_element(TAU * self.radius.powi(3)))
+    }
+
+    fn whole_or_nothing(&self, _: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> Option<f64> {
+        round::whole_or_nothing(middle, half, self.radius)
+    }
+
+    fn moments(&self, turn: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        let [x, y] = [0, 1].map(|a| [middle[a] - half[a], middle[a] + half[a]]);
+        let moment = |x, y| rectangle_moment(x, y, self.radius);
+        (self.filled(turn, middle, half), Vector3::new(moment(x, y), moment(y, x), 0.0))
+    }
+
+    fn filled(&self, _: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> f64 {
+        let [x, y] = [0, 1].map(|a| [middle[a] - half[a], middle[a] + half[a]]);
+        rectangle_overlap(x, y, self.radius)
+    }
+
+    /// Of the chord that it covers of the face itself: the flux of a rotation through the faces of a cell then sums to zero,
+    /// in every cell.
+    fn lever(
+        &self,
+        _: &Turn,
+        axis: usize,
+        middle: &Vector3<f64>,
+        half: &Vector3<f64>,
+        _: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        let c = (self.radius * self.radius - middle[axis] * middle[axis]).max(0.0).sqrt();
+        let a = 1 - axis;
+        let (low, high) = ((middle[a] - half[a]).max(-c), (middle[a] + half[a]).min(c));
+        let mut centroid = *middle;
+        if high > low {
+            centroid[a] = 0.5 * (low + high);
+        }
+        (high - low).max(0.0) / (2.0 * half[a]) * centroid
+    }
+
+    /// That through the corners inside and the crossings of circle and edges.
+    fn polygon(&self, middle: &Vector3<f64>, half: &Vector3<f64>) -> Option<f64> {
+        let r = self.radius;
+        let corner = |k: usize| {
+            let (sx, sy) = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)][k % 4];
+            [middle.x + sx * half.x, middle.y + sy * half.y]
+        };
+        // Walking round the cell meets the vertices in order; an edge crosses the circle twice at most.
+        let (mut vertices, mut n) = ([[0.0f64; 2]; 12], 0);
+        let mut add = |v: [f64; 2]| {
+            vertices[n] = v;
+            n += 1;
+        };
+        for k in 0..4 {
+            let (from, to) = (corner(k), corner(k + 1));
+            if from[0].hypot(from[1]) < r {
+                add(from);
+            }
+            let d = [to[0] - from[0], to[1] - from[1]];
+            let (a, b) = (d[0] * d[0] + d[1] * d[1], from[0] * d[0] + from[1] * d[1]);
+            let c = from[0] * from[0] + from[1] * from[1] - r * r;
+            let under = b * b - a * c;
+            if under > 0.0 {
+                for t in [(-b - under.sqrt()) / a, (-b + under.sqrt()) / a] {
+                    if (0.0..1.0).contains(&t) {
+                        add([from[0] + t * d[0], from[1] + t * d[1]]);
+                    }
+                }
+            }
+        }
+        let v = &vertices[..n];
+        let twice: f64 = (0..n).map(|k| v[k][0] * v[(k + 1) % n][1] - v[(k + 1) % n][0] * v[k][1]).sum();
+        Some(0.5 * twice.max(0.0))
+    }
+
+    fn meets(&self, _: &Turn, apart: &Vector3<f64>, along: &Vector3<f64>) -> Option<f64> {
+        round::meets(apart, along, self.radius)
+    }
+}

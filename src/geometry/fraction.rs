@@ -1,0 +1,100 @@
+//! Volume fractions: how much of a cell a particle fills, the alpha of eq. (1): exact, or, of discs, the paper's polygon through
+//! the crossings of circle and cell, whose missing area is spread over the cut cells.
+
+use super::Placed;
+use super::reach::{Block, images};
+use crate::grid::Grid;
+use nalgebra::Vector3;
+
+/// A cell that a particle touches.
+#[derive(Clone, Debug)]
+pub struct Overlap {
+    /// The cell's index in a field.
+    pub cell: usize,
+    /// Fraction of the cell's volume inside the particle, within (0, 1].
+    pub fraction: f64,
+    /// From the particle's centre (its nearest image) to the cell's (m).
+    pub arm: Vector3<f64>,
+}
+
+impl Overlap {
+    /// Whether the particle's boundary passes through the cell.
+    pub fn is_cut(&self) -> bool {
+        self.fraction < 1.0
+    }
+}
+
+/// How fractions are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rule {
+    /// The exact overlap.
+    Exact,
+    /// Polygons with their missing area spread over the cut cells (2D); of discs up to two cells across, exact.
+    Polygon,
+}
+
+/// Fills `overlaps` with the owned cells that a particle (or one of its periodic images) touches.
+pub fn overlaps<const D: usize>(grid: &Grid<D>, body: &Placed, rule: Rule, overlaps: &mut Vec<Overlap>) {
+    let Placed { shape, centre, turn } = body;
+    overlaps.clear();
+    // No polygon through crossings of the grid lines is left of a disc that fits between them.
+    let small = grid.h.iter().any(|h| 2.0 * shape.radius() <= 2.0 * h);
+    let rule = if small { Rule::Exact } else { rule };
+    images(grid, centre).for_each(|image| collect(grid, &Placed { centre: image, ..*body }, rule, overlaps));
+    if rule == Rule::Polygon {
+        let exact = |o: &Overlap| shape.filled(turn, &o.arm, &half(grid)) / grid.cell_volume();
+        let missing: f64 = overlaps.iter().map(|o| exact(o) - o.fraction).sum();
+        let weight = |o: &Overlap| o.fraction * (1.0 - o.fraction);
+        let total: f64 = overlaps.iter().map(weight).sum();
+        if total > 0.0 {
+            for o in overlaps.iter_mut() {
+                o.fraction = (o.fraction + missing * weight(o) / total).min(1.0);
+            }
+        }
+        overlaps.retain(|o| o.cell != ELSEWHERE);
+    }
+}
+
+/// Stands for a cell of another rank.
+const ELSEWHERE: usize = usize::MAX;
+
+/// Adds the cells that one image touches: this rank's, and for the polygon, whose missing area is spread over all of a
+/// particle's cells, those of other ranks as [`ELSEWHERE`].
+fn collect<const D: usize>(grid: &Grid<D>, body: &Placed, rule: Rule, out: &mut Vec<Overlap>) {
+    let Placed { shape, centre, turn } = body;
+    let bounds = shape.bounds(turn);
+    let cells = match rule {
+        Rule::Exact => Block::owned(grid, centre, &bounds),
+        Rule::Polygon => {
+            let cell = |sign: f64| std::array::from_fn(|a| ((centre[a] + sign * bounds[a]) / grid.h[a]).floor());
+            Block::between(cell(-1.0), cell(1.0), [0; D], grid.cells)
+        }
+    };
+    let half = half(grid);
+    for cell in cells {
+        let mut arm = Vector3::zeros();
+        for a in 0..D {
+            arm[a] = (cell[a] as f64 + 0.5) * grid.h[a] - centre[a];
+        }
+        let whole = || (0..D).map(|a| 2.0 * half[a]).product::<f64>();
+        let polygon = || if rule == Rule::Polygon { shape.polygon(&arm, &half) } else { None };
+        let filled = || (polygon().unwrap_or_else(|| shape.filled(turn, &arm, &half)) / whole()).clamp(0.0, 1.0);
+        let fraction = shape.whole_or_nothing(turn, &arm, &half).unwrap_or_else(filled);
+        // Below rounding of the exact overlaps a cell is not touched.
+        if fraction > 1e-12 {
+            let cell = grid.owned_index(cell).unwrap_or(ELSEWHERE);
+            out.push(Overlap { cell, fraction, arm });
+        }
+    }
+}
+
+/// Half edges of a cell (m).
+fn half<const D: usize>(grid: &Grid<D>) -> Vector3<f64> {
+    Vector3::from_fn(|a, _| if a < D { 0.5 * grid.h[a] } else { 0.0 })
+}
+
+/// Cells that a particle of `radius` (m) may touch, for reserving room once.
+pub fn most_cells<const D: usize>(grid: &Grid<D>, radius: f64) -> usize {
+    // A body nearly as long as a period meets its first cells again at its other end.
+    (0..D).map(|a| ((2.0 * radius / grid.h[a]) as usize + 2).min(grid.cells[a] + 2)).product()
+}

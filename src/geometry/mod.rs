@@ -1,0 +1,168 @@
+//! The shapes of bodies behind one seam, [`Shape`]: nothing outside this folder knows what a disc or a sphere is.
+//!
+//! ```text
+//!        ,-----.            distance s to the surface, negative inside, and the normal n there: the wall ([`Shape::distance`])
+//!      ,'  own  `.          part of a box that the body fills, and the centroid of it: cells and faces ([`Shape::moments`])
+//!     |   axes /  |<-- n    volume, moments of inertia: its motion
+//!      `.     /turn         points with normals and areas: where traction is taken ([`Shape::surface`])
+//!        `---o------- x
+//!          centre
+//! ```
+//! Places are taken from the body's centre of volume along the axes of the box, and `turn` brings the body's own axes there:
+//! the point `x` of the body's own axes is at `turn x`. A shape of two dimensions is the section of a cylinder along z, of
+//! which a body is a metre.
+//!
+//! [`fraction`] and [`aperture`] find with a shape what it fills of the grid's cells and covers of its faces.
+//!
+//! # A new shape
+//!
+//! is one file with an implementation of [`Shape`]: eight short methods, and [`Shape::moments`] in closed form where the
+//! accuracy of the default is not enough. `tests/suite/ellipse.rs` is one, outside of the library.
+
+pub mod aperture;
+mod circle;
+mod disc;
+pub mod fraction;
+mod reach;
+mod round;
+mod sphere;
+mod subdivision;
+
+pub use aperture::{Cut, Opening};
+pub use disc::Disc;
+pub use fraction::Overlap;
+pub use reach::{Block, images};
+pub use sphere::Sphere;
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use std::fmt::Debug;
+
+/// What brings a body's own axes into those of the box.
+pub type Turn = Rotation3<f64>;
+
+/// A point of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// From the centre, in the body's own axes (m).
+    pub place: Vector3<f64>,
+    /// Outward normal there, of length 1.
+    pub normal: Vector3<f64>,
+    /// Its part of the surface (m2; m per metre of depth).
+    pub area: f64,
+}
+
+/// A shape at its place.
+#[derive(Clone, Copy, Debug)]
+pub struct Placed<'a> {
+    /// What.
+    pub shape: &'a dyn Shape,
+    /// Its centre (m).
+    pub centre: Vector3<f64>,
+    /// How it is turned.
+    pub turn: Turn,
+}
+
+/// The shape of a rigid body, its centre of volume at the origin.
+pub trait Shape: Debug + Send + Sync {
+    /// 3, or 2 of the section of a cylinder along z, of unit depth.
+    fn dimension(&self) -> usize;
+
+    /// Radius of a sphere about the centre that holds all of it (m).
+    fn radius(&self) -> f64;
+
+    /// Volume (m3; m2 of a section, per metre of depth).
+    fn volume(&self) -> f64;
+
+    /// Moments of inertia about the centre in its own axes (kg m2) for a `mass` (kg), spread evenly: `sum m (r.r - r r^T)`. Of a
+    /// section that about z counts.
+    fn inertia(&self, mass: f64) -> Matrix3<f64>;
+
+    /// Signed distance of the point at `arm` (m) from the surface (m), negative inside; where several points of the surface are
+    /// as near, that to any.
+    fn distance(&self, turn: &Turn, arm: &Vector3<f64>) -> f64;
+
+    /// Outward normal, of length 1, at the point of the surface nearest to the one at `arm` (m): so that point is at
+    /// `arm - distance normal`. At a centre of symmetry any of them.
+    fn normal(&self, turn: &Turn, arm: &Vector3<f64>) -> Vector3<f64>;
+
+    /// Points all over the surface, about `spacing` (m) apart, or closer where it is bent; their areas sum to the surface's.
+    fn surface(&self, spacing: f64) -> Vec<SurfacePoint>;
+
+    /// Whether it looks the same however it turns. Its turning then displaces no fluid, and its axes mean nothing.
+    fn is_round(&self) -> bool {
+        false
+    }
+
+    /// Area of the surface (m2; m in 2D), and the moments of inertia of the surface in the body's own axes (m4; m3), as of a shell
+    /// of a kilogram per area. By default those of its points.
+    fn shell(&self) -> (f64, Matrix3<f64>) {
+        let (mut area, mut inertia) = (0.0, Matrix3::zeros());
+        for point in self.surface(0.1 * self.radius()) {
+            let r = point.place;
+            area += point.area;
+            inertia += point.area * (Matrix3::from_diagonal_element(r.norm_squared()) - r * r.transpose());
+        }
+        (area, inertia)
+    }
+
+    /// Half edges of the box along the axes that holds all of it (m).
+    fn bounds(&self, _turn: &Turn) -> Vector3<f64> {
+        Vector3::repeat(self.radius())
+    }
+
+    /// Whether the box with its centre at `middle` (m) and the `half` edges (m; zero along z in 2D) lies in the body as a whole
+    /// (1) or not at all (0); `None` where the surface may pass.
+    fn whole_or_nothing(&self, turn: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> Option<f64> {
+        let distance = self.distance(turn, middle);
+        (distance.abs() >= half.norm()).then_some(if distance < 0.0 { 1.0 } else { 0.0 })
+    }
+
+    /// Volume that it fills of such a box (m3; m2 in 2D), and the integrals of the coordinates over that (m4; m3). By default
+    /// the box is cut into pieces at the surface, which leaves an error of about 1e-3 of the box.
+    fn moments(&self, turn: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        subdivision::moments(self.dimension(), middle, half, &|at| (self.distance(turn, at), self.normal(turn, at)))
+    }
+
+    /// That volume alone, for shapes that have it cheaper.
+    fn filled(&self, turn: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> f64 {
+        self.moments(turn, middle, half).0
+    }
+
+    /// Where a turning body carries fluid through a face of the grid: its flux through the one along `axis`, in the middle
+    /// of such a box, is `(spin x lever).n` per area of the face. By default that of the whole box, whose filled part has
+    /// the given first `moment` per volume of the box (m).
+    fn lever(
+        &self,
+        _turn: &Turn,
+        _axis: usize,
+        _middle: &Vector3<f64>,
+        _half: &Vector3<f64>,
+        moment: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        *moment
+    }
+
+    /// Area of a polygon in place of [`Shape::filled`], after Ushijima et al. 2003, of shapes that have one.
+    fn polygon(&self, _middle: &Vector3<f64>, _half: &Vector3<f64>) -> Option<f64> {
+        None
+    }
+
+    /// How far it is to the surface (m) from a point outside, with the centre `apart` from it (m), in the direction `along`, of
+    /// length 1; `None` where it is missed, 0 from a point inside.
+    fn meets(&self, turn: &Turn, apart: &Vector3<f64>, along: &Vector3<f64>) -> Option<f64> {
+        // Each step goes as far as nothing can be in the way.
+        let (mut way, end) = (0.0, apart.norm() + self.radius());
+        for _ in 0..200 {
+            let free = self.distance(turn, &(way * along - apart));
+            if free < 1e-9 * self.radius() {
+                return Some(way);
+            }
+            way += free;
+            if way > end {
+                return None;
+            }
+        }
+        // It grazes the surface.
+        None
+    }
+}

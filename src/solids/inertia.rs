@@ -1,0 +1,100 @@
+//! Moments of inertia, and whatever else takes angular velocity to angular momentum.
+
+use super::Freedom;
+use nalgebra::{Matrix3, Vector3};
+
+/// A symmetric map from angular velocity (rad/s) to angular momentum (kg m2/s), in the axes of the box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Inertia {
+    /// The same about every axis (kg m2).
+    Same(f64),
+    /// A tensor (kg m2).
+    Tensor(Matrix3<f64>),
+}
+
+impl Inertia {
+    /// Angular momentum at a spin (kg m2/s).
+    pub fn of(&self, spin: &Vector3<f64>) -> Vector3<f64> {
+        match self {
+            Inertia::Same(i) => *i * spin,
+            Inertia::Tensor(i) => i * spin,
+        }
+    }
+
+    /// What keeps a spin as it is while the body turns by it (N m): its angular momentum turns along.
+    pub fn precession(&self, spin: &Vector3<f64>) -> Vector3<f64> {
+        match self {
+            Inertia::Same(_) => Vector3::zeros(),
+            Inertia::Tensor(i) => spin.cross(&(i * spin)),
+        }
+    }
+
+    /// Moment about the axis x, y or z (kg m2).
+    pub fn about(&self, axis: usize) -> f64 {
+        match self {
+            Inertia::Same(i) => *i,
+            Inertia::Tensor(i) => i[(axis, axis)],
+        }
+    }
+
+    /// So many times of it.
+    pub fn times(&self, factor: f64) -> Inertia {
+        match self {
+            Inertia::Same(i) => Inertia::Same(factor * i),
+            Inertia::Tensor(i) => Inertia::Tensor(factor * i),
+        }
+    }
+
+    /// Both, the other one so many times.
+    pub fn plus(&self, times: f64, other: &Inertia) -> Inertia {
+        match (self, other) {
+            (Inertia::Same(a), Inertia::Same(b)) => Inertia::Same(a + times * b),
+            (a, b) => Inertia::Tensor(a.tensor() + times * b.tensor()),
+        }
+    }
+
+    /// What an angular impulse (N m s) changes of the spin (rad/s): nothing about held axes, which take what that asks for.
+    pub fn answer(&self, impulse: &Vector3<f64>, freedom: &Freedom) -> Vector3<f64> {
+        match self {
+            Inertia::Same(i) => freedom.about(impulse) / *i,
+            Inertia::Tensor(_) => self.inverse(freedom) * impulse,
+        }
+    }
+
+    /// The map from an angular impulse to that change (1/(kg m2)).
+    pub fn inverse(&self, freedom: &Freedom) -> Matrix3<f64> {
+        let mut tensor = self.tensor();
+        let held = || (0..3).filter(|a| !freedom.rotation[*a]);
+        for a in held() {
+            tensor.row_mut(a).fill(0.0);
+            tensor.column_mut(a).fill(0.0);
+            tensor[(a, a)] = 1.0;
+        }
+        let mut inverse = tensor.try_inverse().unwrap_or_else(Matrix3::zeros);
+        held().for_each(|a| inverse[(a, a)] = 0.0);
+        inverse
+    }
+
+    fn tensor(&self) -> Matrix3<f64> {
+        match self {
+            Inertia::Same(i) => Matrix3::from_diagonal_element(*i),
+            Inertia::Tensor(i) => *i,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_impulse_about_free_axes_adds_its_own_momentum_there_and_turns_nothing_about_held_ones() {
+        let inertia = Inertia::Tensor(Matrix3::new(3.0, 0.5, -0.2, 0.5, 2.0, 0.3, -0.2, 0.3, 1.0));
+        let impulse = Vector3::new(1.0, -2.0, 0.7);
+        let all = Freedom { translation: [true; 3], rotation: [true; 3] };
+        assert!((inertia.of(&inertia.answer(&impulse, &all)) - impulse).norm() < 1e-14);
+        let plane = Freedom { rotation: [false, true, true], ..all };
+        let change = inertia.answer(&impulse, &plane);
+        assert!(change.x == 0.0 && plane.about(&(inertia.of(&change) - impulse)).norm() < 1e-14, "{change}");
+    }
+}

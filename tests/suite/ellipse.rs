@@ -1,0 +1,473 @@
+//! A shape that the library does not know: an ellipse, given through [`Shape`] alone, held in a stream and free.
+
+use crate::allocation::count;
+use crate::modes::in_processes;
+use crate::support::{PERIODIC, Petsc, box_case, petsc};
+use mics::case::{Case, load};
+use mics::geometry::{Disc, Placed, Shape, SurfacePoint, Turn, aperture, fraction};
+use mics::grid::{GHOSTS, Grid};
+use mics::petsc::{Layout, Session};
+use mics::scene::Scene;
+use mics::solids::{Body, Freedom, Motion};
+use mics::tape::Tape;
+use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::sync::Arc;
+
+/// An ellipse (2D), of unit depth: `a` its half axis along its own x, `b` along y (m).
+#[derive(Clone, Copy, Debug)]
+struct Ellipse {
+    a: f64,
+    b: f64,
+}
+
+impl Ellipse {
+    /// The point of the rim nearest to one (m), and the outward normal there, in the ellipse's own axes: for a point in the first
+    /// quadrant `q = (a^2 x/(t + a^2), b^2 y/(t + b^2))` with t the largest root of `|q|` on the rim.
+    fn foot(&self, point: Vector2<f64>) -> (Vector2<f64>, Vector2<f64>) {
+        let square = Vector2::new(self.a * self.a, self.b * self.b);
+        let tiny = 1e-14 * self.a.min(self.b);
+        let p = point.map(|x| x.abs().max(tiny));
+        // Where the function is convex and falls Newton's method comes to the root from below.
+        let at = |t: f64| square.component_mul(&p).component_div(&square.add_scalar(t));
+        let mut t = (self.a * p.x - square.x).max(self.b * p.y - square.y);
+        for _ in 0..200 {
+            let scaled = at(t).component_div(&Vector2::new(self.a, self.b));
+            let value = scaled.norm_squared() - 1.0;
+            let slope = -2.0 * scaled.component_mul(&scaled).component_div(&square.add_scalar(t)).sum();
+            let next = t - value / slope;
+            if next <= t {
+                break;
+            }
+            t = next;
+        }
+        let q = at(t).zip_map(&point, f64::copysign);
+        (q, q.component_div(&square).normalize())
+    }
+
+    /// Of the disc of radius 1 and the sector or triangle from its centre to `p` and `q`: area and first moment, with a sign.
+    fn fan(p: Vector2<f64>, q: Vector2<f64>, inside: bool) -> (f64, Vector2<f64>) {
+        if inside {
+            let area = 0.5 * p.perp(&q);
+            return (area, area / 3.0 * (p + q));
+        }
+        let (p, q) = (p.normalize(), q.normalize());
+        (0.5 * p.perp(&q).atan2(p.dot(&q)), Vector2::new(q.y - p.y, p.x - q.x) / 3.0)
+    }
+}
+
+impl Shape for Ellipse {
+    fn dimension(&self) -> usize {
+        2
+    }
+
+    fn radius(&self) -> f64 {
+        self.a.max(self.b)
+    }
+
+    fn volume(&self) -> f64 {
+        PI * self.a * self.b
+    }
+
+    fn inertia(&self, mass: f64) -> Matrix3<f64> {
+        let (x, y) = (0.25 * mass * self.a * self.a, 0.25 * mass * self.b * self.b);
+        Matrix3::from_diagonal(&Vector3::new(y, x, x + y))
+    }
+
+    fn distance(&self, turn: &Turn, arm: &Vector3<f64>) -> f64 {
+        let point = (turn.transpose() * arm).xy();
+        let (foot, normal) = self.foot(point);
+        (point - foot).dot(&normal)
+    }
+
+    fn normal(&self, turn: &Turn, arm: &Vector3<f64>) -> Vector3<f64> {
+        let (_, normal) = self.foot((turn.transpose() * arm).xy());
+        turn * Vector3::new(normal.x, normal.y, 0.0)
+    }
+
+    fn surface(&self, spacing: f64) -> Vec<SurfacePoint> {
+        let count = 2 * (TAU * self.radius() / spacing).ceil() as usize;
+        let point = |i: usize| {
+            let (sin, cos) = (TAU * ((i as f64 + 0.5) / count as f64)).sin_cos();
+            let across = Vector3::new(self.b * cos, self.a * sin, 0.0);
+            SurfacePoint {
+                place: Vector3::new(self.a * cos, self.b * sin, 0.0),
+                normal: across.normalize(),
+                area: TAU / count as f64 * across.norm(),
+            }
+        };
+        (0..count).map(point).collect()
+    }
+
+    fn bounds(&self, turn: &Turn) -> Vector3<f64> {
+        Vector3::from_fn(|i, _| if i < 2 { (turn[(i, 0)] * self.a).hypot(turn[(i, 1)] * self.b) } else { 0.0 })
+    }
+
+    /// Stretched to a disc of radius 1 the box is a parallelogram: what of each edge is inside leaves a triangle, the rest sectors.
+    fn moments(&self, turn: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        let corner = |k: usize| {
+            let (x, y) = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)][k % 4];
+            let own = turn.transpose() * (middle + Vector3::new(x * half.x, y * half.y, 0.0));
+            Vector2::new(own.x / self.a, own.y / self.b)
+        };
+        let (mut area, mut moment) = (0.0, Vector2::zeros());
+        for (p, q) in (0..4).map(|k| (corner(k), corner(k + 1))) {
+            let way = q - p;
+            let (a, b, c) = (way.norm_squared(), p.dot(&way), p.norm_squared() - 1.0);
+            let root = (b * b - a * c).max(0.0).sqrt();
+            let [enter, leave] = [-root, root].map(|root| p + ((root - b) / a).clamp(0.0, 1.0) * way);
+            for (from, to, inside) in [(p, enter, false), (enter, leave, true), (leave, q, false)] {
+                if from != to {
+                    let (part, first) = Ellipse::fan(from, to, inside);
+                    (area, moment) = (area + part, moment + first);
+                }
+            }
+        }
+        let whole = self.a * self.b;
+        (whole * area, turn * Vector3::new(whole * self.a * moment.x, whole * self.b * moment.y, 0.0))
+    }
+}
+
+const PLANE: Motion = Motion::Free(Freedom { translation: [true, true, false], rotation: [false, false, true] });
+
+fn body(shape: impl Shape + 'static, density: f64, place: [f64; 2], angle: f64) -> Body {
+    let mut body = Body::new(Arc::new(shape), density, 0.01, Vector3::new(place[0], place[1], 0.0));
+    body.orientation = UnitQuaternion::from_scaled_axis(Vector3::z() * angle);
+    body.angle = angle;
+    body
+}
+
+fn case(text: &str) -> Case {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("case.toml");
+    std::fs::write(&path, text).unwrap();
+    load(&path, &[]).unwrap_or_else(|e| panic!("{e}")).case
+}
+
+fn scene_of(session: &Session, text: &str, bodies: Vec<Body>) -> Scene<2> {
+    Scene::with_bodies(session, &case(text), bodies).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn scene(petsc: &Petsc, text: &str, bodies: Vec<Body>) -> Scene<2> {
+    scene_of(&petsc.session, text, bodies)
+}
+
+fn first(scene: &Scene<2>) -> &Body {
+    &scene.coupling.as_ref().unwrap().bodies()[0]
+}
+
+/// Numbers in [-1, 1) that look as drawn.
+fn scatter(k: usize) -> f64 {
+    (12.9898 * k as f64 + 4.1414).sin() * 43758.5453 % 1.0
+}
+
+#[test]
+fn an_ellipse_has_its_exact_area_and_moments_in_every_pose() {
+    let petsc = petsc();
+    let layout = Layout::new(&petsc.session, &[40, 36], &[true, false], GHOSTS).unwrap();
+    let grid = Grid::<2>::new([40, 36], [2.0, 1.8], [true, false], &layout);
+    let ellipse = Ellipse { a: 0.41, b: 0.17 };
+    let (area, dv) = (ellipse.volume(), grid.cell_volume());
+    let mut worst = 0.0f64;
+    for k in 0..60 {
+        let turn = Turn::from_scaled_axis(Vector3::z() * (7.0 * scatter(3 * k)));
+        let centre = Vector3::new(1.0 + scatter(3 * k + 1), 0.9 + 0.4 * scatter(3 * k + 2), 0.0);
+        let placed = Placed { shape: &ellipse, centre, turn };
+        let mut cells = Vec::new();
+        fraction::overlaps(&grid, &placed, fraction::Rule::Exact, &mut cells);
+        let half = Vector3::new(0.5 * grid.h[0], 0.5 * grid.h[1], 0.0);
+        let filled: f64 = cells.iter().map(|o| dv * o.fraction).sum();
+        let moment: Vector3<f64> = cells.iter().map(|o| ellipse.moments(&turn, &o.arm, &half).1).sum();
+        worst = worst.max((filled / area - 1.0).abs()).max(moment.norm() / area);
+        for axis in 0..2 {
+            let (mut cuts, mut openings) = (Vec::new(), Vec::new());
+            aperture::cuts(&grid, axis, &placed, &mut cuts, &mut openings);
+            // A face on the border between two periods stands at both of its ends.
+            let once = || cuts.iter().zip(&openings).filter(|(cut, _)| cut.owned);
+            let covered: f64 = once().map(|(cut, _)| dv * cut.covered).sum();
+            let lever: Vector3<f64> = once().map(|(_, opening)| dv * opening.lever).sum();
+            worst = worst.max((covered / area - 1.0).abs()).max(lever.norm() / area);
+        }
+    }
+    println!("cells and faces: {worst:.1e}");
+    assert!(worst < 1e-10);
+}
+
+/// Second moments from the first ones of what is left of a line: with `M(X)` over `x < X`, that of `x x` is the integral of -M.
+#[test]
+fn an_ellipse_s_inertia_is_that_of_what_it_fills() {
+    let ellipse = Ellipse { a: 0.41, b: 0.17 };
+    let n = 64;
+    for k in 0..20 {
+        let turn = Turn::from_scaled_axis(Vector3::z() * (7.0 * scatter(k)));
+        let bounds = ellipse.bounds(&turn);
+        let second = |axis: usize, of: usize| {
+            let sum: f64 = (0..n)
+                .map(|i| {
+                    let (sin, cos) = (PI * (i as f64 + 0.5) / n as f64 - FRAC_PI_2).sin_cos();
+                    let (mut middle, mut half) = (Vector3::zeros(), Vector3::new(1.0, 1.0, 0.0));
+                    let to = bounds[axis] * sin;
+                    (middle[axis], half[axis]) = (0.5 * (to - 1.0), 0.5 * (to + 1.0));
+                    -bounds[axis] * cos * ellipse.moments(&turn, &middle, &half).1[of]
+                })
+                .sum();
+            sum * PI / n as f64
+        };
+        let inertia = turn * ellipse.inertia(ellipse.volume()) * turn.transpose();
+        let found = [second(1, 1), second(0, 0), -second(0, 1), second(0, 0) + second(1, 1)];
+        let exact = [inertia[(0, 0)], inertia[(1, 1)], inertia[(0, 1)], inertia[(2, 2)]];
+        for (found, exact) in found.into_iter().zip(exact) {
+            assert!((found - exact).abs() < 1e-10 * inertia[(2, 2)], "{found} {exact}");
+        }
+    }
+}
+
+#[test]
+fn an_ellipse_of_equal_axes_fills_what_a_disc_fills_and_has_its_distance() {
+    let (disc, ellipse) = (Disc { radius: 0.3 }, Ellipse { a: 0.3, b: 0.3 });
+    let mut worst = 0.0f64;
+    for k in 0..500 {
+        let turn = Turn::from_scaled_axis(Vector3::z() * (7.0 * scatter(k)));
+        let middle = 0.4 * Vector3::new(scatter(k + 1000), scatter(k + 2000), 0.0);
+        let half = Vector3::new(0.02 + 0.1 * scatter(k + 3000).abs(), 0.05, 0.0);
+        let (area, moment) = ellipse.moments(&turn, &middle, &half);
+        let (exact, first) = disc.moments(&turn, &middle, &half);
+        worst = worst.max((area - exact).abs()).max((moment - first).norm());
+        worst = worst.max((ellipse.distance(&turn, &middle) - disc.distance(&turn, &middle)).abs());
+        worst = worst.max((ellipse.normal(&turn, &middle) - disc.normal(&turn, &middle)).norm());
+    }
+    assert!(worst < 1e-13, "{worst:e}");
+}
+
+const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
+
+/// Force and torque on a body held in a stream at a Reynolds number of 40 a diameter of 0.25, after a second.
+fn held(petsc: &Petsc, body: Body, more: &str) -> (Vector3<f64>, f64) {
+    let more = format!("[initial]\nvelocity = [1.0, 0.0]\n[pressure]\ndivergence_limit = 1.0e-8\n{more}");
+    let text = box_case([2.0, 1.0], [64, 32], 0.25 / 40.0, STREAM, &more);
+    let mut scene = scene(petsc, &text, vec![body]);
+    for _ in 0..100 {
+        scene.step(0.01).unwrap();
+    }
+    let exchange = scene.coupling.as_ref().unwrap().exchange()[0];
+    (exchange.momentum, exchange.momentum_torque.z)
+}
+
+#[test]
+fn an_ellipse_of_equal_axes_is_held_by_the_force_of_a_disc() {
+    let petsc = petsc();
+    for (name, more, allowed) in [("sharp", "", 1e-5), ("mixing", "[coupling]\nwall = \"mixing\"", 1e-9)] {
+        let place = [0.61, 0.47];
+        let (disc, _) = held(&petsc, body(Disc { radius: 0.125 }, 1.0, place, 0.0), more);
+        let (ellipse, _) = held(&petsc, body(Ellipse { a: 0.125, b: 0.125 }, 1.0, place, 0.7), more);
+        let apart = (ellipse - disc).norm() / disc.norm();
+        println!("{name}: {:.6} {:.6} N/m, an ellipse's {apart:.1e} from it", disc.x, disc.y);
+        assert!(apart < allowed, "{name}: {disc} {ellipse}");
+    }
+}
+
+#[test]
+fn an_inclined_ellipse_is_lifted_to_its_side_and_its_mirror_image_to_the_other() {
+    let petsc = petsc();
+    for (name, more) in [("sharp", ""), ("mixing", "[coupling]\nwall = \"mixing\"")] {
+        // Turned back by half a radian its front, on the left, is up.
+        let [up, down] = [-0.5, 0.5].map(|angle| {
+            let ellipse = Ellipse { a: 0.2, b: 0.1 };
+            held(&petsc, body(ellipse, 1.0, [0.6, 0.5], angle), more)
+        });
+        println!("{name}: drag {:.5}, lift {:.5}, torque {:.6}", up.0.x, up.0.y, up.1);
+        // Pressure takes hold at the front: it lifts that, clockwise.
+        assert!(up.0.x > 0.0 && up.0.y > 0.3 * up.0.x && up.1 < 0.0, "{name}: {up:?}");
+        let mirrored = Vector3::new(down.0.x, -down.0.y, 0.0);
+        assert!((up.0 - mirrored).norm() < 1e-7 * up.0.norm(), "{name}: {up:?} {down:?}");
+        assert!((up.1 + down.1).abs() < 1e-7 * up.1.abs(), "{name}: {up:?} {down:?}");
+    }
+}
+
+/// Of an ellipse that turns (or moves along its own axes) suddenly in a fluid at rest, the inertia that the fluid adds, over
+/// the potential flow's: `pi rho (a^2 - b^2)^2/8`, `pi rho b^2` along a, `pi rho a^2` along b.
+fn added(petsc: &Petsc, angle: f64, density: f64, cells: usize) -> [f64; 3] {
+    let ellipse = Ellipse { a: 1.0, b: 0.5 };
+    let (along, across) = (Vector3::new(angle.cos(), angle.sin(), 0.0), Vector3::new(-angle.sin(), angle.cos(), 0.0));
+    let start = body(ellipse, density, [10.03, 10.01], angle);
+    let (mass, inertia) = (start.mass(), start.inertia().about(2));
+    let more = "[pressure]\ndivergence_limit = 1.0e-10";
+    let text = box_case([20.0, 20.0], [20 * cells, 20 * cells], 1e-9, ["\"slip\""; 4], more);
+    [(Vector3::z(), inertia, PI * 0.75f64.powi(2) / 8.0), (along, mass, PI * 0.25), (across, mass, PI)].map(
+        |(direction, own, theory)| {
+            let mut still = start.clone();
+            still.motion = PLANE;
+            let mut scene = scene(petsc, &text, vec![still.clone()]);
+            let turns = direction.z != 0.0;
+            if turns {
+                still.spin = direction;
+            } else {
+                still.velocity = direction;
+            }
+            let Scene { grid, boundaries, beta, coupling, .. } = &mut scene;
+            coupling.as_mut().unwrap().sharp().unwrap().place(grid, boundaries, beta, &[still]);
+            scene.step(1e-6).unwrap();
+            let kept = if turns { first(&scene).spin.dot(&direction) } else { first(&scene).velocity.dot(&direction) };
+            own * (1.0 / kept - 1.0) / theory
+        },
+    )
+}
+
+#[test]
+fn a_free_ellipse_sharp_walls_around_it_has_the_added_inertia_of_potential_flow() {
+    let petsc = petsc();
+    for angle in [0.0, 0.3, 0.785] {
+        for density in [0.01, 1.0, 100.0] {
+            let [turning, along, across] = added(&petsc, angle, density, 8);
+            println!("angle {angle}, density {density}: turning {turning:.4}, along {along:.4}, across {across:.4}");
+            assert!((turning - 1.0).abs() < 0.05, "{turning}");
+            assert!((along - 1.0).abs() < 0.05 && (across - 1.0).abs() < 0.05, "{along} {across}");
+        }
+    }
+    let fine = added(&petsc, 0.3, 1.0, 16);
+    println!("16 cells a half axis: {fine:.4?}");
+}
+
+/// Two ellipses and a disc in a periodic box, one of them held.
+fn trio(session: &Session, more: &str) -> Scene<2> {
+    let more =
+        format!("[initial]\nvelocity = [0.3, 0.2]\nperturbation = 0.3\n[pressure]\ndivergence_limit = 1.0e-9\n{more}");
+    let text =
+        box_case([1.0, 1.0], [48, 48], 0.002, PERIODIC, &more).replace("viscosity", "gravity = [0.3, -1.0]\nviscosity");
+    let mut bodies = vec![
+        body(Ellipse { a: 0.15, b: 0.08 }, 2.65, [0.05, 0.5], 0.4),
+        body(Ellipse { a: 0.13, b: 0.06 }, 0.3, [0.45, 0.3], -1.1),
+        body(Disc { radius: 0.09 }, 1.0, [0.75, 0.8], 0.0),
+    ];
+    bodies[0].motion = PLANE;
+    (bodies[0].velocity, bodies[0].spin) = (Vector3::new(0.5, 0.2, 0.0), Vector3::z() * 5.0);
+    bodies[1].motion = PLANE;
+    scene_of(session, &text, bodies)
+}
+
+#[test]
+fn what_the_fluid_loses_ellipses_get() {
+    let petsc = petsc();
+    for (name, more) in [("sharp", ""), ("mixing", "[coupling]\nwall = \"mixing\"")] {
+        let mut scene = trio(&petsc.session, more);
+        let (mut missing, mut traded) = (0.0f64, 0.0f64);
+        for _ in 0..100 {
+            let dt = 0.5 * scene.limits().unwrap().tightest().1.min(8e-3);
+            assert!(scene.step(dt).unwrap().divergence_max < 1e-9);
+            let audit = scene.audit.as_ref().unwrap();
+            missing = missing.max(audit.error.norm());
+            traded = traded.max(audit.momentum.norm());
+            let turned = name == "sharp" || audit.angular_error < 1e-8 * traded;
+            assert!(turned, "{name}: {audit:?}");
+        }
+        let bodies = scene.coupling.as_ref().unwrap().bodies();
+        println!("{name}: missing {missing:e} of {traded:e}; spins {:.3} {:.3}", bodies[0].spin.z, bodies[1].spin.z);
+        assert!(missing < 1e-8 * traded && bodies[1].spin.z.abs() > 0.01, "{name}: {missing:e} of {traded:e}");
+    }
+}
+
+#[test]
+fn a_step_with_ellipses_allocates_nothing() {
+    let petsc = petsc();
+    for more in ["", "[coupling]\nwall = \"mixing\""] {
+        let mut scene = trio(&petsc.session, more);
+        scene.step(2e-3).unwrap();
+        let before = count();
+        for _ in 0..5 {
+            scene.step(2e-3).unwrap();
+        }
+        assert_eq!(count() - before, 0, "{more}");
+    }
+}
+
+#[test]
+fn ellipses_go_on_from_a_tape_bit_for_bit() {
+    let petsc = petsc();
+    for more in ["", "[coupling]\nwall = \"mixing\""] {
+        let [mut one, mut other] = [0, 1].map(|_| trio(&petsc.session, more));
+        for _ in 0..6 {
+            one.step(2e-3).unwrap();
+        }
+        let mut bytes = Vec::new();
+        let mut tape = Tape::record(&petsc.session, Some(&mut bytes));
+        one.pass(&mut tape).unwrap();
+        tape.finish().unwrap();
+        let mut from = &bytes[..];
+        other.pass(&mut Tape::play(&petsc.session, &mut from)).unwrap();
+        other.take_up().unwrap();
+        for _ in 0..6 {
+            one.step(2e-3).unwrap();
+            other.step(2e-3).unwrap();
+        }
+        let [one, other] = [one, other].map(|s| s.coupling.as_ref().unwrap().bodies().to_vec());
+        for (a, b) in one.iter().zip(&other) {
+            assert_eq!((a.centre, a.velocity, a.spin, a.angle), (b.centre, b.velocity, b.spin, b.angle), "{more}");
+        }
+    }
+}
+
+#[test]
+fn ellipses_move_alike_on_any_number_of_ranks() {
+    let kinds = [(1, ""), (2, ""), (4, "")];
+    let said = in_processes("ellipse::ellipses_move_alike_on_any_number_of_ranks", &kinds, |session| {
+        let mut scene = trio(session, "");
+        for _ in 0..20 {
+            scene.step(2e-3).unwrap();
+        }
+        if session.rank() == 0 {
+            let bodies = scene.coupling.as_ref().unwrap().bodies();
+            println!(
+                "state {:?}",
+                bodies.iter().flat_map(|b| [b.centre.x, b.velocity.y, b.spin.z]).collect::<Vec<_>>()
+            );
+        }
+    });
+    let states: Vec<Vec<f64>> = said
+        .iter()
+        .map(|said| {
+            let line = said.lines().find_map(|line| line.split("state [").nth(1)).unwrap();
+            line.trim_end_matches(']').split(", ").map(|x| x.parse().unwrap()).collect()
+        })
+        .collect();
+    for state in &states {
+        for (a, b) in state.iter().zip(&states[0]) {
+            assert!((a - b).abs() < 1e-7, "{states:?}");
+        }
+    }
+}
+
+#[test]
+fn what_is_not_there_for_an_ellipse_is_refused() {
+    let petsc = petsc();
+    let flat = |more: &str| case(&box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, more));
+    let ellipse = || vec![body(Ellipse { a: 0.2, b: 0.1 }, 1.0, [0.5, 0.5], 0.0)];
+    for (case, bodies, why) in [
+        (flat("[contact]\nnormal_stiffness = 1.0e3"), ellipse(), "not round"),
+        (flat("[coupling]\nwall = \"mixing\"\nfraction = \"polygon\""), ellipse(), "polygon"),
+        (flat(""), vec![body(Ellipse { a: 0.2, b: 0.1 }, 1.0, [1.5, 0.5], 0.0)], "outside the box"),
+        (flat(""), vec![body(mics::geometry::Sphere { radius: 0.1 }, 1.0, [0.5, 0.5], 0.0)], "3 dimensions"),
+        (case(&box_case([1.0, 1.0], [6, 32], 0.01, PERIODIC, "")), ellipse(), "cells at least"),
+    ] {
+        let error = Scene::<2>::with_bodies(&petsc.session, &case, bodies).err().unwrap().to_string();
+        assert!(error.contains(why), "{error}");
+    }
+}
+
+#[test]
+fn ellipses_pass_side_by_side_and_are_stopped_where_they_meet() {
+    let petsc = petsc();
+    let text = box_case([1.0, 1.0], [64, 64], 0.01, PERIODIC, "");
+    // Long sides face each other: their circles overlap, they do not.
+    let pair = |apart: f64| {
+        let mut bodies = [0.3, 0.3 + apart].map(|x| body(Ellipse { a: 0.2, b: 0.06 }, 1.0, [x, 0.5], FRAC_PI_2));
+        bodies[0].motion = Motion::Prescribed(None);
+        bodies[0].velocity = Vector3::new(0.2, 0.0, 0.0);
+        bodies.to_vec()
+    };
+    let mut scene = scene(&petsc, &text, pair(0.17));
+    for _ in 0..48 {
+        scene.step(0.004).unwrap();
+    }
+    let met = (0..20).find_map(|_| scene.step(0.004).err()).expect("the gap is 0.012 m, and the way 0.016 m");
+    assert!(met.to_string().contains("particle 0 has run into particle 1"), "{met}");
+}
