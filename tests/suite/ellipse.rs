@@ -3,7 +3,7 @@
 use crate::allocation::count;
 use crate::modes::in_processes;
 use crate::support::{PERIODIC, Petsc, box_case, petsc};
-use mics::case::{Case, load};
+use mics::config::{Case, load};
 use mics::geometry::{Disc, Placed, Shape, SurfacePoint, Turn, aperture, fraction};
 use mics::grid::{GHOSTS, Grid};
 use mics::petsc::{Layout, Session};
