@@ -67,12 +67,27 @@ enum Command {
         #[arg(long)]
         force: bool,
     },
-    /// Draw the figures of run folders; several together give Cd(Re) and St(Re).
+    /// Draw the figures of run folders, each as PNG and SVG.
+    ///
+    /// Without --figure: the last state's vorticity and streamlines, forces, speeds and paths of each run, and Cd(Re) and
+    /// St(Re) of all where they are measured.
     Plot {
         /// Run folders.
         #[arg(required = true)]
         runs: Vec<PathBuf>,
-        /// Where Cd(Re) and St(Re) go [default: the first folder's figures/].
+        /// Draw this figure only; several with commas.
+        #[arg(long, value_name = "FIGURE", value_delimiter = ',')]
+        figure: Vec<plot::Figure>,
+        /// Times (s) of a strip's panels, e.g. 0.1,0.2,0.3: the nearest snapshots [default: six from start to end].
+        #[arg(long, value_name = "TIMES", value_delimiter = ',', allow_negative_numbers = true)]
+        times: Vec<f64>,
+        /// Vorticity (1/s) from one contour line of vorticity-strip to the next [default: a round one].
+        #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
+        interval: Option<f64>,
+        /// Show this part of the flow only: x from, x to, y from, y to (m).
+        #[arg(long, value_name = "X0,X1,Y0,Y1", value_delimiter = ',', allow_negative_numbers = true)]
+        window: Vec<f64>,
+        /// Where figures go that are named or of several runs [default: figures/ of the run, of several the first].
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
@@ -166,8 +181,9 @@ fn act(command: Command) -> Result<()> {
         Command::Study { study, out, list, quick, force } => {
             study::study(&study::Request { study, out, list, quick, force })
         }
-        Command::Plot { runs, out } => {
-            plot::draw(&runs, out.as_deref())?.iter().try_for_each(|path| print(&path.display().to_string()))
+        Command::Plot { runs, figure, times, interval, window, out } => {
+            let request = plot::Request { runs, figures: figure, times, interval, window, out };
+            plot::draw(&request)?.iter().try_for_each(|path| print(&path.display().to_string()))
         }
         Command::Report { run, out } => print(&report::write(&run, out.as_deref())?.display().to_string()),
         Command::Watch { run } => progress::watch(&run),

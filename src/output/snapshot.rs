@@ -3,8 +3,12 @@
 use crate::scene::Scene;
 use crate::{Error, Result};
 use std::fmt::Write as _;
+use std::io::{self, BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::{fs, str};
+
+/// Bytes of a file that hold its time, and more.
+const HEAD: u64 = 4096;
 
 /// One array of a snapshot, a value or three for each cell, x fastest.
 #[derive(Clone, Debug, PartialEq)]
@@ -117,7 +121,21 @@ impl Snapshot {
     /// When the file is not there or not of that form.
     pub fn read(path: &Path) -> Result<Snapshot> {
         let bytes = fs::read(path).map_err(Error::io(path))?;
-        Self::parse(&bytes).ok_or_else(|| Error::Usage(format!("{}: not a snapshot that mics wrote", path.display())))
+        Self::parse(&bytes).ok_or_else(|| Self::strange(path))
+    }
+
+    /// The time (s) of a file that [`Snapshot::write`] wrote, from its first lines.
+    ///
+    /// # Errors
+    /// When the file is not there or not of that form.
+    pub fn time_of(path: &Path) -> Result<f64> {
+        let file = fs::File::open(path).map_err(Error::io(path))?;
+        let mut lines = BufReader::new(file).take(HEAD).lines().map_while(io::Result::ok);
+        lines.find_map(|line| time_in(&line)).ok_or_else(|| Self::strange(path))
+    }
+
+    fn strange(path: &Path) -> Error {
+        Error::Usage(format!("{}: not a snapshot that mics wrote", path.display()))
     }
 
     fn parse(bytes: &[u8]) -> Option<Snapshot> {
@@ -132,8 +150,7 @@ impl Snapshot {
         let numbers = |text: String| text.split(' ').map(|w| w.parse().ok()).collect::<Option<Vec<f64>>>();
         let (extent, h) = (numbers(attribute(image, "WholeExtent")?)?, numbers(attribute(image, "Spacing")?)?);
         let cells = [1, 3, 5].map(|k| extent.get(k).copied().unwrap_or(0.0) as usize);
-        let stamp = head.lines().find(|l| l.contains("TimeValue"))?;
-        let time = stamp[stamp.find('>')? + 1..stamp.rfind("</")?].parse().ok()?;
+        let time = head.lines().find_map(time_in)?;
         let mut arrays = Vec::new();
         for line in head.lines().filter(|l| l.contains("format=\"appended\"")) {
             let from = data + attribute(line, "offset")?.parse::<usize>().ok()?;
@@ -150,6 +167,12 @@ impl Snapshot {
         }
         Some(Snapshot { time, cells, h: h.try_into().ok()?, arrays })
     }
+}
+
+/// The time in the line of a file that says it.
+fn time_in(line: &str) -> Option<f64> {
+    let line = Some(line).filter(|line| line.contains("TimeValue"))?;
+    line.get(line.find('>')? + 1..line.rfind("</")?)?.parse().ok()
 }
 
 impl Array {
@@ -216,10 +239,12 @@ mod tests {
         };
         snapshot.write(&path).unwrap();
         assert_eq!(Snapshot::read(&path).unwrap(), snapshot);
+        assert_eq!(Snapshot::time_of(&path).unwrap(), snapshot.time);
         let text = String::from_utf8_lossy(&fs::read(&path).unwrap()).replace("Components=\"3\"", "Components=\"0\"");
         fs::write(&path, text).unwrap();
         assert!(Snapshot::read(&path).is_err(), "an array of no components");
         fs::write(&path, "<VTKFile").unwrap();
         assert!(Snapshot::read(&path).unwrap_err().to_string().contains("not a snapshot"));
+        assert!(Snapshot::time_of(&path).unwrap_err().to_string().contains("not a snapshot"));
     }
 }

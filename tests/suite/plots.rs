@@ -3,6 +3,90 @@
 use crate::support::{mics, run, shipped};
 use std::path::Path;
 
+/// A disc that falls beside a wall and has not landed after 0.3 s, with a field every 0.05 s.
+const FALL: &str = r#"
+name = "fall"
+domain = { size = [0.1, 0.15], cells = [40, 60] }
+fluid = { density = 1000.0, viscosity = 0.01, gravity = [0.0, -9.81] }
+boundary = { west = "wall", east = "wall", south = "wall", north = "slip" }
+particle = [{ shape = { disc = { diameter = 0.02 } }, density = 1200.0, position = [0.015, 0.1] }]
+contact = { normal_stiffness = 1.0e6, friction = 0.4, restitution = 0.3 }
+time = { end = 0.3, cfl = 0.4 }
+pressure.divergence_limit = 1.0e-2
+output = { fields = { every_time = 0.05 }, figures = false }
+measure = [{ name = "landing_x", kind = "position_x", reference = [0.04, 0.07], source = "an experiment" }]
+"#;
+
+fn fall(folder: &Path, name: &str, more: &[&str]) -> String {
+    let (case, out) = (folder.join("fall.toml"), folder.join(name));
+    std::fs::write(&case, FALL).unwrap();
+    run(&case, &out, more);
+    out.to_str().unwrap().to_owned()
+}
+
+/// The files that `mics plot` lists, each there.
+fn plotted(words: &[&str]) -> Vec<String> {
+    let output = mics(&[&["plot"], words].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let listed: Vec<String> = String::from_utf8(output.stdout).unwrap().lines().map(str::to_owned).collect();
+    assert!(listed.iter().all(|path| std::fs::metadata(path).unwrap().len() > 2000), "{listed:?}");
+    listed
+}
+
+#[test]
+fn named_figures_of_a_fall_are_drawn_alone_and_say_what_they_show() {
+    let dir = tempfile::tempdir().unwrap();
+    let (a, b) = (fall(dir.path(), "sharp", &[]), fall(dir.path(), "mixing", &["--set", "coupling.wall=\"mixing\""]));
+    let out = dir.path().join("out");
+    let out = out.to_str().unwrap();
+    let strip =
+        plotted(&[&a, "--figure", "vorticity-strip,streamlines-strip", "--times", "0.1,0.2,9", "--interval", "20"]);
+    let name = |kind: &str| ["png", "svg"].map(|end| format!("{a}/figures/{kind}_strip.{end}"));
+    assert_eq!(strip, [name("vorticity"), name("streamlines")].concat());
+    let svg = std::fs::read_to_string(&strip[1]).unwrap();
+    for said in ["(a) t = 0.10", "(b) t = 0.20", "(c) t = 0.30", "fall: vorticity, contour lines every 20 1/s, dashed"]
+    {
+        assert!(svg.contains(said), "{said}");
+    }
+    assert!(!svg.contains("(d) "));
+    // The two runs' paths in one picture, with the band that is in the case.
+    assert_eq!(
+        plotted(&[&a, &b, "--figure", "paths", "--out", out]),
+        ["png", "svg"].map(|end| format!("{out}/paths.{end}"))
+    );
+    let svg = std::fs::read_to_string(format!("{out}/paths.svg")).unwrap();
+    assert!(
+        [">\nsharp\n<", ">\nmixing\n<", ">\nan experiment\n<", ">\ny/d\n<"].iter().all(|label| svg.contains(label))
+    );
+    let parts = plotted(&[&b, "--figure", "force-parts", "--out", out]);
+    let svg = std::fs::read_to_string(&parts[1]).unwrap();
+    assert!(["F_cx", "F_px", "F_dx", "force / submerged weight"].iter().all(|label| svg.contains(label)));
+    let part = plotted(&[&a, "--figure", "vorticity", "--window", "0.0,0.05,0.05,0.1", "--out", out]);
+    assert_eq!(part, ["png", "svg"].map(|end| format!("{out}/vorticity.{end}")));
+    assert!(std::fs::read_to_string(&part[1]).unwrap().contains(">\n0.10\n<"), "the axis says where the part is");
+
+    for (words, said) in [
+        (
+            &[&a, "--figure", "vorticity-strip", "--times", "0.1,0.11,0.12"][..],
+            &["7 snapshots are too few for 3", "output.fields.every_time"][..],
+        ),
+        (&[&a, "--figure", "drag"], &["drag needs a measure of kind \"drag_coefficient\""]),
+        (&[&a, "--figure", "paths", "--times", "0.1"], &["--times", "--figure vorticity-strip"]),
+        (&[&a, "--interval", "40"], &["--interval", "--figure vorticity-strip"]),
+        (&[&a, "--figure", "vorticity-strip", "--interval", "-40"], &["--interval -40", "positive"]),
+        (&[&a, "--figure", "vorticity-strip", "--interval", "0.001"], &["every 0.001 1/s", "too many", "--interval "]),
+        (&[&a, "--figure", "vorticity-strip", "--window", "0.2,0.3,0,1"], &["--window", "0.1 m x 0.15 m"]),
+        (&[&a, "--figure", "vorticity-strip", "--window", "0.2,0.3"], &["--window", "X0,X1,Y0,Y1"]),
+        (&[&a, "--figure", "vorticity-stripe"], &["'vorticity-stripe'", "vorticity-strip"]),
+        (&[&a, &b, "--figure", "force-parts", "--out", out], &["--out", "force-parts is of one run"]),
+    ] {
+        let output = mics(&[&["plot"], words].concat());
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{words:?}: {message}");
+        assert!(said.iter().all(|part| message.contains(part)), "{words:?}: {message}");
+    }
+}
+
 fn short_run(out: &Path, viscosity: f64) {
     let viscosity = format!("fluid.viscosity={viscosity:?}");
     let words =

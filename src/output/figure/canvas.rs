@@ -38,7 +38,8 @@ pub type Pixel = (i32, i32);
 
 enum Shape {
     Line(Vec<Pixel>, ShapeStyle),
-    Dashes(Vec<Pixel>, ShapeStyle),
+    /// With the length of its dashes and of the gaps between them.
+    Dashes(Vec<Pixel>, ShapeStyle, Pixel),
     Area(Vec<Pixel>, ShapeStyle),
     Bitmap(Pixel, Pixel, Vec<u8>),
     Text(String, Pixel, Box<TextStyle<'static>>),
@@ -55,9 +56,9 @@ impl Sheet {
         self.0.push(Shape::Line(places, colour.stroke_width(width)));
     }
 
-    /// A dashed line through some places.
-    pub fn dashes(&mut self, places: Vec<Pixel>, colour: RGBColor, width: u32) {
-        self.0.push(Shape::Dashes(places, colour.stroke_width(width)));
+    /// A line through some places in dashes of a length with gaps of a length.
+    pub fn dashed(&mut self, places: Vec<Pixel>, colour: RGBColor, width: u32, lengths: Pixel) {
+        self.0.push(Shape::Dashes(places, colour.stroke_width(width), lengths));
     }
 
     /// A filled polygon.
@@ -123,9 +124,8 @@ impl Sheet {
                     }
                     area.draw(&PathElement::new(&places[start..], *style))?;
                 }
-                Shape::Dashes(places, style) => {
-                    let places = places.iter().copied();
-                    area.draw(&DashedPathElement::new(places, 9 * SCALE, 6 * SCALE, *style))?;
+                Shape::Dashes(places, style, (dash, gap)) => {
+                    area.draw(&DashedPathElement::new(places.iter().copied(), *dash, *gap, *style))?;
                 }
                 Shape::Area(places, style) => area.draw(&Polygon::new(&places[..], *style))?,
                 Shape::Bitmap(corner, (width, height), bytes) => {
@@ -249,6 +249,23 @@ impl Axis {
 
     fn new(range: Range<f64>, label: &str, ticks: Vec<(f64, String)>) -> Axis {
         Axis { range, label: label.to_owned(), ticks }
+    }
+
+    /// The same axis over places that are less by `by`, with its text as it is.
+    pub fn from(self, by: f64) -> Axis {
+        let ticks = self.ticks.into_iter().map(|(value, text)| (value - by, text));
+        Axis { range: self.range.start - by..self.range.end - by, label: self.label, ticks: ticks.collect() }
+    }
+
+    /// The same axis with its ticks but without text.
+    pub fn unnamed(self) -> Axis {
+        let ticks = self.ticks.into_iter().map(|(value, _)| (value, String::new()));
+        Axis::new(self.range, "", ticks.collect())
+    }
+
+    /// The same axis from its high end to its low end.
+    pub fn reversed(self) -> Axis {
+        Axis { range: self.range.end..self.range.start, ..self }
     }
 
     fn named(&self) -> impl Iterator<Item = &(f64, String)> {

@@ -28,6 +28,9 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(230, 159, 0),
     RGBColor(86, 180, 233),
 ];
+const DASH: Pixel = (9 * SCALE, 6 * SCALE);
+/// The colour of bands, which are no series of their own.
+const BAND: RGBColor = RGBColor(110, 110, 110);
 /// Markers as regular polygons: corners, radius in pixels of the figure, direction of the first corner in degrees.
 const MARKERS: [(u32, f64, f64); 5] = [(16, 5.5, 0.0), (4, 7.0, 45.0), (3, 7.0, -90.0), (4, 7.0, 0.0), (3, 7.0, 90.0)];
 
@@ -63,6 +66,7 @@ fn draw(axes: &Axes, series: &[Series]) -> (Sheet, Pixel) {
         None => PLOT,
     };
     let x = axis(axes.log_x, in_x, &axes.x_label);
+    let x = if axes.falling_x { x.reversed() } else { x };
     let y = axis(axes.log_y, in_y, &axes.y_label);
     let top = MARGIN + if axes.title.is_empty() { 0 } else { LARGE + MARGIN / 2 };
     let frame = Frame { corner: (MARGIN + y.room(), top), extent, x, y };
@@ -93,7 +97,12 @@ fn stroke(sheet: &mut Sheet, style: SeriesStyle, index: usize, places: Vec<Pixel
     let colour = COLOURS[index % COLOURS.len()];
     match style {
         SeriesStyle::Line => sheet.line(places, colour, 2 * THIN),
-        SeriesStyle::Dashed => sheet.dashes(places, colour, 2 * THIN),
+        SeriesStyle::Dashed => sheet.dashed(places, colour, 2 * THIN, DASH),
+        SeriesStyle::Band => {
+            if let (Some((left, top)), Some((right, bottom))) = (places.first(), places.last()) {
+                sheet.area(canvas::ring((*left, *top), (right - left, bottom - top)), BAND.mix(0.55));
+            }
+        }
         SeriesStyle::Joined => {
             sheet.line(places.clone(), colour, THIN);
             stroke(sheet, SeriesStyle::Markers, index, places);
@@ -139,6 +148,10 @@ fn legend(sheet: &mut Sheet, series: &[Series], (left, top): Pixel, extent: Pixe
         let ends = [0, 1, 2].map(|k| (x + PAD + k * SAMPLE / 2, middle));
         match series.style {
             SeriesStyle::Line | SeriesStyle::Dashed => stroke(sheet, series.style, index, ends.to_vec()),
+            SeriesStyle::Band => {
+                let swatch = [(ends[0].0, middle - PAD / 2), (ends[2].0, middle + PAD / 2)];
+                stroke(sheet, series.style, index, swatch.to_vec());
+            }
             SeriesStyle::Markers | SeriesStyle::Joined => stroke(sheet, SeriesStyle::Markers, index, vec![ends[1]]),
         }
         let (at, anchor) = ((x + 2 * PAD + SAMPLE, middle), (HPos::Left, VPos::Center));

@@ -4,7 +4,7 @@ use super::*;
 
 /// Potential flow past a disc, with its mirror flow inside the disc, so that nothing but the disc itself stops a line.
 fn flow_past_a_disc(cells: [usize; 2], size: [f64; 2]) -> Plane {
-    let disc = Disc { centre: [0.3 * size[0], 0.5 * size[1]], radius: 0.1 * size[1] };
+    let disc = Disc { centre: [0.3 * size[0], 0.5 * size[1]], radius: 0.1 * size[1], shade: 0.5 };
     let labels = ["x (m)".to_owned(), "y (m)".to_owned()];
     let mut plane = Plane { cells, size, discs: vec![disc], labels, title: "a < b & c".to_owned(), ..Plane::default() };
     for k in 0..cells[0] * cells[1] {
@@ -100,7 +100,7 @@ fn streamlines_stay_in_the_plane_and_apart_and_never_enter_a_disc() {
     assert!(lines.len() > 12, "{}", lines.len());
     assert_eq!(lines, trace::streamlines(&plane, separation));
     let distance = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
-    let Disc { centre, radius } = plane.discs[0];
+    let Disc { centre, radius, .. } = plane.discs[0];
     for (index, line) in lines.iter().enumerate() {
         for pair in line.windows(2) {
             for part in [0.0, 0.25, 0.5, 0.75, 1.0] {
@@ -153,4 +153,81 @@ fn a_long_history_keeps_its_extremes_in_few_points() {
     let history = Series { label: String::new(), points, style: SeriesStyle::Line };
     let (_, svg) = written(|stem| curves(&Axes::default(), std::slice::from_ref(&history), stem));
     assert!(svg.len() < 200_000, "{}", svg.len());
+}
+
+/// A hill of positive vorticity on the left and one of negative on the right, with a disc in the middle.
+fn two_hills(height: f64) -> Plane {
+    let mut plane = flow_past_a_disc([80, 40], [2.0, 1.0]);
+    plane.discs = vec![Disc { centre: [1.0, 0.5], radius: 0.12, shade: 1.0 }];
+    for (cell, value) in plane.vorticity.iter_mut().enumerate() {
+        let [x, y] = [(cell % 80) as f64 + 0.5, (cell / 80) as f64 + 0.5].map(|k| k / 40.0);
+        let hill = |from: f64| (-((x - from).powi(2) + (y - 0.5).powi(2)) / 0.08).exp();
+        *value = height * (hill(0.5) - hill(1.5));
+    }
+    plane
+}
+
+/// The places of every polyline of the width of a contour line in a figure's text.
+fn isolines(svg: &str) -> Vec<Vec<[f64; 2]>> {
+    let lines = svg.split("<polyline").skip(1).filter(|tag| tag.contains("stroke-width=\"2\""));
+    let number = |text: &str| text.parse().unwrap();
+    let points = |tag: &str| tag.split_once("points=\"").unwrap().1.split('"').next().unwrap().to_owned();
+    let places = |text: String| {
+        text.split_whitespace().map(|at| at.split_once(',').unwrap()).map(|(x, y)| [number(x), number(y)]).collect()
+    };
+    lines.map(points).map(places).collect()
+}
+
+#[test]
+fn contour_lines_are_whole_where_vorticity_is_positive_and_dashed_where_it_is_negative_and_there_is_none_of_zero() {
+    let plane = two_hills(100.0);
+    let (_, svg) = written(|stem| vorticity_strip(std::slice::from_ref(&plane), "hills", Some(20.0), stem));
+    let lines = isolines(&svg);
+    let span = |line: &[[f64; 2]], k: usize| {
+        let along = || line.iter().map(|at| at[k]);
+        (along().fold(f64::INFINITY, f64::min), along().fold(0.0, f64::max))
+    };
+    let size = |line: &[[f64; 2]]| (0..2).map(|k| span(line, k)).map(|(low, high)| high - low).fold(0.0, f64::max);
+    let longest =
+        |part: &dyn Fn(f64) -> bool| lines.iter().filter(|l| part(span(l, 0).0)).map(|l| size(l)).fold(0.0, f64::max);
+    // The panel is 3 x 1200 wide, its middle at half of that; the colour bar is right of it.
+    let middle = 2100.0;
+    let whole = lines.iter().filter(|l| span(l, 0).1 < middle && l.first() == l.last()).count();
+    assert_eq!(whole, 4, "20, 40, 60, 80 are one closed line each");
+    assert!(longest(&|x| x < middle) > 600.0);
+    let right = |x: f64| (middle..3850.0).contains(&x);
+    assert!(longest(&right) < 20.0, "dashes, {}", longest(&right));
+    assert!(lines.iter().filter(|l| right(span(l, 0).0)).count() > 100);
+}
+
+#[test]
+fn panels_share_their_colours_and_say_their_times_and_an_interval_that_would_be_one_black_patch_is_refused() {
+    let panels = [0.1, 0.2, 0.3].map(|time: f64| Plane { title: format!("t = {time} s"), ..two_hills(100.0 * time) });
+    let ([width, height], svg) = written(|stem| vorticity_strip(&panels, "hills", None, stem));
+    assert!((700..1000).contains(&width) && (1000..1200).contains(&height), "{width} x {height}");
+    assert!(["(a) t = 0.1 s", "(b) t = 0.2 s", "(c) t = 0.3 s"].iter().all(|label| svg.contains(label)));
+    assert!(svg.contains("contour lines every 5 1/s"), "a quarter of what is common, rounded");
+    let (_, svg) = written(|stem| streamlines_strip(&panels, "hills", stem));
+    assert!(svg.contains("hills: streamlines") && svg.contains("(c) t = 0.3 s"));
+    let said = vorticity_strip(&panels, "hills", Some(1e-3), Path::new("wake")).unwrap_err().to_string();
+    assert!(said.contains("every 0.001 1/s") && said.contains("--interval 5"), "{said}");
+    for none in [&[][..], &[Plane::default()]] {
+        assert!(vorticity_strip(none, "", None, Path::new("wake")).is_err());
+        assert!(streamlines_strip(none, "", Path::new("wake")).is_err());
+    }
+}
+
+#[test]
+fn a_part_of_a_plane_says_where_it_is_and_an_axis_can_fall() {
+    let plane = Plane { corner: [10.0, 3.0], ..flow_past_a_disc([40, 20], [2.0, 1.0]) };
+    let (_, svg) = written(|stem| vorticity_strip(std::slice::from_ref(&plane), "part", None, stem));
+    assert!([">\n10.0\n<", ">\n12.0\n<", ">\n3.0\n<"].iter().all(|label| svg.contains(label)));
+    let line = [Series { label: "a".into(), points: vec![(0.0, 0.0), (5.0, 1.0)], style: SeriesStyle::Line }];
+    let place = |falling_x: bool, label: &str| {
+        let (_, svg) = written(|stem| curves(&Axes { falling_x, ..Axes::default() }, &line, stem));
+        let before =
+            svg.split(&format!(">\n{label}\n<")).next().unwrap().rsplit_once("<text x=\"").unwrap().1.to_owned();
+        before.split('"').next().unwrap().parse::<f64>().unwrap()
+    };
+    assert!(place(false, "1") < place(false, "4") && place(true, "1") > place(true, "4"));
 }

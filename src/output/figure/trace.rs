@@ -219,6 +219,7 @@ impl<'a> Tracer<'a> {
     }
 }
 
-fn distance(a: Point, b: Point) -> f64 {
+/// Distance of two points.
+pub fn distance(a: Point, b: Point) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }

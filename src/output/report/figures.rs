@@ -34,8 +34,8 @@ pub enum Part {
 /// All figures that the run's folder gives.
 pub fn figures(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
     let mut all = fields(run, folder)?;
-    all.extend(forces(run, folder)?);
-    all.extend(motion(run, folder)?);
+    all.extend(forces(run)?);
+    all.extend(motion(run)?);
     all.extend(numerics(run)?);
     Ok(all)
 }
@@ -55,10 +55,8 @@ fn axes(x_label: &str, y_label: &str) -> Axes {
 fn fields(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
     // A run that has written no field yet has no figure of one.
     let Ok(newest) = plot::newest_snapshot(folder) else { return Ok(Vec::new()) };
-    let mut plane = plot::plane(&run.case, &Snapshot::read(&newest)?, folder, &run.particles)?;
-    // "name, t = 3 s, z = 0.4 m": the name is the report's.
-    let place = plane.title.split_once(", ").map_or(String::new(), |(_, place)| place.to_owned());
-    plane.title.clear();
+    let mut plane = plot::plane(&run.case, &Snapshot::read(&newest)?, folder, (&run.particles, 0), 4)?;
+    let place = std::mem::take(&mut plane.title);
     let figure =
         |svg, title, what: &str| Figure { svg, title, caption: format!("{what} at {place}."), part: Part::Fields };
     Ok(vec![
@@ -72,7 +70,7 @@ fn fields(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
 }
 
 /// The force on particle 0 along an axis and its parts.
-fn forces(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
+fn forces(run: &Run) -> Result<Vec<Figure>> {
     if run.case.particle.is_empty() || run.particles.is_empty() {
         return Ok(Vec::new());
     }
@@ -86,7 +84,7 @@ fn forces(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
             ("convective", "convective, the rest", SeriesStyle::Dashed),
             ("contact", "by contacts", SeriesStyle::Line),
         ] {
-            let mut one = plot::curve(folder, &run.particles, 0, "time", &format!("{column}_f{axis}"), label)?;
+            let mut one = run.particles.curve(0, "time", &format!("{column}_f{axis}"), label)?;
             // An impulsive start would flatten all that follows.
             one.points.retain(|p| p.0 > 0.02 * run.case.time.end);
             if column != "contact" || one.points.iter().any(|p| p.1 != 0.0) {
@@ -100,19 +98,19 @@ fn forces(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
     Ok(all)
 }
 
-fn motion(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
-    let paths = plot::paths(folder, &run.case, &run.particles)?;
-    let frame = Some([run.case.domain.size[0], run.case.domain.size[1]]);
+fn motion(run: &Run) -> Result<Vec<Figure>> {
+    let track = plot::Track { label: "", case: &run.case, rows: &run.particles };
+    let (path_axes, paths) = plot::paths(&[track])?.unwrap_or_default();
     let movers = run.case.particle.iter().filter(|p| p.motion != Motion::Fixed).count();
-    let shown = paths.iter().filter(|s| !s.label.is_empty()).count();
+    let shown = paths.iter().filter(|s| s.style != SeriesStyle::Band).count();
     let caption = match movers {
         0 | 1 => "The way of its centre, in the whole box.".to_owned(),
         _ => format!("The ways of the first {shown} of {movers} particles that move, in the whole box."),
     };
-    let speeds = plot::speeds(folder, &run.case, &run.particles)?;
+    let speeds = plot::speeds(&run.case, &run.particles)?;
     let speed = "The velocity of particle 0.";
     let figures = [
-        curves(Part::Particles, "Paths", &caption, Axes { frame, ..axes("x (m)", "y (m)") }, &paths)?,
+        curves(Part::Particles, "Paths", &caption, path_axes, &paths)?,
         curves(Part::Particles, "Velocity", speed, axes("time (s)", "velocity (m/s)"), &speeds)?,
     ];
     Ok(figures.into_iter().flatten().collect())

@@ -1,0 +1,171 @@
+//! Forces on a particle: over time, and over its height in the three parts of (19) (Fig. 10); speeds of a free one.
+
+use super::paths::upright;
+use super::rows::{PATHS, Rows, movers};
+use crate::Result;
+use crate::config::Case;
+use crate::output::figure::{Axes, Series, SeriesStyle};
+use std::f64::consts::PI;
+
+/// Way, in diameters, over which each point of the parts of a force is a mean: single steps jump as cells change sides.
+const MEAN: f64 = 0.1;
+
+/// Force on particle 0 over time, and the three parts of (19) along x.
+pub fn forces(case: &Case, rows: &Rows) -> Result<Vec<Series>> {
+    if case.particle.is_empty() || rows.is_empty() {
+        return Ok(Vec::new());
+    }
+    let all = [
+        ("fluid_fx", "fluid, along x", SeriesStyle::Line),
+        ("fluid_fy", "fluid, along y", SeriesStyle::Line),
+        ("pressure_fx", "pressure part of (19), x", SeriesStyle::Dashed),
+        ("viscous_fx", "viscous part, x", SeriesStyle::Dashed),
+        ("convective_fx", "convective part, x", SeriesStyle::Dashed),
+    ];
+    let series = all.into_iter().map(|(name, label, style)| {
+        let mut series = rows.curve(0, "time", name, label)?;
+        // The first steps of an impulsive start would flatten all that follows.
+        series.points.retain(|p| p.0 > 0.02 * case.time.end);
+        Ok(Series { style, ..series })
+    });
+    series.collect()
+}
+
+/// Velocity of particle 0 over time, where it is free.
+pub fn speeds(case: &Case, rows: &Rows) -> Result<Vec<Series>> {
+    if rows.is_empty() || case.particle.first().is_none_or(|p| !p.is_free()) {
+        return Ok(Vec::new());
+    }
+    [("vx", "along x"), ("vy", "along y")].map(|(name, label)| rows.curve(0, "time", name, label)).into_iter().collect()
+}
+
+/// The parts of (19) across gravity, of the first free particle until it first touches something: over the height of its
+/// centre in diameters, from the start's on, as parts of its submerged weight `|rho_p - rho_f| V |g|`. None where nothing is
+/// free or nothing pulls at it.
+///
+/// # Errors
+/// When `particles.csv` lacks a column.
+pub fn parts(case: &Case, rows: &Rows) -> Result<Option<(Axes, Vec<Series>)>> {
+    let free = movers(case).take(PATHS).find(|id| case.particle[*id].is_free());
+    let (Some(id), Some(up)) = (free, upright(case)) else { return Ok(None) };
+    let gravity = &case.fluid.gravity;
+    let (particle, diameter) = (&case.particle[id], case.particle[id].shape.diameter());
+    let circle = 0.25 * PI * diameter * diameter;
+    let volume = if case.dimension() == 2 { circle } else { 2.0 / 3.0 * diameter * circle };
+    let pull = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let weight = (particle.density - case.fluid.density).abs() * volume * pull;
+    if weight == 0.0 || rows.is_empty() {
+        return Ok(None);
+    }
+    let column = |name: &str| rows.column(id, name);
+    let places = [column("x")?, column("y")?, column("z")?];
+    let time = column("time")?;
+    let contact = [column("contact_fx")?, column("contact_fy")?, column("contact_fz")?];
+    let touches = (0..time.len()).position(|row| contact.iter().any(|force| force[row] != 0.0));
+    // One that lies on something from the first has no fall to show: all of it, then.
+    let end = touches.filter(|row| *row > 1).unwrap_or(time.len());
+
+    let height = |row: usize| {
+        let above = if gravity[up] < 0.0 { places[up][row] } else { case.domain.size[up] - places[up][row] };
+        above / diameter
+    };
+    let mut way = vec![0.0; end];
+    for row in 1..end {
+        let step = places.iter().map(|place| (place[row] - place[row - 1]).powi(2)).sum::<f64>().sqrt();
+        way[row] = way[row - 1] + step / diameter;
+    }
+    let across = if up == 0 { "y" } else { "x" };
+    let parts = [("convective", "F_c"), ("pressure", "F_p"), ("viscous", "F_d")].map(|(part, symbol)| {
+        let force = running_mean(&column(&format!("{part}_f{across}"))?[..end], &time, &way);
+        let points = force.into_iter().enumerate().skip(1).map(|(row, force)| (height(row), force / weight)).collect();
+        Ok(Series { label: format!("{symbol}{across}, {part}"), points, style: SeriesStyle::Line })
+    });
+    let axes = Axes {
+        x_label: if gravity[up] < 0.0 { format!("{}/d", ["x", "y", "z"][up]) } else { "height/d".into() },
+        y_label: "force / submerged weight".into(),
+        falling_x: height(end - 1) < height(0),
+        title: format!("fluid force along {across} on particle {id}, mean over {MEAN} d of its way"),
+        ..Axes::default()
+    };
+    Ok(Some((axes, parts.into_iter().collect::<Result<_>>()?)))
+}
+
+/// The mean over time of each row and of those within half of [`MEAN`] of the way before and behind it.
+fn running_mean(force: &[f64], time: &[f64], way: &[f64]) -> Vec<f64> {
+    // A row's force is that of the step that ends with it.
+    let step = |row: usize| if row == 0 { 0.0 } else { time[row] - time[row - 1] };
+    let (mut low, mut high, mut sum, mut length) = (0, 0, 0.0, 0.0);
+    let mean = |row: usize| {
+        while high < way.len() && way[high] <= way[row] + 0.5 * MEAN {
+            (sum, length, high) = (sum + step(high) * force[high], length + step(high), high + 1);
+        }
+        while way[low] < way[row] - 0.5 * MEAN {
+            (sum, length, low) = (sum - step(low) * force[low], length - step(low), low + 1);
+        }
+        sum / length
+    };
+    (0..way.len()).map(mean).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A disc of 0.2 m and 2.5 times the fluid's density falls along -y at 1 m/s from 1.8 m, and touches the floor.
+    fn fall(gravity: &str) -> (Case, Rows) {
+        let case = crate::config::written(&format!(
+            "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 2.0], cells = [8, 16] }}\n\
+             fluid = {{ density = 2.0, viscosity = 0.1, gravity = {gravity} }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n\
+             particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, density = 5.0, position = [0.5, 1.8] }}]\n"
+        ));
+        let head = "time,id,x,y,z,vx,vy,vz,contact_fx,contact_fy,contact_fz,\
+                    convective_fx,pressure_fx,viscous_fx,convective_fy,pressure_fy,viscous_fy\n";
+        let row = |k: i32| {
+            let (time, noise) = (0.001 * f64::from(k), if k % 2 == 0 { 1.0 } else { -1.0 });
+            let y = (1.8 - time).max(0.1);
+            let touches = if y > 0.1 { 0.0 } else { 9.0 };
+            format!("{time},0,0.5,{y},0,0,-1,0,0,{touches},0,{noise},{},0.5,0,1,0\n", 3.0 * y + noise)
+        };
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("particles.csv"), head.to_owned() + &(0..2000).map(row).collect::<String>())
+            .unwrap();
+        let case = case.unwrap();
+        let rows = Rows::read(folder.path(), &case, &[]);
+        (case, rows)
+    }
+
+    #[test]
+    fn parts_of_the_force_are_means_over_the_submerged_weight_from_the_start_to_the_first_contact() {
+        let (case, rows) = fall("[0.0, -10.0]");
+        let (axes, parts) = super::parts(&case, &rows).unwrap().unwrap();
+        assert_eq!((axes.x_label.as_str(), axes.falling_x), ("y/d", true));
+        assert_eq!(
+            parts.iter().map(|s| s.label.as_str()).collect::<Vec<_>>(),
+            ["F_cx, convective", "F_px, pressure", "F_dx, viscous"]
+        );
+        let weight = 3.0 * PI * 0.01 * 10.0;
+        let (first, last) = (parts[1].points[0], parts[1].points[parts[1].points.len() - 1]);
+        assert!((first.0 - 9.0).abs() < 0.01 && (last.0 - 0.5).abs() < 0.01, "{first:?} to {last:?}");
+        // Away from both ends the mean of a force that is linear in the height is its value, that of noise next to nothing.
+        for (noise, pressure) in parts[0].points.iter().zip(&parts[1].points).filter(|(p, _)| (1.0..8.0).contains(&p.0))
+        {
+            assert!((pressure.1 * weight - 0.6 * pressure.0).abs() < 0.1, "{pressure:?}");
+            assert!((noise.1 * weight).abs() < 0.1, "{noise:?}");
+        }
+        assert!(parts[2].points.iter().all(|p| (p.1 * weight - 0.5).abs() < 1e-12));
+    }
+
+    #[test]
+    fn parts_are_across_gravity_and_need_something_that_pulls() {
+        let (case, rows) = fall("[10.0, 0.0]");
+        let (axes, parts) = super::parts(&case, &rows).unwrap().unwrap();
+        assert_eq!((axes.x_label.as_str(), parts[1].label.as_str()), ("height/d", "F_py, pressure"));
+        assert!(parts[1].points.iter().all(|p| (p.0 - 2.5).abs() < 1e-12), "from the wall that it is pulled to");
+        let (mut case, rows) = fall("[0.0, 0.0]");
+        assert!(super::parts(&case, &rows).unwrap().is_none());
+        case.fluid.gravity = vec![0.0, -10.0];
+        case.particle[0].density = case.fluid.density;
+        assert!(super::parts(&case, &rows).unwrap().is_none(), "as heavy as the fluid");
+    }
+}

@@ -1,0 +1,300 @@
+//! `mics plot`: the figures of run folders, from what the folders hold.
+//!
+//! One run: the last state's vorticity with streamlines and its streamlines (`fields`), both over time as strips
+//! (Figs. 6, 7, 11, 14), forces over time and over the height of a fall (`forces`, Fig. 10), speeds. One or several: paths
+//! (`paths`, Fig. 9), Cd(Re) and St(Re) (`reynolds`, Figs. 4, 5). `rows` reads `particles.csv`.
+
+mod fields;
+mod forces;
+mod paths;
+mod reynolds;
+mod rows;
+
+use super::figure::{self, Axes, Series};
+use super::not_a_run;
+use super::snapshot::Snapshot;
+use crate::config::{Case, load};
+use crate::{Error, Result};
+use std::collections::HashSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+pub(super) use fields::{newest_snapshot, plane};
+pub(super) use forces::speeds;
+pub(super) use paths::{Track, paths};
+pub use reynolds::cylinder_reference;
+pub(super) use rows::Rows;
+
+/// What `mics plot` is asked for.
+#[derive(Clone, Debug, Default)]
+pub struct Request {
+    /// Folders of runs.
+    pub runs: Vec<PathBuf>,
+    /// Which figures; empty: the last state, forces, speeds and paths of each run, Cd(Re) and St(Re) of all.
+    pub figures: Vec<Figure>,
+    /// Times (s) of a strip's panels; empty: evenly from the start to the end.
+    pub times: Vec<f64>,
+    /// Vorticity (1/s) between two contour lines of a strip.
+    pub interval: Option<f64>,
+    /// What of the flow is shown: x from, x to, y from, y to (m); empty: all.
+    pub window: Vec<f64>,
+    /// Where the figures go that are asked for by name or are of several runs; by default `figures/` of the run, of several
+    /// of the first.
+    pub out: Option<PathBuf>,
+}
+
+/// A figure that can be asked for by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Figure {
+    /// Vorticity and streamlines of the last state.
+    Vorticity,
+    /// Streamlines of the last state, coloured by speed.
+    Streamlines,
+    /// Vorticity at several times, with contour lines that are dashed where it is negative (Figs. 7, 11, 14).
+    VorticityStrip,
+    /// Streamlines at several times (Fig. 6).
+    StreamlinesStrip,
+    /// Paths of particles in their box, of all runs in one picture, beside the band of a position measure (Fig. 9).
+    Paths,
+    /// Force on particle 0 over time.
+    Forces,
+    /// Parts of the force across gravity over the height of a falling particle (Fig. 10).
+    ForceParts,
+    /// Velocity of particle 0 over time.
+    Speeds,
+    /// Drag coefficient over Re of all runs, beside eq. (30) and a reference (Fig. 4).
+    Drag,
+    /// Strouhal number over Re of all runs, beside a reference (Fig. 5).
+    Strouhal,
+}
+
+impl Figure {
+    /// Its name on the command line.
+    fn name(self) -> String {
+        clap::ValueEnum::to_possible_value(&self).map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
+    fn is_strip(self) -> bool {
+        matches!(self, Figure::VorticityStrip | Figure::StreamlinesStrip)
+    }
+
+    fn is_of_the_flow(self) -> bool {
+        self.is_strip() || matches!(self, Figure::Vorticity | Figure::Streamlines)
+    }
+
+    /// Whether several runs make one picture.
+    fn joins_runs(self) -> bool {
+        matches!(self, Figure::Paths | Figure::Drag | Figure::Strouhal)
+    }
+
+    /// What a run needs for it.
+    fn needs(self) -> &'static str {
+        match self {
+            Figure::Vorticity | Figure::Streamlines | Figure::VorticityStrip | Figure::StreamlinesStrip => "fields",
+            Figure::Paths => "a particle that moves, and its rows in particles.csv",
+            Figure::Forces => "a particle, and its rows in particles.csv",
+            Figure::ForceParts => {
+                "a free particle with its rows in particles.csv, gravity, and a density other than the fluid's"
+            }
+            Figure::Speeds => "a particle 0 that is free, and its rows in particles.csv",
+            Figure::Drag => "a measure of kind \"drag_coefficient\" with a value in summary.json",
+            Figure::Strouhal => "a measure of kind \"strouhal\" with a value in summary.json",
+        }
+    }
+}
+
+/// A run's folder and its case.
+struct Run {
+    folder: PathBuf,
+    case: Case,
+}
+
+impl Run {
+    fn read(folder: &Path) -> Result<Run> {
+        Ok(Run { folder: folder.to_owned(), case: read_case(folder)? })
+    }
+
+    fn rows(&self) -> Rows {
+        Rows::read(&self.folder, &self.case, &[])
+    }
+}
+
+/// Draws what is asked for; returns the files.
+///
+/// # Errors
+/// When the request contradicts itself, a folder does not hold a run or not what a figure needs, or a file cannot be written.
+pub fn draw(request: &Request) -> Result<Vec<PathBuf>> {
+    request.check()?;
+    let runs = request.runs.iter().map(|folder| Run::read(folder)).collect::<Result<Vec<_>>>()?;
+    let mut written = Vec::new();
+    if request.figures.is_empty() {
+        for run in &runs {
+            written.extend(draw_run(&run.folder)?);
+        }
+        let folder = request.folder(&runs)?;
+        for draw in [reynolds::drag, reynolds::strouhal] {
+            written.extend(draw(&runs, &folder)?.into_iter().flatten());
+        }
+    }
+    for figure in &request.figures {
+        for runs in runs.chunks(if figure.joins_runs() { runs.len() } else { 1 }) {
+            let Some(files) = request.draw(*figure, runs)? else {
+                let names = runs.iter().map(|run| run.folder.display().to_string()).collect::<Vec<_>>().join(", ");
+                return Err(Error::Usage(format!("{names}: {} needs {}", figure.name(), figure.needs())));
+            };
+            written.extend(files);
+        }
+    }
+    Ok(written)
+}
+
+impl Request {
+    fn check(&self) -> Result<()> {
+        let refuse = |why: String| Err(Error::Usage(why));
+        let single = self.figures.iter().find(|figure| !figure.joins_runs());
+        if let (Some(figure), Some(out), 2..) = (single, &self.out, self.runs.len()) {
+            return refuse(format!(
+                "--out {}: {} is of one run, and there are {}; leave --out away, and each goes to its run's figures/",
+                out.display(),
+                figure.name(),
+                self.runs.len()
+            ));
+        }
+        if !self.times.is_empty() && !self.figures.iter().any(|figure| figure.is_strip()) {
+            return refuse("--times are of a strip; ask for --figure vorticity-strip or streamlines-strip".into());
+        }
+        if self.interval.is_some() && !self.figures.contains(&Figure::VorticityStrip) {
+            return refuse("--interval is of contour lines; ask for --figure vorticity-strip".into());
+        }
+        if !self.window.is_empty() && !self.figures.iter().any(|figure| figure.is_of_the_flow()) {
+            return refuse("--window is of the flow; ask for --figure vorticity-strip, streamlines-strip, vorticity or streamlines".into());
+        }
+        if !self.window.is_empty() && (self.window.len() != 4 || self.window.iter().any(|place| !place.is_finite())) {
+            return refuse(format!(
+                "--window {:?}: give X0,X1,Y0,Y1 in m, as in --window 0.4,2.4,0.4,1.2",
+                self.window
+            ));
+        }
+        if let Some(time) = self.times.iter().find(|time| !time.is_finite()) {
+            return refuse(format!("--times {time}: a time is a number of seconds"));
+        }
+        if let Some(interval) = self.interval.filter(|interval| !(*interval > 0.0 && interval.is_finite())) {
+            return refuse(format!("--interval {interval}: has to be positive, in 1/s"));
+        }
+        Ok(())
+    }
+
+    /// Where a figure of some runs goes, made if it is not there.
+    fn folder(&self, runs: &[Run]) -> Result<PathBuf> {
+        let folder = self.out.clone().or_else(|| Some(runs.first()?.folder.join("figures"))).unwrap_or_default();
+        fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
+        Ok(folder)
+    }
+
+    /// Draws a figure of some runs, of the first one where it is of one; none where there is nothing to draw.
+    fn draw(&self, figure: Figure, runs: &[Run]) -> Result<Option<[PathBuf; 2]>> {
+        let Some(run) = runs.first() else { return Ok(None) };
+        let stem = |name: &str| Ok::<_, Error>(self.folder(runs)?.join(name));
+        let title = &run.case.name;
+        let seen =
+            |plane| if let [a, b, c, d] = self.window[..] { fields::cut(plane, [a, b, c, d]) } else { Ok(plane) };
+        let last = |run: &Run| seen(Last::read(run)?.plane);
+        let planes = |run: &Run| -> Result<Vec<_>> {
+            fields::planes(&run.folder, &run.case, &self.times)?.into_iter().map(seen).collect()
+        };
+        let drawn = match figure {
+            Figure::Vorticity => figure::vorticity(&last(run)?, &stem("vorticity")?)?,
+            Figure::Streamlines => figure::streamlines(&last(run)?, &stem("streamlines")?)?,
+            Figure::VorticityStrip => {
+                figure::vorticity_strip(&planes(run)?, title, self.interval, &stem("vorticity_strip")?)?
+            }
+            Figure::StreamlinesStrip => figure::streamlines_strip(&planes(run)?, title, &stem("streamlines_strip")?)?,
+            Figure::Drag => return reynolds::drag(runs, &self.folder(runs)?),
+            Figure::Strouhal => return reynolds::strouhal(runs, &self.folder(runs)?),
+            Figure::Paths | Figure::Forces | Figure::ForceParts | Figure::Speeds => {
+                let rows: Vec<Rows> = runs.iter().map(Run::rows).collect();
+                let Some((axes, series)) = curves(figure, runs, &rows)? else { return Ok(None) };
+                figure::curves(&axes, &series, &stem(&figure.name().replace('-', "_"))?)?
+            }
+        };
+        Ok(Some(drawn))
+    }
+}
+
+/// The last state of a run.
+struct Last {
+    plane: figure::Plane,
+    rows: Rows,
+}
+
+impl Last {
+    fn read(run: &Run) -> Result<Last> {
+        let snapshot = Snapshot::read(&newest_snapshot(&run.folder)?)?;
+        let rows = Rows::read(&run.folder, &run.case, &[snapshot.time]);
+        let plane = plane(&run.case, &snapshot, &run.folder, (&rows, 0), 4)?;
+        let title = format!("{}, {}", run.case.name, plane.title);
+        Ok(Last { plane: figure::Plane { title, ..plane }, rows })
+    }
+}
+
+/// Draws one run's usual figures into its `figures/`; returns the PNGs and SVGs, the vorticity's last.
+///
+/// # Errors
+/// When the folder does not hold a run, or a file cannot be written.
+pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
+    let run = Run::read(folder)?;
+    // All is read before anything is written.
+    let last = Last::read(&run)?;
+    let (runs, rows) = (std::slice::from_ref(&run), std::slice::from_ref(&last.rows));
+    let figures =
+        [Figure::Forces, Figure::Speeds, Figure::Paths].map(|figure| Ok((figure, curves(figure, runs, rows)?)));
+    let figures = figures.into_iter().collect::<Result<Vec<_>>>()?;
+    let folder = Request::default().folder(runs)?;
+    let mut written = Vec::new();
+    for (figure, drawn) in figures {
+        if let Some((axes, series)) = drawn {
+            written.extend(figure::curves(&axes, &series, &folder.join(figure.name()))?);
+        }
+    }
+    written.extend(figure::streamlines(&last.plane, &folder.join("streamlines"))?);
+    written.extend(figure::vorticity(&last.plane, &folder.join("vorticity"))?);
+    Ok(written)
+}
+
+/// A figure of curves, of the first run where it is of one; none where there is nothing to draw.
+fn curves(figure: Figure, runs: &[Run], rows: &[Rows]) -> Result<Option<(Axes, Vec<Series>)>> {
+    let Some((Run { case, .. }, of_one)) = runs.first().zip(rows.first()) else { return Ok(None) };
+    let over_time = |y_label: &str, series: Vec<Series>| {
+        let axes = Axes { x_label: "time (s)".into(), y_label: y_label.into(), ..Axes::default() };
+        series.iter().any(|s| s.points.len() > 1).then_some((axes, series))
+    };
+    let drawn = match figure {
+        Figure::Forces => over_time("force on particle 0 (N)", forces::forces(case, of_one)?),
+        Figure::Speeds => over_time("velocity of particle 0 (m/s)", speeds(case, of_one)?),
+        Figure::ForceParts => forces::parts(case, of_one)?,
+        Figure::Paths => {
+            let labels = labels(runs);
+            let tracks =
+                runs.iter().zip(rows).zip(&labels).map(|((run, rows), label)| Track { label, case: &run.case, rows });
+            paths(&tracks.collect::<Vec<_>>())?
+        }
+        _ => None,
+    };
+    Ok(drawn.map(|(axes, series)| {
+        let rest = if axes.title.is_empty() { String::new() } else { format!(": {}", axes.title) };
+        (Axes { title: case.name.clone() + &rest, ..axes }, series)
+    }))
+}
+
+/// The names of the runs' folders, with what is before them where two have the same.
+fn labels(runs: &[Run]) -> Vec<String> {
+    let last = |run: &Run| run.folder.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let short: HashSet<String> = runs.iter().map(last).collect();
+    let full = |run: &Run| run.folder.display().to_string();
+    runs.iter().map(|run| if short.len() == runs.len() { last(run) } else { full(run) }).collect()
+}
+
+pub(super) fn read_case(run: &Path) -> Result<Case> {
+    let loaded = load(&run.join("case.toml"), &[]).map_err(|e| not_a_run(run, &e.to_string()))?;
+    Ok(loaded.case)
+}

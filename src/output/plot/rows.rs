@@ -1,0 +1,141 @@
+//! What figures and reports take from `particles.csv`, which may be far larger than memory.
+
+use crate::Result;
+use crate::config::{Case, Motion};
+use crate::output::figure::{Series, SeriesStyle};
+use crate::output::not_a_run;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+/// Paths drawn at most.
+pub const PATHS: usize = 8;
+
+/// Rows of `particles.csv`; none where there is no such file.
+#[derive(Default)]
+pub struct Rows {
+    /// The run's folder, for messages.
+    run: PathBuf,
+    /// The number of each column by its name.
+    columns: HashMap<String, usize>,
+    /// All rows of particle 0 and of the first ones that move.
+    followed: Vec<Vec<f64>>,
+    /// Every particle's centre (m) at each of the times asked for.
+    centres: Vec<HashMap<usize, [f64; 3]>>,
+    /// Every particle's largest speed (m/s).
+    pub fastest: HashMap<usize, f64>,
+}
+
+impl Rows {
+    /// Reads a run's rows, with the centres at some times (s): between two rows linear, after the last one as there.
+    pub fn read(run: &Path, case: &Case, times: &[f64]) -> Rows {
+        let mut rows = Rows { run: run.to_owned(), centres: vec![HashMap::new(); times.len()], ..Rows::default() };
+        let Ok(mut reader) = csv::Reader::from_path(run.join("particles.csv")) else { return rows };
+        let columns = reader.headers().map(|h| h.iter().enumerate().map(|(k, n)| (n.to_owned(), k)).collect());
+        rows.columns = columns.unwrap_or_default();
+        let [Some(t), Some(id), Some(x), Some(v)] = ["time", "id", "x", "vx"].map(|n| rows.columns.get(n).copied())
+        else {
+            return rows;
+        };
+        let mut follows: Vec<usize> = movers(case).take(PATHS).collect();
+        follows.push(0);
+        let mut before: HashMap<usize, (f64, [f64; 3])> = HashMap::new();
+        let (mut record, width) = (csv::StringRecord::new(), rows.columns.len());
+        while let Ok(true) = reader.read_record(&mut record) {
+            let number = |k: usize| record.get(k).and_then(|v| v.parse().ok()).unwrap_or(f64::NAN);
+            let (particle, now) = (number(id) as usize, (number(t), [x, x + 1, x + 2].map(number)));
+            let last = before.insert(particle, now).unwrap_or(now);
+            for (centres, time) in rows.centres.iter_mut().zip(times) {
+                if (last.0..now.0).contains(time) {
+                    centres.insert(particle, between(case, last, now, *time));
+                }
+            }
+            let speed = [v, v + 1, v + 2].map(number).iter().map(|v| v * v).sum::<f64>().sqrt();
+            let fastest = rows.fastest.entry(particle).or_insert(0.0);
+            *fastest = fastest.max(speed);
+            if follows.contains(&particle) {
+                rows.followed.push((0..width).map(number).collect());
+            }
+        }
+        for (centres, time) in rows.centres.iter_mut().zip(times) {
+            let ended = before.iter().filter(|(_, last)| last.0 <= *time * (1.0 + 1e-12));
+            centres.extend(ended.map(|(particle, last)| (*particle, last.1)));
+        }
+        rows
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.followed.is_empty()
+    }
+
+    /// The centre (m) of a particle at one of the times asked for, by its number among them.
+    pub fn centre(&self, time: usize, particle: usize) -> Option<[f64; 3]> {
+        self.centres.get(time)?.get(&particle).copied()
+    }
+
+    /// A column of one particle that is followed.
+    ///
+    /// # Errors
+    /// When there is no such column.
+    pub fn column(&self, id: usize, name: &str) -> Result<Vec<f64>> {
+        let at = |name: &str| {
+            let lacks = || not_a_run(&self.run, &format!("particles.csv lacks {name}"));
+            self.columns.get(name).copied().ok_or_else(lacks)
+        };
+        let (k, column) = (at("id")?, at(name)?);
+        Ok(self.followed.iter().filter(|row| row[k] == id as f64).map(|row| row[column]).collect())
+    }
+
+    /// One column over another, of one particle that is followed.
+    ///
+    /// # Errors
+    /// When there is no such column.
+    pub fn curve(&self, id: usize, x: &str, y: &str, label: &str) -> Result<Series> {
+        let points = self.column(id, x)?.into_iter().zip(self.column(id, y)?).collect();
+        Ok(Series { label: label.into(), points, style: SeriesStyle::Line })
+    }
+}
+
+/// The particles that move.
+pub fn movers(case: &Case) -> impl Iterator<Item = usize> {
+    case.particle.iter().enumerate().filter(|(_, p)| p.motion != Motion::Fixed).map(|(id, _)| id)
+}
+
+/// Where a particle is at a time between two rows; one that crosses a periodic face meanwhile is where it was.
+fn between(case: &Case, (t0, from): (f64, [f64; 3]), (t1, to): (f64, [f64; 3]), time: f64) -> [f64; 3] {
+    let jumps = |axis: usize| case.domain.size.get(axis).is_some_and(|size| (to[axis] - from[axis]).abs() > 0.5 * size);
+    let part = (time - t0) / (t1 - t0);
+    std::array::from_fn(|a| if jumps(a) { from[a] } else { from[a] + part * (to[a] - from[a]) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn centres_are_taken_between_rows_and_not_across_a_periodic_face() {
+        let folder = tempfile::tempdir().unwrap();
+        let case: Case = crate::config::written(
+            "name = \"t\"\ntime.end = 9.0\ndomain = { size = [1.0, 2.0], cells = [8, 16] }\n\
+             fluid = { density = 2.0, viscosity = 0.1 }\n\
+             boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }\n\
+             particle = [{ shape = { disc = { diameter = 0.2 } }, position = [0.5, 1.8] }]\n",
+        )
+        .unwrap();
+        let text = "time,id,x,y,z,vx,vy,vz\n0.0,0,0.5,1.8,0,0,0,0\n1.0,0,0.9,1.6,0,3,4,0\n2.0,0,0.1,1.4,0,0,0,0\n";
+        std::fs::write(folder.path().join("particles.csv"), text).unwrap();
+        let rows = Rows::read(folder.path(), &case, &[0.0, 0.25, 1.5, 2.0, 7.0]);
+        let near = |k: usize, x: f64, y: f64| {
+            let at = rows.centre(k, 0).unwrap();
+            assert!((at[0] - x).abs() < 1e-12 && (at[1] - y).abs() < 1e-12, "{k}: {at:?}");
+        };
+        near(0, 0.5, 1.8);
+        near(1, 0.6, 1.75);
+        near(2, 0.9, 1.5);
+        near(3, 0.1, 1.4);
+        near(4, 0.1, 1.4);
+        assert_eq!((rows.centre(0, 1), rows.centre(5, 0), rows.fastest[&0]), (None, None, 5.0));
+        assert_eq!(rows.column(0, "y").unwrap(), [1.8, 1.6, 1.4]);
+        assert!(rows.column(0, "spin").unwrap_err().to_string().contains("particles.csv lacks spin"));
+    }
+}
