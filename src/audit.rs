@@ -15,7 +15,8 @@
 //! ```text
 //!   M = sum_c (1 - alpha) rho u dV + sum_k (m_k V_k + owed_k),    M^(n+1) - M^n = gravity + contacts - force on held bodies + border
 //! ```
-//! and the border's impulse is what is left; the error, where there is none.
+//! and the border's impulse is that of pressure, viscosity and flow on the sides of the box ([`crate::fluid::border`]), taken
+//! from the fields there in every stage. What the two sides of this line differ by is the error.
 
 use crate::coupling::Exchange;
 use crate::coupling::mixing::Mixing;
@@ -31,6 +32,8 @@ use nalgebra::Vector3;
 pub struct Audit {
     before: Vector3<f64>,
     fluid: Vector3<f64>,
+    /// Force of this rank's sides on the fluid by viscosity and flow, over the stages of the step so far (N).
+    sides: Vector3<f64>,
     /// Momentum of everything in the box after the step (kg m/s).
     pub momentum: Vector3<f64>,
     /// Impulse of the borders over the step (N s).
@@ -43,8 +46,8 @@ pub struct Audit {
 
 impl Lasting for Audit {
     fn pass(&mut self, tape: &mut Tape) -> Result<()> {
-        // The first two are taken anew in every step.
-        let Audit { before: _, fluid: _, momentum, border, error, angular_error } = self;
+        // The first three are taken anew in every step.
+        let Audit { before: _, fluid: _, sides: _, momentum, border, error, angular_error } = self;
         tape.pass([momentum, border, error, angular_error])
     }
 }
@@ -66,6 +69,18 @@ fn momentum<const D: usize>(grid: &Grid<D>, density: &Coefficient, u: &VectorFie
     sum * grid.cell_volume()
 }
 
+/// The momentum of everything in the box with sharp walls (kg m/s). Collective.
+fn momentum_with_walls<const D: usize>(
+    session: &Session,
+    grid: &Grid<D>,
+    u: &VectorField<D>,
+    walls: &Sharp<D>,
+) -> Result<Vector3<f64>> {
+    let mut cells = momentum(grid, &Coefficient::Uniform(walls.fluid_density()), u);
+    session.sum(cells.as_mut_slice())?;
+    Ok(cells + walls.momentum_beside_cells())
+}
+
 impl Audit {
     /// Takes the state that a step begins with.
     pub fn begin<const D: usize>(&mut self, grid: &Grid<D>, density: &Coefficient, u: &VectorField<D>) {
@@ -77,26 +92,40 @@ impl Audit {
         self.fluid = momentum(grid, density, u);
     }
 
-    /// Closes the step `dt` (s) with sharp walls; a step of zero length starts the balance. Collective.
+    /// Adds what the sides do in a stage of this `weight`, by a `force` (N) on this rank's fluid.
+    pub fn add_sides(&mut self, weight: f64, force: Vector3<f64>) {
+        self.sides += weight * force;
+    }
+
+    /// Starts the balance with sharp walls. Collective.
+    pub fn start_sharp<const D: usize>(
+        &mut self,
+        session: &Session,
+        grid: &Grid<D>,
+        u: &VectorField<D>,
+        walls: &Sharp<D>,
+    ) -> Result<()> {
+        *self = Audit::default();
+        self.momentum = momentum_with_walls(session, grid, u, walls)?;
+        Ok(())
+    }
+
+    /// Closes the step `dt` (s) with sharp walls, whose sides push with `pressure` (N) on this rank's fluid. Collective.
     pub fn close_sharp<const D: usize>(
         &mut self,
         session: &Session,
         grid: &Grid<D>,
-        fluid_density: f64,
         u: &VectorField<D>,
+        pressure: Vector3<f64>,
         walls: &Sharp<D>,
         dt: f64,
     ) -> Result<()> {
-        let mut cells = momentum(grid, &Coefficient::Uniform(fluid_density), u);
-        session.sum(cells.as_mut_slice())?;
-        let after = cells + walls.momentum_beside_cells();
-        let given = walls.impulse(dt);
+        let mut border = dt * (std::mem::take(&mut self.sides) + pressure);
+        session.sum(border.as_mut_slice())?;
+        let after = momentum_with_walls(session, grid, u, walls)?;
         let before = std::mem::replace(&mut self.momentum, after);
-        self.border = if dt > 0.0 { after - before - given } else { Vector3::zeros() };
-        self.error = Vector3::zeros();
-        if grid.periodic.iter().all(|p| *p) {
-            self.error = std::mem::take(&mut self.border);
-        }
+        self.border = border;
+        self.error = after - before - walls.impulse(dt) - border;
         self.angular_error = walls.angular_error(dt);
         Ok(())
     }

@@ -1,6 +1,10 @@
 //! The one error type: what went wrong, where, and what to do about it.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
+
+/// The exit status after an interruption.
+pub const INTERRUPTED: u8 = 130;
 
 /// Every failure that a user can cause or meet.
 #[derive(Debug, thiserror::Error)]
@@ -30,9 +34,20 @@ pub enum Error {
         /// PETSc's own message, with its file and line.
         message: String,
     },
-    /// The run failed: it diverged, or a promise (divergence below D0) could not be kept.
+    /// An override is wrong; nothing has been written.
+    #[error("bad --set `{given}`: {why}")]
+    Override {
+        /// The override as it was given.
+        given: String,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// The run failed: a promise (divergence below D0, say) could not be kept.
     #[error("{0}")]
     Run(String),
+    /// The run diverged.
+    #[error("{0}")]
+    NotFinite(NotFinite),
     /// Somebody asked the run to stop; it has written a checkpoint.
     #[error("{0}")]
     Interrupted(String),
@@ -47,6 +62,43 @@ pub enum Error {
         /// The system's reason.
         source: std::io::Error,
     },
+}
+
+/// A number of the state that is infinite or none.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NotFinite {
+    /// A velocity of the fluid; who holds the fields can say where.
+    Velocity,
+    /// The kinetic energy, of velocities that are finite.
+    Energy,
+    /// A field in a cell.
+    Cell {
+        /// The field.
+        field: &'static str,
+        /// The cell, counted from 0 along each axis.
+        cell: Vec<usize>,
+        /// Its centre (m).
+        at: Vec<f64>,
+    },
+    /// The place, velocity or spin of a particle (its index in the case).
+    Particle(usize),
+}
+
+impl fmt::Display for NotFinite {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            NotFinite::Velocity => write!(f, "a velocity is not a finite number"),
+            NotFinite::Energy => write!(f, "the kinetic energy is not a finite number: the flow is too fast to square"),
+            NotFinite::Cell { field, cell, at } => {
+                let cell: Vec<String> = cell.iter().map(usize::to_string).collect();
+                let at: Vec<String> = at.iter().map(|x| format!("{x:.6}")).collect();
+                write!(f, "{field} is not a finite number in cell ({}) at ({}) m", cell.join(", "), at.join(", "))
+            }
+            NotFinite::Particle(index) => {
+                write!(f, "the place, velocity or spin of particle {index} is not a finite number: shorten the step")
+            }
+        }
+    }
 }
 
 /// What gave a key of a case.
@@ -79,9 +131,9 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Short(_) => 1,
-            Error::Case { .. } | Error::Usage(_) => 2,
-            Error::Petsc { .. } | Error::Run(_) | Error::Io { .. } => 3,
-            Error::Interrupted(_) => crate::interrupt::STATUS,
+            Error::Case { .. } | Error::Usage(_) | Error::Override { .. } => 2,
+            Error::Petsc { .. } | Error::Run(_) | Error::NotFinite(_) | Error::Io { .. } => 3,
+            Error::Interrupted(_) => INTERRUPTED,
         }
     }
 

@@ -1,5 +1,6 @@
 //! Ctrl-C and SIGTERM: the first asks a run to stop after its step, a second one of the same kind ends it at once.
 
+use crate::error::INTERRUPTED;
 use crate::{Error, Result};
 use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
 use signal_hook::{SigId, flag, low_level};
@@ -9,9 +10,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// What ends a run early. mpirun hands SIGUSR1 on to its ranks and lets them live, where it gives them a second only after
 /// Ctrl-C; schedulers send it ahead of the end of a job.
 const SIGNALS: [i32; 3] = [SIGINT, SIGTERM, SIGUSR1];
-
-/// The exit status after an interruption.
-pub const STATUS: u8 = 130;
 
 /// Whether somebody has asked this process to stop; listens for as long as it lives.
 pub struct Interrupt {
@@ -29,7 +27,7 @@ impl Interrupt {
         let mut listening = Interrupt { asked: Default::default(), handlers: Vec::new() };
         for (signal, asked) in SIGNALS.into_iter().zip(&listening.asked) {
             // In this order, so that the first signal does not find the flag that it sets itself.
-            let ends = flag::register_conditional_shutdown(signal, i32::from(STATUS), asked.clone());
+            let ends = flag::register_conditional_shutdown(signal, i32::from(INTERRUPTED), asked.clone());
             listening.handlers.push(ends.map_err(Error::io("signal handler"))?);
             listening.handlers.push(flag::register(signal, asked.clone()).map_err(Error::io("signal handler"))?);
         }

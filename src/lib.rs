@@ -92,7 +92,7 @@ pub mod check;
 pub mod clock;
 pub mod config;
 pub mod coupling;
-mod error;
+pub mod error;
 pub mod fluid;
 pub mod geometry;
 pub mod grid;

@@ -220,12 +220,7 @@ impl<'a, const D: usize> Run<'a, D> {
             let (dt, _) = choose_step(self.case, &limits, self.account.dt, end - self.scene.time);
             self.refuse_broken_limit(dt, &limits)?;
             self.scene.clock.lap(Stage::Logs);
-            let projected = match self.scene.step(dt) {
-                Err(Error::Run(reason)) if reason.contains("not a finite number") => {
-                    return Err(self.scene.name_bad_cell()?);
-                }
-                other => other?,
-            };
+            let projected = self.scene.step(dt)?;
             self.account.dt = Some(dt);
             self.account.divergence_max = self.account.divergence_max.max(projected.divergence_max);
             self.account.outer += u64::from(projected.outer);

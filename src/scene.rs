@@ -10,6 +10,7 @@ use crate::config::{self, Case};
 use crate::coupling::Coupling;
 use crate::coupling::mixing::{Choices, Driver, Mixing};
 use crate::coupling::sharp::{self, Sharp};
+use crate::error::NotFinite;
 use crate::fluid::advection::Fluxes;
 use crate::fluid::diffusion;
 use crate::fluid::faces::{self, FaceCoefficient, Gravity};
@@ -355,7 +356,7 @@ impl<const D: usize> Scene<D> {
     /// Kinetic energy of the mixture (J; per metre of depth in 2D) and the largest speed in a cell (m/s). Collective.
     ///
     /// # Errors
-    /// When a velocity is not finite: names the cell.
+    /// When a velocity is not finite: names the cell or the particle.
     pub fn energy_and_speed(&self) -> Result<(f64, f64)> {
         let (sum, most) = self.squares();
         let (mut energy, mut fastest) = ([sum], [most]);
@@ -363,7 +364,7 @@ impl<const D: usize> Scene<D> {
         self.session.sum(&mut energy)?;
         self.session.max(&mut fastest)?;
         if !energy[0].is_finite() {
-            return Err(self.name_bad_cell()?);
+            return Err(self.name_what_is_lost()?);
         }
         Ok((energy[0], fastest[0].sqrt()))
     }
@@ -396,8 +397,8 @@ impl<const D: usize> Scene<D> {
         )
     }
 
-    /// The error for a value that is not finite, with the first cell that holds one. Collective.
-    pub fn name_bad_cell(&self) -> Result<Error> {
+    /// The error for a value that is not finite, with the first cell that holds one; without one, the first particle. Collective.
+    pub fn name_what_is_lost(&self) -> Result<Error> {
         let fields: Vec<&[f64]> = self.u.iter().chain([&self.p]).map(Vec::as_slice).collect();
         let found = (0..fields.len())
             .find_map(|k| self.grid.rows().flatten().find(|&c| !fields[k][c].is_finite()).map(|c| (k, c)));
@@ -415,13 +416,16 @@ impl<const D: usize> Scene<D> {
         }
         self.session.sum(&mut place)?;
         if speaker[0] < 0.0 {
-            return Ok(Error::Run("the kinetic energy is not a finite number: the flow is too fast to square".into()));
+            let bodies = self.coupling.as_ref().map_or(&[][..], Coupling::bodies);
+            let lost = bodies.iter().position(|body| !body.is_finite());
+            return Ok(Error::NotFinite(lost.map_or(NotFinite::Energy, NotFinite::Particle)));
         }
         let names = ["the velocity along x", "the velocity along y", "the velocity along z", "the pressure"];
-        let name = if place[0] as usize == D { names[3] } else { names[place[0] as usize] };
-        let cell: Vec<String> = place[1..1 + D].iter().map(|i| format!("{i}")).collect();
-        let at: Vec<String> = place[4..4 + D].iter().map(|x| format!("{x:.6}")).collect();
-        Ok(Error::Run(format!("{name} is not a finite number in cell ({}) at ({}) m", cell.join(", "), at.join(", "))))
+        Ok(Error::NotFinite(NotFinite::Cell {
+            field: if place[0] as usize == D { names[3] } else { names[place[0] as usize] },
+            cell: place[1..1 + D].iter().map(|i| *i as usize).collect(),
+            at: place[4..4 + D].to_vec(),
+        }))
     }
 
     /// The owned cells of all ranks, x fastest, on rank 0 (empty elsewhere). Collective.

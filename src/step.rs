@@ -3,21 +3,29 @@
 mod restart;
 mod sharp;
 
-use crate::Result;
 use crate::clock::Stage;
 use crate::coupling::Coupling;
 use crate::coupling::mixing::{Mixing, Part};
+use crate::error::NotFinite;
 use crate::fluid::advection::{self, Carrier};
-use crate::fluid::{diffusion, faces, pressure::Projected};
+use crate::fluid::{border, diffusion, faces, pressure::Projected};
 use crate::grid::{Coefficient, VectorField};
 use crate::scene::{Advection, Scene};
+use crate::{Error, Result};
 
 impl<const D: usize> Scene<D> {
     /// Advances the scene by `dt` (s). Collective.
     ///
     /// # Errors
-    /// When the divergence cannot be brought below D0, or a value is no longer finite.
+    /// When the divergence cannot be brought below D0, or a value is no longer finite: names the cell or the particle.
     pub fn step(&mut self, dt: f64) -> Result<Projected> {
+        match self.advance(dt) {
+            Err(Error::NotFinite(NotFinite::Velocity)) => Err(self.name_what_is_lost()?),
+            done => done,
+        }
+    }
+
+    fn advance(&mut self, dt: f64) -> Result<Projected> {
         if let Some(Coupling::Sharp(_)) = self.coupling {
             return self.step_sharp(dt);
         }
@@ -87,6 +95,7 @@ impl<const D: usize> Scene<D> {
         let u = if stage == 0 { &mut self.u } else { &mut self.stage };
         self.boundaries.fill_velocity(u)?;
         self.clock.lap(Stage::Ghosts);
+        self.audit_sides(stage, weight, dt);
         if self.is_plain() {
             self.put_rates(stage, weight, dt);
             return Ok(());
@@ -97,6 +106,16 @@ impl<const D: usize> Scene<D> {
         self.add_advection(stage, weight, dt)?;
         self.add_diffusion(stage, weight);
         Ok(())
+    }
+
+    /// With sharp walls the balance of momentum knows what the sides of the box do.
+    fn audit_sides(&mut self, stage: usize, weight: f64, dt: f64) {
+        let (Some(audit), Some(Coupling::Sharp(_))) = (&mut self.audit, &self.coupling) else { return };
+        let carrier = Carrier { now: &self.faces, before: before(&self.faces_before, self.steps, dt, self.dt_before) };
+        let u = if stage == 0 { &self.u } else { &self.stage };
+        let force = border::stress(&self.grid, &carrier, u, self.density.at(0), self.viscosity.at(0));
+        audit.add_sides(weight, force);
+        self.clock.lap(Stage::Force);
     }
 
     /// Whether advection and diffusion are one pass: nobody asks for them one by one, and the mixture is the fluid.

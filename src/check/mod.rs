@@ -32,7 +32,7 @@ pub fn check(path: &Path, set: &[String], petsc: &[String]) -> Result<()> {
         _ => describe::<3>(&session, &loaded),
     };
     let lines = lines.map_err(|e| match e {
-        Error::Run(why) => loaded.error_at("", format!("its first steps fail: {why}")),
+        e @ (Error::Run(_) | Error::NotFinite(_)) => loaded.error_at("", format!("its first steps fail: {e}")),
         other => other,
     })?;
     let unused = session.unused_options()?;

@@ -45,8 +45,8 @@ impl<'a> Document<'a> {
     pub(super) fn parse(file: &Path, text: &'a str, overrides: &'a [String]) -> Result<Self> {
         let mut document = Document::plain(file, text)?;
         for given in overrides {
-            let why = |why| Error::Usage(format!("bad --set `{}`: {why}", given.trim_start()));
-            document.set(given).map_err(why)?;
+            let given_as = given.trim_start().to_owned();
+            document.set(given).map_err(|why| Error::Override { given: given_as, why })?;
         }
         document.preset = preset::fill(document.root.get_mut());
         Ok(document)

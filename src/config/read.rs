@@ -200,7 +200,7 @@ kind = "drag_coefficient"
 
     fn usage(overrides: &[&str]) -> String {
         match load_text(CHANNEL, overrides) {
-            Err(Error::Usage(message)) => message,
+            Err(e @ Error::Override { .. }) => e.to_string(),
             other => panic!("expected a refusal of the override, got {other:?}"),
         }
     }

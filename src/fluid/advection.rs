@@ -22,7 +22,7 @@ use std::ops::Range;
 
 /// The upwind face value times the carrier: the face lies between `q[2]` and `q[3]` of six cells in a row.
 #[inline(always)]
-fn upwind_flux(carrier: f64, q: [f64; 6]) -> f64 {
+pub(super) fn upwind_flux(carrier: f64, q: [f64; 6]) -> f64 {
     let central = q[0] + q[5] - 8.0 * (q[1] + q[4]) + 37.0 * (q[2] + q[3]);
     let damping = q[0] - q[5] - 5.0 * (q[1] - q[4]) + 10.0 * (q[2] - q[3]);
     (carrier * central + carrier.abs() * damping) * (1.0 / 60.0)
@@ -37,6 +37,12 @@ pub struct Carrier<'a, const D: usize> {
 }
 
 impl<const D: usize> Carrier<'_, D> {
+    /// Its value on a face normal to `axis` (m/s).
+    pub fn at(&self, axis: usize, face: usize) -> f64 {
+        let now = self.now[axis][face];
+        self.before.map_or(now, |(before, ahead)| now + ahead * (now - before[axis][face]))
+    }
+
     /// Its values on a row of faces normal to `axis`; `to` has room for them.
     #[inline(always)]
     fn row<'b>(&'b self, axis: usize, row: Range<usize>, to: &'b mut [f64]) -> &'b [f64] {

@@ -14,6 +14,7 @@
 
 use super::faces::{self, FaceCoefficient};
 use super::poisson::{Covered, Poisson, Rows};
+use crate::error::NotFinite;
 use crate::grid::{Boundaries, Grid, VectorField, largest, wide};
 use crate::petsc::{Choice, Layout, LinearSolver, Session};
 use crate::{Error, Result};
@@ -148,7 +149,7 @@ impl Projection {
                 break;
             }
             if !done.divergence_max.is_finite() {
-                return Err(Error::Run("a velocity is not a finite number".into()));
+                return Err(Error::NotFinite(NotFinite::Velocity));
             }
             if done.outer as usize == self.rule.max_iterations {
                 return Err(Error::Run(format!(

@@ -103,6 +103,16 @@ impl<const D: usize> Grid<D> {
         Rows::new(self, extent)
     }
 
+    /// The owned cells beside the low (`side` 0) or high (1) face of the box along `axis`; none where that face is periodic, or
+    /// another rank's.
+    pub fn border_cells(&self, axis: usize, side: usize) -> impl Iterator<Item = usize> {
+        let mut extent = self.local;
+        extent[axis] = 1;
+        let offset = side * (self.local[axis] - 1) * self.stride[axis];
+        let here = self.at_border(axis, side);
+        here.then(|| Rows::new(self, extent)).into_iter().flatten().flatten().map(move |cell| cell + offset)
+    }
+
     /// A field's index of `cell`, in the whole grid's count, if this rank owns it.
     pub fn owned_index(&self, cell: [usize; D]) -> Option<usize> {
         let owned = (0..D).all(|a| (self.start[a]..self.start[a] + self.local[a]).contains(&cell[a]));

@@ -254,7 +254,7 @@ pub fn watch(run: &Path) -> Result<()> {
         "interrupted" => Err(Error::Interrupted(format!(
             "{}: the run was interrupted {at}, with exit status {}; its command with --resume goes on from there",
             run.display(),
-            crate::interrupt::STATUS
+            crate::error::INTERRUPTED
         ))),
         _ => Err(Error::Run(format!("{}: the run failed {at}; log.txt says why", run.display()))),
     }

@@ -117,7 +117,7 @@ impl Session {
         let text = String::from_utf8_lossy(&bytes);
         result.and(Err(match size[1] as u8 {
             2 => Error::Usage(format!("rank {rank}: {text}")),
-            crate::interrupt::STATUS => Error::Interrupted(text.into_owned()),
+            crate::error::INTERRUPTED => Error::Interrupted(text.into_owned()),
             _ => Error::Run(format!("rank {rank}: {text}")),
         }))
     }

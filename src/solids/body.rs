@@ -171,6 +171,11 @@ impl Body {
         self.velocity + self.spin.cross(arm)
     }
 
+    /// Whether its place, velocity and spin are finite numbers.
+    pub fn is_finite(&self) -> bool {
+        self.centre.iter().chain(&self.velocity).chain(&self.spin).all(|x| x.is_finite())
+    }
+
     /// The directions in which forces move it, where they do.
     pub fn freedom(&self) -> Option<Freedom> {
         if let Motion::Free(freedom) = self.motion { Some(freedom) } else { None }

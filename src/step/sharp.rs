@@ -5,6 +5,7 @@ use crate::Result;
 use crate::clock::Stage;
 use crate::coupling::Coupling;
 use crate::coupling::sharp::Sharp;
+use crate::fluid::border;
 use crate::fluid::faces::{self, FaceCoefficient};
 use crate::fluid::pressure::Projected;
 use crate::grid::{Boundaries, Grid, VectorField};
@@ -53,7 +54,7 @@ impl<const D: usize> Scene<D> {
         copy_rows(&self.u, &mut self.stage);
         walls.start_forces(&self.grid, &self.u)?;
         if let Some(audit) = &mut self.audit {
-            audit.close_sharp(&self.session, &self.grid, self.density.at(0), &self.u, walls, 0.0)?;
+            audit.start_sharp(&self.session, &self.grid, &self.u, walls)?;
         }
         self.p.fill(0.0);
         self.acceleration.iter_mut().for_each(|f| f.fill(0.0));
@@ -167,7 +168,8 @@ impl<const D: usize> Scene<D> {
         walls.close_books(&self.grid, &self.u, dt)?;
         walls.note_push(dt);
         if let Some(audit) = &mut self.audit {
-            audit.close_sharp(&self.session, &self.grid, self.density.at(0), &self.u, walls, dt)?;
+            let pressure = border::pressure(&self.grid, &self.boundaries, &self.p);
+            audit.close_sharp(&self.session, &self.grid, &self.u, pressure, walls, dt)?;
         }
         self.clock.lap(Stage::Force);
         Ok(())

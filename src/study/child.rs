@@ -3,7 +3,7 @@
 use super::plan::Planned;
 use crate::{Error, Result};
 use serde_json::Value;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::{env, fs, thread};
 
@@ -46,6 +46,27 @@ pub fn kept(run: &Planned, folder: &Path) -> Option<Outcome> {
     (same && status == "done").then(|| Outcome { status: "done", message: String::new(), summary, commit })
 }
 
+/// The session folder of an mpirun, deleted with it. The usual one is shared by all of a user's programs, and the first to end
+/// takes it away from those that begin.
+struct Session(PathBuf);
+
+impl Session {
+    /// One for so many ranks; of one rank there is none.
+    fn new(ranks: usize) -> Result<Session> {
+        let path = env::temp_dir().join(format!("mics-study-{}", std::process::id()));
+        if ranks > 1 {
+            fs::create_dir_all(&path).map_err(Error::io(&path))?;
+        }
+        Ok(Session(path))
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
 /// Runs it into a folder, and waits for it.
 ///
 /// # Errors
@@ -55,11 +76,13 @@ pub fn run(run: &Planned, folder: &Path) -> Result<Outcome> {
         return Ok(Outcome::refused(why));
     }
     let program = env::current_exe().map_err(Error::io("this program"))?;
+    let session = Session::new(run.ranks)?;
     let mut command = if run.ranks == 1 {
         Command::new(&program)
     } else {
         let mut command = Command::new("mpirun");
         let cores = thread::available_parallelism().map_or(1, usize::from);
+        command.args(["--mca", "orte_tmpdir_base"]).arg(&session.0);
         command.args((run.ranks > cores).then_some("--oversubscribe"));
         command.args(["-n", &run.ranks.to_string()]).arg(&program);
         command

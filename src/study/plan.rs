@@ -141,7 +141,8 @@ fn id(names: &[String], labels: &[String], ranks: Option<usize>) -> String {
 fn reason(error: &Error) -> String {
     match error {
         Error::Case { key, message, .. } => format!("{key}: {message}"),
-        other => other.to_string().replacen("bad --set", "bad override", 1),
+        Error::Override { given, why } => format!("bad override `{given}`: {why}"),
+        other => other.to_string(),
     }
 }
 

@@ -210,7 +210,7 @@ fn a_value_that_is_not_a_number_stops_the_step_and_its_cell_is_named() {
     scene.u[1][cell] = f64::NAN;
     let error = scene.step(0.01).unwrap_err().to_string();
     assert!(error.contains("not a finite number"), "{error}");
-    let named = scene.name_bad_cell().unwrap().to_string();
+    let named = scene.name_what_is_lost().unwrap().to_string();
     assert!(named.contains("velocity along"), "{named}");
     let error = scene.energy_and_speed().unwrap_err();
     assert_eq!(error.exit_code(), 3);

@@ -22,6 +22,7 @@ mod substep;
 #[cfg(test)]
 mod tests;
 
+use crate::error::NotFinite;
 use crate::solids::Body;
 use crate::tape::{Lasting, Tape};
 use crate::{Error, Result};
@@ -320,11 +321,8 @@ impl Contacts {
     /// Refuses bodies of which the state is not finite, or that are outside the box or beyond a wall.
     fn refuse_strays(&self, bodies: &[Body]) -> Result<()> {
         for (i, body) in bodies.iter().enumerate() {
-            let state = body.centre.iter().chain(body.velocity.iter()).chain(body.spin.iter());
-            if !state.copied().all(f64::is_finite) {
-                return Err(Error::Run(format!(
-                    "the place, velocity or spin of particle {i} is not a finite number: shorten the step"
-                )));
+            if !body.is_finite() {
+                return Err(Error::NotFinite(NotFinite::Particle(i)));
             }
             if let Some(wall) = self.walls.iter().find(|wall| wall.distance(&body.centre) < 0.0) {
                 return Err(Error::Run(format!(

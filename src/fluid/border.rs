@@ -1,0 +1,54 @@
+//! What the sides of the box do to the fluid: the momentum that goes through them, from the fields beside them alone.
+//!
+//! ```text
+//!      ghost 0 | cell 0   cell 1         viscous   mu (u_ghost - u_0)/h       2 mu (u_b - u_0)/h at a wall
+//!         o    |    o        o           carried   rho U u_face               the fifth-order upwind value
+//!              ^ side                    pressure  (3 p_0 - p_1)/2            0 at an outflow
+//! ```
+//! These are the values that the terms of the step have there, each on its face, so that summed over the sides they are what
+//! all cells together gain.
+
+use super::advection::{Carrier, upwind_flux};
+use crate::grid::{Border, Boundaries, Grid, VectorField};
+use nalgebra::Vector3;
+
+/// This rank's part of the force (N; per metre of depth in 2D) by viscosity (Pa s) and by what flows through the sides, at the
+/// velocities `u`, ghosts filled, carried by `carrier`.
+pub fn stress<const D: usize>(
+    grid: &Grid<D>,
+    carrier: &Carrier<D>,
+    u: &VectorField<D>,
+    density: f64,
+    viscosity: f64,
+) -> Vector3<f64> {
+    let mut force = Vector3::zeros();
+    for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
+        let (s, area, inwards) = (grid.stride[axis], grid.cell_volume() / grid.h[axis], 1.0 - 2.0 * side as f64);
+        for cell in grid.border_cells(axis, side) {
+            let (face, ghost) = if side == 0 { (cell, cell - s) } else { (cell + s, cell + s) };
+            let carried = carrier.at(axis, face);
+            for (i, q) in u.iter().enumerate() {
+                let flux = upwind_flux(carried, std::array::from_fn(|k| q[face + k * s - 3 * s]));
+                let shear = viscosity * (q[ghost] - q[cell]) / grid.h[axis];
+                force[i] += area * (inwards * density * flux + shear);
+            }
+        }
+    }
+    force
+}
+
+/// This rank's part of the force (N; per metre of depth in 2D) by the pressure `p` (Pa) on the sides.
+pub fn pressure<const D: usize>(grid: &Grid<D>, boundaries: &Boundaries<D>, p: &[f64]) -> Vector3<f64> {
+    let mut force = Vector3::zeros();
+    for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
+        if let Some(Border::Outflow) = boundaries.borders[axis][side] {
+            continue;
+        }
+        let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
+        for cell in grid.border_cells(axis, side) {
+            let (next, inwards) = if side == 0 { (cell + s, 1.0) } else { (cell - s, -1.0) };
+            force[axis] += inwards * area * 0.5 * (3.0 * p[cell] - p[next]);
+        }
+    }
+    force
+}
