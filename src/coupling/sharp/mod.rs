@@ -31,7 +31,9 @@
 mod faces;
 mod force;
 mod gap;
+mod impact;
 mod motion;
+mod openings;
 mod probe;
 mod skin;
 mod state;
@@ -41,7 +43,7 @@ use crate::fluid::faces::FaceCoefficient;
 use crate::fluid::poisson::Covered;
 use crate::grid::{Boundaries, Grid, VectorField, wide};
 use crate::petsc::Session;
-use crate::solids::contact::{Contacts, Neighbours, Push};
+use crate::solids::contact::{Contacts, Medium, Neighbours, Push};
 use crate::solids::{Body, Overlap};
 use gap::{Neighbour, Surroundings};
 use nalgebra::Vector3;
@@ -52,8 +54,8 @@ use skin::Skin;
 const LEAST_OPEN: f64 = 1e-6;
 /// Courant number over which a step forgets the face velocity's own history.
 const FORGET: f64 = 0.2;
-/// Gap, in spacings, at which contacts begin: the grid resolves nothing of what the fluid does in less.
-const STANDOFF: f64 = 0.2;
+/// Height of the asperities of surfaces, of the smallest radius.
+const ROUGHNESS: f64 = 2e-4;
 /// Reynolds number of a spacing and the velocity at the first probe up to which the layer at the wall is resolved.
 const RESOLVED: f64 = 40.0;
 /// Numbers that ranks sum for a body.
@@ -81,6 +83,9 @@ struct Ride {
     /// Momentum (kg m/s) and angular momentum (kg m2/s) that the imposed profile and the gradient of cut cells have given to
     /// this rank's cells in the step; of the latter, once the step is closed, what the fluid lost to the body.
     given: Vector3<f64>,
+    /// What pressure and wall shear miss of what the fluid lost in the step, and what the body has felt of it (N).
+    missed: Vector3<f64>,
+    used: Vector3<f64>,
     spun: Vector3<f64>,
     /// Momentum and angular momentum inside.
     inside: Vector3<f64>,
@@ -106,6 +111,9 @@ pub struct Sharp<const D: usize> {
     push: Vec<Push>,
     /// Per body, its place before it moved, then how far it has moved (m).
     places: Vec<Vector3<f64>>,
+    /// What mends contacts: how far velocities are from the expected ones (m/s), and the impulses (N s).
+    deviations: Vec<Vector3<f64>>,
+    nudges: Vec<Vector3<f64>>,
     periods: [Option<f64>; 3],
     h: f64,
     fluid_density: f64,
@@ -123,6 +131,8 @@ pub struct Sharp<const D: usize> {
     weights: Vec<f64>,
     entries: Vec<Covered>,
     buffer: Vec<f64>,
+    /// What bodies cover of each face of an axis while faces are opened; zero otherwise.
+    total: Vec<f64>,
     session: Session,
 }
 
@@ -150,6 +160,9 @@ impl<const D: usize> Sharp<D> {
         let size = std::array::from_fn(|a| if a < D { grid.size[a] } else { 1.0 });
         let skins: Vec<_> = bodies.iter().map(|b| Skin::new(grid, b.radius, h)).collect();
         let faces = skins.iter().map(|s| s.cuts[0].capacity()).sum();
+        let smallest = bodies.iter().fold(f64::INFINITY, |least, b| least.min(b.radius));
+        let (density, viscosity) = (fluid_density, fluid_viscosity * knob("LUB", 1.0));
+        let medium = Medium { density, viscosity, spacing: h, roughness: knob("ROUGH", ROUGHNESS) * smallest };
         Sharp {
             values: Vec::with_capacity(skins.iter().map(|s| s.inside.capacity()).sum()),
             excess: Vec::with_capacity(skins.iter().map(|s| s.solid.capacity()).sum()),
@@ -167,7 +180,9 @@ impl<const D: usize> Sharp<D> {
             exchange: vec![Exchange::default(); n],
             push: vec![Push::default(); n],
             places: vec![Vector3::zeros(); n],
-            contacts: contacts.map(|c| c.within(fluid_density, STANDOFF * h)),
+            deviations: vec![Vector3::zeros(); n],
+            nudges: vec![Vector3::zeros(); n],
+            contacts: contacts.map(|c| c.within(&bodies, medium)),
             periods,
             h,
             fluid_density,
@@ -177,6 +192,7 @@ impl<const D: usize> Sharp<D> {
             chi: 1.0,
             courant: 0.0,
             buffer: vec![0.0; n * NUMBERS],
+            total: grid.field(),
             session: session.clone(),
             bodies,
         }
@@ -265,27 +281,7 @@ impl<const D: usize> Sharp<D> {
             let around = Surroundings { grid, boundaries, bodies: &self.bodies, near: &self.beside, h: self.h };
             self.skins[k].rebuild(&around, k, &self.places[k]);
         }
-        for skin in &self.skins {
-            for (beta, cuts) in beta.iter_mut().zip(&skin.cuts) {
-                cuts.iter().for_each(|cut| beta[cut.face as usize] -= whole * cut.covered);
-            }
-        }
-        // Two in contact may cover more than there is.
-        for skin in &mut self.skins {
-            for (beta, cuts) in beta.iter_mut().zip(&mut skin.cuts) {
-                for cut in cuts.iter_mut() {
-                    let total = 1.0 - beta[cut.face as usize] / whole;
-                    if total > 1.0 + 1e-9 {
-                        cut.covered /= total;
-                    }
-                }
-            }
-        }
-        for skin in &self.skins {
-            for (beta, cuts) in beta.iter_mut().zip(&skin.cuts) {
-                cuts.iter().map(|cut| cut.face as usize).for_each(|at| beta[at] = beta[at].max(whole * LEAST_OPEN));
-            }
-        }
+        self.open_faces(grid, boundaries, beta);
     }
 
     /// For each body, those within reach of its probes.
@@ -362,4 +358,9 @@ impl<const D: usize> Sharp<D> {
             }
         }
     }
+}
+
+/// A number to try out, from the environment.
+pub(crate) fn knob(name: &str, usual: f64) -> f64 {
+    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(usual)
 }

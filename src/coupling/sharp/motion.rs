@@ -106,7 +106,7 @@ impl<const D: usize> Sharp<D> {
                 continue;
             }
             let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
-            let heavier = body.mass() + self.fluid_density * body.volume();
+            let heavier = body.mass() + self.contacts.as_ref().map_or(0.0, |c| c.carried()[k]);
             let kept = inertial_share(body, resistance(body, self.fluid_viscosity / self.h).1, dt);
             ride.push = Push {
                 acceleration: (body.velocity - ride.start.0 - impulse.linear / heavier) / dt,

@@ -22,6 +22,8 @@ impl Lasting for Ride {
             pressure: _,
             shear: _,
             given: _,
+            missed: _,
+            used: _,
             spun: _,
         } = self;
         tape.pass([push, shear_before, rest, owed, inside, swirl])
@@ -47,6 +49,8 @@ impl<const D: usize> Sharp<D> {
             // Found anew in every step.
             push: _,
             places: _,
+            deviations: _,
+            nudges: _,
             values: _,
             excess: _,
             chi: _,
@@ -54,6 +58,7 @@ impl<const D: usize> Sharp<D> {
             weights: _,
             entries: _,
             buffer: _,
+            total: _,
             // The case's.
             periods: _,
             h: _,
