@@ -3,9 +3,12 @@
 use crate::case::{self, Case, Side};
 use crate::grid::{Border, Grid};
 use crate::petsc::Choice;
-use crate::solids::contact::{Contacts, Damping, Laws, Material, Substeps, Wall};
+use crate::solids::contact::{Contacts, Damping, Impact, Laws, Material, Substeps, Wall};
 use crate::solids::{Body, Freedom, Motion, Oscillation, Shape};
 use nalgebra::{UnitQuaternion, Vector3};
+
+/// Height of the asperities where none is given, of the smallest radius.
+const ROUGHNESS: f64 = 2e-4;
 
 /// What solves the pressure equation, and why; `uniform` says that every face has the same coefficient.
 pub(super) fn solver(chosen: case::Solver, uniform: bool, ranks: usize) -> (Choice, &'static str) {
@@ -77,6 +80,15 @@ pub(super) fn body(p: &case::Particle, fluid: &case::Fluid) -> Body {
     }
 }
 
+/// The impacts that the case lets expect.
+pub(crate) fn impact(case: &Case, bodies: &[Body]) -> Impact {
+    let gravity = case.fluid.gravity.as_ref().map_or_else(Vector3::zeros, |g| Vector3::from(axes::<f64, 3>(g)));
+    let size = std::array::from_fn(|a| case.domain.size.get(a).copied().unwrap_or(1.0));
+    let spacings = case.domain.size.iter().zip(&case.domain.cells).map(|(size, cells)| size / *cells as f64);
+    let spacing = spacings.fold(f64::INFINITY, f64::min);
+    Impact::expected(bodies, size, &gravity, case.fluid.density, case.reference_speed().unwrap_or(0.0), spacing)
+}
+
 /// The law of contacts between the bodies, and between them and the closed faces of the box.
 pub(super) fn contacts(case: &Case, law: &case::Contact, bodies: &[Body]) -> Contacts {
     let mut names = vec![case::WALL];
@@ -87,10 +99,11 @@ pub(super) fn contacts(case: &Case, law: &case::Contact, bodies: &[Body]) -> Con
         })
     };
     let materials: Vec<usize> = case.particle.iter().map(|p| material(p.material())).collect();
+    let impact = impact(case, bodies);
     let laws = Laws::new(names.len(), |a, b| {
         let pair = law.law(names[a], names[b]);
         Material {
-            normal_stiffness: pair.normal_stiffness,
+            normal_stiffness: pair.normal_stiffness.unwrap_or_else(|| impact.stiffness(pair.exponent)),
             exponent: pair.exponent,
             tangential_ratio: pair.tangential_ratio,
             friction: pair.friction,
@@ -118,7 +131,9 @@ pub(super) fn contacts(case: &Case, law: &case::Contact, bodies: &[Body]) -> Con
     };
     let sizes = std::array::from_fn(|a| size(a).unwrap_or(1.0));
     let periods = std::array::from_fn(|a| size(a).filter(|_| case.periodic(a)));
-    Contacts::new(bodies, materials, walls, laws, sizes, periods, substeps)
+    let smallest = bodies.iter().fold(f64::INFINITY, |least, b| least.min(b.radius));
+    let roughness = law.roughness.unwrap_or(ROUGHNESS * smallest);
+    Contacts::new(bodies, materials, walls, laws, sizes, periods, substeps).rough(roughness)
 }
 
 /// The condition at a face, its profile evaluated at every stored position.

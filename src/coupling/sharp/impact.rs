@@ -31,7 +31,7 @@ impl<const D: usize> Sharp<D> {
             *deviation = if body.freedom().is_some() { body.velocity - ride.expected.0 } else { Default::default() };
         }
         let tolerance = super::knob("WORTH", WORTH) * contacts.pace(&self.bodies) + WORTH_OF_SPACING * self.h / dt;
-        let off = contacts.mend(&self.bodies, &mut self.deviations, &mut self.nudges, dt, tolerance);
+        let off = contacts.mend(&self.bodies, &mut self.deviations, &mut self.nudges, tolerance);
         if off < tolerance || super::knob("MEND", 1.0) == 0.0 {
             return Ok(false);
         }

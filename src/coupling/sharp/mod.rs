@@ -54,8 +54,6 @@ use skin::Skin;
 const LEAST_OPEN: f64 = 1e-6;
 /// Courant number over which a step forgets the face velocity's own history.
 const FORGET: f64 = 0.2;
-/// Height of the asperities of surfaces, of the smallest radius.
-const ROUGHNESS: f64 = 2e-4;
 /// Reynolds number of a spacing and the velocity at the first probe up to which the layer at the wall is resolved.
 const RESOLVED: f64 = 40.0;
 /// Numbers that ranks sum for a body.
@@ -160,9 +158,8 @@ impl<const D: usize> Sharp<D> {
         let size = std::array::from_fn(|a| if a < D { grid.size[a] } else { 1.0 });
         let skins: Vec<_> = bodies.iter().map(|b| Skin::new(grid, b.radius, h)).collect();
         let faces = skins.iter().map(|s| s.cuts[0].capacity()).sum();
-        let smallest = bodies.iter().fold(f64::INFINITY, |least, b| least.min(b.radius));
         let (density, viscosity) = (fluid_density, fluid_viscosity * knob("LUB", 1.0));
-        let medium = Medium { density, viscosity, spacing: h, roughness: knob("ROUGH", ROUGHNESS) * smallest };
+        let medium = Medium { density, viscosity, spacing: h, roughness: 0.0 };
         Sharp {
             values: Vec::with_capacity(skins.iter().map(|s| s.inside.capacity()).sum()),
             excess: Vec::with_capacity(skins.iter().map(|s| s.solid.capacity()).sum()),

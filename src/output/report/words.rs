@@ -48,7 +48,10 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
         terms.push((
             "Contacts",
             vec![
-                format!("normal stiffness {:e} N/m^{}, friction {}", c.normal_stiffness, c.exponent, c.friction),
+                match c.normal_stiffness.given() {
+                    Some(k) => format!("normal stiffness {k:e} N/m^{}, friction {}", c.exponent, c.friction),
+                    None => format!("normal stiffness by the impacts expected, friction {}", c.friction),
+                },
                 substeps,
             ],
         ));

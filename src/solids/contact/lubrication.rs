@@ -43,7 +43,8 @@ impl Medium {
     /// Force over speed of approach (N s/m), its mean over gaps from `g0` to `g1` (m), between a body of this shape and radius
     /// and one of the radius `other`, infinite for a wall (m).
     pub(super) fn resistance(&self, shape: Shape, radius: f64, other: f64, g0: f64, g1: f64) -> f64 {
-        let clip = |g: f64| g.max(self.roughness);
+        // Perfectly smooth bodies never touch.
+        let clip = |g: f64| g.max(self.roughness).max(1e-9 * radius);
         let (low, high) = (clip(g0.min(g1)), clip(g0.max(g1)));
         let middle = (low * high).sqrt();
         let (half, power) = HALF[usize::from(shape == Shape::Sphere)];

@@ -14,6 +14,8 @@ use nalgebra::Vector3;
 
 /// Times that all pairs are gone through.
 const SWEEPS: usize = 8;
+/// Part of the speed of a pair that the fluid between them takes in a step, from which on it counts as stiff.
+const STIFF: f64 = 0.5;
 /// Least and most of its own volume of fluid that goes along with a body.
 const CARRIED: [f64; 2] = [0.2, 12.0];
 
@@ -25,7 +27,6 @@ impl Contacts {
         bodies: &[Body],
         deviation: &mut [Vector3<f64>],
         nudges: &mut [Vector3<f64>],
-        dt: f64,
         tolerance: f64,
     ) -> f64 {
         nudges.fill(Vector3::zeros());
@@ -38,8 +39,8 @@ impl Contacts {
                 }
                 let (i, j) = (pair.first, pair.second);
                 let (meeting, _) = self.meet(&pair, bodies, 0.0);
-                // Fluid that is not stiff needs none of this.
-                if !pair.touched && -meeting.overlap > 0.5 * self.medium.spacing {
+                // Fluid in a gap that is not stiff needs none of this.
+                if !pair.touched && pair.given.abs() * meeting.inverse_normal < STIFF * meeting.approach.abs() {
                     continue;
                 }
                 let n = meeting.normal;
@@ -53,7 +54,6 @@ impl Contacts {
                 if pair.touched {
                     impulse = impulse.max(-pair.given.max(0.0));
                 }
-                let _ = dt;
                 self.pairs[p].given += impulse;
                 let push = impulse * n;
                 deviation[i] -= self.answers[i].mass.component_mul(&push);

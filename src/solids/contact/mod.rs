@@ -20,6 +20,7 @@ mod law;
 mod lubrication;
 mod mend;
 mod neighbours;
+mod stiffness;
 mod substep;
 #[cfg(test)]
 mod tests;
@@ -29,6 +30,7 @@ use crate::tape::{Lasting, Tape};
 use crate::{Error, Result};
 use law::Law;
 pub use lubrication::Medium;
+pub use stiffness::Impact;
 pub use law::{Damping, Laws, Material};
 use nalgebra::Vector3;
 pub(crate) use neighbours::Neighbours;
@@ -152,9 +154,15 @@ impl Contacts {
         }
     }
 
+    /// Surfaces with asperities of this height (m).
+    pub fn rough(mut self, roughness: f64) -> Contacts {
+        self.medium.roughness = roughness;
+        self
+    }
+
     /// Contacts in a fluid that follows the bodies within the step, its mass with theirs, and resists in the gaps between them.
     pub fn within(mut self, bodies: &[Body], medium: Medium) -> Contacts {
-        self.medium = medium;
+        self.medium = Medium { roughness: self.medium.roughness, ..medium };
         for (carried, body) in self.carried.iter_mut().zip(bodies) {
             // Far from everything.
             let share = if body.shape == Shape::Disc { 1.0 } else { 0.5 };

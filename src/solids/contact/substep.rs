@@ -100,11 +100,14 @@ impl Contacts {
             let overlap = meeting.overlap;
             if overlap > DEEPEST * radius {
                 return Err(Error::Run(format!(
-                    "{} overlap by {:.3e} m, {:.2} of the smaller radius, where {DEEPEST} is the limit: make the \
-                     contact stiffer or the step shorter",
+                    "{} overlap by {:.3e} m, {:.2} of the smaller radius, where {DEEPEST} is the limit, at {:.3e} m/s: make \
+                     the contact stiffer, {:.1e} N/m^exponent or \"auto\", or the step shorter; what is prescribed to press \
+                     them together no stiffness holds",
                     self.name(&pair),
                     overlap,
                     overlap / radius,
+                    meeting.approach.abs(),
+                    self.law(&pair).material.normal_stiffness * (0.5 * overlap / (0.02 * radius)).powi(2),
                 )));
             }
             if !meeting.touches() {
