@@ -3,7 +3,7 @@
 //! ```text
 //!   sphere   lambda = 6 pi mu a ( a/g + c ln(a/g) )              a = r_1 r_2/(r_1 + r_2), a wall's r infinite
 //!   disc     lambda = 3 pi sqrt(2) mu (a/g)^(3/2)                c = (1 + 7 b + b^2)/(5 b (1 + b))... of both radii, 1/5 at a wall
-//!   missing  lambda phi,  phi = 1/(1 + (g/(c h))^p)               what the grid's own flow in the gap does not give
+//!   missing  lambda phi,  phi = (1 - (g/6h)^2)/(1 + (g/(c h))^p)  what the grid's own flow in the gap does not give
 //!   force    -lambda v_n,  g >= roughness; none where they touch
 //! ```
 //! The leading terms of Reynolds' equation (Jeffrey and Onishi 1984, Jeffrey and Onishi 1981 for discs). What the grid gives
@@ -30,9 +30,9 @@ pub struct Medium {
 }
 
 /// Where the grid gives half of the force, in spacings, and the power with which that sets in: of discs and of spheres.
-const HALF: [(f64, f64); 2] = [(1.65, 2.0), (0.8, 1.25)];
+const HALF: [(f64, f64); 2] = [(1.8, 2.0), (0.8, 1.25)];
 /// Gap, in spacings, beyond which the grid has it all.
-const FARTHEST: f64 = 4.0;
+const FARTHEST: f64 = 6.0;
 
 impl Medium {
     /// The gap up to which there is a force (m).
@@ -48,8 +48,8 @@ impl Medium {
         let (low, high) = (clip(g0.min(g1)), clip(g0.max(g1)));
         let middle = (low * high).sqrt();
         let (half, power) = HALF[usize::from(shape == Shape::Sphere)];
-        let cut = |x: f64| 1.0 / (1.0 + (x / half).powf(power));
-        let phi = cut(middle / self.spacing) - cut(FARTHEST);
+        let (x, far) = (middle / self.spacing, middle / self.range());
+        let phi = (1.0 - far * far) / (1.0 + (x / half).powf(power));
         if phi <= 0.0 {
             return 0.0;
         }
