@@ -157,7 +157,7 @@ impl Contacts {
             let pair = self.pairs[p];
             let (meeting, _) = self.meet(&pair, bodies, 0.0);
             let gap = -meeting.overlap;
-            if gap <= 0.0 || gap > range {
+            if gap > range {
                 continue;
             }
             let (body, other) = (&bodies[pair.first], bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius));
