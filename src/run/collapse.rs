@@ -23,13 +23,7 @@ impl Collapse {
     ///
     /// # Errors
     /// When it was one too many that was too short, with the two bodies nearest to each other or to a wall.
-    pub(super) fn take(
-        &mut self,
-        dt: f64,
-        bodies: &[Body],
-        size: &[f64],
-        periods: &[Option<f64>; 3],
-    ) -> Result<()> {
+    pub(super) fn take(&mut self, dt: f64, bodies: &[Body], size: &[f64], periods: &[Option<f64>; 3]) -> Result<()> {
         if self.first == 0.0 {
             (self.first, self.usual) = (dt, dt);
         }

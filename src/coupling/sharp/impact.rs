@@ -30,9 +30,9 @@ impl<const D: usize> Sharp<D> {
         for ((deviation, body), ride) in self.deviations.iter_mut().zip(&self.bodies).zip(&self.rides) {
             *deviation = if body.freedom().is_some() { body.velocity - ride.expected.0 } else { Default::default() };
         }
-        let tolerance = super::knob("WORTH", WORTH) * contacts.pace(&self.bodies) + WORTH_OF_SPACING * self.h / dt;
+        let tolerance = WORTH * contacts.pace(&self.bodies) + WORTH_OF_SPACING * self.h / dt;
         let off = contacts.mend(&self.bodies, &mut self.deviations, &mut self.nudges, tolerance);
-        if off < tolerance || super::knob("MEND", 1.0) == 0.0 {
+        if off < tolerance {
             return Ok(false);
         }
         for (k, (body, ride)) in self.bodies.iter_mut().zip(&self.rides).enumerate() {

@@ -158,8 +158,7 @@ impl<const D: usize> Sharp<D> {
         let size = std::array::from_fn(|a| if a < D { grid.size[a] } else { 1.0 });
         let skins: Vec<_> = bodies.iter().map(|b| Skin::new(grid, b.radius, h)).collect();
         let faces = skins.iter().map(|s| s.cuts[0].capacity()).sum();
-        let (density, viscosity) = (fluid_density, fluid_viscosity * knob("LUB", 1.0));
-        let medium = Medium { density, viscosity, spacing: h, roughness: 0.0 };
+        let medium = Medium { density: fluid_density, viscosity: fluid_viscosity, spacing: h, ..Medium::default() };
         Sharp {
             values: Vec::with_capacity(skins.iter().map(|s| s.inside.capacity()).sum()),
             excess: Vec::with_capacity(skins.iter().map(|s| s.solid.capacity()).sum()),
@@ -355,9 +354,4 @@ impl<const D: usize> Sharp<D> {
             }
         }
     }
-}
-
-/// A number to try out, from the environment.
-pub(crate) fn knob(name: &str, usual: f64) -> f64 {
-    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(usual)
 }

@@ -16,6 +16,8 @@ use nalgebra::Vector3;
 const SWEEPS: usize = 8;
 /// Part of the speed of a pair that the fluid between them takes in a step, from which on it counts as stiff.
 const STIFF: f64 = 0.5;
+/// Part of what contacts gave to a body from which on the fluid's answer tells its mass.
+const TELLING: f64 = 0.03;
 /// Least and most of its own volume of fluid that goes along with a body.
 const CARRIED: [f64; 2] = [0.2, 12.0];
 
@@ -77,7 +79,9 @@ impl Contacts {
     /// Learns the fluid that goes along with the body `k` from what an impulse (N s) `changed` of its velocity (m/s).
     pub(crate) fn learn(&mut self, body: &Body, k: usize, impulse: &Vector3<f64>, changed: &Vector3<f64>) {
         let (along, square) = (impulse.dot(changed), impulse.norm_squared());
-        if square == 0.0 || along <= 0.0 || body.freedom().is_none() {
+        // What little a resting contact asks for is no measure, and a mass that changes would push it.
+        let little = impulse.norm() < TELLING * self.impulses[k].linear.norm();
+        if square == 0.0 || along <= 0.0 || little || body.freedom().is_none() {
             return;
         }
         let unit = self.medium.density * body.volume();

@@ -29,11 +29,11 @@ use crate::solids::{Body, Shape};
 use crate::tape::{Lasting, Tape};
 use crate::{Error, Result};
 use law::Law;
-pub use lubrication::Medium;
-pub use stiffness::Impact;
 pub use law::{Damping, Laws, Material};
+pub use lubrication::Medium;
 use nalgebra::Vector3;
 pub(crate) use neighbours::Neighbours;
+pub use stiffness::Impact;
 use substep::{Answer, RIGID};
 
 /// A border of the box, normal to an axis; its inner side faces the box.
@@ -183,7 +183,8 @@ impl Contacts {
     /// When a state is not finite, an overlap is too deep, the substeps are too few, or a body leaves the box.
     pub fn advance(&mut self, bodies: &mut [Body], push: &[Push], dt: f64) -> Result<usize> {
         self.refuse_strays(bodies)?;
-        for (((answer, body), push), carried) in self.answers.iter_mut().zip(bodies.iter()).zip(push).zip(&self.carried) {
+        for (((answer, body), push), carried) in self.answers.iter_mut().zip(bodies.iter()).zip(push).zip(&self.carried)
+        {
             *answer = Answer::of(body, push, *carried);
         }
         for pair in &mut self.pairs {
@@ -231,11 +232,7 @@ impl Contacts {
         let mut lightest = vec![(f64::INFINITY, 0); self.laws.materials()];
         for ((body, &material), carried) in bodies.iter().zip(&self.materials).zip(&self.carried) {
             let (mass, count) = &mut lightest[material];
-            *mass = mass.min(if body.freedom().is_some() {
-                body.mass() + carried
-            } else {
-                f64::INFINITY
-            });
+            *mass = mass.min(if body.freedom().is_some() { body.mass() + carried } else { f64::INFINITY });
             *count += 1;
         }
         let mut shortest = f64::INFINITY;
@@ -288,8 +285,8 @@ impl Contacts {
         let mut farthest: f64 = 0.0;
         for (i, (body, answer)) in bodies.iter().zip(&self.answers).enumerate() {
             let way = (body.pace() + 0.5 * answer.push.acceleration.norm() * time) * time;
-            self.reach[i] =
-                0.5 * self.medium.range() + if again { 2.0 * way + 0.05 * body.radius } else { way + 1e-6 * body.radius };
+            self.reach[i] = 0.5 * self.medium.range()
+                + if again { 2.0 * way + 0.05 * body.radius } else { way + 1e-6 * body.radius };
             farthest = farthest.max(body.radius + self.reach[i]);
         }
         self.travelled.fill(0.0);
