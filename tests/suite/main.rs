@@ -9,6 +9,7 @@ mod convergence;
 mod cylinder;
 mod folder;
 mod fuzz;
+mod gaps;
 mod live;
 mod modes;
 mod motion;
