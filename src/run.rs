@@ -1,5 +1,6 @@
 //! A run: from the command line's words to a folder of results. The time loop, its dt, its schedule and its end.
 
+mod collapse;
 mod memory;
 mod restart;
 mod step_size;
@@ -206,6 +207,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let mut fields = Schedule::new(self.case.output.fields, self.scene.time);
         let mut rows = Schedule::new(Some(self.case.output.particles), self.scene.time);
         let given = supply::of_particles(self.case);
+        let mut collapse = collapse::Collapse::default();
         if self.restart.is_none() {
             let (energy, speed) = self.scene.energy_and_speed()?;
             self.account.start = Some(energy);
@@ -222,6 +224,10 @@ impl<'a, const D: usize> Run<'a, D> {
             self.scene.clock.lap(Stage::Logs);
             let projected = self.scene.step(dt)?;
             self.account.dt = Some(dt);
+            let bodies = self.scene.coupling.as_ref().map_or(&[][..], |c| c.bodies());
+            let grid = &self.scene.grid;
+            let periods = std::array::from_fn(|a| (a < D && grid.periodic[a]).then(|| grid.size[a]));
+            collapse.take(dt, bodies, &grid.size, &periods)?;
             self.account.divergence_max = self.account.divergence_max.max(projected.divergence_max);
             self.account.outer += u64::from(projected.outer);
             self.account.krylov += u64::from(projected.krylov);

@@ -24,7 +24,7 @@ mod write;
 pub use raw::{
     Advection, Buoyancy, Coupling, Damping, Domain, FACES, ForceRule, FractionRule, GradientRule, Lock, MeasureKind,
     Oscillation, Petsc, Preset, Pressure, Profile, Reference, RotationRule, Round, Scheme, Shape, Side, Solver,
-    Substeps, TangentialDamping, WALL, WallRule, When,
+    Stiffness, Substeps, TangentialDamping, WALL, WallRule, When,
 };
 pub use read::{Loaded, load, schema};
 pub use resolved::{

@@ -1,12 +1,14 @@
 //! From a checked raw case to values: the defaults that depend on other keys, and one value of keys that exclude each other.
 
 use super::fault::{AXES, Check, Fault, positive, short};
-use super::raw::{self, Advection, Buoyancy, GradientRule, Scheme, Side, Solver, Spin, WallRule};
+use super::raw::{self, Advection, Buoyancy, GradientRule, Scheme, Side, Solver, Spin, Stiffness, WallRule};
 use super::resolved::{
     Cadence, Case, Checkpoints, Contact, Fluid, Initial, Loss, Measure, Motion, Output, Pair, PairLaw, Particle, Step,
     Target, Time,
 };
 
+/// Height of the asperities where none is given, of the smallest radius.
+const ROUGHNESS: f64 = 2e-4;
 /// The restitution where neither it nor a damping is given.
 const RESTITUTION: f64 = 0.5;
 
@@ -20,13 +22,15 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     let fluid = Fluid { density, viscosity, gravity: gravity.unwrap_or(rest.clone()) };
     let raw::Boundary { west, east, south, north, bottom, top } = raw.boundary;
     let along_z = bottom.zip(top).map(|(bottom, top)| [bottom, top]);
+    let smallest = raw.particle.iter().map(|p| p.shape.diameter()).fold(f64::INFINITY, f64::min);
+    let smallest = if smallest.is_finite() { smallest } else { 0.0 };
     let (force, count) = (raw.coupling.force, raw.particle.len());
     let case = Case {
         name: raw.name,
         preset: raw.preset,
         boundary: [[west, east], [south, north]].into_iter().chain(along_z).collect(),
         particle: raw.particle.into_iter().map(|p| particle(p, &fluid, &rest)).collect(),
-        contact: raw.contact.map(contact).transpose()?,
+        contact: raw.contact.map(|c| contact(c, smallest)).transpose()?,
         time: time(raw.time),
         measure: raw.measure.into_iter().map(|m| measure(m, reference_speed, force, count)).collect(),
         output: output(raw.output)?,
@@ -86,7 +90,8 @@ fn particle(raw: raw::Particle, fluid: &Fluid, rest: &[f64]) -> Particle {
     }
 }
 
-fn contact(raw: raw::Contact) -> Result<Contact, Fault> {
+/// The contacts of a case whose smallest particle has this diameter (m).
+fn contact(raw: raw::Contact, smallest: f64) -> Result<Contact, Fault> {
     let law = PairLaw {
         normal_stiffness: raw.normal_stiffness,
         exponent: raw.exponent,
@@ -96,7 +101,7 @@ fn contact(raw: raw::Contact) -> Result<Contact, Fault> {
     };
     let pair = |(index, raw): (usize, &raw::Pair)| {
         let law = PairLaw {
-            normal_stiffness: raw.normal_stiffness.unwrap_or(law.normal_stiffness),
+            normal_stiffness: raw.normal_stiffness.map_or(law.normal_stiffness, Stiffness::Given),
             exponent: raw.exponent.unwrap_or(law.exponent),
             tangential_ratio: raw.tangential_ratio.unwrap_or(law.tangential_ratio),
             friction: raw.friction.unwrap_or(law.friction),
@@ -107,6 +112,7 @@ fn contact(raw: raw::Contact) -> Result<Contact, Fault> {
     Ok(Contact {
         law,
         pair: raw.pair.iter().enumerate().map(pair).collect::<Result<_, _>>()?,
+        roughness: raw.roughness.unwrap_or(0.5 * ROUGHNESS * smallest),
         substeps: raw.substeps,
         tangential_damping: raw.tangential_damping,
     })
@@ -236,7 +242,7 @@ mod tests {
 
     fn resolved(keys: &str) -> Contact {
         let raw = toml::from_str(&format!("normal_stiffness = 1e5\n{keys}")).unwrap();
-        contact(raw).unwrap_or_else(|fault| panic!("{}: {}", fault.key, fault.message))
+        contact(raw, 0.1).unwrap_or_else(|fault| panic!("{}: {}", fault.key, fault.message))
     }
 
     #[test]
@@ -263,7 +269,7 @@ mod tests {
     #[test]
     fn a_law_without_pairs_is_that_of_the_table_with_its_defaults() {
         let expected = PairLaw {
-            normal_stiffness: 1e5,
+            normal_stiffness: Stiffness::Given(1e5),
             exponent: 1.0,
             tangential_ratio: 2.0 / 7.0,
             friction: 0.0,

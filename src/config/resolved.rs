@@ -3,7 +3,7 @@
 
 use super::raw::{
     Advection, Coupling, Damping, Domain, FACES, ForceRule, Lock, MeasureKind, Oscillation, Petsc, Preset, Pressure,
-    Reference, Scheme, Shape, Side, Substeps, TangentialDamping, When,
+    Reference, Scheme, Shape, Side, Stiffness, Substeps, TangentialDamping, When,
 };
 
 /// A whole case, every default filled in.
@@ -135,6 +135,8 @@ pub struct Contact {
     pub law: PairLaw,
     /// What is different between two materials.
     pub pair: Vec<Pair>,
+    /// Height of the surfaces' asperities (m).
+    pub roughness: f64,
     /// Contact steps in a step of the fluid.
     pub substeps: Substeps,
     /// The sign of the tangential dashpot.
@@ -153,8 +155,8 @@ pub struct Pair {
 /// A law of contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairLaw {
-    /// Normal force over depth^exponent (N/m^exponent).
-    pub normal_stiffness: f64,
+    /// Normal force over depth^exponent (N/m^exponent), or that the impacts to be expected say it.
+    pub normal_stiffness: Stiffness,
     /// Power of the depth in the normal force.
     pub exponent: f64,
     /// Tangential over normal stiffness.

@@ -88,7 +88,7 @@ fn contact(c: &Contact) -> raw::Contact {
         let (restitution, damping) = loss(&pair.law);
         raw::Pair {
             between: pair.between.to_vec(),
-            normal_stiffness: Some(pair.law.normal_stiffness),
+            normal_stiffness: pair.law.normal_stiffness.given(),
             exponent: Some(pair.law.exponent),
             tangential_ratio: Some(pair.law.tangential_ratio),
             friction: Some(pair.law.friction),
@@ -98,6 +98,7 @@ fn contact(c: &Contact) -> raw::Contact {
     });
     raw::Contact {
         normal_stiffness,
+        roughness: Some(c.roughness),
         exponent,
         tangential_ratio,
         friction,

@@ -5,7 +5,7 @@ use crate::coupling::sharp;
 use crate::geometry::{Disc, Shape, Sphere};
 use crate::grid::{Border, Grid};
 use crate::petsc::Choice;
-use crate::solids::contact::{Contacts, Damping, Laws, Material, Substeps, Wall};
+use crate::solids::contact::{Contacts, Damping, Impact, Laws, Material, Substeps, Wall};
 use crate::solids::{Body, Freedom, Motion, Oscillation};
 use crate::{Error, Result};
 use nalgebra::Vector3;
@@ -95,6 +95,15 @@ pub(super) fn refuse_shapes<const D: usize>(case: &Case, bodies: &[Body]) -> Res
     }
 }
 
+/// The impacts that the case lets expect.
+pub(crate) fn impact(case: &Case, bodies: &[Body]) -> Impact {
+    let gravity = Vector3::from(axes::<f64, 3>(&case.fluid.gravity));
+    let size = std::array::from_fn(|a| case.domain.size.get(a).copied().unwrap_or(1.0));
+    let spacings = case.domain.size.iter().zip(&case.domain.cells).map(|(size, cells)| size / *cells as f64);
+    let spacing = spacings.fold(f64::INFINITY, f64::min);
+    Impact::expected(bodies, size, &gravity, case.fluid.density, case.reference_speed.unwrap_or(0.0), spacing)
+}
+
 /// The law of contacts between the bodies, and between them and the closed faces of the box.
 pub(super) fn contacts(case: &Case, law: &config::Contact, bodies: &[Body]) -> Contacts {
     let mut names = vec![config::WALL];
@@ -106,10 +115,11 @@ pub(super) fn contacts(case: &Case, law: &config::Contact, bodies: &[Body]) -> C
     };
     let name = |k: usize| case.particle.get(k).map_or(config::DEFAULT_MATERIAL, |p| p.material.as_str());
     let materials: Vec<usize> = (0..bodies.len()).map(|k| material(name(k))).collect();
+    let impact = impact(case, bodies);
     let laws = Laws::new(names.len(), |a, b| {
         let pair = law.between(names[a], names[b]);
         Material {
-            normal_stiffness: pair.normal_stiffness,
+            normal_stiffness: pair.normal_stiffness.given().unwrap_or_else(|| impact.stiffness(pair.exponent)),
             exponent: pair.exponent,
             tangential_ratio: pair.tangential_ratio,
             friction: pair.friction,
@@ -137,7 +147,7 @@ pub(super) fn contacts(case: &Case, law: &config::Contact, bodies: &[Body]) -> C
     };
     let sizes = std::array::from_fn(|a| size(a).unwrap_or(1.0));
     let periods = std::array::from_fn(|a| size(a).filter(|_| case.periodic(a)));
-    Contacts::new(bodies, materials, walls, laws, sizes, periods, substeps)
+    Contacts::new(bodies, materials, walls, laws, sizes, periods, substeps).rough(law.roughness)
 }
 
 /// The condition at a face, its profile evaluated at every stored position.

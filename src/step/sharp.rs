@@ -52,7 +52,7 @@ impl<const D: usize> Scene<D> {
         self.boundaries.fill_velocity(&mut self.u)?;
         walls.hold_faces(&self.faces);
         copy_rows(&self.u, &mut self.stage);
-        walls.start_forces(&self.grid, &self.u)?;
+        walls.start_forces(&self.grid, &self.boundaries, &self.u)?;
         if let Some(audit) = &mut self.audit {
             audit.start_sharp(&self.session, &self.grid, &self.u, walls)?;
         }
@@ -142,8 +142,17 @@ impl<const D: usize> Scene<D> {
             self.projection.set_modes(weights, entries, turning)?;
         }
         let (p, faces) = (&mut self.p, &mut self.faces);
-        let projected =
-            self.projection.project(&self.grid, &mut self.boundaries, &self.beta, dt, p, faces, Some(walls))?;
+        let (projection, boundaries) = (&mut self.projection, &mut self.boundaries);
+        let mut projected = projection.project(&self.grid, boundaries, &self.beta, dt, p, faces, Some(&mut *walls))?;
+        let mut round = 0;
+        while walls.mend_contacts(round, dt, faces)? {
+            let more = projection.project(&self.grid, boundaries, &self.beta, dt, p, faces, Some(&mut *walls))?;
+            projected.outer += more.outer;
+            projected.krylov += more.krylov;
+            projected.retries += more.retries;
+            projected.divergence_max = more.divergence_max;
+            round += 1;
+        }
         self.clock.lap(Stage::Pressure);
         Ok(projected)
     }
@@ -165,7 +174,7 @@ impl<const D: usize> Scene<D> {
 
     fn close_sharp(&mut self, dt: f64) -> Result<()> {
         let Some(Coupling::Sharp(walls)) = &mut self.coupling else { return Ok(()) };
-        walls.close_books(&self.grid, &self.u, dt)?;
+        walls.close_books(&self.grid, &self.boundaries, &self.u, dt)?;
         walls.note_push(dt);
         if let Some(audit) = &mut self.audit {
             let pressure = border::pressure(&self.grid, &self.boundaries, &self.p);

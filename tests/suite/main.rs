@@ -10,6 +10,7 @@ mod cylinder;
 mod ellipse;
 mod folder;
 mod fuzz;
+mod gaps;
 mod literal;
 mod live;
 mod modes;

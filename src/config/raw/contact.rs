@@ -12,8 +12,14 @@ pub const WALL: &str = "wall";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
-    /// Normal spring: force over depth^exponent (N/m^exponent), positive.
-    pub normal_stiffness: f64,
+    /// Normal spring: force over depth^exponent (N/m^exponent), positive, or "auto", the default: as stiff as the fastest impact
+    /// to be expected needs to stop within 1 % of the smallest diameter and 0.1 spacing.
+    #[serde(default)]
+    pub normal_stiffness: Stiffness,
+    /// Height of the asperities of the surfaces (m), zero or positive: the fluid in a gap resists as if no gap were narrower.
+    /// Default 2e-4 of the smallest radius, about that of polished beads.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub roughness: Option<f64>,
     /// Power of the depth in the normal force, from 1 (linear) to 3; 1.5 is Hertz's. Default 1.
     #[serde(default = "linear")]
     pub exponent: f64,
@@ -48,6 +54,26 @@ pub struct Damping {
     pub normal: f64,
     /// In the plane of contact (N s/m), zero or positive.
     pub tangential: f64,
+}
+
+/// A normal spring.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "a stiffness is \"auto\" or a number (N/m^exponent)")]
+pub enum Stiffness {
+    /// As the impacts to be expected need it.
+    #[default]
+    #[serde(serialize_with = "write_auto", deserialize_with = "read_auto")]
+    #[schemars(with = "Auto")]
+    Auto,
+    /// This one (N/m^exponent).
+    Given(f64),
+}
+
+impl Stiffness {
+    /// The number, where one is given.
+    pub fn given(self) -> Option<f64> {
+        if let Stiffness::Given(stiffness) = self { Some(stiffness) } else { None }
+    }
 }
 
 /// Contact steps in a step of the fluid.
@@ -126,7 +152,7 @@ impl Contact {
     pub(super) fn check(&self, case: &Case) -> Check {
         let law = Pair {
             between: Vec::new(),
-            normal_stiffness: Some(self.normal_stiffness),
+            normal_stiffness: self.normal_stiffness.given(),
             exponent: Some(self.exponent),
             tangential_ratio: Some(self.tangential_ratio),
             friction: Some(self.friction),
@@ -134,6 +160,7 @@ impl Contact {
             damping: self.damping,
         };
         law.check_numbers("contact")?;
+        not_negative("contact.roughness", self.roughness.unwrap_or(0.0), "m")?;
         let key = "contact.substeps";
         ensure!(self.substeps != Substeps::Count(0), key, "must be \"auto\" or a whole number, 1 or more, not 0");
         let listed = case.particle.iter().map(Particle::material);

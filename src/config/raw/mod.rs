@@ -12,7 +12,7 @@ mod swarm;
 mod validate;
 
 pub use boundary::{Boundary, Profile, Side};
-pub use contact::{Contact, Damping, Pair, Substeps, TangentialDamping, WALL};
+pub use contact::{Contact, Damping, Pair, Stiffness, Substeps, TangentialDamping, WALL};
 pub use coupling::{Buoyancy, Coupling, ForceRule, FractionRule, GradientRule, RotationRule, WallRule};
 pub use particle::{Lock, Motion, Oscillation, Particle, Prescribed, Round, Shape, Spin};
 pub use preset::Preset;

@@ -1,10 +1,12 @@
 //! The force on a body, four ways: by pressure, by wall shear, by what both miss, and by what the fluid loses (formulas in
 //! the parent).
 
+use super::gap::Shares;
 use super::{NUMBERS, Ride, Sharp, TAKE_IN};
 use crate::Result;
 use crate::coupling::{Exchange, vector};
-use crate::grid::{Grid, VectorField, wide};
+use crate::grid::{Border, Boundaries, Grid, VectorField, wide};
+use crate::solids::nearest_image;
 use nalgebra::Vector3;
 
 impl Ride {
@@ -79,12 +81,12 @@ impl<const D: usize> Sharp<D> {
     }
 
     /// Forgets all that forces remember, and takes the momentum inside the bodies. Collective.
-    pub fn start_forces(&mut self, grid: &Grid<D>, u: &VectorField<D>) -> Result<()> {
+    pub fn start_forces(&mut self, grid: &Grid<D>, boundaries: &Boundaries<D>, u: &VectorField<D>) -> Result<()> {
         for ride in &mut self.rides {
             (ride.rest, ride.owed, ride.shear_before) = (Vector3::zeros(), Vector3::zeros(), None);
         }
         self.start_books();
-        self.close_books(grid, u, 1.0)?;
+        self.close_books(grid, boundaries, u, 1.0)?;
         for ride in &mut self.rides {
             (ride.rest, ride.owed) = (Vector3::zeros(), Vector3::zeros());
         }
@@ -133,7 +135,13 @@ impl<const D: usize> Sharp<D> {
     }
 
     /// Closes the step `dt` (s): what each body exchanged with the fluid, and what it takes in of what it missed. Collective.
-    pub fn close_books(&mut self, grid: &Grid<D>, u: &VectorField<D>, dt: f64) -> Result<()> {
+    pub fn close_books(
+        &mut self,
+        grid: &Grid<D>,
+        boundaries: &Boundaries<D>,
+        u: &VectorField<D>,
+        dt: f64,
+    ) -> Result<()> {
         let mut buffer = std::mem::take(&mut self.buffer);
         for (k, row) in buffer.chunks_exact_mut(NUMBERS).enumerate() {
             let (ride, (inside, swirl)) = (&self.rides[k], self.inside(grid, k, u));
@@ -160,8 +168,7 @@ impl<const D: usize> Sharp<D> {
                 freedom.along(&(force - felt))
             });
             let used = felt + moved.unwrap_or_default();
-            ride.owed += dt * (lost - used);
-            ride.rest += take_in * (lost - felt);
+            (ride.missed, ride.used) = (lost - ride.pressure - ride.shear.0, used);
             *exchange = Exchange {
                 momentum: used,
                 momentum_torque: ride.torque(),
@@ -174,6 +181,41 @@ impl<const D: usize> Sharp<D> {
             };
         }
         self.buffer = buffer;
+        self.share_missed(grid, boundaries);
+        for ride in &mut self.rides {
+            ride.owed += dt * (ride.missed + ride.pressure + ride.shear.0 - ride.used);
+            ride.rest += take_in * (ride.missed - ride.rest);
+        }
         Ok(())
+    }
+
+    /// Takes from what pressure and wall shear miss the part that two bodies with a gap between them that the grid does not
+    /// resolve would do to each other along the line of their centres, or a wall to a body: whose it is of what the fluid
+    /// lost there the cells cannot tell, and taken in with a delay it would be work from nothing. The sum of a pair's stays.
+    fn share_missed(&mut self, grid: &Grid<D>, boundaries: &Boundaries<D>) {
+        for i in 0..self.bodies.len() {
+            for &j in self.near[i].iter().filter(|j| **j > i) {
+                let apart = nearest_image(&self.bodies[i].centre, &self.bodies[j].centre, &self.periods);
+                let distance = apart.norm();
+                let (n, gap) = (apart / distance, distance - self.bodies[i].radius() - self.bodies[j].radius());
+                let share = Shares::of(gap / self.h).across;
+                let [free_i, free_j] = [i, j].map(|k| self.bodies[k].freedom().is_some());
+                let along = share * (self.rides[i].missed - self.rides[j].missed).dot(&n);
+                let (of_i, of_j) = match (free_i, free_j) {
+                    (true, true) => (0.5 * along, -0.5 * along),
+                    _ => (share * self.rides[i].missed.dot(&n), share * self.rides[j].missed.dot(&n)),
+                };
+                self.rides[i].missed -= of_i * n;
+                self.rides[j].missed -= of_j * n;
+            }
+            for (a, side) in (0..D).flat_map(|a| [(a, 0), (a, 1)]) {
+                if !matches!(boundaries.borders[a][side], Some(Border::Velocity(_) | Border::Slip)) {
+                    continue;
+                }
+                let centre = self.bodies[i].centre[a];
+                let distance = if side == 0 { centre } else { grid.size[a] - centre };
+                self.rides[i].missed[a] *= 1.0 - Shares::of((distance - self.bodies[i].radius()) / self.h).across;
+            }
+        }
     }
 }

@@ -31,7 +31,9 @@
 mod faces;
 mod force;
 mod gap;
+mod impact;
 mod motion;
+mod openings;
 mod probe;
 mod skin;
 mod state;
@@ -43,7 +45,7 @@ use crate::geometry::Overlap;
 use crate::grid::{Boundaries, Grid, VectorField, wide};
 use crate::petsc::Session;
 use crate::solids::Body;
-use crate::solids::contact::{Contacts, Neighbours, Push};
+use crate::solids::contact::{Contacts, Medium, Neighbours, Push};
 use gap::{Neighbour, Surroundings};
 use nalgebra::{Matrix3, Vector3};
 use skin::{Before, Skin};
@@ -53,8 +55,6 @@ use skin::{Before, Skin};
 const LEAST_OPEN: f64 = 1e-6;
 /// Courant number over which a step forgets the face velocity's own history.
 const FORGET: f64 = 0.2;
-/// Gap, in spacings, at which contacts begin: the grid resolves nothing of what the fluid does in less.
-const STANDOFF: f64 = 0.2;
 /// Reynolds number of a spacing and the velocity at the first probe up to which the layer at the wall is resolved.
 const RESOLVED: f64 = 40.0;
 /// Numbers that ranks sum for a body.
@@ -88,6 +88,9 @@ struct Ride {
     /// Momentum (kg m/s) and angular momentum (kg m2/s) that the imposed profile and the gradient of cut cells have given to
     /// this rank's cells in the step; of the latter, once the step is closed, what the fluid lost to the body.
     given: Vector3<f64>,
+    /// What pressure and wall shear miss of what the fluid lost in the step, and what the body has felt of it (N).
+    missed: Vector3<f64>,
+    used: Vector3<f64>,
     spun: Vector3<f64>,
     /// Momentum and angular momentum inside.
     inside: Vector3<f64>,
@@ -117,6 +120,11 @@ pub struct Sharp<const D: usize> {
     before: Vec<Before>,
     /// Per body, its surface: area (m2; m in 2D), and moments of inertia in its own axes as a shell of a kilogram per area.
     shells: Vec<(f64, Matrix3<f64>)>,
+    /// What mends contacts: how far velocities are from the expected ones (m/s), and the impulses (N s).
+    deviations: Vec<Vector3<f64>>,
+    nudges: Vec<Vector3<f64>>,
+    /// Velocities before the last of these impulses (m/s).
+    unpushed: Vec<Vector3<f64>>,
     periods: [Option<f64>; 3],
     h: f64,
     fluid_density: f64,
@@ -134,6 +142,8 @@ pub struct Sharp<const D: usize> {
     weights: Vec<f64>,
     entries: Vec<Covered>,
     buffer: Vec<f64>,
+    /// What bodies cover of each face of an axis while faces are opened; zero otherwise.
+    total: Vec<f64>,
     session: Session,
 }
 
@@ -163,6 +173,7 @@ impl<const D: usize> Sharp<D> {
         let oblong: Vec<u32> = (0..n as u32).filter(|k| !bodies[*k as usize].shape().is_round()).collect();
         let room = |k: usize| skins[k].cuts[0].capacity();
         let (faces, turning): (usize, usize) = ((0..n).map(room).sum(), oblong.iter().map(|k| room(*k as usize)).sum());
+        let medium = Medium { density: fluid_density, viscosity: fluid_viscosity, spacing: h, ..Medium::default() };
         Sharp {
             values: Vec::with_capacity(skins.iter().map(|s| s.inside.capacity()).sum()),
             excess: Vec::with_capacity(skins.iter().map(|s| s.solid.capacity()).sum()),
@@ -182,7 +193,10 @@ impl<const D: usize> Sharp<D> {
             push: vec![Push::default(); n],
             before: bodies.iter().map(Before::here).collect(),
             shells: bodies.iter().map(|b| b.shape().shell()).collect(),
-            contacts: contacts.map(|c| c.within(fluid_density, STANDOFF * h)),
+            deviations: vec![Vector3::zeros(); n],
+            nudges: vec![Vector3::zeros(); n],
+            unpushed: vec![Vector3::zeros(); n],
+            contacts: contacts.map(|c| c.within(&bodies, medium)),
             periods,
             h,
             fluid_density,
@@ -192,6 +206,7 @@ impl<const D: usize> Sharp<D> {
             chi: 1.0,
             courant: 0.0,
             buffer: vec![0.0; n * NUMBERS],
+            total: grid.field(),
             session: session.clone(),
             bodies,
         }
@@ -281,27 +296,7 @@ impl<const D: usize> Sharp<D> {
             let around = Surroundings { grid, boundaries, bodies, turn, near: &self.beside, h: self.h };
             self.skins[k].rebuild(&around, k, &self.before[k]);
         }
-        for skin in &self.skins {
-            for (beta, cuts) in beta.iter_mut().zip(&skin.cuts) {
-                cuts.iter().for_each(|cut| beta[cut.face as usize] -= whole * cut.covered);
-            }
-        }
-        // Two in contact may cover more than there is.
-        for skin in &mut self.skins {
-            for (beta, cuts) in beta.iter_mut().zip(&mut skin.cuts) {
-                for cut in cuts.iter_mut() {
-                    let total = 1.0 - beta[cut.face as usize] / whole;
-                    if total > 1.0 + 1e-9 {
-                        cut.covered /= total;
-                    }
-                }
-            }
-        }
-        for skin in &self.skins {
-            for (beta, cuts) in beta.iter_mut().zip(&skin.cuts) {
-                cuts.iter().map(|cut| cut.face as usize).for_each(|at| beta[at] = beta[at].max(whole * LEAST_OPEN));
-            }
-        }
+        self.open_faces(grid, boundaries, beta);
     }
 
     /// For each body, those within reach of its probes.

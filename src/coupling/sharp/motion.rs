@@ -114,7 +114,7 @@ impl<const D: usize> Sharp<D> {
         for (k, (ride, body)) in self.rides.iter_mut().zip(&self.bodies).enumerate() {
             let Some(freedom) = body.freedom() else { continue };
             let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
-            let heavier = body.mass() + self.fluid_density * body.volume();
+            let heavier = body.mass() + self.contacts.as_ref().map_or(0.0, |c| c.carried()[k]);
             let (_, turn) = resistance(body, &self.shells[k], self.fluid_viscosity / self.h);
             let kept = inertial_share(body, &turn, dt) / dt;
             ride.push = Push {

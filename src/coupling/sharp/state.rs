@@ -25,6 +25,8 @@ impl Lasting for Ride {
             pressure_torque: _,
             shear: _,
             given: _,
+            missed: _,
+            used: _,
             spun: _,
         } = self;
         tape.pass([push, shear_before, rest, owed, inside, swirl])
@@ -50,6 +52,9 @@ impl<const D: usize> Sharp<D> {
             // Found anew in every step.
             push: _,
             before: _,
+            deviations: _,
+            nudges: _,
+            unpushed: _,
             values: _,
             excess: _,
             chi: _,
@@ -57,6 +62,7 @@ impl<const D: usize> Sharp<D> {
             weights: _,
             entries: _,
             buffer: _,
+            total: _,
             // The case's.
             periods: _,
             h: _,

@@ -47,10 +47,10 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
         terms.push((
             "Contacts",
             vec![
-                format!(
-                    "normal stiffness {:e} N/m^{}, friction {}",
-                    c.law.normal_stiffness, c.law.exponent, c.law.friction
-                ),
+                match c.law.normal_stiffness.given() {
+                    Some(k) => format!("normal stiffness {k:e} N/m^{}, friction {}", c.law.exponent, c.law.friction),
+                    None => format!("normal stiffness by the impacts expected, friction {}", c.law.friction),
+                },
                 substeps,
             ],
         ));

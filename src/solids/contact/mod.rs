@@ -17,7 +17,10 @@
 //! ```
 
 mod law;
+mod lubrication;
+mod mend;
 mod neighbours;
+mod stiffness;
 mod substep;
 #[cfg(test)]
 mod tests;
@@ -28,8 +31,10 @@ use crate::tape::{Lasting, Tape};
 use crate::{Error, Result};
 use law::Law;
 pub use law::{Damping, Laws, Material};
+pub use lubrication::Medium;
 use nalgebra::Vector3;
 pub(crate) use neighbours::Neighbours;
+pub use stiffness::Impact;
 use substep::{Answer, RIGID};
 
 /// A border of the box, normal to an axis; its inner side faces the box.
@@ -82,6 +87,10 @@ struct Pair {
     second: usize,
     /// Tangential spring (m), while they touch.
     spring: Option<Vector3<f64>>,
+    /// Momentum along the line of centres that they gave each other in the step, by touching and through the fluid in the gap,
+    /// positive where it keeps them apart (N s); and whether they touched.
+    given: f64,
+    touched: bool,
 }
 
 /// The contacts among bodies and walls.
@@ -107,10 +116,10 @@ pub struct Contacts {
     wall_impulse: Vector3<f64>,
     /// Deepest overlap of the last step (m).
     deepest: f64,
-    /// Density of fluid that goes along with every body in its volume (kg/m3).
-    carried: f64,
-    /// Gap at which a contact begins (m).
-    standoff: f64,
+    /// Fluid that goes along with each body (kg).
+    carried: Vec<f64>,
+    /// What fills the gaps.
+    medium: Medium,
 }
 
 impl Contacts {
@@ -144,16 +153,31 @@ impl Contacts {
             impulses: vec![Impulse::default(); n],
             wall_impulse: Vector3::zeros(),
             deepest: 0.0,
-            carried: 0.0,
-            standoff: 0.0,
+            carried: vec![0.0; n],
+            medium: Medium::default(),
         }
     }
 
-    /// Contacts in a fluid that follows the bodies within the step: each carries its volume of a fluid of `density` (kg/m3)
-    /// along as added mass, and contacts begin at a gap of `standoff` (m), which a grid cannot resolve.
-    pub fn within(mut self, density: f64, standoff: f64) -> Contacts {
-        (self.carried, self.standoff) = (density, standoff);
+    /// Surfaces with asperities of this height (m).
+    pub fn rough(mut self, roughness: f64) -> Contacts {
+        self.medium.roughness = roughness;
         self
+    }
+
+    /// Contacts in a fluid that follows the bodies within the step, its mass with theirs, and resists in the gaps between them.
+    pub fn within(mut self, bodies: &[Body], medium: Medium) -> Contacts {
+        self.medium = Medium { roughness: self.medium.roughness, ..medium };
+        for (carried, body) in self.carried.iter_mut().zip(bodies) {
+            // Far from everything.
+            let share = if body.shape().dimension() == 2 { 1.0 } else { 0.5 };
+            *carried = share * medium.density * body.volume();
+        }
+        self
+    }
+
+    /// The fluid that goes along with each body (kg).
+    pub fn carried(&self) -> &[f64] {
+        &self.carried
     }
 
     /// Moves all bodies on by `dt` (s): free ones under `push` and contacts, prescribed ones as told. Returns the
@@ -163,8 +187,12 @@ impl Contacts {
     /// When a state is not finite, an overlap is too deep, the substeps are too few, or a body leaves the box.
     pub fn advance(&mut self, bodies: &mut [Body], push: &[Push], dt: f64) -> Result<usize> {
         self.refuse_strays(bodies)?;
-        for ((answer, body), push) in self.answers.iter_mut().zip(bodies.iter()).zip(push) {
-            *answer = Answer::of(body, push, self.carried);
+        for (((answer, body), push), carried) in self.answers.iter_mut().zip(bodies.iter()).zip(push).zip(&self.carried)
+        {
+            *answer = Answer::of(body, push, *carried);
+        }
+        for pair in &mut self.pairs {
+            (pair.given, pair.touched) = (0.0, false);
         }
         self.impulses.fill(Impulse::default());
         self.wall_impulse = Vector3::zeros();
@@ -212,13 +240,9 @@ impl Contacts {
     pub fn contact_time(&self, bodies: &[Body], speed: f64) -> f64 {
         // Per material, the lightest free body and the number of bodies.
         let mut lightest = vec![(f64::INFINITY, 0); self.laws.materials()];
-        for (body, &material) in bodies.iter().zip(&self.materials) {
+        for ((body, &material), carried) in bodies.iter().zip(&self.materials).zip(&self.carried) {
             let (mass, count) = &mut lightest[material];
-            *mass = mass.min(if body.freedom().is_some() {
-                body.mass() + self.carried * body.volume()
-            } else {
-                f64::INFINITY
-            });
+            *mass = mass.min(if body.freedom().is_some() { body.mass() + carried } else { f64::INFINITY });
             *count += 1;
         }
         let mut shortest = f64::INFINITY;
@@ -259,7 +283,7 @@ impl Contacts {
                      the particles and walls of the run that saved it"
                 )));
             }
-            self.pairs.push(Pair { first, second, spring: Some(spring) });
+            self.pairs.push(Pair { first, second, spring: Some(spring), given: 0.0, touched: false });
         }
         self.pairs.sort_by_key(|p| (p.first, p.second));
         Ok(())
@@ -271,8 +295,8 @@ impl Contacts {
         let mut farthest: f64 = 0.0;
         for (i, (body, answer)) in bodies.iter().zip(&self.answers).enumerate() {
             let way = (body.pace() + 0.5 * answer.push.acceleration.norm() * time) * time;
-            self.reach[i] =
-                0.5 * self.standoff + if again { 2.0 * way + 0.05 * body.radius() } else { way + 1e-6 * body.radius() };
+            self.reach[i] = 0.5 * self.medium.range()
+                + if again { 2.0 * way + 0.05 * body.radius() } else { way + 1e-6 * body.radius() };
             farthest = farthest.max(body.radius() + self.reach[i]);
         }
         self.travelled.fill(0.0);
@@ -286,18 +310,21 @@ impl Contacts {
             let mine = rest.iter().take_while(|p| p.first == i).count();
             let (before, after) = rest.split_at(mine);
             rest = after;
-            let spring = |j| before.iter().find(|p| p.second == j).and_then(|p| p.spring);
+            let kept = |j| {
+                let new = Pair { first: i, second: j, spring: None, given: 0.0, touched: false };
+                before.iter().find(|p| p.second == j).copied().unwrap_or(new)
+            };
             let (pairs, paired) = (&mut self.pairs, &mut self.paired);
             self.neighbours.around(i, bodies, &self.reach, |j| {
                 if free(i) || free(j) {
-                    pairs.push(Pair { first: i, second: j, spring: spring(j) });
+                    pairs.push(kept(j));
                     (paired[i], paired[j]) = (true, true);
                 }
             });
             for (w, wall) in self.walls.iter().enumerate().filter(|_| free(i)) {
-                if wall.distance(&body.centre) <= body.radius() + 0.5 * self.standoff + self.reach[i] {
+                if wall.distance(&body.centre) <= body.radius() + 0.5 * self.medium.range() + self.reach[i] {
                     let second = bodies.len() + w;
-                    pairs.push(Pair { first: i, second, spring: spring(second) });
+                    pairs.push(kept(second));
                     paired[i] = true;
                 }
             }
@@ -347,6 +374,7 @@ impl Contacts {
 
 impl Lasting for Contacts {
     fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+        tape.each("carried", &mut self.carried)?;
         let mut memory: Vec<_> = self.memory().map(|(first, second, spring)| ((first, second), spring)).collect();
         memory.pass(tape)?;
         if tape.plays() {
@@ -364,7 +392,7 @@ impl Lasting for Contacts {
             periods: _,
             substeps: _,
             carried: _,
-            standoff: _,
+            medium: _,
             // Found anew in every step.
             neighbours: _,
             answers: _,

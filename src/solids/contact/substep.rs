@@ -11,6 +11,9 @@ pub(super) const SUBSTEPS_PER_CONTACT: f64 = 40.0;
 const FEWEST_PER_CONTACT: f64 = 5.0;
 /// Most substeps of one step: more is a mistake in the stiffness.
 const MOST_SUBSTEPS: f64 = 1e6;
+/// Substeps while a gap that only the fluid fills changes by its width, and the most for it.
+const GAP_SUBSTEPS: f64 = 4.0;
+const MOST_IN_GAPS: f64 = 40.0;
 /// Deepest overlap, of the smaller radius, that still counts as a contact.
 const DEEPEST: f64 = 0.2;
 
@@ -20,7 +23,7 @@ pub(super) struct Answer {
     /// Inverse mass of a free body, whatever its axes (1/kg).
     whole: f64,
     /// 1/kg.
-    mass: Vector3<f64>,
+    pub(super) mass: Vector3<f64>,
     /// 1/(kg m2).
     inertia: Vector3<f64>,
     pub(super) push: Push,
@@ -52,6 +55,15 @@ impl Contacts {
             let pushed = velocity.norm() + push.norm() * time;
             let speed = (pushed * pushed + 2.0 * law.stored(meeting.overlap) / mass).sqrt();
             let contact = law.contact_time(mass, speed);
+            let (gap, way) = (-meeting.overlap, pushed * time);
+            if gap > way {
+                // They cannot touch in this step: the fluid between them alone counts.
+                if let Substeps::Auto = self.substeps {
+                    let wanted = GAP_SUBSTEPS * way / (gap - way).max(0.25 * gap);
+                    count = count.max(wanted.min(MOST_IN_GAPS).ceil());
+                }
+                continue;
+            }
             if let Substeps::Fixed(n) = self.substeps {
                 count = n.saturating_sub(taken).max(1) as f64;
                 let steps = contact / time * count;
@@ -85,15 +97,18 @@ impl Contacts {
             let mut pair = self.pairs[p];
             let (meeting, arms) = self.meet(&pair, bodies, h);
             let radius = bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()).min(bodies[pair.first].radius());
-            let overlap = meeting.overlap - self.standoff;
+            let overlap = meeting.overlap;
             self.deepest = self.deepest.max(overlap);
             if overlap > DEEPEST * radius {
                 return Err(Error::Run(format!(
-                    "{} overlap by {:.3e} m, {:.2} of the smaller radius, where {DEEPEST} is the limit: make the \
-                     contact stiffer or the step shorter",
+                    "{} overlap by {:.3e} m, {:.2} of the smaller radius, where {DEEPEST} is the limit, at {:.3e} m/s: make \
+                     the contact stiffer, {:.1e} N/m^exponent or \"auto\", or the step shorter; what is prescribed to press \
+                     them together no stiffness holds",
                     self.name(&pair),
                     overlap,
                     overlap / radius,
+                    meeting.approach.abs(),
+                    self.law(&pair).material.normal_stiffness * (0.5 * overlap / (0.02 * radius)).powi(2),
                 )));
             }
             if !meeting.touches() {
@@ -102,6 +117,8 @@ impl Contacts {
             }
             let (normal, tangential) = self.law(&pair).force(&meeting, &mut pair.spring);
             self.pairs[p].spring = pair.spring;
+            self.pairs[p].given += h * normal;
+            self.pairs[p].touched |= normal > 0.0;
             let force = tangential - normal * meeting.normal;
             let turn = meeting.normal.cross(&tangential);
             self.loads[pair.first].linear += force;
@@ -127,7 +144,40 @@ impl Contacts {
             let next = (body.pace() + 0.5 * answer.push.acceleration.norm() * h) * h;
             within &= self.travelled[i] + next <= self.reach[i];
         }
+        self.lubricate(bodies, h);
         Ok(within)
+    }
+
+    /// What the fluid in the gaps does over the next substep of `h` (s), pair by pair.
+    fn lubricate(&mut self, bodies: &mut [Body], h: f64) {
+        let range = self.medium.range();
+        if range == 0.0 {
+            return;
+        }
+        for p in 0..self.pairs.len() {
+            let pair = self.pairs[p];
+            let (meeting, _) = self.meet(&pair, bodies, 0.0);
+            let gap = -meeting.overlap;
+            if gap > range {
+                continue;
+            }
+            let (body, other) = (&bodies[pair.first], bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()));
+            let along = h * meeting.approach;
+            let resistance =
+                self.medium.resistance(body.shape().dimension(), body.radius(), other, gap, (gap - along).max(0.0));
+            let impulse = h * resistance * meeting.approach / (1.0 + h * resistance * meeting.inverse_normal);
+            self.pairs[p].given += impulse;
+            let push = impulse * meeting.normal;
+            bodies[pair.first].velocity -= self.answers[pair.first].mass.component_mul(&push);
+            self.impulses[pair.first].linear -= push;
+            match bodies.get_mut(pair.second) {
+                Some(other) => {
+                    other.velocity += self.answers[pair.second].mass.component_mul(&push);
+                    self.impulses[pair.second].linear += push;
+                }
+                None => self.wall_impulse += push,
+            }
+        }
     }
 
     /// Moves bodies by `time` (s) under their pushes only: those of which `wanted` likes whether they have a pair.
@@ -150,14 +200,14 @@ impl Contacts {
                 let distance = apart.norm();
                 let overlap = body.radius() + other.radius() - distance;
                 let arms = [body.radius() - 0.5 * overlap, other.radius() - 0.5 * overlap];
-                (apart / distance, overlap + self.standoff, arms)
+                (apart / distance, overlap, arms)
             }
             None => {
                 let wall = &self.walls[pair.second - bodies.len()];
                 let normal = wall.normal();
                 let distance = wall.distance(&body.centre) - 0.5 * h * velocity.dot(&normal);
                 velocity -= wall.velocity - wall.velocity.dot(&normal) * normal;
-                (normal, body.radius() - distance + self.standoff, [distance, 0.0])
+                (normal, body.radius() - distance, [distance, 0.0])
             }
         };
         let (mut turning, mut turned) = (arms[0] * body.spin, arms[0] * answer.push.angular);
@@ -193,7 +243,7 @@ impl Answer {
         let Some(freedom) = body.freedom() else { return RIGID };
         let ones = |free: [bool; 3]| Vector3::from(free.map(|f| if f { 1.0 } else { 0.0 }));
         let (along, about) = (ones(freedom.translation), ones(freedom.rotation));
-        let mass = body.mass() + carried * body.volume();
+        let mass = body.mass() + carried;
         Answer {
             whole: 1.0 / mass,
             mass: along / mass,

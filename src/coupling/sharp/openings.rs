@@ -1,0 +1,67 @@
+//! How far faces are open where bodies share them or press on a wall: never sealed, and the same for everybody.
+//!
+//! ```text
+//!   T = sum m_k,   M = the largest m_k                    what bodies cover of a face, overlaps counted twice
+//!   H = max( 1 - T, min(LEAK, T - M), LEAST_OPEN )        beside a wall of the box: at least LEAK
+//!   m_k -> m_k (1 - H)/T   where T > 1 - H                so that H + sum m = 1
+//! ```
+//! One H for the prediction, the operator, the modes and the correction: what drives a flux in one of them drives it in all.
+//! A pocket that the operator sees and the prediction does not takes up a new pressure in every step and keeps the old ones:
+//! it holds bodies together, and then throws them apart. `T - M` is zero where one body is alone, grows with what a second
+//! one covers, and treats all alike: nothing jumps as bodies move.
+
+use super::{LEAST_OPEN, Sharp};
+use crate::grid::{Border, Boundaries, Grid, VectorField};
+
+/// What stays open of a face that bodies share, or that lies beside a wall of the box.
+const LEAK: f64 = 0.1;
+
+impl<const D: usize> Sharp<D> {
+    /// Sets `beta = H/rho` on all faces that bodies cover and brings the covered parts into line with it.
+    pub(super) fn open_faces(&mut self, grid: &Grid<D>, boundaries: &Boundaries<D>, beta: &mut VectorField<D>) {
+        let (whole, total) = (1.0 / self.fluid_density, &mut self.total);
+        for (axis, beta) in beta.iter_mut().enumerate() {
+            for cut in self.skins.iter().flat_map(|skin| &skin.cuts[axis]) {
+                let face = cut.face as usize;
+                // The largest part, until all are known.
+                beta[face] = if total[face] == 0.0 { cut.covered } else { beta[face].max(cut.covered) };
+                total[face] += cut.covered;
+            }
+            let open = |face: usize, total: f64, most: f64| {
+                let shared = (total - most).min(LEAK);
+                let least = if shared < LEAK && total > 1.0 - LEAK && beside_wall(grid, boundaries, axis, face) {
+                    LEAK
+                } else {
+                    shared.max(LEAST_OPEN)
+                };
+                (1.0 - total).max(least)
+            };
+            for skin in &mut self.skins {
+                for cut in &mut skin.cuts[axis] {
+                    let (face, all) = (cut.face as usize, total[cut.face as usize]);
+                    let covered = 1.0 - open(face, all, beta[face]);
+                    if all > covered {
+                        cut.covered *= covered / all;
+                    }
+                }
+            }
+            for cut in self.skins.iter().flat_map(|skin| &skin.cuts[axis]) {
+                let face = cut.face as usize;
+                if total[face] > 0.0 {
+                    beta[face] = whole * open(face, total[face], beta[face]);
+                    total[face] = 0.0;
+                }
+            }
+        }
+    }
+}
+
+/// Whether a face along `axis` is one of a cell that lies at a wall of the box.
+fn beside_wall<const D: usize>(grid: &Grid<D>, boundaries: &Boundaries<D>, axis: usize, face: usize) -> bool {
+    (0..D).any(|a| {
+        let at = (face / grid.stride[a] % grid.stored[a] + grid.start[a]).wrapping_sub(grid.ghosts);
+        let closed = |side: usize| matches!(boundaries.borders[a][side], Some(Border::Velocity(_) | Border::Slip));
+        // Along its own axis a face has a cell on either side.
+        (at <= usize::from(a == axis) && closed(0)) || (at + 1 >= grid.cells[a] && closed(1))
+    })
+}

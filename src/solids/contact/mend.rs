@@ -1,0 +1,105 @@
+//! What contacts have to give beyond what they gave: the fluid answers with a mass of its own, which the substeps can but
+//! expect.
+//!
+//! ```text
+//!   deviation   e_i = v_i - (v_i expected)               along n of a pair that touched or that stiff fluid holds:
+//!   impulse     P = n.(e_i - e_j)/(1/m_i + 1/m_j)        so that the pair parts, rests or approaches as the substeps found
+//!   learnt      m_i = P.P/(P.dv_i)                       from what the fluid made of it
+//! ```
+//! Pairs are taken one after the other, a few times over.
+
+use super::Contacts;
+use crate::solids::Body;
+use nalgebra::Vector3;
+
+/// Times that all pairs are gone through.
+const SWEEPS: usize = 8;
+/// Part of the speed of a pair that the fluid between them takes in a step, from which on it counts as stiff.
+const STIFF: f64 = 0.5;
+/// Part of what contacts gave to a body from which on the fluid's answer tells its mass.
+const TELLING: f64 = 0.03;
+/// Least and most of its own volume of fluid that goes along with a body.
+const CARRIED: [f64; 2] = [0.2, 12.0];
+
+impl Contacts {
+    /// Finds for each body the impulse (N s) that takes the `deviation` (m/s) of its velocity from the expected one back along
+    /// its contacts, adds it to the impulses, and leaves it in `nudges`. Returns the largest deviation of a pair before (m/s).
+    pub(crate) fn mend(
+        &mut self,
+        bodies: &[Body],
+        deviation: &mut [Vector3<f64>],
+        nudges: &mut [Vector3<f64>],
+        tolerance: f64,
+    ) -> f64 {
+        nudges.fill(Vector3::zeros());
+        let mut largest = 0.0f64;
+        for sweep in 0..SWEEPS {
+            for p in 0..self.pairs.len() {
+                let pair = self.pairs[p];
+                if pair.given == 0.0 {
+                    continue;
+                }
+                let (i, j) = (pair.first, pair.second);
+                let (meeting, _) = self.meet(&pair, bodies, 0.0);
+                // Fluid in a gap that is not stiff needs none of this.
+                if !pair.touched && pair.given.abs() * meeting.inverse_normal < STIFF * meeting.approach.abs() {
+                    continue;
+                }
+                let n = meeting.normal;
+                let other = deviation.get(j).copied().unwrap_or_default();
+                let off = (deviation[i] - other).dot(&n);
+                if sweep == 0 {
+                    largest = largest.max(off.abs());
+                }
+                let mut impulse = off / meeting.inverse_normal;
+                // Contacts hold nothing back, the fluid in a gap does.
+                if pair.touched {
+                    impulse = impulse.max(-pair.given.max(0.0));
+                }
+                self.pairs[p].given += impulse;
+                let push = impulse * n;
+                deviation[i] -= self.answers[i].mass.component_mul(&push);
+                nudges[i] -= push;
+                if let Some(other) = deviation.get_mut(j) {
+                    *other += self.answers[j].mass.component_mul(&push);
+                    nudges[j] += push;
+                }
+            }
+            if sweep == 0 && largest < tolerance {
+                // Nothing worth a solve: what little there was is the next step's.
+                return largest;
+            }
+        }
+        for (impulse, nudge) in self.impulses.iter_mut().zip(nudges.iter()) {
+            impulse.linear += nudge;
+        }
+        largest
+    }
+
+    /// Learns the fluid that goes along with the body `k` from what an impulse (N s) `changed` of its velocity (m/s).
+    pub(crate) fn learn(&mut self, body: &Body, k: usize, impulse: &Vector3<f64>, changed: &Vector3<f64>) {
+        let (along, square) = (impulse.dot(changed), impulse.norm_squared());
+        // What little a resting contact asks for is no measure, and a mass that changes would push it.
+        let little = impulse.norm() < TELLING * self.impulses[k].linear.norm();
+        if square == 0.0 || along <= 0.0 || little || body.freedom().is_none() {
+            return;
+        }
+        let unit = self.medium.density * body.volume();
+        let found = (square / along - body.mass()).clamp(CARRIED[0] * unit, CARRIED[1] * unit);
+        self.carried[k] += 0.7 * (found - self.carried[k]);
+        let mass = body.mass() + self.carried[k];
+        let ones = self.answers[k].mass.map(|m| if m > 0.0 { 1.0 } else { 0.0 });
+        self.answers[k].mass = ones / mass;
+    }
+
+    /// The largest speed at which a pair that touched comes together or parts (m/s).
+    pub(crate) fn pace(&self, bodies: &[Body]) -> f64 {
+        let touched = self.pairs.iter().filter(|pair| pair.touched);
+        touched.fold(0.0, |most, pair| most.max(self.meet(pair, bodies, 0.0).0.approach.abs()))
+    }
+
+    /// Whether any pair gave something.
+    pub(crate) fn gave(&self) -> bool {
+        self.pairs.iter().any(|pair| pair.given != 0.0)
+    }
+}

@@ -1,0 +1,83 @@
+//! Where bodies meet, with sharp walls: nothing from nothing, the rebound that was asked for, and the force of a narrow gap.
+
+use crate::support::{box_case, petsc};
+use mics::scene::Scene;
+use std::f64::consts::PI;
+
+const WALLS: [&str; 4] = ["\"wall\"", "\"wall\"", "\"wall\"", "\"wall\""];
+
+fn disc(place: [f64; 2], density: f64, more: &str) -> String {
+    format!(
+        "[[particle]]\nshape = {{ disc = {{ diameter = 1.0 }} }}\nposition = {place:?}\ndensity = {density:?}\n{more}\n"
+    )
+}
+
+#[test]
+fn grains_that_lie_as_near_as_they_like_stay_where_they_are_with_sharp_walls() {
+    let petsc = petsc();
+    for (gap, stiffness) in [(0.0, 1e2), (0.01, 1e6), (0.03, 1e6)] {
+        let at = [[1.5, 1.5], [2.5 + gap, 1.5], [2.0 + 0.5 * gap, 1.5 + 0.8661 * (1.0 + gap)], [4.0, 0.5 + gap]];
+        let grains: String = at.iter().map(|place| disc(*place, 2.65, "")).collect();
+        let more =
+            format!("{grains}[contact]\nnormal_stiffness = {stiffness:?}\n[pressure]\ndivergence_limit = 1e-6\n");
+        let mut scene: Scene<2> = petsc.scene(&box_case([5.0, 4.0], [40, 32], 1e-2, WALLS, &more));
+        for _ in 0..20 {
+            scene.step(0.01).unwrap();
+        }
+        let bodies = scene.coupling.as_ref().unwrap().bodies();
+        let fastest = bodies.iter().map(|b| b.velocity.norm()).fold(0.0, f64::max);
+        assert!(fastest < 1e-10, "{fastest} m/s at a gap of {gap} m and k = {stiffness}");
+    }
+}
+
+#[test]
+fn a_heavy_disc_leaves_a_wall_with_its_restitution_however_deep_it_went_with_sharp_walls() {
+    let petsc = petsc();
+    for (cells, depth) in [(8, 0.05), (16, 0.1), (16, 0.4)] {
+        let (mass, overlap) = (1e4 * PI / 4.0, depth / cells as f64);
+        let body = disc([1.5, 0.6], 1e4, "velocity = [0.0, -1.0]");
+        let law = format!("[contact]\nnormal_stiffness = {:?}\nrestitution = 0.9\n", mass / (overlap * overlap));
+        let more = format!("{body}{law}[pressure]\ndivergence_limit = 1e-2\n");
+        let mut scene: Scene<2> = petsc.scene(&box_case([3.0, 2.0], [3 * cells, 2 * cells], 1e-4, WALLS, &more));
+        let dt = 0.2 / cells as f64;
+        for _ in 0..(0.25 / dt) as usize {
+            scene.step(dt).unwrap();
+        }
+        let speed = scene.coupling.as_ref().unwrap().bodies()[0].velocity.y;
+        assert!((speed - 0.9).abs() < 0.018, "{speed} m/s of 0.9 with {cells} cells and {depth} h");
+    }
+}
+
+/// Force over viscosity and speed (per metre) on a heavy disc of the radius 0.5 m that moves slowly to a wall, `gap` (m) away,
+/// shifted along the wall by `shift` spacings.
+fn approach(cells: usize, gap: f64, shift: f64) -> f64 {
+    let petsc = petsc();
+    let (speed, h) = (1e-3, 1.0 / cells as f64);
+    let body = disc([2.5 + shift * h, 0.5 + gap], 1e5, "velocity = [0.0, -1.0e-3]");
+    let more = format!("{body}[contact]\nnormal_stiffness = 1e9\n[pressure]\ndivergence_limit = 1e-7\n");
+    let mut scene: Scene<2> = petsc.scene(&box_case([5.0, 3.0], [5 * cells, 3 * cells], 1.0, WALLS, &more));
+    let dt = 0.12 * h * h;
+    for _ in 0..(0.1 / dt) as usize {
+        scene.step(dt).unwrap();
+    }
+    let exchange = scene.coupling.as_ref().unwrap().exchange()[0];
+    (exchange.pressure.y + exchange.viscous.y + exchange.contact.y) / speed
+}
+
+#[test]
+fn the_force_of_a_narrow_gap_is_stokes_wherever_in_a_cell_it_lies_with_sharp_walls() {
+    // Jeffrey and Onishi 1981: a cylinder that moves to a plane wall in Stokes flow.
+    let theory = |gap: f64| {
+        let a = (1.0 + gap / 0.5).acosh();
+        4.0 * PI / (a - a.tanh())
+    };
+    for (cells, tolerance) in [(8, 0.1), (16, 0.05)] {
+        for gap in [0.1, 0.05, 0.025] {
+            let ratios = [0.0, 0.25, 0.5].map(|shift| approach(cells, gap, shift) / theory(gap));
+            println!("{cells} cells, gap {gap} m: {ratios:.3?} of the exact force");
+            assert!(ratios.iter().all(|r| (r - 1.0).abs() < tolerance), "{cells} cells, gap {gap}: {ratios:?}");
+            let (least, most) = ratios.iter().fold((f64::MAX, 0.0f64), |(a, b), r| (a.min(*r), b.max(*r)));
+            assert!(most - least < 0.05, "{cells} cells, gap {gap}: {ratios:?}");
+        }
+    }
+}
