@@ -34,7 +34,8 @@ pub struct Measure {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<ForceRule>,
     /// What the value ought to be: a number, or a band `[low, high]`. It is of the flow that the file describes: where
-    /// `--set` changes the box's size, the fluid, its borders, its start or the particles, it is dropped.
+    /// `--set` changes the box's size, the fluid, its borders, its start or the particles, it is dropped. The band of a
+    /// particle's position is drawn with its path by `mics plot`, under the name of its source.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<Reference>,
     /// How far from the reference still passes, as a part of it (0.02 is 2 %); of a band, as a part of its middle and

@@ -29,7 +29,7 @@ pub fn drag(runs: &[Run], folder: &Path) -> Result<Option<[PathBuf; 2]>> {
         (0..=40).map(|k| 10f64.powf(0.7 + 0.05 * f64::from(k))).map(|re| (re, 1.0 + 10.0 * re.powf(-2.0 / 3.0)));
     let mut series = vec![
         Series { label: "eq. (30): 1 + 10 Re^(-2/3)".into(), points: formula.collect(), style: SeriesStyle::Dashed },
-        Series { label: "body-fitted reference".into(), points: cylinder_reference("cd"), style: SeriesStyle::Line },
+        Series { label: "body-fitted reference".into(), points: cylinder_reference("cd"), style: SeriesStyle::Joined },
     ];
     let markers = |(label, points)| Series { label, points, style: SeriesStyle::Markers };
     series.extend(drag.into_iter().map(markers));
@@ -54,7 +54,7 @@ pub fn strouhal(runs: &[Run], folder: &Path) -> Result<Option<[PathBuf; 2]>> {
         return Ok(None);
     }
     let series = [
-        Series { label: "body-fitted reference".into(), points: cylinder_reference("st"), style: SeriesStyle::Line },
+        Series { label: "body-fitted reference".into(), points: cylinder_reference("st"), style: SeriesStyle::Joined },
         Series { label: "mics".into(), points, style: SeriesStyle::Markers },
     ];
     let axes = Axes {
