@@ -1,14 +1,15 @@
 //! Measures: numbers that a run reports, each from a series of samples in time.
 
 use super::compare::Comparison;
+use super::fit::{self, Morison};
 use super::midline;
 use super::snapshot::Snapshot;
 use crate::Result;
 use crate::config::{Case, ForceRule, Measure, MeasureKind, When};
 use crate::coupling::Exchange;
-use crate::solids::{Body, Motion, Oscillation};
+use crate::solids::{Body, Motion};
 use crate::tape::{Lasting, Tape};
-use nalgebra::{Matrix2, Vector2, Vector3};
+use nalgebra::Vector3;
 use std::f64::consts::PI;
 
 /// A measure and its samples so far.
@@ -45,32 +46,6 @@ pub struct Sample<'a> {
     pub deepest: f64,
 }
 
-/// Sums of a least-squares fit of `F = -C_D 0.5 rho S |U| U - C_M rho V dU/dt`.
-#[derive(Default)]
-struct Morison {
-    /// `0.5 rho S` (kg/m) and `rho V` (kg).
-    scales: [f64; 2],
-    products: Matrix2<f64>,
-    forces: Vector2<f64>,
-}
-
-impl Morison {
-    /// Takes the mean force (N) over a step `dt` (s) that ends on `path` now.
-    fn add(&mut self, path: &Oscillation, force: &Vector3<f64>, dt: f64) {
-        let middle = Oscillation { time: path.time - 0.5 * dt, ..*path };
-        let Some(along) = path.amplitude.try_normalize(0.0) else { return };
-        let (speed, rate) = (middle.velocity().dot(&along), middle.acceleration().dot(&along));
-        let terms = Vector2::new(-self.scales[0] * speed.abs() * speed, -self.scales[1] * rate);
-        self.products += dt * terms * terms.transpose();
-        self.forces += dt * force.dot(&along) * terms;
-    }
-
-    /// `C_D` and `C_M`; `None` where the samples do not tell them apart.
-    fn coefficients(&self) -> Option<Vector2<f64>> {
-        Some(self.products.cholesky()?.solve(&self.forces))
-    }
-}
-
 /// One series for each measure of the case.
 pub fn series(case: &Case) -> Vec<Series> {
     let axis = |a: usize| case.fluid.gravity.get(a).copied().unwrap_or(0.0);
@@ -84,7 +59,7 @@ pub fn series(case: &Case) -> Vec<Series> {
             if case.dimension() == 2 { (diameter, circle) } else { (circle, 2.0 / 3.0 * diameter * circle) };
         let density = case.fluid.density;
         Series {
-            morison: Morison { scales: [0.5 * density * area, density * volume], ..Morison::default() },
+            morison: Morison::new(density, area, volume),
             before: 0.0,
             found: None,
             passing: None,
@@ -151,7 +126,8 @@ impl Series {
             MeasureKind::VelocityY => body(&|b| b.velocity.y),
             MeasureKind::VelocityZ => body(&|b| b.velocity.z),
             MeasureKind::Spin => body(&|b| b.spin.z),
-            MeasureKind::MorisonDrag | MeasureKind::MorisonInertia => 0.0,
+            MeasureKind::MorisonDrag | MeasureKind::MorisonInertia | MeasureKind::MorisonResidual => 0.0,
+            MeasureKind::ForceNoise => force.x,
             MeasureKind::MidlineULeast | MeasureKind::MidlineVLeast | MeasureKind::MidlineVLargest => return,
             MeasureKind::MeanHeight => self.mean_height(bodies),
             MeasureKind::HeightRank => self.height_rank(bodies),
@@ -243,6 +219,8 @@ impl Series {
             | MeasureKind::LiftCoefficientMax => Some(high),
             MeasureKind::MorisonDrag => self.morison.coefficients().map(|c| c.x),
             MeasureKind::MorisonInertia => self.morison.coefficients().map(|c| c.y),
+            MeasureKind::MorisonResidual => self.morison.residual(),
+            MeasureKind::ForceNoise => fit::noise(&self.samples),
             MeasureKind::PositionX
             | MeasureKind::PositionY
             | MeasureKind::PositionZ
@@ -267,9 +245,7 @@ impl Lasting for Series {
     fn pass(&mut self, tape: &mut Tape) -> Result<()> {
         let Series { samples, morison, before, found, passing, measure: _, rule: _, force_scale: _, rate: _, up: _ } =
             self;
-        let Morison { products, forces, scales: _ } = morison;
-        tape.pass([samples, before, forces, found, passing])?;
-        products.iter_mut().try_for_each(|x| x.pass(tape))
+        tape.pass([samples, before, found, passing, morison])
     }
 }
 
@@ -303,6 +279,7 @@ fn frequency(samples: &[(f64, f64)], level: f64) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::config::written;
+    use crate::solids::Oscillation;
 
     #[test]
     fn a_noisy_sine_has_its_frequency() {

@@ -5,6 +5,7 @@ use std::io::Write as _;
 pub mod checkpoint;
 pub mod compare;
 pub mod figure;
+mod fit;
 mod folder;
 pub mod measure;
 mod midline;

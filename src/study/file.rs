@@ -235,6 +235,7 @@ impl Study {
         }
         let names = self.names();
         let known: Vec<&str> = names.iter().map(String::as_str).chain(["ranks"]).collect();
+        let labelled = &known[..names.len()];
         let kept = self.quick.keep.keys().map(|name| (format!("quick.keep.{name}"), name));
         let series = self.plot.series.iter().flatten().enumerate();
         let series = series.map(|(index, name)| (format!("plot.series.{index}"), name));
@@ -243,9 +244,10 @@ impl Study {
         let rows = self.reference.iter().enumerate().flat_map(|(index, reference)| {
             reference.row_of.iter().map(move |(column, name)| (format!("reference.{index}.row_of.{column}"), name))
         });
-        for (key, name) in kept.chain(series).chain(spread).chain(rows) {
+        let columns = kept.chain(series).chain(spread).map(|(key, name)| (key, name, &known[..]));
+        for (key, name, known) in columns.chain(rows.map(|(key, name)| (key, name, labelled))) {
             if !known.contains(&name.as_str()) {
-                return Err(fault(key, format!("there is no axis or label `{name}`; {}", suggest(name, &known))));
+                return Err(fault(key, format!("there is no axis or label `{name}`; {}", suggest(name, known))));
             }
         }
         self.check_kept()?;

@@ -28,15 +28,18 @@ pub struct Target {
 }
 
 impl Target {
-    /// Whether errors are parts of the reference, which is then 0 in no run.
+    /// Whether errors are parts of the reference: where it is 0 in every run, they are differences.
     pub fn is_relative(&self) -> bool {
-        !self.values.contains(&Some(0.0))
+        self.values.iter().flatten().any(|exact| *exact != 0.0)
     }
 
-    /// The error of a run's value; `None` where it has no reference.
+    /// The error of a run's value; `None` where it has no reference, or one of 0 beside others that are not.
     pub fn error(&self, run: usize, value: f64) -> Option<f64> {
-        let exact = self.values[run]?;
-        Some(if self.is_relative() { value / exact - 1.0 } else { value - exact })
+        match self.values[run]? {
+            0.0 if self.is_relative() => None,
+            0.0 => Some(value),
+            exact => Some(value / exact - 1.0),
+        }
     }
 }
 
@@ -170,8 +173,10 @@ impl Plan {
         };
         let mut runs: Vec<Planned> = Vec::new();
         let mut seen = BTreeSet::new();
-        for draft in drafts(study).iter().filter(|draft| draft.labels.iter().all(|(name, label)| kept(name, label))) {
-            let case = draft.case.as_deref().map_or_else(|| case.clone(), beside);
+        let drafts = drafts(study);
+        let case_of = |draft: &Draft| draft.case.as_deref().map_or_else(|| case.clone(), beside);
+        for draft in drafts.iter().filter(|draft| draft.labels.iter().all(|(name, label)| kept(name, label))) {
+            let case = case_of(draft);
             let set = [&common[..], &draft.set[..], &last[..]].concat();
             let petsc = [words(&study.petsc), draft.petsc.clone()].concat();
             let loaded = read_case(&case, &set).map(|loaded| loaded.case).map_err(|e| reason(&e));
@@ -199,7 +204,12 @@ impl Plan {
         let references = references(study, text, &beside, &names, &runs)?;
         let plan = Plan { names, runs, references };
         plan.refuse_never_accepted(text, &common, &case)?;
-        plan.refuse_unknown_measures(text)?;
+        // What --quick leaves out may be what is measured.
+        let all = drafts.iter().filter_map(|draft| {
+            let loaded = read_case(&case_of(draft), &[&common[..], &draft.set[..]].concat()).ok()?;
+            Some(loaded.case.measure.into_iter().map(|measure| measure.name))
+        });
+        plan.refuse_unknown_measures(text, all.flatten())?;
         Ok(plan)
     }
 
@@ -221,17 +231,21 @@ impl Plan {
         Err(text.refuse(fault(key, message)))
     }
 
-    fn refuse_unknown_measures(&self, text: &Text) -> Result<()> {
-        for (index, Target { measure, .. }) in self.references.iter().enumerate() {
-            for case in self.runs.iter().filter_map(|run| run.loaded.as_ref().ok()) {
-                if !case.measure.iter().any(|m| m.name == *measure) {
-                    let known: Vec<&str> = case.measure.iter().map(|m| m.name.as_str()).collect();
-                    let message = format!("the case has no measure `{measure}`; {}", suggest(measure, &known));
-                    return Err(text.refuse(fault(format!("reference.{index}.measure"), message)));
-                }
-            }
+    /// Refuses a reference of what no run measures; `all` are the names of what the file's runs do, looked up where those of this
+    /// plan do not.
+    fn refuse_unknown_measures(&self, text: &Text, all: impl Iterator<Item = String>) -> Result<()> {
+        let mut known = self.measures();
+        let unknown = |target: &Target, known: &[String]| !known.contains(&target.measure);
+        if !self.references.iter().any(|target| unknown(target, &known)) {
+            return Ok(());
         }
-        Ok(())
+        known.extend(all);
+        known.sort();
+        known.dedup();
+        let Some(index) = self.references.iter().position(|target| unknown(target, &known)) else { return Ok(()) };
+        let (measure, known) = (&self.references[index].measure, known.iter().map(String::as_str).collect::<Vec<_>>());
+        let message = format!("the case has no measure `{measure}`; {}", suggest(measure, &known));
+        Err(text.refuse(fault(format!("reference.{index}.measure"), message)))
     }
 
     /// What a measure is compared with, where it is.
@@ -350,5 +364,42 @@ impl Sheet {
         }
         let number = cell.parse().map(Some);
         number.map_err(|_| refuse(".column", format!("{}: {cell:?} is not a number", self.path.display())))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_is_a_part_of_its_reference_but_a_difference_where_all_references_are_zero() {
+        let target = |values: &[Option<f64>]| Target { measure: "lift".into(), values: values.to_vec() };
+        let mixed = target(&[Some(2.0), None, Some(0.0), Some(-4.0)]);
+        let errors = [0, 1, 2, 3].map(|run| mixed.error(run, 3.0));
+        assert_eq!(errors, [Some(0.5), None, None, Some(-1.75)]);
+        let nothing = target(&[Some(0.0), None]);
+        assert_eq!((nothing.is_relative(), nothing.error(0, 3.0), nothing.error(1, 3.0)), (false, Some(3.0), None));
+    }
+
+    #[test]
+    fn a_row_of_a_sheet_is_told_by_what_its_columns_hold_numbers_by_their_value() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        fs::write(file.path(), "# Cd\nre,place,cd\n10.0,west,3.5\n1e2,east,1.5\n1e2,west,\n").unwrap();
+        let refuse = |key: &str, message: String| Error::Usage(format!("{key}: {message}"));
+        let sheet = Sheet::read(file.path(), &refuse).unwrap();
+        let cd = sheet.position("cd", ".column", &refuse).unwrap();
+        let value = |wanted: &[(usize, &str)], may_lack| {
+            let wanted: Vec<_> = wanted.iter().map(|(k, text)| (*k, text.to_string())).collect();
+            sheet.value(cd, &wanted, may_lack, &refuse).map_err(|e| e.to_string())
+        };
+        assert_eq!(value(&[(0, "10")], false), Ok(Some(3.5)));
+        assert_eq!(value(&[(0, "100"), (1, "east")], true), Ok(Some(1.5)));
+        // A row that is not there, and a cell that is empty, are no reference of one run among several.
+        assert_eq!((value(&[(0, "70")], true), value(&[(0, "100"), (1, "west")], true)), (Ok(None), Ok(None)));
+        assert!(value(&[(0, "70")], false).unwrap_err().starts_with(".row: 0 rows"));
+        assert!(value(&[(0, "100"), (1, "west")], false).unwrap_err().starts_with(".column"));
+        assert!(value(&[(0, "100")], true).unwrap_err().starts_with(".row: 2 rows"), "which one is not said");
+        let unknown = sheet.position("rey", ".row_of.rey", &refuse).unwrap_err().to_string();
+        assert!(unknown.starts_with(".row_of.rey: ") && unknown.contains("no column `rey`"), "{unknown}");
     }
 }

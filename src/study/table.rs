@@ -2,7 +2,7 @@
 
 use super::child::Outcome;
 use super::columns::COLUMNS;
-use super::plan::Plan;
+use super::plan::{Plan, Target};
 
 /// A measure of a run.
 #[derive(Clone, Debug)]
@@ -11,7 +11,7 @@ pub struct Measured {
     pub name: String,
     /// Its median, where a repeat gave one.
     pub value: Option<f64>,
-    /// `value/reference - 1` (the difference where a reference is 0), where there is a reference.
+    /// `value/reference - 1` (the difference where all references are 0), where there is a reference.
     pub error: Option<f64>,
 }
 
@@ -47,6 +47,11 @@ pub fn median(mut values: Vec<f64>) -> Option<f64> {
 pub fn short(value: f64) -> String {
     let order = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
     if (-3..6).contains(&order) { format!("{value:.*}", (3 - order).max(0) as usize) } else { format!("{value:.3e}") }
+}
+
+/// An error against a target: in percent, or as the difference that it is.
+fn show(target: &Target, error: f64) -> String {
+    if target.is_relative() { format!("{:+.2} %", 100.0 * error) } else { short(error) }
 }
 
 /// Wall-clock time of a cell and step (us): the stages' of the step and of its logs, without snapshots and start.
@@ -176,8 +181,8 @@ pub fn markdown(plan: &Plan, rows: &[Row]) -> String {
         cells.extend(several_ranks.then(|| row.ranks.to_string()));
         for measured in &row.measured {
             cells.push(number(measured.value));
-            if plan.target(&measured.name).is_some() {
-                cells.push(measured.error.map_or(String::new(), |error| format!("{:+.2} %", 100.0 * error)));
+            if let Some(target) = plan.target(&measured.name) {
+                cells.push(measured.error.map_or(String::new(), |error| show(target, error)));
             }
         }
         let times = ["cpu_seconds", "wall_seconds", "us_per_cell_step", "cpu_us_per_cell_step", "krylov_per_step"];
@@ -196,9 +201,11 @@ pub fn markdown(plan: &Plan, rows: &[Row]) -> String {
 /// The range and mean of every measure over the runs that differ in the columns `over` only, with the worst and the mean error
 /// where there is a reference: a Markdown table.
 pub fn spread(plan: &Plan, rows: &[Row], over: &[String]) -> String {
+    let several_ranks = rows.iter().any(|row| row.ranks != rows[0].ranks) && !over.iter().any(|name| name == "ranks");
     let kept: Vec<usize> = (0..plan.names.len()).filter(|k| !over.contains(&plan.names[*k])).collect();
     let measures = plan.measures();
     let mut head: Vec<String> = kept.iter().map(|k| plan.names[*k].clone()).collect();
+    head.extend(several_ranks.then(|| "ranks".to_owned()));
     head.push("runs".into());
     for name in &measures {
         head.extend([name.clone(), "mean".into()]);
@@ -206,17 +213,17 @@ pub fn spread(plan: &Plan, rows: &[Row], over: &[String]) -> String {
     }
     let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
     let mut text = line(head.clone()) + &"|---".repeat(head.len()) + "|\n";
-    let mut groups: Vec<(Vec<&String>, Vec<&Row>)> = Vec::new();
+    let mut groups: Vec<(Vec<String>, Vec<&Row>)> = Vec::new();
     for row in rows {
-        let key: Vec<&String> = kept.iter().map(|k| &row.labels[*k]).collect();
+        let ranks = several_ranks.then(|| row.ranks.to_string());
+        let key: Vec<String> = kept.iter().map(|k| row.labels[*k].clone()).chain(ranks).collect();
         match groups.iter_mut().find(|(other, _)| *other == key) {
             Some((_, rows)) => rows.push(row),
             None => groups.push((key, vec![row])),
         }
     }
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
-    for (key, rows) in groups {
-        let mut cells: Vec<String> = key.into_iter().cloned().collect();
+    for (mut cells, rows) in groups {
         cells.push(rows.len().to_string());
         for (k, name) in measures.iter().enumerate() {
             let values: Vec<f64> = rows.iter().filter_map(|row| row.measured[k].value).collect();
@@ -228,10 +235,7 @@ pub fn spread(plan: &Plan, rows: &[Row], over: &[String]) -> String {
             cells.push(shown(short(mean(&values)), !values.is_empty()));
             if let Some(target) = plan.target(name) {
                 let worst = errors.iter().copied().fold(0.0f64, |w, e| if e.abs() > w.abs() { e } else { w });
-                let text = |error: f64| {
-                    if target.is_relative() { format!("{:+.2} %", 100.0 * error) } else { short(error) }
-                };
-                cells.extend([worst, mean(&errors)].map(|error| shown(text(error), !errors.is_empty())));
+                cells.extend([worst, mean(&errors)].map(|error| shown(show(target, error), !errors.is_empty())));
             }
         }
         text += &line(cells);

@@ -94,6 +94,6 @@ fn validate_runs_a_shipped_case_and_says_value_reference_error_and_verdict() {
     for part in ["settling-disc N 8", "5.575", " %", "2 %", "pass"] {
         assert!(row.contains(part), "no `{part}` in {row}");
     }
-    assert!(said.trim_end().ends_with("1 of 1 values pass"), "{said}");
+    assert!(said.trim_end().ends_with("7 of 7 values pass"), "{said}");
     assert!(out.join("settling-disc-N-8/summary.json").exists());
 }

@@ -127,6 +127,11 @@ pub enum MeasureKind {
     MorisonDrag,
     /// `C_M` of the same fit: 1 for a disc in an unbounded inviscid fluid.
     MorisonInertia,
+    /// What the same fit leaves of the force: its root mean square over that of the force.
+    MorisonResidual,
+    /// Root mean square of the force along x about its least-squares quadratic in time, over its mean; steps weigh as much as they
+    /// are long. Of a particle that moves steadily through the grid it is noise.
+    ForceNoise,
     /// Largest speed of the fluid over the domain and over time (m/s).
     MaxSpeed,
     /// Least velocity along x on the line x = size/2 at the end (m/s), by a parabola through three cells; 2D only.
@@ -209,12 +214,12 @@ impl MeasureKind {
 
     /// Whether it is made of the force on a particle.
     pub fn is_of_force(self) -> bool {
-        self.needs_speed() || self.fits_morison()
+        self.needs_speed() || self.fits_morison() || self == MeasureKind::ForceNoise
     }
 
     /// Whether it is a fit of Morison's formula, of a particle with a prescribed oscillation.
     pub fn fits_morison(self) -> bool {
-        matches!(self, MeasureKind::MorisonDrag | MeasureKind::MorisonInertia)
+        matches!(self, MeasureKind::MorisonDrag | MeasureKind::MorisonInertia | MeasureKind::MorisonResidual)
     }
 }
 
