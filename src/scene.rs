@@ -135,8 +135,7 @@ impl<const D: usize> Scene<D> {
         let cells = axes(&case.domain.cells);
         let periodic = std::array::from_fn(|a| case.periodic(a));
         let walls_are_sharp = case.coupling.wall == config::WallRule::Sharp && !bodies.is_empty();
-        let h: [f64; D] = std::array::from_fn(|a| case.domain.size[a] / case.domain.cells[a] as f64);
-        let ghosts = if walls_are_sharp { sharp::reach(&h).1 } else { GHOSTS };
+        let ghosts = if walls_are_sharp { sharp::reach(&case.spacings()).1 } else { GHOSTS };
         let layout = Layout::new(session, &cells, &periodic, ghosts)?;
         let grid = Grid::new(cells, axes(&case.domain.size), periodic, &layout);
         let borders = std::array::from_fn(|a| [0, 1].map(|s| border(&grid, a, &case.boundary[a][s])));

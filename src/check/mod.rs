@@ -2,7 +2,7 @@
 
 mod layer;
 
-use crate::config::{Case, Motion, Side, Step, Substeps};
+use crate::config::{Case, Step, Substeps};
 use crate::output::print;
 use crate::petsc::Session;
 use crate::run::{check_memory, check_step, choose_step, start_petsc};
@@ -57,11 +57,11 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         format!("domain       {} m, {cells} cells, h = {h} m", times(&case.domain.size)),
         format!("fluid        density {} kg/m3, viscosity {} Pa s", case.fluid.density, case.fluid.viscosity),
     ];
-    let sides = case.sides().map(|(name, side)| format!("{name} {}", border_words(side)));
+    let sides = case.sides().map(|(name, side)| format!("{name} {}", side.words()));
     lines.push(format!("boundary     {}", sides.collect::<Vec<_>>().join(", ")));
-    lines.extend(particles(case, &scene.grid.h).into_iter().map(|(label, words)| format!("{label:<13}{words}")));
+    lines.extend(case.particle_words().into_iter().map(|(label, words)| format!("{label:<13}{words}")));
     let widest = scene.grid.h.iter().copied().fold(0.0, f64::max);
-    let smallest = case.particle.iter().map(diameter).fold(f64::INFINITY, f64::min) / widest;
+    let smallest = case.particle.iter().map(|p| p.shape.diameter()).fold(f64::INFINITY, f64::min) / widest;
     if smallest < RESOLVED {
         lines.push(format!(
             "warning      a particle of {smallest:.1} cells is not resolved: {RESOLVED} or more are needed"
@@ -69,7 +69,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     }
     if let (Some(speed), true) = (case.reference_speed, case.fluid.viscosity > 0.0) {
         let nu = case.fluid.viscosity / case.fluid.density;
-        let length = case.particle.iter().map(diameter).fold(0.0, f64::max);
+        let length = case.particle.iter().map(|p| p.shape.diameter()).fold(0.0, f64::max);
         let (length, of) = if length > 0.0 { (length, "largest diameter") } else { (case.domain.size[1], "height") };
         lines.push(format!("Reynolds     {:.4} (speed {speed} m/s, {of} {length} m)", speed * length / nu));
     }
@@ -124,10 +124,6 @@ fn layer(case: &Case, h: f64) -> Vec<String> {
     [Some(line), (thickness < h).then_some(warning)].into_iter().flatten().collect()
 }
 
-fn diameter(p: &crate::config::Particle) -> f64 {
-    p.shape.diameter()
-}
-
 /// Substeps in a contact below which its restitution is no longer the one asked for.
 const COARSE: f64 = 20.0;
 
@@ -156,66 +152,4 @@ fn contacts<const D: usize>(case: &Case, scene: &Scene<D>, dt: f64) -> Vec<Strin
         ));
     }
     lines
-}
-
-/// Few particles one by one, many by their ranges.
-pub(crate) fn particle_words(case: &Case, h: &[f64]) -> Vec<String> {
-    particles(case, h).into_iter().map(|(label, words)| format!("{label}: {words}")).collect()
-}
-
-/// What is said of particles, each line with its label.
-fn particles(case: &Case, h: &[f64]) -> Vec<(String, String)> {
-    let cells = |d: f64| d / h.iter().copied().fold(0.0, f64::max);
-    let ratio = |p: &crate::config::Particle| p.density / case.fluid.density;
-    if case.particle.len() > 5 {
-        let range = |f: &dyn Fn(&crate::config::Particle) -> f64| {
-            let values = case.particle.iter().map(f);
-            values.fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(v), high.max(v)))
-        };
-        let (d, s) = (range(&diameter), range(&ratio));
-        let words = format!(
-            "{}: d = {} to {} m, d/h = {:.1} to {:.1}, density ratio {:.4} to {:.4}",
-            case.particle.len(),
-            d.0,
-            d.1,
-            cells(d.0),
-            cells(d.1),
-            s.0,
-            s.1
-        );
-        return vec![("particles".into(), words)];
-    }
-    let line = |(id, p): (usize, &crate::config::Particle)| {
-        let motion = match &p.motion {
-            Motion::Free { .. } => "free".into(),
-            Motion::Fixed => "fixed".into(),
-            Motion::Prescribed { oscillation, .. } => match oscillation {
-                None => "prescribed motion".into(),
-                Some(o) => format!(
-                    "prescribed motion, to and fro by {:?} m at {} 1/s ({:.4} m/s)",
-                    o.amplitude,
-                    o.frequency,
-                    o.speed()
-                ),
-            },
-        };
-        let d = diameter(p);
-        let words = format!("d = {d} m, d/h = {:.1}, density ratio {:.4}, {motion}", cells(d), ratio(p));
-        (format!("particle {id}"), words)
-    };
-    case.particle.iter().enumerate().map(line).collect()
-}
-
-/// A border's condition in words.
-pub(crate) fn border_words(side: &Side) -> String {
-    match side {
-        Side::Periodic => "periodic".into(),
-        Side::Outflow => "outflow".into(),
-        Side::Wall => "wall".into(),
-        Side::Slip => "slip".into(),
-        Side::MovingWall(v) => format!("moving wall {v:?} m/s"),
-        Side::Inflow(v) => format!("inflow {v:?} m/s"),
-        Side::InflowParabola(v) => format!("parabolic inflow, {v:?} m/s in the middle"),
-        Side::InflowProfile(p) => format!("inflow profile of {} points", p.at.len()),
-    }
 }

@@ -19,6 +19,7 @@ pub mod raw;
 mod read;
 mod resolve;
 mod resolved;
+mod words;
 mod write;
 
 pub use raw::{

@@ -48,6 +48,11 @@ impl Case {
         self.domain.size.len()
     }
 
+    /// The spacing of the grid along each axis (m).
+    pub fn spacings(&self) -> Vec<f64> {
+        self.domain.size.iter().zip(&self.domain.cells).map(|(size, cells)| size / *cells as f64).collect()
+    }
+
     /// The faces of the box by name, each with its condition.
     pub fn sides(&self) -> impl Iterator<Item = (&'static str, &Side)> {
         FACES.into_iter().zip(self.boundary.iter().flatten())

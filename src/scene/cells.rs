@@ -27,9 +27,7 @@ fn check_cells(loaded: &Loaded) -> Result<()> {
     if !walls_are_sharp(case) {
         return Ok(());
     }
-    let domain = case.domain.size.iter().zip(&case.domain.cells);
-    let spacings: Vec<f64> = domain.map(|(size, cells)| size / *cells as f64).collect();
-    let needed = sharp::reach(&spacings).1;
+    let needed = sharp::reach(&case.spacings()).1;
     let Some(axis) = case.domain.cells.iter().position(|cells| *cells < needed) else { return Ok(()) };
     Err(loaded.error_at(
         &format!("domain.cells.{axis}"),

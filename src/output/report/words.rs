@@ -1,14 +1,13 @@
 //! The case in words and its dimensionless numbers, each with its definition.
 
 use super::Run;
-use crate::check::{border_words, particle_words};
 use crate::config::{Advection, Case, Motion, Scheme, Step, Substeps, WallRule};
 
 /// What the case is: pairs of a term and its lines.
 pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
     let times = |v: &[f64]| v.iter().map(|x| format!("{x}")).collect::<Vec<_>>().join(" x ");
     let cells = case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
-    let h = spacings(case);
+    let h = case.spacings();
     let nu = case.fluid.viscosity / case.fluid.density;
     let mut fluid = vec![format!(
         "density {} kg/m3, viscosity {} Pa s (kinematic {nu:.4e} m2/s)",
@@ -17,10 +16,10 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
     if case.fluid.gravity.iter().any(|g| *g != 0.0) {
         fluid.push(format!("gravity {:?} m/s2", case.fluid.gravity));
     }
-    let sides = case.sides().map(|(name, side)| format!("{name}: {}", border_words(side)));
+    let sides = case.sides().map(|(name, side)| format!("{name}: {}", side.words()));
     let particles = match case.particle.len() {
         0 => vec!["none".into()],
-        _ => particle_words(case, &h),
+        _ => case.particle_words().into_iter().map(|(label, words)| format!("{label}: {words}")).collect(),
     };
     let wall = match case.coupling.wall {
         WallRule::Sharp => "sharp walls: faces are open as far as particles leave them",
@@ -77,11 +76,6 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
     terms
 }
 
-/// The spacing along each axis (m).
-pub fn spacings(case: &Case) -> Vec<f64> {
-    case.domain.size.iter().zip(&case.domain.cells).map(|(size, n)| size / *n as f64).collect()
-}
-
 /// A dimensionless number.
 pub struct Number {
     /// Its name.
@@ -102,7 +96,7 @@ pub fn numbers(run: &Run) -> Vec<Number> {
         }
     };
     let nu = case.fluid.viscosity / case.fluid.density;
-    let h = spacings(case).into_iter().fold(0.0, f64::max);
+    let h = case.spacings().into_iter().fold(0.0, f64::max);
     let largest = case.particle.iter().map(|p| p.shape.diameter()).fold(0.0, f64::max);
     if let (Some(speed), true) = (case.reference_speed, nu > 0.0) {
         let (length, of) = match largest {

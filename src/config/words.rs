@@ -1,0 +1,63 @@
+//! Parts of a case in words, for `mics check` and reports.
+
+use super::{Case, Motion, Particle, Side};
+
+impl Case {
+    /// What is said of the particles, each line with its label: of few one by one, of many their ranges.
+    pub fn particle_words(&self) -> Vec<(String, String)> {
+        let widest = self.spacings().into_iter().fold(0.0, f64::max);
+        let cells = |d: f64| d / widest;
+        let ratio = |p: &Particle| p.density / self.fluid.density;
+        if self.particle.len() > 5 {
+            let range = |f: &dyn Fn(&Particle) -> f64| {
+                let values = self.particle.iter().map(f);
+                values.fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(v), high.max(v)))
+            };
+            let (d, s) = (range(&|p| p.shape.diameter()), range(&ratio));
+            let words = format!(
+                "{}: d = {} to {} m, d/h = {:.1} to {:.1}, density ratio {:.4} to {:.4}",
+                self.particle.len(),
+                d.0,
+                d.1,
+                cells(d.0),
+                cells(d.1),
+                s.0,
+                s.1
+            );
+            return vec![("particles".into(), words)];
+        }
+        let line = |(id, p): (usize, &Particle)| {
+            let motion = match &p.motion {
+                Motion::Free { .. } => "free".into(),
+                Motion::Fixed => "fixed".into(),
+                Motion::Prescribed { oscillation: None, .. } => "prescribed motion".into(),
+                Motion::Prescribed { oscillation: Some(o), .. } => format!(
+                    "prescribed motion, to and fro by {:?} m at {} 1/s ({:.4} m/s)",
+                    o.amplitude,
+                    o.frequency,
+                    o.speed()
+                ),
+            };
+            let d = p.shape.diameter();
+            let words = format!("d = {d} m, d/h = {:.1}, density ratio {:.4}, {motion}", cells(d), ratio(p));
+            (format!("particle {id}"), words)
+        };
+        self.particle.iter().enumerate().map(line).collect()
+    }
+}
+
+impl Side {
+    /// The condition in words.
+    pub fn words(&self) -> String {
+        match self {
+            Side::Periodic => "periodic".into(),
+            Side::Outflow => "outflow".into(),
+            Side::Wall => "wall".into(),
+            Side::Slip => "slip".into(),
+            Side::MovingWall(v) => format!("moving wall {v:?} m/s"),
+            Side::Inflow(v) => format!("inflow {v:?} m/s"),
+            Side::InflowParabola(v) => format!("parabolic inflow, {v:?} m/s in the middle"),
+            Side::InflowProfile(p) => format!("inflow profile of {} points", p.at.len()),
+        }
+    }
+}
