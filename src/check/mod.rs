@@ -83,7 +83,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         (case.time.end / dt).ceil(),
         case.time.end
     ));
-    lines.extend(contacts(case, &scene, dt));
+    lines.extend(contacts(case, &scene, dt.min(expected_step(case))));
     lines.push(format!("pressure     {}, until |D| < {:e} 1/s", scene.solver()?, case.pressure.divergence_limit));
     for (what, needed, why) in scene.needs() {
         lines.push(format!("{:<13}{what}: {why}", if needed { "needs" } else { "skips" }));
@@ -122,6 +122,12 @@ fn layer(case: &Case, h: f64) -> Vec<String> {
         diameter / h
     );
     [Some(line), (thickness < h).then_some(warning)].into_iter().flatten().collect()
+}
+
+/// The step (s) that `time.cfl` gives at the speeds that bodies come to; infinite where nothing is known of them.
+fn expected_step(case: &Case) -> f64 {
+    let (Step::Courant(number), Some(layer)) = (case.time.step, Layer::thinnest(case)) else { return f64::INFINITY };
+    number * case.spacings().into_iter().fold(f64::INFINITY, f64::min) / layer.speed
 }
 
 /// Substeps in a contact below which its restitution is no longer the one asked for.

@@ -118,7 +118,7 @@ pub trait Shape: Debug + Send + Sync {
     }
 
     /// Volume that it fills of such a box (m3; m2 in 2D), and the integrals of the coordinates over that (m4; m3). By default
-    /// the box is cut into pieces at the surface, which leaves an error of about 1e-3 of the box.
+    /// the box is cut into pieces at the surface, which leaves an error of up to 4e-3 of the box.
     fn moments(&self, turn: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> (f64, Vector3<f64>) {
         subdivision::moments(self.dimension(), middle, half, &|at| (self.distance(turn, at), self.normal(turn, at)))
     }

@@ -1,6 +1,6 @@
 //! A step allocates nothing: a counting allocator watches.
 
-use crate::support::{box_case, petsc};
+use crate::support::{MIXING, SHARP, box_case, petsc};
 use mics::scene::Scene;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -69,8 +69,9 @@ fn a_step_after_the_first_allocates_nothing() {
         "advection = \"upwind5-advective\"",
     ] {
         for (body, rule) in [
-            ("motion = \"fixed\"", ""),
-            (moving, ""),
+            ("motion = \"fixed\"", "wall = \"sharp\""),
+            (moving, "wall = \"sharp\""),
+            (swinging, "wall = \"sharp\""),
             (moving, "wall = \"mixing\"\nfraction = \"polygon\""),
             (swinging, "wall = \"mixing\""),
         ] {
@@ -88,24 +89,27 @@ fn a_step_after_the_first_allocates_nothing() {
         )
     };
     let law = "[contact]\nnormal_stiffness = 1.0e4\nfriction = 0.4\n";
-    let more = [free(0.5, 0.2), free(0.815, -0.2), law.into()].concat();
     let walls = ["\"wall\"", "\"wall\"", "\"wall\"", "\"slip\""];
-    let text =
-        box_case([2.0, 1.0], [32, 16], 0.01, walls, &more).replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
-    let mut scene: Scene<2> = petsc.scene(&text);
-    assert_eq!(allocations(&mut scene, 4e-3), 0, "free particles in contact");
-    assert!(scene.substeps > 1, "they touch");
+    for wall in [SHARP, MIXING] {
+        let more = [&free(0.5, 0.2), &free(0.815, -0.2), law, wall].concat();
+        let text =
+            box_case([2.0, 1.0], [32, 16], 0.01, walls, &more).replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
+        let mut scene: Scene<2> = petsc.scene(&text);
+        assert_eq!(allocations(&mut scene, 4e-3), 0, "free particles in contact: {wall}");
+        assert!(scene.substeps > 1, "they touch: {wall}");
+    }
     // Light enough, and of enough cells, that the multigrid takes it in.
     let light = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.5, 0.3]\ndensity = 0.5\n";
-    let text =
-        box_case([2.0, 1.0], [64, 32], 0.01, walls, light).replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
+    let text = box_case([2.0, 1.0], [64, 32], 0.01, walls, &(light.to_owned() + SHARP))
+        .replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
     let mut scene: Scene<2> = petsc.scene(&text);
     assert_eq!(allocations(&mut scene, 2e-3), 0, "a light free particle");
     let mut scene: Scene<3> = petsc.scene(
         "name = \"s\"\n[domain]\nsize = [2.0, 1.0, 1.0]\ncells = [16, 8, 8]\n[fluid]\ndensity = 1.0\nviscosity = 0.01\n\
          [boundary]\nwest = { inflow = [1.0, 0.0, 0.0] }\neast = \"outflow\"\nsouth = \"slip\"\nnorth = \"slip\"\n\
          bottom = \"periodic\"\ntop = \"periodic\"\n[[particle]]\nshape = { sphere = { diameter = 0.5 } }\n\
-         position = [0.6, 0.5, 0.5]\nmotion = { prescribed = { velocity = [0.1, 0.0, 0.2] } }\n[time]\nend = 1.0",
+         position = [0.6, 0.5, 0.5]\nmotion = { prescribed = { velocity = [0.1, 0.0, 0.2] } }\n\
+         [coupling]\nwall = \"sharp\"\n[time]\nend = 1.0",
     );
     assert_eq!(allocations(&mut scene, 1e-2), 0, "3D");
 }

@@ -153,11 +153,12 @@ fn petsc_options_that_a_solve_would_stumble_over_are_refused_of_a_scene_at_rest(
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let row = |ranks: usize, options: &[&str], says: &[&str]| {
-        let mut command = match ranks {
-            1 => command(env!("CARGO_BIN_EXE_mics")),
-            _ => mpirun(ranks, env!("CARGO_BIN_EXE_mics")),
+        let words = ["run".as_ref(), case.as_os_str(), "--out".as_ref(), out.as_os_str(), "--".as_ref()];
+        let output = match ranks {
+            1 => command(env!("CARGO_BIN_EXE_mics")).args(words).args(options).output(),
+            _ => mpirun(ranks, env!("CARGO_BIN_EXE_mics")).args(words).args(options).output(),
         };
-        let output = command.arg("run").arg(&case).arg("--out").arg(&out).arg("--").args(options).output().unwrap();
+        let output = output.unwrap();
         (format!("{ranks} ranks {options:?}"), shortcomings(&output, &out, says))
     };
     expect_none([

@@ -144,7 +144,7 @@ const BAD_CASES: &[Row] = &[
     // Contact and materials.
     ("[time]", "[contact]\nnormal_stiffness = 1.0\nrestitution = 0.5\ndamping = { normal = 1.0, tangential = 1.0 }\n[time]", "damping", "contact.damping", &["exclude each other"]),
     ("[time]", "[contact]\nnormal_stiffness = 1.0\n[contact.pair]\nbetween = [\"default\", \"wall\"]\n[time]", "[contact.pair]", "contact.pair", &["a list", "[[contact.pair]]"]),
-    ("[time]", "[contact]\nfriction = 0.5\n[time]", "[contact]", "contact.normal_stiffness", &["missing key"]),
+    ("[time]", "[contact]\nnormal_stiffness = \"soft\"\n[time]", "normal_stiffness", "contact.normal_stiffness", &["auto"]),
     ("[time]", "[contact]\nnormal_stiffness = 1.0\nexponent = 0.5\n[time]", "exponent", "contact.exponent", &["from 1 to 3"]),
     ("[time]", "[contact]\nnormal_stiffness = 1.0\ntangential_ratio = inf\n[time]", "tangential_ratio", "contact.tangential_ratio", &["finite"]),
     ("[time]", "[contact]\nnormal_stiffness = 1.0\nrestitution = 0.0\n[time]", "restitution", "contact.restitution", &["above 0 and at most 1"]),

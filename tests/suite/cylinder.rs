@@ -8,9 +8,10 @@ const SPEED: f64 = 1.0;
 const DIAMETER: f64 = 0.2;
 const DENSITY: f64 = 1000.0;
 
-fn section3(out: &Path, re: f64, more: &[&str]) -> serde_json::Value {
+fn section3(out: &Path, re: f64, wall: &str, more: &[&str]) -> serde_json::Value {
     let viscosity = format!("fluid.viscosity={:?}", DENSITY * SPEED * DIAMETER / re);
-    let words = ["--set", &viscosity, "--set", "output.figures=false"];
+    let wall = format!("coupling.wall=\"{wall}\"");
+    let words = ["--set", &viscosity, "--set", &wall, "--set", "output.figures=false"];
     run(&shipped("cases/cylinder-wake/case.toml"), out, &[&words[..], more].concat())
 }
 
@@ -56,12 +57,8 @@ fn the_momentum_force_is_that_of_a_control_volume() {
         (40.0, "[160,64]", "sharp", 0.005),
     ] {
         let out = dir.path().join(format!("{re}{cells}{wall}"));
-        let (set, wall_set) = (format!("domain.cells={cells}"), format!("coupling.wall=\"{wall}\""));
-        section3(
-            &out,
-            re,
-            &["--set", &set, "--set", &wall_set, "--set", "time.end=20.0", "--set", "initial.perturbation=0.0"],
-        );
+        let set = format!("domain.cells={cells}");
+        section3(&out, re, wall, &["--set", &set, "--set", "time.end=20.0", "--set", "initial.perturbation=0.0"]);
         let rows = columns(&out.join("particles.csv"));
         let force = *rows["momentum_fx"].last().unwrap();
         let balance = control_volume_drag(&out, DENSITY * SPEED * DIAMETER / re);
@@ -81,7 +78,7 @@ fn the_wake_is_steady_at_re_40_and_sheds_at_re_100_with_the_strouhal_number_of_t
     let dir = tempfile::tempdir().unwrap();
     let reference = columns(&shipped("cases/cylinder-wake/cylinder_s3.csv"));
     for (re, row) in [(40.0, 2), (100.0, 3), (200.0, 4)] {
-        let summary = section3(&dir.path().join(format!("{re}")), re, &["--set", "time.end=30.0"]);
+        let summary = section3(&dir.path().join(format!("{re}")), re, "sharp", &["--set", "time.end=30.0"]);
         let strouhal = summary["measures"]["strouhal"].as_f64();
         let expected = reference["st"][row];
         println!("Re {re}: {:?}, reference St {expected}", summary["measures"]);
@@ -102,10 +99,11 @@ fn d0_is_kept_at_a_loose_and_a_tight_limit_in_two_and_three_dimensions() {
     let dir = tempfile::tempdir().unwrap();
     for limit in ["1e-4", "1e-8"] {
         let set = format!("pressure.divergence_limit={limit}");
-        let short = ["--set", &set, "--set", "time.end=0.2", "--set", "measure=[]", "--quiet"];
+        let sharp = "coupling.wall=\"sharp\"";
+        let short = ["--set", &set, "--set", "time.end=0.2", "--set", "measure=[]", "--set", sharp];
         for case in ["cylinder-wake", "sphere-stream"] {
             let out = dir.path().join(format!("{case}{limit}"));
-            let summary = run(&shipped(&format!("cases/{case}/case.toml")), &out, &short[..6]);
+            let summary = run(&shipped(&format!("cases/{case}/case.toml")), &out, &short);
             let steps = columns(&out.join("steps.csv"));
             assert!(steps["divergence_max"].iter().all(|d| *d < limit.parse().unwrap()), "{case} {limit}");
             assert!(summary["krylov_iterations"].as_u64() > Some(0));
@@ -119,6 +117,7 @@ fn the_paper_s_choices_run_polygon_fractions_euler_and_qsi() {
     let summary = section3(
         dir.path(),
         100.0,
+        "mixing",
         &["--set", "preset=\"mics-2003\"", "--set", "time.step=0.008", "--set", "time.end=2.0", "--set", "measure=[]"],
     );
     assert_eq!(summary["status"], "done");

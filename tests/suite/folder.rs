@@ -1,6 +1,6 @@
 //! A run's folder: one process at a time, nothing of anybody else's deleted, and a way on from every state that it can be in.
 
-use crate::restart::{checkpoints, colliding, expect_the_same_run, said, signal, start, wait_until, words};
+use crate::restart::{checkpoints, colliding, expect_the_same_run, held, said, signal, start, wait_until, words};
 use crate::support::{command, mics, run};
 use std::fs;
 
@@ -8,9 +8,7 @@ use std::fs;
 fn a_folder_that_a_run_writes_to_is_refused_to_others_and_the_run_is_none_the_worse() {
     let dir = tempfile::tempdir().unwrap();
     let (case, out) = (colliding(dir.path(), "end = 0.5\ncfl = 0.2", 20), dir.path().join("out"));
-    let mut first = start(&words(&case, &out, &[]));
-    wait_until(&mut first, || !checkpoints(&out).is_empty());
-    signal(&first, "STOP");
+    let first = held(&case, &out, || !checkpoints(&out).is_empty());
     for how in ["--force", "--resume"] {
         let output = mics(&words(&case, &out, &[how]));
         assert_eq!(output.status.code(), Some(2), "{how}: {}", said(&output));

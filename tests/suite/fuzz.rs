@@ -2,7 +2,7 @@
 //! `PROPTEST_CASES=1000000 cargo test --release --test suite fuzz -- --nocapture` a million of each.
 
 use crate::allocation::largest;
-use crate::support::{Petsc, box_case, petsc, shipped};
+use crate::support::{Petsc, box_case, petsc, shipped, thread_time};
 use mics::config::load;
 use mics::output::checkpoint::{FORMAT, Header, newest, open, path};
 use mics::output::measure::{self, Sample};
@@ -13,7 +13,7 @@ use mics::tape::{Lasting, Tape};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use std::cell::{Cell, RefCell};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// What a reader may allocate at once, over what it was given (bytes).
 const ROOM: usize = 1 << 20;
@@ -146,10 +146,10 @@ struct Outcomes {
 }
 
 impl Outcomes {
-    fn count<T>(&self, result: &mics::Result<T>, started: Instant) {
+    fn count<T>(&self, result: &mics::Result<T>, started: Duration) {
         let counter = if result.is_ok() { &self.taken } else { &self.refused };
         counter.set(counter.get() + 1);
-        self.slowest.set(self.slowest.get().max(started.elapsed()));
+        self.slowest.set(self.slowest.get().max(thread_time() - started));
     }
 
     fn show(&self, name: &str) {
@@ -173,7 +173,7 @@ fn a_checkpoint_of_any_content_is_played_or_refused() {
             let mut bytes = bytes.clone();
             changes.iter().for_each(|change| change.make(&mut bytes));
             largest();
-            let (started, mut whole) = (Instant::now(), whole.borrow_mut());
+            let (started, mut whole) = (thread_time(), whole.borrow_mut());
             let mut rest = &bytes[..];
             let mut tape = Tape::play(&petsc.session, &mut rest);
             let result = whole.pass(&mut tape).and_then(|()| tape.finish()).and_then(|()| whole.scene.take_up());
@@ -283,7 +283,7 @@ fn a_case_of_any_content_is_read_or_refused() {
         std::fs::write(&file, &bytes).unwrap();
         let set: Vec<String> = set.map(|(key, word)| format!("{key}={}", WORDS[word])).into_iter().collect();
         largest();
-        let started = Instant::now();
+        let started = thread_time();
         let result = load(&file, &set);
         outcomes.count(&result, started);
         let most = largest();

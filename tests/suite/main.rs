@@ -3,6 +3,7 @@
 mod allocation;
 mod bad_command;
 mod bad_input;
+mod balance;
 mod boundaries;
 mod cavity;
 mod convergence;
@@ -22,6 +23,7 @@ mod program;
 mod ranks;
 mod report;
 mod restart;
+mod rolling;
 mod scenes;
 mod sharp;
 mod study;

@@ -155,7 +155,8 @@ fn largest_gap(session: &Session, singular: bool) -> Result<f64> {
     let mut largest = system.gap(&[], &[])?;
     let steps = [
         vec![1.0; MODES],
-        vec![1e4; MODES],
+        vec![1e4; 6],
+        vec![1e2; MODES],
         vec![1e-3, 1e4, 0.0, 1.0, 30.0, 1e3],
         vec![1e-3, 1e4, 0.0, 1.0, 30.0, 1e3, 1e2, 0.0],
         vec![0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.0, 0.0],

@@ -1,9 +1,8 @@
 //! Free particles: what gravity, fluid and contacts make of them, and what they give back.
 
-use crate::support::{PERIODIC, box_case, columns, mics, petsc, run, shipped};
+use crate::support::{MIXING, PERIODIC, SHARP, box_case, columns, mics, petsc, run, shipped};
 use mics::scene::Scene;
 
-const MIXING: &str = "[coupling]\nwall = \"mixing\"\n";
 const WALLS: [&str; 4] = ["\"wall\"", "\"wall\"", "\"wall\"", "\"wall\""];
 
 fn disc(diameter: f64, place: [f64; 2], density: f64, more: &str) -> String {
@@ -88,15 +87,16 @@ fn what_the_mixing_takes_the_particles_get_in_a_periodic_box_with_collisions() {
 #[test]
 fn a_disc_carried_at_the_speed_of_a_stream_feels_no_force() {
     let petsc = petsc();
-    for density in [1.0, 2.65] {
+    for (wall, density) in [(MIXING, 1.0), (MIXING, 2.65), (SHARP, 1.0), (SHARP, 2.65)] {
         let more = disc(0.25, [0.3, 0.5], density, "velocity = [1.0, 0.4]")
+            + wall
             + "[initial]\nvelocity = [1.0, 0.4]\n[pressure]\ndivergence_limit = 1.0e-9";
         let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, &more));
         for _ in 0..60 {
             scene.step(0.01).unwrap();
             let coupling = scene.coupling.as_ref().unwrap();
             let force = coupling.exchange()[0].momentum.norm();
-            assert!(force < 1e-6 * 1.16 * 0.25, "{force} at density {density}");
+            assert!(force < 1e-6 * 1.16 * 0.25, "{force} at density {density}: {wall}");
         }
     }
 }
@@ -104,7 +104,8 @@ fn a_disc_carried_at_the_speed_of_a_stream_feels_no_force() {
 #[test]
 fn a_disc_settles_at_the_published_speed() {
     let dir = tempfile::tempdir().unwrap();
-    let summary = run(&shipped("cases/settling-disc/case.toml"), dir.path(), &["--set", "output.figures=false"]);
+    let sharp = ["--set", "coupling.wall=\"sharp\"", "--set", "output.figures=false"];
+    let summary = run(&shipped("cases/settling-disc/case.toml"), dir.path(), &sharp);
     let speed = summary["measures"]["largest_speed"].as_f64().unwrap();
     println!("largest speed {speed:.3} cm/s, reference 5.575");
     assert!((speed / 5.575 - 1.0).abs() < 0.01, "{speed}");
@@ -171,15 +172,17 @@ fn a_sphere_settles_and_its_momentum_is_accounted_for() {
 fn particles_that_touch_without_a_law_of_contact_stop_the_run_and_are_named() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
-    let more =
+    let discs =
         disc(0.2, [0.3, 0.5], 2.0, "velocity = [1.0, 0.0]") + &disc(0.2, [0.6, 0.5], 2.0, "velocity = [-1.0, 0.0]");
-    std::fs::write(&case, box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, &more)).unwrap();
-    let out = dir.path().join("out");
-    let output = mics(&["run", case.to_str().unwrap(), "--out", out.to_str().unwrap(), "--quiet"]);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(3), "{said}");
-    assert!(said.contains("particle 0 has run into particle 1") && said.contains("[contact]"), "{said}");
-    assert!(columns(&out.join("particles.csv"))["vx"].len() > 4);
+    for (name, wall) in [("mixing", MIXING), ("sharp", SHARP)] {
+        std::fs::write(&case, box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, &(discs.clone() + wall))).unwrap();
+        let out = dir.path().join(name);
+        let output = mics(&["run", case.to_str().unwrap(), "--out", out.to_str().unwrap(), "--quiet"]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{name}: {said}");
+        assert!(said.contains("particle 0 has run into particle 1") && said.contains("[contact]"), "{name}: {said}");
+        assert!(columns(&out.join("particles.csv"))["vx"].len() > 4);
+    }
 }
 
 #[test]
@@ -201,36 +204,41 @@ fn the_paper_s_preset_moves_a_heavy_particle() {
 #[test]
 fn a_locked_direction_is_not_moved_by_anything() {
     let petsc = petsc();
-    let more = disc(0.25, [0.5, 0.5], 2.65, "velocity = [0.1, 0.0]\nlocked = [\"x\", \"rotation\"]");
-    let text =
-        box_case([1.0, 1.0], [32, 32], 0.01, WALLS, &more).replace("viscosity", "gravity = [0.5, -1.0]\nviscosity");
-    let mut scene: Scene<2> = petsc.scene(&text);
-    for _ in 0..20 {
-        scene.step(0.005).unwrap();
+    for wall in [MIXING, SHARP] {
+        let more = disc(0.25, [0.5, 0.5], 2.65, "velocity = [0.1, 0.0]\nlocked = [\"x\", \"rotation\"]") + wall;
+        let text =
+            box_case([1.0, 1.0], [32, 32], 0.01, WALLS, &more).replace("viscosity", "gravity = [0.5, -1.0]\nviscosity");
+        let mut scene: Scene<2> = petsc.scene(&text);
+        for _ in 0..20 {
+            scene.step(0.005).unwrap();
+        }
+        let body = &scene.coupling.as_ref().unwrap().bodies()[0];
+        assert_eq!((body.velocity.x, body.spin.z), (0.1, 0.0), "{wall}");
+        assert!(body.velocity.y < -0.01, "{wall}");
     }
-    let body = &scene.coupling.as_ref().unwrap().bodies()[0];
-    assert_eq!((body.velocity.x, body.spin.z), (0.1, 0.0));
-    assert!(body.velocity.y < -0.01);
 }
 
 #[test]
 fn what_a_particle_is_held_against_is_the_force_on_it_and_the_balance_closes() {
     let petsc = petsc();
     let stream = "[initial]\nvelocity = [1.0, 0.3]\n[pressure]\ndivergence_limit = 1.0e-9";
-    let force_on = |how: &str| {
-        let more = disc(0.25, [0.5, 0.5], 2.65, how) + &disc(0.2, [0.2, 0.2], 2.0, "") + stream;
+    let force_on = |wall: &str, how: &str| {
+        let more = disc(0.25, [0.5, 0.5], 2.65, how) + &disc(0.2, [0.2, 0.2], 2.0, "") + wall + stream;
         let text = box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, &more)
             .replace("viscosity", "gravity = [0.5, -1.0]\nviscosity");
         let mut scene: Scene<2> = petsc.scene(&text);
         for _ in 0..15 {
             scene.step(0.005).unwrap();
             let audit = scene.audit.as_ref().unwrap();
-            assert!(audit.error.amax() < 1e-12, "{how}: {:?}", audit.error);
+            assert!(audit.error.amax() < 1e-12, "{wall} {how}: {:?}", audit.error);
         }
         scene.coupling.as_ref().unwrap().exchange()[0].momentum
     };
-    let (held, locked) = (force_on("motion = \"fixed\""), force_on("locked = [\"x\", \"y\", \"rotation\"]"));
-    assert!((held - locked).norm() < 1e-9 * held.norm() && held.x > 0.1, "{held} {locked}");
+    for wall in [MIXING, SHARP] {
+        let [held, locked] =
+            ["motion = \"fixed\"", "locked = [\"x\", \"y\", \"rotation\"]"].map(|how| force_on(wall, how));
+        assert!((held - locked).norm() < 1e-9 * held.norm() && held.x > 0.1, "{wall}: {held} {locked}");
+    }
 }
 
 #[test]
@@ -238,38 +246,49 @@ fn light_particles_pressed_together_keep_a_positive_density() {
     let petsc = petsc();
     let law = "[contact]\nnormal_stiffness = 0.5\n";
     let push = "motion = { prescribed = { velocity = [0.0, -0.2] } }";
-    let more = [
-        disc(0.25, [0.5, 0.126], 0.01, ""),
-        disc(0.25, [0.5, 0.378], 0.01, ""),
-        disc(0.25, [0.5, 0.632], 0.01, push),
-        law.into(),
-    ]
-    .concat();
-    let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [32, 32], 1e-4, WALLS, &more));
-    for _ in 0..60 {
-        scene.step(0.002).unwrap();
+    for wall in [MIXING, SHARP] {
+        let more = [
+            disc(0.25, [0.5, 0.126], 0.01, ""),
+            disc(0.25, [0.5, 0.378], 0.01, ""),
+            disc(0.25, [0.5, 0.632], 0.01, push),
+            law.into(),
+            wall.into(),
+        ]
+        .concat();
+        let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [32, 32], 1e-4, WALLS, &more));
+        let mut least = f64::INFINITY;
+        for _ in 0..60 {
+            scene.step(0.002).unwrap();
+            least = scene.grid.rows().flatten().map(|c| scene.density.at(c)).fold(least, f64::min);
+        }
+        let bodies = scene.coupling.as_ref().unwrap().bodies();
+        assert!((bodies[1].centre - bodies[0].centre).norm() < 0.25, "{wall}: they overlap: {bodies:?}");
+        // Two fractions that add up to more than a whole would make the mixture lighter than the lightest.
+        assert!(least > 0.0099, "{wall}: {least} kg/m3");
     }
-    let bodies = scene.coupling.as_ref().unwrap().bodies();
-    assert!((bodies[1].centre - bodies[0].centre).norm() < 0.25, "they overlap: {bodies:?}");
 }
 
 #[test]
 fn a_prescribed_particle_stops_the_run_where_no_contact_can_stop_it() {
     let petsc = petsc();
-    for (more, says) in [
-        (disc(0.2, [0.7, 0.5], 1.0, "motion = \"fixed\""), "has run into particle 1"),
-        (String::new(), "has reached the border"),
+    let other = disc(0.2, [0.7, 0.5], 1.0, "motion = \"fixed\"");
+    for (wall, other, says) in [
+        (MIXING, &other[..], "has run into particle 1"),
+        (MIXING, "", "has reached the border"),
+        (SHARP, &other, "has run into particle 1"),
+        (SHARP, "", "has reached the border"),
     ] {
         let more = [
-            disc(0.2, [0.4, 0.5], 1.0, "motion = { prescribed = { velocity = [1.0, 0.0] } }"),
-            more,
-            disc(0.2, [0.4, 0.2], 1.0, ""),
-            "[contact]\nnormal_stiffness = 100.0\n".into(),
+            &disc(0.2, [0.4, 0.5], 1.0, "motion = { prescribed = { velocity = [1.0, 0.0] } }"),
+            other,
+            &disc(0.2, [0.4, 0.2], 1.0, ""),
+            "[contact]\nnormal_stiffness = 100.0\n",
+            wall,
         ]
         .concat();
         let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [32, 32], 0.01, WALLS, &more));
         let error = (0..80).find_map(|_| scene.step(0.01).err()).expect("they meet").to_string();
-        assert!(error.contains("particle 0") && error.contains(says), "{error}");
+        assert!(error.contains("particle 0") && error.contains(says), "{wall}: {error}");
     }
 }
 
@@ -315,32 +334,35 @@ fn a_particle_that_swings_is_where_its_formula_says_and_the_fluid_around_it_gets
 #[test]
 fn a_particle_that_swings_among_free_ones_keeps_its_path_and_the_balance_closes() {
     let petsc = petsc();
-    let more = [
-        disc(0.2, [0.3, 0.5], 3.0, SWING),
-        disc(0.2, [0.52, 0.5], 2.0, ""),
-        "[contact]\nnormal_stiffness = 2.0e3\n".into(),
-        "[pressure]\ndivergence_limit = 1.0e-9".into(),
-    ]
-    .concat();
-    let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, &more));
-    let (mut touched, rate) = (false, std::f64::consts::TAU * 1.5);
-    for _ in 0..150 {
-        scene.step(0.004).unwrap();
-        touched |= scene.substeps > 1;
-        let body = &scene.coupling.as_ref().unwrap().bodies()[0];
-        let place = (0.3 + 0.3 * scene.time - 0.05 * (rate * scene.time).sin()).rem_euclid(1.0);
-        assert!((body.centre.x - place).abs() < 1e-12, "{} {place}", body.centre.x);
-        let audit = scene.audit.as_ref().unwrap();
-        assert!(audit.error.amax() < 1e-12, "{:?}", audit.error);
+    for wall in [MIXING, SHARP] {
+        let more = [
+            disc(0.2, [0.3, 0.5], 3.0, SWING),
+            disc(0.2, [0.52, 0.5], 2.0, ""),
+            "[contact]\nnormal_stiffness = 2.0e3\n".into(),
+            wall.into(),
+            "[pressure]\ndivergence_limit = 1.0e-9".into(),
+        ]
+        .concat();
+        let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, &more));
+        let (mut touched, rate) = (false, std::f64::consts::TAU * 1.5);
+        for _ in 0..150 {
+            scene.step(0.004).unwrap();
+            touched |= scene.substeps > 1;
+            let body = &scene.coupling.as_ref().unwrap().bodies()[0];
+            let place = (0.3 + 0.3 * scene.time - 0.05 * (rate * scene.time).sin()).rem_euclid(1.0);
+            assert!((body.centre.x - place).abs() < 1e-12, "{wall}: {} {place}", body.centre.x);
+            let audit = scene.audit.as_ref().unwrap();
+            assert!(audit.error.amax() < 1e-12, "{wall}: {:?}", audit.error);
+        }
+        assert!(touched, "{wall}: they meet");
     }
-    assert!(touched, "they meet");
 }
 
 #[test]
 fn a_run_writes_where_a_particle_swings_and_check_says_so() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
-    let more = disc(0.2, [0.4, 0.5], 1.0, SWING) + "[output]\nfigures = false\n[time]\nend = 0.1";
+    let more = disc(0.2, [0.4, 0.5], 1.0, SWING) + SHARP + "[output]\nfigures = false\n[time]\nend = 0.1";
     std::fs::write(&case, box_case([1.0, 1.0], [32, 32], 0.01, WALLS, &more)).unwrap();
     let checked = mics(&["check", case.to_str().unwrap()]);
     let said = String::from_utf8_lossy(&checked.stdout);
@@ -360,13 +382,16 @@ fn a_run_writes_where_a_particle_swings_and_check_says_so() {
 #[test]
 fn a_particle_within_one_cell_moves_with_it() {
     let petsc = petsc();
-    let text = box_case([1.0, 1.0], [16, 16], 0.01, PERIODIC, &disc(0.03, [0.03, 0.53], 2.0, ""))
-        .replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
-    let mut scene: Scene<2> = petsc.scene(&text);
-    for _ in 0..10 {
-        scene.step(0.005).unwrap();
+    for wall in [MIXING, SHARP] {
+        let more = disc(0.03, [0.03, 0.53], 2.0, "") + wall;
+        let text = box_case([1.0, 1.0], [16, 16], 0.01, PERIODIC, &more)
+            .replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
+        let mut scene: Scene<2> = petsc.scene(&text);
+        for _ in 0..10 {
+            scene.step(0.005).unwrap();
+        }
+        assert!(scene.coupling.as_ref().unwrap().bodies()[0].velocity.y < -1e-4, "{wall}");
     }
-    assert!(scene.coupling.as_ref().unwrap().bodies()[0].velocity.y < -1e-4);
 }
 
 #[test]
@@ -374,7 +399,7 @@ fn a_period_shorter_than_two_particles_is_refused_where_they_can_touch() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     let discs = disc(0.4, [0.1, 0.25], 1.0, "") + &disc(0.4, [0.4, 0.7], 1.0, "");
-    let more = discs + "[contact]\nnormal_stiffness = 100.0\n";
+    let more = discs + "[contact]\nnormal_stiffness = 100.0\n" + SHARP;
     std::fs::write(&case, box_case([0.6, 1.0], [18, 30], 0.01, PERIODIC, &more)).unwrap();
     let output = mics(&["check", case.to_str().unwrap()]);
     let said = String::from_utf8_lossy(&output.stderr);

@@ -1,12 +1,15 @@
 //! The program as a person at a terminal meets it: the run folder, check, schema, PETSc's options, failures.
 
-use crate::support::{box_case, columns, mics, petsc, run, shipped};
-use mics::scene::Scene;
+use crate::support::{MIXING, SHARP, box_case, columns, mics, petsc, run, shipped};
+use mics::Error;
+use mics::error::NotFinite;
+use mics::scene::{Scene, State};
 use std::path::{Path, PathBuf};
 
 const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
 
-const DISC: &str = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.6, 0.5]\nmotion = \"fixed\"";
+const DISC: &str = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.6, 0.5]\nmotion = \"fixed\"\n\
+    [coupling]\nwall = \"sharp\"\n";
 
 fn write(dir: &Path, text: &str) -> PathBuf {
     let path = dir.join("case.toml");
@@ -167,7 +170,7 @@ fn a_solver_that_fails_ends_the_run_with_its_reasons_after_one_retry_if_that_cou
 fn a_limit_below_rounding_ends_the_run_and_names_the_last_good_state() {
     let dir = tempfile::tempdir().unwrap();
     let more = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.6, 0.5]\n\
-                motion = { prescribed = { velocity = [0.4, 0.0] } }";
+                motion = { prescribed = { velocity = [0.4, 0.0] } }\n[coupling]\nwall = \"sharp\"\n";
     let case = write(dir.path(), &box_case([2.0, 1.0], [64, 32], 0.01, STREAM, more));
     let out = dir.path().join("run");
     let words = ["run", case.to_str().unwrap(), "--out", out.to_str().unwrap(), "--set"];
@@ -208,12 +211,30 @@ fn a_value_that_is_not_a_number_stops_the_step_and_its_cell_is_named() {
     scene.step(0.01).unwrap();
     let cell = scene.grid.owned_index([7, 3]).unwrap();
     scene.u[1][cell] = f64::NAN;
-    let error = scene.step(0.01).unwrap_err().to_string();
-    assert!(error.contains("not a finite number"), "{error}");
-    let named = scene.name_what_is_lost().unwrap().to_string();
-    assert!(named.contains("velocity along"), "{named}");
+    let error = scene.step(0.01).unwrap_err();
+    assert!(matches!(&error, Error::NotFinite(NotFinite::Cell { field, .. }) if field.contains("velocity")), "{error}");
     let error = scene.energy_and_speed().unwrap_err();
     assert_eq!(error.exit_code(), 3);
+}
+
+#[test]
+fn a_particle_that_is_lost_stops_the_step_and_is_named() {
+    let petsc = petsc();
+    let disc = |x: f64| {
+        format!("[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [{x:?}, 0.5]\ndensity = 2.0\n")
+    };
+    for wall in [SHARP, MIXING] {
+        let more = [&disc(0.5), &disc(1.2), "[contact]\nnormal_stiffness = 100.0\n", wall].concat();
+        let mut scene: Scene<2> = petsc.scene(&box_case([2.0, 1.0], [32, 16], 0.01, STREAM, &more));
+        scene.step(0.01).unwrap();
+        let mut state = State::default();
+        scene.save(&mut state);
+        state.bodies[1].velocity.y = f64::INFINITY;
+        scene.load(&state);
+        let error = scene.step(0.01).unwrap_err();
+        assert!(matches!(error, Error::NotFinite(NotFinite::Particle(1))), "{wall}: {error}");
+        assert!(error.to_string().contains("particle 1 is not a finite number") && error.exit_code() == 3, "{error}");
+    }
 }
 
 #[test]
@@ -236,9 +257,12 @@ fn prescribed_bodies_that_meet_or_leave_the_box_stop_the_run_and_are_named() {
              motion = {{ prescribed = {{ velocity = {v:?} }} }}\n"
         )
     };
+    let meeting = || moving(0.6, [1.0, 0.0]) + &moving(1.2, [-1.0, 0.0]);
     for (name, bodies, says) in [
-        ("meet", moving(0.6, [1.0, 0.0]) + &moving(1.2, [-1.0, 0.0]), "has run into particle 1"),
-        ("wall", moving(0.6, [0.0, 2.0]), "has reached the border of the box along y"),
+        ("meet-sharp", meeting() + SHARP, "has run into particle 1"),
+        ("meet-mixing", meeting() + MIXING, "has run into particle 1"),
+        ("wall-sharp", moving(0.6, [0.0, 2.0]) + SHARP, "has reached the border of the box along y"),
+        ("wall-mixing", moving(0.6, [0.0, 2.0]) + MIXING, "has reached the border of the box along y"),
     ] {
         let case = write(dir.path(), &box_case([2.0, 1.0], [32, 16], 0.01, STREAM, &bodies));
         let out = dir.path().join(name);

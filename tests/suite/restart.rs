@@ -1,6 +1,8 @@
 //! Stopping and going on: what lasts from step to step, kill -9, signals, damage, full disks, other numbers of ranks.
 
-use crate::support::{PERIODIC, Petsc, box_case, columns, command, mics, mics_command, mpirun, petsc, run, summary};
+use crate::support::{
+    PERIODIC, Petsc, SHARP, box_case, columns, command, mics, mics_command, mpirun, petsc, run, summary,
+};
 use mics::output::snapshot::Snapshot;
 use mics::scene::Scene;
 use mics::tape::Tape;
@@ -74,10 +76,10 @@ fn a_scene_goes_on_from_what_lasts_of_it_bit_for_bit() {
         text.replace("viscosity = 0.01", "viscosity = 0.01\ngravity = [0.3, -1.0]")
     };
     for more in [
-        "",
-        "[time]\nend = 1.0\nscheme = \"euler\"\ncfl = 0.2",
-        "[time]\nend = 1.0\nscheme = \"rk3\"",
-        "[time]\nend = 1.0\nadvection = \"upwind5-advective\"",
+        "[coupling]\nwall = \"sharp\"",
+        "[coupling]\nwall = \"sharp\"\n[time]\nend = 1.0\nscheme = \"euler\"\ncfl = 0.2",
+        "[coupling]\nwall = \"sharp\"\n[time]\nend = 1.0\nscheme = \"rk3\"",
+        "[coupling]\nwall = \"sharp\"\n[time]\nend = 1.0\nadvection = \"upwind5-advective\"",
         "[coupling]\nwall = \"mixing\"",
         "[coupling]\nwall = \"mixing\"\nforce = \"literal\"\n[time]\nend = 1.0\nscheme = \"euler\"\nadvection = \"qsi\"",
         "[coupling]\nwall = \"mixing\"\nmix_pressure = true\ngradient = \"cells\"\nbuoyancy = \"particle\"\nfraction = \"polygon\"",
@@ -134,7 +136,7 @@ const MEASURES: &str = "[[measure]]\nname = \"a\"\nkind = \"terminal_velocity\"\
 pub fn colliding(dir: &Path, time: &str, every: u32) -> PathBuf {
     let walls = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"slip\""];
     let more = format!(
-        "[time]\n{time}\n{MEASURES}[output]\nfields = {{ every_time = 0.07 }}\nparticles = {{ every = 2 }}\nfigures = false\n\
+        "{SHARP}[time]\n{time}\n{MEASURES}[output]\nfields = {{ every_time = 0.07 }}\nparticles = {{ every = 2 }}\nfigures = false\n\
          checkpoint = {{ every_steps = {every} }}"
     );
     let text = box_case([1.2, 1.0], [30, 25], 0.01, walls, &discs(&more));
@@ -162,9 +164,24 @@ pub fn checkpoints(out: &Path) -> Vec<PathBuf> {
 pub fn wait_until(process: &mut Child, holds: impl Fn() -> bool) {
     let started = Instant::now();
     while !holds() && process.try_wait().unwrap().is_none() {
-        assert!(started.elapsed() < Duration::from_secs(60), "nothing happens");
+        assert!(started.elapsed() < Duration::from_secs(300), "nothing happens");
         std::thread::sleep(Duration::from_millis(1));
     }
+}
+
+/// Starts a run into `out` and holds it still, as SIGSTOP does, once it `holds`. A run that is over before anybody could look
+/// is done anew: on a busy machine that happens.
+pub fn held(case: &Path, out: &Path, holds: impl Fn() -> bool) -> Child {
+    for _ in 0..20 {
+        let _ = std::fs::remove_dir_all(out);
+        let mut process = start(&words(case, out, &[]));
+        wait_until(&mut process, &holds);
+        signal(&process, "STOP");
+        if process.try_wait().unwrap().is_none() {
+            return process;
+        }
+    }
+    panic!("{} is over before it can be held", case.display());
 }
 
 pub fn signal(process: &Child, name: &str) {
@@ -237,13 +254,17 @@ fn a_run_that_is_killed_at_any_moment_and_goes_on_is_the_run_that_was_never_stop
                 process.kill().unwrap();
             }
             let output = process.wait_with_output().unwrap();
-            if output.status.code() == Some(0) {
+            if output.status.code() == Some(0) && kills > 0 {
                 break;
+            }
+            if output.status.code() == Some(0) {
+                // Over before it could be killed: on a busy machine that happens.
+                std::fs::remove_dir_all(&out).unwrap();
+                continue;
             }
             assert_eq!(output.status.code(), None, "killed, not failed: {}", said(&output));
             (kills, resume) = (kills + 1, true);
         }
-        assert!(kills > 0);
         expect_the_same_run(&straight, &out);
         assert_eq!(checkpoints(&out).len(), 2);
     }
@@ -258,9 +279,9 @@ fn ctrl_c_and_sigterm_finish_the_step_write_a_checkpoint_and_end_with_130() {
     assert!(checkpoints(&straight).is_empty(), "none was due");
     for name in ["INT", "TERM"] {
         let out = dir.path().join(name);
-        let mut process = start(&words(&case, &out, &[]));
-        wait_until(&mut process, || out.join("steps.csv").exists());
+        let process = held(&case, &out, || out.join("steps.csv").exists());
         signal(&process, name);
+        signal(&process, "CONT");
         let output = process.wait_with_output().unwrap();
         assert_eq!(output.status.code(), Some(130), "{}", said(&output));
         let line = "the same command with --resume goes on from there";
@@ -287,13 +308,15 @@ fn a_second_ctrl_c_stops_at_once() {
     let out = dir.path().join("out");
     let mut process = start(&words(&case, &out, &[]));
     wait_until(&mut process, || out.join("run.json").exists());
-    signal(&process, "INT");
-    std::thread::sleep(Duration::from_millis(30));
-    signal(&process, "INT");
-    let asked = Instant::now();
+    // Of two that come before the first is taken the system makes one.
+    while process.try_wait().unwrap().is_none() {
+        signal(&process, "INT");
+        std::thread::sleep(Duration::from_millis(30));
+    }
     let output = process.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130), "{}", said(&output));
-    assert!(asked.elapsed() < Duration::from_millis(500) && checkpoints(&out).is_empty(), "{}", said(&output));
+    // A step of this grid takes a second, and after one interruption the run would end it and write where it is.
+    assert!(checkpoints(&out).is_empty(), "{}", said(&output));
 }
 
 #[test]

@@ -19,7 +19,9 @@ fn every_shipped_case_is_accepted_and_takes_its_first_steps() {
         let output = mics(&["check", case.to_str().unwrap()]);
         let (said, error) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         assert!(output.status.success(), "{}: {error}", case.display());
-        assert!(said.contains("ms a step") && !said.contains("warning"), "{}: {said}", case.display());
+        // A fall at thousands of Reynolds numbers is shipped with the warning that its layer is thin.
+        let warns = said.lines().any(|line| line.starts_with("warning") && !line.contains("layer is thinner"));
+        assert!(said.contains("ms a step") && !warns, "{}: {said}", case.display());
         assert!(case.with_file_name("README.md").exists(), "{} has no page", case.display());
     }
 }

@@ -1,10 +1,9 @@
 //! Sharp walls: where they are, and what they do to particles.
 
-use crate::support::{PERIODIC, box_case, columns, petsc, run};
+use crate::support::{PERIODIC, SHARP, box_case, columns, petsc, run};
 use mics::scene::Scene;
 
 const WALLS: [&str; 4] = ["\"wall\"", "\"wall\"", "\"wall\"", "\"wall\""];
-const SHARP: &str = "[coupling]\nwall = \"sharp\"\n";
 
 fn disc(diameter: f64, place: [f64; 2], density: f64, more: &str) -> String {
     format!(
@@ -129,6 +128,32 @@ fn the_torque_on_a_disc_that_is_spun_up_is_that_of_the_exact_swirl() {
         let exact = torque_of_a_spun_up_cylinder(1.0);
         println!("N = {n}: torque {torque:.4}, exact {exact:.4}, {:+.2} %", 100.0 * (torque / exact - 1.0));
         assert!((torque / exact - 1.0).abs() < allowed, "N = {n}: {torque} against {exact}");
+    }
+}
+
+/// What a body takes over slowly, beside pressure and wall shear, hides an error in either: their sum has to be the force by
+/// itself.
+#[test]
+fn pressure_and_wall_shear_of_a_fixed_disc_make_up_the_force_that_the_fluid_loses() {
+    let petsc = petsc();
+    let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
+    for (re, place) in [(2.0, [2.0, 2.03]), (2.0, [2.02, 1.99]), (20.0, [2.0, 2.03]), (20.0, [2.02, 1.99])] {
+        let more =
+            [SHARP, &disc(1.0, place, 1.0, "motion = \"fixed\""), "[pressure]\ndivergence_limit = 1.0e-6"].concat();
+        let mut scene: Scene<2> = petsc.scene(&box_case([5.0, 4.0], [80, 64], 1.0 / re, sides, &more));
+        while scene.time < 6.0 {
+            let dt = 0.8 * scene.limits().unwrap().tightest().1;
+            scene.step(dt).unwrap();
+        }
+        let exchange = &scene.coupling.as_ref().unwrap().exchange()[0];
+        let (drag, viscous) = (exchange.momentum.x, exchange.viscous.x);
+        let missing = 1.0 - (exchange.pressure.x + viscous) / drag;
+        println!(
+            "Re {re}, at {place:?}: drag {drag:.4} N, {:.1} % of it viscous, {:+.2} % missing",
+            100.0 * viscous / drag,
+            100.0 * missing
+        );
+        assert!(missing.abs() < 0.01, "Re {re}: {missing}");
     }
 }
 

@@ -1,13 +1,14 @@
 //! Studies: a table of runs, what it says of each, and what is refused before any of them starts.
 
-use crate::support::{box_case, mics, shipped};
+use crate::support::{AS_ROOT, box_case, mics, mics_command, shipped};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::process::Stdio;
 
 const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
 const MORE: &str = "[time]\nend = 0.05\ncfl = 0.4\n[[measure]]\nname = \"speed\"\nkind = \"max_speed\"\n\
     [pressure]\ndivergence_limit = 1e-4\n\
-    [[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.6, 0.5]\nmotion = \"fixed\"";
+    [[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.6, 0.5]\nmotion = \"fixed\"\n[coupling]\nwall = \"sharp\"\n";
 const STUDY: &str = r#"name = "tiny"
 case = "case.toml"
 repeats = 2
@@ -117,6 +118,28 @@ fn a_study_gives_a_row_a_run_with_errors_medians_and_figures_and_goes_on_where_i
     let (code, said, error) = study(&file, &quick, &["--quick"]);
     assert_eq!(code, Some(0), "{said}{error}");
     assert_eq!(rows(&quick).len(), 1, "{said}");
+}
+
+#[test]
+fn studies_on_several_ranks_may_run_side_by_side() {
+    let text = "name = \"tiny\"\ncase = \"case.toml\"\nranks = [1, 2]\nrepeats = 2\n";
+    let (dir, file) = written(text);
+    let start = |name: &str| {
+        let (file, out) = (file.to_str().unwrap(), dir.path().join(name));
+        let mut command = mics_command();
+        command.envs(AS_ROOT).args(["study", file, "--out", out.to_str().unwrap()]);
+        (out, command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap())
+    };
+    let both = ["a", "b"].map(start);
+    for (out, process) in both {
+        let output = process.wait_with_output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let table = rows(&out);
+        let found: Vec<_> = table.iter().map(|row| (row["ranks"].as_str(), row["status"].as_str())).collect();
+        assert_eq!(found, [("1", "done"), ("2", "done")], "{table:?}");
+        let speed = |row: &HashMap<String, String>| row["speed"].parse::<f64>().unwrap();
+        assert!((speed(&table[0]) / speed(&table[1]) - 1.0).abs() < 1e-3, "{table:?}");
+    }
 }
 
 #[test]

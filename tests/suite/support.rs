@@ -4,9 +4,11 @@ use mics::config::load;
 use mics::petsc::Session;
 use mics::scene::Scene;
 use std::collections::HashMap;
+use std::ops::{Deref, DerefMut};
 use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
+use std::time::Duration;
 
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 static STARTED: Once = Once::new();
@@ -50,6 +52,10 @@ pub fn box_case(size: [f64; 2], cells: [usize; 2], viscosity: f64, sides: [&str;
     )
 }
 
+/// The two couplings, each as a whole table: a scene with particles names the one that it is about.
+pub const SHARP: &str = "[coupling]\nwall = \"sharp\"\n";
+pub const MIXING: &str = "[coupling]\nwall = \"mixing\"\n";
+
 pub const PERIODIC: [&str; 4] = ["\"periodic\"", "\"periodic\"", "\"periodic\"", "\"periodic\""];
 
 /// Observed order between two resolutions a factor `ratio` apart.
@@ -67,12 +73,41 @@ pub fn command(program: &str) -> Command {
     command
 }
 
-/// A program to run on several ranks.
-pub fn mpirun(ranks: usize, program: &str) -> Command {
-    let mut command = command("mpirun");
-    command.envs([("OMPI_ALLOW_RUN_AS_ROOT", "1"), ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")]);
+/// What OpenMPI asks of a superuser who starts ranks.
+pub const AS_ROOT: [(&str, &str); 2] = [("OMPI_ALLOW_RUN_AS_ROOT", "1"), ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")];
+
+/// A program to run on several ranks, with a session folder of its own: OpenMPI's usual one is shared by all of a user's
+/// programs, and the first to end takes it away from those that begin.
+pub struct Mpirun {
+    command: Command,
+    _session: tempfile::TempDir,
+}
+
+impl Deref for Mpirun {
+    type Target = Command;
+
+    fn deref(&self) -> &Command {
+        &self.command
+    }
+}
+
+impl DerefMut for Mpirun {
+    fn deref_mut(&mut self) -> &mut Command {
+        &mut self.command
+    }
+}
+
+pub fn mpirun(ranks: usize, program: &str) -> Mpirun {
+    let (mut command, session) = (command("mpirun"), tempfile::tempdir().unwrap());
+    command.envs(AS_ROOT).args(["--mca", "orte_tmpdir_base"]).arg(session.path());
     command.args(["--oversubscribe", "-n", &ranks.to_string(), program]);
-    command
+    Mpirun { command, _session: session }
+}
+
+/// Time that this thread has computed so far: what a busy machine does not stretch.
+pub fn thread_time() -> Duration {
+    let spent = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    Duration::new(spent.tv_sec as u64, spent.tv_nsec as u32)
 }
 
 /// The program, to run.

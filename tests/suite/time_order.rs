@@ -1,6 +1,6 @@
 //! Sharp walls and the time step: on one grid, so that what halved steps change is error of time alone.
 
-use crate::support::{box_case, order, petsc};
+use crate::support::{SHARP, box_case, order, petsc};
 use mics::scene::Scene;
 use std::f64::consts::TAU;
 
@@ -21,7 +21,7 @@ struct End {
 fn disc_in_a_box(motion: &str, scheme: &str, steps: usize) -> End {
     let petsc = petsc();
     let more = format!(
-        "[[particle]]\nshape = {{ disc = {{ diameter = 1.0 }} }}\nposition = [1.93, 2.04]\n{motion}\n\
+        "[[particle]]\nshape = {{ disc = {{ diameter = 1.0 }} }}\nposition = [1.93, 2.04]\n{motion}\n{SHARP}\
          [time]\nend = 1.0\nscheme = \"{scheme}\"\n[pressure]\ndivergence_limit = 1.0e-9"
     );
     let text =

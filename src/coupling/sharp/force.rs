@@ -113,7 +113,7 @@ impl<const D: usize> Sharp<D> {
             let free = freedom.along(&(dt * (weight + exchange.contact)));
             free - dt * (exchange.momentum - freedom.along(&exchange.momentum))
         });
-        terms.sum()
+        terms.sum::<Vector3<f64>>() - dt * self.passed_on
     }
 
     /// What the torque misses of the angular momentum that the fluid lost about the free bodies' centres over
@@ -193,6 +193,7 @@ impl<const D: usize> Sharp<D> {
     /// resolve would do to each other along the line of their centres, or a wall to a body: whose it is of what the fluid
     /// lost there the cells cannot tell, and taken in with a delay it would be work from nothing. The sum of a pair's stays.
     fn share_missed(&mut self, grid: &Grid<D>, boundaries: &Boundaries<D>) {
+        self.passed_on = Vector3::zeros();
         for i in 0..self.bodies.len() {
             for &j in self.near[i].iter().filter(|j| **j > i) {
                 let apart = nearest_image(&self.bodies[i].centre, &self.bodies[j].centre, &self.periods);
@@ -205,8 +206,13 @@ impl<const D: usize> Sharp<D> {
                     (true, true) => (0.5 * along, -0.5 * along),
                     _ => (share * self.rides[i].missed.dot(&n), share * self.rides[j].missed.dot(&n)),
                 };
-                self.rides[i].missed -= of_i * n;
-                self.rides[j].missed -= of_j * n;
+                // What a free body passes on to a held one, that stands.
+                for (k, of, free, other) in [(i, of_i, free_i, free_j), (j, of_j, free_j, free_i)] {
+                    self.rides[k].missed -= of * n;
+                    if free && !other {
+                        self.passed_on += of * n;
+                    }
+                }
             }
             for (a, side) in (0..D).flat_map(|a| [(a, 0), (a, 1)]) {
                 if !matches!(boundaries.borders[a][side], Some(Border::Velocity(_) | Border::Slip)) {
@@ -214,7 +220,11 @@ impl<const D: usize> Sharp<D> {
                 }
                 let centre = self.bodies[i].centre[a];
                 let distance = if side == 0 { centre } else { grid.size[a] - centre };
-                self.rides[i].missed[a] *= 1.0 - Shares::of((distance - self.bodies[i].radius()) / self.h).across;
+                let share = Shares::of((distance - self.bodies[i].radius()) / self.h).across * self.rides[i].missed[a];
+                self.rides[i].missed[a] -= share;
+                if self.bodies[i].freedom().is_some_and(|f| f.translation[a]) {
+                    self.passed_on[a] += share;
+                }
             }
         }
     }

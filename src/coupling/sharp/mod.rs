@@ -123,6 +123,8 @@ pub struct Sharp<const D: usize> {
     /// What mends contacts: how far velocities are from the expected ones (m/s), and the impulses (N s).
     deviations: Vec<Vector3<f64>>,
     nudges: Vec<Vector3<f64>>,
+    /// Force of the fluid (N) in gaps that the grid does not resolve, which walls and held bodies have in place of free ones.
+    passed_on: Vector3<f64>,
     /// Velocities before the last of these impulses (m/s).
     unpushed: Vec<Vector3<f64>>,
     periods: [Option<f64>; 3],
@@ -195,6 +197,7 @@ impl<const D: usize> Sharp<D> {
             shells: bodies.iter().map(|b| b.shape().shell()).collect(),
             deviations: vec![Vector3::zeros(); n],
             nudges: vec![Vector3::zeros(); n],
+            passed_on: Vector3::zeros(),
             unpushed: vec![Vector3::zeros(); n],
             contacts: contacts.map(|c| c.within(&bodies, medium)),
             periods,

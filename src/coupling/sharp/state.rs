@@ -55,6 +55,7 @@ impl<const D: usize> Sharp<D> {
             deviations: _,
             nudges: _,
             unpushed: _,
+            passed_on: _,
             values: _,
             excess: _,
             chi: _,

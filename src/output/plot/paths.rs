@@ -160,7 +160,7 @@ mod tests {
             assert!(corners.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{gravity}: {corners:?}");
             assert_eq!((band.label.as_str(), band.style), ("reference of landing", SeriesStyle::Band));
         }
-        let case = case("[0.0, -9.81]", &landing.replace("[0.4, 0.7]", "0.4"));
+        let case = case("[0.0, -9.81]", &landing.replace("[0.4, 0.7]", "0.4\ntolerance = 0.1"));
         assert!(band(&case, &case.measure[0], [0, 1], 0.2).is_none(), "one number is no band");
     }
 

@@ -56,8 +56,8 @@ impl Contacts {
             let speed = (pushed * pushed + 2.0 * law.stored(meeting.overlap) / mass).sqrt();
             let contact = law.contact_time(mass, speed);
             let (gap, way) = (-meeting.overlap, pushed * time);
-            if gap > way {
-                // They cannot touch in this step: the fluid between them alone counts.
+            if gap > 2.0 * way + 0.05 * body.radius() {
+                // They cannot touch in this step, whatever strikes them: the fluid between them alone counts.
                 if let Substeps::Auto = self.substeps {
                     let wanted = GAP_SUBSTEPS * way / (gap - way).max(0.25 * gap);
                     count = count.max(wanted.min(MOST_IN_GAPS).ceil());

@@ -1,0 +1,183 @@
+//! Friction, rolling and what turns a body, through the whole step and against what is known of them.
+
+use crate::support::{MIXING, SHARP, petsc};
+use mics::scene::Scene;
+use mics::solids::Body;
+use std::f64::consts::PI;
+
+/// Of the floor (N/m).
+const STIFFNESS: f64 = 2e4;
+
+/// A disc (2D) or sphere of diameter 1 and density 1 that rests on a floor, in a gas of a thousandth of that: the floor's
+/// friction, gravity (m/s2) and velocity (m/s).
+fn on_a_floor<const D: usize>(wall: &str, friction: f64, gravity: [f64; 2], speed: f64) -> String {
+    let (size, cells, shape) =
+        if D == 2 { ("[4.0, 2.0]", "[32, 16]", "disc") } else { ("[4.0, 2.0, 1.5]", "[32, 16, 12]", "sphere") };
+    let (third, along_z) = if D == 2 { ("", "") } else { (", 0.0", "bottom = \"periodic\"\ntop = \"periodic\"\n") };
+    let z = if D == 2 { "" } else { ", 0.75" };
+    // Where the contact carries it, as near as it may be set down: sharp walls keep bodies a fifth of a spacing apart.
+    let weight = if D == 2 { PI / 4.0 } else { PI / 6.0 } * -gravity[1];
+    let y = if wall == SHARP { 0.5 + 0.2 / 8.0 - weight / STIFFNESS } else { 0.5 };
+    format!(
+        "name = \"floor\"\n[domain]\nsize = {size}\ncells = {cells}\n[fluid]\ndensity = 1e-3\nviscosity = 1e-4\n\
+         gravity = [{:?}, {:?}{third}]\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\nnorth = \"slip\"\n\
+         {along_z}[[particle]]\nshape = {{ {shape} = {{ diameter = 1.0 }} }}\ndensity = 1.0\nposition = [1.0, {y:?}{z}]\n\
+         velocity = [{speed:?}, 0.0{third}]\n[contact]\nnormal_stiffness = {STIFFNESS:?}\nfriction = {friction:?}\nrestitution = 0.2\n\
+         {wall}[time]\nend = 1.0\n[pressure]\ndivergence_limit = 1e-5",
+        gravity[0], gravity[1]
+    )
+}
+
+/// The body after each step of `dt` (s).
+fn followed<const D: usize>(text: &str, steps: usize, dt: f64) -> Vec<Body> {
+    let petsc = petsc();
+    let mut scene: Scene<D> = petsc.scene(text);
+    let step = |_| {
+        scene.step(dt).unwrap();
+        scene.coupling.as_ref().unwrap().bodies()[0].clone()
+    };
+    (0..steps).map(step).collect()
+}
+
+/// A body of `inertia` I/(m r^2) that is set down sliding: Coulomb's friction slows it by `mu g` until it rolls, from
+/// `t = v0/(mu g (1 + m r^2/I))` on, with `v0/(1 + I/(m r^2))`.
+fn expect_to_slide_and_roll<const D: usize>(wall: &str, inertia: f64) {
+    let (friction, g, speed, dt) = (0.25, 4.0, 1.0, 4e-3);
+    let slips = speed / (friction * g * (1.0 + 1.0 / inertia));
+    let rolls = speed / (1.0 + inertia);
+    let steps = (1.5 * slips / dt) as usize;
+    let path = followed::<D>(&on_a_floor::<D>(wall, friction, [0.0, -g], speed), steps, dt);
+    let at = |time: f64| &path[(time / dt).round() as usize - 1];
+    // From after the first jolt to before it grips.
+    let (early, late) = (at(0.3 * slips), at(0.85 * slips));
+    let apart = 0.55 * slips;
+    let slowing = (early.velocity.x - late.velocity.x) / apart;
+    let turning = (early.spin.z - late.spin.z) / apart * early.radius() * inertia;
+    let last = &path[steps - 1];
+    let surface = last.velocity.x + last.radius() * last.spin.z;
+    println!(
+        "{D}D {}: slows by {:.4} mu g, turned by {:.4} mu g, rolls at {:.4} of {rolls:.4} m/s, slips by {surface:.4} m/s",
+        wall.trim().replace('\n', " "),
+        slowing / (friction * g),
+        turning / (friction * g),
+        last.velocity.x
+    );
+    // Sharp walls carry it a fifth of a spacing off the floor, 5 % of its radius, and friction turns it by so much longer an arm.
+    let longer = if wall == SHARP { 0.05 } else { 0.0 };
+    assert!((slowing / (friction * g) - 1.0).abs() < 0.03, "{wall}: it slows by {slowing} m/s2");
+    assert!((turning / (friction * g) - 1.0).abs() < 0.03 + longer, "{wall}: friction turns it by {turning} m/s2");
+    assert!((last.velocity.x / rolls - 1.0).abs() < 0.02 + 0.5 * longer, "{wall}: it rolls at {} m/s", last.velocity.x);
+    assert!(surface.abs() < (0.03 + longer) * rolls, "{wall}: its surface slips by {surface} m/s");
+}
+
+#[test]
+fn a_disc_set_down_sliding_rolls_at_two_thirds_of_its_speed() {
+    for wall in [SHARP, MIXING] {
+        expect_to_slide_and_roll::<2>(wall, 0.5);
+    }
+}
+
+#[test]
+fn a_sphere_set_down_sliding_rolls_at_five_sevenths_of_its_speed() {
+    for wall in [SHARP, MIXING] {
+        expect_to_slide_and_roll::<3>(wall, 0.4);
+    }
+}
+
+/// Down a slope whose friction holds it, a body rolls with `g sin(slope)/(1 + I/(m r^2))`.
+#[test]
+fn a_disc_and_a_sphere_roll_down_a_slope() {
+    fn rolling<const D: usize>(inertia: f64) {
+        let (along, dt) = (1.0, 4e-3);
+        let path = followed::<D>(&on_a_floor::<D>(SHARP, 0.5, [along, -4.0], 0.0), 100, dt);
+        let (early, late) = (&path[39], &path[99]);
+        let gained = (late.velocity.x - early.velocity.x) / (60.0 * dt) * (1.0 + inertia) / along;
+        println!("{D}D: {gained:.4} of g sin(slope)/(1 + I/(m r^2))");
+        assert!((gained - 1.0).abs() < 0.03, "{D}D: {gained}");
+    }
+    rolling::<2>(0.5);
+    rolling::<3>(0.4);
+}
+
+/// A free sphere of the fluid's density between walls that slide past each other along `flow`, across `across`.
+fn in_shear(flow: usize, across: usize, spacing: f64, viscosity: f64) -> String {
+    let cells: [usize; 3] =
+        std::array::from_fn(|a| if a == flow { 5 } else { 4 }).map(|d: usize| (d as f64 / spacing) as usize);
+    let size: [f64; 3] = std::array::from_fn(|a| cells[a] as f64 * spacing);
+    let middle = size.map(|length| 0.5 * length);
+    let side = |axis: usize, sign: f64| {
+        let speed: [f64; 3] = std::array::from_fn(|a| if a == flow { sign * 0.5 * size[across] } else { 0.0 });
+        if axis == across { format!("{{ moving_wall = {speed:?} }}") } else { "\"periodic\"".into() }
+    };
+    let names = [["west", "east"], ["south", "north"], ["bottom", "top"]];
+    let sides: String = (0..3)
+        .flat_map(|axis| {
+            [0, 1].map(|high| format!("{} = {}\n", names[axis][high], side(axis, 2.0 * high as f64 - 1.0)))
+        })
+        .collect();
+    format!(
+        "name = \"shear\"\n[domain]\nsize = {size:?}\ncells = {cells:?}\n[fluid]\ndensity = 1.0\nviscosity = {viscosity:?}\n\
+         [boundary]\n{sides}{SHARP}[[particle]]\nshape = {{ sphere = {{ diameter = 1.0 }} }}\nposition = {middle:?}\n\
+         [time]\nend = 100.0\nscheme = \"rk3\"\n[pressure]\ndivergence_limit = 1e-7"
+    )
+}
+
+/// Starts the scene with its shear, of rate 1/s, so that the sphere is turned at once.
+fn shear(scene: &mut Scene<3>, flow: usize, across: usize) {
+    for c in scene.grid.rows().flatten() {
+        scene.u[flow][c] = scene.grid.centre(c)[across] - 0.5 * scene.grid.size[across];
+    }
+    scene.start().unwrap();
+}
+
+/// The same flow along other axes turns the sphere the same way, component by component.
+#[test]
+fn a_sphere_in_shear_is_spun_up_alike_about_every_axis() {
+    let petsc = petsc();
+    let spin = |flow: usize, across: usize| {
+        let mut scene: Scene<3> = petsc.scene(&in_shear(flow, across, 0.25, 0.5));
+        shear(&mut scene, flow, across);
+        for _ in 0..40 {
+            scene.step(5e-3).unwrap();
+        }
+        scene.coupling.as_ref().unwrap().bodies()[0].spin
+    };
+    for (flow, across) in [(0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)] {
+        let about = 3 - flow - across;
+        // The curl of the flow: -1 where (flow, across, about) is in order.
+        let sign = if across == (flow + 1) % 3 { -1.0 } else { 1.0 };
+        let spin = spin(flow, across);
+        println!("flow along {flow}, sheared across {across}: spin {spin:?}");
+        for a in 0..3 {
+            let expected = if a == about { sign * 0.485 } else { 0.0 };
+            // The points of its surface lie on a spiral: a thousandth of the torque is about other axes.
+            let allowed = if a == about { 0.05 } else { 2e-3 };
+            assert!((spin[a] - expected).abs() < allowed, "along {flow}, across {across}: {spin}");
+        }
+    }
+    let first = spin(0, 1).z;
+    for (flow, across) in [(1, 2), (2, 0)] {
+        let same = spin(flow, across)[3 - flow - across];
+        assert!((same / first - 1.0).abs() < 5e-3, "{same} and {first} rad/s");
+    }
+}
+
+/// Midway between walls four diameters apart: of half the shear rate each wall takes `5/16 (a/h)^3` (Goldman, Cox & Brenner 1967,
+/// Chem. Eng. Sci. 22, p. 653), which leaves 0.4951, and inertia up to `0.31 Re^(3/2)`, Re = G a^2/nu (Saffman 1965, J. Fluid
+/// Mech. 22, p. 385, without walls), which leaves 0.4927. The shear is there from the start, and the sphere takes its spin up
+/// within `d^2/(15 nu)`.
+#[test]
+fn a_sphere_in_couette_flow_spins_at_the_known_rate() {
+    let petsc = petsc();
+    let known = 0.494;
+    let mut scene: Scene<3> = petsc.scene(&in_shear(0, 1, 0.125, 4.0));
+    shear(&mut scene, 0, 1);
+    while scene.time < 0.25 {
+        let dt = 0.9 * scene.limits().unwrap().tightest().1;
+        scene.step(dt).unwrap();
+    }
+    let spin = scene.coupling.as_ref().unwrap().bodies()[0].spin;
+    println!("spin {:.4} of the shear rate, known {known:.4}, after {} steps", -spin.z, scene.steps);
+    assert!((-spin.z / known - 1.0).abs() < 0.01, "{spin} rad/s, {known}");
+    assert!(spin.x.abs() < 1e-3 && spin.y.abs() < 1e-3, "{spin} rad/s");
+}
