@@ -232,7 +232,7 @@ choices = [
 name = "place"
 choices = [
   { label = "a" },
-  { label = "b", set = { "particle.0.position" = [0.63, 0.5] } },
+  { label = "b", set = { "particle.0.shape.disc.diameter" = 0.4 } },
 ]
 
 [[reference]]
@@ -290,17 +290,17 @@ fn each_run_has_the_reference_of_its_own_label_and_the_spread_sums_up_the_runs_t
 #[test]
 fn a_wrong_reference_by_run_or_a_wrong_spread_is_refused_with_its_line_and_cure() {
     for (from, to, line, says) in [
-        ("row_of = { re =", "row_of = { rey =", 24, "has no column `rey`; did you mean `re`?"),
+        ("row_of = { re =", "row_of = { rey =", 23, "has no column `rey`; did you mean `re`?"),
         (
             "row_of = { re = \"Re\" }",
             "row_of = { re = \"re\" }",
-            24,
+            23,
             "no axis or label `re`; known here: `Re`, `place`",
         ),
-        ("row_of = { re = \"Re\" }", "row_of = { re = \"ranks\" }", 24, "no axis or label `ranks`"),
-        ("row_of = { re = \"Re\" }", "value = 1.0\nrow_of = { re = \"Re\" }", 20, "drop one"),
-        ("over = [\"place\"]", "over = [\"plaec\"]", 27, "no axis or label `plaec`; did you mean `place`?"),
-        ("over = [", "ovre = [", 27, "did you mean `over`?"),
+        ("row_of = { re = \"Re\" }", "row_of = { re = \"ranks\" }", 23, "no axis or label `ranks`"),
+        ("row_of = { re = \"Re\" }", "value = 1.0\nrow_of = { re = \"Re\" }", 19, "drop one"),
+        ("over = [\"place\"]", "over = [\"plaec\"]", 26, "no axis or label `plaec`; did you mean `place`?"),
+        ("over = [", "ovre = [", 26, "did you mean `over`?"),
     ] {
         assert!(PLACES.contains(from), "{from}");
         let (dir, file) = written(&PLACES.replacen(from, to, 1));
