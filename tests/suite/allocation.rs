@@ -85,7 +85,7 @@ fn a_step_after_the_first_allocates_nothing() {
     }
     let free = |x: f64, v: f64| {
         format!(
-            "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [{x:?}, 0.3]\nvelocity = [{v:?}, 0.0]\ndensity = 2.65\n"
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [{x:?}, 0.15]\nvelocity = [{v:?}, 0.0]\ndensity = 2.65\n"
         )
     };
     let law = "[contact]\nnormal_stiffness = 1.0e4\nfriction = 0.4\n";

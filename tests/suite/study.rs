@@ -232,7 +232,7 @@ choices = [
 name = "place"
 choices = [
   { label = "a" },
-  { label = "b", set = { "particle.0.shape.disc.diameter" = 0.4 } },
+  { label = "b", set = { "initial.velocity" = [1.1, 0.0] } },
 ]
 
 [[reference]]

@@ -200,19 +200,16 @@ impl<const D: usize> Sharp<D> {
                 let distance = apart.norm();
                 let (n, gap) = (apart / distance, distance - self.bodies[i].radius() - self.bodies[j].radius());
                 let share = Shares::of(gap / self.h).across;
-                let [free_i, free_j] = [i, j].map(|k| self.bodies[k].freedom().is_some());
+                let free = [i, j].map(|k| self.bodies[k].freedom().is_some());
                 let along = share * (self.rides[i].missed - self.rides[j].missed).dot(&n);
-                let (of_i, of_j) = match (free_i, free_j) {
-                    (true, true) => (0.5 * along, -0.5 * along),
+                let (of_i, of_j) = match free {
+                    [true, true] => (0.5 * along, -0.5 * along),
                     _ => (share * self.rides[i].missed.dot(&n), share * self.rides[j].missed.dot(&n)),
                 };
-                // What a free body passes on to a held one, that stands.
-                for (k, of, free, other) in [(i, of_i, free_i, free_j), (j, of_j, free_j, free_i)] {
-                    self.rides[k].missed -= of * n;
-                    if free && !other {
-                        self.passed_on += of * n;
-                    }
-                }
+                self.rides[i].missed -= of_i * n;
+                self.rides[j].missed -= of_j * n;
+                // Nothing of a free pair; else it is left to what holds the other.
+                self.passed_on += (of_i + of_j) * n;
             }
             for (a, side) in (0..D).flat_map(|a| [(a, 0), (a, 1)]) {
                 if !matches!(boundaries.borders[a][side], Some(Border::Velocity(_) | Border::Slip)) {
@@ -222,9 +219,7 @@ impl<const D: usize> Sharp<D> {
                 let distance = if side == 0 { centre } else { grid.size[a] - centre };
                 let share = Shares::of((distance - self.bodies[i].radius()) / self.h).across * self.rides[i].missed[a];
                 self.rides[i].missed[a] -= share;
-                if self.bodies[i].freedom().is_some_and(|f| f.translation[a]) {
-                    self.passed_on[a] += share;
-                }
+                self.passed_on[a] += share;
             }
         }
     }
