@@ -380,8 +380,9 @@ impl<'a, const D: usize> Run<'a, D> {
         let (exchange, bodies) = coupling.map_or((&[][..], &[][..]), |c| (c.exchange(), c.bodies()));
         // The state at time 0 has exchanged nothing yet.
         if self.scene.steps > 0 {
-            let deepest = coupling.and_then(|c| c.contacts()).map_or(0.0, |c| c.deepest());
-            let sample = Sample { time: self.scene.time, exchange, bodies, max_speed: speed, deepest };
+            let contacts = coupling.and_then(|c| c.contacts());
+            let (deepest, touched) = contacts.map_or((0.0, &[][..]), |c| (c.deepest(), c.touched()));
+            let sample = Sample { time: self.scene.time, exchange, bodies, max_speed: speed, deepest, touched };
             self.series.iter_mut().for_each(|s| s.sample(&sample));
         }
     }

@@ -44,6 +44,8 @@ pub struct Sample<'a> {
     pub max_speed: f64,
     /// Deepest overlap of contacts (m).
     pub deepest: f64,
+    /// Per particle, whether it touched something; empty without contacts.
+    pub touched: &'a [bool],
 }
 
 /// One series for each measure of the case.
@@ -93,7 +95,7 @@ impl Series {
     }
 
     /// Takes the state after a step.
-    pub fn sample(&mut self, &Sample { time, exchange, bodies, max_speed, deepest }: &Sample) {
+    pub fn sample(&mut self, &Sample { time, exchange, bodies, max_speed, deepest, touched }: &Sample) {
         let dt = time - std::mem::replace(&mut self.before, time);
         if time < self.measure.from {
             return;
@@ -133,12 +135,12 @@ impl Series {
             MeasureKind::HeightRank => self.height_rank(bodies),
             MeasureKind::FastestParticle => self.group(bodies).map(|id| bodies[id].velocity.norm()).fold(0.0, f64::max),
             MeasureKind::LargestOverlap => deepest,
-            MeasureKind::ContactStart => exchange.get(particle).map_or(0.0, |e| e.contact.norm()),
+            MeasureKind::ContactStart => f64::from(touched.get(particle).copied().unwrap_or(false)),
         };
         match self.measure.when {
             None => self.keep((time, value)),
             Some(When::Contact) => {
-                let touches = exchange.get(particle).is_some_and(|e| e.contact != Vector3::zeros());
+                let touches = touched.get(particle).copied().unwrap_or(false);
                 self.found = self.found.or(touches.then_some(value));
             }
             Some(When::X(at)) => self.wait(at, body(&|b| b.centre.x), value),
@@ -297,7 +299,9 @@ mod tests {
     }
 
     fn at<'a>(time: f64, exchange: &'a [Exchange], bodies: &'a [Body]) -> Sample<'a> {
-        Sample { time, exchange, bodies, max_speed: 0.0, deepest: 1e-3 * time }
+        let touches = exchange.first().is_some_and(|e| e.contact != Vector3::zeros());
+        let touched = if touches { &[true] } else { &[false] };
+        Sample { time, exchange, bodies, max_speed: 0.0, deepest: 1e-3 * time, touched }
     }
 
     fn pushed(momentum: Vector3<f64>) -> Exchange {

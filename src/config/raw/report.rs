@@ -23,7 +23,7 @@ pub struct Measure {
     #[serde(default)]
     pub from: f64,
     /// When, for a place, a velocity or a spin: at a time (s), `when = { time = 0.5 }`, as the particle's centre first passes a
-    /// coordinate (m), `when = { y = 0.075 }`, or as it first feels a contact force, `when = "contact"`. Without it a place is that of the end, and a velocity or a
+    /// coordinate (m), `when = { y = 0.075 }`, or as it first touches something, `when = "contact"`. Without it a place is that of the end, and a velocity or a
     /// spin the mean.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub when: Option<When>,
@@ -51,7 +51,7 @@ pub struct Measure {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum When {
-    /// At the end of the first step in which the particle feels a contact force.
+    /// At the end of the first step in which the particle touches another or a wall.
     Contact,
     /// As the particle's centre first passes this x (m), interpolated between two steps.
     X(f64),
@@ -156,7 +156,7 @@ pub enum MeasureKind {
     VelocityZ,
     /// Mean of the particle's angular velocity about z, or that `when` (rad/s).
     Spin,
-    /// First time at which the particle feels a contact force (s).
+    /// First time at which the particle touches another or a wall (s).
     ContactStart,
     /// Mean height of `particles` at the end, against gravity and above the lowest centre of all (m).
     MeanHeight,

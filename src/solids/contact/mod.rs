@@ -116,6 +116,8 @@ pub struct Contacts {
     wall_impulse: Vector3<f64>,
     /// Deepest overlap of the last step (m).
     deepest: f64,
+    /// Per body, whether it touched something in the last step.
+    touched: Vec<bool>,
     /// Fluid that goes along with each body (kg).
     carried: Vec<f64>,
     /// What fills the gaps.
@@ -153,6 +155,7 @@ impl Contacts {
             impulses: vec![Impulse::default(); n],
             wall_impulse: Vector3::zeros(),
             deepest: 0.0,
+            touched: vec![false; n],
             carried: vec![0.0; n],
             medium: Medium::default(),
         }
@@ -197,6 +200,7 @@ impl Contacts {
         self.impulses.fill(Impulse::default());
         self.wall_impulse = Vector3::zeros();
         self.deepest = 0.0;
+        self.touched.fill(false);
         let (mut left, mut taken) = (dt, 0);
         while left > 0.0 {
             self.search(bodies, left, taken > 0);
@@ -228,6 +232,11 @@ impl Contacts {
     /// Momentum that bodies gave to walls over the last [`advance`](Contacts::advance) (N s).
     pub fn wall_impulse(&self) -> Vector3<f64> {
         self.wall_impulse
+    }
+
+    /// Per body, whether it touched another or a wall over the last [`advance`](Contacts::advance): fluid in a gap does not count.
+    pub fn touched(&self) -> &[bool] {
+        &self.touched
     }
 
     /// Deepest overlap of two bodies, or of one and a wall, over the last [`advance`](Contacts::advance) (m).
@@ -403,6 +412,7 @@ impl Lasting for Contacts {
             impulses: _,
             wall_impulse: _,
             deepest: _,
+            touched: _,
         } = self;
         Ok(())
     }

@@ -119,6 +119,11 @@ impl Contacts {
             self.pairs[p].spring = pair.spring;
             self.pairs[p].given += h * normal;
             self.pairs[p].touched |= normal > 0.0;
+            for body in [pair.first, pair.second] {
+                if let Some(touched) = self.touched.get_mut(body) {
+                    *touched |= normal > 0.0;
+                }
+            }
             let force = tangential - normal * meeting.normal;
             let turn = meeting.normal.cross(&tangential);
             self.loads[pair.first].linear += force;
