@@ -88,10 +88,10 @@ fn a_step_after_the_first_allocates_nothing() {
             "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [{x:?}, 0.15]\nvelocity = [{v:?}, 0.0]\ndensity = 2.65\n"
         )
     };
-    let law = "[contact]\nnormal_stiffness = 1.0e4\nfriction = 0.4\n";
+    let law = "[contact]\nnormal_stiffness = 1.0e2\nfriction = 0.4\n";
     let walls = ["\"wall\"", "\"wall\"", "\"wall\"", "\"slip\""];
     for wall in [SHARP, MIXING] {
-        let more = [&free(0.5, 0.2), &free(0.815, -0.2), law, wall].concat();
+        let more = [&free(0.5, 0.2), &free(0.8, -0.2), law, wall].concat();
         let text =
             box_case([2.0, 1.0], [32, 16], 0.01, walls, &more).replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
         let mut scene: Scene<2> = petsc.scene(&text);

@@ -3,7 +3,6 @@
 use crate::support::{MIXING, SHARP, petsc};
 use mics::scene::Scene;
 use mics::solids::Body;
-use std::f64::consts::PI;
 
 /// Of the floor (N/m).
 const STIFFNESS: f64 = 2e4;
@@ -15,13 +14,10 @@ fn on_a_floor<const D: usize>(wall: &str, friction: f64, gravity: [f64; 2], spee
         if D == 2 { ("[4.0, 2.0]", "[32, 16]", "disc") } else { ("[4.0, 2.0, 1.5]", "[32, 16, 12]", "sphere") };
     let (third, along_z) = if D == 2 { ("", "") } else { (", 0.0", "bottom = \"periodic\"\ntop = \"periodic\"\n") };
     let z = if D == 2 { "" } else { ", 0.75" };
-    // Where the contact carries it; the mixing's may not be set down within the floor.
-    let weight = if D == 2 { PI / 4.0 } else { PI / 6.0 } * -gravity[1];
-    let y = if wall == SHARP { 0.5 - weight / STIFFNESS } else { 0.5 };
     format!(
         "name = \"floor\"\n[domain]\nsize = {size}\ncells = {cells}\n[fluid]\ndensity = 1e-3\nviscosity = 1e-4\n\
          gravity = [{:?}, {:?}{third}]\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\nnorth = \"slip\"\n\
-         {along_z}[[particle]]\nshape = {{ {shape} = {{ diameter = 1.0 }} }}\ndensity = 1.0\nposition = [1.0, {y:?}{z}]\n\
+         {along_z}[[particle]]\nshape = {{ {shape} = {{ diameter = 1.0 }} }}\ndensity = 1.0\nposition = [1.0, 0.5{z}]\n\
          velocity = [{speed:?}, 0.0{third}]\n[contact]\nnormal_stiffness = {STIFFNESS:?}\nfriction = {friction:?}\nrestitution = 0.2\n\
          {wall}[time]\nend = 1.0\n[pressure]\ndivergence_limit = 1e-5",
         gravity[0], gravity[1]
