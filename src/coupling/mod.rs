@@ -16,6 +16,8 @@ use nalgebra::Vector3;
 use sharp::Sharp;
 
 /// The particles and how they are coupled to the fluid.
+// There is one in a scene.
+#[allow(clippy::large_enum_variant)]
 pub enum Coupling<const D: usize> {
     /// By mixing (27), as the paper prints it.
     Mixing(Mixing<D>),

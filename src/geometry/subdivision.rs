@@ -11,27 +11,19 @@
 
 use nalgebra::Vector3;
 
+/// Signed distance (m) and normal of the surface nearest to a point.
+type Wall<'a> = &'a dyn Fn(&Vector3<f64>) -> (f64, Vector3<f64>);
+
 /// Times that a box is halved.
 const TIMES: u32 = 3;
 
 /// Volume filled (m3; m2 of a section), and the integrals of the coordinates over it, of the box with its centre at `middle` (m)
 /// and the `half` edges (m); `wall` has the signed distance (m) and the normal of a surface at a point (m).
-pub fn moments(
-    dimension: usize,
-    middle: &Vector3<f64>,
-    half: &Vector3<f64>,
-    wall: &dyn Fn(&Vector3<f64>) -> (f64, Vector3<f64>),
-) -> (f64, Vector3<f64>) {
+pub fn moments(dimension: usize, middle: &Vector3<f64>, half: &Vector3<f64>, wall: Wall) -> (f64, Vector3<f64>) {
     piece(dimension, middle, half, wall, TIMES)
 }
 
-fn piece(
-    dimension: usize,
-    middle: &Vector3<f64>,
-    half: &Vector3<f64>,
-    wall: &dyn Fn(&Vector3<f64>) -> (f64, Vector3<f64>),
-    times: u32,
-) -> (f64, Vector3<f64>) {
+fn piece(dimension: usize, middle: &Vector3<f64>, half: &Vector3<f64>, wall: Wall, times: u32) -> (f64, Vector3<f64>) {
     let (distance, normal) = wall(middle);
     let volume: f64 = (0..dimension).map(|a| 2.0 * half[a]).product();
     if distance.abs() >= half.norm() || times == 0 {

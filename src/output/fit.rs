@@ -118,7 +118,7 @@ mod tests {
     fn signal(start: f64, size: f64) -> Vec<(f64, f64)> {
         let mut time = 0.0;
         let mut sample = |k: usize| {
-            let short = k % 2 == 0;
+            let short = k.is_multiple_of(2);
             time += if short { 0.001 } else { 0.003 };
             let deviation = if short { 3.0 * size } else { -size };
             (start + time, 2.0 + 0.3 * time - 0.05 * time * time + deviation)

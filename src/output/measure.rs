@@ -171,7 +171,7 @@ impl Series {
     fn wait(&mut self, at: f64, now: f64, value: f64) {
         let (Some((before, value_before)), None) = (self.passing.replace((now, value)), self.found) else { return };
         let share = (at - before) / (now - before);
-        self.found = (0.0..=1.0).contains(&share).then(|| value_before + share * (value - value_before));
+        self.found = (0.0..=1.0).contains(&share).then_some(value_before + share * (value - value_before));
     }
 
     /// Keeps a sample: the one that counts where one does, so that a long run takes no more memory than a short one.

@@ -134,7 +134,7 @@ impl System {
             let here = within(axis, 1) && within(1 - axis, 0);
             let index = (0..2).map(|a| (at[a] + GHOSTS - self.grid.start[a]) * self.grid.stride[a]);
             let face = index.sum::<usize>() as u32;
-            here.then(|| Covered { mode: *mode as u32, axis: axis as u8, face, part: *part })
+            here.then_some(Covered { mode: *mode as u32, axis: axis as u8, face, part: *part })
         };
         modes.iter().filter_map(face).collect()
     }

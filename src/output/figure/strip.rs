@@ -146,7 +146,7 @@ impl<'a> Strip<'a> {
     /// The colour bar, beside all panels.
     fn bar(&self, palette: &Palette, label: &str) -> Frame {
         let (width, height) = self.all();
-        let tall = height.min(600 * SCALE).max(160 * SCALE);
+        let tall = height.clamp(160 * SCALE, 600 * SCALE);
         Frame {
             corner: (self.corner.0 + width + MARGIN, self.corner.1 + (height - tall) / 2),
             extent: (BAR, tall),
