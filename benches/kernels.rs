@@ -10,9 +10,11 @@ use mics::fluid::faces;
 use mics::geometry::fraction::{self, Rule};
 use mics::geometry::{Disc, Placed, Shape, Sphere, Turn, aperture};
 use mics::grid::Coefficient;
+use mics::method::Method;
+use mics::method::sharp::cut::CutBodies;
 use mics::petsc::Session;
 use mics::scene::Scene;
-use mics::solids::contact::{Contacts, Damping, Laws, Material, Push, Substeps};
+use mics::solids::contact::{Contacts, Damping, Laws, Material, Push, Substeps, Touching};
 use mics::solids::{Body, Freedom, Motion};
 use nalgebra::{Vector3, vector};
 use std::hint::black_box;
@@ -64,38 +66,38 @@ fn sphere(session: &Session) -> Scene<3> {
 
 /// What goes through all cells or faces.
 fn fluid<const D: usize>(c: &mut Criterion, scene: &mut Scene<D>) {
-    let size = scene.grid.cells.map(|n| n.to_string()).join("x");
-    let grid = scene.grid.clone();
+    let size = scene.domain.grid.cells.map(|n| n.to_string()).join("x");
+    let grid = scene.domain.grid.clone();
     let (mut rate, mut fluxes) = (grid.vector_field(), Fluxes::new(&grid));
     let mut divergence = grid.field();
     let mut group = c.benchmark_group("fluid");
     group.throughput(Throughput::Elements(grid.total_cells() as u64));
     group.bench_function(BenchmarkId::new("advection-diffusion", &size), |b| {
-        let carrier = Carrier { now: &scene.faces, before: None };
-        b.iter(|| upwind5(&grid, &carrier, black_box(&scene.u), 0.01, 1.0, true, &mut rate, &mut fluxes));
+        let carrier = Carrier { now: &scene.state.faces, before: None };
+        b.iter(|| upwind5(&grid, &carrier, black_box(&scene.state.u), 0.01, 1.0, true, &mut rate, &mut fluxes));
     });
     let (density, p) = (Coefficient::Uniform(1.0), grid.field());
     group.bench_function(BenchmarkId::new("diffusion-alone", &size), |b| {
-        b.iter(|| diffusion::laplacian(&grid, 0.01, &density, black_box(&scene.u[0]), 1.0, &mut rate[0]));
+        b.iter(|| diffusion::laplacian(&grid, 0.01, &density, black_box(&scene.state.u[0]), 1.0, &mut rate[0]));
     });
     group.bench_function(BenchmarkId::new("faces-predict", &size), |b| {
-        b.iter(|| faces::predict(&grid, black_box(&scene.u), 0.01, &rate, &mut scene.faces));
+        b.iter(|| faces::predict(&grid, black_box(&scene.state.u), 0.01, &rate, &mut scene.state.faces));
     });
     group.bench_function(BenchmarkId::new("faces-acceleration", &size), |b| {
-        b.iter(|| faces::acceleration(&grid, &scene.beta, None, black_box(&p), &mut rate));
+        b.iter(|| faces::acceleration(&grid, scene.method.beta(), None, black_box(&p), &mut rate));
     });
     group.bench_function(BenchmarkId::new("faces-divergence", &size), |b| {
-        b.iter(|| faces::divergence(&grid, black_box(&scene.faces), &mut divergence));
+        b.iter(|| faces::divergence(&grid, black_box(&scene.state.faces), &mut divergence));
     });
     group.bench_function(BenchmarkId::new("cells", &size), |b| {
-        b.iter(|| faces::add_to_cells(&grid, 0.0, black_box(&rate), &mut scene.u));
+        b.iter(|| faces::add_to_cells(&grid, 0.0, black_box(&rate), &mut scene.state.u));
     });
     group.finish();
 }
 
 /// Fractions of cells and covered parts of faces of one body, so many cells across.
 fn cuts<const D: usize>(c: &mut Criterion, scene: &Scene<D>, across: &[f64]) {
-    let (grid, name) = (&scene.grid, if D == 2 { "disc" } else { "sphere" });
+    let (grid, name) = (&scene.domain.grid, if D == 2 { "disc" } else { "sphere" });
     let centre = Vector3::from_fn(|a, _| if a < D { 0.497 * grid.size[a] } else { 0.0 });
     let (mut cells, mut cuts, mut openings) = (Vec::new(), Vec::new(), Vec::new());
     let mut group = c.benchmark_group("geometry");
@@ -114,14 +116,17 @@ fn cuts<const D: usize>(c: &mut Criterion, scene: &Scene<D>, across: &[f64]) {
     group.finish();
 }
 
-/// The skins of a scene's bodies rebuilt, and the wall imposed by them.
+/// The cut bodies of a scene rebuilt, and the wall imposed by them.
 fn walls<const D: usize>(c: &mut Criterion, scene: &mut Scene<D>) {
-    let size = scene.grid.cells.map(|n| n.to_string()).join("x");
-    let Scene { grid, boundaries, beta, coupling, u, .. } = scene;
-    let sharp = coupling.as_mut().and_then(|c| c.sharp()).expect("sharp walls");
+    let size = scene.domain.grid.cells.map(|n| n.to_string()).join("x");
+    let Scene { domain, state, method: Method::Sharp(sharp), .. } = scene else { panic!("sharp walls") };
     let mut group = c.benchmark_group("sharp");
-    group.bench_function(BenchmarkId::new("settle", &size), |b| b.iter(|| sharp.settle(grid, boundaries, beta)));
-    group.bench_function(BenchmarkId::new("impose", &size), |b| b.iter(|| sharp.impose(grid, true, false, u)));
+    group.bench_function(BenchmarkId::new("settle", &size), |b| b.iter(|| sharp.place(domain, &state.bodies)));
+    let (mut cut, mut inside) = (CutBodies::new(domain, &state.bodies), Vec::new());
+    cut.settle(domain, &state.bodies);
+    group.bench_function(BenchmarkId::new("impose", &size), |b| {
+        b.iter(|| cut.impose(domain, &state.bodies, true, &mut inside, None, &mut state.u));
+    });
     group.finish();
 }
 
@@ -151,10 +156,10 @@ fn contacts(c: &mut Criterion) {
     let made = Contacts::new(&bodies, materials, Vec::new(), laws, [size, size, 1.0], periods, Substeps::Fixed(10));
     let push = vec![Push::default(); bodies.len()];
     c.bench_function("contacts/400-discs-10-substeps", |b| {
-        let start = || (made.clone(), bodies.clone());
-        let step = |(mut contacts, mut bodies): (Contacts, Vec<Body>)| {
-            contacts.advance(&mut bodies, &push, 1e-3).expect("moved");
-            (contacts, bodies)
+        let start = || (made.clone(), made.untouched(&bodies), bodies.clone());
+        let step = |(mut contacts, mut touching, mut bodies): (Contacts, Touching, Vec<Body>)| {
+            contacts.advance(&mut bodies, &mut touching, &push, 1e-3).expect("moved");
+            (contacts, touching, bodies)
         };
         b.iter_batched(start, step, BatchSize::SmallInput);
     });

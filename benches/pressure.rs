@@ -6,8 +6,9 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use mics::config::load;
 use mics::fluid::faces::FaceCoefficient;
 use mics::fluid::poisson::Covered;
-use mics::fluid::pressure::Rider;
+use mics::fluid::pressure::BodyCoupling;
 use mics::grid::{Coefficient, Grid, VectorField};
+use mics::method::Method;
 use mics::petsc::Session;
 use mics::scene::Scene;
 use std::collections::{BTreeMap, BTreeSet};
@@ -48,7 +49,7 @@ struct Bodies<'a> {
     covered: &'a [Covered],
 }
 
-impl<const D: usize> Rider<D> for Bodies<'_> {
+impl<const D: usize> BodyCoupling<D> for Bodies<'_> {
     fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64], faces: &mut VectorField<D>) -> mics::Result<()> {
         for mode in self.covered.chunk_by(|a, b| a.mode == b.mode) {
             let k = mode[0].mode as usize;
@@ -77,22 +78,23 @@ impl<const D: usize> Bench<D> {
         std::fs::write(&path, text).expect("a file");
         let case = load(&path, &[]).unwrap_or_else(|e| panic!("{e}")).case;
         let mut scene = Scene::<D>::new(session, &case).unwrap_or_else(|e| panic!("{e}"));
-        let grid = scene.grid.clone();
+        let grid = scene.domain.grid.clone();
         for axis in 0..D {
             for c in grid.face_rows(axis).flatten() {
                 let at = grid.centre(c);
-                scene.faces[axis][c] = (0..D).map(|a| ((7.3 + a as f64 + axis as f64) * at[a] * 5.0).sin()).product();
+                scene.state.faces[axis][c] =
+                    (0..D).map(|a| ((7.3 + a as f64 + axis as f64) * at[a] * 5.0).sin()).product();
             }
         }
-        scene.boundaries.set_faces(&mut scene.faces);
-        let start = scene.faces.clone();
+        scene.domain.boundaries.set_faces(&mut scene.state.faces);
+        let start = scene.state.faces.clone();
         Bench { scene, start, coefficients, moved: 0.0, weights: Vec::new(), covered: Vec::new() }
     }
 
     /// Moves the discs on, and sets the coefficient there.
     fn advance(&mut self) {
         self.moved += STEP;
-        let (grid, moved) = (self.scene.grid.clone(), self.moved);
+        let (grid, moved) = (self.scene.domain.grid.clone(), self.moved);
         let pitch = if D == 2 { 17.7 } else { 14.6 };
         // The part of a ball about a point, smoothed over a spacing, and which ball that is.
         let near = |at: [f64; D]| {
@@ -116,10 +118,11 @@ impl<const D: usize> Bench<D> {
                 for c in grid.rows().flatten() {
                     density[c] = 1.0 + (ratio - 1.0) * inside(grid.centre(c));
                 }
-                self.scene.boundaries.fill_property(&mut density).expect("ghosts");
+                self.scene.domain.boundaries.fill_property(&mut density).expect("ghosts");
                 let density = Coefficient::Field(density);
-                self.scene.beta = FaceCoefficient::new(&grid, &density);
-                self.scene.beta.update(&grid, &density);
+                let mut beta = FaceCoefficient::new(&grid, &density);
+                beta.update(&grid, &density);
+                self.set_beta(beta);
             }
             Coefficients::Closed | Coefficients::Free(_) => {
                 let mut beta = grid.vector_field();
@@ -140,7 +143,7 @@ impl<const D: usize> Bench<D> {
                         }
                     }
                 }
-                self.scene.beta = FaceCoefficient::Field(beta);
+                self.set_beta(FaceCoefficient::Field(beta));
                 self.covered.clear();
                 let Coefficients::Free(ratio) = self.coefficients else { return };
                 balls.retain(|ball, _| !held.contains(ball));
@@ -159,25 +162,38 @@ impl<const D: usize> Bench<D> {
         }
     }
 
+    fn set_beta(&mut self, beta: FaceCoefficient<D>) {
+        let Method::Plain(flow) = &mut self.scene.method else { panic!("the case has no bodies") };
+        flow.beta = beta;
+    }
+
     /// A step's work for the pressure: what it took.
     fn solve(&mut self) -> Duration {
         self.advance();
-        for (faces, start) in self.scene.faces.iter_mut().zip(&self.start) {
+        for (faces, start) in self.scene.state.faces.iter_mut().zip(&self.start) {
             faces.copy_from_slice(start);
         }
         let scene = &mut self.scene;
         let begin = Instant::now();
         if !matches!(self.coefficients, Coefficients::Uniform) {
-            scene.projection.assemble(&scene.grid, &scene.beta).expect("assembled");
+            scene.domain.projection.assemble(&scene.domain.grid, &scene.method.beta()).expect("assembled");
         }
         let mut bodies = Bodies { weights: &self.weights, covered: &self.covered };
-        let mut rider: Option<&mut dyn Rider<D>> = None;
+        let mut coupling: Option<&mut dyn BodyCoupling<D>> = None;
         if matches!(self.coefficients, Coefficients::Free(_)) {
-            scene.projection.set_modes(bodies.weights, bodies.covered, &[]).expect("set");
-            rider = Some(&mut bodies);
+            scene.domain.projection.set_modes(bodies.weights, bodies.covered, &[]).expect("set");
+            coupling = Some(&mut bodies);
         }
-        let (p, faces) = (&mut scene.p, &mut scene.faces);
-        let done = scene.projection.project(&scene.grid, &mut scene.boundaries, &scene.beta, 1e-3, p, faces, rider);
+        let (p, faces) = (&mut scene.state.p, &mut scene.state.faces);
+        let done = scene.domain.projection.project(
+            &scene.domain.grid,
+            &mut scene.domain.boundaries,
+            &scene.method.beta(),
+            1e-3,
+            p,
+            faces,
+            coupling,
+        );
         let took = begin.elapsed();
         if std::env::var_os("MICS_BENCH_ITERATIONS").is_some() {
             println!("{done:?}");

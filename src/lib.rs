@@ -75,7 +75,7 @@
 //! | [`run`], [`check`](mod@check), [`output`] | the time loop, the description of a scene, what a run leaves |
 //! | [`validate`](mod@validate) | the shipped cases beside their references |
 //! | [`clock`] | where the time goes |
-//! | [`tape`], [`interrupt`], [`system`] | what lasts from step to step, for checkpoints; signals; what the machine says |
+//! | [`archive`], [`interrupt`], [`system`] | what lasts from step to step, for checkpoints; signals; what the machine says |
 //!
 //! # Sources
 //!
@@ -87,26 +87,26 @@
 //!
 //! The references of the shipped cases are named in their folders.
 
-pub mod audit;
+pub mod archive;
 pub mod check;
 pub mod clock;
 pub mod config;
-pub mod coupling;
+pub mod domain;
 pub mod error;
 pub mod fluid;
 pub mod geometry;
 pub mod grid;
 pub mod interrupt;
+pub mod method;
 pub mod output;
 pub mod petsc;
 pub mod run;
 pub mod scene;
 pub mod scheme;
 pub mod solids;
-pub mod step;
+pub mod state;
 pub mod study;
 pub mod system;
-pub mod tape;
 pub mod validate;
 
 pub use error::{Error, Result};

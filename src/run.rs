@@ -15,8 +15,9 @@ use crate::output::progress::{Progress, Record};
 use crate::output::snapshot::Snapshot;
 use crate::output::{Folder, Log, StepRow, may_use, plot};
 use crate::petsc::Session;
-use crate::scene::{Scene, State, read_case};
+use crate::scene::{Scene, read_case};
 use crate::scheme::Limits;
+use crate::state::Readable;
 use crate::system::{cpu_seconds, host, now, peak_memory};
 use crate::{Error, Result};
 pub use memory::check_memory;
@@ -92,7 +93,7 @@ struct Run<'a, const D: usize> {
     checkpoints: Checkpoints,
     restart: Option<Restart>,
     /// The state at the start of the step.
-    good: State<D>,
+    good: Readable<D>,
 }
 
 /// What ranks wish for at the end of a step.
@@ -124,7 +125,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let case = &loaded.case;
         let mut scene = Scene::<D>::new(session, case)?;
         let (mut account, mut series) = (Account { began: now(), ..Account::default() }, measure::series(case));
-        let marks = restart.as_mut().map(|r| r.play(session, &mut account, &mut series, &mut scene)).transpose()?;
+        let marks = restart.as_mut().map(|r| r.read(session, &mut account, &mut series, &mut scene)).transpose()?;
         if account.divergence_max >= case.pressure.divergence_limit {
             let reached = account.divergence_max;
             return Err(loaded.error_at(
@@ -136,7 +137,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let lead = session.rank() == 0;
         let mut log = Log::new(lead && !request.quiet);
         let opened = if lead {
-            let (particles, balance) = (scene.coupling.is_some(), scene.audit.is_some());
+            let (particles, balance) = (!scene.state.bodies.is_empty(), scene.state.balance.is_some());
             match (&restart, marks) {
                 (Some(restart), Some(marks)) => restart.open_folder(&out, &mut log, &case.to_toml(), marks),
                 _ => Folder::create(&out, &mut log, &case.to_toml(), particles, balance),
@@ -145,8 +146,8 @@ impl<'a, const D: usize> Run<'a, D> {
         } else {
             Ok(None)
         };
-        let mut good = State::default();
-        scene.save(&mut good);
+        let mut good = Readable::default();
+        scene.state.keep(&mut good);
         Ok(Run {
             good,
             folder: session.agree(opened)?,
@@ -180,16 +181,16 @@ impl<'a, const D: usize> Run<'a, D> {
             self.out.display()
         ));
         if let Some(restart) = &self.restart {
-            restart.say(&mut self.log, self.scene.time, self.session.size());
+            restart.say(&mut self.log, self.scene.state.time, self.session.size());
         }
-        self.progress.begin(self.scene.steps, self.scene.time);
+        self.progress.begin(self.scene.state.steps, self.scene.state.time);
         let result = self.advance();
         let (status, result) = match result {
             Ok(()) => ("done", Ok(())),
             Err(stop @ Error::Interrupted(_)) => ("interrupted", Err(stop)),
             Err(e) => ("failed", Err(self.keep_good_state(e)?)),
         };
-        self.progress.finish(status, self.scene.steps, self.scene.time, self.values());
+        self.progress.finish(status, self.scene.state.steps, self.scene.state.time, self.values());
         // A second error must not hide the first.
         let closed = self.close(status);
         if let Err(e) = &result {
@@ -204,8 +205,8 @@ impl<'a, const D: usize> Run<'a, D> {
     /// The time loop.
     fn advance(&mut self) -> Result<()> {
         let end = self.case.time.end;
-        let mut fields = Schedule::new(self.case.output.fields, self.scene.time);
-        let mut rows = Schedule::new(Some(self.case.output.particles), self.scene.time);
+        let mut fields = Schedule::new(self.case.output.fields, self.scene.state.time);
+        let mut rows = Schedule::new(Some(self.case.output.particles), self.scene.state.time);
         let given = supply::of_particles(self.case);
         let mut collapse = collapse::Collapse::default();
         if self.restart.is_none() {
@@ -216,18 +217,16 @@ impl<'a, const D: usize> Run<'a, D> {
             self.write_fields()?;
             self.sample(speed);
         }
-        while self.scene.time < end * (1.0 - 1e-12) {
-            self.scene.save(&mut self.good);
+        while self.scene.state.time < end * (1.0 - 1e-12) {
+            self.scene.state.keep(&mut self.good);
             let limits = self.scene.limits()?;
-            let (dt, _) = choose_step(self.case, &limits, self.account.dt, end - self.scene.time);
+            let (dt, _) = choose_step(self.case, &limits, self.account.dt, end - self.scene.state.time);
             self.refuse_broken_limit(dt, &limits)?;
-            self.scene.clock.lap(Stage::Logs);
+            self.scene.domain.clock.lap(Stage::Logs);
             let projected = self.scene.step(dt)?;
             self.account.dt = Some(dt);
-            let bodies = self.scene.coupling.as_ref().map_or(&[][..], |c| c.bodies());
-            let grid = &self.scene.grid;
-            let periods = std::array::from_fn(|a| (a < D && grid.periodic[a]).then(|| grid.size[a]));
-            collapse.take(dt, bodies, &grid.size, &periods)?;
+            let domain = &self.scene.domain;
+            collapse.take(dt, &self.scene.state.bodies, &domain.grid.size, &domain.periods())?;
             self.account.divergence_max = self.account.divergence_max.max(projected.divergence_max);
             self.account.outer += u64::from(projected.outer);
             self.account.krylov += u64::from(projected.krylov);
@@ -235,12 +234,12 @@ impl<'a, const D: usize> Run<'a, D> {
             let (energy, speed) = self.scene.energy_and_speed()?;
             supply::refuse_beyond(energy, self.account.start, given)?;
             let wishes = self.write_row(StepOutcome { dt, projected, cfl: dt * limits.courant_rate, energy })?;
-            if rows.due(self.scene.steps, self.scene.time) {
+            if rows.due(self.scene.state.steps, self.scene.state.time) {
                 self.write_particles()?;
             }
             self.sample(speed);
             if self.progress.due() {
-                let (step, time) = (self.scene.steps, self.scene.time);
+                let (step, time) = (self.scene.state.steps, self.scene.state.time);
                 let (divergence, measures) = (projected.divergence_max, self.values());
                 let state = Record {
                     step,
@@ -254,22 +253,22 @@ impl<'a, const D: usize> Run<'a, D> {
                 };
                 self.progress.take(state).into_iter().for_each(|line| self.log.say(&line));
             }
-            self.scene.clock.lap(Stage::Logs);
-            if fields.due(self.scene.steps, self.scene.time) {
+            self.scene.domain.clock.lap(Stage::Logs);
+            if fields.due(self.scene.state.steps, self.scene.state.time) {
                 self.write_fields()?;
             }
             if wishes.stop || wishes.checkpoint {
                 self.checkpoint()?;
-                self.scene.clock.lap(Stage::Fields);
+                self.scene.domain.clock.lap(Stage::Fields);
             }
             if wishes.stop {
                 return Err(Error::Interrupted(format!(
                     "interrupted after step {}, t = {:.6} s; the same command with --resume goes on from there",
-                    self.scene.steps, self.scene.time
+                    self.scene.state.steps, self.scene.state.time
                 )));
             }
         }
-        if self.account.last_fields != Some(self.scene.time) {
+        if self.account.last_fields != Some(self.scene.state.time) {
             self.write_fields()?;
         }
         // What has had checkpoints may be given a later end.
@@ -296,8 +295,8 @@ impl<'a, const D: usize> Run<'a, D> {
         let mut broken = [f64::from(matches!(error, Error::Io { .. } | Error::Petsc { .. }))];
         self.session.max(&mut broken)?;
         if broken[0] == 0.0 {
-            self.scene.load(&self.good);
-            if self.account.last_fields != Some(self.scene.time) {
+            self.scene.bring_back(&self.good);
+            if self.account.last_fields != Some(self.scene.state.time) {
                 let _ = self.write_fields();
             }
         }
@@ -314,8 +313,8 @@ impl<'a, const D: usize> Run<'a, D> {
     /// Writes a row of `steps.csv`; what ranks wish for is agreed on with it.
     fn write_row(&mut self, outcome: StepOutcome) -> Result<Wishes> {
         let row = StepRow {
-            step: self.scene.steps,
-            time: self.scene.time,
+            step: self.scene.state.steps,
+            time: self.scene.state.time,
             dt: outcome.dt,
             outer: outcome.projected.outer,
             krylov: outcome.projected.krylov,
@@ -326,7 +325,7 @@ impl<'a, const D: usize> Run<'a, D> {
         };
         let (scene, log) = (&self.scene, &mut self.log);
         let written = self.folder.as_mut().map_or(Ok(()), |folder| {
-            folder.write_step(&row, scene.audit.as_ref().map(|a| (scene.substeps, a)))?;
+            folder.write_step(&row, scene.state.balance.as_ref().map(|b| (scene.state.substeps, b)))?;
             folder.flush_when_due(log)
         });
         // One message for all three, every step.
@@ -344,28 +343,31 @@ impl<'a, const D: usize> Run<'a, D> {
     }
 
     fn write_particles(&mut self) -> Result<()> {
-        if self.account.last_rows == Some(self.scene.steps) {
+        if self.account.last_rows == Some(self.scene.state.steps) {
             return Ok(());
         }
-        self.account.last_rows = Some(self.scene.steps);
+        self.account.last_rows = Some(self.scene.state.steps);
         let rule = self.case.coupling.force;
-        self.on_lead(|folder, scene, _| match &scene.coupling {
-            Some(c) => folder.write_particles(scene.steps, scene.time, c.bodies(), c.exchange(), rule),
-            None => Ok(()),
+        self.on_lead(|folder, scene, _| {
+            let s = &scene.state;
+            if s.bodies.is_empty() {
+                return Ok(());
+            }
+            folder.write_particles(s.steps, s.time, &s.bodies, &s.exchange, rule)
         })
     }
 
     fn write_fields(&mut self) -> Result<()> {
         let snapshot = Snapshot::take(&mut self.scene)?;
-        self.account.last_fields = Some(self.scene.time);
+        self.account.last_fields = Some(self.scene.state.time);
         self.series.iter_mut().for_each(|s| s.take_fields(&snapshot));
         // A figure of the fields shows the particles where they are.
         self.write_particles()?;
         self.on_lead(|folder, scene, log| {
-            folder.write_snapshot(scene.steps, &snapshot)?;
+            folder.write_snapshot(scene.state.steps, &snapshot)?;
             folder.flush(log)
         })?;
-        self.scene.clock.lap(Stage::Fields);
+        self.scene.domain.clock.lap(Stage::Fields);
         Ok(())
     }
 
@@ -376,13 +378,12 @@ impl<'a, const D: usize> Run<'a, D> {
     }
 
     fn sample(&mut self, speed: f64) {
-        let coupling = self.scene.coupling.as_ref();
-        let (exchange, bodies) = coupling.map_or((&[][..], &[][..]), |c| (c.exchange(), c.bodies()));
         // The state at time 0 has exchanged nothing yet.
-        if self.scene.steps > 0 {
-            let contacts = coupling.and_then(|c| c.contacts());
+        if self.scene.state.steps > 0 {
+            let contacts = self.scene.method.contacts();
+            let (exchange, bodies) = (&self.scene.state.exchange[..], &self.scene.state.bodies[..]);
             let (deepest, touched) = contacts.map_or((0.0, &[][..]), |c| (c.deepest(), c.touched()));
-            let sample = Sample { time: self.scene.time, exchange, bodies, max_speed: speed, deepest, touched };
+            let sample = Sample { time: self.scene.state.time, exchange, bodies, max_speed: speed, deepest, touched };
             self.series.iter_mut().for_each(|s| s.sample(&sample));
         }
     }
@@ -395,8 +396,8 @@ impl<'a, const D: usize> Run<'a, D> {
     /// Closes the logs, sums up and draws.
     fn close(&mut self, status: &str) -> Result<()> {
         let wall = self.wall();
-        let cells = self.scene.grid.total_cells();
-        let stages = self.scene.clock.table(cells);
+        let cells = self.scene.domain.grid.total_cells();
+        let stages = self.scene.domain.clock.table(cells);
         let mut used = [peak_memory(), cpu_seconds()];
         self.session.sum(&mut used)?;
         let [memory, cpu] = used;
@@ -409,9 +410,9 @@ impl<'a, const D: usize> Run<'a, D> {
         let found = self.values();
         let comparisons: serde_json::Map<_, _> =
             self.series.iter().filter_map(|s| Some((s.name().to_owned(), json!(s.comparison()?)))).collect();
-        let steps = self.scene.steps.max(1) as f64;
+        let steps = self.scene.state.steps.max(1) as f64;
         let summary = json!({
-            "case": self.case.name, "status": status, "cells": cells, "steps": self.scene.steps, "time": self.scene.time,
+            "case": self.case.name, "status": status, "cells": cells, "steps": self.scene.state.steps, "time": self.scene.state.time,
             "wall_seconds": wall, "cpu_seconds": cpu, "step_seconds": wall / steps, "divergence_max": self.account.divergence_max,
             "divergence_limit": self.case.pressure.divergence_limit, "outer_iterations": self.account.outer,
             "krylov_iterations": self.account.krylov, "solver_retries": self.account.retries, "measures": found,
@@ -430,7 +431,7 @@ impl<'a, const D: usize> Run<'a, D> {
         self.log.say("");
         self.log.say(&format!(
             "{} steps in {wall:.1} s, {:.2} ms a step; peak memory {:.0} MB, {:.0} bytes a cell",
-            self.scene.steps,
+            self.scene.state.steps,
             1e3 * wall / steps,
             memory / 1e6,
             memory / cells as f64

@@ -51,7 +51,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
 
     let times = |v: &[f64]| v.iter().map(|x| format!("{x}")).collect::<Vec<_>>().join(" x ");
     let cells = case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
-    let h = scene.grid.h.iter().map(|h| format!("{h:.4e}")).collect::<Vec<_>>().join(" x ");
+    let h = scene.domain.grid.h.iter().map(|h| format!("{h:.4e}")).collect::<Vec<_>>().join(" x ");
     let mut lines = vec![
         format!("case         {} ({D}D)", case.name),
         format!("domain       {} m, {cells} cells, h = {h} m", times(&case.domain.size)),
@@ -60,7 +60,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     let sides = case.sides().map(|(name, side)| format!("{name} {}", side.words()));
     lines.push(format!("boundary     {}", sides.collect::<Vec<_>>().join(", ")));
     lines.extend(case.particle_words().into_iter().map(|(label, words)| format!("{label:<13}{words}")));
-    let widest = scene.grid.h.iter().copied().fold(0.0, f64::max);
+    let widest = scene.domain.grid.h.iter().copied().fold(0.0, f64::max);
     let smallest = case.particle.iter().map(|p| p.shape.diameter()).fold(f64::INFINITY, f64::min) / widest;
     if smallest < RESOLVED {
         lines.push(format!(
@@ -99,7 +99,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         "cost         {:.2} ms a step ({:.2} us a cell; the first {TRIAL_STEPS} steps tried), start-up {start_up:.2} s, \
          memory {:.0} MB",
         1e3 * step,
-        1e6 * step / scene.grid.total_cells() as f64,
+        1e6 * step / scene.domain.grid.total_cells() as f64,
         memory[0] / 1e6
     ));
     Ok(lines)
@@ -135,15 +135,12 @@ const COARSE: f64 = 20.0;
 
 /// The time of a contact beside the substep.
 fn contacts<const D: usize>(case: &Case, scene: &Scene<D>, dt: f64) -> Vec<String> {
-    let Some(coupling) = &scene.coupling else { return Vec::new() };
-    let (Some(contacts), Some(law)) = (coupling.contacts(), &case.contact) else { return Vec::new() };
+    let (Some(contacts), Some(law)) = (scene.method.contacts(), &case.contact) else { return Vec::new() };
     // An impact after a fall of a diameter, for springs whose time depends on the speed.
-    let bodies = coupling.bodies();
-    let fall = bodies
-        .iter()
-        .map(|b| (4.0 * b.radius() * coupling.largest_fall()).sqrt() + b.top_speed())
-        .fold(1e-12, f64::max);
-    let time = contacts.contact_time(bodies, fall);
+    let bodies = &scene.state.bodies;
+    let fall =
+        bodies.iter().map(|b| (4.0 * b.radius() * scene.largest_fall()).sqrt() + b.top_speed()).fold(1e-12, f64::max);
+    let time = contacts.contact_time(bodies, &scene.state.touching, fall);
     let Substeps::Count(n) = law.substeps else {
         return vec![format!("contact      shortest {time:.3e} s; substeps chosen by it, where two are in reach")];
     };

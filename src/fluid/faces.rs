@@ -40,6 +40,17 @@ impl<const D: usize> FaceCoefficient<D> {
         }
     }
 
+    /// Its values by face; one value for all becomes one for each.
+    pub fn field(&mut self, grid: &Grid<D>) -> &mut VectorField<D> {
+        if let FaceCoefficient::Uniform(value) = *self {
+            *self = FaceCoefficient::Field(std::array::from_fn(|_| vec![value; grid.field().len()]));
+        }
+        match self {
+            FaceCoefficient::Field(faces) => faces,
+            FaceCoefficient::Uniform(_) => unreachable!("it has just become a field"),
+        }
+    }
+
     /// The value at the low face of cell `c` along `axis`.
     #[inline(always)]
     pub fn at(&self, axis: usize, c: usize) -> f64 {

@@ -48,8 +48,8 @@ pub struct StoppingRule {
 /// Part of D0 below which a step leaves the pressure as it is.
 const IDLE: f64 = 1e-3;
 
-/// What moves with the pressure: bodies whose velocity, and with it that of faces, follows it.
-pub trait Rider<const D: usize> {
+/// How bodies are coupled to the pressure: their velocity, and with it that of faces, follows it.
+pub trait BodyCoupling<const D: usize> {
     /// Takes the change `phi` (Pa, ghosts filled) of the pressure over the step `dt` (s) and adds to the velocity of
     /// `faces` (m/s) what follows from it. Collective.
     fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64], faces: &mut VectorField<D>) -> Result<()>;
@@ -124,7 +124,7 @@ impl Projection {
     }
 
     /// Makes the face velocities divergence-free to D0 and adds what that took to the pressure (its ghosts are filled
-    /// at the end); `rider` follows every change of it. Collective.
+    /// at the end); `bodies` follow every change of it. Collective.
     ///
     /// # Errors
     /// When D0 is not reached, a solve fails for good, or a velocity is not finite.
@@ -137,7 +137,7 @@ impl Projection {
         dt: f64,
         p: &mut [f64],
         velocity: &mut VectorField<D>,
-        mut rider: Option<&mut dyn Rider<D>>,
+        mut bodies: Option<&mut dyn BodyCoupling<D>>,
     ) -> Result<Projected> {
         let mut done = Projected::default();
         loop {
@@ -164,8 +164,8 @@ impl Projection {
             let rtol = (tighter * self.solver.fixed_rtol().unwrap_or(needed)).max(1e-14);
             let within = done.divergence_max < self.rule.limit;
             let solved = self.correct(grid, boundaries, beta, dt, (rtol, within), p, velocity)?;
-            if let Some(rider) = &mut rider {
-                rider.follow(grid, dt, &self.phi, velocity)?;
+            if let Some(bodies) = &mut bodies {
+                bodies.follow(grid, dt, &self.phi, velocity)?;
             }
             done.outer += 1;
             done.krylov += solved.iterations;

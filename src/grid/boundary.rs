@@ -156,7 +156,7 @@ impl<const D: usize> Boundaries<D> {
     }
 
     /// Says whether anything reads a velocity's ghosts beyond those of the fifth-order stencils. To be the same on all ranks.
-    pub fn reach_deep(&mut self, deep: bool) {
+    pub fn set_velocity_layers(&mut self, deep: bool) {
         self.layers = if deep { self.planes[0].ghosts } else { GHOSTS };
     }
 

@@ -1,14 +1,14 @@
 //! Checkpoints as files: `checkpoint/STEP.ckpt`, the newest two.
 //!
 //! ```text
-//!   "mics" 0 "ckp"   format   tape ([`crate::tape`]): header, run, scene   CRC-32 of all before it
+//!   "mics" 0 "ckp"   format   archive ([`crate::archive`]): header, run, scene   CRC-32 of all before it
 //!       8 bytes      4 bytes                                                   4 bytes
 //! ```
 //! A file is written under another name, brought to the disk, renamed, and the folder brought to the disk: whatever ends
 //! the process, the newest whole checkpoint is there.
 
 use super::snapshot::part;
-use crate::tape::{Lasting, Tape};
+use crate::archive::{Archive, Checkpointed};
 use crate::{Error, Result};
 use crc32fast::Hasher;
 use std::fs::{self, File};
@@ -21,9 +21,9 @@ pub const FOLDER: &str = "checkpoint";
 pub const ENDING: &str = "ckpt";
 /// How the file begins.
 const MAGIC: [u8; 8] = *b"mics\0ckp";
-/// The format that this program writes and reads; another one wherever the tape's order changes.
-pub const FORMAT: u32 = 3;
-/// Bytes before the tape, and after it.
+/// The format that this program writes and reads; another one wherever the archive's order changes.
+pub const FORMAT: u32 = 4;
+/// Bytes before the archive, and after it.
 const HEAD: u64 = 12;
 const TAIL: u64 = 4;
 /// Checkpoints that are kept.
@@ -40,11 +40,11 @@ pub struct Header {
     pub ranks: u64,
 }
 
-impl Lasting for Header {
-    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+impl Checkpointed for Header {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
         let Header { version, case, ranks } = self;
-        tape.label("checkpoint")?;
-        tape.pass([version, case, ranks])
+        archive.label("checkpoint")?;
+        archive.serialize([version, case, ranks])
     }
 }
 
@@ -193,7 +193,7 @@ fn verify(path: &Path) -> Result<(), String> {
     read(path).unwrap_or_else(|e| Err(e.to_string()))
 }
 
-/// The tape of a run's checkpoint, for [`Tape::play`].
+/// The archive of a run's checkpoint, for [`Archive::read`].
 pub fn open(run: &Path, step: u64) -> Result<Take<BufReader<File>>> {
     let path = path(run, step);
     let opened = sized(&path).and_then(|(mut file, length)| {
@@ -274,7 +274,7 @@ mod tests {
         writer.write_all(b"half").unwrap();
         drop(writer);
         assert_eq!(names(run.path()), ["00000001.ckpt"]);
-        let mut bytes = [&MAGIC[..], &9u32.to_le_bytes(), b"tape"].concat();
+        let mut bytes = [&MAGIC[..], &9u32.to_le_bytes(), b"archive"].concat();
         bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
         fs::write(path(run.path(), 3), bytes).unwrap();
         fs::create_dir(path(run.path(), 4)).unwrap();

@@ -6,8 +6,8 @@
 //! ```
 
 use crate::Result;
+use crate::archive::{Archive, Checkpointed};
 use crate::solids::Oscillation;
-use crate::tape::{Lasting, Tape};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 /// Sums of a least-squares fit of `F = -C_D 0.5 rho S |U| U - C_M rho V dU/dt`.
@@ -52,11 +52,11 @@ impl Morison {
     }
 }
 
-impl Lasting for Morison {
-    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+impl Checkpointed for Morison {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
         let Morison { products, forces, square, scales: _ } = self;
-        tape.pass([forces, square])?;
-        products.iter_mut().try_for_each(|x| x.pass(tape))
+        archive.serialize([forces, square])?;
+        products.iter_mut().try_for_each(|x| x.serialize(archive))
     }
 }
 

@@ -5,11 +5,11 @@ use super::progress::Progress;
 use super::rows::Rows;
 use super::snapshot::{Snapshot, replace, write_series};
 use super::{progress, report};
-use crate::audit::Audit;
+use crate::archive::{Archive, Checkpointed};
 use crate::config::ForceRule;
-use crate::coupling::Exchange;
 use crate::solids::Body;
-use crate::tape::{Lasting, Tape};
+use crate::state::Balance;
+use crate::state::Exchange;
 use crate::{Error, Result};
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{self, File};
@@ -101,11 +101,11 @@ impl Marks {
     }
 }
 
-impl Lasting for Marks {
-    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+impl Checkpointed for Marks {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
         let Marks { steps, particles, log, progress, snapshots } = self;
-        tape.label("logs")?;
-        tape.pass([steps, particles, log, progress, snapshots])
+        archive.label("logs")?;
+        archive.serialize([steps, particles, log, progress, snapshots])
     }
 }
 
@@ -304,7 +304,7 @@ impl Folder {
     }
 
     /// Writes a row of `steps.csv`.
-    pub fn write_step(&mut self, r: &StepRow, balance: Option<(usize, &Audit)>) -> Result<()> {
+    pub fn write_step(&mut self, r: &StepRow, balance: Option<(usize, &Balance)>) -> Result<()> {
         self.steps.put(format_args!(
             "{},{:?},{:?},{},{},{:e},{:.6},{:?},{:.3}",
             r.step, r.time, r.dt, r.outer, r.krylov, r.divergence_max, r.cfl, r.kinetic_energy, r.wall

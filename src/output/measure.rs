@@ -5,10 +5,10 @@ use super::fit::{self, Morison};
 use super::midline;
 use super::snapshot::Snapshot;
 use crate::Result;
+use crate::archive::{Archive, Checkpointed};
 use crate::config::{Case, ForceRule, Measure, MeasureKind, When};
-use crate::coupling::Exchange;
 use crate::solids::{Body, Motion};
-use crate::tape::{Lasting, Tape};
+use crate::state::Exchange;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 
@@ -243,11 +243,11 @@ impl Series {
     }
 }
 
-impl Lasting for Series {
-    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+impl Checkpointed for Series {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
         let Series { samples, morison, before, found, passing, measure: _, rule: _, force_scale: _, rate: _, up: _ } =
             self;
-        tape.pass([samples, before, found, passing, morison])
+        archive.serialize([samples, before, found, passing, morison])
     }
 }
 

@@ -37,16 +37,17 @@ pub struct Snapshot {
 impl Snapshot {
     /// Gathers the fields on rank 0 (elsewhere the arrays are empty). Collective.
     pub fn take<const D: usize>(scene: &mut Scene<D>) -> Result<Snapshot> {
-        scene.boundaries.fill_velocity(&mut scene.u)?;
-        let velocity = scene.u.iter().map(|u| scene.gather(u)).collect::<Result<Vec<_>>>()?;
-        let mut arrays = vec![Array::vector("velocity", velocity), Array::scalar("pressure", scene.gather(&scene.p)?)];
+        scene.domain.boundaries.fill_velocity(&mut scene.state.u)?;
+        let velocity = scene.state.u.iter().map(|u| scene.gather(u)).collect::<Result<Vec<_>>>()?;
+        let mut arrays =
+            vec![Array::vector("velocity", velocity), Array::scalar("pressure", scene.gather(&scene.state.p)?)];
 
         // (vector part, derivative's axis, of component): omega = d(of)/d(axis) - d(axis)/d(of).
         let planes: &[(usize, usize)] = if D == 2 { &[(0, 1)] } else { &[(1, 2), (2, 0), (0, 1)] };
-        let mut curl = scene.grid.field();
+        let mut curl = scene.domain.grid.field();
         let mut vorticity = Vec::new();
         for &(a, b) in planes {
-            let (grid, u) = (&scene.grid, &scene.u);
+            let (grid, u) = (&scene.domain.grid, &scene.state.u);
             for c in grid.rows().flatten() {
                 let slope = |i: usize, axis: usize| {
                     (u[i][c + grid.stride[axis]] - u[i][c - grid.stride[axis]]) / (2.0 * grid.h[axis])
@@ -59,20 +60,20 @@ impl Snapshot {
             Some(only) if vorticity.is_empty() => Array::scalar("vorticity", only),
             last => Array::vector("vorticity", vorticity.into_iter().chain(last).collect()),
         });
-        if let Some(coupling) = &scene.coupling {
-            let mut fraction = scene.grid.field();
-            for o in coupling.overlaps() {
+        if !scene.state.bodies.is_empty() {
+            let mut fraction = scene.domain.grid.field();
+            for o in scene.method.overlaps() {
                 fraction[o.cell] += o.fraction;
             }
             arrays.push(Array::scalar("solid_fraction", scene.gather(&fraction)?));
         }
-        if let crate::grid::Coefficient::Field(density) = &scene.density {
+        if let crate::grid::Coefficient::Field(density) = &scene.method.mixture().density {
             arrays.push(Array::scalar("density", scene.gather(density)?));
         }
-        let grid = &scene.grid;
+        let grid = &scene.domain.grid;
         let pick = |a: usize| if a < D { a } else { 0 };
         Ok(Snapshot {
-            time: scene.time,
+            time: scene.state.time,
             cells: std::array::from_fn(|a| if a < D { grid.cells[a] } else { 1 }),
             h: std::array::from_fn(|a| grid.h[pick(a)]),
             arrays,

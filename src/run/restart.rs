@@ -1,13 +1,13 @@
 //! Checkpoints of a run: what it counts, writing one, going on from one.
 
 use super::Run;
+use crate::archive::{Archive, Checkpointed};
 use crate::config::Loaded;
 use crate::output::checkpoint::{self, Header, Writer};
 use crate::output::measure::Series;
 use crate::output::{Folder, Log, Marks};
 use crate::petsc::Session;
 use crate::scene::Scene;
-use crate::tape::{Lasting, Tape};
 use crate::{Error, Result};
 use std::fs::File;
 use std::io::{BufReader, Take, Write};
@@ -39,11 +39,11 @@ pub struct Account {
     pub last_rows: Option<u64>,
 }
 
-impl Lasting for Account {
-    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+impl Checkpointed for Account {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
         let Account { began, wall, divergence_max, outer, krylov, retries, dt, last_fields, start, last_rows } = self;
-        tape.label("run")?;
-        tape.pass([began, wall, divergence_max, outer, krylov, retries, dt, last_fields, start, last_rows])
+        archive.label("run")?;
+        archive.serialize([began, wall, divergence_max, outer, krylov, retries, dt, last_fields, start, last_rows])
     }
 }
 
@@ -72,7 +72,7 @@ impl Checkpoints {
 impl<const D: usize> Run<'_, D> {
     /// Writes a checkpoint, unless this step has one. Collective.
     pub(super) fn checkpoint(&mut self) -> Result<()> {
-        let step = self.scene.steps;
+        let step = self.scene.state.steps;
         if self.checkpoints.newest == Some(step) {
             return Ok(());
         }
@@ -87,10 +87,10 @@ impl<const D: usize> Run<'_, D> {
             ranks: self.session.size() as u64,
         };
         let mut account = Account { wall: self.wall(), ..self.account.clone() };
-        let mut tape = Tape::record(self.session, writer.as_mut().map(|w| w as &mut dyn Write));
-        header.pass(&mut tape)?;
-        pass(&mut tape, &mut account, &mut self.series, &mut marks, &mut self.scene)?;
-        tape.finish()?;
+        let mut archive = Archive::write(self.session, writer.as_mut().map(|w| w as &mut dyn Write));
+        header.serialize(&mut archive)?;
+        serialize(&mut archive, &mut account, &mut self.series, &mut marks, &mut self.scene)?;
+        archive.finish()?;
         self.session.agree(writer.map_or(Ok(()), Writer::commit))?;
         self.checkpoints = Checkpoints::new(self.case.output.checkpoint, Some(step));
         Ok(())
@@ -98,17 +98,17 @@ impl<const D: usize> Run<'_, D> {
 }
 
 /// The one order of a checkpoint after its header.
-fn pass<const D: usize>(
-    tape: &mut Tape,
+fn serialize<const D: usize>(
+    archive: &mut Archive,
     account: &mut Account,
     series: &mut [Series],
     marks: &mut Marks,
     scene: &mut Scene<D>,
 ) -> Result<()> {
-    account.pass(tape)?;
-    tape.each("measures", series)?;
-    marks.pass(tape)?;
-    scene.pass(tape)
+    account.serialize(archive)?;
+    archive.each("measures", series)?;
+    marks.serialize(archive)?;
+    scene.state.serialize(&scene.domain.grid, archive)
 }
 
 /// A checkpoint to go on from, its header read.
@@ -134,7 +134,7 @@ impl Restart {
         let step = step[0] as u64;
         let (path, mut header) = (checkpoint::path(run, step), Header::default());
         let read = checkpoint::open(run, step).and_then(|mut rest| {
-            header.pass(&mut Tape::play(session, &mut rest)).map_err(|e| misfit(&path, e))?;
+            header.serialize(&mut Archive::read(session, &mut rest)).map_err(|e| misfit(&path, e))?;
             Ok(rest)
         });
         let rest = session.agree(read)?;
@@ -145,8 +145,8 @@ impl Restart {
         Ok(Restart { step, path, header, rest, refused: found.map(|f| f.1).unwrap_or_default() })
     }
 
-    /// Plays it into the scene and what the run counts. Collective.
-    pub fn play<const D: usize>(
+    /// Reads it into the scene and what the run counts. Collective.
+    pub fn read<const D: usize>(
         &mut self,
         session: &Session,
         account: &mut Account,
@@ -154,10 +154,10 @@ impl Restart {
         scene: &mut Scene<D>,
     ) -> Result<Marks> {
         let mut marks = Marks::default();
-        let mut tape = Tape::play(session, &mut self.rest);
-        let played = pass(&mut tape, account, series, &mut marks, scene);
-        session.agree(played).and_then(|()| tape.finish()).map_err(|e| misfit(&self.path, e))?;
-        scene.take_up().map_err(|e| misfit(&self.path, e))?;
+        let mut archive = Archive::read(session, &mut self.rest);
+        let whole = serialize(&mut archive, account, series, &mut marks, scene);
+        session.agree(whole).and_then(|()| archive.finish()).map_err(|e| misfit(&self.path, e))?;
+        scene.resume().map_err(|e| misfit(&self.path, e))?;
         Ok(marks)
     }
 
@@ -187,7 +187,7 @@ impl Restart {
     }
 }
 
-/// A whole checkpoint that cannot be played here.
+/// A whole checkpoint that cannot be read here.
 fn misfit(path: &Path, e: Error) -> Error {
     match e {
         Error::Usage(why) | Error::Run(why) => Error::Usage(format!(

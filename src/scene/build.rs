@@ -1,10 +1,16 @@
 //! The parts of a scene from the words of its case.
 
 use crate::config::{self, Case, Side};
-use crate::coupling::sharp;
-use crate::geometry::{Disc, Shape, Sphere};
-use crate::grid::{Border, Grid};
+use crate::domain::Domain;
+use crate::geometry::{Disc, Shape, Sphere, fraction};
+use crate::grid::{Border, Coefficient, Grid};
+use crate::method::Method;
+use crate::method::flow::Flow;
+use crate::method::mics2003::{Choices, Driver, Mics2003};
+use crate::method::momentum::{Advection, Mixture, Momentum};
+use crate::method::sharp::{Sharp, ghost_width};
 use crate::petsc::Choice;
+use crate::scheme::{self, Scheme};
 use crate::solids::contact::{Contacts, Damping, Impact, Laws, Material, Substeps, Wall};
 use crate::solids::{Body, Freedom, Motion, Oscillation};
 use crate::{Error, Result};
@@ -64,6 +70,78 @@ pub(super) fn body(p: &config::Particle) -> Body {
     body
 }
 
+/// Whether these bodies have sharp walls.
+pub(super) fn walls_are_sharp(case: &Case, bodies: &[Body]) -> bool {
+    case.coupling.wall == config::WallRule::Sharp && !bodies.is_empty()
+}
+
+/// What fills the cells: a property is a field where the bodies' differs and is mixed in.
+pub(super) fn mixture<const D: usize>(grid: &Grid<D>, case: &Case, bodies: &[Body]) -> Mixture {
+    let property = |of_fluid: f64, of_body: fn(&Body) -> f64| {
+        if walls_are_sharp(case, bodies) || bodies.iter().all(|b| of_body(b) == of_fluid) {
+            Coefficient::Uniform(of_fluid)
+        } else {
+            Coefficient::Field(vec![of_fluid; grid.field().len()])
+        }
+    };
+    Mixture {
+        density: property(case.fluid.density, |b| b.density),
+        viscosity: property(case.fluid.viscosity, |b| b.viscosity),
+    }
+}
+
+fn scheme(case: &Case) -> &'static Scheme {
+    match (case.time.scheme, case.time.advection) {
+        (_, config::Advection::Qsi) => &scheme::QSI,
+        (config::Scheme::Euler, _) => &scheme::EULER,
+        (config::Scheme::Rk2, _) => &scheme::RK2,
+        (config::Scheme::Rk3, _) => &scheme::RK3,
+    }
+}
+
+/// Whether the velocity that carries is extrapolated from those of two steps.
+pub(super) fn extrapolates(case: &Case) -> bool {
+    scheme(case).centred && case.time.advection == config::Advection::Upwind5
+}
+
+/// The method for these bodies, all its scratch new.
+pub(super) fn method<const D: usize>(domain: &Domain<D>, case: &Case, bodies: &[Body]) -> Method<D> {
+    let (grid, mixture) = (&domain.grid, mixture(&domain.grid, case, bodies));
+    let advection = match case.time.advection {
+        config::Advection::Upwind5 => Advection::Upwind5,
+        config::Advection::Upwind5Advective => Advection::Upwind5Advective,
+        config::Advection::Qsi => Advection::Qsi { from: grid.vector_field(), to: grid.vector_field() },
+    };
+    let momentum = Momentum::new(grid, scheme(case), advection, &mixture);
+    let choices = choices(case);
+    if bodies.is_empty() {
+        return Method::Plain(Flow::new(domain, mixture, None, momentum, choices.cell_gradient));
+    }
+    let free = bodies.iter().any(|b| b.freedom().is_some());
+    let law = case.contact.as_ref().filter(|_| free).map(|law| contacts(case, law, bodies));
+    match case.coupling.wall {
+        config::WallRule::Sharp => Method::Sharp(Sharp::new(domain, bodies, mixture, momentum, law)),
+        config::WallRule::Mixing => Method::Mics2003(Mics2003::new(domain, bodies, mixture, momentum, law, choices)),
+    }
+}
+
+fn choices(case: &Case) -> Choices {
+    let g = Vector3::from(axes::<f64, 3>(&case.fluid.gravity));
+    let gravity = |buoyancy| if case.coupling.buoyancy == buoyancy { g } else { Vector3::zeros() };
+    Choices {
+        fraction: match case.coupling.fraction {
+            config::FractionRule::Exact => fraction::Rule::Exact,
+            config::FractionRule::Polygon => fraction::Rule::Polygon,
+        },
+        driver: if case.coupling.force == config::ForceRule::Literal { Driver::Literal } else { Driver::Momentum },
+        rotation_at_boundary: case.coupling.rotation == config::RotationRule::Boundary,
+        mix_pressure: case.coupling.mix_pressure,
+        cell_gradient: case.coupling.gradient == config::GradientRule::Cells,
+        field_gravity: gravity(config::Buoyancy::Faces),
+        own_gravity: gravity(config::Buoyancy::Particle),
+    }
+}
+
 /// Refuses bodies that the case, or the method, cannot have.
 pub(super) fn refuse_shapes<const D: usize>(case: &Case, bodies: &[Body]) -> Result<()> {
     let sharp = case.coupling.wall == config::WallRule::Sharp;
@@ -85,7 +163,7 @@ pub(super) fn refuse_shapes<const D: usize>(case: &Case, bodies: &[Body]) -> Res
         return Err(Error::Usage(format!("body {k}: {why}")));
     }
     let h: Vec<f64> = case.domain.size.iter().zip(&case.domain.cells).map(|(size, n)| size / *n as f64).collect();
-    let needed = sharp::reach(&h).1;
+    let needed = ghost_width(&h).1;
     match case.domain.cells.iter().find(|cells| **cells < needed) {
         Some(cells) if sharp && !bodies.is_empty() => Err(Error::Usage(format!(
             "sharp walls need {needed} cells at least along every axis, and domain.cells has {cells}: use more, or \

@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::config::{Case, Loaded, WallRule, load};
-use crate::coupling::sharp;
+use crate::method::sharp;
 use std::path::Path;
 
 /// Whether particles have sharp walls.
@@ -27,7 +27,7 @@ fn check_cells(loaded: &Loaded) -> Result<()> {
     if !walls_are_sharp(case) {
         return Ok(());
     }
-    let needed = sharp::reach(&case.spacings()).1;
+    let needed = sharp::ghost_width(&case.spacings()).1;
     let Some(axis) = case.domain.cells.iter().position(|cells| *cells < needed) else { return Ok(()) };
     Err(loaded.error_at(
         &format!("domain.cells.{axis}"),

@@ -3,8 +3,8 @@
 use super::Inertia;
 use super::contact::Push;
 use crate::Result;
+use crate::archive::{Archive, Checkpointed};
 use crate::geometry::{Placed, Shape, Turn};
-use crate::tape::{Lasting, Tape};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -227,13 +227,13 @@ impl Body {
     }
 }
 
-impl Lasting for Body {
-    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+impl Checkpointed for Body {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
         let Body { centre, velocity, angle, orientation, spin, motion, shape: _, radius: _, density: _, viscosity: _ } =
             self;
-        tape.pass([centre, velocity, angle, orientation, spin])?;
+        archive.serialize([centre, velocity, angle, orientation, spin])?;
         match motion {
-            Motion::Prescribed(Some(path)) => path.time.pass(tape),
+            Motion::Prescribed(Some(path)) => path.time.serialize(archive),
             Motion::Free(_) | Motion::Fixed | Motion::Prescribed(None) => Ok(()),
         }
     }

@@ -96,7 +96,7 @@ fn a_step_after_the_first_allocates_nothing() {
             box_case([2.0, 1.0], [32, 16], 0.01, walls, &more).replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
         let mut scene: Scene<2> = petsc.scene(&text);
         assert_eq!(allocations(&mut scene, 4e-3), 0, "free particles in contact: {wall}");
-        assert!(scene.substeps > 1, "they touch: {wall}");
+        assert!(scene.state.substeps > 1, "they touch: {wall}");
     }
     // Light enough, and of enough cells, that the multigrid takes it in.
     let light = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.5, 0.3]\ndensity = 0.5\n";

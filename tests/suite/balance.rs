@@ -28,7 +28,7 @@ fn follow<const D: usize>(scene: &mut Scene<D>, steps: usize, dt: f64) -> [f64; 
     let mut most = [0.0f64; 3];
     for _ in 0..steps {
         scene.step(dt).unwrap();
-        let audit = scene.audit.as_ref().unwrap();
+        let audit = scene.state.balance.as_ref().unwrap();
         let now = [audit.momentum.norm(), audit.border.norm(), audit.error.norm()];
         most.iter_mut().zip(now).for_each(|(most, now)| *most = most.max(now));
     }
@@ -80,9 +80,9 @@ fn a_term_that_loses_momentum_is_told_by_the_balance() {
         let mut lost = 0.0f64;
         for _ in 0..20 {
             // What all cells and bodies have, counted here, and what the audit says they were given.
-            let before = scene.audit.as_ref().unwrap().momentum;
+            let before = scene.state.balance.as_ref().unwrap().momentum;
             scene.step(4e-3).unwrap();
-            let audit = scene.audit.as_ref().unwrap();
+            let audit = scene.state.balance.as_ref().unwrap();
             lost = lost.max(audit.error.norm() / (audit.momentum - before).norm());
         }
         println!("{sides:?}: {:.2} % of a step's change", 100.0 * lost);
@@ -93,9 +93,9 @@ fn a_term_that_loses_momentum_is_told_by_the_balance() {
 /// Force of the sides on the fluid (N) by the fields as they are: pressure and shear by parabolas through the cells beside
 /// them, not by what the scheme has there.
 fn traction(scene: &Scene<2>, viscosity: f64) -> Vector3<f64> {
-    let (grid, mut force) = (&scene.grid, Vector3::zeros());
+    let (grid, mut force) = (&scene.domain.grid, Vector3::zeros());
     for (axis, side) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-        let Some(Border::Velocity(value)) = &scene.boundaries.borders[axis][side] else { continue };
+        let Some(Border::Velocity(value)) = &scene.domain.boundaries.borders[axis][side] else { continue };
         let (s, h, area) = (grid.stride[axis], grid.h[axis], grid.h[1 - axis]);
         let inwards = if side == 0 { 1.0 } else { -1.0 };
         for c in grid.rows().flatten().filter(|&c| {
@@ -103,9 +103,9 @@ fn traction(scene: &Scene<2>, viscosity: f64) -> Vector3<f64> {
             at == if side == 0 { 0 } else { grid.cells[axis] - 1 }
         }) {
             let next = |k: usize| if side == 0 { c + k * s } else { c - k * s };
-            let p: [f64; 3] = std::array::from_fn(|k| scene.p[next(k)]);
+            let p: [f64; 3] = std::array::from_fn(|k| scene.state.p[next(k)]);
             force[axis] += inwards * area * (15.0 * p[0] - 10.0 * p[1] + 3.0 * p[2]) / 8.0;
-            let u = |k: usize| scene.u[1 - axis][next(k)];
+            let u = |k: usize| scene.state.u[1 - axis][next(k)];
             let wall = value[1 - axis][grid.global_cell(c)[1 - axis] + grid.ghosts];
             force[1 - axis] -= area * viscosity * (-8.0 * wall + 9.0 * u(0) - u(1)) / (3.0 * h);
         }
@@ -134,7 +134,7 @@ fn the_impulse_of_the_sides_is_the_traction_that_the_fields_have_there() {
         let (mut worst, mut most) = (Vector3::zeros(), Vector3::zeros());
         for _ in 0..20 {
             scene.step(dt).unwrap();
-            let (told, found) = (scene.audit.as_ref().unwrap().border / dt, traction(&scene, viscosity));
+            let (told, found) = (scene.state.balance.as_ref().unwrap().border / dt, traction(&scene, viscosity));
             worst = (told - found).abs().sup(&worst);
             most = told.abs().sup(&most);
         }

@@ -10,8 +10,8 @@ fn channel_error(case: &str, steps: usize, dt: f64, exact: impl Fn(f64) -> f64) 
     for _ in 0..steps {
         scene.step(dt).unwrap();
     }
-    let error = |c: usize| (scene.u[0][c] - exact(scene.grid.centre(c)[1])).abs();
-    scene.grid.rows().flatten().map(error).fold(0.0, f64::max)
+    let error = |c: usize| (scene.state.u[0][c] - exact(scene.domain.grid.centre(c)[1])).abs();
+    scene.domain.grid.rows().flatten().map(error).fold(0.0, f64::max)
 }
 
 #[test]
@@ -52,16 +52,16 @@ fn left_behind(length: f64, n: usize) -> f64 {
     let cells = [(length * n as f64) as usize, 2 * n];
     let mut scene: Scene<2> = petsc.scene(&box_case([length, 2.0], cells, 1e-3, sides, ""));
     let disturbance = |scene: &Scene<2>| {
-        let energy = |c: usize| (scene.u[0][c] - 1.0).powi(2) + scene.u[1][c].powi(2);
-        let inside = scene.grid.rows().flatten().filter(|&c| scene.grid.centre(c)[0] < 2.0);
+        let energy = |c: usize| (scene.state.u[0][c] - 1.0).powi(2) + scene.state.u[1][c].powi(2);
+        let inside = scene.domain.grid.rows().flatten().filter(|&c| scene.domain.grid.centre(c)[0] < 2.0);
         inside.map(energy).sum::<f64>()
     };
-    for c in scene.grid.rows().flatten() {
-        let [x, y] = scene.grid.centre(c);
+    for c in scene.domain.grid.rows().flatten() {
+        let [x, y] = scene.domain.grid.centre(c);
         let (dx, dy) = (x - 1.0, y - 1.0);
         let swirl = 0.5 * (0.5 - 0.5 * (dx * dx + dy * dy) / 0.04).exp() / 0.2;
-        scene.u[0][c] = 1.0 - swirl * dy;
-        scene.u[1][c] = swirl * dx;
+        scene.state.u[0][c] = 1.0 - swirl * dy;
+        scene.state.u[1][c] = swirl * dx;
     }
     scene.start().unwrap();
     let before = disturbance(&scene);
@@ -88,13 +88,16 @@ fn what_the_mixing_takes_is_all_that_a_periodic_flow_loses() {
                 [initial]\nvelocity = [1.0, 0.2]\n[pressure]\ndivergence_limit = 1.0e-9";
     let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, body));
     let momentum = |scene: &Scene<2>| {
-        [0, 1].map(|a| scene.grid.rows().flatten().map(|c| scene.u[a][c]).sum::<f64>() * scene.grid.cell_volume())
+        [0, 1].map(|a| {
+            scene.domain.grid.rows().flatten().map(|c| scene.state.u[a][c]).sum::<f64>()
+                * scene.domain.grid.cell_volume()
+        })
     };
     for _ in 0..20 {
         let before = momentum(&scene);
         scene.step(5e-3).unwrap();
         let after = momentum(&scene);
-        let force: Vec<_> = scene.coupling.as_ref().unwrap().exchange().iter().map(|e| e.momentum).collect();
+        let force: Vec<_> = scene.state.exchange.iter().map(|e| e.momentum).collect();
         for a in 0..2 {
             let lost = (before[a] - after[a]) / 5e-3;
             let taken = force[0][a] + force[1][a];

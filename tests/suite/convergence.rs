@@ -30,12 +30,12 @@ fn carried_vortex(n: usize, scheme: &str, courant: f64) -> [Vec<f64>; 2] {
         let done = scene.step(0.3 / steps).unwrap();
         assert!(done.divergence_max < 1e-8);
     }
-    let cells = || (0..2).flat_map(|a| scene.grid.rows().flatten().map(move |c| (a, c)));
+    let cells = || (0..2).flat_map(|a| scene.domain.grid.rows().flatten().map(move |c| (a, c)));
     let exact = |(a, c): (usize, usize)| {
-        let [x, y] = scene.grid.centre(c);
+        let [x, y] = scene.domain.grid.centre(c);
         vortex(x, y, 0.3)[a]
     };
-    [cells().map(|(a, c)| scene.u[a][c]).collect(), cells().map(exact).collect()]
+    [cells().map(|(a, c)| scene.state.u[a][c]).collect(), cells().map(exact).collect()]
 }
 
 /// Root mean square difference.
@@ -49,10 +49,10 @@ fn vortex_error(n: usize, scheme: &str, courant: f64) -> f64 {
 }
 
 fn set_vortex(scene: &mut Scene<2>) {
-    for c in scene.grid.rows().flatten() {
-        let [x, y] = scene.grid.centre(c);
+    for c in scene.domain.grid.rows().flatten() {
+        let [x, y] = scene.domain.grid.centre(c);
         let v = vortex(x, y, 0.0);
-        scene.u.iter_mut().zip(v).for_each(|(u, v)| u[c] = v);
+        scene.state.u.iter_mut().zip(v).for_each(|(u, v)| u[c] = v);
     }
 }
 
@@ -91,13 +91,13 @@ fn advection_error(n: usize, scheme: &str, own: bool) -> f64 {
     let petsc = petsc();
     let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [n, n], NU, PERIODIC, ""));
     set_vortex(&mut scene);
-    scene.boundaries.fill_velocity(&mut scene.u).unwrap();
-    let grid = scene.grid.clone();
+    scene.domain.boundaries.fill_velocity(&mut scene.state.u).unwrap();
+    let grid = scene.domain.grid.clone();
     let mut carrier = grid.vector_field();
     let mut at_faces = grid.vector_field();
     for axis in 0..2 {
         for c in 0..carrier[axis].len() {
-            carrier[axis][c] = if own { scene.u[axis][c] } else { STREAM[axis] };
+            carrier[axis][c] = if own { scene.state.u[axis][c] } else { STREAM[axis] };
         }
         for c in grid.face_rows(axis).flatten() {
             let mut x = grid.centre(c);
@@ -105,13 +105,13 @@ fn advection_error(n: usize, scheme: &str, own: bool) -> f64 {
             at_faces[axis][c] = if own { vortex(x[0], x[1], 0.0)[axis] } else { STREAM[axis] };
         }
     }
-    let q = scene.u[0].clone();
+    let q = scene.state.u[0].clone();
     let (mut rate, mut scratch) = (grid.field(), grid.field());
     match scheme {
         "conservative" => {
             let (carrier, mut rates) = (Carrier { now: &at_faces, before: None }, grid.vector_field());
             let mut fluxes = Fluxes::new(&grid);
-            advection::upwind5(&grid, &carrier, &scene.u, 0.0, 1.0, false, &mut rates, &mut fluxes);
+            advection::upwind5(&grid, &carrier, &scene.state.u, 0.0, 1.0, false, &mut rates, &mut fluxes);
             [rate, _] = rates;
         }
         "advective" => advection::upwind5_advective(&grid, &carrier, &q, 1.0, &mut rate),
@@ -139,7 +139,7 @@ fn advection_error(n: usize, scheme: &str, own: bool) -> f64 {
 
 /// `u^2 dt/2 d2q/dx2 - u^3 dt^2/6 d3q/dx3` of q = sin cos along an axis.
 fn path_term(scene: &Scene<2>, carrier: &[Vec<f64>; 2], axis: usize, c: usize, dt: f64) -> f64 {
-    let [x, y] = scene.grid.centre(c).map(|x| 2.0 * PI * x);
+    let [x, y] = scene.domain.grid.centre(c).map(|x| 2.0 * PI * x);
     let (k, u) = (2.0 * PI, carrier[axis][c]);
     let second = -k * k * x.sin() * y.cos();
     let third = if axis == 0 { -k.powi(3) * x.cos() * y.cos() } else { k.powi(3) * x.sin() * y.sin() };
@@ -171,14 +171,14 @@ fn qsi_carries_a_vortex_across_the_box_at_fifth_order_and_loses_its_damping_with
         let petsc = petsc();
         let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [n, n], NU, PERIODIC, ""));
         set_vortex(&mut scene);
-        let grid = scene.grid.clone();
-        let start = scene.u[0].clone();
+        let grid = scene.domain.grid.clone();
+        let start = scene.state.u[0].clone();
         let carrier = [vec![1.0; start.len()], vec![1.0; start.len()]];
         let steps = (n as f64 / courant).round();
-        let (mut u, mut out) = (scene.u.clone(), grid.vector_field());
+        let (mut u, mut out) = (scene.state.u.clone(), grid.vector_field());
         for _ in 0..steps as usize {
             for axis in 0..2 {
-                scene.boundaries.fill_velocity(&mut u).unwrap();
+                scene.domain.boundaries.fill_velocity(&mut u).unwrap();
                 for i in 0..2 {
                     advection::qsi_sweep(&grid, axis, &carrier[axis], 1.0 / steps, &u[i], &mut out[i]);
                 }
@@ -196,19 +196,19 @@ fn qsi_carries_a_vortex_across_the_box_at_fifth_order_and_loses_its_damping_with
 fn stress_error(n: usize, vary: f64) -> f64 {
     let petsc = petsc();
     let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [n, n], NU, PERIODIC, ""));
-    let grid = scene.grid.clone();
+    let grid = scene.domain.grid.clone();
     let k = 2.0 * PI;
     let mut mu = grid.field();
     for c in grid.rows().flatten() {
         let [x, y] = grid.centre(c).map(|x| k * x);
-        scene.u[0][c] = x.sin() * y.cos();
-        scene.u[1][c] = -x.cos() * y.sin();
+        scene.state.u[0][c] = x.sin() * y.cos();
+        scene.state.u[1][c] = -x.cos() * y.sin();
         mu[c] = 1.0 + vary * (x.sin() + y.cos());
     }
-    scene.boundaries.fill_velocity(&mut scene.u).unwrap();
-    scene.boundaries.fill_property(&mut mu).unwrap();
+    scene.domain.boundaries.fill_velocity(&mut scene.state.u).unwrap();
+    scene.domain.boundaries.fill_property(&mut mu).unwrap();
     let (mut rate, mut scratch) = (grid.field(), grid.field());
-    diffusion::stress(&grid, &mu, &Coefficient::Uniform(1.0), &scene.u, 0, 1.0, &mut rate, &mut scratch);
+    diffusion::stress(&grid, &mu, &Coefficient::Uniform(1.0), &scene.state.u, 0, 1.0, &mut rate, &mut scratch);
     let mut worst = 0.0f64;
     for c in grid.rows().flatten() {
         let [x, y] = grid.centre(c).map(|x| k * x);
@@ -235,12 +235,12 @@ fn the_laplacian_and_the_full_stress_agree_at_uniform_viscosity() {
     let petsc = petsc();
     let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [32, 32], NU, PERIODIC, ""));
     set_vortex(&mut scene);
-    scene.boundaries.fill_velocity(&mut scene.u).unwrap();
-    let grid = &scene.grid;
+    scene.domain.boundaries.fill_velocity(&mut scene.state.u).unwrap();
+    let grid = &scene.domain.grid;
     let (mut a, mut b, mut scratch) = (grid.field(), grid.field(), grid.field());
     let rho = Coefficient::Uniform(2.0);
-    diffusion::stress(grid, &vec![NU; a.len()], &rho, &scene.u, 0, 1.0, &mut a, &mut scratch);
-    diffusion::laplacian(grid, NU, &rho, &scene.u[0], 1.0, &mut b);
+    diffusion::stress(grid, &vec![NU; a.len()], &rho, &scene.state.u, 0, 1.0, &mut a, &mut scratch);
+    diffusion::laplacian(grid, NU, &rho, &scene.state.u[0], 1.0, &mut b);
     let gap = grid.rows().flatten().map(|c| (a[c] - b[c]).abs()).fold(0.0, f64::max);
     let size = grid.rows().flatten().map(|c| b[c].abs()).fold(0.0, f64::max);
     assert!(gap < 0.02 * size, "{gap} of {size}");
@@ -259,22 +259,22 @@ fn in_three_dimensions_a_vortex_in_any_plane_decays_as_in_two() {
             "name = \"t\"\n[domain]\nsize = [1.0, 1.0, 1.0]\ncells = {cells:?}\n[fluid]\ndensity = 1.0\nviscosity = {NU}\n\
              [boundary]\n{sides}[time]\nend = 1.0\n[pressure]\ndivergence_limit = 1.0e-8"
         ));
-        for c in scene.grid.rows().flatten() {
-            let x = scene.grid.centre(c);
+        for c in scene.domain.grid.rows().flatten() {
+            let x = scene.domain.grid.centre(c);
             let v = vortex(x[a], x[b], 0.0);
-            (scene.u[a][c], scene.u[b][c], scene.u[idle][c]) = (v[0], v[1], 0.0);
+            (scene.state.u[a][c], scene.state.u[b][c], scene.state.u[idle][c]) = (v[0], v[1], 0.0);
         }
         scene.start().unwrap();
         for _ in 0..32 {
             assert!(scene.step(0.3 / 32.0).unwrap().divergence_max < 1e-8);
         }
         let mut square = 0.0;
-        for c in scene.grid.rows().flatten() {
-            let x = scene.grid.centre(c);
+        for c in scene.domain.grid.rows().flatten() {
+            let x = scene.domain.grid.centre(c);
             let exact = vortex(x[a], x[b], 0.3);
-            square += (scene.u[a][c] - exact[0]).powi(2) + (scene.u[b][c] - exact[1]).powi(2) + scene.u[idle][c].powi(2);
+            square += (scene.state.u[a][c] - exact[0]).powi(2) + (scene.state.u[b][c] - exact[1]).powi(2) + scene.state.u[idle][c].powi(2);
         }
-        (square / (2 * scene.grid.total_cells()) as f64).sqrt()
+        (square / (2 * scene.domain.grid.total_cells()) as f64).sqrt()
     });
     let plane = vortex_error(16, "rk2", 0.3 * 2.7 / 2.0);
     assert!(errors.iter().all(|e| (e - plane).abs() < 1e-3 * plane), "{errors:?} against {plane}");

@@ -3,13 +3,13 @@
 use crate::allocation::count;
 use crate::modes::in_processes;
 use crate::support::{PERIODIC, Petsc, box_case, petsc};
+use mics::archive::Archive;
 use mics::config::{Case, load};
 use mics::geometry::{Disc, Placed, Shape, SurfacePoint, Turn, aperture, fraction};
 use mics::grid::{GHOSTS, Grid};
 use mics::petsc::{Layout, Session};
 use mics::scene::Scene;
 use mics::solids::{Body, Freedom, Motion};
-use mics::tape::Tape;
 use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
@@ -153,7 +153,7 @@ fn scene(petsc: &Petsc, text: &str, bodies: Vec<Body>) -> Scene<2> {
 }
 
 fn first(scene: &Scene<2>) -> &Body {
-    &scene.coupling.as_ref().unwrap().bodies()[0]
+    &scene.state.bodies[0]
 }
 
 /// Numbers in [-1, 1) that look as drawn.
@@ -249,7 +249,7 @@ fn held(petsc: &Petsc, body: Body, more: &str) -> (Vector3<f64>, f64) {
     for _ in 0..100 {
         scene.step(0.01).unwrap();
     }
-    let exchange = scene.coupling.as_ref().unwrap().exchange()[0];
+    let exchange = scene.state.exchange[0];
     (exchange.momentum, exchange.momentum_torque.z)
 }
 
@@ -304,8 +304,8 @@ fn added(petsc: &Petsc, angle: f64, density: f64, cells: usize) -> [f64; 3] {
             } else {
                 still.velocity = direction;
             }
-            let Scene { grid, boundaries, beta, coupling, .. } = &mut scene;
-            coupling.as_mut().unwrap().sharp().unwrap().place(grid, boundaries, beta, &[still]);
+            scene.state.bodies[0] = still;
+            scene.resume().unwrap();
             scene.step(1e-6).unwrap();
             let kept = if turns { first(&scene).spin.dot(&direction) } else { first(&scene).velocity.dot(&direction) };
             own * (1.0 / kept - 1.0) / theory
@@ -354,13 +354,13 @@ fn what_the_fluid_loses_ellipses_get() {
         for _ in 0..100 {
             let dt = 0.5 * scene.limits().unwrap().tightest().1.min(8e-3);
             assert!(scene.step(dt).unwrap().divergence_max < 1e-9);
-            let audit = scene.audit.as_ref().unwrap();
+            let audit = scene.state.balance.as_ref().unwrap();
             missing = missing.max(audit.error.norm());
             traded = traded.max(audit.momentum.norm());
             let turned = name == "sharp" || audit.angular_error < 1e-8 * traded;
             assert!(turned, "{name}: {audit:?}");
         }
-        let bodies = scene.coupling.as_ref().unwrap().bodies();
+        let bodies = scene.state.bodies;
         println!("{name}: missing {missing:e} of {traded:e}; spins {:.3} {:.3}", bodies[0].spin.z, bodies[1].spin.z);
         assert!(missing < 1e-8 * traded && bodies[1].spin.z.abs() > 0.01, "{name}: {missing:e} of {traded:e}");
     }
@@ -381,7 +381,7 @@ fn a_step_with_ellipses_allocates_nothing() {
 }
 
 #[test]
-fn ellipses_go_on_from_a_tape_to_rounding() {
+fn ellipses_go_on_from_a_checkpoint_to_rounding() {
     let petsc = petsc();
     for more in ["", "[coupling]\nwall = \"mixing\""] {
         let [mut one, mut other] = [0, 1].map(|_| trio(&petsc.session, more));
@@ -389,17 +389,17 @@ fn ellipses_go_on_from_a_tape_to_rounding() {
             one.step(2e-3).unwrap();
         }
         let mut bytes = Vec::new();
-        let mut tape = Tape::record(&petsc.session, Some(&mut bytes));
-        one.pass(&mut tape).unwrap();
-        tape.finish().unwrap();
+        let mut archive = Archive::write(&petsc.session, Some(&mut bytes));
+        one.state.serialize(&one.domain.grid, &mut archive).unwrap();
+        archive.finish().unwrap();
         let mut from = &bytes[..];
-        other.pass(&mut Tape::play(&petsc.session, &mut from)).unwrap();
-        other.take_up().unwrap();
+        other.state.serialize(&other.domain.grid, &mut Archive::read(&petsc.session, &mut from)).unwrap();
+        other.resume().unwrap();
         for _ in 0..6 {
             one.step(2e-3).unwrap();
             other.step(2e-3).unwrap();
         }
-        let [one, other] = [one, other].map(|s| s.coupling.as_ref().unwrap().bodies().to_vec());
+        let [one, other] = [one, other].map(|s| s.state.bodies.to_vec());
         for (a, b) in one.iter().zip(&other) {
             let off = (a.centre - b.centre).norm() + (a.velocity - b.velocity).norm() + (a.spin - b.spin).norm();
             assert!(off + (a.angle - b.angle).abs() < 1e-12, "{more}: {off:e}");
@@ -416,7 +416,7 @@ fn ellipses_move_alike_on_any_number_of_ranks() {
             scene.step(2e-3).unwrap();
         }
         if session.rank() == 0 {
-            let bodies = scene.coupling.as_ref().unwrap().bodies();
+            let bodies = scene.state.bodies;
             println!(
                 "state {:?}",
                 bodies.iter().flat_map(|b| [b.centre.x, b.velocity.y, b.spin.z]).collect::<Vec<_>>()

@@ -3,13 +3,13 @@
 
 use crate::allocation::largest;
 use crate::support::{Petsc, box_case, petsc, shipped, thread_time};
+use mics::archive::{Archive, Checkpointed};
 use mics::config::load;
 use mics::output::checkpoint::{FORMAT, Header, newest, open, path};
 use mics::output::measure::{self, Sample};
 use mics::output::{Marks, measure::Series};
 use mics::run::Account;
 use mics::scene::Scene;
-use mics::tape::{Lasting, Tape};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use std::cell::{Cell, RefCell};
@@ -72,7 +72,7 @@ impl Change {
             _ if n == 0 => {}
             Change::Flip(at, bits) => bytes[place(*at)] ^= bits,
             Change::Number(at, which) => {
-                // Most of a tape stands at multiples of eight, after a text of any length.
+                // Most of a archive stands at multiples of eight, after a text of any length.
                 let at = place(*at);
                 let end = n.min(at + 8);
                 bytes[at..end].copy_from_slice(&NUMBERS[*which].to_le_bytes()[..end - at]);
@@ -98,12 +98,12 @@ struct Whole {
 }
 
 impl Whole {
-    fn pass(&mut self, tape: &mut Tape) -> mics::Result<()> {
-        self.header.pass(tape)?;
-        self.account.pass(tape)?;
-        tape.each("measures", &mut self.series)?;
-        self.marks.pass(tape)?;
-        self.scene.pass(tape)
+    fn serialize(&mut self, archive: &mut Archive) -> mics::Result<()> {
+        self.header.serialize(archive)?;
+        self.account.serialize(archive)?;
+        archive.each("measures", &mut self.series)?;
+        self.marks.serialize(archive)?;
+        self.scene.state.serialize(&self.scene.domain.grid, archive)
     }
 
     fn of(petsc: &Petsc, wall: &str) -> Whole {
@@ -127,8 +127,7 @@ impl Whole {
         let mut series = measure::series(&case);
         for k in 0..5 {
             scene.step(2e-3).unwrap();
-            let bodies = scene.coupling.as_ref().unwrap();
-            let (exchange, bodies) = (bodies.exchange(), bodies.bodies());
+            let (exchange, bodies) = (&scene.state.exchange[..], &scene.state.bodies[..]);
             series[0].sample(&Sample {
                 time: f64::from(k),
                 exchange,
@@ -172,9 +171,9 @@ fn a_checkpoint_of_any_content_is_played_or_refused() {
     for wall in ["sharp", "mixing"] {
         let whole = RefCell::new(Whole::of(&petsc, wall));
         let mut bytes = Vec::new();
-        let mut tape = Tape::record(&petsc.session, Some(&mut bytes));
-        whole.borrow_mut().pass(&mut tape).unwrap();
-        tape.finish().unwrap();
+        let mut archive = Archive::write(&petsc.session, Some(&mut bytes));
+        whole.borrow_mut().serialize(&mut archive).unwrap();
+        archive.finish().unwrap();
         let outcomes = Outcomes::default();
         let outcome = runner().run(&prop::collection::vec(change(), 0..4), |changes| {
             let mut bytes = bytes.clone();
@@ -182,8 +181,9 @@ fn a_checkpoint_of_any_content_is_played_or_refused() {
             largest();
             let (started, mut whole) = (thread_time(), whole.borrow_mut());
             let mut rest = &bytes[..];
-            let mut tape = Tape::play(&petsc.session, &mut rest);
-            let result = whole.pass(&mut tape).and_then(|()| tape.finish()).and_then(|()| whole.scene.take_up());
+            let mut archive = Archive::read(&petsc.session, &mut rest);
+            let result =
+                whole.serialize(&mut archive).and_then(|()| archive.finish()).and_then(|()| whole.scene.resume());
             outcomes.count(&result, started);
             let most = largest();
             prop_assert!(most <= 4 * bytes.len() + ROOM, "{most} bytes at once for {} bytes", bytes.len());
@@ -210,8 +210,8 @@ fn a_file_of_any_content_in_the_place_of_a_checkpoint_is_refused_and_so_is_its_t
         std::fs::write(path(run.path(), 7), &bytes).unwrap();
         largest();
         prop_assert_eq!(newest(run.path()).is_ok(), right && sealed);
-        if let Ok(mut tape) = open(run.path(), 7) {
-            let played = Header::default().pass(&mut Tape::play(&petsc.session, &mut tape));
+        if let Ok(mut archive) = open(run.path(), 7) {
+            let played = Header::default().serialize(&mut Archive::read(&petsc.session, &mut archive));
             prop_assert!(played.is_err() || !sealed);
         }
         let most = largest();

@@ -24,7 +24,7 @@ fn grains_that_lie_as_near_as_they_like_stay_where_they_are_with_sharp_walls() {
         for _ in 0..20 {
             scene.step(0.01).unwrap();
         }
-        let bodies = scene.coupling.as_ref().unwrap().bodies();
+        let bodies = scene.state.bodies;
         let fastest = bodies.iter().map(|b| b.velocity.norm()).fold(0.0, f64::max);
         assert!(fastest < 1e-10, "{fastest} m/s at a gap of {gap} m and k = {stiffness}");
     }
@@ -43,7 +43,7 @@ fn a_heavy_disc_leaves_a_wall_with_its_restitution_however_deep_it_went_with_sha
         for _ in 0..(0.25 / dt) as usize {
             scene.step(dt).unwrap();
         }
-        let speed = scene.coupling.as_ref().unwrap().bodies()[0].velocity.y;
+        let speed = scene.state.bodies[0].velocity.y;
         assert!((speed - 0.9).abs() < 0.018, "{speed} m/s of 0.9 with {cells} cells and {depth} h");
     }
 }
@@ -60,7 +60,7 @@ fn approach(cells: usize, gap: f64, shift: f64) -> f64 {
     for _ in 0..(0.1 / dt) as usize {
         scene.step(dt).unwrap();
     }
-    let exchange = scene.coupling.as_ref().unwrap().exchange()[0];
+    let exchange = scene.state.exchange[0];
     (exchange.pressure.y + exchange.viscous.y + exchange.contact.y) / speed
 }
 

@@ -1,7 +1,7 @@
 //! Eq. (19) as the paper prints it, against sums written out by hand.
 
 use crate::support::{PERIODIC, box_case, petsc};
-use mics::coupling::Coupling;
+use mics::method::Method;
 use mics::scene::Scene;
 use nalgebra::Vector3;
 
@@ -82,15 +82,15 @@ fn the_force_of_19_is_the_sum_over_the_cells_with_the_particle_s_density_before_
         let text = box_case([1.0, 1.0], [N, N], VISCOSITY, PERIODIC, "[time]").replace("[time]\n", "");
         let text = text.replacen('\n', &format!("\n{keys}\n"), 1) + "[[particle]]" + tables;
         let mut scene: Scene<2> = petsc.scene(&text);
-        for c in scene.grid.rows().flatten() {
-            let at = scene.grid.centre(c);
-            (scene.u[0][c], scene.u[1][c]) = (RATE * (at[0] - 0.5), -RATE * (at[1] - 0.5));
+        for c in scene.domain.grid.rows().flatten() {
+            let at = scene.domain.grid.centre(c);
+            (scene.state.u[0][c], scene.state.u[1][c]) = (RATE * (at[0] - 0.5), -RATE * (at[1] - 0.5));
         }
         scene.step(1e-4).unwrap();
-        let values = scene.gather(&scene.p).unwrap();
+        let values = scene.gather(&scene.state.p).unwrap();
         let hand = by_hand(density, 0.01, &|i, j| values[j * N + i]);
-        let Some(Coupling::Mixing(_)) = &scene.coupling else { panic!("the preset mixes") };
-        let found = scene.coupling.as_ref().unwrap().exchange()[0];
+        let Method::Mics2003(_) = &scene.method else { panic!("the preset mixes") };
+        let found = scene.state.exchange[0];
         let scale = hand.convective.norm() + hand.pressure.norm() + hand.viscous.norm();
         for (name, found, hand) in [
             ("convective", found.convective, hand.convective),

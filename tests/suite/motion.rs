@@ -20,7 +20,7 @@ fn let_go(n: usize, ratio: f64, steps: usize) -> f64 {
         .replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
     let mut scene: Scene<2> = petsc.scene(&text);
     let dt = 0.02;
-    let speed = |scene: &Scene<2>| -scene.coupling.as_ref().unwrap().bodies()[0].velocity.y;
+    let speed = |scene: &Scene<2>| -scene.state.bodies[0].velocity.y;
     assert!(scene.step(dt).unwrap().divergence_max < 1e-6);
     let first = speed(&scene);
     for _ in 0..steps {
@@ -72,8 +72,8 @@ fn what_the_mixing_takes_the_particles_get_in_a_periodic_box_with_collisions() {
     for _ in 0..120 {
         let dt = 0.5 * scene.limits().unwrap().tightest().1.min(8e-3);
         scene.step(dt).unwrap();
-        touched |= scene.substeps > 1;
-        let audit = scene.audit.as_ref().unwrap();
+        touched |= scene.state.substeps > 1;
+        let audit = scene.state.balance.as_ref().unwrap();
         let scale = audit.momentum.norm().max(0.1);
         traded = traded.max(audit.momentum.norm());
         missing = missing.max(audit.error.amax());
@@ -94,8 +94,8 @@ fn a_disc_carried_at_the_speed_of_a_stream_feels_no_force() {
         let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, &more));
         for _ in 0..60 {
             scene.step(0.01).unwrap();
-            let coupling = scene.coupling.as_ref().unwrap();
-            let force = coupling.exchange()[0].momentum.norm();
+            let coupling = &scene.state;
+            let force = coupling.exchange[0].momentum.norm();
             assert!(force < 1e-6 * 1.16 * 0.25, "{force} at density {density}: {wall}");
         }
     }
@@ -132,13 +132,13 @@ fn the_balance_closes_at_walls_that_spheres_rest_on() {
         let mut touched = false;
         for _ in 0..60 {
             scene.step(0.01).unwrap();
-            touched |= scene.substeps > 1;
-            let audit = scene.audit.as_ref().unwrap();
+            touched |= scene.state.substeps > 1;
+            let audit = scene.state.balance.as_ref().unwrap();
             // What wall shear misses of the angular momentum, sharp walls tell.
             let turned = wall == "sharp" || audit.angular_error < 1e-12;
             assert!(audit.error.amax() < 1e-12 && turned, "{wall}: {audit:?}");
         }
-        let bodies = scene.coupling.as_ref().unwrap().bodies();
+        let bodies = scene.state.bodies;
         assert!(touched && bodies[0].centre.z > 0.19 && bodies[1].spin.y.abs() > 0.01, "{bodies:?}");
     }
 }
@@ -157,12 +157,12 @@ fn a_sphere_settles_and_its_momentum_is_accounted_for() {
         let mut scene: Scene<3> = petsc.scene(&text);
         for _ in 0..20 {
             assert!(scene.step(0.01).unwrap().divergence_max < 1e-8);
-            let audit = scene.audit.as_ref().unwrap();
+            let audit = scene.state.balance.as_ref().unwrap();
             // What wall shear misses of the angular momentum, sharp walls tell.
             let turned = wall == "sharp" || audit.angular_error < 1e-12;
             assert!(audit.error.amax() < 1e-12 && turned, "{wall}: {audit:?}");
         }
-        let body = &scene.coupling.as_ref().unwrap().bodies()[0];
+        let body = &scene.state.bodies[0];
         assert!(body.velocity.z < -0.05 && body.velocity.x.abs() < 0.02, "{body:?}");
         assert!(body.orientation.angle() > 0.05, "it turns: {body:?}");
     }
@@ -212,7 +212,7 @@ fn a_locked_direction_is_not_moved_by_anything() {
         for _ in 0..20 {
             scene.step(0.005).unwrap();
         }
-        let body = &scene.coupling.as_ref().unwrap().bodies()[0];
+        let body = &scene.state.bodies[0];
         assert_eq!((body.velocity.x, body.spin.z), (0.1, 0.0), "{wall}");
         assert!(body.velocity.y < -0.01, "{wall}");
     }
@@ -229,10 +229,10 @@ fn what_a_particle_is_held_against_is_the_force_on_it_and_the_balance_closes() {
         let mut scene: Scene<2> = petsc.scene(&text);
         for _ in 0..15 {
             scene.step(0.005).unwrap();
-            let audit = scene.audit.as_ref().unwrap();
+            let audit = scene.state.balance.as_ref().unwrap();
             assert!(audit.error.amax() < 1e-12, "{wall} {how}: {:?}", audit.error);
         }
-        scene.coupling.as_ref().unwrap().exchange()[0].momentum
+        scene.state.exchange[0].momentum
     };
     for wall in [MIXING, SHARP] {
         let [held, locked] =
@@ -259,9 +259,10 @@ fn light_particles_pressed_together_keep_a_positive_density() {
         let mut least = f64::INFINITY;
         for _ in 0..60 {
             scene.step(0.002).unwrap();
-            least = scene.grid.rows().flatten().map(|c| scene.density.at(c)).fold(least, f64::min);
+            least =
+                scene.domain.grid.rows().flatten().map(|c| scene.method.mixture().density.at(c)).fold(least, f64::min);
         }
-        let bodies = scene.coupling.as_ref().unwrap().bodies();
+        let bodies = scene.state.bodies;
         assert!((bodies[1].centre - bodies[0].centre).norm() < 0.25, "{wall}: they overlap: {bodies:?}");
         // Two fractions that add up to more than a whole would make the mixture lighter than the lightest.
         assert!(least > 0.0099, "{wall}: {least} kg/m3");
@@ -305,19 +306,21 @@ fn a_particle_that_swings_is_where_its_formula_says_and_the_fluid_around_it_gets
         let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, &more));
         // The momentum of all but the particle.
         let around = |scene: &Scene<2>| {
-            let grid = &scene.grid;
-            let all = |a: usize| grid.rows().flatten().map(|c| scene.density.at(c) * scene.u[a][c]).sum::<f64>();
-            let body = &scene.coupling.as_ref().unwrap().bodies()[0];
+            let grid = &scene.domain.grid;
+            let all = |a: usize| {
+                grid.rows().flatten().map(|c| scene.method.mixture().density.at(c) * scene.state.u[a][c]).sum::<f64>()
+            };
+            let body = &scene.state.bodies[0];
             [0, 1].map(|a| all(a) * grid.cell_volume() - body.mass() * body.velocity[a])
         };
         for k in 0..40 {
             let dt = if k % 2 == 0 { 0.004 } else { 0.003 };
             let before = around(&scene);
             scene.step(dt).unwrap();
-            let (after, coupling) = (around(&scene), scene.coupling.as_ref().unwrap());
-            let (body, force) = (&coupling.bodies()[0], coupling.exchange()[0].momentum);
-            let (sine, cosine) = (rate * scene.time).sin_cos();
-            let place = [(0.95 + 0.3 * scene.time - 0.05 * sine).rem_euclid(1.0), 0.5 + 0.02 * sine];
+            let (after, coupling) = (around(&scene), &scene.state);
+            let (body, force) = (&coupling.bodies[0], coupling.exchange[0].momentum);
+            let (sine, cosine) = (rate * scene.state.time).sin_cos();
+            let place = [(0.95 + 0.3 * scene.state.time - 0.05 * sine).rem_euclid(1.0), 0.5 + 0.02 * sine];
             let velocity = [0.3 - 0.05 * rate * cosine, 0.02 * rate * cosine];
             for a in 0..2 {
                 assert!((body.centre[a] - place[a]).abs() < 1e-14, "{:?} {place:?}", body.centre);
@@ -347,11 +350,11 @@ fn a_particle_that_swings_among_free_ones_keeps_its_path_and_the_balance_closes(
         let (mut touched, rate) = (false, std::f64::consts::TAU * 1.5);
         for _ in 0..150 {
             scene.step(0.004).unwrap();
-            touched |= scene.substeps > 1;
-            let body = &scene.coupling.as_ref().unwrap().bodies()[0];
-            let place = (0.3 + 0.3 * scene.time - 0.05 * (rate * scene.time).sin()).rem_euclid(1.0);
+            touched |= scene.state.substeps > 1;
+            let body = &scene.state.bodies[0];
+            let place = (0.3 + 0.3 * scene.state.time - 0.05 * (rate * scene.state.time).sin()).rem_euclid(1.0);
             assert!((body.centre.x - place).abs() < 1e-12, "{wall}: {} {place}", body.centre.x);
-            let audit = scene.audit.as_ref().unwrap();
+            let audit = scene.state.balance.as_ref().unwrap();
             assert!(audit.error.amax() < 1e-12, "{wall}: {:?}", audit.error);
         }
         assert!(touched, "{wall}: they meet");
@@ -390,7 +393,7 @@ fn a_particle_within_one_cell_moves_with_it() {
         for _ in 0..10 {
             scene.step(0.005).unwrap();
         }
-        assert!(scene.coupling.as_ref().unwrap().bodies()[0].velocity.y < -1e-4, "{wall}");
+        assert!(scene.state.bodies[0].velocity.y < -1e-4, "{wall}");
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::support::{Petsc, box_case, order, petsc};
 use mics::fluid::faces::{self, FaceCoefficient, Gravity};
 use mics::grid::Coefficient;
+use mics::method::Method;
 use mics::scene::Scene;
 use std::f64::consts::PI;
 
@@ -10,17 +11,18 @@ use std::f64::consts::PI;
 fn box_with_density(petsc: &Petsc, n: usize, sides: [&str; 4], limit: f64, rho: impl Fn(f64, f64) -> f64) -> Scene<2> {
     let more = format!("[pressure]\nsolver = \"multigrid\"\ndivergence_limit = {limit:e}");
     let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [n, n], 0.0, sides, &more));
-    let mut density = scene.grid.field();
-    for c in scene.grid.rows().flatten() {
-        let [x, y] = scene.grid.centre(c);
+    let mut density = scene.domain.grid.field();
+    for c in scene.domain.grid.rows().flatten() {
+        let [x, y] = scene.domain.grid.centre(c);
         density[c] = rho(x, y);
     }
-    scene.boundaries.fill_property(&mut density).unwrap();
-    let density = Coefficient::Field(density);
-    scene.beta = FaceCoefficient::new(&scene.grid, &density);
-    scene.beta.update(&scene.grid, &density);
-    scene.density = density;
-    scene.projection.assemble(&scene.grid, &scene.beta).unwrap();
+    scene.domain.boundaries.fill_property(&mut density).unwrap();
+    let (density, grid) = (Coefficient::Field(density), &scene.domain.grid);
+    let Method::Plain(flow) = &mut scene.method else { panic!("there are no bodies") };
+    flow.beta = FaceCoefficient::new(grid, &density);
+    flow.beta.update(grid, &density);
+    flow.mixture.density = density;
+    scene.domain.projection.assemble(grid, &flow.beta).unwrap();
     scene
 }
 
@@ -31,7 +33,7 @@ fn jump_error(n: usize, ratio: f64) -> f64 {
     let sides = ["\"wall\"", "\"wall\"", "\"periodic\"", "\"periodic\""];
     let rho = |x: f64| if x < 0.5 { 1.0 } else { ratio };
     let mut scene = box_with_density(&petsc, n, sides, 1e-9, |x, _| rho(x));
-    let grid = scene.grid.clone();
+    let grid = scene.domain.grid.clone();
     for axis in 0..2 {
         for c in grid.face_rows(axis).flatten() {
             let [mut x, mut y] = grid.centre(c);
@@ -41,22 +43,19 @@ fn jump_error(n: usize, ratio: f64) -> f64 {
                 y -= 0.5 * grid.h[1]
             }
             let (s, slope) = ((PI * (x - 0.5)).sin(), PI * (PI * (x - 0.5)).cos());
-            scene.faces[axis][c] =
+            scene.state.faces[axis][c] =
                 if axis == 0 { slope * (2.0 * PI * y).cos() } else { -2.0 * PI * s * (2.0 * PI * y).sin() };
         }
     }
-    let done = scene
-        .projection
-        .project(&grid, &mut scene.boundaries, &scene.beta, 1.0, &mut scene.p, &mut scene.faces, None)
-        .unwrap();
+    let done = scene.domain.project(scene.method.beta(), &mut scene.state, 1.0, None).unwrap();
     assert!(done.divergence_max < 1e-9);
     let exact = |[x, y]: [f64; 2]| rho(x) * (PI * (x - 0.5)).sin() * (2.0 * PI * y).cos();
     let away = || grid.rows().flatten().filter(|&c| (grid.centre(c)[0] - 0.5).abs() > 2.0 * grid.h[0]);
     // The potential is known but for a constant, which the light side shows best.
     let light: Vec<f64> =
-        away().filter(|&c| grid.centre(c)[0] < 0.5).map(|c| scene.p[c] - exact(grid.centre(c))).collect();
+        away().filter(|&c| grid.centre(c)[0] < 0.5).map(|c| scene.state.p[c] - exact(grid.centre(c))).collect();
     let constant = light.iter().sum::<f64>() / light.len() as f64;
-    let error = |c: usize| (scene.p[c] - constant - exact(grid.centre(c))).abs() / rho(grid.centre(c)[0]);
+    let error = |c: usize| (scene.state.p[c] - constant - exact(grid.centre(c))).abs() / rho(grid.centre(c)[0]);
     away().map(error).fold(0.0, f64::max)
 }
 
@@ -77,18 +76,19 @@ fn every_density_ratio_from_a_thousandth_to_ten_thousand_is_solved_to_d0() {
                 let inside = [(0.3, 0.4), (0.7, 0.55), (0.45, 0.75)].iter().any(|(a, b)| (x - a).hypot(y - b) < 0.12);
                 if inside { ratio } else { 1.0 }
             });
-            let grid = scene.grid.clone();
+            let grid = scene.domain.grid.clone();
             for axis in 0..2 {
                 for c in grid.face_rows(axis).flatten() {
                     let [x, y] = grid.centre(c);
-                    scene.faces[axis][c] = ((7.0 + axis as f64) * x).sin() * (11.0 * y).cos();
+                    scene.state.faces[axis][c] = ((7.0 + axis as f64) * x).sin() * (11.0 * y).cos();
                 }
             }
-            scene.boundaries.set_faces(&mut scene.faces);
-            let (b, p, u) = (&scene.beta, &mut scene.p, &mut scene.faces);
-            let done = scene.projection.project(&grid, &mut scene.boundaries, b, 0.01, p, u, None).unwrap();
+            scene.domain.boundaries.set_faces(&mut scene.state.faces);
+            let (b, p, u) = (&scene.method.beta(), &mut scene.state.p, &mut scene.state.faces);
+            let done =
+                scene.domain.projection.project(&grid, &mut scene.domain.boundaries, b, 0.01, p, u, None).unwrap();
             let mut divergence = grid.field();
-            faces::divergence(&grid, &scene.faces, &mut divergence);
+            faces::divergence(&grid, &scene.state.faces, &mut divergence);
             let largest = grid.rows().flatten().map(|c| divergence[c].abs()).fold(0.0, f64::max);
             assert!(done.divergence_max < 1e-8 && largest < 1e-8, "{ratio} {sides:?}: {largest:e}");
             assert_eq!(done.retries, 0, "{ratio} {sides:?}");
@@ -113,12 +113,13 @@ fn layers_of_different_density_stay_at_rest_under_gravity() {
                 }
         };
         let mut scene = box_with_density(&petsc, 32, ["\"wall\""; 4], 1e-8, |_, y| layers(y));
-        let mut excess = scene.grid.field();
-        for c in scene.grid.rows().flatten() {
-            excess[c] = layers(scene.grid.centre(c)[1]) - 1.0;
+        let mut excess = scene.domain.grid.field();
+        for c in scene.domain.grid.rows().flatten() {
+            excess[c] = layers(scene.domain.grid.centre(c)[1]) - 1.0;
         }
-        scene.boundaries.fill_property(&mut excess).unwrap();
-        scene.gravity = Some(Gravity { g: [0.0, -9.81], excess: [Vec::new(), excess] });
+        scene.domain.boundaries.fill_property(&mut excess).unwrap();
+        let Method::Plain(flow) = &mut scene.method else { panic!("there are no bodies") };
+        flow.gravity = Some(Gravity { g: [0.0, -9.81], excess: [Vec::new(), excess] });
         scene.start().unwrap();
         for _ in 0..5 {
             scene.step(1e-3).unwrap();
@@ -126,9 +127,9 @@ fn layers_of_different_density_stay_at_rest_under_gravity() {
         let (_, fastest) = scene.energy_and_speed().unwrap();
         assert!(fastest < 1e-9, "ratio {ratio}: {fastest} m/s");
         // The pressure is hydrostatic: the excess weight of the column, from the bottom to the top.
-        let column: Vec<usize> = scene.grid.rows().map(|row| row.start + 5).collect();
-        let weight: f64 = column.iter().map(|&c| 9.81 * (scene.density.at(c) - 1.0) / 32.0).sum();
-        let drop = scene.p[column[0]] - scene.p[column[31]];
+        let column: Vec<usize> = scene.domain.grid.rows().map(|row| row.start + 5).collect();
+        let weight: f64 = column.iter().map(|&c| 9.81 * (scene.method.mixture().density.at(c) - 1.0) / 32.0).sum();
+        let drop = scene.state.p[column[0]] - scene.state.p[column[31]];
         let ends = 0.5 * 9.81 * (layers(0.0) - 1.0) / 32.0;
         assert!((drop - (weight - ends)).abs() < 1e-6 * weight.abs(), "{drop} against {weight}");
     }

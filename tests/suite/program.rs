@@ -3,7 +3,7 @@
 use crate::support::{MIXING, SHARP, box_case, columns, mics, petsc, run, shipped};
 use mics::Error;
 use mics::error::NotFinite;
-use mics::scene::{Scene, State};
+use mics::scene::Scene;
 use std::path::{Path, PathBuf};
 
 const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
@@ -209,8 +209,8 @@ fn a_value_that_is_not_a_number_stops_the_step_and_its_cell_is_named() {
     let petsc = petsc();
     let mut scene: Scene<2> = petsc.scene(&box_case([2.0, 1.0], [32, 16], 0.01, STREAM, ""));
     scene.step(0.01).unwrap();
-    let cell = scene.grid.owned_index([7, 3]).unwrap();
-    scene.u[1][cell] = f64::NAN;
+    let cell = scene.domain.grid.owned_index([7, 3]).unwrap();
+    scene.state.u[1][cell] = f64::NAN;
     let error = scene.step(0.01).unwrap_err();
     assert!(matches!(&error, Error::NotFinite(NotFinite::Cell { field, .. }) if field.contains("velocity")), "{error}");
     let error = scene.energy_and_speed().unwrap_err();
@@ -227,10 +227,7 @@ fn a_particle_that_is_lost_stops_the_step_and_is_named() {
         let more = [&disc(0.5), &disc(1.2), "[contact]\nnormal_stiffness = 100.0\n", wall].concat();
         let mut scene: Scene<2> = petsc.scene(&box_case([2.0, 1.0], [32, 16], 0.01, STREAM, &more));
         scene.step(0.01).unwrap();
-        let mut state = State::default();
-        scene.save(&mut state);
-        state.bodies[1].velocity.y = f64::INFINITY;
-        scene.load(&state);
+        scene.state.bodies[1].velocity.y = f64::INFINITY;
         let error = scene.step(0.01).unwrap_err();
         assert!(matches!(error, Error::NotFinite(NotFinite::Particle(1))), "{wall}: {error}");
         assert!(error.to_string().contains("particle 1 is not a finite number") && error.exit_code() == 3, "{error}");

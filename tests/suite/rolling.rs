@@ -30,7 +30,7 @@ fn followed<const D: usize>(text: &str, steps: usize, dt: f64) -> Vec<Body> {
     let mut scene: Scene<D> = petsc.scene(text);
     let step = |_| {
         scene.step(dt).unwrap();
-        scene.coupling.as_ref().unwrap().bodies()[0].clone()
+        scene.state.bodies[0].clone()
     };
     (0..steps).map(step).collect()
 }
@@ -114,8 +114,8 @@ fn in_shear(flow: usize, across: usize, spacing: f64, viscosity: f64) -> String 
 
 /// Starts the scene with its shear, of rate 1/s, so that the sphere is turned at once.
 fn shear(scene: &mut Scene<3>, flow: usize, across: usize) {
-    for c in scene.grid.rows().flatten() {
-        scene.u[flow][c] = scene.grid.centre(c)[across] - 0.5 * scene.grid.size[across];
+    for c in scene.domain.grid.rows().flatten() {
+        scene.state.u[flow][c] = scene.domain.grid.centre(c)[across] - 0.5 * scene.domain.grid.size[across];
     }
     scene.start().unwrap();
 }
@@ -130,7 +130,7 @@ fn a_sphere_in_shear_is_spun_up_alike_about_every_axis() {
         for _ in 0..40 {
             scene.step(5e-3).unwrap();
         }
-        scene.coupling.as_ref().unwrap().bodies()[0].spin
+        scene.state.bodies[0].spin
     };
     for (flow, across) in [(0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)] {
         let about = 3 - flow - across;
@@ -162,12 +162,12 @@ fn a_sphere_in_couette_flow_spins_at_the_known_rate() {
     let known = 0.494;
     let mut scene: Scene<3> = petsc.scene(&in_shear(0, 1, 0.125, 4.0));
     shear(&mut scene, 0, 1);
-    while scene.time < 0.25 {
+    while scene.state.time < 0.25 {
         let dt = 0.9 * scene.limits().unwrap().tightest().1;
         scene.step(dt).unwrap();
     }
-    let spin = scene.coupling.as_ref().unwrap().bodies()[0].spin;
-    println!("spin {:.4} of the shear rate, known {known:.4}, after {} steps", -spin.z, scene.steps);
+    let spin = scene.state.bodies[0].spin;
+    println!("spin {:.4} of the shear rate, known {known:.4}, after {} steps", -spin.z, scene.state.steps);
     assert!((-spin.z / known - 1.0).abs() < 0.01, "{spin} rad/s, {known}");
     assert!(spin.x.abs() < 1e-3 && spin.y.abs() < 1e-3, "{spin} rad/s");
 }

@@ -20,7 +20,7 @@ fn set_off(ratio: f64, dt: f64) -> f64 {
         box_case([10.0, 10.0], [80, 80], 1e-5, WALLS, &more).replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
     let mut scene: Scene<2> = petsc.scene(&text);
     assert!(scene.step(dt).unwrap().divergence_max < 1e-6);
-    let first = -scene.coupling.as_ref().unwrap().bodies()[0].velocity.y / dt;
+    let first = -scene.state.bodies[0].velocity.y / dt;
     for _ in 0..5 {
         assert!(scene.step(dt).unwrap().divergence_max < 1e-6, "D0 at a density ratio of {ratio}");
     }
@@ -60,9 +60,9 @@ fn what_the_fluid_loses_the_particles_get_in_a_periodic_box_with_collisions() {
     for _ in 0..120 {
         let dt = 0.5 * scene.limits().unwrap().tightest().1.min(8e-3);
         scene.step(dt).unwrap();
-        touched |= scene.substeps > 1;
-        let audit = scene.audit.as_ref().unwrap();
-        println!("{} {:e} {}", scene.steps, audit.error.norm(), scene.substeps);
+        touched |= scene.state.substeps > 1;
+        let audit = scene.state.balance.as_ref().unwrap();
+        println!("{} {:e} {}", scene.state.steps, audit.error.norm(), scene.state.substeps);
         missing = missing.max(audit.error.norm());
         traded = traded.max(audit.momentum.norm());
     }
@@ -79,7 +79,7 @@ fn a_disc_carried_at_the_speed_of_a_stream_feels_next_to_nothing() {
     let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, &more));
     for _ in 0..60 {
         scene.step(0.01).unwrap();
-        let force = scene.coupling.as_ref().unwrap().exchange()[0].momentum.norm();
+        let force = scene.state.exchange[0].momentum.norm();
         assert!(force < 1e-8 * 1.16 * 0.25, "{force:e}");
     }
 }
@@ -120,11 +120,11 @@ fn the_torque_on_a_disc_that_is_spun_up_is_that_of_the_exact_swirl() {
         + "[pressure]\ndivergence_limit = 1.0e-6";
     for (n, allowed) in [(8, 0.04), (16, 0.02)] {
         let mut scene: Scene<2> = petsc.scene(&box_case([14.0, 14.0], [7 * n, 7 * n], 1.0, WALLS, &more));
-        while scene.time < 1.0 {
+        while scene.state.time < 1.0 {
             let dt = 0.8 * scene.limits().unwrap().tightest().1;
-            scene.step(dt.min(1.0 - scene.time + 1e-12)).unwrap();
+            scene.step(dt.min(1.0 - scene.state.time + 1e-12)).unwrap();
         }
-        let torque = -scene.coupling.as_ref().unwrap().exchange()[0].momentum_torque.z / (4.0 * std::f64::consts::PI);
+        let torque = -scene.state.exchange[0].momentum_torque.z / (4.0 * std::f64::consts::PI);
         let exact = torque_of_a_spun_up_cylinder(1.0);
         println!("N = {n}: torque {torque:.4}, exact {exact:.4}, {:+.2} %", 100.0 * (torque / exact - 1.0));
         assert!((torque / exact - 1.0).abs() < allowed, "N = {n}: {torque} against {exact}");
@@ -141,11 +141,11 @@ fn pressure_and_wall_shear_of_a_fixed_disc_make_up_the_force_that_the_fluid_lose
         let more =
             [SHARP, &disc(1.0, place, 1.0, "motion = \"fixed\""), "[pressure]\ndivergence_limit = 1.0e-6"].concat();
         let mut scene: Scene<2> = petsc.scene(&box_case([5.0, 4.0], [80, 64], 1.0 / re, sides, &more));
-        while scene.time < 6.0 {
+        while scene.state.time < 6.0 {
             let dt = 0.8 * scene.limits().unwrap().tightest().1;
             scene.step(dt).unwrap();
         }
-        let exchange = &scene.coupling.as_ref().unwrap().exchange()[0];
+        let exchange = &scene.state.exchange[0];
         let (drag, viscous) = (exchange.momentum.x, exchange.viscous.x);
         let missing = 1.0 - (exchange.pressure.x + viscous) / drag;
         println!(

@@ -1,6 +1,6 @@
 //! What the tests share: PETSc behind a lock (it is one per process), scenes from text, runs of the program.
 
-use mics::config::load;
+use mics::config::{Case, load};
 use mics::petsc::Session;
 use mics::scene::Scene;
 use std::collections::HashMap;
@@ -34,12 +34,16 @@ pub fn petsc() -> Petsc {
 impl Petsc {
     /// The scene of a case's text.
     pub fn scene<const D: usize>(&self, text: &str) -> Scene<D> {
-        let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join("case.toml");
-        std::fs::write(&path, text).unwrap();
-        let case = load(&path, &[]).unwrap_or_else(|e| panic!("{e}")).case;
-        Scene::new(&self.session, &case).unwrap_or_else(|e| panic!("{e}"))
+        Scene::new(&self.session, &case(text)).unwrap_or_else(|e| panic!("{e}"))
     }
+}
+
+/// The case that a text describes.
+pub fn case(text: &str) -> Case {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("case.toml");
+    std::fs::write(&path, text).unwrap();
+    load(&path, &[]).unwrap_or_else(|e| panic!("{e}")).case
 }
 
 /// A case's text in 2D: periodic, without particles, unless `more` says otherwise (whole tables).

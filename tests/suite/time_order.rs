@@ -31,17 +31,24 @@ fn disc_in_a_box(motion: &str, scheme: &str, steps: usize) -> End {
     let (mut force, mut before, mut impulse) = ([0.0; 2], [0.0; 2], [0.0; 2]);
     for _ in 0..steps {
         scene.step(dt).unwrap();
-        let now = scene.coupling.as_ref().unwrap().exchange()[0].momentum;
+        let now = scene.state.exchange[0].momentum;
         (before, force) = (force, [now.x, now.y]);
         impulse = [0, 1].map(|a| impulse[a] + dt * now[a]);
     }
-    let disc = &scene.coupling.as_ref().unwrap().bodies()[0];
+    let disc = &scene.state.bodies[0];
     let outside = |c: &usize| {
-        let [x, y] = scene.grid.centre(*c);
+        let [x, y] = scene.domain.grid.centre(*c);
         (x - disc.centre.x).hypot(y - disc.centre.y) > disc.radius()
     };
     End {
-        fluid: scene.grid.rows().flatten().filter(outside).flat_map(|c| [scene.u[0][c], scene.u[1][c]]).collect(),
+        fluid: scene
+            .domain
+            .grid
+            .rows()
+            .flatten()
+            .filter(outside)
+            .flat_map(|c| [scene.state.u[0][c], scene.state.u[1][c]])
+            .collect(),
         // Forces are means over a step.
         force: [0, 1].map(|a| 1.5 * force[a] - 0.5 * before[a]),
         impulse,

@@ -77,7 +77,14 @@ impl Contacts {
     }
 
     /// Learns the fluid that goes along with the body `k` from what an impulse (N s) `changed` of its velocity (m/s).
-    pub(crate) fn learn(&mut self, body: &Body, k: usize, impulse: &Vector3<f64>, changed: &Vector3<f64>) {
+    pub(crate) fn learn(
+        &mut self,
+        body: &Body,
+        k: usize,
+        impulse: &Vector3<f64>,
+        changed: &Vector3<f64>,
+        carried: &mut f64,
+    ) {
         let (along, square) = (impulse.dot(changed), impulse.norm_squared());
         // What little a resting contact asks for is no measure, and a mass that changes would push it.
         let little = impulse.norm() < TELLING * self.impulses[k].linear.norm();
@@ -86,8 +93,8 @@ impl Contacts {
         }
         let unit = self.medium.density * body.volume();
         let found = (square / along - body.mass()).clamp(CARRIED[0] * unit, CARRIED[1] * unit);
-        self.carried[k] += 0.7 * (found - self.carried[k]);
-        let mass = body.mass() + self.carried[k];
+        *carried += 0.7 * (found - *carried);
+        let mass = body.mass() + *carried;
         let ones = self.answers[k].mass.map(|m| if m > 0.0 { 1.0 } else { 0.0 });
         self.answers[k].mass = ones / mass;
     }

@@ -25,9 +25,9 @@ mod substep;
 #[cfg(test)]
 mod tests;
 
+use crate::archive::{Archive, Checkpointed};
 use crate::error::NotFinite;
 use crate::solids::Body;
-use crate::tape::{Lasting, Tape};
 use crate::{Error, Result};
 use law::Law;
 pub use law::{Damping, Laws, Material};
@@ -93,7 +93,17 @@ struct Pair {
     touched: bool,
 }
 
-/// The contacts among bodies and walls.
+/// What lasts of contacts from one step to the next.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Touching {
+    /// The tangential springs (m) of contacts that last: a body, the other body (or the number of bodies plus that of a wall), and
+    /// what pulls the first one back.
+    pub springs: Vec<(usize, usize, Vector3<f64>)>,
+    /// Per body, the fluid that goes along with it (kg).
+    pub carried: Vec<f64>,
+}
+
+/// The law of the contacts among bodies and walls, and what a step needs to follow it.
 #[derive(Clone, Debug)]
 pub struct Contacts {
     materials: Vec<usize>,
@@ -118,8 +128,6 @@ pub struct Contacts {
     deepest: f64,
     /// Per body, whether it touched something in the last step.
     touched: Vec<bool>,
-    /// Fluid that goes along with each body (kg).
-    carried: Vec<f64>,
     /// What fills the gaps.
     medium: Medium,
 }
@@ -156,7 +164,6 @@ impl Contacts {
             wall_impulse: Vector3::zeros(),
             deepest: 0.0,
             touched: vec![false; n],
-            carried: vec![0.0; n],
             medium: Medium::default(),
         }
     }
@@ -168,19 +175,16 @@ impl Contacts {
     }
 
     /// Contacts in a fluid that follows the bodies within the step, its mass with theirs, and resists in the gaps between them.
-    pub fn within(mut self, bodies: &[Body], medium: Medium) -> Contacts {
+    pub fn within(mut self, medium: Medium) -> Contacts {
         self.medium = Medium { roughness: self.medium.roughness, ..medium };
-        for (carried, body) in self.carried.iter_mut().zip(bodies) {
-            // Far from everything.
-            let share = if body.shape().dimension() == 2 { 1.0 } else { 0.5 };
-            *carried = share * medium.density * body.volume();
-        }
         self
     }
 
-    /// The fluid that goes along with each body (kg).
-    pub fn carried(&self) -> &[f64] {
-        &self.carried
+    /// Nothing touches yet, and with every body goes the fluid that goes with it far from everything.
+    pub fn untouched(&self, bodies: &[Body]) -> Touching {
+        let share = |body: &Body| if body.shape().dimension() == 2 { 1.0 } else { 0.5 };
+        let carried = |body: &Body| share(body) * self.medium.density * body.volume();
+        Touching { springs: Vec::with_capacity(8 * bodies.len()), carried: bodies.iter().map(carried).collect() }
     }
 
     /// Moves all bodies on by `dt` (s): free ones under `push` and contacts, prescribed ones as told. Returns the
@@ -188,15 +192,15 @@ impl Contacts {
     ///
     /// # Errors
     /// When a state is not finite, an overlap is too deep, the substeps are too few, or a body leaves the box.
-    pub fn advance(&mut self, bodies: &mut [Body], push: &[Push], dt: f64) -> Result<usize> {
+    pub fn advance(&mut self, bodies: &mut [Body], touching: &mut Touching, push: &[Push], dt: f64) -> Result<usize> {
         self.refuse_strays(bodies)?;
-        for (((answer, body), push), carried) in self.answers.iter_mut().zip(bodies.iter()).zip(push).zip(&self.carried)
-        {
+        let carried = &touching.carried;
+        for (((answer, body), push), carried) in self.answers.iter_mut().zip(bodies.iter()).zip(push).zip(carried) {
             *answer = Answer::of(body, push, *carried);
         }
-        for pair in &mut self.pairs {
-            (pair.given, pair.touched) = (0.0, false);
-        }
+        self.pairs.clear();
+        let kept = touching.springs.iter();
+        self.pairs.extend(kept.map(|&(i, j, spring)| Pair { spring: Some(spring), ..Pair::new(i, j) }));
         self.impulses.fill(Impulse::default());
         self.wall_impulse = Vector3::zeros();
         self.deepest = 0.0;
@@ -221,6 +225,9 @@ impl Contacts {
             taken += done;
         }
         self.refuse_strays(bodies)?;
+        touching.springs.clear();
+        let lasting = self.pairs.iter().filter_map(|p| p.spring.map(|spring| (p.first, p.second, spring)));
+        touching.springs.extend(lasting);
         Ok(taken)
     }
 
@@ -246,10 +253,10 @@ impl Contacts {
 
     /// Shortest duration (s) of a contact that could happen, undamped and at an impact of `speed` (m/s), which counts
     /// where the exponent is not 1; infinite where none could.
-    pub fn contact_time(&self, bodies: &[Body], speed: f64) -> f64 {
+    pub fn contact_time(&self, bodies: &[Body], touching: &Touching, speed: f64) -> f64 {
         // Per material, the lightest free body and the number of bodies.
         let mut lightest = vec![(f64::INFINITY, 0); self.laws.materials()];
-        for ((body, &material), carried) in bodies.iter().zip(&self.materials).zip(&self.carried) {
+        for ((body, &material), carried) in bodies.iter().zip(&self.materials).zip(&touching.carried) {
             let (mass, count) = &mut lightest[material];
             *mass = mass.min(if body.freedom().is_some() { body.mass() + carried } else { f64::INFINITY });
             *count += 1;
@@ -271,30 +278,20 @@ impl Contacts {
         shortest
     }
 
-    /// The contacts that last and their tangential springs (m): a body, the other body (or the number of bodies plus
-    /// that of a wall), and the spring that pulls the first one back.
-    pub fn memory(&self) -> impl Iterator<Item = (usize, usize, Vector3<f64>)> + '_ {
-        self.pairs.iter().filter_map(|p| p.spring.map(|spring| (p.first, p.second, spring)))
-    }
-
-    /// Takes up what [`memory`](Contacts::memory) gave, for a restart.
+    /// Refuses what no run of this case has left.
     ///
     /// # Errors
-    /// When a number belongs to no body or wall, or a spring is not finite.
-    pub fn remember(&mut self, memory: impl IntoIterator<Item = (usize, usize, Vector3<f64>)>) -> Result<()> {
+    /// When a number belongs to no body or wall.
+    pub fn check(&self, touching: &Touching) -> Result<()> {
         let bodies = self.answers.len();
-        self.pairs.clear();
-        for (first, second, spring) in memory {
-            let known = first < bodies && second > first && second < bodies + self.walls.len();
-            if !known || !spring.iter().all(|x| x.is_finite()) {
+        for &(first, second, _) in &touching.springs {
+            if first >= bodies || second <= first || second >= bodies + self.walls.len() {
                 return Err(Error::Run(format!(
                     "the saved contact of particle {first} with {second} does not belong to this case: restart with \
                      the particles and walls of the run that saved it"
                 )));
             }
-            self.pairs.push(Pair { first, second, spring: Some(spring), given: 0.0, touched: false });
         }
-        self.pairs.sort_by_key(|p| (p.first, p.second));
         Ok(())
     }
 
@@ -319,10 +316,7 @@ impl Contacts {
             let mine = rest.iter().take_while(|p| p.first == i).count();
             let (before, after) = rest.split_at(mine);
             rest = after;
-            let kept = |j| {
-                let new = Pair { first: i, second: j, spring: None, given: 0.0, touched: false };
-                before.iter().find(|p| p.second == j).copied().unwrap_or(new)
-            };
+            let kept = |j| before.iter().find(|p| p.second == j).copied().unwrap_or(Pair::new(i, j));
             let (pairs, paired) = (&mut self.pairs, &mut self.paired);
             self.neighbours.around(i, bodies, &self.reach, |j| {
                 if free(i) || free(j) {
@@ -381,47 +375,24 @@ impl Contacts {
     }
 }
 
-impl Lasting for Contacts {
-    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
-        tape.each("carried", &mut self.carried)?;
-        let mut memory: Vec<_> = self.memory().map(|(first, second, spring)| ((first, second), spring)).collect();
-        memory.pass(tape)?;
-        if tape.plays() {
-            self.remember(memory.into_iter().map(|((first, second), spring)| (first, second, spring)))?;
-        }
-        let Contacts {
-            // What lasts of them is the memory above.
-            pairs: _,
-            old: _,
-            // The case's.
-            materials: _,
-            walls: _,
-            laws: _,
-            size: _,
-            periods: _,
-            substeps: _,
-            carried: _,
-            medium: _,
-            // Found anew in every step.
-            neighbours: _,
-            answers: _,
-            travelled: _,
-            reach: _,
-            paired: _,
-            loads: _,
-            impulses: _,
-            wall_impulse: _,
-            deepest: _,
-            touched: _,
-        } = self;
-        Ok(())
+impl Pair {
+    fn new(first: usize, second: usize) -> Pair {
+        Pair { first, second, spring: None, given: 0.0, touched: false }
     }
 }
 
-impl Lasting for Push {
-    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+impl Checkpointed for Touching {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
+        let Touching { springs, carried } = self;
+        archive.each("carried", carried)?;
+        archive.serialize([springs])
+    }
+}
+
+impl Checkpointed for Push {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
         let Push { acceleration, angular } = self;
-        tape.pass([acceleration, angular])
+        archive.serialize([acceleration, angular])
     }
 }
 

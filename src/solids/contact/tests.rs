@@ -51,11 +51,36 @@ fn walls(size: [f64; 3], axes: &[usize]) -> Vec<Wall> {
     axes.iter().flat_map(|&a| [wall(a, false), wall(a, true)]).collect()
 }
 
+/// Contacts with what lasts of them.
+struct Touched {
+    law: Contacts,
+    touching: Touching,
+}
+
+impl Touched {
+    fn new(bodies: &[Body], law: Contacts) -> Touched {
+        Touched { touching: law.untouched(bodies), law }
+    }
+
+    fn advance(&mut self, bodies: &mut [Body], push: &[Push], dt: f64) -> Result<usize> {
+        self.law.advance(bodies, &mut self.touching, push, dt)
+    }
+}
+
+impl std::ops::Deref for Touched {
+    type Target = Contacts;
+
+    fn deref(&self) -> &Contacts {
+        &self.law
+    }
+}
+
 /// One material, in a box of `size` with walls normal to `axes` and the others periodic.
-fn contacts(bodies: &[Body], law: Material, size: [f64; 3], axes: &[usize], substeps: Substeps) -> Contacts {
+fn contacts(bodies: &[Body], law: Material, size: [f64; 3], axes: &[usize], substeps: Substeps) -> Touched {
     let periods = std::array::from_fn(|a| (!axes.contains(&a) && size[a] > 0.0).then_some(size[a]));
     let laws = Laws::new(1, |_, _| law);
-    Contacts::new(bodies, vec![0; bodies.len()], walls(size, axes), laws, size, periods, substeps)
+    let law = Contacts::new(bodies, vec![0; bodies.len()], walls(size, axes), laws, size, periods, substeps);
+    Touched::new(bodies, law)
 }
 
 fn push(x: f64, y: f64) -> Push {
@@ -63,7 +88,7 @@ fn push(x: f64, y: f64) -> Push {
 }
 
 /// Advances without a push until the pair has parted; the steps that found it in contact.
-fn collide(contacts: &mut Contacts, bodies: &mut [Body], dt: f64) -> usize {
+fn collide(contacts: &mut Touched, bodies: &mut [Body], dt: f64) -> usize {
     let still = vec![Push::default(); bodies.len()];
     let mut touched = 0;
     for _ in 0..100_000 {
@@ -161,7 +186,8 @@ fn a_contact_lasts_as_long_as_theory_says() {
     let theory = 2.943_2 * depth / 0.5;
     let spheres = [0.01, 0.02].map(|r| body(Shape::Sphere, r, vector![0.1, 0.1, 0.1], Vector3::zeros()));
     let time = |axes: &[usize], bodies: &[Body]| {
-        contacts(bodies, hertz, [0.2; 3], axes, Substeps::Auto).contact_time(bodies, 0.5)
+        let found = contacts(bodies, hertz, [0.2; 3], axes, Substeps::Auto);
+        found.contact_time(bodies, &found.touching, 0.5)
     };
     assert!((time(&[0], &spheres[..1]) / theory - 1.0).abs() < 1e-4, "{} {theory}", time(&[0], &spheres[..1]));
     assert_eq!(time(&[], &spheres[..1]), f64::INFINITY);
@@ -212,7 +238,7 @@ fn a_wall_that_moves_drags_along() {
     let mut dragged = [one];
     contacts(&fixed, law, [0.2; 3], &[1], Substeps::Auto).advance(&mut fixed, &[Push::default()], 1e-3).unwrap();
     let mut moving = contacts(&dragged, law, [0.2; 3], &[1], Substeps::Auto);
-    moving.walls[0].velocity.x = 2.0;
+    moving.law.walls[0].velocity.x = 2.0;
     moving.advance(&mut dragged, &[Push::default()], 1e-3).unwrap();
     assert!((dragged[0].velocity.x - fixed[0].velocity.x - 2.0).abs() < 1e-9);
     assert!((dragged[0].spin.z - fixed[0].spin.z).abs() < 1e-6);
@@ -231,7 +257,7 @@ fn a_body_that_grips_the_wall_reverses_its_slip_but_never_gains_energy() {
         let slip = one[0].velocity.x + 0.01 * one[0].spin.z;
         assert!(one[0].velocity.x < 0.05 && one[0].spin.z < 0.0 && slip < 0.02, "{one:?}");
         assert!(energy(&one[0]) < before * (1.0 + 2e-4), "e {e}: {}", energy(&one[0]) / before - 1.0);
-        assert_eq!(wall.memory().count(), 0);
+        assert_eq!(wall.touching.springs.len(), 0);
     }
     // As printed, the damper of (22) feeds.
     let gain = |printed_sign| {
@@ -244,7 +270,7 @@ fn a_body_that_grips_the_wall_reverses_its_slip_but_never_gains_energy() {
 }
 
 /// Acceleration down a slope (m/s2) of a body that starts at rest, over its last half second.
-fn acceleration_down(shape: Shape, mu: f64, angle: f64, motion: Motion) -> (f64, Contacts, [Body; 1]) {
+fn acceleration_down(shape: Shape, mu: f64, angle: f64, motion: Motion) -> (f64, Touched, [Body; 1]) {
     let size = [2.0, 0.1, 0.1];
     let law = Material { normal_stiffness: 1e6, ..material(1.0, 0.5, mu) };
     let mut one = [body(shape, 0.01, vector![0.1, 0.01, 0.05], Vector3::zeros())];
@@ -282,7 +308,7 @@ fn a_block_below_its_friction_angle_stays_and_remembers_why() {
     let block = Motion::Free(Freedom { rotation: [false; 3], ..PLANE });
     let (_, mut wall, mut one) = acceleration_down(Shape::Disc, 0.4, f64::atan(0.35), block);
     let weight = one[0].mass() * 9.81 * f64::atan(0.35).sin();
-    let memory: Vec<_> = wall.memory().collect();
+    let memory = wall.touching.springs.clone();
     assert_eq!((memory.len(), memory[0].0, memory[0].1), (1, 0, 1));
     assert!((memory[0].2.x * 2.0 / 7.0 * 1e6 / weight - 1.0).abs() < 1e-3, "{memory:?}");
     assert!(one[0].velocity.norm() < 1e-6, "{}", one[0].velocity);
@@ -290,16 +316,17 @@ fn a_block_below_its_friction_angle_stays_and_remembers_why() {
     // A restart with the memory goes on alike; one without it slips.
     let mut again = one.clone();
     let mut restarted = acceleration_down(Shape::Disc, 0.4, 0.0, block).1;
-    restarted.remember(memory.clone()).unwrap();
+    restarted.touching.springs = memory.clone();
     let down = [push(9.81 * f64::atan(0.35).sin(), -9.81 * f64::atan(0.35).cos())];
     wall.advance(&mut one, &down, 2.5e-3).unwrap();
     restarted.advance(&mut again, &down, 2.5e-3).unwrap();
     assert_eq!(one[0].centre, again[0].centre);
-    assert!(restarted.remember([(0, 3, Vector3::zeros())]).is_err());
+    let foreign = Touching { springs: vec![(0, 3, Vector3::zeros())], ..Touching::default() };
+    assert!(restarted.check(&wall.touching).is_ok() && restarted.check(&foreign).is_err());
     // Lifted, it forgets.
     one[0].velocity.y = 1.0;
     wall.advance(&mut one, &down, 2.5e-3).unwrap();
-    assert_eq!(wall.memory().count(), 0);
+    assert_eq!(wall.touching.springs.len(), 0);
     let slips = acceleration_down(Shape::Disc, 0.4, f64::atan(0.45), block).0;
     assert!(slips > 0.0);
 }
@@ -349,7 +376,7 @@ fn what_a_user_can_cause_is_an_error_that_names_the_particle() {
         (still.centre, still.velocity) = (vector![0.15, 0.15, 0.0], Vector3::zeros());
         let mut two = [still, body];
         let mut pair = contacts(&two, material(1.0, 0.5, 0.3), [0.2, 0.2, 0.0], &[1], substeps);
-        pair.periods[0] = None;
+        pair.law.periods[0] = None;
         let text = pair.advance(&mut two, &[Push::default(), push], dt).unwrap_err().to_string();
         assert!(words.iter().all(|w| text.contains(w)), "{text}");
     };

@@ -201,7 +201,7 @@ fn the_search_looks_at_a_few_distances_per_particle_however_many_there_are() {
         let size = [0.01 * across as f64, 0.01 * n.div_ceil(across) as f64, 0.0];
         let bodies = cloud(n, across, 1.0);
         let mut contacts = contacts(&bodies, material(1.0, 0.9, 0.3), size, &[0, 1], Substeps::Auto);
-        contacts.search(&bodies, 1e-4, false);
+        contacts.law.search(&bodies, 1e-4, false);
         contacts.neighbours.checks as f64 / n as f64
     });
     println!("distances per particle for 100, 1000, 3000: {checks:.2?}");

@@ -1,5 +1,5 @@
 //! Gaps: how far it is along a normal of a body's wall to the next body or wall, and what the profile of the flow beside the
-//! wall is there ([`super::skin`] has the sketch).
+//! wall is there ([`super::cut_body`] has the sketch).
 
 use crate::geometry::Turn;
 use crate::grid::{Border, Boundaries, Grid};
@@ -40,7 +40,7 @@ impl Neighbour {
     }
 }
 
-/// What a skin is built among.
+/// What a cut body is built among.
 pub struct Surroundings<'a, const D: usize> {
     /// The grid.
     pub grid: &'a Grid<D>,
@@ -48,7 +48,7 @@ pub struct Surroundings<'a, const D: usize> {
     pub boundaries: &'a Boundaries<D>,
     /// All bodies.
     pub bodies: &'a [Body],
-    /// How the one is turned whose skin it is.
+    /// How the one is turned that is built.
     pub turn: Turn,
     /// The bodies near this one.
     pub near: &'a [Neighbour],

@@ -4,10 +4,10 @@ use super::{Ride, Sharp};
 use crate::Result;
 use crate::fluid::faces::FaceCoefficient;
 use crate::grid::{Boundaries, Grid};
-use crate::tape::{Lasting, Tape};
+use crate::archive::{Checkpointed, Archive};
 
-impl Lasting for Ride {
-    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+impl Checkpointed for Ride {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
         let Ride {
             push,
             shear_before,
@@ -29,13 +29,13 @@ impl Lasting for Ride {
             used: _,
             spun: _,
         } = self;
-        tape.pass([push, shear_before, rest, owed, inside, swirl])
+        archive.serialize([push, shear_before, rest, owed, inside, swirl])
     }
 }
 
 impl<const D: usize> Sharp<D> {
     /// Passes what lasts. Collective.
-    pub fn pass(&mut self, grid: &Grid<D>, tape: &mut Tape) -> Result<()> {
+    pub fn serialize(&mut self, grid: &Grid<D>, archive: &mut Archive) -> Result<()> {
         let Sharp {
             bodies,
             rides,
@@ -76,15 +76,15 @@ impl<const D: usize> Sharp<D> {
             gravity: _,
             session: _,
         } = self;
-        tape.label("sharp walls")?;
-        tape.each("bodies", bodies)?;
-        tape.each("rides", rides)?;
-        tape.each("exchange", exchange)?;
+        archive.label("sharp walls")?;
+        archive.each("bodies", bodies)?;
+        archive.each("rides", rides)?;
+        archive.each("exchange", exchange)?;
         if let Some(contacts) = contacts {
-            tape.label("contacts")?;
-            contacts.pass(tape)?;
+            archive.label("contacts")?;
+            contacts.serialize(archive)?;
         }
-        tape.faces(grid, memory)
+        archive.faces(grid, memory)
     }
 
     /// Finds what follows from the bodies' places after they have been played.

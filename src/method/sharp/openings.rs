@@ -10,18 +10,23 @@
 //! it holds bodies together, and then throws them apart. `T - M` is zero where one body is alone, grows with what a second
 //! one covers, and treats all alike: nothing jumps as bodies move.
 
-use super::{LEAST_OPEN, Sharp};
-use crate::grid::{Border, Boundaries, Grid, VectorField};
+use super::cut::CutBodies;
+use crate::domain::Domain;
+use crate::grid::{Border, Boundaries, Grid};
 
+/// Openings below this count as this: what is behind them keeps a pressure, and the equation constants as its only null
+/// space.
+const LEAST_OPEN: f64 = 1e-6;
 /// What stays open of a face that bodies share, or that lies beside a wall of the box.
 const LEAK: f64 = 0.1;
 
-impl<const D: usize> Sharp<D> {
+impl<const D: usize> CutBodies<D> {
     /// Sets `beta = H/rho` on all faces that bodies cover and brings the covered parts into line with it.
-    pub(super) fn open_faces(&mut self, grid: &Grid<D>, boundaries: &Boundaries<D>, beta: &mut VectorField<D>) {
-        let (whole, total) = (1.0 / self.fluid_density, &mut self.total);
-        for (axis, beta) in beta.iter_mut().enumerate() {
-            for cut in self.skins.iter().flat_map(|skin| &skin.cuts[axis]) {
+    pub(super) fn open_faces(&mut self, domain: &Domain<D>) {
+        let (grid, boundaries, whole) = (&domain.grid, &domain.boundaries, 1.0 / domain.fluid.density);
+        let total = &mut self.total;
+        for (axis, beta) in self.beta.field(grid).iter_mut().enumerate() {
+            for cut in self.bodies.iter().flat_map(|body| &body.cuts[axis]) {
                 let face = cut.face as usize;
                 // The largest part, until all are known.
                 beta[face] = if total[face] == 0.0 { cut.covered } else { beta[face].max(cut.covered) };
@@ -36,8 +41,8 @@ impl<const D: usize> Sharp<D> {
                 };
                 (1.0 - total).max(least)
             };
-            for skin in &mut self.skins {
-                for cut in &mut skin.cuts[axis] {
+            for body in &mut self.bodies {
+                for cut in &mut body.cuts[axis] {
                     let (face, all) = (cut.face as usize, total[cut.face as usize]);
                     let covered = 1.0 - open(face, all, beta[face]);
                     if all > covered {
@@ -45,7 +50,7 @@ impl<const D: usize> Sharp<D> {
                     }
                 }
             }
-            for cut in self.skins.iter().flat_map(|skin| &skin.cuts[axis]) {
+            for cut in self.bodies.iter().flat_map(|body| &body.cuts[axis]) {
                 let face = cut.face as usize;
                 if total[face] > 0.0 {
                     beta[face] = whole * open(face, total[face], beta[face]);

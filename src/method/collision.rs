@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 ///
 /// # Errors
 /// With the bodies' numbers and what to do.
-pub(super) fn refuse_meetings<const D: usize>(
+pub(super) fn refuse_collisions<const D: usize>(
     grid: &Grid<D>,
     bodies: &[Body],
     has_law: bool,

@@ -1,4 +1,4 @@
-//! The skin of a body on the grid: the faces that it covers, the cells inside whose velocity it sets, the points of its
+//! A body as it cuts the grid: the faces that it covers, the cells inside whose velocity it sets, the points of its
 //! surface where its traction is taken. Rebuilt when the body moves.
 //!
 //! ```text
@@ -137,7 +137,7 @@ pub struct Point {
 
 /// A body on the grid.
 #[derive(Clone, Debug)]
-pub struct Skin<const D: usize> {
+pub struct CutBody<const D: usize> {
     /// Faces that it covers, by axis, and where their open parts lie.
     pub cuts: [Vec<Cut>; D],
     pub openings: [Vec<Opening>; D],
@@ -157,13 +157,13 @@ pub struct Skin<const D: usize> {
     lines: Vec<Line>,
 }
 
-impl<const D: usize> Skin<D> {
-    /// A skin with room for all that a body can touch, its probes counting in spacings of `h` (m).
-    pub fn new(grid: &Grid<D>, shape: &dyn Shape, h: f64) -> Skin<D> {
+impl<const D: usize> CutBody<D> {
+    /// One with room for all that a body can touch, its probes counting in spacings of `h` (m).
+    pub fn new(grid: &Grid<D>, shape: &dyn Shape, h: f64) -> CutBody<D> {
         let cells = |beyond: f64| fraction::most_cells(grid, shape.radius() + beyond * h);
         let (inside, spots) = (cells(UNRESOLVED), shape.surface(h));
         let points = spots.len();
-        Skin {
+        CutBody {
             cuts: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
             openings: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
             solid: Vec::with_capacity(cells(0.0)),
@@ -180,6 +180,13 @@ impl<const D: usize> Skin<D> {
     /// The faces along `axis` that it covers.
     pub fn faces(&self, axis: usize) -> impl Iterator<Item = (&Cut, &Opening)> {
         self.cuts[axis].iter().zip(&self.openings[axis])
+    }
+
+    /// Adds what a `change` of its velocity (m/s) is on the faces that it covers.
+    pub fn carry_faces(&self, change: &Vector3<f64>, faces: &mut VectorField<D>) {
+        for (axis, cuts) in self.cuts.iter().enumerate() {
+            cuts.iter().for_each(|cut| faces[axis][cut.face as usize] += cut.covered * change[axis]);
+        }
     }
 
     /// Cells in which it speaks for the wall.

@@ -1,10 +1,10 @@
-//! The tape that a checkpoint is: what lasts from step to step, recorded and played by one list.
+//! The archive inside a checkpoint: what lasts from step to step, written and read by one list.
 //!
-//! A struct names what lasts of it once, in [`Lasting::pass`]: a recording tape takes each number from its place, a
-//! playing one puts it there. All are eight bytes, little endian:
+//! A struct names what lasts of it once, in [`Checkpointed::serialize`]: an archive that writes takes each number from its
+//! place, one that reads puts it there. All are eight bytes, little endian:
 //!
 //! ```text
-//!   number   a double, finite                 label   count, text: what comes next, and has to be there when played
+//!   number   a double, finite                 label   count, text: what comes next, and has to be there when read
 //!   count    an integer                       list    count, entries
 //!   field    count of boxes, one a rank; of each its first cell and its extent along each axis, then the values, x fastest
 //! ```
@@ -13,7 +13,7 @@
 //! Boxes stand in the whole grid's count, so that any number of ranks finds its cells. The same ranks find their own boxes
 //! again, bit for bit: two ranks share a face, and need not agree on its last digit.
 //!
-//! What is played is checked as it comes: no list is longer than its file, no box larger than the grid.
+//! What is read is checked as it comes: no list is longer than its file, no box larger than the grid.
 
 use crate::grid::{Grid, Rows};
 use crate::petsc::Session;
@@ -22,63 +22,63 @@ use nalgebra::{Quaternion, SVector, UnitQuaternion};
 use std::io::{self, Read, Write};
 
 /// State that lasts from step to step.
-pub trait Lasting {
-    /// Passes all of it, in one order.
+pub trait Checkpointed {
+    /// Writes or reads all of it, in one order.
     ///
     /// # Errors
-    /// When a playing tape holds something else; what has been played by then is of no use.
-    fn pass(&mut self, tape: &mut Tape) -> Result<()>;
+    /// When an archive that is read holds something else; what has been read by then is of no use.
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()>;
 }
 
-/// A tape that records or plays.
-pub struct Tape<'a> {
+/// An archive that is written or read.
+pub struct Archive<'a> {
     session: &'a Session,
     head: Head<'a>,
 }
 
 enum Head<'a> {
     /// Rank 0 has somewhere to write to. A failure is kept for the end, since the others go on sending.
-    Records {
+    Writes {
         to: Option<&'a mut dyn Write>,
         failed: Option<Error>,
     },
-    Plays {
+    Reads {
         from: &'a mut dyn Read,
         row: Vec<u8>,
     },
 }
 
-impl<'a> Tape<'a> {
-    /// A tape that records; `to` is rank 0's alone. All ranks pass the same state, and then [`Tape::finish`].
-    pub fn record(session: &'a Session, to: Option<&'a mut dyn Write>) -> Tape<'a> {
-        Tape { session, head: Head::Records { to, failed: None } }
+impl<'a> Archive<'a> {
+    /// One to write; `to` is rank 0's alone. All ranks write the same state, and then [`Archive::finish`].
+    pub fn write(session: &'a Session, to: Option<&'a mut dyn Write>) -> Archive<'a> {
+        Archive { session, head: Head::Writes { to, failed: None } }
     }
 
-    /// A tape that plays, on every rank for itself.
-    pub fn play(session: &'a Session, from: &'a mut dyn Read) -> Tape<'a> {
-        Tape { session, head: Head::Plays { from, row: Vec::new() } }
+    /// One to read, on every rank for itself.
+    pub fn read(session: &'a Session, from: &'a mut dyn Read) -> Archive<'a> {
+        Archive { session, head: Head::Reads { from, row: Vec::new() } }
     }
 
-    /// Passes several, in their order.
-    pub fn pass<const N: usize>(&mut self, items: [&mut dyn Lasting; N]) -> Result<()> {
-        items.into_iter().try_for_each(|item| item.pass(self))
+    /// Writes or reads several, in their order.
+    pub fn serialize<const N: usize>(&mut self, items: [&mut dyn Checkpointed; N]) -> Result<()> {
+        items.into_iter().try_for_each(|item| item.serialize(self))
     }
 
-    /// Passes as many as the case has.
-    pub fn each<T: Lasting>(&mut self, what: &str, items: &mut [T]) -> Result<()> {
+    /// Writes or reads as many as the case has.
+    pub fn each<T: Checkpointed>(&mut self, what: &str, items: &mut [T]) -> Result<()> {
         self.label(what)?;
         let mut count = items.len() as u64;
-        count.pass(self)?;
+        count.serialize(self)?;
         if count != items.len() as u64 {
             return Err(refusal(format!("it holds {count} of what the case has {}: {what}", items.len())));
         }
-        items.iter_mut().try_for_each(|item| item.pass(self))
+        items.iter_mut().try_for_each(|item| item.serialize(self))
     }
 
     /// Says what comes next.
     pub fn label(&mut self, text: &str) -> Result<()> {
         let mut count = text.len() as u64;
-        count.pass(self)?;
+        count.serialize(self)?;
         let mut bytes = text.as_bytes().to_vec();
         if count == bytes.len() as u64 {
             self.bytes(&mut bytes)?;
@@ -89,12 +89,12 @@ impl<'a> Tape<'a> {
         Ok(())
     }
 
-    /// Passes the cells of fields.
+    /// Writes or reads the cells of fields.
     pub fn cells<const D: usize>(&mut self, grid: &Grid<D>, fields: &mut [Vec<f64>]) -> Result<()> {
         fields.iter_mut().try_for_each(|field| self.boxes(grid, grid.local, || grid.rows(), field))
     }
 
-    /// Passes a velocity through faces.
+    /// Writes or reads a velocity through faces.
     pub fn faces<const D: usize>(&mut self, grid: &Grid<D>, field: &mut [Vec<f64>; D]) -> Result<()> {
         for (axis, field) in field.iter_mut().enumerate() {
             let mut extent = grid.local;
@@ -112,9 +112,9 @@ impl<'a> Tape<'a> {
         field: &mut [f64],
     ) -> Result<()> {
         let mut count = self.session.size() as u64;
-        count.pass(self)?;
-        let Head::Records { to, failed } = &mut self.head else {
-            return self.play_boxes(grid, extent, rows, field, count);
+        count.serialize(self)?;
+        let Head::Writes { to, failed } = &mut self.head else {
+            return self.read_boxes(grid, extent, rows, field, count);
         };
         let head = (0..D).flat_map(|a| [grid.start[a] as f64, extent[a] as f64]);
         let mut numbers: Vec<f64> = head.collect();
@@ -130,7 +130,7 @@ impl<'a> Tape<'a> {
     }
 
     /// Takes this rank's part of `count` boxes: its own where it is among them, else what the boxes have of it.
-    fn play_boxes<const D: usize>(
+    fn read_boxes<const D: usize>(
         &mut self,
         grid: &Grid<D>,
         extent: [usize; D],
@@ -147,7 +147,7 @@ impl<'a> Tape<'a> {
             let (mut start, mut size) = ([0; D], [0; D]);
             for a in 0..D {
                 let (mut s, mut n) = (0.0, 0.0);
-                self.pass([&mut s, &mut n])?;
+                self.serialize([&mut s, &mut n])?;
                 let whole = |x: f64| x >= 0.0 && x.fract() == 0.0 && x <= inside[a] as f64;
                 if !(whole(s) && whole(n) && n >= 1.0 && s + n <= inside[a] as f64) {
                     return Err(refusal(format!("a box of {n} cells from cell {s} on is not of this grid")));
@@ -191,9 +191,9 @@ impl<'a> Tape<'a> {
         Ok(())
     }
 
-    /// The next `count` numbers of a playing tape, as they stand there.
+    /// The next `count` numbers of an archive that is read, as they stand there.
     fn row(&mut self, count: usize) -> Result<&[u8]> {
-        let Head::Plays { from, row } = &mut self.head else { return Ok(&[]) };
+        let Head::Reads { from, row } = &mut self.head else { return Ok(&[]) };
         row.resize(8 * count, 0);
         from.read_exact(row).map_err(read_failure)?;
         Ok(row)
@@ -201,27 +201,27 @@ impl<'a> Tape<'a> {
 
     fn bytes(&mut self, bytes: &mut [u8]) -> Result<()> {
         match &mut self.head {
-            Head::Records { to, failed } => {
+            Head::Writes { to, failed } => {
                 if let Some(to) = to.as_mut().filter(|_| failed.is_none()) {
                     *failed = to.write_all(bytes).err().map(io_failure);
                 }
                 Ok(())
             }
-            Head::Plays { from, .. } => from.read_exact(bytes).map_err(read_failure),
+            Head::Reads { from, .. } => from.read_exact(bytes).map_err(read_failure),
         }
     }
 
-    /// Whether what has been passed is there to be looked at.
-    pub fn plays(&self) -> bool {
-        matches!(self.head, Head::Plays { .. })
+    /// Whether it is read.
+    pub fn reads(&self) -> bool {
+        matches!(self.head, Head::Reads { .. })
     }
 
-    /// Ends the tape: what failed while it recorded fails here, on all ranks; what plays has to be at its end. Collective.
+    /// Ends the archive: what failed while it was written fails here, on all ranks; one that is read has to be at its end. Collective.
     pub fn finish(self) -> Result<()> {
         self.session.agree(match self.head {
-            Head::Records { failed: Some(error), .. } => Err(error),
-            Head::Records { failed: None, .. } => Ok(()),
-            Head::Plays { from, .. } => match from.read(&mut [0]) {
+            Head::Writes { failed: Some(error), .. } => Err(error),
+            Head::Writes { failed: None, .. } => Ok(()),
+            Head::Reads { from, .. } => match from.read(&mut [0]) {
                 Ok(0) => Ok(()),
                 Ok(_) => Err(refusal("more follows where it should end".into())),
                 Err(e) => Err(read_failure(e)),
@@ -247,47 +247,47 @@ fn double(bytes: &[u8]) -> Result<f64> {
     if x.is_finite() { Ok(x) } else { Err(refusal(format!("it holds {x} where a finite number should be"))) }
 }
 
-impl Lasting for f64 {
-    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+impl Checkpointed for f64 {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
         let mut bytes = self.to_le_bytes();
-        tape.bytes(&mut bytes)?;
-        match &mut tape.head {
-            Head::Records { failed, .. } => {
+        archive.bytes(&mut bytes)?;
+        match &mut archive.head {
+            Head::Writes { failed, .. } => {
                 if failed.is_none() && !self.is_finite() {
                     *failed = Some(Error::Run(format!("{self} cannot be kept: it is not a finite number")));
                 }
             }
-            Head::Plays { .. } => *self = double(&bytes)?,
+            Head::Reads { .. } => *self = double(&bytes)?,
         }
         Ok(())
     }
 }
 
-impl Lasting for u64 {
-    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+impl Checkpointed for u64 {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
         let mut bytes = self.to_le_bytes();
-        tape.bytes(&mut bytes)?;
+        archive.bytes(&mut bytes)?;
         *self = u64::from_le_bytes(bytes);
         Ok(())
     }
 }
 
-impl Lasting for usize {
-    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+impl Checkpointed for usize {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
         let mut count = *self as u64;
-        count.pass(tape)?;
+        count.serialize(archive)?;
         *self = count as usize;
         Ok(())
     }
 }
 
-impl Lasting for String {
-    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+impl Checkpointed for String {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
         let mut count = self.len() as u64;
-        count.pass(tape)?;
-        let Head::Plays { from, .. } = &mut tape.head else {
+        count.serialize(archive)?;
+        let Head::Reads { from, .. } = &mut archive.head else {
             let mut bytes = self.as_bytes().to_vec();
-            return tape.bytes(&mut bytes);
+            return archive.bytes(&mut bytes);
         };
         // Grows with what is there, whatever the count says.
         let mut bytes = Vec::new();
@@ -300,53 +300,59 @@ impl Lasting for String {
     }
 }
 
-impl<const N: usize> Lasting for SVector<f64, N> {
-    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
-        self.iter_mut().try_for_each(|x| x.pass(tape))
+impl<const N: usize> Checkpointed for SVector<f64, N> {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
+        self.iter_mut().try_for_each(|x| x.serialize(archive))
     }
 }
 
-impl Lasting for UnitQuaternion<f64> {
-    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+impl Checkpointed for UnitQuaternion<f64> {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
         let mut numbers = self.coords;
-        numbers.pass(tape)?;
+        numbers.serialize(archive)?;
         // Normalising again would change its last digits.
         *self = UnitQuaternion::new_unchecked(Quaternion::from(numbers));
         Ok(())
     }
 }
 
-impl<A: Lasting, B: Lasting> Lasting for (A, B) {
-    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
-        tape.pass([&mut self.0, &mut self.1])
+impl<A: Checkpointed, B: Checkpointed> Checkpointed for (A, B) {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
+        archive.serialize([&mut self.0, &mut self.1])
     }
 }
 
-impl<T: Lasting + Default> Lasting for Option<T> {
-    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+impl<A: Checkpointed, B: Checkpointed, C: Checkpointed> Checkpointed for (A, B, C) {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
+        archive.serialize([&mut self.0, &mut self.1, &mut self.2])
+    }
+}
+
+impl<T: Checkpointed + Default> Checkpointed for Option<T> {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
         let mut there = u64::from(self.is_some());
-        there.pass(tape)?;
+        there.serialize(archive)?;
         match there {
             0 => *self = None,
-            1 => self.get_or_insert_default().pass(tape)?,
+            1 => self.get_or_insert_default().serialize(archive)?,
             other => return Err(refusal(format!("it holds {other} where 0 or 1 should be"))),
         }
         Ok(())
     }
 }
 
-impl<T: Lasting + Default> Lasting for Vec<T> {
-    fn pass(&mut self, tape: &mut Tape) -> Result<()> {
+impl<T: Checkpointed + Default> Checkpointed for Vec<T> {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
         let mut count = self.len() as u64;
-        count.pass(tape)?;
-        if !tape.plays() {
-            return self.iter_mut().try_for_each(|item| item.pass(tape));
+        count.serialize(archive)?;
+        if !archive.reads() {
+            return self.iter_mut().try_for_each(|item| item.serialize(archive));
         }
         self.clear();
         // No room ahead: every entry is read before the next one is made.
         for _ in 0..count {
             let mut item = T::default();
-            item.pass(tape)?;
+            item.serialize(archive)?;
             self.push(item);
         }
         Ok(())

@@ -2,37 +2,38 @@
 
 use super::Scene;
 use crate::Result;
-use crate::coupling::Coupling;
 use crate::grid::Coefficient;
+use crate::method::Method;
+use crate::solids::Body;
 
 impl<const D: usize> Scene<D> {
     /// What the scene needs and what it leaves out, each with its reason.
     pub fn needs(&self) -> Vec<(&'static str, bool, String)> {
-        let particles = self.coupling.as_ref();
+        let (bodies, mixture) = (&self.state.bodies, self.method.mixture());
+        let (there, moves) = (!bodies.is_empty(), bodies.iter().any(Body::moves));
         let field = |c: &Coefficient| matches!(c, Coefficient::Field(_));
-        let moves = particles.is_some_and(Coupling::moves);
-        let varies = field(&self.density);
-        let falls = particles.is_some_and(|c| c.largest_fall() > 0.0);
-        let sharp = matches!(particles, Some(Coupling::Sharp(_)));
-        let flies = particles.is_some_and(Coupling::flies);
-        let touches = particles.is_some_and(|c| c.contacts().is_some());
+        let varies = field(&mixture.density);
+        let falls = self.largest_fall() > 0.0;
+        let sharp = matches!(self.method, Method::Sharp(_));
+        let free = bodies.iter().any(|b| b.freedom().is_some());
+        let touches = self.method.contacts().is_some();
         let why = |yes: bool, if_yes: &str, if_no: &str| (if yes { if_yes } else { if_no }).to_owned();
-        let inviscid = matches!(self.viscosity, Coefficient::Uniform(0.0));
+        let inviscid = matches!(mixture.viscosity, Coefficient::Uniform(0.0));
         vec![
             (
                 if sharp { "fractions, sharp walls, force" } else { "fractions, mixing, force" },
-                particles.is_some(),
-                why(particles.is_some(), "there are particles", "no particles"),
+                there,
+                why(there, "there are particles", "no particles"),
             ),
             ("fractions at every step", moves, why(moves, "a particle moves", "nothing moves: found once")),
-            ("particle motion (17, 18)", flies, why(flies, "a particle is free", "no particle is free to move")),
+            ("particle motion (17, 18)", free, why(free, "a particle is free", "no particle is free to move")),
             (
                 "contacts (20-25)",
                 touches,
                 why(
                     touches,
                     "where two are in reach; none in reach, no substeps",
-                    if flies {
+                    if free {
                         "the case has no [contact]: a touch ends the run"
                     } else {
                         "no particle is free to touch another"
@@ -69,20 +70,28 @@ impl<const D: usize> Scene<D> {
             ("diffusion", !inviscid, why(!inviscid, "viscosity is positive", "inviscid")),
             (
                 "full-stress diffusion",
-                field(&self.viscosity),
-                why(field(&self.viscosity), "viscosity varies", "one viscosity: the Laplacian is the same and cheaper"),
+                field(&mixture.viscosity),
+                why(
+                    field(&mixture.viscosity),
+                    "viscosity varies",
+                    "one viscosity: the Laplacian is the same and cheaper",
+                ),
             ),
             (
                 "null space of the pressure",
-                !self.boundaries.fixes_pressure(),
-                why(self.boundaries.fixes_pressure(), "an outflow fixes the pressure", "no outflow fixes the pressure"),
+                !self.domain.boundaries.fixes_pressure(),
+                why(
+                    self.domain.boundaries.fixes_pressure(),
+                    "an outflow fixes the pressure",
+                    "no outflow fixes the pressure",
+                ),
             ),
         ]
     }
 
     /// The solver of the pressure equation and why it is taken, as `cg + boxmg (auto: ...)`.
     pub fn solver(&self) -> Result<String> {
-        let solver = self.projection.solver();
+        let solver = self.domain.projection.solver();
         let reason = if solver.chosen_by_options()? { "PETSc's options" } else { self.solver_reason };
         Ok(format!("{} ({reason})", solver.describe()?))
     }

@@ -1,13 +1,15 @@
-//! The flight of free particles: what pushes them, where that takes them, and the motion that they and the mixture settle
+//! The motion of free particles: what pushes them, where that takes them, and the motion that they and the mixture settle
 //! on at the new place (see the parent's formulas).
 
 use super::rigid::{self, Moments};
-use super::{Driver, Mixing};
+use super::{Driver, Mics2003};
 use crate::Result;
-use crate::coupling::{Exchange, refuse_meetings, vector};
-use crate::grid::{Coefficient, Grid, VectorField};
+use crate::domain::Domain;
+use crate::method::collision::refuse_collisions;
+use crate::method::vector;
 use crate::solids::contact::{Impulse, Push};
 use crate::solids::{Body, Freedom, nearest_image};
+use crate::state::{Exchange, State};
 use nalgebra::Vector3;
 
 /// What a particle's step starts from.
@@ -23,11 +25,11 @@ pub(super) struct Departure {
     flow: Vector3<f64>,
     swirl: Vector3<f64>,
     /// What the fields carry of the particle's excess mass, the `b` of the balance, linear and angular.
-    carried: (Vector3<f64>, Vector3<f64>),
+    pub(super) carried: (Vector3<f64>, Vector3<f64>),
     /// Volume within the box (m3): a contact lets a body a little way into a wall.
     volume: f64,
     /// Momentum of the excess mass that went beyond the walls over the step (kg m/s).
-    beyond: Vector3<f64>,
+    pub(super) beyond: Vector3<f64>,
     /// Displacement over the step (m).
     shift: Vector3<f64>,
 }
@@ -35,34 +37,28 @@ pub(super) struct Departure {
 /// Numbers that a rank sums for a particle: moments, two pairs of vectors, and the volume in a vector of its own.
 pub(super) const NUMBERS: usize = rigid::NUMBERS + 15;
 
-impl<const D: usize> Mixing<D> {
-    /// Whether any particle is moved by forces.
-    pub fn flies(&self) -> bool {
-        self.bodies.iter().any(|b| b.freedom().is_some())
-    }
+/// Whether fields carry momentum that particles own: free ones, or held ones of another density.
+fn trade(bodies: &[Body], fluid_density: f64) -> bool {
+    bodies.iter().any(|b| b.freedom().is_some() || b.density != fluid_density)
+}
 
-    /// Whether fields carry momentum that particles own: free ones, or held ones of another density.
-    fn trades(&self) -> bool {
-        self.flies() || self.bodies.iter().any(|b| b.density != self.fluid_density)
-    }
-
+impl<const D: usize> Mics2003<D> {
     /// Sums each particle's cells and, for both vectors that `also` gives, over the ranks; then hands them to `take`.
     fn gather(
         &mut self,
-        grid: &Grid<D>,
-        density: &Coefficient,
-        u: &VectorField<D>,
+        domain: &Domain<D>,
+        s: &State<D>,
         also: impl Fn(&Exchange) -> [Vector3<f64>; 2],
         mut take: impl FnMut(usize, &Body, &mut Departure, Moments, [Vector3<f64>; 5]),
     ) -> Result<()> {
-        let volume = grid.cell_volume();
-        let sums = &mut self.buffer[..NUMBERS * self.bodies.len()];
+        let (volume, density) = (domain.grid.cell_volume(), &self.flow.mixture.density);
+        let sums = &mut self.buffer[..NUMBERS * s.bodies.len()];
         for (k, sums) in sums.chunks_exact_mut(NUMBERS).enumerate() {
-            let (overlaps, exchange, own) = (&self.overlaps[k], &self.exchange[k], self.departures[k].velocity);
+            let (overlaps, exchange, own) = (&self.overlaps[k], &s.exchange[k], self.departures[k].velocity);
             let (mut moments, mut flow, mut swirl) = (Moments::default(), Vector3::zeros(), Vector3::zeros());
             let mut within = Vector3::zeros();
             for o in overlaps {
-                let (u, share) = (vector(u, o.cell), o.fraction * volume);
+                let (u, share) = (vector(&s.u, o.cell), o.fraction * volume);
                 moments.add(density.at(o.cell) * share, &o.arm, &u);
                 within.x += share;
                 flow += share * (u - own);
@@ -74,8 +70,8 @@ impl<const D: usize> Mixing<D> {
                 slot.copy_from_slice(v.as_slice());
             }
         }
-        self.session.sum(sums)?;
-        let bodies = self.bodies.iter().zip(&mut self.departures);
+        domain.session.sum(sums)?;
+        let bodies = s.bodies.iter().zip(&mut self.departures);
         for (k, ((body, departure), sums)) in bodies.zip(sums.chunks_exact(NUMBERS)).enumerate() {
             let v = |n: usize| Vector3::from_column_slice(&sums[rigid::NUMBERS + 3 * n..][..3]);
             take(k, body, departure, Moments::from_slice(sums), [v(0), v(1), v(2), v(3), v(4)]);
@@ -83,21 +79,20 @@ impl<const D: usize> Mixing<D> {
         Ok(())
     }
 
-    /// Finds the acceleration of each free particle by fluid and gravity, at the old place with the new flow `u`, to be
+    /// Finds the acceleration of each free particle by fluid and gravity, at the old place with the new flow, to be
     /// kept over the step `dt` (s). Collective.
-    pub fn depart(&mut self, grid: &Grid<D>, density: &Coefficient, u: &VectorField<D>, dt: f64) -> Result<()> {
-        for (departure, body) in self.departures.iter_mut().zip(&self.bodies) {
+    pub(super) fn depart(&mut self, domain: &Domain<D>, s: &State<D>, dt: f64) -> Result<()> {
+        for (departure, body) in self.departures.iter_mut().zip(&s.bodies) {
             departure.velocity = body.velocity;
         }
-        if !self.trades() {
+        let (choices, fluid_density) = (self.choices, domain.fluid.density);
+        if !trade(&s.bodies, fluid_density) {
             return Ok(());
         }
         let mut push = std::mem::take(&mut self.push);
-        let (choices, fluid_density) = (self.choices, self.fluid_density);
         self.gather(
-            grid,
-            density,
-            u,
+            domain,
+            s,
             |e| [e.literal(), e.literal_torque],
             |k, body, departure, moments, [flow, swirl, force, torque, within]| {
                 let (velocity, spin) = (body.velocity, body.spin);
@@ -134,36 +129,35 @@ impl<const D: usize> Mixing<D> {
     ///
     /// # Errors
     /// When a body meets another, a wall or the border and nothing says how, or a contact fails.
-    pub fn advance(&mut self, grid: &Grid<D>, dt: f64) -> Result<usize> {
-        let mut substeps = 0;
+    pub(super) fn advance(&mut self, domain: &Domain<D>, s: &mut State<D>, dt: f64) -> Result<usize> {
+        let (mut substeps, periods) = (0, domain.periods());
         match &mut self.contacts {
-            Some(contacts) => substeps = contacts.advance(&mut self.bodies, &self.push, dt)?,
+            Some(contacts) => substeps = contacts.advance(&mut s.bodies, &mut s.touching, &self.push, dt)?,
             None => {
-                let bodies = self.bodies.iter_mut().zip(&self.push);
-                bodies.for_each(|(body, push)| body.advance(dt, push, &self.periods));
+                let bodies = s.bodies.iter_mut().zip(&self.push);
+                bodies.for_each(|(body, push)| body.advance(dt, push, &periods));
             }
         }
-        for (body, departure) in self.bodies.iter().zip(&mut self.departures) {
-            departure.shift = nearest_image(&departure.centre, &body.centre, &self.periods);
+        for (body, departure) in s.bodies.iter().zip(&mut self.departures) {
+            departure.shift = nearest_image(&departure.centre, &body.centre, &periods);
         }
-        self.find_overlaps(grid, Body::moves);
-        refuse_meetings(grid, &self.bodies, self.contacts.is_some(), &self.periods)?;
+        self.find_overlaps(domain, s, Body::moves);
+        refuse_collisions(&domain.grid, &s.bodies, self.contacts.is_some(), &periods)?;
         Ok(substeps)
     }
 
-    /// Settles the motion of the free particles at the new place, with the new `density` (kg/m3) and before the mixing,
-    /// and books what they exchanged with the fluid over `dt` (s). Collective.
-    pub fn settle(&mut self, grid: &Grid<D>, density: &Coefficient, u: &VectorField<D>, dt: f64) -> Result<()> {
-        if !self.trades() {
+    /// Settles the motion of the free particles at the new place, with the new density and before the mixing, and counts what
+    /// they exchanged with the fluid over `dt` (s). Collective.
+    pub(super) fn settle(&mut self, domain: &Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+        let (driver, fluid_density) = (self.choices.driver, domain.fluid.density);
+        if !trade(&s.bodies, fluid_density) {
             return Ok(());
         }
-        let (driver, fluid_density) = (self.choices.driver, self.fluid_density);
         let mut settled = std::mem::take(&mut self.settled);
         let push = std::mem::take(&mut self.push);
         self.gather(
-            grid,
-            density,
-            u,
+            domain,
+            s,
             |e| [e.carried, e.carried_torque],
             |k, body, departure, mut moments, [flow, swirl, carried, carried_torque, within]| {
                 let Departure { velocity, spin, shift, .. } = *departure;
@@ -185,9 +179,9 @@ impl<const D: usize> Mixing<D> {
             },
         )?;
         (self.settled, self.push) = (settled, push);
-        let lead = self.session.rank() == 0;
-        for (k, body) in self.bodies.iter_mut().enumerate() {
-            let (departure, exchange) = (&self.departures[k], &mut self.exchange[k]);
+        let lead = domain.session.rank() == 0;
+        for (k, body) in s.bodies.iter_mut().enumerate() {
+            let (departure, exchange) = (&self.departures[k], &mut s.exchange[k]);
             let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
             exchange.contact = impulse.linear / dt;
             let Some(freedom) = body.freedom() else {
@@ -217,28 +211,12 @@ impl<const D: usize> Mixing<D> {
             body.velocity += freedom.along(&impulse.linear) / body.mass();
             body.spin += body.inertia().answer(&impulse.angular, &freedom);
         }
-        self.find_contact_kicks(grid)
-    }
-
-    /// Momentum of the particles' excess mass that contacts let beyond the walls in the last step (kg m/s).
-    pub fn beyond_walls(&self) -> Vector3<f64> {
-        self.departures.iter().map(|d| d.beyond).sum()
-    }
-
-    /// What is missing in the balance of angular momentum about the free particles' centres, summed over them (kg m2/s).
-    pub fn angular_error(&self) -> f64 {
-        let bodies = self.bodies.iter().zip(&self.departures).zip(&self.exchange).enumerate();
-        let errors = bodies.filter_map(|(k, ((body, departure), exchange))| {
-            let struck = self.contacts.as_ref().map_or(Vector3::zeros(), |c| c.impulses()[k].angular);
-            let freedom = body.freedom()?;
-            Some(freedom.about(&(exchange.spun + departure.carried.1 - struck)).norm())
-        });
-        errors.sum()
+        self.find_contact_kicks(domain, &s.bodies)
     }
 
     /// The rigid motions whose shares of mass carry the impulses of the contacts to the cells; none with the force of (19),
     /// whose particles are mixed in as they move after their contacts. Collective where there are impulses.
-    fn find_contact_kicks(&mut self, grid: &Grid<D>) -> Result<()> {
+    fn find_contact_kicks(&mut self, domain: &Domain<D>, bodies: &[Body]) -> Result<()> {
         let none = (Vector3::zeros(), Vector3::zeros());
         self.struck.fill(none);
         let Some(contacts) = self.contacts.as_ref().filter(|_| self.choices.driver == Driver::Momentum) else {
@@ -247,16 +225,16 @@ impl<const D: usize> Mixing<D> {
         if contacts.impulses().iter().all(|i| i.linear == none.0 && i.angular == none.0) {
             return Ok(());
         }
-        let sums = &mut self.buffer[..NUMBERS * self.bodies.len()];
-        let volume = grid.cell_volume();
-        for ((overlaps, body), sums) in self.overlaps.iter().zip(&self.bodies).zip(sums.chunks_exact_mut(NUMBERS)) {
+        let sums = &mut self.buffer[..NUMBERS * bodies.len()];
+        let volume = domain.grid.cell_volume();
+        for ((overlaps, body), sums) in self.overlaps.iter().zip(bodies).zip(sums.chunks_exact_mut(NUMBERS)) {
             let mut moments = Moments::default();
             overlaps.iter().for_each(|o| moments.add(body.density * o.fraction * volume, &o.arm, &none.0));
             moments.write_to(sums);
         }
-        self.session.sum(sums)?;
+        domain.session.sum(sums)?;
         for (k, sums) in sums.chunks_exact(NUMBERS).enumerate() {
-            let (Some(freedom), impulse) = (self.bodies[k].freedom(), contacts.impulses()[k]) else { continue };
+            let (Some(freedom), impulse) = (bodies[k].freedom(), contacts.impulses()[k]) else { continue };
             let mut moments = Moments::from_slice(sums);
             moments.momentum = freedom.along(&impulse.linear);
             moments.spin = freedom.about(&impulse.angular);

@@ -1,0 +1,156 @@
+//! The flow of one fluid, or of the mixture, in the order of the paper: the whole step where there are no bodies.
+
+use super::momentum::{Listener, Mixture, Momentum};
+use crate::Result;
+use crate::clock::Stage;
+use crate::domain::Domain;
+use crate::fluid::faces::{self, FaceCoefficient, Gravity};
+use crate::fluid::pressure::Projected;
+use crate::grid::VectorField;
+use crate::state::State;
+
+/// A flow that fills all cells.
+pub struct Flow<const D: usize> {
+    /// What flows.
+    pub mixture: Mixture,
+    /// `1/rho` on faces (m3/kg).
+    pub beta: FaceCoefficient<D>,
+    /// Reduced gravity, where something is free to fall in it.
+    pub gravity: Option<Gravity<D>>,
+    /// The terms of (7).
+    pub momentum: Momentum<D>,
+    /// Whether cells take (16) as printed.
+    pub cell_gradient: bool,
+    /// Pressure and gravity on faces (m/s2), of the pressure at the start of the step and, after (16), at its end.
+    pub acceleration: VectorField<D>,
+    /// Velocity that a stage after the first starts from (m/s).
+    stage: VectorField<D>,
+}
+
+impl<const D: usize> Flow<D> {
+    /// A flow on the grid of a domain. [`Flow::start`] or [`Flow::resume`] comes next.
+    pub fn new(
+        domain: &Domain<D>,
+        mixture: Mixture,
+        gravity: Option<Gravity<D>>,
+        momentum: Momentum<D>,
+        cell_gradient: bool,
+    ) -> Flow<D> {
+        let grid = &domain.grid;
+        let one_stage = momentum.scheme.weights.len() == 1;
+        Flow {
+            beta: FaceCoefficient::new(grid, &mixture.density),
+            mixture,
+            gravity,
+            momentum,
+            cell_gradient,
+            acceleration: grid.vector_field(),
+            stage: if one_stage { std::array::from_fn(|_| Vec::new()) } else { grid.vector_field() },
+        }
+    }
+
+    /// Advances by `dt` (s). Collective.
+    ///
+    /// # Errors
+    /// When the divergence cannot be brought below D0, or a value is no longer finite.
+    pub fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+        self.predict_cells(domain, s, dt, None)?; //           (7)      u* without pressure
+        self.predict_faces(domain, s, dt)?; //                 (8)      U = mean of u* - dt/rho dp^n/dn
+        let projected = self.project(domain, s, dt)?; //       (13-15)  C-HSMAC: |D| < D0
+        self.correct_cells(domain, s, dt); //                  (16)     u = u* - dt/rho grad p
+        s.count(dt);
+        Ok(projected)
+    }
+
+    /// (7) by the scheme's stages; the pressure of the last step takes part in the stages and not in u*. Collective.
+    pub fn predict_cells(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        dt: f64,
+        mut listener: Option<Listener<D>>,
+    ) -> Result<()> {
+        for k in 0..self.momentum.scheme.weights.len() {
+            if k > 0 {
+                self.momentum.start_stage(domain, k, &s.u, &self.acceleration, dt, &mut self.stage);
+            }
+            domain.boundaries.fill_velocity(if k == 0 { &mut s.u } else { &mut self.stage })?;
+            domain.clock.lap(Stage::Ghosts);
+            let (u, carrier) = (if k == 0 { &s.u } else { &self.stage }, self.momentum.carrier(s, dt));
+            let listener = listener.as_mut().map(|hear| &mut **hear as Listener<D>);
+            self.momentum.add_stage(domain, k, &self.mixture, &carrier, u, dt, listener)?;
+        }
+        for (u, rate) in s.u.iter_mut().zip(self.momentum.rate()) {
+            for row in domain.grid.rows() {
+                for (u, rate) in u[row.clone()].iter_mut().zip(&rate[row]) {
+                    *u += dt * rate;
+                }
+            }
+        }
+        domain.clock.lap(Stage::Update);
+        Ok(())
+    }
+
+    /// (8). Collective.
+    pub fn predict_faces(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+        domain.boundaries.fill_velocity(&mut s.u)?;
+        domain.clock.lap(Stage::Ghosts);
+        if !s.faces_before[0].is_empty() {
+            std::mem::swap(&mut s.faces, &mut s.faces_before);
+        }
+        faces::predict(&domain.grid, &s.u, dt, &self.acceleration, &mut s.faces);
+        domain.boundaries.set_faces(&mut s.faces);
+        domain.clock.lap(Stage::Faces);
+        Ok(())
+    }
+
+    /// (13-15). Collective.
+    pub fn project(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+        let projected = domain.project(&self.beta, s, dt, None)?;
+        domain.clock.lap(Stage::Pressure);
+        Ok(projected)
+    }
+
+    /// (16).
+    pub fn correct_cells(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) {
+        self.find_acceleration(domain, s);
+        if self.cell_gradient {
+            faces::add_cell_gradient(&domain.grid, &self.mixture.density, dt, &s.p, &mut s.u);
+        } else {
+            faces::add_to_cells(&domain.grid, dt, &self.acceleration, &mut s.u);
+        }
+        domain.clock.lap(Stage::Faces);
+    }
+
+    /// The acceleration by pressure and gravity on faces, as cells and the next step's stages use it.
+    pub fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>) {
+        faces::acceleration(&domain.grid, &self.beta, self.gravity.as_ref(), &s.p, &mut self.acceleration);
+        domain.boundaries.extrapolate_to_closed_faces(&mut self.acceleration);
+    }
+
+    /// Makes the velocities through faces divergence-free to D0, from the cells' `u`, and takes what that needs out of these.
+    /// The pressure is left zero. Collective.
+    pub fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        domain.projection.assemble(&domain.grid, &self.beta)?;
+        s.p.fill(0.0);
+        domain.boundaries.fill_velocity(&mut s.u)?;
+        self.acceleration.iter_mut().for_each(|f| f.fill(0.0));
+        faces::predict(&domain.grid, &s.u, 0.0, &self.acceleration, &mut s.faces);
+        domain.boundaries.set_faces(&mut s.faces);
+        // Over a second, so that the potential is the pressure's impulse; it corrects the cells and is dropped.
+        domain.project(&self.beta, s, 1.0, None)?;
+        faces::acceleration(&domain.grid, &self.beta, None, &s.p, &mut self.acceleration);
+        domain.boundaries.extrapolate_to_closed_faces(&mut self.acceleration);
+        faces::add_to_cells(&domain.grid, 1.0, &self.acceleration, &mut s.u);
+        s.p.fill(0.0);
+        self.find_acceleration(domain, s);
+        domain.boundaries.fill_velocity(&mut s.u)
+    }
+
+    /// Finds what follows from a state. Collective.
+    pub fn resume(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        domain.projection.assemble(&domain.grid, &self.beta)?;
+        self.find_acceleration(domain, s);
+        Ok(())
+    }
+}

@@ -1,0 +1,88 @@
+//! (27), the wall, and (28, 29), the pressure inside.
+
+use super::{Driver, Mics2003};
+use crate::Result;
+use crate::domain::Domain;
+use crate::method::vector;
+use crate::state::{Exchange, State};
+use nalgebra::Vector3;
+
+impl<const D: usize> Mics2003<D> {
+    /// (27): mixes the bodies' rigid motion into the cells they touch, and counts what that removes over `dt` (s) from the
+    /// fluid around held bodies as the force on them; that on free ones comes of their motion.
+    pub(super) fn impose(&mut self, domain: &Domain<D>, s: &mut State<D>, dt: f64) {
+        let volume = domain.grid.cell_volume();
+        let (density, per_time) = (&self.flow.mixture.density, volume / dt);
+        let lead = domain.session.rank() == 0;
+        for (k, body) in s.bodies.iter().enumerate() {
+            let (kicks, exchange) = (&mut self.kicks[k], &mut s.exchange[k]);
+            let freedom = body.freedom();
+            // Along free directions the momentum is counted already: it is what the particle settled by.
+            let settled = freedom.filter(|_| self.choices.driver == Driver::Momentum);
+            // What contacts change follows by shares of mass; as printed, (27) mixes the final motion in.
+            let (v, w) = if settled.is_some() { self.settled[k] } else { (body.velocity, body.spin) };
+            let (struck_v, struck_w) = self.struck[k];
+            kicks.clear();
+            if freedom.is_none() && lead {
+                exchange.driven = body.mass() * (body.velocity - self.departures[k].velocity) / dt;
+                exchange.momentum += exchange.driven;
+            }
+            for o in &self.overlaps[k] {
+                let rho = density.at(o.cell);
+                let turns = !self.choices.rotation_at_boundary || o.is_cut();
+                let rigid = if turns { v + w.cross(&o.arm) } else { v };
+                let kick = o.fraction * (rigid - vector(&s.u, o.cell));
+                let df = -(per_time * rho) * kick;
+                let turn = o.arm.cross(&df);
+                exchange.momentum += settled.map_or(df, |f| df - f.along(&df));
+                exchange.momentum_torque += settled.map_or(turn, |f| turn - f.about(&turn));
+                let kick = kick + (o.fraction * body.density / rho) * (struck_v + struck_w.cross(&o.arm));
+                exchange.spun += (volume * rho) * o.arm.cross(&kick);
+                kicks.push(kick);
+            }
+        }
+        for (overlaps, kicks) in self.overlaps.iter().zip(&self.kicks) {
+            for (o, kick) in overlaps.iter().zip(kicks) {
+                for axis in 0..D {
+                    s.u[axis][o.cell] += kick[axis];
+                }
+            }
+        }
+    }
+
+    /// (28, 29): mixes each body's mean pressure into the cells it touches, `p += sum_k alpha_k (p_k - p)` with
+    /// `p_k = sum alpha p / sum alpha`. Collective.
+    pub(super) fn flatten_pressure(&mut self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
+        let (p, sums) = (&mut s.p, &mut self.buffer[..2 * s.bodies.len()]);
+        for (overlaps, sum) in self.overlaps.iter().zip(sums.chunks_exact_mut(2)) {
+            sum[0] = overlaps.iter().map(|o| o.fraction * p[o.cell]).sum();
+            sum[1] = overlaps.iter().map(|o| o.fraction).sum();
+        }
+        domain.session.sum(sums)?;
+        for ((overlaps, kicks), sum) in self.overlaps.iter().zip(&mut self.kicks).zip(sums.chunks_exact(2)) {
+            kicks.clear();
+            kicks.extend(overlaps.iter().map(|o| Vector3::x() * (o.fraction * (sum[0] / sum[1] - p[o.cell]))));
+        }
+        for (overlaps, kicks) in self.overlaps.iter().zip(&self.kicks) {
+            overlaps.iter().zip(kicks).for_each(|(o, kick)| p[o.cell] += kick.x);
+        }
+        Ok(())
+    }
+
+    /// Sums the step's forces over the ranks. Collective.
+    pub(super) fn sum_exchange(&mut self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
+        let sums = &mut self.buffer[..Exchange::NUMBERS * s.bodies.len()];
+        for (row, exchange) in sums.chunks_exact_mut(Exchange::NUMBERS).zip(&mut s.exchange) {
+            for (slot, v) in row.chunks_exact_mut(3).zip(exchange.vectors()) {
+                slot.copy_from_slice(v.as_slice());
+            }
+        }
+        domain.session.sum(sums)?;
+        for (row, exchange) in sums.chunks_exact(Exchange::NUMBERS).zip(&mut s.exchange) {
+            for (slot, v) in row.chunks_exact(3).zip(exchange.vectors()) {
+                v.copy_from_slice(slot);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,287 @@
+//! The paper's method: the mixture's properties (1), the wall (27), and the force on each particle (19), all from one list of
+//! overlaps; formulas first, then the step.
+//!
+//! ```text
+//!   rho = rho_f + sum_k alpha_k (rho_k - rho_f)                         (1), viscosity alike
+//!   u   = u_f + sum_k alpha_k (v_k - u_f),  v_k = V_k + omega_k x r     (27), in every touched cell
+//!   F_k = sum_c rho alpha_k (u_f - v_k) dV/dt + m_k dV_k/dt             the momentum that (27) removes, and what a
+//!                                                                       held body takes up of it as prescribed
+//!   F_k = sum_c alpha_k dV sigma_k [ -u.grad u - grad p_f/rho + div tau/rho ]   (19) as printed, its three parts, with
+//!                                                                       sigma_k the body's density, rho the mixture's
+//!   T_k = sum_c r x (the summand), in the cells that the body's boundary cuts    the moment of (18) as printed
+//! ```
+//! What the mixing takes from the mixture, the particle gets: in the momentum of everything in the box,
+//! `sum_c rho u dV`, pressure and stress only pass it on between cells, so that a free particle's rigid motion
+//! `v* = V* + omega* x r` follows from
+//!
+//! ```text
+//!   sum rho' alpha' (v* - u_f) dV + b = 0,    b = (rho_k - rho_f) [ sum (alpha' - alpha) u_f - dt sum alpha div(U u) ] dV
+//! ```
+//! at its new place ('), and likewise from the angular momentum about its centre: the particle moves as the mixture inside
+//! it does, and `b` is what the fields carry of its excess mass on their own account. No ratio of densities stands in a
+//! denominator. Contacts add their impulse J after that, by shares of mass, `u += sum_k (alpha rho_k/rho) J/m`: the same
+//! impulse in the cells and in the particle.
+
+mod balance;
+mod choices;
+mod force;
+mod impose;
+mod motion;
+mod rigid;
+
+use super::flow::Flow;
+use super::momentum::{Mixture, Momentum};
+use crate::Result;
+use crate::clock::Stage;
+use crate::domain::Domain;
+use crate::fluid::faces::Gravity;
+use crate::fluid::pressure::Projected;
+use crate::geometry::{Overlap, fraction};
+use crate::grid::{Boundaries, Coefficient, Grid};
+use crate::solids::Body;
+use crate::solids::contact::{Contacts, Push};
+use crate::state::{Balance, Exchange, State};
+pub use choices::{Choices, Driver};
+use nalgebra::Vector3;
+
+/// The method of the paper.
+pub struct Mics2003<const D: usize> {
+    flow: Flow<D>,
+    choices: Choices,
+    /// The law of contacts, where the case has one and a particle is free.
+    contacts: Option<Contacts>,
+    /// Per body, the cells of this rank that it touches.
+    overlaps: Vec<Vec<Overlap>>,
+    /// Per overlap, what the mixing adds to the velocity (m/s): found for all before any is added.
+    kicks: Vec<Vec<Vector3<f64>>>,
+    departures: Vec<motion::Departure>,
+    push: Vec<Push>,
+    /// Velocity and spin of the free particles before contacts (m/s, rad/s).
+    settled: Vec<(Vector3<f64>, Vector3<f64>)>,
+    /// The rigid motion (m/s, rad/s) whose shares of mass carry the impulse of contacts.
+    struck: Vec<(Vector3<f64>, Vector3<f64>)>,
+    buffer: Vec<f64>,
+}
+
+impl<const D: usize> Mics2003<D> {
+    /// The method for bodies whose mixture with the fluid has the terms `momentum` of (7). [`Mics2003::start`] or
+    /// [`Mics2003::resume`] comes next.
+    pub fn new(
+        domain: &Domain<D>,
+        bodies: &[Body],
+        mixture: Mixture,
+        momentum: Momentum<D>,
+        contacts: Option<Contacts>,
+        choices: Choices,
+    ) -> Mics2003<D> {
+        let (grid, none) = (&domain.grid, (Vector3::zeros(), Vector3::zeros()));
+        let room: Vec<usize> = bodies.iter().map(|b| fraction::most_cells(grid, b.radius())).collect();
+        let falls = |b: &Body| b.freedom().is_some() && b.density != domain.fluid.density;
+        let g = choices.field_gravity;
+        let gravity = (g != Vector3::zeros() && bodies.iter().any(falls)).then(|| Gravity {
+            g: std::array::from_fn(|a| g[a]),
+            excess: std::array::from_fn(|a| if g[a] == 0.0 { Vec::new() } else { grid.field() }),
+        });
+        Mics2003 {
+            flow: Flow::new(domain, mixture, gravity, momentum, choices.cell_gradient),
+            choices,
+            contacts,
+            overlaps: room.iter().map(|&n| Vec::with_capacity(n)).collect(),
+            kicks: room.iter().map(|&n| Vec::with_capacity(n)).collect(),
+            departures: vec![motion::Departure::default(); bodies.len()],
+            push: vec![Push::default(); bodies.len()],
+            settled: bodies.iter().map(|b| (b.velocity, b.spin)).collect(),
+            struck: vec![none; bodies.len()],
+            buffer: vec![0.0; bodies.len() * Exchange::NUMBERS.max(motion::NUMBERS)],
+        }
+    }
+
+    /// Advances by `dt` (s). Collective.
+    ///
+    /// # Errors
+    /// When the divergence cannot be brought below D0, a value is no longer finite, or a contact fails.
+    pub fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+        let before = self.momentum(domain, s); //
+        self.predict_cells(domain, s, dt)?; //               (7)      u* without pressure
+        self.flow.predict_faces(domain, s, dt)?; //          (8)      U = mean of u* - dt/rho dp^n/dn
+        let projected = self.flow.project(domain, s, dt)?; // (13-15)  C-HSMAC: |D| < D0
+        self.flow.correct_cells(domain, s, dt); //           (16)     u_f = u* - dt/rho grad p
+        self.sum_pressure_force(domain, s); //               (19)     the last of its three parts
+        let fluid = self.momentum(domain, s); //
+        self.move_particles(domain, s, dt)?; //              (17, 18, 20-26) to the new place, through contacts
+        self.mix_properties(domain, s)?; //                  (1)      there, for the mixing and the next step
+        self.mix_velocity(domain, s, dt)?; //                (27)     the wall; the momentum it takes is the force
+        self.mix_pressure(domain, s)?; //                    (28, 29) as printed, where the case asks for it
+        self.close_balance(domain, s, [before, fluid], dt)?;
+        s.count(dt);
+        Ok(projected)
+    }
+
+    /// A consistent start from the cells' velocity. Collective.
+    pub fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        s.touching = self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.untouched(&s.bodies));
+        s.balance = s.bodies.iter().any(|b| b.freedom().is_some()).then(Balance::default);
+        self.find_overlaps(domain, s, |_| true);
+        self.mix_fields(domain, s)?;
+        self.impose(domain, s, 1.0);
+        self.flow.start(domain, s)?;
+        self.impose(domain, s, 1.0);
+        s.exchange.fill(Exchange::default());
+        domain.boundaries.fill_velocity(&mut s.u)
+    }
+
+    /// Finds what follows from a state: what the particles touch, the mixture and its operator. Collective.
+    ///
+    /// # Errors
+    /// When the state has contacts that are not of this case.
+    pub fn resume(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        if let Some(contacts) = &self.contacts {
+            contacts.check(&s.touching)?;
+        }
+        self.find_overlaps(domain, s, |_| true);
+        self.mix_fields(domain, s)?;
+        self.flow.resume(domain, s)
+    }
+
+    /// Finds the cells that the bodies touch, for readers of the results.
+    pub fn find_overlaps(&mut self, domain: &Domain<D>, s: &State<D>, wanted: fn(&Body) -> bool) {
+        for (body, overlaps) in s.bodies.iter().zip(&mut self.overlaps).filter(|(b, _)| wanted(b)) {
+            fraction::overlaps(&domain.grid, &body.placed(), self.choices.fraction, overlaps);
+        }
+    }
+
+    /// The cells of this rank that bodies touch.
+    pub fn overlaps(&self) -> impl Iterator<Item = &Overlap> {
+        self.overlaps.iter().flatten()
+    }
+
+    /// The law of contacts, where there is one.
+    pub fn contacts(&self) -> Option<&Contacts> {
+        self.contacts.as_ref()
+    }
+
+    /// The mixture.
+    pub fn mixture(&self) -> &Mixture {
+        &self.flow.mixture
+    }
+
+    /// The flow of the mixture.
+    pub fn flow(&self) -> &Flow<D> {
+        &self.flow
+    }
+
+    /// (1). Where nothing has moved, nothing changes. Collective.
+    fn mix_properties(&mut self, domain: &mut Domain<D>, s: &State<D>) -> Result<()> {
+        if !s.bodies.iter().any(Body::moves) {
+            return Ok(());
+        }
+        self.mix_fields(domain, s)?;
+        if let Coefficient::Field(_) = self.flow.mixture.density {
+            domain.projection.assemble(&domain.grid, &self.flow.beta)?;
+            domain.clock.lap(Stage::Assembly);
+            self.flow.find_acceleration(domain, s);
+        }
+        Ok(())
+    }
+
+    /// Density and viscosity of the mixture, `1/rho` on faces, and the excess that gravity acts on. Collective.
+    fn mix_fields(&mut self, domain: &mut Domain<D>, s: &State<D>) -> Result<()> {
+        let Domain { grid, boundaries, fluid, clock, .. } = domain;
+        let (flow, overlaps) = (&mut self.flow, &self.overlaps);
+        mix(boundaries, &s.bodies, overlaps, &mut flow.mixture.density, fluid.density, |b| b.density)?;
+        mix(boundaries, &s.bodies, overlaps, &mut flow.mixture.viscosity, fluid.viscosity, |b| b.viscosity)?;
+        flow.beta.update(grid, &flow.mixture.density);
+        if let Some(gravity) = &mut flow.gravity {
+            mix_excess(boundaries, &s.bodies, overlaps, fluid.density, gravity)?;
+        }
+        clock.lap(Stage::Properties);
+        Ok(())
+    }
+
+    /// (7), with the first two parts of (19). Collective.
+    fn predict_cells(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+        let (bodies, mut exchange) = (std::mem::take(&mut s.bodies), std::mem::take(&mut s.exchange));
+        exchange.fill(Exchange::default());
+        let (overlaps, fluid_density) = (&self.overlaps, domain.fluid.density);
+        let mut tally = |grid: &Grid<D>, term, sign, rate: &_| {
+            force::tally(grid, fluid_density, &bodies, overlaps, (term, sign, rate), &mut exchange);
+        };
+        let predicted = self.flow.predict_cells(domain, s, dt, Some(&mut tally));
+        (s.bodies, s.exchange) = (bodies, exchange);
+        predicted
+    }
+
+    /// Fixed bodies stay, and the fractions of those that only turn. Collective.
+    fn move_particles(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+        self.depart(domain, s, dt)?;
+        s.substeps = self.advance(domain, s, dt)?;
+        domain.clock.lap(Stage::Particles);
+        Ok(())
+    }
+
+    /// (27). Collective.
+    fn mix_velocity(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+        self.settle(domain, s, dt)?;
+        self.impose(domain, s, dt);
+        self.sum_exchange(domain, s)?;
+        domain.clock.lap(Stage::Mixing);
+        Ok(())
+    }
+
+    /// (28, 29) as printed. Collective.
+    fn mix_pressure(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        if !self.choices.mix_pressure {
+            return Ok(());
+        }
+        self.flatten_pressure(domain, s)?;
+        domain.boundaries.fill_pressure(&mut s.p)?;
+        self.flow.find_acceleration(domain, s);
+        domain.clock.lap(Stage::Mixing);
+        Ok(())
+    }
+}
+
+/// A property by (1), with its ghosts, where it is a field. Collective.
+fn mix<const D: usize>(
+    boundaries: &mut Boundaries<D>,
+    bodies: &[Body],
+    overlaps: &[Vec<Overlap>],
+    property: &mut Coefficient,
+    of_fluid: f64,
+    of_body: impl Fn(&Body) -> f64,
+) -> Result<()> {
+    let Coefficient::Field(field) = property else { return Ok(()) };
+    field.fill(of_fluid);
+    for (body, overlaps) in bodies.iter().zip(overlaps) {
+        for o in overlaps {
+            field[o.cell] += o.fraction * (of_body(body) - of_fluid);
+        }
+    }
+    // Where bodies in contact overlap, a cell holds more than its volume of what is less than the fluid.
+    let least = bodies.iter().map(&of_body).fold(of_fluid, f64::min);
+    for o in overlaps.iter().flatten() {
+        field[o.cell] = field[o.cell].max(least);
+    }
+    boundaries.fill_property(field)
+}
+
+/// Density above the fluid's (kg/m3) of what is free to fall along each axis that gravity has, with ghosts. Collective.
+fn mix_excess<const D: usize>(
+    boundaries: &mut Boundaries<D>,
+    bodies: &[Body],
+    overlaps: &[Vec<Overlap>],
+    fluid_density: f64,
+    gravity: &mut Gravity<D>,
+) -> Result<()> {
+    for (axis, excess) in gravity.excess.iter_mut().enumerate().filter(|(_, e)| !e.is_empty()) {
+        excess.fill(0.0);
+        let falls = |b: &Body| b.freedom().is_some_and(|f| f.translation[axis]);
+        for (body, overlaps) in bodies.iter().zip(overlaps).filter(|(b, _)| falls(b)) {
+            for o in overlaps {
+                excess[o.cell] += o.fraction * (body.density - fluid_density);
+            }
+        }
+        boundaries.fill_property(excess)?;
+    }
+    Ok(())
+}

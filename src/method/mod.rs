@@ -1,0 +1,148 @@
+//! The methods: each is a type that owns its step. [`mics2003`] is the paper's, [`sharp`] has walls of second order, and where
+//! there are no bodies a [`flow`] is all.
+
+mod collision;
+pub mod flow;
+pub mod mics2003;
+pub mod momentum;
+pub mod sharp;
+
+use crate::Result;
+use crate::domain::Domain;
+use crate::fluid::faces::FaceCoefficient;
+use crate::fluid::pressure::Projected;
+use crate::geometry::Overlap;
+use crate::grid::{Coefficient, Grid, VectorField};
+use crate::scheme::Scheme;
+use crate::solids::contact::Contacts;
+use crate::state::State;
+use flow::Flow;
+use mics2003::Mics2003;
+use momentum::Mixture;
+use nalgebra::Vector3;
+use sharp::Sharp;
+
+/// How a step is made.
+// There is one in a scene.
+#[allow(clippy::large_enum_variant)]
+pub enum Method<const D: usize> {
+    /// No bodies.
+    Plain(Flow<D>),
+    /// Bodies by the paper's mixing (27).
+    Mics2003(Mics2003<D>),
+    /// Bodies with sharp walls.
+    Sharp(Sharp<D>),
+}
+
+impl<const D: usize> Method<D> {
+    /// Advances by `dt` (s). Collective.
+    ///
+    /// # Errors
+    /// When the divergence cannot be brought below D0, a value is no longer finite, or a contact fails.
+    pub fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+        match self {
+            Method::Plain(flow) => flow.step(domain, s, dt),
+            Method::Mics2003(method) => method.step(domain, s, dt),
+            Method::Sharp(method) => method.step(domain, s, dt),
+        }
+    }
+
+    /// Makes a consistent start from the cells' velocity: bodies imposed, faces divergence-free to D0, pressure zero. Collective.
+    ///
+    /// # Errors
+    /// When the first projection fails.
+    pub fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        match self {
+            Method::Plain(flow) => flow.start(domain, s),
+            Method::Mics2003(method) => method.start(domain, s),
+            Method::Sharp(method) => method.start(domain, s),
+        }
+    }
+
+    /// Finds what follows from a state, its ghosts filled. Collective.
+    ///
+    /// # Errors
+    /// When the state is another case's.
+    pub fn resume(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        match self {
+            Method::Plain(flow) => flow.resume(domain, s),
+            Method::Mics2003(method) => method.resume(domain, s),
+            Method::Sharp(method) => method.resume(domain, s),
+        }
+    }
+
+    /// Finds what the bodies touch where they lie, for readers of the results.
+    pub fn place(&mut self, domain: &Domain<D>, s: &State<D>) {
+        match self {
+            Method::Plain(_) => {}
+            Method::Mics2003(method) => method.find_overlaps(domain, s, |_| true),
+            Method::Sharp(method) => method.place(domain, &s.bodies),
+        }
+    }
+
+    /// What fills the cells.
+    pub fn mixture(&self) -> &Mixture {
+        match self {
+            Method::Plain(flow) => &flow.mixture,
+            Method::Mics2003(method) => method.mixture(),
+            Method::Sharp(method) => method.mixture(),
+        }
+    }
+
+    /// `1/rho` on faces (m3/kg), as far as they are open.
+    pub fn beta(&self) -> &FaceCoefficient<D> {
+        match self {
+            Method::Plain(flow) => &flow.beta,
+            Method::Mics2003(method) => &method.flow().beta,
+            Method::Sharp(method) => method.beta(),
+        }
+    }
+
+    /// The time scheme.
+    pub fn scheme(&self) -> &'static Scheme {
+        match self {
+            Method::Plain(flow) => flow.momentum.scheme,
+            Method::Mics2003(method) => method.flow().momentum.scheme,
+            Method::Sharp(method) => method.momentum().scheme,
+        }
+    }
+
+    /// The law of contacts, where there is one.
+    pub fn contacts(&self) -> Option<&Contacts> {
+        match self {
+            Method::Plain(_) => None,
+            Method::Mics2003(method) => method.contacts(),
+            Method::Sharp(method) => method.contacts(),
+        }
+    }
+
+    /// The cells of this rank that bodies touch.
+    pub fn overlaps(&self) -> Box<dyn Iterator<Item = &Overlap> + '_> {
+        match self {
+            Method::Plain(_) => Box::new(std::iter::empty()),
+            Method::Mics2003(method) => Box::new(method.overlaps()),
+            Method::Sharp(method) => Box::new(method.overlaps()),
+        }
+    }
+}
+
+fn vector<const D: usize>(field: &VectorField<D>, cell: usize) -> Vector3<f64> {
+    Vector3::from_fn(|a, _| if a < D { field[a][cell] } else { 0.0 })
+}
+
+/// The momentum of this rank's cells (kg m/s).
+fn cells_momentum<const D: usize>(grid: &Grid<D>, density: &Coefficient, u: &VectorField<D>) -> Vector3<f64> {
+    let mut sum = Vector3::zeros();
+    for (a, u) in u.iter().enumerate() {
+        sum[a] = match density {
+            Coefficient::Uniform(rho) => rho * grid.rows().map(|row| u[row].iter().sum::<f64>()).sum::<f64>(),
+            Coefficient::Field(rho) => {
+                let row_sum = |row: std::ops::Range<usize>| -> f64 {
+                    u[row.clone()].iter().zip(&rho[row]).map(|(u, rho)| u * rho).sum()
+                };
+                grid.rows().map(row_sum).sum()
+            }
+        };
+    }
+    sum * grid.cell_volume()
+}

@@ -1,0 +1,86 @@
+//! The acceleration by the pressure, on faces, and what covered faces change of it in the cells beside them:
+//!
+//! ```text
+//!   a = -grad p/rho      cell:  (H_w a_w + H_e a_e)/(1 + (H_w + H_e)/2)     the mean of both faces' where both are open
+//! ```
+
+use super::cut::CutBodies;
+use super::load::MomentumTally;
+use crate::domain::Domain;
+use crate::fluid::faces::{self, FaceCoefficient};
+use crate::grid::{Grid, VectorField};
+use nalgebra::Vector3;
+
+/// Acceleration by one pressure.
+pub struct PressureAcceleration<const D: usize> {
+    /// On every face, open or not (m/s2).
+    pub faces: VectorField<D>,
+    /// Of each cut body's own cells, what they get beyond the mean of their faces' (m/s2).
+    opened: Vec<[f64; D]>,
+}
+
+impl<const D: usize> PressureAcceleration<D> {
+    /// None yet, with room for so many cells.
+    pub fn new(grid: &Grid<D>, cells: usize) -> PressureAcceleration<D> {
+        PressureAcceleration { faces: grid.vector_field(), opened: Vec::with_capacity(cells) }
+    }
+
+    /// None.
+    pub fn clear(&mut self) {
+        self.faces.iter_mut().for_each(|f| f.fill(0.0));
+        self.opened.clear();
+    }
+
+    /// That of the pressure `p` (Pa), ghosts filled.
+    pub fn of_pressure(&mut self, domain: &Domain<D>, cut: &CutBodies<D>, p: &[f64]) {
+        let whole = FaceCoefficient::Uniform(1.0 / domain.fluid.density);
+        faces::acceleration(&domain.grid, &whole, None, p, &mut self.faces);
+        domain.boundaries.extrapolate_to_closed_faces(&mut self.faces);
+        self.reopen(domain, cut);
+    }
+
+    /// Finds what covered faces change of it, once bodies have moved.
+    pub fn reopen(&mut self, domain: &Domain<D>, cut: &CutBodies<D>) {
+        self.opened.clear();
+        let (grid, density) = (&domain.grid, domain.fluid.density);
+        for o in cut.bodies.iter().flat_map(|body| body.own_cells()) {
+            self.opened.push(std::array::from_fn(|axis| {
+                let (low, high) = (o.cell, o.cell + grid.stride[axis]);
+                let [open_low, open_high] = [low, high].map(|f| cut.beta.at(axis, f) * density);
+                let (a_low, a_high) = (self.faces[axis][low], self.faces[axis][high]);
+                let open = (open_low * a_low + open_high * a_high) / (1.0 + 0.5 * (open_low + open_high));
+                open - 0.5 * (a_low + a_high)
+            }));
+        }
+    }
+
+    /// Adds `dt` (s) of it to the cells.
+    pub fn add_to(&self, domain: &Domain<D>, cut: &CutBodies<D>, dt: f64, u: &mut VectorField<D>) {
+        faces::add_to_cells(&domain.grid, dt, &self.faces, u);
+        self.add_opened(domain, cut, dt, None, u);
+    }
+
+    /// Adds `dt` (s) of what covered faces change of it; the momentum of that goes to the `tally` of each body.
+    pub fn add_opened(
+        &self,
+        domain: &Domain<D>,
+        cut: &CutBodies<D>,
+        dt: f64,
+        mut tally: Option<&mut Vec<MomentumTally>>,
+        u: &mut VectorField<D>,
+    ) {
+        let mass = domain.fluid.density * domain.grid.cell_volume();
+        let mut opened = self.opened.iter();
+        for (k, body) in cut.bodies.iter().enumerate() {
+            for (o, opened) in body.own_cells().zip(&mut opened) {
+                for (field, opened) in u.iter_mut().zip(opened) {
+                    field[o.cell] += dt * opened;
+                }
+                if let Some(tally) = &mut tally {
+                    let added = Vector3::from_fn(|a, _| if a < D { mass * (dt * opened[a]) } else { 0.0 });
+                    tally[k].add(&o.arm, &added);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! The balance of momentum over a step: that of the fluid outside the bodies, of the free bodies, and their deferred impulses,
+//!
+//! ```text
+//!   M = sum_c (1 - alpha) rho u dV + sum_k (m_k V_k + deferred_k)
+//!   M^(n+1) - M^n = gravity + contacts - force on held bodies + border
+//! ```
+//! The border's impulse is that of pressure, viscosity and flow on the sides of the box ([`crate::fluid::border`]), taken from the
+//! fields there in every stage. What the two sides of this line differ by is the error.
+
+use super::{Sharp, history};
+use crate::Result;
+use crate::clock::Stage;
+use crate::domain::Domain;
+use crate::fluid::border;
+use crate::method::cells_momentum;
+use crate::state::{Balance, State};
+use nalgebra::Vector3;
+
+impl<const D: usize> Sharp<D> {
+    /// The momentum of everything in the box (kg m/s). Collective.
+    fn total_momentum(&self, domain: &Domain<D>, s: &mut State<D>) -> Result<Vector3<f64>> {
+        let mut cells = cells_momentum(&domain.grid, &self.mixture.density, &s.u);
+        domain.session.sum(cells.as_mut_slice())?;
+        let histories = &history(&mut s.walls)?.bodies;
+        let beside = s.bodies.iter().zip(histories).map(|(body, history)| {
+            let own = if body.freedom().is_some() { body.mass() * body.velocity } else { Vector3::zeros() };
+            own + history.deferred - history.inside.0
+        });
+        Ok(cells + beside.sum::<Vector3<f64>>())
+    }
+
+    /// Starts the balance, where one is kept. Collective.
+    pub(super) fn start_balance(&self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
+        if s.balance.is_some() {
+            s.balance = Some(Balance { momentum: self.total_momentum(domain, s)?, ..Balance::default() });
+        }
+        Ok(())
+    }
+
+    /// Closes the balance of the step `dt` (s), where one is kept, in whose stages the sides of this rank pushed the fluid with the
+    /// force `sides` (N) by viscosity and flow. Collective.
+    pub(super) fn close_balance(
+        &self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        sides: Vector3<f64>,
+        dt: f64,
+    ) -> Result<()> {
+        let Some(before) = s.balance else { return Ok(()) };
+        let mut border = dt * (sides + border::pressure(&domain.grid, &domain.boundaries, &s.p));
+        domain.session.sum(border.as_mut_slice())?;
+        let momentum = self.total_momentum(domain, s)?;
+        let error = momentum - before.momentum - self.impulse(domain, s, dt) - border;
+        s.balance = Some(Balance { momentum, border, error, angular_error: self.angular_error(s, dt) });
+        domain.clock.lap(Stage::Force);
+        Ok(())
+    }
+
+    /// Impulse over the step `dt` (s) of gravity and contacts on the free bodies, less that of the fluid on held ones, and
+    /// on free ones along the directions in which they are held (N s).
+    fn impulse(&self, domain: &Domain<D>, s: &State<D>, dt: f64) -> Vector3<f64> {
+        let terms = s.bodies.iter().zip(&s.exchange).map(|(body, exchange)| {
+            let Some(freedom) = body.freedom() else { return -dt * exchange.momentum };
+            let weight = (body.mass() - domain.fluid.density * body.volume()) * domain.fluid.gravity;
+            let free = freedom.along(&(dt * (weight + exchange.contact)));
+            free - dt * (exchange.momentum - freedom.along(&exchange.momentum))
+        });
+        terms.sum::<Vector3<f64>>() - dt * self.passed_on
+    }
+
+    /// What the torque misses of the angular momentum that the fluid lost about the free bodies' centres over
+    /// the step `dt` (s), summed over them (kg m2/s).
+    fn angular_error(&self, s: &State<D>, dt: f64) -> f64 {
+        let bodies = s.bodies.iter().zip(&self.motions);
+        let missed = |(body, motion): (&crate::solids::Body, &super::BodyMotion)| {
+            body.freedom().map_or(0.0, |f| f.about(&(motion.spin_lost - dt * motion.torque())).norm())
+        };
+        bodies.map(missed).sum()
+    }
+}

@@ -1,0 +1,192 @@
+//! All bodies on the grid: what they cover of the faces, and the velocity inside them.
+
+use super::cut_body::{Before, CutBody};
+use super::gap::{Neighbour, Surroundings};
+use super::ghost_width;
+use super::load::MomentumTally;
+use super::near::NearBodies;
+use crate::domain::Domain;
+use crate::fluid::faces::FaceCoefficient;
+use crate::grid::{Grid, VectorField, wide};
+use crate::solids::{Body, nearest_image};
+use nalgebra::Vector3;
+
+/// Reynolds number of a spacing and the velocity at the first probe up to which the layer at the wall is resolved.
+const RESOLVED: f64 = 40.0;
+
+/// The bodies as they cut the grid.
+pub struct CutBodies<const D: usize> {
+    /// Each.
+    pub bodies: Vec<CutBody<D>>,
+    /// Open part of faces over the fluid's density (m3/kg).
+    pub beta: FaceCoefficient<D>,
+    /// Which are near each other.
+    pub near: NearBodies,
+    /// Per body, how it lay before it moved.
+    before: Vec<Before>,
+    /// By axis, the faces that were covered before they moved, and the open part that they had.
+    pub(super) covered_before: [Vec<(usize, f64)>; D],
+    /// Those near the body that is rebuilt.
+    beside: Vec<Neighbour>,
+    /// What bodies cover of each face of an axis while faces are opened, and which have been listed; zero otherwise.
+    pub(super) total: Vec<f64>,
+    pub(super) periods: [Option<f64>; 3],
+    /// The spacing that depths and probes count in (m).
+    pub h: f64,
+}
+
+impl<const D: usize> CutBodies<D> {
+    /// Room for all that bodies can cut of the grid of a domain. [`CutBodies::settle`] comes next.
+    pub fn new(domain: &Domain<D>, bodies: &[Body]) -> CutBodies<D> {
+        let (grid, periods, h) = (&domain.grid, domain.periods(), ghost_width(&domain.grid.h).0);
+        let size = std::array::from_fn(|a| if a < D { grid.size[a] } else { 1.0 });
+        let cut: Vec<_> = bodies.iter().map(|b| CutBody::new(grid, b.shape(), h)).collect();
+        let faces = cut.iter().map(|cut| cut.cuts[0].capacity()).sum();
+        let open = vec![1.0 / domain.fluid.density; grid.field().len()];
+        CutBodies {
+            bodies: cut,
+            beta: FaceCoefficient::Field(std::array::from_fn(|_| open.clone())),
+            near: NearBodies::new(bodies, size, periods, h),
+            before: bodies.iter().map(Before::here).collect(),
+            covered_before: std::array::from_fn(|_| Vec::with_capacity(faces)),
+            beside: Vec::with_capacity(16),
+            total: grid.field(),
+            periods,
+            h,
+        }
+    }
+
+    /// Most cells that bodies can touch, and most whose velocity they can set.
+    pub fn most_solid(&self) -> usize {
+        self.bodies.iter().map(|body| body.solid.capacity()).sum()
+    }
+
+    /// See [`CutBodies::most_solid`].
+    pub fn most_inside(&self) -> usize {
+        self.bodies.iter().map(|body| body.inside.capacity()).sum()
+    }
+
+    /// Finds what the bodies cover where they lie, as if they had lain there always.
+    pub fn settle(&mut self, domain: &Domain<D>, bodies: &[Body]) {
+        self.before.iter_mut().zip(bodies).for_each(|(before, body)| *before = Before::here(body));
+        self.rebuild(domain, bodies, |_| true);
+        // What another place covered is no history.
+        self.covered_before.iter_mut().for_each(Vec::clear);
+    }
+
+    /// Takes how the bodies lie, before they move.
+    pub fn depart(&mut self, bodies: &[Body]) {
+        for (before, body) in self.before.iter_mut().zip(bodies) {
+            *before = Before { way: body.centre, turn: body.turn() };
+        }
+    }
+
+    /// Finds what they cover where they have moved to since [`CutBodies::depart`].
+    pub fn arrive(&mut self, domain: &Domain<D>, bodies: &[Body]) {
+        for (before, body) in self.before.iter_mut().zip(bodies) {
+            before.way = nearest_image(&before.way, &body.centre, &self.periods);
+        }
+        self.rebuild(domain, bodies, Body::moves);
+    }
+
+    /// Rebuilds the cut bodies that are `wanted`, and those that others are or were near to, whose probes that changes.
+    fn rebuild(&mut self, domain: &Domain<D>, bodies: &[Body], wanted: fn(&Body) -> bool) {
+        self.close_faces(domain);
+        self.near.find(bodies);
+        let (grid, boundaries) = (&domain.grid, &domain.boundaries);
+        for k in 0..bodies.len() {
+            let near = &self.near.near[k];
+            if !wanted(&bodies[k]) && near.is_empty() && !self.near.had[k] {
+                continue;
+            }
+            self.beside.clear();
+            self.beside.extend(near.iter().map(|&j| Neighbour::new(bodies, k, j, &self.periods)));
+            let turn = bodies[k].turn();
+            let around = Surroundings { grid, boundaries, bodies, turn, near: &self.beside, h: self.h };
+            self.bodies[k].rebuild(&around, k, &self.before[k]);
+        }
+        self.open_faces(domain);
+    }
+
+    /// Lists the covered faces with their open parts, and opens all.
+    fn close_faces(&mut self, domain: &Domain<D>) {
+        let (whole, beta) = (1.0 / domain.fluid.density, self.beta.field(&domain.grid));
+        for (axis, (listed, beta)) in self.covered_before.iter_mut().zip(beta).enumerate() {
+            listed.clear();
+            for cut in self.bodies.iter().flat_map(|body| &body.cuts[axis]) {
+                let face = cut.face as usize;
+                // Once, whoever else covers it.
+                if std::mem::replace(&mut self.total[face], 1.0) == 0.0 {
+                    listed.push((face, beta[face] / whole));
+                }
+            }
+            for &(face, _) in listed.iter() {
+                (self.total[face], beta[face]) = (0.0, whole);
+            }
+        }
+    }
+
+    /// Whether a body is so near to a side of the box that its probes are deep in the ghosts there.
+    pub fn near_borders(&self, grid: &Grid<D>, bodies: &[Body]) -> bool {
+        let near = |b: &Body, a: usize| {
+            let extent = b.radius() + grid.ghosts as f64 * grid.h[a];
+            b.centre[a] < extent || b.centre[a] > grid.size[a] - extent
+        };
+        bodies.iter().any(|b| (0..D).any(|a| near(b, a)))
+    }
+
+    /// Sets the velocity of the cells inside the bodies; ghosts of `u` filled. With `fresh`, also that of cells which the
+    /// bodies have just left. What is imposed is left in `inside`; the momentum that this adds goes to the `tally` of each body.
+    pub fn impose(
+        &self,
+        domain: &Domain<D>,
+        bodies: &[Body],
+        fresh: bool,
+        inside: &mut Vec<Vector3<f64>>,
+        mut tally: Option<&mut Vec<MomentumTally>>,
+        u: &mut VectorField<D>,
+    ) {
+        inside.clear();
+        let (grid, fluid) = (&domain.grid, &domain.fluid);
+        let resolved = RESOLVED * fluid.viscosity / (fluid.density * self.h);
+        wide(
+            #[inline(always)]
+            || {
+                for (k, cut) in self.bodies.iter().enumerate() {
+                    for cell in cut.inside.iter().filter(|i| fresh || !i.fresh) {
+                        let rigid = bodies[k].velocity_at(&cell.arm);
+                        let profile = cut.value(&cell.trace, &cell.arm, grid, u, bodies, k, Some(resolved));
+                        inside.push(rigid + profile);
+                    }
+                }
+            },
+        );
+        let mass = fluid.density * grid.cell_volume();
+        let mut values = inside.iter();
+        for (k, cut) in self.bodies.iter().enumerate() {
+            for (inside, value) in cut.inside.iter().filter(|i| fresh || !i.fresh).zip(&mut values) {
+                let (mut added, cell) = (Vector3::zeros(), inside.cell as usize);
+                for (a, field) in u.iter_mut().enumerate() {
+                    let change = inside.weight * (value[a] - field[cell]);
+                    added[a] = mass * change;
+                    field[cell] += change;
+                }
+                if let Some(tally) = &mut tally {
+                    tally[k].add(&inside.arm, &added);
+                }
+            }
+        }
+    }
+
+    /// Sets the velocity of the cells inside the bodies within the step: `part` of the way from `start`, at its start, to `end`,
+    /// what [`CutBodies::impose`] has left with `fresh` cells, at its end.
+    pub fn impose_within(&self, part: f64, start: &VectorField<D>, end: &[Vector3<f64>], u: &mut VectorField<D>) {
+        let insides = self.bodies.iter().flat_map(|cut| &cut.inside);
+        for (inside, end) in insides.zip(end) {
+            for (a, (start, u)) in start.iter().zip(u.iter_mut()).enumerate() {
+                let (cell, start) = (inside.cell as usize, start[inside.cell as usize]);
+                u[cell] += inside.weight * (start + part * (end[a] - start) - u[cell]);
+            }
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! Face velocities beside a wall: predicted with their memory (formulas in the parent).
+
+use super::acceleration::PressureAcceleration;
+use super::cut::CutBodies;
+use super::history;
+use crate::Result;
+use crate::domain::Domain;
+use crate::grid::{Grid, VectorField, wide};
+use crate::state::State;
+use nalgebra::Vector3;
+use std::ops::Range;
+
+impl<const D: usize> CutBodies<D> {
+    /// (8): face velocities from those of the cells, ghosts filled, the memory, of which the part `keep` stays, and the
+    /// acceleration by the last pressure over `dt` (s). The memory becomes the velocity before that acceleration.
+    pub fn interpolate(
+        &self,
+        domain: &Domain<D>,
+        s: &mut State<D>,
+        keep: f64,
+        dt: f64,
+        acceleration: &PressureAcceleration<D>,
+    ) -> Result<()> {
+        let (grid, acceleration) = (&domain.grid, &acceleration.faces);
+        let State { u, faces, bodies, walls, .. } = s;
+        let memory = &mut history(walls)?.memory;
+        wide(
+            #[inline(always)]
+            || {
+                for (axis, (memory, face)) in memory.iter_mut().zip(faces.iter_mut()).enumerate() {
+                    for row in grid.face_rows(axis) {
+                        let mean = means(&u[axis], row.clone(), grid.stride[axis]);
+                        let to = memory[row.clone()].iter_mut().zip(face[row.clone()].iter_mut());
+                        for (i, ((m, f), a)) in to.zip(&acceleration[axis][row]).enumerate() {
+                            *m = mean(i) + keep * *m;
+                            *f = *m + dt * a;
+                        }
+                    }
+                }
+            },
+        );
+        for axis in 0..D {
+            let (memory, face, a) = (&mut memory[axis], &mut faces[axis], &acceleration[axis]);
+            // Of what two bodies cover both have their say, each with all that the memory has.
+            for (cut, opening) in self.bodies.iter().flat_map(|cut| cut.faces(axis)) {
+                let at = cut.face as usize;
+                memory[at] += to_open_part(grid, axis, at, &opening.open, &u[axis]);
+                face[at] = memory[at] + dt * a[at];
+            }
+            for (cut, body) in self.bodies.iter().zip(bodies.iter()) {
+                for (cut, opening) in cut.faces(axis) {
+                    let at = cut.face as usize;
+                    let q = memory[at] + dt * a[at];
+                    face[at] += cut.covered * (body.velocity[axis] - q) + body.spin.cross(&opening.lever)[axis];
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Updates the memory of the faces, which [`CutBodies::interpolate`] left before the acceleration of its step, `dt` (s) long:
+    /// to what their velocity was beyond the cells' `u` with the wall imposed at the present place, ghosts filled. What the
+    /// imposed wall changes at once is then no change of a face's velocity.
+    pub fn update_memory(
+        &self,
+        domain: &Domain<D>,
+        u: &VectorField<D>,
+        dt: f64,
+        acceleration: &PressureAcceleration<D>,
+        memory: &mut VectorField<D>,
+    ) {
+        let (grid, acceleration) = (&domain.grid, &acceleration.faces);
+        wide(
+            #[inline(always)]
+            || {
+                for (axis, memory) in memory.iter_mut().enumerate() {
+                    for row in grid.face_rows(axis) {
+                        let mean = means(&u[axis], row.clone(), grid.stride[axis]);
+                        let a = &acceleration[axis][row.clone()];
+                        for (i, (m, a)) in memory[row].iter_mut().zip(a).enumerate() {
+                            *m += dt * a - mean(i);
+                        }
+                    }
+                }
+            },
+        );
+        for axis in 0..D {
+            let memory = &mut memory[axis];
+            for (cut, opening) in self.bodies.iter().flat_map(|cut| cut.faces(axis)) {
+                memory[cut.face as usize] -= to_open_part(grid, axis, cut.face as usize, &opening.open, &u[axis]);
+            }
+            // What has just opened has no history: a gap that was nearly closed may have carried any velocity.
+            for &(face, open) in &self.covered_before[axis] {
+                memory[face] *= (open / (self.beta.at(axis, face) * domain.fluid.density)).min(1.0);
+            }
+        }
+    }
+}
+
+/// The means of the cells along a row of faces, of fourth order: `(-1, 9, 9, -1)/16` across each.
+#[inline(always)]
+fn means(q: &[f64], row: Range<usize>, stride: usize) -> impl Fn(usize) -> f64 {
+    let [far_low, low, high, far_high] =
+        std::array::from_fn(|k| &q[row.start + k * stride - 2 * stride..][..row.len()]);
+    move |i| 0.5625 * (low[i] + high[i]) - 0.0625 * (far_low[i] + far_high[i])
+}
+
+/// What a covered face has in place of that mean: that of the two cells, moved to the centroid of its open part by the
+/// derivatives.
+fn to_open_part<const D: usize>(grid: &Grid<D>, axis: usize, face: usize, open: &Vector3<f64>, q: &[f64]) -> f64 {
+    let s = grid.stride[axis];
+    let parts = (0..D).map(|a| {
+        let t = grid.stride[a];
+        if a == axis {
+            return open[a] * (q[face] - q[face - s]) / grid.h[a];
+        }
+        open[a] * (q[face + t] - q[face - t] + q[face - s + t] - q[face - s - t]) / (4.0 * grid.h[a])
+    });
+    0.5 * (q[face] + q[face - s]) - means(q, face..face + 1, s)(0) + parts.sum::<f64>()
+}

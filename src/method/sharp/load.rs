@@ -1,0 +1,227 @@
+//! The force on a body, four ways: by pressure, by wall shear, by what both miss, and by what the fluid loses (formulas in
+//! the parent).
+
+use super::cut::CutBodies;
+use super::gap::Shares;
+use super::{NUMBERS, Pace, Sharp, history};
+use crate::Result;
+use crate::clock::Stage;
+use crate::domain::Domain;
+use crate::grid::{Border, Grid, VectorField, wide};
+use crate::method::vector;
+use crate::solids::{Body, nearest_image};
+use crate::state::{BodyHistory, Exchange, State};
+use nalgebra::Vector3;
+
+/// Spacings that the flow crosses while a body takes in what pressure and wall shear miss of the force on it.
+const TAKE_IN: f64 = 3.0;
+
+/// What the imposed profile and the gradient of cut cells have given to this rank's cells in the step.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MomentumTally {
+    /// Momentum (kg m/s).
+    pub linear: Vector3<f64>,
+    /// Angular momentum about the body's centre (kg m2/s).
+    pub angular: Vector3<f64>,
+}
+
+impl MomentumTally {
+    /// Adds momentum (kg m/s) at an arm from the centre (m).
+    #[inline(always)]
+    pub fn add(&mut self, arm: &Vector3<f64>, added: &Vector3<f64>) {
+        self.linear += added;
+        self.angular += arm.cross(added);
+    }
+}
+
+impl<const D: usize> CutBodies<D> {
+    /// This rank's pressure force on the body `k` by a pressure (Pa) with its ghosts filled: every face counts on the rank
+    /// of the cell above it.
+    pub fn pressure_force(&self, grid: &Grid<D>, k: usize, p: &[f64]) -> Vector3<f64> {
+        let mut force = Vector3::zeros();
+        for axis in 0..D {
+            let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
+            for cut in self.bodies[k].cuts[axis].iter().filter(|cut| cut.owned) {
+                let face = cut.face as usize;
+                force[axis] += area * cut.covered * (p[face - s] - p[face]);
+            }
+        }
+        force
+    }
+
+    /// Its torque about the centre, of a body that is not round.
+    pub fn pressure_torque(&self, grid: &Grid<D>, body: &Body, k: usize, p: &[f64]) -> Vector3<f64> {
+        let mut torque = Vector3::zeros();
+        if body.shape().is_round() {
+            return torque;
+        }
+        for axis in 0..D {
+            let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
+            for (cut, opening) in self.bodies[k].faces(axis).filter(|(cut, _)| cut.owned) {
+                let face = cut.face as usize;
+                let mut force = Vector3::zeros();
+                force[axis] = area * (p[face - s] - p[face]);
+                torque += opening.lever.cross(&force);
+            }
+        }
+        torque
+    }
+
+    /// This rank's force and torque by wall shear; ghosts of `u` filled.
+    pub fn shear_force(
+        &self,
+        domain: &Domain<D>,
+        bodies: &[Body],
+        k: usize,
+        u: &VectorField<D>,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
+        let cut = &self.bodies[k];
+        wide(
+            #[inline(always)]
+            || {
+                for point in &cut.points {
+                    let slope = cut.value(&point.slope, &point.arm, &domain.grid, u, bodies, k, None);
+                    let df = (domain.fluid.viscosity * point.area) * slope;
+                    force += df;
+                    torque += point.arm.cross(&df);
+                }
+            },
+        );
+        (force, torque)
+    }
+
+    /// This rank's part of the momentum (kg m/s) and angular momentum (kg m2/s) inside the body `k`, relative to its own
+    /// motion.
+    fn inside(&self, domain: &Domain<D>, body: &Body, k: usize, u: &VectorField<D>) -> (Vector3<f64>, Vector3<f64>) {
+        let mass = domain.fluid.density * domain.grid.cell_volume();
+        let (mut momentum, mut swirl) = (Vector3::zeros(), Vector3::zeros());
+        for o in &self.bodies[k].solid {
+            let own = (mass * o.fraction) * (vector(u, o.cell) - body.velocity_at(&o.arm));
+            momentum += own;
+            swirl += o.arm.cross(&own);
+        }
+        (momentum, swirl)
+    }
+}
+
+/// Momentum and angular momentum inside a body in all, from that relative to its own motion.
+fn whole_inside(
+    fluid_density: f64,
+    body: &Body,
+    (momentum, swirl): (Vector3<f64>, Vector3<f64>),
+) -> (Vector3<f64>, Vector3<f64>) {
+    (
+        momentum + fluid_density * body.volume() * body.velocity,
+        swirl + body.inertia().times(fluid_density / body.density).of(&body.spin),
+    )
+}
+
+impl<const D: usize> Sharp<D> {
+    /// Per body, the sums over the ranks of the tally and of the momentum inside. Collective.
+    fn sum_inside(&mut self, domain: &Domain<D>, s: &State<D>) -> Result<Vec<f64>> {
+        let mut sums = std::mem::take(&mut self.work.sums);
+        for (k, row) in sums.chunks_exact_mut(NUMBERS).enumerate() {
+            let (tally, (inside, swirl)) = (&self.work.tally[k], self.cut.inside(domain, &s.bodies[k], k, &s.u));
+            for (slot, v) in row.chunks_exact_mut(3).zip([tally.linear, tally.angular, inside, swirl]) {
+                slot.copy_from_slice(v.as_slice());
+            }
+        }
+        domain.session.sum(&mut sums)?;
+        Ok(sums)
+    }
+
+    /// Takes the momentum inside the bodies as what was there before. Collective.
+    pub(super) fn take_inside(&mut self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
+        self.work.tally.fill(MomentumTally::default());
+        let sums = self.sum_inside(domain, s)?;
+        let histories = &mut history(&mut s.walls)?.bodies;
+        for ((history, body), row) in histories.iter_mut().zip(&s.bodies).zip(sums.chunks_exact(NUMBERS)) {
+            let [inside, swirl] = [6, 9].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
+            history.inside = whole_inside(domain.fluid.density, body, (inside, swirl));
+        }
+        self.work.sums = sums;
+        Ok(())
+    }
+
+    /// (19): what each body exchanged with the fluid over the step `dt` (s), what it takes in of what it missed, and its push for
+    /// the next step. Collective.
+    pub(super) fn find_loads(&mut self, domain: &mut Domain<D>, s: &mut State<D>, pace: Pace, dt: f64) -> Result<()> {
+        let sums = self.sum_inside(domain, s)?;
+        let histories = &mut history(&mut s.walls)?.bodies;
+        for (k, row) in sums.chunks_exact(NUMBERS).enumerate() {
+            let [given, spun, inside, swirl] = [0, 3, 6, 9].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
+            let (body, motion) = (&s.bodies[k], &mut self.motions[k]);
+            let (inside, swirl) = whole_inside(domain.fluid.density, body, (inside, swirl));
+            let before = std::mem::replace(&mut histories[k].inside, (inside, swirl));
+            let lost = (inside - before.0 - given) / dt;
+            motion.spin_lost = swirl - before.1 - spun;
+            let struck = self.contacts.as_ref().map(|c| c.impulses()[k]).unwrap_or_default();
+            let felt = motion.pressure + motion.shear.0 + histories[k].residual;
+            // What moved a free body, the resistance to changes within the step included.
+            let moved = body.freedom().map(|freedom| {
+                let weight = (body.mass() - domain.fluid.density * body.volume()) * domain.fluid.gravity;
+                let force = (body.mass() * (body.velocity - motion.start.0) - struck.linear) / dt - weight;
+                freedom.along(&(force - felt))
+            });
+            let used = felt + moved.unwrap_or_default();
+            (motion.missed, motion.used) = (lost - motion.pressure - motion.shear.0, used);
+            s.exchange[k] = Exchange {
+                momentum: used,
+                momentum_torque: motion.torque(),
+                convective: used - motion.pressure - motion.shear.0,
+                pressure: motion.pressure,
+                viscous: motion.shear.0,
+                literal_torque: motion.torque(),
+                contact: struck.linear / dt,
+                ..Exchange::default()
+            };
+        }
+        self.work.sums = sums;
+        self.share_missed(domain, &s.bodies);
+        let take_in = (pace.courant / TAKE_IN).min(1.0);
+        for (motion, BodyHistory { residual, deferred, .. }) in self.motions.iter().zip(histories.iter_mut()) {
+            *deferred += dt * (motion.missed + motion.pressure + motion.shear.0 - motion.used);
+            *residual += take_in * (motion.missed - *residual);
+        }
+        self.take_push(domain, &s.bodies, &s.touching, histories, dt);
+        domain.clock.lap(Stage::Force);
+        Ok(())
+    }
+
+    /// Takes from what pressure and wall shear miss the part that two bodies with a gap between them that the grid does not
+    /// resolve would do to each other along the line of their centres, or a wall to a body: whose it is of what the fluid
+    /// lost there the cells cannot tell, and taken in with a delay it would be work from nothing. The sum of a pair's stays.
+    fn share_missed(&mut self, domain: &Domain<D>, bodies: &[Body]) {
+        let (cut, motions) = (&self.cut, &mut self.motions);
+        self.passed_on = Vector3::zeros();
+        for i in 0..bodies.len() {
+            for &j in cut.near.near[i].iter().filter(|j| **j > i) {
+                let apart = nearest_image(&bodies[i].centre, &bodies[j].centre, &cut.periods);
+                let distance = apart.norm();
+                let (n, gap) = (apart / distance, distance - bodies[i].radius() - bodies[j].radius());
+                let share = Shares::of(gap / cut.h).across;
+                let free = [i, j].map(|k| bodies[k].freedom().is_some());
+                let along = share * (motions[i].missed - motions[j].missed).dot(&n);
+                let (of_i, of_j) = match free {
+                    [true, true] => (0.5 * along, -0.5 * along),
+                    _ => (share * motions[i].missed.dot(&n), share * motions[j].missed.dot(&n)),
+                };
+                motions[i].missed -= of_i * n;
+                motions[j].missed -= of_j * n;
+                // Nothing of a free pair; else it is left to what holds the other.
+                self.passed_on += (of_i + of_j) * n;
+            }
+            for (a, side) in (0..D).flat_map(|a| [(a, 0), (a, 1)]) {
+                if !matches!(domain.boundaries.borders[a][side], Some(Border::Velocity(_) | Border::Slip)) {
+                    continue;
+                }
+                let centre = bodies[i].centre[a];
+                let distance = if side == 0 { centre } else { domain.grid.size[a] - centre };
+                let share = Shares::of((distance - bodies[i].radius()) / cut.h).across * motions[i].missed[a];
+                motions[i].missed[a] -= share;
+                self.passed_on[a] += share;
+            }
+        }
+    }
+}

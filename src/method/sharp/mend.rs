@@ -1,0 +1,67 @@
+//! Contacts and fluid at one: what the fluid makes of the contacts' impulses is compared with what the substeps expected, and
+//! mended with another solve where it differs ([`crate::solids::contact`] has the formulas).
+
+use super::Sharp;
+use crate::state::State;
+use nalgebra::Vector3;
+
+/// Solves that mend a step.
+const MOST_ROUNDS: usize = 3;
+/// Deviation from the expected speed of a contact that is worth a solve, of that speed; and of a spacing over the step.
+const WORTH: f64 = 5e-3;
+const WORTH_OF_SPACING: f64 = 2e-6;
+
+/// Scratch, per body.
+pub struct Work {
+    /// How far velocities are from the expected ones (m/s).
+    deviations: Vec<Vector3<f64>>,
+    /// Impulses that mend them (N s).
+    nudges: Vec<Vector3<f64>>,
+    /// Velocities before the last of these (m/s).
+    unpushed: Vec<Vector3<f64>>,
+}
+
+impl Work {
+    /// That of so many bodies.
+    pub fn new(n: usize) -> Work {
+        let none = vec![Vector3::zeros(); n];
+        Work { deviations: none.clone(), nudges: none.clone(), unpushed: none }
+    }
+}
+
+impl<const D: usize> Sharp<D> {
+    /// Pushes bodies in contact to the velocities along their contacts that the substeps expected, and the faces with them;
+    /// whether there was anything to push, so that the pressure has to be found anew. `round` counts from 0.
+    pub(super) fn mend_contacts(&mut self, s: &mut State<D>, round: usize, dt: f64) -> bool {
+        let Some(contacts) = &mut self.contacts else { return false };
+        if !contacts.gave() {
+            return false;
+        }
+        let Work { deviations, nudges, unpushed } = &mut self.work.mend;
+        if round > 0 {
+            let carried = s.touching.carried.iter_mut();
+            for (k, ((body, unpushed), carried)) in s.bodies.iter().zip(unpushed.iter()).zip(carried).enumerate() {
+                contacts.learn(body, k, &nudges[k], &(body.velocity - unpushed), carried);
+            }
+        }
+        if round == MOST_ROUNDS {
+            return false;
+        }
+        for ((deviation, body), motion) in deviations.iter_mut().zip(&s.bodies).zip(&self.motions) {
+            *deviation = if body.freedom().is_some() { body.velocity - motion.expected.0 } else { Default::default() };
+        }
+        let tolerance = WORTH * contacts.pace(&s.bodies) + WORTH_OF_SPACING * self.cut.h / dt;
+        let off = contacts.mend(&s.bodies, deviations, nudges, tolerance);
+        if off < tolerance {
+            return false;
+        }
+        for (k, (body, motion)) in s.bodies.iter_mut().zip(&self.motions).enumerate() {
+            unpushed[k] = body.velocity;
+            let Some(freedom) = body.freedom() else { continue };
+            let change = freedom.along(&nudges[k]) / motion.inertia;
+            body.velocity += change;
+            self.cut.bodies[k].carry_faces(&change, &mut s.faces);
+        }
+        true
+    }
+}

@@ -1,0 +1,260 @@
+//! The wall where it is: faces of the pressure equation open as far as they are, and the velocity inside a body set from
+//! the profile beside it. Nothing is relaxed, so that the time step does not enter.
+//!
+//! With `H = 1 - m` the open part of a face (m the covered one), `U_b = V + omega x r` a body's motion, `a = -grad p/rho`
+//! on faces and `I` the mean of four cells across a free face, of two across a covered one, moved to the centroid of the
+//! open part by the derivatives:
+//!
+//! ```text
+//!   faces      q  = I(u*) + (1 - chi) (q^n - I(u^n)) + dt a,   U = H q + m U_b.n,   chi = min(1, dt U_max/(0.2 h))
+//!   pressure   -div( H grad phi )/rho + sum_k (dV/M_k) j_k (j_k.phi) = -D/dt,       D = div U
+//!   bodies     V += (dt/M_k) F_p,   F_p = dV sum_c p_c j_c,   j_c = sum_f m_f n_f/h   (n_f outwards from the cell)
+//!   cells      u  = u* + dt (H_w a_w + H_e a_e)/(1 + (H_w + H_e)/2)
+//!   inside     u  = U_b + the profile of the flow beside the wall, continued into the body ([`cut_body`])
+//! ```
+//! The equation stays symmetric, and its solution holds the added mass of a free body implicitly, whatever its density.
+//! The memory `q^n - I(u^n)` keeps dt out of the wall's pressure; its u^n is that of the cells before the wall was imposed
+//! last, so that what this changes reaches the faces with the next step. A turning disc or sphere displaces nothing.
+//! In time the force is of second order. Of first order, and small, are cells that change sides, at the end of a step, and
+//! the history of faces beside a wall that gathers speed.
+//!
+//! The force is what the fluid loses. All cells together lose momentum only where the profile is imposed (`du`) and where
+//! the gradient of a cut cell differs from the plain mean of its faces'; what lies inside the body is no fluid:
+//!
+//! ```text
+//!   F = -(rho dV/dt) sum du - rho dV sum (open - plain gradient) + d/dt( rho dV sum alpha u )
+//! ```
+//! Each step's F jitters as cells change sides. A body moves by pressure and wall shear, `F_p + F_v`, and takes in what
+//! these miss, the residual `X += eps (F - F_p - F_v - X)`, over the time the flow needs for some cells. What a body has not felt
+//! yet is its deferred impulse, a part of the balance of momentum.
+
+mod acceleration;
+mod balance;
+pub mod cut;
+mod cut_body;
+mod faces;
+mod gap;
+mod load;
+mod mend;
+mod modes;
+mod motion;
+mod near;
+mod openings;
+mod probe;
+mod step;
+
+use super::momentum::{Mixture, Momentum};
+use crate::domain::Domain;
+use crate::fluid::faces::FaceCoefficient;
+use crate::fluid::pressure::Projected;
+use crate::geometry::Overlap;
+use crate::grid::VectorField;
+use crate::solids::Body;
+use crate::solids::contact::{Contacts, Medium, Push};
+use crate::state::{Balance, Exchange, State, WallHistory};
+use crate::{Error, Result};
+use acceleration::PressureAcceleration;
+use cut::CutBodies;
+use load::MomentumTally;
+use modes::Modes;
+use motion::BodyMotion;
+use nalgebra::Vector3;
+
+/// Courant number over which a step leaves the memory of the faces behind.
+const FORGET: f64 = 0.2;
+/// Numbers that ranks sum for a body.
+const NUMBERS: usize = 12;
+
+/// The method with sharp walls.
+pub struct Sharp<const D: usize> {
+    mixture: Mixture,
+    momentum: Momentum<D>,
+    contacts: Option<Contacts>,
+    cut: CutBodies<D>,
+    acceleration: PressureAcceleration<D>,
+    modes: Modes,
+    /// Per body, its motion within the step.
+    motions: Vec<BodyMotion>,
+    /// Force of the fluid (N) in gaps that the grid does not resolve, which walls and held bodies have in place of free ones.
+    passed_on: Vector3<f64>,
+    work: Work<D>,
+}
+
+/// Scratch of a step.
+struct Work<const D: usize> {
+    /// Velocity that a stage after the first starts from, or that the faces' memory is taken beside (m/s).
+    stage: VectorField<D>,
+    /// Velocities inside the bodies that were imposed (m/s).
+    inside: Vec<Vector3<f64>>,
+    push: Vec<Push>,
+    tally: Vec<MomentumTally>,
+    sums: Vec<f64>,
+    mend: mend::Work,
+}
+
+/// How far a step goes at the largest face speed.
+#[derive(Clone, Copy, Debug)]
+struct Pace {
+    /// Spacings.
+    courant: f64,
+    /// What the faces keep of their memory.
+    keep: f64,
+}
+
+/// The spacing that probes count in (m), and the layers of ghosts that they need, on a grid of the spacings `h` (m): no axis
+/// may have fewer cells.
+pub fn ghost_width(h: &[f64]) -> (f64, usize) {
+    let least = h.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = h.iter().copied().fold(0.0, f64::max).min(2.0 * least);
+    (most, 2 + ((cut_body::DEPTH + cut_body::PROFILE[1]) * most / least - 1e-9).ceil() as usize)
+}
+
+impl<const D: usize> Sharp<D> {
+    /// The method for bodies in the fluid of a domain, which has the terms `momentum` of (7). [`Sharp::start`] or
+    /// [`Sharp::resume`] comes next.
+    pub fn new(
+        domain: &Domain<D>,
+        bodies: &[Body],
+        mixture: Mixture,
+        momentum: Momentum<D>,
+        contacts: Option<Contacts>,
+    ) -> Sharp<D> {
+        let (n, cut) = (bodies.len(), CutBodies::new(domain, bodies));
+        let fluid = &domain.fluid;
+        let medium = Medium { density: fluid.density, viscosity: fluid.viscosity, spacing: cut.h, ..Medium::default() };
+        Sharp {
+            mixture,
+            momentum,
+            contacts: contacts.map(|contacts| contacts.within(medium)),
+            acceleration: PressureAcceleration::new(&domain.grid, cut.most_solid()),
+            modes: Modes::new(bodies, &cut),
+            motions: bodies.iter().map(|b| BodyMotion { shell: b.shape().shell(), ..BodyMotion::default() }).collect(),
+            passed_on: Vector3::zeros(),
+            work: Work {
+                stage: domain.grid.vector_field(),
+                inside: Vec::with_capacity(cut.most_inside()),
+                push: vec![Push::default(); n],
+                tally: vec![MomentumTally::default(); n],
+                sums: vec![0.0; n * NUMBERS],
+                mend: mend::Work::new(n),
+            },
+            cut,
+        }
+    }
+
+    /// Advances by `dt` (s). Collective.
+    ///
+    /// # Errors
+    /// When the divergence cannot be brought below D0, a value is no longer finite, or a contact fails.
+    pub fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+        self.predict_positions(domain, s, dt)?; //           (17, 18, 20-26) bodies to their new place, faces open there
+        let pace = self.pace(domain, s, dt)?;
+        self.update_memory(domain, s)?; //                   memory = q - mean(u), at that place
+        let sides = self.predict_cells(domain, s, dt)?; //   (7)      u* with the last pressure, the wall imposed
+        self.predict_velocities(domain, s, dt)?; //          (17, 18) bodies by all forces but the new pressure
+        self.predict_faces(domain, s, pace, dt)?; //         (8)      U = H q + m U_b.n
+        let projected = self.project(domain, s, dt)?; //     (13-15)  C-HSMAC: |D| < D0, the bodies with it
+        self.correct_cells(domain, s, dt)?; //               (16)     u = u* - dt/rho grad p, the wall imposed
+        self.find_loads(domain, s, pace, dt)?; //            (19)     the force: what the fluid lost
+        self.close_balance(domain, s, sides, dt)?;
+        s.count(dt);
+        Ok(projected)
+    }
+
+    /// A consistent start from the cells' velocity. Collective.
+    pub fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        s.touching = self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.untouched(&s.bodies));
+        s.walls = Some(WallHistory::new(&domain.grid, s.bodies.len()));
+        s.p.fill(0.0);
+        self.settle(domain, &s.bodies)?;
+        self.acceleration.clear();
+        self.impose(domain, &s.bodies, false, &mut s.u)?;
+        domain.boundaries.fill_velocity(&mut s.u)?;
+        self.cut.interpolate(domain, s, 1.0, 0.0, &self.acceleration)?;
+        domain.boundaries.set_faces(&mut s.faces);
+        // Over a second, so that the potential is the pressure's impulse; it corrects the cells and is dropped.
+        domain.project(&self.cut.beta, s, 1.0, None)?;
+        self.acceleration.of_pressure(domain, &self.cut, &s.p);
+        self.acceleration.add_to(domain, &self.cut, 1.0, &mut s.u);
+        self.impose(domain, &s.bodies, false, &mut s.u)?;
+        domain.boundaries.fill_velocity(&mut s.u)?;
+        let walls = history(&mut s.walls)?;
+        copy(&s.faces, &mut walls.memory);
+        copy(&s.u, &mut walls.unimposed);
+        self.take_inside(domain, s)?;
+        s.exchange.fill(Exchange::default());
+        s.balance = s.bodies.iter().any(|b| b.freedom().is_some()).then(Balance::default);
+        self.start_balance(domain, s)?;
+        s.p.fill(0.0);
+        self.acceleration.clear();
+        Ok(())
+    }
+
+    /// Finds what follows from a state: what the bodies cover, the operator, the acceleration by the pressure. Collective.
+    ///
+    /// # Errors
+    /// When the state has contacts that are not of this case.
+    pub fn resume(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        if let Some(contacts) = &self.contacts {
+            contacts.check(&s.touching)?;
+        }
+        domain.boundaries.fill_velocity(&mut history(&mut s.walls)?.unimposed)?;
+        self.settle(domain, &s.bodies)?;
+        self.acceleration.of_pressure(domain, &self.cut, &s.p);
+        Ok(())
+    }
+
+    /// Finds what the bodies cover where they lie now, for readers of the results as well.
+    pub fn place(&mut self, domain: &Domain<D>, bodies: &[Body]) {
+        self.cut.settle(domain, bodies);
+    }
+
+    fn settle(&mut self, domain: &mut Domain<D>, bodies: &[Body]) -> Result<()> {
+        self.place(domain, bodies);
+        self.set_ghost_layers(domain, bodies);
+        domain.projection.assemble(&domain.grid, &self.cut.beta)
+    }
+
+    /// Deep ghosts, where something reads them.
+    fn set_ghost_layers(&self, domain: &mut Domain<D>, bodies: &[Body]) {
+        let deep = domain.session.size() > 1 || self.cut.near_borders(&domain.grid, bodies);
+        domain.boundaries.set_velocity_layers(deep);
+    }
+
+    /// The cells of this rank that bodies touch.
+    pub fn overlaps(&self) -> impl Iterator<Item = &Overlap> {
+        self.cut.bodies.iter().flat_map(|body| &body.solid)
+    }
+
+    /// The law of contacts, where there is one.
+    pub fn contacts(&self) -> Option<&Contacts> {
+        self.contacts.as_ref()
+    }
+
+    /// The fluid.
+    pub fn mixture(&self) -> &Mixture {
+        &self.mixture
+    }
+
+    /// Open part of faces over the fluid's density (m3/kg).
+    pub fn beta(&self) -> &FaceCoefficient<D> {
+        &self.cut.beta
+    }
+
+    /// The terms of (7).
+    pub fn momentum(&self) -> &Momentum<D> {
+        &self.momentum
+    }
+}
+
+/// The history of a state that has sharp walls.
+///
+/// # Errors
+/// When it has none: it is another method's.
+fn history<const D: usize>(walls: &mut Option<WallHistory<D>>) -> Result<&mut WallHistory<D>> {
+    walls.as_mut().ok_or_else(|| Error::Run("the state has no history of sharp walls: start it with them".into()))
+}
+
+fn copy<const D: usize>(from: &VectorField<D>, to: &mut VectorField<D>) {
+    to.iter_mut().zip(from).for_each(|(to, from)| to.copy_from_slice(from));
+}

@@ -1,0 +1,157 @@
+//! Bodies that follow the pressure: what they add to its operator, and how they and the faces answer a change of it.
+
+use super::Sharp;
+use super::cut::CutBodies;
+use super::motion::BodyMotion;
+use crate::Result;
+use crate::domain::Domain;
+use crate::fluid::poisson::Covered;
+use crate::fluid::pressure::{BodyCoupling, Projected};
+use crate::geometry::{Cut, Opening};
+use crate::grid::{Grid, VectorField};
+use crate::petsc::Session;
+use crate::solids::Body;
+use crate::state::State;
+use nalgebra::{SymmetricEigen, Vector3};
+
+/// The modes of the free bodies.
+pub struct Modes {
+    /// Bodies that are not round: pressure turns them.
+    oblong: Vec<u32>,
+    /// Of each mode (m3/kg).
+    weights: Vec<f64>,
+    /// The faces that belong to them.
+    entries: Vec<Covered>,
+}
+
+impl Modes {
+    /// Room for those of the bodies.
+    pub fn new<const D: usize>(bodies: &[Body], cut: &CutBodies<D>) -> Modes {
+        let n = bodies.len();
+        let oblong: Vec<u32> = (0..n as u32).filter(|k| !bodies[*k as usize].shape().is_round()).collect();
+        let room = |k: usize| cut.bodies[k].cuts[0].capacity();
+        let (faces, turning): (usize, usize) = ((0..n).map(room).sum(), oblong.iter().map(|k| room(*k as usize)).sum());
+        Modes {
+            weights: Vec::with_capacity((n + oblong.len()) * D),
+            entries: Vec::with_capacity(2 * D * faces + D * D * turning),
+            oblong,
+        }
+    }
+}
+
+impl<const D: usize> Sharp<D> {
+    /// Gives the pressure's operator what the free bodies add to it: for each direction a mode of weight `dV/M_k` (m3/kg, zero
+    /// where the body is held) with the faces that it covers; and for the bodies that pressure turns a mode about each axis of
+    /// their answer to torque.
+    pub(super) fn set_modes(&mut self, domain: &mut Domain<D>, bodies: &[Body]) -> Result<()> {
+        if bodies.iter().all(|body| body.freedom().is_none()) {
+            return Ok(());
+        }
+        let Modes { oblong, weights, entries } = &mut self.modes;
+        let (volume, n) = (domain.grid.cell_volume(), bodies.len());
+        weights.clear();
+        weights.resize((n + oblong.len()) * D, 0.0);
+        entries.clear();
+        for (k, (cut, motion)) in self.cut.bodies.iter().zip(&self.motions).enumerate() {
+            let Some(freedom) = bodies[k].freedom() else { continue };
+            for axis in (0..D).filter(|a| freedom.translation[*a]) {
+                let mode = k * D + axis;
+                weights[mode] = volume / motion.inertia;
+                entries.extend(cut.cuts[axis].iter().map(|cut| covered(mode, axis, cut.face, cut.covered)));
+            }
+        }
+        for (i, k) in oblong.iter().map(|k| *k as usize).enumerate() {
+            let (cut, radius) = (&self.cut.bodies[k], bodies[k].radius());
+            // Velocities per radius, so that these modes are of the size of the others.
+            let answer = SymmetricEigen::new(radius * radius * self.motions[k].turns);
+            let axes = (0..3).filter(|a| bodies[k].freedom().is_some() && answer.eigenvalues[*a] > 0.0);
+            for (mode, about) in axes.enumerate() {
+                let mode = (n + i) * D + mode;
+                weights[mode] = volume * answer.eigenvalues[about];
+                let spin = answer.eigenvectors.column(about) / radius;
+                for axis in 0..D {
+                    let face = |(cut, opening): (&Cut, &Opening)| {
+                        covered(mode, axis, cut.face, spin.cross(&opening.lever)[axis])
+                    };
+                    entries.extend(cut.faces(axis).map(face));
+                }
+            }
+        }
+        domain.projection.set_modes(weights, entries, oblong)
+    }
+
+    /// (13-15), the bodies with it. Collective.
+    pub(super) fn project_once(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+        let Domain { session, grid, boundaries, projection, .. } = domain;
+        let mut following = Following {
+            session,
+            cut: &self.cut,
+            oblong: &self.modes.oblong,
+            bodies: &mut s.bodies,
+            motions: &mut self.motions,
+            sums: &mut self.work.sums,
+        };
+        projection.project(grid, boundaries, &self.cut.beta, dt, &mut s.p, &mut s.faces, Some(&mut following))
+    }
+}
+
+fn covered(mode: usize, axis: usize, face: u32, part: f64) -> Covered {
+    Covered { mode: mode as u32, axis: axis as u8, face, part }
+}
+
+/// The bodies while the pressure is found.
+struct Following<'a, const D: usize> {
+    session: &'a Session,
+    cut: &'a CutBodies<D>,
+    oblong: &'a [u32],
+    bodies: &'a mut [Body],
+    motions: &'a mut [BodyMotion],
+    sums: &'a mut [f64],
+}
+
+impl<const D: usize> BodyCoupling<D> for Following<'_, D> {
+    fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64], faces: &mut VectorField<D>) -> Result<()> {
+        let sums = &mut self.sums[..3 * self.bodies.len()];
+        for (k, row) in sums.chunks_exact_mut(3).enumerate() {
+            row.copy_from_slice(self.cut.pressure_force(grid, k, phi).as_slice());
+        }
+        self.session.sum(sums)?;
+        for (k, row) in sums.chunks_exact(3).enumerate() {
+            let force = Vector3::from_column_slice(row);
+            let (body, motion) = (&mut self.bodies[k], &mut self.motions[k]);
+            motion.pressure += force;
+            let Some(freedom) = body.freedom() else { continue };
+            let change = freedom.along(&force) * (dt / motion.inertia);
+            body.velocity += change;
+            self.cut.bodies[k].carry_faces(&change, faces);
+        }
+        if self.oblong.is_empty() { Ok(()) } else { self.follow_turning(grid, dt, phi, faces) }
+    }
+}
+
+impl<const D: usize> Following<'_, D> {
+    /// Likewise for the spin of the bodies that pressure turns.
+    fn follow_turning(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64], faces: &mut VectorField<D>) -> Result<()> {
+        let sums = &mut self.sums[..3 * self.oblong.len()];
+        for (k, row) in self.oblong.iter().map(|k| *k as usize).zip(sums.chunks_exact_mut(3)) {
+            row.copy_from_slice(self.cut.pressure_torque(grid, &self.bodies[k], k, phi).as_slice());
+        }
+        self.session.sum(sums)?;
+        for (k, row) in self.oblong.iter().map(|k| *k as usize).zip(sums.chunks_exact(3)) {
+            let torque = Vector3::from_column_slice(row);
+            let (body, motion) = (&mut self.bodies[k], &mut self.motions[k]);
+            motion.pressure_torque += torque;
+            if body.freedom().is_none() {
+                continue;
+            }
+            let change = motion.turns * (dt * torque);
+            body.spin += change;
+            for axis in 0..D {
+                for (cut, opening) in self.cut.bodies[k].faces(axis) {
+                    faces[axis][cut.face as usize] += change.cross(&opening.lever)[axis];
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,176 @@
+//! How bodies go to their new place, and what forces make of their velocity there (formulas in the parent).
+
+use super::cut_body::RESISTANCE;
+use super::{NUMBERS, Sharp, history};
+use crate::Result;
+use crate::clock::Stage;
+use crate::domain::Domain;
+use crate::method::collision::refuse_collisions;
+use crate::solids::contact::{Impulse, Push, Touching};
+use crate::solids::{Body, Inertia};
+use crate::state::{BodyHistory, State};
+use nalgebra::{Matrix3, Vector3};
+
+/// The motion of a body within a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BodyMotion {
+    /// Velocity and spin at the start of the step (m/s, rad/s), and those expected at its end.
+    pub start: (Vector3<f64>, Vector3<f64>),
+    pub expected: (Vector3<f64>, Vector3<f64>),
+    /// Angular momentum at the start of the step (kg m2/s).
+    pub angular_momentum: Vector3<f64>,
+    /// What a force changes (kg): the mass with the wall shear's resistance over a step; infinite along held directions.
+    pub inertia: f64,
+    /// What a torque's impulse changes of the spin of a body that is not round (1/(kg m2)), with that resistance likewise.
+    pub turns: Matrix3<f64>,
+    /// Pressure force of the step so far (N), and its torque on a body that is not round (N m).
+    pub pressure: Vector3<f64>,
+    pub pressure_torque: Vector3<f64>,
+    /// Wall shear's force and torque (N, N m).
+    pub shear: (Vector3<f64>, Vector3<f64>),
+    /// What pressure and wall shear miss of what the fluid lost in the step, and what the body has felt (N).
+    pub missed: Vector3<f64>,
+    pub used: Vector3<f64>,
+    /// Angular momentum that the fluid lost to the body in the step (kg m2/s).
+    pub spin_lost: Vector3<f64>,
+    /// Its surface: area (m2; m in 2D), and moments of inertia in its own axes as a shell of a kilogram per area.
+    pub shell: (f64, Matrix3<f64>),
+}
+
+impl BodyMotion {
+    /// Torque on it by the fluid over the step (N m).
+    pub fn torque(&self) -> Vector3<f64> {
+        self.shear.1 + self.pressure_torque
+    }
+}
+
+impl<const D: usize> Sharp<D> {
+    /// Moves the bodies on by `dt` (s), as the last step lets expect and through contacts, and opens the faces there. Collective.
+    pub(super) fn predict_positions(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+        for (motion, body) in self.motions.iter_mut().zip(&s.bodies) {
+            motion.start = (body.velocity, body.spin);
+            motion.angular_momentum = body.inertia().of(&body.spin);
+        }
+        let histories = &history(&mut s.walls)?.bodies;
+        self.work.push.iter_mut().zip(histories).for_each(|(push, history)| *push = history.push);
+        s.substeps = 0;
+        if s.bodies.iter().any(Body::moves) {
+            self.cut.depart(&s.bodies);
+            let periods = self.cut.periods;
+            match &mut self.contacts {
+                Some(contacts) => {
+                    s.substeps = contacts.advance(&mut s.bodies, &mut s.touching, &self.work.push, dt)?;
+                }
+                None => {
+                    let bodies = s.bodies.iter_mut().zip(&self.work.push);
+                    bodies.for_each(|(body, push)| body.advance(dt, push, &periods));
+                }
+            }
+            refuse_collisions(&domain.grid, &s.bodies, self.contacts.is_some(), &periods)?;
+            for (motion, body) in self.motions.iter_mut().zip(&s.bodies) {
+                motion.expected = (body.velocity, body.spin);
+            }
+            self.cut.arrive(domain, &s.bodies);
+        }
+        self.set_ghost_layers(domain, &s.bodies);
+        domain.clock.lap(Stage::Particles);
+        Ok(())
+    }
+
+    /// Predicts the velocities of the free bodies at their new place, by all forces with the last pressure, whose changes follow.
+    /// Collective.
+    pub(super) fn predict_velocities(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+        let sums = self.sum_forces(domain, s)?;
+        let (fluid, h) = (&domain.fluid, self.cut.h);
+        let histories = &mut history(&mut s.walls)?.bodies;
+        for (k, row) in sums.chunks_exact(NUMBERS).enumerate() {
+            let [pressure, shear, torque, pressure_torque] =
+                [0, 3, 6, 9].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
+            let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
+            let (body, motion, history) = (&mut s.bodies[k], &mut self.motions[k], &mut histories[k]);
+            let (before, torque_before) = history.shear.replace((shear, torque)).unwrap_or((shear, torque));
+            (motion.pressure, motion.pressure_torque) = (pressure, pressure_torque);
+            let (drag, turn) = resistance(body, &motion.shell, fluid.viscosity / h);
+            let centred = 0.5 * inertial_share(body, &turn, dt);
+            motion.shear = (0.5 * (shear + before), torque + centred.component_mul(&(torque_before - torque)));
+            let Some(freedom) = body.freedom() else { continue };
+            motion.inertia = body.mass() + dt * drag;
+            let weight = (body.mass() - fluid.density * body.volume()) * fluid.gravity;
+            let resisted = drag * (motion.expected.0 - motion.start.0);
+            let change = dt * (pressure + motion.shear.0 + history.residual + weight + resisted) + impulse.linear;
+            body.velocity = motion.start.0 + freedom.along(&change) / motion.inertia;
+            // The same angular momentum is another spin once it has turned.
+            let kept = motion.angular_momentum - body.inertia().of(&motion.start.1);
+            let resisted = turn.of(&(motion.expected.1 - motion.start.1));
+            let change = dt * (motion.shear.1 + pressure_torque + resisted) + (impulse.angular + kept);
+            let inertia = body.inertia().plus(dt, &turn);
+            body.spin = motion.start.1 + inertia.answer(&change, &freedom);
+            if !body.shape().is_round() {
+                motion.turns = inertia.inverse(&freedom);
+            }
+        }
+        self.work.sums = sums;
+        domain.clock.lap(Stage::Mixing);
+        Ok(())
+    }
+
+    /// Per body, the sums over the ranks of pressure, wall shear and their torques, with the cells' velocity and pressure as they
+    /// are, ghosts filled. Collective.
+    fn sum_forces(&mut self, domain: &Domain<D>, s: &State<D>) -> Result<Vec<f64>> {
+        let mut sums = std::mem::take(&mut self.work.sums);
+        for (k, row) in sums.chunks_exact_mut(NUMBERS).enumerate() {
+            let (shear, torque) = self.cut.shear_force(domain, &s.bodies, k, &s.u);
+            let pressure = self.cut.pressure_force(&domain.grid, k, &s.p);
+            let turning = self.cut.pressure_torque(&domain.grid, &s.bodies[k], k, &s.p);
+            for (slot, v) in row.chunks_exact_mut(3).zip([pressure, shear, torque, turning]) {
+                slot.copy_from_slice(v.as_slice());
+            }
+        }
+        domain.session.sum(&mut sums)?;
+        Ok(sums)
+    }
+
+    /// Takes the acceleration of the step `dt` (s) for the next one.
+    pub(super) fn take_push(
+        &self,
+        domain: &Domain<D>,
+        bodies: &[Body],
+        touching: &Touching,
+        histories: &mut [BodyHistory],
+        dt: f64,
+    ) {
+        for (k, (motion, body)) in self.motions.iter().zip(bodies).enumerate() {
+            let Some(freedom) = body.freedom() else { continue };
+            let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
+            let heavier = body.mass() + touching.carried.get(k).copied().unwrap_or(0.0);
+            let (_, turn) = resistance(body, &motion.shell, domain.fluid.viscosity / self.cut.h);
+            let kept = inertial_share(body, &turn, dt) / dt;
+            histories[k].push = Push {
+                acceleration: (body.velocity - motion.start.0 - impulse.linear / heavier) / dt,
+                angular: (body.spin - motion.start.1 - body.inertia().answer(&impulse.angular, &freedom))
+                    .component_mul(&kept),
+            };
+        }
+    }
+}
+
+/// What the wall shear takes back of a change of a body's velocity (N s/m) and spin (N m s) within a step, for a viscosity over
+/// spacing (Pa s/m) and its surface's area and moments: of the velocity by the profile's first probe, of the spin by the slope
+/// of the wall shear itself.
+fn resistance(body: &Body, (area, shell): &(f64, Matrix3<f64>), unit: f64) -> (f64, Inertia) {
+    let slope = unit * RESISTANCE;
+    if body.shape().is_round() {
+        return (unit * area, Inertia::Same(slope * shell[(2, 2)]));
+    }
+    let turn = body.turn();
+    (unit * area, Inertia::Tensor(slope * (turn * shell * turn.transpose())))
+}
+
+/// The part of a free body's answer to torque over the step `dt` (s) that is inertia, and not the wall shear's resistance `turn`
+/// (N m s), by axis. The torque is centred in time, and the spin carried on, as far as this goes: of a body of no inertia the
+/// spin is that of the flow around it, and what it was before only feeds an oscillation (nothing but added mass resists
+/// pressure, but nothing adds inertia to a disc's spin).
+fn inertial_share(body: &Body, turn: &Inertia, dt: f64) -> Vector3<f64> {
+    let (own, resisted) = (body.inertia(), body.inertia().plus(dt, turn));
+    Vector3::from_fn(|a, _| body.freedom().map_or(1.0, |_| own.about(a) / resisted.about(a)))
+}

@@ -1,0 +1,50 @@
+//! Which bodies are near each other: as far as the probes of one may meet another.
+
+use super::gap;
+use crate::solids::Body;
+use crate::solids::contact::Neighbours;
+
+/// The bodies near each.
+pub struct NearBodies {
+    /// Per body, the others, in the order of the bodies.
+    pub near: Vec<Vec<usize>>,
+    /// Whether a body had others near before the last search.
+    pub had: Vec<bool>,
+    neighbours: Box<Neighbours>,
+    /// Largest radius (m), and half the distance at which bodies are near each other, for every one (m).
+    largest: f64,
+    search_radius: Vec<f64>,
+}
+
+impl NearBodies {
+    /// Bodies in a box of the given size (m) and periods, their probes counting in spacings of `h` (m).
+    pub fn new(bodies: &[Body], size: [f64; 3], periods: [Option<f64>; 3], h: f64) -> NearBodies {
+        let n = bodies.len();
+        NearBodies {
+            near: (0..n).map(|_| Vec::with_capacity(16)).collect(),
+            had: vec![false; n],
+            neighbours: Box::new(Neighbours::new(bodies, size, periods)),
+            largest: bodies.iter().fold(0.0, |most, b| most.max(b.radius())),
+            search_radius: vec![0.5 * gap::NEAR * h; n],
+        }
+    }
+
+    /// Finds them anew.
+    pub fn find(&mut self, bodies: &[Body]) {
+        for (had, near) in self.had.iter_mut().zip(&mut self.near) {
+            *had = !near.is_empty();
+            near.clear();
+        }
+        let (near, radius) = (&mut self.near, &self.search_radius);
+        let Some(first) = radius.first() else { return };
+        self.neighbours.sort(bodies, 2.0 * self.largest + first);
+        for i in 0..bodies.len() {
+            self.neighbours.around(i, bodies, radius, |j| {
+                near[i].push(j);
+                near[j].push(i);
+            });
+        }
+        // In the order of the bodies, so that sums do not depend on how they were found.
+        near.iter_mut().for_each(|near| near.sort_unstable());
+    }
+}

@@ -1,0 +1,151 @@
+//! The parts of a step with sharp walls, in its order ([`super`] has the formulas).
+
+use super::{FORGET, Pace, Sharp, copy, history};
+use crate::Result;
+use crate::clock::Stage;
+use crate::domain::Domain;
+use crate::fluid::pressure::Projected;
+use crate::fluid::{border, faces};
+use crate::grid::VectorField;
+use crate::solids::Body;
+use crate::state::State;
+use nalgebra::Vector3;
+
+impl<const D: usize> Sharp<D> {
+    /// How far a step of `dt` (s) goes. Collective.
+    pub(super) fn pace(&self, domain: &Domain<D>, s: &State<D>, dt: f64) -> Result<Pace> {
+        let mut speed = [faces::fastest(&domain.grid, &s.faces)];
+        domain.session.max(&mut speed)?;
+        let courant = dt * speed[0] / self.cut.h;
+        Ok(Pace { courant, keep: 1.0 - (dt * speed[0] / (FORGET * self.cut.h)).min(1.0) })
+    }
+
+    /// Sets the velocity of the cells inside the bodies; with `fresh`, also that of cells which they have just left. Collective.
+    pub(super) fn impose(
+        &mut self,
+        domain: &mut Domain<D>,
+        bodies: &[Body],
+        fresh: bool,
+        u: &mut VectorField<D>,
+    ) -> Result<()> {
+        domain.boundaries.fill_velocity(u)?;
+        self.cut.impose(domain, bodies, fresh, &mut self.work.inside, None, u);
+        Ok(())
+    }
+
+    /// The memory of the faces: what their velocity was beyond the cells' with the wall imposed at the present place. Collective.
+    pub(super) fn update_memory(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        let mut stage = std::mem::replace(&mut self.work.stage, [const { Vec::new() }; D]);
+        let walls = history(&mut s.walls)?;
+        if s.bodies.iter().any(Body::moves) {
+            domain.projection.assemble(&domain.grid, &self.cut.beta)?;
+            domain.clock.lap(Stage::Assembly);
+            copy(&s.u, &mut stage);
+            self.impose(domain, &s.bodies, true, &mut stage)?;
+            domain.boundaries.fill_velocity(&mut stage)?;
+            // What the last wall changed after the projection faces have yet to see.
+            for ((moved, u), before) in stage.iter_mut().zip(&s.u).zip(&walls.unimposed) {
+                moved.iter_mut().zip(u).zip(before).for_each(|((moved, u), before)| *moved += before - u);
+            }
+        }
+        let u = if s.bodies.iter().any(Body::moves) { &stage } else { &walls.unimposed };
+        self.cut.update_memory(domain, u, s.dt, &self.acceleration, &mut walls.memory);
+        self.acceleration.reopen(domain, &self.cut);
+        self.work.stage = stage;
+        domain.clock.lap(Stage::Mixing);
+        Ok(())
+    }
+
+    /// (7): the stages in their order, the wall imposed on every one and on their sum, which has the last pressure; the bodies are
+    /// at the step's end already. Returns the force of this rank's sides on the fluid (N), where a balance is kept. Collective.
+    pub(super) fn predict_cells(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Vector3<f64>> {
+        let Sharp { mixture, momentum, cut, acceleration, work, .. } = self;
+        let (scheme, mut sides) = (momentum.scheme, Vector3::zeros());
+        for (k, &weight) in scheme.weights.iter().enumerate() {
+            if k > 0 {
+                let (u, part) = (&mut work.stage, scheme.stages[k - 1].1);
+                momentum.start_stage(domain, k, &s.u, &acceleration.faces, dt, u);
+                acceleration.add_opened(domain, cut, part * dt, None, u);
+                if part == 1.0 {
+                    domain.boundaries.fill_velocity(u)?;
+                    cut.impose(domain, &s.bodies, true, &mut work.inside, None, u);
+                } else {
+                    cut.impose_within(part, &s.u, &work.inside, u);
+                }
+                domain.clock.lap(Stage::Mixing);
+            }
+            domain.boundaries.fill_velocity(if k == 0 { &mut s.u } else { &mut work.stage })?;
+            domain.clock.lap(Stage::Ghosts);
+            let (u, carrier) = (if k == 0 { &s.u } else { &work.stage }, momentum.carrier(s, dt));
+            if s.balance.is_some() {
+                sides +=
+                    weight * border::stress(&domain.grid, &carrier, u, domain.fluid.density, domain.fluid.viscosity);
+                domain.clock.lap(Stage::Force);
+            }
+            momentum.add_stage(domain, k, mixture, &carrier, u, dt, None)?;
+        }
+        // The wall belongs to the velocity with its pressure.
+        faces::step_cells(&domain.grid, None, (dt, momentum.rate()), (dt, &acceleration.faces), &mut s.u);
+        domain.clock.lap(Stage::Update);
+        acceleration.add_opened(domain, cut, dt, None, &mut s.u);
+        domain.boundaries.fill_velocity(&mut s.u)?;
+        work.tally.fill(Default::default());
+        cut.impose(domain, &s.bodies, true, &mut work.inside, Some(&mut work.tally), &mut s.u);
+        domain.boundaries.fill_velocity(&mut s.u)?;
+        domain.clock.lap(Stage::Mixing);
+        Ok(sides)
+    }
+
+    /// (8), from the cells without the last pressure. Collective.
+    pub(super) fn predict_faces(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        pace: Pace,
+        dt: f64,
+    ) -> Result<()> {
+        self.acceleration.add_to(domain, &self.cut, -dt, &mut s.u);
+        domain.boundaries.fill_velocity(&mut s.u)?;
+        domain.clock.lap(Stage::Ghosts);
+        if !s.faces_before[0].is_empty() {
+            std::mem::swap(&mut s.faces, &mut s.faces_before);
+        }
+        self.cut.interpolate(domain, s, pace.keep, dt, &self.acceleration)?;
+        domain.boundaries.set_faces(&mut s.faces);
+        domain.clock.lap(Stage::Faces);
+        Ok(())
+    }
+
+    /// (13-15), the free bodies with it, and again while contacts ask for it. Collective.
+    pub(super) fn project(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+        self.set_modes(domain, &s.bodies)?;
+        let mut projected = self.project_once(domain, s, dt)?;
+        for round in 0.. {
+            if !self.mend_contacts(s, round, dt) {
+                break;
+            }
+            let more = self.project_once(domain, s, dt)?;
+            projected.outer += more.outer;
+            projected.krylov += more.krylov;
+            projected.retries += more.retries;
+            projected.divergence_max = more.divergence_max;
+        }
+        domain.clock.lap(Stage::Pressure);
+        Ok(projected)
+    }
+
+    /// (16), the wall imposed on it. Collective.
+    pub(super) fn correct_cells(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+        let Sharp { cut, acceleration, work, .. } = self;
+        acceleration.of_pressure(domain, cut, &s.p);
+        faces::add_to_cells(&domain.grid, dt, &acceleration.faces, &mut s.u);
+        acceleration.add_opened(domain, cut, dt, Some(&mut work.tally), &mut s.u);
+        domain.clock.lap(Stage::Faces);
+        domain.boundaries.fill_velocity(&mut s.u)?;
+        copy(&s.u, &mut history(&mut s.walls)?.unimposed);
+        cut.impose(domain, &s.bodies, false, &mut work.inside, Some(&mut work.tally), &mut s.u);
+        domain.boundaries.fill_velocity(&mut s.u)?;
+        domain.clock.lap(Stage::Mixing);
+        Ok(())
+    }
+}

@@ -1,0 +1,105 @@
+//! What a scene tells of its fields: the energy, what is not finite, whole fields.
+
+use super::Scene;
+use crate::error::NotFinite;
+use crate::grid::{Coefficient, largest, total, wide};
+use crate::{Error, Result};
+
+impl<const D: usize> Scene<D> {
+    /// Kinetic energy of the mixture (J; per metre of depth in 2D) and the largest speed in a cell (m/s). Collective.
+    ///
+    /// # Errors
+    /// When a velocity is not finite: names the cell or the particle.
+    pub fn energy_and_speed(&self) -> Result<(f64, f64)> {
+        let (sum, most) = self.squares();
+        let (mut energy, mut fastest) = ([sum], [most]);
+        energy[0] *= 0.5 * self.domain.grid.cell_volume();
+        self.domain.session.sum(&mut energy)?;
+        self.domain.session.max(&mut fastest)?;
+        if !energy[0].is_finite() {
+            return Err(self.name_what_is_lost()?);
+        }
+        Ok((energy[0], fastest[0].sqrt()))
+    }
+
+    /// Over this rank's cells, the sum of density times squared velocity and the largest squared velocity.
+    fn squares(&self) -> (f64, f64) {
+        let (grid, u, mixture) = (&self.domain.grid, &self.state.u, self.method.mixture());
+        wide(
+            #[inline(always)]
+            || {
+                let (mut sum, mut most) = (0.0, 0.0f64);
+                for row in grid.rows() {
+                    let u: [&[f64]; D] = std::array::from_fn(|a| &u[a][row.clone()]);
+                    let square = |i: usize| u.iter().map(|u| u[i] * u[i]).sum::<f64>();
+                    sum += match &mixture.density {
+                        Coefficient::Uniform(rho) => rho * total(row.len(), square),
+                        Coefficient::Field(rho) => {
+                            let rho = &rho[row.clone()];
+                            total(
+                                row.len(),
+                                #[inline(always)]
+                                |i| rho[i] * square(i),
+                            )
+                        }
+                    };
+                    most = most.max(largest(row.len(), square));
+                }
+                (sum, most)
+            },
+        )
+    }
+
+    /// The error for a value that is not finite, with the first cell that holds one; without one, the first particle. Collective.
+    pub fn name_what_is_lost(&self) -> Result<Error> {
+        let fields: Vec<&[f64]> = self.state.u.iter().chain([&self.state.p]).map(Vec::as_slice).collect();
+        let found = (0..fields.len())
+            .find_map(|k| self.domain.grid.rows().flatten().find(|&c| !fields[k][c].is_finite()).map(|c| (k, c)));
+        // The highest rank that found one speaks for all.
+        let rank = self.domain.session.rank() as f64;
+        let mut speaker = [if found.is_some() { rank } else { -1.0 }];
+        self.domain.session.max(&mut speaker)?;
+        let mut place = [0.0; 7];
+        if let Some((field, c)) = found.filter(|_| speaker[0] == rank) {
+            place[0] = field as f64;
+            for a in 0..D {
+                place[1 + a] = self.domain.grid.global_cell(c)[a] as f64;
+                place[4 + a] = self.domain.grid.centre(c)[a];
+            }
+        }
+        self.domain.session.sum(&mut place)?;
+        if speaker[0] < 0.0 {
+            let lost = self.state.bodies.iter().position(|body| !body.is_finite());
+            return Ok(Error::NotFinite(lost.map_or(NotFinite::Energy, NotFinite::Particle)));
+        }
+        let names = ["the velocity along x", "the velocity along y", "the velocity along z", "the pressure"];
+        Ok(Error::NotFinite(NotFinite::Cell {
+            field: if place[0] as usize == D { names[3] } else { names[place[0] as usize] },
+            cell: place[1..1 + D].iter().map(|i| *i as usize).collect(),
+            at: place[4..4 + D].to_vec(),
+        }))
+    }
+
+    /// The owned cells of all ranks, x fastest, on rank 0 (empty elsewhere). Collective.
+    pub fn gather(&self, field: &[f64]) -> Result<Vec<f64>> {
+        let grid = &self.domain.grid;
+        let mut bytes: Vec<f64> = (0..D).flat_map(|a| [grid.start[a] as f64, grid.local[a] as f64]).collect();
+        grid.rows().for_each(|row| bytes.extend_from_slice(&field[row]));
+        let mut whole = if self.domain.session.rank() == 0 { vec![0.0; grid.total_cells()] } else { Vec::new() };
+        self.domain.session.gather(&bytes, |_, part| {
+            let (head, values) = part.split_at(2 * D);
+            let (start, local): ([usize; D], [usize; D]) =
+                (std::array::from_fn(|a| head[2 * a] as usize), std::array::from_fn(|a| head[2 * a + 1] as usize));
+            for (k, row) in values.chunks_exact(local[0]).enumerate() {
+                let (mut rest, mut at, mut stride) = (k, start[0], grid.cells[0]);
+                for a in 1..D {
+                    at += (start[a] + rest % local[a]) * stride;
+                    rest /= local[a];
+                    stride *= grid.cells[a];
+                }
+                whole[at..at + local[0]].copy_from_slice(row);
+            }
+        })?;
+        Ok(whole)
+    }
+}

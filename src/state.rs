@@ -1,0 +1,144 @@
+//! What lasts from one step to the next, and nothing else: a step is a function of it. Whatever else a method keeps can be
+//! dropped and made anew between any two steps, and is, when a run goes on from a checkpoint.
+
+mod balance;
+mod exchange;
+mod walls;
+
+use crate::Result;
+use crate::archive::{Archive, Checkpointed};
+use crate::grid::{Grid, VectorField};
+use crate::solids::Body;
+use crate::solids::contact::Touching;
+pub use balance::Balance;
+pub use exchange::Exchange;
+pub use walls::{BodyHistory, WallHistory};
+
+/// The state of a scene. Fields have the layout of [`Grid::field`], with ghosts.
+#[derive(Clone, Debug)]
+pub struct State<const D: usize> {
+    /// Time reached (s).
+    pub time: f64,
+    /// Steps done.
+    pub steps: u64,
+    /// The last step (s).
+    pub dt: f64,
+    /// Substeps of the contacts in the last step.
+    pub substeps: usize,
+    /// Velocity at cell centres (m/s), the bodies imposed.
+    pub u: VectorField<D>,
+    /// Pressure without its hydrostatic part (Pa).
+    pub p: Vec<f64>,
+    /// Velocity through faces (m/s), divergence-free to D0.
+    pub faces: VectorField<D>,
+    /// That of the step before; empty where the scheme carries with `faces` alone.
+    pub faces_before: VectorField<D>,
+    /// The bodies, in the case's order.
+    pub bodies: Vec<Body>,
+    /// What each body exchanged with the fluid in the last step.
+    pub exchange: Vec<Exchange>,
+    /// Contacts that last; none where the scene has no law of contacts.
+    pub touching: Touching,
+    /// What sharp walls have of the past; `None` with another method.
+    pub walls: Option<WallHistory<D>>,
+    /// The balance of momentum; `None` where no body is free.
+    pub balance: Option<Balance>,
+}
+
+/// What a reader of the results needs of a state.
+#[derive(Clone, Debug)]
+pub struct Readable<const D: usize> {
+    /// Time (s).
+    pub time: f64,
+    /// Steps done.
+    pub steps: u64,
+    u: VectorField<D>,
+    p: Vec<f64>,
+    bodies: Vec<Body>,
+}
+
+impl<const D: usize> State<D> {
+    /// Everything at rest, at time 0. With `extrapolates`, the faces of the step before are kept.
+    pub fn new(grid: &Grid<D>, bodies: Vec<Body>, extrapolates: bool) -> State<D> {
+        State {
+            time: 0.0,
+            steps: 0,
+            dt: 0.0,
+            substeps: 0,
+            u: grid.vector_field(),
+            p: grid.field(),
+            faces: grid.vector_field(),
+            faces_before: if extrapolates { grid.vector_field() } else { std::array::from_fn(|_| Vec::new()) },
+            exchange: vec![Exchange::default(); bodies.len()],
+            bodies,
+            touching: Touching::default(),
+            walls: None,
+            balance: None,
+        }
+    }
+
+    /// Counts a step of `dt` (s).
+    pub fn count(&mut self, dt: f64) {
+        self.time += dt;
+        self.dt = dt;
+        self.steps += 1;
+    }
+
+    /// Copies what a reader of the results needs into `kept`; all of it would cost a tenth of a step.
+    pub fn keep(&self, kept: &mut Readable<D>) {
+        let State { time, steps, u, p, bodies, .. } = self;
+        (kept.time, kept.steps) = (*time, *steps);
+        kept.u.clone_from(u);
+        kept.p.clone_from(p);
+        kept.bodies.clone_from(bodies);
+    }
+
+    /// Brings back what [`State::keep`] copied: for readers, since a step needs more.
+    pub fn bring_back(&mut self, kept: &Readable<D>) {
+        (self.time, self.steps) = (kept.time, kept.steps);
+        self.u.clone_from(&kept.u);
+        self.p.clone_from(&kept.p);
+        self.bodies.clone_from(&kept.bodies);
+    }
+
+    /// Writes or reads all of it. Collective.
+    ///
+    /// # Errors
+    /// When the archive holds another case.
+    pub fn serialize(&mut self, grid: &Grid<D>, archive: &mut Archive) -> Result<()> {
+        let State { time, steps, dt, substeps, u, p, faces, faces_before, bodies, exchange, touching, walls, balance } =
+            self;
+        archive.label("state")?;
+        archive.serialize([time, steps, dt, substeps])?;
+        archive.label("velocity")?;
+        archive.cells(grid, u)?;
+        archive.label("pressure")?;
+        archive.cells(grid, std::slice::from_mut(p))?;
+        archive.label("faces")?;
+        archive.faces(grid, faces)?;
+        if !faces_before[0].is_empty() {
+            archive.label("faces before")?;
+            archive.faces(grid, faces_before)?;
+        }
+        archive.each("bodies", bodies)?;
+        archive.each("exchange", exchange)?;
+        archive.label("contacts")?;
+        touching.serialize(archive)?;
+        if let Some(walls) = walls {
+            archive.label("sharp walls")?;
+            walls.serialize(grid, archive)?;
+        }
+        if let Some(balance) = balance {
+            archive.label("balance")?;
+            balance.serialize(archive)?;
+        }
+        Ok(())
+    }
+}
+
+impl<const D: usize> Default for Readable<D> {
+    fn default() -> Self {
+        let u = std::array::from_fn(|_| Vec::new());
+        Readable { time: 0.0, steps: 0, u, p: Vec::new(), bodies: Vec::new() }
+    }
+}
