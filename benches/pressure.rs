@@ -176,7 +176,7 @@ impl<const D: usize> Bench<D> {
         let scene = &mut self.scene;
         let begin = Instant::now();
         if !matches!(self.coefficients, Coefficients::Uniform) {
-            scene.domain.projection.assemble(&scene.domain.grid, &scene.method.beta()).expect("assembled");
+            scene.domain.projection.assemble(&scene.domain.grid, scene.method.beta()).expect("assembled");
         }
         let mut bodies = Bodies { weights: &self.weights, covered: &self.covered };
         let mut coupling: Option<&mut dyn BodyCoupling<D>> = None;
@@ -188,7 +188,7 @@ impl<const D: usize> Bench<D> {
         let done = scene.domain.projection.project(
             &scene.domain.grid,
             &mut scene.domain.boundaries,
-            &scene.method.beta(),
+            scene.method.beta(),
             1e-3,
             p,
             faces,

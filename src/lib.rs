@@ -99,6 +99,7 @@ pub mod grid;
 pub mod interrupt;
 pub mod method;
 pub mod output;
+pub mod params;
 pub mod petsc;
 pub mod run;
 pub mod scene;

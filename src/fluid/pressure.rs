@@ -17,7 +17,7 @@ use super::poisson::{Covered, Poisson, Rows};
 use crate::error::NotFinite;
 use crate::grid::{Boundaries, Grid, VectorField, largest, wide};
 use crate::petsc::{Choice, Layout, LinearSolver, Session};
-use crate::{Error, Result};
+use crate::{Error, Result, params};
 use std::cell::{RefCell, RefMut};
 use std::rc::Rc;
 
@@ -44,9 +44,6 @@ pub struct StoppingRule {
     /// Iterations after which the run fails.
     pub max_iterations: usize,
 }
-
-/// Part of D0 below which a step leaves the pressure as it is.
-const IDLE: f64 = 1e-3;
 
 /// How bodies are coupled to the pressure: their velocity, and with it that of faces, follows it.
 pub trait BodyCoupling<const D: usize> {
@@ -144,7 +141,7 @@ impl Projection {
             done.divergence_max = self.largest_divergence(grid, velocity)?;
             // A step solves once though the limit is kept already, unless there is next to nothing to solve: pressure that
             // waits until D0 is reached makes the force on a particle jitter.
-            let limit = self.rule.limit * if done.outer == 0 { IDLE } else { 1.0 };
+            let limit = self.rule.limit * if done.outer == 0 { params::idle_divergence() } else { 1.0 };
             if done.divergence_max < limit {
                 break;
             }

@@ -305,9 +305,7 @@ mod tests {
     }
 
     fn pushed(momentum: Vector3<f64>) -> Exchange {
-        let mut exchange = Exchange::default();
-        exchange.momentum = momentum;
-        exchange
+        Exchange { momentum, ..Exchange::default() }
     }
 
     /// The measures of these kinds, from 1 s on, of a disc of 0.2 m in a fluid of 2 kg/m3.

@@ -23,6 +23,8 @@ pub struct Summary {
     pub time: f64,
     /// Wall-clock seconds.
     pub wall_seconds: f64,
+    /// Seconds of CPU, of all ranks together.
+    pub cpu_seconds: f64,
     /// Largest |D| over all steps (1/s).
     pub divergence_max: f64,
     /// C-HSMAC iterations of all steps.

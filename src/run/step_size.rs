@@ -2,13 +2,9 @@
 
 use crate::Result;
 use crate::config::{Case, Loaded, Step};
+use crate::params;
 use crate::scheme::{Bound, Limits};
 use std::fmt;
-
-/// Part of the stability limits, other than the Courant number's, that steps chosen by `time.cfl` use.
-const LIMIT_SHARE: f64 = 0.8;
-/// How much longer a step chosen by `time.cfl` may be than the one before.
-const GROWTH: f64 = 1.1;
 /// Steps at the end of a run that keep one length.
 const LAST_STEPS: f64 = 50.0;
 
@@ -51,7 +47,7 @@ impl fmt::Display for Choice {
         match self {
             Choice::Given => write!(f, "given"),
             Choice::CourantNumber => write!(f, "by time.cfl"),
-            Choice::Limit(bound) => write!(f, "by {LIMIT_SHARE} of the {bound}"),
+            Choice::Limit(bound) => write!(f, "by {} of the {bound}", params::limit_share()),
             Choice::TenthOfRun => write!(f, "a tenth of the run, since nothing limits it yet"),
             Choice::Growth => write!(f, "by its growth from the step before"),
         }
@@ -68,10 +64,12 @@ pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64)
     };
     let shares = limits.bounds().map(|(bound, dt)| match bound {
         Bound::Advection(_) => (Choice::CourantNumber, limits.step_for(courant)),
-        _ => (Choice::Limit(bound), LIMIT_SHARE * dt),
+        _ => (Choice::Limit(bound), params::limit_share() * dt),
     });
-    let others =
-        [(Choice::TenthOfRun, case.time.end / 10.0), (Choice::Growth, before.map_or(f64::INFINITY, |b| GROWTH * b))];
+    let others = [
+        (Choice::TenthOfRun, case.time.end / 10.0),
+        (Choice::Growth, before.map_or(f64::INFINITY, |b| params::step_growth() * b)),
+    ];
     let least = |a: (Choice, f64), b: (Choice, f64)| if b.1 < a.1 { b } else { a };
     let (choice, wanted) = shares.into_iter().chain(others).reduce(least).unwrap_or(others[0]);
     if let Some(before) = before {

@@ -8,11 +8,9 @@ use super::near::NearBodies;
 use crate::domain::Domain;
 use crate::fluid::faces::FaceCoefficient;
 use crate::grid::{Grid, VectorField, wide};
+use crate::params;
 use crate::solids::{Body, nearest_image};
 use nalgebra::Vector3;
-
-/// Reynolds number of a spacing and the velocity at the first probe up to which the layer at the wall is resolved.
-const RESOLVED: f64 = 40.0;
 
 /// The bodies as they cut the grid.
 pub struct CutBodies<const D: usize> {
@@ -148,7 +146,7 @@ impl<const D: usize> CutBodies<D> {
     ) {
         inside.clear();
         let (grid, fluid) = (&domain.grid, &domain.fluid);
-        let resolved = RESOLVED * fluid.viscosity / (fluid.density * self.h);
+        let resolved = params::resolved_layer() * fluid.viscosity / (fluid.density * self.h);
         wide(
             #[inline(always)]
             || {

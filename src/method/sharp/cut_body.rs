@@ -9,24 +9,17 @@
 //! ```
 //! with g the gap along n to the next body or wall; between these the shares change smoothly.
 
-use super::gap::{Other, Shares, Surroundings, UNRESOLVED};
+use super::gap::{Other, Shares, Surroundings};
 use super::probe::Probe;
 use crate::geometry::{Block, Cut, Opening, Overlap, Placed, Shape, SurfacePoint, Turn, aperture, fraction, images};
 use crate::grid::{Grid, VectorField};
+use crate::params;
 use crate::solids::Body;
 use nalgebra::Vector3;
-
-/// Depth to which the profile is continued into a body, in spacings, as deep as the advection of cells beside the wall
-/// reaches; deeper, the body's own motion stands.
-pub(super) const DEPTH: f64 = 2.5;
-/// Probes of the imposed profile, in spacings from the wall.
-pub(super) const PROFILE: [f64; 2] = [1.0, 2.0];
-/// What the continued profile may reach, of the velocity at the first probe, where the layer is just resolved.
-const MOST: f64 = 5.0;
-/// Spacings between the probes of the wall's slope.
-const SLOPE: f64 = 0.7;
 /// What that slope takes of the wall's own velocity, over a spacing.
-pub(super) const RESISTANCE: f64 = (3.0 - 1.5 + 1.0 / 3.0) / SLOPE;
+pub(super) fn resistance() -> f64 {
+    (3.0 - 1.5 + 1.0 / 3.0) / params::slope_probe()
+}
 
 /// A linear functional of the velocity relative to a body's motion, along the normal of its wall through a point of its.
 #[derive(Clone, Copy, Debug)]
@@ -161,7 +154,7 @@ impl<const D: usize> CutBody<D> {
     /// One with room for all that a body can touch, its probes counting in spacings of `h` (m).
     pub fn new(grid: &Grid<D>, shape: &dyn Shape, h: f64) -> CutBody<D> {
         let cells = |beyond: f64| fraction::most_cells(grid, shape.radius() + beyond * h);
-        let (inside, spots) = (cells(UNRESOLVED), shape.surface(h));
+        let (inside, spots) = (cells(params::unresolved_gap()), shape.surface(h));
         let points = spots.len();
         CutBody {
             cuts: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
@@ -208,7 +201,7 @@ impl<const D: usize> CutBody<D> {
         self.across.clear();
         self.lines.clear();
         self.inside.clear();
-        let tight = if around.has_neighbours(k) { UNRESOLVED * around.h } else { 0.0 };
+        let tight = if around.has_neighbours(k) { params::unresolved_gap() * around.h } else { 0.0 };
         let bounds = shape.bounds(turn).sup(&shape.bounds(&before.turn));
         let reach = bounds.add_scalar(before.way.norm().max(tight));
         for image in images(grid, &body.centre) {
@@ -228,7 +221,7 @@ impl<const D: usize> CutBody<D> {
                     if weight == 0.0 {
                         continue;
                     }
-                } else if s > -body.radius().min(DEPTH * around.h) {
+                } else if s > -body.radius().min(params::profile_depth() * around.h) {
                     let normal = Normal::new(shape, &arm, s, shape.normal(turn, &arm));
                     trace = self.profile(around, &image, &normal, s);
                 }
@@ -243,7 +236,7 @@ impl<const D: usize> CutBody<D> {
         let h = around.h;
         let gap = around.gap(image, &normal.foot, &normal.n);
         let share = Shares::of(gap.width / h);
-        let [d1, d2] = PROFILE.map(|d| d * h);
+        let [d1, d2] = [params::first_probe() * h, params::second_probe() * h];
         let near = h.min(0.5 * gap.width);
         // In a gap no further than the mirror image: more would feed back through the faces between the two.
         let mirrored = |width: f64| (s / width).max(-1.0);
@@ -309,7 +302,7 @@ impl<const D: usize> CutBody<D> {
             let normal = Normal::new(body.shape(), &arm, 0.0, around.turn * normal);
             let gap = around.gap(&image, &normal.foot, &normal.n);
             let share = Shares::of(gap.width / h);
-            let (e, near) = (SLOPE * h, h.min(0.5 * gap.width));
+            let (e, near) = (params::slope_probe() * h, h.min(0.5 * gap.width));
             let full = share.full / e;
             let linear = if share.linear > 0.0 { share.linear / near } else { 0.0 };
             let probes = [(e, 3.0 * full), (2.0 * e, -1.5 * full), (3.0 * e, full / 3.0), (near, linear)];
@@ -346,7 +339,7 @@ impl<const D: usize> CutBody<D> {
         }
         if let (Some(limit), Some(first)) = (limit, first) {
             // first <= limit: the layer is resolved.
-            let most = first * (MOST * limit / first.max(limit)).max(1.0);
+            let most = first * (params::most_profile() * limit / first.max(limit)).max(1.0);
             let size = sum.norm();
             if size > most {
                 sum *= most / size;

@@ -3,13 +3,9 @@
 
 use crate::geometry::Turn;
 use crate::grid::{Border, Boundaries, Grid};
+use crate::params;
 use crate::solids::{Body, nearest_image};
 use nalgebra::Vector3;
-
-/// Gap, in spacings, below which the grid resolves no profile in it.
-pub(super) const UNRESOLVED: f64 = 1.25;
-/// Gap, in spacings, beyond which nothing is felt of what lies there.
-pub(super) const NEAR: f64 = 2.75;
 
 /// What lies across a gap.
 #[derive(Clone, Copy, Debug)]
@@ -73,7 +69,10 @@ impl Shares {
             let t = ((gap - from) / (to - from)).clamp(0.0, 1.0);
             t * t * (3.0 - 2.0 * t)
         };
-        let (full, open) = (step(2.25, NEAR), step(0.75, UNRESOLVED));
+        let (full, open) = (
+            step(params::near_gap() - 0.5, params::near_gap()),
+            step(params::unresolved_gap() - 0.5, params::unresolved_gap()),
+        );
         Shares { full, linear: open - full, across: 1.0 - open }
     }
 }
@@ -106,7 +105,7 @@ impl<const D: usize> Surroundings<'_, D> {
         let within = |a: usize, side: usize| {
             let from = body.centre[a] - if side == 0 { 0.0 } else { self.grid.size[a] };
             matches!(self.boundaries.borders[a][side], Some(Border::Velocity(_)))
-                && from.abs() < bounds[a] + UNRESOLVED * self.h
+                && from.abs() < bounds[a] + params::unresolved_gap() * self.h
         };
         !self.near.is_empty() || (0..2 * D).any(|f| within(f / 2, f % 2))
     }
@@ -127,7 +126,7 @@ impl<const D: usize> Surroundings<'_, D> {
             let Some(Border::Velocity(velocity)) = &self.boundaries.borders[axis][side] else { continue };
             let from = image[axis] + foot[axis];
             let distance = if side == 1 { self.grid.size[axis] - from } else { from };
-            if n[axis].abs() * NEAR * self.h < distance {
+            if n[axis].abs() * params::near_gap() * self.h < distance {
                 continue;
             }
             let width = (distance / n[axis].abs()).max(0.0);

@@ -9,12 +9,10 @@ use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::grid::{Border, Grid, VectorField, wide};
 use crate::method::vector;
+use crate::params;
 use crate::solids::{Body, nearest_image};
 use crate::state::{BodyHistory, Exchange, State};
 use nalgebra::Vector3;
-
-/// Spacings that the flow crosses while a body takes in what pressure and wall shear miss of the force on it.
-const TAKE_IN: f64 = 3.0;
 
 /// What the imposed profile and the gradient of cut cells have given to this rank's cells in the step.
 #[derive(Clone, Copy, Debug, Default)]
@@ -179,7 +177,7 @@ impl<const D: usize> Sharp<D> {
         }
         self.work.sums = sums;
         self.share_missed(domain, &s.bodies);
-        let take_in = (pace.courant / TAKE_IN).min(1.0);
+        let take_in = (pace.courant / params::residual_time()).min(1.0);
         for (motion, BodyHistory { residual, deferred, .. }) in self.motions.iter().zip(histories.iter_mut()) {
             *deferred += dt * (motion.missed + motion.pressure + motion.shear.0 - motion.used);
             *residual += take_in * (motion.missed - *residual);

@@ -2,14 +2,9 @@
 //! mended with another solve where it differs ([`crate::solids::contact`] has the formulas).
 
 use super::Sharp;
+use crate::params;
 use crate::state::State;
 use nalgebra::Vector3;
-
-/// Solves that mend a step.
-const MOST_ROUNDS: usize = 3;
-/// Deviation from the expected speed of a contact that is worth a solve, of that speed; and of a spacing over the step.
-const WORTH: f64 = 5e-3;
-const WORTH_OF_SPACING: f64 = 2e-6;
 
 /// Scratch, per body.
 pub struct Work {
@@ -44,13 +39,14 @@ impl<const D: usize> Sharp<D> {
                 contacts.learn(body, k, &nudges[k], &(body.velocity - unpushed), carried);
             }
         }
-        if round == MOST_ROUNDS {
+        if round == params::mending_solves() as usize {
             return false;
         }
         for ((deviation, body), motion) in deviations.iter_mut().zip(&s.bodies).zip(&self.motions) {
             *deviation = if body.freedom().is_some() { body.velocity - motion.expected.0 } else { Default::default() };
         }
-        let tolerance = WORTH * contacts.pace(&s.bodies) + WORTH_OF_SPACING * self.cut.h / dt;
+        let tolerance =
+            params::mending_deviation() * contacts.pace(&s.bodies) + params::mending_floor() * self.cut.h / dt;
         let off = contacts.mend(&s.bodies, deviations, nudges, tolerance);
         if off < tolerance {
             return false;

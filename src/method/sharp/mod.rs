@@ -52,7 +52,7 @@ use crate::grid::VectorField;
 use crate::solids::Body;
 use crate::solids::contact::{Contacts, Medium, Push};
 use crate::state::{Balance, Exchange, State, WallHistory};
-use crate::{Error, Result};
+use crate::{Error, Result, params};
 use acceleration::PressureAcceleration;
 use cut::CutBodies;
 use load::MomentumTally;
@@ -60,8 +60,6 @@ use modes::Modes;
 use motion::BodyMotion;
 use nalgebra::Vector3;
 
-/// Courant number over which a step leaves the memory of the faces behind.
-const FORGET: f64 = 0.2;
 /// Numbers that ranks sum for a body.
 const NUMBERS: usize = 12;
 
@@ -106,7 +104,7 @@ struct Pace {
 pub fn ghost_width(h: &[f64]) -> (f64, usize) {
     let least = h.iter().copied().fold(f64::INFINITY, f64::min);
     let most = h.iter().copied().fold(0.0, f64::max).min(2.0 * least);
-    (most, 2 + ((cut_body::DEPTH + cut_body::PROFILE[1]) * most / least - 1e-9).ceil() as usize)
+    (most, 2 + ((params::profile_depth() + params::second_probe()) * most / least - 1e-9).ceil() as usize)
 }
 
 impl<const D: usize> Sharp<D> {

@@ -1,6 +1,6 @@
 //! Which bodies are near each other: as far as the probes of one may meet another.
 
-use super::gap;
+use crate::params;
 use crate::solids::Body;
 use crate::solids::contact::Neighbours;
 
@@ -25,7 +25,7 @@ impl NearBodies {
             had: vec![false; n],
             neighbours: Box::new(Neighbours::new(bodies, size, periods)),
             largest: bodies.iter().fold(0.0, |most, b| most.max(b.radius())),
-            search_radius: vec![0.5 * gap::NEAR * h; n],
+            search_radius: vec![0.5 * params::near_gap() * h; n],
         }
     }
 

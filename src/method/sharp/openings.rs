@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   T = sum m_k,   M = the largest m_k                    what bodies cover of a face, overlaps counted twice
-//!   H = max( 1 - T, min(LEAK, T - M), LEAST_OPEN )        beside a wall of the box: at least LEAK
+//!   H = max( 1 - T, min(leak, T - M), 1e-6 )             beside a wall of the box: at least leak
 //!   m_k -> m_k (1 - H)/T   where T > 1 - H                so that H + sum m = 1
 //! ```
 //! One H for the prediction, the operator, the modes and the correction: what drives a flux in one of them drives it in all.
@@ -13,16 +13,12 @@
 use super::cut::CutBodies;
 use crate::domain::Domain;
 use crate::grid::{Border, Boundaries, Grid};
-
-/// Openings below this count as this: what is behind them keeps a pressure, and the equation constants as its only null
-/// space.
-const LEAST_OPEN: f64 = 1e-6;
-/// What stays open of a face that bodies share, or that lies beside a wall of the box.
-const LEAK: f64 = 0.1;
+use crate::params;
 
 impl<const D: usize> CutBodies<D> {
     /// Sets `beta = H/rho` on all faces that bodies cover and brings the covered parts into line with it.
     pub(super) fn open_faces(&mut self, domain: &Domain<D>) {
+        let leak = params::shared_opening();
         let (grid, boundaries, whole) = (&domain.grid, &domain.boundaries, 1.0 / domain.fluid.density);
         let total = &mut self.total;
         for (axis, beta) in self.beta.field(grid).iter_mut().enumerate() {
@@ -33,11 +29,11 @@ impl<const D: usize> CutBodies<D> {
                 total[face] += cut.covered;
             }
             let open = |face: usize, total: f64, most: f64| {
-                let shared = (total - most).min(LEAK);
-                let least = if shared < LEAK && total > 1.0 - LEAK && beside_wall(grid, boundaries, axis, face) {
-                    LEAK
+                let shared = (total - most).min(leak);
+                let least = if shared < leak && total > 1.0 - leak && beside_wall(grid, boundaries, axis, face) {
+                    leak
                 } else {
-                    shared.max(LEAST_OPEN)
+                    shared.max(params::least_opening())
                 };
                 (1.0 - total).max(least)
             };

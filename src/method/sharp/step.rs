@@ -1,12 +1,13 @@
 //! The parts of a step with sharp walls, in its order ([`super`] has the formulas).
 
-use super::{FORGET, Pace, Sharp, copy, history};
+use super::{Pace, Sharp, copy, history};
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::fluid::pressure::Projected;
 use crate::fluid::{border, faces};
 use crate::grid::VectorField;
+use crate::params;
 use crate::solids::Body;
 use crate::state::State;
 use nalgebra::Vector3;
@@ -17,7 +18,7 @@ impl<const D: usize> Sharp<D> {
         let mut speed = [faces::fastest(&domain.grid, &s.faces)];
         domain.session.max(&mut speed)?;
         let courant = dt * speed[0] / self.cut.h;
-        Ok(Pace { courant, keep: 1.0 - (dt * speed[0] / (FORGET * self.cut.h)).min(1.0) })
+        Ok(Pace { courant, keep: 1.0 - (dt * speed[0] / (params::face_memory() * self.cut.h)).min(1.0) })
     }
 
     /// Sets the velocity of the cells inside the bodies; with `fresh`, also that of cells which they have just left. Collective.

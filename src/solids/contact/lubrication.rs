@@ -13,6 +13,7 @@
 //! mean of lambda over the way that it goes, whose work on a body in free flight is exact however long it is; and each pair
 //! by itself, implicitly, so that nothing is too stiff and every pair loses energy.
 
+use crate::params;
 use std::f64::consts::PI;
 
 /// What fills the gaps.
@@ -28,17 +29,10 @@ pub struct Medium {
     pub roughness: f64,
 }
 
-/// Where the grid gives half of the force, in spacings, and the power with which that sets in: of discs and of spheres.
-const HALF: [(f64, f64); 2] = [(1.8, 2.0), (0.8, 1.25)];
-/// Width of the film in a contact, of the reduced radius.
-const FILM: f64 = 0.02;
-/// Gap, in spacings, beyond which the grid has it all.
-const FARTHEST: f64 = 6.0;
-
 impl Medium {
     /// The gap up to which there is a force (m).
     pub(super) fn range(&self) -> f64 {
-        if self.viscosity > 0.0 { FARTHEST * self.spacing } else { 0.0 }
+        if self.viscosity > 0.0 { params::lubrication_range() * self.spacing } else { 0.0 }
     }
 
     /// Force over speed of approach (N s/m), its mean over gaps from `g0` to `g1` (m), between a round body of this dimension and radius
@@ -49,10 +43,14 @@ impl Medium {
         let (low, high) = (clip(g0.min(g1)), clip(g0.max(g1)));
         // Asperities that touch are pressed together over a way that a soft contact makes longer than it is: the film between
         // them takes on it what it would over one width of its own.
-        let film = FILM * radius / (1.0 + if other.is_finite() { radius / other } else { 0.0 });
+        let film = params::film() * radius / (1.0 + if other.is_finite() { radius / other } else { 0.0 });
         let (low, high) = if g0 <= 0.0 { (film, film) } else { (low, high) };
         let middle = (low * high).sqrt();
-        let (half, power) = HALF[usize::from(dimension == 3)];
+        let (half, power) = if dimension == 3 {
+            (params::half_gap_of_spheres(), params::power_of_spheres())
+        } else {
+            (params::half_gap_of_discs(), params::power_of_discs())
+        };
         let (x, far) = (middle / self.spacing, middle / self.range());
         let phi = (1.0 - far * far) / (1.0 + (x / half).powf(power));
         if phi <= 0.0 {

@@ -9,17 +9,9 @@
 //! Pairs are taken one after the other, a few times over.
 
 use super::Contacts;
+use crate::params;
 use crate::solids::Body;
 use nalgebra::Vector3;
-
-/// Times that all pairs are gone through.
-const SWEEPS: usize = 8;
-/// Part of the speed of a pair that the fluid between them takes in a step, from which on it counts as stiff.
-const STIFF: f64 = 0.5;
-/// Part of what contacts gave to a body from which on the fluid's answer tells its mass.
-const TELLING: f64 = 0.03;
-/// Least and most of its own volume of fluid that goes along with a body.
-const CARRIED: [f64; 2] = [0.2, 12.0];
 
 impl Contacts {
     /// Finds for each body the impulse (N s) that takes the `deviation` (m/s) of its velocity from the expected one back along
@@ -33,7 +25,7 @@ impl Contacts {
     ) -> f64 {
         nudges.fill(Vector3::zeros());
         let mut largest = 0.0f64;
-        for sweep in 0..SWEEPS {
+        for sweep in 0..params::mending_sweeps() as usize {
             for p in 0..self.pairs.len() {
                 let pair = self.pairs[p];
                 if pair.given == 0.0 {
@@ -42,7 +34,9 @@ impl Contacts {
                 let (i, j) = (pair.first, pair.second);
                 let (meeting, _) = self.meet(&pair, bodies, 0.0);
                 // Fluid in a gap that is not stiff needs none of this.
-                if !pair.touched && pair.given.abs() * meeting.inverse_normal < STIFF * meeting.approach.abs() {
+                if !pair.touched
+                    && pair.given.abs() * meeting.inverse_normal < params::stiff_gap() * meeting.approach.abs()
+                {
                     continue;
                 }
                 let n = meeting.normal;
@@ -87,12 +81,12 @@ impl Contacts {
     ) {
         let (along, square) = (impulse.dot(changed), impulse.norm_squared());
         // What little a resting contact asks for is no measure, and a mass that changes would push it.
-        let little = impulse.norm() < TELLING * self.impulses[k].linear.norm();
+        let little = impulse.norm() < params::telling_impulse() * self.impulses[k].linear.norm();
         if square == 0.0 || along <= 0.0 || little || body.freedom().is_none() {
             return;
         }
         let unit = self.medium.density * body.volume();
-        let found = (square / along - body.mass()).clamp(CARRIED[0] * unit, CARRIED[1] * unit);
+        let found = (square / along - body.mass()).clamp(params::least_carried() * unit, params::most_carried() * unit);
         *carried += 0.7 * (found - *carried);
         let mass = body.mass() + *carried;
         let ones = self.answers[k].mass.map(|m| if m > 0.0 { 1.0 } else { 0.0 });

@@ -8,12 +8,9 @@
 //! ```
 //! with d the deepest overlap allowed: 1 % of the smallest diameter or 0.1 spacing, whichever is less.
 
+use crate::params;
 use crate::solids::Body;
 use nalgebra::Vector3;
-
-/// Deepest overlap, of the smallest diameter and of a spacing.
-const OF_DIAMETER: f64 = 0.01;
-const OF_SPACING: f64 = 0.1;
 /// Drag coefficient at high Reynolds numbers: less makes bodies faster than they are.
 const DRAG: f64 = 0.4;
 
@@ -44,7 +41,7 @@ impl Impact {
         let smallest = bodies.iter().fold(f64::INFINITY, |least, b| least.min(2.0 * b.radius()));
         let length = (0..3).map(|a| if gravity[a] == 0.0 { 0.0 } else { size[a] }).fold(0.0, f64::max);
         let (mut speeds, mut impact) = ([0.0f64; 2], Impact::default());
-        impact.depth = (OF_DIAMETER * smallest).min(OF_SPACING * spacing);
+        impact.depth = (params::auto_overlap() * smallest).min(params::auto_overlap_spacing() * spacing);
         for body in bodies {
             let (mut speed, volume) = (body.velocity.norm().max(body.pace()).max(flow), body.volume());
             if body.freedom().is_some() {

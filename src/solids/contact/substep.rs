@@ -3,19 +3,11 @@
 use super::law::Meeting;
 use super::{Contacts, Impulse, Pair, Push, Substeps};
 use crate::solids::{Body, Motion, nearest_image};
-use crate::{Error, Result};
+use crate::{Error, Result, params};
 use nalgebra::Vector3;
-
-/// Substeps that [`Substeps::Auto`] takes per contact time, and the fewest that are accepted.
-pub(super) const SUBSTEPS_PER_CONTACT: f64 = 40.0;
 const FEWEST_PER_CONTACT: f64 = 5.0;
 /// Most substeps of one step: more is a mistake in the stiffness.
 const MOST_SUBSTEPS: f64 = 1e6;
-/// Substeps while a gap that only the fluid fills changes by its width, and the most for it.
-const GAP_SUBSTEPS: f64 = 4.0;
-const MOST_IN_GAPS: f64 = 40.0;
-/// Deepest overlap, of the smaller radius, that still counts as a contact.
-const DEEPEST: f64 = 0.2;
 
 /// How a body answers forces: zero along the axes where it does not.
 #[derive(Clone, Copy, Debug)]
@@ -59,8 +51,8 @@ impl Contacts {
             if gap > 2.0 * way + 0.05 * body.radius() {
                 // They cannot touch in this step, whatever strikes them: the fluid between them alone counts.
                 if let Substeps::Auto = self.substeps {
-                    let wanted = GAP_SUBSTEPS * way / (gap - way).max(0.25 * gap);
-                    count = count.max(wanted.min(MOST_IN_GAPS).ceil());
+                    let wanted = params::gap_substeps() * way / (gap - way).max(0.25 * gap);
+                    count = count.max(wanted.min(params::most_gap_substeps()).ceil());
                 }
                 continue;
             }
@@ -77,7 +69,7 @@ impl Contacts {
                 }
                 continue;
             }
-            let wanted = SUBSTEPS_PER_CONTACT * time / contact * law.damping_ratio(mass).max(1.0);
+            let wanted = params::contact_substeps() * time / contact * law.damping_ratio(mass).max(1.0);
             if wanted > MOST_SUBSTEPS {
                 return Err(Error::Run(format!(
                     "{}: a contact lasts {contact:.3e} s, for which a step of {time:.3e} s would need {wanted:.1e} \
@@ -99,14 +91,15 @@ impl Contacts {
             let radius = bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()).min(bodies[pair.first].radius());
             let overlap = meeting.overlap;
             self.deepest = self.deepest.max(overlap);
-            if overlap > DEEPEST * radius {
+            if overlap > params::deepest_overlap() * radius {
                 return Err(Error::Run(format!(
-                    "{} overlap by {:.3e} m, {:.2} of the smaller radius, where {DEEPEST} is the limit, at {:.3e} m/s: make \
+                    "{} overlap by {:.3e} m, {:.2} of the smaller radius, where {} is the limit, at {:.3e} m/s: make \
                      the contact stiffer, {:.1e} N/m^exponent or \"auto\", or the step shorter; what is prescribed to press \
                      them together no stiffness holds",
                     self.name(&pair),
                     overlap,
                     overlap / radius,
+                    params::deepest_overlap(),
                     meeting.approach.abs(),
                     self.law(&pair).material.normal_stiffness * (0.5 * overlap / (0.02 * radius)).powi(2),
                 )));

@@ -2,9 +2,9 @@
 
 mod crowd;
 
-use super::substep::SUBSTEPS_PER_CONTACT;
 use super::*;
 use crate::geometry::{Disc, Sphere};
+use crate::params;
 use crate::solids::{Freedom, Motion};
 use nalgebra::vector;
 use std::f64::consts::PI;
@@ -117,7 +117,7 @@ fn a_head_on_collision_has_the_restitution_asked_for() {
             let mut second = body(shape, 0.004, vector![0.0, 0.1, 0.1], vector![-0.3, 0.0, 0.0]);
             first.density = 900.0;
             let mass = first.mass() * second.mass() / (first.mass() + second.mass());
-            let step = Law::new(law).contact_time(mass, 1.0) / SUBSTEPS_PER_CONTACT;
+            let step = Law::new(law).contact_time(mass, 1.0) / params::contact_substeps();
             second.centre.x = first.centre.x + first.radius() + second.radius() + (1.0 + phase) * step;
             let mut both = [first, second];
             let mut pair = contacts(&both, law, size, &[0, 1, 2], Substeps::Fixed(1));

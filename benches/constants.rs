@@ -1,0 +1,93 @@
+//! What half and twice each constant of the method does (`src/params.rs`): the measures of `mics validate` that change by more than
+//! a thousandth, and what scenes in contact give.
+//!
+//! ```text
+//!   cargo bench --features tune --bench constants [-- NAME]...
+//! ```
+//! A row a value, in Markdown; about a minute each.
+
+use mics::output::summary::Summary;
+use mics::params;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Command;
+
+/// Scenes beside those of `mics validate`, and what is changed of their cases.
+const CASES: [(&str, &[&str]); 2] =
+    [("cases/packing/case.toml", &["time.end=0.5"]), ("cases/wet-rebound/case.toml", &[])];
+
+/// Measures that differ by less than this of their value are not shown.
+const WORTH_SHOWING: f64 = 1e-3;
+
+fn main() {
+    if cfg!(not(feature = "tune")) {
+        println!("the constants are compiled in: give cargo bench the words --features tune");
+        return;
+    }
+    let names: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
+    let base = measures("");
+    println!("| constant | value | CPU | what changes |\n|---|---|---|---|");
+    for (name, value) in params::ALL.iter().filter(|(name, _)| names.is_empty() || names.iter().any(|n| n == name)) {
+        for factor in [0.5, 2.0] {
+            let found = measures(&format!("{name}={}", factor * value));
+            let cpu = found["CPU"] / base["CPU"];
+            println!("| `{name}` | {} | {cpu:.2} | {} |", factor * value, differences(&base, &found).join(", "));
+        }
+    }
+}
+
+/// How the measures differ from those of the constants as they are, the largest difference first.
+fn differences(base: &BTreeMap<String, f64>, found: &BTreeMap<String, f64>) -> Vec<String> {
+    let mut off: Vec<(f64, String)> = Vec::new();
+    for (key, own) in base.iter().filter(|(key, _)| *key != "CPU") {
+        match found.get(key) {
+            None => off.push((f64::INFINITY, format!("{key} fails"))),
+            Some(value) => {
+                let change = value / own - 1.0;
+                off.push((change.abs(), format!("{key} {:+.1} %", 100.0 * change)));
+            }
+        }
+    }
+    off.retain(|(size, _)| *size > WORTH_SHOWING);
+    off.sort_by(|a, b| b.0.total_cmp(&a.0));
+    off.into_iter().take(6).map(|(_, text)| text).collect()
+}
+
+/// All measures with constants as `tuned`, and the CPU time (s) that they took.
+fn measures(tuned: &str) -> BTreeMap<String, f64> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mics = |words: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_mics"));
+        // What fails is missing in the table.
+        command.args(words).env("MICS_TUNE", tuned).output().expect("mics starts");
+    };
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    mics(&["validate", "--quick", "--out", &path("validate")]);
+    for (case, set) in CASES {
+        let out = path(&folder_of(case));
+        let mut words = vec!["run", case, "--out", &out, "--quiet"];
+        set.iter().for_each(|set| words.extend(["--set", set]));
+        mics(&words);
+    }
+    let mut found = BTreeMap::from([("CPU".to_owned(), 0.0)]);
+    let runs = std::fs::read_dir(path("validate")).into_iter().flatten().flatten().map(|e| e.path());
+    for run in runs.chain(CASES.iter().map(|(case, _)| folder.path().join(folder_of(case)))) {
+        read(&run, &mut found);
+    }
+    found
+}
+
+/// The name of a case's folder.
+fn folder_of(case: &str) -> String {
+    let folder = Path::new(case).parent().and_then(Path::file_name).unwrap_or_default();
+    folder.to_string_lossy().into_owned()
+}
+
+/// The measures of a run that ended well.
+fn read(run: &Path, found: &mut BTreeMap<String, f64>) {
+    let Ok(summary) = Summary::read(run) else { return };
+    let case = run.file_name().unwrap_or_default().display();
+    let measures = summary.measures.iter().filter_map(|(name, value)| Some((name, value.as_f64()?)));
+    found.extend(measures.map(|(name, value)| (format!("{case} {name}"), value)));
+    *found.entry("CPU".to_owned()).or_default() += summary.cpu_seconds;
+}

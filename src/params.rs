@@ -1,0 +1,137 @@
+//! The constants of the method: what each is, what it trades, and what halving and doubling it does.
+//!
+//! They are no keys of a case: nobody who computes a flow should have to think about them. To try another value, build with the
+//! feature `tune`, which reads `MICS_TUNE="name=value,..."` when the program starts; without it they are compiled in. The figures
+//! beside them are of
+//!
+//! ```text
+//!   cargo bench --features tune --bench constants [-- NAME]...
+//! ```
+//! which runs `mics validate` and scenes in contact with half and with twice each value, and prints what changes.
+
+macro_rules! constants {
+    ($($(#[doc = $doc:literal])* $name:ident = $value:expr;)*) => {
+        $(
+            $(#[doc = $doc])*
+            #[inline(always)]
+            pub fn $name() -> f64 {
+                #[cfg(not(feature = "tune"))]
+                return $value;
+                #[cfg(feature = "tune")]
+                {
+                    static TUNED: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
+                    *TUNED.get_or_init(|| tune::value(stringify!($name), $value))
+                }
+            }
+        )*
+
+        /// All of them, with their values.
+        pub const ALL: &[(&str, f64)] = &[$((stringify!($name), $value)),*];
+    };
+}
+
+constants! {
+    /// Openings of faces below this count as this (of a face). What is behind them keeps a pressure, and the equation constants as
+    /// its only null space; larger, they leak.
+    least_opening = 1e-6;
+    /// What stays open of a face that bodies share, or beside a wall of the box (of a face). Smaller, pockets between bodies hold a
+    /// pressure that pushes them; larger, more flows through a closed gap.
+    shared_opening = 0.1;
+    /// Reynolds number of a spacing and the velocity at the first probe up to which the layer at a wall is resolved. Smaller, the
+    /// continued profile is cut off in flows that need it; larger, it overshoots where the layer is too thin for the grid.
+    resolved_layer = 40.0;
+    /// What the continued profile may be, of the velocity at the first probe, where the layer is just resolved. It trades as
+    /// `resolved_layer` does.
+    most_profile = 5.0;
+    /// Depth to which the profile is continued into a body (spacings): as deep as the advection of cells beside the wall reads.
+    profile_depth = 2.5;
+    /// The first probe of the profile (spacings from the wall). Nearer, it reads cells that were imposed; farther, the profile
+    /// misses the layer.
+    first_probe = 1.0;
+    /// The second probe (spacings); likewise. It adds to the layers of ghosts.
+    second_probe = 2.0;
+    /// Between the probes of the wall's slope (spacings). Nearer, noise as the body moves; farther, less of a thin layer.
+    slope_probe = 0.7;
+    /// Gap below which the grid resolves no profile in it (spacings). Larger, the straight profile replaces a resolved one.
+    unresolved_gap = 1.25;
+    /// Gap beyond which nothing is felt of what lies there (spacings). Larger, more probes know of neighbours, and cost.
+    near_gap = 2.75;
+    /// Courant number over which a step leaves the memory of the faces behind. Smaller, the pressure beside a wall jitters at
+    /// small steps; larger, an imposed wall reaches the faces late.
+    face_memory = 0.2;
+    /// Spacings that the flow crosses while a body takes in its force residual. Fewer, its noise moves bodies; more, light bodies
+    /// lag.
+    residual_time = 3.0;
+    /// Part of D0 below which a step leaves the pressure as it is. Larger, the force on a body jitters in quiet flows; smaller,
+    /// solves that change nothing.
+    idle_divergence = 1e-3;
+    /// Part of the stability limits, other than the Courant number's, that steps chosen by `time.cfl` use. Larger, nearer to the
+    /// limit; smaller, more steps.
+    limit_share = 0.8;
+    /// How much longer a step chosen by `time.cfl` may be than the one before.
+    step_growth = 1.1;
+    /// Solves that mend a step in contact, at most. Fewer, contacts give other velocities than they should; more, they cost.
+    mending_solves = 3.0;
+    /// Deviation from the expected speed of a contact that is worth a solve (of that speed).
+    mending_deviation = 5e-3;
+    /// That deviation over a step which is always left (spacings).
+    mending_floor = 2e-6;
+    /// Times that all pairs are gone through for the impulses that mend a step.
+    mending_sweeps = 8.0;
+    /// Part of the speed of a pair that the fluid between them takes in a step from which on it counts as stiff, and is mended.
+    stiff_gap = 0.5;
+    /// Part of what contacts gave to a body from which on the fluid's answer tells the mass that goes with it. Smaller, a resting
+    /// body's mass wanders.
+    telling_impulse = 0.03;
+    /// Least mass of fluid that goes with a body in contact (of its own volume of fluid).
+    least_carried = 0.2;
+    /// Most of it.
+    most_carried = 12.0;
+    /// Substeps in a contact, where the case leaves them to the program. Fewer, restitution is off; more, they cost.
+    contact_substeps = 40.0;
+    /// Substeps while a gap that only fluid fills changes by its width. Fewer, the approach of two bodies is coarse in time.
+    gap_substeps = 4.0;
+    /// Most substeps for a gap.
+    most_gap_substeps = 40.0;
+    /// Overlap, of the smaller radius, that ends a run.
+    deepest_overlap = 0.2;
+    /// Deepest overlap that the stiffness "auto" is chosen for (of the smallest diameter). Smaller, stiffer contacts and more
+    /// substeps; larger, softer ones that overlap.
+    auto_overlap = 0.01;
+    /// The same in spacings: the less of the two holds.
+    auto_overlap_spacing = 0.1;
+    /// Width of the fluid film in a contact (of the reduced radius). Smaller, stiffer lubrication at touch.
+    film = 0.02;
+    /// Gap at which the grid gives half of the lubrication force between discs (spacings).
+    half_gap_of_discs = 1.8;
+    /// Power with which the grid's part of it sets in.
+    power_of_discs = 2.0;
+    /// Gap at which the grid gives half of it between spheres (spacings).
+    half_gap_of_spheres = 0.8;
+    /// Power with which that sets in.
+    power_of_spheres = 1.25;
+    /// Gap from which on the grid has all of the lubrication force (spacings).
+    lubrication_range = 6.0;
+}
+
+#[cfg(feature = "tune")]
+mod tune {
+    /// The value that `MICS_TUNE` gives to a constant, or its own. A name that is no constant's, or a value that is no number, ends
+    /// the program: an experiment that measures nothing would pass for one.
+    pub fn value(name: &str, own: f64) -> f64 {
+        let Ok(text) = std::env::var("MICS_TUNE") else { return own };
+        let mut found = own;
+        for pair in text.split(',').filter(|pair| !pair.is_empty()) {
+            let (key, value) = pair.split_once('=').unwrap_or((pair, ""));
+            let known = super::ALL.iter().any(|(known, _)| *known == key);
+            let Some(value) = value.parse::<f64>().ok().filter(|_| known) else {
+                eprintln!("MICS_TUNE: \"{pair}\" is no constant of src/params.rs with a number");
+                std::process::exit(2);
+            };
+            if key == name {
+                found = value;
+            }
+        }
+        found
+    }
+}
