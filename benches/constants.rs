@@ -13,8 +13,28 @@ use std::path::Path;
 use std::process::Command;
 
 /// Scenes beside those of `mics validate`, and what is changed of their cases.
-const CASES: [(&str, &[&str]); 2] =
-    [("cases/packing/case.toml", &["time.end=0.5"]), ("cases/wet-rebound/case.toml", &[])];
+const CASES: [(&str, &[&str]); 2] = [
+    (
+        "cases/packing/case.toml",
+        &[
+            "domain.size=[0.05,0.08]",
+            "domain.cells=[40,64]",
+            "swarm.0.count=12",
+            "swarm.0.region={ min = [0.0, 0.0], max = [0.05, 0.08] }",
+            "time.end=1.0",
+        ],
+    ),
+    (
+        "cases/wet-rebound/case.toml",
+        &[
+            "domain.cells=[32,56,32]",
+            "measure.0.name=\"rebound\"",
+            "measure.0.when={ time = 0.028 }",
+            "time.end=0.03",
+            "output.figures=false",
+        ],
+    ),
+];
 
 /// Measures that differ by less than this of their value are not shown.
 const WORTH_SHOWING: f64 = 1e-3;
