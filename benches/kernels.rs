@@ -4,18 +4,18 @@
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use mics::config::load;
-use mics::fluid::advection::{Carrier, Fluxes, upwind5};
-use mics::fluid::diffusion;
-use mics::fluid::faces;
+use mics::contact::{Contacts, Damping, Laws, Material, Substeps, Touching};
 use mics::geometry::fraction::{self, Rule};
 use mics::geometry::{Disc, Placed, Shape, Sphere, Turn, aperture};
 use mics::grid::Coefficient;
+use mics::kernels::advection::{Carrier, Fluxes, upwind5};
+use mics::kernels::diffusion;
+use mics::kernels::faces;
 use mics::method::Method;
 use mics::method::sharp::cut::CutBodies;
+use mics::particles::{Body, Freedom, Motion, Push};
 use mics::petsc::Session;
 use mics::scene::Scene;
-use mics::solids::contact::{Contacts, Damping, Laws, Material, Push, Substeps, Touching};
-use mics::solids::{Body, Freedom, Motion};
 use nalgebra::{Vector3, vector};
 use std::hint::black_box;
 use std::path::Path;

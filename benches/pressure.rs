@@ -4,12 +4,12 @@
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use mics::config::load;
-use mics::fluid::faces::FaceCoefficient;
-use mics::fluid::poisson::Covered;
-use mics::fluid::pressure::BodyCoupling;
 use mics::grid::{Coefficient, Grid, VectorField};
+use mics::kernels::faces::FaceCoefficient;
 use mics::method::Method;
 use mics::petsc::Session;
+use mics::poisson::Covered;
+use mics::poisson::pressure::BodyCoupling;
 use mics::scene::Scene;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;

@@ -65,7 +65,7 @@ impl Default for Clock {
 }
 
 impl Clock {
-    /// Books the time since the last lap on `stage`.
+    /// Adds the time since the last lap on `stage`.
     pub fn lap(&mut self, stage: Stage) {
         let now = Instant::now();
         self.spent[stage as usize] += now - self.last;

@@ -2,10 +2,10 @@
 
 use crate::Result;
 use crate::clock::Clock;
-use crate::fluid::faces::FaceCoefficient;
-use crate::fluid::pressure::{BodyCoupling, Projected, Projection};
 use crate::grid::{Boundaries, Grid};
+use crate::kernels::faces::FaceCoefficient;
 use crate::petsc::Session;
+use crate::poisson::pressure::{BodyCoupling, Projected, Projection};
 use crate::state::State;
 use nalgebra::Vector3;
 

@@ -10,7 +10,7 @@ pub const INTERRUPTED: u8 = 130;
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The case file is wrong; nothing has been written. Rendered as `file:line: key: message`.
-    #[error("{}{}", render_place(.file, *.line, .key, .message), .given.words())]
+    #[error("{}{}", render_place(.file, *.line, .key, .message), .given.describe())]
     Case {
         /// The case file as the user named it.
         file: PathBuf,
@@ -113,7 +113,7 @@ pub enum Given {
 }
 
 impl Given {
-    fn words(self) -> &'static str {
+    fn describe(self) -> &'static str {
         match self {
             Given::File => "",
             Given::Set => " (given by --set)",

@@ -1,9 +1,9 @@
 //! `mics`: particle-laden incompressible flow with every particle resolved by the grid.
 //!
 //! These pages are the manual of the method; how to run cases and what was measured is in the repository's README. Read
-//! in this order: what is solved (here), the step ([`scene::Scene::step`] in [`step`]), its terms ([`fluid::advection`],
-//! [`fluid::diffusion`], [`fluid::faces`], [`fluid::pressure`]), its stability ([`scheme`]), the wall
-//! ([`coupling::sharp`], [`coupling::mixing`]), contacts ([`solids::contact`]), and what a case can ask for
+//! in this order: what is solved (here), a step (of a [`method`]), its terms ([`kernels::advection`], [`kernels::diffusion`],
+//! [`kernels::faces`], [`poisson::pressure`]), its stability ([`scheme`]), the wall ([`method::sharp`], [`method::mics2003`]),
+//! contacts ([`contact`]), the constants ([`params`]), and what a case can ask for
 //! ([`config::raw::Case`] and the tables in it, [`config::MeasureKind`] for what is measured). Each page opens with its formulas,
 //! and with the stencil where there is one.
 //!
@@ -30,7 +30,7 @@
 //! (16)     u = u* + dt (H_w a_w + H_e a_e)/(1 + (H_w + H_e)/2)                             cells, with the new pressure
 //! (19)     F = what the fluid loses in a step, in its parts by pressure, wall shear, rest  the force
 //! ```
-//! [`coupling::sharp`] derives it.
+//! [`method::sharp`] derives it.
 //!
 //! # The paper's mixing
 //!
@@ -51,8 +51,8 @@
 //!          sum rho alpha_k (v_k - u_f) dV + b_k = 0                                  motion by momentum, of free ones
 //! ```
 //!
-//! The last line is where this code leaves the paper: [`coupling::mixing`] derives it. The momentum of everything in
-//! the box is then kept to rounding, at any ratio of densities, and [`audit`] watches it.
+//! The last line is where this code leaves the paper: [`method::mics2003`] derives it. The momentum of everything in
+//! the box is then kept to rounding, at any ratio of densities, and [`state::Balance`] watches it.
 //!
 //! # The house
 //!
@@ -62,20 +62,21 @@
 //! |---|---|
 //! | [`petsc`] | the session, the grid's decomposition and halo, the linear solve; the only `unsafe` |
 //! | [`grid`] | the grid, its fields, the conditions at the faces of the box |
-//! | [`fluid`] | advection, diffusion, faces, the pressure iteration: a file each, its stencil at the top |
+//! | [`kernels`] | advection, diffusion, faces: a file each, its stencil at the top |
+//! | [`poisson`] | the pressure equation: operator, multigrid, transforms, C-HSMAC |
 //! | [`geometry`] | the shapes of bodies: what they fill of cells and cover of faces, their surface |
-//! | [`solids`] | bodies, their contacts |
-//! | [`coupling`] | where the two meet: mixture, wall, force, the flight of free particles |
-//! | [`audit`] | the balance of momentum over a step |
-//! | [`step`] | the method: one function |
+//! | [`particles`], [`contact`] | bodies; how they touch, and the fluid in the gaps between them |
+//! | [`state`] | what lasts from step to step, and nothing else |
+//! | [`domain`] | where a scene takes place: grid, fluid, pressure equation, ranks |
+//! | [`method`] | how a step is made: sharp walls, the paper's mixing, no bodies |
+//! | [`params`], [`scheme`] | the constants of the method; the time schemes and the limits of their step |
 //! | [`config`] | a case file, checked and resolved into values: pure data |
-//! | [`scheme`] | the time schemes and the limits of their step |
 //! | [`scene`] | case to scene: builds only what the scene needs |
 //! | [`study`] | tables of runs: cost and error |
 //! | [`run`], [`check`](mod@check), [`output`] | the time loop, the description of a scene, what a run leaves |
 //! | [`validate`](mod@validate) | the shipped cases beside their references |
 //! | [`clock`] | where the time goes |
-//! | [`archive`], [`interrupt`], [`system`] | what lasts from step to step, for checkpoints; signals; what the machine says |
+//! | [`archive`], [`interrupt`], [`system`] | how a state is written and read; signals; what the machine says |
 //!
 //! # Sources
 //!
@@ -91,20 +92,22 @@ pub mod archive;
 pub mod check;
 pub mod clock;
 pub mod config;
+pub mod contact;
 pub mod domain;
 pub mod error;
-pub mod fluid;
 pub mod geometry;
 pub mod grid;
 pub mod interrupt;
+pub mod kernels;
 pub mod method;
 pub mod output;
 pub mod params;
+pub mod particles;
 pub mod petsc;
+pub mod poisson;
 pub mod run;
 pub mod scene;
 pub mod scheme;
-pub mod solids;
 pub mod state;
 pub mod study;
 pub mod system;

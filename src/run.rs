@@ -1,20 +1,20 @@
 //! A run: from the command line's words to a folder of results. The time loop, its dt, its schedule and its end.
 
 mod collapse;
+mod energy_bound;
 mod memory;
 mod restart;
 mod step_size;
-mod supply;
 
 use crate::clock::Stage;
 use crate::config::{Cadence, Case, Loaded};
-use crate::fluid::pressure::Projected;
 use crate::interrupt::Interrupt;
 use crate::output::measure::{self, Sample, Series};
 use crate::output::progress::{Progress, Record};
 use crate::output::snapshot::Snapshot;
 use crate::output::{Folder, Log, StepRow, may_use, plot};
 use crate::petsc::Session;
+use crate::poisson::pressure::Projected;
 use crate::scene::{Scene, read_case};
 use crate::scheme::Limits;
 use crate::state::Readable;
@@ -207,7 +207,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let end = self.case.time.end;
         let mut fields = Schedule::new(self.case.output.fields, self.scene.state.time);
         let mut rows = Schedule::new(Some(self.case.output.particles), self.scene.state.time);
-        let given = supply::of_particles(self.case);
+        let given = energy_bound::of_particles(self.case);
         let mut collapse = collapse::Collapse::default();
         if self.restart.is_none() {
             let (energy, speed) = self.scene.energy_and_speed()?;
@@ -232,7 +232,7 @@ impl<'a, const D: usize> Run<'a, D> {
             self.account.krylov += u64::from(projected.krylov);
             self.account.retries += u64::from(projected.retries);
             let (energy, speed) = self.scene.energy_and_speed()?;
-            supply::refuse_beyond(energy, self.account.start, given)?;
+            energy_bound::refuse_beyond(energy, self.account.start, given)?;
             let wishes = self.write_row(StepOutcome { dt, projected, cfl: dt * limits.courant_rate, energy })?;
             if rows.due(self.scene.state.steps, self.scene.state.time) {
                 self.write_particles()?;

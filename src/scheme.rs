@@ -1,12 +1,12 @@
-//! The time schemes and how far they reach.
+//! The time schemes and how far they are stable.
 //!
 //! For a wave of phase angles `theta_a` a stage multiplies by `z = C g(theta) - r sum (1 - cos theta_a)`, with C the
 //! Courant number (sum over axes; for QSI their largest), r the step over the limit of Euler's diffusion, g the symbol of the advection; the
 //! step multiplies by the scheme's polynomial of z. Upwind differences damp as well, `Re g(pi) = -16/15`, so that
-//! advection and diffusion share one reach:
+//! advection and diffusion share one stability limit:
 //!
 //! ```text
-//!   C <= C_max    and    r/reach + share C <= 1    and, for Euler with upwind5,    min_a r_a >= C^2
+//!   C <= C_max    and    r/limit + share C <= 1    and, for Euler with upwind5,    min_a r_a >= C^2
 //! ```
 //! A test below scans the symbols: within these limits no wave grows by more than 0.1 % a step, and none at all where
 //! viscosity damps it a little.
@@ -26,9 +26,9 @@ pub struct Scheme {
     pub by_axis: bool,
     /// Largest Courant number.
     courant_limit: f64,
-    /// Reach on the negative real axis, over Euler's.
-    reach: f64,
-    /// Part of that reach that advection takes at a Courant number of 1.
+    /// Stability limit on the negative real axis, over Euler's.
+    diffusion_limit: f64,
+    /// Part of that limit that advection takes at a Courant number of 1.
     share: f64,
     /// Whether advection amplifies what viscosity does not damp.
     needs_viscosity: bool,
@@ -41,7 +41,7 @@ const ONE_STAGE: Scheme = Scheme {
     centred: false,
     by_axis: false,
     courant_limit: 0.25,
-    reach: 1.0,
+    diffusion_limit: 1.0,
     share: 8.0 / 15.0,
     needs_viscosity: true,
 };
@@ -59,7 +59,7 @@ pub static RK2: Scheme = Scheme {
     centred: true,
     by_axis: false,
     courant_limit: 0.5,
-    reach: 1.0,
+    diffusion_limit: 1.0,
     share: 8.0 / 15.0,
     needs_viscosity: false,
 };
@@ -71,7 +71,7 @@ pub static RK3: Scheme = Scheme {
     centred: true,
     by_axis: false,
     courant_limit: 1.2,
-    reach: 1.25,
+    diffusion_limit: 1.25,
     share: 8.0 / 15.0,
     needs_viscosity: false,
 };
@@ -132,7 +132,7 @@ impl Limits {
         let undamped = if s.needs_viscosity && a > 0.0 { self.damping_rate / (a * a) } else { f64::INFINITY };
         [
             (Bound::Advection(s.courant_limit), s.courant_limit / a),
-            (Bound::Diffusion, if b > 0.0 { 1.0 / (b / s.reach + s.share * a) } else { f64::INFINITY }),
+            (Bound::Diffusion, if b > 0.0 { 1.0 / (b / s.diffusion_limit + s.share * a) } else { f64::INFINITY }),
             (Bound::Undamped, undamped),
         ]
     }
@@ -147,7 +147,7 @@ impl Limits {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fluid::advection::{qsi_symbol, upwind5_symbol};
+    use crate::kernels::advection::{qsi_symbol, upwind5_symbol};
     use nalgebra::Complex;
     use std::f64::consts::PI;
 

@@ -7,9 +7,9 @@ mod walls;
 
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
+use crate::contact::Touching;
 use crate::grid::{Grid, VectorField};
-use crate::solids::Body;
-use crate::solids::contact::Touching;
+use crate::particles::Body;
 pub use balance::Balance;
 pub use exchange::Exchange;
 pub use walls::{BodyHistory, WallHistory};

@@ -57,9 +57,9 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         format!("domain       {} m, {cells} cells, h = {h} m", times(&case.domain.size)),
         format!("fluid        density {} kg/m3, viscosity {} Pa s", case.fluid.density, case.fluid.viscosity),
     ];
-    let sides = case.sides().map(|(name, side)| format!("{name} {}", side.words()));
+    let sides = case.sides().map(|(name, side)| format!("{name} {}", side.describe()));
     lines.push(format!("boundary     {}", sides.collect::<Vec<_>>().join(", ")));
-    lines.extend(case.particle_words().into_iter().map(|(label, words)| format!("{label:<13}{words}")));
+    lines.extend(case.describe_particles().into_iter().map(|(label, words)| format!("{label:<13}{words}")));
     let widest = scene.domain.grid.h.iter().copied().fold(0.0, f64::max);
     let smallest = case.particle.iter().map(|p| p.shape.diameter()).fold(f64::INFINITY, f64::min) / widest;
     if smallest < RESOLVED {

@@ -13,13 +13,13 @@
 #[macro_use]
 mod fault;
 mod change;
+mod describe;
 mod document;
 mod message;
 pub mod raw;
 mod read;
 mod resolve;
 mod resolved;
-mod words;
 mod write;
 
 pub use raw::{

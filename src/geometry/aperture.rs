@@ -11,7 +11,7 @@
 //! in any way is consistent with itself, and a rigid rotation of fluid and body has no divergence; of round bodies it is that
 //! of the section in the face's own plane, with which turning displaces nothing, in every cell.
 
-use super::reach::{Block, images};
+use super::block::{Block, images};
 use super::{Placed, Shape, Turn};
 use crate::grid::Grid;
 use nalgebra::Vector3;

@@ -2,7 +2,7 @@
 //! the crossings of circle and cell, whose missing area is spread over the cut cells.
 
 use super::Placed;
-use super::reach::{Block, images};
+use super::block::{Block, images};
 use crate::grid::Grid;
 use nalgebra::Vector3;
 

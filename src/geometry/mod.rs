@@ -20,18 +20,18 @@
 //! accuracy of the default is not enough. `tests/suite/ellipse.rs` is one, outside of the library.
 
 pub mod aperture;
+mod block;
 mod circle;
 mod disc;
 pub mod fraction;
-mod reach;
 mod round;
 mod sphere;
 mod subdivision;
 
 pub use aperture::{Cut, Opening};
+pub use block::{Block, images};
 pub use disc::Disc;
 pub use fraction::Overlap;
-pub use reach::{Block, images};
 pub use sphere::Sphere;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};

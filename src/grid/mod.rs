@@ -11,10 +11,10 @@
 //! A face field along an axis is stored alike: entry `i` is the low face of cell `i`.
 
 mod boundary;
-mod wide;
+mod simd;
 
 pub use boundary::{Border, Boundaries};
-pub use wide::{largest, total, wide};
+pub use simd::{largest, simd, total};
 
 use crate::petsc::Layout;
 use std::ops::Range;

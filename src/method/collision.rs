@@ -1,7 +1,7 @@
 //! Where bodies may not go.
 
 use crate::grid::Grid;
-use crate::solids::{Body, nearest_image};
+use crate::particles::{Body, nearest_image};
 use crate::{Error, Result};
 use nalgebra::Vector3;
 
@@ -34,8 +34,8 @@ pub(super) fn refuse_collisions<const D: usize>(
         }
         for (k, other) in bodies.iter().enumerate().filter(|(k, b)| *k != mover && lawless(b)) {
             let apart = nearest_image(&body.centre, &other.centre, periods);
-            let reach = (body.radius() + other.radius()) * (1.0 - 1e-9);
-            if apart.norm_squared() < reach * reach && overlap(body, other, &apart) {
+            let touching = (body.radius() + other.radius()) * (1.0 - 1e-9);
+            if apart.norm_squared() < touching * touching && overlap(body, other, &apart) {
                 return Err(Error::Run(format!(
                     "particle {mover} has run into particle {k} (their centres are {:.6} m apart); {cure}",
                     apart.norm()

@@ -4,9 +4,9 @@ use super::momentum::{Listener, Mixture, Momentum};
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
-use crate::fluid::faces::{self, FaceCoefficient, Gravity};
-use crate::fluid::pressure::Projected;
 use crate::grid::VectorField;
+use crate::kernels::faces::{self, FaceCoefficient, Gravity};
+use crate::poisson::pressure::Projected;
 use crate::state::State;
 
 /// A flow that fills all cells.

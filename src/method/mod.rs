@@ -8,13 +8,13 @@ pub mod momentum;
 pub mod sharp;
 
 use crate::Result;
+use crate::contact::Contacts;
 use crate::domain::Domain;
-use crate::fluid::faces::FaceCoefficient;
-use crate::fluid::pressure::Projected;
 use crate::geometry::Overlap;
 use crate::grid::{Coefficient, Grid, VectorField};
+use crate::kernels::faces::FaceCoefficient;
+use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
-use crate::solids::contact::Contacts;
 use crate::state::State;
 use flow::Flow;
 use mics2003::Mics2003;

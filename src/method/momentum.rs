@@ -8,9 +8,9 @@
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
-use crate::fluid::advection::{self, Carrier, Fluxes};
-use crate::fluid::{diffusion, faces};
 use crate::grid::{Coefficient, Grid, VectorField};
+use crate::kernels::advection::{self, Carrier, Fluxes};
+use crate::kernels::{diffusion, faces};
 use crate::scheme::Scheme;
 use crate::state::State;
 

@@ -7,7 +7,7 @@
 
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
-use crate::solids::Oscillation;
+use crate::particles::Oscillation;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 /// Sums of a least-squares fit of `F = -C_D 0.5 rho S |U| U - C_M rho V dU/dt`.

@@ -7,7 +7,7 @@ use super::snapshot::{Snapshot, replace, write_series};
 use super::{progress, report};
 use crate::archive::{Archive, Checkpointed};
 use crate::config::ForceRule;
-use crate::solids::Body;
+use crate::particles::Body;
 use crate::state::Balance;
 use crate::state::Exchange;
 use crate::{Error, Result};

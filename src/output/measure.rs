@@ -7,7 +7,7 @@ use super::snapshot::Snapshot;
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::config::{Case, ForceRule, Measure, MeasureKind, When};
-use crate::solids::{Body, Motion};
+use crate::particles::{Body, Motion};
 use crate::state::Exchange;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
@@ -281,7 +281,7 @@ fn frequency(samples: &[(f64, f64)], level: f64) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::config::written;
-    use crate::solids::Oscillation;
+    use crate::particles::Oscillation;
 
     #[test]
     fn a_noisy_sine_has_its_frequency() {

@@ -56,7 +56,7 @@ impl Record {
     }
 
     /// The record in a line, as the bar says it.
-    fn words(&self) -> String {
+    fn describe(&self) -> String {
         let dt = self.dt.map_or(String::new(), |dt| format!(" dt {dt:.2e} s,"));
         let left = self.left.map_or(String::new(), |left| format!(", {} left", minutes(left)));
         format!(
@@ -66,7 +66,7 @@ impl Record {
     }
 
     fn line(&self) -> String {
-        format!("{:>3.0} %  {}", 100.0 * self.done(), self.words())
+        format!("{:>3.0} %  {}", 100.0 * self.done(), self.describe())
     }
 }
 
@@ -81,7 +81,7 @@ fn bar() -> Option<ProgressBar> {
 
 fn show(bar: &ProgressBar, record: &Record) {
     bar.set_position((1000.0 * record.done()) as u64);
-    bar.set_message(record.words());
+    bar.set_message(record.describe());
 }
 
 /// Shows and keeps how far a run is.

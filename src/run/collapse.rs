@@ -1,7 +1,7 @@
 //! Steps that shrink to nothing: a run whose steps have been shorter than a thousandth of what they were for a hundred steps
 //! goes nowhere, and says so.
 
-use crate::solids::{Body, nearest_image};
+use crate::particles::{Body, nearest_image};
 use crate::{Error, Result};
 
 /// Part of the first or of the usual step, and the steps below it, that end a run.

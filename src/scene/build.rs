@@ -1,6 +1,7 @@
 //! The parts of a scene from the words of its case.
 
 use crate::config::{self, Case, Side};
+use crate::contact::{Contacts, Damping, Impact, Laws, Material, Substeps, Wall};
 use crate::domain::Domain;
 use crate::geometry::{Disc, Shape, Sphere, fraction};
 use crate::grid::{Border, Coefficient, Grid};
@@ -9,10 +10,9 @@ use crate::method::flow::Flow;
 use crate::method::mics2003::{Choices, Driver, Mics2003};
 use crate::method::momentum::{Advection, Mixture, Momentum};
 use crate::method::sharp::{Sharp, ghost_width};
+use crate::particles::{Body, Freedom, Motion, Oscillation};
 use crate::petsc::Choice;
 use crate::scheme::{self, Scheme};
-use crate::solids::contact::{Contacts, Damping, Impact, Laws, Material, Substeps, Wall};
-use crate::solids::{Body, Freedom, Motion, Oscillation};
 use crate::{Error, Result};
 use nalgebra::Vector3;
 use std::sync::Arc;

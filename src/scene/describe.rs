@@ -4,7 +4,7 @@ use super::Scene;
 use crate::Result;
 use crate::grid::Coefficient;
 use crate::method::Method;
-use crate::solids::Body;
+use crate::particles::Body;
 
 impl<const D: usize> Scene<D> {
     /// What the scene needs and what it leaves out, each with its reason.

@@ -2,7 +2,7 @@
 
 use super::Scene;
 use crate::error::NotFinite;
-use crate::grid::{Coefficient, largest, total, wide};
+use crate::grid::{Coefficient, largest, simd, total};
 use crate::{Error, Result};
 
 impl<const D: usize> Scene<D> {
@@ -25,7 +25,7 @@ impl<const D: usize> Scene<D> {
     /// Over this rank's cells, the sum of density times squared velocity and the largest squared velocity.
     fn squares(&self) -> (f64, f64) {
         let (grid, u, mixture) = (&self.domain.grid, &self.state.u, self.method.mixture());
-        wide(
+        simd(
             #[inline(always)]
             || {
                 let (mut sum, mut most) = (0.0, 0.0f64);

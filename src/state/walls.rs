@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::grid::{Grid, VectorField};
-use crate::solids::contact::Push;
+use crate::particles::Push;
 use nalgebra::Vector3;
 
 /// What lasts of sharp walls.

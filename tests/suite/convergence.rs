@@ -1,9 +1,9 @@
 //! Observed orders against exact solutions: the Taylor-Green vortex, advection alone, diffusion alone.
 
 use crate::support::{PERIODIC, box_case, order, petsc};
-use mics::fluid::advection::{self, Carrier, Fluxes};
-use mics::fluid::diffusion;
 use mics::grid::Coefficient;
+use mics::kernels::advection::{self, Carrier, Fluxes};
+use mics::kernels::diffusion;
 use mics::scene::Scene;
 use std::f64::consts::PI;
 

@@ -3,10 +3,10 @@
 use crate::allocation::count;
 use crate::support::{mpirun, petsc};
 use mics::Result;
-use mics::fluid::faces::FaceCoefficient;
-use mics::fluid::poisson::{Covered, Poisson, Rows};
 use mics::grid::{Border, Boundaries, GHOSTS, Grid};
+use mics::kernels::faces::FaceCoefficient;
 use mics::petsc::{Choice, Layout, LinearSolver, Session};
+use mics::poisson::{Covered, Poisson, Rows};
 use nalgebra::{DMatrix, DVector};
 use std::cell::RefCell;
 use std::env;

@@ -3,10 +3,10 @@
 
 use crate::modes::in_processes;
 use crate::support::petsc;
-use mics::fluid::faces::FaceCoefficient;
-use mics::fluid::poisson::{Covered, Poisson};
 use mics::grid::{Border, Boundaries, GHOSTS, Grid};
+use mics::kernels::faces::FaceCoefficient;
 use mics::petsc::{Choice, Layout, LinearSolver, Operator, OwnPreconditioner, Session};
+use mics::poisson::{Covered, Poisson};
 use std::cell::RefCell;
 use std::rc::Rc;
 

@@ -1,8 +1,8 @@
 //! The pressure equation by itself: order across a density jump, and every density ratio solved.
 
 use crate::support::{Petsc, box_case, order, petsc};
-use mics::fluid::faces::{self, FaceCoefficient, Gravity};
 use mics::grid::Coefficient;
+use mics::kernels::faces::{self, FaceCoefficient, Gravity};
 use mics::method::Method;
 use mics::scene::Scene;
 use std::f64::consts::PI;

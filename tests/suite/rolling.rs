@@ -1,8 +1,8 @@
 //! Friction, rolling and what turns a body, through the whole step and against what is known of them.
 
 use crate::support::{SHARP, petsc};
+use mics::particles::Body;
 use mics::scene::Scene;
-use mics::solids::Body;
 
 /// Of the floor (N/m).
 const STIFFNESS: f64 = 2e4;

@@ -15,7 +15,7 @@ use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::method::cells_momentum;
-use crate::solids::Body;
+use crate::particles::Body;
 use crate::state::{Balance, Exchange, State};
 use nalgebra::Vector3;
 

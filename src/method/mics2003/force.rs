@@ -3,12 +3,12 @@
 use super::Mics2003;
 use crate::clock::Stage;
 use crate::domain::Domain;
-use crate::fluid::faces;
 use crate::geometry::Overlap;
 use crate::grid::{Grid, VectorField};
+use crate::kernels::faces;
 use crate::method::momentum::Term;
 use crate::method::vector;
-use crate::solids::Body;
+use crate::particles::Body;
 use crate::state::{Exchange, State};
 use nalgebra::Vector3;
 

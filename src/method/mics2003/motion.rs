@@ -4,11 +4,11 @@
 use super::rigid::{self, Moments};
 use super::{Driver, Mics2003};
 use crate::Result;
+use crate::contact::Impulse;
 use crate::domain::Domain;
 use crate::method::collision::refuse_collisions;
 use crate::method::vector;
-use crate::solids::contact::{Impulse, Push};
-use crate::solids::{Body, Freedom, nearest_image};
+use crate::particles::{Body, Freedom, Push, nearest_image};
 use crate::state::{Exchange, State};
 use nalgebra::Vector3;
 

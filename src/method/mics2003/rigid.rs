@@ -6,7 +6,7 @@
 //! ```
 //! a symmetric system of six; directions in which the body is held keep their velocity and drop out.
 
-use crate::solids::Freedom;
+use crate::particles::Freedom;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 /// Sums over a body's cells that fix its rigid motion.

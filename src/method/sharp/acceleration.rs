@@ -7,8 +7,8 @@
 use super::cut::CutBodies;
 use super::load::MomentumTally;
 use crate::domain::Domain;
-use crate::fluid::faces::{self, FaceCoefficient};
 use crate::grid::{Grid, VectorField};
+use crate::kernels::faces::{self, FaceCoefficient};
 use nalgebra::Vector3;
 
 /// Acceleration by one pressure.

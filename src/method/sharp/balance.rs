@@ -4,14 +4,14 @@
 //!   M = sum_c (1 - alpha) rho u dV + sum_k (m_k V_k + deferred_k)
 //!   M^(n+1) - M^n = gravity + contacts - force on held bodies + border
 //! ```
-//! The border's impulse is that of pressure, viscosity and flow on the sides of the box ([`crate::fluid::border`]), taken from the
+//! The border's impulse is that of pressure, viscosity and flow on the sides of the box ([`crate::kernels::border`]), taken from the
 //! fields there in every stage. What the two sides of this line differ by is the error.
 
 use super::{Sharp, history};
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
-use crate::fluid::border;
+use crate::kernels::border;
 use crate::method::cells_momentum;
 use crate::state::{Balance, State};
 use nalgebra::Vector3;
@@ -72,7 +72,7 @@ impl<const D: usize> Sharp<D> {
     /// the step `dt` (s), summed over them (kg m2/s).
     fn angular_error(&self, s: &State<D>, dt: f64) -> f64 {
         let bodies = s.bodies.iter().zip(&self.motions);
-        let missed = |(body, motion): (&crate::solids::Body, &super::BodyMotion)| {
+        let missed = |(body, motion): (&crate::particles::Body, &super::BodyMotion)| {
             body.freedom().map_or(0.0, |f| f.about(&(motion.spin_lost - dt * motion.torque())).norm())
         };
         bodies.map(missed).sum()

@@ -6,10 +6,10 @@ use super::ghost_width;
 use super::load::MomentumTally;
 use super::near::NearBodies;
 use crate::domain::Domain;
-use crate::fluid::faces::FaceCoefficient;
-use crate::grid::{Grid, VectorField, wide};
+use crate::grid::{Grid, VectorField, simd};
+use crate::kernels::faces::FaceCoefficient;
 use crate::params;
-use crate::solids::{Body, nearest_image};
+use crate::particles::{Body, nearest_image};
 use nalgebra::Vector3;
 
 /// The bodies as they cut the grid.
@@ -147,7 +147,7 @@ impl<const D: usize> CutBodies<D> {
         inside.clear();
         let (grid, fluid) = (&domain.grid, &domain.fluid);
         let resolved = params::resolved_layer() * fluid.viscosity / (fluid.density * self.h);
-        wide(
+        simd(
             #[inline(always)]
             || {
                 for (k, cut) in self.bodies.iter().enumerate() {

@@ -14,7 +14,7 @@ use super::probe::Probe;
 use crate::geometry::{Block, Cut, Opening, Overlap, Placed, Shape, SurfacePoint, Turn, aperture, fraction, images};
 use crate::grid::{Grid, VectorField};
 use crate::params;
-use crate::solids::Body;
+use crate::particles::Body;
 use nalgebra::Vector3;
 /// What that slope takes of the wall's own velocity, over a spacing.
 pub(super) fn resistance() -> f64 {
@@ -203,9 +203,9 @@ impl<const D: usize> CutBody<D> {
         self.inside.clear();
         let tight = if around.has_neighbours(k) { params::unresolved_gap() * around.h } else { 0.0 };
         let bounds = shape.bounds(turn).sup(&shape.bounds(&before.turn));
-        let reach = bounds.add_scalar(before.way.norm().max(tight));
+        let extent = bounds.add_scalar(before.way.norm().max(tight));
         for image in images(grid, &body.centre) {
-            for at in Block::owned(grid, &image, &reach) {
+            for at in Block::owned(grid, &image, &extent) {
                 let arm =
                     Vector3::from_fn(|a, _| if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 });
                 let s = shape.distance(turn, &arm);

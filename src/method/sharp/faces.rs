@@ -5,7 +5,7 @@ use super::cut::CutBodies;
 use super::history;
 use crate::Result;
 use crate::domain::Domain;
-use crate::grid::{Grid, VectorField, wide};
+use crate::grid::{Grid, VectorField, simd};
 use crate::state::State;
 use nalgebra::Vector3;
 use std::ops::Range;
@@ -24,7 +24,7 @@ impl<const D: usize> CutBodies<D> {
         let (grid, acceleration) = (&domain.grid, &acceleration.faces);
         let State { u, faces, bodies, walls, .. } = s;
         let memory = &mut history(walls)?.memory;
-        wide(
+        simd(
             #[inline(always)]
             || {
                 for (axis, (memory, face)) in memory.iter_mut().zip(faces.iter_mut()).enumerate() {
@@ -70,7 +70,7 @@ impl<const D: usize> CutBodies<D> {
         memory: &mut VectorField<D>,
     ) {
         let (grid, acceleration) = (&domain.grid, &acceleration.faces);
-        wide(
+        simd(
             #[inline(always)]
             || {
                 for (axis, memory) in memory.iter_mut().enumerate() {

@@ -4,7 +4,7 @@
 use crate::geometry::Turn;
 use crate::grid::{Border, Boundaries, Grid};
 use crate::params;
-use crate::solids::{Body, nearest_image};
+use crate::particles::{Body, nearest_image};
 use nalgebra::Vector3;
 
 /// What lies across a gap.

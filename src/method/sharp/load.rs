@@ -7,10 +7,10 @@ use super::{NUMBERS, Pace, Sharp, history};
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
-use crate::grid::{Border, Grid, VectorField, wide};
+use crate::grid::{Border, Grid, VectorField, simd};
 use crate::method::vector;
 use crate::params;
-use crate::solids::{Body, nearest_image};
+use crate::particles::{Body, nearest_image};
 use crate::state::{BodyHistory, Exchange, State};
 use nalgebra::Vector3;
 
@@ -75,7 +75,7 @@ impl<const D: usize> CutBodies<D> {
     ) -> (Vector3<f64>, Vector3<f64>) {
         let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
         let cut = &self.bodies[k];
-        wide(
+        simd(
             #[inline(always)]
             || {
                 for point in &cut.points {

@@ -1,5 +1,5 @@
 //! Contacts and fluid at one: what the fluid makes of the contacts' impulses is compared with what the substeps expected, and
-//! mended with another solve where it differs ([`crate::solids::contact`] has the formulas).
+//! mended with another solve where it differs ([`crate::contact`] has the formulas).
 
 use super::Sharp;
 use crate::params;

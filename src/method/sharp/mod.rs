@@ -44,13 +44,13 @@ mod probe;
 mod step;
 
 use super::momentum::{Mixture, Momentum};
+use crate::contact::{Contacts, Medium};
 use crate::domain::Domain;
-use crate::fluid::faces::FaceCoefficient;
-use crate::fluid::pressure::Projected;
 use crate::geometry::Overlap;
 use crate::grid::VectorField;
-use crate::solids::Body;
-use crate::solids::contact::{Contacts, Medium, Push};
+use crate::kernels::faces::FaceCoefficient;
+use crate::particles::{Body, Push};
+use crate::poisson::pressure::Projected;
 use crate::state::{Balance, Exchange, State, WallHistory};
 use crate::{Error, Result, params};
 use acceleration::PressureAcceleration;

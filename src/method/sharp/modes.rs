@@ -5,12 +5,12 @@ use super::cut::CutBodies;
 use super::motion::BodyMotion;
 use crate::Result;
 use crate::domain::Domain;
-use crate::fluid::poisson::Covered;
-use crate::fluid::pressure::{BodyCoupling, Projected};
 use crate::geometry::{Cut, Opening};
 use crate::grid::{Grid, VectorField};
+use crate::particles::Body;
 use crate::petsc::Session;
-use crate::solids::Body;
+use crate::poisson::Covered;
+use crate::poisson::pressure::{BodyCoupling, Projected};
 use crate::state::State;
 use nalgebra::{SymmetricEigen, Vector3};
 

@@ -4,10 +4,10 @@ use super::cut_body;
 use super::{NUMBERS, Sharp, history};
 use crate::Result;
 use crate::clock::Stage;
+use crate::contact::{Impulse, Touching};
 use crate::domain::Domain;
 use crate::method::collision::refuse_collisions;
-use crate::solids::contact::{Impulse, Push, Touching};
-use crate::solids::{Body, Inertia};
+use crate::particles::{Body, Inertia, Push};
 use crate::state::{BodyHistory, State};
 use nalgebra::{Matrix3, Vector3};
 

@@ -1,8 +1,8 @@
 //! Which bodies are near each other: as far as the probes of one may meet another.
 
 use crate::params;
-use crate::solids::Body;
-use crate::solids::contact::Neighbours;
+use crate::particles::Body;
+use crate::particles::Neighbours;
 
 /// The bodies near each.
 pub struct NearBodies {

@@ -4,11 +4,11 @@ use super::{Pace, Sharp, copy, history};
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
-use crate::fluid::pressure::Projected;
-use crate::fluid::{border, faces};
 use crate::grid::VectorField;
+use crate::kernels::{border, faces};
 use crate::params;
-use crate::solids::Body;
+use crate::particles::Body;
+use crate::poisson::pressure::Projected;
 use crate::state::State;
 use nalgebra::Vector3;
 

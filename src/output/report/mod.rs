@@ -1,10 +1,10 @@
 //! `mics report`: a run in one HTML file that needs nothing else: no script, no network, no second file.
 //!
-//! `words` says what the case is and its numbers, `figures` draws what the folder holds, `page` sets it.
+//! `describe` says what the case is and its numbers, `figures` draws what the folder holds, `page` sets it.
 
+mod describe;
 mod figures;
 mod page;
-mod words;
 
 use super::compare::Comparison;
 use super::plot::{self, Rows};

@@ -1,7 +1,7 @@
 //! The page: HTML by `maud`, which escapes all that comes from a case or a log.
 
 use super::figures::{Figure, Part};
-use super::{Run, words};
+use super::{Run, describe};
 use crate::output::compare::{percent, signed_percent};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -166,7 +166,7 @@ fn gallery(figures: &[&Figure], class: &str) -> Markup {
 }
 
 fn scene(run: &Run) -> Markup {
-    html! { dl.terms { @for (term, lines) in words::scene(&run.case) {
+    html! { dl.terms { @for (term, lines) in describe::scene(&run.case) {
         dt { (term) } dd { @for line in lines { div { (line) } } }
     } } }
 }
@@ -174,7 +174,7 @@ fn scene(run: &Run) -> Markup {
 fn numbers(run: &Run) -> Markup {
     html! { div.scroll { table {
         thead { tr { th { "number" } th.number { "value" } th { "definition" } } }
-        tbody { @for n in words::numbers(run) { tr {
+        tbody { @for n in describe::numbers(run) { tr {
             th.symbol scope="row" { (symbol(n.name)) } td.number { (short(n.value)) } td { (n.definition) }
         } } }
     } } }

@@ -1,14 +1,14 @@
 //! Contacts: bodies as soft discs and spheres that overlap a little (discrete element model, eq. 20-26).
 //!
 //! ```text
-//!   search    pairs whose gap <= reach_i + reach_j,  reach = |v| T + |a| T^2/2 over the rest T of the step
+//!   search    pairs whose gap <= reach_i + reach_j,  search_radius = |v| T + |a| T^2/2 over the rest T of the step
 //!   substeps  n >= 40 T / (shortest contact time of a pair, undamped),  h = T/n
 //!   middle    d, n, arms at x + h v/2                            F: mean over the substep ([`law`])
 //!   kick      v' = v + h (a + F/m),  w' = w + h (b + M/I)        a, b: pushes by fluid and gravity, frozen
 //!   drift     x' = x + h (v + v')/2
 //! ```
 //! That is Verlet's scheme with the force at the middle: one evaluation per substep, and exact where a is constant.
-//! A body that goes beyond its reach (struck, say) has the pairs found anew for the rest of the step. Bodies without a
+//! A body that goes beyond its search_radius (struck, say) has the pairs found anew for the rest of the step. Bodies without a
 //! pair take one move for all the substeps.
 //!
 //! ```text
@@ -19,7 +19,6 @@
 mod law;
 mod lubrication;
 mod mend;
-mod neighbours;
 mod stiffness;
 mod substep;
 #[cfg(test)]
@@ -27,13 +26,12 @@ mod tests;
 
 use crate::archive::{Archive, Checkpointed};
 use crate::error::NotFinite;
-use crate::solids::Body;
+use crate::particles::{Body, Neighbours, Push};
 use crate::{Error, Result};
 use law::Law;
 pub use law::{Damping, Laws, Material};
 pub use lubrication::Medium;
 use nalgebra::Vector3;
-pub(crate) use neighbours::Neighbours;
 pub use stiffness::Impact;
 use substep::{Answer, RIGID};
 
@@ -59,15 +57,6 @@ pub enum Substeps {
     Auto,
     /// So many.
     Fixed(usize),
-}
-
-/// What fluid and gravity do to a body, frozen over a step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Push {
-    /// Acceleration (m/s2).
-    pub acceleration: Vector3<f64>,
-    /// Angular acceleration (rad/s2).
-    pub angular: Vector3<f64>,
 }
 
 /// What contacts gave to a body.
@@ -119,7 +108,7 @@ pub struct Contacts {
     /// Per body: its answer, its way since the search and the way it may go, whether it has a pair, its load now.
     answers: Vec<Answer>,
     travelled: Vec<f64>,
-    reach: Vec<f64>,
+    search_radius: Vec<f64>,
     paired: Vec<bool>,
     loads: Vec<Impulse>,
     impulses: Vec<Impulse>,
@@ -157,7 +146,7 @@ impl Contacts {
             old: Vec::with_capacity(8 * n),
             answers: vec![RIGID; n],
             travelled: vec![0.0; n],
-            reach: vec![0.0; n],
+            search_radius: vec![0.0; n],
             paired: vec![false; n],
             loads: vec![Impulse::default(); n],
             impulses: vec![Impulse::default(); n],
@@ -295,15 +284,15 @@ impl Contacts {
         Ok(())
     }
 
-    /// Finds the pairs that could meet within `time` (s), and keeps the springs. With `again`, the reach leaves room
+    /// Finds the pairs that could meet within `time` (s), and keeps the springs. With `again`, the search_radius leaves room
     /// for what contacts do to speeds.
     fn search(&mut self, bodies: &[Body], time: f64, again: bool) {
         let mut farthest: f64 = 0.0;
         for (i, (body, answer)) in bodies.iter().zip(&self.answers).enumerate() {
             let way = (body.pace() + 0.5 * answer.push.acceleration.norm() * time) * time;
-            self.reach[i] = 0.5 * self.medium.range()
+            self.search_radius[i] = 0.5 * self.medium.range()
                 + if again { 2.0 * way + 0.05 * body.radius() } else { way + 1e-6 * body.radius() };
-            farthest = farthest.max(body.radius() + self.reach[i]);
+            farthest = farthest.max(body.radius() + self.search_radius[i]);
         }
         self.travelled.fill(0.0);
         self.paired.fill(false);
@@ -318,14 +307,14 @@ impl Contacts {
             rest = after;
             let kept = |j| before.iter().find(|p| p.second == j).copied().unwrap_or(Pair::new(i, j));
             let (pairs, paired) = (&mut self.pairs, &mut self.paired);
-            self.neighbours.around(i, bodies, &self.reach, |j| {
+            self.neighbours.around(i, bodies, &self.search_radius, |j| {
                 if free(i) || free(j) {
                     pairs.push(kept(j));
                     (paired[i], paired[j]) = (true, true);
                 }
             });
             for (w, wall) in self.walls.iter().enumerate().filter(|_| free(i)) {
-                if wall.distance(&body.centre) <= body.radius() + 0.5 * self.medium.range() + self.reach[i] {
+                if wall.distance(&body.centre) <= body.radius() + 0.5 * self.medium.range() + self.search_radius[i] {
                     let second = bodies.len() + w;
                     pairs.push(kept(second));
                     paired[i] = true;
@@ -386,13 +375,6 @@ impl Checkpointed for Touching {
         let Touching { springs, carried } = self;
         archive.each("carried", carried)?;
         archive.serialize([springs])
-    }
-}
-
-impl Checkpointed for Push {
-    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let Push { acceleration, angular } = self;
-        archive.serialize([acceleration, angular])
     }
 }
 

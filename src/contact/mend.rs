@@ -10,7 +10,7 @@
 
 use super::Contacts;
 use crate::params;
-use crate::solids::Body;
+use crate::particles::Body;
 use nalgebra::Vector3;
 
 impl Contacts {
@@ -32,20 +32,20 @@ impl Contacts {
                     continue;
                 }
                 let (i, j) = (pair.first, pair.second);
-                let (meeting, _) = self.meet(&pair, bodies, 0.0);
+                let (kinematics, _) = self.kinematics(&pair, bodies, 0.0);
                 // Fluid in a gap that is not stiff needs none of this.
                 if !pair.touched
-                    && pair.given.abs() * meeting.inverse_normal < params::stiff_gap() * meeting.approach.abs()
+                    && pair.given.abs() * kinematics.inverse_normal < params::stiff_gap() * kinematics.approach.abs()
                 {
                     continue;
                 }
-                let n = meeting.normal;
+                let n = kinematics.normal;
                 let other = deviation.get(j).copied().unwrap_or_default();
                 let off = (deviation[i] - other).dot(&n);
                 if sweep == 0 {
                     largest = largest.max(off.abs());
                 }
-                let mut impulse = off / meeting.inverse_normal;
+                let mut impulse = off / kinematics.inverse_normal;
                 // Contacts hold nothing back, the fluid in a gap does.
                 if pair.touched {
                     impulse = impulse.max(-pair.given.max(0.0));
@@ -96,7 +96,7 @@ impl Contacts {
     /// The largest speed at which a pair that touched comes together or parts (m/s).
     pub(crate) fn pace(&self, bodies: &[Body]) -> f64 {
         let touched = self.pairs.iter().filter(|pair| pair.touched);
-        touched.fold(0.0, |most, pair| most.max(self.meet(pair, bodies, 0.0).0.approach.abs()))
+        touched.fold(0.0, |most, pair| most.max(self.kinematics(pair, bodies, 0.0).0.approach.abs()))
     }
 
     /// Whether any pair gave something.

@@ -1,8 +1,8 @@
 //! Substeps: how many, the kick by pushes and contacts, the drift; formulas in [`super`].
 
-use super::law::Meeting;
-use super::{Contacts, Impulse, Pair, Push, Substeps};
-use crate::solids::{Body, Motion, nearest_image};
+use super::law::Kinematics;
+use super::{Contacts, Impulse, Pair, Substeps};
+use crate::particles::{Body, Motion, Push, nearest_image};
 use crate::{Error, Result, params};
 use nalgebra::Vector3;
 const FEWEST_PER_CONTACT: f64 = 5.0;
@@ -34,8 +34,8 @@ impl Contacts {
         let mut count: f64 = 1.0;
         for pair in &self.pairs {
             let law = self.law(pair);
-            let meeting = self.meet(pair, bodies, 0.0).0;
-            let mass = 1.0 / meeting.inverse_normal;
+            let kinematics = self.kinematics(pair, bodies, 0.0).0;
+            let mass = 1.0 / kinematics.inverse_normal;
             let (body, push) = (&bodies[pair.first], &self.answers[pair.first].push);
             let (velocity, push) = match bodies.get(pair.second) {
                 Some(other) => {
@@ -45,9 +45,9 @@ impl Contacts {
             };
             // The energy of an overlap counts as that of an approach.
             let pushed = velocity.norm() + push.norm() * time;
-            let speed = (pushed * pushed + 2.0 * law.stored(meeting.overlap) / mass).sqrt();
+            let speed = (pushed * pushed + 2.0 * law.stored(kinematics.overlap) / mass).sqrt();
             let contact = law.contact_time(mass, speed);
-            let (gap, way) = (-meeting.overlap, pushed * time);
+            let (gap, way) = (-kinematics.overlap, pushed * time);
             if gap > 2.0 * way + 0.05 * body.radius() {
                 // They cannot touch in this step, whatever strikes them: the fluid between them alone counts.
                 if let Substeps::Auto = self.substeps {
@@ -82,14 +82,14 @@ impl Contacts {
         Ok(count as usize)
     }
 
-    /// One substep of the bodies that have a pair; whether all of them stay within their reach in the next.
+    /// One substep of the bodies that have a pair; whether all of them stay within their search_radius in the next.
     pub(super) fn substep(&mut self, bodies: &mut [Body], h: f64) -> Result<bool> {
         self.loads.fill(Impulse::default());
         for p in 0..self.pairs.len() {
             let mut pair = self.pairs[p];
-            let (meeting, arms) = self.meet(&pair, bodies, h);
+            let (kinematics, arms) = self.kinematics(&pair, bodies, h);
             let radius = bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()).min(bodies[pair.first].radius());
-            let overlap = meeting.overlap;
+            let overlap = kinematics.overlap;
             self.deepest = self.deepest.max(overlap);
             if overlap > params::deepest_overlap() * radius {
                 return Err(Error::Run(format!(
@@ -100,15 +100,15 @@ impl Contacts {
                     overlap,
                     overlap / radius,
                     params::deepest_overlap(),
-                    meeting.approach.abs(),
+                    kinematics.approach.abs(),
                     self.law(&pair).material.normal_stiffness * (0.5 * overlap / (0.02 * radius)).powi(2),
                 )));
             }
-            if !meeting.touches() {
+            if !kinematics.touches() {
                 self.pairs[p].spring = None;
                 continue;
             }
-            let (normal, tangential) = self.law(&pair).force(&meeting, &mut pair.spring);
+            let (normal, tangential) = self.law(&pair).force(&kinematics, &mut pair.spring);
             self.pairs[p].spring = pair.spring;
             self.pairs[p].given += h * normal;
             self.pairs[p].touched |= normal > 0.0;
@@ -117,8 +117,8 @@ impl Contacts {
                     *touched |= normal > 0.0;
                 }
             }
-            let force = tangential - normal * meeting.normal;
-            let turn = meeting.normal.cross(&tangential);
+            let force = tangential - normal * kinematics.normal;
+            let turn = kinematics.normal.cross(&tangential);
             self.loads[pair.first].linear += force;
             self.loads[pair.first].angular += arms[0] * turn;
             match self.loads.get_mut(pair.second) {
@@ -140,7 +140,7 @@ impl Contacts {
             };
             self.travelled[i] += travel(body, &push, h, &self.periods);
             let next = (body.pace() + 0.5 * answer.push.acceleration.norm() * h) * h;
-            within &= self.travelled[i] + next <= self.reach[i];
+            within &= self.travelled[i] + next <= self.search_radius[i];
         }
         self.lubricate(bodies, h);
         Ok(within)
@@ -154,18 +154,18 @@ impl Contacts {
         }
         for p in 0..self.pairs.len() {
             let pair = self.pairs[p];
-            let (meeting, _) = self.meet(&pair, bodies, 0.0);
-            let gap = -meeting.overlap;
+            let (kinematics, _) = self.kinematics(&pair, bodies, 0.0);
+            let gap = -kinematics.overlap;
             if gap > range {
                 continue;
             }
             let (body, other) = (&bodies[pair.first], bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()));
-            let along = h * meeting.approach;
+            let along = h * kinematics.approach;
             let resistance =
                 self.medium.resistance(body.shape().dimension(), body.radius(), other, gap, (gap - along).max(0.0));
-            let impulse = h * resistance * meeting.approach / (1.0 + h * resistance * meeting.inverse_normal);
+            let impulse = h * resistance * kinematics.approach / (1.0 + h * resistance * kinematics.inverse_normal);
             self.pairs[p].given += impulse;
-            let push = impulse * meeting.normal;
+            let push = impulse * kinematics.normal;
             bodies[pair.first].velocity -= self.answers[pair.first].mass.component_mul(&push);
             self.impulses[pair.first].linear -= push;
             match bodies.get_mut(pair.second) {
@@ -186,7 +186,7 @@ impl Contacts {
     }
 
     /// How a pair meets in the middle of a substep `h` (s), and the arms from the centres to the contact (m).
-    pub(super) fn meet(&self, pair: &Pair, bodies: &[Body], h: f64) -> (Meeting, [f64; 2]) {
+    pub(super) fn kinematics(&self, pair: &Pair, bodies: &[Body], h: f64) -> (Kinematics, [f64; 2]) {
         let (body, answer) = (&bodies[pair.first], &self.answers[pair.first]);
         let second = bodies.get(pair.second).map(|other| (other, &self.answers[pair.second]));
         let (mut velocity, mut push) = (body.velocity, answer.push.acceleration);
@@ -221,7 +221,7 @@ impl Contacts {
         let along = |v: Vector3<f64>, turning: Vector3<f64>| v - v.dot(&normal) * normal + turning.cross(&normal);
         // Along an axis where neither gives way the damper changes nothing, but has to stay finite.
         let finite = |inverse: f64| if inverse > 1e-6 * whole { inverse } else { whole };
-        let meeting = Meeting {
+        let kinematics = Kinematics {
             h,
             overlap,
             normal,
@@ -232,7 +232,7 @@ impl Contacts {
             inverse_normal: finite(normal.component_mul(&normal).dot(&inverse)),
             inverse_tangential: finite(inverse.max() + inverse_turn),
         };
-        (meeting, arms)
+        (kinematics, arms)
     }
 }
 

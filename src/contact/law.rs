@@ -90,7 +90,7 @@ pub(super) struct Law {
 
 /// What two bodies in contact are to each other over a substep.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Meeting {
+pub(super) struct Kinematics {
     /// Substep (s).
     pub(super) h: f64,
     /// Overlap at its middle (m), from the velocities at its start.
@@ -111,7 +111,7 @@ pub(super) struct Meeting {
     pub(super) inverse_tangential: f64,
 }
 
-impl Meeting {
+impl Kinematics {
     /// Overlaps at the two ends of the substep, the smaller one first (m).
     fn interval(&self) -> (f64, f64) {
         let half = 0.5 * self.h * self.approach.abs();
@@ -165,39 +165,42 @@ impl Law {
 
     /// Mean normal force and tangential force on the first one over the substep (N). `spring` is `xi` (m) at the middle
     /// of the last substep, `None` where that found no contact, and becomes that at the middle of this one.
-    pub(super) fn force(&self, meeting: &Meeting, spring: &mut Option<Vector3<f64>>) -> (f64, Vector3<f64>) {
+    pub(super) fn force(&self, kinematics: &Kinematics, spring: &mut Option<Vector3<f64>>) -> (f64, Vector3<f64>) {
         let law = &self.material;
-        let (k, g, h) = (law.normal_stiffness, law.exponent, meeting.h);
-        let (low, high) = meeting.interval();
+        let (k, g, h) = (law.normal_stiffness, law.exponent, kinematics.h);
+        let (low, high) = kinematics.interval();
         let mean = |power: f64| mean_power(low, high, power);
         let root = mean(0.5 * (g - 1.0));
         let (damper, damper_tangential) = match law.damping {
             Damping::Restitution(_) => {
                 let eta = 2.0 * self.zeta * k.sqrt() * root;
-                (eta / meeting.inverse_normal.sqrt(), eta * (law.tangential_ratio / meeting.inverse_tangential).sqrt())
+                (
+                    eta / kinematics.inverse_normal.sqrt(),
+                    eta * (law.tangential_ratio / kinematics.inverse_tangential).sqrt(),
+                )
             }
             Damping::Given { normal, tangential } => (normal * root, tangential * mean(0.0)),
         };
 
         let elastic = k * mean(g);
-        let slowing = 0.5 * h * meeting.inverse_normal;
-        let approach = meeting.approach + 0.5 * h * meeting.push - slowing * elastic;
+        let slowing = 0.5 * h * kinematics.inverse_normal;
+        let approach = kinematics.approach + 0.5 * h * kinematics.push - slowing * elastic;
         let normal = (elastic + damper * approach / (1.0 + slowing * damper)).max(0.0);
 
         // What a contact that begins now has stretched, at its own middle and (continued) at that of the substep.
         let lasted = mean(0.0) * h;
         let (stretch, middle) = match *spring {
-            None => (0.5 * lasted * meeting.slip, (lasted - 0.5 * h) * meeting.slip),
+            None => (0.5 * lasted * kinematics.slip, (lasted - 0.5 * h) * kinematics.slip),
             Some(last) => {
-                let flat = last - last.dot(&meeting.normal) * meeting.normal;
+                let flat = last - last.dot(&kinematics.normal) * kinematics.normal;
                 let turned = flat.try_normalize(0.0).map_or(flat, |along| along * last.norm());
-                (turned + h * meeting.slip, turned + h * meeting.slip)
+                (turned + h * kinematics.slip, turned + h * kinematics.slip)
             }
         };
         let stiffness = law.tangential_ratio * k * mean(g - 1.0);
         let damper = if law.printed_sign { -damper_tangential } else { damper_tangential };
-        let slowing = 0.5 * h * meeting.inverse_tangential;
-        let slip = meeting.slip + 0.5 * h * meeting.push_slip;
+        let slowing = 0.5 * h * kinematics.inverse_tangential;
+        let slip = kinematics.slip + 0.5 * h * kinematics.push_slip;
         let grip = stiffness * stretch + damper * (slip - slowing * stiffness * stretch) / (1.0 + slowing * damper);
         let limit = law.friction * normal;
         if grip.norm_squared() <= limit * limit {

@@ -12,7 +12,7 @@
 
 use super::lattice::{Lattice, exchange};
 use crate::Result;
-use crate::grid::wide;
+use crate::grid::simd;
 use crate::petsc::{Halo, Session};
 
 /// What the multigrid computes in: half the memory traffic of double precision, and its error is the Krylov method's to
@@ -139,7 +139,7 @@ impl Level {
     pub fn smooth_from_zero(&mut self, omega: Single) {
         let Level { lattice, inverse, x, b, .. } = self;
         let n = lattice.n[0];
-        wide(
+        simd(
             #[inline(always)]
             || {
                 for s in lattice.rows() {
@@ -157,7 +157,7 @@ impl Level {
         let Level { lattice, g, inverse, x, b, next, halo, .. } = self;
         exchange(halo, lattice.axes, x)?;
         let n = lattice.n[0];
-        wide(
+        simd(
             #[inline(always)]
             || {
                 for s in lattice.rows() {
@@ -183,7 +183,7 @@ impl Level {
         exchange(halo, lattice.axes, x)?;
         let n = lattice.n[0];
         let (to, wide_lattice) = (&mut coarse.b, coarse.lattice);
-        wide(
+        simd(
             #[inline(always)]
             || {
                 for s in wide_lattice.rows() {

@@ -9,7 +9,7 @@
 //! Averaging the face's acceleration back to cells, gravity with pressure, keeps a fluid at rest at rest and density
 //! ratios of 10^4 stable.
 
-use crate::grid::{Coefficient, Grid, VectorField, largest, wide};
+use crate::grid::{Coefficient, Grid, VectorField, largest, simd};
 
 /// `1/rho` on faces (m3/kg), one place for the predictor, the operator and the correction.
 #[derive(Clone, Debug)]
@@ -111,7 +111,7 @@ fn gradient<const D: usize>(
     faces: &mut VectorField<D>,
     put: impl Fn(&mut f64, f64),
 ) {
-    wide(
+    simd(
         #[inline(always)]
         || {
             for (axis, face) in faces.iter_mut().enumerate() {
@@ -164,7 +164,7 @@ pub fn predict<const D: usize>(
     acceleration: &VectorField<D>,
     faces: &mut VectorField<D>,
 ) {
-    wide(
+    simd(
         #[inline(always)]
         || {
             for (axis, face) in faces.iter_mut().enumerate() {
@@ -183,7 +183,7 @@ pub fn predict<const D: usize>(
 
 /// Eq. (16): adds `dt (a_low + a_high)/2` to the cells.
 pub fn add_to_cells<const D: usize>(grid: &Grid<D>, dt: f64, acceleration: &VectorField<D>, u: &mut VectorField<D>) {
-    wide(
+    simd(
         #[inline(always)]
         || {
             for (axis, field) in u.iter_mut().enumerate() {
@@ -208,7 +208,7 @@ pub fn step_cells<const D: usize>(
     (dt, acceleration): (f64, &VectorField<D>),
     to: &mut VectorField<D>,
 ) {
-    wide(
+    simd(
         #[inline(always)]
         || {
             for (axis, to) in to.iter_mut().enumerate() {
@@ -261,7 +261,7 @@ pub fn cell_gradient<const D: usize>(grid: &Grid<D>, axis: usize, cell: usize, p
 /// Divergence of the face velocities in the owned cells (1/s), handed row by row to `take(row, divergence)`; the values
 /// stand in `out`, indexed as a field.
 pub fn divergence<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>, out: &mut [f64]) {
-    wide(
+    simd(
         #[inline(always)]
         || {
             for row in grid.rows() {
@@ -280,7 +280,7 @@ pub fn divergence<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>, out: &
 
 /// The largest velocity through a face of this rank (m/s).
 pub fn fastest<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>) -> f64 {
-    wide(
+    simd(
         #[inline(always)]
         || {
             let rows = (0..D).flat_map(|axis| grid.face_rows(axis).map(move |row| &faces[axis][row]));
@@ -299,7 +299,7 @@ pub fn fastest<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>) -> f64 {
 /// The largest over this rank's cells of the Courant number for `dt = 1`: `sum_a max(|U_low|, |U_high|)/h_a` (1/s), or
 /// the largest of these terms where advection goes axis by axis.
 pub fn courant_rate<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>, by_axis: bool) -> f64 {
-    wide(
+    simd(
         #[inline(always)]
         || {
             grid.rows().fold(0.0, |most, row| {

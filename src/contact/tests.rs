@@ -5,7 +5,7 @@ mod crowd;
 use super::*;
 use crate::geometry::{Disc, Sphere};
 use crate::params;
-use crate::solids::{Freedom, Motion};
+use crate::particles::{Freedom, Motion};
 use nalgebra::vector;
 use std::f64::consts::PI;
 use std::sync::Arc;

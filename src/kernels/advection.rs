@@ -17,7 +17,7 @@
 //! with the Courant number.
 
 use super::diffusion::add_laplacian;
-use crate::grid::{Grid, VectorField, wide};
+use crate::grid::{Grid, VectorField, simd};
 use std::ops::Range;
 
 /// The upwind face value times the carrier: the face lies between `q[2]` and `q[3]` of six cells in a row.
@@ -91,7 +91,7 @@ pub fn upwind5<const D: usize>(
     rate: &mut VectorField<D>,
     fluxes: &mut Fluxes,
 ) {
-    wide(
+    simd(
         #[inline(always)]
         || {
             let n = grid.local[0];

@@ -1,7 +1,6 @@
 //! A body: its shape, its state and what moves it.
 
 use super::Inertia;
-use super::contact::Push;
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::geometry::{Placed, Shape, Turn};
@@ -224,6 +223,22 @@ impl Body {
     /// Fastest point of the body (m/s).
     pub fn top_speed(&self) -> f64 {
         self.pace() + self.spin.norm() * self.radius
+    }
+}
+
+/// What fluid and gravity do to a body, frozen over a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Push {
+    /// Acceleration (m/s2).
+    pub acceleration: Vector3<f64>,
+    /// Angular acceleration (rad/s2).
+    pub angular: Vector3<f64>,
+}
+
+impl Checkpointed for Push {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
+        let Push { acceleration, angular } = self;
+        archive.serialize([acceleration, angular])
     }
 }
 

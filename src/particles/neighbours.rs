@@ -1,13 +1,13 @@
 //! Which bodies could meet: cell lists filled by a counting sort.
 //!
 //! ```text
-//!   edge >= 2 (largest radius + largest reach)        two that could meet lie in the same or in adjacent cells
+//!   edge >= 2 (largest radius + largest search_radius)        two that could meet lie in the same or in adjacent cells
 //!   gap = |x_i - x_j| - r_i - r_j <= reach_i + reach_j
 //! ```
 //! A periodic axis may be one or two cells wide: a cell then is its own neighbour, or has one, and is visited once.
 //! Of two bodies only the nearest images meet: a periodic axis has to be two of their diameters long at least.
 
-use crate::solids::{Body, nearest_image};
+use crate::particles::{Body, nearest_image};
 
 /// Cell lists over a box. They allocate when built only.
 #[derive(Clone, Debug)]
@@ -22,7 +22,7 @@ pub(crate) struct Neighbours {
     order: Vec<usize>,
     place: Vec<[usize; 3]>,
     /// Distances looked at since the last sort.
-    pub(super) checks: usize,
+    pub(crate) checks: usize,
 }
 
 impl Neighbours {
@@ -73,7 +73,7 @@ impl Neighbours {
     }
 
     /// Calls `take` with every `j > i` within reach of `i`, once each.
-    pub(crate) fn around(&mut self, i: usize, bodies: &[Body], reach: &[f64], mut take: impl FnMut(usize)) {
+    pub(crate) fn around(&mut self, i: usize, bodies: &[Body], search_radius: &[f64], mut take: impl FnMut(usize)) {
         let (at, cells) = (self.place[i], self.cells);
         let ranges: [_; 3] = std::array::from_fn(|a| self.range(a, at[a]));
         for z in ranges[2].clone() {
@@ -83,7 +83,7 @@ impl Neighbours {
                     for &j in &self.order[self.start[cell]..self.start[cell + 1]] {
                         if j > i {
                             self.checks += 1;
-                            let within = bodies[i].radius() + bodies[j].radius() + reach[i] + reach[j];
+                            let within = bodies[i].radius() + bodies[j].radius() + search_radius[i] + search_radius[j];
                             let apart = nearest_image(&bodies[i].centre, &bodies[j].centre, &self.periods);
                             if apart.norm_squared() <= within * within {
                                 take(j);
@@ -97,7 +97,7 @@ impl Neighbours {
 
     /// Room in the lists that could grow.
     #[cfg(test)]
-    pub(super) fn capacity(&self) -> usize {
+    pub(crate) fn capacity(&self) -> usize {
         self.start.capacity()
     }
 

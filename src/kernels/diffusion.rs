@@ -11,7 +11,7 @@
 //! [`laplacian`], uniform viscosity: for a divergence-free velocity the transposed part vanishes, which leaves
 //! `nu sum_a (q(c-1) - 2 q(c) + q(c+1))/h_a^2`, stable for `dt nu sum_a 2/h_a^2 <= 1`.
 
-use crate::grid::{Coefficient, Grid, VectorField, wide};
+use crate::grid::{Coefficient, Grid, VectorField, simd};
 
 /// Adds `weight (mu/rho) laplacian(q)` to `rate`; `mu` in Pa s, `density` in kg/m3.
 pub fn laplacian<const D: usize>(
@@ -23,7 +23,7 @@ pub fn laplacian<const D: usize>(
     rate: &mut [f64],
 ) {
     let (inverse_h2, middle) = weights(grid);
-    wide(
+    simd(
         #[inline(always)]
         || {
             for row in grid.rows() {

@@ -9,7 +9,7 @@
 //! with d the deepest overlap allowed: 1 % of the smallest diameter or 0.1 spacing, whichever is less.
 
 use crate::params;
-use crate::solids::Body;
+use crate::particles::Body;
 use nalgebra::Vector3;
 /// Drag coefficient at high Reynolds numbers: less makes bodies faster than they are.
 const DRAG: f64 = 0.4;

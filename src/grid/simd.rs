@@ -8,7 +8,7 @@ const LANES: usize = 8;
 
 /// Runs `kernel` compiled for the widest vectors. What it calls has to be `#[inline(always)]`, itself included.
 #[inline(always)]
-pub fn wide<R>(kernel: impl FnOnce() -> R) -> R {
+pub fn simd<R>(kernel: impl FnOnce() -> R) -> R {
     pulp::Arch::new().dispatch(kernel)
 }
 

@@ -1,7 +1,7 @@
 //! Tests of many contacts at once.
 
 use super::*;
-use crate::solids::nearest_image;
+use crate::particles::nearest_image;
 
 /// Numbers in [0, 1), the same every time.
 struct Dice(u64);
@@ -40,12 +40,12 @@ fn kinetic(bodies: &[Body]) -> f64 {
 fn elastic(contacts: &Contacts, bodies: &[Body], h: f64) -> f64 {
     let of = |pair: &Pair| {
         let law = contacts.law(pair);
-        let meeting = contacts.meet(pair, bodies, 0.0).0;
+        let kinematics = contacts.kinematics(pair, bodies, 0.0).0;
         let tangential = law.material.tangential_ratio
             * law.material.normal_stiffness
-            * meeting.overlap.max(0.0).powf(law.material.exponent - 1.0);
-        law.stored(meeting.overlap)
-            + 0.5 * tangential * pair.spring.map_or(0.0, |s| (s + 0.5 * h * meeting.slip).norm_squared())
+            * kinematics.overlap.max(0.0).powf(law.material.exponent - 1.0);
+        law.stored(kinematics.overlap)
+            + 0.5 * tangential * pair.spring.map_or(0.0, |s| (s + 0.5 * h * kinematics.slip).norm_squared())
     };
     contacts.pairs.iter().map(of).sum()
 }
@@ -143,7 +143,7 @@ fn a_heap_comes_to_rest() {
         contacts.advance(&mut bodies, &down, 1e-3).unwrap();
     }
     let crept = bodies.iter().zip(&places).map(|(a, b)| (a.centre - b.centre).norm()).fold(0.0, f64::max);
-    let deepest = contacts.pairs.iter().map(|p| contacts.meet(p, &bodies, 0.0).0.overlap).fold(0.0, f64::max);
+    let deepest = contacts.pairs.iter().map(|p| contacts.kinematics(p, &bodies, 0.0).0.overlap).fold(0.0, f64::max);
     println!(
         "heap: kinetic energy {rest:.1e} of a fall by 1 cm, crept {crept:.1e} m in 0.2 s, deepest {deepest:.1e} m"
     );
@@ -171,19 +171,19 @@ fn cell_lists_find_the_pairs_of_brute_force() {
             body(shape, 0.01 + 0.01 * dice.roll(), centre, Vector3::zeros())
         };
         let bodies: Vec<Body> = (0..300).map(ball).collect();
-        let reach: Vec<f64> = bodies.iter().map(|_| 0.01 * dice.roll()).collect();
-        let farthest = bodies.iter().zip(&reach).map(|(b, r)| b.radius() + r).fold(0.0, f64::max);
+        let search_radius: Vec<f64> = bodies.iter().map(|_| 0.01 * dice.roll()).collect();
+        let farthest = bodies.iter().zip(&search_radius).map(|(b, r)| b.radius() + r).fold(0.0, f64::max);
         let mut cells = Neighbours::new(&bodies, size, periods);
         cells.sort(&bodies, 2.0 * farthest);
         let mut found = vec![];
         for i in 0..bodies.len() {
-            cells.around(i, &bodies, &reach, |j| found.push((i, j)));
+            cells.around(i, &bodies, &search_radius, |j| found.push((i, j)));
         }
         found.sort_unstable();
         let mut all = vec![];
         for i in 0..bodies.len() {
             for j in i + 1..bodies.len() {
-                let within = bodies[i].radius() + bodies[j].radius() + reach[i] + reach[j];
+                let within = bodies[i].radius() + bodies[j].radius() + search_radius[i] + search_radius[j];
                 if nearest_image(&bodies[i].centre, &bodies[j].centre, &periods).norm() <= within {
                     all.push((i, j));
                 }
@@ -210,7 +210,7 @@ fn the_search_looks_at_a_few_distances_per_particle_however_many_there_are() {
 
 #[test]
 fn a_body_that_is_struck_strikes_the_next_within_the_same_step() {
-    // Far beyond the reach of a body at rest: the pairs have to be found anew on the way.
+    // Far beyond the search_radius of a body at rest: the pairs have to be found anew on the way.
     let place = |x: f64, speed: f64| body(Shape::Disc, 0.01, vector![x, 0.05, 0.0], vector![speed, 0.0, 0.0]);
     let mut bodies = [place(0.02, 1.0), place(0.05, 0.0), place(0.1, 0.0), place(0.15, 0.0)];
     let mut contacts = contacts(&bodies, material(1.0, 1.0, 0.3), [0.3, 0.1, 0.0], &[0, 1], Substeps::Auto);

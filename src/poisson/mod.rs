@@ -14,14 +14,15 @@ mod lattice;
 mod level;
 mod matrix;
 mod multigrid;
+pub mod pressure;
 mod transform;
 mod whole;
 
 pub use bodies::Covered;
 pub use matrix::Rows;
 
-use crate::fluid::faces::FaceCoefficient;
-use crate::grid::{Border, Boundaries, Grid, largest, wide};
+use crate::grid::{Border, Boundaries, Grid, largest, simd};
+use crate::kernels::faces::FaceCoefficient;
 use crate::petsc::{Halo, Layout, Operator, OwnPreconditioner, Session};
 use crate::{Error, Result};
 use bodies::{Bodies, Frame};
@@ -267,7 +268,7 @@ impl Poisson {
     /// One cycle of the multigrid for `A z = r`.
     fn cycle(&mut self, r: &[f64], z: &mut [f64]) -> Result<()> {
         let most = || {
-            wide(
+            simd(
                 #[inline(always)]
                 || {
                     largest(
@@ -289,7 +290,7 @@ impl Poisson {
         let (down, up) = (1.0 / size[0], size[0] / most);
         let finest = &mut multigrid.levels[0];
         let (lattice, b) = (finest.lattice, &mut finest.b);
-        wide(
+        simd(
             #[inline(always)]
             || {
                 for (s, r) in lattice.rows().zip(r.chunks_exact(nx)) {
@@ -302,7 +303,7 @@ impl Poisson {
         );
         multigrid.cycle(bodies, true)?;
         let x = &multigrid.levels[0].x;
-        wide(
+        simd(
             #[inline(always)]
             || {
                 for (s, z) in lattice.rows().zip(z.chunks_exact_mut(nx)) {
@@ -360,7 +361,7 @@ impl Operator for Poisson {
         }
         exchange(&mut self.halo, lattice.axes, &mut self.x)?;
         let (g, field) = (&self.g, &self.x);
-        wide(
+        simd(
             #[inline(always)]
             || {
                 for (s, y) in lattice.rows().zip(y.chunks_exact_mut(nx)) {

@@ -16,10 +16,10 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
     if case.fluid.gravity.iter().any(|g| *g != 0.0) {
         fluid.push(format!("gravity {:?} m/s2", case.fluid.gravity));
     }
-    let sides = case.sides().map(|(name, side)| format!("{name}: {}", side.words()));
+    let sides = case.sides().map(|(name, side)| format!("{name}: {}", side.describe()));
     let particles = match case.particle.len() {
         0 => vec!["none".into()],
-        _ => case.particle_words().into_iter().map(|(label, words)| format!("{label}: {words}")).collect(),
+        _ => case.describe_particles().into_iter().map(|(label, words)| format!("{label}: {words}")).collect(),
     };
     let wall = match case.coupling.wall {
         WallRule::Sharp => "sharp walls: faces are open as far as particles leave them",

@@ -12,10 +12,10 @@
 //! The sign is turned so that the matrix is positive (semi-)definite. The k-th solve is asked for
 //! `eps_k = a^k 0.5 D0/max|D|`, relative to the right side: just what is needed, tightening by `a` where it was not.
 
-use super::faces::{self, FaceCoefficient};
-use super::poisson::{Covered, Poisson, Rows};
+use super::{Covered, Poisson, Rows};
 use crate::error::NotFinite;
-use crate::grid::{Boundaries, Grid, VectorField, largest, wide};
+use crate::grid::{Boundaries, Grid, VectorField, largest, simd};
+use crate::kernels::faces::{self, FaceCoefficient};
 use crate::petsc::{Choice, Layout, LinearSolver, Session};
 use crate::{Error, Result, params};
 use std::cell::{RefCell, RefMut};
@@ -176,7 +176,7 @@ impl Projection {
         faces::divergence(grid, velocity, &mut self.divergence);
         let divergence = &self.divergence;
         let mut most = [0.0f64];
-        wide(
+        simd(
             #[inline(always)]
             || {
                 for row in grid.rows() {

@@ -4,7 +4,7 @@ use super::{Case, Motion, Particle, Side};
 
 impl Case {
     /// What is said of the particles, each line with its label: of few one by one, of many their ranges.
-    pub fn particle_words(&self) -> Vec<(String, String)> {
+    pub fn describe_particles(&self) -> Vec<(String, String)> {
         let widest = self.spacings().into_iter().fold(0.0, f64::max);
         let cells = |d: f64| d / widest;
         let ratio = |p: &Particle| p.density / self.fluid.density;
@@ -48,7 +48,7 @@ impl Case {
 
 impl Side {
     /// The condition in words.
-    pub fn words(&self) -> String {
+    pub fn describe(&self) -> String {
         match self {
             Side::Periodic => "periodic".into(),
             Side::Outflow => "outflow".into(),

@@ -38,10 +38,10 @@ impl<const D: usize> Block<D> {
     }
 
     /// The owned cells within so far (m) of a centre (m) along each axis.
-    pub fn owned(grid: &Grid<D>, centre: &Vector3<f64>, reach: &Vector3<f64>) -> Block<D> {
+    pub fn owned(grid: &Grid<D>, centre: &Vector3<f64>, bounds: &Vector3<f64>) -> Block<D> {
         let cell = |a: usize, x: f64| (x / grid.h[a]).floor();
-        let low = std::array::from_fn(|a| cell(a, centre[a] - reach[a]));
-        let high = std::array::from_fn(|a| cell(a, centre[a] + reach[a]));
+        let low = std::array::from_fn(|a| cell(a, centre[a] - bounds[a]));
+        let high = std::array::from_fn(|a| cell(a, centre[a] + bounds[a]));
         Block::between(low, high, grid.start, std::array::from_fn(|a| grid.start[a] + grid.local[a]))
     }
 }

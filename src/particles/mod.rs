@@ -1,0 +1,12 @@
+//! The particles: what they are ([`body`]), and which are near each other; their shapes are [`crate::geometry`]'s, how they touch is
+//! [`crate::contact`]'s.
+//!
+//! Bodies are three-dimensional always; in 2D a disc is a body of unit depth.
+
+pub mod body;
+mod inertia;
+mod neighbours;
+
+pub use body::{Body, Freedom, Motion, Oscillation, Push, nearest_image};
+pub use inertia::Inertia;
+pub(crate) use neighbours::Neighbours;
