@@ -207,11 +207,9 @@ impl<'a, const D: usize> Run<'a, D> {
         let end = self.case.time.end;
         let mut fields = Schedule::new(self.case.output.fields, self.scene.state.time);
         let mut rows = Schedule::new(Some(self.case.output.particles), self.scene.state.time);
-        let given = energy_bound::of_particles(self.case);
         let mut collapse = collapse::Collapse::default();
         if self.restart.is_none() {
             let (energy, speed) = self.scene.energy_and_speed()?;
-            self.account.start = Some(energy);
             self.write_row(StepOutcome { energy, ..StepOutcome::default() })?;
             self.write_particles()?;
             self.write_fields()?;
@@ -232,7 +230,7 @@ impl<'a, const D: usize> Run<'a, D> {
             self.account.krylov += u64::from(projected.krylov);
             self.account.retries += u64::from(projected.retries);
             let (energy, speed) = self.scene.energy_and_speed()?;
-            energy_bound::refuse_beyond(energy, self.account.start, given)?;
+            energy_bound::refuse_made(&self.scene.state)?;
             let wishes = self.write_row(StepOutcome { dt, projected, cfl: dt * limits.courant_rate, energy })?;
             if rows.due(self.scene.state.steps, self.scene.state.time) {
                 self.write_particles()?;
@@ -325,7 +323,8 @@ impl<'a, const D: usize> Run<'a, D> {
         };
         let (scene, log) = (&self.scene, &mut self.log);
         let written = self.folder.as_mut().map_or(Ok(()), |folder| {
-            folder.write_step(&row, scene.state.balance.as_ref().map(|b| (scene.state.substeps, b)))?;
+            let s = &scene.state;
+            folder.write_step(&row, s.balance.as_ref().map(|b| (s.substeps, b)), &s.energy)?;
             folder.flush_when_due(log)
         });
         // One message for all three, every step.

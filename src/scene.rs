@@ -5,12 +5,13 @@ mod cells;
 mod describe;
 mod reading;
 
+use crate::clock::Stage;
 use crate::config::Case;
 use crate::domain::{Domain, Fluid};
 use crate::error::NotFinite;
 use crate::grid::{Boundaries, Coefficient, GHOSTS, Grid};
 use crate::kernels::{diffusion, faces};
-use crate::method::{Method, sharp};
+use crate::method::{Method, energy, sharp};
 use crate::particles::Body;
 use crate::petsc::{Layout, Session};
 use crate::poisson::pressure::{Projected, Projection, StoppingRule};
@@ -33,6 +34,8 @@ pub struct Scene<const D: usize> {
     pub(crate) solver_reason: &'static str,
     /// Courant number per second of what the borders prescribe (1/s): in a fluid at rest nothing else tells it.
     border_rate: f64,
+    /// Scratch: velocities and spins of the bodies at the start of a step (m/s, rad/s).
+    motions: Vec<energy::Motion>,
 }
 
 impl<const D: usize> Scene<D> {
@@ -61,8 +64,9 @@ impl<const D: usize> Scene<D> {
             domain.projection.solver().refuse_preconditioner_alone()?;
         }
         let border_rate = domain.boundaries.courant_rate(&domain.grid);
+        let motions = Vec::with_capacity(bodies.len());
         let state = State::new(&domain.grid, bodies, build::extrapolates(case));
-        let mut scene = Scene { domain, state, method, solver_reason, border_rate };
+        let mut scene = Scene { domain, state, method, solver_reason, border_rate, motions };
         scene.set_initial_velocity(&axes(&case.initial.velocity), case.initial.perturbation);
         scene.start()?;
         Ok(scene)
@@ -87,6 +91,7 @@ impl<const D: usize> Scene<D> {
     /// When the first projection fails.
     pub fn start(&mut self) -> Result<()> {
         self.method.start(&mut self.domain, &mut self.state)?;
+        energy::start(&self.domain, &mut self.state, &self.method)?;
         self.domain.clock = Default::default();
         Ok(())
     }
@@ -96,13 +101,18 @@ impl<const D: usize> Scene<D> {
     /// # Errors
     /// When the divergence cannot be brought below D0, or a value is no longer finite: names the cell or the particle.
     pub fn step(&mut self, dt: f64) -> Result<Projected> {
+        self.motions.clear();
+        self.motions.extend(self.state.bodies.iter().map(|body| (body.velocity, body.spin)));
         match self.method.step(&mut self.domain, &mut self.state, dt) {
             Err(Error::NotFinite(NotFinite::Velocity)) => Err(self.name_what_is_lost()?),
+            Err(failed) => Err(failed),
             Ok(projected) => {
+                self.domain.boundaries.fill_velocity(&mut self.state.u)?;
+                energy::close(&self.domain, &mut self.state, &self.motions, &self.method)?;
+                self.domain.clock.lap(Stage::Logs);
                 self.domain.clock.count();
                 Ok(projected)
             }
-            failed => failed,
         }
     }
 

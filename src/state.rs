@@ -2,6 +2,7 @@
 //! dropped and made anew between any two steps, and is, when a run goes on from a checkpoint.
 
 mod balance;
+mod energy;
 mod exchange;
 mod walls;
 
@@ -11,6 +12,7 @@ use crate::contact::Touching;
 use crate::grid::{Grid, VectorField};
 use crate::particles::Body;
 pub use balance::Balance;
+pub use energy::EnergyBudget;
 pub use exchange::Exchange;
 pub use walls::{BodyHistory, WallHistory};
 
@@ -43,6 +45,8 @@ pub struct State<const D: usize> {
     pub walls: Option<WallHistory<D>>,
     /// The balance of momentum; `None` where no body is free.
     pub balance: Option<Balance>,
+    /// The budget of energy.
+    pub energy: EnergyBudget,
 }
 
 /// What a reader of the results needs of a state.
@@ -74,6 +78,7 @@ impl<const D: usize> State<D> {
             touching: Touching::default(),
             walls: None,
             balance: None,
+            energy: EnergyBudget::default(),
         }
     }
 
@@ -106,8 +111,22 @@ impl<const D: usize> State<D> {
     /// # Errors
     /// When the archive holds another case.
     pub fn serialize(&mut self, grid: &Grid<D>, archive: &mut Archive) -> Result<()> {
-        let State { time, steps, dt, substeps, u, p, faces, faces_before, bodies, exchange, touching, walls, balance } =
-            self;
+        let State {
+            time,
+            steps,
+            dt,
+            substeps,
+            u,
+            p,
+            faces,
+            faces_before,
+            bodies,
+            exchange,
+            touching,
+            walls,
+            balance,
+            energy,
+        } = self;
         archive.label("state")?;
         archive.serialize([time, steps, dt, substeps])?;
         archive.label("velocity")?;
@@ -132,7 +151,8 @@ impl<const D: usize> State<D> {
             archive.label("balance")?;
             balance.serialize(archive)?;
         }
-        Ok(())
+        archive.label("energy")?;
+        energy.serialize(archive)
     }
 }
 

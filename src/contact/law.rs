@@ -186,9 +186,20 @@ impl Law {
         let slowing = 0.5 * h * kinematics.inverse_normal;
         let approach = kinematics.approach + 0.5 * h * kinematics.push - slowing * elastic;
         let normal = (elastic + damper * approach / (1.0 + slowing * damper)).max(0.0);
+        let (stiffness, lasted) = (law.tangential_ratio * k * mean(g - 1.0), mean(0.0) * h);
+        (normal, self.grip(kinematics, (stiffness, damper_tangential, lasted), normal, spring))
+    }
 
+    /// Tangential force on the first one (N) by a spring (N/m) and a damper (N s/m) of a contact that has `lasted` (s) in the substep.
+    fn grip(
+        &self,
+        kinematics: &Kinematics,
+        (stiffness, damper, lasted): (f64, f64, f64),
+        normal: f64,
+        spring: &mut Option<Vector3<f64>>,
+    ) -> Vector3<f64> {
+        let (law, h) = (&self.material, kinematics.h);
         // What a contact that begins now has stretched, at its own middle and (continued) at that of the substep.
-        let lasted = mean(0.0) * h;
         let (stretch, middle) = match *spring {
             None => (0.5 * lasted * kinematics.slip, (lasted - 0.5 * h) * kinematics.slip),
             Some(last) => {
@@ -197,20 +208,19 @@ impl Law {
                 (turned + h * kinematics.slip, turned + h * kinematics.slip)
             }
         };
-        let stiffness = law.tangential_ratio * k * mean(g - 1.0);
-        let damper = if law.printed_sign { -damper_tangential } else { damper_tangential };
+        let damper = if law.printed_sign { -damper } else { damper };
         let slowing = 0.5 * h * kinematics.inverse_tangential;
         let slip = kinematics.slip + 0.5 * h * kinematics.push_slip;
         let grip = stiffness * stretch + damper * (slip - slowing * stiffness * stretch) / (1.0 + slowing * damper);
         let limit = law.friction * normal;
         if grip.norm_squared() <= limit * limit {
             *spring = Some(middle);
-            return (normal, -grip);
+            return -grip;
         }
         let sliding = grip * (limit / grip.norm());
         let held = (sliding - damper * (slip - slowing * sliding)) / stiffness;
         *spring = Some(if stiffness > 0.0 { held } else { Vector3::zeros() });
-        (normal, -sliding)
+        -sliding
     }
 }
 

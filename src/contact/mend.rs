@@ -27,36 +27,9 @@ impl Contacts {
         let mut largest = 0.0f64;
         for sweep in 0..params::mending_sweeps() as usize {
             for p in 0..self.pairs.len() {
-                let pair = self.pairs[p];
-                if pair.given == 0.0 {
-                    continue;
-                }
-                let (i, j) = (pair.first, pair.second);
-                let (kinematics, _) = self.kinematics(&pair, bodies, 0.0);
-                // Fluid in a gap that is not stiff needs none of this.
-                if !pair.touched
-                    && pair.given.abs() * kinematics.inverse_normal < params::stiff_gap() * kinematics.approach.abs()
-                {
-                    continue;
-                }
-                let n = kinematics.normal;
-                let other = deviation.get(j).copied().unwrap_or_default();
-                let off = (deviation[i] - other).dot(&n);
+                let off = self.mend_pair(p, bodies, deviation, nudges);
                 if sweep == 0 {
-                    largest = largest.max(off.abs());
-                }
-                let mut impulse = off / kinematics.inverse_normal;
-                // Contacts hold nothing back, the fluid in a gap does.
-                if pair.touched {
-                    impulse = impulse.max(-pair.given.max(0.0));
-                }
-                self.pairs[p].given += impulse;
-                let push = impulse * n;
-                deviation[i] -= self.answers[i].mass.component_mul(&push);
-                nudges[i] -= push;
-                if let Some(other) = deviation.get_mut(j) {
-                    *other += self.answers[j].mass.component_mul(&push);
-                    nudges[j] += push;
+                    largest = largest.max(off);
                 }
             }
             if sweep == 0 && largest < tolerance {
@@ -68,6 +41,43 @@ impl Contacts {
             impulse.linear += nudge;
         }
         largest
+    }
+
+    /// The same for the pair `p`, as the deviations now are; that of the pair before (m/s).
+    fn mend_pair(
+        &mut self,
+        p: usize,
+        bodies: &[Body],
+        deviation: &mut [Vector3<f64>],
+        nudges: &mut [Vector3<f64>],
+    ) -> f64 {
+        let pair = self.pairs[p];
+        if pair.given == 0.0 {
+            return 0.0;
+        }
+        let (i, j) = (pair.first, pair.second);
+        let (kinematics, _) = self.kinematics(&pair, bodies, 0.0);
+        // Fluid in a gap that is not stiff needs none of this.
+        let stiff = params::stiff_gap() * kinematics.approach.abs();
+        if !pair.touched && pair.given.abs() * kinematics.inverse_normal < stiff {
+            return 0.0;
+        }
+        let n = kinematics.normal;
+        let off = (deviation[i] - deviation.get(j).copied().unwrap_or_default()).dot(&n);
+        let mut impulse = off / kinematics.inverse_normal;
+        // Contacts hold nothing back, the fluid in a gap does.
+        if pair.touched {
+            impulse = impulse.max(-pair.given.max(0.0));
+        }
+        self.pairs[p].given += impulse;
+        let push = impulse * n;
+        deviation[i] -= self.answers[i].mass.component_mul(&push);
+        nudges[i] -= push;
+        if let Some(other) = deviation.get_mut(j) {
+            *other += self.answers[j].mass.component_mul(&push);
+            nudges[j] += push;
+        }
+        off.abs()
     }
 
     /// Learns the fluid that goes along with the body `k` from what an impulse (N s) `changed` of its velocity (m/s).

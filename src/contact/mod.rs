@@ -113,6 +113,9 @@ pub struct Contacts {
     loads: Vec<Impulse>,
     impulses: Vec<Impulse>,
     wall_impulse: Vector3<f64>,
+    /// Work of moving walls on bodies, and what friction took, in the last step (J).
+    wall_work: f64,
+    slid: f64,
     /// Deepest overlap of the last step (m).
     deepest: f64,
     /// Per body, whether it touched something in the last step.
@@ -151,6 +154,8 @@ impl Contacts {
             loads: vec![Impulse::default(); n],
             impulses: vec![Impulse::default(); n],
             wall_impulse: Vector3::zeros(),
+            wall_work: 0.0,
+            slid: 0.0,
             deepest: 0.0,
             touched: vec![false; n],
             medium: Medium::default(),
@@ -192,6 +197,7 @@ impl Contacts {
         self.pairs.extend(kept.map(|&(i, j, spring)| Pair { spring: Some(spring), ..Pair::new(i, j) }));
         self.impulses.fill(Impulse::default());
         self.wall_impulse = Vector3::zeros();
+        (self.wall_work, self.slid) = (0.0, 0.0);
         self.deepest = 0.0;
         self.touched.fill(false);
         let (mut left, mut taken) = (dt, 0);
@@ -228,6 +234,22 @@ impl Contacts {
     /// Momentum that bodies gave to walls over the last [`advance`](Contacts::advance) (N s).
     pub fn wall_impulse(&self) -> Vector3<f64> {
         self.wall_impulse
+    }
+
+    /// Work of moving walls on bodies over the last [`advance`](Contacts::advance) (J).
+    pub fn wall_work(&self) -> f64 {
+        self.wall_work
+    }
+
+    /// What friction took over the last [`advance`](Contacts::advance) (J): the work of tangential forces, less what their springs
+    /// hold.
+    pub fn slid(&self) -> f64 {
+        self.slid
+    }
+
+    /// Energy in the normal springs of the pairs of the last [`advance`](Contacts::advance), where the bodies lie now (J).
+    pub fn stored(&self, bodies: &[Body]) -> f64 {
+        self.pairs.iter().map(|pair| self.law(pair).stored(self.kinematics(pair, bodies, 0.0).0.overlap)).sum()
     }
 
     /// Per body, whether it touched another or a wall over the last [`advance`](Contacts::advance): fluid in a gap does not count.

@@ -31,92 +31,118 @@ pub(super) const RIGID: Answer = Answer {
 impl Contacts {
     /// Substeps for the rest of the step, `time` (s), after those `taken`.
     pub(super) fn count(&self, bodies: &[Body], time: f64, taken: usize) -> Result<usize> {
-        let mut count: f64 = 1.0;
-        for pair in &self.pairs {
-            let law = self.law(pair);
-            let kinematics = self.kinematics(pair, bodies, 0.0).0;
-            let mass = 1.0 / kinematics.inverse_normal;
-            let (body, push) = (&bodies[pair.first], &self.answers[pair.first].push);
-            let (velocity, push) = match bodies.get(pair.second) {
-                Some(other) => {
-                    (body.velocity - other.velocity, push.acceleration - self.answers[pair.second].push.acceleration)
-                }
-                None => (body.velocity, push.acceleration),
-            };
-            // The energy of an overlap counts as that of an approach.
-            let pushed = velocity.norm() + push.norm() * time;
-            let speed = (pushed * pushed + 2.0 * law.stored(kinematics.overlap) / mass).sqrt();
-            let contact = law.contact_time(mass, speed);
-            let (gap, way) = (-kinematics.overlap, pushed * time);
-            if gap > 2.0 * way + 0.05 * body.radius() {
-                // They cannot touch in this step, whatever strikes them: the fluid between them alone counts.
-                if let Substeps::Auto = self.substeps {
-                    let wanted = params::gap_substeps() * way / (gap - way).max(0.25 * gap);
-                    count = count.max(wanted.min(params::most_gap_substeps()).ceil());
-                }
-                continue;
-            }
-            if let Substeps::Fixed(n) = self.substeps {
-                count = n.saturating_sub(taken).max(1) as f64;
-                let steps = contact / time * count;
-                if steps < FEWEST_PER_CONTACT {
-                    return Err(Error::Run(format!(
-                        "{}: a contact lasts {contact:.3e} s, which are {steps:.2} substeps of {:.3e} s, and \
-                         {FEWEST_PER_CONTACT} at least are needed: raise contact.substeps or lower the stiffness",
-                        self.name(pair),
-                        time / count,
-                    )));
-                }
-                continue;
-            }
-            let wanted = params::contact_substeps() * time / contact * law.damping_ratio(mass).max(1.0);
-            if wanted > MOST_SUBSTEPS {
-                return Err(Error::Run(format!(
-                    "{}: a contact lasts {contact:.3e} s, for which a step of {time:.3e} s would need {wanted:.1e} \
-                     substeps: lower the stiffness or shorten the step",
-                    self.name(pair),
-                )));
-            }
-            count = count.max(wanted.ceil());
-        }
-        Ok(count as usize)
+        self.pairs.iter().try_fold(1, |count, pair| Ok(count.max(self.count_for(pair, bodies, time, taken)?)))
     }
 
-    /// One substep of the bodies that have a pair; whether all of them stay within their search_radius in the next.
+    /// Those that a pair needs.
+    fn count_for(&self, pair: &Pair, bodies: &[Body], time: f64, taken: usize) -> Result<usize> {
+        let (law, kinematics) = (self.law(pair), self.kinematics(pair, bodies, 0.0).0);
+        let mass = 1.0 / kinematics.inverse_normal;
+        let (body, push) = (&bodies[pair.first], &self.answers[pair.first].push);
+        let (velocity, push) = match bodies.get(pair.second) {
+            Some(other) => {
+                (body.velocity - other.velocity, push.acceleration - self.answers[pair.second].push.acceleration)
+            }
+            None => (body.velocity, push.acceleration),
+        };
+        // The energy of an overlap counts as that of an approach.
+        let pushed = velocity.norm() + push.norm() * time;
+        let speed = (pushed * pushed + 2.0 * law.stored(kinematics.overlap) / mass).sqrt();
+        let (gap, way) = (-kinematics.overlap, pushed * time);
+        let apart = gap > 2.0 * way + 0.05 * body.radius();
+        match self.substeps {
+            // They cannot touch in this step, whatever strikes them: the fluid between them alone counts.
+            Substeps::Auto if apart => {
+                let wanted = params::gap_substeps() * way / (gap - way).max(0.25 * gap);
+                Ok(wanted.min(params::most_gap_substeps()).ceil() as usize)
+            }
+            Substeps::Fixed(_) if apart => Ok(1),
+            Substeps::Auto => {
+                let contact = law.contact_time(mass, speed);
+                let wanted = params::contact_substeps() * time / contact * law.damping_ratio(mass).max(1.0);
+                if wanted > MOST_SUBSTEPS {
+                    Err(self.too_stiff(pair, contact, time, wanted))
+                } else {
+                    Ok(wanted.ceil() as usize)
+                }
+            }
+            Substeps::Fixed(n) => {
+                let (contact, count) = (law.contact_time(mass, speed), n.saturating_sub(taken).max(1));
+                let steps = contact / time * count as f64;
+                if steps < FEWEST_PER_CONTACT {
+                    Err(self.too_few(pair, contact, time / count as f64))
+                } else {
+                    Ok(count)
+                }
+            }
+        }
+    }
+
+    fn too_stiff(&self, pair: &Pair, contact: f64, time: f64, wanted: f64) -> Error {
+        Error::Run(format!(
+            "{}: a contact lasts {contact:.3e} s, for which a step of {time:.3e} s would need {wanted:.1e} substeps: lower the \
+             stiffness or shorten the step",
+            self.name(pair),
+        ))
+    }
+
+    fn too_few(&self, pair: &Pair, contact: f64, substep: f64) -> Error {
+        Error::Run(format!(
+            "{}: a contact lasts {contact:.3e} s, which are {:.2} substeps of {substep:.3e} s, and {FEWEST_PER_CONTACT} at \
+             least are needed: raise contact.substeps or lower the stiffness",
+            self.name(pair),
+            contact / substep,
+        ))
+    }
+
+    fn too_deep(&self, pair: &Pair, kinematics: &Kinematics, radius: f64) -> Error {
+        let overlap = kinematics.overlap;
+        Error::Run(format!(
+            "{} overlap by {overlap:.3e} m, {:.2} of the smaller radius, where {} is the limit, at {:.3e} m/s: make the \
+             contact stiffer, {:.1e} N/m^exponent or \"auto\", or the step shorter; what is prescribed to press them together \
+             no stiffness holds",
+            self.name(pair),
+            overlap / radius,
+            params::deepest_overlap(),
+            kinematics.approach.abs(),
+            self.law(pair).material.normal_stiffness * (0.5 * overlap / (0.02 * radius)).powi(2),
+        ))
+    }
+
+    /// One substep of the bodies that have a pair; whether all of them stay within their search radius in the next.
     pub(super) fn substep(&mut self, bodies: &mut [Body], h: f64) -> Result<bool> {
+        self.load(bodies, h)?;
+        let within = self.carry(bodies, h);
+        self.lubricate(bodies, h);
+        Ok(within)
+    }
+
+    /// The forces of all pairs in a substep of `h` (s).
+    fn load(&mut self, bodies: &[Body], h: f64) -> Result<()> {
         self.loads.fill(Impulse::default());
         for p in 0..self.pairs.len() {
             let mut pair = self.pairs[p];
             let (kinematics, arms) = self.kinematics(&pair, bodies, h);
             let radius = bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()).min(bodies[pair.first].radius());
-            let overlap = kinematics.overlap;
-            self.deepest = self.deepest.max(overlap);
-            if overlap > params::deepest_overlap() * radius {
-                return Err(Error::Run(format!(
-                    "{} overlap by {:.3e} m, {:.2} of the smaller radius, where {} is the limit, at {:.3e} m/s: make \
-                     the contact stiffer, {:.1e} N/m^exponent or \"auto\", or the step shorter; what is prescribed to press \
-                     them together no stiffness holds",
-                    self.name(&pair),
-                    overlap,
-                    overlap / radius,
-                    params::deepest_overlap(),
-                    kinematics.approach.abs(),
-                    self.law(&pair).material.normal_stiffness * (0.5 * overlap / (0.02 * radius)).powi(2),
-                )));
+            self.deepest = self.deepest.max(kinematics.overlap);
+            if kinematics.overlap > params::deepest_overlap() * radius {
+                return Err(self.too_deep(&pair, &kinematics, radius));
             }
             if !kinematics.touches() {
                 self.pairs[p].spring = None;
                 continue;
             }
             let (normal, tangential) = self.law(&pair).force(&kinematics, &mut pair.spring);
-            self.pairs[p].spring = pair.spring;
-            self.pairs[p].given += h * normal;
-            self.pairs[p].touched |= normal > 0.0;
+            pair.given += h * normal;
+            pair.touched |= normal > 0.0;
+            self.pairs[p] = pair;
             for body in [pair.first, pair.second] {
                 if let Some(touched) = self.touched.get_mut(body) {
                     *touched |= normal > 0.0;
                 }
             }
+            let slip = kinematics.slip + 0.5 * h * (kinematics.push_slip + kinematics.inverse_tangential * tangential);
+            self.slid -= h * tangential.dot(&slip);
             let force = tangential - normal * kinematics.normal;
             let turn = kinematics.normal.cross(&tangential);
             self.loads[pair.first].linear += force;
@@ -126,9 +152,17 @@ impl Contacts {
                     load.linear -= force;
                     load.angular += arms[1] * turn;
                 }
-                None => self.wall_impulse -= h * force,
+                None => {
+                    self.wall_impulse -= h * force;
+                    self.wall_work += h * force.dot(&self.walls[pair.second - bodies.len()].velocity);
+                }
             }
         }
+        Ok(())
+    }
+
+    /// Moves the bodies that have a pair by `h` (s) under their loads; whether all stay within their search radius in the next.
+    fn carry(&mut self, bodies: &mut [Body], h: f64) -> bool {
         let mut within = true;
         for (i, body) in bodies.iter_mut().enumerate().filter(|(i, _)| self.paired[*i]) {
             let (load, answer) = (&self.loads[i], &self.answers[i]);
@@ -142,8 +176,7 @@ impl Contacts {
             let next = (body.pace() + 0.5 * answer.push.acceleration.norm() * h) * h;
             within &= self.travelled[i] + next <= self.search_radius[i];
         }
-        self.lubricate(bodies, h);
-        Ok(within)
+        within
     }
 
     /// What the fluid in the gaps does over the next substep of `h` (s), pair by pair.
@@ -185,33 +218,43 @@ impl Contacts {
         }
     }
 
-    /// How a pair meets in the middle of a substep `h` (s), and the arms from the centres to the contact (m).
-    pub(super) fn kinematics(&self, pair: &Pair, bodies: &[Body], h: f64) -> (Kinematics, [f64; 2]) {
-        let (body, answer) = (&bodies[pair.first], &self.answers[pair.first]);
-        let second = bodies.get(pair.second).map(|other| (other, &self.answers[pair.second]));
-        let (mut velocity, mut push) = (body.velocity, answer.push.acceleration);
-        let (normal, overlap, arms) = match second {
-            Some((other, its)) => {
-                velocity -= other.velocity;
-                push -= its.push.acceleration;
+    /// Where a pair touches in the middle of a substep `h` (s): the normal, the overlap (m) and the arms from the centres to the
+    /// contact (m); and the relative velocity (m/s) and acceleration (m/s2) of the centres.
+    fn closest(
+        &self,
+        pair: &Pair,
+        bodies: &[Body],
+        h: f64,
+    ) -> (Vector3<f64>, f64, [f64; 2], Vector3<f64>, Vector3<f64>) {
+        let (body, push) = (&bodies[pair.first], self.answers[pair.first].push.acceleration);
+        match bodies.get(pair.second) {
+            Some(other) => {
+                let velocity = body.velocity - other.velocity;
                 let apart = nearest_image(&body.centre, &other.centre, &self.periods) - 0.5 * h * velocity;
                 let distance = apart.norm();
                 let overlap = body.radius() + other.radius() - distance;
                 let arms = [body.radius() - 0.5 * overlap, other.radius() - 0.5 * overlap];
-                (apart / distance, overlap, arms)
+                (apart / distance, overlap, arms, velocity, push - self.answers[pair.second].push.acceleration)
             }
             None => {
                 let wall = &self.walls[pair.second - bodies.len()];
                 let normal = wall.normal();
-                let distance = wall.distance(&body.centre) - 0.5 * h * velocity.dot(&normal);
-                velocity -= wall.velocity - wall.velocity.dot(&normal) * normal;
-                (normal, body.radius() - distance, [distance, 0.0])
+                let distance = wall.distance(&body.centre) - 0.5 * h * body.velocity.dot(&normal);
+                let velocity = body.velocity - (wall.velocity - wall.velocity.dot(&normal) * normal);
+                (normal, body.radius() - distance, [distance, 0.0], velocity, push)
             }
-        };
+        }
+    }
+
+    /// How a pair meets in the middle of a substep `h` (s), and the arms from the centres to the contact (m).
+    pub(super) fn kinematics(&self, pair: &Pair, bodies: &[Body], h: f64) -> (Kinematics, [f64; 2]) {
+        let (body, answer) = (&bodies[pair.first], &self.answers[pair.first]);
+        let (normal, overlap, arms, velocity, push) = self.closest(pair, bodies, h);
         let (mut turning, mut turned) = (arms[0] * body.spin, arms[0] * answer.push.angular);
         let (mut whole, mut inverse) = (answer.whole, answer.mass);
         let mut inverse_turn = arms[0] * arms[0] * answer.inertia.max();
-        if let Some((other, its)) = second {
+        if let Some(other) = bodies.get(pair.second) {
+            let its = &self.answers[pair.second];
             turning += arms[1] * other.spin;
             turned += arms[1] * its.push.angular;
             whole += its.whole;

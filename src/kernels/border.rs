@@ -52,3 +52,32 @@ pub fn pressure<const D: usize>(grid: &Grid<D>, boundaries: &Boundaries<D>, p: &
     }
     force
 }
+
+/// This rank's part of the work per time (W; per metre of depth in 2D) of the sides on the fluid: by the pressure `p` (Pa), by the
+/// kinetic energy that flows through them, and by viscosity (Pa s) where they move; ghosts of `u` filled.
+pub fn power<const D: usize>(
+    grid: &Grid<D>,
+    boundaries: &Boundaries<D>,
+    density: f64,
+    viscosity: f64,
+    u: &VectorField<D>,
+    faces: &VectorField<D>,
+    p: &[f64],
+) -> f64 {
+    let mut power = 0.0;
+    for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
+        let Some(border) = &boundaries.borders[axis][side] else { continue };
+        let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
+        for cell in grid.border_cells(axis, side) {
+            let (face, ghost, next) =
+                if side == 0 { (cell, cell - s, cell + s) } else { (cell + s, cell + s, cell - s) };
+            let inwards = if side == 0 { faces[axis][face] } else { -faces[axis][face] };
+            let pressure = if let Border::Outflow = border { 0.0 } else { 0.5 * (3.0 * p[cell] - p[next]) };
+            let at_side = |q: &[f64]| 0.5 * (q[ghost] + q[cell]);
+            let kinetic = 0.5 * density * u.iter().map(|q| at_side(q).powi(2)).sum::<f64>();
+            let shear = u.iter().map(|q| at_side(q) * (q[ghost] - q[cell])).sum::<f64>() * viscosity / grid.h[axis];
+            power += area * ((pressure + kinetic) * inwards + shear);
+        }
+    }
+    power
+}

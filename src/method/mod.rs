@@ -2,6 +2,7 @@
 //! there are no bodies a [`flow`] is all.
 
 mod collision;
+pub mod energy;
 pub mod flow;
 pub mod mics2003;
 pub mod momentum;
@@ -116,12 +117,12 @@ impl<const D: usize> Method<D> {
         }
     }
 
-    /// The cells of this rank that bodies touch.
-    pub fn overlaps(&self) -> Box<dyn Iterator<Item = &Overlap> + '_> {
+    /// Calls `take` with the cells of this rank that bodies touch.
+    pub fn with_overlaps<R>(&self, take: impl FnOnce(&mut dyn Iterator<Item = &Overlap>) -> R) -> R {
         match self {
-            Method::Plain(_) => Box::new(std::iter::empty()),
-            Method::Mics2003(method) => Box::new(method.overlaps()),
-            Method::Sharp(method) => Box::new(method.overlaps()),
+            Method::Plain(_) => take(&mut std::iter::empty()),
+            Method::Mics2003(method) => take(&mut method.overlaps()),
+            Method::Sharp(method) => take(&mut method.overlaps()),
         }
     }
 }

@@ -8,8 +8,8 @@ use super::{progress, report};
 use crate::archive::{Archive, Checkpointed};
 use crate::config::ForceRule;
 use crate::particles::Body;
-use crate::state::Balance;
 use crate::state::Exchange;
+use crate::state::{Balance, EnergyBudget};
 use crate::{Error, Result};
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{self, File};
@@ -22,10 +22,12 @@ const PARTICLE_COLUMNS: &str = "step,time,id,x,y,z,angle,vx,vy,vz,wx,wy,wz,fluid
     pressure_fy,viscous_fx,viscous_fy,convective_fx,convective_fy,contact_fx,contact_fy,contact_fz,fluid_tx,fluid_ty,\
     fluid_tz,pressure_fz,viscous_fz,convective_fz,momentum_fx,momentum_fy,momentum_fz";
 /// What `steps.csv` holds: the contract's columns; then, where particles are free, the substeps of contacts and the
-/// balance of momentum.
+/// balance of momentum; then the budget of energy.
 const STEP_COLUMNS: &str = "step,time,dt,outer_iterations,krylov_iterations,divergence_max,cfl,kinetic_energy,wall";
 const BALANCE_COLUMNS: &str = ",substeps,momentum_x,momentum_y,momentum_z,border_impulse_x,border_impulse_y,\
     border_impulse_z,momentum_error,angular_momentum_error";
+const ENERGY_COLUMNS: &str = ",fluid_energy,bodies_energy,spring_energy,gravity_work,border_work,prescribed_work,viscous_loss,\
+    contact_loss,friction_loss,method_loss";
 
 /// Says that a folder holds a run; there from the first moment to the last.
 const RUN: &str = "run.json";
@@ -229,7 +231,7 @@ impl Folder {
         replace(&path.join(RUN), b"{}\n")?;
         replace(&path.join("case.toml"), case.as_bytes())?;
         log.file = Some(Rows::create(&path.join("log.txt"), "")?);
-        let columns = [STEP_COLUMNS, if balance { BALANCE_COLUMNS } else { "" }].concat();
+        let columns = [STEP_COLUMNS, if balance { BALANCE_COLUMNS } else { "" }, ENERGY_COLUMNS].concat();
         Ok(Folder {
             steps: Rows::create(&path.join("steps.csv"), &columns)?,
             particles: particles.then(|| Rows::create(&path.join("particles.csv"), PARTICLE_COLUMNS)).transpose()?,
@@ -304,7 +306,7 @@ impl Folder {
     }
 
     /// Writes a row of `steps.csv`.
-    pub fn write_step(&mut self, r: &StepRow, balance: Option<(usize, &Balance)>) -> Result<()> {
+    pub fn write_step(&mut self, r: &StepRow, balance: Option<(usize, &Balance)>, e: &EnergyBudget) -> Result<()> {
         self.steps.put(format_args!(
             "{},{:?},{:?},{},{},{:e},{:.6},{:?},{:.3}",
             r.step, r.time, r.dt, r.outer, r.krylov, r.divergence_max, r.cfl, r.kinetic_energy, r.wall
@@ -317,6 +319,9 @@ impl Folder {
                 m.x, m.y, m.z, b.x, b.y, b.z
             ));
         }
+        let budget =
+            [e.fluid, e.bodies, e.springs, e.gravity, e.borders, e.prescribed, e.viscous, e.contacts, e.friction];
+        budget.iter().chain([&e.method]).for_each(|joule| self.steps.put(format_args!(",{joule:e}")));
         self.steps.end_line()
     }
 

@@ -62,9 +62,7 @@ impl Snapshot {
         });
         if !scene.state.bodies.is_empty() {
             let mut fraction = scene.domain.grid.field();
-            for o in scene.method.overlaps() {
-                fraction[o.cell] += o.fraction;
-            }
+            scene.method.with_overlaps(|overlaps| overlaps.for_each(|o| fraction[o.cell] += o.fraction));
             arrays.push(Array::scalar("solid_fraction", scene.gather(&fraction)?));
         }
         if let crate::grid::Coefficient::Field(density) = &scene.method.mixture().density {

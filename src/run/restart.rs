@@ -33,17 +33,15 @@ pub struct Account {
     pub dt: Option<f64>,
     /// Time of the newest snapshot (s).
     pub last_fields: Option<f64>,
-    /// Kinetic energy that it began with (J).
-    pub start: Option<f64>,
     /// Step of the newest rows of particles.
     pub last_rows: Option<u64>,
 }
 
 impl Checkpointed for Account {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let Account { began, wall, divergence_max, outer, krylov, retries, dt, last_fields, start, last_rows } = self;
+        let Account { began, wall, divergence_max, outer, krylov, retries, dt, last_fields, last_rows } = self;
         archive.label("run")?;
-        archive.serialize([began, wall, divergence_max, outer, krylov, retries, dt, last_fields, start, last_rows])
+        archive.serialize([began, wall, divergence_max, outer, krylov, retries, dt, last_fields, last_rows])
     }
 }
 

@@ -179,6 +179,14 @@ impl<const D: usize> Mics2003<D> {
             },
         )?;
         (self.settled, self.push) = (settled, push);
+        self.release(domain, s, dt);
+        self.find_contact_kicks(domain, &s.bodies)
+    }
+
+    /// Gives the particles the motion that they settled on, with the impulses of their contacts, and counts what they exchanged
+    /// over `dt` (s).
+    fn release(&mut self, domain: &Domain<D>, s: &mut State<D>, dt: f64) {
+        let (driver, fluid_density) = (self.choices.driver, domain.fluid.density);
         let lead = domain.session.rank() == 0;
         for (k, body) in s.bodies.iter_mut().enumerate() {
             let (departure, exchange) = (&self.departures[k], &mut s.exchange[k]);
@@ -211,7 +219,6 @@ impl<const D: usize> Mics2003<D> {
             body.velocity += freedom.along(&impulse.linear) / body.mass();
             body.spin += body.inertia().answer(&impulse.angular, &freedom);
         }
-        self.find_contact_kicks(domain, &s.bodies)
     }
 
     /// The rigid motions whose shares of mass carry the impulses of the contacts to the cells; none with the force of (19),

@@ -6,6 +6,7 @@ use super::history;
 use crate::Result;
 use crate::domain::Domain;
 use crate::grid::{Grid, VectorField, simd};
+use crate::particles::Body;
 use crate::state::State;
 use nalgebra::Vector3;
 use std::ops::Range;
@@ -40,22 +41,37 @@ impl<const D: usize> CutBodies<D> {
             },
         );
         for axis in 0..D {
-            let (memory, face, a) = (&mut memory[axis], &mut faces[axis], &acceleration[axis]);
-            // Of what two bodies cover both have their say, each with all that the memory has.
-            for (cut, opening) in self.bodies.iter().flat_map(|cut| cut.faces(axis)) {
-                let at = cut.face as usize;
-                memory[at] += to_open_part(grid, axis, at, &opening.open, &u[axis]);
-                face[at] = memory[at] + dt * a[at];
-            }
-            for (cut, body) in self.bodies.iter().zip(bodies.iter()) {
-                for (cut, opening) in cut.faces(axis) {
-                    let at = cut.face as usize;
-                    let q = memory[at] + dt * a[at];
-                    face[at] += cut.covered * (body.velocity[axis] - q) + body.spin.cross(&opening.lever)[axis];
-                }
-            }
+            let (memory, face) = (&mut memory[axis], &mut faces[axis]);
+            self.interpolate_cut(grid, axis, &u[axis], bodies, (dt, &acceleration[axis]), memory, face);
         }
         Ok(())
+    }
+
+    /// The same on the covered faces of an axis, whose memory has the mean of the cells already.
+    #[allow(clippy::too_many_arguments)]
+    fn interpolate_cut(
+        &self,
+        grid: &Grid<D>,
+        axis: usize,
+        u: &[f64],
+        bodies: &[Body],
+        (dt, a): (f64, &[f64]),
+        memory: &mut [f64],
+        face: &mut [f64],
+    ) {
+        // Of what two bodies cover both have their say, each with all that the memory has.
+        for (cut, opening) in self.bodies.iter().flat_map(|cut| cut.faces(axis)) {
+            let at = cut.face as usize;
+            memory[at] += to_open_part(grid, axis, at, &opening.open, u);
+            face[at] = memory[at] + dt * a[at];
+        }
+        for (cut, body) in self.bodies.iter().zip(bodies) {
+            for (cut, opening) in cut.faces(axis) {
+                let at = cut.face as usize;
+                let q = memory[at] + dt * a[at];
+                face[at] += cut.covered * (body.velocity[axis] - q) + body.spin.cross(&opening.lever)[axis];
+            }
+        }
     }
 
     /// Updates the memory of the faces, which [`CutBodies::interpolate`] left before the acceleration of its step, `dt` (s) long:

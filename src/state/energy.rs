@@ -1,0 +1,68 @@
+//! The budget of energy of fluid and free bodies; [`crate::method::energy`] closes it.
+
+use crate::Result;
+use crate::archive::{Archive, Checkpointed};
+
+/// Where the energy is, and where it has come from and gone to since the start (J; per metre of depth in 2D).
+///
+/// ```text
+///   fluid + bodies + springs  =  start + gravity + borders + prescribed - viscous - contacts - friction - method
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EnergyBudget {
+    /// Kinetic energy of the fluid outside the bodies.
+    pub fluid: f64,
+    /// Kinetic energy of the free bodies, spin included.
+    pub bodies: f64,
+    /// Energy in the springs of contacts.
+    pub springs: f64,
+    /// The three at the start.
+    pub start: f64,
+    /// Work of gravity, less buoyancy, on the free bodies.
+    pub gravity: f64,
+    /// Work of the sides of the box on the fluid: pressure, what flows through them, moving walls; and of these on bodies.
+    pub borders: f64,
+    /// Work of prescribed bodies on the fluid and on the bodies that they touch.
+    pub prescribed: f64,
+    /// What viscosity has taken from the fluid where the grid has its velocity.
+    pub viscous: f64,
+    /// What contacts have taken: their dampers, and the fluid in the gaps that substeps carry.
+    pub contacts: f64,
+    /// What friction has taken.
+    pub friction: f64,
+    /// What is left: the dissipation by the method itself, by upwinding and in the layers of cells at walls. Negative, it has made
+    /// energy.
+    pub method: f64,
+}
+
+impl EnergyBudget {
+    /// All energy now.
+    pub fn total(&self) -> f64 {
+        self.fluid + self.bodies + self.springs
+    }
+
+    /// The largest sum that it could have had: the start, and all work in either direction.
+    pub fn scale(&self) -> f64 {
+        self.start + self.gravity.abs() + self.borders.abs() + self.prescribed.abs()
+    }
+}
+
+impl Checkpointed for EnergyBudget {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
+        let EnergyBudget {
+            fluid,
+            bodies,
+            springs,
+            start,
+            gravity,
+            borders,
+            prescribed,
+            viscous,
+            contacts,
+            friction,
+            method,
+        } = self;
+        archive.serialize([fluid, bodies, springs, start])?;
+        archive.serialize([gravity, borders, prescribed, viscous, contacts, friction, method])
+    }
+}
