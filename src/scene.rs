@@ -34,7 +34,7 @@ pub struct Scene<const D: usize> {
     pub(crate) solver_reason: &'static str,
     /// Courant number per second of what the borders prescribe (1/s): in a fluid at rest nothing else tells it.
     border_rate: f64,
-    /// Scratch: velocities and spins of the bodies at the start of a step (m/s, rad/s).
+    /// Scratch: how the bodies moved at the start of a step.
     motions: Vec<energy::Motion>,
 }
 
@@ -102,7 +102,7 @@ impl<const D: usize> Scene<D> {
     /// When the divergence cannot be brought below D0, or a value is no longer finite: names the cell or the particle.
     pub fn step(&mut self, dt: f64) -> Result<Projected> {
         self.motions.clear();
-        self.motions.extend(self.state.bodies.iter().map(|body| (body.velocity, body.spin)));
+        self.motions.extend(self.state.bodies.iter().map(energy::Motion::of));
         match self.method.step(&mut self.domain, &mut self.state, dt) {
             Err(Error::NotFinite(NotFinite::Velocity)) => Err(self.name_what_is_lost()?),
             Err(failed) => Err(failed),

@@ -249,7 +249,9 @@ impl Contacts {
 
     /// Energy in the normal springs of the pairs of the last [`advance`](Contacts::advance), where the bodies lie now (J).
     pub fn stored(&self, bodies: &[Body]) -> f64 {
-        self.pairs.iter().map(|pair| self.law(pair).stored(self.kinematics(pair, bodies, 0.0).0.overlap)).sum()
+        self.pairs
+            .iter()
+            .fold(0.0, |sum, pair| sum + self.law(pair).stored(self.kinematics(pair, bodies, 0.0).0.overlap))
     }
 
     /// Per body, whether it touched another or a wall over the last [`advance`](Contacts::advance): fluid in a gap does not count.

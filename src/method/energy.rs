@@ -1,26 +1,39 @@
 //! The budget of energy over a step.
 //!
 //! ```text
-//!   body     m (V' - V) = F dt + G dt + J      so that, with the mean velocity <V> = (V + V')/2, its kinetic energy gains
-//!                                              (F dt + G dt + J).<V>: by the fluid, by gravity, by contacts
+//!   body     m (V' - V) = F dt + G dt + J      its kinetic energy gains F.<V> dt by the fluid, G.<V> dt by gravity and the rest
+//!                                              by contacts; <V> = (V + V')/2, or the way over dt where contacts bend it
 //!   fluid    gains -F.<V> dt of free and of prescribed bodies, the work of the sides of the box, less
 //!            viscous = dt mu sum over faces |u_c - u_(c-1)|^2/h^2 dV (1 - alpha)
-//!   contacts J.<V> of both sides = what their springs release less what dampers, friction and films take
+//!   contacts what all bodies gain of them = what springs release and moving walls give, less what dampers, friction, films take
 //! ```
 //! and likewise for spins and torques. What is missing is the method's own.
 
 use crate::Result;
-use crate::contact::Contacts;
+use crate::contact::{Contacts, Impulse};
 use crate::domain::Domain;
 use crate::grid::{Grid, VectorField, simd, total};
 use crate::kernels::border;
 use crate::method::Method;
-use crate::particles::Body;
+use crate::particles::{Body, nearest_image};
 use crate::state::{EnergyBudget, State};
 use nalgebra::Vector3;
 
-/// Velocity and spin of a body (m/s, rad/s).
-pub type Motion = (Vector3<f64>, Vector3<f64>);
+/// How a body moved at the start of a step.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion {
+    centre: Vector3<f64>,
+    velocity: Vector3<f64>,
+    spin: Vector3<f64>,
+    energy: f64,
+}
+
+impl Motion {
+    /// That of a body now.
+    pub fn of(body: &Body) -> Motion {
+        Motion { centre: body.centre, velocity: body.velocity, spin: body.spin, energy: kinetic(body) }
+    }
+}
 
 /// Starts a budget with the state as it is. Collective.
 pub fn start<const D: usize>(domain: &Domain<D>, s: &mut State<D>, method: &Method<D>) -> Result<()> {
@@ -74,10 +87,14 @@ pub fn close<const D: usize>(
     Ok(())
 }
 
+/// Kinetic energy of a body (J).
+fn kinetic(body: &Body) -> f64 {
+    0.5 * (body.mass() * body.velocity.norm_squared() + body.spin.dot(&body.inertia().of(&body.spin)))
+}
+
 /// Kinetic energy of the free bodies (J).
 fn of_bodies(bodies: &[Body]) -> f64 {
-    let own = |b: &Body| 0.5 * (b.mass() * b.velocity.norm_squared() + b.spin.dot(&b.inertia().of(&b.spin)));
-    bodies.iter().filter(|b| b.freedom().is_some()).map(own).sum()
+    bodies.iter().filter(|b| b.freedom().is_some()).fold(0.0, |sum, body| sum + kinetic(body))
 }
 
 /// The work of a step on and by the bodies (J).
@@ -92,18 +109,26 @@ struct Work {
 impl Work {
     fn of<const D: usize>(domain: &Domain<D>, s: &State<D>, before: &[Motion], contacts: Option<&Contacts>) -> Work {
         let mut work = Work::default();
-        for (k, (body, (velocity, spin))) in s.bodies.iter().zip(before).enumerate() {
-            let mean = (0.5 * (velocity + body.velocity), 0.5 * (spin + body.spin));
+        for (k, (body, before)) in s.bodies.iter().zip(before).enumerate() {
             let impulse = contacts.map(|c| c.impulses()[k]).unwrap_or_default();
-            let struck = impulse.linear.dot(&mean.0) + impulse.angular.dot(&mean.1);
-            work.contacts += struck;
+            let struck = impulse != Impulse::default();
+            let way = if struck {
+                nearest_image(&before.centre, &body.centre, &domain.periods())
+            } else {
+                0.5 * s.dt * (before.velocity + body.velocity)
+            };
+            let turn = 0.5 * s.dt * (before.spin + body.spin);
+            let fluid = s.exchange[k].held().dot(&way) + s.exchange[k].momentum_torque.dot(&turn);
             if body.freedom().is_some() {
                 let weight = (body.mass() - domain.fluid.density * body.volume()) * domain.fluid.gravity;
-                work.gravity += s.dt * weight.dot(&mean.0);
+                work.gravity += weight.dot(&way);
+                if struck {
+                    work.contacts += kinetic(body) - before.energy - fluid - weight.dot(&way);
+                }
             } else {
-                let exchange = &s.exchange[k];
-                let fluid = exchange.held().dot(&mean.0) + exchange.momentum_torque.dot(&mean.1);
-                work.prescribed -= s.dt * fluid + struck;
+                let given = (impulse.linear.dot(&way) + impulse.angular.dot(&turn)) / s.dt;
+                work.contacts += given;
+                work.prescribed -= fluid + given;
             }
         }
         work

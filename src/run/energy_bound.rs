@@ -1,9 +1,10 @@
 //! Energy from nothing: a flow whose budget shows that the method has made as much as it ever had says nothing, and ends.
 //!
 //! ```text
-//!   -method  >  start + |gravity| + |borders| + |prescribed|       of the budget ([`EnergyBudget`])
+//!   made  =  -min(method, 0) - min(contacts, 0) - min(friction, 0)
+//!         >  start + |gravity| + |borders| + |prescribed|                 of the budget ([`EnergyBudget`])
 //! ```
-//! What the method takes is dissipation and grows; what it makes, in an unstable step, is soon orders of magnitude beyond this. The
+//! What these take is dissipation and grows; what they make, in an unstable step, is soon orders of magnitude beyond this. The
 //! budget holds with moving walls, inflows and prescribed bodies as well.
 
 use crate::state::{EnergyBudget, State};
@@ -19,13 +20,15 @@ const ROUNDING: f64 = 1e-12;
 pub(super) fn refuse_made<const D: usize>(s: &State<D>) -> Result<()> {
     let e = &s.energy;
     let rounding = ROUNDING * s.bodies.iter().map(|body| body.mass()).sum::<f64>();
-    if -e.method <= e.scale() + rounding {
+    let sources = [("the step of the flow", e.method), ("contacts", e.contacts), ("friction", e.friction)];
+    let made = sources.iter().map(|(_, lost)| -lost.min(0.0)).sum::<f64>();
+    if made <= e.scale() + rounding {
         return Ok(());
     }
+    let source = sources.iter().min_by(|a, b| a.1.total_cmp(&b.1)).map_or("", |source| source.0);
     Err(Error::Run(format!(
-        "{:.3e} J have come from nothing: {} has {:.3e} J; the start, gravity, the borders and prescribed bodies have given \
-         {:.3e} J; the step is unstable here: take shorter steps, stiffer contacts or other cells",
-        -e.method,
+        "{made:.3e} J have come from nothing, made by {source}: {} {:.3e} J in all, where the start, gravity, borders and \
+         prescribed bodies have given {:.3e} J; take shorter steps, stiffer contacts or other cells",
         richest(e, s),
         e.total(),
         e.start + e.gravity + e.borders + e.prescribed,
@@ -34,14 +37,38 @@ pub(super) fn refuse_made<const D: usize>(s: &State<D>) -> Result<()> {
 
 /// What has most of the energy, in words.
 fn richest<const D: usize>(e: &EnergyBudget, s: &State<D>) -> String {
-    if e.fluid >= e.bodies.max(e.springs) {
-        return "the flow, fluid first,".into();
-    }
     let speed = |k: &usize| s.bodies[*k].velocity.norm();
     let fastest = (0..s.bodies.len()).max_by(|a, b| speed(a).total_cmp(&speed(b)));
-    let what = if e.bodies >= e.springs { "the bodies" } else { "the springs of contacts" };
-    match fastest {
-        Some(k) => format!("what moves, {what} first, particle {k} the fastest at {:.3e} m/s,", speed(&k)),
-        None => format!("what moves, {what} first,"),
+    match fastest.filter(|_| e.fluid < e.bodies.max(e.springs)) {
+        Some(k) => format!("mostly bodies have it, particle {k} the fastest at {:.3e} m/s;", speed(&k)),
+        None => "mostly the fluid has it;".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::Grid;
+    use crate::petsc::{Layout, Session};
+
+    #[test]
+    fn what_is_made_is_refused_once_it_is_as_much_as_there_ever_was() {
+        let session = Session::start(&[]).unwrap();
+        let layout = Layout::new(&session, &[8, 8], &[true, true], 3).unwrap();
+        let grid = Grid::<2>::new([8, 8], [1.0, 1.0], [true, true], &layout);
+        let mut s = State::new(&grid, Vec::new(), false);
+        let judge = |s: &State<2>| refuse_made(s).err().map(|e| e.to_string());
+        s.energy = EnergyBudget { start: 1.0, borders: -2.0, method: -2.9, fluid: 2.0, ..EnergyBudget::default() };
+        assert_eq!(judge(&s), None);
+        s.energy.contacts = 5.0;
+        assert_eq!(judge(&s), None, "what contacts take makes up for nothing, and is nothing made");
+        s.energy.method = -3.1;
+        let said = judge(&s).unwrap();
+        assert!(
+            said.contains("3.100e0 J") && said.contains("the step of the flow") && said.contains("fluid"),
+            "{said}"
+        );
+        (s.energy.method, s.energy.friction) = (2.0, -4.0);
+        assert!(judge(&s).unwrap().contains("friction"));
     }
 }

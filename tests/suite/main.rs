@@ -9,6 +9,7 @@ mod cavity;
 mod convergence;
 mod cylinder;
 mod ellipse;
+mod energy;
 mod folder;
 mod fuzz;
 mod gaps;

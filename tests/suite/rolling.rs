@@ -9,7 +9,7 @@ const STIFFNESS: f64 = 2e4;
 
 /// A disc (2D) or sphere of diameter 1 and density 1 that rests on a floor, in a gas of a thousandth of that: the floor's
 /// friction, gravity (m/s2) and velocity (m/s).
-fn on_a_floor<const D: usize>(wall: &str, friction: f64, gravity: [f64; 2], speed: f64) -> String {
+pub fn on_a_floor<const D: usize>(wall: &str, friction: f64, gravity: [f64; 2], speed: f64) -> String {
     let (size, cells, shape) =
         if D == 2 { ("[4.0, 2.0]", "[32, 16]", "disc") } else { ("[4.0, 2.0, 1.5]", "[32, 16, 12]", "sphere") };
     let (third, along_z) = if D == 2 { ("", "") } else { (", 0.0", "bottom = \"periodic\"\ntop = \"periodic\"\n") };

@@ -1,0 +1,125 @@
+//! The budget of energy: exact flows, falls, contacts, and what the guard makes of a step that is unstable.
+
+use crate::rolling::on_a_floor;
+use crate::support::{MIXING, PERIODIC, SHARP, box_case, mics, order, petsc};
+use mics::scene::Scene;
+use std::f64::consts::PI;
+
+/// What the method takes of the energy of decaying vortices, over the start, on so many cells.
+fn vortices(n: usize) -> f64 {
+    let petsc = petsc();
+    let more = "[pressure]\ndivergence_limit = 1e-8";
+    let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [n, n], 5e-3, PERIODIC, more));
+    for c in scene.domain.grid.rows().flatten() {
+        let [x, y] = scene.domain.grid.centre(c).map(|x| 2.0 * PI * x);
+        (scene.state.u[0][c], scene.state.u[1][c]) = (x.sin() * y.cos(), -x.cos() * y.sin());
+    }
+    scene.start().unwrap();
+    for _ in 0..n {
+        scene.step(0.25 / n as f64).unwrap();
+    }
+    let e = scene.state.energy;
+    let theory = 1.0 - (-16.0 * PI * PI * 5e-3 * 0.25f64).exp();
+    assert!((1.0 - e.fluid / e.start - theory).abs() < 0.04 * theory, "{e:?} {theory}");
+    assert_eq!((e.borders, e.gravity, e.prescribed, e.contacts, e.friction), (0.0, 0.0, 0.0, 0.0, 0.0));
+    e.method.abs() / e.start
+}
+
+#[test]
+fn decaying_vortices_lose_to_viscosity_what_they_lose_of_second_order() {
+    let errors = [vortices(24), vortices(48)];
+    println!("the method takes {errors:?} of the start");
+    assert!(errors[1] < 2e-3 && order(errors[0], errors[1], 2.0) > 1.8, "{errors:?}");
+}
+
+#[test]
+fn a_wall_that_moves_gives_what_viscosity_takes() {
+    let petsc = petsc();
+    let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "{ moving_wall = [0.6, 0.0] }"];
+    let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 0.5], [16, 8], 0.2, sides, ""));
+    for c in scene.domain.grid.rows().flatten() {
+        scene.state.u[0][c] = 1.2 * scene.domain.grid.centre(c)[1];
+    }
+    scene.start().unwrap();
+    for _ in 0..10 {
+        scene.step(2e-3).unwrap();
+    }
+    let (e, work) = (scene.state.energy, 0.02 * 0.2 * 1.2 * 1.2 * 0.5);
+    assert!((e.borders / work - 1.0).abs() < 1e-10 && (e.viscous / work - 1.0).abs() < 1e-10, "{e:?} {work}");
+    assert!(e.method.abs() < 1e-10 * work, "{e:?}");
+}
+
+#[test]
+fn a_disc_that_falls_has_the_work_of_gravity_and_the_method_takes_little() {
+    let petsc = petsc();
+    for (wall, most) in [(SHARP, 0.05), (MIXING, 0.2)] {
+        let more = format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.25 }} }}\nposition = [0.5, 1.5]\ndensity = 1.5\n{wall}"
+        );
+        let text = box_case([1.0, 2.0], [64, 128], 0.01, ["\"wall\""; 4], &more)
+            .replace("viscosity = 0.01", "viscosity = 0.01\ngravity = [0.0, -1.0]");
+        let mut scene: Scene<2> = petsc.scene(&text);
+        for _ in 0..250 {
+            scene.step(4e-3).unwrap();
+        }
+        let (e, body) = (scene.state.energy, &scene.state.bodies[0]);
+        let potential = 0.5 * body.volume() * (1.5 - body.centre.y);
+        println!("{wall}: {e:?}");
+        assert!((e.gravity / potential - 1.0).abs() < 0.01, "{wall}: {} of {potential}", e.gravity);
+        assert!(e.method > -0.005 * e.gravity && e.method < most * e.gravity, "{wall}: {e:?}");
+        assert!(
+            e.viscous > 0.1 * e.gravity && e.bodies > 0.05 * e.gravity && e.fluid > 0.05 * e.gravity,
+            "{wall}: {e:?}"
+        );
+    }
+}
+
+#[test]
+fn a_rebound_loses_what_its_restitution_says_to_the_contact() {
+    let petsc = petsc();
+    for (wall, restitution) in [(SHARP, 0.5), (SHARP, 0.9)] {
+        let more = format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.25 }} }}\nposition = [0.5, 0.17]\nvelocity = [0.0, -1.0]\n\
+             density = 1e4\n[contact]\nrestitution = {restitution}\n{wall}"
+        );
+        let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [32, 32], 1e-4, ["\"wall\""; 4], &more));
+        for _ in 0..60 {
+            scene.step(2e-3).unwrap();
+        }
+        let e = scene.state.energy;
+        let lost = e.contacts / e.start;
+        assert!((lost - (1.0 - restitution * restitution)).abs() < 0.02, "{wall} {restitution}: {lost} {e:?}");
+        assert!(e.method.abs() < 5e-3 * e.start && e.friction.abs() < 1e-9 * e.start, "{wall} {restitution}: {e:?}");
+        assert!(e.springs.abs() < 1e-9 * e.start, "they have parted: {e:?}");
+    }
+}
+
+#[test]
+fn a_disc_that_slides_until_it_rolls_loses_a_third_to_friction() {
+    let petsc = petsc();
+    let mut scene: Scene<2> = petsc.scene(&on_a_floor::<2>(SHARP, 0.25, [0.0, -4.0], 1.0));
+    for _ in 0..120 {
+        scene.step(4e-3).unwrap();
+    }
+    let (e, body) = (scene.state.energy, &scene.state.bodies[0]);
+    let start = 0.5 * body.mass();
+    assert!((e.friction / start * 3.0 - 1.0).abs() < 0.05, "{} of {start}: {e:?}", e.friction);
+}
+
+/// The tangential damper of the paper's law, as printed, drives what it should slow: friction makes energy, and nothing holds it but
+/// the guard.
+#[test]
+fn energy_from_nothing_ends_a_run_where_walls_move_and_bodies_are_prescribed() {
+    let dir = tempfile::tempdir().unwrap();
+    let (case, out) = (dir.path().join("case.toml"), dir.path().join("run"));
+    let text = on_a_floor::<2>(SHARP, 0.5, [0.0, -4.0], 0.01)
+        .replace("north = \"slip\"", "north = { moving_wall = [0.01, 0.0] }")
+        .replace("[contact]\n", "[contact]\ntangential_damping = \"printed\"\n")
+        .replace("restitution = 0.2", "restitution = 0.01")
+        + "\n[[particle]]\nshape = { disc = { diameter = 0.5 } }\nposition = [3.0, 1.5]\nmotion = { prescribed = { spin = 0.1 } }\n";
+    std::fs::write(&case, text).unwrap();
+    let output = mics(&["run", case.to_str().unwrap(), "--out", out.to_str().unwrap(), "--quiet"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(said.contains("made by friction") && said.contains("particle 0 the fastest"), "{said}");
+}
