@@ -18,6 +18,7 @@ use crate::poisson::pressure::{Projected, Projection, StoppingRule};
 use crate::scheme::Limits;
 use crate::state::{Readable, State};
 use crate::{Error, Result};
+pub(crate) use build::impact;
 use build::{axes, body, border, method, mixture, refuse_shapes, scatter, solver};
 pub use cells::read_case;
 use nalgebra::Vector3;

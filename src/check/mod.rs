@@ -2,13 +2,14 @@
 
 mod layer;
 
-use crate::config::{Case, Step, Substeps};
+use crate::config::{Case, Contact, Loaded, PairLaw, Step, Substeps};
 use crate::output::print;
+use crate::particles::Body;
 use crate::petsc::Session;
 use crate::run::{check_memory, check_step, choose_step, start_petsc};
-use crate::scene::{Scene, read_case};
+use crate::scene::{Scene, impact, read_case};
 use crate::system::peak_memory;
-use crate::{Error, Result, config::Loaded};
+use crate::{Error, Result, params};
 use layer::Layer;
 use std::path::Path;
 use std::time::Instant;
@@ -133,6 +134,25 @@ fn expected_step(case: &Case) -> f64 {
 /// Substeps in a contact below which its restitution is no longer the one asked for.
 const COARSE: f64 = 20.0;
 
+/// The stiffnesses that are given and do not hold the impacts to be expected.
+fn too_soft(case: &Case, law: &Contact, bodies: &[Body]) -> Option<String> {
+    let impact = impact(case, bodies);
+    let smallest = bodies.iter().fold(f64::INFINITY, |least, body| least.min(body.radius()));
+    let laws = [&law.law].into_iter().chain(law.pair.iter().map(|pair| &pair.law));
+    let depth = |pair: &PairLaw| Some((impact.depth_at(pair.normal_stiffness.given()?, pair.exponent), pair.exponent));
+    let (deepest, exponent) = laws.filter_map(depth).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (deepest > params::deepest_overlap() * smallest).then(|| {
+        format!(
+            "warning      contact.normal_stiffness is too small: an impact at {:.3} m/s would go {deepest:.2e} m deep, {:.2} of the \
+             smallest radius, and {} ends the run; \"auto\" takes {:.1e}",
+            impact.speed,
+            deepest / smallest,
+            params::deepest_overlap(),
+            impact.stiffness(exponent),
+        )
+    })
+}
+
 /// The time of a contact beside the substep.
 fn contacts<const D: usize>(case: &Case, scene: &Scene<D>, dt: f64) -> Vec<String> {
     let (Some(contacts), Some(law)) = (scene.method.contacts(), &case.contact) else { return Vec::new() };
@@ -141,12 +161,16 @@ fn contacts<const D: usize>(case: &Case, scene: &Scene<D>, dt: f64) -> Vec<Strin
     let fall =
         bodies.iter().map(|b| (4.0 * b.radius() * scene.largest_fall()).sqrt() + b.top_speed()).fold(1e-12, f64::max);
     let time = contacts.contact_time(bodies, &scene.state.touching, fall);
+    let mut lines = Vec::new();
+    let soft = too_soft(case, law, bodies);
     let Substeps::Count(n) = law.substeps else {
-        return vec![format!("contact      shortest {time:.3e} s; substeps chosen by it, where two are in reach")];
+        lines.push(format!("contact      shortest {time:.3e} s; substeps chosen by it, where two are in reach"));
+        lines.extend(soft);
+        return lines;
     };
     let (substep, ratio) = (dt / n as f64, time * n as f64 / dt);
-    let mut lines =
-        vec![format!("contact      shortest {time:.3e} s, substep {substep:.3e} s: {ratio:.1} substeps a contact")];
+    lines.push(format!("contact      shortest {time:.3e} s, substep {substep:.3e} s: {ratio:.1} substeps a contact"));
+    lines.extend(soft);
     if ratio < COARSE {
         lines.push(format!(
             "warning      {ratio:.1} substeps a contact are too few (below {COARSE}): raise contact.substeps to {:.0}, or \

@@ -27,6 +27,17 @@ fn every_shipped_case_is_accepted_and_takes_its_first_steps() {
 }
 
 #[test]
+fn a_stiffness_that_does_not_hold_the_impact_is_named_before_the_run() {
+    let case = shipped("cases/steel-in-air/case.toml");
+    for (stiffness, warns) in [("1e3", true), ("1e7", false), ("\"auto\"", false)] {
+        let set = format!("contact.normal_stiffness={stiffness}");
+        let output = mics(&["check", case.to_str().unwrap(), "--set", &set]);
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert_eq!(said.contains("normal_stiffness is too small: an impact at"), warns, "{stiffness}: {said}");
+    }
+}
+
+#[test]
 fn steel_in_air_keeps_d0_while_it_falls() {
     let dir = tempfile::tempdir().unwrap();
     let short = ["--set", "time.end=0.02", "--set", "output.figures=false"];
