@@ -221,7 +221,8 @@ impl<'a, const D: usize> Run<'a, D> {
             let (dt, _) = choose_step(self.case, &limits, self.account.dt, end - self.scene.state.time);
             self.refuse_broken_limit(dt, &limits)?;
             self.scene.domain.clock.lap(Stage::Logs);
-            let projected = self.scene.step(dt)?;
+            let report = self.scene.step(dt)?;
+            let (projected, energy, speed) = (report.projected, report.kinetic_energy, report.largest_speed);
             self.account.dt = Some(dt);
             let domain = &self.scene.domain;
             collapse.take(dt, &self.scene.state.bodies, &domain.grid.size, &domain.periods())?;
@@ -229,7 +230,6 @@ impl<'a, const D: usize> Run<'a, D> {
             self.account.outer += u64::from(projected.outer);
             self.account.krylov += u64::from(projected.krylov);
             self.account.retries += u64::from(projected.retries);
-            let (energy, speed) = self.scene.energy_and_speed()?;
             energy_bound::refuse_made(&self.scene.state)?;
             let wishes = self.write_row(StepOutcome { dt, projected, cfl: dt * limits.courant_rate, energy })?;
             if rows.due(self.scene.state.steps, self.scene.state.time) {

@@ -39,6 +39,25 @@ pub struct Scene<const D: usize> {
     motions: Vec<energy::Motion>,
 }
 
+/// What a step took and left.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Report {
+    /// The pressure iteration.
+    pub projected: Projected,
+    /// Kinetic energy of all cells (J; per metre of depth in 2D).
+    pub kinetic_energy: f64,
+    /// Largest speed in a cell (m/s).
+    pub largest_speed: f64,
+}
+
+impl std::ops::Deref for Report {
+    type Target = Projected;
+
+    fn deref(&self) -> &Projected {
+        &self.projected
+    }
+}
+
 impl<const D: usize> Scene<D> {
     /// Builds the scene that a case describes, at time 0: velocities set, bodies imposed, faces
     /// divergence-free. Collective.
@@ -92,7 +111,7 @@ impl<const D: usize> Scene<D> {
     /// When the first projection fails.
     pub fn start(&mut self) -> Result<()> {
         self.method.start(&mut self.domain, &mut self.state)?;
-        energy::start(&self.domain, &mut self.state, &self.method)?;
+        energy::start(&mut self.domain, &mut self.state, &self.method)?;
         self.domain.clock = Default::default();
         Ok(())
     }
@@ -101,18 +120,18 @@ impl<const D: usize> Scene<D> {
     ///
     /// # Errors
     /// When the divergence cannot be brought below D0, or a value is no longer finite: names the cell or the particle.
-    pub fn step(&mut self, dt: f64) -> Result<Projected> {
+    pub fn step(&mut self, dt: f64) -> Result<Report> {
         self.motions.clear();
         self.motions.extend(self.state.bodies.iter().map(energy::Motion::of));
         match self.method.step(&mut self.domain, &mut self.state, dt) {
             Err(Error::NotFinite(NotFinite::Velocity)) => Err(self.name_what_is_lost()?),
             Err(failed) => Err(failed),
             Ok(projected) => {
-                self.domain.boundaries.fill_velocity(&mut self.state.u)?;
-                energy::close(&self.domain, &mut self.state, &self.motions, &self.method)?;
+                let (kinetic_energy, largest_speed) = self.energy_and_speed()?;
+                energy::close(&mut self.domain, &mut self.state, &self.motions, &self.method, kinetic_energy)?;
                 self.domain.clock.lap(Stage::Logs);
                 self.domain.clock.count();
-                Ok(projected)
+                Ok(Report { projected, kinetic_energy, largest_speed })
             }
         }
     }

@@ -11,13 +11,15 @@
 
 use crate::Result;
 use crate::contact::{Contacts, Impulse};
-use crate::domain::Domain;
-use crate::grid::{Grid, VectorField, simd, total};
+use crate::domain::{Domain, Fluid};
+use crate::geometry::Overlap;
+use crate::grid::{Coefficient, Grid, VectorField, simd, total};
 use crate::kernels::border;
 use crate::method::Method;
 use crate::particles::{Body, nearest_image};
 use crate::state::{EnergyBudget, State};
 use nalgebra::Vector3;
+use std::ops::Range;
 
 /// How a body moved at the start of a step.
 #[derive(Clone, Copy, Debug)]
@@ -35,55 +37,73 @@ impl Motion {
     }
 }
 
+/// Steps between two samples of what viscosity and the sides of the box do, which cost a sweep; every one at the start.
+const SAMPLED_EVERY: u64 = 8;
+
 /// Starts a budget with the state as it is. Collective.
-pub fn start<const D: usize>(domain: &Domain<D>, s: &mut State<D>, method: &Method<D>) -> Result<()> {
-    s.energy = EnergyBudget { bodies: of_bodies(&s.bodies), ..EnergyBudget::default() };
-    let mut fluid = [of_fluid(domain, &s.u, method).0];
-    domain.session.sum(&mut fluid)?;
-    s.energy.fluid = fluid[0];
+pub fn start<const D: usize>(domain: &mut Domain<D>, s: &mut State<D>, method: &Method<D>) -> Result<()> {
+    let fluid = of_fluid(domain, &s.u, method)?;
+    s.energy = EnergyBudget { fluid, bodies: of_bodies(&s.bodies), ..EnergyBudget::default() };
     s.energy.start = s.energy.total();
     Ok(())
 }
 
-/// Closes the budget of the last step, at whose start the bodies had the motions `before`. Ghosts of the velocity filled.
-/// Collective.
+/// Closes the budget of the last step, at whose start the bodies had the motions `before` and after which all cells have the
+/// `kinetic` energy (J). Collective.
 pub fn close<const D: usize>(
-    domain: &Domain<D>,
+    domain: &mut Domain<D>,
     s: &mut State<D>,
     before: &[Motion],
     method: &Method<D>,
+    kinetic: f64,
 ) -> Result<()> {
-    let contacts = method.contacts();
-    let (dt, last) = (s.dt, s.energy);
-    let (fluid, viscous) = of_fluid(domain, &s.u, method);
-    let mut sums = [
-        fluid,
-        dt * viscous,
-        dt * border::power(
-            &domain.grid,
-            &domain.boundaries,
-            domain.fluid.density,
-            domain.fluid.viscosity,
-            &s.u,
-            &s.faces,
-            &s.p,
-        ),
-    ];
-    domain.session.sum(&mut sums)?;
-    let [fluid, viscous, sides] = sums;
+    let (contacts, mut e) = (method.contacts(), s.energy);
     let worked = Work::of(domain, s, before, contacts);
     let springs = contacts.map_or(0.0, |c| c.stored(&s.bodies));
     let walls = contacts.map_or(0.0, Contacts::wall_work);
     let slid = contacts.map_or(0.0, Contacts::slid);
-    let mut e = EnergyBudget { fluid, bodies: of_bodies(&s.bodies), springs, ..last };
+    e.fluid = match method.mixture().density {
+        Coefficient::Uniform(rho) => kinetic - inside(domain, &s.u, method, rho)?,
+        Coefficient::Field(_) => of_fluid(domain, &s.u, method)?,
+    };
+    e.bodies = of_bodies(&s.bodies);
     e.gravity += worked.gravity;
-    e.borders += sides + walls;
+    e.borders += walls;
     e.prescribed += worked.prescribed;
-    e.viscous += viscous;
     e.friction += slid;
-    e.contacts += walls - worked.contacts - (springs - last.springs) - slid;
+    e.contacts += walls - worked.contacts - (springs - e.springs) - slid;
+    e.springs = springs;
+    sample(domain, s, method, &mut e)?;
     e.method = e.start + e.gravity + e.borders + e.prescribed - e.viscous - e.contacts - e.friction - e.total();
     s.energy = e;
+    Ok(())
+}
+
+/// What viscosity takes and the sides of the box give over the last step: by the last sample, which a new one mends to the
+/// trapezium rule. Collective.
+fn sample<const D: usize>(
+    domain: &mut Domain<D>,
+    s: &mut State<D>,
+    method: &Method<D>,
+    e: &mut EnergyBudget,
+) -> Result<()> {
+    e.since += s.dt;
+    let [viscous, sides] = e.powers;
+    e.viscous += s.dt * viscous;
+    e.borders += s.dt * sides;
+    if s.steps > SAMPLED_EVERY && !s.steps.is_multiple_of(SAMPLED_EVERY) {
+        return Ok(());
+    }
+    domain.boundaries.fill_velocity(&mut s.u)?;
+    let Fluid { density, viscosity, .. } = domain.fluid;
+    let given = border::power(&domain.grid, &domain.boundaries, density, viscosity, &s.u, &s.faces, &s.p);
+    let mut powers = [viscosity * slopes(domain, &s.u, method), given];
+    domain.session.sum(&mut powers)?;
+    // The pressure at the start is no sample.
+    let share = if s.steps <= 1 { 1.0 } else { 0.5 };
+    e.viscous += share * e.since * (powers[0] - viscous);
+    e.borders += share * e.since * (powers[1] - sides);
+    (e.powers, e.since) = (powers, 0.0);
     Ok(())
 }
 
@@ -135,13 +155,32 @@ impl Work {
     }
 }
 
-/// This rank's kinetic energy of the fluid outside the bodies (J), and what viscosity takes of it (W).
-fn of_fluid<const D: usize>(domain: &Domain<D>, u: &VectorField<D>, method: &Method<D>) -> (f64, f64) {
+/// Kinetic energy (J) of what lies inside the bodies, as cells have it, with a density (kg/m3). Collective.
+fn inside<const D: usize>(domain: &Domain<D>, u: &VectorField<D>, method: &Method<D>, density: f64) -> Result<f64> {
+    let square = |o: &Overlap| o.fraction * u.iter().map(|u| u[o.cell] * u[o.cell]).sum::<f64>();
+    let squares = method.with_overlaps(|overlaps| overlaps.map(square).fold(0.0, std::ops::Add::add));
+    let mut sum = [0.5 * density * domain.grid.cell_volume() * squares];
+    domain.session.sum(&mut sum)?;
+    Ok(sum[0])
+}
+
+/// Kinetic energy of the fluid outside the bodies (J). Collective.
+fn of_fluid<const D: usize>(domain: &Domain<D>, u: &VectorField<D>, method: &Method<D>) -> Result<f64> {
+    let density = domain.fluid.density;
+    let row_squares =
+        |row: Range<usize>| u.iter().map(|u| total(row.len(), |i| u[row.start + i] * u[row.start + i])).sum::<f64>();
+    let squares = simd(|| domain.grid.rows().map(row_squares).sum::<f64>());
+    let mut sum = [0.5 * density * domain.grid.cell_volume() * squares];
+    domain.session.sum(&mut sum)?;
+    Ok(sum[0] - inside(domain, u, method, density)?)
+}
+
+/// This rank's part of `sum |grad u|^2 dV` over the fluid outside the bodies, by the faces of the cells; ghosts filled.
+fn slopes<const D: usize>(domain: &Domain<D>, u: &VectorField<D>, method: &Method<D>) -> f64 {
     let grid = &domain.grid;
-    let (mut squares, mut slopes) = sums(grid, u);
+    let mut slopes = low_slopes(grid, u);
     method.with_overlaps(|overlaps| {
         for o in overlaps {
-            squares -= o.fraction * u.iter().map(|u| u[o.cell] * u[o.cell]).sum::<f64>();
             let own = |axis: usize| u.iter().map(|u| slope(u, o.cell, grid.stride[axis], grid.h[axis])).sum::<f64>();
             slopes -= o.fraction * (0..D).map(own).sum::<f64>();
         }
@@ -157,8 +196,7 @@ fn of_fluid<const D: usize>(domain: &Domain<D>, u: &VectorField<D>, method: &Met
             slopes += 0.5 * sign * u.iter().map(|u| slope(u, face, s, grid.h[axis])).sum::<f64>();
         }
     }
-    let volume = grid.cell_volume();
-    (0.5 * domain.fluid.density * volume * squares, domain.fluid.viscosity * volume * slopes)
+    slopes * grid.cell_volume()
 }
 
 /// `((u_c - u_(c-1))/h)^2` at the low face of a cell.
@@ -167,31 +205,23 @@ fn slope(u: &[f64], cell: usize, stride: usize, h: f64) -> f64 {
     ((u[cell] - u[cell - stride]) / h).powi(2)
 }
 
-/// Over this rank's cells, the sums of the squared velocity and of the squared slopes at their low faces.
-fn sums<const D: usize>(grid: &Grid<D>, u: &VectorField<D>) -> (f64, f64) {
+/// The sum of that over this rank's cells.
+fn low_slopes<const D: usize>(grid: &Grid<D>, u: &VectorField<D>) -> f64 {
     simd(
         #[inline(always)]
         || {
-            let (mut squares, mut slopes) = (0.0, 0.0);
+            let mut slopes = 0.0;
             for row in grid.rows() {
-                for u in u {
-                    let here = &u[row.clone()];
-                    squares += total(
+                for (u, axis) in u.iter().flat_map(|u| (0..D).map(move |axis| (u, axis))) {
+                    let (here, below) = (&u[row.clone()], &u[row.start - grid.stride[axis]..][..row.len()]);
+                    slopes += total(
                         row.len(),
                         #[inline(always)]
-                        |i| here[i] * here[i],
-                    );
-                    for axis in 0..D {
-                        let below = &u[row.start - grid.stride[axis]..][..row.len()];
-                        slopes += total(
-                            row.len(),
-                            #[inline(always)]
-                            |i| (here[i] - below[i]) * (here[i] - below[i]),
-                        ) / (grid.h[axis] * grid.h[axis]);
-                    }
+                        |i| (here[i] - below[i]) * (here[i] - below[i]),
+                    ) / (grid.h[axis] * grid.h[axis]);
                 }
             }
-            (squares, slopes)
+            slopes
         },
     )
 }

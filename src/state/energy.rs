@@ -33,6 +33,9 @@ pub struct EnergyBudget {
     /// What is left: the dissipation by the method itself, by upwinding and in the layers of cells at walls. Negative, it has made
     /// energy.
     pub method: f64,
+    /// What viscosity took and the sides gave (W) when that was last sampled, and how long ago (s).
+    pub(crate) powers: [f64; 2],
+    pub(crate) since: f64,
 }
 
 impl EnergyBudget {
@@ -61,8 +64,10 @@ impl Checkpointed for EnergyBudget {
             contacts,
             friction,
             method,
+            powers: [taken, given],
+            since,
         } = self;
         archive.serialize([fluid, bodies, springs, start])?;
-        archive.serialize([gravity, borders, prescribed, viscous, contacts, friction, method])
+        archive.serialize([gravity, borders, prescribed, viscous, contacts, friction, method, taken, given, since])
     }
 }
