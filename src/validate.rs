@@ -161,6 +161,7 @@ fn shipped() -> Vec<Row> {
         row("oscillating-cylinder", shipped!("oscillating-cylinder/case.toml"), &[], false),
         row("settling-disc N 16", settling, &["domain.cells=[128,384]", "measure.0.tolerance=0.01"], false),
         row("settling-disc heavier", shipped!("settling-disc/heavier.toml"), &[], false),
+        row("approach", shipped!("approach/case.toml"), &[], false),
     ];
     let others = cylinder_reference("cd").into_iter().filter(|(re, _)| *re != 100.0);
     rows.extend(others.map(|(re, cd)| {

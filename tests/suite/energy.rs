@@ -106,6 +106,31 @@ fn a_disc_that_slides_until_it_rolls_loses_a_third_to_friction() {
     assert!((e.friction / start * 3.0 - 1.0).abs() < 0.05, "{} of {start}: {e:?}", e.friction);
 }
 
+/// What faces remember has to fade by viscosity too: in a flow that hardly moves nothing else takes it.
+#[test]
+fn a_disc_in_creeping_flow_keeps_its_speed_and_makes_no_energy() {
+    let petsc = petsc();
+    let more = format!(
+        "[[particle]]\nshape = {{ disc = {{ diameter = 1.0 }} }}\nposition = [2.0, 0.75]\ndensity = 1.15\n{SHARP}\
+         [pressure]\ndivergence_limit = 1e-9"
+    );
+    let sides = ["\"slip\"", "\"slip\"", "\"wall\"", "\"slip\""];
+    let text = box_case([4.0, 3.0], [32, 24], 1.0, sides, &more)
+        .replace("viscosity = 1.0", "viscosity = 1.0\ngravity = [0.0, -1e-4]");
+    let mut scene: Scene<2> = petsc.scene(&text);
+    let mut speeds = Vec::new();
+    for k in 0..2000 {
+        scene.step(3e-3).unwrap();
+        if k % 500 == 499 {
+            speeds.push(scene.state.bodies[0].velocity.y);
+        }
+    }
+    let e = scene.state.energy;
+    let spread = speeds.iter().fold(0.0f64, |most, v| most.max((v / speeds[0] - 1.0).abs()));
+    assert!(speeds[0] < -1e-7 && spread < 2e-3, "{speeds:?}");
+    assert!(e.method.abs() < 0.2 * e.gravity && e.viscous > 0.5 * e.gravity, "{e:?}");
+}
+
 /// The tangential damper of the paper's law, as printed, drives what it should slow: friction makes energy, and nothing holds it but
 /// the guard.
 #[test]

@@ -5,7 +5,7 @@
 //! ```
 
 use super::cut::CutBodies;
-use super::load::MomentumTally;
+use super::tally::MomentumTally;
 use crate::domain::Domain;
 use crate::grid::{Grid, VectorField};
 use crate::kernels::faces::{self, FaceCoefficient};

@@ -3,8 +3,8 @@
 use super::cut_body::{Before, CutBody};
 use super::gap::{Neighbour, Surroundings};
 use super::ghost_width;
-use super::load::MomentumTally;
 use super::near::NearBodies;
+use super::tally::MomentumTally;
 use crate::domain::Domain;
 use crate::grid::{Grid, VectorField, simd};
 use crate::kernels::faces::FaceCoefficient;

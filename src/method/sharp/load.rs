@@ -3,6 +3,7 @@
 
 use super::cut::CutBodies;
 use super::gap::Shares;
+use super::tally::MomentumTally;
 use super::{NUMBERS, Pace, Sharp, history};
 use crate::Result;
 use crate::clock::Stage;
@@ -13,24 +14,6 @@ use crate::params;
 use crate::particles::{Body, nearest_image};
 use crate::state::{BodyHistory, Exchange, State};
 use nalgebra::Vector3;
-
-/// What the imposed profile and the gradient of cut cells have given to this rank's cells in the step.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct MomentumTally {
-    /// Momentum (kg m/s).
-    pub linear: Vector3<f64>,
-    /// Angular momentum about the body's centre (kg m2/s).
-    pub angular: Vector3<f64>,
-}
-
-impl MomentumTally {
-    /// Adds momentum (kg m/s) at an arm from the centre (m).
-    #[inline(always)]
-    pub fn add(&mut self, arm: &Vector3<f64>, added: &Vector3<f64>) {
-        self.linear += added;
-        self.angular += arm.cross(added);
-    }
-}
 
 impl<const D: usize> CutBodies<D> {
     /// This rank's pressure force on the body `k` by a pressure (Pa) with its ghosts filled: every face counts on the rank

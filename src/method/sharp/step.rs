@@ -17,8 +17,10 @@ impl<const D: usize> Sharp<D> {
     pub(super) fn pace(&self, domain: &Domain<D>, s: &State<D>, dt: f64) -> Result<Pace> {
         let mut speed = [faces::fastest(&domain.grid, &s.faces)];
         domain.session.max(&mut speed)?;
-        let courant = dt * speed[0] / self.cut.h;
-        Ok(Pace { courant, keep: 1.0 - (dt * speed[0] / (params::face_memory() * self.cut.h)).min(1.0) })
+        let (h, nu) = (self.cut.h, domain.fluid.viscosity / domain.fluid.density);
+        let courant = dt * speed[0] / h;
+        let forgotten = courant / params::face_memory() + params::face_decay() * nu * dt / (h * h);
+        Ok(Pace { courant, keep: 1.0 - forgotten.min(1.0) })
     }
 
     /// Sets the velocity of the cells inside the bodies; with `fresh`, also that of cells which they have just left. Collective.

@@ -1,0 +1,21 @@
+//! What a step gives to the cells of a body beside the flow.
+
+use nalgebra::Vector3;
+
+/// What the imposed profile and the gradient of cut cells have given to this rank's cells in the step.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MomentumTally {
+    /// Momentum (kg m/s).
+    pub linear: Vector3<f64>,
+    /// Angular momentum about the body's centre (kg m2/s).
+    pub angular: Vector3<f64>,
+}
+
+impl MomentumTally {
+    /// Adds momentum (kg m/s) at an arm from the centre (m).
+    #[inline(always)]
+    pub fn add(&mut self, arm: &Vector3<f64>, added: &Vector3<f64>) {
+        self.linear += added;
+        self.angular += arm.cross(added);
+    }
+}
