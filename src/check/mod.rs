@@ -3,6 +3,7 @@
 mod layer;
 
 use crate::config::{Case, Contact, Loaded, PairLaw, Step, Substeps};
+use crate::contact::Impact;
 use crate::output::print;
 use crate::particles::Body;
 use crate::petsc::Session;
@@ -136,19 +137,22 @@ const COARSE: f64 = 20.0;
 
 /// The stiffnesses that are given and do not hold the impacts to be expected.
 fn too_soft(case: &Case, law: &Contact, bodies: &[Body]) -> Option<String> {
-    let impact = impact(case, bodies);
-    let smallest = bodies.iter().fold(f64::INFINITY, |least, body| least.min(body.radius()));
+    let bound = impact(case, bodies);
+    // The speed that a fall comes to by its drag, where that is known.
+    let speed = Layer::thinnest(case).map_or(bound.speed, |layer| layer.speed.min(bound.speed));
+    let (impact, radius) =
+        (Impact { speed, ..bound }, bodies.iter().fold(0.0f64, |most, body| most.max(body.radius())));
     let laws = [&law.law].into_iter().chain(law.pair.iter().map(|pair| &pair.law));
     let depth = |pair: &PairLaw| Some((impact.depth_at(pair.normal_stiffness.given()?, pair.exponent), pair.exponent));
     let (deepest, exponent) = laws.filter_map(depth).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (deepest > params::deepest_overlap() * smallest).then(|| {
+    (deepest > params::deepest_overlap() * radius).then(|| {
         format!(
             "warning      contact.normal_stiffness is too small: an impact at {:.3} m/s would go {deepest:.2e} m deep, {:.2} of the \
-             smallest radius, and {} ends the run; \"auto\" takes {:.1e}",
+             radius, and {} ends the run; \"auto\" takes {:.1e}",
             impact.speed,
-            deepest / smallest,
+            deepest / radius,
             params::deepest_overlap(),
-            impact.stiffness(exponent),
+            bound.stiffness(exponent),
         )
     })
 }
