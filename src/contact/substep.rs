@@ -38,13 +38,12 @@ impl Contacts {
     fn count_for(&self, pair: &Pair, bodies: &[Body], time: f64, taken: usize) -> Result<usize> {
         let (law, kinematics) = (self.law(pair), self.kinematics(pair, bodies, 0.0).0);
         let mass = 1.0 / kinematics.inverse_normal;
-        let (body, push) = (&bodies[pair.first], &self.answers[pair.first].push);
-        let (velocity, push) = match bodies.get(pair.second) {
-            Some(other) => {
-                (body.velocity - other.velocity, push.acceleration - self.answers[pair.second].push.acceleration)
-            }
-            None => (body.velocity, push.acceleration),
-        };
+        let (body, mut velocity) = (&bodies[pair.first], bodies[pair.first].velocity);
+        let mut push = self.answers[pair.first].push.acceleration;
+        if let Some(other) = bodies.get(pair.second) {
+            velocity -= other.velocity;
+            push -= self.answers[pair.second].push.acceleration;
+        }
         // The energy of an overlap counts as that of an approach.
         let pushed = velocity.norm() + push.norm() * time;
         let speed = (pushed * pushed + 2.0 * law.stored(kinematics.overlap) / mass).sqrt();
@@ -68,8 +67,7 @@ impl Contacts {
             }
             Substeps::Fixed(n) => {
                 let (contact, count) = (law.contact_time(mass, speed), n.saturating_sub(taken).max(1));
-                let steps = contact / time * count as f64;
-                if steps < FEWEST_PER_CONTACT {
+                if contact / time * (count as f64) < FEWEST_PER_CONTACT {
                     Err(self.too_few(pair, contact, time / count as f64))
                 } else {
                     Ok(count)
@@ -141,10 +139,8 @@ impl Contacts {
                     *touched |= normal > 0.0;
                 }
             }
-            let slip = kinematics.slip + 0.5 * h * (kinematics.push_slip + kinematics.inverse_tangential * tangential);
-            self.slid -= h * tangential.dot(&slip);
-            let force = tangential - normal * kinematics.normal;
-            let turn = kinematics.normal.cross(&tangential);
+            self.slid -= h * tangential.dot(&kinematics.mean_slip(&tangential));
+            let (force, turn) = (tangential - normal * kinematics.normal, kinematics.normal.cross(&tangential));
             self.loads[pair.first].linear += force;
             self.loads[pair.first].angular += arms[0] * turn;
             match self.loads.get_mut(pair.second) {

@@ -95,26 +95,21 @@ impl<const D: usize> Mics2003<D> {
             s,
             |e| [e.literal(), e.literal_torque],
             |k, body, departure, moments, [flow, swirl, force, torque, within]| {
-                let (velocity, spin) = (body.velocity, body.spin);
-                let (centre, volume) = (body.centre, within.x);
+                let (centre, velocity, spin, volume) = (body.centre, body.velocity, body.spin, within.x);
                 let turned = body.inertia().of(&spin);
                 *departure = Departure { centre, velocity, spin, turned, flow, swirl, volume, ..Departure::default() };
                 let Some(freedom) = body.freedom() else { return };
-                let (mut acceleration, angular) = match choices.driver {
+                let (mut acceleration, angular, gravity) = match choices.driver {
                     Driver::Momentum => {
                         let (v, w) = moments.rigid_motion(&freedom, (velocity, spin));
-                        ((v - velocity) / dt, (w - spin) / dt)
+                        // In the momentum of the mixture, the gravity of the fields is there already.
+                        ((v - velocity) / dt, (w - spin) / dt, choices.own_gravity)
                     }
                     Driver::Literal => {
-                        let inertia = body.inertia();
-                        let turning = torque - inertia.precession(&spin);
-                        (force / body.mass(), inertia.answer(&turning, &freedom))
+                        let turning = torque - body.inertia().precession(&spin);
+                        let angular = body.inertia().answer(&turning, &freedom);
+                        (force / body.mass(), angular, choices.own_gravity + choices.field_gravity)
                     }
-                };
-                // In the momentum of the mixture, the gravity of the fields is there already.
-                let gravity = match choices.driver {
-                    Driver::Momentum => choices.own_gravity,
-                    Driver::Literal => choices.own_gravity + choices.field_gravity,
                 };
                 acceleration += gravity * (1.0 - fluid_density / body.density);
                 push[k] = Push { acceleration, angular }.along(&freedom);

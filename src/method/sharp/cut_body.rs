@@ -195,12 +195,8 @@ impl<const D: usize> CutBody<D> {
             aperture::cuts(grid, axis, &placed, cuts, openings);
         }
         fraction::overlaps(grid, &placed, fraction::Rule::Exact, &mut self.solid);
-        self.owns.clear();
+        self.clear();
         self.owns.extend(self.solid.iter().map(|o| around.nearest(k, &o.arm)));
-        self.probes.clear();
-        self.across.clear();
-        self.lines.clear();
-        self.inside.clear();
         let tight = if around.has_neighbours(k) { params::unresolved_gap() * around.h } else { 0.0 };
         let bounds = shape.bounds(turn).sup(&shape.bounds(&before.turn));
         let extent = bounds.add_scalar(before.way.norm().max(tight));
@@ -229,6 +225,14 @@ impl<const D: usize> CutBody<D> {
             }
         }
         self.place_points(around, k);
+    }
+
+    fn clear(&mut self) {
+        self.owns.clear();
+        self.probes.clear();
+        self.across.clear();
+        self.lines.clear();
+        self.inside.clear();
     }
 
     /// The profile at the signed distance `s` (m) along a normal.
@@ -345,10 +349,7 @@ impl<const D: usize> CutBody<D> {
                 sum *= most / size;
             }
         }
-        if trace.across == NOTHING {
-            return sum;
-        }
-        let across = &self.across[trace.across as usize];
+        let Some(across) = self.across.get(trace.across as usize) else { return sum };
         let there = match across.other {
             Other::Nothing => return sum,
             Other::Body(j, arm) => bodies[j].velocity_at(&arm),

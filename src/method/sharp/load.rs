@@ -147,16 +147,7 @@ impl<const D: usize> Sharp<D> {
             });
             let used = felt + moved.unwrap_or_default();
             (motion.missed, motion.used) = (lost - motion.pressure - motion.shear.0, used);
-            s.exchange[k] = Exchange {
-                momentum: used,
-                momentum_torque: motion.torque(),
-                convective: used - motion.pressure - motion.shear.0,
-                pressure: motion.pressure,
-                viscous: motion.shear.0,
-                literal_torque: motion.torque(),
-                contact: struck.linear / dt,
-                ..Exchange::default()
-            };
+            s.exchange[k] = Exchange { contact: struck.linear / dt, ..motion.exchange() };
         }
         self.work.sums = sums;
         self.share_missed(domain, &s.bodies);

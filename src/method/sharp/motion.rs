@@ -8,7 +8,7 @@ use crate::contact::{Impulse, Touching};
 use crate::domain::Domain;
 use crate::method::collision::refuse_collisions;
 use crate::particles::{Body, Inertia, Push};
-use crate::state::{BodyHistory, State};
+use crate::state::{BodyHistory, Exchange, State};
 use nalgebra::{Matrix3, Vector3};
 
 /// The motion of a body within a step.
@@ -41,6 +41,19 @@ impl BodyMotion {
     /// Torque on it by the fluid over the step (N m).
     pub fn torque(&self) -> Vector3<f64> {
         self.shear.1 + self.pressure_torque
+    }
+
+    /// What it and the fluid exchanged in the step, once what it has felt is known.
+    pub fn exchange(&self) -> Exchange {
+        Exchange {
+            momentum: self.used,
+            momentum_torque: self.torque(),
+            convective: self.used - self.pressure - self.shear.0,
+            pressure: self.pressure,
+            viscous: self.shear.0,
+            literal_torque: self.torque(),
+            ..Exchange::default()
+        }
     }
 }
 
