@@ -156,7 +156,7 @@ fn contacts(c: &mut Criterion) {
     let made = Contacts::new(&bodies, materials, Vec::new(), laws, [size, size, 1.0], periods, Substeps::Fixed(10));
     let push = vec![Push::default(); bodies.len()];
     c.bench_function("contacts/400-discs-10-substeps", |b| {
-        let start = || (made.clone(), made.untouched(&bodies), bodies.clone());
+        let start = || (made.clone(), made.untouched(), bodies.clone());
         let step = |(mut contacts, mut touching, mut bodies): (Contacts, Touching, Vec<Body>)| {
             contacts.advance(&mut bodies, &mut touching, &push, 1e-3).expect("moved");
             (contacts, touching, bodies)

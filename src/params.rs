@@ -106,16 +106,9 @@ constants! {
     /// Part of the speed of a pair that the fluid between them takes in a step from which on it counts as stiff, and is mended.
     /// Halved: kiss +0.1 %. Doubled: kiss -0.2 %.
     stiff_gap = 0.5;
-    /// Part of what contacts gave to a body from which on the fluid's answer tells the mass that goes with it. Smaller, a resting
-    /// body's mass wanders.
-    /// Halved: rebound +4.0 %. Doubled: height of a bed -0.2 %.
-    telling_impulse = 0.03;
-    /// Least mass of fluid that goes with a body in contact (of its own volume of fluid).
-    /// Halved: height of a bed +0.2 %. Doubled: nothing.
-    least_carried = 0.2;
-    /// Most of it.
-    /// Halved: height of a bed -0.1 %. Doubled: -0.1 %.
-    most_carried = 12.0;
+    /// Fluid that goes along with a body in contact, of what does where it is alone. More, a bed whose grains move together carries less
+    /// than that, and rattles from step to step; less, light bodies need more solves that mend.
+    carried_part = 0.5;
     /// Substeps in a contact, where the case leaves them to the program. Fewer, restitution is off; more, they cost.
     /// Halved: rebound +5.2 %, kiss -1.9 %. Doubled: rebound +1.5 %, kiss +2.2 %.
     contact_substeps = 40.0;

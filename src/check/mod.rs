@@ -164,7 +164,7 @@ fn contacts<const D: usize>(case: &Case, scene: &Scene<D>, dt: f64) -> Vec<Strin
     let bodies = &scene.state.bodies;
     let fall =
         bodies.iter().map(|b| (4.0 * b.radius() * scene.largest_fall()).sqrt() + b.top_speed()).fold(1e-12, f64::max);
-    let time = contacts.contact_time(bodies, &scene.state.touching, fall);
+    let time = contacts.contact_time(bodies, fall);
     let mut lines = Vec::new();
     let soft = too_soft(case, law, bodies);
     let Substeps::Count(n) = law.substeps else {

@@ -4,7 +4,6 @@
 //! ```text
 //!   deviation   e_i = v_i - (v_i expected)               along n of a pair that touched or that stiff fluid holds:
 //!   impulse     P = n.(e_i - e_j)/(1/m_i + 1/m_j)        so that the pair parts, rests or approaches as the substeps found
-//!   learnt      m_i = P.P/(P.dv_i)                       from what the fluid made of it
 //! ```
 //! Pairs are taken one after the other, a few times over.
 
@@ -77,30 +76,7 @@ impl Contacts {
             *other += self.answers[j].mass.component_mul(&push);
             nudges[j] += push;
         }
-        off.abs()
-    }
-
-    /// Learns the fluid that goes along with the body `k` from what an impulse (N s) `changed` of its velocity (m/s).
-    pub(crate) fn learn(
-        &mut self,
-        body: &Body,
-        k: usize,
-        impulse: &Vector3<f64>,
-        changed: &Vector3<f64>,
-        carried: &mut f64,
-    ) {
-        let (along, square) = (impulse.dot(changed), impulse.norm_squared());
-        // What little a resting contact asks for is no measure, and a mass that changes would push it.
-        let little = impulse.norm() < params::telling_impulse() * self.impulses[k].linear.norm();
-        if square == 0.0 || along <= 0.0 || little || body.freedom().is_none() {
-            return;
-        }
-        let unit = self.medium.density * body.volume();
-        let found = (square / along - body.mass()).clamp(params::least_carried() * unit, params::most_carried() * unit);
-        *carried += 0.7 * (found - *carried);
-        let mass = body.mass() + *carried;
-        let ones = self.answers[k].mass.map(|m| if m > 0.0 { 1.0 } else { 0.0 });
-        self.answers[k].mass = ones / mass;
+        impulse.abs() * kinematics.inverse_normal
     }
 
     /// The largest speed at which a pair that touched comes together or parts (m/s).

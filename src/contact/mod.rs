@@ -27,7 +27,7 @@ mod tests;
 use crate::archive::{Archive, Checkpointed};
 use crate::error::NotFinite;
 use crate::particles::{Body, Neighbours, Push};
-use crate::{Error, Result};
+use crate::{Error, Result, params};
 use law::Law;
 pub use law::{Damping, Laws, Material};
 pub use lubrication::Medium;
@@ -88,8 +88,6 @@ pub struct Touching {
     /// The tangential springs (m) of contacts that last: a body, the other body (or the number of bodies plus that of a wall), and
     /// what pulls the first one back.
     pub springs: Vec<(usize, usize, Vector3<f64>)>,
-    /// Per body, the fluid that goes along with it (kg).
-    pub carried: Vec<f64>,
 }
 
 /// The law of the contacts among bodies and walls, and what a step needs to follow it.
@@ -174,11 +172,15 @@ impl Contacts {
         self
     }
 
-    /// Nothing touches yet, and with every body goes the fluid that goes with it far from everything.
-    pub fn untouched(&self, bodies: &[Body]) -> Touching {
-        let share = |body: &Body| if body.shape().dimension() == 2 { 1.0 } else { 0.5 };
-        let carried = |body: &Body| share(body) * self.medium.density * body.volume();
-        Touching { springs: Vec::with_capacity(8 * bodies.len()), carried: bodies.iter().map(carried).collect() }
+    /// Nothing touches yet.
+    pub fn untouched(&self) -> Touching {
+        Touching { springs: Vec::with_capacity(8 * self.materials.len()) }
+    }
+
+    /// What answers a contact of a free body at once (kg): itself, and the fluid that goes along with it however others lie beside it.
+    pub fn mass_in_contact(&self, body: &Body) -> f64 {
+        let alone = if body.shape().dimension() == 2 { 1.0 } else { 0.5 };
+        body.mass() + params::carried_part() * alone * self.medium.density * body.volume()
     }
 
     /// Moves all bodies on by `dt` (s): free ones under `push` and contacts, prescribed ones as told. Returns the
@@ -188,9 +190,8 @@ impl Contacts {
     /// When a state is not finite, an overlap is too deep, the substeps are too few, or a body leaves the box.
     pub fn advance(&mut self, bodies: &mut [Body], touching: &mut Touching, push: &[Push], dt: f64) -> Result<usize> {
         self.refuse_strays(bodies)?;
-        let carried = &touching.carried;
-        for (((answer, body), push), carried) in self.answers.iter_mut().zip(bodies.iter()).zip(push).zip(carried) {
-            *answer = Answer::of(body, push, *carried);
+        for (i, (body, push)) in bodies.iter().zip(push).enumerate() {
+            self.answers[i] = Answer::of(body, push, self.mass_in_contact(body));
         }
         self.pairs.clear();
         let kept = touching.springs.iter();
@@ -266,12 +267,12 @@ impl Contacts {
 
     /// Shortest duration (s) of a contact that could happen, undamped and at an impact of `speed` (m/s), which counts
     /// where the exponent is not 1; infinite where none could.
-    pub fn contact_time(&self, bodies: &[Body], touching: &Touching, speed: f64) -> f64 {
+    pub fn contact_time(&self, bodies: &[Body], speed: f64) -> f64 {
         // Per material, the lightest free body and the number of bodies.
         let mut lightest = vec![(f64::INFINITY, 0); self.laws.materials()];
-        for ((body, &material), carried) in bodies.iter().zip(&self.materials).zip(&touching.carried) {
+        for (body, &material) in bodies.iter().zip(&self.materials) {
             let (mass, count) = &mut lightest[material];
-            *mass = mass.min(if body.freedom().is_some() { body.mass() + carried } else { f64::INFINITY });
+            *mass = mass.min(if body.freedom().is_some() { self.mass_in_contact(body) } else { f64::INFINITY });
             *count += 1;
         }
         let mut shortest = f64::INFINITY;
@@ -396,9 +397,7 @@ impl Pair {
 
 impl Checkpointed for Touching {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let Touching { springs, carried } = self;
-        archive.each("carried", carried)?;
-        archive.serialize([springs])
+        archive.serialize([&mut self.springs])
     }
 }
 

@@ -276,11 +276,10 @@ impl Contacts {
 }
 
 impl Answer {
-    pub(super) fn of(body: &Body, push: &Push, carried: f64) -> Answer {
+    pub(super) fn of(body: &Body, push: &Push, mass: f64) -> Answer {
         let Some(freedom) = body.freedom() else { return RIGID };
         let ones = |free: [bool; 3]| Vector3::from(free.map(|f| if f { 1.0 } else { 0.0 }));
         let (along, about) = (ones(freedom.translation), ones(freedom.rotation));
-        let mass = body.mass() + carried;
         Answer {
             whole: 1.0 / mass,
             mass: along / mass,

@@ -156,7 +156,7 @@ impl<const D: usize> Sharp<D> {
             *deferred += dt * (motion.missed + motion.pressure + motion.shear.0 - motion.used);
             *residual += take_in * (motion.missed - *residual);
         }
-        self.take_push(domain, &s.bodies, &s.touching, histories, dt);
+        self.take_push(domain, &s.bodies, histories, dt);
         domain.clock.lap(Stage::Force);
         Ok(())
     }

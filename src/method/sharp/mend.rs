@@ -12,15 +12,13 @@ pub struct Work {
     deviations: Vec<Vector3<f64>>,
     /// Impulses that mend them (N s).
     nudges: Vec<Vector3<f64>>,
-    /// Velocities before the last of these (m/s).
-    unpushed: Vec<Vector3<f64>>,
 }
 
 impl Work {
     /// That of so many bodies.
     pub fn new(n: usize) -> Work {
         let none = vec![Vector3::zeros(); n];
-        Work { deviations: none.clone(), nudges: none.clone(), unpushed: none }
+        Work { deviations: none.clone(), nudges: none }
     }
 }
 
@@ -32,13 +30,7 @@ impl<const D: usize> Sharp<D> {
         if !contacts.gave() {
             return false;
         }
-        let Work { deviations, nudges, unpushed } = &mut self.work.mend;
-        if round > 0 {
-            let carried = s.touching.carried.iter_mut();
-            for (k, ((body, unpushed), carried)) in s.bodies.iter().zip(unpushed.iter()).zip(carried).enumerate() {
-                contacts.learn(body, k, &nudges[k], &(body.velocity - unpushed), carried);
-            }
-        }
+        let Work { deviations, nudges } = &mut self.work.mend;
         if round == params::mending_solves() as usize {
             return false;
         }
@@ -52,7 +44,6 @@ impl<const D: usize> Sharp<D> {
             return false;
         }
         for (k, (body, motion)) in s.bodies.iter_mut().zip(&self.motions).enumerate() {
-            unpushed[k] = body.velocity;
             let Some(freedom) = body.freedom() else { continue };
             let change = freedom.along(&nudges[k]) / motion.inertia;
             body.velocity += change;

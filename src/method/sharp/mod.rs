@@ -163,7 +163,7 @@ impl<const D: usize> Sharp<D> {
 
     /// A consistent start from the cells' velocity. Collective.
     pub fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
-        s.touching = self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.untouched(&s.bodies));
+        s.touching = self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.untouched());
         s.walls = Some(WallHistory::new(&domain.grid, s.bodies.len()));
         s.p.fill(0.0);
         self.settle(domain, &s.bodies)?;

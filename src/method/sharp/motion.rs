@@ -4,7 +4,7 @@ use super::cut_body;
 use super::{NUMBERS, Sharp, history};
 use crate::Result;
 use crate::clock::Stage;
-use crate::contact::{Impulse, Touching};
+use crate::contact::Impulse;
 use crate::domain::Domain;
 use crate::method::collision::refuse_collisions;
 use crate::particles::{Body, Inertia, Push};
@@ -148,18 +148,17 @@ impl<const D: usize> Sharp<D> {
         &self,
         domain: &Domain<D>,
         bodies: &[Body],
-        touching: &Touching,
         histories: &mut [BodyHistory],
         dt: f64,
     ) {
         for (k, (motion, body)) in self.motions.iter().zip(bodies).enumerate() {
             let Some(freedom) = body.freedom() else { continue };
-            let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
-            let heavier = body.mass() + touching.carried.get(k).copied().unwrap_or(0.0);
+            let contacts = self.contacts.as_ref().map(|c| (c.impulses()[k], c.mass_in_contact(body)));
+            let (impulse, mass) = contacts.unwrap_or((Impulse::default(), body.mass()));
             let (_, turn) = resistance(body, &motion.shell, domain.fluid.viscosity / self.cut.h);
             let kept = inertial_share(body, &turn, dt) / dt;
             histories[k].push = Push {
-                acceleration: (body.velocity - motion.start.0 - impulse.linear / heavier) / dt,
+                acceleration: (body.velocity - motion.start.0 - impulse.linear / mass) / dt,
                 angular: (body.spin - motion.start.1 - body.inertia().answer(&impulse.angular, &freedom))
                     .component_mul(&kept),
             };
