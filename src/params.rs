@@ -144,6 +144,15 @@ constants! {
     /// Power with which that sets in.
     /// Halved: rebound +5.5 %. Doubled: rebound +4.0 %.
     power_of_spheres = 1.25;
+    /// How much wider than it is the grid shows a closed gap between discs that slide along it (spacings), fitted to a disc that moves along a
+    /// wall in Stokes flow, sliding and spinning, at gaps of 0.08 to 0.8 spacings, 8 and 16 cells across.
+    sliding_gap_of_discs = 0.34;
+    /// The same where they roll.
+    rolling_gap_of_discs = 0.85;
+    /// Both of spheres, 8 cells across.
+    sliding_gap_of_spheres = 0.27;
+    /// See there.
+    rolling_gap_of_spheres = 0.5;
     /// Gap from which on the grid has all of the lubrication force (spacings).
     /// Halved: rebound +4.4 %. Doubled: rebound +4.1 %.
     lubrication_range = 6.0;

@@ -5,7 +5,14 @@
 //!   disc     lambda = 3 pi sqrt(2) mu (a/g)^(3/2)                c = (1 + 7 b + b^2)/(5 b (1 + b))... of both radii, 1/5 at a wall
 //!   missing  lambda phi,  phi = (1 - (g/6h)^2)/(1 + (g/(c h))^p)  what the grid's own flow in the gap does not give
 //!   force    -lambda v_n,  g >= roughness; where they touch g = 0.02 a, about as deep as contacts of the usual stiffness go
+//!
+//!   along the gap, the surfaces at u_1, u_2 beside their line of centres:   s = u_1 - u_2,  r = (u_1 + u_2)/2
+//!   sphere   sliding 2 pi mu a ln(G/g) s,         rolling 12/5 of that with its own G
+//!   disc     sliding pi mu sqrt(2a) (g^(-1/2) - G^(-1/2)) s,   rolling 4 times that           G^2 = g^2 + (c h)^2
 //! ```
+//! (Reynolds' equation for h = g + x^2/2a; Goldman, Cox and Brenner 1967, Jeffrey and Onishi 1981.) The grid shows a narrow gap as if it
+//! were G wide, G - g being c = 0.3 to 0.8 spacings in discs and spheres, at 8 and 16 cells across.
+//!
 //! The leading terms of Reynolds' equation (Jeffrey and Onishi 1984, Jeffrey and Onishi 1981 for discs). What the grid gives
 //! tends to a constant as a gap closes; phi is what it was measured to miss, discs and spheres at 8 and 16 cells across.
 //!
@@ -38,12 +45,11 @@ impl Medium {
     /// Force over speed of approach (N s/m), its mean over gaps from `g0` to `g1` (m), between a round body of this dimension and radius
     /// and one of the radius `other`, infinite for a wall (m).
     pub(super) fn resistance(&self, dimension: usize, radius: f64, other: f64, g0: f64, g1: f64) -> f64 {
-        // Perfectly smooth bodies never touch.
-        let clip = |g: f64| g.max(self.roughness).max(1e-9 * radius);
-        let (low, high) = (clip(g0.min(g1)), clip(g0.max(g1)));
+        let reduced = reduced(radius, other);
+        let (low, high) = (self.width(g0.min(g1), reduced), self.width(g0.max(g1), reduced));
         // Asperities that touch are pressed together over a way that a soft contact makes longer than it is: the film between
         // them takes on it what it would over one width of its own.
-        let film = params::film() * radius / (1.0 + if other.is_finite() { radius / other } else { 0.0 });
+        let film = params::film() * reduced;
         let (low, high) = if g0 <= 0.0 { (film, film) } else { (low, high) };
         let middle = (low * high).sqrt();
         let (half, power) = if dimension == 3 {
@@ -57,7 +63,7 @@ impl Medium {
             return 0.0;
         }
         let beta = if other.is_finite() { radius / other } else { 0.0 };
-        let a = radius / (1.0 + beta);
+        let a = reduced;
         let narrow = high - low < 1e-3 * low;
         let force = match dimension {
             2 => {
@@ -73,4 +79,32 @@ impl Medium {
         };
         self.viscosity * force * phi
     }
+
+    /// Force over speed (N s/m) of the same two where their surfaces slide along a gap of `g` (m), and where they roll.
+    pub(super) fn shear_resistance(&self, dimension: usize, radius: f64, other: f64, g: f64) -> [f64; 2] {
+        let a = reduced(radius, other);
+        let near = if g > 0.0 { self.width(g, a) } else { params::film() * a };
+        let beyond = |spacings: f64| {
+            let far = near.hypot(spacings * self.spacing);
+            match dimension {
+                2 => PI * (2.0 * a).sqrt() * (near.powf(-0.5) - far.powf(-0.5)),
+                _ => 2.0 * PI * a * (far / near).ln(),
+            }
+        };
+        let (sliding, rolling, more) = match dimension {
+            2 => (params::sliding_gap_of_discs(), params::rolling_gap_of_discs(), 4.0),
+            _ => (params::sliding_gap_of_spheres(), params::rolling_gap_of_spheres(), 2.4),
+        };
+        [self.viscosity * beyond(sliding), more * self.viscosity * beyond(rolling)]
+    }
+
+    /// How wide a gap is at least (m): perfectly smooth bodies never touch.
+    fn width(&self, gap: f64, reduced: f64) -> f64 {
+        gap.max(self.roughness).max(1e-9 * reduced)
+    }
+}
+
+/// The radius `r_1 r_2/(r_1 + r_2)` of two (m), the second one's infinite for a wall.
+fn reduced(radius: f64, other: f64) -> f64 {
+    radius / (1.0 + if other.is_finite() { radius / other } else { 0.0 })
 }

@@ -177,10 +177,9 @@ impl Contacts {
         Touching { springs: Vec::with_capacity(8 * self.materials.len()) }
     }
 
-    /// What answers a contact of a free body at once (kg): itself, and the fluid that goes along with it however others lie beside it.
+    /// What a contact of a free body sets going (kg): itself, and the fluid that goes along with it however others lie beside it.
     pub fn mass_in_contact(&self, body: &Body) -> f64 {
-        let alone = if body.shape().dimension() == 2 { 1.0 } else { 0.5 };
-        body.mass() + params::carried_part() * alone * self.medium.density * body.volume()
+        body.mass() + params::carried_part() * body.added_mass(self.medium.density)
     }
 
     /// Moves all bodies on by `dt` (s): free ones under `push` and contacts, prescribed ones as told. Returns the

@@ -175,7 +175,7 @@ impl Contacts {
         within
     }
 
-    /// What the fluid in the gaps does over the next substep of `h` (s), pair by pair.
+    /// What the fluid in the gaps does over the next substep of `h` (s), pair by pair, each implicitly.
     fn lubricate(&mut self, bodies: &mut [Body], h: f64) {
         let range = self.medium.range();
         if range == 0.0 {
@@ -183,27 +183,66 @@ impl Contacts {
         }
         for p in 0..self.pairs.len() {
             let pair = self.pairs[p];
-            let (kinematics, _) = self.kinematics(&pair, bodies, 0.0);
+            let (kinematics, arms) = self.kinematics(&pair, bodies, 0.0);
             let gap = -kinematics.overlap;
             if gap > range {
                 continue;
             }
             let (body, other) = (&bodies[pair.first], bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()));
+            let (dimension, radius) = (body.shape().dimension(), body.radius());
             let along = h * kinematics.approach;
-            let resistance =
-                self.medium.resistance(body.shape().dimension(), body.radius(), other, gap, (gap - along).max(0.0));
+            let resistance = self.medium.resistance(dimension, radius, other, gap, (gap - along).max(0.0));
             let impulse = h * resistance * kinematics.approach / (1.0 + h * resistance * kinematics.inverse_normal);
             self.pairs[p].given += impulse;
-            let push = impulse * kinematics.normal;
-            bodies[pair.first].velocity -= self.answers[pair.first].mass.component_mul(&push);
-            self.impulses[pair.first].linear -= push;
-            match bodies.get_mut(pair.second) {
-                Some(other) => {
-                    other.velocity += self.answers[pair.second].mass.component_mul(&push);
-                    self.impulses[pair.second].linear += push;
-                }
-                None => self.wall_impulse += push,
-            }
+            self.push(&pair, bodies, -impulse * kinematics.normal, [Vector3::zeros(); 2]);
+            let resistances = self.medium.shear_resistance(dimension, radius, other, gap).map(|resistance| h * resistance);
+            self.slide(&pair, bodies, arms, resistances[0]);
+            self.roll(&pair, bodies, arms, resistances[1]);
+        }
+    }
+
+    /// Resistance over a substep (N s^2/m) to surfaces that slide along a gap.
+    fn slide(&mut self, pair: &Pair, bodies: &mut [Body], arms: [f64; 2], resistance: f64) {
+        let (kinematics, _) = self.kinematics(pair, bodies, 0.0);
+        let impulse = -resistance / (1.0 + resistance * kinematics.inverse_tangential) * kinematics.slip;
+        let turn = kinematics.normal.cross(&impulse);
+        self.push(pair, bodies, impulse, arms.map(|arm| arm * turn));
+    }
+
+    /// The same to surfaces that roll on each other, seen with their line of centres.
+    fn roll(&mut self, pair: &Pair, bodies: &mut [Body], arms: [f64; 2], resistance: f64) {
+        let (kinematics, _) = self.kinematics(pair, bodies, 0.0);
+        let n = kinematics.normal;
+        let (body, other) = (&bodies[pair.first], bodies.get(pair.second));
+        let (spun, lever) = match other {
+            Some(other) => (arms[0] * body.spin - arms[1] * other.spin, (arms[0] - arms[1]) / (arms[0] + arms[1])),
+            None => (arms[0] * body.spin, -1.0),
+        };
+        let own = arms[0] * body.spin + other.map_or(Vector3::zeros(), |other| arms[1] * other.spin);
+        let moved = kinematics.slip - own.cross(&n);
+        let speed = 0.5 * (spun.cross(&n) + lever * moved);
+        let turns = |i: usize, body: usize| arms[i] * arms[i] * self.answers[body].inertia.max();
+        let turning = turns(0, pair.first) + other.map_or(0.0, |_| turns(1, pair.second));
+        let masses = self.answers[pair.first].mass.max() + other.map_or(0.0, |_| self.answers[pair.second].mass.max());
+        let inverse = 0.25 * (lever * lever * masses + turning);
+        let impulse = -0.5 * resistance / (1.0 + resistance * inverse) * speed;
+        let turn = n.cross(&impulse);
+        self.push(pair, bodies, lever * impulse, [arms[0] * turn, -arms[1] * turn]);
+    }
+
+    /// Gives an impulse (N s) to the first of a pair and takes it from the second one, with what turns each (N m s).
+    fn push(&mut self, pair: &Pair, bodies: &mut [Body], impulse: Vector3<f64>, turns: [Vector3<f64>; 2]) {
+        for (k, sign, turn) in [(pair.first, 1.0, turns[0]), (pair.second, -1.0, turns[1])] {
+            let Some(body) = bodies.get_mut(k) else {
+                let wall = self.walls[k - self.answers.len()].velocity;
+                self.wall_impulse -= impulse;
+                self.wall_work += impulse.dot(&wall);
+                continue;
+            };
+            body.velocity += sign * self.answers[k].mass.component_mul(&impulse);
+            body.spin += self.answers[k].inertia.component_mul(&turn);
+            self.impulses[k].linear += sign * impulse;
+            self.impulses[k].angular += turn;
         }
     }
 

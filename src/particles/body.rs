@@ -145,6 +145,13 @@ impl Body {
         Placed { shape: self.shape(), centre: self.centre, turn: self.turn() }
     }
 
+    /// Fluid of a density (kg/m3) that goes along with it where it is round and far from everything (kg): of its own volume in 2D, of
+    /// half of it in 3D (potential flow).
+    pub fn added_mass(&self, density: f64) -> f64 {
+        let part = if self.shape().dimension() == 2 { 1.0 } else { 0.5 };
+        part * density * self.volume()
+    }
+
     /// Volume (m3; m2 in 2D, per metre of depth).
     pub fn volume(&self) -> f64 {
         self.shape.volume()

@@ -81,3 +81,27 @@ fn the_force_of_a_narrow_gap_is_stokes_wherever_in_a_cell_it_lies_with_sharp_wal
         }
     }
 }
+
+#[test]
+fn a_disc_pulled_along_a_wall_goes_as_fast_as_in_stokes_flow_and_does_not_turn_with_sharp_walls() {
+    // Jeffrey and Onishi 1981: a cylinder of the radius a beside a plane wall drags with 4 pi mu U/acosh(1 + g/a) and is not turned.
+    let petsc = petsc();
+    let (radius, speed, dt) = (0.5, 0.05, 0.2 / 64.0);
+    for gap in [0.2, 0.05, 0.01] {
+        let drag = 4.0 * PI * speed / f64::acosh(1.0 + gap);
+        let pull = drag / (PI * radius * radius);
+        let body = disc([8.04, radius * (1.0 + gap)], 2.0, "locked = [\"y\"]");
+        let more = format!("{body}[contact]\nroughness = 1e-6\n[pressure]\ndivergence_limit = 1e-4\n");
+        let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"slip\""];
+        let case = box_case([16.0, 8.0], [128, 64], 1.0, sides, &more)
+            .replace("viscosity = 1.0", &format!("viscosity = 1.0\ngravity = [{pull:?}, 0.0]"));
+        let mut scene: Scene<2> = petsc.scene(&case);
+        for _ in 0..(3.0 / dt) as usize {
+            scene.step(dt).unwrap();
+        }
+        let body = &scene.state.bodies[0];
+        let (ratio, turned) = (body.velocity.x / speed, -body.spin.z * radius / speed);
+        println!("gap {gap} radii: {ratio:.3} of the exact speed, turns with {turned:.3} of it at its surface");
+        assert!((ratio - 1.0).abs() < 0.06 && turned.abs() < 0.05, "gap {gap}: {ratio}, {turned}");
+    }
+}

@@ -181,6 +181,13 @@ impl<const D: usize> Sharp<D> {
         let walls = history(&mut s.walls)?;
         copy(&s.faces, &mut walls.memory);
         copy(&s.u, &mut walls.unimposed);
+        // What a body does first in a fluid at rest.
+        for (history, body) in walls.bodies.iter_mut().zip(&s.bodies) {
+            let Some(freedom) = body.freedom() else { continue };
+            let (density, gravity) = (domain.fluid.density, domain.fluid.gravity);
+            let pull = freedom.along(&((body.mass() - density * body.volume()) * gravity));
+            history.push.acceleration = pull / (body.mass() + body.added_mass(density));
+        }
         self.take_inside(domain, s)?;
         s.exchange.fill(Exchange::default());
         s.balance = s.bodies.iter().any(|b| b.freedom().is_some()).then(Balance::default);
