@@ -6,7 +6,7 @@ use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, 
 use mics::config::load;
 use mics::contact::{Contacts, Damping, Laws, Material, Substeps, Touching};
 use mics::geometry::fraction::{self, Rule};
-use mics::geometry::{Disc, Placed, Shape, Sphere, Turn, aperture};
+use mics::geometry::{Disc, Placed, Shape, Sphere, Tiles, Turn, aperture};
 use mics::grid::Coefficient;
 use mics::kernels::advection::{Carrier, Fluxes, upwind5};
 use mics::kernels::diffusion;
@@ -103,14 +103,17 @@ fn cuts<const D: usize>(c: &mut Criterion, scene: &Scene<D>, across: &[f64]) {
     let mut group = c.benchmark_group("geometry");
     for across in across {
         let radius = 0.5 * across * grid.h[0];
+        let mut tiles = Tiles::for_radius(radius, &grid.h);
         let shape: &dyn Shape = if D == 2 { &Disc { radius } } else { &Sphere { radius } };
         let body = Placed { shape, centre, turn: Turn::identity() };
         let id = |what: &str| BenchmarkId::new(what, format!("{name}-{across}"));
         group.bench_function(id("fractions"), |b| {
-            b.iter(|| fraction::overlaps(grid, black_box(&body), Rule::Exact, &mut cells));
+            b.iter(|| fraction::overlaps(grid, black_box(&body), Rule::Exact, &mut tiles, &mut cells));
         });
         group.bench_function(id("apertures"), |b| {
-            b.iter(|| (0..D).for_each(|a| aperture::cuts(grid, a, black_box(&body), &mut cuts, &mut openings)));
+            b.iter(|| {
+                (0..D).for_each(|a| aperture::cuts(grid, a, black_box(&body), &mut tiles, &mut cuts, &mut openings))
+            });
         });
     }
     group.finish();

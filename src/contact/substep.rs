@@ -195,7 +195,8 @@ impl Contacts {
             let impulse = h * resistance * kinematics.approach / (1.0 + h * resistance * kinematics.inverse_normal);
             self.pairs[p].given += impulse;
             self.push(&pair, bodies, -impulse * kinematics.normal, [Vector3::zeros(); 2]);
-            let resistances = self.medium.shear_resistance(dimension, radius, other, gap).map(|resistance| h * resistance);
+            let resistances =
+                self.medium.shear_resistance(dimension, radius, other, gap).map(|resistance| h * resistance);
             self.slide(&pair, bodies, arms, resistances[0]);
             self.roll(&pair, bodies, arms, resistances[1]);
         }

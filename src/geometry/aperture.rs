@@ -12,7 +12,7 @@
 //! of the section in the face's own plane, with which turning displaces nothing, in every cell.
 
 use super::block::{Block, images};
-use super::{Placed, Shape, Turn};
+use super::{Filled, Placed, Tiles};
 use crate::grid::Grid;
 use nalgebra::Vector3;
 
@@ -45,6 +45,7 @@ pub fn cuts<const D: usize>(
     grid: &Grid<D>,
     axis: usize,
     body: &Placed,
+    tiles: &mut Tiles,
     cuts: &mut Vec<Cut>,
     openings: &mut Vec<Opening>,
 ) {
@@ -56,48 +57,34 @@ pub fn cuts<const D: usize>(
     to[axis] += usize::from(!grid.at_border(axis, 1));
     let Placed { shape, centre, turn } = body;
     let bounds = shape.bounds(turn);
-    let half = Vector3::from_fn(|a, _| if a < D { 0.5 * grid.h[a] } else { 0.0 });
     for image in images(grid, centre) {
         let place = |a: usize, x: f64| (x / grid.h[a] + if a == axis { 0.5 } else { 0.0 }).floor();
         let low = std::array::from_fn(|a| place(a, image[a] - bounds[a]));
         let high = std::array::from_fn(|a| place(a, image[a] + bounds[a]));
-        for at in Block::between(low, high, from, to) {
-            let middle = Vector3::from_fn(|a, _| match a {
-                _ if a >= D => 0.0,
-                _ if a == axis => at[a] as f64 * grid.h[a] - image[a],
-                _ => (at[a] as f64 + 0.5) * grid.h[a] - image[a],
-            });
-            let (covered, open, moment) = covered_part::<D>(*shape, turn, &middle, &half);
+        let place = |a: usize, n: usize| (n as f64 - if a == axis { 0.5 } else { 0.0 }) * grid.h[a] - image[a];
+        let Some(first) = tiles.set(&Block::between(low, high, from, to), place) else { continue };
+        shape.tile(turn, tiles, true, &mut |filled| {
+            let (covered, open, moment) = covered_part::<D>(filled);
             if covered < LEAST {
-                continue;
+                return;
             }
-            let lever = shape.lever(turn, axis, &middle, &half, &moment);
+            let lever = shape.lever(turn, axis, &filled.middle, &filled.half, &moment);
+            let at: [usize; D] = std::array::from_fn(|a| first[a] + filled.at[a]);
             let face = (0..D).map(|a| (at[a] - grid.start[a] + grid.ghosts) * grid.stride[a]).sum::<usize>() as u32;
             let covered = if covered > 1.0 - LEAST { 1.0 } else { covered };
             cuts.push(Cut { covered, face, owned: grid.number_of(at).is_some() });
             openings.push(Opening { lever, open });
-        }
+        });
     }
 }
 
 /// How much of the volume about a face is covered, where its open part has its centroid, from the face's centre (m), and the
-/// first moment of the covered part per volume (m); `middle` is that centre's place from the particle's and `half` the volume's
-/// half edges.
-fn covered_part<const D: usize>(
-    shape: &dyn Shape,
-    turn: &Turn,
-    middle: &Vector3<f64>,
-    half: &Vector3<f64>,
-) -> (f64, Vector3<f64>, Vector3<f64>) {
-    if let Some(covered) = shape.whole_or_nothing(turn, middle, half) {
-        return (covered, Vector3::zeros(), covered * middle);
-    }
-    let whole: f64 = (0..D).map(|a| 2.0 * half[a]).product();
-    let (filled, moment) = shape.moments(turn, middle, half);
-    let covered = (filled / whole).clamp(0.0, 1.0);
+/// first moment of the covered part per volume (m).
+fn covered_part<const D: usize>(filled: &Filled) -> (f64, Vector3<f64>, Vector3<f64>) {
+    let (covered, middle) = (filled.part.clamp(0.0, 1.0), filled.middle);
     if !(LEAST..=1.0 - LEAST).contains(&covered) {
         return (covered, Vector3::zeros(), covered * middle);
     }
-    let open = |a: usize| if a < D { (covered * middle[a] - moment[a] / whole) / (1.0 - covered) } else { 0.0 };
-    (covered, Vector3::from_fn(|a, _| open(a)), moment / whole)
+    let open = |a: usize| if a < D { (covered * middle[a] - filled.moment[a]) / (1.0 - covered) } else { 0.0 };
+    (covered, Vector3::from_fn(|a, _| open(a)), filled.moment)
 }

@@ -37,6 +37,11 @@ impl<const D: usize> Block<D> {
         Block { first, last, next: Some(first) }
     }
 
+    /// The first and the last of its boxes, if there is any.
+    pub fn ends(&self) -> Option<([usize; D], [usize; D])> {
+        self.next.map(|_| (self.first, self.last))
+    }
+
     /// The owned cells within so far (m) of a centre (m) along each axis.
     pub fn owned(grid: &Grid<D>, centre: &Vector3<f64>, bounds: &Vector3<f64>) -> Block<D> {
         let cell = |a: usize, x: f64| (x / grid.h[a]).floor();

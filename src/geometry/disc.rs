@@ -43,7 +43,8 @@ impl Shape for Disc {
 
     fn surface(&self, spacing: f64) -> Vec<SurfacePoint> {
         let length = TAU * self.radius;
-        let count = 2 * (length / spacing).ceil() as usize;
+        // Divisible by four: as symmetric as the grid.
+        let count = 4 * (0.5 * length / spacing).ceil() as usize;
         let point = |i: usize| {
             let (y, x) = (TAU * ((i as f64 + 0.5) / count as f64)).sin_cos();
             round::surface_point(self.radius * Vector3::new(x, y, 0.0), self.radius, length / count as f64)

@@ -1,8 +1,8 @@
 //! Volume fractions: how much of a cell a particle fills, the alpha of eq. (1): exact, or, of discs, the paper's polygon through
 //! the crossings of circle and cell, whose missing area is spread over the cut cells.
 
-use super::Placed;
 use super::block::{Block, images};
+use super::{Placed, Tiles};
 use crate::grid::Grid;
 use nalgebra::Vector3;
 
@@ -34,13 +34,25 @@ pub enum Rule {
 }
 
 /// Fills `overlaps` with the owned cells that a particle (or one of its periodic images) touches.
-pub fn overlaps<const D: usize>(grid: &Grid<D>, body: &Placed, rule: Rule, overlaps: &mut Vec<Overlap>) {
+pub fn overlaps<const D: usize>(
+    grid: &Grid<D>,
+    body: &Placed,
+    rule: Rule,
+    tiles: &mut Tiles,
+    overlaps: &mut Vec<Overlap>,
+) {
     let Placed { shape, centre, turn } = body;
     overlaps.clear();
     // No polygon through crossings of the grid lines is left of a disc that fits between them.
     let small = grid.h.iter().any(|h| 2.0 * shape.radius() <= 2.0 * h);
     let rule = if small { Rule::Exact } else { rule };
-    images(grid, centre).for_each(|image| collect(grid, &Placed { centre: image, ..*body }, rule, overlaps));
+    for image in images(grid, centre) {
+        let image = Placed { centre: image, ..*body };
+        match rule {
+            Rule::Exact => collect(grid, &image, tiles, overlaps),
+            Rule::Polygon => collect_polygons(grid, &image, overlaps),
+        }
+    }
     if rule == Rule::Polygon {
         let exact = |o: &Overlap| shape.filled(turn, &o.arm, &half(grid)) / grid.cell_volume();
         let missing: f64 = overlaps.iter().map(|o| exact(o) - o.fraction).sum();
@@ -58,32 +70,40 @@ pub fn overlaps<const D: usize>(grid: &Grid<D>, body: &Placed, rule: Rule, overl
 /// Stands for a cell of another rank.
 const ELSEWHERE: usize = usize::MAX;
 
-/// Adds the cells that one image touches: this rank's, and for the polygon, whose missing area is spread over all of a
+/// Below this, rounding of the exact overlaps, a cell is not touched.
+const LEAST: f64 = 1e-12;
+
+/// Adds the cells of this rank that one image touches.
+fn collect<const D: usize>(grid: &Grid<D>, body: &Placed, tiles: &mut Tiles, out: &mut Vec<Overlap>) {
+    let Placed { shape, centre, turn } = body;
+    let block = Block::owned(grid, centre, &shape.bounds(turn));
+    let Some(first) = tiles.set(&block, |a, n| n as f64 * grid.h[a] - centre[a]) else { return };
+    shape.tile(turn, tiles, false, &mut |filled| {
+        let fraction = filled.part.clamp(0.0, 1.0);
+        let at = std::array::from_fn(|a| first[a] + filled.at[a]);
+        if let (true, Some(cell)) = (fraction > LEAST, grid.owned_index(at)) {
+            out.push(Overlap { cell, fraction, arm: filled.middle });
+        }
+    });
+}
+
+/// Adds the cells that one image touches, with their polygons: this rank's and, since the missing area is spread over all of a
 /// particle's cells, those of other ranks as [`ELSEWHERE`].
-fn collect<const D: usize>(grid: &Grid<D>, body: &Placed, rule: Rule, out: &mut Vec<Overlap>) {
+fn collect_polygons<const D: usize>(grid: &Grid<D>, body: &Placed, out: &mut Vec<Overlap>) {
     let Placed { shape, centre, turn } = body;
     let bounds = shape.bounds(turn);
-    let cells = match rule {
-        Rule::Exact => Block::owned(grid, centre, &bounds),
-        Rule::Polygon => {
-            let cell = |sign: f64| std::array::from_fn(|a| ((centre[a] + sign * bounds[a]) / grid.h[a]).floor());
-            Block::between(cell(-1.0), cell(1.0), [0; D], grid.cells)
-        }
-    };
+    let cell = |sign: f64| std::array::from_fn(|a| ((centre[a] + sign * bounds[a]) / grid.h[a]).floor());
     let half = half(grid);
-    for cell in cells {
+    for cell in Block::between(cell(-1.0), cell(1.0), [0; D], grid.cells) {
         let mut arm = Vector3::zeros();
         for a in 0..D {
             arm[a] = (cell[a] as f64 + 0.5) * grid.h[a] - centre[a];
         }
-        let whole = || (0..D).map(|a| 2.0 * half[a]).product::<f64>();
-        let polygon = || if rule == Rule::Polygon { shape.polygon(&arm, &half) } else { None };
-        let filled = || (polygon().unwrap_or_else(|| shape.filled(turn, &arm, &half)) / whole()).clamp(0.0, 1.0);
-        let fraction = shape.whole_or_nothing(turn, &arm, &half).unwrap_or_else(filled);
-        // Below rounding of the exact overlaps a cell is not touched.
-        if fraction > 1e-12 {
-            let cell = grid.owned_index(cell).unwrap_or(ELSEWHERE);
-            out.push(Overlap { cell, fraction, arm });
+        let whole: f64 = (0..D).map(|a| 2.0 * half[a]).product();
+        let polygon = || shape.polygon(&arm, &half).unwrap_or_else(|| shape.filled(turn, &arm, &half));
+        let fraction = shape.whole_or_nothing(turn, &arm, &half).unwrap_or_else(|| (polygon() / whole).clamp(0.0, 1.0));
+        if fraction > LEAST {
+            out.push(Overlap { cell: grid.owned_index(cell).unwrap_or(ELSEWHERE), fraction, arm });
         }
     }
 }

@@ -24,15 +24,18 @@ mod block;
 mod circle;
 mod disc;
 pub mod fraction;
+mod octant;
 mod round;
 mod sphere;
 mod subdivision;
+mod tiles;
 
 pub use aperture::{Cut, Opening};
 pub use block::{Block, images};
 pub use disc::Disc;
 pub use fraction::Overlap;
 pub use sphere::Sphere;
+pub use tiles::{Filled, Tiles};
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::fmt::Debug;
@@ -126,6 +129,12 @@ pub trait Shape: Debug + Send + Sync {
     /// That volume alone, for shapes that have it cheaper.
     fn filled(&self, turn: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> f64 {
         self.moments(turn, middle, half).0
+    }
+
+    /// The parts of all boxes of a lattice that it fills, in the order of their numbers, the first axis fastest, and with `moments` their
+    /// first moments; for shapes that have many together cheaper than one by one.
+    fn tile(&self, turn: &Turn, tiles: &mut Tiles, moments: bool, found: &mut dyn FnMut(&Filled)) {
+        tiles.each(self, turn, moments, found);
     }
 
     /// Where a turning body carries fluid through a face of the grid: its flux through the one along `axis`, in the middle

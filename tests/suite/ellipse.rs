@@ -5,7 +5,7 @@ use crate::modes::in_processes;
 use crate::support::{PERIODIC, Petsc, box_case, petsc};
 use mics::archive::Archive;
 use mics::config::{Case, load};
-use mics::geometry::{Disc, Placed, Shape, SurfacePoint, Turn, aperture, fraction};
+use mics::geometry::{Disc, Placed, Shape, SurfacePoint, Tiles, Turn, aperture, fraction};
 use mics::grid::{GHOSTS, Grid};
 use mics::particles::{Body, Freedom, Motion};
 use mics::petsc::{Layout, Session};
@@ -168,20 +168,21 @@ fn an_ellipse_has_its_exact_area_and_moments_in_every_pose() {
     let grid = Grid::<2>::new([40, 36], [2.0, 1.8], [true, false], &layout);
     let ellipse = Ellipse { a: 0.41, b: 0.17 };
     let (area, dv) = (ellipse.volume(), grid.cell_volume());
+    let mut tiles = Tiles::for_radius(ellipse.radius(), &grid.h);
     let mut worst = 0.0f64;
     for k in 0..60 {
         let turn = Turn::from_scaled_axis(Vector3::z() * (7.0 * scatter(3 * k)));
         let centre = Vector3::new(1.0 + scatter(3 * k + 1), 0.9 + 0.4 * scatter(3 * k + 2), 0.0);
         let placed = Placed { shape: &ellipse, centre, turn };
         let mut cells = Vec::new();
-        fraction::overlaps(&grid, &placed, fraction::Rule::Exact, &mut cells);
+        fraction::overlaps(&grid, &placed, fraction::Rule::Exact, &mut tiles, &mut cells);
         let half = Vector3::new(0.5 * grid.h[0], 0.5 * grid.h[1], 0.0);
         let filled: f64 = cells.iter().map(|o| dv * o.fraction).sum();
         let moment: Vector3<f64> = cells.iter().map(|o| ellipse.moments(&turn, &o.arm, &half).1).sum();
         worst = worst.max((filled / area - 1.0).abs()).max(moment.norm() / area);
         for axis in 0..2 {
             let (mut cuts, mut openings) = (Vec::new(), Vec::new());
-            aperture::cuts(&grid, axis, &placed, &mut cuts, &mut openings);
+            aperture::cuts(&grid, axis, &placed, &mut tiles, &mut cuts, &mut openings);
             // A face on the border between two periods stands at both of its ends.
             let once = || cuts.iter().zip(&openings).filter(|(cut, _)| cut.owned);
             let covered: f64 = once().map(|(cut, _)| dv * cut.covered).sum();

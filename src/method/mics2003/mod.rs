@@ -35,7 +35,7 @@ use crate::Result;
 use crate::clock::Stage;
 use crate::contact::Contacts;
 use crate::domain::Domain;
-use crate::geometry::{Overlap, fraction};
+use crate::geometry::{Overlap, Tiles, fraction};
 use crate::grid::{Boundaries, Coefficient, Grid};
 use crate::kernels::faces::Gravity;
 use crate::particles::{Body, Push};
@@ -52,6 +52,8 @@ pub struct Mics2003<const D: usize> {
     contacts: Option<Contacts>,
     /// Per body, the cells of this rank that it touches.
     overlaps: Vec<Vec<Overlap>>,
+    /// Scratch of what a body fills.
+    tiles: Tiles,
     /// Per overlap, what the mixing adds to the velocity (m/s): found for all before any is added.
     kicks: Vec<Vec<Vector3<f64>>>,
     departures: Vec<motion::Departure>,
@@ -86,6 +88,7 @@ impl<const D: usize> Mics2003<D> {
             flow: Flow::new(domain, mixture, gravity, momentum, choices.cell_gradient),
             choices,
             contacts,
+            tiles: Tiles::for_radius(bodies.iter().map(Body::radius).fold(0.0, f64::max), &grid.h),
             overlaps: room.iter().map(|&n| Vec::with_capacity(n)).collect(),
             kicks: room.iter().map(|&n| Vec::with_capacity(n)).collect(),
             departures: vec![motion::Departure::default(); bodies.len()],
@@ -146,7 +149,7 @@ impl<const D: usize> Mics2003<D> {
     /// Finds the cells that the bodies touch, for readers of the results.
     pub fn find_overlaps(&mut self, domain: &Domain<D>, s: &State<D>, wanted: fn(&Body) -> bool) {
         for (body, overlaps) in s.bodies.iter().zip(&mut self.overlaps).filter(|(b, _)| wanted(b)) {
-            fraction::overlaps(&domain.grid, &body.placed(), self.choices.fraction, overlaps);
+            fraction::overlaps(&domain.grid, &body.placed(), self.choices.fraction, &mut self.tiles, overlaps);
         }
     }
 

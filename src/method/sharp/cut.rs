@@ -6,6 +6,7 @@ use super::ghost_width;
 use super::near::NearBodies;
 use super::tally::MomentumTally;
 use crate::domain::Domain;
+use crate::geometry::Tiles;
 use crate::grid::{Grid, VectorField, simd};
 use crate::kernels::faces::FaceCoefficient;
 use crate::params;
@@ -26,6 +27,8 @@ pub struct CutBodies<const D: usize> {
     pub(super) covered_before: [Vec<(usize, f64)>; D],
     /// Those near the body that is rebuilt.
     beside: Vec<Neighbour>,
+    /// Scratch of what a body fills.
+    tiles: Tiles,
     /// What bodies cover of each face of an axis while faces are opened, and which have been listed; zero otherwise.
     pub(super) total: Vec<f64>,
     pub(super) periods: [Option<f64>; 3],
@@ -48,6 +51,7 @@ impl<const D: usize> CutBodies<D> {
             before: bodies.iter().map(Before::here).collect(),
             covered_before: std::array::from_fn(|_| Vec::with_capacity(faces)),
             beside: Vec::with_capacity(16),
+            tiles: Tiles::for_radius(bodies.iter().map(Body::radius).fold(0.0, f64::max), &grid.h),
             total: grid.field(),
             periods,
             h,
@@ -101,7 +105,7 @@ impl<const D: usize> CutBodies<D> {
             self.beside.extend(near.iter().map(|&j| Neighbour::new(bodies, k, j, &self.periods)));
             let turn = bodies[k].turn();
             let around = Surroundings { grid, boundaries, bodies, turn, near: &self.beside, h: self.h };
-            self.bodies[k].rebuild(&around, k, &self.before[k]);
+            self.bodies[k].rebuild(&around, k, &self.before[k], &mut self.tiles);
         }
         self.open_faces(domain);
     }

@@ -11,7 +11,9 @@
 
 use super::gap::{Other, Shares, Surroundings};
 use super::probe::Probe;
-use crate::geometry::{Block, Cut, Opening, Overlap, Placed, Shape, SurfacePoint, Turn, aperture, fraction, images};
+use crate::geometry::{
+    Block, Cut, Opening, Overlap, Placed, Shape, SurfacePoint, Tiles, Turn, aperture, fraction, images,
+};
 use crate::grid::{Grid, VectorField};
 use crate::params;
 use crate::particles::Body;
@@ -188,13 +190,13 @@ impl<const D: usize> CutBody<D> {
     }
 
     /// Finds the faces and cells of the body `k`, as it lies now and lay `before`.
-    pub fn rebuild(&mut self, around: &Surroundings<D>, k: usize, before: &Before) {
+    pub fn rebuild(&mut self, around: &Surroundings<D>, k: usize, before: &Before, tiles: &mut Tiles) {
         let (grid, body, turn) = (around.grid, &around.bodies[k], &around.turn);
         let (shape, placed) = (body.shape(), Placed { shape: body.shape(), centre: body.centre, turn: *turn });
         for (axis, (cuts, openings)) in self.cuts.iter_mut().zip(&mut self.openings).enumerate() {
-            aperture::cuts(grid, axis, &placed, cuts, openings);
+            aperture::cuts(grid, axis, &placed, tiles, cuts, openings);
         }
-        fraction::overlaps(grid, &placed, fraction::Rule::Exact, &mut self.solid);
+        fraction::overlaps(grid, &placed, fraction::Rule::Exact, tiles, &mut self.solid);
         self.clear();
         self.owns.extend(self.solid.iter().map(|o| around.nearest(k, &o.arm)));
         let tight = if around.has_neighbours(k) { params::unresolved_gap() * around.h } else { 0.0 };

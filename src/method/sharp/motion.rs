@@ -144,13 +144,7 @@ impl<const D: usize> Sharp<D> {
     }
 
     /// Takes the acceleration of the step `dt` (s) for the next one.
-    pub(super) fn take_push(
-        &self,
-        domain: &Domain<D>,
-        bodies: &[Body],
-        histories: &mut [BodyHistory],
-        dt: f64,
-    ) {
+    pub(super) fn take_push(&self, domain: &Domain<D>, bodies: &[Body], histories: &mut [BodyHistory], dt: f64) {
         for (k, (motion, body)) in self.motions.iter().zip(bodies).enumerate() {
             let Some(freedom) = body.freedom() else { continue };
             let contacts = self.contacts.as_ref().map(|c| (c.impulses()[k], c.mass_in_contact(body)));
