@@ -321,7 +321,7 @@ fn a_block_below_its_friction_angle_stays_and_remembers_why() {
     wall.advance(&mut one, &down, 2.5e-3).unwrap();
     restarted.advance(&mut again, &down, 2.5e-3).unwrap();
     assert_eq!(one[0].centre, again[0].centre);
-    let foreign = Touching { springs: vec![(0, 3, Vector3::zeros())], ..Touching::default() };
+    let foreign = Touching { springs: vec![(0, 3, Vector3::zeros())] };
     assert!(restarted.check(&wall.touching).is_ok() && restarted.check(&foreign).is_err());
     // Lifted, it forgets.
     one[0].velocity.y = 1.0;
