@@ -36,6 +36,22 @@ pub struct Medium {
     pub roughness: f64,
 }
 
+/// What the fluid in a gap resists.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Film {
+    /// How wide it is (m); 0 where they touch.
+    pub(super) gap: f64,
+    /// Force over speed of approach, of sliding and of rolling (N s/m).
+    pub(super) normal: f64,
+    pub(super) sliding: f64,
+    pub(super) rolling: f64,
+}
+
+impl Film {
+    /// None that was found.
+    pub(super) const UNKNOWN: Film = Film { gap: f64::NAN, normal: 0.0, sliding: 0.0, rolling: 0.0 };
+}
+
 impl Medium {
     /// The gap up to which there is a force (m).
     pub(super) fn range(&self) -> f64 {

@@ -30,6 +30,7 @@ use crate::particles::{Body, Neighbours, Push};
 use crate::{Error, Result, params};
 use law::Law;
 pub use law::{Damping, Laws, Material};
+use lubrication::Film;
 pub use lubrication::Medium;
 use nalgebra::Vector3;
 pub use stiffness::Impact;
@@ -80,6 +81,8 @@ struct Pair {
     /// positive where it keeps them apart (N s); and whether they touched.
     given: f64,
     touched: bool,
+    /// What the fluid between them resists.
+    film: Film,
 }
 
 /// What lasts of contacts from one step to the next.
@@ -390,7 +393,7 @@ impl Contacts {
 
 impl Pair {
     fn new(first: usize, second: usize) -> Pair {
-        Pair { first, second, spring: None, given: 0.0, touched: false }
+        Pair { first, second, spring: None, given: 0.0, touched: false, film: Film::UNKNOWN }
     }
 }
 

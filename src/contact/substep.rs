@@ -1,11 +1,14 @@
 //! Substeps: how many, the kick by pushes and contacts, the drift; formulas in [`super`].
 
 use super::law::Kinematics;
+use super::lubrication::Film;
 use super::{Contacts, Impulse, Pair, Substeps};
 use crate::particles::{Body, Motion, Push, nearest_image};
 use crate::{Error, Result, params};
 use nalgebra::Vector3;
 const FEWEST_PER_CONTACT: f64 = 5.0;
+/// Part of a gap by which it may change before what fills it is found anew.
+const SAME_GAP: f64 = 1e-3;
 /// Most substeps of one step: more is a mistake in the stiffness.
 const MOST_SUBSTEPS: f64 = 1e6;
 
@@ -188,39 +191,62 @@ impl Contacts {
             if gap > range {
                 continue;
             }
-            let (body, other) = (&bodies[pair.first], bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()));
-            let (dimension, radius) = (body.shape().dimension(), body.radius());
-            let along = h * kinematics.approach;
-            let resistance = self.medium.resistance(dimension, radius, other, gap, (gap - along).max(0.0));
-            let impulse = h * resistance * kinematics.approach / (1.0 + h * resistance * kinematics.inverse_normal);
+            let film = self.film(&pair, bodies, gap, gap - h * kinematics.approach);
+            self.pairs[p].film = film;
+            let resistance = h * film.normal;
+            let impulse = resistance * kinematics.approach / (1.0 + resistance * kinematics.inverse_normal);
             self.pairs[p].given += impulse;
             self.push(&pair, bodies, -impulse * kinematics.normal, [Vector3::zeros(); 2]);
-            let resistances =
-                self.medium.shear_resistance(dimension, radius, other, gap).map(|resistance| h * resistance);
-            self.slide(&pair, bodies, arms, resistances[0]);
-            self.roll(&pair, bodies, arms, resistances[1]);
+            let slip = self.slide(&pair, bodies, &kinematics, arms, h * film.sliding);
+            self.roll(&pair, bodies, (kinematics.normal, slip), arms, h * film.rolling);
         }
     }
 
-    /// Resistance over a substep (N s^2/m) to surfaces that slide along a gap.
-    fn slide(&mut self, pair: &Pair, bodies: &mut [Body], arms: [f64; 2], resistance: f64) {
-        let (kinematics, _) = self.kinematics(pair, bodies, 0.0);
-        let impulse = -resistance / (1.0 + resistance * kinematics.inverse_tangential) * kinematics.slip;
-        let turn = kinematics.normal.cross(&impulse);
-        self.push(pair, bodies, impulse, arms.map(|arm| arm * turn));
+    /// What the fluid in a pair's gap resists as it goes from a width to another (m): as it was found last, where it has hardly changed.
+    fn film(&self, pair: &Pair, bodies: &[Body], gap: f64, next: f64) -> Film {
+        let near = |g: f64| (g - pair.film.gap).abs() <= SAME_GAP * pair.film.gap;
+        if (gap <= 0.0 && pair.film.gap == 0.0) || (gap > 0.0 && near(gap) && near(next)) {
+            return pair.film;
+        }
+        let (body, other) = (&bodies[pair.first], bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()));
+        let (dimension, radius) = (body.shape().dimension(), body.radius());
+        let normal = self.medium.resistance(dimension, radius, other, gap, next.max(0.0));
+        let [sliding, rolling] = self.medium.shear_resistance(dimension, radius, other, gap);
+        Film { gap: gap.max(0.0), normal, sliding, rolling }
     }
 
-    /// The same to surfaces that roll on each other, seen with their line of centres.
-    fn roll(&mut self, pair: &Pair, bodies: &mut [Body], arms: [f64; 2], resistance: f64) {
-        let (kinematics, _) = self.kinematics(pair, bodies, 0.0);
-        let n = kinematics.normal;
+    /// Resistance over a substep (N s^2/m) to surfaces that slide along a gap; the slip that is left (m/s).
+    fn slide(
+        &mut self,
+        pair: &Pair,
+        bodies: &mut [Body],
+        kinematics: &Kinematics,
+        arms: [f64; 2],
+        resistance: f64,
+    ) -> Vector3<f64> {
+        let left = 1.0 / (1.0 + resistance * kinematics.inverse_tangential);
+        let impulse = -resistance * left * kinematics.slip;
+        let turn = kinematics.normal.cross(&impulse);
+        self.push(pair, bodies, impulse, arms.map(|arm| arm * turn));
+        left * kinematics.slip
+    }
+
+    /// The same to surfaces that roll on each other, seen with their line of centres `n`.
+    fn roll(
+        &mut self,
+        pair: &Pair,
+        bodies: &mut [Body],
+        (n, slip): (Vector3<f64>, Vector3<f64>),
+        arms: [f64; 2],
+        resistance: f64,
+    ) {
         let (body, other) = (&bodies[pair.first], bodies.get(pair.second));
         let (spun, lever) = match other {
             Some(other) => (arms[0] * body.spin - arms[1] * other.spin, (arms[0] - arms[1]) / (arms[0] + arms[1])),
             None => (arms[0] * body.spin, -1.0),
         };
         let own = arms[0] * body.spin + other.map_or(Vector3::zeros(), |other| arms[1] * other.spin);
-        let moved = kinematics.slip - own.cross(&n);
+        let moved = slip - own.cross(&n);
         let speed = 0.5 * (spun.cross(&n) + lever * moved);
         let turns = |i: usize, body: usize| arms[i] * arms[i] * self.answers[body].inertia.max();
         let turning = turns(0, pair.first) + other.map_or(0.0, |_| turns(1, pair.second));
