@@ -105,3 +105,27 @@ fn a_disc_pulled_along_a_wall_goes_as_fast_as_in_stokes_flow_and_does_not_turn_w
         assert!((ratio - 1.0).abs() < 0.06 && turned.abs() < 0.05, "gap {gap}: {ratio}, {turned}");
     }
 }
+
+#[test]
+fn a_bed_of_discs_comes_to_rest_with_sharp_walls() {
+    let petsc = petsc();
+    let more = "[[swarm]]\ncount = 14\nregion = { min = [0.0, 0.0], max = [0.05, 0.08] }\ndiameter = { uniform = [0.010, 0.012] }\n\
+                density = 2.65\ngap = 0.0005\nseed = 1\n[contact]\nfriction = 0.4\nrestitution = 0.5\n\
+                [pressure]\ndivergence_limit = 1e-2\n";
+    let case = box_case([0.05, 0.08], [40, 64], 5e-5, WALLS, more)
+        .replace("viscosity = 5e-5", "viscosity = 5e-5\ngravity = [0.0, -9.81]");
+    let mut scene: Scene<2> = petsc.scene(&case);
+    let (dt, unit) = (1.5e-3, f64::sqrt(9.81 * 0.011));
+    let mean = |scene: &Scene<2>| {
+        let bodies = &scene.state.bodies;
+        bodies.iter().map(|b| b.velocity.norm()).sum::<f64>() / bodies.len() as f64 / unit
+    };
+    for _ in 0..(2.5 / dt) as usize {
+        scene.step(dt).unwrap();
+    }
+    let speed = mean(&scene);
+    let carried: f64 = scene.state.exchange.iter().map(|e| e.contact.y).sum();
+    let weight: f64 = scene.state.bodies.iter().map(|b| (b.mass() - b.volume()) * 9.81).sum();
+    println!("{speed:.1e} of sqrt(g d), contacts carry {:.4} of the weight", carried / weight);
+    assert!(speed < 1e-4 && (carried / weight - 1.0).abs() < 5e-3, "{speed} {}", carried / weight);
+}
