@@ -11,6 +11,11 @@
 //! A body that goes beyond its search_radius (struck, say) has the pairs found anew for the rest of the step. Bodies without a
 //! pair take one move for all the substeps.
 //!
+//! In a fluid m is the mass of a body and of the fluid that goes along with it, half of what goes along with a single one. The fluid
+//! answers contacts with its own mass, `A = q/m`, and what it answers beyond is part of the next step's push. Errors then go from step to
+//! step by `1 - q +- sqrt(q (q - 1))`: they fade up to q = 1; from q = 4/3 on they change sign and grow, and a bed rattles. Grains that move
+//! together carry less fluid than a single one, so that half of that keeps q below.
+//!
 //! ```text
 //!      first          second        arms: from the centres to the middle of the overlap
 //!     (   o----n--->()<-----o   )   slip = (v_i - v_j)_t + (a_i w_i + a_j w_j) x n
