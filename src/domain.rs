@@ -55,6 +55,6 @@ impl<const D: usize> Domain<D> {
         bodies: Option<&mut dyn BodyCoupling<D>>,
     ) -> Result<Projected> {
         let Domain { grid, boundaries, projection, .. } = self;
-        projection.project(grid, boundaries, beta, dt, &mut s.p, &mut s.faces, bodies)
+        projection.project(grid, boundaries, beta, dt, &mut s.p, &mut s.faces, bodies, None)
     }
 }

@@ -10,11 +10,11 @@
 //!   sphere   sliding 2 pi mu a ln(G/g) s,         rolling 12/5 of that with its own G
 //!   disc     sliding pi mu sqrt(2a) (g^(-1/2) - G^(-1/2)) s,   rolling 4 times that           G^2 = g^2 + (c h)^2
 //! ```
-//! (Reynolds' equation for h = g + x^2/2a; Goldman, Cox and Brenner 1967, Jeffrey and Onishi 1981.) The grid shows a narrow gap as if it
+//! (Reynolds' equation for h = g + x^2/2a; Goldman, Cox and Brenner 1967, Jeffrey and Onishi 1981 for discs, 1984 for spheres.) The grid shows a narrow gap as if it
 //! were G wide, G - g being c = 0.3 to 0.8 spacings in discs and spheres, at 8 and 16 cells across.
 //!
-//! The leading terms of Reynolds' equation (Jeffrey and Onishi 1984, Jeffrey and Onishi 1981 for discs). What the grid gives
-//! tends to a constant as a gap closes; phi is what it was measured to miss, discs and spheres at 8 and 16 cells across.
+//! What the grid gives of lambda tends to a constant as a gap closes; phi is what it was measured to miss, discs and spheres at 8 and 16
+//! cells across.
 //!
 //! A step of the fluid is long for this: bodies cross most of a gap in one. The substeps of contacts carry it, each with the
 //! mean of lambda over the way that it goes, whose work on a body in free flight is exact however long it is; and each pair
@@ -71,7 +71,9 @@ impl Medium {
         let (half, power) = if dimension == 3 {
             (params::half_gap_of_spheres(), params::power_of_spheres())
         } else {
-            (params::half_gap_of_discs(), params::power_of_discs())
+            let half =
+                if other.is_finite() { params::half_gap_of_discs() } else { params::half_gap_of_discs_at_walls() };
+            (half, params::power_of_discs())
         };
         let (x, far) = (middle / self.spacing, middle / self.range());
         let phi = (1.0 - far * far) / (1.0 + (x / half).powf(power));

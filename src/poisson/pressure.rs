@@ -16,7 +16,7 @@ use super::{Covered, Poisson, Rows};
 use crate::error::NotFinite;
 use crate::grid::{Boundaries, Grid, VectorField, largest, simd};
 use crate::kernels::faces::{self, FaceCoefficient};
-use crate::petsc::{Choice, Layout, LinearSolver, Session};
+use crate::petsc::{Choice, Layout, LinearSolver, Session, Solved};
 use crate::{Error, Result, params};
 use std::cell::{RefCell, RefMut};
 use std::rc::Rc;
@@ -121,7 +121,8 @@ impl Projection {
     }
 
     /// Makes the face velocities divergence-free to D0 and adds what that took to the pressure (its ghosts are filled
-    /// at the end); `bodies` follow every change of it. Collective.
+    /// at the end); `bodies` follow every change of it. With `roughly`, one solve to this part of the right side, for whoever then
+    /// changes velocities and projects again. Collective.
     ///
     /// # Errors
     /// When D0 is not reached, a solve fails for good, or a velocity is not finite.
@@ -135,6 +136,7 @@ impl Projection {
         p: &mut [f64],
         velocity: &mut VectorField<D>,
         mut bodies: Option<&mut dyn BodyCoupling<D>>,
+        roughly: Option<f64>,
     ) -> Result<Projected> {
         let mut done = Projected::default();
         loop {
@@ -157,7 +159,7 @@ impl Projection {
                 )));
             }
             let tighter = self.rule.tightening.powi(done.outer as i32);
-            let needed = (0.5 * self.rule.limit / done.divergence_max).clamp(1e-13, 0.1);
+            let needed = roughly.unwrap_or((0.5 * self.rule.limit / done.divergence_max).clamp(1e-13, 0.1));
             let rtol = (tighter * self.solver.fixed_rtol().unwrap_or(needed)).max(1e-14);
             let within = done.divergence_max < self.rule.limit;
             let solved = self.correct(grid, boundaries, beta, dt, (rtol, within), p, velocity)?;
@@ -167,6 +169,9 @@ impl Projection {
             done.outer += 1;
             done.krylov += solved.iterations;
             done.retries += u32::from(solved.retried);
+            if roughly.is_some() {
+                break;
+            }
         }
         boundaries.fill_pressure(p)?;
         Ok(done)
@@ -203,7 +208,7 @@ impl Projection {
         (rtol, within): (f64, bool),
         p: &mut [f64],
         velocity: &mut VectorField<D>,
-    ) -> Result<crate::petsc::Solved> {
+    ) -> Result<Solved> {
         let divergence = &self.divergence;
         self.solver.set_right_side(|b| {
             for (out, row) in b.chunks_exact_mut(grid.local[0]).zip(grid.rows()) {

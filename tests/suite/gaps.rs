@@ -52,12 +52,12 @@ fn a_heavy_disc_leaves_a_wall_with_its_restitution_however_deep_it_went_with_sha
 /// shifted along the wall by `shift` spacings.
 fn approach(cells: usize, gap: f64, shift: f64) -> f64 {
     let petsc = petsc();
-    let (speed, h) = (1e-3, 1.0 / cells as f64);
-    let body = disc([2.5 + shift * h, 0.5 + gap], 1e5, "velocity = [0.0, -1.0e-3]");
+    let (speed, h) = (1e-4, 1.0 / cells as f64);
+    let body = disc([2.5 + shift * h, 0.5 + gap], 1e5, "velocity = [0.0, -1.0e-4]");
     let more = format!("{body}[contact]\nnormal_stiffness = 1e9\n[pressure]\ndivergence_limit = 1e-7\n");
     let mut scene: Scene<2> = petsc.scene(&box_case([5.0, 3.0], [5 * cells, 3 * cells], 1.0, WALLS, &more));
     let dt = 0.12 * h * h;
-    for _ in 0..(0.1 / dt) as usize {
+    for _ in 0..(0.3 / dt) as usize {
         scene.step(dt).unwrap();
     }
     let exchange = scene.state.exchange[0];
@@ -78,6 +78,69 @@ fn the_force_of_a_narrow_gap_is_stokes_wherever_in_a_cell_it_lies_with_sharp_wal
             assert!(ratios.iter().all(|r| (r - 1.0).abs() < tolerance), "{cells} cells, gap {gap}: {ratios:?}");
             let (least, most) = ratios.iter().fold((f64::MAX, 0.0f64), |(a, b), r| (a.min(*r), b.max(*r)));
             assert!(most - least < 0.05, "{cells} cells, gap {gap}: {ratios:?}");
+        }
+    }
+}
+
+/// Two cylinders of these radii (m) that approach each other in Stokes flow, no force on both together: the velocities of both (m/s) and the
+/// force over viscosity (per metre, m/s) at a closing speed of 1 m/s. In bipolar coordinates, with their surfaces at `a` and `-b`, the stream
+/// function `sin(eta) f/(cosh(xi) - cos(eta))`, `f = A (cosh(2 xi) - 1) + C sinh(2 xi) + D xi`, has `f' = 0` on both and the force `4 pi D`; of
+/// two alike `D (a - tanh(2a)/2) = 1/2`. (After Jeffrey and Onishi 1981.)
+fn closing_cylinders(radii: [f64; 2], gap: f64) -> ([f64; 2], f64) {
+    let [first, second] = radii;
+    let distance = first + second + gap;
+    let centre = (distance * distance + first * first - second * second) / (2.0 * distance);
+    let (a, b) = ((centre / first).acosh(), ((distance - centre) / second).acosh());
+    let scale = -0.5 / (2.0 * (a + b)).sinh();
+    let even = scale * ((2.0 * b).cosh() - (2.0 * a).cosh());
+    let odd = scale * ((2.0 * a).sinh() + (2.0 * b).sinh());
+    let f = |xi: f64| even * ((2.0 * xi).cosh() - 1.0) + odd * (2.0 * xi).sinh() + xi;
+    let closing = f(a) - f(-b);
+    ([f(a) / closing, f(-b) / closing], 4.0 * PI / closing)
+}
+
+/// The force over viscosity and closing speed (per metre) on two heavy discs that approach slowly along a direction, the first one's centre at
+/// `shift` spacings from a node.
+fn pair_approach(cells: usize, radii: [f64; 2], gap: f64, (angle, shift): (f64, f64)) -> f64 {
+    let petsc = petsc();
+    let (h, closing) = (1.0 / cells as f64, 1e-4);
+    let (speeds, _) = closing_cylinders(radii, gap);
+    let (along, distance) = ([angle.cos(), angle.sin()], radii[0] + radii[1] + gap);
+    let discs: String = [0, 1]
+        .map(|k| {
+            let place = [0, 1].map(|axis| 3.0 + shift * h + (k as f64 - 0.5) * distance * along[axis]);
+            let velocity = along.map(|part| speeds[k] * closing * part);
+            format!(
+                "[[particle]]\nshape = {{ disc = {{ diameter = {:?} }} }}\nposition = {place:?}\nvelocity = {velocity:?}\ndensity = 1e5\n",
+                2.0 * radii[k]
+            )
+        })
+        .concat();
+    let more = format!("{discs}[contact]\nnormal_stiffness = 1e9\n[pressure]\ndivergence_limit = 1e-7\n");
+    let mut scene: Scene<2> = petsc.scene(&box_case([6.0, 6.0], [6 * cells, 6 * cells], 1.0, WALLS, &more));
+    let dt = 0.12 * h * h;
+    for _ in 0..(0.3 / dt) as usize {
+        scene.step(dt).unwrap();
+    }
+    let force = |k: usize| {
+        let exchange = &scene.state.exchange[k];
+        let sum = exchange.pressure + exchange.viscous + exchange.contact;
+        sum.x * along[0] + sum.y * along[1]
+    };
+    0.5 * (force(1) - force(0)) / closing
+}
+
+#[test]
+fn the_force_between_two_discs_that_approach_is_stokes_whatever_their_sizes_and_direction_with_sharp_walls() {
+    let pair = closing_cylinders([0.5, 0.5], 0.05).1;
+    let alpha = 1.05f64.acosh();
+    assert!((pair * (2.0 * alpha - (2.0 * alpha).tanh()) - 4.0 * PI).abs() < 1e-9, "{pair}");
+    for (cells, tolerance) in [(8, 0.1), (16, 0.05)] {
+        for (radii, gap) in [([0.5, 0.5], 0.1), ([0.5, 0.5], 0.025), ([0.5, 1.0], 0.05)] {
+            let theory = closing_cylinders(radii, gap).1;
+            let ratios = [(0.0, 0.0), (0.0, 0.5), (0.6, 0.3)].map(|way| pair_approach(cells, radii, gap, way) / theory);
+            println!("{cells} cells, radii {radii:?}, gap {gap} m: {ratios:.3?} of the exact force");
+            assert!(ratios.iter().all(|r| (r - 1.0).abs() < tolerance), "{cells} cells, {radii:?}, {gap}: {ratios:?}");
         }
     }
 }

@@ -80,8 +80,14 @@ impl<const D: usize> Sharp<D> {
         domain.projection.set_modes(weights, entries, oblong)
     }
 
-    /// (13-15), the bodies with it. Collective.
-    pub(super) fn project_once(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+    /// (13-15), the bodies with it; `roughly` as in [`Projection::project`](crate::poisson::pressure::Projection::project). Collective.
+    pub(super) fn project_with_bodies(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        dt: f64,
+        roughly: Option<f64>,
+    ) -> Result<Projected> {
         let Domain { session, grid, boundaries, projection, .. } = domain;
         let mut following = Following {
             session,
@@ -91,7 +97,7 @@ impl<const D: usize> Sharp<D> {
             motions: &mut self.motions,
             sums: &mut self.work.sums,
         };
-        projection.project(grid, boundaries, &self.cut.beta, dt, &mut s.p, &mut s.faces, Some(&mut following))
+        projection.project(grid, boundaries, &self.cut.beta, dt, &mut s.p, &mut s.faces, Some(&mut following), roughly)
     }
 }
 

@@ -119,20 +119,18 @@ impl<const D: usize> Sharp<D> {
         Ok(())
     }
 
-    /// (13-15), the free bodies with it, and again while contacts ask for it. Collective.
+    /// (13-15), the free bodies with it, which contacts mend on the way. Collective.
     pub(super) fn project(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
         self.set_modes(domain, &s.bodies)?;
-        let mut projected = self.project_once(domain, s, dt)?;
-        for round in 0.. {
-            if !self.mend_contacts(s, round, dt) {
-                break;
-            }
-            let more = self.project_once(domain, s, dt)?;
-            projected.outer += more.outer;
-            projected.krylov += more.krylov;
-            projected.retries += more.retries;
-            projected.divergence_max = more.divergence_max;
+        let mut rough = Projected::default();
+        if self.contacts.as_ref().is_some_and(|contacts| contacts.gave()) {
+            rough = self.project_with_bodies(domain, s, dt, Some(params::mending_accuracy()))?;
+            self.mend_contacts(s, dt);
         }
+        let mut projected = self.project_with_bodies(domain, s, dt, None)?;
+        projected.outer += rough.outer;
+        projected.krylov += rough.krylov;
+        projected.retries += rough.retries;
         domain.clock.lap(Stage::Pressure);
         Ok(projected)
     }
