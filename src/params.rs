@@ -80,6 +80,9 @@ constants! {
     /// lag.
     /// Halved: rebound +2.9 %. Doubled: rebound +4.2 %.
     residual_time = 3.0;
+    /// Rate at which viscosity takes it in (nu/h^2). Less, what a body felt when it fell still pushes it when it lies: a disc on a floor
+    /// rolled on for hours at 0.
+    residual_decay = 0.1;
     /// Part of D0 below which a step leaves the pressure as it is. Larger, the force on a body jitters in quiet flows; smaller,
     /// solves that change nothing.
     /// Halved: nothing. Doubled: nothing.
@@ -91,9 +94,9 @@ constants! {
     /// How much longer a step chosen by `time.cfl` may be than the one before.
     /// Halved: steps only shrink: nothing ends. Doubled: rebound +0.5 %.
     step_growth = 1.1;
-    /// Part of the right side to which the pressure is found before a step in contact is mended. Smaller, solves that cost; larger, speeds
-    /// after contacts are off.
-    mending_accuracy = 0.05;
+    /// Part of the digits asked for to which the pressure is found before a step in contact is mended. More, solves that cost; fewer, what
+    /// mends depends on how the solver errs, and on the number of ranks.
+    mending_digits = 0.667;
     /// Deviation from the expected speed of a contact that is worth a solve (of that speed).
     /// Halved: rebound +0.1 %. Doubled: nothing.
     mending_deviation = 5e-3;
@@ -143,7 +146,7 @@ constants! {
     power_of_discs = 2.0;
     /// Gap at which the grid gives half of it between spheres (spacings).
     /// Halved: rebound +5.6 %. Doubled: rebound +3.5 %.
-    half_gap_of_spheres = 0.8;
+    half_gap_of_spheres = 0.75;
     /// Power with which that sets in.
     /// Halved: rebound +5.5 %. Doubled: rebound +4.0 %.
     power_of_spheres = 1.25;

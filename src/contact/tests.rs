@@ -331,6 +331,66 @@ fn a_block_below_its_friction_angle_stays_and_remembers_why() {
     assert!(slips > 0.0);
 }
 
+/// Impulses by the fluid in the gap of two bodies over a hundredth of a millisecond.
+fn film_impulses(bodies: &mut [Body], axes: &[usize]) -> Vec<Impulse> {
+    let medium = Medium { density: 1000.0, viscosity: 0.1, spacing: 2e-3, ..Medium::default() };
+    let fixed = contacts(bodies, material(1.0, 0.9, 0.0), [1e3; 3], axes, Substeps::Auto).law;
+    let mut contacts = Touched::new(fixed.within(medium));
+    contacts.advance(bodies, &vec![Push::default(); bodies.len()], 1e-5).unwrap();
+    contacts.impulses().to_vec()
+}
+
+/// Two of these radii at a gap of a fifth of a millimetre, askew; the first one's centre in the middle of a large box.
+fn beside_each_other(shape: Shape, radii: [f64; 2]) -> [Body; 2] {
+    let along = if matches!(shape, Shape::Disc) { vector![0.6, 0.8, 0.0] } else { vector![2.0, 3.0, -6.0] / 7.0 };
+    let first = vector![500.0, 500.0, 500.0];
+    let second = first + (radii[0] + radii[1] + 2e-4) * along;
+    [body(shape, radii[0], first, Vector3::zeros()), body(shape, radii[1], second, Vector3::zeros())]
+}
+
+#[test]
+fn what_fills_a_gap_takes_no_momentum_and_no_rigid_motion() {
+    for (shape, spin) in [(Shape::Disc, vector![0.0, 0.0, 3.0]), (Shape::Sphere, vector![2.0, -1.0, 3.0])] {
+        let flat = |v: Vector3<f64>| if matches!(shape, Shape::Disc) { vector![v.x, v.y, 0.0] } else { v };
+        let mut bodies = beside_each_other(shape, [5e-3, 1.2e-2]);
+        let arm = bodies[0].centre - bodies[1].centre;
+        bodies[0].velocity = flat(vector![0.02, -0.01, 0.03]);
+        (bodies[0].spin, bodies[1].spin) = (spin, -0.5 * spin);
+        let [first, second] = [0, 1].map(|k| film_impulses(&mut bodies.clone(), &[])[k]);
+        let (size, lever) = (first.linear.norm(), first.linear.norm() * arm.norm());
+        assert!(size > 1e-9 && first.angular.norm() > 1e-3 * lever, "{first:?}");
+        assert!((first.linear + second.linear).norm() < 1e-12 * size);
+        let turning = first.angular + second.angular + arm.cross(&first.linear);
+        assert!(turning.norm() < 1e-4 * lever, "{turning} of {lever}");
+
+        // As one: carried along and turned about any point.
+        let drift = flat(vector![0.3, 0.2, -0.1]);
+        for (body, rest) in bodies.iter_mut().zip([Vector3::zeros(), spin.cross(&arm)]) {
+            (body.velocity, body.spin) = (drift - rest, spin);
+        }
+        let still = film_impulses(&mut bodies, &[]);
+        assert!(still.iter().all(|i| i.linear.norm() < 1e-3 * size && i.angular.norm() < 1e-3 * lever), "{still:?}");
+    }
+}
+
+#[test]
+fn a_very_large_body_is_a_wall_to_what_fills_a_gap() {
+    for (shape, spin) in [(Shape::Disc, vector![0.0, 0.0, 3.0]), (Shape::Sphere, vector![2.0, -1.0, 3.0])] {
+        // The pair acts in the middle of the gap, the wall at its own side: a narrow one.
+        let (radius, gap) = (5e-3, 5e-6);
+        let mut beside_wall = [body(shape, radius, vector![500.0, radius + gap, 500.0], vector![0.02, -0.01, 0.0])];
+        beside_wall[0].spin = spin;
+        let wall = film_impulses(&mut beside_wall.clone(), &[1])[0];
+        let [small] = beside_wall;
+        let mut large = body(shape, 300.0, small.centre, Vector3::zeros());
+        large.centre.y -= radius + gap + 300.0;
+        large.motion = Motion::Fixed;
+        let large = film_impulses(&mut [small, large], &[0])[0];
+        assert!((wall.linear - large.linear).norm() < 2e-3 * wall.linear.norm(), "{wall:?} {large:?}");
+        assert!((wall.angular - large.angular).norm() < 2e-3 * wall.angular.norm(), "{wall:?} {large:?}");
+    }
+}
+
 #[test]
 fn bodies_that_are_not_free_act_with_infinite_mass_and_their_own_velocity() {
     let mut two = [

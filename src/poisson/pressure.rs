@@ -121,8 +121,8 @@ impl Projection {
     }
 
     /// Makes the face velocities divergence-free to D0 and adds what that took to the pressure (its ghosts are filled
-    /// at the end); `bodies` follow every change of it. With `roughly`, one solve to this part of the right side, for whoever then
-    /// changes velocities and projects again. Collective.
+    /// at the end); `bodies` follow every change of it. With `roughly`, one solve to this part of the digits, for whoever then changes
+    /// velocities and projects again. Collective.
     ///
     /// # Errors
     /// When D0 is not reached, a solve fails for good, or a velocity is not finite.
@@ -159,7 +159,7 @@ impl Projection {
                 )));
             }
             let tighter = self.rule.tightening.powi(done.outer as i32);
-            let needed = roughly.unwrap_or((0.5 * self.rule.limit / done.divergence_max).clamp(1e-13, 0.1));
+            let needed = (0.5 * self.rule.limit / done.divergence_max).clamp(1e-13, 0.1).powf(roughly.unwrap_or(1.0));
             let rtol = (tighter * self.solver.fixed_rtol().unwrap_or(needed)).max(1e-14);
             let within = done.divergence_max < self.rule.limit;
             let solved = self.correct(grid, boundaries, beta, dt, (rtol, within), p, velocity)?;

@@ -192,3 +192,30 @@ fn a_bed_of_discs_comes_to_rest_with_sharp_walls() {
     println!("{speed:.1e} of sqrt(g d), contacts carry {:.4} of the weight", carried / weight);
     assert!(speed < 1e-4 && (carried / weight - 1.0).abs() < 5e-3, "{speed} {}", carried / weight);
 }
+
+#[test]
+fn what_lies_on_a_floor_in_a_corner_or_on_two_others_weighs_on_them_and_stirs_nothing_with_sharp_walls() {
+    let petsc = petsc();
+    let scenes = [
+        ("a floor", vec![[2.037, 1.5]]),
+        ("a corner", vec![[0.55, 1.2]]),
+        ("two others", vec![[1.495, 0.51], [2.505, 0.51], [2.0, 1.8]]),
+    ];
+    for (name, places) in scenes {
+        let bodies: String = places.iter().map(|place| disc(*place, 2.65, "")).collect();
+        let more =
+            format!("{bodies}[contact]\nrestitution = 0.5\nfriction = 0.4\n[pressure]\ndivergence_limit = 1e-3\n");
+        let case = box_case([4.0, 4.0], [32, 32], 1.6e-2, WALLS, &more)
+            .replace("viscosity = 0.016", "viscosity = 0.016\ngravity = [0.0, -1.0]");
+        let mut scene: Scene<2> = petsc.scene(&case);
+        let (dt, mut most) = (0.05, 0.0f64);
+        for _ in 0..(150.0 / dt) as usize {
+            scene.step(dt).unwrap();
+            most = most.max(scene.state.energy.fluid);
+        }
+        let (exchange, left) = (&scene.state.exchange, scene.state.energy.fluid / most);
+        let carried = exchange[places.len() - 1].contact.y / (1.65 * PI / 4.0);
+        println!("on {name}: contacts carry {carried:.5} of the weight, {left:.1e} of the flow is left");
+        assert!((carried - 1.0).abs() < 5e-3 && left < 1e-6, "on {name}: {carried}, {left}");
+    }
+}

@@ -151,7 +151,7 @@ impl<const D: usize> Sharp<D> {
         }
         self.work.sums = sums;
         self.share_missed(domain, &s.bodies);
-        let take_in = (pace.courant / params::residual_time()).min(1.0);
+        let take_in = (pace.courant / params::residual_time() + params::residual_decay() * pace.diffusion).min(1.0);
         for (motion, BodyHistory { residual, deferred, .. }) in self.motions.iter().zip(histories.iter_mut()) {
             *deferred += dt * (motion.missed + motion.pressure + motion.shear.0 - motion.used);
             *residual += take_in * (motion.missed - *residual);

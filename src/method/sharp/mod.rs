@@ -26,7 +26,7 @@
 //!   F = -(rho dV/dt) sum du - rho dV sum (open - plain gradient) + d/dt( rho dV sum alpha u )
 //! ```
 //! Each step's F jitters as cells change sides. A body moves by pressure and wall shear, `F_p + F_v`, and takes in what
-//! these miss, the residual `X += eps (F - F_p - F_v - X)`, over the time the flow needs for some cells. What a body has not felt
+//! these miss, the residual `X += eps (F - F_p - F_v - X)`, over the time the flow, or viscosity, needs for some cells. What a body has not felt
 //! yet is its deferred impulse, a part of the balance of momentum.
 
 mod acceleration;
@@ -95,8 +95,10 @@ struct Work<const D: usize> {
 /// How far a step goes at the largest face speed.
 #[derive(Clone, Copy, Debug)]
 struct Pace {
-    /// Spacings.
+    /// Spacings that the flow crosses.
     courant: f64,
+    /// Squared spacings that viscosity crosses.
+    diffusion: f64,
     /// What the faces keep of their memory.
     keep: f64,
 }

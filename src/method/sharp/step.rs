@@ -18,9 +18,9 @@ impl<const D: usize> Sharp<D> {
         let mut speed = [faces::fastest(&domain.grid, &s.faces)];
         domain.session.max(&mut speed)?;
         let (h, nu) = (self.cut.h, domain.fluid.viscosity / domain.fluid.density);
-        let courant = dt * speed[0] / h;
-        let forgotten = courant / params::face_memory() + params::face_decay() * nu * dt / (h * h);
-        Ok(Pace { courant, keep: 1.0 - forgotten.min(1.0) })
+        let (courant, diffusion) = (dt * speed[0] / h, nu * dt / (h * h));
+        let forgotten = courant / params::face_memory() + params::face_decay() * diffusion;
+        Ok(Pace { courant, diffusion, keep: 1.0 - forgotten.min(1.0) })
     }
 
     /// Sets the velocity of the cells inside the bodies; with `fresh`, also that of cells which they have just left. Collective.
@@ -124,7 +124,7 @@ impl<const D: usize> Sharp<D> {
         self.set_modes(domain, &s.bodies)?;
         let mut rough = Projected::default();
         if self.contacts.as_ref().is_some_and(|contacts| contacts.gave()) {
-            rough = self.project_with_bodies(domain, s, dt, Some(params::mending_accuracy()))?;
+            rough = self.project_with_bodies(domain, s, dt, Some(params::mending_digits()))?;
             self.mend_contacts(s, dt);
         }
         let mut projected = self.project_with_bodies(domain, s, dt, None)?;
