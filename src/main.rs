@@ -87,6 +87,9 @@ enum Command {
         /// Show this part of the flow only: x from, x to, y from, y to (m).
         #[arg(long, value_name = "X0,X1,Y0,Y1", value_delimiter = ',', allow_negative_numbers = true)]
         window: Vec<f64>,
+        /// Cut a 3D flow here, e.g. z=0.02 (m) [default: the case's output.planes, or along gravity or the stream through the bodies].
+        #[arg(long, value_name = "AXIS=PLACE")]
+        plane: Option<mics::config::Section>,
         /// Where figures go that are named or of several runs [default: figures/ of the run, of several the first].
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
@@ -181,8 +184,8 @@ fn act(command: Command) -> Result<()> {
         Command::Study { study, out, list, quick, force } => {
             study::study(&study::Request { study, out, list, quick, force })
         }
-        Command::Plot { runs, figure, times, interval, window, out } => {
-            let request = plot::Request { runs, figures: figure, times, interval, window, out };
+        Command::Plot { runs, figure, times, interval, window, plane, out } => {
+            let request = plot::Request { runs, figures: figure, times, interval, window, plane, out };
             plot::draw(&request)?.iter().try_for_each(|path| print(&path.display().to_string()))
         }
         Command::Report { run, out } => print(&report::write(&run, out.as_deref())?.display().to_string()),

@@ -137,7 +137,8 @@ impl<'a, const D: usize> Run<'a, D> {
         let lead = session.rank() == 0;
         let mut log = Log::new(lead && !request.quiet);
         let opened = if lead {
-            let (particles, balance) = (!scene.state.bodies.is_empty(), scene.state.balance.is_some());
+            let particles = scene.state.bodies.first().map(|body| body.shape().dimension());
+            let balance = scene.state.balance.is_some();
             match (&restart, marks) {
                 (Some(restart), Some(marks)) => restart.open_folder(&out, &mut log, &case.to_toml(), marks),
                 _ => Folder::create(&out, &mut log, &case.to_toml(), particles, balance),
@@ -363,7 +364,8 @@ impl<'a, const D: usize> Run<'a, D> {
         // A figure of the fields shows the particles where they are.
         self.write_particles()?;
         self.on_lead(|folder, scene, log| {
-            folder.write_snapshot(scene.state.steps, &snapshot)?;
+            let s = &scene.state;
+            folder.write_snapshot(s.steps, &snapshot, &s.bodies, &s.exchange)?;
             folder.flush(log)
         })?;
         self.scene.domain.clock.lap(Stage::Fields);

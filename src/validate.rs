@@ -149,12 +149,14 @@ fn shipped() -> Vec<Row> {
     };
     let wake = shipped!("cylinder-wake/case.toml");
     let settling = shipped!("settling-disc/case.toml");
+    let (sphere, let_go) = (shipped!("settling-sphere/case.toml"), shipped!("sphere-let-go/case.toml"));
     let mut rows = vec![
         row("lid-driven-cavity", shipped!("lid-driven-cavity/case.toml"), &[], true),
         row("cylinder-wake Re 100", wake, &[], true),
         row("settling-disc N 8", settling, &[], true),
         row("neutral-disc-in-couette slow", shipped!("neutral-disc-in-couette/slow.toml"), &[], true),
         row("drafting-kissing-tumbling", shipped!("drafting-kissing-tumbling/case.toml"), &[], true),
+        row("sphere-let-go s 1.5", let_go, &[], true),
         row("neutral-disc-in-couette", shipped!("neutral-disc-in-couette/case.toml"), &[], false),
         row("channel-cylinder 2D-1", shipped!("channel-cylinder/steady.toml"), &[], false),
         row("channel-cylinder 2D-2", shipped!("channel-cylinder/case.toml"), &[], false),
@@ -162,7 +164,32 @@ fn shipped() -> Vec<Row> {
         row("settling-disc N 16", settling, &["domain.cells=[128,384]", "measure.0.tolerance=0.01"], false),
         row("settling-disc heavier", shipped!("settling-disc/heavier.toml"), &[], false),
         row("approach", shipped!("approach/case.toml"), &[], false),
+        row("settling-sphere Re 11.6", sphere, &[], false),
+        row("sphere-in-couette", shipped!("sphere-in-couette/case.toml"), &[], false),
+        row("sphere-stream unbounded", shipped!("sphere-stream/unbounded.toml"), &[], false),
     ];
+    // Density (kg/m3) and viscosity (Pa s) of the oils, time to run for (s) and speed measured (m/s): settling_sphere.csv.
+    let oils = [
+        ("1.5", 970.0, 0.373, 2.0, 0.03599),
+        ("4.1", 965.0, 0.212, 1.65, 0.05718),
+        ("31.9", 960.0, 0.058, 1.0, 0.12224),
+    ];
+    rows.extend(oils.map(|(re, density, viscosity, end, speed)| {
+        let set = [
+            format!("fluid.density={density:?}"),
+            format!("fluid.viscosity={viscosity:?}"),
+            format!("time.end={end:?}"),
+            format!("measure.0.reference={speed:?}"),
+        ];
+        Row { name: format!("settling-sphere Re {re}"), text: sphere, set: set.into(), quick: false }
+    }));
+    let mut light = vec!["particle.0.density=1.0".to_owned(), "time.step=0.0007".into(), "time.end=0.01414".into()];
+    for (k, (time, speed)) in [(0.0007, 0.013644), (0.007, 0.13539), (0.014, 0.26953)].into_iter().enumerate() {
+        light.push(format!("measure.{k}.when.time={time:?}"));
+        light.push(format!("measure.{k}.reference={speed:?}"));
+        light.push(format!("measure.{k}.tolerance=0.05"));
+    }
+    rows.push(Row { name: "sphere-let-go s 0.001".into(), text: let_go, set: light, quick: false });
     let others = cylinder_reference("cd").into_iter().filter(|(re, _)| *re != 100.0);
     rows.extend(others.map(|(re, cd)| {
         let column = |name: &str| cylinder_reference(name).into_iter().find(|r| r.0 == re).map(|r| r.1);
@@ -200,7 +227,7 @@ mod tests {
         };
         let (quick, all) = (count(&[], false).unwrap(), count(&[], true).unwrap());
         assert!(0 < quick && quick < all && count(&["settling-disc", "cyl"], false).unwrap() > 3);
-        assert!(count(&["settling"], true).unwrap() == 3);
+        assert!(count(&["settling-disc"], true).unwrap() == 3);
         assert!(matches!(count(&["nonsense"], false), Err(Error::Usage(m)) if m.contains("\"oscillating-cylinder\"")));
     }
 

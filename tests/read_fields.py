@@ -52,6 +52,16 @@ for run in map(Path, sys.argv[1:]):
         flat = image.GetDimensions()[2] == 2
         exact = math.pi * 0.1**2 if flat else 4 / 3 * math.pi * 0.1**3
         expect(abs(solid - exact) < 1e-8 * exact, f"{run}: solid volume {solid} against {exact}")
+    # The bodies of the newest snapshot are where the log has them.
+    bodies = ElementTree.parse(run / "fields/bodies.pvd").getroot().findall("Collection/DataSet")
+    expect([b.get("timestep") for b in bodies] == [s.get("timestep") for s in series], f"{run}: times of bodies.pvd")
+    points = pyvista.read(run / "fields" / bodies[-1].get("file"))
+    row = [r for r in csv.DictReader((run / "particles.csv").open()) if float(r["time"]) == float(bodies[-1].get("timestep"))][-1]
+    expect(list(points.points[0]) == [float(row[c]) for c in "xyz"] or
+           max(abs(points.points[0] - numpy.array([float(row[c]) for c in "xyz"]))) < 1e-6, f"{run}: a body's place")
+    force = points.point_data["force"][0]
+    expect(list(force) == [float(row["fluid_f" + c]) for c in "xyz"], f"{run}: a body's force {force}")
+    expect(abs(points.point_data["radius"][0] - 0.1) < 1e-12 and list(points.point_data["orientation"][0]) == [1, 0, 0, 0], f"{run}: a body")
     # Values, 8 bytes each, and a head: what a snapshot takes on the disk.
     newest = run / "fields" / series[-1].get("file")
     mesh = pyvista.read(newest)

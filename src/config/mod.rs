@@ -14,6 +14,7 @@
 mod fault;
 mod change;
 mod describe;
+mod direction;
 mod document;
 mod message;
 pub mod raw;
@@ -24,8 +25,8 @@ mod write;
 
 pub use raw::{
     Advection, Buoyancy, Coupling, Damping, Domain, FACES, ForceRule, FractionRule, GradientRule, Lock, MeasureKind,
-    Oscillation, Petsc, Preset, Pressure, Profile, Reference, RotationRule, Round, Scheme, Shape, Side, Solver,
-    Stiffness, Substeps, TangentialDamping, WALL, WallRule, When,
+    Oscillation, Petsc, Preset, Pressure, Profile, Reference, RotationRule, Round, Scheme, Section, Shape, Side,
+    Solver, Stiffness, Substeps, TangentialDamping, WALL, WallRule, When,
 };
 pub use read::{Loaded, load, schema};
 pub use resolved::{

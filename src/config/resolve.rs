@@ -1,11 +1,14 @@
 //! From a checked raw case to values: the defaults that depend on other keys, and one value of keys that exclude each other.
 
+use super::direction;
 use super::fault::{AXES, Check, Fault, positive, short};
 use super::raw::{self, Advection, Buoyancy, GradientRule, Scheme, Side, Solver, Spin, Stiffness, WallRule};
 use super::resolved::{
     Cadence, Case, Checkpoints, Contact, Fluid, Initial, Loss, Measure, Motion, Output, Pair, PairLaw, Particle, Step,
     Target, Time,
 };
+
+use nalgebra::Vector3;
 
 /// Height of the asperities where none is given, of the smallest radius.
 const ROUGHNESS: f64 = 2e-4;
@@ -16,6 +19,8 @@ const RESTITUTION: f64 = 0.5;
 pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     let rest = vec![0.0; raw.dimension()];
     let reference_speed = raw.reference_speed();
+    let directions = raw.measure.iter().enumerate().map(|(index, m)| direction::of(&raw, index, m));
+    let directions = directions.collect::<Result<Vec<_>, _>>()?;
     let velocity = raw.initial.velocity.clone().or_else(|| inflow(&raw)).unwrap_or(rest.clone());
     let initial = Initial { velocity, perturbation: raw.initial.perturbation.unwrap_or(0.0) };
     let raw::Fluid { density, viscosity, gravity } = raw.fluid;
@@ -25,6 +30,7 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     let smallest = raw.particle.iter().map(|p| p.shape.diameter()).fold(f64::INFINITY, f64::min);
     let smallest = if smallest.is_finite() { smallest } else { 0.0 };
     let (force, count) = (raw.coupling.force, raw.particle.len());
+    let measures = raw.measure.into_iter().zip(directions);
     let case = Case {
         name: raw.name,
         preset: raw.preset,
@@ -32,7 +38,7 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
         particle: raw.particle.into_iter().map(|p| particle(p, &fluid, &rest)).collect(),
         contact: raw.contact.map(|c| contact(c, smallest)).transpose()?,
         time: time(raw.time),
-        measure: raw.measure.into_iter().map(|m| measure(m, reference_speed, force, count)).collect(),
+        measure: measures.map(|(m, direction)| measure(m, direction, reference_speed, (force, count))).collect(),
         output: output(raw.output)?,
         domain: raw.domain,
         coupling: raw.coupling,
@@ -130,10 +136,15 @@ fn time(raw: raw::Time) -> Time {
     Time { end, step: step.map_or_else(courant, Step::Fixed), scheme, advection }
 }
 
-/// A measure of a case with this reference speed (m/s), this force of its coupling and so many particles.
-fn measure(raw: raw::Measure, reference_speed: Option<f64>, force: raw::ForceRule, count: usize) -> Measure {
-    let raw::Measure { name, kind, particle, particles, from, when, speed, force: own, reference, tolerance, source } =
-        raw;
+/// A measure along this direction of a case with this reference speed (m/s), this force of its coupling and so many particles.
+fn measure(
+    raw: raw::Measure,
+    direction: Option<Vector3<f64>>,
+    reference_speed: Option<f64>,
+    (force, count): (raw::ForceRule, usize),
+) -> Measure {
+    let raw::Measure { name, kind, particle, particles, from, when, speed, force: own, .. } = raw;
+    let raw::Measure { reference, tolerance, source, .. } = raw;
     let group = if kind.is_of_group() { particles.unwrap_or_else(|| (0..count).collect()) } else { Vec::new() };
     let target = |reference| Target { reference, tolerance: tolerance.unwrap_or(0.0), source };
     Measure {
@@ -141,6 +152,7 @@ fn measure(raw: raw::Measure, reference_speed: Option<f64>, force: raw::ForceRul
         kind,
         particle,
         particles: group,
+        direction,
         from,
         when,
         speed: speed.or(reference_speed.filter(|_| kind.needs_speed())),
@@ -155,6 +167,7 @@ fn output(raw: raw::Output) -> Result<Output, Fault> {
         fields: raw.fields.as_ref().map(|fields| cadence("output.fields", fields)).transpose()?,
         checkpoint: checkpoints("output.checkpoint", &raw.checkpoint)?,
         figures: raw.figures,
+        planes: raw.planes,
     })
 }
 

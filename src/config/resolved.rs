@@ -3,8 +3,10 @@
 
 use super::raw::{
     Advection, Coupling, Damping, Domain, FACES, ForceRule, Lock, MeasureKind, Oscillation, Petsc, Preset, Pressure,
-    Reference, Scheme, Shape, Side, Stiffness, Substeps, TangentialDamping, When,
+    Reference, Scheme, Section, Shape, Side, Stiffness, Substeps, TangentialDamping, When,
 };
+
+use nalgebra::Vector3;
 
 /// A whole case, every default filled in.
 #[derive(Clone, Debug, PartialEq)]
@@ -225,6 +227,8 @@ pub struct Measure {
     pub particle: usize,
     /// Of which particles, of a kind that is of several.
     pub particles: Vec<usize>,
+    /// Along which direction, of length 1; `None` of what is of no force, or of a swing.
+    pub direction: Option<Vector3<f64>>,
     /// From this time on (s).
     pub from: f64,
     /// The moment at which it is taken; `None` of what is a mean, an extremum or the end's.
@@ -255,6 +259,8 @@ pub struct Output {
     pub particles: Cadence,
     /// Snapshots under `fields/` besides the first and the last state.
     pub fields: Option<Cadence>,
+    /// Where figures cut a 3D flow; empty: where they choose.
+    pub planes: Vec<Section>,
     /// Checkpoints to go on from.
     pub checkpoint: Checkpoints,
     /// Whether figures of the last state are drawn.

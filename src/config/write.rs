@@ -46,7 +46,7 @@ fn file(case: &Case) -> raw::Case {
         time: raw::Time { end: case.time.end, step, cfl, scheme: case.time.scheme, advection: case.time.advection },
         pressure: case.pressure.clone(),
         petsc: case.petsc.clone(),
-        measure: case.measure.iter().map(measure).collect(),
+        measure: case.measure.iter().map(|m| measure(m, case.dimension())).collect(),
         output: output(&case.output),
     }
 }
@@ -110,13 +110,14 @@ fn contact(c: &Contact) -> raw::Contact {
     }
 }
 
-fn measure(m: &Measure) -> raw::Measure {
+fn measure(m: &Measure, dimension: usize) -> raw::Measure {
     let target = m.target.as_ref();
     raw::Measure {
         name: m.name.clone(),
         kind: m.kind,
         particle: m.particle,
         particles: m.kind.is_of_group().then(|| m.particles.clone()),
+        direction: m.direction.map(|direction| direction.iter().take(dimension).copied().collect()),
         from: m.from,
         when: m.when,
         speed: m.speed,
@@ -142,5 +143,6 @@ fn output(o: &Output) -> raw::Output {
             Checkpoints::Steps(steps) => raw::Checkpoints { every_wall_minutes: None, every_steps: Some(steps) },
         },
         figures: o.figures,
+        planes: o.planes.clone(),
     }
 }

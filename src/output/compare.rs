@@ -75,7 +75,18 @@ mod tests {
     fn measure(target: Option<(Reference, f64)>) -> Measure {
         let target = target.map(|(reference, tolerance)| Target { reference, tolerance, source: None });
         let (name, kind, force) = ("m".into(), MeasureKind::MaxSpeed, ForceRule::Momentum);
-        Measure { name, kind, particle: 0, particles: Vec::new(), from: 0.0, when: None, speed: None, force, target }
+        Measure {
+            name,
+            kind,
+            particle: 0,
+            particles: Vec::new(),
+            direction: None,
+            from: 0.0,
+            when: None,
+            speed: None,
+            force,
+            target,
+        }
     }
 
     #[test]

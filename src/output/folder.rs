@@ -1,9 +1,9 @@
 //! A run's folder: who may use it, its logs, its snapshots and its summary. Lives on rank 0.
 
-use super::checkpoint;
 use super::progress::Progress;
 use super::rows::Rows;
 use super::snapshot::{Snapshot, replace, write_series};
+use super::{bodies, checkpoint};
 use super::{progress, report};
 use crate::archive::{Archive, Checkpointed};
 use crate::config::ForceRule;
@@ -21,6 +21,8 @@ use std::time::{Duration, Instant};
 const PARTICLE_COLUMNS: &str = "step,time,id,x,y,z,angle,vx,vy,vz,wx,wy,wz,fluid_fx,fluid_fy,fluid_fz,pressure_fx,\
     pressure_fy,viscous_fx,viscous_fy,convective_fx,convective_fy,contact_fx,contact_fy,contact_fz,fluid_tx,fluid_ty,\
     fluid_tz,pressure_fz,viscous_fz,convective_fz,momentum_fx,momentum_fy,momentum_fz";
+/// What 3D adds at the end: how a particle is turned, a unit quaternion.
+const ORIENTATION_COLUMNS: &str = ",qw,qx,qy,qz";
 /// What `steps.csv` holds: the contract's columns; then, where particles are free, the substeps of contacts and the
 /// balance of momentum; then the budget of energy.
 const STEP_COLUMNS: &str = "step,time,dt,outer_iterations,krylov_iterations,divergence_max,cfl,kinetic_energy,wall";
@@ -36,7 +38,9 @@ const OURS: [&str; 8] =
     ["case.toml", "steps.csv", "particles.csv", "summary.json", "log.txt", progress::FILE, report::FILE, RUN];
 /// Its folders, with the endings of what it writes there.
 const OUR_FOLDERS: [(&str, &[&str]); 3] =
-    [("fields", &["vti", "pvd"]), ("figures", &["png", "svg"]), (checkpoint::FOLDER, &[checkpoint::ENDING])];
+    [("fields", &["vti", "vtp", "pvd"]), ("figures", &["png", "svg"]), (checkpoint::FOLDER, &[checkpoint::ENDING])];
+/// What the names of files with bodies begin with.
+const BODIES: &str = "bodies-";
 /// Ending of a file that is being written.
 const PART: &str = "part";
 /// Time after which the logs are brought to the disk.
@@ -219,8 +223,8 @@ fn clear(path: &Path) -> Result<()> {
 
 impl Folder {
     /// Makes the folder (replacing a run that [`may_use`] allowed to replace) and opens its logs.
-    /// `particles` and `balance` say which columns there are.
-    pub fn create(path: &Path, log: &mut Log, case: &str, particles: bool, balance: bool) -> Result<Folder> {
+    /// `particles` (their dimension, where there are any) and `balance` say which columns there are.
+    pub fn create(path: &Path, log: &mut Log, case: &str, particles: Option<usize>, balance: bool) -> Result<Folder> {
         let cure =
             |e| Error::Usage(format!("{}: cannot be made ({e}); give another folder with --out", path.display()));
         fs::create_dir_all(path).map_err(cure)?;
@@ -232,9 +236,13 @@ impl Folder {
         replace(&path.join("case.toml"), case.as_bytes())?;
         log.file = Some(Rows::create(&path.join("log.txt"), "")?);
         let columns = [STEP_COLUMNS, if balance { BALANCE_COLUMNS } else { "" }, ENERGY_COLUMNS].concat();
+        let rows = |dimension: usize| {
+            let columns = [PARTICLE_COLUMNS, if dimension == 3 { ORIENTATION_COLUMNS } else { "" }].concat();
+            Rows::create(&path.join("particles.csv"), &columns)
+        };
         Ok(Folder {
             steps: Rows::create(&path.join("steps.csv"), &columns)?,
-            particles: particles.then(|| Rows::create(&path.join("particles.csv"), PARTICLE_COLUMNS)).transpose()?,
+            particles: particles.map(rows).transpose()?,
             snapshots: Vec::new(),
             synced: 0,
             flushed: Instant::now(),
@@ -257,10 +265,10 @@ impl Folder {
         fs::create_dir_all(&fields).map_err(Error::io(&fields))?;
         marks.snapshots.retain(|(_, step)| fields.join(vti(*step)).exists());
         for file in fs::read_dir(&fields).map_err(Error::io(&fields))?.flatten().map(|e| e.path()) {
-            let step = file.file_stem().and_then(|s| s.to_str()?.parse::<u64>().ok());
+            let step = file.file_stem().and_then(|s| s.to_str()?.trim_start_matches(BODIES).parse::<u64>().ok());
             let later = step.is_some_and(|step| marks.snapshots.iter().all(|(_, s)| *s < step));
             let ending = file.extension().unwrap_or_default();
-            if ending == PART || (later && ending == "vti") {
+            if ending == PART || (later && (ending == "vti" || ending == "vtp")) {
                 fs::remove_file(&file).map_err(Error::io(&file))?;
             }
         }
@@ -353,21 +361,40 @@ impl Folder {
             ];
             file.put(format_args!("{step},{time:?},{id}"));
             numbers.iter().copied().flatten().for_each(|v| file.put(format_args!(",{v:?}")));
+            if b.shape().dimension() == 3 {
+                let q = b.orientation;
+                file.put(format_args!(",{:?},{:?},{:?},{:?}", q.w, q.i, q.j, q.k));
+            }
             file.end_line()?;
         }
         Ok(())
     }
 
-    /// Writes a snapshot of the fields and the series' index.
-    pub fn write_snapshot(&mut self, step: u64, snapshot: &Snapshot) -> Result<()> {
+    /// Writes a snapshot of the fields, the bodies of a state and what they exchanged beside it, and the series' indices.
+    pub fn write_snapshot(
+        &mut self,
+        step: u64,
+        snapshot: &Snapshot,
+        bodies: &[Body],
+        exchange: &[Exchange],
+    ) -> Result<()> {
         snapshot.write(&self.path.join("fields").join(vti(step)))?;
+        if !bodies.is_empty() {
+            let forces: Vec<_> = exchange.iter().map(|e| e.momentum).collect();
+            bodies::write(&self.path.join("fields").join(vtp(step)), snapshot.time, bodies, &forces)?;
+        }
         self.snapshots.push((snapshot.time, step));
         self.write_series()
     }
 
     fn write_series(&self) -> Result<()> {
-        let entries: Vec<_> = self.snapshots.iter().map(|(time, step)| (*time, vti(*step))).collect();
-        write_series(&self.path.join("fields/series.pvd"), &entries)
+        let entries = |name: fn(u64) -> String| {
+            self.snapshots.iter().map(|(time, step)| (*time, name(*step))).collect::<Vec<_>>()
+        };
+        if self.particles.is_some() {
+            write_series(&self.path.join("fields/bodies.pvd"), &entries(vtp))?;
+        }
+        write_series(&self.path.join("fields/series.pvd"), &entries(vti))
     }
 
     /// The newest snapshot's time (s) and path.
@@ -392,6 +419,11 @@ impl Folder {
         let text = format!("{value:#}\n");
         replace(&self.path.join(name), text.as_bytes())
     }
+}
+
+/// Name of the file with the bodies of a step.
+fn vtp(step: u64) -> String {
+    format!("{BODIES}{step:08}.vtp")
 }
 
 /// The file name of a step's snapshot.

@@ -101,11 +101,14 @@ impl Series {
             return;
         }
         let particle = self.measure.particle;
-        let force = exchange.get(particle).map_or_else(Vector3::zeros, |e| match self.rule {
-            ForceRule::Momentum => e.momentum,
-            ForceRule::Literal => e.literal(),
-        });
-        let coefficient = |axis: usize| force[axis] / self.force_scale;
+        let force_on = |id: usize| {
+            exchange.get(id).map_or_else(Vector3::zeros, |e| match self.rule {
+                ForceRule::Momentum => e.momentum,
+                ForceRule::Literal => e.literal(),
+            })
+        };
+        let (force, direction) = (force_on(particle), self.measure.direction.unwrap_or_default());
+        let coefficient = || force.dot(&direction) / self.force_scale;
         if let (true, Some(Motion::Prescribed(Some(path)))) =
             (self.measure.kind.fits_morison(), bodies.get(particle).map(|b| b.motion))
         {
@@ -114,12 +117,15 @@ impl Series {
         let body = |of: &dyn Fn(&Body) -> f64| bodies.get(particle).map_or(0.0, of);
         let value = match self.measure.kind {
             MeasureKind::MaxSpeed => max_speed,
-            MeasureKind::DragCoefficient | MeasureKind::DragCoefficientMax => coefficient(0),
-            MeasureKind::LiftCoefficient
+            MeasureKind::DragCoefficient
+            | MeasureKind::DragCoefficientMax
+            | MeasureKind::LiftCoefficient
             | MeasureKind::LiftCoefficientMax
             | MeasureKind::LiftRms
             | MeasureKind::LiftAmplitude
-            | MeasureKind::Strouhal => coefficient(1),
+            | MeasureKind::Strouhal => coefficient(),
+            MeasureKind::LiftMagnitude => (force - force.dot(&direction) * direction).norm() / self.force_scale,
+            MeasureKind::Force => self.measure.particles.iter().map(|id| force_on(*id).dot(&direction)).sum(),
             MeasureKind::TerminalVelocity => body(&|b| b.velocity.norm()),
             MeasureKind::PositionX => body(&|b| b.centre.x),
             MeasureKind::PositionY => body(&|b| b.centre.y),
@@ -129,7 +135,7 @@ impl Series {
             MeasureKind::VelocityZ => body(&|b| b.velocity.z),
             MeasureKind::Spin => body(&|b| b.spin.z),
             MeasureKind::MorisonDrag | MeasureKind::MorisonInertia | MeasureKind::MorisonResidual => 0.0,
-            MeasureKind::ForceNoise => force.x,
+            MeasureKind::ForceNoise => force.dot(&direction),
             MeasureKind::MidlineULeast | MeasureKind::MidlineVLeast | MeasureKind::MidlineVLargest => return,
             MeasureKind::MeanHeight => self.mean_height(bodies),
             MeasureKind::HeightRank => self.height_rank(bodies),
@@ -210,6 +216,8 @@ impl Series {
         match self.measure.kind {
             MeasureKind::DragCoefficient
             | MeasureKind::LiftCoefficient
+            | MeasureKind::LiftMagnitude
+            | MeasureKind::Force
             | MeasureKind::VelocityX
             | MeasureKind::VelocityY
             | MeasureKind::VelocityZ

@@ -2,6 +2,7 @@
 
 use std::io::Write as _;
 
+mod bodies;
 pub mod checkpoint;
 pub mod compare;
 pub mod figure;

@@ -16,7 +16,7 @@ pub use contact::{Contact, Damping, Pair, Stiffness, Substeps, TangentialDamping
 pub use coupling::{Buoyancy, Coupling, ForceRule, FractionRule, GradientRule, RotationRule, WallRule};
 pub use particle::{Lock, Motion, Oscillation, Particle, Prescribed, Round, Shape, Spin};
 pub use preset::Preset;
-pub use report::{Cadence, Checkpoints, Measure, MeasureKind, Output, Reference, When};
+pub use report::{Cadence, Checkpoints, Measure, MeasureKind, Output, Reference, Section, When};
 pub use swarm::{Diameters, Range, Region, Swarm};
 
 pub(super) use swarm::expand;
@@ -97,16 +97,27 @@ impl Case {
         sizes.map(|(axis, size)| self.periodic(axis).then_some(*size)).collect()
     }
 
-    /// The speed that coefficients refer to (m/s): the fastest inflow's; without one, the initial velocity's; without
-    /// one, the fastest moving wall's. `None` where all of these rest.
+    /// The speed that coefficients refer to (m/s): that of [`Case::reference_velocity`].
     pub fn reference_speed(&self) -> Option<f64> {
-        let speed = |v: &Vec<f64>| v.iter().map(|c| c * c).sum::<f64>().sqrt();
-        let sides = || self.sides().into_iter().flatten();
-        let inflows = sides().flat_map(Side::inflow).map(speed).fold(0.0, f64::max);
-        let initial = self.initial.velocity.as_ref().map_or(0.0, speed);
-        let walls = sides().map(|s| if let Side::MovingWall(v) = s { speed(v) } else { 0.0 }).fold(0.0, f64::max);
-        [inflows, initial, walls].into_iter().find(|speed| *speed > 0.0)
+        self.reference_velocity().map(|velocity| length(&velocity))
     }
+
+    /// The stream (m/s): the fastest inflow's velocity; without one, the initial velocity; without one, the fastest moving wall's.
+    /// `None` where all of these rest.
+    pub fn reference_velocity(&self) -> Option<Vec<f64>> {
+        let fastest = |all: &mut dyn Iterator<Item = Vec<f64>>| {
+            all.filter(|v| length(v) > 0.0).max_by(|a, b| length(a).total_cmp(&length(b)))
+        };
+        let sides = || self.sides().into_iter().flatten();
+        let moving = |s: &Side| if let Side::MovingWall(v) = s { Some(v.clone()) } else { None };
+        fastest(&mut sides().flat_map(Side::inflow).cloned())
+            .or_else(|| fastest(&mut self.initial.velocity.iter().cloned()))
+            .or_else(|| fastest(&mut sides().filter_map(moving)))
+    }
+}
+
+fn length(v: &[f64]) -> f64 {
+    v.iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 
 /// The box, from the origin to `size`, cut into equal cells.

@@ -4,6 +4,7 @@ use super::ForceRule;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::str::FromStr;
 
 /// One number that `summary.json` reports.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -19,6 +20,12 @@ pub struct Measure {
     /// Of which particles, where the kind is of several; default all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub particles: Option<Vec<usize>>,
+    /// The direction that a force is taken along, of any length. Default: of drag, `force` and `force_noise` along the stream, of lift and
+    /// Strouhal numbers across it: in 2D the stream turned by +90 degrees, in 3D the axis after the stream's (x, y, z, x). The stream is the
+    /// inflow, the initial velocity or a moving wall, less a prescribed particle's velocity; without any it is along a swing, or past
+    /// a free particle that gravity pulls.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub direction: Option<Vec<f64>>,
     /// From this time on (s).
     #[serde(default)]
     pub from: f64,
@@ -107,14 +114,18 @@ impl fmt::Display for Reference {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MeasureKind {
-    /// Mean of the force along x, as a coefficient.
+    /// Mean of the force along the stream, or `direction`, as a coefficient.
     DragCoefficient,
-    /// Largest force along x, as a coefficient.
+    /// Largest force along the stream, as a coefficient.
     DragCoefficientMax,
-    /// Mean of the force along y, as a coefficient.
+    /// Mean of the force across the stream, or along `direction`, as a coefficient.
     LiftCoefficient,
-    /// Largest force along y, as a coefficient.
+    /// Largest force across the stream, as a coefficient.
     LiftCoefficientMax,
+    /// Mean of the size of all of the force across the stream, or across `direction`, as a coefficient.
+    LiftMagnitude,
+    /// Mean of the force by the fluid on all of `particles` together, along the stream or `direction` (N).
+    Force,
     /// Root mean square of the lift coefficient about its mean.
     LiftRms,
     /// Half the span of the lift coefficient.
@@ -129,7 +140,7 @@ pub enum MeasureKind {
     MorisonInertia,
     /// What the same fit leaves of the force: its root mean square over that of the force.
     MorisonResidual,
-    /// Root mean square of the force along x about its least-squares quadratic in time, over its mean; steps weigh as much as they
+    /// Root mean square of the force along the stream about its least-squares quadratic in time, over its mean; steps weigh as much as they
     /// are long. Of a particle that moves steadily through the grid it is noise.
     ForceNoise,
     /// Largest speed of the fluid over the domain and over time (m/s).
@@ -178,7 +189,8 @@ impl MeasureKind {
 
     /// Whether it is of several particles.
     pub fn is_of_group(self) -> bool {
-        matches!(self, MeasureKind::MeanHeight | MeasureKind::HeightRank | MeasureKind::FastestParticle)
+        use MeasureKind::*;
+        matches!(self, MeanHeight | HeightRank | FastestParticle | Force)
     }
 
     /// Whether it needs gravity, to tell what is high.
@@ -200,6 +212,7 @@ impl MeasureKind {
                 | DragCoefficientMax
                 | LiftCoefficient
                 | LiftCoefficientMax
+                | LiftMagnitude
                 | LiftRms
                 | LiftAmplitude
                 | Strouhal
@@ -214,7 +227,13 @@ impl MeasureKind {
 
     /// Whether it is made of the force on a particle.
     pub fn is_of_force(self) -> bool {
-        self.needs_speed() || self.fits_morison() || self == MeasureKind::ForceNoise
+        self.needs_speed() || self.fits_morison() || matches!(self, MeasureKind::ForceNoise | MeasureKind::Force)
+    }
+
+    /// Whether it is of the component of a force across the stream.
+    pub fn is_across(self) -> bool {
+        use MeasureKind::*;
+        matches!(self, LiftCoefficient | LiftCoefficientMax | LiftRms | LiftAmplitude | Strouhal)
     }
 
     /// Whether it is a fit of Morison's formula, of a particle with a prescribed oscillation.
@@ -236,6 +255,57 @@ pub struct Output {
     pub checkpoint: Checkpoints,
     /// Figures of the last state as PNG and SVG; default yes.
     pub figures: bool,
+    /// Where figures cut a 3D flow, `planes = [{ z = 0.02 }, { x = 0.01 }]` (m); default one along gravity or the stream, through the
+    /// body or the middle of all of them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub planes: Vec<Section>,
+}
+
+/// A plane across an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Section {
+    /// At this x (m).
+    X(f64),
+    /// At this y (m).
+    Y(f64),
+    /// At this z (m).
+    Z(f64),
+}
+
+impl Section {
+    /// The plane across `axis` at a coordinate (m).
+    pub fn across(axis: usize, at: f64) -> Section {
+        [Section::X, Section::Y, Section::Z][axis](at)
+    }
+
+    /// Its axis, and where on it the plane lies (m).
+    pub fn place(self) -> (usize, f64) {
+        match self {
+            Section::X(at) => (0, at),
+            Section::Y(at) => (1, at),
+            Section::Z(at) => (2, at),
+        }
+    }
+}
+
+impl fmt::Display for Section {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let (axis, at) = self.place();
+        write!(f, "{}={at}", ["x", "y", "z"][axis])
+    }
+}
+
+impl FromStr for Section {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Section, String> {
+        let wrong = || format!("\"{text}\" is no plane: give an axis and a place on it in m, as in z=0.02");
+        let (name, at) = text.split_once('=').ok_or_else(wrong)?;
+        let axis = ["x", "y", "z"].iter().position(|axis| *axis == name.trim()).ok_or_else(wrong)?;
+        let at = at.trim().parse::<f64>().ok().filter(|at| at.is_finite()).ok_or_else(wrong)?;
+        Ok(Section::across(axis, at))
+    }
 }
 
 impl Default for Output {
@@ -245,6 +315,7 @@ impl Default for Output {
             fields: None,
             checkpoint: Checkpoints::default(),
             figures: true,
+            planes: Vec::new(),
         }
     }
 }

@@ -44,6 +44,12 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
         long_cells(case)?;
     }
     time(case)?;
+    for (index, plane) in case.output.planes.iter().enumerate() {
+        let (key, (axis, at)) = (format!("output.planes.{index}"), plane.place());
+        ensure!(dimension == 3, key, "is for 3D only: in 2D figures show all of the flow");
+        let size = case.domain.size[axis];
+        ensure!((0.0..=size).contains(&at), key, "must lie in the box, from 0 to {size:?} m, not at {at:?}");
+    }
     let Pressure { divergence_limit, tightening, max_iterations, .. } = case.pressure;
     positive("pressure.divergence_limit", divergence_limit, "1/s")?;
     let holds = tightening > 0.0 && tightening <= 1.0;
@@ -198,11 +204,22 @@ pub(in crate::config) fn measures(case: &Case) -> Check {
             ensure!(count > 0, key("kind"), "is of particles, and the case has none");
         }
         if let Some(group) = &measure.particles {
-            ensure!(kind.is_of_group(), key("particles"), "is for mean_height, height_rank and fastest_particle only");
+            ensure!(
+                kind.is_of_group(),
+                key("particles"),
+                "is for mean_height, height_rank, fastest_particle and force only"
+            );
             ensure!(!group.is_empty(), key("particles"), "is empty: list some, or leave it out for all");
             let unknown = group.iter().find(|id| **id >= count);
             let words = |id| format!("there is no particle {id}: the case has {count}, counted from 0");
             ensure!(unknown.is_none(), key("particles"), "{}", words(unknown.copied().unwrap_or_default()));
+        }
+        if let Some(direction) = &measure.direction {
+            let holds = kind.is_of_force() && !kind.fits_morison();
+            ensure!(holds, key("direction"), "is of forces: drag, lift, strouhal, force and force_noise");
+            vector(&key("direction"), direction, case.dimension(), "of any length")?;
+            let some = direction.iter().any(|part| *part != 0.0);
+            ensure!(some, key("direction"), "is nothing but zeros: give a direction, as in [1.0, 0.0]");
         }
         if kind.needs_gravity() {
             let falls = case.fluid.gravity.iter().flatten().any(|g| *g != 0.0);

@@ -1,7 +1,8 @@
 //! Planes of the flow from a run's snapshots: which ones, and what of them a figure shows.
 
 use super::rows::Rows;
-use crate::config::{Case, Particle};
+use super::section;
+use crate::config::{Case, Particle, Section};
 use crate::output::figure::{Disc, Plane};
 use crate::output::not_a_run;
 use crate::output::snapshot::Snapshot;
@@ -37,11 +38,14 @@ pub fn newest_snapshot(run: &Path) -> Result<PathBuf> {
 ///
 /// # Errors
 /// When the run has too few snapshots.
-pub fn planes(run: &Path, case: &Case, times: &[f64]) -> Result<Vec<Plane>> {
+pub fn planes(run: &Path, case: &Case, section: Option<Section>, times: &[f64]) -> Result<Vec<Plane>> {
     let taken = choose(run, times)?.iter().map(|path| Snapshot::read(path)).collect::<Result<Vec<_>>>()?;
     let times: Vec<f64> = taken.iter().map(|snapshot| snapshot.time).collect();
     let (rows, digits) = (Rows::read(run, case, &times), digits(&times));
-    taken.iter().enumerate().map(|(k, snapshot)| plane(case, snapshot, run, (&rows, k), digits)).collect()
+    // One plane for all panels, where it would be at the end.
+    let section = section.or_else(|| sections(case, (&rows, times.len() - 1)).first().copied());
+    let section = section.unwrap_or(Section::Z(0.0));
+    taken.iter().enumerate().map(|(k, snapshot)| plane(case, snapshot, run, section, (&rows, k), digits)).collect()
 }
 
 /// The snapshots that a strip shows.
@@ -83,47 +87,71 @@ fn digits(times: &[f64]) -> usize {
     (1.0 - least.max(1e-9).log10().floor()).clamp(0.0, 9.0) as usize
 }
 
-/// The flow in the plane of the figure, with the particles where they were at one of the rows' times: all of a 2D run, the
-/// middle plane across z of a 3D one. Its title is the time, with these digits, and the place of the plane.
-pub fn plane(case: &Case, snapshot: &Snapshot, run: &Path, rows: (&Rows, usize), digits: usize) -> Result<Plane> {
-    let [nx, ny, nz] = snapshot.cells;
-    let (from, count) = (nx * ny * (nz / 2), nx * ny);
+/// Where a case's figures cut its flow, with the particles where they were at one of the rows' times.
+pub fn sections(case: &Case, rows: (&Rows, usize)) -> Vec<Section> {
+    section::sections(case, |id| rows.0.centre(rows.1, id).unwrap_or_else(|| start(&case.particle[id])))
+}
+
+/// The flow in a plane, with the particles where they were at one of the rows' times: all of a 2D run. Its title is the time, with
+/// these digits, and the place of the plane.
+///
+/// # Errors
+/// When the snapshot has no velocity or vorticity.
+pub fn plane(
+    case: &Case,
+    snapshot: &Snapshot,
+    run: &Path,
+    section: Section,
+    rows: (&Rows, usize),
+    digits: usize,
+) -> Result<Plane> {
+    let (axis, cell, height) = section::layer(section, snapshot);
+    let axes = section::axes(axis);
     let component = |name: &str, k: usize| -> Result<Vec<f64>> {
         let array = snapshot.array(name).ok_or_else(|| not_a_run(run, &format!("its fields have no {name}")))?;
-        let k = k.min(array.components - 1);
-        let values = array.values.iter().skip(from * array.components + k).step_by(array.components);
-        Ok(values.take(count).copied().collect())
+        Ok(section::component(array, snapshot.cells, (axis, cell), k))
     };
-    let [hx, hy, hz] = snapshot.h;
-    let height = (nz / 2) as f64 * hz + 0.5 * hz;
-    let size = [nx as f64 * hx, ny as f64 * hy];
-    let mut vorticity = component("vorticity", 2)?;
+    let cells = axes.map(|a| snapshot.cells[a]);
+    let size = axes.map(|a| snapshot.cells[a] as f64 * snapshot.h[a]);
+    let mut vorticity = component("vorticity", axis)?;
+    vorticity.iter_mut().for_each(|value| *value *= section::sense(axis));
     // A run without particles has no such array.
     if let Ok(solid) = component("solid_fraction", 0) {
-        hide(&mut vorticity, &solid, [nx, ny]);
+        hide(&mut vorticity, &solid, cells);
     }
-    let slice = if nz > 1 { format!(", z = {height:.4} m") } else { String::new() };
+    let names = ["x", "y", "z"];
+    let slice = if snapshot.cells[2] > 1 { format!(", {} = {height:.4} m", names[axis]) } else { String::new() };
     Ok(Plane {
-        cells: [nx, ny],
+        cells,
         size,
-        u: component("velocity", 0)?,
-        v: component("velocity", 1)?,
+        u: component("velocity", axes[0])?,
+        v: component("velocity", axes[1])?,
         vorticity,
         corner: [0.0; 2],
-        discs: discs(case, size, height, |particle| rows.0.centre(rows.1, particle)),
-        labels: ["x (m)".into(), "y (m)".into()],
+        discs: discs(case, (axis, height), size, |particle| rows.0.centre(rows.1, particle)),
+        labels: axes.map(|a| format!("{} (m)", names[a])),
         title: format!("t = {:.digits$} s{slice}", snapshot.time),
     })
 }
 
-/// What the plane cuts of the particles, with their images across periodic faces that reach into it.
-fn discs(case: &Case, size: [f64; 2], height: f64, place: impl Fn(usize) -> Option<[f64; 3]>) -> Vec<Disc> {
+/// What the plane across `axis` at `height` (m) cuts of the particles, with their images across periodic faces that reach into it.
+fn discs(
+    case: &Case,
+    (axis, height): (usize, f64),
+    size: [f64; 2],
+    place: impl Fn(usize) -> Option<[f64; 3]>,
+) -> Vec<Disc> {
     let diameters = || case.particle.iter().map(|p| p.shape.diameter());
     let (least, most) = diameters().fold((f64::INFINITY, 0.0_f64), |(l, m), d: f64| (l.min(d), m.max(d)));
+    let axes = section::axes(axis);
     let mut discs = Vec::new();
     for (id, p) in case.particle.iter().enumerate() {
         let at = place(id).unwrap_or_else(|| start(p));
-        let off = if case.dimension() == 3 { at[2] - height } else { 0.0 };
+        let across = if case.dimension() == 3 { at[axis] - height } else { 0.0 };
+        let off = match case.domain.size.get(axis).filter(|_| case.dimension() == 3 && case.periodic(axis)) {
+            Some(length) => across - length * (across / length).round(),
+            None => across,
+        };
         let diameter = p.shape.diameter();
         let square = 0.25 * diameter * diameter - off * off;
         if square <= 0.0 {
@@ -131,8 +159,8 @@ fn discs(case: &Case, size: [f64; 2], height: f64, place: impl Fn(usize) -> Opti
         }
         let shade = if most > least * (1.0 + 1e-9) { (diameter - least) / (most - least) } else { 0.5 };
         let images = |axis: usize| if case.periodic(axis) { -1..=1 } else { 0..=0 };
-        for (kx, ky) in images(0).flat_map(|kx| images(1).map(move |ky| (kx, ky))) {
-            let centre = [at[0] + f64::from(kx) * size[0], at[1] + f64::from(ky) * size[1]];
+        for (ka, kb) in images(axes[0]).flat_map(|ka| images(axes[1]).map(move |kb| (ka, kb))) {
+            let centre = [at[axes[0]] + f64::from(ka) * size[0], at[axes[1]] + f64::from(kb) * size[1]];
             let radius = square.sqrt();
             if (0..2).all(|a| centre[a] > -radius && centre[a] < size[a] + radius) {
                 discs.push(Disc { centre, radius, shade });

@@ -10,20 +10,19 @@ use std::f64::consts::PI;
 /// Way, in diameters, over which each point of the parts of a force is a mean: single steps jump as cells change sides.
 const MEAN: f64 = 0.1;
 
-/// Force on particle 0 over time, and the three parts of (19) along x.
+/// Force on particle 0 over time along each axis, and the three parts of (19) along the stream or gravity.
 pub fn forces(case: &Case, rows: &Rows) -> Result<Vec<Series>> {
     if case.particle.is_empty() || rows.is_empty() {
         return Ok(Vec::new());
     }
-    let all = [
-        ("fluid_fx", "fluid, along x", SeriesStyle::Line),
-        ("fluid_fy", "fluid, along y", SeriesStyle::Line),
-        ("pressure_fx", "pressure part of (19), x", SeriesStyle::Dashed),
-        ("viscous_fx", "viscous part, x", SeriesStyle::Dashed),
-        ("convective_fx", "convective part, x", SeriesStyle::Dashed),
-    ];
-    let series = all.into_iter().map(|(name, label, style)| {
-        let mut series = rows.curve(0, "time", name, label)?;
+    let names = &["x", "y", "z"][..case.dimension()];
+    let along = names[leading(case)];
+    let whole = names.iter().map(|a| (format!("fluid_f{a}"), format!("fluid, along {a}"), SeriesStyle::Line));
+    let parts = [("pressure", "pressure part of (19)"), ("viscous", "viscous part"), ("convective", "convective part")];
+    let parts =
+        parts.map(|(name, label)| (format!("{name}_f{along}"), format!("{label}, {along}"), SeriesStyle::Dashed));
+    let series = whole.chain(parts).map(|(name, label, style)| {
+        let mut series = rows.curve(0, "time", &name, &label)?;
         // The first steps of an impulsive start would flatten all that follows.
         series.points.retain(|p| p.0 > 0.02 * case.time.end);
         Ok(Series { style, ..series })
@@ -36,7 +35,18 @@ pub fn speeds(case: &Case, rows: &Rows) -> Result<Vec<Series>> {
     if rows.is_empty() || case.particle.first().is_none_or(|p| !p.is_free()) {
         return Ok(Vec::new());
     }
-    [("vx", "along x"), ("vy", "along y")].map(|(name, label)| rows.curve(0, "time", name, label)).into_iter().collect()
+    let names = ["x", "y", "z"].into_iter().take(case.dimension());
+    names.map(|a| rows.curve(0, "time", &format!("v{a}"), &format!("along {a}"))).collect()
+}
+
+/// The axis that matters: in 3D that of the stream or of gravity, x in 2D.
+fn leading(case: &Case) -> usize {
+    let largest = |v: &[f64]| {
+        let sizes = v.iter().map(|c| c.abs()).enumerate().filter(|(_, size)| *size > 0.0);
+        sizes.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(axis, _)| axis)
+    };
+    let along = largest(&case.initial.velocity).or_else(|| largest(&case.fluid.gravity));
+    along.filter(|_| case.dimension() == 3).unwrap_or(0)
 }
 
 /// The parts of (19) across gravity, of the first free particle until it first touches something: over the height of its

@@ -9,17 +9,18 @@ mod forces;
 mod paths;
 mod reynolds;
 mod rows;
+mod section;
 
 use super::figure::{self, Axes, Series};
 use super::not_a_run;
 use super::snapshot::Snapshot;
-use crate::config::{Case, load};
+use crate::config::{Case, Section, load};
 use crate::{Error, Result};
 use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-pub(super) use fields::{newest_snapshot, plane};
+pub(super) use fields::{newest_snapshot, plane, sections};
 pub(super) use forces::speeds;
 pub(super) use paths::{Track, paths};
 pub use reynolds::cylinder_reference;
@@ -38,6 +39,8 @@ pub struct Request {
     pub interval: Option<f64>,
     /// What of the flow is shown: x from, x to, y from, y to (m); empty: all.
     pub window: Vec<f64>,
+    /// The plane in which a 3D flow is shown; by default the case's, or the one that says most.
+    pub plane: Option<Section>,
     /// Where the figures go that are asked for by name or are of several runs; by default `figures/` of the run, of several
     /// of the first.
     pub out: Option<PathBuf>,
@@ -175,6 +178,12 @@ impl Request {
                 self.window
             ));
         }
+        if self.plane.is_some() && !self.figures.iter().any(|figure| figure.is_of_the_flow()) {
+            return refuse(
+                "--plane is of the flow; ask for --figure vorticity, streamlines, vorticity-strip or streamlines-strip"
+                    .into(),
+            );
+        }
         if let Some(time) = self.times.iter().find(|time| !time.is_finite()) {
             return refuse(format!("--times {time}: a time is a number of seconds"));
         }
@@ -198,9 +207,18 @@ impl Request {
         let title = &run.case.name;
         let seen =
             |plane| if let [a, b, c, d] = self.window[..] { fields::cut(plane, [a, b, c, d]) } else { Ok(plane) };
-        let last = |run: &Run| seen(Last::read(run)?.plane);
+        if let (Some(plane), 2) = (self.plane, run.case.dimension()) {
+            return Err(Error::Usage(format!(
+                "--plane {plane}: {} is in 2D, and figures show all of it",
+                run.folder.display()
+            )));
+        }
+        let last = |run: &Run| {
+            let plane = Last::read(run, self.plane)?.planes.swap_remove(0);
+            seen(plane)
+        };
         let planes = |run: &Run| -> Result<Vec<_>> {
-            fields::planes(&run.folder, &run.case, &self.times)?.into_iter().map(seen).collect()
+            fields::planes(&run.folder, &run.case, self.plane, &self.times)?.into_iter().map(seen).collect()
         };
         let drawn = match figure {
             Figure::Vorticity => figure::vorticity(&last(run)?, &stem("vorticity")?)?,
@@ -221,19 +239,24 @@ impl Request {
     }
 }
 
-/// The last state of a run.
+/// The last state of a run, in one plane or several.
 struct Last {
-    plane: figure::Plane,
+    planes: Vec<figure::Plane>,
     rows: Rows,
 }
 
 impl Last {
-    fn read(run: &Run) -> Result<Last> {
+    fn read(run: &Run, section: Option<Section>) -> Result<Last> {
         let snapshot = Snapshot::read(&newest_snapshot(&run.folder)?)?;
         let rows = Rows::read(&run.folder, &run.case, &[snapshot.time]);
-        let plane = plane(&run.case, &snapshot, &run.folder, (&rows, 0), 4)?;
-        let title = format!("{}, {}", run.case.name, plane.title);
-        Ok(Last { plane: figure::Plane { title, ..plane }, rows })
+        let sections = section.map_or_else(|| sections(&run.case, (&rows, 0)), |section| vec![section]);
+        let titled = |section: Section| {
+            let plane = plane(&run.case, &snapshot, &run.folder, section, (&rows, 0), 4)?;
+            let title = format!("{}, {}", run.case.name, plane.title);
+            Ok(figure::Plane { title, ..plane })
+        };
+        let planes = sections.into_iter().map(titled).collect::<Result<_>>()?;
+        Ok(Last { planes, rows })
     }
 }
 
@@ -244,7 +267,7 @@ impl Last {
 pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
     let run = Run::read(folder)?;
     // All is read before anything is written.
-    let last = Last::read(&run)?;
+    let last = Last::read(&run, None)?;
     let (runs, rows) = (std::slice::from_ref(&run), std::slice::from_ref(&last.rows));
     let figures =
         [Figure::Forces, Figure::Speeds, Figure::Paths].map(|figure| Ok((figure, curves(figure, runs, rows)?)));
@@ -256,8 +279,13 @@ pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
             written.extend(figure::curves(&axes, &series, &folder.join(figure.name()))?);
         }
     }
-    written.extend(figure::streamlines(&last.plane, &folder.join("streamlines"))?);
-    written.extend(figure::vorticity(&last.plane, &folder.join("vorticity"))?);
+    for (number, plane) in last.planes.iter().enumerate().rev() {
+        // The first has the plain names, and comes last.
+        let stem =
+            |name: &str| folder.join(if number == 0 { name.to_owned() } else { format!("{name}_{}", number + 1) });
+        written.extend(figure::streamlines(plane, &stem("streamlines"))?);
+        written.extend(figure::vorticity(plane, &stem("vorticity"))?);
+    }
     Ok(written)
 }
 

@@ -1,10 +1,10 @@
 //! Cd(Re) (Fig. 4) and St(Re) (Fig. 5) of cylinders, one point for each run.
 
 use super::Run;
-use crate::Result;
 use crate::config::MeasureKind;
 use crate::output::figure::{self, Axes, Series, SeriesStyle};
 use crate::output::not_a_run;
+use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,13 +24,20 @@ pub fn drag(runs: &[Run], folder: &Path) -> Result<Option<[PathBuf; 2]>> {
     if drag.is_empty() {
         return Ok(None);
     }
-    // White 1991, for cylinders.
-    let formula =
-        (0..=40).map(|k| 10f64.powf(0.7 + 0.05 * f64::from(k))).map(|re| (re, 1.0 + 10.0 * re.powf(-2.0 / 3.0)));
-    let mut series = vec![
-        Series { label: "eq. (30): 1 + 10 Re^(-2/3)".into(), points: formula.collect(), style: SeriesStyle::Dashed },
-        Series { label: "body-fitted reference".into(), points: cylinder_reference("cd"), style: SeriesStyle::Joined },
-    ];
+    let dashed = |label: &str, formula: fn(f64) -> f64| {
+        let points = (0..=40).map(|k| 10f64.powf(0.7 + 0.05 * f64::from(k))).map(|re| (re, formula(re))).collect();
+        Series { label: label.into(), points, style: SeriesStyle::Dashed }
+    };
+    let spheres = all_of_spheres(runs)?;
+    let mut series = if spheres {
+        // Schiller and Naumann 1933.
+        vec![dashed("24/Re (1 + 0.15 Re^0.687)", |re| 24.0 / re * (1.0 + 0.15 * re.powf(0.687)))]
+    } else {
+        // White 1991, for cylinders.
+        let points = cylinder_reference("cd");
+        let reference = Series { label: "body-fitted reference".into(), points, style: SeriesStyle::Joined };
+        vec![dashed("eq. (30): 1 + 10 Re^(-2/3)", |re| 1.0 + 10.0 * re.powf(-2.0 / 3.0)), reference]
+    };
     let markers = |(label, points)| Series { label, points, style: SeriesStyle::Markers };
     series.extend(drag.into_iter().map(markers));
     let axes = Axes {
@@ -38,7 +45,7 @@ pub fn drag(runs: &[Run], folder: &Path) -> Result<Option<[PathBuf; 2]>> {
         y_label: "Cd".into(),
         log_x: true,
         log_y: true,
-        title: "Drag of a cylinder".into(),
+        title: format!("Drag of a {}", if spheres { "sphere" } else { "cylinder" }),
         ..Axes::default()
     };
     figure::curves(&axes, &series, &folder.join("drag_over_reynolds")).map(Some)
@@ -53,17 +60,34 @@ pub fn strouhal(runs: &[Run], folder: &Path) -> Result<Option<[PathBuf; 2]>> {
     if points.is_empty() {
         return Ok(None);
     }
-    let series = [
-        Series { label: "body-fitted reference".into(), points: cylinder_reference("st"), style: SeriesStyle::Joined },
-        Series { label: "mics".into(), points, style: SeriesStyle::Markers },
-    ];
+    let spheres = all_of_spheres(runs)?;
+    let mut series = vec![Series { label: "mics".into(), points, style: SeriesStyle::Markers }];
+    if !spheres {
+        let points = cylinder_reference("st");
+        let label = "body-fitted reference".into();
+        series.insert(0, Series { label, points, style: SeriesStyle::Joined });
+    }
     let axes = Axes {
         x_label: "Re".into(),
         y_label: "St".into(),
-        title: "Strouhal number of a cylinder".into(),
+        title: format!("Strouhal number of a {}", if spheres { "sphere" } else { "cylinder" }),
         ..Axes::default()
     };
     figure::curves(&axes, &series, &folder.join("strouhal_over_reynolds")).map(Some)
+}
+
+/// Whether the runs are of spheres, not of cylinders.
+///
+/// # Errors
+/// When some are of one and some of the other, which no reference is beside.
+fn all_of_spheres(runs: &[Run]) -> Result<bool> {
+    let count = runs.iter().filter(|run| run.case.dimension() == 3).count();
+    if count > 0 && count < runs.len() {
+        return Err(Error::Usage(
+            "some of the runs are in 2D and some in 3D: draw those of cylinders and of spheres apart".into(),
+        ));
+    }
+    Ok(count > 0)
 }
 
 /// What the runs measured of a kind, over their Reynolds numbers.

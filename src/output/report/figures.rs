@@ -55,18 +55,21 @@ fn axes(x_label: &str, y_label: &str) -> Axes {
 fn fields(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
     // A run that has written no field yet has no figure of one.
     let Ok(newest) = plot::newest_snapshot(folder) else { return Ok(Vec::new()) };
-    let mut plane = plot::plane(&run.case, &Snapshot::read(&newest)?, folder, (&run.particles, 0), 4)?;
-    let place = std::mem::take(&mut plane.title);
-    let figure =
-        |svg, title, what: &str| Figure { svg, title, caption: format!("{what} at {place}."), part: Part::Fields };
-    Ok(vec![
-        figure(
+    let snapshot = Snapshot::read(&newest)?;
+    let mut all = Vec::new();
+    for section in plot::sections(&run.case, (&run.particles, 0)) {
+        let mut plane = plot::plane(&run.case, &snapshot, folder, section, (&run.particles, 0), 4)?;
+        let place = std::mem::take(&mut plane.title);
+        let figure =
+            |svg, title, what: &str| Figure { svg, title, caption: format!("{what} at {place}."), part: Part::Fields };
+        all.push(figure(
             figure::vorticity_svg(&plane)?,
             "Vorticity",
             "Vorticity, blue clockwise and red counterclockwise, with streamlines,",
-        ),
-        figure(figure::streamlines_svg(&plane)?, "Streamlines", "Streamlines, coloured by speed,"),
-    ])
+        ));
+        all.push(figure(figure::streamlines_svg(&plane)?, "Streamlines", "Streamlines, coloured by speed,"));
+    }
+    Ok(all)
 }
 
 /// The force on particle 0 along an axis and its parts.
@@ -75,7 +78,8 @@ fn forces(run: &Run) -> Result<Vec<Figure>> {
         return Ok(Vec::new());
     }
     let mut all = Vec::new();
-    for (axis, title) in [("x", "Force along x"), ("y", "Force along y")] {
+    let titles = [("x", "Force along x"), ("y", "Force along y"), ("z", "Force along z")];
+    for (axis, title) in titles.into_iter().take(run.case.dimension()) {
         let mut series = Vec::new();
         for (column, label, style) in [
             ("fluid", "by the fluid", SeriesStyle::Line),

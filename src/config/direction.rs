@@ -1,0 +1,116 @@
+//! Which way a measure of a force looks: along the stream, across it, or where the case says.
+//!
+//! ```text
+//!        lift          stream = fluid's velocity - the particle's, where they are told;
+//!         ^                     without one along a prescribed swing, or past a free particle that gravity pulls
+//!   ----> | o ----> drag        lift in 2D: the stream turned by +90 degrees; in 3D: along the next axis (x -> y -> z -> x), less its
+//!   stream                      part along the stream
+//! ```
+
+use super::fault::Fault;
+use super::raw::{Case, Measure, Motion};
+use nalgebra::Vector3;
+
+/// The direction, of length 1, of measure `index`; `None` of what is of no force.
+pub(super) fn of(case: &Case, index: usize, measure: &Measure) -> Result<Option<Vector3<f64>>, Fault> {
+    if !measure.kind.is_of_force() || measure.kind.fits_morison() {
+        return Ok(None);
+    }
+    if let Some(given) = &measure.direction {
+        let (given, length) = (vector(given), vector(given).norm());
+        // What a run has written reads back as it is.
+        return Ok(Some(if (length - 1.0).abs() < 1e-12 { given } else { given / length }));
+    }
+    let Some(stream) = stream(case, measure).try_normalize(1e-12) else {
+        let why = "nothing says which way the stream goes: give `direction`, as in direction = [1.0, 0.0]";
+        return Err(Fault { key: format!("measure.{index}.kind"), message: why.into() });
+    };
+    Ok(Some(if measure.kind.is_across() { across(&stream, case.dimension()) } else { stream }))
+}
+
+/// The velocity of the fluid past the particle that a measure is of, as far as the case tells it; zero where it does not.
+fn stream(case: &Case, measure: &Measure) -> Vector3<f64> {
+    let fluid = case.reference_velocity().map_or(Vector3::zeros(), |v| vector(&v));
+    let Some(particle) = case.particle.get(measure.particle) else { return fluid };
+    let (own, swing) = match &particle.motion {
+        Motion::Prescribed(told) => (told.velocity.as_ref(), told.oscillation.as_ref().map(|o| &o.amplitude)),
+        Motion::Fixed | Motion::Free => (None, None),
+    };
+    let past = fluid - own.map_or(Vector3::zeros(), |v| vector(v));
+    if past.norm() > 0.0 {
+        return past;
+    }
+    if let Some(amplitude) = swing {
+        return vector(amplitude);
+    }
+    let heavy = particle.density.unwrap_or(case.fluid.density) - case.fluid.density;
+    match (&particle.motion, &case.fluid.gravity) {
+        (Motion::Free, Some(gravity)) => -heavy.signum() * vector(gravity),
+        _ => Vector3::zeros(),
+    }
+}
+
+fn across(stream: &Vector3<f64>, dimension: usize) -> Vector3<f64> {
+    if dimension == 2 {
+        return Vector3::new(-stream.y, stream.x, 0.0);
+    }
+    let mut next = Vector3::zeros();
+    next[(stream.iamax() + 1) % 3] = 1.0;
+    (next - next.dot(stream) * stream).normalize()
+}
+
+fn vector(of: &[f64]) -> Vector3<f64> {
+    Vector3::from_fn(|axis, _| of.get(axis).copied().unwrap_or(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::config::written;
+
+    /// The directions of drag, lift and force of a case with these borders, in 2D or 3D, and this about its particle.
+    fn directions(size: &str, more: &str, measure: &str) -> Result<Vec<[f64; 3]>, String> {
+        let flat = size.matches(',').count() == 1;
+        let (shape, place) = if flat { ("disc", "[0.5, 0.5]") } else { ("sphere", "[0.5, 0.5, 0.5]") };
+        let kinds = ["drag_coefficient", "lift_coefficient", "strouhal", "force"];
+        let kinds = kinds.map(|kind| format!("[[measure]]\nname = \"{kind}\"\nkind = \"{kind}\"\n{measure}\n"));
+        let speed = |kind: String| if kind.contains("\"force\"") { kind } else { kind + "speed = 1.0\n" };
+        let (boundary, particle) = more.split_once('|').unwrap_or((more, ""));
+        let case = written(&format!(
+            "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = {size}, cells = {} }}\n\
+             fluid = {{ density = 2.0, viscosity = 0.1{} }}\nboundary = {{ {boundary} }}\n\
+             [[particle]]\nshape = {{ {shape} = {{ diameter = 0.2 }} }}\nposition = {place}\ndensity = 5.0\n{particle}\n{}",
+            if flat { "[8, 8]" } else { "[8, 8, 8]" },
+            if particle.contains("free") {
+                format!(", gravity = {}", if flat { "[0.0, -9.81]" } else { "[0.0, 0.0, -9.81]" })
+            } else {
+                String::new()
+            },
+            kinds.map(speed).concat()
+        ))?;
+        Ok(case.measure.iter().map(|m| m.direction.unwrap().into()).collect())
+    }
+
+    const BOX: &str = "west = \"slip\", east = \"slip\", south = \"slip\", north = \"slip\"";
+
+    #[test]
+    fn drag_is_along_the_stream_and_lift_across_it_whatever_the_axis() {
+        let upward = "west = \"slip\", east = \"slip\", south = { inflow = [0.0, 2.0] }, north = \"outflow\"";
+        let found = directions("[1.0, 1.0]", &format!("{upward}|motion = \"fixed\""), "").unwrap();
+        assert_eq!(found, [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        let along_z = format!("{BOX}, bottom = {{ inflow = [0.0, 0.0, 2.0] }}, top = \"outflow\"|motion = \"fixed\"");
+        let found = directions("[1.0, 1.0, 1.0]", &along_z, "").unwrap();
+        assert_eq!(found[..2], [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]);
+        let chosen = directions("[1.0, 1.0, 1.0]", &along_z, "direction = [0.0, -3.0, 4.0]").unwrap();
+        assert_eq!(chosen, [[0.0, -0.6, 0.8]; 4]);
+    }
+
+    #[test]
+    fn without_a_stream_it_is_told_by_how_the_particle_moves_or_asked_for() {
+        let moved = format!("{BOX}|motion = {{ prescribed = {{ velocity = [0.0, -1.0] }} }}");
+        assert_eq!(directions("[1.0, 1.0]", &moved, "").unwrap()[0], [0.0, 1.0, 0.0]);
+        let sinks = format!("{BOX}, bottom = \"slip\", top = \"slip\"|motion = \"free\"");
+        assert_eq!(directions("[1.0, 1.0, 1.0]", &sinks, "").unwrap()[0], [0.0, 0.0, 1.0]);
+        let said = directions("[1.0, 1.0]", &format!("{BOX}|motion = \"fixed\""), "").unwrap_err();
+        assert!(said.contains("measure.0.kind") && said.contains("direction = [1.0, 0.0]"), "{said}");
+    }
+}
