@@ -29,4 +29,5 @@ mod scenes;
 mod sharp;
 mod study;
 mod support;
+mod symmetry;
 mod time_order;
