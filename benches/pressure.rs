@@ -193,6 +193,7 @@ impl<const D: usize> Bench<D> {
             p,
             faces,
             coupling,
+            None,
         );
         let took = begin.elapsed();
         if std::env::var_os("MICS_BENCH_ITERATIONS").is_some() {
@@ -216,8 +217,7 @@ fn run<const D: usize>(c: &mut Criterion, session: &Session, cells: [usize; D]) 
         ("free0.1", Coefficients::Free(0.1), &["multigrid", "bcgs-boomeramg"]),
     ] {
         for solver in solvers {
-            let mut bench = None,
-            None;
+            let mut bench = None;
             group.bench_function(BenchmarkId::new(name, solver), |b| {
                 let bench = bench.get_or_insert_with(|| Bench::new(session, cells, coefficients, solver));
                 b.iter_custom(|times| (0..times).map(|_| bench.solve()).sum());
