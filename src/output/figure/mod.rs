@@ -37,6 +37,8 @@ pub struct Plane {
     pub labels: [String; 2],
     /// Title above the figure; may be empty.
     pub title: String,
+    /// Where the plane cuts a 3D flow, such as `, z = 0.02 m`; empty in 2D.
+    pub place: String,
 }
 
 /// A particle as a plane cuts it.

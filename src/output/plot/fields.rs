@@ -93,7 +93,7 @@ pub fn sections(case: &Case, rows: (&Rows, usize)) -> Vec<Section> {
 }
 
 /// The flow in a plane, with the particles where they were at one of the rows' times: all of a 2D run. Its title is the time, with
-/// these digits, and the place of the plane.
+/// these digits.
 ///
 /// # Errors
 /// When the snapshot has no velocity or vorticity.
@@ -120,7 +120,6 @@ pub fn plane(
         hide(&mut vorticity, &solid, cells);
     }
     let names = ["x", "y", "z"];
-    let slice = if snapshot.cells[2] > 1 { format!(", {} = {height:.4} m", names[axis]) } else { String::new() };
     Ok(Plane {
         cells,
         size,
@@ -130,7 +129,8 @@ pub fn plane(
         corner: [0.0; 2],
         discs: discs(case, (axis, height), size, |particle| rows.0.centre(rows.1, particle)),
         labels: axes.map(|a| format!("{} (m)", names[a])),
-        title: format!("t = {:.digits$} s{slice}", snapshot.time),
+        title: format!("t = {:.digits$} s", snapshot.time),
+        place: if snapshot.cells[2] > 1 { format!(", {} = {height:.4} m", names[axis]) } else { String::new() },
     })
 }
 

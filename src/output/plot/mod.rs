@@ -204,7 +204,10 @@ impl Request {
     fn draw(&self, figure: Figure, runs: &[Run]) -> Result<Option<[PathBuf; 2]>> {
         let Some(run) = runs.first() else { return Ok(None) };
         let stem = |name: &str| Ok::<_, Error>(self.folder(runs)?.join(name));
-        let title = &run.case.name;
+        let titled = |planes: &[figure::Plane]| {
+            let place = planes.first().map_or("", |plane| &plane.place);
+            format!("{}{place}", run.case.name)
+        };
         let seen =
             |plane| if let [a, b, c, d] = self.window[..] { fields::cut(plane, [a, b, c, d]) } else { Ok(plane) };
         if let (Some(plane), 2) = (self.plane, run.case.dimension()) {
@@ -224,9 +227,13 @@ impl Request {
             Figure::Vorticity => figure::vorticity(&last(run)?, &stem("vorticity")?)?,
             Figure::Streamlines => figure::streamlines(&last(run)?, &stem("streamlines")?)?,
             Figure::VorticityStrip => {
-                figure::vorticity_strip(&planes(run)?, title, self.interval, &stem("vorticity_strip")?)?
+                let planes = planes(run)?;
+                figure::vorticity_strip(&planes, &titled(&planes), self.interval, &stem("vorticity_strip")?)?
             }
-            Figure::StreamlinesStrip => figure::streamlines_strip(&planes(run)?, title, &stem("streamlines_strip")?)?,
+            Figure::StreamlinesStrip => {
+                let planes = planes(run)?;
+                figure::streamlines_strip(&planes, &titled(&planes), &stem("streamlines_strip")?)?
+            }
             Figure::Drag => return reynolds::drag(runs, &self.folder(runs)?),
             Figure::Strouhal => return reynolds::strouhal(runs, &self.folder(runs)?),
             Figure::Paths | Figure::Forces | Figure::ForceParts | Figure::Speeds => {
@@ -252,7 +259,7 @@ impl Last {
         let sections = section.map_or_else(|| sections(&run.case, (&rows, 0)), |section| vec![section]);
         let titled = |section: Section| {
             let plane = plane(&run.case, &snapshot, &run.folder, section, (&rows, 0), 4)?;
-            let title = format!("{}, {}", run.case.name, plane.title);
+            let title = format!("{}, {}{}", run.case.name, plane.title, plane.place);
             Ok(figure::Plane { title, ..plane })
         };
         let planes = sections.into_iter().map(titled).collect::<Result<_>>()?;

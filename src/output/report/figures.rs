@@ -59,7 +59,7 @@ fn fields(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
     let mut all = Vec::new();
     for section in plot::sections(&run.case, (&run.particles, 0)) {
         let mut plane = plot::plane(&run.case, &snapshot, folder, section, (&run.particles, 0), 4)?;
-        let place = std::mem::take(&mut plane.title);
+        let place = std::mem::take(&mut plane.title) + &plane.place;
         let figure =
             |svg, title, what: &str| Figure { svg, title, caption: format!("{what} at {place}."), part: Part::Fields };
         all.push(figure(
