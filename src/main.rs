@@ -84,7 +84,7 @@ enum Command {
         /// Vorticity (1/s) from one contour line of vorticity-strip to the next [default: a round one].
         #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
         interval: Option<f64>,
-        /// Show this part of the flow only: x from, x to, y from, y to (m).
+        /// Show this part of the flow only: from and to along the axis to the right, then along the one up (m).
         #[arg(long, value_name = "X0,X1,Y0,Y1", value_delimiter = ',', allow_negative_numbers = true)]
         window: Vec<f64>,
         /// Cut a 3D flow here, e.g. z=0.02 (m) [default: the case's output.planes, or along gravity or the stream through the bodies].

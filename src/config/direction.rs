@@ -17,7 +17,13 @@ pub(super) fn of(case: &Case, index: usize, measure: &Measure) -> Result<Option<
         return Ok(None);
     }
     if let Some(given) = &measure.direction {
-        let (given, length) = (vector(given), vector(given).norm());
+        let given = vector(given)
+            / if given.iter().all(|part| part.abs() <= 1.0) && vector(given).norm() > 0.1 {
+                1.0
+            } else {
+                vector(given).amax()
+            };
+        let length = given.norm();
         // What a run has written reads back as it is.
         return Ok(Some(if (length - 1.0).abs() < 1e-12 { given } else { given / length }));
     }
@@ -28,10 +34,11 @@ pub(super) fn of(case: &Case, index: usize, measure: &Measure) -> Result<Option<
     Ok(Some(if measure.kind.is_across() { across(&stream, case.dimension()) } else { stream }))
 }
 
-/// The velocity of the fluid past the particle that a measure is of, as far as the case tells it; zero where it does not.
+/// The velocity of the fluid past the particle that a measure is of, the first one of a group, as far as the case tells it; zero where it does not.
 fn stream(case: &Case, measure: &Measure) -> Vector3<f64> {
     let fluid = case.reference_velocity().map_or(Vector3::zeros(), |v| vector(&v));
-    let Some(particle) = case.particle.get(measure.particle) else { return fluid };
+    let id = measure.particles.as_ref().and_then(|group| group.first()).unwrap_or(&measure.particle);
+    let Some(particle) = case.particle.get(*id) else { return fluid };
     let (own, swing) = match &particle.motion {
         Motion::Prescribed(told) => (told.velocity.as_ref(), told.oscillation.as_ref().map(|o| &o.amplitude)),
         Motion::Fixed | Motion::Free => (None, None),

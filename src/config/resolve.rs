@@ -18,7 +18,7 @@ const RESTITUTION: f64 = 0.5;
 /// The meaning of a checked case whose swarms are among its particles.
 pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     let rest = vec![0.0; raw.dimension()];
-    let reference_speed = raw.reference_speed();
+    let (reference_speed, stream) = (raw.reference_speed(), raw.reference_velocity());
     let directions = raw.measure.iter().enumerate().map(|(index, m)| direction::of(&raw, index, m));
     let directions = directions.collect::<Result<Vec<_>, _>>()?;
     let velocity = raw.initial.velocity.clone().or_else(|| inflow(&raw)).unwrap_or(rest.clone());
@@ -47,6 +47,7 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
         fluid,
         initial,
         reference_speed,
+        stream,
     };
     direct(&case)?;
     buoyancy(&case)?;

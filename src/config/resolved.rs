@@ -42,6 +42,8 @@ pub struct Case {
     /// The speed that coefficients refer to (m/s), `None` where nothing moves at the start: the fastest inflow's; without one,
     /// the initial velocity's; without one, the fastest moving wall's.
     pub reference_speed: Option<f64>,
+    /// The stream that has it (m/s).
+    pub stream: Option<Vec<f64>>,
 }
 
 impl Case {

@@ -295,7 +295,9 @@ impl Folder {
     pub fn mark(&mut self, log: &mut Log, progress: &Progress) -> Result<Marks> {
         let fields = self.path.join("fields");
         let named = ["case.toml", RUN].map(|name| self.path.join(name));
-        let new = self.snapshots[self.synced..].iter().map(|(_, step)| fields.join(vti(*step)));
+        let new = self.snapshots[self.synced..]
+            .iter()
+            .flat_map(|(_, step)| [vti(*step), vtp(*step)].map(|name| fields.join(name)));
         for path in named.into_iter().chain(new).chain([self.path.clone(), fields.clone()]) {
             match File::open(&path).and_then(|file| file.sync_all()) {
                 // Deleted by somebody meanwhile.

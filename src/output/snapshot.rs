@@ -30,7 +30,7 @@ pub struct Snapshot {
     pub cells: [usize; 3],
     /// Spacing (m); in 2D that along z is that along x.
     pub h: [f64; 3],
-    /// Velocity (m/s), pressure (Pa), vorticity (1/s), solid fraction, density (kg/m3) where it varies.
+    /// Velocity (m/s), pressure (Pa), vorticity (1/s), in 3D Q (1/s2), whose isosurfaces show vortices, solid fraction, density (kg/m3) where it varies.
     pub arrays: Vec<Array>,
 }
 
@@ -44,22 +44,30 @@ impl Snapshot {
 
         // (vector part, derivative's axis, of component): omega = d(of)/d(axis) - d(axis)/d(of).
         let planes: &[(usize, usize)] = if D == 2 { &[(0, 1)] } else { &[(1, 2), (2, 0), (0, 1)] };
-        let mut curl = scene.domain.grid.field();
+        let mut derived = scene.domain.grid.field();
         let mut vorticity = Vec::new();
+        let slope = |scene: &Scene<D>, c: usize, i: usize, axis: usize| {
+            let (grid, u) = (&scene.domain.grid, &scene.state.u[i]);
+            (u[c + grid.stride[axis]] - u[c - grid.stride[axis]]) / (2.0 * grid.h[axis])
+        };
         for &(a, b) in planes {
-            let (grid, u) = (&scene.domain.grid, &scene.state.u);
-            for c in grid.rows().flatten() {
-                let slope = |i: usize, axis: usize| {
-                    (u[i][c + grid.stride[axis]] - u[i][c - grid.stride[axis]]) / (2.0 * grid.h[axis])
-                };
-                curl[c] = slope(b, a) - slope(a, b);
+            for c in scene.domain.grid.rows().flatten() {
+                derived[c] = slope(scene, c, b, a) - slope(scene, c, a, b);
             }
-            vorticity.push(scene.gather(&curl)?);
+            vorticity.push(scene.gather(&derived)?);
         }
         arrays.push(match vorticity.pop() {
             Some(only) if vorticity.is_empty() => Array::scalar("vorticity", only),
             last => Array::vector("vorticity", vorticity.into_iter().chain(last).collect()),
         });
+        if D == 3 {
+            // Q = -(du_i/dx_j du_j/dx_i)/2: positive where the flow turns more than it strains (Hunt, Wray & Moin 1988).
+            for c in scene.domain.grid.rows().flatten() {
+                let pairs = (0..D).flat_map(|i| (0..D).map(move |j| (i, j)));
+                derived[c] = -0.5 * pairs.map(|(i, j)| slope(scene, c, i, j) * slope(scene, c, j, i)).sum::<f64>();
+            }
+            arrays.push(Array::scalar("q", scene.gather(&derived)?));
+        }
         if !scene.state.bodies.is_empty() {
             let mut fraction = scene.domain.grid.field();
             scene.method.with_overlaps(|overlaps| overlaps.for_each(|o| fraction[o.cell] += o.fraction));

@@ -108,6 +108,23 @@ fn a_disc_that_slides_until_it_rolls_loses_a_third_to_friction() {
 
 /// What faces remember has to fade by viscosity too: in a flow that hardly moves nothing else takes it.
 #[test]
+fn a_sphere_in_creeping_flow_makes_no_energy_however_long_it_falls() {
+    let petsc = petsc();
+    let sides = ["west", "east", "south", "north", "bottom", "top"].map(|side| format!("{side} = \"wall\"\n")).concat();
+    let mut scene: Scene<3> = petsc.scene(&format!(
+        "name = \"creep\"\n[domain]\nsize = [2.0, 2.0, 2.0]\ncells = [16, 16, 16]\n[fluid]\ndensity = 1.0\nviscosity = 1.0\n\
+         gravity = [0.0, -1.0, 0.0]\n[boundary]\n{sides}[[particle]]\nshape = {{ sphere = {{ diameter = 1.0 }} }}\n\
+         position = [1.03, 1.2, 1.0]\ndensity = 1.5\n{SHARP}[time]\nend = 9.0\n[pressure]\ndivergence_limit = 1e-5\n"
+    ));
+    for _ in 0..700 {
+        scene.step(2e-3).unwrap();
+    }
+    let e = scene.state.energy;
+    println!("{e:?}");
+    assert!(e.method.abs() < 0.05 * e.gravity && (e.viscous / e.gravity - 1.0).abs() < 0.1, "{e:?}");
+}
+
+#[test]
 fn a_disc_in_creeping_flow_keeps_its_speed_and_makes_no_energy() {
     let petsc = petsc();
     let more = format!(

@@ -106,7 +106,8 @@ impl Case {
     /// `None` where all of these rest.
     pub fn reference_velocity(&self) -> Option<Vec<f64>> {
         let fastest = |all: &mut dyn Iterator<Item = Vec<f64>>| {
-            all.filter(|v| length(v) > 0.0).max_by(|a, b| length(a).total_cmp(&length(b)))
+            // The first of those that are alike.
+            all.filter(|v| length(v) > 0.0).reduce(|a, b| if length(&b) > length(&a) { b } else { a })
         };
         let sides = || self.sides().into_iter().flatten();
         let moving = |s: &Side| if let Side::MovingWall(v) = s { Some(v.clone()) } else { None };

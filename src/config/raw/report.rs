@@ -21,7 +21,8 @@ pub struct Measure {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub particles: Option<Vec<usize>>,
     /// The direction that a force is taken along, of any length. Default: of drag, `force` and `force_noise` along the stream, of lift and
-    /// Strouhal numbers across it: in 2D the stream turned by +90 degrees, in 3D the axis after the stream's (x, y, z, x). The stream is the
+    /// Strouhal numbers across it: in 2D the stream turned by +90 degrees, in 3D the axis after the stream's (x, y, z, x); of `lift_magnitude`
+    /// the direction is the stream's, and what counts is across it. The stream is the
     /// inflow, the initial velocity or a moving wall, less a prescribed particle's velocity; without any it is along a swing, or past
     /// a free particle that gravity pulls.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -6,7 +6,7 @@
 //! open part by the derivatives:
 //!
 //! ```text
-//!   faces      q  = I(u*) + (1 - chi) (q^n - I(u^n)) + dt a,   U = H q + m U_b.n,   chi = min(1, dt U_max/(0.2 h) + 0.1 nu dt/h^2)
+//!   faces      q  = I(u*) + (1 - chi) (q^n - I(u^n)) + dt a,   U = H q + m U_b.n,   chi = min(1, dt U_max/(0.2 h) + c nu dt/h^2)
 //!   pressure   -div( H grad phi )/rho + sum_k (dV/M_k) j_k (j_k.phi) = -D/dt,       D = div U
 //!   bodies     V += (dt/M_k) F_p,   F_p = dV sum_c p_c j_c,   j_c = sum_f m_f n_f/h   (n_f outwards from the cell)
 //!   cells      u  = u* + dt (H_w a_w + H_e a_e)/(1 + (H_w + H_e)/2)
@@ -15,7 +15,7 @@
 //! The equation stays symmetric, and its solution holds the added mass of a free body implicitly, whatever its density.
 //! The memory `q^n - I(u^n)` keeps dt out of the wall's pressure; it fades as the flow crosses the grid and, since it is as small as
 //! the grid, by viscosity: in a creeping flow nothing else takes it, and it would drive the flow; its u^n is that of the cells before the wall was imposed
-//! last, so that what this changes reaches the faces with the next step. A turning disc or sphere displaces nothing.
+//! last, c is 0.1 in 2D and 0.25 in 3D, so that what this changes reaches the faces with the next step. A turning disc or sphere displaces nothing.
 //! In time the force is of second order. Of first order, and small, are cells that change sides, at the end of a step, and
 //! the history of faces beside a wall that gathers speed.
 //!

@@ -2,6 +2,7 @@
 
 use super::paths::upright;
 use super::rows::{PATHS, Rows, movers};
+use super::section::leading;
 use crate::Result;
 use crate::config::Case;
 use crate::output::figure::{Axes, Series, SeriesStyle};
@@ -16,7 +17,7 @@ pub fn forces(case: &Case, rows: &Rows) -> Result<Vec<Series>> {
         return Ok(Vec::new());
     }
     let names = &["x", "y", "z"][..case.dimension()];
-    let along = names[leading(case)];
+    let along = names[leading(case).filter(|_| case.dimension() == 3).unwrap_or(0)];
     let whole = names.iter().map(|a| (format!("fluid_f{a}"), format!("fluid, along {a}"), SeriesStyle::Line));
     let parts = [("pressure", "pressure part of (19)"), ("viscous", "viscous part"), ("convective", "convective part")];
     let parts =
@@ -37,16 +38,6 @@ pub fn speeds(case: &Case, rows: &Rows) -> Result<Vec<Series>> {
     }
     let names = ["x", "y", "z"].into_iter().take(case.dimension());
     names.map(|a| rows.curve(0, "time", &format!("v{a}"), &format!("along {a}"))).collect()
-}
-
-/// The axis that matters: in 3D that of the stream or of gravity, x in 2D.
-fn leading(case: &Case) -> usize {
-    let largest = |v: &[f64]| {
-        let sizes = v.iter().map(|c| c.abs()).enumerate().filter(|(_, size)| *size > 0.0);
-        sizes.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(axis, _)| axis)
-    };
-    let along = largest(&case.initial.velocity).or_else(|| largest(&case.fluid.gravity));
-    along.filter(|_| case.dimension() == 3).unwrap_or(0)
 }
 
 /// The parts of (19) across gravity, of the first free particle until it first touches something: over the height of its

@@ -37,7 +37,7 @@ pub struct Request {
     pub times: Vec<f64>,
     /// Vorticity (1/s) between two contour lines of a strip.
     pub interval: Option<f64>,
-    /// What of the flow is shown: x from, x to, y from, y to (m); empty: all.
+    /// What of the flow is shown: from and to along the axis to the right, then along the one up (m); empty: all.
     pub window: Vec<f64>,
     /// The plane in which a 3D flow is shown; by default the case's, or the one that says most.
     pub plane: Option<Section>,
@@ -65,9 +65,9 @@ pub enum Figure {
     ForceParts,
     /// Velocity of particle 0 over time.
     Speeds,
-    /// Drag coefficient over Re of all runs, beside eq. (30) and a reference (Fig. 4).
+    /// Drag coefficient over Re of all runs, beside eq. (30) and a reference (Fig. 4), or the curve of spheres.
     Drag,
-    /// Strouhal number over Re of all runs, beside a reference (Fig. 5).
+    /// Strouhal number over Re of all runs, of cylinders beside a reference (Fig. 5).
     Strouhal,
 }
 
@@ -135,8 +135,12 @@ pub fn draw(request: &Request) -> Result<Vec<PathBuf>> {
             written.extend(draw_run(&run.folder)?);
         }
         let folder = request.folder(&runs)?;
-        for draw in [reynolds::drag, reynolds::strouhal] {
-            written.extend(draw(&runs, &folder)?.into_iter().flatten());
+        let flat = runs.iter().filter(|run| run.case.dimension() == 2).count();
+        // Cylinders and spheres have curves of their own.
+        if flat == 0 || flat == runs.len() {
+            for draw in [reynolds::drag, reynolds::strouhal] {
+                written.extend(draw(&runs, &folder)?.into_iter().flatten());
+            }
         }
     }
     for figure in &request.figures {
@@ -213,6 +217,14 @@ impl Request {
         if let (Some(plane), 2) = (self.plane, run.case.dimension()) {
             return Err(Error::Usage(format!(
                 "--plane {plane}: {} is in 2D, and figures show all of it",
+                run.folder.display()
+            )));
+        }
+        if let Some((plane, size)) = self.plane.map(|plane| (plane, run.case.domain.size[plane.place().0]))
+            && !(0.0..=size).contains(&plane.place().1)
+        {
+            return Err(Error::Usage(format!(
+                "--plane {plane}: the box of {} goes from 0 to {size} m",
                 run.folder.display()
             )));
         }

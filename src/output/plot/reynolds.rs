@@ -1,4 +1,4 @@
-//! Cd(Re) (Fig. 4) and St(Re) (Fig. 5) of cylinders, one point for each run.
+//! Cd(Re) (Fig. 4) and St(Re) (Fig. 5) of cylinders or of spheres, one point for each run.
 
 use super::Run;
 use crate::config::MeasureKind;

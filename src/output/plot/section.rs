@@ -22,8 +22,8 @@ pub fn sense(axis: usize) -> f64 {
     if axis == 1 { -1.0 } else { 1.0 }
 }
 
-/// Where the figures of a case cut its flow: where it says; else along gravity, or the stream where there is none, through the body or
-/// the middle of all of them, as they lie with their centres at `place` (m).
+/// Where the figures of a case cut its flow: where it says; else along gravity, or the stream where there is none, through the body
+/// that moves and is nearest to the middle of all that do, as they lie with their centres at `place` (m).
 pub fn sections(case: &Case, place: impl Fn(usize) -> [f64; 3]) -> Vec<Section> {
     if case.dimension() == 2 {
         return vec![Section::Z(0.0)];
@@ -31,21 +31,29 @@ pub fn sections(case: &Case, place: impl Fn(usize) -> [f64; 3]) -> Vec<Section> 
     if !case.output.planes.is_empty() {
         return case.output.planes.clone();
     }
-    let pulled = upright(case).filter(|_| case.particle.iter().any(|p| p.motion != Motion::Fixed));
-    let along = pulled.or_else(|| stream(case)).unwrap_or(0);
-    let axis = if along == 2 { 1 } else { 2 };
-    let count = case.particle.len();
-    let middle = match count {
-        0 => 0.5 * case.domain.size[axis],
-        _ => (0..count).map(|id| place(id)[axis]).sum::<f64>() / count as f64,
-    };
-    vec![Section::across(axis, middle)]
+    let axis = if leading(case) == Some(2) { 1 } else { 2 };
+    let moves = |id: &usize| case.particle[*id].motion != Motion::Fixed;
+    let all: Vec<usize> = (0..case.particle.len()).collect();
+    let bodies: Vec<usize> = if all.iter().any(moves) { all.iter().copied().filter(moves).collect() } else { all };
+    let mean = bodies.iter().map(|id| place(*id)[axis]).sum::<f64>() / bodies.len() as f64;
+    let nearest = bodies.iter().map(|id| place(*id)[axis]).min_by(|a, b| (a - mean).abs().total_cmp(&(b - mean).abs()));
+    vec![Section::across(axis, nearest.unwrap_or(0.5 * case.domain.size[axis]))]
 }
 
-/// The axis that the fluid goes along most at the start; none where it rests.
-fn stream(case: &Case) -> Option<usize> {
-    let speeds = case.initial.velocity.iter().map(|v| v.abs()).enumerate();
-    speeds.filter(|(_, v)| *v > 0.0).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(axis, _)| axis)
+/// The axis along which most happens: gravity's where it moves something, else that of the stream, else of a particle that is moved.
+pub fn leading(case: &Case) -> Option<usize> {
+    let largest = |v: &[f64]| {
+        let sizes = v.iter().map(|c| c.abs()).enumerate().filter(|(_, size)| *size > 0.0);
+        sizes.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(axis, _)| axis)
+    };
+    let told = case.particle.iter().find_map(|p| match &p.motion {
+        Motion::Prescribed { velocity, oscillation, .. } => {
+            largest(velocity).or_else(|| oscillation.as_ref().and_then(|o| largest(&o.amplitude)))
+        }
+        _ => None,
+    });
+    let pulled = upright(case).filter(|_| case.particle.iter().any(|p| p.is_free()));
+    pulled.or_else(|| case.stream.as_ref().and_then(|v| largest(v))).or(told)
 }
 
 /// The layer of cells in which a plane lies: its axis, its number, and the coordinate of its middle (m).
@@ -75,7 +83,7 @@ mod tests {
     fn case(more: &str) -> Case {
         let body = |x: f64| {
             format!(
-                "[[particle]]\nshape = {{ sphere = {{ diameter = 0.2 }} }}\nposition = [{x}, 0.5, 0.75]\ndensity = 3.0\n"
+                "[[particle]]\nshape = {{ sphere = {{ diameter = 0.2 }} }}\nposition = [{x}, 0.3, 0.4]\ndensity = 3.0\n"
             )
         };
         written(&format!(
@@ -89,14 +97,15 @@ mod tests {
     }
 
     #[test]
-    fn the_plane_holds_gravity_or_the_stream_and_goes_through_the_middle_of_the_bodies() {
-        let place = |id: usize| [0.2 + 0.4 * id as f64, 0.5, 0.75];
+    fn the_plane_holds_gravity_or_the_stream_and_goes_through_a_body() {
+        // They have moved since the start.
+        let place = |id: usize| [0.2 + 0.4 * id as f64, 0.35 + 0.1 * id as f64, 0.65];
         let fluid = |gravity: &str| format!("fluid = {{ density = 2.0, viscosity = 0.1{gravity} }}");
         let of = |more: &str| sections(&case(more), place);
-        assert_eq!(of(&fluid(", gravity = [0.0, 0.0, -9.81]")), [Section::Y(0.5)]);
-        assert_eq!(of(&fluid(", gravity = [0.0, -9.81, 0.0]")), [Section::Z(0.75)]);
+        assert_eq!(of(&fluid(", gravity = [0.0, 0.0, -9.81]")), [Section::Y(0.35)]);
+        assert_eq!(of(&fluid(", gravity = [0.0, -9.81, 0.0]")), [Section::Z(0.65)]);
         let along_z = format!("{}\ninitial.velocity = [0.0, 0.0, 1.0]", fluid(""));
-        assert_eq!(of(&along_z), [Section::Y(0.5)]);
+        assert_eq!(of(&along_z), [Section::Y(0.35)]);
         let asked = format!("{}\noutput.planes = [{{ x = 0.3 }}, {{ z = 0.1 }}]", fluid(""));
         assert_eq!(of(&asked), [Section::X(0.3), Section::Z(0.1)]);
         assert_eq!("x = 0.3".parse(), Ok(Section::X(0.3)));
