@@ -149,7 +149,7 @@ constants! {
     power_of_discs = 2.0;
     /// Gap at which the grid gives half of it between spheres (spacings).
     /// Halved: rebound +5.6 %. Doubled: rebound +3.5 %.
-    half_gap_of_spheres = 0.75;
+    half_gap_of_spheres = 0.65;
     /// Power with which that sets in.
     /// Halved: rebound +5.5 %. Doubled: rebound +4.0 %.
     power_of_spheres = 1.25;

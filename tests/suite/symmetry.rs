@@ -127,13 +127,11 @@ fn a_snapshot_tells_by_q_where_a_flow_turns_and_where_it_strains() {
          [boundary]\n{sides}[time]\nend = 1.0\n"
     ));
     // Rigid rotation about (1, 2, 3), and a strain along x and y.
-    let flows: [(fn([f64; 3]) -> [f64; 3], f64); 2] = [
-        (|[x, y, z]| [2.0 * z - 3.0 * y, 3.0 * x - z, y - 2.0 * x], 14.0),
-        (|[x, y, _]| [5.0 * x, -5.0 * y, 0.0], -25.0),
-    ];
-    for (flow, q) in flows {
+    for (strain, q) in [(false, 14.0), (true, -25.0)] {
         for c in scene.domain.grid.rows().flatten() {
-            let u = flow(scene.domain.grid.centre(c));
+            let [x, y, z] = scene.domain.grid.centre(c);
+            let turning = [2.0 * z - 3.0 * y, 3.0 * x - z, y - 2.0 * x];
+            let u = if strain { [5.0 * x, -5.0 * y, 0.0] } else { turning };
             (0..3).for_each(|a| scene.state.u[a][c] = u[a]);
         }
         let snapshot = mics::output::snapshot::Snapshot::take(&mut scene).unwrap();
