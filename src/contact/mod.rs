@@ -14,7 +14,9 @@
 //! In a fluid m is the mass of a body and of the fluid that goes along with it, half of what goes along with a single one. The fluid
 //! answers contacts with its own mass, `A = q/m`, and what it answers beyond is part of the next step's push. Errors then go from step to
 //! step by `1 - q +- sqrt(q (q - 1))`: they fade up to q = 1; from q = 4/3 on they change sign and grow, and a bed rattles. Grains that move
-//! together carry less fluid than a single one, so that half of that keeps q below.
+//! together carry less fluid than a single one, so that half of that keeps q below. In an impact that answer lags: over a contact of the
+//! duration T it takes `2 pi (M/m - 1) sin(pi dt/T)` of the energy, M the mass that the fluid answers with. So the push has no answer to
+//! the part of a force that is none of a lasting one: to what goes beyond twice its mean over the last steps.
 //!
 //! ```text
 //!      first          second        arms: from the centres to the middle of the overlap
@@ -38,6 +40,7 @@ pub use law::{Damping, Laws, Material};
 use lubrication::Film;
 pub use lubrication::Medium;
 use nalgebra::Vector3;
+use std::f64::consts::PI;
 pub use stiffness::Impact;
 use substep::{Answer, RIGID};
 
@@ -185,9 +188,15 @@ impl Contacts {
         Touching { springs: Vec::with_capacity(8 * self.materials.len()) }
     }
 
-    /// What a contact of a free body sets going (kg): itself, and the fluid that goes along with it however others lie beside it.
+    /// What a lasting contact of a free body sets going (kg): itself, and the fluid that goes along with it however others lie beside it.
     pub fn mass_in_contact(&self, body: &Body) -> f64 {
         body.mass() + params::carried_part() * body.added_mass(self.medium.density)
+    }
+
+    /// What an impact on a wall sets going (kg): in potential flow the fluid of `pi^2/3 - 1` volumes of a disc goes along, of 0.803 of a sphere.
+    pub fn mass_in_impact(&self, body: &Body) -> f64 {
+        let part = if body.shape().dimension() == 2 { PI * PI / 3.0 - 1.0 } else { 2.0 * 0.803 };
+        body.mass() + part * body.added_mass(self.medium.density)
     }
 
     /// Moves all bodies on by `dt` (s): free ones under `push` and contacts, prescribed ones as told. Returns the

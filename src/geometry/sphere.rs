@@ -92,10 +92,10 @@ impl Shape for Sphere {
         let c = (self.radius * self.radius - middle[axis] * middle[axis]).max(0.0).sqrt();
         let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
         let [x, y] = [a, b].map(|a| [middle[a] - half[a], middle[a] + half[a]]);
-        let area = rectangle_overlap(x, y, c);
-        let part = area / (2.0 * half[a] * (2.0 * half[b]));
+        let (area, whole) = (rectangle_overlap(x, y, c), 2.0 * half[a] * (2.0 * half[b]));
+        let part = area / whole;
         let mut centroid = *middle;
-        if part > LEAST {
+        if part > LEAST && part < 1.0 - LEAST {
             centroid[a] = rectangle_moment(x, y, c) / area;
             centroid[b] = rectangle_moment(y, x, c) / area;
         }
@@ -107,5 +107,5 @@ impl Shape for Sphere {
     }
 }
 
-/// Part of a face below which the covered one's centroid is the face's own.
+/// Part of a face below which, as above one less it, the covered one's centroid is the face's own.
 const LEAST: f64 = 1e-9;

@@ -42,35 +42,71 @@ struct Planes {
     inner: usize,
     local: usize,
     ghosts: usize,
+    /// Numbers of the first row of cells and of the row after the last along each axis after this one, and of the rows stored.
+    after: [(usize, usize, usize); 2],
+}
+
+/// What a ghost becomes: a given value, if there is one, and a multiple of a cell's.
+#[derive(Clone, Copy, Debug)]
+struct Rule<'a> {
+    /// The value at the border, for each position on the face, which counts twice.
+    given: Option<&'a [f64]>,
+    factor: f64,
+    /// Whether the cell is always the nearest one, and not the mirrored one.
+    nearest: bool,
+}
+
+impl<'a> Rule<'a> {
+    fn mirrored(factor: f64) -> Rule<'a> {
+        Rule { given: None, factor, nearest: false }
+    }
+
+    /// That of a component of the velocity along an axis.
+    fn of_velocity<const D: usize>(border: &'a Border<D>, component: usize, axis: usize) -> Rule<'a> {
+        match border {
+            Border::Velocity(value) => Rule { given: Some(&value[component]), ..Rule::mirrored(-1.0) },
+            Border::Slip => Rule::mirrored(if component == axis { -1.0 } else { 1.0 }),
+            Border::Outflow => Rule { nearest: true, ..Rule::mirrored(1.0) },
+        }
+    }
 }
 
 impl Planes {
-    /// Sets the first `layers` of ghosts of a field to `value(position on the face, nearest cell's, mirrored cell's)`.
-    fn set_ghosts(&self, side: usize, layers: usize, field: &mut [f64], value: impl Fn(usize, f64, f64) -> f64) {
-        let (low, high) = (self.ghosts, self.ghosts + self.local);
-        let place =
-            |depth: usize| if side == 0 { (low - 1 - depth, low + depth) } else { (high + depth, high - 1 - depth) };
-        let (stored, inner) = (self.stored, self.inner);
-        for (block, field) in field.chunks_exact_mut(stored * inner).enumerate().take(self.outer) {
-            if inner == 1 {
-                let near = field[place(0).1];
+    /// The blocks whose ghosts count: those of other axes' ghosts are set with these axes, which come later.
+    fn blocks(&self) -> impl Iterator<Item = usize> + use<> {
+        let [(first, last, stored), (low, high, _)] = self.after;
+        (low..high).flat_map(move |outer| (first..last).map(move |block| outer * stored + block))
+    }
+
+    /// Sets the first `layers` of ghosts of a field on the sides that have a rule.
+    fn set_ghosts(&self, layers: usize, rules: [Option<Rule>; 2], field: &mut [f64]) {
+        let (low, high, inner) = (self.ghosts, self.ghosts + self.local, self.inner);
+        let block_length = self.stored * inner;
+        for block in self.blocks() {
+            let field = &mut field[block * block_length..][..block_length];
+            for (side, rule) in rules.iter().enumerate() {
+                let Some(Rule { given, factor, nearest }) = *rule else { continue };
+                let given = given.map(|given| &given[block * inner..][..inner]);
                 for depth in 0..layers {
-                    let (ghost, mirror) = place(depth);
-                    field[ghost] = value(block, near, field[mirror]);
-                }
-                continue;
-            }
-            let (below, above) = field.split_at_mut(if side == 0 { low * inner } else { high * inner });
-            let (ghosts, cells) = if side == 0 { (below, above) } else { (above, below) };
-            let layer = |number: usize| if side == 0 { number - low } else { number } * inner;
-            let near = &cells[layer(place(0).1)..][..inner];
-            for depth in 0..layers {
-                let (ghost, mirror) = place(depth);
-                let ghost = if side == 0 { ghost } else { ghost - high } * inner;
-                let ghosts = ghosts[ghost..][..inner].iter_mut();
-                let cells = near.iter().zip(&cells[layer(mirror)..][..inner]);
-                for (at, (ghost, (near, mirror))) in ghosts.zip(cells).enumerate() {
-                    *ghost = value(block * inner + at, *near, *mirror);
+                    let (ghost, mirror) =
+                        if side == 0 { (low - 1 - depth, low + depth) } else { (high + depth, high - 1 - depth) };
+                    let cell = if nearest { [low, high - 1][side] } else { mirror };
+                    if inner == 1 {
+                        let own = factor * field[cell];
+                        field[ghost] = given.map_or(own, |given| 2.0 * given[0] + own);
+                        continue;
+                    }
+                    let (below, above) = field.split_at_mut(ghost.max(cell) * inner);
+                    let (ghosts, cells) = if side == 0 {
+                        (&mut below[ghost * inner..][..inner], &above[..inner])
+                    } else {
+                        (&mut above[..inner], &below[cell * inner..][..inner])
+                    };
+                    let pairs = ghosts.iter_mut().zip(cells);
+                    match given {
+                        Some(given) => pairs.zip(given).for_each(|((g, c), given)| *g = 2.0 * given + factor * c),
+                        None => pairs.for_each(|(g, c)| *g = factor * c),
+                    }
                 }
             }
         }
@@ -98,7 +134,10 @@ impl<const D: usize> Boundaries<D> {
         let planes = std::array::from_fn(|a| {
             let inner = grid.stride[a];
             let total: usize = grid.stored.iter().product();
+            let after = [a + 1, a + 2]
+                .map(|b| if b < D { (grid.ghosts, grid.ghosts + grid.local[b], grid.stored[b]) } else { (0, 1, 1) });
             Planes {
+                after,
                 outer: total / (inner * grid.stored[a]),
                 stored: grid.stored[a],
                 inner,
@@ -135,29 +174,18 @@ impl<const D: usize> Boundaries<D> {
         for axis in 0..D {
             for (component, field) in u.iter_mut().enumerate() {
                 self.halo.exchange(axis, layers, field)?;
-                for side in [0, 1] {
-                    let planes = self.planes[axis];
-                    match self.border(axis, side) {
-                        None => {}
-                        Some(Border::Velocity(value)) => {
-                            let value = &value[component];
-                            planes.set_ghosts(side, layers, field, |at, _, mirror| 2.0 * value[at] - mirror);
-                        }
-                        Some(Border::Slip) => {
-                            let sign = if component == axis { -1.0 } else { 1.0 };
-                            planes.set_ghosts(side, layers, field, |_, _, mirror| sign * mirror);
-                        }
-                        Some(Border::Outflow) => planes.set_ghosts(side, layers, field, |_, near, _| near),
-                    }
-                }
+                let rule = |side| self.border(axis, side).map(|border| Rule::of_velocity(border, component, axis));
+                self.planes[axis].set_ghosts(layers, [rule(0), rule(1)], field);
             }
         }
         Ok(())
     }
 
     /// Says whether anything reads a velocity's ghosts beyond those of the fifth-order stencils. To be the same on all ranks.
-    pub fn set_velocity_layers(&mut self, deep: bool) {
-        self.layers = if deep { self.planes[0].ghosts } else { GHOSTS };
+    /// Returns whether what was filled before does not reach so far.
+    pub fn set_velocity_layers(&mut self, deep: bool) -> bool {
+        let layers = if deep { self.planes[0].ghosts } else { GHOSTS };
+        std::mem::replace(&mut self.layers, layers) < layers
     }
 
     /// Fills the ghosts of a pressure, next to its cells: no gradient at borders with a given velocity, zero at outflows.
@@ -175,14 +203,9 @@ impl<const D: usize> Boundaries<D> {
     fn fill_even(&mut self, field: &mut [f64], at_outflow: f64) -> Result<()> {
         for axis in 0..D {
             self.halo.exchange(axis, 1, field)?;
-            for side in [0, 1] {
-                let sign = match self.border(axis, side) {
-                    None => continue,
-                    Some(Border::Outflow) => at_outflow,
-                    Some(_) => 1.0,
-                };
-                self.planes[axis].set_ghosts(side, 1, field, |_, _, mirror| sign * mirror);
-            }
+            let factor = |border: &Border<D>| if let Border::Outflow = border { at_outflow } else { 1.0 };
+            let rule = |side| self.border(axis, side).map(|border| Rule::mirrored(factor(border)));
+            self.planes[axis].set_ghosts(1, [rule(0), rule(1)], field);
         }
         Ok(())
     }

@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::grid::{Grid, VectorField};
+use crate::params;
 use crate::particles::Push;
 use nalgebra::Vector3;
 
@@ -22,6 +23,8 @@ pub struct WallHistory<const D: usize> {
 pub struct BodyHistory {
     /// Acceleration by fluid and gravity in the last step (m/s2, rad/s2).
     pub push: Push,
+    /// Force of contacts, its mean over the last steps for as long as there are any (N).
+    pub pressed: Vector3<f64>,
     /// Wall shear's force and torque a step before (N, N m).
     pub shear: Option<(Vector3<f64>, Vector3<f64>)>,
     /// Force residual: what pressure and wall shear miss of what the fluid loses, taken in slowly (N).
@@ -30,6 +33,18 @@ pub struct BodyHistory {
     pub deferred: Vector3<f64>,
     /// Momentum (kg m/s) and angular momentum (kg m2/s) of the cells inside the body.
     pub inside: (Vector3<f64>, Vector3<f64>),
+}
+
+impl BodyHistory {
+    /// Takes the force of contacts of a step (N) into their mean; the part of it that lasts.
+    pub fn press(&mut self, force: &Vector3<f64>) -> f64 {
+        if *force == Vector3::zeros() {
+            self.pressed = *force;
+            return 1.0;
+        }
+        self.pressed += params::pressed_share() * (force - self.pressed);
+        (params::lasting_force() * self.pressed.norm() / force.norm()).min(1.0)
+    }
 }
 
 impl<const D: usize> WallHistory<D> {
@@ -57,7 +72,7 @@ impl<const D: usize> WallHistory<D> {
 
 impl Checkpointed for BodyHistory {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let BodyHistory { push, shear, residual, deferred, inside } = self;
-        archive.serialize([push, shear, residual, deferred, inside])
+        let BodyHistory { push, pressed, shear, residual, deferred, inside } = self;
+        archive.serialize([push, pressed, shear, residual, deferred, inside])
     }
 }

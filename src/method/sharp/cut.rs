@@ -71,7 +71,7 @@ impl<const D: usize> CutBodies<D> {
     /// Finds what the bodies cover where they lie, as if they had lain there always.
     pub fn settle(&mut self, domain: &Domain<D>, bodies: &[Body]) {
         self.before.iter_mut().zip(bodies).for_each(|(before, body)| *before = Before::here(body));
-        self.rebuild(domain, bodies, |_| true);
+        self.rebuild(domain, bodies, |_| true, f64::INFINITY);
         // What another place covered is no history.
         self.covered_before.iter_mut().for_each(Vec::clear);
     }
@@ -83,19 +83,21 @@ impl<const D: usize> CutBodies<D> {
         }
     }
 
-    /// Finds what they cover where they have moved to since [`CutBodies::depart`].
-    pub fn arrive(&mut self, domain: &Domain<D>, bodies: &[Body]) {
+    /// Finds what they cover where they have moved to since [`CutBodies::depart`], a step of `dt` (s).
+    pub fn arrive(&mut self, domain: &Domain<D>, bodies: &[Body], dt: f64) {
         for (before, body) in self.before.iter_mut().zip(bodies) {
             before.way = nearest_image(&before.way, &body.centre, &self.periods);
         }
-        self.rebuild(domain, bodies, Body::moves);
+        self.rebuild(domain, bodies, Body::moves, dt);
     }
 
     /// Rebuilds the cut bodies that are `wanted`, and those that others are or were near to, whose probes that changes.
-    fn rebuild(&mut self, domain: &Domain<D>, bodies: &[Body], wanted: fn(&Body) -> bool) {
+    fn rebuild(&mut self, domain: &Domain<D>, bodies: &[Body], wanted: fn(&Body) -> bool, dt: f64) {
         self.close_faces(domain);
         self.near.find(bodies);
         let (grid, boundaries) = (&domain.grid, &domain.boundaries);
+        let friction =
+            0.5 * params::gap_friction() * dt * domain.fluid.viscosity / (domain.fluid.density * self.h * self.h);
         for k in 0..bodies.len() {
             let near = &self.near.near[k];
             if !wanted(&bodies[k]) && near.is_empty() && !self.near.had[k] {
@@ -104,7 +106,7 @@ impl<const D: usize> CutBodies<D> {
             self.beside.clear();
             self.beside.extend(near.iter().map(|&j| Neighbour::new(bodies, k, j, &self.periods)));
             let turn = bodies[k].turn();
-            let around = Surroundings { grid, boundaries, bodies, turn, near: &self.beside, h: self.h };
+            let around = Surroundings { grid, boundaries, bodies, turn, near: &self.beside, h: self.h, friction };
             self.bodies[k].rebuild(&around, k, &self.before[k], &mut self.tiles);
         }
         self.open_faces(domain);

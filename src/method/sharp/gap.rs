@@ -50,6 +50,8 @@ pub struct Surroundings<'a, const D: usize> {
     pub near: &'a [Neighbour],
     /// The spacing that depths and probes count in (m).
     pub h: f64,
+    /// What the flow in a gap of one spacing loses to its walls before it is imposed: it falls by `exp(-friction)`.
+    pub friction: f64,
 }
 
 /// How much of each form of the profile holds at a gap; they sum to one.
@@ -86,6 +88,18 @@ pub struct Gap {
 }
 
 impl<const D: usize> Surroundings<'_, D> {
+    /// The shares in a gap of this width (m). What its walls have no time to slow slips along them.
+    pub fn shares(&self, width: f64) -> Shares {
+        let gap = width / self.h;
+        let mut shares = Shares::of(gap);
+        if shares.across > 0.0 {
+            let free = shares.across * (-self.friction / (gap * gap)).exp();
+            shares.linear += free;
+            shares.across -= free;
+        }
+        shares
+    }
+
     /// Whether no other body is nearer to the point at `arm` (m) from the centre of body `k`.
     pub fn nearest(&self, k: usize, arm: &Vector3<f64>) -> bool {
         if self.near.is_empty() {

@@ -170,16 +170,14 @@ impl<const D: usize> Sharp<D> {
         s.p.fill(0.0);
         self.settle(domain, &s.bodies)?;
         self.acceleration.clear();
-        self.impose(domain, &s.bodies, false, &mut s.u)?;
-        domain.boundaries.fill_velocity(&mut s.u)?;
+        self.impose(domain, &s.bodies, &mut s.u)?;
         self.cut.interpolate(domain, s, 1.0, 0.0, &self.acceleration)?;
         domain.boundaries.set_faces(&mut s.faces);
         // Over a second, so that the potential is the pressure's impulse; it corrects the cells and is dropped.
         domain.project(&self.cut.beta, s, 1.0, None)?;
         self.acceleration.of_pressure(domain, &self.cut, &s.p);
         self.acceleration.add_to(domain, &self.cut, 1.0, &mut s.u);
-        self.impose(domain, &s.bodies, false, &mut s.u)?;
-        domain.boundaries.fill_velocity(&mut s.u)?;
+        self.impose(domain, &s.bodies, &mut s.u)?;
         let walls = history(&mut s.walls)?;
         copy(&s.faces, &mut walls.memory);
         copy(&s.u, &mut walls.unimposed);
@@ -224,10 +222,10 @@ impl<const D: usize> Sharp<D> {
         domain.projection.assemble(&domain.grid, &self.cut.beta)
     }
 
-    /// Deep ghosts, where something reads them.
-    fn set_ghost_layers(&self, domain: &mut Domain<D>, bodies: &[Body]) {
+    /// Deep ghosts, where something reads them. Returns whether what was filled before does not reach so far.
+    fn set_ghost_layers(&self, domain: &mut Domain<D>, bodies: &[Body]) -> bool {
         let deep = domain.session.size() > 1 || self.cut.near_borders(&domain.grid, bodies);
-        domain.boundaries.set_velocity_layers(deep);
+        domain.boundaries.set_velocity_layers(deep)
     }
 
     /// The cells of this rank that bodies touch.

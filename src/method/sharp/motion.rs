@@ -83,9 +83,11 @@ impl<const D: usize> Sharp<D> {
             for (motion, body) in self.motions.iter_mut().zip(&s.bodies) {
                 motion.expected = (body.velocity, body.spin);
             }
-            self.cut.arrive(domain, &s.bodies);
+            self.cut.arrive(domain, &s.bodies, dt);
         }
-        self.set_ghost_layers(domain, &s.bodies);
+        if self.set_ghost_layers(domain, &s.bodies) {
+            domain.boundaries.fill_velocity(&mut s.u)?;
+        }
         domain.clock.lap(Stage::Particles);
         Ok(())
     }
@@ -143,16 +145,20 @@ impl<const D: usize> Sharp<D> {
         Ok(sums)
     }
 
-    /// Takes the acceleration of the step `dt` (s) for the next one.
+    /// Takes the acceleration of the step `dt` (s) for the next one: by all but contacts, with what the fluid answers to lasting ones.
     pub(super) fn take_push(&self, domain: &Domain<D>, bodies: &[Body], histories: &mut [BodyHistory], dt: f64) {
         for (k, (motion, body)) in self.motions.iter().zip(bodies).enumerate() {
             let Some(freedom) = body.freedom() else { continue };
-            let contacts = self.contacts.as_ref().map(|c| (c.impulses()[k], c.mass_in_contact(body)));
-            let (impulse, mass) = contacts.unwrap_or((Impulse::default(), body.mass()));
             let (_, turn) = resistance(body, &motion.shell, domain.fluid.viscosity / self.cut.h);
             let kept = inertial_share(body, &turn, dt) / dt;
+            let (mut impulse, mut inverse) = (Impulse::default(), 0.0);
+            if let Some(contacts) = &self.contacts {
+                impulse = contacts.impulses()[k];
+                let lasting = histories[k].press(&(impulse.linear / dt));
+                inverse = lasting / contacts.mass_in_contact(body) + (1.0 - lasting) / contacts.mass_in_impact(body);
+            }
             histories[k].push = Push {
-                acceleration: (body.velocity - motion.start.0 - impulse.linear / mass) / dt,
+                acceleration: (body.velocity - motion.start.0 - inverse * impulse.linear) / dt,
                 angular: (body.spin - motion.start.1 - body.inertia().answer(&impulse.angular, &freedom))
                     .component_mul(&kept),
             };

@@ -24,17 +24,11 @@ impl<const D: usize> Sharp<D> {
         Ok(Pace { courant, diffusion, keep: 1.0 - forgotten.min(1.0) })
     }
 
-    /// Sets the velocity of the cells inside the bodies; with `fresh`, also that of cells which they have just left. Collective.
-    pub(super) fn impose(
-        &mut self,
-        domain: &mut Domain<D>,
-        bodies: &[Body],
-        fresh: bool,
-        u: &mut VectorField<D>,
-    ) -> Result<()> {
+    /// Sets the velocity of the cells inside the bodies. Collective.
+    pub(super) fn impose(&mut self, domain: &mut Domain<D>, bodies: &[Body], u: &mut VectorField<D>) -> Result<()> {
         domain.boundaries.fill_velocity(u)?;
-        self.cut.impose(domain, bodies, fresh, &mut self.work.inside, None, u);
-        Ok(())
+        self.cut.impose(domain, bodies, false, &mut self.work.inside, None, u);
+        domain.boundaries.fill_velocity(u)
     }
 
     /// The memory of the faces: what their velocity was beyond the cells' with the wall imposed at the present place. Collective.
@@ -45,7 +39,7 @@ impl<const D: usize> Sharp<D> {
             domain.projection.assemble(&domain.grid, &self.cut.beta)?;
             domain.clock.lap(Stage::Assembly);
             copy(&s.u, &mut stage);
-            self.impose(domain, &s.bodies, true, &mut stage)?;
+            self.cut.impose(domain, &s.bodies, true, &mut self.work.inside, None, &mut stage);
             domain.boundaries.fill_velocity(&mut stage)?;
             // What the last wall changed after the projection faces have yet to see.
             for ((moved, u), before) in stage.iter_mut().zip(&s.u).zip(&walls.unimposed) {
@@ -77,9 +71,9 @@ impl<const D: usize> Sharp<D> {
                     cut.impose_within(part, &s.u, &work.inside, u);
                 }
                 domain.clock.lap(Stage::Mixing);
+                domain.boundaries.fill_velocity(&mut work.stage)?;
+                domain.clock.lap(Stage::Ghosts);
             }
-            domain.boundaries.fill_velocity(if k == 0 { &mut s.u } else { &mut work.stage })?;
-            domain.clock.lap(Stage::Ghosts);
             let (u, carrier) = (if k == 0 { &s.u } else { &work.stage }, momentum.carrier(s, dt));
             if s.balance.is_some() {
                 sides +=
