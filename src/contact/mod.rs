@@ -15,8 +15,9 @@
 //! answers contacts with its own mass, `A = q/m`, and what it answers beyond is part of the next step's push. Errors then go from step to
 //! step by `1 - q +- sqrt(q (q - 1))`: they fade up to q = 1; from q = 4/3 on they change sign and grow, and a bed rattles. Grains that move
 //! together carry less fluid than a single one, so that half of that keeps q below. In an impact that answer lags: over a contact of the
-//! duration T it takes `2 pi (M/m - 1) sin(pi dt/T)` of the energy, M the mass that the fluid answers with. So the push has no answer to
-//! the part of a force that is none of a lasting one: to what goes beyond twice its mean over the last steps.
+//! duration T it takes `2 pi (M/m - 1) sin(pi dt/T)` of the energy, M the mass that the fluid answers with. So what of a force goes beyond
+//! twice its mean over the last steps is taken for an impact, its answer for that of potential flow at a wall, and none of it is expected
+//! of the next step.
 //!
 //! ```text
 //!      first          second        arms: from the centres to the middle of the overlap
@@ -188,15 +189,19 @@ impl Contacts {
         Touching { springs: Vec::with_capacity(8 * self.materials.len()) }
     }
 
-    /// What a lasting contact of a free body sets going (kg): itself, and the fluid that goes along with it however others lie beside it.
-    pub fn mass_in_contact(&self, body: &Body) -> f64 {
-        body.mass() + params::carried_part() * body.added_mass(self.medium.density)
+    /// What a contact of a free body sets going (kg): itself, and the fluid that goes along with it. That is, for the part of its force that
+    /// is `lasting`, what goes along however others lie beside it; for an impact, what does in potential flow where it touches a wall:
+    /// `pi^2/3 - 1` volumes of a disc, 0.803 of a sphere.
+    pub fn mass_in_contact(&self, body: &Body, lasting: f64) -> f64 {
+        let touching = if body.shape().dimension() == 2 { PI * PI / 3.0 - 1.0 } else { 2.0 * 0.803 };
+        let carried = body.added_mass(self.medium.density);
+        let with = |part: f64| 1.0 / (body.mass() + part * carried);
+        1.0 / (lasting * with(params::carried_part()) + (1.0 - lasting) * with(touching))
     }
 
-    /// What an impact on a wall sets going (kg): in potential flow the fluid of `pi^2/3 - 1` volumes of a disc goes along, of 0.803 of a sphere.
-    pub fn mass_in_impact(&self, body: &Body) -> f64 {
-        let part = if body.shape().dimension() == 2 { PI * PI / 3.0 - 1.0 } else { 2.0 * 0.803 };
-        body.mass() + part * body.added_mass(self.medium.density)
+    /// Takes another mass (kg) for what contacts of a body set going, until the next [`advance`](Contacts::advance).
+    pub(crate) fn weigh(&mut self, body: usize, mass: f64) {
+        self.answers[body].weigh(mass);
     }
 
     /// Moves all bodies on by `dt` (s): free ones under `push` and contacts, prescribed ones as told. Returns the
@@ -207,7 +212,7 @@ impl Contacts {
     pub fn advance(&mut self, bodies: &mut [Body], touching: &mut Touching, push: &[Push], dt: f64) -> Result<usize> {
         self.refuse_strays(bodies)?;
         for (i, (body, push)) in bodies.iter().zip(push).enumerate() {
-            self.answers[i] = Answer::of(body, push, self.mass_in_contact(body));
+            self.answers[i] = Answer::of(body, push, self.mass_in_contact(body, 1.0));
         }
         self.pairs.clear();
         let kept = touching.springs.iter();
@@ -288,7 +293,7 @@ impl Contacts {
         let mut lightest = vec![(f64::INFINITY, 0); self.laws.materials()];
         for (body, &material) in bodies.iter().zip(&self.materials) {
             let (mass, count) = &mut lightest[material];
-            *mass = mass.min(if body.freedom().is_some() { self.mass_in_contact(body) } else { f64::INFINITY });
+            *mass = mass.min(if body.freedom().is_some() { self.mass_in_contact(body, 1.0) } else { f64::INFINITY });
             *count += 1;
         }
         let mut shortest = f64::INFINITY;

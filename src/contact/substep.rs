@@ -356,6 +356,14 @@ impl Answer {
             },
         }
     }
+
+    /// Takes another mass (kg) for that of a free body.
+    pub(super) fn weigh(&mut self, mass: f64) {
+        if self.whole > 0.0 {
+            self.mass /= self.whole * mass;
+            self.whole = 1.0 / mass;
+        }
+    }
 }
 
 /// Moves a body by `h` (s) under accelerations that last; the way it goes (m).

@@ -36,14 +36,19 @@ pub struct BodyHistory {
 }
 
 impl BodyHistory {
-    /// Takes the force of contacts of a step (N) into their mean; the part of it that lasts.
-    pub fn press(&mut self, force: &Vector3<f64>) -> f64 {
+    /// The mean force of contacts after a step with this one (N).
+    pub fn pressed_with(&self, force: &Vector3<f64>) -> Vector3<f64> {
         if *force == Vector3::zeros() {
-            self.pressed = *force;
-            return 1.0;
+            *force
+        } else {
+            self.pressed + params::pressed_share() * (force - self.pressed)
         }
-        self.pressed += params::pressed_share() * (force - self.pressed);
-        (params::lasting_force() * self.pressed.norm() / force.norm()).min(1.0)
+    }
+
+    /// The part of a force of contacts (N) that lasts and is none of an impact.
+    pub fn lasting(&self, force: &Vector3<f64>) -> f64 {
+        let (mean, size) = (self.pressed_with(force).norm(), force.norm());
+        if size > params::lasting_force() * mean { params::lasting_force() * mean / size } else { 1.0 }
     }
 }
 

@@ -271,3 +271,60 @@ fn what_lies_on_a_floor_in_a_corner_or_on_two_others_weighs_on_them_and_stirs_no
         assert!((carried - 1.0).abs() < 1e-4 && left < 1e-8, "on {name}: {carried}, {left}");
     }
 }
+
+/// The speed of a body, 8 cells across, that strikes the floor of a liquid without viscosity, a tenth of its diameter (1 m) above it on its way
+/// up, over that at the same place on its way down. It is `ratio` times as dense and its restitution 0.97.
+fn rebound<const D: usize>(ratio: f64, courant: f64) -> f64 {
+    let petsc = petsc();
+    let (shape, wide) = (["disc", "sphere"][D - 2], if D == 2 { 6.0 } else { 4.0 });
+    let middle = 0.5 * wide;
+    let [size, place, velocity] = if D == 2 {
+        [format!("{wide:?}, 3.0"), format!("{middle:?}, 1.0"), "0.0, -1.0".into()]
+    } else {
+        [format!("{wide:?}, 3.0, {wide:?}"), format!("{middle:?}, 1.0, {middle:?}"), "0.0, -1.0, 0.0".into()]
+    };
+    let cells = (8.0 * wide) as usize;
+    let (cells, ends) = match D {
+        2 => (format!("{cells}, 24"), ""),
+        _ => (format!("{cells}, 24, {cells}"), "bottom = \"slip\"\ntop = \"slip\"\n"),
+    };
+    let text = format!(
+        "name = \"rebound\"\n[domain]\nsize = [{size}]\ncells = [{cells}]\n[fluid]\ndensity = 1.0\nviscosity = 1e-6\n\
+         [boundary]\nwest = \"slip\"\neast = \"slip\"\nsouth = \"wall\"\nnorth = \"slip\"\n{ends}\
+         [[particle]]\nshape = {{ {shape} = {{ diameter = 1.0 }} }}\nposition = [{place}]\nvelocity = [{velocity}]\ndensity = {ratio:?}\n\
+         [contact]\nrestitution = 0.97\n[pressure]\ndivergence_limit = 1e-3\n[time]\nend = 10.0\nstep = 0.01\n"
+    );
+    let mut scene: Scene<D> = petsc.scene(&text);
+    let (dt, mut before, mut down) = (courant / 8.0, (0.5, 1.0), 0.0);
+    for _ in 0..(3.0 / dt) as usize {
+        scene.step(dt).unwrap();
+        let (gap, speed) = (scene.state.bodies[0].centre.y - 0.5, scene.state.bodies[0].velocity.y);
+        let (last, slow) = before;
+        let there = slow + (speed - slow) * (0.1 - last) / (gap - last);
+        if speed < 0.0 && gap < 0.1 && last >= 0.1 {
+            down = -there;
+        } else if speed > 0.0 && gap > 0.1 {
+            return there / down;
+        }
+        before = (gap, speed);
+    }
+    panic!("it has not come back");
+}
+
+/// In potential flow a body and the fluid that goes along with it have at the same place after an impact what its restitution leaves: 0.97. What
+/// the fluid answers a step late, or a narrow gap takes from what flows through it, is missing: 0.78 to 0.82 of steel, 0.68 of the disc.
+#[test]
+fn a_body_that_strikes_a_floor_in_a_liquid_without_viscosity_keeps_its_restitution_with_sharp_walls() {
+    for (courant, kept) in [(0.4, 0.89), (0.2, 0.90), (0.1, 0.90)] {
+        let steel = rebound::<3>(8.0, courant);
+        assert!(steel > kept && steel < 0.98, "a steel sphere at Courant number {courant}: {steel}");
+    }
+    for (courant, kept) in [(0.4, 0.85), (0.1, 0.83)] {
+        let sand = rebound::<3>(2.5, courant);
+        assert!(sand > kept && sand < 0.98, "a sphere of sand at Courant number {courant}: {sand}");
+    }
+    for (courant, kept) in [(0.4, 0.92), (0.1, 0.85)] {
+        let disc = rebound::<2>(8.0, courant);
+        assert!(disc > kept && disc < 0.98, "a steel disc at Courant number {courant}: {disc}");
+    }
+}

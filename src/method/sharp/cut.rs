@@ -31,6 +31,8 @@ pub struct CutBodies<const D: usize> {
     tiles: Tiles,
     /// What bodies cover of each face of an axis while faces are opened, and which have been listed; zero otherwise.
     pub(super) total: Vec<f64>,
+    /// Of the faces in narrow gaps, their memory before a step (m/s).
+    pub(super) flows: Vec<f64>,
     pub(super) periods: [Option<f64>; 3],
     /// The spacing that depths and probes count in (m).
     pub h: f64,
@@ -53,6 +55,7 @@ impl<const D: usize> CutBodies<D> {
             beside: Vec::with_capacity(16),
             tiles: Tiles::for_radius(bodies.iter().map(Body::radius).fold(0.0, f64::max), &grid.h),
             total: grid.field(),
+            flows: Vec::with_capacity(faces),
             periods,
             h,
         }

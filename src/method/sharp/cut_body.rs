@@ -16,7 +16,7 @@ use crate::geometry::{
 };
 use crate::grid::{Grid, VectorField};
 use crate::params;
-use crate::particles::Body;
+use crate::particles::{Body, nearest_image};
 use nalgebra::Vector3;
 /// What that slope takes of the wall's own velocity, over a spacing.
 pub(super) fn resistance() -> f64 {
@@ -119,6 +119,17 @@ pub struct Inside {
     pub fresh: bool,
 }
 
+/// A face in a gap that the grid does not resolve: the cells beside it are set by what bounds the gap, and only its memory has the flow.
+#[derive(Clone, Copy, Debug)]
+pub struct GapFace {
+    /// The face's index in a field.
+    pub face: u32,
+    /// How much of the gap is not resolved.
+    pub share: f64,
+    /// How much of the flow friction leaves after a step.
+    pub kept: f64,
+}
+
 /// A point of a body's surface.
 #[derive(Clone, Debug)]
 pub struct Point {
@@ -136,6 +147,8 @@ pub struct CutBody<const D: usize> {
     /// Faces that it covers, by axis, and where their open parts lie.
     pub cuts: [Vec<Cut>; D],
     pub openings: [Vec<Opening>; D],
+    /// Those in narrow gaps that are nearest to it, by axis.
+    pub gaps: [Vec<GapFace>; D],
     /// Cells that it touches, with its fraction of them.
     pub solid: Vec<Overlap>,
     /// Cells of `solid` in which it speaks for the wall: no other body is nearer.
@@ -161,6 +174,7 @@ impl<const D: usize> CutBody<D> {
         CutBody {
             cuts: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
             openings: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
+            gaps: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
             solid: Vec::with_capacity(cells(0.0)),
             owns: Vec::with_capacity(cells(0.0)),
             inside: Vec::with_capacity(inside),
@@ -226,7 +240,26 @@ impl<const D: usize> CutBody<D> {
                 self.inside.push(Inside { arm, weight, trace, cell: cell as u32, fresh });
             }
         }
+        if tight > 0.0 {
+            self.find_gaps(around, k);
+        }
         self.place_points(around, k);
+    }
+
+    /// Finds the faces in gaps that the grid does not resolve.
+    fn find_gaps(&mut self, around: &Surroundings<D>, k: usize) {
+        let (grid, body) = (around.grid, &around.bodies[k]);
+        let periods = std::array::from_fn(|a| (a < D && grid.periodic[a]).then(|| grid.size[a]));
+        for (axis, (cuts, gaps)) in self.cuts.iter().zip(&mut self.gaps).enumerate() {
+            for cut in cuts.iter().filter(|cut| cut.covered < 1.0) {
+                let place = grid.face_centre(axis, cut.face as usize);
+                let arm = nearest_image(&body.centre, &place, &periods);
+                let (share, kept) = around.flow(around.width_at(k, &arm, &place));
+                if kept > 0.0 && around.nearest(k, &arm) {
+                    gaps.push(GapFace { face: cut.face, share, kept });
+                }
+            }
+        }
     }
 
     fn clear(&mut self) {
@@ -235,6 +268,7 @@ impl<const D: usize> CutBody<D> {
         self.across.clear();
         self.lines.clear();
         self.inside.clear();
+        self.gaps.iter_mut().for_each(Vec::clear);
     }
 
     /// The profile at the signed distance `s` (m) along a normal.

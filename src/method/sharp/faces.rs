@@ -2,6 +2,7 @@
 
 use super::acceleration::PressureAcceleration;
 use super::cut::CutBodies;
+use super::cut_body::CutBody;
 use super::history;
 use crate::Result;
 use crate::domain::Domain;
@@ -15,7 +16,7 @@ impl<const D: usize> CutBodies<D> {
     /// (8): face velocities from those of the cells, ghosts filled, the memory, of which the part `keep` stays, and the
     /// acceleration by the last pressure over `dt` (s). The memory becomes the velocity before that acceleration.
     pub fn interpolate(
-        &self,
+        &mut self,
         domain: &Domain<D>,
         s: &mut State<D>,
         keep: f64,
@@ -25,6 +26,11 @@ impl<const D: usize> CutBodies<D> {
         let (grid, acceleration) = (&domain.grid, &acceleration.faces);
         let State { u, faces, bodies, walls, .. } = s;
         let memory = &mut history(walls)?.memory;
+        let gaps = |axis| self.bodies.iter().flat_map(move |cut: &CutBody<D>| &cut.gaps[axis]);
+        self.flows.clear();
+        for axis in 0..D {
+            self.flows.extend(gaps(axis).map(|gap| memory[axis][gap.face as usize]));
+        }
         simd(
             #[inline(always)]
             || {
@@ -40,8 +46,12 @@ impl<const D: usize> CutBodies<D> {
                 }
             },
         );
+        let mut flows = self.flows.iter();
         for axis in 0..D {
             let (memory, face) = (&mut memory[axis], &mut faces[axis]);
+            for (gap, flow) in gaps(axis).zip(&mut flows) {
+                memory[gap.face as usize] += gap.share * (gap.kept - keep).max(0.0) * flow;
+            }
             self.interpolate_cut(grid, axis, &u[axis], bodies, (dt, &acceleration[axis]), memory, face);
         }
         Ok(())

@@ -1,5 +1,14 @@
 //! Gaps: how far it is along a normal of a body's wall to the next body or wall, and what the profile of the flow beside the
 //! wall is there ([`super::cut_body`] has the sketch).
+//!
+//! ```text
+//!      ( body k )                 a gap of the width g(x) = s_k + s_j at any point x, by the distances from both surfaces. Below 1.25 h
+//!    ---.-------.---  g           cells beside it hold the straight profile, as far as friction makes it in the time:
+//!      (  other )                   tau = 1 - exp(-6 nu dt/g^2)              twice a step
+//!                                 what flows through it is in the faces' memory, and stays but for that friction:
+//!                                   keep = exp(-12 nu dt/g^2)                12 nu/g^2: of a parabola between two walls
+//! ```
+//! Without that such a gap would take the momentum of what flows through it in every step, and half of an impact's energy with it.
 
 use crate::geometry::Turn;
 use crate::grid::{Border, Boundaries, Grid};
@@ -98,6 +107,27 @@ impl<const D: usize> Surroundings<'_, D> {
             shares.across -= free;
         }
         shares
+    }
+
+    /// How much of a gap of this width (m) the grid does not resolve, and how much of its flow friction leaves after a step.
+    pub fn flow(&self, width: f64) -> (f64, f64) {
+        let gap = width.max(0.0) / self.h;
+        let share = Shares::of(gap).across;
+        (share, if share > 0.0 { (-2.0 * self.friction / (gap * gap)).exp() } else { 0.0 })
+    }
+
+    /// How wide the gap is (m) that has the point at `arm` (m) from the centre of body `k`, which is there at `place` (m).
+    pub fn width_at(&self, k: usize, arm: &Vector3<f64>, place: &Vector3<f64>) -> f64 {
+        let mut other = f64::INFINITY;
+        for near in self.near {
+            other = other.min(self.bodies[near.body].shape().distance(&near.turn, &(arm - near.apart)));
+        }
+        for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
+            if let Some(Border::Velocity(_)) = self.boundaries.borders[axis][side] {
+                other = other.min(if side == 0 { place[axis] } else { self.grid.size[axis] - place[axis] });
+            }
+        }
+        self.bodies[k].shape().distance(&self.turn, arm) + other
     }
 
     /// Whether no other body is nearer to the point at `arm` (m) from the centre of body `k`.

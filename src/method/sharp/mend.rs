@@ -1,9 +1,9 @@
 //! Contacts and fluid at one: what the fluid makes of the contacts' impulses, as a rough solve shows it, is compared with what the
 //! substeps expected, and mended before the pressure is found to the end ([`crate::contact`] has the formulas).
 
-use super::Sharp;
-use crate::params;
+use super::{Sharp, history};
 use crate::state::State;
+use crate::{Result, params};
 use nalgebra::Vector3;
 
 /// Scratch, per body.
@@ -25,16 +25,21 @@ impl Work {
 impl<const D: usize> Sharp<D> {
     /// Pushes bodies in contact to the velocities along their contacts that the substeps expected, and the faces with them, before
     /// the pressure is found to the end.
-    pub(super) fn mend_contacts(&mut self, s: &mut State<D>, dt: f64) {
-        let Some(contacts) = &mut self.contacts else { return };
+    pub(super) fn mend_contacts(&mut self, s: &mut State<D>, dt: f64) -> Result<()> {
+        let Some(contacts) = &mut self.contacts else { return Ok(()) };
         let Work { deviations, nudges } = &mut self.work.mend;
         for ((deviation, body), motion) in deviations.iter_mut().zip(&s.bodies).zip(&self.motions) {
             *deviation = if body.freedom().is_some() { body.velocity - motion.expected.0 } else { Default::default() };
         }
+        let histories = &history(&mut s.walls)?.bodies;
+        for (k, (body, history)) in s.bodies.iter().zip(histories).enumerate() {
+            let lasting = history.lasting(&(contacts.impulses()[k].linear / dt));
+            contacts.weigh(k, contacts.mass_in_contact(body, lasting));
+        }
         let tolerance =
             params::mending_deviation() * contacts.pace(&s.bodies) + params::mending_floor() * self.cut.h / dt;
         if contacts.mend(&s.bodies, deviations, nudges, tolerance) < tolerance {
-            return;
+            return Ok(());
         }
         for (k, (body, motion)) in s.bodies.iter_mut().zip(&self.motions).enumerate() {
             let Some(freedom) = body.freedom() else { continue };
@@ -42,5 +47,6 @@ impl<const D: usize> Sharp<D> {
             body.velocity += change;
             self.cut.bodies[k].carry_faces(&change, &mut s.faces);
         }
+        Ok(())
     }
 }

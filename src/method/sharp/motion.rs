@@ -151,14 +151,15 @@ impl<const D: usize> Sharp<D> {
             let Some(freedom) = body.freedom() else { continue };
             let (_, turn) = resistance(body, &motion.shell, domain.fluid.viscosity / self.cut.h);
             let kept = inertial_share(body, &turn, dt) / dt;
-            let (mut impulse, mut inverse) = (Impulse::default(), 0.0);
+            let (mut impulse, mut mass) = (Impulse::default(), body.mass());
             if let Some(contacts) = &self.contacts {
                 impulse = contacts.impulses()[k];
-                let lasting = histories[k].press(&(impulse.linear / dt));
-                inverse = lasting / contacts.mass_in_contact(body) + (1.0 - lasting) / contacts.mass_in_impact(body);
+                let force = impulse.linear / dt;
+                mass = contacts.mass_in_contact(body, histories[k].lasting(&force));
+                histories[k].pressed = histories[k].pressed_with(&force);
             }
             histories[k].push = Push {
-                acceleration: (body.velocity - motion.start.0 - inverse * impulse.linear) / dt,
+                acceleration: (body.velocity - motion.start.0 - impulse.linear / mass) / dt,
                 angular: (body.spin - motion.start.1 - body.inertia().answer(&impulse.angular, &freedom))
                     .component_mul(&kept),
             };

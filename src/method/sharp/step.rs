@@ -120,7 +120,7 @@ impl<const D: usize> Sharp<D> {
         let mut rough = Projected::default();
         if self.contacts.as_ref().is_some_and(|contacts| contacts.gave()) {
             rough = self.project_with_bodies(domain, s, dt, Some(params::mending_digits()))?;
-            self.mend_contacts(s, dt);
+            self.mend_contacts(s, dt)?;
         }
         let mut projected = self.project_with_bodies(domain, s, dt, None)?;
         projected.outer += rough.outer;
