@@ -3,7 +3,7 @@
 use crate::scene::Scene;
 use crate::{Error, Result};
 use std::fmt::Write as _;
-use std::io::{self, BufRead as _, BufReader, Read as _};
+use std::io::{self, BufRead as _, BufReader, BufWriter, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::{fs, str};
 
@@ -103,23 +103,24 @@ impl Snapshot {
              <Piece Extent=\"0 {nx} 0 {ny} 0 {nz}\">\n<CellData Scalars=\"pressure\" Vectors=\"velocity\">\n",
             self.time
         );
-        let mut body = Vec::new();
+        let mut offset = 0;
         for a in &self.arrays {
             let _ = writeln!(
                 head,
-                "<DataArray type=\"Float64\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>",
-                a.name,
-                a.components,
-                body.len()
+                "<DataArray type=\"Float64\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{offset}\"/>",
+                a.name, a.components,
             );
-            body.extend_from_slice(&(8 * a.values.len() as u64).to_le_bytes());
-            a.values.iter().for_each(|v| body.extend_from_slice(&v.to_le_bytes()));
+            offset += 8 * (1 + a.values.len());
         }
         head += "</CellData>\n</Piece>\n</ImageData>\n<AppendedData encoding=\"raw\">\n_";
-        let mut bytes = head.into_bytes();
-        bytes.append(&mut body);
-        bytes.extend_from_slice(b"\n</AppendedData>\n</VTKFile>\n");
-        replace(path, &bytes)
+        replace_by(path, |file| {
+            file.write_all(head.as_bytes())?;
+            for a in &self.arrays {
+                file.write_all(&(8 * a.values.len() as u64).to_le_bytes())?;
+                a.values.iter().try_for_each(|v| file.write_all(&v.to_le_bytes()))?;
+            }
+            file.write_all(b"\n</AppendedData>\n</VTKFile>\n")
+        })
     }
 
     /// Reads a file that [`Snapshot::write`] wrote.
@@ -217,8 +218,18 @@ pub fn part(path: &Path) -> PathBuf {
 
 /// Writes a whole file or none.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
+    replace_by(path, |file| file.write_all(bytes))
+}
+
+/// The same, piece by piece.
+fn replace_by(path: &Path, write: impl FnOnce(&mut BufWriter<fs::File>) -> io::Result<()>) -> Result<()> {
     let part = part(path);
-    let written = fs::write(&part, bytes).map_err(Error::io(&part));
+    let written = fs::File::create(&part).and_then(|file| {
+        let mut file = BufWriter::new(file);
+        write(&mut file)?;
+        file.flush()
+    });
+    let written = written.map_err(Error::io(&part));
     let written = written.and_then(|()| fs::rename(&part, path).map_err(Error::io(path)));
     if written.is_err() {
         // Half a file (a full disk) is of no use, and would keep space that the next one needs.
