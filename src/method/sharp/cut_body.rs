@@ -9,7 +9,7 @@
 //! ```
 //! with g the gap along n to the next body or wall; between these the shares change smoothly.
 
-use super::gap::{Other, Surroundings};
+use super::gap::{Other, Shares, Surroundings};
 use super::probe::Probe;
 use crate::geometry::{
     Block, Cut, Opening, Overlap, Placed, Shape, SurfacePoint, Tiles, Turn, aperture, fraction, images,
@@ -256,7 +256,7 @@ impl<const D: usize> CutBody<D> {
                 let arm = nearest_image(&body.centre, &place, &periods);
                 let (share, kept) = around.flow(around.width_at(k, &arm, &place));
                 if kept > 0.0 && around.nearest(k, &arm) {
-                    gaps.push(GapFace { face: cut.face, share, kept });
+                    gaps.push(GapFace { face: cut.face, share, kept: kept * kept });
                 }
             }
         }
@@ -275,7 +275,7 @@ impl<const D: usize> CutBody<D> {
     fn profile(&mut self, around: &Surroundings<D>, image: &Vector3<f64>, normal: &Normal, s: f64) -> Trace {
         let h = around.h;
         let gap = around.gap(image, &normal.foot, &normal.n);
-        let share = around.shares(gap.width);
+        let share = Shares::of(gap.width / h);
         let [d1, d2] = [params::first_probe() * h, params::second_probe() * h];
         let near = h.min(0.5 * gap.width);
         // In a gap no further than the mirror image: more would feed back through the faces between the two.
@@ -300,7 +300,8 @@ impl<const D: usize> CutBody<D> {
         let gap = around.gap(image, &normal.foot, &normal.n);
         let across = s / gap.width.max(0.5 * around.h).max(s);
         let trace = self.trace(around.grid, image, normal, &[], across, gap.other);
-        (trace, around.shares(gap.width).across)
+        let (share, kept) = around.flow(gap.width);
+        (trace, share * (1.0 - kept))
     }
 
     /// A trace along a normal: the distances of its probes from the wall (m) with their shares, and the share of what lies across
@@ -341,7 +342,7 @@ impl<const D: usize> CutBody<D> {
             let Some(image) = images(grid, &body.centre).find(|image| grid.owns(&(image + arm))) else { continue };
             let normal = Normal::new(body.shape(), &arm, 0.0, around.turn * normal);
             let gap = around.gap(&image, &normal.foot, &normal.n);
-            let share = around.shares(gap.width);
+            let share = Shares::of(gap.width / h);
             let (e, near) = (params::slope_probe() * h, h.min(0.5 * gap.width));
             let full = share.full / e;
             let linear = if share.linear > 0.0 { share.linear / near } else { 0.0 };

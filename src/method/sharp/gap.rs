@@ -3,7 +3,7 @@
 //!
 //! ```text
 //!      ( body k )                 a gap of the width g(x) = s_k + s_j at any point x, by the distances from both surfaces. Below 1.25 h
-//!    ---.-------.---  g           cells beside it hold the straight profile, as far as friction makes it in the time:
+//!    ---.-------.---  g           cells in it take the straight profile, as far as friction makes it in the time:
 //!      (  other )                   tau = 1 - exp(-6 nu dt/g^2)              twice a step
 //!                                 what flows through it is in the faces' memory, and stays but for that friction:
 //!                                   keep = exp(-12 nu dt/g^2)                12 nu/g^2: of a parabola between two walls
@@ -97,23 +97,11 @@ pub struct Gap {
 }
 
 impl<const D: usize> Surroundings<'_, D> {
-    /// The shares in a gap of this width (m). What its walls have no time to slow slips along them.
-    pub fn shares(&self, width: f64) -> Shares {
-        let gap = width / self.h;
-        let mut shares = Shares::of(gap);
-        if shares.across > 0.0 {
-            let free = shares.across * (-self.friction / (gap * gap)).exp();
-            shares.linear += free;
-            shares.across -= free;
-        }
-        shares
-    }
-
-    /// How much of a gap of this width (m) the grid does not resolve, and how much of its flow friction leaves after a step.
+    /// How much of a gap of this width (m) the grid does not resolve, and how much of its flow friction leaves in half a step.
     pub fn flow(&self, width: f64) -> (f64, f64) {
-        let gap = width.max(0.0) / self.h;
+        let gap = (width / self.h).max(1e-6);
         let share = Shares::of(gap).across;
-        (share, if share > 0.0 { (-2.0 * self.friction / (gap * gap)).exp() } else { 0.0 })
+        (share, if share > 0.0 { (-self.friction / (gap * gap)).exp() } else { 0.0 })
     }
 
     /// How wide the gap is (m) that has the point at `arm` (m) from the centre of body `k`, which is there at `place` (m).
