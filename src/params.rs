@@ -102,7 +102,7 @@ constants! {
     step_growth = 1.1;
     /// Part of the digits asked for to which the pressure is found before a step in contact is mended. More, solves that cost; fewer, what
     /// mends depends on how the solver errs, and on the number of ranks.
-    mending_digits = 0.667;
+    mending_digits = 0.5;
     /// Deviation from the expected speed of a contact that is worth mending (of that speed).
     /// Halved: rebound +0.1 %. Doubled: nothing.
     mending_deviation = 5e-3;

@@ -32,6 +32,8 @@ pub struct Cut {
 pub struct Opening {
     /// Covered part times the arm from the particle's centre (its nearest image) to its centroid (m).
     pub lever: Vector3<f64>,
+    /// The arm from that centre to the face's centre (m).
+    pub arm: Vector3<f64>,
     /// From the face's centre to the centroid of the open part of that volume (m); zero where nothing is open.
     pub open: Vector3<f64>,
 }
@@ -73,7 +75,7 @@ pub fn cuts<const D: usize>(
             let face = (0..D).map(|a| (at[a] - grid.start[a] + grid.ghosts) * grid.stride[a]).sum::<usize>() as u32;
             let covered = if covered > 1.0 - LEAST { 1.0 } else { covered };
             cuts.push(Cut { covered, face, owned: grid.number_of(at).is_some() });
-            openings.push(Opening { lever, open });
+            openings.push(Opening { lever, arm: filled.middle, open });
         });
     }
 }

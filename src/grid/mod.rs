@@ -151,17 +151,6 @@ impl<const D: usize> Grid<D> {
         std::array::from_fn(|a| index / self.stride[a] % self.stored[a] - self.ghosts + self.start[a])
     }
 
-    /// Centre of the face along `axis` at a field's index (m).
-    pub fn face_centre(&self, axis: usize, index: usize) -> nalgebra::Vector3<f64> {
-        nalgebra::Vector3::from_fn(|a, _| {
-            if a >= D {
-                return 0.0;
-            }
-            let at = (index / self.stride[a] % self.stored[a] + self.start[a]) as f64 - self.ghosts as f64;
-            (at + if a == axis { 0.0 } else { 0.5 }) * self.h[a]
-        })
-    }
-
     /// Centre of the cell at a field's index (m).
     pub fn centre(&self, index: usize) -> [f64; D] {
         std::array::from_fn(|a| {

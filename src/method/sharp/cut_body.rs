@@ -16,7 +16,7 @@ use crate::geometry::{
 };
 use crate::grid::{Grid, VectorField};
 use crate::params;
-use crate::particles::{Body, nearest_image};
+use crate::particles::Body;
 use nalgebra::Vector3;
 /// What that slope takes of the wall's own velocity, over a spacing.
 pub(super) fn resistance() -> f64 {
@@ -248,14 +248,10 @@ impl<const D: usize> CutBody<D> {
 
     /// Finds the faces in gaps that the grid does not resolve.
     fn find_gaps(&mut self, around: &Surroundings<D>, k: usize) {
-        let (grid, body) = (around.grid, &around.bodies[k]);
-        let periods = std::array::from_fn(|a| (a < D && grid.periodic[a]).then(|| grid.size[a]));
-        for (axis, (cuts, gaps)) in self.cuts.iter().zip(&mut self.gaps).enumerate() {
-            for cut in cuts.iter().filter(|cut| cut.covered < 1.0) {
-                let place = grid.face_centre(axis, cut.face as usize);
-                let arm = nearest_image(&body.centre, &place, &periods);
-                let (share, kept) = around.flow(around.width_at(k, &arm, &place));
-                if kept > 0.0 && around.nearest(k, &arm) {
+        for ((cuts, openings), gaps) in self.cuts.iter().zip(&self.openings).zip(&mut self.gaps) {
+            for (cut, Opening { arm, .. }) in cuts.iter().zip(openings).filter(|(cut, _)| cut.covered < 1.0) {
+                let (share, kept) = around.flow(around.width_at(k, arm));
+                if kept > 0.0 && around.nearest(k, arm) {
                     gaps.push(GapFace { face: cut.face, share, kept: kept * kept });
                 }
             }

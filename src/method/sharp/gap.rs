@@ -104,15 +104,16 @@ impl<const D: usize> Surroundings<'_, D> {
         (share, if share > 0.0 { (-self.friction / (gap * gap)).exp() } else { 0.0 })
     }
 
-    /// How wide the gap is (m) that has the point at `arm` (m) from the centre of body `k`, which is there at `place` (m).
-    pub fn width_at(&self, k: usize, arm: &Vector3<f64>, place: &Vector3<f64>) -> f64 {
+    /// How wide the gap is (m) that has the point at `arm` (m) from the centre of body `k`.
+    pub fn width_at(&self, k: usize, arm: &Vector3<f64>) -> f64 {
         let mut other = f64::INFINITY;
         for near in self.near {
             other = other.min(self.bodies[near.body].shape().distance(&near.turn, &(arm - near.apart)));
         }
         for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
             if let Some(Border::Velocity(_)) = self.boundaries.borders[axis][side] {
-                other = other.min(if side == 0 { place[axis] } else { self.grid.size[axis] - place[axis] });
+                let place = self.bodies[k].centre[axis] + arm[axis];
+                other = other.min(if side == 0 { place } else { self.grid.size[axis] - place });
             }
         }
         self.bodies[k].shape().distance(&self.turn, arm) + other
