@@ -21,7 +21,7 @@ fn grains_that_lie_as_near_as_they_like_stay_where_they_are_with_sharp_walls() {
         let more =
             format!("{grains}[contact]\nnormal_stiffness = {stiffness:?}\n[pressure]\ndivergence_limit = 1e-6\n");
         let mut scene: Scene<2> = petsc.scene(&box_case([5.0, 4.0], [40, 32], 1e-2, WALLS, &more));
-        for _ in 0..20 {
+        for _ in 0..1000 {
             scene.step(0.01).unwrap();
         }
         let bodies = scene.state.bodies;
