@@ -124,6 +124,23 @@ fn free_particles_that_collide_and_cross_ranks_and_borders() {
 }
 
 #[test]
+fn free_spheres_that_collide_and_cross_ranks_and_borders() {
+    let free = |place: [f64; 3], density: f64, velocity: [f64; 3]| {
+        format!(
+            "[[particle]]\nshape = {{ sphere = {{ diameter = 0.4 }} }}\nposition = {place:?}\ndensity = {density:?}\nvelocity = {velocity:?}\n"
+        )
+    };
+    expect_the_same(&format!(
+        "name = \"r\"\n[domain]\nsize = [1.0, 1.0, 1.0]\ncells = [16, 16, 16]\n[fluid]\ndensity = 1.0\nviscosity = 0.02\n\
+         gravity = [0.0, -1.0, 0.0]\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\nnorth = \"slip\"\n\
+         bottom = \"periodic\"\ntop = \"periodic\"\n{}{}[contact]\nfriction = 0.3\nrestitution = 0.6\n\
+         [coupling]\nwall = \"sharp\"\n[time]\nend = 0.3\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9",
+        free([0.85, 0.5, 0.5], 2.65, [0.6, 0.0, 0.1]),
+        free([0.32, 0.45, 0.6], 20.0, [-0.3, -0.2, 0.0]),
+    ));
+}
+
+#[test]
 fn too_many_ranks_for_the_grid_are_refused_with_the_cure() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
