@@ -9,7 +9,7 @@ use mics::kernels::faces::FaceCoefficient;
 use mics::method::Method;
 use mics::petsc::Session;
 use mics::poisson::Covered;
-use mics::poisson::pressure::BodyCoupling;
+use mics::poisson::pressure::Coupled;
 use mics::scene::Scene;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
@@ -49,7 +49,11 @@ struct Bodies<'a> {
     covered: &'a [Covered],
 }
 
-impl<const D: usize> BodyCoupling<D> for Bodies<'_> {
+impl<const D: usize> Coupled<D> for Bodies<'_> {
+    fn begin(&mut self, _: &Grid<D>, _: f64, _: &mut VectorField<D>) -> mics::Result<()> {
+        Ok(())
+    }
+
     fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64], faces: &mut VectorField<D>) -> mics::Result<()> {
         for mode in self.covered.chunk_by(|a, b| a.mode == b.mode) {
             let k = mode[0].mode as usize;
@@ -179,7 +183,7 @@ impl<const D: usize> Bench<D> {
             scene.domain.projection.assemble(&scene.domain.grid, scene.method.beta()).expect("assembled");
         }
         let mut bodies = Bodies { weights: &self.weights, covered: &self.covered };
-        let mut coupling: Option<&mut dyn BodyCoupling<D>> = None;
+        let mut coupling: Option<&mut dyn Coupled<D>> = None;
         if matches!(self.coefficients, Coefficients::Free(_)) {
             scene.domain.projection.set_modes(bodies.weights, bodies.covered, &[]).expect("set");
             coupling = Some(&mut bodies);

@@ -2,10 +2,12 @@
 
 use crate::Result;
 use crate::clock::Clock;
-use crate::grid::{Boundaries, Grid};
+use crate::drive::{self, Drive, Driving};
+use crate::grid::{Boundaries, Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
+use crate::particles::Body;
 use crate::petsc::Session;
-use crate::poisson::pressure::{BodyCoupling, Projected, Projection};
+use crate::poisson::pressure::{Coupled, Projected, Projection};
 use crate::state::State;
 use nalgebra::Vector3;
 
@@ -30,6 +32,8 @@ pub struct Domain<const D: usize> {
     pub boundaries: Boundaries<D>,
     /// The fluid.
     pub fluid: Fluid,
+    /// What moves it besides the borders.
+    pub drive: Option<Drive>,
     /// The pressure equation and its iteration.
     pub projection: Projection,
     /// Where the time goes.
@@ -42,19 +46,100 @@ impl<const D: usize> Domain<D> {
         std::array::from_fn(|a| (a < D && self.grid.periodic[a]).then(|| self.grid.size[a]))
     }
 
-    /// (13-15): makes the velocity through faces free of divergence over the step `dt` (s), with `beta = 1/rho` on faces; `bodies`
-    /// follow the pressure. Collective.
+    /// The force of the drive on the fluid (N/m3) before the first step, among these bodies; `None` where nothing drives it.
+    pub fn drive_at_start(&self, bodies: &[Body]) -> Option<Vector3<f64>> {
+        let volume = drive::box_volume(&self.grid);
+        self.drive.map(|drive| drive.at_start(bodies, self.fluid.density, volume))
+    }
+
+    /// What a body does not feel (N) of a force on the fluid (N/m3) that its cells have taken up.
+    pub fn unfelt(&self, force: &Option<Vector3<f64>>, volume: f64) -> Vector3<f64> {
+        let felt = |(drive, force): (&Drive, &Vector3<f64>)| volume * force - drive.on_body(force, volume);
+        self.drive.as_ref().zip(force.as_ref()).map_or_else(Vector3::zeros, felt)
+    }
+
+    /// What a body feels (N) of it besides the pressure.
+    pub fn felt(&self, force: &Option<Vector3<f64>>, volume: f64) -> Vector3<f64> {
+        let felt = |(drive, force): (&Drive, &Vector3<f64>)| drive.on_body(force, volume);
+        self.drive.as_ref().zip(force.as_ref()).map_or_else(Vector3::zeros, felt)
+    }
+
+    /// The force of the drive on fluid and bodies together (N).
+    pub fn driving_force(&self, s: &State<D>) -> Vector3<f64> {
+        let Some(force) = s.drive else { return Vector3::zeros() };
+        let unfelt = s.bodies.iter().map(|body| self.unfelt(&s.drive, body.volume()));
+        drive::box_volume(&self.grid) * force - unfelt.sum::<Vector3<f64>>()
+    }
+
+    /// Its power (W): with the mean velocity of everything in the box. Collective.
+    pub fn driving_power(&self, s: &State<D>) -> Result<f64> {
+        let Some(force) = s.drive else { return Ok(0.0) };
+        let mut power = 0.0;
+        for axis in (0..D).filter(|axis| force[*axis] != 0.0) {
+            let mean = drive::mean(&self.session, &self.grid, axis, &s.faces)?;
+            power += drive::box_volume(&self.grid) * force[axis] * mean;
+        }
+        let unfelt = s.bodies.iter().map(|body| self.unfelt(&s.drive, body.volume()).dot(&body.velocity));
+        Ok(power - unfelt.sum::<f64>())
+    }
+
+    /// (13-15): makes the velocity through faces free of divergence over the step `dt` (s), with `beta = 1/rho` on faces; the drive follows
+    /// the pressure, and bodies keep their velocity. Collective.
     ///
     /// # Errors
     /// As [`Projection::project`].
-    pub fn project(
+    pub fn project(&mut self, beta: &FaceCoefficient<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+        let answer = self.hold(beta, std::iter::empty())?;
+        let Domain { session, grid, boundaries, projection, drive, fluid, .. } = self;
+        let State { p, faces, bodies, drive: force, .. } = s;
+        let density = fluid.density;
+        let mut driven = drive.as_ref().zip(force.as_mut()).map(|(drive, force)| Driven {
+            driving: Driving { drive, force, beta, answer, density, session },
+            bodies,
+        });
+        let coupled = driven.as_mut().map(|driven| driven as &mut dyn Coupled<D>);
+        projection.project(grid, boundaries, beta, dt, p, faces, coupled, None)
+    }
+
+    /// Lets the pressure equation know what a drive that holds a mean velocity answers to the pressure; `carried` are the faces along
+    /// its axis through which bodies go as it changes, how much (m3/kg), and whether the face counts on this rank. Returns the mean answer
+    /// (m3/kg; C of [`crate::drive`]), of another drive 0. Collective.
+    ///
+    /// # Errors
+    /// When the solver would pass over this.
+    pub fn hold(
         &mut self,
         beta: &FaceCoefficient<D>,
-        s: &mut State<D>,
-        dt: f64,
-        bodies: Option<&mut dyn BodyCoupling<D>>,
-    ) -> Result<Projected> {
-        let Domain { grid, boundaries, projection, .. } = self;
-        projection.project(grid, boundaries, beta, dt, &mut s.p, &mut s.faces, bodies, None)
+        carried: impl Iterator<Item = (usize, f64, bool)> + Clone,
+    ) -> Result<f64> {
+        let Some(axis) = self.drive.as_ref().and_then(Drive::held) else { return Ok(0.0) };
+        let grid = &self.grid;
+        let cells = grid.total_cells() as f64;
+        let mut with_bodies = [carried.clone().filter(|c| c.2).map(|c| c.1).sum::<f64>() / cells];
+        self.session.sum(&mut with_bodies)?;
+        let answer = drive::mean_coefficient(&self.session, grid, axis, beta)? + with_bodies[0];
+        if let FaceCoefficient::Field(beta) = beta {
+            let (beta, whole) = (&beta[axis], 1.0 / self.fluid.density);
+            let less = grid.face_rows(axis).flatten().filter(|f| beta[*f] != whole).map(|f| (f, whole - beta[f]));
+            let faces = less.chain(carried.map(|(face, part, _)| (face, -part)));
+            self.projection.set_held((axis, grid.h[axis]), faces, -1.0 / (cells * answer))?;
+        }
+        Ok(answer)
+    }
+}
+
+/// A drive while the pressure is found, of a fluid whose bodies keep their velocity.
+struct Driven<'a, const D: usize> {
+    driving: Driving<'a, D>,
+    bodies: &'a [Body],
+}
+
+impl<const D: usize> Coupled<D> for Driven<'_, D> {
+    fn begin(&mut self, grid: &Grid<D>, dt: f64, faces: &mut VectorField<D>) -> Result<()> {
+        self.driving.follow(grid, self.bodies, dt, faces).map(drop)
+    }
+
+    fn follow(&mut self, grid: &Grid<D>, dt: f64, _: &[f64], faces: &mut VectorField<D>) -> Result<()> {
+        self.begin(grid, dt, faces)
     }
 }

@@ -67,6 +67,7 @@
 //! | [`geometry`] | the shapes of bodies: what they fill of cells and cover of faces, their surface |
 //! | [`particles`], [`contact`] | bodies; how they touch, and the fluid in the gaps between them |
 //! | [`state`] | what lasts from step to step, and nothing else |
+//! | [`drive`] | a force, a slope or a flow rate that moves the fluid |
 //! | [`domain`] | where a scene takes place: grid, fluid, pressure equation, ranks |
 //! | [`method`] | how a step is made: sharp walls, the paper's mixing, no bodies |
 //! | [`params`], [`scheme`] | the constants of the method; the time schemes and the limits of their step |
@@ -94,6 +95,7 @@ pub mod clock;
 pub mod config;
 pub mod contact;
 pub mod domain;
+pub mod drive;
 pub mod error;
 pub mod geometry;
 pub mod grid;

@@ -137,11 +137,9 @@ impl<'a, const D: usize> Run<'a, D> {
         let lead = session.rank() == 0;
         let mut log = Log::new(lead && !request.quiet);
         let opened = if lead {
-            let particles = scene.state.bodies.first().map(|body| body.shape().dimension());
-            let balance = scene.state.balance.is_some();
             match (&restart, marks) {
                 (Some(restart), Some(marks)) => restart.open_folder(&out, &mut log, &case.to_toml(), marks),
-                _ => Folder::create(&out, &mut log, &case.to_toml(), particles, balance),
+                _ => Folder::create(&out, &mut log, &case.to_toml(), &scene.state),
             }
             .map(Some)
         } else {
@@ -325,7 +323,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let (scene, log) = (&self.scene, &mut self.log);
         let written = self.folder.as_mut().map_or(Ok(()), |folder| {
             let s = &scene.state;
-            folder.write_step(&row, s.balance.as_ref().map(|b| (s.substeps, b)), &s.energy)?;
+            folder.write_step(&row, s)?;
             folder.flush_when_due(log)
         });
         // One message for all three, every step.

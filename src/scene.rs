@@ -185,7 +185,8 @@ impl<const D: usize> Scene<D> {
         rate[0] = self.state.bodies.iter().fold(rate[0], |m, b| m.max(b.top_speed() / smallest));
         self.domain.session.max(&mut rate)?;
         let (diffusion_rate, damping_rate) = self.diffusion_rates();
-        let courant_growth = self.largest_fall() / smallest;
+        let driven = self.state.drive.map_or(0.0, |force| force.norm() / self.domain.fluid.density);
+        let courant_growth = (self.largest_fall() + driven) / smallest;
         Ok(Limits { courant_rate: rate[0], diffusion_rate, damping_rate, courant_growth, scheme })
     }
 
@@ -236,5 +237,6 @@ fn build_domain<const D: usize>(session: &Session, case: &Case, bodies: &[Body])
         gravity: Vector3::from(axes::<f64, 3>(&case.fluid.gravity)),
     };
     let session = session.clone();
-    Ok((Domain { session, grid, boundaries, fluid, projection, clock: Default::default() }, reason))
+    let drive = case.drive.as_ref().map(|drive| build::drive(case, drive));
+    Ok((Domain { session, grid, boundaries, fluid, drive, projection, clock: Default::default() }, reason))
 }

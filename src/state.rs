@@ -11,6 +11,7 @@ use crate::archive::{Archive, Checkpointed};
 use crate::contact::Touching;
 use crate::grid::{Grid, VectorField};
 use crate::particles::Body;
+use nalgebra::Vector3;
 pub use balance::Balance;
 pub use energy::EnergyBudget;
 pub use exchange::Exchange;
@@ -43,6 +44,8 @@ pub struct State<const D: usize> {
     pub touching: Touching,
     /// What sharp walls have of the past; `None` with another method.
     pub walls: Option<WallHistory<D>>,
+    /// The force by which the fluid is driven (N/m3), uniform; `None` where nothing drives it.
+    pub drive: Option<Vector3<f64>>,
     /// The balance of momentum; `None` where no body is free.
     pub balance: Option<Balance>,
     /// The budget of energy.
@@ -77,6 +80,7 @@ impl<const D: usize> State<D> {
             bodies,
             touching: Touching::default(),
             walls: None,
+            drive: None,
             balance: None,
             energy: EnergyBudget::default(),
         }
@@ -124,6 +128,7 @@ impl<const D: usize> State<D> {
             exchange,
             touching,
             walls,
+            drive,
             balance,
             energy,
         } = self;
@@ -146,6 +151,10 @@ impl<const D: usize> State<D> {
         if let Some(walls) = walls {
             archive.label("sharp walls")?;
             walls.serialize(grid, archive)?;
+        }
+        if let Some(drive) = drive {
+            archive.label("drive")?;
+            drive.serialize(archive)?;
         }
         if let Some(balance) = balance {
             archive.label("balance")?;

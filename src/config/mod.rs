@@ -24,13 +24,13 @@ mod resolved;
 mod write;
 
 pub use raw::{
-    Advection, Buoyancy, Coupling, Damping, Domain, FACES, ForceRule, FractionRule, GradientRule, Lock, MeasureKind,
+    Advection, Axis, Buoyancy, Coupling, Damping, Domain, FACES, ForceRule, FractionRule, GradientRule, Lock, MeanVelocity, MeasureKind,
     Oscillation, Petsc, Preset, Pressure, Profile, Reference, RotationRule, Round, Scheme, Section, Shape, Side,
     Solver, Stiffness, Substeps, TangentialDamping, WALL, WallRule, When,
 };
 pub use read::{Loaded, load, schema};
 pub use resolved::{
-    Cadence, Case, Checkpoints, Contact, Fluid, Initial, Loss, Measure, Motion, Output, Pair, PairLaw, Particle, Step,
+    Cadence, Case, Checkpoints, Contact, Drive, Fluid, Initial, Loss, Measure, Motion, Output, Pair, PairLaw, Particle, Step,
     Target, Time,
 };
 

@@ -33,7 +33,7 @@ impl Loaded {
 }
 
 /// What makes a flow another one: with overrides of these a reference of the file no longer holds.
-const FLOW: [&str; 7] = ["domain.size", "fluid", "boundary", "particle", "swarm", "initial", "contact"];
+const FLOW: [&str; 8] = ["domain.size", "fluid", "boundary", "particle", "swarm", "initial", "drive", "contact"];
 
 /// Drops the references that the file has of its own flow where overrides make it another one, unless they give others.
 fn drop_references(case: &mut raw::Case, overrides: &[String]) {

@@ -4,7 +4,7 @@ use super::direction;
 use super::fault::{AXES, Check, Fault, positive, short};
 use super::raw::{self, Advection, Buoyancy, GradientRule, Scheme, Side, Solver, Spin, Stiffness, WallRule};
 use super::resolved::{
-    Cadence, Case, Checkpoints, Contact, Fluid, Initial, Loss, Measure, Motion, Output, Pair, PairLaw, Particle, Step,
+    Cadence, Case, Checkpoints, Contact, Drive, Fluid, Initial, Loss, Measure, Motion, Output, Pair, PairLaw, Particle, Step,
     Target, Time,
 };
 
@@ -46,6 +46,7 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
         petsc: raw.petsc,
         fluid,
         initial,
+        drive: raw.drive.map(drive),
         reference_speed,
         stream,
     };
@@ -63,6 +64,17 @@ fn inflow(raw: &raw::Case) -> Option<Vec<f64>> {
         _ => None,
     };
     raw.sides().into_iter().enumerate().find_map(middle)
+}
+
+/// A checked drive.
+fn drive(raw: raw::Drive) -> Drive {
+    let raw::Drive { force, gravity, mean_velocity, hold_mixture: _ } = raw;
+    match (force, mean_velocity) {
+        (Some(force), _) => Drive::Force(force),
+        (None, Some(held)) => Drive::MeanVelocity(held),
+        (None, None) if gravity => Drive::Gravity,
+        (None, None) => Drive::HoldMixture,
+    }
 }
 
 /// A particle in this fluid; `rest` is no velocity (m/s).

@@ -2,7 +2,7 @@
 //! case does without.
 
 use super::raw::{
-    Advection, Coupling, Damping, Domain, FACES, ForceRule, Lock, MeasureKind, Oscillation, Petsc, Preset, Pressure,
+    Advection, Coupling, Damping, Domain, FACES, ForceRule, Lock, MeanVelocity, MeasureKind, Oscillation, Petsc, Preset, Pressure,
     Reference, Scheme, Section, Shape, Side, Stiffness, Substeps, TangentialDamping, When,
 };
 
@@ -25,6 +25,8 @@ pub struct Case {
     pub particle: Vec<Particle>,
     /// The fluid at time 0.
     pub initial: Initial,
+    /// What moves the fluid besides its borders.
+    pub drive: Option<Drive>,
     /// How fluid and particles meet.
     pub coupling: Coupling,
     /// How bodies meet each other and the walls; without it they do not feel each other.
@@ -40,7 +42,7 @@ pub struct Case {
     /// What is written, and how often.
     pub output: Output,
     /// The speed that coefficients refer to (m/s), `None` where nothing moves at the start: the fastest inflow's; without one,
-    /// the initial velocity's; without one, the fastest moving wall's.
+    /// the mean velocity that is held; without one, the initial velocity's; without one, the fastest moving wall's.
     pub reference_speed: Option<f64>,
     /// The stream that has it (m/s).
     pub stream: Option<Vec<f64>>,
@@ -77,6 +79,19 @@ pub struct Fluid {
     pub viscosity: f64,
     /// Gravity (m/s2), a number for each axis.
     pub gravity: Vec<f64>,
+}
+
+/// What moves the fluid besides its borders.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Drive {
+    /// A force on the fluid alone (N/m3), a number for each axis.
+    Force(Vec<f64>),
+    /// Gravity, along the axes that are periodic.
+    Gravity,
+    /// The gradient of the pressure that holds this mean velocity.
+    MeanVelocity(MeanVelocity),
+    /// The gradient that carries the weight of free bodies, along the axes that are periodic.
+    HoldMixture,
 }
 
 /// One body.

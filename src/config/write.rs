@@ -1,7 +1,7 @@
 //! A case written out as a file that gives every key, for the run's folder; it reads back to an equal case.
 
 use super::raw::{self, Spin};
-use super::resolved::{Cadence, Case, Checkpoints, Contact, Loss, Measure, Motion, Output, PairLaw, Particle, Step};
+use super::resolved::{Cadence, Case, Checkpoints, Contact, Drive, Loss, Measure, Motion, Output, PairLaw, Particle, Step};
 
 impl Case {
     /// The case as TOML, every default filled in.
@@ -41,6 +41,7 @@ fn file(case: &Case) -> raw::Case {
             velocity: Some(case.initial.velocity.clone()),
             perturbation: Some(case.initial.perturbation),
         },
+        drive: case.drive.as_ref().map(drive),
         coupling: case.coupling.clone(),
         contact: case.contact.as_ref().map(contact),
         time: raw::Time { end: case.time.end, step, cfl, scheme: case.time.scheme, advection: case.time.advection },
@@ -49,6 +50,17 @@ fn file(case: &Case) -> raw::Case {
         measure: case.measure.iter().map(|m| measure(m, case.dimension())).collect(),
         output: output(&case.output),
     }
+}
+
+fn drive(drive: &Drive) -> raw::Drive {
+    let mut raw = raw::Drive::default();
+    match drive {
+        Drive::Force(force) => raw.force = Some(force.clone()),
+        Drive::Gravity => raw.gravity = true,
+        Drive::MeanVelocity(held) => raw.mean_velocity = Some(*held),
+        Drive::HoldMixture => raw.hold_mixture = true,
+    }
+    raw
 }
 
 fn particle(p: &Particle) -> raw::Particle {

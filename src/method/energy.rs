@@ -3,7 +3,7 @@
 //! ```text
 //!   body     m (V' - V) = F dt + G dt + J      its kinetic energy gains F.<V> dt by the fluid, G.<V> dt by gravity and the rest
 //!                                              by contacts; <V> = (V + V')/2, or the way over dt where contacts bend it
-//!   fluid    gains -F.<V> dt of free and of prescribed bodies, the work of the sides of the box, less
+//!   fluid    gains -F.<V> dt of free and of prescribed bodies, the work of the drive and of the sides of the box, less
 //!            viscous = dt mu sum over faces |u_c - u_(c-1)|^2/h^2 dV (1 - alpha)
 //!   contacts what all bodies gain of them = what springs release and moving walls give, less what dampers, friction, films take
 //! ```
@@ -45,6 +45,7 @@ pub fn start<const D: usize>(domain: &mut Domain<D>, s: &mut State<D>, method: &
     let fluid = of_fluid(domain, &s.u, method)?;
     s.energy = EnergyBudget { fluid, bodies: of_bodies(&s.bodies), ..EnergyBudget::default() };
     s.energy.start = s.energy.total();
+    s.energy.driven = domain.driving_power(s)?;
     Ok(())
 }
 
@@ -68,13 +69,16 @@ pub fn close<const D: usize>(
     };
     e.bodies = of_bodies(&s.bodies);
     e.gravity += worked.gravity;
+    let driven = domain.driving_power(s)?;
+    e.drive += 0.5 * s.dt * (e.driven + driven);
+    e.driven = driven;
     e.borders += walls;
     e.prescribed += worked.prescribed;
     e.friction += slid;
     e.contacts += walls - worked.contacts - (springs - e.springs) - slid;
     e.springs = springs;
     sample(domain, s, method, &mut e)?;
-    e.method = e.start + e.gravity + e.borders + e.prescribed - e.viscous - e.contacts - e.friction - e.total();
+    e.method = e.start + e.gravity + e.drive + e.borders + e.prescribed - e.viscous - e.contacts - e.friction - e.total();
     s.energy = e;
     Ok(())
 }

@@ -8,6 +8,7 @@ use crate::grid::VectorField;
 use crate::kernels::faces::{self, FaceCoefficient, Gravity};
 use crate::poisson::pressure::Projected;
 use crate::state::State;
+use nalgebra::Vector3;
 
 /// A flow that fills all cells.
 pub struct Flow<const D: usize> {
@@ -23,6 +24,8 @@ pub struct Flow<const D: usize> {
     pub cell_gradient: bool,
     /// Pressure and gravity on faces (m/s2), of the pressure at the start of the step and, after (16), at its end.
     pub acceleration: VectorField<D>,
+    /// What bodies fill of the cells, ghosts filled; `None` where the drive acts on these as well, or there is none.
+    pub solid: Option<Vec<f64>>,
     /// Velocity that a stage after the first starts from (m/s).
     stage: VectorField<D>,
 }
@@ -45,6 +48,7 @@ impl<const D: usize> Flow<D> {
             momentum,
             cell_gradient,
             acceleration: grid.vector_field(),
+            solid: None,
             stage: if one_stage { std::array::from_fn(|_| Vec::new()) } else { grid.vector_field() },
         }
     }
@@ -106,7 +110,7 @@ impl<const D: usize> Flow<D> {
 
     /// (13-15). Collective.
     pub fn project(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
-        let projected = domain.project(&self.beta, s, dt, None)?;
+        let projected = domain.project(&self.beta, s, dt)?;
         domain.clock.lap(Stage::Pressure);
         Ok(projected)
     }
@@ -116,6 +120,7 @@ impl<const D: usize> Flow<D> {
         self.find_acceleration(domain, s);
         if self.cell_gradient {
             faces::add_cell_gradient(&domain.grid, &self.mixture.density, dt, &s.p, &mut s.u);
+            self.drive_cells(domain, s, dt);
         } else {
             faces::add_to_cells(&domain.grid, dt, &self.acceleration, &mut s.u);
         }
@@ -126,6 +131,24 @@ impl<const D: usize> Flow<D> {
     pub fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>) {
         faces::acceleration(&domain.grid, &self.beta, self.gravity.as_ref(), &s.p, &mut self.acceleration);
         domain.boundaries.extrapolate_to_closed_faces(&mut self.acceleration);
+        let Some(force) = s.drive else { return };
+        for (axis, a) in self.acceleration.iter_mut().enumerate().filter(|(axis, _)| force[*axis] != 0.0) {
+            for f in domain.grid.face_rows(axis).flatten() {
+                let solid = self.solid.as_ref().map_or(0.0, |x| 0.5 * (x[f - domain.grid.stride[axis]] + x[f]));
+                a[f] += (1.0 - solid) * force[axis] * self.beta.at(axis, f);
+            }
+        }
+    }
+
+    /// Adds what the drive gives the cells over `dt` (s) where they take (16) as printed.
+    fn drive_cells(&self, domain: &Domain<D>, s: &mut State<D>, dt: f64) {
+        let Some(force) = s.drive else { return };
+        for (axis, u) in s.u.iter_mut().enumerate().filter(|(axis, _)| force[*axis] != 0.0) {
+            for c in domain.grid.rows().flatten() {
+                let fluid = 1.0 - self.solid.as_ref().map_or(0.0, |solid| solid[c]);
+                u[c] += dt * fluid * force[axis] / self.mixture.density.at(c);
+            }
+        }
     }
 
     /// Makes the velocities through faces divergence-free to D0, from the cells' `u`, and takes what that needs out of these.
@@ -137,12 +160,17 @@ impl<const D: usize> Flow<D> {
         self.acceleration.iter_mut().for_each(|f| f.fill(0.0));
         faces::predict(&domain.grid, &s.u, 0.0, &self.acceleration, &mut s.faces);
         domain.boundaries.set_faces(&mut s.faces);
-        // Over a second, so that the potential is the pressure's impulse; it corrects the cells and is dropped.
-        domain.project(&self.beta, s, 1.0, None)?;
-        faces::acceleration(&domain.grid, &self.beta, None, &s.p, &mut self.acceleration);
-        domain.boundaries.extrapolate_to_closed_faces(&mut self.acceleration);
+        // Over a second, so that the potential is the pressure's impulse; it corrects the cells and is dropped, and so is that of a
+        // drive which holds a velocity.
+        let drive = domain.drive.filter(|drive| drive.held().is_some());
+        s.drive = drive.map(|_| Vector3::zeros());
+        let gravity = self.gravity.take();
+        domain.project(&self.beta, s, 1.0)?;
+        self.find_acceleration(domain, s);
+        self.gravity = gravity;
         faces::add_to_cells(&domain.grid, 1.0, &self.acceleration, &mut s.u);
         s.p.fill(0.0);
+        s.drive = domain.drive_at_start(&s.bodies);
         self.find_acceleration(domain, s);
         domain.boundaries.fill_velocity(&mut s.u)
     }

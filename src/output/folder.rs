@@ -9,7 +9,7 @@ use crate::archive::{Archive, Checkpointed};
 use crate::config::ForceRule;
 use crate::particles::Body;
 use crate::state::Exchange;
-use crate::state::{Balance, EnergyBudget};
+use crate::state::State;
 use crate::{Error, Result};
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{self, File};
@@ -30,6 +30,8 @@ const BALANCE_COLUMNS: &str = ",substeps,momentum_x,momentum_y,momentum_z,border
     border_impulse_z,momentum_error,angular_momentum_error";
 const ENERGY_COLUMNS: &str = ",fluid_energy,bodies_energy,spring_energy,gravity_work,border_work,prescribed_work,viscous_loss,\
     contact_loss,friction_loss,method_loss";
+/// What a drive adds at the end: its force on the fluid (N/m3), and its work.
+const DRIVE_COLUMNS: &str = ",drive_fx,drive_fy,drive_fz,drive_work";
 
 /// Says that a folder holds a run; there from the first moment to the last.
 const RUN: &str = "run.json";
@@ -223,8 +225,8 @@ fn clear(path: &Path) -> Result<()> {
 
 impl Folder {
     /// Makes the folder (replacing a run that [`may_use`] allowed to replace) and opens its logs.
-    /// `particles` (their dimension, where there are any) and `balance` say which columns there are.
-    pub fn create(path: &Path, log: &mut Log, case: &str, particles: Option<usize>, balance: bool) -> Result<Folder> {
+    /// The state says which columns there are.
+    pub fn create<const D: usize>(path: &Path, log: &mut Log, case: &str, s: &State<D>) -> Result<Folder> {
         let cure =
             |e| Error::Usage(format!("{}: cannot be made ({e}); give another folder with --out", path.display()));
         fs::create_dir_all(path).map_err(cure)?;
@@ -235,14 +237,17 @@ impl Folder {
         replace(&path.join(RUN), b"{}\n")?;
         replace(&path.join("case.toml"), case.as_bytes())?;
         log.file = Some(Rows::create(&path.join("log.txt"), "")?);
-        let columns = [STEP_COLUMNS, if balance { BALANCE_COLUMNS } else { "" }, ENERGY_COLUMNS].concat();
+        let of = |there: bool, columns| if there { columns } else { "" };
+        let columns =
+            [STEP_COLUMNS, of(s.balance.is_some(), BALANCE_COLUMNS), ENERGY_COLUMNS, of(s.drive.is_some(), DRIVE_COLUMNS)];
+        let columns = columns.concat();
         let rows = |dimension: usize| {
             let columns = [PARTICLE_COLUMNS, if dimension == 3 { ORIENTATION_COLUMNS } else { "" }].concat();
             Rows::create(&path.join("particles.csv"), &columns)
         };
         Ok(Folder {
             steps: Rows::create(&path.join("steps.csv"), &columns)?,
-            particles: particles.map(rows).transpose()?,
+            particles: s.bodies.first().map(|body| rows(body.shape().dimension())).transpose()?,
             snapshots: Vec::new(),
             synced: 0,
             flushed: Instant::now(),
@@ -315,23 +320,27 @@ impl Folder {
         })
     }
 
-    /// Writes a row of `steps.csv`.
-    pub fn write_step(&mut self, r: &StepRow, balance: Option<(usize, &Balance)>, e: &EnergyBudget) -> Result<()> {
+    /// Writes a row of `steps.csv` of a step and the state after it.
+    pub fn write_step<const D: usize>(&mut self, r: &StepRow, s: &State<D>) -> Result<()> {
         self.steps.put(format_args!(
             "{},{:?},{:?},{},{},{:e},{:.6},{:?},{:.3}",
             r.step, r.time, r.dt, r.outer, r.krylov, r.divergence_max, r.cfl, r.kinetic_energy, r.wall
         ));
-        if let Some((substeps, a)) = balance {
+        if let Some(a) = &s.balance {
             let (m, b) = (&a.momentum, &a.border);
-            let (error, angular) = (a.error.amax(), a.angular_error);
+            let (substeps, error, angular) = (s.substeps, a.error.amax(), a.angular_error);
             self.steps.put(format_args!(
                 ",{substeps},{:e},{:e},{:e},{:e},{:e},{:e},{error:e},{angular:e}",
                 m.x, m.y, m.z, b.x, b.y, b.z
             ));
         }
+        let e = &s.energy;
         let budget =
             [e.fluid, e.bodies, e.springs, e.gravity, e.borders, e.prescribed, e.viscous, e.contacts, e.friction];
         budget.iter().chain([&e.method]).for_each(|joule| self.steps.put(format_args!(",{joule:e}")));
+        if let Some(force) = s.drive {
+            force.iter().chain([&e.drive]).for_each(|number| self.steps.put(format_args!(",{number:e}")));
+        }
         self.steps.end_line()
     }
 

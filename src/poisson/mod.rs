@@ -10,6 +10,7 @@
 
 mod bodies;
 mod bottom;
+mod held;
 mod lattice;
 mod level;
 mod matrix;
@@ -26,6 +27,7 @@ use crate::kernels::faces::FaceCoefficient;
 use crate::petsc::{Halo, Layout, Operator, OwnPreconditioner, Session};
 use crate::{Error, Result};
 use bodies::{Bodies, Frame};
+use held::HeldMean;
 use lattice::{Lattice, exchange};
 use multigrid::{Multigrid, Tuning};
 use transform::{Ends, Transform};
@@ -49,6 +51,7 @@ pub struct Poisson {
     largest: f64,
     x: Vec<f64>,
     bodies: Bodies,
+    held: HeldMean,
     frame: Frame,
     /// The smallest spacing (m).
     narrowest: f64,
@@ -102,6 +105,7 @@ impl Poisson {
             largest: 0.0,
             x: Vec::new(),
             bodies: Bodies::new(session, D, std::array::from_fn(|a| grid.h.get(a).map_or(0.0, |h| narrowest / h))),
+            held: HeldMean::default(),
             frame: Frame {
                 stride: std::array::from_fn(|a| grid.stride.get(a).copied().unwrap_or(1)),
                 stored: layout.stored,
@@ -187,6 +191,13 @@ impl Poisson {
         }
         let scale = 1.0 / (self.narrowest * self.narrowest);
         self.bodies.set(&self.lattice, &self.frame, weights, covered, turning, scale)
+    }
+
+    /// Adds `weight j j^T` to the operator, in place of what the last call added: what the drive that holds a mean velocity answers to
+    /// the pressure. `faces` are those of this rank's cells, along `axis` with the spacing `h` (m), with the parts g that j is made of
+    /// (m3/kg).
+    pub fn set_held(&mut self, at: (usize, f64), faces: impl Iterator<Item = (usize, f64)>, weight: f64) {
+        self.held.set(&self.lattice, &self.frame, at, faces, weight);
     }
 
     /// The places of the low faces of this rank's cells along `axis`, and of the high ones of the last: the first of each
@@ -376,7 +387,8 @@ impl Operator for Poisson {
                 }
             },
         );
-        self.bodies.add_product(x, y)
+        self.bodies.add_product(x, y)?;
+        self.held.add_product(&self.session, x, y)
     }
 
     fn precondition(&mut self, own: OwnPreconditioner, r: &[f64], z: &mut [f64]) -> Result<()> {

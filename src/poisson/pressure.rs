@@ -45,8 +45,11 @@ pub struct StoppingRule {
     pub max_iterations: usize,
 }
 
-/// How bodies are coupled to the pressure: their velocity, and with it that of faces, follows it.
-pub trait BodyCoupling<const D: usize> {
+/// What is coupled to the pressure: the velocity of bodies, and with it that of faces, follows it, and a drive.
+pub trait Coupled<const D: usize> {
+    /// Changes the velocity of `faces` (m/s) to what the step `dt` (s) starts from, before the first solve. Collective.
+    fn begin(&mut self, grid: &Grid<D>, dt: f64, faces: &mut VectorField<D>) -> Result<()>;
+
     /// Takes the change `phi` (Pa, ghosts filled) of the pressure over the step `dt` (s) and adds to the velocity of
     /// `faces` (m/s) what follows from it. Collective.
     fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64], faces: &mut VectorField<D>) -> Result<()>;
@@ -120,8 +123,23 @@ impl Projection {
         borrow(&self.operator)?.set_modes(weights, covered, turning)
     }
 
+    /// Lets the operator know what a drive that holds a mean velocity answers to the pressure ([`Poisson::set_held`]).
+    ///
+    /// # Errors
+    /// When the operator is in use, or the solver would pass over this.
+    pub fn set_held(
+        &mut self,
+        at: (usize, f64),
+        faces: impl Iterator<Item = (usize, f64)>,
+        weight: f64,
+    ) -> Result<()> {
+        self.solver.refuse_preconditioner_alone()?;
+        borrow(&self.operator)?.set_held(at, faces, weight);
+        Ok(())
+    }
+
     /// Makes the face velocities divergence-free to D0 and adds what that took to the pressure (its ghosts are filled
-    /// at the end); `bodies` follow every change of it. With `roughly`, one solve to this part of the digits, for whoever then changes
+    /// at the end); what is `coupled` follows every change of it. With `roughly`, one solve to this part of the digits, for whoever then changes
     /// velocities and projects again. Collective.
     ///
     /// # Errors
@@ -135,10 +153,13 @@ impl Projection {
         dt: f64,
         p: &mut [f64],
         velocity: &mut VectorField<D>,
-        mut bodies: Option<&mut dyn BodyCoupling<D>>,
+        mut coupled: Option<&mut dyn Coupled<D>>,
         roughly: Option<f64>,
     ) -> Result<Projected> {
         let mut done = Projected::default();
+        if let Some(coupled) = &mut coupled {
+            coupled.begin(grid, dt, velocity)?;
+        }
         loop {
             done.divergence_max = self.largest_divergence(grid, velocity)?;
             // A step solves once though the limit is kept already, unless there is next to nothing to solve: pressure that
@@ -163,8 +184,8 @@ impl Projection {
             let rtol = (tighter * self.solver.fixed_rtol().unwrap_or(needed)).max(1e-14);
             let within = done.divergence_max < self.rule.limit;
             let solved = self.correct(grid, boundaries, beta, dt, (rtol, within), p, velocity)?;
-            if let Some(bodies) = &mut bodies {
-                bodies.follow(grid, dt, &self.phi, velocity)?;
+            if let Some(coupled) = &mut coupled {
+                coupled.follow(grid, dt, &self.phi, velocity)?;
             }
             done.outer += 1;
             done.krylov += solved.iterations;

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   made  =  -min(method, 0) - min(contacts, 0) - min(friction, 0)
-//!         >  start + |gravity| + |borders| + |prescribed|                 of the budget ([`EnergyBudget`])
+//!         >  start + |gravity| + |drive| + |borders| + |prescribed|                 of the budget ([`EnergyBudget`])
 //! ```
 //! What these take is dissipation and grows; what they make, in an unstable step, is soon orders of magnitude beyond this. The
 //! budget holds with moving walls, inflows and prescribed bodies as well.
@@ -27,11 +27,11 @@ pub(super) fn refuse_made<const D: usize>(s: &State<D>) -> Result<()> {
     }
     let source = sources.iter().min_by(|a, b| a.1.total_cmp(&b.1)).map_or("", |source| source.0);
     Err(Error::Run(format!(
-        "{made:.3e} J have come from nothing, made by {source}: {} {:.3e} J in all, where the start, gravity, borders and \
+        "{made:.3e} J have come from nothing, made by {source}: {} {:.3e} J in all, where the start, gravity, the drive, borders and \
          prescribed bodies have given {:.3e} J; take shorter steps, stiffer contacts or other cells",
         richest(e, s),
         e.total(),
-        e.start + e.gravity + e.borders + e.prescribed,
+        e.start + e.gravity + e.drive + e.borders + e.prescribed,
     )))
 }
 

@@ -3,6 +3,7 @@
 use crate::config::{self, Case, Side};
 use crate::contact::{Contacts, Damping, Impact, Laws, Material, Substeps, Wall};
 use crate::domain::Domain;
+use crate::drive::Drive;
 use crate::geometry::{Disc, Shape, Sphere, fraction};
 use crate::grid::{Border, Coefficient, Grid};
 use crate::method::Method;
@@ -68,6 +69,19 @@ pub(super) fn body(p: &config::Particle) -> Body {
     let mut body = Body::new(shape, p.density, p.viscosity, vector(&p.position));
     (body.velocity, body.spin, body.motion) = (velocity, Vector3::from(spin), motion);
     body
+}
+
+/// What drives the fluid of a case.
+pub(super) fn drive(case: &Case, drive: &config::Drive) -> Drive {
+    let gravity = Vector3::from(axes::<f64, 3>(&case.fluid.gravity));
+    let periodic = |axis: usize| f64::from(axis < case.dimension() && case.periodic(axis));
+    let along = Vector3::from_fn(|axis, _| periodic(axis) * gravity[axis]);
+    match drive {
+        config::Drive::Force(force) => Drive::Fluid(Vector3::from(axes::<f64, 3>(force))),
+        config::Drive::Gravity => Drive::Gradient(case.fluid.density * along),
+        config::Drive::HoldMixture => Drive::Mixture(along),
+        config::Drive::MeanVelocity(held) => Drive::Held { axis: held.axis.index(), velocity: held.value },
+    }
 }
 
 /// Whether these bodies have sharp walls.

@@ -6,7 +6,7 @@ use crate::archive::{Archive, Checkpointed};
 /// Where the energy is, and where it has come from and gone to since the start (J; per metre of depth in 2D).
 ///
 /// ```text
-///   fluid + bodies + springs  =  start + gravity + borders + prescribed - viscous - contacts - friction - method
+///   fluid + bodies + springs  =  start + gravity + drive + borders + prescribed - viscous - contacts - friction - method
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EnergyBudget {
@@ -20,6 +20,8 @@ pub struct EnergyBudget {
     pub start: f64,
     /// Work of gravity, less buoyancy, on the free bodies.
     pub gravity: f64,
+    /// Work of the drive on fluid and bodies.
+    pub drive: f64,
     /// Work of the sides of the box on the fluid: pressure, what flows through them, moving walls; and of these on bodies.
     pub borders: f64,
     /// Work of prescribed bodies on the fluid and on the bodies that they touch.
@@ -36,6 +38,8 @@ pub struct EnergyBudget {
     /// What viscosity took and the sides gave (W) when that was last sampled, and how long ago (s).
     pub(crate) powers: [f64; 2],
     pub(crate) since: f64,
+    /// Power of the drive after the last step (W).
+    pub(crate) driven: f64,
 }
 
 impl EnergyBudget {
@@ -46,7 +50,7 @@ impl EnergyBudget {
 
     /// The largest sum that it could have had: the start, and all work in either direction.
     pub fn scale(&self) -> f64 {
-        self.start + self.gravity.abs() + self.borders.abs() + self.prescribed.abs()
+        self.start + self.gravity.abs() + self.drive.abs() + self.borders.abs() + self.prescribed.abs()
     }
 }
 
@@ -58,6 +62,7 @@ impl Checkpointed for EnergyBudget {
             springs,
             start,
             gravity,
+            drive,
             borders,
             prescribed,
             viscous,
@@ -66,8 +71,10 @@ impl Checkpointed for EnergyBudget {
             method,
             powers: [taken, given],
             since,
+            driven,
         } = self;
         archive.serialize([fluid, bodies, springs, start])?;
+        archive.serialize([drive, driven])?;
         archive.serialize([gravity, borders, prescribed, viscous, contacts, friction, method, taken, given, since])
     }
 }

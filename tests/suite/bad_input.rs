@@ -50,6 +50,14 @@ type Row = (&'static str, &'static str, &'static str, &'static str, &'static [&'
 
 #[rustfmt::skip]
 const BAD_CASES: &[Row] = &[
+    // The drive.
+    ("[time]", "[drive]\nforce = [1.0, 0.0]\ngravity = true\n[time]", "[drive]", "drive", &["exactly one of", "there are 2"]),
+    ("[time]", "[drive]\n[time]", "[drive]", "drive", &["there are 0"]),
+    ("[time]", "[drive]\nforce = [1.0]\n[time]", "force", "drive.force", &["2"]),
+    ("[time]", "[drive]\nmean_velocity = { axis = \"x\", value = 1.0 }\n[time]", "mean_velocity", "drive.mean_velocity.axis", &["x is not periodic"]),
+    ("[time]", "[drive]\nmean_velocity = { axis = \"z\", value = 1.0 }\n[time]", "mean_velocity", "drive.mean_velocity.axis", &["3D only"]),
+    ("[time]", "[drive]\ngravity = true\n[time]", "gravity", "drive.gravity", &["fluid.gravity"]),
+    ("viscosity = 0.1", "viscosity = 0.1\ngravity = [0.0, -1.0]\n[drive]\nhold_mixture = true", "hold_mixture", "drive.hold_mixture", &["free particles"]),
     // The text itself.
     ("end = 0.1", "end = ", "end =", "", &["not valid TOML"]),
     ("[time]", "[time", "[time", "", &["not valid TOML", "`]`"]),

@@ -8,6 +8,7 @@ mod boundaries;
 mod cavity;
 mod convergence;
 mod cylinder;
+mod drive;
 mod ellipse;
 mod energy;
 mod folder;

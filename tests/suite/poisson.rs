@@ -47,7 +47,7 @@ fn jump_error(n: usize, ratio: f64) -> f64 {
                 if axis == 0 { slope * (2.0 * PI * y).cos() } else { -2.0 * PI * s * (2.0 * PI * y).sin() };
         }
     }
-    let done = scene.domain.project(scene.method.beta(), &mut scene.state, 1.0, None).unwrap();
+    let done = scene.domain.project(scene.method.beta(), &mut scene.state, 1.0).unwrap();
     assert!(done.divergence_max < 1e-9);
     let exact = |[x, y]: [f64; 2]| rho(x) * (PI * (x - 0.5)).sin() * (2.0 * PI * y).cos();
     let away = || grid.rows().flatten().filter(|&c| (grid.centre(c)[0] - 0.5).abs() > 2.0 * grid.h[0]);

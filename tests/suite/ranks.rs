@@ -160,3 +160,15 @@ fn too_many_ranks_for_the_grid_are_refused_with_the_cure() {
         assert!(!dir.path().join("out").exists());
     }
 }
+
+#[test]
+fn a_flow_rate_that_is_held_among_bodies_that_fall() {
+    for (wall, held) in [("sharp", "mean_velocity = { axis = \"x\", value = 0.3 }"), ("mixing", "hold_mixture = true")] {
+        expect_the_same(&format!(
+            "name = \"r\"\n[domain]\nsize = [1.0, 1.0]\ncells = [24, 24]\n[fluid]\ndensity = 1.0\nviscosity = 0.01\n\
+             gravity = [0.2, -1.0]\n[drive]\n{held}\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\n\
+             south = \"wall\"\nnorth = \"wall\"\n[[particle]]\n{DISC}\nposition = [0.9, 0.45]\ndensity = 2.65\n\
+             [coupling]\nwall = \"{wall}\"\n[time]\nend = 0.2\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9"
+        ));
+    }
+}

@@ -5,6 +5,7 @@
 mod boundary;
 mod contact;
 mod coupling;
+mod drive;
 mod particle;
 pub(super) mod preset;
 mod report;
@@ -14,6 +15,7 @@ mod validate;
 pub use boundary::{Boundary, Profile, Side};
 pub use contact::{Contact, Damping, Pair, Stiffness, Substeps, TangentialDamping, WALL};
 pub use coupling::{Buoyancy, Coupling, ForceRule, FractionRule, GradientRule, RotationRule, WallRule};
+pub use drive::{Axis, Drive, MeanVelocity};
 pub use particle::{Lock, Motion, Oscillation, Particle, Prescribed, Round, Shape, Spin};
 pub use preset::Preset;
 pub use report::{Cadence, Checkpoints, Measure, MeasureKind, Output, Reference, Section, When};
@@ -49,6 +51,9 @@ pub struct Case {
     /// The fluid at time 0.
     #[serde(default)]
     pub initial: Initial,
+    /// What moves the fluid besides its borders; default nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive: Option<Drive>,
     /// How fluid and particles meet.
     #[serde(default)]
     pub coupling: Coupling,
@@ -102,7 +107,8 @@ impl Case {
         self.reference_velocity().map(|velocity| length(&velocity))
     }
 
-    /// The stream (m/s): the fastest inflow's velocity; without one, the initial velocity; without one, the fastest moving wall's.
+    /// The stream (m/s): the fastest inflow's velocity; without one, the mean velocity that is held; without one, the initial velocity;
+    /// without one, the fastest moving wall's.
     /// `None` where all of these rest.
     pub fn reference_velocity(&self) -> Option<Vec<f64>> {
         let fastest = |all: &mut dyn Iterator<Item = Vec<f64>>| {
@@ -111,7 +117,14 @@ impl Case {
         };
         let sides = || self.sides().into_iter().flatten();
         let moving = |s: &Side| if let Side::MovingWall(v) = s { Some(v.clone()) } else { None };
+        let held = self.drive.as_ref().and_then(|drive| drive.mean_velocity);
+        let held = held.map(|held| {
+            let mut mean = vec![0.0; self.dimension()];
+            mean[held.axis.index()] = held.value;
+            mean
+        });
         fastest(&mut sides().flat_map(Side::inflow).cloned())
+            .or_else(|| fastest(&mut held.into_iter()))
             .or_else(|| fastest(&mut self.initial.velocity.iter().cloned()))
             .or_else(|| fastest(&mut sides().filter_map(moving)))
     }

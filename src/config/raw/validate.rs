@@ -33,6 +33,9 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
     if let Some(contact) = &case.contact {
         contact.check(case)?;
     }
+    if let Some(drive) = &case.drive {
+        drive.check(case)?;
+    }
     if let Some(velocity) = &case.initial.velocity {
         vector("initial.velocity", velocity, dimension, "m/s")?;
     }

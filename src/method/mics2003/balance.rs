@@ -2,7 +2,7 @@
 //!
 //! With `M = sum_c rho u dV` over all cells, particles included (kg m/s; per metre of depth in 2D),
 //! ```text
-//!   fluid's part of the step      M(u_f) - M(u^n)    = gravity + carried + border
+//!   fluid's part of the step      M(u_f) - M(u^n)    = gravity + drive + carried + border
 //!   particles' part of the step   M(u^(n+1)) - M(u_f) = -carried + contacts with walls and held bodies - force on held bodies
 //! ```
 //! `carried` is what the fields transport of the particles' excess mass. The border's impulse is what the first line
@@ -52,7 +52,8 @@ impl<const D: usize> Mics2003<D> {
         let held = |(b, e): (&Body, &Exchange)| b.freedom().map_or(e.held(), |f| e.momentum - f.along(&e.momentum));
         let on_held: Vector3<f64> = s.bodies.iter().zip(&s.exchange).map(held).sum();
         let beyond = self.departures.iter().map(|d| d.beyond).sum::<Vector3<f64>>();
-        let mut border = fluid - before - carried - dt * self.weight(domain, s) - beyond;
+        let driven = dt * domain.driving_force(s);
+        let mut border = fluid - before - carried - dt * self.weight(domain, s) - driven - beyond;
         let mut error = after - fluid + carried - self.contact_impulse(s) + dt * on_held + beyond;
         if domain.grid.periodic.iter().all(|p| *p) {
             error += std::mem::take(&mut border);

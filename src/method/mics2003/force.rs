@@ -59,7 +59,8 @@ impl<const D: usize> Mics2003<D> {
                         return 0.0;
                     }
                     if flow.cell_gradient {
-                        return faces::cell_gradient(grid, axis, o.cell, &s.p) / -flow.mixture.density.at(o.cell);
+                        let driven = domain.felt(&s.drive, 1.0)[axis];
+                        return (driven - faces::cell_gradient(grid, axis, o.cell, &s.p)) / flow.mixture.density.at(o.cell);
                     }
                     let gravity = |f| flow.gravity.as_ref().map_or(0.0, |g| g.at(grid, &flow.beta, axis, f));
                     let own = |f: usize| flow.acceleration[axis][f] - gravity(f);

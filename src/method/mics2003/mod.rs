@@ -35,6 +35,7 @@ use crate::Result;
 use crate::clock::Stage;
 use crate::contact::Contacts;
 use crate::domain::Domain;
+use crate::drive::Drive;
 use crate::geometry::{Overlap, Tiles, fraction};
 use crate::grid::{Boundaries, Coefficient, Grid};
 use crate::kernels::faces::Gravity;
@@ -84,8 +85,10 @@ impl<const D: usize> Mics2003<D> {
             g: std::array::from_fn(|a| g[a]),
             excess: std::array::from_fn(|a| if g[a] == 0.0 { Vec::new() } else { grid.field() }),
         });
+        let mut flow = Flow::new(domain, mixture, gravity, momentum, choices.cell_gradient);
+        flow.solid = matches!(domain.drive, Some(Drive::Fluid(_))).then(|| grid.field());
         Mics2003 {
-            flow: Flow::new(domain, mixture, gravity, momentum, choices.cell_gradient),
+            flow,
             choices,
             contacts,
             tiles: Tiles::for_radius(bodies.iter().map(Body::radius).fold(0.0, f64::max), &grid.h),
@@ -182,12 +185,14 @@ impl<const D: usize> Mics2003<D> {
         if let Coefficient::Field(_) = self.flow.mixture.density {
             domain.projection.assemble(&domain.grid, &self.flow.beta)?;
             domain.clock.lap(Stage::Assembly);
+        }
+        if matches!(self.flow.mixture.density, Coefficient::Field(_)) || self.flow.solid.is_some() {
             self.flow.find_acceleration(domain, s);
         }
         Ok(())
     }
 
-    /// Density and viscosity of the mixture, `1/rho` on faces, and the excess that gravity acts on. Collective.
+    /// Density and viscosity of the mixture, `1/rho` on faces, and what gravity and the drive act on. Collective.
     fn mix_fields(&mut self, domain: &mut Domain<D>, s: &State<D>) -> Result<()> {
         let Domain { grid, boundaries, fluid, clock, .. } = domain;
         let (flow, overlaps) = (&mut self.flow, &self.overlaps);
@@ -196,6 +201,11 @@ impl<const D: usize> Mics2003<D> {
         flow.beta.update(grid, &flow.mixture.density);
         if let Some(gravity) = &mut flow.gravity {
             mix_excess(boundaries, &s.bodies, overlaps, fluid.density, gravity)?;
+        }
+        if let Some(solid) = &mut flow.solid {
+            solid.fill(0.0);
+            overlaps.iter().flatten().for_each(|o| solid[o.cell] = (solid[o.cell] + o.fraction).min(1.0));
+            boundaries.fill_property(solid)?;
         }
         clock.lap(Stage::Properties);
         Ok(())

@@ -1,7 +1,7 @@
 //! The acceleration by the pressure, on faces, and what covered faces change of it in the cells beside them:
 //!
 //! ```text
-//!   a = -grad p/rho      cell:  (H_w a_w + H_e a_e)/(1 + (H_w + H_e)/2)     the mean of both faces' where both are open
+//!   a = (-grad p + G)/rho   G: the drive's force     cell:  (H_w a_w + H_e a_e)/(1 + (H_w + H_e)/2)     the mean of both faces' where both are open
 //! ```
 
 use super::cut::CutBodies;
@@ -31,11 +31,14 @@ impl<const D: usize> PressureAcceleration<D> {
         self.opened.clear();
     }
 
-    /// That of the pressure `p` (Pa), ghosts filled.
-    pub fn of_pressure(&mut self, domain: &Domain<D>, cut: &CutBodies<D>, p: &[f64]) {
+    /// That of the pressure `p` (Pa), ghosts filled, and of the drive, where there is one (N/m3).
+    pub fn of_pressure(&mut self, domain: &Domain<D>, cut: &CutBodies<D>, p: &[f64], drive: Option<Vector3<f64>>) {
         let whole = FaceCoefficient::Uniform(1.0 / domain.fluid.density);
         faces::acceleration(&domain.grid, &whole, None, p, &mut self.faces);
         domain.boundaries.extrapolate_to_closed_faces(&mut self.faces);
+        for (force, faces) in drive.iter().flatten().zip(&mut self.faces).filter(|(force, _)| **force != 0.0) {
+            faces.iter_mut().for_each(|a| *a += force / domain.fluid.density);
+        }
         self.reopen(domain, cut);
     }
 

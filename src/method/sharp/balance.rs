@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   M = sum_c (1 - alpha) rho u dV + sum_k (m_k V_k + deferred_k)
-//!   M^(n+1) - M^n = gravity + contacts - force on held bodies + border
+//!   M^(n+1) - M^n = gravity + drive + contacts - force on held bodies + border
 //! ```
 //! The border's impulse is that of pressure, viscosity and flow on the sides of the box ([`crate::kernels::border`]), taken from the
 //! fields there in every stage. What the two sides of this line differ by is the error.
@@ -50,7 +50,7 @@ impl<const D: usize> Sharp<D> {
         let mut border = dt * (sides + border::pressure(&domain.grid, &domain.boundaries, &s.p));
         domain.session.sum(border.as_mut_slice())?;
         let momentum = self.total_momentum(domain, s)?;
-        let error = momentum - before.momentum - self.impulse(domain, s, dt) - border;
+        let error = momentum - before.momentum - self.impulse(domain, s, dt) - dt * domain.driving_force(s) - border;
         s.balance = Some(Balance { momentum, border, error, angular_error: self.angular_error(s, dt) });
         domain.clock.lap(Stage::Force);
         Ok(())

@@ -174,9 +174,12 @@ impl<const D: usize> Sharp<D> {
         self.impose(domain, &s.bodies, &mut s.u)?;
         self.cut.interpolate(domain, s, 1.0, 0.0, &self.acceleration)?;
         domain.boundaries.set_faces(&mut s.faces);
-        // Over a second, so that the potential is the pressure's impulse; it corrects the cells and is dropped.
-        domain.project(&self.cut.beta, s, 1.0, None)?;
-        self.acceleration.of_pressure(domain, &self.cut, &s.p);
+        // Over a second, so that the potential is the pressure's impulse; it corrects the cells and is dropped, and so is that of a
+        // drive which holds a velocity.
+        s.drive = domain.drive.filter(|drive| drive.held().is_some()).map(|_| Vector3::zeros());
+        domain.project(&self.cut.beta, s, 1.0)?;
+        self.acceleration.of_pressure(domain, &self.cut, &s.p, s.drive);
+        s.drive = domain.drive_at_start(&s.bodies);
         self.acceleration.add_to(domain, &self.cut, 1.0, &mut s.u);
         self.impose(domain, &s.bodies, &mut s.u)?;
         let walls = history(&mut s.walls)?;
@@ -186,15 +189,17 @@ impl<const D: usize> Sharp<D> {
         for (history, body) in walls.bodies.iter_mut().zip(&s.bodies) {
             let Some(freedom) = body.freedom() else { continue };
             let (density, gravity) = (domain.fluid.density, domain.fluid.gravity);
-            let pull = freedom.along(&((body.mass() - density * body.volume()) * gravity));
-            history.push.acceleration = pull / (body.mass() + body.added_mass(density));
+            let (weight, added) = ((body.mass() - density * body.volume()) * gravity, body.added_mass(density));
+            let driven = s.drive.map_or_else(Vector3::zeros, |force| added / density * force);
+            let pull = weight + domain.felt(&s.drive, body.volume()) + driven;
+            history.push.acceleration = freedom.along(&pull) / (body.mass() + added);
         }
         self.take_inside(domain, s)?;
         s.exchange.fill(Exchange::default());
         s.balance = s.bodies.iter().any(|b| b.freedom().is_some()).then(Balance::default);
         self.start_balance(domain, s)?;
         s.p.fill(0.0);
-        self.acceleration.clear();
+        self.acceleration.of_pressure(domain, &self.cut, &s.p, s.drive);
         Ok(())
     }
 
@@ -208,7 +213,7 @@ impl<const D: usize> Sharp<D> {
         }
         domain.boundaries.fill_velocity(&mut history(&mut s.walls)?.unimposed)?;
         self.settle(domain, &s.bodies)?;
-        self.acceleration.of_pressure(domain, &self.cut, &s.p);
+        self.acceleration.of_pressure(domain, &self.cut, &s.p, s.drive);
         Ok(())
     }
 

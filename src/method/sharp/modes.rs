@@ -5,12 +5,13 @@ use super::cut::CutBodies;
 use super::motion::BodyMotion;
 use crate::Result;
 use crate::domain::Domain;
+use crate::drive::Driving;
 use crate::geometry::{Cut, Opening};
 use crate::grid::{Grid, VectorField};
 use crate::particles::Body;
 use crate::petsc::Session;
 use crate::poisson::Covered;
-use crate::poisson::pressure::{BodyCoupling, Projected};
+use crate::poisson::pressure::{Coupled, Projected};
 use crate::state::State;
 use nalgebra::{SymmetricEigen, Vector3};
 
@@ -80,6 +81,20 @@ impl<const D: usize> Sharp<D> {
         domain.projection.set_modes(weights, entries, oblong)
     }
 
+    /// Lets the pressure's equation know of a drive that holds a mean velocity; returns its mean answer (m3/kg). Collective.
+    fn hold(&self, domain: &mut Domain<D>, bodies: &[Body]) -> Result<f64> {
+        let Some(axis) = domain.drive.as_ref().and_then(|drive| drive.held()) else { return Ok(0.0) };
+        let goes = |(body, motion): (&Body, &BodyMotion)| {
+            body.freedom().filter(|freedom| freedom.translation[axis]).map(|_| body.volume() / motion.inertia)
+        };
+        let of_body = bodies.iter().zip(&self.motions).map(goes).zip(&self.cut.bodies);
+        let carried = of_body.filter_map(|(answer, cut)| Some((answer?, &cut.cuts[axis])));
+        let faces = carried.flat_map(|(answer, cuts)| {
+            cuts.iter().map(move |cut| (cut.face as usize, answer * cut.covered, cut.owned))
+        });
+        domain.hold(&self.cut.beta, faces)
+    }
+
     /// (13-15), the bodies with it; `roughly` as in [`Projection::project`](crate::poisson::pressure::Projection::project). Collective.
     pub(super) fn project_with_bodies(
         &mut self,
@@ -88,10 +103,14 @@ impl<const D: usize> Sharp<D> {
         dt: f64,
         roughly: Option<f64>,
     ) -> Result<Projected> {
-        let Domain { session, grid, boundaries, projection, .. } = domain;
+        let answer = self.hold(domain, &s.bodies)?;
+        let Domain { session, grid, boundaries, projection, drive, fluid, .. } = domain;
+        let (density, beta) = (fluid.density, &self.cut.beta);
+        let drive = drive.as_ref().zip(s.drive.as_mut());
         let mut following = Following {
             session,
             cut: &self.cut,
+            driving: drive.map(|(drive, force)| Driving { drive, force, beta, answer, density, session }),
             oblong: &self.modes.oblong,
             bodies: &mut s.bodies,
             motions: &mut self.motions,
@@ -109,13 +128,31 @@ fn covered(mode: usize, axis: usize, face: u32, part: f64) -> Covered {
 struct Following<'a, const D: usize> {
     session: &'a Session,
     cut: &'a CutBodies<D>,
+    driving: Option<Driving<'a, D>>,
     oblong: &'a [u32],
     bodies: &'a mut [Body],
     motions: &'a mut [BodyMotion],
     sums: &'a mut [f64],
 }
 
-impl<const D: usize> BodyCoupling<D> for Following<'_, D> {
+impl<const D: usize> Coupled<D> for Following<'_, D> {
+    fn begin(&mut self, grid: &Grid<D>, dt: f64, faces: &mut VectorField<D>) -> Result<()> {
+        let Some(driving) = &mut self.driving else { return Ok(()) };
+        let change = driving.follow(grid, self.bodies, dt, faces)?;
+        if change == Vector3::zeros() {
+            return Ok(());
+        }
+        for (k, (body, motion)) in self.bodies.iter_mut().zip(self.motions.iter_mut()).enumerate() {
+            let force = driving.drive.on_body(&change, body.volume());
+            motion.pressure += force;
+            let Some(freedom) = body.freedom() else { continue };
+            let change = freedom.along(&force) * (dt / motion.inertia);
+            body.velocity += change;
+            self.cut.bodies[k].carry_faces(&change, faces);
+        }
+        Ok(())
+    }
+
     fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64], faces: &mut VectorField<D>) -> Result<()> {
         let sums = &mut self.sums[..3 * self.bodies.len()];
         for (k, row) in sums.chunks_exact_mut(3).enumerate() {
@@ -131,7 +168,10 @@ impl<const D: usize> BodyCoupling<D> for Following<'_, D> {
             body.velocity += change;
             self.cut.bodies[k].carry_faces(&change, faces);
         }
-        if self.oblong.is_empty() { Ok(()) } else { self.follow_turning(grid, dt, phi, faces) }
+        if !self.oblong.is_empty() {
+            self.follow_turning(grid, dt, phi, faces)?;
+        }
+        self.begin(grid, dt, faces)
     }
 }
 

@@ -104,6 +104,7 @@ impl<const D: usize> Sharp<D> {
             let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
             let (body, motion, history) = (&mut s.bodies[k], &mut self.motions[k], &mut histories[k]);
             let (before, torque_before) = history.shear.replace((shear, torque)).unwrap_or((shear, torque));
+            let pressure = pressure + domain.felt(&s.drive, body.volume());
             (motion.pressure, motion.pressure_torque) = (pressure, pressure_torque);
             let (drag, turn) = resistance(body, &motion.shell, fluid.viscosity / h);
             let centred = 0.5 * inertial_share(body, &turn, dt);

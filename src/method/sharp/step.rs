@@ -133,7 +133,7 @@ impl<const D: usize> Sharp<D> {
     /// (16), the wall imposed on it. Collective.
     pub(super) fn correct_cells(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
         let Sharp { cut, acceleration, work, .. } = self;
-        acceleration.of_pressure(domain, cut, &s.p);
+        acceleration.of_pressure(domain, cut, &s.p, s.drive);
         faces::add_to_cells(&domain.grid, dt, &acceleration.faces, &mut s.u);
         acceleration.add_opened(domain, cut, dt, Some(&mut work.tally), &mut s.u);
         domain.clock.lap(Stage::Faces);

@@ -1,0 +1,92 @@
+//! What moves the fluid besides its borders.
+
+use super::{Case, Motion};
+use crate::config::fault::{AXES, Check, finite, vector};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What moves the fluid besides its borders: exactly one of the keys.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Drive {
+    /// A force on the fluid (N/m3), a number for each axis; bodies feel what the fluid does to them, and no more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force: Option<Vec<f64>>,
+    /// `fluid.gravity` acts on the fluid as well, along the axes that are periodic: a slope. Along the others the fluid's
+    /// weight is its hydrostatic pressure, which is left out as ever.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub gravity: bool,
+    /// The mean velocity of everything in the box (m/s), fluid and bodies, along a periodic axis: the gradient of the pressure that
+    /// holds it is found in every step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mean_velocity: Option<MeanVelocity>,
+    /// Fluid and free bodies together feel no net force along the periodic axes: the gradient of the pressure that carries the weight of
+    /// the bodies. Without it, a periodic box of falling bodies accelerates as a whole.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub hold_mixture: bool,
+}
+
+/// A mean velocity that is held.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeanVelocity {
+    /// Its axis.
+    pub axis: Axis,
+    /// The velocity (m/s): the flow rate over the whole cross-section of the box, of bodies and walls of bodies as well.
+    pub value: f64,
+}
+
+/// An axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Axis {
+    /// From west to east.
+    X,
+    /// From south to north.
+    Y,
+    /// From bottom to top, 3D only.
+    Z,
+}
+
+impl Axis {
+    /// Its number, from 0.
+    pub fn index(self) -> usize {
+        self as usize
+    }
+
+    /// Checks that a case has it.
+    pub(in crate::config) fn check(self, key: &str, dimension: usize) -> Check {
+        ensure!(self.index() < dimension, key, "\"z\" is for 3D only, and domain.size has two numbers");
+        Ok(())
+    }
+}
+
+impl Drive {
+    /// Checks it as a part of its case.
+    pub(in crate::config) fn check(&self, case: &Case) -> Check {
+        let dimension = case.dimension();
+        let given = [self.force.is_some(), self.gravity, self.mean_velocity.is_some(), self.hold_mixture];
+        let count = given.iter().filter(|given| **given).count();
+        let ways = "force = [...], gravity = true, mean_velocity = { axis = \"x\", value = ... }, hold_mixture = true";
+        ensure!(count == 1, "drive", "give exactly one of {ways}; there are {count}");
+        if let Some(force) = &self.force {
+            vector("drive.force", force, dimension, "N/m3")?;
+        }
+        if let Some(MeanVelocity { axis, value }) = self.mean_velocity {
+            axis.check("drive.mean_velocity.axis", dimension)?;
+            finite("drive.mean_velocity.value", &[value], "m/s")?;
+            let (x, axis) = (AXES[axis.index()], axis.index());
+            let cure = "make both of its faces \"periodic\", or drive the flow by an inflow";
+            ensure!(case.periodic(axis), "drive.mean_velocity.axis", "{x} is not periodic: {cure}");
+        }
+        let gravity = case.fluid.gravity.as_deref().unwrap_or_default();
+        let along = (0..dimension).any(|axis| case.periodic(axis) && gravity.get(axis).is_some_and(|g| *g != 0.0));
+        for (given, key) in [(self.gravity, "drive.gravity"), (self.hold_mixture, "drive.hold_mixture")] {
+            let cure = "give fluid.gravity a part along a periodic axis, as in [9.81e-3, -9.81]";
+            ensure!(!given || along, key, "no periodic axis has any gravity: {cure}");
+        }
+        let bodies = case.particle.iter().any(|particle| particle.motion == Motion::Free) || !case.swarm.is_empty();
+        ensure!(!self.hold_mixture || bodies, "drive.hold_mixture", "carries the weight of free particles: there are none");
+        Ok(())
+    }
+}

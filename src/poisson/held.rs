@@ -1,0 +1,61 @@
+//! A mean velocity that is held, in the pressure equation: `w j j^T` with a negative weight, applied and never assembled
+//! ([`crate::drive`] has the formulas).
+//!
+//! ```text
+//!   j_c = (g_high - g_low)/h     g: by how much less than the fluid alone a face answers to the drive (m3/kg); zero far from bodies
+//!   y  += w (j . x) j
+//! ```
+
+use super::bodies::Frame;
+use super::lattice::Lattice;
+use crate::Result;
+use crate::petsc::Session;
+
+/// The term on this rank's cells.
+#[derive(Default)]
+pub(super) struct HeldMean {
+    /// Cells by number, with their parts of j (m2/kg); a cell may come several times.
+    cells: Vec<(u32, f64)>,
+    weight: f64,
+}
+
+impl HeldMean {
+    /// Takes the faces along `axis`, `h` (m) apart, with g each, and the weight (kg/m3).
+    pub fn set(
+        &mut self,
+        lattice: &Lattice,
+        frame: &Frame,
+        (axis, h): (usize, f64),
+        faces: impl Iterator<Item = (usize, f64)>,
+        weight: f64,
+    ) {
+        self.weight = weight;
+        self.cells.clear();
+        for (face, g) in faces {
+            for (cell, part) in [(face - frame.stride[axis], g / h), (face, -g / h)] {
+                self.cells.extend(number(lattice, frame, cell).map(|row| (row, part)));
+            }
+        }
+    }
+
+    /// y += w (j . x) j; nothing where no rank has set any. Collective.
+    pub fn add_product(&self, session: &Session, x: &[f64], y: &mut [f64]) -> Result<()> {
+        if self.weight == 0.0 {
+            return Ok(());
+        }
+        let mut sum = [self.cells.iter().map(|(row, j)| j * x[*row as usize]).sum::<f64>()];
+        session.sum(&mut sum)?;
+        self.cells.iter().for_each(|(row, j)| y[*row as usize] += self.weight * sum[0] * j);
+        Ok(())
+    }
+}
+
+/// The number, among this rank's, of the cell at a field's index; `None` of a ghost.
+fn number(lattice: &Lattice, frame: &Frame, index: usize) -> Option<u32> {
+    let mut row = 0;
+    for a in (0..lattice.axes).rev() {
+        let at = (index / frame.stride[a] % frame.stored[a]).checked_sub(frame.ghosts).filter(|at| *at < lattice.n[a])?;
+        row = at + lattice.n[a] * row;
+    }
+    Some(row as u32)
+}
