@@ -12,6 +12,7 @@ use crate::interrupt::Interrupt;
 use crate::output::measure::{self, Sample, Series};
 use crate::output::progress::{Progress, Record};
 use crate::output::snapshot::Snapshot;
+use crate::output::survey::survey;
 use crate::output::{Folder, Log, StepRow, may_use, plot};
 use crate::petsc::Session;
 use crate::poisson::pressure::Projected;
@@ -86,6 +87,8 @@ struct Run<'a, const D: usize> {
     folder: Option<Folder>,
     log: Log,
     series: Vec<Series>,
+    /// Scratch of measures that count by layers of cells.
+    layers: Vec<f64>,
     progress: Progress,
     started: Instant,
     account: Account,
@@ -153,6 +156,7 @@ impl<'a, const D: usize> Run<'a, D> {
             progress: Progress::new(lead && !request.quiet, case.time.end, lead.then_some(&out)),
             checkpoints: Checkpoints::new(case.output.checkpoint, restart.as_ref().map(Restart::step)),
             series,
+            layers: Vec::new(),
             account,
             interrupt,
             restart,
@@ -212,7 +216,7 @@ impl<'a, const D: usize> Run<'a, D> {
             self.write_row(StepOutcome { energy, ..StepOutcome::default() })?;
             self.write_particles()?;
             self.write_fields()?;
-            self.sample(speed);
+            self.sample(speed)?;
         }
         while self.scene.state.time < end * (1.0 - 1e-12) {
             self.scene.state.keep(&mut self.good);
@@ -234,7 +238,7 @@ impl<'a, const D: usize> Run<'a, D> {
             if rows.due(self.scene.state.steps, self.scene.state.time) {
                 self.write_particles()?;
             }
-            self.sample(speed);
+            self.sample(speed)?;
             if self.progress.due() {
                 let (step, time) = (self.scene.state.steps, self.scene.state.time);
                 let (divergence, measures) = (projected.divergence_max, self.values());
@@ -376,15 +380,22 @@ impl<'a, const D: usize> Run<'a, D> {
         self.session.agree(written)
     }
 
-    fn sample(&mut self, speed: f64) {
+    fn sample(&mut self, speed: f64) -> Result<()> {
         // The state at time 0 has exchanged nothing yet.
         if self.scene.state.steps > 0 {
             let contacts = self.scene.method.contacts();
             let (exchange, bodies) = (&self.scene.state.exchange[..], &self.scene.state.bodies[..]);
             let (deepest, touched) = contacts.map_or((0.0, &[][..]), |c| (c.deepest(), c.touched()));
             let sample = Sample { time: self.scene.state.time, exchange, bodies, max_speed: speed, deepest, touched };
-            self.series.iter_mut().for_each(|s| s.sample(&sample));
+            for series in &mut self.series {
+                let of_box = match series.measure() {
+                    m if m.kind.is_of_box() && sample.time >= m.from => survey(&self.scene, m, &mut self.layers)?,
+                    _ => 0.0,
+                };
+                series.sample(&sample, of_box);
+            }
         }
+        Ok(())
     }
 
     /// The measures that have a value so far, by name.

@@ -8,7 +8,7 @@
 //! ```
 
 use super::fault::Fault;
-use super::raw::{Case, Measure, Motion};
+use super::raw::{Case, Measure, MeasureKind, Motion};
 use nalgebra::Vector3;
 
 /// The direction, of length 1, of measure `index`; `None` of what is of no force.
@@ -37,8 +37,8 @@ pub(super) fn of(case: &Case, index: usize, measure: &Measure) -> Result<Option<
 /// The velocity of the fluid past the particle that a measure is of, the first one of a group, as far as the case tells it; zero where it does not.
 fn stream(case: &Case, measure: &Measure) -> Vector3<f64> {
     let fluid = case.reference_velocity().map_or(Vector3::zeros(), |v| vector(&v));
-    let id = measure.particles.as_ref().and_then(|group| group.first()).unwrap_or(&measure.particle);
-    let Some(particle) = case.particle.get(*id) else { return fluid };
+    let id = measure.particles.as_ref().and_then(|group| group.first()).unwrap_or(&measure.particle).id();
+    let Some(particle) = case.particle.get(id) else { return fluid };
     let (own, swing) = match &particle.motion {
         Motion::Prescribed(told) => (told.velocity.as_ref(), told.oscillation.as_ref().map(|o| &o.amplitude)),
         Motion::Fixed | Motion::Free => (None, None),
@@ -55,6 +55,32 @@ fn stream(case: &Case, measure: &Measure) -> Vector3<f64> {
         (Motion::Free, Some(gravity)) => -heavy.signum() * vector(gravity),
         _ => Vector3::zeros(),
     }
+}
+
+/// The axis of a measure of the whole box: as given; of a bed gravity's, among the axes that have sides; of the rest that of the drive or
+/// the stream.
+pub(super) fn axis(case: &Case, index: usize, measure: &Measure) -> Result<usize, Fault> {
+    if let Some(axis) = measure.axis {
+        return Ok(axis.index());
+    }
+    if !measure.kind.has_axis() {
+        return Ok(0);
+    }
+    let gravity = case.fluid.gravity.as_ref().map_or(Vector3::zeros(), |g| vector(g));
+    let sided = |periodic: bool| {
+        Vector3::from_fn(|a, _| if a < case.dimension() && case.periodic(a) == periodic { gravity[a] } else { 0.0 })
+    };
+    let along = if measure.kind == MeasureKind::BedHeight {
+        if sided(false) != Vector3::zeros() { sided(false) } else { gravity }
+    } else {
+        let force = case.drive.as_ref().and_then(|drive| drive.force.as_ref()).map(|force| vector(force));
+        let sloped = case.drive.as_ref().filter(|drive| drive.gravity || drive.hold_mixture).map(|_| sided(true));
+        let stream = case.reference_velocity().map(|v| vector(&v));
+        force.or(sloped).or(stream).unwrap_or_default()
+    };
+    let why = "nothing says along which axis: give `axis`, as in axis = \"x\"";
+    let fault = || Fault { key: format!("measure.{index}.kind"), message: why.into() };
+    if along == Vector3::zeros() { Err(fault()) } else { Ok(along.iamax()) }
 }
 
 fn across(stream: &Vector3<f64>, dimension: usize) -> Vector3<f64> {

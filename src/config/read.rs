@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 
 use super::document::{Document, line_of, whole_file};
 use super::fault::Fault;
-use super::raw::{self, expand, measures, validate};
+use super::raw::{self, expand, measures, name_particles, validate};
 use super::resolve::resolve;
 use super::resolved::Case;
 use crate::error::Given;
@@ -75,6 +75,7 @@ fn checked(document: &Document, path: &Path, overrides: &[String]) -> Result<Cas
     let mut raw = document.to_case()?;
     validate(&raw)?;
     expand(&mut raw, path.parent().unwrap_or(Path::new("")))?;
+    name_particles(&mut raw)?;
     measures(&raw)?;
     drop_references(&mut raw, overrides);
     resolve(raw)

@@ -2,7 +2,7 @@
 
 use super::direction;
 use super::fault::{AXES, Check, Fault, positive, short};
-use super::raw::{self, Advection, Buoyancy, GradientRule, Scheme, Side, Solver, Spin, Stiffness, WallRule};
+use super::raw::{self, Advection, Buoyancy, GradientRule, Scheme, Side, Solver, Spin, Stiffness, WallRule, Which};
 use super::resolved::{
     Cadence, Case, Checkpoints, Contact, Drive, Fluid, Initial, Loss, Measure, Motion, Output, Pair, PairLaw, Particle, Step,
     Target, Time,
@@ -12,6 +12,8 @@ use nalgebra::Vector3;
 
 /// Height of the asperities where none is given, of the smallest radius.
 const ROUGHNESS: f64 = 2e-4;
+/// The solid fraction of the top of a bed.
+const BED_FRACTION: f64 = 0.1;
 /// The restitution where neither it nor a damping is given.
 const RESTITUTION: f64 = 0.5;
 
@@ -19,7 +21,9 @@ const RESTITUTION: f64 = 0.5;
 pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     let rest = vec![0.0; raw.dimension()];
     let (reference_speed, stream) = (raw.reference_speed(), raw.reference_velocity());
-    let directions = raw.measure.iter().enumerate().map(|(index, m)| direction::of(&raw, index, m));
+    let directions = raw.measure.iter().enumerate().map(|(index, m)| {
+        Ok((direction::of(&raw, index, m)?, direction::axis(&raw, index, m)?))
+    });
     let directions = directions.collect::<Result<Vec<_>, _>>()?;
     let velocity = raw.initial.velocity.clone().or_else(|| inflow(&raw)).unwrap_or(rest.clone());
     let initial = Initial { velocity, perturbation: raw.initial.perturbation.unwrap_or(0.0) };
@@ -100,6 +104,7 @@ fn particle(raw: raw::Particle, fluid: &Fluid, rest: &[f64]) -> Particle {
         }
     };
     Particle {
+        name: raw.name,
         material,
         shape: raw.shape,
         density: raw.density.unwrap_or(fluid.density),
@@ -149,22 +154,27 @@ fn time(raw: raw::Time) -> Time {
     Time { end, step: step.map_or_else(courant, Step::Fixed), scheme, advection }
 }
 
-/// A measure along this direction of a case with this reference speed (m/s), this force of its coupling and so many particles.
+/// A measure along this direction and axis of a case with this reference speed (m/s), this force of its coupling and so many particles.
 fn measure(
     raw: raw::Measure,
-    direction: Option<Vector3<f64>>,
+    (direction, axis): (Option<Vector3<f64>>, usize),
     reference_speed: Option<f64>,
     (force, count): (raw::ForceRule, usize),
 ) -> Measure {
     let raw::Measure { name, kind, particle, particles, from, when, speed, force: own, .. } = raw;
-    let raw::Measure { reference, tolerance, source, .. } = raw;
-    let group = if kind.is_of_group() { particles.unwrap_or_else(|| (0..count).collect()) } else { Vec::new() };
+    let raw::Measure { reference, tolerance, source, region, threshold, .. } = raw;
+    let all = || (0..count).collect();
+    let listed = |particles: Vec<Which>| particles.iter().map(Which::id).collect();
+    let group = if kind.is_of_group() { particles.map_or_else(all, listed) } else { Vec::new() };
     let target = |reference| Target { reference, tolerance: tolerance.unwrap_or(0.0), source };
     Measure {
         name,
         kind,
-        particle,
+        particle: particle.id(),
         particles: group,
+        axis,
+        region: region.map(|region| [region.min, region.max]),
+        threshold: threshold.unwrap_or(BED_FRACTION),
         direction,
         from,
         when,

@@ -97,6 +97,8 @@ pub enum Drive {
 /// One body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Particle {
+    /// What measures know it by.
+    pub name: Option<String>,
     /// Its shape.
     pub shape: Shape,
     /// Density (kg/m3).
@@ -244,6 +246,12 @@ pub struct Measure {
     pub particle: usize,
     /// Of which particles, of a kind that is of several.
     pub particles: Vec<usize>,
+    /// Along which axis, of a kind that is of the whole box.
+    pub axis: usize,
+    /// The lowest and the highest corner (m) of a part of the box.
+    pub region: Option<[Vec<f64>; 2]>,
+    /// From which solid fraction on a layer counts.
+    pub threshold: f64,
     /// Along which direction, of length 1; `None` of what is of no force, or of a swing.
     pub direction: Option<Vector3<f64>>,
     /// From this time on (s).

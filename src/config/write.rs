@@ -1,6 +1,6 @@
 //! A case written out as a file that gives every key, for the run's folder; it reads back to an equal case.
 
-use super::raw::{self, Spin};
+use super::raw::{self, Axis, Spin, Which};
 use super::resolved::{Cadence, Case, Checkpoints, Contact, Drive, Loss, Measure, Motion, Output, PairLaw, Particle, Step};
 
 impl Case {
@@ -77,6 +77,7 @@ fn particle(p: &Particle) -> raw::Particle {
         }
     };
     raw::Particle {
+        name: p.name.clone(),
         shape: p.shape.clone(),
         density: Some(p.density),
         viscosity: Some(p.viscosity),
@@ -127,8 +128,11 @@ fn measure(m: &Measure, dimension: usize) -> raw::Measure {
     raw::Measure {
         name: m.name.clone(),
         kind: m.kind,
-        particle: m.particle,
-        particles: m.kind.is_of_group().then(|| m.particles.clone()),
+        particle: Which::Id(m.particle),
+        particles: m.kind.is_of_group().then(|| m.particles.iter().copied().map(Which::Id).collect()),
+        axis: m.kind.has_axis().then(|| [Axis::X, Axis::Y, Axis::Z][m.axis]),
+        region: m.region.clone().map(|[min, max]| raw::Region { min, max }),
+        threshold: (m.kind == raw::MeasureKind::BedHeight).then_some(m.threshold),
         direction: m.direction.map(|direction| direction.iter().take(dimension).copied().collect()),
         from: m.from,
         when: m.when,

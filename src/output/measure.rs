@@ -77,6 +77,11 @@ pub fn series(case: &Case) -> Vec<Series> {
 }
 
 impl Series {
+    /// What is measured.
+    pub fn measure(&self) -> &Measure {
+        &self.measure
+    }
+
     /// The measure's name.
     pub fn name(&self) -> &str {
         &self.measure.name
@@ -94,8 +99,8 @@ impl Series {
         }
     }
 
-    /// Takes the state after a step.
-    pub fn sample(&mut self, &Sample { time, exchange, bodies, max_speed, deepest, touched }: &Sample) {
+    /// Takes the state after a step, and what [`survey`](super::survey::survey) gives of it, of a kind that is of the whole box.
+    pub fn sample(&mut self, &Sample { time, exchange, bodies, max_speed, deepest, touched }: &Sample, of_box: f64) {
         let dt = time - std::mem::replace(&mut self.before, time);
         if time < self.measure.from {
             return;
@@ -141,7 +146,18 @@ impl Series {
             MeasureKind::HeightRank => self.height_rank(bodies),
             MeasureKind::FastestParticle => self.group(bodies).map(|id| bodies[id].velocity.norm()).fold(0.0, f64::max),
             MeasureKind::LargestOverlap => deepest,
+            MeasureKind::MeanSpeed => self.mean_of(bodies, |b| b.velocity.norm()),
+            MeasureKind::RmsSpeed => self.mean_of(bodies, |b| b.velocity.norm_squared()).sqrt(),
             MeasureKind::ContactStart => f64::from(touched.get(particle).copied().unwrap_or(false)),
+            MeasureKind::TransportRate
+            | MeasureKind::SuperficialVelocity
+            | MeasureKind::FlowRate
+            | MeasureKind::PressureDrop
+            | MeasureKind::DriveForce
+            | MeasureKind::SolidFraction
+            | MeasureKind::BedHeight
+            | MeasureKind::FluidEnergy
+            | MeasureKind::BodyEnergy => of_box,
         };
         match self.measure.when {
             None => self.keep((time, value)),
@@ -159,6 +175,10 @@ impl Series {
     /// The particles that the measure is of.
     fn group<'a>(&'a self, bodies: &'a [Body]) -> impl Iterator<Item = usize> + 'a {
         self.measure.particles.iter().copied().filter(|id| *id < bodies.len())
+    }
+
+    fn mean_of(&self, bodies: &[Body], value: impl Fn(&Body) -> f64) -> f64 {
+        self.group(bodies).map(|id| value(&bodies[id])).sum::<f64>() / self.group(bodies).count() as f64
     }
 
     fn mean_height(&self, bodies: &[Body]) -> f64 {
@@ -221,6 +241,17 @@ impl Series {
             | MeasureKind::VelocityX
             | MeasureKind::VelocityY
             | MeasureKind::VelocityZ
+            | MeasureKind::MeanSpeed
+            | MeasureKind::RmsSpeed
+            | MeasureKind::TransportRate
+            | MeasureKind::SuperficialVelocity
+            | MeasureKind::FlowRate
+            | MeasureKind::PressureDrop
+            | MeasureKind::DriveForce
+            | MeasureKind::SolidFraction
+            | MeasureKind::BedHeight
+            | MeasureKind::FluidEnergy
+            | MeasureKind::BodyEnergy
             | MeasureKind::Spin => Some(mean),
             MeasureKind::MaxSpeed
             | MeasureKind::TerminalVelocity
@@ -350,7 +381,7 @@ mod tests {
             let mut body = disc();
             body.motion = Motion::Prescribed(Some(path(time)));
             let exchange = pushed(momentum);
-            series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], std::slice::from_ref(&body))));
+            series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], std::slice::from_ref(&body)), 0.0));
         }
         let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
         assert!((values[0] - 2.1).abs() < 1e-12 && (values[1] - 1.4).abs() < 1e-12, "{values:?}");
@@ -361,7 +392,7 @@ mod tests {
         let mut series = of_kinds(&["drag_coefficient_max", "lift_coefficient_max", "drag_coefficient"]);
         for (time, x, y) in [(0.5, 9.0, 9.0), (1.0, 1.8, -0.9), (2.0, 3.6, 0.18), (3.0, 1.8, -2.0)] {
             let exchange = pushed(Vector3::new(x, y, 0.0));
-            series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], &[disc()])));
+            series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], &[disc()]), 0.0));
         }
         // In units of 0.5 rho U^2 d = 1.8 N.
         let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
@@ -384,7 +415,7 @@ mod tests {
             let mut exchange = Exchange::default();
             exchange.contact.y = if k == 5 { 1.0 } else { 0.0 };
             let time = 1.0 + f64::from(k);
-            series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], std::slice::from_ref(&body))));
+            series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], std::slice::from_ref(&body)), 0.0));
         }
         let values: Vec<_> = series.iter().map(Series::value).collect();
         assert!((values[0].unwrap() - 0.25).abs() < 1e-12, "on the way down, between two steps: {values:?}");
@@ -408,7 +439,7 @@ mod tests {
             body
         };
         let bodies = [body(5.0, 9.0, 0.1), body(1.0, -3.0, 7.0), body(3.0, 20.0, -0.2)];
-        series.iter_mut().for_each(|s| s.sample(&at(2.0, &[], &bodies)));
+        series.iter_mut().for_each(|s| s.sample(&at(2.0, &[], &bodies), 0.0));
         let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
         let expected = [3.0, 2.5, 0.2, 2e-3];
         assert!(values.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{values:?}");
@@ -427,7 +458,7 @@ mod tests {
             body.centre.y += speed / 10.0;
             let mut exchange = Exchange::default();
             exchange.contact.y = force;
-            series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], std::slice::from_ref(&body))));
+            series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], std::slice::from_ref(&body)), 0.0));
         }
         let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
         let expected = [3.0, 8.0 - 1.4, -(2.5 + 1.5) / 3.0, 0.5, 3.0];

@@ -15,6 +15,7 @@ pub mod progress;
 pub mod report;
 mod rows;
 pub mod snapshot;
+pub mod survey;
 pub mod summary;
 
 pub use folder::{Folder, Log, Marks, StepRow, may_use};

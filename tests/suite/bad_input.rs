@@ -50,6 +50,13 @@ type Row = (&'static str, &'static str, &'static str, &'static str, &'static [&'
 
 #[rustfmt::skip]
 const BAD_CASES: &[Row] = &[
+    // Measures of the box.
+    ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\naxis = \"x\"", "axis", "measure.0.axis", &["flow_rate"]),
+    ("kind = \"drag_coefficient\"", "kind = \"flow_rate\"\naxis = \"z\"", "axis", "measure.0.axis", &["3D only"]),
+    ("kind = \"drag_coefficient\"", "kind = \"drive_force\"", "kind", "measure.0.kind", &["[drive]"]),
+    ("kind = \"drag_coefficient\"", "kind = \"bed_height\"", "kind", "measure.0.kind", &["fluid.gravity"]),
+    ("kind = \"drag_coefficient\"", "kind = \"force\"\nparticles = [\"pier\"]", "particles", "measure.0.particles.0", &["no particle has the name \"pier\""]),
+    ("kind = \"drag_coefficient\"", "kind = \"solid_fraction\"\nregion = { min = [0.0, 0.0], max = [0.0, 1.0] }", "region", "measure.0.region", &["above its min"]),
     // The drive.
     ("[time]", "[drive]\nforce = [1.0, 0.0]\ngravity = true\n[time]", "[drive]", "drive", &["exactly one of", "there are 2"]),
     ("[time]", "[drive]\n[time]", "[drive]", "drive", &["there are 0"]),

@@ -1,6 +1,6 @@
 //! What moves the fluid besides its borders: exact channel flow, a mean velocity that is held in every step, and what bodies feel.
 
-use crate::support::{box_case, order, petsc};
+use crate::support::{box_case, order, petsc, run};
 use mics::drive::{box_volume, mean};
 use mics::scene::Scene;
 use nalgebra::Vector3;
@@ -139,4 +139,67 @@ fn a_body_of_the_fluids_density_goes_with_a_fluid_that_a_slope_sets_off() {
         let off = (velocity - Vector3::new(0.5, 0.25, 0.0)).amax();
         assert!(off < tolerance * 0.5, "{wall}: {velocity} m/s2");
     }
+}
+
+/// The measures of a run of this case.
+fn measures(text: &str) -> serde_json::Value {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("case.toml");
+    std::fs::write(&file, text).unwrap();
+    run(&file, &folder.path().join("out"), &[])["measures"].clone()
+}
+
+#[test]
+fn the_box_is_measured_as_engineers_do() {
+    let kinds = |kinds: &[(&str, &str)]| -> String {
+        kinds.iter().map(|(kind, keys)| format!("[[measure]]\nname = \"{kind}\"\nkind = \"{kind}\"\n{keys}\n")).collect()
+    };
+    let number = |of: &serde_json::Value, name: &str| of[name].as_f64().unwrap_or_else(|| panic!("{name} in {of}"));
+    // A pier that stays, and two grains that move as told: every number is known beforehand.
+    let told = |x: f64, y: f64, v: f64| {
+        format!(
+            "[[particle]]\nname = \"grain\"\nshape = {{ disc = {{ diameter = 0.4 }} }}\nposition = [{x:?}, {y:?}]\n\
+             motion = {{ prescribed = {{ velocity = [{v:?}, 0.0] }} }}\n"
+        )
+    };
+    let box_kinds = kinds(&[
+        ("superficial_velocity", ""),
+        ("flow_rate", ""),
+        ("drive_force", ""),
+        ("pressure_drop", ""),
+        ("transport_rate", "particles = [\"grain\"]"),
+        ("mean_speed", "particles = [\"grain\"]"),
+        ("rms_speed", "particles = [\"grain\", \"pier\"]"),
+        ("bed_height", "threshold = 0.05"),
+        ("solid_fraction", "region = { min = [0.0, 0.0], max = [2.0, 1.0] }"),
+        ("force", "particles = [\"pier\"]"),
+    ]);
+    let pier = disc([1.0, 0.5], 1.0, "name = \"pier\"\nmotion = \"fixed\"");
+    let more = format!(
+        "[drive]\nmean_velocity = {{ axis = \"x\", value = 0.3 }}\n{pier}{}{}{box_kinds}[output]\nfigures = false\n",
+        told(0.5, 1.2, 0.1),
+        told(1.3, 1.2, 0.3)
+    );
+    let text = box_case([2.0, 2.0], [40, 40], 0.1, CHANNEL, &more).replace("end = 1.0", "end = 0.2");
+    let found = measures(&text.replace("viscosity", "gravity = [0.0, -1.0]\nviscosity"));
+    let grain = 0.25 * PI * 0.16;
+    let near = |name: &str, expected: f64, tolerance: f64| {
+        let value = number(&found, name);
+        assert!((value - expected).abs() <= tolerance * expected.abs(), "{name}: {value}, not {expected}: {found}");
+    };
+    near("flow_rate", 0.3 * 2.0, 1e-12);
+    near("transport_rate", grain * 0.4 / 2.0, 1e-12);
+    near("superficial_velocity", 0.3 - grain * 0.4 / 4.0, 1e-12);
+    near("mean_speed", 0.2, 1e-12);
+    near("rms_speed", (0.1f64 / 3.0).sqrt(), 1e-12);
+    near("pressure_drop", 2.0 * number(&found, "drive_force"), 1e-12);
+    near("solid_fraction", 0.25 * PI * 0.36 / 2.0, 1e-9);
+    // The chord of the two grains is 5 % of the length where they are 0.1 m wide in all, next to their top at 1.4 m.
+    near("bed_height", 1.4, 0.02);
+    assert!(number(&found, "force") > 0.0, "{found}");
+    // Poiseuille between an inflow and an outflow: the drop of the pressure is 12 mu U L/H^2.
+    let sides = ["{ inflow_parabola = [1.5, 0.0] }", "\"outflow\"", "\"wall\"", "\"wall\""];
+    let text = box_case([4.0, 1.0], [64, 16], 0.1, sides, &kinds(&[("pressure_drop", "axis = \"x\"\nfrom = 2.9")]));
+    let drop = number(&measures(&text.replace("end = 1.0", "end = 3.0")), "pressure_drop");
+    assert!((drop / (12.0 * 0.1 * 4.0) - 1.0).abs() < 0.01, "{drop} Pa");
 }

@@ -135,7 +135,7 @@ impl Whole {
                 max_speed: 1.0,
                 deepest: 0.0,
                 touched: &[],
-            });
+            }, 0.0);
         }
         let account = Account { began: "today".into(), dt: Some(2e-3), last_fields: Some(0.0), ..Account::default() };
         let marks = Marks::at(1000, vec![(0.0, 0), (0.01, 5)]);

@@ -18,11 +18,11 @@ pub use coupling::{Buoyancy, Coupling, ForceRule, FractionRule, GradientRule, Ro
 pub use drive::{Axis, Drive, MeanVelocity};
 pub use particle::{Lock, Motion, Oscillation, Particle, Prescribed, Round, Shape, Spin};
 pub use preset::Preset;
-pub use report::{Cadence, Checkpoints, Measure, MeasureKind, Output, Reference, Section, When};
+pub use report::{Cadence, Checkpoints, Measure, MeasureKind, Output, Reference, Section, When, Which};
 pub use swarm::{Diameters, Range, Region, Swarm};
 
 pub(super) use swarm::expand;
-pub(super) use validate::{measures, validate};
+pub(super) use validate::{measures, name_particles, validate};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

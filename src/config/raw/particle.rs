@@ -10,6 +10,9 @@ use std::f64::consts::TAU;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Particle {
+    /// What measures know it by; several may have one name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
     /// Its shape.
     pub shape: Shape,
     /// Density (kg/m3), default the fluid's.

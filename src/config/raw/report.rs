@@ -1,6 +1,6 @@
 //! What a run reports and writes.
 
-use super::ForceRule;
+use super::{Axis, ForceRule, Region};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -14,12 +14,21 @@ pub struct Measure {
     pub name: String,
     /// What is measured.
     pub kind: MeasureKind,
-    /// Of which particle (its index in the case).
+    /// Of which particle: its index in the case, or its name.
     #[serde(default)]
-    pub particle: usize,
-    /// Of which particles, where the kind is of several; default all.
+    pub particle: Which,
+    /// Of which particles, where the kind is of several: indices and names, of which one may be that of many; default all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub particles: Option<Vec<usize>>,
+    pub particles: Option<Vec<Which>>,
+    /// Along which axis, where the kind is of the whole box; default that of the drive or of the stream, of `bed_height` that of gravity.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axis: Option<Axis>,
+    /// Of which part of the box, for `solid_fraction`; default all of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub region: Option<Region>,
+    /// From which solid fraction on `bed_height` counts a layer, default 0.1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub threshold: Option<f64>,
     /// The direction that a force is taken along, of any length. Default: of drag, `force` and `force_noise` along the stream, of lift and
     /// Strouhal numbers across it: in 2D the stream turned by +90 degrees, in 3D the axis after the stream's (x, y, z, x); of `lift_magnitude`
     /// the direction is the stream's, and what counts is across it. The stream is the
@@ -53,6 +62,29 @@ pub struct Measure {
     /// Where the reference is from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
+}
+
+/// A particle, or several.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "a particle is its index in the case, from 0, or its name in quotes")]
+pub enum Which {
+    /// That of this index.
+    Id(usize),
+    /// All of this name.
+    Named(String),
+}
+
+impl Which {
+    /// Its index; of a name that has not been looked up, no particle's.
+    pub fn id(&self) -> usize {
+        if let Which::Id(id) = self { *id } else { usize::MAX }
+    }
+}
+
+impl Default for Which {
+    fn default() -> Self {
+        Which::Id(0)
+    }
 }
 
 /// The moment at which a measure of a particle is taken.
@@ -178,6 +210,29 @@ pub enum MeasureKind {
     FastestParticle,
     /// Deepest overlap of two bodies in contact, or of one and a wall, over time (m).
     LargestOverlap,
+    /// Mean speed of the centres of `particles` (m/s), and over time.
+    MeanSpeed,
+    /// Root mean square of the speeds of the centres of `particles` (m/s); its mean over time.
+    RmsSpeed,
+    /// Volume of `particles` that passes through a cross-section of the box (m3/s; m2/s in 2D): `sum V v/L` along `axis`, L the length of the
+    /// box; its mean over time.
+    TransportRate,
+    /// Mean over time of the fluid's velocity along `axis` over the whole box, bodies counted as nothing (m/s).
+    SuperficialVelocity,
+    /// Mean over time of the volume, fluid and bodies, that flows through a cross-section of the box along `axis` (m3/s; m2/s in 2D).
+    FlowRate,
+    /// Mean over time of the fall of the pressure from the low to the high end of the box along `axis`, a drive's with it (Pa).
+    PressureDrop,
+    /// Mean over time of the force of the drive on the fluid along `axis` (N/m3).
+    DriveForce,
+    /// Mean over time of the solid fraction of `region`.
+    SolidFraction,
+    /// Mean over time of the height at which the solid fraction of layers of cells falls to `threshold`, over the low end of the box (m).
+    BedHeight,
+    /// Mean over time of the kinetic energy of the fluid (J; per metre of depth in 2D).
+    FluidEnergy,
+    /// Mean over time of the kinetic energy of the free bodies (J; per metre of depth in 2D).
+    BodyEnergy,
 }
 
 impl MeasureKind {
@@ -186,17 +241,30 @@ impl MeasureKind {
         !matches!(self, MeasureKind::MaxSpeed | MeasureKind::LargestOverlap)
             && !self.is_of_midline()
             && !self.is_of_group()
+            && !self.is_of_box()
     }
 
     /// Whether it is of several particles.
     pub fn is_of_group(self) -> bool {
         use MeasureKind::*;
-        matches!(self, MeanHeight | HeightRank | FastestParticle | Force)
+        matches!(self, MeanHeight | HeightRank | FastestParticle | Force | MeanSpeed | RmsSpeed | TransportRate)
+    }
+
+    /// Whether it is taken of the whole box after every step.
+    pub fn is_of_box(self) -> bool {
+        use MeasureKind::*;
+        self.has_axis() || matches!(self, SolidFraction | FluidEnergy | BodyEnergy)
+    }
+
+    /// Whether it is along an axis.
+    pub fn has_axis(self) -> bool {
+        use MeasureKind::*;
+        matches!(self, SuperficialVelocity | FlowRate | PressureDrop | DriveForce | TransportRate | BedHeight)
     }
 
     /// Whether it needs gravity, to tell what is high.
     pub fn needs_gravity(self) -> bool {
-        matches!(self, MeasureKind::MeanHeight | MeasureKind::HeightRank)
+        matches!(self, MeasureKind::MeanHeight | MeasureKind::HeightRank | MeasureKind::BedHeight)
     }
 
     /// Whether it is of the velocities on a line through the middle of the box.

@@ -15,6 +15,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Swarm {
+    /// What measures know all of them by.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
     /// How many.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub count: Option<usize>,
@@ -185,6 +188,7 @@ impl Swarm {
     fn particle(&self, dimension: usize, diameter: f64, position: Vec<f64>) -> Particle {
         let round = Round { diameter };
         Particle {
+            name: self.name.clone(),
             shape: if dimension == 2 { Shape::Disc(round) } else { Shape::Sphere(round) },
             density: self.density,
             viscosity: self.viscosity,

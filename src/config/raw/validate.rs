@@ -186,7 +186,32 @@ fn time(case: &Case) -> Check {
     Ok(())
 }
 
-/// Checks the measures, swarms turned into particles.
+/// Puts indices in place of the names of particles in the measures, swarms turned into particles.
+pub(in crate::config) fn name_particles(case: &mut Case) -> Check {
+    let names: Vec<Option<&str>> = case.particle.iter().map(|particle| particle.name.as_deref()).collect();
+    let found = |which: &Which, key: String| match which {
+        Which::Id(id) => Ok(vec![*id]),
+        Which::Named(name) => {
+            let ids: Vec<usize> = (0..names.len()).filter(|id| names[*id] == Some(name)).collect();
+            ensure!(!ids.is_empty(), key, "no particle has the name \"{name}\": give it one, as in name = \"{name}\"");
+            Ok(ids)
+        }
+    };
+    for (index, measure) in case.measure.iter_mut().enumerate() {
+        let one = found(&measure.particle, format!("measure.{index}.particle"))?;
+        let several = "particles have the name: give an index, or a kind that is of several";
+        ensure!(one.len() == 1, format!("measure.{index}.particle"), "{} {several}", one.len());
+        measure.particle = Which::Id(one[0]);
+        if let Some(group) = &mut measure.particles {
+            let ids = group.iter().enumerate().map(|(i, which)| found(which, format!("measure.{index}.particles.{i}")));
+            let ids = ids.collect::<Result<Vec<_>, _>>()?.concat();
+            *group = ids.into_iter().map(Which::Id).collect();
+        }
+    }
+    Ok(())
+}
+
+/// Checks the measures, swarms turned into particles and names into indices.
 pub(in crate::config) fn measures(case: &Case) -> Check {
     let mut names = HashSet::new();
     for (index, measure) in case.measure.iter().enumerate() {
@@ -200,8 +225,8 @@ pub(in crate::config) fn measures(case: &Case) -> Check {
         positive(&key("speed"), *speed, "m/s")?;
         let count = case.particle.len();
         if kind.needs_particle() {
-            let holds = *particle < count;
-            ensure!(holds, key("particle"), "there is no particle {particle}: the case has {count}, counted from 0");
+            let (id, holds) = (particle.id(), particle.id() < count);
+            ensure!(holds, key("particle"), "there is no particle {id}: the case has {count}, counted from 0");
         }
         if kind.is_of_group() {
             ensure!(count > 0, key("kind"), "is of particles, and the case has none");
@@ -210,12 +235,12 @@ pub(in crate::config) fn measures(case: &Case) -> Check {
             ensure!(
                 kind.is_of_group(),
                 key("particles"),
-                "is for mean_height, height_rank, fastest_particle and force only"
+                "is for mean_height, height_rank, fastest_particle, mean_speed, rms_speed, transport_rate and force only"
             );
             ensure!(!group.is_empty(), key("particles"), "is empty: list some, or leave it out for all");
-            let unknown = group.iter().find(|id| **id >= count);
+            let unknown = group.iter().map(Which::id).find(|id| *id >= count);
             let words = |id| format!("there is no particle {id}: the case has {count}, counted from 0");
-            ensure!(unknown.is_none(), key("particles"), "{}", words(unknown.copied().unwrap_or_default()));
+            ensure!(unknown.is_none(), key("particles"), "{}", words(unknown.unwrap_or_default()));
         }
         if let Some(direction) = &measure.direction {
             let holds = kind.is_of_force() && !kind.fits_morison();
@@ -224,6 +249,7 @@ pub(in crate::config) fn measures(case: &Case) -> Check {
             let some = direction.iter().any(|part| *part != 0.0);
             ensure!(some, key("direction"), "is nothing but zeros: give a direction, as in [1.0, 0.0]");
         }
+        box_keys(case, measure, &key)?;
         if kind.needs_gravity() {
             let falls = case.fluid.gravity.iter().flatten().any(|g| *g != 0.0);
             ensure!(falls, key("kind"), "needs fluid.gravity, which says what is high");
@@ -234,7 +260,7 @@ pub(in crate::config) fn measures(case: &Case) -> Check {
                 o.amplitude.iter().any(|a| *a != 0.0)
             };
             let cure = "give it motion = { prescribed = { oscillation = { amplitude = [...], frequency = ... } } }";
-            ensure!(swings(&case.particle[*particle].motion), key("kind"), "is of a particle that swings: {cure}");
+            ensure!(swings(&case.particle[particle.id()].motion), key("kind"), "is of a particle that swings: {cure}");
         }
         let flat = case.dimension() == 2 || !kind.is_of_midline();
         ensure!(flat, key("kind"), "is for 2D only; in 3D look into the fields");
@@ -263,6 +289,28 @@ pub(in crate::config) fn measures(case: &Case) -> Check {
         }
         reference(measure, &key)?;
     }
+    Ok(())
+}
+
+/// Checks the keys of measures of the whole box.
+fn box_keys(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Check {
+    let Measure { kind, axis, region, threshold, .. } = measure;
+    ensure!(axis.is_none() || kind.has_axis(), key("axis"), "is of flow_rate, pressure_drop and the like only");
+    if let Some(axis) = axis {
+        axis.check(&key("axis"), case.dimension())?;
+    }
+    let of_bed = *kind == MeasureKind::BedHeight;
+    ensure!(threshold.is_none() || of_bed, key("threshold"), "is of bed_height only");
+    positive(&key("threshold"), *threshold, "a solid fraction, such as 0.1")?;
+    if let Some(Region { min, max }) = region {
+        ensure!(*kind == MeasureKind::SolidFraction, key("region"), "is of solid_fraction only");
+        vector(&key("region.min"), min, case.dimension(), "m")?;
+        vector(&key("region.max"), max, case.dimension(), "m")?;
+        let holds = min.iter().zip(max).all(|(min, max)| min < max);
+        ensure!(holds, key("region"), "its max must be above its min along every axis");
+    }
+    let driven = case.drive.is_some() || *kind != MeasureKind::DriveForce;
+    ensure!(driven, key("kind"), "is of a drive, and the case has none: give [drive]");
     Ok(())
 }
 
@@ -347,6 +395,7 @@ mod tests {
         case.particle = places
             .iter()
             .map(|place| Particle {
+                name: None,
                 shape: Shape::Disc(Round { diameter: 1e-3 }),
                 density: None,
                 viscosity: None,

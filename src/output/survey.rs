@@ -1,0 +1,100 @@
+//! Numbers of the whole box that measures take after a step: flow rate, drop of the pressure, what bodies fill.
+//!
+//! ```text
+//!   mean(U) over all faces along an axis = (1/V) ( integral of u over the fluid + sum_k V_k v_k )      the mixture's, as the drive holds it
+//!   superficial velocity                 = mean(U) - sum_k V_k v_k/V
+//!   transport rate                       = sum_k V_k v_k/L      through a cross-section, in the mean over the length L of the box
+//! ```
+
+use crate::Result;
+use crate::config::{Measure, MeasureKind};
+use crate::drive::{box_volume, mean};
+use crate::scene::Scene;
+
+/// The number that a measure takes of the state as it is; 0 of a kind that is of no such. Collective.
+///
+/// # Errors
+/// When ranks cannot sum.
+pub fn survey<const D: usize>(scene: &Scene<D>, m: &Measure, scratch: &mut Vec<f64>) -> Result<f64> {
+    let (domain, s) = (&scene.domain, &scene.state);
+    let (grid, axis) = (&domain.grid, m.axis);
+    let volume = box_volume(grid);
+    let carried = || s.bodies.iter().map(|b| b.volume() * b.velocity[axis]).sum::<f64>();
+    Ok(match m.kind {
+        MeasureKind::SuperficialVelocity => mean(&domain.session, grid, axis, &s.faces)? - carried() / volume,
+        MeasureKind::FlowRate => mean(&domain.session, grid, axis, &s.faces)? * volume / grid.size[axis],
+        MeasureKind::PressureDrop => {
+            pressure_drop(scene, axis)? + s.drive.map_or(0.0, |force| force[axis]) * grid.size[axis]
+        }
+        MeasureKind::DriveForce => s.drive.map_or(0.0, |force| force[axis]),
+        MeasureKind::SolidFraction => solid_fraction(scene, m)?,
+        MeasureKind::BedHeight => bed_height(scene, m, scratch)?,
+        MeasureKind::TransportRate => {
+            let carried = m.particles.iter().filter_map(|id| s.bodies.get(*id)).map(|b| b.volume() * b.velocity[axis]);
+            carried.sum::<f64>() / grid.size[axis]
+        }
+        MeasureKind::FluidEnergy => s.energy.fluid,
+        MeasureKind::BodyEnergy => s.energy.bodies,
+        _ => 0.0,
+    })
+}
+
+/// The mean pressure at the low face of the box along an axis, less that at the high one (Pa), each on the line through two layers of
+/// cells; nothing along a periodic axis. Collective.
+fn pressure_drop<const D: usize>(scene: &Scene<D>, axis: usize) -> Result<f64> {
+    let (grid, p) = (&scene.domain.grid, &scene.state.p);
+    if grid.periodic[axis] {
+        return Ok(0.0);
+    }
+    let layer = grid.total_cells() / grid.cells[axis];
+    let weight = |at: usize| match (at, grid.cells[axis] - 1 - at) {
+        (0, _) => 1.5,
+        (1, _) => -0.5,
+        (_, 0) => -1.5,
+        (_, 1) => 0.5,
+        _ => 0.0,
+    };
+    let of_cell = |c: usize| weight(grid.global_cell(c)[axis]) * p[c];
+    let mut sum = [grid.rows().flatten().map(of_cell).sum::<f64>() / layer as f64];
+    scene.domain.session.sum(&mut sum)?;
+    Ok(sum[0])
+}
+
+/// What bodies fill of a region: cells count whose centres lie in it. Collective.
+fn solid_fraction<const D: usize>(scene: &Scene<D>, m: &Measure) -> Result<f64> {
+    let grid = &scene.domain.grid;
+    let within = |c: usize| match &m.region {
+        None => true,
+        Some([min, max]) => (0..D).all(|a| (min[a]..=max[a]).contains(&grid.centre(c)[a])),
+    };
+    let cells = match &m.region {
+        None => grid.rows().map(|row| row.len()).sum(),
+        Some(_) => grid.rows().flatten().filter(|c| within(*c)).count(),
+    };
+    let filled = |overlaps: &mut dyn Iterator<Item = &crate::geometry::Overlap>| {
+        overlaps.filter(|o| within(o.cell)).map(|o| o.fraction).sum::<f64>()
+    };
+    let mut sums = [scene.method.with_overlaps(filled), cells as f64];
+    scene.domain.session.sum(&mut sums)?;
+    Ok(if sums[1] > 0.0 { sums[0] / sums[1] } else { 0.0 })
+}
+
+/// The highest place, above the low end of the box against gravity, at which the solid fraction of a layer of cells passes the measure's
+/// threshold (m), on the straight line between the middles of two layers. Collective.
+fn bed_height<const D: usize>(scene: &Scene<D>, m: &Measure, layers: &mut Vec<f64>) -> Result<f64> {
+    let (grid, axis) = (&scene.domain.grid, m.axis);
+    layers.clear();
+    layers.resize(grid.cells[axis], 0.0);
+    let share = grid.cells[axis] as f64 / grid.total_cells() as f64;
+    scene.method.with_overlaps(|overlaps| {
+        overlaps.for_each(|o| layers[grid.global_cell(o.cell)[axis]] += share * o.fraction);
+    });
+    scene.domain.session.sum(layers)?;
+    if scene.domain.fluid.gravity[axis] > 0.0 {
+        layers.reverse();
+    }
+    let (h, least) = (grid.h[axis], m.threshold);
+    let Some(top) = layers.iter().rposition(|fraction| *fraction >= least) else { return Ok(0.0) };
+    let above = layers.get(top + 1).copied().unwrap_or(0.0);
+    Ok((top as f64 + 0.5 + (layers[top] - least) / (layers[top] - above)) * h)
+}
