@@ -95,6 +95,8 @@ struct Run<'a, const D: usize> {
     interrupt: Interrupt,
     checkpoints: Checkpoints,
     restart: Option<Restart>,
+    /// What was taken of the run that it begins with.
+    begun: Option<&'static str>,
     /// The state at the start of the step.
     good: Readable<D>,
 }
@@ -128,6 +130,10 @@ impl<'a, const D: usize> Run<'a, D> {
         let case = &loaded.case;
         let mut scene = Scene::<D>::new(session, case)?;
         let (mut account, mut series) = (Account { began: now(), ..Account::default() }, measure::series(case));
+        let begun = match (&case.initial.from, &restart) {
+            (Some(from), None) => Some(restart::begin_from(session, Path::new(from), case, &mut scene)?),
+            _ => None,
+        };
         let marks = restart.as_mut().map(|r| r.read(session, &mut account, &mut series, &mut scene)).transpose()?;
         if account.divergence_max >= case.pressure.divergence_limit {
             let reached = account.divergence_max;
@@ -160,6 +166,7 @@ impl<'a, const D: usize> Run<'a, D> {
             account,
             interrupt,
             restart,
+            begun,
             session,
             case,
             scene,
@@ -183,6 +190,9 @@ impl<'a, const D: usize> Run<'a, D> {
             self.case.time.end,
             self.out.display()
         ));
+        if let (Some(taken), Some(from)) = (self.begun, &self.case.initial.from) {
+            self.log.say(&format!("begins where {from} ended: {taken}"));
+        }
         if let Some(restart) = &self.restart {
             restart.say(&mut self.log, self.scene.state.time, self.session.size());
         }
@@ -272,11 +282,8 @@ impl<'a, const D: usize> Run<'a, D> {
         if self.account.last_fields != Some(self.scene.state.time) {
             self.write_fields()?;
         }
-        // What has had checkpoints may be given a later end.
-        if self.checkpoints.newest.is_some() {
-            self.checkpoint()?;
-        }
-        Ok(())
+        // A run may be given a later end, and others begin here.
+        self.checkpoint()
     }
 
     fn refuse_broken_limit(&self, dt: f64, limits: &Limits) -> Result<()> {

@@ -1,5 +1,6 @@
 //! Case -> scene: builds only what this scene needs, and says what it left out and why. The only reader of the case.
 
+mod begin;
 mod build;
 mod cells;
 mod describe;

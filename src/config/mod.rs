@@ -40,5 +40,4 @@ pub const DEFAULT_MATERIAL: &str = raw::Particle::DEFAULT_MATERIAL;
 pub(crate) use fault::{Check, Fault};
 pub(crate) use message::suggest;
 pub(crate) use read::Text;
-#[cfg(test)]
 pub(crate) use read::written;

@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 
 use super::document::{Document, line_of, whole_file};
 use super::fault::Fault;
-use super::raw::{self, expand, measures, name_particles, validate};
+use super::raw::{self, begin, expand, measures, name_particles, validate};
 use super::resolve::resolve;
 use super::resolved::Case;
 use crate::error::Given;
@@ -74,7 +74,9 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Loaded> {
 fn checked(document: &Document, path: &Path, overrides: &[String]) -> Result<Case, Fault> {
     let mut raw = document.to_case()?;
     validate(&raw)?;
-    expand(&mut raw, path.parent().unwrap_or(Path::new("")))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    begin(&mut raw, folder)?;
+    expand(&mut raw, folder)?;
     name_particles(&mut raw)?;
     measures(&raw)?;
     drop_references(&mut raw, overrides);

@@ -26,7 +26,7 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     });
     let directions = directions.collect::<Result<Vec<_>, _>>()?;
     let velocity = raw.initial.velocity.clone().or_else(|| inflow(&raw)).unwrap_or(rest.clone());
-    let initial = Initial { velocity, perturbation: raw.initial.perturbation.unwrap_or(0.0) };
+    let initial = Initial { from: raw.initial.from, velocity, perturbation: raw.initial.perturbation.unwrap_or(0.0) };
     let raw::Fluid { density, viscosity, gravity } = raw.fluid;
     let fluid = Fluid { density, viscosity, gravity: gravity.unwrap_or(rest.clone()) };
     let raw::Boundary { west, east, south, north, bottom, top } = raw.boundary;

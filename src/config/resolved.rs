@@ -148,6 +148,8 @@ pub enum Motion {
 /// The fluid at time 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Initial {
+    /// The folder of a run whose flow goes on.
+    pub from: Option<String>,
     /// Uniform velocity (m/s), a number for each axis.
     pub velocity: Vec<f64>,
     /// Amplitude (m/s) of a reproducible pseudo-random disturbance of every cell.

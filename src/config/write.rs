@@ -38,8 +38,10 @@ fn file(case: &Case) -> raw::Case {
         particle: case.particle.iter().map(particle).collect(),
         swarm: Vec::new(),
         initial: raw::Initial {
-            velocity: Some(case.initial.velocity.clone()),
-            perturbation: Some(case.initial.perturbation),
+            from: case.initial.from.clone(),
+            listed: case.initial.from.is_some(),
+            velocity: Some(case.initial.velocity.clone()).filter(|_| case.initial.from.is_none()),
+            perturbation: Some(case.initial.perturbation).filter(|_| case.initial.from.is_none()),
         },
         drive: case.drive.as_ref().map(drive),
         coupling: case.coupling.clone(),
@@ -63,7 +65,8 @@ fn drive(drive: &Drive) -> raw::Drive {
     raw
 }
 
-fn particle(p: &Particle) -> raw::Particle {
+/// A particle with all of its keys.
+pub(super) fn particle(p: &Particle) -> raw::Particle {
     let of = |spin: &[f64; 3]| Some(if p.position.len() == 2 { Spin::Plane(spin[2]) } else { Spin::Space(*spin) });
     let (motion, velocity, spin, locked) = match &p.motion {
         Motion::Fixed => (raw::Motion::Fixed, None, None, Vec::new()),

@@ -205,14 +205,22 @@ impl Contacts {
     /// What the fluid in a pair's gap resists as it goes from a width to another (m): as it was found last, where it has hardly changed.
     fn film(&self, pair: &Pair, bodies: &[Body], gap: f64, next: f64) -> Film {
         let near = |g: f64| (g - pair.film.gap).abs() <= SAME_GAP * pair.film.gap;
-        if (gap <= 0.0 && pair.film.gap == 0.0) || (gap > 0.0 && near(gap) && near(next)) {
+        if (gap <= 0.0 && next <= 0.0 && pair.film.gap == 0.0) || (gap > 0.0 && near(gap) && near(next)) {
             return pair.film;
         }
         let (body, other) = (&bodies[pair.first], bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()));
         let (dimension, radius) = (body.shape().dimension(), body.radius());
-        let normal = self.medium.resistance(dimension, radius, other, gap, next.max(0.0));
+        let between = |g0: f64, g1: f64| self.medium.resistance(dimension, radius, other, g0, g1);
+        // A substep that goes through the end of the gap is in it for a part of its time only.
+        let touches = (gap <= 0.0) != (next <= 0.0);
+        let normal = if touches {
+            let (wide, outside) = (gap.max(next), gap.max(next) / (gap - next).abs());
+            outside * between(wide, f64::MIN_POSITIVE) + (1.0 - outside) * between(0.0, 0.0)
+        } else {
+            between(gap, next.max(0.0))
+        };
         let [sliding, rolling] = self.medium.shear_resistance(dimension, radius, other, gap);
-        Film { gap: gap.max(0.0), normal, sliding, rolling }
+        Film { gap: if touches { f64::NAN } else { gap.max(0.0) }, normal, sliding, rolling }
     }
 
     /// Resistance over a substep (N s^2/m) to surfaces that slide along a gap; the slip that is left (m/s).

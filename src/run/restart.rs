@@ -2,9 +2,10 @@
 
 use super::Run;
 use crate::archive::{Archive, Checkpointed};
-use crate::config::Loaded;
+use crate::config::{Case, Loaded, written};
 use crate::output::checkpoint::{self, Header, Writer};
-use crate::output::measure::Series;
+use crate::output::measure::{self, Series};
+use crate::output::snapshot::Snapshot;
 use crate::output::{Folder, Log, Marks};
 use crate::petsc::Session;
 use crate::scene::Scene;
@@ -183,6 +184,52 @@ impl Restart {
     pub fn step(&self) -> u64 {
         self.step
     }
+}
+
+/// Lets the scene of a case begin where the run in the folder `run` ended. Collective.
+///
+/// # Errors
+/// When that run has not ended, or cannot be read.
+pub(super) fn begin_from<const D: usize>(
+    session: &Session,
+    run: &Path,
+    case: &Case,
+    scene: &mut Scene<D>,
+) -> Result<&'static str> {
+    let refuse = |why: String| Error::Usage(format!("initial.from: {}: {why}", run.display()));
+    let status = std::fs::read_to_string(run.join("summary.json")).ok();
+    let status = status.and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok());
+    let ended = status.is_some_and(|summary| summary["status"] == "done");
+    session.agree(if ended {
+        Ok(())
+    } else {
+        Err(refuse("that run has not ended: bring it to its end with --resume".into()))
+    })?;
+    let found = if session.rank() == 0 { checkpoint::newest(run).map(Some) } else { Ok(None) };
+    let mut step = [session.agree(found)?.map_or(-1.0, |(step, _)| step as f64)];
+    session.max(&mut step)?;
+    let (step, mut header) = (step[0] as u64, Header::default());
+    let mut rest = session.agree(checkpoint::open(run, step))?;
+    let mut archive = Archive::read(session, &mut rest);
+    header.serialize(&mut archive)?;
+    let before = written(&header.case).map_err(|why| refuse(format!("its case cannot be read: {why}")))?;
+    let mut ended = Scene::<D>::new(session, &before)?;
+    let (mut account, mut series, mut marks) = (Account::default(), measure::series(&before), Marks::default());
+    let whole = serialize(&mut archive, &mut account, &mut series, &mut marks, &mut ended);
+    session.agree(whole).and_then(|()| archive.finish()).map_err(|e| misfit(&checkpoint::path(run, step), e))?;
+    if scene.go_on_from(case, &before, ended.state)? {
+        return Ok("all that lasts");
+    }
+    let newest = newest_snapshot(run).ok_or_else(|| refuse("it has no fields".into()))?;
+    let snapshot = session.agree(Snapshot::read(&newest))?;
+    scene.start_from(&snapshot)?;
+    Ok("the velocity, interpolated")
+}
+
+/// The newest snapshot in a run's folder.
+fn newest_snapshot(run: &Path) -> Option<PathBuf> {
+    let paths = std::fs::read_dir(run.join("fields")).ok()?.flatten().map(|entry| entry.path());
+    paths.filter(|path| path.extension().is_some_and(|ending| ending == "vti")).max()
 }
 
 /// A whole checkpoint that cannot be read here.

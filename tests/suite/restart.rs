@@ -495,3 +495,68 @@ fn all_ranks_stop_together_after_a_signal_to_mpirun() {
     let rows = columns(&out.join("steps.csv"));
     assert_eq!(*rows["step"].last().unwrap(), after as f64, "the logs are closed at that step");
 }
+
+/// A bed of discs that lands, in a box whose lid stands still or moves (m/s), of so many cells a side, with these keys in place of its swarm.
+fn bed(lid: f64, cells: usize, time: &str, more: &str) -> String {
+    format!(
+        "name = \"bed\"\ndomain = {{ size = [1.2, 1.2], cells = [{cells}, {cells}] }}\n\
+         fluid = {{ density = 1000.0, viscosity = 1.0, gravity = [0.0, -9.81] }}\ncontact = {{ friction = 0.3 }}\n\
+         time = {{ {time} }}\npressure = {{ divergence_limit = 1e-4 }}\noutput = {{ figures = false, checkpoint = {{ every_steps = 20 }} }}\n\
+         boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = {{ moving_wall = [{lid:?}, 0.0] }} }}\n{more}"
+    )
+}
+
+#[test]
+fn a_run_begins_where_another_ended_and_goes_on_byte_for_byte() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    let write = |name: &str, text: &str| {
+        std::fs::write(at(name), text).unwrap();
+        at(name)
+    };
+    let swarm = "[[swarm]]\ncount = 6\nregion = { min = [0.0, 0.0], max = [1.2, 0.45] }\ndiameter = 0.2\ndensity = 2000.0\n";
+    run(&write("settle.toml", &bed(0.0, 36, "end = 0.8, cfl = 0.4", swarm)), &at("settled"), &[]);
+    let from = format!("[initial]\nfrom = {:?}\n", at("settled"));
+    let shear = write("shear.toml", &bed(0.5, 36, "end = 0.2, step = 4e-3", &from));
+    run(&shear, &at("sheared"), &[]);
+    // The bodies are where they were, and press on each other and on the floor as they did: nothing jumps.
+    let (settled, sheared) = (columns(&at("settled/particles.csv")), columns(&at("sheared/particles.csv")));
+    for name in ["x", "y", "vx", "vy", "wz", "fluid_fx"] {
+        let last = &settled[name][settled[name].len() - 6..];
+        assert_eq!(last, &sheared[name][..6], "{name}");
+    }
+    let (last, first) = (&settled["contact_fy"][settled["contact_fy"].len() - 6..], &sheared["contact_fy"][6..12]);
+    let (load, next): (f64, f64) = (last.iter().sum(), first.iter().sum());
+    assert!(load > 0.0 && (next / load - 1.0).abs() < 0.2, "contacts carried {load} N, and now {next} N");
+    // The same run, broken off and gone on with.
+    let out = at("again");
+    let stopped = mics(&words(&shear, &out, &["--set", "time.end=0.1", "--quiet"]));
+    assert!(stopped.status.success(), "{}", said(&stopped));
+    let on = mics(&words(&shear, &out, &["--resume", "--quiet"]));
+    assert!(on.status.success(), "{}", said(&on));
+    let rows = |run: &Path| std::fs::read(run.join("particles.csv")).unwrap();
+    assert!(rows(&at("sheared")) == rows(&out));
+    let last = |run: &Path| Snapshot::read(&run.join("fields/00000050.vti")).unwrap();
+    assert_eq!(last(&at("sheared")), last(&out));
+    // On another grid the velocity is interpolated, and the bodies are the same; as ground they stay.
+    let finer = write("finer.toml", &bed(0.5, 42, "end = 0.02, step = 4e-3", &from));
+    run(&finer, &at("finer"), &[]);
+    assert_eq!(columns(&at("finer/particles.csv"))["x"][..6], sheared["x"][..6]);
+    let ground = format!("[[swarm]]\nfrom = {:?}\nmotion = \"fixed\"\n", at("settled/particles.csv"));
+    run(&write("ground.toml", &bed(0.5, 36, "end = 0.02, step = 4e-3", &ground)), &at("ground"), &[]);
+    let lies = columns(&at("ground/particles.csv"));
+    assert_eq!(lies["x"][lies["x"].len() - 6..], sheared["x"][..6]);
+    // What cannot be gone on with is refused.
+    let refused = |text: &str, why: &str| {
+        let output = mics(&words(&write("bad.toml", text), &at("bad"), &[]));
+        let words = said(&output);
+        assert!(output.status.code() == Some(2) && words.contains("initial.from") && words.contains(why), "{words}");
+        assert!(!at("bad").exists());
+    };
+    let good = bed(0.5, 36, "end = 0.2, step = 4e-3", &from);
+    refused(&good.replace("settled", "nowhere"), "holds no run");
+    refused(&good.replace("[initial]\n", "[initial]\nvelocity = [1.0, 0.0]\n"), "remove initial.velocity");
+    refused(&good.replace("size = [1.2, 1.2]", "size = [1.2, 0.15]"), "outside");
+    std::fs::remove_file(at("settled/summary.json")).unwrap();
+    refused(&good, "has not ended");
+}

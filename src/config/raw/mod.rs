@@ -2,6 +2,7 @@
 //!
 //! The checks of what the types cannot say stand beside them; nothing below the configuration reads these types.
 
+mod begin;
 mod boundary;
 mod contact;
 mod coupling;
@@ -21,6 +22,7 @@ pub use preset::Preset;
 pub use report::{Cadence, Checkpoints, Measure, MeasureKind, Output, Reference, Section, When, Which};
 pub use swarm::{Diameters, Range, Region, Swarm};
 
+pub(super) use begin::begin;
 pub(super) use swarm::expand;
 pub(super) use validate::{measures, name_particles, validate};
 
@@ -161,6 +163,14 @@ pub struct Fluid {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Initial {
+    /// The folder of another run that has ended, as in "runs/settled": its bodies as they were then come before the case's own, and its
+    /// flow goes on. On the same grid, with the same bodies and walls, everything that lasts is taken over, contacts and pressure with
+    /// it; else the velocity is interpolated. Borders, drive, materials and fluid are those of this case.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+    /// Whether the bodies of that run are among the particles of this file already, as in the case.toml that a run writes; default no.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub listed: bool,
     /// Uniform velocity (m/s); default the inflow's (of its middle, where it has a profile), or rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<Vec<f64>>,

@@ -238,7 +238,7 @@ pub(super) fn inside(case: &Case, key: &str, who: &str, position: &[f64], diamet
             let domain = format!("the domain: 0 <= {x} < {size:?} m");
             ensure!((0.0..size).contains(&centre), key, "{who} has its centre at {x} = {centre:?} m, outside {domain}");
         } else {
-            let (low, high, slack) = (centre - 0.5 * diameter, centre + 0.5 * diameter, 1e-9 * diameter);
+            let (low, high, slack) = (centre - 0.5 * diameter, centre + 0.5 * diameter, slack(case, diameter));
             let holds = low >= -slack && high <= size + slack;
             let extent = format!("from {} to {} m along {x}", short(low), short(high));
             let cure = format!("move it inside, or make {} and {} periodic", FACES[2 * axis], FACES[2 * axis + 1]);
@@ -299,8 +299,9 @@ pub(super) fn overlap(case: &Case) -> Option<Overlap> {
         for &(_, j) in along_x[rank + 1..].iter().take_while(|(other, _)| other - x <= widest).filter(|(_, j)| *j != i)
         {
             let distance = distance(&bodies[i].position, &bodies[j].position, &periods);
-            let reach = 0.5 * (bodies[i].shape.diameter() + bodies[j].shape.diameter());
-            if distance < reach * (1.0 - 1e-9) {
+            let diameters = [i, j].map(|k| bodies[k].shape.diameter());
+            let reach = 0.5 * (diameters[0] + diameters[1]);
+            if distance < reach - slack(case, diameters[0].min(diameters[1])) {
                 let words =
                     format!("their centres are {} m apart, and must be {} m or more", short(distance), short(reach));
                 return Some(Overlap { first: i.min(j), second: i.max(j), words });
@@ -309,6 +310,15 @@ pub(super) fn overlap(case: &Case) -> Option<Overlap> {
     }
     None
 }
+
+/// How far bodies, the smaller one of this diameter (m), may overlap (m): as grains do that press on each other, where contacts say how.
+fn slack(case: &Case, diameter: f64) -> f64 {
+    let part = if case.contact.is_some() { PRESSED } else { 1e-9 };
+    part * diameter
+}
+
+/// Overlap of grains that press on each other, of the smaller diameter.
+const PRESSED: f64 = 0.02;
 
 /// The distance (m) of two places by the shortest way across the periods.
 pub(super) fn distance(a: &[f64], b: &[f64], periods: &[Option<f64>]) -> f64 {

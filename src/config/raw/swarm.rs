@@ -5,7 +5,8 @@ mod table;
 
 use std::path::Path;
 
-use super::particle::Nature;
+use super::particle::{Nature, Overlap, below_periods, inside, overlap};
+use super::begin;
 use super::{Case, Lock, Motion, Particle, Round, Shape, Spin};
 use crate::config::fault::{AXES, Check, not_negative, positive, short, vector};
 use schemars::JsonSchema;
@@ -34,7 +35,8 @@ pub struct Swarm {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
     /// Instead of the keys above: a CSV file, by its path from the case file's folder. Its header names the columns: x,
-    /// y (z in 3D) and diameter; density, vx, vy, vz and spin (about z) if wanted, which win over the keys below.
+    /// y (z in 3D) and diameter; density, vx, vy, vz and spin (about z) if wanted, which win over the keys below. The `particles.csv` in a run's folder gives that run's
+    /// bodies as they were at its end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
     /// Density (kg/m3), default the fluid's.
@@ -207,6 +209,9 @@ pub(in crate::config) fn expand(case: &mut Case, folder: &Path) -> Check {
     let swarms = std::mem::take(&mut case.swarm);
     for (index, swarm) in swarms.iter().enumerate() {
         match (&swarm.from, swarm.scatter()) {
+            (Some(file), _) if of_run(&folder.join(file)) => {
+                append_run(case, swarm, &folder.join(file), &format!("swarm.{index}.from"))?
+            }
             (Some(file), _) => table::append(case, swarm, &folder.join(file), &format!("swarm.{index}.from"))?,
             (None, Some(scatter)) => {
                 for (diameter, place) in placement::scatter(case, &scatter, &format!("swarm.{index}.count"))? {
@@ -219,11 +224,39 @@ pub(in crate::config) fn expand(case: &mut Case, folder: &Path) -> Check {
     Ok(())
 }
 
+/// Whether a file is a run's own `particles.csv`.
+fn of_run(file: &Path) -> bool {
+    file.file_name().is_some_and(|name| name == "particles.csv") && file.with_file_name("case.toml").is_file()
+}
+
+/// Appends the bodies of a run as they were at its end, moved as the swarm says.
+fn append_run(case: &mut Case, swarm: &Swarm, file: &Path, key: &str) -> Check {
+    let run = file.parent().unwrap_or(Path::new(""));
+    let (first, dimension) = (case.particle.len(), case.dimension());
+    for mut body in begin::bodies(run, dimension, key)? {
+        body.name = swarm.name.clone();
+        body.material = swarm.material.clone().or(body.material);
+        body.motion = swarm.motion.clone();
+        body.locked = swarm.locked.clone();
+        if body.motion != Motion::Free {
+            (body.velocity, body.spin) = (None, None);
+        }
+        below_periods(case, key, body.shape.diameter())?;
+        let who = format!("{}: particle {}", file.display(), case.particle.len() - first);
+        inside(case, key, &who, &body.position, body.shape.diameter())?;
+        case.particle.push(body);
+    }
+    if let Some(Overlap { first, second, words }) = overlap(case) {
+        ensure!(false, key, "{}: particle {second} overlaps particle {first}: {words}", file.display());
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::config::load;
-    use crate::config::raw::particle::{distance, overlap};
+    use crate::config::raw::particle::distance;
     use crate::config::raw::validate;
 
     /// A box of 2 by 1 (by 1) m, periodic along x, with walls elsewhere, and these further keys.

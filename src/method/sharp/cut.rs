@@ -99,8 +99,9 @@ impl<const D: usize> CutBodies<D> {
         self.close_faces(domain);
         self.near.find(bodies);
         let (grid, boundaries) = (&domain.grid, &domain.boundaries);
-        let friction =
-            0.5 * params::gap_friction() * dt * domain.fluid.viscosity / (domain.fluid.density * self.h * self.h);
+        // Of a fluid without viscosity none, though no time is too long.
+        let rate = params::gap_friction() * domain.fluid.viscosity / (domain.fluid.density * self.h * self.h);
+        let friction = if rate > 0.0 { 0.5 * dt * rate } else { 0.0 };
         for k in 0..bodies.len() {
             let near = &self.near.near[k];
             if !wanted(&bodies[k]) && near.is_empty() && !self.near.had[k] {

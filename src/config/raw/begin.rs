@@ -1,0 +1,97 @@
+//! Bodies of another run: those that a case begins with, or that a swarm lists.
+
+use crate::config::fault::{AXES, Check, Fault};
+use crate::config::raw::particle::{Overlap, below_periods, inside, overlap};
+use crate::config::raw::{Case, Motion, Particle, Spin};
+use crate::config::{read, write};
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::{Read as _, Seek as _, SeekFrom};
+use std::path::{Path, PathBuf};
+
+/// Bytes of a row of `particles.csv`, and more.
+const ROW: u64 = 1024;
+
+/// Puts the bodies that the case begins with before its own; `folder` is the case file's.
+pub(in crate::config) fn begin(case: &mut Case, folder: &Path) -> Check {
+    let Some(run) = case.initial.from.clone().filter(|_| !case.initial.listed) else { return Ok(()) };
+    let key = "initial.from";
+    let others = case.initial.velocity.is_some() || case.initial.perturbation.is_some();
+    ensure!(!others, key, "the fluid's velocity is that run's: remove initial.velocity and initial.perturbation");
+    let run = located(&run, folder);
+    case.initial.from = Some(run.display().to_string());
+    let bodies = bodies(&run, case.dimension(), key)?;
+    case.particle.splice(0..0, bodies);
+    for body in &case.particle {
+        below_periods(case, key, body.shape.diameter())?;
+        inside(case, key, "a particle of that run", &body.position, body.shape.diameter())?;
+    }
+    if let Some(Overlap { first, second, words }) = overlap(case) {
+        ensure!(false, key, "particle {second} overlaps particle {first}, in the order of that run and then of this file: {words}");
+    }
+    Ok(())
+}
+
+/// A run's folder as it is typed, seen from where the program runs, as `--out` is, or else from the case file's folder.
+pub(super) fn located(run: &str, folder: &Path) -> PathBuf {
+    let typed = PathBuf::from(run);
+    if typed.exists() || !folder.join(run).exists() { typed } else { folder.join(run) }
+}
+
+/// The bodies of a run as they were at its end.
+pub(super) fn bodies(run: &Path, dimension: usize, key: &str) -> Result<Vec<Particle>, Fault> {
+    let refuse = |what: String| Fault { key: key.to_owned(), message: format!("{}: {what}", run.display()) };
+    let case = std::fs::read_to_string(run.join("case.toml"))
+        .map_err(|_| refuse("holds no run (no case.toml in it); name the folder that `mics run` wrote".into()))?;
+    let case = read::written(&case).map_err(|why| refuse(format!("its case cannot be read: {why}")))?;
+    let (was, is) = (case.dimension(), dimension);
+    ensure!(was == is, key, "{}: that run is {was}D, and this case {is}D", run.display());
+    let mut bodies: Vec<Particle> = case.particle.iter().map(write::particle).collect();
+    if bodies.is_empty() {
+        return Ok(bodies);
+    }
+    let rows = last_rows(&run.join("particles.csv"), bodies.len()).map_err(|why| refuse(format!("particles.csv {why}")))?;
+    for (id, body) in bodies.iter_mut().enumerate() {
+        let number = |name: &str| -> Result<f64, Fault> {
+            let found = rows.get(&id).and_then(|row| row.get(name)).copied();
+            found.ok_or_else(|| refuse(format!("particles.csv has no `{name}` of particle {id} at the end")))
+        };
+        let along = |names: [&str; 3]| names[..dimension].iter().map(|name| number(name)).collect::<Result<Vec<_>, _>>();
+        body.position = along(AXES)?;
+        if body.motion == Motion::Free {
+            body.velocity = Some(along(["vx", "vy", "vz"])?);
+            body.spin = Some(match dimension {
+                2 => Spin::Plane(number("wz")?),
+                _ => Spin::Space([number("wx")?, number("wy")?, number("wz")?]),
+            });
+        }
+    }
+    Ok(bodies)
+}
+
+/// The rows of the last step in a run's `particles.csv`, of about so many particles, by id: the numbers by their column's name.
+fn last_rows(path: &Path, count: usize) -> Result<HashMap<usize, HashMap<String, f64>>, String> {
+    let broken = |e: &dyn std::fmt::Display| format!("cannot be read: {e}");
+    let mut file = File::open(path).map_err(|e| broken(&e))?;
+    let length = file.metadata().map_err(|e| broken(&e))?.len();
+    let mut head = vec![0; length.min(4 * ROW) as usize];
+    file.read_exact(&mut head).map_err(|e| broken(&e))?;
+    let head = String::from_utf8_lossy(&head);
+    let names: Vec<&str> = head.lines().next().unwrap_or_default().split(',').collect();
+    // What stands before the last step's rows is cut off with the line that it begins in.
+    let tail = length.min(ROW * (count as u64 + 2));
+    let mut text = String::new();
+    file.seek(SeekFrom::Start(length - tail)).map_err(|e| broken(&e))?;
+    file.read_to_string(&mut text).map_err(|e| broken(&e))?;
+    let rows: Vec<Vec<f64>> = text
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').map(|number| number.parse().unwrap_or(f64::NAN)).collect())
+        .filter(|row: &Vec<f64>| row.len() == names.len())
+        .collect();
+    let column = |name: &str| names.iter().position(|n| *n == name).ok_or(format!("has no column `{name}`"));
+    let (step, id) = (column("step")?, column("id")?);
+    let last = rows.last().map(|row| row[step]).ok_or("has no rows")?;
+    let named = |row: &Vec<f64>| names.iter().map(|n| (*n).to_owned()).zip(row.iter().copied()).collect();
+    Ok(rows.iter().filter(|row| row[step] == last).map(|row| (row[id] as usize, named(row))).collect())
+}
