@@ -29,12 +29,14 @@ pub enum Stage {
     Mixing,
     /// Choice of dt, logs, measures.
     Logs,
+    /// Means over time.
+    Statistics,
     /// Fields and figures.
     Fields,
 }
 
 /// Names of the stages, in the order of [`Stage`].
-pub const NAMES: [&str; 13] = [
+pub const NAMES: [&str; 14] = [
     "properties",
     "assembly",
     "ghosts",
@@ -47,6 +49,7 @@ pub const NAMES: [&str; 13] = [
     "particles",
     "mixing",
     "logs",
+    "statistics",
     "fields",
 ];
 

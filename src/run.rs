@@ -10,8 +10,10 @@ use crate::clock::Stage;
 use crate::config::{Cadence, Case, Loaded};
 use crate::interrupt::Interrupt;
 use crate::output::measure::{self, Sample, Series};
+use crate::output::probe::Probes;
 use crate::output::progress::{Progress, Record};
 use crate::output::snapshot::Snapshot;
+use crate::output::statistics::Statistics;
 use crate::output::survey::survey;
 use crate::output::{Folder, Log, StepRow, may_use, plot};
 use crate::petsc::Session;
@@ -87,6 +89,8 @@ struct Run<'a, const D: usize> {
     folder: Option<Folder>,
     log: Log,
     series: Vec<Series>,
+    probes: Probes,
+    statistics: Option<Statistics<D>>,
     /// Scratch of measures that count by layers of cells.
     layers: Vec<f64>,
     progress: Progress,
@@ -134,7 +138,10 @@ impl<'a, const D: usize> Run<'a, D> {
             (Some(from), None) => Some(restart::begin_from(session, Path::new(from), case, &mut scene)?),
             _ => None,
         };
-        let marks = restart.as_mut().map(|r| r.read(session, &mut account, &mut series, &mut scene)).transpose()?;
+        let bodies = !scene.state.bodies.is_empty();
+        let mut statistics = case.statistics.as_ref().map(|plan| Statistics::new(&scene.domain.grid, plan, bodies));
+        let marks = restart.as_mut();
+        let marks = marks.map(|r| r.read(session, &mut account, &mut series, &mut statistics, &mut scene)).transpose()?;
         if account.divergence_max >= case.pressure.divergence_limit {
             let reached = account.divergence_max;
             return Err(loaded.error_at(
@@ -148,7 +155,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let opened = if lead {
             match (&restart, marks) {
                 (Some(restart), Some(marks)) => restart.open_folder(&out, &mut log, &case.to_toml(), marks),
-                _ => Folder::create(&out, &mut log, &case.to_toml(), &scene.state),
+                _ => Folder::create(&out, &mut log, case, &scene.state),
             }
             .map(Some)
         } else {
@@ -162,6 +169,8 @@ impl<'a, const D: usize> Run<'a, D> {
             progress: Progress::new(lead && !request.quiet, case.time.end, lead.then_some(&out)),
             checkpoints: Checkpoints::new(case.output.checkpoint, restart.as_ref().map(Restart::step)),
             series,
+            probes: Probes::new(&case.probe),
+            statistics,
             layers: Vec::new(),
             account,
             interrupt,
@@ -227,6 +236,7 @@ impl<'a, const D: usize> Run<'a, D> {
             self.write_particles()?;
             self.write_fields()?;
             self.sample(speed)?;
+            self.record()?;
         }
         while self.scene.state.time < end * (1.0 - 1e-12) {
             self.scene.state.keep(&mut self.good);
@@ -249,6 +259,7 @@ impl<'a, const D: usize> Run<'a, D> {
                 self.write_particles()?;
             }
             self.sample(speed)?;
+            self.record()?;
             if self.progress.due() {
                 let (step, time) = (self.scene.state.steps, self.scene.state.time);
                 let (divergence, measures) = (projected.divergence_max, self.values());
@@ -405,6 +416,23 @@ impl<'a, const D: usize> Run<'a, D> {
         Ok(())
     }
 
+    /// Statistics and probes.
+    fn record(&mut self) -> Result<()> {
+        if let Some(statistics) = self.statistics.as_mut().filter(|_| self.scene.state.steps > 0) {
+            self.scene.domain.clock.lap(Stage::Logs);
+            statistics.sample(&self.scene);
+            self.scene.domain.clock.lap(Stage::Statistics);
+        }
+        let (folder, mut written) = (&mut self.folder, Ok(()));
+        self.probes.record(&self.scene, |line| {
+            if let (Some(folder), Ok(())) = (folder.as_mut(), &written) {
+                written = folder.write_probe(line);
+            }
+            Ok(())
+        })?;
+        written
+    }
+
     /// The measures that have a value so far, by name.
     fn values(&self) -> serde_json::Map<String, serde_json::Value> {
         self.series.iter().filter_map(|s| Some((s.name().to_owned(), json!(s.value()?)))).collect()
@@ -412,6 +440,9 @@ impl<'a, const D: usize> Run<'a, D> {
 
     /// Closes the logs, sums up and draws.
     fn close(&mut self, status: &str) -> Result<()> {
+        if let Some(statistics) = self.statistics.as_ref().filter(|_| status != "failed") {
+            statistics.write(&self.scene, self.folder.as_ref().map(|folder| folder.path.as_path()))?;
+        }
         let wall = self.wall();
         let cells = self.scene.domain.grid.total_cells();
         let stages = self.scene.domain.clock.table(cells);

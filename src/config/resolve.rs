@@ -48,6 +48,8 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
         coupling: raw.coupling,
         pressure: raw.pressure,
         petsc: raw.petsc,
+        statistics: raw.statistics,
+        probe: raw.probe,
         fluid,
         initial,
         drive: raw.drive.map(drive),

@@ -2,8 +2,8 @@
 //! case does without.
 
 use super::raw::{
-    Advection, Coupling, Damping, Domain, FACES, ForceRule, Lock, MeanVelocity, MeasureKind, Oscillation, Petsc, Preset, Pressure,
-    Reference, Scheme, Section, Shape, Side, Stiffness, Substeps, TangentialDamping, When,
+    Advection, Coupling, Damping, Domain, FACES, ForceRule, Lock, MeanVelocity, MeasureKind, Oscillation, Petsc, Preset, Pressure, Probe,
+    Reference, Scheme, Section, Shape, Side, Statistics, Stiffness, Substeps, TangentialDamping, When,
 };
 
 use nalgebra::Vector3;
@@ -39,6 +39,10 @@ pub struct Case {
     pub petsc: Petsc,
     /// What `summary.json` reports.
     pub measure: Vec<Measure>,
+    /// Means over time.
+    pub statistics: Option<Statistics>,
+    /// What is recorded at points.
+    pub probe: Vec<Probe>,
     /// What is written, and how often.
     pub output: Output,
     /// The speed that coefficients refer to (m/s), `None` where nothing moves at the start: the fastest inflow's; without one,

@@ -50,6 +50,8 @@ fn file(case: &Case) -> raw::Case {
         pressure: case.pressure.clone(),
         petsc: case.petsc.clone(),
         measure: case.measure.iter().map(|m| measure(m, case.dimension())).collect(),
+        statistics: case.statistics.clone(),
+        probe: case.probe.clone(),
         output: output(&case.output),
     }
 }

@@ -125,6 +125,15 @@ impl<const D: usize> Method<D> {
             Method::Sharp(method) => take(&mut method.overlaps()),
         }
     }
+
+    /// Calls `take` with every body's number and the cells of this rank that it touches.
+    pub fn with_body_overlaps(&self, mut take: impl FnMut(usize, &[Overlap])) {
+        match self {
+            Method::Plain(_) => {}
+            Method::Mics2003(method) => method.by_body().enumerate().for_each(|(k, overlaps)| take(k, overlaps)),
+            Method::Sharp(method) => method.by_body().enumerate().for_each(|(k, overlaps)| take(k, overlaps)),
+        }
+    }
 }
 
 fn vector<const D: usize>(field: &VectorField<D>, cell: usize) -> Vector3<f64> {

@@ -3,10 +3,10 @@
 use super::progress::Progress;
 use super::rows::Rows;
 use super::snapshot::{Snapshot, replace, write_series};
-use super::{bodies, checkpoint};
+use super::{bodies, checkpoint, probe, statistics};
 use super::{progress, report};
 use crate::archive::{Archive, Checkpointed};
-use crate::config::ForceRule;
+use crate::config::{Case, ForceRule};
 use crate::particles::Body;
 use crate::state::Exchange;
 use crate::state::State;
@@ -36,8 +36,8 @@ const DRIVE_COLUMNS: &str = ",drive_fx,drive_fy,drive_fz,drive_work";
 /// Says that a folder holds a run; there from the first moment to the last.
 const RUN: &str = "run.json";
 /// What this program writes into a run's folder, and so may delete with `--force`.
-const OURS: [&str; 8] =
-    ["case.toml", "steps.csv", "particles.csv", "summary.json", "log.txt", progress::FILE, report::FILE, RUN];
+const OURS: [&str; 11] =
+    ["case.toml", "steps.csv", "particles.csv", "summary.json", "log.txt", progress::FILE, report::FILE, "probes.csv", statistics::FIELDS, statistics::PROFILE, RUN];
 /// Its folders, with the endings of what it writes there.
 const OUR_FOLDERS: [(&str, &[&str]); 3] =
     [("fields", &["vti", "vtp", "pvd"]), ("figures", &["png", "svg"]), (checkpoint::FOLDER, &[checkpoint::ENDING])];
@@ -79,6 +79,7 @@ pub struct Folder {
     pub path: PathBuf,
     steps: Rows,
     particles: Option<Rows>,
+    probes: Option<Rows>,
     snapshots: Vec<(f64, u64)>,
     /// Snapshots that are on the disk for good.
     synced: usize,
@@ -94,6 +95,8 @@ pub struct Marks {
     steps: u64,
     /// Bytes of `particles.csv`, where there is one.
     particles: Option<u64>,
+    /// Bytes of `probes.csv`, where there is one.
+    probes: Option<u64>,
     /// Bytes of `log.txt`.
     log: u64,
     /// Bytes of `progress.jsonl`.
@@ -105,15 +108,15 @@ pub struct Marks {
 impl Marks {
     /// Marks of logs as long as `bytes` with snapshots at these times (s).
     pub fn at(bytes: u64, snapshots: Vec<(f64, u64)>) -> Marks {
-        Marks { steps: bytes, particles: Some(bytes), log: bytes, progress: bytes, snapshots }
+        Marks { steps: bytes, particles: Some(bytes), probes: None, log: bytes, progress: bytes, snapshots }
     }
 }
 
 impl Checkpointed for Marks {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let Marks { steps, particles, log, progress, snapshots } = self;
+        let Marks { steps, particles, probes, log, progress, snapshots } = self;
         archive.label("logs")?;
-        archive.serialize([steps, particles, log, progress, snapshots])
+        archive.serialize([steps, particles, probes, log, progress, snapshots])
     }
 }
 
@@ -226,7 +229,7 @@ fn clear(path: &Path) -> Result<()> {
 impl Folder {
     /// Makes the folder (replacing a run that [`may_use`] allowed to replace) and opens its logs.
     /// The state says which columns there are.
-    pub fn create<const D: usize>(path: &Path, log: &mut Log, case: &str, s: &State<D>) -> Result<Folder> {
+    pub fn create<const D: usize>(path: &Path, log: &mut Log, case: &Case, s: &State<D>) -> Result<Folder> {
         let cure =
             |e| Error::Usage(format!("{}: cannot be made ({e}); give another folder with --out", path.display()));
         fs::create_dir_all(path).map_err(cure)?;
@@ -235,7 +238,7 @@ impl Folder {
         let fields = path.join("fields");
         fs::create_dir_all(&fields).map_err(cure)?;
         replace(&path.join(RUN), b"{}\n")?;
-        replace(&path.join("case.toml"), case.as_bytes())?;
+        replace(&path.join("case.toml"), case.to_toml().as_bytes())?;
         log.file = Some(Rows::create(&path.join("log.txt"), "")?);
         let of = |there: bool, columns| if there { columns } else { "" };
         let columns =
@@ -248,6 +251,10 @@ impl Folder {
         Ok(Folder {
             steps: Rows::create(&path.join("steps.csv"), &columns)?,
             particles: s.bodies.first().map(|body| rows(body.shape().dimension())).transpose()?,
+            probes: match case.probe.is_empty() {
+                true => None,
+                false => Some(Rows::create(&path.join("probes.csv"), probe::COLUMNS)?),
+            },
             snapshots: Vec::new(),
             synced: 0,
             flushed: Instant::now(),
@@ -265,6 +272,8 @@ impl Folder {
         let (steps, particles, said) = (path.join("steps.csv"), path.join("particles.csv"), path.join("log.txt"));
         Rows::fits(&steps, marks.steps)?;
         marks.particles.map(|length| Rows::fits(&particles, length)).transpose()?;
+        let probes = path.join("probes.csv");
+        marks.probes.map(|length| Rows::fits(&probes, length)).transpose()?;
         let fields = path.join("fields");
         // Snapshots that somebody has deleted since, to save space, are no loss to the run.
         fs::create_dir_all(&fields).map_err(Error::io(&fields))?;
@@ -286,6 +295,7 @@ impl Folder {
         let folder = Folder {
             steps: Rows::go_on(&steps, marks.steps)?,
             particles: marks.particles.map(|length| Rows::go_on(&particles, length)).transpose()?,
+            probes: marks.probes.map(|length| Rows::go_on(&probes, length)).transpose()?,
             synced: marks.snapshots.len(),
             snapshots: marks.snapshots,
             flushed: Instant::now(),
@@ -314,6 +324,7 @@ impl Folder {
         Ok(Marks {
             steps: self.steps.sync()?,
             particles: self.particles.as_mut().map(Rows::sync).transpose()?,
+            probes: self.probes.as_mut().map(Rows::sync).transpose()?,
             log: log.file.as_mut().map_or(Ok(0), Rows::sync)?,
             progress: progress.length(),
             snapshots: self.snapshots.clone(),
@@ -342,6 +353,11 @@ impl Folder {
             force.iter().chain([&e.drive]).for_each(|number| self.steps.put(format_args!(",{number:e}")));
         }
         self.steps.end_line()
+    }
+
+    /// Writes a line of `probes.csv`.
+    pub fn write_probe(&mut self, line: std::fmt::Arguments) -> Result<()> {
+        self.probes.as_mut().map_or(Ok(()), |probes| probes.add(line))
     }
 
     /// Writes a row a particle to `particles.csv`; `fluid_f*` is the force that `rule` names.
@@ -421,7 +437,7 @@ impl Folder {
     /// Brings the logs to the disk.
     pub fn flush(&mut self, log: &mut Log) -> Result<()> {
         self.flushed = Instant::now();
-        let files = std::iter::once(&mut self.steps).chain(&mut self.particles).chain(&mut log.file);
+        let files = std::iter::once(&mut self.steps).chain(&mut self.particles).chain(&mut self.probes).chain(&mut log.file);
         files.map(Rows::flush).fold(Ok(()), Result::and)
     }
 

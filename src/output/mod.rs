@@ -14,7 +14,9 @@ pub mod plot;
 pub mod progress;
 pub mod report;
 mod rows;
+pub mod probe;
 pub mod snapshot;
+pub mod statistics;
 pub mod survey;
 pub mod summary;
 

@@ -184,12 +184,12 @@ fn time_in(line: &str) -> Option<f64> {
 }
 
 impl Array {
-    fn scalar(name: &str, values: Vec<f64>) -> Array {
+    pub(super) fn scalar(name: &str, values: Vec<f64>) -> Array {
         Array { name: name.into(), components: 1, values }
     }
 
     /// Three components a cell; those that are missing are zero.
-    fn vector(name: &str, parts: Vec<Vec<f64>>) -> Array {
+    pub(super) fn vector(name: &str, parts: Vec<Vec<f64>>) -> Array {
         let n = parts.first().map_or(0, Vec::len);
         let values = (0..n).flat_map(|c| (0..3).map(move |k| (c, k)));
         let values = values.map(|(c, k)| parts.get(k).map_or(0.0, |p| p[c])).collect();

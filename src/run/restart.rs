@@ -6,6 +6,7 @@ use crate::config::{Case, Loaded, written};
 use crate::output::checkpoint::{self, Header, Writer};
 use crate::output::measure::{self, Series};
 use crate::output::snapshot::Snapshot;
+use crate::output::statistics::Statistics;
 use crate::output::{Folder, Log, Marks};
 use crate::petsc::Session;
 use crate::scene::Scene;
@@ -88,7 +89,7 @@ impl<const D: usize> Run<'_, D> {
         let mut account = Account { wall: self.wall(), ..self.account.clone() };
         let mut archive = Archive::write(self.session, writer.as_mut().map(|w| w as &mut dyn Write));
         header.serialize(&mut archive)?;
-        serialize(&mut archive, &mut account, &mut self.series, &mut marks, &mut self.scene)?;
+        serialize(&mut archive, &mut account, &mut self.series, &mut marks, &mut self.statistics, &mut self.scene)?;
         archive.finish()?;
         self.session.agree(writer.map_or(Ok(()), Writer::commit))?;
         self.checkpoints = Checkpoints::new(self.case.output.checkpoint, Some(step));
@@ -102,12 +103,14 @@ fn serialize<const D: usize>(
     account: &mut Account,
     series: &mut [Series],
     marks: &mut Marks,
+    statistics: &mut Option<Statistics<D>>,
     scene: &mut Scene<D>,
 ) -> Result<()> {
     account.serialize(archive)?;
     archive.each("measures", series)?;
     marks.serialize(archive)?;
-    scene.state.serialize(&scene.domain.grid, archive)
+    scene.state.serialize(&scene.domain.grid, archive)?;
+    statistics.as_mut().map_or(Ok(()), |statistics| statistics.serialize(&scene.domain.grid, archive))
 }
 
 /// A checkpoint to go on from, its header read.
@@ -150,11 +153,12 @@ impl Restart {
         session: &Session,
         account: &mut Account,
         series: &mut [Series],
+        statistics: &mut Option<Statistics<D>>,
         scene: &mut Scene<D>,
     ) -> Result<Marks> {
         let mut marks = Marks::default();
         let mut archive = Archive::read(session, &mut self.rest);
-        let whole = serialize(&mut archive, account, series, &mut marks, scene);
+        let whole = serialize(&mut archive, account, series, &mut marks, statistics, scene);
         session.agree(whole).and_then(|()| archive.finish()).map_err(|e| misfit(&self.path, e))?;
         scene.resume().map_err(|e| misfit(&self.path, e))?;
         Ok(marks)
@@ -215,7 +219,9 @@ pub(super) fn begin_from<const D: usize>(
     let before = written(&header.case).map_err(|why| refuse(format!("its case cannot be read: {why}")))?;
     let mut ended = Scene::<D>::new(session, &before)?;
     let (mut account, mut series, mut marks) = (Account::default(), measure::series(&before), Marks::default());
-    let whole = serialize(&mut archive, &mut account, &mut series, &mut marks, &mut ended);
+    let (grid, bodies) = (&ended.domain.grid, !ended.state.bodies.is_empty());
+    let mut statistics = before.statistics.as_ref().map(|plan| Statistics::new(grid, plan, bodies));
+    let whole = serialize(&mut archive, &mut account, &mut series, &mut marks, &mut statistics, &mut ended);
     session.agree(whole).and_then(|()| archive.finish()).map_err(|e| misfit(&checkpoint::path(run, step), e))?;
     if scene.go_on_from(case, &before, ended.state)? {
         return Ok("all that lasts");

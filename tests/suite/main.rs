@@ -28,6 +28,7 @@ mod restart;
 mod rolling;
 mod scenes;
 mod sharp;
+mod statistics;
 mod study;
 mod support;
 mod symmetry;

@@ -10,6 +10,7 @@ mod drive;
 mod particle;
 pub(super) mod preset;
 mod report;
+mod statistics;
 mod swarm;
 mod validate;
 
@@ -20,6 +21,7 @@ pub use drive::{Axis, Drive, MeanVelocity};
 pub use particle::{Lock, Motion, Oscillation, Particle, Prescribed, Round, Shape, Spin};
 pub use preset::Preset;
 pub use report::{Cadence, Checkpoints, Measure, MeasureKind, Output, Reference, Section, When, Which};
+pub use statistics::{Probe, Statistics};
 pub use swarm::{Diameters, Range, Region, Swarm};
 
 pub(super) use begin::begin;
@@ -73,6 +75,12 @@ pub struct Case {
     /// What `summary.json` reports.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub measure: Vec<Measure>,
+    /// Means over time; default none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub statistics: Option<Statistics>,
+    /// What is recorded at points.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub probe: Vec<Probe>,
     /// What is written, and how often.
     #[serde(default)]
     pub output: Output,

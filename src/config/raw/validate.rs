@@ -36,6 +36,10 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
     if let Some(drive) = &case.drive {
         drive.check(case)?;
     }
+    if let Some(statistics) = &case.statistics {
+        statistics.check(case)?;
+    }
+    case.probe.iter().enumerate().try_for_each(|(index, probe)| probe.check(case, index))?;
     if let Some(velocity) = &case.initial.velocity {
         vector("initial.velocity", velocity, dimension, "m/s")?;
     }

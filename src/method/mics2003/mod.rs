@@ -161,6 +161,11 @@ impl<const D: usize> Mics2003<D> {
         self.overlaps.iter().flatten()
     }
 
+    /// Those of each body.
+    pub fn by_body(&self) -> impl Iterator<Item = &[Overlap]> {
+        self.overlaps.iter().map(|overlaps| &overlaps[..])
+    }
+
     /// The law of contacts, where there is one.
     pub fn contacts(&self) -> Option<&Contacts> {
         self.contacts.as_ref()

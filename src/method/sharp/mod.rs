@@ -239,6 +239,11 @@ impl<const D: usize> Sharp<D> {
         self.cut.bodies.iter().flat_map(|body| &body.solid)
     }
 
+    /// Those of each body.
+    pub fn by_body(&self) -> impl Iterator<Item = &[Overlap]> {
+        self.cut.bodies.iter().map(|body| &body.solid[..])
+    }
+
     /// The law of contacts, where there is one.
     pub fn contacts(&self) -> Option<&Contacts> {
         self.contacts.as_ref()

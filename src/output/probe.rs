@@ -1,0 +1,86 @@
+//! What is recorded at points: velocity and pressure, linear between the centres of cells.
+
+use crate::Result;
+use crate::config::Probe;
+use crate::scene::Scene;
+
+/// The columns of `probes.csv`.
+pub const COLUMNS: &str = "step,time,probe,point,x,y,z,vx,vy,vz,pressure";
+
+/// Numbers at a point.
+const NUMBERS: usize = 4;
+
+/// The probes of a case.
+pub struct Probes {
+    probes: Vec<(Probe, Vec<Vec<f64>>)>,
+    /// Velocity and pressure of each point of one probe; elsewhere than on the rank of the point zero.
+    values: Vec<f64>,
+}
+
+impl Probes {
+    /// Those of a case.
+    pub fn new(probes: &[Probe]) -> Probes {
+        Probes { probes: probes.iter().map(|probe| (probe.clone(), probe.places())).collect(), values: Vec::new() }
+    }
+
+    /// Hands a line of `probes.csv` for each point that is due after this step to `put`. Collective.
+    ///
+    /// # Errors
+    /// When ranks cannot sum.
+    pub fn record<const D: usize>(
+        &mut self,
+        scene: &Scene<D>,
+        mut put: impl FnMut(std::fmt::Arguments) -> Result<()>,
+    ) -> Result<()> {
+        let s = &scene.state;
+        for (probe, places) in &self.probes {
+            if s.time < probe.from || !s.steps.is_multiple_of(probe.every.unwrap_or(1)) {
+                continue;
+            }
+            self.values.clear();
+            self.values.resize(NUMBERS * places.len(), 0.0);
+            for (values, place) in self.values.chunks_exact_mut(NUMBERS).zip(places) {
+                at(scene, place, values);
+            }
+            scene.domain.session.sum(&mut self.values)?;
+            for (point, (place, v)) in places.iter().zip(self.values.chunks_exact(NUMBERS)).enumerate() {
+                let [x, y, z] = [0, 1, 2].map(|a| place.get(a).copied().unwrap_or(0.0));
+                put(format_args!(
+                    "{},{:?},{},{point},{x:?},{y:?},{z:?},{:?},{:?},{:?},{:?}",
+                    s.steps, s.time, probe.name, v[0], v[1], v[2], v[3]
+                ))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Velocity and pressure at a place, if this rank has it.
+fn at<const D: usize>(scene: &Scene<D>, place: &[f64], values: &mut [f64]) {
+    let grid = &scene.domain.grid;
+    // The cell of the place; one on the far side of the box belongs to the last cell.
+    let cell: [usize; D] = std::array::from_fn(|a| ((place[a] / grid.h[a]) as usize).min(grid.cells[a] - 1));
+    let own = (0..D).all(|a| (grid.start[a]..grid.start[a] + grid.local[a]).contains(&cell[a]));
+    if !own {
+        return;
+    }
+    let index: usize = (0..D).map(|a| (cell[a] - grid.start[a] + grid.ghosts) * grid.stride[a]).sum();
+    // Its neighbour on the other side of the place, along each axis, and how near that is.
+    let beside: [(usize, f64); D] = std::array::from_fn(|a| {
+        let off = place[a] / grid.h[a] - cell[a] as f64 - 0.5;
+        (if off < 0.0 { index - grid.stride[a] } else { index + grid.stride[a] }, off.abs())
+    });
+    for corner in 0..1usize << D {
+        let (mut c, mut share) = (index, 1.0);
+        for (a, (neighbour, near)) in beside.iter().enumerate() {
+            if corner >> a & 1 == 1 {
+                c = c + neighbour - index;
+                share *= near;
+            } else {
+                share *= 1.0 - near;
+            }
+        }
+        (0..D).for_each(|a| values[a] += share * scene.state.u[a][c]);
+        values[3] += share * scene.state.p[c];
+    }
+}

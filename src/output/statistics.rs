@@ -1,0 +1,239 @@
+//! Means and second moments over time, of the fluid outside the bodies and of the bodies, in every cell and in layers of cells.
+//!
+//! ```text
+//!   w_f = sum dt (1 - alpha)        w_s = sum dt alpha                  alpha: what bodies fill of a cell
+//!   fluid:   U = sum dt (1 - alpha) u/w_f     u'v' = sum dt (1 - alpha) u v/w_f - U V     and of the pressure
+//!   bodies:  sum dt alpha (v + omega x r)/w_s,     solid fraction w_s/(w_f + w_s)
+//! ```
+//! A sample counts for the time since the last one. A layer has the same sums over its cells.
+
+use super::snapshot::{Array, Snapshot, replace};
+use crate::Result;
+use crate::archive::Archive;
+use crate::config::{Axis, Statistics as Plan};
+use crate::grid::{Grid, VectorField, simd};
+use crate::scene::Scene;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// The names of the files.
+pub const FIELDS: &str = "statistics.vti";
+/// See there.
+pub const PROFILE: &str = "profile.csv";
+
+/// Sums over time.
+pub struct Statistics<const D: usize> {
+    plan: Plan,
+    /// Time that has been counted, and that waits for the next sample (s).
+    counted: f64,
+    waiting: f64,
+    /// `sum dt (1 - alpha)` times velocity, its products (xx, xy, yy; xx, xy, yy, xz, yz, zz), pressure and its square.
+    velocity: VectorField<D>,
+    products: Vec<Vec<f64>>,
+    pressure: [Vec<f64>; 2],
+    /// `sum dt alpha` and the same times the bodies' velocity; empty without bodies.
+    solid: Vec<f64>,
+    solid_velocity: Vec<Vec<f64>>,
+}
+
+/// The pairs of axes that products have.
+fn pairs(dimension: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..dimension).flat_map(|b| (0..=b).map(move |a| (a, b)))
+}
+
+impl<const D: usize> Statistics<D> {
+    /// Nothing yet.
+    pub fn new(grid: &Grid<D>, plan: &Plan, bodies: bool) -> Statistics<D> {
+        let fields = |count: usize| (0..count).map(|_| grid.field()).collect::<Vec<_>>();
+        Statistics {
+            plan: plan.clone(),
+            counted: 0.0,
+            waiting: 0.0,
+            velocity: grid.vector_field(),
+            products: fields(pairs(D).count()),
+            pressure: [grid.field(), grid.field()],
+            solid: if bodies { grid.field() } else { Vec::new() },
+            solid_velocity: fields(if bodies { D } else { 0 }),
+        }
+    }
+
+    /// Takes the state after a step.
+    pub fn sample(&mut self, scene: &Scene<D>) {
+        let s = &scene.state;
+        let ended = self.plan.until.is_some_and(|until| s.time > until * (1.0 + 1e-12));
+        if s.time - s.dt < self.plan.from * (1.0 - 1e-12) || ended {
+            return;
+        }
+        self.waiting += s.dt;
+        if !s.steps.is_multiple_of(self.plan.every) {
+            return;
+        }
+        let weight = std::mem::take(&mut self.waiting);
+        self.counted += weight;
+        self.add_cells(&scene.domain.grid, weight, scene);
+        self.take_bodies(weight, scene);
+    }
+
+    fn add_cells(&mut self, grid: &Grid<D>, weight: f64, scene: &Scene<D>) {
+        let (u, p) = (&scene.state.u, &scene.state.p);
+        let Statistics { velocity, products, pressure: [mean, square], .. } = self;
+        simd(
+            #[inline(always)]
+            || {
+                for row in grid.rows() {
+                    for (sum, u) in velocity.iter_mut().zip(u) {
+                        sum[row.clone()].iter_mut().zip(&u[row.clone()]).for_each(|(sum, u)| *sum += weight * u);
+                    }
+                    for (sum, (a, b)) in products.iter_mut().zip(pairs(D)) {
+                        let values = u[a][row.clone()].iter().zip(&u[b][row.clone()]);
+                        sum[row.clone()].iter_mut().zip(values).for_each(|(sum, (a, b))| *sum += weight * a * b);
+                    }
+                    let sums = mean[row.clone()].iter_mut().zip(&mut square[row.clone()]);
+                    for ((mean, square), p) in sums.zip(&p[row]) {
+                        *mean += weight * p;
+                        *square += weight * p * p;
+                    }
+                }
+            },
+        );
+    }
+
+    /// Takes out of the fluid's sums what bodies fill, and adds it to theirs.
+    fn take_bodies(&mut self, weight: f64, scene: &Scene<D>) {
+        let (u, p) = (&scene.state.u, &scene.state.p);
+        scene.method.with_body_overlaps(|k, overlaps| {
+            let body = &scene.state.bodies[k];
+            for o in overlaps {
+                let (c, share) = (o.cell, weight * o.fraction);
+                self.velocity.iter_mut().zip(u).for_each(|(sum, u)| sum[c] -= share * u[c]);
+                for (sum, (a, b)) in self.products.iter_mut().zip(pairs(D)) {
+                    sum[c] -= share * u[a][c] * u[b][c];
+                }
+                self.pressure[0][c] -= share * p[c];
+                self.pressure[1][c] -= share * p[c] * p[c];
+                self.solid[c] += share;
+                let own = body.velocity_at(&o.arm);
+                self.solid_velocity.iter_mut().enumerate().for_each(|(a, sum)| sum[c] += share * own[a]);
+            }
+        });
+    }
+
+    /// Writes or reads all of it. Collective.
+    ///
+    /// # Errors
+    /// When the archive holds another case.
+    pub fn serialize(&mut self, grid: &Grid<D>, archive: &mut Archive) -> Result<()> {
+        archive.label("statistics")?;
+        archive.serialize([&mut self.counted, &mut self.waiting])?;
+        archive.cells(grid, &mut self.velocity)?;
+        archive.cells(grid, &mut self.products)?;
+        archive.cells(grid, &mut self.pressure)?;
+        if !self.solid.is_empty() {
+            archive.cells(grid, std::slice::from_mut(&mut self.solid))?;
+            archive.cells(grid, &mut self.solid_velocity)?;
+        }
+        Ok(())
+    }
+
+    /// Writes the files into a run's folder, on rank 0; nothing before the first sample. Collective.
+    ///
+    /// # Errors
+    /// When they cannot be written.
+    pub fn write(&self, scene: &Scene<D>, folder: Option<&Path>) -> Result<()> {
+        if self.counted <= 0.0 {
+            return Ok(());
+        }
+        let gather = |fields: &[Vec<f64>]| fields.iter().map(|f| scene.gather(f)).collect::<Result<Vec<_>>>();
+        let (velocity, products, pressure) = (gather(&self.velocity)?, gather(&self.products)?, gather(&self.pressure)?);
+        let solid = if self.solid.is_empty() { None } else { Some(scene.gather(&self.solid)?) };
+        let solid_velocity = gather(&self.solid_velocity)?;
+        let Some(folder) = folder else { return Ok(()) };
+        let sums = Sums { counted: self.counted, velocity, products, pressure, solid, solid_velocity };
+        let grid = &scene.domain.grid;
+        let pick = |a: usize| if a < D { a } else { 0 };
+        let n = grid.total_cells();
+        let snapshot = Snapshot {
+            time: scene.state.time,
+            cells: std::array::from_fn(|a| if a < D { grid.cells[a] } else { 1 }),
+            h: std::array::from_fn(|a| grid.h[pick(a)]),
+            arrays: sums.means(D, n, |c| std::iter::once(c)),
+        };
+        snapshot.write(&folder.join(FIELDS))?;
+        match self.plan.profile {
+            Some(axis) => replace(&folder.join(PROFILE), sums.profile(grid, axis).as_bytes()),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The sums of the whole grid.
+struct Sums {
+    counted: f64,
+    velocity: Vec<Vec<f64>>,
+    products: Vec<Vec<f64>>,
+    pressure: Vec<Vec<f64>>,
+    solid: Option<Vec<f64>>,
+    solid_velocity: Vec<Vec<f64>>,
+}
+
+impl Sums {
+    /// The means of `n` places, each of which has the cells that `cells` gives; zero where there was nothing to be meant.
+    fn means<C: Iterator<Item = usize>>(&self, dimension: usize, n: usize, cells: impl Fn(usize) -> C) -> Vec<Array> {
+        let of = |field: &[f64]| (0..n).map(|k| cells(k).map(|c| field[c]).sum()).collect::<Vec<f64>>();
+        let all: Vec<f64> = (0..n).map(|k| self.counted * cells(k).count() as f64).collect();
+        let solid = self.solid.as_ref().map_or_else(|| vec![0.0; n], |solid| of(solid));
+        let over = |sums: Vec<f64>, weights: &[f64]| -> Vec<f64> {
+            let part = |(((sum, weight), all), _): (((f64, &f64), &f64), usize)| if *weight > 1e-9 * all { sum / weight } else { 0.0 };
+            sums.into_iter().zip(weights).zip(&all).zip(0..).map(part).collect()
+        };
+        let fluid: Vec<f64> = all.iter().zip(&solid).map(|(all, solid)| all - solid).collect();
+        let velocity: Vec<Vec<f64>> = self.velocity.iter().map(|u| over(of(u), &fluid)).collect();
+        let pressure = over(of(&self.pressure[0]), &fluid);
+        let spread = |squares: Vec<f64>, a: &[f64], b: &[f64]| -> Vec<f64> {
+            squares.iter().zip(a.iter().zip(b)).map(|(square, (a, b))| square - a * b).collect()
+        };
+        let mut arrays = vec![Array::vector("velocity", velocity.clone()), Array::scalar("pressure", pressure.clone())];
+        for (sum, (a, b)) in self.products.iter().zip(pairs(dimension)) {
+            let name = format!("{}{}", ["u", "v", "w"][a], ["u", "v", "w"][b]);
+            arrays.push(Array::scalar(&name, spread(over(of(sum), &fluid), &velocity[a], &velocity[b])));
+        }
+        let squares = over(of(&self.pressure[1]), &fluid);
+        arrays.push(Array::scalar("pp", spread(squares, &pressure, &pressure)));
+        if self.solid.is_some() {
+            let own = self.solid_velocity.iter().map(|v| over(of(v), &solid)).collect();
+            arrays.push(Array::scalar("solid_fraction", over(solid, &all)));
+            arrays.push(Array::vector("solid_velocity", own));
+        }
+        arrays
+    }
+
+    /// `profile.csv`: a row a layer.
+    fn profile<const D: usize>(&self, grid: &Grid<D>, axis: Axis) -> String {
+        let axis = axis.index();
+        let stride: usize = grid.cells[..axis].iter().product();
+        let (layers, total) = (grid.cells[axis], grid.total_cells());
+        let cells = |k: usize| (0..total).filter(move |c| c / stride % layers == k);
+        let arrays = self.means(D, layers, cells);
+        let mut text = format!("{}", ["x", "y", "z"][axis]);
+        let named = |name: &str, a: usize| match name {
+            "velocity" => ["u", "v", "w"][a].to_owned(),
+            "solid_velocity" => format!("solid_{}", ["u", "v", "w"][a]),
+            name => name.to_owned(),
+        };
+        let parts = |array: &Array| if array.components == 3 { D } else { 1 };
+        for array in &arrays {
+            (0..parts(array)).for_each(|a| text += &format!(",{}", named(&array.name, a)));
+        }
+        text.push('\n');
+        for k in 0..layers {
+            let _ = write!(text, "{:?}", (k as f64 + 0.5) * grid.h[axis]);
+            for array in &arrays {
+                (0..parts(array)).for_each(|a| {
+                    let _ = write!(text, ",{:?}", array.values[array.components * k + a]);
+                });
+            }
+            text.push('\n');
+        }
+        text
+    }
+}
