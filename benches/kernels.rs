@@ -150,6 +150,7 @@ fn contacts(c: &mut Criterion) {
         exponent: 1.0,
         tangential_ratio: 2.0 / 7.0,
         friction: 0.4,
+        rolling_friction: 0.0,
         damping: Damping::Restitution(0.8),
         printed_sign: false,
     };

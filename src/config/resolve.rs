@@ -123,6 +123,7 @@ fn contact(raw: raw::Contact, smallest: f64) -> Result<Contact, Fault> {
         exponent: raw.exponent,
         tangential_ratio: raw.tangential_ratio,
         friction: raw.friction,
+        rolling_friction: raw.rolling_friction,
         loss: loss(raw.restitution, raw.damping).unwrap_or(Loss::Restitution(RESTITUTION)),
     };
     let pair = |(index, raw): (usize, &raw::Pair)| {
@@ -131,6 +132,7 @@ fn contact(raw: raw::Contact, smallest: f64) -> Result<Contact, Fault> {
             exponent: raw.exponent.unwrap_or(law.exponent),
             tangential_ratio: raw.tangential_ratio.unwrap_or(law.tangential_ratio),
             friction: raw.friction.unwrap_or(law.friction),
+            rolling_friction: raw.rolling_friction.unwrap_or(law.rolling_friction),
             loss: loss(raw.restitution, raw.damping).unwrap_or(law.loss),
         };
         Ok(Pair { between: raw.materials(index)?.map(str::to_owned), law })
@@ -311,6 +313,7 @@ mod tests {
             exponent: 1.0,
             tangential_ratio: 2.0 / 7.0,
             friction: 0.0,
+            rolling_friction: 0.0,
             loss: Loss::Restitution(0.5),
         };
         assert_eq!(resolved("").between("steel", WALL), expected);

@@ -195,6 +195,8 @@ pub struct PairLaw {
     pub tangential_ratio: f64,
     /// Coefficient of friction.
     pub friction: f64,
+    /// Resistance to rolling: the lever of the normal force, of the reduced radius.
+    pub rolling_friction: f64,
     /// What takes the energy.
     pub loss: Loss,
 }

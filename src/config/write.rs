@@ -101,7 +101,7 @@ fn contact(c: &Contact) -> raw::Contact {
         Loss::Damping(damping) => (None, Some(damping)),
     };
     let (restitution, damping) = loss(&c.law);
-    let PairLaw { normal_stiffness, exponent, tangential_ratio, friction, .. } = c.law;
+    let PairLaw { normal_stiffness, exponent, tangential_ratio, friction, rolling_friction, .. } = c.law;
     let pair = c.pair.iter().map(|pair| {
         let (restitution, damping) = loss(&pair.law);
         raw::Pair {
@@ -110,6 +110,7 @@ fn contact(c: &Contact) -> raw::Contact {
             exponent: Some(pair.law.exponent),
             tangential_ratio: Some(pair.law.tangential_ratio),
             friction: Some(pair.law.friction),
+            rolling_friction: Some(pair.law.rolling_friction),
             restitution,
             damping,
         }
@@ -120,6 +121,7 @@ fn contact(c: &Contact) -> raw::Contact {
         exponent,
         tangential_ratio,
         friction,
+        rolling_friction,
         restitution,
         damping,
         substeps: c.substeps,

@@ -42,6 +42,8 @@ pub struct Material {
     pub tangential_ratio: f64,
     /// Coulomb's `mu`.
     pub friction: f64,
+    /// `mu_r`, the resistance to rolling: the lever of the normal force, of the reduced radius.
+    pub rolling_friction: f64,
     /// What dissipates.
     pub damping: Damping,
     /// Turns the tangential damper round, as (22) is printed: it then feeds energy. For reproduction only.

@@ -28,6 +28,7 @@ mod law;
 mod lubrication;
 mod mend;
 mod stiffness;
+mod rolling;
 mod substep;
 #[cfg(test)]
 mod tests;
@@ -84,8 +85,9 @@ struct Pair {
     first: usize,
     /// A body, or the number of bodies plus that of a wall.
     second: usize,
-    /// Tangential spring (m), while they touch.
+    /// Tangential spring (m), while they touch, and that of their rolling (rad).
     spring: Option<Vector3<f64>>,
+    rolled: Vector3<f64>,
     /// Momentum along the line of centres that they gave each other in the step, by touching and through the fluid in the gap,
     /// positive where it keeps them apart (N s); and whether they touched.
     given: f64,
@@ -98,8 +100,8 @@ struct Pair {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Touching {
     /// The tangential springs (m) of contacts that last: a body, the other body (or the number of bodies plus that of a wall), and
-    /// what pulls the first one back.
-    pub springs: Vec<(usize, usize, Vector3<f64>)>,
+    /// what pulls the first one back; and by how much it is rolled (rad).
+    pub springs: Vec<(usize, usize, (Vector3<f64>, Vector3<f64>))>,
 }
 
 /// The law of the contacts among bodies and walls, and what a step needs to follow it.
@@ -216,7 +218,7 @@ impl Contacts {
         }
         self.pairs.clear();
         let kept = touching.springs.iter();
-        self.pairs.extend(kept.map(|&(i, j, spring)| Pair { spring: Some(spring), ..Pair::new(i, j) }));
+        self.pairs.extend(kept.map(|&(i, j, (spring, rolled))| Pair { spring: Some(spring), rolled, ..Pair::new(i, j) }));
         self.impulses.fill(Impulse::default());
         self.wall_impulse = Vector3::zeros();
         (self.wall_work, self.slid) = (0.0, 0.0);
@@ -243,7 +245,7 @@ impl Contacts {
         }
         self.refuse_strays(bodies)?;
         touching.springs.clear();
-        let lasting = self.pairs.iter().filter_map(|p| p.spring.map(|spring| (p.first, p.second, spring)));
+        let lasting = self.pairs.iter().filter_map(|p| p.spring.map(|spring| (p.first, p.second, (spring, p.rolled))));
         touching.springs.extend(lasting);
         Ok(taken)
     }
@@ -263,8 +265,8 @@ impl Contacts {
         self.wall_work
     }
 
-    /// What friction took over the last [`advance`](Contacts::advance) (J): the work of tangential forces, less what their springs
-    /// hold.
+    /// What friction took over the last [`advance`](Contacts::advance) (J): the work of tangential forces and of the resistance to
+    /// rolling, less what their springs hold.
     pub fn slid(&self) -> f64 {
         self.slid
     }
@@ -412,7 +414,7 @@ impl Contacts {
 
 impl Pair {
     fn new(first: usize, second: usize) -> Pair {
-        Pair { first, second, spring: None, given: 0.0, touched: false, film: Film::UNKNOWN }
+        Pair { first, second, spring: None, rolled: Vector3::zeros(), given: 0.0, touched: false, film: Film::UNKNOWN }
     }
 }
 

@@ -20,7 +20,7 @@ pub(super) struct Answer {
     /// 1/kg.
     pub(super) mass: Vector3<f64>,
     /// 1/(kg m2).
-    inertia: Vector3<f64>,
+    pub(super) inertia: Vector3<f64>,
     pub(super) push: Push,
 }
 
@@ -130,10 +130,11 @@ impl Contacts {
                 return Err(self.too_deep(&pair, &kinematics, radius));
             }
             if !kinematics.touches() {
-                self.pairs[p].spring = None;
+                (self.pairs[p].spring, self.pairs[p].rolled) = (None, Vector3::zeros());
                 continue;
             }
             let (normal, tangential) = self.law(&pair).force(&kinematics, &mut pair.spring);
+            let rolling = self.resist_rolling(&mut pair, bodies, &kinematics, arms, normal);
             pair.given += h * normal;
             pair.touched |= normal > 0.0;
             self.pairs[p] = pair;
@@ -145,11 +146,11 @@ impl Contacts {
             self.slid -= h * tangential.dot(&kinematics.mean_slip(&tangential));
             let (force, turn) = (tangential - normal * kinematics.normal, kinematics.normal.cross(&tangential));
             self.loads[pair.first].linear += force;
-            self.loads[pair.first].angular += arms[0] * turn;
+            self.loads[pair.first].angular += arms[0] * turn + rolling;
             match self.loads.get_mut(pair.second) {
                 Some(load) => {
                     load.linear -= force;
-                    load.angular += arms[1] * turn;
+                    load.angular += arms[1] * turn - rolling;
                 }
                 None => {
                     self.wall_impulse -= h * force;

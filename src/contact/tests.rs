@@ -34,6 +34,7 @@ fn material(exponent: f64, restitution: f64, friction: f64) -> Material {
         exponent,
         tangential_ratio: 2.0 / 7.0,
         friction,
+        rolling_friction: 0.0,
         damping: Damping::Restitution(restitution),
         printed_sign: false,
     }
@@ -304,15 +305,51 @@ fn a_body_slides_or_rolls_down_a_slope() {
 }
 
 #[test]
+fn a_body_that_resists_rolling_lies_below_its_angle_and_slows_down_on_a_floor() {
+    for (shape, motion, share) in
+        [(Shape::Disc, Motion::Free(PLANE), 2.0 / 3.0), (Shape::Sphere, Motion::Free(FREE), 5.0 / 7.0)]
+    {
+        let resists = |rolling_friction: f64, slope: f64, speed: f64, pushes: Push| {
+            let law = Material { rolling_friction, ..material(1.0, 0.5, 0.8) };
+            let mut one = [body(shape, 0.01, vector![0.1, 0.01, 0.05], vector![speed, 0.0, 0.0])];
+            one[0].motion = motion;
+            one[0].spin.z = -speed / 0.01;
+            one[0].centre.y -= one[0].mass() * 9.81 * slope.cos() / 1e6;
+            let mut wall = contacts(&one, law, [2.0, 0.1, 0.1], &[1], Substeps::Auto);
+            for _ in 0..200 {
+                wall.advance(&mut one, &[pushes], 2.5e-3).unwrap();
+            }
+            (one, wall)
+        };
+        let down = |slope: f64| push(9.81 * slope.sin(), -9.81 * slope.cos());
+        // The normal force has the lever mu_r R, weight the lever R tan(slope).
+        let (one, wall) = resists(0.2, f64::atan(0.19), 0.0, down(f64::atan(0.19)));
+        assert!(one[0].velocity.norm() < 1e-7 && (one[0].centre.x - 0.1) < 1e-4, "{shape:?}: {:?}", one[0].velocity);
+        assert_eq!(wall.touching.springs.len(), 1);
+        let slope = f64::atan(0.3);
+        let (one, _) = resists(0.2, slope, 0.0, down(slope));
+        let expected = share * 9.81 * slope.cos() * (0.3 - 0.2) * 0.5;
+        assert!((one[0].velocity.x / expected - 1.0).abs() < 0.01, "{shape:?}: {} of {expected}", one[0].velocity.x);
+        // On a floor it slows down at mu_r g times that share, and then lies.
+        let (one, _) = resists(0.02, 0.0, 0.2, down(0.0));
+        let expected = 0.2 - share * 0.02 * 9.81 * 0.5;
+        assert!((one[0].velocity.x / expected - 1.0).abs() < 0.01, "{shape:?}: {} of {expected}", one[0].velocity.x);
+        let (one, wall) = resists(0.2, 0.0, 0.2, down(0.0));
+        assert!(one[0].velocity.norm() < 1e-6, "{shape:?}: {:?}", one[0].velocity);
+        assert!(wall.slid() < 1e-9, "nothing is taken from what lies");
+    }
+}
+
+#[test]
 fn a_block_below_its_friction_angle_stays_and_remembers_why() {
     let block = Motion::Free(Freedom { rotation: [false; 3], ..PLANE });
     let (_, mut wall, mut one) = acceleration_down(Shape::Disc, 0.4, f64::atan(0.35), block);
     let weight = one[0].mass() * 9.81 * f64::atan(0.35).sin();
     let memory = wall.touching.springs.clone();
     assert_eq!((memory.len(), memory[0].0, memory[0].1), (1, 0, 1));
-    assert!((memory[0].2.x * 2.0 / 7.0 * 1e6 / weight - 1.0).abs() < 1e-3, "{memory:?}");
+    assert!((memory[0].2.0.x * 2.0 / 7.0 * 1e6 / weight - 1.0).abs() < 1e-3, "{memory:?}");
     assert!(one[0].velocity.norm() < 1e-6, "{}", one[0].velocity);
-    assert!((one[0].centre.x - 0.1) < 3.0 * memory[0].2.x, "{} {}", one[0].centre.x - 0.1, memory[0].2.x);
+    assert!((one[0].centre.x - 0.1) < 3.0 * memory[0].2.0.x, "{} {}", one[0].centre.x - 0.1, memory[0].2.0.x);
     // A restart with the memory goes on alike; one without it slips.
     let mut again = one.clone();
     let mut restarted = acceleration_down(Shape::Disc, 0.4, 0.0, block).1;
@@ -321,7 +358,7 @@ fn a_block_below_its_friction_angle_stays_and_remembers_why() {
     wall.advance(&mut one, &down, 2.5e-3).unwrap();
     restarted.advance(&mut again, &down, 2.5e-3).unwrap();
     assert_eq!(one[0].centre, again[0].centre);
-    let foreign = Touching { springs: vec![(0, 3, Vector3::zeros())] };
+    let foreign = Touching { springs: vec![(0, 3, Default::default())] };
     assert!(restarted.check(&wall.touching).is_ok() && restarted.check(&foreign).is_err());
     // Lifted, it forgets.
     one[0].velocity.y = 1.0;

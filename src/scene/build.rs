@@ -215,6 +215,7 @@ pub(super) fn contacts(case: &Case, law: &config::Contact, bodies: &[Body]) -> C
             exponent: pair.exponent,
             tangential_ratio: pair.tangential_ratio,
             friction: pair.friction,
+            rolling_friction: pair.rolling_friction,
             damping: match pair.loss {
                 config::Loss::Restitution(e) => Damping::Restitution(e),
                 config::Loss::Damping(d) => Damping::Given { normal: d.normal, tangential: d.tangential },

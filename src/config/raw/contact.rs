@@ -29,6 +29,10 @@ pub struct Contact {
     /// Coulomb's coefficient of friction, zero or positive; default 0.
     #[serde(default)]
     pub friction: f64,
+    /// Resistance to rolling: the normal force acts with this lever, of the reduced radius of the two, against what rolls (Ai et al. 2011,
+    /// their elastic-plastic spring and dashpot); zero or positive, default 0. It needs friction to roll at all.
+    #[serde(default)]
+    pub rolling_friction: f64,
     /// Speed after over speed before a normal impact, above 0 and up to 1; default 0.5 without `damping`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub restitution: Option<f64>,
@@ -132,6 +136,9 @@ pub struct Pair {
     /// Coefficient of friction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
+    /// Resistance to rolling.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rolling_friction: Option<f64>,
     /// Speed after over speed before a normal impact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub restitution: Option<f64>,
@@ -156,6 +163,7 @@ impl Contact {
             exponent: Some(self.exponent),
             tangential_ratio: Some(self.tangential_ratio),
             friction: Some(self.friction),
+            rolling_friction: Some(self.rolling_friction),
             restitution: self.restitution,
             damping: self.damping,
         };
@@ -215,6 +223,7 @@ impl Pair {
         }
         not_negative(&key("tangential_ratio"), self.tangential_ratio, "tangential over normal stiffness")?;
         not_negative(&key("friction"), self.friction, "a coefficient, such as 0.4")?;
+        not_negative(&key("rolling_friction"), self.rolling_friction, "a lever over a radius, such as 0.1")?;
         let one = self.restitution.is_none() || self.damping.is_none();
         ensure!(one, key("damping"), "restitution and damping exclude each other: remove one of them");
         if let Some(restitution) = self.restitution {

@@ -1,0 +1,60 @@
+//! Resistance to rolling by an elastic-plastic spring and a dashpot (model C of Ai, Chen, Rotter & Ooi 2011, Powder Technology 206, 269):
+//!
+//! ```text
+//!   M = -(k_r theta + c_r omega),  |k_r theta| <= mu_r R F_n      theta' = omega, the relative spin across the line of centres
+//!   k_r = 3 k_n (mu_r R)^2 (2D), 2.25 k_n (mu_r R)^2 (3D)         R = r_i r_j/(r_i + r_j),   k_n = F_n/overlap
+//!   c_r = 2 eta sqrt(I k_r) while the spring is below its limit   1/I = 1/(I_i + m_i r_i^2) + 1/(I_j + m_j r_j^2)
+//! ```
+
+use super::law::Kinematics;
+use super::{Contacts, Pair};
+use crate::particles::Body;
+use nalgebra::Vector3;
+
+/// The dashpot, of the critical one: what rocks in place comes to rest after some swings.
+const ROCKING: f64 = 0.3;
+
+impl Contacts {
+    /// The torque (N m) on the first of a pair in contact with this normal force (N), whose rolling spring goes on by a substep.
+    pub(super) fn resist_rolling(
+        &mut self,
+        pair: &mut Pair,
+        bodies: &[Body],
+        kinematics: &Kinematics,
+        arms: [f64; 2],
+        normal: f64,
+    ) -> Vector3<f64> {
+        let friction = self.law(pair).material.rolling_friction;
+        if friction == 0.0 || normal <= 0.0 {
+            return Vector3::zeros();
+        }
+        let (body, other, h, n) = (&bodies[pair.first], bodies.get(pair.second), kinematics.h, kinematics.normal);
+        let spin = body.spin - other.map_or(Vector3::zeros(), |other| other.spin);
+        let rolling = spin - spin.dot(&n) * n;
+        let reduced = 1.0 / (1.0 / body.radius() + other.map_or(0.0, |other| 1.0 / other.radius()));
+        let lever = friction * reduced;
+        let shape = if body.shape().dimension() == 2 { 3.0 } else { 2.25 };
+        // What has hardly touched yet is as stiff as its spring at the depth of a substep's way.
+        let depth = kinematics.overlap.max(0.5 * h * kinematics.approach.abs()).max(f64::MIN_POSITIVE);
+        let stiffness = shape * (normal / depth) * lever * lever;
+        pair.rolled += h * rolling - pair.rolled.dot(&n) * n;
+        let limit = lever * normal;
+        let spring = stiffness * pair.rolled.norm();
+        let torque = if spring >= limit {
+            pair.rolled *= limit / spring;
+            -stiffness * pair.rolled
+        } else {
+            let part = |k: usize, body: usize| {
+                let answer = &self.answers[body];
+                let (mass, inertia) = (answer.mass.max(), answer.inertia.max());
+                if mass > 0.0 && inertia > 0.0 { 1.0 / (1.0 / inertia + arms[k] * arms[k] / mass) } else { 0.0 }
+            };
+            let inverse = part(0, pair.first) + other.map_or(0.0, |_| part(1, pair.second));
+            let damper = if inverse > 0.0 { 2.0 * ROCKING * (stiffness / inverse).sqrt() } else { 0.0 };
+            let torque = -(stiffness * pair.rolled + damper * rolling);
+            torque * (limit / torque.norm()).min(1.0)
+        };
+        self.slid -= h * torque.dot(&rolling);
+        torque
+    }
+}
