@@ -82,6 +82,9 @@ constants! {
     /// The same in 3D. At 0.1 the flow around a sphere that creeps through a closed box grew by 0.08 nu dt/h^2 in a step, and made energy after a
     /// thousand of them (test `a_sphere_in_creeping_flow`); that sphere is 0.7 % slower at 0.2 and 1.4 % at 0.3, on 8 cells a diameter.
     face_decay_3d = 0.25;
+    /// The same where no body moves, and nothing has to follow it. As much as that of moving ones, the flow through an array of spheres in Stokes
+    /// flow (`cases/sphere-array`) has 10 % too little drag at 8 cells a diameter, 1.6 % at 16; at 4, 5.6 and 0.8 %.
+    face_decay_fixed = 4.0;
     /// Spacings that the flow crosses while a body takes in its force residual. Fewer, its noise moves bodies; more, light bodies
     /// lag.
     /// Halved: rebound +2.9 %. Doubled: rebound +4.2 %.

@@ -3,6 +3,7 @@
 mod collapse;
 mod energy_bound;
 mod memory;
+mod passage;
 mod restart;
 mod step_size;
 
@@ -141,7 +142,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let bodies = !scene.state.bodies.is_empty();
         let mut statistics = case.statistics.as_ref().map(|plan| Statistics::new(&scene.domain.grid, plan, bodies));
         let marks = restart.as_mut();
-        let marks = marks.map(|r| r.read(session, &mut account, &mut series, &mut statistics, &mut scene)).transpose()?;
+        let marks = marks.map(|r| r.read(session, &mut account, &mut series, &mut statistics, case, &mut scene)).transpose()?;
         if account.divergence_max >= case.pressure.divergence_limit {
             let reached = account.divergence_max;
             return Err(loaded.error_at(
@@ -279,6 +280,7 @@ impl<'a, const D: usize> Run<'a, D> {
             if fields.due(self.scene.state.steps, self.scene.state.time) {
                 self.write_fields()?;
             }
+            self.pass(dt)?;
             if wishes.stop || wishes.checkpoint {
                 self.checkpoint()?;
                 self.scene.domain.clock.lap(Stage::Fields);

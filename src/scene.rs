@@ -5,6 +5,7 @@ mod build;
 mod cells;
 mod describe;
 mod reading;
+mod traffic;
 
 use crate::clock::Stage;
 use crate::config::Case;
@@ -75,7 +76,8 @@ impl<const D: usize> Scene<D> {
     ///
     /// # Errors
     /// As [`Scene::new`]; and when the case asks for what a body's shape does not have.
-    pub fn with_bodies(session: &Session, case: &Case, bodies: Vec<Body>) -> Result<Scene<D>> {
+    pub fn with_bodies(session: &Session, case: &Case, mut bodies: Vec<Body>) -> Result<Scene<D>> {
+        bodies.iter_mut().enumerate().for_each(|(id, body)| body.id = id);
         refuse_shapes::<D>(case, &bodies)?;
         let (domain, solver_reason) = build_domain(session, case, &bodies)?;
         let method = method(&domain, case, &bodies);

@@ -25,7 +25,7 @@ mod write;
 
 pub use raw::{
     Advection, Axis, Buoyancy, Coupling, Damping, Domain, FACES, ForceRule, FractionRule, GradientRule, Lock, MeanVelocity, MeasureKind,
-    Oscillation, Petsc, Preset, Pressure, Probe, Profile, Reference, RotationRule, Round, Scheme, Section, Shape, Side,
+    Oscillation, Petsc, Preset, Pressure, Probe, Profile, Reference, Removed, RotationRule, Round, Scheme, Section, Shape, Side,
     Solver, Statistics, Stiffness, Substeps, TangentialDamping, WALL, WallRule, When,
 };
 pub use read::{Loaded, load, schema};

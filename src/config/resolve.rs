@@ -194,6 +194,7 @@ fn output(raw: raw::Output) -> Result<Output, Fault> {
         fields: raw.fields.as_ref().map(|fields| cadence("output.fields", fields)).transpose()?,
         checkpoint: checkpoints("output.checkpoint", &raw.checkpoint)?,
         figures: raw.figures,
+        removed: raw.removed,
         planes: raw.planes,
     })
 }

@@ -3,7 +3,7 @@
 
 use super::raw::{
     Advection, Coupling, Damping, Domain, FACES, ForceRule, Lock, MeanVelocity, MeasureKind, Oscillation, Petsc, Preset, Pressure, Probe,
-    Reference, Scheme, Section, Shape, Side, Statistics, Stiffness, Substeps, TangentialDamping, When,
+    Reference, Removed, Scheme, Section, Shape, Side, Statistics, Stiffness, Substeps, TangentialDamping, When,
 };
 
 use nalgebra::Vector3;
@@ -292,6 +292,8 @@ pub struct Output {
     pub particles: Cadence,
     /// Snapshots under `fields/` besides the first and the last state.
     pub fields: Option<Cadence>,
+    /// What becomes of a free particle that reaches an outflow.
+    pub removed: Removed,
     /// Where figures cut a 3D flow; empty: where they choose.
     pub planes: Vec<Section>,
     /// Checkpoints to go on from.

@@ -166,6 +166,7 @@ fn output(o: &Output) -> raw::Output {
             Checkpoints::Steps(steps) => raw::Checkpoints { every_wall_minutes: None, every_steps: Some(steps) },
         },
         figures: o.figures,
+        removed: o.removed,
         planes: o.planes.clone(),
     }
 }

@@ -108,6 +108,8 @@ pub struct Touching {
 #[derive(Clone, Debug)]
 pub struct Contacts {
     materials: Vec<usize>,
+    /// Their numbers in the case.
+    ids: Vec<usize>,
     walls: Vec<Wall>,
     laws: Laws,
     size: [f64; 3],
@@ -150,6 +152,7 @@ impl Contacts {
     ) -> Contacts {
         let n = bodies.len();
         Contacts {
+            ids: bodies.iter().map(|body| body.id).collect(),
             materials,
             walls,
             laws,
@@ -380,14 +383,15 @@ impl Contacts {
 
     fn name(&self, pair: &Pair) -> String {
         match pair.second.checked_sub(self.materials.len()) {
-            None => format!("particles {} and {}", pair.first, pair.second),
-            Some(w) => format!("particle {} and {}", pair.first, self.walls[w].name()),
+            None => format!("particles {} and {}", self.ids[pair.first], self.ids[pair.second]),
+            Some(w) => format!("particle {} and {}", self.ids[pair.first], self.walls[w].name()),
         }
     }
 
     /// Refuses bodies of which the state is not finite, or that are outside the box or beyond a wall.
     fn refuse_strays(&self, bodies: &[Body]) -> Result<()> {
-        for (i, body) in bodies.iter().enumerate() {
+        for body in bodies {
+            let i = body.id;
             if !body.is_finite() {
                 return Err(Error::NotFinite(NotFinite::Particle(i)));
             }

@@ -1,6 +1,6 @@
 //! Where bodies may not go.
 
-use crate::grid::Grid;
+use crate::domain::Domain;
 use crate::particles::{Body, nearest_image};
 use crate::{Error, Result};
 use nalgebra::Vector3;
@@ -11,13 +11,14 @@ use nalgebra::Vector3;
 /// # Errors
 /// With the bodies' numbers and what to do.
 pub(super) fn refuse_collisions<const D: usize>(
-    grid: &Grid<D>,
+    domain: &Domain<D>,
     bodies: &[Body],
     has_law: bool,
-    periods: &[Option<f64>; 3],
 ) -> Result<()> {
+    let (grid, periods) = (&domain.grid, domain.periods());
     let lawless = |b: &Body| !has_law || b.freedom().is_none();
-    for (mover, body) in bodies.iter().enumerate().filter(|(_, b)| b.moves() && lawless(b)) {
+    for (index, body) in bodies.iter().enumerate().filter(|(_, b)| b.moves() && lawless(b)) {
+        let mover = body.id;
         let cure = match body.freedom() {
             Some(_) => "give the case a [contact] table, or end the run before",
             None => "it moves as prescribed: end the run before, or change its motion",
@@ -32,8 +33,9 @@ pub(super) fn refuse_collisions<const D: usize>(
                 )));
             }
         }
-        for (k, other) in bodies.iter().enumerate().filter(|(k, b)| *k != mover && lawless(b)) {
-            let apart = nearest_image(&body.centre, &other.centre, periods);
+        for (k, other) in bodies.iter().enumerate().filter(|(k, b)| *k != index && lawless(b)) {
+            let k = bodies[k].id;
+            let apart = nearest_image(&body.centre, &other.centre, &periods);
             let touching = (body.radius() + other.radius()) * (1.0 - 1e-9);
             if apart.norm_squared() < touching * touching && overlap(body, other, &apart) {
                 return Err(Error::Run(format!(

@@ -49,6 +49,16 @@ pub fn start<const D: usize>(domain: &mut Domain<D>, s: &mut State<D>, method: &
     Ok(())
 }
 
+/// Takes bodies that have come or gone into the budget: what they brought or took is the work of the borders. Collective.
+pub fn reopen<const D: usize>(domain: &mut Domain<D>, s: &mut State<D>, method: &Method<D>) -> Result<()> {
+    let before = s.energy.total();
+    s.energy.fluid = of_fluid(domain, &s.u, method)?;
+    s.energy.bodies = of_bodies(&s.bodies);
+    s.energy.springs = method.contacts().map_or(0.0, |contacts| contacts.stored(&s.bodies));
+    s.energy.borders += s.energy.total() - before;
+    Ok(())
+}
+
 /// Closes the budget of the last step, at whose start the bodies had the motions `before` and after which all cells have the
 /// `kinetic` energy (J). Collective.
 pub fn close<const D: usize>(

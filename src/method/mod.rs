@@ -126,6 +126,14 @@ impl<const D: usize> Method<D> {
         }
     }
 
+    /// Takes the momentum of what is there now for that of the last step, where the balance is of a method that keeps it. Collective.
+    ///
+    /// # Errors
+    /// When the state is another method's.
+    pub fn rebalance(&self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
+        if let Method::Sharp(method) = self { method.start_balance(domain, s) } else { Ok(()) }
+    }
+
     /// Calls `take` with every body's number and the cells of this rank that it touches.
     pub fn with_body_overlaps(&self, mut take: impl FnMut(usize, &[Overlap])) {
         match self {

@@ -25,7 +25,7 @@ pub fn write(path: &Path, time: f64, bodies: &[Body], forces: &[Vector3<f64>]) -
     );
     let vectors =
         |of: fn(&Body) -> Vector3<f64>| bodies.iter().flat_map(|b| <[f64; 3]>::from(of(b))).collect::<Vec<_>>();
-    array(&mut text, "id", 1, (0..count).map(|id| id as f64));
+    array(&mut text, "id", 1, bodies.iter().map(|b| b.id as f64));
     array(&mut text, "radius", 1, bodies.iter().map(Body::radius));
     array(&mut text, "velocity", 3, vectors(|b| b.velocity));
     array(&mut text, "spin", 3, vectors(|b| b.spin));

@@ -33,11 +33,14 @@ const ENERGY_COLUMNS: &str = ",fluid_energy,bodies_energy,spring_energy,gravity_
 /// What a drive adds at the end: its force on the fluid (N/m3), and its work.
 const DRIVE_COLUMNS: &str = ",drive_fx,drive_fy,drive_fz,drive_work";
 
+/// Bodies that have left the box, and its columns.
+const PASSAGES: &str = "passages.csv";
+const PASSAGE_COLUMNS: &str = "step,time,id,what,mass,diameter,x,y,z,vx,vy,vz";
 /// Says that a folder holds a run; there from the first moment to the last.
 const RUN: &str = "run.json";
 /// What this program writes into a run's folder, and so may delete with `--force`.
-const OURS: [&str; 11] =
-    ["case.toml", "steps.csv", "particles.csv", "summary.json", "log.txt", progress::FILE, report::FILE, "probes.csv", statistics::FIELDS, statistics::PROFILE, RUN];
+const OURS: [&str; 12] =
+    ["case.toml", "steps.csv", "particles.csv", "summary.json", "log.txt", progress::FILE, report::FILE, "probes.csv", PASSAGES, statistics::FIELDS, statistics::PROFILE, RUN];
 /// Its folders, with the endings of what it writes there.
 const OUR_FOLDERS: [(&str, &[&str]); 3] =
     [("fields", &["vti", "vtp", "pvd"]), ("figures", &["png", "svg"]), (checkpoint::FOLDER, &[checkpoint::ENDING])];
@@ -80,6 +83,7 @@ pub struct Folder {
     steps: Rows,
     particles: Option<Rows>,
     probes: Option<Rows>,
+    passages: Option<Rows>,
     snapshots: Vec<(f64, u64)>,
     /// Snapshots that are on the disk for good.
     synced: usize,
@@ -97,6 +101,8 @@ pub struct Marks {
     particles: Option<u64>,
     /// Bytes of `probes.csv`, where there is one.
     probes: Option<u64>,
+    /// Bytes of `passages.csv`, where there is one.
+    passages: Option<u64>,
     /// Bytes of `log.txt`.
     log: u64,
     /// Bytes of `progress.jsonl`.
@@ -108,15 +114,15 @@ pub struct Marks {
 impl Marks {
     /// Marks of logs as long as `bytes` with snapshots at these times (s).
     pub fn at(bytes: u64, snapshots: Vec<(f64, u64)>) -> Marks {
-        Marks { steps: bytes, particles: Some(bytes), probes: None, log: bytes, progress: bytes, snapshots }
+        Marks { steps: bytes, particles: Some(bytes), probes: None, passages: None, log: bytes, progress: bytes, snapshots }
     }
 }
 
 impl Checkpointed for Marks {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let Marks { steps, particles, probes, log, progress, snapshots } = self;
+        let Marks { steps, particles, probes, passages, log, progress, snapshots } = self;
         archive.label("logs")?;
-        archive.serialize([steps, particles, probes, log, progress, snapshots])
+        archive.serialize([steps, particles, probes, passages, log, progress, snapshots])
     }
 }
 
@@ -255,6 +261,7 @@ impl Folder {
                 true => None,
                 false => Some(Rows::create(&path.join("probes.csv"), probe::COLUMNS)?),
             },
+            passages: None,
             snapshots: Vec::new(),
             synced: 0,
             flushed: Instant::now(),
@@ -274,6 +281,11 @@ impl Folder {
         marks.particles.map(|length| Rows::fits(&particles, length)).transpose()?;
         let probes = path.join("probes.csv");
         marks.probes.map(|length| Rows::fits(&probes, length)).transpose()?;
+        let passages = path.join(PASSAGES);
+        marks.passages.map(|length| Rows::fits(&passages, length)).transpose()?;
+        if marks.passages.is_none() {
+            delete(&passages)?;
+        }
         let fields = path.join("fields");
         // Snapshots that somebody has deleted since, to save space, are no loss to the run.
         fs::create_dir_all(&fields).map_err(Error::io(&fields))?;
@@ -296,6 +308,7 @@ impl Folder {
             steps: Rows::go_on(&steps, marks.steps)?,
             particles: marks.particles.map(|length| Rows::go_on(&particles, length)).transpose()?,
             probes: marks.probes.map(|length| Rows::go_on(&probes, length)).transpose()?,
+            passages: marks.passages.map(|length| Rows::go_on(&passages, length)).transpose()?,
             synced: marks.snapshots.len(),
             snapshots: marks.snapshots,
             flushed: Instant::now(),
@@ -325,6 +338,7 @@ impl Folder {
             steps: self.steps.sync()?,
             particles: self.particles.as_mut().map(Rows::sync).transpose()?,
             probes: self.probes.as_mut().map(Rows::sync).transpose()?,
+            passages: self.passages.as_mut().map(Rows::sync).transpose()?,
             log: log.file.as_mut().map_or(Ok(0), Rows::sync)?,
             progress: progress.length(),
             snapshots: self.snapshots.clone(),
@@ -355,6 +369,20 @@ impl Folder {
         self.steps.end_line()
     }
 
+    /// Writes that a body has left the box (kg, m, m/s) or come back: a row of `passages.csv`, which the first one begins.
+    pub fn write_passage(&mut self, step: u64, time: f64, what: &str, body: &Body) -> Result<()> {
+        if self.passages.is_none() {
+            self.passages = Some(Rows::create(&self.path.join(PASSAGES), PASSAGE_COLUMNS)?);
+        }
+        let Some(rows) = &mut self.passages else { return Ok(()) };
+        let (c, v) = (body.centre, body.velocity);
+        let (id, mass, diameter) = (body.id, body.mass(), 2.0 * body.radius());
+        rows.add(format_args!(
+            "{step},{time:?},{id},{what},{mass:?},{diameter:?},{:?},{:?},{:?},{:?},{:?},{:?}",
+            c.x, c.y, c.z, v.x, v.y, v.z
+        ))
+    }
+
     /// Writes a line of `probes.csv`.
     pub fn write_probe(&mut self, line: std::fmt::Arguments) -> Result<()> {
         self.probes.as_mut().map_or(Ok(()), |probes| probes.add(line))
@@ -370,7 +398,8 @@ impl Folder {
         rule: ForceRule,
     ) -> Result<()> {
         let Some(file) = &mut self.particles else { return Ok(()) };
-        for (id, (b, e)) in bodies.iter().zip(exchange).enumerate() {
+        for (b, e) in bodies.iter().zip(exchange) {
+            let id = b.id;
             let (force, torque) = match rule {
                 ForceRule::Momentum => (e.momentum, e.momentum_torque),
                 ForceRule::Literal => (e.literal(), e.literal_torque),
@@ -437,7 +466,7 @@ impl Folder {
     /// Brings the logs to the disk.
     pub fn flush(&mut self, log: &mut Log) -> Result<()> {
         self.flushed = Instant::now();
-        let files = std::iter::once(&mut self.steps).chain(&mut self.particles).chain(&mut self.probes).chain(&mut log.file);
+        let files = std::iter::once(&mut self.steps).chain(&mut self.particles).chain(&mut self.probes).chain(&mut self.passages).chain(&mut log.file);
         files.map(Rows::flush).fold(Ok(()), Result::and)
     }
 

@@ -105,7 +105,8 @@ impl Series {
         if time < self.measure.from {
             return;
         }
-        let particle = self.measure.particle;
+        let at = |id: usize| place(bodies, id);
+        let particle = at(self.measure.particle).unwrap_or(usize::MAX);
         let force_on = |id: usize| {
             exchange.get(id).map_or_else(Vector3::zeros, |e| match self.rule {
                 ForceRule::Momentum => e.momentum,
@@ -130,7 +131,7 @@ impl Series {
             | MeasureKind::LiftAmplitude
             | MeasureKind::Strouhal => coefficient(),
             MeasureKind::LiftMagnitude => (force - force.dot(&direction) * direction).norm() / self.force_scale,
-            MeasureKind::Force => self.measure.particles.iter().map(|id| force_on(*id).dot(&direction)).sum(),
+            MeasureKind::Force => self.group(bodies).map(|k| force_on(k).dot(&direction)).sum(),
             MeasureKind::TerminalVelocity => body(&|b| b.velocity.norm()),
             MeasureKind::PositionX => body(&|b| b.centre.x),
             MeasureKind::PositionY => body(&|b| b.centre.y),
@@ -174,7 +175,7 @@ impl Series {
 
     /// The particles that the measure is of.
     fn group<'a>(&'a self, bodies: &'a [Body]) -> impl Iterator<Item = usize> + 'a {
-        self.measure.particles.iter().copied().filter(|id| *id < bodies.len())
+        self.measure.particles.iter().filter_map(|id| place(bodies, *id))
     }
 
     fn mean_of(&self, bodies: &[Body], value: impl Fn(&Body) -> f64) -> f64 {
@@ -287,6 +288,14 @@ impl Checkpointed for Series {
         let Series { samples, morison, before, found, passing, measure: _, rule: _, force_scale: _, rate: _, up: _ } =
             self;
         archive.serialize([samples, before, found, passing, morison])
+    }
+}
+
+/// Where in a list of bodies, in the order of their numbers, that of a number is; `None` once it has left.
+fn place(bodies: &[Body], id: usize) -> Option<usize> {
+    match bodies.get(id) {
+        Some(body) if body.id == id => Some(id),
+        _ => bodies.binary_search_by_key(&id, |body| body.id).ok(),
     }
 }
 

@@ -82,6 +82,8 @@ impl Freedom {
 /// A rigid body of one density.
 #[derive(Clone, Debug)]
 pub struct Body {
+    /// Its number in the case, which lasts when others leave.
+    pub id: usize,
     shape: Arc<dyn Shape>,
     /// The shape's, at hand for searches.
     radius: f64,
@@ -108,6 +110,7 @@ impl Body {
     /// (Pa s) to a mixture, with its centre there (m).
     pub fn new(shape: Arc<dyn Shape>, density: f64, viscosity: f64, centre: Vector3<f64>) -> Body {
         Body {
+            id: 0,
             radius: shape.radius(),
             shape,
             density,
@@ -251,7 +254,7 @@ impl Checkpointed for Push {
 
 impl Checkpointed for Body {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let Body { centre, velocity, angle, orientation, spin, motion, shape: _, radius: _, density: _, viscosity: _ } =
+        let Body { id: _, centre, velocity, angle, orientation, spin, motion, shape: _, radius: _, density: _, viscosity: _ } =
             self;
         archive.serialize([centre, velocity, angle, orientation, spin])?;
         match motion {

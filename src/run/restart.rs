@@ -89,7 +89,7 @@ impl<const D: usize> Run<'_, D> {
         let mut account = Account { wall: self.wall(), ..self.account.clone() };
         let mut archive = Archive::write(self.session, writer.as_mut().map(|w| w as &mut dyn Write));
         header.serialize(&mut archive)?;
-        serialize(&mut archive, &mut account, &mut self.series, &mut marks, &mut self.statistics, &mut self.scene)?;
+        serialize(&mut archive, &mut account, &mut self.series, &mut marks, &mut self.statistics, self.case, &mut self.scene)?;
         archive.finish()?;
         self.session.agree(writer.map_or(Ok(()), Writer::commit))?;
         self.checkpoints = Checkpoints::new(self.case.output.checkpoint, Some(step));
@@ -104,11 +104,16 @@ fn serialize<const D: usize>(
     series: &mut [Series],
     marks: &mut Marks,
     statistics: &mut Option<Statistics<D>>,
+    case: &Case,
     scene: &mut Scene<D>,
 ) -> Result<()> {
     account.serialize(archive)?;
     archive.each("measures", series)?;
     marks.serialize(archive)?;
+    let mut ids = scene.ids();
+    archive.label("roster")?;
+    ids.serialize(archive)?;
+    scene.keep_only(case, &ids)?;
     scene.state.serialize(&scene.domain.grid, archive)?;
     statistics.as_mut().map_or(Ok(()), |statistics| statistics.serialize(&scene.domain.grid, archive))
 }
@@ -154,11 +159,12 @@ impl Restart {
         account: &mut Account,
         series: &mut [Series],
         statistics: &mut Option<Statistics<D>>,
+        case: &Case,
         scene: &mut Scene<D>,
     ) -> Result<Marks> {
         let mut marks = Marks::default();
         let mut archive = Archive::read(session, &mut self.rest);
-        let whole = serialize(&mut archive, account, series, &mut marks, statistics, scene);
+        let whole = serialize(&mut archive, account, series, &mut marks, statistics, case, scene);
         session.agree(whole).and_then(|()| archive.finish()).map_err(|e| misfit(&self.path, e))?;
         scene.resume().map_err(|e| misfit(&self.path, e))?;
         Ok(marks)
@@ -221,7 +227,7 @@ pub(super) fn begin_from<const D: usize>(
     let (mut account, mut series, mut marks) = (Account::default(), measure::series(&before), Marks::default());
     let (grid, bodies) = (&ended.domain.grid, !ended.state.bodies.is_empty());
     let mut statistics = before.statistics.as_ref().map(|plan| Statistics::new(grid, plan, bodies));
-    let whole = serialize(&mut archive, &mut account, &mut series, &mut marks, &mut statistics, &mut ended);
+    let whole = serialize(&mut archive, &mut account, &mut series, &mut marks, &mut statistics, &before, &mut ended);
     session.agree(whole).and_then(|()| archive.finish()).map_err(|e| misfit(&checkpoint::path(run, step), e))?;
     if scene.go_on_from(case, &before, ended.state)? {
         return Ok("all that lasts");

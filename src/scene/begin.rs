@@ -2,7 +2,7 @@
 
 use super::Scene;
 use crate::config::Case;
-use crate::method::{Method, energy};
+use crate::method::energy;
 use crate::output::snapshot::Snapshot;
 use crate::state::{Balance, State};
 use crate::{Error, Result};
@@ -39,9 +39,7 @@ impl<const D: usize> Scene<D> {
         s.drive = fresh.drive;
         s.balance = fresh.balance.map(|_| Balance::default());
         self.resume()?;
-        if let Method::Sharp(method) = &self.method {
-            method.start_balance(&self.domain, &mut self.state)?;
-        }
+        self.method.rebalance(&self.domain, &mut self.state)?;
         energy::start(&mut self.domain, &mut self.state, &self.method)?;
         Ok(true)
     }

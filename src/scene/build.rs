@@ -86,7 +86,7 @@ pub(super) fn drive(case: &Case, drive: &config::Drive) -> Drive {
 
 /// Whether these bodies have sharp walls.
 pub(super) fn walls_are_sharp(case: &Case, bodies: &[Body]) -> bool {
-    case.coupling.wall == config::WallRule::Sharp && !bodies.is_empty()
+    case.coupling.wall == config::WallRule::Sharp && !(bodies.is_empty() && case.particle.is_empty())
 }
 
 /// What fills the cells: a property is a field where the bodies' differs and is mixed in.
@@ -128,7 +128,8 @@ pub(super) fn method<const D: usize>(domain: &Domain<D>, case: &Case, bodies: &[
     };
     let momentum = Momentum::new(grid, scheme(case), advection, &mixture);
     let choices = choices(case);
-    if bodies.is_empty() {
+    // Where all bodies have left, walls are as sharp as before.
+    if bodies.is_empty() && (case.particle.is_empty() || case.coupling.wall == config::WallRule::Mixing) {
         return Method::Plain(Flow::new(domain, mixture, None, momentum, choices.cell_gradient));
     }
     let free = bodies.iter().any(|b| b.freedom().is_some());
@@ -206,7 +207,7 @@ pub(super) fn contacts(case: &Case, law: &config::Contact, bodies: &[Body]) -> C
         })
     };
     let name = |k: usize| case.particle.get(k).map_or(config::DEFAULT_MATERIAL, |p| p.material.as_str());
-    let materials: Vec<usize> = (0..bodies.len()).map(|k| material(name(k))).collect();
+    let materials: Vec<usize> = bodies.iter().map(|body| material(name(body.id))).collect();
     let impact = impact(case, bodies);
     let laws = Laws::new(names.len(), |a, b| {
         let pair = law.between(names[a], names[b]);

@@ -19,6 +19,7 @@ mod live;
 mod modes;
 mod motion;
 mod multigrid;
+mod passage;
 mod plots;
 mod poisson;
 mod program;

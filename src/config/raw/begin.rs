@@ -51,7 +51,14 @@ pub(super) fn bodies(run: &Path, dimension: usize, key: &str) -> Result<Vec<Part
         return Ok(bodies);
     }
     let rows = last_rows(&run.join("particles.csv"), bodies.len()).map_err(|why| refuse(format!("particles.csv {why}")))?;
-    for (id, body) in bodies.iter_mut().enumerate() {
+    let mut id = 0;
+    bodies.retain(|_| {
+        id += 1;
+        rows.contains_key(&(id - 1))
+    });
+    let mut there: Vec<usize> = rows.keys().copied().collect();
+    there.sort_unstable();
+    for (id, body) in there.into_iter().zip(&mut bodies) {
         let number = |name: &str| -> Result<f64, Fault> {
             let found = rows.get(&id).and_then(|row| row.get(name)).copied();
             found.ok_or_else(|| refuse(format!("particles.csv has no `{name}` of particle {id} at the end")))

@@ -20,7 +20,7 @@ pub use coupling::{Buoyancy, Coupling, ForceRule, FractionRule, GradientRule, Ro
 pub use drive::{Axis, Drive, MeanVelocity};
 pub use particle::{Lock, Motion, Oscillation, Particle, Prescribed, Round, Shape, Spin};
 pub use preset::Preset;
-pub use report::{Cadence, Checkpoints, Measure, MeasureKind, Output, Reference, Section, When, Which};
+pub use report::{Cadence, Checkpoints, Measure, MeasureKind, Output, Reference, Removed, Section, When, Which};
 pub use statistics::{Probe, Statistics};
 pub use swarm::{Diameters, Range, Region, Swarm};
 

@@ -324,10 +324,25 @@ pub struct Output {
     pub checkpoint: Checkpoints,
     /// Figures of the last state as PNG and SVG; default yes.
     pub figures: bool,
+    /// What becomes of a free particle that reaches an outflow; default it leaves, which `passages.csv` says.
+    pub removed: Removed,
     /// Where figures cut a 3D flow, `planes = [{ z = 0.02 }, { x = 0.01 }]` (m); default one along gravity or the stream, through the
     /// body or the middle of all of them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub planes: Vec<Section>,
+}
+
+/// What becomes of a free particle as its surface reaches an outflow.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Removed {
+    /// It is taken out of the box.
+    #[default]
+    Log,
+    /// It comes in again at the other end of the box, at the velocity that it has; where another one is in its way, it is taken out.
+    Return,
+    /// The run ends.
+    Stop,
 }
 
 /// A plane across an axis.
@@ -384,6 +399,7 @@ impl Default for Output {
             fields: None,
             checkpoint: Checkpoints::default(),
             figures: true,
+            removed: Removed::default(),
             planes: Vec::new(),
         }
     }

@@ -137,7 +137,7 @@ impl<const D: usize> Mics2003<D> {
             departure.shift = nearest_image(&departure.centre, &body.centre, &periods);
         }
         self.find_overlaps(domain, s, Body::moves);
-        refuse_collisions(&domain.grid, &s.bodies, self.contacts.is_some(), &periods)?;
+        refuse_collisions(domain, &s.bodies, self.contacts.is_some())?;
         Ok(substeps)
     }
 

@@ -15,7 +15,7 @@
 //! The equation stays symmetric, and its solution holds the added mass of a free body implicitly, whatever its density.
 //! The memory `q^n - I(u^n)` keeps dt out of the wall's pressure; it fades as the flow crosses the grid and, since it is as small as
 //! the grid, by viscosity: in a creeping flow nothing else takes it, and it would drive the flow; its u^n is that of the cells before the wall was imposed
-//! last, c is 0.1 in 2D and 0.25 in 3D, so that what this changes reaches the faces with the next step. In narrow gaps it is all there is
+//! last, c is 0.1 in 2D and 0.25 in 3D, 4 where no body moves, so that what this changes reaches the faces with the next step. In narrow gaps it is all there is
 //! of the flow, and stays. A turning disc or sphere displaces nothing.
 //! In time the force is of second order. Of first order, and small, are cells that change sides, at the end of a step, and
 //! the history of faces beside a wall that gathers speed.

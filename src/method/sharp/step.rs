@@ -19,7 +19,11 @@ impl<const D: usize> Sharp<D> {
         domain.session.max(&mut speed)?;
         let (h, nu) = (self.cut.h, domain.fluid.viscosity / domain.fluid.density);
         let (courant, diffusion) = (dt * speed[0] / h, nu * dt / (h * h));
-        let face_decay = if D == 3 { params::face_decay_3d() } else { params::face_decay_2d() };
+        let face_decay = match (s.bodies.iter().any(Body::moves), D) {
+            (false, _) => params::face_decay_fixed(),
+            (true, 3) => params::face_decay_3d(),
+            (true, _) => params::face_decay_2d(),
+        };
         let forgotten = courant / params::face_memory() + face_decay * diffusion;
         Ok(Pace { courant, diffusion, keep: 1.0 - forgotten.min(1.0) })
     }

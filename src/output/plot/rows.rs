@@ -56,8 +56,11 @@ impl Rows {
                 rows.followed.push((0..width).map(number).collect());
             }
         }
+        let end = before.values().map(|last| last.0).fold(0.0, f64::max);
         for (centres, time) in rows.centres.iter_mut().zip(times) {
-            let ended = before.iter().filter(|(_, last)| last.0 <= *time * (1.0 + 1e-12));
+            // What has no row at the end has left the box.
+            let there = |last: f64| last <= *time * (1.0 + 1e-12) && (last == end || *time <= last);
+            let ended = before.iter().filter(|(_, last)| there(last.0));
             centres.extend(ended.map(|(particle, last)| (*particle, last.1)));
         }
         rows

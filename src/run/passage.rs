@@ -1,0 +1,54 @@
+//! Free bodies that reach an outflow: they leave, come in again at the other end, or end the run, as the case says.
+
+use super::Run;
+use crate::config::Removed;
+use crate::particles::{Body, nearest_image};
+use crate::{Error, Result};
+use nalgebra::Vector3;
+
+impl<const D: usize> Run<'_, D> {
+    /// Takes the bodies out that would reach an outflow in the next step, about as long as the last one, `dt` (s). Collective.
+    ///
+    /// # Errors
+    /// When the case wants the run to end there.
+    pub(super) fn pass(&mut self, dt: f64) -> Result<()> {
+        while let Some((k, axis)) = self.scene.leaving(dt) {
+            let (step, time) = (self.scene.state.steps, self.scene.state.time);
+            let body = &self.scene.state.bodies[k];
+            let entrance = (self.case.output.removed == Removed::Return).then(|| self.entrance(body, axis)).flatten();
+            let (what, body) = match (self.case.output.removed, entrance) {
+                (Removed::Stop, _) => {
+                    return Err(Error::Run(format!(
+                        "particle {} has reached an outflow, where output.removed = \"stop\" ends the run; \"log\" takes it out, \
+                         \"return\" lets it in again at the other end",
+                        body.id
+                    )));
+                }
+                (_, Some(centre)) => {
+                    self.scene.bring(self.case, k, centre)?;
+                    ("returned", self.scene.state.bodies[k].clone())
+                }
+                _ => ("left", self.scene.remove(self.case, k)?),
+            };
+            let id = body.id;
+            self.on_lead(|folder, _, log| {
+                log.say(&format!("particle {id} {what} at t = {time:.6} s"));
+                folder.write_passage(step, time, what, &body)
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Where a body comes in again that goes out along an axis (m); `None` where another one is in its way.
+    fn entrance(&self, body: &Body, axis: usize) -> Option<Vector3<f64>> {
+        let (domain, s) = (&self.scene.domain, &self.scene.state);
+        let mut centre = body.centre;
+        let (far, extent) = (domain.grid.size[axis], body.shape().bounds(&body.turn())[axis]);
+        centre[axis] = if body.centre[axis] > 0.5 * far { extent } else { far - extent };
+        let clear = |other: &Body| {
+            let apart = nearest_image(&other.centre, &centre, &domain.periods()).norm();
+            other.id == body.id || apart >= body.radius() + other.radius()
+        };
+        s.bodies.iter().all(clear).then_some(centre)
+    }
+}
