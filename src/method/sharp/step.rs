@@ -7,7 +7,7 @@ use crate::domain::Domain;
 use crate::grid::VectorField;
 use crate::kernels::{border, faces};
 use crate::params;
-use crate::particles::Body;
+use crate::particles::{Body, Motion};
 use crate::poisson::pressure::Projected;
 use crate::state::State;
 use nalgebra::Vector3;
@@ -19,7 +19,8 @@ impl<const D: usize> Sharp<D> {
         domain.session.max(&mut speed)?;
         let (h, nu) = (self.cut.h, domain.fluid.viscosity / domain.fluid.density);
         let (courant, diffusion) = (dt * speed[0] / h, nu * dt / (h * h));
-        let face_decay = match (s.bodies.iter().any(Body::moves), D) {
+        let rest = s.bodies.iter().all(|body| body.motion == Motion::Fixed);
+        let face_decay = match (!rest, D) {
             (false, _) => params::face_decay_fixed(),
             (true, 3) => params::face_decay_3d(),
             (true, _) => params::face_decay_2d(),

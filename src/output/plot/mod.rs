@@ -7,6 +7,7 @@
 mod fields;
 mod forces;
 mod paths;
+mod profile;
 mod reynolds;
 mod rows;
 mod section;
@@ -65,6 +66,8 @@ pub enum Figure {
     ForceParts,
     /// Velocity of particle 0 over time.
     Speeds,
+    /// Mean velocity and solid fraction across layers of cells, where the case has `statistics.profile`.
+    Profile,
     /// Drag coefficient over Re of all runs, beside eq. (30) and a reference (Fig. 4), or the curve of spheres.
     Drag,
     /// Strouhal number over Re of all runs, of cylinders beside a reference (Fig. 5).
@@ -100,6 +103,7 @@ impl Figure {
                 "a free particle with its rows in particles.csv, gravity, and a density other than the fluid's"
             }
             Figure::Speeds => "a particle 0 that is free, and its rows in particles.csv",
+            Figure::Profile => "statistics with a profile (profile.csv)",
             Figure::Drag => "a measure of kind \"drag_coefficient\" with a value in summary.json",
             Figure::Strouhal => "a measure of kind \"strouhal\" with a value in summary.json",
         }
@@ -248,7 +252,7 @@ impl Request {
             }
             Figure::Drag => return reynolds::drag(runs, &self.folder(runs)?),
             Figure::Strouhal => return reynolds::strouhal(runs, &self.folder(runs)?),
-            Figure::Paths | Figure::Forces | Figure::ForceParts | Figure::Speeds => {
+            Figure::Paths | Figure::Forces | Figure::ForceParts | Figure::Speeds | Figure::Profile => {
                 let rows: Vec<Rows> = runs.iter().map(Run::rows).collect();
                 let Some((axes, series)) = curves(figure, runs, &rows)? else { return Ok(None) };
                 figure::curves(&axes, &series, &stem(&figure.name().replace('-', "_"))?)?
@@ -289,7 +293,7 @@ pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
     let last = Last::read(&run, None)?;
     let (runs, rows) = (std::slice::from_ref(&run), std::slice::from_ref(&last.rows));
     let figures =
-        [Figure::Forces, Figure::Speeds, Figure::Paths].map(|figure| Ok((figure, curves(figure, runs, rows)?)));
+        [Figure::Forces, Figure::Speeds, Figure::Paths, Figure::Profile].map(|figure| Ok((figure, curves(figure, runs, rows)?)));
     let figures = figures.into_iter().collect::<Result<Vec<_>>>()?;
     let folder = Request::default().folder(runs)?;
     let mut written = Vec::new();
@@ -310,7 +314,7 @@ pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
 
 /// A figure of curves, of the first run where it is of one; none where there is nothing to draw.
 fn curves(figure: Figure, runs: &[Run], rows: &[Rows]) -> Result<Option<(Axes, Vec<Series>)>> {
-    let Some((Run { case, .. }, of_one)) = runs.first().zip(rows.first()) else { return Ok(None) };
+    let Some((Run { case, folder }, of_one)) = runs.first().zip(rows.first()) else { return Ok(None) };
     let over_time = |y_label: &str, series: Vec<Series>| {
         let axes = Axes { x_label: "time (s)".into(), y_label: y_label.into(), ..Axes::default() };
         series.iter().any(|s| s.points.len() > 1).then_some((axes, series))
@@ -319,6 +323,7 @@ fn curves(figure: Figure, runs: &[Run], rows: &[Rows]) -> Result<Option<(Axes, V
         Figure::Forces => over_time("force on particle 0 (N)", forces::forces(case, of_one)?),
         Figure::Speeds => over_time("velocity of particle 0 (m/s)", speeds(case, of_one)?),
         Figure::ForceParts => forces::parts(case, of_one)?,
+        Figure::Profile => profile::profile(folder)?,
         Figure::Paths => {
             let labels = labels(runs);
             let tracks =
