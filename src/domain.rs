@@ -93,10 +93,10 @@ impl<const D: usize> Domain<D> {
         let Domain { session, grid, boundaries, projection, drive, fluid, .. } = self;
         let State { p, faces, bodies, drive: force, .. } = s;
         let density = fluid.density;
-        let mut driven = drive.as_ref().zip(force.as_mut()).map(|(drive, force)| Driven {
-            driving: Driving { drive, force, beta, answer, density, session },
-            bodies,
-        });
+        let mut driven = drive
+            .as_ref()
+            .zip(force.as_mut())
+            .map(|(drive, force)| Driven { driving: Driving { drive, force, beta, answer, density, session }, bodies });
         let coupled = driven.as_mut().map(|driven| driven as &mut dyn Coupled<D>);
         projection.project(grid, boundaries, beta, dt, p, faces, coupled, None)
     }

@@ -142,7 +142,8 @@ impl<'a, const D: usize> Run<'a, D> {
         let bodies = !scene.state.bodies.is_empty();
         let mut statistics = case.statistics.as_ref().map(|plan| Statistics::new(&scene.domain.grid, plan, bodies));
         let marks = restart.as_mut();
-        let marks = marks.map(|r| r.read(session, &mut account, &mut series, &mut statistics, case, &mut scene)).transpose()?;
+        let marks =
+            marks.map(|r| r.read(session, &mut account, &mut series, &mut statistics, case, &mut scene)).transpose()?;
         if account.divergence_max >= case.pressure.divergence_limit {
             let reached = account.divergence_max;
             return Err(loaded.error_at(

@@ -11,10 +11,10 @@ use crate::archive::{Archive, Checkpointed};
 use crate::contact::Touching;
 use crate::grid::{Grid, VectorField};
 use crate::particles::Body;
-use nalgebra::Vector3;
 pub use balance::Balance;
 pub use energy::EnergyBudget;
 pub use exchange::Exchange;
+use nalgebra::Vector3;
 pub use walls::{BodyHistory, WallHistory};
 
 /// The state of a scene. Fields have the layout of [`Grid::field`], with ghosts.

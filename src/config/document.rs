@@ -29,8 +29,20 @@ const REPLACES: [(&str, &str); 8] = [
 ];
 
 /// The keys of a case that are tables.
-const TABLES: [&str; 12] =
-    ["domain", "fluid", "boundary", "initial", "drive", "coupling", "contact", "time", "pressure", "petsc", "statistics", "output"];
+const TABLES: [&str; 12] = [
+    "domain",
+    "fluid",
+    "boundary",
+    "initial",
+    "drive",
+    "coupling",
+    "contact",
+    "time",
+    "pressure",
+    "petsc",
+    "statistics",
+    "output",
+];
 
 /// A parsed case file with its overrides and what its preset fills in.
 pub(super) struct Document<'a> {

@@ -4,8 +4,8 @@ use super::direction;
 use super::fault::{AXES, Check, Fault, positive, short};
 use super::raw::{self, Advection, Buoyancy, GradientRule, Scheme, Side, Solver, Spin, Stiffness, WallRule, Which};
 use super::resolved::{
-    Cadence, Case, Checkpoints, Contact, Drive, Fluid, Initial, Loss, Measure, Motion, Output, Pair, PairLaw, Particle, Step,
-    Target, Time,
+    Cadence, Case, Checkpoints, Contact, Drive, Fluid, Initial, Loss, Measure, Motion, Output, Pair, PairLaw, Particle,
+    Step, Target, Time,
 };
 
 use nalgebra::Vector3;
@@ -21,9 +21,11 @@ const RESTITUTION: f64 = 0.5;
 pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     let rest = vec![0.0; raw.dimension()];
     let (reference_speed, stream) = (raw.reference_speed(), raw.reference_velocity());
-    let directions = raw.measure.iter().enumerate().map(|(index, m)| {
-        Ok((direction::of(&raw, index, m)?, direction::axis(&raw, index, m)?))
-    });
+    let directions = raw
+        .measure
+        .iter()
+        .enumerate()
+        .map(|(index, m)| Ok((direction::of(&raw, index, m)?, direction::axis(&raw, index, m)?)));
     let directions = directions.collect::<Result<Vec<_>, _>>()?;
     let velocity = raw.initial.velocity.clone().or_else(|| inflow(&raw)).unwrap_or(rest.clone());
     let initial = Initial { from: raw.initial.from, velocity, perturbation: raw.initial.perturbation.unwrap_or(0.0) };

@@ -2,8 +2,9 @@
 //! case does without.
 
 use super::raw::{
-    Advection, Coupling, Damping, Domain, FACES, ForceRule, Lock, MeanVelocity, MeasureKind, Oscillation, Petsc, Preset, Pressure, Probe,
-    Reference, Removed, Scheme, Section, Shape, Side, Statistics, Stiffness, Substeps, TangentialDamping, When,
+    Advection, Coupling, Damping, Domain, FACES, ForceRule, Lock, MeanVelocity, MeasureKind, Oscillation, Petsc,
+    Preset, Pressure, Probe, Reference, Removed, Scheme, Section, Shape, Side, Statistics, Stiffness, Substeps,
+    TangentialDamping, When,
 };
 
 use nalgebra::Vector3;

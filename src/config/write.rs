@@ -1,7 +1,9 @@
 //! A case written out as a file that gives every key, for the run's folder; it reads back to an equal case.
 
 use super::raw::{self, Axis, Spin, Which};
-use super::resolved::{Cadence, Case, Checkpoints, Contact, Drive, Loss, Measure, Motion, Output, PairLaw, Particle, Step};
+use super::resolved::{
+    Cadence, Case, Checkpoints, Contact, Drive, Loss, Measure, Motion, Output, PairLaw, Particle, Step,
+};
 
 impl Case {
     /// The case as TOML, every default filled in.

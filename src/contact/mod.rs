@@ -27,8 +27,8 @@
 mod law;
 mod lubrication;
 mod mend;
-mod stiffness;
 mod rolling;
+mod stiffness;
 mod substep;
 #[cfg(test)]
 mod tests;
@@ -96,12 +96,15 @@ struct Pair {
     film: Film,
 }
 
+/// The tangential spring of a contact (m), and that of its rolling (rad).
+pub type Springs = (Vector3<f64>, Vector3<f64>);
+
 /// What lasts of contacts from one step to the next.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Touching {
     /// The tangential springs (m) of contacts that last: a body, the other body (or the number of bodies plus that of a wall), and
     /// what pulls the first one back; and by how much it is rolled (rad).
-    pub springs: Vec<(usize, usize, (Vector3<f64>, Vector3<f64>))>,
+    pub springs: Vec<(usize, usize, Springs)>,
 }
 
 /// The law of the contacts among bodies and walls, and what a step needs to follow it.
@@ -221,7 +224,11 @@ impl Contacts {
         }
         self.pairs.clear();
         let kept = touching.springs.iter();
-        self.pairs.extend(kept.map(|&(i, j, (spring, rolled))| Pair { spring: Some(spring), rolled, ..Pair::new(i, j) }));
+        self.pairs.extend(kept.map(|&(i, j, (spring, rolled))| Pair {
+            spring: Some(spring),
+            rolled,
+            ..Pair::new(i, j)
+        }));
         self.impulses.fill(Impulse::default());
         self.wall_impulse = Vector3::zeros();
         (self.wall_work, self.slid) = (0.0, 0.0);

@@ -88,7 +88,8 @@ pub fn close<const D: usize>(
     e.contacts += walls - worked.contacts - (springs - e.springs) - slid;
     e.springs = springs;
     sample(domain, s, method, &mut e)?;
-    e.method = e.start + e.gravity + e.drive + e.borders + e.prescribed - e.viscous - e.contacts - e.friction - e.total();
+    e.method =
+        e.start + e.gravity + e.drive + e.borders + e.prescribed - e.viscous - e.contacts - e.friction - e.total();
     s.energy = e;
     Ok(())
 }

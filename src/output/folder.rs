@@ -39,8 +39,20 @@ const PASSAGE_COLUMNS: &str = "step,time,id,what,mass,diameter,x,y,z,vx,vy,vz";
 /// Says that a folder holds a run; there from the first moment to the last.
 const RUN: &str = "run.json";
 /// What this program writes into a run's folder, and so may delete with `--force`.
-const OURS: [&str; 12] =
-    ["case.toml", "steps.csv", "particles.csv", "summary.json", "log.txt", progress::FILE, report::FILE, "probes.csv", PASSAGES, statistics::FIELDS, statistics::PROFILE, RUN];
+const OURS: [&str; 12] = [
+    "case.toml",
+    "steps.csv",
+    "particles.csv",
+    "summary.json",
+    "log.txt",
+    progress::FILE,
+    report::FILE,
+    "probes.csv",
+    PASSAGES,
+    statistics::FIELDS,
+    statistics::PROFILE,
+    RUN,
+];
 /// Its folders, with the endings of what it writes there.
 const OUR_FOLDERS: [(&str, &[&str]); 3] =
     [("fields", &["vti", "vtp", "pvd"]), ("figures", &["png", "svg"]), (checkpoint::FOLDER, &[checkpoint::ENDING])];
@@ -114,7 +126,15 @@ pub struct Marks {
 impl Marks {
     /// Marks of logs as long as `bytes` with snapshots at these times (s).
     pub fn at(bytes: u64, snapshots: Vec<(f64, u64)>) -> Marks {
-        Marks { steps: bytes, particles: Some(bytes), probes: None, passages: None, log: bytes, progress: bytes, snapshots }
+        Marks {
+            steps: bytes,
+            particles: Some(bytes),
+            probes: None,
+            passages: None,
+            log: bytes,
+            progress: bytes,
+            snapshots,
+        }
     }
 }
 
@@ -247,8 +267,12 @@ impl Folder {
         replace(&path.join("case.toml"), case.to_toml().as_bytes())?;
         log.file = Some(Rows::create(&path.join("log.txt"), "")?);
         let of = |there: bool, columns| if there { columns } else { "" };
-        let columns =
-            [STEP_COLUMNS, of(s.balance.is_some(), BALANCE_COLUMNS), ENERGY_COLUMNS, of(s.drive.is_some(), DRIVE_COLUMNS)];
+        let columns = [
+            STEP_COLUMNS,
+            of(s.balance.is_some(), BALANCE_COLUMNS),
+            ENERGY_COLUMNS,
+            of(s.drive.is_some(), DRIVE_COLUMNS),
+        ];
         let columns = columns.concat();
         let rows = |dimension: usize| {
             let columns = [PARTICLE_COLUMNS, if dimension == 3 { ORIENTATION_COLUMNS } else { "" }].concat();
@@ -466,7 +490,11 @@ impl Folder {
     /// Brings the logs to the disk.
     pub fn flush(&mut self, log: &mut Log) -> Result<()> {
         self.flushed = Instant::now();
-        let files = std::iter::once(&mut self.steps).chain(&mut self.particles).chain(&mut self.probes).chain(&mut self.passages).chain(&mut log.file);
+        let files = std::iter::once(&mut self.steps)
+            .chain(&mut self.particles)
+            .chain(&mut self.probes)
+            .chain(&mut self.passages)
+            .chain(&mut log.file);
         files.map(Rows::flush).fold(Ok(()), Result::and)
     }
 

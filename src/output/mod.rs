@@ -11,14 +11,14 @@ mod folder;
 pub mod measure;
 mod midline;
 pub mod plot;
+pub mod probe;
 pub mod progress;
 pub mod report;
 mod rows;
-pub mod probe;
 pub mod snapshot;
 pub mod statistics;
-pub mod survey;
 pub mod summary;
+pub mod survey;
 
 pub use folder::{Folder, Log, Marks, StepRow, may_use};
 

@@ -144,7 +144,8 @@ impl<const D: usize> Statistics<D> {
             return Ok(());
         }
         let gather = |fields: &[Vec<f64>]| fields.iter().map(|f| scene.gather(f)).collect::<Result<Vec<_>>>();
-        let (velocity, products, pressure) = (gather(&self.velocity)?, gather(&self.products)?, gather(&self.pressure)?);
+        let (velocity, products, pressure) =
+            (gather(&self.velocity)?, gather(&self.products)?, gather(&self.pressure)?);
         let solid = if self.solid.is_empty() { None } else { Some(scene.gather(&self.solid)?) };
         let solid_velocity = gather(&self.solid_velocity)?;
         let Some(folder) = folder else { return Ok(()) };
@@ -156,7 +157,7 @@ impl<const D: usize> Statistics<D> {
             time: scene.state.time,
             cells: std::array::from_fn(|a| if a < D { grid.cells[a] } else { 1 }),
             h: std::array::from_fn(|a| grid.h[pick(a)]),
-            arrays: sums.means(D, n, |c| std::iter::once(c)),
+            arrays: sums.means(D, n, std::iter::once),
         };
         snapshot.write(&folder.join(FIELDS))?;
         match self.plan.profile {
@@ -183,7 +184,9 @@ impl Sums {
         let all: Vec<f64> = (0..n).map(|k| self.counted * cells(k).count() as f64).collect();
         let solid = self.solid.as_ref().map_or_else(|| vec![0.0; n], |solid| of(solid));
         let over = |sums: Vec<f64>, weights: &[f64]| -> Vec<f64> {
-            let part = |(((sum, weight), all), _): (((f64, &f64), &f64), usize)| if *weight > 1e-9 * all { sum / weight } else { 0.0 };
+            let part = |(((sum, weight), all), _): (((f64, &f64), &f64), usize)| {
+                if *weight > 1e-9 * all { sum / weight } else { 0.0 }
+            };
             sums.into_iter().zip(weights).zip(&all).zip(0..).map(part).collect()
         };
         let fluid: Vec<f64> = all.iter().zip(&solid).map(|(all, solid)| all - solid).collect();
@@ -214,7 +217,7 @@ impl Sums {
         let (layers, total) = (grid.cells[axis], grid.total_cells());
         let cells = |k: usize| (0..total).filter(move |c| c / stride % layers == k);
         let arrays = self.means(D, layers, cells);
-        let mut text = format!("{}", ["x", "y", "z"][axis]);
+        let mut text = ["x", "y", "z"][axis].to_owned();
         let named = |name: &str, a: usize| match name {
             "velocity" => ["u", "v", "w"][a].to_owned(),
             "solid_velocity" => format!("solid_{}", ["u", "v", "w"][a]),

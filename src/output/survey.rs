@@ -30,7 +30,8 @@ pub fn survey<const D: usize>(scene: &Scene<D>, m: &Measure, scratch: &mut Vec<f
         MeasureKind::SolidFraction => solid_fraction(scene, m)?,
         MeasureKind::BedHeight => bed_height(scene, m, scratch)?,
         MeasureKind::TransportRate => {
-            let carried = s.bodies.iter().filter(|b| m.particles.contains(&b.id)).map(|b| b.volume() * b.velocity[axis]);
+            let carried =
+                s.bodies.iter().filter(|b| m.particles.contains(&b.id)).map(|b| b.volume() * b.velocity[axis]);
             carried.sum::<f64>() / grid.size[axis]
         }
         MeasureKind::FluidEnergy => s.energy.fluid,

@@ -254,8 +254,19 @@ impl Checkpointed for Push {
 
 impl Checkpointed for Body {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let Body { id: _, centre, velocity, angle, orientation, spin, motion, shape: _, radius: _, density: _, viscosity: _ } =
-            self;
+        let Body {
+            id: _,
+            centre,
+            velocity,
+            angle,
+            orientation,
+            spin,
+            motion,
+            shape: _,
+            radius: _,
+            density: _,
+            viscosity: _,
+        } = self;
         archive.serialize([centre, velocity, angle, orientation, spin])?;
         match motion {
             Motion::Prescribed(Some(path)) => path.time.serialize(archive),

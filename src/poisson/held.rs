@@ -54,7 +54,8 @@ impl HeldMean {
 fn number(lattice: &Lattice, frame: &Frame, index: usize) -> Option<u32> {
     let mut row = 0;
     for a in (0..lattice.axes).rev() {
-        let at = (index / frame.stride[a] % frame.stored[a]).checked_sub(frame.ghosts).filter(|at| *at < lattice.n[a])?;
+        let at =
+            (index / frame.stride[a] % frame.stored[a]).checked_sub(frame.ghosts).filter(|at| *at < lattice.n[a])?;
         row = at + lattice.n[a] * row;
     }
     Some(row as u32)

@@ -127,12 +127,7 @@ impl Projection {
     ///
     /// # Errors
     /// When the operator is in use, or the solver would pass over this.
-    pub fn set_held(
-        &mut self,
-        at: (usize, f64),
-        faces: impl Iterator<Item = (usize, f64)>,
-        weight: f64,
-    ) -> Result<()> {
+    pub fn set_held(&mut self, at: (usize, f64), faces: impl Iterator<Item = (usize, f64)>, weight: f64) -> Result<()> {
         self.solver.refuse_preconditioner_alone()?;
         borrow(&self.operator)?.set_held(at, faces, weight);
         Ok(())

@@ -89,7 +89,15 @@ impl<const D: usize> Run<'_, D> {
         let mut account = Account { wall: self.wall(), ..self.account.clone() };
         let mut archive = Archive::write(self.session, writer.as_mut().map(|w| w as &mut dyn Write));
         header.serialize(&mut archive)?;
-        serialize(&mut archive, &mut account, &mut self.series, &mut marks, &mut self.statistics, self.case, &mut self.scene)?;
+        serialize(
+            &mut archive,
+            &mut account,
+            &mut self.series,
+            &mut marks,
+            &mut self.statistics,
+            self.case,
+            &mut self.scene,
+        )?;
         archive.finish()?;
         self.session.agree(writer.map_or(Ok(()), Writer::commit))?;
         self.checkpoints = Checkpoints::new(self.case.output.checkpoint, Some(step));

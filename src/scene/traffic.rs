@@ -15,7 +15,8 @@ impl<const D: usize> Scene<D> {
         let (grid, borders) = (&self.domain.grid, &self.domain.boundaries.borders);
         let open = |axis: usize, side: usize| matches!(borders[axis][side], Some(Border::Outflow));
         let leaves = |body: &Body, axis: usize| {
-            let (at, extent) = (body.centre[axis] + 1.5 * dt * body.velocity[axis], body.shape().bounds(&body.turn())[axis]);
+            let (at, extent) =
+                (body.centre[axis] + 1.5 * dt * body.velocity[axis], body.shape().bounds(&body.turn())[axis]);
             let (low, high) = (at <= extent, at >= grid.size[axis] - extent);
             (low && open(axis, 0)) || (high && open(axis, 1))
         };

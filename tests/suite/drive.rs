@@ -54,7 +54,9 @@ fn a_channel_by_a_force_by_a_slope_and_by_its_flow_rate_is_poiseuilles_to_second
 /// Two discs, one heavy and one light, that fall and meet in a periodic box with this drive and wall.
 fn pair(drive: &str, wall: &str) -> Scene<2> {
     let bodies = disc([1.03, 1.02], 3.0, "velocity = [0.0, -0.4]") + &disc([1.13, 0.32], 0.5, "velocity = [0.0, 0.4]");
-    let more = format!("[drive]\n{drive}\n[coupling]\nwall = \"{wall}\"\n{bodies}[contact]\n[pressure]\ndivergence_limit = 1e-6\n");
+    let more = format!(
+        "[drive]\n{drive}\n[coupling]\nwall = \"{wall}\"\n{bodies}[contact]\n[pressure]\ndivergence_limit = 1e-6\n"
+    );
     let text = box_case([2.0, 2.0], [32, 32], 0.05, PERIODIC, &more);
     petsc().scene(&text.replace("viscosity", "gravity = [0.0, -1.0]\nviscosity"))
 }
@@ -104,7 +106,8 @@ fn what_a_fixed_body_feels_is_what_the_drive_gives() {
     for wall in ["sharp", "mixing"] {
         let body = disc([1.03, 1.02], 1.0, "motion = \"fixed\"");
         let steady = |drive: &str| {
-            let more = format!("[drive]\n{drive}\n[coupling]\nwall = \"{wall}\"\n{body}[pressure]\ndivergence_limit = 1e-7\n");
+            let more =
+                format!("[drive]\n{drive}\n[coupling]\nwall = \"{wall}\"\n{body}[pressure]\ndivergence_limit = 1e-7\n");
             let text = box_case([2.0, 2.0], [20, 20], 1.0, PERIODIC, &more);
             let mut scene: Scene<2> = petsc.scene(&text.replace("viscosity", "gravity = [0.5, 0.0]\nviscosity"));
             for _ in 0..2000 {
@@ -141,6 +144,30 @@ fn a_body_of_the_fluids_density_goes_with_a_fluid_that_a_slope_sets_off() {
     }
 }
 
+#[test]
+fn stokes_flow_through_spheres_that_touch_their_images_is_steady_and_between_spheres_has_its_drag() {
+    let array = |diameter: f64, cells: usize, end: f64| {
+        let text = format!(
+            "name = \"array\"\ndomain = {{ size = [1.0, 1.0, 1.0], cells = [{cells}, {cells}, {cells}] }}\n\
+             fluid = {{ density = 1.0, viscosity = 1.0 }}\npressure = {{ divergence_limit = 1e-6 }}\ntime = {{ end = {end:?}, cfl = 0.4 }}\n\
+             boundary = {{ west = \"periodic\", east = \"periodic\", south = \"periodic\", north = \"periodic\", bottom = \"periodic\", top = \"periodic\" }}\n\
+             drive = {{ mean_velocity = {{ axis = \"x\", value = 0.01 }} }}\n[output]\nfigures = false\n[[particle]]\n\
+             shape = {{ sphere = {{ diameter = {diameter:?} }} }}\nposition = [0.5, 0.5, 0.5]\nmotion = \"fixed\"\n\
+             [[measure]]\nname = \"drag\"\nkind = \"force\"\nfrom = {0:?}\n[[measure]]\nname = \"gradient\"\nkind = \"drive_force\"\nfrom = {0:?}\n",
+            0.95 * end
+        );
+        let found = measures(&text);
+        let k = ["drag", "gradient"].map(|name| found[name].as_f64().unwrap() / (6.0 * PI * 0.5 * diameter * 0.01));
+        println!("d = {diameter} m, {cells} cells: K = {:.3} by the force, {:.3} by the gradient", k[0], k[1]);
+        assert!((k[0] / k[1] - 1.0).abs() < 0.01, "the two differ: {k:?}");
+        k[1]
+    };
+    // Zick & Homsy 1982: 42.1 where they touch, 4.292 at a solid fraction of 0.125.
+    assert!((array(0.99999, 12, 0.3) / 42.1 - 1.0).abs() < 0.15);
+    let [coarse, fine] = [13, 26].map(|cells| 1.0 - array(0.62035, cells, 0.1) / 4.292);
+    assert!(coarse < 0.06 && fine < 0.0095 && order(coarse, fine, 2.0) > 1.8, "{coarse}, {fine}");
+}
+
 /// The measures of a run of this case.
 fn measures(text: &str) -> serde_json::Value {
     let folder = tempfile::tempdir().unwrap();
@@ -152,7 +179,10 @@ fn measures(text: &str) -> serde_json::Value {
 #[test]
 fn the_box_is_measured_as_engineers_do() {
     let kinds = |kinds: &[(&str, &str)]| -> String {
-        kinds.iter().map(|(kind, keys)| format!("[[measure]]\nname = \"{kind}\"\nkind = \"{kind}\"\n{keys}\n")).collect()
+        kinds
+            .iter()
+            .map(|(kind, keys)| format!("[[measure]]\nname = \"{kind}\"\nkind = \"{kind}\"\n{keys}\n"))
+            .collect()
     };
     let number = |of: &serde_json::Value, name: &str| of[name].as_f64().unwrap_or_else(|| panic!("{name} in {of}"));
     // A pier that stays, and two grains that move as told: every number is known beforehand.

@@ -128,14 +128,10 @@ impl Whole {
         for k in 0..5 {
             scene.step(2e-3).unwrap();
             let (exchange, bodies) = (&scene.state.exchange[..], &scene.state.bodies[..]);
-            series[0].sample(&Sample {
-                time: f64::from(k),
-                exchange,
-                bodies,
-                max_speed: 1.0,
-                deepest: 0.0,
-                touched: &[],
-            }, 0.0);
+            series[0].sample(
+                &Sample { time: f64::from(k), exchange, bodies, max_speed: 1.0, deepest: 0.0, touched: &[] },
+                0.0,
+            );
         }
         let account = Account { began: "today".into(), dt: Some(2e-3), last_fields: Some(0.0), ..Account::default() };
         let marks = Marks::at(1000, vec![(0.0, 0), (0.01, 5)]);

@@ -15,8 +15,14 @@ fn carried(time: &str, more: &str) -> String {
     };
     let discs = disc(1.55, 0.3, 1.5) + &disc(0.4, 0.6, 1.0) + &disc(1.2, 0.72, 0.8) + &disc(0.8, 0.25, 3.0);
     let ends = "[[measure]]\nname = \"last\"\nkind = \"position_x\"\nparticle = 1\n[[measure]]\nname = \"all\"\nkind = \"mean_speed\"\n";
-    box_case([2.0, 1.0], [48, 24], 0.01, STREAM, &format!("{discs}{ends}[output]\nfigures = false\n[time]\n{time}\n{more}"))
-        .replace("[output]\nfigures = false\n[time]", "[time]")
+    box_case(
+        [2.0, 1.0],
+        [48, 24],
+        0.01,
+        STREAM,
+        &format!("{discs}{ends}[output]\nfigures = false\n[time]\n{time}\n{more}"),
+    )
+    .replace("[output]\nfigures = false\n[time]", "[time]")
 }
 
 fn write(dir: &Path, text: &str) -> std::path::PathBuf {
@@ -28,7 +34,8 @@ fn write(dir: &Path, text: &str) -> std::path::PathBuf {
 fn discs_leave_through_an_outflow_one_after_the_other_and_the_others_keep_their_numbers() {
     for (wall, contact) in [("sharp", "[contact]\n"), ("sharp", ""), ("mixing", "[contact]\n"), ("mixing", "")] {
         let dir = tempfile::tempdir().unwrap();
-        let case = write(dir.path(), &carried("end = 1.0\nstep = 0.005", &format!("{contact}[coupling]\nwall = \"{wall}\"")));
+        let case =
+            write(dir.path(), &carried("end = 1.0\nstep = 0.005", &format!("{contact}[coupling]\nwall = \"{wall}\"")));
         let out = dir.path().join("out");
         let found = run(&case, &out, &[]);
         let left = std::fs::read_to_string(out.join("passages.csv")).unwrap();
@@ -95,7 +102,8 @@ fn a_body_returns_or_ends_the_run_where_the_case_says_so() {
     let first = rows["x"][rows["x"].len() - 4];
     assert!((0.8..0.9).contains(&first), "{first} m");
     let stops = returns.replace("\"return\"", "\"stop\"");
-    let said = mics(&["run", write(dir.path(), &stops).to_str().unwrap(), "--out", dir.path().join("stop").to_str().unwrap()]);
+    let said =
+        mics(&["run", write(dir.path(), &stops).to_str().unwrap(), "--out", dir.path().join("stop").to_str().unwrap()]);
     let words = String::from_utf8_lossy(&said.stderr).into_owned();
     assert!(said.status.code() == Some(3) && words.contains("particle 0 has reached an outflow"), "{words}");
 }

@@ -163,7 +163,8 @@ fn too_many_ranks_for_the_grid_are_refused_with_the_cure() {
 
 #[test]
 fn a_flow_rate_that_is_held_among_bodies_that_fall() {
-    for (wall, held) in [("sharp", "mean_velocity = { axis = \"x\", value = 0.3 }"), ("mixing", "hold_mixture = true")] {
+    for (wall, held) in [("sharp", "mean_velocity = { axis = \"x\", value = 0.3 }"), ("mixing", "hold_mixture = true")]
+    {
         expect_the_same(&format!(
             "name = \"r\"\n[domain]\nsize = [1.0, 1.0]\ncells = [24, 24]\n[fluid]\ndensity = 1.0\nviscosity = 0.01\n\
              gravity = [0.2, -1.0]\n[drive]\n{held}\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\n\

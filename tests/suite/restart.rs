@@ -514,7 +514,8 @@ fn a_run_begins_where_another_ended_and_goes_on_byte_for_byte() {
         std::fs::write(at(name), text).unwrap();
         at(name)
     };
-    let swarm = "[[swarm]]\ncount = 6\nregion = { min = [0.0, 0.0], max = [1.2, 0.45] }\ndiameter = 0.2\ndensity = 2000.0\n";
+    let swarm =
+        "[[swarm]]\ncount = 6\nregion = { min = [0.0, 0.0], max = [1.2, 0.45] }\ndiameter = 0.2\ndensity = 2000.0\n";
     run(&write("settle.toml", &bed(0.0, 36, "end = 0.8, cfl = 0.4", swarm)), &at("settled"), &[]);
     let from = format!("[initial]\nfrom = {:?}\n", at("settled"));
     let shear = write("shear.toml", &bed(0.5, 36, "end = 0.2, step = 4e-3", &from));

@@ -27,7 +27,11 @@ pub(in crate::config) fn begin(case: &mut Case, folder: &Path) -> Check {
         inside(case, key, "a particle of that run", &body.position, body.shape.diameter())?;
     }
     if let Some(Overlap { first, second, words }) = overlap(case) {
-        ensure!(false, key, "particle {second} overlaps particle {first}, in the order of that run and then of this file: {words}");
+        ensure!(
+            false,
+            key,
+            "particle {second} overlaps particle {first}, in the order of that run and then of this file: {words}"
+        );
     }
     Ok(())
 }
@@ -50,7 +54,8 @@ pub(super) fn bodies(run: &Path, dimension: usize, key: &str) -> Result<Vec<Part
     if bodies.is_empty() {
         return Ok(bodies);
     }
-    let rows = last_rows(&run.join("particles.csv"), bodies.len()).map_err(|why| refuse(format!("particles.csv {why}")))?;
+    let rows =
+        last_rows(&run.join("particles.csv"), bodies.len()).map_err(|why| refuse(format!("particles.csv {why}")))?;
     let mut id = 0;
     bodies.retain(|_| {
         id += 1;
@@ -63,7 +68,8 @@ pub(super) fn bodies(run: &Path, dimension: usize, key: &str) -> Result<Vec<Part
             let found = rows.get(&id).and_then(|row| row.get(name)).copied();
             found.ok_or_else(|| refuse(format!("particles.csv has no `{name}` of particle {id} at the end")))
         };
-        let along = |names: [&str; 3]| names[..dimension].iter().map(|name| number(name)).collect::<Result<Vec<_>, _>>();
+        let along =
+            |names: [&str; 3]| names[..dimension].iter().map(|name| number(name)).collect::<Result<Vec<_>, _>>();
         body.position = along(AXES)?;
         if body.motion == Motion::Free {
             body.velocity = Some(along(["vx", "vy", "vz"])?);

@@ -86,7 +86,11 @@ impl Drive {
             ensure!(!given || along, key, "no periodic axis has any gravity: {cure}");
         }
         let bodies = case.particle.iter().any(|particle| particle.motion == Motion::Free) || !case.swarm.is_empty();
-        ensure!(!self.hold_mixture || bodies, "drive.hold_mixture", "carries the weight of free particles: there are none");
+        ensure!(
+            !self.hold_mixture || bodies,
+            "drive.hold_mixture",
+            "carries the weight of free particles: there are none"
+        );
         Ok(())
     }
 }

@@ -5,8 +5,8 @@ mod table;
 
 use std::path::Path;
 
-use super::particle::{Nature, Overlap, below_periods, inside, overlap};
 use super::begin;
+use super::particle::{Nature, Overlap, below_periods, inside, overlap};
 use super::{Case, Lock, Motion, Particle, Round, Shape, Spin};
 use crate::config::fault::{AXES, Check, not_negative, positive, short, vector};
 use schemars::JsonSchema;

@@ -60,7 +60,8 @@ impl<const D: usize> Mics2003<D> {
                     }
                     if flow.cell_gradient {
                         let driven = domain.felt(&s.drive, 1.0)[axis];
-                        return (driven - faces::cell_gradient(grid, axis, o.cell, &s.p)) / flow.mixture.density.at(o.cell);
+                        return (driven - faces::cell_gradient(grid, axis, o.cell, &s.p))
+                            / flow.mixture.density.at(o.cell);
                     }
                     let gravity = |f| flow.gravity.as_ref().map_or(0.0, |g| g.at(grid, &flow.beta, axis, f));
                     let own = |f: usize| flow.acceleration[axis][f] - gravity(f);

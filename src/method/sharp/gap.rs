@@ -43,6 +43,26 @@ impl Neighbour {
         let apart = nearest_image(&bodies[k].centre, &bodies[j].centre, periods);
         Neighbour { body: j, apart, turn: bodies[j].turn() }
     }
+
+    /// The images of the body `k` itself across periods hardly longer than it is wide, the gaps narrower than `reach` (m).
+    pub fn images(
+        bodies: &[Body],
+        k: usize,
+        periods: &[Option<f64>; 3],
+        reach: f64,
+    ) -> impl Iterator<Item = Neighbour> {
+        let turn = bodies[k].turn();
+        let near = reach + 2.0 * bodies[k].radius();
+        let lengths =
+            periods.iter().enumerate().filter_map(move |(axis, length)| Some((axis, (*length).filter(|l| *l < near)?)));
+        lengths.flat_map(move |(axis, length)| {
+            [length, -length].map(|way| {
+                let mut apart = Vector3::zeros();
+                apart[axis] = way;
+                Neighbour { body: k, apart, turn }
+            })
+        })
+    }
 }
 
 /// What a cut body is built among.
@@ -127,7 +147,7 @@ impl<const D: usize> Surroundings<'_, D> {
         let own = self.bodies[k].shape().distance(&self.turn, arm);
         self.near.iter().all(|near| {
             let other = self.bodies[near.body].shape().distance(&near.turn, &(arm - near.apart));
-            own < other || (own == other && k < near.body)
+            own < other || (own == other && k <= near.body)
         })
     }
 

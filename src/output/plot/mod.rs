@@ -292,8 +292,8 @@ pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
     // All is read before anything is written.
     let last = Last::read(&run, None)?;
     let (runs, rows) = (std::slice::from_ref(&run), std::slice::from_ref(&last.rows));
-    let figures =
-        [Figure::Forces, Figure::Speeds, Figure::Paths, Figure::Profile].map(|figure| Ok((figure, curves(figure, runs, rows)?)));
+    let figures = [Figure::Forces, Figure::Speeds, Figure::Paths, Figure::Profile]
+        .map(|figure| Ok((figure, curves(figure, runs, rows)?)));
     let figures = figures.into_iter().collect::<Result<Vec<_>>>()?;
     let folder = Request::default().folder(runs)?;
     let mut written = Vec::new();
