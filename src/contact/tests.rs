@@ -472,6 +472,7 @@ fn what_a_user_can_cause_is_an_error_that_names_the_particle() {
         let mut still = body.clone();
         (still.centre, still.velocity) = (vector![0.15, 0.15, 0.0], Vector3::zeros());
         let mut two = [still, body];
+        two[1].id = 1;
         let mut pair = contacts(&two, material(1.0, 0.5, 0.3), [0.2, 0.2, 0.0], &[1], substeps);
         pair.law.periods[0] = None;
         let text = pair.advance(&mut two, &[Push::default(), push], dt).unwrap_err().to_string();

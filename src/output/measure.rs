@@ -447,7 +447,8 @@ mod tests {
             body.velocity = Vector3::new(0.0, speed, 0.0);
             body
         };
-        let bodies = [body(5.0, 9.0, 0.1), body(1.0, -3.0, 7.0), body(3.0, 20.0, -0.2)];
+        let mut bodies = [body(5.0, 9.0, 0.1), body(1.0, -3.0, 7.0), body(3.0, 20.0, -0.2)];
+        bodies.iter_mut().enumerate().for_each(|(id, body)| body.id = id);
         series.iter_mut().for_each(|s| s.sample(&at(2.0, &[], &bodies), 0.0));
         let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
         let expected = [3.0, 2.5, 0.2, 2e-3];
