@@ -160,6 +160,7 @@ fn shipped() -> Vec<Row> {
         row("poiseuille", shipped!("poiseuille/case.toml"), &[], true),
         row("open-channel", shipped!("open-channel/case.toml"), &[], true),
         row("sphere-array phi 0.125", shipped!("sphere-array/case.toml"), &[], true),
+        row("random-array phi 0.2", shipped!("random-array/case.toml"), &[], false),
         row("poiseuille-duct", shipped!("poiseuille/duct.toml"), &[], false),
         row("neutral-disc-in-couette", shipped!("neutral-disc-in-couette/case.toml"), &[], false),
         row("channel-cylinder 2D-1", shipped!("channel-cylinder/steady.toml"), &[], false),

@@ -62,6 +62,15 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     ];
     let sides = case.sides().map(|(name, side)| format!("{name} {}", side.describe()));
     lines.push(format!("boundary     {}", sides.collect::<Vec<_>>().join(", ")));
+    lines.extend(case.drive.as_ref().map(|drive| format!("drive        {}", drive.describe())));
+    if let Some(axis) = case.falls_as_a_whole() {
+        let x = ["x", "y", "z"][axis];
+        lines.push(format!(
+            "note         nothing holds this periodic box along {x}: fluid and particles accelerate by the particles' weight; \
+             drive.hold_mixture = true carries it"
+        ));
+    }
+    lines.extend(case.initial.from.as_ref().map(|run| format!("begins       where {run} ended")));
     lines.extend(case.describe_particles().into_iter().map(|(label, words)| format!("{label:<13}{words}")));
     let widest = scene.domain.grid.h.iter().copied().fold(0.0, f64::max);
     let smallest = case.particle.iter().map(|p| p.shape.diameter()).fold(f64::INFINITY, f64::min) / widest;

@@ -1,6 +1,6 @@
 //! Parts of a case in words, for `mics check` and reports.
 
-use super::{Case, Motion, Particle, Side};
+use super::{Case, Drive, Motion, Particle, Side};
 
 impl Case {
     /// What is said of the particles, each line with its label: of few one by one, of many their ranges.
@@ -43,6 +43,33 @@ impl Case {
             (format!("particle {id}"), words)
         };
         self.particle.iter().enumerate().map(line).collect()
+    }
+}
+
+impl Drive {
+    /// What drives the fluid, in words.
+    pub fn describe(&self) -> String {
+        match self {
+            Drive::Force(force) => format!("a force of {force:?} N/m3 on the fluid"),
+            Drive::Gravity => "gravity along the periodic axes, on the fluid as well".into(),
+            Drive::MeanVelocity(held) => format!(
+                "the gradient of the pressure that holds a mean velocity of {} m/s along {}",
+                held.value,
+                ["x", "y", "z"][held.axis.index()]
+            ),
+            Drive::HoldMixture => "the gradient of the pressure that carries the weight of the free particles".into(),
+        }
+    }
+}
+
+impl Case {
+    /// The axis along which a periodic box of free bodies accelerates as a whole: gravity acts along it, and nothing holds it.
+    pub fn falls_as_a_whole(&self) -> Option<usize> {
+        let free = self.particle.iter().all(Particle::is_free);
+        let heavy = self.particle.iter().any(|p| p.density != self.fluid.density);
+        let boxed = (0..self.dimension()).all(|axis| self.periodic(axis));
+        let axis = (0..self.dimension()).find(|axis| self.fluid.gravity[*axis] != 0.0)?;
+        (free && heavy && boxed && self.drive.is_none()).then_some(axis)
     }
 }
 

@@ -55,7 +55,7 @@ impl<const D: usize> CutBodies<D> {
             beside: Vec::with_capacity(16),
             tiles: Tiles::for_radius(bodies.iter().map(Body::radius).fold(0.0, f64::max), &grid.h),
             total: grid.field(),
-            flows: Vec::with_capacity(faces),
+            flows: Vec::with_capacity(D * faces),
             periods,
             h,
         }

@@ -38,6 +38,9 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
         ("Particles", particles),
         ("Coupling", vec![wall.into()]),
     ];
+    if let Some(drive) = &case.drive {
+        terms.push(("Drive", vec![drive.describe()]));
+    }
     if let Some(c) = &case.contact {
         let substeps = match c.substeps {
             Substeps::Count(n) => format!("{n} substeps a step"),
