@@ -22,6 +22,8 @@ pub struct Series {
     rate: f64,
     /// Against gravity, of length 1; zero without gravity.
     up: Vector3<f64>,
+    /// Edges of the box (m).
+    size: [f64; 3],
     samples: Vec<(f64, f64)>,
     morison: Morison,
     /// What the newest snapshot or the moment that was waited for gave.
@@ -69,6 +71,7 @@ pub fn series(case: &Case) -> Vec<Series> {
             force_scale: 0.5 * density * speed * speed * area,
             rate: speed / diameter,
             up,
+            size: std::array::from_fn(|a| case.domain.size.get(a).copied().unwrap_or(f64::INFINITY)),
             samples: Vec::new(),
             measure: m.clone(),
         }
@@ -107,6 +110,13 @@ impl Series {
         }
         let at = |id: usize| place(bodies, id);
         let particle = at(self.measure.particle).unwrap_or(usize::MAX);
+        let kind = self.measure.kind;
+        // What has left has no more samples.
+        if (kind.needs_particle() && particle == usize::MAX)
+            || (kind.is_of_group() && self.group(bodies).next().is_none())
+        {
+            return;
+        }
         let force_on = |id: usize| {
             exchange.get(id).map_or_else(Vector3::zeros, |e| match self.rule {
                 ForceRule::Momentum => e.momentum,
@@ -166,10 +176,10 @@ impl Series {
                 let touches = touched.get(particle).copied().unwrap_or(false);
                 self.found = self.found.or(touches.then_some(value));
             }
-            Some(When::X(at)) => self.wait(at, body(&|b| b.centre.x), value),
-            Some(When::Y(at)) => self.wait(at, body(&|b| b.centre.y), value),
-            Some(When::Z(at)) => self.wait(at, body(&|b| b.centre.z), value),
-            Some(When::Time(at)) => self.wait(at, time, value),
+            Some(When::X(at)) => self.wait(at, body(&|b| b.centre.x), value, self.size[0]),
+            Some(When::Y(at)) => self.wait(at, body(&|b| b.centre.y), value, self.size[1]),
+            Some(When::Z(at)) => self.wait(at, body(&|b| b.centre.z), value, self.size[2]),
+            Some(When::Time(at)) => self.wait(at, time, value, f64::INFINITY),
         }
     }
 
@@ -194,9 +204,13 @@ impl Series {
         self.group(bodies).map(rank).sum::<usize>() as f64 / self.group(bodies).count() as f64
     }
 
-    /// Takes the value as what it is waited for passes `at`, on the straight line between two steps.
-    fn wait(&mut self, at: f64, now: f64, value: f64) {
+    /// Takes the value as what it is waited for passes `at`, on the straight line between two steps; a way of more than half of
+    /// the `length` is no way, but one across a period or back to an entrance.
+    fn wait(&mut self, at: f64, now: f64, value: f64, length: f64) {
         let (Some((before, value_before)), None) = (self.passing.replace((now, value)), self.found) else { return };
+        if (now - before).abs() > 0.5 * length {
+            return;
+        }
         let share = (at - before) / (now - before);
         self.found = (0.0..=1.0).contains(&share).then_some(value_before + share * (value - value_before));
     }
@@ -285,8 +299,19 @@ impl Series {
 
 impl Checkpointed for Series {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let Series { samples, morison, before, found, passing, measure: _, rule: _, force_scale: _, rate: _, up: _ } =
-            self;
+        let Series {
+            samples,
+            morison,
+            before,
+            found,
+            passing,
+            measure: _,
+            rule: _,
+            force_scale: _,
+            rate: _,
+            up: _,
+            size: _,
+        } = self;
         archive.serialize([samples, before, found, passing, morison])
     }
 }

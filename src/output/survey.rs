@@ -97,5 +97,5 @@ fn bed_height<const D: usize>(scene: &Scene<D>, m: &Measure, layers: &mut Vec<f6
     let (h, least) = (grid.h[axis], m.threshold);
     let Some(top) = layers.iter().rposition(|fraction| *fraction >= least) else { return Ok(0.0) };
     let above = layers.get(top + 1).copied().unwrap_or(0.0);
-    Ok((top as f64 + 0.5 + (layers[top] - least) / (layers[top] - above)) * h)
+    Ok(((top as f64 + 0.5 + (layers[top] - least) / (layers[top] - above)) * h).min(grid.size[axis]))
 }

@@ -18,10 +18,11 @@ impl<const D: usize> Run<'_, D> {
             let entrance = (self.case.output.removed == Removed::Return).then(|| self.entrance(body, axis)).flatten();
             let (what, body) = match (self.case.output.removed, entrance) {
                 (Removed::Stop, _) => {
+                    let id = body.id;
+                    self.checkpoint()?;
                     return Err(Error::Run(format!(
-                        "particle {} has reached an outflow, where output.removed = \"stop\" ends the run; \"log\" takes it out, \
-                         \"return\" lets it in again at the other end",
-                        body.id
+                        "particle {id} has reached an outflow, where output.removed = \"stop\" ends the run; \"log\" takes it out, \
+                         \"return\" lets it in again at the other end"
                     )));
                 }
                 (_, Some(centre)) => {

@@ -215,6 +215,11 @@ pub(super) fn begin_from<const D: usize>(
     scene: &mut Scene<D>,
 ) -> Result<&'static str> {
     let refuse = |why: String| Error::Usage(format!("initial.from: {}: {why}", run.display()));
+    session.agree(if run.join("case.toml").is_file() {
+        Ok(())
+    } else {
+        Err(refuse("holds no run (no case.toml in it); name the folder that `mics run` wrote".into()))
+    })?;
     let status = std::fs::read_to_string(run.join("summary.json")).ok();
     let status = status.and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok());
     let ended = status.is_some_and(|summary| summary["status"] == "done");
@@ -224,6 +229,8 @@ pub(super) fn begin_from<const D: usize>(
         Err(refuse("that run has not ended: bring it to its end with --resume".into()))
     })?;
     let found = if session.rank() == 0 { checkpoint::newest(run).map(Some) } else { Ok(None) };
+    let cure = "it has no whole checkpoint of its end: run it again, with a mics of this version";
+    let found = found.map_err(|_| refuse(cure.into()));
     let mut step = [session.agree(found)?.map_or(-1.0, |(step, _)| step as f64)];
     session.max(&mut step)?;
     let (step, mut header) = (step[0] as u64, Header::default());
@@ -241,7 +248,8 @@ pub(super) fn begin_from<const D: usize>(
         return Ok("all that lasts");
     }
     let newest = newest_snapshot(run).ok_or_else(|| refuse("it has no fields".into()))?;
-    let snapshot = session.agree(Snapshot::read(&newest))?;
+    let snapshot = Snapshot::read(&newest).map_err(|e| refuse(e.to_string()));
+    let snapshot = session.agree(snapshot)?;
     scene.start_from(&snapshot)?;
     Ok("the velocity, interpolated")
 }

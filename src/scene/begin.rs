@@ -8,7 +8,7 @@ use crate::state::{Balance, State};
 use crate::{Error, Result};
 
 impl<const D: usize> Scene<D> {
-    /// Goes on from the `state` in which a run of the case `before` ended: with all that lasts, where grid, walls and bodies are the same.
+    /// Goes on from the `state` in which a run of the case `before` ended: with all that lasts, where grid, walls, bodies and the fluid's density are the same.
     /// Returns whether they are; if not, nothing is changed. Collective.
     ///
     /// # Errors
@@ -16,8 +16,10 @@ impl<const D: usize> Scene<D> {
     pub fn go_on_from(&mut self, case: &Case, before: &Case, state: State<D>) -> Result<bool> {
         let method = |case: &Case| (case.coupling.wall, super::build::extrapolates(case));
         let grid = |case: &Case| (case.domain.clone(), (0..D).map(|a| case.periodic(a)).collect::<Vec<_>>());
-        let same = method(case) == method(before) && grid(case) == grid(before);
-        if !same || state.bodies.len() != self.state.bodies.len() {
+        let density = |case: &Case| case.fluid.density;
+        let same = method(case) == method(before) && grid(case) == grid(before) && density(case) == density(before);
+        let alike = state.walls.is_some() == self.state.walls.is_some();
+        if !same || !alike || state.bodies.len() != self.state.bodies.len() {
             return Ok(false);
         }
         let fresh = std::mem::replace(&mut self.state, state);

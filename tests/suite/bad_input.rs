@@ -51,6 +51,11 @@ type Row = (&'static str, &'static str, &'static str, &'static str, &'static [&'
 #[rustfmt::skip]
 const BAD_CASES: &[Row] = &[
     // Measures of the box.
+    ("kind = \"drag_coefficient\"", "kind = \"solid_fraction\"\nregion = { min = [0.0, 0.0], max = [0.01, 1.0] }", "region", "measure.0.region", &["no centre of a cell"]),
+    ("[time]", "[contact]\nrolling_friction = 2.0\n[time]", "rolling_friction", "contact.rolling_friction", &["at most 1"]),
+    ("[time]", "[initial]\nfrom = \"nowhere\"\n[time]", "from", "initial.from", &["holds no run"]),
+    ("[time]", "[statistics]\nfrom = 1.0\n[time]", "from", "statistics.from", &["before"]),
+    ("[time]", "[[probe]]\nname = \"a\"\nat = [9.0, 0.0]\n[time]", "at", "probe.0.at.0", &["outside"]),
     ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\naxis = \"x\"", "axis", "measure.0.axis", &["flow_rate"]),
     ("kind = \"drag_coefficient\"", "kind = \"flow_rate\"\naxis = \"z\"", "axis", "measure.0.axis", &["3D only"]),
     ("kind = \"drag_coefficient\"", "kind = \"drive_force\"", "kind", "measure.0.kind", &["[drive]"]),

@@ -14,7 +14,8 @@ fn carried(time: &str, more: &str) -> String {
         )
     };
     let discs = disc(1.55, 0.3, 1.5) + &disc(0.4, 0.6, 1.0) + &disc(1.2, 0.72, 0.8) + &disc(0.8, 0.25, 3.0);
-    let ends = "[[measure]]\nname = \"last\"\nkind = \"position_x\"\nparticle = 1\n[[measure]]\nname = \"all\"\nkind = \"mean_speed\"\n";
+    let ends = "[[measure]]\nname = \"first\"\nkind = \"velocity_x\"\nparticle = 0\n[[measure]]\nname = \"light\"\nkind = \"mean_speed\"\n\
+                particles = [0, 2]\n[[measure]]\nname = \"last\"\nkind = \"position_x\"\nparticle = 1\n[[measure]]\nname = \"all\"\nkind = \"mean_speed\"\n";
     box_case(
         [2.0, 1.0],
         [48, 24],
@@ -54,6 +55,8 @@ fn discs_leave_through_an_outflow_one_after_the_other_and_the_others_keep_their_
         let steps = columns(&out.join("steps.csv"));
         assert!(steps["momentum_error"].iter().all(|e| *e < 1e-11), "{wall}");
         assert!(steps["method_loss"].iter().all(|e| e.abs() < 0.1), "{wall}: {:?}", steps["method_loss"]);
+        // A measure of what has left is that of the time when it was there.
+        assert!((found["measures"]["first"].as_f64().unwrap() - 1.0).abs() < 0.1, "{wall}: {found}");
         let shown = mics(&["plot", out.to_str().unwrap()]);
         assert!(shown.status.success(), "{}", String::from_utf8_lossy(&shown.stderr));
     }
@@ -89,6 +92,21 @@ fn a_run_that_bodies_have_left_goes_on_byte_for_byte_and_on_ranks() {
         + &next[next.find("[time]").unwrap()..].replace("[[measure]]", "#");
     run(&write(dir.path(), &next), &dir.path().join("next"), &[]);
     assert_eq!(columns(&dir.path().join("next/particles.csv"))["id"][..2], [0.0, 1.0]);
+}
+
+#[test]
+fn where_all_have_left_the_fluid_goes_on_alone_and_a_case_begins_with_none() {
+    let dir = tempfile::tempdir().unwrap();
+    let (out, next) = (dir.path().join("out"), dir.path().join("next"));
+    let text = carried("end = 2.0\nstep = 0.005", "[contact]\n");
+    let found = run(&write(dir.path(), &text), &out, &[]);
+    let left = std::fs::read_to_string(out.join("passages.csv")).unwrap();
+    assert_eq!(left.lines().count(), 5, "{left}");
+    assert!((found["measures"]["first"].as_f64().unwrap() - 1.0).abs() < 0.1, "{found}");
+    let alone = text.split("[[particle]]").next().unwrap().to_owned()
+        + &format!("[time]\nend = 0.1\nstep = 0.005\n[initial]\nfrom = {out:?}\n");
+    run(&write(dir.path(), &alone), &next, &[]);
+    assert!(!next.join("particles.csv").exists());
 }
 
 #[test]

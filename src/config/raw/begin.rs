@@ -54,8 +54,13 @@ pub(super) fn bodies(run: &Path, dimension: usize, key: &str) -> Result<Vec<Part
     if bodies.is_empty() {
         return Ok(bodies);
     }
-    let rows =
-        last_rows(&run.join("particles.csv"), bodies.len()).map_err(|why| refuse(format!("particles.csv {why}")))?;
+    let rows = last_rows(&run.join("particles.csv"), bodies.len(), last_step(run));
+    let rows = rows.map_err(|why| refuse(format!("particles.csv {why}")))?;
+    if let Some(id) = bodies.iter().position(swings) {
+        return Err(refuse(format!(
+            "particle {id} swings, and where it is in its swing cannot be taken over: give the bodies in a file, or that one by itself"
+        )));
+    }
     let mut id = 0;
     bodies.retain(|_| {
         id += 1;
@@ -82,8 +87,20 @@ pub(super) fn bodies(run: &Path, dimension: usize, key: &str) -> Result<Vec<Part
     Ok(bodies)
 }
 
-/// The rows of the last step in a run's `particles.csv`, of about so many particles, by id: the numbers by their column's name.
-fn last_rows(path: &Path, count: usize) -> Result<HashMap<usize, HashMap<String, f64>>, String> {
+/// Whether a body has a prescribed motion to and fro.
+fn swings(body: &Particle) -> bool {
+    matches!(&body.motion, Motion::Prescribed(told) if told.oscillation.is_some())
+}
+
+/// The step at which a run ended, as far as its summary says it.
+fn last_step(run: &Path) -> Option<f64> {
+    let text = std::fs::read_to_string(run.join("summary.json")).ok()?;
+    serde_json::from_str::<serde_json::Value>(&text).ok()?["steps"].as_f64()
+}
+
+/// The rows of the last step in a run's `particles.csv`, of about so many particles, by id: the numbers by their column's name. None where they are
+/// of a step before the `end`: all bodies had left by then.
+fn last_rows(path: &Path, count: usize, end: Option<f64>) -> Result<HashMap<usize, HashMap<String, f64>>, String> {
     let broken = |e: &dyn std::fmt::Display| format!("cannot be read: {e}");
     let mut file = File::open(path).map_err(|e| broken(&e))?;
     let length = file.metadata().map_err(|e| broken(&e))?.len();
@@ -104,7 +121,14 @@ fn last_rows(path: &Path, count: usize) -> Result<HashMap<usize, HashMap<String,
         .collect();
     let column = |name: &str| names.iter().position(|n| *n == name).ok_or(format!("has no column `{name}`"));
     let (step, id) = (column("step")?, column("id")?);
+    let whole = text.ends_with('\n') && text.lines().last().is_some_and(|line| line.split(',').count() == names.len());
+    if !whole {
+        return Err("is cut off in its last line".into());
+    }
     let last = rows.last().map(|row| row[step]).ok_or("has no rows")?;
+    if end.is_some_and(|end| last < end) {
+        return Ok(HashMap::new());
+    }
     let named = |row: &Vec<f64>| names.iter().map(|n| (*n).to_owned()).zip(row.iter().copied()).collect();
     Ok(rows.iter().filter(|row| row[step] == last).map(|row| (row[id] as usize, named(row))).collect())
 }

@@ -224,6 +224,13 @@ impl Pair {
         not_negative(&key("tangential_ratio"), self.tangential_ratio, "tangential over normal stiffness")?;
         not_negative(&key("friction"), self.friction, "a coefficient, such as 0.4")?;
         not_negative(&key("rolling_friction"), self.rolling_friction, "a lever over a radius, such as 0.1")?;
+        let lever = self.rolling_friction.unwrap_or(0.0);
+        let holds = lever <= 1.0;
+        ensure!(
+            holds,
+            key("rolling_friction"),
+            "no lever is longer than the radius: it must be at most 1, not {lever:?}"
+        );
         let one = self.restitution.is_none() || self.damping.is_none();
         ensure!(one, key("damping"), "restitution and damping exclude each other: remove one of them");
         if let Some(restitution) = self.restitution {

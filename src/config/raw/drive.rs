@@ -85,7 +85,8 @@ impl Drive {
             let cure = "give fluid.gravity a part along a periodic axis, as in [9.81e-3, -9.81]";
             ensure!(!given || along, key, "no periodic axis has any gravity: {cure}");
         }
-        let bodies = case.particle.iter().any(|particle| particle.motion == Motion::Free) || !case.swarm.is_empty();
+        let bodies = case.particle.iter().any(|particle| particle.motion == Motion::Free)
+            || case.swarm.iter().any(|swarm| swarm.motion.clone().unwrap_or_default() == Motion::Free);
         ensure!(
             !self.hold_mixture || bodies,
             "drive.hold_mixture",

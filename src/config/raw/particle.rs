@@ -201,6 +201,8 @@ impl Nature<'_> {
 pub(super) fn particle(case: &Case, particle: &Particle, index: usize) -> Check {
     let dimension = case.dimension();
     let table = format!("particle.{index}");
+    let named = particle.name.as_deref() != Some("");
+    ensure!(named, format!("{table}.name"), "is empty: give the particle a name, or remove the key");
     let (shape, wanted) = match particle.shape {
         Shape::Disc(_) => ("disc", 2),
         Shape::Sphere(_) => ("sphere", 3),

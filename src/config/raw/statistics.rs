@@ -78,7 +78,7 @@ impl Probe {
         }
         let line = self.to.is_some() || self.points.is_none();
         ensure!(line, key("points"), "is of a line: give its other end, `to`, or remove it");
-        ensure!(self.points.is_none_or(|n| (2..=100_000).contains(&n)), key("points"), "must be 2 or more");
+        ensure!(self.points.is_none_or(|n| (2..=100_000).contains(&n)), key("points"), "must be from 2 to 100,000");
         ensure!(self.every != Some(0), key("every"), "must be 1 step or more, not 0");
         not_negative(&key("from"), self.from, "s")
     }

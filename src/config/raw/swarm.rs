@@ -45,9 +45,9 @@ pub struct Swarm {
     /// Viscosity inside the particles (Pa s), default the fluid's; the paper has 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub viscosity: Option<f64>,
-    /// What moves them; default free.
-    #[serde(default)]
-    pub motion: Motion,
+    /// What moves them; default free, of the bodies of a run what moved them there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<Motion>,
     /// Velocity of free particles at time 0 (m/s), default zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<Vec<f64>>,
@@ -138,7 +138,8 @@ impl Swarm {
                 }
             }
         }
-        let Swarm { motion, density, viscosity, .. } = self;
+        let Swarm { density, viscosity, .. } = self;
+        let motion = &self.motion.clone().unwrap_or_default();
         let (velocity, spin) = (self.velocity.as_deref(), self.spin.as_ref());
         let (locked, material) = (self.locked.as_slice(), self.material.as_deref());
         let nature = Nature { motion, density: *density, viscosity: *viscosity, velocity, spin, locked, material };
@@ -195,7 +196,7 @@ impl Swarm {
             density: self.density,
             viscosity: self.viscosity,
             position,
-            motion: self.motion.clone(),
+            motion: self.motion.clone().unwrap_or_default(),
             velocity: self.velocity.clone(),
             spin: self.spin.clone(),
             locked: self.locked.clone(),
@@ -236,7 +237,7 @@ fn append_run(case: &mut Case, swarm: &Swarm, file: &Path, key: &str) -> Check {
     for mut body in begin::bodies(run, dimension, key)? {
         body.name = swarm.name.clone();
         body.material = swarm.material.clone().or(body.material);
-        body.motion = swarm.motion.clone();
+        body.motion = swarm.motion.clone().unwrap_or(body.motion);
         body.locked = swarm.locked.clone();
         if body.motion != Motion::Free {
             (body.velocity, body.spin) = (None, None);

@@ -209,7 +209,8 @@ pub(in crate::config) fn name_particles(case: &mut Case) -> Check {
         if let Some(group) = &mut measure.particles {
             let ids = group.iter().enumerate().map(|(i, which)| found(which, format!("measure.{index}.particles.{i}")));
             let ids = ids.collect::<Result<Vec<_>, _>>()?.concat();
-            *group = ids.into_iter().map(Which::Id).collect();
+            let mut once = HashSet::new();
+            *group = ids.into_iter().filter(|id| once.insert(*id)).map(Which::Id).collect();
         }
     }
     Ok(())
@@ -306,12 +307,25 @@ fn box_keys(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Che
     let of_bed = *kind == MeasureKind::BedHeight;
     ensure!(threshold.is_none() || of_bed, key("threshold"), "is of bed_height only");
     positive(&key("threshold"), *threshold, "a solid fraction, such as 0.1")?;
+    ensure!(threshold.is_none_or(|t| t < 1.0), key("threshold"), "is a solid fraction: it must be below 1");
     if let Some(Region { min, max }) = region {
         ensure!(*kind == MeasureKind::SolidFraction, key("region"), "is of solid_fraction only");
         vector(&key("region.min"), min, case.dimension(), "m")?;
         vector(&key("region.max"), max, case.dimension(), "m")?;
         let holds = min.iter().zip(max).all(|(min, max)| min < max);
         ensure!(holds, key("region"), "its max must be above its min along every axis");
+        for (axis, (size, cells)) in case.domain.size.iter().zip(&case.domain.cells).enumerate() {
+            let h = size / *cells as f64;
+            // The centres of cells from the first above its min to the last below its max.
+            let [first, last] = [(min[axis] / h - 0.5).ceil().max(0.0), (max[axis] / h - 0.5).floor()];
+            let holds = first <= last.min(*cells as f64 - 1.0);
+            let x = AXES[axis];
+            ensure!(
+                holds,
+                key("region"),
+                "has no centre of a cell in it along {x}, {h:?} m apart in the box: make it wider"
+            );
+        }
     }
     let driven = case.drive.is_some() || *kind != MeasureKind::DriveForce;
     ensure!(driven, key("kind"), "is of a drive, and the case has none: give [drive]");

@@ -42,7 +42,8 @@ pub(super) fn append(case: &mut Case, swarm: &Swarm, path: &Path, key: &str) -> 
     let header = reader.headers().map_err(malformed)?.clone();
     let header_line = header.position().map_or(1, |position| position.line());
     let dimension = case.dimension();
-    let columns = columns(&header, dimension, &swarm.motion).map_err(|what| refuse(&at(header_line), &what))?;
+    let columns = columns(&header, dimension, &swarm.motion.clone().unwrap_or_default())
+        .map_err(|what| refuse(&at(header_line), &what))?;
     let listed = case.particle.len();
     let mut lines = Vec::new();
     for record in reader.records() {
