@@ -26,7 +26,7 @@ use crate::system::{cpu_seconds, host, now, peak_memory};
 use crate::{Error, Result};
 pub use memory::check_memory;
 pub use restart::Account;
-use restart::{Checkpoints, Restart};
+use restart::{Checkpoints, Ended, Restart};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -133,12 +133,13 @@ impl<'a, const D: usize> Run<'a, D> {
         mut restart: Option<Restart>,
     ) -> Result<Self> {
         let case = &loaded.case;
-        let mut scene = Scene::<D>::new(session, case)?;
-        let (mut account, mut series) = (Account { began: now(), ..Account::default() }, measure::series(case));
-        let begun = match (&case.initial.from, &restart) {
-            (Some(from), None) => Some(restart::begin_from(session, Path::new(from), case, &mut scene)?),
+        let ended = match (&case.initial.from, &restart) {
+            (Some(from), None) => Some(Ended::<D>::read(session, Path::new(from))?),
             _ => None,
         };
+        let mut scene = Scene::<D>::new(session, case)?;
+        let (mut account, mut series) = (Account { began: now(), ..Account::default() }, measure::series(case));
+        let begun = ended.map(|ended| ended.begin(session, case, &mut scene)).transpose()?;
         let bodies = !scene.state.bodies.is_empty();
         let mut statistics = case.statistics.as_ref().map(|plan| Statistics::new(&scene.domain.grid, plan, bodies));
         let marks = restart.as_mut();

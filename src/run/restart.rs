@@ -10,6 +10,7 @@ use crate::output::statistics::Statistics;
 use crate::output::{Folder, Log, Marks};
 use crate::petsc::Session;
 use crate::scene::Scene;
+use crate::state::State;
 use crate::{Error, Result};
 use std::fs::File;
 use std::io::{BufReader, Take, Write};
@@ -204,17 +205,46 @@ impl Restart {
     }
 }
 
-/// Lets the scene of a case begin where the run in the folder `run` ended. Collective.
-///
-/// # Errors
-/// When that run has not ended, or cannot be read.
-pub(super) fn begin_from<const D: usize>(
-    session: &Session,
-    run: &Path,
-    case: &Case,
-    scene: &mut Scene<D>,
-) -> Result<&'static str> {
-    let refuse = |why: String| Error::Usage(format!("initial.from: {}: {why}", run.display()));
+/// Where another run ended: its case, the state, and its last snapshot.
+pub(super) struct Ended<const D: usize> {
+    case: Case,
+    state: State<D>,
+    run: PathBuf,
+}
+
+impl<const D: usize> Ended<D> {
+    /// That of the run in a folder. Comes before the scene that begins there, since what solves its pressure is told by what was built
+    /// last. Collective.
+    ///
+    /// # Errors
+    /// When that run has not ended, or cannot be read.
+    pub fn read(session: &Session, run: &Path) -> Result<Ended<D>> {
+        read_end(session, run)
+    }
+
+    /// Lets the scene of a case begin here; returns what was taken. Collective.
+    ///
+    /// # Errors
+    /// When the snapshot cannot be read, or bodies are elsewhere than the case has them.
+    pub fn begin(self, session: &Session, case: &Case, scene: &mut Scene<D>) -> Result<&'static str> {
+        let Ended { case: before, state, run } = self;
+        if scene.go_on_from(case, &before, state)? {
+            return Ok("all that lasts");
+        }
+        let newest = newest_snapshot(&run).ok_or_else(|| refuse(&run, "it has no fields".into()))?;
+        let snapshot = Snapshot::read(&newest).map_err(|e| refuse(&run, e.to_string()));
+        let snapshot = session.agree(snapshot)?;
+        scene.start_from(&snapshot)?;
+        Ok("the velocity, interpolated")
+    }
+}
+
+fn refuse(run: &Path, why: String) -> Error {
+    Error::Usage(format!("initial.from: {}: {why}", run.display()))
+}
+
+fn read_end<const D: usize>(session: &Session, run: &Path) -> Result<Ended<D>> {
+    let refuse = |why: String| refuse(run, why);
     session.agree(if run.join("case.toml").is_file() {
         Ok(())
     } else {
@@ -244,14 +274,7 @@ pub(super) fn begin_from<const D: usize>(
     let mut statistics = before.statistics.as_ref().map(|plan| Statistics::new(grid, plan, bodies));
     let whole = serialize(&mut archive, &mut account, &mut series, &mut marks, &mut statistics, &before, &mut ended);
     session.agree(whole).and_then(|()| archive.finish()).map_err(|e| misfit(&checkpoint::path(run, step), e))?;
-    if scene.go_on_from(case, &before, ended.state)? {
-        return Ok("all that lasts");
-    }
-    let newest = newest_snapshot(run).ok_or_else(|| refuse("it has no fields".into()))?;
-    let snapshot = Snapshot::read(&newest).map_err(|e| refuse(e.to_string()));
-    let snapshot = session.agree(snapshot)?;
-    scene.start_from(&snapshot)?;
-    Ok("the velocity, interpolated")
+    Ok(Ended { case: before, state: ended.state, run: run.to_owned() })
 }
 
 /// The newest snapshot in a run's folder.
