@@ -17,7 +17,11 @@ impl<const D: usize> Scene<D> {
         let leaves = |body: &Body, axis: usize| {
             let (at, extent) =
                 (body.centre[axis] + 1.5 * dt * body.velocity[axis], body.shape().bounds(&body.turn())[axis]);
-            let (low, high) = (at <= extent, at >= grid.size[axis] - extent);
+            // What goes inwards stays, however near it is.
+            let (low, high) = (
+                at <= extent && body.velocity[axis] < 0.0,
+                at >= grid.size[axis] - extent && body.velocity[axis] > 0.0,
+            );
             (low && open(axis, 0)) || (high && open(axis, 1))
         };
         let free = self.state.bodies.iter().enumerate().filter(|(_, body)| matches!(body.motion, Motion::Free(_)));
