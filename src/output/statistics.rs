@@ -184,10 +184,10 @@ impl Sums {
         let all: Vec<f64> = (0..n).map(|k| self.counted * cells(k).count() as f64).collect();
         let solid = self.solid.as_ref().map_or_else(|| vec![0.0; n], |solid| of(solid));
         let over = |sums: Vec<f64>, weights: &[f64]| -> Vec<f64> {
-            let part = |(((sum, weight), all), _): (((f64, &f64), &f64), usize)| {
+            let part = |((sum, weight), all): ((f64, &f64), &f64)| {
                 if *weight > 1e-9 * all { sum / weight } else { 0.0 }
             };
-            sums.into_iter().zip(weights).zip(&all).zip(0..).map(part).collect()
+            sums.into_iter().zip(weights).zip(&all).map(part).collect()
         };
         let fluid: Vec<f64> = all.iter().zip(&solid).map(|(all, solid)| all - solid).collect();
         let velocity: Vec<Vec<f64>> = self.velocity.iter().map(|u| over(of(u), &fluid)).collect();
@@ -215,7 +215,8 @@ impl Sums {
         let axis = axis.index();
         let stride: usize = grid.cells[..axis].iter().product();
         let (layers, total) = (grid.cells[axis], grid.total_cells());
-        let cells = |k: usize| (0..total).filter(move |c| c / stride % layers == k);
+        let first = move |k: usize| (0..total / (stride * layers)).map(move |slab| (slab * layers + k) * stride);
+        let cells = |k: usize| first(k).flat_map(move |c| c..c + stride);
         let arrays = self.means(D, layers, cells);
         let mut text = ["x", "y", "z"][axis].to_owned();
         let named = |name: &str, a: usize| match name {

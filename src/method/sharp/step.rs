@@ -20,10 +20,10 @@ impl<const D: usize> Sharp<D> {
         let (h, nu) = (self.cut.h, domain.fluid.viscosity / domain.fluid.density);
         let (courant, diffusion) = (dt * speed[0] / h, nu * dt / (h * h));
         let rest = s.bodies.iter().all(|body| body.motion == Motion::Fixed);
-        let face_decay = match (!rest, D) {
-            (false, _) => params::face_decay_fixed(),
-            (true, 3) => params::face_decay_3d(),
-            (true, _) => params::face_decay_2d(),
+        let face_decay = match (rest, D) {
+            (true, _) => params::face_decay_fixed(),
+            (false, 3) => params::face_decay_3d(),
+            (false, _) => params::face_decay_2d(),
         };
         let forgotten = courant / params::face_memory() + face_decay * diffusion;
         Ok(Pace { courant, diffusion, keep: 1.0 - forgotten.min(1.0) })
