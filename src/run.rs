@@ -8,7 +8,7 @@ mod restart;
 mod step_size;
 
 use crate::clock::Stage;
-use crate::config::{Cadence, Case, Loaded};
+use crate::config::{Cadence, Case, FixedRows, Loaded};
 use crate::interrupt::Interrupt;
 use crate::output::measure::{self, Sample, Series};
 use crate::output::probe::Probes;
@@ -17,6 +17,7 @@ use crate::output::snapshot::Snapshot;
 use crate::output::statistics::Statistics;
 use crate::output::survey::survey;
 use crate::output::{Folder, Log, StepRow, may_use, plot};
+use crate::particles::{Body, Motion};
 use crate::petsc::Session;
 use crate::poisson::pressure::Projected;
 use crate::scene::{Scene, read_case};
@@ -283,6 +284,7 @@ impl<'a, const D: usize> Run<'a, D> {
                 self.write_fields()?;
             }
             self.pass(dt)?;
+            self.admit()?;
             if wishes.stop || wishes.checkpoint {
                 self.checkpoint()?;
                 self.scene.domain.clock.lap(Stage::Fields);
@@ -371,13 +373,12 @@ impl<'a, const D: usize> Run<'a, D> {
             return Ok(());
         }
         self.account.last_rows = Some(self.scene.state.steps);
-        let rule = self.case.coupling.force;
+        let (rule, fixed) = (self.case.coupling.force, self.case.output.fixed);
         self.on_lead(|folder, scene, _| {
             let s = &scene.state;
-            if s.bodies.is_empty() {
-                return Ok(());
-            }
-            folder.write_particles(s.steps, s.time, &s.bodies, &s.exchange, rule)
+            let shown = |body: &Body| body.motion != Motion::Fixed || fixed == FixedRows::Always || s.steps == 0;
+            let rows = s.bodies.iter().zip(&s.exchange).filter(|(body, _)| shown(body));
+            folder.write_particles(s.steps, s.time, rows, rule)
         })
     }
 

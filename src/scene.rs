@@ -80,6 +80,9 @@ impl<const D: usize> Scene<D> {
         bodies.iter_mut().enumerate().for_each(|(id, body)| body.id = id);
         refuse_shapes::<D>(case, &bodies)?;
         let (domain, solver_reason) = build_domain(session, case, &bodies)?;
+        let enters = |body: &Body| case.particle.get(body.id).is_some_and(|p| p.enter.is_some());
+        let waiting: Vec<u64> = bodies.iter().filter(|body| enters(body)).map(|body| body.id as u64).collect();
+        bodies.retain(|body| !enters(body));
         let method = method(&domain, case, &bodies);
         if let Method::Sharp(_) = method
             && bodies.iter().any(|b| b.freedom().is_some())
@@ -88,7 +91,8 @@ impl<const D: usize> Scene<D> {
         }
         let border_rate = domain.boundaries.courant_rate(&domain.grid);
         let motions = Vec::with_capacity(bodies.len());
-        let state = State::new(&domain.grid, bodies, build::extrapolates(case));
+        let mut state = State::new(&domain.grid, bodies, build::extrapolates(case));
+        state.waiting = waiting;
         let mut scene = Scene { domain, state, method, solver_reason, border_rate, motions };
         scene.set_initial_velocity(&axes(&case.initial.velocity), case.initial.perturbation);
         scene.start()?;

@@ -38,6 +38,8 @@ pub struct State<const D: usize> {
     pub faces_before: VectorField<D>,
     /// The bodies, in the case's order.
     pub bodies: Vec<Body>,
+    /// Numbers of the bodies that have yet to come in, ascending.
+    pub waiting: Vec<u64>,
     /// What each body exchanged with the fluid in the last step.
     pub exchange: Vec<Exchange>,
     /// Contacts that last; none where the scene has no law of contacts.
@@ -78,6 +80,7 @@ impl<const D: usize> State<D> {
             faces_before: if extrapolates { grid.vector_field() } else { std::array::from_fn(|_| Vec::new()) },
             exchange: vec![Exchange::default(); bodies.len()],
             bodies,
+            waiting: Vec::new(),
             touching: Touching::default(),
             walls: None,
             drive: None,
@@ -91,6 +94,11 @@ impl<const D: usize> State<D> {
         self.time += dt;
         self.dt = dt;
         self.steps += 1;
+    }
+
+    /// Whether a body is free, or one is to come in.
+    pub fn has_free_bodies(&self) -> bool {
+        self.bodies.iter().any(|body| body.freedom().is_some()) || !self.waiting.is_empty()
     }
 
     /// Copies what a reader of the results needs into `kept`; all of it would cost a tenth of a step.
@@ -125,6 +133,7 @@ impl<const D: usize> State<D> {
             faces,
             faces_before,
             bodies,
+            waiting,
             exchange,
             touching,
             walls,
@@ -145,6 +154,8 @@ impl<const D: usize> State<D> {
             archive.faces(grid, faces_before)?;
         }
         archive.each("bodies", bodies)?;
+        archive.label("waiting")?;
+        waiting.serialize(archive)?;
         archive.each("exchange", exchange)?;
         archive.label("contacts")?;
         touching.serialize(archive)?;

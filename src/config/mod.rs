@@ -24,15 +24,15 @@ mod resolved;
 mod write;
 
 pub use raw::{
-    Advection, Axis, Buoyancy, Coupling, Damping, Domain, FACES, ForceRule, FractionRule, GradientRule, Lock,
-    MeanVelocity, MeasureKind, Oscillation, Petsc, Preset, Pressure, Probe, Profile, Reference, Removed, RotationRule,
-    Round, Scheme, Section, Shape, Side, Solver, Statistics, Stiffness, Substeps, TangentialDamping, WALL, WallRule,
-    When,
+    Advection, Axis, Buoyancy, Coupling, Damping, Domain, FACES, FixedRows, ForceRule, FractionRule, GradientRule,
+    Lock, MeanVelocity, MeasureKind, Oscillation, Petsc, Preset, Pressure, Probe, Profile, Reference, Region, Removed,
+    RotationRule, Round, Scheme, Section, Shape, Side, Solver, Statistics, Stiffness, Substeps, TangentialDamping,
+    WALL, WallRule, When,
 };
 pub use read::{Loaded, load, schema};
 pub use resolved::{
-    Cadence, Case, Checkpoints, Contact, Drive, Fluid, Initial, Loss, Measure, Motion, Output, Pair, PairLaw, Particle,
-    Step, Target, Time,
+    Cadence, Case, Checkpoints, Contact, Drive, Enter, Fluid, Initial, Loss, Measure, Motion, Output, Pair, PairLaw,
+    Particle, Step, Target, Time,
 };
 
 /// The material of particles that name none.

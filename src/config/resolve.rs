@@ -2,13 +2,18 @@
 
 use super::direction;
 use super::fault::{AXES, Check, Fault, positive, short};
-use super::raw::{self, Advection, Buoyancy, GradientRule, Scheme, Side, Solver, Spin, Stiffness, WallRule, Which};
+use super::raw::{
+    self, Advection, Buoyancy, FixedRows, GradientRule, Scheme, Side, Solver, Spin, Stiffness, WallRule, Which,
+};
 use super::resolved::{
-    Cadence, Case, Checkpoints, Contact, Drive, Fluid, Initial, Loss, Measure, Motion, Output, Pair, PairLaw, Particle,
-    Step, Target, Time,
+    Cadence, Case, Checkpoints, Contact, Drive, Enter, Fluid, Initial, Loss, Measure, Motion, Output, Pair, PairLaw,
+    Particle, Step, Target, Time,
 };
 
 use nalgebra::Vector3;
+
+/// So many fixed particles beside others are listed one by one; more are a ground.
+const MANY: usize = 10;
 
 /// Height of the asperities where none is given, of the smallest radius.
 const ROUGHNESS: f64 = 2e-4;
@@ -28,6 +33,10 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
         .map(|(index, m)| Ok((direction::of(&raw, index, m)?, direction::axis(&raw, index, m)?)));
     let directions = directions.collect::<Result<Vec<_>, _>>()?;
     let velocity = raw.initial.velocity.clone().or_else(|| inflow(&raw)).unwrap_or(rest.clone());
+    let resting = raw.particle.iter().filter(|p| p.motion == raw::Motion::Fixed).count();
+    let ground = resting > MANY && resting < raw.particle.len();
+    let fixed = if ground { FixedRows::Once } else { FixedRows::Always };
+    let entrances: Vec<_> = raw.particle.iter().map(|p| p.entrance(&raw)).collect();
     let initial = Initial { from: raw.initial.from, velocity, perturbation: raw.initial.perturbation.unwrap_or(0.0) };
     let raw::Fluid { density, viscosity, gravity } = raw.fluid;
     let fluid = Fluid { density, viscosity, gravity: gravity.unwrap_or(rest.clone()) };
@@ -41,11 +50,11 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
         name: raw.name,
         preset: raw.preset,
         boundary: [[west, east], [south, north]].into_iter().chain(along_z).collect(),
-        particle: raw.particle.into_iter().map(|p| particle(p, &fluid, &rest)).collect(),
+        particle: raw.particle.into_iter().zip(entrances).map(|(p, at)| particle(p, at, &fluid, &rest)).collect(),
         contact: raw.contact.map(|c| contact(c, smallest)).transpose()?,
         time: time(raw.time),
         measure: measures.map(|(m, direction)| measure(m, direction, reference_speed, (force, count))).collect(),
-        output: output(raw.output)?,
+        output: output(raw.output, fixed)?,
         domain: raw.domain,
         coupling: raw.coupling,
         pressure: raw.pressure,
@@ -86,7 +95,12 @@ fn drive(raw: raw::Drive) -> Drive {
 }
 
 /// A particle in this fluid; `rest` is no velocity (m/s).
-fn particle(raw: raw::Particle, fluid: &Fluid, rest: &[f64]) -> Particle {
+fn particle(raw: raw::Particle, entrance: Vec<(f64, f64)>, fluid: &Fluid, rest: &[f64]) -> Particle {
+    let velocity = raw.velocity.clone();
+    let enter = raw.enter.clone().map(|raw::Enter { time, region, gap, seed }| {
+        let (gap, seed) = (gap.unwrap_or(0.0), seed.unwrap_or(1));
+        Enter { time, region, entrance, gap, seed, velocity }
+    });
     let start = |velocity: Option<Vec<f64>>, spin: Option<Spin>| {
         let spin = match spin {
             None => [0.0; 3],
@@ -115,6 +129,7 @@ fn particle(raw: raw::Particle, fluid: &Fluid, rest: &[f64]) -> Particle {
         viscosity: raw.viscosity.unwrap_or(fluid.viscosity),
         position: raw.position,
         motion,
+        enter,
     }
 }
 
@@ -190,13 +205,14 @@ fn measure(
     }
 }
 
-fn output(raw: raw::Output) -> Result<Output, Fault> {
+fn output(raw: raw::Output, fixed: FixedRows) -> Result<Output, Fault> {
     Ok(Output {
         particles: cadence("output.particles", &raw.particles)?,
         fields: raw.fields.as_ref().map(|fields| cadence("output.fields", fields)).transpose()?,
         checkpoint: checkpoints("output.checkpoint", &raw.checkpoint)?,
         figures: raw.figures,
         removed: raw.removed,
+        fixed: raw.fixed.unwrap_or(fixed),
         planes: raw.planes,
     })
 }

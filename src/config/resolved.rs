@@ -2,9 +2,9 @@
 //! case does without.
 
 use super::raw::{
-    Advection, Coupling, Damping, Domain, FACES, ForceRule, Lock, MeanVelocity, MeasureKind, Oscillation, Petsc,
-    Preset, Pressure, Probe, Reference, Removed, Scheme, Section, Shape, Side, Statistics, Stiffness, Substeps,
-    TangentialDamping, When,
+    Advection, Coupling, Damping, Domain, FACES, FixedRows, ForceRule, Lock, MeanVelocity, MeasureKind, Oscillation,
+    Petsc, Preset, Pressure, Probe, Reference, Region, Removed, Scheme, Section, Shape, Side, Statistics, Stiffness,
+    Substeps, TangentialDamping, When,
 };
 
 use nalgebra::Vector3;
@@ -116,6 +116,25 @@ pub struct Particle {
     pub motion: Motion,
     /// The name of its material.
     pub material: String,
+    /// How it comes in; `None` of one that is there at time 0.
+    pub enter: Option<Enter>,
+}
+
+/// How a body comes into the box while the run goes on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Enter {
+    /// When at the earliest (s).
+    pub time: f64,
+    /// The part of the box that it comes into, as the case gives it.
+    pub region: Option<Region>,
+    /// Where its centre may be, by axis: from, and how far (m).
+    pub entrance: Vec<(f64, f64)>,
+    /// Least distance to other bodies and to walls then (m).
+    pub gap: f64,
+    /// What the random numbers begin with.
+    pub seed: u64,
+    /// Its velocity then (m/s); `None` where it takes that of the fluid in its place.
+    pub velocity: Option<Vec<f64>>,
 }
 
 impl Particle {
@@ -295,6 +314,8 @@ pub struct Output {
     pub fields: Option<Cadence>,
     /// What becomes of a free particle that reaches an outflow.
     pub removed: Removed,
+    /// How often fixed particles have rows.
+    pub fixed: FixedRows,
     /// Where figures cut a 3D flow; empty: where they choose.
     pub planes: Vec<Section>,
     /// Checkpoints to go on from.

@@ -2,7 +2,7 @@
 
 use super::raw::{self, Axis, Spin, Which};
 use super::resolved::{
-    Cadence, Case, Checkpoints, Contact, Drive, Loss, Measure, Motion, Output, PairLaw, Particle, Step,
+    Cadence, Case, Checkpoints, Contact, Drive, Enter, Loss, Measure, Motion, Output, PairLaw, Particle, Step,
 };
 
 impl Case {
@@ -72,7 +72,7 @@ fn drive(drive: &Drive) -> raw::Drive {
 /// A particle with all of its keys.
 pub(super) fn particle(p: &Particle) -> raw::Particle {
     let of = |spin: &[f64; 3]| Some(if p.position.len() == 2 { Spin::Plane(spin[2]) } else { Spin::Space(*spin) });
-    let (motion, velocity, spin, locked) = match &p.motion {
+    let (motion, mut velocity, spin, locked) = match &p.motion {
         Motion::Fixed => (raw::Motion::Fixed, None, None, Vec::new()),
         Motion::Free { velocity, spin, locked } => {
             (raw::Motion::Free, Some(velocity.clone()), of(spin), locked.clone())
@@ -83,6 +83,11 @@ pub(super) fn particle(p: &Particle) -> raw::Particle {
             (raw::Motion::Prescribed(prescribed), None, None, Vec::new())
         }
     };
+    let enter = p.enter.as_ref().map(|enter| {
+        velocity.clone_from(&enter.velocity);
+        let Enter { time, region, gap, seed, .. } = enter;
+        raw::Enter { time: *time, region: region.clone(), gap: Some(*gap), seed: Some(*seed) }
+    });
     raw::Particle {
         name: p.name.clone(),
         shape: p.shape.clone(),
@@ -94,6 +99,7 @@ pub(super) fn particle(p: &Particle) -> raw::Particle {
         spin,
         locked,
         material: Some(p.material.clone()),
+        enter,
     }
 }
 
@@ -169,6 +175,7 @@ fn output(o: &Output) -> raw::Output {
         },
         figures: o.figures,
         removed: o.removed,
+        fixed: Some(o.fixed),
         planes: o.planes.clone(),
     }
 }

@@ -25,7 +25,7 @@ mod circle;
 mod disc;
 pub mod fraction;
 mod octant;
-mod round;
+pub(crate) mod round;
 mod sphere;
 mod subdivision;
 mod tiles;

@@ -134,6 +134,14 @@ impl<const D: usize> Method<D> {
         if let Method::Sharp(method) = self { method.start_balance(domain, s) } else { Ok(()) }
     }
 
+    /// Gives the bodies of these numbers, which have just come in, a past. Collective.
+    pub fn begin_bodies(&mut self, domain: &Domain<D>, s: &mut State<D>, ids: &[usize]) -> Result<()> {
+        match self {
+            Method::Sharp(method) if !ids.is_empty() => method.begin_bodies(domain, s, |id| ids.contains(&id)),
+            _ => Ok(()),
+        }
+    }
+
     /// Calls `take` with every body's number and the cells of this rank that it touches.
     pub fn with_body_overlaps(&self, mut take: impl FnMut(usize, &[Overlap])) {
         match self {

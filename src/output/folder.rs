@@ -280,7 +280,7 @@ impl Folder {
         };
         Ok(Folder {
             steps: Rows::create(&path.join("steps.csv"), &columns)?,
-            particles: s.bodies.first().map(|body| rows(body.shape().dimension())).transpose()?,
+            particles: (!s.bodies.is_empty() || !s.waiting.is_empty()).then(|| rows(D)).transpose()?,
             probes: match case.probe.is_empty() {
                 true => None,
                 false => Some(Rows::create(&path.join("probes.csv"), probe::COLUMNS)?),
@@ -413,16 +413,15 @@ impl Folder {
     }
 
     /// Writes a row a particle to `particles.csv`; `fluid_f*` is the force that `rule` names.
-    pub fn write_particles(
+    pub fn write_particles<'a>(
         &mut self,
         step: u64,
         time: f64,
-        bodies: &[Body],
-        exchange: &[Exchange],
+        bodies: impl Iterator<Item = (&'a Body, &'a Exchange)>,
         rule: ForceRule,
     ) -> Result<()> {
         let Some(file) = &mut self.particles else { return Ok(()) };
-        for (b, e) in bodies.iter().zip(exchange) {
+        for (b, e) in bodies {
             let id = b.id;
             let (force, torque) = match rule {
                 ForceRule::Momentum => (e.momentum, e.momentum_torque),

@@ -1,4 +1,5 @@
-//! Free bodies that reach an outflow: they leave, come in again at the other end, or end the run, as the case says.
+//! Free bodies that reach an outflow: they leave, come in again at the other end, or end the run, as the case says. And bodies that come
+//! in.
 
 use super::Run;
 use crate::config::Removed;
@@ -35,6 +36,19 @@ impl<const D: usize> Run<'_, D> {
             self.on_lead(|folder, _, log| {
                 log.say(&format!("particle {id} {what} at t = {time:.6} s"));
                 folder.write_passage(step, time, what, &body)
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Lets bodies in that wait for it. Collective.
+    pub(super) fn admit(&mut self) -> Result<()> {
+        for id in self.scene.admit(self.case)? {
+            let (step, time) = (self.scene.state.steps, self.scene.state.time);
+            let Some(body) = self.scene.state.bodies.iter().find(|body| body.id == id).cloned() else { continue };
+            self.on_lead(|folder, _, log| {
+                log.say(&format!("particle {id} came in at t = {time:.6} s"));
+                folder.write_passage(step, time, "entered", &body)
             })?;
         }
         Ok(())

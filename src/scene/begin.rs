@@ -38,7 +38,7 @@ impl<const D: usize> Scene<D> {
         if self.method.contacts().is_none_or(|contacts| contacts.check(&s.touching).is_err()) {
             s.touching = fresh.touching;
         }
-        s.drive = fresh.drive;
+        (s.drive, s.waiting) = (fresh.drive, fresh.waiting);
         s.balance = fresh.balance.map(|_| Balance::default());
         self.resume()?;
         self.method.rebalance(&self.domain, &mut self.state)?;

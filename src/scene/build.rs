@@ -129,10 +129,11 @@ pub(super) fn method<const D: usize>(domain: &Domain<D>, case: &Case, bodies: &[
     let momentum = Momentum::new(grid, scheme(case), advection, &mixture);
     let choices = choices(case);
     // Where all bodies have left, walls are as sharp as before.
-    if bodies.is_empty() && (case.particle.is_empty() || case.coupling.wall == config::WallRule::Mixing) {
+    let mixing = case.coupling.wall == config::WallRule::Mixing;
+    if bodies.is_empty() && (case.particle.is_empty() || (mixing && case.particle.iter().all(|p| p.enter.is_none()))) {
         return Method::Plain(Flow::new(domain, mixture, None, momentum, choices.cell_gradient));
     }
-    let free = bodies.iter().any(|b| b.freedom().is_some());
+    let free = bodies.iter().any(|b| b.freedom().is_some()) || case.particle.iter().any(|p| p.enter.is_some());
     let law = case.contact.as_ref().filter(|_| free).map(|law| contacts(case, law, bodies));
     match case.coupling.wall {
         config::WallRule::Sharp => Method::Sharp(Sharp::new(domain, bodies, mixture, momentum, law)),

@@ -1,12 +1,20 @@
-//! Bodies that leave the box: what lasts of them goes, what lasts of the others stays, and the method is made anew for these.
+//! Bodies that leave the box or come into it: what lasts of them goes or begins, what lasts of the others stays, and the method is made
+//! anew for those that are there.
 
 use super::{Scene, build};
-use crate::config::Case;
+use crate::config::{Case, Enter};
+use crate::geometry::{Block, images};
 use crate::grid::Border;
 use crate::method::energy;
-use crate::particles::{Body, Motion};
+use crate::particles::{Body, Motion, nearest_image};
+use crate::state::{BodyHistory, Exchange};
 use crate::{Error, Result};
 use nalgebra::Vector3;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+/// Random places that a body tries in a step before it waits for the next one.
+const TRIES: usize = 200;
 
 impl<const D: usize> Scene<D> {
     /// The place in the list of the first free body whose surface may reach an outflow within a step as long as `dt` (s), and the axis.
@@ -50,7 +58,7 @@ impl<const D: usize> Scene<D> {
             *first -= usize::from(*first > k);
             *second -= usize::from(*second > k);
         }
-        self.remake(case)?;
+        self.remake(case, &[])?;
         Ok(gone)
     }
 
@@ -61,13 +69,98 @@ impl<const D: usize> Scene<D> {
     pub fn bring(&mut self, case: &Case, k: usize, centre: Vector3<f64>) -> Result<()> {
         self.state.bodies[k].centre = centre;
         self.state.touching.springs.retain(|(first, second, _)| *first != k && *second != k);
-        self.remake(case)
+        self.remake(case, &[])
     }
 
-    /// Makes the method anew for the bodies as they are, and balance and budget with it. Collective.
-    fn remake(&mut self, case: &Case) -> Result<()> {
+    /// Lets those of the waiting bodies come in whose time has come and for which there is a free place, and returns their numbers. Places
+    /// follow from seed, step and number alone. Collective.
+    ///
+    /// # Errors
+    /// As [`Scene::remove`].
+    pub fn admit(&mut self, case: &Case) -> Result<Vec<usize>> {
+        let mut came: Vec<usize> = Vec::new();
+        for n in 0..self.state.waiting.len() {
+            let id = self.state.waiting[n] as usize;
+            let Some((particle, enter)) = case.particle.get(id).and_then(|p| Some((p, p.enter.as_ref()?))) else {
+                return Err(Error::Run(format!("body {id} waits to come in, and the case has none such")));
+            };
+            if enter.time > self.state.time {
+                continue;
+            }
+            let Some(place) = self.free_place(id, 0.5 * particle.shape.diameter(), enter) else { continue };
+            let mut body = build::body(particle);
+            (body.id, body.centre) = (id, place);
+            if enter.velocity.is_none() {
+                body.velocity = self.mean_velocity(&body)?;
+            }
+            let s = &mut self.state;
+            let k = s.bodies.partition_point(|other| other.id < id);
+            s.bodies.insert(k, body);
+            s.exchange.insert(k, Exchange::default());
+            if let Some(walls) = &mut s.walls {
+                walls.bodies.insert(k, BodyHistory::default());
+            }
+            for (first, second, _) in &mut s.touching.springs {
+                *first += usize::from(*first >= k);
+                *second += usize::from(*second >= k);
+            }
+            came.push(id);
+        }
+        if came.is_empty() {
+            return Ok(came);
+        }
+        self.state.waiting.retain(|id| !came.contains(&(*id as usize)));
+        self.remake(case, &came)?;
+        Ok(came)
+    }
+
+    /// A place (m) at which a body of this radius (m) comes in, if there is one.
+    fn free_place(&self, id: usize, radius: f64, enter: &Enter) -> Option<Vector3<f64>> {
+        let (periods, size) = (self.domain.periods(), &self.domain.grid.size);
+        let mut random = ChaCha8Rng::seed_from_u64(enter.seed ^ self.state.steps << 20);
+        random.set_stream(id as u64);
+        let tries = if enter.region.is_some() { TRIES } else { 1 };
+        (0..tries).find_map(|_| {
+            let mut place = Vector3::zeros();
+            for (axis, (low, length)) in enter.entrance.iter().enumerate() {
+                let x = low + length * ((random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64);
+                // Rounding may reach the far side of a period, which is its near side.
+                place[axis] = if periods[axis].is_some() && x >= size[axis] { 0.0 } else { x };
+            }
+            let clear = |other: &Body| {
+                let apart = nearest_image(&other.centre, &place, &periods).norm();
+                apart >= radius + other.radius() + enter.gap
+            };
+            self.state.bodies.iter().all(clear).then_some(place)
+        })
+    }
+
+    /// The mean velocity (m/s) of the cells whose centres a body covers, or of the one that it is in. Collective.
+    fn mean_velocity(&self, body: &Body) -> Result<Vector3<f64>> {
+        let (grid, turn) = (&self.domain.grid, body.turn());
+        let mut sums = [0.0; 4];
+        for image in images(grid, &body.centre) {
+            for at in Block::owned(grid, &image, &body.shape().bounds(&turn)) {
+                let arm =
+                    Vector3::from_fn(|a, _| if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 });
+                let Some(c) = grid.owned_index(at).filter(|_| body.shape().distance(&turn, &arm) <= 0.0) else {
+                    continue;
+                };
+                sums[3] += 1.0;
+                self.state.u.iter().zip(&mut sums).for_each(|(u, sum)| *sum += u[c]);
+            }
+        }
+        self.domain.session.sum(&mut sums)?;
+        Ok(Vector3::new(sums[0], sums[1], sums[2]) / sums[3].max(1.0))
+    }
+
+    /// Makes the method anew for the bodies as they are, of which these are `new`, and balance and budget with it. Collective.
+    fn remake(&mut self, case: &Case, new: &[usize]) -> Result<()> {
+        let clock = self.domain.clock.clone();
         self.method = build::method(&self.domain, case, &self.state.bodies);
         self.resume()?;
+        self.domain.clock = clock;
+        self.method.begin_bodies(&self.domain, &mut self.state, new)?;
         self.method.rebalance(&self.domain, &mut self.state)?;
         energy::reopen(&mut self.domain, &mut self.state, &self.method)
     }
@@ -82,17 +175,28 @@ impl<const D: usize> Scene<D> {
     /// # Errors
     /// When there is another one among them.
     pub fn keep_only(&mut self, case: &Case, ids: &[u64]) -> Result<()> {
-        let s = &mut self.state;
-        if s.bodies.len() == ids.len() {
+        if self.ids() == ids {
             return Ok(());
         }
+        let s = &mut self.state;
         s.bodies.retain(|body| ids.binary_search(&(body.id as u64)).is_ok());
+        let came = case
+            .particle
+            .iter()
+            .enumerate()
+            .filter(|(id, p)| p.enter.is_some() && ids.binary_search(&(*id as u64)).is_ok());
+        s.bodies.extend(came.map(|(id, p)| {
+            let mut body = build::body(p);
+            body.id = id;
+            body
+        }));
+        s.bodies.sort_by_key(|body| body.id);
         if s.bodies.len() != ids.len() {
             return Err(Error::Usage("it has particles that the case has not".into()));
         }
-        s.exchange.truncate(ids.len());
+        s.exchange.resize(ids.len(), Exchange::default());
         if let Some(walls) = &mut s.walls {
-            walls.bodies.truncate(ids.len());
+            walls.bodies.resize(ids.len(), BodyHistory::default());
         }
         self.method = build::method(&self.domain, case, &self.state.bodies);
         Ok(())

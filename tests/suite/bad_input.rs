@@ -150,9 +150,12 @@ const BAD_CASES: &[Row] = &[
     ("motion = \"fixed\"", "motion = { prescribed = { oscillation = { amplitude = [0.1, 0.0], period = 1.0 } } }", "motion", "particle.0.motion.prescribed.oscillation.period", &["unknown key `period`", "`frequency`"]),
     ("motion = \"fixed\"", "motion = { oscillation = { amplitude = [0.1, 0.0], frequency = 1.0 } }", "motion", "particle.0.motion.oscillation", &["unknown value `oscillation`", "`prescribed`"]),
     // Swarms.
-    ("[time]", "[[swarm]]\ncount = 90\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = 0.1\n[time]", "count", "swarm.0.count", &["of 90 fitted", "% of the region", "fewer or smaller"]),
+    ("[time]", "[[swarm]]\ncount = 90\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = 0.1\n[time]", "count", "swarm.0.count", &["90 do not fit", "% of the region", "fewer or smaller"]),
     ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.5, 1.0] }\ndiameter = 0.1\n[time]", "region", "swarm.0.region.max.0", &["outside the domain", "0 <= x <= 2.0 m"]),
     ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.5], max = [2.0, 0.2] }\ndiameter = 0.1\n[time]", "region", "swarm.0.region", &["no room", "along y", "widen it"]),
+    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = 0.1\nfeed = { rate = 0.0 }\n[time]", "feed = { rate", "swarm.0.feed.rate", &["must be positive", "(1/s)"]),
+    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = 0.1\nmotion = \"fixed\"\nfeed = { rate = 1.0 }\n[time]", "feed", "swarm.0.feed", &["is for free particles"]),
+    ("motion = \"fixed\"", "motion = \"fixed\"\nenter = { time = 1.0 }", "enter", "particle.0.enter", &["is for free particles"]),
     ("[time]", "[[swarm]]\ncount = 0\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = 0.1\n[time]", "count", "swarm.0.count", &["from 1 to 1000000"]),
     ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\n[time]", "[[swarm]]", "swarm.0.diameter", &["missing key `diameter`", "from = "]),
     ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = { uniform = [0.2, 0.1] }\n[time]", "diameter", "swarm.0.diameter", &["the least, 0.2 m, comes first"]),

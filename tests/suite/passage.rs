@@ -1,6 +1,7 @@
 //! Free bodies that reach an outflow leave, return or end the run, and nothing of the others changes.
 
 use crate::support::{box_case, columns, mics, mpirun, run, summary};
+use std::collections::HashMap;
 use std::path::Path;
 
 const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
@@ -124,4 +125,118 @@ fn a_body_returns_or_ends_the_run_where_the_case_says_so() {
         mics(&["run", write(dir.path(), &stops).to_str().unwrap(), "--out", dir.path().join("stop").to_str().unwrap()]);
     let words = String::from_utf8_lossy(&said.stderr).into_owned();
     assert!(said.status.code() == Some(3) && words.contains("particle 0 has reached an outflow"), "{words}");
+}
+
+/// A stream into which discs are fed, and out of which they are carried, with these tables.
+fn fed(time: &str, more: &str) -> String {
+    let feed = "[[swarm]]\ncount = 12\nregion = { min = [0.05, 0.0], max = [0.5, 1.0] }\ndiameter = { uniform = [0.2, 0.24] }\n\
+                density = 1.5\nfeed = { rate = 8.0, from = 0.1 }\n[output]\nfigures = false\nparticles = { every = 10 }\n[contact]\n";
+    box_case([2.0, 1.0], [48, 24], 0.01, STREAM, &format!("[time]\n{time}\nstep = 0.01\n{feed}{more}"))
+}
+
+#[test]
+fn discs_are_fed_into_a_stream_and_all_that_came_is_there_or_has_left() {
+    for wall in ["sharp", "mixing"] {
+        let dir = tempfile::tempdir().unwrap();
+        let [out, broken] = ["out", "broken"].map(|name| dir.path().join(name));
+        let text = fed("end = 2.5", &format!("[coupling]\nwall = \"{wall}\"\n[pressure]\ndivergence_limit = 1e-8\n"));
+        let case = write(dir.path(), &text);
+        run(&case, &out, &[]);
+        let passages = columns(&out.join("passages.csv"));
+        let told = std::fs::read_to_string(out.join("passages.csv")).unwrap();
+        let (came, left): (Vec<_>, Vec<_>) = told.lines().skip(1).partition(|line| line.contains(",entered,"));
+        // Twelve come in their order, 0.125 s apart, with the stream's velocity.
+        assert_eq!(came.len(), 12, "{wall}: {told}");
+        for (n, line) in came.iter().enumerate() {
+            let number = |k: usize| line.split(',').nth(k).unwrap().parse::<f64>().unwrap();
+            let due = 0.1 + 0.125 * n as f64;
+            assert!(number(2) == n as f64 && (due..due + 0.011).contains(&number(1)), "{wall}: {line}");
+            assert!((0.15..=0.4).contains(&number(6)) && (0.9..1.1).contains(&number(9)), "{wall}: {line}");
+        }
+        assert!(left.len() > 2, "{told}");
+        // Mass: what came less what left is there.
+        let mass =
+            |lines: &[&str]| lines.iter().map(|l| l.split(',').nth(4).unwrap().parse::<f64>().unwrap()).sum::<f64>();
+        let rows = columns(&out.join("particles.csv"));
+        let there = rows["step"].iter().filter(|step| **step == 250.0).count();
+        assert_eq!(there, came.len() - left.len(), "{wall}");
+        assert!(mass(&came) > mass(&left) && passages["mass"].iter().all(|m| (0.047..0.068).contains(m)));
+        let steps = columns(&out.join("steps.csv"));
+        let largest = |name: &str| steps[name].iter().fold(0.0f64, |most, e| most.max(e.abs()));
+        assert!(largest("momentum_error") < 1e-11, "{wall}: {}", largest("momentum_error"));
+        assert!(largest("method_loss") < 0.01, "{wall}: {}", largest("method_loss"));
+        // The same in two parts, byte for byte, though bodies wait in between.
+        run(&case, &broken, &["--set", "time.end=0.8"]);
+        let on = mics(&["run", case.to_str().unwrap(), "--out", broken.to_str().unwrap(), "--resume", "--quiet"]);
+        assert!(on.status.success(), "{}", String::from_utf8_lossy(&on.stderr));
+        for file in ["particles.csv", "passages.csv"] {
+            let [a, b] = [&out, &broken].map(|out| std::fs::read(out.join(file)).unwrap());
+            assert!(a == b, "{wall}: {file}");
+        }
+        let shared = dir.path().join("shared");
+        let ranks = mpirun(2, env!("CARGO_BIN_EXE_mics"))
+            .args(["run", case.to_str().unwrap(), "--quiet", "--out", shared.to_str().unwrap()])
+            .output()
+            .unwrap();
+        assert!(ranks.status.success(), "{}", String::from_utf8_lossy(&ranks.stderr));
+        assert_eq!(columns(&shared.join("passages.csv"))["step"], passages["step"], "{wall}");
+    }
+}
+
+#[test]
+fn a_body_waits_until_its_place_is_free() {
+    let dir = tempfile::tempdir().unwrap();
+    let disc = |x: f64, more: &str| {
+        format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [{x:?}, 0.5]\ndensity = 2.0\n{more}\n"
+        )
+    };
+    // The first leaves its place at 1 m/s: the second, which would lie where that is now, comes once it is clear by a diameter.
+    let discs = disc(0.5, "velocity = [1.0, 0.0]") + &disc(0.5, "velocity = [0.5, 0.1]\nenter = { time = 0.1 }");
+    let text =
+        box_case([2.0, 1.0], [48, 24], 0.01, STREAM, &format!("{discs}[time]\nend = 0.6\nstep = 0.01\n[contact]\n"));
+    let out = dir.path().join("out");
+    run(&write(dir.path(), &text), &out, &[]);
+    let came = columns(&out.join("passages.csv"));
+    assert!(came["id"] == [1.0] && (0.29..0.36).contains(&came["time"][0]), "{came:?}");
+    assert_eq!((came["vx"][0], came["vy"][0]), (0.5, 0.1));
+    // The case as it was written out says the same.
+    let again = dir.path().join("again");
+    run(&out.join("case.toml"), &again, &[]);
+    let [a, b] = [&out, &again].map(|out| std::fs::read(out.join("particles.csv")).unwrap());
+    assert!(a == b);
+}
+
+#[test]
+fn a_ground_of_fixed_grains_has_rows_once_and_another_case_begins_with_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let ground = "[[swarm]]\nname = \"ground\"\ncount = 12\nregion = { min = [0.0, 0.0], max = [2.0, 0.15] }\ndiameter = 0.12\n\
+                  motion = \"fixed\"\n[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.5, 0.6]\ndensity = 2.0\n";
+    let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"wall\""];
+    let text = |more: &str| {
+        box_case([2.0, 1.0], [48, 24], 0.01, sides, &format!("{more}[time]\nend = 0.1\nstep = 0.01\n[contact]\n"))
+    };
+    let count = |out: &Path| {
+        let rows = columns(&out.join("particles.csv"));
+        [0.0, 12.0].map(|id| rows["id"].iter().filter(|k| **k == id).count())
+    };
+    let [out, all, next] = ["out", "all", "next"].map(|name| dir.path().join(name));
+    let case = write(dir.path(), &text(ground));
+    run(&case, &out, &[]);
+    assert_eq!(count(&out), [11, 1]);
+    run(&case, &all, &["--set", "output.fixed=\"always\""]);
+    assert_eq!(count(&all), [11, 11]);
+    let shown = mics(&["plot", out.to_str().unwrap()]);
+    assert!(shown.status.success(), "{}", String::from_utf8_lossy(&shown.stderr));
+    run(&write(dir.path(), &text(&format!("[initial]\nfrom = {out:?}\n"))), &next, &[]);
+    assert_eq!(count(&next), [11, 1]);
+    let [a, b] = [&out, &next].map(|out| columns(&out.join("particles.csv")));
+    // The disc goes on from where it was, the ground lies where it lay.
+    let place = |rows: &HashMap<String, Vec<f64>>, id: f64, last: bool| {
+        let mut of = (0..rows["id"].len()).filter(|k| rows["id"][*k] == id);
+        let row = if last { of.next_back() } else { of.next() }.unwrap();
+        (rows["x"][row], rows["y"][row])
+    };
+    assert_eq!(place(&a, 0.0, true), place(&b, 0.0, false));
+    assert_eq!(place(&a, 12.0, true), place(&b, 12.0, true));
 }

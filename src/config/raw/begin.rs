@@ -50,7 +50,7 @@ pub(super) fn bodies(run: &Path, dimension: usize, key: &str) -> Result<Vec<Part
     let case = read::written(&case).map_err(|why| refuse(format!("its case cannot be read: {why}")))?;
     let (was, is) = (case.dimension(), dimension);
     ensure!(was == is, key, "{}: that run is {was}D, and this case {is}D", run.display());
-    let mut bodies: Vec<Particle> = case.particle.iter().map(write::particle).collect();
+    let bodies: Vec<Particle> = case.particle.iter().map(write::particle).collect();
     if bodies.is_empty() {
         return Ok(bodies);
     }
@@ -61,21 +61,18 @@ pub(super) fn bodies(run: &Path, dimension: usize, key: &str) -> Result<Vec<Part
             "particle {id} swings, and where it is in its swing cannot be taken over: give the bodies in a file, or that one by itself"
         )));
     }
-    let mut id = 0;
-    bodies.retain(|_| {
-        id += 1;
-        rows.contains_key(&(id - 1))
-    });
-    let mut there: Vec<usize> = rows.keys().copied().collect();
-    there.sort_unstable();
-    for (id, body) in there.into_iter().zip(&mut bodies) {
+    let mut there: Vec<(usize, Particle)> = bodies.into_iter().enumerate().collect();
+    there.retain(|(id, body)| rows.contains_key(id) || body.motion == Motion::Fixed);
+    // Fixed ones may have rows at the start only.
+    for (id, body) in there.iter_mut().filter(|(_, body)| body.motion != Motion::Fixed) {
         let number = |name: &str| -> Result<f64, Fault> {
-            let found = rows.get(&id).and_then(|row| row.get(name)).copied();
+            let found = rows.get(id).and_then(|row| row.get(name)).copied();
             found.ok_or_else(|| refuse(format!("particles.csv has no `{name}` of particle {id} at the end")))
         };
         let along =
             |names: [&str; 3]| names[..dimension].iter().map(|name| number(name)).collect::<Result<Vec<_>, _>>();
         body.position = along(AXES)?;
+        body.enter = None;
         if body.motion == Motion::Free {
             body.velocity = Some(along(["vx", "vy", "vz"])?);
             body.spin = Some(match dimension {
@@ -84,7 +81,7 @@ pub(super) fn bodies(run: &Path, dimension: usize, key: &str) -> Result<Vec<Part
             });
         }
     }
-    Ok(bodies)
+    Ok(there.into_iter().map(|(_, body)| body).collect())
 }
 
 /// Whether a body has a prescribed motion to and fro.

@@ -18,11 +18,13 @@ pub use boundary::{Boundary, Profile, Side};
 pub use contact::{Contact, Damping, Pair, Stiffness, Substeps, TangentialDamping, WALL};
 pub use coupling::{Buoyancy, Coupling, ForceRule, FractionRule, GradientRule, RotationRule, WallRule};
 pub use drive::{Axis, Drive, MeanVelocity};
-pub use particle::{Lock, Motion, Oscillation, Particle, Prescribed, Round, Shape, Spin};
+pub use particle::{Enter, Lock, Motion, Oscillation, Particle, Prescribed, Round, Shape, Spin};
 pub use preset::Preset;
-pub use report::{Cadence, Checkpoints, Measure, MeasureKind, Output, Reference, Removed, Section, When, Which};
+pub use report::{
+    Cadence, Checkpoints, FixedRows, Measure, MeasureKind, Output, Reference, Removed, Section, When, Which,
+};
 pub use statistics::{Probe, Statistics};
-pub use swarm::{Diameters, Range, Region, Swarm};
+pub use swarm::{Diameters, Feed, Range, Region, Swarm};
 
 pub(super) use begin::begin;
 pub(super) use swarm::expand;

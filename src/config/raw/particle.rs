@@ -1,6 +1,6 @@
 //! Bodies, one by one.
 
-use super::{Case, FACES};
+use super::{Case, FACES, Region};
 use crate::config::fault::{AXES, Check, not_negative, positive, short, vector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -39,9 +39,49 @@ pub struct Particle {
     /// The name that `[[contact.pair]]` knows it by, default `default`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
+    /// When and where it comes into the box, default at time 0 at its position. One without a `velocity` comes in with that of the
+    /// fluid whose place it takes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub enter: Option<Enter>,
+}
+
+/// How a free body comes into the box while the run goes on: at the end of the first step after its time in which a place for it is
+/// free.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Enter {
+    /// When (s).
+    pub time: f64,
+    /// Where: at random in this part of the box, wholly inside; default at its position.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub region: Option<Region>,
+    /// Least distance to other bodies and to walls then (m), default 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap: Option<f64>,
+    /// What the random numbers begin with, default 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+}
+
+impl Enter {
+    /// Checks these keys of the table `table` for a body of this diameter (m).
+    fn check(&self, case: &Case, table: &str, diameter: f64, free: bool) -> Check {
+        let Enter { time, region, gap, .. } = self;
+        ensure!(free, table, "is for free particles: set motion = \"free\" or remove it");
+        not_negative(&format!("{table}.time"), *time, "s")?;
+        not_negative(&format!("{table}.gap"), *gap, "m")?;
+        region.as_ref().map_or(Ok(()), |region| region.check(case, table, diameter, gap.unwrap_or(0.0)))
+    }
 }
 
 impl Particle {
+    /// Where its centre may come into the box, by axis: from, and how far (m).
+    pub fn entrance(&self, case: &Case) -> Vec<(f64, f64)> {
+        let here = || self.position.iter().map(|x| (*x, 0.0)).collect();
+        let region = self.enter.as_ref().and_then(|enter| Some((enter.region.as_ref()?, enter.gap.unwrap_or(0.0))));
+        region.and_then(|(region, gap)| region.room(case, gap, self.shape.diameter())).unwrap_or_else(here)
+    }
+
     /// The name of its material where none is given.
     pub const DEFAULT_MATERIAL: &str = "default";
 
@@ -220,7 +260,9 @@ pub(super) fn particle(case: &Case, particle: &Particle, index: usize) -> Check 
     let (velocity, spin) = (particle.velocity.as_deref(), particle.spin.as_ref());
     let (locked, material) = (particle.locked.as_slice(), particle.material.as_deref());
     let nature = Nature { motion, density: *density, viscosity: *viscosity, velocity, spin, locked, material };
-    nature.check(&table, dimension)
+    nature.check(&table, dimension)?;
+    let enter = particle.enter.as_ref();
+    enter.map_or(Ok(()), |enter| enter.check(case, &format!("{table}.enter"), diameter, *motion == Motion::Free))
 }
 
 /// No body meets itself across periodic sides: its diameter (m) is below each period.
@@ -286,12 +328,13 @@ pub(super) struct Overlap {
     pub words: String,
 }
 
-/// The first two bodies found that overlap, periodic images included: a sweep along x over those near enough.
+/// The first two bodies found that overlap at time 0, periodic images included: a sweep along x over those near enough.
 pub(super) fn overlap(case: &Case) -> Option<Overlap> {
     let bodies = &case.particle;
     let widest = bodies.iter().map(|body| body.shape.diameter()).fold(0.0, f64::max);
     let periods = case.periods();
-    let mut along_x: Vec<(f64, usize)> = bodies.iter().enumerate().map(|(i, body)| (body.position[0], i)).collect();
+    let there = bodies.iter().enumerate().filter(|(_, body)| body.enter.is_none());
+    let mut along_x: Vec<(f64, usize)> = there.map(|(i, body)| (body.position[0], i)).collect();
     if let Some(length) = periods[0] {
         let images = along_x.iter().filter(|(x, _)| *x <= widest).map(|&(x, i)| (x + length, i));
         along_x.extend(images.collect::<Vec<_>>());

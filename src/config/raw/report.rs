@@ -326,10 +326,24 @@ pub struct Output {
     pub figures: bool,
     /// What becomes of a free particle that reaches an outflow; default it leaves, which `passages.csv` says.
     pub removed: Removed,
+    /// How often `particles.csv` has rows of fixed particles; default once, at the start, where there are more than ten of them beside
+    /// others that move, and else as often as of these.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fixed: Option<FixedRows>,
     /// Where figures cut a 3D flow, `planes = [{ z = 0.02 }, { x = 0.01 }]` (m); default one along gravity or the stream, through the
     /// body or the middle of all of them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub planes: Vec<Section>,
+}
+
+/// How often fixed particles have rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FixedRows {
+    /// At the start.
+    Once,
+    /// Whenever others have, with the forces on them.
+    Always,
 }
 
 /// What becomes of a free particle as its surface reaches an outflow.
@@ -400,6 +414,7 @@ impl Default for Output {
             checkpoint: Checkpoints::default(),
             figures: true,
             removed: Removed::default(),
+            fixed: None,
             planes: Vec::new(),
         }
     }

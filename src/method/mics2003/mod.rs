@@ -126,7 +126,7 @@ impl<const D: usize> Mics2003<D> {
     /// A consistent start from the cells' velocity. Collective.
     pub fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
         s.touching = self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.untouched());
-        s.balance = s.bodies.iter().any(|b| b.freedom().is_some()).then(Balance::default);
+        s.balance = s.has_free_bodies().then(Balance::default);
         self.find_overlaps(domain, s, |_| true);
         self.mix_fields(domain, s)?;
         self.impose(domain, s, 1.0);

@@ -212,7 +212,7 @@ impl<const D: usize> CutBody<D> {
         }
         fraction::overlaps(grid, &placed, fraction::Rule::Exact, tiles, &mut self.solid);
         self.clear();
-        self.owns.extend(self.solid.iter().map(|o| around.nearest(k, &o.arm)));
+        self.owns.extend(self.solid.iter().map(|o| around.nearest(k, &o.arm, shape.distance(turn, &o.arm))));
         let tight = if around.has_neighbours(k) { params::unresolved_gap() * around.h } else { 0.0 };
         let bounds = shape.bounds(turn).sup(&shape.bounds(&before.turn));
         let extent = bounds.add_scalar(before.way.norm().max(tight));
@@ -222,7 +222,7 @@ impl<const D: usize> CutBody<D> {
                     Vector3::from_fn(|a, _| if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 });
                 let s = shape.distance(turn, &arm);
                 let fresh = s > 0.0 && shape.distance(&before.turn, &(arm + before.way)) <= 0.0;
-                if (s > tight && !fresh) || !around.nearest(k, &arm) {
+                if (s > tight && !fresh) || !around.nearest(k, &arm, s) {
                     continue;
                 }
                 let Some(cell) = grid.owned_index(at) else { continue };
@@ -248,10 +248,12 @@ impl<const D: usize> CutBody<D> {
 
     /// Finds the faces in gaps that the grid does not resolve.
     fn find_gaps(&mut self, around: &Surroundings<D>, k: usize) {
+        let shape = around.bodies[k].shape();
         for ((cuts, openings), gaps) in self.cuts.iter().zip(&self.openings).zip(&mut self.gaps) {
             for (cut, Opening { arm, .. }) in cuts.iter().zip(openings).filter(|(cut, _)| cut.covered < 1.0) {
-                let (share, kept) = around.flow(around.width_at(k, arm));
-                if kept > 0.0 && around.nearest(k, arm) {
+                let own = shape.distance(&around.turn, arm);
+                let (share, kept) = around.flow(around.width_at(k, arm, own));
+                if kept > 0.0 && around.nearest(k, arm, own) {
                     gaps.push(GapFace { face: cut.face, share, kept: kept * kept });
                 }
             }

@@ -10,7 +10,7 @@
 //! ```
 //! Without that such a gap would take the momentum of what flows through it in every step, and half of an impact's energy with it.
 
-use crate::geometry::Turn;
+use crate::geometry::{self, Turn};
 use crate::grid::{Border, Boundaries, Grid};
 use crate::params;
 use crate::particles::{Body, nearest_image};
@@ -35,13 +35,15 @@ pub struct Neighbour {
     /// The way to its nearest image (m), and how that is turned.
     apart: Vector3<f64>,
     turn: Turn,
+    /// Its radius (m) where it is round: cells ask many neighbours for their distance, and round ones answer at once.
+    round: Option<f64>,
 }
 
 impl Neighbour {
     /// The body `j` beside the body `k`.
     pub fn new(bodies: &[Body], k: usize, j: usize, periods: &[Option<f64>; 3]) -> Neighbour {
         let apart = nearest_image(&bodies[k].centre, &bodies[j].centre, periods);
-        Neighbour { body: j, apart, turn: bodies[j].turn() }
+        Neighbour { body: j, apart, turn: bodies[j].turn(), round: round(&bodies[j]) }
     }
 
     /// The images of the body `k` itself across periods hardly longer than it is wide, the gaps narrower than `reach` (m).
@@ -51,7 +53,7 @@ impl Neighbour {
         periods: &[Option<f64>; 3],
         reach: f64,
     ) -> impl Iterator<Item = Neighbour> {
-        let turn = bodies[k].turn();
+        let (turn, round) = (bodies[k].turn(), round(&bodies[k]));
         let near = reach + 2.0 * bodies[k].radius();
         let lengths =
             periods.iter().enumerate().filter_map(move |(axis, length)| Some((axis, (*length).filter(|l| *l < near)?)));
@@ -59,10 +61,32 @@ impl Neighbour {
             [length, -length].map(|way| {
                 let mut apart = Vector3::zeros();
                 apart[axis] = way;
-                Neighbour { body: k, apart, turn }
+                Neighbour { body: k, apart, turn, round }
             })
         })
     }
+
+    /// The signed distance (m) of its wall from the point at `arm` (m) from the centre of the body that it is near.
+    #[inline]
+    fn distance(&self, bodies: &[Body], arm: &Vector3<f64>) -> f64 {
+        let arm = arm - self.apart;
+        self.round.map_or_else(|| bodies[self.body].shape().distance(&self.turn, &arm), |radius| arm.norm() - radius)
+    }
+
+    /// How far (m) a ray from the point at `from` (m) along `n` goes to its wall, if it meets it.
+    #[inline]
+    fn meets(&self, bodies: &[Body], from: &Vector3<f64>, n: &Vector3<f64>) -> Option<f64> {
+        let apart = self.apart - from;
+        self.round.map_or_else(
+            || bodies[self.body].shape().meets(&self.turn, &apart, n),
+            |radius| geometry::round::meets(&apart, n, radius),
+        )
+    }
+}
+
+/// The radius of a round body (m).
+fn round(body: &Body) -> Option<f64> {
+    body.shape().is_round().then(|| body.radius())
 }
 
 /// What a cut body is built among.
@@ -124,11 +148,11 @@ impl<const D: usize> Surroundings<'_, D> {
         (share, if share > 0.0 { (-self.friction / (gap * gap)).exp() } else { 0.0 })
     }
 
-    /// How wide the gap is (m) that has the point at `arm` (m) from the centre of body `k`.
-    pub fn width_at(&self, k: usize, arm: &Vector3<f64>) -> f64 {
+    /// How wide the gap is (m) that has the point at `arm` (m) from the centre of body `k`, `own` (m) from its wall.
+    pub fn width_at(&self, k: usize, arm: &Vector3<f64>, own: f64) -> f64 {
         let mut other = f64::INFINITY;
         for near in self.near {
-            other = other.min(self.bodies[near.body].shape().distance(&near.turn, &(arm - near.apart)));
+            other = other.min(near.distance(self.bodies, arm));
         }
         for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
             if let Some(Border::Velocity(_)) = self.boundaries.borders[axis][side] {
@@ -136,17 +160,13 @@ impl<const D: usize> Surroundings<'_, D> {
                 other = other.min(if side == 0 { place } else { self.grid.size[axis] - place });
             }
         }
-        self.bodies[k].shape().distance(&self.turn, arm) + other
+        own + other
     }
 
-    /// Whether no other body is nearer to the point at `arm` (m) from the centre of body `k`.
-    pub fn nearest(&self, k: usize, arm: &Vector3<f64>) -> bool {
-        if self.near.is_empty() {
-            return true;
-        }
-        let own = self.bodies[k].shape().distance(&self.turn, arm);
+    /// Whether no other body is nearer to the point at `arm` (m) from the centre of body `k`, `own` (m) from its wall.
+    pub fn nearest(&self, k: usize, arm: &Vector3<f64>, own: f64) -> bool {
         self.near.iter().all(|near| {
-            let other = self.bodies[near.body].shape().distance(&near.turn, &(arm - near.apart));
+            let other = near.distance(self.bodies, arm);
             own < other || (own == other && k <= near.body)
         })
     }
@@ -168,10 +188,9 @@ impl<const D: usize> Surroundings<'_, D> {
     pub fn gap(&self, image: &Vector3<f64>, foot: &Vector3<f64>, n: &Vector3<f64>) -> Gap {
         let mut gap = Gap { width: f64::INFINITY, other: Other::Nothing };
         for near in self.near {
-            let apart = near.apart - foot;
-            let Some(width) = self.bodies[near.body].shape().meets(&near.turn, &apart, n) else { continue };
+            let Some(width) = near.meets(self.bodies, foot, n) else { continue };
             if width < gap.width {
-                gap = Gap { width, other: Other::Body(near.body, width * n - apart) };
+                gap = Gap { width, other: Other::Body(near.body, width * n - (near.apart - foot)) };
             }
         }
         for axis in 0..D {

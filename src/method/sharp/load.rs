@@ -112,12 +112,18 @@ impl<const D: usize> Sharp<D> {
         Ok(sums)
     }
 
-    /// Takes the momentum inside the bodies as what was there before. Collective.
-    pub(super) fn take_inside(&mut self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
+    /// Takes the momentum inside the bodies of these numbers as what was there before. Collective.
+    pub(super) fn take_inside(
+        &mut self,
+        domain: &Domain<D>,
+        s: &mut State<D>,
+        of: impl Fn(usize) -> bool,
+    ) -> Result<()> {
         self.work.tally.fill(MomentumTally::default());
         let sums = self.sum_inside(domain, s)?;
         let histories = &mut history(&mut s.walls)?.bodies;
-        for ((history, body), row) in histories.iter_mut().zip(&s.bodies).zip(sums.chunks_exact(NUMBERS)) {
+        let all = histories.iter_mut().zip(&s.bodies).zip(sums.chunks_exact(NUMBERS));
+        for ((history, body), row) in all.filter(|((_, body), _)| of(body.id)) {
             let [inside, swirl] = [6, 9].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
             history.inside = whole_inside(domain.fluid.density, body, (inside, swirl));
         }

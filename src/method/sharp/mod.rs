@@ -185,8 +185,19 @@ impl<const D: usize> Sharp<D> {
         let walls = history(&mut s.walls)?;
         copy(&s.faces, &mut walls.memory);
         copy(&s.u, &mut walls.unimposed);
-        // What a body does first in a fluid at rest.
-        for (history, body) in walls.bodies.iter_mut().zip(&s.bodies) {
+        self.begin_bodies(domain, s, |_| true)?;
+        s.exchange.fill(Exchange::default());
+        s.balance = s.has_free_bodies().then(Balance::default);
+        self.start_balance(domain, s)?;
+        s.p.fill(0.0);
+        self.acceleration.of_pressure(domain, &self.cut, &s.p, s.drive);
+        Ok(())
+    }
+
+    /// Gives bodies that have none a past: what one does first in a fluid at rest, and the momentum inside as it is. Collective.
+    pub fn begin_bodies(&mut self, domain: &Domain<D>, s: &mut State<D>, new: impl Fn(usize) -> bool) -> Result<()> {
+        let walls = history(&mut s.walls)?;
+        for (history, body) in walls.bodies.iter_mut().zip(&s.bodies).filter(|(_, body)| new(body.id)) {
             let Some(freedom) = body.freedom() else { continue };
             let (density, gravity) = (domain.fluid.density, domain.fluid.gravity);
             let (weight, added) = ((body.mass() - density * body.volume()) * gravity, body.added_mass(density));
@@ -194,13 +205,7 @@ impl<const D: usize> Sharp<D> {
             let pull = weight + domain.felt(&s.drive, body.volume()) + driven;
             history.push.acceleration = freedom.along(&pull) / (body.mass() + added);
         }
-        self.take_inside(domain, s)?;
-        s.exchange.fill(Exchange::default());
-        s.balance = s.bodies.iter().any(|b| b.freedom().is_some()).then(Balance::default);
-        self.start_balance(domain, s)?;
-        s.p.fill(0.0);
-        self.acceleration.of_pressure(domain, &self.cut, &s.p, s.drive);
-        Ok(())
+        self.take_inside(domain, s, new)
     }
 
     /// Finds what follows from a state: what the bodies cover, the operator, the acceleration by the pressure. Collective.

@@ -2,7 +2,7 @@
 
 use super::rows::Rows;
 use super::section;
-use crate::config::{Case, Particle, Section};
+use crate::config::{Case, Motion, Particle, Section};
 use crate::output::figure::{Disc, Plane};
 use crate::output::not_a_run;
 use crate::output::snapshot::Snapshot;
@@ -145,10 +145,11 @@ fn discs(
     let (least, most) = diameters().fold((f64::INFINITY, 0.0_f64), |(l, m), d: f64| (l.min(d), m.max(d)));
     let axes = section::axes(axis);
     let mut discs = Vec::new();
-    // What has no place any more has left the box; where nobody has any, all are where they start.
+    // What moves and has no place has left the box or not come in; where nobody has any, all are where they start.
     let recorded = (0..case.particle.len()).any(|id| place(id).is_some());
     for (id, p) in case.particle.iter().enumerate() {
-        let Some(at) = place(id).or_else(|| (!recorded).then(|| start(p))) else { continue };
+        let rests = || p.motion == Motion::Fixed || !recorded;
+        let Some(at) = place(id).or_else(|| rests().then(|| start(p))) else { continue };
         let across = if case.dimension() == 3 { at[axis] - height } else { 0.0 };
         let off = match case.domain.size.get(axis).filter(|_| case.dimension() == 3 && case.periodic(axis)) {
             Some(length) => across - length * (across / length).round(),

@@ -13,7 +13,7 @@ const MEAN: f64 = 0.1;
 
 /// Force on particle 0 over time along each axis, and the three parts of (19) along the stream or gravity.
 pub fn forces(case: &Case, rows: &Rows) -> Result<Vec<Series>> {
-    if case.particle.is_empty() || rows.is_empty() {
+    if case.particle.is_empty() || rows.is_empty() || rows.column(0, "time")?.len() < 2 {
         return Ok(Vec::new());
     }
     let names = &["x", "y", "z"][..case.dimension()];

@@ -1,0 +1,80 @@
+//! Bodies that overlap are moved apart, pair by pair, until none does (force-biased packing, Jodrey & Tory 1985, without
+//! their shrinking of the bodies):
+//!
+//! `x_i += s n`, `x_j -= s n`, `2 s = (1 + EXCESS) (reach - |x_i - x_j|)` with `n` from the one to the other, where the
+//! distance is below their reach, `(d_i + d_j)/2 + gap`; a body that is not the swarm's stays, and the other takes it all.
+
+use super::Taken;
+
+/// Sweeps over all pairs before the swarm is said not to fit: packings near the densest need hundreds.
+const SWEEPS: usize = 4000;
+
+/// How much farther than they must bodies are moved, of their overlap and of their reach: without it the last
+/// overlaps would die away for ever.
+const EXCESS: [f64; 2] = [0.2, 1e-6];
+
+/// Moves the bodies from `first` on apart, each within its room (from, and how far along each axis, m), and says
+/// whether none overlaps any more.
+pub(super) fn part(taken: &mut Taken, first: usize, rooms: &[Vec<(f64, f64)>]) -> bool {
+    (0..SWEEPS).any(|_| !sweep(taken, first, rooms))
+}
+
+/// One sweep over all pairs; whether any had to be moved.
+fn sweep(taken: &mut Taken, first: usize, rooms: &[Vec<(f64, f64)>]) -> bool {
+    let bodies = std::mem::take(&mut taken.bodies);
+    taken.near.iter_mut().for_each(Vec::clear);
+    for (body, (diameter, place)) in bodies.iter().enumerate() {
+        taken.list(body as u32, *diameter, place);
+    }
+    taken.bodies = bodies;
+    let mut moved = false;
+    for i in first..taken.bodies.len() {
+        let cell = taken.cell(&taken.bodies[i].1);
+        for k in 0..taken.near[cell].len() {
+            let j = taken.near[cell][k] as usize;
+            // Each pair of the swarm's own once.
+            if j < first || j > i {
+                moved |= separate(taken, [i, j], first, rooms);
+            }
+        }
+    }
+    moved
+}
+
+/// Moves two bodies apart where they overlap, and says whether they did.
+fn separate(taken: &mut Taken, [i, j]: [usize; 2], first: usize, rooms: &[Vec<(f64, f64)>]) -> bool {
+    let [(d_i, x_i), (d_j, x_j)] = [&taken.bodies[i], &taken.bodies[j]];
+    let reach = 0.5 * (d_i + d_j) + taken.gap;
+    let apart = x_i.iter().zip(x_j).zip(&taken.periods);
+    let mut line: Vec<f64> =
+        apart.map(|((a, b), period)| period.map_or(a - b, |l| a - b - l * ((a - b) / l).round())).collect();
+    let distance = line.iter().map(|d| d * d).sum::<f64>().sqrt();
+    if distance >= reach {
+        return false;
+    }
+    match distance > 0.0 {
+        true => line.iter_mut().for_each(|d| *d /= distance),
+        false => line[0] = 1.0,
+    }
+    let step = (1.0 + EXCESS[0]) * (reach - distance) + EXCESS[1] * reach;
+    let [share_i, share_j] = if j < first { [step, 0.0] } else { [0.5 * step, 0.5 * step] };
+    for (body, share) in [(i, share_i), (j, -share_j)] {
+        if share == 0.0 {
+            continue;
+        }
+        let periods = &taken.periods;
+        for (axis, x) in taken.bodies[body].1.iter_mut().enumerate() {
+            let (low, length) = rooms[body - first][axis];
+            let to = *x + share * line[axis];
+            *x = match periods[axis] {
+                // The whole of a period: across its end.
+                Some(period) if low == 0.0 && length == period => {
+                    let inside = to.rem_euclid(period);
+                    if inside >= period { 0.0 } else { inside }
+                }
+                _ => to.clamp(low, low + length),
+            };
+        }
+    }
+    true
+}
