@@ -206,6 +206,9 @@ impl<'a, const D: usize> Run<'a, D> {
         if let (Some(taken), Some(from)) = (self.begun, &self.case.initial.from) {
             self.log.say(&format!("begins where {from} ended: {taken}"));
         }
+        if let Some(shut) = crate::check::shut(self.case, &self.scene) {
+            self.log.say(&shut);
+        }
         if let Some(restart) = &self.restart {
             restart.say(&mut self.log, self.scene.state.time, self.session.size());
         }

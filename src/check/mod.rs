@@ -1,5 +1,6 @@
 //! `mics check`: the scene in one screen, without running it: sizes, numbers, limits, what is needed and what is not.
 
+mod blocked;
 mod layer;
 
 use crate::config::{Case, Contact, Loaded, PairLaw, Step, Substeps};
@@ -12,6 +13,7 @@ use crate::run::{check_memory, check_step, choose_step, start_petsc};
 use crate::scene::{Scene, impact, read_case};
 use crate::system::peak_memory;
 use crate::{Error, Result, params};
+use blocked::{blocked, driven_axes};
 use layer::Layer;
 use std::path::Path;
 use std::time::Instant;
@@ -86,6 +88,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         lines.push(format!("Reynolds     {:.4} (speed {speed} m/s, {of} {length} m)", speed * length / nu));
     }
     lines.extend(layer(case, widest));
+    lines.extend(shut(case, &scene));
     for (bound, limit) in limits.bounds().into_iter().filter(|b| b.1.is_finite()) {
         lines.push(format!("step limit   {limit:.4e} s, {bound}"));
     }
@@ -117,6 +120,17 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         memory[0] / 1e6
     ));
     Ok(lines)
+}
+
+/// A driven channel that bodies shut.
+pub(crate) fn shut<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
+    let whole = scene.domain.session.size() == 1;
+    let axis = driven_axes(case).into_iter().find(|axis| whole && blocked(scene, *axis))?;
+    Some(format!(
+        "warning      the particles shut the channel along {}, as far as this grid shows gaps between them: what is driven through it has \
+         no meaning; open it, or use more cells",
+        ["x", "y", "z"][axis]
+    ))
 }
 
 /// The boundary layer that the grid has to resolve, beside its spacing `h` (m).

@@ -1,6 +1,6 @@
 //! What moves the fluid besides its borders: exact channel flow, a mean velocity that is held in every step, and what bodies feel.
 
-use crate::support::{box_case, order, petsc, run};
+use crate::support::{box_case, mics, order, petsc, run};
 use mics::drive::{box_volume, mean};
 use mics::scene::Scene;
 use nalgebra::Vector3;
@@ -232,4 +232,33 @@ fn the_box_is_measured_as_engineers_do() {
     let text = box_case([4.0, 1.0], [64, 16], 0.1, sides, &kinds(&[("pressure_drop", "axis = \"x\"\nfrom = 2.9")]));
     let drop = number(&measures(&text.replace("end = 1.0", "end = 3.0")), "pressure_drop");
     assert!((drop / (12.0 * 0.1 * 4.0) - 1.0).abs() < 0.01, "{drop} Pa");
+}
+
+#[test]
+fn a_channel_that_bodies_shut_is_said_before_it_is_driven() {
+    let dir = tempfile::tempdir().unwrap();
+    let said = |discs: &[(f64, f64)]| {
+        let disc = |(y, d): &(f64, f64)| {
+            format!(
+                "[[particle]]\nshape = {{ disc = {{ diameter = {d} }} }}\nposition = [0.1, {y}]\nmotion = \"fixed\"\n"
+            )
+        };
+        let discs: String = discs.iter().map(disc).collect();
+        let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"wall\""];
+        let text = box_case(
+            [2.0, 1.0],
+            [80, 40],
+            0.1,
+            sides,
+            &format!("{discs}[drive]\nforce = [1.0, 0.0]\n[time]\nend = 1.0\nstep = 1e-3\n"),
+        );
+        std::fs::write(dir.path().join("case.toml"), text).unwrap();
+        let said = mics(&["check", dir.path().join("case.toml").to_str().unwrap()]);
+        assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+        String::from_utf8_lossy(&said.stdout).contains("shut the channel along x")
+    };
+    // Discs that touch from wall to wall, and fewer.
+    assert!(said(&[(0.25, 0.5), (0.75, 0.5)]));
+    assert!(!said(&[(0.25, 0.5), (0.75, 0.4)]));
+    assert!(!said(&[(0.25, 0.5)]));
 }

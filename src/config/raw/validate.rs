@@ -423,6 +423,7 @@ mod tests {
                 spin: None,
                 locked: Vec::new(),
                 material: None,
+                enter: None,
             })
             .collect();
         let start = crate::system::thread_seconds();
