@@ -117,10 +117,21 @@ impl<const D: usize> Scene<D> {
     /// # Errors
     /// When the first projection fails.
     pub fn start(&mut self) -> Result<()> {
+        self.state.faces.iter_mut().for_each(|f| f.fill(0.0));
+        self.let_in();
         self.method.start(&mut self.domain, &mut self.state)?;
+        self.let_in();
         energy::start(&mut self.domain, &mut self.state, &self.method)?;
         self.domain.clock = Default::default();
         Ok(())
+    }
+
+    /// Lets what comes in through outflows come from rest, in the next step.
+    fn let_in(&mut self) {
+        let Scene { domain, state, method, .. } = self;
+        if domain.boundaries.let_in(domain.fluid.density, &state.faces, &mut state.p) {
+            method.find_acceleration(domain, state);
+        }
     }
 
     /// Advances the scene by `dt` (s). Collective.
@@ -136,6 +147,7 @@ impl<const D: usize> Scene<D> {
             Ok(projected) => {
                 let (kinetic_energy, largest_speed) = self.energy_and_speed()?;
                 energy::close(&mut self.domain, &mut self.state, &self.motions, &self.method, kinetic_energy)?;
+                self.let_in();
                 self.domain.clock.lap(Stage::Logs);
                 self.domain.clock.count();
                 Ok(Report { projected, kinetic_energy, largest_speed })
@@ -159,6 +171,7 @@ impl<const D: usize> Scene<D> {
             return Err(Error::Usage("its time runs backwards".into()));
         }
         domain.boundaries.fill_velocity(&mut state.u)?;
+        domain.boundaries.let_in(domain.fluid.density, &state.faces, &mut state.p);
         domain.boundaries.fill_pressure(&mut state.p)?;
         method.resume(domain, state)?;
         domain.clock = Default::default();

@@ -18,7 +18,8 @@ pub enum Border<const D: usize> {
     Velocity(VectorField<D>),
     /// No flow through, no shear.
     Slip,
-    /// No velocity gradient, zero pressure.
+    /// No velocity gradient. The pressure is zero where fluid leaves; where it comes in, as from a reservoir at rest, `-rho U^2/2`
+    /// (Bernoulli): at zero pressure what comes in would bring energy from nothing, a jet that feeds itself.
     Outflow,
 }
 
@@ -26,6 +27,8 @@ pub enum Border<const D: usize> {
 pub struct Boundaries<const D: usize> {
     /// By axis and side (low, high); `None` where the axis is periodic.
     pub borders: [[Option<Border<D>>; 2]; D],
+    /// Pressure at outflows (Pa), by axis and side, one value for each stored position of the face; empty elsewhere.
+    entry: [[Vec<f64>; 2]; D],
     halo: Halo,
     /// The faces of the box that this rank's own box reaches.
     here: [[bool; 2]; D],
@@ -146,7 +149,11 @@ impl<const D: usize> Boundaries<D> {
             }
         });
         let here = std::array::from_fn(|a| [0, 1].map(|s| grid.at_border(a, s)));
-        Boundaries { borders, halo: Halo::new(session, layout), here, planes, layers: grid.ghosts }
+        let positions = |axis: usize| grid.stored.iter().product::<usize>() / grid.stored[axis];
+        let open = |axis: usize, side: usize| matches!(borders[axis][side], Some(Border::Outflow));
+        let entry = |axis, side| if open(axis, side) { vec![0.0; positions(axis)] } else { Vec::new() };
+        let entry = std::array::from_fn(|axis| [0, 1].map(|side| entry(axis, side)));
+        Boundaries { borders, entry, halo: Halo::new(session, layout), here, planes, layers: grid.ghosts }
     }
 
     /// Whether some border fixes the pressure; where none does, the pressure equation is singular.
@@ -188,10 +195,57 @@ impl<const D: usize> Boundaries<D> {
         std::mem::replace(&mut self.layers, layers) < layers
     }
 
-    /// Fills the ghosts of a pressure, next to its cells: no gradient at borders with a given velocity, zero at outflows.
-    /// Collective.
+    /// Fills the ghosts of a pressure, next to its cells: no gradient at borders with a given velocity, and what
+    /// [`Boundaries::let_in`] found at outflows. Collective.
     pub fn fill_pressure(&mut self, p: &mut [f64]) -> Result<()> {
-        self.fill_even(p, -1.0)
+        self.fill_increment(p)?;
+        self.fill_outflows(p);
+        Ok(())
+    }
+
+    /// Fills the ghosts of a change of the pressure, which is zero at outflows. Collective.
+    pub fn fill_increment(&mut self, phi: &mut [f64]) -> Result<()> {
+        self.fill_even(phi, -1.0)
+    }
+
+    /// Fills the ghosts of a pressure at outflows.
+    fn fill_outflows(&self, p: &mut [f64]) {
+        for axis in 0..D {
+            let rule = |side: usize| {
+                let given = self.border(axis, side).map(|_| &self.entry[axis][side][..])?;
+                (!given.is_empty()).then_some(Rule { given: Some(given), ..Rule::mirrored(-1.0) })
+            };
+            self.planes[axis].set_ghosts(1, [rule(0), rule(1)], p);
+        }
+    }
+
+    /// Finds the pressure at outflows, of a fluid of this density (kg/m3), and fills the ghosts of `p` there. Returns whether any changed on
+    /// this rank.
+    pub fn let_in(&mut self, density: f64, faces: &VectorField<D>, p: &mut [f64]) -> bool {
+        let mut changed = false;
+        for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
+            let mut entry = std::mem::take(&mut self.entry[axis][side]);
+            if !entry.is_empty() && self.here[axis][side] {
+                self.planes[axis].for_faces(side, |at, face, _| {
+                    let inwards = if side == 0 { faces[axis][face] } else { -faces[axis][face] };
+                    let pressure = -0.5 * density * inwards.max(0.0).powi(2);
+                    changed |= std::mem::replace(&mut entry[at], pressure) != pressure;
+                });
+            }
+            self.entry[axis][side] = entry;
+        }
+        if changed {
+            self.fill_outflows(p);
+        }
+        changed
+    }
+
+    /// The pressure (Pa) at a border's face of the box, by the indices of the cell and of the next one inside.
+    pub fn pressure_at(&self, axis: usize, side: usize, p: &[f64], [ghost, cell, next]: [usize; 3]) -> f64 {
+        match self.borders[axis][side] {
+            Some(Border::Outflow) => 0.5 * (p[ghost] + p[cell]),
+            _ => 0.5 * (3.0 * p[cell] - p[next]),
+        }
     }
 
     /// Fills the ghosts of a property of the mixture (density, viscosity), next to its cells: mirrored at every border.

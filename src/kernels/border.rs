@@ -3,13 +3,13 @@
 //! ```text
 //!      ghost 0 | cell 0   cell 1         viscous   mu (u_ghost - u_0)/h       2 mu (u_b - u_0)/h at a wall
 //!         o    |    o        o           carried   rho U u_face               the fifth-order upwind value
-//!              ^ side                    pressure  (3 p_0 - p_1)/2            0 at an outflow
+//!              ^ side                    pressure  (3 p_0 - p_1)/2            (p_ghost + p_0)/2 at an outflow
 //! ```
 //! These are the values that the terms of the step have there, each on its face, so that summed over the sides they are what
 //! all cells together gain.
 
 use super::advection::{Carrier, upwind_flux};
-use crate::grid::{Border, Boundaries, Grid, VectorField};
+use crate::grid::{Boundaries, Grid, VectorField};
 use nalgebra::Vector3;
 
 /// This rank's part of the force (N; per metre of depth in 2D) by viscosity (Pa s) and by what flows through the sides, at the
@@ -41,13 +41,10 @@ pub fn stress<const D: usize>(
 pub fn pressure<const D: usize>(grid: &Grid<D>, boundaries: &Boundaries<D>, p: &[f64]) -> Vector3<f64> {
     let mut force = Vector3::zeros();
     for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
-        if let Some(Border::Outflow) = boundaries.borders[axis][side] {
-            continue;
-        }
         let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
         for cell in grid.border_cells(axis, side) {
-            let (next, inwards) = if side == 0 { (cell + s, 1.0) } else { (cell - s, -1.0) };
-            force[axis] += inwards * area * 0.5 * (3.0 * p[cell] - p[next]);
+            let (next, ghost, inwards) = if side == 0 { (cell + s, cell - s, 1.0) } else { (cell - s, cell + s, -1.0) };
+            force[axis] += inwards * area * boundaries.pressure_at(axis, side, p, [ghost, cell, next]);
         }
     }
     force
@@ -66,13 +63,15 @@ pub fn power<const D: usize>(
 ) -> f64 {
     let mut power = 0.0;
     for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
-        let Some(border) = &boundaries.borders[axis][side] else { continue };
+        if boundaries.borders[axis][side].is_none() {
+            continue;
+        }
         let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
         for cell in grid.border_cells(axis, side) {
             let (face, ghost, next) =
                 if side == 0 { (cell, cell - s, cell + s) } else { (cell + s, cell + s, cell - s) };
             let inwards = if side == 0 { faces[axis][face] } else { -faces[axis][face] };
-            let pressure = if let Border::Outflow = border { 0.0 } else { 0.5 * (3.0 * p[cell] - p[next]) };
+            let pressure = boundaries.pressure_at(axis, side, p, [ghost, cell, next]);
             let at_side = |q: &[f64]| 0.5 * (q[ghost] + q[cell]);
             let kinetic = 0.5 * density * u.iter().map(|q| at_side(q).powi(2)).sum::<f64>();
             let shear = u.iter().map(|q| at_side(q) * (q[ghost] - q[cell])).sum::<f64>() * viscosity / grid.h[axis];

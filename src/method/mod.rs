@@ -126,6 +126,15 @@ impl<const D: usize> Method<D> {
         }
     }
 
+    /// Finds the acceleration by a pressure whose ghosts have changed.
+    pub fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>) {
+        match self {
+            Method::Plain(flow) => flow.find_acceleration(domain, s),
+            Method::Mics2003(method) => method.find_acceleration(domain, s),
+            Method::Sharp(method) => method.find_acceleration(domain, s),
+        }
+    }
+
     /// Takes the momentum of what is there now for that of the last step, where the balance is of a method that keeps it. Collective.
     ///
     /// # Errors

@@ -247,7 +247,7 @@ impl Projection {
                 }
             }
         })?;
-        boundaries.fill_pressure(phi)?;
+        boundaries.fill_increment(phi)?;
         // Closed faces keep their velocity: phi's ghosts leave no gradient there.
         faces::add_gradient(grid, beta, -dt, phi, velocity);
         Ok(solved)

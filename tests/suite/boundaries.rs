@@ -105,3 +105,27 @@ fn what_the_mixing_takes_is_all_that_a_periodic_flow_loses() {
         }
     }
 }
+
+#[test]
+fn between_two_outflows_a_stream_dies_away_as_one_that_a_reservoir_at_rest_feeds() {
+    // Bernoulli at the side where it comes in: rho L dU/dt = -rho U^2/2, so that U = U_0/(1 + U_0 t/(2 L)).
+    let sides = ["\"outflow\"", "\"outflow\"", "\"slip\"", "\"slip\""];
+    let error = |steps: usize, towards: f64| {
+        let initial = format!("[initial]\nvelocity = [{towards:?}, 0.0]\n");
+        let petsc = petsc();
+        let mut scene: Scene<2> = petsc.scene(&box_case([2.0, 0.5], [32, 8], 0.0, sides, &initial));
+        for _ in 0..steps {
+            scene.step(2.0 / steps as f64).unwrap();
+        }
+        let exact = towards / (1.0 + 2.0 / 4.0);
+        let s = &scene.state;
+        // Faces and cells alike, everywhere.
+        let cells = scene.domain.grid.rows().flatten().map(|c| (s.u[0][c] - exact).abs()).fold(0.0, f64::max);
+        let faces = scene.domain.grid.face_rows(0).flatten().map(|f| (s.faces[0][f] - exact).abs()).fold(0.0, f64::max);
+        cells.max(faces)
+    };
+    // What comes in is known by the last step's velocity: of first order in time.
+    let e = [100, 200, 400].map(|steps| error(steps, 1.0));
+    assert!(e[2] < 1e-3 && order(e[1], e[2], 2.0) > 0.9, "{e:?}");
+    assert!((error(200, -1.0) - e[1]).abs() < 1e-12);
+}

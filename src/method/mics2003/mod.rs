@@ -181,6 +181,11 @@ impl<const D: usize> Mics2003<D> {
         &self.flow
     }
 
+    /// Finds the acceleration by the pressure as it is.
+    pub fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>) {
+        self.flow.find_acceleration(domain, s);
+    }
+
     /// (1). Where nothing has moved, nothing changes. Collective.
     fn mix_properties(&mut self, domain: &mut Domain<D>, s: &State<D>) -> Result<()> {
         if !s.bodies.iter().any(Body::moves) {

@@ -194,6 +194,11 @@ impl<const D: usize> Sharp<D> {
         Ok(())
     }
 
+    /// Finds the acceleration by the pressure as it is.
+    pub fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>) {
+        self.acceleration.of_pressure(domain, &self.cut, &s.p, s.drive);
+    }
+
     /// Gives bodies that have none a past: what one does first in a fluid at rest, and the momentum inside as it is. Collective.
     pub fn begin_bodies(&mut self, domain: &Domain<D>, s: &mut State<D>, new: impl Fn(usize) -> bool) -> Result<()> {
         let walls = history(&mut s.walls)?;
