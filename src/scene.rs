@@ -9,6 +9,7 @@ mod traffic;
 
 use crate::clock::Stage;
 use crate::config::Case;
+use crate::contact::Impact;
 use crate::domain::{Domain, Fluid};
 use crate::error::NotFinite;
 use crate::grid::{Boundaries, Coefficient, GHOSTS, Grid};
@@ -37,6 +38,10 @@ pub struct Scene<const D: usize> {
     pub(crate) solver_reason: &'static str,
     /// Courant number per second of what the borders prescribe (1/s): in a fluid at rest nothing else tells it.
     border_rate: f64,
+    /// Largest acceleration (m/s2) by which gravity may set off a body that has yet to come in.
+    coming_fall: f64,
+    /// The impacts that the case lets expect.
+    impact: Impact,
     /// Scratch: how the bodies moved at the start of a step.
     motions: Vec<energy::Motion>,
 }
@@ -82,10 +87,15 @@ impl<const D: usize> Scene<D> {
         let (domain, solver_reason) = build_domain(session, case, &bodies)?;
         let enters = |body: &Body| case.particle.get(body.id).is_some_and(|p| p.enter.is_some());
         let waiting: Vec<u64> = bodies.iter().filter(|body| enters(body)).map(|body| body.id as u64).collect();
+        let fluid = domain.fluid;
+        let coming_fall =
+            bodies.iter().filter(|body| enters(body)).filter_map(|body| fall(body, &fluid)).fold(0.0, f64::max);
+        // Of all bodies as they start, so that a stiffness that nobody gave is one and the same whoever comes and goes.
+        let impact = build::impact(case, &bodies);
         bodies.retain(|body| !enters(body));
-        let method = method(&domain, case, &bodies);
+        let method = method(&domain, case, &bodies, impact);
         if let Method::Sharp(_) = method
-            && bodies.iter().any(|b| b.freedom().is_some())
+            && (!waiting.is_empty() || bodies.iter().any(|b| b.freedom().is_some()))
         {
             domain.projection.solver().refuse_preconditioner_alone()?;
         }
@@ -93,7 +103,7 @@ impl<const D: usize> Scene<D> {
         let motions = Vec::with_capacity(bodies.len());
         let mut state = State::new(&domain.grid, bodies, build::extrapolates(case));
         state.waiting = waiting;
-        let mut scene = Scene { domain, state, method, solver_reason, border_rate, motions };
+        let mut scene = Scene { domain, state, method, solver_reason, border_rate, coming_fall, impact, motions };
         scene.set_initial_velocity(&axes(&case.initial.velocity), case.initial.perturbation);
         scene.start()?;
         Ok(scene)
@@ -185,7 +195,7 @@ impl<const D: usize> Scene<D> {
     pub fn renew(&mut self, case: &Case) -> Result<()> {
         let clock = self.domain.clock.clone();
         self.domain = build_domain(&self.domain.session, case, &self.state.bodies)?.0;
-        self.method = method(&self.domain, case, &self.state.bodies);
+        self.method = method(&self.domain, case, &self.state.bodies, self.impact);
         self.resume()?;
         self.domain.clock = clock;
         Ok(())
@@ -223,14 +233,17 @@ impl<const D: usize> Scene<D> {
         (limit, diffusion::limit_rate(&[widest], viscosity / density, false))
     }
 
-    /// Largest acceleration (m/s2) by which gravity may set a free particle off, its added mass half its volume's.
+    /// Largest acceleration (m/s2) by which gravity may set a free particle off that is there or comes in.
     pub fn largest_fall(&self) -> f64 {
-        let Fluid { density, gravity, .. } = self.domain.fluid;
-        let fall = |b: &Body| {
-            Some(b.freedom()?.along(&gravity).norm() * (b.density - density).abs() / (b.density + 0.5 * density))
-        };
-        self.state.bodies.iter().filter_map(fall).fold(0.0, f64::max)
+        let coming = if self.state.waiting.is_empty() { 0.0 } else { self.coming_fall };
+        self.state.bodies.iter().filter_map(|body| fall(body, &self.domain.fluid)).fold(coming, f64::max)
     }
+}
+
+/// The acceleration (m/s2) by which gravity sets off a free body in a fluid, its added mass half its volume's.
+fn fall(body: &Body, fluid: &Fluid) -> Option<f64> {
+    let Fluid { density, gravity, .. } = fluid;
+    Some(body.freedom()?.along(gravity).norm() * (body.density - density).abs() / (body.density + 0.5 * density))
 }
 
 /// The domain of a case with these bodies, and why its pressure is solved as it is. Collective.

@@ -24,7 +24,11 @@ impl Case {
                 s.0,
                 s.1
             );
-            return vec![("particles".into(), words)];
+            let entering: Vec<_> = self.particle.iter().filter_map(|p| p.enter.as_ref()).collect();
+            let first = entering.iter().map(|enter| enter.time).fold(f64::INFINITY, f64::min);
+            let come = format!("{} of them come in while the run goes on, the first at {first} s", entering.len());
+            let come = (!entering.is_empty()).then(|| ("enter".into(), come));
+            return [("particles".into(), words)].into_iter().chain(come).collect();
         }
         let line = |(id, p): (usize, &Particle)| {
             let motion = match &p.motion {
@@ -39,7 +43,8 @@ impl Case {
                 ),
             };
             let d = p.shape.diameter();
-            let words = format!("d = {d} m, d/h = {:.1}, density ratio {:.4}, {motion}", cells(d), ratio(p));
+            let enters = p.enter.as_ref().map_or(String::new(), |enter| format!(", enters at {} s", enter.time));
+            let words = format!("d = {d} m, d/h = {:.1}, density ratio {:.4}, {motion}{enters}", cells(d), ratio(p));
             (format!("particle {id}"), words)
         };
         self.particle.iter().enumerate().map(line).collect()

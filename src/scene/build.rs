@@ -118,8 +118,8 @@ pub(super) fn extrapolates(case: &Case) -> bool {
     scheme(case).centred && case.time.advection == config::Advection::Upwind5
 }
 
-/// The method for these bodies, all its scratch new.
-pub(super) fn method<const D: usize>(domain: &Domain<D>, case: &Case, bodies: &[Body]) -> Method<D> {
+/// The method for these bodies, which have such impacts to expect, all its scratch new.
+pub(super) fn method<const D: usize>(domain: &Domain<D>, case: &Case, bodies: &[Body], impact: Impact) -> Method<D> {
     let (grid, mixture) = (&domain.grid, mixture(&domain.grid, case, bodies));
     let advection = match case.time.advection {
         config::Advection::Upwind5 => Advection::Upwind5,
@@ -134,7 +134,7 @@ pub(super) fn method<const D: usize>(domain: &Domain<D>, case: &Case, bodies: &[
         return Method::Plain(Flow::new(domain, mixture, None, momentum, choices.cell_gradient));
     }
     let free = bodies.iter().any(|b| b.freedom().is_some()) || case.particle.iter().any(|p| p.enter.is_some());
-    let law = case.contact.as_ref().filter(|_| free).map(|law| contacts(case, law, bodies));
+    let law = case.contact.as_ref().filter(|_| free).map(|law| contacts(case, law, bodies, impact));
     match case.coupling.wall {
         config::WallRule::Sharp => Method::Sharp(Sharp::new(domain, bodies, mixture, momentum, law)),
         config::WallRule::Mixing => Method::Mics2003(Mics2003::new(domain, bodies, mixture, momentum, law, choices)),
@@ -199,7 +199,7 @@ pub(crate) fn impact(case: &Case, bodies: &[Body]) -> Impact {
 }
 
 /// The law of contacts between the bodies, and between them and the closed faces of the box.
-pub(super) fn contacts(case: &Case, law: &config::Contact, bodies: &[Body]) -> Contacts {
+pub(super) fn contacts(case: &Case, law: &config::Contact, bodies: &[Body], impact: Impact) -> Contacts {
     let mut names = vec![config::WALL];
     let mut material = |name| {
         names.iter().position(|n| *n == name).unwrap_or_else(|| {
@@ -209,7 +209,6 @@ pub(super) fn contacts(case: &Case, law: &config::Contact, bodies: &[Body]) -> C
     };
     let name = |k: usize| case.particle.get(k).map_or(config::DEFAULT_MATERIAL, |p| p.material.as_str());
     let materials: Vec<usize> = bodies.iter().map(|body| material(name(body.id))).collect();
-    let impact = impact(case, bodies);
     let laws = Laws::new(names.len(), |a, b| {
         let pair = law.between(names[a], names[b]);
         Material {

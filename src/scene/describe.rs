@@ -10,12 +10,13 @@ impl<const D: usize> Scene<D> {
     /// What the scene needs and what it leaves out, each with its reason.
     pub fn needs(&self) -> Vec<(&'static str, bool, String)> {
         let (bodies, mixture) = (&self.state.bodies, self.method.mixture());
-        let (there, moves) = (!bodies.is_empty(), bodies.iter().any(Body::moves));
+        let come = !self.state.waiting.is_empty();
+        let (there, moves) = (come || !bodies.is_empty(), come || bodies.iter().any(Body::moves));
         let field = |c: &Coefficient| matches!(c, Coefficient::Field(_));
         let varies = field(&mixture.density);
         let falls = self.largest_fall() > 0.0;
         let sharp = matches!(self.method, Method::Sharp(_));
-        let free = bodies.iter().any(|b| b.freedom().is_some());
+        let free = self.state.has_free_bodies();
         let touches = self.method.contacts().is_some();
         let why = |yes: bool, if_yes: &str, if_no: &str| (if yes { if_yes } else { if_no }).to_owned();
         let inviscid = matches!(mixture.viscosity, Coefficient::Uniform(0.0));

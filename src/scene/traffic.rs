@@ -157,7 +157,7 @@ impl<const D: usize> Scene<D> {
     /// Makes the method anew for the bodies as they are, of which these are `new`, and balance and budget with it. Collective.
     fn remake(&mut self, case: &Case, new: &[usize]) -> Result<()> {
         let clock = self.domain.clock.clone();
-        self.method = build::method(&self.domain, case, &self.state.bodies);
+        self.method = build::method(&self.domain, case, &self.state.bodies, self.impact);
         self.resume()?;
         self.domain.clock = clock;
         self.method.begin_bodies(&self.domain, &mut self.state, new)?;
@@ -198,7 +198,7 @@ impl<const D: usize> Scene<D> {
         if let Some(walls) = &mut s.walls {
             walls.bodies.resize(ids.len(), BodyHistory::default());
         }
-        self.method = build::method(&self.domain, case, &self.state.bodies);
+        self.method = build::method(&self.domain, case, &self.state.bodies, self.impact);
         Ok(())
     }
 }

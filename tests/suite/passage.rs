@@ -240,3 +240,25 @@ fn a_ground_of_fixed_grains_has_rows_once_and_another_case_begins_with_it() {
     assert_eq!(place(&a, 0.0, true), place(&b, 0.0, false));
     assert_eq!(place(&a, 12.0, true), place(&b, 12.0, true));
 }
+
+#[test]
+fn grains_that_fall_in_while_fluid_comes_in_at_open_sides_go_on_byte_for_byte() {
+    let dir = tempfile::tempdir().unwrap();
+    let [out, broken] = ["out", "broken"].map(|name| dir.path().join(name));
+    let feed = "[[swarm]]\ncount = 12\nregion = { min = [0.8, 0.7], max = [1.2, 1.0] }\ndiameter = { uniform = [0.16, 0.2] }\n\
+                density = 2.5\nfeed = { rate = 10.0 }\n[contact]\n[output]\nfigures = false\nparticles = { every = 10 }\n";
+    let sides = ["\"outflow\"", "\"outflow\"", "\"wall\"", "\"wall\""];
+    let text = box_case([2.0, 1.0], [64, 32], 0.005, sides, &format!("[time]\nend = 1.2\nstep = 0.004\n{feed}"));
+    let case = write(dir.path(), &text.replace("density = 1.0\n", "density = 1.0\ngravity = [0.0, -1.0]\n"));
+    run(&case, &out, &[]);
+    run(&case, &broken, &["--set", "time.end=0.8"]);
+    let on = mics(&["run", case.to_str().unwrap(), "--out", broken.to_str().unwrap(), "--resume", "--quiet"]);
+    assert!(on.status.success(), "{}", String::from_utf8_lossy(&on.stderr));
+    let [a, b] = [&out, &broken].map(|out| std::fs::read(out.join("particles.csv")).unwrap());
+    assert!(a == b);
+    // They have met the floor and each other, and the open sides have not driven the box.
+    let steps = columns(&out.join("steps.csv"));
+    assert!(steps["substeps"].iter().any(|n| *n > 0.0));
+    let [given, taken] = ["gravity_work", "border_work"].map(|name| *steps[name].last().unwrap());
+    assert!(taken.abs() < 0.05 * given, "{taken} {given}");
+}
