@@ -29,6 +29,7 @@ pub use memory::check_memory;
 pub use restart::Account;
 use restart::{Checkpoints, Ended, Restart};
 use serde_json::json;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 pub use step_size::{Choice, check_step, choose_step};
@@ -153,6 +154,13 @@ impl<'a, const D: usize> Run<'a, D> {
                 format!("the run that goes on has reached |D| = {reached:.3e} 1/s already; give a limit above that"),
             ));
         }
+        let (end, reached) = (case.time.end, scene.state.time);
+        if restart.is_some() && end < reached * (1.0 - 1e-12) {
+            return Err(loaded.error_at(
+                "time.end",
+                format!("the run that goes on has reached {reached} s already; give a later end than that"),
+            ));
+        }
         check_step(loaded, &scene.limits()?)?;
         let lead = session.rank() == 0;
         let mut log = Log::new(lead && !request.quiet);
@@ -205,6 +213,14 @@ impl<'a, const D: usize> Run<'a, D> {
         ));
         if let (Some(taken), Some(from)) = (self.begun, &self.case.initial.from) {
             self.log.say(&format!("begins where {from} ended: {taken}"));
+        }
+        // What is named later on, such as what PETSc logs at its end, is not used yet either.
+        let unused = self.session.unused_options()?;
+        if !unused.is_empty() && self.session.rank() == 0 {
+            let (unused, count) = (unused.join(", "), unused.len());
+            let one = if count == 1 { "option that nothing uses" } else { "options that nothing uses" };
+            // A closed stderr is no reason to end a run.
+            let _ = writeln!(std::io::stderr(), "warning: PETSc {one} so far: {unused}; check the spelling");
         }
         if let Some(shut) = crate::check::shut(self.case, &self.scene) {
             self.log.say(&shut);

@@ -27,7 +27,7 @@ pub fn driven_axes(case: &Case) -> Vec<usize> {
 pub fn blocked<const D: usize>(scene: &Scene<D>, axis: usize) -> bool {
     let grid = &scene.domain.grid;
     let mut covered = grid.field();
-    scene.method.with_body_overlaps(|_, overlaps| overlaps.iter().for_each(|o| covered[o.cell as usize] += o.fraction));
+    scene.method.with_body_overlaps(|_, overlaps| overlaps.iter().for_each(|o| covered[o.cell] += o.fraction));
     let open = |at: [usize; D]| grid.owned_index(at).is_some_and(|c| covered[c] < 0.5);
     let number = |at: [usize; D]| (0..D).rev().fold(0, |n, a| n * grid.cells[a] + at[a]);
     let mut seen = vec![false; grid.total_cells()];

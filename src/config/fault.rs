@@ -54,6 +54,12 @@ pub(super) fn vector(key: &str, value: &[f64], dimension: usize, unit: &str) -> 
     finite(key, value, unit)
 }
 
+/// Two numbers that differ, with as many digits as show that, and five at least.
+pub(super) fn unlike(a: f64, b: f64) -> [String; 2] {
+    let digits = (4..16).find(|digits| format!("{a:.digits$e}") != format!("{b:.digits$e}")).unwrap_or(16);
+    [a, b].map(|value| format!("{:?}", format!("{value:.digits$e}").parse().unwrap_or(value)))
+}
+
 /// A computed number to five digits, without the noise of its rounding.
 pub(super) fn short(value: f64) -> String {
     format!("{:?}", format!("{value:.4e}").parse().unwrap_or(value))

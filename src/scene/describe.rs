@@ -47,7 +47,11 @@ impl<const D: usize> Scene<D> {
                 why(
                     falls,
                     "free particles of another density than the fluid's",
-                    "held particles carry their own weight; the fluid's is in the pressure",
+                    match (self.domain.fluid.gravity.norm() > 0.0, free) {
+                        (false, _) => "the case has none",
+                        (true, true) => "free particles weigh as much as the fluid; its weight is in the pressure",
+                        (true, false) => "held particles carry their own weight; the fluid's is in the pressure",
+                    },
                 ),
             ),
             (

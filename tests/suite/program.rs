@@ -116,6 +116,8 @@ fn petsc_options_work_and_those_that_nothing_used_are_named() {
         let words = ["run", case.to_str().unwrap(), "--out", out.to_str().unwrap(), "--set", "time.end=0.1", "--"];
         let output = mics(&[&words[..], options].concat());
         assert!(output.status.success(), "{}", text(&output.stderr));
+        // What nothing knows is said before the first step, on stderr; what is used at the end alone is not.
+        assert_eq!(text(&output.stderr).contains("warning: PETSc option"), name == "b", "{}", text(&output.stderr));
         text(&output.stdout)
     };
     assert!(go("a", &[]).contains("gmres + boxmg (PETSc's options)"));

@@ -1,7 +1,7 @@
 //! Bodies, one by one.
 
 use super::{Case, FACES, Region};
-use crate::config::fault::{AXES, Check, not_negative, positive, short, vector};
+use crate::config::fault::{AXES, Check, not_negative, positive, short, unlike, vector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -347,8 +347,8 @@ pub(super) fn overlap(case: &Case) -> Option<Overlap> {
             let diameters = [i, j].map(|k| bodies[k].shape.diameter());
             let reach = 0.5 * (diameters[0] + diameters[1]);
             if distance < reach - slack(case, diameters[0].min(diameters[1])) {
-                let words =
-                    format!("their centres are {} m apart, and must be {} m or more", short(distance), short(reach));
+                let [distance, reach] = unlike(distance, reach);
+                let words = format!("their centres are {distance} m apart, and must be {reach} m or more");
                 return Some(Overlap { first: i.min(j), second: i.max(j), words });
             }
         }

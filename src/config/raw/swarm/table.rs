@@ -28,6 +28,8 @@ pub(super) fn append(case: &mut Case, swarm: &Swarm, path: &Path, key: &str) -> 
         }
         _ => refuse(&file.to_string(), &format!("cannot be read: {e}")),
     })?;
+    // Where a line ends with two characters, the second would count as another line's.
+    let text = text.replace("\r\n", "\n");
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
     let malformed = |e: csv::Error| {
         let line = e.position().map_or(1, |position| position.line());
