@@ -382,7 +382,7 @@ fn a_run_goes_on_to_a_later_end_and_what_does_not_fit_is_refused_before_anything
     let rows = std::fs::read_to_string(out.join("steps.csv")).unwrap();
     for (more, why) in [
         (&["--resume", "--set", "fluid.viscosity=0.02"][..], "fluid.viscosity: was 0.01 in the run to go on with"),
-        (&["--resume", "--set", "time.end=0.05"], "time.end: the run that goes on has reached 0.1"),
+        (&["--resume", "--set", "time.end=0.09"], "time.end: the run that goes on has reached 0.1"),
         (&["--resume", "--set", "measure.0.particle=1"], "measure.0.particle: was 0 in the run"),
         (&[], "the folder exists and holds a run"),
     ] {
