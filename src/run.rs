@@ -520,6 +520,11 @@ impl<'a, const D: usize> Run<'a, D> {
             self.account.divergence_max,
             self.case.pressure.divergence_limit
         ));
+        if !self.scene.state.waiting.is_empty() {
+            let count = self.scene.state.waiting.len();
+            let cure = "their time had not come, or their place was never free";
+            self.log.say(&format!("{count} of the particles never came in: {cure}"));
+        }
         if !unused.is_empty() {
             self.log.say(&format!("PETSc options that nothing used: {}", unused.join(", ")));
         }
@@ -530,7 +535,7 @@ impl<'a, const D: usize> Run<'a, D> {
                     None => format!("{name} = {v:.5}"),
                 },
                 None => {
-                    format!("{name}: the run gives no value (no oscillation, no contact, or no steps after `from`)")
+                    format!("{name}: the run gives no value (no oscillation, no contact, a particle that was not there, or no steps after `from`)")
                 }
             });
         }

@@ -4,7 +4,7 @@
 //!   body     m (V' - V) = F dt + G dt + J      its kinetic energy gains F.<V> dt by the fluid, G.<V> dt by gravity and the rest
 //!                                              by contacts; <V> = (V + V')/2, or the way over dt where contacts bend it
 //!   fluid    gains -F.<V> dt of free and of prescribed bodies, the work of the drive and of the sides of the box, less
-//!            viscous = dt mu sum over faces |u_c - u_(c-1)|^2/h^2 dV (1 - alpha)
+//!            viscous = dt mu sum over faces |u_c - u_(c-1)|^2/h^2 dV (1 - alpha)    (alpha: mean of both cells)
 //!   contacts what all bodies gain of them = what springs release and moving walls give, less what dampers, friction, films take
 //! ```
 //! and likewise for spins and torques. What is missing is the method's own.
@@ -196,8 +196,12 @@ fn slopes<const D: usize>(domain: &Domain<D>, u: &VectorField<D>, method: &Metho
     let mut slopes = low_slopes(grid, u);
     method.with_overlaps(|overlaps| {
         for o in overlaps {
-            let own = |axis: usize| u.iter().map(|u| slope(u, o.cell, grid.stride[axis], grid.h[axis])).sum::<f64>();
-            slopes -= o.fraction * (0..D).map(own).sum::<f64>();
+            // Half of what each of its two cells has of a body is taken from a face, so that mirrored flows lose the same.
+            let at = |axis: usize, face: usize| {
+                u.iter().map(|u| slope(u, face, grid.stride[axis], grid.h[axis])).sum::<f64>()
+            };
+            let own = |axis: usize| at(axis, o.cell) + at(axis, o.cell + grid.stride[axis]);
+            slopes -= 0.5 * o.fraction * (0..D).map(own).sum::<f64>();
         }
     });
     // A face of the border belongs to half a cell; of the high borders no cell has had it yet.

@@ -129,3 +129,22 @@ fn between_two_outflows_a_stream_dies_away_as_one_that_a_reservoir_at_rest_feeds
     assert!(e[2] < 1e-3 && order(e[1], e[2], 2.0) > 0.9, "{e:?}");
     assert!((error(200, -1.0) - e[1]).abs() < 1e-12);
 }
+
+#[test]
+fn a_stream_and_its_mirror_image_have_one_budget_of_energy() {
+    let spent = |towards: f64| {
+        let (inflow, at) = (format!("{{ inflow = [{towards:?}, 0.0] }}"), 0.6 + 0.3 * towards);
+        let ends = if towards > 0.0 { [&inflow, "\"outflow\""] } else { ["\"outflow\"", &inflow] };
+        let disc = format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.307 }} }}\nposition = [{at:?}, 0.45]\nmotion = \"fixed\"\n"
+        );
+        let case = box_case([1.2, 1.0], [36, 30], 5e-4, [ends[0], ends[1], "\"wall\"", "\"wall\""], &disc);
+        let petsc = petsc();
+        let mut scene: Scene<2> = petsc.scene(&case);
+        (0..20).for_each(|_| drop(scene.step(0.005).unwrap()));
+        let e = scene.state.energy;
+        [e.viscous, e.method, e.borders].map(|part| part / e.fluid)
+    };
+    let [east, west] = [1.0, -1.0].map(spent);
+    assert!(east.iter().zip(&west).all(|(a, b)| (a - b).abs() < 1e-8), "{east:?} {west:?}");
+}

@@ -373,7 +373,10 @@ mod tests {
             }
         }
         let (key, message) = expanded(2, &keys.replace("COUNT", "2800"), "").unwrap_err();
-        assert!(key == "swarm.0.count" && message.contains("2800 do not fit: they would cover 88.0 %"), "{message}");
+        assert!(
+            key == "swarm.0.count" && message.contains("2800 do not fit: with their gaps they would cover 88.8 %"),
+            "{message}"
+        );
     }
 
     #[test]

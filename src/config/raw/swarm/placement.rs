@@ -133,6 +133,11 @@ pub(super) fn scatter(case: &Case, swarm: &Scatter, key: &str) -> Result<Vec<(f6
     let mut uniform = || uniform(&mut random);
     diameters.sort_by(|a, b| b.total_cmp(a));
     let largest = swarm.diameter.bounds()[1];
+    // Far beyond what any packing reaches nothing is tried.
+    let densest = if case.dimension() == 2 { 0.86 } else { 0.70 };
+    if count > 1 && covered(region, &diameters, gap) > densest {
+        return Err(Fault { key: key.to_owned(), message: shortage(swarm, &diameters) });
+    }
     let mut taken = Taken::new(case, largest, gap);
     for particle in &case.particle {
         taken.add(particle.shape.diameter(), particle.position.clone());
@@ -142,7 +147,7 @@ pub(super) fn scatter(case: &Case, swarm: &Scatter, key: &str) -> Result<Vec<(f6
     let mut overlapping = false;
     for &diameter in &diameters {
         let Some(room) = region.room(case, gap, diameter) else {
-            return Err(Fault { key: key.to_owned(), message: shortage(swarm, &taken.bodies[listed..]) });
+            return Err(Fault { key: key.to_owned(), message: shortage(swarm, &diameters) });
         };
         let mut place = vec![0.0; case.dimension()];
         let mut attempt = || {
@@ -159,29 +164,27 @@ pub(super) fn scatter(case: &Case, swarm: &Scatter, key: &str) -> Result<Vec<(f6
         taken.add(diameter, place);
         rooms.push(room);
     }
-    let full = || covered(region, &taken.bodies[listed..]) > if case.dimension() == 2 { 0.86 } else { 0.70 };
-    // Far beyond what any packing reaches, no sweep is tried.
-    if overlapping && (full() || !part::part(&mut taken, listed, &rooms)) {
-        return Err(Fault { key: key.to_owned(), message: shortage(swarm, &taken.bodies[listed..]) });
+    if overlapping && !part::part(&mut taken, listed, &rooms) {
+        return Err(Fault { key: key.to_owned(), message: shortage(swarm, &diameters) });
     }
     Ok(taken.bodies.split_off(listed))
 }
 
-/// The part of a region that bodies would cover.
-fn covered(region: &Region, bodies: &[(f64, Vec<f64>)]) -> f64 {
+/// The part of a region that bodies would cover, half of the gap (m) around each.
+fn covered(region: &Region, diameters: &[f64], gap: f64) -> f64 {
     let planar = region.min.len() == 2;
-    let volume = |d: &f64| if planar { 0.25 * PI * d.powi(2) } else { PI / 6.0 * d.powi(3) };
+    let volume = |d: &f64| if planar { 0.25 * PI * (d + gap).powi(2) } else { PI / 6.0 * (d + gap).powi(3) };
     let whole: f64 = region.min.iter().zip(&region.max).map(|(low, high)| high - low).product();
-    bodies.iter().map(|(diameter, _)| volume(diameter)).sum::<f64>() / whole
+    diameters.iter().map(volume).sum::<f64>() / whole
 }
 
 /// How a swarm fails to fit, and what to do.
-fn shortage(swarm: &Scatter, bodies: &[(f64, Vec<f64>)]) -> String {
-    let Scatter { count, region, .. } = swarm;
+fn shortage(swarm: &Scatter, diameters: &[f64]) -> String {
+    let Scatter { count, region, gap, .. } = swarm;
     let most = if region.min.len() == 2 { "80 % in 2D" } else { "60 % in 3D" };
     format!(
-        "{count} do not fit: they would cover {:.1} % of the region, and random packings reach about {most}, less in \
-         narrow regions and with a gap: ask for fewer or smaller ones, a smaller gap or a larger region",
-        100.0 * covered(region, bodies)
+        "{count} do not fit: with their gaps they would cover {:.1} % of the region, and random packings reach about {most}, less in \
+         narrow regions and where other bodies are in it: ask for fewer or smaller ones, a smaller gap or a larger region",
+        100.0 * covered(region, diameters, *gap)
     )
 }

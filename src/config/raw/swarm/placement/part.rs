@@ -6,8 +6,12 @@
 
 use super::Taken;
 
-/// Sweeps over all pairs before the swarm is said not to fit: packings near the densest need hundreds.
-const SWEEPS: usize = 4000;
+/// After so many sweeps over all pairs what overlaps has to be less than this part of what it was so many before, or the swarm is said
+/// not to fit: packings near the densest need hundreds.
+const PATIENCE: (usize, f64) = (100, 0.8);
+
+/// Bodies that are visited at most, in all sweeps together: a minute's.
+const MOST_VISITS: usize = 10_000_000;
 
 /// How much farther than they must bodies are moved, of their overlap and of their reach: without it the last
 /// overlaps would die away for ever.
@@ -16,33 +20,48 @@ const EXCESS: [f64; 2] = [0.2, 1e-6];
 /// Moves the bodies from `first` on apart, each within its room (from, and how far along each axis, m), and says
 /// whether none overlaps any more.
 pub(super) fn part(taken: &mut Taken, first: usize, rooms: &[Vec<(f64, f64)>]) -> bool {
-    (0..SWEEPS).any(|_| !sweep(taken, first, rooms))
+    let (sweeps, part) = PATIENCE;
+    let mut before = f64::INFINITY;
+    for _ in 0..(MOST_VISITS / taken.bodies.len().max(1) / sweeps).max(4) {
+        let mut overlap = 0.0;
+        for _ in 0..sweeps {
+            overlap = sweep(taken, first, rooms);
+            if overlap == 0.0 {
+                return true;
+            }
+        }
+        if overlap > part * before {
+            return false;
+        }
+        before = overlap;
+    }
+    false
 }
 
-/// One sweep over all pairs; whether any had to be moved.
-fn sweep(taken: &mut Taken, first: usize, rooms: &[Vec<(f64, f64)>]) -> bool {
+/// One sweep over all pairs; how much they overlapped, of their reach, all together.
+fn sweep(taken: &mut Taken, first: usize, rooms: &[Vec<(f64, f64)>]) -> f64 {
     let bodies = std::mem::take(&mut taken.bodies);
     taken.near.iter_mut().for_each(Vec::clear);
     for (body, (diameter, place)) in bodies.iter().enumerate() {
         taken.list(body as u32, *diameter, place);
     }
     taken.bodies = bodies;
-    let mut moved = false;
+    let mut overlap = 0.0;
     for i in first..taken.bodies.len() {
         let cell = taken.cell(&taken.bodies[i].1);
         for k in 0..taken.near[cell].len() {
             let j = taken.near[cell][k] as usize;
             // Each pair of the swarm's own once.
             if j < first || j > i {
-                moved |= separate(taken, [i, j], first, rooms);
+                overlap += separate(taken, [i, j], first, rooms);
             }
         }
     }
-    moved
+    overlap
 }
 
-/// Moves two bodies apart where they overlap, and says whether they did.
-fn separate(taken: &mut Taken, [i, j]: [usize; 2], first: usize, rooms: &[Vec<(f64, f64)>]) -> bool {
+/// Moves two bodies apart where they overlap, and says by how much of their reach they did.
+fn separate(taken: &mut Taken, [i, j]: [usize; 2], first: usize, rooms: &[Vec<(f64, f64)>]) -> f64 {
     let [(d_i, x_i), (d_j, x_j)] = [&taken.bodies[i], &taken.bodies[j]];
     let reach = 0.5 * (d_i + d_j) + taken.gap;
     let apart = x_i.iter().zip(x_j).zip(&taken.periods);
@@ -50,7 +69,7 @@ fn separate(taken: &mut Taken, [i, j]: [usize; 2], first: usize, rooms: &[Vec<(f
         apart.map(|((a, b), period)| period.map_or(a - b, |l| a - b - l * ((a - b) / l).round())).collect();
     let distance = line.iter().map(|d| d * d).sum::<f64>().sqrt();
     if distance >= reach {
-        return false;
+        return 0.0;
     }
     match distance > 0.0 {
         true => line.iter_mut().for_each(|d| *d /= distance),
@@ -76,5 +95,5 @@ fn separate(taken: &mut Taken, [i, j]: [usize; 2], first: usize, rooms: &[Vec<(f
             };
         }
     }
-    true
+    1.0 - distance / reach
 }
