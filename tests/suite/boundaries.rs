@@ -141,7 +141,9 @@ fn a_stream_and_its_mirror_image_have_one_budget_of_energy() {
         let case = box_case([1.2, 1.0], [36, 30], 5e-4, [ends[0], ends[1], "\"wall\"", "\"wall\""], &disc);
         let petsc = petsc();
         let mut scene: Scene<2> = petsc.scene(&case);
-        (0..20).for_each(|_| drop(scene.step(0.005).unwrap()));
+        for _ in 0..20 {
+            scene.step(0.005).unwrap();
+        }
         let e = scene.state.energy;
         [e.viscous, e.method, e.borders].map(|part| part / e.fluid)
     };
