@@ -274,11 +274,14 @@ mod tests {
         writer.write_all(b"half").unwrap();
         drop(writer);
         assert_eq!(names(run.path()), ["00000001.ckpt"]);
-        let mut bytes = [&MAGIC[..], &9u32.to_le_bytes(), b"archive"].concat();
+        let mut bytes = [&MAGIC[..], &(FORMAT + 1).to_le_bytes(), b"archive"].concat();
         bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
         fs::write(path(run.path(), 3), bytes).unwrap();
         fs::create_dir(path(run.path(), 4)).unwrap();
         let (step, refused) = newest(run.path()).unwrap();
-        assert!(step == 1 && refused[0].contains("no file") && refused[1].contains("format 9"), "{refused:?}");
+        assert!(
+            step == 1 && refused[0].contains("no file") && refused[1].contains(&format!("format {}", FORMAT + 1)),
+            "{refused:?}"
+        );
     }
 }
