@@ -167,12 +167,16 @@ fn loss(restitution: Option<f64>, damping: Option<raw::Damping>) -> Option<Loss>
     restitution.map(Loss::Restitution).or(damping.map(Loss::Damping))
 }
 
+/// Most stages of a step, where none are given.
+const MAX_STAGES: usize = 10;
+
 fn time(raw: raw::Time) -> Time {
-    let raw::Time { end, step, cfl, scheme, advection } = raw;
+    let raw::Time { end, step, cfl, scheme, max_stages, advection } = raw;
     // Euler steps with upwind advection reach less far than all others.
     let short = scheme == Scheme::Euler && advection != Advection::Qsi;
     let courant = || Step::Courant(cfl.unwrap_or(if short { 0.2 } else { 0.4 }));
-    Time { end, step: step.map_or_else(courant, Step::Fixed), scheme, advection }
+    let max_stages = max_stages.unwrap_or(MAX_STAGES);
+    Time { end, step: step.map_or_else(courant, Step::Fixed), scheme, max_stages, advection }
 }
 
 /// A measure along this direction and axis of a case with this reference speed (m/s), this force of its coupling and so many particles.

@@ -250,6 +250,8 @@ pub struct Time {
     pub step: Step,
     /// The time scheme.
     pub scheme: Scheme,
+    /// The most stages of a step by `rkl2`.
+    pub max_stages: usize,
     /// The advection scheme.
     pub advection: Advection,
 }

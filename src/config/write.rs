@@ -1,6 +1,6 @@
 //! A case written out as a file that gives every key, for the run's folder; it reads back to an equal case.
 
-use super::raw::{self, Axis, Spin, Which};
+use super::raw::{self, Axis, Scheme, Spin, Which};
 use super::resolved::{
     Cadence, Case, Checkpoints, Contact, Drive, Enter, Loss, Measure, Motion, Output, PairLaw, Particle, Step,
 };
@@ -48,7 +48,14 @@ fn file(case: &Case) -> raw::Case {
         drive: case.drive.as_ref().map(drive),
         coupling: case.coupling.clone(),
         contact: case.contact.as_ref().map(contact),
-        time: raw::Time { end: case.time.end, step, cfl, scheme: case.time.scheme, advection: case.time.advection },
+        time: raw::Time {
+            end: case.time.end,
+            step,
+            cfl,
+            scheme: case.time.scheme,
+            max_stages: (case.time.scheme == Scheme::Rkl2).then_some(case.time.max_stages),
+            advection: case.time.advection,
+        },
         pressure: case.pressure.clone(),
         petsc: case.petsc.clone(),
         measure: case.measure.iter().map(|m| measure(m, case.dimension())).collect(),

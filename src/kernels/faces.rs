@@ -235,6 +235,32 @@ pub fn step_cells<const D: usize>(
     );
 }
 
+/// What a stage of a recurrence begins from, in the cells: `to = before to + sum of factor field + dt (a_low + a_high)/2`.
+pub fn recur_cells<const D: usize>(
+    grid: &Grid<D>,
+    before: f64,
+    terms: [(f64, &VectorField<D>); 4],
+    (dt, acceleration): (f64, &VectorField<D>),
+    to: &mut VectorField<D>,
+) {
+    simd(
+        #[inline(always)]
+        || {
+            for (axis, to) in to.iter_mut().enumerate() {
+                let a = &acceleration[axis];
+                for row in grid.rows() {
+                    let [p, q, r, s] = terms.map(|(factor, field)| (factor, &field[axis][row.clone()]));
+                    let (low, high) = (&a[row.clone()], &a[row.start + grid.stride[axis]..][..row.len()]);
+                    let fields = p.1.iter().zip(q.1).zip(r.1.iter().zip(s.1)).zip(low.iter().zip(high));
+                    for (to, (((u, v), (f, g)), (l, h))) in to[row].iter_mut().zip(fields) {
+                        *to = before * *to + p.0 * u + q.0 * v + r.0 * f + s.0 * g + 0.5 * dt * (l + h);
+                    }
+                }
+            }
+        },
+    );
+}
+
 /// Eq. (16) as printed: adds `-dt (p_high - p_low)/(2 h rho)` to the cells; ghosts of `p` (Pa) filled. Decoupled from the
 /// faces' gradient, it does not survive large density ratios.
 pub fn add_cell_gradient<const D: usize>(

@@ -1,6 +1,7 @@
 //! The flow of one fluid, or of the mixture, in the order of the paper: the whole step where there are no bodies.
 
 use super::momentum::{Listener, Mixture, Momentum};
+use super::stabilised::{Finish, Stabilised};
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
@@ -28,6 +29,8 @@ pub struct Flow<const D: usize> {
     pub solid: Option<Vec<f64>>,
     /// Velocity that a stage after the first starts from (m/s).
     stage: VectorField<D>,
+    /// What steps need that viscosity would bind; `None` where the scheme does not have them.
+    stabilised: Option<Stabilised<D>>,
 }
 
 impl<const D: usize> Flow<D> {
@@ -45,6 +48,7 @@ impl<const D: usize> Flow<D> {
             beta: FaceCoefficient::new(grid, &mixture.density),
             mixture,
             gravity,
+            stabilised: Stabilised::new(grid, &momentum.scheme),
             momentum,
             cell_gradient,
             acceleration: grid.vector_field(),
@@ -74,6 +78,22 @@ impl<const D: usize> Flow<D> {
         dt: f64,
         mut listener: Option<Listener<D>>,
     ) -> Result<()> {
+        if let Some(stabilised) = &mut self.stabilised
+            && stabilised.is_for(domain, &self.momentum.scheme, dt)
+        {
+            domain.boundaries.fill_velocity(&mut s.u)?;
+            domain.clock.lap(Stage::Ghosts);
+            let finish: Finish<D> = &mut |domain, _, _, u| {
+                domain.boundaries.fill_velocity(u)?;
+                domain.clock.lap(Stage::Ghosts);
+                Ok(())
+            };
+            stabilised.predict(&mut self.momentum, domain, s, &self.mixture, &self.acceleration, dt, finish)?;
+            // The faces take it by themselves.
+            faces::add_to_cells(&domain.grid, -dt, &self.acceleration, &mut s.u);
+            domain.clock.lap(Stage::Update);
+            return Ok(());
+        }
         for k in 0..self.momentum.scheme.weights.len() {
             if k > 0 {
                 self.momentum.start_stage(domain, k, &s.u, &self.acceleration, dt, &mut self.stage);

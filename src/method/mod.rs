@@ -7,6 +7,7 @@ pub mod flow;
 pub mod mics2003;
 pub mod momentum;
 pub mod sharp;
+mod stabilised;
 
 use crate::Result;
 use crate::contact::Contacts;
@@ -100,7 +101,7 @@ impl<const D: usize> Method<D> {
     }
 
     /// The time scheme.
-    pub fn scheme(&self) -> &'static Scheme {
+    pub fn scheme(&self) -> Scheme {
         match self {
             Method::Plain(flow) => flow.momentum.scheme,
             Method::Mics2003(method) => method.flow().momentum.scheme,

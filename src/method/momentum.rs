@@ -61,7 +61,7 @@ pub type Listener<'a, const D: usize> = &'a mut dyn FnMut(&Grid<D>, Term, f64, &
 /// The terms of (7) and their scratch.
 pub struct Momentum<const D: usize> {
     /// The time scheme.
-    pub scheme: &'static Scheme,
+    pub scheme: Scheme,
     advection: Advection<D>,
     /// Weighted sum of the stages' rates (m/s2).
     rate: VectorField<D>,
@@ -72,7 +72,7 @@ pub struct Momentum<const D: usize> {
 
 impl<const D: usize> Momentum<D> {
     /// The terms by a scheme and an advection.
-    pub fn new(grid: &Grid<D>, scheme: &'static Scheme, advection: Advection<D>, mixture: &Mixture) -> Momentum<D> {
+    pub fn new(grid: &Grid<D>, scheme: Scheme, advection: Advection<D>, mixture: &Mixture) -> Momentum<D> {
         let varies = matches!(mixture.viscosity, Coefficient::Field(_));
         Momentum {
             scheme,
@@ -106,8 +106,7 @@ impl<const D: usize> Momentum<D> {
         domain.clock.lap(Stage::Update);
     }
 
-    /// Adds the stage `k` with its velocity `u` (m/s), ghosts filled; the first stage replaces what was there. Without a listener
-    /// and in one fluid, advection and diffusion are one pass. Collective.
+    /// Adds the stage `k` with its velocity `u` (m/s), ghosts filled; the first stage replaces what was there. Collective.
     #[allow(clippy::too_many_arguments)]
     pub fn add_stage(
         &mut self,
@@ -119,35 +118,54 @@ impl<const D: usize> Momentum<D> {
         dt: f64,
         listener: Option<Listener<D>>,
     ) -> Result<()> {
-        let weight = self.scheme.weights[k];
+        self.add_weighted(domain, (self.scheme.weights[k], k == 0), mixture, carrier, u, dt, listener)
+    }
+
+    /// Exchanges the rate for what is in `kept` (m/s2).
+    pub fn swap_rate(&mut self, kept: &mut VectorField<D>) {
+        std::mem::swap(&mut self.rate, kept);
+    }
+
+    /// Adds the rate of the velocity `u` (m/s), ghosts filled, times a weight; a fresh one replaces what was there. Without a
+    /// listener and in one fluid, advection and diffusion are one pass. Collective.
+    #[allow(clippy::too_many_arguments)]
+    pub fn add_weighted(
+        &mut self,
+        domain: &mut Domain<D>,
+        (weight, fresh): (f64, bool),
+        mixture: &Mixture,
+        carrier: &Carrier<D>,
+        u: &VectorField<D>,
+        dt: f64,
+        listener: Option<Listener<D>>,
+    ) -> Result<()> {
         let Some(hear) = listener else {
             if mixture.is_uniform() && matches!(self.advection, Advection::Upwind5) {
                 let nu = mixture.viscosity.at(0) / mixture.density.at(0);
                 let (rate, fluxes) = (&mut self.rate, &mut self.fluxes);
-                advection::upwind5(&domain.grid, carrier, u, nu, weight, k == 0, rate, fluxes);
+                advection::upwind5(&domain.grid, carrier, u, nu, weight, fresh, rate, fluxes);
                 domain.clock.lap(Stage::Advection);
                 return Ok(());
             }
-            return self.add_terms(domain, k, mixture, carrier, u, dt, &mut |_, _, _, _| ());
+            return self.add_terms(domain, (weight, fresh), mixture, carrier, u, dt, &mut |_, _, _, _| ());
         };
-        self.add_terms(domain, k, mixture, carrier, u, dt, hear)
+        self.add_terms(domain, (weight, fresh), mixture, carrier, u, dt, hear)
     }
 
     #[allow(clippy::too_many_arguments)]
     fn add_terms(
         &mut self,
         domain: &mut Domain<D>,
-        k: usize,
+        (weight, fresh): (f64, bool),
         mixture: &Mixture,
         carrier: &Carrier<D>,
         u: &VectorField<D>,
         dt: f64,
         hear: Listener<D>,
     ) -> Result<()> {
-        if k == 0 {
+        if fresh {
             self.rate.iter_mut().for_each(|f| f.fill(0.0));
         }
-        let weight = self.scheme.weights[k];
         hear(&domain.grid, Term::Convective, -1.0, &self.rate);
         domain.clock.lap(Stage::Force);
         self.add_advection(domain, weight, carrier, u, dt)?;

@@ -56,11 +56,16 @@ impl fmt::Display for Choice {
 
 /// The next step (s) and what chose it. Where `time.cfl` chooses, what is left is cut into equal steps, and the last 50
 /// keep one length: the force of the mixing depends on dt, and a last step of its own would show as a spike. A fixed
-/// step stays as it is, and the run ends at or after `time.end`.
+/// step stays as it is, and the run ends at or after `time.end`. The first step is as short as without further stages for
+/// viscosity: what has just been let go is resolved.
 pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64) -> (f64, Choice) {
     let courant = match case.time.step {
         Step::Fixed(step) => return (step, Choice::Given),
         Step::Courant(number) => number,
+    };
+    let limits = &match before {
+        None => Limits { scheme: limits.scheme.explicit(), ..*limits },
+        Some(_) => *limits,
     };
     let shares = limits.bounds().map(|(bound, dt)| match bound {
         Bound::Advection(_) => (Choice::CourantNumber, limits.step_for(courant)),

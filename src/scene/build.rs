@@ -104,12 +104,13 @@ pub(super) fn mixture<const D: usize>(grid: &Grid<D>, case: &Case, bodies: &[Bod
     }
 }
 
-fn scheme(case: &Case) -> &'static Scheme {
+fn scheme(case: &Case) -> Scheme {
     match (case.time.scheme, case.time.advection) {
-        (_, config::Advection::Qsi) => &scheme::QSI,
-        (config::Scheme::Euler, _) => &scheme::EULER,
-        (config::Scheme::Rk2, _) => &scheme::RK2,
-        (config::Scheme::Rk3, _) => &scheme::RK3,
+        (_, config::Advection::Qsi) => scheme::QSI,
+        (config::Scheme::Euler, _) => scheme::EULER,
+        (config::Scheme::Rk2, _) => scheme::RK2,
+        (config::Scheme::Rk3, _) => scheme::RK3,
+        (config::Scheme::Rkl2, _) => Scheme::stabilised(case.time.max_stages),
     }
 }
 

@@ -206,6 +206,9 @@ pub struct Time {
     /// The time scheme.
     #[serde(default)]
     pub scheme: Scheme,
+    /// The most stages that a step of `scheme = "rkl2"` takes; default 10, with which viscosity binds the step 26 times less.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_stages: Option<usize>,
     /// The advection scheme.
     #[serde(default)]
     pub advection: Advection,
@@ -222,6 +225,9 @@ pub enum Scheme {
     Rk2,
     /// Three stages, stable at larger steps; second order with the projection.
     Rk3,
+    /// Second order: the two stages of rk2, or, where viscosity binds a step more than the flow does, as many Runge-Kutta-Legendre stages
+    /// as it needs. Without bodies, or with sharp walls.
+    Rkl2,
 }
 
 /// The advection scheme.

@@ -174,6 +174,9 @@ fn profile(key: &str, profile: &Profile, dimension: usize) -> Check {
     profile.velocity.iter().enumerate().try_for_each(check)
 }
 
+/// Most stages of a step that have a use: rounding grows with them.
+const MOST_STAGES: usize = 50;
+
 fn time(case: &Case) -> Check {
     let time = &case.time;
     positive("time.end", time.end, "s")?;
@@ -181,6 +184,14 @@ fn time(case: &Case) -> Check {
     ensure!(!both, "time.step", "time.step and time.cfl exclude each other: remove one of them");
     positive("time.step", time.step, "s")?;
     positive("time.cfl", time.cfl, "a Courant number, such as 0.4")?;
+    if let Some(stages) = time.max_stages {
+        let own = time.scheme == Scheme::Rkl2;
+        ensure!(own, "time.max_stages", "only time.scheme = \"rkl2\" has a choice of stages: remove one of them or choose it");
+        ensure!((3..=MOST_STAGES).contains(&stages), "time.max_stages", "must be 3 to {MOST_STAGES} stages, not {stages}");
+    }
+    let mixed = case.coupling.wall == WallRule::Mixing && !(case.particle.is_empty() && case.swarm.is_empty());
+    let cure = "choose \"rk2\" or coupling.wall = \"sharp\"";
+    ensure!(time.scheme != Scheme::Rkl2 || !mixed, "time.scheme", "rkl2 has no stages for the mixing (27): {cure}");
     let holds = time.advection != Advection::Qsi || time.scheme == Scheme::Euler;
     let cure = "set time.scheme = \"euler\" or choose upwind5";
     ensure!(holds, "time.advection", "qsi is a one-step scheme: {cure}");

@@ -8,6 +8,7 @@ use super::tally::MomentumTally;
 use crate::domain::Domain;
 use crate::geometry::Tiles;
 use crate::grid::{Grid, VectorField, simd};
+use crate::method::vector;
 use crate::kernels::faces::FaceCoefficient;
 use crate::params;
 use crate::particles::{Body, nearest_image};
@@ -152,8 +153,21 @@ impl<const D: usize> CutBodies<D> {
         bodies: &[Body],
         fresh: bool,
         inside: &mut Vec<Vector3<f64>>,
-        mut tally: Option<&mut Vec<MomentumTally>>,
+        tally: Option<&mut Vec<MomentumTally>>,
         u: &mut VectorField<D>,
+    ) {
+        self.find_inside(domain, bodies, fresh, u, inside);
+        self.set_inside(domain, fresh, inside, tally.map(|tally| (1.0, tally)), u);
+    }
+
+    /// Finds in `inside` what [`CutBodies::impose`] sets.
+    pub fn find_inside(
+        &self,
+        domain: &Domain<D>,
+        bodies: &[Body],
+        fresh: bool,
+        u: &VectorField<D>,
+        inside: &mut Vec<Vector3<f64>>,
     ) {
         inside.clear();
         let (grid, fluid) = (&domain.grid, &domain.fluid);
@@ -170,7 +184,25 @@ impl<const D: usize> CutBodies<D> {
                 }
             },
         );
-        let mass = fluid.density * grid.cell_volume();
+    }
+
+    /// What the velocity `u` (m/s) has in all cells inside the bodies beyond what was found in `inside`.
+    pub fn find_offsets(&self, u: &VectorField<D>, inside: &[Vector3<f64>], offsets: &mut Vec<Vector3<f64>>) {
+        offsets.clear();
+        let cells = self.bodies.iter().flat_map(|cut| &cut.inside);
+        offsets.extend(cells.zip(inside).map(|(cell, inside)| vector(u, cell.cell as usize) - inside));
+    }
+
+    /// Sets what was found in `inside`; a share of the momentum that this adds goes to the tally of each body.
+    pub fn set_inside(
+        &self,
+        domain: &Domain<D>,
+        fresh: bool,
+        inside: &[Vector3<f64>],
+        mut tally: Option<(f64, &mut Vec<MomentumTally>)>,
+        u: &mut VectorField<D>,
+    ) {
+        let mass = domain.fluid.density * domain.grid.cell_volume();
         let mut values = inside.iter();
         for (k, cut) in self.bodies.iter().enumerate() {
             for (inside, value) in cut.inside.iter().filter(|i| fresh || !i.fresh).zip(&mut values) {
@@ -180,8 +212,8 @@ impl<const D: usize> CutBodies<D> {
                     added[a] = mass * change;
                     field[cell] += change;
                 }
-                if let Some(tally) = &mut tally {
-                    tally[k].add(&inside.arm, &added);
+                if let Some((share, tally)) = &mut tally {
+                    tally[k].add(&inside.arm, &(*share * added));
                 }
             }
         }

@@ -47,6 +47,7 @@ mod step;
 mod tally;
 
 use super::momentum::{Mixture, Momentum};
+use super::stabilised::Stabilised;
 use crate::contact::{Contacts, Medium};
 use crate::domain::Domain;
 use crate::geometry::Overlap;
@@ -79,6 +80,8 @@ pub struct Sharp<const D: usize> {
     /// Force of the fluid (N) in gaps that the grid does not resolve, which walls and held bodies have in place of free ones.
     passed_on: Vector3<f64>,
     work: Work<D>,
+    /// What steps need that viscosity would bind; `None` where the scheme does not have them.
+    stabilised: Option<Stabilised<D>>,
 }
 
 /// Scratch of a step.
@@ -87,6 +90,8 @@ struct Work<const D: usize> {
     stage: VectorField<D>,
     /// Velocities inside the bodies that were imposed (m/s).
     inside: Vec<Vector3<f64>>,
+    /// What the cells inside had at the start of a step beyond what is imposed at its end (m/s).
+    offsets: Vec<Vector3<f64>>,
     push: Vec<Push>,
     tally: Vec<MomentumTally>,
     sums: Vec<f64>,
@@ -123,10 +128,11 @@ impl<const D: usize> Sharp<D> {
         contacts: Option<Contacts>,
     ) -> Sharp<D> {
         let (n, cut) = (bodies.len(), CutBodies::new(domain, bodies));
-        let fluid = &domain.fluid;
+        let (fluid, momentum_is_stabilised) = (&domain.fluid, momentum.scheme.most_stages.is_some());
         let medium = Medium { density: fluid.density, viscosity: fluid.viscosity, spacing: cut.h, ..Medium::default() };
         Sharp {
             mixture,
+            stabilised: Stabilised::new(&domain.grid, &momentum.scheme),
             momentum,
             contacts: contacts.map(|contacts| contacts.within(medium)),
             acceleration: PressureAcceleration::new(&domain.grid, cut.most_solid()),
@@ -136,6 +142,7 @@ impl<const D: usize> Sharp<D> {
             work: Work {
                 stage: domain.grid.vector_field(),
                 inside: Vec::with_capacity(cut.most_inside()),
+                offsets: Vec::with_capacity(if momentum_is_stabilised { cut.most_inside() } else { 0 }),
                 push: vec![Push::default(); n],
                 tally: vec![MomentumTally::default(); n],
                 sums: vec![0.0; n * NUMBERS],

@@ -6,6 +6,7 @@ use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::grid::VectorField;
 use crate::kernels::{border, faces};
+use crate::method::stabilised::Finish;
 use crate::params;
 use crate::particles::{Body, Motion};
 use crate::poisson::pressure::Projected;
@@ -62,6 +63,20 @@ impl<const D: usize> Sharp<D> {
     /// (7): the stages in their order, the wall imposed on every one and on their sum, which has the last pressure; the bodies are
     /// at the step's end already. Returns the force of this rank's sides on the fluid (N), where a balance is kept. Collective.
     pub(super) fn predict_cells(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Vector3<f64>> {
+        self.work.tally.fill(Default::default());
+        let sides = match &self.stabilised {
+            Some(long) if long.is_for(domain, &self.momentum.scheme, dt) => self.predict_stabilised(domain, s, dt)?,
+            _ => self.predict_by_stages(domain, s, dt)?,
+        };
+        domain.boundaries.fill_velocity(&mut s.u)?;
+        let Sharp { cut, work, .. } = self;
+        cut.impose(domain, &s.bodies, true, &mut work.inside, Some(&mut work.tally), &mut s.u);
+        domain.boundaries.fill_velocity(&mut s.u)?;
+        domain.clock.lap(Stage::Mixing);
+        Ok(sides)
+    }
+
+    fn predict_by_stages(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Vector3<f64>> {
         let Sharp { mixture, momentum, cut, acceleration, work, .. } = self;
         let (scheme, mut sides) = (momentum.scheme, Vector3::zeros());
         for (k, &weight) in scheme.weights.iter().enumerate() {
@@ -91,12 +106,31 @@ impl<const D: usize> Sharp<D> {
         faces::step_cells(&domain.grid, None, (dt, momentum.rate()), (dt, &acceleration.faces), &mut s.u);
         domain.clock.lap(Stage::Update);
         acceleration.add_opened(domain, cut, dt, None, &mut s.u);
-        domain.boundaries.fill_velocity(&mut s.u)?;
-        work.tally.fill(Default::default());
-        cut.impose(domain, &s.bodies, true, &mut work.inside, Some(&mut work.tally), &mut s.u);
-        domain.boundaries.fill_velocity(&mut s.u)?;
-        domain.clock.lap(Stage::Mixing);
         Ok(sides)
+    }
+
+    /// In Legendre stages. The bodies are at the step's end, and a stage at the time c of it has inside them what is imposed there and
+    /// `1 - c` of what the start had beyond that: no cell jumps at once.
+    fn predict_stabilised(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Vector3<f64>> {
+        let Sharp { mixture, momentum, cut, acceleration, work, stabilised, .. } = self;
+        let Some(stabilised) = stabilised else { return Ok(Vector3::zeros()) };
+        cut.find_inside(domain, &s.bodies, true, &s.u, &mut work.inside);
+        cut.find_offsets(&s.u, &work.inside, &mut work.offsets);
+        let opened = &*acceleration;
+        let finish: Finish<D> = &mut |domain, bodies, stage, u| {
+            opened.add_opened(domain, cut, stage.part() * dt, None, u);
+            if stage.weight != 0.0 {
+                domain.boundaries.fill_velocity(u)?;
+                cut.find_inside(domain, bodies, true, u, &mut work.inside);
+                let rest = 1.0 - stage.time;
+                work.inside.iter_mut().zip(&work.offsets).for_each(|(value, offset)| *value += rest * offset);
+                cut.set_inside(domain, true, &work.inside, Some((stage.remains, &mut work.tally)), u);
+                domain.boundaries.fill_velocity(u)?;
+            }
+            domain.clock.lap(Stage::Mixing);
+            Ok(())
+        };
+        stabilised.predict(momentum, domain, s, mixture, &acceleration.faces, dt, finish)
     }
 
     /// (8), from the cells without the last pressure. Collective.
