@@ -189,7 +189,8 @@ mod tests {
     /// Largest amplification of any wave over a step with Courant numbers `c` and diffusion parts `r` along two axes.
     fn amplification(scheme: &Scheme, qsi: bool, c: [f64; 2], r: [f64; 2]) -> f64 {
         let one = Complex::new(1.0, 0.0);
-        let stages = scheme.most_stages.map(|most| legendre::Legendre::new(most).stages);
+        let count = scheme.stages_for(r[0] + r[1]);
+        let stages = (count > scheme.weights.len()).then(|| legendre::Legendre::new(count).stages);
         let angles = || (0..=64).map(|k| PI * f64::from(k) / 64.0);
         let step = |x: f64, y: f64| {
             let damping = r[0] * (1.0 - x.cos()) + r[1] * (1.0 - y.cos());
@@ -245,7 +246,8 @@ mod tests {
                     assert!(here < 1.0012, "{name}, r/C = {ratio}, {c:?} {r:?}: {here} at {bound} {dt}");
                     // QSI alone has no limit but its stencil's; tiny steps amplify little however unstable they are; and
                     // the worst proportions set the limit for all.
-                    if !qsi && dt > 0.05 && c[0] == 1.0 && r[0] <= 0.5 * ratio {
+                    let own = scheme.most_stages.is_none() || bound == Bound::Diffusion;
+                    if !qsi && own && dt > 0.05 && c[0] == 1.0 && r[0] <= 0.5 * ratio {
                         let beyond = grows(2.5 * dt);
                         assert!(beyond > 1.005, "{name}, r/C = {ratio}: {beyond} far over {bound} {dt}: limit too low");
                     }
@@ -265,8 +267,9 @@ mod tests {
 
     #[test]
     fn the_bound_that_binds_is_the_smallest() {
-        let limits = |a, b, scheme| {
-            Limits { courant_rate: a, diffusion_rate: b, damping_rate: 0.5 * b, courant_growth: 0.0, scheme: *scheme }.tightest()
+        let limits = |a, b, scheme: &Scheme| {
+            Limits { courant_rate: a, diffusion_rate: b, damping_rate: 0.5 * b, courant_growth: 0.0, scheme: *scheme }
+                .tightest()
         };
         assert_eq!(limits(1.0, 0.0, &RK2), (Bound::Advection(0.5), 0.5));
         assert_eq!(limits(0.0, 4.0, &RK2), (Bound::Diffusion, 0.25));

@@ -52,7 +52,7 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
         boundary: [[west, east], [south, north]].into_iter().chain(along_z).collect(),
         particle: raw.particle.into_iter().zip(entrances).map(|(p, at)| particle(p, at, &fluid, &rest)).collect(),
         contact: raw.contact.map(|c| contact(c, smallest)).transpose()?,
-        time: time(raw.time),
+        time: time(raw.time, raw.coupling.wall == WallRule::Mixing && count > 0)?,
         measure: measures.map(|(m, direction)| measure(m, direction, reference_speed, (force, count))).collect(),
         output: output(raw.output, fixed)?,
         domain: raw.domain,
@@ -170,13 +170,22 @@ fn loss(restitution: Option<f64>, damping: Option<raw::Damping>) -> Option<Loss>
 /// Most stages of a step, where none are given.
 const MAX_STAGES: usize = 10;
 
-fn time(raw: raw::Time) -> Time {
+/// Time stepping of a case that has particles `mixed` in or not.
+fn time(raw: raw::Time, mixed: bool) -> Result<Time, Fault> {
     let raw::Time { end, step, cfl, scheme, max_stages, advection } = raw;
+    let scheme = scheme.unwrap_or(if mixed { Scheme::Rk2 } else { Scheme::Rkl2 });
+    let key = if max_stages.is_some() { "time.max_stages" } else { "time.scheme" };
+    let cure = "choose rk2 without max_stages, or coupling.wall = \"sharp\"";
+    ensure!(
+        !mixed || (scheme != Scheme::Rkl2 && max_stages.is_none()),
+        key,
+        "rkl2 has no stages for the mixing (27): {cure}"
+    );
     // Euler steps with upwind advection reach less far than all others.
     let short = scheme == Scheme::Euler && advection != Advection::Qsi;
     let courant = || Step::Courant(cfl.unwrap_or(if short { 0.2 } else { 0.4 }));
     let max_stages = max_stages.unwrap_or(MAX_STAGES);
-    Time { end, step: step.map_or_else(courant, Step::Fixed), scheme, max_stages, advection }
+    Ok(Time { end, step: step.map_or_else(courant, Step::Fixed), scheme, max_stages, advection })
 }
 
 /// A measure along this direction and axis of a case with this reference speed (m/s), this force of its coupling and so many particles.

@@ -52,7 +52,7 @@ fn file(case: &Case) -> raw::Case {
             end: case.time.end,
             step,
             cfl,
-            scheme: case.time.scheme,
+            scheme: Some(case.time.scheme),
             max_stages: (case.time.scheme == Scheme::Rkl2).then_some(case.time.max_stages),
             advection: case.time.advection,
         },

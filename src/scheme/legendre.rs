@@ -70,14 +70,8 @@ impl Legendre {
             let n = j as f64;
             let (last, before) = ((2.0 * n - 1.0) / n * b(j) / b(j - 1), (1.0 - n) / n * b(j) / b(j - 2));
             let rate = last * w;
-            let mut stage = Stage {
-                start: 1.0 - last - before,
-                last,
-                before,
-                rate,
-                first: (b(j - 1) - 1.0) * rate,
-                ..all[0]
-            };
+            let mut stage =
+                Stage { start: 1.0 - last - before, last, before, rate, first: (b(j - 1) - 1.0) * rate, ..all[0] };
             let before_last = if j > 2 { all[j - 3].time } else { 0.0 };
             stage.time = last * all[j - 2].time + before * before_last + stage.part();
             all.push(stage);
@@ -104,10 +98,7 @@ mod tests {
     fn grown(legendre: &Legendre, z: f64) -> f64 {
         let (mut last, mut before) = (1.0, 1.0);
         for stage in &legendre.stages {
-            let next = stage.start
-                + stage.last * last
-                + stage.before * before
-                + z * (stage.rate * last + stage.first);
+            let next = stage.start + stage.last * last + stage.before * before + z * (stage.rate * last + stage.first);
             (before, last) = (last, next);
         }
         last
@@ -125,7 +116,8 @@ mod tests {
             let (mut last, mut before, z) = (1.0, 1.0, -0.3);
             let mut sum = 1.0 + z * legendre.weight;
             for stage in &legendre.stages {
-                let next = stage.start + stage.last * last + stage.before * before + z * (stage.rate * last + stage.first);
+                let next =
+                    stage.start + stage.last * last + stage.before * before + z * (stage.rate * last + stage.first);
                 sum += z * stage.weight * next;
                 (before, last) = (last, next);
             }

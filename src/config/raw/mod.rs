@@ -203,10 +203,10 @@ pub struct Time {
     /// Euler steps with upwind advection).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cfl: Option<f64>,
-    /// The time scheme.
-    #[serde(default)]
-    pub scheme: Scheme,
-    /// The most stages that a step of `scheme = "rkl2"` takes; default 10, with which viscosity binds the step 26 times less.
+    /// The time scheme; default rkl2, and rk2 where particles are mixed in.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scheme: Option<Scheme>,
+    /// The most stages that a step of rkl2 takes; default 10, with which viscosity binds the step 26 times less.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_stages: Option<usize>,
     /// The advection scheme.
@@ -215,13 +215,12 @@ pub struct Time {
 }
 
 /// The time scheme of the prediction (7).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Scheme {
     /// First order, the paper's.
     Euler,
     /// Second order: strong-stability-preserving Runge-Kutta, two stages.
-    #[default]
     Rk2,
     /// Three stages, stable at larger steps; second order with the projection.
     Rk3,

@@ -185,17 +185,19 @@ fn time(case: &Case) -> Check {
     positive("time.step", time.step, "s")?;
     positive("time.cfl", time.cfl, "a Courant number, such as 0.4")?;
     if let Some(stages) = time.max_stages {
-        let own = time.scheme == Scheme::Rkl2;
-        ensure!(own, "time.max_stages", "only time.scheme = \"rkl2\" has a choice of stages: remove one of them or choose it");
-        ensure!((3..=MOST_STAGES).contains(&stages), "time.max_stages", "must be 3 to {MOST_STAGES} stages, not {stages}");
+        let own = time.scheme.is_none_or(|scheme| scheme == Scheme::Rkl2);
+        ensure!(own, "time.max_stages", "only time.scheme = \"rkl2\" has a choice of stages: remove one of them");
+        ensure!(
+            (3..=MOST_STAGES).contains(&stages),
+            "time.max_stages",
+            "must be 3 to {MOST_STAGES} stages, not {stages}"
+        );
     }
-    let mixed = case.coupling.wall == WallRule::Mixing && !(case.particle.is_empty() && case.swarm.is_empty());
-    let cure = "choose \"rk2\" or coupling.wall = \"sharp\"";
-    ensure!(time.scheme != Scheme::Rkl2 || !mixed, "time.scheme", "rkl2 has no stages for the mixing (27): {cure}");
-    let holds = time.advection != Advection::Qsi || time.scheme == Scheme::Euler;
+    let euler = time.scheme == Some(Scheme::Euler);
+    let holds = time.advection != Advection::Qsi || euler;
     let cure = "set time.scheme = \"euler\" or choose upwind5";
     ensure!(holds, "time.advection", "qsi is a one-step scheme: {cure}");
-    let holds = time.scheme != Scheme::Euler || time.advection == Advection::Qsi || case.fluid.viscosity > 0.0;
+    let holds = !euler || time.advection == Advection::Qsi || case.fluid.viscosity > 0.0;
     let cure = "choose \"rk2\" or \"rk3\", or time.advection = \"qsi\"";
     ensure!(holds, "time.scheme", "euler steps with upwind advection grow without viscosity: {cure}");
     Ok(())

@@ -3,7 +3,7 @@
 use super::acceleration::PressureAcceleration;
 use super::cut::CutBodies;
 use super::cut_body::CutBody;
-use super::history;
+use super::{Pace, history};
 use crate::Result;
 use crate::domain::Domain;
 use crate::grid::{Grid, VectorField, simd};
@@ -13,16 +13,18 @@ use nalgebra::Vector3;
 use std::ops::Range;
 
 impl<const D: usize> CutBodies<D> {
-    /// (8): face velocities from those of the cells, ghosts filled, the memory, of which the part `keep` stays, and the
-    /// acceleration by the last pressure over `dt` (s). The memory becomes the velocity before that acceleration.
-    pub fn interpolate(
+    /// (8): face velocities from those of the cells, ghosts filled, the memory, of which the part `pace.keep` stays, and the
+    /// acceleration by the last pressure over `dt` (s), of which the cells still have the part `1 - pace.own`. The memory becomes the
+    /// velocity before that acceleration.
+    pub(super) fn interpolate(
         &mut self,
         domain: &Domain<D>,
         s: &mut State<D>,
-        keep: f64,
+        Pace { keep, own, .. }: Pace,
         dt: f64,
         acceleration: &PressureAcceleration<D>,
     ) -> Result<()> {
+        let in_cells = (1.0 - own) * dt;
         let (grid, acceleration) = (&domain.grid, &acceleration.faces);
         let State { u, faces, bodies, walls, .. } = s;
         let memory = &mut history(walls)?.memory;
@@ -39,7 +41,7 @@ impl<const D: usize> CutBodies<D> {
                         let mean = means(&u[axis], row.clone(), grid.stride[axis]);
                         let to = memory[row.clone()].iter_mut().zip(face[row.clone()].iter_mut());
                         for (i, ((m, f), a)) in to.zip(&acceleration[axis][row]).enumerate() {
-                            *m = mean(i) + keep * *m;
+                            *m = mean(i) + keep * *m - in_cells * a;
                             *f = *m + dt * a;
                         }
                     }

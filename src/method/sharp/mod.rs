@@ -107,6 +107,13 @@ struct Pace {
     diffusion: f64,
     /// What the faces keep of their memory.
     keep: f64,
+    /// How much of the last pressure's acceleration they have at once in place of the mean of the cells'.
+    own: f64,
+}
+
+impl Pace {
+    /// Before the first step.
+    const START: Pace = Pace { courant: 0.0, diffusion: 0.0, keep: 1.0, own: 1.0 };
 }
 
 /// The spacing that probes count in (m), and the layers of ghosts that they need, on a grid of the spacings `h` (m): no axis
@@ -179,7 +186,7 @@ impl<const D: usize> Sharp<D> {
         self.settle(domain, &s.bodies)?;
         self.acceleration.clear();
         self.impose(domain, &s.bodies, &mut s.u)?;
-        self.cut.interpolate(domain, s, 1.0, 0.0, &self.acceleration)?;
+        self.cut.interpolate(domain, s, Pace::START, 0.0, &self.acceleration)?;
         domain.boundaries.set_faces(&mut s.faces);
         // Over a second, so that the potential is the pressure's impulse; it corrects the cells and is dropped, and so is that of a
         // drive which holds a velocity.

@@ -27,7 +27,8 @@ impl<const D: usize> Sharp<D> {
             (false, _) => params::face_decay_2d(),
         };
         let forgotten = courant / params::face_memory() + face_decay * diffusion;
-        Ok(Pace { courant, diffusion, keep: 1.0 - forgotten.min(1.0) })
+        let own = if rest { (params::face_time() / diffusion).min(1.0) } else { 1.0 };
+        Ok(Pace { courant, diffusion, keep: 1.0 - forgotten.min(1.0), own })
     }
 
     /// Sets the velocity of the cells inside the bodies. Collective.
@@ -141,14 +142,17 @@ impl<const D: usize> Sharp<D> {
         pace: Pace,
         dt: f64,
     ) -> Result<()> {
-        self.acceleration.add_to(domain, &self.cut, -dt, &mut s.u);
+        self.acceleration.add_to(domain, &self.cut, -pace.own * dt, &mut s.u);
         domain.boundaries.fill_velocity(&mut s.u)?;
         domain.clock.lap(Stage::Ghosts);
         if !s.faces_before[0].is_empty() {
             std::mem::swap(&mut s.faces, &mut s.faces_before);
         }
-        self.cut.interpolate(domain, s, pace.keep, dt, &self.acceleration)?;
+        self.cut.interpolate(domain, s, pace, dt, &self.acceleration)?;
         domain.boundaries.set_faces(&mut s.faces);
+        if pace.own < 1.0 {
+            self.acceleration.add_to(domain, &self.cut, (pace.own - 1.0) * dt, &mut s.u);
+        }
         domain.clock.lap(Stage::Faces);
         Ok(())
     }
