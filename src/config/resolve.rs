@@ -52,7 +52,7 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
         boundary: [[west, east], [south, north]].into_iter().chain(along_z).collect(),
         particle: raw.particle.into_iter().zip(entrances).map(|(p, at)| particle(p, at, &fluid, &rest)).collect(),
         contact: raw.contact.map(|c| contact(c, smallest)).transpose()?,
-        time: time(raw.time, raw.coupling.wall == WallRule::Mixing && count > 0)?,
+        time: time(raw.time, raw.coupling.wall == WallRule::Mixing && count > 0, resting < count)?,
         measure: measures.map(|(m, direction)| measure(m, direction, reference_speed, (force, count))).collect(),
         output: output(raw.output, fixed)?,
         domain: raw.domain,
@@ -167,11 +167,12 @@ fn loss(restitution: Option<f64>, damping: Option<raw::Damping>) -> Option<Loss>
     restitution.map(Loss::Restitution).or(damping.map(Loss::Damping))
 }
 
-/// Most stages of a step, where none are given.
-const MAX_STAGES: usize = 10;
+/// Most stages of a step where nothing moves, and where bodies do: these feel the fluid's answer to their motion a step late, and one that
+/// comes to rest on a wall has fewer steps for it the longer they are.
+const MAX_STAGES: [usize; 2] = [10, 4];
 
-/// Time stepping of a case that has particles `mixed` in or not.
-fn time(raw: raw::Time, mixed: bool) -> Result<Time, Fault> {
+/// Time stepping of a case that has particles `mixed` in or not, of which some move or none.
+fn time(raw: raw::Time, mixed: bool, moves: bool) -> Result<Time, Fault> {
     let raw::Time { end, step, cfl, scheme, max_stages, advection } = raw;
     let scheme = scheme.unwrap_or(if mixed { Scheme::Rk2 } else { Scheme::Rkl2 });
     let key = if max_stages.is_some() { "time.max_stages" } else { "time.scheme" };
@@ -184,7 +185,7 @@ fn time(raw: raw::Time, mixed: bool) -> Result<Time, Fault> {
     // Euler steps with upwind advection reach less far than all others.
     let short = scheme == Scheme::Euler && advection != Advection::Qsi;
     let courant = || Step::Courant(cfl.unwrap_or(if short { 0.2 } else { 0.4 }));
-    let max_stages = max_stages.unwrap_or(MAX_STAGES);
+    let max_stages = max_stages.unwrap_or(MAX_STAGES[usize::from(moves)]);
     Ok(Time { end, step: step.map_or_else(courant, Step::Fixed), scheme, max_stages, advection })
 }
 

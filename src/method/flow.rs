@@ -6,11 +6,15 @@ use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::grid::VectorField;
+use crate::kernels::diffusion;
 use crate::kernels::faces::{self, FaceCoefficient, Gravity};
 use crate::params;
 use crate::poisson::pressure::Projected;
 use crate::state::State;
 use nalgebra::Vector3;
+
+/// How long the step is that finds the first pressure: this part of the time in which flow or viscosity crosses a cell.
+const START: f64 = 0.1;
 
 /// A flow that fills all cells.
 pub struct Flow<const D: usize> {
@@ -26,6 +30,9 @@ pub struct Flow<const D: usize> {
     pub cell_gradient: bool,
     /// Pressure and gravity on faces (m/s2), of the pressure at the start of the step and, after (16), at its end.
     pub acceleration: VectorField<D>,
+    /// The most that faces have at once of the last pressure's acceleration, in place of the mean of the cells'; `None`: all of it, as (8) is
+    /// printed.
+    pub own: Option<f64>,
     /// What bodies fill of the cells, ghosts filled; `None` where the drive acts on these as well, or there is none.
     pub solid: Option<Vec<f64>>,
     /// Velocity that a stage after the first starts from (m/s).
@@ -53,6 +60,7 @@ impl<const D: usize> Flow<D> {
             momentum,
             cell_gradient,
             acceleration: grid.vector_field(),
+            own: None,
             solid: None,
             stage: if one_stage { std::array::from_fn(|_| Vec::new()) } else { grid.vector_field() },
         }
@@ -139,12 +147,10 @@ impl<const D: usize> Flow<D> {
 
     /// How much of the last pressure's acceleration faces have at once in a step of `dt` (s), in place of the mean of the cells'.
     fn own_part(&self, domain: &Domain<D>, dt: f64) -> f64 {
-        if self.stabilised.is_none() {
-            return 1.0;
-        }
+        let Some(most) = self.own else { return 1.0 };
         let h = domain.grid.h.iter().copied().fold(f64::INFINITY, f64::min);
         let diffusion = domain.fluid.viscosity / domain.fluid.density * dt / (h * h);
-        (params::face_time() / diffusion).min(1.0)
+        (params::face_time() / diffusion).min(most).max(params::face_part())
     }
 
     /// (13-15). Collective.
@@ -212,6 +218,30 @@ impl<const D: usize> Flow<D> {
         s.drive = domain.drive_at_start(&s.bodies);
         self.find_acceleration(domain, s);
         domain.boundaries.fill_velocity(&mut s.u)
+    }
+
+    /// The pressure that [`Flow::start`] left zero, from a short step whose velocities are dropped. Collective.
+    ///
+    /// # Errors
+    /// When that step fails.
+    pub fn start_pressure(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        let mut fastest = [faces::courant_rate(&domain.grid, &s.faces, false)];
+        domain.session.max(&mut fastest)?;
+        let viscous = diffusion::limit_rate(&domain.grid.h, domain.fluid.viscosity / domain.fluid.density, false);
+        let driven = s.drive.map_or(0.0, |force| force.norm() / domain.fluid.density);
+        let rate = fastest[0].max(viscous);
+        if rate == 0.0 || driven == 0.0 && fastest[0] == 0.0 {
+            // Nothing moves yet.
+            return Ok(());
+        }
+        let dt = START / rate;
+        let kept = (s.u.clone(), s.faces.clone(), s.faces_before.clone());
+        self.predict_cells(domain, s, dt, None)?;
+        self.predict_faces(domain, s, dt)?;
+        self.project(domain, s, dt)?;
+        (s.u, s.faces, s.faces_before) = kept;
+        self.find_acceleration(domain, s);
+        Ok(())
     }
 
     /// Finds what follows from a state. Collective.

@@ -49,13 +49,17 @@ impl<const D: usize> Method<D> {
         }
     }
 
-    /// Makes a consistent start from the cells' velocity: bodies imposed, faces divergence-free to D0, pressure zero. Collective.
+    /// Makes a consistent start from the cells' velocity: bodies imposed, faces divergence-free to D0; the pressure of the first moment, or zero where there
+    /// are bodies. Collective.
     ///
     /// # Errors
     /// When the first projection fails.
     pub fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
         match self {
-            Method::Plain(flow) => flow.start(domain, s),
+            Method::Plain(flow) => {
+                flow.start(domain, s)?;
+                flow.start_pressure(domain, s)
+            }
             Method::Mics2003(method) => method.start(domain, s),
             Method::Sharp(method) => method.start(domain, s),
         }

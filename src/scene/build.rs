@@ -14,7 +14,7 @@ use crate::method::sharp::{Sharp, ghost_width};
 use crate::particles::{Body, Freedom, Motion, Oscillation};
 use crate::petsc::Choice;
 use crate::scheme::{self, Scheme};
-use crate::{Error, Result};
+use crate::{Error, Result, params};
 use nalgebra::Vector3;
 use std::sync::Arc;
 
@@ -132,7 +132,9 @@ pub(super) fn method<const D: usize>(domain: &Domain<D>, case: &Case, bodies: &[
     // Where all bodies have left, walls are as sharp as before.
     let mixing = case.coupling.wall == config::WallRule::Mixing;
     if bodies.is_empty() && (case.particle.is_empty() || (mixing && case.particle.iter().all(|p| p.enter.is_none()))) {
-        return Method::Plain(Flow::new(domain, mixture, None, momentum, choices.cell_gradient));
+        let mut flow = Flow::new(domain, mixture, None, momentum, choices.cell_gradient);
+        flow.own = (!choices.cell_gradient).then(params::face_own);
+        return Method::Plain(flow);
     }
     let free = bodies.iter().any(|b| b.freedom().is_some()) || case.particle.iter().any(|p| p.enter.is_some());
     let law = case.contact.as_ref().filter(|_| free).map(|law| contacts(case, law, bodies, impact));

@@ -1,6 +1,6 @@
 //! Sharp walls and the time step: on one grid, so that what halved steps change is error of time alone.
 
-use crate::support::{SHARP, box_case, order, petsc};
+use crate::support::{PERIODIC, SHARP, box_case, order, petsc};
 use mics::scene::Scene;
 use std::f64::consts::TAU;
 
@@ -17,15 +17,15 @@ struct End {
     velocity: [f64; 2],
 }
 
-/// A disc of 8 cells a diameter, in units of the diameter, over `steps` equal steps to time 1.
-fn disc_in_a_box(motion: &str, scheme: &str, steps: usize) -> End {
+/// A disc of 8 cells a diameter, in units of the diameter, in a liquid of the kinematic viscosity `nu`, over `steps` equal steps to time 1.
+fn disc_in_a_box(motion: &str, nu: f64, scheme: &str, steps: usize) -> End {
     let petsc = petsc();
     let more = format!(
         "[[particle]]\nshape = {{ disc = {{ diameter = 1.0 }} }}\nposition = [1.93, 2.04]\n{motion}\n{SHARP}\
          [time]\nend = 1.0\nscheme = \"{scheme}\"\n[pressure]\ndivergence_limit = 1.0e-9"
     );
     let text =
-        box_case([4.0, 4.0], [32, 32], 0.02, SIDES, &more).replace("viscosity", "gravity = [0.2, -1.0]\nviscosity");
+        box_case([4.0, 4.0], [32, 32], nu, SIDES, &more).replace("viscosity", "gravity = [0.2, -1.0]\nviscosity");
     let mut scene: Scene<2> = petsc.scene(&text);
     let dt = 1.0 / steps as f64;
     let (mut force, mut before, mut impulse) = ([0.0; 2], [0.0; 2], [0.0; 2]);
@@ -74,28 +74,57 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 /// scheme sets the order. The flow itself, printed only, has a small part of first order: the faces' history.
 #[test]
 fn the_force_on_a_disc_that_swings_and_its_impulse_are_of_second_order_in_time() {
-    for scheme in ["rk2", "rk3"] {
-        let ends = [10, 20, 40, 80].map(|steps| disc_in_a_box(&swing(0.001, 1.0), scheme, steps));
+    // By rkl2 at this viscosity 80 steps take five stages, and 260 would be needed for two.
+    for (scheme, nu, steps) in [("rk2", 0.02, 10), ("rk3", 0.02, 10), ("rkl2", 1.0, 80)] {
+        let ends = [1, 2, 4, 8].map(|n| disc_in_a_box(&swing(0.001, 1.0), nu, scheme, n * steps));
         let orders = |of: &dyn Fn(&End) -> &[f64]| {
             let d: Vec<f64> = ends.windows(2).map(|w| distance(of(&w[0]), of(&w[1]))).collect();
             [order(d[0], d[1], 2.0), order(d[1], d[2], 2.0)]
         };
         let (fluid, force, impulse) = (orders(&|e| &e.fluid), orders(&|e| &e.force), orders(&|e| &e.impulse));
         println!("{scheme}: observed orders of the flow {fluid:.2?}, force {force:.2?}, impulse {impulse:.2?}");
-        assert!(force.iter().chain(&impulse).all(|o| *o > 1.9), "{scheme}: {force:?} {impulse:?}");
+        for [first, second] in [force, impulse] {
+            assert!(first > 1.6 && second > 1.9, "{scheme}: {force:?} {impulse:?}");
+        }
     }
 }
 
 /// Cells that change sides do so at the end of a step: an error of first order, in few cells at a time.
 #[test]
-fn a_disc_that_crosses_cells_feels_the_length_of_the_steps_by_less_than_a_part_in_a_thousand() {
+fn a_disc_that_crosses_cells_feels_the_length_of_the_steps_by_less_than_two_parts_in_a_thousand() {
     let moved = swing(0.25, 0.3);
-    let [a, b] = [40, 160].map(|steps| disc_in_a_box(&moved, "rk2", steps));
-    let change = distance(&a.impulse, &b.impulse) / distance(&b.impulse, &[0.0; 2]);
-    println!("moved by 0.3 d: impulse changes by {:.3} %", 100.0 * change);
-    assert!(change < 1e-3, "{change}");
-    let [a, b] = [40, 160].map(|steps| disc_in_a_box("density = 1.5", "rk2", steps));
-    let change = distance(&a.velocity, &b.velocity) / distance(&b.velocity, &[0.0; 2]);
-    println!("let go: velocity changes by {:.3} %", 100.0 * change);
-    assert!(change < 1e-3, "{change}");
+    for (scheme, nu) in [("rk2", 0.02), ("rkl2", 0.5)] {
+        let [a, b] = [40, 160].map(|steps| disc_in_a_box(&moved, nu, scheme, steps));
+        let change = distance(&a.impulse, &b.impulse) / distance(&b.impulse, &[0.0; 2]);
+        println!("{scheme}, moved by 0.3 d: impulse changes by {:.3} %", 100.0 * change);
+        assert!(change < if scheme == "rk2" { 1e-3 } else { 2e-3 }, "{change}");
+        let [a, b] = [40, 160].map(|steps| disc_in_a_box("density = 1.5", nu, scheme, steps));
+        let change = distance(&a.velocity, &b.velocity) / distance(&b.velocity, &[0.0; 2]);
+        println!("{scheme}, let go: velocity changes by {:.3} %", 100.0 * change);
+        assert!(change < if scheme == "rk2" { 1e-3 } else { 2e-3 }, "{change}");
+    }
+}
+
+/// What a steady flow is must not be a matter of the step: the faces would leak by what they have of the pressure beyond the cells.
+#[test]
+fn the_drag_of_a_lattice_in_creeping_flow_does_not_depend_on_the_step() {
+    let petsc = petsc();
+    let drag = |longest: f64| {
+        let more = format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.75 }} }}\nposition = [0.5, 0.5]\nmotion = \"fixed\"\n{SHARP}\
+             [drive]\nmean_velocity = {{ axis = \"x\", value = 0.01 }}\n[time]\nend = 1.0\nscheme = \"rkl2\"\n\
+             [pressure]\ndivergence_limit = 1.0e-9"
+        );
+        let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [16, 16], 1.0, PERIODIC, &more));
+        let mut dt = 5e-4;
+        while scene.state.time < 2.0 {
+            scene.step(dt).unwrap();
+            dt = longest.min(1.1 * dt);
+        }
+        scene.state.drive.unwrap().x
+    };
+    // rk2 would be stable up to 9.8e-4.
+    let [short, middle, long] = [8e-4, 5e-3, 0.02].map(drag);
+    println!("drag {short:.5}, {middle:.5}, {long:.5}");
+    assert!((middle / short - 1.0).abs() < 2e-3 && (long / short - 1.0).abs() < 4e-3);
 }
