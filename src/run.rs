@@ -122,7 +122,6 @@ struct StepOutcome {
     dt: f64,
     projected: Projected,
     cfl: f64,
-    energy: f64,
 }
 
 impl<'a, const D: usize> Run<'a, D> {
@@ -254,8 +253,8 @@ impl<'a, const D: usize> Run<'a, D> {
         let mut rows = Schedule::new(Some(self.case.output.particles), self.scene.state.time);
         let mut collapse = collapse::Collapse::default();
         if self.restart.is_none() {
-            let (energy, speed) = self.scene.energy_and_speed()?;
-            self.write_row(StepOutcome { energy, ..StepOutcome::default() })?;
+            let (_, speed) = self.scene.energy_and_speed()?;
+            self.write_row(StepOutcome::default())?;
             self.write_particles()?;
             self.write_fields()?;
             self.sample(speed)?;
@@ -268,7 +267,7 @@ impl<'a, const D: usize> Run<'a, D> {
             self.refuse_broken_limit(dt, &limits)?;
             self.scene.domain.clock.lap(Stage::Logs);
             let report = self.scene.step(dt)?;
-            let (projected, energy, speed) = (report.projected, report.kinetic_energy, report.largest_speed);
+            let (projected, speed) = (report.projected, report.largest_speed);
             self.account.dt = Some(dt);
             let domain = &self.scene.domain;
             collapse.take(dt, &self.scene.state.bodies, &domain.grid.size, &domain.periods())?;
@@ -277,7 +276,7 @@ impl<'a, const D: usize> Run<'a, D> {
             self.account.krylov += u64::from(projected.krylov);
             self.account.retries += u64::from(projected.retries);
             energy_bound::refuse_made(&self.scene.state)?;
-            let wishes = self.write_row(StepOutcome { dt, projected, cfl: dt * limits.courant_rate, energy })?;
+            let wishes = self.write_row(StepOutcome { dt, projected, cfl: dt * limits.courant_rate })?;
             if rows.due(self.scene.state.steps, self.scene.state.time) {
                 self.write_particles()?;
             }
@@ -364,7 +363,7 @@ impl<'a, const D: usize> Run<'a, D> {
             krylov: outcome.projected.krylov,
             divergence_max: outcome.projected.divergence_max,
             cfl: outcome.cfl,
-            kinetic_energy: outcome.energy,
+            kinetic_energy: self.scene.state.energy.kinetic(),
             wall: self.wall(),
         };
         let (scene, log) = (&self.scene, &mut self.log);

@@ -163,7 +163,7 @@ pub struct StepRow {
     pub divergence_max: f64,
     /// Courant number.
     pub cfl: f64,
-    /// Kinetic energy (J).
+    /// Kinetic energy of the fluid outside the bodies and of the free bodies (J; per metre of depth in 2D).
     pub kinetic_energy: f64,
     /// Wall-clock seconds since the start.
     pub wall: f64,

@@ -176,7 +176,7 @@ pub enum MeasureKind {
     /// Root mean square of the force along the stream about its least-squares quadratic in time, over its mean; steps weigh as much as they
     /// are long. Of a particle that moves steadily through the grid it is noise.
     ForceNoise,
-    /// Largest speed of the fluid over the domain and over time (m/s).
+    /// Largest speed of the fluid over the domain and over time (m/s); cells that particles fill by more than half do not count.
     MaxSpeed,
     /// Least velocity along x on the line x = size/2 at the end (m/s), by a parabola through three cells; 2D only.
     MidlineULeast,

@@ -139,6 +139,11 @@ fn numerics(run: &Run) -> Result<Vec<Figure>> {
     let iterations = [over(steps, "outer_iterations", "C-HSMAC"), over(steps, "krylov_iterations", "Krylov")];
     let log = Axes { log_y: true, ..axes("step", "largest |D| (1/s)") };
     let part = Part::Numerics;
+    let energies = [
+        over(times, "kinetic_energy", "both"),
+        over(times, "fluid_energy", "fluid"),
+        over(times, "bodies_energy", "free particles"),
+    ];
     let figures = [
         curves(
             part,
@@ -158,9 +163,9 @@ fn numerics(run: &Run) -> Result<Vec<Figure>> {
         curves(
             part,
             "Energy",
-            "The kinetic energy of fluid and particles.",
+            "The kinetic energy of the fluid outside the particles, that of the free particles, and their sum.",
             axes("time (s)", "kinetic energy (J)"),
-            &[over(times, "kinetic_energy", "")],
+            &energies,
         )?,
     ];
     Ok(figures.into_iter().flatten().collect())
