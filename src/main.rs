@@ -11,7 +11,7 @@ use std::process::ExitCode;
 
 /// The end of the manual page.
 const EXIT_STATUS: &str = ".SH \"EXIT STATUS\"
-0: done. 1: `mics validate` ran, and values fall short of their references. 2: the case or the command line is wrong, and
+0: done. 1: `mics validate` ran, and values fall short of their references; or `mics study` ran, and some of its runs are not done. 2: the case or the command line is wrong, and
 nothing was written. 3: the run failed, with the state before the failing step kept and named; or `mics watch` saw that of
 its run, or that it was killed. 130: interrupted by Ctrl-C, SIGTERM or SIGUSR1 after writing a checkpoint, from which --resume goes
 on; `mics watch` says so with the same status.
@@ -49,6 +49,9 @@ enum Command {
     Check {
         #[command(flatten)]
         scene: SceneArgs,
+        /// Say what is wrong, and nothing else; no step is tried.
+        #[arg(long)]
+        quiet: bool,
     },
     /// Run a case over a table of overrides and PETSc options: study.csv, study.md, work-precision figures.
     Study {
@@ -180,7 +183,7 @@ fn act(command: Command) -> Result<()> {
         Command::Run { scene: SceneArgs { case, set, petsc }, out, force, resume, quiet } => {
             run::run(&Request { case, out, set, force, resume, quiet, petsc })
         }
-        Command::Check { scene } => check::check(&scene.case, &scene.set, &scene.petsc),
+        Command::Check { scene, quiet } => check::check(&scene.case, &scene.set, &scene.petsc, quiet),
         Command::Study { study, out, list, quick, force } => {
             study::study(&study::Request { study, out, list, quick, force })
         }

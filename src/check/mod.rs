@@ -24,14 +24,20 @@ const TRIAL_STEPS: u32 = 3;
 /// Cells across a particle below which its flow is not resolved.
 const RESOLVED: f64 = 4.0;
 
-/// Reads, checks and describes a case. Collective; rank 0 prints.
+/// Reads, checks and describes a case; `quiet`, it is not described, and no step is tried. Collective; rank 0 prints.
 ///
 /// # Errors
 /// When the case is wrong.
-pub fn check(path: &Path, set: &[String], petsc: &[String]) -> Result<()> {
+pub fn check(path: &Path, set: &[String], petsc: &[String], quiet: bool) -> Result<()> {
     let loaded = read_case(path, set)?;
     let session = start_petsc(&loaded.case, petsc)?;
     check_memory(&loaded, &session)?;
+    if quiet {
+        return match loaded.case.dimension() {
+            2 => check_step(&loaded, &Scene::<2>::new(&session, &loaded.case)?.limits()?),
+            _ => check_step(&loaded, &Scene::<3>::new(&session, &loaded.case)?.limits()?),
+        };
+    }
     let lines = match loaded.case.dimension() {
         2 => describe::<2>(&session, &loaded),
         _ => describe::<3>(&session, &loaded),
