@@ -93,6 +93,9 @@ enum Command {
         /// Cut a 3D flow here, e.g. z=0.02 (m) [default: the case's output.planes, or along gravity or the stream through the bodies].
         #[arg(long, value_name = "AXIS=PLACE")]
         plane: Option<mics::config::Section>,
+        /// Draw paths, forces and speeds of this particle only, by its number (from 0) or its name; several with commas [default: the first ones].
+        #[arg(long, value_name = "PARTICLE", value_delimiter = ',')]
+        particle: Vec<String>,
         /// Where figures go that are named or of several runs [default: figures/ of the run, of several the first].
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
@@ -142,7 +145,7 @@ enum Command {
 struct SceneArgs {
     /// The case file (TOML).
     case: PathBuf,
-    /// Override a key of the case, e.g. fluid.viscosity=2.0 or particle.0.density=1200.
+    /// Override a key of the case, e.g. fluid.viscosity=2.0, or particle.0.density=1200: entries of a list count from 0.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// PETSc options, after --.
@@ -187,8 +190,9 @@ fn act(command: Command) -> Result<()> {
         Command::Study { study, out, list, quick, force } => {
             study::study(&study::Request { study, out, list, quick, force })
         }
-        Command::Plot { runs, figure, times, interval, window, plane, out } => {
-            let request = plot::Request { runs, figures: figure, times, interval, window, plane, out };
+        Command::Plot { runs, figure, times, interval, window, plane, particle, out } => {
+            let request =
+                plot::Request { runs, figures: figure, times, interval, window, plane, particles: particle, out };
             plot::draw(&request)?.iter().try_for_each(|path| print(&path.display().to_string()))
         }
         Command::Report { run, out } => print(&report::write(&run, out.as_deref())?.display().to_string()),

@@ -468,7 +468,7 @@ impl<'a, const D: usize> Run<'a, D> {
         }
         let wall = self.wall();
         let cells = self.scene.domain.grid.total_cells();
-        let stages = self.scene.domain.clock.table(cells);
+        let stages = self.scene.stages();
         let mut used = [peak_memory(), cpu_seconds()];
         self.session.sum(&mut used)?;
         let [memory, cpu] = used;

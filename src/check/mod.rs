@@ -145,7 +145,7 @@ fn layer(case: &Case, h: f64) -> Vec<String> {
     let Layer { particle, falls, speed, reynolds, thickness, diameter } = layer;
     let meets = if falls { "comes to" } else { "meets a flow of" };
     let by = if falls { ", by its drag," } else { "," };
-    let mut line = format!("layer        particle {particle} {meets} {speed:.3} m/s{by} Re = {reynolds:.0}");
+    let mut line = format!("layer        {} {meets} {speed:.3} m/s{by} Re = {reynolds:.0}", case.called(particle));
     if thickness.is_infinite() {
         return vec![line + ": no boundary layer"];
     }
