@@ -161,6 +161,7 @@ impl<'a, const D: usize> Run<'a, D> {
             ));
         }
         check_step(loaded, &scene.limits()?)?;
+        crate::check::refuse_too_stiff(loaded, &scene)?;
         let lead = session.rank() == 0;
         let mut log = Log::new(lead && !request.quiet);
         let opened = if lead {
@@ -221,8 +222,8 @@ impl<'a, const D: usize> Run<'a, D> {
             // A closed stderr is no reason to end a run.
             let _ = writeln!(std::io::stderr(), "warning: PETSc {one} so far: {unused}; check the spelling");
         }
-        if let Some(shut) = crate::check::shut(self.case, &self.scene) {
-            self.log.say(&shut);
+        for warning in crate::check::warnings(self.case, &self.scene)? {
+            self.log.say(&warning);
         }
         if let Some(restart) = &self.restart {
             restart.say(&mut self.log, self.scene.state.time, self.session.size());

@@ -13,6 +13,7 @@ mod ellipse;
 mod energy;
 mod fluid_only;
 mod folder;
+mod foretold;
 mod fuzz;
 mod gaps;
 mod literal;
