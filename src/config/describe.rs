@@ -2,6 +2,7 @@
 
 use super::message::suggest;
 use super::{Case, Drive, Motion, Particle, Side};
+use std::collections::BTreeSet;
 
 impl Case {
     /// What a particle is called: its name, with its number where others have the name too; without a name its number, from 0.
@@ -26,10 +27,8 @@ impl Case {
         }
         let named = |id: &usize| self.particle[*id].name.as_deref() == Some(wanted);
         let ids: Vec<usize> = (0..count).filter(named).collect();
-        let mut known: Vec<&str> = self.particle.iter().filter_map(|p| p.name.as_deref()).collect();
-        known.sort_unstable();
-        known.dedup();
-        if ids.is_empty() { Err(unnamed(wanted, &known)) } else { Ok(ids) }
+        let known = self.particle.iter().filter_map(|p| p.name.as_deref());
+        if ids.is_empty() { Err(unnamed(wanted, known)) } else { Ok(ids) }
     }
 
     /// What is said of the particles, each line with its label: of few one by one, of many their ranges.
@@ -80,9 +79,10 @@ impl Case {
     }
 }
 
-/// The refusal of a name that no particle has.
-pub(super) fn unnamed(wanted: &str, known: &[&str]) -> String {
-    let cure = match known {
+/// The refusal of a name that no particle has, where these are known.
+pub(super) fn unnamed<'a>(wanted: &str, known: impl Iterator<Item = &'a str>) -> String {
+    let known: Vec<&str> = known.collect::<BTreeSet<_>>().into_iter().collect();
+    let cure = match &known[..] {
         [] => "give it one, as in name = \"pier\" in its [[particle]] or [[swarm]]".into(),
         known => suggest(wanted, known),
     };

@@ -54,7 +54,7 @@ pub fn study(request: &Request) -> Result<()> {
         return Err(Error::Usage(words.into()));
     }
     let (study, text) = file::read(&request.study, request.quick)?;
-    let plan = Plan::new(&study, &text)?;
+    let mut plan = Plan::new(&study, &text)?;
     let name = if request.quick { format!("{}-quick", study.name) } else { study.name.clone() };
     let folder = request.out.clone().unwrap_or_else(|| Path::new("runs").join(&name));
     may_use(&folder)?;
@@ -63,7 +63,6 @@ pub fn study(request: &Request) -> Result<()> {
     }
     fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
     replace(&folder.join(COPY), text.as_str().as_bytes())?;
-    let mut plan = plan;
     check_scenes(&study, &mut plan, &folder, request.force)?;
     let outcomes = run_all(&study, &plan, &folder, request.force)?;
     let rows = write_table(&plan, &outcomes, &folder)?;

@@ -198,10 +198,7 @@ pub(in crate::config) fn name_particles(case: &mut Case) -> Check {
         Which::Id(id) => Ok(vec![*id]),
         Which::Named(name) => {
             let ids: Vec<usize> = (0..names.len()).filter(|id| names[*id] == Some(name)).collect();
-            let mut known: Vec<&str> = names.iter().flatten().copied().collect();
-            known.sort_unstable();
-            known.dedup();
-            ensure!(!ids.is_empty(), key, "{}", unnamed(name, &known));
+            ensure!(!ids.is_empty(), key, "{}", unnamed(name, names.iter().flatten().copied()));
             Ok(ids)
         }
     };
