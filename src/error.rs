@@ -51,7 +51,7 @@ pub enum Error {
     /// Somebody asked the run to stop; it has written a checkpoint.
     #[error("{0}")]
     Interrupted(String),
-    /// `mics validate` ran, and values fall short of their references.
+    /// `mics validate` ran, and values fall short of their references; or `mics study` ran, and some of its runs are not done.
     #[error("{0}")]
     Short(String),
     /// A file could not be read or written.
@@ -126,7 +126,7 @@ impl Given {
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 impl Error {
-    /// The process's exit status: 1 when values fall short of their references, 2 when the case or the command line is
+    /// The process's exit status: 1 when values fall short of their references or runs of a study are not done, 2 when the case or the command line is
     /// wrong, 3 when the run failed, 130 when it was interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {

@@ -11,7 +11,7 @@ use std::process::ExitCode;
 
 /// The end of the manual page.
 const EXIT_STATUS: &str = ".SH \"EXIT STATUS\"
-0: done. 1: `mics validate` ran, and values fall short of their references. 2: the case or the command line is wrong, and
+0: done. 1: `mics validate` ran, and values fall short of their references; or `mics study` ran, and some of its runs are not done. 2: the case or the command line is wrong, and
 nothing was written. 3: the run failed, with the state before the failing step kept and named; or `mics watch` saw that of
 its run, or that it was killed. 130: interrupted by Ctrl-C, SIGTERM or SIGUSR1 after writing a checkpoint, from which --resume goes
 on; `mics watch` says so with the same status.
@@ -49,6 +49,9 @@ enum Command {
     Check {
         #[command(flatten)]
         scene: SceneArgs,
+        /// Say what is wrong, and nothing else; no step is tried.
+        #[arg(long)]
+        quiet: bool,
     },
     /// Run a case over a table of overrides and PETSc options: study.csv, study.md, work-precision figures.
     Study {
@@ -90,6 +93,9 @@ enum Command {
         /// Cut a 3D flow here, e.g. z=0.02 (m) [default: the case's output.planes, or along gravity or the stream through the bodies].
         #[arg(long, value_name = "AXIS=PLACE")]
         plane: Option<mics::config::Section>,
+        /// Draw paths, forces and speeds of this particle only, by its number (from 0) or its name; several with commas [default: the first ones].
+        #[arg(long, value_name = "PARTICLE", value_delimiter = ',')]
+        particle: Vec<String>,
         /// Where figures go that are named or of several runs [default: figures/ of the run, of several the first].
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
@@ -139,7 +145,7 @@ enum Command {
 struct SceneArgs {
     /// The case file (TOML).
     case: PathBuf,
-    /// Override a key of the case, e.g. fluid.viscosity=2.0 or particle.0.density=1200.
+    /// Override a key of the case, e.g. fluid.viscosity=2.0, or particle.0.density=1200: entries of a list count from 0.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// PETSc options, after --.
@@ -180,12 +186,13 @@ fn act(command: Command) -> Result<()> {
         Command::Run { scene: SceneArgs { case, set, petsc }, out, force, resume, quiet } => {
             run::run(&Request { case, out, set, force, resume, quiet, petsc })
         }
-        Command::Check { scene } => check::check(&scene.case, &scene.set, &scene.petsc),
+        Command::Check { scene, quiet } => check::check(&scene.case, &scene.set, &scene.petsc, quiet),
         Command::Study { study, out, list, quick, force } => {
             study::study(&study::Request { study, out, list, quick, force })
         }
-        Command::Plot { runs, figure, times, interval, window, plane, out } => {
-            let request = plot::Request { runs, figures: figure, times, interval, window, plane, out };
+        Command::Plot { runs, figure, times, interval, window, plane, particle, out } => {
+            let request =
+                plot::Request { runs, figures: figure, times, interval, window, plane, particles: particle, out };
             plot::draw(&request)?.iter().try_for_each(|path| print(&path.display().to_string()))
         }
         Command::Report { run, out } => print(&report::write(&run, out.as_deref())?.display().to_string()),

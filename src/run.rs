@@ -122,7 +122,6 @@ struct StepOutcome {
     dt: f64,
     projected: Projected,
     cfl: f64,
-    energy: f64,
 }
 
 impl<'a, const D: usize> Run<'a, D> {
@@ -162,6 +161,7 @@ impl<'a, const D: usize> Run<'a, D> {
             ));
         }
         check_step(loaded, &scene.limits()?)?;
+        crate::check::refuse_too_stiff(loaded, &scene)?;
         let lead = session.rank() == 0;
         let mut log = Log::new(lead && !request.quiet);
         let opened = if lead {
@@ -222,8 +222,8 @@ impl<'a, const D: usize> Run<'a, D> {
             // A closed stderr is no reason to end a run.
             let _ = writeln!(std::io::stderr(), "warning: PETSc {one} so far: {unused}; check the spelling");
         }
-        if let Some(shut) = crate::check::shut(self.case, &self.scene) {
-            self.log.say(&shut);
+        for warning in crate::check::warnings(self.case, &self.scene)? {
+            self.log.say(&warning);
         }
         if let Some(restart) = &self.restart {
             restart.say(&mut self.log, self.scene.state.time, self.session.size());
@@ -254,8 +254,8 @@ impl<'a, const D: usize> Run<'a, D> {
         let mut rows = Schedule::new(Some(self.case.output.particles), self.scene.state.time);
         let mut collapse = collapse::Collapse::default();
         if self.restart.is_none() {
-            let (energy, speed) = self.scene.energy_and_speed()?;
-            self.write_row(StepOutcome { energy, ..StepOutcome::default() })?;
+            let (_, speed) = self.scene.energy_and_speed()?;
+            self.write_row(StepOutcome::default())?;
             self.write_particles()?;
             self.write_fields()?;
             self.sample(speed)?;
@@ -268,7 +268,7 @@ impl<'a, const D: usize> Run<'a, D> {
             self.refuse_broken_limit(dt, &limits)?;
             self.scene.domain.clock.lap(Stage::Logs);
             let report = self.scene.step(dt)?;
-            let (projected, energy, speed) = (report.projected, report.kinetic_energy, report.largest_speed);
+            let (projected, speed) = (report.projected, report.largest_speed);
             self.account.dt = Some(dt);
             let domain = &self.scene.domain;
             collapse.take(dt, &self.scene.state.bodies, &domain.grid.size, &domain.periods())?;
@@ -277,7 +277,7 @@ impl<'a, const D: usize> Run<'a, D> {
             self.account.krylov += u64::from(projected.krylov);
             self.account.retries += u64::from(projected.retries);
             energy_bound::refuse_made(&self.scene.state)?;
-            let wishes = self.write_row(StepOutcome { dt, projected, cfl: dt * limits.courant_rate, energy })?;
+            let wishes = self.write_row(StepOutcome { dt, projected, cfl: dt * limits.courant_rate })?;
             if rows.due(self.scene.state.steps, self.scene.state.time) {
                 self.write_particles()?;
             }
@@ -364,7 +364,7 @@ impl<'a, const D: usize> Run<'a, D> {
             krylov: outcome.projected.krylov,
             divergence_max: outcome.projected.divergence_max,
             cfl: outcome.cfl,
-            kinetic_energy: outcome.energy,
+            kinetic_energy: self.scene.state.energy.kinetic(),
             wall: self.wall(),
         };
         let (scene, log) = (&self.scene, &mut self.log);
@@ -469,7 +469,7 @@ impl<'a, const D: usize> Run<'a, D> {
         }
         let wall = self.wall();
         let cells = self.scene.domain.grid.total_cells();
-        let stages = self.scene.domain.clock.table(cells);
+        let stages = self.scene.stages();
         let mut used = [peak_memory(), cpu_seconds()];
         self.session.sum(&mut used)?;
         let [memory, cpu] = used;

@@ -44,6 +44,8 @@ pub struct Scene<const D: usize> {
     impact: Impact,
     /// Scratch: how the bodies moved at the start of a step.
     motions: Vec<energy::Motion>,
+    /// Scratch: cells inside the bodies and their velocity (m/s).
+    inside: Vec<(usize, [f64; D])>,
 }
 
 /// What a step took and left.
@@ -51,9 +53,7 @@ pub struct Scene<const D: usize> {
 pub struct Report {
     /// The pressure iteration.
     pub projected: Projected,
-    /// Kinetic energy of all cells (J; per metre of depth in 2D).
-    pub kinetic_energy: f64,
-    /// Largest speed in a cell (m/s).
+    /// Largest speed of the fluid, in a cell outside the bodies (m/s).
     pub largest_speed: f64,
 }
 
@@ -103,7 +103,17 @@ impl<const D: usize> Scene<D> {
         let motions = Vec::with_capacity(bodies.len());
         let mut state = State::new(&domain.grid, bodies, build::extrapolates(case));
         state.waiting = waiting;
-        let mut scene = Scene { domain, state, method, solver_reason, border_rate, coming_fall, impact, motions };
+        let mut scene = Scene {
+            domain,
+            state,
+            method,
+            solver_reason,
+            border_rate,
+            coming_fall,
+            impact,
+            motions,
+            inside: Vec::new(),
+        };
         scene.set_initial_velocity(&axes(&case.initial.velocity), case.initial.perturbation);
         scene.start()?;
         Ok(scene)
@@ -155,12 +165,12 @@ impl<const D: usize> Scene<D> {
             Err(Error::NotFinite(NotFinite::Velocity)) => Err(self.name_what_is_lost()?),
             Err(failed) => Err(failed),
             Ok(projected) => {
-                let (kinetic_energy, largest_speed) = self.energy_and_speed()?;
-                energy::close(&mut self.domain, &mut self.state, &self.motions, &self.method, kinetic_energy)?;
+                let (all_cells, largest_speed) = self.energy_and_speed()?;
+                energy::close(&mut self.domain, &mut self.state, &self.motions, &self.method, all_cells)?;
                 self.let_in();
                 self.domain.clock.lap(Stage::Logs);
                 self.domain.clock.count();
-                Ok(Report { projected, kinetic_energy, largest_speed })
+                Ok(Report { projected, largest_speed })
             }
         }
     }

@@ -42,12 +42,15 @@ for run in map(Path, sys.argv[1:]):
         time = image.GetFieldData().GetArray("TimeValue").GetValue(0)
         expect(time == float(entry.get("timestep")), f"{run}: time {time}")
         volume = math.prod(h for h, c in zip(image.GetSpacing(), image.GetDimensions()) if c > 2)
-        # The kinetic energy of the fields is that of the log; the fraction's sum is the particle's volume.
-        velocity = cells.GetArray("velocity")
-        energy = 0.5 * 1000.0 * volume * sum(sum(v * v for v in velocity.GetTuple3(c)) for c in range(n))
+        # The kinetic energy of the fields, of what is fluid of each cell, is that of the log but for the part of cut cells that are
+        # shown with the particle's motion, which is none; the fraction's sum is the particle's volume.
+        velocity, fraction = cells.GetArray("velocity"), cells.GetArray("solid_fraction")
+        square = [sum(v * v for v in velocity.GetTuple3(c)) for c in range(n)]
+        energy = 0.5 * 1000.0 * volume * sum((1 - fraction.GetValue(c)) * square[c] for c in range(n))
         logged = next(float(s["kinetic_energy"]) for s in steps if float(s["time"]) == time)
-        expect(abs(energy - logged) < 1e-9 * logged, f"{run}: energy {energy} against {logged}")
-        fraction = cells.GetArray("solid_fraction")
+        expect(abs(energy - logged) < 1e-3 * logged, f"{run}: energy {energy} against {logged}")
+        inside = [c for c in range(n) if fraction.GetValue(c) > 0.5]
+        expect(inside and all(square[c] == 0 for c in inside), f"{run}: the fluid moves inside a particle that is held")
         solid = volume * sum(fraction.GetValue(c) for c in range(n))
         flat = image.GetDimensions()[2] == 2
         exact = math.pi * 0.1**2 if flat else 4 / 3 * math.pi * 0.1**3

@@ -9,7 +9,8 @@
 //! Cd of a cylinder is (30), `1 + 10 Re^(-2/3)` (White 1991); that of a sphere `24/Re (1 + 0.15 Re^0.687)`, and 0.44 above
 //! Re = 1000 (Schiller & Naumann 1935).
 
-use crate::config::{Case, Motion, Particle, Shape};
+use super::pace::driven_speed;
+use crate::config::{Case, Motion, Particle, Shape, Side};
 use std::f64::consts::PI;
 
 /// Reynolds number below which the flow has no boundary layer.
@@ -43,7 +44,7 @@ impl Layer {
         let diameter = p.shape.diameter();
         let nu = case.fluid.viscosity / case.fluid.density;
         let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
-        let stream = case.reference_speed.unwrap_or(0.0);
+        let stream = case.reference_speed.or_else(|| driven_speed(case)).unwrap_or(0.0);
         let (falls, speed) = match &p.motion {
             Motion::Free { velocity, .. } => (true, fall_speed(case, p).max(size(velocity))),
             Motion::Fixed => (false, stream),
@@ -63,9 +64,39 @@ impl Layer {
     }
 }
 
+/// The layer along the walls of a box, as thick as `L/sqrt(Re)` where they are L apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Walls {
+    /// The axis across them.
+    pub axis: usize,
+    /// Largest speed expected (m/s).
+    pub speed: f64,
+    /// Reynolds number of the speed and L.
+    pub reynolds: f64,
+    /// Thickness (m).
+    pub thickness: f64,
+}
+
+impl Walls {
+    /// The thinnest in spacings; `None` where nothing flows along walls fast enough.
+    pub fn thinnest(case: &Case) -> Option<Walls> {
+        let (speed, nu) =
+            (case.reference_speed.or_else(|| driven_speed(case))?, case.fluid.viscosity / case.fluid.density);
+        let walls = |axis: &usize| case.boundary[*axis].iter().any(|s| matches!(s, Side::Wall | Side::MovingWall(_)));
+        let of = |axis: usize| {
+            let length = case.domain.size[axis];
+            let reynolds = speed * length / nu;
+            Walls { axis, speed, reynolds, thickness: length / reynolds.sqrt() }
+        };
+        let spacings = case.spacings();
+        let all = (0..case.dimension()).filter(walls).map(of).filter(|w| nu > 0.0 && w.reynolds >= LEAST_REYNOLDS);
+        all.min_by(|a, b| (a.thickness / spacings[a.axis]).total_cmp(&(b.thickness / spacings[b.axis])))
+    }
+}
+
 /// The speed that a lone body comes to under its submerged weight (m/s): its terminal speed, or what it gathers on its way to
 /// the border, whichever is less.
-fn fall_speed(case: &Case, p: &Particle) -> f64 {
+pub fn fall_speed(case: &Case, p: &Particle) -> f64 {
     let gravity = &case.fluid.gravity;
     let g = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
     let s = p.density / case.fluid.density;

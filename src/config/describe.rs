@@ -1,8 +1,36 @@
 //! Parts of a case in words, for `mics check` and reports.
 
+use super::message::suggest;
 use super::{Case, Drive, Motion, Particle, Side};
+use std::collections::BTreeSet;
 
 impl Case {
+    /// What a particle is called: its name, with its number where others have the name too; without a name its number, from 0.
+    pub fn called(&self, id: usize) -> String {
+        let name = |p: &Particle| p.name.clone();
+        match self.particle.get(id).and_then(name) {
+            None => format!("particle {id}"),
+            Some(own) if self.particle.iter().filter(|p| p.name.as_ref() == Some(&own)).nth(1).is_none() => own,
+            Some(own) => format!("{own} {id}"),
+        }
+    }
+
+    /// The particles of a number, from 0, or of a name.
+    ///
+    /// # Errors
+    /// When there is none, in words.
+    pub fn find(&self, wanted: &str) -> Result<Vec<usize>, String> {
+        let count = self.particle.len();
+        if let Ok(id) = wanted.parse::<usize>() {
+            let unknown = || format!("there is no particle {id}: the case has {count}, counted from 0");
+            return (id < count).then(|| vec![id]).ok_or_else(unknown);
+        }
+        let named = |id: &usize| self.particle[*id].name.as_deref() == Some(wanted);
+        let ids: Vec<usize> = (0..count).filter(named).collect();
+        let known = self.particle.iter().filter_map(|p| p.name.as_deref());
+        if ids.is_empty() { Err(unnamed(wanted, known)) } else { Ok(ids) }
+    }
+
     /// What is said of the particles, each line with its label: of few one by one, of many their ranges.
     pub fn describe_particles(&self) -> Vec<(String, String)> {
         let widest = self.spacings().into_iter().fold(0.0, f64::max);
@@ -45,10 +73,20 @@ impl Case {
             let d = p.shape.diameter();
             let enters = p.enter.as_ref().map_or(String::new(), |enter| format!(", enters at {} s", enter.time));
             let words = format!("d = {d} m, d/h = {:.1}, density ratio {:.4}, {motion}{enters}", cells(d), ratio(p));
-            (format!("particle {id}"), words)
+            (self.called(id), words)
         };
         self.particle.iter().enumerate().map(line).collect()
     }
+}
+
+/// The refusal of a name that no particle has, where these are known.
+pub(super) fn unnamed<'a>(wanted: &str, known: impl Iterator<Item = &'a str>) -> String {
+    let known: Vec<&str> = known.collect::<BTreeSet<_>>().into_iter().collect();
+    let cure = match &known[..] {
+        [] => "give it one, as in name = \"pier\" in its [[particle]] or [[swarm]]".into(),
+        known => suggest(wanted, known),
+    };
+    format!("no particle has the name \"{wanted}\"; {cure}")
 }
 
 impl Drive {

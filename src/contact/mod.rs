@@ -44,6 +44,7 @@ pub use lubrication::Medium;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 pub use stiffness::Impact;
+pub(crate) use substep::MOST_SUBSTEPS;
 use substep::{Answer, RIGID};
 
 /// A border of the box, normal to an axis; its inner side faces the box.

@@ -10,7 +10,7 @@ const FEWEST_PER_CONTACT: f64 = 5.0;
 /// Part of a gap by which it may change before what fills it is found anew.
 const SAME_GAP: f64 = 1e-3;
 /// Most substeps of one step: more is a mistake in the stiffness.
-const MOST_SUBSTEPS: f64 = 1e6;
+pub(crate) const MOST_SUBSTEPS: f64 = 1e6;
 
 /// How a body answers forces: zero along the axes where it does not.
 #[derive(Clone, Copy, Debug)]
@@ -97,16 +97,22 @@ impl Contacts {
     }
 
     fn too_deep(&self, pair: &Pair, kinematics: &Kinematics, radius: f64) -> Error {
-        let overlap = kinematics.overlap;
+        let (overlap, law, mass) = (kinematics.overlap, self.law(pair), 1.0 / kinematics.inverse_normal);
+        let exponent = law.material.exponent;
+        // What strikes, or presses by what pushes the two, stopped at a fiftieth of the radius.
+        let push = |k: usize| self.answers.get(k).map_or_else(Vector3::zeros, |answer| answer.push.acceleration);
+        let (depth, pressed) = (0.02 * radius, mass * (push(pair.first) - push(pair.second)).norm());
+        let energy = law.stored(overlap) + 0.5 * mass * kinematics.approach.powi(2);
+        let enough = ((exponent + 1.0) * energy / depth.powf(exponent + 1.0)).max(pressed / depth.powf(exponent));
         Error::Run(format!(
-            "{} overlap by {overlap:.3e} m, {:.2} of the smaller radius, where {} is the limit, at {:.3e} m/s: make the \
-             contact stiffer, {:.1e} N/m^exponent or \"auto\", or the step shorter; what is prescribed to press them together \
+            "{} overlap by {overlap:.3e} m, {:.2} of the smaller radius, where {} is the limit, at {:.3e} m/s: its \
+             stiffness is too small for what strikes or presses it; make the contact stiffer, {:.1e} N/m^exponent or \"auto\", or the step shorter; what is prescribed to press them together \
              no stiffness holds",
             self.name(pair),
             overlap / radius,
             params::deepest_overlap(),
             kinematics.approach.abs(),
-            self.law(pair).material.normal_stiffness * (0.5 * overlap / (0.02 * radius)).powi(2),
+            enough.max(2.0 * law.material.normal_stiffness),
         ))
     }
 

@@ -22,6 +22,12 @@ impl Overlap {
     pub fn is_cut(&self) -> bool {
         self.fraction < 1.0
     }
+
+    /// Whether the particle fills more than half of the cell: its middle is inside, and what the cell's velocity is there is none of
+    /// the fluid's.
+    pub fn is_inside(&self) -> bool {
+        self.fraction > 0.5
+    }
 }
 
 /// How fractions are found.

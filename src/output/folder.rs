@@ -17,10 +17,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// What `particles.csv` holds: the contract's columns, then what 3D and the other force add.
-const PARTICLE_COLUMNS: &str = "step,time,id,x,y,z,angle,vx,vy,vz,wx,wy,wz,fluid_fx,fluid_fy,fluid_fz,pressure_fx,\
-    pressure_fy,viscous_fx,viscous_fy,convective_fx,convective_fy,contact_fx,contact_fy,contact_fz,fluid_tx,fluid_ty,\
-    fluid_tz,pressure_fz,viscous_fz,convective_fz,momentum_fx,momentum_fy,momentum_fz";
+/// What `particles.csv` holds; docs/output.md says what each column is.
+const PARTICLE_COLUMNS: &str = "step,time,id,x,y,z,path_x,path_y,path_z,angle,vx,vy,vz,wx,wy,wz,fluid_fx,fluid_fy,fluid_fz,\
+    fluid_tx,fluid_ty,fluid_tz,pressure_fx,pressure_fy,pressure_fz,viscous_fx,viscous_fy,viscous_fz,\
+    convective_fx,convective_fy,convective_fz,momentum_fx,momentum_fy,momentum_fz,contact_fx,contact_fy,contact_fz";
 /// What 3D adds at the end: how a particle is turned, a unit quaternion.
 const ORIENTATION_COLUMNS: &str = ",qw,qx,qy,qz";
 /// What `steps.csv` holds: the contract's columns; then, where particles are free, the substeps of contacts and the
@@ -163,7 +163,7 @@ pub struct StepRow {
     pub divergence_max: f64,
     /// Courant number.
     pub cfl: f64,
-    /// Kinetic energy (J).
+    /// Kinetic energy of the fluid outside the bodies and of the free bodies (J; per metre of depth in 2D).
     pub kinetic_energy: f64,
     /// Wall-clock seconds since the start.
     pub wall: f64,
@@ -427,19 +427,16 @@ impl Folder {
                 ForceRule::Momentum => (e.momentum, e.momentum_torque),
                 ForceRule::Literal => (e.literal(), e.literal_torque),
             };
-            let numbers = [
-                &[b.centre.x, b.centre.y, b.centre.z, b.angle][..],
-                b.velocity.as_slice(),
-                b.spin.as_slice(),
-                force.as_slice(),
-                &[e.pressure.x, e.pressure.y, e.viscous.x, e.viscous.y, e.convective.x, e.convective.y],
-                e.contact.as_slice(),
-                torque.as_slice(),
-                &[e.pressure.z, e.viscous.z, e.convective.z],
-                e.momentum.as_slice(),
-            ];
+            let path = b.path();
+            let vectors = [&b.centre, &path, &b.velocity, &b.spin, &force, &torque, &e.pressure, &e.viscous];
+            let vectors = vectors.into_iter().chain([&e.convective, &e.momentum, &e.contact]);
             file.put(format_args!("{step},{time:?},{id}"));
-            numbers.iter().copied().flatten().for_each(|v| file.put(format_args!(",{v:?}")));
+            for (k, vector) in vectors.enumerate() {
+                vector.iter().for_each(|v| file.put(format_args!(",{v:?}")));
+                if k == 1 {
+                    file.put(format_args!(",{:?}", b.angle));
+                }
+            }
             if b.shape().dimension() == 3 {
                 let q = b.orientation;
                 file.put(format_args!(",{:?},{:?},{:?},{:?}", q.w, q.i, q.j, q.k));

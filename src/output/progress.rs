@@ -260,7 +260,7 @@ pub fn watch(run: &Path) -> Result<()> {
     }
 }
 
-fn minutes(seconds: f64) -> String {
+pub(crate) fn minutes(seconds: f64) -> String {
     let s = seconds.max(0.0) as u64;
     match s {
         0..60 => format!("{s} s"),

@@ -1,7 +1,9 @@
 //! Fields as ParaView opens them: VTK image data (`.vti`, raw appended arrays) and a time series (`.pvd`).
 
+use crate::particles::Body;
 use crate::scene::Scene;
 use crate::{Error, Result};
+use nalgebra::Vector3;
 use std::fmt::Write as _;
 use std::io::{self, BufRead as _, BufReader, BufWriter, Read as _, Write as _};
 use std::path::{Path, PathBuf};
@@ -31,6 +33,7 @@ pub struct Snapshot {
     /// Spacing (m); in 2D that along z is that along x.
     pub h: [f64; 3],
     /// Velocity (m/s), pressure (Pa), vorticity (1/s), in 3D Q (1/s2), whose isosurfaces show vortices, solid fraction, density (kg/m3) where it varies.
+    /// Of cells that a body fills by more than half, velocity, vorticity and Q are those of the body's own motion.
     pub arrays: Vec<Array>,
 }
 
@@ -38,13 +41,24 @@ impl Snapshot {
     /// Gathers the fields on rank 0 (elsewhere the arrays are empty). Collective.
     pub fn take<const D: usize>(scene: &mut Scene<D>) -> Result<Snapshot> {
         scene.domain.boundaries.fill_velocity(&mut scene.state.u)?;
-        let velocity = scene.state.u.iter().map(|u| scene.gather(u)).collect::<Result<Vec<_>>>()?;
+        let own = |field: &mut [f64], motion: &dyn Fn(&Body, &Vector3<f64>) -> f64| {
+            scene.method.with_body_overlaps(|k, overlaps| {
+                let inside = overlaps.iter().filter(|o| o.is_inside());
+                inside.for_each(|o| field[o.cell] = motion(&scene.state.bodies[k], &o.arm));
+            });
+        };
+        let mut derived = scene.domain.grid.field();
+        let mut velocity = Vec::new();
+        for (axis, u) in scene.state.u.iter().enumerate() {
+            derived.copy_from_slice(u);
+            own(&mut derived, &|body, arm| body.velocity_at(arm)[axis]);
+            velocity.push(scene.gather(&derived)?);
+        }
         let mut arrays =
             vec![Array::vector("velocity", velocity), Array::scalar("pressure", scene.gather(&scene.state.p)?)];
 
         // (vector part, derivative's axis, of component): omega = d(of)/d(axis) - d(axis)/d(of).
         let planes: &[(usize, usize)] = if D == 2 { &[(0, 1)] } else { &[(1, 2), (2, 0), (0, 1)] };
-        let mut derived = scene.domain.grid.field();
         let mut vorticity = Vec::new();
         let slope = |scene: &Scene<D>, c: usize, i: usize, axis: usize| {
             let (grid, u) = (&scene.domain.grid, &scene.state.u[i]);
@@ -54,6 +68,7 @@ impl Snapshot {
             for c in scene.domain.grid.rows().flatten() {
                 derived[c] = slope(scene, c, b, a) - slope(scene, c, a, b);
             }
+            own(&mut derived, &|body, _| 2.0 * body.spin[3 - a - b]);
             vorticity.push(scene.gather(&derived)?);
         }
         arrays.push(match vorticity.pop() {
@@ -66,6 +81,7 @@ impl Snapshot {
                 let pairs = (0..D).flat_map(|i| (0..D).map(move |j| (i, j)));
                 derived[c] = -0.5 * pairs.map(|(i, j)| slope(scene, c, i, j) * slope(scene, c, j, i)).sum::<f64>();
             }
+            own(&mut derived, &|body, _| body.spin.norm_squared());
             arrays.push(Array::scalar("q", scene.gather(&derived)?));
         }
         if !scene.state.bodies.is_empty() {

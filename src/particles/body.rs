@@ -93,6 +93,8 @@ pub struct Body {
     pub viscosity: f64,
     /// Centre (m); along a periodic axis it stays within the domain.
     pub centre: Vector3<f64>,
+    /// What periodic borders have taken from its centre so far (m): whole periods.
+    pub crossed: Vector3<f64>,
     /// Velocity of the centre (m/s).
     pub velocity: Vector3<f64>,
     /// Angle turned about z since time 0 (rad).
@@ -116,6 +118,7 @@ impl Body {
             density,
             viscosity,
             centre,
+            crossed: Vector3::zeros(),
             velocity: Vector3::zeros(),
             angle: 0.0,
             orientation: UnitQuaternion::identity(),
@@ -207,6 +210,7 @@ impl Body {
             Motion::Fixed => return,
             Motion::Prescribed(Some(path)) => {
                 path.time += dt;
+                self.crossed = Vector3::zeros();
                 (self.centre, self.velocity) = (path.centre(), path.velocity());
             }
             Motion::Free(_) | Motion::Prescribed(None) => {
@@ -218,11 +222,17 @@ impl Body {
         self.angle += spin.z * dt;
         self.orientation = UnitQuaternion::from_scaled_axis(spin * dt) * self.orientation;
         self.spin += dt * push.angular;
-        for (x, period) in self.centre.iter_mut().zip(periods) {
+        for ((x, crossed), period) in self.centre.iter_mut().zip(&mut self.crossed).zip(periods) {
             if let Some(length) = period {
+                *crossed += (*x / length).floor() * length;
                 *x = x.rem_euclid(*length);
             }
         }
+    }
+
+    /// Its centre (m) where it would be had it not been brought back across periodic borders.
+    pub fn path(&self) -> Vector3<f64> {
+        self.centre + self.crossed
     }
 
     /// Speed of the centre (m/s), the largest of a body that swings.
@@ -257,6 +267,7 @@ impl Checkpointed for Body {
         let Body {
             id: _,
             centre,
+            crossed,
             velocity,
             angle,
             orientation,
@@ -267,7 +278,7 @@ impl Checkpointed for Body {
             density: _,
             viscosity: _,
         } = self;
-        archive.serialize([centre, velocity, angle, orientation, spin])?;
+        archive.serialize([centre, crossed, velocity, angle, orientation, spin])?;
         match motion {
             Motion::Prescribed(Some(path)) => path.time.serialize(archive),
             Motion::Free(_) | Motion::Fixed | Motion::Prescribed(None) => Ok(()),
@@ -290,6 +301,23 @@ mod tests {
     use crate::geometry::Disc;
 
     #[test]
+    fn a_path_goes_on_across_periodic_borders_both_ways() {
+        let freedom = Freedom { translation: [true; 3], rotation: [true; 3] };
+        let mut body = Body::new(Arc::new(Disc { radius: 0.1 }), 1.0, 0.0, Vector3::new(0.4, 0.5, 0.0));
+        (body.motion, body.velocity) = (Motion::Free(freedom), Vector3::new(-0.7, 0.2, 0.0));
+        for steps in 1..40 {
+            if steps == 20 {
+                body.velocity = -body.velocity;
+            }
+            body.advance(0.25, &Push::default(), &[Some(1.0), None, None]);
+            let gone = 0.25 * f64::from(if steps < 20 { steps } else { 38 - steps });
+            let place = Vector3::new(0.4 - 0.7 * gone, 0.5 + 0.2 * gone, 0.0);
+            assert!((body.path() - place).norm() < 1e-12, "{steps}: {:?} of {place:?}", body.path());
+            assert!((0.0..=1.0).contains(&body.centre.x) && (body.crossed.x - body.crossed.x.round()).abs() == 0.0);
+        }
+    }
+
+    #[test]
     fn a_body_that_swings_is_where_its_formula_says_and_keeps_its_spin() {
         let (origin, drift, amplitude) =
             (Vector3::new(0.4, 0.5, 0.0), Vector3::new(0.3, 0.0, 0.0), Vector3::new(-0.1, 0.02, 0.0));
@@ -310,6 +338,7 @@ mod tests {
             let phase = TAU * 2.0 * time;
             let place = origin + drift * time + amplitude * phase.sin();
             assert!((body.centre.x - place.x.rem_euclid(1.0)).abs() < 1e-13 && (body.centre.y - place.y).abs() < 1e-13);
+            assert!((body.path() - place).norm() < 1e-13, "{:?} of {place:?}", body.path());
             assert!((body.velocity - drift - TAU * 2.0 * amplitude * phase.cos()).norm() < 1e-12);
             let Motion::Prescribed(Some(path)) = body.motion else { panic!() };
             // Backwards over half a step, up to the path's third derivative: |A| (2 pi f)^3 = 200 m/s3.

@@ -94,6 +94,15 @@ impl<const D: usize> Scene<D> {
         ]
     }
 
+    /// The stages of the step that took time, with nanoseconds a cell and step. What the paper's method calls mixing is, with sharp walls,
+    /// the velocity that these impose.
+    pub fn stages(&self) -> Vec<(&'static str, f64)> {
+        let sharp = matches!(self.method, Method::Sharp(_));
+        let name = |name| if sharp && name == "mixing" { "walls" } else { name };
+        let stages = self.domain.clock.table(self.domain.grid.total_cells());
+        stages.into_iter().map(|(own, time)| (name(own), time)).collect()
+    }
+
     /// The solver of the pressure equation and why it is taken, as `cg + boxmg (auto: ...)`.
     pub fn solver(&self) -> Result<String> {
         let solver = self.domain.projection.solver();

@@ -43,9 +43,14 @@ pub struct EnergyBudget {
 }
 
 impl EnergyBudget {
+    /// Kinetic energy of fluid and free bodies.
+    pub fn kinetic(&self) -> f64 {
+        self.fluid + self.bodies
+    }
+
     /// All energy now.
     pub fn total(&self) -> f64 {
-        self.fluid + self.bodies + self.springs
+        self.kinetic() + self.springs
     }
 
     /// The largest sum that it could have had: the start, and all work in either direction.

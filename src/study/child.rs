@@ -88,10 +88,7 @@ pub fn run(run: &Planned, folder: &Path) -> Result<Outcome> {
         command
     };
     command.arg("run").arg(&run.case).args(["--quiet", "--force", "--out"]).arg(folder);
-    command.args(run.set.iter().flat_map(|given| ["--set", given]));
-    if !run.petsc.is_empty() {
-        command.arg("--").args(&run.petsc);
-    }
+    add_choices(&mut command, run);
     // A summary of an earlier try must not be taken for this one's.
     match fs::remove_file(folder.join("summary.json")) {
         Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io(folder.join("summary.json"))(e)),
@@ -99,10 +96,7 @@ pub fn run(run: &Planned, folder: &Path) -> Result<Outcome> {
     }
     let ended = command.stdin(Stdio::null()).stdout(Stdio::null()).output();
     let ended = ended.map_err(Error::io(command.get_program()))?;
-    let said = String::from_utf8_lossy(&ended.stderr);
-    let words = said.lines().find_map(|line| line.strip_prefix("error: "));
-    let words =
-        words.or_else(|| said.lines().rfind(|line| line.contains(char::is_alphanumeric))).unwrap_or_default().trim();
+    let words = words(run, &ended.stderr);
     let summary = json(&folder.join("summary.json"));
     let status = match ended.status.code() {
         Some(0) if summary["status"] == "done" => "done",
@@ -110,15 +104,42 @@ pub fn run(run: &Planned, folder: &Path) -> Result<Outcome> {
         Some(130) => "interrupted",
         _ => "failed",
     };
-    let message = match (status, words) {
+    let message = match (status, words.as_str()) {
         ("done", _) => String::new(),
         (_, "") => format!("it ended with {} and said nothing", ended.status),
-        (_, words) => {
-            let place = format!("{}: ", run.case.display());
-            words.strip_prefix(&place).unwrap_or(words).replace(" (given by --set)", "")
-        }
+        _ => words,
     };
     Ok(Outcome { status, message, summary, commit: env!("MICS_GIT_COMMIT").to_owned() })
+}
+
+/// Why a run would be refused before its first step; `None` where it would start, or fail in another way.
+///
+/// # Errors
+/// When this program cannot be started.
+pub fn refusal(run: &Planned) -> Result<Option<String>> {
+    let program = env::current_exe().map_err(Error::io("this program"))?;
+    let mut command = Command::new(&program);
+    command.arg("check").arg(&run.case).arg("--quiet");
+    add_choices(&mut command, run);
+    let ended = command.stdin(Stdio::null()).stdout(Stdio::null()).output().map_err(Error::io(program))?;
+    Ok((ended.status.code() == Some(2)).then(|| words(run, &ended.stderr)))
+}
+
+/// The overrides and PETSc options of a run.
+fn add_choices(command: &mut Command, run: &Planned) {
+    command.args(run.set.iter().flat_map(|given| ["--set", given]));
+    if !run.petsc.is_empty() {
+        command.arg("--").args(&run.petsc);
+    }
+}
+
+/// What a run says of its failure, without what the study says anyway.
+fn words(run: &Planned, stderr: &[u8]) -> String {
+    let said = String::from_utf8_lossy(stderr);
+    let words = said.lines().find_map(|line| line.strip_prefix("error: "));
+    let words = words.or_else(|| said.lines().rfind(|line| line.contains(char::is_alphanumeric))).unwrap_or_default();
+    let (words, place) = (words.trim(), format!("{}: ", run.case.display()));
+    words.strip_prefix(&place).unwrap_or(words).replace(" (given by --set)", "")
 }
 
 /// Deletes the snapshots of a run: those of a large grid are gigabytes, which a table has no use for.

@@ -46,15 +46,15 @@ const COPY: &str = "study.toml";
 /// Runs a study, or lists its runs.
 ///
 /// # Errors
-/// When the study file, a case, or a reference is wrong (nothing is written), when the folder cannot be written, and
-/// when not one run is done.
+/// When the study file, a case, or a reference is wrong (nothing is written), when the folder cannot be written, and, after all runs,
+/// when some are not done.
 pub fn study(request: &Request) -> Result<()> {
     if std::env::var("OMPI_COMM_WORLD_SIZE").is_ok_and(|size| size != "1") {
         let words = "mics study starts its runs by itself: without mpirun, and with ranks = [...] in the study file";
         return Err(Error::Usage(words.into()));
     }
     let (study, text) = file::read(&request.study, request.quick)?;
-    let plan = Plan::new(&study, &text)?;
+    let mut plan = Plan::new(&study, &text)?;
     let name = if request.quick { format!("{}-quick", study.name) } else { study.name.clone() };
     let folder = request.out.clone().unwrap_or_else(|| Path::new("runs").join(&name));
     may_use(&folder)?;
@@ -63,6 +63,7 @@ pub fn study(request: &Request) -> Result<()> {
     }
     fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
     replace(&folder.join(COPY), text.as_str().as_bytes())?;
+    check_scenes(&study, &mut plan, &folder, request.force)?;
     let outcomes = run_all(&study, &plan, &folder, request.force)?;
     let rows = write_table(&plan, &outcomes, &folder)?;
     print("")?;
@@ -80,10 +81,33 @@ pub fn study(request: &Request) -> Result<()> {
     for path in files.iter().chain(&figures) {
         print(&path.display().to_string())?;
     }
-    match outcomes.iter().flatten().any(|outcome| outcome.status == "done") {
-        true => Ok(()),
-        false => Err(Error::Run("not one run is done; the table says why".into())),
+    let broken = plan.runs.iter().zip(&outcomes).filter_map(|(run, outcomes)| {
+        let outcome = outcomes.iter().find(|outcome| outcome.status != "done")?;
+        Some(format!("{} ({})", run.id, outcome.status))
+    });
+    let broken: Vec<String> = broken.collect();
+    if broken.is_empty() {
+        return Ok(());
     }
+    let (count, total) = (broken.len(), plan.runs.len());
+    Err(Error::Short(format!("{count} of {total} runs are not done: {}; study.csv says why", broken.join(", "))))
+}
+
+/// Finds the runs that their scenes refuse, by a step over a limit for example, and says before the first one starts which runs are
+/// refused. What is done already is not asked again.
+fn check_scenes(study: &Study, plan: &mut Plan, folder: &Path, force: bool) -> Result<()> {
+    for run in &mut plan.runs {
+        let done = !force && (0..study.repeats).all(|k| child::kept(run, &place(folder, run, k)).is_some());
+        if let (Ok(_), false) = (&run.loaded, done)
+            && let Some(why) = child::refusal(run)?
+        {
+            run.loaded = Err(why);
+        }
+        if let Err(why) = &run.loaded {
+            print(&format!("{} is refused: {why}", run.id))?;
+        }
+    }
+    Ok(())
 }
 
 /// Refuses a folder that holds something other than a study.

@@ -87,6 +87,69 @@ fn named_figures_of_a_fall_are_drawn_alone_and_say_what_they_show() {
     }
 }
 
+#[test]
+fn forces_speeds_and_paths_are_of_several_particles_under_their_names_or_of_those_that_are_asked_for() {
+    let dir = tempfile::tempdir().unwrap();
+    let disc = |name: &str, x: f64, y: f64, density: f64| {
+        format!(
+            "{{ {name}shape = {{ disc = {{ diameter = 0.02 }} }}, density = {density:?}, position = [{x:?}, {y:?}] }}"
+        )
+    };
+    // The last one leaves through the periodic side and comes in again.
+    let all = [
+        disc("name = \"stone\", ", 0.02, 0.1, 1200.0),
+        disc("name = \"grain\", ", 0.05, 0.1, 1300.0),
+        disc("name = \"grain\", ", 0.075, 0.1, 1300.0),
+        disc("velocity = [0.3, 0.0], ", 0.085, 0.125, 1200.0),
+    ];
+    let case = FALL
+        .replace("west = \"wall\", east = \"wall\"", "west = \"periodic\", east = \"periodic\"")
+        .lines()
+        .map(|line| if line.starts_with("particle") { format!("particle = [{}]", all.join(", ")) } else { line.to_owned() } + "\n")
+        .collect::<String>();
+    let (file, out) = (dir.path().join("four.toml"), dir.path().join("four"));
+    std::fs::write(&file, case).unwrap();
+    let summary = run(&file, &out, &["--set", "time.end=0.1", "--set", "output.figures=true"]);
+    assert!(
+        summary["stages_ns_per_cell_step"]["mixing"].is_null() && summary["stages_ns_per_cell_step"]["walls"].is_f64()
+    );
+    let svg = |name: &str| std::fs::read_to_string(out.join(format!("figures/{name}.svg"))).unwrap();
+    let shows = |name: &str, labels: &[&str]| {
+        let svg = svg(name);
+        labels.iter().for_each(|label| assert!(svg.contains(&format!(">\n{label}\n<")), "{name} lacks {label}"));
+    };
+    let names = ["stone", "grain 1", "grain 2", "particle 3"];
+    for (name, label) in
+        [("forces", "force of the fluid along y (N)"), ("speeds", "velocity along y (m/s)"), ("paths", "x/d")]
+    {
+        shows(name, &[&names[..], &[label]].concat());
+    }
+    assert!(!svg("forces").contains("(19)"));
+    shows("vorticity", &["0", "1", "2", "3"]);
+    // Its way in the box jumps, that of the path does not.
+    let rows = crate::support::columns(&out.join("particles.csv"));
+    let last = |name: &str| *rows[name].last().unwrap();
+    assert!(rows["id"].last() == Some(&3.0) && (last("path_x") - last("x") - 0.1).abs() < 1e-12, "{}", last("x"));
+
+    let folder = out.to_str().unwrap();
+    plotted(&[folder, "--figure", "forces,speeds,paths", "--particle", "stone"]);
+    shows("forces", &["force on stone (N)", "fluid, along x", "pressure on the surface, y", "the rest, y"]);
+    shows("speeds", &["velocity of stone (m/s)", "along x", "along y"]);
+    plotted(&[folder, "--figure", "speeds", "--particle", "grain,0"]);
+    shows("speeds", &["grain 1", "grain 2", "stone"]);
+    assert!(!svg("speeds").contains("particle 3"));
+    for (words, said) in [
+        (["--figure", "paths", "--particle", "ston"], "no particle has the name \"ston\"; did you mean `stone`?"),
+        (["--figure", "paths", "--particle", "4"], "there is no particle 4: the case has 4, counted from 0"),
+        (["--figure", "vorticity", "--particle", "0"], "--figure paths, forces, force-parts or speeds"),
+    ] {
+        let output = mics(&[&["plot", folder], &words[..]].concat());
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{words:?}: {message}");
+        assert!(message.contains(said), "{words:?}: {message}");
+    }
+}
+
 fn short_run(out: &Path, viscosity: f64) {
     let viscosity = format!("fluid.viscosity={viscosity:?}");
     let words =

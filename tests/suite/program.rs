@@ -50,9 +50,17 @@ fn a_run_leaves_the_folder_that_the_contract_promises() {
     assert!((summary["time"].as_f64().unwrap() - 0.1).abs() < 1e-12);
     let head = std::fs::read_to_string(out.join("particles.csv")).unwrap();
     assert!(head.starts_with(
-        "step,time,id,x,y,z,angle,vx,vy,vz,wx,wy,wz,fluid_fx,fluid_fy,fluid_fz,pressure_fx,pressure_fy,\
-        viscous_fx,viscous_fy,convective_fx,convective_fy,contact_fx,contact_fy,contact_fz,fluid_tx,fluid_ty,fluid_tz"
+        "step,time,id,x,y,z,path_x,path_y,path_z,angle,vx,vy,vz,wx,wy,wz,fluid_fx,fluid_fy,fluid_fz,fluid_tx,fluid_ty,fluid_tz,\
+         pressure_fx,pressure_fy,pressure_fz,viscous_fx"
     ));
+    // Each column that a run writes is described, with its unit.
+    let page = std::fs::read_to_string(shipped("docs/output.md")).unwrap();
+    for file in ["particles.csv", "steps.csv"] {
+        let head = std::fs::read_to_string(out.join(file)).unwrap();
+        for column in head.lines().next().unwrap().split(',') {
+            assert!(page.contains(&format!("`{column}`")), "docs/output.md says nothing of {column} in {file}");
+        }
+    }
     let (particles, steps) = (columns(&out.join("particles.csv")), columns(&out.join("steps.csv")));
     assert_eq!(particles["time"][0], 0.0);
     assert_eq!(particles["step"].len(), steps["step"].len());

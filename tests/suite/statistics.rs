@@ -46,7 +46,9 @@ fn means_are_those_of_the_fields_and_fractions_fill_the_bodies() {
         assert!((filled / area - 1.0).abs() < 1e-12, "{wall}: {filled} of {area}");
         for c in (0..cells).step_by(7) {
             let weight: f64 = fields.iter().map(|s| 1.0 - of(s, "solid_fraction", c)).sum();
-            if weight < 1e-6 {
+            // A field has the body's own motion where that fills most of a cell.
+            let covered = |s: &Snapshot| (0.5..1.0).contains(&of(s, "solid_fraction", c));
+            if weight < 1e-6 || fields.iter().any(covered) {
                 continue;
             }
             let mean = |value: &dyn Fn(&Snapshot) -> f64| {

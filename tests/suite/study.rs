@@ -70,7 +70,9 @@ fn a_study_gives_a_row_a_run_with_errors_medians_and_figures_and_goes_on_where_i
     let (dir, file) = written(STUDY);
     let out = dir.path().join("out");
     let (code, said, error) = study(&file, &out, &[]);
-    assert_eq!(code, Some(0), "{said}{error}");
+    assert_eq!(code, Some(1), "{said}{error}");
+    let names = "2 of 7 runs are not done: N=16,solver=none (failed), N=32,solver=none (failed)";
+    assert!(error.contains(names), "{error}");
     let table = rows(&out);
     let labels: Vec<_> = table.iter().map(|row| (row["N"].as_str(), row["solver"].as_str())).collect();
     let pairs = ["16", "32"].into_iter().flat_map(|n| ["bcgs", "cg", "none"].map(|solver| (n, solver)));
@@ -106,7 +108,7 @@ fn a_study_gives_a_row_a_run_with_errors_medians_and_figures_and_goes_on_where_i
     std::fs::remove_dir_all(out.join("runs/N=16,solver=cg/2")).unwrap();
     std::fs::write(&file, STUDY.replace("0.01 }", "0.0125 }")).unwrap();
     let (code, said, error) = study(&file, &out, &[]);
-    assert_eq!(code, Some(0), "{said}{error}");
+    assert_eq!(code, Some(1), "{said}{error}");
     let times = |word: &str| said.matches(&format!(": {word}, ")).count();
     assert_eq!((times("kept"), times("done")), (7, 3), "{said}");
     assert_eq!(rows(&out)[6]["steps"], "4");
@@ -148,7 +150,7 @@ fn the_cost_on_one_grid_is_drawn_over_what_varies_though_the_first_run_failed() 
     let (dir, file) = written(&format!("name = \"tiny\"\ncase = \"case.toml\"\n{axis}"));
     let out = dir.path().join("out");
     let (code, said, error) = study(&file, &out, &[]);
-    assert_eq!(code, Some(0), "{said}{error}");
+    assert_eq!(code, Some(1), "{said}{error}");
     let status: Vec<_> = rows(&out).iter().map(|row| row["status"].clone()).collect();
     assert_eq!(status, ["failed", "done", "done"], "{said}");
     let figure = std::fs::read_to_string(out.join("cost.svg")).unwrap();
@@ -163,7 +165,7 @@ fn a_combination_that_is_refused_is_a_row_but_a_choice_that_always_is_is_a_fault
     let (dir, file) = written(&text);
     let out = dir.path().join("out");
     let (code, said, error) = study(&file, &out, &[]);
-    assert_eq!(code, Some(0), "{said}{error}");
+    assert_eq!(code, Some(1), "{said}{error}");
     let status: Vec<_> = rows(&out).iter().map(|row| row["status"].clone()).collect();
     assert_eq!(status, ["done", "done", "done", "refused"]);
     assert!(rows(&out)[3]["message"].contains("qsi"), "{said}");
@@ -172,6 +174,20 @@ fn a_combination_that_is_refused_is_a_row_but_a_choice_that_always_is_is_a_fault
     let (code, _, error) = study(&file, &dir.path().join("out"), &[]);
     assert_eq!(code, Some(2), "{error}");
     assert!(error.contains("tiny.study.toml:11: axis.1.values.1: time.advection: unknown value `qsy`"), "{error}");
+}
+
+#[test]
+fn a_run_that_its_scene_will_refuse_is_named_before_the_first_run_starts_and_the_others_are_done() {
+    let axis = "[[axis]]\nname = \"step\"\nkey = \"time.step\"\nvalues = [0.01, 5.0, 0.0125]\n";
+    let (dir, file) = written(&format!("name = \"tiny\"\ncase = \"case.toml\"\n{axis}"));
+    let out = dir.path().join("out");
+    let (code, said, error) = study(&file, &out, &[]);
+    assert_eq!(code, Some(1), "{said}{error}");
+    let first = said.lines().next().unwrap();
+    assert!(first.starts_with("step=5.0 is refused: time.step: 5 s is over the"), "{said}");
+    assert!(error.contains("1 of 3 runs are not done: step=5.0 (refused)"), "{error}");
+    let status: Vec<_> = rows(&out).iter().map(|row| row["status"].clone()).collect();
+    assert_eq!(status, ["done", "refused", "done"], "{said}");
 }
 
 #[test]

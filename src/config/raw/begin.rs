@@ -10,7 +10,7 @@ use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// Bytes of a row of `particles.csv`, and more.
-const ROW: u64 = 1024;
+const ROW: u64 = 2048;
 
 /// Puts the bodies that the case begins with before its own; `folder` is the case file's.
 pub(in crate::config) fn begin(case: &mut Case, folder: &Path) -> Check {

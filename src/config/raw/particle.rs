@@ -10,7 +10,8 @@ use std::f64::consts::TAU;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Particle {
-    /// What measures know it by; several may have one name.
+    /// What measures and figures know it by, besides its number: particles count from 0 in the order of the file, those of `[[particle]]`
+    /// before those of `[[swarm]]`. Several may have one name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// Its shape.

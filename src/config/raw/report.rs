@@ -14,10 +14,10 @@ pub struct Measure {
     pub name: String,
     /// What is measured.
     pub kind: MeasureKind,
-    /// Of which particle: its index in the case, or its name.
+    /// Of which particle: its number in the case, from 0, or its name; default the first.
     #[serde(default)]
     pub particle: Which,
-    /// Of which particles, where the kind is of several: indices and names, of which one may be that of many; default all.
+    /// Of which particles, where the kind is of several: numbers, from 0, and names, of which one may be that of many; default all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub particles: Option<Vec<Which>>,
     /// Along which axis, where the kind is of the whole box; default that of the drive or of the stream, of `bed_height` that of gravity.
@@ -176,7 +176,7 @@ pub enum MeasureKind {
     /// Root mean square of the force along the stream about its least-squares quadratic in time, over its mean; steps weigh as much as they
     /// are long. Of a particle that moves steadily through the grid it is noise.
     ForceNoise,
-    /// Largest speed of the fluid over the domain and over time (m/s).
+    /// Largest speed of the fluid over the domain and over time (m/s); cells that particles fill by more than half do not count.
     MaxSpeed,
     /// Least velocity along x on the line x = size/2 at the end (m/s), by a parabola through three cells; 2D only.
     MidlineULeast,
@@ -184,7 +184,8 @@ pub enum MeasureKind {
     MidlineVLeast,
     /// Largest velocity along y on the line y = size/2 at the end (m/s); 2D only.
     MidlineVLargest,
-    /// Largest speed of the particle's centre (m/s).
+    /// Largest speed of the particle's centre from `from` on (m/s), whatever makes it: the terminal velocity of one that falls from rest and
+    /// reaches it, and less than that of one whose fall is too short. One that starts faster, or is struck, has the speed that it had then.
     TerminalVelocity,
     /// x of the particle's centre at the end, or `when` (m).
     PositionX,

@@ -5,6 +5,7 @@ use std::collections::HashSet;
 
 use super::particle::{Overlap, overlap, particle};
 use super::*;
+use crate::config::describe::unnamed;
 use crate::config::fault::{AXES, Check, finite, not_negative, positive, vector};
 
 /// Checks what the types leave open; the first refusal is returned. [`measures`] comes later: their particles may be of
@@ -210,7 +211,7 @@ pub(in crate::config) fn name_particles(case: &mut Case) -> Check {
         Which::Id(id) => Ok(vec![*id]),
         Which::Named(name) => {
             let ids: Vec<usize> = (0..names.len()).filter(|id| names[*id] == Some(name)).collect();
-            ensure!(!ids.is_empty(), key, "no particle has the name \"{name}\": give it one, as in name = \"{name}\"");
+            ensure!(!ids.is_empty(), key, "{}", unnamed(name, names.iter().flatten().copied()));
             Ok(ids)
         }
     };

@@ -50,6 +50,8 @@ pub struct Disc {
     pub radius: f64,
     /// Its grey, from 0 (light) to 1 (dark).
     pub shade: f64,
+    /// The number that is written on it where there is room; `None` of one that is alone.
+    pub number: Option<usize>,
 }
 
 /// One series of a line or point figure.

@@ -1,13 +1,15 @@
 //! What figures of the flow are painted with: colours of values, streamlines, particles, the colour bar.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{SQRT_2, TAU};
 use std::io;
 use std::ops::Range;
 use std::path::Path;
 
 use plotters::prelude::*;
+use plotters::style::FontTransform;
+use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Axis, Frame, INK, Pixel, SCALE, Sheet, THIN};
+use super::canvas::{self, Axis, Frame, INK, Pixel, SCALE, SMALL, Sheet, THIN};
 use super::trace::{self, HOPS, Point, sample};
 use super::{Disc, Plane};
 use crate::{Error, Result};
@@ -141,6 +143,14 @@ pub fn discs(sheet: &mut Sheet, plot: &Frame, plane: &Plane) {
             sheet.area(rim.clone(), RGBColor(grey, grey, grey));
             rim.push(rim[0]);
             sheet.line(rim, INK, 3 * THIN / 2);
+            let label = disc.number.map(|number| number.to_string()).unwrap_or_default();
+            let inside = (0..2).all(|a| (0.0..=plane.size[a]).contains(&disc.centre[a]));
+            // A square in the circle holds it.
+            let room = (disc.radius * scale * SQRT_2) as i32;
+            if inside && canvas::width(&label, SMALL) < room && SMALL < room {
+                let anchor = (HPos::Center, VPos::Center);
+                sheet.text(&label, SMALL, plot.pixel(disc.centre[0], disc.centre[1]), anchor, FontTransform::None);
+            }
         }
     }
 }

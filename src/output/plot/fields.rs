@@ -41,7 +41,7 @@ pub fn newest_snapshot(run: &Path) -> Result<PathBuf> {
 pub fn planes(run: &Path, case: &Case, section: Option<Section>, times: &[f64]) -> Result<Vec<Plane>> {
     let taken = choose(run, times)?.iter().map(|path| Snapshot::read(path)).collect::<Result<Vec<_>>>()?;
     let times: Vec<f64> = taken.iter().map(|snapshot| snapshot.time).collect();
-    let (rows, digits) = (Rows::read(run, case, &times), digits(&times));
+    let (rows, digits) = (Rows::read(run, case, &times, &[]), digits(&times));
     // One plane for all panels, where it would be at the end.
     let section = section.or_else(|| sections(case, (&rows, times.len() - 1)).first().copied());
     let section = section.unwrap_or(Section::Z(0.0));
@@ -141,8 +141,15 @@ fn discs(
     size: [f64; 2],
     place: impl Fn(usize) -> Option<[f64; 3]>,
 ) -> Vec<Disc> {
-    let diameters = || case.particle.iter().map(|p| p.shape.diameter());
-    let (least, most) = diameters().fold((f64::INFINITY, 0.0_f64), |(l, m), d: f64| (l.min(d), m.max(d)));
+    let range = |value: fn(&Particle) -> f64| {
+        let values = case.particle.iter().map(value);
+        values.fold((f64::INFINITY, 0.0_f64), |(l, m), v| (l.min(v), m.max(v)))
+    };
+    let differs = |(least, most): (f64, f64)| most > least * (1.0 + 1e-9);
+    // By size, or else by what they are made of.
+    let shown: fn(&Particle) -> f64 =
+        if differs(range(|p| p.shape.diameter())) { |p| p.shape.diameter() } else { |p| p.density };
+    let (least, most) = range(shown);
     let axes = section::axes(axis);
     let mut discs = Vec::new();
     // What moves and has no place has left the box or not come in; where nobody has any, all are where they start.
@@ -160,13 +167,14 @@ fn discs(
         if square <= 0.0 {
             continue;
         }
-        let shade = if most > least * (1.0 + 1e-9) { (diameter - least) / (most - least) } else { 0.5 };
+        let shade = if differs((least, most)) { (shown(p) - least) / (most - least) } else { 0.5 };
+        let number = (case.particle.len() > 1).then_some(id);
         let images = |axis: usize| if case.periodic(axis) { -1..=1 } else { 0..=0 };
         for (ka, kb) in images(axes[0]).flat_map(|ka| images(axes[1]).map(move |kb| (ka, kb))) {
             let centre = [at[axes[0]] + f64::from(ka) * size[0], at[axes[1]] + f64::from(kb) * size[1]];
             let radius = square.sqrt();
             if (0..2).all(|a| centre[a] > -radius && centre[a] < size[a] + radius) {
-                discs.push(Disc { centre, radius, shade });
+                discs.push(Disc { centre, radius, shade, number });
             }
         }
     }
@@ -240,7 +248,7 @@ mod tests {
     #[test]
     fn a_window_cuts_whole_cells_and_keeps_every_value_and_particle_in_its_place() {
         let values: Vec<f64> = (0..12).map(f64::from).collect();
-        let disc = |x: f64, y: f64| Disc { centre: [x, y], radius: 0.4, shade: 0.5 };
+        let disc = |x: f64, y: f64| Disc { centre: [x, y], radius: 0.4, shade: 0.5, number: None };
         let plane = Plane {
             cells: [4, 3],
             size: [4.0, 3.0],

@@ -1,53 +1,87 @@
-//! Forces on a particle: over time, and over its height in the three parts of (19) (Fig. 10); speeds of a free one.
+//! Forces on particles: over time, and over the height of one in the three parts of (19) (Fig. 10); speeds of free ones.
 
 use super::paths::upright;
-use super::rows::{PATHS, Rows, movers};
+use super::rows::{self, Rows};
 use super::section::leading;
 use crate::Result;
-use crate::config::Case;
+use crate::config::{Case, WallRule};
 use crate::output::figure::{Axes, Series, SeriesStyle};
 use std::f64::consts::PI;
 
 /// Way, in diameters, over which each point of the parts of a force is a mean: single steps jump as cells change sides.
 const MEAN: f64 = 0.1;
 
-/// Force on particle 0 over time along each axis, and the three parts of (19) along the stream or gravity.
-pub fn forces(case: &Case, rows: &Rows) -> Result<Vec<Series>> {
-    if case.particle.is_empty() || rows.is_empty() || rows.column(0, "time")?.len() < 2 {
-        return Ok(Vec::new());
-    }
-    let names = &["x", "y", "z"][..case.dimension()];
-    let along = names[leading(case).filter(|_| case.dimension() == 3).unwrap_or(0)];
-    let whole = names.iter().map(|a| (format!("fluid_f{a}"), format!("fluid, along {a}"), SeriesStyle::Line));
-    let parts = [("pressure", "pressure part of (19)"), ("viscous", "viscous part"), ("convective", "convective part")];
-    let parts =
-        parts.map(|(name, label)| (format!("{name}_f{along}"), format!("{label}, {along}"), SeriesStyle::Dashed));
-    let series = whole.chain(parts).map(|(name, label, style)| {
-        let mut series = rows.curve(0, "time", &name, &label)?;
-        // The first steps of an impulsive start would flatten all that follows.
+/// The axis that says most of a case: along the stream or gravity.
+fn along(case: &Case) -> &'static str {
+    ["x", "y", "z"][leading(case).unwrap_or(0)]
+}
+
+/// Force over time on the particles that are `asked` for or the first ones, with what the vertical axis says: on one along each axis,
+/// and its three parts along the stream or gravity; on several along that alone.
+///
+/// # Errors
+/// When `particles.csv` lacks a column.
+pub fn forces(case: &Case, rows: &Rows, asked: &[usize]) -> Result<(String, Vec<Series>)> {
+    let (ids, a) = (rows::loaded(case, asked), along(case));
+    // The first steps of an impulsive start would flatten all that follows.
+    let curve = |id: usize, column: &str, label: &str, style| {
+        let mut series = rows.curve(id, "time", column, label)?;
         series.points.retain(|p| p.0 > 0.02 * case.time.end);
         Ok(Series { style, ..series })
-    });
-    series.collect()
+    };
+    let id = match ids[..] {
+        _ if rows.is_empty() => return Ok(Default::default()),
+        [id] => id,
+        _ => {
+            let column = format!("fluid_f{a}");
+            let series = ids.iter().map(|id| curve(*id, &column, &case.called(*id), SeriesStyle::Line));
+            return Ok((format!("force of the fluid along {a} (N)"), series.collect::<Result<_>>()?));
+        }
+    };
+    let names = &["x", "y", "z"][..case.dimension()];
+    let whole = names.iter().map(|a| (format!("fluid_f{a}"), format!("fluid, along {a}"), SeriesStyle::Line));
+    let words = match case.coupling.wall {
+        WallRule::Sharp => ["pressure on the surface", "shear on the surface", "the rest"],
+        WallRule::Mixing => ["pressure part of (19)", "viscous part", "convective part"],
+    };
+    let parts = ["pressure", "viscous", "convective"].into_iter().zip(words);
+    let parts = parts.map(|(name, words)| (format!("{name}_f{a}"), format!("{words}, {a}"), SeriesStyle::Dashed));
+    let series = whole.chain(parts).map(|(name, label, style)| curve(id, &name, &label, style));
+    Ok((format!("force on {} (N)", case.called(id)), series.collect::<Result<_>>()?))
 }
 
-/// Velocity of particle 0 over time, where it is free.
-pub fn speeds(case: &Case, rows: &Rows) -> Result<Vec<Series>> {
-    if rows.is_empty() || case.particle.first().is_none_or(|p| !p.is_free()) {
-        return Ok(Vec::new());
-    }
-    let names = ["x", "y", "z"].into_iter().take(case.dimension());
-    names.map(|a| rows.curve(0, "time", &format!("v{a}"), &format!("along {a}"))).collect()
+/// Velocity over time of the free particles among those that are `asked` for or the first that move, with what the vertical axis says:
+/// of one along each axis, of several along the stream or gravity.
+///
+/// # Errors
+/// When `particles.csv` lacks a column.
+pub fn speeds(case: &Case, rows: &Rows, asked: &[usize]) -> Result<(String, Vec<Series>)> {
+    let mut ids = rows::moving(case, asked);
+    ids.retain(|id| case.particle[*id].is_free());
+    let a = along(case);
+    let (label, series): (_, Result<_>) = match ids[..] {
+        _ if rows.is_empty() => return Ok(Default::default()),
+        [id] => {
+            let axes = ["x", "y", "z"].into_iter().take(case.dimension());
+            let series = axes.map(|a| rows.curve(id, "time", &format!("v{a}"), &format!("along {a}")));
+            (format!("velocity of {} (m/s)", case.called(id)), series.collect())
+        }
+        _ => {
+            let series = ids.iter().map(|id| rows.curve(*id, "time", &format!("v{a}"), &case.called(*id)));
+            (format!("velocity along {a} (m/s)"), series.collect())
+        }
+    };
+    Ok((label, series?))
 }
 
-/// The parts of (19) across gravity, of the first free particle until it first touches something: over the height of its
+/// The parts of (19) across gravity, of the first free particle, or of those that are `asked` for, until it first touches something: over the height of its
 /// centre in diameters, from the start's on, as parts of its submerged weight `|rho_p - rho_f| V |g|`. None where nothing is
 /// free or nothing pulls at it.
 ///
 /// # Errors
 /// When `particles.csv` lacks a column.
-pub fn parts(case: &Case, rows: &Rows) -> Result<Option<(Axes, Vec<Series>)>> {
-    let free = movers(case).take(PATHS).find(|id| case.particle[*id].is_free());
+pub fn parts(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<(Axes, Vec<Series>)>> {
+    let free = rows::moving(case, asked).into_iter().find(|id| case.particle[*id].is_free());
     let (Some(id), Some(up)) = (free, upright(case)) else { return Ok(None) };
     let gravity = &case.fluid.gravity;
     let (particle, diameter) = (&case.particle[id], case.particle[id].shape.diameter());
@@ -85,7 +119,7 @@ pub fn parts(case: &Case, rows: &Rows) -> Result<Option<(Axes, Vec<Series>)>> {
         x_label: if gravity[up] < 0.0 { format!("{}/d", ["x", "y", "z"][up]) } else { "height/d".into() },
         y_label: "force / submerged weight".into(),
         falling_x: height(end - 1) < height(0),
-        title: format!("fluid force along {across} on particle {id}, mean over {MEAN} d of its way"),
+        title: format!("fluid force along {across} on {}, mean over {MEAN} d of its way", case.called(id)),
         ..Axes::default()
     };
     Ok(Some((axes, parts.into_iter().collect::<Result<_>>()?)))
@@ -132,14 +166,14 @@ mod tests {
         std::fs::write(folder.path().join("particles.csv"), head.to_owned() + &(0..2000).map(row).collect::<String>())
             .unwrap();
         let case = case.unwrap();
-        let rows = Rows::read(folder.path(), &case, &[]);
+        let rows = Rows::read(folder.path(), &case, &[], &[]);
         (case, rows)
     }
 
     #[test]
     fn parts_of_the_force_are_means_over_the_submerged_weight_from_the_start_to_the_first_contact() {
         let (case, rows) = fall("[0.0, -10.0]");
-        let (axes, parts) = super::parts(&case, &rows).unwrap().unwrap();
+        let (axes, parts) = super::parts(&case, &rows, &[]).unwrap().unwrap();
         assert_eq!((axes.x_label.as_str(), axes.falling_x), ("y/d", true));
         assert_eq!(
             parts.iter().map(|s| s.label.as_str()).collect::<Vec<_>>(),
@@ -160,13 +194,13 @@ mod tests {
     #[test]
     fn parts_are_across_gravity_and_need_something_that_pulls() {
         let (case, rows) = fall("[10.0, 0.0]");
-        let (axes, parts) = super::parts(&case, &rows).unwrap().unwrap();
+        let (axes, parts) = super::parts(&case, &rows, &[]).unwrap().unwrap();
         assert_eq!((axes.x_label.as_str(), parts[1].label.as_str()), ("height/d", "F_py, pressure"));
         assert!(parts[1].points.iter().all(|p| (p.0 - 2.5).abs() < 1e-12), "from the wall that it is pulled to");
         let (mut case, rows) = fall("[0.0, 0.0]");
-        assert!(super::parts(&case, &rows).unwrap().is_none());
+        assert!(super::parts(&case, &rows, &[]).unwrap().is_none());
         case.fluid.gravity = vec![0.0, -10.0];
         case.particle[0].density = case.fluid.density;
-        assert!(super::parts(&case, &rows).unwrap().is_none(), "as heavy as the fluid");
+        assert!(super::parts(&case, &rows, &[]).unwrap().is_none(), "as heavy as the fluid");
     }
 }

@@ -25,7 +25,7 @@ pub(super) use fields::{newest_snapshot, plane, sections};
 pub(super) use forces::speeds;
 pub(super) use paths::{Track, paths};
 pub use reynolds::cylinder_reference;
-pub(super) use rows::Rows;
+pub(super) use rows::{Rows, loaded};
 
 /// What `mics plot` is asked for.
 #[derive(Clone, Debug, Default)]
@@ -42,6 +42,8 @@ pub struct Request {
     pub window: Vec<f64>,
     /// The plane in which a 3D flow is shown; by default the case's, or the one that says most.
     pub plane: Option<Section>,
+    /// The particles that figures of curves are of, by number or name; empty: the first ones.
+    pub particles: Vec<String>,
     /// Where the figures go that are asked for by name or are of several runs; by default `figures/` of the run, of several
     /// of the first.
     pub out: Option<PathBuf>,
@@ -60,11 +62,11 @@ pub enum Figure {
     StreamlinesStrip,
     /// Paths of particles in their box, of all runs in one picture, beside the band of a position measure (Fig. 9).
     Paths,
-    /// Force on particle 0 over time.
+    /// Forces on particles over time.
     Forces,
     /// Parts of the force across gravity over the height of a falling particle (Fig. 10).
     ForceParts,
-    /// Velocity of particle 0 over time.
+    /// Velocities of free particles over time.
     Speeds,
     /// Mean velocity and solid fraction across layers of cells, where the case has `statistics.profile`.
     Profile,
@@ -88,6 +90,10 @@ impl Figure {
         self.is_strip() || matches!(self, Figure::Vorticity | Figure::Streamlines)
     }
 
+    fn is_of_particles(self) -> bool {
+        matches!(self, Figure::Paths | Figure::Forces | Figure::ForceParts | Figure::Speeds)
+    }
+
     /// Whether several runs make one picture.
     fn joins_runs(self) -> bool {
         matches!(self, Figure::Paths | Figure::Drag | Figure::Strouhal)
@@ -102,7 +108,7 @@ impl Figure {
             Figure::ForceParts => {
                 "a free particle with its rows in particles.csv, gravity, and a density other than the fluid's"
             }
-            Figure::Speeds => "a particle 0 that is free, and its rows in particles.csv",
+            Figure::Speeds => "a free particle, and its rows in particles.csv",
             Figure::Profile => "statistics with a profile (profile.csv)",
             Figure::Drag => "a measure of kind \"drag_coefficient\" with a value in summary.json",
             Figure::Strouhal => "a measure of kind \"strouhal\" with a value in summary.json",
@@ -114,15 +120,23 @@ impl Figure {
 struct Run {
     folder: PathBuf,
     case: Case,
+    /// The particles that are asked for; empty: the first ones.
+    asked: Vec<usize>,
 }
 
 impl Run {
-    fn read(folder: &Path) -> Result<Run> {
-        Ok(Run { folder: folder.to_owned(), case: read_case(folder)? })
+    /// Reads a run of which these `particles` are asked for, by number or name.
+    fn read(folder: &Path, particles: &[String]) -> Result<Run> {
+        let case = read_case(folder)?;
+        let ids = particles.iter().map(|wanted| {
+            case.find(wanted).map_err(|why| Error::Usage(format!("--particle {wanted}: {}: {why}", folder.display())))
+        });
+        let asked = ids.collect::<Result<Vec<_>>>()?.concat();
+        Ok(Run { folder: folder.to_owned(), case, asked })
     }
 
     fn rows(&self) -> Rows {
-        Rows::read(&self.folder, &self.case, &[])
+        Rows::read(&self.folder, &self.case, &[], &self.asked)
     }
 }
 
@@ -132,7 +146,7 @@ impl Run {
 /// When the request contradicts itself, a folder does not hold a run or not what a figure needs, or a file cannot be written.
 pub fn draw(request: &Request) -> Result<Vec<PathBuf>> {
     request.check()?;
-    let runs = request.runs.iter().map(|folder| Run::read(folder)).collect::<Result<Vec<_>>>()?;
+    let runs = request.runs.iter().map(|folder| Run::read(folder, &request.particles)).collect::<Result<Vec<_>>>()?;
     let mut written = Vec::new();
     if request.figures.is_empty() {
         for run in &runs {
@@ -191,6 +205,9 @@ impl Request {
                 "--plane is of the flow; ask for --figure vorticity, streamlines, vorticity-strip or streamlines-strip"
                     .into(),
             );
+        }
+        if !self.particles.is_empty() && !self.figures.iter().any(|figure| figure.is_of_particles()) {
+            return refuse("--particle is of curves; ask for --figure paths, forces, force-parts or speeds".into());
         }
         if let Some(time) = self.times.iter().find(|time| !time.is_finite()) {
             return refuse(format!("--times {time}: a time is a number of seconds"));
@@ -271,7 +288,7 @@ struct Last {
 impl Last {
     fn read(run: &Run, section: Option<Section>) -> Result<Last> {
         let snapshot = Snapshot::read(&newest_snapshot(&run.folder)?)?;
-        let rows = Rows::read(&run.folder, &run.case, &[snapshot.time]);
+        let rows = Rows::read(&run.folder, &run.case, &[snapshot.time], &run.asked);
         let sections = section.map_or_else(|| sections(&run.case, (&rows, 0)), |section| vec![section]);
         let titled = |section: Section| {
             let plane = plane(&run.case, &snapshot, &run.folder, section, (&rows, 0), 4)?;
@@ -288,7 +305,7 @@ impl Last {
 /// # Errors
 /// When the folder does not hold a run, or a file cannot be written.
 pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
-    let run = Run::read(folder)?;
+    let run = Run::read(folder, &[])?;
     // All is read before anything is written.
     let last = Last::read(&run, None)?;
     let (runs, rows) = (std::slice::from_ref(&run), std::slice::from_ref(&last.rows));
@@ -314,20 +331,23 @@ pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
 
 /// A figure of curves, of the first run where it is of one; none where there is nothing to draw.
 fn curves(figure: Figure, runs: &[Run], rows: &[Rows]) -> Result<Option<(Axes, Vec<Series>)>> {
-    let Some((Run { case, folder }, of_one)) = runs.first().zip(rows.first()) else { return Ok(None) };
-    let over_time = |y_label: &str, series: Vec<Series>| {
-        let axes = Axes { x_label: "time (s)".into(), y_label: y_label.into(), ..Axes::default() };
+    let Some((Run { case, folder, asked }, of_one)) = runs.first().zip(rows.first()) else { return Ok(None) };
+    let over_time = |(y_label, series): (String, Vec<Series>)| {
+        let axes = Axes { x_label: "time (s)".into(), y_label, ..Axes::default() };
         series.iter().any(|s| s.points.len() > 1).then_some((axes, series))
     };
     let drawn = match figure {
-        Figure::Forces => over_time("force on particle 0 (N)", forces::forces(case, of_one)?),
-        Figure::Speeds => over_time("velocity of particle 0 (m/s)", speeds(case, of_one)?),
-        Figure::ForceParts => forces::parts(case, of_one)?,
+        Figure::Forces => over_time(forces::forces(case, of_one, asked)?),
+        Figure::Speeds => over_time(speeds(case, of_one, asked)?),
+        Figure::ForceParts => forces::parts(case, of_one, asked)?,
         Figure::Profile => profile::profile(folder)?,
         Figure::Paths => {
             let labels = labels(runs);
-            let tracks =
-                runs.iter().zip(rows).zip(&labels).map(|((run, rows), label)| Track { label, case: &run.case, rows });
+            let track = |((run, rows), label)| {
+                let Run { case, asked, .. }: &Run = run;
+                Track { label, case, rows, asked }
+            };
+            let tracks = runs.iter().zip(rows).zip(labels.iter().map(String::as_str)).map(track);
             paths(&tracks.collect::<Vec<_>>())?
         }
         _ => None,

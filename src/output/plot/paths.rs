@@ -1,7 +1,7 @@
 //! Paths of particles (Fig. 9): to scale in their box, of one run or of several in one picture, over diameters where those
 //! that are drawn have one, beside the band that a measure of where they get to has as its reference.
 
-use super::rows::{PATHS, Rows, movers};
+use super::rows::{Rows, moving};
 use crate::Result;
 use crate::config::{Case, Measure, MeasureKind, Reference};
 use crate::output::figure::{Axes, Series, SeriesStyle};
@@ -19,28 +19,30 @@ pub struct Track<'a> {
     pub case: &'a Case,
     /// Its rows.
     pub rows: &'a Rows,
+    /// The particles that are asked for; empty: the first that move.
+    pub asked: &'a [usize],
 }
 
-/// The paths of the first particles that move in each run, each with a gap where it crosses a periodic face, and the bands;
+/// The paths of the particles that are asked for in each run, or of the first that move, each with a gap where it crosses a periodic face, and the bands;
 /// none where nothing moves.
 ///
 /// # Errors
 /// When `particles.csv` lacks a column.
 pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
     let Some(first) = tracks.first() else { return Ok(None) };
-    let scaled = tracks.iter().all(|track| diameter(track.case).is_some());
-    let scale = |case: &Case| diameter(case).filter(|_| scaled).unwrap_or(1.0);
+    let scaled = tracks.iter().all(|track| diameter(track).is_some());
     let axes = view(first.case);
     let names = axes.map(|axis| ["x", "y", "z"][axis]);
     let (mut series, mut bands, mut frame) = (Vec::new(), Vec::<Series>::new(), [0.0f64; 2]);
-    for Track { label, case, rows } in tracks {
-        let scale = scale(case);
-        let several = movers(case).nth(1).is_some();
-        for id in movers(case).take(PATHS).filter(|_| !rows.is_empty()) {
-            let label = match (tracks.len(), several) {
-                (1, _) => format!("particle {id}"),
-                (_, false) => (*label).to_owned(),
-                (_, true) => format!("{label}, particle {id}"),
+    for track in tracks {
+        let Track { label, case, rows, asked } = track;
+        let scale = diameter(track).filter(|_| scaled).unwrap_or(1.0);
+        let ids = moving(case, asked);
+        for &id in ids.iter().filter(|_| !rows.is_empty()) {
+            let label = match (tracks.len(), ids.len()) {
+                (1, _) => case.called(id),
+                (_, 1) => (*label).to_owned(),
+                _ => format!("{label}, {}", case.called(id)),
             };
             let path = rows.curve(id, names[0], names[1], &label)?;
             series.push(Series { points: cut(case, axes, scale, path.points), ..path });
@@ -62,8 +64,8 @@ pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
 }
 
 /// The diameter (m) of all particles whose paths are drawn, where it is one.
-fn diameter(case: &Case) -> Option<f64> {
-    let mut all = movers(case).take(PATHS).map(|id| case.particle[id].shape.diameter());
+fn diameter(track: &Track) -> Option<f64> {
+    let mut all = moving(track.case, track.asked).into_iter().map(|id| track.case.particle[id].shape.diameter());
     let first = all.next()?;
     all.all(|other| (other - first).abs() < 1e-9 * first).then_some(first)
 }

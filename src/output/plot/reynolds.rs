@@ -93,7 +93,7 @@ fn all_of_spheres(runs: &[Run]) -> Result<bool> {
 /// What the runs measured of a kind, over their Reynolds numbers.
 fn measured(runs: &[Run], kind: MeasureKind) -> Result<Measured> {
     let mut all = Measured::new();
-    for Run { folder, case } in runs {
+    for Run { folder, case, .. } in runs {
         let path = folder.join("summary.json");
         let text = fs::read_to_string(&path).map_err(|e| not_a_run(folder, &format!("summary.json: {e}")))?;
         let summary: serde_json::Value =

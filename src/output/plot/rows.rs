@@ -1,7 +1,7 @@
 //! What figures and reports take from `particles.csv`, which may be far larger than memory.
 
 use crate::Result;
-use crate::config::{Case, Motion};
+use crate::config::{Case, FixedRows, Motion};
 use crate::output::figure::{Series, SeriesStyle};
 use crate::output::not_a_run;
 use std::collections::HashMap;
@@ -10,6 +10,19 @@ use std::path::{Path, PathBuf};
 /// Paths drawn at most.
 pub const PATHS: usize = 8;
 
+/// The particles whose paths and speeds are drawn: those that are `asked` for, or else the first ones that move.
+pub fn moving(case: &Case, asked: &[usize]) -> Vec<usize> {
+    if asked.is_empty() { movers(case).take(PATHS).collect() } else { asked.to_vec() }
+}
+
+/// The particles the forces on which are drawn: those that are `asked` for, or else the first ones that move and, where they have
+/// rows, that are held.
+pub fn loaded(case: &Case, asked: &[usize]) -> Vec<usize> {
+    let held = |id: &usize| case.output.fixed == FixedRows::Always && case.particle[*id].motion == Motion::Fixed;
+    let held = (0..case.particle.len()).filter(held);
+    if asked.is_empty() { movers(case).chain(held).take(PATHS).collect() } else { asked.to_vec() }
+}
+
 /// Rows of `particles.csv`; none where there is no such file.
 #[derive(Default)]
 pub struct Rows {
@@ -17,7 +30,7 @@ pub struct Rows {
     run: PathBuf,
     /// The number of each column by its name.
     columns: HashMap<String, usize>,
-    /// All rows of particle 0 and of the first ones that move.
+    /// All rows of the particles that figures show.
     followed: Vec<Vec<f64>>,
     /// Every particle's centre (m) at each of the times asked for.
     centres: Vec<HashMap<usize, [f64; 3]>>,
@@ -26,8 +39,9 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// Reads a run's rows, with the centres at some times (s): between two rows linear, after the last one as there.
-    pub fn read(run: &Path, case: &Case, times: &[f64]) -> Rows {
+    /// Reads a run's rows, with the centres at some times (s): between two rows linear, after the last one as there. All rows are kept
+    /// of the particles that are `asked` for, or else of the first ones.
+    pub fn read(run: &Path, case: &Case, times: &[f64], asked: &[usize]) -> Rows {
         let mut rows = Rows { run: run.to_owned(), centres: vec![HashMap::new(); times.len()], ..Rows::default() };
         let Ok(mut reader) = csv::Reader::from_path(run.join("particles.csv")) else { return rows };
         let columns = reader.headers().map(|h| h.iter().enumerate().map(|(k, n)| (n.to_owned(), k)).collect());
@@ -36,8 +50,7 @@ impl Rows {
         else {
             return rows;
         };
-        let mut follows: Vec<usize> = movers(case).take(PATHS).collect();
-        follows.push(0);
+        let follows = [moving(case, asked), loaded(case, asked)].concat();
         let mut before: HashMap<usize, (f64, [f64; 3])> = HashMap::new();
         let (mut record, width) = (csv::StringRecord::new(), rows.columns.len());
         while let Ok(true) = reader.read_record(&mut record) {
@@ -127,7 +140,7 @@ mod tests {
         .unwrap();
         let text = "time,id,x,y,z,vx,vy,vz\n0.0,0,0.5,1.8,0,0,0,0\n1.0,0,0.9,1.6,0,3,4,0\n2.0,0,0.1,1.4,0,0,0,0\n";
         std::fs::write(folder.path().join("particles.csv"), text).unwrap();
-        let rows = Rows::read(folder.path(), &case, &[0.0, 0.25, 1.5, 2.0, 7.0]);
+        let rows = Rows::read(folder.path(), &case, &[0.0, 0.25, 1.5, 2.0, 7.0], &[]);
         let near = |k: usize, x: f64, y: f64| {
             let at = rows.centre(k, 0).unwrap();
             assert!((at[0] - x).abs() < 1e-12 && (at[1] - y).abs() < 1e-12, "{k}: {at:?}");

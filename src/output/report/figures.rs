@@ -72,38 +72,50 @@ fn fields(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
     Ok(all)
 }
 
-/// The force on particle 0 along an axis and its parts.
+/// The force along each axis: on one particle with its parts, on several of each.
 fn forces(run: &Run) -> Result<Vec<Figure>> {
-    if run.case.particle.is_empty() || run.particles.is_empty() {
+    let (case, ids) = (&run.case, plot::loaded(&run.case, &[]));
+    if run.particles.is_empty() {
         return Ok(Vec::new());
     }
+    let curve = |id: usize, column: &str, label: &str, style| {
+        let mut one = run.particles.curve(id, "time", column, label)?;
+        // An impulsive start would flatten all that follows.
+        one.points.retain(|p| p.0 > 0.02 * case.time.end);
+        Ok(Series { style, ..one })
+    };
     let mut all = Vec::new();
     let titles = [("x", "Force along x"), ("y", "Force along y"), ("z", "Force along z")];
-    for (axis, title) in titles.into_iter().take(run.case.dimension()) {
+    for (axis, title) in titles.into_iter().take(case.dimension()) {
         let mut series = Vec::new();
-        for (column, label, style) in [
+        let of_one = [
             ("fluid", "by the fluid", SeriesStyle::Line),
             ("pressure", "pressure", SeriesStyle::Dashed),
             ("viscous", "viscous", SeriesStyle::Dashed),
             ("convective", "convective, the rest", SeriesStyle::Dashed),
             ("contact", "by contacts", SeriesStyle::Line),
-        ] {
-            let mut one = run.particles.curve(0, "time", &format!("{column}_f{axis}"), label)?;
-            // An impulsive start would flatten all that follows.
-            one.points.retain(|p| p.0 > 0.02 * run.case.time.end);
-            if column != "contact" || one.points.iter().any(|p| p.1 != 0.0) {
-                series.push(Series { style, ..one });
+        ];
+        let (caption, parts) = match ids[..] {
+            [id] => (format!("The force on {} and the parts that it is made of", case.called(id)), &of_one[..]),
+            _ => (format!("The force of the fluid on {} of the particles", ids.len()), &of_one[..1]),
+        };
+        for id in &ids {
+            for (column, label, style) in parts {
+                let label = if parts.len() > 1 { (*label).to_owned() } else { case.called(*id) };
+                let one = curve(*id, &format!("{column}_f{axis}"), &label, *style)?;
+                if *column != "contact" || one.points.iter().any(|p| p.1 != 0.0) {
+                    series.push(one);
+                }
             }
         }
-        let caption =
-            "The force on particle 0 and the parts that it is made of, without the first fiftieth of the run.";
-        all.extend(curves(Part::Particles, title, caption, axes("time (s)", "force (N)"), &series)?);
+        let caption = caption + ", without the first fiftieth of the run.";
+        all.extend(curves(Part::Particles, title, &caption, axes("time (s)", "force (N)"), &series)?);
     }
     Ok(all)
 }
 
 fn motion(run: &Run) -> Result<Vec<Figure>> {
-    let track = plot::Track { label: "", case: &run.case, rows: &run.particles };
+    let track = plot::Track { label: "", case: &run.case, rows: &run.particles, asked: &[] };
     let (path_axes, paths) = plot::paths(&[track])?.unwrap_or_default();
     let movers = run.case.particle.iter().filter(|p| p.motion != Motion::Fixed).count();
     let shown = paths.iter().filter(|s| s.style != SeriesStyle::Band).count();
@@ -111,11 +123,14 @@ fn motion(run: &Run) -> Result<Vec<Figure>> {
         0 | 1 => "The way of its centre, in the whole box.".to_owned(),
         _ => format!("The ways of the first {shown} of {movers} particles that move, in the whole box."),
     };
-    let speeds = plot::speeds(&run.case, &run.particles)?;
-    let speed = "The velocity of particle 0.";
+    let (y_label, speeds) = plot::speeds(&run.case, &run.particles, &[])?;
+    let speed = match speeds.len() {
+        count if y_label.starts_with("velocity along") => &format!("The velocity of {count} of the free particles."),
+        _ => "The velocity of the free particle.",
+    };
     let figures = [
         curves(Part::Particles, "Paths", &caption, path_axes, &paths)?,
-        curves(Part::Particles, "Velocity", speed, axes("time (s)", "velocity (m/s)"), &speeds)?,
+        curves(Part::Particles, "Velocity", speed, axes("time (s)", &y_label), &speeds)?,
     ];
     Ok(figures.into_iter().flatten().collect())
 }
@@ -139,6 +154,11 @@ fn numerics(run: &Run) -> Result<Vec<Figure>> {
     let iterations = [over(steps, "outer_iterations", "C-HSMAC"), over(steps, "krylov_iterations", "Krylov")];
     let log = Axes { log_y: true, ..axes("step", "largest |D| (1/s)") };
     let part = Part::Numerics;
+    let energies = [
+        over(times, "kinetic_energy", "both"),
+        over(times, "fluid_energy", "fluid"),
+        over(times, "bodies_energy", "free particles"),
+    ];
     let figures = [
         curves(
             part,
@@ -158,9 +178,9 @@ fn numerics(run: &Run) -> Result<Vec<Figure>> {
         curves(
             part,
             "Energy",
-            "The kinetic energy of fluid and particles.",
+            "The kinetic energy of the fluid outside the particles, that of the free particles, and their sum.",
             axes("time (s)", "kinetic energy (J)"),
-            &[over(times, "kinetic_energy", "")],
+            &energies,
         )?,
     ];
     Ok(figures.into_iter().flatten().collect())

@@ -41,7 +41,7 @@ impl Run {
             provenance,
             // A run that goes on has no summary yet: the report is of what there is.
             summary: Summary::read(folder).ok(),
-            particles: Rows::read(folder, &case, &[time]),
+            particles: Rows::read(folder, &case, &[time], &[]),
             case,
             steps: steps(&folder.join("steps.csv")),
             log: std::fs::read_to_string(folder.join("log.txt")).unwrap_or_default(),

@@ -1,0 +1,132 @@
+//! The speed that a case will come to, before it runs, and the step that it then takes.
+//!
+//! ```text
+//!   stream   U                          beside what is held in it 1.5 U: round a cylinder in a wide box, with its wake
+//!   fall     terminal speed, or what is gathered on the way to the border ([`super::layer`])
+//!   told     the fastest of what is prescribed
+//!   drive    min( G L^2/(c mu), G t/rho )     c = 8 between walls L apart or where bodies are held, 2 beside one wall; t: until the end
+//! ```
+
+use super::layer::fall_speed;
+use crate::config::{Case, Drive, Motion, Side, Step};
+
+/// The largest speed over that of the stream, where something is held in it.
+const BESIDE: f64 = 1.5;
+
+/// What is the fastest in a case.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pace {
+    /// Its speed (m/s).
+    pub speed: f64,
+    /// What it is, in words that follow on the speed.
+    pub words: String,
+}
+
+impl Pace {
+    /// The fastest that is to be expected; `None` where nothing is known to move.
+    pub fn expected(case: &Case) -> Option<Pace> {
+        let held = case.particle.iter().any(|p| !p.is_free());
+        let (factor, beside) = if held { (BESIDE, " beside what is held in it") } else { (1.0, "") };
+        let stream = case.reference_speed.map(|speed| (factor * speed, format!("that of the stream{beside}")));
+        let driven = driven_speed(case).map(|speed| (speed, "to which the drive may bring the fluid".to_owned()));
+        let of_particles = case.particle.iter().enumerate().filter_map(|(id, p)| {
+            let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+            match &p.motion {
+                Motion::Fixed => None,
+                Motion::Free { velocity, .. } => {
+                    let (fall, start) = (fall_speed(case, p), size(velocity));
+                    Some((fall.max(start), id, if fall > start { "comes to" } else { "begins with" }))
+                }
+                Motion::Prescribed { velocity, oscillation, .. } => {
+                    let swing = oscillation.as_ref().map_or(0.0, |o| o.speed());
+                    Some((size(velocity) + swing, id, "is told to have"))
+                }
+            }
+        });
+        let fastest = of_particles.max_by(|a, b| a.0.total_cmp(&b.0));
+        let fastest = fastest.map(|(speed, id, does)| (speed, format!("which {} {does}", case.called(id))));
+        let all = stream.into_iter().chain(driven).chain(fastest).filter(|(speed, _)| *speed > 0.0);
+        all.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(speed, words)| Pace { speed, words })
+    }
+
+    /// The step (s) that `time.cfl` gives at this speed; infinite where the step is given.
+    pub fn step(&self, case: &Case) -> f64 {
+        let Step::Courant(number) = case.time.step else { return f64::INFINITY };
+        number * case.spacings().into_iter().fold(f64::INFINITY, f64::min) / self.speed
+    }
+}
+
+/// The speed (m/s) to which a given force, or gravity along a slope, may bring the fluid; `None` where there is no such drive.
+pub fn driven_speed(case: &Case) -> Option<f64> {
+    let axes = || (0..case.dimension()).filter(|axis| case.periodic(*axis));
+    let force: f64 = match case.drive.as_ref()? {
+        Drive::Force(force) => axes().map(|a| force[a] * force[a]).sum::<f64>().sqrt(),
+        Drive::Gravity => case.fluid.density * axes().map(|a| case.fluid.gravity[a].powi(2)).sum::<f64>().sqrt(),
+        Drive::MeanVelocity(_) | Drive::HoldMixture => return None,
+    };
+    let is_wall = |side: &Side| matches!(side, Side::Wall | Side::MovingWall(_));
+    let between = |axis: usize| {
+        let (size, walls) = (case.domain.size[axis], case.boundary[axis].iter().filter(|side| is_wall(side)).count());
+        match walls {
+            0 => f64::INFINITY,
+            1 => size * size / 2.0,
+            _ => size * size / 8.0,
+        }
+    };
+    let held = case.particle.iter().any(|p| !p.is_free());
+    let narrow = case.domain.size.iter().copied().fold(f64::INFINITY, f64::min);
+    let among = if held { narrow * narrow / 8.0 } else { f64::INFINITY };
+    let squared = (0..case.dimension()).map(between).fold(among, f64::min);
+    let viscous = if case.fluid.viscosity > 0.0 { force * squared / case.fluid.viscosity } else { f64::INFINITY };
+    Some(viscous.min(force * case.time.end / case.fluid.density))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn case(sides: [&str; 4], more: &str) -> Case {
+        let [west, east, south, north] = sides;
+        let text = format!(
+            "name = \"t\"\ntime = {{ end = 9.0, cfl = 0.4 }}\ndomain = {{ size = [2.0, 0.5], cells = [32, 16] }}\n\
+             fluid = {{ density = 2.0, viscosity = 0.1, gravity = [0.0, -9.81] }}\n\
+             boundary = {{ west = {west}, east = {east}, south = {south}, north = {north} }}\n{more}"
+        );
+        crate::config::written(&text).unwrap()
+    }
+
+    const ROUND: [&str; 4] = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"wall\""];
+
+    #[test]
+    fn a_drive_brings_the_fluid_to_poiseuille_s_speed_or_to_what_it_gathers_until_the_end() {
+        let speed = |sides, more| Pace::expected(&case(sides, more)).unwrap().speed;
+        // G L^2/(8 mu), and over a film G L^2/(2 mu).
+        assert!((speed(ROUND, "drive.force = [0.3, 0.0]") - 0.3 * 0.25 / 0.8).abs() < 1e-12);
+        let film = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"slip\""];
+        assert!((speed(film, "drive.force = [0.3, 0.0]") - 0.3 * 0.25 / 0.2).abs() < 1e-12);
+        let open = ["\"periodic\"", "\"periodic\"", "\"slip\"", "\"slip\""];
+        assert!((speed(open, "drive.force = [0.3, 0.0]") - 0.3 * 9.0 / 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_fastest_is_named_and_gives_the_step() {
+        let disc = |name: &str, x: f64, more: &str| {
+            format!(
+                "[[particle]]\nname = \"{name}\"\nshape = {{ disc = {{ diameter = 0.1 }} }}\nposition = [{x:?}, 0.3]\n{more}\n"
+            )
+        };
+        let both = disc("stone", 0.5, "density = 5.0") + &disc("cork", 1.5, "density = 1.9");
+        let case = case(["{ inflow = [0.01, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""], &both);
+        let pace = Pace::expected(&case).unwrap();
+        assert_eq!((pace.speed, pace.words.as_str()), (fall_speed(&case, &case.particle[0]), "which stone comes to"));
+        assert!((pace.step(&case) - 0.4 * 0.03125 / pace.speed).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_stream_is_faster_beside_what_is_held_in_it() {
+        let pier = "[[particle]]\nshape = { disc = { diameter = 0.1 } }\nposition = [0.5, 0.3]\nmotion = \"fixed\"\n";
+        let pace = Pace::expected(&case(["{ inflow = [2.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""], pier));
+        assert_eq!(pace.map(|pace| pace.speed), Some(3.0));
+        assert_eq!(Pace::expected(&case(ROUND, "")), None);
+    }
+}

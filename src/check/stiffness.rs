@@ -1,0 +1,113 @@
+//! Whether the springs of contacts suit the impacts to be expected, and the step.
+
+use super::layer::Layer;
+use super::pace::Pace;
+use crate::config::{Case, Contact, Loaded, PairLaw, Substeps};
+use crate::contact::{Impact, MOST_SUBSTEPS};
+use crate::run::choose_step;
+use crate::scene::{Scene, impact};
+use crate::{Result, params};
+
+/// Substeps in a contact below which its restitution is no longer the one asked for.
+const COARSE: f64 = 20.0;
+/// Substeps in a step in which two touch, and over those of the stiffness "auto", above which a stiffness costs more than it gives.
+const COSTLY: [f64; 2] = [1000.0, 10.0];
+
+/// The shortest contact (s) after a fall of a diameter, for springs whose time depends on the speed; `None` without contacts.
+fn shortest<const D: usize>(scene: &Scene<D>) -> Option<f64> {
+    let bodies = &scene.state.bodies;
+    let fall =
+        bodies.iter().map(|b| (4.0 * b.radius() * scene.largest_fall()).sqrt() + b.top_speed()).fold(1e-12, f64::max);
+    scene.method.contacts().map(|contacts| contacts.contact_time(bodies, fall))
+}
+
+/// The stiffnesses that are given (N/m^exponent), with their exponents.
+fn given(law: &Contact) -> impl Iterator<Item = (f64, f64)> {
+    let laws = [&law.law].into_iter().chain(law.pair.iter().map(|pair| &pair.law));
+    laws.filter_map(|pair: &PairLaw| Some((pair.normal_stiffness.given()?, pair.exponent)))
+}
+
+/// The step (s) of a run at the speed that it comes to.
+pub fn later_step(case: &Case, dt: f64) -> f64 {
+    Pace::expected(case).map_or(dt, |pace| dt.min(pace.step(case)))
+}
+
+/// Refuses a stiffness for which a step in which two touch would need more substeps than a run takes.
+///
+/// # Errors
+/// Of the case, with the stiffness that would do.
+pub fn refuse_too_stiff<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Result<()> {
+    let case = &loaded.case;
+    let (Some(law), Some(time)) = (&case.contact, shortest(scene)) else { return Ok(()) };
+    let stiffest = given(law).max_by(|a, b| a.0.total_cmp(&b.0));
+    let (Some((stiffness, exponent)), Substeps::Auto) = (stiffest, law.substeps) else { return Ok(()) };
+    let dt = later_step(case, choose_step(case, &scene.limits()?, None, case.time.end).0);
+    let wanted = params::contact_substeps() * dt / time;
+    if wanted <= MOST_SUBSTEPS {
+        return Ok(());
+    }
+    let key = if law.law.normal_stiffness.given().is_some() { "contact.normal_stiffness" } else { "contact.pair" };
+    Err(loaded.error_at(
+        key,
+        format!(
+            "{stiffness:e} N/m^exponent is too stiff: a contact would last {time:.1e} s, and a step of {dt:.1e} s in which two touch \
+             would need {wanted:.1e} substeps, where {MOST_SUBSTEPS:.0e} are the most; give less, \"auto\" takes {:.1e}",
+            impact(case, &scene.state.bodies).stiffness(exponent)
+        ),
+    ))
+}
+
+/// The time of a contact beside the substep, where steps are `dt` (s); and what is wrong with the springs.
+pub fn contacts<const D: usize>(case: &Case, scene: &Scene<D>, dt: f64) -> Vec<String> {
+    let (Some(law), Some(time)) = (&case.contact, shortest(scene)) else { return Vec::new() };
+    let Substeps::Count(n) = law.substeps else {
+        let line = format!("contact      shortest {time:.3e} s; substeps chosen by it, where two are in reach");
+        let warnings = [too_soft(case, scene, law), too_stiff(case, scene, law, dt / time)];
+        return [Some(line)].into_iter().chain(warnings).flatten().collect();
+    };
+    let (substep, ratio) = (dt / n as f64, time * n as f64 / dt);
+    let line = format!("contact      shortest {time:.3e} s, substep {substep:.3e} s: {ratio:.1} substeps a contact");
+    let few = format!(
+        "warning      {ratio:.1} substeps a contact are too few (below {COARSE}): raise contact.substeps to {:.0}, or \"auto\"",
+        (COARSE * dt / time).ceil()
+    );
+    [Some(line), too_soft(case, scene, law), (ratio < COARSE).then_some(few)].into_iter().flatten().collect()
+}
+
+/// What is said of stiffnesses that are given and do not hold the impacts to be expected.
+fn too_soft<const D: usize>(case: &Case, scene: &Scene<D>, law: &Contact) -> Option<String> {
+    let bodies = &scene.state.bodies;
+    let bound = impact(case, bodies);
+    // The speed that a fall comes to by its drag, where that is known.
+    let speed = Layer::thinnest(case).map_or(bound.speed, |layer| layer.speed.min(bound.speed));
+    let (impact, radius) =
+        (Impact { speed, ..bound }, bodies.iter().fold(0.0f64, |most, body| most.max(body.radius())));
+    let depth = |(stiffness, exponent): (f64, f64)| (impact.depth_at(stiffness, exponent), exponent);
+    let (deepest, exponent) = given(law).map(depth).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (deepest > params::deepest_overlap() * radius).then(|| {
+        format!(
+            "warning      contact.normal_stiffness is too small: an impact at {:.3} m/s would go {deepest:.2e} m deep, {:.2} of the \
+             radius, and {} ends the run; \"auto\" takes {:.1e}",
+            impact.speed,
+            deepest / radius,
+            params::deepest_overlap(),
+            bound.stiffness(exponent),
+        )
+    })
+}
+
+/// What is said of stiffnesses that are given and ask for many more substeps than the impacts need; a step lasts so many `contacts`.
+fn too_stiff<const D: usize>(case: &Case, scene: &Scene<D>, law: &Contact, contacts: f64) -> Option<String> {
+    let (stiffness, exponent) = given(law).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let enough = impact(case, &scene.state.bodies).stiffness(exponent);
+    let (wanted, [many, over]) = (params::contact_substeps() * contacts, COSTLY);
+    // A contact lasts as long as the root of its mass over its stiffness.
+    let of_enough = wanted * (enough / stiffness).sqrt();
+    (wanted > many && wanted > over * of_enough).then(|| {
+        format!(
+            "warning      contact.normal_stiffness is stiffer than the impacts ask for: a step in which two touch takes {wanted:.0} substeps; \
+             \"auto\" takes {enough:.1e}, and {:.0} of them",
+            of_enough.max(1.0)
+        )
+    })
+}

@@ -1,0 +1,138 @@
+//! What `mics check` foretells, and what it and a run say alike before the first step.
+
+use crate::support::{mics, run, shipped};
+use std::path::{Path, PathBuf};
+
+/// A stone that falls in a box of water of 64 x 32 cells, with these further keys.
+fn fall(folder: &Path, more: &str) -> PathBuf {
+    let text = format!(
+        "name = \"fall\"\ntime.end = 0.8\noutput.figures = false\npressure.divergence_limit = 1e-2\n\
+         domain = {{ size = [2.0, 1.0], cells = [64, 32] }}\nfluid = {{ density = 1000.0, viscosity = 1.0, gravity = [0.0, -9.81] }}\n\
+         boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n\
+         particle = [{{ name = \"stone\", shape = {{ disc = {{ diameter = 0.25 }} }}, density = 2650.0, position = [0.7, 0.7] }}]\n{more}\n"
+    );
+    let file = folder.join("fall.toml");
+    std::fs::write(&file, text).unwrap();
+    file
+}
+
+const SPRINGS: &str = "contact = { friction = 0.4 }";
+
+/// The exit status of a command, and what it says on both channels.
+fn says(words: &[&str]) -> (Option<i32>, String) {
+    let output = mics(words);
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code(), text(&output.stdout) + &text(&output.stderr))
+}
+
+#[test]
+fn the_steps_of_a_run_are_foretold_from_the_speed_that_it_comes_to() {
+    let dir = tempfile::tempdir().unwrap();
+    let [wake, channel] = ["cylinder-wake", "poiseuille"].map(|name| shipped(&format!("cases/{name}/case.toml")));
+    let drag: Vec<String> = (0..3).map(|k| format!("measure.{k}.from=1.0")).collect();
+    let drag = [&["time.end=4.0"], &drag.iter().map(String::as_str).collect::<Vec<_>>()[..]].concat();
+    for (case, set, words) in [
+        (fall(dir.path(), SPRINGS), &[][..], "which stone comes to"),
+        (wake, &drag[..], "step"),
+        (channel, &[], "step"),
+    ] {
+        let set: Vec<&str> = set.iter().flat_map(|given| ["--set", given]).collect();
+        let (code, said) = says(&[&["check", case.to_str().unwrap()], &set[..]].concat());
+        assert_eq!(code, Some(0), "{said}");
+        let line = said.lines().find(|line| line.starts_with("step  ")).unwrap();
+        let foretold: f64 = line.split("about ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+        let out = dir.path().join("out");
+        let figures = ["--set", "output.figures=false", "--force"];
+        let steps = run(&case, &out, &[&figures, &set[..]].concat())["steps"].as_f64().unwrap();
+        println!("{}: {foretold} steps foretold, {steps} made", case.display());
+        assert!((0.6..1.6).contains(&(foretold / steps)) && line.contains(words), "{steps}: {line}");
+        assert!(said.contains(" for the run"), "{said}");
+    }
+}
+
+#[test]
+fn what_the_grid_does_not_resolve_is_said_with_the_cells_that_it_takes_by_the_check_and_by_the_run() {
+    let dir = tempfile::tempdir().unwrap();
+    let water = "fluid.viscosity=1e-6";
+    let cavity = shipped("cases/lid-driven-cavity/case.toml");
+    for (case, set, end, expected) in [
+        // Re = 5.9e8: 1.2 d/sqrt(Re) of the fall's; the walls' L/sqrt(Re) at 1e7.
+        (fall(dir.path(), SPRINGS), water, "time.end=0.01", ["cells a diameter", "and there are 8.0; so large"]),
+        (cavity, "fluid.viscosity=1e-7", "time.end=0.005", ["3163 cells along", "and there are 128; so large"]),
+    ] {
+        let case = case.to_str().unwrap();
+        let (code, said) = says(&["check", case, "--set", set]);
+        let line = said.lines().find(|line| line.starts_with("warning      that layer is thinner")).unwrap_or_default();
+        assert!(code == Some(0) && expected.iter().all(|part| line.contains(part)), "{said}");
+        assert!(line.contains("fluid.viscosity is dynamic, in Pa s"), "{line}");
+        let out = dir.path().join("run");
+        run(Path::new(case), &out, &["--force", "--set", set, "--set", end, "--set", "output.figures=false"]);
+        let log = std::fs::read_to_string(out.join("log.txt")).unwrap();
+        assert!(log.lines().any(|said| said == line), "{log}");
+    }
+}
+
+#[test]
+fn the_check_and_the_run_agree_on_a_stiffness_that_is_too_large_or_too_small() {
+    let dir = tempfile::tempdir().unwrap();
+    let (case, out) = (fall(dir.path(), SPRINGS), dir.path().join("out"));
+    let [case, out] = [&case, &out].map(|path| path.to_str().unwrap());
+    // A soft contact takes a while to give way.
+    let end = "time.end=1.4";
+    let both = |stiffness: &str| {
+        let set = format!("contact.normal_stiffness={stiffness}");
+        [
+            &["check", case, "--set", &set, "--set", end][..],
+            &["run", case, "--set", &set, "--set", end, "--force", "--out", out],
+        ]
+        .map(says)
+    };
+    let refused = both("1e19");
+    for (code, said) in &refused {
+        assert_eq!(*code, Some(2), "{said}");
+        assert!(
+            said.contains("contact.normal_stiffness: 1e19 N/m^exponent is too stiff")
+                && said.contains("\"auto\" takes"),
+            "{said}"
+        );
+    }
+    assert_eq!(refused[0].1, refused[1].1);
+    assert!(!Path::new(out).exists(), "nothing is written");
+    for (stiffness, warning, code) in
+        [("1e13", "stiffer than the impacts ask for", 0), ("1e3", "normal_stiffness is too small: an impact at", 3)]
+    {
+        let [check, run] = both(stiffness);
+        let line = |said: &str| said.lines().find(|line| line.contains(warning)).map(str::to_owned);
+        assert!(check.0 == Some(0) && line(&check.1).is_some(), "{stiffness}: {}", check.1);
+        assert_eq!((run.0, line(&run.1)), (Some(code), line(&check.1)), "{stiffness}: {}", run.1);
+    }
+    // The stiffness that the failing run asks for holds.
+    let (_, said) = &both("1e3")[1];
+    let asked = said.split("make the contact stiffer, ").nth(1).unwrap().split(' ').next().unwrap();
+    assert_eq!(both(asked)[1].0, Some(0), "{asked}");
+}
+
+#[test]
+fn a_run_whose_energy_explodes_does_not_end_with_0() {
+    let dir = tempfile::tempdir().unwrap();
+    // The tangential dashpot as it is printed feeds energy, the more so with much friction.
+    let disc = |x: f64, y: f64| {
+        format!("{{ shape = {{ disc = {{ diameter = 0.25 }} }}, density = 2650.0, position = [{x}, {y}] }}")
+    };
+    let heap =
+        (0..6).map(|k| (0.3 + 0.27 * f64::from(k / 2) + 0.02 * f64::from(k % 2), 0.13 + 0.253 * f64::from(k % 2)));
+    let heap: Vec<String> = heap.map(|(x, y)| disc(x, y)).collect();
+    let springs = "contact = { normal_stiffness = 1e7, friction = 5.0, tangential_damping = \"printed\" }";
+    let file = fall(dir.path(), springs);
+    let text = std::fs::read_to_string(&file).unwrap();
+    let lines = text
+        .lines()
+        .map(|l| if l.starts_with("particle") { format!("particle = [{}]", heap.join(", ")) } else { l.into() });
+    std::fs::write(&file, lines.collect::<Vec<_>>().join("\n")).unwrap();
+    let out = dir.path().join("out");
+    let (code, said) = says(&["run", file.to_str().unwrap(), "--quiet", "--out", out.to_str().unwrap()]);
+    assert_eq!(code, Some(3), "{said}");
+    assert!(said.contains("have come from nothing, made by friction"), "{said}");
+    let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
+    assert!(summary.contains("\"failed\""), "{summary}");
+}
