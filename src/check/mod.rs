@@ -16,11 +16,11 @@ use crate::system::peak_memory;
 use crate::{Error, Result};
 use blocked::{blocked, driven_axes};
 use layer::{Layer, Walls};
-use pace::Pace;
+use pace::{Pace, later_step, steps};
 use std::path::Path;
 use std::time::Instant;
+use stiffness::contacts;
 pub(crate) use stiffness::refuse_too_stiff;
-use stiffness::{contacts, later_step};
 
 /// Steps that are tried (and thrown away) to tell the cost of one.
 const TRIAL_STEPS: u32 = 3;
@@ -66,9 +66,9 @@ fn refuse<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Result<()> {
 
 /// What a run has to be warned of before it begins. Collective.
 pub(crate) fn warnings<const D: usize>(case: &Case, scene: &Scene<D>) -> Result<Vec<String>> {
-    let (dt, _) = choose_step(case, &scene.limits()?, None, case.time.end);
+    let later = later_step(case, &scene.limits()?);
     let (coarse, shut) = (unresolved(case), shut(case, scene));
-    let all = coarse.into_iter().chain(layer(case)).chain(shut).chain(contacts(case, scene, later_step(case, dt)));
+    let all = coarse.into_iter().chain(layer(case)).chain(shut).chain(contacts(case, scene, later));
     Ok(all.filter(|line| line.starts_with("warning")).collect())
 }
 
@@ -113,11 +113,13 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     for (bound, limit) in limits.bounds().into_iter().filter(|b| b.1.is_finite()) {
         lines.push(format!("step limit   {limit:.4e} s, {bound}"));
     }
-    let later = later_step(case, dt);
-    let steps = (case.time.end / later).ceil();
-    let pace = Pace::expected(case).filter(|_| later < 0.99 * dt).map(|pace| {
+    let later = later_step(case, &limits);
+    let steps = steps(case, dt, later);
+    let stages = limits.scheme.stages_for(later * limits.diffusion_rate);
+    let more = if stages > limits.scheme.weights.len() { format!(" in {stages} stages") } else { String::new() };
+    let pace = Pace::expected(case).filter(|_| !(0.99..1.01).contains(&(later / dt))).map(|pace| {
         let Pace { speed, words } = pace;
-        format!(", and {later:.1e} s at {speed:.3} m/s, {words}")
+        format!(", and {later:.1e} s{more} at {speed:.3} m/s, {words}")
     });
     let pace = pace.unwrap_or_default();
     lines.push(format!(

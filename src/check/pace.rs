@@ -9,6 +9,9 @@
 
 use super::layer::fall_speed;
 use crate::config::{Case, Drive, Motion, Side, Step};
+use crate::params;
+use crate::run::choose_step;
+use crate::scheme::Limits;
 
 /// The largest speed over that of the stream, where something is held in it.
 const BESIDE: f64 = 1.5;
@@ -54,6 +57,23 @@ impl Pace {
         let Step::Courant(number) = case.time.step else { return f64::INFINITY };
         number * case.spacings().into_iter().fold(f64::INFINITY, f64::min) / self.speed
     }
+}
+
+/// The step (s) of a run that has come to its speed, where that is known: by the scheme's `limits`, with all stages that viscosity asks for.
+pub fn later_step(case: &Case, limits: &Limits) -> f64 {
+    let first = choose_step(case, limits, None, case.time.end).0;
+    let (Step::Courant(number), Some(pace)) = (case.time.step, Pace::expected(case)) else { return first };
+    let courant_rate = limits.courant_rate.max(number / pace.step(case));
+    let limits = Limits { courant_rate, courant_growth: 0.0, ..*limits };
+    choose_step(case, &limits, Some(f64::INFINITY), case.time.end).0
+}
+
+/// How many steps a run takes from the `first` (s), each hardly longer than the one before, to the `later` ones (s).
+pub fn steps(case: &Case, first: f64, later: f64) -> f64 {
+    let growth = params::step_growth();
+    let growing = ((later / first).ln() / growth.ln()).clamp(0.0, 1e3);
+    let gone = first * (growth.powf(growing) - 1.0) / (growth - 1.0);
+    (growing + (case.time.end - gone).max(0.0) / later).ceil()
 }
 
 /// The speed (m/s) to which a given force, or gravity along a slope, may bring the fluid; `None` where there is no such drive.

@@ -1,10 +1,9 @@
 //! Whether the springs of contacts suit the impacts to be expected, and the step.
 
 use super::layer::Layer;
-use super::pace::Pace;
+use super::pace::later_step;
 use crate::config::{Case, Contact, Loaded, PairLaw, Substeps};
 use crate::contact::{Impact, MOST_SUBSTEPS};
-use crate::run::choose_step;
 use crate::scene::{Scene, impact};
 use crate::{Result, params};
 
@@ -27,11 +26,6 @@ fn given(law: &Contact) -> impl Iterator<Item = (f64, f64)> {
     laws.filter_map(|pair: &PairLaw| Some((pair.normal_stiffness.given()?, pair.exponent)))
 }
 
-/// The step (s) of a run at the speed that it comes to.
-pub fn later_step(case: &Case, dt: f64) -> f64 {
-    Pace::expected(case).map_or(dt, |pace| dt.min(pace.step(case)))
-}
-
 /// Refuses a stiffness for which a step in which two touch would need more substeps than a run takes.
 ///
 /// # Errors
@@ -41,7 +35,7 @@ pub fn refuse_too_stiff<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Re
     let (Some(law), Some(time)) = (&case.contact, shortest(scene)) else { return Ok(()) };
     let stiffest = given(law).max_by(|a, b| a.0.total_cmp(&b.0));
     let (Some((stiffness, exponent)), Substeps::Auto) = (stiffest, law.substeps) else { return Ok(()) };
-    let dt = later_step(case, choose_step(case, &scene.limits()?, None, case.time.end).0);
+    let dt = later_step(case, &scene.limits()?);
     let wanted = params::contact_substeps() * dt / time;
     if wanted <= MOST_SUBSTEPS {
         return Ok(());

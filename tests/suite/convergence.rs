@@ -103,7 +103,9 @@ fn legendre_stages_are_of_second_order_in_time_where_viscosity_binds_the_others(
             scene.state.u.iter_mut().zip(v).for_each(|(u, v)| u[*c] = v);
         }
         scene.start().unwrap();
-        (0..steps).for_each(|_| drop(scene.step(0.2 / steps as f64).unwrap()));
+        for _ in 0..steps {
+            scene.step(0.2 / steps as f64).unwrap();
+        }
         let u = &scene.state.u;
         let (found, exact): (Vec<_>, Vec<_>) =
             centres.iter().map(|&(c, [x, y])| (u[0][c], exact(x, y, 0.2)[0])).unzip();
