@@ -118,7 +118,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     let stages = limits.scheme.stages_for(later * limits.diffusion_rate);
     let more = if stages > limits.scheme.weights.len() { format!(" in {stages} stages") } else { String::new() };
     let pace = Pace::expected(case).filter(|_| !(0.99..1.01).contains(&(later / dt))).map(|pace| {
-        let Pace { speed, words } = pace;
+        let Pace { speed, words, .. } = pace;
         format!(", and {later:.1e} s{more} at {speed:.3} m/s, {words}")
     });
     let pace = pace.unwrap_or_default();

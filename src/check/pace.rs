@@ -23,6 +23,8 @@ pub struct Pace {
     pub speed: f64,
     /// What it is, in words that follow on the speed.
     pub words: String,
+    /// The spacing that it goes by (m): along a stream; the least where the direction is open.
+    spacing: f64,
 }
 
 impl Pace {
@@ -30,8 +32,16 @@ impl Pace {
     pub fn expected(case: &Case) -> Option<Pace> {
         let held = case.particle.iter().any(|p| !p.is_free());
         let (factor, beside) = if held { (BESIDE, " beside what is held in it") } else { (1.0, "") };
-        let stream = case.reference_speed.map(|speed| (factor * speed, format!("that of the stream{beside}")));
-        let driven = driven_speed(case).map(|speed| (speed, "to which the drive may bring the fluid".to_owned()));
+        let spacings = case.spacings();
+        let least = spacings.iter().copied().fold(f64::INFINITY, f64::min);
+        // Beside a body it goes along all axes.
+        let along = case.stream.as_ref().filter(|_| case.particle.is_empty()).zip(case.reference_speed);
+        let along = along.map(|(v, speed)| speed / v.iter().zip(&spacings).map(|(v, h)| v.abs() / h).sum::<f64>());
+        let stream = case
+            .reference_speed
+            .map(|speed| (factor * speed, format!("that of the stream{beside}"), along.unwrap_or(least)));
+        let driven =
+            driven_speed(case).map(|speed| (speed, "to which the drive may bring the fluid".to_owned(), least));
         let of_particles = case.particle.iter().enumerate().filter_map(|(id, p)| {
             let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
             match &p.motion {
@@ -47,15 +57,16 @@ impl Pace {
             }
         });
         let fastest = of_particles.max_by(|a, b| a.0.total_cmp(&b.0));
-        let fastest = fastest.map(|(speed, id, does)| (speed, format!("which {} {does}", case.called(id))));
-        let all = stream.into_iter().chain(driven).chain(fastest).filter(|(speed, _)| *speed > 0.0);
-        all.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(speed, words)| Pace { speed, words })
+        let fastest = fastest.map(|(speed, id, does)| (speed, format!("which {} {does}", case.called(id)), least));
+        let all = stream.into_iter().chain(driven).chain(fastest).filter(|(speed, ..)| *speed > 0.0);
+        let all = all.map(|(speed, words, spacing)| Pace { speed, words, spacing });
+        all.max_by(|a, b| (a.speed / a.spacing).total_cmp(&(b.speed / b.spacing)))
     }
 
     /// The step (s) that `time.cfl` gives at this speed; infinite where the step is given.
     pub fn step(&self, case: &Case) -> f64 {
         let Step::Courant(number) = case.time.step else { return f64::INFINITY };
-        number * case.spacings().into_iter().fold(f64::INFINITY, f64::min) / self.speed
+        number * self.spacing / self.speed
     }
 }
 

@@ -147,7 +147,8 @@ impl<const D: usize> Flow<D> {
 
     /// How much of the last pressure's acceleration faces have at once in a step of `dt` (s), in place of the mean of the cells'.
     fn own_part(&self, domain: &Domain<D>, dt: f64) -> f64 {
-        let Some(most) = self.own else { return 1.0 };
+        // What gravity does at faces the cells' mean does not.
+        let Some(most) = self.own.filter(|_| self.gravity.is_none()) else { return 1.0 };
         let h = domain.grid.h.iter().copied().fold(f64::INFINITY, f64::min);
         let diffusion = domain.fluid.viscosity / domain.fluid.density * dt / (h * h);
         (params::face_time() / diffusion).min(most).max(params::face_part())
