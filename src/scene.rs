@@ -25,6 +25,7 @@ pub(crate) use build::impact;
 use build::{axes, body, border, method, mixture, refuse_shapes, scatter, solver};
 pub use cells::read_case;
 use nalgebra::Vector3;
+use std::f64::consts::TAU;
 
 /// A scene that runs.
 pub struct Scene<const D: usize> {
@@ -115,6 +116,9 @@ impl<const D: usize> Scene<D> {
             inside: Vec::new(),
         };
         scene.set_initial_velocity(&axes(&case.initial.velocity), case.initial.perturbation);
+        if let Some(speed) = case.initial.taylor_green {
+            scene.add_vortex(speed);
+        }
         scene.start()?;
         Ok(scene)
     }
@@ -128,6 +132,18 @@ impl<const D: usize> Scene<D> {
                 let number = (0..D).rev().fold(axis, |n, a| n * grid.cells[a] + cell[a]);
                 self.state.u[axis][c] = velocity[axis] + perturbation * scatter(number as u64);
             }
+        }
+    }
+
+    /// Adds a vortex of Taylor and Green of a period in the box, of this largest speed (m/s).
+    fn add_vortex(&mut self, speed: f64) {
+        let grid = &self.domain.grid;
+        for c in grid.rows().flatten() {
+            let at = grid.centre(c);
+            let phase: [f64; D] = std::array::from_fn(|a| TAU * at[a] / grid.size[a]);
+            let rest: f64 = phase[2..].iter().map(|z| z.cos()).product();
+            self.state.u[0][c] += speed * phase[0].sin() * phase[1].cos() * rest;
+            self.state.u[1][c] -= speed * grid.size[1] / grid.size[0] * phase[0].cos() * phase[1].sin() * rest;
         }
     }
 

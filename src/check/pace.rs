@@ -58,7 +58,8 @@ impl Pace {
         });
         let fastest = of_particles.max_by(|a, b| a.0.total_cmp(&b.0));
         let fastest = fastest.map(|(speed, id, does)| (speed, format!("which {} {does}", case.called(id)), least));
-        let all = stream.into_iter().chain(driven).chain(fastest).filter(|(speed, ..)| *speed > 0.0);
+        let vortex = case.initial.taylor_green.map(|speed| (speed, "that of the vortex".to_owned(), least));
+        let all = stream.into_iter().chain(vortex).chain(driven).chain(fastest).filter(|(speed, ..)| *speed > 0.0);
         let all = all.map(|(speed, words, spacing)| Pace { speed, words, spacing });
         all.max_by(|a, b| (a.speed / a.spacing).total_cmp(&(b.speed / b.spacing)))
     }

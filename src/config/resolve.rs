@@ -37,7 +37,8 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     let ground = resting > MANY && resting < raw.particle.len();
     let fixed = if ground { FixedRows::Once } else { FixedRows::Always };
     let entrances: Vec<_> = raw.particle.iter().map(|p| p.entrance(&raw)).collect();
-    let initial = Initial { from: raw.initial.from, velocity, perturbation: raw.initial.perturbation.unwrap_or(0.0) };
+    let raw::Initial { from, taylor_green, perturbation, .. } = raw.initial;
+    let initial = Initial { from, velocity, perturbation: perturbation.unwrap_or(0.0), taylor_green };
     let raw::Fluid { density, viscosity, gravity } = raw.fluid;
     let fluid = Fluid { density, viscosity, gravity: gravity.unwrap_or(rest.clone()) };
     let raw::Boundary { west, east, south, north, bottom, top } = raw.boundary;
@@ -173,7 +174,7 @@ const MAX_STAGES: [usize; 2] = [10, 4];
 
 /// Time stepping of a case that has particles `mixed` in or not, of which some move or none.
 fn time(raw: raw::Time, mixed: bool, moves: bool) -> Result<Time, Fault> {
-    let raw::Time { end, step, cfl, scheme, max_stages, advection } = raw;
+    let raw::Time { end, step, cfl, scheme, max_stages, advection, upwinding } = raw;
     let scheme = scheme.unwrap_or(if mixed { Scheme::Rk2 } else { Scheme::Rkl2 });
     let key = if max_stages.is_some() { "time.max_stages" } else { "time.scheme" };
     let cure = "choose rk2 without max_stages, or coupling.wall = \"sharp\"";
@@ -186,7 +187,14 @@ fn time(raw: raw::Time, mixed: bool, moves: bool) -> Result<Time, Fault> {
     let short = scheme == Scheme::Euler && advection != Advection::Qsi;
     let courant = || Step::Courant(cfl.unwrap_or(if short { 0.2 } else { 0.4 }));
     let max_stages = max_stages.unwrap_or(MAX_STAGES[usize::from(moves)]);
-    Ok(Time { end, step: step.map_or_else(courant, Step::Fixed), scheme, max_stages, advection })
+    Ok(Time {
+        end,
+        step: step.map_or_else(courant, Step::Fixed),
+        scheme,
+        max_stages,
+        advection,
+        upwinding: upwinding.unwrap_or(1.0),
+    })
 }
 
 /// A measure along this direction and axis of a case with this reference speed (m/s), this force of its coupling and so many particles.

@@ -178,6 +178,8 @@ pub struct Initial {
     pub velocity: Vec<f64>,
     /// Amplitude (m/s) of a reproducible pseudo-random disturbance of every cell.
     pub perturbation: f64,
+    /// Largest speed of a vortex of Taylor and Green (m/s).
+    pub taylor_green: Option<f64>,
 }
 
 /// How bodies meet each other and the walls.
@@ -254,6 +256,8 @@ pub struct Time {
     pub max_stages: usize,
     /// The advection scheme.
     pub advection: Advection,
+    /// How much of the upwinding there is, from 0 to 1.
+    pub upwinding: f64,
 }
 
 /// What gives the length of a step.

@@ -87,7 +87,8 @@ impl<const D: usize> Momentum<D> {
     /// the step before.
     pub fn carrier<'a>(&self, s: &'a State<D>, dt: f64) -> Carrier<'a, D> {
         let extrapolates = !s.faces_before[0].is_empty() && s.steps > 0;
-        Carrier { now: &s.faces, before: extrapolates.then(|| (&s.faces_before, 0.5 * dt / s.dt)) }
+        let before = extrapolates.then(|| (&s.faces_before, 0.5 * dt / s.dt));
+        Carrier { now: &s.faces, before, upwinding: self.scheme.upwinding }
     }
 
     /// The velocity `u` (m/s) that the stage `k`, not the first, of a step of `dt` (s) starts from.

@@ -169,6 +169,10 @@ impl Series {
             | MeasureKind::BedHeight
             | MeasureKind::FluidEnergy
             | MeasureKind::BodyEnergy => of_box,
+            MeasureKind::Dissipation | MeasureKind::DissipationTime => {
+                let Some((before, _)) = self.passing.replace((of_box, 0.0)) else { return };
+                return self.keep((time - 0.5 * dt, (before - of_box) / dt));
+            }
         };
         match self.measure.when {
             None => self.keep((time, value)),
@@ -221,6 +225,8 @@ impl Series {
             MeasureKind::MaxSpeed
             | MeasureKind::TerminalVelocity
             | MeasureKind::LargestOverlap
+            | MeasureKind::Dissipation
+            | MeasureKind::DissipationTime
             | MeasureKind::DragCoefficientMax
             | MeasureKind::LiftCoefficientMax => Some(new.1 > kept.1),
             MeasureKind::PositionX
@@ -271,8 +277,10 @@ impl Series {
             MeasureKind::MaxSpeed
             | MeasureKind::TerminalVelocity
             | MeasureKind::LargestOverlap
+            | MeasureKind::Dissipation
             | MeasureKind::DragCoefficientMax
             | MeasureKind::LiftCoefficientMax => Some(high),
+            MeasureKind::DissipationTime => self.samples.last().map(|s| s.0),
             MeasureKind::MorisonDrag => self.morison.coefficients().map(|c| c.x),
             MeasureKind::MorisonInertia => self.morison.coefficients().map(|c| c.y),
             MeasureKind::MorisonResidual => self.morison.residual(),

@@ -35,6 +35,7 @@ pub fn survey<const D: usize>(scene: &Scene<D>, m: &Measure, scratch: &mut Vec<f
             carried.sum::<f64>() / grid.size[axis]
         }
         MeasureKind::FluidEnergy => s.energy.fluid,
+        MeasureKind::Dissipation | MeasureKind::DissipationTime => s.energy.fluid / (domain.fluid.density * volume),
         MeasureKind::BodyEnergy => s.energy.bodies,
         _ => 0.0,
     })

@@ -109,7 +109,7 @@ fn scheme(case: &Case) -> Scheme {
         (_, config::Advection::Qsi) => scheme::QSI,
         (config::Scheme::Euler, _) => scheme::EULER,
         (config::Scheme::Rk2, _) => scheme::RK2,
-        (config::Scheme::Rk3, _) => scheme::RK3,
+        (config::Scheme::Rk3, _) => Scheme::central(case.time.upwinding),
         (config::Scheme::Rkl2, _) => Scheme::stabilised(case.time.max_stages),
     }
 }

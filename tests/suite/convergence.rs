@@ -140,7 +140,7 @@ fn advection_error(n: usize, scheme: &str, own: bool) -> f64 {
     let (mut rate, mut scratch) = (grid.field(), grid.field());
     match scheme {
         "conservative" => {
-            let (carrier, mut rates) = (Carrier { now: &at_faces, before: None }, grid.vector_field());
+            let (carrier, mut rates) = (Carrier { now: &at_faces, before: None, upwinding: 1.0 }, grid.vector_field());
             let mut fluxes = Fluxes::new(&grid);
             advection::upwind5(&grid, &carrier, &scene.state.u, 0.0, 1.0, false, &mut rates, &mut fluxes);
             [rate, _] = rates;

@@ -36,3 +36,4 @@ mod study;
 mod support;
 mod symmetry;
 mod time_order;
+mod vortex;

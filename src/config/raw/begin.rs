@@ -2,7 +2,7 @@
 
 use crate::config::fault::{AXES, Check, Fault};
 use crate::config::raw::particle::{Overlap, below_periods, inside, overlap};
-use crate::config::raw::{Case, Motion, Particle, Spin};
+use crate::config::raw::{Case, Initial, Motion, Particle, Spin};
 use crate::config::{read, write};
 use std::collections::HashMap;
 use std::fs::File;
@@ -16,8 +16,13 @@ const ROW: u64 = 2048;
 pub(in crate::config) fn begin(case: &mut Case, folder: &Path) -> Check {
     let Some(run) = case.initial.from.clone().filter(|_| !case.initial.listed) else { return Ok(()) };
     let key = "initial.from";
-    let others = case.initial.velocity.is_some() || case.initial.perturbation.is_some();
-    ensure!(!others, key, "the fluid's velocity is that run's: remove initial.velocity and initial.perturbation");
+    let Initial { velocity, perturbation, taylor_green, .. } = &case.initial;
+    let others = velocity.is_some() || perturbation.is_some() || taylor_green.is_some();
+    ensure!(
+        !others,
+        key,
+        "the fluid's velocity is that run's: remove initial.velocity, initial.perturbation and initial.taylor_green"
+    );
     let run = located(&run, folder);
     case.initial.from = Some(run.display().to_string());
     let bodies = bodies(&run, case.dimension(), key)?;

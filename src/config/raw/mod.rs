@@ -184,6 +184,10 @@ pub struct Initial {
     /// Uniform velocity (m/s); default the inflow's (of its middle, where it has a profile), or rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<Vec<f64>>,
+    /// Largest speed (m/s) of a vortex of Taylor and Green (1937) that is added, a period of it in the box:
+    /// `u = V sin X cos Y cos Z, v = -V (Ly/Lx) cos X sin Y cos Z`, X = 2 pi x/Lx and so on, without Z in 2D. All sides periodic. Default none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub taylor_green: Option<f64>,
     /// Amplitude (m/s) of a reproducible pseudo-random disturbance of every cell, made divergence-free by the first
     /// step; it breaks the symmetry of a wake. Default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -213,6 +217,10 @@ pub struct Time {
     /// The advection scheme.
     #[serde(default)]
     pub advection: Advection,
+    /// How much of the upwinding there is of `upwind5`, from 0 (central differences of sixth order) to 1, the default. Less damps the smallest
+    /// eddies of a turbulent flow less, and leaves waves of the size of the grid where they are not resolved; below 1 with `scheme = "rk3"` alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub upwinding: Option<f64>,
 }
 
 /// The time scheme of the prediction (7).

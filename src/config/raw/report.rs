@@ -232,6 +232,10 @@ pub enum MeasureKind {
     BedHeight,
     /// Mean over time of the kinetic energy of the fluid (J; per metre of depth in 2D).
     FluidEnergy,
+    /// Largest rate at which the fluid loses kinetic energy, per mass of what would fill the box (m2/s3), from step to step.
+    Dissipation,
+    /// When that is (s).
+    DissipationTime,
     /// Mean over time of the kinetic energy of the free bodies (J; per metre of depth in 2D).
     BodyEnergy,
 }
@@ -254,7 +258,7 @@ impl MeasureKind {
     /// Whether it is taken of the whole box after every step.
     pub fn is_of_box(self) -> bool {
         use MeasureKind::*;
-        self.has_axis() || matches!(self, SolidFraction | FluidEnergy | BodyEnergy)
+        self.has_axis() || matches!(self, SolidFraction | FluidEnergy | BodyEnergy | Dissipation | DissipationTime)
     }
 
     /// Whether it is along an axis.

@@ -45,6 +45,10 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
         vector("initial.velocity", velocity, dimension, "m/s")?;
     }
     not_negative("initial.perturbation", case.initial.perturbation, "m/s")?;
+    positive("initial.taylor_green", case.initial.taylor_green, "m/s")?;
+    let periodic = case.sides().into_iter().flatten().all(|side| matches!(side, Side::Periodic));
+    let holds = case.initial.taylor_green.is_none() || periodic;
+    ensure!(holds, "initial.taylor_green", "a vortex of Taylor and Green is periodic: all sides must be");
     let planar = dimension == 2 || case.coupling.fraction != FractionRule::Polygon;
     ensure!(planar, "coupling.fraction", "polygon is for discs in 2D only; in 3D choose \"exact\"");
     if case.coupling.wall == WallRule::Sharp {
@@ -193,6 +197,12 @@ fn time(case: &Case) -> Check {
             "time.max_stages",
             "must be 3 to {MOST_STAGES} stages, not {stages}"
         );
+    }
+    if let Some(part) = time.upwinding {
+        ensure!((0.0..=1.0).contains(&part), "time.upwinding", "must be from 0 to 1, not {part}");
+        let holds = part == 1.0 || (time.scheme == Some(Scheme::Rk3) && time.advection == Advection::Upwind5);
+        let cure = "set time.scheme = \"rk3\" and time.advection = \"upwind5\"";
+        ensure!(holds, "time.upwinding", "less than 1 is stable with three stages alone: {cure}");
     }
     let euler = time.scheme == Some(Scheme::Euler);
     let holds = time.advection != Advection::Qsi || euler;
