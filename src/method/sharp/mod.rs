@@ -17,6 +17,11 @@
 //! the grid, by viscosity: in a creeping flow nothing else takes it, and it would drive the flow; its u^n is that of the cells before the wall was imposed
 //! last, c is 0.1 in 2D and 0.25 in 3D, 4 where no body moves, so that what this changes reaches the faces with the next step. In narrow gaps it is all there is
 //! of the flow, and stays. A turning disc or sphere displaces nothing.
+//!
+//! Where no body moves, a step longer than `t = 0.05 h^2/nu` gives the faces `I(u* + (dt - t) a_c) + t a` in place of `I(u*) + dt a`, with a_c the
+//! cells' acceleration: `dt (a - I a_c)`, through which a steady flow would leak, is no longer the more the longer the step. Steps that
+//! viscosity would bind are made in Legendre stages ([`crate::scheme::legendre`]); the wall is imposed on each.
+//!
 //! In time the force is of second order. Of first order, and small, are cells that change sides, at the end of a step, and
 //! the history of faces beside a wall that gathers speed.
 //!
