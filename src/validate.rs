@@ -160,6 +160,8 @@ fn shipped() -> Vec<Row> {
         row("poiseuille", shipped!("poiseuille/case.toml"), &[], true),
         row("open-channel", shipped!("open-channel/case.toml"), &[], true),
         row("sphere-array phi 0.125", shipped!("sphere-array/case.toml"), &[], true),
+        row("taylor-green", shipped!("taylor-green/case.toml"), &[], false),
+        row("sheared-bed A1", shipped!("sheared-bed/case.toml"), &[], false),
         row("random-array phi 0.2", shipped!("random-array/case.toml"), &[], false),
         row("poiseuille-duct", shipped!("poiseuille/duct.toml"), &[], false),
         row("neutral-disc-in-couette", shipped!("neutral-disc-in-couette/case.toml"), &[], false),
