@@ -73,6 +73,7 @@
 //! | [`params`], [`scheme`] | the constants of the method; the time schemes and the limits of their step |
 //! | [`config`] | a case file, checked and resolved into values: pure data |
 //! | [`scene`] | case to scene: builds only what the scene needs |
+//! | [`launch`] | ranks that the program starts by itself |
 //! | [`study`] | tables of runs: cost and error |
 //! | [`run`], [`check`](mod@check), [`output`] | the time loop, the description of a scene, what a run leaves |
 //! | [`validate`](mod@validate) | the shipped cases beside their references |
@@ -101,6 +102,7 @@ pub mod geometry;
 pub mod grid;
 pub mod interrupt;
 pub mod kernels;
+pub mod launch;
 pub mod method;
 pub mod output;
 pub mod params;

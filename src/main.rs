@@ -2,6 +2,7 @@
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
+use mics::launch::{self, Ranks};
 use mics::output::{plot, print, progress, report};
 use mics::run::Request;
 use mics::{Error, Result, check, run, study, validate};
@@ -44,6 +45,9 @@ enum Command {
         /// Print errors only.
         #[arg(long)]
         quiet: bool,
+        /// On so many ranks, by mpirun; auto: as many as there are cores, with 100,000 cells or more for each.
+        #[arg(long, value_name = "N|auto")]
+        ranks: Option<Ranks>,
     },
     /// Read and check a case and describe it, without running it.
     Check {
@@ -183,7 +187,10 @@ fn complain(line: &str) {
 
 fn act(command: Command) -> Result<()> {
     match command {
-        Command::Run { scene: SceneArgs { case, set, petsc }, out, force, resume, quiet } => {
+        Command::Run { scene: SceneArgs { case, set, petsc }, out, force, resume, quiet, ranks } => {
+            if let Some(ranks) = ranks {
+                launch::on_ranks(ranks, &case, &set)?;
+            }
             run::run(&Request { case, out, set, force, resume, quiet, petsc })
         }
         Command::Check { scene, quiet } => check::check(&scene.case, &scene.set, &scene.petsc, quiet),

@@ -1,11 +1,12 @@
 //! One run of a study: a process of this very program with a folder of its own, and what it left there.
 
 use super::plan::Planned;
+use crate::launch::mpirun;
 use crate::{Error, Result};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::{env, fs, thread};
+use std::{env, fs};
 
 /// How a run ended.
 pub struct Outcome {
@@ -80,11 +81,8 @@ pub fn run(run: &Planned, folder: &Path) -> Result<Outcome> {
     let mut command = if run.ranks == 1 {
         Command::new(&program)
     } else {
-        let mut command = Command::new("mpirun");
-        let cores = thread::available_parallelism().map_or(1, usize::from);
-        command.args(["--mca", "orte_tmpdir_base"]).arg(&session.0);
-        command.args((run.ranks > cores).then_some("--oversubscribe"));
-        command.args(["-n", &run.ranks.to_string()]).arg(&program);
+        let mut command = mpirun(run.ranks);
+        command.args(["--mca", "orte_tmpdir_base"]).arg(&session.0).arg(&program);
         command
     };
     command.arg("run").arg(&run.case).args(["--quiet", "--force", "--out"]).arg(folder);

@@ -93,8 +93,8 @@ fn a_step_after_the_first_allocates_nothing() {
     // Viscosity asks for three stages at 0.5 Pa s.
     for (wall, viscosity) in [(SHARP, 0.01), (SHARP, 0.5), (MIXING, 0.01)] {
         let more = [&free(0.5, 0.2), &free(0.8, -0.2), law, wall].concat();
-        let text =
-            box_case([2.0, 1.0], [32, 16], viscosity, walls, &more).replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
+        let text = box_case([2.0, 1.0], [32, 16], viscosity, walls, &more)
+            .replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
         let mut scene: Scene<2> = petsc.scene(&text);
         assert_eq!(allocations(&mut scene, 4e-3), 0, "free particles in contact: {wall}");
         assert!(scene.state.substeps > 1, "they touch: {wall}");
