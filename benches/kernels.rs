@@ -81,7 +81,7 @@ fn fluid<const D: usize>(c: &mut Criterion, scene: &mut Scene<D>) {
         b.iter(|| diffusion::laplacian(&grid, 0.01, &density, black_box(&scene.state.u[0]), 1.0, &mut rate[0]));
     });
     group.bench_function(BenchmarkId::new("faces-predict", &size), |b| {
-        b.iter(|| faces::predict(&grid, black_box(&scene.state.u), 0.01, &rate, &mut scene.state.faces));
+        b.iter(|| faces::predict(&grid, black_box(&scene.state.u), true, 0.01, &rate, &mut scene.state.faces));
     });
     group.bench_function(BenchmarkId::new("faces-acceleration", &size), |b| {
         b.iter(|| faces::acceleration(&grid, scene.method.beta(), None, black_box(&p), &mut rate));

@@ -88,7 +88,7 @@ constants! {
     /// The most that faces have at once of the last pressure's acceleration where there are no bodies. A flow loses
     /// `dt <a, (1 - I M) a>` of its energy per unit time by this part (I: cells to faces, M: faces to cells): first order in time; at 0 a
     /// pressure that alternates from cell to cell stays for ever.
-    /// At 1 the order in time of a carried vortex is 1.44 with two stages, and its error on 24^2 cells four times as large. At 0.1 the energy of
+    /// At 1 the order in time of a carried vortex is 1.44 with two stages, and its error on 24^2 cells five times as large. At 0.1 the energy of
     /// random noise grows by 2.5 % in the second step by three stages at a Courant number of 1.2, at 0.2 by 1.1 %, before it falls.
     face_own = 0.2;
     /// How long (h^2/nu) faces go by the last pressure at once; what a step has beyond that they take from the cells, as they stay where

@@ -4,7 +4,7 @@
 //!   U = I( u* + (1 - t) dt M a ) + t dt a           I: cells to faces, M: faces to cells, a: acceleration by the last pressure
 //! ```
 //! With `t = 1`, as (8) is printed, a flow loses `dt <a, (1 - I M) a>` of its energy per unit time, of order dt h^2; without bodies t is 0.2
-//! and less, since some of the pressure beyond the means has to fade. The pressure at the start is that of the first moment.
+//! and less, since some of the pressure beyond the means has to fade; I is of four cells there, `(-1, 9, 9, -1)/16`. The pressure at the start is that of the first moment.
 
 use super::momentum::{Listener, Mixture, Momentum};
 use super::stabilised::{Finish, Stabilised};
@@ -36,8 +36,8 @@ pub struct Flow<const D: usize> {
     pub cell_gradient: bool,
     /// Pressure and gravity on faces (m/s2), of the pressure at the start of the step and, after (16), at its end.
     pub acceleration: VectorField<D>,
-    /// The most that faces have at once of the last pressure's acceleration, in place of the mean of the cells'; `None`: all of it, as (8) is
-    /// printed.
+    /// The most that faces have at once of the last pressure's acceleration, in place of the mean of the cells', which is of four; `None`: all
+    /// of it, and means of two cells, as (8) is printed.
     pub own: Option<f64>,
     /// What bodies fill of the cells, ghosts filled; `None` where the drive acts on these as well, or there is none.
     pub solid: Option<Vec<f64>>,
@@ -142,7 +142,7 @@ impl<const D: usize> Flow<D> {
         if !s.faces_before[0].is_empty() {
             std::mem::swap(&mut s.faces, &mut s.faces_before);
         }
-        faces::predict(&domain.grid, &s.u, dt - kept, &self.acceleration, &mut s.faces);
+        faces::predict(&domain.grid, &s.u, self.own.is_some(), dt - kept, &self.acceleration, &mut s.faces);
         domain.boundaries.set_faces(&mut s.faces);
         if kept > 0.0 {
             faces::add_to_cells(&domain.grid, -kept, &self.acceleration, &mut s.u);
@@ -210,7 +210,7 @@ impl<const D: usize> Flow<D> {
         s.p.fill(0.0);
         domain.boundaries.fill_velocity(&mut s.u)?;
         self.acceleration.iter_mut().for_each(|f| f.fill(0.0));
-        faces::predict(&domain.grid, &s.u, 0.0, &self.acceleration, &mut s.faces);
+        faces::predict(&domain.grid, &s.u, self.own.is_some(), 0.0, &self.acceleration, &mut s.faces);
         domain.boundaries.set_faces(&mut s.faces);
         // Over a second, so that the potential is the pressure's impulse; it corrects the cells and is dropped, and so is that of a
         // drive which holds a velocity.

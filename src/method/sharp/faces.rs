@@ -7,10 +7,10 @@ use super::{Pace, history};
 use crate::Result;
 use crate::domain::Domain;
 use crate::grid::{Grid, VectorField, simd};
+use crate::kernels::faces::means;
 use crate::particles::Body;
 use crate::state::State;
 use nalgebra::Vector3;
-use std::ops::Range;
 
 impl<const D: usize> CutBodies<D> {
     /// (8): face velocities from those of the cells, ghosts filled, the memory, of which the part `pace.keep` stays, and the
@@ -123,14 +123,6 @@ impl<const D: usize> CutBodies<D> {
             }
         }
     }
-}
-
-/// The means of the cells along a row of faces, of fourth order: `(-1, 9, 9, -1)/16` across each.
-#[inline(always)]
-fn means(q: &[f64], row: Range<usize>, stride: usize) -> impl Fn(usize) -> f64 {
-    let [far_low, low, high, far_high] =
-        std::array::from_fn(|k| &q[row.start + k * stride - 2 * stride..][..row.len()]);
-    move |i| 0.5625 * (low[i] + high[i]) - 0.0625 * (far_low[i] + far_high[i])
 }
 
 /// What a covered face has in place of that mean: that of the two cells, moved to the centroid of its open part by the
