@@ -1,6 +1,6 @@
 //! `mics film`: a run as an animated PNG, a frame a snapshot of its fields, or some of the frames beside each other for a paper.
 
-use super::plot::{Reel, Run, View, dated, evenly, newest_snapshot, numbered};
+use super::plot::{Reel, Run, View, dated, evenly, nearest, newest_snapshot, numbered};
 use super::snapshot::replace_by;
 use super::{figure, not_a_run};
 use crate::interrupt::Interrupt;
@@ -25,10 +25,10 @@ pub struct Request {
     #[command(flatten)]
     #[allow(missing_docs)]
     pub view: View,
-    /// Begin with the first snapshot at or after this time (s) [default: the start].
+    /// Begin with the snapshot next to this time (s) [default: the first].
     #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
     pub from: Option<f64>,
-    /// End with the last snapshot at or before this time (s) [default: the end].
+    /// End with the snapshot next to this time (s) [default: the last].
     #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
     pub to: Option<f64>,
     /// Frames a second [default: 10].
@@ -151,10 +151,11 @@ impl Request {
             )));
         };
         let (from, to) = (self.from.unwrap_or(*first), self.to.unwrap_or(*last));
-        // The end of a run is its time but for rounding.
-        let slack = 1e-9 * last.abs();
-        let within: Vec<_> =
-            all.iter().filter(|(time, _)| (from - slack..=to + slack).contains(time)).cloned().collect();
+        // The snapshots of a moment are of the step next to it, as they are for `mics plot --times`.
+        let within = match from <= *last && to >= *first {
+            true => &all[nearest(&all, from)..=nearest(&all, to)],
+            false => &[],
+        };
         if within.len() < 2 {
             let asked = [("--from", self.from), ("--to", self.to)];
             let asked =
@@ -167,7 +168,7 @@ impl Request {
                 cure(run)
             )));
         }
-        Ok(within)
+        Ok(within.to_vec())
     }
 
     /// The file's name without its ending.

@@ -217,10 +217,15 @@ pub fn discs(sheet: &mut Sheet, plot: &Frame, plane: &Plane) {
 
 /// At most 256 colours that a plane of values with its particles, bars and text can be drawn in.
 pub fn inks(plane: &Plane) -> Vec<RGBColor> {
-    let few = |colours: &[RGBColor], every: usize| colours.iter().copied().step_by(every).collect::<Vec<_>>();
-    let particles = few(&Palette::particles(plane.scale.as_ref()).colours, 8);
+    // The first and the last of them as well: paper has to stay white.
+    let few = |palette: &Palette, count: usize| -> Vec<RGBColor> {
+        (0..count).map(|k| palette.at(k as f64 / (count - 1) as f64)).collect()
+    };
+    let particles = few(&Palette::particles(plane.scale.as_ref()), 32);
     let marked = particles.iter().copied().map(dark).collect();
-    [few(&Palette::of(plane).colours, 2), particles, marked, few(&ramp(&[0x262626, 0xffffff]), 8)].concat()
+    let greys = Palette { colours: ramp(&[0x262626, 0xffffff]), range: 0.0..1.0 };
+    // An odd number, so that the middle is among them.
+    [few(&Palette::of(plane), 127), particles, marked, few(&greys, 32)].concat()
 }
 
 /// The colour of the marked part of a particle.

@@ -150,3 +150,64 @@ pub fn discs(
 pub fn start(particle: &Particle) -> [f64; 3] {
     std::array::from_fn(|a| particle.position.get(a).copied().unwrap_or(0.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::UnitQuaternion;
+    use std::f64::consts::FRAC_PI_2;
+
+    fn case(more: &str) -> Case {
+        crate::config::written(&format!(
+            "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 1.0, 1.0], cells = [8, 8, 8] }}\n\
+             fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
+             boundary = {{ west = \"slip\", east = \"slip\", south = \"slip\", north = \"slip\", bottom = \"slip\", top = \"slip\" }}\n\
+             {more}\n"
+        ))
+        .unwrap()
+    }
+
+    fn sphere(diameter: f64, more: &str) -> String {
+        format!(
+            "[[particle]]\nshape = {{ sphere = {{ diameter = {diameter} }} }}\nposition = [0.5, 0.5, 0.5]\ndensity = 3.0\n{more}\n"
+        )
+    }
+
+    #[test]
+    fn a_mark_lies_below_at_the_start_turns_with_its_body_and_is_cut_where_the_plane_is() {
+        let case = case(&sphere(0.2, ""));
+        let colours = Colours::of(Bodies::Size, &case, 0.0);
+        let mark = |section: (usize, f64), axis: Vector3<f64>, angle: f64| {
+            let orientation = Some(UnitQuaternion::from_scaled_axis(axis * angle));
+            let place = |_| Some(Pose { orientation, ..Pose::at([0.5; 3]) });
+            discs(&case, section, [1.0; 2], &place, Some(&colours))[0].mark.unwrap()
+        };
+        let near = |a: [f64; 3], b: [f64; 3]| assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-12), "{a:?} {b:?}");
+        near(mark((2, 0.5), Vector3::z(), 0.0), [0.0, -1.0, 0.0]);
+        near(mark((2, 0.5), Vector3::z(), FRAC_PI_2), [1.0, 0.0, 0.0]);
+        // Across y, where z is up; and in front of the middle, once the dark half faces away from there.
+        near(mark((1, 0.5), Vector3::y(), 0.0), [0.0, -1.0, 0.0]);
+        near(mark((2, 0.55), Vector3::x(), FRAC_PI_2), [0.0, 0.0, -0.05]);
+        let unknown = discs(&case, (2, 0.5), [1.0; 2], &|_| Some(Pose::at([0.5; 3])), Some(&colours));
+        assert!(unknown[0].mark.is_none());
+    }
+
+    #[test]
+    fn colours_are_between_the_least_and_the_most_of_what_they_say() {
+        let case = case(
+            &[sphere(0.1, "material = \"steel\""), sphere(0.2, "velocity = [1.0, 0.0, 0.0]\nmaterial = \"glass\"")]
+                .concat(),
+        );
+        let place = |id: usize| Some(Pose { speed: id as f64, ..Pose::at([0.5; 3]) });
+        let shades = |by: Bodies| {
+            let colours = Colours::of(by, &case, 2.0);
+            discs(&case, (2, 0.5), [1.0; 2], &place, Some(&colours)).iter().map(|disc| disc.shade).collect::<Vec<_>>()
+        };
+        assert_eq!([shades(Bodies::Size), shades(Bodies::Speed)], [[0.0, 1.0], [0.0, 0.5]]);
+        assert_eq!(shades(Bodies::Material), [0.25, 0.75]);
+        let scale = Colours::of(Bodies::Material, &case, 0.0).scale(&case);
+        assert_eq!(scale.names, [(0.0, "steel".to_owned()), (1.0, "glass".to_owned())]);
+        let alike = super::tests::case(&sphere(0.1, ""));
+        assert_eq!(Colours::of(Bodies::Material, &alike, 0.0).scale(&alike).range, [3.0, 3.0]);
+    }
+}

@@ -25,7 +25,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 pub use discs::Bodies;
-pub(super) use fields::{Look, dated, evenly, newest_snapshot, plane, sections};
+pub(super) use fields::{Look, dated, evenly, nearest, newest_snapshot, plane, sections};
 pub(super) use forces::speeds;
 pub(super) use paths::{Track, paths};
 pub(super) use reel::Reel;
