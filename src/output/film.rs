@@ -158,10 +158,10 @@ impl Request {
         };
         if within.len() < 2 {
             let asked = [("--from", self.from), ("--to", self.to)];
-            let asked =
-                asked.iter().filter_map(|(name, time)| Some(format!("{name} {}: ", (*time)?))).collect::<String>();
+            let asked = asked.iter().filter_map(|(name, time)| Some(format!("{name} {}", (*time)?)));
+            let asked = asked.collect::<Vec<_>>().join(" ");
             return Err(Error::Usage(format!(
-                "{asked}{} of the {} snapshots of {folder}, from {first} to {last} s, lie there, and a film needs two; \
+                "{asked}: {} of the {} snapshots of {folder}, from {first} to {last} s, lie there, and a film needs two; \
                  give other times, or {}",
                 within.len(),
                 all.len(),
@@ -188,11 +188,13 @@ fn cure(run: &Run) -> String {
     let least = end / GOOD;
     let power = 10f64.powf(least.log10().floor());
     let round = [1.0, 2.0, 5.0, 10.0].map(|part| part * power).into_iter().find(|round| *round >= least * (1.0 - 1e-9));
-    // Written as a decimal, such as 0.02 and not 0.020000000000000004.
-    let every = format!("{:.*}", (-power.log10().floor()).max(0.0) as usize, round.unwrap_or(least));
+    let round = round.unwrap_or(least);
+    // As a decimal of few digits: 0.02, and not 0.020000000000000004.
+    let digits = (-power.log10().floor()).max(0.0) as usize;
+    let every = format!("{round:.digits$}").parse().unwrap_or(round);
     format!(
         "run the case again with output.fields = {{ every_time = {every} }}, about {:.0} frames of its {end} s, as in --set \
          output.fields.every_time={every}",
-        end / round.unwrap_or(least)
+        end / round
     )
 }
