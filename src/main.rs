@@ -3,7 +3,7 @@
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use mics::launch::{self, Ranks};
-use mics::output::{plot, print, progress, report};
+use mics::output::{film, plot, print, progress, report};
 use mics::run::Request;
 use mics::{Error, Result, check, run, study, validate};
 use std::io::Write as _;
@@ -85,18 +85,14 @@ enum Command {
         /// Draw this figure only; several with commas.
         #[arg(long, value_name = "FIGURE", value_delimiter = ',')]
         figure: Vec<plot::Figure>,
-        /// Times (s) of a strip's panels, e.g. 0.1,0.2,0.3: the nearest snapshots [default: six from start to end].
+        /// Times (s) of a strip's panels, or the one of a picture of the flow, e.g. 0.1,0.2,0.3: the nearest snapshots [default: of a strip six from start to end, else the last].
         #[arg(long, value_name = "TIMES", value_delimiter = ',', allow_negative_numbers = true)]
         times: Vec<f64>,
         /// Vorticity (1/s) from one contour line of vorticity-strip to the next [default: a round one].
         #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
         interval: Option<f64>,
-        /// Show this part of the flow only: from and to along the axis to the right, then along the one up (m).
-        #[arg(long, value_name = "X0,X1,Y0,Y1", value_delimiter = ',', allow_negative_numbers = true)]
-        window: Vec<f64>,
-        /// Cut a 3D flow here, e.g. z=0.02 (m) [default: the case's output.planes, or along gravity or the stream through the bodies].
-        #[arg(long, value_name = "AXIS=PLACE")]
-        plane: Option<mics::config::Section>,
+        #[command(flatten)]
+        view: plot::View,
         /// Draw paths, forces and speeds of this particle only, by its number (from 0) or its name; several with commas [default: the first ones].
         #[arg(long, value_name = "PARTICLE", value_delimiter = ',')]
         particle: Vec<String>,
@@ -104,6 +100,11 @@ enum Command {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
+    /// Make a film of a run: an animated PNG with a frame for each snapshot of its fields, all in the same colours.
+    ///
+    /// It shows the vorticity, the speed or the pressure, with the bodies coloured by size, speed or material; one half of each that moves is
+    /// darker and turns with it. Browsers and most viewers play it. --strip sets frames beside each other instead, for a paper.
+    Film(film::Request),
     /// Sum up a run in one self-contained HTML file.
     Report {
         /// The run's folder.
@@ -197,11 +198,11 @@ fn act(command: Command) -> Result<()> {
         Command::Study { study, out, list, quick, force } => {
             study::study(&study::Request { study, out, list, quick, force })
         }
-        Command::Plot { runs, figure, times, interval, window, plane, particle, out } => {
-            let request =
-                plot::Request { runs, figures: figure, times, interval, window, plane, particles: particle, out };
+        Command::Plot { runs, figure, times, interval, view, particle, out } => {
+            let request = plot::Request { runs, figures: figure, times, interval, view, particles: particle, out };
             plot::draw(&request)?.iter().try_for_each(|path| print(&path.display().to_string()))
         }
+        Command::Film(request) => film::make(&request)?.iter().try_for_each(|path| print(&path.display().to_string())),
         Command::Report { run, out } => print(&report::write(&run, out.as_deref())?.display().to_string()),
         Command::Watch { run } => progress::watch(&run),
         Command::Validate { names, full, out, petsc, .. } => validate::validate(&names, full, &out, &petsc),

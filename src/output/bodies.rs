@@ -5,11 +5,72 @@
 //! ```
 
 use super::snapshot::replace;
-use crate::Result;
 use crate::particles::Body;
-use nalgebra::Vector3;
+use crate::{Error, Result};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use std::collections::HashMap;
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// What the files with bodies begin with, before the number of their step.
+pub const PREFIX: &str = "bodies-";
+
+/// Where a body is at a moment.
+#[derive(Clone, Copy, Debug)]
+pub struct Pose {
+    /// Its centre (m).
+    pub centre: [f64; 3],
+    /// How fast its centre moves (m/s).
+    pub speed: f64,
+    /// How it is turned since the start, where that is known.
+    pub orientation: Option<UnitQuaternion<f64>>,
+}
+
+impl Pose {
+    /// Of a body of which nothing but the centre (m) is known.
+    pub fn at(centre: [f64; 3]) -> Pose {
+        Pose { centre, speed: 0.0, orientation: None }
+    }
+}
+
+/// The file with the bodies of a snapshot's moment.
+pub fn beside(snapshot: &Path) -> PathBuf {
+    let mut name = std::ffi::OsString::from(PREFIX);
+    name.push(snapshot.file_stem().unwrap_or_default());
+    name.push(".vtp");
+    snapshot.with_file_name(name)
+}
+
+/// Reads the bodies of a file that [`write`] wrote, by their numbers; none where there is no file, since a moment without bodies has
+/// none.
+///
+/// # Errors
+/// When the file cannot be read or is not of that form.
+pub fn read(path: &Path) -> Result<HashMap<usize, Pose>> {
+    match std::fs::read_to_string(path) {
+        Ok(text) => parse(&text)
+            .ok_or_else(|| Error::Usage(format!("{}: not bodies that mics wrote; run the case again", path.display()))),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(HashMap::new()),
+        Err(e) => Err(Error::io(path)(e)),
+    }
+}
+
+fn parse(text: &str) -> Option<HashMap<usize, Pose>> {
+    let numbers = |name: &str| -> Option<Vec<f64>> {
+        let from = text.find(&format!("Name=\"{name}\""))?;
+        let values = text[from..].split(['>', '<']).nth(1)?;
+        values.split_ascii_whitespace().map(|number| number.parse().ok()).collect()
+    };
+    let [ids, velocity, turned, centres] =
+        [numbers("id")?, numbers("velocity")?, numbers("orientation")?, numbers("Points")?];
+    let pose = |(k, id): (usize, &f64)| {
+        let [v, at] = [&velocity, &centres].map(|all| all.get(3 * k..3 * k + 3).map(Vector3::from_column_slice));
+        let q = turned.get(4 * k..4 * k + 4)?;
+        let orientation = Some(UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3])));
+        Some((*id as usize, Pose { centre: at?.into(), speed: v?.norm(), orientation }))
+    };
+    ids.iter().enumerate().map(pose).collect()
+}
 
 /// Writes the bodies with the forces of the fluid on them (N) at a time (s).
 ///
@@ -52,4 +113,29 @@ fn array(text: &mut String, name: &str, components: usize, values: impl IntoIter
     );
     values.into_iter().for_each(|value| text.push_str(&format!("{value} ")));
     text.push_str("</DataArray>\n");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Disc;
+    use std::sync::Arc;
+
+    #[test]
+    fn bodies_are_read_as_they_were_written_and_half_a_file_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("bodies.vtp");
+        assert!(read(&path).unwrap().is_empty());
+        let at = |x: f64| Body::new(Arc::new(Disc { radius: 0.1 }), 1.0, 0.0, Vector3::new(x, 0.5, 0.0));
+        let turned = UnitQuaternion::from_scaled_axis(Vector3::z() * 0.7);
+        let moved = Body { id: 7, velocity: Vector3::new(3.0, -4.0, 0.0), orientation: turned, ..at(0.25) };
+        write(&path, 0.1, &[at(0.4), moved], &[Vector3::zeros(); 2]).unwrap();
+        let poses = read(&path).unwrap();
+        assert_eq!((poses.len(), poses[&0].centre, poses[&0].speed), (2, [0.4, 0.5, 0.0], 0.0));
+        assert_eq!((poses[&7].centre, poses[&7].speed), ([0.25, 0.5, 0.0], 5.0));
+        assert!(poses[&7].orientation.unwrap().angle_to(&turned) < 1e-12);
+        let text = std::fs::read_to_string(&path).unwrap();
+        std::fs::write(&path, &text[..text.len() / 2]).unwrap();
+        assert!(read(&path).unwrap_err().to_string().contains("not bodies that mics wrote"));
+    }
 }

@@ -1,5 +1,6 @@
 //! A run's folder: who may use it, its logs, its snapshots and its summary. Lives on rank 0.
 
+use super::bodies::PREFIX as BODIES;
 use super::progress::Progress;
 use super::rows::Rows;
 use super::snapshot::{Snapshot, replace, write_series};
@@ -56,8 +57,6 @@ const OURS: [&str; 12] = [
 /// Its folders, with the endings of what it writes there.
 const OUR_FOLDERS: [(&str, &[&str]); 3] =
     [("fields", &["vti", "vtp", "pvd"]), ("figures", &["png", "svg"]), (checkpoint::FOLDER, &[checkpoint::ENDING])];
-/// What the names of files with bodies begin with.
-const BODIES: &str = "bodies-";
 /// Ending of a file that is being written.
 const PART: &str = "part";
 /// Time after which the logs are brought to the disk.

@@ -6,6 +6,7 @@ mod bodies;
 pub mod checkpoint;
 pub mod compare;
 pub mod figure;
+pub mod film;
 mod fit;
 mod folder;
 pub mod measure;

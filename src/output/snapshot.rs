@@ -129,14 +129,15 @@ impl Snapshot {
             offset += 8 * (1 + a.values.len());
         }
         head += "</CellData>\n</Piece>\n</ImageData>\n<AppendedData encoding=\"raw\">\n_";
-        replace_by(path, |file| {
+        let put = |file: &mut BufWriter<fs::File>| {
             file.write_all(head.as_bytes())?;
             for a in &self.arrays {
                 file.write_all(&(8 * a.values.len() as u64).to_le_bytes())?;
                 a.values.iter().try_for_each(|v| file.write_all(&v.to_le_bytes()))?;
             }
             file.write_all(b"\n</AppendedData>\n</VTKFile>\n")
-        })
+        };
+        replace_by(path, |file| put(file).map_err(Error::io(part(path))))
     }
 
     /// Reads a file that [`Snapshot::write`] wrote.
@@ -234,18 +235,20 @@ pub fn part(path: &Path) -> PathBuf {
 
 /// Writes a whole file or none.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
-    replace_by(path, |file| file.write_all(bytes))
+    replace_by(path, |file| file.write_all(bytes).map_err(Error::io(part(path))))
 }
 
 /// The same, piece by piece.
-fn replace_by(path: &Path, write: impl FnOnce(&mut BufWriter<fs::File>) -> io::Result<()>) -> Result<()> {
+///
+/// # Errors
+/// When the file cannot be written, or `write` says so.
+pub fn replace_by(path: &Path, write: impl FnOnce(&mut BufWriter<fs::File>) -> Result<()>) -> Result<()> {
     let part = part(path);
-    let written = fs::File::create(&part).and_then(|file| {
+    let written = fs::File::create(&part).map_err(Error::io(&part)).and_then(|file| {
         let mut file = BufWriter::new(file);
         write(&mut file)?;
-        file.flush()
+        file.flush().map_err(Error::io(&part))
     });
-    let written = written.map_err(Error::io(&part));
     let written = written.and_then(|()| fs::rename(&part, path).map_err(Error::io(path)));
     if written.is_err() {
         // Half a file (a full disk) is of no use, and would keep space that the next one needs.

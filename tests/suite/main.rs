@@ -11,6 +11,7 @@ mod cylinder;
 mod drive;
 mod ellipse;
 mod energy;
+mod film;
 mod fluid_only;
 mod folder;
 mod foretold;

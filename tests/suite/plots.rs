@@ -4,7 +4,7 @@ use crate::support::{mics, run, shipped};
 use std::path::Path;
 
 /// A disc that falls beside a wall and has not landed after 0.3 s, with a field every 0.05 s.
-const FALL: &str = r#"
+pub const FALL: &str = r#"
 name = "fall"
 domain = { size = [0.1, 0.15], cells = [40, 60] }
 fluid = { density = 1000.0, viscosity = 0.01, gravity = [0.0, -9.81] }
@@ -17,7 +17,7 @@ output = { fields = { every_time = 0.05 }, figures = false }
 measure = [{ name = "landing_x", kind = "position_x", reference = [0.04, 0.07], source = "an experiment" }]
 "#;
 
-fn fall(folder: &Path, name: &str, more: &[&str]) -> String {
+pub fn fall(folder: &Path, name: &str, more: &[&str]) -> String {
     let (case, out) = (folder.join("fall.toml"), folder.join(name));
     std::fs::write(&case, FALL).unwrap();
     run(&case, &out, more);
@@ -65,13 +65,28 @@ fn named_figures_of_a_fall_are_drawn_alone_and_say_what_they_show() {
     assert_eq!(part, ["png", "svg"].map(|end| format!("{out}/vorticity.{end}")));
     assert!(std::fs::read_to_string(&part[1]).unwrap().contains(">\n0.10\n<"), "the axis says where the part is");
 
+    let at = plotted(&[&a, "--figure", "vorticity", "--times", "0.1", "--range=-20,20", "--size", "300", "--out", out]);
+    let svg = std::fs::read_to_string(&at[1]).unwrap();
+    assert!(svg.contains("fall, t = 0.10") && svg.contains(">\n\u{2212}20\n<") && svg.contains(">\n20\n<"));
+    let field = plotted(&[&a, "--field", "pressure", "--out", out]);
+    assert_eq!(field, ["png", "svg"].map(|end| format!("{out}/pressure_field.{end}")));
+    let several = plotted(&[&a, "--figure", "field", "--times", "0.1,0.3", "--bodies", "speed", "--out", out]);
+    assert_eq!(several, ["png", "svg"].map(|end| format!("{out}/vorticity_frames.{end}")));
+    let svg = std::fs::read_to_string(&several[1]).unwrap();
+    assert!(["(b) t = 0.30", "fall: vorticity", "speed of particles (m/s)"].iter().all(|label| svg.contains(label)));
+
     for (words, said) in [
+        (&[&a, "--figure", "vorticity", "--times", "0.1,0.2"][..], &["--times", "several are of a strip"][..]),
+        (&[&a, "--figure", "vorticity", "--field", "speed"], &["--field", "--figure field"]),
+        (&[&a, "--range", "0,1"], &["--range is of the flow", "--figure field"]),
+        (&[&a, "--field", "speed", "--range", "2,1"], &["--range [2.0, 1.0]", "the lower one first"]),
+        (&[&a, "--field", "speed", "--size", "9"], &["--size 9", "60 to 4000"]),
         (
             &[&a, "--figure", "vorticity-strip", "--times", "0.1,0.11,0.12"][..],
             &["7 snapshots are too few for 3", "output.fields.every_time"][..],
         ),
         (&[&a, "--figure", "drag"], &["drag needs a measure of kind \"drag_coefficient\""]),
-        (&[&a, "--figure", "paths", "--times", "0.1"], &["--times", "--figure vorticity-strip"]),
+        (&[&a, "--figure", "paths", "--times", "0.1"], &["--times", "vorticity-strip"]),
         (&[&a, "--interval", "40"], &["--interval", "--figure vorticity-strip"]),
         (&[&a, "--figure", "vorticity-strip", "--interval", "-40"], &["--interval -40", "positive"]),
         (&[&a, "--figure", "vorticity-strip", "--interval", "0.001"], &["every 0.001 1/s", "too many", "--interval "]),

@@ -5,7 +5,7 @@
 
 use std::error::Error as StdError;
 use std::fs::File;
-use std::io::{self, BufWriter};
+use std::io::{self, BufWriter, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Once;
@@ -140,7 +140,22 @@ impl Sheet {
         Ok(area.present()?)
     }
 
-    fn write_png(&self, (width, height): (u32, u32), path: &Path) -> Drawn {
+    fn write_png(&self, size: (u32, u32), path: &Path) -> Drawn {
+        let pixels = self.pixels_of(size)?;
+        let mut writer = encoder(BufWriter::new(File::create(path)?), size).write_header()?;
+        writer.write_image_data(&pixels)?;
+        Ok(writer.finish()?)
+    }
+
+    /// The pixels of a sheet of that width and height, three bytes each, and how many there are in width and height.
+    pub fn pixels(&self, size: Pixel) -> Result<(Vec<u8>, (u32, u32))> {
+        register_fonts();
+        let size = ((size.0 / SCALE) as u32, (size.1 / SCALE) as u32);
+        let drawn = self.pixels_of(size).map_err(|error| Error::io("a frame")(io::Error::other(error)));
+        drawn.map(|pixels| (pixels, size))
+    }
+
+    fn pixels_of(&self, (width, height): (u32, u32)) -> std::result::Result<Vec<u8>, Box<dyn StdError + Send + Sync>> {
         let scale = SCALE as usize;
         let row = width as usize * scale;
         let mut large = vec![0; row * height as usize * scale * 3];
@@ -151,16 +166,7 @@ impl Sheet {
             let block = (0..scale * scale).map(|b| (y + b / scale) * row + x + b % scale);
             (block.map(|at| usize::from(large[3 * at + k % 3])).sum::<usize>() / (scale * scale)) as u8
         };
-        let small: Vec<u8> = (0..3 * (width * height) as usize).map(mean).collect();
-        let mut encoder = png::Encoder::new(BufWriter::new(File::create(path)?), width, height);
-        encoder.set_color(png::ColorType::Rgb);
-        // Flat areas and lines are smaller by a third without the filters that photographs want.
-        encoder.set_compression(png::Compression::Default);
-        encoder.set_filter(png::FilterType::NoFilter);
-        encoder.set_adaptive_filter(png::AdaptiveFilterType::NonAdaptive);
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(&small)?;
-        Ok(writer.finish()?)
+        Ok((0..3 * (width * height) as usize).map(mean).collect())
     }
 
     fn write_svg(&self, size: (u32, u32), path: &Path) -> Drawn {
@@ -184,6 +190,17 @@ impl Sheet {
         // Plotters writes a media type that only some viewers forgive.
         Ok(text.replace("data:png;", "data:image/png;"))
     }
+}
+
+/// An encoder of pictures of that width and height.
+pub fn encoder<W: Write>(to: W, (width, height): (u32, u32)) -> png::Encoder<'static, W> {
+    let mut encoder = png::Encoder::new(to, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    // Flat areas and lines are smaller by a third without the filters that photographs want.
+    encoder.set_compression(png::Compression::Default);
+    encoder.set_filter(png::FilterType::NoFilter);
+    encoder.set_adaptive_filter(png::AdaptiveFilterType::NonAdaptive);
+    encoder
 }
 
 fn turns_back(corner: &[Pixel]) -> bool {
@@ -254,7 +271,8 @@ impl Axis {
         Axis::new(range, label, ticks)
     }
 
-    fn new(range: Range<f64>, label: &str, ticks: Vec<(f64, String)>) -> Axis {
+    /// An axis with these places and their texts as ticks.
+    pub fn new(range: Range<f64>, label: &str, ticks: Vec<(f64, String)>) -> Axis {
         Axis { range, label: label.to_owned(), ticks }
     }
 

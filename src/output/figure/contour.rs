@@ -155,11 +155,11 @@ mod tests {
     fn plane(cells: usize, value: impl Fn(f64, f64) -> f64) -> Plane {
         let centre = |k: usize| (k as f64 + 0.5) * 2.0 / cells as f64 - 1.0;
         let values = (0..cells * cells).map(|k| value(centre(k % cells), centre(k / cells)));
-        Plane { cells: [cells; 2], size: [2.0; 2], vorticity: values.collect(), ..Plane::default() }
+        Plane { cells: [cells; 2], size: [2.0; 2], values: values.collect(), ..Plane::default() }
     }
 
     fn lines(plane: &Plane, level: f64) -> Vec<Vec<Point>> {
-        contours(plane, &plane.vorticity, level)
+        contours(plane, &plane.values, level)
     }
 
     fn length(line: &[Point]) -> f64 {
@@ -201,7 +201,7 @@ mod tests {
         let hills = plane(40, |x, y| (9.0 * x).sin() * (11.0 * y).cos() + 0.02 * (x - y));
         for level in [-0.5, 0.0, 0.02, 0.5] {
             let (all, crossings) =
-                (lines(&hills, level), Nodes { plane: &hills, values: &hills.vorticity }.links(level).len());
+                (lines(&hills, level), Nodes { plane: &hills, values: &hills.values }.links(level).len());
             let closed = all.iter().filter(|line| line.first() == line.last()).count();
             assert_eq!(all.iter().map(Vec::len).sum::<usize>() - closed, crossings, "level {level}");
             let edge = |at: &Point| at.iter().any(|x| *x == 0.0 || *x == 2.0);
@@ -216,7 +216,7 @@ mod tests {
         let saddle = |middle: f64| Plane {
             cells: [2, 2],
             size: [2.0, 2.0],
-            vorticity: vec![1.0 + middle, -1.0 + middle, -1.0 + middle, 1.0 + middle],
+            values: vec![1.0 + middle, -1.0 + middle, -1.0 + middle, 1.0 + middle],
             ..Plane::default()
         };
         for (middle, joined) in [(0.1, true), (-0.1, false)] {

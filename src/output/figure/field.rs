@@ -1,13 +1,14 @@
-//! Figures of a plane of the flow: the colour map of vorticity under streamlines, and streamlines coloured by speed.
+//! Figures of a plane of the flow: the colour map of vorticity under streamlines, streamlines coloured by speed, and the colours of
+//! a quantity alone.
 
 use std::path::{Path, PathBuf};
 
 use plotters::prelude::*;
 
-use super::Plane;
 use super::canvas::{self, Axis, BELOW, Frame, LARGE, Pixel, SCALE, Sheet};
 use super::paint::{self, Palette};
 use super::trace::{Point, sample};
+use super::{Plane, Scale};
 use crate::Result;
 
 /// Largest width and height of a plot; the domain's aspect decides which one binds.
@@ -16,8 +17,6 @@ const MOST: [f64; 2] = [1000.0, 900.0];
 const LEAST: f64 = 60.0;
 /// Distance between streamlines.
 const SEPARATION: f64 = 22.0;
-/// Of so many cells, one has a vorticity beyond the colours.
-pub const SATURATED: usize = 100;
 const BAR: i32 = 22 * SCALE;
 const MARGIN: i32 = 20 * SCALE;
 
@@ -35,11 +34,11 @@ pub fn vorticity_svg(plane: &Plane) -> Result<String> {
 
 fn draw_vorticity(plane: &Plane, stem: &Path) -> Result<(Sheet, Pixel)> {
     paint::check(plane, stem)?;
-    let limit = paint::vorticity_limit(std::slice::from_ref(plane), SATURATED);
-    let field = Field::new(plane, Palette::diverging(limit), "vorticity (1/s)");
+    let field = Field::new(plane, Palette::of(plane), plane.quantity.label(), &plane.title);
     let mut sheet = Sheet::default();
-    paint::vorticity(&mut sheet, &field.plot, plane, &field.palette);
-    Ok(field.finish(sheet, |_| RGBColor(70, 70, 70)))
+    paint::values(&mut sheet, &field.plot, plane, &field.palette);
+    paint::streamlines(&mut sheet, &field.plot, plane, SEPARATION, |_| RGBColor(70, 70, 70));
+    Ok(field.finish(sheet))
 }
 
 /// Draws streamlines coloured by speed, with discs, on white. Writes `STEM.png` and `STEM.svg`.
@@ -56,55 +55,105 @@ pub fn streamlines_svg(plane: &Plane) -> Result<String> {
 
 fn draw_streamlines(plane: &Plane, stem: &Path) -> Result<(Sheet, Pixel)> {
     paint::check(plane, stem)?;
-    let fastest = paint::speed_limit(std::slice::from_ref(plane));
-    let field = Field::new(plane, Palette::sequential(fastest), "speed (m/s)");
+    let range = plane.style.range.unwrap_or_else(|| [0.0, paint::speed_limit(std::slice::from_ref(plane))]);
+    let field = Field::new(plane, Palette::sequential(range), "speed (m/s)", &plane.title);
     let speed = |at: Point| sample(plane, &plane.u, at).hypot(sample(plane, &plane.v, at));
-    Ok(field.finish(Sheet::default(), |at| field.palette.colour(speed(at))))
+    let mut sheet = Sheet::default();
+    paint::streamlines(&mut sheet, &field.plot, plane, SEPARATION, |at| field.palette.colour(speed(at)));
+    Ok(field.finish(sheet))
 }
 
-/// A plane on its sheet with the colour bar beside it.
+/// Draws the colours of what a plane shows, with discs, and nothing else. Writes `STEM.png` and `STEM.svg`.
+///
+/// # Errors
+/// When the plane's values do not fill its cells, or a file cannot be written.
+pub fn field(plane: &Plane, stem: &Path) -> Result<[PathBuf; 2]> {
+    let (sheet, size) = draw_field(plane, &plane.title, stem)?;
+    sheet.write(size, stem)
+}
+
+/// The same figure on its sheet, with room for a title that may be wider than the plane's.
+pub fn draw_field(plane: &Plane, widest: &str, stem: &Path) -> Result<(Sheet, Pixel)> {
+    paint::check(plane, stem)?;
+    let field = Field::new(plane, Palette::of(plane), plane.quantity.label(), widest);
+    let mut sheet = Sheet::default();
+    paint::values(&mut sheet, &field.plot, plane, &field.palette);
+    Ok(field.finish(sheet))
+}
+
+/// A plane on its sheet with the colour bars beside it.
 struct Field<'a> {
     plane: &'a Plane,
     plot: Frame,
-    bar: Frame,
     palette: Palette,
+    /// Of what is shown of the flow, and of the particles where their colours say something.
+    bars: Vec<Frame>,
     size: Pixel,
 }
 
 impl<'a> Field<'a> {
-    fn new(plane: &'a Plane, palette: Palette, label: &str) -> Self {
-        let scale = (MOST[0] / plane.size[0]).min(MOST[1] / plane.size[1]);
+    fn new(plane: &'a Plane, palette: Palette, label: &str, widest: &str) -> Self {
+        let most = plane.style.size.map_or(MOST, |size| [f64::from(size); 2]);
+        let scale = (most[0] / plane.size[0]).min(most[1] / plane.size[1]);
         let plot = plane.size.map(|size| (size * scale).max(LEAST));
         let [width, height] = plot.map(|size| size.round() as i32 * SCALE);
         let tall = height.max(160 * SCALE);
 
         let x = paint::axis(plane, 0, width / (100 * SCALE));
         let y = paint::axis(plane, 1, height / (100 * SCALE));
-        let values = Axis::linear(palette.range.clone(), label, (tall / (70 * SCALE)).max(4));
-        let needed = y.room() + width + MARGIN + BAR + values.room();
-        let all = needed.max(canvas::width(&plane.title, LARGE)) + 2 * MARGIN;
+        let values = bars(&palette, label, plane.scale.as_ref(), tall);
+        let needed = y.room() + width + values.iter().map(|axis| MARGIN + BAR + axis.room()).sum::<i32>();
+        let all = needed.max(canvas::width(widest, LARGE)) + 2 * MARGIN;
         let left = (all - needed) / 2 + y.room();
         let top = MARGIN + if plane.title.is_empty() { 0 } else { LARGE + MARGIN / 2 };
         let free = (300 * SCALE - top - BELOW - MARGIN).max(tall);
         let at = |x: i32, height: i32| (x, top + (free - height) / 2);
-        let bar = at(left + width + MARGIN, tall);
         Field {
             plane,
             plot: Frame { corner: at(left, height), extent: (width, height), x, y },
-            bar: Frame { corner: bar, extent: (BAR, tall), x: Axis::blank(), y: values },
             palette,
+            bars: side_by_side(values, at(left + width + MARGIN, tall), tall),
             size: (all, top + free + BELOW + MARGIN),
         }
     }
 
-    /// Draws streamlines in the colours of a point, then all that lies over them; returns the sheet and its size.
-    fn finish(&self, mut sheet: Sheet, colour: impl Fn(Point) -> RGBColor) -> (Sheet, Pixel) {
-        paint::streamlines(&mut sheet, &self.plot, self.plane, SEPARATION, colour);
+    /// Draws all that lies over the flow and beside it; returns the sheet and its size.
+    fn finish(&self, mut sheet: Sheet) -> (Sheet, Pixel) {
         paint::discs(&mut sheet, &self.plot, self.plane);
-        self.palette.bar(&mut sheet, &self.bar);
+        draw_bars(&mut sheet, &self.bars, &self.palette, self.plane.scale.as_ref());
         self.plot.axes(&mut sheet, false);
-        self.bar.axes(&mut sheet, true);
-        sheet.title(&self.plane.title, self.plot.corner.0 + self.plot.extent.0 / 2, self.bar.corner.1);
+        let top = self.bars.iter().map(|bar| bar.corner.1).fold(self.plot.corner.1, i32::min);
+        sheet.title(&self.plane.title, self.plot.corner.0 + self.plot.extent.0 / 2, top);
         (sheet, self.size)
     }
+}
+
+/// The axes of colour bars of a height: of a palette of what is shown of the flow, and of what the colours of particles say.
+pub fn bars(palette: &Palette, label: &str, scale: Option<&Scale>, tall: i32) -> Vec<Axis> {
+    let ticks = (tall / (70 * SCALE)).max(4);
+    let particles = scale.filter(|scale| scale.range[0] < scale.range[1]).map(|scale| {
+        let [low, high] = scale.range;
+        match scale.names.is_empty() {
+            true => Axis::linear(low..high, &scale.label, ticks),
+            false => Axis::new(low..high, &scale.label, scale.names.clone()),
+        }
+    });
+    [Axis::linear(palette.range.clone(), label, ticks)].into_iter().chain(particles).collect()
+}
+
+/// Colour bars beside each other, from the upper left corner of the first.
+pub fn side_by_side(axes: Vec<Axis>, corner: Pixel, tall: i32) -> Vec<Frame> {
+    let mut left = corner.0;
+    let place = |y: Axis| {
+        let corner = (left, corner.1);
+        left += BAR + y.room() + MARGIN;
+        Frame { corner, extent: (BAR, tall), x: Axis::blank(), y }
+    };
+    axes.into_iter().map(place).collect()
+}
+
+/// Draws the colour bars of a palette and of what the colours of particles say.
+pub fn draw_bars(sheet: &mut Sheet, bars: &[Frame], palette: &Palette, scale: Option<&Scale>) {
+    let particles = Palette::particles(scale);
+    bars.iter().zip([palette, &particles]).for_each(|(bar, palette)| palette.bar(sheet, bar));
 }

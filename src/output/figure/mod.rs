@@ -1,20 +1,24 @@
 //! Figures: data in, `STEM.png` and `STEM.svg` out. Owns what a figure looks like; knows nothing of runs or cases.
 //!
-//! [`vorticity`] and [`streamlines`] draw a plane of the flow, [`vorticity_strip`] and [`streamlines_strip`] several of one
-//! scene side by side, [`curves()`] draws series over axes. `canvas` turns one description into both files; `field`, `strip`
-//! and `curves` describe, with what `paint` knows of flows; `trace` finds evenly spaced streamlines, `contour` contour lines.
+//! [`vorticity`], [`streamlines`] and [`field()`] draw a plane of the flow, [`vorticity_strip`], [`streamlines_strip`] and
+//! [`field_strip`] several of one scene side by side, [`film`] one after the other, [`curves()`] draws series over axes. `canvas`
+//! turns one description into both files, or into a frame; `field`, `strip`, `film` and `curves` describe, with what `paint` knows
+//! of flows; `trace` finds evenly spaced streamlines, `contour` contour lines.
 
 mod canvas;
 mod contour;
 mod curves;
 mod field;
+mod film;
 mod paint;
 mod strip;
 mod trace;
 
 pub use curves::{curves, curves_svg};
-pub use field::{streamlines, streamlines_svg, vorticity, vorticity_svg};
-pub use strip::{streamlines_strip, vorticity_strip};
+pub use field::{field, streamlines, streamlines_svg, vorticity, vorticity_svg};
+pub use film::film;
+pub use paint::shared_range;
+pub use strip::{field_strip, streamlines_strip, vorticity_strip};
 
 /// A plane cut of the flow for drawing: cell values, x fastest.
 #[derive(Debug, Clone, Default)]
@@ -29,16 +33,87 @@ pub struct Plane {
     pub u: Vec<f64>,
     /// Velocity along the second axis at cell centres.
     pub v: Vec<f64>,
-    /// Vorticity at cell centres; not a number where there is none.
-    pub vorticity: Vec<f64>,
+    /// What is shown in colours at cell centres; not a number where there is none.
+    pub values: Vec<f64>,
+    /// What the values are.
+    pub quantity: Quantity,
     /// Particles as the plane cuts them.
     pub discs: Vec<Disc>,
+    /// What the colours of the particles say; where it is absent they are grey.
+    pub scale: Option<Scale>,
+    /// How it is drawn.
+    pub style: Style,
     /// Axis labels, such as `x (m)`.
     pub labels: [String; 2],
     /// Title above the figure; may be empty.
     pub title: String,
     /// Where the plane cuts a 3D flow, such as `, z = 0.02 m`; empty in 2D.
     pub place: String,
+}
+
+/// What a plane shows in colours.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Quantity {
+    /// Vorticity (1/s), in 3D its part across the plane, positive counterclockwise.
+    #[default]
+    Vorticity,
+    /// Speed (m/s), of all components of the velocity.
+    Speed,
+    /// Pressure (Pa), without the weight of the fluid.
+    Pressure,
+}
+
+impl Quantity {
+    /// Its name on the command line and of files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Quantity::Vorticity => "vorticity",
+            Quantity::Speed => "speed",
+            Quantity::Pressure => "pressure",
+        }
+    }
+
+    /// What stands beside its colour bar.
+    fn label(self) -> &'static str {
+        match self {
+            Quantity::Vorticity => "vorticity (1/s)",
+            Quantity::Speed => "speed (m/s)",
+            Quantity::Pressure => "pressure (Pa)",
+        }
+    }
+}
+
+impl Plane {
+    /// The same plane of fewer cells, about so many along each axis at most, each with the values of one of its own.
+    pub fn sampled(&self, most: usize) -> Plane {
+        let [columns, rows] = self.cells.map(|count| (0..count).step_by(count.div_ceil(most).max(1)));
+        let of = |values: &[f64]| {
+            let row = |j: usize| columns.clone().filter_map(move |i| values.get(j * self.cells[0] + i).copied());
+            rows.clone().flat_map(row).collect()
+        };
+        let cells = [columns.len(), rows.len()];
+        Plane { cells, u: of(&self.u), v: of(&self.v), values: of(&self.values), ..self.clone() }
+    }
+}
+
+/// How a plane is drawn.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Style {
+    /// The values of the first and the last colour; by default what there is, without its outermost hundredth.
+    pub range: Option<[f64; 2]>,
+    /// Pixels of the longer side of the flow, of all panels together in a strip; by default what suits a page.
+    pub size: Option<u32>,
+}
+
+/// What the colours of particles say.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Scale {
+    /// What is written beside the colour bar.
+    pub label: String,
+    /// The values of the lightest and the darkest colour; there is no bar where they are the same.
+    pub range: [f64; 2],
+    /// Names of values, where they are not numbers.
+    pub names: Vec<(f64, String)>,
 }
 
 /// A particle as a plane cuts it.
@@ -48,8 +123,11 @@ pub struct Disc {
     pub centre: [f64; 2],
     /// Radius of the cut.
     pub radius: f64,
-    /// Its grey, from 0 (light) to 1 (dark).
+    /// Its grey or colour, from 0 (light) to 1 (dark).
     pub shade: f64,
+    /// The part of it that is darker and shows how it is turned: where `m[0] x + m[1] y + m[2] > 0`, from its centre. No mark on one
+    /// that does not turn.
+    pub mark: Option<[f64; 3]>,
     /// The number that is written on it where there is room; `None` of one that is alone.
     pub number: Option<usize>,
 }

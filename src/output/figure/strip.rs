@@ -1,4 +1,5 @@
-//! Strips: one scene at several times side by side, vorticity with contour lines or streamlines, in the same colours.
+//! Strips: one scene at several times side by side, vorticity with contour lines, streamlines or the colours of a quantity alone, in
+//! the same colours.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -6,12 +7,12 @@ use std::path::{Path, PathBuf};
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::Plane;
 use super::canvas::{self, Axis, BELOW, Frame, INK, LARGE, MEDIUM, Pixel, SCALE, Sheet};
 use super::contour::{contours, outside};
-use super::field::SATURATED;
+use super::field::{bars, draw_bars, side_by_side};
 use super::paint::{self, Palette};
 use super::trace::{Point, sample};
+use super::{Plane, Quantity, Scale, Style, shared_range};
 use crate::{Error, Result};
 
 /// Largest width and height of all panels together.
@@ -23,7 +24,6 @@ const SEPARATION: f64 = 12.0;
 /// Room between panels; above each stands its time.
 const BESIDE: i32 = 34 * SCALE;
 const ABOVE: i32 = 38 * SCALE;
-const BAR: i32 = 22 * SCALE;
 const MARGIN: i32 = 20 * SCALE;
 /// Width of a contour line, length of its dashes and of the gaps between them.
 const LINE: u32 = 2;
@@ -41,25 +41,27 @@ const LEVELS: f64 = 60.0;
 /// When the interval is not positive, or too small for the values that there are.
 pub fn vorticity_strip(panels: &[Plane], title: &str, interval: Option<f64>, stem: &Path) -> Result<[PathBuf; 2]> {
     let strip = Strip::new(panels, stem)?;
-    let limit = paint::vorticity_limit(panels, SATURATED);
+    let [low, high] = strip.range();
+    let limit = high.max(-low);
     let interval = interval.unwrap_or_else(|| round_down(limit / 4.0));
-    let (coloured, lined) = ((limit / interval).ceil(), paint::vorticity_limit(panels, LINED));
+    let (coloured, lined) = ((limit / interval).ceil(), paint::limit(&strip.planes(), LINED));
     if !(interval > 0.0 && coloured <= LEVELS) {
         let why = format!("contour lines every {interval} 1/s are too many where {limit:.3} 1/s is common");
         return Err(Error::Usage(format!("{why}; give --interval {}, say", round_down(limit / 4.0))));
     }
-    let palette = Palette::diverging(coloured * interval);
+    let palette = Palette::diverging(strip.style().range.unwrap_or([-coloured * interval, coloured * interval]));
     let title = format!("{title}: vorticity, contour lines every {interval} 1/s, dashed where negative");
     let mut sheet = Sheet::default();
-    let (size, bar) = strip.draw(&mut sheet, &title, &palette, "vorticity (1/s)", |sheet, plot, plane| {
-        paint::vorticity(sheet, plot, plane, &palette);
+    let (size, bars) = strip.draw(&mut sheet, &title, &palette, "vorticity (1/s)", |sheet, plot, plane| {
+        paint::values(sheet, plot, plane, &palette);
         for (level, line) in isolines(plane, interval, lined) {
             isoline(sheet, line.iter().map(|at| plot.pixel(at[0], at[1])).collect(), level);
         }
     });
-    for level in (1..coloured as i32).flat_map(|k| [-k, k]).map(|k| f64::from(k) * interval) {
+    let levels = (1..coloured as i32).flat_map(|k| [-k, k]).map(|k| f64::from(k) * interval);
+    for (level, bar) in levels.filter(|level| palette.range.contains(level)).zip(bars.first().into_iter().cycle()) {
         let (left, y) = bar.pixel(0.0, level);
-        isoline(&mut sheet, vec![(left, y), (left + BAR, y)], level);
+        isoline(&mut sheet, vec![(left, y), (left + bar.extent.0, y)], level);
     }
     sheet.write(size, stem)
 }
@@ -68,19 +70,34 @@ pub fn vorticity_strip(panels: &[Plane], title: &str, interval: Option<f64>, ste
 fn isolines(plane: &Plane, interval: f64, limit: f64) -> Vec<(f64, Vec<Point>)> {
     let levels = (1..=(limit / interval).min(LEVELS) as i32).flat_map(|k| [-k, k]).map(|k| f64::from(k) * interval);
     let lines =
-        levels.flat_map(|level| contours(plane, &plane.vorticity, level).into_iter().map(move |line| (level, line)));
+        levels.flat_map(|level| contours(plane, &plane.values, level).into_iter().map(move |line| (level, line)));
     lines.flat_map(|(level, line)| outside(line, &plane.discs).into_iter().map(move |part| (level, part))).collect()
 }
 
 /// Draws streamlines of some planes of one size, coloured by speed, their titles above them. Writes `STEM.png` and `STEM.svg`.
 pub fn streamlines_strip(panels: &[Plane], title: &str, stem: &Path) -> Result<[PathBuf; 2]> {
     let strip = Strip::new(panels, stem)?;
-    let palette = Palette::sequential(paint::speed_limit(panels));
+    let palette = Palette::sequential(strip.style().range.unwrap_or_else(|| [0.0, paint::speed_limit(panels)]));
     let mut sheet = Sheet::default();
     let title = format!("{title}: streamlines");
     let (size, _) = strip.draw(&mut sheet, &title, &palette, "speed (m/s)", |sheet, plot, plane| {
         let speed = |at: Point| sample(plane, &plane.u, at).hypot(sample(plane, &plane.v, at));
         paint::streamlines(sheet, plot, plane, SEPARATION, |at| palette.colour(speed(at)));
+    });
+    sheet.write(size, stem)
+}
+
+/// Draws the colours of what some planes of one size show, with their discs, their titles above them. Writes `STEM.png` and `STEM.svg`.
+///
+/// # Errors
+/// When there is no plane, one's values do not fill its cells, or a file cannot be written.
+pub fn field_strip(panels: &[Plane], title: &str, stem: &Path) -> Result<[PathBuf; 2]> {
+    let strip = Strip::new(panels, stem)?;
+    let (quantity, palette) = (strip.quantity(), Palette::showing(strip.quantity(), strip.range()));
+    let mut sheet = Sheet::default();
+    let title = format!("{title}: {}", quantity.name());
+    let (size, _) = strip.draw(&mut sheet, &title, &palette, quantity.label(), |sheet, plot, plane| {
+        paint::values(sheet, plot, plane, &palette);
     });
     sheet.write(size, stem)
 }
@@ -113,7 +130,8 @@ impl<'a> Strip<'a> {
         let none = || Error::io(stem)(io::Error::new(io::ErrorKind::InvalidInput, "a strip of no panels"));
         let first = panels.first().ok_or_else(none)?;
         panels.iter().try_for_each(|plane| paint::check(plane, stem))?;
-        let (columns, scale) = arrangement(panels.len(), first.size);
+        let most = first.style.size.map_or(MOST, |size| [f64::from(size); 2]);
+        let (columns, scale) = arrangement(panels.len(), first.size, most);
         let [width, height] = first.size.map(|size| (size * scale).max(LEAST).round() as i32 * SCALE);
         let y = axis(first, 1, height, true);
         Ok(Strip {
@@ -122,6 +140,25 @@ impl<'a> Strip<'a> {
             extent: (width, height),
             corner: (MARGIN + y.room(), MARGIN + LARGE + MARGIN / 2 + ABOVE),
         })
+    }
+
+    fn planes(&self) -> Vec<&Plane> {
+        self.panels.iter().collect()
+    }
+
+    /// How the panels are drawn: all as the first.
+    fn style(&self) -> Style {
+        self.panels.first().map_or_else(Style::default, |plane| plane.style)
+    }
+
+    /// What the panels show: all what the first does.
+    fn quantity(&self) -> Quantity {
+        self.panels.first().map_or_else(Quantity::default, |plane| plane.quantity)
+    }
+
+    /// The values of the first and the last colour.
+    fn range(&self) -> [f64; 2] {
+        self.style().range.unwrap_or_else(|| shared_range(self.quantity(), &self.planes()))
     }
 
     /// How far the panels reach.
@@ -143,19 +180,19 @@ impl<'a> Strip<'a> {
         }
     }
 
-    /// The colour bar, beside all panels.
-    fn bar(&self, palette: &Palette, label: &str) -> Frame {
+    /// The colour bars, beside all panels.
+    fn bars(&self, palette: &Palette, label: &str) -> Vec<Frame> {
         let (width, height) = self.all();
         let tall = height.clamp(160 * SCALE, 600 * SCALE);
-        Frame {
-            corner: (self.corner.0 + width + MARGIN, self.corner.1 + (height - tall) / 2),
-            extent: (BAR, tall),
-            x: Axis::blank(),
-            y: Axis::linear(palette.range.clone(), label, (tall / (70 * SCALE)).max(4)),
-        }
+        let corner = (self.corner.0 + width + MARGIN, self.corner.1 + (height - tall) / 2);
+        side_by_side(bars(palette, label, self.scale(), tall), corner, tall)
     }
 
-    /// Draws all panels as `paint` fills them, and the bar; returns the size of the sheet and the bar's frame.
+    fn scale(&self) -> Option<&Scale> {
+        self.panels.first().and_then(|plane| plane.scale.as_ref())
+    }
+
+    /// Draws all panels as `paint` fills them, and the bar; returns the size of the sheet and the bars' frames.
     fn draw(
         &self,
         sheet: &mut Sheet,
@@ -163,7 +200,7 @@ impl<'a> Strip<'a> {
         palette: &Palette,
         label: &str,
         paint: impl Fn(&mut Sheet, &Frame, &Plane),
-    ) -> (Pixel, Frame) {
+    ) -> (Pixel, Vec<Frame>) {
         for (index, plane) in self.panels.iter().enumerate() {
             let plot = self.plot(index);
             paint(sheet, &plot, plane);
@@ -174,15 +211,15 @@ impl<'a> Strip<'a> {
             let anchor = (HPos::Center, VPos::Bottom);
             sheet.text(&format!("({letter}) {}", plane.title), MEDIUM, at, anchor, FontTransform::None);
         }
-        let bar = self.bar(palette, label);
-        palette.bar(sheet, &bar);
-        bar.axes(sheet, true);
+        let bars = self.bars(palette, label);
+        draw_bars(sheet, &bars, palette, self.scale());
         let (width, height) = self.all();
         sheet.title(title, self.corner.0 + width / 2, self.corner.1 - ABOVE);
-        let beside = bar.corner.0 + BAR + bar.y.room() + MARGIN;
+        let beside = bars.iter().map(|bar| bar.corner.0 + bar.extent.0 + bar.y.room() + MARGIN).max().unwrap_or(0);
         let titled = self.corner.0 + width / 2 + canvas::width(title, LARGE) / 2 + MARGIN;
-        let below = (self.corner.1 + height + BELOW).max(bar.corner.1 + bar.extent.1) + MARGIN;
-        ((beside.max(titled), below), bar)
+        let low = bars.iter().map(|bar| bar.corner.1 + bar.extent.1).max().unwrap_or(0);
+        let below = (self.corner.1 + height + BELOW).max(low) + MARGIN;
+        ((beside.max(titled), below), bars)
     }
 }
 
@@ -192,10 +229,10 @@ fn axis(plane: &Plane, axis: usize, extent: i32, named: bool) -> Axis {
 }
 
 /// The number of columns that gives the largest panels with few empty places, and the pixels of a unit of length.
-fn arrangement(count: usize, size: [f64; 2]) -> (usize, f64) {
+fn arrangement(count: usize, size: [f64; 2], most: [f64; 2]) -> (usize, f64) {
     let of = |columns: usize| {
         let rows = count.div_ceil(columns);
-        let scale = (MOST[0] / (columns as f64 * size[0])).min(MOST[1] / (rows as f64 * size[1]));
+        let scale = (most[0] / (columns as f64 * size[0])).min(most[1] / (rows as f64 * size[1]));
         (columns, scale, scale * (count as f64 / (columns * rows) as f64).sqrt())
     };
     let best = (1..=count).map(of).max_by(|a, b| a.2.total_cmp(&b.2));

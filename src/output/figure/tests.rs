@@ -14,7 +14,7 @@ fn flow_past_a_disc(cells: [usize; 2], size: [f64; 2]) -> Plane {
         let (square, part) = (x * x + y * y, disc.radius.powi(2) / (x * x + y * y).max(1e-12));
         plane.u.push(1.0 - part * (x * x - y * y) / square.max(1e-12));
         plane.v.push(-2.0 * part * x * y / square.max(1e-12));
-        plane.vorticity.push(y * (-square / 0.1).exp());
+        plane.values.push(y * (-square / 0.1).exp());
     }
     plane
 }
@@ -66,7 +66,7 @@ fn fields_that_say_nothing_are_drawn_without_streamlines_or_panics() {
     let good = flow_past_a_disc([24, 12], [2.0, 1.0]);
     for value in [0.0, f64::NAN, f64::INFINITY] {
         let values = vec![value; good.u.len()];
-        let plane = Plane { u: values.clone(), v: values.clone(), vorticity: values, ..good.clone() };
+        let plane = Plane { u: values.clone(), v: values.clone(), values, ..good.clone() };
         assert!(trace::streamlines(&plane, 0.1).is_empty());
         written(|stem| vorticity(&plane, stem));
         written(|stem| streamlines(&plane, stem));
@@ -159,7 +159,7 @@ fn a_long_history_keeps_its_extremes_in_few_points() {
 fn two_hills(height: f64) -> Plane {
     let mut plane = flow_past_a_disc([80, 40], [2.0, 1.0]);
     plane.discs = vec![Disc { centre: [1.0, 0.5], radius: 0.12, shade: 1.0, number: None }];
-    for (cell, value) in plane.vorticity.iter_mut().enumerate() {
+    for (cell, value) in plane.values.iter_mut().enumerate() {
         let [x, y] = [(cell % 80) as f64 + 0.5, (cell / 80) as f64 + 0.5].map(|k| k / 40.0);
         let hill = |from: f64| (-((x - from).powi(2) + (y - 0.5).powi(2)) / 0.08).exp();
         *value = height * (hill(0.5) - hill(1.5));

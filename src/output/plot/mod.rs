@@ -4,13 +4,16 @@
 //! (Figs. 6, 7, 11, 14), forces over time and over the height of a fall (`forces`, Fig. 10), speeds. One or several: paths
 //! (`paths`, Fig. 9), Cd(Re) and St(Re) (`reynolds`, Figs. 4, 5). `rows` reads `particles.csv`.
 
+mod discs;
 mod fields;
 mod forces;
 mod paths;
 mod profile;
+mod reel;
 mod reynolds;
 mod rows;
 mod section;
+mod view;
 
 use super::figure::{self, Axes, Series};
 use super::not_a_run;
@@ -21,11 +24,14 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-pub(super) use fields::{newest_snapshot, plane, sections};
+pub use discs::Bodies;
+pub(super) use fields::{Look, dated, evenly, nearest, newest_snapshot, plane, sections};
 pub(super) use forces::speeds;
 pub(super) use paths::{Track, paths};
+pub(super) use reel::Reel;
 pub use reynolds::cylinder_reference;
 pub(super) use rows::{Rows, loaded};
+pub use view::View;
 
 /// What `mics plot` is asked for.
 #[derive(Clone, Debug, Default)]
@@ -34,14 +40,12 @@ pub struct Request {
     pub runs: Vec<PathBuf>,
     /// Which figures; empty: the last state, forces, speeds and paths of each run, Cd(Re) and St(Re) of all.
     pub figures: Vec<Figure>,
-    /// Times (s) of a strip's panels; empty: evenly from the start to the end.
+    /// Times (s) of a strip's panels, or the one of a picture; empty: evenly from the start to the end, or the last.
     pub times: Vec<f64>,
     /// Vorticity (1/s) between two contour lines of a strip.
     pub interval: Option<f64>,
-    /// What of the flow is shown: from and to along the axis to the right, then along the one up (m); empty: all.
-    pub window: Vec<f64>,
-    /// The plane in which a 3D flow is shown; by default the case's, or the one that says most.
-    pub plane: Option<Section>,
+    /// What of the flow is shown, and how.
+    pub view: View,
     /// The particles that figures of curves are of, by number or name; empty: the first ones.
     pub particles: Vec<String>,
     /// Where the figures go that are asked for by name or are of several runs; by default `figures/` of the run, of several
@@ -56,6 +60,9 @@ pub enum Figure {
     Vorticity,
     /// Streamlines of the last state, coloured by speed.
     Streamlines,
+    /// The colours of --field alone, with bodies coloured by --bodies and marked so that their turning shows; beside each other at several
+    /// --times.
+    Field,
     /// Vorticity at several times, with contour lines that are dashed where it is negative (Figs. 7, 11, 14).
     VorticityStrip,
     /// Streamlines at several times (Fig. 6).
@@ -87,7 +94,7 @@ impl Figure {
     }
 
     fn is_of_the_flow(self) -> bool {
-        self.is_strip() || matches!(self, Figure::Vorticity | Figure::Streamlines)
+        self.is_strip() || matches!(self, Figure::Vorticity | Figure::Streamlines | Figure::Field)
     }
 
     fn is_of_particles(self) -> bool {
@@ -102,7 +109,11 @@ impl Figure {
     /// What a run needs for it.
     fn needs(self) -> &'static str {
         match self {
-            Figure::Vorticity | Figure::Streamlines | Figure::VorticityStrip | Figure::StreamlinesStrip => "fields",
+            Figure::Vorticity
+            | Figure::Streamlines
+            | Figure::Field
+            | Figure::VorticityStrip
+            | Figure::StreamlinesStrip => "fields",
             Figure::Paths => "a particle that moves, and its rows in particles.csv",
             Figure::Forces => "a particle, and its rows in particles.csv",
             Figure::ForceParts => {
@@ -117,16 +128,16 @@ impl Figure {
 }
 
 /// A run's folder and its case.
-struct Run {
-    folder: PathBuf,
-    case: Case,
+pub(super) struct Run {
+    pub folder: PathBuf,
+    pub case: Case,
     /// The particles that are asked for; empty: the first ones.
     asked: Vec<usize>,
 }
 
 impl Run {
     /// Reads a run of which these `particles` are asked for, by number or name.
-    fn read(folder: &Path, particles: &[String]) -> Result<Run> {
+    pub fn read(folder: &Path, particles: &[String]) -> Result<Run> {
         let case = read_case(folder)?;
         let ids = particles.iter().map(|wanted| {
             case.find(wanted).map_err(|why| Error::Usage(format!("--particle {wanted}: {}: {why}", folder.display())))
@@ -148,7 +159,7 @@ pub fn draw(request: &Request) -> Result<Vec<PathBuf>> {
     request.check()?;
     let runs = request.runs.iter().map(|folder| Run::read(folder, &request.particles)).collect::<Result<Vec<_>>>()?;
     let mut written = Vec::new();
-    if request.figures.is_empty() {
+    if request.figures().is_empty() {
         for run in &runs {
             written.extend(draw_run(&run.folder)?);
         }
@@ -161,7 +172,7 @@ pub fn draw(request: &Request) -> Result<Vec<PathBuf>> {
             }
         }
     }
-    for figure in &request.figures {
+    for figure in &request.figures() {
         for runs in runs.chunks(if figure.joins_runs() { runs.len() } else { 1 }) {
             let Some(files) = request.draw(*figure, runs)? else {
                 let names = runs.iter().map(|run| run.folder.display().to_string()).collect::<Vec<_>>().join(", ");
@@ -174,9 +185,17 @@ pub fn draw(request: &Request) -> Result<Vec<PathBuf>> {
 }
 
 impl Request {
+    /// The figures that are asked for by name, or by what they show.
+    fn figures(&self) -> Vec<Figure> {
+        let shown = self.view.field.is_some() || self.view.bodies.is_some();
+        if self.figures.is_empty() && shown { vec![Figure::Field] } else { self.figures.clone() }
+    }
+
     fn check(&self) -> Result<()> {
         let refuse = |why: String| Err(Error::Usage(why));
-        let single = self.figures.iter().find(|figure| !figure.joins_runs());
+        let figures = self.figures();
+        let of_the_flow = "ask for --figure field, vorticity, streamlines, vorticity-strip or streamlines-strip";
+        let single = figures.iter().find(|figure| !figure.joins_runs());
         if let (Some(figure), Some(out), 2..) = (single, &self.out, self.runs.len()) {
             return refuse(format!(
                 "--out {}: {} is of one run, and there are {}; leave --out away, and each goes to its run's figures/",
@@ -185,28 +204,34 @@ impl Request {
                 self.runs.len()
             ));
         }
-        if !self.times.is_empty() && !self.figures.iter().any(|figure| figure.is_strip()) {
-            return refuse("--times are of a strip; ask for --figure vorticity-strip or streamlines-strip".into());
+        if !self.times.is_empty() && !figures.iter().any(|figure| figure.is_of_the_flow()) {
+            return refuse(format!("--times are of the flow; {of_the_flow}"));
         }
-        if self.interval.is_some() && !self.figures.contains(&Figure::VorticityStrip) {
-            return refuse("--interval is of contour lines; ask for --figure vorticity-strip".into());
-        }
-        if !self.window.is_empty() && !self.figures.iter().any(|figure| figure.is_of_the_flow()) {
-            return refuse("--window is of the flow; ask for --figure vorticity-strip, streamlines-strip, vorticity or streamlines".into());
-        }
-        if !self.window.is_empty() && (self.window.len() != 4 || self.window.iter().any(|place| !place.is_finite())) {
-            return refuse(format!(
-                "--window {:?}: give X0,X1,Y0,Y1 in m, as in --window 0.4,2.4,0.4,1.2",
-                self.window
-            ));
-        }
-        if self.plane.is_some() && !self.figures.iter().any(|figure| figure.is_of_the_flow()) {
+        if self.times.len() > 1 && !figures.iter().any(|figure| figure.is_strip() || *figure == Figure::Field) {
             return refuse(
-                "--plane is of the flow; ask for --figure vorticity, streamlines, vorticity-strip or streamlines-strip"
-                    .into(),
+                "--times: several are of a strip; ask for --figure vorticity-strip, streamlines-strip or field".into(),
             );
         }
-        if !self.particles.is_empty() && !self.figures.iter().any(|figure| figure.is_of_particles()) {
+        if self.interval.is_some() && !figures.contains(&Figure::VorticityStrip) {
+            return refuse("--interval is of contour lines; ask for --figure vorticity-strip".into());
+        }
+        let view = &self.view;
+        let options = [
+            ("--window", !view.window.is_empty()),
+            ("--plane", view.plane.is_some()),
+            ("--range", !view.range.is_empty()),
+            ("--size", view.size.is_some()),
+        ];
+        if let Some((option, _)) = options.iter().find(|(_, given)| *given)
+            && !figures.iter().any(|figure| figure.is_of_the_flow())
+        {
+            return refuse(format!("{option} is of the flow; {of_the_flow}"));
+        }
+        if (view.field.is_some() || view.bodies.is_some()) && !figures.contains(&Figure::Field) {
+            return refuse("--field and --bodies are of --figure field; add it, or leave --figure away".into());
+        }
+        view.check()?;
+        if !self.particles.is_empty() && !figures.iter().any(|figure| figure.is_of_particles()) {
             return refuse("--particle is of curves; ask for --figure paths, forces, force-parts or speeds".into());
         }
         if let Some(time) = self.times.iter().find(|time| !time.is_finite()) {
@@ -226,36 +251,30 @@ impl Request {
     }
 
     /// Draws a figure of some runs, of the first one where it is of one; none where there is nothing to draw.
-    fn draw(&self, figure: Figure, runs: &[Run]) -> Result<Option<[PathBuf; 2]>> {
+    fn draw(&self, figure: Figure, runs: &[Run]) -> Result<Option<Vec<PathBuf>>> {
         let Some(run) = runs.first() else { return Ok(None) };
         let stem = |name: &str| Ok::<_, Error>(self.folder(runs)?.join(name));
         let titled = |planes: &[figure::Plane]| {
             let place = planes.first().map_or("", |plane| &plane.place);
             format!("{}{place}", run.case.name)
         };
-        let seen =
-            |plane| if let [a, b, c, d] = self.window[..] { fields::cut(plane, [a, b, c, d]) } else { Ok(plane) };
-        if let (Some(plane), 2) = (self.plane, run.case.dimension()) {
-            return Err(Error::Usage(format!(
-                "--plane {plane}: {} is in 2D, and figures show all of it",
-                run.folder.display()
-            )));
-        }
-        if let Some((plane, size)) = self.plane.map(|plane| (plane, run.case.domain.size[plane.place().0]))
-            && !(0.0..=size).contains(&plane.place().1)
-        {
-            return Err(Error::Usage(format!(
-                "--plane {plane}: the box of {} goes from 0 to {size} m",
-                run.folder.display()
-            )));
-        }
+        let seen = |plane| self.view.part(figure::Plane { style: self.view.style(), ..plane });
+        self.view.fits(run)?;
         let last = |run: &Run| {
-            let plane = Last::read(run, self.plane)?.planes.swap_remove(0);
+            let plane = Last::read(run, self.view.plane, self.times.last().copied())?.planes.swap_remove(0);
             seen(plane)
         };
         let planes = |run: &Run| -> Result<Vec<_>> {
-            fields::planes(&run.folder, &run.case, self.plane, &self.times)?.into_iter().map(seen).collect()
+            fields::planes(&run.folder, &run.case, self.view.plane, &self.times)?.into_iter().map(seen).collect()
         };
+        if figure == Figure::Field {
+            let frames = match (&self.times[..], newest_snapshot(&run.folder)?) {
+                ([], last) => vec![(Snapshot::time_of(&last)?, last)],
+                (times, _) => fields::choose(&run.folder, times)?,
+            };
+            let folder = self.folder(runs)?;
+            return Reel::of(run, &self.view, &frames).and_then(|reels| reel::pictures(&reels, &folder)).map(Some);
+        }
         let drawn = match figure {
             Figure::Vorticity => figure::vorticity(&last(run)?, &stem("vorticity")?)?,
             Figure::Streamlines => figure::streamlines(&last(run)?, &stem("streamlines")?)?,
@@ -267,31 +286,39 @@ impl Request {
                 let planes = planes(run)?;
                 figure::streamlines_strip(&planes, &titled(&planes), &stem("streamlines_strip")?)?
             }
-            Figure::Drag => return reynolds::drag(runs, &self.folder(runs)?),
-            Figure::Strouhal => return reynolds::strouhal(runs, &self.folder(runs)?),
-            Figure::Paths | Figure::Forces | Figure::ForceParts | Figure::Speeds | Figure::Profile => {
+            Figure::Drag => return Ok(reynolds::drag(runs, &self.folder(runs)?)?.map(Vec::from)),
+            Figure::Strouhal => return Ok(reynolds::strouhal(runs, &self.folder(runs)?)?.map(Vec::from)),
+            _ => {
                 let rows: Vec<Rows> = runs.iter().map(Run::rows).collect();
                 let Some((axes, series)) = curves(figure, runs, &rows)? else { return Ok(None) };
                 figure::curves(&axes, &series, &stem(&figure.name().replace('-', "_"))?)?
             }
         };
-        Ok(Some(drawn))
+        Ok(Some(drawn.into()))
     }
 }
 
-/// The last state of a run, in one plane or several.
+/// The last state of a run or one before, in one plane or several.
 struct Last {
     planes: Vec<figure::Plane>,
     rows: Rows,
 }
 
 impl Last {
-    fn read(run: &Run, section: Option<Section>) -> Result<Last> {
-        let snapshot = Snapshot::read(&newest_snapshot(&run.folder)?)?;
+    /// Reads the last one, or that next to a time (s).
+    fn read(run: &Run, section: Option<Section>, time: Option<f64>) -> Result<Last> {
+        let path = match time {
+            None => newest_snapshot(&run.folder)?,
+            Some(time) => {
+                let mut all = dated(&run.folder)?;
+                all.swap_remove(fields::nearest(&all, time)).1
+            }
+        };
+        let snapshot = Snapshot::read(&path)?;
         let rows = Rows::read(&run.folder, &run.case, &[snapshot.time], &run.asked);
-        let sections = section.map_or_else(|| sections(&run.case, (&rows, 0)), |section| vec![section]);
+        let sections = section.map_or_else(|| sections(&run.case, rows.poses(0)), |section| vec![section]);
         let titled = |section: Section| {
-            let plane = plane(&run.case, &snapshot, &run.folder, section, (&rows, 0), 4)?;
+            let plane = plane(&run.case, &snapshot, &run.folder, section, &rows.poses(0), &Look::default())?;
             let title = format!("{}, {}{}", run.case.name, plane.title, plane.place);
             Ok(figure::Plane { title, ..plane })
         };
@@ -307,7 +334,7 @@ impl Last {
 pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
     let run = Run::read(folder, &[])?;
     // All is read before anything is written.
-    let last = Last::read(&run, None)?;
+    let last = Last::read(&run, None, None)?;
     let (runs, rows) = (std::slice::from_ref(&run), std::slice::from_ref(&last.rows));
     let figures = [Figure::Forces, Figure::Speeds, Figure::Paths, Figure::Profile]
         .map(|figure| Ok((figure, curves(figure, runs, rows)?)));
@@ -321,12 +348,17 @@ pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
     }
     for (number, plane) in last.planes.iter().enumerate().rev() {
         // The first has the plain names, and comes last.
-        let stem =
-            |name: &str| folder.join(if number == 0 { name.to_owned() } else { format!("{name}_{}", number + 1) });
+        let stem = |name: &str| numbered(&folder.join(name), number);
         written.extend(figure::streamlines(plane, &stem("streamlines"))?);
         written.extend(figure::vorticity(plane, &stem("vorticity"))?);
     }
     Ok(written)
+}
+
+/// The stem of a file of one of several planes, which are counted from 0: the first has the plain name.
+pub(super) fn numbered(stem: &Path, plane: usize) -> PathBuf {
+    let name = stem.file_name().unwrap_or_default().to_string_lossy();
+    if plane == 0 { stem.to_owned() } else { stem.with_file_name(format!("{name}_{}", plane + 1)) }
 }
 
 /// A figure of curves, of the first run where it is of one; none where there is nothing to draw.

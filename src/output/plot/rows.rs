@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::config::{Case, FixedRows, Motion};
+use crate::output::bodies::Pose;
 use crate::output::figure::{Series, SeriesStyle};
 use crate::output::not_a_run;
 use std::collections::HashMap;
@@ -82,6 +83,11 @@ impl Rows {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.followed.is_empty()
+    }
+
+    /// Where particles are at one of the times asked for, by its number among them.
+    pub fn poses(&self, time: usize) -> impl Fn(usize) -> Option<Pose> {
+        move |particle| self.centre(time, particle).map(Pose::at)
     }
 
     /// The centre (m) of a particle at one of the times asked for, by its number among them.

@@ -57,8 +57,9 @@ fn fields(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
     let Ok(newest) = plot::newest_snapshot(folder) else { return Ok(Vec::new()) };
     let snapshot = Snapshot::read(&newest)?;
     let mut all = Vec::new();
-    for section in plot::sections(&run.case, (&run.particles, 0)) {
-        let mut plane = plot::plane(&run.case, &snapshot, folder, section, (&run.particles, 0), 4)?;
+    for section in plot::sections(&run.case, run.particles.poses(0)) {
+        let mut plane =
+            plot::plane(&run.case, &snapshot, folder, section, &run.particles.poses(0), &plot::Look::default())?;
         let place = std::mem::take(&mut plane.title) + &plane.place;
         let figure =
             |svg, title, what: &str| Figure { svg, title, caption: format!("{what} at {place}."), part: Part::Fields };

@@ -1,0 +1,213 @@
+//! The particles of a picture as its plane cuts them: where, in which colour, and how they are turned.
+//!
+//! ```text
+//!   a body is marked in the half behind a plane through its centre, which turns with it:   light |  n . r < 0
+//!   n = R n0, n0 down in the picture at the start; r from the centre of the body           dark  |  n . r > 0
+//! ```
+//! In 2D the two meet in a diameter. In 3D they meet where both planes do, so that a turn about any axis but n is seen.
+
+use super::section;
+use crate::config::{Case, Motion, Particle};
+use crate::output::bodies::Pose;
+use crate::output::figure::{Disc, Scale};
+use nalgebra::Vector3;
+
+/// What the colours of particles say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Bodies {
+    /// Their diameter.
+    #[default]
+    Size,
+    /// How fast their centres move.
+    Speed,
+    /// Their density, or the name of their material where that differs.
+    Material,
+}
+
+/// What the colours of particles say, and the values of the lightest and the darkest.
+#[derive(Clone, Copy, Debug)]
+pub struct Colours {
+    /// What they say.
+    pub by: Bodies,
+    /// From and to: m, m/s or kg/m3, or numbers of materials.
+    pub range: [f64; 2],
+}
+
+impl Colours {
+    /// Of a case whose particles are at most so fast (m/s).
+    pub fn of(by: Bodies, case: &Case, fastest: f64) -> Colours {
+        let range = match by {
+            Bodies::Speed => [0.0, if fastest > 0.0 { fastest } else { 1.0 }],
+            Bodies::Size => range(case, |p| p.shape.diameter()),
+            Bodies::Material if materials(case).len() > 1 => [-0.5, materials(case).len() as f64 - 0.5],
+            Bodies::Material => range(case, |p| p.density),
+        };
+        Colours { by, range: if case.particle.is_empty() { [0.0; 2] } else { range } }
+    }
+
+    /// What stands beside their colour bar.
+    pub fn scale(&self, case: &Case) -> Scale {
+        let names = materials(case);
+        let (label, named) = match self.by {
+            Bodies::Size => ("diameter (m)", false),
+            Bodies::Speed => ("speed of particles (m/s)", false),
+            Bodies::Material if names.len() > 1 => ("material", true),
+            Bodies::Material => ("density (kg/m\u{b3})", false),
+        };
+        let names = names.iter().enumerate().filter(|_| named).map(|(k, name)| (k as f64, (*name).to_owned()));
+        Scale { label: label.to_owned(), range: self.range, names: names.collect() }
+    }
+
+    /// Where a particle is between the lightest and the darkest.
+    fn shade(&self, materials: &[&str], particle: &Particle, pose: &Pose) -> f64 {
+        let value = match self.by {
+            Bodies::Size => particle.shape.diameter(),
+            Bodies::Speed => pose.speed,
+            Bodies::Material if materials.len() > 1 => {
+                materials.iter().position(|name| *name == particle.material).unwrap_or(0) as f64
+            }
+            Bodies::Material => particle.density,
+        };
+        part(value, self.range)
+    }
+}
+
+/// The names of the materials of a case, in the order in which they come.
+fn materials(case: &Case) -> Vec<&str> {
+    let mut names: Vec<&str> = Vec::new();
+    for particle in &case.particle {
+        if !names.contains(&particle.material.as_str()) {
+            names.push(&particle.material);
+        }
+    }
+    names
+}
+
+fn range(case: &Case, value: fn(&Particle) -> f64) -> [f64; 2] {
+    let values = case.particle.iter().map(value);
+    values.fold([f64::INFINITY, 0.0_f64], |[least, most], v| [least.min(v), most.max(v)])
+}
+
+fn differs([least, most]: [f64; 2]) -> bool {
+    most > least * (1.0 + 1e-9)
+}
+
+/// Where a value is in a range; the middle of one that is none.
+fn part(value: f64, [least, most]: [f64; 2]) -> f64 {
+    if differs([least, most]) { (value - least) / (most - least) } else { 0.5 }
+}
+
+/// What the plane across `axis` at `height` (m) cuts of the particles, with their images across periodic faces that reach into it:
+/// in grey and with numbers, or in colours and with the marks of their turning.
+pub fn discs(
+    case: &Case,
+    (axis, height): (usize, f64),
+    size: [f64; 2],
+    place: &dyn Fn(usize) -> Option<Pose>,
+    colours: Option<&Colours>,
+) -> Vec<Disc> {
+    // Greys are by size, or else by what they are made of.
+    let by = if differs(range(case, |p| p.shape.diameter())) { Bodies::Size } else { Bodies::Material };
+    let greys = Colours::of(by, case, 0.0);
+    let (axes, materials) = (section::axes(axis), materials(case));
+    let mut discs = Vec::new();
+    // What moves and has no place has left the box or not come in; where nobody has any, all are where they start.
+    let recorded = (0..case.particle.len()).any(|id| place(id).is_some());
+    for (id, p) in case.particle.iter().enumerate() {
+        let rests = || p.motion == Motion::Fixed || !recorded;
+        let Some(pose) = place(id).or_else(|| rests().then(|| Pose::at(start(p)))) else { continue };
+        let at = pose.centre;
+        let across = if case.dimension() == 3 { at[axis] - height } else { 0.0 };
+        let off = match case.domain.size.get(axis).filter(|_| case.dimension() == 3 && case.periodic(axis)) {
+            Some(length) => across - length * (across / length).round(),
+            None => across,
+        };
+        let diameter = p.shape.diameter();
+        let square = 0.25 * diameter * diameter - off * off;
+        if square <= 0.0 {
+            continue;
+        }
+        let shade = colours.unwrap_or(&greys).shade(&materials, p, &pose);
+        let turned = pose.orientation.filter(|_| colours.is_some() && p.motion != Motion::Fixed);
+        let mark = turned.map(|turned| {
+            let n = turned * -Vector3::ith(axes[1], 1.0);
+            [n[axes[0]], n[axes[1]], -off * n[axis]]
+        });
+        let number = (case.particle.len() > 1 && colours.is_none()).then_some(id);
+        let images = |axis: usize| if case.periodic(axis) { -1..=1 } else { 0..=0 };
+        for (ka, kb) in images(axes[0]).flat_map(|ka| images(axes[1]).map(move |kb| (ka, kb))) {
+            let centre = [at[axes[0]] + f64::from(ka) * size[0], at[axes[1]] + f64::from(kb) * size[1]];
+            let radius = square.sqrt();
+            if (0..2).all(|a| centre[a] > -radius && centre[a] < size[a] + radius) {
+                discs.push(Disc { centre, radius, shade, mark, number });
+            }
+        }
+    }
+    discs
+}
+
+/// Where a particle is at the start (m).
+pub fn start(particle: &Particle) -> [f64; 3] {
+    std::array::from_fn(|a| particle.position.get(a).copied().unwrap_or(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::UnitQuaternion;
+    use std::f64::consts::FRAC_PI_2;
+
+    fn case(more: &str) -> Case {
+        crate::config::written(&format!(
+            "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 1.0, 1.0], cells = [8, 8, 8] }}\n\
+             fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
+             boundary = {{ west = \"slip\", east = \"slip\", south = \"slip\", north = \"slip\", bottom = \"slip\", top = \"slip\" }}\n\
+             {more}\n"
+        ))
+        .unwrap()
+    }
+
+    fn sphere(diameter: f64, more: &str) -> String {
+        format!(
+            "[[particle]]\nshape = {{ sphere = {{ diameter = {diameter} }} }}\nposition = [0.5, 0.5, 0.5]\ndensity = 3.0\n{more}\n"
+        )
+    }
+
+    #[test]
+    fn a_mark_lies_below_at_the_start_turns_with_its_body_and_is_cut_where_the_plane_is() {
+        let case = case(&sphere(0.2, ""));
+        let colours = Colours::of(Bodies::Size, &case, 0.0);
+        let mark = |section: (usize, f64), axis: Vector3<f64>, angle: f64| {
+            let orientation = Some(UnitQuaternion::from_scaled_axis(axis * angle));
+            let place = |_| Some(Pose { orientation, ..Pose::at([0.5; 3]) });
+            discs(&case, section, [1.0; 2], &place, Some(&colours))[0].mark.unwrap()
+        };
+        let near = |a: [f64; 3], b: [f64; 3]| assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-12), "{a:?} {b:?}");
+        near(mark((2, 0.5), Vector3::z(), 0.0), [0.0, -1.0, 0.0]);
+        near(mark((2, 0.5), Vector3::z(), FRAC_PI_2), [1.0, 0.0, 0.0]);
+        // Across y, where z is up; and in front of the middle, once the dark half faces away from there.
+        near(mark((1, 0.5), Vector3::y(), 0.0), [0.0, -1.0, 0.0]);
+        near(mark((2, 0.55), Vector3::x(), FRAC_PI_2), [0.0, 0.0, -0.05]);
+        let unknown = discs(&case, (2, 0.5), [1.0; 2], &|_| Some(Pose::at([0.5; 3])), Some(&colours));
+        assert!(unknown[0].mark.is_none());
+    }
+
+    #[test]
+    fn colours_are_between_the_least_and_the_most_of_what_they_say() {
+        let case = case(
+            &[sphere(0.1, "material = \"steel\""), sphere(0.2, "velocity = [1.0, 0.0, 0.0]\nmaterial = \"glass\"")]
+                .concat(),
+        );
+        let place = |id: usize| Some(Pose { speed: id as f64, ..Pose::at([0.5; 3]) });
+        let shades = |by: Bodies| {
+            let colours = Colours::of(by, &case, 2.0);
+            discs(&case, (2, 0.5), [1.0; 2], &place, Some(&colours)).iter().map(|disc| disc.shade).collect::<Vec<_>>()
+        };
+        assert_eq!([shades(Bodies::Size), shades(Bodies::Speed)], [[0.0, 1.0], [0.0, 0.5]]);
+        assert_eq!(shades(Bodies::Material), [0.25, 0.75]);
+        let scale = Colours::of(Bodies::Material, &case, 0.0).scale(&case);
+        assert_eq!(scale.names, [(0.0, "steel".to_owned()), (1.0, "glass".to_owned())]);
+        let alike = super::tests::case(&sphere(0.1, ""));
+        assert_eq!(Colours::of(Bodies::Material, &alike, 0.0).scale(&alike).range, [3.0, 3.0]);
+    }
+}
