@@ -41,7 +41,7 @@ pub fn beside(snapshot: &Path) -> PathBuf {
     snapshot.with_file_name(name)
 }
 
-/// Reads the bodies of a file that [`write`] wrote, by their numbers; none where there is no file, since a moment without bodies has
+/// Reads the bodies of a file that [`write()`] wrote, by their numbers; none where there is no file, since a moment without bodies has
 /// none.
 ///
 /// # Errors
@@ -128,7 +128,8 @@ mod tests {
         assert!(read(&path).unwrap().is_empty());
         let at = |x: f64| Body::new(Arc::new(Disc { radius: 0.1 }), 1.0, 0.0, Vector3::new(x, 0.5, 0.0));
         let turned = UnitQuaternion::from_scaled_axis(Vector3::z() * 0.7);
-        let moved = Body { id: 7, velocity: Vector3::new(3.0, -4.0, 0.0), orientation: turned, ..at(0.25) };
+        let mut moved = at(0.25);
+        (moved.id, moved.velocity, moved.orientation) = (7, Vector3::new(3.0, -4.0, 0.0), turned);
         write(&path, 0.1, &[at(0.4), moved], &[Vector3::zeros(); 2]).unwrap();
         let poses = read(&path).unwrap();
         assert_eq!((poses.len(), poses[&0].centre, poses[&0].speed), (2, [0.4, 0.5, 0.0], 0.0));

@@ -83,7 +83,7 @@ impl Inks {
         let colours: Vec<[u8; 3]> = paint::inks(plane).iter().map(|ink| [ink.0, ink.1, ink.2]).collect();
         let nearest = |place: u32| {
             // The middle of all that are looked up here.
-            let channel = |k: u32| ((place >> (BITS * k)) % (1 << BITS) << (8 - BITS)) as i32 + (1 << (7 - BITS));
+            let channel = |k: u32| (((place >> (BITS * k)) % (1 << BITS)) << (8 - BITS)) as i32 + (1 << (7 - BITS));
             let wanted = [channel(2), channel(1), channel(0)];
             let off = |ink: &[u8; 3]| (0..3).map(|k| (i32::from(ink[k]) - wanted[k]).pow(2)).sum::<i32>();
             let best = colours.iter().enumerate().min_by_key(|(_, ink)| off(ink));

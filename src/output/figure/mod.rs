@@ -1,7 +1,7 @@
 //! Figures: data in, `STEM.png` and `STEM.svg` out. Owns what a figure looks like; knows nothing of runs or cases.
 //!
 //! [`vorticity`], [`streamlines`] and [`field()`] draw a plane of the flow, [`vorticity_strip`], [`streamlines_strip`] and
-//! [`field_strip`] several of one scene side by side, [`film`] one after the other, [`curves()`] draws series over axes. `canvas`
+//! [`field_strip`] several of one scene side by side, [`film()`] one after the other, [`curves()`] draws series over axes. `canvas`
 //! turns one description into both files, or into a frame; `field`, `strip`, `film` and `curves` describe, with what `paint` knows
 //! of flows; `trace` finds evenly spaced streamlines, `contour` contour lines.
 

@@ -26,8 +26,10 @@ const GREYS: [u32; 2] = [0xd7d7d7, 0x7d7d7d];
 const GREENS: [u32; 5] = [0xf7fcb9, 0xaddd8e, 0x78c679, 0x31a354, 0x006837];
 /// How dark the marked part of a particle is.
 const MARKED: f64 = 0.62;
-/// Of so many cells, one has a value beyond the colours.
-pub const SATURATED: usize = 100;
+/// Of so many cells, one has a vorticity or a pressure beyond the colours.
+const SATURATED: usize = 100;
+/// The same of the speed, whose jets are what is looked for.
+const FASTEST: usize = 1000;
 
 /// Colours of a range of values.
 pub struct Palette {
@@ -102,11 +104,12 @@ pub fn check(plane: &Plane, stem: &Path) -> Result<()> {
     Err(Error::io(stem)(io::Error::new(io::ErrorKind::InvalidInput, message)))
 }
 
-/// The values of the first and the last colour that suit some planes of a quantity: its outermost hundredth is beyond them.
+/// The values of the first and the last colour that suit some planes of a quantity: its outermost hundredth is beyond them, of a speed the
+/// fastest thousandth.
 pub fn shared_range(quantity: Quantity, planes: &[&Plane]) -> [f64; 2] {
     match quantity {
         Quantity::Vorticity => Some(limit(planes, SATURATED)).map(|limit| [-limit, limit]),
-        Quantity::Speed => Some([0.0, limit(planes, SATURATED)]),
+        Quantity::Speed => Some([0.0, limit(planes, FASTEST)]),
         Quantity::Pressure => {
             let values = sorted(planes, |value| value);
             let beyond = values.len() / (2 * SATURATED);

@@ -4,7 +4,7 @@ use super::*;
 
 /// Potential flow past a disc, with its mirror flow inside the disc, so that nothing but the disc itself stops a line.
 fn flow_past_a_disc(cells: [usize; 2], size: [f64; 2]) -> Plane {
-    let disc = Disc { centre: [0.3 * size[0], 0.5 * size[1]], radius: 0.1 * size[1], shade: 0.5, number: None };
+    let disc = Disc { centre: [0.3 * size[0], 0.5 * size[1]], radius: 0.1 * size[1], shade: 0.5, ..Disc::default() };
     let labels = ["x (m)".to_owned(), "y (m)".to_owned()];
     let mut plane = Plane { cells, size, discs: vec![disc], labels, title: "a < b & c".to_owned(), ..Plane::default() };
     for k in 0..cells[0] * cells[1] {
@@ -158,7 +158,7 @@ fn a_long_history_keeps_its_extremes_in_few_points() {
 /// A hill of positive vorticity on the left and one of negative on the right, with a disc in the middle.
 fn two_hills(height: f64) -> Plane {
     let mut plane = flow_past_a_disc([80, 40], [2.0, 1.0]);
-    plane.discs = vec![Disc { centre: [1.0, 0.5], radius: 0.12, shade: 1.0, number: None }];
+    plane.discs = vec![Disc { centre: [1.0, 0.5], radius: 0.12, shade: 1.0, ..Disc::default() }];
     for (cell, value) in plane.values.iter_mut().enumerate() {
         let [x, y] = [(cell % 80) as f64 + 0.5, (cell / 80) as f64 + 0.5].map(|k| k / 40.0);
         let hill = |from: f64| (-((x - from).powi(2) + (y - 0.5).powi(2)) / 0.08).exp();

@@ -25,7 +25,7 @@ pub struct View {
     /// Cut a 3D flow here, e.g. z=0.02 (m) [default: the case's output.planes, or along gravity or the stream through the bodies].
     #[arg(long, value_name = "AXIS=PLACE")]
     pub plane: Option<Section>,
-    /// The values of the first and the last colour [default: those of the flow without its outermost hundredth].
+    /// The values of the first and the last colour [default: those of the flow without its outermost hundredth, of a speed thousandth].
     #[arg(long, value_name = "LOW,HIGH", value_delimiter = ',', allow_negative_numbers = true)]
     pub range: Vec<f64>,
     /// Pixels of the longer side of the flow, of all panels together in a strip [default: 1000, of a film 600].
