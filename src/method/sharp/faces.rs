@@ -86,7 +86,7 @@ impl<const D: usize> CutBodies<D> {
         }
     }
 
-    /// Updates the memory of the faces, which [`CutBodies::interpolate`] left before the acceleration of its step, `dt` (s) long:
+    /// Updates the memory of the faces, which `CutBodies::interpolate` left before the acceleration of its step, `dt` (s) long:
     /// to what their velocity was beyond the cells' `u` with the wall imposed at the present place, ghosts filled. What the
     /// imposed wall changes at once is then no change of a face's velocity.
     pub fn update_memory(
