@@ -107,7 +107,8 @@ impl<const D: usize> Sharp<D> {
             let pressure = pressure + domain.felt(&s.drive, body.volume());
             (motion.pressure, motion.pressure_torque) = (pressure, pressure_torque);
             let (drag, turn) = resistance(body, &motion.shell, fluid.viscosity / h);
-            let centred = 0.5 * inertial_share(body, &turn, dt);
+            let share = inertial_share(body, &turn, dt);
+            let centred = 0.5 * share;
             motion.shear = (0.5 * (shear + before), torque + centred.component_mul(&(torque_before - torque)));
             let Some(freedom) = body.freedom() else { continue };
             motion.inertia = body.mass() + dt * drag;
@@ -117,7 +118,11 @@ impl<const D: usize> Sharp<D> {
             body.velocity = motion.start.0 + freedom.along(&change) / motion.inertia;
             // The same angular momentum is another spin once it has turned.
             let kept = motion.angular_momentum - body.inertia().of(&motion.start.1);
-            let resisted = turn.of(&(motion.expected.1 - motion.start.1));
+            // Contacts have turned it as if nothing resisted: what the fluid takes back of that is expected as well, or a lasting torque of
+            // theirs would count for more the longer the step.
+            let taken_back =
+                body.inertia().answer(&impulse.angular, &freedom).component_mul(&share.map(|part| 1.0 - part));
+            let resisted = turn.of(&(motion.expected.1 - motion.start.1 - taken_back));
             let change = dt * (motion.shear.1 + pressure_torque + resisted) + (impulse.angular + kept);
             let inertia = body.inertia().plus(dt, &turn);
             body.spin = motion.start.1 + inertia.answer(&change, &freedom);
