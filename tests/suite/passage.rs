@@ -51,7 +51,8 @@ fn discs_leave_through_an_outflow_one_after_the_other_and_the_others_keep_their_
         // The second one goes on with the stream, and measures know it by its number.
         let end = rows["x"][rows["id"].iter().rposition(|id| *id == 1.0).unwrap()];
         assert!((1.3..1.5).contains(&end), "{wall}: {end} m");
-        assert_eq!(found["measures"]["last"].as_f64().unwrap(), end);
+        // JSON's reader may miss the last bit.
+        assert!((found["measures"]["last"].as_f64().unwrap() - end).abs() < 1e-14 * end.abs().max(1.0), "{wall}");
         // Nothing is missing in the balance of any step, and nothing has come from nothing.
         let steps = columns(&out.join("steps.csv"));
         assert!(steps["momentum_error"].iter().all(|e| *e < 1e-11), "{wall}");
