@@ -21,6 +21,7 @@ pub mod raw;
 mod read;
 mod resolve;
 mod resolved;
+mod speeds;
 mod write;
 
 pub use raw::{
