@@ -25,9 +25,12 @@ pub fn reference() -> String {
     let mut page = Page { definitions, done: HashSet::new(), text: HEAD.to_owned() };
     page.done.extend(tables.values().filter_map(definition));
     page.text += "\n## The top level\n\n";
-    page.table(&schema, |name, value| match definition(value).filter(|_| name != "preset") {
-        Some(_) => format!("[`{}`](#{name})", heading(name, value)),
-        None => format!("`{name}`"),
+    page.table(&schema, |name, value| {
+        let of = if value["type"] == "array" { "list of tables" } else { "table" };
+        match definition(value).filter(|_| name != "preset") {
+            Some(_) => (format!("[`{}`](#{name})", heading(name, value)), of.to_owned()),
+            None => plain(name, value),
+        }
     });
     page.done.remove("Preset");
     page.types_of(&tables["preset"]);
@@ -38,7 +41,7 @@ pub fn reference() -> String {
         if let Some(given) = value.get("default").map(toml_inline).filter(|text| text != "{}") {
             page.text += &format!("Without the table: `{given}`.\n\n");
         }
-        page.table(&definitions[table], |name, _| format!("`{name}`"));
+        page.table(&definitions[table], plain);
         page.types_of(&definitions[table]);
     }
     page.text
@@ -53,8 +56,8 @@ struct Page<'a> {
 }
 
 impl<'a> Page<'a> {
-    /// The rows of an object's keys; `key` writes the first cell.
-    fn table(&mut self, object: &Value, key: impl Fn(&str, &Value) -> String) {
+    /// The rows of an object's keys; `begin` writes the first two cells, key and type.
+    fn table(&mut self, object: &Value, begin: impl Fn(&str, &Value) -> (String, String)) {
         let Some(keys) = object["properties"].as_object() else { return };
         let required: Vec<&str> = object["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
         self.text += "| key | type | default | what it is |\n|---|---|---|---|\n";
@@ -64,7 +67,8 @@ impl<'a> Page<'a> {
                 Some(text) => format!("`{text}`"),
                 None => String::new(),
             };
-            self.text += &format!("| {} | {} | {given} | {} |\n", key(name, value), kind(value), cell(value));
+            let (key, kind) = begin(name, value);
+            self.text += &format!("| {key} | {kind} | {given} | {} |\n", cell(value));
         }
     }
 
@@ -79,7 +83,7 @@ impl<'a> Page<'a> {
             }
             self.text += &format!("\n### {name}\n\n{}\n\n", sentence(value));
             match ["oneOf", "anyOf"].iter().find_map(|key| value[key].as_array()) {
-                None => self.table(value, |name, _| format!("`{name}`")),
+                None => self.table(value, plain),
                 Some(choices) => {
                     self.text += "| value | what it is |\n|---|---|\n";
                     for choice in choices {
@@ -90,6 +94,11 @@ impl<'a> Page<'a> {
             self.types_of(value);
         }
     }
+}
+
+/// A key and its type, as most tables have them.
+fn plain(name: &str, value: &Value) -> (String, String) {
+    (format!("`{name}`"), kind(value))
 }
 
 /// How a table of the top level is written: `[fluid]`, or `[[particle]]` where there may be several.
