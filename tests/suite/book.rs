@@ -121,12 +121,12 @@ fn the_key_reference_is_what_the_program_writes() {
 }
 
 #[test]
-fn the_cases_that_the_tutorial_prints_are_cases() {
-    let text = std::fs::read_to_string(shipped("docs/tutorial.md")).unwrap();
-    let blocks: Vec<&str> = text.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
-    let whole: Vec<&&str> = blocks.iter().filter(|block| block.contains("[domain]")).collect();
-    assert_eq!(whole.len(), 2, "the cylinder and the falling discs");
-    for block in whole {
-        assert!(!case(block).measure.is_empty());
+fn the_cases_that_the_pages_print_are_cases() {
+    for (page, count) in [("docs/tutorial.md", 2), ("README.md", 1)] {
+        let text = std::fs::read_to_string(shipped(page)).unwrap();
+        let blocks = text.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next());
+        let whole: Vec<&str> = blocks.filter(|block| block.contains("[domain]")).collect();
+        assert_eq!(whole.len(), count, "{page}");
+        assert!(whole.iter().all(|block| !case(block).particles.is_empty()), "{page}");
     }
 }
