@@ -8,12 +8,13 @@ use std::collections::HashSet;
 
 const HEAD: &str = "# Keys of a case
 
-This page is what `mics schema --markdown` prints, from the same descriptions that the program checks a case by. To make it
-again: `mics schema --markdown > docs/keys.md`.
+This page is what `mics schema --markdown` prints, from the same descriptions that the program checks a case by. To make
+it again: `mics schema --markdown > docs/keys.md`.
 
-A case is a TOML file. Its tables are below in the order in which they usually stand; a name in the column *type* leads to what
-it stands for. Units are SI where they are named, and any consistent set works. Every key can be overridden on the command line,
-`--set time.end=1.0`, and entries of lists by their number from 0, `--set particle.0.density=1200`.
+A case is a TOML file. Its tables are below, in the order in which they usually stand. A name in the column *type* leads
+to what it stands for. Units are SI where they are named, and any consistent set works. Every key can be overridden on
+the command line, `--set time.end=1.0`, and entries of lists by their number from 0, `--set particle.0.density=1200`.
+[Writing a case](case.md) has most of the keys on one page.
 ";
 
 /// The reference as a page of Markdown.
@@ -59,7 +60,8 @@ impl<'a> Page<'a> {
     /// The rows of an object's keys; `begin` writes the first two cells, key and type.
     fn table(&mut self, object: &Value, begin: impl Fn(&str, &Value) -> (String, String)) {
         let Some(keys) = object["properties"].as_object() else { return };
-        let required: Vec<&str> = object["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+        let required: Vec<&str> =
+            object["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
         self.text += "| key | type | default | what it is |\n|---|---|---|---|\n";
         for (name, value) in keys {
             let given = match value.get("default").filter(|v| !v.is_object()).map(toml_inline) {

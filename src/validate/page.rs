@@ -21,10 +21,11 @@ pub(super) fn head(full: bool, names: &[String]) -> String {
     let (version, commit) = (env!("CARGO_PKG_VERSION"), env!("MICS_GIT_COMMIT"));
     format!(
         "# Accuracy\n\n\
-         This page is what `{command}` printed, by mics {version} of commit {commit}. Nothing in it is typed. Each row is a measure of a\n\
-         shipped case beside its reference. The difference is a part of the reference, or of the middle of a band. The tolerance is what was\n\
-         asked for before the run was made, not what was reached: a value passes within it, and otherwise *falls short*. Seconds are those\n\
-         of the whole run on the machine that made the page. `mics validate --full --compare docs/accuracy.md` says what has moved since.\n\n\
+         This page is what `{command}` printed, by mics {version} of commit {commit}.\n\
+         Nothing in it is typed. Each row is a measure of a shipped case beside its reference. The difference is a part of the\n\
+         reference, or of the middle of a band. The tolerance is what was asked for before the run was made, not what was\n\
+         reached: a value passes within it, and otherwise *falls short*. Seconds are those of the whole run on the machine that\n\
+         made the page. `mics validate --full --compare docs/accuracy.md` says what has moved since.\n\n\
          | case | measure | value | reference | difference | tolerance | | steps | s |\n\
          |---|---|---:|---:|---:|---:|---|---:|---:|"
     )
@@ -90,7 +91,8 @@ impl Page {
     /// How a value has moved from the page, in words; `None` where it has not.
     pub fn moved(&self, case: &str, measure: &str, now: &Comparison) -> Option<String> {
         let value = now.value.map_or("none".into(), significant);
-        let Some((.., before, passed)) = self.rows.iter().find(|(c, m, ..)| (c.as_str(), m.as_str()) == (case, measure))
+        let Some((.., before, passed)) =
+            self.rows.iter().find(|(c, m, ..)| (c.as_str(), m.as_str()) == (case, measure))
         else {
             return Some(format!("{case}, {measure}: {value}, which the page does not have"));
         };
@@ -107,7 +109,8 @@ impl Page {
         let room = now.tolerance * now.reference.middle().abs() + half;
         let rounding = ROUNDING * before.map_or(0.0, f64::abs);
         if distance > (PART * room).max(rounding) {
-            let part = if room > 0.0 { format!(" ({} of its tolerance)", percent(distance / room)) } else { String::new() };
+            let part =
+                if room > 0.0 { format!(" ({} of its tolerance)", percent(distance / room)) } else { String::new() };
             return Some(format!("{case}, {measure}: {value}, was {was}{part}"));
         }
         (*passed && !now.pass).then(|| format!("{case}, {measure}: {value} falls short, {was} passed"))
@@ -148,8 +151,12 @@ mod tests {
         let (folder, two) = (tempfile::tempdir().unwrap(), Reference::Value(2.0));
         let (band, none) = (Reference::Band([0.0, 2.0]), comparison(None, two, 0.1));
         let of = |value: f64| comparison(Some(value), two, 0.1);
-        let values =
-            [("drag", of(2.1)), ("lift", comparison(Some(1.5), band, 0.0)), ("kiss", none.clone()), ("edge", of(2.199))];
+        let values = [
+            ("drag", of(2.1)),
+            ("lift", comparison(Some(1.5), band, 0.0)),
+            ("kiss", none.clone()),
+            ("edge", of(2.199)),
+        ];
         let page = page(folder.path(), &values);
         let same = values.iter().all(|(measure, c)| page.moved("disc N 8", measure, c).is_none());
         assert!(same, "a page is like itself: {page:?}");

@@ -116,7 +116,10 @@ fn every_page_of_the_book_is_in_its_table_of_contents() {
 fn the_key_reference_is_what_the_program_writes() {
     let output = mics(&["schema", "--markdown"]);
     let (written, kept) = (String::from_utf8(output.stdout).unwrap(), std::fs::read_to_string(shipped("docs/keys.md")));
-    assert!(written.contains("## `[[particle]]`") && written.contains("| `diameter` | number | required |"), "{written}");
+    assert!(
+        written.contains("## `[[particle]]`") && written.contains("| `diameter` | number | required |"),
+        "{written}"
+    );
     assert!(kept.unwrap() == written, "docs/keys.md is another: mics schema --markdown > docs/keys.md");
 }
 
@@ -127,6 +130,6 @@ fn the_cases_that_the_pages_print_are_cases() {
         let blocks = text.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next());
         let whole: Vec<&str> = blocks.filter(|block| block.contains("[domain]")).collect();
         assert_eq!(whole.len(), count, "{page}");
-        assert!(whole.iter().all(|block| !case(block).particles.is_empty()), "{page}");
+        assert!(whole.iter().all(|block| !case(block).particle.is_empty()), "{page}");
     }
 }

@@ -110,7 +110,10 @@ fn validate_writes_a_page_and_names_what_has_moved_from_it() {
     };
     let (status, [written, _]) = go(&["--markdown"]);
     assert_eq!(status, Some(0), "{written}");
-    assert!(written.starts_with("# Accuracy\n") && written.contains("`mics validate \"poiseuille\" --markdown`"), "{written}");
+    assert!(
+        written.starts_with("# Accuracy\n") && written.contains("`mics validate \"poiseuille\" --markdown`"),
+        "{written}"
+    );
     let row = written.lines().find(|line| line.contains(" pass ")).unwrap_or_else(|| panic!("{written}")).to_owned();
     fs::write(&page, &written).unwrap();
     let compare = ["--compare", page.to_str().unwrap()];
