@@ -138,7 +138,7 @@ mod tests {
 
     /// The page of some values, each a (measure, comparison) of one case.
     fn page(folder: &Path, values: &[(&str, Comparison)]) -> Page {
-        let run = Summary { steps: 420, wall_seconds: 1.25, ..Summary::default() };
+        let run: Summary = serde_json::from_str("{\"steps\": 420, \"wall_seconds\": 1.25}").unwrap();
         let rows = values.iter().map(|(measure, c)| row("disc N 8", measure, c, &run));
         let lines: Vec<String> = [head(true, &[])].into_iter().chain(rows).chain([tail(1, 1, &[])]).collect();
         let file = folder.join("accuracy.md");
