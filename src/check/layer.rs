@@ -2,16 +2,13 @@
 //! boundary layer at its front.
 //!
 //! ```text
-//!   |s - 1| g V = Cd(Re) U^2 S/2      terminal speed U: drag against submerged weight, over the fluid's density
+//!   U = terminal_speed                drag against submerged weight ([`crate::particles::terminal_speed`])
 //!   U^2 <= 2 a L                      a = |s - 1| g/(s + c), c the added mass (disc 1, sphere 1/2), L the way to the border
 //!   delta = 1.2 d/sqrt(Re)            Hiemenz' layer at a cylinder's front, 2.4 sqrt(nu/(4 U/d)); a sphere's is 1.15
 //! ```
-//! Cd of a cylinder is (30), `1 + 10 Re^(-2/3)` (White 1991); that of a sphere `24/Re (1 + 0.15 Re^0.687)`, and 0.44 above
-//! Re = 1000 (Schiller & Naumann 1935).
 
-use super::pace::driven_speed;
 use crate::config::{Case, Motion, Particle, Shape, Side};
-use std::f64::consts::PI;
+use crate::particles::terminal_speed;
 
 /// Reynolds number below which the flow has no boundary layer.
 const LEAST_REYNOLDS: f64 = 10.0;
@@ -44,7 +41,7 @@ impl Layer {
         let diameter = p.shape.diameter();
         let nu = case.fluid.viscosity / case.fluid.density;
         let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
-        let stream = case.reference_speed.or_else(|| driven_speed(case)).unwrap_or(0.0);
+        let stream = case.reference_speed.or_else(|| case.driven_speed()).unwrap_or(0.0);
         let (falls, speed) = match &p.motion {
             Motion::Free { velocity, .. } => (true, fall_speed(case, p).max(size(velocity))),
             Motion::Fixed => (false, stream),
@@ -81,7 +78,7 @@ impl Walls {
     /// The thinnest in spacings; `None` where nothing flows along walls fast enough.
     pub fn thinnest(case: &Case) -> Option<Walls> {
         let (speed, nu) =
-            (case.reference_speed.or_else(|| driven_speed(case))?, case.fluid.viscosity / case.fluid.density);
+            (case.reference_speed.or_else(|| case.driven_speed())?, case.fluid.viscosity / case.fluid.density);
         let walls = |axis: &usize| case.boundary[*axis].iter().any(|s| matches!(s, Side::Wall | Side::MovingWall(_)));
         let of = |axis: usize| {
             let length = case.domain.size[axis];
@@ -106,11 +103,7 @@ pub fn fall_speed(case: &Case, p: &Particle) -> f64 {
         return 0.0;
     }
     let sphere = matches!(p.shape, Shape::Sphere(_));
-    // V over the frontal area S.
-    let depth = if sphere { 2.0 / 3.0 * diameter } else { 0.25 * PI * diameter };
-    let inviscid = (2.0 * weight * depth).sqrt();
-    let terminal =
-        if nu > 0.0 { terminal_reynolds(sphere, inviscid * diameter / nu) * nu / diameter } else { f64::INFINITY };
+    let terminal = if nu > 0.0 { terminal_speed(sphere, diameter, weight, nu) } else { f64::INFINITY };
     let way = gravity.iter().enumerate().filter(|(_, g)| **g != 0.0).map(|(axis, g_axis)| {
         let down = (*g_axis < 0.0) == (s > 1.0);
         let (at, size) = (p.position[axis], case.domain.size[axis]);
@@ -121,35 +114,9 @@ pub fn fall_speed(case: &Case, p: &Particle) -> f64 {
     terminal.min(gathered)
 }
 
-/// The Reynolds number at which `Cd Re^2` is the square of `drive`, which that of Cd = 1 would be.
-fn terminal_reynolds(sphere: bool, drive: f64) -> f64 {
-    let drag = |re: f64| match sphere {
-        true if re > 1000.0 => 0.44,
-        true => 24.0 / re * (1.0 + 0.15 * re.powf(0.687)),
-        false => 1.0 + 10.0 * re.powf(-2.0 / 3.0),
-    };
-    // Cd Re^2 grows with Re.
-    let (mut low, mut high) = (-12.0f64, 12.0);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        let re = 10f64.powf(middle);
-        if drag(re).sqrt() * re < drive { low = middle } else { high = middle }
-    }
-    10f64.powf(low)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_small_sphere_falls_as_stokes_says_and_a_large_one_by_its_drag_of_0_44() {
-        // U = (s - 1) g d^2/(18 nu): Cd Re^2 = 24 Re.
-        let stokes = terminal_reynolds(true, (24.0f64 * 1e-4).sqrt());
-        assert!((stokes / 1e-4 - 1.0).abs() < 1e-3, "{stokes}");
-        let fast = terminal_reynolds(true, 0.44f64.sqrt() * 5e4);
-        assert!((fast / 5e4 - 1.0).abs() < 1e-9, "{fast}");
-    }
 
     fn thinnest(position: &str, more: &str) -> Layer {
         let text = format!(

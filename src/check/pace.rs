@@ -4,11 +4,11 @@
 //!   stream   U                          beside what is held in it 1.5 U: round a cylinder in a wide box, with its wake
 //!   fall     terminal speed, or what is gathered on the way to the border ([`super::layer`])
 //!   told     the fastest of what is prescribed
-//!   drive    min( G L^2/(c mu), G t/rho )     c = 8 between walls L apart or where bodies are held, 2 beside one wall; t: until the end
+//!   drive    [`Case::driven_speed`]
 //! ```
 
 use super::layer::fall_speed;
-use crate::config::{Case, Drive, Motion, Side, Step};
+use crate::config::{Case, Motion, Step};
 use crate::params;
 use crate::run::choose_step;
 use crate::scheme::Limits;
@@ -41,7 +41,7 @@ impl Pace {
             .reference_speed
             .map(|speed| (factor * speed, format!("that of the stream{beside}"), along.unwrap_or(least)));
         let driven =
-            driven_speed(case).map(|speed| (speed, "to which the drive may bring the fluid".to_owned(), least));
+            case.driven_speed().map(|speed| (speed, "to which the drive may bring the fluid".to_owned(), least));
         let of_particles = case.particle.iter().enumerate().filter_map(|(id, p)| {
             let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
             match &p.motion {
@@ -86,31 +86,6 @@ pub fn steps(case: &Case, first: f64, later: f64) -> f64 {
     let growing = ((later / first).ln() / growth.ln()).clamp(0.0, 1e3);
     let gone = first * (growth.powf(growing) - 1.0) / (growth - 1.0);
     (growing + (case.time.end - gone).max(0.0) / later).ceil()
-}
-
-/// The speed (m/s) to which a given force, or gravity along a slope, may bring the fluid; `None` where there is no such drive.
-pub fn driven_speed(case: &Case) -> Option<f64> {
-    let axes = || (0..case.dimension()).filter(|axis| case.periodic(*axis));
-    let force: f64 = match case.drive.as_ref()? {
-        Drive::Force(force) => axes().map(|a| force[a] * force[a]).sum::<f64>().sqrt(),
-        Drive::Gravity => case.fluid.density * axes().map(|a| case.fluid.gravity[a].powi(2)).sum::<f64>().sqrt(),
-        Drive::MeanVelocity(_) | Drive::HoldMixture => return None,
-    };
-    let is_wall = |side: &Side| matches!(side, Side::Wall | Side::MovingWall(_));
-    let between = |axis: usize| {
-        let (size, walls) = (case.domain.size[axis], case.boundary[axis].iter().filter(|side| is_wall(side)).count());
-        match walls {
-            0 => f64::INFINITY,
-            1 => size * size / 2.0,
-            _ => size * size / 8.0,
-        }
-    };
-    let held = case.particle.iter().any(|p| !p.is_free());
-    let narrow = case.domain.size.iter().copied().fold(f64::INFINITY, f64::min);
-    let among = if held { narrow * narrow / 8.0 } else { f64::INFINITY };
-    let squared = (0..case.dimension()).map(between).fold(among, f64::min);
-    let viscous = if case.fluid.viscosity > 0.0 { force * squared / case.fluid.viscosity } else { f64::INFINITY };
-    Some(viscous.min(force * case.time.end / case.fluid.density))
 }
 
 #[cfg(test)]

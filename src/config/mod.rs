@@ -22,6 +22,7 @@ mod read;
 mod reference;
 mod resolve;
 mod resolved;
+mod speeds;
 mod write;
 
 pub use raw::{

@@ -124,11 +124,6 @@ impl Kinematics {
         let half = 0.5 * self.h * self.approach.abs();
         (self.overlap - half, self.overlap + half)
     }
-
-    /// Whether they touch during the substep.
-    pub(super) fn touches(&self) -> bool {
-        self.interval().1 > 0.0
-    }
 }
 
 impl Law {

@@ -9,7 +9,8 @@
 //! ```
 //! That is Verlet's scheme with the force at the middle: one evaluation per substep, and exact where a is constant.
 //! A body that goes beyond its search_radius (struck, say) has the pairs found anew for the rest of the step. Bodies without a
-//! pair take one move for all the substeps.
+//! pair take one move for all the substeps; pairs too far apart to have touched since they were looked at last are passed over,
+//! and the fluid between such as cannot touch in the step acts every so many substeps, for all of them.
 //!
 //! In a fluid m is the mass of a body and of the fluid that goes along with it, half of what goes along with a single one. The fluid
 //! answers contacts with its own mass, `A = q/m`, and what it answers beyond is part of the next step's push. Errors then go from step to
@@ -93,8 +94,12 @@ struct Pair {
     /// positive where it keeps them apart (N s); and whether they touched.
     given: f64,
     touched: bool,
-    /// What the fluid between them resists.
+    /// What the fluid between them resists, after how many substeps each, and for how long (s) it has not yet.
     film: Film,
+    stride: usize,
+    due: f64,
+    /// They cannot touch before the two have gone so far since the search, together (m).
+    clear: f64,
 }
 
 /// The tangential spring of a contact (m), and that of its rolling (rad).
@@ -123,12 +128,15 @@ pub struct Contacts {
     /// By their first body, ascending; those of the search before.
     pairs: Vec<Pair>,
     old: Vec<Pair>,
-    /// Per body: its answer, its way since the search and the way it may go, whether it has a pair, its load now.
+    /// Per body: its answer, its way since the search (m) and the way it may go (m), whether it has a pair, its load now.
     answers: Vec<Answer>,
     travelled: Vec<f64>,
     search_radius: Vec<f64>,
     paired: Vec<bool>,
     loads: Vec<Impulse>,
+    /// Per body, its way since the search when the next substep is done (m), and by how much it has turned in the step (rad).
+    reach: Vec<f64>,
+    turned: Vec<Vector3<f64>>,
     impulses: Vec<Impulse>,
     wall_impulse: Vector3<f64>,
     /// Work of moving walls on bodies, and what friction took, in the last step (J).
@@ -171,6 +179,8 @@ impl Contacts {
             search_radius: vec![0.0; n],
             paired: vec![false; n],
             loads: vec![Impulse::default(); n],
+            reach: vec![0.0; n],
+            turned: vec![Vector3::zeros(); n],
             impulses: vec![Impulse::default(); n],
             wall_impulse: Vector3::zeros(),
             wall_work: 0.0,
@@ -235,6 +245,7 @@ impl Contacts {
         (self.wall_work, self.slid) = (0.0, 0.0);
         self.deepest = 0.0;
         self.touched.fill(false);
+        self.turned.fill(Vector3::zeros());
         let (mut left, mut taken) = (dt, 0);
         while left > 0.0 {
             self.search(bodies, left, taken > 0);
@@ -244,16 +255,19 @@ impl Contacts {
             }
             let count = self.count(bodies, left, taken)?;
             let h = left / count as f64;
+            self.pace_films(bodies, left, count);
             let mut done = 0;
             let mut within = true;
             while done < count && within {
-                within = self.substep(bodies, h)?;
                 done += 1;
+                within = self.substep(bodies, h, done)?;
             }
+            self.lubricate(bodies, 0.0, None);
             self.drift(bodies, h * done as f64, |paired| !paired);
             left = if done < count { left - h * done as f64 } else { 0.0 };
             taken += done;
         }
+        bodies.iter_mut().zip(&self.turned).for_each(|(body, turned)| body.rotate(turned));
         self.refuse_strays(bodies)?;
         touching.springs.clear();
         let lasting = self.pairs.iter().filter_map(|p| p.spring.map(|spring| (p.first, p.second, (spring, p.rolled))));
@@ -364,7 +378,10 @@ impl Contacts {
             let mine = rest.iter().take_while(|p| p.first == i).count();
             let (before, after) = rest.split_at(mine);
             rest = after;
-            let kept = |j| before.iter().find(|p| p.second == j).copied().unwrap_or(Pair::new(i, j));
+            let kept = |j| {
+                let old = before.iter().find(|p| p.second == j).copied();
+                Pair { clear: 0.0, ..old.unwrap_or(Pair::new(i, j)) }
+            };
             let (pairs, paired) = (&mut self.pairs, &mut self.paired);
             self.neighbours.around(i, bodies, &self.search_radius, |j| {
                 if free(i) || free(j) {
@@ -426,7 +443,18 @@ impl Contacts {
 
 impl Pair {
     fn new(first: usize, second: usize) -> Pair {
-        Pair { first, second, spring: None, rolled: Vector3::zeros(), given: 0.0, touched: false, film: Film::UNKNOWN }
+        Pair {
+            first,
+            second,
+            spring: None,
+            rolled: Vector3::zeros(),
+            given: 0.0,
+            touched: false,
+            film: Film::UNKNOWN,
+            stride: 1,
+            due: 0.0,
+            clear: 0.0,
+        }
     }
 }
 

@@ -4,15 +4,14 @@
 //!   impact   k d^(g+1)/(g+1) = m v^2/2             v: the largest speed at which anything may meet, m of the heaviest pair
 //!   weight   k d^g = N |m - m_f| g                 N: bodies one above the other in the highest heap that the box has room for
 //!   speed    v^2 = v_0^2 + min( 2 a L, v_t^2 )     of a fall through the box L with a = |m - m_f| g/(m + m_f/2), at most the
-//!                                                  speed v_t at which the drag of Newton's regime, C_d = 0.4, holds the weight
+//!                                                  terminal speed v_t of a body alone
 //! ```
 //! with d the deepest overlap allowed: 1 % of the smallest diameter or 0.1 spacing, whichever is less.
 
+use super::Medium;
 use crate::params;
-use crate::particles::Body;
+use crate::particles::{Body, terminal_speed};
 use nalgebra::Vector3;
-/// Drag coefficient at high Reynolds numbers: less makes bodies faster than they are.
-const DRAG: f64 = 0.4;
 
 /// What bodies may meet with.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,16 +27,9 @@ pub struct Impact {
 }
 
 impl Impact {
-    /// Among `bodies` in a box of `size` (m), in a fluid of `density` (kg/m3) that moves at up to `flow` (m/s), under gravity
-    /// (m/s2), on a grid of this spacing (m).
-    pub fn expected(
-        bodies: &[Body],
-        size: [f64; 3],
-        gravity: &Vector3<f64>,
-        density: f64,
-        flow: f64,
-        spacing: f64,
-    ) -> Impact {
+    /// Among `bodies` in a box of `size` (m), in a fluid that moves at up to `flow` (m/s), under gravity (m/s2).
+    pub fn expected(bodies: &[Body], size: [f64; 3], gravity: &Vector3<f64>, fluid: &Medium, flow: f64) -> Impact {
+        let &Medium { density, viscosity, spacing, .. } = fluid;
         let smallest = bodies.iter().fold(f64::INFINITY, |least, b| least.min(2.0 * b.radius()));
         let length = (0..3).map(|a| if gravity[a] == 0.0 { 0.0 } else { size[a] }).fold(0.0, f64::max);
         let (mut speeds, mut impact) = ([0.0f64; 2], Impact::default());
@@ -47,10 +39,9 @@ impl Impact {
             if body.freedom().is_some() {
                 let weight = (body.mass() - density * volume).abs() * gravity.norm();
                 let fall = 2.0 * weight / (body.mass() + 0.5 * density * volume) * length;
-                // The section of a disc is its diameter, of a sphere pi r^2: volume over radius, within a factor of 2.
-                let section = 0.7 * volume / body.radius();
-                let terminal = 2.0 * weight / (DRAG * density * section);
-                speed = (speed * speed + fall.min(terminal)).sqrt();
+                let (sphere, diameter) = (body.shape().dimension() == 3, 2.0 * body.radius());
+                let terminal = terminal_speed(sphere, diameter, weight / (density * volume), viscosity / density);
+                speed = (speed * speed + fall.min(terminal * terminal)).sqrt();
                 let above = (length / (2.0 * body.radius())).min(bodies.len() as f64).max(1.0);
                 impact.weight = impact.weight.max(above * weight);
                 impact.mass = impact.mass.max(body.mass() + density * volume);

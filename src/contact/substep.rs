@@ -1,12 +1,14 @@
 //! Substeps: how many, the kick by pushes and contacts, the drift; formulas in [`super`].
 
-use super::law::Kinematics;
+use super::law::{Kinematics, Law};
 use super::lubrication::Film;
 use super::{Contacts, Impulse, Pair, Substeps};
 use crate::particles::{Body, Motion, Push, nearest_image};
 use crate::{Error, Result, params};
 use nalgebra::Vector3;
 const FEWEST_PER_CONTACT: f64 = 5.0;
+/// Fewest in which the fluid acts between two that cannot touch, where others need more.
+const FEWEST_OF_FILMS: f64 = 10.0;
 /// Part of a gap by which it may change before what fills it is found anew.
 const SAME_GAP: f64 = 1e-3;
 /// Most substeps of one step: more is a mistake in the stiffness.
@@ -39,28 +41,13 @@ impl Contacts {
 
     /// Those that a pair needs.
     fn count_for(&self, pair: &Pair, bodies: &[Body], time: f64, taken: usize) -> Result<usize> {
-        let (law, kinematics) = (self.law(pair), self.kinematics(pair, bodies, 0.0).0);
-        let mass = 1.0 / kinematics.inverse_normal;
-        let (body, mut velocity) = (&bodies[pair.first], bodies[pair.first].velocity);
-        let mut push = self.answers[pair.first].push.acceleration;
-        if let Some(other) = bodies.get(pair.second) {
-            velocity -= other.velocity;
-            push -= self.answers[pair.second].push.acceleration;
-        }
-        // The energy of an overlap counts as that of an approach.
-        let pushed = velocity.norm() + push.norm() * time;
-        let speed = (pushed * pushed + 2.0 * law.stored(kinematics.overlap) / mass).sqrt();
-        let (gap, way) = (-kinematics.overlap, pushed * time);
-        let apart = gap > 2.0 * way + 0.05 * body.radius();
-        match self.substeps {
-            // They cannot touch in this step, whatever strikes them: the fluid between them alone counts.
-            Substeps::Auto if apart => {
-                let wanted = params::gap_substeps() * way / (gap - way).max(0.25 * gap);
-                Ok(wanted.min(params::most_gap_substeps()).ceil() as usize)
-            }
-            Substeps::Fixed(_) if apart => Ok(1),
-            Substeps::Auto => {
-                let contact = law.contact_time(mass, speed);
+        let film = self.apart(pair, bodies, time);
+        match (self.substeps, film) {
+            // The fluid between them alone counts.
+            (Substeps::Auto, Some(wanted)) => Ok(wanted.ceil() as usize),
+            (Substeps::Fixed(_), Some(_)) => Ok(1),
+            (Substeps::Auto, None) => {
+                let (law, mass, contact) = self.contact_of(pair, bodies, time);
                 let wanted = params::contact_substeps() * time / contact * law.damping_ratio(mass).max(1.0);
                 if wanted > MOST_SUBSTEPS {
                     Err(self.too_stiff(pair, contact, time, wanted))
@@ -68,14 +55,52 @@ impl Contacts {
                     Ok(wanted.ceil() as usize)
                 }
             }
-            Substeps::Fixed(n) => {
-                let (contact, count) = (law.contact_time(mass, speed), n.saturating_sub(taken).max(1));
+            (Substeps::Fixed(n), None) => {
+                let (_, _, contact) = self.contact_of(pair, bodies, time);
+                let count = n.saturating_sub(taken).max(1);
                 if contact / time * (count as f64) < FEWEST_PER_CONTACT {
                     Err(self.too_few(pair, contact, time / count as f64))
                 } else {
                     Ok(count)
                 }
             }
+        }
+    }
+
+    /// Speed (m/s) at which a pair may come to approach within `time` (s).
+    fn pushed(&self, pair: &Pair, bodies: &[Body], time: f64) -> f64 {
+        let mut velocity = bodies[pair.first].velocity;
+        let mut push = self.answers[pair.first].push.acceleration;
+        if let Some(other) = bodies.get(pair.second) {
+            velocity -= other.velocity;
+            push -= self.answers[pair.second].push.acceleration;
+        }
+        velocity.norm() + push.norm() * time
+    }
+
+    /// How many substeps the fluid between a pair wants in `time` (s), where the two cannot touch in it, whatever strikes them.
+    fn apart(&self, pair: &Pair, bodies: &[Body], time: f64) -> Option<f64> {
+        let gap = -self.closest(pair, bodies, 0.0).overlap;
+        let way = self.pushed(pair, bodies, time) * time;
+        let wanted = || (params::gap_substeps() * way / (gap - way).max(0.25 * gap)).min(params::most_gap_substeps());
+        (gap > 2.0 * way + 0.05 * bodies[pair.first].radius()).then(wanted)
+    }
+
+    /// The law of a pair, its mass (kg), and how long a contact lasts at the speed that it may come to within `time` (s).
+    fn contact_of(&self, pair: &Pair, bodies: &[Body], time: f64) -> (&Law, f64, f64) {
+        let (law, kinematics) = (self.law(pair), self.kinematics(pair, bodies, 0.0).0);
+        let (mass, pushed) = (1.0 / kinematics.inverse_normal, self.pushed(pair, bodies, time));
+        // The energy of an overlap counts as that of an approach.
+        let speed = (pushed * pushed + 2.0 * law.stored(kinematics.overlap) / mass).sqrt();
+        (law, mass, law.contact_time(mass, speed))
+    }
+
+    /// Finds after how many of `count` substeps of `time` (s) the fluid between each pair is to act.
+    pub(super) fn pace_films(&mut self, bodies: &[Body], time: f64, count: usize) {
+        for p in 0..self.pairs.len() {
+            let wanted = self.apart(&self.pairs[p], bodies, time);
+            let stride = wanted.map_or(1.0, |wanted| count as f64 / wanted.max(FEWEST_OF_FILMS));
+            self.pairs[p].stride = (stride as usize).max(1);
         }
     }
 
@@ -117,27 +142,43 @@ impl Contacts {
     }
 
     /// One substep of the bodies that have a pair; whether all of them stay within their search radius in the next.
-    pub(super) fn substep(&mut self, bodies: &mut [Body], h: f64) -> Result<bool> {
+    /// `done` counts it.
+    pub(super) fn substep(&mut self, bodies: &mut [Body], h: f64, done: usize) -> Result<bool> {
         self.load(bodies, h)?;
         let within = self.carry(bodies, h);
-        self.lubricate(bodies, h);
+        self.lubricate(bodies, h, Some(done));
         Ok(within)
+    }
+
+    /// What two have gone since the search, together, by `ways` (m).
+    fn together(pair: &Pair, ways: &[f64]) -> f64 {
+        ways[pair.first] + ways.get(pair.second).copied().unwrap_or(0.0)
     }
 
     /// The forces of all pairs in a substep of `h` (s).
     fn load(&mut self, bodies: &[Body], h: f64) -> Result<()> {
         self.loads.fill(Impulse::default());
+        for (i, body) in bodies.iter().enumerate().filter(|(i, _)| self.paired[*i]) {
+            self.reach[i] = self.travelled[i] + h * body.velocity.norm();
+        }
         for p in 0..self.pairs.len() {
+            let reach = Self::together(&self.pairs[p], &self.reach);
+            if reach < self.pairs[p].clear {
+                continue;
+            }
+            let meeting = self.closest(&self.pairs[p], bodies, h);
+            if !meeting.touches(h) {
+                let (gone, pair) = (Self::together(&self.pairs[p], &self.travelled), &mut self.pairs[p]);
+                (pair.spring, pair.rolled) = (None, Vector3::zeros());
+                pair.clear = gone - meeting.overlap - 0.5 * (reach - gone);
+                continue;
+            }
             let mut pair = self.pairs[p];
-            let (kinematics, arms) = self.kinematics(&pair, bodies, h);
+            let (kinematics, arms) = (self.kinematics_at(&pair, bodies, h, &meeting), meeting.arms);
             let radius = bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()).min(bodies[pair.first].radius());
             self.deepest = self.deepest.max(kinematics.overlap);
             if kinematics.overlap > params::deepest_overlap() * radius {
                 return Err(self.too_deep(&pair, &kinematics, radius));
-            }
-            if !kinematics.touches() {
-                (self.pairs[p].spring, self.pairs[p].rolled) = (None, Vector3::zeros());
-                continue;
             }
             let (normal, tangential) = self.law(&pair).force(&kinematics, &mut pair.spring);
             let rolling = self.resist_rolling(&mut pair, bodies, &kinematics, arms, normal);
@@ -178,26 +219,36 @@ impl Contacts {
                 acceleration: answer.push.acceleration + answer.mass.component_mul(&load.linear),
                 angular: answer.push.angular + answer.inertia.component_mul(&load.angular),
             };
-            self.travelled[i] += travel(body, &push, h, &self.periods);
+            let (way, turned) = travel(body, &push, h, &self.periods);
+            self.travelled[i] += way;
+            self.turned[i] += turned;
             let next = (body.pace() + 0.5 * answer.push.acceleration.norm() * h) * h;
             within &= self.travelled[i] + next <= self.search_radius[i];
         }
         within
     }
 
-    /// What the fluid in the gaps does over the next substep of `h` (s), pair by pair, each implicitly.
-    fn lubricate(&mut self, bodies: &mut [Body], h: f64) {
+    /// What the fluid in the gaps does over the substep of `h` (s) that is `done`, or over what is left for it to do, pair by pair, each
+    /// implicitly.
+    pub(super) fn lubricate(&mut self, bodies: &mut [Body], h: f64, done: Option<usize>) {
         let range = self.medium.range();
         if range == 0.0 {
             return;
         }
         for p in 0..self.pairs.len() {
+            let pair = &mut self.pairs[p];
+            pair.due += h;
+            if pair.due == 0.0 || done.is_some_and(|done| done % pair.stride > 0) {
+                continue;
+            }
+            let h = std::mem::take(&mut pair.due);
             let pair = self.pairs[p];
-            let (kinematics, arms) = self.kinematics(&pair, bodies, 0.0);
-            let gap = -kinematics.overlap;
+            let meeting = self.closest(&pair, bodies, 0.0);
+            let (gap, arms) = (-meeting.overlap, meeting.arms);
             if gap > range {
                 continue;
             }
+            let kinematics = self.kinematics_at(&pair, bodies, 0.0, &meeting);
             let film = self.film(&pair, bodies, gap, gap - h * kinematics.approach);
             self.pairs[p].film = film;
             let resistance = h * film.normal;
@@ -289,21 +340,15 @@ impl Contacts {
     }
 
     /// Moves bodies by `time` (s) under their pushes only: those of which `wanted` likes whether they have a pair.
-    pub(super) fn drift(&self, bodies: &mut [Body], time: f64, wanted: impl Fn(bool) -> bool) {
+    pub(super) fn drift(&mut self, bodies: &mut [Body], time: f64, wanted: impl Fn(bool) -> bool) {
         for (i, body) in bodies.iter_mut().enumerate().filter(|(i, _)| wanted(self.paired[*i])) {
-            travel(body, &self.answers[i].push, time, &self.periods);
+            self.turned[i] += travel(body, &self.answers[i].push, time, &self.periods).1;
         }
     }
 
-    /// Where a pair touches in the middle of a substep `h` (s): the normal, the overlap (m) and the arms from the centres to the
-    /// contact (m); and the relative velocity (m/s) and acceleration (m/s2) of the centres.
-    fn closest(
-        &self,
-        pair: &Pair,
-        bodies: &[Body],
-        h: f64,
-    ) -> (Vector3<f64>, f64, [f64; 2], Vector3<f64>, Vector3<f64>) {
-        let (body, push) = (&bodies[pair.first], self.answers[pair.first].push.acceleration);
+    /// Where a pair touches in the middle of a substep `h` (s).
+    fn closest(&self, pair: &Pair, bodies: &[Body], h: f64) -> Meeting {
+        let body = &bodies[pair.first];
         match bodies.get(pair.second) {
             Some(other) => {
                 let velocity = body.velocity - other.velocity;
@@ -311,29 +356,36 @@ impl Contacts {
                 let distance = apart.norm();
                 let overlap = body.radius() + other.radius() - distance;
                 let arms = [body.radius() - 0.5 * overlap, other.radius() - 0.5 * overlap];
-                (apart / distance, overlap, arms, velocity, push - self.answers[pair.second].push.acceleration)
+                Meeting { normal: apart / distance, overlap, arms, velocity }
             }
             None => {
                 let wall = &self.walls[pair.second - bodies.len()];
                 let normal = wall.normal();
                 let distance = wall.distance(&body.centre) - 0.5 * h * body.velocity.dot(&normal);
                 let velocity = body.velocity - (wall.velocity - wall.velocity.dot(&normal) * normal);
-                (normal, body.radius() - distance, [distance, 0.0], velocity, push)
+                Meeting { normal, overlap: body.radius() - distance, arms: [distance, 0.0], velocity }
             }
         }
     }
 
     /// How a pair meets in the middle of a substep `h` (s), and the arms from the centres to the contact (m).
     pub(super) fn kinematics(&self, pair: &Pair, bodies: &[Body], h: f64) -> (Kinematics, [f64; 2]) {
+        let meeting = self.closest(pair, bodies, h);
+        (self.kinematics_at(pair, bodies, h, &meeting), meeting.arms)
+    }
+
+    /// The same where it is known where they touch.
+    fn kinematics_at(&self, pair: &Pair, bodies: &[Body], h: f64, meeting: &Meeting) -> Kinematics {
         let (body, answer) = (&bodies[pair.first], &self.answers[pair.first]);
-        let (normal, overlap, arms, velocity, push) = self.closest(pair, bodies, h);
+        let &Meeting { normal, overlap, arms, velocity } = meeting;
         let (mut turning, mut turned) = (arms[0] * body.spin, arms[0] * answer.push.angular);
-        let (mut whole, mut inverse) = (answer.whole, answer.mass);
+        let (mut whole, mut inverse, mut push) = (answer.whole, answer.mass, answer.push.acceleration);
         let mut inverse_turn = arms[0] * arms[0] * answer.inertia.max();
         if let Some(other) = bodies.get(pair.second) {
             let its = &self.answers[pair.second];
             turning += arms[1] * other.spin;
             turned += arms[1] * its.push.angular;
+            push -= its.push.acceleration;
             whole += its.whole;
             inverse += its.mass;
             inverse_turn += arms[1] * arms[1] * its.inertia.max();
@@ -341,7 +393,7 @@ impl Contacts {
         let along = |v: Vector3<f64>, turning: Vector3<f64>| v - v.dot(&normal) * normal + turning.cross(&normal);
         // Along an axis where neither gives way the damper changes nothing, but has to stay finite.
         let finite = |inverse: f64| if inverse > 1e-6 * whole { inverse } else { whole };
-        let kinematics = Kinematics {
+        Kinematics {
             h,
             overlap,
             normal,
@@ -351,8 +403,26 @@ impl Contacts {
             push_slip: along(push, turned),
             inverse_normal: finite(normal.component_mul(&normal).dot(&inverse)),
             inverse_tangential: finite(inverse.max() + inverse_turn),
-        };
-        (kinematics, arms)
+        }
+    }
+}
+
+/// Where a pair touches.
+struct Meeting {
+    /// From the first to the second.
+    normal: Vector3<f64>,
+    /// Negative where they do not (m).
+    overlap: f64,
+    /// From the centres to the contact (m).
+    arms: [f64; 2],
+    /// Relative velocity of the centres (m/s).
+    velocity: Vector3<f64>,
+}
+
+impl Meeting {
+    /// Whether they touch during a substep `h` (s) in whose middle this is.
+    fn touches(&self, h: f64) -> bool {
+        self.overlap > 0.0 || self.overlap + 0.5 * h * self.velocity.dot(&self.normal).abs() > 0.0
     }
 }
 
@@ -381,13 +451,12 @@ impl Answer {
     }
 }
 
-/// Moves a body by `h` (s) under accelerations that last; the way it goes (m).
-fn travel(body: &mut Body, push: &Push, h: f64, periods: &[Option<f64>; 3]) -> f64 {
+/// Moves a body by `h` (s) under accelerations that last; the way it goes (m), and by what it is to be turned (rad).
+fn travel(body: &mut Body, push: &Push, h: f64, periods: &[Option<f64>; 3]) -> (f64, Vector3<f64>) {
     if body.motion == Motion::Fixed {
-        return 0.0;
+        return (0.0, Vector3::zeros());
     }
     let free = body.freedom().is_some();
     let speed = if free { (body.velocity + 0.5 * h * push.acceleration).norm() } else { body.pace() };
-    body.advance(h, push, periods);
-    speed * h
+    (speed * h, body.shift(h, push, periods))
 }

@@ -206,8 +206,14 @@ impl Body {
     /// Moves the body on by `dt` (s) under accelerations that last, or as prescribed; `periods` are the lengths of the
     /// periodic axes (m).
     pub fn advance(&mut self, dt: f64, push: &Push, periods: &[Option<f64>; 3]) {
+        let turned = self.shift(dt, push, periods);
+        self.rotate(&turned);
+    }
+
+    /// The same but for how it is turned: by the vector that is returned (rad), which is [`Body::rotate`]'s, at once or summed up.
+    pub fn shift(&mut self, dt: f64, push: &Push, periods: &[Option<f64>; 3]) -> Vector3<f64> {
         match &mut self.motion {
-            Motion::Fixed => return,
+            Motion::Fixed => return Vector3::zeros(),
             Motion::Prescribed(Some(path)) => {
                 path.time += dt;
                 self.crossed = Vector3::zeros();
@@ -218,16 +224,21 @@ impl Body {
                 self.velocity += dt * push.acceleration;
             }
         }
-        let spin = self.spin + 0.5 * dt * push.angular;
-        self.angle += spin.z * dt;
-        self.orientation = UnitQuaternion::from_scaled_axis(spin * dt) * self.orientation;
+        let turned = (self.spin + 0.5 * dt * push.angular) * dt;
         self.spin += dt * push.angular;
         for ((x, crossed), period) in self.centre.iter_mut().zip(&mut self.crossed).zip(periods) {
-            if let Some(length) = period {
+            if let Some(length) = period.filter(|length| !(0.0..*length).contains(x)) {
                 *crossed += (*x / length).floor() * length;
-                *x = x.rem_euclid(*length);
+                *x = x.rem_euclid(length);
             }
         }
+        turned
+    }
+
+    /// Turns it by a vector (rad).
+    pub fn rotate(&mut self, turned: &Vector3<f64>) {
+        self.angle += turned.z;
+        self.orientation = UnitQuaternion::from_scaled_axis(*turned) * self.orientation;
     }
 
     /// Its centre (m) where it would be had it not been brought back across periodic borders.

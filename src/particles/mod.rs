@@ -4,9 +4,11 @@
 //! Bodies are three-dimensional always; in 2D a disc is a body of unit depth.
 
 pub mod body;
+mod drag;
 mod inertia;
 mod neighbours;
 
 pub use body::{Body, Freedom, Motion, Oscillation, Push, nearest_image};
+pub use drag::terminal_speed;
 pub use inertia::Inertia;
 pub(crate) use neighbours::Neighbours;

@@ -306,15 +306,22 @@ fn refuse_stray_words(options: &[String]) -> Result<()> {
     }
 }
 
-/// Without mpirun, OpenMPI need not look for a network or a runtime: start-up falls from 0.5 s to 0.1 s. Returns the
-/// variables that it set.
+/// Without mpirun, OpenMPI need not look for a network or a runtime: start-up falls from 0.5 s to 0.1 s. Nor does it need
+/// a folder for temporary files: all lone processes would share one, and one that ends removes it while another begins.
+/// Returns the variables that it set.
 fn quicken_lone_start() -> Vec<&'static str> {
     let launched = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "SLURM_PROCID"];
     if launched.iter().any(|name| env::var_os(name).is_some()) {
         return Vec::new();
     }
     let mut set = Vec::new();
-    for (name, value) in [("OMPI_MCA_ess_singleton_isolated", "1"), ("OMPI_MCA_pml", "ob1"), ("OMPI_MCA_btl", "self")] {
+    let alone = [
+        ("OMPI_MCA_ess_singleton_isolated", "1"),
+        ("OMPI_MCA_orte_create_session_dirs", "0"),
+        ("OMPI_MCA_pml", "ob1"),
+        ("OMPI_MCA_btl", "self"),
+    ];
+    for (name, value) in alone {
         if env::var_os(name).is_none() {
             // SAFETY: called once, before MPI starts and before this process has a second thread that reads the
             // environment (tests hold a lock here).

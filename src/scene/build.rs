@@ -1,7 +1,7 @@
 //! The parts of a scene from the words of its case.
 
 use crate::config::{self, Case, Side};
-use crate::contact::{Contacts, Damping, Impact, Laws, Material, Substeps, Wall};
+use crate::contact::{Contacts, Damping, Impact, Laws, Material, Medium, Substeps, Wall};
 use crate::domain::Domain;
 use crate::drive::Drive;
 use crate::geometry::{Disc, Shape, Sphere, fraction};
@@ -198,7 +198,9 @@ pub(crate) fn impact(case: &Case, bodies: &[Body]) -> Impact {
     let size = std::array::from_fn(|a| case.domain.size.get(a).copied().unwrap_or(1.0));
     let spacings = case.domain.size.iter().zip(&case.domain.cells).map(|(size, cells)| size / *cells as f64);
     let spacing = spacings.fold(f64::INFINITY, f64::min);
-    Impact::expected(bodies, size, &gravity, case.fluid.density, case.reference_speed.unwrap_or(0.0), spacing)
+    let (density, viscosity) = (case.fluid.density, case.fluid.viscosity);
+    let fluid = Medium { density, viscosity, spacing, roughness: 0.0 };
+    Impact::expected(bodies, size, &gravity, &fluid, case.fluid_speed())
 }
 
 /// The law of contacts between the bodies, and between them and the closed faces of the box.

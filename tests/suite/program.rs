@@ -312,6 +312,18 @@ fn flows_at_the_limit_of_every_scheme_keep_their_energy_bounded() {
     }
 }
 
+/// OpenMPI's folder for temporary files is the same for all lone processes, which remove it when they end: runs side by side failed.
+#[test]
+fn a_lone_run_shares_no_folder_for_temporary_files_with_others() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = write(dir.path(), &box_case([1.0, 1.0], [8, 8], 0.01, crate::support::PERIODIC, "[time]\nend = 0.01"));
+    let mut command = crate::support::mics_command();
+    // Where nothing can be made.
+    command.env("TMPDIR", "/dev/null/none").args(["check", case.to_str().unwrap(), "--quiet"]);
+    let output = command.output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+}
+
 #[test]
 fn a_run_asked_for_ranks_starts_them_by_itself() {
     let dir = tempfile::tempdir().unwrap();
