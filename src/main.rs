@@ -3,7 +3,7 @@
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use mics::launch::{self, Ranks};
-use mics::output::{film, plot, print, progress, report};
+use mics::output::{film, plot, print, report, watch};
 use mics::run::Request;
 use mics::{Error, Result, check, run, study, validate};
 use std::io::Write as _;
@@ -113,10 +113,11 @@ enum Command {
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
     },
-    /// Follow a run until it ends.
+    /// Follow runs until they end.
     Watch {
-        /// The run's folder.
-        run: PathBuf,
+        /// The runs' folders.
+        #[arg(required = true)]
+        runs: Vec<PathBuf>,
     },
     /// Run the shipped cases and compare them with their references; status 1 where any falls short.
     Validate {
@@ -215,7 +216,7 @@ fn act(command: Command) -> Result<()> {
         }
         Command::Film(request) => film::make(&request)?.iter().try_for_each(|path| print(&path.display().to_string())),
         Command::Report { run, out } => print(&report::write(&run, out.as_deref())?.display().to_string()),
-        Command::Watch { run } => progress::watch(&run),
+        Command::Watch { runs } => watch::watch(&runs),
         Command::Validate { names, full, out, markdown, compare, petsc, .. } => {
             validate::validate(&validate::Request { names, full, out, markdown, compare, petsc })
         }

@@ -1,6 +1,7 @@
 //! `mics check`: the scene in one screen, without running it: sizes, numbers, limits, what is needed and what is not.
 
 mod blocked;
+mod disk;
 mod layer;
 mod pace;
 mod stiffness;
@@ -141,12 +142,13 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     }
     let step = trial.elapsed().as_secs_f64() / f64::from(TRIAL_STEPS);
     // A run holds its fields once more when it writes them.
-    let _fields = Snapshot::take(&mut scene)?;
+    let fields = Snapshot::take(&mut scene)?;
+    let disk = disk::words(disk::bytes(case, &mut scene, &fields, steps)?);
     let mut memory = [peak_memory()];
     session.sum(&mut memory)?;
     lines.push(format!(
         "cost         {:.2} ms a step ({:.2} us a cell; the first {TRIAL_STEPS} steps tried), start-up {start_up:.2} s, \
-         memory {:.0} MB; about {} for the run, more where many particles touch",
+         memory {:.0} MB; about {} for the run, more where many particles touch; {disk} of disk at most",
         1e3 * step,
         1e6 * step / scene.domain.grid.total_cells() as f64,
         memory[0] / 1e6,

@@ -20,6 +20,7 @@ pub mod snapshot;
 pub mod statistics;
 pub mod summary;
 pub mod survey;
+pub mod watch;
 
 pub use folder::{Folder, Log, Marks, StepRow, may_use};
 

@@ -1,8 +1,11 @@
 //! How far a run is: one record, at most one a second, shown as a bar on a terminal, as a line now and then elsewhere,
-//! and kept in `progress.jsonl`, which `mics watch` follows.
+//! and kept in `progress.jsonl`, which `mics watch` ([`super::watch`]) follows.
+//!
+//! ```text
+//!   left = (end - t)/pace      pace: flow time a second, a mean that forgets over the last third of the run: steps grow at
+//!                              its start, and later follow what moves
+//! ```
 
-use super::summary::Provenance;
-use super::{not_a_run, print};
 use crate::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::{Deserialize, Serialize};
@@ -10,7 +13,6 @@ use serde_json::{Map, Value};
 use std::fs::File;
 use std::io::{ErrorKind, IsTerminal, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
-use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 /// The file's name in a run's folder.
@@ -18,9 +20,9 @@ pub const FILE: &str = "progress.jsonl";
 /// Least time between two records.
 const RECORD_EVERY: Duration = Duration::from_secs(1);
 /// Time between plain lines.
-const LINE_EVERY: Duration = Duration::from_secs(5);
-/// How often `mics watch` looks.
-const LOOK_EVERY: Duration = Duration::from_millis(200);
+pub(super) const LINE_EVERY: Duration = Duration::from_secs(5);
+/// The part of the seconds spent over which the pace forgets.
+const MEMORY: f64 = 1.0 / 3.0;
 
 /// Where a run is: a line of `progress.jsonl`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -65,21 +67,21 @@ impl Record {
         )
     }
 
-    fn line(&self) -> String {
+    pub(super) fn line(&self) -> String {
         format!("{:>3.0} %  {}", 100.0 * self.done(), self.describe())
     }
 }
 
 /// A bar, where standard error is a terminal that can draw one.
-fn bar() -> Option<ProgressBar> {
+pub(super) fn bar() -> Option<ProgressBar> {
     let draws = std::io::stderr().is_terminal() && std::env::var_os("TERM").is_none_or(|term| term != "dumb");
     draws.then(|| {
-        let style = ProgressStyle::with_template("{bar:20} {percent:>3} %  {msg}");
+        let style = ProgressStyle::with_template("{prefix}{bar:20} {percent:>3} %  {msg}");
         ProgressBar::new(1000).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
     })
 }
 
-fn show(bar: &ProgressBar, record: &Record) {
+pub(super) fn show(bar: &ProgressBar, record: &Record) {
     bar.set_position((1000.0 * record.done()) as u64);
     bar.set_message(record.describe());
 }
@@ -94,6 +96,8 @@ pub struct Progress {
     started: Instant,
     /// Step and time (s) that this process began with.
     from: Option<(u64, f64)>,
+    /// When the pace was found last (s after the start), the time there (s), and the pace.
+    paced: (f64, f64, Option<f64>),
     recorded: Option<Instant>,
     said: Instant,
 }
@@ -111,6 +115,7 @@ impl Progress {
             newest: Record { status: "running".into(), end, pid: std::process::id(), ..Record::default() },
             started: Instant::now(),
             from: None,
+            paced: (0.0, 0.0, None),
             recorded: None,
             said: Instant::now(),
         };
@@ -136,6 +141,7 @@ impl Progress {
     pub fn begin(&mut self, step: u64, time: f64) {
         self.from = Some((step, time));
         self.started = Instant::now();
+        self.paced = (0.0, time, None);
         (self.newest.step, self.newest.time) = (step, time);
     }
 
@@ -149,9 +155,8 @@ impl Progress {
     pub fn take(&mut self, state: Record) -> Option<String> {
         self.recorded = Some(Instant::now());
         let elapsed = self.started.elapsed().as_secs_f64().max(1e-9);
-        let (step, time) = self.from.unwrap_or_default();
-        let (rate, gone) = ((state.step - step) as f64 / elapsed, state.time - time);
-        let left = (gone > 0.0).then(|| elapsed * (state.end - state.time).max(0.0) / gone);
+        let rate = (state.step - self.from.unwrap_or_default().0) as f64 / elapsed;
+        let left = self.pace(elapsed, state.time).map(|pace| (state.end - state.time).max(0.0) / pace);
         self.newest = Record { rate, left, status: "running".into(), pid: self.newest.pid, ..state };
         self.keep();
         if let Some(bar) = &self.bar {
@@ -161,6 +166,18 @@ impl Progress {
             self.said = Instant::now();
             self.newest.line()
         })
+    }
+
+    /// The pace of late (s of the flow a second), at the time `time` (s) and so many seconds after the start.
+    fn pace(&mut self, elapsed: f64, time: f64) -> Option<f64> {
+        let (at, from, before) = self.paced;
+        let now = (time - from) / (elapsed - at).max(1e-9);
+        let fresh = 1.0 - (-(elapsed - at) / (MEMORY * elapsed)).exp();
+        let pace = before.map_or(now, |before| before + fresh * (now - before));
+        if time > from {
+            self.paced = (elapsed, time, Some(pace));
+        }
+        self.paced.2.filter(|pace| *pace > 0.0)
     }
 
     /// Clears the bar and keeps how the run ended.
@@ -198,68 +215,6 @@ pub fn cut(run: &Path, length: u64) -> Result<()> {
     }
 }
 
-/// Follows a run until it ends, from another terminal: the bar of `mics run`, or a line every few seconds.
-///
-/// # Errors
-/// When the folder holds no run, the run fails or is interrupted, as it does itself, or its process has gone without a word.
-pub fn watch(run: &Path) -> Result<()> {
-    let provenance = Provenance::read(run)?;
-    let here = provenance.host == crate::system::host();
-    let path = run.join(FILE);
-    let mut file = File::open(&path).map_err(|e| not_a_run(run, &format!("{FILE}: {e}")))?;
-    let bar = bar();
-    let (mut text, mut newest, mut said) =
-        (Vec::new(), Record { pid: provenance.pid, ..Record::default() }, None::<Instant>);
-    loop {
-        // Looked at before the file, so that the last words of a process that ends now are still read.
-        let gone = here && newest.pid > 0 && !Path::new("/proc").join(newest.pid.to_string()).exists();
-        let length = file.metadata().map_err(Error::io(&path))?.len();
-        if length < file.stream_position().map_err(Error::io(&path))? {
-            file.rewind().map_err(Error::io(&path))?;
-            text.clear();
-        }
-        file.read_to_end(&mut text).map_err(Error::io(&path))?;
-        let whole = text.iter().rposition(|b| *b == b'\n').map_or(0, |end| end + 1);
-        let lines: Vec<u8> = text.drain(..whole).collect();
-        let records = String::from_utf8_lossy(&lines);
-        let latest = records.lines().rev().find_map(|line| serde_json::from_str::<Record>(line).ok());
-        let fresh = latest.is_some();
-        newest = latest.unwrap_or(newest);
-        let ended = !newest.status.is_empty() && newest.status != "running";
-        if let (true, Some(bar)) = (fresh, &bar) {
-            show(bar, &newest);
-        }
-        if ended || gone {
-            break;
-        }
-        if fresh && bar.is_none() && said.is_none_or(|at| at.elapsed() >= LINE_EVERY) {
-            print(&newest.line())?;
-            said = Some(Instant::now());
-        }
-        sleep(LOOK_EVERY);
-    }
-    if let Some(bar) = bar {
-        bar.finish_and_clear();
-    }
-    print(&newest.line())?;
-    newest.measures.iter().try_for_each(|(name, value)| print(&format!("{name} = {value}")))?;
-    let at = format!("at t = {:.6} s, step {}", newest.time, newest.step);
-    match newest.status.as_str() {
-        "done" => print(&format!("done {at}")),
-        "running" | "" => Err(Error::Run(format!(
-            "{}: process {} has gone without a word, last heard of {at}: it was killed",
-            run.display(),
-            newest.pid
-        ))),
-        "interrupted" => Err(Error::Interrupted(format!(
-            "{}: the run was interrupted {at}, with exit status {}; its command with --resume goes on from there",
-            run.display(),
-            crate::error::INTERRUPTED
-        ))),
-        _ => Err(Error::Run(format!("{}: the run failed {at}; log.txt says why", run.display()))),
-    }
-}
-
 pub(crate) fn minutes(seconds: f64) -> String {
     let s = seconds.max(0.0) as u64;
     match s {
@@ -294,6 +249,26 @@ mod tests {
         assert_eq!(kept[1].measures["drag"], 1.5);
         // A quarter of the time that was left when this process began took as long as it did: three times that is left.
         assert!(kept[0].rate > 0.0 && (kept[0].left.unwrap() * kept[0].rate - 3.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_time_left_goes_by_the_pace_of_late() {
+        let mut progress = Progress::new(false, 1.0, None);
+        progress.begin(0, 0.0);
+        // Ten seconds at a pace of 0.001 while the steps grow, then 0.01: 99 seconds more, of which ten have gone here.
+        let pace = |elapsed: f64| if elapsed < 10.0 { 1e-3 * elapsed } else { 0.01 + 0.01 * (elapsed - 10.0) };
+        let left = |progress: &mut Progress, second: usize| {
+            let time = pace(second as f64);
+            (1.0 - time) / progress.pace(second as f64, time).unwrap()
+        };
+        let seen: Vec<f64> = (1..=30).map(|second| left(&mut progress, second)).collect();
+        assert!((seen[8] / 991.0 - 1.0).abs() < 1e-9, "{}", seen[8]);
+        let (after_a_tenth, truth) = (seen[19], 89.0);
+        assert!((after_a_tenth / truth - 1.0f64).abs() < 0.3, "{after_a_tenth}");
+        assert!((seen[29] / 79.0 - 1.0).abs() < 0.06, "{}", seen[29]);
+        // Nothing has gone since: the same pace.
+        let before = progress.pace(31.0, pace(31.0));
+        assert_eq!(progress.pace(31.0, pace(31.0)), before);
     }
 
     #[test]

@@ -136,3 +136,24 @@ fn a_run_whose_energy_explodes_does_not_end_with_0() {
     let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
     assert!(summary.contains("\"failed\""), "{summary}");
 }
+
+/// What `mics check` says of the disk, beside what the run has left there.
+#[test]
+fn the_disk_that_a_run_will_take_is_said_before_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let more = "output.fields = { every = 20 }\noutput.particles = { every = 1 }\noutput.checkpoint = { every_steps = 30 }\ntime.step = 0.002";
+    let case = fall(dir.path(), more);
+    let (code, said) = says(&["check", case.to_str().unwrap(), "--set", "time.end=0.2"]);
+    assert_eq!(code, Some(0), "{said}");
+    let cost = said.lines().find(|line| line.starts_with("cost")).unwrap();
+    let words: Vec<&str> = cost.rsplit("; ").next().unwrap().split(' ').collect();
+    assert_eq!(words[1..], ["MB", "of", "disk", "at", "most"], "{cost}");
+    let out = dir.path().join("run");
+    run(&case, &out, &["--set", "time.end=0.2"]);
+    fn size(path: &std::path::Path) -> u64 {
+        let entries = std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap());
+        entries.map(|e| if e.path().is_dir() { size(&e.path()) } else { e.metadata().unwrap().len() }).sum()
+    }
+    let (said, left) = (words[0].parse::<f64>().unwrap(), 1e-6 * size(&out) as f64);
+    assert!((0.6..1.0).contains(&(left / said)), "{said} MB said, {left} MB left");
+}

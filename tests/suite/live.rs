@@ -126,6 +126,31 @@ fn watch_says_that_a_run_was_killed() {
     assert!(said.contains("gone without a word") && said.contains("it was killed"), "{said}");
 }
 
+#[test]
+fn watch_follows_several_runs_each_by_its_name_and_ends_as_the_first_that_went_wrong() {
+    let dir = tempfile::tempdir().unwrap();
+    let (short, long) = (case(dir.path(), 100), dir.path().join("long"));
+    std::fs::create_dir(&long).unwrap();
+    let long = case(&long, 1_000_000);
+    let folders = [dir.path().join("done"), dir.path().join("killed")];
+    let start = |case: &Path, out: &Path| {
+        let run = mics_command().arg("run").arg(case).arg("--quiet").arg("--out").arg(out).spawn().unwrap();
+        wait_for(|| !records_or_none(out).is_empty());
+        run
+    };
+    let mut runs = [start(&short, &folders[0]), start(&long, &folders[1])];
+    runs[1].kill().unwrap();
+    runs[1].wait().unwrap();
+    let watched = mics(&["watch", folders[0].to_str().unwrap(), folders[1].to_str().unwrap()]);
+    assert!(runs[0].wait().unwrap().success());
+    let said = words(&watched);
+    assert_eq!(watched.status.code(), Some(3), "{said}");
+    assert!(said.contains("done: done at t = 0.200000 s, step 100"), "{said}");
+    assert!(said.contains("killed: process") && said.contains("gone without a word"), "{said}");
+    let absent = mics(&["watch", folders[0].to_str().unwrap(), "absent"]);
+    assert_eq!(absent.status.code(), Some(2), "{}", words(&absent));
+}
+
 /// The whole lines so far.
 fn records_or_none(out: &Path) -> Vec<String> {
     let text = std::fs::read_to_string(out.join("progress.jsonl")).unwrap_or_default();

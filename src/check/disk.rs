@@ -1,0 +1,69 @@
+//! What a run's folder will hold.
+//!
+//! ```text
+//!   fields/ snapshots      the first, the last, and one whenever it is due
+//!   checkpoint/            the newest two
+//!   steps.csv, particles.csv     a row a step; a row a particle whenever it is due
+//! ```
+
+use crate::Result;
+use crate::archive::Archive;
+use crate::config::{Cadence, Case, FixedRows, Motion};
+use crate::output::snapshot::Snapshot;
+use crate::scene::Scene;
+use std::io::{self, Write};
+
+/// Bytes of a row of `steps.csv`, and of a particle that moves in `particles.csv`, in 2D and 3D, as they are in most runs.
+const STEP_ROW: f64 = 460.0;
+const PARTICLE_ROW: [f64; 2] = [480.0, 750.0];
+/// Checkpoints that are kept, and the one that is being written.
+const CHECKPOINTS: f64 = 3.0;
+
+/// Counts what is written.
+struct Counter(f64);
+
+impl Write for Counter {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0 += bytes.len() as f64;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// The most bytes that the folder of a run of so many steps will hold, a snapshot of whose fields is given: right on rank 0. Collective.
+pub fn bytes<const D: usize>(case: &Case, scene: &mut Scene<D>, fields: &Snapshot, steps: f64) -> Result<f64> {
+    let due = |cadence: &Cadence| match cadence {
+        Cadence::Steps(n) => (steps / *n as f64).floor(),
+        Cadence::Time(time) => (case.time.end / time).floor().min(steps),
+    };
+    let snapshot: f64 = fields.arrays.iter().map(|array| 8.0 * array.values.len() as f64).sum();
+    let snapshots = 2.0 + case.output.fields.as_ref().map_or(0.0, due);
+    let (mut checkpoint, domain) = (Counter(0.0), &scene.domain);
+    let to = (domain.session.rank() == 0).then_some(&mut checkpoint as &mut dyn Write);
+    let mut archive = Archive::write(&domain.session, to);
+    scene.state.serialize(&domain.grid, &mut archive)?;
+    archive.finish()?;
+    let has_rows = |motion: &Motion| !matches!((motion, case.output.fixed), (Motion::Fixed, FixedRows::Once));
+    let particles = case.particle.iter().filter(|p| has_rows(&p.motion)).count() as f64;
+    let rows = PARTICLE_ROW[D - 2] * particles * (1.0 + due(&case.output.particles)) + STEP_ROW * steps;
+    Ok(snapshot * snapshots + CHECKPOINTS * checkpoint.0 + rows)
+}
+
+/// Bytes in the unit that suits them.
+pub fn words(bytes: f64) -> String {
+    let (size, unit) = if bytes < 1e9 { (bytes / 1e6, "MB") } else { (bytes / 1e9, "GB") };
+    if size < 10.0 { format!("{size:.1} {unit}") } else { format!("{size:.0} {unit}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_have_the_unit_that_suits_them() {
+        assert_eq!([2.34e5, 3.2e7, 1.25e9, 4.4e10].map(words), ["0.2 MB", "32 MB", "1.2 GB", "44 GB"]);
+    }
+}
