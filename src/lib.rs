@@ -1,6 +1,6 @@
 //! `mics`: particle-laden incompressible flow with every particle resolved by the grid.
 //!
-//! These pages are the manual of the method; how to run cases and what was measured is in the repository's README. Read
+//! These pages are the manual of the method; how to run cases and what was measured is in the book, in the repository's `docs/`. Read
 //! in this order: what is solved (here), a step (of a [`method`]), its terms ([`kernels::advection`], [`kernels::diffusion`],
 //! [`kernels::faces`], [`poisson::pressure`]), its stability ([`scheme`]), the wall ([`method::sharp`], [`method::mics2003`]),
 //! contacts ([`contact`]), the constants ([`params`]), and what a case can ask for

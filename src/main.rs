@@ -12,12 +12,12 @@ use std::process::ExitCode;
 
 /// The end of the manual page.
 const EXIT_STATUS: &str = ".SH \"EXIT STATUS\"
-0: done. 1: `mics validate` ran, and values fall short of their references; or `mics study` ran, and some of its runs are not done. 2: the case or the command line is wrong, and
+0: done. 1: `mics validate` ran, and values fall short of their references or have moved from the page they are compared with; or `mics study` ran, and some of its runs are not done. 2: the case or the command line is wrong, and
 nothing was written. 3: the run failed, with the state before the failing step kept and named; or `mics watch` saw that of
 its run, or that it was killed. 130: interrupted by Ctrl-C, SIGTERM or SIGUSR1 after writing a checkpoint, from which --resume goes
 on; `mics watch` says so with the same status.
 .SH \"SEE ALSO\"
-The equations, the keys of a case and what was measured: README.md, in /usr/share/doc/mics where Debian's package is installed.";
+The method, the keys of a case and what was measured: README.md and the book beside it, docs/, in /usr/share/doc/mics where Debian's package is installed.";
 
 /// Particle-laden incompressible flow with every particle resolved by the grid.
 #[derive(Parser)]
@@ -132,12 +132,23 @@ enum Command {
         /// Where the runs go.
         #[arg(long, value_name = "DIR", default_value = "runs/validate")]
         out: PathBuf,
+        /// Print a page of Markdown, as docs/accuracy.md is one.
+        #[arg(long)]
+        markdown: bool,
+        /// Compare with such a page, and name the values that have moved since by more than a tenth of their tolerance; the
+        /// status is then 1 where there are any, and 0 where values fall short as the page has them.
+        #[arg(long, value_name = "PAGE")]
+        compare: Option<PathBuf>,
         /// PETSc options, after --.
         #[arg(last = true, value_name = "PETSC OPTIONS", allow_hyphen_values = true)]
         petsc: Vec<String>,
     },
     /// Print the JSON Schema of a case, for editors.
-    Schema,
+    Schema {
+        /// The keys in words instead, as the page docs/keys.md of the book.
+        #[arg(long)]
+        markdown: bool,
+    },
     /// Print the completions of a shell.
     Completions {
         /// The shell.
@@ -206,14 +217,17 @@ fn act(command: Command) -> Result<()> {
         Command::Film(request) => film::make(&request)?.iter().try_for_each(|path| print(&path.display().to_string())),
         Command::Report { run, out } => print(&report::write(&run, out.as_deref())?.display().to_string()),
         Command::Watch { runs } => watch::watch(&runs),
-        Command::Validate { names, full, out, petsc, .. } => validate::validate(&names, full, &out, &petsc),
+        Command::Validate { names, full, out, markdown, compare, petsc, .. } => {
+            validate::validate(&validate::Request { names, full, out, markdown, compare, petsc })
+        }
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "mics", &mut script);
             print(String::from_utf8_lossy(&script).trim_end())
         }
         Command::Man => manual(),
-        Command::Schema => print(&format!("{:#}", mics::config::schema())),
+        Command::Schema { markdown: true } => print(mics::config::reference().trim_end()),
+        Command::Schema { markdown: false } => print(&format!("{:#}", mics::config::schema())),
     }
 }
 

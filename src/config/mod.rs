@@ -19,6 +19,7 @@ mod document;
 mod message;
 pub mod raw;
 mod read;
+mod reference;
 mod resolve;
 mod resolved;
 mod speeds;
@@ -31,6 +32,7 @@ pub use raw::{
     WALL, WallRule, When,
 };
 pub use read::{Loaded, load, schema};
+pub use reference::reference;
 pub use resolved::{
     Cadence, Case, Checkpoints, Contact, Drive, Enter, Fluid, Initial, Loss, Measure, Motion, Output, Pair, PairLaw,
     Particle, Step, Target, Time,

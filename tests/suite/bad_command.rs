@@ -24,6 +24,8 @@ const BAD: &[Row] = &[
     (&["run", "@case.toml", "--quiet=maybe"], &["--quiet", "maybe"]),
     (&["validate", "--quick", "--full"], &["'--quick'", "'--full'"]),
     (&["validate", "nonsense", "--out", "@out"], &["no case begins with \"nonsense\"", "\"settling-disc N 8\""]),
+    (&["validate", "settling", "--out", "@out", "--compare", "@absent.md"], &["absent.md: cannot be read", "--compare"]),
+    (&["validate", "settling", "--out", "@out", "--compare", "@case.toml"], &["case.toml", "`mics validate --markdown`"]),
     (&["completions", "klingon"], &["'klingon'", "bash"]),
     (&["schema", "more"], &["unexpected argument 'more'"]),
     (&["run", "@case.toml", "--out", "@out", "--", "ksp_type"], &["\"ksp_type\"", "begin with a dash"]),

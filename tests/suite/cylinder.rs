@@ -88,7 +88,7 @@ fn the_wake_is_steady_at_re_40_and_sheds_at_re_100_with_the_strouhal_number_of_t
             assert!((strouhal.unwrap() / expected - 1.0).abs() < 0.02, "Re {re}: {strouhal:?} against {expected}");
         }
         let (drag, expected) = (summary["measures"]["drag_coefficient"].as_f64().unwrap(), reference["cd"][row]);
-        // At Re 200 the boundary layer is thinner than a spacing: README says what eight places within a cell give.
+        // At Re 200 the boundary layer is thinner than a spacing: docs/measured.md says what eight places within a cell give.
         let within = if re > 150.0 { 0.075 } else { 0.02 };
         assert!((drag / expected - 1.0).abs() < within, "Re {re}: Cd {drag} against {expected}");
     }

@@ -4,6 +4,7 @@ mod allocation;
 mod bad_command;
 mod bad_input;
 mod balance;
+mod book;
 mod boundaries;
 mod cavity;
 mod convergence;

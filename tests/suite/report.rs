@@ -97,3 +97,32 @@ fn validate_runs_a_shipped_case_and_says_value_reference_error_and_verdict() {
     assert!(said.trim_end().ends_with("7 of 7 values pass"), "{said}");
     assert!(out.join("settling-disc-N-8/summary.json").exists());
 }
+
+#[test]
+fn validate_writes_a_page_and_names_what_has_moved_from_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let (out, page) = (dir.path().join("out"), dir.path().join("accuracy.md"));
+    let go = |more: &[&str]| {
+        let words = ["validate", "poiseuille", "--out", out.to_str().unwrap()];
+        let output = mics(&[&words[..], more].concat());
+        let said = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+        (output.status.code(), said)
+    };
+    let (status, [written, _]) = go(&["--markdown"]);
+    assert_eq!(status, Some(0), "{written}");
+    assert!(
+        written.starts_with("# Accuracy\n") && written.contains("`mics validate \"poiseuille\" --markdown`"),
+        "{written}"
+    );
+    let row = written.lines().find(|line| line.contains(" pass ")).unwrap_or_else(|| panic!("{written}")).to_owned();
+    fs::write(&page, &written).unwrap();
+    let compare = ["--compare", page.to_str().unwrap()];
+    let (status, [said, _]) = go(&compare);
+    assert!(status == Some(0) && said.contains("all are as"), "{said}");
+    // A page that says another value is found out.
+    let value = row.split('|').nth(3).unwrap().trim();
+    let another = format!("{:.6}", 1.5 * value.parse::<f64>().unwrap());
+    fs::write(&page, written.replacen(value, &another, 1)).unwrap();
+    let (status, [_, said]) = go(&compare);
+    assert!(status == Some(1) && said.contains("1 are not as") && said.contains(value), "{said}");
+}

@@ -57,7 +57,7 @@ pub fn page(run: &Run, figures: &[Figure]) -> Markup {
                     footer {
                         "Written by mics " (run.provenance.version) " from the files of the run. Units are SI, or the \
                          case's own consistent ones; the method and its equation numbers are those of MICS (Ushijima et \
-                         al. 2003), as the README has them."
+                         al. 2003), as the chapter on the method in its book has them."
                     }
                 }
             }

@@ -1,14 +1,17 @@
 //! `mics validate`: the shipped cases beside their references, value for value.
 
+mod page;
+
 use crate::output::compare::{Comparison, percent, signed_percent};
 use crate::output::plot::cylinder_reference;
 use crate::output::print;
 use crate::output::summary::Summary;
 use crate::petsc::Session;
-use crate::run::{self, Request};
+use crate::run;
 use crate::{Error, Result};
+use page::Page;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A shipped case, as it is compiled into the program, and how it is run.
 struct Row {
@@ -24,18 +27,50 @@ const MARKED: &str = "The runs in this folder are those of `mics validate`, whic
 
 macro_rules! shipped {
     ($path:literal) => {
-        include_str!(concat!("../cases/", $path))
+        include_str!(concat!("../../cases/", $path))
     };
 }
 
-/// Runs the shipped cases that have references, each into a folder in `out`, and prints their measures beside the
-/// references: the short ones, all (`full`), or those whose names begin with one of `names`. Collective; rank 0 prints.
+/// What `mics validate` is asked for.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// How the names of the cases begin; none: the short ones, or all.
+    pub names: Vec<String>,
+    /// All cases.
+    pub full: bool,
+    /// Where the runs go.
+    pub out: PathBuf,
+    /// Whether it prints a page of Markdown.
+    pub markdown: bool,
+    /// The page that it compares its values with.
+    pub compare: Option<PathBuf>,
+    /// PETSc's options.
+    pub petsc: Vec<String>,
+}
+
+/// What has been found so far.
+#[derive(Default)]
+struct Found {
+    pass: usize,
+    short: usize,
+    /// Cases whose runs failed.
+    failed: Vec<String>,
+    /// What has moved from the page, in words.
+    moved: Vec<String>,
+    /// Case, measure and where its reference is from.
+    sources: Vec<(String, String, String)>,
+}
+
+/// Runs the shipped cases that have references, each into a folder of the request's, and prints their measures beside the
+/// references: the short ones, all, or those whose names begin so. Collective; rank 0 prints.
 ///
 /// # Errors
-/// When a name is unknown, a run fails, or measures fall short of their references: [`Error::Short`], after all have
-/// been run.
-pub fn validate(names: &[String], full: bool, out: &Path, petsc: &[String]) -> Result<()> {
-    let rows = chosen(names, full)?;
+/// When a name is unknown, a run fails, or measures fall short of their references or have moved from the page they are
+/// compared with: [`Error::Short`], after all have been run.
+pub fn validate(request: &Request) -> Result<()> {
+    let Request { names, full, out, markdown, compare, petsc } = request;
+    let rows = chosen(names, *full)?;
+    let page = compare.as_deref().map(Page::read).transpose()?;
     let session = Session::start(petsc)?;
     let lead = session.rank() == 0;
     let say = |line: &str| if lead { print(line) } else { Ok(()) };
@@ -43,15 +78,22 @@ pub fn validate(names: &[String], full: bool, out: &Path, petsc: &[String]) -> R
     session.agree(if lead { may_use(out).and_then(|()| fs::create_dir_all(out).map_err(cure)) } else { Ok(()) })?;
     let mark = out.join(MARK);
     session.agree(if lead { fs::write(&mark, MARKED).map_err(Error::io(&mark)) } else { Ok(()) })?;
-    say(&columns(["case", "measure", "value", "reference", "error", "tolerance", "", "s"]))?;
-    say(&columns(WIDTHS.map(|width| "-".repeat(width.unsigned_abs())).each_ref().map(String::as_str)))?;
-    let (mut pass, mut short, mut failed) = (0, 0, Vec::new());
+    if *markdown {
+        say(&page::head(*full, names))?;
+    } else {
+        say(&columns(["case", "measure", "value", "reference", "error", "tolerance", "", "s"]))?;
+        say(&columns(WIDTHS.map(|width| "-".repeat(width.unsigned_abs())).each_ref().map(String::as_str)))?;
+    }
+    let mut found = Found::default();
     for row in rows {
         match measure(&session, &row, out, petsc) {
             Ok(summary) => {
                 for (name, c) in summary.comparisons() {
-                    say(&line(&row.name, &name, &c, summary.wall_seconds))?;
-                    *(if c.pass { &mut pass } else { &mut short }) += 1;
+                    let written = if *markdown { page::row } else { line };
+                    say(&written(&row.name, &name, &c, &summary))?;
+                    *(if c.pass { &mut found.pass } else { &mut found.short }) += 1;
+                    found.moved.extend(page.as_ref().and_then(|page| page.moved(&row.name, &name, &c)));
+                    found.sources.extend(c.source.map(|source| (row.name.clone(), name, source)));
                 }
             }
             Err(Error::Interrupted(_)) => {
@@ -60,12 +102,15 @@ pub fn validate(names: &[String], full: bool, out: &Path, petsc: &[String]) -> R
             }
             Err(e) => {
                 say(&format!("| {:<28} | the run failed: {e} |", row.name))?;
-                failed.push(row.name);
+                found.failed.push(row.name);
             }
         }
     }
-    say("")?;
-    say(&conclude(pass, short, &failed)?)
+    if *markdown {
+        say(&page::tail(found.pass, found.short, &found.sources))?;
+    }
+    let end = conclude(&found, page.as_ref())?;
+    if *markdown { Ok(()) } else { say(&format!("\n{end}")) }
 }
 
 /// Whether a folder is there for `mics validate`: new, empty or its own.
@@ -79,12 +124,18 @@ fn may_use(out: &Path) -> Result<()> {
 }
 
 /// The last line, or the failure that it is.
-fn conclude(pass: usize, short: usize, failed: &[String]) -> Result<String> {
+fn conclude(found: &Found, page: Option<&Page>) -> Result<String> {
+    let Found { pass, short, failed, moved, .. } = found;
     let counts = format!("{pass} of {} values pass", pass + short);
-    match (short, failed) {
-        (0, []) => Ok(counts),
-        (_, []) => Err(Error::Short(format!("{counts}, {short} fall short of their references"))),
-        _ => Err(Error::Run(format!("{counts}; runs that failed: {}", failed.join(", ")))),
+    match (page, short) {
+        _ if !failed.is_empty() => Err(Error::Run(format!("{counts}; runs that failed: {}", failed.join(", ")))),
+        (Some(page), _) if moved.is_empty() => Ok(format!("{counts}; all are as {} has them", page.file.display())),
+        (Some(page), _) => {
+            let (count, list) = (moved.len(), moved.join("\n  "));
+            Err(Error::Short(format!("{counts}; {count} are not as {} has them:\n  {list}", page.file.display())))
+        }
+        (None, 0) => Ok(counts),
+        (None, short) => Err(Error::Short(format!("{counts}, {short} fall short of their references"))),
     }
 }
 
@@ -108,7 +159,7 @@ fn measure(session: &Session, row: &Row, out: &Path, petsc: &[String]) -> Result
     let (case, folder) = (out.join(format!("{stem}.toml")), out.join(&stem));
     let lead = session.rank() == 0;
     session.agree(if lead { fs::write(&case, row.text).map_err(Error::io(&case)) } else { Ok(()) })?;
-    let request = Request {
+    let request = run::Request {
         case,
         out: Some(folder.clone()),
         set: row.set.clone(),
@@ -132,11 +183,11 @@ fn columns(cells: [&str; 8]) -> String {
     "|".to_owned() + &cells.into_iter().zip(WIDTHS).map(cell).collect::<String>()
 }
 
-fn line(case: &str, name: &str, c: &Comparison, seconds: f64) -> String {
+fn line(case: &str, name: &str, c: &Comparison, run: &Summary) -> String {
     let value = c.value.map_or("none".into(), |v| format!("{v:.5}"));
     let error = c.error.map_or(String::new(), signed_percent);
     let (reference, tolerance) = (c.reference.to_string(), percent(c.tolerance));
-    columns([case, name, &value, &reference, &error, &tolerance, c.verdict(), &format!("{seconds:.0}")])
+    columns([case, name, &value, &reference, &error, &tolerance, c.verdict(), &format!("{:.0}", run.wall_seconds)])
 }
 
 /// The cases with references, in the order in which they are run: the short ones of `--quick` first.
@@ -221,9 +272,15 @@ mod tests {
 
     #[test]
     fn one_value_that_falls_short_makes_the_status_1_and_a_run_that_fails_3() {
-        assert_eq!(conclude(4, 0, &[]).unwrap(), "4 of 4 values pass");
-        assert_eq!(conclude(4, 1, &[]).unwrap_err().exit_code(), 1);
-        assert_eq!(conclude(4, 1, &["crowd".into()]).unwrap_err().exit_code(), 3);
+        let found = |short, failed: &[&str]| Found {
+            pass: 4,
+            short,
+            failed: failed.iter().map(|name| name.to_string()).collect(),
+            ..Found::default()
+        };
+        assert_eq!(conclude(&found(0, &[]), None).unwrap(), "4 of 4 values pass");
+        assert_eq!(conclude(&found(1, &[]), None).unwrap_err().exit_code(), 1);
+        assert_eq!(conclude(&found(1, &["crowd"]), None).unwrap_err().exit_code(), 3);
     }
 
     #[test]

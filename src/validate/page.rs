@@ -1,0 +1,183 @@
+//! The page `docs/accuracy.md`: written by `mics validate --markdown`, read by `--compare`.
+
+use crate::config::Reference;
+use crate::output::compare::{Comparison, percent, signed_percent};
+use crate::output::summary::Summary;
+use crate::{Error, Result};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// How far a value may move from the page, as a part of what its tolerance leaves it.
+const PART: f64 = 0.1;
+
+/// The least part of itself by which a value moves: the page has five digits.
+const ROUNDING: f64 = 1e-4;
+
+/// The page's beginning, down to the head of its table.
+pub(super) fn head(full: bool, names: &[String]) -> String {
+    let mut command = "mics validate".to_owned();
+    names.iter().for_each(|name| command += &format!(" \"{name}\""));
+    command += if full { " --full --markdown" } else { " --markdown" };
+    let (version, commit) = (env!("CARGO_PKG_VERSION"), env!("MICS_GIT_COMMIT"));
+    format!(
+        "# Accuracy\n\n\
+         This page is what `{command}` printed, by mics {version} of commit {commit}.\n\
+         Nothing in it is typed. Each row is a measure of a shipped case beside its reference. The difference is a part of the\n\
+         reference, or of the middle of a band. The tolerance is what was asked for before the run was made, not what was\n\
+         reached: a value passes within it, and otherwise *falls short*. Seconds are those of the whole run on the machine that\n\
+         made the page. `mics validate --full --compare docs/accuracy.md` says what has moved since.\n\n\
+         | case | measure | value | reference | difference | tolerance | | steps | s |\n\
+         |---|---|---:|---:|---:|---:|---|---:|---:|"
+    )
+}
+
+/// A row of its table.
+pub(super) fn row(case: &str, measure: &str, c: &Comparison, run: &Summary) -> String {
+    let value = c.value.map_or("none".into(), significant);
+    let (error, verdict) = (c.error.map_or(String::new(), signed_percent), c.verdict());
+    let verdict = if c.pass { verdict.to_owned() } else { format!("**{verdict}**") };
+    let (reference, tolerance, steps, seconds) = (c.reference, percent(c.tolerance), run.steps, run.wall_seconds);
+    format!(
+        "| {case} | {measure} | {value} | {reference} | {error} | {tolerance} | {verdict} | {steps} | {seconds:.1} |"
+    )
+}
+
+/// Its end: how many pass, and where the references are from, of each (case, measure, source).
+pub(super) fn tail(pass: usize, short: usize, sources: &[(String, String, String)]) -> String {
+    let mut text = format!("\n{pass} of {} values pass.\n\n## Where the references are from\n\n", pass + short);
+    text += "| case | measures | source |\n|---|---|---|";
+    for of_one in sources.chunk_by(|a, b| (&a.0, &a.2) == (&b.0, &b.2)) {
+        let measures: Vec<&str> = of_one.iter().map(|(_, measure, _)| measure.as_str()).collect();
+        let (case, _, source) = &of_one[0];
+        text += &format!("\n| {case} | {} | {} |", measures.join(", "), source.replace('|', "\\|"));
+    }
+    text
+}
+
+/// A number with five digits.
+fn significant(value: f64) -> String {
+    let size = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+    match size {
+        -4..5 => format!("{value:.*}", usize::try_from(4 - size).unwrap_or(0)),
+        _ => format!("{value:.4e}"),
+    }
+}
+
+/// A page that was written before.
+#[derive(Debug)]
+pub(super) struct Page {
+    /// The file.
+    pub file: PathBuf,
+    /// Case, measure, value where there was one, and whether it passed.
+    rows: Vec<(String, String, Option<f64>, bool)>,
+}
+
+impl Page {
+    /// Reads a page.
+    ///
+    /// # Errors
+    /// When the file cannot be read or has no table of values.
+    pub fn read(file: &Path) -> Result<Page> {
+        let text = fs::read_to_string(file)
+            .map_err(|e| Error::Usage(format!("{}: cannot be read ({e}); give a page to --compare", file.display())))?;
+        let rows: Vec<_> = text.lines().filter_map(parse).collect();
+        if rows.is_empty() {
+            let cure = "no row of values in it; give a page that `mics validate --markdown` wrote";
+            return Err(Error::Usage(format!("{}: {cure}", file.display())));
+        }
+        Ok(Page { file: file.to_owned(), rows })
+    }
+
+    /// How a value has moved from the page, in words; `None` where it has not.
+    pub fn moved(&self, case: &str, measure: &str, now: &Comparison) -> Option<String> {
+        let value = now.value.map_or("none".into(), significant);
+        let Some((.., before, passed)) =
+            self.rows.iter().find(|(c, m, ..)| (c.as_str(), m.as_str()) == (case, measure))
+        else {
+            return Some(format!("{case}, {measure}: {value}, which the page does not have"));
+        };
+        let was = before.map_or("none".into(), significant);
+        let distance = match (now.value, before) {
+            (Some(now), Some(before)) => (now - before).abs(),
+            (None, None) => 0.0,
+            _ => f64::INFINITY,
+        };
+        let half = match now.reference {
+            Reference::Value(_) => 0.0,
+            Reference::Band([low, high]) => 0.5 * (high - low),
+        };
+        let room = now.tolerance * now.reference.middle().abs() + half;
+        let rounding = ROUNDING * before.map_or(0.0, f64::abs);
+        if distance > (PART * room).max(rounding) {
+            let part =
+                if room > 0.0 { format!(" ({} of its tolerance)", percent(distance / room)) } else { String::new() };
+            return Some(format!("{case}, {measure}: {value}, was {was}{part}"));
+        }
+        (*passed && !now.pass).then(|| format!("{case}, {measure}: {value} falls short, {was} passed"))
+    }
+}
+
+/// A row of the table, from its line.
+fn parse(line: &str) -> Option<(String, String, Option<f64>, bool)> {
+    let cells: Vec<&str> = line.strip_prefix('|')?.strip_suffix('|')?.split('|').map(str::trim).collect();
+    let [case, measure, value, _, _, _, verdict, steps, _] = cells.as_slice() else { return None };
+    steps.parse::<u64>().ok()?;
+    let value = if *value == "none" { None } else { Some(value.parse().ok()?) };
+    Some(((*case).to_owned(), (*measure).to_owned(), value, *verdict == "pass"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn comparison(value: Option<f64>, reference: Reference, tolerance: f64) -> Comparison {
+        let error = value.map(|v| v / reference.middle() - 1.0);
+        let pass = value.is_some_and(|v| reference.holds(v, tolerance));
+        Comparison { value, reference, tolerance, error, pass, source: None }
+    }
+
+    /// The page of some values, each a (measure, comparison) of one case.
+    fn page(folder: &Path, values: &[(&str, Comparison)]) -> Page {
+        let run: Summary = serde_json::from_str("{\"steps\": 420, \"wall_seconds\": 1.25}").unwrap();
+        let rows = values.iter().map(|(measure, c)| row("disc N 8", measure, c, &run));
+        let lines: Vec<String> = [head(true, &[])].into_iter().chain(rows).chain([tail(1, 1, &[])]).collect();
+        let file = folder.join("accuracy.md");
+        fs::write(&file, lines.join("\n")).unwrap();
+        Page::read(&file).unwrap()
+    }
+
+    #[test]
+    fn a_value_that_has_moved_by_a_tenth_of_its_tolerance_is_named() {
+        let (folder, two) = (tempfile::tempdir().unwrap(), Reference::Value(2.0));
+        let (band, none) = (Reference::Band([0.0, 2.0]), comparison(None, two, 0.1));
+        let of = |value: f64| comparison(Some(value), two, 0.1);
+        let values = [
+            ("drag", of(2.1)),
+            ("lift", comparison(Some(1.5), band, 0.0)),
+            ("kiss", none.clone()),
+            ("edge", of(2.199)),
+        ];
+        let page = page(folder.path(), &values);
+        let same = values.iter().all(|(measure, c)| page.moved("disc N 8", measure, c).is_none());
+        assert!(same, "a page is like itself: {page:?}");
+        assert_eq!(page.moved("disc N 8", "drag", &of(2.119)), None);
+        let said = page.moved("disc N 8", "drag", &of(2.05)).unwrap();
+        assert_eq!(said, "disc N 8, drag: 2.0500, was 2.1000 (25 % of its tolerance)");
+        assert!(page.moved("disc N 8", "lift", &comparison(Some(1.61), band, 0.0)).is_some());
+        assert!(page.moved("disc N 8", "kiss", &of(2.0)).is_some() && page.moved("disc N 8", "drag", &none).is_some());
+        assert!(page.moved("disc N 8", "edge", &of(2.201)).unwrap().contains("falls short"));
+        assert!(page.moved("disc N 16", "drag", &of(2.1)).unwrap().contains("does not have"));
+    }
+
+    #[test]
+    fn numbers_have_five_digits_and_what_is_no_page_is_refused() {
+        let written = [1.5576, -0.00871234, 75.123456, 0.0, 1.25e-7, 123456.7].map(significant);
+        assert_eq!(written, ["1.5576", "-0.0087123", "75.123", "0.0000", "1.2500e-7", "1.2346e5"]);
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("page.md");
+        for text in [None, Some("# A page\n\n| a | b |\n|---|---|\n| 1 | 2 |\n")] {
+            text.iter().for_each(|text| fs::write(&file, text).unwrap());
+            assert!(matches!(Page::read(&file), Err(Error::Usage(m)) if m.contains("page.md")));
+        }
+    }
+}

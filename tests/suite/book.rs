@@ -1,0 +1,135 @@
+//! The book in docs/ and the other pages: links lead somewhere, every page is in the table of contents, what the program writes
+//! is what it writes, and the cases that are printed are cases.
+
+use crate::support::{case, mics, shipped};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+/// The pages of Markdown that a reader may meet.
+fn pages() -> Vec<PathBuf> {
+    let in_folder = |folder: &str| {
+        let entries = std::fs::read_dir(shipped(folder)).unwrap();
+        entries.map(|entry| entry.unwrap().path()).collect::<Vec<_>>()
+    };
+    let docs = in_folder("docs").into_iter().filter(|path| path.extension().is_some_and(|e| e == "md"));
+    let cases = in_folder("cases").into_iter().map(|path| path.join("README.md")).filter(|path| path.exists());
+    let top = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(shipped);
+    top.into_iter().chain(docs).chain(cases).collect()
+}
+
+/// The lines of a page that are no code, with their numbers; what stands between backticks is cut out where `bare`.
+fn prose(text: &str, bare: bool) -> Vec<(usize, String)> {
+    let mut fenced = false;
+    let mut lines = Vec::new();
+    for (k, line) in text.lines().enumerate() {
+        if line.trim_start().starts_with("```") {
+            fenced = !fenced;
+        } else if !fenced && bare {
+            lines.push((k + 1, line.split('`').step_by(2).collect()));
+        } else if !fenced {
+            lines.push((k + 1, line.to_owned()));
+        }
+    }
+    lines
+}
+
+/// Where a page can be entered: its headings, as forges and mdBook name them.
+fn anchors(text: &str) -> Vec<String> {
+    let mut seen: HashMap<String, usize> = HashMap::new();
+    let headings = prose(text, false).into_iter().filter(|(_, line)| line.starts_with('#'));
+    let names = headings.map(|(_, line)| {
+        let title = line.trim_start_matches('#').trim().to_lowercase();
+        let kept = title.chars().filter(|c| c.is_alphanumeric() || [' ', '-', '_'].contains(c));
+        let name: String = kept.map(|c| if c == ' ' { '-' } else { c }).collect();
+        let count = seen.entry(name.clone()).or_default();
+        *count += 1;
+        if *count == 1 { name } else { format!("{name}-{}", *count - 1) }
+    });
+    names.collect()
+}
+
+/// The targets of a line's links and pictures.
+fn links(line: &str) -> Vec<&str> {
+    line.split("](").skip(1).filter_map(|rest| rest.split(')').next()).collect()
+}
+
+/// What is wrong with a link of a page.
+fn broken(page: &Path, text: &str, link: &str) -> Option<String> {
+    if ["http://", "https://", "mailto:"].iter().any(|scheme| link.starts_with(scheme)) {
+        return None;
+    }
+    let (path, anchor) = link.split_once('#').map_or((link, None), |(path, anchor)| (path, Some(anchor)));
+    let target = if path.is_empty() { page.to_owned() } else { page.with_file_name(path) };
+    if !target.exists() {
+        return Some(format!("{path} is not there"));
+    }
+    let there = if path.is_empty() { text.to_owned() } else { std::fs::read_to_string(&target).unwrap_or_default() };
+    let anchor = anchor.filter(|anchor| !anchors(&there).iter().any(|name| name == anchor))?;
+    Some(format!("{} has no heading #{anchor}", target.display()))
+}
+
+#[test]
+fn every_link_leads_somewhere() {
+    let mut wrong = Vec::new();
+    for page in pages() {
+        let text = std::fs::read_to_string(&page).unwrap();
+        for (line, said) in prose(&text, true) {
+            let found = links(&said).into_iter().filter_map(|link| broken(&page, &text, link));
+            wrong.extend(found.map(|why| format!("{}:{line}: {why}", page.display())));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn links_are_judged_as_a_forge_judges_them() {
+    let text = "# A `[fluid]` of two\n## Twice\n```\n# no heading, [no](link)\n```\n## Twice\n";
+    assert_eq!(anchors(text), ["a-fluid-of-two", "twice", "twice-1"]);
+    let page = shipped("docs/output.md");
+    for (link, right) in [
+        ("energy.md", true),
+        ("nowhere.md", false),
+        ("#twice-1", true),
+        ("#thrice", false),
+        ("energy.md#the-budget-of-energy", true),
+        ("energy.md#nothing", false),
+        ("https://example.org/nothing", true),
+    ] {
+        assert_eq!(broken(&page, text, link).is_none(), right, "{link}");
+    }
+}
+
+#[test]
+fn every_page_of_the_book_is_in_its_table_of_contents() {
+    let summary = shipped("docs/SUMMARY.md");
+    let text = std::fs::read_to_string(&summary).unwrap();
+    let listed: Vec<PathBuf> = text.lines().flat_map(links).map(|link| summary.with_file_name(link)).collect();
+    let listed: Vec<PathBuf> = listed.iter().map(|path| path.canonicalize().unwrap()).collect();
+    for page in pages() {
+        let here = page.canonicalize().unwrap();
+        let apart = page == summary;
+        assert!(apart || listed.contains(&here), "docs/SUMMARY.md does not have {}", page.display());
+    }
+}
+
+#[test]
+fn the_key_reference_is_what_the_program_writes() {
+    let output = mics(&["schema", "--markdown"]);
+    let (written, kept) = (String::from_utf8(output.stdout).unwrap(), std::fs::read_to_string(shipped("docs/keys.md")));
+    assert!(
+        written.contains("## `[[particle]]`") && written.contains("| `diameter` | number | required |"),
+        "{written}"
+    );
+    assert!(kept.unwrap() == written, "docs/keys.md is another: mics schema --markdown > docs/keys.md");
+}
+
+#[test]
+fn the_cases_that_the_pages_print_are_cases() {
+    for (page, count) in [("docs/tutorial.md", 2), ("README.md", 1)] {
+        let text = std::fs::read_to_string(shipped(page)).unwrap();
+        let blocks = text.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next());
+        let whole: Vec<&str> = blocks.filter(|block| block.contains("[domain]")).collect();
+        assert_eq!(whole.len(), count, "{page}");
+        assert!(whole.iter().all(|block| !case(block).particle.is_empty()), "{page}");
+    }
+}
