@@ -174,9 +174,9 @@ constants! {
     /// Power with which the grid's part of it sets in.
     /// Halved: height of a bed -0.8 %. Doubled: +0.9 %.
     power_of_discs = 2.0;
-    /// Gap at which the grid gives half of it between spheres (spacings).
-    /// Halved: rebound +5.6 %. Doubled: rebound +3.5 %.
-    half_gap_of_spheres = 0.65;
+    /// Gap at which the grid gives half of it between spheres (spacings), fitted to a sphere let go beside a wall at gaps of 0.05 to 0.5 radii, 8 and
+    /// 16 cells across (`cases/approach/gaps.study.toml`): speeds within 4 %. At 0.65, down to 6 % too slow; at 0.5, up to 7 % too fast.
+    half_gap_of_spheres = 0.58;
     /// Power with which that sets in.
     /// Halved: rebound +5.5 %. Doubled: rebound +4.0 %.
     power_of_spheres = 1.25;
