@@ -23,7 +23,9 @@ pub enum Stage {
     Pressure,
     /// Forces (19).
     Force,
-    /// Particles' motion and fractions.
+    /// Particles' motion, through contacts where they have any.
+    Contacts,
+    /// Their fractions, and what they cover.
     Particles,
     /// Mixing (27).
     Mixing,
@@ -36,7 +38,7 @@ pub enum Stage {
 }
 
 /// Names of the stages, in the order of [`Stage`].
-pub const NAMES: [&str; 14] = [
+pub const NAMES: [&str; 15] = [
     "properties",
     "assembly",
     "ghosts",
@@ -46,6 +48,7 @@ pub const NAMES: [&str; 14] = [
     "faces",
     "pressure",
     "force",
+    "contacts",
     "particles",
     "mixing",
     "logs",

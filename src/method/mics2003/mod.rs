@@ -237,8 +237,9 @@ impl<const D: usize> Mics2003<D> {
     /// Fixed bodies stay, and the fractions of those that only turn. Collective.
     fn move_particles(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
         self.depart(domain, s, dt)?;
-        s.substeps = self.advance(domain, s, dt)?;
         domain.clock.lap(Stage::Particles);
+        s.substeps = self.advance(domain, s, dt)?;
+        domain.clock.lap(Stage::Contacts);
         Ok(())
     }
 

@@ -79,6 +79,7 @@ impl<const D: usize> Sharp<D> {
                     bodies.for_each(|(body, push)| body.advance(dt, push, &periods));
                 }
             }
+            domain.clock.lap(Stage::Contacts);
             refuse_collisions(domain, &s.bodies, self.contacts.is_some())?;
             for (motion, body) in self.motions.iter_mut().zip(&s.bodies) {
                 motion.expected = (body.velocity, body.spin);
