@@ -175,11 +175,10 @@ constants! {
     /// Halved: height of a bed -0.8 %. Doubled: +0.9 %.
     power_of_discs = 2.0;
     /// Gap at which the grid gives half of it between spheres (spacings), fitted to a sphere let go beside a wall at gaps of 0.05 to 0.5 radii, 8 and
-    /// 16 cells across (`cases/approach/gaps.study.toml`): speeds within 4 %. At 0.65, down to 6 % too slow; at 0.5, up to 7 % too fast.
-    half_gap_of_spheres = 0.58;
-    /// Power with which that sets in.
-    /// Halved: rebound +5.5 %. Doubled: rebound +4.0 %.
-    power_of_spheres = 1.25;
+    /// 16 cells across (`cases/approach/gaps.study.toml`): speeds within 3 %. At 0.5, up to 7 % too fast.
+    half_gap_of_spheres = 0.6;
+    /// Power with which that sets in, fitted with it. At 1.25 and a gap of 0.65, down to 6 % too slow.
+    power_of_spheres = 1.4;
     /// How much wider than it is the grid shows a closed gap between discs that slide along it (spacings), fitted to a disc that moves along a
     /// wall in Stokes flow, sliding and spinning, at gaps of 0.08 to 0.8 spacings, 8 and 16 cells across.
     sliding_gap_of_discs = 0.34;
