@@ -148,6 +148,27 @@ fn curves_show_what_their_axes_can_hold_and_leave_gaps_for_the_rest() {
 }
 
 #[test]
+fn a_legend_stands_where_no_curve_is_and_beside_the_plot_where_there_is_no_such_place() {
+    // How wide the figure is, and where its legend's text begins.
+    let legend = |points: Vec<(f64, f64)>| {
+        let one = [Series { label: "legend".into(), points, style: SeriesStyle::Line }];
+        let ([width, _], svg) = written(|stem| curves(&Axes::default(), &one, stem));
+        let text = svg.split(">\nlegend\n<").next().unwrap().rsplit_once("<text ").unwrap().1.to_owned();
+        let place = |axis: &str| -> f64 {
+            text.split_once(&format!("{axis}=\"")).unwrap().1.split('"').next().unwrap().parse().unwrap()
+        };
+        (width, place("x"), place("y"))
+    };
+    let (narrow, high_right, high) = legend(vec![(0.0, 0.0), (1.0, 0.0), (2.0, 0.1)]);
+    let (same, low_right, low) = legend(vec![(0.0, 0.0), (0.1, 1.0), (2.0, 1.0)]);
+    assert_eq!((narrow, high_right), (same, low_right));
+    assert!(low > high, "{low} is below {high}");
+    // A curve that fills the plot.
+    let (wide, beside, _) = legend((0..400).map(|k| (f64::from(k), f64::from(k % 2))).collect());
+    assert!(wide > narrow + 50 && beside > high_right, "{wide}, {beside}");
+}
+
+#[test]
 fn a_long_history_keeps_its_extremes_in_few_points() {
     let points = (0..200_000).map(|k| (f64::from(k), if k == 77_777 { 9.0 } else { f64::from(k % 2) })).collect();
     let history = Series { label: String::new(), points, style: SeriesStyle::Line };
