@@ -6,7 +6,8 @@ use super::*;
 fn flow_past_a_disc(cells: [usize; 2], size: [f64; 2]) -> Plane {
     let disc = Disc { centre: [0.3 * size[0], 0.5 * size[1]], radius: 0.1 * size[1], shade: 0.5, ..Disc::default() };
     let labels = ["x (m)".to_owned(), "y (m)".to_owned()];
-    let mut plane = Plane { cells, size, discs: vec![disc], labels, title: "a < b & c".to_owned(), ..Plane::default() };
+    let mut plane =
+        Plane { cells, size, discs: vec![disc.clone()], labels, title: "a < b & c".to_owned(), ..Plane::default() };
     for k in 0..cells[0] * cells[1] {
         let centre = |k: usize, axis: usize| (k as f64 + 0.5) * size[axis] / cells[axis] as f64;
         let x = centre(k % cells[0], 0) - disc.centre[0];
@@ -100,7 +101,7 @@ fn streamlines_stay_in_the_plane_and_apart_and_never_enter_a_disc() {
     assert!(lines.len() > 12, "{}", lines.len());
     assert_eq!(lines, trace::streamlines(&plane, separation));
     let distance = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
-    let Disc { centre, radius, .. } = plane.discs[0];
+    let Disc { centre, radius, .. } = plane.discs[0].clone();
     for (index, line) in lines.iter().enumerate() {
         for pair in line.windows(2) {
             for part in [0.0, 0.25, 0.5, 0.75, 1.0] {
@@ -159,7 +160,7 @@ fn a_legend_stands_where_no_curve_is_and_beside_the_plot_where_there_is_no_such_
         };
         (width, place("x"), place("y"))
     };
-    let (narrow, high_right, high) = legend(vec![(0.0, 0.0), (1.0, 0.0), (2.0, 0.1)]);
+    let (narrow, high_right, high) = legend(vec![(0.0, 1.0), (0.1, 0.0), (2.0, 0.0)]);
     let (same, low_right, low) = legend(vec![(0.0, 0.0), (0.1, 1.0), (2.0, 1.0)]);
     assert_eq!((narrow, high_right), (same, low_right));
     assert!(low > high, "{low} is below {high}");
