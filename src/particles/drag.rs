@@ -8,6 +8,15 @@
 
 use std::f64::consts::PI;
 
+/// Reynolds number below which the flow has no boundary layer.
+const LEAST_REYNOLDS: f64 = 10.0;
+
+/// Thickness (m) of the boundary layer at the front of a body of this diameter (m): Hiemenz' at a cylinder, `2.4 sqrt(nu/(4 U/d))`,
+/// which is `1.2 d/sqrt(Re)`; a sphere's has 1.15. Infinite where there is none.
+pub fn boundary_layer(diameter: f64, reynolds: f64) -> f64 {
+    if reynolds < LEAST_REYNOLDS { f64::INFINITY } else { 1.2 * diameter / reynolds.sqrt() }
+}
+
 /// Terminal speed (m/s) of a sphere, or else of a cylinder across its axis, of this diameter (m) and submerged weight (m/s2) in a fluid
 /// of this kinematic viscosity (m2/s).
 pub fn terminal_speed(sphere: bool, diameter: f64, weight: f64, viscosity: f64) -> f64 {

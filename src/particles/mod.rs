@@ -9,6 +9,6 @@ mod inertia;
 mod neighbours;
 
 pub use body::{Body, Freedom, Motion, Oscillation, Push, nearest_image};
-pub use drag::terminal_speed;
+pub use drag::{boundary_layer, terminal_speed};
 pub use inertia::Inertia;
 pub(crate) use neighbours::Neighbours;

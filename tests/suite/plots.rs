@@ -68,6 +68,12 @@ fn named_figures_of_a_fall_are_drawn_alone_and_say_what_they_show() {
     let at = plotted(&[&a, "--figure", "vorticity", "--times", "0.1", "--range=-20,20", "--size", "300", "--out", out]);
     let svg = std::fs::read_to_string(&at[1]).unwrap();
     assert!(svg.contains("fall, t = 0.10") && svg.contains(">\n\u{2212}20\n<") && svg.contains(">\n20\n<"));
+    for (times, kind) in [("0.1", ""), ("0.1,0.2", "_strip")] {
+        let usual = plotted(&[&a, "--times", times, "--out", out]);
+        let name = |stem: &str| ["png", "svg"].map(|end| format!("{out}/{stem}{kind}.{end}"));
+        assert_eq!(usual, [name("streamlines"), name("vorticity")].concat());
+        assert!(std::fs::read_to_string(&usual[3]).unwrap().contains("t = 0.10"));
+    }
     let field = plotted(&[&a, "--field", "pressure", "--out", out]);
     assert_eq!(field, ["png", "svg"].map(|end| format!("{out}/pressure_field.{end}")));
     let several = plotted(&[&a, "--figure", "field", "--times", "0.1,0.3", "--bodies", "speed", "--out", out]);
@@ -87,6 +93,8 @@ fn named_figures_of_a_fall_are_drawn_alone_and_say_what_they_show() {
         ),
         (&[&a, "--figure", "drag"], &["drag needs a measure of kind \"drag_coefficient\""]),
         (&[&a, "--figure", "paths", "--times", "0.1"], &["--times", "vorticity-strip"]),
+        (&[&a, "--times", "0.1", "--range", "0,1"], &["--times", "--figure field"]),
+        (&[&a, "--plane", "z=0.1"], &["--plane z=0.1", "in 2D"]),
         (&[&a, "--interval", "40"], &["--interval", "--figure vorticity-strip"]),
         (&[&a, "--figure", "vorticity-strip", "--interval", "-40"], &["--interval -40", "positive"]),
         (&[&a, "--figure", "vorticity-strip", "--interval", "0.001"], &["every 0.001 1/s", "too many", "--interval "]),

@@ -152,7 +152,7 @@ fn length(v: &[f64]) -> f64 {
 pub struct Domain {
     /// Edge lengths (m); two numbers make a 2D case, three a 3D one.
     pub size: Vec<f64>,
-    /// Cells along each edge; at least 6.
+    /// Cells along each edge; at least 6, and with sharp walls around bodies 7 where they are as long as wide, and up to 11 where not.
     pub cells: Vec<usize>,
 }
 

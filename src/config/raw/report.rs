@@ -335,8 +335,8 @@ pub struct Output {
     /// others that move, and else as often as of these.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fixed: Option<FixedRows>,
-    /// Where figures cut a 3D flow, `planes = [{ z = 0.02 }, { x = 0.01 }]` (m); default one along gravity or the stream, through the
-    /// body or the middle of all of them.
+    /// Where figures cut a 3D flow, `planes = [{ z = 0.02 }, { x = 0.01 }]` (m), each drawn in the layer of cells that holds it; default
+    /// one along gravity or the stream, through the body or the middle of all of them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub planes: Vec<Section>,
 }
@@ -432,7 +432,7 @@ pub struct Cadence {
     /// Every so many steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every: Option<u64>,
-    /// Every so much time (s).
+    /// Every so much time (s): at the end of the first step that reaches or passes each multiple of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every_time: Option<f64>,
 }

@@ -18,6 +18,10 @@ const SAMPLE: i32 = 44 * SCALE;
 const ROW: i32 = 28 * SCALE;
 /// Rows of a legend that stands inside the plot, at most.
 const MOST_INSIDE: usize = 6;
+/// Places of a legend along an edge of the plot, less one.
+const PLACES: i32 = 8;
+/// Points of curves, PAD apart, that a legend in the plot may hide or come near.
+const FEW: usize = 4;
 /// Okabe and Ito's colours, which stay apart for every kind of colour vision, the readable ones first.
 const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
@@ -121,8 +125,8 @@ fn stroke(sheet: &mut Sheet, style: SeriesStyle, index: usize, places: Vec<Pixel
     }
 }
 
-/// Draws the legend in that corner or middle of an edge of the plot where it covers least of what is drawn, or beside the plot
-/// where it is long; returns how far to the right all reaches.
+/// Draws the legend in that corner or place at an edge of the plot where it covers least of what is drawn, or beside the plot
+/// where it is long or would hide a curve; returns how far to the right all reaches.
 fn legend(sheet: &mut Sheet, series: &[Series], (left, top): Pixel, extent: Pixel, drawn: &[Pixel]) -> i32 {
     let right = left + extent.0 + MARGIN;
     let named = || series.iter().enumerate().filter(|(_, series)| !series.label.is_empty());
@@ -131,15 +135,17 @@ fn legend(sheet: &mut Sheet, series: &[Series], (left, top): Pixel, extent: Pixe
     // The font of a viewer of the SVG may be wider.
     let (width, height) = (widest * 11 / 10 + SAMPLE + 3 * PAD, ROW * named().count() as i32 + PAD);
     let free = (extent.0 - width - 2 * PAD, extent.1 - height - 2 * PAD);
-    let corner = |(i, j): (i32, i32)| (left + PAD + i * free.0 / 2, top + PAD + j * free.1 / 2);
+    let corner = |(i, j): (i32, i32)| (left + PAD + i * free.0 / PLACES, top + PAD + j * free.1 / PLACES);
     let covered = |place: &(i32, i32)| {
         let (x, y) = corner(*place);
         let (columns, rows) = (x - PAD..x + width + PAD, y - PAD..y + height + PAD);
         drawn.iter().filter(|at| columns.contains(&at.0) && rows.contains(&at.1)).count()
     };
-    let places = [(2, 0), (0, 0), (2, 2), (0, 2), (1, 0), (1, 2), (2, 1), (0, 1)];
-    let beside = named().count() > MOST_INSIDE;
-    let (x, y) = if beside { (right, top) } else { corner(places.into_iter().min_by_key(covered).unwrap_or_default()) };
+    let edges = (0..=PLACES).flat_map(|k| [(k, 0), (k, PLACES), (0, k), (PLACES, k)]);
+    let places = [(PLACES, 0), (0, 0), (PLACES, PLACES), (0, PLACES)].into_iter().chain(edges);
+    let best = places.min_by_key(covered).filter(|place| covered(place) <= FEW && free.0 >= 0 && free.1 >= 0);
+    let inside = best.filter(|_| named().count() <= MOST_INSIDE);
+    let (beside, (x, y)) = inside.map_or((true, (right, top)), |place| (false, corner(place)));
     let outline = canvas::ring((x, y), (width, height));
     sheet.area(outline.clone(), WHITE.mix(0.85));
     sheet.line(outline, RGBColor(190, 190, 190), THIN);

@@ -117,7 +117,7 @@ pub struct Scale {
 }
 
 /// A particle as a plane cuts it.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Disc {
     /// Centre in the plane's own coordinates.
     pub centre: [f64; 2],
@@ -128,8 +128,8 @@ pub struct Disc {
     /// The part of it that is darker and shows how it is turned: where `m[0] x + m[1] y + m[2] > 0`, from its centre. No mark on one
     /// that does not turn.
     pub mark: Option<[f64; 3]>,
-    /// The number that is written on it where there is room; `None` of one that is alone.
-    pub number: Option<usize>,
+    /// What may be written on it, the first that there is room for: its name, its number; nothing on one that is alone.
+    pub label: Vec<String>,
 }
 
 /// One series of a line or point figure.

@@ -206,13 +206,13 @@ pub fn discs(sheet: &mut Sheet, plot: &Frame, plane: &Plane) {
             }
             rim.push(rim[0]);
             sheet.line(rim, INK, 3 * THIN / 2);
-            let label = disc.number.map(|number| number.to_string()).unwrap_or_default();
             let inside = (0..2).all(|a| (0.0..=plane.size[a]).contains(&disc.centre[a]));
             // A square in the circle holds it.
             let room = (disc.radius * scale * SQRT_2) as i32;
-            if inside && canvas::width(&label, SMALL) < room && SMALL < room {
+            let label = disc.label.iter().find(|label| canvas::width(label, SMALL) < room && SMALL < room);
+            if let Some(label) = label.filter(|_| inside) {
                 let anchor = (HPos::Center, VPos::Center);
-                sheet.text(&label, SMALL, plot.pixel(disc.centre[0], disc.centre[1]), anchor, FontTransform::None);
+                sheet.text(label, SMALL, plot.pixel(disc.centre[0], disc.centre[1]), anchor, FontTransform::None);
             }
         }
     }

@@ -6,7 +6,8 @@ use super::*;
 fn flow_past_a_disc(cells: [usize; 2], size: [f64; 2]) -> Plane {
     let disc = Disc { centre: [0.3 * size[0], 0.5 * size[1]], radius: 0.1 * size[1], shade: 0.5, ..Disc::default() };
     let labels = ["x (m)".to_owned(), "y (m)".to_owned()];
-    let mut plane = Plane { cells, size, discs: vec![disc], labels, title: "a < b & c".to_owned(), ..Plane::default() };
+    let mut plane =
+        Plane { cells, size, discs: vec![disc.clone()], labels, title: "a < b & c".to_owned(), ..Plane::default() };
     for k in 0..cells[0] * cells[1] {
         let centre = |k: usize, axis: usize| (k as f64 + 0.5) * size[axis] / cells[axis] as f64;
         let x = centre(k % cells[0], 0) - disc.centre[0];
@@ -100,7 +101,7 @@ fn streamlines_stay_in_the_plane_and_apart_and_never_enter_a_disc() {
     assert!(lines.len() > 12, "{}", lines.len());
     assert_eq!(lines, trace::streamlines(&plane, separation));
     let distance = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
-    let Disc { centre, radius, .. } = plane.discs[0];
+    let Disc { centre, radius, .. } = plane.discs[0].clone();
     for (index, line) in lines.iter().enumerate() {
         for pair in line.windows(2) {
             for part in [0.0, 0.25, 0.5, 0.75, 1.0] {
@@ -145,6 +146,27 @@ fn curves_show_what_their_axes_can_hold_and_leave_gaps_for_the_rest() {
             written(|stem| curves(&axes, &[series("", points, style)], stem));
         }
     }
+}
+
+#[test]
+fn a_legend_stands_where_no_curve_is_and_beside_the_plot_where_there_is_no_such_place() {
+    // How wide the figure is, and where its legend's text begins.
+    let legend = |points: Vec<(f64, f64)>| {
+        let one = [Series { label: "legend".into(), points, style: SeriesStyle::Line }];
+        let ([width, _], svg) = written(|stem| curves(&Axes::default(), &one, stem));
+        let text = svg.split(">\nlegend\n<").next().unwrap().rsplit_once("<text ").unwrap().1.to_owned();
+        let place = |axis: &str| -> f64 {
+            text.split_once(&format!("{axis}=\"")).unwrap().1.split('"').next().unwrap().parse().unwrap()
+        };
+        (width, place("x"), place("y"))
+    };
+    let (narrow, high_right, high) = legend(vec![(0.0, 1.0), (0.1, 0.0), (2.0, 0.0)]);
+    let (same, low_right, low) = legend(vec![(0.0, 0.0), (0.1, 1.0), (2.0, 1.0)]);
+    assert_eq!((narrow, high_right), (same, low_right));
+    assert!(low > high, "{low} is below {high}");
+    // A curve that fills the plot.
+    let (wide, beside, _) = legend((0..400).map(|k| (f64::from(k), f64::from(k % 2))).collect());
+    assert!(wide > narrow + 50 && beside > high_right, "{wide}, {beside}");
 }
 
 #[test]

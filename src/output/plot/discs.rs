@@ -11,6 +11,7 @@ use crate::config::{Case, Motion, Particle};
 use crate::output::bodies::Pose;
 use crate::output::figure::{Disc, Scale};
 use nalgebra::Vector3;
+use std::collections::HashMap;
 
 /// What the colours of particles say.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -98,7 +99,7 @@ fn part(value: f64, [least, most]: [f64; 2]) -> f64 {
 }
 
 /// What the plane across `axis` at `height` (m) cuts of the particles, with their images across periodic faces that reach into it:
-/// in grey and with numbers, or in colours and with the marks of their turning.
+/// in grey and with names or numbers, or in colours and with the marks of their turning.
 pub fn discs(
     case: &Case,
     (axis, height): (usize, f64),
@@ -111,10 +112,10 @@ pub fn discs(
     let greys = Colours::of(by, case, 0.0);
     let (axes, materials) = (section::axes(axis), materials(case));
     let mut discs = Vec::new();
-    // What moves and has no place has left the box or not come in; where nobody has any, all are where they start.
-    let recorded = (0..case.particle.len()).any(|id| place(id).is_some());
+    let names = unique_names(case);
     for (id, p) in case.particle.iter().enumerate() {
-        let rests = || p.motion == Motion::Fixed || !recorded;
+        // What moves and has no place has left the box or not come in.
+        let rests = || p.motion == Motion::Fixed && p.enter.is_none();
         let Some(pose) = place(id).or_else(|| rests().then(|| Pose::at(start(p)))) else { continue };
         let at = pose.centre;
         let across = if case.dimension() == 3 { at[axis] - height } else { 0.0 };
@@ -133,17 +134,28 @@ pub fn discs(
             let n = turned * -Vector3::ith(axes[1], 1.0);
             [n[axes[0]], n[axes[1]], -off * n[axis]]
         });
-        let number = (case.particle.len() > 1 && colours.is_none()).then_some(id);
+        let label = match (case.particle.len(), colours) {
+            (2.., None) => names.get(&id).map(|name| (*name).to_owned()).into_iter().chain([id.to_string()]).collect(),
+            _ => Vec::new(),
+        };
         let images = |axis: usize| if case.periodic(axis) { -1..=1 } else { 0..=0 };
         for (ka, kb) in images(axes[0]).flat_map(|ka| images(axes[1]).map(move |kb| (ka, kb))) {
             let centre = [at[axes[0]] + f64::from(ka) * size[0], at[axes[1]] + f64::from(kb) * size[1]];
             let radius = square.sqrt();
             if (0..2).all(|a| centre[a] > -radius && centre[a] < size[a] + radius) {
-                discs.push(Disc { centre, radius, shade, mark, number });
+                discs.push(Disc { centre, radius, shade, mark, label: label.clone() });
             }
         }
     }
     discs
+}
+
+/// The names that one particle has alone, by its number.
+fn unique_names(case: &Case) -> HashMap<usize, &str> {
+    let named = || case.particle.iter().enumerate().filter_map(|(id, p)| Some((id, p.name.as_deref()?)));
+    let mut count: HashMap<&str, usize> = HashMap::new();
+    named().for_each(|(_, name)| *count.entry(name).or_default() += 1);
+    named().filter(|(_, name)| count.get(name) == Some(&1)).collect()
 }
 
 /// Where a particle is at the start (m).
@@ -193,11 +205,21 @@ mod tests {
     }
 
     #[test]
+    fn a_body_that_moves_is_drawn_where_it_has_a_place_only_and_a_fixed_one_without() {
+        let late = sphere(0.2, "enter = { time = 1.0 }");
+        let case = case(&[late, sphere(0.1, "motion = \"fixed\"").replace("[0.5", "[0.1")].concat());
+        let drawn = |place: &dyn Fn(usize) -> Option<Pose>| discs(&case, (2, 0.5), [1.0; 2], place, None);
+        let before = drawn(&|_| None);
+        assert_eq!(before.iter().map(|disc| disc.centre).collect::<Vec<_>>(), [[0.1, 0.5]]);
+        assert_eq!(drawn(&|id| (id == 0).then(|| Pose::at([0.7, 0.5, 0.5]))).len(), 2);
+    }
+
+    #[test]
     fn colours_are_between_the_least_and_the_most_of_what_they_say() {
         let apart = |text: String| text.replace("position = [0.5", "position = [0.2");
         let case = case(
             &[
-                apart(sphere(0.1, "material = \"steel\"")),
+                apart(sphere(0.1, "name = \"left\"\nmaterial = \"steel\"")),
                 sphere(0.2, "velocity = [1.0, 0.0, 0.0]\nmaterial = \"glass\""),
             ]
             .concat(),
@@ -211,6 +233,8 @@ mod tests {
         assert_eq!(shades(Bodies::Material), [0.25, 0.75]);
         let scale = Colours::of(Bodies::Material, &case, 0.0).scale(&case);
         assert_eq!(scale.names, [(0.0, "steel".to_owned()), (1.0, "glass".to_owned())]);
+        let labels = discs(&case, (2, 0.5), [1.0; 2], &place, None).into_iter().map(|disc| disc.label);
+        assert_eq!(labels.collect::<Vec<_>>(), [vec!["left", "0"], vec!["1"]]);
         let alike = super::tests::case(&sphere(0.1, ""));
         assert_eq!(Colours::of(Bodies::Material, &alike, 0.0).scale(&alike).range, [3.0, 3.0]);
     }

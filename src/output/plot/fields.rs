@@ -117,7 +117,7 @@ pub fn sections(case: &Case, place: impl Fn(usize) -> Option<Pose>) -> Vec<Secti
 pub struct Look {
     /// What the colours of the flow are.
     pub quantity: Quantity,
-    /// What the colours of the particles say; where it is absent they are grey, with their numbers.
+    /// What the colours of the particles say; where it is absent they are grey, with their names or numbers.
     pub colours: Option<Colours>,
     /// Digits of the time in the title.
     pub digits: usize,
@@ -227,7 +227,7 @@ pub fn cut(plane: Plane, window: [f64; 4]) -> Result<Plane> {
     };
     let corner = [columns.start as f64 * h[0], rows.start as f64 * h[1]];
     let size = [columns.len() as f64 * h[0], rows.len() as f64 * h[1]];
-    let moved = |disc: &Disc| Disc { centre: [0, 1].map(|k| disc.centre[k] - corner[k]), ..*disc };
+    let moved = |disc: &Disc| Disc { centre: [0, 1].map(|k| disc.centre[k] - corner[k]), ..disc.clone() };
     let reaches = |d: &Disc| (0..2).all(|k| d.centre[k] > -d.radius && d.centre[k] < size[k] + d.radius);
     Ok(Plane {
         cells: [columns.len(), rows.len()],

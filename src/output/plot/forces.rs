@@ -40,14 +40,18 @@ pub fn forces(case: &Case, rows: &Rows, asked: &[usize]) -> Result<(String, Vec<
     };
     let names = &["x", "y", "z"][..case.dimension()];
     let whole = names.iter().map(|a| (format!("fluid_f{a}"), format!("fluid, along {a}"), SeriesStyle::Line));
-    let words = match case.coupling.wall {
-        WallRule::Sharp => ["pressure on the surface", "shear on the surface", "the rest"],
-        WallRule::Mixing => ["pressure part of (19)", "viscous part", "convective part"],
-    };
-    let parts = ["pressure", "viscous", "convective"].into_iter().zip(words);
+    let parts = ["pressure", "viscous", "convective"].into_iter().zip(words(case));
     let parts = parts.map(|(name, words)| (format!("{name}_f{a}"), format!("{words}, {a}"), SeriesStyle::Dashed));
     let series = whole.chain(parts).map(|(name, label, style)| curve(id, &name, &label, style));
     Ok((format!("force on {} (N)", case.called(id)), series.collect::<Result<_>>()?))
+}
+
+/// What the pressure, viscous and convective columns of a force are.
+pub fn words(case: &Case) -> [&'static str; 3] {
+    match case.coupling.wall {
+        WallRule::Sharp => ["pressure on the surface", "shear on the surface", "the rest"],
+        WallRule::Mixing => ["pressure part of (19)", "viscous part", "convective part"],
+    }
 }
 
 /// Velocity over time of the free particles among those that are `asked` for or the first that move, with what the vertical axis says:
@@ -110,10 +114,16 @@ pub fn parts(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<(Axes, 
         way[row] = way[row - 1] + step / diameter;
     }
     let across = if up == 0 { "y" } else { "x" };
-    let parts = [("convective", "F_c"), ("pressure", "F_p"), ("viscous", "F_d")].map(|(part, symbol)| {
+    let [pressure, viscous, convective] = words(case);
+    let parts = [("convective", "F_c", convective), ("pressure", "F_p", pressure), ("viscous", "F_d", viscous)];
+    let parts = parts.map(|(part, symbol, words)| {
         let force = running_mean(&column(&format!("{part}_f{across}"))?[..end], &time, &way);
         let points = force.into_iter().enumerate().skip(1).map(|(row, force)| (height(row), force / weight)).collect();
-        Ok(Series { label: format!("{symbol}{across}, {part}"), points, style: SeriesStyle::Line })
+        let label = match case.coupling.wall {
+            WallRule::Sharp => format!("{words}, {across}"),
+            WallRule::Mixing => format!("{symbol}{across}, {words}"),
+        };
+        Ok(Series { label, points, style: SeriesStyle::Line })
     });
     let axes = Axes {
         x_label: if gravity[up] < 0.0 { format!("{}/d", ["x", "y", "z"][up]) } else { "height/d".into() },
@@ -177,7 +187,7 @@ mod tests {
         assert_eq!((axes.x_label.as_str(), axes.falling_x), ("y/d", true));
         assert_eq!(
             parts.iter().map(|s| s.label.as_str()).collect::<Vec<_>>(),
-            ["F_cx, convective", "F_px, pressure", "F_dx, viscous"]
+            ["the rest, x", "pressure on the surface, x", "shear on the surface, x"]
         );
         let weight = 3.0 * PI * 0.01 * 10.0;
         let (first, last) = (parts[1].points[0], parts[1].points[parts[1].points.len() - 1]);
@@ -195,8 +205,13 @@ mod tests {
     fn parts_are_across_gravity_and_need_something_that_pulls() {
         let (case, rows) = fall("[10.0, 0.0]");
         let (axes, parts) = super::parts(&case, &rows, &[]).unwrap().unwrap();
-        assert_eq!((axes.x_label.as_str(), parts[1].label.as_str()), ("height/d", "F_py, pressure"));
+        assert_eq!((axes.x_label.as_str(), parts[1].label.as_str()), ("height/d", "pressure on the surface, y"));
         assert!(parts[1].points.iter().all(|p| (p.0 - 2.5).abs() < 1e-12), "from the wall that it is pulled to");
+        let (mut case, rows) = fall("[0.0, -10.0]");
+        case.coupling.wall = WallRule::Mixing;
+        let (_, parts) = super::parts(&case, &rows, &[]).unwrap().unwrap();
+        let labels: Vec<_> = parts.iter().map(|s| s.label.as_str()).collect();
+        assert_eq!(labels, ["F_cx, convective part", "F_px, pressure part of (19)", "F_dx, viscous part"]);
         let (mut case, rows) = fall("[0.0, 0.0]");
         assert!(super::parts(&case, &rows, &[]).unwrap().is_none());
         case.fluid.gravity = vec![0.0, -10.0];

@@ -26,7 +26,7 @@ use std::path::{Path, PathBuf};
 
 pub use discs::Bodies;
 pub(super) use fields::{Look, dated, evenly, nearest, newest_snapshot, plane, sections};
-pub(super) use forces::speeds;
+pub(super) use forces::{speeds, words};
 pub(super) use paths::{Track, paths};
 pub(super) use reel::Reel;
 pub use reynolds::cylinder_reference;
@@ -38,7 +38,8 @@ pub use view::View;
 pub struct Request {
     /// Folders of runs.
     pub runs: Vec<PathBuf>,
-    /// Which figures; empty: the last state, forces, speeds and paths of each run, Cd(Re) and St(Re) of all.
+    /// Which figures; empty: the last state, forces, speeds and paths of each run, Cd(Re) and St(Re) of all; or vorticity and
+    /// streamlines alone, where times or a plane, a window or a size say something of the flow.
     pub figures: Vec<Figure>,
     /// Times (s) of a strip's panels, or the one of a picture; empty: evenly from the start to the end, or the last.
     pub times: Vec<f64>,
@@ -187,8 +188,21 @@ pub fn draw(request: &Request) -> Result<Vec<PathBuf>> {
 impl Request {
     /// The figures that are asked for by name, or by what they show.
     fn figures(&self) -> Vec<Figure> {
-        let shown = self.view.field.is_some() || self.view.bodies.is_some();
-        if self.figures.is_empty() && shown { vec![Figure::Field] } else { self.figures.clone() }
+        let view = &self.view;
+        if !self.figures.is_empty() {
+            return self.figures.clone();
+        }
+        if view.field.is_some() || view.bodies.is_some() {
+            return vec![Figure::Field];
+        }
+        // What is said of the flow, is of its usual figures; a range would have to be that of vorticity or of speed.
+        let of_the_flow =
+            !self.times.is_empty() || view.plane.is_some() || !view.window.is_empty() || view.size.is_some();
+        match self.times.len() {
+            _ if !of_the_flow || !view.range.is_empty() => Vec::new(),
+            0 | 1 => vec![Figure::Streamlines, Figure::Vorticity],
+            _ => vec![Figure::StreamlinesStrip, Figure::VorticityStrip],
+        }
     }
 
     fn check(&self) -> Result<()> {

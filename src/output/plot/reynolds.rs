@@ -12,6 +12,9 @@ use std::path::{Path, PathBuf};
 /// The body-fitted reference of section 3, as it stands beside the case.
 const REFERENCE: &str = include_str!("../../../cases/cylinder-wake/cylinder_s3.csv");
 
+/// What its box is: other boxes have other values.
+const REFERENCE_LABEL: &str = "body-fitted, box of cases/cylinder-wake";
+
 /// (Re, value) of every run that measures it, by the name of the measure.
 type Measured = BTreeMap<String, Vec<(f64, f64)>>;
 
@@ -35,7 +38,7 @@ pub fn drag(runs: &[Run], folder: &Path) -> Result<Option<[PathBuf; 2]>> {
     } else {
         // White 1991, for cylinders.
         let points = cylinder_reference("cd");
-        let reference = Series { label: "body-fitted reference".into(), points, style: SeriesStyle::Joined };
+        let reference = Series { label: REFERENCE_LABEL.into(), points, style: SeriesStyle::Joined };
         vec![dashed("eq. (30): 1 + 10 Re^(-2/3)", |re| 1.0 + 10.0 * re.powf(-2.0 / 3.0)), reference]
     };
     let markers = |(label, points)| Series { label, points, style: SeriesStyle::Markers };
@@ -64,7 +67,7 @@ pub fn strouhal(runs: &[Run], folder: &Path) -> Result<Option<[PathBuf; 2]>> {
     let mut series = vec![Series { label: "mics".into(), points, style: SeriesStyle::Markers }];
     if !spheres {
         let points = cylinder_reference("st");
-        let label = "body-fitted reference".into();
+        let label = REFERENCE_LABEL.into();
         series.insert(0, Series { label, points, style: SeriesStyle::Joined });
     }
     let axes = Axes {

@@ -1,5 +1,6 @@
 //! What figures and reports take from `particles.csv`, which may be far larger than memory.
 
+use super::discs::start;
 use crate::Result;
 use crate::config::{Case, FixedRows, Motion};
 use crate::output::bodies::Pose;
@@ -44,7 +45,10 @@ impl Rows {
     /// of the particles that are `asked` for, or else of the first ones.
     pub fn read(run: &Path, case: &Case, times: &[f64], asked: &[usize]) -> Rows {
         let mut rows = Rows { run: run.to_owned(), centres: vec![HashMap::new(); times.len()], ..Rows::default() };
-        let Ok(mut reader) = csv::Reader::from_path(run.join("particles.csv")) else { return rows };
+        let Ok(mut reader) = csv::Reader::from_path(run.join("particles.csv")) else {
+            rows.begin(case);
+            return rows;
+        };
         let columns = reader.headers().map(|h| h.iter().enumerate().map(|(k, n)| (n.to_owned(), k)).collect());
         rows.columns = columns.unwrap_or_default();
         let [Some(t), Some(id), Some(x), Some(v)] = ["time", "id", "x", "vx"].map(|n| rows.columns.get(n).copied())
@@ -70,6 +74,9 @@ impl Rows {
                 rows.followed.push((0..width).map(number).collect());
             }
         }
+        if before.is_empty() {
+            rows.begin(case);
+        }
         let end = before.values().map(|last| last.0).fold(0.0, f64::max);
         for (centres, time) in rows.centres.iter_mut().zip(times) {
             // What has no row at the end has left the box.
@@ -78,6 +85,12 @@ impl Rows {
             centres.extend(ended.map(|(particle, last)| (*particle, last.1)));
         }
         rows
+    }
+
+    /// Without any row, all that does not come in later is where it starts.
+    fn begin(&mut self, case: &Case) {
+        let there = || case.particle.iter().enumerate().filter(|(_, p)| p.enter.is_none());
+        self.centres.iter_mut().for_each(|centres| centres.extend(there().map(|(id, p)| (id, start(p)))));
     }
 
     /// Whether there are none.
@@ -158,6 +171,8 @@ mod tests {
         near(4, 0.1, 1.4);
         assert_eq!((rows.centre(0, 1), rows.centre(5, 0), rows.fastest[&0]), (None, None, 5.0));
         assert_eq!(rows.column(0, "y").unwrap(), [1.8, 1.6, 1.4]);
+        let empty = |folder: &Path| Rows::read(folder, &case, &[0.0], &[]).centre(0, 0);
+        assert_eq!(empty(&folder.path().join("none")), Some([0.5, 1.8, 0.0]), "without rows where it starts");
         assert!(rows.column(0, "spin").unwrap_err().to_string().contains("particles.csv lacks spin"));
     }
 }

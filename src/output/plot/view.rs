@@ -22,7 +22,7 @@ pub struct View {
     /// Show this part of the flow only: from and to along the axis to the right, then along the one up (m).
     #[arg(long, value_name = "X0,X1,Y0,Y1", value_delimiter = ',', allow_negative_numbers = true)]
     pub window: Vec<f64>,
-    /// Cut a 3D flow here, e.g. z=0.02 (m) [default: the case's output.planes, or along gravity or the stream through the bodies].
+    /// Cut a 3D flow here, e.g. z=0.02 (m), in the layer of cells that holds it [default: the case's output.planes, or along gravity or the stream through the bodies].
     #[arg(long, value_name = "AXIS=PLACE")]
     pub plane: Option<Section>,
     /// The values of the first and the last colour [default: those of the flow without its outermost hundredth, of a speed thousandth].

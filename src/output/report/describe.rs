@@ -2,6 +2,7 @@
 
 use super::Run;
 use crate::config::{Advection, Case, Motion, Scheme, Step, Substeps, WallRule};
+use crate::particles::boundary_layer;
 
 /// What the case is: pairs of a term and its lines.
 pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
@@ -126,8 +127,10 @@ pub fn numbers(run: &Run) -> Vec<Number> {
         if largest > 0.0 {
             add(
                 "delta/h",
-                length / re.sqrt() / h,
-                format!("spacings across a boundary layer, L/sqrt(Re) over h = {h:.4e} m; under 1 it is not resolved"),
+                boundary_layer(length, re) / h,
+                format!(
+                    "spacings across a boundary layer, 1.2 L/sqrt(Re) over h = {h:.4e} m; under 1 it is not resolved"
+                ),
             );
         }
         add("Re_h", speed * h / nu, format!("U h/nu, of the grid, h = {h:.4e} m"));
@@ -139,13 +142,14 @@ pub fn numbers(run: &Run) -> Vec<Number> {
             "Re_p",
             re,
             format!(
-                "V d/nu of the particle that reaches most, {id}, with its largest speed V = {speed:.4e} m/s and d = {d} m"
+                "V d/nu of the particle that reaches most, {}, with its largest speed V = {speed:.4e} m/s and d = {d} m",
+                case.called(id)
             ),
         );
         add(
             "delta_p/h",
-            d / re.sqrt() / h,
-            "spacings across the boundary layer of that particle, d/sqrt(Re_p) over h".into(),
+            boundary_layer(d, re) / h,
+            "spacings across the boundary layer of that particle, 1.2 d/sqrt(Re_p) over h".into(),
         );
     }
     if largest > 0.0 {
@@ -159,14 +163,18 @@ pub fn numbers(run: &Run) -> Vec<Number> {
     let ratio = |p: &crate::config::Particle| p.density / case.fluid.density;
     let galileo = |p: &crate::config::Particle| ((ratio(p) - 1.0).abs() * g * p.shape.diameter().powi(3)).sqrt() / nu;
     if let Some((id, p)) = free().max_by(|a, b| galileo(a.1).total_cmp(&galileo(b.1))).filter(|_| g > 0.0) {
-        add("s", ratio(p), format!("density of particle {id} over the fluid's"));
-        add("Ga", galileo(p), format!("sqrt(|s - 1| g d^3)/nu of particle {id}, g = {g:.4} m/s2"));
+        add("s", ratio(p), format!("density of {} over the fluid's", case.called(id)));
+        add("Ga", galileo(p), format!("sqrt(|s - 1| g d^3)/nu of {}, g = {g:.4} m/s2", case.called(id)));
     }
     for (id, p) in case.particle.iter().enumerate() {
         if let Motion::Prescribed { oscillation: Some(o), .. } = &p.motion {
             let (d, u) = (p.shape.diameter(), o.speed());
-            add("Re of the swing", u * d / nu, format!("U d/nu of particle {id}, U = {u:.4} m/s its largest speed"));
-            add("KC", u / (o.frequency * d), format!("U/(f d) of particle {id}, f = {} 1/s", o.frequency));
+            add(
+                "Re of the swing",
+                u * d / nu,
+                format!("U d/nu of {}, U = {u:.4} m/s its largest speed", case.called(id)),
+            );
+            add("KC", u / (o.frequency * d), format!("U/(f d) of {}, f = {} 1/s", case.called(id), o.frequency));
         }
     }
     let courant = run.column("cfl").iter().copied().fold(0.0, f64::max);

@@ -89,11 +89,12 @@ fn forces(run: &Run) -> Result<Vec<Figure>> {
     let titles = [("x", "Force along x"), ("y", "Force along y"), ("z", "Force along z")];
     for (axis, title) in titles.into_iter().take(case.dimension()) {
         let mut series = Vec::new();
+        let [pressure, viscous, convective] = plot::words(case);
         let of_one = [
             ("fluid", "by the fluid", SeriesStyle::Line),
-            ("pressure", "pressure", SeriesStyle::Dashed),
-            ("viscous", "viscous", SeriesStyle::Dashed),
-            ("convective", "convective, the rest", SeriesStyle::Dashed),
+            ("pressure", pressure, SeriesStyle::Dashed),
+            ("viscous", viscous, SeriesStyle::Dashed),
+            ("convective", convective, SeriesStyle::Dashed),
             ("contact", "by contacts", SeriesStyle::Line),
         ];
         let (caption, parts) = match ids[..] {

@@ -118,6 +118,7 @@ fn tiles(run: &Run) -> Markup {
 
 fn measures(run: &Run) -> Markup {
     let measures = run.measures();
+    let kind = |m| what(&run.case, m);
     let compared = measures.iter().any(|m| m.2.is_some());
     html! {
         div.scroll { table {
@@ -148,9 +149,9 @@ fn measures(run: &Run) -> Markup {
 }
 
 /// What a measure is, in the case's own word, of which particle and from when.
-fn kind(m: &crate::config::Measure) -> String {
+fn what(case: &crate::config::Case, m: &crate::config::Measure) -> String {
     let word = serde_json::to_value(m.kind).ok().and_then(|v| Some(v.as_str()?.replace('_', " "))).unwrap_or_default();
-    let particle = if m.kind.needs_particle() { format!(" of particle {}", m.particle) } else { String::new() };
+    let particle = if m.kind.needs_particle() { format!(" of {}", case.called(m.particle)) } else { String::new() };
     let from = if m.from > 0.0 { format!(", from {} s on", m.from) } else { String::new() };
     word + &particle + &from
 }
