@@ -10,6 +10,7 @@ mod step_size;
 use crate::clock::Stage;
 use crate::config::{Cadence, Case, FixedRows, Loaded};
 use crate::interrupt::Interrupt;
+use crate::output::compare::measured;
 use crate::output::measure::{self, Sample, Series};
 use crate::output::probe::Probes;
 use crate::output::progress::{Progress, Record};
@@ -531,8 +532,8 @@ impl<'a, const D: usize> Run<'a, D> {
         for ((name, value), series) in measures.iter().zip(&self.series) {
             self.log.say(&match value {
                 Some(v) => match series.comparison() {
-                    Some(comparison) => format!("{name} = {v:.5}, {comparison}"),
-                    None => format!("{name} = {v:.5}"),
+                    Some(comparison) => format!("{name} = {}, {comparison}", measured(*v)),
+                    None => format!("{name} = {}", measured(*v)),
                 },
                 None => {
                     format!("{name}: the run gives no value (no oscillation, no contact, a particle that was not there, or no steps after `from`)")

@@ -6,13 +6,14 @@ mod layer;
 mod pace;
 mod stiffness;
 
-use crate::config::{Case, Loaded};
+use crate::config::{Case, Loaded, Particle};
 use crate::output::print;
 use crate::output::progress::minutes;
 use crate::output::snapshot::Snapshot;
 use crate::petsc::Session;
 use crate::run::{check_memory, check_step, choose_step, start_petsc};
 use crate::scene::{Scene, read_case};
+use crate::scheme::Limits;
 use crate::system::peak_memory;
 use crate::{Error, Result};
 use blocked::{blocked, driven_axes};
@@ -29,8 +30,12 @@ const TRIAL_STEPS: u32 = 3;
 /// Reynolds number beyond which the units are in doubt.
 const DOUBTFUL: f64 = 1e6;
 
-/// Cells across a particle below which its flow is not resolved.
+/// Cells across a particle below which its flow is not resolved, and below which its forces are off by many per cent.
 const RESOLVED: f64 = 4.0;
+const GOOD: f64 = 8.0;
+
+/// Density ratios beyond which a unit may be wrong.
+const USUAL: std::ops::Range<f64> = 0.01..100.0;
 
 /// Reads, checks and describes a case; `quiet`, it is not described, and no step is tried. Collective; rank 0 prints.
 ///
@@ -102,7 +107,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     }
     lines.extend(case.initial.from.as_ref().map(|run| format!("begins       where {run} ended")));
     lines.extend(case.describe_particles().into_iter().map(|(label, words)| format!("{label:<13}{words}")));
-    lines.extend(unresolved(case));
+    lines.extend(unresolved(case).into_iter().chain(unusual(case)));
     if let (Some(speed), true) = (case.reference_speed, case.fluid.viscosity > 0.0) {
         let nu = case.fluid.viscosity / case.fluid.density;
         let length = case.particle.iter().map(|p| p.shape.diameter()).fold(0.0, f64::max);
@@ -111,8 +116,14 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     }
     lines.extend(layer(case));
     lines.extend(shut(case, &scene));
-    for (bound, limit) in limits.bounds().into_iter().filter(|b| b.1.is_finite()) {
-        lines.push(format!("step limit   {limit:.4e} s, {bound}"));
+    let explicit = Limits { scheme: limits.scheme.explicit(), ..limits };
+    for ((bound, limit), (_, first)) in limits.bounds().into_iter().zip(explicit.bounds()).filter(|b| b.0.1.is_finite())
+    {
+        let stages = limits.scheme.most_stages.filter(|_| first < limit);
+        let stages = stages.map_or(String::new(), |most| {
+            format!(", in {most} stages; {first:.4e} s in two, which the first step goes by")
+        });
+        lines.push(format!("step limit   {limit:.4e} s, {bound}{stages}"));
     }
     let later = later_step(case, &limits);
     let steps = steps(case, dt, later);
@@ -172,9 +183,26 @@ pub(crate) fn shut<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<Stri
 fn unresolved(case: &Case) -> Option<String> {
     let widest = case.spacings().into_iter().fold(0.0, f64::max);
     let smallest = case.particle.iter().map(|p| p.shape.diameter()).fold(f64::INFINITY, f64::min) / widest;
-    (smallest < RESOLVED).then(|| {
-        format!("warning      a particle of {smallest:.1} cells is not resolved: {RESOLVED} or more are needed")
+    if smallest < RESOLVED {
+        return Some(format!(
+            "warning      a particle of {smallest:.1} cells is not resolved: {RESOLVED} or more are needed"
+        ));
+    }
+    // As large as asked for, but for rounding.
+    (smallest < GOOD * (1.0 - 1e-9)).then(|| {
+        format!("note         a particle of {smallest:.1} cells is coarse: from {GOOD} on forces are right within some per cent")
     })
+}
+
+/// Free particles of a density that may be in another unit than the fluid's.
+fn unusual(case: &Case) -> Option<String> {
+    let ratio = |p: &Particle| p.density / case.fluid.density;
+    let id = case.particle.iter().position(|p| p.is_free() && !USUAL.contains(&ratio(p)))?;
+    let s = ratio(&case.particle[id]);
+    Some(format!(
+        "note         {} is {s:.3e} times as dense as the fluid: if that is not meant, look at both densities",
+        case.called(id)
+    ))
 }
 
 /// The boundary layer that the grid has to resolve: that of a body, or else that of the walls of the box.

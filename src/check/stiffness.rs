@@ -17,7 +17,8 @@ fn shortest<const D: usize>(scene: &Scene<D>) -> Option<f64> {
     let bodies = &scene.state.bodies;
     let fall =
         bodies.iter().map(|b| (4.0 * b.radius() * scene.largest_fall()).sqrt() + b.top_speed()).fold(1e-12, f64::max);
-    scene.method.contacts().map(|contacts| contacts.contact_time(bodies, fall))
+    // None of bodies that have yet to come in.
+    scene.method.contacts().map(|contacts| contacts.contact_time(bodies, fall)).filter(|time| time.is_finite())
 }
 
 /// The stiffnesses that are given (N/m^exponent), with their exponents.

@@ -42,15 +42,16 @@ impl Case {
                 values.fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(v), high.max(v)))
             };
             let (d, s) = (range(&|p| p.shape.diameter()), range(&ratio));
+            let span = |(low, high): (f64, f64), say: &dyn Fn(f64) -> String| {
+                let [low, high] = [low, high].map(say);
+                if low == high { low } else { format!("{low} to {high}") }
+            };
             let words = format!(
-                "{}: d = {} to {} m, d/h = {:.1} to {:.1}, density ratio {:.4} to {:.4}",
+                "{}: d = {} m, d/h = {}, density ratio {}",
                 self.particle.len(),
-                d.0,
-                d.1,
-                cells(d.0),
-                cells(d.1),
-                s.0,
-                s.1
+                span(d, &|d| format!("{d:.3e}").parse::<f64>().unwrap_or(d).to_string()),
+                span((cells(d.0), cells(d.1)), &|n| format!("{n:.1}")),
+                span(s, &|s| format!("{s:.4}"))
             );
             let entering: Vec<_> = self.particle.iter().filter_map(|p| p.enter.as_ref()).collect();
             let first = entering.iter().map(|enter| enter.time).fold(f64::INFINITY, f64::min);

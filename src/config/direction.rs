@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!        lift          stream = fluid's velocity - the particle's, where they are told;
-//!         ^                     without one along a prescribed swing, or past a free particle that gravity pulls
+//!         ^                     without one along a prescribed swing, or past a free particle that gravity pulls, or where a drive pushes
 //!   ----> | o ----> drag        lift in 2D: the stream turned by +90 degrees; in 3D: along the next axis (x -> y -> z -> x), less its
 //!   stream                      part along the stream
 //! ```
@@ -28,8 +28,9 @@ pub(super) fn of(case: &Case, index: usize, measure: &Measure) -> Result<Option<
         return Ok(Some(if (length - 1.0).abs() < 1e-12 { given } else { given / length }));
     }
     let Some(stream) = stream(case, measure).try_normalize(1e-12) else {
-        let why = "nothing says which way the stream goes: give `direction`, as in direction = [1.0, 0.0]";
-        return Err(Fault { key: format!("measure.{index}.kind"), message: why.into() });
+        let example = if case.dimension() == 2 { "[1.0, 0.0]" } else { "[1.0, 0.0, 0.0]" };
+        let message = format!("nothing says which way the stream goes: give `direction`, as in direction = {example}");
+        return Err(Fault { key: format!("measure.{index}.kind"), message });
     };
     Ok(Some(if measure.kind.is_across() { across(&stream, case.dimension()) } else { stream }))
 }
@@ -53,8 +54,21 @@ fn stream(case: &Case, measure: &Measure) -> Vector3<f64> {
     let heavy = particle.density.unwrap_or(case.fluid.density) - case.fluid.density;
     match (&particle.motion, &case.fluid.gravity) {
         (Motion::Free, Some(gravity)) => -heavy.signum() * vector(gravity),
-        _ => Vector3::zeros(),
+        _ => driven(case).unwrap_or_default(),
     }
+}
+
+/// Where the drive pushes the fluid: its force, or gravity along the periodic axes.
+fn driven(case: &Case) -> Option<Vector3<f64>> {
+    let drive = case.drive.as_ref()?;
+    let force = drive.force.as_ref().map(|force| vector(force));
+    force.or_else(|| (drive.gravity || drive.hold_mixture).then(|| gravity_along(case, true)))
+}
+
+/// Gravity along the axes that are periodic, or along those that have sides.
+fn gravity_along(case: &Case, periodic: bool) -> Vector3<f64> {
+    let gravity = case.fluid.gravity.as_ref().map_or(Vector3::zeros(), |g| vector(g));
+    Vector3::from_fn(|a, _| if a < case.dimension() && case.periodic(a) == periodic { gravity[a] } else { 0.0 })
 }
 
 /// The axis of a measure of the whole box: as given; of a bed gravity's, among the axes that have sides; of the rest that of the drive or
@@ -66,17 +80,11 @@ pub(super) fn axis(case: &Case, index: usize, measure: &Measure) -> Result<usize
     if !measure.kind.has_axis() {
         return Ok(0);
     }
-    let gravity = case.fluid.gravity.as_ref().map_or(Vector3::zeros(), |g| vector(g));
-    let sided = |periodic: bool| {
-        Vector3::from_fn(|a, _| if a < case.dimension() && case.periodic(a) == periodic { gravity[a] } else { 0.0 })
-    };
     let along = if measure.kind == MeasureKind::BedHeight {
-        if sided(false) != Vector3::zeros() { sided(false) } else { gravity }
+        let sided = gravity_along(case, false);
+        if sided != Vector3::zeros() { sided } else { gravity_along(case, true) }
     } else {
-        let force = case.drive.as_ref().and_then(|drive| drive.force.as_ref()).map(|force| vector(force));
-        let sloped = case.drive.as_ref().filter(|drive| drive.gravity || drive.hold_mixture).map(|_| sided(true));
-        let stream = case.reference_velocity().map(|v| vector(&v));
-        force.or(sloped).or(stream).unwrap_or_default()
+        driven(case).or_else(|| case.reference_velocity().map(|v| vector(&v))).unwrap_or_default()
     };
     let why = "nothing says along which axis: give `axis`, as in axis = \"x\"";
     let fault = || Fault { key: format!("measure.{index}.kind"), message: why.into() };

@@ -303,7 +303,8 @@ impl Contacts {
             .fold(0.0, |sum, pair| sum + self.law(pair).stored(self.kinematics(pair, bodies, 0.0).0.overlap))
     }
 
-    /// Per body, whether it touched another or a wall over the last [`advance`](Contacts::advance): fluid in a gap does not count.
+    /// Per body, whether it touched another or a wall over the last [`advance`](Contacts::advance), or came as near as their asperities are
+    /// high.
     pub fn touched(&self) -> &[bool] {
         &self.touched
     }

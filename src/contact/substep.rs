@@ -189,10 +189,8 @@ impl Contacts {
             pair.given += h * normal;
             pair.touched |= normal > 0.0;
             self.pairs[p] = pair;
-            for body in [pair.first, pair.second] {
-                if let Some(touched) = self.touched.get_mut(body) {
-                    *touched |= normal > 0.0;
-                }
+            if normal > 0.0 {
+                self.touch(&pair);
             }
             self.slid -= h * tangential.dot(&kinematics.mean_slip(&tangential));
             let (force, turn) = (tangential - normal * kinematics.normal, kinematics.normal.cross(&tangential));
@@ -210,6 +208,15 @@ impl Contacts {
             }
         }
         Ok(())
+    }
+
+    /// Takes note that a pair touches.
+    fn touch(&mut self, pair: &Pair) {
+        for body in [pair.first, pair.second] {
+            if let Some(touched) = self.touched.get_mut(body) {
+                *touched = true;
+            }
+        }
     }
 
     /// Moves the bodies that have a pair by `h` (s) under their loads; whether all stay within their search radius in the next.
@@ -251,6 +258,9 @@ impl Contacts {
             let (gap, arms) = (-meeting.overlap, meeting.arms);
             if gap > range {
                 continue;
+            }
+            if gap <= self.medium.roughness {
+                self.touch(&pair);
             }
             let kinematics = self.kinematics_at(&pair, bodies, 0.0, &meeting);
             let film = self.film(&pair, bodies, gap, gap - h * kinematics.approach);

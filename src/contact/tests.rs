@@ -385,6 +385,27 @@ fn beside_each_other(shape: Shape, radii: [f64; 2]) -> [Body; 2] {
     [body(shape, radii[0], first, Vector3::zeros()), body(shape, radii[1], second, Vector3::zeros())]
 }
 
+/// Far pairs are not asked in every substep that others need: they get what they would get alone.
+#[test]
+fn the_fluid_between_two_does_the_same_beside_others_that_need_many_substeps() {
+    let medium = Medium { density: 1000.0, viscosity: 0.1, spacing: 2e-3, ..Medium::default() };
+    let sphere = |x: f64, speed: f64| body(Shape::Sphere, 0.01, vector![x, 0.5, 0.5], vector![speed, 0.0, 0.0]);
+    let impulse = |bodies: &mut [Body]| {
+        let law = contacts(bodies, material(1.0, 0.9, 0.0), [1.0; 3], &[], Substeps::Auto).law;
+        let mut contacts = Touched::new(law.within(medium));
+        // A step that ends amid a stride, and another one.
+        let push = vec![Push::default(); bodies.len()];
+        let taken = contacts.advance(bodies, &push, 1.234e-2).unwrap();
+        (taken, contacts.impulses()[0].linear.x)
+    };
+    let apart = [sphere(0.1, 0.01), sphere(0.1215, -0.01)];
+    let (few, alone) = impulse(&mut apart.clone());
+    let [first, second] = apart;
+    let (many, beside) = impulse(&mut [first, second, sphere(0.5, 0.1), sphere(0.5201, -0.1)]);
+    assert!(few < 50 && many > 10 * few, "{few} {many}");
+    assert!(alone < 0.0 && (beside / alone - 1.0).abs() < 1e-3, "{beside} beside others, {alone} alone");
+}
+
 #[test]
 fn what_fills_a_gap_takes_no_momentum_and_no_rigid_motion() {
     for (shape, spin) in [(Shape::Disc, vector![0.0, 0.0, 3.0]), (Shape::Sphere, vector![2.0, -1.0, 3.0])] {

@@ -22,6 +22,20 @@ pub struct Comparison {
     pub source: Option<String>,
 }
 
+/// A number with five digits.
+pub fn significant(value: f64) -> String {
+    let size = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+    match size {
+        -4..5 => format!("{value:.*}", usize::try_from(4 - size).unwrap_or(0)),
+        _ => format!("{value:.4e}"),
+    }
+}
+
+/// A measured value with five decimals, or where these would show less with five digits.
+pub fn measured(value: f64) -> String {
+    if value == 0.0 || (0.1..1e5).contains(&value.abs()) { format!("{value:.5}") } else { significant(value) }
+}
+
 impl Comparison {
     /// Compares a value with the reference of its measure; `None` where it has none.
     pub fn of(measure: &Measure, value: Option<f64>) -> Option<Comparison> {

@@ -50,7 +50,9 @@ impl<const D: usize> Scene<D> {
                     match (self.domain.fluid.gravity.norm() > 0.0, free) {
                         (false, _) => "the case has none",
                         (true, true) => "free particles weigh as much as the fluid; its weight is in the pressure",
-                        (true, false) => "held particles carry their own weight; the fluid's is in the pressure",
+                        (true, false) => {
+                            "no particle is free to fall; the fluid's weight is in the pressure, but for what [drive] takes of it"
+                        }
                     },
                 ),
             ),

@@ -2,7 +2,7 @@
 
 mod page;
 
-use crate::output::compare::{Comparison, percent, signed_percent};
+use crate::output::compare::{Comparison, measured, percent, signed_percent};
 use crate::output::plot::cylinder_reference;
 use crate::output::print;
 use crate::output::summary::Summary;
@@ -184,7 +184,7 @@ fn columns(cells: [&str; 8]) -> String {
 }
 
 fn line(case: &str, name: &str, c: &Comparison, run: &Summary) -> String {
-    let value = c.value.map_or("none".into(), |v| format!("{v:.5}"));
+    let value = c.value.map_or("none".into(), measured);
     let error = c.error.map_or(String::new(), signed_percent);
     let (reference, tolerance) = (c.reference.to_string(), percent(c.tolerance));
     columns([case, name, &value, &reference, &error, &tolerance, c.verdict(), &format!("{:.0}", run.wall_seconds)])

@@ -1,7 +1,7 @@
 //! The page `docs/accuracy.md`: written by `mics validate --markdown`, read by `--compare`.
 
 use crate::config::Reference;
-use crate::output::compare::{Comparison, percent, signed_percent};
+use crate::output::compare::{Comparison, percent, signed_percent, significant};
 use crate::output::summary::Summary;
 use crate::{Error, Result};
 use std::fs;
@@ -52,15 +52,6 @@ pub(super) fn tail(pass: usize, short: usize, sources: &[(String, String, String
         text += &format!("\n| {case} | {} | {} |", measures.join(", "), source.replace('|', "\\|"));
     }
     text
-}
-
-/// A number with five digits.
-fn significant(value: f64) -> String {
-    let size = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
-    match size {
-        -4..5 => format!("{value:.*}", usize::try_from(4 - size).unwrap_or(0)),
-        _ => format!("{value:.4e}"),
-    }
 }
 
 /// A page that was written before.

@@ -40,7 +40,7 @@ pub struct Measure {
     #[serde(default)]
     pub from: f64,
     /// When, for a place, a velocity or a spin: at a time (s), `when = { time = 0.5 }`, as the particle's centre first passes a
-    /// coordinate (m), `when = { y = 0.075 }`, or as it first touches something, `when = "contact"`. Without it a place is that of the end, and a velocity or a
+    /// coordinate (m), `when = { y = 0.075 }`, or as it first touches something, as `contact_start` says it, `when = "contact"`. Without it a place is that of the end, and a velocity or a
     /// spin the mean.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub when: Option<When>,
@@ -201,7 +201,7 @@ pub enum MeasureKind {
     VelocityZ,
     /// Mean of the particle's angular velocity about z, or that `when` (rad/s).
     Spin,
-    /// First time at which the particle touches another or a wall (s).
+    /// First time at which the particle touches another or a wall, or in a viscous fluid comes as near as `contact.roughness` (s).
     ContactStart,
     /// Mean height of `particles` at the end, against gravity and above the lowest centre of all (m).
     MeanHeight,

@@ -2,7 +2,7 @@
 
 use super::figures::{Figure, Part};
 use super::{Run, describe};
-use crate::output::compare::{percent, signed_percent};
+use crate::output::compare::{measured, percent, signed_percent};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// Keeps a browser from fetching anything, whatever the page says.
@@ -129,7 +129,7 @@ fn measures(run: &Run) -> Markup {
             tbody { @for (m, value, comparison) in &measures { tr {
                 th scope="row" { (m.name) }
                 td { (kind(m)) }
-                td.number { @match value { Some(v) => (format!("{v:.5}")), None => "none" } }
+                td.number { @match value { Some(v) => (measured(*v)), None => "none" } }
                 @if let Some(c) = comparison {
                     td.number { (c.reference.to_string()) }
                     td.number { @if let Some(error) = c.error { (signed_percent(error)) } }
