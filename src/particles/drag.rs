@@ -60,4 +60,11 @@ mod tests {
         let fast = terminal_reynolds(true, 0.44f64.sqrt() * 5e4);
         assert!((fast / 5e4 - 1.0).abs() < 1e-9, "{fast}");
     }
+
+    #[test]
+    fn a_layer_thins_with_the_root_of_the_reynolds_number_and_slow_flow_has_none() {
+        // Hiemenz: 2.4 sqrt(nu/(4 U/d)) of U = 1 m/s, d = 0.2 m, nu = 0.002 m2/s.
+        assert!((boundary_layer(0.2, 100.0) - 2.4 * (0.002f64 * 0.2 / 4.0).sqrt()).abs() < 1e-12);
+        assert_eq!(boundary_layer(0.2, 9.9), f64::INFINITY);
+    }
 }

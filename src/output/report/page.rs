@@ -270,6 +270,28 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_measure_says_its_particle_by_name_where_that_has_one() {
+        let body = |more: &str| {
+            format!("[[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [{more}\ndensity = 3.0\n")
+        };
+        let measure = |name: &str, particle: usize| {
+            format!("[[measure]]\nname = \"{name}\"\nkind = \"terminal_velocity\"\nparticle = {particle}\n")
+        };
+        let case = crate::config::written(&format!(
+            "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 2.0], cells = [8, 16] }}\n\
+             fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n{}{}{}{}",
+            body("0.3, 0.5]\nname = \"stone\""),
+            body("0.7, 0.5]"),
+            measure("a", 0),
+            measure("b", 1)
+        ))
+        .unwrap();
+        let said: Vec<_> = case.measure.iter().map(|m| what(&case, m)).collect();
+        assert!(said[0].ends_with(" of stone") && said[1].ends_with(" of particle 1"), "{said:?}");
+    }
+
+    #[test]
     fn numbers_have_four_digits_and_words_are_quoted_for_a_shell() {
         assert_eq!(
             [0.0, 100.0, 0.25, 1234.5, 3.14234, 5e-5, 2e6].map(short).join(" "),
