@@ -4,13 +4,13 @@
 //! ```text
 //!   U = terminal_speed                drag against submerged weight ([`crate::particles::terminal_speed`])
 //!   U^2 <= 2 a L                      a = |s - 1| g/(s + c), c the added mass (disc 1, sphere 1/2), L the way to the border
-//!   delta = 1.2 d/sqrt(Re)            Hiemenz' layer at a cylinder's front, 2.4 sqrt(nu/(4 U/d)); a sphere's is 1.15
+//!   delta                             [`crate::particles::boundary_layer`]
 //! ```
 
 use crate::config::{Case, Motion, Particle, Shape, Side};
-use crate::particles::terminal_speed;
+use crate::particles::{boundary_layer, terminal_speed};
 
-/// Reynolds number below which the flow has no boundary layer.
+/// Reynolds number below which the flow along walls has no boundary layer.
 const LEAST_REYNOLDS: f64 = 10.0;
 
 /// The body whose layer is the thinnest beside the spacing, and what is known of it.
@@ -51,7 +51,7 @@ impl Layer {
         };
         let reynolds = speed * diameter / nu;
         let known = speed > 0.0 && nu > 0.0;
-        let thickness = if reynolds < LEAST_REYNOLDS { f64::INFINITY } else { 1.2 * diameter / reynolds.sqrt() };
+        let thickness = boundary_layer(diameter, reynolds);
         known.then_some(Layer { particle, falls, speed, reynolds, thickness, diameter })
     }
 
