@@ -40,6 +40,9 @@ pub struct Scheme {
     pub upwinding: f64,
 }
 
+/// What upwind advection takes of the limit of diffusion at a Courant number of 1.
+const UPWIND_SHARE: f64 = 8.0 / 15.0;
+
 /// One stage with upwind advection.
 const ONE_STAGE: Scheme = Scheme {
     weights: &[1.0],
@@ -48,7 +51,7 @@ const ONE_STAGE: Scheme = Scheme {
     by_axis: false,
     courant_limit: 0.25,
     diffusion_limit: 1.0,
-    share: 8.0 / 15.0,
+    share: UPWIND_SHARE,
     needs_viscosity: true,
     most_stages: None,
     upwinding: 1.0,
@@ -68,7 +71,7 @@ pub static RK2: Scheme = Scheme {
     by_axis: false,
     courant_limit: 0.5,
     diffusion_limit: 1.0,
-    share: 8.0 / 15.0,
+    share: UPWIND_SHARE,
     needs_viscosity: false,
     most_stages: None,
     upwinding: 1.0,
@@ -82,22 +85,19 @@ pub static RK3: Scheme = Scheme {
     by_axis: false,
     courant_limit: 1.2,
     diffusion_limit: 1.25,
-    share: 8.0 / 15.0,
+    share: UPWIND_SHARE,
     needs_viscosity: false,
     most_stages: None,
     upwinding: 1.0,
 };
 
-/// Of Legendre stages, in place of the 8/15 of the others: little of the far end of their limit is left to advection.
+/// The same in Legendre stages: little of the far end of their limit is left to advection.
 const LEGENDRE_SHARE: f64 = 0.2;
 
 impl Scheme {
-    /// [`RK2`], and up to so many Legendre stages where viscosity asks for them.
-    pub fn stabilised(most: usize) -> Scheme {
-        if most < 3 {
-            return RK2;
-        }
-        Scheme { diffusion_limit: legendre::limit(most), share: LEGENDRE_SHARE, most_stages: Some(most), ..RK2 }
+    /// It with up to so many Legendre stages, three or more, where viscosity asks for them.
+    pub fn stabilised(self, most: usize) -> Scheme {
+        Scheme { most_stages: Some(most), ..self }
     }
 
     /// [`RK3`] with less upwinding, of which little damps what a Courant number of 1.2 would amplify.
@@ -108,15 +108,22 @@ impl Scheme {
 
     /// It without stages that viscosity asks for.
     pub fn explicit(&self) -> Scheme {
-        if self.most_stages.is_some() { RK2 } else { *self }
+        Scheme { most_stages: None, ..*self }
     }
 
-    /// How many stages a step needs that is so many times the limit of Euler's diffusion, whatever Courant number it is stable at.
+    /// The limits of its longest steps of Legendre stages, which are no longer stable than [`RK2`] where advection binds.
+    fn long(&self) -> Option<Scheme> {
+        let diffusion_limit = legendre::limit(self.most_stages?);
+        Some(Scheme { courant_limit: RK2.courant_limit, diffusion_limit, share: LEGENDRE_SHARE, ..*self })
+    }
+
+    /// How many stages a step needs that is so many times the limit of Euler's diffusion: its own up to where these would hold at
+    /// the Courant number of Legendre stages.
     pub fn stages_for(&self, diffusion: f64) -> usize {
-        let holds = |limit: f64, share: f64| diffusion / limit + share * self.courant_limit <= 1.0 + 1e-9;
+        let holds = |limit: f64, share: f64| diffusion / limit + share * RK2.courant_limit <= 1.0 + 1e-9;
         let own = self.weights.len();
         match self.most_stages {
-            Some(most) if !holds(1.0, 8.0 / 15.0) => {
+            Some(most) if !holds(self.diffusion_limit, self.share) => {
                 (own + 1..most).find(|s| holds(legendre::limit(*s), LEGENDRE_SHARE)).unwrap_or(most)
             }
             _ => own,
@@ -172,8 +179,21 @@ impl Limits {
         2.0 * cfl / (rate + (rate * rate + 4.0 * cfl * self.courant_growth).sqrt())
     }
 
-    /// Each bound with its step (s); infinite where nothing moves or diffuses.
+    /// It for the steps of the scheme's own stages, and for those of Legendre stages.
+    pub fn ranges(&self) -> impl Iterator<Item = Limits> {
+        let with = |scheme| Limits { scheme, ..*self };
+        std::iter::once(with(self.scheme.explicit())).chain(self.scheme.long().map(with))
+    }
+
+    /// Each bound with its step (s), in the stages that allow the longer one; infinite where nothing moves or diffuses.
     pub fn bounds(&self) -> [(Bound, f64); 3] {
+        let least = |bounds: &[(Bound, f64); 3]| bounds.iter().map(|bound| bound.1).fold(f64::INFINITY, f64::min);
+        let ranges = self.ranges().map(|range| range.own_bounds());
+        let longest = ranges.reduce(|first, second| if least(&second) > least(&first) { second } else { first });
+        longest.unwrap_or_else(|| self.own_bounds())
+    }
+
+    fn own_bounds(&self) -> [(Bound, f64); 3] {
         let (a, b, s) = (self.courant_rate, self.diffusion_rate, self.scheme);
         let undamped = if s.needs_viscosity && a > 0.0 { self.damping_rate / (a * a) } else { f64::INFINITY };
         [
@@ -228,7 +248,7 @@ mod tests {
 
     #[test]
     fn no_wave_grows_within_the_limits_of_a_scheme_and_one_does_well_beyond() {
-        let legendre = [3, 4, 7, 12].map(Scheme::stabilised);
+        let legendre = [(RK2, 3), (RK2, 4), (RK2, 12), (RK3, 4), (RK3, 10)].map(|(own, most)| own.stabilised(most));
         for (name, scheme, qsi) in
             [("euler", &EULER, false), ("rk2", &RK2, false), ("rk3", &RK3, false), ("qsi", &QSI, true)]
                 .into_iter()

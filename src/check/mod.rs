@@ -121,7 +121,10 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     {
         let stages = limits.scheme.most_stages.filter(|_| first < limit);
         let stages = stages.map_or(String::new(), |most| {
-            format!(", in {most} stages; {first:.4e} s in two, which the first step goes by")
+            format!(
+                ", in {most} stages; {first:.4e} s in {}, which the first step goes by",
+                limits.scheme.weights.len()
+            )
         });
         lines.push(format!("step limit   {limit:.4e} s, {bound}{stages}"));
     }

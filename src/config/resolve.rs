@@ -175,17 +175,25 @@ const MAX_STAGES: [usize; 2] = [10, 4];
 /// Time stepping of a case that has particles `mixed` in or not, of which some move or none.
 fn time(raw: raw::Time, mixed: bool, moves: bool) -> Result<Time, Fault> {
     let raw::Time { end, step, cfl, scheme, max_stages, advection, upwinding } = raw;
-    let scheme = scheme.unwrap_or(if mixed { Scheme::Rk2 } else { Scheme::Rkl2 });
+    let scheme = scheme.unwrap_or(match (mixed, moves) {
+        (true, _) => Scheme::Rk2,
+        (false, true) => Scheme::Rkl2,
+        (false, false) => Scheme::Rkl3,
+    });
     let key = if max_stages.is_some() { "time.max_stages" } else { "time.scheme" };
     let cure = "choose rk2 without max_stages, or coupling.wall = \"sharp\"";
     ensure!(
-        !mixed || (scheme != Scheme::Rkl2 && max_stages.is_none()),
+        !mixed || !(scheme.has_further_stages() || max_stages.is_some()),
         key,
-        "rkl2 has no stages for the mixing (27): {cure}"
+        "rkl2 and rkl3 have no stages for the mixing (27): {cure}"
     );
-    // Euler steps with upwind advection reach less far than all others.
-    let short = scheme == Scheme::Euler && advection != Advection::Qsi;
-    let courant = || Step::Courant(cfl.unwrap_or(if short { 0.2 } else { 0.4 }));
+    let default = match scheme {
+        // Euler steps with upwind advection reach less far than all others.
+        Scheme::Euler if advection != Advection::Qsi => 0.2,
+        Scheme::Rkl3 => 0.8,
+        _ => 0.4,
+    };
+    let courant = || Step::Courant(cfl.unwrap_or(default));
     let max_stages = max_stages.unwrap_or(MAX_STAGES[usize::from(moves)]);
     Ok(Time {
         end,

@@ -1,6 +1,6 @@
 //! A case written out as a file that gives every key, for the run's folder; it reads back to an equal case.
 
-use super::raw::{self, Axis, Scheme, Spin, Which};
+use super::raw::{self, Axis, Spin, Which};
 use super::resolved::{
     Cadence, Case, Checkpoints, Contact, Drive, Enter, Loss, Measure, Motion, Output, PairLaw, Particle, Step,
 };
@@ -54,7 +54,7 @@ fn file(case: &Case) -> raw::Case {
             step,
             cfl,
             scheme: Some(case.time.scheme),
-            max_stages: (case.time.scheme == Scheme::Rkl2).then_some(case.time.max_stages),
+            max_stages: case.time.scheme.has_further_stages().then_some(case.time.max_stages),
             advection: case.time.advection,
             upwinding: Some(case.time.upwinding).filter(|part| *part < 1.0),
         },

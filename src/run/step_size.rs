@@ -67,16 +67,14 @@ pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64)
         None => Limits { scheme: limits.scheme.explicit(), ..*limits },
         Some(_) => *limits,
     };
-    let shares = limits.bounds().map(|(bound, dt)| match bound {
-        Bound::Advection(_) => (Choice::CourantNumber, limits.step_for(courant)),
-        _ => (Choice::Limit(bound), params::limit_share() * dt),
-    });
     let others = [
         (Choice::TenthOfRun, case.time.end / 10.0),
         (Choice::Growth, before.map_or(f64::INFINITY, |b| params::step_growth() * b)),
     ];
     let least = |a: (Choice, f64), b: (Choice, f64)| if b.1 < a.1 { b } else { a };
-    let (choice, wanted) = shares.into_iter().chain(others).reduce(least).unwrap_or(others[0]);
+    let most = |a: (Choice, f64), b: (Choice, f64)| if b.1 > a.1 { b } else { a };
+    let ranges = limits.ranges().filter_map(|range| shares(&range, courant).into_iter().reduce(least));
+    let (choice, wanted) = ranges.reduce(most).into_iter().chain(others).reduce(least).unwrap_or(others[0]);
     if let Some(before) = before {
         let count = (left / before).round().max(1.0);
         let kept = left / count;
@@ -85,4 +83,15 @@ pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64)
         }
     }
     (left / (left / wanted * (1.0 - 1e-9)).ceil().max(1.0), choice)
+}
+
+/// What each bound of one kind of stages leaves a step that goes by a Courant number (s).
+fn shares(limits: &Limits, courant: f64) -> [(Choice, f64); 3] {
+    limits.bounds().map(|(bound, dt)| match bound {
+        Bound::Advection(most) if courant > most => {
+            (Choice::Limit(bound), limits.step_for(params::limit_share() * most))
+        }
+        Bound::Advection(_) => (Choice::CourantNumber, limits.step_for(courant)),
+        _ => (Choice::Limit(bound), params::limit_share() * dt),
+    })
 }

@@ -110,7 +110,8 @@ fn scheme(case: &Case) -> Scheme {
         (config::Scheme::Euler, _) => scheme::EULER,
         (config::Scheme::Rk2, _) => scheme::RK2,
         (config::Scheme::Rk3, _) => Scheme::central(case.time.upwinding),
-        (config::Scheme::Rkl2, _) => Scheme::stabilised(case.time.max_stages),
+        (config::Scheme::Rkl2, _) => scheme::RK2.stabilised(case.time.max_stages),
+        (config::Scheme::Rkl3, _) => scheme::RK3.stabilised(case.time.max_stages),
     }
 }
 

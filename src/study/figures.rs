@@ -10,36 +10,54 @@ use std::path::{Path, PathBuf};
 const CURVES: usize = 12;
 
 /// Draws what there is to draw, each as `STEM.png` and `STEM.svg` in a folder; `wanted` names the columns that tell one
-/// curve from another.
-pub fn draw(name: &str, plan: &Plan, rows: &[Row], wanted: Option<&[String]>, folder: &Path) -> Result<Vec<PathBuf>> {
-    let groups = Groups::new(plan, rows, wanted);
+/// curve from another. Runs that differ in the columns `over` alone are one point of the errors: the worst of them and, in a figure of its
+/// own, their mean.
+pub fn draw(
+    name: &str,
+    plan: &Plan,
+    rows: &[Row],
+    wanted: Option<&[String]>,
+    over: &[String],
+    folder: &Path,
+) -> Result<Vec<PathBuf>> {
+    let groups = Groups::new(plan, rows, wanted, over);
     let title = match &groups.along[..] {
         [along] => format!("{name}, {along} along a curve"),
         _ => name.to_owned(),
     };
     let mut written = Vec::new();
-    let mut figure = |axes: Axes, stem: String, point: &dyn Fn(&Row) -> Option<(f64, f64)>| -> Result<()> {
-        let series = groups.series(rows, point);
+    let mut figure = |axes: Axes, series: &[Series], stem: String| -> Result<()> {
         if !series.is_empty() {
-            written.extend(curves(
-                &Axes { title: title.clone(), log_x: true, log_y: true, ..axes },
-                &series,
-                &folder.join(stem),
-            )?);
+            let axes = Axes { title: title.clone(), log_x: true, log_y: true, ..axes };
+            written.extend(curves(&axes, series, &folder.join(stem))?);
         }
         Ok(())
     };
     for target in &plan.references {
-        let (measure, relative) = (&target.measure, target.is_relative());
-        let point = |row: &Row| {
-            let error = row.measured.iter().find(|m| m.name == *measure)?.error?;
-            // An error of nothing has no place on a logarithmic axis.
-            Some((row.cpu?, if relative { 100.0 * error.abs() } else { error.abs() })).filter(|point| point.1 > 0.0)
+        let (measure, percent) = (&target.measure, if target.is_relative() { 100.0 } else { 1.0 });
+        let unit = if target.is_relative() { " (%)" } else { "" };
+        let error = |row: &&Row| Some((row.cpu?, row.measured.iter().find(|m| m.name == *measure)?.error?));
+        let worst = |errors: &[f64]| errors.iter().fold(0.0f64, |worst, error| worst.max(error.abs()));
+        let kinds: &[(&str, &str, Summary)] = match over {
+            [] => &[("error", "", &worst)],
+            _ => &[("worst error", "", &worst), ("mean error", "_mean", &|errors| mean(errors).abs())],
         };
-        let unit = if relative { " (%)" } else { "" };
-        let axes =
-            Axes { x_label: "CPU time (s)".into(), y_label: format!("error of {measure}{unit}"), ..Axes::default() };
-        figure(axes, format!("work_precision_{measure}"), &point)?;
+        for (kind, ending, summary) in kinds {
+            let point = |same: &[&Row]| {
+                let (cpu, errors): (Vec<f64>, Vec<f64>) = same.iter().filter_map(error).unzip();
+                // An error of nothing has no place on a logarithmic axis.
+                Some((mean(&cpu), percent * summary(&errors))).filter(|point| point.1 > 0.0)
+            };
+            let axes = Axes {
+                x_label: "CPU time (s)".into(),
+                y_label: format!("{kind} of {measure}{unit}"),
+                ..Axes::default()
+            };
+            let mut series = groups.series(rows, &point);
+            let shown = !series.is_empty();
+            series.extend(others(plan, measure).into_iter().filter(|_| shown));
+            figure(axes, &series, format!("work_precision_{measure}{ending}"))?;
+        }
     }
     // Runs that failed have no cells.
     let mut cells = rows.iter().filter_map(|row| row.cells);
@@ -55,21 +73,45 @@ pub fn draw(name: &str, plan: &Plan, rows: &[Row], wanted: Option<&[String]>, fo
     if let Some(over) = over {
         let axes = Axes { x_label: over.into(), y_label: "time per cell and step (us)".into(), ..Axes::default() };
         let x = |row: &Row| if varied { row.cells } else { number(row) };
-        figure(axes, "cost".into(), &|row| x(row).zip(row.per_cell_step))?;
+        let point = |same: &[&Row]| {
+            let (x, y): (Vec<f64>, Vec<f64>) = same.iter().filter_map(|row| x(row).zip(row.per_cell_step)).unzip();
+            (!x.is_empty()).then(|| (mean(&x), mean(&y)))
+        };
+        figure(axes, &groups.series(rows, &point), "cost".into())?;
     }
     Ok(written)
 }
 
+/// What errors of several runs come to.
+type Summary<'a> = &'a dyn Fn(&[f64]) -> f64;
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// The points of others in the figure of a measure, each as a series of its own.
+fn others(plan: &Plan, measure: &str) -> Vec<Series> {
+    let mut all: Vec<Series> = Vec::new();
+    for (label, (cpu, error)) in plan.others.iter().filter(|o| o.measure == measure).flat_map(|o| &o.points) {
+        let point = (*cpu, error.abs());
+        match all.iter_mut().find(|series| series.label == *label) {
+            Some(series) => series.points.push(point),
+            None => all.push(Series { label: label.clone(), points: vec![point], style: SeriesStyle::Markers }),
+        }
+    }
+    all
+}
+
 /// Which rows are a curve, and what it is called.
 struct Groups {
-    /// Rows of each curve, under its label.
-    curves: Vec<(String, Vec<usize>)>,
+    /// Rows of each point of each curve, under its label.
+    curves: Vec<(String, Vec<Vec<usize>>)>,
     /// What changes from point to point of a curve.
     along: Vec<String>,
 }
 
 impl Groups {
-    fn new(plan: &Plan, rows: &[Row], wanted: Option<&[String]>) -> Groups {
+    fn new(plan: &Plan, rows: &[Row], wanted: Option<&[String]>, over: &[String]) -> Groups {
         let column = |name: &str, row: &Row| match plan.names.iter().position(|other| other == name) {
             Some(at) => row.labels[at].clone(),
             None => row.ranks.to_string(),
@@ -82,7 +124,7 @@ impl Groups {
             keys.len()
         };
         let mut all: Vec<String> = plan.names.iter().cloned().chain(["ranks".to_owned()]).collect();
-        all.retain(|name| count(std::slice::from_ref(name)) > 1);
+        all.retain(|name| count(std::slice::from_ref(name)) > 1 && !over.contains(name));
         let names: Vec<String> = match wanted {
             Some(wanted) => wanted.to_vec(),
             None => {
@@ -93,7 +135,9 @@ impl Groups {
                 rest.to_vec()
             }
         };
-        let mut curves: Vec<(String, Vec<usize>)> = Vec::new();
+        let mut curves: Vec<(String, Vec<Vec<usize>>)> = Vec::new();
+        let along: Vec<String> = all.iter().filter(|name| !names.contains(name)).cloned().collect();
+        let same = |a: usize, b: usize| along.iter().all(|name| column(name, &rows[a]) == column(name, &rows[b]));
         for (index, row) in rows.iter().enumerate() {
             let part = |name: &String| {
                 let label = column(name, row);
@@ -102,19 +146,24 @@ impl Groups {
             let parts: Vec<String> = names.iter().map(part).filter(|part| !part.is_empty()).collect();
             let label = parts.join(", ");
             match curves.iter_mut().find(|(other, _)| *other == label) {
-                Some((_, rows)) => rows.push(index),
-                None => curves.push((label, vec![index])),
+                Some((_, points)) => match points.iter_mut().find(|point| !over.is_empty() && same(point[0], index)) {
+                    Some(point) => point.push(index),
+                    None => points.push(vec![index]),
+                },
+                None => curves.push((label, vec![vec![index]])),
             }
         }
-        all.retain(|name| !names.contains(name));
-        Groups { curves, along: all }
+        Groups { curves, along }
     }
 
     /// The curves, without those that have no point.
-    fn series(&self, rows: &[Row], point: &dyn Fn(&Row) -> Option<(f64, f64)>) -> Vec<Series> {
-        let of = |(label, indices): &(String, Vec<usize>)| Series {
+    fn series(&self, rows: &[Row], point: &dyn Fn(&[&Row]) -> Option<(f64, f64)>) -> Vec<Series> {
+        let of = |(label, points): &(String, Vec<Vec<usize>>)| Series {
             label: label.clone(),
-            points: indices.iter().filter_map(|index| point(&rows[*index])).collect(),
+            points: points
+                .iter()
+                .filter_map(|same| point(&same.iter().map(|index| &rows[*index]).collect::<Vec<_>>()))
+                .collect(),
             // Points of a curve follow each other where only one thing changes along it.
             style: if self.along.len() == 1 { SeriesStyle::Joined } else { SeriesStyle::Markers },
         };

@@ -139,6 +139,25 @@ pub struct Plot {
     /// The columns that tell one curve from another; default all but the first.
     #[serde(default)]
     pub series: Option<Vec<String>>,
+    /// What others paid for their errors.
+    #[serde(default)]
+    pub others: Vec<Others>,
+}
+
+/// Points of other programs in the figure of a measure's error over CPU time.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Others {
+    /// The measure.
+    pub measure: String,
+    /// A CSV file, beside the study.
+    pub file: PathBuf,
+    /// The column that says whose a point is.
+    pub label: String,
+    /// That of the CPU time (s).
+    pub cpu: String,
+    /// That of the error (% where errors are parts of a reference).
+    pub error: String,
 }
 
 /// What `--quick` changes.

@@ -3,7 +3,7 @@
 //! ```text
 //! study file -> Plan: axes multiplied out, every case read and checked
 //!            -> repeat 1: run 1, run 2, ...   repeat 2: run 1, run 2, ...    each a process of its own
-//!            -> medians over the repeats: study.csv, study.md, work_precision_MEASURE.png, cost.png (and .svg)
+//!            -> medians over the repeats: study.csv, study.md, work_precision_MEASURE.png (and _mean), cost.png (and .svg)
 //! ```
 //!
 //! Repeats are interleaved, so that a machine that slows down for a while slows all runs alike. The table is written
@@ -14,6 +14,7 @@ mod columns;
 mod figures;
 mod file;
 mod plan;
+mod sheet;
 mod table;
 
 use crate::output::print;
@@ -77,7 +78,8 @@ pub fn study(request: &Request) -> Result<()> {
         files.push(folder.join("spread.md"));
         replace(&files[2], text.as_bytes())?;
     }
-    let figures = figures::draw(&name, &plan, &rows, study.plot.series.as_deref(), &folder)?;
+    let over = study.spread.as_ref().map_or(&[][..], |spread| &spread.over);
+    let figures = figures::draw(&name, &plan, &rows, study.plot.series.as_deref(), over, &folder)?;
     for path in files.iter().chain(&figures) {
         print(&path.display().to_string())?;
     }

@@ -1,11 +1,11 @@
 //! The runs of a study: the product of its axes and its listed rows, on each number of ranks, every case read and checked.
 
 use super::file::{Study, fault, label};
+use super::sheet::Sheet;
 use crate::config::{Case, Text, suggest};
 use crate::scene::read_case;
 use crate::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 use std::path::{Path, PathBuf};
 use toml::Table;
 
@@ -17,6 +17,16 @@ pub struct Plan {
     pub runs: Vec<Planned>,
     /// What measures are compared with.
     pub references: Vec<Target>,
+    /// What others paid for their errors.
+    pub others: Vec<Others>,
+}
+
+/// Points of others in the figure of a measure.
+pub struct Others {
+    /// The measure's name.
+    pub measure: String,
+    /// Of whom each is, its CPU time (s) and its error (% where errors are parts of a reference).
+    pub points: Vec<(String, (f64, f64))>,
 }
 
 /// What a measure is compared with.
@@ -202,7 +212,8 @@ impl Plan {
             }
         }
         let references = references(study, text, &beside, &names, &runs)?;
-        let plan = Plan { names, runs, references };
+        let others = others(study, text, &beside)?;
+        let plan = Plan { names, runs, references, others };
         plan.refuse_never_accepted(text, &common, &case)?;
         // What --quick leaves out may be what is measured.
         let all = drafts.iter().filter_map(|draft| {
@@ -310,61 +321,21 @@ fn references(
     Ok(found)
 }
 
-/// A CSV file of reference data.
-struct Sheet {
-    path: PathBuf,
-    heads: Vec<String>,
-    rows: Vec<csv::StringRecord>,
-}
-
-/// Makes the refusal of a key of a reference, with a message.
-type Refuse<'a> = &'a dyn Fn(&str, String) -> Error;
-
-impl Sheet {
-    fn read(path: &Path, refuse: Refuse) -> Result<Sheet> {
-        let content = fs::read_to_string(path)
-            .map_err(|e| refuse(".file", format!("{}: {e}; its path is from this file's folder", path.display())))?;
-        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(content.as_bytes());
-        let bad = |e: csv::Error| refuse(".file", format!("{}: {e}", path.display()));
-        let heads = reader.headers().map_err(bad)?.iter().map(str::to_owned).collect();
-        let rows = reader.records().collect::<Result<Vec<_>, _>>().map_err(bad)?;
-        Ok(Sheet { path: path.to_owned(), heads, rows })
-    }
-
-    fn position(&self, name: &str, key: &str, refuse: Refuse) -> Result<usize> {
-        let known: Vec<&str> = self.heads.iter().map(String::as_str).collect();
-        let message = || format!("{} has no column `{name}`; {}", self.path.display(), suggest(name, &known));
-        self.heads.iter().position(|head| head == name).ok_or_else(|| refuse(key, message()))
-    }
-
-    /// The number in column `at` of the one row that has what is `wanted` in other columns; where it `may_lack`, `None` of no such
-    /// row or an empty cell.
-    fn value(&self, at: usize, wanted: &[(usize, String)], may_lack: bool, refuse: Refuse) -> Result<Option<f64>> {
-        let is = |cell: &str, wanted: &str| {
-            let number: Option<f64> = wanted.parse().ok();
-            cell == wanted || (number.is_some() && cell.parse().ok() == number)
-        };
-        let has = |row: &&csv::StringRecord| wanted.iter().all(|(k, w)| row.get(*k).is_some_and(|cell| is(cell, w)));
-        let rows: Vec<_> = self.rows.iter().filter(has).collect();
-        let cell = match &rows[..] {
-            [] if may_lack => return Ok(None),
-            [row] => row.get(at).unwrap_or_default(),
-            rows => {
-                let message = format!(
-                    "{} rows of {} are meant, not one; say which, as in row = {{ {} = ... }}",
-                    rows.len(),
-                    self.path.display(),
-                    self.heads.first().map_or("", String::as_str)
-                );
-                return Err(refuse(".row", message));
-            }
-        };
-        if cell.is_empty() && may_lack {
-            return Ok(None);
+/// The points of others, read from their files.
+fn others(study: &Study, text: &Text, beside: &dyn Fn(&Path) -> PathBuf) -> Result<Vec<Others>> {
+    let read = |(index, others): (usize, &super::file::Others)| {
+        let refuse = |key: &str, message: String| text.refuse(fault(format!("plot.others.{index}{key}"), message));
+        if !study.reference.iter().any(|reference| reference.measure == others.measure) {
+            let message = format!("`{}` has no reference, and so no figure of its error", others.measure);
+            return Err(refuse(".measure", message));
         }
-        let number = cell.parse().map(Some);
-        number.map_err(|_| refuse(".column", format!("{}: {cell:?} is not a number", self.path.display())))
-    }
+        let sheet = Sheet::read(&beside(&others.file), &refuse)?;
+        let column = |name: &str, key: &str| sheet.position(name, key, &refuse);
+        let numbers = [column(&others.cpu, ".cpu")?, column(&others.error, ".error")?];
+        let points = sheet.points(column(&others.label, ".label")?, numbers);
+        Ok(Others { measure: others.measure.clone(), points })
+    };
+    study.plot.others.iter().enumerate().map(read).collect()
 }
 
 #[cfg(test)]
@@ -379,27 +350,5 @@ mod tests {
         assert_eq!(errors, [Some(0.5), None, None, Some(-1.75)]);
         let nothing = target(&[Some(0.0), None]);
         assert_eq!((nothing.is_relative(), nothing.error(0, 3.0), nothing.error(1, 3.0)), (false, Some(3.0), None));
-    }
-
-    #[test]
-    fn a_row_of_a_sheet_is_told_by_what_its_columns_hold_numbers_by_their_value() {
-        let file = tempfile::NamedTempFile::new().unwrap();
-        fs::write(file.path(), "# Cd\nre,place,cd\n10.0,west,3.5\n1e2,east,1.5\n1e2,west,\n").unwrap();
-        let refuse = |key: &str, message: String| Error::Usage(format!("{key}: {message}"));
-        let sheet = Sheet::read(file.path(), &refuse).unwrap();
-        let cd = sheet.position("cd", ".column", &refuse).unwrap();
-        let value = |wanted: &[(usize, &str)], may_lack| {
-            let wanted: Vec<_> = wanted.iter().map(|(k, text)| (*k, text.to_string())).collect();
-            sheet.value(cd, &wanted, may_lack, &refuse).map_err(|e| e.to_string())
-        };
-        assert_eq!(value(&[(0, "10")], false), Ok(Some(3.5)));
-        assert_eq!(value(&[(0, "100"), (1, "east")], true), Ok(Some(1.5)));
-        // A row that is not there, and a cell that is empty, are no reference of one run among several.
-        assert_eq!((value(&[(0, "70")], true), value(&[(0, "100"), (1, "west")], true)), (Ok(None), Ok(None)));
-        assert!(value(&[(0, "70")], false).unwrap_err().starts_with(".row: 0 rows"));
-        assert!(value(&[(0, "100"), (1, "west")], false).unwrap_err().starts_with(".column"));
-        assert!(value(&[(0, "100")], true).unwrap_err().starts_with(".row: 2 rows"), "which one is not said");
-        let unknown = sheet.position("rey", ".row_of.rey", &refuse).unwrap_err().to_string();
-        assert!(unknown.starts_with(".row_of.rey: ") && unknown.contains("no column `rey`"), "{unknown}");
     }
 }

@@ -81,7 +81,7 @@ const BAD_CASES: &[Row] = &[
     ("diameter = 0.2", "diametr = 0.2", "shape", "particle.0.shape.disc.diametr", &["did you mean `diameter`?"]),
     ("cfl = 0.4", "upwinding = 0.5", "upwinding", "time.upwinding", &["three stages alone", "rk3"]),
     ("cfl = 0.4", "max_stages = 2", "max_stages", "time.max_stages", &["3 to 50 stages"]),
-    ("cfl = 0.4", "scheme = \"rk2\"\nmax_stages = 6", "max_stages", "time.max_stages", &["only time.scheme = \"rkl2\""]),
+    ("cfl = 0.4", "scheme = \"rk2\"\nmax_stages = 6", "max_stages", "time.max_stages", &["only time.scheme = \"rkl2\" and \"rkl3\""]),
     ("cfl = 0.4", "scheme = \"rk4\"", "scheme", "time.scheme", &["unknown value `rk4`", "did you mean `rk"]),
     ("divergence_limit = 1.0e-6", "solver = \"direct\"", "solver", "pressure.solver", &["sharp walls close some", "choose \"auto\""]),
     ("divergence_limit = 1.0e-6", "solver = \"magic\"", "solver", "pressure.solver", &["unknown value `magic`", "`bcgs-boomeramg`"]),

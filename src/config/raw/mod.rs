@@ -203,15 +203,15 @@ pub struct Time {
     /// A fixed step (s), refused where it breaks a stability limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step: Option<f64>,
-    /// Steps from this Courant number, sum over axes of |u| dt/h, and from the other limits; default 0.4 (0.2 for
+    /// Steps from this Courant number, sum over axes of |u| dt/h, and from the other limits; default 0.4 (0.8 for rkl3, 0.2 for
     /// Euler steps with upwind advection).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cfl: Option<f64>,
-    /// The time scheme; default rkl2, and rk2 where particles are mixed in.
+    /// The time scheme; default rkl3, rkl2 where particles move, and rk2 where they are mixed in.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scheme: Option<Scheme>,
-    /// The most stages that a step of rkl2 takes, with which viscosity binds it 2.5 (3), 4.5 (4), 10 (6), 27 (10) times less than with two; default
-    /// 10, and 4 where particles move.
+    /// The most stages that a step of rkl2 or rkl3 takes, with which viscosity binds it 2.5 (3), 4.5 (4), 10 (6), 27 (10) times less than with two;
+    /// default 10, and 4 where particles move.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_stages: Option<usize>,
     /// The advection scheme.
@@ -236,6 +236,15 @@ pub enum Scheme {
     /// Second order: the two stages of rk2, or, where viscosity binds a step more than the flow does, as many Runge-Kutta-Legendre stages
     /// as it needs. Without bodies, or with sharp walls.
     Rkl2,
+    /// The same with the three stages of rk3, which go twice as far where the flow binds. Where bodies move, such long steps cost accuracy.
+    Rkl3,
+}
+
+impl Scheme {
+    /// Whether a step takes more stages where viscosity asks for them.
+    pub fn has_further_stages(self) -> bool {
+        matches!(self, Scheme::Rkl2 | Scheme::Rkl3)
+    }
 }
 
 /// The advection scheme.

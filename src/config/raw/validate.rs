@@ -190,8 +190,12 @@ fn time(case: &Case) -> Check {
     positive("time.step", time.step, "s")?;
     positive("time.cfl", time.cfl, "a Courant number, such as 0.4")?;
     if let Some(stages) = time.max_stages {
-        let own = time.scheme.is_none_or(|scheme| scheme == Scheme::Rkl2);
-        ensure!(own, "time.max_stages", "only time.scheme = \"rkl2\" has a choice of stages: remove one of them");
+        let own = time.scheme.is_none_or(Scheme::has_further_stages);
+        ensure!(
+            own,
+            "time.max_stages",
+            "only time.scheme = \"rkl2\" and \"rkl3\" have a choice of stages: remove one of them"
+        );
         ensure!(
             (3..=MOST_STAGES).contains(&stages),
             "time.max_stages",

@@ -27,7 +27,8 @@ impl<const D: usize> Sharp<D> {
             (false, _) => params::face_decay_2d(),
         };
         let forgotten = courant / params::face_memory() + face_decay * diffusion;
-        let own = if rest { (params::face_time() / diffusion).clamp(params::face_part(), 1.0) } else { 1.0 };
+        let short = (params::face_time() / diffusion).min(params::face_memory() / courant);
+        let own = if rest { short.clamp(params::face_part(), 1.0) } else { 1.0 };
         Ok(Pace { courant, diffusion, keep: 1.0 - forgotten.min(1.0), own })
     }
 

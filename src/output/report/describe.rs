@@ -63,6 +63,7 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
         Scheme::Rk2 => "two-stage Runge-Kutta",
         Scheme::Rk3 => "three-stage Runge-Kutta",
         Scheme::Rkl2 => "two-stage Runge-Kutta, Runge-Kutta-Legendre where viscosity asks for more stages",
+        Scheme::Rkl3 => "three-stage Runge-Kutta, Runge-Kutta-Legendre where viscosity asks for more stages",
     };
     let advection = match case.time.advection {
         Advection::Upwind5 => "fifth-order upwind, conservative",
