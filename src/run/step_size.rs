@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::config::{Case, Loaded, Step};
 use crate::params;
-use crate::scheme::{Bound, Limits};
+use crate::scheme::{Bound, Limits, RK3};
 use std::fmt;
 /// Steps at the end of a run that keep one length.
 const LAST_STEPS: f64 = 50.0;
@@ -16,13 +16,12 @@ pub fn check_step(loaded: &Loaded, limits: &Limits) -> Result<()> {
             "time.step",
             format!("{step} s is over the {bound}, {limit:.4e} s; give a smaller step, or time.cfl instead"),
         )),
-        Step::Courant(number) if number > largest => Err(loaded.error_at(
-            "time.cfl",
-            format!(
-                "{number} is over the limit of this scheme, a Courant number of {largest}; lower it or choose \
-                 time.scheme = \"rk3\""
-            ),
-        )),
+        Step::Courant(number) if number > largest => {
+            let cure = if largest < RK3.courant_limit() { " or choose time.scheme = \"rk3\"" } else { "" };
+            let message =
+                format!("{number} is over the limit of this scheme, a Courant number of {largest}; lower it{cure}");
+            Err(loaded.error_at("time.cfl", message))
+        }
         _ => Ok(()),
     }
 }

@@ -202,7 +202,8 @@ const BAD_CASES: &[Row] = &[
     ("[[measure]]", "[output]\ncheckpoint = {}\n[[measure]]", "checkpoint", "output.checkpoint", &["exactly one of"]),
     ("[[measure]]", "[output]\ncheckpoint = { every_wall_minutes = -1 }\n[[measure]]", "checkpoint", "output.checkpoint.every_wall_minutes", &["positive", "minutes"]),
     ("size = [2.0, 1.0]\ncells = [32, 16]", "size = [2.0, 1.0]\ncells = [40000, 40000]", "cells", "domain.cells", &["GB", "fewer cells"]),
-    ("cfl = 0.4", "cfl = 0.6", "cfl", "time.cfl", &["over the limit of this scheme", "0.5", "rk3"]),
+    ("cfl = 0.4", "cfl = 0.6\nscheme = \"rk2\"", "cfl", "time.cfl", &["over the limit of this scheme", "0.5", "rk3"]),
+    ("cfl = 0.4", "cfl = 1.3", "cfl", "time.cfl", &["over the limit of this scheme", "1.2; lower it"]),
     // What only the scene can tell: it finds the limit of a step, and names it.
     ("cfl = 0.4", "step = 0.09", "step", "time.step", &["limit"]),
 ];

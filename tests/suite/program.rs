@@ -90,7 +90,7 @@ fn check_describes_the_scene_and_says_what_it_skips_and_why() {
         "160 x 64 cells",
         "d/h = 8.0",
         "Reynolds     100",
-        "advection limit (Courant number 0.5)",
+        "advection limit (Courant number 1.2)",
         "by time.cfl",
         "skips        fractions at every step: nothing moves",
         "skips        pressure operator at every step",

@@ -75,7 +75,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 #[test]
 fn the_force_on_a_disc_that_swings_and_its_impulse_are_of_second_order_in_time() {
     // By rkl2 at this viscosity 80 steps take five stages, and 260 would be needed for two.
-    for (scheme, nu, steps) in [("rk2", 0.02, 10), ("rk3", 0.02, 10), ("rkl2", 1.0, 80), ("rkl3", 1.0, 80)] {
+    for (scheme, nu, steps) in [("rk2", 0.02, 10), ("rk3", 0.02, 10), ("rkl2", 1.0, 80)] {
         let ends = [1, 2, 4, 8].map(|n| disc_in_a_box(&swing(0.001, 1.0), nu, scheme, n * steps));
         let orders = |of: &dyn Fn(&End) -> &[f64]| {
             let d: Vec<f64> = ends.windows(2).map(|w| distance(of(&w[0]), of(&w[1]))).collect();
