@@ -170,3 +170,45 @@ impl Groups {
         self.curves.iter().map(of).filter(|series| !series.points.is_empty()).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_that_differ_in_their_place_alone_are_one_point_of_a_curve() {
+        let names = ["N", "scheme", "place"].map(str::to_owned).to_vec();
+        let plan = Plan { names, runs: Vec::new(), references: Vec::new(), others: Vec::new() };
+        let row = |n: f64, scheme: &str, place: &str, cpu: f64| Row {
+            labels: vec![n.to_string(), scheme.to_owned(), place.to_owned()],
+            ranks: 1,
+            status: "done",
+            measured: Vec::new(),
+            cpu: Some(cpu),
+            cells: Some(n),
+            per_cell_step: None,
+            texts: Vec::new(),
+        };
+        let mut rows = Vec::new();
+        for (k, scheme) in ["rk2", "rk3"].into_iter().enumerate() {
+            for n in [8.0, 16.0] {
+                let cpu = n * (1.0 + k as f64);
+                rows.extend([row(n, scheme, "a", cpu), row(n, scheme, "b", 3.0 * cpu)]);
+            }
+        }
+        let point =
+            |same: &[&Row]| Some((mean(&same.iter().filter_map(|r| r.cpu).collect::<Vec<_>>()), same.len() as f64));
+        let series = |over: &[String]| {
+            let groups = Groups::new(&plan, &rows, Some(&["scheme".to_owned()]), over);
+            let points = groups.series(&rows, &point);
+            (points.into_iter().map(|s| (s.label, s.points, s.style)).collect::<Vec<_>>(), groups.along)
+        };
+        let joined = |label: &str, points: [(f64, f64); 2]| (label.to_owned(), points.to_vec(), SeriesStyle::Joined);
+        let (found, along) = series(&["place".to_owned()]);
+        assert_eq!(found, [joined("rk2", [(16.0, 2.0), (32.0, 2.0)]), joined("rk3", [(32.0, 2.0), (64.0, 2.0)])]);
+        assert_eq!(along, ["N"]);
+        // Where nobody says that they belong together, each is a point.
+        let (found, along) = series(&[]);
+        assert_eq!((found[0].1.len(), found[0].2, along.len()), (4, SeriesStyle::Markers, 2));
+    }
+}

@@ -33,7 +33,7 @@ pub struct Row {
     /// Wall-clock time of a cell and step (us).
     pub per_cell_step: Option<f64>,
     /// Every column of [`COLUMNS`], as text.
-    texts: Vec<String>,
+    pub(super) texts: Vec<String>,
 }
 
 /// The median; `None` of nothing.

@@ -219,6 +219,18 @@ fn a_wrong_study_file_is_refused_with_its_line_and_cure_and_nothing_is_written()
         ("row = { re = 100 }", "value = 1.0", 24, "has both `value` and a place in a file"),
         ("keep = { N = [16]", "keep = { N = [17]", 31, "`N` has no `17`"),
         ("[quick]", "[plot]\nseries = [\"solvers\"]\n[quick]", 31, "did you mean `solver`?"),
+        (
+            "[quick]",
+            "[[plot.others]]\nmeasure = \"speed\"\nfile = \"exact.csv\"\nlabel = \"re\"\ncpu = \"re\"\nerror = \"spead\"\n[quick]",
+            35,
+            "has no column `spead`; did you mean `speed`?",
+        ),
+        (
+            "[quick]",
+            "[[plot.others]]\nmeasure = \"drag\"\nfile = \"exact.csv\"\nlabel = \"re\"\ncpu = \"re\"\nerror = \"re\"\n[quick]",
+            31,
+            "`drag` has no reference",
+        ),
     ] {
         assert!(STUDY.contains(from), "{from}");
         let (dir, file) = written(&STUDY.replacen(from, to, 1));
