@@ -142,8 +142,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let mut scene = Scene::<D>::new(session, case)?;
         let (mut account, mut series) = (Account { began: now(), ..Account::default() }, measure::series(case));
         let begun = ended.map_or(Ok(Vec::new()), |ended| ended.begin(session, case, &mut scene))?;
-        let bodies = !scene.state.bodies.is_empty();
-        let mut statistics = case.statistics.as_ref().map(|plan| Statistics::new(&scene.domain.grid, plan, bodies));
+        let mut statistics = Statistics::of_case(&scene, case);
         let marks = restart.as_mut();
         let marks =
             marks.map(|r| r.read(session, &mut account, &mut series, &mut statistics, case, &mut scene)).transpose()?;

@@ -302,8 +302,7 @@ fn read_end<const D: usize>(session: &Session, run: &Path) -> Result<Ended<D>> {
     let before = written(&header.case).map_err(|why| refuse(format!("its case cannot be read: {why}")))?;
     let mut ended = Scene::<D>::new(session, &before)?;
     let (mut account, mut series, mut marks) = (Account::default(), measure::series(&before), Marks::default());
-    let (grid, bodies) = (&ended.domain.grid, !ended.state.bodies.is_empty());
-    let mut statistics = before.statistics.as_ref().map(|plan| Statistics::new(grid, plan, bodies));
+    let mut statistics = Statistics::of_case(&ended, &before);
     let whole = serialize(&mut archive, &mut account, &mut series, &mut marks, &mut statistics, &before, &mut ended);
     session.agree(whole).and_then(|()| archive.finish()).map_err(|e| misfit(&checkpoint::path(run, step), e))?;
     Ok(Ended { case: before, state: ended.state, run: run.to_owned() })
