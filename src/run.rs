@@ -103,8 +103,8 @@ struct Run<'a, const D: usize> {
     interrupt: Interrupt,
     checkpoints: Checkpoints,
     restart: Option<Restart>,
-    /// What was taken of the run that it begins with.
-    begun: Option<&'static str>,
+    /// What was taken of the run that it begins with, in lines.
+    begun: Vec<String>,
     /// The state at the start of the step.
     good: Readable<D>,
 }
@@ -141,9 +141,8 @@ impl<'a, const D: usize> Run<'a, D> {
         };
         let mut scene = Scene::<D>::new(session, case)?;
         let (mut account, mut series) = (Account { began: now(), ..Account::default() }, measure::series(case));
-        let begun = ended.map(|ended| ended.begin(session, case, &mut scene)).transpose()?;
-        let bodies = !scene.state.bodies.is_empty();
-        let mut statistics = case.statistics.as_ref().map(|plan| Statistics::new(&scene.domain.grid, plan, bodies));
+        let begun = ended.map_or(Ok(Vec::new()), |ended| ended.begin(session, case, &mut scene))?;
+        let mut statistics = Statistics::of_case(&scene, case);
         let marks = restart.as_mut();
         let marks =
             marks.map(|r| r.read(session, &mut account, &mut series, &mut statistics, case, &mut scene)).transpose()?;
@@ -212,9 +211,7 @@ impl<'a, const D: usize> Run<'a, D> {
             self.case.time.end,
             self.out.display()
         ));
-        if let (Some(taken), Some(from)) = (self.begun, &self.case.initial.from) {
-            self.log.say(&format!("begins where {from} ended: {taken}"));
-        }
+        self.begun.iter().for_each(|line| self.log.say(line));
         // What is named later on, such as what PETSc logs at its end, is not used yet either.
         let unused = self.session.unused_options()?;
         if !unused.is_empty() && self.session.rank() == 0 {
@@ -263,6 +260,11 @@ impl<'a, const D: usize> Run<'a, D> {
             self.record()?;
         }
         while self.scene.state.time < end * (1.0 - 1e-12) {
+            // Not after the last step: a run ends with the bodies of its last rows.
+            if let Some(dt) = self.account.dt {
+                self.pass(dt)?;
+                self.admit()?;
+            }
             self.scene.state.keep(&mut self.good);
             let limits = self.scene.limits()?;
             let (dt, _) = choose_step(self.case, &limits, self.account.dt, end - self.scene.state.time);
@@ -303,8 +305,6 @@ impl<'a, const D: usize> Run<'a, D> {
             if fields.due(self.scene.state.steps, self.scene.state.time) {
                 self.write_fields()?;
             }
-            self.pass(dt)?;
-            self.admit()?;
             if wishes.stop || wishes.checkpoint {
                 self.checkpoint()?;
                 self.scene.domain.clock.lap(Stage::Fields);

@@ -11,7 +11,7 @@ use crate::archive::{Archive, Checkpointed};
 use crate::contact::Touching;
 use crate::grid::{Grid, VectorField};
 use crate::particles::Body;
-pub use balance::Balance;
+pub use balance::{Balance, Impulses};
 pub use energy::EnergyBudget;
 pub use exchange::Exchange;
 use nalgebra::Vector3;

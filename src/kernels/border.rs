@@ -5,23 +5,27 @@
 //!         o    |    o        o           carried   rho U u_face               the fifth-order upwind value
 //!              ^ side                    pressure  (3 p_0 - p_1)/2            (p_ghost + p_0)/2 at an outflow
 //! ```
-//! These are the values that the terms of the step have there, each on its face, so that summed over the sides they are what
+//! At walls what is carried is nothing, and viscosity's is the shear on them. Where the viscosity is a field, its force is that of the full stress
+//! ([`crate::kernels::diffusion::stress`]). These are the values that the terms of the step have there, each on its face, so that summed over the sides they are what
 //! all cells together gain.
 
 use super::advection::{Carrier, upwind_flux};
-use crate::grid::{Boundaries, Grid, VectorField};
-use nalgebra::Vector3;
+use crate::grid::{Boundaries, Coefficient, Grid, VectorField};
+use nalgebra::{Matrix3x2, Vector3};
 
-/// This rank's part of the force (N; per metre of depth in 2D) by viscosity (Pa s) and by what flows through the sides, at the
-/// velocities `u`, ghosts filled, carried by `carrier`.
+/// Forces of the sides on the fluid (N; per metre of depth in 2D): by what flows through them, and by viscosity.
+pub type Sides = Matrix3x2<f64>;
+
+/// This rank's part of the forces by what flows through the sides, of this density (kg/m3), and by viscosity (Pa s), at the velocities `u`,
+/// ghosts filled, carried by `carrier`.
 pub fn stress<const D: usize>(
     grid: &Grid<D>,
     carrier: &Carrier<D>,
     u: &VectorField<D>,
     density: f64,
-    viscosity: f64,
-) -> Vector3<f64> {
-    let mut force = Vector3::zeros();
+    viscosity: &Coefficient,
+) -> Sides {
+    let mut force = Sides::zeros();
     for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
         let (s, area, inwards) = (grid.stride[axis], grid.cell_volume() / grid.h[axis], 1.0 - 2.0 * side as f64);
         for cell in grid.border_cells(axis, side) {
@@ -29,8 +33,18 @@ pub fn stress<const D: usize>(
             let carried = carrier.at(axis, face);
             for (i, q) in u.iter().enumerate() {
                 let flux = upwind_flux(carried, carrier.upwinding, std::array::from_fn(|k| q[face + k * s - 3 * s]));
-                let shear = viscosity * (q[ghost] - q[cell]) / grid.h[axis];
-                force[i] += area * (inwards * density * flux + shear);
+                let normal = (q[ghost] - q[cell]) / grid.h[axis];
+                let shear = match viscosity {
+                    Coefficient::Uniform(viscosity) => viscosity * normal,
+                    Coefficient::Field(mu) => {
+                        let (along, v) = (grid.stride[i], &u[axis]);
+                        let across = |c: usize| (v[c + along] - v[c - along]) / (4.0 * grid.h[i]);
+                        let transposed = if i == axis { normal } else { -inwards * (across(cell) + across(ghost)) };
+                        0.5 * (mu[cell] + mu[ghost]) * (normal + transposed)
+                    }
+                };
+                force[(i, 0)] += area * inwards * density * flux;
+                force[(i, 1)] += area * shear;
             }
         }
     }

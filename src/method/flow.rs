@@ -12,6 +12,7 @@ use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::grid::VectorField;
+use crate::kernels::border::{self, Sides};
 use crate::kernels::diffusion;
 use crate::kernels::faces::{self, FaceCoefficient, Gravity};
 use crate::params;
@@ -85,14 +86,15 @@ impl<const D: usize> Flow<D> {
         Ok(projected)
     }
 
-    /// (7) by the scheme's stages; the pressure of the last step takes part in the stages and not in u*. Collective.
+    /// (7) by the scheme's stages; the pressure of the last step takes part in the stages and not in u*. Returns the forces of this rank's sides
+    /// on the fluid, where a balance is kept. Collective.
     pub fn predict_cells(
         &mut self,
         domain: &mut Domain<D>,
         s: &mut State<D>,
         dt: f64,
         mut listener: Option<Listener<D>>,
-    ) -> Result<()> {
+    ) -> Result<Sides> {
         if let Some(stabilised) = &mut self.stabilised
             && stabilised.is_for(domain, &self.momentum.scheme, dt)
         {
@@ -103,12 +105,14 @@ impl<const D: usize> Flow<D> {
                 domain.clock.lap(Stage::Ghosts);
                 Ok(())
             };
-            stabilised.predict(&mut self.momentum, domain, s, &self.mixture, &self.acceleration, dt, finish)?;
+            let (momentum, a) = (&mut self.momentum, &self.acceleration);
+            let sides = stabilised.predict(momentum, domain, s, &self.mixture, a, dt, finish)?;
             // The faces take it by themselves.
             faces::add_to_cells(&domain.grid, -dt, &self.acceleration, &mut s.u);
             domain.clock.lap(Stage::Update);
-            return Ok(());
+            return Ok(sides);
         }
+        let mut sides = Sides::zeros();
         for k in 0..self.momentum.scheme.weights.len() {
             if k > 0 {
                 self.momentum.start_stage(domain, k, &s.u, &self.acceleration, dt, &mut self.stage);
@@ -116,6 +120,11 @@ impl<const D: usize> Flow<D> {
             domain.boundaries.fill_velocity(if k == 0 { &mut s.u } else { &mut self.stage })?;
             domain.clock.lap(Stage::Ghosts);
             let (u, carrier) = (if k == 0 { &s.u } else { &self.stage }, self.momentum.carrier(s, dt));
+            if s.balance.is_some() {
+                let (density, weight) = (domain.fluid.density, self.momentum.scheme.weights[k]);
+                sides += weight * border::stress(&domain.grid, &carrier, u, density, &self.mixture.viscosity);
+                domain.clock.lap(Stage::Force);
+            }
             let listener = listener.as_mut().map(|hear| &mut **hear as Listener<D>);
             self.momentum.add_stage(domain, k, &self.mixture, &carrier, u, dt, listener)?;
         }
@@ -127,7 +136,7 @@ impl<const D: usize> Flow<D> {
             }
         }
         domain.clock.lap(Stage::Update);
-        Ok(())
+        Ok(sides)
     }
 
     /// (8). Collective.

@@ -6,12 +6,12 @@ use crate::Result;
 use crate::clock::Stage as Lap;
 use crate::domain::Domain;
 use crate::grid::{Grid, VectorField};
-use crate::kernels::{border, diffusion, faces};
+use crate::kernels::border::{self, Sides};
+use crate::kernels::{diffusion, faces};
 use crate::particles::Body;
 use crate::scheme::Scheme;
 use crate::scheme::legendre::{Legendre, Stage};
 use crate::state::State;
-use nalgebra::Vector3;
 
 /// What the stages need beside the state.
 pub struct Stabilised<const D: usize> {
@@ -41,7 +41,7 @@ impl<const D: usize> Stabilised<D> {
     }
 
     /// (7) over `dt` (s): the velocity `s.u` (m/s), ghosts filled, becomes that at the end of the step with the `acceleration` on faces
-    /// (m/s2), as the last stage was left by `finish`. Returns the force of this rank's sides on the fluid (N), where a balance is
+    /// (m/s2), as the last stage was left by `finish`. Returns the forces of this rank's sides on the fluid, where a balance is
     /// kept. Collective.
     #[allow(clippy::too_many_arguments)]
     pub fn predict(
@@ -53,17 +53,17 @@ impl<const D: usize> Stabilised<D> {
         acceleration: &VectorField<D>,
         dt: f64,
         finish: Finish<D>,
-    ) -> Result<Vector3<f64>> {
+    ) -> Result<Sides> {
         let Stabilised { sets, first, last, before } = self;
         let count = stages(domain, &momentum.scheme, dt);
         let legendre = &sets[count - 3];
-        let mut sides = Vector3::zeros();
+        let mut sides = Sides::zeros();
         let mut weight = legendre.weight;
         for (k, stage) in legendre.stages.iter().enumerate() {
             let u = if k == 0 { &s.u } else { &*last };
             let carrier = momentum.carrier(s, dt);
             if s.balance.is_some() {
-                let (density, viscosity) = (domain.fluid.density, domain.fluid.viscosity);
+                let (density, viscosity) = (domain.fluid.density, &mixture.viscosity);
                 sides += weight * border::stress(&domain.grid, &carrier, u, density, viscosity);
                 domain.clock.lap(Lap::Force);
             }

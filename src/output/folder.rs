@@ -40,7 +40,7 @@ const PASSAGE_COLUMNS: &str = "step,time,id,what,mass,diameter,x,y,z,vx,vy,vz";
 /// Says that a folder holds a run; there from the first moment to the last.
 const RUN: &str = "run.json";
 /// What this program writes into a run's folder, and so may delete with `--force`.
-const OURS: [&str; 12] = [
+const OURS: [&str; 13] = [
     "case.toml",
     "steps.csv",
     "particles.csv",
@@ -52,6 +52,7 @@ const OURS: [&str; 12] = [
     PASSAGES,
     statistics::FIELDS,
     statistics::PROFILE,
+    statistics::BALANCE,
     RUN,
 ];
 /// Its folders, with the endings of what it writes there.
@@ -375,7 +376,7 @@ impl Folder {
             r.step, r.time, r.dt, r.outer, r.krylov, r.divergence_max, r.cfl, r.kinetic_energy, r.wall
         ));
         if let Some(a) = &s.balance {
-            let (m, b) = (&a.momentum, &a.border);
+            let (m, b) = (&a.momentum, &a.impulses.border());
             let (substeps, error, angular) = (s.substeps, a.error.amax(), a.angular_error);
             self.steps.put(format_args!(
                 ",{substeps},{:e},{:e},{:e},{:e},{:e},{:e},{error:e},{angular:e}",

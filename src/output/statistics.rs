@@ -6,13 +6,22 @@
 //!   bodies:  sum dt alpha (v + omega x r)/w_s,     solid fraction w_s/(w_f + w_s)
 //! ```
 //! A sample counts for the time since the last one. A layer has the same sums over its cells.
+//!
+//! Where bodies are free, the balance of momentum of everything in the box is summed over the same time T, every step of it:
+//!
+//! ```text
+//!   ( M(end) - M(start) )/T = (1/T) sum dt ( drive + gravity + sides + contacts with walls + held bodies ) + passages + missing
+//! ```
+//! M is of the state at two moments and the forces are of all steps between them: what is missing shows what either lost.
 
 use super::snapshot::{Array, Snapshot, replace};
 use crate::Result;
-use crate::archive::Archive;
-use crate::config::{Axis, Statistics as Plan};
+use crate::archive::{Archive, Checkpointed};
+use crate::config::{Axis, Case, Statistics as Plan};
 use crate::grid::{Grid, VectorField, simd};
 use crate::scene::Scene;
+use crate::state::{Balance, Impulses};
+use nalgebra::Vector3;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -20,6 +29,8 @@ use std::path::Path;
 pub const FIELDS: &str = "statistics.vti";
 /// See there.
 pub const PROFILE: &str = "profile.csv";
+/// See there.
+pub const BALANCE: &str = "balance.csv";
 
 /// Sums over time.
 pub struct Statistics<const D: usize> {
@@ -34,6 +45,63 @@ pub struct Statistics<const D: usize> {
     /// `sum dt alpha` and the same times the bodies' velocity; empty without bodies.
     solid: Vec<f64>,
     solid_velocity: Vec<Vec<f64>>,
+    /// The balance of momentum over the time that has been counted, and over what waits for the next sample; `None` where none is kept.
+    balance: Option<[Window; 2]>,
+}
+
+/// The balance of momentum over steps one after the other.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Window {
+    /// Momentum of everything in the box before the first and after the last of them (kg m/s); `None` of no steps.
+    ends: Option<(Vector3<f64>, Vector3<f64>)>,
+    /// What it was given over them.
+    impulses: Impulses,
+    /// What came and went with bodies between the steps (kg m/s).
+    passages: Vector3<f64>,
+}
+
+impl Window {
+    /// Goes on with `next`.
+    fn append(&mut self, next: Window) {
+        let Some((before, after)) = next.ends else { return };
+        if let Some((_, last)) = self.ends {
+            self.passages += before - last;
+        }
+        self.ends = Some((self.ends.map_or(before, |ends| ends.0), after));
+        self.impulses += next.impulses;
+        self.passages += next.passages;
+    }
+
+    /// That of a step.
+    fn of(step: &Balance) -> Window {
+        Window { ends: Some((step.before, step.momentum)), impulses: step.impulses, ..Window::default() }
+    }
+
+    /// `balance.csv`: a row an axis, mean forces (N) over the time `counted` (s).
+    fn table(&self, dimension: usize, counted: f64) -> Option<String> {
+        let (before, after) = self.ends?;
+        let change = after - before;
+        let missing = change - self.impulses.total() - self.passages;
+        let mut text = format!("axis,duration,change,{},passages,missing\n", Impulses::NAMES.join(","));
+        for axis in 0..dimension {
+            let _ = write!(text, "{},{counted:?}", ["x", "y", "z"][axis]);
+            let terms = [&[change][..], &self.impulses.vectors(), &[self.passages, missing]].concat();
+            for term in terms {
+                let _ = write!(text, ",{:?}", term[axis] / counted);
+            }
+            text.push('\n');
+        }
+        Some(text)
+    }
+}
+
+impl Checkpointed for Window {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
+        let Window { ends, impulses, passages } = self;
+        ends.serialize(archive)?;
+        impulses.serialize(archive)?;
+        passages.serialize(archive)
+    }
 }
 
 /// The pairs of axes that products have.
@@ -42,10 +110,13 @@ fn pairs(dimension: usize) -> impl Iterator<Item = (usize, usize)> {
 }
 
 impl<const D: usize> Statistics<D> {
-    /// Nothing yet.
-    pub fn new(grid: &Grid<D>, plan: &Plan, bodies: bool) -> Statistics<D> {
+    /// Nothing yet of a case's scene; `None` where the case asks for none.
+    pub fn of_case(scene: &Scene<D>, case: &Case) -> Option<Statistics<D>> {
+        let plan = case.statistics.as_ref()?;
+        // Also of bodies that have yet to come in.
+        let (grid, bodies) = (&scene.domain.grid, !case.particle.is_empty());
         let fields = |count: usize| (0..count).map(|_| grid.field()).collect::<Vec<_>>();
-        Statistics {
+        Some(Statistics {
             plan: plan.clone(),
             counted: 0.0,
             waiting: 0.0,
@@ -54,7 +125,8 @@ impl<const D: usize> Statistics<D> {
             pressure: [grid.field(), grid.field()],
             solid: if bodies { grid.field() } else { Vec::new() },
             solid_velocity: fields(if bodies { D } else { 0 }),
-        }
+            balance: scene.state.balance.map(|_| Default::default()),
+        })
     }
 
     /// Takes the state after a step.
@@ -65,11 +137,17 @@ impl<const D: usize> Statistics<D> {
             return;
         }
         self.waiting += s.dt;
+        if let (Some([_, pending]), Some(step)) = (&mut self.balance, &s.balance) {
+            pending.append(Window::of(step));
+        }
         if !s.steps.is_multiple_of(self.plan.every) {
             return;
         }
         let weight = std::mem::take(&mut self.waiting);
         self.counted += weight;
+        if let Some([window, pending]) = &mut self.balance {
+            window.append(std::mem::take(pending));
+        }
         self.add_cells(&scene.domain.grid, weight, scene);
         self.take_bodies(weight, scene);
     }
@@ -132,7 +210,7 @@ impl<const D: usize> Statistics<D> {
             archive.cells(grid, std::slice::from_mut(&mut self.solid))?;
             archive.cells(grid, &mut self.solid_velocity)?;
         }
-        Ok(())
+        self.balance.iter_mut().flatten().try_for_each(|window| window.serialize(archive))
     }
 
     /// Writes the files into a run's folder, on rank 0; nothing before the first sample. Collective.
@@ -160,6 +238,9 @@ impl<const D: usize> Statistics<D> {
             arrays: sums.means(D, n, std::iter::once),
         };
         snapshot.write(&folder.join(FIELDS))?;
+        if let Some(table) = self.balance.and_then(|[window, _]| window.table(D, self.counted)) {
+            replace(&folder.join(BALANCE), table.as_bytes())?;
+        }
         match self.plan.profile {
             Some(axis) => replace(&folder.join(PROFILE), sums.profile(grid, axis).as_bytes()),
             None => Ok(()),

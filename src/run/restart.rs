@@ -222,21 +222,53 @@ impl<const D: usize> Ended<D> {
         read_end(session, run)
     }
 
-    /// Lets the scene of a case begin here; returns what was taken. Collective.
+    /// Lets the scene of a case begin here; returns what was taken and what was not, in lines. Collective.
     ///
     /// # Errors
     /// When the snapshot cannot be read, or bodies are elsewhere than the case has them.
-    pub fn begin(self, session: &Session, case: &Case, scene: &mut Scene<D>) -> Result<&'static str> {
+    pub fn begin(self, session: &Session, case: &Case, scene: &mut Scene<D>) -> Result<Vec<String>> {
+        let bodies = self.bodies();
+        let where_ended = format!("begins where {} ended", self.run.display());
         let Ended { case: before, state, run } = self;
         if scene.go_on_from(case, &before, state)? {
-            return Ok("all that lasts");
+            return Ok([format!("{where_ended}: all that lasts")].into_iter().chain(bodies).collect());
         }
         let newest = newest_snapshot(&run).ok_or_else(|| refuse(&run, "it has no fields".into()))?;
         let snapshot = Snapshot::read(&newest).map_err(|e| refuse(&run, e.to_string()));
         let snapshot = session.agree(snapshot)?;
         scene.start_from(&snapshot)?;
-        Ok("the velocity, interpolated")
+        Ok([format!("{where_ended}: the velocity, interpolated")].into_iter().chain(bodies).collect())
     }
+
+    /// What became of that run's bodies, where not all of them come over by their numbers: in lines.
+    fn bodies(&self) -> Vec<String> {
+        let (there, waiting) = (&self.state.bodies, self.state.waiting.len());
+        let gone = self.case.particle.len().saturating_sub(there.len() + waiting);
+        let mut lines = Vec::new();
+        if there.iter().enumerate().any(|(k, body)| body.id != k) {
+            let there: Vec<usize> = there.iter().map(|body| body.id).collect();
+            let (count, listed) = (there.len(), spans(&there));
+            lines.push(format!("its particles {listed} come over and are 0 to {} here, in that order", count - 1));
+        }
+        if waiting > 0 {
+            let them = if waiting == 1 { "1 particle that" } else { &format!("{waiting} particles that") };
+            lines.push(format!("{them} waited there to come in stay behind: only what this case feeds comes in"));
+        }
+        if gone > 0 {
+            let them = if gone == 1 { "1 particle" } else { &format!("{gone} particles") };
+            lines.push(format!("{them} had left through an outflow there"));
+        }
+        lines
+    }
+}
+
+/// Ascending numbers in words, runs of them by their ends: "0, 3 to 7, 9".
+fn spans(numbers: &[usize]) -> String {
+    let runs = numbers.chunk_by(|a, b| a + 1 == *b).map(|run| match run {
+        [first, _, .., last] => format!("{first} to {last}"),
+        few => few.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
+    });
+    runs.collect::<Vec<_>>().join(", ")
 }
 
 fn refuse(run: &Path, why: String) -> Error {
@@ -270,8 +302,7 @@ fn read_end<const D: usize>(session: &Session, run: &Path) -> Result<Ended<D>> {
     let before = written(&header.case).map_err(|why| refuse(format!("its case cannot be read: {why}")))?;
     let mut ended = Scene::<D>::new(session, &before)?;
     let (mut account, mut series, mut marks) = (Account::default(), measure::series(&before), Marks::default());
-    let (grid, bodies) = (&ended.domain.grid, !ended.state.bodies.is_empty());
-    let mut statistics = before.statistics.as_ref().map(|plan| Statistics::new(grid, plan, bodies));
+    let mut statistics = Statistics::of_case(&ended, &before);
     let whole = serialize(&mut archive, &mut account, &mut series, &mut marks, &mut statistics, &before, &mut ended);
     session.agree(whole).and_then(|()| archive.finish()).map_err(|e| misfit(&checkpoint::path(run, step), e))?;
     Ok(Ended { case: before, state: ended.state, run: run.to_owned() })

@@ -29,7 +29,7 @@ fn follow<const D: usize>(scene: &mut Scene<D>, steps: usize, dt: f64) -> [f64; 
     for _ in 0..steps {
         scene.step(dt).unwrap();
         let audit = scene.state.balance.as_ref().unwrap();
-        let now = [audit.momentum.norm(), audit.border.norm(), audit.error.norm()];
+        let now = [audit.momentum.norm(), audit.impulses.border().norm(), audit.error.norm()];
         most.iter_mut().zip(now).for_each(|(most, now)| *most = most.max(now));
     }
     most
@@ -135,7 +135,8 @@ fn the_impulse_of_the_sides_is_the_traction_that_the_fields_have_there() {
         let (mut worst, mut most) = (Vector3::zeros(), Vector3::zeros());
         for _ in 0..20 {
             scene.step(dt).unwrap();
-            let (told, found) = (scene.state.balance.as_ref().unwrap().border / dt, traction(&scene, viscosity));
+            let (told, found) =
+                (scene.state.balance.as_ref().unwrap().impulses.border() / dt, traction(&scene, viscosity));
             worst = (told - found).abs().sup(&worst);
             most = told.abs().sup(&most);
         }

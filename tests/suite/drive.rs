@@ -144,28 +144,42 @@ fn a_body_of_the_fluids_density_goes_with_a_fluid_that_a_slope_sets_off() {
     }
 }
 
+/// K of flow at a superficial velocity (m/s) through a cubic array of fixed spheres, one to a box of 1 m, in a fluid of 1 kg/m3 and 1 Pa s.
+fn drag_of_array(diameter: f64, cells: usize, speed: f64, end: f64) -> f64 {
+    let text = format!(
+        "name = \"array\"\ndomain = {{ size = [1.0, 1.0, 1.0], cells = [{cells}, {cells}, {cells}] }}\n\
+         fluid = {{ density = 1.0, viscosity = 1.0 }}\npressure = {{ divergence_limit = 1e-6 }}\ntime = {{ end = {end:?}, cfl = 0.4 }}\n\
+         boundary = {{ west = \"periodic\", east = \"periodic\", south = \"periodic\", north = \"periodic\", bottom = \"periodic\", top = \"periodic\" }}\n\
+         drive = {{ mean_velocity = {{ axis = \"x\", value = {speed:?} }} }}\n[output]\nfigures = false\n[[particle]]\n\
+         shape = {{ sphere = {{ diameter = {diameter:?} }} }}\nposition = [0.5, 0.5, 0.5]\nmotion = \"fixed\"\n\
+         [[measure]]\nname = \"drag\"\nkind = \"force\"\nfrom = {0:?}\n[[measure]]\nname = \"gradient\"\nkind = \"drive_force\"\nfrom = {0:?}\n",
+        0.95 * end
+    );
+    let found = measures(&text);
+    let k = ["drag", "gradient"].map(|name| found[name].as_f64().unwrap() / (6.0 * PI * 0.5 * diameter * speed));
+    println!("d = {diameter} m, {cells} cells: K = {:.5} by the force, {:.5} by the gradient", k[0], k[1]);
+    assert!((k[0] / k[1] - 1.0).abs() < 0.01, "the two differ: {k:?}");
+    k[1]
+}
+
 #[test]
 fn stokes_flow_through_spheres_that_touch_their_images_is_steady_and_between_spheres_has_its_drag() {
-    let array = |diameter: f64, cells: usize, end: f64| {
-        let text = format!(
-            "name = \"array\"\ndomain = {{ size = [1.0, 1.0, 1.0], cells = [{cells}, {cells}, {cells}] }}\n\
-             fluid = {{ density = 1.0, viscosity = 1.0 }}\npressure = {{ divergence_limit = 1e-6 }}\ntime = {{ end = {end:?}, cfl = 0.4 }}\n\
-             boundary = {{ west = \"periodic\", east = \"periodic\", south = \"periodic\", north = \"periodic\", bottom = \"periodic\", top = \"periodic\" }}\n\
-             drive = {{ mean_velocity = {{ axis = \"x\", value = 0.01 }} }}\n[output]\nfigures = false\n[[particle]]\n\
-             shape = {{ sphere = {{ diameter = {diameter:?} }} }}\nposition = [0.5, 0.5, 0.5]\nmotion = \"fixed\"\n\
-             [[measure]]\nname = \"drag\"\nkind = \"force\"\nfrom = {0:?}\n[[measure]]\nname = \"gradient\"\nkind = \"drive_force\"\nfrom = {0:?}\n",
-            0.95 * end
-        );
-        let found = measures(&text);
-        let k = ["drag", "gradient"].map(|name| found[name].as_f64().unwrap() / (6.0 * PI * 0.5 * diameter * 0.01));
-        println!("d = {diameter} m, {cells} cells: K = {:.3} by the force, {:.3} by the gradient", k[0], k[1]);
-        assert!((k[0] / k[1] - 1.0).abs() < 0.01, "the two differ: {k:?}");
-        k[1]
-    };
     // Zick & Homsy 1982: 42.1 where they touch, 4.292 at a solid fraction of 0.125.
-    assert!((array(0.99999, 12, 0.3) / 42.1 - 1.0).abs() < 0.15);
-    let [coarse, fine] = [13, 26].map(|cells| 1.0 - array(0.62035, cells, 0.1) / 4.292);
+    assert!((drag_of_array(0.99999, 12, 0.01, 0.3) / 42.1 - 1.0).abs() < 0.15);
+    let [coarse, fine] = [13, 26].map(|cells| 1.0 - drag_of_array(0.62035, cells, 0.01, 0.1) / 4.292);
     assert!(coarse < 0.06 && fine < 0.0095 && order(coarse, fine, 2.0) > 1.8, "{coarse}, {fine}");
+}
+
+/// The array is its own mirror image, so that the reversed flow has the reversed force: of weak inertia K has the even powers of
+/// the Reynolds number alone, K = K0 + c Re^2.
+#[test]
+fn weak_inertia_adds_to_the_drag_of_a_cubic_array_by_the_square_of_the_reynolds_number() {
+    let diameter = 0.725563;
+    let [none, once, twice] =
+        [0.01, 1.0, 2.0].map(|reynolds: f64| drag_of_array(diameter, 17, reynolds / diameter, 0.5));
+    let (first, second) = (once - none, twice - none);
+    println!("K - K0 = {first:.5} at Re = 1, {second:.5} at Re = 2: {:.2} times", second / first);
+    assert!((4e-3..7e-3).contains(&first) && (3.6..4.2).contains(&(second / first)), "{first}, {second}");
 }
 
 /// The measures of a run of this case.

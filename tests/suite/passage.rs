@@ -185,6 +185,65 @@ fn discs_are_fed_into_a_stream_and_all_that_came_is_there_or_has_left() {
 }
 
 #[test]
+fn a_case_begins_with_the_bodies_that_were_in_the_flow_and_feeds_its_own() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    // The 15th body is due at 1.845 s, and so comes in at 1.85 s, where the run ends; 5 more wait behind it.
+    let before = fed("end = 1.85", "[pressure]\ndivergence_limit = 1e-8\n")
+        .replace("count = 12", "count = 20")
+        .replace("from = 0.1", "from = 0.095")
+        .replace("every = 10", "every = 5");
+    run(&write(dir.path(), &before), &at("before"), &[]);
+    let (old, told) =
+        (columns(&at("before/particles.csv")), std::fs::read_to_string(at("before/passages.csv")).unwrap());
+    let there: Vec<usize> = (0..old["id"].len()).filter(|k| old["step"][*k] == 185.0).collect();
+    let left = told.lines().filter(|line| line.contains(",left,")).count();
+    let came = told.lines().filter(|line| line.contains(",entered,")).count();
+    assert!(came == 14 && left > 0 && there.len() == came - left, "{told}");
+    // Its own feed: three discs, after those that come over.
+    let from = format!("[initial]\nfrom = {:?}\n", at("before"));
+    let next = fed("end = 0.6", &format!("{from}[pressure]\ndivergence_limit = 1e-8\n"))
+        .replace("count = 12", "count = 3")
+        .replace("rate = 8.0, from = 0.1", "rate = 10.0, from = 0.045");
+    let case = write(dir.path(), &next);
+    run(&case, &at("next"), &[]);
+    let new = columns(&at("next/particles.csv"));
+    for (k, row) in there.iter().enumerate() {
+        assert_eq!(new["id"][k], k as f64);
+        for name in ["x", "y", "vx", "vy", "wz", "diameter", "fluid_fx"].iter().filter(|name| old.contains_key(**name))
+        {
+            assert_eq!(new[*name][k], old[*name][*row], "{name} of {k}");
+        }
+    }
+    assert_eq!(new["step"].iter().filter(|step| **step == 0.0).count(), there.len());
+    let fed = columns(&at("next/passages.csv"));
+    let told = std::fs::read_to_string(at("next/passages.csv")).unwrap();
+    let entered: Vec<&str> = told.lines().skip(1).filter(|line| line.contains(",entered,")).collect();
+    assert_eq!(entered.len(), 3, "{told}");
+    for (n, line) in entered.iter().enumerate() {
+        assert_eq!(line.split(',').nth(2).unwrap(), (there.len() + n).to_string(), "{told}");
+    }
+    assert!(fed["id"].iter().all(|id| *id < (there.len() + 3) as f64));
+    // Who came over, who stayed behind and who had left stands in the log.
+    let log = std::fs::read_to_string(at("next/log.txt")).unwrap();
+    let spoken = [
+        "ended: all that lasts".to_owned(),
+        format!("its particles {left} to 13 come over and are 0 to {} here", there.len() - 1),
+        "6 particles that waited there to come in stay behind".to_owned(),
+        format!("{left} particles had left through an outflow there"),
+    ];
+    assert!(spoken.iter().all(|words| log.contains(words)), "{spoken:?} in {log}");
+    // Broken off between two that come in, it goes on byte for byte.
+    run(&case, &at("broken"), &["--set", "time.end=0.2"]);
+    let on = mics(&["run", case.to_str().unwrap(), "--out", at("broken").to_str().unwrap(), "--resume", "--quiet"]);
+    assert!(on.status.success(), "{}", String::from_utf8_lossy(&on.stderr));
+    for file in ["particles.csv", "passages.csv"] {
+        let [a, b] = ["next", "broken"].map(|out| std::fs::read(at(out).join(file)).unwrap());
+        assert!(a == b, "{file}");
+    }
+}
+
+#[test]
 fn a_body_waits_until_its_place_is_free() {
     let dir = tempfile::tempdir().unwrap();
     let disc = |x: f64, more: &str| {

@@ -1,6 +1,6 @@
 //! Friction, rolling and what turns a body, through the whole step and against what is known of them.
 
-use crate::support::{SHARP, petsc};
+use crate::support::{SHARP, box_case, petsc};
 use mics::particles::Body;
 use mics::scene::Scene;
 
@@ -170,4 +170,55 @@ fn a_sphere_in_couette_flow_spins_at_the_known_rate() {
     println!("spin {:.4} of the shear rate, known {known:.4}, after {} steps", -spin.z, scene.state.steps);
     assert!((-spin.z / known - 1.0).abs() < 0.01, "{spin} rad/s, {known}");
     assert!(spin.x.abs() < 1e-3 && spin.y.abs() < 1e-3, "{spin} rad/s");
+}
+
+/// Two discs side by side on a floor and a third on both, in gravity 1 m/s2: friction, and resistance to rolling.
+fn three_discs(friction: f64, rolling: f64) -> String {
+    let disc = |place: [f64; 2]| {
+        format!("[[particle]]\nshape = {{ disc = {{ diameter = 1.0 }} }}\nposition = {place:?}\ndensity = 1.0\n")
+    };
+    let discs = [[2.5, 0.5], [3.5, 0.5], [3.0, 0.5 + 0.75_f64.sqrt()]].map(disc).concat();
+    let contact = format!(
+        "[contact]\nnormal_stiffness = {STIFFNESS:?}\nfriction = {friction:?}\nrolling_friction = {rolling:?}\nrestitution = 0.2\n"
+    );
+    let more = format!("{discs}{contact}{SHARP}[time]\nend = 5.0\n[pressure]\ndivergence_limit = 1e-4");
+    let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"slip\""];
+    // A gas of a thousandth of their density.
+    box_case([6.0, 3.0], [48, 24], 1e-4, sides, &more).replacen(
+        "density = 1.0",
+        "density = 1e-3\ngravity = [0.0, -1.0]",
+        1,
+    )
+}
+
+/// The pile's statics. The upper disc (weight W) presses on each lower one with N, which slips below it (friction f N) and rolls out on
+/// the floor, where it has 3 W/2 and the friction F:
+///
+/// ```text
+///   W = 2 N (cos 30 + f sin 30)     F = N sin 30 - f N cos 30     F r - f N r + M = 0,  |M| <= mu_r (N r/2 + 3/2 W r)
+///   stands with  mu_r >= N (sin 30 - f (1 + cos 30))/(N/2 + 3 W/2)
+/// ```
+#[test]
+fn a_pile_of_three_discs_stands_by_the_resistance_to_rolling_that_statics_asks_and_flows_with_less() {
+    let petsc = petsc();
+    let (sine, cosine) = (0.5, 0.75_f64.sqrt());
+    for friction in [0.15, 0.2] {
+        let pressed = 0.5 / (cosine + friction * sine);
+        let needed = pressed * (sine - friction * (1.0 + cosine)) / (0.5 * pressed + 1.5);
+        let sunk = [0.9, 1.1].map(|part| {
+            let mut scene: Scene<2> = petsc.scene(&three_discs(friction, part * needed));
+            let top = scene.state.bodies[2].centre.y;
+            while scene.state.time < 5.0 {
+                scene.step(0.05).unwrap();
+            }
+            (top - scene.state.bodies[2].centre.y, -scene.state.bodies[2].velocity.y)
+        });
+        println!(
+            "friction {friction}: needs {needed:.4}; sinks by {:.1e} d with 0.9 of that, by {:.1e} d with 1.1",
+            sunk[0].0, sunk[1].0
+        );
+        // The springs give by 4e-4.
+        assert!(sunk[0].0 > 5e-3 && sunk[0].1 > 1e-3, "friction {friction}, too little: {sunk:?}");
+        assert!(sunk[1].0 < 1e-3 && sunk[1].1.abs() < 1e-5, "friction {friction}, enough: {sunk:?}");
+    }
 }

@@ -1,7 +1,8 @@
 //! Means over time, layers and probes: identities that hold to rounding, and runs that are broken off.
 
-use crate::support::{box_case, columns, mics, run};
+use crate::support::{box_case, columns, mics, mpirun, run, summary};
 use mics::output::snapshot::Snapshot;
+use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -108,4 +109,114 @@ fn a_channel_has_poiseuilles_profile_and_no_fluctuations_once_it_is_steady() {
         assert!((u - 6.0 * y * (1.0 - y)).abs() < 4e-3, "{u} m/s at {y} m");
     }
     assert!(profile["uu"].iter().chain(&profile["uv"]).all(|v| v.abs() < 1e-9), "{profile:?}");
+}
+
+/// The terms of `balance.csv` beside the change.
+const TERMS: [&str; 8] =
+    ["drive", "gravity", "border_pressure", "border_shear", "border_flow", "contacts", "held", "passages"];
+
+/// What the rows of `balance.csv` miss, by axis, and their largest terms (N).
+fn missing(balance: &HashMap<String, Vec<f64>>) -> [[f64; 2]; 2] {
+    std::array::from_fn(|axis| {
+        let given: f64 = TERMS.iter().map(|name| balance[*name][axis]).sum();
+        let largest = TERMS.iter().map(|name| balance[*name][axis].abs()).fold(balance["change"][axis].abs(), f64::max);
+        [balance["change"][axis] - given, largest]
+    })
+}
+
+#[test]
+fn the_mean_balance_of_momentum_closes_among_bodies_that_collide_in_a_driven_channel() {
+    let disc = |x: f64, y: f64, more: &str| {
+        format!("[[particle]]\nshape = {{ disc = {{ diameter = 0.24 }} }}\nposition = [{x:?}, {y:?}]\n{more}\n")
+    };
+    // One strikes the floor, two meet, a light one rises, a fixed one stands in the way.
+    let discs = [
+        disc(0.3, 0.14, "density = 2.65\nvelocity = [0.4, -0.5]\nspin = 3.0"),
+        disc(0.9, 0.5, "density = 1.5\nvelocity = [0.6, 0.0]"),
+        disc(1.2, 0.52, "density = 3.0\nvelocity = [-0.6, 0.0]"),
+        disc(1.6, 0.6, "density = 0.5"),
+        disc(0.5, 0.8, "motion = \"fixed\""),
+    ]
+    .concat();
+    let drives = [("sharp", "mean_velocity = { axis = \"x\", value = 0.3 }"), ("sharp", "force = [0.5, 0.0]")];
+    let mixed = drives.map(|(_, drive)| ("mixing", drive));
+    for (wall, drive) in drives.into_iter().chain(mixed) {
+        let dir = tempfile::tempdir().unwrap();
+        let more = format!(
+            "{discs}[contact]\nnormal_stiffness = 500.0\nfriction = 0.3\n[drive]\n{drive}\n[coupling]\nwall = \"{wall}\"\n\
+             [statistics]\nfrom = 0.0999\nevery = 3\nprofile = \"y\"\n[pressure]\ndivergence_limit = 1e-9\n\
+             [output]\nfigures = false\n[time]\nend = 0.4\nstep = 4e-3\n"
+        );
+        let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "{ moving_wall = [0.5, 0.0] }"];
+        let text = box_case([2.0, 1.0], [48, 24], 0.02, sides, &more)
+            .replace("density = 1.0\n", "density = 1.0\ngravity = [0.0, -1.0]\n");
+        let case = write(dir.path(), "case.toml", &text);
+        let [alone, shared] = ["alone", "shared"].map(|name| dir.path().join(name));
+        run(&case, &alone, &[]);
+        let ranks = mpirun(2, env!("CARGO_BIN_EXE_mics"))
+            .args(["run", case.to_str().unwrap(), "--quiet", "--out", shared.to_str().unwrap()])
+            .output()
+            .unwrap();
+        assert!(ranks.status.success(), "{}", String::from_utf8_lossy(&ranks.stderr));
+        summary(&shared);
+        for out in [&alone, &shared] {
+            let balance = columns(&out.join("balance.csv"));
+            for (axis, [missing, largest]) in missing(&balance).into_iter().enumerate() {
+                println!("{wall}, {drive}, axis {axis}: {missing:.1e} N of {largest:.3} N are missing: {balance:?}");
+                assert!(missing.abs() < 1e-8 * largest, "{wall}, {drive}, axis {axis}: {missing} of {largest} N");
+                // Without any of these it would not close.
+                let needed =
+                    [&["drive", "border_shear", "held"][..], &["gravity", "border_pressure", "contacts", "held"]];
+                for name in needed[axis] {
+                    assert!(balance[*name][axis].abs() > 1e-3 * largest, "{wall}, {drive}: {name} is {balance:?}");
+                }
+            }
+            // The same sums from the rows of the steps: from 0.1 s on, and up to the last third one.
+            let steps = columns(&out.join("steps.csv"));
+            let over = |name: &str| steps[name][26..100].iter().sum::<f64>();
+            let duration = over("dt");
+            assert!((balance["duration"][0] - duration).abs() < 1e-12, "{balance:?}");
+            for (axis, x) in ["x", "y"].into_iter().enumerate() {
+                let momentum = &steps[&format!("momentum_{x}")];
+                let change = (momentum[99] - momentum[25]) / duration;
+                let border = over(&format!("border_impulse_{x}")) / duration;
+                let told: f64 =
+                    ["border_pressure", "border_shear", "border_flow"].iter().map(|name| balance[*name][axis]).sum();
+                assert!(
+                    (balance["change"][axis] - change).abs() < 1e-12 && (told - border).abs() < 1e-12,
+                    "{balance:?}"
+                );
+            }
+        }
+        let [a, b] = [&alone, &shared].map(|out| columns(&out.join("balance.csv")));
+        for name in TERMS {
+            let apart = a[name].iter().zip(&b[name]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(apart < 1e-6, "{wall}: {name} differs by {apart} N");
+        }
+    }
+}
+
+#[test]
+fn bodies_that_come_in_later_are_in_the_means_and_bring_their_momentum() {
+    for wall in ["sharp", "mixing"] {
+        let dir = tempfile::tempdir().unwrap();
+        let stream = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
+        let more = format!(
+            "[[swarm]]\ncount = 3\nregion = {{ min = [0.05, 0.0], max = [0.6, 1.0] }}\ndiameter = 0.2\ndensity = 1.5\n\
+             feed = {{ rate = 8.0, from = 0.055 }}\n[contact]\n[statistics]\nevery = 1\n[coupling]\nwall = \"{wall}\"\n\
+             [pressure]\ndivergence_limit = 1e-9\n[output]\nfigures = false\n[time]\nend = 0.4\nstep = 0.01\n"
+        );
+        let out = dir.path().join("out");
+        run(&write(dir.path(), "case.toml", &box_case([2.0, 1.0], [48, 24], 0.01, stream, &more)), &out, &[]);
+        let found = Snapshot::read(&out.join("statistics.vti")).unwrap();
+        let filled = found.array("solid_fraction").unwrap().values.iter().sum::<f64>() * 2.0 / (48.0 * 24.0);
+        // There from 0.06, 0.18 and 0.31 s on, of 0.4 s.
+        let expected = 0.25 * PI * 0.04 * (0.34 + 0.22 + 0.09) / 0.4;
+        assert!((filled / expected - 1.0).abs() < 1e-12, "{wall}: {filled} m2, not {expected}");
+        let balance = columns(&out.join("balance.csv"));
+        let [[missing, largest], _] = missing(&balance);
+        println!("{wall}: {missing:.1e} of {largest:.3} N: {balance:?}");
+        assert!(missing.abs() < 1e-8 * largest, "{wall}: {missing} of {largest} N, {balance:?}");
+        assert!(balance["passages"][0].abs() > 1e-3 * largest, "{wall}: {balance:?}");
+    }
 }

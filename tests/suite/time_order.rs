@@ -105,37 +105,51 @@ fn a_disc_that_crosses_cells_feels_the_length_of_the_steps_by_less_than_two_part
     }
 }
 
-/// Force that drives a mean velocity of `speed` (m/s) past a lattice of discs when it no longer changes (N/m3), on 16 cells a metre, with steps
-/// that grow to the `longest` (s).
-fn drag_of_a_lattice(diameter: f64, viscosity: f64, speed: f64, scheme: &str, end: f64, longest: f64) -> f64 {
-    let more = format!(
-        "[[particle]]\nshape = {{ disc = {{ diameter = {diameter:?} }} }}\nposition = [0.5, 0.5]\nmotion = \"fixed\"\n{SHARP}\
-         [drive]\nmean_velocity = {{ axis = \"x\", value = {speed:?} }}\n[time]\nend = 1.0\nscheme = \"{scheme}\"\n\
-         [pressure]\ndivergence_limit = 1.0e-9"
-    );
-    let petsc = petsc();
-    let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [16, 16], viscosity, PERIODIC, &more));
-    let mut dt = 5e-4;
-    while scene.state.time < end {
-        scene.step(dt).unwrap();
-        dt = longest.min(1.1 * dt);
-    }
-    scene.state.drive.unwrap().x
-}
-
 /// What a steady flow is must not be a matter of the step: the faces would leak by what they have of the pressure beyond the cells.
 #[test]
 fn the_drag_of_a_lattice_in_creeping_flow_does_not_depend_on_the_step() {
+    let petsc = petsc();
+    let drag = |longest: f64| {
+        let more = format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.75 }} }}\nposition = [0.5, 0.5]\nmotion = \"fixed\"\n{SHARP}\
+             [drive]\nmean_velocity = {{ axis = \"x\", value = 0.01 }}\n[time]\nend = 1.0\nscheme = \"rkl2\"\n\
+             [pressure]\ndivergence_limit = 1.0e-9"
+        );
+        let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [16, 16], 1.0, PERIODIC, &more));
+        let mut dt = 5e-4;
+        while scene.state.time < 2.0 {
+            scene.step(dt).unwrap();
+            dt = longest.min(1.1 * dt);
+        }
+        scene.state.drive.unwrap().x
+    };
     // rk2 would be stable up to 9.8e-4.
-    let [short, middle, long] = [8e-4, 5e-3, 0.02].map(|dt| drag_of_a_lattice(0.75, 1.0, 0.01, "rkl2", 2.0, dt));
+    let [short, middle, long] = [8e-4, 5e-3, 0.02].map(drag);
     println!("drag {short:.5}, {middle:.5}, {long:.5}");
     assert!((middle / short - 1.0).abs() < 2e-3 && (long / short - 1.0).abs() < 4e-3);
 }
 
-/// The same where the flow binds the step: Courant numbers of 0.1 to 1.0, at a Reynolds number of 50.
+/// The same where the flow binds the step: a disc of 8 cells in a stream at a Reynolds number of 100, Courant numbers of about 0.1 and 0.9. Where faces went
+/// by the last pressure for the whole step, it had 1.6 % more drag at 0.9.
 #[test]
-fn the_drag_of_a_lattice_in_a_stream_does_not_depend_on_the_step() {
-    let [short, middle, long] = [3e-3, 1.2e-2, 3e-2].map(|dt| drag_of_a_lattice(0.5, 0.01, 1.0, "rkl3", 8.0, dt));
-    println!("drag {short:.5}, {middle:.5}, {long:.5}");
-    assert!((middle / short - 1.0).abs() < 3e-3 && (long / short - 1.0).abs() < 3e-3);
+fn the_drag_of_a_disc_in_a_stream_does_not_depend_on_the_step() {
+    let petsc = petsc();
+    let drag = |longest: f64| {
+        let more = format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.25 }} }}\nposition = [0.7, 0.5]\nmotion = \"fixed\"\n{SHARP}\
+             [time]\nend = 4.0\nscheme = \"rkl3\"\n[pressure]\ndivergence_limit = 1.0e-7"
+        );
+        let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
+        let mut scene: Scene<2> = petsc.scene(&box_case([2.0, 1.0], [64, 32], 0.0025, sides, &more));
+        let (mut dt, mut force) = (1e-3, 0.0);
+        while scene.state.time < 4.0 {
+            scene.step(dt).unwrap();
+            force = scene.state.exchange[0].momentum.x;
+            dt = longest.min(1.1 * dt);
+        }
+        force
+    };
+    let [short, long] = [1.6e-3, 1.35e-2].map(drag);
+    println!("force {short:.5}, {long:.5}");
+    assert!((long / short - 1.0).abs() < 3e-3, "{short} {long}");
 }

@@ -173,8 +173,8 @@ pub struct Fluid {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Initial {
-    /// The folder of another run that has ended, as in "runs/settled": its bodies as they were then come before the case's own, and its
-    /// flow goes on. On the same grid, with the same bodies and walls, everything that lasts is taken over, contacts and pressure with
+    /// The folder of another run that has ended, as in "runs/settled": the bodies in its flow as they were then come before the case's own, and its
+    /// flow goes on; bodies that waited there to come in stay behind. On the same grid, with the same bodies and walls, everything that lasts is taken over, contacts and pressure with
     /// it; else the velocity is interpolated. Borders, drive, materials and fluid are those of this case.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,

@@ -38,6 +38,7 @@ use crate::domain::Domain;
 use crate::drive::Drive;
 use crate::geometry::{Overlap, Tiles, fraction};
 use crate::grid::{Boundaries, Coefficient, Grid};
+use crate::kernels::border::Sides;
 use crate::kernels::faces::Gravity;
 use crate::particles::{Body, Push};
 use crate::poisson::pressure::Projected;
@@ -108,17 +109,17 @@ impl<const D: usize> Mics2003<D> {
     /// When the divergence cannot be brought below D0, a value is no longer finite, or a contact fails.
     pub fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
         let before = self.momentum(domain, s); //
-        self.predict_cells(domain, s, dt)?; //               (7)      u* without pressure
+        let sides = self.predict_cells(domain, s, dt)?; //   (7)      u* without pressure
         self.flow.predict_faces(domain, s, dt)?; //          (8)      U = mean of u* - dt/rho dp^n/dn
         let projected = self.flow.project(domain, s, dt)?; // (13-15)  C-HSMAC: |D| < D0
         self.flow.correct_cells(domain, s, dt); //           (16)     u_f = u* - dt/rho grad p
         self.sum_pressure_force(domain, s); //               (19)     the last of its three parts
-        let fluid = self.momentum(domain, s); //
+        let forces = (sides, self.pressure_of_sides(domain, s), self.drive_on_cells(domain, s));
         self.move_particles(domain, s, dt)?; //              (17, 18, 20-26) to the new place, through contacts
         self.mix_properties(domain, s)?; //                  (1)      there, for the mixing and the next step
         self.mix_velocity(domain, s, dt)?; //                (27)     the wall; the momentum it takes is the force
         self.mix_pressure(domain, s)?; //                    (28, 29) as printed, where the case asks for it
-        self.close_balance(domain, s, [before, fluid], dt)?;
+        self.close_balance(domain, s, before, forces, dt)?;
         s.count(dt);
         Ok(projected)
     }
@@ -221,8 +222,8 @@ impl<const D: usize> Mics2003<D> {
         Ok(())
     }
 
-    /// (7), with the first two parts of (19). Collective.
-    fn predict_cells(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+    /// (7), with the first two parts of (19). Returns the forces of this rank's sides on the fluid, where a balance is kept. Collective.
+    fn predict_cells(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Sides> {
         let (bodies, mut exchange) = (std::mem::take(&mut s.bodies), std::mem::take(&mut s.exchange));
         exchange.fill(Exchange::default());
         let (overlaps, fluid_density) = (&self.overlaps, domain.fluid.density);

@@ -27,7 +27,7 @@ pub(super) struct Departure {
     /// What the fields carry of the particle's excess mass, the `b` of the balance, linear and angular.
     pub(super) carried: (Vector3<f64>, Vector3<f64>),
     /// Volume within the box (m3): a contact lets a body a little way into a wall.
-    volume: f64,
+    pub(super) volume: f64,
     /// Momentum of the excess mass that went beyond the walls over the step (kg m/s).
     pub(super) beyond: Vector3<f64>,
     /// Displacement over the step (m).

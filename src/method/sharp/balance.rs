@@ -11,10 +11,10 @@ use super::{Sharp, history};
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
-use crate::kernels::border;
+use crate::kernels::border::{self, Sides};
 use crate::method::cells_momentum;
-use crate::state::{Balance, State};
-use nalgebra::Vector3;
+use crate::state::{Balance, Impulses, State};
+use nalgebra::{Matrix3, Vector3};
 
 impl<const D: usize> Sharp<D> {
     /// The momentum of everything in the box (kg m/s). Collective.
@@ -38,34 +38,41 @@ impl<const D: usize> Sharp<D> {
     }
 
     /// Closes the balance of the step `dt` (s), where one is kept, in whose stages the sides of this rank pushed the fluid with the
-    /// force `sides` (N) by viscosity and flow. Collective.
-    pub(super) fn close_balance(
-        &self,
-        domain: &mut Domain<D>,
-        s: &mut State<D>,
-        sides: Vector3<f64>,
-        dt: f64,
-    ) -> Result<()> {
+    /// forces `sides`. Collective.
+    pub(super) fn close_balance(&self, domain: &mut Domain<D>, s: &mut State<D>, sides: Sides, dt: f64) -> Result<()> {
         let Some(before) = s.balance else { return Ok(()) };
-        let mut border = dt * (sides + border::pressure(&domain.grid, &domain.boundaries, &s.p));
+        let pressure = border::pressure(&domain.grid, &domain.boundaries, &s.p);
+        let mut border = dt * Matrix3::from_columns(&[sides.column(0).into(), sides.column(1).into(), pressure]);
         domain.session.sum(border.as_mut_slice())?;
+        let [flow, shear, pressure] = [0, 1, 2].map(|k| border.column(k).into_owned());
         let momentum = self.total_momentum(domain, s)?;
-        let error = momentum - before.momentum - self.impulse(domain, s, dt) - dt * domain.driving_force(s) - border;
-        s.balance = Some(Balance { momentum, border, error, angular_error: self.angular_error(s, dt) });
+        let impulses = Impulses {
+            drive: dt * domain.driving_force(s),
+            pressure,
+            shear,
+            flow,
+            ..self.impulses_of_bodies(domain, s, dt)
+        };
+        s.balance = Some(Balance::close([before.momentum, momentum], impulses, self.angular_error(s, dt)));
         domain.clock.lap(Stage::Force);
         Ok(())
     }
 
     /// Impulse over the step `dt` (s) of gravity and contacts on the free bodies, less that of the fluid on held ones, and
     /// on free ones along the directions in which they are held (N s).
-    fn impulse(&self, domain: &Domain<D>, s: &State<D>, dt: f64) -> Vector3<f64> {
-        let terms = s.bodies.iter().zip(&s.exchange).map(|(body, exchange)| {
-            let Some(freedom) = body.freedom() else { return -dt * exchange.momentum };
+    fn impulses_of_bodies(&self, domain: &Domain<D>, s: &State<D>, dt: f64) -> Impulses {
+        let mut sums = Impulses { contacts: -dt * self.passed_on, ..Impulses::default() };
+        for (body, exchange) in s.bodies.iter().zip(&s.exchange) {
+            let Some(freedom) = body.freedom() else {
+                sums.held -= dt * exchange.momentum;
+                continue;
+            };
             let weight = (body.mass() - domain.fluid.density * body.volume()) * domain.fluid.gravity;
-            let free = freedom.along(&(dt * (weight + exchange.contact)));
-            free - dt * (exchange.momentum - freedom.along(&exchange.momentum))
-        });
-        terms.sum::<Vector3<f64>>() - dt * self.passed_on
+            sums.gravity += freedom.along(&(dt * weight));
+            sums.contacts += freedom.along(&(dt * exchange.contact));
+            sums.held -= dt * (exchange.momentum - freedom.along(&exchange.momentum));
+        }
+        sums
     }
 
     /// What the torque misses of the angular momentum that the fluid lost about the free bodies' centres over

@@ -5,13 +5,13 @@ use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::grid::VectorField;
-use crate::kernels::{border, faces};
+use crate::kernels::border::{self, Sides};
+use crate::kernels::faces;
 use crate::method::stabilised::Finish;
 use crate::params;
 use crate::particles::{Body, Motion};
 use crate::poisson::pressure::Projected;
 use crate::state::State;
-use nalgebra::Vector3;
 
 impl<const D: usize> Sharp<D> {
     /// How far a step of `dt` (s) goes. Collective.
@@ -63,8 +63,8 @@ impl<const D: usize> Sharp<D> {
     }
 
     /// (7): the stages in their order, the wall imposed on every one and on their sum, which has the last pressure; the bodies are
-    /// at the step's end already. Returns the force of this rank's sides on the fluid (N), where a balance is kept. Collective.
-    pub(super) fn predict_cells(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Vector3<f64>> {
+    /// at the step's end already. Returns the forces of this rank's sides on the fluid, where a balance is kept. Collective.
+    pub(super) fn predict_cells(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Sides> {
         self.work.tally.fill(Default::default());
         let sides = match &self.stabilised {
             Some(long) if long.is_for(domain, &self.momentum.scheme, dt) => self.predict_stabilised(domain, s, dt)?,
@@ -78,9 +78,9 @@ impl<const D: usize> Sharp<D> {
         Ok(sides)
     }
 
-    fn predict_by_stages(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Vector3<f64>> {
+    fn predict_by_stages(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Sides> {
         let Sharp { mixture, momentum, cut, acceleration, work, .. } = self;
-        let (scheme, mut sides) = (momentum.scheme, Vector3::zeros());
+        let (scheme, mut sides) = (momentum.scheme, Sides::zeros());
         for (k, &weight) in scheme.weights.iter().enumerate() {
             if k > 0 {
                 let (u, part) = (&mut work.stage, scheme.stages[k - 1].1);
@@ -98,8 +98,7 @@ impl<const D: usize> Sharp<D> {
             }
             let (u, carrier) = (if k == 0 { &s.u } else { &work.stage }, momentum.carrier(s, dt));
             if s.balance.is_some() {
-                sides +=
-                    weight * border::stress(&domain.grid, &carrier, u, domain.fluid.density, domain.fluid.viscosity);
+                sides += weight * border::stress(&domain.grid, &carrier, u, domain.fluid.density, &mixture.viscosity);
                 domain.clock.lap(Stage::Force);
             }
             momentum.add_stage(domain, k, mixture, &carrier, u, dt, None)?;
@@ -113,9 +112,9 @@ impl<const D: usize> Sharp<D> {
 
     /// In Legendre stages. The bodies are at the step's end, and a stage at the time c of it has inside them what is imposed there and
     /// `1 - c` of what the start had beyond that: no cell jumps at once.
-    fn predict_stabilised(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Vector3<f64>> {
+    fn predict_stabilised(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Sides> {
         let Sharp { mixture, momentum, cut, acceleration, work, stabilised, .. } = self;
-        let Some(stabilised) = stabilised else { return Ok(Vector3::zeros()) };
+        let Some(stabilised) = stabilised else { return Ok(Sides::zeros()) };
         cut.find_inside(domain, &s.bodies, true, &s.u, &mut work.inside);
         cut.find_offsets(&s.u, &work.inside, &mut work.offsets);
         let opened = &*acceleration;
