@@ -232,7 +232,7 @@ CLAIMS = [
     (QUICK, ENERGY, "| neutral-disc-in-couette | # % |", method_loss("neutral-disc-in-couette/case")),
     (SLOW, ENERGY, "| drafting-kissing-tumbling | # % |", method_loss("drafting-kissing-tumbling/case")),
     (SLOW, ENERGY, "| approach, N = 8 | # % |", method_loss("approach/case")),
-    (SLOW, ENERGY, "| rising-disc, s = 0.1 | # %:", method_loss("rising-disc/case")),
+    (SLOW, ENERGY, "| rising-disc, s = 0.1 | # % |", method_loss("rising-disc/case")),
     (SLOW, ENERGY, "| wall-fall, N = 24 | # %:", method_loss("wall-fall/case")),
     (SLOW, ENERGY, "| packing, 5 s | # % |", method_loss("packing/case")),
     (SLOW, ENERGY, "| bedload, 2.5 s | # % |", method_loss("bedload/case")),
