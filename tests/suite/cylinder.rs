@@ -73,25 +73,34 @@ fn the_momentum_force_is_that_of_a_control_volume() {
     }
 }
 
-#[test]
-fn the_wake_is_steady_at_re_40_and_sheds_at_re_100_with_the_strouhal_number_of_the_reference() {
+/// The wake at a Reynolds number, a row of the reference: the drag within a part of that there, the Strouhal number within 2 %.
+fn expect_the_wake(re: f64, row: usize, within: f64) {
     let dir = tempfile::tempdir().unwrap();
     let reference = columns(&shipped("cases/cylinder-wake/cylinder_s3.csv"));
-    for (re, row) in [(40.0, 2), (100.0, 3), (200.0, 4)] {
-        let summary = section3(&dir.path().join(format!("{re}")), re, "sharp", &["--set", "time.end=30.0"]);
-        let strouhal = summary["measures"]["strouhal"].as_f64();
-        let expected = reference["st"][row];
-        println!("Re {re}: {:?}, reference St {expected}", summary["measures"]);
-        if re < 50.0 {
-            assert_eq!(strouhal, None, "Re {re} is steady");
-        } else {
-            assert!((strouhal.unwrap() / expected - 1.0).abs() < 0.02, "Re {re}: {strouhal:?} against {expected}");
-        }
-        let (drag, expected) = (summary["measures"]["drag_coefficient"].as_f64().unwrap(), reference["cd"][row]);
-        // At Re 200 the boundary layer is thinner than a spacing: docs/measured.md says what eight places within a cell give.
-        let within = if re > 150.0 { 0.075 } else { 0.02 };
-        assert!((drag / expected - 1.0).abs() < within, "Re {re}: Cd {drag} against {expected}");
+    let summary = section3(dir.path(), re, "sharp", &["--set", "time.end=30.0"]);
+    let strouhal = summary["measures"]["strouhal"].as_f64();
+    let expected = reference["st"][row];
+    println!("Re {re}: {:?}, reference St {expected}", summary["measures"]);
+    if re < 50.0 {
+        assert_eq!(strouhal, None, "Re {re} is steady");
+    } else {
+        assert!((strouhal.unwrap() / expected - 1.0).abs() < 0.02, "Re {re}: {strouhal:?} against {expected}");
     }
+    let (drag, expected) = (summary["measures"]["drag_coefficient"].as_f64().unwrap(), reference["cd"][row]);
+    assert!((drag / expected - 1.0).abs() < within, "Re {re}: Cd {drag} against {expected}");
+}
+
+#[test]
+fn the_wake_is_steady_at_re_40_and_sheds_at_re_100_with_the_strouhal_number_of_the_reference() {
+    expect_the_wake(40.0, 2, 0.02);
+    expect_the_wake(100.0, 3, 0.02);
+}
+
+/// There the boundary layer is thinner than a spacing: docs/measured.md says what eight places within a cell give.
+#[test]
+#[ignore = "takes long; ci/weekly"]
+fn the_wake_sheds_at_re_200_with_the_strouhal_number_of_the_reference() {
+    expect_the_wake(200.0, 4, 0.075);
 }
 
 #[test]

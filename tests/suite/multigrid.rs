@@ -221,15 +221,12 @@ fn iterations_grow_neither_with_the_grid_nor_with_the_density() {
     let walls = [Ends::Walls; 2];
     println!("free bodies, sharp walls");
     for ratio in [1e-3, 1e-2, 0.1, 1.0, 2.65, 1e3, 1e4] {
-        for (diameter, grids) in [(8.0, &[64, 128, 256][..]), (32.0, &[64, 128, 256]), (64.0, &[256, 384])] {
-            let iterations = grids
-                .iter()
-                .map(|n| {
-                    let mut case = Case::empty([*n; 2], walls).filled(diameter);
-                    case.free = Some(ratio);
-                    case.iterations(&petsc.session)
-                })
-                .collect::<Vec<_>>();
+        for (diameter, grids) in [(8.0, [64, 256]), (32.0, [64, 256]), (64.0, [128, 256])] {
+            let iterations = grids.map(|n| {
+                let mut case = Case::empty([n; 2], walls).filled(diameter);
+                case.free = Some(ratio);
+                case.iterations(&petsc.session)
+            });
             println!("s = {ratio}, N = {diameter}: {iterations:?}");
             let [least, most] = [iterations.iter().min(), iterations.iter().max()].map(|n| *n.unwrap());
             let (bound, growth) = match ratio {
@@ -242,7 +239,7 @@ fn iterations_grow_neither_with_the_grid_nor_with_the_density() {
     }
     println!("mixture");
     for ratio in [1e-3, 0.1, 2.65, 1e3, 1e4] {
-        let iterations = [64, 128, 256].map(|n| {
+        let iterations = [64, 256].map(|n| {
             let mut case = Case::empty([n, n], walls);
             let at = n as f64;
             case.balls = [(0.3, 0.4), (0.7, 0.55), (0.45, 0.75)].map(|(x, y)| [x * at, y * at]).to_vec();

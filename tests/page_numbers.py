@@ -1,0 +1,383 @@
+"""Compares numbers of the pages with fresh runs.
+
+1. A table that a study makes stands below a line `<!-- mics study FILE -->`. Its columns are some of those of the study's study.md, in
+   their order there. A number has moved where it differs by more than 0.5 % of itself, a percentage by more than 0.1; where the table of
+   the page has other columns than there are, or other rows, that is said. --write writes these tables.
+2. What is typed beside its command is in CLAIMS: the page's own words, with # for each number, and where these come from. A number has moved
+   where it differs by more than 0.5 % of itself and by more than one of its last digit. Times and memory drift: from twice to half is said,
+   and no fault. Words that are no longer in the page are a fault. --quick: those that take seconds; --full: those of studies of
+   more than two minutes too.
+
+Not in here, and only as good as whoever typed them: numbers of offsets-32.study.toml (80 minutes), of scripts beside cases (they judge
+themselves), of tests that print none (they hold them by their bounds), medians of `cargo bench`, and pages of cases outside such tables.
+"""
+
+import csv
+import json
+import math
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+MARK = re.compile(r"^<!-- mics study (\S+) -->\n+((?:\|.*\n)+)", re.M)
+NUMBER = r"([-+]?\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?)"
+
+
+def words_with_numbers(words):
+    """A pattern for words in which # is a number and a space any space."""
+    return NUMBER.join(r"\s+".join(map(re.escape, part.split(" "))) for part in words.split("#"))
+
+
+class Runs:
+    """What commands print, each run once."""
+
+    def __init__(self, mics, out):
+        self.mics, self.out, self.done = mics, out, {}
+
+    def once(self, key, make):
+        if key not in self.done:
+            self.done[key] = make()
+        return self.done[key]
+
+    def study(self, file):
+        """The folder of a study; runs that are done are kept."""
+        folder = self.out / file.replace("/", "-").removesuffix(".study.toml")
+        call = lambda: subprocess.run([self.mics, "study", file, "--out", folder], check=True, stdout=subprocess.DEVNULL)
+        self.once(file, call)
+        return folder
+
+    def rows(self, file):
+        """A study's rows, numbers as numbers."""
+        return [{name: number(text) for name, text in row.items()} for row in table(self.study(file) / "study.csv")]
+
+    def run(self, case, *settings):
+        """The folder of a run of cases/CASE.toml."""
+        folder = self.out / "runs" / re.sub(r"[^\w.-]+", "-", " ".join([case, *settings]))
+        words = [self.mics, "run", f"cases/{case}.toml", "--quiet", "--force", "--out", folder, "--set", "output.figures=false"]
+        words += [word for given in settings for word in ("--set", given)]
+        self.once(folder, lambda: subprocess.run(words, check=True, stdout=subprocess.DEVNULL))
+        return folder
+
+    def summary(self, case, *settings):
+        return json.loads((self.run(case, *settings) / "summary.json").read_text())
+
+    def test(self, name):
+        """What the tests whose names contain this print."""
+        words = ["cargo", "test", "--release", "--quiet", "--test", "suite", name, "--", "--nocapture"]
+        return self.once(name, lambda: subprocess.run(words, check=True, capture_output=True, text=True).stdout)
+
+
+def number(text):
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def table(path):
+    """The rows of a CSV file."""
+    with open(path) as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+
+def method_loss(case, *settings):
+    """The energy that the method took, in percent of what was there and went in."""
+
+    def find(runs):
+        last = {name: float(text) for name, text in table(runs.run(case, *settings) / "steps.csv")[-1].items()}
+        first = table(runs.run(case, *settings) / "steps.csv")[0]
+        works = ["gravity_work", "border_work", "prescribed_work", "drive_work"]
+        given = float(first["kinetic_energy"]) + sum(max(0.0, last.get(name, 0.0)) for name in works)
+        return [100 * last["method_loss"] / given]
+
+    return find
+
+
+def chosen_rows(runs, study, labels):
+    rows = [row for row in runs.rows(study) if all(row[name] == value for name, value in labels.items())]
+    if not rows:
+        raise LookupError(f"{study} has no run with {labels}")
+    return rows
+
+
+def of_each(study, column, scale=1.0, **labels):
+    """A column of a study's runs with these labels, in their order."""
+    return lambda runs: [scale * row[column] for row in chosen_rows(runs, study, labels)]
+
+
+def worst(study, measure, **labels):
+    """The worst error of a measure over a study's runs with these labels, in percent."""
+    return lambda runs: [100 * max((row[f"{measure}_error"] for row in chosen_rows(runs, study, labels)), key=abs)]
+
+
+def extremes(study, column, scale=1.0, **labels):
+    """The least and the largest of a column."""
+    return lambda runs: [scale * pick(row[column] for row in chosen_rows(runs, study, labels)) for pick in (min, max)]
+
+
+def spread(study, measure, last=4, **labels):
+    """Least, largest, and worst and mean error (percent) of a measure, or the last so many of these."""
+
+    def find(runs):
+        errors = [100 * row[f"{measure}_error"] for row in chosen_rows(runs, study, labels)]
+        return (extremes(study, measure, **labels)(runs) + [max(errors, key=abs), sum(errors) / len(errors)])[-last:]
+
+    return find
+
+
+def lattice(runs):
+    """The error of the drag of each lattice of spheres, by the gradient, at N = 16 against Zick & Homsy, in percent."""
+    known = [(float(row["phi"]), float(row["K"])) for row in table("cases/sphere-array/sphere_arrays.csv")]
+    errors = []
+    for phi, k in known:
+        row = min((row for row in runs.rows(ARRAYS) if abs(row["phi"] - phi) < 1e-3), key=lambda row: abs(row["N"] - 16))
+        diameter, speed = (6 * phi / math.pi) ** (1 / 3), 0.01
+        errors.append(100 * (row["gradient"] / (3 * math.pi * diameter * speed * k) - 1))
+    return errors
+
+
+def of_run(case, *names):
+    """Entries of a run's summary."""
+    return lambda runs: [runs.summary(case)[name] for name in names]
+
+
+def nanoseconds(case):
+    """Time of a step per cell."""
+    return lambda runs: [1e9 * runs.summary(case)["step_seconds"] / runs.summary(case)["cells"]]
+
+
+def error(case, measure, *settings):
+    """A measure's difference from the case's reference, in percent."""
+    return lambda runs: [100 * runs.summary(case, *settings)["comparisons"][measure]["error"]]
+
+
+def measured(measure, case, *settings):
+    return lambda runs: [runs.summary(case, *settings)["measures"][measure]]
+
+
+def printed(test, pattern):
+    """The numbers that a test prints where the pattern, with # for each, is, line by line."""
+    regex = re.compile(words_with_numbers(pattern))
+    return lambda runs: [float(text) for found in regex.finditer(runs.test(test)) for text in found.groups()]
+
+
+def set_off(runs):
+    """How far the first acceleration of discs of all densities is from theory at worst, in percent."""
+    found = printed("discs_of_every_density_are_set_off_with_their", "a/g #, # % of")(runs)
+    return [max(map(abs, found[1::2]))]
+
+
+def time(find):
+    """What depends on the machine and on what else it does."""
+    find.drifts = True
+    return find
+
+
+def both(*parts):
+    return lambda runs: [value for part in parts for value in part(runs)]
+
+
+def size(part):
+    return lambda runs: [abs(value) for value in part(runs)]
+
+
+def in_percent(part):
+    return lambda runs: [100 * value for value in part(runs)]
+
+
+def settles(re, column):
+    """A column of settling-sphere's runs at N = 8.1, in percent of the reference."""
+    return of_each(OILS, column, 100.0, Re=re, N=8.1)
+
+
+def let_go(column):
+    return both(*(of_each(LET_GO, column, 100.0, s=s, N=8, dt="t/20", place="corner of cells") for s in (0.001, 0.1, 1.5, 8, 1000)))
+
+
+def mixed(re, *columns):
+    """The cells of the table of section3.study.toml: a drag and its error for each of these, or the frequency and its."""
+    parts = [(of_each(MIXED, column, Re=re), of_each(MIXED, column + "_error", 100.0, Re=re)) for column in columns]
+    return both(*(part for pair in parts for part in pair))
+
+
+README, ENERGY, MEASURED = "README.md", "docs/energy.md", "docs/measured.md"
+WAKE, SETTLING, N16 = "cylinder-wake/case", "settling-disc/case", "domain.cells=[128,384]"
+OFFSETS, FINER = "cases/cylinder-wake/offsets.study.toml", "cases/cylinder-wake/offsets-16.study.toml"
+MIXED, GRIDS = "cases/cylinder-wake/section3.study.toml", "cases/settling-disc/grids.study.toml"
+TURNING, SHEARED = "cases/neutral-disc-in-couette/starts.study.toml", "cases/sphere-in-couette/walls.study.toml"
+OILS, LET_GO = "cases/settling-sphere/numbers.study.toml", "cases/sphere-let-go/densities.study.toml"
+ARRAYS, RANDOM = "cases/sphere-array/fractions.study.toml", "cases/random-array/seeds.study.toml"
+CHANNEL, SWINGS = "cases/channel-cylinder/grids.study.toml", "cases/oscillating-cylinder/boxes.study.toml"
+SCALING, PLACES = "cases/scaling/scaling.study.toml", "cases/sphere-stream/places.study.toml"
+QUICK, SLOW, LONG = range(3)
+DRAG, EIGHT = "drag_coefficient", "at eight places within a cell"
+
+# When it is run (see main), the page, its words with # for each number, and what finds these.
+CLAIMS = [
+    (QUICK, README, "| largest speed of a settling disc, 8 cells a diameter | within # % |", size(error(SETTLING, "largest_speed"))),
+    (QUICK, README, "first acceleration of a disc let go, s = 0.001 to 10,000 | within # % |", set_off),
+    (QUICK, README, "| a vortex street, # cells and # steps |", of_run(WAKE, "cells", "steps")),
+    (QUICK, README, "cells and 5,561 steps | # s of one core |", time(of_run(WAKE, "cpu_seconds"))),
+    (SLOW, README, "| a step in 3D with a sphere, per cell | # ns |", time(nanoseconds("sphere-stream/case"))),
+    (LONG, README, "| a step of 3000 discs on a million cells | # s |", time(of_each(SCALING, "us_per_cell_step", count=3000, ranks=1))),
+    (LONG, README, f"{EIGHT} | within # % |", size(worst(FINER, DRAG))),
+    (LONG, README, "| speed of settling spheres as measured, Re = 1.5 to 32, 8 cells a diameter | within # % |", size(worst(OILS, "largest_speed", N=8.1))),
+    (SLOW, ENERGY, "| lid-driven-cavity, 12,800 steps | # % |", method_loss("lid-driven-cavity/case")),
+    (QUICK, ENERGY, "| cylinder-wake, Re 100, N = 8 | # % |", method_loss(WAKE)),
+    (SLOW, ENERGY, "| oscillating-cylinder, N = 16 | # % |", method_loss("oscillating-cylinder/case")),
+    (SLOW, ENERGY, "| settling-disc, N = 8; N = 16 | # %; # % |", both(method_loss(SETTLING), method_loss(SETTLING, N16))),
+    (QUICK, ENERGY, "| neutral-disc-in-couette | # % |", method_loss("neutral-disc-in-couette/case")),
+    (SLOW, ENERGY, "| drafting-kissing-tumbling | # % |", method_loss("drafting-kissing-tumbling/case")),
+    (SLOW, ENERGY, "| approach, N = 8 | # % |", method_loss("approach/case")),
+    (SLOW, ENERGY, "| rising-disc, s = 0.1 | # % |", method_loss("rising-disc/case")),
+    (SLOW, ENERGY, "| wall-fall, N = 24 | # %:", method_loss("wall-fall/case")),
+    (SLOW, ENERGY, "| packing, 5 s | # % |", method_loss("packing/case")),
+    (SLOW, ENERGY, "| bedload, 2.5 s | # % |", method_loss("bedload/case")),
+    (SLOW, ENERGY, "| crowd | # % |", method_loss("crowd/case")),
+    (QUICK, ENERGY, "| size-sorting | # %:", method_loss("size-sorting/case")),
+    (SLOW, ENERGY, "| steel-in-air | # % |", method_loss("steel-in-air/case")),
+    (QUICK, ENERGY, "Settling with the paper's mixing is # %.", method_loss(SETTLING, 'coupling.wall="mixing"')),
+    (QUICK, ENERGY, "the method takes # % on 24 cells, # % on 48:", in_percent(printed("decaying_vortices", "takes [#, #] of the start"))),
+    *((LONG, MEASURED, f"| {re} | # ... # | # % | # % |", spread(OFFSETS, DRAG, Re=re)) for re in (10, 20, 40, 100, 200)),
+    *((LONG, MEASURED, f"| {re} | #, # % | #, # % |", both(spread(OFFSETS, DRAG, 2, Re=re), spread(FINER, DRAG, 2, Re=re))) for re in (40, 100)),
+    *((SLOW, MEASURED, f"| {re} | {step} | # | # % | # | # % |", mixed(re, DRAG, "drag_coefficient_eq19"))
+      for re, step in ((10, 0.199), (20, 0.252), (40, "0.240"), (100, 0.219), (200, 0.198))),
+    *((SLOW, MEASURED, f"| {drag} | # | # % | {reference} |", mixed(re, "strouhal")) for re, drag, reference in ((100, 1.5576, 0.1849), (200, "1.5130", 0.2122))),
+    (SLOW, MEASURED, "| # % at N = 8, # % at N = 16; history", both(error(SETTLING, "largest_speed"), error(SETTLING, "largest_speed", N16))),
+    (SLOW, MEASURED, "Re_G = 0.25 | # at N = 8 |", size(of_each(TURNING, "spin", Re_G=0.25, N=8))),
+    (LONG, MEASURED, "| #, #, #, # %; at N = 12 #", both(*(settles(re, "largest_speed_error") for re in (1.5, 4.1, 11.6, 31.9)),
+                                                        of_each(OILS, "largest_speed_error", 100.0, Re=1.5, N=12))),
+    (LONG, MEASURED, "spin of G/2 | # and # % at two places", in_percent(of_each(SHEARED, "spin_error", gap="6 d", Re_G=0.1))),
+    (SLOW, MEASURED, "against Boussinesq-Basset | #, #, #, #, # %; #, #, #, #, # %; #, #, #, #, # % |",
+     both(let_go("v_first_error"), let_go("v_half_error"), let_go("v_error"))),
+    (LONG, MEASURED, "| # to # % at five places within a cell |", extremes(PLACES, "drag_coefficient_error", 100.0)),
+    (SLOW, MEASURED, "Cd 5.5795, Cl 0.0106 | #, # |", both(of_each(CHANNEL, "cd", flow="2D-1", N=16.1), of_each(CHANNEL, "cl", flow="2D-1", N=16.1))),
+    (SLOW, MEASURED, "St 0.295 to 0.305 | #, #, # |", both(*(of_each(CHANNEL, name, flow="2D-2", N=16.1) for name in ("cd_max", "cl_max", "st")))),
+    (SLOW, MEASURED, "C_D 2.09, C_M 1.45 | #, # |", both(*(of_each(SWINGS, name, N=16) for name in ("morison_drag", "morison_inertia")))),
+    (LONG, MEASURED, "by two correlations | #, #, # |", of_each(RANDOM, "drag", 1 / 0.689258, phi=0.2, Re=0, N=10)),
+    (SLOW, MEASURED, "against Zick & Homsy, N = 16 | #, #, #, #, # %,", lattice),
+    (SLOW, MEASURED, "5.56 cm/s | #, #, # at N = 8, 16, 24 |",
+     both(*(measured("largest_speed", SETTLING, 'coupling.wall="mixing"', *cells) for cells in ((), (N16,), ("domain.cells=[192,576]",))))),
+]
+
+
+def cells(line):
+    return [cell.strip() for cell in line.strip().strip("|").split("|")]
+
+
+def fresh(runs, study):
+    """Header and rows of a study's study.md."""
+    header, _, *rows = [line for line in (runs.study(study) / "study.md").read_text().splitlines() if line.startswith("|")]
+    return cells(header), [cells(row) for row in rows]
+
+
+def chosen(wanted, there):
+    """Where the wanted columns are among those that are there, in order."""
+    places, at = [], 0
+    for name in wanted:
+        at = there.index(name, at)
+        places.append(at)
+        at += 1
+    return places
+
+
+def moved(old, new):
+    if old == new:
+        return False
+    try:
+        a, b = (float(text.removesuffix(" %")) for text in (old, new))
+    except ValueError:
+        return True
+    # What is zero but for rounding is as good as any other such number.
+    return abs(a - b) > (0.1 if old.endswith("%") else max(0.005 * abs(a), 1e-9))
+
+
+def compare_tables(runs, some, write):
+    """How many tables of studies there are in the pages of cases, and what has moved in them."""
+    news, count = [], 0
+    for page in sorted(Path("cases").glob("*/README.md")):
+        text = page.read_text()
+        for match in list(MARK.finditer(text)):
+            study, lines = match[1], match[2].splitlines()
+            if some and study not in some:
+                continue
+            count += 1
+            there, rows = fresh(runs, study)
+            wanted = cells(lines[0])
+            try:
+                places = chosen(wanted, there)
+            except ValueError as error:
+                news.append(f"{page}: {study} has no such column: {error}")
+                continue
+            now = [[row[place] for place in places] for row in rows]
+            before = [cells(line) for line in lines[2:]]
+            if len(now) != len(before):
+                news.append(f"{page}: {study} has {len(now)} rows, the page {len(before)}")
+            for old, new in zip(before, now):
+                differ = [f"{name} {b}, was {a}" for name, a, b in zip(wanted, old, new) if moved(a, b)]
+                if differ:
+                    news.append(f"{page}: {study}, {', '.join(old[:2])}: {'; '.join(differ)}")
+            if write:
+                made = lines[:2] + ["| " + " | ".join(row) + " |" for row in now]
+                text = text.replace(match[2], "\n".join(made) + "\n")
+        if write:
+            page.write_text(text)
+    return count, news
+
+
+def off(text, value):
+    """Whether a typed number is another than this one, by more than 0.5 % and more than one of its last digit."""
+    digits = re.fullmatch(r"[-+]?[\d,]+(?:\.(\d+))?(?:e([-+]?\d+))?", text)
+    last = 10.0 ** (int(digits[2] or 0) - len(digits[1] or ""))
+    typed = float(text.replace(",", ""))
+    return abs(typed - value) > max(0.005 * abs(typed), 1.01 * last)
+
+
+def compare_claims(runs, some, most):
+    """How many claims there are that take no longer than this, what has moved in them, and what has drifted."""
+    news, drift, count = [], [], 0
+    for when, page, words, find in CLAIMS:
+        if (some and page not in some) or when > most:
+            continue
+        count += 1
+        found = list(re.finditer(words_with_numbers(words), Path(page).read_text()))
+        if len(found) != 1:
+            news.append(f"{page}: `{words}` is there {len(found)} times")
+            continue
+        try:
+            values = find(runs)
+        except (LookupError, TypeError, subprocess.CalledProcessError) as error:
+            news.append(f"{page}: {found[0][0]}: {error!r}")
+            continue
+        typed = found[0].groups()
+        said = f"{page}: `{found[0][0]}`: found {', '.join(f'{value:.5g}' for value in values)}"
+        if len(typed) != len(values):
+            news.append(said)
+        elif getattr(find, "drifts", False):
+            ratios = [value / float(text.replace(",", "")) for text, value in zip(typed, values)]
+            if not all(0.5 < ratio < 2 for ratio in ratios):
+                drift.append(said)
+        elif any(map(off, typed, values)):
+            news.append(said)
+        print(said, flush=True)
+    return count, news, drift
+
+
+def main(mics, out, options):
+    flags = {"--write", "--quick", "--full"} & set(options)
+    some = [name for name in options if name not in flags]
+    runs = Runs(mics, out)
+    tables, news = (0, []) if "--quick" in flags else compare_tables(runs, some, "--write" in flags)
+    if "--write" in flags:
+        print(f"{tables} tables written, {len(news)} rows had moved", *news, sep="\n")
+        return 0 if tables else 1
+    claims, more, drift = compare_claims(runs, some, QUICK if "--quick" in flags else LONG if "--full" in flags else SLOW)
+    news += more
+    print(f"\n{tables} tables and {claims} claims, {len(news)} have moved", *news, sep="\n")
+    print(*[f"drifts: {line}" for line in drift], sep="\n")
+    return 1 if tables + claims == 0 or news else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1], Path(sys.argv[2]), sys.argv[3:]))
