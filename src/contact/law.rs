@@ -114,11 +114,6 @@ pub(super) struct Kinematics {
 }
 
 impl Kinematics {
-    /// Slip in the middle of the substep (m/s) under a tangential force on the first one (N).
-    pub(super) fn mean_slip(&self, tangential: &Vector3<f64>) -> Vector3<f64> {
-        self.slip + 0.5 * self.h * (self.push_slip + self.inverse_tangential * tangential)
-    }
-
     /// Overlaps at the two ends of the substep, the smaller one first (m).
     fn interval(&self) -> (f64, f64) {
         let half = 0.5 * self.h * self.approach.abs();

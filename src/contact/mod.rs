@@ -46,7 +46,7 @@ use nalgebra::Vector3;
 use std::f64::consts::PI;
 pub use stiffness::Impact;
 pub(crate) use substep::MOST_SUBSTEPS;
-use substep::{Answer, RIGID};
+use substep::{Answer, Grip, RIGID};
 
 /// A border of the box, normal to an axis; its inner side faces the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,6 +134,8 @@ pub struct Contacts {
     search_radius: Vec<f64>,
     paired: Vec<bool>,
     loads: Vec<Impulse>,
+    /// Of the substep.
+    grips: Vec<Grip>,
     /// Per body, its way since the search when the next substep is done (m), and by how much it has turned in the step (rad).
     reach: Vec<f64>,
     turned: Vec<Vector3<f64>>,
@@ -179,6 +181,7 @@ impl Contacts {
             search_radius: vec![0.0; n],
             paired: vec![false; n],
             loads: vec![Impulse::default(); n],
+            grips: Vec::with_capacity(8 * n),
             reach: vec![0.0; n],
             turned: vec![Vector3::zeros(); n],
             impulses: vec![Impulse::default(); n],

@@ -17,7 +17,7 @@ const ROCKING: f64 = 0.3;
 impl Contacts {
     /// The torque (N m) on the first of a pair in contact with this normal force (N), whose rolling spring goes on by a substep.
     pub(super) fn resist_rolling(
-        &mut self,
+        &self,
         pair: &mut Pair,
         bodies: &[Body],
         kinematics: &Kinematics,
@@ -40,21 +40,18 @@ impl Contacts {
         pair.rolled += h * rolling - pair.rolled.dot(&n) * n;
         let limit = lever * normal;
         let spring = stiffness * pair.rolled.norm();
-        let torque = if spring >= limit {
+        if spring >= limit {
             pair.rolled *= limit / spring;
-            -stiffness * pair.rolled
-        } else {
-            let part = |k: usize, body: usize| {
-                let answer = &self.answers[body];
-                let (mass, inertia) = (answer.mass.max(), answer.inertia.max());
-                if mass > 0.0 && inertia > 0.0 { 1.0 / (1.0 / inertia + arms[k] * arms[k] / mass) } else { 0.0 }
-            };
-            let inverse = part(0, pair.first) + other.map_or(0.0, |_| part(1, pair.second));
-            let damper = if inverse > 0.0 { 2.0 * ROCKING * (stiffness / inverse).sqrt() } else { 0.0 };
-            let torque = -(stiffness * pair.rolled + damper * rolling);
-            torque * (limit / torque.norm()).min(1.0)
+            return -stiffness * pair.rolled;
+        }
+        let part = |k: usize, body: usize| {
+            let answer = &self.answers[body];
+            let (mass, inertia) = (answer.mass.max(), answer.inertia.max());
+            if mass > 0.0 && inertia > 0.0 { 1.0 / (1.0 / inertia + arms[k] * arms[k] / mass) } else { 0.0 }
         };
-        self.slid -= h * torque.dot(&rolling);
-        torque
+        let inverse = part(0, pair.first) + other.map_or(0.0, |_| part(1, pair.second));
+        let damper = if inverse > 0.0 { 2.0 * ROCKING * (stiffness / inverse).sqrt() } else { 0.0 };
+        let torque = -(stiffness * pair.rolled + damper * rolling);
+        torque * (limit / torque.norm()).min(1.0)
     }
 }

@@ -162,6 +162,7 @@ impl Contacts {
     /// The forces of all pairs in a substep of `h` (s).
     fn load(&mut self, bodies: &[Body], h: f64) -> Result<()> {
         self.loads.fill(Impulse::default());
+        self.grips.clear();
         for (i, body) in bodies.iter().enumerate().filter(|(i, _)| self.paired[*i]) {
             self.reach[i] = self.travelled[i] + h * body.velocity.norm();
         }
@@ -191,8 +192,8 @@ impl Contacts {
             self.pairs[p] = pair;
             if normal > 0.0 {
                 self.touch(&pair);
+                self.grips.push(Grip { pair: p, force: tangential, torque: rolling, kinematics, arms });
             }
-            self.slid -= h * tangential.dot(&kinematics.mean_slip(&tangential));
             let (force, turn) = (tangential - normal * kinematics.normal, kinematics.normal.cross(&tangential));
             self.loads[pair.first].linear += force;
             self.loads[pair.first].angular += arms[0] * turn + rolling;
@@ -207,7 +208,28 @@ impl Contacts {
                 }
             }
         }
+        self.slid -= self.grips.iter().map(|grip| h * self.power(grip, bodies)).sum::<f64>();
         Ok(())
+    }
+
+    /// Mean power of a contact's tangential force and rolling torque over the substep (W), in which all loads change the velocities: what
+    /// holds still does no work, whatever else presses on it.
+    fn power(&self, grip: &Grip, bodies: &[Body]) -> f64 {
+        let Grip { force, torque, kinematics, arms, .. } = grip;
+        let pair = &self.pairs[grip.pair];
+        let zero = || (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
+        // What its loads change of a body's velocity and spin, and its mean spin.
+        let mean = |k: usize| {
+            let Some(body) = bodies.get(k) else { return zero() };
+            let (load, answer, half) = (&self.loads[k], &self.answers[k], 0.5 * kinematics.h);
+            let turned = half * answer.inertia.component_mul(&load.angular);
+            let spin = body.spin + half * answer.push.angular + turned;
+            (half * answer.mass.component_mul(&load.linear), turned, spin)
+        };
+        let ((moved, turned, spin), (other, its, its_spin)) = (mean(pair.first), mean(pair.second));
+        let turned = (arms[0] * turned + arms[1] * its).cross(&kinematics.normal);
+        let slip = kinematics.slip + 0.5 * kinematics.h * kinematics.push_slip + (moved - other) + turned;
+        force.dot(&slip) + torque.dot(&(spin - its_spin))
     }
 
     /// Takes note that a pair touches.
@@ -419,6 +441,17 @@ impl Contacts {
             inverse_tangential: finite(inverse.max() + inverse_turn),
         }
     }
+}
+
+/// What holds a contact along its surface, and its rolling, over a substep.
+#[derive(Clone, Debug)]
+pub(super) struct Grip {
+    pair: usize,
+    /// On the first of the pair (N, N m).
+    force: Vector3<f64>,
+    torque: Vector3<f64>,
+    kinematics: Kinematics,
+    arms: [f64; 2],
 }
 
 /// Where a pair touches.

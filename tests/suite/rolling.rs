@@ -222,3 +222,22 @@ fn a_pile_of_three_discs_stands_by_the_resistance_to_rolling_that_statics_asks_a
         assert!(sunk[1].0 < 1e-3 && sunk[1].1.abs() < 1e-5, "friction {friction}, enough: {sunk:?}");
     }
 }
+
+/// What holds does no work, though every contact of the pile alone would let its discs slip: each is held by several.
+#[test]
+fn friction_that_holds_a_pile_neither_gives_nor_takes_energy() {
+    let petsc = petsc();
+    for rolling in [0.0, 0.2] {
+        let mut scene: Scene<2> = petsc.scene(&three_discs(0.4, rolling));
+        let mut taken = [4.0, 8.0].map(|until| {
+            while scene.state.time < until {
+                scene.step(0.05).unwrap();
+            }
+            scene.state.energy.friction
+        });
+        taken[1] -= taken[0];
+        println!("rolling friction {rolling}: {:.1e} J in four seconds, then {:.1e} J", taken[0], taken[1]);
+        // Their weights would give 2 J in a fall of a diameter. By what each contact alone would let slip, 1e-4 J.
+        assert!(taken[1].abs() < 1e-8, "{taken:?}");
+    }
+}
