@@ -82,6 +82,9 @@ pub fn draw(
     Ok(written)
 }
 
+/// Where runs that belong together lie in a figure, if they do.
+type Point<'a> = &'a dyn Fn(&[&Row]) -> Option<(f64, f64)>;
+
 /// What errors of several runs come to.
 type Summary<'a> = &'a dyn Fn(&[f64]) -> f64;
 
@@ -157,7 +160,7 @@ impl Groups {
     }
 
     /// The curves, without those that have no point.
-    fn series(&self, rows: &[Row], point: &dyn Fn(&[&Row]) -> Option<(f64, f64)>) -> Vec<Series> {
+    fn series(&self, rows: &[Row], point: Point) -> Vec<Series> {
         let of = |(label, points): &(String, Vec<Vec<usize>>)| Series {
             label: label.clone(),
             points: points
