@@ -111,10 +111,11 @@ impl Scheme {
         Scheme { most_stages: None, ..*self }
     }
 
-    /// The limits of its longest steps of Legendre stages, which are no longer stable than [`RK2`] where advection binds.
+    /// It with the limits of its longest steps of Legendre stages: where advection binds, those of [`RK2`].
     fn long(&self) -> Option<Scheme> {
         let diffusion_limit = legendre::limit(self.most_stages?);
-        Some(Scheme { courant_limit: RK2.courant_limit, diffusion_limit, share: LEGENDRE_SHARE, ..*self })
+        let courant_limit = RK2.courant_limit;
+        Some(Scheme { courant_limit, diffusion_limit, share: LEGENDRE_SHARE, most_stages: None, ..*self })
     }
 
     /// How many stages a step needs that is so many times the limit of Euler's diffusion: its own up to where these would hold at
