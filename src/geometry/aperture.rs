@@ -65,28 +65,26 @@ pub fn cuts<const D: usize>(
         let high = std::array::from_fn(|a| place(a, image[a] + bounds[a]));
         let place = |a: usize, n: usize| (n as f64 - if a == axis { 0.5 } else { 0.0 }) * grid.h[a] - image[a];
         let Some(first) = tiles.set(&Block::between(low, high, from, to), place) else { continue };
-        shape.tile(turn, tiles, true, &mut |filled| {
-            let (covered, open, moment) = covered_part::<D>(filled);
+        shape.tile(turn, tiles, Some(axis), &mut |filled| {
+            let (covered, open) = covered_part::<D>(filled);
             if covered < LEAST {
                 return;
             }
-            let lever = shape.lever(turn, axis, &filled.middle, &filled.half, &moment);
             let at: [usize; D] = std::array::from_fn(|a| first[a] + filled.at[a]);
             let face = (0..D).map(|a| (at[a] - grid.start[a] + grid.ghosts) * grid.stride[a]).sum::<usize>() as u32;
             let covered = if covered > 1.0 - LEAST { 1.0 } else { covered };
             cuts.push(Cut { covered, face, owned: grid.number_of(at).is_some() });
-            openings.push(Opening { lever, arm: filled.middle, open });
+            openings.push(Opening { lever: filled.lever, arm: filled.middle, open });
         });
     }
 }
 
-/// How much of the volume about a face is covered, where its open part has its centroid, from the face's centre (m), and the
-/// first moment of the covered part per volume (m).
-fn covered_part<const D: usize>(filled: &Filled) -> (f64, Vector3<f64>, Vector3<f64>) {
+/// How much of the volume about a face is covered, and where its open part has its centroid, from the face's centre (m).
+fn covered_part<const D: usize>(filled: &Filled) -> (f64, Vector3<f64>) {
     let (covered, middle) = (filled.part.clamp(0.0, 1.0), filled.middle);
     if !(LEAST..=1.0 - LEAST).contains(&covered) {
-        return (covered, Vector3::zeros(), covered * middle);
+        return (covered, Vector3::zeros());
     }
     let open = |a: usize| if a < D { (covered * middle[a] - filled.moment[a]) / (1.0 - covered) } else { 0.0 };
-    (covered, Vector3::from_fn(|a, _| open(a)), filled.moment)
+    (covered, Vector3::from_fn(|a, _| open(a)))
 }

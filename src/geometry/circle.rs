@@ -5,75 +5,121 @@
 //!   |   ,--|               Q(x, y) = area of the disc where X < x and Y < y
 //!   +--/---+
 //! ```
-//! The first moment of a disc of radius `c` over X < x, Y < y, with `a = sqrt(c^2 - x^2)` and `t` the `y` within [-a, a], is
+//! The first moment of a disc of radius `r` over X < x, Y < y, with `a = sqrt(r^2 - x^2)` and `t` the `y` within [-a, a], is
 //! `[ -a^2 (t + a) + (t^3 + a^3)/3 ]/2`.
 
-use std::f64::consts::PI;
+use nalgebra::Vector3;
+use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Area of the disc of `radius` at the origin inside the rectangle `x` by `y` (m2).
-pub fn rectangle_overlap(x: [f64; 2], y: [f64; 2], radius: f64) -> f64 {
-    // Where no arc passes there is nothing to find: most slices of a sphere.
-    let far = |edges: [f64; 2]| edges[0].abs().max(edges[1].abs());
-    let near = |edges: [f64; 2]| edges[0].max(-edges[1]).max(0.0);
-    let square = |f: &dyn Fn([f64; 2]) -> f64| f(x) * f(x) + f(y) * f(y);
-    if square(&far) <= radius * radius {
-        return (x[1] - x[0]) * (y[1] - y[0]);
-    }
-    if square(&near) >= radius * radius {
-        return 0.0;
-    }
-    let [half_x, half_y] = [x, y].map(|edges| edges.map(|edge| half_plane(edge, radius)));
-    let q = |i: usize, j: usize| quadrant((x[i], half_x[i]), (y[j], half_y[j]), radius);
-    (q(1, 1) - q(0, 1) - q(1, 0) + q(0, 0)).max(0.0)
+/// A line across the circle, along one of the axes.
+#[derive(Clone, Copy, Debug)]
+pub struct Line {
+    /// Where on the other axis (m).
+    at: f64,
+    /// Half its chord (m); 0 outside.
+    root: f64,
+    /// Area of the disc below it (m2).
+    below: f64,
 }
 
-/// Area of the disc where X < x.
-fn half_plane(x: f64, r: f64) -> f64 {
-    if x.abs() >= r {
-        return if x > 0.0 { PI * r * r } else { 0.0 };
+impl Line {
+    /// At a place (m), for a circle of the radius `r` (m).
+    pub fn new(at: f64, r: f64) -> Line {
+        if at.abs() >= r {
+            return Line { at, root: 0.0, below: if at > 0.0 { PI * r * r } else { 0.0 } };
+        }
+        // Near the rim asin and r^2 - x^2 would lose half of the digits.
+        let root = ((r - at) * (r + at)).sqrt();
+        Line { at, root, below: r * r * (FRAC_PI_2 + at.atan2(root)) + at * root }
     }
-    // Near the rim asin and r^2 - x^2 would lose half of the digits.
-    let half_chord = ((r - x) * (r + x)).sqrt();
-    r * r * (0.5 * PI + x.atan2(half_chord)) + x * half_chord
 }
 
-/// Area of the disc where X < x and Y < y; each with its half plane's.
-fn quadrant((x, half_x): (f64, f64), (y, half_y): (f64, f64), r: f64) -> f64 {
-    if x * x + y * y < r * r {
-        return 0.5 * (half_x + half_y) + x * y - 0.25 * PI * r * r;
+/// What a disc fills of a region.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Part {
+    /// Area (m2).
+    pub area: f64,
+    /// Integrals of both coordinates over it (m3).
+    pub moment: [f64; 2],
+}
+
+/// What the disc of the radius `r` (m) fills of the rectangle between two lines in x and two in y.
+pub fn rectangle(x: [&Line; 2], y: [&Line; 2], r: f64) -> Part {
+    // Where no arc passes there is nothing to find.
+    let far = |edges: [&Line; 2]| edges[0].at.abs().max(edges[1].at.abs());
+    let near = |edges: [&Line; 2]| edges[0].at.max(-edges[1].at).max(0.0);
+    let square = |f: &dyn Fn([&Line; 2]) -> f64| f(x) * f(x) + f(y) * f(y);
+    if square(&far) <= r * r {
+        let area = (x[1].at - x[0].at) * (y[1].at - y[0].at);
+        return Part { area, moment: [x, y].map(|edges| 0.5 * area * (edges[0].at + edges[1].at)) };
     }
-    match (x >= 0.0, y >= 0.0) {
-        (true, true) => half_x + half_y - PI * r * r,
-        (false, true) => half_x,
-        (true, false) => half_y,
+    if square(&near) >= r * r {
+        return Part::default();
+    }
+    let sum = |q: &dyn Fn(usize, usize) -> f64| q(1, 1) - q(0, 1) - q(1, 0) + q(0, 0);
+    Part {
+        area: sum(&|i, j| quadrant(x[i], y[j], r)).max(0.0),
+        moment: [sum(&|i, j| moment(x[i], y[j])), sum(&|i, j| moment(y[j], x[i]))],
+    }
+}
+
+/// Radius of the circle in a plane at a place (m) across a sphere's of the given radius (m).
+pub fn radius(sphere: f64, at: f64) -> f64 {
+    (sphere * sphere - at * at).max(0.0).sqrt()
+}
+
+/// Covered part of a face along `axis` times the arm to its centroid (m): the face with its centre at `middle` (m), between the
+/// lines of the two axes that follow, in a circle of the radius `r` (m).
+pub fn lever(axis: usize, middle: &Vector3<f64>, lines: [[&Line; 2]; 2], r: f64) -> Vector3<f64> {
+    let [x, y] = lines;
+    let (filled, whole) = (rectangle(x, y, r), (x[1].at - x[0].at) * (y[1].at - y[0].at));
+    let part = filled.area / whole;
+    let mut lever = part * middle;
+    if part > LEAST && part < 1.0 - LEAST {
+        lever[(axis + 1) % 3] = filled.moment[0] / whole;
+        lever[(axis + 2) % 3] = filled.moment[1] / whole;
+    }
+    lever
+}
+
+/// Part of a face below which, as above one less it, the covered one's centroid is the face's own.
+const LEAST: f64 = 1e-9;
+
+/// Area of the disc where X < x and Y < y.
+fn quadrant(x: &Line, y: &Line, r: f64) -> f64 {
+    if x.at * x.at + y.at * y.at < r * r {
+        return 0.5 * (x.below + y.below) + x.at * y.at - 0.25 * PI * r * r;
+    }
+    match (x.at >= 0.0, y.at >= 0.0) {
+        (true, true) => x.below + y.below - PI * r * r,
+        (false, true) => x.below,
+        (true, false) => y.below,
         (false, false) => 0.0,
     }
 }
 
-/// Integral of X over the disc of radius `c` at the origin inside the rectangle `x` by `y` (m3).
-pub fn rectangle_moment(x: [f64; 2], y: [f64; 2], c: f64) -> f64 {
-    let quadrant = |i: usize, j: usize| {
-        let square = c * c - x[i] * x[i];
-        if square <= 0.0 {
-            return 0.0;
-        }
-        let a = square.sqrt();
-        let t = y[j].clamp(-a, a);
-        0.5 * (-square * (t + a) + (t * t * t + a * a * a) / 3.0)
-    };
-    quadrant(1, 1) - quadrant(0, 1) - quadrant(1, 0) + quadrant(0, 0)
+/// Integral of X over that part.
+fn moment(x: &Line, y: &Line) -> f64 {
+    let a = x.root;
+    let t = y.at.clamp(-a, a);
+    0.5 * (-a * a * (t + a) + (t * t * t + a * a * a) / 3.0)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn part(x: [f64; 2], y: [f64; 2], r: f64) -> Part {
+        let [x, y] = [x, y].map(|edges| edges.map(|at| Line::new(at, r)));
+        rectangle([&x[0], &x[1]], [&y[0], &y[1]], r)
+    }
+
     #[test]
     fn a_rectangle_around_the_disc_holds_all_of_it_and_its_quarters_a_quarter_each() {
         let r = 0.7;
-        assert!((rectangle_overlap([-1.0, 1.0], [-1.0, 1.0], r) - PI * r * r).abs() < 1e-14);
-        assert!((rectangle_overlap([0.0, 1.0], [-1.0, 0.0], r) - PI * r * r / 4.0).abs() < 1e-14);
-        assert_eq!(rectangle_overlap([0.7, 1.0], [-1.0, 1.0], r), 0.0);
+        assert!((part([-1.0, 1.0], [-1.0, 1.0], r).area - PI * r * r).abs() < 1e-14);
+        assert!((part([0.0, 1.0], [-1.0, 0.0], r).area - PI * r * r / 4.0).abs() < 1e-14);
+        assert_eq!(part([0.7, 1.0], [-1.0, 1.0], r).area, 0.0);
     }
 
     #[test]
@@ -83,7 +129,7 @@ mod tests {
         let at = |s: [f64; 2], k: usize| s[0] + (s[1] - s[0]) * (k as f64 + 0.5) / n as f64;
         let inside = (0..n * n).filter(|k| at(x, k % n).hypot(at(y, k / n)) < r).count();
         let counted = inside as f64 / (n * n) as f64 * (x[1] - x[0]) * (y[1] - y[0]);
-        assert!((rectangle_overlap(x, y, r) - counted).abs() < 1e-5);
+        assert!((part(x, y, r).area - counted).abs() < 1e-5);
     }
 
     #[test]
@@ -94,6 +140,6 @@ mod tests {
         let points = (0..n * n).map(|k| (at(x, k % n), at(y, k / n)));
         let sum: f64 = points.filter(|(x, y)| x.hypot(*y) < c).map(|(x, _)| x).sum();
         let counted = sum / (n * n) as f64 * (x[1] - x[0]) * (y[1] - y[0]);
-        assert!((rectangle_moment(x, y, c) - counted).abs() < 1e-5);
+        assert!((part(x, y, c).moment[0] - counted).abs() < 1e-5);
     }
 }

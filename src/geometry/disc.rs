@@ -1,7 +1,7 @@
 //! A disc: the round section of a cylinder along z, of unit depth.
 
-use super::circle::{rectangle_moment, rectangle_overlap};
-use super::{Shape, SurfacePoint, Turn, round};
+use super::circle::{self, Line};
+use super::{Filled, Shape, SurfacePoint, Tiles, Turn, round};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::{PI, TAU};
 
@@ -60,15 +60,20 @@ impl Shape for Disc {
         round::whole_or_nothing(middle, half, self.radius)
     }
 
-    fn moments(&self, turn: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> (f64, Vector3<f64>) {
-        let [x, y] = [0, 1].map(|a| [middle[a] - half[a], middle[a] + half[a]]);
-        let moment = |x, y| rectangle_moment(x, y, self.radius);
-        (self.filled(turn, middle, half), Vector3::new(moment(x, y), moment(y, x), 0.0))
+    fn moments(&self, _: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        let line = |at: f64| Line::new(at, self.radius);
+        let [x, y] = [0, 1].map(|a| [line(middle[a] - half[a]), line(middle[a] + half[a])]);
+        let filled = circle::rectangle([&x[0], &x[1]], [&y[0], &y[1]], self.radius);
+        (filled.area, Vector3::new(filled.moment[0], filled.moment[1], 0.0))
     }
 
-    fn filled(&self, _: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> f64 {
-        let [x, y] = [0, 1].map(|a| [middle[a] - half[a], middle[a] + half[a]]);
-        rectangle_overlap(x, y, self.radius)
+    fn tile(&self, turn: &Turn, tiles: &mut Tiles, faces: Option<usize>, found: &mut dyn FnMut(&Filled)) {
+        tiles.of_disc(self.radius, |mut one| {
+            if let Some(axis) = faces {
+                one.lever = self.lever(turn, axis, &one.middle, &one.half, &one.moment);
+            }
+            found(&one);
+        });
     }
 
     /// Of the chord that it covers of the face itself: the flux of a rotation through the faces of a cell then sums to zero,

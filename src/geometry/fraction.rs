@@ -84,7 +84,7 @@ fn collect<const D: usize>(grid: &Grid<D>, body: &Placed, tiles: &mut Tiles, out
     let Placed { shape, centre, turn } = body;
     let block = Block::owned(grid, centre, &shape.bounds(turn));
     let Some(first) = tiles.set(&block, |a, n| n as f64 * grid.h[a] - centre[a]) else { return };
-    shape.tile(turn, tiles, false, &mut |filled| {
+    shape.tile(turn, tiles, None, &mut |filled| {
         let fraction = filled.part.clamp(0.0, 1.0);
         let at = std::array::from_fn(|a| first[a] + filled.at[a]);
         if let (true, Some(cell)) = (fraction > LEAST, grid.owned_index(at)) {

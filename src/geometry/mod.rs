@@ -131,10 +131,10 @@ pub trait Shape: Debug + Send + Sync {
         self.moments(turn, middle, half).0
     }
 
-    /// The parts of all boxes of a lattice that it fills, in the order of their numbers, the first axis fastest, and with `moments` their
-    /// first moments; for shapes that have many together cheaper than one by one.
-    fn tile(&self, turn: &Turn, tiles: &mut Tiles, moments: bool, found: &mut dyn FnMut(&Filled)) {
-        tiles.each(self, turn, moments, found);
+    /// The parts of the boxes of a lattice that it fills, in the order of their numbers, the first axis fastest; with `faces`, the axis of
+    /// those in whose middles they lie, their first moments and levers as well. For shapes that have many together cheaper than one by one.
+    fn tile(&self, turn: &Turn, tiles: &mut Tiles, faces: Option<usize>, found: &mut dyn FnMut(&Filled)) {
+        tiles.each(self, turn, faces, found);
     }
 
     /// Where a turning body carries fluid through a face of the grid: its flux through the one along `axis`, in the middle

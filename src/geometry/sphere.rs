@@ -1,6 +1,6 @@
 //! A sphere; what it fills of boxes in closed form ([`super::octant`]).
 
-use super::circle::{rectangle_moment, rectangle_overlap};
+use super::circle::{self, Line};
 use super::tiles::{Filled, Tiles};
 use super::{Shape, SurfacePoint, Turn, octant, round};
 use nalgebra::{Matrix3, Vector3};
@@ -75,8 +75,8 @@ impl Shape for Sphere {
         (filled.volume, filled.moment)
     }
 
-    fn tile(&self, turn: &Turn, tiles: &mut Tiles, _: bool, found: &mut dyn FnMut(&Filled)) {
-        tiles.of_sphere(self.radius, |one| self.whole_or_nothing(turn, &one.middle, &one.half), found);
+    fn tile(&self, _: &Turn, tiles: &mut Tiles, faces: Option<usize>, found: &mut dyn FnMut(&Filled)) {
+        tiles.of_sphere(self.radius, faces, found);
     }
 
     /// Of the part of the face's own plane that it covers, a disc's: the flux of a rotation through the faces of a cell then
@@ -89,23 +89,15 @@ impl Shape for Sphere {
         half: &Vector3<f64>,
         _: &Vector3<f64>,
     ) -> Vector3<f64> {
-        let c = (self.radius * self.radius - middle[axis] * middle[axis]).max(0.0).sqrt();
-        let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
-        let [x, y] = [a, b].map(|a| [middle[a] - half[a], middle[a] + half[a]]);
-        let (area, whole) = (rectangle_overlap(x, y, c), 2.0 * half[a] * (2.0 * half[b]));
-        let part = area / whole;
-        let mut centroid = *middle;
-        if part > LEAST && part < 1.0 - LEAST {
-            centroid[a] = rectangle_moment(x, y, c) / area;
-            centroid[b] = rectangle_moment(y, x, c) / area;
-        }
-        part * centroid
+        let radius = circle::radius(self.radius, middle[axis]);
+        let lines = [1, 2].map(|n| {
+            let a = (axis + n) % 3;
+            [middle[a] - half[a], middle[a] + half[a]].map(|at| Line::new(at, radius))
+        });
+        circle::lever(axis, middle, lines.each_ref().map(|[low, high]| [low, high]), radius)
     }
 
     fn meets(&self, _: &Turn, apart: &Vector3<f64>, along: &Vector3<f64>) -> Option<f64> {
         round::meets(apart, along, self.radius)
     }
 }
-
-/// Part of a face below which, as above one less it, the covered one's centroid is the face's own.
-const LEAST: f64 = 1e-9;

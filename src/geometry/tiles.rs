@@ -5,6 +5,7 @@
 //! ```
 
 use super::block::Block;
+use super::circle::{self, Line};
 use super::octant::{Corner, Pair, Plane, between};
 use super::{Shape, Turn};
 use nalgebra::Vector3;
@@ -14,11 +15,16 @@ use nalgebra::Vector3;
 pub struct Tiles {
     /// Places along each axis, ascending (m); two alike along z in 2D.
     pub planes: [Vec<f64>; 3],
+    /// Of each interval between them the squares of its least and its largest distance from the centre (m2).
+    squares: [Vec<[f64; 2]>; 3],
     cuts: [Vec<Plane>; 3],
     /// Of xy, yz, zx, the first axis fastest.
     pairs: [Vec<Pair>; 3],
     /// Of two layers in z.
     corners: [Vec<Option<Corner>>; 2],
+    /// Of each layer of faces the radius of the sphere's circle in their planes (m), and the lines of the next two axes across it.
+    circles: Vec<f64>,
+    lines: [Vec<Line>; 2],
 }
 
 /// What a body fills of a box.
@@ -32,18 +38,24 @@ pub struct Filled {
     pub middle: Vector3<f64>,
     /// Its half edges (m; zero along z in 2D).
     pub half: Vector3<f64>,
-    /// First moment of that part per volume of the box (m), where it was asked for.
+    /// First moment of that part per volume of the box (m), where faces were asked for.
     pub moment: Vector3<f64>,
+    /// The [`Shape::lever`] of the face in its middle (m), where faces were asked for.
+    pub lever: Vector3<f64>,
 }
 
 impl Tiles {
     /// Room for so many planes along an axis.
     pub fn new(most: usize) -> Tiles {
+        let square = most * most;
         Tiles {
             planes: std::array::from_fn(|_| Vec::with_capacity(most)),
+            squares: std::array::from_fn(|_| Vec::with_capacity(most)),
             cuts: std::array::from_fn(|_| Vec::with_capacity(most)),
-            pairs: std::array::from_fn(|_| Vec::with_capacity(most * most)),
-            corners: std::array::from_fn(|_| Vec::with_capacity(most * most)),
+            pairs: std::array::from_fn(|_| Vec::with_capacity(square)),
+            corners: std::array::from_fn(|_| Vec::with_capacity(square)),
+            circles: Vec::with_capacity(most),
+            lines: std::array::from_fn(|_| Vec::with_capacity(square)),
         }
     }
 
@@ -65,41 +77,108 @@ impl Tiles {
                 planes.extend([0.0; 2]);
             }
         }
+        self.find_squares();
         Some(first)
     }
 
-    /// The boxes, the first axis fastest: their numbers, middles (m) and half edges (m).
-    fn boxes(planes: &[Vec<f64>; 3]) -> impl Iterator<Item = Filled> {
-        let [x, y, z] = planes;
-        let counts = planes.each_ref().map(|planes| planes.len().saturating_sub(1));
-        (0..counts.iter().product()).map(move |n| {
-            let at = [n % counts[0], n / counts[0] % counts[1], n / counts[0] / counts[1]];
-            let low = Vector3::new(x[at[0]], y[at[1]], z[at[2]]);
-            let high = Vector3::new(x[at[0] + 1], y[at[1] + 1], z[at[2] + 1]);
-            let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-            Filled { at, part: 0.0, middle, half, moment: Vector3::zeros() }
-        })
+    fn find_squares(&mut self) {
+        for (squares, planes) in self.squares.iter_mut().zip(&self.planes) {
+            let square = |low: f64, high: f64| {
+                let (near, far) = (low.max(-high).max(0.0), low.abs().max(high.abs()));
+                [near * near, far * far]
+            };
+            squares.clear();
+            squares.extend(planes.windows(2).map(|ends| square(ends[0], ends[1])));
+        }
     }
 
-    /// Box by box, by a shape's own methods; `moments` where they are wanted.
-    pub fn each<S: Shape + ?Sized>(&self, shape: &S, turn: &Turn, moments: bool, found: &mut dyn FnMut(&Filled)) {
+    /// The boxes, the first axis fastest, with their numbers, middles (m) and half edges (m).
+    fn boxes(planes: &[Vec<f64>; 3]) -> impl Iterator<Item = Filled> {
+        let counts = planes.each_ref().map(|planes| planes.len().saturating_sub(1));
+        let rows = (0..counts[2]).flat_map(move |k| (0..counts[1]).map(move |j| (j, k)));
+        rows.flat_map(move |(j, k)| (0..counts[0]).map(move |i| Tiles::empty(planes, [i, j, k])))
+    }
+
+    fn empty(planes: &[Vec<f64>; 3], at: [usize; 3]) -> Filled {
+        let end = |n: usize| Vector3::from_fn(|a, _| planes[a][at[a] + n]);
+        let (low, high) = (end(0), end(1));
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        Filled { at, part: 0.0, middle, half, moment: Vector3::zeros(), lever: Vector3::zeros() }
+    }
+
+    /// Box by box, by a shape's own methods.
+    pub fn each<S: Shape + ?Sized>(
+        &self,
+        shape: &S,
+        turn: &Turn,
+        faces: Option<usize>,
+        found: &mut dyn FnMut(&Filled),
+    ) {
         let dimension = shape.dimension();
         for mut one in Tiles::boxes(&self.planes) {
             let whole: f64 = (0..dimension).map(|a| 2.0 * one.half[a]).product();
             (one.part, one.moment) = match shape.whole_or_nothing(turn, &one.middle, &one.half) {
                 Some(part) => (part, part * one.middle),
-                None if moments => {
+                None if faces.is_some() => {
                     let (filled, moment) = shape.moments(turn, &one.middle, &one.half);
                     (filled / whole, moment / whole)
                 }
                 None => (shape.filled(turn, &one.middle, &one.half) / whole, Vector3::zeros()),
             };
+            if let Some(axis) = faces {
+                one.lever = shape.lever(turn, axis, &one.middle, &one.half, &one.moment);
+            }
             found(&one);
         }
     }
 
-    /// All boxes of a sphere of the given radius (m), with moments.
-    pub fn of_sphere(&mut self, radius: f64, whole: impl Fn(&Filled) -> Option<f64>, found: &mut dyn FnMut(&Filled)) {
+    /// Each box that a round body of the given radius (m) reaches, and whether it fills it as a whole.
+    fn for_reached(
+        planes: &[Vec<f64>; 3],
+        squares: &[Vec<[f64; 2]>; 3],
+        radius: f64,
+        mut reached: impl FnMut(Filled, bool),
+    ) {
+        let (square, [x, y, z]) = (radius * radius, squares);
+        for (k, z) in z.iter().enumerate() {
+            for (j, y) in y.iter().enumerate() {
+                let [near, far] = [y[0] + z[0], y[1] + z[1]];
+                if near >= square {
+                    continue;
+                }
+                for (i, x) in x.iter().enumerate() {
+                    if x[0] + near < square {
+                        reached(Tiles::empty(planes, [i, j, k]), x[1] + far <= square);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The boxes that a disc of the given radius (m) reaches, with moments.
+    pub fn of_disc(&mut self, radius: f64, mut found: impl FnMut(Filled)) {
+        let Tiles { planes, squares, lines, .. } = self;
+        for (lines, planes) in lines.iter_mut().zip(&*planes) {
+            lines.clear();
+            lines.extend(planes.iter().map(|at| Line::new(*at, radius)));
+        }
+        Tiles::for_reached(planes, squares, radius, |mut one, whole| {
+            (one.part, one.moment) = (1.0, one.middle);
+            if !whole {
+                let [x, y] = [0, 1].map(|a| [&lines[a][one.at[a]], &lines[a][one.at[a] + 1]]);
+                let (filled, area) = (circle::rectangle(x, y, radius), 4.0 * one.half.x * one.half.y);
+                one.part = filled.area / area;
+                one.moment = Vector3::new(filled.moment[0], filled.moment[1], 0.0) / area;
+            }
+            found(one);
+        });
+    }
+
+    /// The boxes that a sphere of the given radius (m) reaches, with moments.
+    pub fn of_sphere(&mut self, radius: f64, faces: Option<usize>, found: &mut dyn FnMut(&Filled)) {
+        if let Some(axis) = faces {
+            self.find_circles(radius, axis);
+        }
         for (cuts, planes) in self.cuts.iter_mut().zip(&self.planes) {
             cuts.clear();
             cuts.extend(planes.iter().map(|at| Plane::new(*at, radius)));
@@ -109,34 +188,105 @@ impl Tiles {
             pairs.clear();
             pairs.extend(second.iter().flat_map(|q| first.iter().map(move |p| Pair::new(p, q, radius))));
         }
-        let Tiles { planes, cuts, pairs, corners } = self;
+        let Tiles { planes, squares, cuts, pairs, corners, circles, lines } = self;
         let [nx, ny, nz] = cuts.each_ref().map(Vec::len);
         for layer in corners.iter_mut() {
             layer.clear();
             layer.resize(nx * ny, None);
         }
         let mut layer = 0;
-        for mut one in Tiles::boxes(planes) {
+        Tiles::for_reached(planes, squares, radius, |mut one, whole| {
+            // A layer that nothing reaches lies outside of all that are reached.
             if one.at[2] > layer {
                 layer = one.at[2];
                 corners.swap(0, 1);
                 corners[1].fill(None);
             }
-            (one.part, one.moment) = whole(&one).map_or_else(
-                || {
-                    let filled = between(|high| {
-                        let [i, j, k] = std::array::from_fn(|a| one.at[a] + high[a]);
-                        *corners[high[2]][i + nx * j].get_or_insert_with(|| {
-                            let own = [&pairs[0][i + nx * j], &pairs[1][j + ny * k], &pairs[2][k + nz * i]];
-                            Corner::new([&cuts[0][i], &cuts[1][j], &cuts[2][k]], own, radius)
-                        })
-                    });
-                    let volume = 8.0 * one.half.product();
-                    (filled.volume / volume, filled.moment / volume)
-                },
-                |part| (part, part * one.middle),
-            );
+            (one.part, one.moment) = (1.0, one.middle);
+            if !whole {
+                let filled = between(|high| {
+                    let [i, j, k] = std::array::from_fn(|a| one.at[a] + high[a]);
+                    *corners[high[2]][i + nx * j].get_or_insert_with(|| {
+                        let own = [&pairs[0][i + nx * j], &pairs[1][j + ny * k], &pairs[2][k + nz * i]];
+                        Corner::new([&cuts[0][i], &cuts[1][j], &cuts[2][k]], own, radius)
+                    })
+                });
+                let volume = 8.0 * one.half.product();
+                (one.part, one.moment) = (filled.volume / volume, filled.moment / volume);
+            }
+            if let Some(axis) = faces {
+                let layer = one.at[axis];
+                let ends = [0, 1].map(|n| {
+                    let a = (axis + 1 + n) % 3;
+                    let low = layer * planes[a].len() + one.at[a];
+                    [&lines[n][low], &lines[n][low + 1]]
+                });
+                one.lever = circle::lever(axis, &one.middle, ends, circles[layer]);
+            }
             found(&one);
+        });
+    }
+
+    /// The circles of a sphere of the given radius (m) in the planes of faces, and the lines across them.
+    fn find_circles(&mut self, radius: f64, axis: usize) {
+        let Tiles { planes, circles, lines, .. } = self;
+        let middle = |ends: &[f64]| 0.5 * (ends[0] + ends[1]);
+        circles.clear();
+        circles.extend(planes[axis].windows(2).map(|ends| circle::radius(radius, middle(ends))));
+        for (n, lines) in lines.iter_mut().enumerate() {
+            let across = &planes[(axis + 1 + n) % 3];
+            lines.clear();
+            lines.extend(circles.iter().flat_map(|radius| across.iter().map(|at| Line::new(*at, *radius))));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Disc, Sphere};
+
+    /// All that a lattice finds of a shape, box by box as by its own methods; the largest differences of parts, and of moments and levers
+    /// over the spacing.
+    fn worst(shape: &dyn Shape, faces: usize) -> (f64, f64) {
+        let turn = Turn::identity();
+        let mut tiles = Tiles::for_radius(shape.radius(), &[0.13, 0.1, 0.11]);
+        let (three, mut differences) = (shape.dimension() == 3, (0.0f64, 0.0f64));
+        for shift in [0.0, 0.013, 0.05, 0.0999] {
+            for (a, planes) in tiles.planes.iter_mut().enumerate() {
+                let h = [0.13, 0.1, 0.11][a];
+                let n = (shape.radius() / h) as i32 + 2;
+                planes.clear();
+                planes.extend((-n..=n).map(|k| if a < 2 || three { f64::from(k) * h + shift } else { 0.0 }));
+                planes.truncate(if a < 2 || three { planes.len() } else { 2 });
+            }
+            tiles.find_squares();
+            let (mut one_by_one, mut sum) = (Vec::new(), 0.0);
+            tiles.each(shape, &turn, Some(faces), &mut |one| one_by_one.push(*one));
+            let mut rest = one_by_one.iter();
+            shape.tile(&turn, &mut tiles, Some(faces), &mut |one| {
+                let Some(own) = rest.find(|own| own.at == one.at || own.part > 1e-9) else {
+                    panic!("{one:?} is no box")
+                };
+                assert_eq!(one.at, own.at, "passed over: {own:?}");
+                differences.0 = differences.0.max((one.part - own.part).abs());
+                let apart = (one.moment - own.moment).amax().max((one.lever - own.lever).amax());
+                differences.1 = differences.1.max(apart / 0.1);
+                sum += one.part;
+            });
+            let whole: f64 = (0..shape.dimension()).map(|a| [0.13, 0.1, 0.11][a]).product();
+            assert!((sum * whole / shape.volume() - 1.0).abs() < 1e-12, "{sum}");
+        }
+        differences
+    }
+
+    #[test]
+    fn a_lattice_is_filled_as_its_boxes_one_by_one() {
+        for shape in [&Disc { radius: 0.5 } as &dyn Shape, &Sphere { radius: 0.5 }] {
+            for faces in 0..shape.dimension() {
+                let (parts, moments) = worst(shape, faces);
+                assert!(parts < 1e-11 && moments < 1e-10, "{shape:?} along {faces}: {parts:.1e}, {moments:.1e}");
+            }
         }
     }
 }

@@ -212,7 +212,6 @@ impl<const D: usize> CutBody<D> {
         }
         fraction::overlaps(grid, &placed, fraction::Rule::Exact, tiles, &mut self.solid);
         self.clear();
-        self.owns.extend(self.solid.iter().map(|o| around.nearest(k, &o.arm, shape.distance(turn, &o.arm))));
         let tight = if around.has_neighbours(k) { params::unresolved_gap() * around.h } else { 0.0 };
         let bounds = shape.bounds(turn).sup(&shape.bounds(&before.turn));
         let extent = bounds.add_scalar(before.way.norm().max(tight));
@@ -222,10 +221,19 @@ impl<const D: usize> CutBody<D> {
                     Vector3::from_fn(|a, _| if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 });
                 let s = shape.distance(turn, &arm);
                 let fresh = s > 0.0 && shape.distance(&before.turn, &(arm + before.way)) <= 0.0;
-                if (s > tight && !fresh) || !around.nearest(k, &arm, s) {
+                let Some(cell) = grid.owned_index(at) else { continue };
+                // Cells that it touches come in the same order.
+                let touched = self.solid.get(self.owns.len()).is_some_and(|solid| solid.cell == cell);
+                if s > tight && !fresh && !touched {
                     continue;
                 }
-                let Some(cell) = grid.owned_index(at) else { continue };
+                let nearest = around.nearest(k, &arm, s);
+                if touched {
+                    self.owns.push(nearest);
+                }
+                if (s > tight && !fresh) || !nearest {
+                    continue;
+                }
                 let (mut trace, mut weight) = (STILL, 1.0);
                 if s > 0.0 && !fresh {
                     let normal = Normal::new(shape, &arm, s, shape.normal(turn, &arm));
@@ -240,6 +248,7 @@ impl<const D: usize> CutBody<D> {
                 self.inside.push(Inside { arm, weight, trace, cell: cell as u32, fresh });
             }
         }
+        debug_assert_eq!(self.owns.len(), self.solid.len());
         if tight > 0.0 {
             self.find_gaps(around, k);
         }

@@ -73,6 +73,15 @@ impl Neighbour {
         self.round.map_or_else(|| bodies[self.body].shape().distance(&self.turn, &arm), |radius| arm.norm() - radius)
     }
 
+    /// Whether its wall is further from there than this (m) beyond doubt, which is found without a root.
+    #[inline]
+    fn is_beyond(&self, arm: &Vector3<f64>, distance: f64) -> bool {
+        self.round.is_some_and(|radius| {
+            let least = (distance + radius).max(0.0);
+            (arm - self.apart).norm_squared() > (1.0 + 1e-12) * least * least
+        })
+    }
+
     /// How far (m) a ray from the point at `from` (m) along `n` goes to its wall, if it meets it.
     #[inline]
     fn meets(&self, bodies: &[Body], from: &Vector3<f64>, n: &Vector3<f64>) -> Option<f64> {
@@ -166,6 +175,9 @@ impl<const D: usize> Surroundings<'_, D> {
     /// Whether no other body is nearer to the point at `arm` (m) from the centre of body `k`, `own` (m) from its wall.
     pub fn nearest(&self, k: usize, arm: &Vector3<f64>, own: f64) -> bool {
         self.near.iter().all(|near| {
+            if near.is_beyond(arm, own) {
+                return true;
+            }
             let other = near.distance(self.bodies, arm);
             own < other || (own == other && k <= near.body)
         })
