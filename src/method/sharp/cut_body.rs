@@ -147,6 +147,8 @@ pub struct CutBody<const D: usize> {
     /// Faces that it covers, by axis, and where their open parts lie.
     pub cuts: [Vec<Cut>; D],
     pub openings: [Vec<Opening>; D],
+    /// Whether another body or a wall is so near that there may be some in narrow gaps: all ranks know.
+    pub in_company: bool,
     /// Those in narrow gaps that are nearest to it, by axis.
     pub gaps: [Vec<GapFace>; D],
     /// Cells that it touches, with its fraction of them.
@@ -174,6 +176,7 @@ impl<const D: usize> CutBody<D> {
         CutBody {
             cuts: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
             openings: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
+            in_company: false,
             gaps: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
             solid: Vec::with_capacity(cells(0.0)),
             owns: Vec::with_capacity(cells(0.0)),
@@ -212,7 +215,8 @@ impl<const D: usize> CutBody<D> {
         }
         fraction::overlaps(grid, &placed, fraction::Rule::Exact, tiles, &mut self.solid);
         self.clear();
-        let tight = if around.has_neighbours(k) { params::unresolved_gap() * around.h } else { 0.0 };
+        self.in_company = around.has_neighbours(k);
+        let tight = if self.in_company { params::unresolved_gap() * around.h } else { 0.0 };
         let bounds = shape.bounds(turn).sup(&shape.bounds(&before.turn));
         let extent = bounds.add_scalar(before.way.norm().max(tight));
         for image in images(grid, &body.centre) {

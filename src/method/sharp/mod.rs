@@ -171,7 +171,7 @@ impl<const D: usize> Sharp<D> {
     pub fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
         self.predict_positions(domain, s, dt)?; //           (17, 18, 20-26) bodies to their new place, faces open there
         let pace = self.pace(domain, s, dt)?;
-        self.update_memory(domain, s)?; //                   memory = q - mean(u), at that place
+        self.update_memory(domain, s, pace)?; //             memory = q - mean(u), at that place
         let sides = self.predict_cells(domain, s, dt)?; //   (7)      u* with the last pressure, the wall imposed
         self.predict_velocities(domain, s, dt)?; //          (17, 18) bodies by all forces but the new pressure
         self.predict_faces(domain, s, pace, dt)?; //         (8)      U = H q + m U_b.n

@@ -39,25 +39,30 @@ impl<const D: usize> Sharp<D> {
         domain.boundaries.fill_velocity(u)
     }
 
-    /// The memory of the faces: what their velocity was beyond the cells' with the wall imposed at the present place. Collective.
-    pub(super) fn update_memory(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
-        let mut stage = std::mem::replace(&mut self.work.stage, [const { Vec::new() }; D]);
-        let walls = history(&mut s.walls)?;
-        if s.bodies.iter().any(Body::moves) {
+    /// The memory of the faces: what their velocity was beyond the cells' with the wall imposed at the present place; nothing where
+    /// nothing will be kept of it. Collective.
+    pub(super) fn update_memory(&mut self, domain: &mut Domain<D>, s: &mut State<D>, pace: Pace) -> Result<()> {
+        let moves = s.bodies.iter().any(Body::moves);
+        if moves {
             domain.projection.assemble(&domain.grid, &self.cut.beta)?;
             domain.clock.lap(Stage::Assembly);
-            copy(&s.u, &mut stage);
-            self.cut.impose(domain, &s.bodies, true, &mut self.work.inside, None, &mut stage);
-            domain.boundaries.fill_velocity(&mut stage)?;
-            // What the last wall changed after the projection faces have yet to see.
-            for ((moved, u), before) in stage.iter_mut().zip(&s.u).zip(&walls.unimposed) {
-                moved.iter_mut().zip(u).zip(before).for_each(|((moved, u), before)| *moved += before - u);
-            }
         }
-        let u = if s.bodies.iter().any(Body::moves) { &stage } else { &walls.unimposed };
-        self.cut.update_memory(domain, u, s.dt, &self.acceleration, &mut walls.memory);
+        if pace.keep > 0.0 || self.cut.bodies.iter().any(|body| body.in_company) {
+            let walls = history(&mut s.walls)?;
+            if moves {
+                let stage = &mut self.work.stage;
+                copy(&s.u, stage);
+                self.cut.impose(domain, &s.bodies, true, &mut self.work.inside, None, stage);
+                domain.boundaries.fill_velocity(stage)?;
+                // What the last wall changed after the projection faces have yet to see.
+                for ((moved, u), before) in stage.iter_mut().zip(&s.u).zip(&walls.unimposed) {
+                    moved.iter_mut().zip(u).zip(before).for_each(|((moved, u), before)| *moved += before - u);
+                }
+            }
+            let u = if moves { &self.work.stage } else { &walls.unimposed };
+            self.cut.update_memory(domain, u, s.dt, &self.acceleration, &mut walls.memory);
+        }
         self.acceleration.reopen(domain, &self.cut);
-        self.work.stage = stage;
         domain.clock.lap(Stage::Mixing);
         Ok(())
     }
