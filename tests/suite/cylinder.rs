@@ -50,15 +50,17 @@ fn control_volume_drag(out: &Path, viscosity: f64) -> f64 {
 #[test]
 fn the_momentum_force_is_that_of_a_control_volume() {
     let dir = tempfile::tempdir().unwrap();
-    for (re, cells, wall, allowed) in [
-        (20.0, "[160,64]", "mixing", 0.04),
-        (40.0, "[160,64]", "mixing", 0.04),
-        (40.0, "[320,128]", "mixing", 0.01),
-        (40.0, "[160,64]", "sharp", 0.005),
-    ] {
+    for (re, cells, wall, allowed) in
+        [(20.0, "[160,64]", "mixing"), (40.0, "[320,128]", "mixing"), (40.0, "[160,64]", "sharp")]
+    {
         let out = dir.path().join(format!("{re}{cells}{wall}"));
         let set = format!("domain.cells={cells}");
-        section3(&out, re, wall, &["--set", &set, "--set", "time.end=20.0", "--set", "initial.perturbation=0.0"]);
+        section3(
+            &out,
+            re,
+            wall,
+            &["--set", &set, "--set", "time.end=12.0", "--set", "measure=[]", "--set", "initial.perturbation=0.0"],
+        );
         let rows = columns(&out.join("particles.csv"));
         let force = *rows["momentum_fx"].last().unwrap();
         let balance = control_volume_drag(&out, DENSITY * SPEED * DIAMETER / re);
@@ -66,7 +68,7 @@ fn the_momentum_force_is_that_of_a_control_volume() {
             "Re {re} {cells}: momentum {force:.3} N, control volume {balance:.3} N, {:+.2} %",
             100.0 * (force / balance - 1.0)
         );
-        assert!((force / balance - 1.0).abs() < allowed, "Re {re} {cells}: {force} against {balance}");
+        assert!((force / balance - 1.0).abs() < 0.005, "Re {re} {cells}: {force} against {balance}");
         let literal =
             ["pressure_fx", "viscous_fx", "convective_fx"].map(|n| *rows[n].last().unwrap()).iter().sum::<f64>();
         assert!(wall == "sharp" || literal < force, "(19) as printed misses a part: {literal} of {force}");
