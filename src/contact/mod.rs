@@ -36,7 +36,7 @@ mod tests;
 
 use crate::archive::{Archive, Checkpointed};
 use crate::error::NotFinite;
-use crate::particles::{Body, Neighbours, Push};
+use crate::particles::{Body, Inertia, Neighbours, Push};
 use crate::{Error, Result, params};
 use law::Law;
 pub use law::{Damping, Laws, Material};
@@ -226,15 +226,23 @@ impl Contacts {
         self.answers[body].weigh(mass);
     }
 
-    /// Moves all bodies on by `dt` (s): free ones under `push` and contacts, prescribed ones as told. Returns the
+    /// Moves all bodies on by `dt` (s): free ones under `push` and contacts, prescribed ones as told. `turning` has what a contact that
+    /// turns a body sets going: itself, and the fluid that goes along (kg m2). Returns the
     /// substeps taken: 0 where nobody is in reach of anybody, and everybody has made one ballistic move.
     ///
     /// # Errors
     /// When a state is not finite, an overlap is too deep, the substeps are too few, or a body leaves the box.
-    pub fn advance(&mut self, bodies: &mut [Body], touching: &mut Touching, push: &[Push], dt: f64) -> Result<usize> {
+    pub fn advance(
+        &mut self,
+        bodies: &mut [Body],
+        touching: &mut Touching,
+        push: &[Push],
+        turning: impl Fn(usize, &Body) -> Inertia,
+        dt: f64,
+    ) -> Result<usize> {
         self.refuse_strays(bodies)?;
         for (i, (body, push)) in bodies.iter().zip(push).enumerate() {
-            self.answers[i] = Answer::of(body, push, self.mass_in_contact(body, 1.0));
+            self.answers[i] = Answer::of(body, push, self.mass_in_contact(body, 1.0), &turning(i, body));
         }
         self.pairs.clear();
         let kept = touching.springs.iter();

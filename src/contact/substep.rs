@@ -3,7 +3,7 @@
 use super::law::{Kinematics, Law};
 use super::lubrication::Film;
 use super::{Contacts, Impulse, Pair, Substeps};
-use crate::particles::{Body, Motion, Push, nearest_image};
+use crate::particles::{Body, Inertia, Motion, Push, nearest_image};
 use crate::{Error, Result, params};
 use nalgebra::Vector3;
 const FEWEST_PER_CONTACT: f64 = 5.0;
@@ -474,14 +474,14 @@ impl Meeting {
 }
 
 impl Answer {
-    pub(super) fn of(body: &Body, push: &Push, mass: f64) -> Answer {
+    pub(super) fn of(body: &Body, push: &Push, mass: f64, inertia: &Inertia) -> Answer {
         let Some(freedom) = body.freedom() else { return RIGID };
         let ones = |free: [bool; 3]| Vector3::from(free.map(|f| if f { 1.0 } else { 0.0 }));
         let (along, about) = (ones(freedom.translation), ones(freedom.rotation));
         Answer {
             whole: 1.0 / mass,
             mass: along / mass,
-            inertia: body.inertia().answer(&Vector3::repeat(1.0), &freedom),
+            inertia: inertia.answer(&Vector3::repeat(1.0), &freedom),
             push: Push {
                 acceleration: push.acceleration.component_mul(&along),
                 angular: push.angular.component_mul(&about),

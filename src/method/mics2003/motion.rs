@@ -127,7 +127,9 @@ impl<const D: usize> Mics2003<D> {
     pub(super) fn advance(&mut self, domain: &Domain<D>, s: &mut State<D>, dt: f64) -> Result<usize> {
         let (mut substeps, periods) = (0, domain.periods());
         match &mut self.contacts {
-            Some(contacts) => substeps = contacts.advance(&mut s.bodies, &mut s.touching, &self.push, dt)?,
+            Some(contacts) => {
+                substeps = contacts.advance(&mut s.bodies, &mut s.touching, &self.push, |_, body| body.inertia(), dt)?
+            }
             None => {
                 let bodies = s.bodies.iter_mut().zip(&self.push);
                 bodies.for_each(|(body, push)| body.advance(dt, push, &periods));

@@ -218,17 +218,22 @@ impl<const D: usize> Sharp<D> {
         self.acceleration.of_pressure(domain, &self.cut, &s.p, s.drive);
     }
 
-    /// Gives bodies that have none a past: what one does first in a fluid at rest, and the momentum inside as it is. Collective.
+    /// Gives bodies that have none a past: what one does first in a fluid at rest, how the fluid's wall shear begins to turn it, and the
+    /// momentum inside as it is; ghosts of the velocity filled. Collective.
     pub fn begin_bodies(&mut self, domain: &Domain<D>, s: &mut State<D>, new: impl Fn(usize) -> bool) -> Result<()> {
-        let walls = history(&mut s.walls)?;
-        for (history, body) in walls.bodies.iter_mut().zip(&s.bodies).filter(|(_, body)| new(body.id)) {
+        let sums = self.sum_forces(domain, s)?;
+        let all = history(&mut s.walls)?.bodies.iter_mut().zip(&s.bodies).zip(sums.chunks_exact(NUMBERS));
+        for ((history, body), row) in all.filter(|((_, body), _)| new(body.id)) {
             let Some(freedom) = body.freedom() else { continue };
             let (density, gravity) = (domain.fluid.density, domain.fluid.gravity);
             let (weight, added) = ((body.mass() - density * body.volume()) * gravity, body.added_mass(density));
             let driven = s.drive.map_or_else(Vector3::zeros, |force| added / density * force);
             let pull = weight + domain.felt(&s.drive, body.volume()) + driven;
             history.push.acceleration = freedom.along(&pull) / (body.mass() + added);
+            let torque = Vector3::from_column_slice(&row[6..9]);
+            history.push.angular = body.inertia().answer(&torque, &freedom);
         }
+        self.work.sums = sums;
         self.take_inside(domain, s, new)
     }
 

@@ -64,15 +64,24 @@ impl<const D: usize> Sharp<D> {
             motion.start = (body.velocity, body.spin);
             motion.angular_momentum = body.inertia().of(&body.spin);
         }
-        let histories = &history(&mut s.walls)?.bodies;
-        self.work.push.iter_mut().zip(histories).for_each(|(push, history)| *push = history.push);
+        let (histories, unit) = (&history(&mut s.walls)?.bodies, domain.fluid.viscosity / self.cut.h);
+        for (k, (push, history)) in self.work.push.iter_mut().zip(histories).enumerate() {
+            *push = history.push;
+            // What begins to turn a body without a past turns the fluid beside it as well.
+            if history.shear.is_none() {
+                let (_, turn) = resistance(&s.bodies[k], &self.motions[k].shell, unit);
+                push.angular.component_mul_assign(&inertial_share(&s.bodies[k], &turn, dt));
+            }
+        }
         s.substeps = 0;
         if s.bodies.iter().any(Body::moves) {
             self.cut.depart(&s.bodies);
             let periods = self.cut.periods;
             match &mut self.contacts {
                 Some(contacts) => {
-                    s.substeps = contacts.advance(&mut s.bodies, &mut s.touching, &self.work.push, dt)?;
+                    let motions = &self.motions;
+                    let turning = |k: usize, body: &Body| turning(body, &motions[k].shell, unit, dt);
+                    s.substeps = contacts.advance(&mut s.bodies, &mut s.touching, &self.work.push, turning, dt)?;
                 }
                 None => {
                     let bodies = s.bodies.iter_mut().zip(&self.work.push);
@@ -119,11 +128,7 @@ impl<const D: usize> Sharp<D> {
             body.velocity = motion.start.0 + freedom.along(&change) / motion.inertia;
             // The same angular momentum is another spin once it has turned.
             let kept = motion.angular_momentum - body.inertia().of(&motion.start.1);
-            // Contacts have turned it as if nothing resisted: what the fluid takes back of that is expected as well, or a lasting torque of
-            // theirs would count for more the longer the step.
-            let taken_back =
-                body.inertia().answer(&impulse.angular, &freedom).component_mul(&share.map(|part| 1.0 - part));
-            let resisted = turn.of(&(motion.expected.1 - motion.start.1 - taken_back));
+            let resisted = turn.of(&(motion.expected.1 - motion.start.1));
             let change = dt * (motion.shear.1 + pressure_torque + resisted) + (impulse.angular + kept);
             let inertia = body.inertia().plus(dt, &turn);
             body.spin = motion.start.1 + inertia.answer(&change, &freedom);
@@ -138,7 +143,7 @@ impl<const D: usize> Sharp<D> {
 
     /// Per body, the sums over the ranks of pressure, wall shear and their torques, with the cells' velocity and pressure as they
     /// are, ghosts filled. Collective.
-    fn sum_forces(&mut self, domain: &Domain<D>, s: &State<D>) -> Result<Vec<f64>> {
+    pub(super) fn sum_forces(&mut self, domain: &Domain<D>, s: &State<D>) -> Result<Vec<f64>> {
         let mut sums = std::mem::take(&mut self.work.sums);
         for (k, row) in sums.chunks_exact_mut(NUMBERS).enumerate() {
             let (shear, torque) = self.cut.shear_force(domain, &s.bodies, k, &s.u);
@@ -156,8 +161,7 @@ impl<const D: usize> Sharp<D> {
     pub(super) fn take_push(&self, domain: &Domain<D>, bodies: &[Body], histories: &mut [BodyHistory], dt: f64) {
         for (k, (motion, body)) in self.motions.iter().zip(bodies).enumerate() {
             let Some(freedom) = body.freedom() else { continue };
-            let (_, turn) = resistance(body, &motion.shell, domain.fluid.viscosity / self.cut.h);
-            let kept = inertial_share(body, &turn, dt) / dt;
+            let inertia = turning(body, &motion.shell, domain.fluid.viscosity / self.cut.h, dt);
             let (mut impulse, mut mass) = (Impulse::default(), body.mass());
             if let Some(contacts) = &self.contacts {
                 impulse = contacts.impulses()[k];
@@ -167,8 +171,7 @@ impl<const D: usize> Sharp<D> {
             }
             histories[k].push = Push {
                 acceleration: (body.velocity - motion.start.0 - impulse.linear / mass) / dt,
-                angular: (body.spin - motion.start.1 - body.inertia().answer(&impulse.angular, &freedom))
-                    .component_mul(&kept),
+                angular: (body.spin - motion.start.1 - inertia.answer(&impulse.angular, &freedom)) / dt,
             };
         }
     }
@@ -184,6 +187,11 @@ fn resistance(body: &Body, (area, shell): &(f64, Matrix3<f64>), unit: f64) -> (f
     }
     let turn = body.turn();
     (unit * area, Inertia::Tensor(slope * (turn * shell * turn.transpose())))
+}
+
+/// What turns with a body over a step `dt` (s): itself, and the fluid beside it by that resistance (kg m2).
+fn turning(body: &Body, shell: &(f64, Matrix3<f64>), unit: f64, dt: f64) -> Inertia {
+    body.inertia().plus(dt, &resistance(body, shell, unit).1)
 }
 
 /// The part of a free body's answer to torque over the step `dt` (s) that is inertia, and not the wall shear's resistance `turn`
