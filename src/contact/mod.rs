@@ -130,6 +130,8 @@ pub struct Contacts {
     old: Vec<Pair>,
     /// Per body: its answer, its way since the search (m) and the way it may go (m), whether it has a pair, its load now.
     answers: Vec<Answer>,
+    /// Per body, see [`Contacts::yields`].
+    holds: Vec<f64>,
     travelled: Vec<f64>,
     search_radius: Vec<f64>,
     paired: Vec<bool>,
@@ -177,6 +179,7 @@ impl Contacts {
             pairs: Vec::with_capacity(8 * n),
             old: Vec::with_capacity(8 * n),
             answers: vec![RIGID; n],
+            holds: vec![0.0; n],
             travelled: vec![0.0; n],
             search_radius: vec![0.0; n],
             paired: vec![false; n],
@@ -280,10 +283,34 @@ impl Contacts {
         }
         bodies.iter_mut().zip(&self.turned).for_each(|(body, turned)| body.rotate(turned));
         self.refuse_strays(bodies)?;
+        self.find_holds(bodies);
         touching.springs.clear();
         let lasting = self.pairs.iter().filter_map(|p| p.spring.map(|spring| (p.first, p.second, (spring, p.rolled))));
         touching.springs.extend(lasting);
         Ok(taken)
+    }
+
+    /// What pairs resist a body's spin with (N m s): without bound where it touches, and else the films of the fluid in gaps.
+    fn find_holds(&mut self, bodies: &[Body]) {
+        self.holds.fill(0.0);
+        for pair in &self.pairs {
+            for k in [pair.first, pair.second] {
+                let Some(body) = bodies.get(k) else { continue };
+                let film = body.radius().powi(2) * (pair.film.sliding + pair.film.rolling);
+                self.holds[k] += if pair.touched { f64::INFINITY } else { film };
+            }
+        }
+    }
+
+    /// What is left of a change of a body's spin that the last [`advance`](Contacts::advance) did not expect, when contacts have answered it over
+    /// the step `dt` (s): all without any, nothing of one that touches; `inertia` is what turns with it about an axis (kg m2).
+    pub fn yields(&self, body: usize, inertia: f64, dt: f64) -> f64 {
+        1.0 / (1.0 + dt * self.holds[body] / inertia)
+    }
+
+    /// Takes note of what contacts gave beyond what [`advance`](Contacts::advance) found (N m s).
+    pub(crate) fn add_turn(&mut self, body: usize, turn: &Vector3<f64>) {
+        self.impulses[body].angular += turn;
     }
 
     /// What contacts gave to each body over the last [`advance`](Contacts::advance).

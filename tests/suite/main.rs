@@ -33,6 +33,7 @@ mod restart;
 mod rolling;
 mod scenes;
 mod sharp;
+mod spin;
 mod statistics;
 mod study;
 mod support;

@@ -132,6 +132,13 @@ impl<const D: usize> Sharp<D> {
             let change = dt * (motion.shear.1 + pressure_torque + resisted) + (impulse.angular + kept);
             let inertia = body.inertia().plus(dt, &turn);
             body.spin = motion.start.1 + inertia.answer(&change, &freedom);
+            if let Some(contacts) = &mut self.contacts {
+                // Contacts have had no part in what they did not expect, and would take it back with the next step only.
+                let unexpected = body.spin - motion.expected.1;
+                let held = Vector3::from_fn(|a, _| (1.0 - contacts.yields(k, inertia.about(a), dt)) * unexpected[a]);
+                body.spin -= held;
+                contacts.add_turn(k, &-inertia.of(&held));
+            }
             if !body.shape().is_round() {
                 motion.turns = inertia.inverse(&freedom);
             }
