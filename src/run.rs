@@ -279,7 +279,8 @@ impl<'a, const D: usize> Run<'a, D> {
             self.account.outer += u64::from(projected.outer);
             self.account.krylov += u64::from(projected.krylov);
             self.account.retries += u64::from(projected.retries);
-            energy_bound::refuse_made(&self.scene.state)?;
+            let (domain, state) = (&self.scene.domain, &self.scene.state);
+            energy_bound::refuse_made(state, energy_bound::settling(domain, &state.bodies))?;
             let wishes = self.write_row(StepOutcome { dt, projected, cfl: dt * limits.courant_rate })?;
             if rows.due(self.scene.state.steps, self.scene.state.time) {
                 self.write_particles()?;

@@ -157,7 +157,7 @@ impl<const D: usize> Scene<D> {
         self.let_in();
         self.method.start(&mut self.domain, &mut self.state)?;
         self.let_in();
-        energy::start(&mut self.domain, &mut self.state, &self.method)?;
+        energy::start(&mut self.domain, &mut self.state, &mut self.method)?;
         self.domain.clock = Default::default();
         Ok(())
     }

@@ -334,7 +334,12 @@ impl Contacts {
         self.slid
     }
 
-    /// Energy in the normal springs of the pairs of the last [`advance`](Contacts::advance), where the bodies lie now (J).
+    /// Finds the pairs of bodies as they lie, before any [`advance`](Contacts::advance).
+    pub fn meet(&mut self, bodies: &[Body]) {
+        self.search(bodies, 0.0, false);
+    }
+
+    /// Energy in the normal springs of the pairs of the last [`advance`](Contacts::advance) or [`meet`](Contacts::meet), where the bodies lie now (J).
     pub fn stored(&self, bodies: &[Body]) -> f64 {
         self.pairs
             .iter()

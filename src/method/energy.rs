@@ -4,10 +4,12 @@
 //!   body     m (V' - V) = F dt + G dt + J      its kinetic energy gains F.<V> dt by the fluid, G.<V> dt by gravity and the rest
 //!                                              by contacts; <V> = (V + V')/2, or the way over dt where contacts bend it
 //!   fluid    gains -F.<V> dt of free and of prescribed bodies, the work of the drive and of the sides of the box, less
-//!            viscous = dt mu sum over faces |u_c - u_(c-1)|^2/h^2 dV (1 - alpha)    (alpha: mean of both cells)
+//!            viscous = dt mu ( sum over faces |u_c - u_(c-1)|^2/h^2 dV (1 - alpha) + 2 sum of w^2 V )   (alpha: mean of both cells)
 //!   contacts what all bodies gain of them = what springs release and moving walls give, less what dampers, friction, films take
 //! ```
-//! and likewise for spins and torques. What is missing is the method's own.
+//! and likewise for spins and torques. What is missing is the method's own. What viscosity takes is `mu int 2 D:D dV`, D the symmetric part of
+//! grad u: more than `mu int |grad u|^2 dV` by what lies on the walls of bodies, `mu n.(u.grad)u`, which is 2 w^2 mu of each volume V that turns
+//! with w, and nothing at flat walls. With the mixing torques are those of grad u alone.
 
 use crate::Result;
 use crate::contact::{Contacts, Impulse};
@@ -41,20 +43,21 @@ impl Motion {
 const SAMPLED_EVERY: u64 = 8;
 
 /// Starts a budget with the state as it is. Collective.
-pub fn start<const D: usize>(domain: &mut Domain<D>, s: &mut State<D>, method: &Method<D>) -> Result<()> {
+pub fn start<const D: usize>(domain: &mut Domain<D>, s: &mut State<D>, method: &mut Method<D>) -> Result<()> {
     let fluid = of_fluid(domain, &s.u, method)?;
-    s.energy = EnergyBudget { fluid, bodies: of_bodies(&s.bodies), ..EnergyBudget::default() };
+    let springs = method.find_springs(&s.bodies);
+    s.energy = EnergyBudget { fluid, bodies: of_bodies(&s.bodies), springs, ..EnergyBudget::default() };
     s.energy.start = s.energy.total();
     s.energy.driven = domain.driving_power(s)?;
     Ok(())
 }
 
 /// Takes bodies that have come or gone into the budget: what they brought or took is the work of the borders. Collective.
-pub fn reopen<const D: usize>(domain: &mut Domain<D>, s: &mut State<D>, method: &Method<D>) -> Result<()> {
+pub fn reopen<const D: usize>(domain: &mut Domain<D>, s: &mut State<D>, method: &mut Method<D>) -> Result<()> {
     let before = s.energy.total();
     s.energy.fluid = of_fluid(domain, &s.u, method)?;
     s.energy.bodies = of_bodies(&s.bodies);
-    s.energy.springs = method.contacts().map_or(0.0, |contacts| contacts.stored(&s.bodies));
+    s.energy.springs = method.find_springs(&s.bodies);
     s.energy.borders += s.energy.total() - before;
     Ok(())
 }
@@ -114,6 +117,9 @@ fn sample<const D: usize>(
     let given = border::power(&domain.grid, &domain.boundaries, density, viscosity, &s.u, &s.faces, &s.p);
     let mut powers = [viscosity * slopes(domain, &s.u, method), given];
     domain.session.sum(&mut powers)?;
+    if let Coefficient::Uniform(_) = method.mixture().density {
+        powers[0] += 2.0 * viscosity * s.bodies.iter().map(|b| b.volume() * b.spin.norm_squared()).sum::<f64>();
+    }
     // The pressure at the start is no sample.
     let share = if s.steps <= 1 { 1.0 } else { 0.5 };
     e.viscous += share * e.since * (powers[0] - viscous);

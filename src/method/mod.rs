@@ -15,6 +15,7 @@ use crate::domain::Domain;
 use crate::geometry::Overlap;
 use crate::grid::{Coefficient, Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
+use crate::particles::Body;
 use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
 use crate::state::State;
@@ -120,6 +121,19 @@ impl<const D: usize> Method<D> {
             Method::Mics2003(method) => method.contacts(),
             Method::Sharp(method) => method.contacts(),
         }
+    }
+
+    /// Finds which bodies are in contact as they lie, and what their springs hold (J).
+    pub fn find_springs(&mut self, bodies: &[Body]) -> f64 {
+        let contacts = match self {
+            Method::Plain(_) => None,
+            Method::Mics2003(method) => method.contacts_mut(),
+            Method::Sharp(method) => method.contacts_mut(),
+        };
+        contacts.map_or(0.0, |contacts| {
+            contacts.meet(bodies);
+            contacts.stored(bodies)
+        })
     }
 
     /// Calls `take` with the cells of this rank that bodies touch.

@@ -42,7 +42,7 @@ impl<const D: usize> Scene<D> {
         s.balance = fresh.balance.map(|_| Balance::default());
         self.resume()?;
         self.method.rebalance(&self.domain, &mut self.state)?;
-        energy::start(&mut self.domain, &mut self.state, &self.method)?;
+        energy::start(&mut self.domain, &mut self.state, &mut self.method)?;
         Ok(true)
     }
 

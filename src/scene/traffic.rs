@@ -162,7 +162,7 @@ impl<const D: usize> Scene<D> {
         self.domain.clock = clock;
         self.method.begin_bodies(&self.domain, &mut self.state, new)?;
         self.method.rebalance(&self.domain, &mut self.state)?;
-        energy::reopen(&mut self.domain, &mut self.state, &self.method)
+        energy::reopen(&mut self.domain, &mut self.state, &mut self.method)
     }
 
     /// The numbers of the bodies.

@@ -130,3 +130,37 @@ fn light_discs_that_rise_to_a_lid_rest_there_and_turn_no_more() {
         assert!(lost > -0.05 * given, "{name}: {lost} J from nothing, of {given} J");
     }
 }
+
+/// What turns a disc in a fluid is taken by viscosity, with what lies on the disc's wall: `2 mu w^2` of its volume, half of it all here.
+#[test]
+fn viscosity_takes_the_work_that_turns_a_disc() {
+    let disc =
+        "particle = [{ shape.disc.diameter = 0.004, position = [0.012, 0.016], motion.prescribed.spin = 1.0 }]\n";
+    let text =
+        tank(0.0, "", 0.3).replace("viscosity = 0.02", "viscosity = 0.2").replace("contact = { friction = 0.4 }\n", "");
+    let (_, steps) = run_of(&format!("{text}{disc}"));
+    let [given, viscous, method] =
+        ["prescribed_work", "viscous_loss", "method_loss"].map(|name| *steps[name].last().unwrap());
+    println!("of {given:.3e} J viscosity takes {:.3}, the method {:.3}", viscous / given, method / given);
+    assert!((method / given).abs() < 0.06 && viscous > 0.9 * given, "{given} J: {viscous} J and {method} J");
+}
+
+/// A body may be set down a little into a wall: what its spring holds is there from the start.
+#[test]
+fn a_disc_that_begins_pressed_into_the_floor_comes_to_rest_on_it() {
+    for pressed in [1e-7, 2e-5] {
+        let body = format!(
+            "[[particle]]\nshape.disc.diameter = 0.004\ndensity = 2500.0\nposition = [0.012, {:?}]\n",
+            0.002 - pressed
+        );
+        let (disc, steps) = run_of(&tank(-9.81, &body, 0.2));
+        let last = |table: &Columns, name: &str| *table[name].last().unwrap();
+        println!(
+            "{pressed} m: {:.3e} J in its spring, {:.1e} m/s at the end",
+            steps["spring_energy"][0],
+            last(&disc, "vy")
+        );
+        assert!(steps["spring_energy"][0] > 0.0 && last(&disc, "vy").abs() < 1e-4, "{pressed} m");
+        assert!((last(&disc, "y") - 0.002).abs() < 4e-5, "{pressed} m: it lies at {} m", last(&disc, "y"));
+    }
+}

@@ -172,6 +172,11 @@ impl<const D: usize> Mics2003<D> {
         self.contacts.as_ref()
     }
 
+    /// The same, to look for contacts.
+    pub fn contacts_mut(&mut self) -> Option<&mut Contacts> {
+        self.contacts.as_mut()
+    }
+
     /// The mixture.
     pub fn mixture(&self) -> &Mixture {
         &self.flow.mixture

@@ -283,6 +283,11 @@ impl<const D: usize> Sharp<D> {
         self.contacts.as_ref()
     }
 
+    /// The same, to look for contacts.
+    pub fn contacts_mut(&mut self) -> Option<&mut Contacts> {
+        self.contacts.as_mut()
+    }
+
     /// The fluid.
     pub fn mixture(&self) -> &Mixture {
         &self.mixture
