@@ -4,15 +4,32 @@ use super::raw::{self, Axis, Spin, Which};
 use super::resolved::{
     Cadence, Case, Checkpoints, Contact, Drive, Enter, Loss, Measure, Motion, Output, PairLaw, Particle, Step,
 };
+use serde::Serialize;
 
 impl Case {
     /// The case as TOML, every default filled in.
     pub fn to_toml(&self) -> String {
-        toml::to_string(&file(self)).expect("numbers, texts, lists and tables with text keys are TOML")
+        // Bodies one by one at the end: the time that a list of tables takes grows with its square.
+        let mut text = text(&file(self));
+        for body in &self.particle {
+            text.push('\n');
+            text += &self::text(&Listed { particle: [particle(body)] });
+        }
+        text
     }
 }
 
-/// The file that says all of the case.
+/// One of the bodies of a file.
+#[derive(Serialize)]
+struct Listed {
+    particle: [raw::Particle; 1],
+}
+
+fn text(part: &impl Serialize) -> String {
+    toml::to_string(part).expect("numbers, texts, lists and tables with text keys are TOML")
+}
+
+/// The file that says all of the case but its bodies.
 fn file(case: &Case) -> raw::Case {
     let side = |axis: usize, high: usize| case.boundary[axis][high].clone();
     let along_z = |high| (case.dimension() == 3).then(|| side(2, high));
@@ -37,7 +54,7 @@ fn file(case: &Case) -> raw::Case {
             bottom: along_z(0),
             top: along_z(1),
         },
-        particle: case.particle.iter().map(particle).collect(),
+        particle: Vec::new(),
         swarm: Vec::new(),
         initial: raw::Initial {
             from: case.initial.from.clone(),
