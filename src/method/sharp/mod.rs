@@ -23,7 +23,7 @@
 //! viscosity would bind are made in Legendre stages ([`crate::scheme::legendre`]); the wall is imposed on each.
 //!
 //! Spin, of which little but fluid is moved where a body is light, with R what the wall's slope resists to a change of it within the step
-//! ([`motion`]), T the fluid's torque and J what contacts give, their own substeps on the moment of inertia I + dt R:
+//! (`motion.rs`), T the fluid's torque and J what contacts give, their own substeps on the moment of inertia I + dt R:
 //!
 //! ```text
 //!   expected   w_e = w + P + J/(I + dt R)                                P: what the fluid did in the last step
