@@ -133,9 +133,6 @@ constants! {
     /// Times that all pairs are gone through for the impulses that mend a step.
     /// Halved: nothing. Doubled: height of a bed -0.2 %.
     mending_sweeps = 8.0;
-    /// Part of the speed of a pair that the fluid between them takes in a step from which on it counts as stiff, and is mended.
-    /// Halved: kiss +0.1 %. Doubled: kiss -0.2 %.
-    stiff_gap = 0.5;
     /// Fluid that goes along with a body in contact, of what does where it is alone. More, a bed whose grains move together carries less
     /// than that, and rattles from step to step; less, light bodies are mended more.
     carried_part = 0.5;

@@ -2,31 +2,36 @@
 //! expect.
 //!
 //! ```text
-//!   deviation   e_i = v_i - (v_i expected)               along n of a pair that touched or that stiff fluid holds:
-//!   impulse     P = n.(e_i - e_j)/(1/m_i + 1/m_j)        so that the pair parts, rests or approaches as the substeps found
+//!   deviation   e_i = v_i - (v_i expected),  o_i = w_i - (w_i expected)
+//!   normal      P = q m_n e_n,   e_n = n.(e_i - e_j)           1/m_n, 1/m_t as in [`super::law`]
+//!   tangential  Q = -q m_t e_t,  e_t = (e_i - e_j)_t + (a_i o_i + a_j o_j) x n
 //! ```
-//! Pairs are taken one after the other, a few times over.
+//! q is 1 for a pair that touched, along n, and along its surfaces what part of the impulse between them they stuck for: it parts, rests or
+//! slips as the substeps found, `|Q + what gripped| <= mu (P + what pressed)`. The film in a gap resists a deviation as it does a speed: `q = x/(1 + x)`,
+//! x = dt lambda/m over the step. Pairs are taken one after the other, a few times over. Spin deviates by what Q turns alone.
 
-use super::Contacts;
+use super::{Contacts, Impulse};
 use crate::params;
 use crate::particles::Body;
 use nalgebra::Vector3;
 
 impl Contacts {
-    /// Finds for each body the impulse (N s) that takes the `deviation` (m/s) of its velocity from the expected one back along
-    /// its contacts, adds it to the impulses, and leaves it in `nudges`. Returns the largest deviation of a pair before (m/s).
+    /// Finds for each body the impulse that takes the `deviation` (m/s) of its velocity from the expected one over the step `dt` (s)
+    /// back at its contacts, adds it to the impulses, and leaves it in `nudges`. Returns the largest deviation of a pair before (m/s).
     pub(crate) fn mend(
         &mut self,
         bodies: &[Body],
-        deviation: &mut [Vector3<f64>],
-        nudges: &mut [Vector3<f64>],
+        deviation: &[Vector3<f64>],
+        nudges: &mut [Impulse],
         tolerance: f64,
+        dt: f64,
     ) -> f64 {
-        nudges.fill(Vector3::zeros());
+        nudges.fill(Impulse::default());
+        self.pairs.iter_mut().for_each(|pair| pair.film_mended = (0.0, Vector3::zeros()));
         let mut largest = 0.0f64;
         for sweep in 0..params::mending_sweeps() as usize {
             for p in 0..self.pairs.len() {
-                let off = self.mend_pair(p, bodies, deviation, nudges);
+                let off = self.mend_pair(p, bodies, deviation, nudges, dt);
                 if sweep == 0 {
                     largest = largest.max(off);
                 }
@@ -37,51 +42,84 @@ impl Contacts {
             }
         }
         for (impulse, nudge) in self.impulses.iter_mut().zip(nudges.iter()) {
-            impulse.linear += nudge;
+            impulse.linear += nudge.linear;
+            impulse.angular += nudge.angular;
         }
         largest
     }
 
-    /// The same for the pair `p`, as the deviations now are; that of the pair before (m/s).
+    /// The same for the pair `p`, as the nudges now are; the deviation of the pair before (m/s).
     fn mend_pair(
         &mut self,
         p: usize,
         bodies: &[Body],
-        deviation: &mut [Vector3<f64>],
-        nudges: &mut [Vector3<f64>],
+        deviation: &[Vector3<f64>],
+        nudges: &mut [Impulse],
+        dt: f64,
     ) -> f64 {
         let pair = self.pairs[p];
         if pair.given == 0.0 {
             return 0.0;
         }
-        let (i, j) = (pair.first, pair.second);
-        let (kinematics, _) = self.kinematics(&pair, bodies, 0.0);
-        // Fluid in a gap that is not stiff needs none of this.
-        let stiff = params::stiff_gap() * kinematics.approach.abs();
-        if !pair.touched && pair.given.abs() * kinematics.inverse_normal < stiff {
-            return 0.0;
+        let (kinematics, arms) = self.kinematics(&pair, bodies, 0.0);
+        let (n, inverse) = (kinematics.normal, kinematics.inverse_normal);
+        let resisted = |inverse: f64, film: f64| (dt * film * inverse) / (1.0 + dt * film * inverse);
+
+        let off = self.deviates(p, deviation, nudges).0.dot(&n) / inverse;
+        let impulse = if pair.pressed > 0.0 {
+            // Contacts hold nothing back.
+            off.max(-pair.given.max(0.0))
+        } else {
+            let before = pair.film_mended.0;
+            resisted(inverse, pair.film.normal) * (off + before) - before
+        };
+        self.nudge(p, -impulse * n, [Vector3::zeros(); 2], nudges);
+        let (given, inverse) = (pair.given + impulse, kinematics.inverse_tangential);
+
+        let (moved, spun) = self.deviates(p, deviation, nudges);
+        let slips = moved - moved.dot(&n) * n + (arms[0] * spun[0] + arms[1] * spun[1]).cross(&n);
+        let (mut grip, mut film) = (pair.grip, pair.film_mended.1);
+        if pair.stuck > 0.0 {
+            grip -= pair.stuck / pair.pressed * slips / inverse;
+            grip *= (self.law(&pair).material.friction * given.max(0.0) / grip.norm()).min(1.0);
+        } else {
+            film = resisted(inverse, pair.film.sliding) * (film - slips / inverse);
         }
-        let n = kinematics.normal;
-        let off = (deviation[i] - deviation.get(j).copied().unwrap_or_default()).dot(&n);
-        let mut impulse = off / kinematics.inverse_normal;
-        // Contacts hold nothing back, the fluid in a gap does.
-        if pair.touched {
-            impulse = impulse.max(-pair.given.max(0.0));
+        let along = grip - pair.grip + film - pair.film_mended.1;
+        let turn = n.cross(&along);
+        self.nudge(p, along, arms.map(|arm| arm * turn), nudges);
+
+        let pair = &mut self.pairs[p];
+        (pair.given, pair.grip) = (given, grip);
+        pair.film_mended = (if pair.pressed > 0.0 { 0.0 } else { pair.film_mended.0 + impulse }, film);
+        (impulse.abs() * kinematics.inverse_normal).max(along.norm() * inverse)
+    }
+
+    /// By how much the velocity of the first of a pair beside the second's (m/s) and their spins (rad/s) are off, the nudges counted.
+    fn deviates(&self, p: usize, deviation: &[Vector3<f64>], nudges: &[Impulse]) -> (Vector3<f64>, [Vector3<f64>; 2]) {
+        let off = |k: usize| {
+            let Some(nudge) = nudges.get(k) else { return (Vector3::zeros(), Vector3::zeros()) };
+            let answer = &self.answers[k];
+            (deviation[k] + answer.mass.component_mul(&nudge.linear), answer.inertia.component_mul(&nudge.angular))
+        };
+        let ((one, spun), (other, its)) = (off(self.pairs[p].first), off(self.pairs[p].second));
+        (one - other, [spun, its])
+    }
+
+    /// Nudges the first of a pair by an impulse (N s) and the second the other way, and turns them (N m s).
+    fn nudge(&self, p: usize, impulse: Vector3<f64>, turns: [Vector3<f64>; 2], nudges: &mut [Impulse]) {
+        let pair = &self.pairs[p];
+        for (k, impulse, turn) in [(pair.first, impulse, turns[0]), (pair.second, -impulse, turns[1])] {
+            if let Some(nudge) = nudges.get_mut(k) {
+                nudge.linear += impulse;
+                nudge.angular += turn;
+            }
         }
-        self.pairs[p].given += impulse;
-        let push = impulse * n;
-        deviation[i] -= self.answers[i].mass.component_mul(&push);
-        nudges[i] -= push;
-        if let Some(other) = deviation.get_mut(j) {
-            *other += self.answers[j].mass.component_mul(&push);
-            nudges[j] += push;
-        }
-        impulse.abs() * kinematics.inverse_normal
     }
 
     /// The largest speed at which a pair that touched comes together or parts (m/s).
     pub(crate) fn pace(&self, bodies: &[Body]) -> f64 {
-        let touched = self.pairs.iter().filter(|pair| pair.touched);
+        let touched = self.pairs.iter().filter(|pair| pair.pressed > 0.0);
         touched.fold(0.0, |most, pair| most.max(self.kinematics(pair, bodies, 0.0).0.approach.abs()))
     }
 

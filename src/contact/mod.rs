@@ -91,9 +91,15 @@ struct Pair {
     spring: Option<Vector3<f64>>,
     rolled: Vector3<f64>,
     /// Momentum along the line of centres that they gave each other in the step, by touching and through the fluid in the gap,
-    /// positive where it keeps them apart (N s); and whether they touched.
+    /// positive where it keeps them apart (N s).
     given: f64,
-    touched: bool,
+    /// Momentum along their surfaces that touching gave the first in the step (N s), and what it gave them along the line of centres,
+    /// in all and while they stuck (N s).
+    grip: Vector3<f64>,
+    pressed: f64,
+    stuck: f64,
+    /// What the fluid in the gap gave, along both, to mend the step (N s).
+    film_mended: (f64, Vector3<f64>),
     /// What the fluid between them resists, after how many substeps each, and for how long (s) it has not yet.
     film: Film,
     stride: usize,
@@ -297,7 +303,7 @@ impl Contacts {
             for k in [pair.first, pair.second] {
                 let Some(body) = bodies.get(k) else { continue };
                 let film = body.radius().powi(2) * (pair.film.sliding + pair.film.rolling);
-                self.holds[k] += if pair.touched { f64::INFINITY } else { film };
+                self.holds[k] += if pair.pressed > 0.0 { f64::INFINITY } else { film };
             }
         }
     }
@@ -306,6 +312,11 @@ impl Contacts {
     /// the step `dt` (s): all without any, nothing of one that touches; `inertia` is what turns with it about an axis (kg m2).
     pub fn yields(&self, body: usize, inertia: f64, dt: f64) -> f64 {
         1.0 / (1.0 + dt * self.holds[body] / inertia)
+    }
+
+    /// What an impulse (N m s) of contacts changes of a body's spin, with what turns with it (rad/s).
+    pub(crate) fn turned_by(&self, body: usize, turn: &Vector3<f64>) -> Vector3<f64> {
+        self.answers[body].inertia.component_mul(turn)
     }
 
     /// Takes note of what contacts gave beyond what [`advance`](Contacts::advance) found (N m s).
@@ -337,6 +348,19 @@ impl Contacts {
     /// Finds the pairs of bodies as they lie, before any [`advance`](Contacts::advance).
     pub fn meet(&mut self, bodies: &[Body]) {
         self.search(bodies, 0.0, false);
+    }
+
+    /// Per body, whether it lies on another or on a wall after a [`meet`](Contacts::meet): they touch and do not come nearer.
+    pub fn held_up(&self, bodies: &[Body]) -> Vec<bool> {
+        let mut held = vec![false; bodies.len()];
+        for pair in &self.pairs {
+            let met = self.kinematics(pair, bodies, 0.0).0;
+            let lies = met.overlap >= -self.medium.roughness && met.approach <= 0.0;
+            for k in [pair.first, pair.second] {
+                held.get_mut(k).into_iter().for_each(|held| *held |= lies);
+            }
+        }
+        held
     }
 
     /// Energy in the normal springs of the pairs of the last [`advance`](Contacts::advance) or [`meet`](Contacts::meet), where the bodies lie now (J).
@@ -493,7 +517,10 @@ impl Pair {
             spring: None,
             rolled: Vector3::zeros(),
             given: 0.0,
-            touched: false,
+            grip: Vector3::zeros(),
+            pressed: 0.0,
+            stuck: 0.0,
+            film_mended: (0.0, Vector3::zeros()),
             film: Film::UNKNOWN,
             stride: 1,
             due: 0.0,

@@ -10,6 +10,8 @@ const FEWEST_PER_CONTACT: f64 = 5.0;
 /// Fewest of a step in which the fluid between two acts: what resists their approach, their sliding and their rolling does so one after the
 /// other (a sphere pulled along a wall at 0.02 h: 3 % too fast in one substep, 0.15 % in 20).
 const FEWEST_OF_FILMS: f64 = 20.0;
+/// How near, of Coulomb's limit, a contact is to sliding where it begins to count as one that slides.
+const ABOUT_TO_SLIDE: f64 = 0.1;
 /// Part of a gap by which it may change before what fills it is found anew.
 const SAME_GAP: f64 = 1e-3;
 /// Most substeps of one step: more is a mistake in the stiffness.
@@ -188,7 +190,11 @@ impl Contacts {
             let (normal, tangential) = self.law(&pair).force(&kinematics, &mut pair.spring);
             let rolling = self.resist_rolling(&mut pair, bodies, &kinematics, arms, normal);
             pair.given += h * normal;
-            pair.touched |= normal > 0.0;
+            pair.grip += h * tangential;
+            let limit = self.law(&pair).material.friction * normal;
+            let held = (1.0 - tangential.norm() / limit.max(f64::MIN_POSITIVE)) / ABOUT_TO_SLIDE;
+            pair.pressed += h * normal;
+            pair.stuck += h * normal * held.clamp(0.0, 1.0);
             self.pairs[p] = pair;
             if normal > 0.0 {
                 self.touch(&pair);

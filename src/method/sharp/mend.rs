@@ -2,6 +2,7 @@
 //! substeps expected, and mended before the pressure is found to the end ([`crate::contact`] has the formulas).
 
 use super::{Sharp, history};
+use crate::contact::Impulse;
 use crate::state::State;
 use crate::{Result, params};
 use nalgebra::Vector3;
@@ -10,20 +11,19 @@ use nalgebra::Vector3;
 pub struct Work {
     /// How far velocities are from the expected ones (m/s).
     deviations: Vec<Vector3<f64>>,
-    /// Impulses that mend them (N s).
-    nudges: Vec<Vector3<f64>>,
+    /// Impulses that mend them.
+    nudges: Vec<Impulse>,
 }
 
 impl Work {
     /// That of so many bodies.
     pub fn new(n: usize) -> Work {
-        let none = vec![Vector3::zeros(); n];
-        Work { deviations: none.clone(), nudges: none }
+        Work { deviations: vec![Vector3::zeros(); n], nudges: vec![Impulse::default(); n] }
     }
 }
 
 impl<const D: usize> Sharp<D> {
-    /// Pushes bodies in contact to the velocities along their contacts that the substeps expected, and the faces with them, before
+    /// Pushes bodies in contact to the velocities and spins at their contacts that the substeps expected, and the faces with them, before
     /// the pressure is found to the end.
     pub(super) fn mend_contacts(&mut self, s: &mut State<D>, dt: f64) -> Result<()> {
         let Some(contacts) = &mut self.contacts else { return Ok(()) };
@@ -38,13 +38,14 @@ impl<const D: usize> Sharp<D> {
         }
         let tolerance =
             params::mending_deviation() * contacts.pace(&s.bodies) + params::mending_floor() * self.cut.h / dt;
-        if contacts.mend(&s.bodies, deviations, nudges, tolerance) < tolerance {
+        if contacts.mend(&s.bodies, deviations, nudges, tolerance, dt) < tolerance {
             return Ok(());
         }
         for (k, (body, motion)) in s.bodies.iter_mut().zip(&self.motions).enumerate() {
             let Some(freedom) = body.freedom() else { continue };
-            let change = freedom.along(&nudges[k]) / motion.inertia;
+            let change = freedom.along(&nudges[k].linear) / motion.inertia;
             body.velocity += change;
+            body.spin += contacts.turned_by(k, &nudges[k].angular);
             self.cut.bodies[k].carry_faces(&change, &mut s.faces);
         }
         Ok(())

@@ -233,8 +233,13 @@ impl<const D: usize> Sharp<D> {
     /// momentum inside as it is; ghosts of the velocity filled. Collective.
     pub fn begin_bodies(&mut self, domain: &Domain<D>, s: &mut State<D>, new: impl Fn(usize) -> bool) -> Result<()> {
         let sums = self.sum_forces(domain, s)?;
+        let lying = self.contacts.as_mut().map(|contacts| {
+            contacts.meet(&s.bodies);
+            contacts.held_up(&s.bodies)
+        });
         let all = history(&mut s.walls)?.bodies.iter_mut().zip(&s.bodies).zip(sums.chunks_exact(NUMBERS));
-        for ((history, body), row) in all.filter(|((_, body), _)| new(body.id)) {
+        for (k, ((history, body), row)) in all.enumerate().filter(|(_, ((_, body), _))| new(body.id)) {
+            history.pressed = (!lying.as_ref().is_some_and(|lying| lying[k])).then(Vector3::zeros);
             let Some(freedom) = body.freedom() else { continue };
             let (density, gravity) = (domain.fluid.density, domain.fluid.gravity);
             let (weight, added) = ((body.mass() - density * body.volume()) * gravity, body.added_mass(density));
