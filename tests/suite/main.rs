@@ -18,6 +18,7 @@ mod folder;
 mod foretold;
 mod fuzz;
 mod gaps;
+mod light;
 mod literal;
 mod live;
 mod modes;
