@@ -6,7 +6,7 @@ mod layer;
 mod pace;
 mod stiffness;
 
-use crate::config::{Case, Loaded, Particle};
+use crate::config::{Case, Loaded, Particle, Side};
 use crate::output::print;
 use crate::output::progress::minutes;
 use crate::output::snapshot::Snapshot;
@@ -74,7 +74,8 @@ fn refuse<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Result<()> {
 pub(crate) fn warnings<const D: usize>(case: &Case, scene: &Scene<D>) -> Result<Vec<String>> {
     let later = later_step(case, &scene.limits()?);
     let (coarse, shut) = (unresolved(case), shut(case, scene));
-    let all = coarse.into_iter().chain(layer(case)).chain(shut).chain(contacts(case, scene, later));
+    let all =
+        outwards(case).into_iter().chain(coarse).chain(layer(case)).chain(shut).chain(contacts(case, scene, later));
     Ok(all.filter(|line| line.starts_with("warning")).collect())
 }
 
@@ -97,6 +98,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     ];
     let sides = case.sides().map(|(name, side)| format!("{name} {}", side.describe()));
     lines.push(format!("boundary     {}", sides.collect::<Vec<_>>().join(", ")));
+    lines.extend(outwards(case));
     lines.extend(case.drive.as_ref().map(|drive| format!("drive        {}", drive.describe())));
     if let Some(axis) = case.falls_as_a_whole() {
         let x = ["x", "y", "z"][axis];
@@ -169,6 +171,22 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         minutes((steps * step).ceil())
     ));
     Ok(lines)
+}
+
+/// Inflows that take the fluid away.
+fn outwards(case: &Case) -> Vec<String> {
+    let leaves = |face: usize, side: &Side| {
+        let normal = side.inflow().iter().map(|v| v[face / 2]);
+        normal.fold(0.0, |sum, v| sum + if face % 2 == 0 { -v } else { v }) > 0.0
+    };
+    let sides = case.sides().enumerate().filter(|(face, (_, side))| leaves(*face, side));
+    let words = |(face, (name, _)): (usize, (&str, &Side))| {
+        let (x, sign) = (["x", "y", "z"][face / 2], if face % 2 == 0 { "positive" } else { "negative" });
+        format!(
+            "warning      the inflow at {name} leaves the box there; one that enters it has a {sign} velocity along {x}"
+        )
+    };
+    sides.map(words).collect()
 }
 
 /// A driven channel that bodies shut.

@@ -73,6 +73,17 @@ fn what_the_grid_does_not_resolve_is_said_with_the_cells_that_it_takes_by_the_ch
 }
 
 #[test]
+fn an_inflow_that_takes_the_fluid_away_is_warned_of() {
+    let case = shipped("cases/cylinder-wake/case.toml");
+    let case = case.to_str().unwrap();
+    for (inflow, warned) in [("[-1.0, 0.0]", true), ("[1.0, 0.0]", false)] {
+        let (code, said) = says(&["check", case, "--set", &format!("boundary.west.inflow={inflow}")]);
+        let line = said.lines().find(|line| line.contains("the inflow at west leaves the box there"));
+        assert!(code == Some(0) && line.is_some() == warned, "{said}");
+    }
+}
+
+#[test]
 fn the_check_and_the_run_agree_on_a_stiffness_that_is_too_large_or_too_small() {
     let dir = tempfile::tempdir().unwrap();
     let (case, out) = (fall(dir.path(), SPRINGS), dir.path().join("out"));
