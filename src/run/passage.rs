@@ -21,6 +21,7 @@ impl<const D: usize> Run<'_, D> {
                 (Removed::Stop, _) => {
                     let id = body.id;
                     self.checkpoint()?;
+                    self.scene.state.keep(&mut self.good);
                     return Err(Error::Run(format!(
                         "particle {id} has reached an outflow, where output.removed = \"stop\" ends the run; \"log\" takes it out, \
                          \"return\" lets it in again at the other end"

@@ -128,6 +128,8 @@ fn a_body_returns_or_ends_the_run_where_the_case_says_so() {
         mics(&["run", write(dir.path(), &stops).to_str().unwrap(), "--out", dir.path().join("stop").to_str().unwrap()]);
     let words = String::from_utf8_lossy(&said.stderr).into_owned();
     assert!(said.status.code() == Some(3) && words.contains("particle 0 has reached an outflow"), "{words}");
+    let times = &columns(&dir.path().join("stop/particles.csv"))["time"];
+    assert!(times.windows(2).all(|two| two[0] <= two[1]), "the rows of a step come again at the end");
 }
 
 /// A stream into which discs are fed, and out of which they are carried, with these tables.
