@@ -27,7 +27,7 @@ impl Contacts {
         dt: f64,
     ) -> f64 {
         nudges.fill(Impulse::default());
-        self.pairs.iter_mut().for_each(|pair| pair.film_mended = (0.0, Vector3::zeros()));
+        self.pairs.iter_mut().for_each(|pair| pair.mended = (0.0, Vector3::zeros()));
         let mut largest = 0.0f64;
         for sweep in 0..params::mending_sweeps() as usize {
             for p in 0..self.pairs.len() {
@@ -62,37 +62,36 @@ impl Contacts {
             return 0.0;
         }
         let (kinematics, arms) = self.kinematics(&pair, bodies, 0.0);
-        let (n, inverse) = (kinematics.normal, kinematics.inverse_normal);
-        let resisted = |inverse: f64, film: f64| (dt * film * inverse) / (1.0 + dt * film * inverse);
-
-        let off = self.deviates(p, deviation, nudges).0.dot(&n) / inverse;
-        let impulse = if pair.pressed > 0.0 {
-            // Contacts hold nothing back.
-            off.max(-pair.given.max(0.0))
-        } else {
-            let before = pair.film_mended.0;
-            resisted(inverse, pair.film.normal) * (off + before) - before
+        let (n, touched) = (kinematics.normal, pair.pressed > 0.0);
+        let part = |touching: f64, inverse: f64, film: f64| {
+            let x = dt * film * inverse;
+            if touched { touching } else { x / (1.0 + x) }
         };
-        self.nudge(p, -impulse * n, [Vector3::zeros(); 2], nudges);
-        let (given, inverse) = (pair.given + impulse, kinematics.inverse_tangential);
+        // As if the pair had not been mended yet.
+        let (before, inverse) = (pair.mended, kinematics.inverse_normal);
+        let off = self.deviates(p, deviation, nudges).0.dot(&n);
+        let mut press = part(1.0, inverse, pair.film.normal) * (before.0 + off / inverse);
+        if touched {
+            // Contacts hold nothing back.
+            press = press.max(-pair.given.max(0.0));
+        }
+        self.nudge(p, (before.0 - press) * n, [Vector3::zeros(); 2], nudges);
 
+        let inverse = kinematics.inverse_tangential;
         let (moved, spun) = self.deviates(p, deviation, nudges);
         let slips = moved - moved.dot(&n) * n + (arms[0] * spun[0] + arms[1] * spun[1]).cross(&n);
-        let (mut grip, mut film) = (pair.grip, pair.film_mended.1);
-        if pair.stuck > 0.0 {
-            grip -= pair.stuck / pair.pressed * slips / inverse;
-            grip *= (self.law(&pair).material.friction * given.max(0.0) / grip.norm()).min(1.0);
-        } else {
-            film = resisted(inverse, pair.film.sliding) * (film - slips / inverse);
+        let mut grip = part(pair.stuck / pair.pressed, inverse, pair.film.sliding) * (before.1 - slips / inverse);
+        if touched {
+            let limit = self.law(&pair).material.friction * (pair.pressed + press).max(0.0);
+            let whole = pair.grip + grip;
+            grip += whole * ((limit / whole.norm().max(f64::MIN_POSITIVE)).min(1.0) - 1.0);
         }
-        let along = grip - pair.grip + film - pair.film_mended.1;
+        let along = grip - before.1;
         let turn = n.cross(&along);
         self.nudge(p, along, arms.map(|arm| arm * turn), nudges);
 
-        let pair = &mut self.pairs[p];
-        (pair.given, pair.grip) = (given, grip);
-        pair.film_mended = (if pair.pressed > 0.0 { 0.0 } else { pair.film_mended.0 + impulse }, film);
-        (impulse.abs() * kinematics.inverse_normal).max(along.norm() * inverse)
+        self.pairs[p].mended = (press, grip);
+        ((press - before.0).abs() * kinematics.inverse_normal).max(along.norm() * inverse)
     }
 
     /// By how much the velocity of the first of a pair beside the second's (m/s) and their spins (rad/s) are off, the nudges counted.

@@ -98,8 +98,8 @@ struct Pair {
     grip: Vector3<f64>,
     pressed: f64,
     stuck: f64,
-    /// What the fluid in the gap gave, along both, to mend the step (N s).
-    film_mended: (f64, Vector3<f64>),
+    /// What mended the step beyond that, along both (N s).
+    mended: (f64, Vector3<f64>),
     /// What the fluid between them resists, after how many substeps each, and for how long (s) it has not yet.
     film: Film,
     stride: usize,
@@ -520,7 +520,7 @@ impl Pair {
             grip: Vector3::zeros(),
             pressed: 0.0,
             stuck: 0.0,
-            film_mended: (0.0, Vector3::zeros()),
+            mended: (0.0, Vector3::zeros()),
             film: Film::UNKNOWN,
             stride: 1,
             due: 0.0,
