@@ -61,6 +61,8 @@ pub struct Wall {
     pub velocity: Vector3<f64>,
     /// Its material.
     pub material: usize,
+    /// Whether the fluid slips along it: a plane of symmetry, beyond which bodies see their own images.
+    pub slip: bool,
 }
 
 /// How many substeps a step is divided into where bodies could meet.

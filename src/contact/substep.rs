@@ -310,7 +310,15 @@ impl Contacts {
         }
         let (body, other) = (&bodies[pair.first], bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()));
         let (dimension, radius) = (body.shape().dimension(), body.radius());
-        let between = |g0: f64, g1: f64| self.medium.resistance(dimension, radius, other, g0, g1);
+        // At a plane of symmetry the film is half of that between the body and its image, which goes as fast the other way.
+        let mirrored = pair.second.checked_sub(bodies.len()).is_some_and(|wall| self.walls[wall].slip);
+        let between = |g0: f64, g1: f64| {
+            if mirrored {
+                2.0 * self.medium.resistance(dimension, radius, radius, 2.0 * g0, 2.0 * g1)
+            } else {
+                self.medium.resistance(dimension, radius, other, g0, g1)
+            }
+        };
         // A substep that goes through the end of the gap is in it for a part of its time only.
         let touches = (gap <= 0.0) != (next <= 0.0);
         let normal = if touches {
@@ -319,7 +327,8 @@ impl Contacts {
         } else {
             between(gap, next.max(0.0))
         };
-        let [sliding, rolling] = self.medium.shear_resistance(dimension, radius, other, gap);
+        let [sliding, rolling] =
+            if mirrored { [0.0; 2] } else { self.medium.shear_resistance(dimension, radius, other, gap) };
         Film { gap: if touches { f64::NAN } else { gap.max(0.0) }, normal, sliding, rolling }
     }
 

@@ -49,6 +49,7 @@ fn walls(size: [f64; 3], axes: &[usize]) -> Vec<Wall> {
         at: if high { size[axis] } else { 0.0 },
         velocity: Vector3::zeros(),
         material: 0,
+        slip: false,
     };
     axes.iter().flat_map(|&a| [wall(a, false), wall(a, true)]).collect()
 }

@@ -160,11 +160,19 @@ impl Work {
             };
             let turn = 0.5 * s.dt * (before.spin + body.spin);
             let fluid = s.exchange[k].held().dot(&way) + s.exchange[k].momentum_torque.dot(&turn);
-            if body.freedom().is_some() {
+            if let Some(freedom) = body.freedom() {
                 let weight = (body.mass() - domain.fluid.density * body.volume()) * domain.fluid.gravity;
+                // What keeps a locked direction's velocity against all forces.
+                let holds = |free: [bool; 3], load: Vector3<f64>, way: &Vector3<f64>| {
+                    -(0..3).filter(|a| !free[*a]).map(|a| load[a] * way[a]).sum::<f64>()
+                };
+                let force = s.exchange[k].held() + weight + impulse.linear / s.dt;
+                let torque = s.exchange[k].momentum_torque + impulse.angular / s.dt;
+                let lock = holds(freedom.translation, force, &way) + holds(freedom.rotation, torque, &turn);
                 work.gravity += weight.dot(&way);
+                work.prescribed += lock;
                 if struck {
-                    work.contacts += kinetic(body) - before.energy - fluid - weight.dot(&way);
+                    work.contacts += kinetic(body) - before.energy - fluid - weight.dot(&way) - lock;
                 }
             } else {
                 let given = (impulse.linear.dot(&way) + impulse.angular.dot(&turn)) / s.dt;

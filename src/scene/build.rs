@@ -215,14 +215,18 @@ pub(super) fn contacts(case: &Case, law: &config::Contact, bodies: &[Body], impa
     };
     let name = |k: usize| case.particle.get(k).map_or(config::DEFAULT_MATERIAL, |p| p.material.as_str());
     let materials: Vec<usize> = bodies.iter().map(|body| material(name(body.id))).collect();
+    // That of walls along which the fluid slips, and bodies too.
+    let slippery = names.len();
+    names.push(config::WALL);
     let laws = Laws::new(names.len(), |a, b| {
+        let grips = if b == slippery { 0.0 } else { 1.0 };
         let pair = law.between(names[a], names[b]);
         Material {
             normal_stiffness: pair.normal_stiffness.given().unwrap_or_else(|| impact.stiffness(pair.exponent)),
             exponent: pair.exponent,
             tangential_ratio: pair.tangential_ratio,
-            friction: pair.friction,
-            rolling_friction: pair.rolling_friction,
+            friction: grips * pair.friction,
+            rolling_friction: grips * pair.rolling_friction,
             damping: match pair.loss {
                 config::Loss::Restitution(e) => Damping::Restitution(e),
                 config::Loss::Damping(d) => Damping::Given { normal: d.normal, tangential: d.tangential },
@@ -233,12 +237,14 @@ pub(super) fn contacts(case: &Case, law: &config::Contact, bodies: &[Body], impa
     let size = |axis: usize| case.domain.size.get(axis).copied();
     let wall = |(face, (_, side)): (usize, (&str, &Side))| {
         let (axis, high) = (face / 2, face % 2 == 1);
+        let slip = *side == Side::Slip;
+        let material = if slip { slippery } else { 0 };
         let velocity = match side {
             Side::Wall | Side::Slip => Vector3::zeros(),
             Side::MovingWall(v) => Vector3::from(axes::<f64, 3>(v)),
             _ => return None,
         };
-        Some(Wall { axis, high, at: if high { case.domain.size[axis] } else { 0.0 }, velocity, material: 0 })
+        Some(Wall { axis, high, at: if high { case.domain.size[axis] } else { 0.0 }, velocity, material, slip })
     };
     let walls = case.sides().enumerate().filter_map(wall).collect();
     let substeps = match law.substeps {

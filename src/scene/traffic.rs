@@ -158,6 +158,8 @@ impl<const D: usize> Scene<D> {
     fn remake(&mut self, case: &Case, new: &[usize]) -> Result<()> {
         let clock = self.domain.clock.clone();
         self.method = build::method(&self.domain, case, &self.state.bodies, self.impact);
+        // A method without free bodies would keep the modes of those that have left.
+        self.domain.projection.set_modes(&[], &[], &[])?;
         self.resume()?;
         self.domain.clock = clock;
         self.method.begin_bodies(&self.domain, &mut self.state, new)?;

@@ -110,7 +110,9 @@ impl<const D: usize> CutBodies<D> {
             }
             self.beside.clear();
             self.beside.extend(near.iter().map(|&j| Neighbour::new(bodies, k, j, &self.periods)));
-            self.beside.extend(Neighbour::images(bodies, k, &self.periods, params::near_gap() * self.h));
+            let reach = params::near_gap() * self.h;
+            self.beside.extend(Neighbour::images(bodies, k, &self.periods, reach));
+            self.beside.extend(Neighbour::reflections(bodies, k, grid, boundaries, reach));
             let turn = bodies[k].turn();
             let around = Surroundings { grid, boundaries, bodies, turn, near: &self.beside, h: self.h, friction };
             self.bodies[k].rebuild(&around, k, &self.before[k], &mut self.tiles);

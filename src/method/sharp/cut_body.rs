@@ -398,11 +398,7 @@ impl<const D: usize> CutBody<D> {
             }
         }
         let Some(across) = self.across.get(trace.across as usize) else { return sum };
-        let there = match across.other {
-            Other::Nothing => return sum,
-            Other::Body(j, arm) => bodies[j].velocity_at(&arm),
-            Other::Border(velocity) => velocity,
-        };
-        sum + across.share * (there - (rest + across.wall * turn))
+        let there = across.other.velocity(bodies);
+        there.map_or(sum, |there| sum + across.share * (there - (rest + across.wall * turn)))
     }
 }

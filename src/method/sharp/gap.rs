@@ -14,15 +14,15 @@ use crate::geometry::{self, Turn};
 use crate::grid::{Border, Boundaries, Grid};
 use crate::params;
 use crate::particles::{Body, nearest_image};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// What lies across a gap.
 #[derive(Clone, Copy, Debug)]
 pub enum Other {
     /// Nothing that is near.
     Nothing,
-    /// A body, and the arm from its centre (m).
-    Body(usize, Vector3<f64>),
+    /// A body, and the arm from its centre (m); its image in a plane of symmetry normal to that axis, where there is one.
+    Body(usize, Vector3<f64>, Option<usize>),
     /// A border with this velocity (m/s).
     Border(Vector3<f64>),
 }
@@ -35,15 +35,35 @@ pub struct Neighbour {
     /// The way to its nearest image (m), and how that is turned.
     apart: Vector3<f64>,
     turn: Turn,
+    /// Normal to which axis the plane of symmetry is in which this is its image.
+    mirror: Option<usize>,
     /// Its radius (m) where it is round: cells ask many neighbours for their distance, and round ones answer at once.
     round: Option<f64>,
+}
+
+impl Other {
+    /// The velocity there (m/s); `None` where nothing is near.
+    #[inline]
+    pub fn velocity(&self, bodies: &[Body]) -> Option<Vector3<f64>> {
+        match *self {
+            Other::Nothing => None,
+            Other::Body(j, arm, None) => Some(bodies[j].velocity_at(&arm)),
+            Other::Body(j, mut arm, Some(axis)) => {
+                arm[axis] = -arm[axis];
+                let mut velocity = bodies[j].velocity_at(&arm);
+                velocity[axis] = -velocity[axis];
+                Some(velocity)
+            }
+            Other::Border(velocity) => Some(velocity),
+        }
+    }
 }
 
 impl Neighbour {
     /// The body `j` beside the body `k`.
     pub fn new(bodies: &[Body], k: usize, j: usize, periods: &[Option<f64>; 3]) -> Neighbour {
         let apart = nearest_image(&bodies[k].centre, &bodies[j].centre, periods);
-        Neighbour { body: j, apart, turn: bodies[j].turn(), round: round(&bodies[j]) }
+        Neighbour { body: j, apart, turn: bodies[j].turn(), mirror: None, round: round(&bodies[j]) }
     }
 
     /// The images of the body `k` itself across periods hardly longer than it is wide, the gaps narrower than `reach` (m).
@@ -61,8 +81,31 @@ impl Neighbour {
             [length, -length].map(|way| {
                 let mut apart = Vector3::zeros();
                 apart[axis] = way;
-                Neighbour { body: k, apart, turn, round }
+                Neighbour { body: k, apart, turn, mirror: None, round }
             })
+        })
+    }
+
+    /// The images of the body `k` itself in borders along which the fluid slips, the gaps narrower than `reach` (m).
+    pub fn reflections<const D: usize>(
+        bodies: &[Body],
+        k: usize,
+        grid: &Grid<D>,
+        boundaries: &Boundaries<D>,
+        reach: f64,
+    ) -> impl Iterator<Item = Neighbour> {
+        let (body, round) = (&bodies[k], round(&bodies[k]));
+        let slips = |axis: usize, side: usize| matches!(boundaries.borders[axis][side], Some(Border::Slip));
+        let sides = (0..2 * D).map(|face| (face / 2, face % 2)).filter(move |(axis, side)| slips(*axis, *side));
+        sides.filter_map(move |(axis, side)| {
+            let to = if side == 0 { 0.0 } else { grid.size[axis] } - body.centre[axis];
+            if 2.0 * to.abs() > reach + 2.0 * body.radius() {
+                return None;
+            }
+            let (mut apart, mut plane) = (Vector3::zeros(), Matrix3::identity());
+            (apart[axis], plane[(axis, axis)]) = (2.0 * to, -1.0);
+            let turn = Turn::from_matrix_unchecked(plane * body.turn().matrix() * plane);
+            Some(Neighbour { body: k, apart, turn, mirror: Some(axis), round })
         })
     }
 
@@ -202,7 +245,7 @@ impl<const D: usize> Surroundings<'_, D> {
         for near in self.near {
             let Some(width) = near.meets(self.bodies, foot, n) else { continue };
             if width < gap.width {
-                gap = Gap { width, other: Other::Body(near.body, width * n - (near.apart - foot)) };
+                gap = Gap { width, other: Other::Body(near.body, width * n - (near.apart - foot), near.mirror) };
             }
         }
         for axis in 0..D {

@@ -191,12 +191,15 @@ impl<const D: usize> Sharp<D> {
                 self.passed_on += (of_i + of_j) * n;
             }
             for (a, side) in (0..D).flat_map(|a| [(a, 0), (a, 1)]) {
-                if !matches!(domain.boundaries.borders[a][side], Some(Border::Velocity(_) | Border::Slip)) {
-                    continue;
-                }
+                let spans = match domain.boundaries.borders[a][side] {
+                    Some(Border::Velocity(_)) => 1.0,
+                    // To the body's own image.
+                    Some(Border::Slip) => 2.0,
+                    _ => continue,
+                };
                 let centre = bodies[i].centre[a];
                 let distance = if side == 0 { centre } else { domain.grid.size[a] - centre };
-                let share = Shares::of((distance - bodies[i].radius()) / cut.h).across * motions[i].missed[a];
+                let share = Shares::of(spans * (distance - bodies[i].radius()) / cut.h).across * motions[i].missed[a];
                 motions[i].missed[a] -= share;
                 self.passed_on[a] += share;
             }
