@@ -133,6 +133,9 @@ constants! {
     /// Times that all pairs are gone through for the impulses that mend a step.
     /// Halved: nothing. Doubled: height of a bed -0.2 %.
     mending_sweeps = 8.0;
+    /// Times that the first step of bodies which lie on others is mended. Fewer, a column of light bodies under a lid starts with
+    /// energy from nothing.
+    first_mendings = 12.0;
     /// Fluid that goes along with a body in contact, of what does where it is alone. More, a bed whose grains move together carries less
     /// than that, and rattles from step to step; less, light bodies are mended more.
     carried_part = 0.5;

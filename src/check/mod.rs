@@ -10,6 +10,7 @@ use crate::config::{Case, Loaded, Particle, Side};
 use crate::output::print;
 use crate::output::progress::minutes;
 use crate::output::snapshot::Snapshot;
+use crate::particles::Body;
 use crate::petsc::Session;
 use crate::run::{check_memory, check_step, choose_step, start_petsc};
 use crate::scene::{Scene, read_case};
@@ -118,6 +119,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     }
     lines.extend(layer(case));
     lines.extend(shut(case, &scene));
+    lines.extend(pressed(case, &scene));
     let explicit = Limits { scheme: limits.scheme.explicit(), ..limits };
     for ((bound, limit), (_, first)) in limits.bounds().into_iter().zip(explicit.bounds()).filter(|b| b.0.1.is_finite())
     {
@@ -187,6 +189,23 @@ fn outwards(case: &Case) -> Vec<String> {
         )
     };
     sides.map(words).collect()
+}
+
+/// Bodies that overlap at the start by so much that their springs throw them apart.
+fn pressed<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
+    let (stored, g) = (scene.state.energy.springs, case.fluid.gravity.iter().map(|g| g * g).sum::<f64>().sqrt());
+    let free = || scene.state.bodies.iter().filter(|body| body.freedom().is_some());
+    // What they would have from a fall by a hundredth of their diameters.
+    let weight = |body: &Body| (body.mass() - case.fluid.density * body.volume()).abs() * g;
+    let fall = free().map(|body| 0.02 * body.radius() * weight(body)).sum::<f64>();
+    let lightest = free().map(Body::mass).fold(f64::INFINITY, f64::min);
+    (stored > fall && lightest.is_finite()).then(|| {
+        format!(
+            "warning      particles overlap at the start, and the springs of their contacts hold {stored:.2e} J: they may part at up to {:.2} m/s; \
+             place them further apart",
+            (2.0 * stored / lightest).sqrt()
+        )
+    })
 }
 
 /// A driven channel that bodies shut.

@@ -27,7 +27,12 @@ impl Contacts {
         dt: f64,
     ) -> f64 {
         nudges.fill(Impulse::default());
-        self.pairs.iter_mut().for_each(|pair| pair.mended = (0.0, Vector3::zeros()));
+        for pair in &mut self.pairs {
+            // What it was mended by before, in the same step, is given.
+            let (press, grip) = std::mem::take(&mut pair.mended);
+            let touching = if pair.pressed > 0.0 { press } else { 0.0 };
+            (pair.given, pair.pressed, pair.grip) = (pair.given + press, pair.pressed + touching, pair.grip + grip);
+        }
         let mut largest = 0.0f64;
         for sweep in 0..params::mending_sweeps() as usize {
             for p in 0..self.pairs.len() {

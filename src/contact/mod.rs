@@ -352,12 +352,15 @@ impl Contacts {
         self.search(bodies, 0.0, false);
     }
 
-    /// Per body, whether it lies on another or on a wall after a [`meet`](Contacts::meet): they touch and do not come nearer.
+    /// Per body, whether it lies on another or on a wall after a [`meet`](Contacts::meet): they touch and hardly come nearer.
     pub fn held_up(&self, bodies: &[Body]) -> Vec<bool> {
         let mut held = vec![false; bodies.len()];
         for pair in &self.pairs {
             let met = self.kinematics(pair, bodies, 0.0).0;
-            let lies = met.overlap >= -self.medium.roughness && met.approach <= 0.0;
+            // What comes nearer by a thousandth of its radius while a contact lasts is no impact.
+            let lasts = self.law(pair).contact_time(1.0 / met.inverse_normal, met.approach.max(0.0));
+            let still = met.approach <= 0.0 || met.approach * lasts < 1e-3 * bodies[pair.first].radius();
+            let lies = met.overlap >= -self.medium.roughness && still;
             for k in [pair.first, pair.second] {
                 held.get_mut(k).into_iter().for_each(|held| *held |= lies);
             }

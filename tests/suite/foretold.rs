@@ -84,6 +84,27 @@ fn an_inflow_that_takes_the_fluid_away_is_warned_of() {
 }
 
 #[test]
+fn bodies_that_overlap_at_the_start_are_warned_of() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = dir.path().join("case.toml");
+    for (second, warned) in [(0.01495, true), (0.015, false)] {
+        let disc =
+            |y: f64| format!("[[particle]]\nshape.disc.diameter = 0.01\ndensity = 2650.0\nposition = [0.02, {y:?}]\n");
+        let text = format!(
+            "name = \"two\"\ndomain = {{ size = [0.04, 0.04], cells = [32, 32] }}\n\
+             fluid = {{ density = 1000.0, viscosity = 0.05, gravity = [0.0, -9.81] }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\ncontact = {{}}\n\
+             time = {{ end = 0.1 }}\n{}{}",
+            disc(0.005),
+            disc(second)
+        );
+        std::fs::write(&case, text).unwrap();
+        let (code, said) = says(&["check", case.to_str().unwrap()]);
+        assert!(code == Some(0) && said.contains("particles overlap at the start") == warned, "{said}");
+    }
+}
+
+#[test]
 fn the_check_and_the_run_agree_on_a_stiffness_that_is_too_large_or_too_small() {
     let dir = tempfile::tempdir().unwrap();
     let (case, out) = (fall(dir.path(), SPRINGS), dir.path().join("out"));

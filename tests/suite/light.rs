@@ -1,4 +1,4 @@
-//! Bodies much lighter than the fluid, whose mass in contact is the fluid's: they rest where they lie, and friction makes no energy.
+//! Friction between bodies whose mass in contact is in part or all the fluid's: it makes no energy, and they rest where they lie.
 
 use crate::support::{columns, run};
 use std::collections::HashMap;
@@ -73,4 +73,45 @@ fn a_light_disc_that_lies_under_a_lid_from_the_start_stays() {
         println!("spin {spin}: at most {:.2e} J, {start:.2e} J at the start, fall {fall:.2e} J", most);
         assert!(most < start + 0.05 * fall, "spin {spin}: {most} J of {start} J at the start");
     }
+}
+
+/// Columns of bodies lighter than the fluid that lie on each other under a lid from the start weigh on it from the first step on.
+#[test]
+fn columns_of_light_discs_under_a_lid_hold_from_the_start() {
+    for (s, count) in [(0.7, 2), (0.3, 4)] {
+        let discs: String = (0..count)
+            .map(|k| {
+                let y = 0.055 - 0.01 * f64::from(k);
+                format!(
+                    "[[particle]]\nshape.disc.diameter = 0.01\ndensity = {:?}\nposition = [0.0213, {y:?}]\n",
+                    1000.0 * s
+                )
+            })
+            .collect();
+        let steps = steps_of(&tank(0.04, 0.02, 0.1, &discs));
+        let [given, lost] = ["gravity_work", "method_loss"].map(|name| *steps[name].last().unwrap());
+        println!("{count} of s = {s}: method {:.4} of gravity's work", lost / given);
+        assert!(lost.abs() < 0.05 * given, "{count} of s = {s}: {lost} J of {given} J");
+    }
+}
+
+/// A bed of grains that settle in a narrow box, where many slide and roll on each other at once: contacts only ever take energy. What mended the
+/// slip of a contact that slid had thrown it back, and gave as much as gravity did within 1.6 s.
+#[test]
+fn contacts_of_a_settling_bed_only_take_energy() {
+    let grains = "[[swarm]]\ncount = 22\nregion = { min = [0.0, 0.0], max = [0.05, 0.14] }\ndiameter = { uniform = [0.010, 0.012] }\n\
+                  density = 2650.0\ngap = 0.0005\nseed = 1\n";
+    let text = tank(0.05, 0.05, 1.6, grains)
+        .replace("0.06], cells = [40, 48]", "0.14], cells = [40, 112]")
+        .replace("periodic", "wall")
+        .replace("friction = 0.5", "friction = 0.8");
+    let steps = steps_of(&format!("{text}[pressure]\ndivergence_limit = 1e-2\n"));
+    let (lost, given) = (&steps["contact_loss"], steps["gravity_work"].last().unwrap());
+    let mut most = 0.0f64;
+    let back = lost.iter().fold(0.0f64, |back, lost| {
+        most = most.max(*lost);
+        back.max(most - lost)
+    });
+    println!("contacts give back {back:.1e} J of {given:.2} J");
+    assert!(most > 0.1 * given && back < 1e-3 * given, "{back} J of {given} J come from contacts");
 }

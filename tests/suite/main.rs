@@ -18,6 +18,7 @@ mod folder;
 mod foretold;
 mod fuzz;
 mod gaps;
+mod images;
 mod light;
 mod literal;
 mod live;

@@ -234,7 +234,7 @@ fn a_case_begins_with_the_bodies_that_were_in_the_flow_and_feeds_its_own() {
         "ended: all that lasts".to_owned(),
         format!("its particles {left} to 13 come over and are 0 to {} here", there.len() - 1),
         "6 particles that waited there to come in stay behind".to_owned(),
-        format!("{left} particles had left through an outflow there"),
+        format!("{left} particle{} had left through an outflow there", if left == 1 { "" } else { "s" }),
     ];
     assert!(spoken.iter().all(|words| log.contains(words)), "{spoken:?} in {log}");
     // Broken off between two that come in, it goes on byte for byte.

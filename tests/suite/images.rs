@@ -1,0 +1,101 @@
+//! Borders along which the fluid slips are planes of symmetry: a body beside one meets its own image.
+
+use crate::support::{columns, run};
+use std::collections::HashMap;
+
+/// A table's columns.
+type Columns = HashMap<String, Vec<f64>>;
+
+/// Runs a case of our own; the tables of its bodies and of its steps.
+fn tables(text: &str) -> (Columns, Columns) {
+    let dir = tempfile::tempdir().unwrap();
+    let case = dir.path().join("case.toml");
+    std::fs::write(&case, text).unwrap();
+    let out = dir.path().join("run");
+    run(&case, &out, &["--set", "output.particles.every=1", "--set", "output.figures=false"]);
+    (columns(&out.join("particles.csv")), columns(&out.join("steps.csv")))
+}
+
+/// A box of `height` over a lower border of this kind, 8 cells a disc of 1 cm, with a stream or walls at its ends.
+fn channel(height: f64, floor: &str, ends: [&str; 2], gravity: f64, end: f64, bodies: &str) -> String {
+    format!(
+        "name = \"channel\"\ndomain = {{ size = [0.08, {height:?}], cells = [64, {}] }}\n\
+         fluid = {{ density = 1000.0, viscosity = 0.05, gravity = [0.0, {gravity:?}] }}\n\
+         boundary = {{ west = {}, east = {}, south = \"{floor}\", north = \"slip\" }}\n\
+         contact = {{ friction = 0.4 }}\ntime = {{ end = {end:?} }}\n{bodies}",
+        (height * 800.0).round(),
+        ends[0],
+        ends[1]
+    )
+}
+
+fn disc(y: f64, more: &str) -> String {
+    format!("[[particle]]\nshape.disc.diameter = 0.01\nposition = [0.03, {y:?}]\n{more}\n")
+}
+
+/// Forces on a fixed disc that touches the border, or nearly, in a stream, beside those on one of the pair that it and its image are.
+#[test]
+fn a_disc_on_a_slip_border_feels_what_one_of_a_mirrored_pair_does() {
+    let ends = ["{ inflow = [0.1, 0.0] }", "\"outflow\""];
+    for gap in [0.0, 0.3e-3] {
+        let y = 0.005 + gap;
+        let fixed = "motion = \"fixed\"";
+        let (one, _) = tables(&channel(0.03, "slip", ends, 0.0, 0.2, &disc(y, fixed)));
+        let both = disc(0.03 + y, fixed) + &disc(0.03 - y, fixed);
+        let (pair, _) = tables(&channel(0.06, "slip", ends, 0.0, 0.2, &both));
+        for name in ["fluid_fx", "fluid_fy"] {
+            // The upper one of the pair has the odd rows.
+            let n = pair[name].len();
+            let (image, own) = (pair[name][n - 2], *one[name].last().unwrap());
+            println!("gap {gap}: {name} {own:.5} N on the border, {image:.5} N in the pair");
+            assert!((own / image - 1.0).abs() < 5e-3, "gap {gap}: {name} {own}, {image} in the pair");
+        }
+    }
+}
+
+/// A disc falls on a slip border, rests there with its weight, and no film holds it back as it goes along.
+#[test]
+fn a_disc_rests_on_a_slip_border_and_slides_along_it_freely() {
+    let ends = ["\"wall\"", "\"wall\""];
+    let (fallen, steps) = tables(&channel(0.03, "slip", ends, -9.81, 0.6, &disc(0.0055, "density = 2650.0")));
+    let weight = 1650.0 * 9.81 * 0.25 * std::f64::consts::PI * 1e-4;
+    let [force, lost, given] =
+        [&fallen["contact_fy"], &steps["method_loss"], &steps["gravity_work"]].map(|column| *column.last().unwrap());
+    println!("contact {:.5} of the weight, method_loss {:.3} of gravity's work", force / weight, lost / given);
+    assert!((force / weight - 1.0).abs() < 5e-3, "{force} N of {weight}");
+    assert!(lost > -0.05 * given, "{lost} J of {given}");
+
+    let along = "density = 2650.0\nvelocity = [0.1, 0.0]";
+    let ends = ["\"periodic\"", "\"periodic\""];
+    for (floor, holds) in [("slip", false), ("wall", true)] {
+        let (slid, _) = tables(&channel(0.03, floor, ends, 0.0, 0.02, &disc(0.00501, along)));
+        let force = slid["contact_fx"].iter().fold(0.0, |most: f64, f| most.max(f.abs()));
+        println!("{floor}: the film holds with {force:.4} N");
+        assert!(if holds { force > 0.1 } else { force < 1e-9 }, "{floor}: {force} N");
+    }
+}
+
+/// What keeps the velocity of a locked direction works: it is no energy from nothing.
+#[test]
+fn what_holds_a_locked_direction_works() {
+    let ends = ["\"wall\"", "\"wall\""];
+    for (locked, motion) in [("[\"rotation\"]", "spin = 20.0"), ("[\"x\", \"y\"]", "velocity = [0.1, 0.0]")] {
+        let body = disc(0.015, &format!("density = 1000.0\nlocked = {locked}\n{motion}"));
+        let (_, steps) = tables(&channel(0.03, "wall", ends, 0.0, 0.1, &body));
+        let [given, viscous, method] =
+            ["prescribed_work", "viscous_loss", "method_loss"].map(|name| *steps[name].last().unwrap());
+        println!("{locked}: given {given:.3e} J, viscosity {viscous:.3e}, method {method:.3e}");
+        assert!(given > 0.5 * viscous && method.abs() < 0.1 * given, "{locked}: {given}, {viscous}, {method} J");
+    }
+}
+
+/// The last free body leaves, and the fluid goes on without it as if it had never been free.
+#[test]
+fn the_fluid_forgets_a_light_body_that_has_left() {
+    let ends = ["{ inflow = [0.2, 0.0] }", "\"outflow\""];
+    let body = disc(0.015, "density = 200.0\nvelocity = [0.2, 0.0]");
+    let (_, steps) = tables(&channel(0.03, "slip", ends, 0.0, 0.4, &body));
+    let krylov = steps["krylov_iterations"].last().unwrap();
+    println!("{krylov} Krylov iterations in the last step");
+    assert!(*steps["time"].last().unwrap() > 0.39 && *krylov < 20.0);
+}
