@@ -178,8 +178,8 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
 /// Inflows that take the fluid away.
 fn outwards(case: &Case) -> Vec<String> {
     let leaves = |face: usize, side: &Side| {
-        let normal = side.inflow().iter().map(|v| v[face / 2]);
-        normal.fold(0.0, |sum, v| sum + if face % 2 == 0 { -v } else { v }) > 0.0
+        let out = [-1.0, 1.0][face % 2];
+        side.inflow().iter().map(|v| out * v[face / 2]).sum::<f64>() > 0.0
     };
     let sides = case.sides().enumerate().filter(|(face, (_, side))| leaves(*face, side));
     let words = |(face, (name, _)): (usize, (&str, &Side))| {
