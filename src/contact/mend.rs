@@ -43,8 +43,15 @@ impl Contacts {
             }
             if sweep == 0 && largest < tolerance {
                 // Nothing worth a solve: what little there was is the next step's.
+                self.pairs.iter_mut().for_each(|pair| pair.mended = (0.0, Vector3::zeros()));
                 return largest;
             }
+        }
+        for pair in &self.pairs {
+            let Some(wall) = pair.second.checked_sub(bodies.len()) else { continue };
+            let impulse = pair.mended.1 - pair.mended.0 * self.kinematics(pair, bodies, 0.0).0.normal;
+            self.wall_impulse -= impulse;
+            self.wall_work += impulse.dot(&self.walls[wall].velocity);
         }
         for (impulse, nudge) in self.impulses.iter_mut().zip(nudges.iter()) {
             impulse.linear += nudge.linear;
