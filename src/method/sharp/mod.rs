@@ -239,7 +239,9 @@ impl<const D: usize> Sharp<D> {
         });
         let all = history(&mut s.walls)?.bodies.iter_mut().zip(&s.bodies).zip(sums.chunks_exact(NUMBERS));
         for (k, ((history, body), row)) in all.enumerate().filter(|(_, ((_, body), _))| new(body.id)) {
-            history.pressed = (!lying.as_ref().is_some_and(|lying| lying[k])).then(Vector3::zeros);
+            // What is held never learns what it carries, and has no need to.
+            let lies = body.freedom().is_some() && lying.as_ref().is_some_and(|lying| lying[k]);
+            history.pressed = (!lies).then(Vector3::zeros);
             let Some(freedom) = body.freedom() else { continue };
             let (density, gravity) = (domain.fluid.density, domain.fluid.gravity);
             let (weight, added) = ((body.mass() - density * body.volume()) * gravity, body.added_mass(density));
