@@ -19,7 +19,7 @@ use crate::grid::{Grid, Rows};
 use crate::petsc::Session;
 use crate::{Error, Result};
 use nalgebra::{Quaternion, SVector, UnitQuaternion};
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 
 /// State that lasts from step to step.
 pub trait Checkpointed {
@@ -37,25 +37,72 @@ pub struct Archive<'a> {
 }
 
 enum Head<'a> {
-    /// Rank 0 has somewhere to write to. A failure is kept for the end, since the others go on sending.
+    /// A failure is kept for the end, since the others go on.
     Writes {
-        to: Option<&'a mut dyn Write>,
+        to: &'a mut dyn Target,
         failed: Option<Error>,
     },
     Reads {
-        from: &'a mut dyn Read,
+        from: &'a mut dyn Source,
         row: Vec<u8>,
     },
 }
 
+/// Where an archive is written.
+pub trait Target {
+    /// Writes what comes next, the same on every rank and wanted once.
+    ///
+    /// # Errors
+    /// When that is not possible.
+    fn put(&mut self, bytes: &[u8]) -> io::Result<()>;
+
+    /// Writes what each rank has, one after the other in the order of the ranks. Collective.
+    ///
+    /// # Errors
+    /// When that is not possible.
+    fn put_parts(&mut self, session: &Session, mine: &[u8]) -> Result<()>;
+}
+
+/// What an archive is read from, on every rank for itself.
+pub trait Source: Read {
+    /// Passes over bytes.
+    ///
+    /// # Errors
+    /// When there are fewer.
+    fn skip(&mut self, bytes: u64) -> io::Result<()>;
+}
+
+/// Memory, for one rank.
+impl Target for Vec<u8> {
+    fn put(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.extend_from_slice(bytes);
+        Ok(())
+    }
+
+    fn put_parts(&mut self, session: &Session, mine: &[u8]) -> Result<()> {
+        if session.size() > 1 {
+            return Err(Error::Run("an archive in memory is of one rank".into()));
+        }
+        self.put(mine).map_err(io_failure)
+    }
+}
+
+impl Source for &[u8] {
+    fn skip(&mut self, bytes: u64) -> io::Result<()> {
+        let after = usize::try_from(bytes).ok().and_then(|bytes| self.get(bytes..));
+        *self = after.ok_or(io::ErrorKind::UnexpectedEof)?;
+        Ok(())
+    }
+}
+
 impl<'a> Archive<'a> {
-    /// One to write; `to` is rank 0's alone. All ranks write the same state, and then [`Archive::finish`].
-    pub fn write(session: &'a Session, to: Option<&'a mut dyn Write>) -> Archive<'a> {
+    /// One to write. All ranks write the same state, and then [`Archive::finish`].
+    pub fn write(session: &'a Session, to: &'a mut dyn Target) -> Archive<'a> {
         Archive { session, head: Head::Writes { to, failed: None } }
     }
 
     /// One to read, on every rank for itself.
-    pub fn read(session: &'a Session, from: &'a mut dyn Read) -> Archive<'a> {
+    pub fn read(session: &'a Session, from: &'a mut dyn Source) -> Archive<'a> {
         Archive { session, head: Head::Reads { from, row: Vec::new() } }
     }
 
@@ -117,16 +164,21 @@ impl<'a> Archive<'a> {
             return self.read_boxes(grid, extent, rows, field, count);
         };
         let head = (0..D).flat_map(|a| [grid.start[a] as f64, extent[a] as f64]);
-        let mut numbers: Vec<f64> = head.collect();
-        rows().for_each(|row| numbers.extend_from_slice(&field[row]));
-        if failed.is_none() && !numbers.iter().all(|x| x.is_finite()) {
+        let mut bytes: Vec<u8> = head.flat_map(f64::to_le_bytes).collect();
+        bytes.reserve_exact(8 * extent.iter().product::<usize>());
+        let mut finite = true;
+        for x in rows().flat_map(|row| &field[row]) {
+            finite &= x.is_finite();
+            bytes.extend_from_slice(&x.to_le_bytes());
+        }
+        let written = to.put_parts(self.session, &bytes);
+        if failed.is_none() {
+            *failed = written.err();
+        }
+        if failed.is_none() && !finite {
             *failed = Some(Error::Run("a field is not finite everywhere: there is nothing to go on from".into()));
         }
-        self.session.gather(&numbers, |_, part| {
-            let Some(to) = to.as_mut().filter(|_| failed.is_none()) else { return };
-            let written = part.iter().try_for_each(|x| to.write_all(&x.to_le_bytes()));
-            *failed = written.err().map(io_failure);
-        })
+        Ok(())
     }
 
     /// Takes this rank's part of `count` boxes: its own where it is among them, else what the boxes have of it.
@@ -155,6 +207,11 @@ impl<'a> Archive<'a> {
                 (start[a], size[a]) = (s as usize, n as usize);
             }
             let mine = start == grid.start && size == extent;
+            let (of_box, of_rank) = (|a: usize| start[a] + size[a], |a: usize| grid.start[a] + extent[a]);
+            if !mine && (own || (0..D).any(|a| of_box(a) <= grid.start[a] || of_rank(a) <= start[a])) {
+                self.skip(8 * size.iter().map(|n| *n as u64).product::<u64>())?;
+                continue;
+            }
             let mut own_rows = rows();
             for k in 0..size[1..].iter().product() {
                 let values = self.row(size[0])?;
@@ -173,11 +230,11 @@ impl<'a> Archive<'a> {
                 for a in 1..D {
                     let cell = start[a] + rest % size[a];
                     rest /= size[a];
-                    let within = (grid.start[a]..grid.start[a] + extent[a]).contains(&cell) && !own;
+                    let within = (grid.start[a]..of_rank(a)).contains(&cell);
                     at = at.filter(|_| within).map(|at| at + (cell + grid.ghosts - grid.start[a]) * grid.stride[a]);
                 }
                 let from = start[0].max(grid.start[0]);
-                let to = (start[0] + size[0]).min(grid.start[0] + extent[0]);
+                let to = of_box(0).min(of_rank(0));
                 if let Some(at) = at.filter(|_| from < to) {
                     let at = at + from + grid.ghosts - grid.start[0];
                     taken += put(at, &values[8 * (from - start[0])..8 * (to - start[0])])?;
@@ -191,6 +248,11 @@ impl<'a> Archive<'a> {
         Ok(())
     }
 
+    fn skip(&mut self, bytes: u64) -> Result<()> {
+        let Head::Reads { from, .. } = &mut self.head else { return Ok(()) };
+        from.skip(bytes).map_err(read_failure)
+    }
+
     /// The next `count` numbers of an archive that is read, as they stand there.
     fn row(&mut self, count: usize) -> Result<&[u8]> {
         let Head::Reads { from, row } = &mut self.head else { return Ok(&[]) };
@@ -202,8 +264,8 @@ impl<'a> Archive<'a> {
     fn bytes(&mut self, bytes: &mut [u8]) -> Result<()> {
         match &mut self.head {
             Head::Writes { to, failed } => {
-                if let Some(to) = to.as_mut().filter(|_| failed.is_none()) {
-                    *failed = to.write_all(bytes).err().map(io_failure);
+                if failed.is_none() {
+                    *failed = to.put(bytes).err().map(io_failure);
                 }
                 Ok(())
             }

@@ -30,6 +30,8 @@ pub struct Domain<const D: usize> {
     pub grid: Grid<D>,
     /// Conditions at the borders.
     pub boundaries: Boundaries<D>,
+    /// Whether a side of the box, on any rank, can do work on the fluid.
+    pub sides_work: bool,
     /// The fluid.
     pub fluid: Fluid,
     /// What moves it besides the borders.

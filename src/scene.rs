@@ -282,6 +282,7 @@ fn build_domain<const D: usize>(session: &Session, case: &Case, bodies: &[Body])
     let grid = Grid::new(cells, axes(&case.domain.size), periodic, &layout);
     let borders = std::array::from_fn(|a| [0, 1].map(|s| border(&grid, a, &case.boundary[a][s])));
     let boundaries = Boundaries::new(session, &layout, &grid, borders);
+    let sides_work = session.anywhere(boundaries.do_work())?;
     let stopping = StoppingRule {
         limit: case.pressure.divergence_limit,
         tightening: case.pressure.tightening,
@@ -297,5 +298,5 @@ fn build_domain<const D: usize>(session: &Session, case: &Case, bodies: &[Body])
     };
     let session = session.clone();
     let drive = case.drive.as_ref().map(|drive| build::drive(case, drive));
-    Ok((Domain { session, grid, boundaries, fluid, drive, projection, clock: Default::default() }, reason))
+    Ok((Domain { session, grid, boundaries, sides_work, fluid, drive, projection, clock: Default::default() }, reason))
 }

@@ -7,11 +7,12 @@
 //! ```
 
 use crate::Result;
-use crate::archive::Archive;
+use crate::archive::{Archive, Target};
 use crate::config::{Cadence, Case, FixedRows, Motion};
-use crate::output::snapshot::Snapshot;
+use crate::output::snapshot;
+use crate::petsc::Session;
 use crate::scene::Scene;
-use std::io::{self, Write};
+use std::io;
 
 /// Bytes of a row of `steps.csv`, and of a particle that moves in `particles.csv`, in 2D and 3D, as they are in most runs.
 const STEP_ROW: f64 = 460.0;
@@ -22,28 +23,30 @@ const CHECKPOINTS: f64 = 3.0;
 /// Counts what is written.
 struct Counter(f64);
 
-impl Write for Counter {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+impl Target for Counter {
+    fn put(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.0 += bytes.len() as f64;
-        Ok(bytes.len())
+        Ok(())
     }
 
-    fn flush(&mut self) -> io::Result<()> {
+    fn put_parts(&mut self, session: &Session, mine: &[u8]) -> Result<()> {
+        let mut all = [mine.len() as f64];
+        session.sum(&mut all)?;
+        self.0 += all[0];
         Ok(())
     }
 }
 
-/// The most bytes that the folder of a run of so many steps will hold, a snapshot of whose fields is given: right on rank 0. Collective.
-pub fn bytes<const D: usize>(case: &Case, scene: &mut Scene<D>, fields: &Snapshot, steps: f64) -> Result<f64> {
+/// The most bytes that the folder of a run of so many steps will hold. Collective.
+pub fn bytes<const D: usize>(case: &Case, scene: &mut Scene<D>, steps: f64) -> Result<f64> {
     let due = |cadence: &Cadence| match cadence {
         Cadence::Steps(n) => (steps / *n as f64).floor(),
         Cadence::Time(time) => (case.time.end / time).floor().min(steps),
     };
-    let snapshot: f64 = fields.arrays.iter().map(|array| 8.0 * array.values.len() as f64).sum();
+    let snapshot = snapshot::bytes(scene)?;
     let snapshots = 2.0 + case.output.fields.as_ref().map_or(0.0, due);
     let (mut checkpoint, domain) = (Counter(0.0), &scene.domain);
-    let to = (domain.session.rank() == 0).then_some(&mut checkpoint as &mut dyn Write);
-    let mut archive = Archive::write(&domain.session, to);
+    let mut archive = Archive::write(&domain.session, &mut checkpoint);
     scene.state.serialize(&domain.grid, &mut archive)?;
     archive.finish()?;
     let has_rows = |motion: &Motion| !matches!((motion, case.output.fixed), (Motion::Fixed, FixedRows::Once));

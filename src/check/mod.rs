@@ -9,7 +9,6 @@ mod stiffness;
 use crate::config::{Case, Loaded, Particle, Side};
 use crate::output::print;
 use crate::output::progress::minutes;
-use crate::output::snapshot::Snapshot;
 use crate::particles::Body;
 use crate::petsc::Session;
 use crate::run::{check_memory, check_step, choose_step, start_petsc};
@@ -159,9 +158,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         scene.step(dt)?;
     }
     let step = trial.elapsed().as_secs_f64() / f64::from(TRIAL_STEPS);
-    // A run holds its fields once more when it writes them.
-    let fields = Snapshot::take(&mut scene)?;
-    let disk = disk::words(disk::bytes(case, &mut scene, &fields, steps)?);
+    let disk = disk::words(disk::bytes(case, &mut scene, steps)?);
     let mut memory = [peak_memory()];
     session.sum(&mut memory)?;
     lines.push(format!(

@@ -171,6 +171,16 @@ impl<const D: usize> Boundaries<D> {
         rates.fold(0.0, f64::max)
     }
 
+    /// Whether a side of the box can do work on the fluid: something flows through it, or it moves. Of this rank's sides.
+    pub fn do_work(&self) -> bool {
+        let mut here = (0..2 * D).filter_map(|f| self.border(f / 2, f % 2));
+        here.any(|border| match border {
+            Border::Velocity(v) => v.iter().flatten().any(|v| *v != 0.0),
+            Border::Slip => false,
+            Border::Outflow => true,
+        })
+    }
+
     fn border(&self, axis: usize, side: usize) -> Option<&Border<D>> {
         self.borders[axis][side].as_ref().filter(|_| self.here[axis][side])
     }

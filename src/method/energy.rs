@@ -39,7 +39,7 @@ impl Motion {
     }
 }
 
-/// Steps between two samples of what viscosity and the sides of the box do, which cost a sweep; every one at the start.
+/// Steps between two samples of what viscosity takes, which cost a sweep; every one at the start.
 const SAMPLED_EVERY: u64 = 8;
 
 /// Starts a budget with the state as it is. Collective.
@@ -97,34 +97,37 @@ pub fn close<const D: usize>(
     Ok(())
 }
 
-/// What viscosity takes and the sides of the box give over the last step: by the last sample, which a new one mends to the
-/// trapezium rule. Collective.
+/// What viscosity takes and the sides of the box give over the last step, by the trapezium rule: viscosity by its last sample, which a new
+/// one mends; the sides in every step, since an impact's pressure lasts for one. Collective.
 fn sample<const D: usize>(
     domain: &mut Domain<D>,
     s: &mut State<D>,
     method: &Method<D>,
     e: &mut EnergyBudget,
 ) -> Result<()> {
+    let due = s.steps <= SAMPLED_EVERY || s.steps.is_multiple_of(SAMPLED_EVERY);
     e.since += s.dt;
-    let [viscous, sides] = e.powers;
-    e.viscous += s.dt * viscous;
-    e.borders += s.dt * sides;
-    if s.steps > SAMPLED_EVERY && !s.steps.is_multiple_of(SAMPLED_EVERY) {
+    e.viscous += s.dt * e.dissipated;
+    if !due && !domain.sides_work {
         return Ok(());
     }
     domain.boundaries.fill_velocity(&mut s.u)?;
     let Fluid { density, viscosity, .. } = domain.fluid;
     let given = border::power(&domain.grid, &domain.boundaries, density, viscosity, &s.u, &s.faces, &s.p);
-    let mut powers = [viscosity * slopes(domain, &s.u, method), given];
+    let mut powers = [given, if due { viscosity * slopes(domain, &s.u, method) } else { 0.0 }];
     domain.session.sum(&mut powers)?;
-    if let Coefficient::Uniform(_) = method.mixture().density {
-        powers[0] += 2.0 * viscosity * s.bodies.iter().map(|b| b.volume() * b.spin.norm_squared()).sum::<f64>();
-    }
+    let [given, mut dissipated] = powers;
     // The pressure at the start is no sample.
     let share = if s.steps <= 1 { 1.0 } else { 0.5 };
-    e.viscous += share * e.since * (powers[0] - viscous);
-    e.borders += share * e.since * (powers[1] - sides);
-    (e.powers, e.since) = (powers, 0.0);
+    e.borders += s.dt * (e.given + share * (given - e.given));
+    e.given = given;
+    if due {
+        if let Coefficient::Uniform(_) = method.mixture().density {
+            dissipated += 2.0 * viscosity * s.bodies.iter().map(|b| b.volume() * b.spin.norm_squared()).sum::<f64>();
+        }
+        e.viscous += share * e.since * (dissipated - e.dissipated);
+        (e.dissipated, e.since) = (dissipated, 0.0);
+    }
     Ok(())
 }
 

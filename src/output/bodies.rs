@@ -4,7 +4,7 @@
 //!   id, radius (m), velocity (m/s), spin (rad/s), force (N), orientation (w, x, y, z)       a sphere: Glyph, scaled by radius
 //! ```
 
-use super::snapshot::replace;
+use super::file::replace;
 use crate::particles::Body;
 use crate::{Error, Result};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};

@@ -7,12 +7,14 @@
 //! A file is written under another name, brought to the disk, renamed, and the folder brought to the disk: whatever ends
 //! the process, the newest whole checkpoint is there.
 
-use super::snapshot::part;
-use crate::archive::{Archive, Checkpointed};
+use super::file::Part;
+use crate::archive::{Archive, Checkpointed, Source, Target};
+use crate::petsc::Session;
 use crate::{Error, Result};
 use crc32fast::Hasher;
 use std::fs::{self, File};
-use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Take, Write};
+use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::os::unix::fs::FileExt as _;
 use std::path::{Path, PathBuf};
 
 /// The folder of a run's folder.
@@ -53,63 +55,122 @@ pub fn path(run: &Path, step: u64) -> PathBuf {
     run.join(FOLDER).join(format!("{step:08}.{ENDING}"))
 }
 
-/// A checkpoint that is being written; dropped before [`Writer::commit`], it leaves nothing.
+/// A checkpoint that all ranks write; dropped before [`Writer::commit`], it leaves nothing.
 pub struct Writer {
     file: BufWriter<File>,
-    hasher: Hasher,
     path: PathBuf,
-    done: bool,
+    /// Rank 0's: it writes what is wanted once.
+    lead: Option<Lead>,
+}
+
+/// What rank 0 keeps.
+struct Lead {
+    part: Part,
+    hasher: Hasher,
+    /// Where it writes next.
+    at: u64,
 }
 
 impl Writer {
-    /// Begins the checkpoint of a step in a run's folder.
-    pub fn create(run: &Path, step: u64) -> Result<Writer> {
-        let path = path(run, step);
-        let folder = run.join(FOLDER);
-        fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
-        let file = File::create(part(&path)).map_err(Error::io(&path))?;
-        let file = BufWriter::with_capacity(1 << 18, file);
-        let mut writer = Writer { file, hasher: Hasher::new(), path, done: false };
+    /// Begins the checkpoint of a step in a run's folder. Collective.
+    ///
+    /// # Errors
+    /// When it cannot be made, or a rank does not see it.
+    pub fn begin(session: &Session, run: &Path, step: u64) -> Result<Writer> {
+        let (path, folder) = (path(run, step), run.join(FOLDER));
+        session.agree(if session.rank() == 0 {
+            fs::create_dir_all(&folder).map_err(Error::io(&folder))
+        } else {
+            Ok(())
+        })?;
+        let (part, file) = Part::create_together(session, &path)?;
+        session.agree(Writer::of(path, part, file))
+    }
+
+    fn of(path: PathBuf, part: Option<Part>, file: File) -> Result<Writer> {
+        let lead = part.map(|part| Lead { part, hasher: Hasher::new(), at: 0 });
+        let mut writer = Writer { file: BufWriter::with_capacity(1 << 18, file), path, lead };
         let head = [&MAGIC[..], &FORMAT.to_le_bytes()].concat();
-        writer.write_all(&head).map_err(Error::io(&writer.path))?;
+        writer.put(&head).map_err(Error::io(&writer.path))?;
         Ok(writer)
     }
 
-    /// Brings it to the disk under its name, and deletes what is older than the one before it.
-    pub fn commit(mut self) -> Result<()> {
-        let sum = self.hasher.clone().finalize().to_le_bytes();
+    /// Brings it to the disk under its name, and deletes what is older than the one before it. Collective.
+    ///
+    /// # Errors
+    /// When a rank cannot.
+    pub fn commit(mut self, session: &Session) -> Result<()> {
+        let synced = self.file.flush().and_then(|()| self.file.get_ref().sync_all());
+        session.agree(synced.map_err(Error::io(&self.path)))?;
+        session.agree(self.close())
+    }
+
+    /// What rank 0 does once all have written.
+    fn close(mut self) -> Result<()> {
+        let Some(lead) = self.lead.take() else { return Ok(()) };
         let folder = self.path.parent().unwrap_or(Path::new("")).to_owned();
-        let written = self.file.write_all(&sum).and_then(|()| self.file.flush());
-        let written = written.and_then(|()| self.file.get_ref().sync_all());
-        let written = written.and_then(|()| fs::rename(part(&self.path), &self.path));
-        written.map_err(Error::io(&self.path))?;
-        self.done = true;
+        let written = self.file.write_all(&lead.hasher.finalize().to_le_bytes()).and_then(|()| self.file.flush());
+        written.and_then(|()| self.file.get_ref().sync_all()).map_err(Error::io(&self.path))?;
+        lead.part.commit()?;
         File::open(&folder).and_then(|f| f.sync_all()).map_err(Error::io(&folder))?;
         for (_, path) in files(&folder)?.into_iter().skip(KEPT) {
             fs::remove_file(&path).map_err(Error::io(&path))?;
         }
         Ok(())
     }
+
+    /// Writes this rank's part at its place; rank 0 goes on after the last one.
+    fn place(&mut self, at: u64, mine: &[u8], after: u64) -> io::Result<()> {
+        self.file.flush()?;
+        self.file.get_ref().write_all_at(mine, at)?;
+        self.file.seek(SeekFrom::Start(after)).map(drop)
+    }
 }
 
-impl Write for Writer {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let n = self.file.write(bytes)?;
-        self.hasher.update(&bytes[..n]);
+impl Target for Writer {
+    fn put(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let Some(lead) = &mut self.lead else { return Ok(()) };
+        lead.hasher.update(bytes);
+        lead.at += bytes.len() as u64;
+        self.file.write_all(bytes)
+    }
+
+    fn put_parts(&mut self, session: &Session, mine: &[u8]) -> Result<()> {
+        let (rank, ranks) = (session.rank(), session.size());
+        // Where the parts begin, and length and checksum of each: whole numbers that a double holds, each told by one rank.
+        let mut told = vec![0.0; 1 + 2 * ranks];
+        told[0] = self.lead.as_ref().map_or(0.0, |lead| lead.at as f64);
+        (told[1 + 2 * rank], told[2 + 2 * rank]) = (mine.len() as f64, f64::from(crc32fast::hash(mine)));
+        session.sum(&mut told)?;
+        let (begin, parts) = (told[0] as u64, told[1..].chunks_exact(2).map(|part| (part[0] as u64, part[1] as u32)));
+        let at = begin + parts.clone().take(rank).map(|(length, _)| length).sum::<u64>();
+        let after = begin + parts.clone().map(|(length, _)| length).sum::<u64>();
+        if let Some(lead) = &mut self.lead {
+            parts.for_each(|(length, sum)| lead.hasher.combine(&Hasher::new_with_initial_len(sum, length)));
+            lead.at = after;
+        }
+        self.place(at, mine, after).map_err(Error::io(&self.path))
+    }
+}
+
+/// The archive of a checkpoint that is read, between its head and its checksum.
+pub struct Reader {
+    file: BufReader<File>,
+    left: u64,
+}
+
+impl Read for Reader {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = (&mut self.file).take(self.left).read(buffer)?;
+        self.left -= n as u64;
         Ok(n)
     }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.file.flush()
-    }
 }
 
-impl Drop for Writer {
-    fn drop(&mut self) {
-        if !self.done {
-            // Half a checkpoint is of no use, and keeps space that others need.
-            let _ = fs::remove_file(part(&self.path));
-        }
+impl Source for Reader {
+    fn skip(&mut self, bytes: u64) -> io::Result<()> {
+        self.left = self.left.checked_sub(bytes).ok_or(io::ErrorKind::UnexpectedEof)?;
+        self.file.seek_relative(bytes as i64)
     }
 }
 
@@ -194,11 +255,11 @@ fn verify(path: &Path) -> Result<(), String> {
 }
 
 /// The archive of a run's checkpoint, for [`Archive::read`].
-pub fn open(run: &Path, step: u64) -> Result<Take<BufReader<File>>> {
+pub fn open(run: &Path, step: u64) -> Result<Reader> {
     let path = path(run, step);
     let opened = sized(&path).and_then(|(mut file, length)| {
         file.seek(SeekFrom::Start(HEAD))?;
-        Ok(BufReader::with_capacity(1 << 18, file).take(length.saturating_sub(HEAD + TAIL)))
+        Ok(Reader { file: BufReader::with_capacity(1 << 18, file), left: length.saturating_sub(HEAD + TAIL) })
     });
     opened.map_err(Error::io(&path))
 }
@@ -214,12 +275,21 @@ fn sized(path: &Path) -> io::Result<(File, u64)> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::file::part;
     use super::*;
 
+    /// As one rank begins it.
+    fn begin(run: &Path, step: u64) -> Writer {
+        let path = path(run, step);
+        fs::create_dir_all(run.join(FOLDER)).unwrap();
+        let (part, file) = Part::create(&path).unwrap();
+        Writer::of(path, Some(part), file).unwrap()
+    }
+
     fn write(run: &Path, step: u64, bytes: &[u8]) {
-        let mut writer = Writer::create(run, step).unwrap();
-        writer.write_all(bytes).unwrap();
-        writer.commit().unwrap();
+        let mut writer = begin(run, step);
+        writer.put(bytes).unwrap();
+        writer.close().unwrap();
     }
 
     fn names(run: &Path) -> Vec<String> {
@@ -270,8 +340,8 @@ mod tests {
     fn one_that_was_not_finished_leaves_nothing_and_one_of_another_format_is_named() {
         let run = tempfile::tempdir().unwrap();
         write(run.path(), 1, b"whole");
-        let mut writer = Writer::create(run.path(), 2).unwrap();
-        writer.write_all(b"half").unwrap();
+        let mut writer = begin(run.path(), 2);
+        writer.put(b"half").unwrap();
         drop(writer);
         assert_eq!(names(run.path()), ["00000001.ckpt"]);
         let mut bytes = [&MAGIC[..], &(FORMAT + 1).to_le_bytes(), b"archive"].concat();

@@ -1,7 +1,7 @@
 //! `mics film`: a run as an animated PNG, a frame a snapshot of its fields, or some of the frames beside each other for a paper.
 
+use super::file::replace_by;
 use super::plot::{Reel, Run, View, dated, evenly, nearest, newest_snapshot, numbered};
-use super::snapshot::replace_by;
 use super::{figure, not_a_run};
 use crate::interrupt::Interrupt;
 use crate::{Error, Result};

@@ -1,9 +1,10 @@
 //! A run's folder: who may use it, its logs, its snapshots and its summary. Lives on rank 0.
 
 use super::bodies::PREFIX as BODIES;
+use super::file::replace;
 use super::progress::Progress;
 use super::rows::Rows;
-use super::snapshot::{Snapshot, replace, write_series};
+use super::vti::write_series;
 use super::{bodies, checkpoint, probe, statistics};
 use super::{progress, report};
 use crate::archive::{Archive, Checkpointed};
@@ -313,7 +314,7 @@ impl Folder {
         let fields = path.join("fields");
         // Snapshots that somebody has deleted since, to save space, are no loss to the run.
         fs::create_dir_all(&fields).map_err(Error::io(&fields))?;
-        marks.snapshots.retain(|(_, step)| fields.join(vti(*step)).exists());
+        marks.snapshots.retain(|(_, step)| fields.join(fields_file(*step)).exists());
         for file in fs::read_dir(&fields).map_err(Error::io(&fields))?.flatten().map(|e| e.path()) {
             let step = file.file_stem().and_then(|s| s.to_str()?.trim_start_matches(BODIES).parse::<u64>().ok());
             let later = step.is_some_and(|step| marks.snapshots.iter().all(|(_, s)| *s < step));
@@ -349,7 +350,7 @@ impl Folder {
         let named = ["case.toml", RUN].map(|name| self.path.join(name));
         let new = self.snapshots[self.synced..]
             .iter()
-            .flat_map(|(_, step)| [vti(*step), vtp(*step)].map(|name| fields.join(name)));
+            .flat_map(|(_, step)| [fields_file(*step), vtp(*step)].map(|name| fields.join(name)));
         for path in named.into_iter().chain(new).chain([self.path.clone(), fields.clone()]) {
             match File::open(&path).and_then(|file| file.sync_all()) {
                 // Deleted by somebody meanwhile.
@@ -446,20 +447,13 @@ impl Folder {
         Ok(())
     }
 
-    /// Writes a snapshot of the fields, the bodies of a state and what they exchanged beside it, and the series' indices.
-    pub fn write_snapshot(
-        &mut self,
-        step: u64,
-        snapshot: &Snapshot,
-        bodies: &[Body],
-        exchange: &[Exchange],
-    ) -> Result<()> {
-        snapshot.write(&self.path.join("fields").join(vti(step)))?;
+    /// Takes up a snapshot of the fields that has been written: the bodies and what they exchanged beside it, and the series' indices.
+    pub fn take_snapshot(&mut self, step: u64, time: f64, bodies: &[Body], exchange: &[Exchange]) -> Result<()> {
         if !bodies.is_empty() {
             let forces: Vec<_> = exchange.iter().map(|e| e.momentum).collect();
-            bodies::write(&self.path.join("fields").join(vtp(step)), snapshot.time, bodies, &forces)?;
+            bodies::write(&self.path.join("fields").join(vtp(step)), time, bodies, &forces)?;
         }
-        self.snapshots.push((snapshot.time, step));
+        self.snapshots.push((time, step));
         self.write_series()
     }
 
@@ -470,12 +464,12 @@ impl Folder {
         if self.particles.is_some() {
             write_series(&self.path.join("fields/bodies.pvd"), &entries(vtp))?;
         }
-        write_series(&self.path.join("fields/series.pvd"), &entries(vti))
+        write_series(&self.path.join("fields/series.pvd"), &entries(fields_file))
     }
 
     /// The newest snapshot's time (s) and path.
     pub fn last_snapshot(&self) -> Option<(f64, PathBuf)> {
-        self.snapshots.last().map(|(time, step)| (*time, self.path.join("fields").join(vti(*step))))
+        self.snapshots.last().map(|(time, step)| (*time, self.path.join("fields").join(fields_file(*step))))
     }
 
     /// Brings the logs to the disk every few seconds, so that a long run can be followed.
@@ -507,6 +501,6 @@ fn vtp(step: u64) -> String {
 }
 
 /// The file name of a step's snapshot.
-fn vti(step: u64) -> String {
+pub fn fields_file(step: u64) -> String {
     format!("{step:08}.vti")
 }

@@ -3,11 +3,11 @@
 use super::compare::Comparison;
 use super::fit::{self, Morison};
 use super::midline;
-use super::snapshot::Snapshot;
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::config::{Case, ForceRule, Measure, MeasureKind, When};
 use crate::particles::{Body, Motion};
+use crate::scene::Scene;
 use crate::state::Exchange;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
@@ -95,11 +95,15 @@ impl Series {
         Comparison::of(&self.measure, self.value())
     }
 
-    /// Takes what the fields of the whole grid give.
-    pub fn take_fields(&mut self, snapshot: &Snapshot) {
+    /// Takes what the fields give of a kind that is of them. Collective.
+    ///
+    /// # Errors
+    /// When ranks cannot add up what they have.
+    pub fn take_fields<const D: usize>(&mut self, scene: &Scene<D>) -> Result<()> {
         if self.measure.kind.is_of_midline() {
-            self.found = midline::extremum(self.measure.kind, snapshot);
+            self.found = midline::extremum(self.measure.kind, scene)?;
         }
+        Ok(())
     }
 
     /// Takes the state after a step, and what [`survey`](super::survey::survey) gives of it, of a kind that is of the whole box.

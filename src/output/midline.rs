@@ -8,28 +8,36 @@
 //!   +---|---+
 //! ```
 
-use super::snapshot::Snapshot;
+use crate::Result;
 use crate::config::MeasureKind;
+use crate::scene::Scene;
 
-/// The value of a measure `kind` of a midline; `None` for other kinds, and where there is no 2D velocity.
-pub fn extremum(kind: MeasureKind, snapshot: &Snapshot) -> Option<f64> {
-    let velocity = &snapshot.array("velocity")?.values;
-    let [nx, ny, 1] = snapshot.cells else { return None };
-    let at = |i: usize, j: usize, axis: usize| velocity.get(3 * (j * nx + i) + axis).copied();
-    // The two cells, or twice the one, in the middle of n.
-    let pair = |n: usize| [(n - 1) / 2, n / 2];
-    let down =
-        || (0..ny).map(|j| Some(0.5 * pair(nx).map(|i| at(i, j, 0)).into_iter().sum::<Option<f64>>()?)).collect();
-    let across =
-        || (0..nx).map(|i| Some(0.5 * pair(ny).map(|j| at(i, j, 1)).into_iter().sum::<Option<f64>>()?)).collect();
-    let (values, sign): (Option<Vec<f64>>, f64) = match kind {
-        MeasureKind::MidlineULeast => (down(), -1.0),
-        MeasureKind::MidlineVLeast => (across(), -1.0),
-        MeasureKind::MidlineVLargest => (across(), 1.0),
-        _ => return None,
+/// The value of a measure `kind` of a midline; `None` for other kinds, and in 3D. Collective.
+///
+/// # Errors
+/// When ranks cannot add up what they have of the line.
+pub fn extremum<const D: usize>(kind: MeasureKind, scene: &Scene<D>) -> Result<Option<f64>> {
+    let (axis, along, sign) = match kind {
+        MeasureKind::MidlineULeast => (0, 1, -1.0),
+        MeasureKind::MidlineVLeast => (1, 0, -1.0),
+        MeasureKind::MidlineVLargest => (1, 0, 1.0),
+        _ => return Ok(None),
     };
-    let values: Vec<f64> = values?.into_iter().map(|v| sign * v).collect();
-    Some(sign * peak(&values))
+    let (grid, u) = (&scene.domain.grid, &scene.state.u[axis]);
+    let Ok(cells) = <[usize; 2]>::try_from(&grid.cells[..]) else { return Ok(None) };
+    let own = |cell: [usize; 2]| grid.owned_index(std::array::from_fn(|a| cell[a])).map_or(0.0, |c| sign * u[c]);
+    let mut values = line(cells, along, own);
+    scene.domain.session.sum(&mut values)?;
+    Ok(Some(sign * peak(&values)))
+}
+
+/// The values of cells on the line along an axis through the middle of the other.
+fn line(cells: [usize; 2], along: usize, value: impl Fn([usize; 2]) -> f64) -> Vec<f64> {
+    let across = cells[1 - along];
+    // The two cells, or twice the one, in the middle.
+    let pair = [(across - 1) / 2, across / 2];
+    let at = |i: usize, j: usize| value(if along == 0 { [i, j] } else { [j, i] });
+    (0..cells[along]).map(|i| 0.5 * pair.iter().map(|j| at(i, *j)).sum::<f64>()).collect()
 }
 
 /// The largest of samples at equal spacing, by a parabola where it has neighbours on both sides.
@@ -45,32 +53,21 @@ fn peak(values: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::output::snapshot::Array;
 
     #[test]
     fn parabolas_of_velocity_give_their_own_extrema_on_even_and_odd_grids() {
-        for cells in [[8, 8, 1], [9, 7, 1]] {
-            let mut values = Vec::new();
-            for k in 0..cells[0] * cells[1] {
-                let place = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
-                let (x, y) = (place(k % cells[0], cells[0]), place(k / cells[0], cells[1]));
-                // On the midlines -1 + 3 (y - 0.3)^2 and 2 - (x - 0.6)^2; a slope across them is averaged out.
-                values.extend([
-                    (x - 0.5) - 1.0 + 3.0 * (y - 0.3).powi(2),
-                    2.0 * (y - 0.5) + 2.0 - (x - 0.6).powi(2),
-                    0.0,
-                ]);
-            }
-            let velocity = Array { name: "velocity".into(), components: 3, values };
-            let snapshot = Snapshot { time: 0.0, cells, h: [1.0; 3], arrays: vec![velocity] };
-            let of = |kind| extremum(kind, &snapshot).unwrap();
-            assert!((of(MeasureKind::MidlineULeast) + 1.0).abs() < 1e-12);
-            assert!((of(MeasureKind::MidlineVLargest) - 2.0).abs() < 1e-12);
+        for cells in [[8, 8], [9, 7]] {
+            let place = |cell: [usize; 2], a: usize| (cell[a] as f64 + 0.5) / cells[a] as f64;
+            // On the midlines 1 - 3 (y - 0.3)^2 and 2 - (x - 0.6)^2; a slope across them is averaged out.
+            let u = line(cells, 1, |at| (place(at, 0) - 0.5) + 1.0 - 3.0 * (place(at, 1) - 0.3).powi(2));
+            let v = |sign: f64| {
+                line(cells, 0, |at| sign * (2.0 * (place(at, 1) - 0.5) + 2.0 - (place(at, 0) - 0.6).powi(2)))
+            };
+            assert!((peak(&u) - 1.0).abs() < 1e-12);
+            assert!((peak(&v(1.0)) - 2.0).abs() < 1e-12);
             // The least is in an outermost cell, which has no neighbour beyond.
             let first = 0.5 / cells[0] as f64;
-            assert!((of(MeasureKind::MidlineVLeast) - 2.0 + (first - 0.6).powi(2)).abs() < 1e-12);
+            assert!((-peak(&v(-1.0)) - 2.0 + (first - 0.6).powi(2)).abs() < 1e-12);
         }
-        let empty = Snapshot { time: 0.0, cells: [4, 4, 4], h: [1.0; 3], arrays: Vec::new() };
-        assert_eq!(extremum(MeasureKind::MidlineULeast, &empty), None);
     }
 }

@@ -6,6 +6,7 @@ mod bodies;
 pub mod checkpoint;
 pub mod compare;
 pub mod figure;
+mod file;
 pub mod film;
 mod fit;
 mod folder;
@@ -20,9 +21,11 @@ pub mod snapshot;
 pub mod statistics;
 pub mod summary;
 pub mod survey;
+pub mod vti;
 pub mod watch;
 
-pub use folder::{Folder, Log, Marks, StepRow, may_use};
+pub use file::replace;
+pub use folder::{Folder, Log, Marks, StepRow, fields_file, may_use};
 
 /// Prints a line that a command was asked for. A reader that has gone (`| head`) is no error; a full disk is.
 pub fn print(line: &str) -> crate::Result<()> {

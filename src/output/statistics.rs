@@ -14,13 +14,16 @@
 //! ```
 //! M is of the state at two moments and the forces are of all steps between them: what is missing shows what either lost.
 
-use super::snapshot::{Array, Snapshot, replace};
-use crate::Result;
+use super::file::replace;
+use super::snapshot::slices;
+use super::vti::{Head, Writer};
 use crate::archive::{Archive, Checkpointed};
 use crate::config::{Axis, Case, Statistics as Plan};
 use crate::grid::{Grid, VectorField, simd};
+use crate::petsc::Session;
 use crate::scene::Scene;
 use crate::state::{Balance, Impulses};
+use crate::{Error, Result};
 use nalgebra::Vector3;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -31,6 +34,9 @@ pub const FIELDS: &str = "statistics.vti";
 pub const PROFILE: &str = "profile.csv";
 /// See there.
 pub const BALANCE: &str = "balance.csv";
+
+/// Names of the components of a velocity.
+const COMPONENTS: [&str; 3] = ["u", "v", "w"];
 
 /// Sums over time.
 pub struct Statistics<const D: usize> {
@@ -213,57 +219,38 @@ impl<const D: usize> Statistics<D> {
         self.balance.iter_mut().flatten().try_for_each(|window| window.serialize(archive))
     }
 
-    /// Writes the files into a run's folder, on rank 0; nothing before the first sample. Collective.
+    /// Writes the files into a run's folder; nothing before the first sample. Collective.
     ///
     /// # Errors
     /// When they cannot be written.
-    pub fn write(&self, scene: &Scene<D>, folder: Option<&Path>) -> Result<()> {
+    pub fn write(&self, scene: &Scene<D>, folder: &Path) -> Result<()> {
         if self.counted <= 0.0 {
             return Ok(());
         }
-        let gather = |fields: &[Vec<f64>]| fields.iter().map(|f| scene.gather(f)).collect::<Result<Vec<_>>>();
-        let (velocity, products, pressure) =
-            (gather(&self.velocity)?, gather(&self.products)?, gather(&self.pressure)?);
-        let solid = if self.solid.is_empty() { None } else { Some(scene.gather(&self.solid)?) };
-        let solid_velocity = gather(&self.solid_velocity)?;
-        let Some(folder) = folder else { return Ok(()) };
-        let sums = Sums { counted: self.counted, velocity, products, pressure, solid, solid_velocity };
-        let grid = &scene.domain.grid;
-        let pick = |a: usize| if a < D { a } else { 0 };
-        let n = grid.total_cells();
-        let snapshot = Snapshot {
-            time: scene.state.time,
-            cells: std::array::from_fn(|a| if a < D { grid.cells[a] } else { 1 }),
-            h: std::array::from_fn(|a| grid.h[pick(a)]),
-            arrays: sums.means(D, n, std::iter::once),
-        };
-        snapshot.write(&folder.join(FIELDS))?;
-        if let Some(table) = self.balance.and_then(|[window, _]| window.table(D, self.counted)) {
-            replace(&folder.join(BALANCE), table.as_bytes())?;
+        let (grid, session) = (&scene.domain.grid, &scene.domain.session);
+        let means = self.means(&|field| Ok(field.to_vec()), &vec![1.0; self.pressure[0].len()])?;
+        let of = |(name, parts): &(String, Vec<Vec<f64>>)| (name.clone(), if parts.len() == 1 { 1 } else { 3 });
+        let head = Head { arrays: means.iter().map(of).collect(), ..Head::of(grid, scene.state.time, &[]) };
+        let mut file = Writer::begin(session, &folder.join(FIELDS), head)?;
+        for (name, parts) in &means {
+            file.put(grid, name, &slices(parts));
         }
-        match self.plan.profile {
-            Some(axis) => replace(&folder.join(PROFILE), sums.profile(grid, axis).as_bytes()),
-            None => Ok(()),
-        }
+        file.commit()?;
+        let table = self.balance.and_then(|[window, _]| window.table(D, self.counted));
+        let profile = self.plan.profile.map(|axis| self.profile(session, grid, axis)).transpose()?;
+        let texts = [(BALANCE, table), (PROFILE, profile)].into_iter().filter(|_| session.rank() == 0);
+        session.agree(
+            texts
+                .filter_map(|(name, text)| Some((name, text?)))
+                .try_for_each(|(name, text)| replace(&folder.join(name), text.as_bytes())),
+        )
     }
-}
 
-/// The sums of the whole grid.
-struct Sums {
-    counted: f64,
-    velocity: Vec<Vec<f64>>,
-    products: Vec<Vec<f64>>,
-    pressure: Vec<Vec<f64>>,
-    solid: Option<Vec<f64>>,
-    solid_velocity: Vec<Vec<f64>>,
-}
-
-impl Sums {
-    /// The means of `n` places, each of which has the cells that `cells` gives; zero where there was nothing to be meant.
-    fn means<C: Iterator<Item = usize>>(&self, dimension: usize, n: usize, cells: impl Fn(usize) -> C) -> Vec<Array> {
-        let of = |field: &[f64]| (0..n).map(|k| cells(k).map(|c| field[c]).sum()).collect::<Vec<f64>>();
-        let all: Vec<f64> = (0..n).map(|k| self.counted * cells(k).count() as f64).collect();
-        let solid = self.solid.as_ref().map_or_else(|| vec![0.0; n], |solid| of(solid));
+    /// The means by name and component in places that have so many `cells` each; `sum` adds a field up in each place. Zero where there was
+    /// nothing to be meant.
+    fn means(&self, sum: &dyn Fn(&[f64]) -> Result<Vec<f64>>, cells: &[f64]) -> Result<Vec<(String, Vec<Vec<f64>>)>> {
+        let all: Vec<f64> = cells.iter().map(|cells| self.counted * cells).collect();
+        let solid = if self.solid.is_empty() { vec![0.0; all.len()] } else { sum(&self.solid)? };
         let over = |sums: Vec<f64>, weights: &[f64]| -> Vec<f64> {
             let part = |((sum, weight), all): ((f64, &f64), &f64)| {
                 if *weight > 1e-9 * all { sum / weight } else { 0.0 }
@@ -271,54 +258,57 @@ impl Sums {
             sums.into_iter().zip(weights).zip(&all).map(part).collect()
         };
         let fluid: Vec<f64> = all.iter().zip(&solid).map(|(all, solid)| all - solid).collect();
-        let velocity: Vec<Vec<f64>> = self.velocity.iter().map(|u| over(of(u), &fluid)).collect();
-        let pressure = over(of(&self.pressure[0]), &fluid);
+        let mean = |field: &[f64], weights: &[f64]| Ok::<_, Error>(over(sum(field)?, weights));
+        let velocity = self.velocity.iter().map(|u| mean(u, &fluid)).collect::<Result<Vec<_>>>()?;
+        let pressure = mean(&self.pressure[0], &fluid)?;
         let spread = |squares: Vec<f64>, a: &[f64], b: &[f64]| -> Vec<f64> {
             squares.iter().zip(a.iter().zip(b)).map(|(square, (a, b))| square - a * b).collect()
         };
-        let mut arrays = vec![Array::vector("velocity", velocity.clone()), Array::scalar("pressure", pressure.clone())];
-        for (sum, (a, b)) in self.products.iter().zip(pairs(dimension)) {
-            let name = format!("{}{}", ["u", "v", "w"][a], ["u", "v", "w"][b]);
-            arrays.push(Array::scalar(&name, spread(over(of(sum), &fluid), &velocity[a], &velocity[b])));
+        let mut means =
+            vec![("velocity".to_owned(), velocity.clone()), ("pressure".to_owned(), vec![pressure.clone()])];
+        for (products, (a, b)) in self.products.iter().zip(pairs(D)) {
+            let name = format!("{}{}", COMPONENTS[a], COMPONENTS[b]);
+            means.push((name, vec![spread(mean(products, &fluid)?, &velocity[a], &velocity[b])]));
         }
-        let squares = over(of(&self.pressure[1]), &fluid);
-        arrays.push(Array::scalar("pp", spread(squares, &pressure, &pressure)));
-        if self.solid.is_some() {
-            let own = self.solid_velocity.iter().map(|v| over(of(v), &solid)).collect();
-            arrays.push(Array::scalar("solid_fraction", over(solid, &all)));
-            arrays.push(Array::vector("solid_velocity", own));
+        let squares = mean(&self.pressure[1], &fluid)?;
+        means.push(("pp".to_owned(), vec![spread(squares, &pressure, &pressure)]));
+        if !self.solid.is_empty() {
+            let own = self.solid_velocity.iter().map(|v| mean(v, &solid)).collect::<Result<Vec<_>>>()?;
+            means.push(("solid_fraction".to_owned(), vec![over(solid, &all)]));
+            means.push(("solid_velocity".to_owned(), own));
         }
-        arrays
+        Ok(means)
     }
 
-    /// `profile.csv`: a row a layer.
-    fn profile<const D: usize>(&self, grid: &Grid<D>, axis: Axis) -> String {
+    /// `profile.csv`: a row a layer. Collective.
+    fn profile(&self, session: &Session, grid: &Grid<D>, axis: Axis) -> Result<String> {
         let axis = axis.index();
-        let stride: usize = grid.cells[..axis].iter().product();
-        let (layers, total) = (grid.cells[axis], grid.total_cells());
-        let first = move |k: usize| (0..total / (stride * layers)).map(move |slab| (slab * layers + k) * stride);
-        let cells = |k: usize| first(k).flat_map(move |c| c..c + stride);
-        let arrays = self.means(D, layers, cells);
-        let mut text = ["x", "y", "z"][axis].to_owned();
-        let named = |name: &str, a: usize| match name {
-            "velocity" => ["u", "v", "w"][a].to_owned(),
-            "solid_velocity" => format!("solid_{}", ["u", "v", "w"][a]),
-            name => name.to_owned(),
+        let layers = grid.cells[axis];
+        let sum = |field: &[f64]| {
+            let mut sums = vec![0.0; layers];
+            grid.rows().flatten().for_each(|c| sums[grid.global_cell(c)[axis]] += field[c]);
+            session.sum(&mut sums)?;
+            Ok(sums)
         };
-        let parts = |array: &Array| if array.components == 3 { D } else { 1 };
-        for array in &arrays {
-            (0..parts(array)).for_each(|a| text += &format!(",{}", named(&array.name, a)));
+        let cells = (grid.total_cells() / layers) as f64;
+        let means = self.means(&sum, &vec![cells; layers])?;
+        let mut text = ["x", "y", "z"][axis].to_owned();
+        for (name, parts) in &means {
+            let named = |a: usize| match name.as_str() {
+                "velocity" => COMPONENTS[a].to_owned(),
+                "solid_velocity" => format!("solid_{}", COMPONENTS[a]),
+                name => name.to_owned(),
+            };
+            (0..parts.len()).for_each(|a| text += &format!(",{}", named(a)));
         }
         text.push('\n');
         for k in 0..layers {
             let _ = write!(text, "{:?}", (k as f64 + 0.5) * grid.h[axis]);
-            for array in &arrays {
-                (0..parts(array)).for_each(|a| {
-                    let _ = write!(text, ",{:?}", array.values[array.components * k + a]);
-                });
-            }
+            means.iter().flat_map(|(_, parts)| parts).for_each(|values| {
+                let _ = write!(text, ",{:?}", values[k]);
+            });
             text.push('\n');
         }
-        text
+        Ok(text)
     }
 }

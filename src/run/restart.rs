@@ -3,17 +3,15 @@
 use super::Run;
 use crate::archive::{Archive, Checkpointed};
 use crate::config::{Case, Loaded, written};
-use crate::output::checkpoint::{self, Header, Writer};
+use crate::output::checkpoint::{self, Header, Reader, Writer};
 use crate::output::measure::{self, Series};
-use crate::output::snapshot::Snapshot;
 use crate::output::statistics::Statistics;
+use crate::output::vti::Rows;
 use crate::output::{Folder, Log, Marks};
 use crate::petsc::Session;
 use crate::scene::Scene;
 use crate::state::State;
 use crate::{Error, Result};
-use std::fs::File;
-use std::io::{BufReader, Take, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -80,15 +78,14 @@ impl<const D: usize> Run<'_, D> {
         let marked =
             self.folder.as_mut().map_or(Ok(Marks::default()), |folder| folder.mark(&mut self.log, &self.progress));
         let mut marks = self.session.agree(marked)?;
-        let created = self.folder.as_ref().map(|folder| Writer::create(&folder.path, step)).transpose();
-        let mut writer = self.session.agree(created)?;
+        let mut writer = Writer::begin(self.session, &self.out, step)?;
         let mut header = Header {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             case: self.case.to_toml(),
             ranks: self.session.size() as u64,
         };
         let mut account = Account { wall: self.wall(), ..self.account.clone() };
-        let mut archive = Archive::write(self.session, writer.as_mut().map(|w| w as &mut dyn Write));
+        let mut archive = Archive::write(self.session, &mut writer);
         header.serialize(&mut archive)?;
         serialize(
             &mut archive,
@@ -100,7 +97,7 @@ impl<const D: usize> Run<'_, D> {
             &mut self.scene,
         )?;
         archive.finish()?;
-        self.session.agree(writer.map_or(Ok(()), Writer::commit))?;
+        writer.commit(self.session)?;
         self.checkpoints = Checkpoints::new(self.case.output.checkpoint, Some(step));
         Ok(())
     }
@@ -132,7 +129,7 @@ pub(super) struct Restart {
     step: u64,
     path: PathBuf,
     header: Header,
-    rest: Take<BufReader<File>>,
+    rest: Reader,
     /// Newer ones that are damaged, and why.
     refused: Vec<String>,
 }
@@ -199,6 +196,11 @@ impl Restart {
         }
     }
 
+    /// Whether the run that wrote it was to end at this time (s).
+    pub fn had_end(&self, end: f64) -> bool {
+        written(&self.header.case).is_ok_and(|before| before.time.end == end)
+    }
+
     /// The step after which it goes on.
     pub fn step(&self) -> u64 {
         self.step
@@ -234,9 +236,10 @@ impl<const D: usize> Ended<D> {
             return Ok([format!("{where_ended}: all that lasts")].into_iter().chain(bodies).collect());
         }
         let newest = newest_snapshot(&run).ok_or_else(|| refuse(&run, "it has no fields".into()))?;
-        let snapshot = Snapshot::read(&newest).map_err(|e| refuse(&run, e.to_string()));
-        let snapshot = session.agree(snapshot)?;
-        scene.start_from(&snapshot)?;
+        let velocity = Rows::open(&newest, "velocity").map_err(|e| refuse(&run, e.to_string()));
+        let missing = || refuse(&run, "its last snapshot has no velocity".into());
+        let velocity = session.agree(velocity.and_then(|rows| rows.ok_or_else(missing)))?;
+        scene.start_from(&velocity)?;
         Ok([format!("{where_ended}: the velocity, interpolated")].into_iter().chain(bodies).collect())
     }
 

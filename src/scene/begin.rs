@@ -3,7 +3,7 @@
 use super::Scene;
 use crate::config::Case;
 use crate::method::energy;
-use crate::output::snapshot::Snapshot;
+use crate::output::vti;
 use crate::state::{Balance, State};
 use crate::{Error, Result};
 
@@ -46,39 +46,47 @@ impl<const D: usize> Scene<D> {
         Ok(true)
     }
 
-    /// Takes the velocity of a snapshot, on whatever grid, interpolated to this one's cells, and makes a consistent start of it.
+    /// Takes a velocity that is read, on whatever grid, interpolated to this one's cells, and makes a consistent start of it.
     /// Collective.
     ///
     /// # Errors
-    /// When it has no velocity, or the first projection fails.
-    pub fn start_from(&mut self, snapshot: &Snapshot) -> Result<()> {
-        let missing = || Error::Usage("initial.from: the last snapshot of that run has no velocity".into());
-        let velocity = &snapshot.array("velocity").ok_or_else(missing)?.values;
+    /// When it cannot be read, or the first projection fails.
+    pub fn start_from(&mut self, velocity: &vti::Rows) -> Result<()> {
+        let taken = self.interpolate(velocity);
+        self.domain.session.agree(taken)?;
+        self.start()
+    }
+
+    /// The velocity of this rank's cells between the nearest cells of another grid.
+    fn interpolate(&mut self, velocity: &vti::Rows) -> Result<()> {
         let grid = &self.domain.grid;
-        for c in grid.rows().flatten() {
-            let place = grid.centre(c);
-            // By axis, the two cells beside the place and the share of the upper one; across a period the first follows the last.
-            let between: [[(usize, f64); 2]; 3] = std::array::from_fn(|a| {
-                if a >= D {
-                    return [(0, 1.0), (0, 0.0)];
-                }
-                let (n, at) = (snapshot.cells[a] as i64, place[a] / snapshot.h[a] - 0.5);
-                let (low, share) = (at.floor() as i64, at - at.floor());
-                let cell = |i: i64| if grid.periodic[a] { i.rem_euclid(n) } else { i.clamp(0, n - 1) } as usize;
-                [(cell(low), 1.0 - share), (cell(low + 1), share)]
-            });
-            for axis in 0..D {
-                let mut sum = 0.0;
-                for (k, j, i) in (0..8).map(|corner| (corner >> 2, corner >> 1 & 1, corner & 1)) {
-                    let [(x, wx), (y, wy), (z, wz)] = [between[0][i], between[1][j], between[2][k]];
-                    if wx * wy * wz > 0.0 {
-                        let cell = x + snapshot.cells[0] * (y + snapshot.cells[1] * z);
-                        sum += wx * wy * wz * velocity.get(3 * cell + axis).copied().unwrap_or(0.0);
+        let (cells, h) = (velocity.head.cells, velocity.head.h);
+        // Along an axis, the two cells beside a place and the share of the upper one; across a period the first follows the last.
+        let between = |a: usize, place: f64| {
+            let (n, at) = (cells[a] as i64, place / h[a] - 0.5);
+            let (low, share) = (at.floor() as i64, at - at.floor());
+            let cell = |i: i64| if grid.periodic[a] { i.rem_euclid(n) } else { i.clamp(0, n - 1) } as usize;
+            [(cell(low), 1.0 - share), (cell(low + 1), share)]
+        };
+        let across = |a: usize, place: &[f64; D]| if a < D { between(a, place[a]) } else { [(0, 1.0), (0, 0.0)] };
+        let mut values = Vec::new();
+        for row in grid.rows() {
+            self.state.u.iter_mut().for_each(|u| u[row.clone()].fill(0.0));
+            let place = grid.centre(row.start);
+            let (along_y, along_z) = (across(1, &place), across(2, &place));
+            let beside =
+                along_z.iter().flat_map(|(k, wz)| along_y.iter().map(move |(j, wy)| (j + cells[1] * k, wy * wz)));
+            for (number, weight) in beside.filter(|(_, weight)| *weight > 0.0) {
+                velocity.read(number, &mut values)?;
+                for c in row.clone() {
+                    for (i, share) in between(0, grid.centre(c)[0]) {
+                        for (axis, u) in self.state.u.iter_mut().enumerate() {
+                            u[c] += weight * share * values.get(velocity.components * i + axis).copied().unwrap_or(0.0);
+                        }
                     }
                 }
-                self.state.u[axis][c] = sum;
             }
         }
-        self.start()
+        Ok(())
     }
 }

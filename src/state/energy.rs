@@ -35,10 +35,11 @@ pub struct EnergyBudget {
     /// What is left: the dissipation by the method itself, by upwinding and in the layers of cells at walls. Negative, it has made
     /// energy.
     pub method: f64,
-    /// What viscosity took and the sides gave (W) when that was last sampled, and how long ago (s).
-    pub(crate) powers: [f64; 2],
+    /// What viscosity took (W) when that was last sampled, and how long ago (s).
+    pub(crate) dissipated: f64,
     pub(crate) since: f64,
-    /// Power of the drive after the last step (W).
+    /// Power of the sides of the box and of the drive after the last step (W).
+    pub(crate) given: f64,
     pub(crate) driven: f64,
 }
 
@@ -74,12 +75,13 @@ impl Checkpointed for EnergyBudget {
             contacts,
             friction,
             method,
-            powers: [taken, given],
+            dissipated,
             since,
+            given,
             driven,
         } = self;
         archive.serialize([fluid, bodies, springs, start])?;
         archive.serialize([drive, driven])?;
-        archive.serialize([gravity, borders, prescribed, viscous, contacts, friction, method, taken, given, since])
+        archive.serialize([gravity, borders, prescribed, viscous, contacts, friction, method, dissipated, given, since])
     }
 }

@@ -18,7 +18,7 @@ mod sheet;
 mod table;
 
 use crate::output::print;
-use crate::output::snapshot::replace;
+use crate::output::replace;
 use crate::{Error, Result};
 use child::Outcome;
 use file::Study;

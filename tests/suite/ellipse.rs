@@ -390,7 +390,7 @@ fn ellipses_go_on_from_a_checkpoint_to_rounding() {
             one.step(2e-3).unwrap();
         }
         let mut bytes = Vec::new();
-        let mut archive = Archive::write(&petsc.session, Some(&mut bytes));
+        let mut archive = Archive::write(&petsc.session, &mut bytes);
         one.state.serialize(&one.domain.grid, &mut archive).unwrap();
         archive.finish().unwrap();
         let mut from = &bytes[..];

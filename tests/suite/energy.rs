@@ -3,6 +3,7 @@
 use crate::rolling::on_a_floor;
 use crate::support::{MIXING, PERIODIC, SHARP, box_case, mics, order, petsc};
 use mics::scene::Scene;
+use mics::state::EnergyBudget;
 use std::f64::consts::PI;
 
 /// What the method takes of the energy of decaying vortices, over the start, on so many cells.
@@ -94,6 +95,36 @@ fn a_rebound_loses_what_its_restitution_says_to_the_contact() {
         assert!(e.method.abs() < 5e-3 * e.start && e.friction.abs() < 1e-9 * e.start, "{wall} {restitution}: {e:?}");
         assert!(e.springs.abs() < 1e-9 * e.start, "they have parted: {e:?}");
     }
+}
+
+/// An impact's pressure lasts for one step, and works on an inflow in that step alone, whichever it is.
+#[test]
+fn what_an_impact_does_to_an_inflow_does_not_depend_on_the_step_it_falls_on() {
+    let petsc = petsc();
+    let sides = ["{ inflow = [0.2, 0.0] }", "\"outflow\"", "\"wall\"", "\"wall\""];
+    let budgets: Vec<_> = [0.9, 0.908, 0.916, 0.924]
+        .into_iter()
+        .map(|x| {
+            let more = format!(
+                "[[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [0.6, 0.5]\n\
+             motion = {{ prescribed = {{ velocity = [0.3, 0.0] }} }}\n\
+             [[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [{x:?}, 0.5]\ndensity = 7.85\n\
+             [contact]\nrestitution = 0.5\n{SHARP}"
+            );
+            let mut scene: Scene<2> = petsc.scene(&box_case([2.0, 1.0], [80, 40], 4e-4, sides, &more));
+            for _ in 0..120 {
+                scene.step(0.015).unwrap();
+            }
+            scene.state.energy
+        })
+        .collect();
+    let spread = |of: &dyn Fn(&EnergyBudget) -> f64| {
+        let all = || budgets.iter().map(of);
+        all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min)
+    };
+    let given = budgets[0].prescribed;
+    let (borders, method) = (spread(&|e| e.borders), spread(&|e| e.method));
+    assert!(borders < 0.02 * given && method < 0.02 * given, "{borders} and {method} of {given}: {budgets:?}");
 }
 
 #[test]

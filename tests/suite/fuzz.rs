@@ -167,7 +167,7 @@ fn a_checkpoint_of_any_content_is_played_or_refused() {
     for wall in ["sharp", "mixing"] {
         let whole = RefCell::new(Whole::of(&petsc, wall));
         let mut bytes = Vec::new();
-        let mut archive = Archive::write(&petsc.session, Some(&mut bytes));
+        let mut archive = Archive::write(&petsc.session, &mut bytes);
         whole.borrow_mut().serialize(&mut archive).unwrap();
         archive.finish().unwrap();
         let outcomes = Outcomes::default();

@@ -7,8 +7,9 @@ mod figures;
 mod page;
 
 use super::compare::Comparison;
+use super::file::replace;
 use super::plot::{self, Rows};
-use super::snapshot::{Snapshot, replace};
+use super::snapshot::Snapshot;
 use super::summary::{Provenance, Summary};
 use crate::config::Case;
 use crate::{Error, Result};
