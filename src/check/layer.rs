@@ -91,8 +91,8 @@ impl Walls {
     }
 }
 
-/// The speed that a lone body comes to under its submerged weight (m/s): its terminal speed, or what it gathers on its way to
-/// the border, whichever is less.
+/// The speed that a lone body comes to under its submerged weight (m/s): its terminal speed, or what it gathers until the end on its way to
+/// the borders, whichever is less. Where a border stops it along one axis, it goes on along the others.
 pub fn fall_speed(case: &Case, p: &Particle) -> f64 {
     let gravity = &case.fluid.gravity;
     let g = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
@@ -104,14 +104,16 @@ pub fn fall_speed(case: &Case, p: &Particle) -> f64 {
     }
     let sphere = matches!(p.shape, Shape::Sphere(_));
     let terminal = if nu > 0.0 { terminal_speed(sphere, diameter, weight, nu) } else { f64::INFINITY };
-    let way = gravity.iter().enumerate().filter(|(_, g)| **g != 0.0).map(|(axis, g_axis)| {
-        let down = (*g_axis < 0.0) == (s > 1.0);
-        let (at, size) = (p.position[axis], case.domain.size[axis]);
-        if case.periodic(axis) { f64::INFINITY } else { (if down { at } else { size - at }) * g / g_axis.abs() }
-    });
     let added = if sphere { 0.5 } else { 1.0 };
-    let gathered = (2.0 * weight / (s + added) * way.fold(f64::INFINITY, f64::min)).sqrt();
-    terminal.min(gathered)
+    let square = gravity.iter().enumerate().filter(|(_, g)| **g != 0.0).map(|(axis, along)| {
+        let down = (*along < 0.0) == (s > 1.0);
+        let (at, size) = (p.position[axis], case.domain.size[axis]);
+        let to_border = if down { at } else { size - at } - 0.5 * diameter;
+        let way = if case.periodic(axis) { f64::INFINITY } else { to_border.max(0.0) };
+        let acceleration = (s - 1.0).abs() * along.abs() / (s + added);
+        (2.0 * acceleration * way).min((acceleration * case.time.end).powi(2))
+    });
+    terminal.min(square.sum::<f64>().sqrt())
 }
 
 #[cfg(test)]
@@ -135,8 +137,18 @@ mod tests {
         assert!(layer.falls && (layer.reynolds / 4880.0 - 1.0).abs() < 0.01, "{layer:?}");
         assert!((layer.thickness / 3.43e-4 - 1.0).abs() < 0.01 && layer.cells_needed() == 59.0, "{layer:?}");
         // One that rises has less way: sqrt(2 a L) with a = g/(0.0 + 1), L = 11 mm.
-        let short = thinnest("[0.015, 0.139]", "density = 1e-9");
+        let short = thinnest("[0.015, 0.129]", "density = 1e-9");
         assert!((short.speed - (2.0 * 9.81 * 0.011f64).sqrt()).abs() < 1e-6, "{short:?}");
+    }
+
+    #[test]
+    fn along_a_slope_it_gathers_speed_until_the_end() {
+        let text = "name = \"t\"\ntime.end = 0.5\ndomain = { size = [0.06, 0.06], cells = [24, 24] }\n\
+                    fluid = { density = 1.0, viscosity = 1e-5, gravity = [3.0, -9.0] }\n\
+                    boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }\n\
+                    particle = [{ shape.disc.diameter = 0.01, position = [0.03, 0.005], density = 1e6 }]\n";
+        let case = crate::config::written(text).unwrap();
+        assert!((fall_speed(&case, &case.particle[0]) - 1.5).abs() < 1e-5);
     }
 
     #[test]
