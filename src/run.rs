@@ -19,7 +19,7 @@ use crate::output::statistics::Statistics;
 use crate::output::survey::survey;
 use crate::output::{Folder, Log, StepRow, fields_file, may_use, plot};
 use crate::particles::{Body, Motion};
-use crate::petsc::Session;
+use crate::petsc::{Session, Traffic};
 use crate::poisson::pressure::Projected;
 use crate::scene::{Scene, read_case};
 use crate::scheme::Limits;
@@ -100,6 +100,8 @@ struct Run<'a, const D: usize> {
     progress: Progress,
     started: Instant,
     account: Account,
+    /// Step and what this rank had told others when the time loop began.
+    before: (u64, Traffic),
     interrupt: Interrupt,
     checkpoints: Checkpoints,
     restart: Option<Restart>,
@@ -187,6 +189,7 @@ impl<'a, const D: usize> Run<'a, D> {
             statistics,
             layers: Vec::new(),
             account,
+            before: Default::default(),
             interrupt,
             restart,
             begun,
@@ -229,6 +232,7 @@ impl<'a, const D: usize> Run<'a, D> {
             restart.say(&mut self.log, self.scene.state.time, self.session.size());
         }
         self.progress.begin(self.scene.state.steps, self.scene.state.time);
+        self.before = (self.scene.state.steps, self.session.traffic());
         let result = self.advance();
         let (status, result) = match result {
             Ok(()) => ("done", Ok(())),
@@ -475,8 +479,11 @@ impl<'a, const D: usize> Run<'a, D> {
         let wall = self.wall();
         let cells = self.scene.domain.grid.total_cells();
         let stages = self.scene.stages();
+        let (before, told) = self.before;
+        let mut most = [&(self.session.traffic() - told).numbers()[..], &[peak_memory()]].concat();
         let mut used = [peak_memory(), cpu_seconds()];
         self.session.sum(&mut used)?;
+        self.session.max(&mut most)?;
         let [memory, cpu] = used;
         let unused = self.session.unused_options()?;
         self.write_run(Some(&now()))?;
@@ -488,6 +495,11 @@ impl<'a, const D: usize> Run<'a, D> {
         let comparisons: serde_json::Map<_, _> =
             self.series.iter().filter_map(|s| Some((s.name().to_owned(), json!(s.comparison()?)))).collect();
         let steps = self.scene.state.steps.max(1) as f64;
+        let stepped = (self.scene.state.steps - before).max(1) as f64;
+        let busiest = json!({
+            "collectives_per_step": most[0] / stepped, "collective_bytes_per_step": most[1] / stepped,
+            "messages_per_step": most[2] / stepped, "message_bytes_per_step": most[3] / stepped, "peak_memory_bytes": most[4],
+        });
         let summary = json!({
             "case": self.case.name, "status": status, "cells": cells, "steps": self.scene.state.steps, "time": self.scene.state.time,
             "wall_seconds": wall, "cpu_seconds": cpu, "step_seconds": wall / steps, "divergence_max": self.account.divergence_max,
@@ -496,6 +508,7 @@ impl<'a, const D: usize> Run<'a, D> {
             "comparisons": comparisons,
             "stages_ns_per_cell_step": stages.iter().map(|(n, t)| ((*n).to_owned(), json!(t))).collect::<serde_json::Map<_, _>>(),
             "peak_memory_bytes": memory, "peak_memory_bytes_per_cell": memory / cells as f64,
+            "ranks": self.session.size(), "busiest_rank": busiest,
         });
 
         let total: f64 = stages.iter().map(|s| s.1).sum();
@@ -525,6 +538,17 @@ impl<'a, const D: usize> Run<'a, D> {
             self.account.divergence_max,
             self.case.pressure.divergence_limit
         ));
+        if self.session.size() > 1 {
+            self.log.say(&format!(
+                "{} ranks; the busiest: {:.0} collectives ({:.1} kB) and {:.0} messages ({:.1} kB) a step, {:.0} MB",
+                self.session.size(),
+                most[0] / stepped,
+                most[1] / stepped / 1e3,
+                most[2] / stepped,
+                most[3] / stepped / 1e3,
+                most[4] / 1e6
+            ));
+        }
         if !self.scene.state.waiting.is_empty() {
             let count = self.scene.state.waiting.len();
             let cure = "their time had not come, or their place was never free";

@@ -51,7 +51,7 @@ const FUNCTIONS: &str = "PetscInitialize|PetscFinalize|PetscInitialized|PetscPus
     |KSPConvergedReasons|MPI_(Allreduce|Allgatherv|Sendrecv|Comm_rank|Comm_size|Gatherv|Bcast|Barrier|Send|Recv)";
 
 const VARIABLES: &str = "PETSC_COMM_WORLD|PETSC_VERSION_.*|ompi_mpi_(double|float|int|byte|comm_world|op_sum|op_max|op_min)\
-    |ompi_mpi_(comm_self|comm_null)|KSPConvergedReasons|PetscTrFree";
+    |petsc_(allreduce|gather|scatter|isend|send)_ct|petsc_(isend|send)_len|ompi_mpi_(comm_self|comm_null)|KSPConvergedReasons|PetscTrFree";
 
 fn first_line(text: &str) -> &str {
     text.trim().lines().next().unwrap_or("pkg-config failed")

@@ -8,7 +8,7 @@
 //! Slabs span the stored extent of the other axes, so that doing the axes in order fills edges and corners too.
 
 use super::session::check;
-use super::{Layout, Number, Session};
+use super::{Layout, Number, Session, Traffic};
 use crate::Result;
 use petsc_sys as ffi;
 use std::{ffi::c_int, ptr};
@@ -87,6 +87,9 @@ impl<T: Number> Halo<T> {
         // OpenMPI's MPI_PROC_NULL: a message to nobody.
         let rank = |r: Option<usize>| r.map_or(-2, |r| r as c_int);
         let number = T::datatype();
+        if to.is_some() {
+            self.session.tell(Traffic::message(size_of_val(&self.send[..n])));
+        }
         // SAFETY: both buffers hold at least n numbers; the neighbours make the mirrored call.
         check("MPI_Sendrecv", unsafe {
             ffi::MPI_Sendrecv(

@@ -16,6 +16,6 @@ mod solver;
 pub use halo::Halo;
 pub use layout::Layout;
 pub use operator::{Operator, OwnPreconditioner};
-pub use ranks::Number;
+pub use ranks::{Number, Traffic};
 pub use session::Session;
 pub use solver::{Choice, LinearSolver, Solved};

@@ -7,6 +7,62 @@ use petsc_sys as ffi;
 use std::ffi::{c_int, c_void};
 use std::ptr;
 
+/// What a rank tells others: how often all ranks had to meet and how many bytes it gave there, messages to single ranks and their bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Traffic {
+    /// Sums, largest values, gatherings.
+    pub collectives: f64,
+    /// Bytes given to these; PETSc's own, which are few, are not counted.
+    pub collective_bytes: f64,
+    /// Messages that a rank sends.
+    pub messages: f64,
+    /// Their bytes.
+    pub message_bytes: f64,
+}
+
+impl Traffic {
+    /// The four, in their order.
+    pub fn numbers(&self) -> [f64; 4] {
+        [self.collectives, self.collective_bytes, self.messages, self.message_bytes]
+    }
+
+    /// Those of two, one by one.
+    fn with(self, other: Traffic, put: fn(f64, f64) -> f64) -> Traffic {
+        Traffic {
+            collectives: put(self.collectives, other.collectives),
+            collective_bytes: put(self.collective_bytes, other.collective_bytes),
+            messages: put(self.messages, other.messages),
+            message_bytes: put(self.message_bytes, other.message_bytes),
+        }
+    }
+
+    /// One meeting of all ranks, to which this one brings so many bytes.
+    fn meeting(bytes: usize) -> Traffic {
+        Traffic { collectives: 1.0, collective_bytes: bytes as f64, ..Traffic::default() }
+    }
+
+    /// One message of so many bytes.
+    pub(super) fn message(bytes: usize) -> Traffic {
+        Traffic { messages: 1.0, message_bytes: bytes as f64, ..Traffic::default() }
+    }
+}
+
+impl std::ops::Add for Traffic {
+    type Output = Traffic;
+
+    fn add(self, other: Traffic) -> Traffic {
+        self.with(other, |a, b| a + b)
+    }
+}
+
+impl std::ops::Sub for Traffic {
+    type Output = Traffic;
+
+    fn sub(self, other: Traffic) -> Traffic {
+        self.with(other, |a, b| a - b)
+    }
+}
+
 /// A number that fields hold and messages carry.
 pub trait Number: Copy + sealed::Sealed + 'static {
     /// Nothing.
@@ -53,6 +109,7 @@ impl Session {
         if self.size() == 1 || values.is_empty() {
             return Ok(());
         }
+        self.tell(Traffic::meeting(size_of_val(values)));
         // OpenMPI's MPI_IN_PLACE, a macro that bindgen cannot see.
         let in_place = ptr::without_provenance_mut::<c_void>(1);
         // SAFETY: the buffer holds as many doubles as said, and every rank calls with as many.
@@ -78,6 +135,7 @@ impl Session {
         {
             return Err(Error::Run("a gathering does not fit its buffers".into()));
         }
+        self.tell(Traffic::meeting(size_of_val(&mine[..counts[self.rank()] as usize])));
         // SAFETY: checked above, and every rank makes the same call.
         check("MPI_Allgatherv", unsafe {
             let (number, n) = (T::datatype(), counts[self.rank()]);
@@ -127,6 +185,7 @@ impl Session {
         let double: ffi::MPI_Datatype = (&raw mut ffi::ompi_mpi_double).cast();
         let mut count = bytes.len() as f64;
         if self.rank() != 0 {
+            self.tell(Traffic::message(size_of_val(bytes)));
             // SAFETY: both buffers hold what is said; rank 0 receives in the same order.
             unsafe {
                 check("MPI_Send", ffi::MPI_Send((&raw mut count).cast(), 1, double, 0, 0, self.comm()))?;

@@ -1,7 +1,9 @@
 //! PETSc's life from initialisation to finalisation, its options database and its errors.
 
+use super::Traffic;
 use crate::{Error, Result};
 use petsc_sys as ffi;
+use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::rc::Rc;
@@ -18,6 +20,8 @@ struct Inner {
     size: usize,
     /// Whether this session initialised PETSc, and so has to finalise it.
     owner: bool,
+    /// What our own calls have told other ranks.
+    told: Cell<Traffic>,
 }
 
 /// Names of the options that a built-in choice put in, so that they are not taken for the user's. Like PETSc's database,
@@ -108,7 +112,7 @@ impl Session {
             check("MPI_Comm_size", ffi::MPI_Comm_size(comm, &mut size))?;
             comm
         };
-        Ok(Session(Rc::new(Inner { comm, rank: rank as usize, size: size as usize, owner })))
+        Ok(Session(Rc::new(Inner { comm, rank: rank as usize, size: size as usize, owner, told: Cell::default() })))
     }
 
     fn initialise(options: &[String]) -> Result<()> {
@@ -135,6 +139,25 @@ impl Session {
                 other => other,
             })
         }
+    }
+
+    /// What this rank has told others so far, PETSc's messages and ours.
+    pub fn traffic(&self) -> Traffic {
+        // SAFETY: plain numbers that PETSc's calls count up on this thread, read by value.
+        let theirs = unsafe {
+            Traffic {
+                collectives: ffi::petsc_allreduce_ct + ffi::petsc_gather_ct + ffi::petsc_scatter_ct,
+                collective_bytes: 0.0,
+                messages: ffi::petsc_isend_ct + ffi::petsc_send_ct,
+                message_bytes: ffi::petsc_isend_len + ffi::petsc_send_len,
+            }
+        };
+        self.0.told.get() + theirs
+    }
+
+    /// Counts what one of our own calls tells other ranks.
+    pub(super) fn tell(&self, more: Traffic) {
+        self.0.told.set(self.0.told.get() + more);
     }
 
     /// This process's rank.

@@ -4,7 +4,7 @@
 //! ```text
 //!   j_c = sum over its faces (m_low - m_high)/h     m: what the body carries through a face when it moves in the mode at 1 m/s:
 //!                                                   the part that it covers of those along the axis that it moves along
-//!   s_k = j_k . x                over this rank's cells, then one sum over the ranks for all k
+//!   s_k = j_k . x                over this rank's cells, then one sum over the ranks for the bodies that lie on several
 //!   y  += sum_k (w_k s_k) j_k
 //! ```
 //! In the multigrid they take part on the levels that resolve them, with `j` summed over coarse cells: a sweep solves with
@@ -85,6 +85,31 @@ struct Layer {
     grams: Vec<f64>,
 }
 
+/// The groups that have cells on more than one rank: the others need nobody else's numbers.
+#[derive(Default)]
+struct Shared {
+    groups: Vec<u32>,
+    /// Scratch: their numbers, one group after the other.
+    packed: Vec<f64>,
+}
+
+impl Shared {
+    /// Sums the `width` numbers of each such group over the ranks. Collective.
+    fn sum(&mut self, session: &Session, width: usize, numbers: &mut [f64]) -> Result<()> {
+        if self.groups.is_empty() {
+            return Ok(());
+        }
+        let of = |group: &u32| width * *group as usize..width * (*group as usize + 1);
+        self.packed.clear();
+        self.groups.iter().for_each(|group| self.packed.extend_from_slice(&numbers[of(group)]));
+        session.sum(&mut self.packed)?;
+        for (group, sums) in self.groups.iter().zip(self.packed.chunks_exact(width)) {
+            numbers[of(group)].copy_from_slice(sums);
+        }
+        Ok(())
+    }
+}
+
 /// All bodies, as far as they lie on this rank. Their modes come in groups: a body's motion along the axes; then, of those that
 /// pressure turns, its turning.
 pub(super) struct Bodies {
@@ -98,8 +123,10 @@ pub(super) struct Bodies {
     inverse_h: [f64; 3],
     /// By level, as far as any level has had bodies.
     layers: Vec<Layer>,
-    /// The cells that each body fills, by axis, and nothing for its turning; three numbers a group that the ranks sum.
+    /// The cells that each body fills, by axis, and nothing for its turning: three numbers a group; then, of each group, on how many ranks
+    /// it has cells. Summed over the ranks.
     volumes: Vec<f64>,
+    shared: Shared,
     sums: Vec<f64>,
     /// Whether any is light enough to take part in the multigrid.
     active: bool,
@@ -186,7 +213,13 @@ impl Layer {
         self.begin.push(0);
     }
 
-    fn sum_up(&self, session: &Session, sums: &mut [f64], value: impl Fn(usize) -> Single) -> Result<()> {
+    fn sum_up(
+        &self,
+        session: &Session,
+        shared: &mut Shared,
+        sums: &mut [f64],
+        value: impl Fn(usize) -> Single,
+    ) -> Result<()> {
         for (sum, range) in sums.chunks_exact_mut(3).zip(self.begin.windows(2)) {
             sum.fill(0.0);
             for cell in &self.cells[range[0]..range[1]] {
@@ -194,7 +227,7 @@ impl Layer {
                 (0..3).for_each(|a| sum[a] += cell.j[a] * x);
             }
         }
-        session.sum(sums)
+        shared.sum(session, 3, sums)
     }
 
     fn spread(&self, level: &mut Level, omega: Single) {
@@ -217,6 +250,7 @@ impl Bodies {
             inverse_h,
             layers: vec![Layer::default()],
             volumes: Vec::new(),
+            shared: Shared::default(),
             sums: Vec::new(),
             active: false,
         }
@@ -254,9 +288,9 @@ impl Bodies {
         self.weights.extend(weights.chunks(axes).map(|w| std::array::from_fn(|a| w.get(a).map_or(0.0, |w| w * scale))));
         self.owner.clear();
         self.owner.extend((0..bodies as u32).chain(turning.iter().copied()));
-        for numbers in [&mut self.sums, &mut self.volumes] {
+        for (numbers, width) in [(&mut self.sums, 3), (&mut self.volumes, 4)] {
             numbers.clear();
-            numbers.resize(3 * self.weights.len(), 0.0);
+            numbers.resize(width * self.weights.len(), 0.0);
         }
         let finest = &mut self.layers[0];
         finest.clear(lattice);
@@ -295,7 +329,13 @@ impl Bodies {
         if self.session.anywhere(!rest.is_empty())? {
             return Err(Error::Run("free bodies' modes in the pressure equation are not in the bodies' order".into()));
         }
-        self.session.sum(&mut self.volumes)
+        let here = finest.begin.windows(2).map(|range| f64::from(u8::from(range[1] > range[0])));
+        self.volumes[3 * self.weights.len()..].iter_mut().zip(here).for_each(|(count, here)| *count = here);
+        self.session.sum(&mut self.volumes)?;
+        let counts = self.volumes[3 * self.weights.len()..].iter();
+        self.shared.groups.clear();
+        self.shared.groups.extend((0u32..).zip(counts).filter(|(_, count)| **count > 1.0).map(|(group, _)| group));
+        Ok(())
     }
 
     /// y += sum_k w_k j_k (j_k . x). Collective.
@@ -303,7 +343,7 @@ impl Bodies {
         if self.weights.is_empty() {
             return Ok(());
         }
-        let Bodies { session, weights, layers, sums, .. } = self;
+        let Bodies { session, weights, layers, sums, shared, .. } = self;
         let Layer { begin, cells, .. } = &layers[0];
         for (sum, range) in sums.chunks_exact_mut(3).zip(begin.windows(2)) {
             sum.fill(0.0);
@@ -312,7 +352,7 @@ impl Bodies {
                 (0..3).for_each(|a| sum[a] += cell.j[a] * x);
             }
         }
-        session.sum(sums)?;
+        shared.sum(session, 3, sums)?;
         for ((sum, range), w) in sums.chunks_exact(3).zip(begin.windows(2)).zip(weights) {
             let back: [f64; 3] = std::array::from_fn(|a| w[a] * sum[a]);
             for cell in &cells[range[0]..range[1]] {
@@ -340,7 +380,7 @@ impl Bodies {
         if !self.on(l) {
             return Ok(());
         }
-        let Bodies { session, axes, weights, layers, .. } = self;
+        let Bodies { session, axes, weights, layers, shared, .. } = self;
         let Layer { begin, cells, smooth, grams, .. } = &mut layers[l];
         grams.resize(9 * weights.len(), 0.0);
         let raised = |inverse: Single, j: &[f64; 3]| {
@@ -356,7 +396,7 @@ impl Bodies {
                 }
             }
         }
-        session.sum(grams)?;
+        shared.sum(session, 9, grams)?;
         for ((gram, w), smooth) in grams.chunks_exact(9).zip(weights.iter()).zip(smooth.iter_mut()) {
             let mut block = nalgebra::Matrix3::identity();
             for p in 0..*axes {
@@ -455,18 +495,18 @@ impl Bodies {
         if !self.on(l) {
             return Ok(());
         }
-        let Bodies { session, layers, sums, .. } = self;
+        let Bodies { session, layers, sums, shared, .. } = self;
         let layer = &mut layers[l];
         if !from_zero {
             // x -= omega D^-1 J W J^T x_before
-            layer.sum_up(session, sums, |place| level.next[place])?;
+            layer.sum_up(session, shared, sums, |place| level.next[place])?;
             for (smooth, sum) in layer.smooth.iter_mut().zip(sums.chunks_exact(3)) {
                 smooth.back = std::array::from_fn(|a| smooth.weight[a] * sum[a] as Single);
             }
             layer.spread(level, omega);
         }
         // x -= omega D^-1 J (W^-1 + J^T D^-1 J)^-1 J^T (x - x_before)/omega
-        layer.sum_up(session, sums, |place| {
+        layer.sum_up(session, shared, sums, |place| {
             (level.x[place] - if from_zero { 0.0 } else { level.next[place] }) / omega
         })?;
         for (smooth, sum) in layer.smooth.iter_mut().zip(sums.chunks_exact(3)) {
@@ -482,9 +522,9 @@ impl Bodies {
         if !self.on(l) {
             return Ok(());
         }
-        let Bodies { session, layers, sums, .. } = self;
+        let Bodies { session, layers, sums, shared, .. } = self;
         let layer = &layers[l];
-        layer.sum_up(session, sums, |place| level.x[place])?;
+        layer.sum_up(session, shared, sums, |place| level.x[place])?;
         for ((smooth, sum), range) in layer.smooth.iter().zip(sums.chunks_exact(3)).zip(layer.begin.windows(2)) {
             let back: [Single; 3] = std::array::from_fn(|a| smooth.weight[a] * sum[a] as Single);
             for cell in &layer.cells[range[0]..range[1]] {

@@ -79,7 +79,10 @@ impl<const D: usize> Mics2003<D> {
         choices: Choices,
     ) -> Mics2003<D> {
         let (grid, none) = (&domain.grid, (Vector3::zeros(), Vector3::zeros()));
-        let room: Vec<usize> = bodies.iter().map(|b| fraction::most_cells(grid, b.radius())).collect();
+        // Of several ranks a body touches few: there it takes room as it comes.
+        let alone = grid.local == grid.cells;
+        let room = |b: &Body| if alone { fraction::most_cells(grid, b.radius()) } else { 0 };
+        let room: Vec<usize> = bodies.iter().map(room).collect();
         let falls = |b: &Body| b.freedom().is_some() && b.density != domain.fluid.density;
         let g = choices.field_gravity;
         let gravity = (g != Vector3::zeros() && bodies.iter().any(falls)).then(|| Gravity {

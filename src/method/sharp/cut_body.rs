@@ -34,6 +34,9 @@ pub struct Trace {
     line: u32,
 }
 
+/// Spacings beyond a body at which a rank has nothing of it.
+const BEYOND: f64 = 2.0;
+
 /// No number.
 const NOTHING: u32 = u32::MAX;
 
@@ -168,8 +171,12 @@ pub struct CutBody<const D: usize> {
 }
 
 impl<const D: usize> CutBody<D> {
-    /// One with room for all that a body can touch, its probes counting in spacings of `h` (m).
+    /// One with room for all that a body can touch, its probes counting in spacings of `h` (m). Of several ranks a body touches few: there
+    /// it takes room as it comes.
     pub fn new(grid: &Grid<D>, shape: &dyn Shape, h: f64) -> CutBody<D> {
+        if grid.local != grid.cells {
+            return CutBody::elsewhere(false);
+        }
         let cells = |beyond: f64| fraction::most_cells(grid, shape.radius() + beyond * h);
         let (inside, spots) = (cells(params::unresolved_gap()), shape.surface(h));
         let points = spots.len();
@@ -186,6 +193,24 @@ impl<const D: usize> CutBody<D> {
             probes: Vec::with_capacity(2 * inside + 4 * points),
             across: Vec::with_capacity(inside + points),
             lines: Vec::with_capacity(if shape.is_round() { 0 } else { inside + points }),
+        }
+    }
+
+    /// One that does not reach into this rank's box.
+    fn elsewhere(in_company: bool) -> CutBody<D> {
+        CutBody {
+            cuts: std::array::from_fn(|_| Vec::new()),
+            openings: std::array::from_fn(|_| Vec::new()),
+            in_company,
+            gaps: std::array::from_fn(|_| Vec::new()),
+            solid: Vec::new(),
+            owns: Vec::new(),
+            inside: Vec::new(),
+            points: Vec::new(),
+            spots: Vec::new(),
+            probes: Vec::new(),
+            across: Vec::new(),
+            lines: Vec::new(),
         }
     }
 
@@ -210,15 +235,26 @@ impl<const D: usize> CutBody<D> {
     pub fn rebuild(&mut self, around: &Surroundings<D>, k: usize, before: &Before, tiles: &mut Tiles) {
         let (grid, body, turn) = (around.grid, &around.bodies[k], &around.turn);
         let (shape, placed) = (body.shape(), Placed { shape: body.shape(), centre: body.centre, turn: *turn });
+        self.in_company = around.has_neighbours(k);
+        let tight = if self.in_company { params::unresolved_gap() * around.h } else { 0.0 };
+        let bounds = shape.bounds(turn).sup(&shape.bounds(&before.turn));
+        let extent = bounds.add_scalar(before.way.norm().max(tight));
+        let reached = extent.add_scalar(BEYOND * around.h);
+        if images(grid, &body.centre).all(|image| Block::owned(grid, &image, &reached).ends().is_none()) {
+            if !self.spots.is_empty() {
+                // It has left: its room goes with it.
+                *self = CutBody::elsewhere(self.in_company);
+            }
+            return;
+        }
+        if self.spots.is_empty() {
+            self.spots = shape.surface(around.h);
+        }
         for (axis, (cuts, openings)) in self.cuts.iter_mut().zip(&mut self.openings).enumerate() {
             aperture::cuts(grid, axis, &placed, tiles, cuts, openings);
         }
         fraction::overlaps(grid, &placed, fraction::Rule::Exact, tiles, &mut self.solid);
         self.clear();
-        self.in_company = around.has_neighbours(k);
-        let tight = if self.in_company { params::unresolved_gap() * around.h } else { 0.0 };
-        let bounds = shape.bounds(turn).sup(&shape.bounds(&before.turn));
-        let extent = bounds.add_scalar(before.way.norm().max(tight));
         for image in images(grid, &body.centre) {
             for at in Block::owned(grid, &image, &extent) {
                 let arm =
