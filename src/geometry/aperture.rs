@@ -43,6 +43,9 @@ const LEAST: f64 = 1e-9;
 
 /// Fills `cuts` and `openings`, in the same order, with the faces along `axis` of this rank's cells that a particle (or an
 /// image of it) covers; faces at borders of the box are not among them: what flows through those, the border says.
+///
+/// The first and the last faces of a period are the same ones. Both are found from the first one's place, to the last digit: what flows out at one
+/// side comes in at the other.
 pub fn cuts<const D: usize>(
     grid: &Grid<D>,
     axis: usize,
@@ -56,7 +59,27 @@ pub fn cuts<const D: usize>(
     let mut from = grid.start;
     let mut to: [usize; D] = std::array::from_fn(|a| grid.start[a] + grid.local[a]);
     from[axis] += usize::from(grid.at_border(axis, 0));
-    to[axis] += usize::from(!grid.at_border(axis, 1));
+    let closes = grid.periodic[axis] && to[axis] == grid.cells[axis];
+    to[axis] += usize::from(!grid.at_border(axis, 1) && !closes);
+    find(grid, axis, body, tiles, (from, to), 0, cuts, openings);
+    if closes {
+        (from[axis], to[axis]) = (0, 1);
+        find(grid, axis, body, tiles, (from, to), grid.cells[axis], cuts, openings);
+    }
+}
+
+/// Those among the faces from the first to before the last of a block, which are `on` faces further along the axis.
+#[allow(clippy::too_many_arguments)]
+fn find<const D: usize>(
+    grid: &Grid<D>,
+    axis: usize,
+    body: &Placed,
+    tiles: &mut Tiles,
+    (from, to): ([usize; D], [usize; D]),
+    on: usize,
+    cuts: &mut Vec<Cut>,
+    openings: &mut Vec<Opening>,
+) {
     let Placed { shape, centre, turn } = body;
     let bounds = shape.bounds(turn);
     for image in images(grid, centre) {
@@ -70,7 +93,8 @@ pub fn cuts<const D: usize>(
             if covered < LEAST {
                 return;
             }
-            let at: [usize; D] = std::array::from_fn(|a| first[a] + filled.at[a]);
+            let mut at: [usize; D] = std::array::from_fn(|a| first[a] + filled.at[a]);
+            at[axis] += on;
             let face = (0..D).map(|a| (at[a] - grid.start[a] + grid.ghosts) * grid.stride[a]).sum::<usize>() as u32;
             let covered = if covered > 1.0 - LEAST { 1.0 } else { covered };
             cuts.push(Cut { covered, face, owned: grid.number_of(at).is_some() });

@@ -26,6 +26,14 @@ impl<const D: usize> Scene<D> {
         let s = &mut self.state;
         (s.time, s.steps, s.substeps) = (0.0, 0, 0);
         let bodies = std::mem::replace(&mut s.bodies, fresh.bodies);
+        // What presses and pushes bodies from now on is not what did: they begin as from there.
+        let forces = |case: &Case| (case.fluid.gravity.clone(), case.drive.clone());
+        let weigh_alike = s.bodies.iter().zip(&bodies).all(|(body, ended)| body.mass() == ended.mass());
+        let begin: Vec<usize> = if forces(case) != forces(before) || !weigh_alike {
+            s.bodies.iter().map(|body| body.id).collect()
+        } else {
+            Vec::new()
+        };
         for (k, (body, ended)) in s.bodies.iter_mut().zip(&bodies).enumerate() {
             if (body.centre - ended.centre).norm() > 1e-9 * body.radius() {
                 return Err(Error::Usage(format!(
@@ -41,6 +49,7 @@ impl<const D: usize> Scene<D> {
         (s.drive, s.waiting) = (fresh.drive, fresh.waiting);
         s.balance = fresh.balance.map(|_| Balance::default());
         self.resume()?;
+        self.method.begin_bodies(&self.domain, &mut self.state, &begin)?;
         self.method.rebalance(&self.domain, &mut self.state)?;
         energy::start(&mut self.domain, &mut self.state, &mut self.method)?;
         Ok(true)

@@ -1,6 +1,6 @@
 //! Friction between bodies whose mass in contact is in part or all the fluid's: it makes no energy, and they rest where they lie.
 
-use crate::support::{columns, run};
+use crate::support::{columns, petsc, run};
 use std::collections::HashMap;
 
 /// Runs a case of our own with the steps that a run chooses, and returns the table of its steps.
@@ -114,4 +114,56 @@ fn contacts_of_a_settling_bed_only_take_energy() {
     });
     println!("contacts give back {back:.1e} J of {given:.2} J");
     assert!(most > 0.1 * given && back < 1e-3 * given, "{back} J of {given} J come from contacts");
+}
+
+/// Places (m) of twenty discs of 2 mm, most of them at rest, and velocities (m/s) of those that are not: number 18 slides down between two others.
+const WEDGED: [[f64; 4]; 20] = [
+    [0.005261765, 0.002994874, -2.0e-4, -1.5e-5],
+    [0.005404041, 0.000999959, -2.2e-7, 8.7e-8],
+    [0.001375448, 0.000999982, 2.1e-7, -1.3e-8],
+    [0.010556245, 0.000999967, -1.3e-7, 3.0e-8],
+    [0.019000012, 0.002950087, 6.0e-8, 6.7e-8],
+    [0.000999969, 0.003027142, 7.9e-8, -3.9e-7],
+    [0.014556236, 0.000999970, 5.8e-8, 4.8e-8],
+    [0.004103702, 0.004625470, -9.4e-5, 6.2e-5],
+    [0.018556224, 0.000999963, 6.3e-8, -6.3e-9],
+    [0.010988376, 0.003067172, 1.0e-4, -1.1e-3],
+    [0.003404060, 0.000999956, 3.8e-7, 5.2e-8],
+    [0.007256902, 0.003134062, -1.9e-4, -1.7e-4],
+    [0.017000021, 0.002950094, 3.9e-8, 6.5e-8],
+    [0.013000032, 0.002950112, 6.8e-8, 2.0e-8],
+    [0.007405716, 0.000999981, -9.8e-6, -6.2e-8],
+    [0.002998756, 0.002958424, 3.8e-7, -2.3e-7],
+    [0.016556229, 0.000999967, 8.8e-8, 2.9e-8],
+    [0.015000028, 0.002950099, 4.8e-8, 6.3e-8],
+    [0.009109734, 0.002381103, -2.1e-4, -2.2e-4],
+    [0.012556242, 0.000999976, 6.1e-8, 1.6e-8],
+];
+
+/// Of what discs that are put down weigh, contacts know nothing in the first step, and ask the fluid's answer until they do: a disc wedged
+/// between others made them overshoot further each time.
+#[test]
+fn a_pile_with_a_wedged_disc_is_put_down_without_energy() {
+    let petsc = petsc();
+    let discs: String = WEDGED
+        .iter()
+        .map(|[x, y, u, v]| {
+            format!(
+                "[[particle]]\nshape.disc.diameter = 0.002\nposition = [{x:?}, {y:?}]\nvelocity = [{u:?}, {v:?}]\ndensity = 2650.0\n"
+            )
+        })
+        .collect();
+    let text = format!(
+        "name = \"pile\"\ndomain = {{ size = [0.02, 0.02], cells = [80, 80] }}\n\
+         fluid = {{ density = 1000.0, viscosity = 0.001, gravity = [0.0, -9.81] }}\n\
+         boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n\
+         contact = {{ friction = 0.4, rolling_friction = 0.05 }}\npressure = {{ divergence_limit = 1e-3 }}\ntime = {{ end = 0.02 }}\n{discs}"
+    );
+    let mut scene: mics::scene::Scene<2> = petsc.scene(&text);
+    for step in 1..=3 {
+        scene.step(2e-3).unwrap();
+        let e = scene.state.energy;
+        println!("step {step}: contacts took {:.1e} J, gravity gave {:.1e} J", e.contacts, e.gravity);
+        assert!(e.contacts > -0.1 * e.gravity && e.method > -0.1 * e.gravity, "{e:?}");
+    }
 }

@@ -34,6 +34,7 @@ mod report;
 mod restart;
 mod rolling;
 mod scenes;
+mod seam;
 mod sharp;
 mod spin;
 mod statistics;

@@ -109,8 +109,8 @@ impl<const D: usize> CutBodies<D> {
                 continue;
             }
             self.beside.clear();
-            self.beside.extend(near.iter().map(|&j| Neighbour::new(bodies, k, j, &self.periods)));
             let reach = params::near_gap() * self.h;
+            self.beside.extend(near.iter().flat_map(|&j| Neighbour::all(bodies, k, j, &self.periods, reach)));
             self.beside.extend(Neighbour::images(bodies, k, &self.periods, reach));
             self.beside.extend(Neighbour::reflections(bodies, k, grid, boundaries, reach));
             let turn = bodies[k].turn();

@@ -16,6 +16,9 @@ use crate::params;
 use crate::particles::{Body, nearest_image};
 use nalgebra::{Matrix3, Vector3};
 
+/// Distances that differ by less (spacings) are alike: the two sides of a period, and two ranks, round them differently.
+const SAME: f64 = 1e-9;
+
 /// What lies across a gap.
 #[derive(Clone, Copy, Debug)]
 pub enum Other {
@@ -60,10 +63,29 @@ impl Other {
 }
 
 impl Neighbour {
-    /// The body `j` beside the body `k`.
-    pub fn new(bodies: &[Body], k: usize, j: usize, periods: &[Option<f64>; 3]) -> Neighbour {
-        let apart = nearest_image(&bodies[k].centre, &bodies[j].centre, periods);
-        Neighbour { body: j, apart, turn: bodies[j].turn(), mirror: None, round: round(&bodies[j]) }
+    /// The body `j` beside the body `k`: its nearest image, and of the next ones across periods those with gaps narrower than `reach` (m).
+    pub fn all(
+        bodies: &[Body],
+        k: usize,
+        j: usize,
+        periods: &[Option<f64>; 3],
+        reach: f64,
+    ) -> impl Iterator<Item = Neighbour> {
+        let (nearest, turn, round) =
+            (nearest_image(&bodies[k].centre, &bodies[j].centre, periods), bodies[j].turn(), round(&bodies[j]));
+        let near = reach + bodies[k].radius() + bodies[j].radius();
+        // By axis, the way to the next image on the other side, where that may be near.
+        let next: [Option<f64>; 3] = std::array::from_fn(|a| {
+            let way = -periods[a]?.copysign(nearest[a]);
+            ((nearest[a] + way).abs() < near).then_some(way)
+        });
+        (0..8usize).filter_map(move |sides| {
+            let mut apart = nearest;
+            for a in (0..3).filter(|a| sides >> a & 1 == 1) {
+                apart[a] += next[a]?;
+            }
+            (sides == 0 || apart.norm() < near).then_some(Neighbour { body: j, apart, turn, mirror: None, round })
+        })
     }
 
     /// The images of the body `k` itself across periods hardly longer than it is wide, the gaps narrower than `reach` (m).
@@ -107,6 +129,13 @@ impl Neighbour {
             let turn = Turn::from_matrix_unchecked(plane * body.turn().matrix() * plane);
             Some(Neighbour { body: k, apart, turn, mirror: Some(axis), round })
         })
+    }
+
+    /// Whether a point as near to it as to the body `k` is that one's: always one of the two has it, also of a body and its own image across
+    /// a period. What a plane of symmetry shows has nothing.
+    fn yields_to(&self, k: usize) -> bool {
+        let ahead = || self.apart.iter().find(|way| **way != 0.0).is_some_and(|way| *way > 0.0);
+        k < self.body || (k == self.body && (self.mirror.is_some() || ahead()))
     }
 
     /// The signed distance (m) of its wall from the point at `arm` (m) from the centre of the body that it is near.
@@ -218,11 +247,12 @@ impl<const D: usize> Surroundings<'_, D> {
     /// Whether no other body is nearer to the point at `arm` (m) from the centre of body `k`, `own` (m) from its wall.
     pub fn nearest(&self, k: usize, arm: &Vector3<f64>, own: f64) -> bool {
         self.near.iter().all(|near| {
-            if near.is_beyond(arm, own) {
+            let alike = SAME * self.h;
+            if near.is_beyond(arm, own + alike) {
                 return true;
             }
-            let other = near.distance(self.bodies, arm);
-            own < other || (own == other && k <= near.body)
+            let apart = near.distance(self.bodies, arm) - own;
+            apart > alike || (apart >= -alike && near.yields_to(k))
         })
     }
 

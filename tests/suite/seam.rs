@@ -1,0 +1,114 @@
+//! The two ends of a period are one place, and a run may begin under other forces than another ended with.
+
+use crate::restart::said;
+use crate::support::{columns, mics, run};
+use std::path::Path;
+
+/// The last forces on fixed bodies of 2 mm at these places along x (m), of a stream through a periodic row of discs or of spheres, 8 cells each.
+/// Where a free one goes with the stream, faces remember more.
+fn forces(three: bool, length: f64, y: f64, places: &[f64], free: Option<f64>) -> Vec<f64> {
+    let dir = tempfile::tempdir().unwrap();
+    let along = (length * 4000.0).round();
+    let (shape, size, cells) = if three {
+        ("sphere", format!("[{length:?}, 0.004, 0.004]"), format!("[{along}, 16, 16]"))
+    } else {
+        ("disc", format!("[{length:?}, 0.008]"), format!("[{along}, 32]"))
+    };
+    let fixed = places.iter().map(|x| (*x, y, "motion = \"fixed\""));
+    let bodies: String = fixed
+        .chain(free.map(|x| (x, y - 0.0024, "density = 2650.0")))
+        .map(|(x, y, moves)| {
+            let at = if three { format!("[{x:?}, {y:?}, 0.00199]") } else { format!("[{x:?}, {y:?}]") };
+            format!("[[particle]]\nshape.{shape}.diameter = 0.002\nposition = {at}\n{moves}\n")
+        })
+        .collect();
+    let z = if three { "bottom = \"periodic\", top = \"periodic\", " } else { "" };
+    let text = format!(
+        "name = \"row\"\ndomain = {{ size = {size}, cells = {cells} }}\nfluid = {{ density = 1000.0, viscosity = 0.005 }}\n\
+         boundary = {{ {z}west = \"periodic\", east = \"periodic\", south = \"periodic\", north = \"periodic\" }}\n\
+         contact.friction = 0.4\ndrive.mean_velocity = {{ axis = \"x\", value = 0.05 }}\npressure = {{ divergence_limit = 1e-6, max_iterations = 100 }}\n\
+         time = {{ end = 0.012, step = 0.0005 }}\noutput = {{ figures = false, fixed = \"always\", particles = {{ every = 1 }} }}\n{bodies}"
+    );
+    let case = dir.path().join("case.toml");
+    std::fs::write(&case, text).unwrap();
+    run(&case, &dir.path().join("run"), &[]);
+    let forces = &columns(&dir.path().join("run/particles.csv"))["fluid_fx"];
+    let all = places.len() + usize::from(free.is_some());
+    forces[forces.len() - all..][..places.len()].to_vec()
+}
+
+/// Where the middle of the gap falls on a face, rounding decided on which side of the period it was counted, and which body comes first.
+#[test]
+fn bodies_that_touch_across_a_period_stand_in_the_stream_as_they_do_in_the_middle() {
+    let scenes =
+        [(false, 0.0, 0.004), (false, 75e-6, 0.004), (false, 0.0, 0.00406), (true, 0.0, 0.002), (true, 61e-6, 0.00213)];
+    for ((three, phase, y), turned) in scenes.into_iter().flat_map(|scene| [(scene, false), (scene, true)]) {
+        let pair = |x: f64| {
+            let mut places = [x + phase - 0.001, x + phase + 0.001].map(|x| if x < 0.0 { x + 0.008 } else { x });
+            places[..if turned { 2 } else { 0 }].reverse();
+            places
+        };
+        let free = |x: f64| (!three).then_some(x + phase);
+        let (middle, seam) =
+            (forces(three, 0.008, y, &pair(0.004), free(0.0)), forces(three, 0.008, y, &pair(0.0), free(0.004)));
+        println!("{three} {phase} {y} {turned}: {middle:?} N in the middle, {seam:?} N across the period");
+        for (a, b) in middle.iter().zip(&seam) {
+            assert!((a / b - 1.0).abs() < 1e-5, "{three} {phase} {y}: {middle:?}, {seam:?}");
+        }
+    }
+}
+
+/// Two bodies in a period see each other on both sides.
+#[test]
+fn two_bodies_in_two_periods_are_one_in_one() {
+    for gap in [0.0, 0.000_125] {
+        // Two of these are a whole number of cells.
+        let length = 0.002 + gap;
+        let one = forces(false, 4.0 * length, 0.00406, &[0.3, 1.3, 2.3, 3.3].map(|k| k * length), None);
+        let two = forces(false, 2.0 * length, 0.00406, &[0.3, 1.3].map(|k| k * length), None);
+        println!("gap {gap}: {one:?} N in four, {two:?} N in two");
+        // Every other one lies alike in its cells.
+        for (k, force) in one.iter().enumerate() {
+            assert!((force / two[k % 2] - 1.0).abs() < 1e-6, "gap {gap}: {one:?}, {two:?}");
+        }
+    }
+}
+
+fn slope(dir: &Path, name: &str, gravity: &str, start: &str) -> std::path::PathBuf {
+    let text = format!(
+        "name = \"slope\"\ndomain = {{ size = [0.016, 0.012], cells = [64, 48] }}\n\
+         fluid = {{ density = 1000.0, viscosity = 0.001, gravity = {gravity} }}\n\
+         boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n\
+         contact = {{ friction = 0.4 }}\ntime = {{ end = 0.04 }}\npressure = {{ divergence_limit = 1e-3 }}\n\
+         output = {{ figures = false, particles = {{ every = 1 }} }}\n{start}\n"
+    );
+    std::fs::write(dir.join(name), text).unwrap();
+    dir.join(name)
+}
+
+/// What pushed and pressed a body under the old gravity is no part of its first step under the new one.
+#[test]
+fn a_bed_that_is_tilted_starts_as_one_that_is_put_down_on_the_slope() {
+    let dir = tempfile::tempdir().unwrap();
+    let disc = "[[particle]]\nshape.disc.diameter = 0.002\nposition = [0.004, 0.001]\ndensity = 2650.0";
+    let rest = dir.path().join("rest");
+    run(&slope(dir.path(), "rest.toml", "[0.0, -9.81]", disc), &rest, &[]);
+    let from = format!("initial.from = {rest:?}");
+    for gravity in ["[6.0, -7.5]", "[0.0, 9.81]"] {
+        let [tilted, fresh] = [("tilted", from.as_str()), ("fresh", disc)].map(|(name, start)| {
+            let out = dir.path().join(name);
+            let case = slope(dir.path(), &format!("{name}.toml"), gravity, start);
+            let ran = mics(&["run", case.to_str().unwrap(), "--out", out.to_str().unwrap(), "--quiet", "--force"]);
+            assert_eq!(ran.status.code(), Some(0), "{gravity} {name}: {}", said(&ran));
+            let (bodies, steps) = (columns(&out.join("particles.csv")), columns(&out.join("steps.csv")));
+            let [lost, given] = ["method_loss", "gravity_work"].map(|name| *steps[name].last().unwrap());
+            assert!(lost > -0.05 * given, "{gravity} {name}: {lost} J of {given}");
+            ["x", "y"].map(|name| bodies[name].last().unwrap() - bodies[name][0])
+        });
+        println!("{gravity}: {tilted:?} m after the tilt, {fresh:?} m put down");
+        // How long a film holds what is pulled off depends on how thin it was.
+        let (way, off) = (fresh[0].hypot(fresh[1]), (tilted[0] - fresh[0]).hypot(tilted[1] - fresh[1]));
+        let allowed = if gravity.starts_with("[0.0") { 0.3 } else { 0.03 };
+        assert!(way > 0.0 && off < allowed * way, "{gravity}: {tilted:?}, {fresh:?}");
+    }
+}
