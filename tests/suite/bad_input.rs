@@ -173,7 +173,7 @@ const BAD_CASES: &[Row] = &[
     ("[time]", "[contact]\nnormal_stiffness = \"soft\"\n[time]", "normal_stiffness", "contact.normal_stiffness", &["auto"]),
     ("[time]", "[contact]\nnormal_stiffness = 1.0\nexponent = 0.5\n[time]", "exponent", "contact.exponent", &["from 1 to 3"]),
     ("[time]", "[contact]\nnormal_stiffness = 1.0\ntangential_ratio = inf\n[time]", "tangential_ratio", "contact.tangential_ratio", &["finite"]),
-    ("[time]", "[contact]\nnormal_stiffness = 1.0\nrestitution = 0.0\n[time]", "restitution", "contact.restitution", &["above 0 and at most 1"]),
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\nrestitution = 0.0\n[time]", "restitution", "contact.restitution", &["at least 0.001 and at most 1"]),
     ("[time]", "[contact]\nnormal_stiffness = 1.0\nsubsteps = 0\n[time]", "substeps", "contact.substeps", &["\"auto\"", "1 or more"]),
     ("[time]", "[contact]\nnormal_stiffness = 1.0\nsubsteps = \"many\"\n[time]", "substeps", "contact.substeps", &["\"auto\" or a whole number, 1 or more"]),
     ("[time]", "[contact]\nnormal_stiffness = 1.0\n[[contact.pair]]\nbetween = [\"steel\", \"wall\"]\n[time]", "between", "contact.pair.0.between.0", &["\"steel\"", "known here: \"default\", \"wall\""]),

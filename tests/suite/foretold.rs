@@ -61,7 +61,7 @@ fn what_the_grid_does_not_resolve_is_said_with_the_cells_that_it_takes_by_the_ch
         (cavity, "fluid.viscosity=1e-7", "time.end=0.005", ["3163 cells along", "and there are 128; so large"]),
     ] {
         let case = case.to_str().unwrap();
-        let (code, said) = says(&["check", case, "--set", set]);
+        let (code, said) = says(&["check", case, "--set", set, "--set", end]);
         let line = said.lines().find(|line| line.starts_with("warning      that layer is thinner")).unwrap_or_default();
         assert!(code == Some(0) && expected.iter().all(|part| line.contains(part)), "{said}");
         assert!(line.contains("fluid.viscosity is dynamic, in Pa s"), "{line}");

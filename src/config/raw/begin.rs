@@ -29,7 +29,7 @@ pub(in crate::config) fn begin(case: &mut Case, folder: &Path) -> Check {
     case.particle.splice(0..0, bodies);
     for body in &case.particle {
         below_periods(case, key, body.shape.diameter())?;
-        inside(case, key, "a particle of that run", &body.position, body.shape.diameter())?;
+        inside(case, key, "a particle of that run", body)?;
     }
     if let Some(Overlap { first, second, words }) = overlap(case) {
         ensure!(

@@ -8,6 +8,9 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 /// The name of the borders' material.
 pub const WALL: &str = "wall";
 
+/// The least restitution: a thousandth of the speed.
+const LEAST_RESTITUTION: f64 = 1e-3;
+
 /// Bodies that touch: springs with friction and loss, of all materials unless a `pair` says otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -33,7 +36,7 @@ pub struct Contact {
     /// their elastic-plastic spring and dashpot); zero or positive, default 0. It needs friction to roll at all.
     #[serde(default)]
     pub rolling_friction: f64,
-    /// Speed after over speed before a normal impact, above 0 and up to 1; default 0.5 without `damping`.
+    /// Speed after over speed before a normal impact, from 0.001 to 1; default 0.5 without `damping`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub restitution: Option<f64>,
     /// Dashpots instead of a restitution.
@@ -234,8 +237,13 @@ impl Pair {
         let one = self.restitution.is_none() || self.damping.is_none();
         ensure!(one, key("damping"), "restitution and damping exclude each other: remove one of them");
         if let Some(restitution) = self.restitution {
-            let holds = restitution > 0.0 && restitution <= 1.0;
-            ensure!(holds, key("restitution"), "must be above 0 and at most 1, not {restitution:?}");
+            let holds = (LEAST_RESTITUTION..=1.0).contains(&restitution);
+            let why = "of less nothing would be seen, and friction could not follow so stiff a dashpot";
+            ensure!(
+                holds,
+                key("restitution"),
+                "must be at least {LEAST_RESTITUTION} and at most 1, not {restitution:?}: {why}"
+            );
         }
         if let Some(Damping { normal, tangential }) = self.damping {
             not_negative(&key("damping.normal"), normal, "N s/m")?;

@@ -256,7 +256,7 @@ pub(super) fn particle(case: &Case, particle: &Particle, index: usize) -> Check 
     let place = format!("{table}.position");
     vector(&place, &particle.position, dimension, "m")?;
     below_periods(case, &key_diameter, diameter)?;
-    inside(case, &place, &format!("particle {index}"), &particle.position, diameter)?;
+    inside(case, &place, &format!("particle {index}"), particle)?;
     let Particle { motion, density, viscosity, .. } = particle;
     let (velocity, spin) = (particle.velocity.as_deref(), particle.spin.as_ref());
     let (locked, material) = (particle.locked.as_slice(), particle.material.as_deref());
@@ -276,14 +276,15 @@ pub(super) fn below_periods(case: &Case, key: &str, diameter: f64) -> Check {
 }
 
 /// The body `who` is within the box: its centre where sides are periodic, all of it elsewhere.
-pub(super) fn inside(case: &Case, key: &str, who: &str, position: &[f64], diameter: f64) -> Check {
-    for (axis, (&centre, &size)) in position.iter().zip(&case.domain.size).enumerate() {
+pub(super) fn inside(case: &Case, key: &str, who: &str, body: &Particle) -> Check {
+    let diameter = body.shape.diameter();
+    for (axis, (&centre, &size)) in body.position.iter().zip(&case.domain.size).enumerate() {
         let x = AXES[axis];
         if case.periodic(axis) {
             let domain = format!("the domain: 0 <= {x} < {size:?} m");
             ensure!((0.0..size).contains(&centre), key, "{who} has its centre at {x} = {centre:?} m, outside {domain}");
         } else {
-            let (low, high, slack) = (centre - 0.5 * diameter, centre + 0.5 * diameter, slack(case, diameter));
+            let (low, high, slack) = (centre - 0.5 * diameter, centre + 0.5 * diameter, slack(case, [body; 2]));
             let holds = low >= -slack && high <= size + slack;
             let extent = format!("from {} to {} m along {x}", short(low), short(high));
             let cure = format!("move it inside, or make {} and {} periodic", FACES[2 * axis], FACES[2 * axis + 1]);
@@ -345,9 +346,9 @@ pub(super) fn overlap(case: &Case) -> Option<Overlap> {
         for &(_, j) in along_x[rank + 1..].iter().take_while(|(other, _)| other - x <= widest).filter(|(_, j)| *j != i)
         {
             let distance = distance(&bodies[i].position, &bodies[j].position, &periods);
-            let diameters = [i, j].map(|k| bodies[k].shape.diameter());
-            let reach = 0.5 * (diameters[0] + diameters[1]);
-            if distance < reach - slack(case, diameters[0].min(diameters[1])) {
+            let pair = [i, j].map(|k| &bodies[k]);
+            let reach = 0.5 * pair.iter().map(|body| body.shape.diameter()).sum::<f64>();
+            if distance < reach - slack(case, pair) {
                 let [distance, reach] = unlike(distance, reach);
                 let words = format!("their centres are {distance} m apart, and must be {reach} m or more");
                 return Some(Overlap { first: i.min(j), second: i.max(j), words });
@@ -357,10 +358,12 @@ pub(super) fn overlap(case: &Case) -> Option<Overlap> {
     None
 }
 
-/// How far bodies, the smaller one of this diameter (m), may overlap (m): as grains do that press on each other, where contacts say how.
-fn slack(case: &Case, diameter: f64) -> f64 {
-    let part = if case.contact.is_some() { PRESSED } else { 1e-9 };
-    part * diameter
+/// How far two bodies may overlap (m): as grains do that press on each other, where contacts say how, and where both are held: they may have
+/// settled in another run.
+fn slack(case: &Case, pair: [&Particle; 2]) -> f64 {
+    let held = pair.iter().all(|body| body.motion != Motion::Free);
+    let part = if held || case.contact.is_some() { PRESSED } else { 1e-9 };
+    part * pair.iter().map(|body| body.shape.diameter()).fold(f64::INFINITY, f64::min)
 }
 
 /// Overlap of grains that press on each other, of the smaller diameter.

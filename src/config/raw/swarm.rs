@@ -298,7 +298,7 @@ fn append_run(case: &mut Case, swarm: &Swarm, file: &Path, key: &str) -> Check {
         }
         below_periods(case, key, body.shape.diameter())?;
         let who = format!("{}: particle {}", file.display(), case.particle.len() - first);
-        inside(case, key, &who, &body.position, body.shape.diameter())?;
+        inside(case, key, &who, &body)?;
         case.particle.push(body);
     }
     if let Some(Overlap { first, second, words }) = overlap(case) {

@@ -414,6 +414,14 @@ mod tests {
     }
 
     #[test]
+    fn what_is_held_may_overlap_as_grains_do_that_have_settled() {
+        let settled = discs(&[[1.0, 0.0999], [1.1999, 0.0999]]);
+        assert_eq!(refusal(2, &settled), None);
+        let (key, _) = refusal(2, &settled.replace("\"fixed\"", "\"free\", density = 2.0")).unwrap();
+        assert_eq!(key, "particle.0.position");
+    }
+
+    #[test]
     fn bodies_that_overlap_across_the_periodic_faces_are_refused() {
         let (key, message) = refusal(2, &discs(&[[3.95, 0.5], [2.0, 0.5], [0.05, 0.5]])).unwrap();
         assert_eq!(key, "particle.2.position");

@@ -57,7 +57,7 @@ pub(super) fn append(case: &mut Case, swarm: &Swarm, path: &Path, key: &str) -> 
         let placed = below_periods(case, key, diameter)
             .map_err(|fault| refuse(&at(line), &format!("column `diameter`: {}", fault.message)))
             .and_then(|()| {
-                let within = inside(case, key, "the particle", &particle.position, diameter);
+                let within = inside(case, key, "the particle", &particle);
                 within.map_err(|fault| refuse(&at(line), &format!("columns `x` to `diameter`: {}", fault.message)))
             });
         placed?;
