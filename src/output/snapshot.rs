@@ -158,7 +158,7 @@ impl Snapshot {
         self.arrays.iter().find(|a| a.name == name)
     }
 
-    /// Reads a file that [`write`] wrote.
+    /// Reads a file that [`write()`] wrote.
     ///
     /// # Errors
     /// When the file is not there or not of that form.
@@ -167,7 +167,7 @@ impl Snapshot {
         Self::parse(&bytes).ok_or_else(|| vti::strange(path))
     }
 
-    /// The time (s) of a file that [`write`] wrote, from its first lines.
+    /// The time (s) of a file that [`write()`] wrote, from its first lines.
     ///
     /// # Errors
     /// When the file is not there or not of that form.
