@@ -457,7 +457,7 @@ impl<'a, const D: usize> Run<'a, D> {
             self.scene.domain.clock.lap(Stage::Statistics);
         }
         let (folder, mut written) = (&mut self.folder, Ok(()));
-        self.probes.record(&self.scene, |line| {
+        self.probes.record(&mut self.scene, |line| {
             if let (Some(folder), Ok(())) = (folder.as_mut(), &written) {
                 written = folder.write_probe(line);
             }

@@ -29,14 +29,17 @@ impl Probes {
     /// When ranks cannot sum.
     pub fn record<const D: usize>(
         &mut self,
-        scene: &Scene<D>,
+        scene: &mut Scene<D>,
         mut put: impl FnMut(std::fmt::Arguments) -> Result<()>,
     ) -> Result<()> {
-        let s = &scene.state;
-        for (probe, places) in &self.probes {
-            if s.time < probe.from || !s.steps.is_multiple_of(probe.every.unwrap_or(1)) {
-                continue;
-            }
+        let (time, steps) = (scene.state.time, scene.state.steps);
+        let due = |probe: &Probe| time >= probe.from && steps.is_multiple_of(probe.every.unwrap_or(1));
+        if self.probes.iter().any(|(probe, _)| due(probe)) {
+            // A place beside another rank's cells lies between them and this one's.
+            scene.domain.boundaries.fill_velocity(&mut scene.state.u)?;
+        }
+        let (scene, s) = (&*scene, &scene.state);
+        for (probe, places) in self.probes.iter().filter(|(probe, _)| due(probe)) {
             self.values.clear();
             self.values.resize(NUMBERS * places.len(), 0.0);
             for (values, place) in self.values.chunks_exact_mut(NUMBERS).zip(places) {

@@ -74,6 +74,36 @@ fn two_bodies_in_two_periods_are_one_in_one() {
     }
 }
 
+/// A body that nearly fills a period is beside its own image: the flow between the two is the same wherever it stands.
+#[test]
+fn a_body_beside_its_own_image_feels_the_same_in_every_cell() {
+    let force = |cells: [usize; 2], width: f64, at: [f64; 2]| {
+        let dir = tempfile::tempdir().unwrap();
+        let (h, case) = (0.000_25, dir.path().join("case.toml"));
+        let [size, at] = [cells.map(|n| n as f64), at].map(|v| v.map(|x| h * x));
+        let text = format!(
+            "name = \"tight\"\ndomain = {{ size = {size:?}, cells = {cells:?} }}\nfluid = {{ density = 1000.0, viscosity = 0.005 }}\n\
+             boundary = {{ west = \"periodic\", east = \"periodic\", south = \"periodic\", north = \"periodic\" }}\n\
+             drive.mean_velocity = {{ axis = \"x\", value = 0.005 }}\npressure = {{ divergence_limit = 1e-6, max_iterations = 200 }}\n\
+             time = {{ end = 0.001, step = 0.0001 }}\noutput = {{ figures = false, fixed = \"always\", particles = {{ every = 1 }} }}\n\
+             [[particle]]\nshape.disc.diameter = {:?}\nposition = {at:?}\nmotion = \"fixed\"\n",
+            h * width
+        );
+        std::fs::write(&case, text).unwrap();
+        run(&case, &dir.path().join("run"), &[]);
+        *columns(&dir.path().join("run/particles.csv"))["fluid_fx"].last().unwrap()
+    };
+    for (cells, width, [x, y]) in [([24, 10], 9.0, [5.25, 4.9392]), ([32, 16], 15.84, [16.5, 3.0])] {
+        let inside = force(cells, width, [x, y]);
+        let wrapped = |x: f64, n: usize| x.rem_euclid(n as f64);
+        for (dx, dy) in [(0.0, -4.0), (0.0, 5.0), (-11.0, 0.0), (9.0, 6.0)] {
+            let moved = force(cells, width, [wrapped(x + dx, cells[0]), wrapped(y + dy, cells[1])]);
+            println!("{width} in {}: {inside} N, {moved} N moved by {dx}, {dy} cells", cells[1]);
+            assert!((moved / inside - 1.0).abs() < 1e-6, "{width} in {}: {inside} N, {moved} N", cells[1]);
+        }
+    }
+}
+
 fn slope(dir: &Path, name: &str, gravity: &str, start: &str) -> std::path::PathBuf {
     let text = format!(
         "name = \"slope\"\ndomain = {{ size = [0.016, 0.012], cells = [64, 48] }}\n\

@@ -220,3 +220,35 @@ fn bodies_that_come_in_later_are_in_the_means_and_bring_their_momentum() {
         assert!(balance["passages"][0].abs() > 1e-3 * largest, "{wall}: {balance:?}");
     }
 }
+
+/// Between the last cells of a rank and the first of the next a probe reads both, as they are after a body's motion was mixed in.
+#[test]
+fn probes_beside_another_rank_read_what_is_there() {
+    for wall in ["sharp", "mixing"] {
+        let dir = tempfile::tempdir().unwrap();
+        let disc = "[[particle]]\nshape = { disc = { diameter = 0.6 } }\nposition = [1.0, 1.0]\n\
+                    motion = { prescribed = { velocity = [0.4, 0.2] } }\n";
+        let probe = "[[probe]]\nname = \"beside\"\nat = [0.6, 0.97]\nto = [1.4, 1.03]\npoints = 9\n";
+        let text = format!(
+            "{disc}{probe}[coupling]\nwall = \"{wall}\"\n[pressure]\ndivergence_limit = 1e-8\n[output]\nfigures = false\n\
+             [time]\nend = 0.1\nstep = 0.01\n"
+        );
+        let case = write(dir.path(), "case.toml", &box_case([2.0, 2.0], [24, 30], 0.05, CHANNEL, &text));
+        let [alone, shared] = ["alone", "shared"].map(|name| dir.path().join(name));
+        run(&case, &alone, &[]);
+        let ranks = mpirun(2, env!("CARGO_BIN_EXE_mics"))
+            .args(["run", case.to_str().unwrap(), "--quiet", "--out", shared.to_str().unwrap()])
+            .output()
+            .unwrap();
+        assert!(ranks.status.success(), "{}", String::from_utf8_lossy(&ranks.stderr));
+        let text = |out: &Path| std::fs::read_to_string(out.join("probes.csv")).unwrap();
+        let velocities = |out: &Path| -> Vec<f64> {
+            let rows = text(out);
+            let row = |line: &str| line.split(',').skip(7).take(2).map(|v| v.parse().unwrap()).collect::<Vec<f64>>();
+            rows.lines().skip(1).flat_map(row).collect()
+        };
+        let worst = velocities(&alone).iter().zip(velocities(&shared)).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        println!("{wall}: {worst:.1e} m/s");
+        assert!(worst < 1e-7, "{wall}: {worst} m/s");
+    }
+}

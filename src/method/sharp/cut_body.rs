@@ -262,8 +262,9 @@ impl<const D: usize> CutBody<D> {
                 let s = shape.distance(turn, &arm);
                 let fresh = s > 0.0 && shape.distance(&before.turn, &(arm + before.way)) <= 0.0;
                 let Some(cell) = grid.owned_index(at) else { continue };
-                // Cells that it touches come in the same order.
-                let touched = self.solid.get(self.owns.len()).is_some_and(|solid| solid.cell == cell);
+                // Cells that it touches come in the same order, image by image; the next one may be the first that another image touches.
+                let own = |solid: &Overlap| solid.cell == cell && (solid.arm - arm).amax() < around.h;
+                let touched = self.solid.get(self.owns.len()).is_some_and(own);
                 if s > tight && !fresh && !touched {
                     continue;
                 }
