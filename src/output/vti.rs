@@ -208,7 +208,8 @@ impl Cells {
     /// Writes a row of array `k` from the cell `first` on, in the whole grid's order.
     fn put(&mut self, k: usize, components: usize, first: usize, row: Range<usize>, parts: &[&[f64]]) {
         let at = self.begins[k] + 8 * (components * first) as u64;
-        if at != self.at + self.waiting.len() as u64 || self.waiting.len() > BUFFER - 8 * components * row.len() {
+        let next = self.waiting.len() + 8 * components * row.len();
+        if at != self.at + self.waiting.len() as u64 || next > BUFFER {
             self.flush();
             self.at = at;
         }
