@@ -46,13 +46,13 @@ impl<const D: usize> PressureAcceleration<D> {
     pub fn reopen(&mut self, domain: &Domain<D>, cut: &CutBodies<D>) {
         self.opened.clear();
         let (grid, density) = (&domain.grid, domain.fluid.density);
-        for o in cut.bodies.iter().flat_map(|body| body.own_cells()) {
+        for (o, part) in cut.bodies.iter().flat_map(|body| body.own_cells()) {
             self.opened.push(std::array::from_fn(|axis| {
                 let (low, high) = (o.cell, o.cell + grid.stride[axis]);
                 let [open_low, open_high] = [low, high].map(|f| cut.beta.at(axis, f) * density);
                 let (a_low, a_high) = (self.faces[axis][low], self.faces[axis][high]);
                 let open = (open_low * a_low + open_high * a_high) / (1.0 + 0.5 * (open_low + open_high));
-                open - 0.5 * (a_low + a_high)
+                part * (open - 0.5 * (a_low + a_high))
             }));
         }
     }
@@ -75,7 +75,7 @@ impl<const D: usize> PressureAcceleration<D> {
         let mass = domain.fluid.density * domain.grid.cell_volume();
         let mut opened = self.opened.iter();
         for (k, body) in cut.bodies.iter().enumerate() {
-            for (o, opened) in body.own_cells().zip(&mut opened) {
+            for ((o, _), opened) in body.own_cells().zip(&mut opened) {
                 for (field, opened) in u.iter_mut().zip(opened) {
                     field[o.cell] += dt * opened;
                 }

@@ -4,6 +4,7 @@ use super::cut_body::{Before, CutBody};
 use super::gap::{Neighbour, Surroundings};
 use super::ghost_width;
 use super::near::NearBodies;
+use super::shared::Part;
 use super::tally::MomentumTally;
 use crate::domain::Domain;
 use crate::geometry::Tiles;
@@ -28,6 +29,8 @@ pub struct CutBodies<const D: usize> {
     pub(super) covered_before: [Vec<(usize, f64)>; D],
     /// Those near the body that is rebuilt.
     beside: Vec<Neighbour>,
+    /// Cells to which several bodies are equally near, and that they set.
+    pub(super) shared: Vec<Part>,
     /// Scratch of what a body fills.
     tiles: Tiles,
     /// What bodies cover of each face of an axis while faces are opened, and which have been listed; zero otherwise.
@@ -46,6 +49,7 @@ impl<const D: usize> CutBodies<D> {
         let size = std::array::from_fn(|a| if a < D { grid.size[a] } else { 1.0 });
         let cut: Vec<_> = bodies.iter().map(|b| CutBody::new(grid, b.shape(), h)).collect();
         let faces = cut.iter().map(|cut| cut.cuts[0].capacity()).sum();
+        let shared = cut.iter().map(|cut| cut.inside_shared.capacity()).sum();
         let open = vec![1.0 / domain.fluid.density; grid.field().len()];
         CutBodies {
             bodies: cut,
@@ -54,6 +58,7 @@ impl<const D: usize> CutBodies<D> {
             before: bodies.iter().map(Before::here).collect(),
             covered_before: std::array::from_fn(|_| Vec::with_capacity(faces)),
             beside: Vec::with_capacity(16),
+            shared: Vec::with_capacity(shared),
             tiles: Tiles::for_radius(bodies.iter().map(Body::radius).fold(0.0, f64::max), &grid.h),
             total: grid.field(),
             flows: Vec::with_capacity(D * faces),
@@ -117,6 +122,7 @@ impl<const D: usize> CutBodies<D> {
             let around = Surroundings { grid, boundaries, bodies, turn, near: &self.beside, h: self.h, friction };
             self.bodies[k].rebuild(&around, k, &self.before[k], &mut self.tiles);
         }
+        self.share_cells();
         self.open_faces(domain);
     }
 
@@ -162,7 +168,7 @@ impl<const D: usize> CutBodies<D> {
         self.set_inside(domain, fresh, inside, tally.map(|tally| (1.0, tally)), u);
     }
 
-    /// Finds in `inside` what [`CutBodies::impose`] sets.
+    /// Finds in `inside` what [`CutBodies::impose`] sets, of all cells that bodies set; nothing of those that it leaves.
     pub fn find_inside(
         &self,
         domain: &Domain<D>,
@@ -178,7 +184,11 @@ impl<const D: usize> CutBodies<D> {
             #[inline(always)]
             || {
                 for (k, cut) in self.bodies.iter().enumerate() {
-                    for cell in cut.inside.iter().filter(|i| fresh || !i.fresh) {
+                    for cell in &cut.inside {
+                        if cell.fresh && !fresh {
+                            inside.push(Vector3::zeros());
+                            continue;
+                        }
                         let rigid = bodies[k].velocity_at(&cell.arm);
                         let profile = cut.value(&cell.trace, &cell.arm, grid, u, bodies, k, Some(resolved));
                         inside.push(rigid + profile);
@@ -186,6 +196,7 @@ impl<const D: usize> CutBodies<D> {
                 }
             },
         );
+        self.share_values(fresh, inside);
     }
 
     /// What the velocity `u` (m/s) has in all cells inside the bodies beyond what was found in `inside`.
@@ -207,7 +218,7 @@ impl<const D: usize> CutBodies<D> {
         let mass = domain.fluid.density * domain.grid.cell_volume();
         let mut values = inside.iter();
         for (k, cut) in self.bodies.iter().enumerate() {
-            for (inside, value) in cut.inside.iter().filter(|i| fresh || !i.fresh).zip(&mut values) {
+            for (inside, value) in cut.inside.iter().zip(&mut values).filter(|(i, _)| fresh || !i.fresh) {
                 let (mut added, cell) = (Vector3::zeros(), inside.cell as usize);
                 for (a, field) in u.iter_mut().enumerate() {
                     let change = inside.weight * (value[a] - field[cell]);

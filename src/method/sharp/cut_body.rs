@@ -9,8 +9,9 @@
 //! ```
 //! with g the gap along n to the next body or wall; between these the shares change smoothly.
 
-use super::gap::{Other, Shares, Surroundings};
+use super::gap::{Nearest, Other, Shares, Surroundings};
 use super::probe::Probe;
+use super::shared::SharedCell;
 use crate::geometry::{
     Block, Cut, Opening, Overlap, Placed, Shape, SurfacePoint, Tiles, Turn, aperture, fraction, images,
 };
@@ -36,6 +37,9 @@ pub struct Trace {
 
 /// Spacings beyond a body at which a rank has nothing of it.
 const BEYOND: f64 = 2.0;
+
+/// Of so many of its cells a body shares one at most: they lie in the plane between two.
+const FEW: usize = 4;
 
 /// No number.
 const NOTHING: u32 = u32::MAX;
@@ -156,10 +160,14 @@ pub struct CutBody<const D: usize> {
     pub gaps: [Vec<GapFace>; D],
     /// Cells that it touches, with its fraction of them.
     pub solid: Vec<Overlap>,
-    /// Cells of `solid` in which it speaks for the wall: no other body is nearer.
-    pub owns: Vec<bool>,
+    /// Of the cells of `solid`, how far it speaks for the wall there: wholly where no other body is nearer, not at all where one is.
+    pub owns: Vec<f64>,
+    /// Those in which others are equally near.
+    pub owns_shared: Vec<SharedCell>,
     /// Cells inside it.
     pub inside: Vec<Inside>,
+    /// Those in which others are equally near.
+    pub inside_shared: Vec<SharedCell>,
     /// Points on its surface, of this rank.
     pub points: Vec<Point>,
     /// Where they all lie in the body's own axes, about two a spacing.
@@ -187,7 +195,9 @@ impl<const D: usize> CutBody<D> {
             gaps: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
             solid: Vec::with_capacity(cells(0.0)),
             owns: Vec::with_capacity(cells(0.0)),
+            owns_shared: Vec::with_capacity(cells(0.0) / FEW),
             inside: Vec::with_capacity(inside),
+            inside_shared: Vec::with_capacity(inside / FEW),
             points: Vec::with_capacity(points),
             spots,
             probes: Vec::with_capacity(2 * inside + 4 * points),
@@ -205,7 +215,9 @@ impl<const D: usize> CutBody<D> {
             gaps: std::array::from_fn(|_| Vec::new()),
             solid: Vec::new(),
             owns: Vec::new(),
+            owns_shared: Vec::new(),
             inside: Vec::new(),
+            inside_shared: Vec::new(),
             points: Vec::new(),
             spots: Vec::new(),
             probes: Vec::new(),
@@ -226,9 +238,9 @@ impl<const D: usize> CutBody<D> {
         }
     }
 
-    /// Cells in which it speaks for the wall.
-    pub fn own_cells(&self) -> impl Iterator<Item = &Overlap> {
-        self.solid.iter().zip(&self.owns).filter_map(|(cell, owns)| owns.then_some(cell))
+    /// Cells in which it speaks for the wall, and how far.
+    pub fn own_cells(&self) -> impl Iterator<Item = (&Overlap, f64)> {
+        self.solid.iter().zip(self.owns.iter().copied()).filter(|(_, owns)| *owns > 0.0)
     }
 
     /// Finds the faces and cells of the body `k`, as it lies now and lay `before`.
@@ -269,10 +281,15 @@ impl<const D: usize> CutBody<D> {
                     continue;
                 }
                 let nearest = around.nearest(k, &arm, s);
+                let shared = matches!(nearest, Nearest::Several { .. });
                 if touched {
-                    self.owns.push(nearest);
+                    let owns = if nearest == Nearest::Another { 0.0 } else { 1.0 };
+                    if shared {
+                        self.owns_shared.push(SharedCell::next(&self.owns, cell, 1.0, false));
+                    }
+                    self.owns.push(owns);
                 }
-                if (s > tight && !fresh) || !nearest {
+                if (s > tight && !fresh) || nearest == Nearest::Another {
                     continue;
                 }
                 let (mut trace, mut weight) = (STILL, 1.0);
@@ -285,6 +302,9 @@ impl<const D: usize> CutBody<D> {
                 } else if s > -body.radius().min(params::profile_depth() * around.h) {
                     let normal = Normal::new(shape, &arm, s, shape.normal(turn, &arm));
                     trace = self.profile(around, &image, &normal, s);
+                }
+                if shared {
+                    self.inside_shared.push(SharedCell::next(&self.inside, cell, weight, fresh));
                 }
                 self.inside.push(Inside { arm, weight, trace, cell: cell as u32, fresh });
             }
@@ -303,7 +323,8 @@ impl<const D: usize> CutBody<D> {
             for (cut, Opening { arm, .. }) in cuts.iter().zip(openings).filter(|(cut, _)| cut.covered < 1.0) {
                 let own = shape.distance(&around.turn, arm);
                 let (share, kept) = around.flow(around.width_at(k, arm, own));
-                if kept > 0.0 && around.nearest(k, arm, own) {
+                let first = || matches!(around.nearest(k, arm, own), Nearest::This | Nearest::Several { first: true });
+                if kept > 0.0 && first() {
                     gaps.push(GapFace { face: cut.face, share, kept: kept * kept });
                 }
             }
@@ -312,6 +333,8 @@ impl<const D: usize> CutBody<D> {
 
     fn clear(&mut self) {
         self.owns.clear();
+        self.owns_shared.clear();
+        self.inside_shared.clear();
         self.probes.clear();
         self.across.clear();
         self.lines.clear();

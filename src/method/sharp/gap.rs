@@ -19,6 +19,20 @@ use nalgebra::{Matrix3, Vector3};
 /// Distances that differ by less (spacings) are alike: the two sides of a period, and two ranks, round them differently.
 const SAME: f64 = 1e-9;
 
+/// Which of the bodies near a point has it: the one whose wall is nearest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Nearest {
+    /// This one.
+    This,
+    /// Another one.
+    Another,
+    /// This one and others, which are as near; it is the first of them, or not.
+    Several {
+        /// Whether it is the first.
+        first: bool,
+    },
+}
+
 /// What lies across a gap.
 #[derive(Clone, Copy, Debug)]
 pub enum Other {
@@ -131,11 +145,10 @@ impl Neighbour {
         })
     }
 
-    /// Whether a point as near to it as to the body `k` is that one's: always one of the two has it, also of a body and its own image across
-    /// a period. What a plane of symmetry shows has nothing.
-    fn yields_to(&self, k: usize) -> bool {
+    /// Whether it comes after the body `k`, or is its own image further along: one of two always comes first.
+    fn is_after(&self, k: usize) -> bool {
         let ahead = || self.apart.iter().find(|way| **way != 0.0).is_some_and(|way| *way > 0.0);
-        k < self.body || (k == self.body && (self.mirror.is_some() || ahead()))
+        k < self.body || (k == self.body && ahead())
     }
 
     /// The signed distance (m) of its wall from the point at `arm` (m) from the centre of the body that it is near.
@@ -244,16 +257,24 @@ impl<const D: usize> Surroundings<'_, D> {
         own + other
     }
 
-    /// Whether no other body is nearer to the point at `arm` (m) from the centre of body `k`, `own` (m) from its wall.
-    pub fn nearest(&self, k: usize, arm: &Vector3<f64>, own: f64) -> bool {
-        self.near.iter().all(|near| {
-            let alike = SAME * self.h;
+    /// Whether other bodies are nearer than the body `k` to the point at `arm` (m) from its centre, `own` (m) from its wall.
+    pub fn nearest(&self, k: usize, arm: &Vector3<f64>, own: f64) -> Nearest {
+        let (alike, mut nearest) = (SAME * self.h, Nearest::This);
+        for near in self.near {
             if near.is_beyond(arm, own + alike) {
-                return true;
+                continue;
             }
             let apart = near.distance(self.bodies, arm) - own;
-            apart > alike || (apart >= -alike && near.yields_to(k))
-        })
+            if apart < -alike {
+                return Nearest::Another;
+            }
+            // What a plane of symmetry shows has nothing.
+            if apart <= alike && near.mirror.is_none() {
+                let first = nearest != Nearest::Several { first: false } && near.is_after(k);
+                nearest = Nearest::Several { first };
+            }
+        }
+        nearest
     }
 
     /// Whether another body or a wall is so near that the grid does not resolve the gap.

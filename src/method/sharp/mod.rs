@@ -59,6 +59,7 @@ mod motion;
 mod near;
 mod openings;
 mod probe;
+mod shared;
 mod step;
 mod tally;
 
