@@ -8,7 +8,7 @@ mod reading;
 mod traffic;
 
 use crate::clock::Stage;
-use crate::config::Case;
+use crate::config::{Case, WallRule};
 use crate::contact::Impact;
 use crate::domain::{Domain, Fluid};
 use crate::error::NotFinite;
@@ -281,7 +281,8 @@ fn build_domain<const D: usize>(session: &Session, case: &Case, bodies: &[Body])
     let layout = Layout::new(session, &cells, &periodic, ghosts)?;
     let grid = Grid::new(cells, axes(&case.domain.size), periodic, &layout);
     let borders = std::array::from_fn(|a| [0, 1].map(|s| border(&grid, a, &case.boundary[a][s])));
-    let boundaries = Boundaries::new(session, &layout, &grid, borders);
+    let parabola = case.coupling.wall == WallRule::Sharp;
+    let boundaries = Boundaries::new(session, &layout, &grid, borders, parabola);
     let sides_work = session.anywhere(boundaries.do_work())?;
     let stopping = StoppingRule {
         limit: case.pressure.divergence_limit,

@@ -1,7 +1,7 @@
 //! What the sides of the box do to the fluid: the momentum that goes through them, from the fields beside them alone.
 //!
 //! ```text
-//!      ghost 0 | cell 0   cell 1         viscous   mu (u_ghost - u_0)/h       2 mu (u_b - u_0)/h at a wall
+//!      ghost 0 | cell 0   cell 1         viscous   mu (u_ghost - u_0)/h
 //!         o    |    o        o           carried   rho U u_face               the fifth-order upwind value
 //!              ^ side                    pressure  (3 p_0 - p_1)/2            (p_ghost + p_0)/2 at an outflow
 //! ```
@@ -86,9 +86,10 @@ pub fn power<const D: usize>(
                 if side == 0 { (cell, cell - s, cell + s) } else { (cell + s, cell + s, cell - s) };
             let inwards = if side == 0 { faces[axis][face] } else { -faces[axis][face] };
             let pressure = boundaries.pressure_at(axis, side, p, [ghost, cell, next]);
-            let at_side = |q: &[f64]| 0.5 * (q[ghost] + q[cell]);
-            let kinetic = 0.5 * density * u.iter().map(|q| at_side(q).powi(2)).sum::<f64>();
-            let shear = u.iter().map(|q| at_side(q) * (q[ghost] - q[cell])).sum::<f64>() * viscosity / grid.h[axis];
+            let at_side = |i: usize| boundaries.velocity_at(axis, side, i, &u[i], ghost, cell);
+            let kinetic = 0.5 * density * (0..D).map(|i| at_side(i).powi(2)).sum::<f64>();
+            let shear = u.iter().enumerate().map(|(i, q)| at_side(i) * (q[ghost] - q[cell])).sum::<f64>() * viscosity
+                / grid.h[axis];
             power += area * ((pressure + kinetic) * inwards + shear);
         }
     }

@@ -221,15 +221,20 @@ fn slopes<const D: usize>(domain: &Domain<D>, u: &VectorField<D>, method: &Metho
             slopes -= 0.5 * o.fraction * (0..D).map(own).sum::<f64>();
         }
     });
-    // A face of the border belongs to half a cell; of the high borders no cell has had it yet.
+    // A face of the border belongs to what lies between it and the cell; of the high borders no cell has had it yet.
     for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
         if domain.boundaries.borders[axis][side].is_none() {
             continue;
         }
-        let (s, sign) = (grid.stride[axis], 2.0 * side as f64 - 1.0);
+        let (s, h) = (grid.stride[axis], grid.h[axis]);
         for cell in grid.border_cells(axis, side) {
-            let face = if side == 0 { cell } else { cell + s };
-            slopes += 0.5 * sign * u.iter().map(|u| slope(u, face, s, grid.h[axis])).sum::<f64>();
+            let ghost = if side == 0 { cell - s } else { cell + s };
+            for (i, u) in u.iter().enumerate() {
+                let all = u[cell] - u[ghost];
+                let at_side = domain.boundaries.velocity_at(axis, side, i, u, ghost, cell);
+                let counted = if side == 0 { all } else { 0.0 };
+                slopes += (u[cell] - at_side - counted) * all / (h * h);
+            }
         }
     }
     slopes * grid.cell_volume()

@@ -99,7 +99,7 @@ impl System {
         let grid = Grid::<2>::new([NX, NY], [NX as f64, NY as f64], [false; 2], &layout);
         let west = if singular { Border::Slip } else { Border::Outflow };
         let borders = [[Some(west), Some(Border::Slip)], [Some(Border::Slip), Some(Border::Slip)]];
-        let boundaries = Boundaries::new(session, &layout, &grid, borders);
+        let boundaries = Boundaries::new(session, &layout, &grid, borders, true);
         let operator = Rc::new(RefCell::new(Poisson::new(session, &layout, &grid, &boundaries)?));
         operator.borrow_mut().set(&grid, &FaceCoefficient::Uniform(1.0))?;
         let cells: Vec<usize> = grid.rows().flatten().map(|c| grid.global_cell(c)).map(|[x, y]| x + NX * y).collect();

@@ -93,7 +93,7 @@ impl<const D: usize> Case<D> {
             Ends::Walls => [Some(Border::Slip), Some(Border::Slip)],
             Ends::Outflow => [Some(Border::Slip), Some(Border::Outflow)],
         });
-        let boundaries = Boundaries::new(session, &layout, &grid, borders);
+        let boundaries = Boundaries::new(session, &layout, &grid, borders, true);
         let mut beta = grid.vector_field();
         let mut covered = Vec::new();
         for axis in 0..D {

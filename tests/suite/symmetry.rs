@@ -130,7 +130,9 @@ fn parting<const D: usize>(cells: [usize; D], steps: usize) -> [f64; 3] {
         &[0.0, -1.0, 0.0][..D]
     );
     text += "[boundary]\nsouth = \"wall\"\n";
-    ["west", "east", "north", "bottom", "top"][..2 * D - 1].iter().for_each(|side| text += &format!("{side} = \"slip\"\n"));
+    ["west", "east", "north", "bottom", "top"][..2 * D - 1]
+        .iter()
+        .for_each(|side| text += &format!("{side} = \"slip\"\n"));
     for side in [-1.0, 1.0] {
         let at = [0.5 * size[0] + 0.57 * side, 0.6 * size[1], 0.5 * size[D - 1] + 0.03];
         text += &format!(

@@ -11,6 +11,7 @@
 
 use super::gap::{Nearest, Other, Shares, Surroundings};
 use super::probe::Probe;
+use super::profile;
 use super::shared::SharedCell;
 use crate::geometry::{
     Block, Cut, Opening, Overlap, Placed, Shape, SurfacePoint, Tiles, Turn, aperture, fraction, images,
@@ -19,9 +20,10 @@ use crate::grid::{Grid, VectorField};
 use crate::params;
 use crate::particles::Body;
 use nalgebra::Vector3;
+
 /// What that slope takes of the wall's own velocity, over a spacing.
 pub(super) fn resistance() -> f64 {
-    (3.0 - 1.5 + 1.0 / 3.0) / params::slope_probe()
+    profile::slope().iter().sum()
 }
 
 /// A linear functional of the velocity relative to a body's motion, along the normal of its wall through a point of its.
@@ -352,10 +354,9 @@ impl<const D: usize> CutBody<D> {
         // In a gap no further than the mirror image: more would feed back through the faces between the two.
         let mirrored = |width: f64| (s / width).max(-1.0);
         let linear = if share.linear > 0.0 { share.linear * mirrored(near) } else { 0.0 };
-        let first = share.full * s * (d2 - s) / (d1 * (d2 - d1)) + linear;
-        let second = share.full * s * (s - d1) / (d2 * (d2 - d1));
+        let [first, second] = profile::parabola(s / h).map(|factor| share.full * factor);
         let at = if share.full > 0.0 { d1 } else { near };
-        let probes = [(at, first), (d2, second)];
+        let probes = [(at, first + linear), (d2, second)];
         let across = share.across * mirrored(gap.width.max(0.5 * h));
         self.trace(around.grid, image, normal, &probes, across, gap.other)
     }
@@ -415,9 +416,9 @@ impl<const D: usize> CutBody<D> {
             let gap = around.gap(&image, &normal.foot, &normal.n);
             let share = Shares::of(gap.width / h);
             let (e, near) = (params::slope_probe() * h, h.min(0.5 * gap.width));
-            let full = share.full / e;
+            let [one, two, three] = profile::slope().map(|factor| share.full * factor / h);
             let linear = if share.linear > 0.0 { share.linear / near } else { 0.0 };
-            let probes = [(e, 3.0 * full), (2.0 * e, -1.5 * full), (3.0 * e, full / 3.0), (near, linear)];
+            let probes = [(e, one), (2.0 * e, two), (3.0 * e, three), (near, linear)];
             let across = share.across / gap.width.max(0.5 * h);
             let slope = self.trace(grid, &image, &normal, &probes, across, gap.other);
             self.points.push(Point { arm, area, slope });

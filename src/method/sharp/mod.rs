@@ -48,6 +48,7 @@
 
 mod acceleration;
 mod balance;
+mod borders;
 pub mod cut;
 mod cut_body;
 mod faces;
@@ -59,6 +60,7 @@ mod motion;
 mod near;
 mod openings;
 mod probe;
+mod profile;
 mod shared;
 mod step;
 mod tally;
@@ -264,8 +266,10 @@ impl<const D: usize> Sharp<D> {
         if let Some(contacts) = &self.contacts {
             contacts.check(&s.touching)?;
         }
-        domain.boundaries.fill_velocity(&mut history(&mut s.walls)?.unimposed)?;
+        // Ghosts depend on which borders bodies are near to.
         self.settle(domain, &s.bodies)?;
+        domain.boundaries.fill_velocity(&mut s.u)?;
+        domain.boundaries.fill_velocity(&mut history(&mut s.walls)?.unimposed)?;
         self.acceleration.of_pressure(domain, &self.cut, &s.p, s.drive);
         Ok(())
     }
@@ -277,6 +281,7 @@ impl<const D: usize> Sharp<D> {
 
     fn settle(&mut self, domain: &mut Domain<D>, bodies: &[Body]) -> Result<()> {
         self.place(domain, bodies);
+        self.cut.straighten_borders(domain, bodies);
         self.set_ghost_layers(domain, bodies);
         domain.projection.assemble(&domain.grid, &self.cut.beta)
     }

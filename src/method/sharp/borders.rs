@@ -1,0 +1,73 @@
+//! Where bodies are near borders of the box, the velocity's ghosts there are no longer those of a parabola, of whose three cells a body has some.
+//!
+//! ```text
+//!        ( k )
+//!     |     |  g      share of the parabola at the place x on the border: that of a profile through both probes in a gap as wide as g(x)
+//!   __x__.__x__._____ border
+//! ```
+
+use super::cut::CutBodies;
+use super::gap::Shares;
+use crate::domain::Domain;
+use crate::grid::Border;
+use crate::params;
+use crate::particles::Body;
+use nalgebra::Vector3;
+
+impl<const D: usize> CutBodies<D> {
+    /// Finds that share under all bodies that are near a border, on ghosts as well.
+    pub(super) fn straighten_borders(&self, domain: &mut Domain<D>, bodies: &[Body]) {
+        domain.boundaries.bend();
+        let size = domain.grid.size;
+        for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
+            if !matches!(domain.boundaries.borders[axis][side], Some(Border::Velocity(_))) {
+                continue;
+            }
+            let border = if side == 0 { 0.0 } else { size[axis] };
+            let reach = params::near_gap() * self.h;
+            for body in bodies {
+                let bounds = body.shape().bounds(&body.turn());
+                if (body.centre[axis] - border).abs() < bounds[axis] + reach {
+                    self.straighten_under(domain, body, &bounds, axis, side);
+                }
+            }
+        }
+    }
+
+    /// The same under one body.
+    fn straighten_under(&self, domain: &mut Domain<D>, body: &Body, bounds: &Vector3<f64>, axis: usize, side: usize) {
+        let (grid, boundaries) = (&domain.grid, &mut domain.boundaries);
+        let (mut inwards, border) = (Vector3::zeros(), if side == 0 { 0.0 } else { grid.size[axis] });
+        inwards[axis] = 1.0 - 2.0 * side as f64;
+        let others: [usize; 2] = std::array::from_fn(|n| if n < axis { n } else { n + 1 });
+        // The stored places along an axis that an image of the body stands over; one along an axis that there is not.
+        let under = |a: usize, shift: f64| {
+            let place = move |i: usize| {
+                if a < D {
+                    (i as f64 - grid.ghosts as f64 + grid.start[a] as f64 + 0.5) * grid.h[a] - shift
+                } else {
+                    0.0
+                }
+            };
+            let over = move |x: f64| a >= D || (x - body.centre[a]).abs() < bounds[a];
+            (0..if a < D { grid.stored[a] } else { 1 }).map(move |i| (i, place(i))).filter(move |(_, x)| over(*x))
+        };
+        let shifts = |a: usize| {
+            let period = if a < D { self.periods[a] } else { None };
+            [Some(0.0), period, period.map(|period| -period)].into_iter().flatten()
+        };
+        let [first, second] = others;
+        let stride = if first < D { grid.stored[first] } else { 1 };
+        for (i, x) in shifts(first).flat_map(|shift| under(first, shift)) {
+            for (j, y) in shifts(second).flat_map(|shift| under(second, shift)) {
+                let mut apart = body.centre;
+                apart[axis] -= border;
+                apart[first] -= x;
+                apart[second] -= y;
+                if let Some(width) = body.shape().meets(&body.turn(), &apart, &inwards) {
+                    boundaries.straighten(axis, side, i + j * stride, Shares::of(width / self.h).full);
+                }
+            }
+        }
+    }
+}

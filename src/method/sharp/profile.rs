@@ -1,0 +1,38 @@
+//! The profile of the flow beside a wall, far from others, as factors of what probes see. In spacings, s the distance from the wall:
+//!
+//! ```text
+//!   w(s) = a s + b (s^2/2 + 1/24)      through both probes: a cell has the mean of what is in it, and that of a parabola is w''/24 beyond
+//!                                      its middle, on the wall as well
+//! ```
+//! Without the 1/24 a flow between walls is too easy: the sum over cells of what they have in their middles is more than what flows.
+
+use crate::params;
+
+/// Factors of both probes' velocities in the parabola's at the distance `s`.
+pub fn parabola(s: f64) -> [f64; 2] {
+    let bend = |s: f64| params::cell_mean() + 0.5 * s * s;
+    let (first, second) = (params::first_probe(), params::second_probe());
+    let determinant = bend(first) * second - bend(second) * first;
+    [(bend(s) * second - bend(second) * s) / determinant, (bend(first) * s - bend(s) * first) / determinant]
+}
+
+/// Factors of the velocities at one, two and three times [`params::slope_probe`] in the slope of the cubic through them and zero on the
+/// wall. With the parabola's w''/24 there in place of zero pressure and shear make up the force within 0.5 % at Re = 2 in place of 1 %,
+/// but the torque on a disc that is spun up, 16 cells a diameter, is 2 to 3 % too much in place of 0.5, and light discs turn for too long.
+pub fn slope() -> [f64; 3] {
+    [3.0, -1.5, 1.0 / 3.0].map(|factor| factor / params::slope_probe())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::parabola;
+
+    #[test]
+    fn the_means_of_a_parabola_are_continued_as_such() {
+        let mean = |s: f64| s - 0.7 * (s * s + 1.0 / 12.0);
+        for s in [-2.5, -1.0, -0.3, 0.0, 0.4, 1.7] {
+            let [first, second] = parabola(s);
+            assert!((first * mean(1.0) + second * mean(2.0) - mean(s)).abs() < 1e-12, "at {s}");
+        }
+    }
+}
