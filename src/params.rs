@@ -63,6 +63,9 @@ constants! {
     /// radius would come to it, in 3D twice that: with it the drag of `cases/sphere-array` at a solid fraction of 0.13 and 8 cells a diameter is
     /// 2.9 % too little, without 1.3 %, and all cases but the lift of `channel-cylinder` are better without.
     cell_mean = 1.0 / 24.0;
+    /// Distances of two bodies from a cell that differ by less (spacings) share it. Smaller, forces jump as bodies in contact pass over cells;
+    /// larger, cells are set by the body that is not the nearest.
+    shared_cells = 0.5;
     /// Between the probes of the wall's slope (spacings). Nearer, noise as the body moves; farther, less of a thin layer.
     /// Halved: height of a bed -4.5 %. Doubled: -5.0 %, a settling disc +2.3 %.
     slope_probe = 0.7;

@@ -120,13 +120,13 @@ fn mirrored_and_exchanged_axes_give_mirrored_and_exchanged_motions_in_three_dime
 
 /// A pair that is its own mirror image: it meets in the plane between, which goes through the middle of cells, falls and parts again. The
 /// largest difference of the one's motion and force and the other's image of them, as parts of the largest.
-fn parting<const D: usize>(cells: [usize; D], steps: usize) -> [f64; 3] {
+fn parting<const D: usize>(cells: [usize; D], steps: usize, limit: f64) -> [f64; 3] {
     let petsc = petsc();
     let (shape, h) = (if D == 2 { "disc" } else { "sphere" }, 0.125);
     let size: [f64; D] = std::array::from_fn(|a| cells[a] as f64 * h);
     let mut text = format!(
         "name = \"pair\"\n[domain]\nsize = {size:?}\ncells = {cells:?}\n[fluid]\ndensity = 1.0\nviscosity = 0.02\ngravity = {:?}\n\
-         [contact]\nfriction = 0.3\nrestitution = 0.7\n[time]\nend = 9.0\nstep = 0.02\n[pressure]\ndivergence_limit = 1e-11\n",
+         [contact]\nfriction = 0.3\nrestitution = 0.7\n[time]\nend = 9.0\nstep = 0.02\n[pressure]\ndivergence_limit = {limit:?}\n",
         &[0.0, -1.0, 0.0][..D]
     );
     text += "[boundary]\nsouth = \"wall\"\n";
@@ -164,9 +164,12 @@ fn parting<const D: usize>(cells: [usize; D], steps: usize) -> [f64; 3] {
 
 #[test]
 fn a_pair_that_is_its_own_mirror_image_stays_one_whoever_comes_first() {
-    for off in [parting([29, 24], 60), parting([29, 20, 13], 40)] {
-        println!("velocity {:.1e}, spin {:.1e}, force {:.1e}", off[0], off[1], off[2]);
-        assert!(off.iter().all(|off| *off < 1e-8), "{off:?}");
+    // What the solver leaves is no more than itself: no cell changes hands by it.
+    for (limit, most) in [(1e-11, 1e-8), (1e-6, 1e-5)] {
+        for off in [parting([29, 24], 60, limit), parting([29, 20, 13], 40, limit)] {
+            println!("D0 = {limit:e}: velocity {:.1e}, spin {:.1e}, force {:.1e}", off[0], off[1], off[2]);
+            assert!(off.iter().all(|off| *off < most), "{limit:e}: {off:?}");
+        }
     }
 }
 

@@ -9,7 +9,7 @@
 //! ```
 //! with g the gap along n to the next body or wall; between these the shares change smoothly.
 
-use super::gap::{Nearest, Other, Shares, Surroundings};
+use super::gap::{Other, Shares, Surroundings};
 use super::probe::Probe;
 use super::profile;
 use super::shared::SharedCell;
@@ -164,11 +164,11 @@ pub struct CutBody<const D: usize> {
     pub solid: Vec<Overlap>,
     /// Of the cells of `solid`, how far it speaks for the wall there: wholly where no other body is nearer, not at all where one is.
     pub owns: Vec<f64>,
-    /// Those in which others are equally near.
+    /// Those that it shares with others.
     pub owns_shared: Vec<SharedCell>,
     /// Cells inside it.
     pub inside: Vec<Inside>,
-    /// Those in which others are equally near.
+    /// Those that it shares with others.
     pub inside_shared: Vec<SharedCell>,
     /// Points on its surface, of this rank.
     pub points: Vec<Point>,
@@ -282,23 +282,22 @@ impl<const D: usize> CutBody<D> {
                 if s > tight && !fresh && !touched {
                     continue;
                 }
-                let nearest = around.nearest(k, &arm, s);
-                let shared = matches!(nearest, Nearest::Several { .. });
+                let claim = around.claim(&arm, s);
+                let shared = claim > 0.0 && claim < 1.0;
                 if touched {
-                    let owns = if nearest == Nearest::Another { 0.0 } else { 1.0 };
                     if shared {
-                        self.owns_shared.push(SharedCell::next(&self.owns, cell, 1.0, false));
+                        self.owns_shared.push(SharedCell::next(&self.owns, cell, claim, 1.0, false));
                     }
-                    self.owns.push(owns);
+                    self.owns.push(claim);
                 }
-                if (s > tight && !fresh) || nearest == Nearest::Another {
+                if (s > tight && !fresh) || claim == 0.0 {
                     continue;
                 }
                 let (mut trace, mut weight) = (STILL, 1.0);
                 if s > 0.0 && !fresh {
                     let normal = Normal::new(shape, &arm, s, shape.normal(turn, &arm));
                     (trace, weight) = self.profile_across(around, &image, &normal, s);
-                    if weight == 0.0 {
+                    if weight == 0.0 && !shared {
                         continue;
                     }
                 } else if s > -body.radius().min(params::profile_depth() * around.h) {
@@ -306,7 +305,7 @@ impl<const D: usize> CutBody<D> {
                     trace = self.profile(around, &image, &normal, s);
                 }
                 if shared {
-                    self.inside_shared.push(SharedCell::next(&self.inside, cell, weight, fresh));
+                    self.inside_shared.push(SharedCell::next(&self.inside, cell, claim, weight, fresh));
                 }
                 self.inside.push(Inside { arm, weight, trace, cell: cell as u32, fresh });
             }
@@ -325,8 +324,7 @@ impl<const D: usize> CutBody<D> {
             for (cut, Opening { arm, .. }) in cuts.iter().zip(openings).filter(|(cut, _)| cut.covered < 1.0) {
                 let own = shape.distance(&around.turn, arm);
                 let (share, kept) = around.flow(around.width_at(k, arm, own));
-                let first = || matches!(around.nearest(k, arm, own), Nearest::This | Nearest::Several { first: true });
-                if kept > 0.0 && first() {
+                if kept > 0.0 && around.is_nearest(k, arm, own) {
                     gaps.push(GapFace { face: cut.face, share, kept: kept * kept });
                 }
             }

@@ -19,20 +19,6 @@ use nalgebra::{Matrix3, Vector3};
 /// Distances that differ by less (spacings) are alike: the two sides of a period, and two ranks, round them differently.
 const SAME: f64 = 1e-9;
 
-/// Which of the bodies near a point has it: the one whose wall is nearest.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Nearest {
-    /// This one.
-    This,
-    /// Another one.
-    Another,
-    /// This one and others, which are as near; it is the first of them, or not.
-    Several {
-        /// Whether it is the first.
-        first: bool,
-    },
-}
-
 /// What lies across a gap.
 #[derive(Clone, Copy, Debug)]
 pub enum Other {
@@ -257,24 +243,35 @@ impl<const D: usize> Surroundings<'_, D> {
         own + other
     }
 
-    /// Whether other bodies are nearer than the body `k` to the point at `arm` (m) from its centre, `own` (m) from its wall.
-    pub fn nearest(&self, k: usize, arm: &Vector3<f64>, own: f64) -> Nearest {
-        let (alike, mut nearest) = (SAME * self.h, Nearest::This);
-        for near in self.near {
+    /// Whether the body `k` is the nearest to the point at `arm` (m) from its centre, `own` (m) from its wall, or the first of those that are.
+    pub fn is_nearest(&self, k: usize, arm: &Vector3<f64>, own: f64) -> bool {
+        self.near.iter().all(|near| {
+            let alike = SAME * self.h;
             if near.is_beyond(arm, own + alike) {
-                continue;
+                return true;
             }
             let apart = near.distance(self.bodies, arm) - own;
-            if apart < -alike {
-                return Nearest::Another;
-            }
             // What a plane of symmetry shows has nothing.
-            if apart <= alike && near.mirror.is_none() {
-                let first = nearest != Nearest::Several { first: false } && near.is_after(k);
-                nearest = Nearest::Several { first };
+            apart > alike || (apart >= -alike && (near.mirror.is_some() || near.is_after(k)))
+        })
+    }
+
+    /// The claim of a body to the point at `arm` (m) from its centre, `own` (m) from its wall: 1 where no other is as near, 0 where one is much
+    /// nearer, and one half where another one is at the same distance.
+    pub fn claim(&self, arm: &Vector3<f64>, own: f64) -> f64 {
+        let (band, mut claim) = (params::shared_cells() * self.h, 1.0);
+        for near in self.near {
+            if near.mirror.is_some() || near.is_beyond(arm, own + band) {
+                continue;
             }
+            let t = 0.5 + 0.5 * (near.distance(self.bodies, arm) - own) / band;
+            if t <= 0.0 {
+                return 0.0;
+            }
+            let t = t.min(1.0);
+            claim *= t * t * (3.0 - 2.0 * t);
         }
-        nearest
+        claim
     }
 
     /// Whether another body or a wall is so near that the grid does not resolve the gap.

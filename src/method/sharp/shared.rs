@@ -1,10 +1,14 @@
-//! Cells to which several bodies are equally near, as in the plane between two of one size: each body has its part, whatever their order.
+//! Cells to which several bodies are about as near, as between two that touch: each body has its part, by its claim to the cell.
 //!
 //! ```text
-//!   ( 1 )  o  ( 2 )      W = (w_1 + w_2)/n,   v = (w_1 v_1 + w_2 v_2)/(n W),   u <- u + W (v - u),   each gives W (v - u)/n
+//!                            c_k    claim of a body: from 0 to 1 by how much nearer it is than others
+//!   ( 1 ) o o ( 2 )          W_k = c_k w_k/(c_1 + c_2)          w_k: what the cell would weigh were the body alone
+//!                            v = sum W_k v_k/W,  W = sum W_k    v_k: what it would be set to
+//!                            u <- u + W (v - u)                 each body gives W_k (v - u)
 //! ```
-//! with `w_k` what the cell would weigh were the body k alone, and `v_k` what it would be set to. Bodies set their cells one after another, the
-//! i-th of n with the weight `(W/n)/(1 - i W/n)`, i from 0: after all of them u is as above, and every one has given the same.
+//! Bodies set their cells one after another, each with the weight `W_k/(1 - sum of those before)`: after all of them u is as above, whatever their
+//! order. Were the cell the nearest body's alone, forces would jump as two that touch pass over it, and a pair that is its own mirror image
+//! would not stay one.
 
 use super::cut::CutBodies;
 use super::cut_body::CutBody;
@@ -17,6 +21,8 @@ pub struct SharedCell {
     pub cell: u32,
     /// Its place in the list.
     pub place: u32,
+    /// The body's claim to it.
+    pub claim: f64,
     /// What it would weigh there were the body alone.
     pub weight: f64,
     /// Whether the body has just left it.
@@ -25,8 +31,8 @@ pub struct SharedCell {
 
 impl SharedCell {
     /// The one that comes next to a list.
-    pub fn next<T>(list: &[T], cell: usize, weight: f64, fresh: bool) -> SharedCell {
-        SharedCell { cell: cell as u32, place: list.len() as u32, weight, fresh }
+    pub fn next<T>(list: &[T], cell: usize, claim: f64, weight: f64, fresh: bool) -> SharedCell {
+        SharedCell { cell: cell as u32, place: list.len() as u32, claim, weight, fresh }
     }
 }
 
@@ -56,28 +62,30 @@ fn gather<const D: usize>(
     parts.sort_unstable_by_key(|part| (part.shared.cell, part.at));
 }
 
-/// Those of each cell.
-fn by_cell(parts: &[Part]) -> impl Iterator<Item = &[Part]> {
-    parts.chunk_by(|a, b| a.shared.cell == b.shared.cell)
+/// Those of each cell, with the sum of their claims.
+fn by_cell(parts: &[Part]) -> impl Iterator<Item = (&[Part], f64)> {
+    let cells = parts.chunk_by(|a, b| a.shared.cell == b.shared.cell);
+    cells.map(|parts| (parts, parts.iter().map(|part| part.shared.claim).sum()))
 }
 
 impl<const D: usize> CutBodies<D> {
-    /// Shares the cells to which several bodies are equally near.
+    /// Shares the cells to which several bodies are about as near.
     pub(super) fn share_cells(&mut self) {
         let (bodies, parts) = (&mut self.bodies, &mut self.shared);
         gather(bodies, parts, |cut| (&cut.owns_shared, cut.owns.len()));
-        for parts in by_cell(parts) {
+        for (parts, claims) in by_cell(parts) {
             for part in parts {
-                bodies[part.body as usize].owns[part.shared.place as usize] = part.shared.weight / parts.len() as f64;
+                bodies[part.body as usize].owns[part.shared.place as usize] = part.shared.claim / claims;
             }
         }
         gather(bodies, parts, |cut| (&cut.inside_shared, cut.inside.len()));
-        for parts in by_cell(parts) {
-            let n = parts.len() as f64;
-            let each = parts.iter().map(|part| part.shared.weight).sum::<f64>() / (n * n);
-            for (i, part) in parts.iter().enumerate() {
-                let weight = each / (1.0 - i as f64 * each);
-                bodies[part.body as usize].inside[part.shared.place as usize].weight = weight;
+        for (parts, claims) in by_cell(parts) {
+            let mut left = 1.0;
+            for part in parts {
+                let weight = part.shared.claim * part.shared.weight / claims;
+                bodies[part.body as usize].inside[part.shared.place as usize].weight =
+                    if weight < left { weight / left } else { 1.0 };
+                left -= weight;
             }
         }
     }
@@ -85,14 +93,16 @@ impl<const D: usize> CutBodies<D> {
     /// Gives all that share a cell one value of it, of what each would set alone, in the order of [`CutBody::inside`] of all bodies. Without
     /// `fresh` those that have just left a cell set nothing.
     pub(super) fn share_values(&self, fresh: bool, values: &mut [Vector3<f64>]) {
-        for parts in by_cell(&self.shared) {
+        for (parts, _) in by_cell(&self.shared) {
             let setting = || parts.iter().filter(|part| fresh || !part.shared.fresh);
             let (mut sum, mut weights) = (Vector3::zeros(), 0.0);
-            for part in setting() {
-                sum += part.shared.weight * values[part.at as usize];
-                weights += part.shared.weight;
+            for Part { shared, at, .. } in setting() {
+                sum += shared.claim * shared.weight * values[*at as usize];
+                weights += shared.claim * shared.weight;
             }
-            setting().for_each(|part| values[part.at as usize] = sum / weights);
+            if weights > 0.0 {
+                setting().for_each(|part| values[part.at as usize] = sum / weights);
+            }
         }
     }
 }
