@@ -40,13 +40,13 @@ fn difference(before: &Value, now: &Value, key: String) -> Option<(String, Optio
                 None => Some((below(name), Some(brief(was)))),
             };
             let more = || b.keys().find(|name| !a.contains_key(*name)).map(|name| (below(name), None));
-            a.iter().find_map(differs).or_else(more)
+            // What contacts are by default follows from the particles: they are what has changed then.
+            let derived = |(name, _): &(&String, &Value)| key.is_empty() && *name == "contact";
+            let first = a.iter().filter(|entry| !derived(entry)).find_map(differs);
+            first.or_else(|| a.iter().filter(derived).find_map(differs)).or_else(more)
         }
         (Value::Array(a), Value::Array(b)) if a.len() == b.len() && a.iter().all(Value::is_table) => {
             a.iter().zip(b).enumerate().find_map(|(k, (a, b))| difference(a, b, below(&k.to_string())))
-        }
-        (Value::Array(a), Value::Array(b)) if a.len() != b.len() && a.iter().chain(b).all(Value::is_table) => {
-            Some((key, Some(format!("{} of them", a.len()))))
         }
         (a, b) => (a != b).then(|| (key, Some(brief(a)))),
     }
@@ -54,6 +54,11 @@ fn difference(before: &Value, now: &Value, key: String) -> Option<(String, Optio
 
 /// A value in a line.
 fn brief(value: &Value) -> String {
+    if let Value::Array(tables) = value
+        && tables.iter().all(Value::is_table)
+    {
+        return format!("{} of them", tables.len());
+    }
     let text = value.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
     if text.chars().count() > 60 { "another".into() } else { text }
 }
@@ -68,9 +73,14 @@ mod tests {
 
     /// Why a run of the box may not go on with this override.
     fn refusal(given: &str) -> Option<String> {
+        refusal_of(BOX, given)
+    }
+
+    /// Why a run of this case may not.
+    fn refusal_of(case: &str, given: &str) -> Option<String> {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("case.toml");
-        std::fs::write(&file, BOX).unwrap();
+        std::fs::write(&file, case).unwrap();
         let before = load(&file, &[]).unwrap().case.to_toml();
         load(&file, &[given.to_owned()]).unwrap().refuse_changes(&before).err().map(|e| e.to_string())
     }
@@ -95,12 +105,18 @@ mod tests {
             ("domain.cells=[32, 16]", "domain.cells", "was [16, 8] in the run"),
             ("particle.0.position=[0.6, 0.5]", "particle.0.position", "was [0.5, 0.5] in the run"),
             ("time.step=0.01", "time.cfl", "was 0.4 in the run"),
-            ("particle=[]", "particle", "was another in the run"),
+            ("particle=[]", "particle", "was 1 of them in the run"),
             ("contact.normal_stiffness=9.0", "contact", "was not given in the run"),
         ] {
             let why = refusal(given).unwrap();
             assert!(why.contains(&format!(": {key}: {was}")), "{given}: {why}");
             assert!(why.contains("may change time.end, output, pressure, petsc only"), "{why}");
         }
+    }
+
+    #[test]
+    fn a_particle_that_has_changed_is_named_and_not_what_follows_from_it() {
+        let why = refusal_of(&format!("{BOX}[contact]\n"), "particle.0.shape.disc.diameter=0.2").unwrap();
+        assert!(why.contains(": particle.0.shape.disc.diameter: was 0.3 in the run"), "{why}");
     }
 }

@@ -2,7 +2,7 @@
 //! anew for those that are there.
 
 use super::{Scene, build};
-use crate::config::{Case, Enter};
+use crate::config::{Case, Enter, Region};
 use crate::geometry::{Block, images};
 use crate::grid::Border;
 use crate::method::energy;
@@ -79,6 +79,8 @@ impl<const D: usize> Scene<D> {
     /// As [`Scene::remove`].
     pub fn admit(&mut self, case: &Case) -> Result<Vec<usize>> {
         let mut came: Vec<usize> = Vec::new();
+        // Where a body has found no place, none that is as large tries in this step.
+        let mut full: Vec<(&Region, f64, f64)> = Vec::new();
         for n in 0..self.state.waiting.len() {
             let id = self.state.waiting[n] as usize;
             let Some((particle, enter)) = case.particle.get(id).and_then(|p| Some((p, p.enter.as_ref()?))) else {
@@ -87,7 +89,16 @@ impl<const D: usize> Scene<D> {
             if enter.time > self.state.time {
                 continue;
             }
-            let Some(place) = self.free_place(id, 0.5 * particle.shape.diameter(), enter) else { continue };
+            let radius = 0.5 * particle.shape.diameter();
+            if full.iter().any(|(region, gap, least)| {
+                enter.region.as_ref() == Some(*region) && enter.gap >= *gap && radius >= *least
+            }) {
+                continue;
+            }
+            let Some(place) = self.free_place(id, radius, enter) else {
+                full.extend(enter.region.as_ref().map(|region| (region, enter.gap, radius)));
+                continue;
+            };
             let mut body = build::body(particle);
             (body.id, body.centre) = (id, place);
             if enter.velocity.is_none() {

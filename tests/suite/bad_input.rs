@@ -91,6 +91,7 @@ const BAD_CASES: &[Row] = &[
     ("east = \"outflow\"", "east = { outflow = 1.0 }", "east", "boundary.east.outflow", &["takes no value", "write \"outflow\""]),
     ("east = \"outflow\"", "east = 3", "east", "boundary.east", &["the number 3", "wanted a name in quotes"]),
     ("{ disc = { diameter = 0.2 } }", "{ disk = { diameter = 0.2 } }", "shape", "particle.0.shape.disk", &["did you mean `disc`?"]),
+    ("{ disc = { diameter = 0.2 } }", "{ disc = { diameter = 0.2 } }\nname = \"a\\u0007b\"", "name", "particle.0.name", &["control character"]),
     ("kind = \"drag_coefficient\"", "kind = \"drag\"", "kind", "measure.0.kind", &["did you mean `drag_coefficient`?"]),
     ("viscosity = 0.1\n", "", "[fluid]", "fluid.viscosity", &["missing key `viscosity` in [fluid]"]),
     ("[time]\nend = 0.1\ncfl = 0.4\n", "", "", "time", &["missing key `time`", "top level"]),

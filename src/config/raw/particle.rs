@@ -212,6 +212,7 @@ impl Nature<'_> {
         positive(&key("density"), self.density, "kg/m3")?;
         not_negative(&key("viscosity"), self.viscosity, "Pa s")?;
         ensure!(self.material != Some(""), key("material"), "is empty: give the material a name, or remove the key");
+        printable(&key("material"), self.material)?;
         motion(self.motion, &key("motion"), dimension)?;
         let free = *self.motion == Motion::Free;
         let cure = "set motion = \"free\", or give { prescribed = { velocity = [...], spin = ... } }";
@@ -238,12 +239,20 @@ impl Nature<'_> {
     }
 }
 
+/// Checks that a name can be drawn and stand in a line.
+pub(super) fn printable(key: &str, name: Option<&str>) -> Check {
+    let plain = name.is_none_or(|name| !name.contains(char::is_control));
+    ensure!(plain, key, "has a line break, a tab or another control character: leave it out");
+    Ok(())
+}
+
 /// Checks one entry of `[[particle]]` by itself.
 pub(super) fn particle(case: &Case, particle: &Particle, index: usize) -> Check {
     let dimension = case.dimension();
     let table = format!("particle.{index}");
     let named = particle.name.as_deref() != Some("");
     ensure!(named, format!("{table}.name"), "is empty: give the particle a name, or remove the key");
+    printable(&format!("{table}.name"), particle.name.as_deref())?;
     let (shape, wanted) = match particle.shape {
         Shape::Disc(_) => ("disc", 2),
         Shape::Sphere(_) => ("sphere", 3),

@@ -3,7 +3,7 @@
 
 use std::collections::HashSet;
 
-use super::particle::{Overlap, overlap, particle};
+use super::particle::{Overlap, overlap, particle, printable};
 use super::*;
 use crate::config::describe::unnamed;
 use crate::config::fault::{AXES, Check, finite, not_negative, positive, vector};
@@ -251,6 +251,7 @@ pub(in crate::config) fn measures(case: &Case) -> Check {
         let Measure { name, kind, particle, from, speed, .. } = measure;
         let key = |rest: &str| format!("measure.{index}.{rest}");
         ensure!(!name.is_empty(), key("name"), "is empty: give each measure a name");
+        printable(&key("name"), Some(name))?;
         ensure!(names.insert(name), key("name"), "\"{name}\" names another measure already: give each its own name");
         not_negative(&key("from"), *from, "s")?;
         let end = case.time.end;
