@@ -7,7 +7,7 @@
 //!   ---+-------- wall                    near another      linear, through the first          (1.25 h < g < 2.25 h)
 //!      |   o cell inside, s < 0          closer still      straight to the other's velocity   (g < 0.75 h)
 //! ```
-//! with g the gap along n to the next body or wall; between these the shares change smoothly.
+//! with g the gap along n to the next body or wall; between these the shares change smoothly. [`super::profile`] has the first.
 
 use super::gap::{Other, Shares, Surroundings};
 use super::probe::Probe;
