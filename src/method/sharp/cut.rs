@@ -190,7 +190,7 @@ impl<const D: usize> CutBodies<D> {
                             continue;
                         }
                         let rigid = bodies[k].velocity_at(&cell.arm);
-                        let profile = cut.value(&cell.trace, &cell.arm, grid, u, bodies, k, Some(resolved));
+                        let profile = cut.traces.value(&cell.trace, &cell.arm, grid, u, bodies, k, Some(resolved));
                         inside.push(rigid + profile);
                     }
                 }

@@ -1,18 +1,10 @@
 //! A body as it cuts the grid: the faces that it covers, the cells inside whose velocity it sets, the points of its
 //! surface where its traction is taken. Rebuilt when the body moves.
-//!
-//! ```text
-//!    n ^   * second probe, 2 h         the velocity relative to the wall, w, along the normal from the wall at 0:
-//!      |   * first probe, h              far from others   through 0 and both probes         (g > 2.75 h)
-//!   ---+-------- wall                    near another      linear, through the first          (1.25 h < g < 2.25 h)
-//!      |   o cell inside, s < 0          closer still      straight to the other's velocity   (g < 0.75 h)
-//! ```
-//! with g the gap along n to the next body or wall; between these the shares change smoothly. [`super::profile`] has the first.
+//! [`super::trace`] has what is read of the velocity beside its wall.
 
-use super::gap::{Other, Shares, Surroundings};
-use super::probe::Probe;
-use super::profile;
+use super::gap::Surroundings;
 use super::shared::SharedCell;
+use super::trace::{Normal, Trace, Traces};
 use crate::geometry::{
     Block, Cut, Opening, Overlap, Placed, Shape, SurfacePoint, Tiles, Turn, aperture, fraction, images,
 };
@@ -21,71 +13,11 @@ use crate::params;
 use crate::particles::Body;
 use nalgebra::Vector3;
 
-/// What that slope takes of the wall's own velocity, over a spacing.
-pub(super) fn resistance() -> f64 {
-    profile::slope().iter().sum()
-}
-
-/// A linear functional of the velocity relative to a body's motion, along the normal of its wall through a point of its.
-#[derive(Clone, Copy, Debug)]
-pub struct Trace {
-    /// Its probes, from the first to before the last.
-    probes: [u32; 2],
-    /// Its number among what lies across gaps, or [`NOTHING`].
-    across: u32,
-    /// Its number among the lines, or [`NOTHING`] of a round body: its line is the point's arm itself.
-    line: u32,
-}
-
 /// Spacings beyond a body at which a rank has nothing of it.
 const BEYOND: f64 = 2.0;
 
 /// Of so many of its cells a body shares one at most: they lie in the plane between two.
 const FEW: usize = 4;
-
-/// No number.
-const NOTHING: u32 = u32::MAX;
-
-/// A trace of nothing.
-const STILL: Trace = Trace { probes: [0; 2], across: NOTHING, line: NOTHING };
-
-/// The line along the wall's normal through a point, which has its probes at `from + out along` (m, from the body's centre).
-#[derive(Clone, Copy, Debug)]
-struct Line {
-    from: Vector3<f64>,
-    along: Vector3<f64>,
-}
-
-/// That line, and where it leaves the wall.
-struct Normal {
-    line: Line,
-    /// Whether it comes from the centre as the arm of its point.
-    central: bool,
-    /// Outward, of length 1.
-    n: Vector3<f64>,
-    /// Where it leaves the wall (m, from the body's centre).
-    foot: Vector3<f64>,
-    /// At the distance d from the wall, `out = (wall + d)/length` (m).
-    wall: f64,
-    length: f64,
-}
-
-impl Normal {
-    /// Through the point at `arm` (m), at the distance `s` (m) from the wall. That of a round body comes from its centre, so
-    /// that a rigid motion is the same multiple of the arm's everywhere on it.
-    fn new(shape: &dyn Shape, arm: &Vector3<f64>, s: f64, n: Vector3<f64>) -> Normal {
-        if shape.is_round() {
-            let (line, radius) = (Line { from: Vector3::zeros(), along: *arm }, shape.radius());
-            return Normal { line, central: true, n, foot: radius * n, wall: radius, length: arm.norm() };
-        }
-        let foot = arm - s * n;
-        Normal { line: Line { from: foot, along: n }, central: false, n, foot, wall: 0.0, length: 1.0 }
-    }
-
-    fn out(&self, distance: f64) -> f64 {
-        (self.wall + distance) / self.length
-    }
-}
 
 /// How a body lay before it moved.
 #[derive(Clone, Copy, Debug)]
@@ -101,16 +33,6 @@ impl Before {
     pub fn here(body: &Body) -> Before {
         Before { way: Vector3::zeros(), turn: body.turn() }
     }
-}
-
-/// What lies across a gap.
-#[derive(Clone, Copy, Debug)]
-struct Across {
-    /// Share of its velocity, relative to the body's at its own wall.
-    share: f64,
-    other: Other,
-    /// The body's wall, as a factor of the line.
-    wall: f64,
 }
 
 /// A cell whose velocity a body sets.
@@ -174,10 +96,8 @@ pub struct CutBody<const D: usize> {
     pub points: Vec<Point>,
     /// Where they all lie in the body's own axes, about two a spacing.
     spots: Vec<SurfacePoint>,
-    probes: Vec<Probe<D>>,
-    across: Vec<Across>,
-    /// Of a body that is not round.
-    lines: Vec<Line>,
+    /// What it reads of the velocity beside its wall.
+    pub traces: Traces<D>,
 }
 
 impl<const D: usize> CutBody<D> {
@@ -202,9 +122,7 @@ impl<const D: usize> CutBody<D> {
             inside_shared: Vec::with_capacity(inside / FEW),
             points: Vec::with_capacity(points),
             spots,
-            probes: Vec::with_capacity(2 * inside + 4 * points),
-            across: Vec::with_capacity(inside + points),
-            lines: Vec::with_capacity(if shape.is_round() { 0 } else { inside + points }),
+            traces: Traces::new(inside, points, shape.is_round()),
         }
     }
 
@@ -222,9 +140,7 @@ impl<const D: usize> CutBody<D> {
             inside_shared: Vec::new(),
             points: Vec::new(),
             spots: Vec::new(),
-            probes: Vec::new(),
-            across: Vec::new(),
-            lines: Vec::new(),
+            traces: Traces::new(0, 0, true),
         }
     }
 
@@ -293,16 +209,16 @@ impl<const D: usize> CutBody<D> {
                 if (s > tight && !fresh) || claim == 0.0 {
                     continue;
                 }
-                let (mut trace, mut weight) = (STILL, 1.0);
+                let (mut trace, mut weight) = (Trace::STILL, 1.0);
                 if s > 0.0 && !fresh {
                     let normal = Normal::new(shape, &arm, s, shape.normal(turn, &arm));
-                    (trace, weight) = self.profile_across(around, &image, &normal, s);
+                    (trace, weight) = self.traces.profile_across(around, &image, &normal, s);
                     if weight == 0.0 && !shared {
                         continue;
                     }
                 } else if s > -body.radius().min(params::profile_depth() * around.h) {
                     let normal = Normal::new(shape, &arm, s, shape.normal(turn, &arm));
-                    trace = self.profile(around, &image, &normal, s);
+                    trace = self.traces.profile(around, &image, &normal, s);
                 }
                 if shared {
                     self.inside_shared.push(SharedCell::next(&self.inside, cell, claim, weight, fresh));
@@ -335,129 +251,22 @@ impl<const D: usize> CutBody<D> {
         self.owns.clear();
         self.owns_shared.clear();
         self.inside_shared.clear();
-        self.probes.clear();
-        self.across.clear();
-        self.lines.clear();
+        self.traces.clear();
         self.inside.clear();
         self.gaps.iter_mut().for_each(Vec::clear);
-    }
-
-    /// The profile at the signed distance `s` (m) along a normal.
-    fn profile(&mut self, around: &Surroundings<D>, image: &Vector3<f64>, normal: &Normal, s: f64) -> Trace {
-        let h = around.h;
-        let gap = around.gap(image, &normal.foot, &normal.n);
-        let share = Shares::of(gap.width / h);
-        let [d1, d2] = [params::first_probe() * h, params::second_probe() * h];
-        let near = h.min(0.5 * gap.width);
-        // In a gap no further than the mirror image: more would feed back through the faces between the two.
-        let mirrored = |width: f64| (s / width).max(-1.0);
-        let linear = if share.linear > 0.0 { share.linear * mirrored(near) } else { 0.0 };
-        let [first, second] = profile::parabola(s / h).map(|factor| share.full * factor);
-        let at = if share.full > 0.0 { d1 } else { near };
-        let probes = [(at, first + linear), (d2, second)];
-        let across = share.across * mirrored(gap.width.max(0.5 * h));
-        self.trace(around.grid, image, normal, &probes, across, gap.other)
-    }
-
-    /// The straight profile across a gap, outside at the distance `s` (m) from the wall, and its weight.
-    fn profile_across(
-        &mut self,
-        around: &Surroundings<D>,
-        image: &Vector3<f64>,
-        normal: &Normal,
-        s: f64,
-    ) -> (Trace, f64) {
-        let gap = around.gap(image, &normal.foot, &normal.n);
-        let across = s / gap.width.max(0.5 * around.h).max(s);
-        let trace = self.trace(around.grid, image, normal, &[], across, gap.other);
-        let (share, kept) = around.flow(gap.width);
-        (trace, share * (1.0 - kept))
-    }
-
-    /// A trace along a normal: the distances of its probes from the wall (m) with their shares, and the share of what lies across
-    /// the gap.
-    fn trace(
-        &mut self,
-        grid: &Grid<D>,
-        image: &Vector3<f64>,
-        normal: &Normal,
-        probes: &[(f64, f64)],
-        across: f64,
-        other: Other,
-    ) -> Trace {
-        let (start, Line { from, along }) = (self.probes.len() as u32, normal.line);
-        let from = image + from;
-        for &(d, share) in probes.iter().filter(|(_, share)| *share != 0.0) {
-            self.probes.push(Probe::new(grid, &from, &along, normal.out(d), share));
-        }
-        let mut trace = Trace { probes: [start, self.probes.len() as u32], ..STILL };
-        if across != 0.0 && !matches!(other, Other::Nothing) {
-            trace.across = self.across.len() as u32;
-            self.across.push(Across { share: across, other, wall: normal.out(0.0) });
-        }
-        if !normal.central {
-            trace.line = self.lines.len() as u32;
-            self.lines.push(normal.line);
-        }
-        trace
     }
 
     /// The points of the surface; each belongs to the rank of its cell.
     fn place_points(&mut self, around: &Surroundings<D>, k: usize) {
         self.points.clear();
-        let (grid, body, h) = (around.grid, &around.bodies[k], around.h);
+        let (grid, body) = (around.grid, &around.bodies[k]);
         for i in 0..self.spots.len() {
             let SurfacePoint { place, normal, area } = self.spots[i];
             let arm = around.turn * place;
             let Some(image) = images(grid, &body.centre).find(|image| grid.owns(&(image + arm))) else { continue };
             let normal = Normal::new(body.shape(), &arm, 0.0, around.turn * normal);
-            let gap = around.gap(&image, &normal.foot, &normal.n);
-            let share = Shares::of(gap.width / h);
-            let (e, near) = (params::slope_probe() * h, h.min(0.5 * gap.width));
-            let [one, two, three] = profile::slope().map(|factor| share.full * factor / h);
-            let linear = if share.linear > 0.0 { share.linear / near } else { 0.0 };
-            let probes = [(e, one), (2.0 * e, two), (3.0 * e, three), (near, linear)];
-            let across = share.across / gap.width.max(0.5 * h);
-            let slope = self.trace(grid, &image, &normal, &probes, across, gap.other);
+            let slope = self.traces.slope(around, &image, &normal);
             self.points.push(Point { arm, area, slope });
         }
-    }
-
-    /// The value of the trace through `arm` (m/s, or 1/s of a slope) for a body and a velocity field with its ghosts filled.
-    #[allow(clippy::too_many_arguments)]
-    #[inline(always)]
-    pub fn value(
-        &self,
-        trace: &Trace,
-        arm: &Vector3<f64>,
-        grid: &Grid<D>,
-        u: &VectorField<D>,
-        bodies: &[Body],
-        k: usize,
-        limit: Option<f64>,
-    ) -> Vector3<f64> {
-        let Body { velocity, spin, .. } = &bodies[k];
-        // The rigid motion along the line: `rest + out turn`.
-        let (rest, turn) = match self.lines.get(trace.line as usize) {
-            None => (*velocity, spin.cross(arm)),
-            Some(line) => (velocity + spin.cross(&line.from), spin.cross(&line.along)),
-        };
-        let (mut sum, mut first) = (Vector3::zeros(), None);
-        for probe in &self.probes[trace.probes[0] as usize..trace.probes[1] as usize] {
-            let relative = probe.velocity(grid, u) - (rest + probe.out * turn);
-            first.get_or_insert_with(|| relative.norm());
-            sum += probe.share * relative;
-        }
-        if let (Some(limit), Some(first)) = (limit, first) {
-            // first <= limit: the layer is resolved.
-            let most = first * (params::most_profile() * limit / first.max(limit)).max(1.0);
-            let size = sum.norm();
-            if size > most {
-                sum *= most / size;
-            }
-        }
-        let Some(across) = self.across.get(trace.across as usize) else { return sum };
-        let there = across.other.velocity(bodies);
-        there.map_or(sum, |there| sum + across.share * (there - (rest + across.wall * turn)))
     }
 }

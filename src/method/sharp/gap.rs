@@ -1,5 +1,5 @@
 //! Gaps: how far it is along a normal of a body's wall to the next body or wall, and what the profile of the flow beside the
-//! wall is there ([`super::cut_body`] has the sketch).
+//! wall is there ([`super::trace`] has the sketch).
 //!
 //! ```text
 //!      ( body k )                 a gap of the width g(x) = s_k + s_j at any point x, by the distances from both surfaces. Below 1.25 h

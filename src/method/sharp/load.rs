@@ -62,7 +62,7 @@ impl<const D: usize> CutBodies<D> {
             #[inline(always)]
             || {
                 for point in &cut.points {
-                    let slope = cut.value(&point.slope, &point.arm, &domain.grid, u, bodies, k, None);
+                    let slope = cut.traces.value(&point.slope, &point.arm, &domain.grid, u, bodies, k, None);
                     let df = (domain.fluid.viscosity * point.area) * slope;
                     force += df;
                     torque += point.arm.cross(&df);

@@ -10,7 +10,7 @@
 //!   pressure   -div( H grad phi )/rho + sum_k (dV/M_k) j_k (j_k.phi) = -D/dt,       D = div U
 //!   bodies     V += (dt/M_k) F_p,   F_p = dV sum_c p_c j_c,   j_c = sum_f m_f n_f/h   (n_f outwards from the cell)
 //!   cells      u  = u* + dt (H_w a_w + H_e a_e)/(1 + (H_w + H_e)/2)
-//!   inside     u  = U_b + the profile of the flow beside the wall, continued into the body ([`cut_body`])
+//!   inside     u  = U_b + the profile of the flow beside the wall, continued into the body ([`trace`])
 //! ```
 //! The equation stays symmetric, and its solution holds the added mass of a free body implicitly, whatever its density.
 //! The memory `q^n - I(u^n)` keeps dt out of the wall's pressure; it fades as the flow crosses the grid and, since it is as small as
@@ -64,6 +64,7 @@ mod profile;
 mod shared;
 mod step;
 mod tally;
+mod trace;
 
 use super::momentum::{Mixture, Momentum};
 use super::stabilised::Stabilised;

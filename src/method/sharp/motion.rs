@@ -1,6 +1,6 @@
 //! How bodies go to their new place, and what forces make of their velocity there (formulas in the parent).
 
-use super::cut_body;
+use super::profile;
 use super::{NUMBERS, Sharp, history};
 use crate::Result;
 use crate::clock::Stage;
@@ -187,7 +187,7 @@ impl<const D: usize> Sharp<D> {
 /// spacing (Pa s/m) and its surface's area and moments: of the velocity by the profile's first probe, of the spin by the slope
 /// of the wall shear itself.
 fn resistance(body: &Body, (area, shell): &(f64, Matrix3<f64>), unit: f64) -> (f64, Inertia) {
-    let slope = unit * cut_body::resistance();
+    let slope = unit * profile::slope().iter().sum::<f64>();
     if body.shape().is_round() {
         return (unit * area, Inertia::Same(slope * shell[(2, 2)]));
     }

@@ -1,0 +1,223 @@
+//! What is read of the velocity beside a body's wall: the profile inside, and the slope at the wall.
+//!
+//! ```text
+//!    n ^   * second probe, 2 h         the velocity relative to the wall, w, along the normal from the wall at 0:
+//!      |   * first probe, h              far from others   through 0 and both probes         (g > 2.75 h)
+//!   ---+-------- wall                    near another      linear, through the first          (1.25 h < g < 2.25 h)
+//!      |   o cell inside, s < 0          closer still      straight to the other's velocity   (g < 0.75 h)
+//! ```
+//! with g the gap along n to the next body or wall; between these the shares change smoothly. [`super::profile`] has the first.
+
+use super::gap::{Other, Shares, Surroundings};
+use super::probe::Probe;
+use super::profile;
+use crate::geometry::Shape;
+use crate::grid::{Grid, VectorField};
+use crate::params;
+use crate::particles::Body;
+use nalgebra::Vector3;
+
+/// No number.
+const NOTHING: u32 = u32::MAX;
+
+/// A linear functional of the velocity relative to a body's motion, along the normal of its wall through a point of its.
+#[derive(Clone, Copy, Debug)]
+pub struct Trace {
+    /// Its probes, from the first to before the last.
+    probes: [u32; 2],
+    /// Its number among what lies across gaps, or [`NOTHING`].
+    across: u32,
+    /// Its number among the lines, or [`NOTHING`] of a round body: its line is the point's arm itself.
+    line: u32,
+}
+
+impl Trace {
+    /// A trace of nothing.
+    pub const STILL: Trace = Trace { probes: [0; 2], across: NOTHING, line: NOTHING };
+}
+
+/// The line along the wall's normal through a point, which has its probes at `from + out along` (m, from the body's centre).
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    from: Vector3<f64>,
+    along: Vector3<f64>,
+}
+
+/// That line, and where it leaves the wall.
+pub struct Normal {
+    line: Line,
+    /// Whether it comes from the centre as the arm of its point.
+    central: bool,
+    /// Outward, of length 1.
+    n: Vector3<f64>,
+    /// Where it leaves the wall (m, from the body's centre).
+    foot: Vector3<f64>,
+    /// At the distance d from the wall, `out = (wall + d)/length` (m).
+    wall: f64,
+    length: f64,
+}
+
+impl Normal {
+    /// Through the point at `arm` (m), at the distance `s` (m) from the wall. That of a round body comes from its centre, so
+    /// that a rigid motion is the same multiple of the arm's everywhere on it.
+    pub fn new(shape: &dyn Shape, arm: &Vector3<f64>, s: f64, n: Vector3<f64>) -> Normal {
+        if shape.is_round() {
+            let (line, radius) = (Line { from: Vector3::zeros(), along: *arm }, shape.radius());
+            return Normal { line, central: true, n, foot: radius * n, wall: radius, length: arm.norm() };
+        }
+        let foot = arm - s * n;
+        Normal { line: Line { from: foot, along: n }, central: false, n, foot, wall: 0.0, length: 1.0 }
+    }
+
+    fn out(&self, distance: f64) -> f64 {
+        (self.wall + distance) / self.length
+    }
+}
+
+/// What lies across a gap.
+#[derive(Clone, Copy, Debug)]
+struct Across {
+    /// Share of its velocity, relative to the body's at its own wall.
+    share: f64,
+    other: Other,
+    /// The body's wall, as a factor of the line.
+    wall: f64,
+}
+
+/// All that a body reads.
+#[derive(Clone, Debug)]
+pub struct Traces<const D: usize> {
+    probes: Vec<Probe<D>>,
+    across: Vec<Across>,
+    /// Of a body that is not round.
+    lines: Vec<Line>,
+}
+
+impl<const D: usize> Traces<D> {
+    /// None, with room for so many profiles inside and slopes on the surface.
+    pub fn new(inside: usize, points: usize, round: bool) -> Traces<D> {
+        Traces {
+            probes: Vec::with_capacity(2 * inside + 4 * points),
+            across: Vec::with_capacity(inside + points),
+            lines: Vec::with_capacity(if round { 0 } else { inside + points }),
+        }
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.probes.clear();
+        self.across.clear();
+        self.lines.clear();
+    }
+
+    /// The profile at the signed distance `s` (m) along a normal.
+    pub fn profile(&mut self, around: &Surroundings<D>, image: &Vector3<f64>, normal: &Normal, s: f64) -> Trace {
+        let h = around.h;
+        let gap = around.gap(image, &normal.foot, &normal.n);
+        let share = Shares::of(gap.width / h);
+        let [d1, d2] = [params::first_probe() * h, params::second_probe() * h];
+        let near = h.min(0.5 * gap.width);
+        // In a gap no further than the mirror image: more would feed back through the faces between the two.
+        let mirrored = |width: f64| (s / width).max(-1.0);
+        let linear = if share.linear > 0.0 { share.linear * mirrored(near) } else { 0.0 };
+        let [first, second] = profile::parabola(s / h).map(|factor| share.full * factor);
+        let at = if share.full > 0.0 { d1 } else { near };
+        let probes = [(at, first + linear), (d2, second)];
+        let across = share.across * mirrored(gap.width.max(0.5 * h));
+        self.trace(around.grid, image, normal, &probes, across, gap.other)
+    }
+
+    /// The straight profile across a gap, outside at the distance `s` (m) from the wall, and its weight.
+    pub fn profile_across(
+        &mut self,
+        around: &Surroundings<D>,
+        image: &Vector3<f64>,
+        normal: &Normal,
+        s: f64,
+    ) -> (Trace, f64) {
+        let gap = around.gap(image, &normal.foot, &normal.n);
+        let across = s / gap.width.max(0.5 * around.h).max(s);
+        let trace = self.trace(around.grid, image, normal, &[], across, gap.other);
+        let (share, kept) = around.flow(gap.width);
+        (trace, share * (1.0 - kept))
+    }
+
+    /// The slope of the velocity along the outward normal through a point of the surface (1/s).
+    pub fn slope(&mut self, around: &Surroundings<D>, image: &Vector3<f64>, normal: &Normal) -> Trace {
+        let h = around.h;
+        let gap = around.gap(image, &normal.foot, &normal.n);
+        let share = Shares::of(gap.width / h);
+        let (e, near) = (params::slope_probe() * h, h.min(0.5 * gap.width));
+        let [one, two, three] = profile::slope().map(|factor| share.full * factor / h);
+        let linear = if share.linear > 0.0 { share.linear / near } else { 0.0 };
+        let probes = [(e, one), (2.0 * e, two), (3.0 * e, three), (near, linear)];
+        let across = share.across / gap.width.max(0.5 * h);
+        self.trace(around.grid, image, normal, &probes, across, gap.other)
+    }
+
+    /// A trace along a normal: the distances of its probes from the wall (m) with their shares, and the share of what lies across
+    /// the gap.
+    fn trace(
+        &mut self,
+        grid: &Grid<D>,
+        image: &Vector3<f64>,
+        normal: &Normal,
+        probes: &[(f64, f64)],
+        across: f64,
+        other: Other,
+    ) -> Trace {
+        let (start, Line { from, along }) = (self.probes.len() as u32, normal.line);
+        let from = image + from;
+        for &(d, share) in probes.iter().filter(|(_, share)| *share != 0.0) {
+            self.probes.push(Probe::new(grid, &from, &along, normal.out(d), share));
+        }
+        let mut trace = Trace { probes: [start, self.probes.len() as u32], ..Trace::STILL };
+        if across != 0.0 && !matches!(other, Other::Nothing) {
+            trace.across = self.across.len() as u32;
+            self.across.push(Across { share: across, other, wall: normal.out(0.0) });
+        }
+        if !normal.central {
+            trace.line = self.lines.len() as u32;
+            self.lines.push(normal.line);
+        }
+        trace
+    }
+
+    /// The value of the trace through `arm` (m/s, or 1/s of a slope) for a body and a velocity field with its ghosts filled.
+    #[allow(clippy::too_many_arguments)]
+    #[inline(always)]
+    pub fn value(
+        &self,
+        trace: &Trace,
+        arm: &Vector3<f64>,
+        grid: &Grid<D>,
+        u: &VectorField<D>,
+        bodies: &[Body],
+        k: usize,
+        limit: Option<f64>,
+    ) -> Vector3<f64> {
+        let Body { velocity, spin, .. } = &bodies[k];
+        // The rigid motion along the line: `rest + out turn`.
+        let (rest, turn) = match self.lines.get(trace.line as usize) {
+            None => (*velocity, spin.cross(arm)),
+            Some(line) => (velocity + spin.cross(&line.from), spin.cross(&line.along)),
+        };
+        let (mut sum, mut first) = (Vector3::zeros(), None);
+        for probe in &self.probes[trace.probes[0] as usize..trace.probes[1] as usize] {
+            let relative = probe.velocity(grid, u) - (rest + probe.out * turn);
+            first.get_or_insert_with(|| relative.norm());
+            sum += probe.share * relative;
+        }
+        if let (Some(limit), Some(first)) = (limit, first) {
+            // first <= limit: the layer is resolved.
+            let most = first * (params::most_profile() * limit / first.max(limit)).max(1.0);
+            let size = sum.norm();
+            if size > most {
+                sum *= most / size;
+            }
+        }
+        let Some(across) = self.across.get(trace.across as usize) else { return sum };
+        let there = across.other.velocity(bodies);
+        there.map_or(sum, |there| sum + across.share * (there - (rest + across.wall * turn)))
+    }
+}
