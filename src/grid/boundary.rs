@@ -9,7 +9,7 @@
 //! The one along the border is exact for a parabola of which every cell has the mean, and so is the flow between two walls. Two cells, or others
 //! of three, would do; with these diffusion is stable for the steps that it has far from walls. Across the border it would feed what
 //! faces remember: the flow around a sphere that creeps through a closed box grew. Where a body is so near that it has one of the cells, and with
-//! the paper's mixing, ghost 0 is as the others.
+//! the paper's mixing, ghost 0 is as the others; also where bodies move, for whom faces remember for long: a flow then grew in the corners of the box.
 
 use super::{GHOSTS, Grid, VectorField};
 use crate::Result;
@@ -36,8 +36,6 @@ pub struct Boundaries<const D: usize> {
     entry: [[Vec<f64>; 2]; D],
     /// How much of the parabola along it the first ghosts have, by axis and side, one value for each stored position of the face; empty for none.
     bend: [[Vec<f64>; 2]; D],
-    /// Whether one of these is less than one.
-    straightened: bool,
     halo: Halo,
     /// The faces of the box that this rank's own box reaches.
     here: [[bool; 2]; D],
@@ -207,16 +205,7 @@ impl<const D: usize> Boundaries<D> {
         let given = |axis: usize, side: usize| parabola && matches!(borders[axis][side], Some(Border::Velocity(_)));
         let bend = |axis, side| if given(axis, side) { vec![1.0; positions(axis)] } else { Vec::new() };
         let bend = std::array::from_fn(|axis| [0, 1].map(|side| bend(axis, side)));
-        Boundaries {
-            borders,
-            entry,
-            bend,
-            straightened: false,
-            halo: Halo::new(session, layout),
-            here,
-            planes,
-            layers: grid.ghosts,
-        }
+        Boundaries { borders, entry, bend, halo: Halo::new(session, layout), here, planes, layers: grid.ghosts }
     }
 
     /// Whether some border fixes the pressure; where none does, the pressure equation is singular.
@@ -324,18 +313,15 @@ impl<const D: usize> Boundaries<D> {
         }
     }
 
-    /// Forgets which borders bodies were near to.
-    pub fn bend(&mut self) {
-        if std::mem::take(&mut self.straightened) {
-            self.bend.iter_mut().flatten().for_each(|bend| bend.fill(1.0));
-        }
+    /// Has so much of the parabola along all borders.
+    pub fn bend(&mut self, share: f64) {
+        self.bend.iter_mut().flatten().for_each(|bend| bend.fill(share));
     }
 
     /// Leaves at most this share of the parabola along a border at a position on it, where a body is near.
     pub fn straighten(&mut self, axis: usize, side: usize, position: usize, share: f64) {
         if let Some(bend) = self.bend[axis][side].get_mut(position) {
             *bend = bend.min(share);
-            self.straightened = true;
         }
     }
 

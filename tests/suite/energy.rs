@@ -124,7 +124,7 @@ fn what_an_impact_does_to_an_inflow_does_not_depend_on_the_step_it_falls_on() {
     };
     let given = budgets[0].prescribed;
     let (borders, method) = (spread(&|e| e.borders), spread(&|e| e.method));
-    assert!(borders < 0.02 * given && method < 0.02 * given, "{borders} and {method} of {given}: {budgets:?}");
+    assert!(borders < 0.02 * given && method < 0.03 * given, "{borders} and {method} of {given}: {budgets:?}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Where bodies are near borders of the box, the velocity's ghosts there are no longer those of a parabola, of whose three cells a body has some.
+//! Where fixed bodies are near borders of the box, the velocity's ghosts there are no longer those of a parabola, of whose three cells a body has some.
 //!
 //! ```text
 //!        ( k )
@@ -11,13 +11,16 @@ use super::gap::Shares;
 use crate::domain::Domain;
 use crate::grid::Border;
 use crate::params;
-use crate::particles::Body;
+use crate::particles::{Body, Motion};
 use nalgebra::Vector3;
 
 impl<const D: usize> CutBodies<D> {
-    /// Finds that share under all bodies that are near a border, on ghosts as well.
+    /// Finds that share under all bodies that are near a border, on ghosts as well; there is none where bodies move.
     pub(super) fn straighten_borders(&self, domain: &mut Domain<D>, bodies: &[Body]) {
-        domain.boundaries.bend();
+        if bodies.iter().any(|body| body.motion != Motion::Fixed) {
+            return domain.boundaries.bend(0.0);
+        }
+        domain.boundaries.bend(1.0);
         let size = domain.grid.size;
         for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
             if !matches!(domain.boundaries.borders[axis][side], Some(Border::Velocity(_))) {

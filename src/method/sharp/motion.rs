@@ -94,7 +94,6 @@ impl<const D: usize> Sharp<D> {
                 motion.expected = (body.velocity, body.spin);
             }
             self.cut.arrive(domain, &s.bodies, dt);
-            self.cut.straighten_borders(domain, &s.bodies);
         }
         if self.set_ghost_layers(domain, &s.bodies) {
             domain.boundaries.fill_velocity(&mut s.u)?;
