@@ -39,8 +39,10 @@ impl Motion {
     }
 }
 
-/// Steps between two samples of what viscosity takes, which cost a sweep; every one at the start.
+/// Steps between two samples of what viscosity takes, which cost a sweep; every one at the start, and where the kinetic energy changes by more than
+/// [`FAST`] of it in a step, as after an impact.
 const SAMPLED_EVERY: u64 = 8;
+const FAST: f64 = 0.01;
 
 /// Starts a budget with the state as it is. Collective.
 pub fn start<const D: usize>(domain: &mut Domain<D>, s: &mut State<D>, method: &mut Method<D>) -> Result<()> {
@@ -90,7 +92,8 @@ pub fn close<const D: usize>(
     e.friction += slid;
     e.contacts += walls - worked.contacts - (springs - e.springs) - slid;
     e.springs = springs;
-    sample(domain, s, method, &mut e)?;
+    let [was, is] = [s.energy, e].map(|e| e.fluid + e.bodies);
+    sample(domain, s, method, (is - was).abs() > FAST * is.max(was), &mut e)?;
     e.method =
         e.start + e.gravity + e.drive + e.borders + e.prescribed - e.viscous - e.contacts - e.friction - e.total();
     s.energy = e;
@@ -103,9 +106,10 @@ fn sample<const D: usize>(
     domain: &mut Domain<D>,
     s: &mut State<D>,
     method: &Method<D>,
+    fast: bool,
     e: &mut EnergyBudget,
 ) -> Result<()> {
-    let due = s.steps <= SAMPLED_EVERY || s.steps.is_multiple_of(SAMPLED_EVERY);
+    let due = fast || s.steps <= SAMPLED_EVERY || s.steps.is_multiple_of(SAMPLED_EVERY);
     e.since += s.dt;
     e.viscous += s.dt * e.dissipated;
     if !due && !domain.sides_work {

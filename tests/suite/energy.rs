@@ -198,3 +198,43 @@ fn energy_from_nothing_ends_a_run_where_walls_move_and_bodies_are_prescribed() {
     assert_eq!(output.status.code(), Some(3), "{said}");
     assert!(said.contains("made by friction") && said.contains("particle 0 the fastest"), "{said}");
 }
+
+/// Viscosity takes much in few steps when two meet; what it took before, eight steps apart, says nothing of that.
+#[test]
+fn two_discs_that_meet_in_long_steps_make_no_energy_on_the_way() {
+    let petsc = petsc();
+    let disc = |x: f64, y: f64, u: f64, v: f64| {
+        format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [{x:?}, {y:?}]\ndensity = 2.5\nvelocity = [{u:?}, {v:?}]\n"
+        )
+    };
+    let bodies = disc(0.45, 0.514, 1.0, 0.216) + &disc(0.75, 0.5, -1.0, -0.077);
+    let more =
+        format!("{bodies}{SHARP}[contact]\nrestitution = 0.8\nfriction = 0.3\n[pressure]\ndivergence_limit = 1e-6\n");
+    let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"wall\""];
+    let mut scene: Scene<2> = petsc.scene(&box_case([1.5, 1.0], [48, 32], 0.02, sides, &more));
+    let (start, mut least) = (scene.state.energy.start, 0.0f64);
+    while scene.state.time < 0.6 {
+        scene.step(0.4 * 0.2 / 8.0).unwrap();
+        least = least.min(scene.state.energy.method / start);
+    }
+    println!("least {least}, at the end {}", scene.state.energy.method / start);
+    assert!(least > -1e-3 && scene.state.energy.contacts > 0.01 * start, "{least}: {:?}", scene.state.energy);
+}
+
+/// What faces remember in the corners of a closed box has to fade, also where cells are longer one way.
+#[test]
+fn a_flow_around_a_body_that_is_told_to_rest_fades_in_cells_of_any_shape() {
+    let fades = |left: f64| assert!(left < 1e-8, "{left:e} of the energy is left");
+    for height in [0.5, 0.8] {
+        let petsc = petsc();
+        let more = "[initial]\nperturbation = 1e-3\n[pressure]\ndivergence_limit = 1e-8\n[[particle]]\nposition = [0.47, 0.22]\n\
+                    shape = { disc = { diameter = 0.15 } }\nmotion = { prescribed = { velocity = [0.0, 0.0] } }\n";
+        let mut scene: Scene<2> = petsc.scene(&box_case([1.0, height], [24, 24], 1.0, ["\"wall\""; 4], more));
+        let start = scene.state.energy.start;
+        for _ in 0..600 {
+            scene.step(5e-4).unwrap();
+        }
+        fades(scene.state.energy.fluid / start);
+    }
+}

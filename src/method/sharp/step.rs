@@ -29,7 +29,9 @@ impl<const D: usize> Sharp<D> {
             (false, 3) => params::face_decay_3d(),
             (false, _) => params::face_decay_2d(),
         };
-        let forgotten = courant / params::face_memory() + face_decay * diffusion;
+        // Of cells that are longer one way it goes by the way that they are short: what faces remember is of that size.
+        let least = domain.grid.h.iter().copied().fold(h, f64::min);
+        let forgotten = courant / params::face_memory() + face_decay * diffusion * (h / least).powi(2);
         let short = (params::face_time() / diffusion).min(params::face_memory() / courant);
         let own = if rest { short.clamp(params::face_part(), 1.0) } else { 1.0 };
         Ok(Pace { courant, diffusion, keep: 1.0 - forgotten.min(1.0), own })
