@@ -1,6 +1,6 @@
 //! Sharp walls and the time step: on one grid, so that what halved steps change is error of time alone.
 
-use crate::support::{PERIODIC, SHARP, box_case, order, petsc};
+use crate::support::{PERIODIC, SHARP, box_case, columns, order, petsc, run};
 use mics::scene::Scene;
 use std::f64::consts::TAU;
 
@@ -152,4 +152,23 @@ fn the_drag_of_a_disc_in_a_stream_does_not_depend_on_the_step() {
     let [short, long] = [1.6e-3, 1.35e-2].map(drag);
     println!("force {short:.5}, {long:.5}");
     assert!((long / short - 1.0).abs() < 3e-3, "{short} {long}");
+}
+
+/// What is imposed at a wall has a part that turns: with ten stages, which nothing but a fixed disc would forbid, the drag at this place goes to and fro by
+/// some thousandths for ever.
+#[test]
+fn the_drag_of_a_fixed_disc_settles_in_the_longest_steps_that_a_run_takes() {
+    let dir = tempfile::tempdir().unwrap();
+    let (case, out) = (dir.path().join("case.toml"), dir.path().join("run"));
+    let more = "[[particle]]\nshape = { disc = { diameter = 0.5 } }\nposition = [0.5113, 0.5113]\nmotion = \"fixed\"\n\
+                [drive]\nforce = [1.0, 0.0]\n[time]\nend = 1.5\n[output]\nfigures = false\nparticles = { every = 1 }\n";
+    let text = box_case([1.0, 1.0], [32, 32], 1.0, PERIODIC, more);
+    std::fs::write(&case, text).unwrap();
+    run(&case, &out, &[]);
+    let rows = columns(&out.join("particles.csv"));
+    let late: Vec<f64> =
+        rows["time"].iter().zip(&rows["fluid_fx"]).filter(|(t, _)| **t > 1.0).map(|(_, drag)| *drag).collect();
+    let (least, most) = late.iter().fold((f64::INFINITY, 0.0f64), |(l, m), drag| (l.min(*drag), m.max(*drag)));
+    println!("{} steps, drag {least:.6} to {most:.6}", late.len());
+    assert!(late.len() > 20 && most / least - 1.0 < 1e-3, "{least} to {most}");
 }

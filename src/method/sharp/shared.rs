@@ -80,11 +80,12 @@ impl<const D: usize> CutBodies<D> {
         }
         gather(bodies, parts, |cut| (&cut.inside_shared, cut.inside.len()));
         for (parts, claims) in by_cell(parts) {
-            let mut left = 1.0;
+            let mut left = 1.0f64;
             for part in parts {
                 let weight = part.shared.claim * part.shared.weight / claims;
-                bodies[part.body as usize].inside[part.shared.place as usize].weight =
-                    if weight < left { weight / left } else { 1.0 };
+                // Rounding may leave less than the last one has.
+                let part_of_left = if weight > 0.0 { weight / left.max(weight) } else { 0.0 };
+                bodies[part.body as usize].inside[part.shared.place as usize].weight = part_of_left;
                 left -= weight;
             }
         }
