@@ -139,9 +139,14 @@ constants! {
     /// That deviation over a step which is always left (spacings).
     /// Halved: height of a bed -0.2 %. Doubled: +0.1 %.
     mending_floor = 2e-6;
-    /// Times that all pairs are gone through for the impulses that mend a step.
-    /// Halved: nothing. Doubled: height of a bed -0.2 %.
-    mending_sweeps = 8.0;
+    /// Mended is what a sweep over all pairs changes by less than this part of what the first one did.
+    mended = 1e-2;
+    /// Most sweeps of a mending.
+    most_mending_sweeps = 200.0;
+    /// Part of what there was to mend from which on a step is mended once more.
+    mend_again = 0.5;
+    /// Times that a step is mended.
+    most_mendings = 6.0;
     /// Times that the first step of bodies which lie on others is mended. Fewer, a column of light bodies under a lid starts with
     /// energy from nothing.
     first_mendings = 12.0;

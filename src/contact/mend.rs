@@ -8,124 +8,205 @@
 //! ```
 //! q is 1 for a pair that touched, along n, and along its surfaces what part of the impulse between them they stuck for: it parts, rests or
 //! slips as the substeps found, `|Q + what gripped| <= mu (P + what pressed)`. The film in a gap resists a deviation as it does a speed: `q = x/(1 + x)`,
-//! x = dt lambda/m over the step. Pairs are taken one after the other, a few times over. Spin deviates by what Q turns alone.
+//! x = dt lambda/m over the step. Spin deviates by what Q turns alone. Pairs are taken one after the other, there and back, until what a sweep changes is
+//! small beside what the first one did: in a pile that sticks together each layer slides by little on the one before, and with few sweeps the far ones slide
+//! to and fro, more with each step.
+//!
+//! Discs that move together carry less of the fluid than half of what each does alone, down to what is in the pores. Where that is most of their mass, and
+//! their own is not, mending leaves more than there was, the other way. So where light bodies touch, what is left to mend, f, is looked at once the fluid
+//! has answered, and where it is more than half of what it was they are mended again, by
+//! Anderson's acceleration over the last two rounds (D. G. Anderson, J. ACM 12, 1965), x the impulses of all pairs:
+//!
+//! ```text
+//!   x' = x + f - c (dx + df),   c = <f, df>/<df, df>,   dx, df: their changes since the round before,   <f, g> = sum f g/m
+//! ```
 
-use super::{Contacts, Impulse};
+use super::substep::Answer;
+use super::{Contacts, Impulse, Pair};
 use crate::params;
 use crate::particles::Body;
 use nalgebra::Vector3;
 
+/// How far a body is from what the substeps expected of it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Deviation {
+    /// Velocity (m/s).
+    pub(crate) linear: Vector3<f64>,
+    /// Spin, by what mended it in the step (rad/s).
+    pub(crate) angular: Vector3<f64>,
+}
+
+/// Impulses of a pair (N s): what keeps the two apart, and what the first gets along their surfaces.
+#[derive(Clone, Copy, Debug, Default)]
+struct Given {
+    press: f64,
+    grip: Vector3<f64>,
+}
+
+/// A pair that gave something in the step, while it is mended.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bond {
+    /// Its place among the pairs, and its two.
+    pair: usize,
+    two: [usize; 2],
+    /// From the first to the second, and the arms of both (m).
+    normal: Vector3<f64>,
+    arms: [f64; 2],
+    /// `1/m_n`, `1/m_t` (1/kg), and q along both.
+    inverse: [f64; 2],
+    part: [f64; 2],
+    /// Coulomb's, where the two touch; `None` for a film.
+    friction: Option<f64>,
+    /// f, now and in the round before, and what it was mended by since.
+    found: Given,
+    before: Given,
+    step: Given,
+}
+
+/// What a look at the deviations found.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Found {
+    /// The largest deviation of a pair (m/s).
+    pub(crate) off: f64,
+    /// The size of f (J^1/2).
+    pub(crate) size: f64,
+}
+
 impl Contacts {
-    /// Finds for each body the impulse that takes the `deviation` (m/s) of its velocity from the expected one over the step `dt` (s)
-    /// back at its contacts, adds it to the impulses, and leaves it in `nudges`. Returns the largest deviation of a pair before (m/s).
-    pub(crate) fn mend(
+    /// Finds what would take the `deviation` of all bodies from what was expected over the step `dt` (s) back at their contacts; in the `round` of the
+    /// step, from 0.
+    pub(crate) fn find_mending(
         &mut self,
         bodies: &[Body],
-        deviation: &[Vector3<f64>],
+        deviation: &[Deviation],
         nudges: &mut [Impulse],
-        tolerance: f64,
+        round: usize,
         dt: f64,
-    ) -> f64 {
+    ) -> Found {
+        let mut bonds = std::mem::take(&mut self.bonds);
+        if round == 0 {
+            bonds.clear();
+            let gave = self.pairs.iter().enumerate().filter(|(_, pair)| pair.given != 0.0);
+            bonds.extend(gave.map(|(p, pair)| self.bond(p, pair, bodies, dt)));
+        }
         nudges.fill(Impulse::default());
-        for pair in &mut self.pairs {
-            // What it was mended by before, in the same step, is given.
-            let (press, grip) = std::mem::take(&mut pair.mended);
-            let touching = if pair.pressed > 0.0 { press } else { 0.0 };
-            (pair.given, pair.pressed, pair.grip) = (pair.given + press, pair.pressed + touching, pair.grip + grip);
+        for bond in &mut bonds {
+            bond.before = std::mem::take(&mut bond.found);
         }
         let mut largest = 0.0f64;
-        for sweep in 0..params::mending_sweeps() as usize {
-            for p in 0..self.pairs.len() {
-                let off = self.mend_pair(p, bodies, deviation, nudges, dt);
-                if sweep == 0 {
-                    largest = largest.max(off);
-                }
+        for sweep in 0..params::most_mending_sweeps() as usize {
+            let mut off = 0.0f64;
+            // There and back, so that neither end of a pile comes first.
+            let mut mend = |bond: &mut Bond| off = off.max(self.mend_bond(bond, deviation, nudges));
+            if sweep % 2 == 0 {
+                bonds.iter_mut().for_each(&mut mend);
+            } else {
+                bonds.iter_mut().rev().for_each(&mut mend);
             }
-            if sweep == 0 && largest < tolerance {
-                // Nothing worth a solve: what little there was is the next step's.
-                self.pairs.iter_mut().for_each(|pair| pair.mended = (0.0, Vector3::zeros()));
-                return largest;
+            if sweep == 0 {
+                largest = off;
+            }
+            if off <= params::mended() * largest {
+                break;
             }
         }
-        for pair in &self.pairs {
-            let Some(wall) = pair.second.checked_sub(bodies.len()) else { continue };
-            let impulse = pair.mended.1 - pair.mended.0 * self.kinematics(pair, bodies, 0.0).0.normal;
-            self.wall_impulse -= impulse;
-            self.wall_work += impulse.dot(&self.walls[wall].velocity);
+        let size = bonds.iter().map(|bond| bond.product(&bond.found, &bond.found)).sum::<f64>().sqrt();
+        self.bonds = bonds;
+        Found { off: largest, size }
+    }
+
+    /// Mends the pairs by what was found in the `round`, adds it to the impulses, and leaves it in `nudges`.
+    pub(crate) fn mend(&mut self, bodies: &[Body], nudges: &mut [Impulse], round: usize) {
+        let mut share = 0.0;
+        if round > 0 {
+            let (mut along, mut whole) = (0.0, 0.0);
+            for bond in &self.bonds {
+                let change = bond.found.plus(-1.0, &bond.before);
+                along += bond.product(&bond.found, &change);
+                whole += bond.product(&change, &change);
+            }
+            share = if whole > 0.0 { along / whole } else { 0.0 };
+        }
+        nudges.fill(Impulse::default());
+        for bond in &mut self.bonds {
+            let change = bond.step.plus(1.0, &bond.found).plus(-1.0, &bond.before);
+            let (pair, wanted) = (&mut self.pairs[bond.pair], bond.found.plus(-share, &change));
+            let press = bond.most_press(pair, wanted.press);
+            let grip = bond.most_grip(pair, press, wanted.grip);
+            bond.step = Given { press, grip };
+            pair.given += press;
+            pair.pressed += if bond.friction.is_some() { press } else { 0.0 };
+            pair.grip += grip;
+            let (impulse, turn) = (grip - press * bond.normal, bond.normal.cross(&grip));
+            bond.nudge(impulse, bond.arms.map(|arm| arm * turn), nudges);
+            if let Some(wall) = bond.two[1].checked_sub(bodies.len()) {
+                self.wall_impulse -= impulse;
+                self.wall_work += impulse.dot(&self.walls[wall].velocity);
+            }
         }
         for (impulse, nudge) in self.impulses.iter_mut().zip(nudges.iter()) {
             impulse.linear += nudge.linear;
             impulse.angular += nudge.angular;
         }
-        largest
     }
 
-    /// The same for the pair `p`, as the nudges now are; the deviation of the pair before (m/s).
-    fn mend_pair(
-        &mut self,
-        p: usize,
-        bodies: &[Body],
-        deviation: &[Vector3<f64>],
-        nudges: &mut [Impulse],
-        dt: f64,
-    ) -> f64 {
-        let pair = self.pairs[p];
-        if pair.given == 0.0 {
-            return 0.0;
-        }
-        let (kinematics, arms) = self.kinematics(&pair, bodies, 0.0);
-        let (n, touched) = (kinematics.normal, pair.pressed > 0.0);
-        let part = |touching: f64, inverse: f64, film: f64| {
-            let x = dt * film * inverse;
-            if touched { touching } else { x / (1.0 + x) }
+    /// The pair at the place `p`, of which nothing is mended yet.
+    fn bond(&self, p: usize, pair: &Pair, bodies: &[Body], dt: f64) -> Bond {
+        let (kinematics, arms) = self.kinematics(pair, bodies, 0.0);
+        let (normal, along) = (kinematics.inverse_normal, kinematics.inverse_tangential);
+        let touched = pair.pressed > 0.0;
+        let film = |resistance: f64, inverse: f64| {
+            let x = dt * resistance * inverse;
+            x / (1.0 + x)
         };
-        // As if the pair had not been mended yet.
-        let (before, inverse) = (pair.mended, kinematics.inverse_normal);
-        let off = self.deviates(p, deviation, nudges).0.dot(&n);
-        let mut press = part(1.0, inverse, pair.film.normal) * (before.0 + off / inverse);
-        if touched {
-            // Contacts hold nothing back.
-            press = press.max(-pair.given.max(0.0));
+        Bond {
+            pair: p,
+            two: [pair.first, pair.second],
+            normal: kinematics.normal,
+            arms,
+            inverse: [normal, along],
+            part: if touched {
+                [1.0, pair.stuck / pair.pressed]
+            } else {
+                [film(pair.film.normal, normal), film(pair.film.sliding, along)]
+            },
+            friction: touched.then(|| self.law(pair).material.friction),
+            found: Given::default(),
+            before: Given::default(),
+            step: Given::default(),
         }
-        self.nudge(p, (before.0 - press) * n, [Vector3::zeros(); 2], nudges);
-
-        let inverse = kinematics.inverse_tangential;
-        let (moved, spun) = self.deviates(p, deviation, nudges);
-        let slips = moved - moved.dot(&n) * n + (arms[0] * spun[0] + arms[1] * spun[1]).cross(&n);
-        let mut grip = part(pair.stuck / pair.pressed, inverse, pair.film.sliding) * (before.1 - slips / inverse);
-        if touched {
-            let limit = self.law(&pair).material.friction * (pair.pressed + press).max(0.0);
-            let whole = pair.grip + grip;
-            grip += whole * ((limit / whole.norm().max(f64::MIN_POSITIVE)).min(1.0) - 1.0);
-        }
-        let along = grip - before.1;
-        let turn = n.cross(&along);
-        self.nudge(p, along, arms.map(|arm| arm * turn), nudges);
-
-        self.pairs[p].mended = (press, grip);
-        ((press - before.0).abs() * kinematics.inverse_normal).max(along.norm() * inverse)
     }
 
-    /// By how much the velocity of the first of a pair beside the second's (m/s) and their spins (rad/s) are off, the nudges counted.
-    fn deviates(&self, p: usize, deviation: &[Vector3<f64>], nudges: &[Impulse]) -> (Vector3<f64>, [Vector3<f64>; 2]) {
+    /// Finds what mends a pair as the nudges now are; by how much that changes its deviation (m/s).
+    fn mend_bond(&self, bond: &mut Bond, deviation: &[Deviation], nudges: &mut [Impulse]) -> f64 {
+        let (n, pair, found) = (bond.normal, &self.pairs[bond.pair], bond.found);
+        // As if the pair had not been mended yet.
+        let off = self.deviates(bond, deviation, nudges).0;
+        let press = bond.most_press(pair, bond.part[0] * (found.press + off / bond.inverse[0]));
+        let pressed = press - found.press;
+        bond.nudge(-pressed * n, [Vector3::zeros(); 2], nudges);
+
+        let slips = self.deviates(bond, deviation, nudges).1;
+        let grip = bond.most_grip(pair, press, bond.part[1] * (found.grip - slips / bond.inverse[1]));
+        let along = grip - found.grip;
+        let turn = n.cross(&along);
+        bond.nudge(along, bond.arms.map(|arm| arm * turn), nudges);
+
+        bond.found = Given { press, grip };
+        (pressed.abs() * bond.inverse[0]).max(along.norm() * bond.inverse[1])
+    }
+
+    /// By how much the approach and the slip of a pair are off (m/s), the nudges counted.
+    fn deviates(&self, bond: &Bond, deviation: &[Deviation], nudges: &[Impulse]) -> (f64, Vector3<f64>) {
         let off = |k: usize| {
             let Some(nudge) = nudges.get(k) else { return (Vector3::zeros(), Vector3::zeros()) };
-            let answer = &self.answers[k];
-            (deviation[k] + answer.mass.component_mul(&nudge.linear), answer.inertia.component_mul(&nudge.angular))
+            let (Answer { mass, inertia, .. }, deviation) = (&self.answers[k], &deviation[k]);
+            let moved = deviation.linear + mass.component_mul(&nudge.linear);
+            (moved, deviation.angular + inertia.component_mul(&nudge.angular))
         };
-        let ((one, spun), (other, its)) = (off(self.pairs[p].first), off(self.pairs[p].second));
-        (one - other, [spun, its])
-    }
-
-    /// Nudges the first of a pair by an impulse (N s) and the second the other way, and turns them (N m s).
-    fn nudge(&self, p: usize, impulse: Vector3<f64>, turns: [Vector3<f64>; 2], nudges: &mut [Impulse]) {
-        let pair = &self.pairs[p];
-        for (k, impulse, turn) in [(pair.first, impulse, turns[0]), (pair.second, -impulse, turns[1])] {
-            if let Some(nudge) = nudges.get_mut(k) {
-                nudge.linear += impulse;
-                nudge.angular += turn;
-            }
-        }
+        let ([(one, spun), (other, its)], n) = (bond.two.map(off), bond.normal);
+        let (moved, turned) = (one - other, bond.arms[0] * spun + bond.arms[1] * its);
+        (moved.dot(&n), moved - moved.dot(&n) * n + turned.cross(&n))
     }
 
     /// The largest speed at which a pair that touched comes together or parts (m/s).
@@ -134,8 +215,46 @@ impl Contacts {
         touched.fold(0.0, |most, pair| most.max(self.kinematics(pair, bodies, 0.0).0.approach.abs()))
     }
 
-    /// Whether any pair gave something.
-    pub(crate) fn gave(&self) -> bool {
-        self.pairs.iter().any(|pair| pair.given != 0.0)
+    /// Whether a pair gave something, and one with a body lighter than the fluid did.
+    pub(crate) fn gave(&self, bodies: &[Body]) -> (bool, bool) {
+        let lighter = |k: usize| bodies.get(k).is_some_and(|b| b.mass() < self.medium.density * b.volume());
+        let gave = self.pairs.iter().filter(|pair| pair.given != 0.0);
+        gave.fold((false, false), |(_, light), pair| (true, light || lighter(pair.first) || lighter(pair.second)))
+    }
+}
+
+impl Bond {
+    /// What of an impulse it can press with: contacts hold nothing back.
+    fn most_press(&self, pair: &Pair, press: f64) -> f64 {
+        if self.friction.is_some() { press.max(-pair.given.max(0.0)) } else { press }
+    }
+
+    /// What of an impulse along the surfaces it can hold, pressing by so much more.
+    fn most_grip(&self, pair: &Pair, press: f64, grip: Vector3<f64>) -> Vector3<f64> {
+        let Some(friction) = self.friction else { return grip };
+        let (limit, whole) = (friction * (pair.pressed + press).max(0.0), pair.grip + grip);
+        grip + whole * ((limit / whole.norm().max(f64::MIN_POSITIVE)).min(1.0) - 1.0)
+    }
+
+    /// `<f, g>` of this pair (J).
+    fn product(&self, f: &Given, g: &Given) -> f64 {
+        self.inverse[0] * f.press * g.press + self.inverse[1] * f.grip.dot(&g.grip)
+    }
+
+    /// Nudges the first of a pair by an impulse (N s) and the second the other way, and turns them (N m s).
+    fn nudge(&self, impulse: Vector3<f64>, turns: [Vector3<f64>; 2], nudges: &mut [Impulse]) {
+        for (k, impulse, turn) in [(self.two[0], impulse, turns[0]), (self.two[1], -impulse, turns[1])] {
+            if let Some(nudge) = nudges.get_mut(k) {
+                nudge.linear += impulse;
+                nudge.angular += turn;
+            }
+        }
+    }
+}
+
+impl Given {
+    /// That with a part of another one.
+    fn plus(&self, part: f64, other: &Given) -> Given {
+        Given { press: self.press + part * other.press, grip: self.grip + part * other.grip }
     }
 }

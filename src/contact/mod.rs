@@ -42,6 +42,8 @@ use law::Law;
 pub use law::{Damping, Laws, Material};
 use lubrication::Film;
 pub use lubrication::Medium;
+use mend::Bond;
+pub(crate) use mend::{Deviation, Found};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 pub use stiffness::Impact;
@@ -100,8 +102,6 @@ struct Pair {
     grip: Vector3<f64>,
     pressed: f64,
     stuck: f64,
-    /// What mended the step beyond that, along both (N s).
-    mended: (f64, Vector3<f64>),
     /// What the fluid between them resists, after how many substeps each, and for how long (s) it has not yet.
     film: Film,
     stride: usize,
@@ -144,6 +144,8 @@ pub struct Contacts {
     search_radius: Vec<f64>,
     paired: Vec<bool>,
     loads: Vec<Impulse>,
+    /// Of a mending.
+    bonds: Vec<Bond>,
     /// Of the substep.
     grips: Vec<Grip>,
     /// Per body, its way since the search when the next substep is done (m), and by how much it has turned in the step (rad).
@@ -193,6 +195,7 @@ impl Contacts {
             paired: vec![false; n],
             loads: vec![Impulse::default(); n],
             grips: Vec::with_capacity(8 * n),
+            bonds: Vec::with_capacity(8 * n),
             reach: vec![0.0; n],
             turned: vec![Vector3::zeros(); n],
             impulses: vec![Impulse::default(); n],
@@ -525,7 +528,6 @@ impl Pair {
             grip: Vector3::zeros(),
             pressed: 0.0,
             stuck: 0.0,
-            mended: (0.0, Vector3::zeros()),
             film: Film::UNKNOWN,
             stride: 1,
             due: 0.0,

@@ -68,6 +68,16 @@ pub struct Projected {
     pub retries: u32,
 }
 
+impl Projected {
+    /// Counts another iteration that followed.
+    pub fn add(&mut self, next: Projected) {
+        self.outer += next.outer;
+        self.krylov += next.krylov;
+        self.retries += next.retries;
+        self.divergence_max = next.divergence_max;
+    }
+}
+
 impl Projection {
     /// The operator on `grid`, its solver as PETSc's options say, or as chosen where they say nothing, and the stopping
     /// rule. Collective.

@@ -25,8 +25,8 @@ fn tank(width: f64, viscosity: f64, end: f64, bodies: &str) -> String {
 }
 
 /// Fourteen discs rise in rows and pack under the lid; held there by friction, whether they can turn or not. What friction gives was mended along
-/// the lines of centres alone: the pile slid to and fro and made 0.6 of
-/// gravity's work from nothing where no disc turned.
+/// the lines of centres alone: the pile slid to and fro and made 0.6 of gravity's work from nothing where no disc turned. Then with eight
+/// sweeps over its contacts, of which too little came to the layers far from the lid: from 2 s on it slid to and fro again, 0.1 of that work.
 #[test]
 fn discs_that_friction_holds_under_a_lid_rest() {
     for (density, locked) in [(5.0, true), (5.0, false), (50.0, false)] {
@@ -42,7 +42,7 @@ fn discs_that_friction_holds_under_a_lid_rest() {
                 )
             })
             .collect();
-        let steps = steps_of(&tank(0.04, 0.1, 1.5, &discs));
+        let steps = steps_of(&tank(0.04, 0.1, 3.0, &discs));
         let [given, lost, energy] =
             ["gravity_work", "method_loss", "kinetic_energy"].map(|name| *steps[name].last().unwrap());
         let most = steps["kinetic_energy"].iter().copied().fold(0.0, f64::max);
@@ -54,9 +54,35 @@ fn discs_that_friction_holds_under_a_lid_rest() {
             steps["time"].len()
         );
         assert!(lost > -0.02 * given, "s = {}: {lost} J from nothing, of {given} J", density / 1000.0);
-        // They creep on after that, and what is made from nothing grows: `docs/limits.md`.
-        assert!(energy < 0.08 * most, "s = {}: {energy} J left of {most} J", density / 1000.0);
+        assert!(energy < 1e-3 * most, "s = {}: {energy} J left of {most} J", density / 1000.0);
+        // At no time after the first contacts has energy come from nothing.
+        let late = steps["time"].iter().position(|t| *t > 1.5).unwrap();
+        let back = steps["method_loss"][late] - lost;
+        assert!(back < 0.01 * given, "s = {}: {back} J from nothing at rest, of {given} J", density / 1000.0);
     }
+}
+
+/// Fourteen layers of discs that weigh next to nothing: contacts were mended by too much where they moved together, and the run ended with status 3 after
+/// some seconds.
+#[test]
+#[ignore = "a minute"]
+fn a_deep_pile_of_light_discs_under_a_lid_makes_no_energy() {
+    let discs: String = (0..42)
+        .map(|k| {
+            let (row, column) = (k / 3, k % 3);
+            let (x, y) =
+                (0.0067 + 0.0133 * f64::from(column) + 0.0003 * f64::from(k % 5), 0.007 + 0.011 * f64::from(row));
+            format!("[[particle]]\nshape.disc.diameter = 0.01\ndensity = 5.0\nposition = [{x:?}, {y:?}]\n")
+        })
+        .collect();
+    let steps =
+        steps_of(&tank(0.04, 0.1, 8.0, &discs).replace("0.06], cells = [32, 48]", "0.1675], cells = [32, 134]"));
+    let [given, lost, energy] =
+        ["gravity_work", "method_loss", "kinetic_energy"].map(|name| *steps[name].last().unwrap());
+    let most = steps["kinetic_energy"].iter().copied().fold(0.0, f64::max);
+    println!("method {:.3} of gravity's work, {:.1e} of the energy left", lost / given, energy / most);
+    assert!(lost > -0.02 * given, "{lost} J from nothing, of {given} J");
+    assert!(energy < 0.02 * most, "{energy} J left of {most} J");
 }
 
 /// A disc of a hundredth of the fluid's density lies under the lid from the start, at rest or with a spin, and stays there: contacts hold its
@@ -164,7 +190,14 @@ fn a_pile_with_a_wedged_disc_is_put_down_without_energy() {
     for step in 1..=3 {
         scene.step(2e-3).unwrap();
         let e = scene.state.energy;
-        println!("step {step}: contacts took {:.1e} J, gravity gave {:.1e} J", e.contacts, e.gravity);
-        assert!(e.contacts > -0.1 * e.gravity && e.method > -0.1 * e.gravity, "{e:?}");
+        println!(
+            "step {step}: {:.1e} J there, gravity gave {:.1e} J, method {:.1e}, contacts {:.1e}",
+            e.fluid + e.bodies,
+            e.gravity,
+            e.method,
+            e.contacts
+        );
+        // How contacts and the method share what the first step takes says little: it goes by the way that the discs fell before they were held.
+        assert!(e.fluid + e.bodies < 0.3 * e.gravity && e.method > -0.1 * e.gravity, "{e:?}");
     }
 }

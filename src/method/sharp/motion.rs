@@ -19,6 +19,8 @@ pub struct BodyMotion {
     pub expected: (Vector3<f64>, Vector3<f64>),
     /// Angular momentum at the start of the step (kg m2/s).
     pub angular_momentum: Vector3<f64>,
+    /// By how much contacts were mended in the step so far (rad/s).
+    pub mended: Vector3<f64>,
     /// What a force changes (kg): the mass with the wall shear's resistance over a step; infinite along held directions.
     pub inertia: f64,
     /// What a torque's impulse changes of the spin of a body that is not round (1/(kg m2)), with that resistance likewise.
@@ -62,6 +64,7 @@ impl<const D: usize> Sharp<D> {
     pub(super) fn predict_positions(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
         for (motion, body) in self.motions.iter_mut().zip(&s.bodies) {
             motion.start = (body.velocity, body.spin);
+            motion.mended = Vector3::zeros();
             motion.angular_momentum = body.inertia().of(&body.spin);
         }
         let (histories, unit) = (&history(&mut s.walls)?.bodies, domain.fluid.viscosity / self.cut.h);

@@ -13,9 +13,6 @@ use crate::particles::{Body, Motion};
 use crate::poisson::pressure::Projected;
 use crate::state::State;
 
-/// The part of a deviation that is left by a mending which is the last one worth it.
-const STALLED: f64 = 0.9;
-
 impl<const D: usize> Sharp<D> {
     /// How far a step of `dt` (s) goes. Collective.
     pub(super) fn pace(&self, domain: &Domain<D>, s: &State<D>, dt: f64) -> Result<Pace> {
@@ -170,28 +167,10 @@ impl<const D: usize> Sharp<D> {
     /// (13-15), the free bodies with it, which contacts mend on the way. Collective.
     pub(super) fn project(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
         self.set_modes(domain, &s.bodies)?;
-        let mut rough = Projected::default();
-        if self.contacts.as_ref().is_some_and(|contacts| contacts.gave()) {
-            // Of what bodies that lay on others before their first step weigh, contacts know nothing yet.
-            let lying = history(&mut s.walls)?.bodies.iter().any(|history| history.pressed.is_none());
-            let mut before = f64::INFINITY;
-            for _ in 0..if lying { params::first_mendings() as usize } else { 1 } {
-                let projected = self.project_with_bodies(domain, s, dt, Some(params::mending_digits()))?;
-                rough.outer += projected.outer;
-                rough.krylov += projected.krylov;
-                rough.retries += projected.retries;
-                let off = self.mend_contacts(s, dt)?;
-                // Bodies wedged between others ask for more than friction can give: what no longer falls would soon rise.
-                if off == 0.0 || off > STALLED * before {
-                    break;
-                }
-                before = off;
-            }
-        }
-        let mut projected = self.project_with_bodies(domain, s, dt, None)?;
-        projected.outer += rough.outer;
-        projected.krylov += rough.krylov;
-        projected.retries += rough.retries;
+        let projected = match self.contacts.as_ref().map(|contacts| contacts.gave(&s.bodies)) {
+            Some((true, light)) => self.project_mended(domain, s, light, dt)?,
+            _ => self.project_with_bodies(domain, s, dt, None)?,
+        };
         domain.clock.lap(Stage::Pressure);
         Ok(projected)
     }
