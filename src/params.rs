@@ -139,11 +139,13 @@ constants! {
     /// That deviation over a step which is always left (spacings).
     /// Halved: height of a bed -0.2 %. Doubled: +0.1 %.
     mending_floor = 2e-6;
-    /// Mended is what a sweep over all pairs changes by less than this part of what the first one did.
+    /// Mended is what a sweep over all pairs changes by less than this part of what the first one did. Ten times as much or a tenth: nothing in a pile of 14
+    /// light discs.
     mended = 1e-2;
     /// Most sweeps of a mending.
     most_mending_sweeps = 200.0;
-    /// Part of what there was to mend from which on a step is mended once more.
+    /// Part of what there was to mend from which on a step is mended once more, where light bodies touch. At 0.8 and at 1 deep piles of light discs make
+    /// energy and end their runs (test `a_deep_pile_of_light_discs`, its like with 20 layers); at 0.3 they take 40 % more iterations.
     mend_again = 0.5;
     /// Times that a step is mended.
     most_mendings = 6.0;

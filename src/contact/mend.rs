@@ -74,13 +74,14 @@ pub(crate) struct Found {
 
 impl Contacts {
     /// Finds what would take the `deviation` of all bodies from what was expected over the step `dt` (s) back at their contacts; in the `round` of the
-    /// step, from 0.
+    /// step, from 0. Where no pair is off by the `tolerance` (m/s) a first sweep is all.
     pub(crate) fn find_mending(
         &mut self,
         bodies: &[Body],
         deviation: &[Deviation],
         nudges: &mut [Impulse],
         round: usize,
+        tolerance: f64,
         dt: f64,
     ) -> Found {
         let mut bonds = std::mem::take(&mut self.bonds);
@@ -106,7 +107,7 @@ impl Contacts {
             if sweep == 0 {
                 largest = off;
             }
-            if off <= params::mended() * largest {
+            if largest < tolerance || off <= params::mended() * largest {
                 break;
             }
         }

@@ -24,7 +24,7 @@ fn mended(shape: Shape, friction: f64, medium: Medium, gap: f64, off: [f64; 2]) 
     let deviation = [off[0] * along + off[1] * across, Vector3::zeros()];
     let mut nudges = [Impulse::default(); 2];
     let off = deviation.map(|linear| Deviation { linear, ..Deviation::default() });
-    let found = contacts.law.find_mending(&bodies, &off, &mut nudges, 0, DT);
+    let found = contacts.law.find_mending(&bodies, &off, &mut nudges, 0, 1e-9, DT);
     assert!(found.off > 1e-9 && found.size > 0.0, "{found:?}");
     contacts.law.mend(&bodies, &mut nudges, 0);
 
@@ -96,7 +96,7 @@ fn rounds(answer: f64, rounds: usize) -> Vec<f64> {
     let mut nudges = vec![Impulse::default(); 20];
     let mut sizes = Vec::new();
     for round in 0..rounds {
-        sizes.push(column.law.find_mending(&bodies, &deviation, &mut nudges, round, DT).size);
+        sizes.push(column.law.find_mending(&bodies, &deviation, &mut nudges, round, 0.0, DT).size);
         column.law.mend(&bodies, &mut nudges, round);
         for (k, deviation) in deviation.iter_mut().enumerate() {
             deviation.linear += answer * nudges[k].linear / bodies[k].mass();

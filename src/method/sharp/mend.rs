@@ -86,7 +86,7 @@ impl<const D: usize> Sharp<D> {
         }
         let tolerance =
             params::mending_deviation() * contacts.pace(&s.bodies) + params::mending_floor() * self.cut.h / dt;
-        let found = contacts.find_mending(&s.bodies, deviations, nudges, round, dt);
+        let found = contacts.find_mending(&s.bodies, deviations, nudges, round, tolerance, dt);
         if found.off < tolerance || !worth.contains(&found.size) {
             return Ok(None);
         }
