@@ -14,7 +14,7 @@
 //!
 //! Discs that move together carry less of the fluid than half of what each does alone, down to what is in the pores. Where that is most of their mass, and
 //! their own is not, mending leaves more than there was, the other way. So where light bodies touch, what is left to mend, f, is looked at once the fluid
-//! has answered, and where it is more than half of what it was they are mended again, by
+//! has answered, and where it is against f and more than half of it they are mended again, by
 //! Anderson's acceleration over the last two rounds (D. G. Anderson, J. ACM 12, 1965), x the impulses of all pairs:
 //!
 //! ```text
@@ -57,10 +57,11 @@ pub(super) struct Bond {
     part: [f64; 2],
     /// Coulomb's, where the two touch; `None` for a film.
     friction: Option<f64>,
-    /// f, now and in the round before, and what it was mended by since.
+    /// f, now and in the round before, what it was mended by since, and in all.
     found: Given,
     before: Given,
     step: Given,
+    whole: Given,
 }
 
 /// What a look at the deviations found.
@@ -70,6 +71,8 @@ pub(crate) struct Found {
     pub(crate) off: f64,
     /// The size of f (J^1/2).
     pub(crate) size: f64,
+    /// Whether it is against what there was in the round before: the fluid has answered with more than was expected.
+    pub(crate) turned: bool,
 }
 
 impl Contacts {
@@ -112,8 +115,9 @@ impl Contacts {
             }
         }
         let size = bonds.iter().map(|bond| bond.product(&bond.found, &bond.found)).sum::<f64>().sqrt();
+        let turned = bonds.iter().map(|bond| bond.product(&bond.found, &bond.before)).sum::<f64>() < 0.0;
         self.bonds = bonds;
-        Found { off: largest, size }
+        Found { off: largest, size, turned }
     }
 
     /// Mends the pairs by what was found in the `round`, adds it to the impulses, and leaves it in `nudges`.
@@ -135,6 +139,7 @@ impl Contacts {
             let press = bond.most_press(pair, wanted.press);
             let grip = bond.most_grip(pair, press, wanted.grip);
             bond.step = Given { press, grip };
+            bond.whole = bond.whole.plus(1.0, &bond.step);
             pair.given += press;
             pair.pressed += if bond.friction.is_some() { press } else { 0.0 };
             pair.grip += grip;
@@ -175,20 +180,21 @@ impl Contacts {
             found: Given::default(),
             before: Given::default(),
             step: Given::default(),
+            whole: Given::default(),
         }
     }
 
     /// Finds what mends a pair as the nudges now are; by how much that changes its deviation (m/s).
     fn mend_bond(&self, bond: &mut Bond, deviation: &[Deviation], nudges: &mut [Impulse]) -> f64 {
-        let (n, pair, found) = (bond.normal, &self.pairs[bond.pair], bond.found);
+        let (n, pair, found, whole) = (bond.normal, &self.pairs[bond.pair], bond.found, bond.whole);
         // As if the pair had not been mended yet.
-        let off = self.deviates(bond, deviation, nudges).0;
-        let press = bond.most_press(pair, bond.part[0] * (found.press + off / bond.inverse[0]));
+        let off = whole.press + found.press + self.deviates(bond, deviation, nudges).0 / bond.inverse[0];
+        let press = bond.most_press(pair, bond.part[0] * off - whole.press);
         let pressed = press - found.press;
         bond.nudge(-pressed * n, [Vector3::zeros(); 2], nudges);
 
-        let slips = self.deviates(bond, deviation, nudges).1;
-        let grip = bond.most_grip(pair, press, bond.part[1] * (found.grip - slips / bond.inverse[1]));
+        let slips = whole.grip + found.grip - self.deviates(bond, deviation, nudges).1 / bond.inverse[1];
+        let grip = bond.most_grip(pair, press, bond.part[1] * slips - whole.grip);
         let along = grip - found.grip;
         let turn = n.cross(&along);
         bond.nudge(along, bond.arms.map(|arm| arm * turn), nudges);

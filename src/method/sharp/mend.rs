@@ -50,7 +50,7 @@ impl<const D: usize> Sharp<D> {
         let mut sum = self.project_with_bodies(domain, s, dt, digits)?;
         let (mut worth, mut mended) = (0.0..f64::INFINITY, false);
         for round in 0..rounds {
-            let Some(found) = self.mend_contacts(s, round, &worth, dt)? else { break };
+            let Some(found) = self.mend_contacts(s, round, &worth, lying, dt)? else { break };
             mended = true;
             if round == 0 && !lying {
                 worth.start = params::mend_again() * found.size;
@@ -69,7 +69,7 @@ impl<const D: usize> Sharp<D> {
 
     /// Mends the contacts once more, in the `round` of the step; what there was to mend, unless that was nothing worth it, or of a size that is not
     /// `worth` it.
-    fn mend_contacts(&mut self, s: &mut State<D>, round: usize, worth: &Range<f64>, dt: f64) -> Result<Option<Found>> {
+    fn mend_contacts(&mut self, s: &mut State<D>, round: usize, worth: &Range<f64>, lying: bool, dt: f64) -> Result<Option<Found>> {
         let Some(contacts) = &mut self.contacts else { return Ok(None) };
         let Work { deviations, nudges } = &mut self.work.mend;
         for ((deviation, body), motion) in deviations.iter_mut().zip(&s.bodies).zip(&self.motions) {
@@ -87,7 +87,9 @@ impl<const D: usize> Sharp<D> {
         let tolerance =
             params::mending_deviation() * contacts.pace(&s.bodies) + params::mending_floor() * self.cut.h / dt;
         let found = contacts.find_mending(&s.bodies, deviations, nudges, round, tolerance, dt);
-        if found.off < tolerance || !worth.contains(&found.size) {
+        // A fluid that answers with less than was expected has the rest in the next step, as a damper.
+        let less = round == 1 && !lying && !found.turned;
+        if found.off < tolerance || less || !worth.contains(&found.size) {
             return Ok(None);
         }
         contacts.mend(&s.bodies, nudges, round);
