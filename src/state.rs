@@ -4,6 +4,7 @@
 mod balance;
 mod energy;
 mod exchange;
+mod support;
 mod walls;
 
 use crate::Result;
@@ -15,6 +16,7 @@ pub use balance::{Balance, Impulses};
 pub use energy::EnergyBudget;
 pub use exchange::Exchange;
 use nalgebra::Vector3;
+pub use support::{Pressed, Support};
 pub use walls::{BodyHistory, WallHistory};
 
 /// The state of a scene. Fields have the layout of [`Grid::field`], with ghosts.
@@ -46,6 +48,8 @@ pub struct State<const D: usize> {
     pub touching: Touching,
     /// What sharp walls have of the past; `None` with another method.
     pub walls: Option<WallHistory<D>>,
+    /// What contacts are expected to hold each body with; `None` with a method that does not expect it.
+    pub supports: Option<Vec<Support>>,
     /// The force by which the fluid is driven (N/m3), uniform; `None` where nothing drives it.
     pub drive: Option<Vector3<f64>>,
     /// The balance of momentum; `None` where no body is free.
@@ -83,6 +87,7 @@ impl<const D: usize> State<D> {
             waiting: Vec::new(),
             touching: Touching::default(),
             walls: None,
+            supports: None,
             drive: None,
             balance: None,
             energy: EnergyBudget::default(),
@@ -137,6 +142,7 @@ impl<const D: usize> State<D> {
             exchange,
             touching,
             walls,
+            supports,
             drive,
             balance,
             energy,
@@ -162,6 +168,9 @@ impl<const D: usize> State<D> {
         if let Some(walls) = walls {
             archive.label("sharp walls")?;
             walls.serialize(grid, archive)?;
+        }
+        if let Some(supports) = supports {
+            archive.each("supports", supports)?;
         }
         if let Some(drive) = drive {
             archive.label("drive")?;

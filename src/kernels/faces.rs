@@ -61,24 +61,18 @@ impl<const D: usize> FaceCoefficient<D> {
     }
 }
 
-/// Reduced gravity: what gravity leaves after the hydrostatic pressure of the fluid is taken out.
-pub struct Gravity<const D: usize> {
-    /// Gravity (m/s2).
-    pub g: [f64; D],
-    /// Along each axis that gravity has, the density above the fluid's (kg/m3) of what is free to fall, ghosts filled;
-    /// empty along the others.
-    pub excess: VectorField<D>,
+/// Forces on what bodies fill: reduced gravity, which is what gravity leaves after the hydrostatic pressure of the fluid is taken out, and contacts.
+pub struct BodyForce<const D: usize> {
+    /// The force per volume at cells (N/m3), ghosts filled.
+    pub density: VectorField<D>,
 }
 
-impl<const D: usize> Gravity<D> {
-    /// Its acceleration at the low face of cell `c` along `axis` (m/s2): `g (rho - rho_f)/rho` on faces.
+impl<const D: usize> BodyForce<D> {
+    /// Its acceleration at the low face of cell `c` along `axis` (m/s2): `g (rho - rho_f)/rho` on faces, of gravity.
     #[inline(always)]
     pub fn at(&self, grid: &Grid<D>, beta: &FaceCoefficient<D>, axis: usize, c: usize) -> f64 {
-        let excess = &self.excess[axis];
-        if excess.is_empty() {
-            return 0.0;
-        }
-        self.g[axis] * 0.5 * (excess[c - grid.stride[axis]] + excess[c]) * beta.at(axis, c)
+        let density = &self.density[axis];
+        0.5 * (density[c - grid.stride[axis]] + density[c]) * beta.at(axis, c)
     }
 }
 
@@ -131,11 +125,11 @@ fn gradient<const D: usize>(
     );
 }
 
-/// The acceleration by pressure and reduced gravity on faces (m/s2); closed faces are left to the caller.
+/// The acceleration by pressure and body forces on faces (m/s2); closed faces are left to the caller.
 pub fn acceleration<const D: usize>(
     grid: &Grid<D>,
     beta: &FaceCoefficient<D>,
-    gravity: Option<&Gravity<D>>,
+    force: Option<&BodyForce<D>>,
     p: &[f64],
     faces: &mut VectorField<D>,
 ) {
@@ -148,10 +142,10 @@ pub fn acceleration<const D: usize>(
         #[inline(always)]
         |face, part| *face = part,
     );
-    let Some(gravity) = gravity else { return };
-    for (axis, face) in faces.iter_mut().enumerate().filter(|(axis, _)| !gravity.excess[*axis].is_empty()) {
+    let Some(force) = force else { return };
+    for (axis, face) in faces.iter_mut().enumerate() {
         for c in grid.face_rows(axis).flatten() {
-            face[c] += gravity.at(grid, beta, axis, c);
+            face[c] += force.at(grid, beta, axis, c);
         }
     }
 }

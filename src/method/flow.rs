@@ -14,7 +14,7 @@ use crate::domain::Domain;
 use crate::grid::VectorField;
 use crate::kernels::border::{self, Sides};
 use crate::kernels::diffusion;
-use crate::kernels::faces::{self, FaceCoefficient, Gravity};
+use crate::kernels::faces::{self, BodyForce, FaceCoefficient};
 use crate::params;
 use crate::poisson::pressure::Projected;
 use crate::state::State;
@@ -29,13 +29,13 @@ pub struct Flow<const D: usize> {
     pub mixture: Mixture,
     /// `1/rho` on faces (m3/kg).
     pub beta: FaceCoefficient<D>,
-    /// Reduced gravity, where something is free to fall in it.
-    pub gravity: Option<Gravity<D>>,
+    /// Gravity and contacts, where something is free to fall.
+    pub force: Option<BodyForce<D>>,
     /// The terms of (7).
     pub momentum: Momentum<D>,
     /// Whether cells take (16) as printed.
     pub cell_gradient: bool,
-    /// Pressure and gravity on faces (m/s2), of the pressure at the start of the step and, after (16), at its end.
+    /// Pressure, gravity and contacts on faces (m/s2), of the pressure at the start of the step and, after (16), at its end.
     pub acceleration: VectorField<D>,
     /// The most that faces have at once of the last pressure's acceleration, in place of the mean of the cells', which is of four; `None`: all
     /// of it, and means of two cells, as (8) is printed.
@@ -53,7 +53,7 @@ impl<const D: usize> Flow<D> {
     pub fn new(
         domain: &Domain<D>,
         mixture: Mixture,
-        gravity: Option<Gravity<D>>,
+        force: Option<BodyForce<D>>,
         momentum: Momentum<D>,
         cell_gradient: bool,
     ) -> Flow<D> {
@@ -62,7 +62,7 @@ impl<const D: usize> Flow<D> {
         Flow {
             beta: FaceCoefficient::new(grid, &mixture.density),
             mixture,
-            gravity,
+            force,
             stabilised: Stabilised::new(grid, &momentum.scheme),
             momentum,
             cell_gradient,
@@ -162,8 +162,8 @@ impl<const D: usize> Flow<D> {
 
     /// How much of the last pressure's acceleration faces have at once in a step of `dt` (s), in place of the mean of the cells'.
     fn own_part(&self, domain: &Domain<D>, dt: f64) -> f64 {
-        // What gravity does at faces the cells' mean does not.
-        let Some(most) = self.own.filter(|_| self.gravity.is_none()) else { return 1.0 };
+        // What forces on bodies do at faces the cells' mean does not.
+        let Some(most) = self.own.filter(|_| self.force.is_none()) else { return 1.0 };
         let h = domain.grid.h.iter().copied().fold(f64::INFINITY, f64::min);
         let diffusion = domain.fluid.viscosity / domain.fluid.density * dt / (h * h);
         (params::face_time() / diffusion).min(most).max(params::face_part())
@@ -188,9 +188,9 @@ impl<const D: usize> Flow<D> {
         domain.clock.lap(Stage::Faces);
     }
 
-    /// The acceleration by pressure and gravity on faces, as cells and the next step's stages use it.
+    /// The acceleration by pressure, gravity and contacts on faces, as cells and the next step's stages use it.
     pub fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>) {
-        faces::acceleration(&domain.grid, &self.beta, self.gravity.as_ref(), &s.p, &mut self.acceleration);
+        faces::acceleration(&domain.grid, &self.beta, self.force.as_ref(), &s.p, &mut self.acceleration);
         domain.boundaries.extrapolate_to_closed_faces(&mut self.acceleration);
         let Some(force) = s.drive else { return };
         for (axis, a) in self.acceleration.iter_mut().enumerate().filter(|(axis, _)| force[*axis] != 0.0) {
@@ -225,10 +225,10 @@ impl<const D: usize> Flow<D> {
         // drive which holds a velocity.
         let drive = domain.drive.filter(|drive| drive.held().is_some());
         s.drive = drive.map(|_| Vector3::zeros());
-        let gravity = self.gravity.take();
+        let force = self.force.take();
         domain.project(&self.beta, s, 1.0)?;
         self.find_acceleration(domain, s);
-        self.gravity = gravity;
+        self.force = force;
         faces::add_to_cells(&domain.grid, 1.0, &self.acceleration, &mut s.u);
         s.p.fill(0.0);
         s.drive = domain.drive_at_start(&s.bodies);

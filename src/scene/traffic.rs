@@ -7,7 +7,7 @@ use crate::geometry::{Block, images};
 use crate::grid::Border;
 use crate::method::energy;
 use crate::particles::{Body, Motion, nearest_image};
-use crate::state::{BodyHistory, Exchange};
+use crate::state::{BodyHistory, Exchange, Support};
 use crate::{Error, Result};
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
@@ -51,6 +51,9 @@ impl<const D: usize> Scene<D> {
         s.exchange.remove(k);
         if let Some(walls) = &mut s.walls {
             walls.bodies.remove(k);
+        }
+        if let Some(supports) = &mut s.supports {
+            supports.remove(k);
         }
         s.touching.springs.retain(|(first, second, _)| *first != k && *second != k);
         for (first, second, _) in &mut s.touching.springs {
@@ -110,6 +113,9 @@ impl<const D: usize> Scene<D> {
             s.exchange.insert(k, Exchange::default());
             if let Some(walls) = &mut s.walls {
                 walls.bodies.insert(k, BodyHistory::default());
+            }
+            if let Some(supports) = &mut s.supports {
+                supports.insert(k, Support::default());
             }
             for (first, second, _) in &mut s.touching.springs {
                 *first += usize::from(*first >= k);
@@ -210,6 +216,9 @@ impl<const D: usize> Scene<D> {
         s.exchange.resize(ids.len(), Exchange::default());
         if let Some(walls) = &mut s.walls {
             walls.bodies.resize(ids.len(), BodyHistory::default());
+        }
+        if let Some(supports) = &mut s.supports {
+            supports.resize(ids.len(), Support::default());
         }
         self.method = build::method(&self.domain, case, &self.state.bodies, self.impact);
         Ok(())

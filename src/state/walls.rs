@@ -1,9 +1,9 @@
 //! What sharp walls have of the past ([`crate::method::sharp`] has the formulas).
 
+use super::support::Pressed;
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::grid::{Grid, VectorField};
-use crate::params;
 use crate::particles::Push;
 use nalgebra::Vector3;
 
@@ -23,9 +23,8 @@ pub struct WallHistory<const D: usize> {
 pub struct BodyHistory {
     /// Acceleration by fluid and gravity in the last step (m/s2, rad/s2).
     pub push: Push,
-    /// Force of contacts, its mean over the last steps for as long as there are any (N); `None` for one that lay on something
-    /// before its first step.
-    pub pressed: Option<Vector3<f64>>,
+    /// What contacts have pressed it with.
+    pub pressed: Pressed,
     /// Wall shear's force and torque a step before (N, N m).
     pub shear: Option<(Vector3<f64>, Vector3<f64>)>,
     /// Force residual: what pressure and wall shear miss of what the fluid loses, taken in slowly (N).
@@ -34,26 +33,6 @@ pub struct BodyHistory {
     pub deferred: Vector3<f64>,
     /// Momentum (kg m/s) and angular momentum (kg m2/s) of the cells inside the body.
     pub inside: (Vector3<f64>, Vector3<f64>),
-}
-
-impl BodyHistory {
-    /// The part of a force of contacts (N) that lasts and is none of an impact, as the steps before show.
-    pub fn lasting(&self, force: &Vector3<f64>) -> f64 {
-        let (mean, size) = (mean_force(&self.pressed.unwrap_or_default(), force).norm(), force.norm());
-        if size > params::lasting_force() * mean { params::lasting_force() * mean / size } else { 1.0 }
-    }
-
-    /// Takes note of the force of contacts (N) over a step; the part of it that lasts: all of it, where the body lay there before.
-    pub fn press(&mut self, force: &Vector3<f64>) -> f64 {
-        let lasting = self.pressed.map_or(1.0, |_| self.lasting(force));
-        self.pressed = Some(self.pressed.map_or(*force, |mean| mean_force(&mean, force)));
-        lasting
-    }
-}
-
-/// The mean force of contacts after a step with this one (N).
-fn mean_force(mean: &Vector3<f64>, force: &Vector3<f64>) -> Vector3<f64> {
-    if *force == Vector3::zeros() { *force } else { mean + params::pressed_share() * (force - mean) }
 }
 
 impl<const D: usize> WallHistory<D> {

@@ -201,3 +201,70 @@ fn a_pile_with_a_wedged_disc_is_put_down_without_energy() {
         assert!(e.fluid + e.bodies < 0.3 * e.gravity && e.method > -0.1 * e.gravity, "{e:?}");
     }
 }
+
+/// Runs discs of 1 cm in a tank 2 cm wide and 5 cm high; the tables of its steps and of its particles.
+fn shaft(viscosity: f64, density: f64, more: &str, places: &[[f64; 2]]) -> [HashMap<String, Vec<f64>>; 2] {
+    let discs: String = places
+        .iter()
+        .map(|[x, y]| {
+            format!("[[particle]]\nshape.disc.diameter = 0.01\ndensity = {density:?}\nposition = [{x:?}, {y:?}]\n")
+        })
+        .collect();
+    let text = format!(
+        "name = \"shaft\"\ndomain = {{ size = [0.02, 0.05], cells = [16, 40] }}\n\
+         fluid = {{ density = 1000.0, viscosity = {viscosity:?}, gravity = [0.0, -9.81] }}\n\
+         boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }}\n\
+         output = {{ particles = {{ every = 1 }} }}\n{more}\n{discs}"
+    );
+    let dir = tempfile::tempdir().unwrap();
+    let (case, out) = (dir.path().join("case.toml"), dir.path().join("run"));
+    std::fs::write(&case, text).unwrap();
+    run(&case, &out, &["--set", "output.figures=false"]);
+    [columns(&out.join("steps.csv")), columns(&out.join("particles.csv"))]
+}
+
+/// The largest part of gravity's work that contacts gave back.
+fn given_back(steps: &HashMap<String, Vec<f64>>) -> f64 {
+    let (mut most, mut back) = (f64::NEG_INFINITY, 0.0f64);
+    for lost in &steps["contact_loss"] {
+        most = most.max(*lost);
+        back = back.max(most - lost);
+    }
+    back / steps["gravity_work"].iter().copied().fold(0.0, f64::max)
+}
+
+/// How often the acceleration of the one particle along gravity changed sign in the last fifty steps.
+fn flips(particles: &HashMap<String, Vec<f64>>) -> usize {
+    let changes: Vec<f64> = particles["vy"].windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let last = &changes[changes.len() - 50..];
+    last.windows(2).filter(|pair| pair[0] * pair[1] < 0.0 && pair[1].abs() > 1e-5).count()
+}
+
+/// A fluid that answers a contact with less than was expected leaves more than half of a deviation. Mended as well, a light disc rattled under a lid where
+/// a step is about as long as a contact: its velocity changed sign with each, and contacts gave back 0.15 to 0.6 of gravity's work.
+#[test]
+fn a_light_disc_rests_under_a_lid_at_steps_as_long_as_its_contact() {
+    let soft = "contact = { friction = 0.5, restitution = 0.5, normal_stiffness = 1.0e4 }\ntime = { end = 1.0 }";
+    let fixed = "contact = { friction = 0.5, restitution = 0.5 }\ntime = { end = 0.6, step = 5e-4 }";
+    for (viscosity, density, more) in [(1e-3, 10.0, soft), (1e-3, 500.0, soft), (1e-3, 100.0, fixed)] {
+        let [steps, particles] = shaft(viscosity, density, more, &[[0.0141, 0.04]]);
+        let (back, flips) = (given_back(&steps), flips(&particles));
+        println!("density {density}: {back:.4} of gravity's work back, {flips} flips");
+        assert!(back < 0.01 && flips < 10, "density {density}: {back} of gravity's work back, {flips} flips");
+    }
+}
+
+/// The film in a wide gap takes a part of a deviation, however often it is looked at: mended as if it held, a disc that rises freely to a lid and beds whose
+/// upper row is a little above contact made more energy in their first step than gravity gave them.
+#[test]
+fn films_of_wide_gaps_hold_no_body_in_its_first_step() {
+    let usual = "contact = { friction = 0.5, restitution = 0.5 }\ntime = { end = 0.1 }";
+    let rows = [[0.005, 0.005], [0.015, 0.005], [0.0, 0.0138], [0.01, 0.0138]];
+    for (viscosity, density, places) in [(0.1, 10.0, &[[0.0141, 0.04]][..]), (0.02, 2650.0, &rows[..])] {
+        // A run that makes energy ends by its guard.
+        let [steps, _] = shaft(viscosity, density, usual, places);
+        let [contacts, method, given] = ["contact_loss", "method_loss", "gravity_work"].map(|name| steps[name][1]);
+        println!("density {density}: {contacts:.2e} J by contacts and {method:.2e} J by the method, of {given:.2e} J");
+        assert!(contacts + method > 0.0, "density {density}: {contacts} J by contacts, {method} J by the method");
+    }
+}

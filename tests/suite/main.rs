@@ -22,6 +22,7 @@ mod images;
 mod light;
 mod literal;
 mod live;
+mod mixing_at_rest;
 mod modes;
 mod motion;
 mod multigrid;

@@ -2,7 +2,7 @@
 
 use crate::support::{Petsc, box_case, order, petsc};
 use mics::grid::Coefficient;
-use mics::kernels::faces::{self, FaceCoefficient, Gravity};
+use mics::kernels::faces::{self, BodyForce, FaceCoefficient};
 use mics::method::Method;
 use mics::scene::Scene;
 use std::f64::consts::PI;
@@ -116,13 +116,13 @@ fn layers_of_different_density_stay_at_rest_under_gravity() {
                 }
         };
         let mut scene = box_with_density(&petsc, 32, ["\"wall\""; 4], 1e-8, |_, y| layers(y));
-        let mut excess = scene.domain.grid.field();
+        let mut weight = scene.domain.grid.field();
         for c in scene.domain.grid.rows().flatten() {
-            excess[c] = layers(scene.domain.grid.centre(c)[1]) - 1.0;
+            weight[c] = -9.81 * (layers(scene.domain.grid.centre(c)[1]) - 1.0);
         }
-        scene.domain.boundaries.fill_property(&mut excess).unwrap();
+        scene.domain.boundaries.fill_property(&mut weight).unwrap();
         let Method::Plain(flow) = &mut scene.method else { panic!("there are no bodies") };
-        flow.gravity = Some(Gravity { g: [0.0, -9.81], excess: [Vec::new(), excess] });
+        flow.force = Some(BodyForce { density: [scene.domain.grid.field(), weight] });
         scene.start().unwrap();
         for _ in 0..5 {
             scene.step(1e-3).unwrap();

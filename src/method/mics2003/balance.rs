@@ -9,10 +9,10 @@
 //! of a particle that a contact lets a little way into a wall has neither cells nor weight, and takes its momentum there with it, which is
 //! counted as the contact's. What the two sides of this line differ by is the error.
 //!
-//! Along a line of cells, with the face's `1/rho = 2/(rho(c-1) + rho(c))`, pressure and gravity (density above the fluid's: e) give
+//! Along a line of cells, with the face's `1/rho = 2/(rho(c-1) + rho(c))`, pressure and body forces (e per volume) give
 //! all cells together what the faces between them do and half of what those at the sides do:
 //! ```text
-//!   sum_c rho_c (a_low + a_high)/2 h = p_first - p_last + sum_c e_c g h + [ rho a - e g ]_first h/2 + [ rho a - e g ]_last h/2
+//!   sum_c rho_c (a_low + a_high)/2 h = p_first - p_last + sum_c e_c h + [ rho a - e ]_first h/2 + [ rho a - e ]_last h/2
 //! ```
 
 use super::Mics2003;
@@ -64,11 +64,10 @@ impl<const D: usize> Mics2003<D> {
                     force[axis] += inwards * area * 0.5 * (s.p[ghost] + s.p[c]);
                     continue;
                 }
-                let gravity = flow.gravity.as_ref().filter(|gravity| !gravity.excess[axis].is_empty());
-                let weight = gravity.map_or(0.0, |gravity| gravity.g[axis] * gravity.excess[axis][c]);
+                let given = flow.force.as_ref().map_or(0.0, |force| force.density[axis][c]);
                 let driven = drive * (1.0 - flow.solid.as_ref().map_or(0.0, |solid| solid[c]));
                 let pushed = flow.mixture.density.at(c) * flow.acceleration[axis][face];
-                force[axis] += inwards * area * s.p[c] + 0.5 * volume * (pushed - weight - driven);
+                force[axis] += inwards * area * s.p[c] + 0.5 * volume * (pushed - given - driven);
             }
         }
         force
@@ -109,7 +108,7 @@ impl<const D: usize> Mics2003<D> {
             contacts: self.contact_impulse(s) - beyond,
             held: -dt * on_held,
         };
-        s.balance = Some(Balance::close([before, after], impulses, self.angular_error(s)));
+        s.balance = Some(Balance::close([before, after], impulses, self.angular_error(s, dt)));
         domain.clock.lap(Stage::Mixing);
         Ok(())
     }
@@ -131,11 +130,10 @@ impl<const D: usize> Mics2003<D> {
     }
 
     /// What is missing in the balance of angular momentum about the free particles' centres, summed over them (kg m2/s).
-    fn angular_error(&self, s: &State<D>) -> f64 {
+    fn angular_error(&self, s: &State<D>, dt: f64) -> f64 {
         let bodies = s.bodies.iter().zip(&self.departures).zip(&s.exchange).enumerate();
         let errors = bodies.filter_map(|(k, ((body, departure), exchange))| {
-            let struck = self.contacts.as_ref().map_or(Vector3::zeros(), |c| c.impulses()[k].angular);
-            let freedom = body.freedom()?;
+            let (struck, freedom) = (self.unexpected(k, dt).angular, body.freedom()?);
             Some(freedom.about(&(exchange.spun + departure.carried.1 - struck)).norm())
         });
         errors.sum()

@@ -31,3 +31,10 @@ pub struct Choices {
     /// Gravity (m/s2) that acts on particles alone, less their buoyancy: (17) as printed.
     pub own_gravity: Vector3<f64>,
 }
+
+impl Choices {
+    /// Whether what contacts give is expected of the next step as well: where particles move by the momentum of a mixture that has gravity itself.
+    pub fn expects_contacts(&self) -> bool {
+        self.driver == Driver::Momentum && self.own_gravity == Vector3::zeros()
+    }
+}

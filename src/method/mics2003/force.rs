@@ -49,7 +49,7 @@ pub(super) fn tally<const D: usize>(
 
 impl<const D: usize> Mics2003<D> {
     /// Adds the pressure part of (19), the gradient taken at cells as (16) takes it: by the mean of the accelerations on a
-    /// cell's faces, less gravity, which they contain, or, where the case says so, from the pressure of the cells.
+    /// cell's faces, less gravity and contacts, which they contain, or, where the case says so, from the pressure of the cells.
     pub(super) fn sum_pressure_force(&self, domain: &mut Domain<D>, s: &mut State<D>) {
         let (grid, flow, volume) = (&domain.grid, &self.flow, domain.grid.cell_volume());
         for ((body, overlaps), exchange) in s.bodies.iter().zip(&self.overlaps).zip(&mut s.exchange) {
@@ -63,8 +63,8 @@ impl<const D: usize> Mics2003<D> {
                         return (driven - faces::cell_gradient(grid, axis, o.cell, &s.p))
                             / flow.mixture.density.at(o.cell);
                     }
-                    let gravity = |f| flow.gravity.as_ref().map_or(0.0, |g| g.at(grid, &flow.beta, axis, f));
-                    let own = |f: usize| flow.acceleration[axis][f] - gravity(f);
+                    let given = |f| flow.force.as_ref().map_or(0.0, |force| force.at(grid, &flow.beta, axis, f));
+                    let own = |f: usize| flow.acceleration[axis][f] - given(f);
                     0.5 * (own(o.cell) + own(o.cell + grid.stride[axis]))
                 });
                 let df = (volume * o.fraction * body.density) * a;

@@ -32,6 +32,8 @@ pub(super) struct Departure {
     pub(super) beyond: Vector3<f64>,
     /// Displacement over the step (m).
     shift: Vector3<f64>,
+    /// What contacts were expected to give in the step: force (N) and torque (N m).
+    expected: (Vector3<f64>, Vector3<f64>),
 }
 
 /// Numbers that a rank sums for a particle: moments, two pairs of vectors, and the volume in a vector of its own.
@@ -97,13 +99,18 @@ impl<const D: usize> Mics2003<D> {
             |k, body, departure, moments, [flow, swirl, force, torque, within]| {
                 let (centre, velocity, spin, volume) = (body.centre, body.velocity, body.spin, within.x);
                 let turned = body.inertia().of(&spin);
-                *departure = Departure { centre, velocity, spin, turned, flow, swirl, volume, ..Departure::default() };
+                let expected = s.supports.as_ref().map_or_else(Default::default, |all| (all[k].force, all[k].torque));
+                let moved = Departure { centre, velocity, spin, turned, expected, ..Departure::default() };
+                *departure = Departure { flow, swirl, volume, ..moved };
                 let Some(freedom) = body.freedom() else { return };
                 let (mut acceleration, angular, gravity) = match choices.driver {
                     Driver::Momentum => {
                         let (v, w) = moments.rigid_motion(&freedom, (velocity, spin));
-                        // In the momentum of the mixture, the gravity of the fields is there already.
-                        ((v - velocity) / dt, (w - spin) / dt, choices.own_gravity)
+                        // In the momentum of the mixture, the gravity of the fields is there already; so are the contacts that were expected,
+                        // and substeps add those that there are.
+                        let acceleration = (v - velocity) / dt - expected.0 / body.mass();
+                        let angular = (w - spin) / dt - body.inertia().answer(&expected.1, &freedom);
+                        (acceleration, angular, choices.own_gravity)
                     }
                     Driver::Literal => {
                         let turning = torque - body.inertia().precession(&spin);
@@ -177,7 +184,7 @@ impl<const D: usize> Mics2003<D> {
         )?;
         (self.settled, self.push) = (settled, push);
         self.release(domain, s, dt);
-        self.find_contact_kicks(domain, &s.bodies)
+        self.find_contact_kicks(domain, &s.bodies, dt)
     }
 
     /// Gives the particles the motion that they settled on, with the impulses of their contacts, and counts what they exchanged
@@ -189,6 +196,7 @@ impl<const D: usize> Mics2003<D> {
             let (departure, exchange) = (&self.departures[k], &mut s.exchange[k]);
             let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
             exchange.contact = impulse.linear / dt;
+            let (force, torque) = departure.expected;
             let Some(freedom) = body.freedom() else {
                 if lead {
                     exchange.momentum -= departure.carried.0 / dt;
@@ -202,47 +210,106 @@ impl<const D: usize> Mics2003<D> {
                 if lead {
                     let (held, held_turn) = departure.carried;
                     exchange.momentum = m * (v - departure.velocity) / dt
-                        - freedom.along(&(excess * self.choices.field_gravity))
+                        - freedom.along(&(excess * self.choices.field_gravity + force))
                         - (held - freedom.along(&held)) / dt;
                     // The same angular momentum is another spin once it has turned.
                     let gained = body.inertia().of(&(w - departure.spin));
                     let turned = body.inertia().of(&departure.spin) - departure.turned;
-                    exchange.momentum_torque = (gained + turned) / dt - (held_turn - freedom.about(&held_turn)) / dt;
+                    exchange.momentum_torque =
+                        (gained + turned) / dt - freedom.about(&torque) - (held_turn - freedom.about(&held_turn)) / dt;
                 }
                 v += freedom.along(&(dt * (1.0 - fluid_density / body.density) * self.choices.own_gravity));
                 self.settled[k].0 = v;
             }
             (body.velocity, body.spin) = (v, w);
-            body.velocity += freedom.along(&impulse.linear) / body.mass();
-            body.spin += body.inertia().answer(&impulse.angular, &freedom);
+            body.velocity += freedom.along(&(impulse.linear - dt * force)) / body.mass();
+            body.spin += body.inertia().answer(&(impulse.angular - dt * torque), &freedom);
         }
     }
 
-    /// The rigid motions whose shares of mass carry the impulses of the contacts to the cells; none with the force of (19),
-    /// whose particles are mixed in as they move after their contacts. Collective where there are impulses.
-    fn find_contact_kicks(&mut self, domain: &Domain<D>, bodies: &[Body]) -> Result<()> {
-        let none = (Vector3::zeros(), Vector3::zeros());
-        self.struck.fill(none);
-        let Some(contacts) = self.contacts.as_ref().filter(|_| self.choices.driver == Driver::Momentum) else {
-            return Ok(());
-        };
-        if contacts.impulses().iter().all(|i| i.linear == none.0 && i.angular == none.0) {
+    /// The rigid motions whose shares of mass carry to the cells what contacts gave over `dt` (s) beyond what was expected of them; none with the
+    /// force of (19), whose particles are mixed in as they move after their contacts. Collective where there is any.
+    fn find_contact_kicks(&mut self, domain: &Domain<D>, bodies: &[Body], dt: f64) -> Result<()> {
+        let mut struck = std::mem::take(&mut self.struck);
+        struck.fill(Default::default());
+        if self.contacts.is_some() && self.choices.driver == Driver::Momentum {
+            (0..bodies.len()).for_each(|k| {
+                let Impulse { linear, angular } = self.unexpected(k, dt);
+                struck[k] = (linear, angular);
+            });
+            self.share_by_mass(domain, bodies, &mut struck, &Vector3::zeros())?;
+        }
+        self.struck = struck;
+        Ok(())
+    }
+
+    /// What contacts gave a body over `dt` (s) beyond what was expected of them.
+    pub(super) fn unexpected(&self, k: usize, dt: f64) -> Impulse {
+        let (mut impulse, (force, torque)) = (Impulse::default(), self.departures[k].expected);
+        if let Some(contacts) = &self.contacts {
+            impulse = contacts.impulses()[k];
+            impulse.linear -= dt * force;
+            impulse.angular -= dt * torque;
+        }
+        impulse
+    }
+
+    /// Finds what contacts are expected to give in the next step, from what they gave over `dt` (s). Collective where there is any.
+    pub(super) fn expect_contacts(&mut self, s: &mut State<D>, dt: f64) {
+        let (Some(supports), Some(contacts)) = (&mut s.supports, &self.contacts) else { return };
+        for ((support, body), impulse) in supports.iter_mut().zip(&s.bodies).zip(contacts.impulses()) {
+            let Some(freedom) = body.freedom() else { continue };
+            let force = freedom.along(&impulse.linear) / dt;
+            let lasting = support.pressed.press(&force);
+            (support.force, support.torque) = (lasting * force, lasting / dt * freedom.about(&impulse.angular));
+        }
+    }
+
+    /// Finds the rigid accelerations whose shares of mass carry the weight of free bodies and what contacts are expected to give them: the pull on
+    /// their cells alone would turn them, whose centroid is not the body's. Collective.
+    pub(super) fn spread_forces(&mut self, domain: &Domain<D>, s: &State<D>) -> Result<()> {
+        if self.flow.force.is_none() {
             return Ok(());
         }
-        let sums = &mut self.buffer[..NUMBERS * bodies.len()];
+        let (mut pulled, g) = (std::mem::take(&mut self.pulled), self.choices.field_gravity);
+        for (k, pulled) in pulled.iter_mut().enumerate() {
+            *pulled = s.supports.as_ref().map_or_else(Default::default, |all| (all[k].force, all[k].torque));
+        }
+        self.share_by_mass(domain, &s.bodies, &mut pulled, &g)?;
+        self.pulled = pulled;
+        Ok(())
+    }
+
+    /// Makes of each body's impulse and its moment (N s, N m s), or force and torque, the rigid motion whose shares of mass carry them, with what
+    /// gravity `g` (m/s2) gives its cells beyond what they displace. Collective where there is any.
+    fn share_by_mass(
+        &mut self,
+        domain: &Domain<D>,
+        bodies: &[Body],
+        given: &mut [(Vector3<f64>, Vector3<f64>)],
+        g: &Vector3<f64>,
+    ) -> Result<()> {
+        let none = (Vector3::zeros(), Vector3::zeros());
+        if *g == none.0 && given.iter().all(|given| *given == none) {
+            return Ok(());
+        }
+        let sums = &mut self.buffer[..rigid::NUMBERS * bodies.len()];
         let volume = domain.grid.cell_volume();
-        for ((overlaps, body), sums) in self.overlaps.iter().zip(bodies).zip(sums.chunks_exact_mut(NUMBERS)) {
+        for ((overlaps, body), sums) in self.overlaps.iter().zip(bodies).zip(sums.chunks_exact_mut(rigid::NUMBERS)) {
             let mut moments = Moments::default();
             overlaps.iter().for_each(|o| moments.add(body.density * o.fraction * volume, &o.arm, &none.0));
             moments.write_to(sums);
         }
         domain.session.sum(sums)?;
-        for (k, sums) in sums.chunks_exact(NUMBERS).enumerate() {
-            let (Some(freedom), impulse) = (bodies[k].freedom(), contacts.impulses()[k]) else { continue };
+        for ((sums, body), given) in sums.chunks_exact(rigid::NUMBERS).zip(bodies).zip(given) {
+            let Some(freedom) = body.freedom() else {
+                *given = none;
+                continue;
+            };
             let mut moments = Moments::from_slice(sums);
-            moments.momentum = freedom.along(&impulse.linear);
-            moments.spin = freedom.about(&impulse.angular);
-            self.struck[k] = moments.rigid_motion(&freedom, none);
+            let weight = (1.0 - domain.fluid.density / body.density) * moments.mass * g;
+            (moments.momentum, moments.spin) = (freedom.along(&(given.0 + weight)), freedom.about(&given.1));
+            *given = moments.rigid_motion(&freedom, none);
         }
         Ok(())
     }

@@ -39,7 +39,7 @@ impl<const D: usize> Sharp<D> {
         dt: f64,
     ) -> Result<Projected> {
         // Of what bodies that lay on others before their first step weigh, contacts know nothing yet.
-        let lying = history(&mut s.walls)?.bodies.iter().any(|history| history.pressed.is_none());
+        let lying = history(&mut s.walls)?.bodies.iter().any(|history| history.pressed.0.is_none());
         let digits = Some(params::mending_digits());
         // What is looked at last in other steps is a pressure found to the end.
         let (rounds, again) = match (lying, light) {
@@ -69,7 +69,14 @@ impl<const D: usize> Sharp<D> {
 
     /// Mends the contacts once more, in the `round` of the step; what there was to mend, unless that was nothing worth it, or of a size that is not
     /// `worth` it.
-    fn mend_contacts(&mut self, s: &mut State<D>, round: usize, worth: &Range<f64>, lying: bool, dt: f64) -> Result<Option<Found>> {
+    fn mend_contacts(
+        &mut self,
+        s: &mut State<D>,
+        round: usize,
+        worth: &Range<f64>,
+        lying: bool,
+        dt: f64,
+    ) -> Result<Option<Found>> {
         let Some(contacts) = &mut self.contacts else { return Ok(None) };
         let Work { deviations, nudges } = &mut self.work.mend;
         for ((deviation, body), motion) in deviations.iter_mut().zip(&s.bodies).zip(&self.motions) {
@@ -80,7 +87,7 @@ impl<const D: usize> Sharp<D> {
         if round == 0 {
             let histories = &history(&mut s.walls)?.bodies;
             for (k, (body, history)) in s.bodies.iter().zip(histories).enumerate() {
-                let lasting = history.lasting(&(contacts.impulses()[k].linear / dt));
+                let lasting = history.pressed.lasting(&(contacts.impulses()[k].linear / dt));
                 contacts.weigh(k, contacts.mass_in_contact(body, lasting));
             }
         }

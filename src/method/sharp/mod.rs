@@ -75,7 +75,7 @@ use crate::grid::VectorField;
 use crate::kernels::faces::FaceCoefficient;
 use crate::particles::{Body, Push};
 use crate::poisson::pressure::Projected;
-use crate::state::{Balance, Exchange, State, WallHistory};
+use crate::state::{Balance, Exchange, Pressed, State, WallHistory};
 use crate::{Error, Result, params};
 use acceleration::PressureAcceleration;
 use cut::CutBodies;
@@ -245,7 +245,7 @@ impl<const D: usize> Sharp<D> {
         for (k, ((history, body), row)) in all.enumerate().filter(|(_, ((_, body), _))| new(body.id)) {
             // What is held never learns what it carries, and has no need to.
             let lies = body.freedom().is_some() && lying.as_ref().is_some_and(|lying| lying[k]);
-            history.pressed = (!lies).then(Vector3::zeros);
+            history.pressed = Pressed((!lies).then(Vector3::zeros));
             let Some(freedom) = body.freedom() else { continue };
             let (density, gravity) = (domain.fluid.density, domain.fluid.gravity);
             let (weight, added) = ((body.mass() - density * body.volume()) * gravity, body.added_mass(density));

@@ -175,7 +175,7 @@ impl<const D: usize> Sharp<D> {
             let (mut impulse, mut mass) = (Impulse::default(), body.mass());
             if let Some(contacts) = &self.contacts {
                 impulse = contacts.impulses()[k];
-                mass = contacts.mass_in_contact(body, histories[k].press(&(impulse.linear / dt)));
+                mass = contacts.mass_in_contact(body, histories[k].pressed.press(&(impulse.linear / dt)));
             }
             histories[k].push = Push {
                 acceleration: (body.velocity - motion.start.0 - impulse.linear / mass) / dt,
