@@ -115,7 +115,7 @@ impl<const D: usize> Scene<D> {
                 walls.bodies.insert(k, BodyHistory::default());
             }
             if let Some(supports) = &mut s.supports {
-                supports.insert(k, Support::default());
+                supports.insert(k, Support::new(false));
             }
             for (first, second, _) in &mut s.touching.springs {
                 *first += usize::from(*first >= k);
@@ -218,7 +218,7 @@ impl<const D: usize> Scene<D> {
             walls.bodies.resize(ids.len(), BodyHistory::default());
         }
         if let Some(supports) = &mut s.supports {
-            supports.resize(ids.len(), Support::default());
+            supports.resize(ids.len(), Support::new(false));
         }
         self.method = build::method(&self.domain, case, &self.state.bodies, self.impact);
         Ok(())

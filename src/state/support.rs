@@ -37,7 +37,7 @@ impl Checkpointed for Pressed {
 }
 
 /// What contacts are expected to give a body in the next step as well.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Support {
     /// What they have given.
     pub pressed: Pressed,
@@ -45,6 +45,14 @@ pub struct Support {
     pub force: Vector3<f64>,
     #[allow(missing_docs)]
     pub torque: Vector3<f64>,
+}
+
+impl Support {
+    /// Of a body that has not been pressed yet, and that `lies` on something or does not.
+    pub fn new(lies: bool) -> Support {
+        let none = Vector3::zeros();
+        Support { pressed: Pressed((!lies).then_some(none)), force: none, torque: none }
+    }
 }
 
 impl Checkpointed for Support {

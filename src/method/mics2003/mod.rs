@@ -39,7 +39,6 @@ mod rigid;
 
 use super::flow::Flow;
 use super::momentum::{Mixture, Momentum};
-use crate::Result;
 use crate::clock::Stage;
 use crate::contact::Contacts;
 use crate::domain::Domain;
@@ -51,6 +50,7 @@ use crate::kernels::faces::BodyForce;
 use crate::particles::{Body, Push};
 use crate::poisson::pressure::Projected;
 use crate::state::{Balance, Exchange, State, Support};
+use crate::{Result, params};
 pub use choices::{Choices, Driver};
 use nalgebra::Vector3;
 
@@ -121,6 +121,29 @@ impl<const D: usize> Mics2003<D> {
     /// # Errors
     /// When the divergence cannot be brought below D0, a value is no longer finite, or a contact fails.
     pub fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+        if s.supports.iter().flatten().any(|support| support.pressed.0.is_none()) {
+            self.rehearse(domain, s, dt)?;
+        }
+        self.advance_all(domain, s, dt)
+    }
+
+    /// Finds what contacts give bodies that lie on something before their first step of `dt` (s), by taking it a few times over: what they are expected to
+    /// give comes nearer to it with each. Collective.
+    fn rehearse(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+        let start = s.clone();
+        for _ in 0..params::first_mendings() as usize {
+            self.advance_all(domain, s, dt)?;
+            let found = std::mem::replace(s, start.clone()).supports;
+            for (support, found) in s.supports.iter_mut().flatten().zip(found.into_iter().flatten()) {
+                (support.force, support.torque) = (found.force, found.torque);
+            }
+            self.resume(domain, s)?;
+        }
+        Ok(())
+    }
+
+    /// The step itself. Collective.
+    fn advance_all(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
         let before = self.momentum(domain, s); //
         let sides = self.predict_cells(domain, s, dt)?; //   (7)      u* without pressure
         self.flow.predict_faces(domain, s, dt)?; //          (8)      U = mean of u* - dt/rho dp^n/dn
@@ -141,8 +164,16 @@ impl<const D: usize> Mics2003<D> {
     pub fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
         s.touching = self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.untouched());
         s.balance = s.has_free_bodies().then(Balance::default);
-        let supports = self.choices.expects_contacts() && self.contacts.is_some();
-        s.supports = supports.then(|| vec![Support::default(); s.bodies.len()]);
+        let contacts = self.contacts.as_mut().filter(|_| self.choices.expects_contacts());
+        s.supports = contacts.map(|contacts| {
+            contacts.meet(&s.bodies);
+            contacts
+                .held_up(&s.bodies)
+                .into_iter()
+                .zip(&s.bodies)
+                .map(|(lies, body)| Support::new(lies && body.freedom().is_some()))
+                .collect()
+        });
         self.find_overlaps(domain, s, |_| true);
         self.mix_fields(domain, s)?;
         self.impose(domain, s, 1.0);
