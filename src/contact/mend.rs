@@ -160,7 +160,8 @@ impl Contacts {
     fn bond(&self, p: usize, pair: &Pair, bodies: &[Body], dt: f64) -> Bond {
         let (kinematics, arms) = self.kinematics(pair, bodies, 0.0);
         let (normal, along) = (kinematics.inverse_normal, kinematics.inverse_tangential);
-        let touched = pair.pressed > 0.0;
+        // What touches for a part of the step, and is held by its film in all, is held.
+        let touched = pair.pressed > 0.0 && pair.given > 0.0;
         let film = |resistance: f64, inverse: f64| {
             let x = dt * resistance * inverse;
             x / (1.0 + x)
