@@ -459,6 +459,7 @@ impl Contacts {
                 Pair { clear: 0.0, ..old.unwrap_or(Pair::new(i, j)) }
             };
             let (pairs, paired) = (&mut self.pairs, &mut self.paired);
+            let begin = pairs.len();
             self.neighbours.around(i, bodies, &self.search_radius, |j| {
                 if free(i) || free(j) {
                     pairs.push(kept(j));
@@ -467,11 +468,19 @@ impl Contacts {
             });
             for (w, wall) in self.walls.iter().enumerate().filter(|_| free(i)) {
                 if wall.distance(&body.centre) <= body.radius() + 0.5 * self.medium.range() + self.search_radius[i] {
-                    let second = bodies.len() + w;
-                    pairs.push(kept(second));
+                    pairs.push(kept(bodies.len() + w));
                     paired[i] = true;
                 }
             }
+            // Pairs act one after the other: bodies by number and walls by distance, in an order that no mirror changes.
+            let walls = &self.walls;
+            let away =
+                |pair: &Pair| pair.second.checked_sub(bodies.len()).map(|wall| walls[wall].distance(&body.centre));
+            let ordered = |one: &Pair, other: &Pair| match (away(one), away(other)) {
+                (Some(near), Some(far)) => near.total_cmp(&far),
+                _ => one.second.cmp(&other.second),
+            };
+            pairs[begin..].sort_unstable_by(ordered);
         }
     }
 
