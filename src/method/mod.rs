@@ -162,10 +162,22 @@ impl<const D: usize> Method<D> {
         if let Method::Sharp(method) = self { method.start_balance(domain, s) } else { Ok(()) }
     }
 
-    /// Gives the bodies of these numbers, which have just come in, a past. Collective.
-    pub fn begin_bodies(&mut self, domain: &Domain<D>, s: &mut State<D>, ids: &[usize]) -> Result<()> {
+    /// Gives the cells in the bodies of these numbers, which have not been where they are, the motion that the method has there. Collective.
+    ///
+    /// # Errors
+    /// When ranks cannot exchange ghosts.
+    pub fn mix_in(&mut self, domain: &mut Domain<D>, s: &mut State<D>, ids: &[usize]) -> Result<()> {
+        if let Method::Mics2003(method) = self { method.mix_in(domain, s, ids) } else { Ok(()) }
+    }
+
+    /// Lets the bodies of these numbers begin where they are, in a flow that goes on: they have come in, or other forces act on them. Collective.
+    ///
+    /// # Errors
+    /// When the state is another method's, or ranks cannot exchange ghosts.
+    pub fn begin_bodies(&mut self, domain: &mut Domain<D>, s: &mut State<D>, ids: &[usize]) -> Result<()> {
         match self {
             Method::Sharp(method) if !ids.is_empty() => method.begin_bodies(domain, s, |id| ids.contains(&id)),
+            Method::Mics2003(method) => method.begin_bodies(domain, s, ids),
             _ => Ok(()),
         }
     }

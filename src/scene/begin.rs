@@ -49,7 +49,7 @@ impl<const D: usize> Scene<D> {
         (s.drive, s.waiting) = (fresh.drive, fresh.waiting);
         s.balance = fresh.balance.map(|_| Balance::default());
         self.resume()?;
-        self.method.begin_bodies(&self.domain, &mut self.state, &begin)?;
+        self.method.begin_bodies(&mut self.domain, &mut self.state, &begin)?;
         self.method.rebalance(&self.domain, &mut self.state)?;
         energy::start(&mut self.domain, &mut self.state, &mut self.method)?;
         Ok(true)

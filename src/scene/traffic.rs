@@ -72,7 +72,8 @@ impl<const D: usize> Scene<D> {
     pub fn bring(&mut self, case: &Case, k: usize, centre: Vector3<f64>) -> Result<()> {
         self.state.bodies[k].centre = centre;
         self.state.touching.springs.retain(|(first, second, _)| *first != k && *second != k);
-        self.remake(case, &[])
+        let id = self.state.bodies[k].id;
+        self.remake(case, &[id])
     }
 
     /// Lets those of the waiting bodies come in whose time has come and for which there is a free place, and returns their numbers. Places
@@ -171,7 +172,7 @@ impl<const D: usize> Scene<D> {
         Ok(Vector3::new(sums[0], sums[1], sums[2]) / sums[3].max(1.0))
     }
 
-    /// Makes the method anew for the bodies as they are, of which these are `new`, and balance and budget with it. Collective.
+    /// Makes the method anew for the bodies as they are, of which these are `new` where they are, and balance and budget with it. Collective.
     fn remake(&mut self, case: &Case, new: &[usize]) -> Result<()> {
         let clock = self.domain.clock.clone();
         self.method = build::method(&self.domain, case, &self.state.bodies, self.impact);
@@ -179,7 +180,8 @@ impl<const D: usize> Scene<D> {
         self.domain.projection.set_modes(&[], &[], &[])?;
         self.resume()?;
         self.domain.clock = clock;
-        self.method.begin_bodies(&self.domain, &mut self.state, new)?;
+        self.method.mix_in(&mut self.domain, &mut self.state, new)?;
+        self.method.begin_bodies(&mut self.domain, &mut self.state, new)?;
         self.method.rebalance(&self.domain, &mut self.state)?;
         energy::reopen(&mut self.domain, &mut self.state, &mut self.method)
     }

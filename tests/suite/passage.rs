@@ -271,6 +271,30 @@ fn a_body_waits_until_its_place_is_free() {
     assert!(a == b);
 }
 
+/// What comes in, or comes back, has its own velocity and spin, less what sets the fluid beside it going: with the paper's mixing it had those of the fluid
+/// that it came into.
+#[test]
+fn a_body_comes_in_with_its_own_motion() {
+    for wall in ["sharp", "mixing"] {
+        let dir = tempfile::tempdir().unwrap();
+        let disc = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.5, 0.5]\ndensity = 5.0\n\
+                    velocity = [0.3, 0.0]\nspin = 4.0\n";
+        let at_rest = ["\"wall\""; 4];
+        let rest = format!(
+            "enter = {{ time = 0.05 }}\n[time]\nend = 0.1\nstep = 0.01\n[contact]\n[coupling]\nwall = {wall:?}\n"
+        );
+        let case = box_case([2.0, 1.0], [48, 24], 1e-3, at_rest, &format!("{disc}{rest}"));
+        let out = dir.path().join("out");
+        run(&write(dir.path(), &case), &out, &[]);
+        let rows = columns(&out.join("particles.csv"));
+        let (speed, spin) = (*rows["vx"].last().unwrap(), *rows["wz"].last().unwrap());
+        println!("{wall}: {speed} m/s, {spin} rad/s");
+        // As much fluid as it displaces goes along.
+        assert!((speed / 0.25 - 1.0).abs() < 0.15, "{wall}: {speed} m/s");
+        assert!((0.75 * 4.0..=4.0).contains(&spin), "{wall}: {spin} rad/s");
+    }
+}
+
 #[test]
 fn a_ground_of_fixed_grains_has_rows_once_and_another_case_begins_with_it() {
     let dir = tempfile::tempdir().unwrap();

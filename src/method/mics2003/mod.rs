@@ -35,10 +35,12 @@ mod choices;
 mod force;
 mod impose;
 mod motion;
+mod rehearse;
 mod rigid;
 
 use super::flow::Flow;
 use super::momentum::{Mixture, Momentum};
+use crate::Result;
 use crate::clock::Stage;
 use crate::contact::Contacts;
 use crate::domain::Domain;
@@ -47,10 +49,10 @@ use crate::geometry::{Overlap, Tiles, fraction};
 use crate::grid::{Boundaries, Coefficient, Grid};
 use crate::kernels::border::Sides;
 use crate::kernels::faces::BodyForce;
+use crate::method::vector;
 use crate::particles::{Body, Push};
 use crate::poisson::pressure::Projected;
 use crate::state::{Balance, Exchange, State, Support};
-use crate::{Result, params};
 pub use choices::{Choices, Driver};
 use nalgebra::Vector3;
 
@@ -127,21 +129,6 @@ impl<const D: usize> Mics2003<D> {
         self.advance_all(domain, s, dt)
     }
 
-    /// Finds what contacts give bodies that lie on something before their first step of `dt` (s), by taking it a few times over: what they are expected to
-    /// give comes nearer to it with each. Collective.
-    fn rehearse(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
-        let start = s.clone();
-        for _ in 0..params::first_mendings() as usize {
-            self.advance_all(domain, s, dt)?;
-            let found = std::mem::replace(s, start.clone()).supports;
-            for (support, found) in s.supports.iter_mut().flatten().zip(found.into_iter().flatten()) {
-                (support.force, support.torque) = (found.force, found.torque);
-            }
-            self.resume(domain, s)?;
-        }
-        Ok(())
-    }
-
     /// The step itself. Collective.
     fn advance_all(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
         let before = self.momentum(domain, s); //
@@ -164,16 +151,8 @@ impl<const D: usize> Mics2003<D> {
     pub fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
         s.touching = self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.untouched());
         s.balance = s.has_free_bodies().then(Balance::default);
-        let contacts = self.contacts.as_mut().filter(|_| self.choices.expects_contacts());
-        s.supports = contacts.map(|contacts| {
-            contacts.meet(&s.bodies);
-            contacts
-                .held_up(&s.bodies)
-                .into_iter()
-                .zip(&s.bodies)
-                .map(|(lies, body)| Support::new(lies && body.freedom().is_some()))
-                .collect()
-        });
+        s.supports = None;
+        self.begin_supports(s, |_| true);
         self.find_overlaps(domain, s, |_| true);
         self.mix_fields(domain, s)?;
         self.impose(domain, s, 1.0);
@@ -181,6 +160,50 @@ impl<const D: usize> Mics2003<D> {
         self.impose(domain, s, 1.0);
         s.exchange.fill(Exchange::default());
         domain.boundaries.fill_velocity(&mut s.u)
+    }
+
+    /// Lets the bodies with these numbers begin: what they lie on has yet to be found. Collective.
+    ///
+    /// # Errors
+    /// When ranks cannot exchange ghosts.
+    pub fn begin_bodies(&mut self, domain: &mut Domain<D>, s: &mut State<D>, ids: &[usize]) -> Result<()> {
+        if self.begin_supports(s, |body| ids.contains(&body.id)) { self.mix_fields(domain, s) } else { Ok(()) }
+    }
+
+    /// Gives the cells in the bodies with these numbers, which have not been where they are, their share of the momentum there. Collective.
+    ///
+    /// # Errors
+    /// When ranks cannot exchange ghosts.
+    pub fn mix_in(&mut self, domain: &mut Domain<D>, s: &mut State<D>, ids: &[usize]) -> Result<()> {
+        let all = s.bodies.iter().zip(&self.overlaps);
+        for (body, overlaps) in all.filter(|(body, _)| ids.contains(&body.id)) {
+            for o in overlaps {
+                let share = o.fraction * body.density / self.flow.mixture.density.at(o.cell);
+                let kick = share * (body.velocity + body.spin.cross(&o.arm) - vector(&s.u, o.cell));
+                s.u.iter_mut().enumerate().for_each(|(axis, u)| u[o.cell] += kick[axis]);
+            }
+        }
+        domain.boundaries.fill_velocity(&mut s.u)
+    }
+
+    /// Lets what contacts are expected to give begin for `new` bodies, or for all where the state has none, and end where nothing is expected
+    /// of them; whether that changes anything.
+    fn begin_supports(&mut self, s: &mut State<D>, new: impl Fn(&Body) -> bool) -> bool {
+        let Some(contacts) = self.contacts.as_mut().filter(|_| self.choices.expects_contacts()) else {
+            return s.supports.take().is_some();
+        };
+        let all = s.supports.is_none();
+        if !all && !s.bodies.iter().any(&new) {
+            return false;
+        }
+        contacts.meet(&s.bodies);
+        let held = contacts.held_up(&s.bodies);
+        let supports = s.supports.get_or_insert_with(|| vec![Support::new(false); s.bodies.len()]);
+        for ((support, body), lies) in supports.iter_mut().zip(&s.bodies).zip(held).filter(|((_, b), _)| all || new(b))
+        {
+            *support = Support::new(lies && body.freedom().is_some());
+        }
+        true
     }
 
     /// Finds what follows from a state: what the particles touch, the mixture and its operator. Collective.

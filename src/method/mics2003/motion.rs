@@ -193,10 +193,9 @@ impl<const D: usize> Mics2003<D> {
         let (driver, fluid_density) = (self.choices.driver, domain.fluid.density);
         let lead = domain.session.rank() == 0;
         for (k, body) in s.bodies.iter_mut().enumerate() {
-            let (departure, exchange) = (&self.departures[k], &mut s.exchange[k]);
-            let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
-            exchange.contact = impulse.linear / dt;
+            let (departure, exchange, unexpected) = (&self.departures[k], &mut s.exchange[k], self.unexpected(k, dt));
             let (force, torque) = departure.expected;
+            exchange.contact = unexpected.linear / dt + force;
             let Some(freedom) = body.freedom() else {
                 if lead {
                     exchange.momentum -= departure.carried.0 / dt;
@@ -222,8 +221,8 @@ impl<const D: usize> Mics2003<D> {
                 self.settled[k].0 = v;
             }
             (body.velocity, body.spin) = (v, w);
-            body.velocity += freedom.along(&(impulse.linear - dt * force)) / body.mass();
-            body.spin += body.inertia().answer(&(impulse.angular - dt * torque), &freedom);
+            body.velocity += freedom.along(&unexpected.linear) / body.mass();
+            body.spin += body.inertia().answer(&unexpected.angular, &freedom);
         }
     }
 
@@ -254,7 +253,7 @@ impl<const D: usize> Mics2003<D> {
         impulse
     }
 
-    /// Finds what contacts are expected to give in the next step, from what they gave over `dt` (s). Collective where there is any.
+    /// Finds what contacts are expected to give in the next step, from what they gave over `dt` (s).
     pub(super) fn expect_contacts(&mut self, s: &mut State<D>, dt: f64) {
         let (Some(supports), Some(contacts)) = (&mut s.supports, &self.contacts) else { return };
         for ((support, body), impulse) in supports.iter_mut().zip(&s.bodies).zip(contacts.impulses()) {
