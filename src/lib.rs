@@ -116,5 +116,6 @@ pub mod state;
 pub mod study;
 pub mod system;
 pub mod validate;
+mod words;
 
 pub use error::{Error, Result};

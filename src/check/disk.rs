@@ -54,19 +54,3 @@ pub fn bytes<const D: usize>(case: &Case, scene: &mut Scene<D>, steps: f64) -> R
     let rows = PARTICLE_ROW[D - 2] * particles * (1.0 + due(&case.output.particles)) + STEP_ROW * steps;
     Ok(snapshot * snapshots + CHECKPOINTS * checkpoint.0 + rows)
 }
-
-/// Bytes in the unit that suits them.
-pub fn words(bytes: f64) -> String {
-    let (size, unit) = if bytes < 1e9 { (bytes / 1e6, "MB") } else { (bytes / 1e9, "GB") };
-    if size < 10.0 { format!("{size:.1} {unit}") } else { format!("{size:.0} {unit}") }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sizes_have_the_unit_that_suits_them() {
-        assert_eq!([2.34e5, 3.2e7, 1.25e9, 4.4e10].map(words), ["0.2 MB", "32 MB", "1.2 GB", "44 GB"]);
-    }
-}

@@ -8,13 +8,13 @@ mod stiffness;
 
 use crate::config::{Case, Loaded, Particle, Side};
 use crate::output::print;
-use crate::output::progress::minutes;
 use crate::particles::Body;
 use crate::petsc::Session;
 use crate::run::{check_memory, check_step, choose_step, start_petsc};
 use crate::scene::{Scene, read_case};
 use crate::scheme::Limits;
 use crate::system::peak_memory;
+use crate::words::{minutes, number, size, whole};
 use crate::{Error, Result};
 use blocked::{blocked, driven_axes};
 use layer::{Layer, Walls};
@@ -88,13 +88,17 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     let limits = scene.limits()?;
     let (dt, choice) = choose_step(case, &limits, None, case.time.end);
 
-    let times = |v: &[f64]| v.iter().map(|x| format!("{x}")).collect::<Vec<_>>().join(" x ");
+    let times = |v: &[f64]| v.iter().map(|x| number(*x)).collect::<Vec<_>>().join(" x ");
     let cells = case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
     let h = scene.domain.grid.h.iter().map(|h| format!("{h:.4e}")).collect::<Vec<_>>().join(" x ");
     let mut lines = vec![
         format!("case         {} ({D}D)", case.name),
         format!("domain       {} m, {cells} cells, h = {h} m", times(&case.domain.size)),
-        format!("fluid        density {} kg/m3, viscosity {} Pa s", case.fluid.density, case.fluid.viscosity),
+        format!(
+            "fluid        density {} kg/m3, viscosity {} Pa s",
+            number(case.fluid.density),
+            number(case.fluid.viscosity)
+        ),
     ];
     let sides = case.sides().map(|(name, side)| format!("{name} {}", side.describe()));
     lines.push(format!("boundary     {}", sides.collect::<Vec<_>>().join(", ")));
@@ -141,8 +145,9 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     });
     let pace = pace.unwrap_or_default();
     lines.push(format!(
-        "step         {dt:.4e} s at the start, {choice}{pace}; about {steps:.0} steps to t = {} s",
-        case.time.end
+        "step         {dt:.4e} s at the start, {choice}{pace}; about {} steps to t = {} s",
+        whole(steps),
+        number(case.time.end)
     ));
     lines.extend(contacts(case, &scene, later));
     lines.push(format!("pressure     {}, until |D| < {:e} 1/s", scene.solver()?, case.pressure.divergence_limit));
@@ -158,7 +163,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         scene.step(dt)?;
     }
     let step = trial.elapsed().as_secs_f64() / f64::from(TRIAL_STEPS);
-    let disk = disk::words(disk::bytes(case, &mut scene, steps)?);
+    let disk = size(disk::bytes(case, &mut scene, steps)?);
     let mut memory = [peak_memory()];
     session.sum(&mut memory)?;
     lines.push(format!(
@@ -221,8 +226,10 @@ fn unresolved(case: &Case) -> Option<String> {
     let widest = case.spacings().into_iter().fold(0.0, f64::max);
     let smallest = case.particle.iter().map(|p| p.shape.diameter()).fold(f64::INFINITY, f64::min) / widest;
     if smallest < RESOLVED {
+        let cells = case.domain.cells.iter().map(|&n| whole((n as f64 * GOOD / smallest).ceil()));
         return Some(format!(
-            "warning      a particle of {smallest:.1} cells is not resolved: {RESOLVED} or more are needed"
+            "warning      a particle of {smallest:.1} cells is not resolved: {RESOLVED} or more are needed; domain.cells = [{}] give it {GOOD}",
+            cells.collect::<Vec<_>>().join(", ")
         ));
     }
     // As large as asked for, but for rounding.
@@ -249,14 +256,15 @@ fn layer(case: &Case) -> Vec<String> {
     let h = case.spacings().into_iter().fold(0.0, f64::max);
     let meets = if falls { "comes to" } else { "meets a flow of" };
     let by = if falls { ", by its drag," } else { "," };
-    let mut line = format!("layer        {} {meets} {speed:.3} m/s{by} Re = {reynolds:.0}", case.called(particle));
+    let mut line =
+        format!("layer        {} {meets} {speed:.3} m/s{by} Re = {}", case.called(particle), whole(reynolds));
     if thickness.is_infinite() {
         return vec![line + ": no boundary layer"];
     }
     line += &format!(": a boundary layer of {thickness:.3e} m, {:.2} h", thickness / h);
     let warning = format!(
-        "warning      that layer is thinner than a spacing: {:.0} cells a diameter would put one into it, and there are {:.1}{}",
-        layer.cells_needed(),
+        "warning      that layer is thinner than a spacing: {} cells a diameter would put one into it, and there are {:.1}{}",
+        whole(layer.cells_needed()),
         diameter / h,
         doubt(reynolds)
     );
@@ -268,12 +276,13 @@ fn wall_layer(case: &Case) -> Vec<String> {
     let Some(Walls { axis, speed, reynolds, thickness }) = Walls::thinnest(case) else { return Vec::new() };
     let (x, h) = (["x", "y", "z"][axis], case.spacings()[axis]);
     let line = format!(
-        "layer        along the walls across {x}, at {speed:.3} m/s, Re = {reynolds:.0}: a boundary layer of {thickness:.3e} m, {:.2} h",
+        "layer        along the walls across {x}, at {speed:.3} m/s, Re = {}: a boundary layer of {thickness:.3e} m, {:.2} h",
+        whole(reynolds),
         thickness / h
     );
     let warning = format!(
-        "warning      that layer is thinner than a spacing: {:.0} cells along {x} would put one into it, and there are {}{}",
-        (case.domain.size[axis] / thickness).ceil(),
+        "warning      that layer is thinner than a spacing: {} cells along {x} would put one into it, and there are {}{}",
+        whole((case.domain.size[axis] / thickness).ceil()),
         case.domain.cells[axis],
         doubt(reynolds)
     );

@@ -13,12 +13,15 @@ pub struct Part {
 }
 
 impl Part {
-    /// Begins the file that will be at `path`.
+    /// Begins the file that will be at `path`, in a folder that is made where there is none.
     ///
     /// # Errors
     /// When it cannot be made.
     pub fn create(path: &Path) -> Result<(Part, File)> {
         let name = part(path);
+        if let Some(folder) = path.parent() {
+            fs::create_dir_all(folder).map_err(Error::io(folder))?;
+        }
         let file = File::create(&name).map_err(Error::io(&name))?;
         Ok((Part { path: path.to_owned(), done: false }, file))
     }

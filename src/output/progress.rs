@@ -6,6 +6,7 @@
 //!                              its start, and later follow what moves
 //! ```
 
+use crate::words::minutes;
 use crate::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::{Deserialize, Serialize};
@@ -212,15 +213,6 @@ pub fn cut(run: &Path, length: u64) -> Result<()> {
     match cut {
         Err(e) if e.kind() != ErrorKind::NotFound => Err(Error::io(&path)(e)),
         _ => Ok(()),
-    }
-}
-
-pub(crate) fn minutes(seconds: f64) -> String {
-    let s = seconds.max(0.0) as u64;
-    match s {
-        0..60 => format!("{s} s"),
-        60..3600 => format!("{} min {:02} s", s / 60, s % 60),
-        _ => format!("{} h {:02} min", s / 3600, s / 60 % 60),
     }
 }
 

@@ -67,7 +67,8 @@ fn a_film_has_a_frame_a_snapshot_at_its_rate_in_the_same_colours_and_a_strip_som
     assert!((500..700).contains(&width) && (650..800).contains(&height), "{width} x {height}");
     assert!(film.changed + 80 < width, "{} of {width}", film.changed);
 
-    let part = dir.path().join("part.apng");
+    // In a folder that is not there yet.
+    let part = dir.path().join("films/part.apng");
     let out = part.to_str().unwrap();
     let words = ["--from", "0.1", "--to", "0.2", "--fps", "12.5", "--size", "200", "--field", "speed"];
     assert_eq!(filmed(&[&[&a[..]], &words[..], &["--bodies", "speed", "--out", out]].concat()), [out]);

@@ -1,0 +1,51 @@
+//! Numbers as people read them.
+
+/// With all its digits, and by a power of ten where these would be many zeros.
+pub(crate) fn number(x: f64) -> String {
+    if x == 0.0 || (1e-4..1e7).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
+}
+
+/// To the nearest whole one, and by a power of ten where that would be a row of digits.
+pub(crate) fn whole(x: f64) -> String {
+    if x.abs() < 1e7 { format!("{x:.0}") } else { format!("{x:.1e}") }
+}
+
+/// Seconds as hours, minutes and seconds, as far as they count.
+pub(crate) fn minutes(seconds: f64) -> String {
+    let s = seconds.max(0.0) as u64;
+    match s {
+        0..60 => format!("{s} s"),
+        60..3600 => format!("{} min {:02} s", s / 60, s % 60),
+        3600..3_600_000 => format!("{} h {:02} min", s / 3600, s / 60 % 60),
+        _ => format!("{} days", whole(seconds / 86_400.0)),
+    }
+}
+
+/// Bytes in the unit that suits them.
+pub(crate) fn size(bytes: f64) -> String {
+    let (size, unit) = if bytes < 1e9 { (bytes / 1e6, "MB") } else { (bytes / 1e9, "GB") };
+    if size < 10.0 { format!("{size:.1} {unit}") } else { format!("{} {unit}", whole(size)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_large_or_small_goes_by_powers_of_ten() {
+        assert_eq!(
+            [0.0, 1000.0, 1e-3, -0.25, 1e-300, 3e8].map(number),
+            ["0", "1000", "0.001", "-0.25", "1e-300", "3e8"]
+        );
+        assert_eq!([4879.6, 1e12].map(whole), ["4880", "1.0e12"]);
+    }
+
+    #[test]
+    fn times_and_sizes_have_the_unit_that_suits_them() {
+        assert_eq!([59.0, 61.0, 3720.0, 1e15].map(minutes), ["59 s", "1 min 01 s", "1 h 02 min", "1.2e10 days"]);
+        assert_eq!(
+            [2.34e5, 3.2e7, 1.25e9, 4.4e10, 1e30].map(size),
+            ["0.2 MB", "32 MB", "1.2 GB", "44 GB", "1.0e21 GB"]
+        );
+    }
+}
