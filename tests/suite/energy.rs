@@ -181,6 +181,29 @@ fn a_disc_in_creeping_flow_keeps_its_speed_and_makes_no_energy() {
     assert!(e.method.abs() < 0.2 * e.gravity && e.viscous > 0.5 * e.gravity, "{e:?}");
 }
 
+/// What flows in the pocket between a body that may move and two walls stays in the memory of the faces unless viscosity takes it fast enough;
+/// it grew until it had more energy than all work had given, in the pocket's own time.
+#[test]
+fn a_disc_that_creeps_round_in_a_corner_makes_no_energy() {
+    let petsc = petsc();
+    for gap in [0.3, 0.786] {
+        let centre = 32.0 - gap - 4.193;
+        let more = format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = 8.386 }} }}\nposition = [{centre}, {}]\n\
+             motion = {{ prescribed = {{ velocity = [0.0, 0.0], spin = 1e-3 }} }}\n{SHARP}[pressure]\ndivergence_limit = 1e-6",
+            32.0 - 0.786 - 4.193
+        );
+        let text = box_case([32.0, 32.0], [32, 32], 1.0, ["\"wall\""; 4], &more);
+        let mut scene: Scene<2> = petsc.scene(&text);
+        for _ in 0..1100 {
+            scene.step(0.9).unwrap();
+        }
+        let e = scene.state.energy;
+        println!("{gap}: {e:?}");
+        assert!(e.method.abs() < 0.2 * e.prescribed, "{e:?}");
+    }
+}
+
 /// The tangential damper of the paper's law, as printed, drives what it should slow: friction makes energy, and nothing holds it but
 /// the guard.
 #[test]

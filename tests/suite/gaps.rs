@@ -103,12 +103,13 @@ fn closing_cylinders(radii: [f64; 2], gap: f64) -> ([f64; 2], f64) {
 /// `shift` spacings from a node.
 fn pair_approach(cells: usize, radii: [f64; 2], gap: f64, (angle, shift): (f64, f64)) -> f64 {
     let petsc = petsc();
-    let (h, closing) = (1.0 / cells as f64, 1e-4);
+    // In a box of 6 m its walls add 1 to 2 % to the force.
+    let (h, closing, side) = (1.0 / cells as f64, 1e-4, 10);
     let (speeds, _) = closing_cylinders(radii, gap);
     let (along, distance) = ([angle.cos(), angle.sin()], radii[0] + radii[1] + gap);
     let discs: String = [0, 1]
         .map(|k| {
-            let place = [0, 1].map(|axis| 3.0 + shift * h + (k as f64 - 0.5) * distance * along[axis]);
+            let place = [0, 1].map(|axis| 0.5 * side as f64 + shift * h + (k as f64 - 0.5) * distance * along[axis]);
             let velocity = along.map(|part| speeds[k] * closing * part);
             format!(
                 "[[particle]]\nshape = {{ disc = {{ diameter = {:?} }} }}\nposition = {place:?}\nvelocity = {velocity:?}\ndensity = 1e5\n",
@@ -117,7 +118,7 @@ fn pair_approach(cells: usize, radii: [f64; 2], gap: f64, (angle, shift): (f64, 
         })
         .concat();
     let more = format!("{discs}[contact]\nnormal_stiffness = 1e9\n[pressure]\ndivergence_limit = 1e-7\n");
-    let mut scene: Scene<2> = petsc.scene(&box_case([6.0, 6.0], [6 * cells, 6 * cells], 1.0, WALLS, &more));
+    let mut scene: Scene<2> = petsc.scene(&box_case([side as f64; 2], [side * cells; 2], 1.0, WALLS, &more));
     let dt = 0.12 * h * h;
     for _ in 0..(0.3 / dt) as usize {
         scene.step(dt).unwrap();

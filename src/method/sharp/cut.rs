@@ -35,8 +35,8 @@ pub struct CutBodies<const D: usize> {
     tiles: Tiles,
     /// What bodies cover of each face of an axis while faces are opened, and which have been listed; zero otherwise.
     pub(super) total: Vec<f64>,
-    /// Of the faces in narrow gaps, their memory before a step (m/s).
-    pub(super) flows: Vec<f64>,
+    /// Of the faces that bodies cut, and once more of those in narrow gaps, their memory before a step (m/s).
+    pub(super) remembered: Vec<f64>,
     pub(super) periods: [Option<f64>; 3],
     /// The spacing that depths and probes count in (m).
     pub h: f64,
@@ -61,7 +61,7 @@ impl<const D: usize> CutBodies<D> {
             shared: Vec::with_capacity(shared),
             tiles: Tiles::for_radius(bodies.iter().map(Body::radius).fold(0.0, f64::max), &grid.h),
             total: grid.field(),
-            flows: Vec::with_capacity(D * faces),
+            remembered: Vec::with_capacity(2 * D * faces),
             periods,
             h,
         }

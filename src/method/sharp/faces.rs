@@ -13,14 +13,14 @@ use crate::state::State;
 use nalgebra::Vector3;
 
 impl<const D: usize> CutBodies<D> {
-    /// (8): face velocities from those of the cells, ghosts filled, the memory, of which the part `pace.keep` stays, and the
-    /// acceleration by the last pressure over `dt` (s), of which the cells still have the part `1 - pace.own`. The memory becomes the
+    /// (8): face velocities from those of the cells, ghosts filled, the memory, of which the part `pace.keep` stays on the faces that a
+    /// body cuts and `pace.keep_open` on the others, and the acceleration by the last pressure over `dt` (s), of which the cells still have the part `1 - pace.own`. The memory becomes the
     /// velocity before that acceleration.
     pub(super) fn interpolate(
         &mut self,
         domain: &Domain<D>,
         s: &mut State<D>,
-        Pace { keep, own, .. }: Pace,
+        Pace { keep, keep_open, own, .. }: Pace,
         dt: f64,
         acceleration: &PressureAcceleration<D>,
     ) -> Result<()> {
@@ -28,10 +28,14 @@ impl<const D: usize> CutBodies<D> {
         let (grid, acceleration) = (&domain.grid, &acceleration.faces);
         let State { u, faces, bodies, walls, .. } = s;
         let memory = &mut history(walls)?.memory;
+        let cuts = |axis| {
+            self.bodies.iter().flat_map(move |cut: &CutBody<D>| cut.faces(axis)).map(|(cut, _)| cut.face as usize)
+        };
         let gaps = |axis| self.bodies.iter().flat_map(move |cut: &CutBody<D>| &cut.gaps[axis]);
-        self.flows.clear();
+        self.remembered.clear();
         for axis in 0..D {
-            self.flows.extend(gaps(axis).map(|gap| memory[axis][gap.face as usize]));
+            let faces = cuts(axis).chain(gaps(axis).map(|gap| gap.face as usize));
+            self.remembered.extend(faces.map(|face| memory[axis][face]));
         }
         simd(
             #[inline(always)]
@@ -41,20 +45,23 @@ impl<const D: usize> CutBodies<D> {
                         let mean = means(&u[axis], row.clone(), grid.stride[axis]);
                         let to = memory[row.clone()].iter_mut().zip(face[row.clone()].iter_mut());
                         for (i, ((m, f), a)) in to.zip(&acceleration[axis][row]).enumerate() {
-                            *m = mean(i) + keep * *m - in_cells * a;
+                            *m = mean(i) + keep_open * *m - in_cells * a;
                             *f = *m + dt * a;
                         }
                     }
                 }
             },
         );
-        let mut flows = self.flows.iter();
+        let mut remembered = self.remembered.iter();
         for axis in 0..D {
-            let (memory, face) = (&mut memory[axis], &mut faces[axis]);
-            for (gap, flow) in gaps(axis).zip(&mut flows) {
+            let (memory, face, a) = (&mut memory[axis], &mut faces[axis], &acceleration[axis]);
+            for (at, before) in cuts(axis).zip(&mut remembered) {
+                memory[at] = means(&u[axis], at..at + 1, grid.stride[axis])(0) + keep * before - in_cells * a[at];
+            }
+            for (gap, flow) in gaps(axis).zip(&mut remembered) {
                 memory[gap.face as usize] += gap.share * (gap.kept - keep).max(0.0) * flow;
             }
-            self.interpolate_cut(grid, axis, &u[axis], bodies, (dt, &acceleration[axis]), memory, face);
+            self.interpolate_cut(grid, axis, &u[axis], bodies, (dt, a), memory, face);
         }
         Ok(())
     }

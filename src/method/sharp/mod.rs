@@ -15,7 +15,7 @@
 //! The equation stays symmetric, and its solution holds the added mass of a free body implicitly, whatever its density.
 //! The memory `q^n - I(u^n)` keeps dt out of the wall's pressure; it fades as the flow crosses the grid and, since it is as small as
 //! the grid, by viscosity: in a creeping flow nothing else takes it, and it would drive the flow; its u^n is that of the cells before the wall was imposed
-//! last, c is 0.105 in 2D and 0.25 in 3D, 4 where no body moves, h the least spacing, so that what this changes reaches the faces with the next step. In narrow gaps it is all there is
+//! last, c is 0.4 on faces that no body cuts and 0.105 in 2D, 0.25 in 3D on the others, 4 on all where no body moves, h the least spacing, so that what this changes reaches the faces with the next step. In narrow gaps it is all there is
 //! of the flow, and stays. A turning disc or sphere displaces nothing.
 //!
 //! Where no body moves, a step longer than `t = 0.05 h^2/nu` gives the faces `I(u* + (dt - t) a_c) + t a` in place of `I(u*) + dt a`, with a_c the
@@ -125,15 +125,17 @@ struct Pace {
     courant: f64,
     /// Squared spacings that viscosity crosses.
     diffusion: f64,
-    /// What the faces keep of their memory.
+    /// What faces keep of their memory that a body cuts.
     keep: f64,
+    /// The same where they are all open.
+    keep_open: f64,
     /// How much of the last pressure's acceleration they have at once in place of the mean of the cells'.
     own: f64,
 }
 
 impl Pace {
     /// Before the first step.
-    const START: Pace = Pace { courant: 0.0, diffusion: 0.0, keep: 1.0, own: 1.0 };
+    const START: Pace = Pace { courant: 0.0, diffusion: 0.0, keep: 1.0, keep_open: 1.0, own: 1.0 };
 }
 
 /// The spacing that probes count in (m), and the layers of ghosts that they need, on a grid of the spacings `h` (m): no axis

@@ -21,17 +21,18 @@ impl<const D: usize> Sharp<D> {
         let (h, nu) = (self.cut.h, domain.fluid.viscosity / domain.fluid.density);
         let (courant, diffusion) = (dt * speed[0] / h, nu * dt / (h * h));
         let rest = s.bodies.iter().all(|body| body.motion == Motion::Fixed);
-        let face_decay = match (rest, D) {
-            (true, _) => params::face_decay_fixed(),
-            (false, 3) => params::face_decay_3d(),
-            (false, _) => params::face_decay_2d(),
-        };
         // Of cells that are longer one way it goes by the way that they are short: what faces remember is of that size.
         let least = domain.grid.h.iter().copied().fold(h, f64::min);
-        let forgotten = courant / params::face_memory() + face_decay * diffusion * (h / least).powi(2);
+        let kept =
+            |decay: f64| 1.0 - (courant / params::face_memory() + decay * diffusion * (h / least).powi(2)).min(1.0);
+        let [cut, open] = match (rest, D) {
+            (true, _) => [params::face_decay_fixed(); 2],
+            (false, 3) => [params::face_decay_cut_3d(), params::face_decay_open()],
+            (false, _) => [params::face_decay_cut_2d(), params::face_decay_open()],
+        };
         let short = (params::face_time() / diffusion).min(params::face_memory() / courant);
         let own = if rest { short.clamp(params::face_part(), 1.0) } else { 1.0 };
-        Ok(Pace { courant, diffusion, keep: 1.0 - forgotten.min(1.0), own })
+        Ok(Pace { courant, diffusion, keep: kept(cut), keep_open: kept(open), own })
     }
 
     /// Sets the velocity of the cells inside the bodies. Collective.
