@@ -554,6 +554,12 @@ impl<'a, const D: usize> Run<'a, D> {
             let cure = "their time had not come, or their place was never free";
             self.log.say(&format!("{count} of the particles never came in: {cure}"));
         }
+        let (domain, state) = (&self.scene.domain, &self.scene.state);
+        if let Some(doubt) =
+            energy_bound::doubt(state, energy_bound::settling(domain, &state.bodies)).filter(|_| status == "done")
+        {
+            self.log.say(&doubt);
+        }
         if !unused.is_empty() {
             self.log.say(&format!("PETSc options that nothing used: {}", unused.join(", ")));
         }

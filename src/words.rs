@@ -5,6 +5,11 @@ pub(crate) fn number(x: f64) -> String {
     if x == 0.0 || (1e-4..1e7).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
 }
 
+/// To three digits behind the point, and by a power of ten where these would lose it.
+pub(crate) fn brief(x: f64) -> String {
+    if x == 0.0 || (1e-2..1e7).contains(&x.abs()) { format!("{x:.3}") } else { format!("{x:.2e}") }
+}
+
 /// To the nearest whole one, and by a power of ten where that would be a row of digits.
 pub(crate) fn whole(x: f64) -> String {
     if x.abs() < 1e7 { format!("{x:.0}") } else { format!("{x:.1e}") }
@@ -38,6 +43,7 @@ mod tests {
             ["0", "1000", "0.001", "-0.25", "1e-300", "3e8"]
         );
         assert_eq!([4879.6, 1e12].map(whole), ["4880", "1.0e12"]);
+        assert_eq!([0.0, 0.25, 1.234e-6, 5e8].map(brief), ["0.000", "0.250", "1.23e-6", "5.00e8"]);
     }
 
     #[test]

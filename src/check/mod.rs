@@ -14,7 +14,7 @@ use crate::run::{check_memory, check_step, choose_step, start_petsc};
 use crate::scene::{Scene, read_case};
 use crate::scheme::Limits;
 use crate::system::peak_memory;
-use crate::words::{minutes, number, size, whole};
+use crate::words::{brief, minutes, number, size, whole};
 use crate::{Error, Result};
 use blocked::{blocked, driven_axes};
 use layer::{Layer, Walls};
@@ -118,7 +118,12 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         let nu = case.fluid.viscosity / case.fluid.density;
         let length = case.particle.iter().map(|p| p.shape.diameter()).fold(0.0, f64::max);
         let (length, of) = if length > 0.0 { (length, "largest diameter") } else { (case.domain.size[1], "height") };
-        lines.push(format!("Reynolds     {:.4} (speed {speed} m/s, {of} {length} m)", speed * length / nu));
+        lines.push(format!(
+            "Reynolds     {} (speed {} m/s, {of} {} m)",
+            number_of_flow(speed * length / nu),
+            number(speed),
+            number(length)
+        ));
     }
     lines.extend(layer(case));
     lines.extend(shut(case, &scene));
@@ -141,7 +146,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     let more = if stages > limits.scheme.weights.len() { format!(" in {stages} stages") } else { String::new() };
     let pace = Pace::expected(case).filter(|_| !(0.99..1.01).contains(&(later / dt))).map(|pace| {
         let Pace { speed, words, .. } = pace;
-        format!(", and {later:.1e} s{more} at {speed:.3} m/s, {words}")
+        format!(", and {later:.1e} s{more} at {} m/s, {words}", brief(speed))
     });
     let pace = pace.unwrap_or_default();
     lines.push(format!(
@@ -203,9 +208,9 @@ fn pressed<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
     let lightest = free().map(Body::mass).fold(f64::INFINITY, f64::min);
     (stored > fall && lightest.is_finite()).then(|| {
         format!(
-            "warning      particles overlap at the start, and the springs of their contacts hold {stored:.2e} J: they may part at up to {:.2} m/s; \
+            "warning      particles overlap at the start, and the springs of their contacts hold {stored:.2e} J: they may part at up to {} m/s; \
              place them further apart",
-            (2.0 * stored / lightest).sqrt()
+            brief((2.0 * stored / lightest).sqrt())
         )
     })
 }
@@ -256,8 +261,12 @@ fn layer(case: &Case) -> Vec<String> {
     let h = case.spacings().into_iter().fold(0.0, f64::max);
     let meets = if falls { "comes to" } else { "meets a flow of" };
     let by = if falls { ", by its drag," } else { "," };
-    let mut line =
-        format!("layer        {} {meets} {speed:.3} m/s{by} Re = {}", case.called(particle), whole(reynolds));
+    let mut line = format!(
+        "layer        {} {meets} {} m/s{by} Re = {}",
+        case.called(particle),
+        brief(speed),
+        number_of_flow(reynolds)
+    );
     if thickness.is_infinite() {
         return vec![line + ": no boundary layer"];
     }
@@ -276,8 +285,9 @@ fn wall_layer(case: &Case) -> Vec<String> {
     let Some(Walls { axis, speed, reynolds, thickness }) = Walls::thinnest(case) else { return Vec::new() };
     let (x, h) = (["x", "y", "z"][axis], case.spacings()[axis]);
     let line = format!(
-        "layer        along the walls across {x}, at {speed:.3} m/s, Re = {}: a boundary layer of {thickness:.3e} m, {:.2} h",
-        whole(reynolds),
+        "layer        along the walls across {x}, at {} m/s, Re = {}: a boundary layer of {thickness:.3e} m, {:.2} h",
+        brief(speed),
+        number_of_flow(reynolds),
         thickness / h
     );
     let warning = format!(
@@ -287,6 +297,11 @@ fn wall_layer(case: &Case) -> Vec<String> {
         doubt(reynolds)
     );
     [Some(line), (thickness < h).then_some(warning)].into_iter().flatten().collect()
+}
+
+/// A Reynolds number, with what a creeping flow has of it.
+fn number_of_flow(reynolds: f64) -> String {
+    if reynolds < 10.0 { brief(reynolds) } else { whole(reynolds) }
 }
 
 /// What a Reynolds number often comes of that is far too large.

@@ -5,6 +5,7 @@ use super::pace::later_step;
 use crate::config::{Case, Contact, Loaded, PairLaw, Substeps};
 use crate::contact::{Impact, MOST_SUBSTEPS};
 use crate::scene::{Scene, impact};
+use crate::words::brief;
 use crate::{Result, params};
 
 /// Substeps in a contact below which its restitution is no longer the one asked for.
@@ -81,9 +82,9 @@ fn too_soft<const D: usize>(case: &Case, scene: &Scene<D>, law: &Contact) -> Opt
     let (deepest, exponent) = given(law).map(depth).max_by(|a, b| a.0.total_cmp(&b.0))?;
     (deepest > params::deepest_overlap() * radius).then(|| {
         format!(
-            "warning      contact.normal_stiffness is too small: an impact at {:.3} m/s would go {deepest:.2e} m deep, {:.2} of the \
+            "warning      contact.normal_stiffness is too small: an impact at {} m/s would go {deepest:.2e} m deep, {:.2} of the \
              radius, and {} ends the run; \"auto\" takes {:.1e}",
-            impact.speed,
+            brief(impact.speed),
             deepest / radius,
             params::deepest_overlap(),
             bound.stiffness(exponent),

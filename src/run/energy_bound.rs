@@ -19,6 +19,9 @@ const ROUNDING: f64 = 1e-12;
 /// The part of a fall by a spacing that a body's place cannot be known to.
 const SETTLING: f64 = 1e-3;
 
+/// The part of all work from which on energy from nothing is worth a word.
+const DOUBTFUL: f64 = 0.25;
+
 /// What free bodies could give in such a fall (J).
 pub(super) fn settling<const D: usize>(domain: &Domain<D>, bodies: &[Body]) -> f64 {
     let (fluid, h) = (&domain.fluid, domain.grid.h.iter().copied().fold(f64::INFINITY, f64::min));
@@ -34,19 +37,54 @@ pub(super) fn settling<const D: usize>(domain: &Domain<D>, bodies: &[Body]) -> f
 pub(super) fn refuse_made<const D: usize>(s: &State<D>, allowed: f64) -> Result<()> {
     let e = &s.energy;
     let rounding = ROUNDING * s.bodies.iter().map(|body| body.mass()).sum::<f64>();
-    let sources = [("the step of the flow", e.method), ("contacts", e.contacts), ("friction", e.friction)];
-    let made = sources.iter().map(|(_, lost)| -lost.min(0.0)).sum::<f64>();
-    if made <= e.scale() + rounding + allowed {
+    let Made { energy, source } = Made::of(e);
+    if energy <= e.scale() + rounding + allowed {
         return Ok(());
     }
-    let source = sources.iter().min_by(|a, b| a.1.total_cmp(&b.1)).map_or("", |source| source.0);
     Err(Error::Run(format!(
-        "{made:.3e} J have come from nothing, made by {source}: {} {:.3e} J in all, where the start, gravity, the drive, borders and \
-         prescribed bodies have given {:.3e} J; take shorter steps, stiffer contacts or other cells",
+        "{energy:.3e} J have come from nothing, made by {}: {} {:.3e} J in all, where the start, gravity, the drive, borders and \
+         prescribed bodies have given {:.3e} J; {}",
+        source.0,
         richest(e, s),
         e.total(),
         e.start + e.gravity + e.drive + e.borders + e.prescribed,
+        source.1
     )))
+}
+
+/// What a run that has come to its end has to say of energy that the method has made, beyond `allowed` (J): not enough to refuse it.
+pub(super) fn doubt<const D: usize>(s: &State<D>, allowed: f64) -> Option<String> {
+    let rounding = ROUNDING * s.bodies.iter().map(|body| body.mass()).sum::<f64>();
+    let Made { energy, source: (name, cure) } = Made::of(&s.energy);
+    let put_in = s.energy.scale();
+    (energy > DOUBTFUL * put_in + rounding + allowed).then(|| {
+        let share = 100.0 * energy / put_in;
+        format!("warning: {energy:.3e} J have come from nothing, made by {name}: {share:.0} % of all that was put in (steps.csv has when); {cure}")
+    })
+}
+
+/// Energy that the method has made.
+struct Made {
+    /// All of it (J).
+    energy: f64,
+    /// What made most, and what to do.
+    source: (&'static str, &'static str),
+}
+
+impl Made {
+    fn of(e: &EnergyBudget) -> Made {
+        let sources = [
+            (
+                e.method,
+                ("the step of the flow", "take smaller cells, or shorter steps if bodies strike each other or a wall"),
+            ),
+            (e.contacts, ("contacts", "take shorter steps, or stiffer contacts")),
+            (e.friction, ("friction", "take shorter steps, or stiffer contacts")),
+        ];
+        let energy = sources.iter().map(|(lost, _)| -lost.min(0.0)).sum();
+        let source = sources.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or(("", ""), |(_, source)| source);
+        Made { energy, source }
+    }
 }
 
 /// What has most of the energy, in words.
@@ -76,6 +114,9 @@ mod tests {
         assert_eq!(judge(&s), None);
         s.energy.contacts = 5.0;
         assert_eq!(judge(&s), None, "what contacts take makes up for nothing, and is nothing made");
+        assert!(doubt(&s, 0.0).is_some_and(|said| said.contains("97 %") && said.contains("the step of the flow")));
+        s.energy.method = -0.1;
+        assert_eq!(doubt(&s, 0.0), None);
         s.energy.method = -3.1;
         let said = judge(&s).unwrap();
         assert!(

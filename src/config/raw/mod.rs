@@ -210,7 +210,7 @@ pub struct Time {
     /// The time scheme; default rkl3, rkl2 where particles move, and rk2 where they are mixed in.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scheme: Option<Scheme>,
-    /// The most stages that a step of rkl2 or rkl3 takes, with which viscosity binds it 2.5 (3), 4.5 (4), 10 (6), 17.5 (8), 27 (10) times less than with two;
+    /// The most stages that a step of rkl2 or rkl3 takes, 3 to 50, with which viscosity binds it 2.5 (3), 4.5 (4), 10 (6), 17.5 (8), 27 (10) times less than with two;
     /// default 10, beside fixed particles 8, and 4 where particles move.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_stages: Option<usize>,
