@@ -107,6 +107,11 @@ pub struct Body {
     pub motion: Motion,
 }
 
+/// Whether none of them ever moves.
+pub fn all_fixed(bodies: &[Body]) -> bool {
+    bodies.iter().all(|body| body.motion == Motion::Fixed)
+}
+
 impl Body {
     /// A body at rest that is held, with its own axes along those of the box: of this density (kg/m3), lending its viscosity
     /// (Pa s) to a mixture, with its centre there (m).

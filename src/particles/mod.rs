@@ -8,7 +8,7 @@ mod drag;
 mod inertia;
 mod neighbours;
 
-pub use body::{Body, Freedom, Motion, Oscillation, Push, nearest_image};
+pub use body::{Body, Freedom, Motion, Oscillation, Push, all_fixed, nearest_image};
 pub use drag::{boundary_layer, terminal_speed};
 pub use inertia::Inertia;
 pub(crate) use neighbours::Neighbours;

@@ -159,16 +159,44 @@ fn drag_of_array(diameter: f64, cells: usize, speed: f64, end: f64) -> f64 {
     let found = measures(&text);
     let k = ["drag", "gradient"].map(|name| found[name].as_f64().unwrap() / (6.0 * PI * 0.5 * diameter * speed));
     println!("d = {diameter} m, {cells} cells: K = {:.5} by the force, {:.5} by the gradient", k[0], k[1]);
-    assert!((k[0] / k[1] - 1.0).abs() < 0.01, "the two differ: {k:?}");
+    assert!((k[0] / k[1] - 1.0).abs() < 0.02, "the two differ: {k:?}");
     k[1]
 }
 
 #[test]
-fn stokes_flow_through_spheres_that_touch_their_images_is_steady_and_between_spheres_has_its_drag() {
-    // Zick & Homsy 1982: 42.1 where they touch, 4.292 at a solid fraction of 0.125.
-    assert!((drag_of_array(0.99999, 12, 0.01, 0.3) / 42.1 - 1.0).abs() < 0.08);
-    let [coarse, fine] = [13, 26].map(|cells| 1.0 - drag_of_array(0.62035, cells, 0.01, 0.1) / 4.292);
-    assert!(coarse < 0.042 && fine < 0.004 && order(coarse, fine, 2.0) > 1.8, "{coarse}, {fine}");
+fn stokes_flow_through_a_cubic_array_has_its_drag_up_to_spheres_that_touch() {
+    // Zick & Homsy 1982, at solid fractions of 0.125 and 0.343 and where they touch.
+    let error = |diameter, cells, k: f64| (drag_of_array(diameter, cells, 0.01, 0.15) / k - 1.0).abs();
+    let [coarse, fine] = [10, 18].map(|cells| error(0.868491, cells, 15.4));
+    assert!(coarse < 0.045 && fine < 0.006 && order(coarse, fine, 1.8) > 1.8, "{coarse}, {fine}");
+    let [coarse, fine] = [12, 16].map(|cells| error(0.99999, cells, 42.1));
+    assert!(coarse < 0.025 && fine < 0.006, "{coarse}, {fine}");
+    let [coarse, fine] = [13, 26].map(|cells| error(0.62035, cells, 4.292));
+    assert!(coarse < 0.016 && fine < 0.004 && order(coarse, fine, 2.0) > 1.8, "{coarse}, {fine}");
+}
+
+/// What cells inside take of the cubic comes a step late: imposed on every stage it would turn for ever in steps as long as these.
+#[test]
+fn creeping_flow_past_a_fixed_disc_settles_in_steps_of_many_stages() {
+    let petsc = petsc();
+    for place in [[1.0, 1.0], [1.03, 1.05], [1.09, 1.0125]] {
+        let mut scene: Scene<2> = petsc.scene(&format!(
+            "name = \"disc\"\ndomain = {{ size = [3.0, 2.0], cells = [60, 40] }}\nfluid = {{ density = 1.0, viscosity = 0.2 }}\n\
+             pressure = {{ divergence_limit = 1e-9 }}\ntime = {{ end = 8.0 }}\n\
+             boundary = {{ west = {{ inflow = [1.0, 0.0] }}, east = \"outflow\", south = \"periodic\", north = \"periodic\" }}\n\
+             [[particle]]\nshape = {{ disc = {{ diameter = 0.4 }} }}\nposition = {place:?}\nmotion = \"fixed\"\n"
+        ));
+        let forces: Vec<Vector3<f64>> = (0..320)
+            .map(|_| {
+                scene.step(0.025).unwrap();
+                scene.state.exchange[0].momentum
+            })
+            .collect();
+        let (last, rest) = forces.split_last().unwrap();
+        let swing = rest[280..].iter().map(|force| (force - last).amax()).fold(0.0, f64::max) / last.x;
+        println!("at {place:?}: {} N, swings by {swing:.1e}", last.x);
+        assert!(swing < 1e-6, "at {place:?} the force still changes by {swing:.1e} of itself");
+    }
 }
 
 /// The array is its own mirror image, so that the reversed flow has the reversed force: of weak inertia K has the even powers of

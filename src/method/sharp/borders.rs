@@ -11,13 +11,13 @@ use super::gap::Shares;
 use crate::domain::Domain;
 use crate::grid::Border;
 use crate::params;
-use crate::particles::{Body, Motion};
+use crate::particles::{Body, all_fixed};
 use nalgebra::Vector3;
 
 impl<const D: usize> CutBodies<D> {
     /// Finds that share under all bodies that are near a border, on ghosts as well; there is none where bodies move.
     pub(super) fn straighten_borders(&self, domain: &mut Domain<D>, bodies: &[Body]) {
-        if bodies.iter().any(|body| body.motion != Motion::Fixed) {
+        if !all_fixed(bodies) {
             return domain.boundaries.bend(0.0);
         }
         domain.boundaries.bend(1.0);

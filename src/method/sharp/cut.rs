@@ -1,7 +1,7 @@
 //! All bodies on the grid: what they cover of the faces, and the velocity inside them.
 
-use super::cut_body::{Before, CutBody};
-use super::gap::{Neighbour, Surroundings};
+use super::cut_body::{Before, CutBody, Inside};
+use super::gap::{Neighbour, Surroundings, smooth_step};
 use super::ghost_width;
 use super::near::NearBodies;
 use super::shared::Part;
@@ -12,7 +12,7 @@ use crate::grid::{Grid, VectorField, simd};
 use crate::kernels::faces::FaceCoefficient;
 use crate::method::vector;
 use crate::params;
-use crate::particles::{Body, nearest_image};
+use crate::particles::{Body, all_fixed, nearest_image};
 use nalgebra::Vector3;
 
 /// The bodies as they cut the grid.
@@ -31,6 +31,8 @@ pub struct CutBodies<const D: usize> {
     beside: Vec<Neighbour>,
     /// Cells to which several bodies are equally near, and that they set.
     pub(super) shared: Vec<Part>,
+    /// What the finer profile adds to each of the cells inside, one body after another (m/s); none where a body moves.
+    deferred: Vec<Vector3<f64>>,
     /// Scratch of what a body fills.
     tiles: Tiles,
     /// What bodies cover of each face of an axis while faces are opened, and which have been listed; zero otherwise.
@@ -59,6 +61,7 @@ impl<const D: usize> CutBodies<D> {
             covered_before: std::array::from_fn(|_| Vec::with_capacity(faces)),
             beside: Vec::with_capacity(16),
             shared: Vec::with_capacity(shared),
+            deferred: Vec::new(),
             tiles: Tiles::for_radius(bodies.iter().map(Body::radius).fold(0.0, f64::max), &grid.h),
             total: grid.field(),
             remembered: Vec::with_capacity(2 * D * faces),
@@ -108,6 +111,8 @@ impl<const D: usize> CutBodies<D> {
         // Of a fluid without viscosity none, though no time is too long.
         let rate = params::gap_friction() * domain.fluid.viscosity / (domain.fluid.density * self.h * self.h);
         let friction = if rate > 0.0 { 0.5 * dt * rate } else { 0.0 };
+        let finer = all_fixed(bodies);
+        self.deferred.clear();
         for k in 0..bodies.len() {
             let near = &self.near.near[k];
             if !wanted(&bodies[k]) && near.is_empty() && !self.near.had[k] {
@@ -119,8 +124,13 @@ impl<const D: usize> CutBodies<D> {
             self.beside.extend(Neighbour::images(bodies, k, &self.periods, reach));
             self.beside.extend(Neighbour::reflections(bodies, k, grid, boundaries, reach));
             let turn = bodies[k].turn();
-            let around = Surroundings { grid, boundaries, bodies, turn, near: &self.beside, h: self.h, friction };
+            let around =
+                Surroundings { grid, boundaries, bodies, turn, near: &self.beside, h: self.h, friction, finer };
             self.bodies[k].rebuild(&around, k, &self.before[k], &mut self.tiles);
+        }
+        if finer {
+            // Fixed bodies are built once, and steps ask for no more.
+            self.deferred.reserve(self.bodies.iter().map(|cut| cut.inside.len()).sum());
         }
         self.share_cells();
         self.open_faces(domain);
@@ -191,12 +201,35 @@ impl<const D: usize> CutBodies<D> {
                         }
                         let rigid = bodies[k].velocity_at(&cell.arm);
                         let profile = cut.traces.value(&cell.trace, &cell.arm, grid, u, bodies, k, Some(resolved));
-                        inside.push(rigid + profile);
+                        let finer = self.deferred.get(inside.len()).copied().unwrap_or_default();
+                        inside.push(rigid + profile + finer);
                     }
                 }
             },
         );
         self.share_values(fresh, inside);
+    }
+
+    /// Finds by the velocity `u` (m/s), ghosts filled, what the finer profile adds from now on, where no body moves.
+    pub fn find_deferred(&mut self, domain: &Domain<D>, bodies: &[Body], u: &VectorField<D>) {
+        self.deferred.clear();
+        let (grid, fluid) = (&domain.grid, &domain.fluid);
+        let creeping = params::creeping_layer() * fluid.viscosity / (fluid.density * self.h);
+        if creeping == 0.0 || self.bodies.iter().all(|cut| cut.finer.is_empty()) {
+            return;
+        }
+        for (k, cut) in self.bodies.iter().enumerate() {
+            let first = self.deferred.len();
+            self.deferred.resize(first + cut.inside.len(), Vector3::zeros());
+            for finer in &cut.finer {
+                let Inside { arm, trace, .. } = &cut.inside[finer.place as usize];
+                let [own, cubic] =
+                    [trace, &finer.cubic].map(|trace| cut.traces.value(trace, arm, grid, u, bodies, k, None));
+                let pace = cut.traces.fastest(&finer.cubic, arm, grid, u, &bodies[k]) / creeping;
+                self.deferred[first + finer.place as usize] =
+                    (1.0 - smooth_step(pace, 1.0, 3.0)) * (cubic - finer.part * own);
+            }
+        }
     }
 
     /// What the velocity `u` (m/s) has in all cells inside the bodies beyond what was found in `inside`.

@@ -4,7 +4,7 @@
 
 use super::gap::Surroundings;
 use super::shared::SharedCell;
-use super::trace::{Normal, Trace, Traces};
+use super::trace::{Finer, Normal, Trace, Traces};
 use crate::geometry::{
     Block, Cut, Opening, Overlap, Placed, Shape, SurfacePoint, Tiles, Turn, aperture, fraction, images,
 };
@@ -92,6 +92,8 @@ pub struct CutBody<const D: usize> {
     pub inside: Vec<Inside>,
     /// Those that it shares with others.
     pub inside_shared: Vec<SharedCell>,
+    /// Of the cells inside, the finer profile of those that have one; none where a body moves.
+    pub finer: Vec<Finer>,
     /// Points on its surface, of this rank.
     pub points: Vec<Point>,
     /// Where they all lie in the body's own axes, about two a spacing.
@@ -120,6 +122,7 @@ impl<const D: usize> CutBody<D> {
             owns_shared: Vec::with_capacity(cells(0.0) / FEW),
             inside: Vec::with_capacity(inside),
             inside_shared: Vec::with_capacity(inside / FEW),
+            finer: Vec::new(),
             points: Vec::with_capacity(points),
             spots,
             traces: Traces::new(inside, points, shape.is_round()),
@@ -138,6 +141,7 @@ impl<const D: usize> CutBody<D> {
             owns_shared: Vec::new(),
             inside: Vec::new(),
             inside_shared: Vec::new(),
+            finer: Vec::new(),
             points: Vec::new(),
             spots: Vec::new(),
             traces: Traces::new(0, 0, true),
@@ -219,6 +223,9 @@ impl<const D: usize> CutBody<D> {
                 } else if s > -body.radius().min(params::profile_depth() * around.h) {
                     let normal = Normal::new(shape, &arm, s, shape.normal(turn, &arm));
                     trace = self.traces.profile(around, &image, &normal, s);
+                    if around.finer {
+                        self.finer.extend(self.traces.finer(around, &image, &normal, s, self.inside.len()));
+                    }
                 }
                 if shared {
                     self.inside_shared.push(SharedCell::next(&self.inside, cell, claim, weight, fresh));
@@ -252,6 +259,7 @@ impl<const D: usize> CutBody<D> {
         self.owns_shared.clear();
         self.inside_shared.clear();
         self.traces.clear();
+        self.finer.clear();
         self.inside.clear();
         self.gaps.iter_mut().for_each(Vec::clear);
     }

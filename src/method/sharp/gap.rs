@@ -185,6 +185,14 @@ pub struct Surroundings<'a, const D: usize> {
     pub h: f64,
     /// What the flow in a gap of one spacing loses to its walls before it is imposed: it falls by `exp(-friction)`.
     pub friction: f64,
+    /// Whether cells near the wall take the finer profile: where no body moves.
+    pub finer: bool,
+}
+
+/// 0 below `from`, 1 above `to`, and smooth between.
+pub fn smooth_step(x: f64, from: f64, to: f64) -> f64 {
+    let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
 }
 
 /// How much of each form of the profile holds at a gap; they sum to one.
@@ -200,14 +208,8 @@ pub struct Shares {
 impl Shares {
     /// For a gap in spacings.
     pub fn of(gap: f64) -> Shares {
-        let step = |from: f64, to: f64| {
-            let t = ((gap - from) / (to - from)).clamp(0.0, 1.0);
-            t * t * (3.0 - 2.0 * t)
-        };
-        let (full, open) = (
-            step(params::near_gap() - 0.5, params::near_gap()),
-            step(params::unresolved_gap() - 0.5, params::unresolved_gap()),
-        );
+        let full = smooth_step(gap, params::near_gap() - 0.5, params::near_gap());
+        let open = smooth_step(gap, params::unresolved_gap() - 0.5, params::unresolved_gap());
         Shares { full, linear: open - full, across: 1.0 - open }
     }
 }
@@ -268,8 +270,7 @@ impl<const D: usize> Surroundings<'_, D> {
             if t <= 0.0 {
                 return 0.0;
             }
-            let t = t.min(1.0);
-            claim *= t * t * (3.0 - 2.0 * t);
+            claim *= smooth_step(t, 0.0, 1.0);
         }
         claim
     }

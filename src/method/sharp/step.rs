@@ -9,7 +9,7 @@ use crate::kernels::border::{self, Sides};
 use crate::kernels::faces;
 use crate::method::stabilised::Finish;
 use crate::params;
-use crate::particles::{Body, Motion};
+use crate::particles::{Body, all_fixed};
 use crate::poisson::pressure::Projected;
 use crate::state::State;
 
@@ -20,7 +20,7 @@ impl<const D: usize> Sharp<D> {
         domain.session.max(&mut speed)?;
         let (h, nu) = (self.cut.h, domain.fluid.viscosity / domain.fluid.density);
         let (courant, diffusion) = (dt * speed[0] / h, nu * dt / (h * h));
-        let rest = s.bodies.iter().all(|body| body.motion == Motion::Fixed);
+        let rest = all_fixed(&s.bodies);
         // Of cells that are longer one way it goes by the way that they are short: what faces remember is of that size.
         let least = domain.grid.h.iter().copied().fold(h, f64::min);
         let kept =
@@ -74,6 +74,7 @@ impl<const D: usize> Sharp<D> {
     /// at the step's end already. Returns the forces of this rank's sides on the fluid, where a balance is kept. Collective.
     pub(super) fn predict_cells(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Sides> {
         self.work.tally.fill(Default::default());
+        self.cut.find_deferred(domain, &s.bodies, &s.u);
         let sides = match &self.stabilised {
             Some(long) if long.is_for(domain, &self.momentum.scheme, dt) => self.predict_stabilised(domain, s, dt)?,
             _ => self.predict_by_stages(domain, s, dt)?,

@@ -7,15 +7,27 @@
 //!      |   o cell inside, s < 0          closer still      straight to the other's velocity   (g < 0.75 h)
 //! ```
 //! with g the gap along n to the next body or wall; between these the shares change smoothly. [`super::profile`] has the first.
+//!
+//! Where no body moves, cells that are not deep have a finer profile, a cubic, in creeping flow. It comes a step late:
+//!
+//! ```text
+//!   w = parabola(u) + c (cubic - parabola)(u^n)                  through probes at h, 2 h, 3 h          (g > 3.75 h)
+//!                                                                at g/3, 2 g/3 and what lies across     (2.25 h < g < 3.25 h)
+//! ```
+//! with c = 1 where the Reynolds number of a spacing is below 1, and 0 from 3 on. A steady flow has all of it. Imposed on every stage it would not decay in long steps: it has waves that turn where Legendre stages
+//! bear none that do.
 
-use super::gap::{Other, Shares, Surroundings};
+use super::gap::{Other, Shares, Surroundings, smooth_step};
 use super::probe::Probe;
-use super::profile;
+use super::profile::{self, Known};
 use crate::geometry::Shape;
 use crate::grid::{Grid, VectorField};
 use crate::params;
 use crate::particles::Body;
 use nalgebra::Vector3;
+
+/// Spacings over which the finer profile fades.
+pub const FADING: f64 = 0.75;
 
 /// No number.
 const NOTHING: u32 = u32::MAX;
@@ -34,6 +46,17 @@ pub struct Trace {
 impl Trace {
     /// A trace of nothing.
     pub const STILL: Trace = Trace { probes: [0; 2], across: NOTHING, line: NOTHING };
+}
+
+/// The finer profile at a cell inside, in place of a part of the trace that the cell has.
+#[derive(Clone, Copy, Debug)]
+pub struct Finer {
+    /// Which of the cells inside.
+    pub place: u32,
+    /// The part of the cell's own trace that it is in place of.
+    pub part: f64,
+    /// The cubic, by that part.
+    pub cubic: Trace,
 }
 
 /// The line along the wall's normal through a point, which has its probes at `from + out along` (m, from the body's centre).
@@ -127,6 +150,41 @@ impl<const D: usize> Traces<D> {
         self.trace(around.grid, image, normal, &probes, across, gap.other)
     }
 
+    /// The finer profile at the signed distance `s` (m) along a normal, for the cell inside at this place; none where it is too deep or the gap
+    /// too narrow.
+    pub fn finer(
+        &mut self,
+        around: &Surroundings<D>,
+        image: &Vector3<f64>,
+        normal: &Normal,
+        s: f64,
+        place: usize,
+    ) -> Option<Finer> {
+        let h = around.h;
+        let gap = around.gap(image, &normal.foot, &normal.n);
+        let (s, g) = (s / h, gap.width / h);
+        let shallow = 1.0 - smooth_step(-s, params::finer_depth(), params::finer_depth() + FADING);
+        let part = shallow * smooth_step(g, params::finer_gap(), params::finer_gap() + 0.5);
+        if part == 0.0 {
+            return None;
+        }
+        let wide = smooth_step(g, params::third_probe() + 0.25, params::third_probe() + 0.75);
+        let far = [params::first_probe(), params::second_probe(), params::third_probe()];
+        let near = [g / 3.0, 2.0 * g / 3.0];
+        let open = profile::cubic(s, far.map(Known::Mean))?.map(|factor| part * wide * factor);
+        let [one, two, across] = if wide < 1.0 {
+            let known = [Known::Mean(near[0]), Known::Mean(near[1]), Known::Wall(g)];
+            profile::cubic(s, known)?.map(|factor| part * (1.0 - wide) * factor)
+        } else {
+            [0.0; 3]
+        };
+        let places = [far[0], far[1], far[2], near[0], near[1]].map(|d| d * h);
+        let shares = [open[0], open[1], open[2], one, two];
+        let probes: [_; 5] = std::array::from_fn(|n| (places[n], shares[n]));
+        let cubic = self.trace(around.grid, image, normal, &probes, across, gap.other);
+        Some(Finer { place: place as u32, part, cubic })
+    }
+
     /// The straight profile across a gap, outside at the distance `s` (m) from the wall, and its weight.
     pub fn profile_across(
         &mut self,
@@ -196,14 +254,9 @@ impl<const D: usize> Traces<D> {
         k: usize,
         limit: Option<f64>,
     ) -> Vector3<f64> {
-        let Body { velocity, spin, .. } = &bodies[k];
-        // The rigid motion along the line: `rest + out turn`.
-        let (rest, turn) = match self.lines.get(trace.line as usize) {
-            None => (*velocity, spin.cross(arm)),
-            Some(line) => (velocity + spin.cross(&line.from), spin.cross(&line.along)),
-        };
+        let (rest, turn) = self.rigid(trace, arm, &bodies[k]);
         let (mut sum, mut first) = (Vector3::zeros(), None);
-        for probe in &self.probes[trace.probes[0] as usize..trace.probes[1] as usize] {
+        for probe in self.probes_of(trace) {
             let relative = probe.velocity(grid, u) - (rest + probe.out * turn);
             first.get_or_insert_with(|| relative.norm());
             sum += probe.share * relative;
@@ -219,5 +272,27 @@ impl<const D: usize> Traces<D> {
         let Some(across) = self.across.get(trace.across as usize) else { return sum };
         let there = across.other.velocity(bodies);
         there.map_or(sum, |there| sum + across.share * (there - (rest + across.wall * turn)))
+    }
+
+    /// The largest speed at the probes of the trace through `arm`, relative to a body (m/s).
+    pub fn fastest(&self, trace: &Trace, arm: &Vector3<f64>, grid: &Grid<D>, u: &VectorField<D>, body: &Body) -> f64 {
+        let (rest, turn) = self.rigid(trace, arm, body);
+        let speed = |probe: &Probe<D>| (probe.velocity(grid, u) - (rest + probe.out * turn)).norm();
+        self.probes_of(trace).iter().map(speed).fold(0.0, f64::max)
+    }
+
+    #[inline(always)]
+    fn probes_of(&self, trace: &Trace) -> &[Probe<D>] {
+        &self.probes[trace.probes[0] as usize..trace.probes[1] as usize]
+    }
+
+    /// The rigid motion of a body along the line of a trace, as `rest + out turn` (m/s).
+    #[inline(always)]
+    fn rigid(&self, trace: &Trace, arm: &Vector3<f64>, body: &Body) -> (Vector3<f64>, Vector3<f64>) {
+        let Body { velocity, spin, .. } = body;
+        match self.lines.get(trace.line as usize) {
+            None => (*velocity, spin.cross(arm)),
+            Some(line) => (velocity + spin.cross(&line.from), spin.cross(&line.along)),
+        }
     }
 }
