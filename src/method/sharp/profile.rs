@@ -44,6 +44,12 @@ pub fn cubic(s: f64, known: [Known; 3]) -> Option<[f64; 3]> {
     system.lu().solve(&Known::Mean(s).of()).map(Into::into)
 }
 
+/// Factors of the means at one, two and three times [`params::slope_probe`] in the slope on the wall of the cubic through them: where no body moves.
+pub fn slope_of_means() -> [f64; 3] {
+    let system = Matrix3::from_columns(&[1.0, 2.0, 3.0].map(|n| Known::Mean(n * params::slope_probe()).of()));
+    system.lu().solve(&Vector3::x()).map_or_else(slope, Into::into)
+}
+
 /// Factors of the velocities at one, two and three times [`params::slope_probe`] in the slope of the cubic through them and zero on the
 /// wall. With the parabola's w''/24 there in place of zero pressure and shear make up the force within 0.5 % at Re = 2 in place of 1 %,
 /// but the torque on a disc that is spun up, 16 cells a diameter, is 2 to 3 % too much in place of 0.5, and light discs turn for too long.

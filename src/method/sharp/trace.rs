@@ -206,7 +206,8 @@ impl<const D: usize> Traces<D> {
         let gap = around.gap(image, &normal.foot, &normal.n);
         let share = Shares::of(gap.width / h);
         let (e, near) = (params::slope_probe() * h, h.min(0.5 * gap.width));
-        let [one, two, three] = profile::slope().map(|factor| share.full * factor / h);
+        let slope = if around.finer { profile::slope_of_means() } else { profile::slope() };
+        let [one, two, three] = slope.map(|factor| share.full * factor / h);
         let linear = if share.linear > 0.0 { share.linear / near } else { 0.0 };
         let probes = [(e, one), (2.0 * e, two), (3.0 * e, three), (near, linear)];
         let across = share.across / gap.width.max(0.5 * h);
