@@ -65,13 +65,12 @@ constants! {
     cell_mean = 1.0 / 24.0;
     /// The third probe of the finer profile (spacings), which cells near the wall take where no body moves.
     third_probe = 3.0;
-    /// Depth from which on cells have less of it (spacings), until there is none 0.75 deeper, where only advection reads them: so far it needs no more ghosts
-    /// than the parabola. At 0.75 the upwinding sees the kink: weak inertia adds 3.5 times as much to the drag of a cubic array at twice the Reynolds number,
-    /// 3.7 here and without bound, where it should be 4 and is 3.8 with the parabola alone.
-    finer_depth = 1.25;
-    /// Gap below which none has it (spacings), over half a spacing. At 1.25, where the straight profile sets in, the flow through an array of spheres that touch
-    /// grows without bounds on 24 cells a diameter; from 1.5 to 2 the drag of that array differs by 0.4 %.
-    finer_gap = 1.75;
+    /// Depth from which on cells have less of it (spacings), until there is none half a spacing deeper: so far it needs no more ghosts than the parabola, and
+    /// only advection reads deeper cells.
+    finer_depth = 1.0;
+    /// Gap below which none has it (spacings), over half a spacing: the third probe keeps off what lies across. A cubic through both walls of narrower gaps, down
+    /// to 1.75 spacings, had the drag of spheres that touch within 0.3 % at 16 cells a diameter in place of 0.8 %, but flows beside slip borders grew.
+    finer_gap = 3.25;
     /// Reynolds number of a spacing and the fastest velocity at its probes up to which all of it is taken; from three times as much on there is none: it is of
     /// creeping flow. Without bound the drag of a cylinder at Re 40 is 0.1 to 0.2 % less on 16 cells a diameter, at Re 100 on 8 cells 1.5 to 4 %, where the layer
     /// is too thin for three probes. Were it less from the outset, drag would grow with the Reynolds number as inertia has no part in.

@@ -159,7 +159,7 @@ fn drag_of_array(diameter: f64, cells: usize, speed: f64, end: f64) -> f64 {
     let found = measures(&text);
     let k = ["drag", "gradient"].map(|name| found[name].as_f64().unwrap() / (6.0 * PI * 0.5 * diameter * speed));
     println!("d = {diameter} m, {cells} cells: K = {:.5} by the force, {:.5} by the gradient", k[0], k[1]);
-    assert!((k[0] / k[1] - 1.0).abs() < 0.02, "the two differ: {k:?}");
+    assert!((k[0] / k[1] - 1.0).abs() < 0.01, "the two differ: {k:?}");
     k[1]
 }
 
@@ -168,11 +168,38 @@ fn stokes_flow_through_a_cubic_array_has_its_drag_up_to_spheres_that_touch() {
     // Zick & Homsy 1982, at solid fractions of 0.125 and 0.343 and where they touch.
     let error = |diameter, cells, k: f64| (drag_of_array(diameter, cells, 0.01, 0.15) / k - 1.0).abs();
     let [coarse, fine] = [10, 18].map(|cells| error(0.868491, cells, 15.4));
-    assert!(coarse < 0.045 && fine < 0.006 && order(coarse, fine, 1.8) > 1.8, "{coarse}, {fine}");
+    assert!(coarse < 0.065 && fine < 0.006 && order(coarse, fine, 1.8) > 1.8, "{coarse}, {fine}");
     let [coarse, fine] = [12, 16].map(|cells| error(0.99999, cells, 42.1));
-    assert!(coarse < 0.025 && fine < 0.006, "{coarse}, {fine}");
+    assert!(coarse < 0.035 && fine < 0.01 && order(coarse, fine, 4.0 / 3.0) > 1.8, "{coarse}, {fine}");
     let [coarse, fine] = [13, 26].map(|cells| error(0.62035, cells, 4.292));
     assert!(coarse < 0.016 && fine < 0.004 && order(coarse, fine, 2.0) > 1.8, "{coarse}, {fine}");
+}
+
+/// Where the third probe came near to what lies across, what cells inside take of the cubic fed itself, beside slip borders first.
+#[test]
+fn a_flow_past_a_fixed_disc_fades_however_near_a_wall_of_slip_is() {
+    let petsc = petsc();
+    for gap in [2.16, 2.8, 3.2, 3.6, 4.5] {
+        let place = [1.0, 2.0 - 0.4 - 0.05 * gap];
+        let mut scene: Scene<2> = petsc.scene(&format!(
+            "name = \"slip\"\ndomain = {{ size = [2.0, 2.0], cells = [20, 20] }}\nfluid = {{ density = 1.0, viscosity = 20.0 }}\n\
+             pressure = {{ divergence_limit = 1e-9 }}\ntime = {{ end = 1.0 }}\ninitial = {{ perturbation = 1.0 }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"slip\" }}\n\
+             [[particle]]\nshape = {{ disc = {{ diameter = 0.8 }} }}\nposition = {place:?}\nmotion = \"fixed\"\n"
+        ));
+        let mut fastest = Vec::new();
+        for _ in 0..40 {
+            scene.step(1e-3).unwrap();
+            let speeds = scene.domain.grid.rows().flatten().map(|c| scene.state.u[0][c].hypot(scene.state.u[1][c]));
+            fastest.push(speeds.fold(0.0, f64::max));
+        }
+        println!(
+            "{gap} spacings from its image: {:.1e} m/s, {:.1e} of the start",
+            fastest[39],
+            fastest[39] / fastest[3]
+        );
+        assert!(fastest[39] < 0.05 * fastest[3], "at {gap}: {fastest:?}");
+    }
 }
 
 /// What cells inside take of the cubic comes a step late: imposed on every stage it would turn for ever in steps as long as these.
@@ -200,7 +227,7 @@ fn creeping_flow_past_a_fixed_disc_settles_in_steps_of_many_stages() {
 }
 
 /// The array is its own mirror image, so that the reversed flow has the reversed force: of weak inertia K has the even powers of
-/// the Reynolds number alone, K = K0 + c Re^2.
+/// the Reynolds number alone, K = K0 + c Re^2. The upwinding adds a part with its modulus, 0.02 % of K at Re = 1.
 #[test]
 fn weak_inertia_adds_to_the_drag_of_a_cubic_array_by_the_square_of_the_reynolds_number() {
     let diameter = 0.725563;
@@ -208,7 +235,7 @@ fn weak_inertia_adds_to_the_drag_of_a_cubic_array_by_the_square_of_the_reynolds_
         [0.01, 1.0, 2.0].map(|reynolds: f64| drag_of_array(diameter, 17, reynolds / diameter, 0.5));
     let (first, second) = (once - none, twice - none);
     println!("K - K0 = {first:.5} at Re = 1, {second:.5} at Re = 2: {:.2} times", second / first);
-    assert!((4e-3..7e-3).contains(&first) && (3.6..4.2).contains(&(second / first)), "{first}, {second}");
+    assert!((4e-3..7e-3).contains(&first) && (3.5..4.2).contains(&(second / first)), "{first}, {second}");
 }
 
 /// The measures of a run of this case.

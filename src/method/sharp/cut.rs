@@ -1,7 +1,7 @@
 //! All bodies on the grid: what they cover of the faces, and the velocity inside them.
 
 use super::cut_body::{Before, CutBody, Inside};
-use super::gap::{Neighbour, Surroundings, smooth_step};
+use super::gap::{self, Neighbour, Surroundings, smooth_step};
 use super::ghost_width;
 use super::near::NearBodies;
 use super::shared::Part;
@@ -56,7 +56,7 @@ impl<const D: usize> CutBodies<D> {
         CutBodies {
             bodies: cut,
             beta: FaceCoefficient::Field(std::array::from_fn(|_| open.clone())),
-            near: NearBodies::new(bodies, size, periods, h),
+            near: NearBodies::new(bodies, size, periods, gap::reach(all_fixed(bodies)) * h),
             before: bodies.iter().map(Before::here).collect(),
             covered_before: std::array::from_fn(|_| Vec::with_capacity(faces)),
             beside: Vec::with_capacity(16),
@@ -112,6 +112,7 @@ impl<const D: usize> CutBodies<D> {
         let rate = params::gap_friction() * domain.fluid.viscosity / (domain.fluid.density * self.h * self.h);
         let friction = if rate > 0.0 { 0.5 * dt * rate } else { 0.0 };
         let finer = all_fixed(bodies);
+        let reach = gap::reach(finer) * self.h;
         self.deferred.clear();
         for k in 0..bodies.len() {
             let near = &self.near.near[k];
@@ -119,13 +120,12 @@ impl<const D: usize> CutBodies<D> {
                 continue;
             }
             self.beside.clear();
-            let reach = params::near_gap() * self.h;
             self.beside.extend(near.iter().flat_map(|&j| Neighbour::all(bodies, k, j, &self.periods, reach)));
             self.beside.extend(Neighbour::images(bodies, k, &self.periods, reach));
             self.beside.extend(Neighbour::reflections(bodies, k, grid, boundaries, reach));
             let turn = bodies[k].turn();
             let around =
-                Surroundings { grid, boundaries, bodies, turn, near: &self.beside, h: self.h, friction, finer };
+                Surroundings { grid, boundaries, bodies, turn, near: &self.beside, h: self.h, friction, finer, reach };
             self.bodies[k].rebuild(&around, k, &self.before[k], &mut self.tiles);
         }
         if finer {

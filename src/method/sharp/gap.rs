@@ -16,6 +16,9 @@ use crate::params;
 use crate::particles::{Body, nearest_image};
 use nalgebra::{Matrix3, Vector3};
 
+/// Spacings over which the finer profile fades, by the depth and by the gap.
+pub const FADING: f64 = 0.5;
+
 /// Distances that differ by less (spacings) are alike: the two sides of a period, and two ranks, round them differently.
 const SAME: f64 = 1e-9;
 
@@ -187,6 +190,13 @@ pub struct Surroundings<'a, const D: usize> {
     pub friction: f64,
     /// Whether cells near the wall take the finer profile: where no body moves.
     pub finer: bool,
+    /// Beyond which gap nothing is felt of what lies there (m).
+    pub reach: f64,
+}
+
+/// Gap (spacings) beyond which nothing is felt of what lies there; with the finer profile that is what its third probe keeps off.
+pub fn reach(finer: bool) -> f64 {
+    if finer { params::near_gap().max(params::finer_gap() + FADING) } else { params::near_gap() }
 }
 
 /// 0 below `from`, 1 above `to`, and smooth between.
@@ -302,7 +312,7 @@ impl<const D: usize> Surroundings<'_, D> {
             let Some(Border::Velocity(velocity)) = &self.boundaries.borders[axis][side] else { continue };
             let from = image[axis] + foot[axis];
             let distance = if side == 1 { self.grid.size[axis] - from } else { from };
-            if n[axis].abs() * params::near_gap() * self.h < distance {
+            if n[axis].abs() * self.reach < distance {
                 continue;
             }
             let width = (distance / n[axis].abs()).max(0.0);

@@ -83,7 +83,6 @@ use modes::Modes;
 use motion::BodyMotion;
 use nalgebra::Vector3;
 use tally::MomentumTally;
-use trace::FADING;
 
 /// Numbers that ranks sum for a body.
 const NUMBERS: usize = 12;
@@ -145,8 +144,7 @@ pub fn ghost_width(h: &[f64]) -> (f64, usize) {
     let least = h.iter().copied().fold(f64::INFINITY, f64::min);
     let most = h.iter().copied().fold(0.0, f64::max).min(2.0 * least);
     let reach = params::profile_depth() + params::second_probe();
-    let finer = params::finer_depth() + FADING + params::third_probe();
-    (most, 2 + (reach.max(finer) * most / least - 1e-9).ceil() as usize)
+    (most, 2 + (reach * most / least - 1e-9).ceil() as usize)
 }
 
 impl<const D: usize> Sharp<D> {

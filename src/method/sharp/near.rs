@@ -1,6 +1,5 @@
 //! Which bodies are near each other: as far as the probes of one may meet another.
 
-use crate::params;
 use crate::particles::Body;
 use crate::particles::Neighbours;
 
@@ -17,15 +16,15 @@ pub struct NearBodies {
 }
 
 impl NearBodies {
-    /// Bodies in a box of the given size (m) and periods, their probes counting in spacings of `h` (m).
-    pub fn new(bodies: &[Body], size: [f64; 3], periods: [Option<f64>; 3], h: f64) -> NearBodies {
+    /// Bodies in a box of the given size (m) and periods, near each other in gaps up to `reach` (m).
+    pub fn new(bodies: &[Body], size: [f64; 3], periods: [Option<f64>; 3], reach: f64) -> NearBodies {
         let n = bodies.len();
         NearBodies {
             near: (0..n).map(|_| Vec::with_capacity(16)).collect(),
             had: vec![false; n],
             neighbours: Box::new(Neighbours::new(bodies, size, periods)),
             largest: bodies.iter().fold(0.0, |most, b| most.max(b.radius())),
-            search_radius: vec![0.5 * params::near_gap() * h; n],
+            search_radius: vec![0.5 * reach; n],
         }
     }
 

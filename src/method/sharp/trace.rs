@@ -11,23 +11,19 @@
 //! Where no body moves, cells that are not deep have a finer profile, a cubic, in creeping flow. It comes a step late:
 //!
 //! ```text
-//!   w = parabola(u) + c (cubic - parabola)(u^n)                  through probes at h, 2 h, 3 h          (g > 3.75 h)
-//!                                                                at g/3, 2 g/3 and what lies across     (2.25 h < g < 3.25 h)
+//!   w = parabola(u) + c (cubic - parabola)(u^n)       through probes at h, 2 h, 3 h       (g > 3.75 h)
 //! ```
 //! with c = 1 where the Reynolds number of a spacing is below 1, and 0 from 3 on. A steady flow has all of it. Imposed on every stage it would not decay in long steps: it has waves that turn where Legendre stages
 //! bear none that do.
 
-use super::gap::{Other, Shares, Surroundings, smooth_step};
+use super::gap::{FADING, Other, Shares, Surroundings, smooth_step};
 use super::probe::Probe;
-use super::profile::{self, Known};
+use super::profile;
 use crate::geometry::Shape;
 use crate::grid::{Grid, VectorField};
 use crate::params;
 use crate::particles::Body;
 use nalgebra::Vector3;
-
-/// Spacings over which the finer profile fades.
-pub const FADING: f64 = 0.75;
 
 /// No number.
 const NOTHING: u32 = u32::MAX;
@@ -160,28 +156,16 @@ impl<const D: usize> Traces<D> {
         s: f64,
         place: usize,
     ) -> Option<Finer> {
-        let h = around.h;
-        let gap = around.gap(image, &normal.foot, &normal.n);
-        let (s, g) = (s / h, gap.width / h);
+        let (s, gap) = (s / around.h, around.gap(image, &normal.foot, &normal.n).width / around.h);
         let shallow = 1.0 - smooth_step(-s, params::finer_depth(), params::finer_depth() + FADING);
-        let part = shallow * smooth_step(g, params::finer_gap(), params::finer_gap() + 0.5);
+        let part = shallow * smooth_step(gap, params::finer_gap(), params::finer_gap() + FADING);
         if part == 0.0 {
             return None;
         }
-        let wide = smooth_step(g, params::third_probe() + 0.25, params::third_probe() + 0.75);
-        let far = [params::first_probe(), params::second_probe(), params::third_probe()];
-        let near = [g / 3.0, 2.0 * g / 3.0];
-        let open = profile::cubic(s, far.map(Known::Mean))?.map(|factor| part * wide * factor);
-        let [one, two, across] = if wide < 1.0 {
-            let known = [Known::Mean(near[0]), Known::Mean(near[1]), Known::Wall(g)];
-            profile::cubic(s, known)?.map(|factor| part * (1.0 - wide) * factor)
-        } else {
-            [0.0; 3]
-        };
-        let places = [far[0], far[1], far[2], near[0], near[1]].map(|d| d * h);
-        let shares = [open[0], open[1], open[2], one, two];
-        let probes: [_; 5] = std::array::from_fn(|n| (places[n], shares[n]));
-        let cubic = self.trace(around.grid, image, normal, &probes, across, gap.other);
+        let places = [params::first_probe(), params::second_probe(), params::third_probe()];
+        let factors = profile::cubic(s, places)?;
+        let probes: [_; 3] = std::array::from_fn(|n| (places[n] * around.h, part * factors[n]));
+        let cubic = self.trace(around.grid, image, normal, &probes, 0.0, Other::Nothing);
         Some(Finer { place: place as u32, part, cubic })
     }
 
