@@ -13,7 +13,7 @@
 //! ```text
 //!   w = parabola(u) + c (cubic - parabola)(u^n)       through probes at h, 2 h, 3 h       (g > 3.75 h)
 //! ```
-//! with c = 1 where the Reynolds number of a spacing is below 1, and 0 from 3 on. A steady flow has all of it. Imposed on every stage it would not decay in long steps: it has waves that turn where Legendre stages
+//! with c = 1 where the Reynolds number of a spacing is below 1/2, and 0 from 3/2 on. A steady flow has all of it. Imposed on every stage it would not decay in long steps: it has waves that turn where Legendre stages
 //! bear none that do.
 
 use super::gap::{FADING, Other, Shares, Surroundings, smooth_step};
