@@ -249,7 +249,8 @@ mod tests {
 
     #[test]
     fn no_wave_grows_within_the_limits_of_a_scheme_and_one_does_well_beyond() {
-        let legendre = [(RK2, 3), (RK2, 4), (RK2, 12), (RK3, 3), (RK3, 4), (RK3, 10)].map(|(own, most)| own.stabilised(most));
+        let legendre =
+            [(RK2, 3), (RK2, 4), (RK2, 12), (RK3, 3), (RK3, 4), (RK3, 10)].map(|(own, most)| own.stabilised(most));
         for (name, scheme, qsi) in
             [("euler", &EULER, false), ("rk2", &RK2, false), ("rk3", &RK3, false), ("qsi", &QSI, true)]
                 .into_iter()
