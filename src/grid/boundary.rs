@@ -69,11 +69,13 @@ struct Rule<'a> {
     nearest: bool,
     /// How much of a parabola the first ghost continues, for each position on the face.
     bend: Option<&'a [f64]>,
+    /// The most layers that anything reads.
+    most: usize,
 }
 
 impl<'a> Rule<'a> {
     fn mirrored(factor: f64) -> Rule<'a> {
-        Rule { given: None, factor, nearest: false, bend: None }
+        Rule { given: None, factor, nearest: false, bend: None, most: usize::MAX }
     }
 
     /// That of a component of the velocity on a border normal to an axis, which has so much of the parabola along it.
@@ -81,9 +83,12 @@ impl<'a> Rule<'a> {
         match border {
             Border::Velocity(value) => {
                 let bend = (component != axis && !bend.is_empty()).then_some(bend);
-                Rule { given: Some(&value[component]), bend, ..Rule::mirrored(-1.0) }
+                Rule { given: Some(&value[component]), bend, most: GHOSTS, ..Rule::mirrored(-1.0) }
             }
-            Border::Slip => Rule::mirrored(if component == axis { -1.0 } else { 1.0 }),
+            Border::Slip => {
+                let factor = if component == axis { -1.0 } else { 1.0 };
+                Rule { most: GHOSTS, ..Rule::mirrored(factor) }
+            }
             Border::Outflow => Rule { nearest: true, ..Rule::mirrored(1.0) },
         }
     }
@@ -103,12 +108,12 @@ impl Planes {
         for block in self.blocks() {
             let field = &mut field[block * block_length..][..block_length];
             for (side, rule) in rules.iter().enumerate() {
-                let Some(Rule { given, factor, nearest, bend }) = *rule else { continue };
+                let Some(Rule { given, factor, nearest, bend, most }) = *rule else { continue };
                 let given = given.map(|given| &given[block * inner..][..inner]);
                 if let (Some(bend), Some(given)) = (bend, given) {
                     self.continue_parabola(side, given, &bend[block * inner..][..inner], field);
                 }
-                for depth in usize::from(bend.is_some())..layers {
+                for depth in usize::from(bend.is_some())..layers.min(most) {
                     let (ghost, mirror) =
                         if side == 0 { (low - 1 - depth, low + depth) } else { (high + depth, high - 1 - depth) };
                     let cell = if nearest { [low, high - 1][side] } else { mirror };
@@ -239,7 +244,21 @@ impl<const D: usize> Boundaries<D> {
 
     /// Fills the ghosts of a velocity. Collective.
     pub fn fill_velocity(&mut self, u: &mut VectorField<D>) -> Result<()> {
-        let layers = self.layers;
+        self.fill_layers(self.layers, u)
+    }
+
+    /// Fills those of a velocity that the stencils of the flow alone read: no probes of bodies. Collective.
+    pub fn fill_stencils(&mut self, u: &mut VectorField<D>) -> Result<()> {
+        self.fill_layers(GHOSTS, u)
+    }
+
+    /// Fills those of a velocity whose ghosts were filled before cells inside bodies were set: none changes where every body is far from
+    /// the ends of the box. Collective.
+    pub fn fill_imposed(&mut self, u: &mut VectorField<D>) -> Result<()> {
+        if self.layers > GHOSTS { self.fill_velocity(u) } else { Ok(()) }
+    }
+
+    fn fill_layers(&mut self, layers: usize, u: &mut VectorField<D>) -> Result<()> {
         for axis in 0..D {
             for (component, field) in u.iter_mut().enumerate() {
                 self.halo.exchange(axis, layers, field)?;

@@ -56,7 +56,7 @@ impl<const D: usize> Sharp<D> {
                 let stage = &mut self.work.stage;
                 copy(&s.u, stage);
                 self.cut.impose(domain, &s.bodies, true, &mut self.work.inside, None, stage);
-                domain.boundaries.fill_velocity(stage)?;
+                domain.boundaries.fill_stencils(stage)?;
                 // What the last wall changed after the projection faces have yet to see.
                 for ((moved, u), before) in stage.iter_mut().zip(&s.u).zip(&walls.unimposed) {
                     moved.iter_mut().zip(u).zip(before).for_each(|((moved, u), before)| *moved += before - u);
@@ -82,7 +82,7 @@ impl<const D: usize> Sharp<D> {
         domain.boundaries.fill_velocity(&mut s.u)?;
         let Sharp { cut, work, .. } = self;
         cut.impose(domain, &s.bodies, true, &mut work.inside, Some(&mut work.tally), &mut s.u);
-        domain.boundaries.fill_velocity(&mut s.u)?;
+        domain.boundaries.fill_imposed(&mut s.u)?;
         domain.clock.lap(Stage::Mixing);
         Ok(sides)
     }
@@ -102,7 +102,7 @@ impl<const D: usize> Sharp<D> {
                     cut.impose_within(part, &s.u, &work.inside, u);
                 }
                 domain.clock.lap(Stage::Mixing);
-                domain.boundaries.fill_velocity(&mut work.stage)?;
+                domain.boundaries.fill_stencils(&mut work.stage)?;
                 domain.clock.lap(Stage::Ghosts);
             }
             let (u, carrier) = (if k == 0 { &s.u } else { &work.stage }, momentum.carrier(s, dt));
@@ -135,7 +135,7 @@ impl<const D: usize> Sharp<D> {
                 let rest = 1.0 - stage.time;
                 work.inside.iter_mut().zip(&work.offsets).for_each(|(value, offset)| *value += rest * offset);
                 cut.set_inside(domain, true, &work.inside, Some((stage.remains, &mut work.tally)), u);
-                domain.boundaries.fill_velocity(u)?;
+                domain.boundaries.fill_imposed(u)?;
             }
             domain.clock.lap(Stage::Mixing);
             Ok(())
@@ -152,7 +152,7 @@ impl<const D: usize> Sharp<D> {
         dt: f64,
     ) -> Result<()> {
         self.acceleration.add_to(domain, &self.cut, -pace.own * dt, &mut s.u);
-        domain.boundaries.fill_velocity(&mut s.u)?;
+        domain.boundaries.fill_stencils(&mut s.u)?;
         domain.clock.lap(Stage::Ghosts);
         if !s.faces_before[0].is_empty() {
             std::mem::swap(&mut s.faces, &mut s.faces_before);
@@ -187,7 +187,7 @@ impl<const D: usize> Sharp<D> {
         domain.boundaries.fill_velocity(&mut s.u)?;
         copy(&s.u, &mut history(&mut s.walls)?.unimposed);
         cut.impose(domain, &s.bodies, false, &mut work.inside, Some(&mut work.tally), &mut s.u);
-        domain.boundaries.fill_velocity(&mut s.u)?;
+        domain.boundaries.fill_imposed(&mut s.u)?;
         domain.clock.lap(Stage::Mixing);
         Ok(())
     }
