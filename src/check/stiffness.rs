@@ -15,9 +15,8 @@ const COSTLY: [f64; 2] = [1000.0, 10.0];
 
 /// The shortest contact (s) after a fall of a diameter, for springs whose time depends on the speed; `None` without contacts.
 fn shortest<const D: usize>(scene: &Scene<D>) -> Option<f64> {
-    let bodies = &scene.state.bodies;
-    let fall =
-        bodies.iter().map(|b| (4.0 * b.radius() * scene.largest_fall()).sqrt() + b.top_speed()).fold(1e-12, f64::max);
+    let (bodies, pull) = (&scene.state.bodies, scene.largest_fall());
+    let fall = bodies.iter().map(|b| (4.0 * b.radius() * pull).sqrt() + b.top_speed()).fold(1e-12, f64::max);
     // None of bodies that have yet to come in.
     scene.method.contacts().map(|contacts| contacts.contact_time(bodies, fall)).filter(|time| time.is_finite())
 }

@@ -28,9 +28,10 @@ impl<const D: usize> Probe<D> {
         let (mut first, mut place) = (0, [0.0; D]);
         for a in 0..D {
             let x = (centre[a] + out * arm[a]) / grid.h[a] - 0.5 - grid.start[a] as f64 + grid.ghosts as f64;
-            let cell = (x.floor() - 1.0).clamp(0.0, (grid.stored[a] - 4) as f64);
-            place[a] = x - cell - 1.0;
-            first += cell as u32 * grid.stride[a] as u32;
+            // Rounded down without a call of libm.
+            let cell = (x.max(0.0) as usize).saturating_sub(1).min(grid.stored[a] - 4);
+            place[a] = x - cell as f64 - 1.0;
+            first += (cell * grid.stride[a]) as u32;
         }
         Probe { first, place, share, out }
     }
