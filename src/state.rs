@@ -17,7 +17,7 @@ pub use energy::EnergyBudget;
 pub use exchange::Exchange;
 use nalgebra::Vector3;
 pub use support::{Pressed, Support};
-pub use walls::{BodyHistory, WallHistory};
+pub use walls::{BodyHistory, Unimposed, WallHistory};
 
 /// The state of a scene. Fields have the layout of [`Grid::field`], with ghosts.
 #[derive(Clone, Debug)]
@@ -167,7 +167,7 @@ impl<const D: usize> State<D> {
         touching.serialize(archive)?;
         if let Some(walls) = walls {
             archive.label("sharp walls")?;
-            walls.serialize(grid, archive)?;
+            walls.serialize(grid, u, archive)?;
         }
         if let Some(supports) = supports {
             archive.each("supports", supports)?;

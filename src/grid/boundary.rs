@@ -69,7 +69,8 @@ struct Rule<'a> {
     nearest: bool,
     /// How much of a parabola the first ghost continues, for each position on the face.
     bend: Option<&'a [f64]>,
-    /// The most layers that anything reads.
+    /// The most layers that anything reads: the stencils of the flow alone where the velocity is given, since no probe lies beyond what is
+    /// nearest to a body along its normal. A plane of symmetry may pass through a body.
     most: usize,
 }
 
@@ -85,10 +86,7 @@ impl<'a> Rule<'a> {
                 let bend = (component != axis && !bend.is_empty()).then_some(bend);
                 Rule { given: Some(&value[component]), bend, most: GHOSTS, ..Rule::mirrored(-1.0) }
             }
-            Border::Slip => {
-                let factor = if component == axis { -1.0 } else { 1.0 };
-                Rule { most: GHOSTS, ..Rule::mirrored(factor) }
-            }
+            Border::Slip => Rule::mirrored(if component == axis { -1.0 } else { 1.0 }),
             Border::Outflow => Rule { nearest: true, ..Rule::mirrored(1.0) },
         }
     }

@@ -10,12 +10,21 @@ use nalgebra::Vector3;
 /// What lasts of sharp walls.
 #[derive(Clone, Debug)]
 pub struct WallHistory<const D: usize> {
-    /// Velocity of the cells before the wall was imposed on it last (m/s).
-    pub unimposed: VectorField<D>,
+    /// The cells whose velocity the wall set last, with what they had before: all others have it still.
+    pub unimposed: Vec<Unimposed<D>>,
     /// Memory of the faces: their velocity beyond the mean of the cells' (m/s).
     pub memory: VectorField<D>,
     /// That of each body.
     pub bodies: Vec<BodyHistory>,
+}
+
+/// What a cell had before a wall was imposed on it.
+#[derive(Clone, Copy, Debug)]
+pub struct Unimposed<const D: usize> {
+    /// Its index in a field.
+    pub cell: u32,
+    /// Its velocity then (m/s); what it has now, where another entry of the same cell has that.
+    pub velocity: [f64; D],
 }
 
 /// What lasts of a body in a fluid with sharp walls.
@@ -39,22 +48,35 @@ impl<const D: usize> WallHistory<D> {
     /// Nothing has happened yet to so many bodies.
     pub fn new(grid: &Grid<D>, bodies: usize) -> WallHistory<D> {
         WallHistory {
-            unimposed: grid.vector_field(),
+            unimposed: Vec::new(),
             memory: grid.vector_field(),
             bodies: vec![BodyHistory::default(); bodies],
         }
     }
 
-    /// Writes or reads all of it. Collective.
+    /// Writes or reads all of it, beside the velocity `u` of the cells (m/s). Collective.
     ///
     /// # Errors
     /// When the archive holds another case.
-    pub fn serialize(&mut self, grid: &Grid<D>, archive: &mut Archive) -> Result<()> {
+    pub fn serialize(&mut self, grid: &Grid<D>, u: &VectorField<D>, archive: &mut Archive) -> Result<()> {
         let WallHistory { unimposed, memory, bodies } = self;
         archive.each("histories", bodies)?;
         archive.faces(grid, memory)?;
         archive.label("velocity before the wall")?;
-        archive.cells(grid, unimposed)
+        let mut before = u.clone();
+        for Unimposed { cell, velocity } in unimposed.iter() {
+            for ((before, u), velocity) in before.iter_mut().zip(u).zip(velocity) {
+                if *velocity != u[*cell as usize] {
+                    before[*cell as usize] = *velocity;
+                }
+            }
+        }
+        archive.cells(grid, &mut before)?;
+        unimposed.clear();
+        let at = |field: &VectorField<D>, cell: usize| -> [f64; D] { std::array::from_fn(|a| field[a][cell]) };
+        let changed = grid.rows().flatten().filter(|&cell| at(&before, cell) != at(u, cell));
+        unimposed.extend(changed.map(|cell| Unimposed { cell: cell as u32, velocity: at(&before, cell) }));
+        Ok(())
     }
 }
 

@@ -13,6 +13,7 @@ use crate::kernels::faces::FaceCoefficient;
 use crate::method::vector;
 use crate::params;
 use crate::particles::{Body, all_fixed, nearest_image};
+use crate::state::Unimposed;
 use nalgebra::Vector3;
 
 /// The bodies as they cut the grid.
@@ -230,6 +231,13 @@ impl<const D: usize> CutBodies<D> {
                     (1.0 - smooth_step(pace, 1.0, 3.0)) * (cubic - finer.part * own);
             }
         }
+    }
+
+    /// Takes the velocity `u` (m/s) of all cells inside the bodies, before the wall is imposed on them.
+    pub fn take_unimposed(&self, u: &VectorField<D>, unimposed: &mut Vec<Unimposed<D>>) {
+        unimposed.clear();
+        let cells = self.bodies.iter().flat_map(|cut| &cut.inside).map(|inside| inside.cell);
+        unimposed.extend(cells.map(|cell| Unimposed { cell, velocity: std::array::from_fn(|a| u[a][cell as usize]) }));
     }
 
     /// What the velocity `u` (m/s) has in all cells inside the bodies beyond what was found in `inside`.

@@ -221,7 +221,7 @@ impl<const D: usize> Sharp<D> {
         self.impose(domain, &s.bodies, &mut s.u)?;
         let walls = history(&mut s.walls)?;
         copy(&s.faces, &mut walls.memory);
-        copy(&s.u, &mut walls.unimposed);
+        walls.unimposed.reserve(self.cut.most_inside());
         self.begin_bodies(domain, s, |_| true)?;
         s.exchange.fill(Exchange::default());
         s.balance = s.has_free_bodies().then(Balance::default);
@@ -273,7 +273,7 @@ impl<const D: usize> Sharp<D> {
         // Ghosts depend on which borders bodies are near to.
         self.settle(domain, &s.bodies)?;
         domain.boundaries.fill_velocity(&mut s.u)?;
-        domain.boundaries.fill_velocity(&mut history(&mut s.walls)?.unimposed)?;
+        history(&mut s.walls)?.unimposed.reserve(self.cut.most_inside());
         self.acceleration.of_pressure(domain, &self.cut, &s.p, s.drive);
         Ok(())
     }

@@ -12,6 +12,8 @@
 
 use super::cut::CutBodies;
 use super::cut_body::CutBody;
+use crate::grid::VectorField;
+use crate::state::Unimposed;
 use nalgebra::Vector3;
 
 /// A cell in a list of a body, which shares it with others.
@@ -88,6 +90,15 @@ impl<const D: usize> CutBodies<D> {
                 bodies[part.body as usize].inside[part.shared.place as usize].weight = part_of_left;
                 left -= weight;
             }
+        }
+    }
+
+    /// Leaves one entry of each shared cell in what [`CutBodies::take_unimposed`] found before the wall was imposed: the others have the velocity
+    /// `u` (m/s) that it has now.
+    pub(super) fn count_shared_once(&self, u: &VectorField<D>, unimposed: &mut [Unimposed<D>]) {
+        for part in by_cell(&self.shared).flat_map(|(parts, _)| &parts[1..]) {
+            let Unimposed { cell, velocity } = &mut unimposed[part.at as usize];
+            *velocity = std::array::from_fn(|a| u[a][*cell as usize]);
         }
     }
 

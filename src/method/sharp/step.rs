@@ -11,7 +11,7 @@ use crate::method::stabilised::Finish;
 use crate::params;
 use crate::particles::{Body, all_fixed};
 use crate::poisson::pressure::Projected;
-use crate::state::State;
+use crate::state::{State, Unimposed};
 
 impl<const D: usize> Sharp<D> {
     /// How far a step of `dt` (s) goes. Collective.
@@ -51,19 +51,20 @@ impl<const D: usize> Sharp<D> {
             domain.clock.lap(Stage::Assembly);
         }
         if pace.keep > 0.0 || self.cut.bodies.iter().any(|body| body.in_company) {
-            let walls = history(&mut s.walls)?;
+            let (walls, stage) = (history(&mut s.walls)?, &mut self.work.stage);
+            copy(&s.u, stage);
             if moves {
-                let stage = &mut self.work.stage;
-                copy(&s.u, stage);
                 self.cut.impose(domain, &s.bodies, true, &mut self.work.inside, None, stage);
-                domain.boundaries.fill_stencils(stage)?;
-                // What the last wall changed after the projection faces have yet to see.
-                for ((moved, u), before) in stage.iter_mut().zip(&s.u).zip(&walls.unimposed) {
-                    moved.iter_mut().zip(u).zip(before).for_each(|((moved, u), before)| *moved += before - u);
+            }
+            // What the last wall changed after the projection faces have yet to see.
+            for Unimposed { cell, velocity } in &walls.unimposed {
+                let cell = *cell as usize;
+                for ((stage, u), before) in stage.iter_mut().zip(&s.u).zip(velocity) {
+                    stage[cell] += before - u[cell];
                 }
             }
-            let u = if moves { &self.work.stage } else { &walls.unimposed };
-            self.cut.update_memory(domain, u, s.dt, &self.acceleration, &mut walls.memory);
+            domain.boundaries.fill_stencils(stage)?;
+            self.cut.update_memory(domain, stage, s.dt, &self.acceleration, &mut walls.memory);
         }
         self.acceleration.reopen(domain, &self.cut);
         domain.clock.lap(Stage::Mixing);
@@ -185,8 +186,10 @@ impl<const D: usize> Sharp<D> {
         acceleration.add_opened(domain, cut, dt, Some(&mut work.tally), &mut s.u);
         domain.clock.lap(Stage::Faces);
         domain.boundaries.fill_velocity(&mut s.u)?;
-        copy(&s.u, &mut history(&mut s.walls)?.unimposed);
+        let unimposed = &mut history(&mut s.walls)?.unimposed;
+        cut.take_unimposed(&s.u, unimposed);
         cut.impose(domain, &s.bodies, false, &mut work.inside, Some(&mut work.tally), &mut s.u);
+        cut.count_shared_once(&s.u, unimposed);
         domain.boundaries.fill_imposed(&mut s.u)?;
         domain.clock.lap(Stage::Mixing);
         Ok(())
