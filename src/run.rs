@@ -35,6 +35,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 pub use step_size::{Choice, check_step, choose_step};
 
+/// Steps from one state that is kept, should the run fail, to the next; while the fluid gets faster by more than this, each is.
+const KEPT_EVERY: u64 = 8;
+const FASTER: f64 = 1.05;
+
 /// What `mics run` was told.
 #[derive(Clone, Debug, Default)]
 pub struct Request {
@@ -107,7 +111,9 @@ struct Run<'a, const D: usize> {
     restart: Option<Restart>,
     /// What was taken of the run that it begins with, in lines.
     begun: Vec<String>,
-    /// The state at the start of the step.
+    /// Steps done and time (s) at the start of the step.
+    began: (u64, f64),
+    /// A state of late, for a run that fails.
     good: Readable<D>,
 }
 
@@ -180,6 +186,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let mut good = Readable::default();
         scene.state.keep(&mut good);
         Ok(Run {
+            began: (scene.state.steps, scene.state.time),
             good,
             folder: session.agree(opened)?,
             progress: Progress::new(lead && !request.quiet, case.time.end, lead.then_some(&out)),
@@ -257,6 +264,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let mut fields = Schedule::new(self.case.output.fields, self.scene.state.time);
         let mut rows = Schedule::new(Some(self.case.output.particles), self.scene.state.time);
         let mut collapse = collapse::Collapse::default();
+        let (mut speed, mut kept_speed) = (0.0, 0.0);
         if self.restart.is_none() {
             let (_, speed) = self.scene.energy_and_speed()?;
             self.write_row(StepOutcome::default())?;
@@ -266,18 +274,26 @@ impl<'a, const D: usize> Run<'a, D> {
             self.record()?;
         }
         while self.scene.state.time < end * (1.0 - 1e-12) {
+            self.began = (self.scene.state.steps, self.scene.state.time);
             // Not after the last step: a run ends with the bodies of its last rows.
             if let Some(dt) = self.account.dt {
                 self.pass(dt)?;
                 self.admit()?;
             }
-            self.scene.state.keep(&mut self.good);
+            if self.began.0.is_multiple_of(KEPT_EVERY)
+                || speed > FASTER * kept_speed
+                || self.scene.state.differs(&self.good)
+            {
+                self.scene.state.keep(&mut self.good);
+                kept_speed = speed;
+            }
             let limits = self.scene.limits()?;
             let (dt, _) = choose_step(self.case, &limits, self.account.dt, end - self.scene.state.time);
             self.refuse_broken_limit(dt, &limits)?;
             self.scene.domain.clock.lap(Stage::Logs);
             let report = self.scene.step(dt)?;
-            let (projected, speed) = (report.projected, report.largest_speed);
+            let projected = report.projected;
+            speed = report.largest_speed;
             self.account.dt = Some(dt);
             let domain = &self.scene.domain;
             collapse.take(dt, &self.scene.state.bodies, &domain.grid.size, &domain.periods())?;
@@ -341,8 +357,8 @@ impl<'a, const D: usize> Run<'a, D> {
         )))
     }
 
-    /// Brings back and writes the state that the failing step began with, unless writing is what failed, and returns
-    /// the failure with its step and the place of that state.
+    /// Brings back and writes the last state that was kept, unless writing is what failed, and returns the failure with its step and
+    /// the place of that state.
     fn keep_good_state(&mut self, error: Error) -> Result<Error> {
         let mut broken = [f64::from(matches!(error, Error::Io { .. } | Error::Petsc { .. }))];
         self.session.max(&mut broken)?;
@@ -352,7 +368,7 @@ impl<'a, const D: usize> Run<'a, D> {
                 let _ = self.write_fields();
             }
         }
-        let mut said = format!("step {}, from t = {:.6} s: {error}", self.good.steps + 1, self.good.time);
+        let mut said = format!("step {}, from t = {:.6} s: {error}", self.began.0 + 1, self.began.1);
         if let Some(step) = self.checkpoints.newest {
             said += &format!("; with the cause gone, --resume goes on after step {step}");
         }

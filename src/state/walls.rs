@@ -47,11 +47,7 @@ pub struct BodyHistory {
 impl<const D: usize> WallHistory<D> {
     /// Nothing has happened yet to so many bodies.
     pub fn new(grid: &Grid<D>, bodies: usize) -> WallHistory<D> {
-        WallHistory {
-            unimposed: Vec::new(),
-            memory: grid.vector_field(),
-            bodies: vec![BodyHistory::default(); bodies],
-        }
+        WallHistory { unimposed: Vec::new(), memory: grid.vector_field(), bodies: vec![BodyHistory::default(); bodies] }
     }
 
     /// Writes or reads all of it, beside the velocity `u` of the cells (m/s). Collective.

@@ -113,6 +113,15 @@ fn a_scene_goes_on_from_what_lasts_of_it_bit_for_bit() {
             }
         }
     }
+    // One that rests is built once, however often others are beside it.
+    let apart = body("\"fixed\"").replace("[0.6, 0.5]", "[0.4, 0.5]")
+        + &body("\"free\"\nvelocity = [0.5, 0.1]").replace("[0.6, 0.5]", "[1.4, 0.5]");
+    expect_to_go_on::<2>(
+        &petsc,
+        &box_case([2.0, 1.0], [32, 16], 0.01, PERIODIC, &format!("{apart}{SHARP}")),
+        5e-3,
+        false,
+    );
     let fluid = "[initial]\nvelocity = [1.0, 0.3]\nperturbation = 0.3";
     expect_to_go_on::<2>(&petsc, &box_case([1.0, 1.0], [16, 16], 0.01, PERIODIC, fluid), 1e-2, false);
 }

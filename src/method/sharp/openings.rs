@@ -15,6 +15,9 @@ use crate::domain::Domain;
 use crate::grid::{Border, Boundaries, Grid};
 use crate::params;
 
+/// Relative difference that is none.
+const ROUNDING: f64 = 1e-14;
+
 impl<const D: usize> CutBodies<D> {
     /// Sets `beta = H/rho` on all faces that bodies cover and brings the covered parts into line with it.
     pub(super) fn open_faces(&mut self, domain: &Domain<D>) {
@@ -28,20 +31,21 @@ impl<const D: usize> CutBodies<D> {
                 beta[face] = if total[face] == 0.0 { cut.covered } else { beta[face].max(cut.covered) };
                 total[face] += cut.covered;
             }
-            let open = |face: usize, total: f64, most: f64| {
+            let covered = |face: usize, total: f64, most: f64| {
                 let shared = (total - most).min(leak);
                 let least = if shared < leak && total > 1.0 - leak && beside_wall(grid, boundaries, axis, face) {
                     leak
                 } else {
                     shared.max(params::least_opening())
                 };
-                (1.0 - total).max(least)
+                1.0 - (1.0 - total).max(least)
             };
             for body in &mut self.bodies {
                 for cut in &mut body.cuts[axis] {
                     let (face, all) = (cut.face as usize, total[cut.face as usize]);
-                    let covered = 1.0 - open(face, all, beta[face]);
-                    if all > covered {
+                    let covered = covered(face, all, beta[face]);
+                    // A body that rests keeps its cuts: what is in line already is left alone, to the last digit.
+                    if all > covered * (1.0 + ROUNDING) {
                         cut.covered *= covered / all;
                     }
                 }
@@ -49,7 +53,7 @@ impl<const D: usize> CutBodies<D> {
             for cut in self.bodies.iter().flat_map(|body| &body.cuts[axis]) {
                 let face = cut.face as usize;
                 if total[face] > 0.0 {
-                    beta[face] = whole * open(face, total[face], beta[face]);
+                    beta[face] = whole * (1.0 - covered(face, total[face], beta[face]));
                     total[face] = 0.0;
                 }
             }
