@@ -162,12 +162,16 @@ impl<const D: usize> Method<D> {
         if let Method::Sharp(method) = self { method.start_balance(domain, s) } else { Ok(()) }
     }
 
-    /// Gives the cells in the bodies of these numbers, which have not been where they are, the motion that the method has there. Collective.
+    /// Gives the fluid in and about the bodies of these numbers, which have not been where they are, the motion that the method has there. Collective.
     ///
     /// # Errors
-    /// When ranks cannot exchange ghosts.
+    /// When ranks cannot exchange ghosts, or a projection fails.
     pub fn mix_in(&mut self, domain: &mut Domain<D>, s: &mut State<D>, ids: &[usize]) -> Result<()> {
-        if let Method::Mics2003(method) = self { method.mix_in(domain, s, ids) } else { Ok(()) }
+        match self {
+            Method::Mics2003(method) => method.mix_in(domain, s, ids),
+            Method::Sharp(method) if !ids.is_empty() => method.give_way(domain, s, |id| ids.contains(&id)),
+            _ => Ok(()),
+        }
     }
 
     /// Lets the bodies of these numbers begin where they are, in a flow that goes on: they have come in, or other forces act on them. Collective.

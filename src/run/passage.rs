@@ -44,11 +44,10 @@ impl<const D: usize> Run<'_, D> {
 
     /// Lets bodies in that wait for it. Collective.
     pub(super) fn admit(&mut self) -> Result<()> {
-        for id in self.scene.admit(self.case)? {
+        for body in self.scene.admit(self.case)? {
             let (step, time) = (self.scene.state.steps, self.scene.state.time);
-            let Some(body) = self.scene.state.bodies.iter().find(|body| body.id == id).cloned() else { continue };
             self.on_lead(|folder, _, log| {
-                log.say(&format!("particle {id} came in at t = {time:.6} s"));
+                log.say(&format!("particle {} came in at t = {time:.6} s", body.id));
                 folder.write_passage(step, time, "entered", &body)
             })?;
         }

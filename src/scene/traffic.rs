@@ -76,13 +76,13 @@ impl<const D: usize> Scene<D> {
         self.remake(case, &[id])
     }
 
-    /// Lets those of the waiting bodies come in whose time has come and for which there is a free place, and returns their numbers. Places
+    /// Lets those of the waiting bodies come in whose time has come and for which there is a free place, and returns them as they come. Places
     /// follow from seed, step and number alone. Collective.
     ///
     /// # Errors
     /// As [`Scene::remove`].
-    pub fn admit(&mut self, case: &Case) -> Result<Vec<usize>> {
-        let mut came: Vec<usize> = Vec::new();
+    pub fn admit(&mut self, case: &Case) -> Result<Vec<Body>> {
+        let mut came: Vec<Body> = Vec::new();
         // Where a body has found no place, none that is as large tries in this step.
         let mut full: Vec<(&Region, f64, f64)> = Vec::new();
         for n in 0..self.state.waiting.len() {
@@ -110,7 +110,7 @@ impl<const D: usize> Scene<D> {
             }
             let s = &mut self.state;
             let k = s.bodies.partition_point(|other| other.id < id);
-            s.bodies.insert(k, body);
+            s.bodies.insert(k, body.clone());
             s.exchange.insert(k, Exchange::default());
             if let Some(walls) = &mut s.walls {
                 walls.bodies.insert(k, BodyHistory::default());
@@ -122,13 +122,14 @@ impl<const D: usize> Scene<D> {
                 *first += usize::from(*first >= k);
                 *second += usize::from(*second >= k);
             }
-            came.push(id);
+            came.push(body);
         }
         if came.is_empty() {
             return Ok(came);
         }
-        self.state.waiting.retain(|id| !came.contains(&(*id as usize)));
-        self.remake(case, &came)?;
+        let ids: Vec<usize> = came.iter().map(|body| body.id).collect();
+        self.state.waiting.retain(|id| !ids.contains(&(*id as usize)));
+        self.remake(case, &ids)?;
         Ok(came)
     }
 

@@ -1,6 +1,6 @@
 //! Free bodies that reach an outflow leave, return or end the run, and nothing of the others changes.
 
-use crate::support::{box_case, columns, mics, mpirun, run, summary};
+use crate::support::{SHARP, box_case, columns, mics, mpirun, run, summary};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -292,6 +292,34 @@ fn a_body_comes_in_with_its_own_motion() {
         // As much fluid as it displaces goes along.
         assert!((speed / 0.25 - 1.0).abs() < 0.15, "{wall}: {speed} m/s");
         assert!((0.75 * 4.0..=4.0).contains(&spin), "{wall}: {spin} rad/s");
+    }
+}
+
+/// It shares its momentum with the fluid that it sets off, at once: left to a step, a body lighter than that turned back, or made energy and ended the run.
+#[test]
+fn a_light_body_that_comes_in_goes_on_with_its_part_of_the_momentum() {
+    for (s, y) in [(0.01, 0.5), (0.1, 0.5), (0.1, 0.2), (2.65, 0.5)] {
+        let dir = tempfile::tempdir().unwrap();
+        let text = format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [0.6, {y:?}]\ndensity = {s:?}\nvelocity = [0.5, 0.0]\n\
+             enter = {{ time = 0.01 }}\n[contact]\n[time]\nend = 0.2\nstep = 0.01\n{SHARP}"
+        );
+        let case = box_case([3.0, 2.0], [80, 53], 0.01, ["\"wall\""; 4], &text);
+        let out = dir.path().join("out");
+        run(&write(dir.path(), &case), &out, &[]);
+        let rows = columns(&out.join("particles.csv"));
+        let speeds = &rows["vx"];
+        println!("s = {s}, {y} m: {speeds:?}");
+        // Its added mass is that of as much fluid as it displaces, and more beside the wall.
+        let part = s / (s + if y > 0.3 { 1.0 } else { 1.5 });
+        assert!((speeds[0] / (0.5 * part) - 1.0).abs() < 0.2, "s = {s} at {y} m: {} m/s of {}", speeds[0], 0.5 * part);
+        assert!(speeds.windows(2).all(|v| v[1] < v[0] && v[1] > 0.0), "s = {s} at {y} m: {speeds:?}");
+        let steps = columns(&out.join("steps.csv"));
+        let given = steps["border_work"].last().unwrap();
+        for loss in ["method_loss", "contact_loss", "viscous_loss"] {
+            let least = steps[loss].iter().copied().fold(0.0, f64::min);
+            assert!(least > -1e-2 * given, "s = {s} at {y} m: {loss} {least:.1e} of {given:.1e} J");
+        }
     }
 }
 

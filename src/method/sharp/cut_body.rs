@@ -160,6 +160,16 @@ impl<const D: usize> CutBody<D> {
         }
     }
 
+    /// Gives the faces that it covers, whose velocity is the fluid's (m/s), their part of its own.
+    pub fn cover_faces(&self, body: &Body, faces: &mut VectorField<D>) {
+        for (axis, faces) in faces.iter_mut().enumerate() {
+            for (cut, opening) in self.faces(axis) {
+                let face = &mut faces[cut.face as usize];
+                *face += cut.covered * (body.velocity[axis] - *face) + body.spin.cross(&opening.lever)[axis];
+            }
+        }
+    }
+
     /// Cells in which it speaks for the wall, and how far.
     pub fn own_cells(&self) -> impl Iterator<Item = (&Overlap, f64)> {
         self.solid.iter().zip(self.owns.iter().copied()).filter(|(_, owns)| *owns > 0.0)

@@ -51,6 +51,7 @@ mod balance;
 mod borders;
 pub mod cut;
 mod cut_body;
+mod entry;
 mod faces;
 mod gap;
 mod load;
@@ -205,20 +206,13 @@ impl<const D: usize> Sharp<D> {
     pub fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
         s.touching = self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.untouched());
         s.walls = Some(WallHistory::new(&domain.grid, s.bodies.len()));
-        s.p.fill(0.0);
         self.settle(domain, &s.bodies)?;
         self.acceleration.clear();
         self.impose(domain, &s.bodies, &mut s.u)?;
         self.cut.interpolate(domain, s, Pace::START, 0.0, &self.acceleration)?;
         domain.boundaries.set_faces(&mut s.faces);
-        // Over a second, so that the potential is the pressure's impulse; it corrects the cells and is dropped, and so is that of a
-        // drive which holds a velocity.
-        s.drive = domain.drive.filter(|drive| drive.held().is_some()).map(|_| Vector3::zeros());
-        domain.project(&self.cut.beta, s, 1.0)?;
-        self.acceleration.of_pressure(domain, &self.cut, &s.p, s.drive);
+        self.strike(domain, s, false)?;
         s.drive = domain.drive_at_start(&s.bodies);
-        self.acceleration.add_to(domain, &self.cut, 1.0, &mut s.u);
-        self.impose(domain, &s.bodies, &mut s.u)?;
         let walls = history(&mut s.walls)?;
         copy(&s.faces, &mut walls.memory);
         walls.unimposed.reserve(self.cut.most_inside());

@@ -1,0 +1,77 @@
+//! How the fluid gives way at once: at the start, and to bodies that come in with a velocity of their own.
+//!
+//! ```text
+//!   U = H q + m U_b.n        div( (1/rho) grad P ) - sum_k (dV/m_k) j_k (j_k.P) = D
+//!   U -= H grad P/rho,   q -= grad P/rho,   u -= (grad P/rho of the cell),   V_k += (dV/m_k) sum_c P_c j_c
+//! ```
+//! P is the impulse of a pressure (Pa s), which then is dropped: that of the flow goes on as it was. At the start bodies have their velocities,
+//! and the fluid is set off with them. To one that comes in later the fluid gives way at the cost of its momentum, and the free bodies beside it follow:
+//! it goes on with what its mass is of that and the added mass. Left to a step's stages, the jump of its wall would turn a light body back.
+
+use super::{Sharp, history};
+use crate::Result;
+use crate::domain::Domain;
+use crate::grid::VectorField;
+use crate::state::{State, Unimposed};
+use nalgebra::{Matrix3, Vector3};
+
+impl<const D: usize> Sharp<D> {
+    /// Lets the fluid give way to the bodies of these numbers, which come in; all free ones follow the impulse. Collective.
+    ///
+    /// # Errors
+    /// When the projection fails.
+    pub fn give_way(&mut self, domain: &mut Domain<D>, s: &mut State<D>, new: impl Fn(usize) -> bool) -> Result<()> {
+        let (p, drive) = (s.p.clone(), s.drive);
+        // What the last wall changed of the cells, and the last step of the faces, stays what it was.
+        shift(&mut history(&mut s.walls)?.unimposed, -1.0, &s.u);
+        add(&mut s.faces_before, -1.0, &s.faces);
+        for (cut, body) in self.cut.bodies.iter().zip(&s.bodies).filter(|(_, body)| new(body.id)) {
+            cut.cover_faces(body, &mut s.faces);
+        }
+        domain.boundaries.set_faces(&mut s.faces);
+        for (motion, body) in self.motions.iter_mut().zip(&s.bodies) {
+            motion.inertia = body.mass();
+            motion.turns = body.freedom().map_or_else(Matrix3::zeros, |freedom| body.inertia().inverse(&freedom));
+        }
+        self.set_modes(domain, &s.bodies)?;
+        self.strike(domain, s, true)?;
+        add(&mut s.faces_before, 1.0, &s.faces);
+        let walls = history(&mut s.walls)?;
+        add(&mut walls.memory, 1.0, &self.acceleration.faces);
+        shift(&mut walls.unimposed, 1.0, &s.u);
+        (s.p, s.drive) = (p, drive);
+        self.find_acceleration(domain, s);
+        // No force of a step has made what changed inside the bodies.
+        self.take_inside(domain, s, |_| true)
+    }
+
+    /// Projects the faces over a second, so that the potential in the pressure's place is its impulse, which corrects the cells; the wall is imposed on them.
+    /// Bodies keep their velocity, or `follow`. Collective.
+    pub(super) fn strike(&mut self, domain: &mut Domain<D>, s: &mut State<D>, follow: bool) -> Result<()> {
+        s.p.fill(0.0);
+        // A drive that holds a velocity does so here as well.
+        s.drive = domain.drive.filter(|drive| drive.held().is_some()).map(|_| Vector3::zeros());
+        if follow {
+            self.project_with_bodies(domain, s, 1.0, None)?;
+        } else {
+            domain.project(&self.cut.beta, s, 1.0)?;
+        }
+        // Outflows have no impulse, whatever comes in there.
+        domain.boundaries.fill_increment(&mut s.p)?;
+        self.acceleration.of_pressure(domain, &self.cut, &s.p, s.drive);
+        self.acceleration.add_to(domain, &self.cut, 1.0, &mut s.u);
+        self.impose(domain, &s.bodies, &mut s.u)
+    }
+}
+
+/// Adds a multiple of one field to another, which may be empty.
+fn add<const D: usize>(to: &mut VectorField<D>, factor: f64, from: &VectorField<D>) {
+    to.iter_mut().zip(from).for_each(|(to, from)| to.iter_mut().zip(from).for_each(|(to, from)| *to += factor * from));
+}
+
+/// Adds a multiple of the velocity `u` (m/s) of the cells to what they had before the wall.
+fn shift<const D: usize>(unimposed: &mut [Unimposed<D>], factor: f64, u: &VectorField<D>) {
+    for Unimposed { cell, velocity } in unimposed {
+        velocity.iter_mut().zip(u).for_each(|(velocity, u)| *velocity += factor * u[*cell as usize]);
+    }
+}
