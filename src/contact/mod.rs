@@ -63,8 +63,19 @@ pub struct Wall {
     pub velocity: Vector3<f64>,
     /// Its material.
     pub material: usize,
-    /// Whether the fluid slips along it: a plane of symmetry, beyond which bodies see their own images.
-    pub slip: bool,
+    /// What the fluid does there.
+    pub side: WallSide,
+}
+
+/// What the fluid does at a border that stops bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WallSide {
+    /// It sticks, and a film of it is between body and wall.
+    Closed,
+    /// It slips: a plane of symmetry, beyond which bodies see their own images.
+    Slip,
+    /// It comes in, as through a grate: no film.
+    Inflow,
 }
 
 /// How many substeps a step is divided into where bodies could meet.
@@ -565,6 +576,7 @@ impl Wall {
     }
 
     fn name(&self) -> String {
-        format!("the wall at {} = {} m", ["x", "y", "z"][self.axis], self.at)
+        let what = if self.side == WallSide::Inflow { "inflow" } else { "wall" };
+        format!("the {what} at {} = {} m", ["x", "y", "z"][self.axis], self.at)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::law::{Kinematics, Law};
 use super::lubrication::Film;
-use super::{Contacts, Impulse, Pair, Substeps};
+use super::{Contacts, Impulse, Pair, Substeps, WallSide};
 use crate::particles::{Body, Inertia, Motion, Push, nearest_image};
 use crate::{Error, Result, params};
 use nalgebra::Vector3;
@@ -127,7 +127,30 @@ impl Contacts {
         ))
     }
 
-    fn too_deep(&self, pair: &Pair, kinematics: &Kinematics, radius: f64) -> Error {
+    /// A locked axis along which a body of the pair is driven on: its number, the axis, and its velocity there (m/s).
+    fn driven_on(&self, pair: &Pair, bodies: &[Body], kinematics: &Kinematics) -> Option<(usize, usize, f64)> {
+        let locked = [pair.first, pair.second].into_iter().filter(|&k| k < bodies.len() && self.answers[k].whole > 0.0);
+        let axes = locked
+            .flat_map(|k| (0..3).map(move |axis| (k, axis)))
+            .filter(|(k, axis)| self.answers[*k].mass[*axis] == 0.0);
+        let along = |(k, axis): (usize, usize)| bodies[k].velocity[axis];
+        let fast = axes.filter(|&at| (along(at) * kinematics.normal[at.1]).abs() > 0.5 * kinematics.approach.abs());
+        fast.max_by(|&a, &b| along(a).abs().total_cmp(&along(b).abs())).map(|at| (at.0, at.1, along(at)))
+    }
+
+    fn too_deep(&self, pair: &Pair, bodies: &[Body], kinematics: &Kinematics, radius: f64) -> Error {
+        if let Some((k, axis, velocity)) = self.driven_on(pair, bodies, kinematics) {
+            return Error::Run(format!(
+                "{} overlap by {:.3e} m, {:.2} of the smaller radius, where {} is the limit: particle {} goes on along {} at {velocity:.3e} m/s, \
+                 which is locked, so that nothing stops it; unlock that axis, give it no velocity along it, or end the run before",
+                self.name(pair),
+                kinematics.overlap,
+                kinematics.overlap / radius,
+                params::deepest_overlap(),
+                self.ids[k],
+                ["x", "y", "z"][axis],
+            ));
+        }
         let (overlap, law, mass) = (kinematics.overlap, self.law(pair), 1.0 / kinematics.inverse_normal);
         let exponent = law.material.exponent;
         // What strikes, or presses by what pushes the two, stopped at a fiftieth of the radius.
@@ -185,7 +208,7 @@ impl Contacts {
             let radius = bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()).min(bodies[pair.first].radius());
             self.deepest = self.deepest.max(kinematics.overlap);
             if kinematics.overlap > params::deepest_overlap() * radius {
-                return Err(self.too_deep(&pair, &kinematics, radius));
+                return Err(self.too_deep(&pair, bodies, &kinematics, radius));
             }
             let (normal, tangential) = self.law(&pair).force(&kinematics, &mut pair.spring);
             let rolling = self.resist_rolling(&mut pair, bodies, &kinematics, arms, normal);
@@ -310,8 +333,12 @@ impl Contacts {
         }
         let (body, other) = (&bodies[pair.first], bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()));
         let (dimension, radius) = (body.shape().dimension(), body.radius());
+        let side = pair.second.checked_sub(bodies.len()).map(|wall| self.walls[wall].side);
+        if side == Some(WallSide::Inflow) {
+            return Film { gap: gap.max(0.0), normal: 0.0, sliding: 0.0, rolling: 0.0 };
+        }
         // At a plane of symmetry the film is half of that between the body and its image, which goes as fast the other way.
-        let mirrored = pair.second.checked_sub(bodies.len()).is_some_and(|wall| self.walls[wall].slip);
+        let mirrored = side == Some(WallSide::Slip);
         let between = |g0: f64, g1: f64| {
             if mirrored {
                 2.0 * self.medium.resistance(dimension, radius, radius, 2.0 * g0, 2.0 * g1)

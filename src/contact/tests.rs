@@ -49,7 +49,7 @@ fn walls(size: [f64; 3], axes: &[usize]) -> Vec<Wall> {
         at: if high { size[axis] } else { 0.0 },
         velocity: Vector3::zeros(),
         material: 0,
-        slip: false,
+        side: WallSide::Closed,
     };
     axes.iter().flat_map(|&a| [wall(a, false), wall(a, true)]).collect()
 }
@@ -161,6 +161,22 @@ fn the_damping_ratio_is_that_of_schwager_and_poeschel() {
         assert!((law.zeta / zeta - 1.0).abs() < 2e-4, "zeta {zeta}: {} at e = {theory}", law.zeta);
     }
     assert_eq!(Law::new(material(1.5, 1.0, 0.0)).zeta, 0.0);
+}
+
+#[test]
+fn what_a_locked_axis_drives_into_a_wall_is_named_since_no_stiffness_stops_it() {
+    let driven = |freedom: Freedom| {
+        let mut one = [body(Shape::Disc, 0.01, vector![0.1, 0.011, 0.0], vector![0.2, -0.5, 0.0])];
+        one[0].motion = Motion::Free(freedom);
+        let mut wall = contacts(&one, material(1.0, 0.5, 0.0), [0.2; 3], &[0, 1], Substeps::Auto);
+        wall.advance(&mut one, &[Push::default()], 0.01).map_err(|e| e.to_string())
+    };
+    let said = driven(Freedom { translation: [true, false, false], ..PLANE }).unwrap_err();
+    assert!(
+        said.contains("particle 0 goes on along y at -5.000e-1 m/s, which is locked") && !said.contains("stiff"),
+        "{said}"
+    );
+    assert!(driven(Freedom { translation: [false, true, false], ..PLANE }).is_ok(), "along the wall it may be");
 }
 
 /// How long a body touches a wall (s), from its impulses over short steps.

@@ -1,7 +1,7 @@
 //! The parts of a scene from the words of its case.
 
 use crate::config::{self, Case, Side};
-use crate::contact::{Contacts, Damping, Impact, Laws, Material, Medium, Substeps, Wall};
+use crate::contact::{Contacts, Damping, Impact, Laws, Material, Medium, Substeps, Wall, WallSide};
 use crate::domain::Domain;
 use crate::drive::Drive;
 use crate::geometry::{Disc, Shape, Sphere, fraction};
@@ -204,7 +204,7 @@ pub(crate) fn impact(case: &Case, bodies: &[Body]) -> Impact {
     Impact::expected(bodies, size, &gravity, &fluid, case.fluid_speed())
 }
 
-/// The law of contacts between the bodies, and between them and the closed faces of the box.
+/// The law of contacts between the bodies, and between them and the sides of the box: all but outflows.
 pub(super) fn contacts(case: &Case, law: &config::Contact, bodies: &[Body], impact: Impact) -> Contacts {
     let mut names = vec![config::WALL];
     let mut material = |name| {
@@ -237,14 +237,15 @@ pub(super) fn contacts(case: &Case, law: &config::Contact, bodies: &[Body], impa
     let size = |axis: usize| case.domain.size.get(axis).copied();
     let wall = |(face, (_, side)): (usize, (&str, &Side))| {
         let (axis, high) = (face / 2, face % 2 == 1);
-        let slip = *side == Side::Slip;
-        let material = if slip { slippery } else { 0 };
-        let velocity = match side {
-            Side::Wall | Side::Slip => Vector3::zeros(),
-            Side::MovingWall(v) => Vector3::from(axes::<f64, 3>(v)),
+        let (side, velocity) = match side {
+            Side::Wall => (WallSide::Closed, Vector3::zeros()),
+            Side::MovingWall(v) => (WallSide::Closed, Vector3::from(axes::<f64, 3>(v))),
+            Side::Slip => (WallSide::Slip, Vector3::zeros()),
+            Side::Inflow(_) | Side::InflowParabola(_) | Side::InflowProfile(_) => (WallSide::Inflow, Vector3::zeros()),
             _ => return None,
         };
-        Some(Wall { axis, high, at: if high { case.domain.size[axis] } else { 0.0 }, velocity, material, slip })
+        let material = if side == WallSide::Slip { slippery } else { 0 };
+        Some(Wall { axis, high, at: if high { case.domain.size[axis] } else { 0.0 }, velocity, material, side })
     };
     let walls = case.sides().enumerate().filter_map(wall).collect();
     let substeps = match law.substeps {

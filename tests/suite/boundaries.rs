@@ -150,3 +150,31 @@ fn a_stream_and_its_mirror_image_have_one_budget_of_energy() {
     let [east, west] = [1.0, -1.0].map(spent);
     assert!(east.iter().zip(&west).all(|(a, b)| (a - b).abs() < 1e-8), "{east:?} {west:?}");
 }
+
+/// A fluidised column's floor: the stream that comes in lifts a disc by less than its weight, and the inflow carries the rest as a grate does.
+#[test]
+fn a_disc_that_the_stream_does_not_lift_lies_on_the_inflow() {
+    let petsc = petsc();
+    for density in [2.65, 7.8] {
+        let sides = ["\"slip\"", "\"slip\"", "{ inflow = [0.0, 0.2] }", "\"outflow\""];
+        let disc = format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = 1.0 }} }}\nposition = [2.037, 1.5]\ndensity = {density:?}\n\
+             [contact]\nrestitution = 0.5\nfriction = 0.4\n"
+        );
+        let case = box_case([4.0, 4.0], [32, 32], 0.02, sides, &disc)
+            .replace("viscosity = 0.02", "viscosity = 0.02\ngravity = [0.0, -10.0]");
+        let mut scene: Scene<2> = petsc.scene(&case);
+        for _ in 0..1500 {
+            scene.step(0.01).unwrap();
+        }
+        let (body, exchange) = (&scene.state.bodies[0], &scene.state.exchange[0]);
+        let weight = (density - 1.0) * 10.0 * std::f64::consts::PI / 4.0;
+        let (lifted, carried) = (exchange.momentum.y / weight, exchange.contact.y / weight);
+        println!(
+            "s = {density}: at {:.5} m, the stream lifts {lifted:.4} of its weight, the inflow carries {carried:.4}",
+            body.centre.y
+        );
+        assert!((body.centre.y / 0.5 - 1.0).abs() < 2e-3, "s = {density}: {} m", body.centre.y);
+        assert!((lifted + carried - 1.0).abs() < 5e-3 && carried > 0.2, "s = {density}: {lifted} + {carried}");
+    }
+}

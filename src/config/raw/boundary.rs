@@ -37,7 +37,8 @@ pub enum Side {
     Slip,
     /// No slip, moving in its own plane with this velocity (m/s).
     MovingWall(Vec<f64>),
-    /// This velocity (m/s), uniform over the face.
+    /// This velocity (m/s), uniform over the face. Where the case has `[contact]`, inflows stop free particles as a grate does: they lie on
+    /// it, with no film between.
     Inflow(Vec<f64>),
     /// A parabola that vanishes at the face's edges, with this velocity (m/s) at its middle.
     InflowParabola(Vec<f64>),

@@ -23,7 +23,7 @@ const PLACES: i32 = 8;
 /// Points of curves, PAD apart, that a legend in the plot may hide or come near.
 const FEW: usize = 4;
 /// Okabe and Ito's colours, which stay apart for every kind of colour vision, the readable ones first.
-const COLOURS: [RGBColor; 7] = [
+pub const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),

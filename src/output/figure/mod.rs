@@ -14,7 +14,7 @@ mod paint;
 mod strip;
 mod trace;
 
-pub use curves::{curves, curves_svg};
+pub use curves::{COLOURS, curves, curves_svg};
 pub use field::{field, streamlines, streamlines_svg, vorticity, vorticity_svg};
 pub use film::film;
 pub use paint::shared_range;

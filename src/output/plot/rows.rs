@@ -4,13 +4,14 @@ use super::discs::start;
 use crate::Result;
 use crate::config::{Case, FixedRows, Motion};
 use crate::output::bodies::Pose;
+use crate::output::figure::COLOURS;
 use crate::output::figure::{Series, SeriesStyle};
 use crate::output::not_a_run;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// Paths drawn at most.
-pub const PATHS: usize = 8;
+/// Paths drawn at most: as many as curves have colours.
+pub const PATHS: usize = COLOURS.len();
 
 /// The particles whose paths and speeds are drawn: those that are `asked` for, or else the first ones that move.
 pub fn moving(case: &Case, asked: &[usize]) -> Vec<usize> {
