@@ -137,6 +137,23 @@ def lattice(runs):
     return errors
 
 
+def order_and_limit(phi):
+    """Order of the error of the drag of that lattice and limit of K, by the gradient on the three finest grids of its study."""
+
+    def find(runs):
+        rows = sorted(chosen_rows(runs, FINE_ARRAYS, {"phi": phi}), key=lambda row: row["N"])[-3:]
+        diameter, speed = (6 * phi / math.pi) ** (1 / 3), 0.01
+        (a, ka), (b, kb), (c, kc) = [(row["N"], row["gradient"] / (3 * math.pi * diameter * speed)) for row in rows]
+        excess = lambda p: (ka - kb) * (b**-p - c**-p) - (kb - kc) * (a**-p - b**-p)
+        low, high = 0.1, 8.0
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if excess(low) * excess(middle) > 0 else (low, middle)
+        return [low, kc - (kb - kc) / (b**-low - c**-low) * c**-low]
+
+    return find
+
+
 def of_run(case, *names):
     """Entries of a run's summary."""
     return lambda runs: [runs.summary(case)[name] for name in names]
@@ -208,6 +225,7 @@ MIXED, GRIDS = "cases/cylinder-wake/section3.study.toml", "cases/settling-disc/g
 TURNING, SHEARED = "cases/neutral-disc-in-couette/starts.study.toml", "cases/sphere-in-couette/walls.study.toml"
 OILS, LET_GO = "cases/settling-sphere/numbers.study.toml", "cases/sphere-let-go/densities.study.toml"
 ARRAYS, RANDOM = "cases/sphere-array/fractions.study.toml", "cases/random-array/equilibrium.study.toml"
+FINE_ARRAYS = "cases/sphere-array/order.study.toml"
 CHANNEL, SWINGS = "cases/channel-cylinder/grids.study.toml", "cases/oscillating-cylinder/boxes.study.toml"
 SCALING, PLACES = "cases/scaling/scaling.study.toml", "cases/sphere-stream/places.study.toml"
 QUICK, SLOW, LONG = range(3)
@@ -255,6 +273,7 @@ CLAIMS = [
     (SLOW, MEASURED, "Cd 5.5795, Cl 0.0106 | #, # |", both(of_each(CHANNEL, "cd", flow="2D-1", N=16.1), of_each(CHANNEL, "cl", flow="2D-1", N=16.1))),
     (SLOW, MEASURED, "St 0.295 to 0.305 | #, #, # |", both(*(of_each(CHANNEL, name, flow="2D-2", N=16.1) for name in ("cd_max", "cl_max", "st")))),
     (SLOW, MEASURED, "C_D 2.09, C_M 1.45 | #, # |", both(*(of_each(SWINGS, name, N=16) for name in ("morison_drag", "morison_inertia")))),
+    (LONG, MEASURED, "of K (15.4, 42.1) | # and #; # and # |", both(order_and_limit(0.343), order_and_limit(0.5236))),
     (LONG, MEASURED, "by two correlations | #, #, #; #, #, # |", both(of_each(RANDOM, "drag", 1 / 1.55083, phi=0.2, N=10), of_each(RANDOM, "drag", 1 / 1.95392, phi=0.4, N=10))),
     (SLOW, MEASURED, "against Zick & Homsy, N = 16 | #, #, #, #, # %,", lattice),
     (SLOW, MEASURED, "5.56 cm/s | #, #, # at N = 8, 16, 24 |",
