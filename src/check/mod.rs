@@ -141,7 +141,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         lines.push(format!("step limit   {limit:.4e} s, {bound}{stages}"));
     }
     let later = later_step(case, &limits);
-    let steps = steps(case, dt, later);
+    let steps = steps(case, &limits, dt, later);
     let stages = limits.scheme.stages_for(later * limits.diffusion_rate);
     let more = if stages > limits.scheme.weights.len() { format!(" in {stages} stages") } else { String::new() };
     let pace = Pace::expected(case).filter(|_| !(0.99..1.01).contains(&(later / dt))).map(|pace| {

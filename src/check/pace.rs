@@ -6,15 +6,23 @@
 //!   told     the fastest of what is prescribed
 //!   drive    [`Case::driven_speed`]
 //! ```
+//! Where bodies fall in company the fluid between them is twice as fast as they are, and a box with a floor is at rest once they have
+//! had the time to fall some times through it.
 
 use super::layer::fall_speed;
-use crate::config::{Case, Motion, Step};
+use crate::config::{Case, Motion, Side, Step};
 use crate::params;
 use crate::run::choose_step;
 use crate::scheme::Limits;
 
 /// The largest speed over that of the stream, where something is held in it.
 const BESIDE: f64 = 1.5;
+/// The same over that of bodies that fall in company: within a factor of two in drafting pairs, beds and crowds.
+const BETWEEN: f64 = 2.0;
+/// In how many falls through the box bodies come to rest on its floor, in 2D and 3D: in a plane the fluid finds fewer ways past them.
+const FALLS: [f64; 2] = [3.0, 2.0];
+/// Density over the fluid's from which on they hop for longer.
+const HOPPING: f64 = 100.0;
 
 /// What is the fastest in a case.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +33,8 @@ pub struct Pace {
     pub words: String,
     /// The spacing that it goes by (m): along a stream; the least where the direction is open.
     spacing: f64,
+    /// The particle that comes to it by its weight.
+    falling: Option<usize>,
 }
 
 impl Pace {
@@ -39,9 +49,9 @@ impl Pace {
         let along = along.map(|(v, speed)| speed / v.iter().zip(&spacings).map(|(v, h)| v.abs() / h).sum::<f64>());
         let stream = case
             .reference_speed
-            .map(|speed| (factor * speed, format!("that of the stream{beside}"), along.unwrap_or(least)));
+            .map(|speed| (factor * speed, format!("that of the stream{beside}"), along.unwrap_or(least), None));
         let driven =
-            case.driven_speed().map(|speed| (speed, "to which the drive may bring the fluid".to_owned(), least));
+            case.driven_speed().map(|speed| (speed, "to which the drive may bring the fluid".to_owned(), least, None));
         let of_particles = case.particle.iter().enumerate().filter_map(|(id, p)| {
             let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
             match &p.motion {
@@ -57,11 +67,29 @@ impl Pace {
             }
         });
         let fastest = of_particles.max_by(|a, b| a.0.total_cmp(&b.0));
-        let fastest = fastest.map(|(speed, id, does)| (speed, format!("which {} {does}", case.called(id)), least));
-        let vortex = case.initial.taylor_green.map(|speed| (speed, "that of the vortex".to_owned(), least));
+        let fastest = fastest.map(|(speed, id, does)| {
+            let falls = does == "comes to";
+            (speed, format!("which {} {does}", case.called(id)), least, falls.then_some(id))
+        });
+        let vortex = case.initial.taylor_green.map(|speed| (speed, "that of the vortex".to_owned(), least, None));
         let all = stream.into_iter().chain(vortex).chain(driven).chain(fastest).filter(|(speed, ..)| *speed > 0.0);
-        let all = all.map(|(speed, words, spacing)| Pace { speed, words, spacing });
+        let all = all.map(|(speed, words, spacing, falling)| Pace { speed, words, spacing, falling });
         all.max_by(|a, b| (a.speed / a.spacing).total_cmp(&(b.speed / b.spacing)))
+    }
+
+    /// When a box is at rest (s) whose bodies fall to its floor and nothing drives; `None` where they have none, come in later, or hop for long.
+    fn rests(&self, case: &Case) -> Option<f64> {
+        let id = self.falling?;
+        let driven = case.drive.is_some() || case.stream.is_some() || case.particle.iter().any(|p| p.enter.is_some());
+        let (ratio, mut height) = (case.particle[id].density / case.fluid.density, 0.0f64);
+        for (axis, g) in case.fluid.gravity.iter().enumerate().filter(|(_, g)| **g != 0.0) {
+            let floor = &case.boundary[axis][usize::from((*g > 0.0) == (ratio > 1.0))];
+            if matches!(floor, Side::Outflow | Side::Periodic) {
+                return None;
+            }
+            height = height.max(case.domain.size[axis]);
+        }
+        (!driven && ratio < HOPPING).then(|| FALLS[case.dimension() - 2] * height / self.speed)
     }
 
     /// The step (s) that `time.cfl` gives at this speed; infinite where the step is given.
@@ -80,12 +108,20 @@ pub fn later_step(case: &Case, limits: &Limits) -> f64 {
     choose_step(case, &limits, Some(f64::INFINITY), case.time.end).0
 }
 
-/// How many steps a run takes from the `first` (s), each hardly longer than the one before, to the `later` ones (s).
-pub fn steps(case: &Case, first: f64, later: f64) -> f64 {
-    let growth = params::step_growth();
+/// How many steps a run takes from the `first` (s), each hardly longer than the one before, to the `later` ones (s), and to those that `limits` leave
+/// a box at rest.
+pub fn steps(case: &Case, limits: &Limits, first: f64, later: f64) -> f64 {
+    let (end, growth) = (case.time.end, params::step_growth());
+    let pace = Pace::expected(case).filter(|pace| pace.step(case).is_finite() && later < first);
+    let company = case.particle.iter().filter(|p| p.is_free()).count() > 1;
+    let falls = pace.as_ref().is_some_and(|pace| pace.falling.is_some());
+    let later = if company && falls { later / BETWEEN } else { later };
     let growing = ((later / first).ln() / growth.ln()).clamp(0.0, 1e3);
     let gone = first * (growth.powf(growing) - 1.0) / (growth - 1.0);
-    (growing + (case.time.end - gone).max(0.0) / later).ceil()
+    let rests = pace.and_then(|pace| pace.rests(case)).map_or(end, |rests| rests.min(end));
+    let still =
+        choose_step(case, &Limits { courant_rate: 0.0, courant_growth: 0.0, ..*limits }, Some(f64::INFINITY), end).0;
+    (growing + (rests - gone).max(0.0) / later + (end - rests) / still.max(later)).ceil()
 }
 
 #[cfg(test)]
@@ -127,6 +163,29 @@ mod tests {
         let pace = Pace::expected(&case).unwrap();
         assert_eq!((pace.speed, pace.words.as_str()), (fall_speed(&case, &case.particle[0]), "which stone comes to"));
         assert!((pace.step(&case) - 0.4 * 0.03125 / pace.speed).abs() < 1e-15);
+    }
+
+    #[test]
+    fn bodies_that_fall_in_company_take_shorter_steps_until_they_lie() {
+        let disc = |x: f64, more: &str| {
+            format!(
+                "[[particle]]\nshape = {{ disc = {{ diameter = 0.1 }} }}\nposition = [{x:?}, 0.3]\ndensity = 5.0\n{more}\n"
+            )
+        };
+        let counted = |sides, more: &str| {
+            let case = case(sides, more);
+            let (scheme, diffusion_rate) = (crate::scheme::RK2, 10.0);
+            let limits = Limits { courant_rate: 0.0, courant_growth: 0.0, diffusion_rate, damping_rate: 5.0, scheme };
+            let later = later_step(&case, &limits);
+            (steps(&case, &limits, 0.05, later), later)
+        };
+        let open = ["\"periodic\"", "\"periodic\"", "\"outflow\"", "\"wall\""];
+        let (alone, step) = counted(open, &disc(0.5, ""));
+        assert!((alone * step / 9.0 - 1.0).abs() < 0.05, "{alone} steps of {step} s");
+        let (two, step) = counted(open, &(disc(0.5, "") + &disc(1.5, "")));
+        assert!((two * step / 18.0 - 1.0).abs() < 0.05, "{two} steps of {step} s");
+        let (settled, _) = counted(ROUND, &(disc(0.5, "") + &disc(1.5, "")));
+        assert!(settled < 0.5 * two, "{settled} and {two}");
     }
 
     #[test]
