@@ -47,7 +47,7 @@ pub struct Particle {
 }
 
 /// How a free body comes into the box while the run goes on: at the end of the first step after its time in which a place for it is
-/// free.
+/// free. It shares its momentum with the fluid that it sets off: a disc of s times the density of a fluid at rest goes on with s/(s + 1) of its velocity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Enter {
