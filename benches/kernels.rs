@@ -99,7 +99,7 @@ fn fluid<const D: usize>(c: &mut Criterion, scene: &mut Scene<D>) {
 fn cuts<const D: usize>(c: &mut Criterion, scene: &Scene<D>, across: &[f64]) {
     let (grid, name) = (&scene.domain.grid, if D == 2 { "disc" } else { "sphere" });
     let centre = Vector3::from_fn(|a, _| if a < D { 0.497 * grid.size[a] } else { 0.0 });
-    let (mut cells, mut cuts, mut openings) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut cells, mut cuts, mut openings, mut arms) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut group = c.benchmark_group("geometry");
     for across in across {
         let radius = 0.5 * across * grid.h[0];
@@ -112,7 +112,9 @@ fn cuts<const D: usize>(c: &mut Criterion, scene: &Scene<D>, across: &[f64]) {
         });
         group.bench_function(id("apertures"), |b| {
             b.iter(|| {
-                (0..D).for_each(|a| aperture::cuts(grid, a, black_box(&body), &mut tiles, &mut cuts, &mut openings))
+                let tiles = &mut tiles;
+                (0..D)
+                    .for_each(|a| aperture::cuts(grid, a, black_box(&body), tiles, &mut cuts, &mut openings, &mut arms))
             });
         });
     }

@@ -153,9 +153,8 @@ constants! {
     /// Deviation from the expected speed of a contact that is worth mending (of that speed).
     /// Halved: rebound +0.1 %. Doubled: nothing.
     mending_deviation = 5e-3;
-    /// The part of the speed of two bodies which a film has to take in a step for contacts to be mended. Smaller, scenes of a few bodies
-    /// far apart take a second, rough solve in every step; larger, the fluid's answer to films comes a step late.
-    /// At 0 eight spheres in a box cost a tenth more, and approach, wall-fall and drafting pairs are the same to five digits.
+    /// The part of the speed of two bodies which a film has to be able to take in a step for contacts to be mended. Smaller, scenes of a few bodies
+    /// far apart take a second, rough solve in every step: at 0 eight spheres in a box cost a tenth more; larger, the fluid's answer to films comes a step late.
     faint_film = 0.01;
     /// That deviation over a step which is always left (spacings).
     /// Halved: height of a bed -0.2 %. Doubled: +0.1 %.

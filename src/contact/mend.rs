@@ -223,13 +223,15 @@ impl Contacts {
         touched.fold(0.0, |most, pair| most.max(self.kinematics(pair, bodies, 0.0).0.approach.abs()))
     }
 
-    /// Whether a pair gave something that may be worth mending, and one with a body lighter than the fluid did: a film that hardly slows
-    /// two is none.
-    pub(crate) fn gave(&self, bodies: &[Body]) -> (bool, bool) {
+    /// Whether a pair gave something over a step of `dt` (s) that may be worth mending, and one with a body lighter than the fluid did: a film that
+    /// could hardly slow two in that time is none.
+    pub(crate) fn gave(&self, bodies: &[Body], dt: f64) -> (bool, bool) {
         let lighter = |k: usize| bodies.get(k).is_some_and(|b| b.mass() < self.medium.density * b.volume());
         let slows = |pair: &Pair| {
             let kinematics = self.kinematics(pair, bodies, 0.0).0;
-            pair.given.abs() * kinematics.inverse_normal > params::faint_film() * kinematics.approach.abs()
+            let [normal, sliding] =
+                [pair.film.normal * kinematics.inverse_normal, pair.film.sliding * kinematics.inverse_tangential];
+            dt * normal.max(sliding) >= params::faint_film()
         };
         let gave = self.pairs.iter().filter(|pair| pair.given != 0.0 && (pair.pressed > 0.0 || slows(pair)));
         gave.fold((false, false), |(_, light), pair| (true, light || lighter(pair.first) || lighter(pair.second)))

@@ -27,44 +27,52 @@ pub struct Cut {
     pub owned: bool,
 }
 
-/// Where the covered and the open part of such a face lie: apart, since few ask for it.
+/// Where the covered and the open part of such a face lie: apart, since few ask for it, and by the axes in use, since there are many.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Opening {
-    /// Covered part times the arm from the particle's centre (its nearest image) to its centroid (m).
-    pub lever: Vector3<f64>,
-    /// The arm from that centre to the face's centre (m).
-    pub arm: Vector3<f64>,
+pub struct Opening<const D: usize> {
+    lever: [f64; D],
     /// From the face's centre to the centroid of the open part of that volume (m); zero where nothing is open.
-    pub open: Vector3<f64>,
+    pub open: [f64; D],
+}
+
+impl<const D: usize> Opening<D> {
+    /// Covered part times the arm from the particle's centre (its nearest image) to its centroid (m).
+    #[inline(always)]
+    pub fn lever(&self) -> Vector3<f64> {
+        Vector3::from_fn(|a, _| if a < D { self.lever[a] } else { 0.0 })
+    }
 }
 
 /// Below this a face counts as untouched, and above one less this as covered.
 const LEAST: f64 = 1e-9;
 
-/// Fills `cuts` and `openings`, in the same order, with the faces along `axis` of this rank's cells that a particle (or an
+/// Fills `cuts`, `openings` and the `arms` from the particle's centre (its nearest image) to the faces' centres (m), in the same order, with the faces along `axis` of this rank's cells that a particle (or an
 /// image of it) covers; faces at borders of the box are not among them: what flows through those, the border says.
 ///
 /// The first and the last faces of a period are the same ones. Both are found from the first one's place, to the last digit: what flows out at one
 /// side comes in at the other.
+#[allow(clippy::too_many_arguments)]
 pub fn cuts<const D: usize>(
     grid: &Grid<D>,
     axis: usize,
     body: &Placed,
     tiles: &mut Tiles,
     cuts: &mut Vec<Cut>,
-    openings: &mut Vec<Opening>,
+    openings: &mut Vec<Opening<D>>,
+    arms: &mut Vec<Vector3<f64>>,
 ) {
     cuts.clear();
     openings.clear();
+    arms.clear();
     let mut from = grid.start;
     let mut to: [usize; D] = std::array::from_fn(|a| grid.start[a] + grid.local[a]);
     from[axis] += usize::from(grid.at_border(axis, 0));
     let closes = grid.periodic[axis] && to[axis] == grid.cells[axis];
     to[axis] += usize::from(!grid.at_border(axis, 1) && !closes);
-    find(grid, axis, body, tiles, (from, to), 0, cuts, openings);
+    find(grid, axis, body, tiles, (from, to), 0, cuts, openings, arms);
     if closes {
         (from[axis], to[axis]) = (0, 1);
-        find(grid, axis, body, tiles, (from, to), grid.cells[axis], cuts, openings);
+        find(grid, axis, body, tiles, (from, to), grid.cells[axis], cuts, openings, arms);
     }
 }
 
@@ -78,7 +86,8 @@ fn find<const D: usize>(
     (from, to): ([usize; D], [usize; D]),
     on: usize,
     cuts: &mut Vec<Cut>,
-    openings: &mut Vec<Opening>,
+    openings: &mut Vec<Opening<D>>,
+    arms: &mut Vec<Vector3<f64>>,
 ) {
     let Placed { shape, centre, turn } = body;
     let bounds = shape.bounds(turn);
@@ -98,17 +107,17 @@ fn find<const D: usize>(
             let face = (0..D).map(|a| (at[a] - grid.start[a] + grid.ghosts) * grid.stride[a]).sum::<usize>() as u32;
             let covered = if covered > 1.0 - LEAST { 1.0 } else { covered };
             cuts.push(Cut { covered, face, owned: grid.number_of(at).is_some() });
-            openings.push(Opening { lever: filled.lever, arm: filled.middle, open });
+            openings.push(Opening { lever: std::array::from_fn(|a| filled.lever[a]), open });
+            arms.push(filled.middle);
         });
     }
 }
 
 /// How much of the volume about a face is covered, and where its open part has its centroid, from the face's centre (m).
-fn covered_part<const D: usize>(filled: &Filled) -> (f64, Vector3<f64>) {
+fn covered_part<const D: usize>(filled: &Filled) -> (f64, [f64; D]) {
     let (covered, middle) = (filled.part.clamp(0.0, 1.0), filled.middle);
     if !(LEAST..=1.0 - LEAST).contains(&covered) {
-        return (covered, Vector3::zeros());
+        return (covered, [0.0; D]);
     }
-    let open = |a: usize| if a < D { (covered * middle[a] - filled.moment[a]) / (1.0 - covered) } else { 0.0 };
-    (covered, Vector3::from_fn(|a, _| open(a)))
+    (covered, std::array::from_fn(|a| (covered * middle[a] - filled.moment[a]) / (1.0 - covered)))
 }

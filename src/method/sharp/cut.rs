@@ -34,8 +34,9 @@ pub struct CutBodies<const D: usize> {
     pub(super) shared: Vec<Part>,
     /// What the finer profile adds to each of the cells inside, one body after another (m/s); none where a body moves.
     deferred: Vec<Vector3<f64>>,
-    /// Scratch of what a body fills.
+    /// Scratch of what a body fills, and by axis of the arms to the faces that it covers (m).
     tiles: Tiles,
+    arms: [Vec<Vector3<f64>>; D],
     /// What bodies cover of each face of an axis while faces are opened, and which have been listed; zero otherwise.
     pub(super) total: Vec<f64>,
     /// Of the faces that bodies cut, and once more of those in narrow gaps, their memory before a step (m/s).
@@ -52,6 +53,7 @@ impl<const D: usize> CutBodies<D> {
         let size = std::array::from_fn(|a| if a < D { grid.size[a] } else { 1.0 });
         let cut: Vec<_> = bodies.iter().map(|b| CutBody::new(grid, b.shape(), h)).collect();
         let faces = cut.iter().map(|cut| cut.cuts[0].capacity()).sum();
+        let most = cut.iter().map(|cut| cut.cuts[0].capacity()).max().unwrap_or(0);
         let shared = cut.iter().map(|cut| cut.inside_shared.capacity()).sum();
         let open = vec![1.0 / domain.fluid.density; grid.field().len()];
         CutBodies {
@@ -64,6 +66,7 @@ impl<const D: usize> CutBodies<D> {
             shared: Vec::with_capacity(shared),
             deferred: Vec::new(),
             tiles: Tiles::for_radius(bodies.iter().map(Body::radius).fold(0.0, f64::max), &grid.h),
+            arms: std::array::from_fn(|_| Vec::with_capacity(most)),
             total: grid.field(),
             remembered: Vec::with_capacity(2 * D * faces),
             periods,
@@ -127,7 +130,7 @@ impl<const D: usize> CutBodies<D> {
             let turn = bodies[k].turn();
             let around =
                 Surroundings { grid, boundaries, bodies, turn, near: &self.beside, h: self.h, friction, finer, reach };
-            self.bodies[k].rebuild(&around, k, &self.before[k], &mut self.tiles);
+            self.bodies[k].rebuild(&around, k, &self.before[k], &mut self.tiles, &mut self.arms);
         }
         if finer {
             // Fixed bodies are built once, and steps ask for no more.

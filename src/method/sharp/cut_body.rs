@@ -77,7 +77,7 @@ pub struct Point {
 pub struct CutBody<const D: usize> {
     /// Faces that it covers, by axis, and where their open parts lie.
     pub cuts: [Vec<Cut>; D],
-    pub openings: [Vec<Opening>; D],
+    pub openings: [Vec<Opening<D>>; D],
     /// Whether another body or a wall is so near that there may be some in narrow gaps: all ranks know.
     pub in_company: bool,
     /// Those in narrow gaps that are nearest to it, by axis.
@@ -149,7 +149,7 @@ impl<const D: usize> CutBody<D> {
     }
 
     /// The faces along `axis` that it covers.
-    pub fn faces(&self, axis: usize) -> impl Iterator<Item = (&Cut, &Opening)> {
+    pub fn faces(&self, axis: usize) -> impl Iterator<Item = (&Cut, &Opening<D>)> {
         self.cuts[axis].iter().zip(&self.openings[axis])
     }
 
@@ -165,7 +165,7 @@ impl<const D: usize> CutBody<D> {
         for (axis, faces) in faces.iter_mut().enumerate() {
             for (cut, opening) in self.faces(axis) {
                 let face = &mut faces[cut.face as usize];
-                *face += cut.covered * (body.velocity[axis] - *face) + body.spin.cross(&opening.lever)[axis];
+                *face += cut.covered * (body.velocity[axis] - *face) + body.spin.cross(&opening.lever())[axis];
             }
         }
     }
@@ -175,8 +175,15 @@ impl<const D: usize> CutBody<D> {
         self.solid.iter().zip(self.owns.iter().copied()).filter(|(_, owns)| *owns > 0.0)
     }
 
-    /// Finds the faces and cells of the body `k`, as it lies now and lay `before`.
-    pub fn rebuild(&mut self, around: &Surroundings<D>, k: usize, before: &Before, tiles: &mut Tiles) {
+    /// Finds the faces and cells of the body `k`, as it lies now and lay `before`; in `tiles` and `arms` is scratch.
+    pub fn rebuild(
+        &mut self,
+        around: &Surroundings<D>,
+        k: usize,
+        before: &Before,
+        tiles: &mut Tiles,
+        arms: &mut [Vec<Vector3<f64>>; D],
+    ) {
         let (grid, body, turn) = (around.grid, &around.bodies[k], &around.turn);
         let (shape, placed) = (body.shape(), Placed { shape: body.shape(), centre: body.centre, turn: *turn });
         self.in_company = around.has_neighbours(k);
@@ -195,7 +202,7 @@ impl<const D: usize> CutBody<D> {
             self.spots = shape.surface(around.h);
         }
         for (axis, (cuts, openings)) in self.cuts.iter_mut().zip(&mut self.openings).enumerate() {
-            aperture::cuts(grid, axis, &placed, tiles, cuts, openings);
+            aperture::cuts(grid, axis, &placed, tiles, cuts, openings, &mut arms[axis]);
         }
         fraction::overlaps(grid, &placed, fraction::Rule::Exact, tiles, &mut self.solid);
         self.clear();
@@ -245,16 +252,16 @@ impl<const D: usize> CutBody<D> {
         }
         debug_assert_eq!(self.owns.len(), self.solid.len());
         if tight > 0.0 {
-            self.find_gaps(around, k);
+            self.find_gaps(around, k, arms);
         }
         self.place_points(around, k);
     }
 
-    /// Finds the faces in gaps that the grid does not resolve.
-    fn find_gaps(&mut self, around: &Surroundings<D>, k: usize) {
+    /// Finds the faces in gaps that the grid does not resolve, by the arms to their centres (m).
+    fn find_gaps(&mut self, around: &Surroundings<D>, k: usize, arms: &[Vec<Vector3<f64>>; D]) {
         let shape = around.bodies[k].shape();
-        for ((cuts, openings), gaps) in self.cuts.iter().zip(&self.openings).zip(&mut self.gaps) {
-            for (cut, Opening { arm, .. }) in cuts.iter().zip(openings).filter(|(cut, _)| cut.covered < 1.0) {
+        for ((cuts, arms), gaps) in self.cuts.iter().zip(arms).zip(&mut self.gaps) {
+            for (cut, arm) in cuts.iter().zip(arms).filter(|(cut, _)| cut.covered < 1.0) {
                 let own = shape.distance(&around.turn, arm);
                 let (share, kept) = around.flow(around.width_at(k, arm, own));
                 if kept > 0.0 && around.is_nearest(k, arm, own) {

@@ -10,7 +10,6 @@ use crate::grid::{Grid, VectorField, simd};
 use crate::kernels::faces::means;
 use crate::particles::Body;
 use crate::state::State;
-use nalgebra::Vector3;
 
 impl<const D: usize> CutBodies<D> {
     /// (8): face velocities from those of the cells, ghosts filled, the memory, of which the part `pace.keep` stays on the faces that a
@@ -88,7 +87,7 @@ impl<const D: usize> CutBodies<D> {
             for (cut, opening) in cut.faces(axis) {
                 let at = cut.face as usize;
                 let q = memory[at] + dt * a[at];
-                face[at] += cut.covered * (body.velocity[axis] - q) + body.spin.cross(&opening.lever)[axis];
+                face[at] += cut.covered * (body.velocity[axis] - q) + body.spin.cross(&opening.lever())[axis];
             }
         }
     }
@@ -134,7 +133,7 @@ impl<const D: usize> CutBodies<D> {
 
 /// What a covered face has in place of that mean: that of the two cells, moved to the centroid of its open part by the
 /// derivatives.
-fn to_open_part<const D: usize>(grid: &Grid<D>, axis: usize, face: usize, open: &Vector3<f64>, q: &[f64]) -> f64 {
+fn to_open_part<const D: usize>(grid: &Grid<D>, axis: usize, face: usize, open: &[f64; D], q: &[f64]) -> f64 {
     let s = grid.stride[axis];
     let parts = (0..D).map(|a| {
         let t = grid.stride[a];

@@ -42,7 +42,7 @@ impl<const D: usize> CutBodies<D> {
                 let face = cut.face as usize;
                 let mut force = Vector3::zeros();
                 force[axis] = area * (p[face - s] - p[face]);
-                torque += opening.lever.cross(&force);
+                torque += opening.lever().cross(&force);
             }
         }
         torque

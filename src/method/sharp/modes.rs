@@ -71,8 +71,8 @@ impl<const D: usize> Sharp<D> {
                 weights[mode] = volume * answer.eigenvalues[about];
                 let spin = answer.eigenvectors.column(about) / radius;
                 for axis in 0..D {
-                    let face = |(cut, opening): (&Cut, &Opening)| {
-                        covered(mode, axis, cut.face, spin.cross(&opening.lever)[axis])
+                    let face = |(cut, opening): (&Cut, &Opening<D>)| {
+                        covered(mode, axis, cut.face, spin.cross(&opening.lever())[axis])
                     };
                     entries.extend(cut.faces(axis).map(face));
                 }
@@ -194,7 +194,7 @@ impl<const D: usize> Following<'_, D> {
             body.spin += change;
             for axis in 0..D {
                 for (cut, opening) in self.cut.bodies[k].faces(axis) {
-                    faces[axis][cut.face as usize] += change.cross(&opening.lever)[axis];
+                    faces[axis][cut.face as usize] += change.cross(&opening.lever())[axis];
                 }
             }
         }

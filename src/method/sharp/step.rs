@@ -170,7 +170,7 @@ impl<const D: usize> Sharp<D> {
     /// (13-15), the free bodies with it, which contacts mend on the way. Collective.
     pub(super) fn project(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
         self.set_modes(domain, &s.bodies)?;
-        let projected = match self.contacts.as_ref().map(|contacts| contacts.gave(&s.bodies)) {
+        let projected = match self.contacts.as_ref().map(|contacts| contacts.gave(&s.bodies, dt)) {
             Some((true, light)) => self.project_mended(domain, s, light, dt)?,
             _ => self.project_with_bodies(domain, s, dt, None)?,
         };
