@@ -1,6 +1,6 @@
 //! Free bodies that reach an outflow leave, return or end the run, and nothing of the others changes.
 
-use crate::support::{SHARP, box_case, columns, mics, mpirun, run, summary};
+use crate::support::{PERIODIC, SHARP, box_case, columns, mics, mpirun, run, summary};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -319,6 +319,30 @@ fn a_light_body_that_comes_in_goes_on_with_its_part_of_the_momentum() {
         for loss in ["method_loss", "contact_loss", "viscous_loss"] {
             let least = steps[loss].iter().copied().fold(0.0, f64::min);
             assert!(least > -1e-2 * given, "s = {s} at {y} m: {loss} {least:.1e} of {given:.1e} J");
+        }
+    }
+}
+
+/// In a periodic box at rest nothing else has momentum: what comes in stays, in the cells, in bodies, and in what these have not felt yet.
+#[test]
+fn what_comes_in_brings_its_momentum_and_no_more() {
+    for s in [0.1, 1.0, 2.65] {
+        let dir = tempfile::tempdir().unwrap();
+        let disc = |x: f64, more: &str| {
+            format!(
+                "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [{x:?}, 0.513]\ndensity = {s:?}\n{more}\n"
+            )
+        };
+        let both = disc(0.607, "velocity = [0.5, 0.2]\nenter = { time = 0.01 }") + &disc(1.02, "");
+        let text = format!("{both}[contact]\n[time]\nend = 0.1\nstep = 0.01\n{SHARP}");
+        let out = dir.path().join("out");
+        run(&write(dir.path(), &box_case([2.0, 1.0], [48, 24], 0.01, PERIODIC, &text)), &out, &[]);
+        let steps = columns(&out.join("steps.csv"));
+        let mass = s * std::f64::consts::PI * 0.15 * 0.15;
+        for (axis, velocity) in [("momentum_x", 0.5), ("momentum_y", 0.2)] {
+            let last = steps[axis].last().unwrap();
+            println!("s = {s}: {axis} {last} of {}", mass * velocity);
+            assert!((last / (mass * velocity) - 1.0).abs() < 1e-9, "s = {s}: {axis} {last} of {}", mass * velocity);
         }
     }
 }

@@ -8,10 +8,13 @@
 //! and the fluid is set off with them. To one that comes in later the fluid gives way at the cost of its momentum, and the free bodies beside it follow:
 //! it goes on with what its mass is of that and the added mass. Left to a step's stages, the jump of its wall would turn a light body back.
 
-use super::{Sharp, history};
+use super::load::whole_inside;
+use super::tally::MomentumTally;
+use super::{NUMBERS, Sharp, history};
 use crate::Result;
 use crate::domain::Domain;
 use crate::grid::VectorField;
+use crate::kernels::faces;
 use crate::state::{State, Unimposed};
 use nalgebra::{Matrix3, Vector3};
 
@@ -29,20 +32,38 @@ impl<const D: usize> Sharp<D> {
             cut.cover_faces(body, &mut s.faces);
         }
         domain.boundaries.set_faces(&mut s.faces);
+        // No force of a step has made what is inside, before or after.
+        self.take_inside(domain, s, |_| true)?;
         for (motion, body) in self.motions.iter_mut().zip(&s.bodies) {
             motion.inertia = body.mass();
+            (motion.pressure, motion.pressure_torque) = Default::default();
             motion.turns = body.freedom().map_or_else(Matrix3::zeros, |freedom| body.inertia().inverse(&freedom));
         }
         self.set_modes(domain, &s.bodies)?;
         self.strike(domain, s, true)?;
+        self.defer(domain, s)?;
         add(&mut s.faces_before, 1.0, &s.faces);
         let walls = history(&mut s.walls)?;
         add(&mut walls.memory, 1.0, &self.acceleration.faces);
         shift(&mut walls.unimposed, 1.0, &s.u);
         (s.p, s.drive) = (p, drive);
         self.find_acceleration(domain, s);
-        // No force of a step has made what changed inside the bodies.
         self.take_inside(domain, s, |_| true)
+    }
+
+    /// Defers what the fluid lost by an impulse beyond what that gave to the free bodies, as steps do. Collective.
+    fn defer(&mut self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
+        let sums = self.sum_inside(domain, s)?;
+        let histories = &mut history(&mut s.walls)?.bodies;
+        for (k, row) in sums.chunks_exact(NUMBERS).enumerate().filter(|(k, _)| s.bodies[*k].freedom().is_some()) {
+            let (body, history) = (&s.bodies[k], &mut histories[k]);
+            let [given, inside, swirl] = [0, 6, 9].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
+            let (inside, _) = whole_inside(domain.fluid.density, body, (inside, swirl));
+            let lost = inside - history.inside.0 - given - domain.unfelt(&s.drive, body.volume());
+            history.deferred += lost - self.motions[k].pressure;
+        }
+        self.work.sums = sums;
+        Ok(())
     }
 
     /// Projects the faces over a second, so that the potential in the pressure's place is its impulse, which corrects the cells; the wall is imposed on them.
@@ -59,8 +80,13 @@ impl<const D: usize> Sharp<D> {
         // Outflows have no impulse, whatever comes in there.
         domain.boundaries.fill_increment(&mut s.p)?;
         self.acceleration.of_pressure(domain, &self.cut, &s.p, s.drive);
-        self.acceleration.add_to(domain, &self.cut, 1.0, &mut s.u);
-        self.impose(domain, &s.bodies, &mut s.u)
+        let Sharp { cut, acceleration, work, .. } = self;
+        work.tally.fill(MomentumTally::default());
+        faces::add_to_cells(&domain.grid, 1.0, &acceleration.faces, &mut s.u);
+        acceleration.add_opened(domain, cut, 1.0, Some(&mut work.tally), &mut s.u);
+        domain.boundaries.fill_velocity(&mut s.u)?;
+        cut.impose(domain, &s.bodies, false, &mut work.inside, Some(&mut work.tally), &mut s.u);
+        domain.boundaries.fill_velocity(&mut s.u)
     }
 }
 

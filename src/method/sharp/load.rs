@@ -87,7 +87,7 @@ impl<const D: usize> CutBodies<D> {
 }
 
 /// Momentum and angular momentum inside a body in all, from that relative to its own motion.
-fn whole_inside(
+pub(super) fn whole_inside(
     fluid_density: f64,
     body: &Body,
     (momentum, swirl): (Vector3<f64>, Vector3<f64>),
@@ -100,7 +100,7 @@ fn whole_inside(
 
 impl<const D: usize> Sharp<D> {
     /// Per body, the sums over the ranks of the tally and of the momentum inside. Collective.
-    fn sum_inside(&mut self, domain: &Domain<D>, s: &State<D>) -> Result<Vec<f64>> {
+    pub(super) fn sum_inside(&mut self, domain: &Domain<D>, s: &State<D>) -> Result<Vec<f64>> {
         let mut sums = std::mem::take(&mut self.work.sums);
         for (k, row) in sums.chunks_exact_mut(NUMBERS).enumerate() {
             let (tally, (inside, swirl)) = (&self.work.tally[k], self.cut.inside(domain, &s.bodies[k], k, &s.u));
