@@ -38,8 +38,8 @@ use crate::archive::{Archive, Checkpointed};
 use crate::error::NotFinite;
 use crate::particles::{Body, Inertia, Neighbours, Push};
 use crate::{Error, Result, params};
-use law::Law;
 pub use law::{Damping, Laws, Material};
+use law::{Kinematics, Law};
 use lubrication::Film;
 pub use lubrication::Medium;
 use mend::Bond;
@@ -363,23 +363,40 @@ impl Contacts {
 
     /// Finds the pairs of bodies as they lie, before any [`advance`](Contacts::advance).
     pub fn meet(&mut self, bodies: &[Body]) {
+        for (i, body) in bodies.iter().enumerate() {
+            self.answers[i] = Answer::of(body, &Push::default(), self.mass_in_contact(body, 1.0), &body.inertia());
+        }
         self.search(bodies, 0.0, false);
     }
 
-    /// Per body, whether it lies on another or on a wall after a [`meet`](Contacts::meet): they touch and hardly come nearer.
-    pub fn held_up(&self, bodies: &[Body]) -> Vec<bool> {
+    /// Per body, whether it lies on another or on a wall after a [`meet`](Contacts::meet), or begins to leave it, as `accelerated` by fluid and
+    /// gravity (m/s2): they touch and hardly come nearer, or the film between them is too stiff to let them go.
+    pub fn held_up(&self, bodies: &[Body], accelerated: impl Fn(usize) -> Vector3<f64>) -> Vec<bool> {
         let mut held = vec![false; bodies.len()];
         for pair in &self.pairs {
             let met = self.kinematics(pair, bodies, 0.0).0;
             // What comes nearer by a thousandth of its radius while a contact lasts is no impact.
             let lasts = self.law(pair).contact_time(1.0 / met.inverse_normal, met.approach.max(0.0));
             let still = met.approach <= 0.0 || met.approach * lasts < 1e-3 * bodies[pair.first].radius();
-            let lies = met.overlap >= -self.medium.roughness && still;
+            let pulled = accelerated(pair.first)
+                - bodies.get(pair.second).map_or_else(Vector3::zeros, |_| accelerated(pair.second));
+            let lies = still
+                && (met.overlap >= -self.medium.roughness
+                    || self.is_held(pair, bodies, &met, pulled.dot(&met.normal).abs()));
             for k in [pair.first, pair.second] {
                 held.get_mut(k).into_iter().for_each(|held| *held |= lies);
             }
         }
         held
+    }
+
+    /// Whether the film of a pair, which is pulled at by this acceleration (m/s2), resists it by far at the speed that a free way across the gap would
+    /// give the two, and they are no faster.
+    fn is_held(&self, pair: &Pair, bodies: &[Body], met: &Kinematics, pulled: f64) -> bool {
+        let gap = -met.overlap;
+        let speed = (2.0 * pulled * gap).sqrt();
+        let resisted = self.film(pair, bodies, gap, gap).normal * met.inverse_normal * speed;
+        met.approach.abs() <= speed && resisted > params::holding_film() * pulled
     }
 
     /// Energy in the normal springs of the pairs of the last [`advance`](Contacts::advance) or [`meet`](Contacts::meet), where the bodies lie now (J).

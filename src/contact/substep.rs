@@ -326,7 +326,7 @@ impl Contacts {
     }
 
     /// What the fluid in a pair's gap resists as it goes from a width to another (m): as it was found last, where it has hardly changed.
-    fn film(&self, pair: &Pair, bodies: &[Body], gap: f64, next: f64) -> Film {
+    pub(super) fn film(&self, pair: &Pair, bodies: &[Body], gap: f64, next: f64) -> Film {
         let near = |g: f64| (g - pair.film.gap).abs() <= SAME_GAP * pair.film.gap;
         if (gap <= 0.0 && next <= 0.0 && pair.film.gap == 0.0) || (gap > 0.0 && near(gap) && near(next)) {
             return pair.film;

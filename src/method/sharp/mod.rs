@@ -234,9 +234,17 @@ impl<const D: usize> Sharp<D> {
     /// momentum inside as it is; ghosts of the velocity filled. Collective.
     pub fn begin_bodies(&mut self, domain: &Domain<D>, s: &mut State<D>, new: impl Fn(usize) -> bool) -> Result<()> {
         let sums = self.sum_forces(domain, s)?;
+        let fluid = &domain.fluid;
+        // As it begins to move where it is alone.
+        let begins = |body: &Body| {
+            let (added, displaced) = (body.added_mass(fluid.density), fluid.density * body.volume());
+            let driven = s.drive.map_or_else(Vector3::zeros, |force| added / fluid.density * force);
+            let pull = (body.mass() - displaced) * fluid.gravity + domain.felt(&s.drive, body.volume()) + driven;
+            body.freedom().map_or_else(Vector3::zeros, |freedom| freedom.along(&pull) / (body.mass() + added))
+        };
         let lying = self.contacts.as_mut().map(|contacts| {
             contacts.meet(&s.bodies);
-            contacts.held_up(&s.bodies)
+            contacts.held_up(&s.bodies, |k| begins(&s.bodies[k]))
         });
         let all = history(&mut s.walls)?.bodies.iter_mut().zip(&s.bodies).zip(sums.chunks_exact(NUMBERS));
         for (k, ((history, body), row)) in all.enumerate().filter(|(_, ((_, body), _))| new(body.id)) {
@@ -244,11 +252,7 @@ impl<const D: usize> Sharp<D> {
             let lies = body.freedom().is_some() && lying.as_ref().is_some_and(|lying| lying[k]);
             history.pressed = Pressed((!lies).then(Vector3::zeros));
             let Some(freedom) = body.freedom() else { continue };
-            let (density, gravity) = (domain.fluid.density, domain.fluid.gravity);
-            let (weight, added) = ((body.mass() - density * body.volume()) * gravity, body.added_mass(density));
-            let driven = s.drive.map_or_else(Vector3::zeros, |force| added / density * force);
-            let pull = weight + domain.felt(&s.drive, body.volume()) + driven;
-            history.push.acceleration = freedom.along(&pull) / (body.mass() + added);
+            history.push.acceleration = begins(body);
             let torque = Vector3::from_column_slice(&row[6..9]);
             history.push.angular = body.inertia().answer(&torque, &freedom);
         }
