@@ -1,41 +1,84 @@
 //! Speeds that a case foretells.
 //!
 //! ```text
-//!   drive    min( G L^2/(c mu), G t/rho )     c = 8 between walls L apart or where bodies are held, 2 beside one wall; t: until the end
+//!   steady   min( G H^2/(2 mu), 50 (G H/rho)^(1/2) )     H: to the middle between walls or to the far side from one, half the box where bodies are held
+//!   drive    min( steady, G t/rho )                      t: until the end
 //! ```
+//! The first is laminar, the second twice what turbulence lets through at friction Reynolds numbers of some thousands.
 
 use super::{Case, Drive, Side};
 
 impl Case {
-    /// The speed (m/s) to which a given force, or gravity along a slope, may bring the fluid; `None` where there is no such drive.
-    pub fn driven_speed(&self) -> Option<f64> {
+    /// The force per volume (N/m3) that drives the fluid, given or of gravity along a slope; `None` where there is no such drive.
+    fn driving_force(&self) -> Option<f64> {
         let axes = || (0..self.dimension()).filter(|axis| self.periodic(*axis));
-        let force: f64 = match self.drive.as_ref()? {
-            Drive::Force(force) => axes().map(|a| force[a] * force[a]).sum::<f64>().sqrt(),
-            Drive::Gravity => self.fluid.density * axes().map(|a| self.fluid.gravity[a].powi(2)).sum::<f64>().sqrt(),
-            Drive::MeanVelocity(_) | Drive::HoldMixture => return None,
-        };
+        match self.drive.as_ref()? {
+            Drive::Force(force) => Some(axes().map(|a| force[a] * force[a]).sum::<f64>().sqrt()),
+            Drive::Gravity => {
+                Some(self.fluid.density * axes().map(|a| self.fluid.gravity[a].powi(2)).sum::<f64>().sqrt())
+            }
+            Drive::MeanVelocity(_) | Drive::HoldMixture => None,
+        }
+    }
+
+    /// The speed (m/s) of the fluid once friction balances that force; infinite where nothing holds it.
+    fn steady_speed(&self, force: f64) -> f64 {
         let is_wall = |side: &Side| matches!(side, Side::Wall | Side::MovingWall(_));
         let between = |axis: usize| {
             let (size, walls) =
                 (self.domain.size[axis], self.boundary[axis].iter().filter(|side| is_wall(side)).count());
             match walls {
                 0 => f64::INFINITY,
-                1 => size * size / 2.0,
-                _ => size * size / 8.0,
+                1 => size,
+                _ => 0.5 * size,
             }
         };
         let held = self.particle.iter().any(|p| !p.is_free());
         let narrow = self.domain.size.iter().copied().fold(f64::INFINITY, f64::min);
-        let among = if held { narrow * narrow / 8.0 } else { f64::INFINITY };
-        let squared = (0..self.dimension()).map(between).fold(among, f64::min);
-        let viscous = if self.fluid.viscosity > 0.0 { force * squared / self.fluid.viscosity } else { f64::INFINITY };
-        Some(viscous.min(force * self.time.end / self.fluid.density))
+        let among = if held { 0.5 * narrow } else { f64::INFINITY };
+        let way = (0..self.dimension()).map(between).fold(among, f64::min);
+        (0.5 * force * way * way / self.fluid.viscosity).min(50.0 * (force * way / self.fluid.density).sqrt())
     }
 
-    /// The largest speed of the fluid (m/s) that the case itself tells: of its stream, its drive or its vortex.
+    /// The speed (m/s) to which the drive may bring the fluid until the end; `None` without a force that drives it.
+    pub fn driven_speed(&self) -> Option<f64> {
+        let force = self.driving_force()?;
+        Some(self.steady_speed(force).min(force * self.time.end / self.fluid.density))
+    }
+
+    /// The largest speed of the fluid (m/s) that the case itself tells, whenever it ends: of its stream, its drive or its vortex. Where nothing holds what
+    /// is driven, it is that at the end.
     pub fn fluid_speed(&self) -> f64 {
-        let told = [self.reference_speed, self.driven_speed(), self.initial.taylor_green];
+        let driven = self.driving_force().map(|force| self.steady_speed(force)).filter(|speed| speed.is_finite());
+        let told = [self.reference_speed, driven.or_else(|| self.driven_speed()), self.initial.taylor_green];
         told.into_iter().flatten().fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::config::written;
+
+    /// Springs go by it, and a run that goes on to a later end keeps its springs.
+    #[test]
+    fn the_speed_of_a_driven_fluid_between_walls_does_not_depend_on_the_end() {
+        let speeds = |walls: &str, viscosity: f64, end: f64| {
+            let text = format!(
+                "name = \"d\"\ndomain = {{ size = [2.0, 1.0], cells = [32, 16] }}\n\
+                 fluid = {{ density = 1000.0, viscosity = {viscosity:?} }}\n\
+                 boundary = {{ west = \"periodic\", east = \"periodic\", south = {walls:?}, north = {walls:?} }}\n\
+                 drive = {{ force = [10.0, 0.0] }}\ntime = {{ end = {end:?}, cfl = 0.4 }}\n"
+            );
+            let case = written(&text).unwrap();
+            (case.fluid_speed(), case.driven_speed().unwrap())
+        };
+        // Laminar: G H^2/(2 mu) with H = 0.5 m. Turbulent: no faster than 50 (G H/rho)^(1/2).
+        for (viscosity, steady) in [(100.0, 0.0125), (0.001, 50.0 * 0.005f64.sqrt())] {
+            let [(short, soon), (long, late)] = [1e-3, 1e6].map(|end| speeds("wall", viscosity, end));
+            assert!((short / steady - 1.0).abs() < 1e-12 && short == long, "{short}, {long} of {steady}");
+            assert!((soon / 1e-5 - 1.0).abs() < 1e-12 && late == long, "{soon}, {late}");
+        }
+        // Nothing holds it: as fast as it gets.
+        assert_eq!(speeds("periodic", 1.0, 3.0), (0.03, 0.03));
     }
 }

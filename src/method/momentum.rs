@@ -86,7 +86,7 @@ impl<const D: usize> Momentum<D> {
     /// The face velocities that carry in a step of `dt` (s): in the middle of it, for schemes of second order, which keep those of
     /// the step before.
     pub fn carrier<'a>(&self, s: &'a State<D>, dt: f64) -> Carrier<'a, D> {
-        let extrapolates = !s.faces_before[0].is_empty() && s.steps > 0;
+        let extrapolates = !s.faces_before[0].is_empty() && s.dt > 0.0;
         let before = extrapolates.then(|| (&s.faces_before, 0.5 * dt / s.dt));
         Carrier { now: &s.faces, before, upwinding: self.scheme.upwinding }
     }

@@ -29,11 +29,11 @@ impl<const D: usize> Scene<D> {
         // What presses and pushes bodies from now on is not what did: they begin as from there.
         let forces = |case: &Case| (case.fluid.gravity.clone(), case.drive.clone());
         let weigh_alike = s.bodies.iter().zip(&bodies).all(|(body, ended)| body.mass() == ended.mass());
-        let begin: Vec<usize> = if forces(case) != forces(before) || !weigh_alike {
-            s.bodies.iter().map(|body| body.id).collect()
-        } else {
-            Vec::new()
-        };
+        let mut begin = Vec::new();
+        if forces(case) != forces(before) || !weigh_alike {
+            begin.extend(s.bodies.iter().map(|body| body.id));
+            s.drive = fresh.drive;
+        }
         for (k, (body, ended)) in s.bodies.iter_mut().zip(&bodies).enumerate() {
             if (body.centre - ended.centre).norm() > 1e-9 * body.radius() {
                 return Err(Error::Usage(format!(
@@ -46,7 +46,7 @@ impl<const D: usize> Scene<D> {
         if self.method.contacts().is_none_or(|contacts| contacts.check(&s.touching).is_err()) {
             s.touching = fresh.touching;
         }
-        (s.drive, s.waiting) = (fresh.drive, fresh.waiting);
+        s.waiting = fresh.waiting;
         s.balance = fresh.balance.map(|_| Balance::default());
         self.resume()?;
         self.method.begin_bodies(&mut self.domain, &mut self.state, &begin)?;

@@ -576,3 +576,42 @@ fn a_run_begins_where_another_ended_and_goes_on_byte_for_byte() {
     std::fs::remove_file(at("settled/summary.json")).unwrap();
     refused(&good, "has not ended");
 }
+
+/// The drive that holds a mean velocity and the faces of the step before are what they were; "auto" would take the springs from the speeds there.
+#[test]
+fn a_driven_run_that_begins_where_another_ended_is_the_one_that_went_on() {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, drive) in
+        [("held", "mean_velocity = { axis = \"x\", value = 0.05 }"), ("driven", "force = [400.0, 0.0]")]
+    {
+        let at = |part: &str| dir.path().join(format!("{name}-{part}"));
+        let go = |part: &str, end: f64, more: &str| {
+            let discs: String = [(0.0101, 0.0112), (0.0043, 0.0034)]
+                .iter()
+                .map(|(x, y)| {
+                    format!("[[particle]]\nshape.disc.diameter = 0.006\ndensity = 2650.0\nposition = [{x}, {y}]\n")
+                })
+                .collect();
+            let text = format!(
+                "name = \"part\"\ndomain = {{ size = [0.02, 0.02], cells = [20, 20] }}\n\
+                 fluid = {{ density = 1000.0, viscosity = 0.05, gravity = [0.0, -9.81] }}\n\
+                 boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }}\n\
+                 contact = {{ friction = 0.3, normal_stiffness = 1e4 }}\npressure = {{ divergence_limit = 1e-9 }}\ndrive = {{ {drive} }}\n\
+                 time = {{ end = {end:?}, step = 5e-4 }}\noutput = {{ figures = false, particles = {{ every = 1 }} }}\n{}",
+                if more.is_empty() { &discs } else { more }
+            );
+            let case = at(&format!("{part}.toml"));
+            std::fs::write(&case, text).unwrap();
+            run(&case, &at(part), &[]);
+            (columns(&at(part).join("particles.csv")), columns(&at(part).join("steps.csv")))
+        };
+        go("first", 0.02, "");
+        let (second, forces) = go("second", 0.01, &format!("[initial]\nfrom = {:?}\n", at("first")));
+        let (whole, all) = go("whole", 0.03, "");
+        assert!(whole["contact_fy"].iter().any(|force| *force != 0.0), "{name}: they touch");
+        for column in ["x", "y", "vx", "vy", "wz", "contact_fy"] {
+            assert_eq!(second[column][2..], whole[column][2 * 41..], "{name}: {column}");
+        }
+        assert_eq!(forces["drive_fx"], all["drive_fx"][40..], "{name}");
+    }
+}
