@@ -40,6 +40,7 @@ impl<const D: usize> Sharp<D> {
             motion.turns = body.freedom().map_or_else(Matrix3::zeros, |freedom| body.inertia().inverse(&freedom));
         }
         self.set_modes(domain, &s.bodies)?;
+        self.find_displaced(domain, &s.bodies)?;
         self.strike(domain, s, true)?;
         self.defer(domain, s)?;
         add(&mut s.faces_before, 1.0, &s.faces);

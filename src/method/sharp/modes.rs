@@ -81,11 +81,35 @@ impl<const D: usize> Sharp<D> {
         domain.projection.set_modes(weights, entries, oblong)
     }
 
+    /// Finds the volumes on which the drive acts. One that holds a mean velocity, as a mean gradient of the pressure, acts on free bodies through the faces
+    /// that the pressure acts through, or the two would not be found together: with their own volume a light body beside a heavy one did not let
+    /// the iteration converge. Collective.
+    pub(super) fn find_displaced(&mut self, domain: &Domain<D>, bodies: &[Body]) -> Result<()> {
+        for (motion, body) in self.motions.iter_mut().zip(bodies) {
+            motion.displaced = Vector3::repeat(body.volume());
+        }
+        if domain.drive.as_ref().and_then(|drive| drive.held()).is_none() {
+            return Ok(());
+        }
+        let (volume, sums) = (domain.grid.cell_volume(), &mut self.work.sums[..3 * bodies.len()]);
+        for (row, cut) in sums.chunks_exact_mut(3).zip(&self.cut.bodies) {
+            for (sum, cuts) in row.iter_mut().zip(&cut.cuts) {
+                *sum = volume * cuts.iter().filter(|cut| cut.owned).map(|cut| cut.covered).sum::<f64>();
+            }
+        }
+        domain.session.sum(sums)?;
+        let free = self.motions.iter_mut().zip(bodies).zip(sums.chunks_exact(3));
+        for ((motion, _), row) in free.filter(|((_, body), _)| body.freedom().is_some()) {
+            (0..D).for_each(|axis| motion.displaced[axis] = row[axis]);
+        }
+        Ok(())
+    }
+
     /// Lets the pressure's equation know of a drive that holds a mean velocity; returns its mean answer (m3/kg). Collective.
     fn hold(&self, domain: &mut Domain<D>, bodies: &[Body]) -> Result<f64> {
         let Some(axis) = domain.drive.as_ref().and_then(|drive| drive.held()) else { return Ok(0.0) };
         let goes = |(body, motion): (&Body, &BodyMotion)| {
-            body.freedom().filter(|freedom| freedom.translation[axis]).map(|_| body.volume() / motion.inertia)
+            body.freedom().filter(|freedom| freedom.translation[axis]).map(|_| motion.displaced[axis] / motion.inertia)
         };
         let of_body = bodies.iter().zip(&self.motions).map(goes).zip(&self.cut.bodies);
         let carried = of_body.filter_map(|(answer, cut)| Some((answer?, &cut.cuts[axis])));
@@ -143,7 +167,7 @@ impl<const D: usize> Coupled<D> for Following<'_, D> {
             return Ok(());
         }
         for (k, (body, motion)) in self.bodies.iter_mut().zip(self.motions.iter_mut()).enumerate() {
-            let force = driving.drive.on_body(&change, body.volume());
+            let force = driving.drive.on_body(&change, 1.0).component_mul(&motion.displaced);
             motion.pressure += force;
             let Some(freedom) = body.freedom() else { continue };
             let change = freedom.along(&force) * (dt / motion.inertia);

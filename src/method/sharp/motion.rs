@@ -25,6 +25,8 @@ pub struct BodyMotion {
     pub inertia: f64,
     /// What a torque's impulse changes of the spin of a body that is not round (1/(kg m2)), with that resistance likewise.
     pub turns: Matrix3<f64>,
+    /// The volume that faces normal to each axis show of it (m3): where bodies touch, less than its own.
+    pub displaced: Vector3<f64>,
     /// Pressure force of the step so far (N), and its torque on a body that is not round (N m).
     pub pressure: Vector3<f64>,
     pub pressure_torque: Vector3<f64>,
@@ -108,6 +110,7 @@ impl<const D: usize> Sharp<D> {
     /// Predicts the velocities of the free bodies at their new place, by all forces with the last pressure, whose changes follow.
     /// Collective.
     pub(super) fn predict_velocities(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+        self.find_displaced(domain, &s.bodies)?;
         let sums = self.sum_forces(domain, s)?;
         let (fluid, h) = (&domain.fluid, self.cut.h);
         let histories = &mut history(&mut s.walls)?.bodies;
@@ -117,7 +120,7 @@ impl<const D: usize> Sharp<D> {
             let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
             let (body, motion, history) = (&mut s.bodies[k], &mut self.motions[k], &mut histories[k]);
             let (before, torque_before) = history.shear.replace((shear, torque)).unwrap_or((shear, torque));
-            let pressure = pressure + domain.felt(&s.drive, body.volume());
+            let pressure = pressure + domain.felt(&s.drive, 1.0).component_mul(&motion.displaced);
             (motion.pressure, motion.pressure_torque) = (pressure, pressure_torque);
             let (drag, turn) = resistance(body, &motion.shell, fluid.viscosity / h);
             let share = inertial_share(body, &turn, dt);
