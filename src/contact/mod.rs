@@ -381,7 +381,7 @@ impl Contacts {
             let pulled = accelerated(pair.first)
                 - bodies.get(pair.second).map_or_else(Vector3::zeros, |_| accelerated(pair.second));
             let lies = still
-                && (met.overlap >= -self.medium.roughness
+                && (met.overlap >= -self.medium.roughness.max(substep::TOUCHING * bodies[pair.first].radius())
                     || self.is_held(pair, bodies, &met, pulled.dot(&met.normal).abs()));
             for k in [pair.first, pair.second] {
                 held.get_mut(k).into_iter().for_each(|held| *held |= lies);

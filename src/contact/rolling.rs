@@ -4,7 +4,11 @@
 //!   M = -(k_r theta + c_r omega),  |k_r theta| <= mu_r R F_n      theta' = omega, the relative spin across the line of centres
 //!   k_r = 3 k_n (mu_r R)^2 (2D), 2.25 k_n (mu_r R)^2 (3D)         R = r_i r_j/(r_i + r_j),   k_n = F_n/overlap
 //!   c_r = 2 eta sqrt(I k_r) while the spring is below its limit   1/I = 1/(I_i + m_i r_i^2) + 1/(I_j + m_j r_j^2)
+//!
+//!   M = -(k_r theta' + c_r omega)/(1 + h (h k_r + c_r)/I_0)       theta' = theta + h omega,   1/I_0 = 1/I_i + 1/I_j
 //! ```
+//! Over a substep h the torque is the one that the spin at its end asks for (Euler's backward scheme): it turns a body by its own inertia alone, which is next to
+//! none of a light one, before friction at the contact knows of it.
 
 use super::law::Kinematics;
 use super::{Contacts, Pair};
@@ -40,9 +44,14 @@ impl Contacts {
         pair.rolled += h * rolling - pair.rolled.dot(&n) * n;
         let limit = lever * normal;
         let spring = stiffness * pair.rolled.norm();
+        let turns = |body: usize| self.answers[body].inertia.max();
+        let turns = h * (turns(pair.first) + other.map_or(0.0, |_| turns(pair.second)));
         if spring >= limit {
             pair.rolled *= limit / spring;
-            return -stiffness * pair.rolled;
+            let along = pair.rolled / pair.rolled.norm();
+            // All of it where that does not turn the spin round.
+            let stops = rolling.dot(&along) / turns.max(f64::MIN_POSITIVE);
+            return -limit.min(stops.max(limit / (1.0 + turns * h * stiffness))) * along;
         }
         let part = |k: usize, body: usize| {
             let answer = &self.answers[body];
@@ -51,7 +60,7 @@ impl Contacts {
         };
         let inverse = part(0, pair.first) + other.map_or(0.0, |_| part(1, pair.second));
         let damper = if inverse > 0.0 { 2.0 * ROCKING * (stiffness / inverse).sqrt() } else { 0.0 };
-        let torque = -(stiffness * pair.rolled + damper * rolling);
+        let torque = -(stiffness * pair.rolled + damper * rolling) / (1.0 + turns * (h * stiffness + damper));
         torque * (limit / torque.norm()).min(1.0)
     }
 }

@@ -14,6 +14,8 @@ const FEWEST_OF_FILMS: f64 = 20.0;
 const ABOUT_TO_SLIDE: f64 = 0.1;
 /// Part of a gap by which it may change before what fills it is found anew.
 const SAME_GAP: f64 = 1e-3;
+/// Gap that is none (of the radius).
+pub(super) const TOUCHING: f64 = 1e-9;
 /// Most substeps of one step: more is a mistake in the stiffness.
 pub(crate) const MOST_SUBSTEPS: f64 = 1e6;
 
@@ -327,6 +329,9 @@ impl Contacts {
 
     /// What the fluid in a pair's gap resists as it goes from a width to another (m): as it was found last, where it has hardly changed.
     pub(super) fn film(&self, pair: &Pair, bodies: &[Body], gap: f64, next: f64) -> Film {
+        // The two sides of a box round differently what is put down to touch them.
+        let rounding = TOUCHING * bodies[pair.first].radius();
+        let [gap, next] = [gap, next].map(|g| if g < rounding { g.min(0.0) } else { g });
         let near = |g: f64| (g - pair.film.gap).abs() <= SAME_GAP * pair.film.gap;
         if (gap <= 0.0 && next <= 0.0 && pair.film.gap == 0.0) || (gap > 0.0 && near(gap) && near(next)) {
             return pair.film;

@@ -449,6 +449,19 @@ fn what_fills_a_gap_takes_no_momentum_and_no_rigid_motion() {
     }
 }
 
+/// What is put down to touch a wall, and its image at the other side of the box, which rounds differently, have the same film: it is ten times that of the narrowest
+/// gap otherwise.
+#[test]
+fn a_gap_of_nothing_but_rounding_is_none() {
+    let radius = 5e-3;
+    let [touching, rounded, apart] = [0.0, 1e-12, 1e-6].map(|gap: f64| {
+        let centre = vector![500.0, radius * (1.0 + gap), 500.0];
+        film_impulses(&mut [body(Shape::Sphere, radius, centre, vector![0.01, 0.0, 0.0])], &[1])[0].linear.x
+    });
+    assert!((rounded / touching - 1.0).abs() < 1e-6, "{rounded}, {touching} touching");
+    assert!(apart / touching > 1.5, "{apart}, {touching} touching");
+}
+
 #[test]
 fn a_very_large_body_is_a_wall_to_what_fills_a_gap() {
     for (shape, spin) in [(Shape::Disc, vector![0.0, 0.0, 3.0]), (Shape::Sphere, vector![2.0, -1.0, 3.0])] {

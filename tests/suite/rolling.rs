@@ -243,3 +243,34 @@ fn friction_that_holds_a_pile_neither_gives_nor_takes_energy() {
         assert!(taken[1].abs() < 1e-8, "{taken:?}");
     }
 }
+
+/// A disc and a sphere of a thousandth of the fluid's density that rest under a lid which resists rolling do not begin to turn, in steps of any length. The torque,
+/// as large as what presses a body of no inertia of its own asks for, turned it over and back in each substep: 2 rad/s for ever, or the run's end.
+#[test]
+fn what_weighs_nothing_rests_where_rolling_is_resisted() {
+    fn spins<const D: usize>(friction: f64, dt: f64) -> f64 {
+        let (shape, third) = if D == 2 { ("disc", "") } else { ("sphere", ", 0.0111") };
+        let list = |item: &str| vec![item; D].join(", ");
+        let sides = ["west", "east", "south", "north", "bottom", "top"];
+        let walls: Vec<String> = sides[..2 * D].iter().map(|side| format!("{side} = \"wall\"")).collect();
+        let text = format!(
+            "name = \"lid\"\ndomain = {{ size = [{}], cells = [{}] }}\n\
+             fluid = {{ density = 1000.0, viscosity = 6e-4, gravity = [0.0, -9.81{}] }}\nboundary = {{ {} }}\n\
+             [[particle]]\nshape.{shape}.diameter = 0.004444\ndensity = 1.0\nposition = [0.0121, 0.017778{third}]\n\
+             [contact]\nfriction = 0.3\nrolling_friction = {friction:?}\n[time]\nend = 1.0\nstep = {dt:?}\n",
+            list("0.02"),
+            list("18"),
+            if D == 2 { "" } else { ", 0.0" },
+            walls.join(", ")
+        );
+        let bodies = followed::<D>(&text, 12, dt);
+        bodies.iter().map(|body| body.spin.norm()).fold(0.0, f64::max)
+    }
+    for friction in [0.1, 0.5] {
+        for dt in [4e-3, 5e-4, 1e-4] {
+            let [disc, sphere] = [spins::<2>(friction, dt), spins::<3>(friction, dt)];
+            println!("{friction}, steps of {dt} s: {disc:.1e}, {sphere:.1e} rad/s");
+            assert!(disc < 0.05 && sphere < 0.05, "{friction}, steps of {dt} s: {disc} and {sphere} rad/s");
+        }
+    }
+}
