@@ -2,6 +2,7 @@
 
 use super::{Case, Particle};
 use crate::config::fault::{Check, Fault, not_negative, positive};
+use crate::contact::MOST_SUBSTEPS;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -173,7 +174,14 @@ impl Contact {
         law.check_numbers("contact")?;
         not_negative("contact.roughness", self.roughness.unwrap_or(0.0), "m")?;
         let key = "contact.substeps";
-        ensure!(self.substeps != Substeps::Count(0), key, "must be \"auto\" or a whole number, 1 or more, not 0");
+        if let Substeps::Count(count) = self.substeps {
+            let most = MOST_SUBSTEPS as u64;
+            ensure!(
+                (1..=most).contains(&count),
+                key,
+                "must be \"auto\" or a whole number from 1 to {most}, not {count}"
+            );
+        }
         let listed = case.particle.iter().map(Particle::material);
         let of_swarms = case.swarm.iter().filter_map(|swarm| swarm.material.as_deref());
         let mut known: Vec<&str> = listed.chain(of_swarms).collect();

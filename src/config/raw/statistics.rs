@@ -67,6 +67,8 @@ impl Probe {
         let key = |rest: &str| format!("probe.{index}.{rest}");
         let plain = !self.name.is_empty() && !self.name.contains([',', '"', '\n']);
         ensure!(plain, key("name"), "must be some text without commas and quotes");
+        let own = case.probe[..index].iter().all(|other| other.name != self.name);
+        ensure!(own, key("name"), "\"{}\" names another probe already: give each its own name", self.name);
         for (name, place) in [("at", Some(&self.at)), ("to", self.to.as_ref())] {
             let Some(place) = place else { continue };
             vector(&key(name), place, case.dimension(), "m")?;
