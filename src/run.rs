@@ -7,6 +7,7 @@ mod passage;
 mod restart;
 mod step_size;
 
+use crate::check::Rest;
 use crate::clock::Stage;
 use crate::config::{Cadence, Case, FixedRows, Loaded};
 use crate::interrupt::Interrupt;
@@ -238,7 +239,8 @@ impl<'a, const D: usize> Run<'a, D> {
         if let Some(restart) = &self.restart {
             restart.say(&mut self.log, self.scene.state.time, self.session.size());
         }
-        self.progress.begin(self.scene.state.steps, self.scene.state.time);
+        let rest = Rest::expected(self.case, &self.scene.limits()?);
+        self.progress.begin(self.scene.state.steps, self.scene.state.time, rest);
         self.before = (self.scene.state.steps, self.session.traffic());
         let result = self.advance();
         let (status, result) = match result {
@@ -277,7 +279,9 @@ impl<'a, const D: usize> Run<'a, D> {
             self.began = (self.scene.state.steps, self.scene.state.time);
             // Not after the last step: a run ends with the bodies of its last rows.
             if let Some(dt) = self.account.dt {
-                self.pass(dt)?;
+                if self.pass(dt)? {
+                    break;
+                }
                 self.admit()?;
             }
             if self.began.0.is_multiple_of(KEPT_EVERY)

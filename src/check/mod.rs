@@ -18,6 +18,7 @@ use crate::words::{brief, minutes, number, size, whole};
 use crate::{Error, Result};
 use blocked::{blocked, driven_axes};
 use layer::{Layer, Walls};
+pub use pace::Rest;
 use pace::{Pace, later_step, steps};
 use std::path::Path;
 use std::time::Instant;

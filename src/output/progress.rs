@@ -5,7 +5,10 @@
 //!   left = (end - t)/pace      pace: flow time a second, a mean that forgets over the last third of the run: steps grow at
 //!                              its start, and later follow what moves
 //! ```
+//! Where bodies come to rest the time to the end is that of so many steps of the present length as are to be expected
+//! ([`Rest::stretched`]).
 
+use crate::check::Rest;
 use crate::words::minutes;
 use crate::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -97,6 +100,8 @@ pub struct Progress {
     started: Instant,
     /// Step and time (s) that this process began with.
     from: Option<(u64, f64)>,
+    /// How the steps will grow.
+    rest: Option<Rest>,
     /// When the pace was found last (s after the start), the time there (s), and the pace.
     paced: (f64, f64, Option<f64>),
     recorded: Option<Instant>,
@@ -116,6 +121,7 @@ impl Progress {
             newest: Record { status: "running".into(), end, pid: std::process::id(), ..Record::default() },
             started: Instant::now(),
             from: None,
+            rest: None,
             paced: (0.0, 0.0, None),
             recorded: None,
             said: Instant::now(),
@@ -138,9 +144,9 @@ impl Progress {
         self.file.as_ref().and_then(|file| file.metadata().ok()).map_or(0, |about| about.len())
     }
 
-    /// Takes the state that the run begins with: its step count and time (s).
-    pub fn begin(&mut self, step: u64, time: f64) {
-        self.from = Some((step, time));
+    /// Takes the state that the run begins with: its step count and time (s), and how its steps will grow.
+    pub fn begin(&mut self, step: u64, time: f64, rest: Option<Rest>) {
+        (self.from, self.rest) = (Some((step, time)), rest);
         self.started = Instant::now();
         self.paced = (0.0, time, None);
         (self.newest.step, self.newest.time) = (step, time);
@@ -157,7 +163,11 @@ impl Progress {
         self.recorded = Some(Instant::now());
         let elapsed = self.started.elapsed().as_secs_f64().max(1e-9);
         let rate = (state.step - self.from.unwrap_or_default().0) as f64 / elapsed;
-        let left = self.pace(elapsed, state.time).map(|pace| (state.end - state.time).max(0.0) / pace);
+        let ahead = match self.rest.zip(state.dt) {
+            Some((rest, dt)) => rest.stretched(state.time, state.end, dt),
+            None => (state.end - state.time).max(0.0),
+        };
+        let left = self.pace(elapsed, state.time).map(|pace| ahead / pace);
         self.newest = Record { rate, left, status: "running".into(), pid: self.newest.pid, ..state };
         self.keep();
         if let Some(bar) = &self.bar {
@@ -228,7 +238,7 @@ mod tests {
     fn records_are_a_second_apart_and_the_last_says_how_the_run_ended() {
         let folder = tempfile::tempdir().unwrap();
         let mut progress = Progress::new(false, 2.0, Some(folder.path()));
-        progress.begin(10, 1.0);
+        progress.begin(10, 1.0, None);
         let state = |step, time| Record { step, time, end: 2.0, dt: Some(0.1), ..Record::default() };
         assert!(progress.due());
         assert_eq!(progress.take(state(11, 1.25)), None, "nothing is shown");
@@ -246,7 +256,7 @@ mod tests {
     #[test]
     fn the_time_left_goes_by_the_pace_of_late() {
         let mut progress = Progress::new(false, 1.0, None);
-        progress.begin(0, 0.0);
+        progress.begin(0, 0.0, None);
         // Ten seconds at a pace of 0.001 while the steps grow, then 0.01: 99 seconds more, of which ten have gone here.
         let pace = |elapsed: f64| if elapsed < 10.0 { 1e-3 * elapsed } else { 0.01 + 0.01 * (elapsed - 10.0) };
         let left = |progress: &mut Progress, second: usize| {

@@ -2,30 +2,26 @@
 //! in.
 
 use super::Run;
+use crate::Result;
 use crate::config::Removed;
 use crate::particles::{Body, nearest_image};
-use crate::{Error, Result};
 use nalgebra::Vector3;
 
 impl<const D: usize> Run<'_, D> {
-    /// Takes the bodies out that would reach an outflow in the next step, about as long as the last one, `dt` (s). Collective.
-    ///
-    /// # Errors
-    /// When the case wants the run to end there.
-    pub(super) fn pass(&mut self, dt: f64) -> Result<()> {
+    /// Takes the bodies out that would reach an outflow in the next step, about as long as the last one, `dt` (s); says whether the
+    /// case wants the run to end there instead. Collective.
+    pub(super) fn pass(&mut self, dt: f64) -> Result<bool> {
         while let Some((k, axis)) = self.scene.leaving(dt) {
             let (step, time) = (self.scene.state.steps, self.scene.state.time);
             let body = &self.scene.state.bodies[k];
             let entrance = (self.case.output.removed == Removed::Return).then(|| self.entrance(body, axis)).flatten();
             let (what, body) = match (self.case.output.removed, entrance) {
                 (Removed::Stop, _) => {
-                    let id = body.id;
-                    self.checkpoint()?;
-                    self.scene.state.keep(&mut self.good);
-                    return Err(Error::Run(format!(
-                        "particle {id} has reached an outflow, where output.removed = \"stop\" ends the run; \"log\" takes it out, \
-                         \"return\" lets it in again at the other end"
-                    )));
+                    self.log.say(&format!(
+                        "particle {} has reached an outflow at t = {time:.6} s: the run ends here, as output.removed = \"stop\" says",
+                        body.id
+                    ));
+                    return Ok(true);
                 }
                 (_, Some(centre)) => {
                     self.scene.bring(self.case, k, centre)?;
@@ -39,7 +35,7 @@ impl<const D: usize> Run<'_, D> {
                 folder.write_passage(step, time, what, &body)
             })?;
         }
-        Ok(())
+        Ok(false)
     }
 
     /// Lets bodies in that wait for it. Collective.

@@ -124,11 +124,13 @@ fn a_body_returns_or_ends_the_run_where_the_case_says_so() {
     let first = rows["x"][rows["x"].len() - 4];
     assert!((0.8..0.9).contains(&first), "{first} m");
     let stops = returns.replace("\"return\"", "\"stop\"");
-    let said =
-        mics(&["run", write(dir.path(), &stops).to_str().unwrap(), "--out", dir.path().join("stop").to_str().unwrap()]);
-    let words = String::from_utf8_lossy(&said.stderr).into_owned();
-    assert!(said.status.code() == Some(3) && words.contains("particle 0 has reached an outflow"), "{words}");
-    let times = &columns(&dir.path().join("stop/particles.csv"))["time"];
+    let stopped = dir.path().join("stop");
+    let ended = run(&write(dir.path(), &stops), &stopped, &[]);
+    let log = std::fs::read_to_string(stopped.join("log.txt")).unwrap();
+    assert!(log.contains("particle 0 has reached an outflow"), "{log}");
+    let time = ended["time"].as_f64().unwrap();
+    assert!(ended["status"] == "done" && time < 1.0 && ended["measures"]["first"].as_f64().is_some(), "{ended}");
+    let times = &columns(&stopped.join("particles.csv"))["time"];
     assert!(times.windows(2).all(|two| two[0] <= two[1]), "the rows of a step come again at the end");
 }
 

@@ -360,7 +360,7 @@ pub enum Removed {
     Log,
     /// It comes in again at the other end of the box, at the velocity that it has; where another one is in its way, it is taken out.
     Return,
-    /// The run ends.
+    /// The run ends, as one that has come to its `time.end`.
     Stop,
 }
 
