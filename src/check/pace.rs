@@ -25,8 +25,7 @@ const BESIDE: f64 = 1.5;
 const BETWEEN: [f64; 2] = [2.0, 1.5];
 /// In how many falls through the box bodies come to lie on its floor.
 const FALLS: f64 = 2.0;
-/// The power of time with which steps grow while the fluid above them comes to rest, in 2D and 3D: what has been seen in beds of 16
-/// discs to 40 spheres.
+/// The power of time with which steps grow while the fluid above them comes to rest, in 2D and 3D: seen in `cases/packing` and `cases/size-sorting`.
 const FADES: [f64; 2] = [1.0, 2.0];
 /// Density over the fluid's from which on they hop for longer.
 const HOPPING: f64 = 100.0;
@@ -120,11 +119,11 @@ pub fn later_step(case: &Case, limits: &Limits) -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rest {
     /// When the bodies lie (s).
-    from: f64,
+    pub from: f64,
     /// The step of a fluid at rest (s).
-    still: f64,
+    pub still: f64,
     /// The power of time with which steps grow from there on.
-    power: f64,
+    pub power: f64,
 }
 
 impl Rest {
@@ -241,26 +240,15 @@ mod tests {
         // Nothing shortens a step that is longer than that of a fluid at rest, and nothing is left at the end.
         assert!((in_a_plane.stretched(1.5, 2.0, 0.8) - 0.5).abs() < 1e-12);
         assert_eq!(in_a_plane.stretched(2.0, 2.0, 0.1), 0.0);
-        let discs = |x: f64| {
-            format!("[[particle]]\nshape = {{ disc = {{ diameter = 0.1 }} }}\nposition = [{x:?}, 0.3]\ndensity = 5.0\n")
-        };
-        let limits = Limits {
-            courant_rate: 0.0,
-            courant_growth: 0.0,
-            diffusion_rate: 10.0,
-            damping_rate: 5.0,
-            scheme: crate::scheme::RK2,
-        };
-        let lies = Rest::expected(&case(ROUND, &discs(0.5)), &limits).unwrap();
-        assert!(
-            (lies.from * fall_speed(&case(ROUND, &discs(0.5)), &case(ROUND, &discs(0.5)).particle[0]) - 1.0).abs()
-                < 1e-12,
-            "{lies:?}"
-        );
-        assert_eq!(
-            Rest::expected(&case(["\"periodic\"", "\"periodic\"", "\"outflow\"", "\"wall\""], &discs(0.5)), &limits),
-            None
-        );
+        let disc = "[[particle]]\nshape = { disc = { diameter = 0.1 } }\nposition = [0.5, 0.3]\ndensity = 5.0\n";
+        let (scheme, diffusion_rate) = (crate::scheme::RK2, 10.0);
+        let limits = Limits { courant_rate: 0.0, courant_growth: 0.0, diffusion_rate, damping_rate: 5.0, scheme };
+        let (closed, open) =
+            (case(ROUND, disc), case(["\"periodic\"", "\"periodic\"", "\"outflow\"", "\"wall\""], disc));
+        // Twice 0.5 m at the speed of its fall.
+        let lies = Rest::expected(&closed, &limits).unwrap();
+        assert!((lies.from * fall_speed(&closed, &closed.particle[0]) - 1.0).abs() < 1e-12, "{lies:?}");
+        assert_eq!(Rest::expected(&open, &limits), None);
     }
 
     #[test]

@@ -274,6 +274,17 @@ mod tests {
     }
 
     #[test]
+    fn the_time_left_of_what_comes_to_rest_is_that_of_longer_steps() {
+        let rest = Rest { from: 0.0, still: 0.4, power: 1.0 };
+        let mut progress = Progress::new(false, 2.0, None);
+        progress.begin(0, 0.0, Some(rest));
+        progress.take(Record { step: 10, time: 1.0, end: 2.0, dt: Some(0.1), ..Record::default() });
+        // ln 2 of ten steps, where ten would be left at their present length.
+        let ratio = progress.newest.left.unwrap() * progress.newest.rate / 10.0;
+        assert!((ratio / 2.0f64.ln() - 1.0).abs() < 1e-9, "{ratio}");
+    }
+
+    #[test]
     fn a_line_torn_by_a_kill_does_not_spoil_the_next() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join(FILE), "{\"status\":\"runn").unwrap();
