@@ -83,6 +83,11 @@ impl<const D: usize> Momentum<D> {
         }
     }
 
+    /// Whether what advection takes of the momentum of one cell another has, but for the sides of the box.
+    pub fn keeps_momentum(&self) -> bool {
+        matches!(self.advection, Advection::Upwind5)
+    }
+
     /// The face velocities that carry in a step of `dt` (s): in the middle of it, for schemes of second order, which keep those of
     /// the step before.
     pub fn carrier<'a>(&self, s: &'a State<D>, dt: f64) -> Carrier<'a, D> {

@@ -254,9 +254,9 @@ pub enum Advection {
     /// Conservative: fifth-order upwind values carried by the divergence-free face velocities.
     #[default]
     Upwind5,
-    /// `-u.grad u` as printed in (7), fifth-order upwind differences.
+    /// `-u.grad u` as printed in (7), fifth-order upwind differences. It does not keep momentum; beside sharp walls the force is that of pressure and wall shear alone.
     Upwind5Advective,
-    /// The paper's QSI: semi-Lagrangian local quintic, axis by axis; `scheme = "euler"` only.
+    /// The paper's QSI: semi-Lagrangian local quintic, axis by axis; `scheme = "euler"` only. It does not keep momentum either.
     Qsi,
 }
 

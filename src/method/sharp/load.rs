@@ -141,7 +141,12 @@ impl<const D: usize> Sharp<D> {
             let (body, motion) = (&s.bodies[k], &mut self.motions[k]);
             let (inside, swirl) = whole_inside(domain.fluid.density, body, (inside, swirl));
             let before = std::mem::replace(&mut histories[k].inside, (inside, swirl));
-            let lost = (inside - before.0 - given) / dt - domain.unfelt(&s.drive, body.volume());
+            // What advection loses by itself is nobody's force.
+            let lost = if self.momentum.keeps_momentum() {
+                (inside - before.0 - given) / dt - domain.unfelt(&s.drive, body.volume())
+            } else {
+                motion.pressure + motion.shear.0
+            };
             motion.spin_lost = swirl - before.1 - spun;
             let struck = self.contacts.as_ref().map(|c| c.impulses()[k]).unwrap_or_default();
             let felt = motion.pressure + motion.shear.0 + histories[k].residual;

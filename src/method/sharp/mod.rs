@@ -44,7 +44,8 @@
 //! ```
 //! Each step's F jitters as cells change sides. A body moves by pressure and wall shear, `F_p + F_v`, and takes in what
 //! these miss, the residual `X += eps (F - F_p - F_v - X)`, over the time the flow, or viscosity, needs for some cells. What a body has not felt
-//! yet is its deferred impulse, a part of the balance of momentum.
+//! yet is its deferred impulse, a part of the balance of momentum. Advection that loses momentum by itself leaves no such residual:
+//! there a body moves by `F_p + F_v` alone.
 
 mod acceleration;
 mod balance;
