@@ -27,6 +27,9 @@ use crate::params;
 use crate::particles::Body;
 use nalgebra::Vector3;
 
+/// The part of f squared from which on it counts that two are made to part.
+const FLUNG: f64 = 0.1;
+
 /// How far a body is from what the substeps expected of it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Deviation {
@@ -55,6 +58,8 @@ pub(super) struct Bond {
     /// `1/m_n`, `1/m_t` (1/kg), and q along both.
     inverse: [f64; 2],
     part: [f64; 2],
+    /// The approach that the substeps expected at their end (m/s).
+    expected: f64,
     /// Coulomb's, where the two touch; `None` for a film.
     friction: Option<f64>,
     /// f, now and in the round before, what it was mended by since, and in all.
@@ -73,6 +78,8 @@ pub(crate) struct Found {
     pub(crate) size: f64,
     /// Whether it is against what there was in the round before: the fluid has answered with more than was expected.
     pub(crate) turned: bool,
+    /// Whether some of it would make two part that part already: no spring has the energy for that.
+    pub(crate) flung: bool,
 }
 
 impl Contacts {
@@ -96,6 +103,9 @@ impl Contacts {
         nudges.fill(Impulse::default());
         for bond in &mut bonds {
             bond.before = std::mem::take(&mut bond.found);
+            if round == 0 {
+                bond.expected -= self.deviates(bond, deviation, nudges).0;
+            }
         }
         let mut largest = 0.0f64;
         for sweep in 0..params::most_mending_sweeps() as usize {
@@ -116,8 +126,11 @@ impl Contacts {
         }
         let size = bonds.iter().map(|bond| bond.product(&bond.found, &bond.found)).sum::<f64>().sqrt();
         let turned = bonds.iter().map(|bond| bond.product(&bond.found, &bond.before)).sum::<f64>() < 0.0;
+        let flung =
+            bonds.iter().filter(|bond| bond.friction.is_some() && bond.expected < -tolerance && bond.found.press > 0.0);
+        let flung = flung.map(|bond| bond.product(&bond.found, &bond.found)).sum::<f64>() > FLUNG * size * size;
         self.bonds = bonds;
-        Found { off: largest, size, turned }
+        Found { off: largest, size, turned, flung }
     }
 
     /// Mends the pairs by what was found in the `round`, adds it to the impulses, and leaves it in `nudges`.
@@ -177,6 +190,7 @@ impl Contacts {
             } else {
                 [film(pair.film.normal, normal), film(pair.film.sliding, along)]
             },
+            expected: kinematics.approach,
             friction: touched.then(|| self.law(pair).material.friction),
             found: Given::default(),
             before: Given::default(),
@@ -217,6 +231,15 @@ impl Contacts {
         (moved.dot(&n), moved - moved.dot(&n) * n + turned.cross(&n))
     }
 
+    /// Per body, whether it gave to or got from another free one in the last [`advance`](Contacts::advance).
+    pub(crate) fn find_company(&self, bodies: &[Body], company: &mut [bool]) {
+        company.fill(false);
+        let free = |k: usize| bodies.get(k).is_some_and(|body| body.freedom().is_some());
+        for pair in self.pairs.iter().filter(|pair| pair.given != 0.0 && free(pair.first) && free(pair.second)) {
+            (company[pair.first], company[pair.second]) = (true, true);
+        }
+    }
+
     /// The largest speed at which a pair that touched comes together or parts (m/s).
     pub(crate) fn pace(&self, bodies: &[Body]) -> f64 {
         let touched = self.pairs.iter().filter(|pair| pair.pressed > 0.0);
@@ -226,7 +249,7 @@ impl Contacts {
     /// Whether a pair gave something over a step of `dt` (s) that may be worth mending, and one with a body lighter than the fluid did: a film that
     /// could hardly slow two in that time is none.
     pub(crate) fn gave(&self, bodies: &[Body], dt: f64) -> (bool, bool) {
-        let lighter = |k: usize| bodies.get(k).is_some_and(|b| b.mass() < self.medium.density * b.volume());
+        let lighter = |k: usize| bodies.get(k).is_some_and(|body| self.is_light(body));
         let slows = |pair: &Pair| {
             let kinematics = self.kinematics(pair, bodies, 0.0).0;
             let [normal, sliding] =

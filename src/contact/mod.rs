@@ -15,7 +15,8 @@
 //! In a fluid m is the mass of a body and of the fluid that goes along with it, half of what goes along with a single one. The fluid
 //! answers contacts with its own mass, `A = q/m`, and what it answers beyond is part of the next step's push. Errors then go from step to
 //! step by `1 - q +- sqrt(q (q - 1))`: they fade up to q = 1; from q = 4/3 on they change sign and grow, and a bed rattles. Grains that move
-//! together carry less fluid than a single one, so that half of that keeps q below. In an impact that answer lags: over a contact of the
+//! together carry less fluid than a single one, so that half of that keeps q below. A light body that touches no other free one goes by what the
+//! fluid has shown to go along with it when it was mended last: near q = 1, however much viscosity adds to it within the step. In an impact that answer lags: over a contact of the
 //! duration T it takes `2 pi (M/m - 1) sin(pi dt/T)` of the energy, M the mass that the fluid answers with. So what of a force goes beyond
 //! twice its mean over the last steps is taken for an impact, its answer for that of potential flow at a wall, and none of it is expected
 //! of the next step.
@@ -236,23 +237,38 @@ impl Contacts {
         Touching { springs: Vec::with_capacity(8 * self.materials.len()) }
     }
 
-    /// What a contact of a free body sets going (kg): itself, and the fluid that goes along with it. That is, for the part of its force that
-    /// is `lasting`, what goes along however others lie beside it; for an impact, what does in potential flow where it touches a wall:
-    /// `pi^2/3 - 1` volumes of a disc, 0.803 of a sphere.
-    pub fn mass_in_contact(&self, body: &Body, lasting: f64) -> f64 {
-        let touching = if body.shape().dimension() == 2 { PI * PI / 3.0 - 1.0 } else { 2.0 * 0.803 };
-        let carried = body.added_mass(self.medium.density);
-        let with = |part: f64| 1.0 / (body.mass() + part * carried);
-        1.0 / (lasting * with(params::carried_part()) + (1.0 - lasting) * with(touching))
+    /// What a contact of a free body sets going along each axis (kg): itself, and the fluid that goes along with it. That is, for the part of
+    /// its force that is `lasting`, what has `shown` to, and at least what does however others lie beside it; for an impact, what does in
+    /// potential flow where it touches a wall.
+    pub fn mass_in_contact(&self, body: &Body, lasting: f64, shown: &Vector3<f64>) -> Vector3<f64> {
+        let (least, struck) = (self.least_carried(body), self.carried_in_impact(body));
+        let with = |carried: f64| 1.0 / (body.mass() + carried);
+        shown.map(|shown| 1.0 / (lasting * with(least.max(shown)) + (1.0 - lasting) * with(struck)))
     }
 
-    /// Takes another mass (kg) for what contacts of a body set going, until the next [`advance`](Contacts::advance).
-    pub(crate) fn weigh(&mut self, body: usize, mass: f64) {
+    /// The least fluid that is taken to go along with a body in contact (kg).
+    pub(crate) fn least_carried(&self, body: &Body) -> f64 {
+        params::carried_part() * body.added_mass(self.medium.density)
+    }
+
+    /// The fluid that goes along with a body which touches a wall, in potential flow (kg): `pi^2/3 - 1` volumes of a disc, 0.803 of a sphere.
+    pub(crate) fn carried_in_impact(&self, body: &Body) -> f64 {
+        let touching = if body.shape().dimension() == 2 { PI * PI / 3.0 - 1.0 } else { 2.0 * 0.803 };
+        touching * body.added_mass(self.medium.density)
+    }
+
+    /// Whether a free body is lighter than the fluid.
+    pub(crate) fn is_light(&self, body: &Body) -> bool {
+        body.mass() < self.medium.density * body.volume()
+    }
+
+    /// Takes another mass along each axis (kg) for what contacts of a body set going, until the next [`advance`](Contacts::advance).
+    pub(crate) fn weigh(&mut self, body: usize, mass: &Vector3<f64>) {
         self.answers[body].weigh(mass);
     }
 
-    /// Moves all bodies on by `dt` (s): free ones under `push` and contacts, prescribed ones as told. `turning` has what a contact that
-    /// turns a body sets going: itself, and the fluid that goes along (kg m2). Returns the
+    /// Moves all bodies on by `dt` (s): free ones under `push` and contacts, prescribed ones as told. `going` has what a contact sets going: the
+    /// fluid that has shown to go along with a body, by axis (kg), and what turns, itself and the fluid with it (kg m2). Returns the
     /// substeps taken: 0 where nobody is in reach of anybody, and everybody has made one ballistic move.
     ///
     /// # Errors
@@ -262,12 +278,13 @@ impl Contacts {
         bodies: &mut [Body],
         touching: &mut Touching,
         push: &[Push],
-        turning: impl Fn(usize, &Body) -> Inertia,
+        going: impl Fn(usize, &Body) -> (Vector3<f64>, Inertia),
         dt: f64,
     ) -> Result<usize> {
         self.refuse_strays(bodies)?;
         for (i, (body, push)) in bodies.iter().zip(push).enumerate() {
-            self.answers[i] = Answer::of(body, push, self.mass_in_contact(body, 1.0), &turning(i, body));
+            let (shown, turning) = going(i, body);
+            self.answers[i] = Answer::of(body, push, &self.mass_in_contact(body, 1.0, &shown), &turning);
         }
         self.pairs.clear();
         let kept = touching.springs.iter();
@@ -364,7 +381,8 @@ impl Contacts {
     /// Finds the pairs of bodies as they lie, before any [`advance`](Contacts::advance).
     pub fn meet(&mut self, bodies: &[Body]) {
         for (i, body) in bodies.iter().enumerate() {
-            self.answers[i] = Answer::of(body, &Push::default(), self.mass_in_contact(body, 1.0), &body.inertia());
+            let mass = self.mass_in_contact(body, 1.0, &Vector3::zeros());
+            self.answers[i] = Answer::of(body, &Push::default(), &mass, &body.inertia());
         }
         self.search(bodies, 0.0, false);
     }
@@ -424,7 +442,8 @@ impl Contacts {
         let mut lightest = vec![(f64::INFINITY, 0); self.laws.materials()];
         for (body, &material) in bodies.iter().zip(&self.materials) {
             let (mass, count) = &mut lightest[material];
-            *mass = mass.min(if body.freedom().is_some() { self.mass_in_contact(body, 1.0) } else { f64::INFINITY });
+            let own = body.mass() + self.least_carried(body);
+            *mass = mass.min(if body.freedom().is_some() { own } else { f64::INFINITY });
             *count += 1;
         }
         let mut shortest = f64::INFINITY;

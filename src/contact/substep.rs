@@ -22,8 +22,9 @@ pub(crate) const MOST_SUBSTEPS: f64 = 1e6;
 /// How a body answers forces: zero along the axes where it does not.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Answer {
-    /// Inverse mass of a free body, whatever its axes (1/kg).
+    /// Inverse mass of a free body, whatever its axes (1/kg), and how many times it is the least one.
     whole: f64,
+    uneven: f64,
     /// 1/kg.
     pub(super) mass: Vector3<f64>,
     /// 1/(kg m2).
@@ -33,6 +34,7 @@ pub(super) struct Answer {
 
 pub(super) const RIGID: Answer = Answer {
     whole: 0.0,
+    uneven: 1.0,
     mass: Vector3::new(0.0, 0.0, 0.0),
     inertia: Vector3::new(0.0, 0.0, 0.0),
     push: Push { acceleration: Vector3::new(0.0, 0.0, 0.0), angular: Vector3::new(0.0, 0.0, 0.0) },
@@ -97,7 +99,10 @@ impl Contacts {
     /// The law of a pair, its mass (kg), and how long a contact lasts at the speed that it may come to within `time` (s).
     fn contact_of(&self, pair: &Pair, bodies: &[Body], time: f64) -> (&Law, f64, f64) {
         let (law, kinematics) = (self.law(pair), self.kinematics(pair, bodies, 0.0).0);
-        let (mass, pushed) = (1.0 / kinematics.inverse_normal, self.pushed(pair, bodies, time));
+        // Along the surfaces they may be lighter, and swing faster.
+        let uneven = |k: usize| self.answers.get(k).map_or(1.0, |answer| answer.uneven);
+        let lighter = uneven(pair.first).max(uneven(pair.second));
+        let (mass, pushed) = (1.0 / (lighter * kinematics.inverse_normal), self.pushed(pair, bodies, time));
         // The energy of an overlap counts as that of an approach.
         let speed = (pushed * pushed + 2.0 * law.stored(kinematics.overlap) / mass).sqrt();
         (law, mass, law.contact_time(mass, speed))
@@ -521,13 +526,14 @@ impl Meeting {
 }
 
 impl Answer {
-    pub(super) fn of(body: &Body, push: &Push, mass: f64, inertia: &Inertia) -> Answer {
+    pub(super) fn of(body: &Body, push: &Push, mass: &Vector3<f64>, inertia: &Inertia) -> Answer {
         let Some(freedom) = body.freedom() else { return RIGID };
         let ones = |free: [bool; 3]| Vector3::from(free.map(|f| if f { 1.0 } else { 0.0 }));
         let (along, about) = (ones(freedom.translation), ones(freedom.rotation));
         Answer {
-            whole: 1.0 / mass,
-            mass: along / mass,
+            whole: 1.0 / mass.min(),
+            uneven: mass.max() / mass.min(),
+            mass: along.component_div(mass),
             inertia: inertia.answer(&Vector3::repeat(1.0), &freedom),
             push: Push {
                 acceleration: push.acceleration.component_mul(&along),
@@ -536,11 +542,11 @@ impl Answer {
         }
     }
 
-    /// Takes another mass (kg) for that of a free body.
-    pub(super) fn weigh(&mut self, mass: f64) {
+    /// Takes another mass along each axis (kg) for that of a free body.
+    pub(super) fn weigh(&mut self, mass: &Vector3<f64>) {
         if self.whole > 0.0 {
-            self.mass /= self.whole * mass;
-            self.whole = 1.0 / mass;
+            self.mass.zip_apply(mass, |own, mass| *own = if *own > 0.0 { 1.0 / mass } else { 0.0 });
+            (self.whole, self.uneven) = (1.0 / mass.min(), mass.max() / mass.min());
         }
     }
 }

@@ -66,7 +66,7 @@ impl Touched {
     }
 
     fn advance(&mut self, bodies: &mut [Body], push: &[Push], dt: f64) -> Result<usize> {
-        self.law.advance(bodies, &mut self.touching, push, |_, body| body.inertia(), dt)
+        self.law.advance(bodies, &mut self.touching, push, |_, body| (Vector3::zeros(), body.inertia()), dt)
     }
 }
 

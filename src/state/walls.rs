@@ -34,6 +34,8 @@ pub struct BodyHistory {
     pub push: Push,
     /// What contacts have pressed it with.
     pub pressed: Pressed,
+    /// Mass of the fluid that has shown to go along with it where it touches, along each axis (kg); zero where nothing has.
+    pub carried: Vector3<f64>,
     /// Wall shear's force and torque a step before (N, N m).
     pub shear: Option<(Vector3<f64>, Vector3<f64>)>,
     /// Force residual: what pressure and wall shear miss of what the fluid loses, taken in slowly (N).
@@ -78,7 +80,7 @@ impl<const D: usize> WallHistory<D> {
 
 impl Checkpointed for BodyHistory {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let BodyHistory { push, pressed, shear, residual, deferred, inside } = self;
-        archive.serialize([push, pressed, shear, residual, deferred, inside])
+        let BodyHistory { push, pressed, carried, shear, residual, deferred, inside } = self;
+        archive.serialize([push, pressed, carried, shear, residual, deferred, inside])
     }
 }

@@ -106,7 +106,9 @@ fn compare<const D: usize>(
     for (k, name, scale) in [(0, "velocity", speed), (1, "spin", speed / 0.5), (2, "force", force)] {
         let off = plain.iter().zip(&other).map(|(a, b)| (a[k] - b[k]).norm()).fold(0.0, f64::max);
         println!("{wall} {image:?}: {name} {:.1e} of {scale:.2}", off / scale);
-        assert!(scale > 0.0 && off < 1e-8 * scale, "{wall}, {image:?}: {name} differs by {off:e} of {scale:e}");
+        // A film is found anew when its gap has changed by a thousandth; in which substep that is, rounding decides: 1.4e-8 of the spin in 3D, and
+        // 8e-10 where it is found anew in each.
+        assert!(scale > 0.0 && off < 3e-8 * scale, "{wall}, {image:?}: {name} differs by {off:e} of {scale:e}");
     }
 }
 

@@ -85,8 +85,9 @@ impl<const D: usize> Sharp<D> {
             match &mut self.contacts {
                 Some(contacts) => {
                     let motions = &self.motions;
-                    let turning = |k: usize, body: &Body| turning(body, &motions[k].shell, unit, dt);
-                    s.substeps = contacts.advance(&mut s.bodies, &mut s.touching, &self.work.push, turning, dt)?;
+                    let going =
+                        |k: usize, body: &Body| (histories[k].carried, turning(body, &motions[k].shell, unit, dt));
+                    s.substeps = contacts.advance(&mut s.bodies, &mut s.touching, &self.work.push, going, dt)?;
                 }
                 None => {
                     let bodies = s.bodies.iter_mut().zip(&self.work.push);
@@ -175,13 +176,17 @@ impl<const D: usize> Sharp<D> {
         for (k, (motion, body)) in self.motions.iter().zip(bodies).enumerate() {
             let Some(freedom) = body.freedom() else { continue };
             let inertia = turning(body, &motion.shell, domain.fluid.viscosity / self.cut.h, dt);
-            let (mut impulse, mut mass) = (Impulse::default(), body.mass());
+            let (mut impulse, mut mass) = (Impulse::default(), Vector3::repeat(body.mass()));
             if let Some(contacts) = &self.contacts {
                 impulse = contacts.impulses()[k];
-                mass = contacts.mass_in_contact(body, histories[k].pressed.press(&(impulse.linear / dt)));
+                let BodyHistory { pressed, carried, .. } = &mut histories[k];
+                if impulse.linear == Vector3::zeros() {
+                    *carried = Vector3::zeros();
+                }
+                mass = contacts.mass_in_contact(body, pressed.press(&(impulse.linear / dt)), carried);
             }
             histories[k].push = Push {
-                acceleration: (body.velocity - motion.start.0 - impulse.linear / mass) / dt,
+                acceleration: (body.velocity - motion.start.0 - impulse.linear.component_div(&mass)) / dt,
                 angular: (body.spin - motion.start.1 - inertia.answer(&impulse.angular, &freedom)) / dt,
             };
         }
@@ -191,7 +196,7 @@ impl<const D: usize> Sharp<D> {
 /// What the wall shear takes back of a change of a body's velocity (N s/m) and spin (N m s) within a step, for a viscosity over
 /// spacing (Pa s/m) and its surface's area and moments: of the velocity by the profile's first probe, of the spin by the slope
 /// of the wall shear itself.
-fn resistance(body: &Body, (area, shell): &(f64, Matrix3<f64>), unit: f64) -> (f64, Inertia) {
+pub(super) fn resistance(body: &Body, (area, shell): &(f64, Matrix3<f64>), unit: f64) -> (f64, Inertia) {
     let slope = unit * profile::slope().iter().sum::<f64>();
     if body.shape().is_round() {
         return (unit * area, Inertia::Same(slope * shell[(2, 2)]));
