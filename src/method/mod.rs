@@ -154,12 +154,16 @@ impl<const D: usize> Method<D> {
         }
     }
 
-    /// Takes the momentum of what is there now for that of the last step, where the balance is of a method that keeps it. Collective.
+    /// Takes the momentum of what is there now for that of the last step, where a balance is kept. Collective.
     ///
     /// # Errors
     /// When the state is another method's.
-    pub fn rebalance(&self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
-        if let Method::Sharp(method) = self { method.start_balance(domain, s) } else { Ok(()) }
+    pub fn rebalance(&self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        match self {
+            Method::Plain(_) => Ok(()),
+            Method::Mics2003(method) => method.start_balance(domain, s),
+            Method::Sharp(method) => method.start_balance(domain, s),
+        }
     }
 
     /// Gives the fluid in and about the bodies of these numbers, which have not been where they are, the motion that the method has there. Collective.

@@ -50,7 +50,7 @@ impl<const D: usize> Scene<D> {
         s.balance = fresh.balance.map(|_| Balance::default());
         self.resume()?;
         self.method.begin_bodies(&mut self.domain, &mut self.state, &begin)?;
-        self.method.rebalance(&self.domain, &mut self.state)?;
+        self.method.rebalance(&mut self.domain, &mut self.state)?;
         energy::start(&mut self.domain, &mut self.state, &mut self.method)?;
         Ok(true)
     }

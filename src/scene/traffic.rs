@@ -183,7 +183,7 @@ impl<const D: usize> Scene<D> {
         self.domain.clock = clock;
         self.method.mix_in(&mut self.domain, &mut self.state, new)?;
         self.method.begin_bodies(&mut self.domain, &mut self.state, new)?;
-        self.method.rebalance(&self.domain, &mut self.state)?;
+        self.method.rebalance(&mut self.domain, &mut self.state)?;
         energy::reopen(&mut self.domain, &mut self.state, &mut self.method)
     }
 

@@ -37,6 +37,14 @@ impl<const D: usize> Mics2003<D> {
         momentum
     }
 
+    /// Starts the balance, where one is kept. Collective.
+    pub(in crate::method) fn start_balance(&self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        let mut momentum = self.momentum(domain, s);
+        domain.session.sum(momentum.as_mut_slice())?;
+        s.balance = s.balance.map(|_| Balance { momentum, ..Balance::default() });
+        Ok(())
+    }
+
     /// The drive on this rank's cells (N), as far as they are not solid where it acts on the fluid alone, where a balance is kept.
     pub(super) fn drive_on_cells(&self, domain: &Domain<D>, s: &State<D>) -> Vector3<f64> {
         let Some(force) = s.drive.filter(|_| s.balance.is_some()) else { return Vector3::zeros() };

@@ -32,11 +32,11 @@ impl<const D: usize> Mics2003<D> {
                 let turns = !self.choices.rotation_at_boundary || o.is_cut();
                 let rigid = if turns { v + w.cross(&o.arm) } else { v };
                 let kick = o.fraction * (rigid - vector(&s.u, o.cell));
+                let turn = o.arm.cross(&(-(per_time * rho) * kick));
+                let kick = kick + (o.fraction * body.density / rho) * (struck_v + struck_w.cross(&o.arm));
                 let df = -(per_time * rho) * kick;
-                let turn = o.arm.cross(&df);
                 exchange.momentum += settled.map_or(df, |f| df - f.along(&df));
                 exchange.momentum_torque += settled.map_or(turn, |f| turn - f.about(&turn));
-                let kick = kick + (o.fraction * body.density / rho) * (struck_v + struck_w.cross(&o.arm));
                 exchange.spun += (volume * rho) * o.arm.cross(&kick);
                 kicks.push(kick);
             }

@@ -159,6 +159,7 @@ impl<const D: usize> Mics2003<D> {
         self.flow.start(domain, s)?;
         self.impose(domain, s, 1.0);
         s.exchange.fill(Exchange::default());
+        self.start_balance(domain, s)?;
         domain.boundaries.fill_velocity(&mut s.u)
     }
 

@@ -6,6 +6,7 @@ use super::{Driver, Mics2003};
 use crate::Result;
 use crate::contact::Impulse;
 use crate::domain::Domain;
+use crate::geometry::Overlap;
 use crate::method::collision::refuse_collisions;
 use crate::method::vector;
 use crate::particles::{Body, Freedom, Push, nearest_image};
@@ -32,6 +33,8 @@ pub(super) struct Departure {
     pub(super) beyond: Vector3<f64>,
     /// Displacement over the step (m).
     shift: Vector3<f64>,
+    /// What its turning takes along locked directions of the forces on its cells, whose centroid is not the body's: this rank's part (N).
+    locked: Vector3<f64>,
     /// What contacts were expected to give in the step: force (N) and torque (N m).
     expected: (Vector3<f64>, Vector3<f64>),
 }
@@ -84,8 +87,18 @@ impl<const D: usize> Mics2003<D> {
     /// Finds the acceleration of each free particle by fluid and gravity, at the old place with the new flow, to be
     /// kept over the step `dt` (s). Collective.
     pub(super) fn depart(&mut self, domain: &Domain<D>, s: &State<D>, dt: f64) -> Result<()> {
-        for (departure, body) in self.departures.iter_mut().zip(&s.bodies) {
+        let volume = domain.grid.cell_volume();
+        let all = self.departures.iter_mut().zip(&s.bodies).zip(&self.overlaps).zip(&self.pulled);
+        for (((departure, body), overlaps), (v, w)) in all {
             departure.velocity = body.velocity;
+            departure.locked = body.freedom().filter(|f| !f.translation.iter().all(|free| *free)).map_or_else(
+                Vector3::zeros,
+                |freedom| {
+                    let pull = |o: &Overlap| (body.density * o.fraction * volume) * (v + w.cross(&o.arm));
+                    let pull: Vector3<f64> = overlaps.iter().map(pull).sum();
+                    pull - freedom.along(&pull)
+                },
+            );
         }
         let (choices, fluid_density) = (self.choices, domain.fluid.density);
         if !trade(&s.bodies, fluid_density) {
@@ -100,7 +113,8 @@ impl<const D: usize> Mics2003<D> {
                 let (centre, velocity, spin, volume) = (body.centre, body.velocity, body.spin, within.x);
                 let turned = body.inertia().of(&spin);
                 let expected = s.supports.as_ref().map_or_else(Default::default, |all| (all[k].force, all[k].torque));
-                let moved = Departure { centre, velocity, spin, turned, expected, ..Departure::default() };
+                let locked = departure.locked;
+                let moved = Departure { centre, velocity, spin, turned, locked, expected, ..Departure::default() };
                 *departure = Departure { flow, swirl, volume, ..moved };
                 let Some(freedom) = body.freedom() else { return };
                 let (mut acceleration, angular, gravity) = match choices.driver {
@@ -226,6 +240,7 @@ impl<const D: usize> Mics2003<D> {
                 v += freedom.along(&(dt * (1.0 - fluid_density / body.density) * self.choices.own_gravity));
                 self.settled[k].0 = v;
             }
+            exchange.momentum -= departure.locked;
             (body.velocity, body.spin) = (v, w);
             body.velocity += freedom.along(&unexpected.linear) / body.mass();
             body.spin += body.inertia().answer(&unexpected.angular, &freedom);
