@@ -75,8 +75,13 @@ fn refuse<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Result<()> {
 pub(crate) fn warnings<const D: usize>(case: &Case, scene: &Scene<D>) -> Result<Vec<String>> {
     let later = later_step(case, &scene.limits()?);
     let (coarse, shut) = (unresolved(case), shut(case, scene));
-    let all =
-        outwards(case).into_iter().chain(coarse).chain(layer(case)).chain(shut).chain(contacts(case, scene, later));
+    let all = outwards(case)
+        .into_iter()
+        .chain(sticks(case))
+        .chain(coarse)
+        .chain(layer(case))
+        .chain(shut)
+        .chain(contacts(case, scene, later));
     Ok(all.filter(|line| line.starts_with("warning")).collect())
 }
 
@@ -103,7 +108,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     ];
     let sides = case.sides().map(|(name, side)| format!("{name} {}", side.describe()));
     lines.push(format!("boundary     {}", sides.collect::<Vec<_>>().join(", ")));
-    lines.extend(outwards(case));
+    lines.extend(outwards(case).into_iter().chain(sticks(case)));
     lines.extend(case.drive.as_ref().map(|drive| format!("drive        {}", drive.describe())));
     if let Some(axis) = case.falls_as_a_whole() {
         let x = ["x", "y", "z"][axis];
@@ -197,6 +202,14 @@ fn outwards(case: &Case) -> Vec<String> {
         )
     };
     sides.map(words).collect()
+}
+
+/// Bodies in a fluid without viscosity, which slips along the walls of the box.
+fn sticks(case: &Case) -> Option<String> {
+    let sticks = case.fluid.viscosity == 0.0 && !case.particle.is_empty();
+    let words = "warning      without viscosity bodies hold the fluid beside them all the same: how they are set off and what strikes them is right, \
+                 drag and wakes go with the spacing";
+    sticks.then(|| words.into())
 }
 
 /// Bodies that overlap at the start by so much that their springs throw them apart.

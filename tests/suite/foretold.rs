@@ -84,6 +84,17 @@ fn an_inflow_that_takes_the_fluid_away_is_warned_of() {
 }
 
 #[test]
+fn a_fluid_without_viscosity_that_sticks_to_bodies_is_warned_of() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = fall(dir.path(), SPRINGS);
+    for (viscosity, warned) in [("0.0", true), ("0.05", false)] {
+        let (code, said) = says(&["check", case.to_str().unwrap(), "--set", &format!("fluid.viscosity={viscosity}")]);
+        let line = said.lines().find(|line| line.starts_with("warning      without viscosity bodies hold the fluid"));
+        assert!(code == Some(0) && line.is_some() == warned, "{said}");
+    }
+}
+
+#[test]
 fn bodies_that_overlap_at_the_start_are_warned_of() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
