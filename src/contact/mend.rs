@@ -27,7 +27,7 @@ use crate::params;
 use crate::particles::Body;
 use nalgebra::Vector3;
 
-/// The part of f squared from which on it counts that two are made to part.
+/// The part of f squared, of bodies that touch no other free one, from which on it counts that two are made to part.
 const FLUNG: f64 = 0.1;
 
 /// How far a body is from what the substeps expected of it.
@@ -58,8 +58,9 @@ pub(super) struct Bond {
     /// `1/m_n`, `1/m_t` (1/kg), and q along both.
     inverse: [f64; 2],
     part: [f64; 2],
-    /// The approach that the substeps expected at their end (m/s).
+    /// The approach that the substeps expected at their end (m/s), and whether those of the two that are free touch no other free one.
     expected: f64,
+    alone: bool,
     /// Coulomb's, where the two touch; `None` for a film.
     friction: Option<f64>,
     /// f, now and in the round before, what it was mended by since, and in all.
@@ -74,11 +75,12 @@ pub(super) struct Bond {
 pub(crate) struct Found {
     /// The largest deviation of a pair (m/s).
     pub(crate) off: f64,
-    /// The size of f (J^1/2).
+    /// The size of f (J^1/2), and of that of bodies which touch no other free one.
     pub(crate) size: f64,
+    pub(crate) alone: f64,
     /// Whether it is against what there was in the round before: the fluid has answered with more than was expected.
     pub(crate) turned: bool,
-    /// Whether some of it would make two part that part already: no spring has the energy for that.
+    /// Whether some of the latter would make two part that part already: no spring has the energy for that.
     pub(crate) flung: bool,
 }
 
@@ -126,11 +128,16 @@ impl Contacts {
         }
         let size = bonds.iter().map(|bond| bond.product(&bond.found, &bond.found)).sum::<f64>().sqrt();
         let turned = bonds.iter().map(|bond| bond.product(&bond.found, &bond.before)).sum::<f64>() < 0.0;
-        let flung =
-            bonds.iter().filter(|bond| bond.friction.is_some() && bond.expected < -tolerance && bond.found.press > 0.0);
-        let flung = flung.map(|bond| bond.product(&bond.found, &bond.found)).sum::<f64>() > FLUNG * size * size;
+        let (mut alone, mut flung) = (0.0, 0.0);
+        for bond in bonds.iter().filter(|bond| bond.alone && bond.found.press.abs() * bond.inverse[0] > tolerance) {
+            let square = bond.product(&bond.found, &bond.found);
+            alone += square;
+            let parts = bond.friction.is_some() && bond.expected < -tolerance && bond.found.press > 0.0;
+            flung += if parts { square } else { 0.0 };
+        }
+        let (alone, flung) = (alone.sqrt(), flung > FLUNG * alone);
         self.bonds = bonds;
-        Found { off: largest, size, turned, flung }
+        Found { off: largest, size, alone, turned, flung }
     }
 
     /// Mends the pairs by what was found in the `round`, adds it to the impulses, and leaves it in `nudges`.
@@ -191,6 +198,7 @@ impl Contacts {
                 [film(pair.film.normal, normal), film(pair.film.sliding, along)]
             },
             expected: kinematics.approach,
+            alone: ![pair.first, pair.second].iter().any(|k| self.company.get(*k) == Some(&true)),
             friction: touched.then(|| self.law(pair).material.friction),
             found: Given::default(),
             before: Given::default(),
@@ -231,13 +239,18 @@ impl Contacts {
         (moved.dot(&n), moved - moved.dot(&n) * n + turned.cross(&n))
     }
 
-    /// Per body, whether it gave to or got from another free one in the last [`advance`](Contacts::advance).
-    pub(crate) fn find_company(&self, bodies: &[Body], company: &mut [bool]) {
-        company.fill(false);
+    /// Finds which bodies gave to or got from another free one.
+    pub(super) fn find_company(&mut self, bodies: &[Body]) {
+        self.company.fill(false);
         let free = |k: usize| bodies.get(k).is_some_and(|body| body.freedom().is_some());
         for pair in self.pairs.iter().filter(|pair| pair.given != 0.0 && free(pair.first) && free(pair.second)) {
-            (company[pair.first], company[pair.second]) = (true, true);
+            (self.company[pair.first], self.company[pair.second]) = (true, true);
         }
+    }
+
+    /// Per body, whether it gave to or got from another free one in the last [`advance`](Contacts::advance).
+    pub(crate) fn company(&self) -> &[bool] {
+        &self.company
     }
 
     /// The largest speed at which a pair that touched comes together or parts (m/s).

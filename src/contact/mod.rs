@@ -152,6 +152,8 @@ pub struct Contacts {
     answers: Vec<Answer>,
     /// Per body, see [`Contacts::yields`].
     holds: Vec<f64>,
+    /// Per body, whether it gave to or got from another free one in the step.
+    company: Vec<bool>,
     travelled: Vec<f64>,
     search_radius: Vec<f64>,
     paired: Vec<bool>,
@@ -202,6 +204,7 @@ impl Contacts {
             old: Vec::with_capacity(8 * n),
             answers: vec![RIGID; n],
             holds: vec![0.0; n],
+            company: vec![false; n],
             travelled: vec![0.0; n],
             search_radius: vec![0.0; n],
             paired: vec![false; n],
@@ -323,6 +326,7 @@ impl Contacts {
         bodies.iter_mut().zip(&self.turned).for_each(|(body, turned)| body.rotate(turned));
         self.refuse_strays(bodies)?;
         self.find_holds(bodies);
+        self.find_company(bodies);
         touching.springs.clear();
         let lasting = self.pairs.iter().filter_map(|p| p.spring.map(|spring| (p.first, p.second, (spring, p.rolled))));
         touching.springs.extend(lasting);

@@ -37,8 +37,6 @@ pub struct Work {
     /// Its velocity before that (m/s), and P^2 and P dv by axis, summed over the rounds.
     before: Vec<Vector3<f64>>,
     answered: Vec<[Vector3<f64>; 2]>,
-    /// Whether it had to do with another free body.
-    company: Vec<bool>,
 }
 
 impl Work {
@@ -49,7 +47,6 @@ impl Work {
             nudges: vec![Impulse::default(); n],
             before: vec![Vector3::zeros(); n],
             answered: vec![[Vector3::zeros(); 2]; n],
-            company: vec![false; n],
         }
     }
 }
@@ -57,7 +54,8 @@ impl Work {
 /// What a round has to find for another to be worth it, by its size (J^1/2).
 #[derive(Clone, Copy, Default)]
 struct Worth {
-    /// At least so much where the fluid has answered with more than was expected, and where with less.
+    /// At least so much where the fluid has answered with more than was expected; and where with less, of bodies that touch no other free one: in a
+    /// pile the rest is left to the next step, as a damper.
     more: f64,
     less: f64,
     /// Less than that.
@@ -66,8 +64,8 @@ struct Worth {
 
 impl Worth {
     fn has(&self, found: &Found) -> bool {
-        let least = if found.turned { self.more } else { self.less };
-        found.size >= least && self.most.is_none_or(|most| found.size < most)
+        let enough = if found.turned { found.size >= self.more } else { found.alone >= self.less };
+        enough && self.most.is_none_or(|most| found.size < most)
     }
 }
 
@@ -97,7 +95,8 @@ impl<const D: usize> Sharp<D> {
             let Some(found) = self.mend_contacts(s, round, &worth, lying, dt)? else { break };
             mended = true;
             if round == 0 && !lying {
-                (worth.more, worth.less) = (params::mend_again() * found.size, params::mend_on() * found.size);
+                let less = if found.alone > 0.0 { params::mend_on() * found.alone } else { f64::INFINITY };
+                (worth.more, worth.less) = (params::mend_again() * found.size, less);
             }
             if round > 0 {
                 // The first round may leave more than there was, of which the second makes use.
@@ -172,11 +171,10 @@ impl<const D: usize> Sharp<D> {
     /// Finds from that what goes along with light bodies which touch none but walls and held ones.
     fn find_carried(&mut self, domain: &Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
         let Some(contacts) = &self.contacts else { return Ok(()) };
-        let Work { answered, company, .. } = &mut self.work.mend;
-        contacts.find_company(&s.bodies, company);
+        let Work { answered, .. } = &self.work.mend;
         let (unit, histories) = (domain.fluid.viscosity / self.cut.h, &mut history(&mut s.walls)?.bodies);
         for (k, (body, history)) in s.bodies.iter().zip(histories).enumerate() {
-            if company[k] || !contacts.is_light(body) {
+            if contacts.company()[k] || !contacts.is_light(body) {
                 history.carried = Vector3::zeros();
                 continue;
             }
