@@ -170,7 +170,7 @@ constants! {
     /// Part of what there was to mend from which on a step is mended once more, where light bodies touch. At 0.8 and at 1 deep piles of light discs make
     /// energy and end their runs (test `a_deep_pile_of_light_discs`, its like with 20 layers); at 0.3 they take 40 % more iterations.
     mend_again = 0.5;
-    /// The same where the fluid has answered with less than was expected, as it does near a wall and over long steps, of bodies that touch no other free one: a pile of
+    /// The same where the fluid has answered with less than was expected, as it does near a wall and over long steps, of bodies alone at one wall or held body: a pile of
     /// light discs would take twice the iterations and gain nothing. At 0.2 a light sphere that has come
     /// to a lid in a viscous liquid keeps a velocity of 2 mm/s that it does not move with; at 0.05 it is as at 0.1, for 2 to 6 % more iterations.
     mend_on = 0.1;

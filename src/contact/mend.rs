@@ -27,7 +27,7 @@ use crate::params;
 use crate::particles::Body;
 use nalgebra::Vector3;
 
-/// The part of f squared, of bodies that touch no other free one, from which on it counts that two are made to part.
+/// The part of f squared, of bodies that are alone at one wall or held body, from which on it counts that two are made to part.
 const FLUNG: f64 = 0.1;
 
 /// How far a body is from what the substeps expected of it.
@@ -58,7 +58,7 @@ pub(super) struct Bond {
     /// `1/m_n`, `1/m_t` (1/kg), and q along both.
     inverse: [f64; 2],
     part: [f64; 2],
-    /// The approach that the substeps expected at their end (m/s), and whether those of the two that are free touch no other free one.
+    /// The approach that the substeps expected at their end (m/s), and whether those of the two that are free are alone.
     expected: f64,
     alone: bool,
     /// Coulomb's, where the two touch; `None` for a film.
@@ -75,7 +75,7 @@ pub(super) struct Bond {
 pub(crate) struct Found {
     /// The largest deviation of a pair (m/s).
     pub(crate) off: f64,
-    /// The size of f (J^1/2), and of that of bodies which touch no other free one.
+    /// The size of f (J^1/2), and of that of bodies which are alone at one wall or held body.
     pub(crate) size: f64,
     pub(crate) alone: f64,
     /// Whether it is against what there was in the round before: the fluid has answered with more than was expected.
@@ -182,6 +182,7 @@ impl Contacts {
         let (normal, along) = (kinematics.inverse_normal, kinematics.inverse_tangential);
         // What touches for a part of the step, and is held by its film in all, is held.
         let touched = pair.pressed > 0.0 && pair.given > 0.0;
+        let free = |k: usize| bodies.get(k).is_some_and(|body| body.freedom().is_some());
         let film = |resistance: f64, inverse: f64| {
             let x = dt * resistance * inverse;
             x / (1.0 + x)
@@ -198,7 +199,7 @@ impl Contacts {
                 [film(pair.film.normal, normal), film(pair.film.sliding, along)]
             },
             expected: kinematics.approach,
-            alone: ![pair.first, pair.second].iter().any(|k| self.company.get(*k) == Some(&true)),
+            alone: [pair.first, pair.second].iter().all(|&k| !free(k) || self.is_alone(k)),
             friction: touched.then(|| self.law(pair).material.friction),
             found: Given::default(),
             before: Given::default(),
@@ -239,18 +240,21 @@ impl Contacts {
         (moved.dot(&n), moved - moved.dot(&n) * n + turned.cross(&n))
     }
 
-    /// Finds which bodies gave to or got from another free one.
+    /// Finds what each body gave to or got from: a wall or a held body counts once, a free one twice.
     pub(super) fn find_company(&mut self, bodies: &[Body]) {
-        self.company.fill(false);
+        self.company.fill(0);
         let free = |k: usize| bodies.get(k).is_some_and(|body| body.freedom().is_some());
-        for pair in self.pairs.iter().filter(|pair| pair.given != 0.0 && free(pair.first) && free(pair.second)) {
-            (self.company[pair.first], self.company[pair.second]) = (true, true);
+        for pair in self.pairs.iter().filter(|pair| pair.given != 0.0) {
+            for (k, other) in [(pair.first, pair.second), (pair.second, pair.first)] {
+                self.company.get_mut(k).into_iter().for_each(|count| *count += if free(other) { 2 } else { 1 });
+            }
         }
     }
 
-    /// Per body, whether it gave to or got from another free one in the last [`advance`](Contacts::advance).
-    pub(crate) fn company(&self) -> &[bool] {
-        &self.company
+    /// Whether a body had to do with one wall or held body at most in the last [`advance`](Contacts::advance). In a corner the fluid answers with
+    /// several times the mass that it has at one wall: a disc there that went by what it had shown rattled and made energy.
+    pub(crate) fn is_alone(&self, body: usize) -> bool {
+        self.company.get(body).is_none_or(|count| *count < 2)
     }
 
     /// The largest speed at which a pair that touched comes together or parts (m/s).

@@ -15,7 +15,7 @@
 //! In a fluid m is the mass of a body and of the fluid that goes along with it, half of what goes along with a single one. The fluid
 //! answers contacts with its own mass, `A = q/m`, and what it answers beyond is part of the next step's push. Errors then go from step to
 //! step by `1 - q +- sqrt(q (q - 1))`: they fade up to q = 1; from q = 4/3 on they change sign and grow, and a bed rattles. Grains that move
-//! together carry less fluid than a single one, so that half of that keeps q below. A light body that touches no other free one goes by what the
+//! together carry less fluid than a single one, so that half of that keeps q below. A light body that touches one wall or held body alone goes by what the
 //! fluid has shown to go along with it when it was mended last: near q = 1, however much viscosity adds to it within the step. In an impact that answer lags: over a contact of the
 //! duration T it takes `2 pi (M/m - 1) sin(pi dt/T)` of the energy, M the mass that the fluid answers with. So what of a force goes beyond
 //! twice its mean over the last steps is taken for an impact, its answer for that of potential flow at a wall, and none of it is expected
@@ -152,8 +152,8 @@ pub struct Contacts {
     answers: Vec<Answer>,
     /// Per body, see [`Contacts::yields`].
     holds: Vec<f64>,
-    /// Per body, whether it gave to or got from another free one in the step.
-    company: Vec<bool>,
+    /// Per body, see [`Contacts::find_company`].
+    company: Vec<u32>,
     travelled: Vec<f64>,
     search_radius: Vec<f64>,
     paired: Vec<bool>,
@@ -204,7 +204,7 @@ impl Contacts {
             old: Vec::with_capacity(8 * n),
             answers: vec![RIGID; n],
             holds: vec![0.0; n],
-            company: vec![false; n],
+            company: vec![0; n],
             travelled: vec![0.0; n],
             search_radius: vec![0.0; n],
             paired: vec![false; n],

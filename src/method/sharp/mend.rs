@@ -1,7 +1,7 @@
 //! Contacts and fluid at one: what the fluid makes of the contacts' impulses, as a rough solve shows it, is compared with what the
 //! substeps expected, and mended before the pressure is found to the end ([`crate::contact`] has the formulas).
 //!
-//! A light body that touches nothing but walls and held bodies is the fluid that goes along with it, and how much that is depends on where it
+//! A light body that touches one wall or held body alone is the fluid that goes along with it, and how much that is depends on where it
 //! is, and on what viscosity spreads within the step. So what mended it shows it, along each axis:
 //!
 //! ```text
@@ -54,7 +54,7 @@ impl Work {
 /// What a round has to find for another to be worth it, by its size (J^1/2).
 #[derive(Clone, Copy, Default)]
 struct Worth {
-    /// At least so much where the fluid has answered with more than was expected; and where with less, of bodies that touch no other free one: in a
+    /// At least so much where the fluid has answered with more than was expected; and where with less, of bodies that are alone at one wall or held body: in a
     /// pile the rest is left to the next step, as a damper.
     more: f64,
     less: f64,
@@ -168,13 +168,13 @@ impl<const D: usize> Sharp<D> {
         }
     }
 
-    /// Finds from that what goes along with light bodies which touch none but walls and held ones.
+    /// Finds from that what goes along with light bodies which touch one wall or held body alone.
     fn find_carried(&mut self, domain: &Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
         let Some(contacts) = &self.contacts else { return Ok(()) };
         let Work { answered, .. } = &self.work.mend;
         let (unit, histories) = (domain.fluid.viscosity / self.cut.h, &mut history(&mut s.walls)?.bodies);
         for (k, (body, history)) in s.bodies.iter().zip(histories).enumerate() {
-            if contacts.company()[k] || !contacts.is_light(body) {
+            if !contacts.is_alone(k) || !contacts.is_light(body) {
                 history.carried = Vector3::zeros();
                 continue;
             }
