@@ -207,8 +207,8 @@ fn outwards(case: &Case) -> Vec<String> {
 /// Bodies in a fluid without viscosity, which slips along the walls of the box.
 fn sticks(case: &Case) -> Option<String> {
     let sticks = case.fluid.viscosity == 0.0 && !case.particle.is_empty();
-    let words = "warning      without viscosity bodies hold the fluid beside them all the same: how they are set off and what strikes them is right, \
-                 drag and wakes go with the spacing";
+    let words = "warning      without viscosity bodies hold the fluid beside them all the same: how they are set off from rest is right, \
+                 drag, wakes and light bodies at walls are not";
     sticks.then(|| words.into())
 }
 

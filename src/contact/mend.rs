@@ -20,6 +20,9 @@
 //! ```text
 //!   x' = x + f - c (dx + df),   c = <f, df>/<df, df>,   dx, df: their changes since the round before,   <f, g> = sum f g/m
 //! ```
+//! Bodies that are alone at one wall or held body are mended again whichever way f points, down to a tenth of what there was (`mend_on`): their
+//! contacts go by the mass that the fluid has shown, so that this feeds nothing back. It ends where it would fling two apart that part already, for
+//! which no spring has the energy.
 
 use super::substep::Answer;
 use super::{Contacts, Impulse, Pair};
@@ -182,7 +185,6 @@ impl Contacts {
         let (normal, along) = (kinematics.inverse_normal, kinematics.inverse_tangential);
         // What touches for a part of the step, and is held by its film in all, is held.
         let touched = pair.pressed > 0.0 && pair.given > 0.0;
-        let free = |k: usize| bodies.get(k).is_some_and(|body| body.freedom().is_some());
         let film = |resistance: f64, inverse: f64| {
             let x = dt * resistance * inverse;
             x / (1.0 + x)
@@ -199,7 +201,7 @@ impl Contacts {
                 [film(pair.film.normal, normal), film(pair.film.sliding, along)]
             },
             expected: kinematics.approach,
-            alone: [pair.first, pair.second].iter().all(|&k| !free(k) || self.is_alone(k)),
+            alone: [pair.first, pair.second].iter().all(|&k| !is_free(bodies, k) || self.is_alone(k)),
             friction: touched.then(|| self.law(pair).material.friction),
             found: Given::default(),
             before: Given::default(),
@@ -243,10 +245,11 @@ impl Contacts {
     /// Finds what each body gave to or got from: a wall or a held body counts once, a free one twice.
     pub(super) fn find_company(&mut self, bodies: &[Body]) {
         self.company.fill(0);
-        let free = |k: usize| bodies.get(k).is_some_and(|body| body.freedom().is_some());
         for pair in self.pairs.iter().filter(|pair| pair.given != 0.0) {
             for (k, other) in [(pair.first, pair.second), (pair.second, pair.first)] {
-                self.company.get_mut(k).into_iter().for_each(|count| *count += if free(other) { 2 } else { 1 });
+                if let Some(count) = self.company.get_mut(k) {
+                    *count += if is_free(bodies, other) { 2 } else { 1 };
+                }
             }
         }
     }
@@ -276,6 +279,11 @@ impl Contacts {
         let gave = self.pairs.iter().filter(|pair| pair.given != 0.0 && (pair.pressed > 0.0 || slows(pair)));
         gave.fold((false, false), |(_, light), pair| (true, light || lighter(pair.first) || lighter(pair.second)))
     }
+}
+
+/// Whether what has this place among the partners of contacts, walls after bodies, moves as it is pushed.
+fn is_free(bodies: &[Body], k: usize) -> bool {
+    bodies.get(k).is_some_and(|body| body.freedom().is_some())
 }
 
 impl Bond {
