@@ -4,6 +4,7 @@ mod blocked;
 mod disk;
 mod layer;
 mod pace;
+mod path;
 mod stiffness;
 
 use crate::config::{Case, Loaded, Particle, Side};
@@ -20,6 +21,7 @@ use blocked::{blocked, driven_axes};
 use layer::{Layer, Walls};
 pub use pace::Rest;
 use pace::{Pace, later_step, steps};
+use path::run_into;
 use std::path::Path;
 use std::time::Instant;
 use stiffness::contacts;
@@ -81,6 +83,7 @@ pub(crate) fn warnings<const D: usize>(case: &Case, scene: &Scene<D>) -> Result<
         .chain(coarse)
         .chain(layer(case))
         .chain(shut)
+        .chain(run_into(case, scene))
         .chain(contacts(case, scene, later));
     Ok(all.filter(|line| line.starts_with("warning")).collect())
 }
@@ -133,7 +136,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     }
     lines.extend(layer(case));
     lines.extend(shut(case, &scene));
-    lines.extend(pressed(case, &scene));
+    lines.extend(run_into(case, &scene).into_iter().chain(pressed(case, &scene)));
     let explicit = Limits { scheme: limits.scheme.explicit(), ..limits };
     for ((bound, limit), (_, first)) in limits.bounds().into_iter().zip(explicit.bounds()).filter(|b| b.0.1.is_finite())
     {

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 ///
 /// # Errors
 /// With the bodies' numbers and what to do.
-pub(super) fn refuse_collisions<const D: usize>(domain: &Domain<D>, bodies: &[Body], has_law: bool) -> Result<()> {
+pub(crate) fn refuse_collisions<const D: usize>(domain: &Domain<D>, bodies: &[Body], has_law: bool) -> Result<()> {
     let (grid, periods) = (&domain.grid, domain.periods());
     let lawless = |b: &Body| !has_law || b.freedom().is_none();
     for (index, body) in bodies.iter().enumerate().filter(|(_, b)| b.moves() && lawless(b)) {

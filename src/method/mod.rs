@@ -1,7 +1,7 @@
 //! The methods: each is a type that owns its step. [`mics2003`] is the paper's, [`sharp`] has walls of second order, and where
 //! there are no bodies a [`flow`] is all.
 
-mod collision;
+pub(crate) mod collision;
 pub mod energy;
 pub mod flow;
 pub mod mics2003;

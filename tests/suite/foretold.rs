@@ -94,6 +94,60 @@ fn a_fluid_without_viscosity_that_sticks_to_bodies_is_warned_of() {
     }
 }
 
+/// A disc of 1 cm that is told to move ends its run at the wall, at a fixed disc or at another one, and where its path is free or the run ends before, it
+/// does not.
+#[test]
+fn where_a_prescribed_body_ends_the_run_is_foretold() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = dir.path().join("case.toml");
+    let disc = |x: f64, motion: &str| {
+        format!("[[particle]]\nshape.disc.diameter = 0.01\nposition = [{x:?}, 0.02]\nmotion = {motion}\n")
+    };
+    let goes = |velocity: [f64; 2]| format!("{{ prescribed = {{ velocity = {velocity:?} }} }}");
+    let swings = |amplitude: f64| {
+        format!("{{ prescribed = {{ oscillation = {{ amplitude = [{amplitude:?}, 0.0], frequency = 2.5 }} }} }}")
+    };
+    // 1.5 cm to the wall; 2 cm between two surfaces.
+    for (discs, end, expected) in [
+        (disc(0.02, &goes([0.0, 0.05])), 0.4, Some((0.3, "particle 0 has reached the border of the box along y"))),
+        (disc(0.02, &goes([0.0, 0.05])), 0.29, None),
+        (
+            disc(0.02, &goes([0.05, 0.0])) + &disc(0.05, "\"fixed\""),
+            0.45,
+            Some((0.4, "particle 0 has run into particle 1")),
+        ),
+        (disc(0.02, &goes([0.05, 0.0])) + &disc(0.05, "\"free\""), 0.45, None),
+        // Across the border in x.
+        (
+            disc(0.01, &goes([-0.1, 0.0])) + &disc(0.06, &goes([0.1, 0.0])),
+            0.2,
+            Some((0.1, "particle 0 has run into particle 1")),
+        ),
+        (
+            disc(0.02, &swings(0.021)) + &disc(0.05, "\"fixed\""),
+            0.2,
+            Some((0.0804, "particle 0 has run into particle 1")),
+        ),
+        (disc(0.02, &swings(0.019)) + &disc(0.05, "\"fixed\""), 0.2, None),
+    ] {
+        let text = format!(
+            "name = \"told\"\ndomain = {{ size = [0.08, 0.04], cells = [64, 32] }}\nfluid = {{ density = 1000.0, viscosity = 0.05 }}\n\
+             boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }}\n\
+             contact = {{}}\noutput.figures = false\ntime = {{ end = {end:?} }}\n{discs}"
+        );
+        std::fs::write(&case, text).unwrap();
+        let (code, said) = says(&["check", case.to_str().unwrap()]);
+        let line = said.lines().find(|line| line.starts_with("warning      the run will end at t = "));
+        assert!(code == Some(0) && line.is_some() == expected.is_some(), "{said}");
+        let (Some(line), Some((time, words))) = (line, expected) else { continue };
+        let told: f64 = line.split(' ').find_map(|word| word.parse().ok()).unwrap();
+        assert!(line.contains(words) && (told - time).abs() < 0.003, "{time}: {line}");
+        let out = dir.path().join("out");
+        let (code, said) = says(&["run", case.to_str().unwrap(), "--force", "--out", out.to_str().unwrap()]);
+        assert!(code == Some(3) && said.contains(line) && said.contains("error: step"), "{code:?}: {said}");
+    }
+}
+
 #[test]
 fn bodies_that_overlap_at_the_start_are_warned_of() {
     let dir = tempfile::tempdir().unwrap();

@@ -1,0 +1,39 @@
+//! Where prescribed bodies come to. That one reaches the border of the box, another one or a fixed one ends a run, and follows from how they
+//! are told to move.
+
+use crate::config::Case;
+use crate::method::collision::refuse_collisions;
+use crate::particles::{Body, Push};
+use crate::scene::Scene;
+use crate::words::{brief, number};
+
+/// By how much of the smallest radius the fastest of them moves between two looks.
+const LOOK: f64 = 0.01;
+
+/// The most pairs that are looked at: what comes later is left to the run.
+const PAIRS: f64 = 1e7;
+
+/// Says when and where the first of them ends the run.
+pub fn run_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
+    let (state, periods) = (&scene.state, scene.domain.periods());
+    let mut bodies: Vec<Body> = state.bodies.iter().filter(|body| body.freedom().is_none()).cloned().collect();
+    let movers: Vec<usize> = (0..bodies.len()).filter(|k| bodies[*k].moves()).collect();
+    let fastest = movers.iter().map(|k| bodies[*k].top_speed()).fold(0.0, f64::max);
+    let smallest = movers.iter().map(|k| bodies[*k].radius()).fold(f64::INFINITY, f64::min);
+    if movers.is_empty() {
+        return None;
+    }
+    let (left, dt) = (case.time.end - state.time, LOOK * smallest / fastest);
+    let looks = (left / dt).ceil().min(PAIRS / (movers.len() * bodies.len()) as f64);
+    let dt = dt.min(left / looks);
+    (1..=looks as usize).find_map(|look| {
+        movers.iter().for_each(|k| bodies[*k].advance(dt, &Push::default(), &periods));
+        let refused = refuse_collisions(&scene.domain, &bodies, case.contact.is_some()).err()?;
+        let time = state.time + look as f64 * dt;
+        Some(format!(
+            "warning      the run will end at t = {} s of {} s: {refused}",
+            brief(time),
+            number(case.time.end)
+        ))
+    })
+}
