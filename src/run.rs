@@ -278,11 +278,10 @@ impl<'a, const D: usize> Run<'a, D> {
         while self.scene.state.time < end * (1.0 - 1e-12) {
             self.began = (self.scene.state.steps, self.scene.state.time);
             // Not after the last step: a run ends with the bodies of its last rows.
+            let mut came = false;
             if let Some(dt) = self.account.dt {
-                if self.pass(dt)? {
-                    break;
-                }
-                self.admit()?;
+                let Some(returned) = self.pass(dt)? else { break };
+                came = self.admit()? || returned;
             }
             if self.began.0.is_multiple_of(KEPT_EVERY)
                 || speed > FASTER * kept_speed
@@ -292,7 +291,9 @@ impl<'a, const D: usize> Run<'a, D> {
                 kept_speed = speed;
             }
             let limits = self.scene.limits()?;
-            let (dt, _) = choose_step(self.case, &limits, self.account.dt, end - self.scene.state.time);
+            // Where a body has come in the flow is set off anew.
+            let before = if came { None } else { self.account.dt };
+            let (dt, _) = choose_step(self.case, &limits, before, end - self.scene.state.time);
             self.refuse_broken_limit(dt, &limits)?;
             self.scene.domain.clock.lap(Stage::Logs);
             let report = self.scene.step(dt)?;

@@ -64,8 +64,8 @@ pub fn pressure<const D: usize>(grid: &Grid<D>, boundaries: &Boundaries<D>, p: &
     force
 }
 
-/// This rank's part of the work per time (W; per metre of depth in 2D) of the sides on the fluid: by the pressure `p` (Pa), by the
-/// kinetic energy that flows through them, and by viscosity (Pa s) where they move; ghosts of `u` filled.
+/// This rank's part of the work per time (W; per metre of depth in 2D) of the sides on the fluid: by the pressure `p` (Pa) and the
+/// kinetic energy that flows through them, and apart, by viscosity (Pa s) where they move; ghosts of `u` filled.
 pub fn power<const D: usize>(
     grid: &Grid<D>,
     boundaries: &Boundaries<D>,
@@ -74,8 +74,8 @@ pub fn power<const D: usize>(
     u: &VectorField<D>,
     faces: &VectorField<D>,
     p: &[f64],
-) -> f64 {
-    let mut power = 0.0;
+) -> [f64; 2] {
+    let mut power = [0.0; 2];
     for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
         if boundaries.borders[axis][side].is_none() {
             continue;
@@ -90,7 +90,8 @@ pub fn power<const D: usize>(
             let kinetic = 0.5 * density * (0..D).map(|i| at_side(i).powi(2)).sum::<f64>();
             let shear = u.iter().enumerate().map(|(i, q)| at_side(i) * (q[ghost] - q[cell])).sum::<f64>() * viscosity
                 / grid.h[axis];
-            power += area * ((pressure + kinetic) * inwards + shear);
+            power[0] += area * (pressure + kinetic) * inwards;
+            power[1] += area * shear;
         }
     }
     power

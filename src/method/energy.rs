@@ -51,6 +51,9 @@ pub fn start<const D: usize>(domain: &mut Domain<D>, s: &mut State<D>, method: &
     s.energy = EnergyBudget { fluid, bodies: of_bodies(&s.bodies), springs, ..EnergyBudget::default() };
     s.energy.start = s.energy.total();
     s.energy.driven = domain.driving_power(s)?;
+    // The pressure at the start is no sample.
+    let Powers { shear, dissipated, .. } = Powers::of(domain, s, method, true)?;
+    (s.energy.given, s.energy.dissipated) = (shear, dissipated);
     Ok(())
 }
 
@@ -61,6 +64,8 @@ pub fn reopen<const D: usize>(domain: &mut Domain<D>, s: &mut State<D>, method: 
     s.energy.bodies = of_bodies(&s.bodies);
     s.energy.springs = method.find_springs(&s.bodies);
     s.energy.borders += s.energy.total() - before;
+    // What viscosity takes from now on says nothing about the steps before.
+    s.energy.since = 0.0;
     Ok(())
 }
 
@@ -115,24 +120,45 @@ fn sample<const D: usize>(
     if !due && !domain.sides_work {
         return Ok(());
     }
-    domain.boundaries.fill_velocity(&mut s.u)?;
-    let Fluid { density, viscosity, .. } = domain.fluid;
-    let given = border::power(&domain.grid, &domain.boundaries, density, viscosity, &s.u, &s.faces, &s.p);
-    let mut powers = [given, if due { viscosity * slopes(domain, &s.u, method) } else { 0.0 }];
-    domain.session.sum(&mut powers)?;
-    let [given, mut dissipated] = powers;
-    // The pressure at the start is no sample.
-    let share = if s.steps <= 1 { 1.0 } else { 0.5 };
-    e.borders += s.dt * (e.given + share * (given - e.given));
-    e.given = given;
+    let Powers { flow, shear, dissipated } = Powers::of(domain, s, method, due)?;
+    e.borders += 0.5 * s.dt * (e.given + flow + shear);
+    let first = s.steps <= 1;
+    if first {
+        e.borders += 0.5 * s.dt * flow;
+    }
+    e.given = flow + shear;
     if due {
-        if let Coefficient::Uniform(_) = method.mixture().density {
-            dissipated += 2.0 * viscosity * s.bodies.iter().map(|b| b.volume() * b.spin.norm_squared()).sum::<f64>();
-        }
-        e.viscous += share * e.since * (dissipated - e.dissipated);
+        // A sheet beside a body that is set off is gone at once.
+        let was = if first { e.dissipated.min(dissipated) } else { e.dissipated };
+        e.viscous += e.since * (0.5 * (was + dissipated) - e.dissipated);
         (e.dissipated, e.since) = (dissipated, 0.0);
     }
     Ok(())
+}
+
+/// Work per time (W).
+struct Powers {
+    /// Of the sides of the box on the fluid: by what flows through them with their pressure, and by viscosity.
+    flow: f64,
+    shear: f64,
+    /// What viscosity takes, where it is asked for.
+    dissipated: f64,
+}
+
+impl Powers {
+    /// As the state is now. Collective.
+    fn of<const D: usize>(domain: &mut Domain<D>, s: &mut State<D>, method: &Method<D>, all: bool) -> Result<Powers> {
+        domain.boundaries.fill_velocity(&mut s.u)?;
+        let Fluid { density, viscosity, .. } = domain.fluid;
+        let [flow, shear] = border::power(&domain.grid, &domain.boundaries, density, viscosity, &s.u, &s.faces, &s.p);
+        let mut powers = [flow, shear, if all { viscosity * slopes(domain, &s.u, method) } else { 0.0 }];
+        domain.session.sum(&mut powers)?;
+        let [flow, shear, mut dissipated] = powers;
+        if let (true, Coefficient::Uniform(_)) = (all, &method.mixture().density) {
+            dissipated += 2.0 * viscosity * s.bodies.iter().map(|b| b.volume() * b.spin.norm_squared()).sum::<f64>();
+        }
+        Ok(Powers { flow, shear, dissipated })
+    }
 }
 
 /// Kinetic energy of a body (J).

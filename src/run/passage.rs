@@ -8,9 +8,10 @@ use crate::particles::{Body, nearest_image};
 use nalgebra::Vector3;
 
 impl<const D: usize> Run<'_, D> {
-    /// Takes the bodies out that would reach an outflow in the next step, about as long as the last one, `dt` (s); says whether the
-    /// case wants the run to end there instead. Collective.
-    pub(super) fn pass(&mut self, dt: f64) -> Result<bool> {
+    /// Takes the bodies out that would reach an outflow in the next step, about as long as the last one, `dt` (s); says whether one has come in
+    /// again, or nothing where the case wants the run to end there instead. Collective.
+    pub(super) fn pass(&mut self, dt: f64) -> Result<Option<bool>> {
+        let mut returned = false;
         while let Some((k, axis)) = self.scene.leaving(dt) {
             let (step, time) = (self.scene.state.steps, self.scene.state.time);
             let body = &self.scene.state.bodies[k];
@@ -21,10 +22,11 @@ impl<const D: usize> Run<'_, D> {
                         "particle {} has reached an outflow at t = {time:.6} s: the run ends here, as output.removed = \"stop\" says",
                         body.id
                     ));
-                    return Ok(true);
+                    return Ok(None);
                 }
                 (_, Some(centre)) => {
                     self.scene.bring(self.case, k, centre)?;
+                    returned = true;
                     ("returned", self.scene.state.bodies[k].clone())
                 }
                 _ => ("left", self.scene.remove(self.case, k)?),
@@ -35,19 +37,20 @@ impl<const D: usize> Run<'_, D> {
                 folder.write_passage(step, time, what, &body)
             })?;
         }
-        Ok(false)
+        Ok(Some(returned))
     }
 
-    /// Lets bodies in that wait for it. Collective.
-    pub(super) fn admit(&mut self) -> Result<()> {
-        for body in self.scene.admit(self.case)? {
+    /// Lets bodies in that wait for it, and says whether one came. Collective.
+    pub(super) fn admit(&mut self) -> Result<bool> {
+        let came = self.scene.admit(self.case)?;
+        for body in &came {
             let (step, time) = (self.scene.state.steps, self.scene.state.time);
             self.on_lead(|folder, _, log| {
                 log.say(&format!("particle {} came in at t = {time:.6} s", body.id));
-                folder.write_passage(step, time, "entered", &body)
+                folder.write_passage(step, time, "entered", body)
             })?;
         }
-        Ok(())
+        Ok(!came.is_empty())
     }
 
     /// Where a body comes in again that goes out along an axis (m); `None` where another one is in its way.

@@ -325,6 +325,42 @@ fn a_light_body_that_comes_in_goes_on_with_its_part_of_the_momentum() {
     }
 }
 
+/// What returns sets the flow off anew, and the next step is as short as the first: in one as long as viscosity's stages make it, ten times the body's energy
+/// came from nothing, and the run ended.
+#[test]
+fn a_light_disc_that_returns_in_a_viscous_stream_makes_no_energy() {
+    let dir = tempfile::tempdir().unwrap();
+    let disc = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [1.7, 0.85]\nvelocity = [1.0, 0.0]\ndensity = 0.08\n[contact]\n";
+    let text = box_case(
+        [2.0, 1.0],
+        [48, 24],
+        0.1,
+        ["{ inflow_parabola = [1.0, 0.0] }", "\"outflow\"", "\"wall\"", "\"slip\""],
+        disc,
+    )
+    .replace("viscosity = 0.1", "viscosity = 0.1\ngravity = [0.0, -1.0]");
+    let case = write(dir.path(), &(text + "[output]\nfigures = false\nremoved = \"return\"\n"));
+    let out = dir.path().join("out");
+    run(&case, &out, &[]);
+    let passages = columns(&out.join("passages.csv"));
+    let steps = columns(&out.join("steps.csv"));
+    let [time, dt, lost, fluid, body] =
+        ["time", "dt", "method_loss", "fluid_energy", "bodies_energy"].map(|name| &steps[name]);
+    let back = time.iter().position(|t| *t == passages["time"][0]).unwrap();
+    let most = |of: &[f64]| of[back + 1..].iter().copied().fold(0.0, f64::max);
+    println!(
+        "steps of {} s, then {} s: {} J in the fluid before, {} J after; {} J in the disc",
+        dt[back],
+        dt[back + 1],
+        fluid[back],
+        most(fluid),
+        most(body)
+    );
+    assert!(dt[back + 1] < 0.3 * dt[back] && dt.len() > back + 20);
+    assert!(most(fluid) < 1.2 * fluid[back] && most(body) < 3.0 * body[back]);
+    assert!(lost[back..].iter().all(|lost| *lost > -0.03 * fluid[back]), "{lost:?}");
+}
+
 /// In a periodic box at rest nothing else has momentum: what comes in stays, in the cells, in bodies, and in what these have not felt yet.
 #[test]
 fn what_comes_in_brings_its_momentum_and_no_more() {

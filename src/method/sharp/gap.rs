@@ -309,7 +309,10 @@ impl<const D: usize> Surroundings<'_, D> {
         }
         for axis in 0..D {
             let side = usize::from(n[axis] > 0.0);
-            let Some(Border::Velocity(velocity)) = &self.boundaries.borders[axis][side] else { continue };
+            let border = match &self.boundaries.borders[axis][side] {
+                Some(border @ (Border::Velocity(_) | Border::Outflow)) => border,
+                _ => continue,
+            };
             let from = image[axis] + foot[axis];
             let distance = if side == 1 { self.grid.size[axis] - from } else { from };
             if n[axis].abs() * self.reach < distance {
@@ -317,9 +320,13 @@ impl<const D: usize> Surroundings<'_, D> {
             }
             let width = (distance / n[axis].abs()).max(0.0);
             if width < gap.width {
-                let at = self.grid.position_on_border(axis, &(image + foot + width * n));
-                let velocity = Vector3::from_fn(|a, _| if a < D { velocity[a][at] } else { 0.0 });
-                gap = Gap { width, other: Other::Border(velocity) };
+                gap.width = width;
+                gap.other = if let Border::Velocity(velocity) = border {
+                    let at = self.grid.position_on_border(axis, &(image + foot + width * n));
+                    Other::Border(Vector3::from_fn(|a, _| if a < D { velocity[a][at] } else { 0.0 }))
+                } else {
+                    Other::Nothing
+                };
             }
         }
         gap
