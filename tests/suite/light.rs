@@ -404,3 +404,56 @@ fn a_light_disc_in_a_corner_rests() {
     println!("{back:.1e} of gravity's work back");
     assert!(back < 1e-3, "{back} of gravity's work back");
 }
+
+/// What a light body of few cells does in long steps of several stages is what it does in short ones. It expected of the flow the answer of a wall to a change
+/// of its velocity, less than half of what there is with its curvature and the pressure that viscosity makes: its velocity swung from step to step, more each time,
+/// and up to six cells across the run ended.
+#[test]
+fn a_light_body_of_few_cells_keeps_its_pace_in_long_steps() {
+    let speed = |shape: &str,
+                 size: &str,
+                 cells: &str,
+                 place: &str,
+                 sides: &str,
+                 gravity: &str,
+                 density: f64,
+                 time: &str| {
+        let dir = tempfile::tempdir().unwrap();
+        let case = dir.path().join("case.toml");
+        let text = format!(
+            "name = \"few\"\ndomain = {{ size = {size}, cells = {cells} }}\nfluid = {{ density = 1000.0, viscosity = 1.0, gravity = {gravity} }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\"{sides} }}\ntime = {{ end = 0.06, {time} }}\n\
+             coupling = {{ wall = \"sharp\" }}\noutput = {{ figures = false }}\n\
+             [[particle]]\nshape.{shape}\nposition = {place}\ndensity = {density:?}\n"
+        );
+        std::fs::write(&case, text).unwrap();
+        run(&case, &dir.path().join("run"), &[]);
+        let rows = columns(&dir.path().join("run/particles.csv"));
+        let (axis, steps) = (
+            if shape.starts_with("disc") { "vy" } else { "vz" },
+            columns(&dir.path().join("run/steps.csv"))["step"].len(),
+        );
+        (*rows[axis].last().unwrap(), steps)
+    };
+    let disc = |cells: f64, density: f64, time: &str| {
+        let shape = format!("disc.diameter = {:?}", 0.0013 * cells);
+        speed(&shape, "[0.0169, 0.0195]", "[13, 15]", "[0.008606, 0.009386]", "", "[0.0, -9.81]", density, time)
+    };
+    let sphere = |cells: f64, density: f64, time: &str| {
+        let (shape, sides) = (format!("sphere.diameter = {:?}", 0.0013 * cells), ", bottom = \"wall\", top = \"wall\"");
+        let (size, place) = ("[0.0195, 0.0208, 0.0182]", "[0.0099216, 0.0099996, 0.009672]");
+        speed(&shape, size, "[15, 16, 14]", place, sides, "[0.0, 0.0, -9.81]", density, time)
+    };
+    for (what, [long, short], bound) in [
+        ("sphere of 4.4 cells", ["max_stages = 4", "scheme = \"rk2\""].map(|time| sphere(4.4, 1.0, time)), 0.003),
+        (
+            "sphere of 6 cells, 8 stages",
+            ["max_stages = 8", "scheme = \"rk2\""].map(|time| sphere(6.0, 100.0, time)),
+            0.01,
+        ),
+        ("disc of 4 cells, 8 stages", ["max_stages = 8", "scheme = \"rk2\""].map(|time| disc(4.0, 1.0, time)), 0.003),
+    ] {
+        println!("{what}: {:.6} m/s in {} steps, {:.6} in {}", long.0, long.1, short.0, short.1);
+        assert!(2 * long.1 < short.1 && (long.0 / short.0 - 1.0).abs() < bound, "{what}: {long:?}, {short:?}");
+    }
+}

@@ -124,6 +124,7 @@ impl<const D: usize> Sharp<D> {
             let pressure = pressure + domain.felt(&s.drive, 1.0).component_mul(&motion.displaced);
             (motion.pressure, motion.pressure_torque) = (pressure, pressure_torque);
             let (drag, turn) = resistance(body, &motion.shell, fluid.viscosity / h);
+            let drag = drag.max(least_drag(body, drag, fluid.density, h, dt));
             let share = inertial_share(body, &turn, dt);
             let centred = 0.5 * share;
             motion.shear = (0.5 * (shear + before), torque + centred.component_mul(&(torque_before - torque)));
@@ -203,6 +204,20 @@ pub(super) fn resistance(body: &Body, (area, shell): &(f64, Matrix3<f64>), unit:
     }
     let turn = body.turn();
     (unit * area, Inertia::Tensor(slope * (turn * shell * turn.transpose())))
+}
+
+/// What a free body has to resist at least (N s/m) where the first probe gives `drag`, that its velocity does not swing from step to step: the
+/// flow answers a change of it within the step by about
+///
+/// ```text
+///   c = k drag (sum of the slope's weights + h/R)      k = 1.5 for a sphere, 2 for a disc: with the pressure that viscosity makes
+/// ```
+/// of which the body expects `drag`; the rest is felt a step late, and may be what its mass and the fluid's resist at most. So it is of few cells across
+/// in steps of several stages alone, and of light ones.
+fn least_drag(body: &Body, drag: f64, density: f64, h: f64, dt: f64) -> f64 {
+    let with_pressure = if body.shape().dimension() == 2 { 2.0 } else { 1.5 };
+    let answer = with_pressure * drag * (profile::slope().iter().sum::<f64>() + h / body.radius());
+    0.5 * (answer - (body.mass() + body.added_mass(density)) / dt)
 }
 
 /// What turns with a body over a step `dt` (s): itself, and the fluid beside it by that resistance (kg m2).
