@@ -30,8 +30,9 @@ pub struct Series {
     found: Option<f64>,
     /// Coordinate (m) and value at the step before, of a measure that waits for a moment.
     passing: Option<(f64, f64)>,
-    /// Time of the step before (s).
+    /// Time of the step before (s), and that at which the first sample began.
     before: f64,
+    began: f64,
 }
 
 /// What a step gives to the measures.
@@ -65,6 +66,7 @@ pub fn series(case: &Case) -> Vec<Series> {
         Series {
             morison: Morison::new(density, area, volume),
             before: 0.0,
+            began: 0.0,
             found: None,
             passing: None,
             rule: m.force,
@@ -108,7 +110,8 @@ impl Series {
 
     /// Takes the state after a step, and what [`survey`](super::survey::survey) gives of it, of a kind that is of the whole box.
     pub fn sample(&mut self, &Sample { time, exchange, bodies, max_speed, deepest, touched }: &Sample, of_box: f64) {
-        let dt = time - std::mem::replace(&mut self.before, time);
+        let before = std::mem::replace(&mut self.before, time);
+        let dt = time - before;
         if time < self.measure.from {
             return;
         }
@@ -174,12 +177,12 @@ impl Series {
             | MeasureKind::FluidEnergy
             | MeasureKind::BodyEnergy => of_box,
             MeasureKind::Dissipation | MeasureKind::DissipationTime => {
-                let Some((before, _)) = self.passing.replace((of_box, 0.0)) else { return };
-                return self.keep((time - 0.5 * dt, (before - of_box) / dt));
+                let Some((was, _)) = self.passing.replace((of_box, 0.0)) else { return };
+                return self.keep(before, (time - 0.5 * dt, (was - of_box) / dt));
             }
         };
         match self.measure.when {
-            None => self.keep((time, value)),
+            None => self.keep(before, (time, value)),
             Some(When::Contact) => {
                 let touches = touched.get(particle).copied().unwrap_or(false);
                 self.found = self.found.or(touches.then_some(value));
@@ -224,7 +227,10 @@ impl Series {
     }
 
     /// Keeps a sample: the one that counts where one does, so that a long run takes no more memory than a short one.
-    fn keep(&mut self, new: (f64, f64)) {
+    fn keep(&mut self, before: f64, new: (f64, f64)) {
+        if self.samples.is_empty() {
+            self.began = before.max(self.measure.from);
+        }
         let counts = |kept: (f64, f64)| match self.measure.kind {
             MeasureKind::MaxSpeed
             | MeasureKind::TerminalVelocity
@@ -249,6 +255,23 @@ impl Series {
         }
     }
 
+    /// Mean over time of its samples: of forces, which are means over their steps, from the start of the first one on; of what is known at the
+    /// ends of steps, by trapezia between them.
+    fn mean(&self, samples: &[(f64, f64)]) -> Option<f64> {
+        let (first, last) = (samples.first()?, samples.last()?);
+        let begin = if self.measure.kind.is_mean_of_step() { self.began } else { first.0 };
+        if last.0 <= begin {
+            return Some(first.1);
+        }
+        let pairs = samples.windows(2).map(|pair| (pair[0], pair[1]));
+        let area: f64 = if self.measure.kind.is_mean_of_step() {
+            first.1 * (first.0 - begin) + pairs.map(|(a, b)| b.1 * (b.0 - a.0)).sum::<f64>()
+        } else {
+            pairs.map(|(a, b)| 0.5 * (a.1 + b.1) * (b.0 - a.0)).sum()
+        };
+        Some(area / (last.0 - begin))
+    }
+
     /// The measure's value; `None` where the samples do not give one (no steps in its window, no oscillation, no
     /// contact).
     pub fn value(&self) -> Option<f64> {
@@ -257,7 +280,7 @@ impl Series {
         }
         let values = || self.samples.iter().map(|s| s.1);
         let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-        let mean = mean(&self.samples)?;
+        let mean = self.mean(&self.samples)?;
         match self.measure.kind {
             MeasureKind::DragCoefficient
             | MeasureKind::LiftCoefficient
@@ -299,7 +322,7 @@ impl Series {
             MeasureKind::LiftAmplitude => Some(0.5 * (high - low)),
             MeasureKind::LiftRms => {
                 let squares: Vec<_> = self.samples.iter().map(|&(t, v)| (t, (v - mean) * (v - mean))).collect();
-                self::mean(&squares).map(f64::sqrt)
+                self.mean(&squares).map(f64::sqrt)
             }
             // A lift coefficient that moves by less is a steady wake, whatever its last digits do.
             MeasureKind::Strouhal if high - low < 2e-3 => None,
@@ -315,6 +338,7 @@ impl Checkpointed for Series {
             samples,
             morison,
             before,
+            began,
             found,
             passing,
             measure: _,
@@ -324,7 +348,7 @@ impl Checkpointed for Series {
             up: _,
             size: _,
         } = self;
-        archive.serialize([samples, before, found, passing, morison])
+        archive.serialize([samples, before, began, found, passing, morison])
     }
 }
 
@@ -334,16 +358,6 @@ fn place(bodies: &[Body], id: usize) -> Option<usize> {
         Some(body) if body.id == id => Some(id),
         _ => bodies.binary_search_by_key(&id, |body| body.id).ok(),
     }
-}
-
-/// Mean over time by trapezia.
-fn mean(samples: &[(f64, f64)]) -> Option<f64> {
-    let (first, last) = (samples.first()?, samples.last()?);
-    if samples.len() == 1 {
-        return Some(first.1);
-    }
-    let area: f64 = samples.windows(2).map(|w| 0.5 * (w[0].1 + w[1].1) * (w[1].0 - w[0].0)).sum();
-    Some(area / (last.0 - first.0))
 }
 
 /// Oscillations per unit time from the first to the last upward crossing of `level`. A crossing counts after the signal
@@ -431,6 +445,19 @@ mod tests {
         }
         let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
         assert!((values[0] - 2.1).abs() < 1e-12 && (values[1] - 1.4).abs() < 1e-12, "{values:?}");
+    }
+
+    /// A force of 4 N over 0.9 to 1.2 s and of 1 N over the next 0.5 s, of which the first 0.1 s are before the window; a velocity by what it is at the ends.
+    #[test]
+    fn the_mean_of_a_force_is_what_it_gave_over_its_time() {
+        let mut series = of_kinds(&["force", "velocity_x"]);
+        let mut bodies = [disc()];
+        for (time, force, speed) in [(0.9, 9.0, 7.0), (1.2, 4.0, 1.0), (1.7, 1.0, 3.0)] {
+            bodies[0].velocity.x = speed;
+            series.iter_mut().for_each(|s| s.sample(&at(time, &[pushed(Vector3::new(force, 0.0, 0.0))], &bodies), 0.0));
+        }
+        let [force, speed] = [0, 1].map(|n: usize| series[n].value().unwrap());
+        assert!((force - (4.0 * 0.2 + 0.5) / 0.7).abs() < 1e-14 && (speed - 2.0).abs() < 1e-14, "{force} {speed}");
     }
 
     #[test]

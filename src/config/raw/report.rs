@@ -310,6 +310,20 @@ impl MeasureKind {
         matches!(self, LiftCoefficient | LiftCoefficientMax | LiftRms | LiftAmplitude | Strouhal)
     }
 
+    /// Whether its samples are means over their steps, as forces are, and not values at their ends.
+    pub fn is_mean_of_step(self) -> bool {
+        matches!(
+            self,
+            MeasureKind::DragCoefficient
+                | MeasureKind::LiftCoefficient
+                | MeasureKind::LiftMagnitude
+                | MeasureKind::LiftRms
+                | MeasureKind::Force
+                | MeasureKind::DriveForce
+                | MeasureKind::PressureDrop
+        )
+    }
+
     /// Whether it is a fit of Morison's formula, of a particle with a prescribed oscillation.
     pub fn fits_morison(self) -> bool {
         matches!(self, MeasureKind::MorisonDrag | MeasureKind::MorisonInertia | MeasureKind::MorisonResidual)
