@@ -104,6 +104,9 @@ impl Reuse {
     }
 }
 
+/// PETSc's `KSP_DIVERGED_ITS`: more iterations than `-ksp_max_it` allows.
+const TOO_MANY: i32 = -3;
+
 /// How to see why a solve fails.
 const LOOK: &str = "look at it with `-- -ksp_monitor_true_residual -ksp_converged_reason`";
 
@@ -351,11 +354,12 @@ impl LinearSolver {
         }
         Err(Error::Run(format!(
             "the pressure solve failed twice: {} after {} iterations, then, from zero with a rebuilt preconditioner, {} \
-             after {more} (relative tolerance {rtol:.1e}); {LOOK}, try another solver (`-- -ksp_type cg -pc_type gamg`), or \
+             after {more} (relative tolerance {rtol:.1e}); {LOOK}, {}try another solver (`-- -ksp_type cg -pc_type gamg`), or \
              relax pressure.divergence_limit",
             reason_name(first),
             iterations - more,
             reason_name(second),
+            if second == TOO_MANY { "allow more iterations (`-- -ksp_max_it 5000`), " } else { "" },
         )))
     }
 
