@@ -10,7 +10,8 @@ use crate::{Result, params};
 
 /// Substeps in a contact below which its restitution is no longer the one asked for.
 const COARSE: f64 = 20.0;
-/// Substeps in a step in which two touch, and over those of the stiffness "auto", above which a stiffness costs more than it gives.
+/// Substeps in a step in which two touch, and over those of the stiffness "auto", above which a stiffness costs more than it gives; the product of
+/// both is worth a word where the bodies themselves ask for it.
 const COSTLY: [f64; 2] = [1000.0, 10.0];
 
 /// The shortest contact (s) after a fall of a diameter, for springs whose time depends on the speed; `None` without contacts.
@@ -91,11 +92,18 @@ fn too_soft<const D: usize>(case: &Case, scene: &Scene<D>, law: &Contact) -> Opt
     })
 }
 
-/// What is said of stiffnesses that are given and ask for many more substeps than the impacts need; a step lasts so many `contacts`.
+/// What is said of stiffnesses that ask for many more substeps than the impacts need, or of bodies that do; a step lasts so many `contacts`.
 fn too_stiff<const D: usize>(case: &Case, scene: &Scene<D>, law: &Contact, contacts: f64) -> Option<String> {
-    let (stiffness, exponent) = given(law).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let enough = impact(case, &scene.state.bodies).stiffness(exponent);
     let (wanted, [many, over]) = (params::contact_substeps() * contacts, COSTLY);
+    let Some((stiffness, exponent)) = given(law).max_by(|a, b| a.0.total_cmp(&b.0)) else {
+        return (wanted > over * many).then(|| {
+            format!(
+                "warning      a step in which two touch takes about {wanted:.0} substeps, since springs that hold the heaviest body throw the \
+                 lightest off at once: bodies of like weight, or a softer contact.normal_stiffness, cost less"
+            )
+        });
+    };
+    let enough = impact(case, &scene.state.bodies).stiffness(exponent);
     // A contact lasts as long as the root of its mass over its stiffness.
     let of_enough = wanted * (enough / stiffness).sqrt();
     (wanted > many && wanted > over * of_enough).then(|| {

@@ -148,6 +148,30 @@ fn where_a_prescribed_body_ends_the_run_is_foretold() {
     }
 }
 
+/// One stiffness holds for all: that which a body of a hundred tonnes per cubic metre asks for is costly where another one weighs what water does.
+#[test]
+fn bodies_whose_weights_are_far_apart_are_said_to_be_costly() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = dir.path().join("case.toml");
+    for (heavy, warned) in [(1e8, true), (7800.0, false)] {
+        let disc = |x: f64, density: f64| {
+            format!("[[particle]]\nshape.disc.diameter = 0.01\ndensity = {density:?}\nposition = [{x:?}, 0.02]\n")
+        };
+        let text = format!(
+            "name = \"two\"\ndomain = {{ size = [0.04, 0.04], cells = [32, 32] }}\n\
+             fluid = {{ density = 1000.0, viscosity = 0.05, gravity = [0.0, -9.81] }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\ncontact = {{}}\n\
+             time = {{ end = 0.1 }}\n{}{}",
+            disc(0.01, heavy),
+            disc(0.03, 1100.0)
+        );
+        std::fs::write(&case, text).unwrap();
+        let (code, said) = says(&["check", case.to_str().unwrap()]);
+        let line = said.lines().find(|line| line.starts_with("warning      a step in which two touch takes about "));
+        assert!(code == Some(0) && line.is_some() == warned, "{heavy} kg/m3: {said}");
+    }
+}
+
 #[test]
 fn bodies_that_overlap_at_the_start_are_warned_of() {
     let dir = tempfile::tempdir().unwrap();
