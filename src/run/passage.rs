@@ -11,8 +11,9 @@ impl<const D: usize> Run<'_, D> {
     /// Takes the bodies out that would reach an outflow in the next step, about as long as the last one, `dt` (s); says whether one has come in
     /// again, or nothing where the case wants the run to end there instead. Collective.
     pub(super) fn pass(&mut self, dt: f64) -> Result<Option<bool>> {
-        let mut returned = false;
-        while let Some((k, axis)) = self.scene.leaving(dt) {
+        // Once each: what the fluid takes along may go out at the other side of the box at once.
+        let mut returned = Vec::new();
+        while let Some((k, axis)) = self.scene.leaving(dt, &returned) {
             let (step, time) = (self.scene.state.steps, self.scene.state.time);
             let body = &self.scene.state.bodies[k];
             let entrance = (self.case.output.removed == Removed::Return).then(|| self.entrance(body, axis)).flatten();
@@ -25,8 +26,8 @@ impl<const D: usize> Run<'_, D> {
                     return Ok(None);
                 }
                 (_, Some(centre)) => {
+                    returned.push(body.id);
                     self.scene.bring(self.case, k, centre)?;
-                    returned = true;
                     ("returned", self.scene.state.bodies[k].clone())
                 }
                 _ => ("left", self.scene.remove(self.case, k)?),
@@ -37,7 +38,7 @@ impl<const D: usize> Run<'_, D> {
                 folder.write_passage(step, time, what, &body)
             })?;
         }
-        Ok(Some(returned))
+        Ok(Some(!returned.is_empty()))
     }
 
     /// Lets bodies in that wait for it, and says whether one came. Collective.

@@ -17,9 +17,9 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 const TRIES: usize = 200;
 
 impl<const D: usize> Scene<D> {
-    /// The place in the list of the first free body whose surface may reach an outflow within a step as long as `dt` (s), and the axis.
-    /// No body reaches through one: the part of it outside would be missing in what the fluid does to it.
-    pub fn leaving(&self, dt: f64) -> Option<(usize, usize)> {
+    /// The place in the list of the first free body whose surface may reach an outflow within a step as long as `dt` (s), and the axis; none of
+    /// those whose numbers are in `but`. No body reaches through one: the part of it outside would be missing in what the fluid does to it.
+    pub fn leaving(&self, dt: f64, but: &[usize]) -> Option<(usize, usize)> {
         let (grid, borders) = (&self.domain.grid, &self.domain.boundaries.borders);
         let open = |axis: usize, side: usize| matches!(borders[axis][side], Some(Border::Outflow));
         let leaves = |body: &Body, axis: usize| {
@@ -32,7 +32,8 @@ impl<const D: usize> Scene<D> {
             );
             (low && open(axis, 0)) || (high && open(axis, 1))
         };
-        let free = self.state.bodies.iter().enumerate().filter(|(_, body)| matches!(body.motion, Motion::Free(_)));
+        let goes = |body: &Body| matches!(body.motion, Motion::Free(_)) && !but.contains(&body.id);
+        let free = self.state.bodies.iter().enumerate().filter(|(_, body)| goes(body));
         free.flat_map(|(k, body)| (0..D).map(move |axis| (k, body, axis)))
             .find_map(|(k, body, axis)| leaves(body, axis).then_some((k, axis)))
     }

@@ -361,6 +361,29 @@ fn a_light_disc_that_returns_in_a_viscous_stream_makes_no_energy() {
     assert!(lost[back..].iter().all(|lost| *lost > -0.03 * fluid[back]), "{lost:?}");
 }
 
+/// A disc that weighs next to nothing between two outflows: the fluid turns it back as it returns, and it went to and fro hundreds of times in one step.
+#[test]
+fn a_body_returns_once_in_a_step() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = format!(
+        "[[particle]]\nshape = {{ disc = {{ diameter = 0.042 }} }}\nposition = [0.17, 0.33]\nvelocity = [0.2, 0.1]\ndensity = 0.001\n\
+         [contact]\n[output]\nfigures = false\nremoved = \"return\"\n[time]\nend = 0.5\n{SHARP}"
+    );
+    let sides = ["\"wall\"", "\"wall\"", "\"outflow\"", "\"outflow\""];
+    let case = box_case([0.34, 0.36], [34, 36], 0.005, sides, &text)
+        .replace("viscosity = 0.005", "viscosity = 0.005\ngravity = [0.0, -0.5]");
+    let out = dir.path().join("out");
+    let case = write(dir.path(), &case);
+    let said = mics(&["run", case.to_str().unwrap(), "--out", out.to_str().unwrap(), "--quiet"]);
+    let passages = columns(&out.join("passages.csv"));
+    println!("{:?}: returned in the steps {:?}", said.status.code(), passages["step"]);
+    assert!(
+        !passages["step"].is_empty() && passages["step"].windows(2).all(|pair| pair[0] < pair[1]),
+        "{:?}",
+        passages["step"]
+    );
+}
+
 /// In a periodic box at rest nothing else has momentum: what comes in stays, in the cells, in bodies, and in what these have not felt yet.
 #[test]
 fn what_comes_in_brings_its_momentum_and_no_more() {
