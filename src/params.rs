@@ -147,46 +147,29 @@ constants! {
     /// How much longer a step chosen by `time.cfl` may be than the one before.
     /// Halved: steps only shrink: nothing ends. Doubled: rebound +0.5 %.
     step_growth = 1.1;
-    /// Part of the digits asked for to which the pressure is found before a step in contact is mended. More, solves that cost; fewer, what
-    /// mends depends on how the solver errs, and on the number of ranks.
-    mending_digits = 0.5;
-    /// Deviation from the expected speed of a contact that is worth mending (of that speed).
-    /// Halved: rebound +0.1 %. Doubled: nothing.
-    mending_deviation = 5e-3;
-    /// The part of the speed of two bodies which a film has to be able to take in a step for contacts to be mended. Smaller, scenes of a few bodies
-    /// far apart take a second, rough solve in every step: at 0 eight spheres in a box cost a tenth more; larger, the fluid's answer to films comes a step late.
-    faint_film = 0.01;
-    /// How many times a film resists what pulls at two bodies, at the speed of a free way across the gap, where they count as lying on each other at the
-    /// start. At 10 single light spheres are let go that a film holds, and at 0.3 nothing changes; without it discs put down a hair above a floor end their run.
-    holding_film = 3.0;
-    /// That deviation over a step which is always left (spacings).
-    /// Halved: height of a bed -0.2 %. Doubled: +0.1 %.
-    mending_floor = 2e-6;
-    /// Mended is what a sweep over all pairs changes by less than this part of what the first one did. Ten times as much or a tenth: nothing in a pile of 14
-    /// light discs.
-    mended = 1e-2;
-    /// Most sweeps of a mending.
-    most_mending_sweeps = 200.0;
-    /// Part of what there was to mend from which on a step is mended once more, where light bodies touch. At 0.8 and at 1 deep piles of light discs make
-    /// energy and end their runs (test `a_deep_pile_of_light_discs`, its like with 20 layers); at 0.3 they take 40 % more iterations.
-    mend_again = 0.5;
-    /// The same where the fluid has answered with less than was expected, as it does near a wall and over long steps, of bodies alone at one wall or held body: a pile of
-    /// light discs would take twice the iterations and gain nothing. At 0.2 a light sphere that has come
-    /// to a lid in a viscous liquid keeps a velocity of 2 mm/s that it does not move with; at 0.05 it is as at 0.1, for 2 to 6 % more iterations.
-    mend_on = 0.1;
-    /// Times that a step is mended.
-    most_mendings = 6.0;
-    /// Times that the first step of bodies which lie on others is mended. Fewer, a column of light bodies under a lid starts with
-    /// energy from nothing.
-    first_mendings = 12.0;
+    /// Part of the digits asked for to which the pressure is found that shows the response to contact impulses.
+    response_digits = 0.5;
+    /// Velocity residual of a contact that is corrected, of the fastest approach.
+    residual_tolerance = 5e-3;
+    /// Velocity residual over a step that is always left (spacings).
+    residual_floor = 2e-6;
+    /// Part of its speed that lubrication has to be able to take from a pair in a step for contacts to be corrected.
+    faint_lubrication = 0.01;
+    /// The sweeps of a correction end where one changes less than this part of what the first one did.
+    sweep_tolerance = 1e-2;
+    /// Most sweeps of a correction.
+    most_sweeps = 200.0;
+    /// Part of its added mass that a body in contact has, where it weighs nothing.
+    added_mass_of_light = 0.4;
+    /// How much larger that part is for each density of the fluid.
+    added_mass_by_density = 0.25;
+    /// The largest part.
+    most_added_mass = 1.6;
     /// Most times that the first step is taken with the paper's mixing until what contacts give bodies that lie on others is found. With 12 plain rounds a row of
     /// discs that shuts a pipe carried 0.6 of its weight, and ended its run.
     most_rehearsals = 40.0;
     /// Part of that which may be missing then.
     rehearsed = 1e-9;
-    /// Fluid that goes along with a body in contact, of what does where it is alone. More, a bed whose grains move together carries less
-    /// than that, and rattles from step to step; less, light bodies are mended more.
-    carried_part = 0.5;
     /// What a step counts in the mean force of contacts on a body. Larger, an impact of some steps counts as lasting before it ends; smaller,
     /// a bed that lands is taken for an impact for longer. A disc eight times as dense as a liquid without viscosity, 8 cells across, strikes
     /// its floor at Courant number 0.1, and keeps 0.83 of its speed at 0.05, 0.87 at 0.02; 0.97 it should.

@@ -152,6 +152,16 @@ impl Law {
         self.material.normal_stiffness * overlap.max(0.0).powf(g + 1.0) / (g + 1.0)
     }
 
+    /// Energy in the normal spring and in the tangential one, stretched by `spring` (m), at an overlap (J).
+    pub(super) fn stored_with(&self, overlap: f64, spring: &Vector3<f64>) -> f64 {
+        if overlap <= 0.0 {
+            return 0.0;
+        }
+        let Material { normal_stiffness, exponent, tangential_ratio, .. } = self.material;
+        let tangential = tangential_ratio * normal_stiffness * overlap.powf(exponent - 1.0);
+        self.stored(overlap) + 0.5 * tangential * spring.norm_squared()
+    }
+
     /// Damping ratio at mass `m_n` (kg).
     pub(super) fn damping_ratio(&self, mass: f64) -> f64 {
         match self.material.damping {

@@ -12,23 +12,19 @@
 //! pair take one move for all the substeps; pairs too far apart to have touched since they were looked at last are passed over,
 //! and the fluid between such as cannot touch in the step acts every so many substeps, for all of them.
 //!
-//! In a fluid m is the mass of a body and of the fluid that goes along with it, half of what goes along with a single one. The fluid
-//! answers contacts with its own mass, `A = q/m`, and what it answers beyond is part of the next step's push. Errors then go from step to
-//! step by `1 - q +- sqrt(q (q - 1))`: they fade up to q = 1; from q = 4/3 on they change sign and grow, and a bed rattles. Grains that move
-//! together carry less fluid than a single one, so that half of that keeps q below. A light body that touches one wall or held body alone goes by what the
-//! fluid has shown to go along with it when it was mended last: near q = 1, however much viscosity adds to it within the step. In an impact that answer lags: over a contact of the
-//! duration T it takes `2 pi (M/m - 1) sin(pi dt/T)` of the energy, M the mass that the fluid answers with. So what of a force goes beyond
-//! twice its mean over the last steps is taken for an impact, its answer for that of potential flow at a wall, and none of it is expected
-//! of the next step.
+//! In a fluid, m is the mass of a body and a part of its added mass, `m + c C_a` with `c = min(1.6, 0.4 + s/4)`: C_a is the
+//! added mass of a lone body and s its density over the fluid's. The fluid responds with its own inertia; [`correction`] compares
+//! the two once in a step, and bounds the work of the contacts.
 //!
 //! ```text
 //!      first          second        arms: from the centres to the middle of the overlap
 //!     (   o----n--->()<-----o   )   slip = (v_i - v_j)_t + (a_i w_i + a_j w_j) x n
 //! ```
 
+mod cluster;
+mod correction;
 mod law;
 mod lubrication;
-mod mend;
 mod rolling;
 mod stiffness;
 mod substep;
@@ -40,13 +36,12 @@ use crate::error::NotFinite;
 use crate::particles::{Body, Inertia, Neighbours, Push};
 use crate::{Error, Result, params};
 pub use law::{Damping, Laws, Material};
-use law::{Kinematics, Law};
+use law::Law;
 use lubrication::Film;
 pub use lubrication::Medium;
-use mend::Bond;
-pub(crate) use mend::{Deviation, Found};
+use cluster::Clusters;
+use correction::Constraint;
 use nalgebra::Vector3;
-use std::f64::consts::PI;
 pub use stiffness::Impact;
 pub(crate) use substep::MOST_SUBSTEPS;
 use substep::{Answer, Grip, RIGID};
@@ -106,14 +101,18 @@ struct Pair {
     /// Tangential spring (m), while they touch, and that of their rolling (rad).
     spring: Option<Vector3<f64>>,
     rolled: Vector3<f64>,
-    /// Momentum along the line of centres that they gave each other in the step, by touching and through the fluid in the gap,
-    /// positive where it keeps them apart (N s).
-    given: f64,
-    /// Momentum along their surfaces that touching gave the first in the step (N s), and what it gave them along the line of centres,
-    /// in all and while they stuck (N s).
-    grip: Vector3<f64>,
+    /// Impulse on the first and angular impulses on both over the step, by touch and lubrication (N s, N m s).
+    impulse: Vector3<f64>,
+    turns: [Vector3<f64>; 2],
+    /// Normal impulse over the step, by touch and lubrication, positive where it parts the two (N s).
+    normal: f64,
+    /// Of touch alone: tangential impulse on the first, normal impulse, in all and while the two stick (N s), and its time (s).
+    tangential: Vector3<f64>,
     pressed: f64,
     stuck: f64,
+    touched: f64,
+    /// Energy in the springs at the start of the step (J).
+    stored: f64,
     /// What the fluid between them resists, after how many substeps each, and for how long (s) it has not yet.
     film: Film,
     stride: usize,
@@ -150,16 +149,15 @@ pub struct Contacts {
     old: Vec<Pair>,
     /// Per body: its answer, its way since the search (m) and the way it may go (m), whether it has a pair, its load now.
     answers: Vec<Answer>,
-    /// Per body, see [`Contacts::yields`].
-    holds: Vec<f64>,
-    /// Per body, see [`Contacts::find_company`].
-    company: Vec<u32>,
+    /// Per body, see [`Contacts::contact_damping`].
+    damping: Vec<f64>,
     travelled: Vec<f64>,
     search_radius: Vec<f64>,
     paired: Vec<bool>,
     loads: Vec<Impulse>,
-    /// Of a mending.
-    bonds: Vec<Bond>,
+    /// Scratch of the correction and of the bound on the work of contacts.
+    constraints: Vec<Constraint>,
+    clusters: Clusters,
     /// Of the substep.
     grips: Vec<Grip>,
     /// Per body, its way since the search when the next substep is done (m), and by how much it has turned in the step (rad).
@@ -203,14 +201,14 @@ impl Contacts {
             pairs: Vec::with_capacity(8 * n),
             old: Vec::with_capacity(8 * n),
             answers: vec![RIGID; n],
-            holds: vec![0.0; n],
-            company: vec![0; n],
+            damping: vec![0.0; n],
             travelled: vec![0.0; n],
             search_radius: vec![0.0; n],
             paired: vec![false; n],
             loads: vec![Impulse::default(); n],
             grips: Vec::with_capacity(8 * n),
-            bonds: Vec::with_capacity(8 * n),
+            constraints: Vec::with_capacity(8 * n),
+            clusters: Clusters::new(n),
             reach: vec![0.0; n],
             turned: vec![Vector3::zeros(); n],
             impulses: vec![Impulse::default(); n],
@@ -240,39 +238,17 @@ impl Contacts {
         Touching { springs: Vec::with_capacity(8 * self.materials.len()) }
     }
 
-    /// What a contact of a free body sets going along each axis (kg): itself, and the fluid that goes along with it. That is, for the part of
-    /// its force that is `lasting`, what has `shown` to, and at least what does however others lie beside it; for an impact, what does in
-    /// potential flow where it touches a wall.
-    pub fn mass_in_contact(&self, body: &Body, lasting: f64, shown: &Vector3<f64>) -> Vector3<f64> {
-        let (least, struck) = (self.least_carried(body), self.carried_in_impact(body));
-        let with = |carried: f64| 1.0 / (body.mass() + carried);
-        shown.map(|shown| 1.0 / (lasting * with(least.max(shown)) + (1.0 - lasting) * with(struck)))
+    /// Effective mass of a body in contact (kg): its own, and a part of its added mass that grows with its density.
+    pub fn mass_in_contact(&self, body: &Body) -> f64 {
+        let added = body.added_mass(self.medium.density);
+        let displaced = self.medium.density * body.volume();
+        let ratio = if displaced > 0.0 { body.mass() / displaced } else { f64::INFINITY };
+        let part = params::added_mass_of_light() + ratio * params::added_mass_by_density();
+        body.mass() + part.min(params::most_added_mass()) * added
     }
 
-    /// The least fluid that is taken to go along with a body in contact (kg).
-    pub(crate) fn least_carried(&self, body: &Body) -> f64 {
-        params::carried_part() * body.added_mass(self.medium.density)
-    }
-
-    /// The fluid that goes along with a body which touches a wall, in potential flow (kg): `pi^2/3 - 1` volumes of a disc, 0.803 of a sphere.
-    pub(crate) fn carried_in_impact(&self, body: &Body) -> f64 {
-        let touching = if body.shape().dimension() == 2 { PI * PI / 3.0 - 1.0 } else { 2.0 * 0.803 };
-        touching * body.added_mass(self.medium.density)
-    }
-
-    /// Whether a free body is lighter than the fluid.
-    pub(crate) fn is_light(&self, body: &Body) -> bool {
-        body.mass() < self.medium.density * body.volume()
-    }
-
-    /// Takes another mass along each axis (kg) for what contacts of a body set going, until the next [`advance`](Contacts::advance).
-    pub(crate) fn weigh(&mut self, body: usize, mass: &Vector3<f64>) {
-        self.answers[body].weigh(mass);
-    }
-
-    /// Moves all bodies on by `dt` (s): free ones under `push` and contacts, prescribed ones as told. `going` has what a contact sets going: the
-    /// fluid that has shown to go along with a body, by axis (kg), and what turns, itself and the fluid with it (kg m2). Returns the
-    /// substeps taken: 0 where nobody is in reach of anybody, and everybody has made one ballistic move.
+    /// Moves all bodies on by `dt` (s): free ones under `push` and contacts, prescribed ones as told. `turning` is the
+    /// moment of inertia of a body and of the fluid that turns with it (kg m2). Returns the substeps taken: 0 where nobody is in reach of anybody, and everybody has made one ballistic move.
     ///
     /// # Errors
     /// When a state is not finite, an overlap is too deep, the substeps are too few, or a body leaves the box.
@@ -281,13 +257,12 @@ impl Contacts {
         bodies: &mut [Body],
         touching: &mut Touching,
         push: &[Push],
-        going: impl Fn(usize, &Body) -> (Vector3<f64>, Inertia),
+        turning: impl Fn(usize, &Body) -> Inertia,
         dt: f64,
     ) -> Result<usize> {
         self.refuse_strays(bodies)?;
         for (i, (body, push)) in bodies.iter().zip(push).enumerate() {
-            let (shown, turning) = going(i, body);
-            self.answers[i] = Answer::of(body, push, &self.mass_in_contact(body, 1.0, &shown), &turning);
+            self.answers[i] = Answer::of(body, push, self.mass_in_contact(body), &turning(i, body));
         }
         self.pairs.clear();
         let kept = touching.springs.iter();
@@ -300,11 +275,15 @@ impl Contacts {
         self.wall_impulse = Vector3::zeros();
         (self.wall_work, self.slid) = (0.0, 0.0);
         self.deepest = 0.0;
+        self.clusters.clear();
         self.touched.fill(false);
         self.turned.fill(Vector3::zeros());
         let (mut left, mut taken) = (dt, 0);
         while left > 0.0 {
             self.search(bodies, left, taken > 0);
+            if taken == 0 {
+                self.find_stored(bodies);
+            }
             if self.pairs.is_empty() {
                 self.drift(bodies, left, |_| true);
                 break;
@@ -325,30 +304,41 @@ impl Contacts {
         }
         bodies.iter_mut().zip(&self.turned).for_each(|(body, turned)| body.rotate(turned));
         self.refuse_strays(bodies)?;
-        self.find_holds(bodies);
-        self.find_company(bodies);
+        self.find_damping(bodies);
         touching.springs.clear();
         let lasting = self.pairs.iter().filter_map(|p| p.spring.map(|spring| (p.first, p.second, (spring, p.rolled))));
         touching.springs.extend(lasting);
         Ok(taken)
     }
 
-    /// What pairs resist a body's spin with (N m s): without bound where it touches, and else the films of the fluid in gaps.
-    fn find_holds(&mut self, bodies: &[Body]) {
-        self.holds.fill(0.0);
+    /// Finds the energy in the springs of the pairs as the bodies lie.
+    fn find_stored(&mut self, bodies: &[Body]) {
+        for p in 0..self.pairs.len() {
+            self.pairs[p].stored = self.stored_in(&self.pairs[p], bodies);
+        }
+    }
+
+    /// Energy in the springs of a pair as its two lie (J).
+    fn stored_in(&self, pair: &Pair, bodies: &[Body]) -> f64 {
+        self.law(pair).stored_with(self.closest(pair, bodies, 0.0).overlap, &pair.spring.unwrap_or_default())
+    }
+
+    /// Finds how strongly pairs damp a body's spin (N m s): without bound where it touches, and else by lubrication.
+    fn find_damping(&mut self, bodies: &[Body]) {
+        self.damping.fill(0.0);
         for pair in &self.pairs {
             for k in [pair.first, pair.second] {
                 let Some(body) = bodies.get(k) else { continue };
                 let film = body.radius().powi(2) * (pair.film.sliding + pair.film.rolling);
-                self.holds[k] += if pair.pressed > 0.0 { f64::INFINITY } else { film };
+                self.damping[k] += if pair.pressed > 0.0 { f64::INFINITY } else { film };
             }
         }
     }
 
-    /// What is left of a change of a body's spin that the last [`advance`](Contacts::advance) did not expect, when contacts have answered it over
-    /// the step `dt` (s): all without any, nothing of one that touches; `inertia` is what turns with it about an axis (kg m2).
-    pub fn yields(&self, body: usize, inertia: f64, dt: f64) -> f64 {
-        1.0 / (1.0 + dt * self.holds[body] / inertia)
+    /// Part of a change of a body's spin, which the substeps did not expect, that contacts leave over the step `dt` (s): all without
+    /// any, nothing of a body that touches. `inertia` is the moment of inertia about an axis (kg m2), the fluid's included.
+    pub fn contact_damping(&self, body: usize, inertia: f64, dt: f64) -> f64 {
+        1.0 / (1.0 + dt * self.damping[body] / inertia)
     }
 
     /// What an impulse (N m s) of contacts changes of a body's spin, with what turns with it (rad/s).
@@ -385,40 +375,25 @@ impl Contacts {
     /// Finds the pairs of bodies as they lie, before any [`advance`](Contacts::advance).
     pub fn meet(&mut self, bodies: &[Body]) {
         for (i, body) in bodies.iter().enumerate() {
-            let mass = self.mass_in_contact(body, 1.0, &Vector3::zeros());
-            self.answers[i] = Answer::of(body, &Push::default(), &mass, &body.inertia());
+            self.answers[i] = Answer::of(body, &Push::default(), self.mass_in_contact(body), &body.inertia());
         }
         self.search(bodies, 0.0, false);
     }
 
-    /// Per body, whether it lies on another or on a wall after a [`meet`](Contacts::meet), or begins to leave it, as `accelerated` by fluid and
-    /// gravity (m/s2): they touch and hardly come nearer, or the film between them is too stiff to let them go.
-    pub fn held_up(&self, bodies: &[Body], accelerated: impl Fn(usize) -> Vector3<f64>) -> Vec<bool> {
-        let mut held = vec![false; bodies.len()];
+    /// Per body, whether it lies on another or on a wall after a [`meet`](Contacts::meet): they touch and hardly come nearer.
+    pub fn lying(&self, bodies: &[Body]) -> Vec<bool> {
+        let mut lying = vec![false; bodies.len()];
         for pair in &self.pairs {
             let met = self.kinematics(pair, bodies, 0.0).0;
-            // What comes nearer by a thousandth of its radius while a contact lasts is no impact.
+            // An approach by less than a thousandth of the radius while a contact lasts is no impact.
             let lasts = self.law(pair).contact_time(1.0 / met.inverse_normal, met.approach.max(0.0));
             let still = met.approach <= 0.0 || met.approach * lasts < 1e-3 * bodies[pair.first].radius();
-            let pulled = accelerated(pair.first)
-                - bodies.get(pair.second).map_or_else(Vector3::zeros, |_| accelerated(pair.second));
-            let lies = still
-                && (met.overlap >= -self.medium.roughness.max(substep::TOUCHING * bodies[pair.first].radius())
-                    || self.is_held(pair, bodies, &met, pulled.dot(&met.normal).abs()));
+            let least = -self.medium.roughness.max(substep::TOUCHING * bodies[pair.first].radius());
             for k in [pair.first, pair.second] {
-                held.get_mut(k).into_iter().for_each(|held| *held |= lies);
+                lying.get_mut(k).into_iter().for_each(|lies| *lies |= still && met.overlap >= least);
             }
         }
-        held
-    }
-
-    /// Whether the film of a pair, which is pulled at by this acceleration (m/s2), resists it by far at the speed that a free way across the gap would
-    /// give the two, and they are no faster.
-    fn is_held(&self, pair: &Pair, bodies: &[Body], met: &Kinematics, pulled: f64) -> bool {
-        let gap = -met.overlap;
-        let speed = (2.0 * pulled * gap).sqrt();
-        let resisted = self.film(pair, bodies, gap, gap).normal * met.inverse_normal * speed;
-        met.approach.abs() <= speed && resisted > params::holding_film() * pulled
+        lying
     }
 
     /// Energy in the normal springs of the pairs of the last [`advance`](Contacts::advance) or [`meet`](Contacts::meet), where the bodies lie now (J).
@@ -446,7 +421,7 @@ impl Contacts {
         let mut lightest = vec![(f64::INFINITY, 0); self.laws.materials()];
         for (body, &material) in bodies.iter().zip(&self.materials) {
             let (mass, count) = &mut lightest[material];
-            let own = body.mass() + self.least_carried(body);
+            let own = self.mass_in_contact(body);
             *mass = mass.min(if body.freedom().is_some() { own } else { f64::INFINITY });
             *count += 1;
         }
@@ -584,15 +559,27 @@ impl Pair {
             second,
             spring: None,
             rolled: Vector3::zeros(),
-            given: 0.0,
-            grip: Vector3::zeros(),
+            impulse: Vector3::zeros(),
+            turns: [Vector3::zeros(); 2],
+            normal: 0.0,
+            tangential: Vector3::zeros(),
             pressed: 0.0,
             stuck: 0.0,
+            touched: 0.0,
+            stored: 0.0,
             film: Film::UNKNOWN,
             stride: 1,
             due: 0.0,
             clear: 0.0,
         }
+    }
+}
+
+impl Pair {
+    /// Counts an impulse on the first (N s), and angular impulses on both (N m s).
+    fn add(&mut self, impulse: Vector3<f64>, turns: [Vector3<f64>; 2]) {
+        self.impulse += impulse;
+        self.turns.iter_mut().zip(turns).for_each(|(sum, turn)| *sum += turn);
     }
 }
 
@@ -606,6 +593,11 @@ impl Wall {
     /// How far inside the box a point is (m).
     fn distance(&self, point: &Vector3<f64>) -> f64 {
         if self.high { self.at - point[self.axis] } else { point[self.axis] - self.at }
+    }
+
+    /// Its velocity along itself (m/s).
+    fn sliding(&self) -> Vector3<f64> {
+        self.velocity - self.velocity.dot(&self.normal()) * self.normal()
     }
 
     /// Out of the box.

@@ -22,9 +22,8 @@ pub(crate) const MOST_SUBSTEPS: f64 = 1e6;
 /// How a body answers forces: zero along the axes where it does not.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Answer {
-    /// Inverse mass of a free body, whatever its axes (1/kg), and how many times it is the least one.
+    /// Inverse mass of a free body, whatever its axes (1/kg).
     whole: f64,
-    uneven: f64,
     /// 1/kg.
     pub(super) mass: Vector3<f64>,
     /// 1/(kg m2).
@@ -34,7 +33,6 @@ pub(super) struct Answer {
 
 pub(super) const RIGID: Answer = Answer {
     whole: 0.0,
-    uneven: 1.0,
     mass: Vector3::new(0.0, 0.0, 0.0),
     inertia: Vector3::new(0.0, 0.0, 0.0),
     push: Push { acceleration: Vector3::new(0.0, 0.0, 0.0), angular: Vector3::new(0.0, 0.0, 0.0) },
@@ -99,10 +97,7 @@ impl Contacts {
     /// The law of a pair, its mass (kg), and how long a contact lasts at the speed that it may come to within `time` (s).
     fn contact_of(&self, pair: &Pair, bodies: &[Body], time: f64) -> (&Law, f64, f64) {
         let (law, kinematics) = (self.law(pair), self.kinematics(pair, bodies, 0.0).0);
-        // Along the surfaces they may be lighter, and swing faster.
-        let uneven = |k: usize| self.answers.get(k).map_or(1.0, |answer| answer.uneven);
-        let lighter = uneven(pair.first).max(uneven(pair.second));
-        let (mass, pushed) = (1.0 / (lighter * kinematics.inverse_normal), self.pushed(pair, bodies, time));
+        let (mass, pushed) = (1.0 / kinematics.inverse_normal, self.pushed(pair, bodies, time));
         // The energy of an overlap counts as that of an approach.
         let speed = (pushed * pushed + 2.0 * law.stored(kinematics.overlap) / mass).sqrt();
         (law, mass, law.contact_time(mass, speed))
@@ -219,24 +214,27 @@ impl Contacts {
             }
             let (normal, tangential) = self.law(&pair).force(&kinematics, &mut pair.spring);
             let rolling = self.resist_rolling(&mut pair, bodies, &kinematics, arms, normal);
-            pair.given += h * normal;
-            pair.grip += h * tangential;
+            pair.normal += h * normal;
+            pair.tangential += h * tangential;
+            pair.touched += if normal > 0.0 { h } else { 0.0 };
             let limit = self.law(&pair).material.friction * normal;
             let held = (1.0 - tangential.norm() / limit.max(f64::MIN_POSITIVE)) / ABOUT_TO_SLIDE;
             pair.pressed += h * normal;
             pair.stuck += h * normal * held.clamp(0.0, 1.0);
+            let (force, turn) = (tangential - normal * kinematics.normal, kinematics.normal.cross(&tangential));
+            let turns = [arms[0] * turn + rolling, arms[1] * turn - rolling];
+            pair.add(h * force, turns.map(|turn| h * turn));
             self.pairs[p] = pair;
             if normal > 0.0 {
                 self.touch(&pair);
                 self.grips.push(Grip { pair: p, force: tangential, torque: rolling, kinematics, arms });
             }
-            let (force, turn) = (tangential - normal * kinematics.normal, kinematics.normal.cross(&tangential));
             self.loads[pair.first].linear += force;
-            self.loads[pair.first].angular += arms[0] * turn + rolling;
+            self.loads[pair.first].angular += turns[0];
             match self.loads.get_mut(pair.second) {
                 Some(load) => {
                     load.linear -= force;
-                    load.angular += arms[1] * turn - rolling;
+                    load.angular += turns[1];
                 }
                 None => {
                     self.wall_impulse -= h * force;
@@ -325,10 +323,10 @@ impl Contacts {
             self.pairs[p].film = film;
             let resistance = h * film.normal;
             let impulse = resistance * kinematics.approach / (1.0 + resistance * kinematics.inverse_normal);
-            self.pairs[p].given += impulse;
-            self.push(&pair, bodies, -impulse * kinematics.normal, [Vector3::zeros(); 2]);
-            let slip = self.slide(&pair, bodies, &kinematics, arms, h * film.sliding);
-            self.roll(&pair, bodies, (kinematics.normal, slip), arms, h * film.rolling);
+            self.pairs[p].normal += impulse;
+            self.push(p, bodies, -impulse * kinematics.normal, [Vector3::zeros(); 2]);
+            let slip = self.slide(p, bodies, &kinematics, arms, h * film.sliding);
+            self.roll(p, bodies, (kinematics.normal, slip), arms, h * film.rolling);
         }
     }
 
@@ -372,7 +370,7 @@ impl Contacts {
     /// Resistance over a substep (N s^2/m) to surfaces that slide along a gap; the slip that is left (m/s).
     fn slide(
         &mut self,
-        pair: &Pair,
+        p: usize,
         bodies: &mut [Body],
         kinematics: &Kinematics,
         arms: [f64; 2],
@@ -381,19 +379,20 @@ impl Contacts {
         let left = 1.0 / (1.0 + resistance * kinematics.inverse_tangential);
         let impulse = -resistance * left * kinematics.slip;
         let turn = kinematics.normal.cross(&impulse);
-        self.push(pair, bodies, impulse, arms.map(|arm| arm * turn));
+        self.push(p, bodies, impulse, arms.map(|arm| arm * turn));
         left * kinematics.slip
     }
 
     /// The same to surfaces that roll on each other, seen with their line of centres `n`.
     fn roll(
         &mut self,
-        pair: &Pair,
+        p: usize,
         bodies: &mut [Body],
         (n, slip): (Vector3<f64>, Vector3<f64>),
         arms: [f64; 2],
         resistance: f64,
     ) {
+        let pair = self.pairs[p];
         let (body, other) = (&bodies[pair.first], bodies.get(pair.second));
         let (spun, lever) = match other {
             Some(other) => (arms[0] * body.spin - arms[1] * other.spin, (arms[0] - arms[1]) / (arms[0] + arms[1])),
@@ -408,11 +407,13 @@ impl Contacts {
         let inverse = 0.25 * (lever * lever * masses + turning);
         let impulse = -0.5 * resistance / (1.0 + resistance * inverse) * speed;
         let turn = n.cross(&impulse);
-        self.push(pair, bodies, lever * impulse, [arms[0] * turn, -arms[1] * turn]);
+        self.push(p, bodies, lever * impulse, [arms[0] * turn, -arms[1] * turn]);
     }
 
     /// Gives an impulse (N s) to the first of a pair and takes it from the second one, with what turns each (N m s).
-    fn push(&mut self, pair: &Pair, bodies: &mut [Body], impulse: Vector3<f64>, turns: [Vector3<f64>; 2]) {
+    fn push(&mut self, p: usize, bodies: &mut [Body], impulse: Vector3<f64>, turns: [Vector3<f64>; 2]) {
+        let pair = &mut self.pairs[p];
+        pair.add(impulse, turns);
         for (k, sign, turn) in [(pair.first, 1.0, turns[0]), (pair.second, -1.0, turns[1])] {
             let Some(body) = bodies.get_mut(k) else {
                 let wall = self.walls[k - self.answers.len()].velocity;
@@ -435,7 +436,7 @@ impl Contacts {
     }
 
     /// Where a pair touches in the middle of a substep `h` (s).
-    fn closest(&self, pair: &Pair, bodies: &[Body], h: f64) -> Meeting {
+    pub(super) fn closest(&self, pair: &Pair, bodies: &[Body], h: f64) -> Meeting {
         let body = &bodies[pair.first];
         match bodies.get(pair.second) {
             Some(other) => {
@@ -450,7 +451,7 @@ impl Contacts {
                 let wall = &self.walls[pair.second - bodies.len()];
                 let normal = wall.normal();
                 let distance = wall.distance(&body.centre) - 0.5 * h * body.velocity.dot(&normal);
-                let velocity = body.velocity - (wall.velocity - wall.velocity.dot(&normal) * normal);
+                let velocity = body.velocity - wall.sliding();
                 Meeting { normal, overlap: body.radius() - distance, arms: [distance, 0.0], velocity }
             }
         }
@@ -507,11 +508,11 @@ pub(super) struct Grip {
 }
 
 /// Where a pair touches.
-struct Meeting {
+pub(super) struct Meeting {
     /// From the first to the second.
-    normal: Vector3<f64>,
+    pub(super) normal: Vector3<f64>,
     /// Negative where they do not (m).
-    overlap: f64,
+    pub(super) overlap: f64,
     /// From the centres to the contact (m).
     arms: [f64; 2],
     /// Relative velocity of the centres (m/s).
@@ -526,27 +527,18 @@ impl Meeting {
 }
 
 impl Answer {
-    pub(super) fn of(body: &Body, push: &Push, mass: &Vector3<f64>, inertia: &Inertia) -> Answer {
+    pub(super) fn of(body: &Body, push: &Push, mass: f64, inertia: &Inertia) -> Answer {
         let Some(freedom) = body.freedom() else { return RIGID };
         let ones = |free: [bool; 3]| Vector3::from(free.map(|f| if f { 1.0 } else { 0.0 }));
         let (along, about) = (ones(freedom.translation), ones(freedom.rotation));
         Answer {
-            whole: 1.0 / mass.min(),
-            uneven: mass.max() / mass.min(),
-            mass: along.component_div(mass),
+            whole: 1.0 / mass,
+            mass: along / mass,
             inertia: inertia.answer(&Vector3::repeat(1.0), &freedom),
             push: Push {
                 acceleration: push.acceleration.component_mul(&along),
                 angular: push.angular.component_mul(&about),
             },
-        }
-    }
-
-    /// Takes another mass along each axis (kg) for that of a free body.
-    pub(super) fn weigh(&mut self, mass: &Vector3<f64>) {
-        if self.whole > 0.0 {
-            self.mass.zip_apply(mass, |own, mass| *own = if *own > 0.0 { 1.0 / mass } else { 0.0 });
-            (self.whole, self.uneven) = (1.0 / mass.min(), mass.max() / mass.min());
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Tests of the contacts: of one contact here, of many in [`crowd`].
 
 mod crowd;
-mod mending;
+mod correction;
 
 use super::*;
 use crate::geometry::{Disc, Sphere};
@@ -66,7 +66,7 @@ impl Touched {
     }
 
     fn advance(&mut self, bodies: &mut [Body], push: &[Push], dt: f64) -> Result<usize> {
-        self.law.advance(bodies, &mut self.touching, push, |_, body| (Vector3::zeros(), body.inertia()), dt)
+        self.law.advance(bodies, &mut self.touching, push, |_, body| body.inertia(), dt)
     }
 }
 

@@ -101,6 +101,7 @@ pub fn close<const D: usize>(
     sample(domain, s, method, (is - was).abs() > FAST * is.max(was), &mut e)?;
     e.method =
         e.start + e.gravity + e.drive + e.borders + e.prescribed - e.viscous - e.contacts - e.friction - e.total();
+    e.take_note();
     s.energy = e;
     Ok(())
 }
@@ -204,7 +205,9 @@ impl Work {
                 let lock = holds(freedom.translation, force, &way) + holds(freedom.rotation, torque, &turn);
                 work.gravity += weight.dot(&way);
                 work.prescribed += lock;
-                if struck {
+                if let Some(exact) = contacts.and_then(|contacts| contacts.work_on(k, body)) {
+                    work.contacts += exact;
+                } else if struck {
                     work.contacts += kinetic(body) - before.energy - fluid - weight.dot(&way) - lock;
                 }
             } else {

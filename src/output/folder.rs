@@ -31,7 +31,7 @@ const STEP_COLUMNS: &str = "step,time,dt,outer_iterations,krylov_iterations,dive
 const BALANCE_COLUMNS: &str = ",substeps,momentum_x,momentum_y,momentum_z,border_impulse_x,border_impulse_y,\
     border_impulse_z,momentum_error,angular_momentum_error";
 const ENERGY_COLUMNS: &str = ",fluid_energy,bodies_energy,spring_energy,gravity_work,border_work,prescribed_work,viscous_loss,\
-    contact_loss,friction_loss,method_loss";
+    contact_loss,friction_loss,method_loss,bounded_energy";
 /// What a drive adds at the end: its force on the fluid (N/m3), and its work.
 const DRIVE_COLUMNS: &str = ",drive_fx,drive_fy,drive_fz,drive_work";
 
@@ -387,7 +387,7 @@ impl Folder {
         let e = &s.energy;
         let budget =
             [e.fluid, e.bodies, e.springs, e.gravity, e.borders, e.prescribed, e.viscous, e.contacts, e.friction];
-        budget.iter().chain([&e.method]).for_each(|joule| self.steps.put(format_args!(",{joule:e}")));
+        budget.iter().chain([&e.method, &e.bounded]).for_each(|joule| self.steps.put(format_args!(",{joule:e}")));
         if let Some(force) = s.drive {
             force.iter().chain([&e.drive]).for_each(|number| self.steps.put(format_args!(",{number:e}")));
         }

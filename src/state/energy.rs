@@ -35,6 +35,10 @@ pub struct EnergyBudget {
     /// What is left: the dissipation by the method itself, by upwinding and in the layers of cells at walls. Negative, it has made
     /// energy.
     pub method: f64,
+    /// Energy that contacts would have made, and that the bound on their work has kept from them.
+    pub bounded: f64,
+    /// The largest sum of the start and all work in either direction.
+    pub(crate) largest: f64,
     /// What viscosity took (W) when that was last sampled, and how long ago (s).
     pub(crate) dissipated: f64,
     pub(crate) since: f64,
@@ -54,8 +58,17 @@ impl EnergyBudget {
         self.kinetic() + self.springs
     }
 
-    /// The largest sum that it could have had: the start, and all work in either direction.
+    /// The largest sum that it could have had so far: the start, and all work in either direction.
     pub fn scale(&self) -> f64 {
+        self.largest.max(self.moved())
+    }
+
+    /// Takes note of the work so far, which may be given back.
+    pub(crate) fn take_note(&mut self) {
+        self.largest = self.scale();
+    }
+
+    fn moved(&self) -> f64 {
         self.start + self.gravity.abs() + self.drive.abs() + self.borders.abs() + self.prescribed.abs()
     }
 }
@@ -75,13 +88,15 @@ impl Checkpointed for EnergyBudget {
             contacts,
             friction,
             method,
+            bounded,
+            largest,
             dissipated,
             since,
             given,
             driven,
         } = self;
         archive.serialize([fluid, bodies, springs, start])?;
-        archive.serialize([drive, driven])?;
+        archive.serialize([drive, driven, bounded, largest])?;
         archive.serialize([gravity, borders, prescribed, viscous, contacts, friction, method, dissipated, given, since])
     }
 }

@@ -1,6 +1,5 @@
 //! What sharp walls have of the past ([`crate::method::sharp`] has the formulas).
 
-use super::support::Pressed;
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::grid::{Grid, VectorField};
@@ -32,10 +31,6 @@ pub struct Unimposed<const D: usize> {
 pub struct BodyHistory {
     /// Acceleration by fluid and gravity in the last step (m/s2, rad/s2).
     pub push: Push,
-    /// What contacts have pressed it with.
-    pub pressed: Pressed,
-    /// Mass of the fluid that has shown to go along with it where it touches, along each axis (kg); zero where nothing has.
-    pub carried: Vector3<f64>,
     /// Wall shear's force and torque a step before (N, N m).
     pub shear: Option<(Vector3<f64>, Vector3<f64>)>,
     /// Force residual: what pressure and wall shear miss of what the fluid loses, taken in slowly (N).
@@ -80,7 +75,7 @@ impl<const D: usize> WallHistory<D> {
 
 impl Checkpointed for BodyHistory {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let BodyHistory { push, pressed, carried, shear, residual, deferred, inside } = self;
-        archive.serialize([push, pressed, carried, shear, residual, deferred, inside])
+        let BodyHistory { push, shear, residual, deferred, inside } = self;
+        archive.serialize([push, shear, residual, deferred, inside])
     }
 }

@@ -198,7 +198,7 @@ impl<const D: usize> Mics2003<D> {
             return false;
         }
         contacts.meet(&s.bodies);
-        let held = contacts.held_up(&s.bodies, |_| Vector3::zeros());
+        let held = contacts.lying(&s.bodies);
         let supports = s.supports.get_or_insert_with(|| vec![Support::new(false); s.bodies.len()]);
         for ((support, body), lies) in supports.iter_mut().zip(&s.bodies).zip(held).filter(|((_, b), _)| all || new(b))
         {

@@ -153,7 +153,7 @@ impl<const D: usize> Mics2003<D> {
                     &mut s.bodies,
                     &mut s.touching,
                     &self.push,
-                    |_, body| (Vector3::zeros(), body.inertia()),
+                    |_, body| body.inertia(),
                     dt,
                 )?
             }

@@ -50,13 +50,13 @@
 mod acceleration;
 mod balance;
 mod borders;
+mod contact_correction;
 pub mod cut;
 mod cut_body;
 mod entry;
 mod faces;
 mod gap;
 mod load;
-mod mend;
 mod modes;
 mod motion;
 mod near;
@@ -77,7 +77,7 @@ use crate::grid::VectorField;
 use crate::kernels::faces::FaceCoefficient;
 use crate::particles::{Body, Push};
 use crate::poisson::pressure::Projected;
-use crate::state::{Balance, Exchange, Pressed, State, WallHistory};
+use crate::state::{Balance, Exchange, State, WallHistory};
 use crate::{Error, Result, params};
 use acceleration::PressureAcceleration;
 use cut::CutBodies;
@@ -117,7 +117,7 @@ struct Work<const D: usize> {
     push: Vec<Push>,
     tally: Vec<MomentumTally>,
     sums: Vec<f64>,
-    mend: mend::Work,
+    contacts: contact_correction::Work<D>,
 }
 
 /// How far a step goes at the largest face speed.
@@ -178,7 +178,7 @@ impl<const D: usize> Sharp<D> {
                 push: vec![Push::default(); n],
                 tally: vec![MomentumTally::default(); n],
                 sums: vec![0.0; n * NUMBERS],
-                mend: mend::Work::new(n),
+                contacts: contact_correction::Work::new(n),
             },
             cut,
         }
@@ -243,15 +243,8 @@ impl<const D: usize> Sharp<D> {
             let pull = (body.mass() - displaced) * fluid.gravity + domain.felt(&s.drive, body.volume()) + driven;
             body.freedom().map_or_else(Vector3::zeros, |freedom| freedom.along(&pull) / (body.mass() + added))
         };
-        let lying = self.contacts.as_mut().map(|contacts| {
-            contacts.meet(&s.bodies);
-            contacts.held_up(&s.bodies, |k| begins(&s.bodies[k]))
-        });
         let all = history(&mut s.walls)?.bodies.iter_mut().zip(&s.bodies).zip(sums.chunks_exact(NUMBERS));
-        for (k, ((history, body), row)) in all.enumerate().filter(|(_, ((_, body), _))| new(body.id)) {
-            // What is held never learns what it carries, and has no need to.
-            let lies = body.freedom().is_some() && lying.as_ref().is_some_and(|lying| lying[k]);
-            history.pressed = Pressed((!lies).then(Vector3::zeros));
+        for ((history, body), row) in all.filter(|((_, body), _)| new(body.id)) {
             let Some(freedom) = body.freedom() else { continue };
             history.push.acceleration = begins(body);
             let torque = Vector3::from_column_slice(&row[6..9]);

@@ -19,8 +19,6 @@ pub struct BodyMotion {
     pub expected: (Vector3<f64>, Vector3<f64>),
     /// Angular momentum at the start of the step (kg m2/s).
     pub angular_momentum: Vector3<f64>,
-    /// By how much contacts were mended in the step so far (rad/s).
-    pub mended: Vector3<f64>,
     /// What a force changes (kg): the mass with the wall shear's resistance over a step; infinite along held directions.
     pub inertia: f64,
     /// What a torque's impulse changes of the spin of a body that is not round (1/(kg m2)), with that resistance likewise.
@@ -66,7 +64,6 @@ impl<const D: usize> Sharp<D> {
     pub(super) fn predict_positions(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
         for (motion, body) in self.motions.iter_mut().zip(&s.bodies) {
             motion.start = (body.velocity, body.spin);
-            motion.mended = Vector3::zeros();
             motion.angular_momentum = body.inertia().of(&body.spin);
         }
         let (histories, unit) = (&history(&mut s.walls)?.bodies, domain.fluid.viscosity / self.cut.h);
@@ -85,9 +82,8 @@ impl<const D: usize> Sharp<D> {
             match &mut self.contacts {
                 Some(contacts) => {
                     let motions = &self.motions;
-                    let going =
-                        |k: usize, body: &Body| (histories[k].carried, turning(body, &motions[k].shell, unit, dt));
-                    s.substeps = contacts.advance(&mut s.bodies, &mut s.touching, &self.work.push, going, dt)?;
+                    let turning = |k: usize, body: &Body| turning(body, &motions[k].shell, unit, dt);
+                    s.substeps = contacts.advance(&mut s.bodies, &mut s.touching, &self.work.push, turning, dt)?;
                 }
                 None => {
                     let bodies = s.bodies.iter_mut().zip(&self.work.push);
@@ -143,7 +139,7 @@ impl<const D: usize> Sharp<D> {
             if let Some(contacts) = &mut self.contacts {
                 // Contacts have had no part in what they did not expect, and would take it back with the next step only.
                 let unexpected = body.spin - motion.expected.1;
-                let held = Vector3::from_fn(|a, _| (1.0 - contacts.yields(k, inertia.about(a), dt)) * unexpected[a]);
+                let held = Vector3::from_fn(|a, _| (1.0 - contacts.contact_damping(k, inertia.about(a), dt)) * unexpected[a]);
                 body.spin -= held;
                 contacts.add_turn(k, &-inertia.of(&held));
             }
@@ -172,22 +168,18 @@ impl<const D: usize> Sharp<D> {
         Ok(sums)
     }
 
-    /// Takes the acceleration of the step `dt` (s) for the next one: by all but contacts, with what the fluid answers to lasting ones.
+    /// Takes the acceleration of the step `dt` (s) for the next one: by all but contacts, with the fluid's response to these
+    /// beyond what the substeps expect.
     pub(super) fn take_push(&self, domain: &Domain<D>, bodies: &[Body], histories: &mut [BodyHistory], dt: f64) {
         for (k, (motion, body)) in self.motions.iter().zip(bodies).enumerate() {
             let Some(freedom) = body.freedom() else { continue };
             let inertia = turning(body, &motion.shell, domain.fluid.viscosity / self.cut.h, dt);
-            let (mut impulse, mut mass) = (Impulse::default(), Vector3::repeat(body.mass()));
+            let (mut impulse, mut mass) = (Impulse::default(), body.mass());
             if let Some(contacts) = &self.contacts {
-                impulse = contacts.impulses()[k];
-                let BodyHistory { pressed, carried, .. } = &mut histories[k];
-                if impulse.linear == Vector3::zeros() {
-                    *carried = Vector3::zeros();
-                }
-                mass = contacts.mass_in_contact(body, pressed.press(&(impulse.linear / dt)), carried);
+                (impulse, mass) = (contacts.impulses()[k], contacts.mass_in_contact(body));
             }
             histories[k].push = Push {
-                acceleration: (body.velocity - motion.start.0 - impulse.linear.component_div(&mass)) / dt,
+                acceleration: (body.velocity - motion.start.0 - impulse.linear / mass) / dt,
                 angular: (body.spin - motion.start.1 - inertia.answer(&impulse.angular, &freedom)) / dt,
             };
         }

@@ -167,12 +167,14 @@ impl<const D: usize> Sharp<D> {
         Ok(())
     }
 
-    /// (13-15), the free bodies with it, which contacts mend on the way. Collective.
+    /// (13-15), the free bodies and the impulses of their contacts with it. Collective.
     pub(super) fn project(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
         self.set_modes(domain, &s.bodies)?;
-        let projected = match self.contacts.as_ref().map(|contacts| contacts.gave(&s.bodies, dt)) {
-            Some((true, light)) => self.project_mended(domain, s, light, dt)?,
-            _ => self.project_with_bodies(domain, s, dt, None)?,
+        let in_contact = self.contacts.as_ref().is_some_and(|contacts| contacts.gave(&s.bodies, dt));
+        let projected = if in_contact {
+            self.project_with_contacts(domain, s, dt)?
+        } else {
+            self.project_with_bodies(domain, s, dt, None)?
         };
         domain.clock.lap(Stage::Pressure);
         Ok(projected)
