@@ -436,7 +436,7 @@ fn lubrication_slows_the_spin_of_a_disc_beside_its_own_image_as_in_a_row_of_any_
         let spins: Vec<Vec<f64>> =
             [(1, 0.0), (1, 0.0101), (2, 0.003), (3, 0.0), (4, 0.0)].map(|(n, x)| spins_in_a_row(n, gap, x)).into();
         println!("gap {gap} m: {spins:?} rad/s of 5");
-        assert!(spins[0][0] < 4.5 && spins[0][0] > 0.01, "{spins:?}");
+        assert!(spins[0][0] < 4.6 && spins[0][0] > 0.01, "{spins:?}");
         let off = spins.iter().flatten().map(|spin| (spin / spins[0][0] - 1.0).abs()).fold(0.0, f64::max);
         // Pairs act one after the other in a substep.
         assert!(off < 0.015, "gap {gap}: {spins:?}");
