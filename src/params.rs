@@ -222,7 +222,7 @@ constants! {
     half_gap_of_discs = 1.5;
     /// The same for spheres, fitted to a sphere let go beside a wall at gaps of 0.05 to 0.5 radii, 8 and 16 cells across
     /// (`cases/approach/gaps.study.toml`).
-    half_gap_of_spheres = 0.57;
+    half_gap_of_spheres = 0.6;
     /// How much wider than it is the grid shows a closed gap between discs that slide along it (spacings), fitted to a disc pulled along a wall in
     /// Stokes flow, free to turn, at gaps of 0.001 to 0.2 radii, 8 and 16 cells across; twice that where they roll.
     shear_gap_of_discs = 0.28;
