@@ -199,30 +199,18 @@ constants! {
     /// Width of the fluid film in a contact (of the reduced radius). Smaller, stiffer lubrication at touch.
     /// Halved: rebound -0.9 %. Doubled: rebound +0.5 %.
     film = 0.02;
-    /// Gap at which the grid gives half of the lubrication force between two discs (spacings), fitted to two alike that approach in Stokes
-    /// flow, in three directions and places (test `the_force_between_two_discs`): within 6 % at 8 cells across, 5 % at 16; at 1.3, 15 % less
-    /// than it is.
-    half_gap_of_discs = 1.7;
-    /// The same between a disc and a wall of the box, of which the grid shows more: 6 % at most at 8 cells, 4 % at 16 (test
-    /// `the_force_of_a_narrow_gap`).
-    half_gap_of_discs_at_walls = 1.4;
-    /// Power with which the grid's part of it sets in.
-    /// Halved: height of a bed -0.8 %. Doubled: +0.9 %.
-    power_of_discs = 2.0;
-    /// Gap at which the grid gives half of it between spheres (spacings), fitted to a sphere let go beside a wall at gaps of 0.05 to 0.5 radii, 8 and
-    /// 16 cells across (`cases/approach/gaps.study.toml`): speeds within 3 %. At 0.5, up to 7 % too fast.
+    /// Gap at which the grid gives half of the lubrication force on a disc (spacings), fitted to discs that approach each other and a wall in
+    /// Stokes flow (tests `the_force_between_two_discs` and `the_force_of_a_narrow_gap`). Two gaps, 1.4 at walls and 1.7 between
+    /// discs, would be within 5 % at 8 cells across.
+    half_gap_of_discs = 1.5;
+    /// The same for spheres, fitted to a sphere let go beside a wall at gaps of 0.05 to 0.5 radii, 8 and 16 cells across
+    /// (`cases/approach/gaps.study.toml`).
     half_gap_of_spheres = 0.6;
-    /// Power with which that sets in, fitted with it. At 1.25 and a gap of 0.65, down to 6 % too slow.
-    power_of_spheres = 1.4;
-    /// How much wider than it is the grid shows a closed gap between discs that slide along it (spacings), fitted to a disc that moves along a
-    /// wall in Stokes flow, sliding and spinning, at gaps of 0.08 to 0.8 spacings, 8 and 16 cells across.
-    sliding_gap_of_discs = 0.34;
-    /// The same where they roll.
-    rolling_gap_of_discs = 0.85;
-    /// Both of spheres, 8 cells across.
-    sliding_gap_of_spheres = 0.27;
-    /// See there.
-    rolling_gap_of_spheres = 0.5;
+    /// How much wider than it is the grid shows a closed gap between discs that slide along it (spacings), fitted to a disc pulled along a wall in
+    /// Stokes flow, free to turn, at gaps of 0.001 to 0.2 radii, 8 and 16 cells across; twice that where they roll.
+    shear_gap_of_discs = 0.28;
+    /// The same for spheres (`cases/approach/along.study.toml`).
+    shear_gap_of_spheres = 0.22;
     /// Gap from which on the grid has all of the lubrication force (spacings).
     /// Halved: rebound +4.4 %. Doubled: rebound +4.1 %.
     lubrication_range = 6.0;

@@ -1,7 +1,7 @@
 //! From a checked raw case to values: the defaults that depend on other keys, and one value of keys that exclude each other.
 
 use super::direction;
-use super::fault::{AXES, Check, Fault, positive, short};
+use super::fault::{Check, Fault, positive};
 use super::raw::{
     self, Advection, Buoyancy, FixedRows, GradientRule, Scheme, Side, Solver, Spin, Stiffness, WallRule, Which,
 };
@@ -70,7 +70,6 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     };
     direct(&case)?;
     buoyancy(&case)?;
-    short_periods(&case)?;
     Ok(case)
 }
 
@@ -301,26 +300,6 @@ fn buoyancy(case: &Case) -> Check {
     let holds = case.coupling.gradient == GradientRule::Faces || case.coupling.buoyancy == Buoyancy::Particle || !falls;
     let cure = "set coupling.buoyancy = \"particle\" too";
     ensure!(holds, "coupling.gradient", "reduced gravity at faces balances no pressure gradient at cells: {cure}");
-    Ok(())
-}
-
-/// Two bodies do not touch on both sides across a period: a contact knows the nearest image alone.
-fn short_periods(case: &Case) -> Check {
-    if case.contact.is_none() {
-        return Ok(());
-    }
-    let mut widths: Vec<f64> = case.particle.iter().map(|p| p.shape.diameter()).collect();
-    widths.sort_by(|a, b| b.total_cmp(a));
-    let [first, second, ..] = widths[..] else { return Ok(()) };
-    for (axis, &size) in case.domain.size.iter().enumerate().filter(|(axis, _)| case.periodic(*axis)) {
-        let (x, needed) = (AXES[axis], short(first + second));
-        let holds = first + second <= size;
-        ensure!(
-            holds,
-            format!("domain.size.{axis}"),
-            "the two largest particles could touch on both sides across this period along {x}: it must be {needed} m or more, not {size:?}"
-        );
-    }
     Ok(())
 }
 

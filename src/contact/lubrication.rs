@@ -4,17 +4,20 @@
 //!   sphere   lambda = 6 pi mu a ( a/g + c ln(a/g) )              a = r_1 r_2/(r_1 + r_2), a wall's r infinite
 //!   disc     lambda = 3 pi sqrt(2) mu (a/g)^(3/2)                c = (1 + 7 b + b^2)/(5 b (1 + b))... of both radii, 1/5 at a wall
 //!   missing  lambda phi,  phi = (1 - (g/6h)^2)/(1 + (g/(c h))^p)  what the grid's own flow in the gap does not give
+//!                         p = 4/3 sphere, 2 disc: 4/3 of the power of 1/g in lambda
 //!   force    -lambda v_n,  g >= roughness; where they touch g = 0.02 a, about as deep as contacts of the usual stiffness go
 //!
 //!   along the gap, the surfaces at u_1, u_2 beside their line of centres:   s = u_1 - u_2,  r = (u_1 + u_2)/2
-//!   sphere   sliding 2 pi mu a ln(G/g) s,         rolling 12/5 of that with its own G
-//!   disc     sliding pi mu sqrt(2a) (g^(-1/2) - G^(-1/2)) s,   rolling 4 times that           G^2 = g^2 + (c h)^2
+//!   sphere   sliding 2 pi mu a ln(G/g) s,                      rolling 12/5 of that    G^2 = g^2 + (c h)^2 sliding
+//!   disc     sliding pi mu sqrt(2a) (g^(-1/2) - G^(-1/2)) s,   rolling 4 times that    G^2 = g^2 + (2 c h)^2 rolling
 //! ```
-//! (Reynolds' equation for h = g + x^2/2a; Goldman, Cox and Brenner 1967, Jeffrey and Onishi 1981 for discs, 1984 for spheres.) The grid shows a narrow gap as if it
-//! were G wide, G - g being c = 0.3 to 0.8 spacings in discs and spheres, at 8 and 16 cells across.
+//! (Reynolds' equation for h = g + x^2/2a; Goldman, Cox and Brenner 1967, Jeffrey and Onishi 1981 for discs, 1984 for spheres.)
+//! The part of lambda that the grid resolves tends to a constant as a gap closes; c is fitted to it, for discs and for spheres.
+//! The grid shows a narrow gap as if it were G wide to surfaces that slide, with another fitted c; rolling also drives a flow
+//! along the gap, and G is wider.
 //!
-//! What the grid gives of lambda tends to a constant as a gap closes; phi is what it was measured to miss, discs and spheres at 8 and 16
-//! cells across.
+//! A body has such a layer to every image of another one in reach; to its own images across short periods, which only its spin shears;
+//! and to its mirror image in a plane of symmetry, where the two approach each other and roll on each other.
 //!
 //! A step of the fluid is long for this: bodies cross most of a gap in one. The substeps of contacts carry it, each with the
 //! mean of lambda over the way that it goes, whose work on a body in free flight is exact however long it is; and each pair
@@ -68,12 +71,9 @@ impl Medium {
         let film = params::film() * reduced;
         let (low, high) = if g0 <= 0.0 { (film, film) } else { (low, high) };
         let middle = (low * high).sqrt();
-        let (half, power) = if dimension == 3 {
-            (params::half_gap_of_spheres(), params::power_of_spheres())
-        } else {
-            let half =
-                if other.is_finite() { params::half_gap_of_discs() } else { params::half_gap_of_discs_at_walls() };
-            (half, params::power_of_discs())
+        let (half, power) = match dimension {
+            2 => (params::half_gap_of_discs(), 2.0),
+            _ => (params::half_gap_of_spheres(), 4.0 / 3.0),
         };
         let (x, far) = (middle / self.spacing, middle / self.range());
         let phi = (1.0 - far * far) / (1.0 + (x / half).powf(power));
@@ -109,11 +109,11 @@ impl Medium {
                 _ => 2.0 * PI * a * (far / near).ln(),
             }
         };
-        let (sliding, rolling, more) = match dimension {
-            2 => (params::sliding_gap_of_discs(), params::rolling_gap_of_discs(), 4.0),
-            _ => (params::sliding_gap_of_spheres(), params::rolling_gap_of_spheres(), 2.4),
+        let (shown, more) = match dimension {
+            2 => (params::shear_gap_of_discs(), 4.0),
+            _ => (params::shear_gap_of_spheres(), 2.4),
         };
-        [self.viscosity * beyond(sliding), more * self.viscosity * beyond(rolling)]
+        [self.viscosity * beyond(shown), more * self.viscosity * beyond(2.0 * shown)]
     }
 
     /// How wide a gap is at least (m): perfectly smooth bodies never touch.

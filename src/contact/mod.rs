@@ -98,6 +98,8 @@ struct Pair {
     first: usize,
     /// A body, or the number of bodies plus that of a wall.
     second: usize,
+    /// Which image of the second body it is: whole periods from its path to that of the image, along each axis.
+    image: Vector3<f64>,
     /// Tangential spring (m), while they touch, and that of their rolling (rad).
     spring: Option<Vector3<f64>>,
     rolled: Vector3<f64>,
@@ -121,14 +123,21 @@ struct Pair {
     clear: f64,
 }
 
-/// The tangential spring of a contact (m), and that of its rolling (rad).
-pub type Springs = (Vector3<f64>, Vector3<f64>);
+/// The springs of a contact between a body and an image of another one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Springs {
+    /// Which image: whole periods from the centre of the second body to that of the image, along each axis.
+    pub image: Vector3<f64>,
+    /// The tangential spring (m), which pulls the first body back.
+    pub tangential: Vector3<f64>,
+    /// The rolling spring (rad).
+    pub rolling: Vector3<f64>,
+}
 
 /// What lasts of contacts from one step to the next.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Touching {
-    /// The tangential springs (m) of contacts that last: a body, the other body (or the number of bodies plus that of a wall), and
-    /// what pulls the first one back; and by how much it is rolled (rad).
+    /// The springs of contacts that last, after the first body and the second, or the number of bodies plus that of a wall.
     pub springs: Vec<(usize, usize, Springs)>,
 }
 
@@ -265,11 +274,11 @@ impl Contacts {
             self.answers[i] = Answer::of(body, push, self.mass_in_contact(body), &turning(i, body));
         }
         self.pairs.clear();
-        let kept = touching.springs.iter();
-        self.pairs.extend(kept.map(|&(i, j, (spring, rolled))| Pair {
-            spring: Some(spring),
-            rolled,
-            ..Pair::new(i, j)
+        let (kept, periods) = (touching.springs.iter(), &self.periods);
+        self.pairs.extend(kept.map(|&(i, j, springs)| Pair {
+            spring: Some(springs.tangential),
+            rolled: springs.rolling,
+            ..Pair::new(i, j, springs.image - crossed(bodies, i, j, periods))
         }));
         self.impulses.fill(Impulse::default());
         self.wall_impulse = Vector3::zeros();
@@ -306,7 +315,10 @@ impl Contacts {
         self.refuse_strays(bodies)?;
         self.find_damping(bodies);
         touching.springs.clear();
-        let lasting = self.pairs.iter().filter_map(|p| p.spring.map(|spring| (p.first, p.second, (spring, p.rolled))));
+        let lasting = self.pairs.iter().filter_map(|p| {
+            let image = p.image + crossed(bodies, p.first, p.second, &self.periods);
+            Some((p.first, p.second, Springs { image, tangential: p.spring?, rolling: p.rolled }))
+        });
         touching.springs.extend(lasting);
         Ok(taken)
     }
@@ -329,7 +341,9 @@ impl Contacts {
         for pair in &self.pairs {
             for k in [pair.first, pair.second] {
                 let Some(body) = bodies.get(k) else { continue };
-                let film = body.radius().powi(2) * (pair.film.sliding + pair.film.rolling);
+                // The surfaces of a body and of its own image slide with both spins, and both turn the body.
+                let sides = if pair.is_own_image() { 2.0 } else { 1.0 };
+                let film = body.radius().powi(2) * (sides * pair.film.sliding + pair.film.rolling);
                 self.damping[k] += if pair.pressed > 0.0 { f64::INFINITY } else { film };
             }
         }
@@ -383,7 +397,7 @@ impl Contacts {
     /// Per body, whether it lies on another or on a wall after a [`meet`](Contacts::meet): they touch and hardly come nearer.
     pub fn lying(&self, bodies: &[Body]) -> Vec<bool> {
         let mut lying = vec![false; bodies.len()];
-        for pair in &self.pairs {
+        for pair in self.pairs.iter().filter(|pair| !pair.is_own_image()) {
             let met = self.kinematics(pair, bodies, 0.0).0;
             // An approach by less than a thousandth of the radius while a contact lasts is no impact.
             let lasts = self.law(pair).contact_time(1.0 / met.inverse_normal, met.approach.max(0.0));
@@ -445,11 +459,12 @@ impl Contacts {
     /// Refuses what no run of this case has left.
     ///
     /// # Errors
-    /// When a number belongs to no body or wall.
+    /// When a number belongs to no body or wall, or an image to no period.
     pub fn check(&self, touching: &Touching) -> Result<()> {
         let bodies = self.answers.len();
-        for &(first, second, _) in &touching.springs {
-            if first >= bodies || second <= first || second >= bodies + self.walls.len() {
+        for &(first, second, Springs { image, .. }) in &touching.springs {
+            let imaged = (0..3).any(|a| image[a] != 0.0 && (second >= bodies || self.periods[a].is_none()));
+            if first >= bodies || second <= first || second >= bodies + self.walls.len() || imaged {
                 return Err(Error::Run(format!(
                     "the saved contact of particle {first} with {second} does not belong to this case: restart with \
                      the particles and walls of the run that saved it"
@@ -480,30 +495,36 @@ impl Contacts {
             let mine = rest.iter().take_while(|p| p.first == i).count();
             let (before, after) = rest.split_at(mine);
             rest = after;
-            let kept = |j| {
-                let old = before.iter().find(|p| p.second == j).copied();
-                Pair { clear: 0.0, ..old.unwrap_or(Pair::new(i, j)) }
+            let kept = |j, image| {
+                let old = before.iter().find(|p| p.second == j && p.image == image).copied();
+                Pair { clear: 0.0, ..old.unwrap_or(Pair::new(i, j, image)) }
             };
+            let periods = &self.periods;
             let (pairs, paired) = (&mut self.pairs, &mut self.paired);
             let begin = pairs.len();
-            self.neighbours.around(i, bodies, &self.search_radius, |j| {
+            self.neighbours.around(i, bodies, &self.search_radius, |j, image| {
                 if free(i) || free(j) {
-                    pairs.push(kept(j));
+                    pairs.push(kept(j, image - crossed(bodies, i, j, periods)));
                     (paired[i], paired[j]) = (true, true);
                 }
             });
             for (w, wall) in self.walls.iter().enumerate().filter(|_| free(i)) {
                 if wall.distance(&body.centre) <= body.radius() + 0.5 * self.medium.range() + self.search_radius[i] {
-                    pairs.push(kept(bodies.len() + w));
+                    pairs.push(kept(bodies.len() + w, Vector3::zeros()));
                     paired[i] = true;
                 }
             }
-            // Pairs act one after the other: bodies by number and walls by distance, in an order that no mirror changes.
+            // Pairs act one after the other: bodies by number, their images and walls by distance, in an order that no mirror
+            // changes.
             let walls = &self.walls;
             let away =
                 |pair: &Pair| pair.second.checked_sub(bodies.len()).map(|wall| walls[wall].distance(&body.centre));
             let ordered = |one: &Pair, other: &Pair| match (away(one), away(other)) {
                 (Some(near), Some(far)) => near.total_cmp(&far),
+                (None, None) if one.second == other.second => {
+                    let [near, far] = [one, other].map(|pair| pair.apart(bodies, periods).norm_squared());
+                    near.total_cmp(&far)
+                }
                 _ => one.second.cmp(&other.second),
             };
             pairs[begin..].sort_unstable_by(ordered);
@@ -552,11 +573,19 @@ impl Contacts {
     }
 }
 
+/// Whole periods, along each axis, by which the second of two bodies has crossed more periodic borders; none of a wall.
+fn crossed(bodies: &[Body], first: usize, second: usize, periods: &[Option<f64>; 3]) -> Vector3<f64> {
+    let Some(other) = bodies.get(second) else { return Vector3::zeros() };
+    let further = other.crossed - bodies[first].crossed;
+    Vector3::from_fn(|a, _| periods[a].map_or(0.0, |length| (further[a] / length).round()))
+}
+
 impl Pair {
-    fn new(first: usize, second: usize) -> Pair {
+    fn new(first: usize, second: usize, image: Vector3<f64>) -> Pair {
         Pair {
             first,
             second,
+            image,
             spring: None,
             rolled: Vector3::zeros(),
             impulse: Vector3::zeros(),
@@ -573,13 +602,30 @@ impl Pair {
             clear: 0.0,
         }
     }
-}
 
-impl Pair {
     /// Counts an impulse on the first (N s), and angular impulses on both (N m s).
     fn add(&mut self, impulse: Vector3<f64>, turns: [Vector3<f64>; 2]) {
         self.impulse += impulse;
         self.turns.iter_mut().zip(turns).for_each(|(sum, turn)| *sum += turn);
+    }
+
+    /// Whether the second is an image of the first itself.
+    fn is_own_image(&self) -> bool {
+        self.first == self.second
+    }
+
+    /// From the centre of the first body to that of the image of the second (m).
+    fn apart(&self, bodies: &[Body], periods: &[Option<f64>; 3]) -> Vector3<f64> {
+        let way = bodies[self.second].centre - bodies[self.first].centre;
+        let image = self.image + crossed(bodies, self.first, self.second, periods);
+        Vector3::from_fn(|a, _| way[a] + periods[a].map_or(0.0, |length| length * image[a]))
+    }
+}
+
+impl Checkpointed for Springs {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
+        let Springs { image, tangential, rolling } = self;
+        archive.serialize([image, tangential, rolling])
     }
 }
 

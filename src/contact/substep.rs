@@ -3,7 +3,7 @@
 use super::law::{Kinematics, Law};
 use super::lubrication::Film;
 use super::{Contacts, Impulse, Pair, Substeps, WallSide};
-use crate::particles::{Body, Inertia, Motion, Push, nearest_image};
+use crate::particles::{Body, Inertia, Motion, Push};
 use crate::{Error, Result, params};
 use nalgebra::Vector3;
 const FEWEST_PER_CONTACT: f64 = 5.0;
@@ -91,7 +91,8 @@ impl Contacts {
         let fewest = if gap < self.medium.range() { FEWEST_OF_FILMS } else { 1.0 };
         let most = params::most_gap_substeps();
         let wanted = || (params::gap_substeps() * way / (gap - way).max(0.25 * gap)).clamp(fewest, most);
-        (gap > 2.0 * way + 0.05 * bodies[pair.first].radius()).then(wanted)
+        // A body never touches its own image.
+        (pair.is_own_image() || gap > 2.0 * way + 0.05 * bodies[pair.first].radius()).then(wanted)
     }
 
     /// The law of a pair, its mass (kg), and how long a contact lasts at the speed that it may come to within `time` (s).
@@ -341,11 +342,12 @@ impl Contacts {
         }
         let (body, other) = (&bodies[pair.first], bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()));
         let (dimension, radius) = (body.shape().dimension(), body.radius());
-        let side = pair.second.checked_sub(bodies.len()).map(|wall| self.walls[wall].side);
+        let side = self.side(pair);
         if side == Some(WallSide::Inflow) {
             return Film { gap: gap.max(0.0), normal: 0.0, sliding: 0.0, rolling: 0.0 };
         }
-        // At a plane of symmetry the film is half of that between the body and its image, which goes as fast the other way.
+        // At a plane of symmetry the film is half of that between the body and its mirror image. The two approach alike, turn
+        // against each other and go along the plane together: they roll on each other and never slide.
         let mirrored = side == Some(WallSide::Slip);
         let between = |g0: f64, g1: f64| {
             if mirrored {
@@ -362,9 +364,17 @@ impl Contacts {
         } else {
             between(gap, next.max(0.0))
         };
-        let [sliding, rolling] =
-            if mirrored { [0.0; 2] } else { self.medium.shear_resistance(dimension, radius, other, gap) };
+        let [sliding, rolling] = if mirrored {
+            [0.0, self.medium.shear_resistance(dimension, radius, radius, 2.0 * gap)[1]]
+        } else {
+            self.medium.shear_resistance(dimension, radius, other, gap)
+        };
         Film { gap: if touches { f64::NAN } else { gap.max(0.0) }, normal, sliding, rolling }
+    }
+
+    /// What the fluid does at the wall of a pair; `None` where the second is a body.
+    fn side(&self, pair: &Pair) -> Option<WallSide> {
+        pair.second.checked_sub(self.answers.len()).map(|wall| self.walls[wall].side)
     }
 
     /// Resistance over a substep (N s^2/m) to surfaces that slide along a gap; the slip that is left (m/s).
@@ -394,6 +404,13 @@ impl Contacts {
     ) {
         let pair = self.pairs[p];
         let (body, other) = (&bodies[pair.first], bodies.get(pair.second));
+        if self.side(&pair) == Some(WallSide::Slip) {
+            // The mirror image turns the other way, at the same arm.
+            let inverse = 0.5 * arms[0] * arms[0] * self.answers[pair.first].inertia.max();
+            let impulse = -0.5 * resistance / (1.0 + resistance * inverse) * (arms[0] * body.spin).cross(&n);
+            self.push(p, bodies, Vector3::zeros(), [arms[0] * n.cross(&impulse), Vector3::zeros()]);
+            return;
+        }
         let (spun, lever) = match other {
             Some(other) => (arms[0] * body.spin - arms[1] * other.spin, (arms[0] - arms[1]) / (arms[0] + arms[1])),
             None => (arms[0] * body.spin, -1.0),
@@ -441,7 +458,7 @@ impl Contacts {
         match bodies.get(pair.second) {
             Some(other) => {
                 let velocity = body.velocity - other.velocity;
-                let apart = nearest_image(&body.centre, &other.centre, &self.periods) - 0.5 * h * velocity;
+                let apart = pair.apart(bodies, &self.periods) - 0.5 * h * velocity;
                 let distance = apart.norm();
                 let overlap = body.radius() + other.radius() - distance;
                 let arms = [body.radius() - 0.5 * overlap, other.radius() - 0.5 * overlap];
@@ -478,6 +495,11 @@ impl Contacts {
             whole += its.whole;
             inverse += its.mass;
             inverse_turn += arms[1] * arms[1] * its.inertia.max();
+        }
+        if pair.is_own_image() {
+            // An impulse and its reaction on the same body move it nowhere, and turn it twice.
+            inverse = Vector3::zeros();
+            inverse_turn = (arms[0] + arms[1]).powi(2) * answer.inertia.max();
         }
         let along = |v: Vector3<f64>, turning: Vector3<f64>| v - v.dot(&normal) * normal + turning.cross(&normal);
         // Along an axis where neither gives way the damper changes nothing, but has to stay finite.

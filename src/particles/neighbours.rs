@@ -5,9 +5,12 @@
 //!   gap = |x_i - x_j| - r_i - r_j <= reach_i + reach_j
 //! ```
 //! A periodic axis may be one or two cells wide: a cell then is its own neighbour, or has one, and is visited once.
-//! Of two bodies only the nearest images meet: a periodic axis has to be two of their diameters long at least.
+//! Across a short period two bodies are neighbours on both sides, and a body is a neighbour of its own images. An image is
+//! counted in whole periods n along each axis: it is at `x_j + n L`. Those next to the nearest one are looked at, and of the
+//! two images of a body at opposite sides the one with the first component of n above zero.
 
-use crate::particles::{Body, nearest_image};
+use crate::particles::Body;
+use nalgebra::Vector3;
 
 /// Cell lists over a box. They allocate when built only.
 #[derive(Clone, Debug)]
@@ -72,8 +75,20 @@ impl Neighbours {
         }
     }
 
-    /// Calls `take` with every `j > i` within reach of `i`, once each.
-    pub(crate) fn around(&mut self, i: usize, bodies: &[Body], search_radius: &[f64], mut take: impl FnMut(usize)) {
+    /// Calls `take` with every image of a body `j > i`, and of `i` itself, within reach of `i`: once per pair of images.
+    pub(crate) fn around(
+        &mut self,
+        i: usize,
+        bodies: &[Body],
+        search_radius: &[f64],
+        mut take: impl FnMut(usize, Vector3<f64>),
+    ) {
+        let reach = |j: usize| bodies[i].radius() + bodies[j].radius() + search_radius[i] + search_radius[j];
+        images(&Vector3::zeros(), reach(i), &self.periods, |image| {
+            if image.iter().find(|n| **n != 0.0).is_some_and(|n| *n > 0.0) {
+                take(i, image);
+            }
+        });
         let (at, cells) = (self.place[i], self.cells);
         let ranges: [_; 3] = std::array::from_fn(|a| self.range(a, at[a]));
         for z in ranges[2].clone() {
@@ -83,11 +98,8 @@ impl Neighbours {
                     for &j in &self.order[self.start[cell]..self.start[cell + 1]] {
                         if j > i {
                             self.checks += 1;
-                            let within = bodies[i].radius() + bodies[j].radius() + search_radius[i] + search_radius[j];
-                            let apart = nearest_image(&bodies[i].centre, &bodies[j].centre, &self.periods);
-                            if apart.norm_squared() <= within * within {
-                                take(j);
-                            }
+                            let apart = bodies[j].centre - bodies[i].centre;
+                            images(&apart, reach(j), &self.periods, |image| take(j, image));
                         }
                     }
                 }
@@ -108,6 +120,36 @@ impl Neighbours {
             Some(_) if n < 3 => 0..n,
             Some(_) => at + n - 1..at + n + 2,
             None => at.saturating_sub(1)..(at + 2).min(n),
+        }
+    }
+}
+
+/// Calls `take` with the images, in periods, that are within a distance (m) where the body itself is at `apart` (m).
+fn images(apart: &Vector3<f64>, within: f64, periods: &[Option<f64>; 3], mut take: impl FnMut(Vector3<f64>)) {
+    let mut nearest = Vector3::zeros();
+    let mut way = *apart;
+    for (a, length) in periods.iter().enumerate().filter_map(|(a, length)| Some((a, (*length)?))) {
+        nearest[a] = -(way[a] / length).round();
+        way[a] += length * nearest[a];
+    }
+    if way.norm_squared() > within * within {
+        return;
+    }
+    // By axis, the steps to the next images that may be within reach.
+    let steps = |a: usize| {
+        [0.0, -1.0, 1.0].into_iter().filter(move |&step| {
+            step == 0.0 || periods[a].is_some_and(|length| (way[a] + step * length).abs() <= within)
+        })
+    };
+    for z in steps(2) {
+        for y in steps(1) {
+            for x in steps(0) {
+                let step = Vector3::new(x, y, z);
+                let there = Vector3::from_fn(|a, _| way[a] + step[a] * periods[a].unwrap_or(0.0));
+                if there.norm_squared() <= within * within {
+                    take(nearest + step);
+                }
+            }
         }
     }
 }

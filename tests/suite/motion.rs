@@ -396,16 +396,3 @@ fn a_particle_within_one_cell_moves_with_it() {
         assert!(scene.state.bodies[0].velocity.y < -1e-4, "{wall}");
     }
 }
-
-#[test]
-fn a_period_shorter_than_two_particles_is_refused_where_they_can_touch() {
-    let dir = tempfile::tempdir().unwrap();
-    let case = dir.path().join("case.toml");
-    let discs = disc(0.4, [0.1, 0.25], 1.0, "") + &disc(0.4, [0.4, 0.7], 1.0, "");
-    let more = discs + "[contact]\nnormal_stiffness = 100.0\n" + SHARP;
-    std::fs::write(&case, box_case([0.6, 1.0], [18, 30], 0.01, PERIODIC, &more)).unwrap();
-    let output = mics(&["check", case.to_str().unwrap()]);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("domain.size.0") && said.contains("0.8 m or more"), "{said}");
-}

@@ -1,7 +1,6 @@
 //! Tests of many contacts at once.
 
 use super::*;
-use crate::particles::nearest_image;
 
 /// Numbers in [0, 1), the same every time.
 struct Dice(u64);
@@ -156,6 +155,7 @@ fn a_heap_comes_to_rest() {
 #[test]
 fn cell_lists_find_the_pairs_of_brute_force() {
     let mut dice = Dice(3);
+    let (mut several, mut own) = (false, false);
     for (size, periodic) in [
         ([1.0, 1.0, 1.0], [false; 3]),
         ([1.0, 1.0, 1.0], [true; 3]),
@@ -163,6 +163,8 @@ fn cell_lists_find_the_pairs_of_brute_force() {
         ([0.21, 0.32, 0.5], [true; 3]),
         ([0.11, 0.05, 2.0], [true, false, true]),
         ([3.0, 0.2, 0.0], [true, true, false]),
+        ([2.0, 0.041, 0.0], [true, true, false]),
+        ([0.05, 0.041, 2.0], [true, true, false]),
     ] {
         let periods: [Option<f64>; 3] = std::array::from_fn(|a| periodic[a].then_some(size[a]));
         let shape = if size[2] == 0.0 { Shape::Disc } else { Shape::Sphere };
@@ -177,21 +179,36 @@ fn cell_lists_find_the_pairs_of_brute_force() {
         cells.sort(&bodies, 2.0 * farthest);
         let mut found = vec![];
         for i in 0..bodies.len() {
-            cells.around(i, &bodies, &search_radius, |j| found.push((i, j)));
+            cells.around(i, &bodies, &search_radius, |j, image| found.push((i, j, image.map(|n| n as i32))));
         }
-        found.sort_unstable();
-        let mut all = vec![];
+        let order = |pair: &(usize, usize, Vector3<i32>)| (pair.0, pair.1, pair.2.x, pair.2.y, pair.2.z);
+        found.sort_unstable_by_key(order);
+        let (mut all, mut images) = (vec![], vec![]);
+        for a in 0..3 {
+            images.push(if periodic[a] { -2..=2 } else { 0..=0 });
+        }
         for i in 0..bodies.len() {
-            for j in i + 1..bodies.len() {
+            for j in i..bodies.len() {
                 let within = bodies[i].radius() + bodies[j].radius() + search_radius[i] + search_radius[j];
-                if nearest_image(&bodies[i].centre, &bodies[j].centre, &periods).norm() <= within {
-                    all.push((i, j));
+                for (x, y, z) in images[0].clone().flat_map(|x| {
+                    let zs = images[2].clone();
+                    images[1].clone().flat_map(move |y| zs.clone().map(move |z| (x, y, z)))
+                }) {
+                    let way = vector![x as f64 * size[0], y as f64 * size[1], z as f64 * size[2]];
+                    let apart = bodies[j].centre - bodies[i].centre + way;
+                    if (i < j || (x, y, z) > (0, 0, 0)) && apart.norm() <= within {
+                        all.push((i, j, vector![x, y, z]));
+                    }
                 }
             }
         }
+        all.sort_unstable_by_key(order);
         assert_eq!(found, all, "{size:?}");
         assert!(all.len() > 8);
+        several |= all.windows(2).any(|two| (two[0].0, two[0].1) == (two[1].0, two[1].1));
+        own |= all.iter().any(|pair| pair.0 == pair.1);
     }
+    assert!(several && own, "some meet on both sides of a period, and some their own images");
 }
 
 #[test]

@@ -38,9 +38,12 @@ impl NearBodies {
         let Some(first) = radius.first() else { return };
         self.neighbours.sort(bodies, 2.0 * self.largest + first);
         for i in 0..bodies.len() {
-            self.neighbours.around(i, bodies, radius, |j| {
-                near[i].push(j);
-                near[j].push(i);
+            self.neighbours.around(i, bodies, radius, |j, _| {
+                // The images of a body come one after the other.
+                if j > i && near[i].last() != Some(&j) {
+                    near[i].push(j);
+                    near[j].push(i);
+                }
             });
         }
         // In the order of the bodies, so that sums do not depend on how they were found.
