@@ -26,8 +26,6 @@ pub struct CutBodies<const D: usize> {
     pub near: NearBodies,
     /// Per body, how it lay before it moved.
     before: Vec<Before>,
-    /// By axis, the faces that were covered before they moved, and the open part that they had.
-    pub(super) covered_before: [Vec<(usize, f64)>; D],
     /// Those near the body that is rebuilt.
     beside: Vec<Neighbour>,
     /// Cells to which several bodies are equally near, and that they set.
@@ -37,7 +35,7 @@ pub struct CutBodies<const D: usize> {
     /// Scratch of what a body fills, and by axis of the arms to the faces that it covers (m).
     tiles: Tiles,
     arms: [Vec<Vector3<f64>>; D],
-    /// What bodies cover of each face of an axis while faces are opened, and which have been listed; zero otherwise.
+    /// What bodies cover of each face of an axis while faces are opened; zero otherwise.
     pub(super) total: Vec<f64>,
     /// Of the faces that bodies cut, and once more of those in narrow gaps, their memory before a step (m/s).
     pub(super) remembered: Vec<f64>,
@@ -52,7 +50,7 @@ impl<const D: usize> CutBodies<D> {
         let (grid, periods, h) = (&domain.grid, domain.periods(), ghost_width(&domain.grid.h).0);
         let size = std::array::from_fn(|a| if a < D { grid.size[a] } else { 1.0 });
         let cut: Vec<_> = bodies.iter().map(|b| CutBody::new(grid, b.shape(), h)).collect();
-        let faces = cut.iter().map(|cut| cut.cuts[0].capacity()).sum();
+        let faces: usize = cut.iter().map(|cut| cut.cuts[0].capacity()).sum();
         let most = cut.iter().map(|cut| cut.cuts[0].capacity()).max().unwrap_or(0);
         let shared = cut.iter().map(|cut| cut.inside_shared.capacity()).sum();
         let open = vec![1.0 / domain.fluid.density; grid.field().len()];
@@ -61,7 +59,6 @@ impl<const D: usize> CutBodies<D> {
             beta: FaceCoefficient::Field(std::array::from_fn(|_| open.clone())),
             near: NearBodies::new(bodies, size, periods, gap::reach(all_fixed(bodies)) * h),
             before: bodies.iter().map(Before::here).collect(),
-            covered_before: std::array::from_fn(|_| Vec::with_capacity(faces)),
             beside: Vec::with_capacity(16),
             shared: Vec::with_capacity(shared),
             deferred: Vec::new(),
@@ -88,8 +85,6 @@ impl<const D: usize> CutBodies<D> {
     pub fn settle(&mut self, domain: &Domain<D>, bodies: &[Body]) {
         self.before.iter_mut().zip(bodies).for_each(|(before, body)| *before = Before::here(body));
         self.rebuild(domain, bodies, |_| true, f64::INFINITY);
-        // What another place covered is no history.
-        self.covered_before.iter_mut().for_each(Vec::clear);
     }
 
     /// Takes how the bodies lie, before they move.
@@ -109,7 +104,7 @@ impl<const D: usize> CutBodies<D> {
 
     /// Rebuilds the cut bodies that are `wanted`, and those that others are or were near to, whose probes that changes.
     fn rebuild(&mut self, domain: &Domain<D>, bodies: &[Body], wanted: fn(&Body) -> bool, dt: f64) {
-        self.close_faces(domain);
+        self.uncover_faces(domain);
         self.near.find(bodies);
         let (grid, boundaries) = (&domain.grid, &domain.boundaries);
         // Of a fluid without viscosity none, though no time is too long.
@@ -140,21 +135,12 @@ impl<const D: usize> CutBodies<D> {
         self.open_faces(domain);
     }
 
-    /// Lists the covered faces with their open parts, and opens all.
-    fn close_faces(&mut self, domain: &Domain<D>) {
+    /// Opens all faces that the bodies cover.
+    fn uncover_faces(&mut self, domain: &Domain<D>) {
         let (whole, beta) = (1.0 / domain.fluid.density, self.beta.field(&domain.grid));
-        for (axis, (listed, beta)) in self.covered_before.iter_mut().zip(beta).enumerate() {
-            listed.clear();
-            for cut in self.bodies.iter().flat_map(|body| &body.cuts[axis]) {
-                let face = cut.face as usize;
-                // Once, whoever else covers it.
-                if std::mem::replace(&mut self.total[face], 1.0) == 0.0 {
-                    listed.push((face, beta[face] / whole));
-                }
-            }
-            for &(face, _) in listed.iter() {
-                (self.total[face], beta[face]) = (0.0, whole);
-            }
+        for (axis, beta) in beta.iter_mut().enumerate() {
+            let cuts = self.bodies.iter().flat_map(|body| &body.cuts[axis]);
+            cuts.for_each(|cut| beta[cut.face as usize] = whole);
         }
     }
 

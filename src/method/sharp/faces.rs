@@ -123,10 +123,6 @@ impl<const D: usize> CutBodies<D> {
             for (cut, opening) in self.bodies.iter().flat_map(|cut| cut.faces(axis)) {
                 memory[cut.face as usize] -= to_open_part(grid, axis, cut.face as usize, &opening.open, &u[axis]);
             }
-            // What has just opened has no history: a gap that was nearly closed may have carried any velocity.
-            for &(face, open) in &self.covered_before[axis] {
-                memory[face] *= (open / (self.beta.at(axis, face) * domain.fluid.density)).min(1.0);
-            }
         }
     }
 }
