@@ -165,7 +165,7 @@ fn contacts(c: &mut Criterion) {
         let start = || (made.clone(), made.untouched(), bodies.clone());
         let step = |(mut contacts, mut touching, mut bodies): (Contacts, Touching, Vec<Body>)| {
             contacts
-                .advance(&mut bodies, &mut touching, &push, |_, body| (Vector3::zeros(), body.inertia()), 1e-3)
+                .advance(&mut bodies, &mut touching, &push, |_, body| body.inertia(), 1e-3)
                 .expect("moved");
             (contacts, touching, bodies)
         };

@@ -44,23 +44,28 @@ struct Bench<const D: usize> {
 }
 
 /// The free bodies, whose velocity follows the pressure.
-struct Bodies<'a> {
+struct Bodies<'a, const D: usize> {
     weights: &'a [f64],
     covered: &'a [Covered],
+    faces: &'a mut VectorField<D>,
 }
 
-impl<const D: usize> Coupled<D> for Bodies<'_> {
-    fn begin(&mut self, _: &Grid<D>, _: f64, _: &mut VectorField<D>) -> mics::Result<()> {
+impl<const D: usize> Coupled<D> for Bodies<'_, D> {
+    fn faces(&mut self) -> &mut VectorField<D> {
+        self.faces
+    }
+
+    fn begin(&mut self, _: &Grid<D>, _: f64) -> mics::Result<()> {
         Ok(())
     }
 
-    fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64], faces: &mut VectorField<D>) -> mics::Result<()> {
+    fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64]) -> mics::Result<()> {
         for mode in self.covered.chunk_by(|a, b| a.mode == b.mode) {
             let k = mode[0].mode as usize;
             let (axis, h) = (k % D, grid.h[k % D]);
             let slope = |e: &Covered| phi[e.face as usize] - phi[e.face as usize - grid.stride[axis]];
             let change = -dt * self.weights[k] * mode.iter().map(|e| e.part * slope(e) / h).sum::<f64>();
-            mode.iter().for_each(|e| faces[axis][e.face as usize] += e.part * change);
+            mode.iter().for_each(|e| self.faces[axis][e.face as usize] += e.part * change);
         }
         Ok(())
     }
@@ -182,21 +187,20 @@ impl<const D: usize> Bench<D> {
         if !matches!(self.coefficients, Coefficients::Uniform) {
             scene.domain.projection.assemble(&scene.domain.grid, scene.method.beta()).expect("assembled");
         }
-        let mut bodies = Bodies { weights: &self.weights, covered: &self.covered };
-        let mut coupling: Option<&mut dyn Coupled<D>> = None;
-        if matches!(self.coefficients, Coefficients::Free(_)) {
-            scene.domain.projection.set_modes(bodies.weights, bodies.covered, &[]).expect("set");
-            coupling = Some(&mut bodies);
-        }
         let (p, faces) = (&mut scene.state.p, &mut scene.state.faces);
+        let free = matches!(self.coefficients, Coefficients::Free(_));
+        if free {
+            scene.domain.projection.set_modes(&self.weights, &self.covered, &[]).expect("set");
+        }
+        let mut bodies = Bodies { weights: &self.weights, covered: &self.covered, faces };
+        let coupled: &mut dyn Coupled<D> = if free { &mut bodies } else { bodies.faces };
         let done = scene.domain.projection.project(
             &scene.domain.grid,
             &mut scene.domain.boundaries,
             scene.method.beta(),
             1e-3,
             p,
-            faces,
-            coupling,
+            coupled,
             None,
         );
         let took = begin.elapsed();

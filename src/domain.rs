@@ -94,13 +94,11 @@ impl<const D: usize> Domain<D> {
         let answer = self.hold(beta, std::iter::empty())?;
         let Domain { session, grid, boundaries, projection, drive, fluid, .. } = self;
         let State { p, faces, bodies, drive: force, .. } = s;
-        let density = fluid.density;
-        let mut driven = drive
-            .as_ref()
-            .zip(force.as_mut())
-            .map(|(drive, force)| Driven { driving: Driving { drive, force, beta, answer, density, session }, bodies });
-        let coupled = driven.as_mut().map(|driven| driven as &mut dyn Coupled<D>);
-        projection.project(grid, boundaries, beta, dt, p, faces, coupled, None)
+        let Some((drive, force)) = drive.as_ref().zip(force.as_mut()) else {
+            return projection.project(grid, boundaries, beta, dt, p, faces, None);
+        };
+        let driving = Driving { drive, force, beta, answer, density: fluid.density, session };
+        projection.project(grid, boundaries, beta, dt, p, &mut Driven { driving, bodies, faces }, None)
     }
 
     /// Lets the pressure equation know what a drive that holds a mean velocity answers to the pressure; `carried` are the faces along
@@ -134,14 +132,19 @@ impl<const D: usize> Domain<D> {
 struct Driven<'a, const D: usize> {
     driving: Driving<'a, D>,
     bodies: &'a [Body],
+    faces: &'a mut VectorField<D>,
 }
 
 impl<const D: usize> Coupled<D> for Driven<'_, D> {
-    fn begin(&mut self, grid: &Grid<D>, dt: f64, faces: &mut VectorField<D>) -> Result<()> {
-        self.driving.follow(grid, self.bodies, dt, faces).map(drop)
+    fn faces(&mut self) -> &mut VectorField<D> {
+        self.faces
     }
 
-    fn follow(&mut self, grid: &Grid<D>, dt: f64, _: &[f64], faces: &mut VectorField<D>) -> Result<()> {
-        self.begin(grid, dt, faces)
+    fn begin(&mut self, grid: &Grid<D>, dt: f64) -> Result<()> {
+        self.driving.follow(grid, self.bodies, dt, self.faces).map(drop)
+    }
+
+    fn follow(&mut self, grid: &Grid<D>, dt: f64, _: &[f64]) -> Result<()> {
+        self.begin(grid, dt)
     }
 }

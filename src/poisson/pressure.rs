@@ -45,14 +45,31 @@ pub struct StoppingRule {
     pub max_iterations: usize,
 }
 
-/// What is coupled to the pressure: the velocity of bodies, and with it that of faces, follows it, and a drive.
+/// The velocities through faces, and what is coupled to them and to the pressure: bodies, a drive.
 pub trait Coupled<const D: usize> {
-    /// Changes the velocity of `faces` (m/s) to what the step `dt` (s) starts from, before the first solve. Collective.
-    fn begin(&mut self, grid: &Grid<D>, dt: f64, faces: &mut VectorField<D>) -> Result<()>;
+    /// The velocities through faces (m/s).
+    fn faces(&mut self) -> &mut VectorField<D>;
 
-    /// Takes the change `phi` (Pa, ghosts filled) of the pressure over the step `dt` (s) and adds to the velocity of
-    /// `faces` (m/s) what follows from it. Collective.
-    fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64], faces: &mut VectorField<D>) -> Result<()>;
+    /// Changes the velocities to what the step `dt` (s) starts from, before the first solve. Collective.
+    fn begin(&mut self, grid: &Grid<D>, dt: f64) -> Result<()>;
+
+    /// Follows the change `phi` (Pa, ghosts filled) of the pressure over the step `dt` (s), which the open faces have already. Collective.
+    fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64]) -> Result<()>;
+}
+
+/// Faces to which nothing is coupled.
+impl<const D: usize> Coupled<D> for VectorField<D> {
+    fn faces(&mut self) -> &mut VectorField<D> {
+        self
+    }
+
+    fn begin(&mut self, _: &Grid<D>, _: f64) -> Result<()> {
+        Ok(())
+    }
+
+    fn follow(&mut self, _: &Grid<D>, _: f64, _: &[f64]) -> Result<()> {
+        Ok(())
+    }
 }
 
 /// What an iteration took and left.
@@ -157,16 +174,13 @@ impl Projection {
         beta: &FaceCoefficient<D>,
         dt: f64,
         p: &mut [f64],
-        velocity: &mut VectorField<D>,
-        mut coupled: Option<&mut dyn Coupled<D>>,
+        coupled: &mut dyn Coupled<D>,
         roughly: Option<f64>,
     ) -> Result<Projected> {
         let mut done = Projected::default();
-        if let Some(coupled) = &mut coupled {
-            coupled.begin(grid, dt, velocity)?;
-        }
+        coupled.begin(grid, dt)?;
         loop {
-            done.divergence_max = self.largest_divergence(grid, velocity)?;
+            done.divergence_max = self.largest_divergence(grid, coupled.faces())?;
             // A step solves once though the limit is kept already, unless there is next to nothing to solve: pressure that
             // waits until D0 is reached makes the force on a particle jitter.
             let limit = self.rule.limit * if done.outer == 0 { params::idle_divergence() } else { 1.0 };
@@ -188,10 +202,8 @@ impl Projection {
             let needed = (0.5 * self.rule.limit / done.divergence_max).clamp(1e-13, 0.1).powf(roughly.unwrap_or(1.0));
             let rtol = (tighter * self.solver.fixed_rtol().unwrap_or(needed)).max(1e-14);
             let within = done.divergence_max < self.rule.limit;
-            let solved = self.correct(grid, boundaries, beta, dt, (rtol, within), p, velocity)?;
-            if let Some(coupled) = &mut coupled {
-                coupled.follow(grid, dt, &self.phi, velocity)?;
-            }
+            let solved = self.correct(grid, boundaries, beta, dt, (rtol, within), p, coupled.faces())?;
+            coupled.follow(grid, dt, &self.phi)?;
             done.outer += 1;
             done.krylov += solved.iterations;
             done.retries += u32::from(solved.retried);

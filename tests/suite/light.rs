@@ -356,41 +356,6 @@ fn what_a_light_body_moves_with_at_a_lid_is_its_velocity() {
     }
 }
 
-/// The fluid that goes along with a light body under a lid, as mended steps show it: what does in potential flow, `pi^2/3 - 1` volumes of a disc and 0.803
-/// of a sphere at a wall (Lamb, Hydrodynamics).
-#[test]
-fn what_goes_along_with_a_light_body_at_a_lid_is_that_of_potential_flow() {
-    fn carried<const D: usize>(shape: &str, place: &str, sides: &str) -> f64 {
-        let petsc = petsc();
-        let list = |item: &str| vec![item; D].join(", ");
-        let text = format!(
-            "name = \"lid\"\ndomain = {{ size = [{}], cells = [{}] }}\n\
-             fluid = {{ density = 1000.0, viscosity = 1e-3, gravity = [0.0, -9.81{}] }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\"{sides} }}\n\
-             contact = {{ friction = 0.3, restitution = 0.5 }}\ncoupling.wall = \"sharp\"\ntime.end = 1.0\n\
-             [[particle]]\nshape.{shape}.diameter = 0.01\ndensity = 100.0\nposition = {place}\n",
-            list("0.05"),
-            list("40"),
-            if D == 3 { ", 0.0" } else { "" },
-        );
-        let mut scene: Scene<D> = petsc.scene(&text);
-        let (mut most, volume) = (0.0f64, scene.state.bodies[0].volume());
-        for _ in 0..60 {
-            scene.step(1e-3).unwrap();
-            let shown = &scene.state.walls.as_ref().unwrap().bodies[0].carried;
-            most = most.max(shown.y / (1000.0 * volume));
-        }
-        most
-    }
-    let disc = carried::<2>("disc", "[0.025, 0.043]", "");
-    let sphere = carried::<3>("sphere", "[0.025, 0.043, 0.025]", ", bottom = \"wall\", top = \"wall\"");
-    println!("{disc:.3} volumes of a disc, {sphere:.3} of a sphere");
-    let exact = [std::f64::consts::PI.powi(2) / 3.0 - 1.0, 0.803];
-    for (found, exact) in [disc, sphere].into_iter().zip(exact) {
-        assert!((found / exact - 1.0).abs() < 0.1, "{found} for {exact}");
-    }
-}
-
 /// A light disc that is pressed into a corner of two walls lies there, in steps much shorter than its contacts. The fluid answers there with five times the
 /// mass that it has at one wall; by what one mended step had shown of it, the disc rattled and made energy until its run ended.
 #[test]

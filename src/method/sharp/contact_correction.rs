@@ -8,6 +8,7 @@
 //! ```
 
 use super::Sharp;
+use super::coupled::CoupledFaces;
 use crate::Result;
 use crate::contact::Impulse;
 use crate::domain::Domain;
@@ -109,12 +110,11 @@ impl<const D: usize> Sharp<D> {
     /// Gives all bodies, and their faces, the correction impulses.
     fn apply_corrections(&mut self, s: &mut State<D>) {
         let Some(contacts) = &self.contacts else { return };
-        for (k, (body, correction)) in s.bodies.iter_mut().zip(&self.work.contacts.corrections).enumerate() {
-            let Some(freedom) = body.freedom() else { continue };
+        let mut coupled = CoupledFaces::new(&self.cut, &mut s.faces, &mut s.bodies);
+        for (k, correction) in self.work.contacts.corrections.iter().enumerate() {
+            let Some(freedom) = coupled.bodies()[k].freedom() else { continue };
             let change = freedom.along(&correction.linear) / self.motions[k].inertia;
-            body.velocity += change;
-            body.spin += contacts.turned_by(k, &correction.angular);
-            self.cut.bodies[k].carry_faces(&change, &mut s.faces);
+            coupled.change(k, &change, &contacts.turned_by(k, &correction.angular));
         }
     }
 
@@ -135,10 +135,11 @@ impl<const D: usize> Sharp<D> {
     fn bring_back(&mut self, s: &mut State<D>) {
         let Kept { p, faces, drive, bodies } = &self.work.contacts.kept;
         s.p.clone_from(p);
-        s.faces.clone_from(faces);
         s.drive = *drive;
-        for ((body, motion), kept) in s.bodies.iter_mut().zip(&mut self.motions).zip(bodies) {
-            [body.velocity, body.spin, motion.pressure, motion.pressure_torque] = *kept;
+        let mut coupled = CoupledFaces::new(&self.cut, &mut s.faces, &mut s.bodies);
+        coupled.bring_back(faces, bodies.iter().map(|[velocity, spin, ..]| [*velocity, *spin]));
+        for (motion, [_, _, pressure, torque]) in self.motions.iter_mut().zip(bodies) {
+            (motion.pressure, motion.pressure_torque) = (*pressure, *torque);
         }
     }
 }

@@ -153,13 +153,6 @@ impl<const D: usize> CutBody<D> {
         self.cuts[axis].iter().zip(&self.openings[axis])
     }
 
-    /// Adds what a `change` of its velocity (m/s) is on the faces that it covers.
-    pub fn carry_faces(&self, change: &Vector3<f64>, faces: &mut VectorField<D>) {
-        for (axis, cuts) in self.cuts.iter().enumerate() {
-            cuts.iter().for_each(|cut| faces[axis][cut.face as usize] += cut.covered * change[axis]);
-        }
-    }
-
     /// Gives the faces that it covers, whose velocity is the fluid's (m/s), their part of its own.
     pub fn cover_faces(&self, body: &Body, faces: &mut VectorField<D>) {
         for (axis, faces) in faces.iter_mut().enumerate() {

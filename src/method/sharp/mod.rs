@@ -51,6 +51,7 @@ mod acceleration;
 mod balance;
 mod borders;
 mod contact_correction;
+mod coupled;
 pub mod cut;
 mod cut_body;
 mod entry;

@@ -1,6 +1,7 @@
 //! Bodies that follow the pressure: what they add to its operator, and how they and the faces answer a change of it.
 
 use super::Sharp;
+use super::coupled::CoupledFaces;
 use super::cut::CutBodies;
 use super::motion::BodyMotion;
 use crate::Result;
@@ -133,14 +134,13 @@ impl<const D: usize> Sharp<D> {
         let drive = drive.as_ref().zip(s.drive.as_mut());
         let mut following = Following {
             session,
-            cut: &self.cut,
+            coupled: CoupledFaces::new(&self.cut, &mut s.faces, &mut s.bodies),
             driving: drive.map(|(drive, force)| Driving { drive, force, beta, answer, density, session }),
             oblong: &self.modes.oblong,
-            bodies: &mut s.bodies,
             motions: &mut self.motions,
             sums: &mut self.work.sums,
         };
-        projection.project(grid, boundaries, &self.cut.beta, dt, &mut s.p, &mut s.faces, Some(&mut following), roughly)
+        projection.project(grid, boundaries, &self.cut.beta, dt, &mut s.p, &mut following, roughly)
     }
 }
 
@@ -151,75 +151,73 @@ fn covered(mode: usize, axis: usize, face: u32, part: f64) -> Covered {
 /// The bodies while the pressure is found.
 struct Following<'a, const D: usize> {
     session: &'a Session,
-    cut: &'a CutBodies<D>,
+    coupled: CoupledFaces<'a, D>,
     driving: Option<Driving<'a, D>>,
     oblong: &'a [u32],
-    bodies: &'a mut [Body],
     motions: &'a mut [BodyMotion],
     sums: &'a mut [f64],
 }
 
 impl<const D: usize> Coupled<D> for Following<'_, D> {
-    fn begin(&mut self, grid: &Grid<D>, dt: f64, faces: &mut VectorField<D>) -> Result<()> {
+    fn faces(&mut self) -> &mut VectorField<D> {
+        self.coupled.split().0
+    }
+
+    fn begin(&mut self, grid: &Grid<D>, dt: f64) -> Result<()> {
         let Some(driving) = &mut self.driving else { return Ok(()) };
-        let change = driving.follow(grid, self.bodies, dt, faces)?;
+        let (faces, bodies) = self.coupled.split();
+        let change = driving.follow(grid, bodies, dt, faces)?;
         if change == Vector3::zeros() {
             return Ok(());
         }
-        for (k, (body, motion)) in self.bodies.iter_mut().zip(self.motions.iter_mut()).enumerate() {
-            let force = driving.drive.on_body(&change, 1.0).component_mul(&motion.displaced);
-            motion.pressure += force;
-            let Some(freedom) = body.freedom() else { continue };
-            let change = freedom.along(&force) * (dt / motion.inertia);
-            body.velocity += change;
-            self.cut.bodies[k].carry_faces(&change, faces);
+        let drive = driving.drive;
+        for k in 0..self.motions.len() {
+            let force = drive.on_body(&change, 1.0).component_mul(&self.motions[k].displaced);
+            self.push(k, &force, dt);
         }
         Ok(())
     }
 
-    fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64], faces: &mut VectorField<D>) -> Result<()> {
-        let sums = &mut self.sums[..3 * self.bodies.len()];
-        for (k, row) in sums.chunks_exact_mut(3).enumerate() {
-            row.copy_from_slice(self.cut.pressure_force(grid, k, phi).as_slice());
+    fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64]) -> Result<()> {
+        let (cut, bodies) = (self.coupled.cut(), self.motions.len());
+        for (k, row) in self.sums[..3 * bodies].chunks_exact_mut(3).enumerate() {
+            row.copy_from_slice(cut.pressure_force(grid, k, phi).as_slice());
         }
-        self.session.sum(sums)?;
-        for (k, row) in sums.chunks_exact(3).enumerate() {
-            let force = Vector3::from_column_slice(row);
-            let (body, motion) = (&mut self.bodies[k], &mut self.motions[k]);
-            motion.pressure += force;
-            let Some(freedom) = body.freedom() else { continue };
-            let change = freedom.along(&force) * (dt / motion.inertia);
-            body.velocity += change;
-            self.cut.bodies[k].carry_faces(&change, faces);
+        self.session.sum(&mut self.sums[..3 * bodies])?;
+        for k in 0..bodies {
+            let force = Vector3::from_column_slice(&self.sums[3 * k..3 * k + 3]);
+            self.push(k, &force, dt);
         }
         if !self.oblong.is_empty() {
-            self.follow_turning(grid, dt, phi, faces)?;
+            self.follow_turning(grid, dt, phi)?;
         }
-        self.begin(grid, dt, faces)
+        self.begin(grid, dt)
     }
 }
 
 impl<const D: usize> Following<'_, D> {
-    /// Likewise for the spin of the bodies that pressure turns.
-    fn follow_turning(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64], faces: &mut VectorField<D>) -> Result<()> {
-        let sums = &mut self.sums[..3 * self.oblong.len()];
-        for (k, row) in self.oblong.iter().map(|k| *k as usize).zip(sums.chunks_exact_mut(3)) {
-            row.copy_from_slice(self.cut.pressure_torque(grid, &self.bodies[k], k, phi).as_slice());
+    /// Gives a body another force by pressure (N) over the step `dt` (s).
+    fn push(&mut self, k: usize, force: &Vector3<f64>, dt: f64) {
+        let motion = &mut self.motions[k];
+        motion.pressure += force;
+        if let Some(freedom) = self.coupled.bodies()[k].freedom() {
+            self.coupled.change(k, &(freedom.along(force) * (dt / motion.inertia)), &Vector3::zeros());
         }
-        self.session.sum(sums)?;
-        for (k, row) in self.oblong.iter().map(|k| *k as usize).zip(sums.chunks_exact(3)) {
+    }
+
+    /// Likewise for the spin of the bodies that pressure turns.
+    fn follow_turning(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64]) -> Result<()> {
+        let (cut, turning) = (self.coupled.cut(), 3 * self.oblong.len());
+        for (k, row) in self.oblong.iter().map(|k| *k as usize).zip(self.sums[..turning].chunks_exact_mut(3)) {
+            row.copy_from_slice(cut.pressure_torque(grid, &self.coupled.bodies()[k], k, phi).as_slice());
+        }
+        self.session.sum(&mut self.sums[..turning])?;
+        for (k, row) in self.oblong.iter().map(|k| *k as usize).zip(self.sums[..turning].chunks_exact(3)) {
             let torque = Vector3::from_column_slice(row);
-            let (body, motion) = (&mut self.bodies[k], &mut self.motions[k]);
+            let motion = &mut self.motions[k];
             motion.pressure_torque += torque;
-            if body.freedom().is_none() {
-                continue;
-            }
-            let change = motion.turns * (dt * torque);
-            body.spin += change;
-            for axis in 0..D {
-                for (cut, opening) in self.cut.bodies[k].faces(axis) {
-                    faces[axis][cut.face as usize] += change.cross(&opening.lever())[axis];
-                }
+            if self.coupled.bodies()[k].freedom().is_some() {
+                self.coupled.change(k, &Vector3::zeros(), &(motion.turns * (dt * torque)));
             }
         }
         Ok(())

@@ -1,0 +1,69 @@
+//! Faces and bodies have one owner while the pressure is found: no body changes its velocity without the faces that it covers.
+//!
+//! ```text
+//!   U = H q + m V.n + (omega x lever).n        so that    V += dV, omega += d_omega    =>    U += m dV.n + (d_omega x lever).n
+//! ```
+
+use super::cut::CutBodies;
+use crate::grid::VectorField;
+use crate::particles::Body;
+use nalgebra::Vector3;
+
+/// The velocities through faces, and the bodies that cover them.
+pub struct CoupledFaces<'a, const D: usize> {
+    cut: &'a CutBodies<D>,
+    faces: &'a mut VectorField<D>,
+    bodies: &'a mut [Body],
+}
+
+impl<'a, const D: usize> CoupledFaces<'a, D> {
+    /// The faces (m/s), which agree with the velocities of the bodies.
+    pub fn new(
+        cut: &'a CutBodies<D>,
+        faces: &'a mut VectorField<D>,
+        bodies: &'a mut [Body],
+    ) -> CoupledFaces<'a, D> {
+        CoupledFaces { cut, faces, bodies }
+    }
+
+    /// The bodies.
+    pub fn bodies(&self) -> &[Body] {
+        self.bodies
+    }
+
+    /// The cut bodies.
+    pub fn cut(&self) -> &'a CutBodies<D> {
+        self.cut
+    }
+
+    /// The velocities through faces, for changes of the fluid's own (m/s), and the bodies.
+    pub fn split(&mut self) -> (&mut VectorField<D>, &[Body]) {
+        (self.faces, self.bodies)
+    }
+
+    /// Changes the velocity (m/s) and the spin (rad/s) of a body, and its faces.
+    pub fn change(&mut self, k: usize, velocity: &Vector3<f64>, spin: &Vector3<f64>) {
+        let body = &mut self.bodies[k];
+        body.velocity += velocity;
+        body.spin += spin;
+        let turns = !body.shape().is_round() && *spin != Vector3::zeros();
+        for (axis, faces) in self.faces.iter_mut().enumerate() {
+            for cut in &self.cut.bodies[k].cuts[axis] {
+                faces[cut.face as usize] += cut.covered * velocity[axis];
+            }
+            if turns {
+                for (cut, opening) in self.cut.bodies[k].faces(axis) {
+                    faces[cut.face as usize] += spin.cross(&opening.lever())[axis];
+                }
+            }
+        }
+    }
+
+    /// Brings back faces (m/s) and, by body, velocities and spins that agree (m/s, rad/s).
+    pub fn bring_back(&mut self, faces: &VectorField<D>, motions: impl Iterator<Item = [Vector3<f64>; 2]>) {
+        self.faces.clone_from(faces);
+        for (body, motion) in self.bodies.iter_mut().zip(motions) {
+            [body.velocity, body.spin] = motion;
+        }
+    }
+}
