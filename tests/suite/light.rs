@@ -1,7 +1,6 @@
 //! Friction between bodies whose mass in contact is in part or all the fluid's: it makes no energy, and they rest where they lie.
 
 use crate::support::{columns, petsc, run};
-use mics::scene::Scene;
 use std::collections::HashMap;
 
 /// Runs a case of our own with the steps that a run chooses, and returns the table of its steps.

@@ -88,7 +88,7 @@ fn every_density_ratio_from_a_thousandth_to_ten_thousand_is_solved_to_d0() {
             let done = scene
                 .domain
                 .projection
-                .project(&grid, &mut scene.domain.boundaries, b, 0.01, p, u, None, None)
+                .project(&grid, &mut scene.domain.boundaries, b, 0.01, p, u, None)
                 .unwrap();
             let mut divergence = grid.field();
             faces::divergence(&grid, &scene.state.faces, &mut divergence);

@@ -126,7 +126,7 @@ fn a_scene_goes_on_from_what_lasts_of_it_bit_for_bit() {
     expect_to_go_on::<2>(&petsc, &box_case([1.0, 1.0], [16, 16], 0.01, PERIODIC, fluid), 1e-2, false);
 }
 
-/// What a light body alone at a wall has shown of the fluid that goes along with it is among what lasts.
+/// A light disc that contacts hold at a lid: the response of the fluid to them lasts from step to step.
 #[test]
 fn a_light_disc_at_a_lid_goes_on_bit_for_bit() {
     let petsc = petsc();
@@ -135,10 +135,6 @@ fn a_light_disc_at_a_lid_goes_on_bit_for_bit() {
     let walls = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"wall\""];
     let text = box_case([1.2, 1.0], [30, 25], 0.01, walls, disc);
     let text = text.replace("viscosity = 0.01", "viscosity = 0.01\ngravity = [0.3, -1.0]");
-    let mut scene: Scene<2> = petsc.scene(&text);
-    steps(&mut scene, 0..5, 4e-3);
-    let carried = scene.state.walls.as_ref().unwrap().bodies[0].carried;
-    assert!(carried.norm() > 0.0, "{carried}");
     expect_to_go_on::<2>(&petsc, &text, 4e-3, true);
 }
 

@@ -237,17 +237,24 @@ impl<const D: usize> Sharp<D> {
     pub fn begin_bodies(&mut self, domain: &Domain<D>, s: &mut State<D>, new: impl Fn(usize) -> bool) -> Result<()> {
         let sums = self.sum_forces(domain, s)?;
         let fluid = &domain.fluid;
-        // As it begins to move where it is alone.
-        let begins = |body: &Body| {
+        let contacts = self.contacts.as_mut();
+        let lying = contacts.map_or_else(Vec::new, |contacts| {
+            contacts.meet(&s.bodies);
+            contacts.lying(&s.bodies)
+        });
+        // The first motion of a lone body; where it lies on something, what contacts have to hold at their effective mass.
+        let begins = |k: usize, body: &Body| {
             let (added, displaced) = (body.added_mass(fluid.density), fluid.density * body.volume());
             let driven = s.drive.map_or_else(Vector3::zeros, |force| added / fluid.density * force);
             let pull = (body.mass() - displaced) * fluid.gravity + domain.felt(&s.drive, body.volume()) + driven;
-            body.freedom().map_or_else(Vector3::zeros, |freedom| freedom.along(&pull) / (body.mass() + added))
+            let in_contact = self.contacts.as_ref().filter(|_| lying.get(k).is_some_and(|lies| *lies));
+            let mass = in_contact.map_or(body.mass() + added, |contacts| contacts.mass_in_contact(body));
+            body.freedom().map_or_else(Vector3::zeros, |freedom| freedom.along(&pull) / mass)
         };
         let all = history(&mut s.walls)?.bodies.iter_mut().zip(&s.bodies).zip(sums.chunks_exact(NUMBERS));
-        for ((history, body), row) in all.filter(|((_, body), _)| new(body.id)) {
+        for (k, ((history, body), row)) in all.enumerate().filter(|(_, ((_, body), _))| new(body.id)) {
             let Some(freedom) = body.freedom() else { continue };
-            history.push.acceleration = begins(body);
+            history.push.acceleration = begins(k, body);
             let torque = Vector3::from_column_slice(&row[6..9]);
             history.push.angular = body.inertia().answer(&torque, &freedom);
         }
