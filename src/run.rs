@@ -581,6 +581,9 @@ impl<'a, const D: usize> Run<'a, D> {
         {
             self.log.say(&doubt);
         }
+        if let Some(note) = energy_bound::bounded(state) {
+            self.log.say(&note);
+        }
         if !unused.is_empty() {
             self.log.say(&format!("PETSc options that nothing used: {}", unused.join(", ")));
         }

@@ -37,6 +37,10 @@ const DOUBTFUL: f64 = 1e6;
 const RESOLVED: f64 = 4.0;
 const GOOD: f64 = 8.0;
 
+/// Density ratios of particles in contact for which contacts hold.
+const IN_CONTACT: std::ops::RangeInclusive<f64> = 0.5..=1e4;
+/// Largest ratio of the diameters of two particles in contact for which contacts hold.
+const MOST_SIZE_RATIO: f64 = 10.0;
 /// Density ratios beyond which a unit may be wrong.
 const USUAL: std::ops::Range<f64> = 0.01..100.0;
 
@@ -122,7 +126,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     }
     lines.extend(case.initial.from.as_ref().map(|run| format!("begins       where {run} ended")));
     lines.extend(case.describe_particles().into_iter().map(|(label, words)| format!("{label:<13}{words}")));
-    lines.extend(unresolved(case).into_iter().chain(unusual(case)));
+    lines.extend(unresolved(case).into_iter().chain(unusual(case)).chain(out_of_range(case)));
     if let (Some(speed), true) = (case.reference_speed, case.fluid.viscosity > 0.0) {
         let nu = case.fluid.viscosity / case.fluid.density;
         let length = case.particle.iter().map(|p| p.shape.diameter()).fold(0.0, f64::max);
@@ -258,6 +262,34 @@ fn unresolved(case: &Case) -> Option<String> {
     (smallest < GOOD * (1.0 - 1e-9)).then(|| {
         format!("note         a particle of {smallest:.1} cells is coarse: from {GOOD} on forces are right within some per cent")
     })
+}
+
+/// Contacts outside the densities and sizes for which they hold.
+fn out_of_range(case: &Case) -> Vec<String> {
+    if case.contact.is_none() || case.particle.len() < 2 {
+        return Vec::new();
+    }
+    let ratio = |p: &Particle| p.density / case.fluid.density;
+    let outside = case.particle.iter().position(|p| p.is_free() && !IN_CONTACT.contains(&ratio(p)));
+    let density = outside.map(|id| {
+        format!(
+            "warning      {} is {} times as dense as the fluid: contacts among particles hold from {} to {}",
+            case.called(id),
+            brief(ratio(&case.particle[id])),
+            IN_CONTACT.start(),
+            IN_CONTACT.end()
+        )
+    });
+    let diameters = case.particle.iter().map(|p| p.shape.diameter());
+    let [least, most] = [diameters.clone().fold(f64::INFINITY, f64::min), diameters.fold(0.0, f64::max)];
+    let sizes = (most > MOST_SIZE_RATIO * least * (1.0 + 1e-9)).then(|| {
+        format!(
+            "warning      particles of {} and {} m: contacts hold for diameters up to {MOST_SIZE_RATIO} times each other",
+            brief(least),
+            brief(most)
+        )
+    });
+    density.into_iter().chain(sizes).collect()
 }
 
 /// Free particles of a density that may be in another unit than the fluid's.

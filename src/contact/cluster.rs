@@ -1,15 +1,16 @@
-//! The bound on the work of contacts: the impulses of a cluster of bodies that touch each other bring no more energy than its springs
-//! have let go.
+//! Clusters of bodies that touch each other: their response to the impulses of touch, and the bound on the work of these, which
+//! bring no more energy than the springs let go.
 //!
 //! ```text
 //!   u(a) = u_0 + a (u_1 - u_0)                          linear in the impulses: u_0 without those of touch, u_1 with them
 //!   W(a) = a J.(u_0 + u(a))/2 = a w + a^2 d/2           w = J.u_0,  d = J.(u_1 - u_0),  u the velocities of pairs at their contacts
 //!   W(a) <= S                                           S: what the springs held at the start of the step, less at its end
+//!   q = d/(J.M^-1 J)                                    response to the impulses over the one that substeps expect
 //! ```
-//! a is the largest factor in [0, 1] that keeps this bound, or the one with the least work where none does. Walls and prescribed
-//! bodies do work of their own: u is relative to them. W(1) needs u_0, and so a solve of the pressure. Where
-//! `J.u_1 <= S + J.M^-1 J/8` it keeps the bound if the pairs respond to impulses at least a quarter as much as the substeps expect,
-//! `d >= J.M^-1 J/4`: contacts at rest, and those that hardly part, need no u_0.
+//! a is the largest factor in [0, 1] that keeps the bound, or the one with the least work where none does. Walls and prescribed
+//! bodies do work of their own: u is relative to them. u_0 needs a solve of the pressure. A cluster parts, and needs it, where the
+//! substeps leave velocities u* with `J.u* > S + J.M^-1 J/8`: otherwise W keeps the bound if the fluid lets pairs respond at least
+//! a quarter as much as expected, `d >= J.M^-1 J/4`, as at rest.
 
 use super::{Contacts, Impulse, Pair};
 use crate::particles::Body;
@@ -27,8 +28,9 @@ pub(super) struct Clusters {
     parent: Vec<usize>,
     /// Per body, the impulses of touch.
     impulses: Vec<Impulse>,
-    /// Per body, velocity and spin without those, where they are known (m/s, rad/s).
+    /// Per body, velocity and spin without those, where they are known (m/s, rad/s), and whether one of its contacts parts.
     without: Vec<Option<[Vector3<f64>; 2]>>,
+    parting: Vec<bool>,
     /// Per first body of a cluster.
     works: Vec<Work>,
 }
@@ -36,31 +38,37 @@ pub(super) struct Clusters {
 /// The work of the contacts of a cluster (J).
 #[derive(Clone, Copy, Debug, Default)]
 struct Work {
-    /// J.u_1 and J.u_0.
+    /// J.u_1, J.u_0 and J.M^-1 J.
     with: f64,
     without: f64,
+    expected: f64,
     /// S.
     released: f64,
-    /// Whether u_0 is wanted.
-    wanted: bool,
-    /// a.
+    /// Whether the cluster parts.
+    parts: bool,
+    /// q and a.
+    response: f64,
     factor: f64,
+    /// Scratch of a sum over pairs.
+    sum: f64,
 }
 
 impl Clusters {
     /// Those of so many bodies.
     pub(super) fn new(n: usize) -> Clusters {
-        Clusters {
-            parent: vec![0; n],
-            impulses: vec![Impulse::default(); n],
-            without: vec![None; n],
-            works: vec![Work::default(); n],
-        }
+        let (impulses, works) = (vec![Impulse::default(); n], vec![Work::default(); n]);
+        let mut clusters = Clusters { parent: vec![0; n], impulses, without: vec![None; n], parting: vec![false; n], works };
+        clusters.clear();
+        clusters
     }
 
     /// Forgets the step before.
     pub(super) fn clear(&mut self) {
+        self.parent.iter_mut().enumerate().for_each(|(k, parent)| *parent = k);
+        self.impulses.fill(Impulse::default());
         self.without.fill(None);
+        self.parting.fill(false);
+        self.works.fill(Work { response: 1.0, factor: 1.0, ..Work::default() });
     }
 
     /// The first body of the cluster of a body.
@@ -91,13 +99,10 @@ impl Work {
 }
 
 impl Contacts {
-    /// Finds the clusters of bodies that touched in the step, which now have the velocities with all impulses; whether the bound on
-    /// the work of one of them has to be looked at.
-    pub(crate) fn find_clusters(&mut self, bodies: &[Body]) -> bool {
+    /// Finds the clusters of bodies that touched in the step, which have the given velocities and spins at the end of the substeps;
+    /// whether one of them parts.
+    pub(crate) fn find_clusters(&mut self, bodies: &[Body], expected: impl Fn(usize) -> [Vector3<f64>; 2]) -> bool {
         let mut clusters = std::mem::take(&mut self.clusters);
-        clusters.parent.iter_mut().enumerate().for_each(|(k, parent)| *parent = k);
-        clusters.impulses.fill(Impulse::default());
-        clusters.works.fill(Work { factor: 1.0, ..Work::default() });
         let free = |k: usize| bodies.get(k).is_some_and(|body| body.freedom().is_some());
         for pair in self.pairs.iter().filter(|pair| pair.pressed > 0.0) {
             for (k, impulse, turn) in
@@ -115,21 +120,25 @@ impl Contacts {
         }
         for pair in self.pairs.iter().filter(|pair| pair.pressed > 0.0) {
             let (first, released) = (self.cluster_of(&clusters, pair, bodies), pair.stored - self.stored_in(pair, bodies));
+            let with = self.work_of(pair, &expected);
+            let parts = with > 0.5 * LEAST_RESPONSE * self.expected_response(pair);
+            for k in [pair.first, pair.second] {
+                clusters.parting.get_mut(k).into_iter().for_each(|parting| *parting |= parts);
+            }
             let work = &mut clusters.works[first];
-            work.with += self.work_of(pair, bodies);
+            work.with += with;
             work.released += released;
         }
         for k in 0..bodies.len() {
             let (answer, Impulse { linear, angular }) = (&self.answers[k], &clusters.impulses[k]);
             let response = answer.mass.dot(&linear.component_mul(linear)) + answer.inertia.dot(&angular.component_mul(angular));
             let first = clusters.first(k);
-            clusters.works[first].without += response;
+            clusters.works[first].expected += response;
         }
-        let mut any = false;
         for work in &mut clusters.works {
-            work.wanted = work.with > work.released + 0.5 * LEAST_RESPONSE * work.without;
-            any |= work.wanted;
+            work.parts = work.with > work.released + 0.5 * LEAST_RESPONSE * work.expected;
         }
+        let any = clusters.works.iter().any(|work| work.parts);
         self.clusters = clusters;
         any
     }
@@ -140,35 +149,77 @@ impl Contacts {
         clusters.first(if free || pair.second >= bodies.len() { pair.first } else { pair.second })
     }
 
-    /// The impulses of touch on a body over the step, if its cluster's work has to be looked at.
+    /// The impulses of touch on a body by the substeps, if its cluster parts.
     pub(crate) fn impulse_of_touch(&self, body: usize) -> Impulse {
         let clusters = &self.clusters;
-        if clusters.works[clusters.first(body)].wanted { clusters.impulses[body] } else { Impulse::default() }
+        if clusters.works[clusters.first(body)].parts { clusters.impulses[body] } else { Impulse::default() }
     }
 
-    /// Bounds the work of the clusters, whose bodies now have the velocities without the impulses of touch. Returns how much energy
-    /// that takes (J): none where all keep the bound.
-    pub(crate) fn bound_work(&mut self, bodies: &[Body]) -> f64 {
-        let mut clusters = std::mem::take(&mut self.clusters);
-        clusters.works.iter_mut().for_each(|work| work.without = 0.0);
-        for pair in self.pairs.iter().filter(|pair| pair.pressed > 0.0) {
-            let first = self.cluster_of(&clusters, pair, bodies);
-            clusters.works[first].without += self.work_of(pair, bodies);
-        }
+    /// Takes note of the velocities without the impulses of touch, which the bodies of the clusters that part now have.
+    pub(crate) fn note_without(&mut self, bodies: &[Body]) {
         for (k, body) in bodies.iter().enumerate() {
-            let wanted = clusters.works[clusters.first(k)].wanted;
-            clusters.without[k] = wanted.then_some([body.velocity, body.spin]);
+            let parts = self.clusters.works[self.clusters.first(k)].parts;
+            self.clusters.without[k] = parts.then_some([body.velocity, body.spin]);
         }
+        self.find_works(bodies, |work, joule| work.without = joule);
+    }
+
+    /// Finds the response of the clusters that part, whose bodies now have the velocities with the impulses by the substeps.
+    pub(crate) fn find_response(&mut self, bodies: &[Body]) {
+        self.find_works(bodies, |work, joule| work.with = joule);
+        for work in self.clusters.works.iter_mut().filter(|work| work.parts) {
+            let response = (work.with - work.without) / work.expected;
+            work.response = if response.is_finite() && response > 0.0 { response } else { 1.0 };
+        }
+    }
+
+    /// q of a body's cluster.
+    pub(super) fn response_of(&self, body: usize) -> f64 {
+        self.clusters.works[self.clusters.first(body)].response
+    }
+
+    /// Bounds the work of the clusters that part, whose bodies now have the velocities with all impulses, corrected. Returns how much
+    /// energy that takes (J): none where all keep the bound.
+    pub(crate) fn bound_work(&mut self, bodies: &[Body]) -> f64 {
         let mut taken = 0.0;
-        for work in clusters.works.iter_mut().filter(|work| work.wanted) {
+        self.find_works(bodies, |work, joule| work.with = joule);
+        let without = std::mem::take(&mut self.clusters.without);
+        self.find_works_of(bodies, |k| without[k].unwrap_or_default(), |work, joule| work.without = joule);
+        self.clusters.without = without;
+        for work in self.clusters.works.iter_mut().filter(|work| work.parts) {
             let factor = work.bounded();
             if factor < 1.0 - SAME {
                 taken += work.at(1.0) - work.at(factor);
                 work.factor = factor;
             }
         }
-        self.clusters = clusters;
         taken
+    }
+
+    /// Gives all clusters the work of their impulses of touch at the velocities that the bodies have (J).
+    fn find_works(&mut self, bodies: &[Body], take: impl Fn(&mut Work, f64)) {
+        self.find_works_of(bodies, |k| [bodies[k].velocity, bodies[k].spin], take);
+    }
+
+    /// The same at given velocities and spins of the free bodies.
+    fn find_works_of(
+        &mut self,
+        bodies: &[Body],
+        motion: impl Fn(usize) -> [Vector3<f64>; 2],
+        take: impl Fn(&mut Work, f64),
+    ) {
+        let mut clusters = std::mem::take(&mut self.clusters);
+        clusters.works.iter_mut().for_each(|work| work.sum = 0.0);
+        let of = |k: usize| match bodies[k].freedom() {
+            Some(_) => motion(k),
+            None => [bodies[k].velocity, bodies[k].spin],
+        };
+        for pair in self.pairs.iter().filter(|pair| pair.pressed > 0.0) {
+            let first = self.cluster_of(&clusters, pair, bodies);
+            clusters.works[first].sum += self.work_of(pair, &of);
+        }
+        clusters.works.iter_mut().for_each(|work| take(work, work.sum));
+        self.clusters = clusters;
     }
 
     /// Work of all contacts on a body over the last step (J), which now has the velocity at its end: known where the bound on the work
@@ -181,40 +232,55 @@ impl Contacts {
     /// Takes back what the bound leaves of the impulses, and what that is for each body, in `corrections`.
     pub(crate) fn reduce(&mut self, bodies: &[Body], corrections: &mut [Impulse]) {
         let clusters = std::mem::take(&mut self.clusters);
-        for (k, (correction, given)) in corrections.iter_mut().zip(&clusters.impulses).enumerate() {
-            let part = clusters.works[clusters.first(k)].factor - 1.0;
-            *correction = Impulse { linear: part * given.linear, angular: part * given.angular };
-            self.impulses[k].linear += correction.linear;
-            self.impulses[k].angular += correction.angular;
-        }
+        corrections.fill(Impulse::default());
         for p in 0..self.pairs.len() {
-            if self.pairs[p].pressed <= 0.0 {
+            let factor = clusters.works[self.cluster_of(&clusters, &self.pairs[p], bodies)].factor;
+            if self.pairs[p].pressed <= 0.0 || factor == 1.0 {
                 continue;
             }
-            let factor = clusters.works[self.cluster_of(&clusters, &self.pairs[p], bodies)].factor;
             let pair = &mut self.pairs[p];
-            if let Some(wall) = pair.second.checked_sub(bodies.len()) {
-                let impulse = (factor - 1.0) * pair.impulse;
-                self.wall_impulse -= impulse;
-                self.wall_work += impulse.dot(&self.walls[wall].velocity);
+            let (impulse, turns) = ((factor - 1.0) * pair.impulse, pair.turns.map(|turn| (factor - 1.0) * turn));
+            for (k, impulse, turn) in [(pair.first, impulse, turns[0]), (pair.second, -impulse, turns[1])] {
+                if let Some(given) = corrections.get_mut(k) {
+                    given.linear += impulse;
+                    given.angular += turn;
+                }
             }
-            pair.impulse *= factor;
-            pair.turns.iter_mut().for_each(|turn| *turn *= factor);
+            pair.add(impulse, turns);
             pair.normal *= factor;
             pair.pressed *= factor;
             pair.tangential *= factor;
+            if let Some(wall) = pair.second.checked_sub(bodies.len()) {
+                self.wall_impulse -= impulse;
+                self.wall_work += impulse.dot(&self.walls[wall].velocity);
+            }
+        }
+        for (impulse, correction) in self.impulses.iter_mut().zip(corrections.iter()) {
+            impulse.linear += correction.linear;
+            impulse.angular += correction.angular;
         }
         self.clusters = clusters;
     }
 
-    /// Work of a pair's impulses at the velocities that its two have now (J).
-    fn work_of(&self, pair: &Pair, bodies: &[Body]) -> f64 {
-        let body = &bodies[pair.first];
-        let (other, spin) = match bodies.get(pair.second) {
-            Some(other) => (other.velocity, other.spin),
-            None => (self.walls[pair.second - bodies.len()].sliding(), Vector3::zeros()),
+    /// `P.M^-1 P` of the linear impulse of a pair (J), as the substeps expect the response.
+    fn expected_response(&self, pair: &Pair) -> f64 {
+        let inverse = |k: usize| self.answers.get(k).map_or_else(Vector3::zeros, |answer| answer.mass);
+        (inverse(pair.first) + inverse(pair.second)).dot(&pair.impulse.component_mul(&pair.impulse))
+    }
+
+    /// Velocity of a body (m/s) without the impulses of touch of the last step, where one of its contacts parts and it is known.
+    pub(crate) fn velocity_without(&self, k: usize) -> Option<Vector3<f64>> {
+        self.clusters.without[k].filter(|_| self.clusters.parting[k]).map(|[velocity, _]| velocity)
+    }
+
+    /// Work of a pair's impulses at given velocities and spins (J).
+    fn work_of(&self, pair: &Pair, motion: &impl Fn(usize) -> [Vector3<f64>; 2]) -> f64 {
+        let [velocity, spin] = motion(pair.first);
+        let [other, its] = match pair.second.checked_sub(self.answers.len()) {
+            None => motion(pair.second),
+            Some(wall) => [self.walls[wall].sliding(), Vector3::zeros()],
         };
-        pair.impulse.dot(&(body.velocity - other)) + pair.turns[0].dot(&body.spin) + pair.turns[1].dot(&spin)
+        pair.impulse.dot(&(velocity - other)) + pair.turns[0].dot(&spin) + pair.turns[1].dot(&its)
     }
 }
 

@@ -8,6 +8,7 @@
 //!               q = 1                                        a contact that has ended within the step
 //!               q = x/(1 + x),  x = dt lambda/m              lubrication that resists with lambda
 //! ```
+//! Where a cluster parts, 1/m is that of the substeps times its response ([`super::cluster`]): a contact that is alone is exact then.
 //! q is the part of a velocity, gained evenly over the time, that a spring or a damper takes back within that time: a contact that
 //! lasts for many steps keeps its impulse, and the fluid responds as it does; one that is shorter than the step parts, rests or
 //! slips as the substeps found. The pairs are corrected one after the other, there and back, until a sweep changes little beside
@@ -51,6 +52,7 @@ impl Contacts {
         tolerance: f64,
         dt: f64,
     ) -> bool {
+        self.scale_responses(|response| response);
         let mut constraints = std::mem::take(&mut self.constraints);
         constraints.clear();
         let gave = self.pairs.iter().enumerate().filter(|(_, pair)| pair.normal != 0.0);
@@ -83,7 +85,16 @@ impl Contacts {
             }
         }
         self.constraints = constraints;
+        self.scale_responses(|response| 1.0 / response);
         first >= tolerance
+    }
+
+    /// Multiplies the inverse masses of bodies by a function of the response of their clusters.
+    fn scale_responses(&mut self, factor: impl Fn(f64) -> f64) {
+        for k in 0..self.answers.len() {
+            let factor = factor(self.response_of(k));
+            self.answers[k].scale(factor);
+        }
     }
 
     /// Counts the correction of a pair in what it gave.

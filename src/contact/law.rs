@@ -152,14 +152,16 @@ impl Law {
         self.material.normal_stiffness * overlap.max(0.0).powf(g + 1.0) / (g + 1.0)
     }
 
-    /// Energy in the normal spring and in the tangential one, stretched by `spring` (m), at an overlap (J).
+    /// Energy in the normal spring and in the tangential one, stretched by `spring` (m), at an overlap (J): as much of that as
+    /// friction can hold.
     pub(super) fn stored_with(&self, overlap: f64, spring: &Vector3<f64>) -> f64 {
         if overlap <= 0.0 {
             return 0.0;
         }
-        let Material { normal_stiffness, exponent, tangential_ratio, .. } = self.material;
+        let Material { normal_stiffness, exponent, tangential_ratio, friction, .. } = self.material;
         let tangential = tangential_ratio * normal_stiffness * overlap.powf(exponent - 1.0);
-        self.stored(overlap) + 0.5 * tangential * spring.norm_squared()
+        let held = (tangential * spring.norm()).min(friction * normal_stiffness * overlap.powf(exponent));
+        self.stored(overlap) + if held > 0.0 { 0.5 * held * held / tangential } else { 0.0 }
     }
 
     /// Damping ratio at mass `m_n` (kg).

@@ -394,6 +394,11 @@ impl Contacts {
         self.search(bodies, 0.0, false);
     }
 
+    /// Whether a body is in reach of another or of a wall after a [`meet`](Contacts::meet).
+    pub fn is_paired(&self, body: usize) -> bool {
+        self.paired[body]
+    }
+
     /// Per body, whether it lies on another or on a wall after a [`meet`](Contacts::meet): they touch and hardly come nearer.
     pub fn lying(&self, bodies: &[Body]) -> Vec<bool> {
         let mut lying = vec![false; bodies.len()];

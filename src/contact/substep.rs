@@ -563,6 +563,12 @@ impl Answer {
             },
         }
     }
+
+    /// Multiplies the inverse mass by a factor.
+    pub(super) fn scale(&mut self, factor: f64) {
+        self.whole *= factor;
+        self.mass *= factor;
+    }
 }
 
 /// Moves a body by `h` (s) under accelerations that last; the way it goes (m), and by what it is to be turned (rad).

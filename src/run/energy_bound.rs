@@ -22,6 +22,9 @@ const SETTLING: f64 = 1e-3;
 /// The part of all work from which on energy from nothing is worth a word.
 const DOUBTFUL: f64 = 0.25;
 
+/// The part of all work from which on the bound on the work of contacts is worth a word.
+const WORTH_SAYING: f64 = 0.01;
+
 /// What free bodies could give in such a fall (J).
 pub(super) fn settling<const D: usize>(domain: &Domain<D>, bodies: &[Body]) -> f64 {
     let (fluid, h) = (&domain.fluid, domain.grid.h.iter().copied().fold(f64::INFINITY, f64::min));
@@ -60,6 +63,20 @@ pub(super) fn doubt<const D: usize>(s: &State<D>, allowed: f64) -> Option<String
     (energy > DOUBTFUL * put_in + rounding + allowed).then(|| {
         let share = 100.0 * energy / put_in;
         format!("warning: {energy:.3e} J have come from nothing, made by {name}: {share:.0} % of all that was put in (steps.csv has when); {cure}")
+    })
+}
+
+/// What a run that has come to its end has to say of the bound on the work of contacts.
+pub(super) fn bounded<const D: usize>(s: &State<D>) -> Option<String> {
+    let share = s.energy.bounded / s.energy.scale();
+    (share > WORTH_SAYING).then(|| {
+        format!(
+            "note: the bound on the work of contacts took {:.3e} J from rebounds, {:.1} % of all that was put in \
+             (bounded_energy in steps.csv): the fluid's response in them is far from that of lone bodies; more cells or shorter \
+             steps resolve it better",
+            s.energy.bounded,
+            100.0 * share
+        )
     })
 }
 

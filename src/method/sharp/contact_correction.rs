@@ -2,9 +2,10 @@
 //! once, and bounded ([`crate::contact`] has the formulas).
 //!
 //! ```text
-//!   J_1      substeps                       v_1 = v_0 + R J_1   a rough solve
-//!   J_2      J_1 corrected by v_1 - v*      v_2 = v_0 + R J_2   to the end
-//!   a J_2    where its work is too much     v_0 a rough solve, v_0 + a R J_2 to the end
+//!   v_0      without the impulses of touch of the clusters that part     a rough solve, where there are such
+//!   v_1      with the impulses of the substeps                           a rough solve
+//!   v_2      with these corrected, towards the velocities of the substeps   to the end
+//!   v_0 + a (v_2 - v_0)  where their work is too much                    to the end
 //! ```
 
 use super::Sharp;
@@ -12,38 +13,21 @@ use super::coupled::CoupledFaces;
 use crate::Result;
 use crate::contact::Impulse;
 use crate::domain::Domain;
-use crate::grid::VectorField;
 use crate::params;
-use crate::particles::Body;
 use crate::poisson::pressure::Projected;
 use crate::state::State;
 use nalgebra::Vector3;
 
-/// Scratch, per body, and what a step had before the impulses of touch were taken out of it.
-pub struct Work<const D: usize> {
+/// Scratch, per body.
+pub struct Work {
     residuals: Vec<Vector3<f64>>,
     corrections: Vec<Impulse>,
-    kept: Kept<D>,
 }
 
-/// The pressure, and what follows it.
-struct Kept<const D: usize> {
-    p: Vec<f64>,
-    faces: VectorField<D>,
-    drive: Option<Vector3<f64>>,
-    /// Velocity, spin, pressure force and torque of each body.
-    bodies: Vec<[Vector3<f64>; 4]>,
-}
-
-impl<const D: usize> Work<D> {
+impl Work {
     /// That of so many bodies.
-    pub fn new(n: usize) -> Work<D> {
-        let faces = std::array::from_fn(|_| Vec::new());
-        Work {
-            residuals: vec![Vector3::zeros(); n],
-            corrections: vec![Impulse::default(); n],
-            kept: Kept { p: Vec::new(), faces, drive: None, bodies: Vec::with_capacity(n) },
-        }
+    pub fn new(n: usize) -> Work {
+        Work { residuals: vec![Vector3::zeros(); n], corrections: vec![Impulse::default(); n] }
     }
 }
 
@@ -55,21 +39,25 @@ impl<const D: usize> Sharp<D> {
         s: &mut State<D>,
         dt: f64,
     ) -> Result<Projected> {
-        let digits = Some(params::response_digits());
-        let mut done = self.project_with_bodies(domain, s, dt, digits)?;
+        let (digits, motions) = (Some(params::response_digits()), &self.motions);
+        let expected = |k: usize| [motions[k].expected.0, motions[k].expected.1];
+        let parts = self.contacts.as_mut().is_some_and(|contacts| contacts.find_clusters(&s.bodies, expected));
+        let mut done = Projected::default();
+        if parts {
+            self.apply_touch(s, -1.0);
+            done.add(self.project_with_bodies(domain, s, dt, digits)?);
+            self.contacts.iter_mut().for_each(|contacts| contacts.note_without(&s.bodies));
+            self.apply_touch(s, 1.0);
+        }
+        done.add(self.project_with_bodies(domain, s, dt, digits)?);
+        self.contacts.iter_mut().for_each(|contacts| contacts.find_response(&s.bodies));
         self.correct_contacts(s, dt);
         done.add(self.project_with_bodies(domain, s, dt, None)?);
-        if self.contacts.as_mut().is_some_and(|contacts| contacts.find_clusters(&s.bodies)) {
-            self.keep(s);
-            self.take_out_touch(s);
-            done.add(self.project_with_bodies(domain, s, dt, digits)?);
-            let taken = self.contacts.as_mut().map_or(0.0, |contacts| contacts.bound_work(&s.bodies));
-            self.bring_back(s);
-            if taken > 0.0 {
-                s.energy.bounded += taken;
-                self.reduce_contacts(s);
-                done.add(self.project_with_bodies(domain, s, dt, None)?);
-            }
+        let taken = self.contacts.as_mut().filter(|_| parts).map_or(0.0, |contacts| contacts.bound_work(&s.bodies));
+        if taken > 0.0 {
+            s.energy.bounded += taken;
+            self.reduce_contacts(s);
+            done.add(self.project_with_bodies(domain, s, dt, None)?);
         }
         Ok(done)
     }
@@ -97,12 +85,12 @@ impl<const D: usize> Sharp<D> {
         self.apply_corrections(s);
     }
 
-    /// Takes the impulses of touch out of the clusters whose work has to be looked at.
-    fn take_out_touch(&mut self, s: &mut State<D>) {
+    /// Gives the bodies of the clusters that part a multiple of the impulses of touch by the substeps.
+    fn apply_touch(&mut self, s: &mut State<D>, factor: f64) {
         let Some(contacts) = &self.contacts else { return };
         for (k, correction) in self.work.contacts.corrections.iter_mut().enumerate() {
             let Impulse { linear, angular } = contacts.impulse_of_touch(k);
-            *correction = Impulse { linear: -linear, angular: -angular };
+            *correction = Impulse { linear: factor * linear, angular: factor * angular };
         }
         self.apply_corrections(s);
     }
@@ -115,31 +103,6 @@ impl<const D: usize> Sharp<D> {
             let Some(freedom) = coupled.bodies()[k].freedom() else { continue };
             let change = freedom.along(&correction.linear) / self.motions[k].inertia;
             coupled.change(k, &change, &contacts.turned_by(k, &correction.angular));
-        }
-    }
-
-    /// Keeps what a projection changes.
-    fn keep(&mut self, s: &State<D>) {
-        let Kept { p, faces, drive, bodies } = &mut self.work.contacts.kept;
-        p.clone_from(&s.p);
-        faces.clone_from(&s.faces);
-        *drive = s.drive;
-        bodies.clear();
-        let of = |(body, motion): (&Body, &super::BodyMotion)| {
-            [body.velocity, body.spin, motion.pressure, motion.pressure_torque]
-        };
-        bodies.extend(s.bodies.iter().zip(&self.motions).map(of));
-    }
-
-    /// Brings back what was kept.
-    fn bring_back(&mut self, s: &mut State<D>) {
-        let Kept { p, faces, drive, bodies } = &self.work.contacts.kept;
-        s.p.clone_from(p);
-        s.drive = *drive;
-        let mut coupled = CoupledFaces::new(&self.cut, &mut s.faces, &mut s.bodies);
-        coupled.bring_back(faces, bodies.iter().map(|[velocity, spin, ..]| [*velocity, *spin]));
-        for (motion, [_, _, pressure, torque]) in self.motions.iter_mut().zip(bodies) {
-            (motion.pressure, motion.pressure_torque) = (*pressure, *torque);
         }
     }
 }

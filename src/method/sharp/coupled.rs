@@ -58,12 +58,4 @@ impl<'a, const D: usize> CoupledFaces<'a, D> {
             }
         }
     }
-
-    /// Brings back faces (m/s) and, by body, velocities and spins that agree (m/s, rad/s).
-    pub fn bring_back(&mut self, faces: &VectorField<D>, motions: impl Iterator<Item = [Vector3<f64>; 2]>) {
-        self.faces.clone_from(faces);
-        for (body, motion) in self.bodies.iter_mut().zip(motions) {
-            [body.velocity, body.spin] = motion;
-        }
-    }
 }

@@ -118,7 +118,7 @@ struct Work<const D: usize> {
     push: Vec<Push>,
     tally: Vec<MomentumTally>,
     sums: Vec<f64>,
-    contacts: contact_correction::Work<D>,
+    contacts: contact_correction::Work,
 }
 
 /// How far a step goes at the largest face speed.
@@ -237,18 +237,16 @@ impl<const D: usize> Sharp<D> {
     pub fn begin_bodies(&mut self, domain: &Domain<D>, s: &mut State<D>, new: impl Fn(usize) -> bool) -> Result<()> {
         let sums = self.sum_forces(domain, s)?;
         let fluid = &domain.fluid;
-        let contacts = self.contacts.as_mut();
-        let lying = contacts.map_or_else(Vec::new, |contacts| {
+        if let Some(contacts) = &mut self.contacts {
             contacts.meet(&s.bodies);
-            contacts.lying(&s.bodies)
-        });
-        // The first motion of a lone body; where it lies on something, what contacts have to hold at their effective mass.
+        }
+        // The first motion of a lone body; beside others, what contacts may have to hold at its effective mass.
         let begins = |k: usize, body: &Body| {
             let (added, displaced) = (body.added_mass(fluid.density), fluid.density * body.volume());
             let driven = s.drive.map_or_else(Vector3::zeros, |force| added / fluid.density * force);
             let pull = (body.mass() - displaced) * fluid.gravity + domain.felt(&s.drive, body.volume()) + driven;
-            let in_contact = self.contacts.as_ref().filter(|_| lying.get(k).is_some_and(|lies| *lies));
-            let mass = in_contact.map_or(body.mass() + added, |contacts| contacts.mass_in_contact(body));
+            let beside = self.contacts.as_ref().filter(|contacts| contacts.is_paired(k));
+            let mass = beside.map_or(body.mass() + added, |contacts| contacts.mass_in_contact(body));
             body.freedom().map_or_else(Vector3::zeros, |freedom| freedom.along(&pull) / mass)
         };
         let all = history(&mut s.walls)?.bodies.iter_mut().zip(&s.bodies).zip(sums.chunks_exact(NUMBERS));

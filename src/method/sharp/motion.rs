@@ -174,12 +174,16 @@ impl<const D: usize> Sharp<D> {
         for (k, (motion, body)) in self.motions.iter().zip(bodies).enumerate() {
             let Some(freedom) = body.freedom() else { continue };
             let inertia = turning(body, &motion.shell, domain.fluid.viscosity / self.cut.h, dt);
-            let (mut impulse, mut mass) = (Impulse::default(), body.mass());
-            if let Some(contacts) = &self.contacts {
-                (impulse, mass) = (contacts.impulses()[k], contacts.mass_in_contact(body));
-            }
+            let contacts = self.contacts.as_ref();
+            let impulse = contacts.map_or_else(Impulse::default, |contacts| contacts.impulses()[k]);
+            // An impact ends with the step, and the fluid's response to it does not last.
+            let without = contacts.and_then(|contacts| contacts.velocity_without(k));
+            let without = without.unwrap_or_else(|| {
+                let mass = contacts.map_or(body.mass(), |contacts| contacts.mass_in_contact(body));
+                body.velocity - impulse.linear / mass
+            });
             histories[k].push = Push {
-                acceleration: (body.velocity - motion.start.0 - impulse.linear / mass) / dt,
+                acceleration: (without - motion.start.0) / dt,
                 angular: (body.spin - motion.start.1 - inertia.answer(&impulse.angular, &freedom)) / dt,
             };
         }
