@@ -71,6 +71,17 @@ impl Clusters {
         self.works.fill(Work { response: 1.0, factor: 1.0, ..Work::default() });
     }
 
+    /// Adds the impulses of a pair to its two bodies.
+    fn add(&mut self, pair: &Pair) {
+        for (k, impulse, turn) in [(pair.first, pair.impulse, pair.turns[0]), (pair.second, -pair.impulse, pair.turns[1])]
+        {
+            if let Some(given) = self.impulses.get_mut(k) {
+                given.linear += impulse;
+                given.angular += turn;
+            }
+        }
+    }
+
     /// The first body of the cluster of a body.
     fn first(&self, mut body: usize) -> usize {
         while self.parent[body] != body {
@@ -105,14 +116,7 @@ impl Contacts {
         let mut clusters = std::mem::take(&mut self.clusters);
         let free = |k: usize| bodies.get(k).is_some_and(|body| body.freedom().is_some());
         for pair in self.pairs.iter().filter(|pair| pair.pressed > 0.0) {
-            for (k, impulse, turn) in
-                [(pair.first, pair.impulse, pair.turns[0]), (pair.second, -pair.impulse, pair.turns[1])]
-            {
-                if let Some(given) = clusters.impulses.get_mut(k) {
-                    given.linear += impulse;
-                    given.angular += turn;
-                }
-            }
+            clusters.add(pair);
             if free(pair.first) && free(pair.second) {
                 let (one, other) = (clusters.first(pair.first), clusters.first(pair.second));
                 clusters.parent[one.max(other)] = one.min(other);
@@ -140,7 +144,34 @@ impl Contacts {
         }
         let any = clusters.works.iter().any(|work| work.parts);
         self.clusters = clusters;
+        self.keep_impulses(bodies, |work| work.parts);
         any
+    }
+
+    /// Finds the clusters that part though the substeps did not expect it, by the velocities with the corrected impulses, which the
+    /// bodies now have; whether there are any.
+    pub(crate) fn find_late_parting(&mut self, bodies: &[Body]) -> bool {
+        self.find_works(bodies, |work, joule| work.with = joule);
+        let late = |work: &Work| !work.parts && work.with > work.released + 0.5 * LEAST_RESPONSE * work.expected;
+        let any = self.clusters.works.iter().any(late);
+        if any {
+            self.keep_impulses(bodies, late);
+            self.clusters.works.iter_mut().for_each(|work| work.parts |= late(work));
+        }
+        any
+    }
+
+    /// Leaves the impulses of touch on the bodies of some clusters alone.
+    fn keep_impulses(&mut self, bodies: &[Body], wanted: impl Fn(&Work) -> bool) {
+        let mut clusters = std::mem::take(&mut self.clusters);
+        clusters.impulses.fill(Impulse::default());
+        for pair in self.pairs.iter().filter(|pair| pair.pressed > 0.0) {
+            if !wanted(&clusters.works[self.cluster_of(&clusters, pair, bodies)]) {
+                continue;
+            }
+            clusters.add(pair);
+        }
+        self.clusters = clusters;
     }
 
     /// The first body of the cluster of a pair.
@@ -149,17 +180,17 @@ impl Contacts {
         clusters.first(if free || pair.second >= bodies.len() { pair.first } else { pair.second })
     }
 
-    /// The impulses of touch on a body by the substeps, if its cluster parts.
+    /// The impulses of touch on a body whose cluster was found last to part.
     pub(crate) fn impulse_of_touch(&self, body: usize) -> Impulse {
-        let clusters = &self.clusters;
-        if clusters.works[clusters.first(body)].parts { clusters.impulses[body] } else { Impulse::default() }
+        self.clusters.impulses[body]
     }
 
     /// Takes note of the velocities without the impulses of touch, which the bodies of the clusters that part now have.
     pub(crate) fn note_without(&mut self, bodies: &[Body]) {
         for (k, body) in bodies.iter().enumerate() {
             let parts = self.clusters.works[self.clusters.first(k)].parts;
-            self.clusters.without[k] = parts.then_some([body.velocity, body.spin]);
+            let known = &mut self.clusters.without[k];
+            *known = known.or(parts.then_some([body.velocity, body.spin]));
         }
         self.find_works(bodies, |work, joule| work.without = joule);
     }

@@ -153,7 +153,15 @@ fn step(bodies: &mut [Body], law: &mut Touched, factor: f64, dt: f64) -> [f64; 3
     if law.law.correct(bodies, &residuals, &mut given, 1e-9, dt) {
         response.apply(bodies, &given);
     }
-    let taken = if parts { law.law.bound_work(bodies) } else { 0.0 };
+    let late = law.law.find_late_parting(bodies);
+    if late {
+        let mut without = bodies.to_vec();
+        let out = |i: Impulse| Impulse { linear: -i.linear, angular: -i.angular };
+        let out: Vec<_> = (0..bodies.len()).map(|k| out(law.law.impulse_of_touch(k))).collect();
+        response.apply(&mut without, &out);
+        law.law.note_without(&without);
+    }
+    let taken = if parts || late { law.law.bound_work(bodies) } else { 0.0 };
     if taken > 0.0 {
         law.law.reduce(bodies, &mut given);
         response.apply(bodies, &given);

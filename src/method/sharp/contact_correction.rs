@@ -5,6 +5,7 @@
 //!   v_0      without the impulses of touch of the clusters that part     a rough solve, where there are such
 //!   v_1      with the impulses of the substeps                           a rough solve
 //!   v_2      with these corrected, towards the velocities of the substeps   to the end
+//!   v_0      of the clusters that part though the substeps did not expect it   likewise
 //!   v_0 + a (v_2 - v_0)  where their work is too much                    to the end
 //! ```
 
@@ -44,21 +45,32 @@ impl<const D: usize> Sharp<D> {
         let parts = self.contacts.as_mut().is_some_and(|contacts| contacts.find_clusters(&s.bodies, expected));
         let mut done = Projected::default();
         if parts {
-            self.apply_touch(s, -1.0);
-            done.add(self.project_with_bodies(domain, s, dt, digits)?);
-            self.contacts.iter_mut().for_each(|contacts| contacts.note_without(&s.bodies));
-            self.apply_touch(s, 1.0);
+            done.add(self.find_without(domain, s, dt)?);
         }
         done.add(self.project_with_bodies(domain, s, dt, digits)?);
         self.contacts.iter_mut().for_each(|contacts| contacts.find_response(&s.bodies));
         self.correct_contacts(s, dt);
         done.add(self.project_with_bodies(domain, s, dt, None)?);
-        let taken = self.contacts.as_mut().filter(|_| parts).map_or(0.0, |contacts| contacts.bound_work(&s.bodies));
+        let late = self.contacts.as_mut().is_some_and(|contacts| contacts.find_late_parting(&s.bodies));
+        if late {
+            done.add(self.find_without(domain, s, dt)?);
+            done.add(self.project_with_bodies(domain, s, dt, None)?);
+        }
+        let taken = self.contacts.as_mut().filter(|_| parts || late).map_or(0.0, |contacts| contacts.bound_work(&s.bodies));
         if taken > 0.0 {
             s.energy.bounded += taken;
             self.reduce_contacts(s);
             done.add(self.project_with_bodies(domain, s, dt, None)?);
         }
+        Ok(done)
+    }
+
+    /// Finds the velocities without the impulses of touch of the clusters that part, by a rough solve. Collective.
+    fn find_without(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+        self.apply_touch(s, -1.0);
+        let done = self.project_with_bodies(domain, s, dt, Some(params::response_digits()))?;
+        self.contacts.iter_mut().for_each(|contacts| contacts.note_without(&s.bodies));
+        self.apply_touch(s, 1.0);
         Ok(done)
     }
 
@@ -85,7 +97,7 @@ impl<const D: usize> Sharp<D> {
         self.apply_corrections(s);
     }
 
-    /// Gives the bodies of the clusters that part a multiple of the impulses of touch by the substeps.
+    /// Gives the bodies of the clusters that part a multiple of the impulses of touch.
     fn apply_touch(&mut self, s: &mut State<D>, factor: f64) {
         let Some(contacts) = &self.contacts else { return };
         for (k, correction) in self.work.contacts.corrections.iter_mut().enumerate() {
