@@ -164,9 +164,7 @@ fn contacts(c: &mut Criterion) {
     c.bench_function("contacts/400-discs-10-substeps", |b| {
         let start = || (made.clone(), made.untouched(), bodies.clone());
         let step = |(mut contacts, mut touching, mut bodies): (Contacts, Touching, Vec<Body>)| {
-            contacts
-                .advance(&mut bodies, &mut touching, &push, |_, body| body.inertia(), 1e-3)
-                .expect("moved");
+            contacts.advance(&mut bodies, &mut touching, &push, |_, body| body.inertia(), 1e-3).expect("moved");
             (contacts, touching, bodies)
         };
         b.iter_batched(start, step, BatchSize::SmallInput);

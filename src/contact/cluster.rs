@@ -57,7 +57,8 @@ impl Clusters {
     /// Those of so many bodies.
     pub(super) fn new(n: usize) -> Clusters {
         let (impulses, works) = (vec![Impulse::default(); n], vec![Work::default(); n]);
-        let mut clusters = Clusters { parent: vec![0; n], impulses, without: vec![None; n], parting: vec![false; n], works };
+        let mut clusters =
+            Clusters { parent: vec![0; n], impulses, without: vec![None; n], parting: vec![false; n], works };
         clusters.clear();
         clusters
     }
@@ -73,7 +74,8 @@ impl Clusters {
 
     /// Adds the impulses of a pair to its two bodies.
     fn add(&mut self, pair: &Pair) {
-        for (k, impulse, turn) in [(pair.first, pair.impulse, pair.turns[0]), (pair.second, -pair.impulse, pair.turns[1])]
+        for (k, impulse, turn) in
+            [(pair.first, pair.impulse, pair.turns[0]), (pair.second, -pair.impulse, pair.turns[1])]
         {
             if let Some(given) = self.impulses.get_mut(k) {
                 given.linear += impulse;
@@ -123,7 +125,8 @@ impl Contacts {
             }
         }
         for pair in self.pairs.iter().filter(|pair| pair.pressed > 0.0) {
-            let (first, released) = (self.cluster_of(&clusters, pair, bodies), pair.stored - self.stored_in(pair, bodies));
+            let (first, released) =
+                (self.cluster_of(&clusters, pair, bodies), pair.stored - self.stored_in(pair, bodies));
             let with = self.work_of(pair, &expected);
             let parts = with > 0.5 * LEAST_RESPONSE * self.expected_response(pair);
             for k in [pair.first, pair.second] {
@@ -135,7 +138,8 @@ impl Contacts {
         }
         for k in 0..bodies.len() {
             let (answer, Impulse { linear, angular }) = (&self.answers[k], &clusters.impulses[k]);
-            let response = answer.mass.dot(&linear.component_mul(linear)) + answer.inertia.dot(&angular.component_mul(angular));
+            let response =
+                answer.mass.dot(&linear.component_mul(linear)) + answer.inertia.dot(&angular.component_mul(angular));
             let first = clusters.first(k);
             clusters.works[first].expected += response;
         }
@@ -322,7 +326,12 @@ mod tests {
     /// A body that a contact throws back faster than it came: the bound leaves it the speed at which its energy is what it was.
     #[test]
     fn bound_takes_the_excess_of_a_rebound_and_nothing_else() {
-        let of = |rebound: f64, released: f64| Work { with: (1.0 + rebound) * rebound, without: -(1.0 + rebound), released, ..Work::default() };
+        let of = |rebound: f64, released: f64| Work {
+            with: (1.0 + rebound) * rebound,
+            without: -(1.0 + rebound),
+            released,
+            ..Work::default()
+        };
         for rebound in [0.0, 0.5, 1.0] {
             assert_eq!(of(rebound, 0.0).bounded(), 1.0, "{rebound}");
         }

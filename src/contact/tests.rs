@@ -1,7 +1,7 @@
 //! Tests of the contacts: of one contact here, of many in [`crowd`].
 
-mod crowd;
 mod correction;
+mod crowd;
 
 use super::*;
 use crate::geometry::{Disc, Sphere};

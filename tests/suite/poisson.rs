@@ -85,11 +85,8 @@ fn every_density_ratio_from_a_thousandth_to_ten_thousand_is_solved_to_d0() {
             }
             scene.domain.boundaries.set_faces(&mut scene.state.faces);
             let (b, p, u) = (&scene.method.beta(), &mut scene.state.p, &mut scene.state.faces);
-            let done = scene
-                .domain
-                .projection
-                .project(&grid, &mut scene.domain.boundaries, b, 0.01, p, u, None)
-                .unwrap();
+            let done =
+                scene.domain.projection.project(&grid, &mut scene.domain.boundaries, b, 0.01, p, u, None).unwrap();
             let mut divergence = grid.field();
             faces::divergence(&grid, &scene.state.faces, &mut divergence);
             let largest = grid.rows().flatten().map(|c| divergence[c].abs()).fold(0.0, f64::max);

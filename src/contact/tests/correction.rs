@@ -14,7 +14,14 @@ fn moved(contacts: &Contacts, bodies: &[Body], given: &[Impulse]) -> [(Vector3<f
 
 /// Two bodies pressed together, and a velocity residual of the first: the residuals of approach and slip that are left, and the
 /// correction impulses along both, and the impulse before.
-fn corrected(shape: Shape, friction: f64, medium: Medium, gap: f64, off: [f64; 2], dt: f64) -> ([f64; 2], [f64; 2], f64) {
+fn corrected(
+    shape: Shape,
+    friction: f64,
+    medium: Medium,
+    gap: f64,
+    off: [f64; 2],
+    dt: f64,
+) -> ([f64; 2], [f64; 2], f64) {
     let along = vector![0.6, 0.8, 0.0];
     let across = vector![-0.8, 0.6, 0.0];
     let first = body(shape, 0.01, vector![0.5, 0.5, 0.5], Vector3::zeros());
@@ -47,11 +54,13 @@ fn sticking_contact_is_corrected_within_coulombs_cone() {
         let ([normal, slip], ..) = corrected(shape, 0.5, Medium::default(), -1e-5, [1e-3, 1e-4], LONG);
         assert!(normal.abs() < 1e-8 && slip.abs() < 1e-8, "{shape:?}: {normal} and {slip} m/s are left");
         // Friction cannot hold a large slip: it gives mu times the normal impulse, that of the spring over the step included.
-        let ([_, slip], [pressed, tangential], spring) = corrected(shape, 0.5, Medium::default(), -1e-5, [1e-3, 2.0], LONG);
+        let ([_, slip], [pressed, tangential], spring) =
+            corrected(shape, 0.5, Medium::default(), -1e-5, [1e-3, 2.0], LONG);
         let part = tangential.abs() / (spring - pressed);
         assert!(slip > 0.5 && (0.45..0.55).contains(&part), "{shape:?}: {part} of what presses, {slip} m/s left");
         // Without friction nothing holds it.
-        let ([normal, slip], [pressed, tangential], _) = corrected(shape, 0.0, Medium::default(), -1e-5, [1e-3, 1e-4], LONG);
+        let ([normal, slip], [pressed, tangential], _) =
+            corrected(shape, 0.0, Medium::default(), -1e-5, [1e-3, 1e-4], LONG);
         assert!(normal.abs() < 1e-8 && tangential.abs() < 1e-9 * pressed.abs(), "{shape:?}: {tangential}");
         assert!((slip / 1e-4 - 1.0).abs() < 1e-9, "{shape:?}: {slip}");
     }
@@ -74,7 +83,6 @@ fn lubrication_takes_the_part_of_a_residual_that_it_takes_of_a_speed() {
         }
     }
 }
-
 
 /// A fluid that responds to impulses as a whole: the velocities (m/s) and spins (rad/s) of bodies change by a dense matrix.
 struct Response {
@@ -146,7 +154,7 @@ fn step(bodies: &mut [Body], law: &mut Touched, factor: f64, dt: f64) -> [f64; 3
     if parts {
         law.law.note_without(bodies);
     }
-    response.apply(bodies, &law.law.impulses().to_vec());
+    response.apply(bodies, law.law.impulses());
     law.law.find_response(bodies);
     let residuals: Vec<_> = bodies.iter().zip(&expected).map(|(body, expected)| body.velocity - expected).collect();
     let mut given = vec![Impulse::default(); bodies.len()];
@@ -190,7 +198,8 @@ fn contacts_bring_no_energy_whatever_the_response_of_the_fluid() {
             let radius = if (k + seed) % 2 == 0 { 0.01 } else { 0.01 / (2.0 + 4.0 * chance()) };
             let place = vector![0.5 + 0.2 * radius * chance(), height + radius + 1e-5, 0.0];
             height = place.y + radius;
-            let mut body = body(Shape::Disc, radius, place, vector![0.0, if k == 0 { 0.0 } else { -0.1 * chance() }, 0.0]);
+            let mut body =
+                body(Shape::Disc, radius, place, vector![0.0, if k == 0 { 0.0 } else { -0.1 * chance() }, 0.0]);
             body.density = if chance() < 0.5 { 1200.0 } else { 8000.0 };
             bodies.push(body);
         }
@@ -207,7 +216,9 @@ fn contacts_bring_no_energy_whatever_the_response_of_the_fluid() {
         }
         most = most.max(stored);
     }
-    println!("{steps} steps: bodies gain at most {largest:.1e} of the start's energy beyond what springs release in one of them,");
+    println!(
+        "{steps} steps: bodies gain at most {largest:.1e} of the start's energy beyond what springs release in one of them,"
+    );
     println!("springs take up {most:.1e} beyond what bodies give in any scene, and the bound took {bounded:.3} in all");
     assert!(largest < 1e-12, "{largest}");
     assert!(most < 1e-2, "{most}");

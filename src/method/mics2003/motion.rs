@@ -149,13 +149,7 @@ impl<const D: usize> Mics2003<D> {
         let (mut substeps, periods) = (0, domain.periods());
         match &mut self.contacts {
             Some(contacts) => {
-                substeps = contacts.advance(
-                    &mut s.bodies,
-                    &mut s.touching,
-                    &self.push,
-                    |_, body| body.inertia(),
-                    dt,
-                )?
+                substeps = contacts.advance(&mut s.bodies, &mut s.touching, &self.push, |_, body| body.inertia(), dt)?
             }
             None => {
                 let bodies = s.bodies.iter_mut().zip(&self.push);

@@ -56,7 +56,8 @@ impl<const D: usize> Sharp<D> {
             done.add(self.find_without(domain, s, dt)?);
             done.add(self.project_with_bodies(domain, s, dt, None)?);
         }
-        let taken = self.contacts.as_mut().filter(|_| parts || late).map_or(0.0, |contacts| contacts.bound_work(&s.bodies));
+        let taken =
+            self.contacts.as_mut().filter(|_| parts || late).map_or(0.0, |contacts| contacts.bound_work(&s.bodies));
         if taken > 0.0 {
             s.energy.bounded += taken;
             self.reduce_contacts(s);

@@ -139,7 +139,8 @@ impl<const D: usize> Sharp<D> {
             if let Some(contacts) = &mut self.contacts {
                 // Contacts have had no part in what they did not expect, and would take it back with the next step only.
                 let unexpected = body.spin - motion.expected.1;
-                let held = Vector3::from_fn(|a, _| (1.0 - contacts.contact_damping(k, inertia.about(a), dt)) * unexpected[a]);
+                let held =
+                    Vector3::from_fn(|a, _| (1.0 - contacts.contact_damping(k, inertia.about(a), dt)) * unexpected[a]);
                 body.spin -= held;
                 contacts.add_turn(k, &-inertia.of(&held));
             }
