@@ -22,7 +22,8 @@ def arguments(doc, out, groups):
     parser.add_argument("--binary", help="the program; default MICS, or the one that is built here")
     parser.add_argument("--only", choices=groups, help="run the scenes of one group")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
-    parser.add_argument("--out", default=out, help="the folder of cases and runs")
+    parser.add_argument("out", nargs="?", default=out, help="the folder of cases and runs")
+    parser.add_argument("--quick", action="store_true", help="a few scenes")
     parser.add_argument("--read", action="store_true", help="judge the runs that are in DIR")
     parser.add_argument("--jobs", type=int, default=1, help="runs at a time")
     return parser
