@@ -1,5 +1,5 @@
-//! Clusters of bodies that touch each other: their response to the impulses of touch, and the bound on the work of these, which
-//! bring no more energy than the springs let go.
+//! Clusters of bodies that touch each other: their response to the impulses of touch, and the bound
+//! on the work of these, which bring no more energy than the springs let go.
 //!
 //! ```text
 //!   u(a) = u_0 + a (u_1 - u_0)                          linear in the impulses: u_0 without those of touch, u_1 with them
@@ -7,10 +7,11 @@
 //!   W(a) <= S                                           S: what the springs held at the start of the step, less at its end
 //!   q = d/(J.M^-1 J)                                    response to the impulses over the one that substeps expect
 //! ```
-//! a is the largest factor in [0, 1] that keeps the bound, or the one with the least work where none does. Walls and prescribed
-//! bodies do work of their own: u is relative to them. u_0 needs a solve of the pressure. A cluster parts, and needs it, where the
-//! substeps leave velocities u* with `J.u* > S + J.M^-1 J/8`: otherwise W keeps the bound if the fluid lets pairs respond at least
-//! a quarter as much as expected, `d >= J.M^-1 J/4`, as at rest.
+//! a is the largest factor in [0, 1] that keeps the bound, or the one with the least work where
+//! none does. Walls and prescribed bodies do work of their own: u is relative to them. u_0 needs a
+//! solve of the pressure. A cluster parts, and needs it, where the substeps leave velocities u*
+//! with `J.u* > S + J.M^-1 J/8`: otherwise W keeps the bound if the fluid lets pairs respond at
+//! least a quarter as much as expected, `d >= J.M^-1 J/4`, as at rest.
 
 use super::{Contacts, Impulse, Pair};
 use crate::particles::Body;
@@ -24,11 +25,13 @@ const SAME: f64 = 1e-4;
 /// Clusters of bodies that touch each other, one after the other; scratch of a step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Clusters {
-    /// Per body, another one of its cluster; the first one has itself. Bodies that touch nothing are alone.
+    /// Per body, another one of its cluster; the first one has itself. Bodies that touch nothing
+    /// are alone.
     parent: Vec<usize>,
     /// Per body, the impulses of touch.
     impulses: Vec<Impulse>,
-    /// Per body, velocity and spin without those, where they are known (m/s, rad/s), and whether one of its contacts parts.
+    /// Per body, velocity and spin without those, where they are known (m/s, rad/s), and whether
+    /// one of its contacts parts.
     without: Vec<Option<[Vector3<f64>; 2]>>,
     parting: Vec<bool>,
     /// Per first body of a cluster.
@@ -112,8 +115,8 @@ impl Work {
 }
 
 impl Contacts {
-    /// Finds the clusters of bodies that touched in the step, which have the given velocities and spins at the end of the substeps;
-    /// whether one of them parts.
+    /// Finds the clusters of bodies that touched in the step, which have the given velocities and
+    /// spins at the end of the substeps; whether one of them parts.
     pub(crate) fn find_clusters(&mut self, bodies: &[Body], expected: impl Fn(usize) -> [Vector3<f64>; 2]) -> bool {
         let mut clusters = std::mem::take(&mut self.clusters);
         let free = |k: usize| bodies.get(k).is_some_and(|body| body.freedom().is_some());
@@ -152,8 +155,8 @@ impl Contacts {
         any
     }
 
-    /// Finds the clusters that part though the substeps did not expect it, by the velocities with the corrected impulses, which the
-    /// bodies now have; whether there are any.
+    /// Finds the clusters that part though the substeps did not expect it, by the velocities with
+    /// the corrected impulses, which the bodies now have; whether there are any.
     pub(crate) fn find_late_parting(&mut self, bodies: &[Body]) -> bool {
         self.find_works(bodies, |work, joule| work.with = joule);
         let late = |work: &Work| !work.parts && work.with > work.released + 0.5 * LEAST_RESPONSE * work.expected;
@@ -189,7 +192,8 @@ impl Contacts {
         self.clusters.impulses[body]
     }
 
-    /// Takes note of the velocities without the impulses of touch, which the bodies of the clusters that part now have.
+    /// Takes note of the velocities without the impulses of touch, which the bodies of the clusters
+    /// that part now have.
     pub(crate) fn note_without(&mut self, bodies: &[Body]) {
         for (k, body) in bodies.iter().enumerate() {
             let parts = self.clusters.works[self.clusters.first(k)].parts;
@@ -199,7 +203,8 @@ impl Contacts {
         self.find_works(bodies, |work, joule| work.without = joule);
     }
 
-    /// Finds the response of the clusters that part, whose bodies now have the velocities with the impulses by the substeps.
+    /// Finds the response of the clusters that part, whose bodies now have the velocities with the
+    /// impulses by the substeps.
     pub(crate) fn find_response(&mut self, bodies: &[Body]) {
         self.find_works(bodies, |work, joule| work.with = joule);
         for work in self.clusters.works.iter_mut().filter(|work| work.parts) {
@@ -213,8 +218,8 @@ impl Contacts {
         self.clusters.works[self.clusters.first(body)].response
     }
 
-    /// Bounds the work of the clusters that part, whose bodies now have the velocities with all impulses, corrected. Returns how much
-    /// energy that takes (J): none where all keep the bound.
+    /// Bounds the work of the clusters that part, whose bodies now have the velocities with all
+    /// impulses, corrected. Returns how much energy that takes (J): none where all keep the bound.
     pub(crate) fn bound_work(&mut self, bodies: &[Body]) -> f64 {
         let mut taken = 0.0;
         self.find_works(bodies, |work, joule| work.with = joule);
@@ -231,7 +236,8 @@ impl Contacts {
         taken
     }
 
-    /// Gives all clusters the work of their impulses of touch at the velocities that the bodies have (J).
+    /// Gives all clusters the work of their impulses of touch at the velocities that the bodies
+    /// have (J).
     fn find_works(&mut self, bodies: &[Body], take: impl Fn(&mut Work, f64)) {
         self.find_works_of(bodies, |k| [bodies[k].velocity, bodies[k].spin], take);
     }
@@ -257,14 +263,15 @@ impl Contacts {
         self.clusters = clusters;
     }
 
-    /// Work of all contacts on a body over the last step (J), which now has the velocity at its end: known where the bound on the work
-    /// of its cluster was looked at.
+    /// Work of all contacts on a body over the last step (J), which now has the velocity at its
+    /// end: known where the bound on the work of its cluster was looked at.
     pub fn work_on(&self, k: usize, body: &Body) -> Option<f64> {
         let ([velocity, spin], Impulse { linear, angular }) = (self.clusters.without[k]?, self.impulses[k]);
         Some(0.5 * (linear.dot(&(velocity + body.velocity)) + angular.dot(&(spin + body.spin))))
     }
 
-    /// Takes back what the bound leaves of the impulses, and what that is for each body, in `corrections`.
+    /// Takes back what the bound leaves of the impulses, and what that is for each body, in
+    /// `corrections`.
     pub(crate) fn reduce(&mut self, bodies: &[Body], corrections: &mut [Impulse]) {
         let clusters = std::mem::take(&mut self.clusters);
         corrections.fill(Impulse::default());
@@ -303,7 +310,8 @@ impl Contacts {
         (inverse(pair.first) + inverse(pair.second)).dot(&pair.impulse.component_mul(&pair.impulse))
     }
 
-    /// Velocity of a body (m/s) without the impulses of touch of the last step, where one of its contacts parts and it is known.
+    /// Velocity of a body (m/s) without the impulses of touch of the last step, where one of its
+    /// contacts parts and it is known.
     pub(crate) fn velocity_without(&self, k: usize) -> Option<Vector3<f64>> {
         self.clusters.without[k].filter(|_| self.clusters.parting[k]).map(|[velocity, _]| velocity)
     }
@@ -323,7 +331,8 @@ impl Contacts {
 mod tests {
     use super::*;
 
-    /// A body that a contact throws back faster than it came: the bound leaves it the speed at which its energy is what it was.
+    /// A body that a contact throws back faster than it came: the bound leaves it the speed at
+    /// which its energy is what it was.
     #[test]
     fn bound_takes_the_excess_of_a_rebound_and_nothing_else() {
         let of = |rebound: f64, released: f64| Work {

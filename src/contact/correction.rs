@@ -1,4 +1,5 @@
-//! The correction of contact impulses: the substeps hold contacts with masses of their own, the fluid responds with its inertia.
+//! The correction of contact impulses: the substeps hold contacts with masses of their own, the
+//! fluid responds with its inertia.
 //!
 //! ```text
 //!   residual    e_i = v_i - v_i*,  o_i = w_i - w_i*          v*: at the end of the substeps, w*: before the pressure
@@ -8,11 +9,13 @@
 //!               q = 1                                        a contact that has ended within the step
 //!               q = x/(1 + x),  x = dt lambda/m              lubrication that resists with lambda
 //! ```
-//! Where a cluster parts, 1/m is that of the substeps times its response ([`super::cluster`]): a contact that is alone is exact then.
-//! q is the part of a velocity, gained evenly over the time, that a spring or a damper takes back within that time: a contact that
-//! lasts for many steps keeps its impulse, and the fluid responds as it does; one that is shorter than the step parts, rests or
-//! slips as the substeps found. The pairs are corrected one after the other, there and back, until a sweep changes little beside
-//! the first one: each layer of a pile slides by little on the one below.
+//! Where a cluster parts, 1/m is that of the substeps times its response ([`super::cluster`]): a
+//! contact that is alone is exact then. q is the part of a velocity, gained evenly over the time,
+//! that a spring or a damper takes back within that time: a contact that lasts for many steps keeps
+//! its impulse, and the fluid responds as it does; one that is shorter than the step parts, rests
+//! or slips as the substeps found. The pairs are corrected one after the other, there and back,
+//! until a sweep changes little beside the first one: each layer of a pile slides by little on the
+//! one below.
 
 use super::law::Kinematics;
 use super::substep::Answer;
@@ -42,8 +45,9 @@ pub(super) struct Constraint {
 }
 
 impl Contacts {
-    /// Corrects the impulses of the last [`advance`](Contacts::advance) over `dt` (s) by the residuals of all bodies (m/s), and
-    /// leaves the correction impulses of the bodies in `corrections`. Returns whether there are any: none below the `tolerance` (m/s).
+    /// Corrects the impulses of the last [`advance`](Contacts::advance) over `dt` (s) by the
+    /// residuals of all bodies (m/s), and leaves the correction impulses of the bodies in
+    /// `corrections`. Returns whether there are any: none below the `tolerance` (m/s).
     pub(crate) fn correct(
         &mut self,
         bodies: &[Body],
@@ -118,7 +122,8 @@ impl Contacts {
     fn constraint(&self, p: usize, pair: &Pair, bodies: &[Body], dt: f64) -> Constraint {
         let (kinematics, arms) = self.kinematics(pair, bodies, 0.0);
         let inverse = [kinematics.inverse_normal, kinematics.inverse_tangential];
-        // Two that touch for a part of the step, and are drawn together by their lubrication in all, are held by that.
+        // Two that touch for a part of the step, and are drawn together by their lubrication in
+        // all, are held by that.
         let touched = pair.pressed > 0.0 && pair.normal > 0.0;
         let share = if touched {
             let held = self.held_by_contact(pair, &kinematics);
@@ -155,7 +160,8 @@ impl Contacts {
         1.0 - x.sin() / x
     }
 
-    /// Corrects one pair as the corrections of the others now are; by how much that changes its residual (m/s).
+    /// Corrects one pair as the corrections of the others now are; by how much that changes its
+    /// residual (m/s).
     fn solve(&self, constraint: &mut Constraint, residuals: &[Vector3<f64>], corrections: &mut [Impulse]) -> f64 {
         let (n, pair, [normal, tangential]) = (constraint.normal, &self.pairs[constraint.pair], constraint.inverse);
         // As if the pair had not been corrected yet.
@@ -197,7 +203,8 @@ impl Contacts {
         touched.fold(0.0, |most, pair| most.max(self.kinematics(pair, bodies, 0.0).0.approach.abs()))
     }
 
-    /// Whether a pair gave an impulse over a step of `dt` (s) that counts: lubrication that can hardly slow two in that time does not.
+    /// Whether a pair gave an impulse over a step of `dt` (s) that counts: lubrication that can
+    /// hardly slow two in that time does not.
     pub(crate) fn gave(&self, bodies: &[Body], dt: f64) -> bool {
         let slows = |pair: &Pair| {
             let kinematics = self.kinematics(pair, bodies, 0.0).0;
@@ -215,14 +222,16 @@ impl Constraint {
         if self.friction.is_some() { press.max(-pair.normal.max(0.0)) } else { press }
     }
 
-    /// The part of a tangential correction (N s) within Coulomb's cone, with so much more normal impulse.
+    /// The part of a tangential correction (N s) within Coulomb's cone, with so much more normal
+    /// impulse.
     fn within_cone(&self, pair: &Pair, press: f64, along: Vector3<f64>) -> Vector3<f64> {
         let Some(friction) = self.friction else { return along };
         let (limit, whole) = (friction * (pair.pressed + press).max(0.0), pair.tangential + along);
         along + whole * ((limit / whole.norm().max(f64::MIN_POSITIVE)).min(1.0) - 1.0)
     }
 
-    /// Adds an impulse (N s) to the first of the pair, its opposite to the second, and angular impulses to both (N m s).
+    /// Adds an impulse (N s) to the first of the pair, its opposite to the second, and angular
+    /// impulses to both (N m s).
     fn apply(&self, impulse: Vector3<f64>, turns: [Vector3<f64>; 2], corrections: &mut [Impulse]) {
         for (k, impulse, turn) in [(self.two[0], impulse, turns[0]), (self.two[1], -impulse, turns[1])] {
             if let Some(given) = corrections.get_mut(k) {

@@ -1,4 +1,5 @@
-//! The fluid in gaps that a grid does not resolve: what it does to two surfaces that approach or part.
+//! The fluid in gaps that a grid does not resolve: what it does to two surfaces that approach or
+//! part.
 //!
 //! ```text
 //!   sphere   lambda = 6 pi mu a ( a/g + c ln(a/g) )              a = r_1 r_2/(r_1 + r_2), a wall's r infinite
@@ -11,17 +12,20 @@
 //!   sphere   sliding 2 pi mu a ln(G/g) s,                      rolling 12/5 of that    G^2 = g^2 + (c h)^2 sliding
 //!   disc     sliding pi mu sqrt(2a) (g^(-1/2) - G^(-1/2)) s,   rolling 4 times that    G^2 = g^2 + (2 c h)^2 rolling
 //! ```
-//! (Reynolds' equation for h = g + x^2/2a; Goldman, Cox and Brenner 1967, Jeffrey and Onishi 1981 for discs, 1984 for spheres.)
-//! The part of lambda that the grid resolves tends to a constant as a gap closes; c is fitted to it, for discs and for spheres.
-//! The grid shows a narrow gap as if it were G wide to surfaces that slide, with another fitted c; rolling also drives a flow
-//! along the gap, and G is wider.
+//! (Reynolds' equation for h = g + x^2/2a; Goldman, Cox and Brenner 1967, Jeffrey and Onishi 1981
+//! for discs, 1984 for spheres.) The part of lambda that the grid resolves tends to a constant as a
+//! gap closes; c is fitted to it, for discs and for spheres. The grid shows a narrow gap as if it
+//! were G wide to surfaces that slide, with another fitted c; rolling also drives a flow along the
+//! gap, and G is wider.
 //!
-//! A body has such a layer to every image of another one in reach; to its own images across short periods, which only its spin shears;
-//! and to its mirror image in a plane of symmetry, where the two approach each other and roll on each other.
+//! A body has such a layer to every image of another one in reach; to its own images across short
+//! periods, which only its spin shears; and to its mirror image in a plane of symmetry, where the
+//! two approach each other and roll on each other.
 //!
-//! A step of the fluid is long for this: bodies cross most of a gap in one. The substeps of contacts carry it, each with the
-//! mean of lambda over the way that it goes, whose work on a body in free flight is exact however long it is; and each pair
-//! by itself, implicitly, so that nothing is too stiff and every pair loses energy.
+//! A step of the fluid is long for this: bodies cross most of a gap in one. The substeps of
+//! contacts carry it, each with the mean of lambda over the way that it goes, whose work on a body
+//! in free flight is exact however long it is; and each pair by itself, implicitly, so that nothing
+//! is too stiff and every pair loses energy.
 
 use crate::params;
 use std::f64::consts::PI;
@@ -61,13 +65,14 @@ impl Medium {
         if self.viscosity > 0.0 { params::lubrication_range() * self.spacing } else { 0.0 }
     }
 
-    /// Force over speed of approach (N s/m), its mean over gaps from `g0` to `g1` (m), between a round body of this dimension and radius
-    /// and one of the radius `other`, infinite for a wall (m).
+    /// Force over speed of approach (N s/m), its mean over gaps from `g0` to `g1` (m), between a
+    /// round body of this dimension and radius and one of the radius `other`, infinite for a wall
+    /// (m).
     pub(super) fn resistance(&self, dimension: usize, radius: f64, other: f64, g0: f64, g1: f64) -> f64 {
         let reduced = reduced(radius, other);
         let (low, high) = (self.width(g0.min(g1), reduced), self.width(g0.max(g1), reduced));
-        // Asperities that touch are pressed together over a way that a soft contact makes longer than it is: the film between
-        // them takes on it what it would over one width of its own.
+        // Asperities that touch are pressed together over a way that a soft contact makes longer
+        // than it is: the film between them takes on it what it would over one width of its own.
         let film = params::film() * reduced;
         let (low, high) = if g0 <= 0.0 { (film, film) } else { (low, high) };
         let middle = (low * high).sqrt();
@@ -98,7 +103,8 @@ impl Medium {
         self.viscosity * force * phi
     }
 
-    /// Force over speed (N s/m) of the same two where their surfaces slide along a gap of `g` (m), and where they roll.
+    /// Force over speed (N s/m) of the same two where their surfaces slide along a gap of `g` (m),
+    /// and where they roll.
     pub(super) fn shear_resistance(&self, dimension: usize, radius: f64, other: f64, g: f64) -> [f64; 2] {
         let a = reduced(radius, other);
         let near = if g > 0.0 { self.width(g, a) } else { params::film() * a };

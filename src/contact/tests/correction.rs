@@ -12,8 +12,8 @@ fn moved(contacts: &Contacts, bodies: &[Body], given: &[Impulse]) -> [(Vector3<f
     [0, 1].map(|k| (given[k].linear / bodies[k].mass(), contacts.turned_by(k, &given[k].angular)))
 }
 
-/// Two bodies pressed together, and a velocity residual of the first: the residuals of approach and slip that are left, and the
-/// correction impulses along both, and the impulse before.
+/// Two bodies pressed together, and a velocity residual of the first: the residuals of approach and
+/// slip that are left, and the correction impulses along both, and the impulse before.
 fn corrected(
     shape: Shape,
     friction: f64,
@@ -53,7 +53,8 @@ fn sticking_contact_is_corrected_within_coulombs_cone() {
     for shape in [Shape::Disc, Shape::Sphere] {
         let ([normal, slip], ..) = corrected(shape, 0.5, Medium::default(), -1e-5, [1e-3, 1e-4], LONG);
         assert!(normal.abs() < 1e-8 && slip.abs() < 1e-8, "{shape:?}: {normal} and {slip} m/s are left");
-        // Friction cannot hold a large slip: it gives mu times the normal impulse, that of the spring over the step included.
+        // Friction cannot hold a large slip: it gives mu times the normal impulse, that of the
+        // spring over the step included.
         let ([_, slip], [pressed, tangential], spring) =
             corrected(shape, 0.5, Medium::default(), -1e-5, [1e-3, 2.0], LONG);
         let part = tangential.abs() / (spring - pressed);
@@ -66,7 +67,8 @@ fn sticking_contact_is_corrected_within_coulombs_cone() {
     }
 }
 
-/// Lubrication takes `x/(1 + x)` of a residual, with x its resistance over the step by the mass: all of it in the end.
+/// Lubrication takes `x/(1 + x)` of a residual, with x its resistance over the step by the mass:
+/// all of it in the end.
 #[test]
 fn lubrication_takes_the_part_of_a_residual_that_it_takes_of_a_speed() {
     for shape in [Shape::Disc, Shape::Sphere] {
@@ -84,14 +86,16 @@ fn lubrication_takes_the_part_of_a_residual_that_it_takes_of_a_speed() {
     }
 }
 
-/// A fluid that responds to impulses as a whole: the velocities (m/s) and spins (rad/s) of bodies change by a dense matrix.
+/// A fluid that responds to impulses as a whole: the velocities (m/s) and spins (rad/s) of bodies
+/// change by a dense matrix.
 struct Response {
     inverse: DMatrix<f64>,
 }
 
 impl Response {
-    /// That of bodies in the plane (x, y, spin) with added masses of `factor` times their displaced mass, which neighbours share: each
-    /// contact adds the inertia of the fluid that leaves the gap.
+    /// That of bodies in the plane (x, y, spin) with added masses of `factor` times their displaced
+    /// mass, which neighbours share: each contact adds the inertia of the fluid that leaves the
+    /// gap.
     fn new(bodies: &[Body], density: f64, factor: f64) -> Response {
         let n = bodies.len();
         let mut inertia = DMatrix::zeros(3 * n, 3 * n);
@@ -137,8 +141,9 @@ impl Response {
     }
 }
 
-/// One step of bodies and a dense response: substeps, response, correction, bound. Returns the energy that bodies and springs gain
-/// together, the energy that bodies gain beyond what springs release, and what the bound took (J).
+/// One step of bodies and a dense response: substeps, response, correction, bound. Returns the
+/// energy that bodies and springs gain together, the energy that bodies gain beyond what springs
+/// release, and what the bound took (J).
 fn step(bodies: &mut [Body], law: &mut Touched, factor: f64, dt: f64) -> [f64; 3] {
     const DENSITY: f64 = 1000.0;
     let before: Vec<Body> = bodies.to_vec();
@@ -179,8 +184,9 @@ fn step(bodies: &mut [Body], law: &mut Touched, factor: f64, dt: f64) -> [f64; 3
     [now - without - released, now - without - released.max(0.0), taken]
 }
 
-/// Discs of two sizes and two densities that fall on each other and on a floor, by chance, with and without friction: whatever the
-/// fluid's response, their contacts bring no more energy in a step than their springs release.
+/// Discs of two sizes and two densities that fall on each other and on a floor, by chance, with and
+/// without friction: whatever the fluid's response, their contacts bring no more energy in a step
+/// than their springs release.
 #[test]
 fn contacts_bring_no_energy_whatever_the_response_of_the_fluid() {
     let (mut largest, mut most, mut bounded, mut steps) = (0.0f64, 0.0f64, 0.0f64, 0);

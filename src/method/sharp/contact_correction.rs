@@ -1,5 +1,5 @@
-//! Contacts and fluid at one: what the pressure makes of the contact impulses is compared with what the substeps expected, corrected
-//! once, and bounded ([`crate::contact`] has the formulas).
+//! Contacts and fluid at one: what the pressure makes of the contact impulses is compared with what
+//! the substeps expected, corrected once, and bounded ([`crate::contact`] has the formulas).
 //!
 //! ```text
 //!   v_0      without the impulses of touch of the clusters that part     a rough solve, where there are such
@@ -33,7 +33,8 @@ impl Work {
 }
 
 impl<const D: usize> Sharp<D> {
-    /// (13-15) where contacts gave impulses in the step `dt` (s): these are corrected, and their work is bounded. Collective.
+    /// (13-15) where contacts gave impulses in the step `dt` (s): these are corrected, and their
+    /// work is bounded. Collective.
     pub(super) fn project_with_contacts(
         &mut self,
         domain: &mut Domain<D>,
@@ -66,7 +67,8 @@ impl<const D: usize> Sharp<D> {
         Ok(done)
     }
 
-    /// Finds the velocities without the impulses of touch of the clusters that part, by a rough solve. Collective.
+    /// Finds the velocities without the impulses of touch of the clusters that part, by a rough
+    /// solve. Collective.
     fn find_without(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
         self.apply_touch(s, -1.0);
         let done = self.project_with_bodies(domain, s, dt, Some(params::response_digits()))?;

@@ -1,4 +1,5 @@
-//! Faces and bodies have one owner while the pressure is found: no body changes its velocity without the faces that it covers.
+//! Faces and bodies have one owner while the pressure is found: no body changes its velocity
+//! without the faces that it covers.
 //!
 //! ```text
 //!   U = H q + m V.n + (omega x lever).n        so that    V += dV, omega += d_omega    =>    U += m dV.n + (d_omega x lever).n
