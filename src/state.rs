@@ -128,6 +128,11 @@ impl<const D: usize> State<D> {
         self.bodies.clone_from(&kept.bodies);
     }
 
+    /// Correction of the position of a body, which the next step begins with (m).
+    pub fn displacement(&self, body: usize) -> Vector3<f64> {
+        self.walls.as_ref().map_or_else(Vector3::zeros, |walls| walls.bodies[body].displacement)
+    }
+
     /// Writes or reads all of it. Collective.
     ///
     /// # Errors

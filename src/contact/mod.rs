@@ -44,7 +44,7 @@ pub use lubrication::Medium;
 use nalgebra::Vector3;
 pub use stiffness::Impact;
 pub(crate) use substep::MOST_SUBSTEPS;
-use substep::{Answer, Grip, RIGID};
+use substep::{Answer, Grip, Meeting, RIGID};
 
 /// A border of the box, normal to an axis; its inner side faces the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -415,11 +415,15 @@ impl Contacts {
         lying
     }
 
-    /// Energy in the normal springs of the pairs of the last [`advance`](Contacts::advance) or [`meet`](Contacts::meet), where the bodies lie now (J).
-    pub fn stored(&self, bodies: &[Body]) -> f64 {
-        self.pairs
-            .iter()
-            .fold(0.0, |sum, pair| sum + self.law(pair).stored(self.kinematics(pair, bodies, 0.0).0.overlap))
+    /// Energy in the normal springs of the pairs of the last [`advance`](Contacts::advance) or
+    /// [`meet`](Contacts::meet), where the bodies lie now and are to be displaced (m) yet (J).
+    pub fn stored(&self, bodies: &[Body], displaced: impl Fn(usize) -> Vector3<f64>) -> f64 {
+        let of = |k: usize| if k < bodies.len() { displaced(k) } else { Vector3::zeros() };
+        let overlap = |pair: &Pair| {
+            let Meeting { normal, overlap, .. } = self.closest(pair, bodies, 0.0);
+            overlap + normal.dot(&(of(pair.first) - of(pair.second)))
+        };
+        self.pairs.iter().fold(0.0, |sum, pair| sum + self.law(pair).stored(overlap(pair)))
     }
 
     /// Per body, whether it touched another or a wall over the last [`advance`](Contacts::advance), or came as near as their asperities are

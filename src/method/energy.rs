@@ -47,7 +47,7 @@ const FAST: f64 = 0.01;
 /// Starts a budget with the state as it is. Collective.
 pub fn start<const D: usize>(domain: &mut Domain<D>, s: &mut State<D>, method: &mut Method<D>) -> Result<()> {
     let fluid = of_fluid(domain, &s.u, method)?;
-    let springs = method.find_springs(&s.bodies);
+    let springs = method.find_springs(s);
     s.energy = EnergyBudget { fluid, bodies: of_bodies(&s.bodies), springs, ..EnergyBudget::default() };
     s.energy.start = s.energy.total();
     s.energy.driven = domain.driving_power(s)?;
@@ -62,7 +62,7 @@ pub fn reopen<const D: usize>(domain: &mut Domain<D>, s: &mut State<D>, method: 
     let before = s.energy.total();
     s.energy.fluid = of_fluid(domain, &s.u, method)?;
     s.energy.bodies = of_bodies(&s.bodies);
-    s.energy.springs = method.find_springs(&s.bodies);
+    s.energy.springs = method.find_springs(s);
     s.energy.borders += s.energy.total() - before;
     // What viscosity takes from now on says nothing about the steps before.
     s.energy.since = 0.0;
@@ -80,7 +80,7 @@ pub fn close<const D: usize>(
 ) -> Result<()> {
     let (contacts, mut e) = (method.contacts(), s.energy);
     let worked = Work::of(domain, s, before, contacts);
-    let springs = contacts.map_or(0.0, |c| c.stored(&s.bodies));
+    let springs = contacts.map_or(0.0, |c| c.stored(&s.bodies, |k| s.displacement(k)));
     let walls = contacts.map_or(0.0, Contacts::wall_work);
     let slid = contacts.map_or(0.0, Contacts::slid);
     e.fluid = match method.mixture().density {

@@ -15,7 +15,6 @@ use crate::domain::Domain;
 use crate::geometry::Overlap;
 use crate::grid::{Coefficient, Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
-use crate::particles::Body;
 use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
 use crate::state::State;
@@ -124,15 +123,15 @@ impl<const D: usize> Method<D> {
     }
 
     /// Finds which bodies are in contact as they lie, and what their springs hold (J).
-    pub fn find_springs(&mut self, bodies: &[Body]) -> f64 {
+    pub fn find_springs(&mut self, s: &State<D>) -> f64 {
         let contacts = match self {
             Method::Plain(_) => None,
             Method::Mics2003(method) => method.contacts_mut(),
             Method::Sharp(method) => method.contacts_mut(),
         };
         contacts.map_or(0.0, |contacts| {
-            contacts.meet(bodies);
-            contacts.stored(bodies)
+            contacts.meet(&s.bodies);
+            contacts.stored(&s.bodies, |k| s.displacement(k))
         })
     }
 

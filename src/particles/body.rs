@@ -231,13 +231,19 @@ impl Body {
         }
         let turned = (self.spin + 0.5 * dt * push.angular) * dt;
         self.spin += dt * push.angular;
+        self.displace(&Vector3::zeros(), periods);
+        turned
+    }
+
+    /// Displaces it by a way (m), back into the box along the axes that are periodic.
+    pub fn displace(&mut self, way: &Vector3<f64>, periods: &[Option<f64>; 3]) {
+        self.centre += way;
         for ((x, crossed), period) in self.centre.iter_mut().zip(&mut self.crossed).zip(periods) {
             if let Some(length) = period.filter(|length| !(0.0..*length).contains(x)) {
                 *crossed += (*x / length).floor() * length;
                 *x = x.rem_euclid(length);
             }
         }
-        turned
     }
 
     /// Turns it by a vector (rad).

@@ -31,6 +31,8 @@ pub struct Unimposed<const D: usize> {
 pub struct BodyHistory {
     /// Acceleration by fluid and gravity in the last step (m/s2, rad/s2).
     pub push: Push,
+    /// Correction of the position, which the next step begins with (m).
+    pub displacement: Vector3<f64>,
     /// Wall shear's force and torque a step before (N, N m).
     pub shear: Option<(Vector3<f64>, Vector3<f64>)>,
     /// Force residual: what pressure and wall shear miss of what the fluid loses, taken in slowly (N).
@@ -75,7 +77,7 @@ impl<const D: usize> WallHistory<D> {
 
 impl Checkpointed for BodyHistory {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let BodyHistory { push, shear, residual, deferred, inside } = self;
-        archive.serialize([push, shear, residual, deferred, inside])
+        let BodyHistory { push, displacement, shear, residual, deferred, inside } = self;
+        archive.serialize([push, displacement, shear, residual, deferred, inside])
     }
 }

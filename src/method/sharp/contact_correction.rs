@@ -9,7 +9,7 @@
 //!   v_0 + a (v_2 - v_0)  where their work is too much                    to the end
 //! ```
 
-use super::Sharp;
+use super::{Sharp, history};
 use super::coupled::CoupledFaces;
 use crate::Result;
 use crate::contact::Impulse;
@@ -23,12 +23,17 @@ use nalgebra::Vector3;
 pub struct Work {
     residuals: Vec<Vector3<f64>>,
     corrections: Vec<Impulse>,
+    followed: Vec<f64>,
 }
 
 impl Work {
     /// That of so many bodies.
     pub fn new(n: usize) -> Work {
-        Work { residuals: vec![Vector3::zeros(); n], corrections: vec![Impulse::default(); n] }
+        Work {
+            residuals: vec![Vector3::zeros(); n],
+            corrections: vec![Impulse::default(); n],
+            followed: vec![0.0; n],
+        }
     }
 }
 
@@ -90,6 +95,18 @@ impl<const D: usize> Sharp<D> {
         if contacts.correct(&s.bodies, residuals, corrections, tolerance, dt) {
             self.apply_corrections(s);
         }
+    }
+
+    /// Takes the corrections of the positions of bodies in contact for the next step.
+    pub(super) fn take_displacements(&mut self, s: &mut State<D>) -> Result<()> {
+        let Some(contacts) = &self.contacts else { return Ok(()) };
+        let followed = &mut self.work.contacts.followed;
+        contacts.find_followed(&s.bodies, followed);
+        let histories = history(&mut s.walls)?.bodies.iter_mut();
+        for (((history, body), motion), time) in histories.zip(&s.bodies).zip(&self.motions).zip(followed) {
+            history.displacement = 0.5 * *time * (body.velocity - motion.expected.0);
+        }
+        Ok(())
     }
 
     /// Takes back what the bound leaves of the impulses of touch.

@@ -168,6 +168,7 @@ impl<const D: usize> Sharp<D> {
             *residual += take_in * (motion.missed - *residual);
         }
         self.take_push(domain, &s.bodies, histories, dt);
+        self.take_displacements(s)?;
         domain.clock.lap(Stage::Force);
         Ok(())
     }

@@ -66,8 +66,8 @@ impl<const D: usize> Sharp<D> {
             motion.start = (body.velocity, body.spin);
             motion.angular_momentum = body.inertia().of(&body.spin);
         }
-        let (histories, unit) = (&history(&mut s.walls)?.bodies, domain.fluid.viscosity / self.cut.h);
-        for (k, (push, history)) in self.work.push.iter_mut().zip(histories).enumerate() {
+        let (histories, unit) = (&mut history(&mut s.walls)?.bodies, domain.fluid.viscosity / self.cut.h);
+        for (k, (push, history)) in self.work.push.iter_mut().zip(&*histories).enumerate() {
             *push = history.push;
             // What begins to turn a body without a past turns the fluid beside it as well.
             if history.shear.is_none() {
@@ -79,6 +79,9 @@ impl<const D: usize> Sharp<D> {
         if s.bodies.iter().any(Body::moves) {
             self.cut.depart(&s.bodies);
             let periods = self.cut.periods;
+            for (body, history) in s.bodies.iter_mut().zip(histories).filter(|(body, _)| body.freedom().is_some()) {
+                body.displace(&std::mem::take(&mut history.displacement), &periods);
+            }
             match &mut self.contacts {
                 Some(contacts) => {
                     let motions = &self.motions;
