@@ -149,10 +149,6 @@ constants! {
     step_growth = 1.1;
     /// Part of the digits asked for to which the pressure is found that shows the response to contact impulses.
     response_digits = 0.5;
-    /// Velocity residual of a contact that is corrected, of the fastest approach.
-    residual_tolerance = 5e-3;
-    /// Velocity residual over a step that is always left (spacings).
-    residual_floor = 2e-6;
     /// Part of its speed that lubrication has to be able to take from a pair in a step for contacts to be corrected.
     faint_lubrication = 0.01;
     /// The sweeps of a correction end where one changes less than this part of what the first one did.
@@ -180,12 +176,10 @@ constants! {
     /// Substeps in a contact, where the case leaves them to the program. Fewer, restitution is off; more, they cost.
     /// Halved: rebound +5.2 %, kiss -1.9 %. Doubled: rebound +1.5 %, kiss +2.2 %.
     contact_substeps = 40.0;
-    /// Substeps while a gap that only fluid fills changes by its width. Fewer, the approach of two bodies is coarse in time.
+    /// Substeps while a gap that only fluid fills changes by its width, up to as many as a contact has, and at least half of
+    /// these. Fewer, the approach of two bodies is coarse in time.
     /// Halved: rebound -0.2 %. Doubled: -0.1 %.
     gap_substeps = 4.0;
-    /// Most substeps for a gap.
-    /// Halved: nothing. Doubled: nothing.
-    most_gap_substeps = 40.0;
     /// Overlap, of the smaller radius, that ends a run.
     /// Halved: nothing. Doubled: nothing.
     deepest_overlap = 0.2;

@@ -297,10 +297,7 @@ impl Contacts {
                 self.wall_work += impulse.dot(&self.walls[wall].velocity);
             }
         }
-        for (impulse, correction) in self.impulses.iter_mut().zip(corrections.iter()) {
-            impulse.linear += correction.linear;
-            impulse.angular += correction.angular;
-        }
+        self.add_corrections(corrections);
         self.clusters = clusters;
     }
 

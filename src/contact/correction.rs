@@ -51,15 +51,14 @@ pub(super) struct Constraint {
 impl Contacts {
     /// Corrects the impulses of the last [`advance`](Contacts::advance) over `dt` (s) by the
     /// residuals of all bodies (m/s), and leaves the correction impulses of the bodies in
-    /// `corrections`. Returns whether there are any: none below the `tolerance` (m/s).
+    /// `corrections`.
     pub(crate) fn correct(
         &mut self,
         bodies: &[Body],
         residuals: &[Vector3<f64>],
         corrections: &mut [Impulse],
-        tolerance: f64,
         dt: f64,
-    ) -> bool {
+    ) {
         self.scale_responses(|response| response);
         let mut constraints = std::mem::take(&mut self.constraints);
         constraints.clear();
@@ -81,20 +80,14 @@ impl Contacts {
             if sweep == 0 {
                 first = changed;
             }
-            if first < tolerance || changed <= params::sweep_tolerance() * first {
+            if changed <= params::sweep_tolerance() * first {
                 break;
             }
         }
-        if first >= tolerance {
-            constraints.iter().for_each(|constraint| self.add_correction(constraint, bodies.len()));
-            for (impulse, correction) in self.impulses.iter_mut().zip(corrections.iter()) {
-                impulse.linear += correction.linear;
-                impulse.angular += correction.angular;
-            }
-        }
+        constraints.iter().for_each(|constraint| self.add_correction(constraint, bodies.len()));
+        self.add_corrections(corrections);
         self.constraints = constraints;
         self.scale_responses(|response| 1.0 / response);
-        first >= tolerance
     }
 
     /// Finds for how long (s) of the last step each body has moved as its residual lets expect: the
@@ -116,6 +109,14 @@ impl Contacts {
         for k in 0..self.answers.len() {
             let factor = factor(self.response_of(k));
             self.answers[k].scale(factor);
+        }
+    }
+
+    /// Counts the correction impulses of the bodies.
+    pub(super) fn add_corrections(&mut self, corrections: &[Impulse]) {
+        for (impulse, correction) in self.impulses.iter_mut().zip(corrections) {
+            impulse.linear += correction.linear;
+            impulse.angular += correction.angular;
         }
     }
 
@@ -213,12 +214,6 @@ impl Contacts {
         let ([(one, spun), (other, its)], n) = (constraint.two.map(of), constraint.normal);
         let (moved, turned) = (one - other, constraint.arms[0] * spun + constraint.arms[1] * its);
         (moved.dot(&n), moved - moved.dot(&n) * n + turned.cross(&n))
-    }
-
-    /// The largest speed at which a pair that touched comes together or parts (m/s).
-    pub(crate) fn contact_speed(&self, bodies: &[Body]) -> f64 {
-        let touched = self.pairs.iter().filter(|pair| pair.pressed > 0.0);
-        touched.fold(0.0, |most, pair| most.max(self.kinematics(pair, bodies, 0.0).0.approach.abs()))
     }
 
     /// Whether a pair gave an impulse over a step of `dt` (s) that counts: lubrication that can

@@ -7,9 +7,6 @@ use crate::particles::{Body, Inertia, Motion, Push};
 use crate::{Error, Result, params};
 use nalgebra::Vector3;
 const FEWEST_PER_CONTACT: f64 = 5.0;
-/// Fewest of a step in which the fluid between two acts: what resists their approach, their sliding and their rolling does so one after the
-/// other (a sphere pulled along a wall at 0.02 h: 3 % too fast in one substep, 0.15 % in 20).
-const FEWEST_OF_FILMS: f64 = 20.0;
 /// How near, of Coulomb's limit, a contact is to sliding where it begins to count as one that slides.
 const ABOUT_TO_SLIDE: f64 = 0.1;
 /// Part of a gap by which it may change before what fills it is found anew.
@@ -38,6 +35,13 @@ pub(super) const RIGID: Answer = Answer {
     push: Push { acceleration: Vector3::new(0.0, 0.0, 0.0), angular: Vector3::new(0.0, 0.0, 0.0) },
 };
 
+/// Fewest substeps of a step in which the fluid between two acts: what resists their approach,
+/// their sliding and their rolling does so one after the other (a sphere pulled along a wall at
+/// 0.02 h: 3 % too fast in one substep, 0.15 % in 20).
+fn fewest_of_films() -> f64 {
+    0.5 * params::contact_substeps()
+}
+
 impl Contacts {
     /// Substeps for the rest of the step, `time` (s), after those `taken`.
     pub(super) fn count(&self, bodies: &[Body], time: f64, taken: usize) -> Result<usize> {
@@ -54,7 +58,7 @@ impl Contacts {
             (Substeps::Auto, None) => {
                 let (law, mass, contact) = self.contact_of(pair, bodies, time);
                 let wanted = params::contact_substeps() * time / contact * law.damping_ratio(mass).max(1.0);
-                let wanted = if self.medium.range() > 0.0 { wanted.max(FEWEST_OF_FILMS) } else { wanted };
+                let wanted = if self.medium.range() > 0.0 { wanted.max(fewest_of_films()) } else { wanted };
                 if wanted > MOST_SUBSTEPS {
                     Err(self.too_stiff(pair, contact, time, wanted))
                 } else {
@@ -88,8 +92,8 @@ impl Contacts {
     fn apart(&self, pair: &Pair, bodies: &[Body], time: f64) -> Option<f64> {
         let gap = -self.closest(pair, bodies, 0.0).overlap;
         let way = self.pushed(pair, bodies, time) * time;
-        let fewest = if gap < self.medium.range() { FEWEST_OF_FILMS } else { 1.0 };
-        let most = params::most_gap_substeps();
+        let fewest = if gap < self.medium.range() { fewest_of_films() } else { 1.0 };
+        let most = params::contact_substeps();
         let wanted = || (params::gap_substeps() * way / (gap - way).max(0.25 * gap)).clamp(fewest, most);
         // A body never touches its own image.
         (pair.is_own_image() || gap > 2.0 * way + 0.05 * bodies[pair.first].radius()).then(wanted)

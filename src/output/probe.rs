@@ -1,11 +1,14 @@
-//! What is recorded at points: velocity and pressure, linear between the centres of cells.
+//! What is recorded at points: velocity and pressure, linear between the centres of cells; inside a
+//! body its own velocity, `v + w x r`.
 
 use crate::Result;
 use crate::config::Probe;
+use crate::particles::nearest_image;
 use crate::scene::Scene;
+use nalgebra::Vector3;
 
 /// The columns of `probes.csv`.
-pub const COLUMNS: &str = "step,time,probe,point,x,y,z,vx,vy,vz,pressure";
+pub const COLUMNS: &str = "step,time,probe,point,x,y,z,vx,vy,vz,pressure,body";
 
 /// Numbers at a point.
 const NUMBERS: usize = 4;
@@ -38,7 +41,7 @@ impl Probes {
             // A place beside another rank's cells lies between them and this one's.
             scene.domain.boundaries.fill_velocity(&mut scene.state.u)?;
         }
-        let (scene, s) = (&*scene, &scene.state);
+        let (scene, s, periods) = (&*scene, &scene.state, scene.domain.periods());
         for (probe, places) in self.probes.iter().filter(|(probe, _)| due(probe)) {
             self.values.clear();
             self.values.resize(NUMBERS * places.len(), 0.0);
@@ -47,10 +50,17 @@ impl Probes {
             }
             scene.domain.session.sum(&mut self.values)?;
             for (point, (place, v)) in places.iter().zip(self.values.chunks_exact(NUMBERS)).enumerate() {
-                let [x, y, z] = [0, 1, 2].map(|a| place.get(a).copied().unwrap_or(0.0));
+                let at = Vector3::from_fn(|a, _| place.get(a).copied().unwrap_or(0.0));
+                let around = s.bodies.iter().find_map(|body| {
+                    let arm = nearest_image(&body.centre, &at, &periods);
+                    (body.shape().distance(&body.turn(), &arm) < 0.0).then(|| (body.id, body.velocity_at(&arm)))
+                });
+                let velocity = around.map_or(Vector3::new(v[0], v[1], v[2]), |(_, velocity)| velocity);
+                let body = around.map_or(String::new(), |(id, _)| id.to_string());
+                let ([x, y, z], [vx, vy, vz]): ([f64; 3], [f64; 3]) = (at.into(), velocity.into());
                 put(format_args!(
-                    "{},{:?},{},{point},{x:?},{y:?},{z:?},{:?},{:?},{:?},{:?}",
-                    s.steps, s.time, probe.name, v[0], v[1], v[2], v[3]
+                    "{},{:?},{},{point},{x:?},{y:?},{z:?},{vx:?},{vy:?},{vz:?},{:?},{body}",
+                    s.steps, s.time, probe.name, v[3]
                 ))?;
             }
         }

@@ -134,7 +134,7 @@ const BAD_CASES: &[Row] = &[
     // Particles.
     ("position = [0.5, 0.5]", "position = [0.05, 0.5]", "position = [0.05", "particle.0.position", &["particle 0 reaches from -0.05", "outside the domain", "2.0 m"]),
     ("position = [0.5, 0.5]", "position = [0.5, 1.0]", "position = [0.5, 1", "particle.0.position", &["particle 0", "outside the domain", "0 <= y < 1.0 m"]),
-    ("position = [1.2, 0.5]", "position = [0.7, 0.5]", "position = [0.7", "particle.1.position", &["particle 1 overlaps particle 0", "0.25"]),
+    ("position = [1.2, 0.5]", "position = [0.7, 0.5]", "position = [0.7", "particle.1.position", &["particle 1 overlaps particle 0", "0.246"]),
     ("position = [1.2, 0.5]", "position = [1.2, 0.5, 0.5]", "position = [1.2", "particle.1.position", &["a 2D case needs 2 numbers", "not 3"]),
     ("diameter = 0.2", "diameter = 0.0", "shape", "particle.0.shape.disc.diameter", &["must be positive", "(m)"]),
     ("diameter = 0.2", "diameter = 1.0", "shape", "particle.0.shape.disc.diameter", &["must be below"]),

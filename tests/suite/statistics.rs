@@ -97,6 +97,25 @@ fn a_run_that_is_broken_off_has_the_same_means_and_records() {
     }
 }
 
+/// The cells inside a body with sharp walls hold what continues the fluid's profile: that is no velocity of anything.
+#[test]
+fn a_probe_inside_a_body_has_the_velocity_of_its_point_and_its_id() {
+    for wall in ["sharp", "mixing"] {
+        let dir = tempfile::tempdir().unwrap();
+        let probes = "[[probe]]\nname = \"in\"\nat = [0.6, 0.6]\n[[probe]]\nname = \"out\"\nat = [1.3, 0.4]\n";
+        let text = channel("end = 0.1\nstep = 0.01", &format!("{probes}[coupling]\nwall = \"{wall}\""));
+        let out = dir.path().join("out");
+        run(&write(dir.path(), "case.toml", &text), &out, &[]);
+        let text = std::fs::read_to_string(out.join("probes.csv")).unwrap();
+        let [inside, outside]: [Vec<&str>; 2] =
+            std::array::from_fn(|n| text.lines().rev().nth(1 - n).unwrap().split(',').collect());
+        let [vx, vy] = [7, 8].map(|column| inside[column].parse::<f64>().unwrap());
+        // The disc has gone from (0.5, 0.5) to (0.52, 0.5), at 0.2 m/s and 1 rad/s.
+        assert!((vx - 0.1).abs() < 1e-12 && (vy - 0.08).abs() < 1e-12, "{wall}: {vx}, {vy} m/s");
+        assert_eq!((inside[11], outside[11]), ("0", ""), "{wall}");
+    }
+}
+
 #[test]
 fn a_channel_has_poiseuilles_profile_and_no_fluctuations_once_it_is_steady() {
     let dir = tempfile::tempdir().unwrap();

@@ -90,11 +90,8 @@ impl<const D: usize> Sharp<D> {
             let free = body.freedom().is_some();
             *residual = if free { body.velocity - motion.expected.0 } else { Vector3::zeros() };
         }
-        let tolerance = params::residual_tolerance() * contacts.contact_speed(&s.bodies)
-            + params::residual_floor() * self.cut.h / dt;
-        if contacts.correct(&s.bodies, residuals, corrections, tolerance, dt) {
-            self.apply_corrections(s);
-        }
+        contacts.correct(&s.bodies, residuals, corrections, dt);
+        self.apply_corrections(s);
     }
 
     /// Takes the corrections of the positions of bodies in contact for the next step.
