@@ -172,6 +172,7 @@ impl<'a, const D: usize> Run<'a, D> {
             ));
         }
         check_step(loaded, &scene.limits()?)?;
+        crate::check::refuse_shut(loaded, &scene)?;
         crate::check::refuse_too_stiff(loaded, &scene)?;
         let lead = session.rank() == 0;
         let mut log = Log::new(lead && !request.quiet);

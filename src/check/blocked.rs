@@ -1,18 +1,95 @@
-//! Whether bodies shut a channel that is driven: then what flows goes through the rests of cells that they share, which means nothing.
+//! Whether bodies shut a channel: then what flows goes through the rests of cells that they share,
+//! which means nothing.
 //!
 //! ```text
-//!   a cell is open where bodies cover less than half of it; from all open ones at one end of the axis, over sides of cells, to the other:
+//!   a cell is open where its centre lies in no body; from all open ones at one end, over sides of cells, to the other:
 //!   # # # # #
 //!   . . o o .     open          . . o o .     shut
 //!   . o o . .                   . o o o .
 //!   # # # # #                   # # # # #
 //! ```
 
-use crate::config::{Case, Drive};
+use crate::Result;
+use crate::config::{Case, Drive, Loaded, Side};
+use crate::grid::Grid;
+use crate::particles::{Body, Motion, nearest_image};
 use crate::scene::Scene;
+use nalgebra::Vector3;
+
+/// A driven channel that bodies shut, or a way from an inflow to the outflows.
+pub fn shut<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
+    let (grid, bodies) = (&scene.domain.grid, &scene.state.bodies);
+    let way = find_shut(case, grid, bodies, |_| true)?;
+    Some(format!(
+        "warning      the particles shut the channel {way}, as far as this grid shows gaps between them: what is driven through it has \
+         no meaning; open it, or use more cells"
+    ))
+}
+
+/// Refuses a channel that fixed bodies shut between an inflow and the outflows.
+///
+/// # Errors
+/// With the side through which fluid comes in and has no way out.
+pub fn refuse_shut<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Result<()> {
+    let (case, grid, bodies) = (&loaded.case, &scene.domain.grid, &scene.state.bodies);
+    let fixed = |body: &Body| matches!(body.motion, Motion::Fixed);
+    let entered = case.sides().any(|(_, side)| !side.inflow().is_empty());
+    let way = if entered { find_shut(case, grid, bodies, fixed) } else { None };
+    way.map_or(Ok(()), |way| {
+        Err(loaded.error_at(
+            "particle",
+            format!(
+                "the fixed particles shut the channel {way}, as far as this grid shows gaps between them: what comes in cannot \
+                 leave; open a way, or use more cells"
+            ),
+        ))
+    })
+}
+
+/// The way that some of the bodies shut, in words.
+fn find_shut<const D: usize>(
+    case: &Case,
+    grid: &Grid<D>,
+    bodies: &[Body],
+    wanted: impl Fn(&Body) -> bool,
+) -> Option<String> {
+    let outflow = |at: &[usize; D]| (0..D).any(|a| (0..2).any(|end| ends(case, grid, at, a, end)));
+    let entered = case.sides().enumerate().filter(|(_, (_, side))| !side.inflow().is_empty());
+    let mut ways: Vec<(Way, String)> =
+        driven_axes(case).into_iter().map(|a| (Way::Along(a), format!("along {}", ["x", "y", "z"][a]))).collect();
+    ways.extend(entered.map(|(n, (name, _))| (Way::From(n), format!("between {name} and the outflow"))));
+    if bodies.is_empty() || ways.is_empty() {
+        return None;
+    }
+    let covered = cover(grid, bodies.iter().filter(|body| wanted(body)));
+    let shut = ways.into_iter().find(|(way, _)| match way {
+        Way::Along(axis) => {
+            let (first, last) = (|at: &[usize; D]| at[*axis] == 0, |at: &[usize; D]| at[*axis] + 1 == grid.cells[*axis]);
+            !connected(grid, &covered, Some(*axis), first, last)
+        }
+        Way::From(side) => {
+            let (axis, end) = (side / 2, side % 2);
+            !connected(grid, &covered, None, |at| at[axis] == [0, grid.cells[axis] - 1][end], &outflow)
+        }
+    });
+    shut.map(|(_, words)| words)
+}
+
+/// A way that has to be open.
+enum Way {
+    /// From one end of a driven axis to the other.
+    Along(usize),
+    /// From the side of this number to the outflows.
+    From(usize),
+}
+
+/// Whether a cell is at the lower (0) or higher (1) end of an axis, and that is an outflow.
+fn ends<const D: usize>(case: &Case, grid: &Grid<D>, at: &[usize; D], axis: usize, end: usize) -> bool {
+    at[axis] == [0, grid.cells[axis] - 1][end] && case.boundary[axis][end] == Side::Outflow
+}
 
 /// The axes along which the fluid of a case is driven.
-pub fn driven_axes(case: &Case) -> Vec<usize> {
+fn driven_axes(case: &Case) -> Vec<usize> {
     let periodic = |axis: &usize| case.periodic(*axis);
     let axes = (0..case.dimension()).filter(periodic);
     match &case.drive {
@@ -23,23 +100,61 @@ pub fn driven_axes(case: &Case) -> Vec<usize> {
     }
 }
 
-/// Whether no open way leads from one end of the box to the other along an axis, as the bodies lie. For one rank, which has all cells.
-pub fn blocked<const D: usize>(scene: &Scene<D>, axis: usize) -> bool {
-    let grid = &scene.domain.grid;
-    let mut covered = grid.field();
-    scene.method.with_body_overlaps(|_, overlaps| overlaps.iter().for_each(|o| covered[o.cell] += o.fraction));
-    let open = |at: [usize; D]| grid.owned_index(at).is_some_and(|c| covered[c] < 0.5);
-    let number = |at: [usize; D]| (0..D).rev().fold(0, |n, a| n * grid.cells[a] + at[a]);
-    let mut seen = vec![false; grid.total_cells()];
-    let mut ways: Vec<[usize; D]> = grid.rows().flatten().map(|c| grid.global_cell(c)).collect();
-    ways.retain(|at| at[axis] == 0 && open(*at));
-    ways.iter().for_each(|at| seen[number(*at)] = true);
+/// Number of a cell of the whole grid.
+fn number<const D: usize>(grid: &Grid<D>, at: &[usize; D]) -> usize {
+    (0..D).rev().fold(0, |n, a| n * grid.cells[a] + at[a])
+}
+
+/// The cells of the whole grid whose centre lies in a body: every rank finds the same.
+fn cover<'a, const D: usize>(grid: &Grid<D>, bodies: impl Iterator<Item = &'a Body>) -> Vec<bool> {
+    let mut covered = vec![false; grid.total_cells()];
+    let periods = std::array::from_fn(|a| (a < D && grid.periodic[a]).then(|| grid.size[a]));
+    for body in bodies {
+        let (turn, shape) = (body.turn(), body.shape());
+        let ends: [[i64; 2]; D] = std::array::from_fn(|a| {
+            [-1.0, 1.0].map(|side| ((body.centre[a] + side * body.radius()) / grid.h[a]).floor() as i64)
+        });
+        let mut at: [i64; D] = ends.map(|[low, _]| low);
+        loop {
+            let cell: [usize; D] = std::array::from_fn(|a| at[a].rem_euclid(grid.cells[a] as i64) as usize);
+            let inside = (0..D).all(|a| grid.periodic[a] || (0..grid.cells[a] as i64).contains(&at[a]));
+            let centre = Vector3::from_fn(|a, _| if a < D { (cell[a] as f64 + 0.5) * grid.h[a] } else { body.centre[a] });
+            if inside && shape.distance(&turn, &nearest_image(&body.centre, &centre, &periods)) < 0.0 {
+                covered[number(grid, &cell)] = true;
+            }
+            let Some(axis) = (0..D).find(|&a| at[a] < ends[a][1]) else { break };
+            at[axis] += 1;
+            (0..axis).for_each(|a| at[a] = ends[a][0]);
+        }
+    }
+    covered
+}
+
+/// Whether a way over sides of open cells leads from the ones to the others, not across the ends of the axis `kept`.
+fn connected<const D: usize>(
+    grid: &Grid<D>,
+    covered: &[bool],
+    kept: Option<usize>,
+    first: impl Fn(&[usize; D]) -> bool,
+    last: impl Fn(&[usize; D]) -> bool,
+) -> bool {
+    let mut seen = covered.to_vec();
+    let cells = |n: usize| {
+        let mut rest = n;
+        std::array::from_fn(|a| {
+            let at = rest % grid.cells[a];
+            rest /= grid.cells[a];
+            at
+        })
+    };
+    let mut ways: Vec<[usize; D]> = (0..seen.len()).map(cells).filter(|at| first(at)).collect();
+    ways.retain(|at| !std::mem::replace(&mut seen[number(grid, at)], true));
     while let Some(at) = ways.pop() {
-        if at[axis] + 1 == grid.cells[axis] {
-            return false;
+        if last(&at) {
+            return true;
         }
         for (a, forth) in (0..D).flat_map(|a| [(a, true), (a, false)]) {
-            let (n, wraps) = (grid.cells[a], grid.periodic[a] && a != axis);
+            let (n, wraps) = (grid.cells[a], grid.periodic[a] && Some(a) != kept);
             let to = match (at[a], forth) {
                 (0, false) if wraps => n - 1,
                 (i, true) if i + 1 == n && wraps => 0,
@@ -50,10 +165,10 @@ pub fn blocked<const D: usize>(scene: &Scene<D>, axis: usize) -> bool {
             };
             let mut next = at;
             next[a] = to;
-            if open(next) && !std::mem::replace(&mut seen[number(next)], true) {
+            if !std::mem::replace(&mut seen[number(grid, &next)], true) {
                 ways.push(next);
             }
         }
     }
-    true
+    false
 }

@@ -17,7 +17,8 @@ use crate::scheme::Limits;
 use crate::system::peak_memory;
 use crate::words::{brief, minutes, number, size, whole};
 use crate::{Error, Result};
-use blocked::{blocked, driven_axes};
+pub(crate) use blocked::refuse_shut;
+use blocked::shut;
 use layer::{Layer, Walls};
 pub use pace::Rest;
 use pace::{Pace, later_step, steps};
@@ -74,6 +75,7 @@ pub fn check(path: &Path, set: &[String], petsc: &[String], quiet: bool) -> Resu
 /// Refuses what a run of the scene would refuse before its first step.
 fn refuse<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Result<()> {
     check_step(loaded, &scene.limits()?)?;
+    refuse_shut(loaded, scene)?;
     refuse_too_stiff(loaded, scene)
 }
 
@@ -234,17 +236,6 @@ fn pressed<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
             brief((2.0 * stored / lightest).sqrt())
         )
     })
-}
-
-/// A driven channel that bodies shut.
-pub(crate) fn shut<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
-    let whole = scene.domain.session.size() == 1;
-    let axis = driven_axes(case).into_iter().find(|axis| whole && blocked(scene, *axis))?;
-    Some(format!(
-        "warning      the particles shut the channel along {}, as far as this grid shows gaps between them: what is driven through it has \
-         no meaning; open it, or use more cells",
-        ["x", "y", "z"][axis]
-    ))
 }
 
 /// Particles that are too small for the grid.

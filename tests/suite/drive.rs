@@ -1,6 +1,6 @@
 //! What moves the fluid besides its borders: exact channel flow, a mean velocity that is held in every step, and what bodies feel.
 
-use crate::support::{box_case, mics, order, petsc, run};
+use crate::support::{box_case, mics, mpirun, order, petsc, run};
 use mics::drive::{box_volume, mean};
 use mics::scene::Scene;
 use nalgebra::Vector3;
@@ -355,4 +355,33 @@ fn a_channel_that_bodies_shut_is_said_before_it_is_driven() {
     assert!(said(&[(0.25, 0.5), (0.75, 0.5)]));
     assert!(!said(&[(0.25, 0.5), (0.75, 0.4)]));
     assert!(!said(&[(0.25, 0.5)]));
+}
+
+#[test]
+fn fixed_bodies_that_shut_the_way_from_an_inflow_to_the_outflow_are_refused_on_ranks_too() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = dir.path().join("case.toml");
+    let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"wall\"", "\"wall\""];
+    let write = |diameter: f64, motion: &str| {
+        let disc = format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = {diameter} }} }}\nposition = [1.0, 0.5]\nmotion = {motion}\n"
+        );
+        let time = "[time]\nend = 1e-3\nstep = 1e-3\n[output]\nfigures = false\n";
+        std::fs::write(&case, box_case([2.0, 1.0], [64, 32], 0.1, sides, &format!("{disc}{time}"))).unwrap();
+    };
+    let out = dir.path().join("out");
+    let arguments = ["run", case.to_str().unwrap(), "--quiet", "--out", out.to_str().unwrap()];
+    write(1.0, "\"fixed\"");
+    for said in [
+        mics(&["check", case.to_str().unwrap()]),
+        mics(&arguments),
+        mpirun(2, env!("CARGO_BIN_EXE_mics")).args(arguments).output().unwrap(),
+    ] {
+        let words = String::from_utf8_lossy(&said.stderr);
+        assert!(!said.status.success() && words.contains("shut the channel between west and the outflow"), "{words}");
+    }
+    assert!(!out.exists(), "it wrote something");
+    write(0.9, "\"fixed\"");
+    let said = mics(&arguments);
+    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
 }
