@@ -85,7 +85,12 @@ pub fn run(request: &Request) -> Result<()> {
 pub fn start_petsc(case: &Case, command_line: &[String]) -> Result<Session> {
     let environment = std::env::var("PETSC_OPTIONS").unwrap_or_default();
     let words = [case.petsc.options.as_str(), environment.as_str()];
-    let words = words.iter().flat_map(|w| w.split_whitespace()).map(str::to_owned);
+    // As in a file of options, # begins a comment.
+    let words = words.iter().flat_map(|text| text.lines()).map(|line| {
+        let comment = line.match_indices('#').find(|(at, _)| line[..*at].ends_with(char::is_whitespace) || *at == 0);
+        comment.map_or(line, |(at, _)| &line[..at])
+    });
+    let words = words.flat_map(str::split_whitespace).map(str::to_owned);
     Session::start(&words.chain(command_line.iter().cloned()).collect::<Vec<_>>())
 }
 
@@ -628,13 +633,13 @@ impl<'a, const D: usize> Run<'a, D> {
 /// When something is due that happens every so often: decided by step and time alone, so that all ranks agree.
 struct Schedule {
     cadence: Option<Cadence>,
-    done: u64,
+    done: f64,
 }
 
 impl Schedule {
     /// From `time` (s) on.
     fn new(cadence: Option<Cadence>, time: f64) -> Schedule {
-        let mut schedule = Schedule { cadence, done: 0 };
+        let mut schedule = Schedule { cadence, done: 0.0 };
         schedule.due(0, time);
         schedule
     }
@@ -644,7 +649,7 @@ impl Schedule {
         match self.cadence {
             Some(Cadence::Steps(n)) => step.is_multiple_of(n),
             Some(Cadence::Time(interval)) => {
-                let passed = (time / interval * (1.0 + 1e-9)) as u64;
+                let passed = (time / interval * (1.0 + 1e-9)).floor();
                 std::mem::replace(&mut self.done, passed) < passed
             }
             None => false,

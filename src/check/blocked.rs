@@ -33,8 +33,8 @@ pub fn shut<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
 pub fn refuse_shut<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Result<()> {
     let (case, grid, bodies) = (&loaded.case, &scene.domain.grid, &scene.state.bodies);
     let fixed = |body: &Body| matches!(body.motion, Motion::Fixed);
-    let entered = case.sides().any(|(_, side)| !side.inflow().is_empty());
-    let way = if entered { find_shut(case, grid, bodies, fixed) } else { None };
+    let enters = case.sides().any(|(_, side)| !side.inflow().is_empty());
+    let way = if enters { find_shut(case, grid, bodies, fixed) } else { None };
     way.map_or(Ok(()), |way| {
         Err(loaded.error_at(
             "particle",
@@ -53,11 +53,15 @@ fn find_shut<const D: usize>(
     bodies: &[Body],
     wanted: impl Fn(&Body) -> bool,
 ) -> Option<String> {
-    let outflow = |at: &[usize; D]| (0..D).any(|a| (0..2).any(|end| ends(case, grid, at, a, end)));
-    let entered = case.sides().enumerate().filter(|(_, (_, side))| !side.inflow().is_empty());
+    // What leaves by a velocity that is given leaves as through an outflow.
+    let sides: Vec<_> = case.sides().enumerate().map(|(n, (name, side))| (n, name, side, side.flux(n, &case.domain))).collect();
+    let out: Vec<usize> =
+        sides.iter().filter(|(_, _, side, flux)| **side == Side::Outflow || *flux < 0.0).map(|side| side.0).collect();
+    let ends = |at: &[usize; D], side: usize| at[side / 2] == [0, grid.cells[side / 2] - 1][side % 2];
+    let entered = sides.iter().filter(|(_, _, _, flux)| *flux > 0.0);
     let mut ways: Vec<(Way, String)> =
         driven_axes(case).into_iter().map(|a| (Way::Along(a), format!("along {}", ["x", "y", "z"][a]))).collect();
-    ways.extend(entered.map(|(n, (name, _))| (Way::From(n), format!("between {name} and the outflow"))));
+    ways.extend(entered.map(|(n, name, ..)| (Way::From(*n), format!("between {name} and the outflow"))));
     if bodies.is_empty() || ways.is_empty() {
         return None;
     }
@@ -68,8 +72,8 @@ fn find_shut<const D: usize>(
             !connected(grid, &covered, Some(*axis), first, last)
         }
         Way::From(side) => {
-            let (axis, end) = (side / 2, side % 2);
-            !connected(grid, &covered, None, |at| at[axis] == [0, grid.cells[axis] - 1][end], &outflow)
+            let leaves = |at: &[usize; D]| out.iter().any(|side| ends(at, *side));
+            !connected(grid, &covered, None, |at| ends(at, *side), leaves)
         }
     });
     shut.map(|(_, words)| words)
@@ -81,11 +85,6 @@ enum Way {
     Along(usize),
     /// From the side of this number to the outflows.
     From(usize),
-}
-
-/// Whether a cell is at the lower (0) or higher (1) end of an axis, and that is an outflow.
-fn ends<const D: usize>(case: &Case, grid: &Grid<D>, at: &[usize; D], axis: usize, end: usize) -> bool {
-    at[axis] == [0, grid.cells[axis] - 1][end] && case.boundary[axis][end] == Side::Outflow
 }
 
 /// The axes along which the fluid of a case is driven.

@@ -279,12 +279,11 @@ pub(super) fn border<const D: usize>(grid: &Grid<D>, axis: usize, side: &Side) -
         Side::Outflow => Some(Border::Outflow),
         Side::Slip => Some(Border::Slip),
         Side::Wall => given(&|_, _| 0.0),
-        Side::MovingWall(v) | Side::Inflow(v) => given(&|_, c| v[c]),
-        Side::InflowParabola(peak) => given(&|x, c| {
-            let shape = |(x, &a): (&f64, &usize)| 4.0 * x / grid.size[a] * (1.0 - x / grid.size[a]);
-            peak[c] * x.iter().zip(&tangential).map(shape).product::<f64>()
-        }),
-        Side::InflowProfile(profile) => given(&|x, c| profile.velocity_at(x[0])[c]),
+        Side::MovingWall(v) => given(&|_, c| v[c]),
+        Side::Inflow(_) | Side::InflowParabola(_) | Side::InflowProfile(_) => {
+            let sizes: Vec<f64> = tangential.iter().map(|&a| grid.size[a]).collect();
+            given(&|x, c| side.inflow_at(&x, &sizes, c))
+        }
     }
 }
 

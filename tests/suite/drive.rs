@@ -385,3 +385,22 @@ fn fixed_bodies_that_shut_the_way_from_an_inflow_to_the_outflow_are_refused_on_r
     let said = mics(&arguments);
     assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
 }
+
+#[test]
+fn inflows_that_balance_need_no_outflow_and_others_are_refused_with_what_comes_in_and_goes_out() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = dir.path().join("case.toml");
+    let out = dir.path().join("out");
+    let disc = "[[particle]]\nshape = { disc = { diameter = 0.25 } }\nposition = [0.7, 0.5]\nmotion = \"fixed\"\n";
+    let said = |east: &str| {
+        let sides = ["{ inflow_parabola = [1.0, 0.0] }", east, "\"wall\"", "\"wall\""];
+        let more = format!("{disc}[time]\nend = 0.1\n");
+        std::fs::write(&case, box_case([2.0, 1.0], [64, 32], 0.1, sides, &more)).unwrap();
+        mics(&["run", case.to_str().unwrap(), "--quiet", "--force", "--out", out.to_str().unwrap()])
+    };
+    let balanced = said("{ inflow_parabola = [1.0, 0.0] }");
+    assert!(balanced.status.success(), "{}", String::from_utf8_lossy(&balanced.stderr));
+    let refused = said("{ inflow_parabola = [0.5, 0.0] }");
+    let words = String::from_utf8_lossy(&refused.stderr);
+    assert!(words.contains("0.66699 m2/s come in and 0.3335 m2/s go out"), "{words}");
+}

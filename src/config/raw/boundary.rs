@@ -1,5 +1,6 @@
 //! What happens at the faces of the box.
 
+use super::Domain;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -54,6 +55,44 @@ impl Side {
             Side::InflowProfile(profile) => &profile.velocity,
             _ => &[],
         }
+    }
+
+    /// A component of an inflow's velocity (m/s) at a place on its face: coordinates along it (m), of
+    /// as many as reach from 0 to `sizes` (m); 0 of other sides.
+    pub fn inflow_at(&self, place: &[f64], sizes: &[f64], component: usize) -> f64 {
+        match self {
+            Side::Inflow(velocity) => velocity[component],
+            Side::InflowParabola(peak) => {
+                let shape = |(x, size): (&f64, &f64)| 4.0 * x / size * (1.0 - x / size);
+                peak[component] * place.iter().zip(sizes).map(shape).product::<f64>()
+            }
+            Side::InflowProfile(profile) => profile.velocity_at(place[0])[component],
+            _ => 0.0,
+        }
+    }
+
+    /// What an inflow lets in through the face of this number by its velocity at the middle of the
+    /// cells (m2/s in 2D, m3/s in 3D); 0 of other sides.
+    pub fn flux(&self, face: usize, domain: &Domain) -> f64 {
+        let axis = face / 2;
+        let along: Vec<usize> = (0..domain.size.len()).filter(|&a| a != axis).collect();
+        let sizes: Vec<f64> = along.iter().map(|&a| domain.size[a]).collect();
+        let spacings: Vec<f64> = along.iter().map(|&a| domain.size[a] / domain.cells[a] as f64).collect();
+        let at = |mut n: usize| -> Vec<f64> {
+            let mut place = Vec::with_capacity(along.len());
+            for (&a, h) in along.iter().zip(&spacings) {
+                place.push(((n % domain.cells[a]) as f64 + 0.5) * h);
+                n /= domain.cells[a];
+            }
+            place
+        };
+        if self.inflow().is_empty() {
+            return 0.0;
+        }
+        let cells = along.iter().map(|&a| domain.cells[a]).product::<usize>();
+        let sum: f64 = (0..cells).map(|n| self.inflow_at(&at(n), &sizes, axis)).sum();
+        let inwards = if face % 2 == 0 { 1.0 } else { -1.0 };
+        inwards * sum * spacings.iter().product::<f64>()
     }
 }
 

@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use super::particle::{Overlap, overlap, particle, printable};
 use super::*;
 use crate::config::describe::unnamed;
-use crate::config::fault::{AXES, Check, finite, not_negative, positive, vector};
+use crate::config::fault::{AXES, Check, finite, not_negative, positive, short, vector};
 
 /// Checks what the types leave open; the first refusal is returned. [`measures`] comes later: their particles may be of
 /// swarms.
@@ -157,14 +157,34 @@ fn boundary(case: &Case) -> Check {
             Side::InflowProfile(points) => profile(&format!("{key}.inflow_profile"), points, dimension)?,
         }
     }
-    let open = sides.contains(&Some(&Side::Outflow));
-    for (face, (name, side)) in faces() {
-        let enters = side.is_some_and(|side| side.inflow().iter().any(|velocity| velocity[face / 2] != 0.0));
-        let (key, cure) = (format!("boundary.{name}"), format!("set {} = \"outflow\"", FACES[face ^ 1]));
-        ensure!(open || !enters, key, "inflow without outflow: what enters at {name} cannot leave; {cure}");
+    balance(case)
+}
+
+/// Refuses inflows without an outflow, unless as much goes out by their velocities as comes in.
+fn balance(case: &Case) -> Check {
+    let sides = case.sides();
+    let inflow = |side: &Option<&Side>| side.is_some_and(|side| !side.inflow().is_empty());
+    if sides.contains(&Some(&Side::Outflow)) {
+        return Ok(());
     }
+    let Some(face) = sides.iter().position(inflow) else { return Ok(()) };
+    let fluxes = || (0..sides.len()).filter_map(|face| Some(sides[face]?.flux(face, &case.domain)));
+    let [enters, leaves] = [1.0, -1.0].map(|sign| fluxes().map(|flux| (sign * flux).max(0.0)).sum::<f64>());
+    let unit = if case.dimension() == 2 { "m2/s" } else { "m3/s" };
+    let (name, opposite) = (FACES[face], FACES[face ^ 1]);
+    ensure!(
+        (enters - leaves).abs() <= BALANCED * enters.max(leaves),
+        format!("boundary.{name}"),
+        "inflow without outflow: by the velocities that are given {} {unit} come in and {} {unit} go out; make these balance, or \
+         set {opposite} = \"outflow\"",
+        short(enters),
+        short(leaves)
+    );
     Ok(())
 }
+
+/// Part of what comes in by which that which goes out may differ from it: rounding.
+const BALANCED: f64 = 1e-12;
 
 fn profile(key: &str, profile: &Profile, dimension: usize) -> Check {
     let (points, velocities) = (profile.at.len(), profile.velocity.len());
