@@ -1,5 +1,7 @@
 //! Where the time of a run goes: one sum per stage of the step.
 
+use crate::Result;
+use crate::archive::{Archive, Checkpointed};
 use std::time::{Duration, Instant};
 
 /// A stage of the step, or what surrounds it.
@@ -83,10 +85,27 @@ impl Clock {
         self.steps += 1;
     }
 
+    /// Adds what another one has counted: that of the part of a run that this one goes on with.
+    pub fn add(&mut self, before: &Clock) {
+        self.spent.iter_mut().zip(&before.spent).for_each(|(spent, before)| *spent += *before);
+        self.steps += before.steps;
+    }
+
     /// Stages that took time, with nanoseconds a cell and step.
     pub fn table(&self, cells: usize) -> Vec<(&'static str, f64)> {
         let per = (cells as f64 * self.steps.max(1) as f64).recip() * 1e9;
         let rows = NAMES.iter().zip(&self.spent).filter(|(_, t)| !t.is_zero());
         rows.map(|(name, t)| (*name, t.as_secs_f64() * per)).collect()
+    }
+}
+
+impl Checkpointed for Clock {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
+        for spent in &mut self.spent {
+            let mut seconds = spent.as_secs_f64();
+            seconds.serialize(archive)?;
+            *spent = Duration::try_from_secs_f64(seconds).unwrap_or_default();
+        }
+        self.steps.serialize(archive)
     }
 }

@@ -231,14 +231,6 @@ impl<'a, const D: usize> Run<'a, D> {
             self.out.display()
         ));
         self.begun.iter().for_each(|line| self.log.say(line));
-        // What is named later on, such as what PETSc logs at its end, is not used yet either.
-        let unused = self.session.unused_options()?;
-        if !unused.is_empty() && self.session.rank() == 0 {
-            let (unused, count) = (unused.join(", "), unused.len());
-            let one = if count == 1 { "option that nothing uses" } else { "options that nothing uses" };
-            // A closed stderr is no reason to end a run.
-            let _ = writeln!(std::io::stderr(), "warning: PETSc {one} so far: {unused}; check the spelling");
-        }
         for warning in crate::check::warnings(self.case, &self.scene)? {
             self.log.say(&warning);
         }
@@ -272,7 +264,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let mut fields = Schedule::new(self.case.output.fields, self.scene.state.time);
         let mut rows = Schedule::new(Some(self.case.output.particles), self.scene.state.time);
         let mut collapse = collapse::Collapse::default();
-        let (mut speed, mut kept_speed) = (0.0, 0.0);
+        let (mut speed, mut kept_speed, mut solved) = (0.0, 0.0, false);
         if self.restart.is_none() {
             let (_, speed) = self.scene.energy_and_speed()?;
             self.write_row(StepOutcome::default())?;
@@ -312,6 +304,10 @@ impl<'a, const D: usize> Run<'a, D> {
             self.account.outer += u64::from(projected.outer);
             self.account.krylov += u64::from(projected.krylov);
             self.account.retries += u64::from(projected.retries);
+            if !solved && projected.krylov > 0 {
+                solved = true;
+                self.name_unused_options()?;
+            }
             let (domain, state) = (&self.scene.domain, &self.scene.state);
             energy_bound::refuse_made(state, energy_bound::settling(domain, &state.bodies))?;
             let wishes = self.write_row(StepOutcome { dt, projected, cfl: dt * limits.courant_rate })?;
@@ -493,6 +489,18 @@ impl<'a, const D: usize> Run<'a, D> {
         written
     }
 
+    /// Names the PETSc options that nothing has used, once a solve has set up what it works with.
+    fn name_unused_options(&self) -> Result<()> {
+        let unused = self.session.unused_options()?;
+        if !unused.is_empty() && self.session.rank() == 0 {
+            let (unused, count) = (unused.join(", "), unused.len());
+            let one = if count == 1 { "option that nothing uses" } else { "options that nothing uses" };
+            // A closed stderr is no reason to end a run.
+            let _ = writeln!(std::io::stderr(), "warning: PETSc {one} so far: {unused}; check the spelling");
+        }
+        Ok(())
+    }
+
     /// The measures that have a value so far, by name.
     fn values(&self) -> serde_json::Map<String, serde_json::Value> {
         self.series.iter().filter_map(|s| Some((s.name().to_owned(), json!(s.value()?)))).collect()
@@ -527,9 +535,17 @@ impl<'a, const D: usize> Run<'a, D> {
             "collectives_per_step": most[0] / stepped, "collective_bytes_per_step": most[1] / stepped,
             "messages_per_step": most[2] / stepped, "message_bytes_per_step": most[3] / stepped, "peak_memory_bytes": most[4],
         });
+        let (domain, state) = (&self.scene.domain, &self.scene.state);
+        let made = energy_bound::doubt(state, energy_bound::settling(domain, &state.bodies));
+        let notes = [
+            made.filter(|_| status == "done"),
+            energy_bound::bounded(state),
+            energy_bound::lost(self.case, state),
+        ];
+        let notes: Vec<String> = notes.into_iter().flatten().collect();
         let summary = json!({
-            "case": self.case.name, "status": status, "cells": cells, "steps": self.scene.state.steps, "time": self.scene.state.time,
-            "wall_seconds": wall, "cpu_seconds": cpu, "step_seconds": wall / steps, "divergence_max": self.account.divergence_max,
+            "notes": notes, "case": self.case.name, "status": status, "cells": cells, "steps": self.scene.state.steps, "time": self.scene.state.time,
+            "wall_seconds": wall, "cpu_seconds": self.account.cpu + cpu, "step_seconds": wall / steps, "divergence_max": self.account.divergence_max,
             "divergence_limit": self.case.pressure.divergence_limit, "outer_iterations": self.account.outer,
             "krylov_iterations": self.account.krylov, "solver_retries": self.account.retries, "measures": found,
             "comparisons": comparisons,
@@ -581,17 +597,10 @@ impl<'a, const D: usize> Run<'a, D> {
             let cure = "their time had not come, or their place was never free";
             self.log.say(&format!("{count} of the particles never came in: {cure}"));
         }
-        let (domain, state) = (&self.scene.domain, &self.scene.state);
-        if let Some(doubt) =
-            energy_bound::doubt(state, energy_bound::settling(domain, &state.bodies)).filter(|_| status == "done")
-        {
-            self.log.say(&doubt);
-        }
-        if let Some(note) = energy_bound::bounded(state) {
-            self.log.say(&note);
-        }
+        notes.iter().for_each(|note| self.log.say(note));
         if !unused.is_empty() {
-            self.log.say(&format!("PETSc options that nothing used: {}", unused.join(", ")));
+            let why = if self.account.krylov == 0 { ", since no pressure was solved for" } else { "" };
+            self.log.say(&format!("PETSc options that nothing used{why}: {}", unused.join(", ")));
         }
         for ((name, value), series) in measures.iter().zip(&self.series) {
             self.log.say(&match value {

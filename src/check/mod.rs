@@ -7,7 +7,7 @@ mod pace;
 mod path;
 mod stiffness;
 
-use crate::config::{Case, Loaded, Particle, Side};
+use crate::config::{Case, Loaded, Particle, Side, WallRule};
 use crate::output::print;
 use crate::particles::Body;
 use crate::petsc::Session;
@@ -22,7 +22,7 @@ use blocked::shut;
 use layer::{Layer, Walls};
 pub use pace::Rest;
 use pace::{Pace, later_step, steps};
-use path::run_into;
+use path::{locked_into, run_into};
 use std::path::Path;
 use std::time::Instant;
 use stiffness::contacts;
@@ -90,6 +90,7 @@ pub(crate) fn warnings<const D: usize>(case: &Case, scene: &Scene<D>) -> Result<
         .chain(layer(case))
         .chain(shut)
         .chain(run_into(case, scene))
+        .chain(locked_into(case, scene))
         .chain(contacts(case, scene, later));
     Ok(all.filter(|line| line.starts_with("warning")).collect())
 }
@@ -128,7 +129,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     }
     lines.extend(case.initial.from.as_ref().map(|run| format!("begins       where {run} ended")));
     lines.extend(case.describe_particles().into_iter().map(|(label, words)| format!("{label:<13}{words}")));
-    lines.extend(unresolved(case).into_iter().chain(unusual(case)).chain(out_of_range(case)));
+    lines.extend(unresolved(case).into_iter().chain(unusual(case)).chain(out_of_range(case)).chain(mixed_impacts(case)));
     if let (Some(speed), true) = (case.reference_speed, case.fluid.viscosity > 0.0) {
         let nu = case.fluid.viscosity / case.fluid.density;
         let length = case.particle.iter().map(|p| p.shape.diameter()).fold(0.0, f64::max);
@@ -142,7 +143,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     }
     lines.extend(layer(case));
     lines.extend(shut(case, &scene));
-    lines.extend(run_into(case, &scene).into_iter().chain(pressed(case, &scene)));
+    lines.extend(run_into(case, &scene).into_iter().chain(locked_into(case, &scene)).chain(pressed(case, &scene)));
     let explicit = Limits { scheme: limits.scheme.explicit(), ..limits };
     for ((bound, limit), (_, first)) in limits.bounds().into_iter().zip(explicit.bounds()).filter(|b| b.0.1.is_finite())
     {
@@ -283,6 +284,17 @@ fn out_of_range(case: &Case) -> Vec<String> {
     density.into_iter().chain(sizes).collect()
 }
 
+/// Impacts by the paper's method, which loses energy in them.
+fn mixed_impacts(case: &Case) -> Option<String> {
+    let mixes = case.coupling.wall == WallRule::Mixing && case.contact.is_some();
+    let free = case.particle.iter().any(Particle::is_free);
+    (mixes && free).then(|| {
+        "warning      coupling.wall = \"mixing\" takes energy from impacts: speeds after them are up to a quarter less than the \
+         restitution leaves; \"sharp\" keeps them"
+            .into()
+    })
+}
+
 /// Free particles of a density that may be in another unit than the fluid's.
 fn unusual(case: &Case) -> Option<String> {
     let ratio = |p: &Particle| p.density / case.fluid.density;
@@ -297,7 +309,7 @@ fn unusual(case: &Case) -> Option<String> {
 /// The boundary layer that the grid has to resolve: that of a body, or else that of the walls of the box.
 fn layer(case: &Case) -> Vec<String> {
     let Some(layer) = Layer::thinnest(case) else { return wall_layer(case) };
-    let Layer { particle, falls, speed, reynolds, thickness, diameter } = layer;
+    let Layer { particle, falls, speed, reynolds, thickness, .. } = layer;
     let h = case.spacings().into_iter().fold(0.0, f64::max);
     let meets = if falls { "comes to" } else { "meets a flow of" };
     let by = if falls { ", by its drag," } else { "," };
@@ -311,13 +323,8 @@ fn layer(case: &Case) -> Vec<String> {
         return vec![line + ": no boundary layer"];
     }
     line += &format!(": a boundary layer of {thickness:.3e} m, {:.2} h", thickness / h);
-    let warning = format!(
-        "warning      that layer is thinner than a spacing: {} cells a diameter would put one into it, and there are {:.1}{}",
-        whole(layer.cells_needed()),
-        diameter / h,
-        doubt(reynolds)
-    );
-    [Some(line), (thickness < h).then_some(warning)].into_iter().flatten().collect()
+    let warning = thin_layer(case).map(|thin| format!("warning      {thin}{}", doubt(reynolds)));
+    [Some(line), warning].into_iter().flatten().collect()
 }
 
 /// That of the walls of the box, where the flow along them is fast enough for one.
@@ -330,13 +337,28 @@ fn wall_layer(case: &Case) -> Vec<String> {
         number_of_flow(reynolds),
         thickness / h
     );
-    let warning = format!(
-        "warning      that layer is thinner than a spacing: {} cells along {x} would put one into it, and there are {}{}",
-        whole((case.domain.size[axis] / thickness).ceil()),
-        case.domain.cells[axis],
-        doubt(reynolds)
-    );
-    [Some(line), (thickness < h).then_some(warning)].into_iter().flatten().collect()
+    let warning = thin_layer(case).map(|thin| format!("warning      {thin}{}", doubt(reynolds)));
+    [Some(line), warning].into_iter().flatten().collect()
+}
+
+/// The boundary layer, where the grid does not resolve it, and how many cells would.
+pub(crate) fn thin_layer(case: &Case) -> Option<String> {
+    let (whose, needed, there, thickness, h) = match (Layer::thinnest(case), Walls::thinnest(case)) {
+        (Some(layer), _) => {
+            let h = case.spacings().into_iter().fold(0.0, f64::max);
+            let needed = format!("{} cells a diameter", whole(layer.cells_needed()));
+            (case.called(layer.particle), needed, format!("{:.1}", layer.diameter / h), layer.thickness, h)
+        }
+        (None, Some(Walls { axis, thickness, .. })) => {
+            let x = ["x", "y", "z"][axis];
+            let needed = format!("{} cells along {x}", whole((case.domain.size[axis] / thickness).ceil()));
+            (format!("the walls across {x}"), needed, case.domain.cells[axis].to_string(), thickness, case.spacings()[axis])
+        }
+        (None, None) => return None,
+    };
+    (thickness < h).then(|| {
+        format!("the boundary layer of {whose} is thinner than a spacing: {needed} would put one into it, and there are {there}")
+    })
 }
 
 /// A Reynolds number, with what a creeping flow has of it.

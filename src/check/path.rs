@@ -1,7 +1,7 @@
-//! Where prescribed bodies come to. That one reaches the border of the box, another one or a fixed one ends a run, and follows from how they
-//! are told to move.
+//! Where prescribed bodies come to, and free ones along locked axes. That one reaches the border of the box, another one or a fixed one ends a
+//! run, and follows from how they are told to move.
 
-use crate::config::Case;
+use crate::config::{Case, FACES, Side};
 use crate::method::collision::refuse_collisions;
 use crate::particles::{Body, Push};
 use crate::scene::Scene;
@@ -35,5 +35,37 @@ pub fn run_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String>
             brief(time),
             number(case.time.end)
         ))
+    })
+}
+
+/// Says when and where the first free body that moves along a locked axis reaches a border that it cannot leave through.
+pub fn locked_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
+    let (state, size) = (&scene.state, &scene.domain.grid.size);
+    let ends = |body: &Body| -> Vec<(f64, usize, usize, usize, f64)> {
+        let Some(freedom) = body.freedom() else { return Vec::new() };
+        let locked = (0..D).filter(|&axis| !freedom.translation[axis] && body.velocity[axis] != 0.0);
+        let stopped = |axis: usize, end: usize| !matches!(case.boundary[axis][end], Side::Periodic | Side::Outflow);
+        locked
+            .map(|axis| (axis, usize::from(body.velocity[axis] > 0.0)))
+            .filter(|(axis, end)| stopped(*axis, *end))
+            .map(|(axis, end)| {
+                let speed = body.velocity[axis].abs();
+                let way = if end == 1 { size[axis] - body.centre[axis] } else { body.centre[axis] } - body.radius();
+                (state.time + way / speed, body.id, axis, end, speed)
+            })
+            .collect()
+    };
+    let first = state.bodies.iter().flat_map(ends).min_by(|one, other| one.0.total_cmp(&other.0))?;
+    let (time, id, axis, end, speed) = first;
+    (time < case.time.end).then(|| {
+        format!(
+            "warning      the run will end soon after t = {} s of {} s: particle {id} goes on along {} at {} m/s, which is locked, into the \
+             {} border; unlock that axis, give it no velocity along it, or end the run before",
+            brief(time),
+            number(case.time.end),
+            ["x", "y", "z"][axis],
+            brief(speed),
+            FACES[2 * axis + end]
+        )
     })
 }

@@ -37,6 +37,9 @@ pub struct Summary {
     pub stages_ns_per_cell_step: Map<String, Value>,
     /// Largest memory of all ranks together (bytes).
     pub peak_memory_bytes: f64,
+    /// What the run had to say of its energy at the end.
+    #[serde(default)]
+    pub notes: Vec<String>,
     comparisons: Map<String, Value>,
 }
 

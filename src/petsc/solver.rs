@@ -138,6 +138,12 @@ fn default_options(session: &Session, choice: Choice, dimension: usize) -> Resul
     session.default_option("-pc_type", preconditioner)?;
     // Else gamg and mg smooth with the operator, free bodies included, by the eigenvalues of the matrix: no longer positive.
     session.default_option("-pc_use_amat", "false")?;
+    if session.option("-pc_type")?.as_deref() == Some("gamg") {
+        // Its own smoother goes by estimates of eigenvalues that are too small: as a preconditioner of cg it is indefinite
+        // among free bodies.
+        session.default_option("-mg_levels_ksp_type", "richardson")?;
+        session.default_option("-mg_levels_pc_type", "sor")?;
+    }
     if session.option("-pc_type")?.as_deref() == Some("hypre") {
         session.default_option("-pc_hypre_type", "boomeramg")?;
         session.default_option("-pc_hypre_boomeramg_relax_type_coarse", "symmetric-SOR/Jacobi")?;
@@ -148,6 +154,41 @@ fn default_options(session: &Session, choice: Choice, dimension: usize) -> Resul
             session.default_option("-pc_hypre_boomeramg_coarsen_type", "HMIS")?;
             session.default_option("-pc_hypre_boomeramg_interp_type", "ext+i")?;
             session.default_option("-pc_hypre_boomeramg_P_max", "4")?;
+        }
+    }
+    Ok(())
+}
+
+/// Refuses options with which this PETSc ends the program.
+fn refuse_what_ends_the_program(session: &Session) -> Result<()> {
+    let levels = number(session, "-pc_mg_levels")?.unwrap_or(1.0);
+    if session.option("-pc_type")?.as_deref() == Some("mg") && levels > 1.0 {
+        return Err(Error::Usage(
+            "PETSc option -pc_type mg with -pc_mg_levels: its coarser levels have to be given, and here is none but the grid itself; \
+             -pc_type gamg or hypre find theirs from the matrix"
+                .into(),
+        ));
+    }
+    match session.options()?.split(" -").find(|option| option.contains("ksp_monitor") && option.contains("hdf5")) {
+        Some(option) => Err(Error::Usage(format!(
+            "PETSc option -{}: its monitors cannot write HDF5; give ascii:FILE",
+            option.trim_start_matches('-')
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Refuses to write a matrix that there is none of: the operator is applied row by row, and so is what
+/// `own` preconditioners need of it.
+fn refuse_empty_views(session: &Session, own: bool) -> Result<()> {
+    for (name, none) in [("-ksp_view_mat", true), ("-ksp_view_pmat", own)] {
+        let value = session.option(name)?.unwrap_or_default();
+        let numbers = ["binary", "hdf5", "matlab", "draw"].iter().any(|kind| value.starts_with(kind));
+        if none && numbers {
+            return Err(Error::Usage(format!(
+                "PETSc option {name} {value}: there is no matrix to write, the operator is applied with the free bodies in it; \
+                 -ksp_view_pmat with -pc_type hypre or gamg writes the one of the fluid"
+            )));
         }
     }
     Ok(())
@@ -170,10 +211,12 @@ impl LinearSolver {
     ) -> Result<LinearSolver> {
         let chosen = session.user_option("-ksp_type")? || session.user_option("-pc_type")?;
         default_options(session, choice, dimension)?;
+        refuse_what_ends_the_program(session)?;
         let own = OwnPreconditioner::named(&session.option("-pc_type")?.unwrap_or_default());
         if let Some(own) = own {
             operator.borrow().accept(own)?;
         }
+        refuse_empty_views(session, own.is_some())?;
         let fixed_rtol = number(session, "-ksp_rtol")?;
         if let Some(rtol) = fixed_rtol.filter(|rtol| *rtol >= 1.0) {
             return Err(Error::Usage(format!(
@@ -354,8 +397,8 @@ impl LinearSolver {
         }
         Err(Error::Run(format!(
             "the pressure solve failed twice: {} after {} iterations, then, from zero with a rebuilt preconditioner, {} \
-             after {more} (relative tolerance {rtol:.1e}); {LOOK}, {}try another solver (`-- -ksp_type cg -pc_type gamg`), or \
-             relax pressure.divergence_limit",
+             after {more} (relative tolerance {rtol:.1e}); {LOOK}, {}take the default solver (pressure.solver = \"auto\", without \
+             -ksp_type and -pc_type), or relax pressure.divergence_limit",
             reason_name(first),
             iterations - more,
             reason_name(second),

@@ -8,6 +8,7 @@
 //! What these take is dissipation and grows; what they make, in an unstable step, is soon orders of magnitude beyond this. The
 //! budget holds with moving walls, inflows and prescribed bodies as well.
 
+use crate::config::Case;
 use crate::domain::Domain;
 use crate::particles::Body;
 use crate::state::{EnergyBudget, State};
@@ -24,6 +25,9 @@ const DOUBTFUL: f64 = 0.25;
 
 /// The part of all work from which on the bound on the work of contacts is worth a word.
 const WORTH_SAYING: f64 = 0.01;
+
+/// The part of all work from which on what the method has lost is worth a word.
+const MUCH_LOST: f64 = 0.25;
 
 /// What free bodies could give in such a fall (J).
 pub(super) fn settling<const D: usize>(domain: &Domain<D>, bodies: &[Body]) -> f64 {
@@ -75,6 +79,19 @@ pub(super) fn bounded<const D: usize>(s: &State<D>) -> Option<String> {
              (bounded_energy in steps.csv): the fluid's response in them is far from that of lone bodies; more cells or shorter \
              steps resolve it better",
             s.energy.bounded,
+            100.0 * share
+        )
+    })
+}
+
+/// What a run that has come to its end has to say of energy that the method has lost.
+pub(super) fn lost<const D: usize>(case: &Case, s: &State<D>) -> Option<String> {
+    let share = s.energy.method / s.energy.scale();
+    let cure = crate::check::thin_layer(case).map_or_else(|| "more cells resolve it better".into(), |thin| thin);
+    (share > MUCH_LOST).then(|| {
+        format!(
+            "note: the method lost {:.0} % of all energy that was put in (method_loss in steps.csv), where the grid does not resolve \
+             the flow: {cure}; forces and speeds may be off by more than the pages say",
             100.0 * share
         )
     })

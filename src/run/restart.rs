@@ -2,6 +2,7 @@
 
 use super::Run;
 use crate::archive::{Archive, Checkpointed};
+use crate::clock::Clock;
 use crate::config::{Case, Loaded, written};
 use crate::output::checkpoint::{self, Header, Reader, Writer};
 use crate::output::measure::{self, Series};
@@ -11,6 +12,7 @@ use crate::output::{Folder, Log, Marks};
 use crate::petsc::Session;
 use crate::scene::Scene;
 use crate::state::State;
+use crate::system::cpu_seconds;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -20,8 +22,12 @@ use std::time::Instant;
 pub struct Account {
     /// When it began, in words.
     pub began: String,
-    /// Seconds that it took before this session.
+    /// Seconds that it took before this session, those of all cores, and where they went.
     pub wall: f64,
+    #[allow(missing_docs)]
+    pub cpu: f64,
+    #[allow(missing_docs)]
+    pub clock: Clock,
     /// Largest |D| (1/s).
     pub divergence_max: f64,
     /// C-HSMAC iterations, Krylov iterations, and solves that were repeated.
@@ -40,9 +46,9 @@ pub struct Account {
 
 impl Checkpointed for Account {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let Account { began, wall, divergence_max, outer, krylov, retries, dt, last_fields, last_rows } = self;
+        let Account { began, wall, cpu, clock, divergence_max, outer, krylov, retries, dt, last_fields, last_rows } = self;
         archive.label("run")?;
-        archive.serialize([began, wall, divergence_max, outer, krylov, retries, dt, last_fields, last_rows])
+        archive.serialize([began, wall, cpu, clock, divergence_max, outer, krylov, retries, dt, last_fields, last_rows])
     }
 }
 
@@ -84,7 +90,10 @@ impl<const D: usize> Run<'_, D> {
             case: self.case.to_toml(),
             ranks: self.session.size() as u64,
         };
-        let mut account = Account { wall: self.wall(), ..self.account.clone() };
+        let (mut cpu, clock) = ([cpu_seconds()], self.scene.domain.clock.clone());
+        self.session.sum(&mut cpu)?;
+        let mut account =
+            Account { wall: self.wall(), cpu: self.account.cpu + cpu[0], clock, ..self.account.clone() };
         let mut archive = Archive::write(self.session, &mut writer);
         header.serialize(&mut archive)?;
         serialize(
@@ -173,6 +182,7 @@ impl Restart {
         let whole = serialize(&mut archive, account, series, &mut marks, statistics, case, scene);
         session.agree(whole).and_then(|()| archive.finish()).map_err(|e| misfit(&self.path, e))?;
         scene.resume().map_err(|e| misfit(&self.path, e))?;
+        scene.domain.clock.add(&account.clock);
         Ok(marks)
     }
 

@@ -113,6 +113,36 @@ fn the_schema_is_json_and_knows_the_keys() {
 }
 
 #[test]
+fn petsc_options_that_end_the_program_or_write_nothing_are_refused_with_the_reason() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = write(dir.path(), &box_case([2.0, 1.0], [32, 16], 0.01, STREAM, DISC));
+    let out = dir.path().join("out");
+    let refused = |options: &[&str], words: &str| {
+        let run = ["run", case.to_str().unwrap(), "--quiet", "--out", out.to_str().unwrap(), "--"];
+        let output = mics(&[&run[..], options].concat());
+        assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+        assert!(text(&output.stderr).contains(words), "{}", text(&output.stderr));
+    };
+    refused(&["-pc_type", "mg", "-pc_mg_levels", "3"], "-pc_type gamg or hypre find theirs");
+    refused(&["-ksp_monitor", "hdf5:residuals.h5"], "give ascii:FILE");
+    refused(&["-ksp_view_mat", "binary:A"], "there is no matrix to write");
+    refused(&["-ksp_view_pmat", "binary:A"], "there is no matrix to write");
+}
+
+#[test]
+fn gamg_as_the_preconditioner_of_cg_solves_for_free_bodies_in_a_closed_box() {
+    let dir = tempfile::tempdir().unwrap();
+    let grains = "[[swarm]]\nname = \"grain\"\ncount = 6\nregion = { min = [0.005, 0.015], max = [0.075, 0.035] }\n\
+                  diameter = 0.006\ndensity = 2650.0\n[contact]\n[time]\nend = 0.02\n[output]\nfigures = false\n\
+                  [petsc]\noptions = \"\"\"\n# of one sign\n-ksp_type cg -pc_type gamg # smoothed\n\"\"\"\n";
+    let closed = ["\"wall\""; 4];
+    let text = box_case([0.08, 0.04], [128, 64], 0.005, closed, grains)
+        .replace("density = 1.0\n", "density = 1000.0\ngravity = [0.0, -9.81]\n");
+    let case = write(dir.path(), &text);
+    assert_eq!(run(&case, &dir.path().join("out"), &[])["status"], "done");
+}
+
+#[test]
 fn petsc_options_work_and_those_that_nothing_used_are_named() {
     let dir = tempfile::tempdir().unwrap();
     let case = write(
@@ -124,7 +154,7 @@ fn petsc_options_work_and_those_that_nothing_used_are_named() {
         let words = ["run", case.to_str().unwrap(), "--out", out.to_str().unwrap(), "--set", "time.end=0.1", "--"];
         let output = mics(&[&words[..], options].concat());
         assert!(output.status.success(), "{}", text(&output.stderr));
-        // What nothing knows is said before the first step, on stderr; what is used at the end alone is not.
+        // What nothing knows is said after the first solve, on stderr; what is used at the end alone is not.
         assert_eq!(text(&output.stderr).contains("warning: PETSc option"), name == "b", "{}", text(&output.stderr));
         text(&output.stdout)
     };
@@ -132,6 +162,8 @@ fn petsc_options_work_and_those_that_nothing_used_are_named() {
     let said = go("b", &["-ksp_type", "cg", "-pc_type", "gamg", "-ksp_monitor", "-nonsense", "3"]);
     assert!(said.contains("cg + gamg") && said.contains("KSP Residual norm"), "{said}");
     assert!(said.contains("nothing used: -nonsense 3"), "{said}");
+    let inner = ["-ksp_type", "cg", "-pc_type", "gamg", "-mg_levels_ksp_max_it", "3", "-ksp_converged_reason"];
+    assert!(!go("i", &inner).contains("nothing used"));
     assert!(go("c", &["-log_view"]).contains("KSPSolve"));
     assert!(go("d", &["-ksp_view"]).contains("boxmg"));
     assert!(go("e", &["-ksp_view", "-pc_type", "hypre"]).contains("BoomerAMG"));

@@ -89,12 +89,16 @@ fn a_run_that_is_broken_off_has_the_same_means_and_records() {
     let [through, broken] = ["through", "broken"].map(|name| dir.path().join(name));
     run(&case, &through, &[]);
     run(&case, &broken, &["--set", "time.end=0.1"]);
+    let cpu = |out: &Path| summary(out)["cpu_seconds"].as_f64().unwrap();
+    let first = cpu(&broken);
     let on = mics(&["run", case.to_str().unwrap(), "--out", broken.to_str().unwrap(), "--resume", "--quiet"]);
     assert!(on.status.success(), "{}", String::from_utf8_lossy(&on.stderr));
     for file in ["statistics.vti", "profile.csv", "probes.csv", "particles.csv"] {
         let [a, b] = [&through, &broken].map(|out| std::fs::read(out.join(file)).unwrap());
         assert!(a == b, "{file}");
     }
+    // Both halves count.
+    assert!(cpu(&broken) > 1.4 * first, "{} s, the first half took {first} s", cpu(&broken));
 }
 
 /// The cells inside a body with sharp walls hold what continues the fluid's profile: that is no velocity of anything.

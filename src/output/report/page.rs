@@ -44,6 +44,7 @@ pub fn page(run: &Run, figures: &[Figure]) -> Markup {
                         div.head { h1 { (run.case.name) } (status(run)) }
                         p.soft { (lead(run)) }
                         @if let Some(reason) = run.failure() { p.notice { (reason) } }
+                        @for note in notes(run) { p.notice { (note) } }
                         (tiles(run))
                         nav aria-label="Sections" {
                             @for (id, title, _) in &sections { a href={ "#" (id) } { (title) } }
@@ -65,9 +66,14 @@ pub fn page(run: &Run, figures: &[Figure]) -> Markup {
     }
 }
 
+/// What the run had to say of its energy at the end.
+fn notes(run: &Run) -> &[String] {
+    run.summary.as_ref().map_or(&[], |summary| &summary.notes)
+}
+
 fn status(run: &Run) -> Markup {
     let class = match run.status() {
-        "done" => "chip good",
+        "done" if notes(run).is_empty() => "chip good",
         "failed" => "chip bad",
         _ => "chip warn",
     };
