@@ -537,11 +537,8 @@ impl<'a, const D: usize> Run<'a, D> {
         });
         let (domain, state) = (&self.scene.domain, &self.scene.state);
         let made = energy_bound::doubt(state, energy_bound::settling(domain, &state.bodies));
-        let notes = [
-            made.filter(|_| status == "done"),
-            energy_bound::bounded(state),
-            energy_bound::lost(self.case, state),
-        ];
+        let notes =
+            [made.filter(|_| status == "done"), energy_bound::bounded(state), energy_bound::lost(self.case, state)];
         let notes: Vec<String> = notes.into_iter().flatten().collect();
         let summary = json!({
             "notes": notes, "case": self.case.name, "status": status, "cells": cells, "steps": self.scene.state.steps, "time": self.scene.state.time,

@@ -54,7 +54,8 @@ fn find_shut<const D: usize>(
     wanted: impl Fn(&Body) -> bool,
 ) -> Option<String> {
     // What leaves by a velocity that is given leaves as through an outflow.
-    let sides: Vec<_> = case.sides().enumerate().map(|(n, (name, side))| (n, name, side, side.flux(n, &case.domain))).collect();
+    let sides: Vec<_> =
+        case.sides().enumerate().map(|(n, (name, side))| (n, name, side, side.flux(n, &case.domain))).collect();
     let out: Vec<usize> =
         sides.iter().filter(|(_, _, side, flux)| **side == Side::Outflow || *flux < 0.0).map(|side| side.0).collect();
     let ends = |at: &[usize; D], side: usize| at[side / 2] == [0, grid.cells[side / 2] - 1][side % 2];
@@ -68,7 +69,8 @@ fn find_shut<const D: usize>(
     let covered = cover(grid, bodies.iter().filter(|body| wanted(body)));
     let shut = ways.into_iter().find(|(way, _)| match way {
         Way::Along(axis) => {
-            let (first, last) = (|at: &[usize; D]| at[*axis] == 0, |at: &[usize; D]| at[*axis] + 1 == grid.cells[*axis]);
+            let (first, last) =
+                (|at: &[usize; D]| at[*axis] == 0, |at: &[usize; D]| at[*axis] + 1 == grid.cells[*axis]);
             !connected(grid, &covered, Some(*axis), first, last)
         }
         Way::From(side) => {
@@ -117,7 +119,8 @@ fn cover<'a, const D: usize>(grid: &Grid<D>, bodies: impl Iterator<Item = &'a Bo
         loop {
             let cell: [usize; D] = std::array::from_fn(|a| at[a].rem_euclid(grid.cells[a] as i64) as usize);
             let inside = (0..D).all(|a| grid.periodic[a] || (0..grid.cells[a] as i64).contains(&at[a]));
-            let centre = Vector3::from_fn(|a, _| if a < D { (cell[a] as f64 + 0.5) * grid.h[a] } else { body.centre[a] });
+            let centre =
+                Vector3::from_fn(|a, _| if a < D { (cell[a] as f64 + 0.5) * grid.h[a] } else { body.centre[a] });
             if inside && shape.distance(&turn, &nearest_image(&body.centre, &centre, &periods)) < 0.0 {
                 covered[number(grid, &cell)] = true;
             }

@@ -129,7 +129,8 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     }
     lines.extend(case.initial.from.as_ref().map(|run| format!("begins       where {run} ended")));
     lines.extend(case.describe_particles().into_iter().map(|(label, words)| format!("{label:<13}{words}")));
-    lines.extend(unresolved(case).into_iter().chain(unusual(case)).chain(out_of_range(case)).chain(mixed_impacts(case)));
+    lines
+        .extend(unresolved(case).into_iter().chain(unusual(case)).chain(out_of_range(case)).chain(mixed_impacts(case)));
     if let (Some(speed), true) = (case.reference_speed, case.fluid.viscosity > 0.0) {
         let nu = case.fluid.viscosity / case.fluid.density;
         let length = case.particle.iter().map(|p| p.shape.diameter()).fold(0.0, f64::max);
@@ -352,7 +353,13 @@ pub(crate) fn thin_layer(case: &Case) -> Option<String> {
         (None, Some(Walls { axis, thickness, .. })) => {
             let x = ["x", "y", "z"][axis];
             let needed = format!("{} cells along {x}", whole((case.domain.size[axis] / thickness).ceil()));
-            (format!("the walls across {x}"), needed, case.domain.cells[axis].to_string(), thickness, case.spacings()[axis])
+            (
+                format!("the walls across {x}"),
+                needed,
+                case.domain.cells[axis].to_string(),
+                thickness,
+                case.spacings()[axis],
+            )
         }
         (None, None) => return None,
     };

@@ -51,6 +51,17 @@ impl Comparison {
         })
     }
 
+    /// How far the value is from the reference, in words: as a part of it, or where in a band, from 0 at
+    /// its lower to 100 % at its upper end; nothing where there is no value.
+    pub fn difference(&self) -> Option<String> {
+        match self.reference {
+            Reference::Value(_) => self.error.map(signed_percent),
+            Reference::Band([low, high]) => {
+                self.value.map(|value| format!("at {:.0} % of the band", 100.0 * (value - low) / (high - low)))
+            }
+        }
+    }
+
     /// `pass` or `falls short`.
     pub fn verdict(&self) -> &'static str {
         if self.pass { "pass" } else { "falls short" }
@@ -63,8 +74,10 @@ impl fmt::Display for Comparison {
         if self.tolerance > 0.0 {
             write!(f, " within {}", percent(self.tolerance))?;
         }
-        if let Some(error) = self.error {
-            write!(f, ", error {}", signed_percent(error))?;
+        match (self.difference(), self.reference) {
+            (Some(difference), Reference::Value(_)) => write!(f, ", error {difference}")?,
+            (Some(difference), Reference::Band(_)) => write!(f, ", {difference}")?,
+            (None, _) => {}
         }
         write!(f, ": {}", self.verdict())
     }
@@ -116,6 +129,7 @@ mod tests {
         let band = measure(Some((Reference::Band([1.0, 3.0]), 0.1)));
         let of = |value| Comparison::of(&band, value).unwrap();
         assert!(of(Some(0.85)).pass && of(Some(3.15)).pass && !of(Some(3.25)).pass);
+        assert_eq!(of(Some(1.5)).to_string(), "reference 1 to 3 within 10 %, at 25 % of the band: pass");
         let none = of(None);
         assert!(!none.pass && none.error.is_none());
         assert_eq!(none.to_string(), "reference 1 to 3 within 10 %: falls short");

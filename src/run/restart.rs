@@ -46,7 +46,8 @@ pub struct Account {
 
 impl Checkpointed for Account {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let Account { began, wall, cpu, clock, divergence_max, outer, krylov, retries, dt, last_fields, last_rows } = self;
+        let Account { began, wall, cpu, clock, divergence_max, outer, krylov, retries, dt, last_fields, last_rows } =
+            self;
         archive.label("run")?;
         archive.serialize([began, wall, cpu, clock, divergence_max, outer, krylov, retries, dt, last_fields, last_rows])
     }
@@ -92,8 +93,7 @@ impl<const D: usize> Run<'_, D> {
         };
         let (mut cpu, clock) = ([cpu_seconds()], self.scene.domain.clock.clone());
         self.session.sum(&mut cpu)?;
-        let mut account =
-            Account { wall: self.wall(), cpu: self.account.cpu + cpu[0], clock, ..self.account.clone() };
+        let mut account = Account { wall: self.wall(), cpu: self.account.cpu + cpu[0], clock, ..self.account.clone() };
         let mut archive = Archive::write(self.session, &mut writer);
         header.serialize(&mut archive)?;
         serialize(

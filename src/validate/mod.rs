@@ -2,7 +2,7 @@
 
 mod page;
 
-use crate::output::compare::{Comparison, measured, percent, signed_percent};
+use crate::output::compare::{Comparison, measured, percent};
 use crate::output::plot::cylinder_reference;
 use crate::output::print;
 use crate::output::summary::Summary;
@@ -173,7 +173,7 @@ fn measure(session: &Session, row: &Row, out: &Path, petsc: &[String]) -> Result
 }
 
 /// Widths of the table's columns, negative where text stands on the left.
-const WIDTHS: [isize; 8] = [-28, -16, 9, 16, 9, 9, -11, 5];
+const WIDTHS: [isize; 8] = [-28, -16, 9, 16, 19, 9, -11, 5];
 
 fn columns(cells: [&str; 8]) -> String {
     let cell = |(text, width): (&str, isize)| match width.unsigned_abs() {
@@ -185,7 +185,7 @@ fn columns(cells: [&str; 8]) -> String {
 
 fn line(case: &str, name: &str, c: &Comparison, run: &Summary) -> String {
     let value = c.value.map_or("none".into(), measured);
-    let error = c.error.map_or(String::new(), signed_percent);
+    let error = c.difference().unwrap_or_default();
     let (reference, tolerance) = (c.reference.to_string(), percent(c.tolerance));
     columns([case, name, &value, &reference, &error, &tolerance, c.verdict(), &format!("{:.0}", run.wall_seconds)])
 }

@@ -1,7 +1,7 @@
 //! The page `docs/accuracy.md`: written by `mics validate --markdown`, read by `--compare`.
 
 use crate::config::Reference;
-use crate::output::compare::{Comparison, percent, signed_percent, significant};
+use crate::output::compare::{Comparison, percent, significant};
 use crate::output::summary::Summary;
 use crate::{Error, Result};
 use std::fs;
@@ -23,7 +23,7 @@ pub(super) fn head(full: bool, names: &[String]) -> String {
         "# Accuracy\n\n\
          This page is what `{command}` printed, by mics {version} of commit {commit}.\n\
          Nothing in it is typed. Each row is a measure of a shipped case beside its reference. The difference is a part of the\n\
-         reference, or of the middle of a band. The tolerance is what was asked for before the run was made, not what was\n\
+         reference, or the place in a band, from 0 at its lower to 100 % at its upper end. The tolerance is what was asked for before the run was made, not what was\n\
          reached: a value passes within it, and otherwise *falls short*. Seconds are those of the whole run on the machine that\n\
          made the page. `mics validate --full --compare docs/accuracy.md` says what has moved since.\n\n\
          | case | measure | value | reference | difference | tolerance | | steps | s |\n\
@@ -34,7 +34,7 @@ pub(super) fn head(full: bool, names: &[String]) -> String {
 /// A row of its table.
 pub(super) fn row(case: &str, measure: &str, c: &Comparison, run: &Summary) -> String {
     let value = c.value.map_or("none".into(), significant);
-    let (error, verdict) = (c.error.map_or(String::new(), signed_percent), c.verdict());
+    let (error, verdict) = (c.difference().unwrap_or_default(), c.verdict());
     let verdict = if c.pass { verdict.to_owned() } else { format!("**{verdict}**") };
     let (reference, tolerance, steps, seconds) = (c.reference, percent(c.tolerance), run.steps, run.wall_seconds);
     format!(

@@ -62,7 +62,8 @@ fn what_the_grid_does_not_resolve_is_said_with_the_cells_that_it_takes_by_the_ch
     ] {
         let case = case.to_str().unwrap();
         let (code, said) = says(&["check", case, "--set", set, "--set", end]);
-        let line = said.lines().find(|line| line.starts_with("warning      the boundary layer of ")).unwrap_or_default();
+        let line =
+            said.lines().find(|line| line.starts_with("warning      the boundary layer of ")).unwrap_or_default();
         assert!(code == Some(0) && expected.iter().all(|part| line.contains(part)), "{said}");
         assert!(line.contains("fluid.viscosity is dynamic, in Pa s"), "{line}");
         let out = dir.path().join("run");

@@ -9,8 +9,8 @@
 //!   v_0 + a (v_2 - v_0)  where their work is too much                    to the end
 //! ```
 
-use super::{Sharp, history};
 use super::coupled::CoupledFaces;
+use super::{Sharp, history};
 use crate::Result;
 use crate::contact::Impulse;
 use crate::domain::Domain;
@@ -29,11 +29,7 @@ pub struct Work {
 impl Work {
     /// That of so many bodies.
     pub fn new(n: usize) -> Work {
-        Work {
-            residuals: vec![Vector3::zeros(); n],
-            corrections: vec![Impulse::default(); n],
-            followed: vec![0.0; n],
-        }
+        Work { residuals: vec![Vector3::zeros(); n], corrections: vec![Impulse::default(); n], followed: vec![0.0; n] }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::figures::{Figure, Part};
 use super::{Run, describe};
-use crate::output::compare::{measured, percent, signed_percent};
+use crate::output::compare::{measured, percent};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// Keeps a browser from fetching anything, whatever the page says.
@@ -138,7 +138,7 @@ fn measures(run: &Run) -> Markup {
                 td.number { @match value { Some(v) => (measured(*v)), None => "none" } }
                 @if let Some(c) = comparison {
                     td.number { (c.reference.to_string()) }
-                    td.number { @if let Some(error) = c.error { (signed_percent(error)) } }
+                    td.number { @if let Some(difference) = c.difference() { (difference) } }
                     td.number { (percent(c.tolerance)) }
                     td { span class=(if c.pass { "chip good" } else { "chip bad" }) { (c.verdict()) } }
                 } @else if compared { td { } td { } td { } td.soft { "no reference" } }
