@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 
 use super::document::{Document, line_of, whole_file};
 use super::fault::Fault;
-use super::raw::{self, begin, expand, measures, name_particles, validate};
+use super::raw::{self, begin, expand, measures, name_particles, pairs, validate};
 use super::resolve::resolve;
 use super::resolved::Case;
 use crate::error::Given;
@@ -78,6 +78,7 @@ fn checked(document: &Document, path: &Path, overrides: &[String]) -> Result<Cas
     begin(&mut raw, folder)?;
     expand(&mut raw, folder)?;
     name_particles(&mut raw)?;
+    pairs(&raw)?;
     measures(&raw)?;
     drop_references(&mut raw, overrides);
     resolve(raw)

@@ -1,6 +1,6 @@
 //! The shipped cases: each is read, checked and stepped, and each has its page and its picture.
 
-use crate::support::{mics, run, shipped};
+use crate::support::{box_case, mics, run, shipped};
 use std::path::PathBuf;
 
 /// Every `*.toml` under cases/, studies aside.
@@ -20,9 +20,32 @@ fn every_shipped_case_is_accepted_and_takes_its_first_steps() {
         let (said, error) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         assert!(output.status.success(), "{}: {error}", case.display());
         // A fall at thousands of Reynolds numbers is shipped with the warning that its layer is thin.
-        let warns = said.lines().any(|line| line.starts_with("warning") && !line.contains("layer is thinner"));
+        let warns = said.lines().any(|line| line.starts_with("warning") && !line.contains("is thinner than a spacing"));
         assert!(said.contains("ms a step") && !warns, "{}: {said}", case.display());
         assert!(case.with_file_name("README.md").exists(), "{} has no page", case.display());
+    }
+}
+
+#[test]
+fn laws_of_pairs_name_the_materials_that_bodies_of_another_run_bring_along() {
+    let dir = tempfile::tempdir().unwrap();
+    let closed = ["\"wall\""; 4];
+    let stone = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.5, 0.5]\ndensity = 2.0\nmaterial = \"stone\"\n";
+    let time = "[time]\nend = 0.02\nstep = 0.01\n[output]\nfigures = false\n[contact]\n";
+    let text = |more: &str| box_case([1.0, 1.0], [20, 20], 0.01, closed, &format!("{more}{time}"));
+    let (first, next, out) = (dir.path().join("pour.toml"), dir.path().join("tilt.toml"), dir.path().join("pour"));
+    std::fs::write(&first, text(stone)).unwrap();
+    run(&first, &out, &[]);
+    let pair = |name: &str| format!("[[contact.pair]]\nbetween = [\"{name}\", \"wall\"]\nfriction = 0.9\n");
+    let lists = format!("[[swarm]]\nfrom = \"{}\"\ndensity = 2.0\n", out.join("particles.csv").display());
+    for brings in [format!("[initial]\nfrom = \"{}\"\n", out.display()), lists] {
+        std::fs::write(&next, text(&brings) + &pair("stone")).unwrap();
+        let said = mics(&["check", next.to_str().unwrap()]);
+        assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+        std::fs::write(&next, text(&brings) + &pair("stane")).unwrap();
+        let said = mics(&["check", next.to_str().unwrap()]);
+        let error = String::from_utf8_lossy(&said.stderr);
+        assert!(error.contains("known here: \"default\", \"stone\", \"wall\""), "{error}");
     }
 }
 

@@ -159,8 +159,13 @@ fn two_sevenths() -> f64 {
     2.0 / 7.0
 }
 
+/// Checks the materials of the laws between pairs, once all bodies of the case are listed.
+pub(in crate::config) fn pairs(case: &Case) -> Check {
+    case.contact.as_ref().map_or(Ok(()), |contact| contact.check_pairs(case))
+}
+
 impl Contact {
-    pub(super) fn check(&self, case: &Case) -> Check {
+    pub(super) fn check(&self) -> Check {
         let law = Pair {
             between: Vec::new(),
             normal_stiffness: self.normal_stiffness.given(),
@@ -182,6 +187,16 @@ impl Contact {
                 "must be \"auto\" or a whole number from 1 to {most}, not {count}"
             );
         }
+        for (index, pair) in self.pair.iter().enumerate() {
+            pair.materials(index)?;
+            pair.check_numbers(&format!("contact.pair.{index}"))?;
+        }
+        Ok(())
+    }
+
+    /// Checks that the materials of pairs are those of bodies or walls: once all bodies are listed, also
+    /// those that another run brings along.
+    fn check_pairs(&self, case: &Case) -> Check {
         let listed = case.particle.iter().map(Particle::material);
         let of_swarms = case.swarm.iter().filter_map(|swarm| swarm.material.as_deref());
         let mut known: Vec<&str> = listed.chain(of_swarms).collect();
@@ -190,8 +205,7 @@ impl Contact {
         known.sort_unstable();
         known.dedup();
         for (index, pair) in self.pair.iter().enumerate() {
-            let table = format!("contact.pair.{index}");
-            let key = format!("{table}.between");
+            let key = format!("contact.pair.{index}.between");
             let [a, b] = pair.materials(index)?;
             for (end, name) in pair.between.iter().enumerate() {
                 let names = known.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
@@ -207,7 +221,6 @@ impl Contact {
             let earlier = self.pair[..index].iter().position(|other| other.is_of(a, b));
             let message = |other| format!("contact.pair.{other} is of these two already: put all their keys into one");
             ensure!(earlier.is_none(), key, "{}", message(earlier.unwrap_or_default()));
-            pair.check_numbers(&table)?;
         }
         Ok(())
     }

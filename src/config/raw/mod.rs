@@ -27,6 +27,7 @@ pub use statistics::{Probe, Statistics};
 pub use swarm::{Diameters, Feed, Range, Region, Swarm};
 
 pub(super) use begin::begin;
+pub(super) use contact::pairs;
 pub(super) use swarm::expand;
 pub(super) use validate::{measures, name_particles, validate};
 
