@@ -6,6 +6,7 @@ mod memory;
 mod passage;
 mod restart;
 mod step_size;
+mod symmetry;
 
 use crate::check::Rest;
 use crate::clock::Stage;
@@ -520,6 +521,7 @@ impl<'a, const D: usize> Run<'a, D> {
         self.session.sum(&mut used)?;
         self.session.max(&mut most)?;
         let [memory, cpu] = used;
+        let symmetric = symmetry::stayed(self.case, &self.scene)?;
         let unused = self.session.unused_options()?;
         self.write_run(Some(&now()))?;
         if self.folder.is_none() {
@@ -537,8 +539,12 @@ impl<'a, const D: usize> Run<'a, D> {
         });
         let (domain, state) = (&self.scene.domain, &self.scene.state);
         let made = energy_bound::doubt(state, energy_bound::settling(domain, &state.bodies));
-        let notes =
-            [made.filter(|_| status == "done"), energy_bound::bounded(state), energy_bound::lost(self.case, state)];
+        let notes = [
+            made.filter(|_| status == "done"),
+            energy_bound::bounded(state),
+            energy_bound::lost(self.case, state),
+            symmetric.filter(|_| status == "done"),
+        ];
         let notes: Vec<String> = notes.into_iter().flatten().collect();
         let summary = json!({
             "notes": notes, "case": self.case.name, "status": status, "cells": cells, "steps": self.scene.state.steps, "time": self.scene.state.time,

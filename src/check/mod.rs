@@ -127,7 +127,8 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
              drive.hold_mixture = true carries it"
         ));
     }
-    lines.extend(case.initial.from.as_ref().map(|run| format!("begins       where {run} ended")));
+    lines.extend(case.initial.from.as_ref().map(|run| format!("begins       where {run} has come to")));
+    lines.extend(doubled(case));
     lines.extend(case.describe_particles().into_iter().map(|(label, words)| format!("{label:<13}{words}")));
     lines
         .extend(unresolved(case).into_iter().chain(unusual(case)).chain(out_of_range(case)).chain(mixed_impacts(case)));
@@ -285,6 +286,17 @@ fn out_of_range(case: &Case) -> Vec<String> {
     density.into_iter().chain(sizes).collect()
 }
 
+/// Bodies of the file beside those that another run brings along.
+fn doubled(case: &Case) -> Option<String> {
+    let (inherited, own) = (case.initial.inherited, case.particle.len() - case.initial.inherited);
+    (inherited > 0 && own > 0).then(|| {
+        format!(
+            "note         this file adds {own} to the {inherited} that come from that run: if they are the same, remove its [[particle]] and \
+             [[swarm]]"
+        )
+    })
+}
+
 /// Impacts by the paper's method, which loses energy in them.
 fn mixed_impacts(case: &Case) -> Option<String> {
     let mixes = case.coupling.wall == WallRule::Mixing && case.contact.is_some();
@@ -340,6 +352,12 @@ fn wall_layer(case: &Case) -> Vec<String> {
     );
     let warning = thin_layer(case).map(|thin| format!("warning      {thin}{}", doubt(reynolds)));
     [Some(line), warning].into_iter().flatten().collect()
+}
+
+/// The body that is held in the fastest stream for its size, its Reynolds number, diameter (m) and speed (m/s).
+pub(crate) fn wake(case: &Case) -> Option<(String, f64, f64, f64)> {
+    let layer = Layer::thinnest(case).filter(|layer| !layer.falls)?;
+    Some((case.called(layer.particle), layer.reynolds, layer.diameter, layer.speed))
 }
 
 /// The boundary layer, where the grid does not resolve it, and how many cells would.

@@ -37,8 +37,8 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     let ground = resting > MANY && resting < raw.particle.len();
     let fixed = if ground { FixedRows::Once } else { FixedRows::Always };
     let entrances: Vec<_> = raw.particle.iter().map(|p| p.entrance(&raw)).collect();
-    let raw::Initial { from, taylor_green, perturbation, .. } = raw.initial;
-    let initial = Initial { from, velocity, perturbation: perturbation.unwrap_or(0.0), taylor_green };
+    let raw::Initial { from, inherited, taylor_green, perturbation, .. } = raw.initial;
+    let initial = Initial { from, inherited, velocity, perturbation: perturbation.unwrap_or(0.0), taylor_green };
     let raw::Fluid { density, viscosity, gravity } = raw.fluid;
     let fluid = Fluid { density, viscosity, gravity: gravity.unwrap_or(rest.clone()) };
     let raw::Boundary { west, east, south, north, bottom, top } = raw.boundary;

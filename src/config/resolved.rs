@@ -174,6 +174,8 @@ pub enum Motion {
 pub struct Initial {
     /// The folder of a run whose flow goes on.
     pub from: Option<String>,
+    /// How many particles that run has brought along.
+    pub inherited: usize,
     /// Uniform velocity (m/s), a number for each axis.
     pub velocity: Vec<f64>,
     /// Amplitude (m/s) of a reproducible pseudo-random disturbance of every cell.

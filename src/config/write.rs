@@ -59,6 +59,7 @@ fn file(case: &Case) -> raw::Case {
         initial: raw::Initial {
             from: case.initial.from.clone(),
             listed: case.initial.from.is_some(),
+            inherited: 0,
             velocity: Some(case.initial.velocity.clone()).filter(|_| case.initial.from.is_none()),
             taylor_green: case.initial.taylor_green,
             perturbation: Some(case.initial.perturbation).filter(|_| case.initial.from.is_none()),

@@ -42,6 +42,11 @@ fn laws_of_pairs_name_the_materials_that_bodies_of_another_run_bring_along() {
         std::fs::write(&next, text(&brings) + &pair("stone")).unwrap();
         let said = mics(&["check", next.to_str().unwrap()]);
         assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+        let doubled = "note         this file adds 1 to the 1 that come from that run";
+        let other = stone.replace("[0.5, 0.5]", "[0.2, 0.2]");
+        std::fs::write(&next, text(&(brings.clone() + &other)) + &pair("stone")).unwrap();
+        let said = String::from_utf8_lossy(&mics(&["check", next.to_str().unwrap()]).stdout).into_owned();
+        assert_eq!(said.contains(doubled), brings.contains("[initial]"), "{said}");
         std::fs::write(&next, text(&brings) + &pair("stane")).unwrap();
         let said = mics(&["check", next.to_str().unwrap()]);
         let error = String::from_utf8_lossy(&said.stderr);

@@ -16,8 +16,8 @@ fn disc(diameter: f64, place: [f64; 2], density: f64, more: &str) -> String {
 fn set_off(ratio: f64, dt: f64, across: usize) -> f64 {
     let petsc = petsc();
     let more = format!("{SHARP}{}[pressure]\ndivergence_limit = 1.0e-6", disc(1.0, [5.03, 5.02], ratio, ""));
-    let text =
-        box_case([10.0, 10.0], [10 * across; 2], 1e-5, WALLS, &more).replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
+    let text = box_case([10.0, 10.0], [10 * across; 2], 1e-5, WALLS, &more)
+        .replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
     let mut scene: Scene<2> = petsc.scene(&text);
     assert!(scene.step(dt).unwrap().divergence_max < 1e-6);
     let first = -scene.state.bodies[0].velocity.y / dt;
@@ -34,7 +34,10 @@ fn discs_of_every_density_are_set_off_with_the_added_mass_of_their_box_whatever_
     let theory = |ratio: f64| (ratio - 1.0) / (ratio + 1.0172);
     for ratio in [0.001, 0.01, 0.1, 0.5, 2.65, 10.0, 100.0, 1e3, 1e4] {
         let [a, b] = [0.02, 0.005].map(|dt| set_off(ratio, dt, 8));
-        println!("s = {ratio}: a/g {a:.5}, {:+.2} % of theory; {b:.5} with short steps", 100.0 * (a / theory(ratio) - 1.0));
+        println!(
+            "s = {ratio}: a/g {a:.5}, {:+.2} % of theory; {b:.5} with short steps",
+            100.0 * (a / theory(ratio) - 1.0)
+        );
         assert!((a / theory(ratio) - 1.0).abs() < 0.02 && (a / b - 1.0).abs() < 0.001, "s = {ratio}: {a} {b}");
     }
     for ratio in [0.001, 2.65] {

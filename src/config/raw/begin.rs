@@ -26,6 +26,7 @@ pub(in crate::config) fn begin(case: &mut Case, folder: &Path) -> Check {
     let run = located(&run, folder);
     case.initial.from = Some(run.display().to_string());
     let bodies = bodies(&run, case.dimension(), key)?;
+    case.initial.inherited = bodies.len();
     case.particle.splice(0..0, bodies);
     for body in &case.particle {
         below_periods(case, key, body.shape.diameter())?;

@@ -182,6 +182,9 @@ pub struct Initial {
     /// Whether the bodies of that run are among the particles of this file already, as in the case.toml that a run writes; default no.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub listed: bool,
+    /// How many particles that run has brought along.
+    #[serde(skip)]
+    pub inherited: usize,
     /// Uniform velocity (m/s); default the inflow's (of its middle, where it has a profile), or rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<Vec<f64>>,

@@ -419,7 +419,11 @@ mod tests {
              [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\nnorth = \"wall\"\n{lids}"
         );
         let case = toml::from_str(&text).unwrap();
-        validate(&case).and_then(|()| pairs(&case)).and_then(|()| measures(&case)).err().map(|fault| (fault.key, fault.message))
+        validate(&case)
+            .and_then(|()| pairs(&case))
+            .and_then(|()| measures(&case))
+            .err()
+            .map(|fault| (fault.key, fault.message))
     }
 
     fn discs(places: &[[f64; 2]]) -> String {
