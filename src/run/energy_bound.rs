@@ -87,7 +87,7 @@ pub(super) fn bounded<const D: usize>(s: &State<D>) -> Option<String> {
 /// What a run that has come to its end has to say of energy that the method has lost.
 pub(super) fn lost<const D: usize>(case: &Case, s: &State<D>) -> Option<String> {
     let share = s.energy.method / s.energy.scale();
-    let cure = crate::check::thin_layer(case).map_or_else(|| "more cells resolve it better".into(), |thin| thin);
+    let cure = crate::check::thin_layer(case).unwrap_or_else(|| "more cells resolve it better".into());
     (share > MUCH_LOST).then(|| {
         format!(
             "note: the method lost {:.0} % of all energy that was put in (method_loss in steps.csv), where the grid does not resolve \

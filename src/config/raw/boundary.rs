@@ -91,7 +91,7 @@ impl Side {
         }
         let cells = along.iter().map(|&a| domain.cells[a]).product::<usize>();
         let sum: f64 = (0..cells).map(|n| self.inflow_at(&at(n), &sizes, axis)).sum();
-        let inwards = if face % 2 == 0 { 1.0 } else { -1.0 };
+        let inwards = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
         inwards * sum * spacings.iter().product::<f64>()
     }
 }
