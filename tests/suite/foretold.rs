@@ -279,3 +279,24 @@ fn the_disk_that_a_run_will_take_is_said_before_it() {
     let (said, left) = (words[0].parse::<f64>().unwrap(), 1e-6 * size(&out) as f64);
     assert!((0.6..1.0).contains(&(left / said)), "{said} MB said, {left} MB left");
 }
+
+#[test]
+fn a_free_body_that_a_locked_axis_drives_into_a_border_is_foreseen() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = dir.path().join("case.toml");
+    let foreseen = |east: &str, end: f64| {
+        let sides = ["\"wall\"", east, "\"wall\"", "\"wall\""];
+        let more = format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [0.5, 0.5]\ndensity = 2.0\n\
+             velocity = [0.1, 0.0]\nlocked = [\"x\"]\n[contact]\n[time]\nend = {end:?}\nstep = 0.01\n"
+        );
+        std::fs::write(&case, crate::support::box_case([1.0, 1.0], [40, 40], 0.01, sides, &more)).unwrap();
+        let (code, said) = says(&["check", case.to_str().unwrap()]);
+        assert_eq!(code, Some(0), "{said}");
+        said.contains("the run will end soon after t = 4.000 s") && said.contains("into the east border")
+    };
+    // 0.4 m to the border at 0.1 m/s.
+    assert!(foreseen("\"wall\"", 5.0));
+    assert!(!foreseen("\"wall\"", 3.9));
+    assert!(!foreseen("\"outflow\"", 5.0));
+}

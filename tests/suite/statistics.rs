@@ -275,3 +275,23 @@ fn probes_beside_another_rank_read_what_is_there() {
         assert!(worst < 1e-7, "{wall}: {worst} m/s");
     }
 }
+
+#[test]
+fn snapshots_as_often_as_can_be_are_written_in_every_step() {
+    let dir = tempfile::tempdir().unwrap();
+    let text =
+        box_case([1.0, 1.0], [16, 16], 0.05, CHANNEL, "[drive]\nforce = [0.4, 0.0]\n[time]\nend = 0.05\nstep = 0.01\n");
+    let case = write(dir.path(), "case.toml", &text);
+    for (n, every) in ["1e-25", "1e-19", "0.01"].into_iter().enumerate() {
+        let out = dir.path().join(n.to_string());
+        run(
+            &case,
+            &out,
+            &["--set", &format!("output.fields={{ every_time = {every} }}"), "--set", "output.figures=false"],
+        );
+        let snapshots = std::fs::read_dir(out.join("fields"))
+            .unwrap()
+            .filter(|file| file.as_ref().unwrap().path().extension().is_some_and(|extension| extension == "vti"));
+        assert_eq!(snapshots.count(), 6, "every {every} s");
+    }
+}
