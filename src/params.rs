@@ -176,8 +176,8 @@ constants! {
     /// Substeps in a contact, where the case leaves them to the program. Fewer, restitution is off; more, they cost.
     /// Halved: rebound +5.2 %, kiss -1.9 %. Doubled: rebound +1.5 %, kiss +2.2 %.
     contact_substeps = 40.0;
-    /// Substeps while a gap that only fluid fills changes by its width, up to as many as a contact has, and at least half of
-    /// these. Fewer, the approach of two bodies is coarse in time.
+    /// Substeps while a gap that only fluid fills changes by its width, up to as many as a contact
+    /// has, and at least half of these. Fewer, the approach of two bodies is coarse in time.
     /// Halved: rebound -0.2 %. Doubled: -0.1 %.
     gap_substeps = 4.0;
     /// Overlap, of the smaller radius, that ends a run.

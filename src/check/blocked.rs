@@ -132,7 +132,8 @@ fn cover<'a, const D: usize>(grid: &Grid<D>, bodies: impl Iterator<Item = &'a Bo
     covered
 }
 
-/// Whether a way over sides of open cells leads from the ones to the others, not across the ends of the axis `kept`.
+/// Whether a way over sides of open cells leads from the ones to the others, not across the
+/// ends of the axis `kept`.
 fn connected<const D: usize>(
     grid: &Grid<D>,
     covered: &[bool],

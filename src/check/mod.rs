@@ -354,7 +354,8 @@ fn wall_layer(case: &Case) -> Vec<String> {
     [Some(line), warning].into_iter().flatten().collect()
 }
 
-/// The body that is held in the fastest stream for its size, its Reynolds number, diameter (m) and speed (m/s).
+/// The body that is held in the fastest stream for its size, its Reynolds number, diameter (m)
+/// and speed (m/s).
 pub(crate) fn wake(case: &Case) -> Option<(String, f64, f64, f64)> {
     let layer = Layer::thinnest(case).filter(|layer| !layer.falls)?;
     Some((case.called(layer.particle), layer.reynolds, layer.diameter, layer.speed))

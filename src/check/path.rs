@@ -1,5 +1,5 @@
-//! Where prescribed bodies come to, and free ones along locked axes. That one reaches the border of the box, another one or a fixed one ends a
-//! run, and follows from how they are told to move.
+//! Where prescribed bodies come to, and free ones along locked axes. That one reaches the border of
+//! the box, another one or a fixed one ends a run, and follows from how they are told to move.
 
 use crate::config::{Case, FACES, Side};
 use crate::method::collision::refuse_collisions;
@@ -38,7 +38,8 @@ pub fn run_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String>
     })
 }
 
-/// Says when and where the first free body that moves along a locked axis reaches a border that it cannot leave through.
+/// Says when and where the first free body that moves along a locked axis reaches a border that
+/// it cannot leave through.
 pub fn locked_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
     let (state, size) = (&scene.state, &scene.domain.grid.size);
     let ends = |body: &Body| -> Vec<(f64, usize, usize, usize, f64)> {

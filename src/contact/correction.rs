@@ -5,7 +5,7 @@
 //!   residual    e_i = v_i - v_i*,  o_i = w_i - w_i*          v*: at the end of the substeps, w*: before the pressure
 //!   normal      P = q m_n e_n,   e_n = n.(e_i - e_j)         1/m_n, 1/m_t as in [`super::law`]
 //!   tangential  Q = -q m_t e_t,  e_t = (e_i - e_j)_t + (a_i o_i + a_j o_j) x n,   |Q + Q_1| <= mu (P + P_1)
-//!   position    x_i = x_i* + t (1 - q)/2 (v_i - v_i*)              after the pressure, by the least t (1 - q) of its contacts
+//!   position    x_i = x_i* + t (1 - q)/2 (v_i - v_i*)        by the least t (1 - q) of its contacts
 //!   share       q = 1 - sin(x)/x,  x = pi t/T <= pi          in contact for a time t so far, which lasts T in all
 //!               q = 1                                        a contact that has ended within the step
 //!               q = x/(1 + x),  x = dt lambda/m              lubrication that resists with lambda
@@ -17,9 +17,9 @@
 //! or slips as the substeps found. A body in a contact that lasts has moved with the mean of its
 //! velocities at the start and at the end of the step, not as the substeps expected: without the
 //! correction of its position its springs store less than it loses (a disc of s = 2.5 that leaves a
-//! wall in four steps keeps 0.70 of its speed, and 0.79 with it). The pairs are corrected one after the other, there and back,
-//! until a sweep changes little beside the first one: each layer of a pile slides by little on the
-//! one below.
+//! wall in four steps keeps 0.70 of its speed, and 0.79 with it). The pairs are corrected one after
+//! the other, there and back, until a sweep changes little beside the first one: each layer of a
+//! pile slides by little on the one below.
 
 use super::law::Kinematics;
 use super::substep::Answer;

@@ -152,8 +152,8 @@ impl Law {
         self.material.normal_stiffness * overlap.max(0.0).powf(g + 1.0) / (g + 1.0)
     }
 
-    /// Energy in the normal spring and in the tangential one, stretched by `spring` (m), at an overlap (J): as much of that as
-    /// friction can hold.
+    /// Energy in the normal spring and in the tangential one, stretched by `spring` (m), at an
+    /// overlap (J): as much of that as friction can hold.
     pub(super) fn stored_with(&self, overlap: f64, spring: &Vector3<f64>) -> f64 {
         if overlap <= 0.0 {
             return 0.0;

@@ -51,8 +51,8 @@ impl Comparison {
         })
     }
 
-    /// How far the value is from the reference, in words: as a part of it, or where in a band, from 0 at
-    /// its lower to 100 % at its upper end; nothing where there is no value.
+    /// How far the value is from the reference, in words: as a part of it, or where in a band, from
+    /// 0 at its lower to 100 % at its upper end; nothing where there is no value.
     pub fn difference(&self) -> Option<String> {
         match self.reference {
             Reference::Value(_) => self.error.map(signed_percent),

@@ -139,8 +139,8 @@ fn default_options(session: &Session, choice: Choice, dimension: usize) -> Resul
     // Else gamg and mg smooth with the operator, free bodies included, by the eigenvalues of the matrix: no longer positive.
     session.default_option("-pc_use_amat", "false")?;
     if session.option("-pc_type")?.as_deref() == Some("gamg") {
-        // Its own smoother goes by estimates of eigenvalues that are too small: as a preconditioner of cg it is indefinite
-        // among free bodies.
+        // Its own smoother goes by estimates of eigenvalues that are too small: as a preconditioner
+        // of cg it is indefinite among free bodies.
         session.default_option("-mg_levels_ksp_type", "richardson")?;
         session.default_option("-mg_levels_pc_type", "sor")?;
     }
@@ -178,8 +178,8 @@ fn refuse_what_ends_the_program(session: &Session) -> Result<()> {
     }
 }
 
-/// Refuses to write a matrix that there is none of: the operator is applied row by row, and so is what
-/// `own` preconditioners need of it.
+/// Refuses to write a matrix that there is none of: the operator is applied row by row, and so is
+/// what `own` preconditioners need of it.
 fn refuse_empty_views(session: &Session, own: bool) -> Result<()> {
     for (name, none) in [("-ksp_view_mat", true), ("-ksp_view_pmat", own)] {
         let value = session.option(name)?.unwrap_or_default();

@@ -1,11 +1,12 @@
 //! A flow past bodies that has stayed its own mirror image, where a wake sheds vortices.
 //!
 //! ```text
-//!   |mean of u_b| < 1e-6 |mean of u_a|        a along the stream, b across it; 0 but for rounding where the flow is symmetric
+//!   |mean of u_b| < 1e-6 |mean of u_a|      a along the stream, b across it
 //! ```
-//! A scene that is symmetric to rounding stays so for hundreds of passages of the stream: rounding is all
-//! that grows. The drag is that of the symmetric flow then, which no experiment has. No perturbation is
-//! there by default: it would change every steady flow, and what is compared with its mirror image.
+//! Where the flow is symmetric, the mean across is 0 but for rounding. A scene that is symmetric
+//! stays so for hundreds of passages of the stream: rounding is all that grows. The drag is that of
+//! the symmetric flow then, which no experiment has. No perturbation is there by default: it would
+//! change every steady flow, and what is compared with its mirror image.
 
 use crate::Result;
 use crate::check;
@@ -13,7 +14,8 @@ use crate::config::Case;
 use crate::drive::mean;
 use crate::scene::Scene;
 
-/// Reynolds numbers from which on a lone body sheds vortices, in 2D and 3D (Jackson 1987, J. Fluid Mech. 182; Natarajan & Acrivos 1993, J. Fluid Mech. 254).
+/// Reynolds numbers from which on a lone body sheds vortices, in 2D and 3D (Jackson 1987, J.
+/// Fluid Mech. 182; Natarajan & Acrivos 1993, J. Fluid Mech. 254).
 const SHEDS: [f64; 2] = [47.0, 278.0];
 
 /// Part of the mean velocity below which the one across it is rounding.

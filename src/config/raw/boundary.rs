@@ -57,8 +57,8 @@ impl Side {
         }
     }
 
-    /// A component of an inflow's velocity (m/s) at a place on its face: coordinates along it (m), of
-    /// as many as reach from 0 to `sizes` (m); 0 of other sides.
+    /// A component of an inflow's velocity (m/s) at a place on its face: coordinates along it (m),
+    /// of as many as reach from 0 to `sizes` (m); 0 of other sides.
     pub fn inflow_at(&self, place: &[f64], sizes: &[f64], component: usize) -> f64 {
         match self {
             Side::Inflow(velocity) => velocity[component],

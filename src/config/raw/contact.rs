@@ -194,8 +194,8 @@ impl Contact {
         Ok(())
     }
 
-    /// Checks that the materials of pairs are those of bodies or walls: once all bodies are listed, also
-    /// those that another run brings along.
+    /// Checks that the materials of pairs are those of bodies or walls: once all bodies are listed,
+    /// also those that another run brings along.
     fn check_pairs(&self, case: &Case) -> Check {
         let listed = case.particle.iter().map(Particle::material);
         let of_swarms = case.swarm.iter().filter_map(|swarm| swarm.material.as_deref());

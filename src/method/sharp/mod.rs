@@ -240,7 +240,8 @@ impl<const D: usize> Sharp<D> {
         if let Some(contacts) = &mut self.contacts {
             contacts.meet(&s.bodies);
         }
-        // The first motion of a lone body; beside others, what contacts may have to hold at its effective mass.
+        // The first motion of a lone body; beside others, what contacts may have to hold
+        // at its effective mass.
         let begins = |k: usize, body: &Body| {
             let (added, displaced) = (body.added_mass(fluid.density), fluid.density * body.volume());
             let driven = s.drive.map_or_else(Vector3::zeros, |force| added / fluid.density * force);
