@@ -1,6 +1,6 @@
 //! What moves the fluid besides its borders: exact channel flow, a mean velocity that is held in every step, and what bodies feel.
 
-use crate::support::{box_case, mics, mpirun, order, petsc, run};
+use crate::support::{box_case, columns, mics, mpirun, order, petsc, run};
 use mics::drive::{box_volume, mean};
 use mics::scene::Scene;
 use nalgebra::Vector3;
@@ -403,4 +403,25 @@ fn inflows_that_balance_need_no_outflow_and_others_are_refused_with_what_comes_i
     let refused = said("{ inflow_parabola = [0.5, 0.0] }");
     let words = String::from_utf8_lossy(&refused.stderr);
     assert!(words.contains("0.66699 m2/s come in and 0.3335 m2/s go out"), "{words}");
+}
+
+/// A drive accelerates the fluid and a body of its density alike.
+#[test]
+fn driven_neutral_disc_has_velocity_gravity_times_time() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = dir.path().join("case.toml");
+    for wall in ["sharp", "mixing"] {
+        let disc = "[[particle]]\nshape = { disc = { diameter = 0.25 } }\nposition = [0.26, 0.51]\ndensity = 1.0\n";
+        let more =
+            format!("{disc}[drive]\ngravity = true\n[coupling]\nwall = \"{wall}\"\n[time]\nend = 0.4\nstep = 0.01\n");
+        let text = box_case([1.0, 1.0], [32, 32], 0.002, ["\"periodic\""; 4], &more);
+        let text = text.replace("density = 1.0\nviscosity", "gravity = [0.3, -0.1]\ndensity = 1.0\nviscosity");
+        std::fs::write(&case, text).unwrap();
+        let out = dir.path().join(wall);
+        run(&case, &out, &["--set", "output.figures=false"]);
+        let last = |name: &str| *columns(&out.join("particles.csv"))[name].last().unwrap();
+        for (velocity, expected) in [(last("vx"), 0.12), (last("vy"), -0.04)] {
+            assert!((velocity / expected - 1.0).abs() < 1e-9, "{wall}: {velocity} m/s, {expected} by g t");
+        }
+    }
 }

@@ -1,20 +1,26 @@
 //! The acceleration by the pressure, on faces, and what covered faces change of it in the cells beside them:
 //!
 //! ```text
-//!   a = (-grad p + G)/rho   G: the drive's force     cell:  (H_w a_w + H_e a_e)/(1 + (H_w + H_e)/2)     the mean of both faces' where both are open
+//!   a = (-grad p + G)/rho                                        G: the drive's force
+//!   cell:  b + (H_w (a_w - b) + H_e (a_e - b))/(1 + (H_w + H_e)/2)   the mean of both faces' where both are open
 //! ```
+//! with b = G/rho beside free bodies, which the drive accelerates alike, and 0 beside others. Fluid and
+//! free bodies of its density stay at rest to each other while the drive accelerates both.
 
 use super::cut::CutBodies;
 use super::tally::MomentumTally;
 use crate::domain::Domain;
 use crate::grid::{Grid, VectorField};
 use crate::kernels::faces::{self, FaceCoefficient};
+use crate::particles::Body;
 use nalgebra::Vector3;
 
 /// Acceleration by one pressure.
 pub struct PressureAcceleration<const D: usize> {
     /// On every face, open or not (m/s2).
     pub faces: VectorField<D>,
+    /// The part of it that is the drive's, the same everywhere (m/s2).
+    driven: Vector3<f64>,
     /// Of each cut body's own cells, what they get beyond the mean of their faces' (m/s2).
     opened: Vec<[f64; D]>,
 }
@@ -22,35 +28,54 @@ pub struct PressureAcceleration<const D: usize> {
 impl<const D: usize> PressureAcceleration<D> {
     /// None yet, with room for so many cells.
     pub fn new(grid: &Grid<D>, cells: usize) -> PressureAcceleration<D> {
-        PressureAcceleration { faces: grid.vector_field(), opened: Vec::with_capacity(cells) }
+        PressureAcceleration { faces: grid.vector_field(), driven: Vector3::zeros(), opened: Vec::with_capacity(cells) }
     }
 
     /// None.
     pub fn clear(&mut self) {
         self.faces.iter_mut().for_each(|f| f.fill(0.0));
+        self.driven = Vector3::zeros();
         self.opened.clear();
     }
 
     /// That of the pressure `p` (Pa), ghosts filled, and of the drive, where there is one (N/m3).
-    pub fn of_pressure(&mut self, domain: &Domain<D>, cut: &CutBodies<D>, p: &[f64], drive: Option<Vector3<f64>>) {
+    pub fn of_pressure(
+        &mut self,
+        domain: &Domain<D>,
+        cut: &CutBodies<D>,
+        bodies: &[Body],
+        p: &[f64],
+        drive: Option<Vector3<f64>>,
+    ) {
         let whole = FaceCoefficient::Uniform(1.0 / domain.fluid.density);
         faces::acceleration(&domain.grid, &whole, None, p, &mut self.faces);
         domain.boundaries.extrapolate_to_closed_faces(&mut self.faces);
-        for (force, faces) in drive.iter().flatten().zip(&mut self.faces).filter(|(force, _)| **force != 0.0) {
-            faces.iter_mut().for_each(|a| *a += force / domain.fluid.density);
+        self.driven = drive.map_or_else(Vector3::zeros, |force| force / domain.fluid.density);
+        for (driven, faces) in self.driven.iter().zip(&mut self.faces).filter(|(driven, _)| **driven != 0.0) {
+            faces.iter_mut().for_each(|a| *a += driven);
         }
-        self.reopen(domain, cut);
+        self.reopen(domain, cut, bodies);
+    }
+
+    /// The part of it that the drive gives a body as well as the fluid (m/s2).
+    pub fn driven(&self, body: &Body) -> Vector3<f64> {
+        felt(&self.driven, body)
     }
 
     /// Finds what covered faces change of it, once bodies have moved.
-    pub fn reopen(&mut self, domain: &Domain<D>, cut: &CutBodies<D>) {
+    pub fn reopen(&mut self, domain: &Domain<D>, cut: &CutBodies<D>, bodies: &[Body]) {
         self.opened.clear();
         let (grid, density) = (&domain.grid, domain.fluid.density);
-        for (o, part) in cut.bodies.iter().flat_map(|body| body.own_cells()) {
+        let all = self.driven;
+        let cells = cut.bodies.iter().zip(bodies).flat_map(|(cut, body)| {
+            let driven = felt(&all, body);
+            cut.own_cells().map(move |(cell, part)| (cell, part, driven))
+        });
+        for (o, part, driven) in cells {
             self.opened.push(std::array::from_fn(|axis| {
                 let (low, high) = (o.cell, o.cell + grid.stride[axis]);
                 let [open_low, open_high] = [low, high].map(|f| cut.beta.at(axis, f) * density);
-                let (a_low, a_high) = (self.faces[axis][low], self.faces[axis][high]);
+                let [a_low, a_high] = [low, high].map(|f| self.faces[axis][f] - driven[axis]);
                 let open = (open_low * a_low + open_high * a_high) / (1.0 + 0.5 * (open_low + open_high));
                 part * (open - 0.5 * (a_low + a_high))
             }));
@@ -86,4 +111,9 @@ impl<const D: usize> PressureAcceleration<D> {
             }
         }
     }
+}
+
+/// What a body has of the drive's acceleration (m/s2): nothing along directions in which it is held.
+fn felt(driven: &Vector3<f64>, body: &Body) -> Vector3<f64> {
+    body.freedom().map_or_else(Vector3::zeros, |freedom| freedom.along(driven))
 }

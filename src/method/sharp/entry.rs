@@ -80,7 +80,7 @@ impl<const D: usize> Sharp<D> {
         }
         // Outflows have no impulse, whatever comes in there.
         domain.boundaries.fill_increment(&mut s.p)?;
-        self.acceleration.of_pressure(domain, &self.cut, &s.p, s.drive);
+        self.acceleration.of_pressure(domain, &self.cut, &s.bodies, &s.p, s.drive);
         let Sharp { cut, acceleration, work, .. } = self;
         work.tally.fill(MomentumTally::default());
         faces::add_to_cells(&domain.grid, 1.0, &acceleration.faces, &mut s.u);

@@ -9,7 +9,7 @@
 //!   faces      q  = I(u*) + (1 - chi) (q^n - I(u^n)) + dt a,   U = H q + m U_b.n,   chi = min(1, dt U_max/(0.2 h) + c nu dt/h^2)
 //!   pressure   -div( H grad phi )/rho + sum_k (dV/M_k) j_k (j_k.phi) = -D/dt,       D = div U
 //!   bodies     V += (dt/M_k) F_p,   F_p = dV sum_c p_c j_c,   j_c = sum_f m_f n_f/h   (n_f outwards from the cell)
-//!   cells      u  = u* + dt (H_w a_w + H_e a_e)/(1 + (H_w + H_e)/2)
+//!   cells      u  = u* + dt (b + (H_w (a_w - b) + H_e (a_e - b))/(1 + (H_w + H_e)/2)),   b: the drive's, beside free bodies
 //!   inside     u  = U_b + the profile of the flow beside the wall, continued into the body ([`trace`])
 //! ```
 //! The equation stays symmetric, and its solution holds the added mass of a free body implicitly, whatever its density.
@@ -192,7 +192,7 @@ impl<const D: usize> Sharp<D> {
     pub fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
         self.predict_positions(domain, s, dt)?; //           (17, 18, 20-26) bodies to their new place, faces open there
         let pace = self.pace(domain, s, dt)?;
-        self.update_memory(domain, s, pace)?; //             memory = q - mean(u), at that place
+        self.update_memory(domain, s, pace, dt)?; //         memory = q - mean(u), at that place
         let sides = self.predict_cells(domain, s, dt)?; //   (7)      u* with the last pressure, the wall imposed
         self.predict_velocities(domain, s, dt)?; //          (17, 18) bodies by all forces but the new pressure
         self.predict_faces(domain, s, pace, dt)?; //         (8)      U = H q + m U_b.n
@@ -223,13 +223,13 @@ impl<const D: usize> Sharp<D> {
         s.balance = s.has_free_bodies().then(Balance::default);
         self.start_balance(domain, s)?;
         s.p.fill(0.0);
-        self.acceleration.of_pressure(domain, &self.cut, &s.p, s.drive);
+        self.acceleration.of_pressure(domain, &self.cut, &s.bodies, &s.p, s.drive);
         Ok(())
     }
 
     /// Finds the acceleration by the pressure as it is.
     pub fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>) {
-        self.acceleration.of_pressure(domain, &self.cut, &s.p, s.drive);
+        self.acceleration.of_pressure(domain, &self.cut, &s.bodies, &s.p, s.drive);
     }
 
     /// Gives bodies that have none a past: what one does first in a fluid at rest, how the fluid's wall shear begins to turn it, and the
@@ -273,7 +273,7 @@ impl<const D: usize> Sharp<D> {
         self.settle(domain, &s.bodies)?;
         domain.boundaries.fill_velocity(&mut s.u)?;
         history(&mut s.walls)?.unimposed.reserve(self.cut.most_inside());
-        self.acceleration.of_pressure(domain, &self.cut, &s.p, s.drive);
+        self.acceleration.of_pressure(domain, &self.cut, &s.bodies, &s.p, s.drive);
         Ok(())
     }
 

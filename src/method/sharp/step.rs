@@ -44,7 +44,13 @@ impl<const D: usize> Sharp<D> {
 
     /// The memory of the faces: what their velocity was beyond the cells' with the wall imposed at the present place; nothing where
     /// nothing will be kept of it. Collective.
-    pub(super) fn update_memory(&mut self, domain: &mut Domain<D>, s: &mut State<D>, pace: Pace) -> Result<()> {
+    pub(super) fn update_memory(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        pace: Pace,
+        dt: f64,
+    ) -> Result<()> {
         let moves = s.bodies.iter().any(Body::moves);
         if moves {
             domain.projection.assemble(&domain.grid, &self.cut.beta)?;
@@ -54,7 +60,14 @@ impl<const D: usize> Sharp<D> {
             let (walls, stage) = (history(&mut s.walls)?, &mut self.work.stage);
             copy(&s.u, stage);
             if moves {
+                // The drive has not accelerated the fluid of this step yet, nor the bodies beside it.
+                for body in &mut s.bodies {
+                    body.velocity -= dt * self.acceleration.driven(body);
+                }
                 self.cut.impose(domain, &s.bodies, true, &mut self.work.inside, None, stage);
+                for (body, motion) in s.bodies.iter_mut().zip(&self.motions) {
+                    body.velocity = motion.expected.0;
+                }
             }
             // What the last wall changed after the projection faces have yet to see.
             for Unimposed { cell, velocity } in &walls.unimposed {
@@ -66,7 +79,7 @@ impl<const D: usize> Sharp<D> {
             domain.boundaries.fill_stencils(stage)?;
             self.cut.update_memory(domain, stage, s.dt, &self.acceleration, &mut walls.memory);
         }
-        self.acceleration.reopen(domain, &self.cut);
+        self.acceleration.reopen(domain, &self.cut, &s.bodies);
         domain.clock.lap(Stage::Mixing);
         Ok(())
     }
@@ -183,7 +196,7 @@ impl<const D: usize> Sharp<D> {
     /// (16), the wall imposed on it. Collective.
     pub(super) fn correct_cells(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
         let Sharp { cut, acceleration, work, .. } = self;
-        acceleration.of_pressure(domain, cut, &s.p, s.drive);
+        acceleration.of_pressure(domain, cut, &s.bodies, &s.p, s.drive);
         faces::add_to_cells(&domain.grid, dt, &acceleration.faces, &mut s.u);
         acceleration.add_opened(domain, cut, dt, Some(&mut work.tally), &mut s.u);
         domain.clock.lap(Stage::Faces);
