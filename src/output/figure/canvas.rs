@@ -301,6 +301,13 @@ impl Axis {
         Axis::new(self.range, "", ticks.collect())
     }
 
+    /// The same axis without text, but with the grid lines of its ticks.
+    pub fn hushed(self) -> Axis {
+        let hush = |text: String| if text.is_empty() { text } else { " ".to_owned() };
+        let ticks = self.ticks.into_iter().map(|(value, text)| (value, hush(text)));
+        Axis::new(self.range, "", ticks.collect())
+    }
+
     /// The same axis from its high end to its low end.
     pub fn reversed(self) -> Axis {
         Axis { range: self.range.end..self.range.start, ..self }
@@ -313,6 +320,9 @@ impl Axis {
     /// Room that the tick labels and the label need beside a vertical axis.
     pub fn room(&self) -> i32 {
         let widest = self.ticks.iter().map(|(_, text)| width(text, SMALL)).max().unwrap_or(0);
+        if self.names {
+            return TICK + GAP + widest.max(width(&self.label, SMALL));
+        }
         TICK + GAP + widest + if self.label.is_empty() { 0 } else { GAP + MEDIUM }
     }
 
@@ -404,12 +414,14 @@ impl Frame {
             let at = (side + out * (TICK + GAP), y);
             sheet.text(label, SMALL, at, (anchor, VPos::Center), FontTransform::None);
         }
+        if self.y.names {
+            let at = (left, top - GAP);
+            return sheet.text(&self.y.label, SMALL, at, (HPos::Left, VPos::Bottom), FontTransform::None);
+        }
         let edge = side + out * self.y.room() - if right { MEDIUM } else { 0 };
         let at = (edge, top + height / 2);
         sheet.text(&self.y.label, MEDIUM, at, centred, FontTransform::Rotate270);
-        if !self.y.names {
-            sheet.line(ring(self.corner, self.extent), INK, THIN);
-        }
+        sheet.line(ring(self.corner, self.extent), INK, THIN);
     }
 }
 

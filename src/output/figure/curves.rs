@@ -37,6 +37,8 @@ pub const COLOURS: [RGBColor; 7] = [
     RGBColor(86, 180, 233),
 ];
 const DASH: Pixel = (9 * SCALE, 6 * SCALE);
+/// Dashes of a line that lies on another one, in whose gaps that shows.
+const LONG_DASH: Pixel = (24 * SCALE, 24 * SCALE);
 /// The colour of bands, which are no series of their own.
 const BAND: RGBColor = RGBColor(110, 110, 110);
 /// Markers as regular polygons: corners, radius in pixels of the figure, direction of the first corner in degrees.
@@ -146,7 +148,7 @@ fn draw(panels: &[Panel], beside: bool) -> (Sheet, Pixel) {
         let x = axis(axes.log_x, in_x, &axes.x_label, (8 * extent.0 / PLOT.0).max(4));
         let x = if axes.falling_x { x.reversed() } else { x };
         let last = beside || k + 1 == count;
-        let x = if last { x } else { x.unnamed() };
+        let x = if last { x } else { x.hushed() };
         let corner = (at.0 + if beside { y.room() } else { room }, at.1);
         let frame = Frame { corner, extent, x, y };
         let reached = plot(&mut sheet, *panel, &frame);
@@ -176,34 +178,31 @@ fn plot(sheet: &mut Sheet, (axes, series): Panel, frame: &Frame) -> i32 {
     };
     let all: Vec<Vec<Vec<Pixel>>> = series.iter().map(runs).collect();
     // A line on top of another one would hide it.
-    let style = |k: usize| match series[k].style {
-        SeriesStyle::Line
-            if (0..k).any(|other| series[other].style == SeriesStyle::Line && coincide(&all[other], &all[k])) =>
-        {
-            SeriesStyle::Dashed
-        }
-        style => style,
-    };
-    let styles: Vec<SeriesStyle> = (0..series.len()).map(style).collect();
+    let is_line = |k: &usize| series[*k].style == SeriesStyle::Line;
+    let hides = |k: usize| is_line(&k) && (0..k).filter(is_line).any(|other| coincide(&all[other], &all[k]));
     let ranks: Vec<usize> = ranks(series);
     let mut drawn = Vec::new();
     // Spreads lie under all lines.
-    let under = |k: &usize| styles[*k] == SeriesStyle::Spread;
+    let under = |k: &usize| series[*k].style == SeriesStyle::Spread;
     let order = (0..series.len()).filter(under).chain((0..series.len()).filter(|k| !under(k)));
     for k in order {
         for pixels in &all[k] {
-            drawn.extend(match styles[k] {
+            drawn.extend(match series[k].style {
                 SeriesStyle::Markers => pixels.clone(),
                 SeriesStyle::Spread => Vec::new(),
                 _ => dotted(pixels),
             });
-            stroke(sheet, styles[k], ranks[k], pixels.clone());
+            if hides(k) {
+                sheet.dashed(pixels.clone(), colour(ranks[k]), 2 * THIN, LONG_DASH);
+            } else {
+                stroke(sheet, series[k].style, ranks[k], pixels.clone());
+            }
         }
     }
     frame.axes(sheet, false);
     let entries: Vec<Entry> = (0..series.len())
-        .filter(|k| !series[*k].label.is_empty() && styles[*k] != SeriesStyle::Spread)
-        .map(|k| (series[k].label.as_str(), styles[k], ranks[k]))
+        .filter(|k| !series[*k].label.is_empty() && !under(k))
+        .map(|k| (series[k].label.as_str(), series[k].style, ranks[k]))
         .collect();
     legend(sheet, &entries, frame.corner, frame.extent, &drawn)
 }

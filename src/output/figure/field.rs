@@ -21,8 +21,6 @@ const BAR: i32 = 22 * SCALE;
 const MARGIN: i32 = 20 * SCALE;
 /// Height of an entry of a legend of particles.
 const NAMED: i32 = 38 * SCALE;
-/// Least height of a legend, for what is written along it.
-const LEGEND: i32 = 150 * SCALE;
 
 /// Draws vorticity as a colour map with streamlines and discs over it. Writes `STEM.png` and `STEM.svg`.
 pub fn vorticity(plane: &Plane, stem: &Path) -> Result<[PathBuf; 2]> {
@@ -149,10 +147,13 @@ pub fn bars(palette: &Palette, label: &str, scale: Option<&Scale>, tall: i32) ->
 pub fn side_by_side(axes: Vec<Axis>, corner: Pixel, tall: i32) -> Vec<Frame> {
     let mut left = corner.0;
     let place = |y: Axis| {
-        let corner = (left, corner.1);
+        let at = left;
         left += BAR + y.room() + MARGIN;
-        let tall = if y.is_of_names() { tall.min((y.range.end * f64::from(NAMED)) as i32) } else { tall };
-        Frame { corner, extent: (BAR, tall.max(LEGEND)), x: Axis::blank(), y }
+        let (top, tall) = match y.is_of_names() {
+            true => (corner.1 + NAMED, (y.range.end * f64::from(NAMED)) as i32),
+            false => (corner.1, tall),
+        };
+        Frame { corner: (at, top), extent: (BAR, tall), x: Axis::blank(), y }
     };
     axes.into_iter().map(place).collect()
 }

@@ -143,6 +143,13 @@ pub struct Look {
     pub digits: usize,
 }
 
+impl Look {
+    /// Vorticity with grey bodies, for the state at a time (s).
+    pub fn at(time: f64) -> Look {
+        Look { digits: digits(&[time]) + 2, ..Look::default() }
+    }
+}
+
 impl Default for Look {
     fn default() -> Look {
         Look { quantity: Quantity::Vorticity, colours: None, digits: 4 }
@@ -200,7 +207,7 @@ pub fn plane(
         scale: look.colours.map(|colours| colours.scale(case)),
         labels: axes.map(|a| format!("{} (m)", names[a])),
         title: format!("t = {:.digits$} s", snapshot.time),
-        place: if snapshot.cells[2] > 1 { format!(", {} = {height:.4} m", names[axis]) } else { String::new() },
+        place: if snapshot.cells[2] > 1 { format!(", {} = {} m", names[axis], rounded(height)) } else { String::new() },
         style: Style::default(),
     })
 }

@@ -17,9 +17,9 @@ const START: f64 = 0.02;
 const SHOWN: f64 = 1e-3;
 /// A component below this part of the largest one's is zero within rounding and the limit of the pressure.
 const ROUNDING: f64 = 1e-5;
-/// A vertical axis leaves out this part of the values at either end where they would widen it to the next number of times: the peaks
+/// A vertical axis of forces leaves out this part of the values at either end where they would widen it to the next number of times: the peaks
 /// of single steps in which bodies collide.
-const PEAKS: f64 = 0.005;
+const PEAKS: f64 = 0.02;
 const WIDER: f64 = 3.0;
 
 /// Points of a spread over time at most: each is the mean of some rows.
@@ -57,7 +57,7 @@ pub fn forces(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<Chart>
         (None, [id]) => {
             let parts = ["pressure", "viscous", "convective"].into_iter().zip(words(case));
             let plot = |a: &str| {
-                let mut all = vec![curve(*id, &format!("fluid_f{a}"), "fluid, all in all", SeriesStyle::Line)?];
+                let mut all = vec![curve(*id, &format!("fluid_f{a}"), "fluid, in all", SeriesStyle::Line)?];
                 for (part, words) in parts.clone() {
                     all.push(curve(*id, &format!("{part}_f{a}"), words, SeriesStyle::Dashed)?);
                 }
@@ -96,26 +96,29 @@ fn by_axes(
     let sizes: Vec<f64> = plots.iter().map(|series| largest(series)).collect();
     let most = sizes.iter().copied().fold(0.0, f64::max);
     let matters = |axis: &usize| sizes[*axis] > SHOWN * most || most == 0.0 && *axis == 0;
-    for (axis, size) in sizes.iter().enumerate().filter(|(axis, _)| !matters(axis)) {
-        notes.push(match *size {
-            0.0 => format!("along {} it is zero", NAMES[axis]),
-            size if size < ROUNDING * most => {
-                format!("along {} it is zero within rounding (below {size:.0e} {unit})", NAMES[axis])
-            }
-            size => format!("along {} it is below {size:.1e} {unit} and not drawn", NAMES[axis]),
-        });
+    let along = |axes: Vec<usize>| axes.into_iter().map(|axis| NAMES[axis]).collect::<Vec<_>>().join(" and ");
+    let left_out = || (0..plots.len()).filter(|axis| !matters(axis));
+    let (zero, small): (Vec<usize>, Vec<usize>) = left_out().partition(|axis| sizes[*axis] < ROUNDING * most);
+    let largest = |axes: &[usize]| axes.iter().map(|axis| sizes[*axis]).fold(0.0, f64::max);
+    if !zero.is_empty() {
+        let size = largest(&zero);
+        let rounding = if size > 0.0 { format!(" within rounding (below {size:.0e} {unit})") } else { String::new() };
+        notes.push(format!("along {} it is zero{rounding}", along(zero)));
+    }
+    if !small.is_empty() {
+        let size = largest(&small);
+        notes.push(format!("along {} it is below {size:.1e} {unit} and not drawn", along(small)));
+    }
+    let ranges: Vec<Option<[f64; 2]>> = plots.iter().map(|one| without_peaks(one).filter(|_| peaks)).collect();
+    let peaked: Vec<usize> = (0..plots.len()).filter(matters).filter(|axis| ranges[*axis].is_some()).collect();
+    if !peaked.is_empty() {
+        let most = rounded(significant(largest(&peaked)));
+        notes.push(format!("along {} peaks of up to {most} {unit} are cut off", along(peaked)));
     }
     let mut panels = Vec::new();
     for axis in (0..plots.len()).filter(matters) {
         let mut series = std::mem::take(&mut plots[axis]);
-        let range_y = if peaks { without_peaks(&series) } else { None };
-        if range_y.is_some() {
-            notes.push(format!(
-                "along {} peaks up to {} {unit} are cut off",
-                NAMES[axis],
-                rounded(significant(sizes[axis]))
-            ));
-        }
+        let range_y = ranges[axis];
         // One legend for all.
         if !panels.is_empty() {
             series.iter_mut().for_each(|one| one.label.clear());
@@ -349,7 +352,7 @@ mod tests {
         let one = chart(vec![vec![peaked], vec![line(2.0)]]);
         let [low, high] = one.panels[0].0.range_y.unwrap();
         assert!(low < 0.0 && (9.0..12.0).contains(&high), "{low} to {high}");
-        assert_eq!(one.panels[0].0.note, "along x peaks up to 1000 N/m are cut off");
+        assert_eq!(one.panels[0].0.note, "along x peaks of up to 1000 N/m are cut off");
         assert_eq!((one.panels.len(), one.panels[1].1[0].label.as_str()), (2, ""));
     }
 

@@ -375,7 +375,7 @@ impl Last {
             |id: usize| if poses.is_empty() { rows.centre(0, id).map(Pose::at) } else { poses.get(&id).copied() };
         let sections = section.map_or_else(|| sections(&run.case, place), |section| vec![section]);
         let titled = |section: Section| {
-            let plane = plane(&run.case, &snapshot, &run.folder, section, &place, &Look::default())?;
+            let plane = plane(&run.case, &snapshot, &run.folder, section, &place, &Look::at(snapshot.time))?;
             let title = format!("{}, {}{}", run.case.name, plane.title, plane.place);
             Ok(figure::Plane { title, ..plane })
         };

@@ -49,6 +49,8 @@ pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
         let ids = shown(track);
         for &id in ids.iter().filter(|_| !rows.is_empty()) {
             let label = match (tracks.len(), ids.len()) {
+                // The title says it.
+                (1, 1) => String::new(),
                 (1, _) => case.called(id),
                 (_, 1) => (*label).to_owned(),
                 _ => format!("{label}, {}", case.called(id)),
@@ -77,7 +79,11 @@ pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
         false => x_label,
     };
     let (drawn, all) = tracks.iter().fold((0, 0), |(a, b), track| (a + shown(track).len(), b + moving(track).len()));
-    let title = if drawn < all { format!("paths of {drawn} of {all} bodies") } else { "paths".into() };
+    let title = match (tracks, &shown(first)[..]) {
+        ([one], [id]) => format!("path of {}", one.case.called(*id)),
+        _ if drawn < all => format!("paths of {drawn} of {all} bodies"),
+        _ => "paths".into(),
+    };
     Ok(Some((Axes { x_label, y_label, title, frame: Some(frame), ..Axes::default() }, series)))
 }
 

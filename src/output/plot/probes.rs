@@ -4,6 +4,7 @@ use super::rows::table;
 use crate::Result;
 use crate::output::figure::{Axes, COLOURS, Chart, Series, SeriesStyle};
 use crate::output::not_a_run;
+use crate::words::rounded;
 use std::path::Path;
 
 /// What is drawn: a column and its label.
@@ -45,10 +46,15 @@ pub fn probes(run: &Path) -> Result<[Option<Chart>; 2]> {
     };
     let last =
         probes.iter().flat_map(|p| &p.points).filter_map(|(_, samples)| Some(samples.last()?.0)).fold(0.0, f64::max);
-    let means = format!("means over all rows of probes.csv, to t = {} s", crate::words::rounded(last));
+    let means = format!("means over all rows of probes.csv, to t = {} s", rounded(last));
     Ok([
-        draw(&points, "time (s)", ("probes", String::new()), &over_time),
-        draw(&lines, "distance from the first point (m)", ("lines of probes", means), &along),
+        draw(&points, "time (s)", ("velocity and pressure at probes", String::new()), &over_time),
+        draw(
+            &lines,
+            "distance from the first point (m)",
+            ("velocity and pressure along lines of probes", means),
+            &along,
+        ),
     ])
 }
 
@@ -62,7 +68,7 @@ fn draw(
 ) -> Option<Chart> {
     let shown: Vec<&Probe> = super::evenly(probes.len(), probes.len().min(COLOURS.len())).map(|k| probes[k]).collect();
     let title =
-        if shown.len() < probes.len() { format!("{} of {} {title}", shown.len(), probes.len()) } else { title.into() };
+        if shown.len() < probes.len() { format!("{title}, {} of {}", shown.len(), probes.len()) } else { title.into() };
     let plots: Vec<Vec<Series>> = (0..SHOWN.len())
         .map(|k| {
             let line =

@@ -48,12 +48,13 @@ pub fn drag(runs: &[Run], folder: &Path) -> Result<Option<[PathBuf; 2]>> {
         });
     }
     series.extend(compared(runs, "cd", references));
+    let curve = series.iter().any(|reference| reference.points.len() > 2);
     series.extend(markers(drag));
     let axes = Axes {
         x_label: "Re".into(),
         y_label: "Cd".into(),
-        log_x: true,
-        log_y: true,
+        log_x: curve,
+        log_y: curve,
         title: format!("Drag of a {}", if spheres { "sphere" } else { "cylinder" }),
         ..Axes::default()
     };

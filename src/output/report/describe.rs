@@ -127,6 +127,8 @@ pub fn numbers(run: &Run) -> Vec<Number> {
             "the fastest inflow"
         } else if case.initial.velocity.iter().any(|v| *v != 0.0) {
             "the velocity at the start"
+        } else if case.drive.is_some() {
+            "the drive"
         } else {
             "the fastest wall"
         };

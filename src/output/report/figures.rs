@@ -59,8 +59,14 @@ fn fields(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
     let snapshot = Snapshot::read(&newest)?;
     let mut all = Vec::new();
     for section in plot::sections(&run.case, run.particles.poses(0)) {
-        let mut plane =
-            plot::plane(&run.case, &snapshot, folder, section, &run.particles.poses(0), &plot::Look::default())?;
+        let mut plane = plot::plane(
+            &run.case,
+            &snapshot,
+            folder,
+            section,
+            &run.particles.poses(0),
+            &plot::Look::at(snapshot.time),
+        )?;
         let place = std::mem::take(&mut plane.title) + &plane.place;
         let figure =
             |svg, title, what: &str| Figure { svg, title, caption: format!("{what} at {place}."), part: Part::Fields };
@@ -143,11 +149,15 @@ fn numerics(run: &Run) -> Result<Vec<Figure>> {
     let iterations = [over(steps, "outer_iterations", "C-HSMAC"), over(steps, "krylov_iterations", "Krylov")];
     let log = Axes { log_y: true, ..axes("step", "largest |D| (1/s)") };
     let part = Part::Numerics;
-    let energies = [
-        over(times, "kinetic_energy", "both"),
-        over(times, "fluid_energy", "fluid"),
-        over(times, "bodies_energy", "free particles"),
-    ];
+    let free = run.case.particle.iter().any(|p| p.is_free());
+    let energies = match free {
+        true => vec![
+            over(times, "kinetic_energy", "both"),
+            over(times, "fluid_energy", "fluid"),
+            over(times, "bodies_energy", "free particles"),
+        ],
+        false => vec![over(times, "kinetic_energy", "")],
+    };
     let figures = [
         curves(
             part,
@@ -167,7 +177,12 @@ fn numerics(run: &Run) -> Result<Vec<Figure>> {
         curves(
             part,
             "Energy",
-            "The kinetic energy of the fluid outside the particles, that of the free particles, and their sum.",
+            match free {
+                true => {
+                    "The kinetic energy of the fluid outside the particles, that of the free particles, and their sum."
+                }
+                false => "The kinetic energy of the fluid.",
+            },
             axes("time (s)", "kinetic energy (J)"),
             &energies,
         )?,
