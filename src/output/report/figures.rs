@@ -183,7 +183,7 @@ fn numerics(run: &Run) -> Result<Vec<Figure>> {
                 }
                 false => "The kinetic energy of the fluid.",
             },
-            axes("time (s)", "kinetic energy (J)"),
+            axes("time (s)", if run.case.dimension() == 2 { "kinetic energy (J/m)" } else { "kinetic energy (J)" }),
             &energies,
         )?,
     ];
