@@ -1,5 +1,5 @@
-//! The figures of a study: each measure over what is varied, error over CPU seconds for each reference, and cost of a cell and step
-//! over cells.
+//! The figures of a study: each measure over what is varied, error over CPU seconds for each
+//! reference, and cost of a cell and step over cells.
 
 use super::plan::Plan;
 use super::table::Row;
@@ -216,7 +216,7 @@ impl Groups {
         self.along.iter().find(varies).map(String::as_str)
     }
 
-    /// What a column says of a row, where that is a number.
+    /// The number in a column of a row, where its label is one.
     fn number(&self, plan: &Plan, row: &Row, name: &str) -> Option<f64> {
         let at = plan.names.iter().position(|other| other == name)?;
         row.labels[at].parse().ok()

@@ -168,6 +168,8 @@ fn forces_speeds_and_paths_are_of_several_particles_under_their_names_or_of_thos
     );
     shows("speeds", &["fall: velocity of stone", "velocity along y (m/s)"]);
     shows("paths", &["fall: path of stone"]);
+    // Greys say of what a body is made, or how large it is, where that is one of few.
+    shows("vorticity", &["material", "steel"]);
     // Two materials have a legend, and the speed alone a colour bar: two bitmaps.
     plotted(&[folder, "--field", "speed", "--bodies", "material"]);
     shows("speed_field", &["material", "steel"]);

@@ -106,6 +106,9 @@ fn a_study_gives_a_row_a_run_with_errors_medians_and_figures_and_goes_on_where_i
     for label in ["N", "speed", "bcgs", "cg", "reference"] {
         assert!(svg.contains(&format!(">\n{label}\n<")), "the figure of the value lacks {label}");
     }
+    let plot = mics(&["plot", out.to_str().unwrap()]);
+    let refused = String::from_utf8_lossy(&plot.stderr).into_owned();
+    assert!(plot.status.code() == Some(2) && refused.contains("a study's folder; `mics study` draws"), "{refused}");
     assert!(said.contains("| N | solver | speed | error |") && said.contains("failed: "), "{said}");
 
     // What is done stays; what is not, or is another run by now, is done.

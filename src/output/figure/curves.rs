@@ -207,7 +207,8 @@ fn plot(sheet: &mut Sheet, (axes, series): Panel, frame: &Frame) -> i32 {
     legend(sheet, &entries, frame.corner, frame.extent, &drawn)
 }
 
-/// The number of each series among those that have a colour of their own; a spread has that of the series before it.
+/// The number of each series among those that have a colour of their own; a spread has that of the
+/// series before it.
 fn ranks(series: &[Series]) -> Vec<usize> {
     let mut next = 0;
     let rank = |series: &Series| {
@@ -231,7 +232,8 @@ fn coincide(a: &[Vec<Pixel>], b: &[Vec<Pixel>]) -> bool {
     }
 }
 
-/// The colour of the series of a number: those of one round over [`COLOURS`] are darker or paler than those of another.
+/// The colour of the series of a number: those of one round over [`COLOURS`] are darker or paler
+/// than those of another.
 fn colour(rank: usize) -> RGBColor {
     let RGBColor(red, green, blue) = COLOURS[rank % COLOURS.len()];
     let mixed = |target: u8| {

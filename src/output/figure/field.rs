@@ -143,7 +143,8 @@ pub fn bars(palette: &Palette, label: &str, scale: Option<&Scale>, tall: i32) ->
     [Axis::linear(palette.range.clone(), label, ticks)].into_iter().chain(particles).collect()
 }
 
-/// Colour bars beside each other, from the upper left corner of the first; one of names is as tall as these need.
+/// Colour bars beside each other, from the upper left corner of the first; one of names is as tall
+/// as these need.
 pub fn side_by_side(axes: Vec<Axis>, corner: Pixel, tall: i32) -> Vec<Frame> {
     let mut left = corner.0;
     let place = |y: Axis| {
@@ -158,7 +159,8 @@ pub fn side_by_side(axes: Vec<Axis>, corner: Pixel, tall: i32) -> Vec<Frame> {
     axes.into_iter().map(place).collect()
 }
 
-/// Draws the colour bars of a palette and of what the colours of particles say: of few values a field of its colour for each.
+/// Draws the colour bars of a palette and of what the colours of particles say: of few values a
+/// field of its colour for each.
 pub fn draw_bars(sheet: &mut Sheet, bars: &[Frame], palette: &Palette, scale: Option<&Scale>) {
     let mut bars = bars.iter();
     if let Some(bar) = bars.next() {
@@ -175,7 +177,8 @@ pub fn draw_bars(sheet: &mut Sheet, bars: &[Frame], palette: &Palette, scale: Op
     }
 }
 
-/// Draws a field of each colour, the first one lowest, with the names of the vertical axis beside them.
+/// Draws a field of each colour, the first one lowest, with the names of the vertical axis beside
+/// them.
 fn legend(sheet: &mut Sheet, bar: &Frame, colours: &[RGBColor]) {
     let (left, top) = bar.corner;
     let tall = bar.extent.1 / colours.len().max(1) as i32;

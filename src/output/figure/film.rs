@@ -1,5 +1,5 @@
-//! Films: planes of one scene one after the other as an animated PNG, which browsers and most viewers play, others show its first
-//! frame; or as a GIF, which slides and chats play as well.
+//! Films: planes of one scene one after the other as an animated PNG, which browsers and most
+//! viewers play, others show its first frame; or as a GIF, which slides and chats play as well.
 //!
 //! A film has at most 256 colours, which are chosen before it begins: those of its colour bars, each of the particles' marked and not, and
 //! greys. That is a third of the bytes of all colours, and no difference to the eye. Of each frame only the rectangle is kept in
@@ -66,7 +66,7 @@ pub fn film(
     writer.finish().map_err(failed)
 }
 
-/// What an encoder says.
+/// The error of an encoder.
 type Failure = Box<dyn StdError + Send + Sync>;
 
 /// A film that is being written.

@@ -14,7 +14,8 @@ use crate::words::rounded;
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
-/// Values that have a legend in place of a colour bar, and in figures of curves a line each, at most.
+/// Values that have a legend in place of a colour bar, and in figures of curves a line each, at
+/// most.
 const FEW: usize = 5;
 
 /// What the colours of particles say.
@@ -62,7 +63,13 @@ impl Colours {
             }
             Bodies::Material => ("density (kg/m\u{b3})", numbers(few(case, |p| p.density))),
         };
-        Scale { label: label.to_owned(), range: self.range, names }
+        Scale { label: label.to_owned(), range: self.range, names, grey: false }
+    }
+
+    /// Greys: by size, or else by what they are made of.
+    fn greys(case: &Case) -> Colours {
+        let by = if differs(range(case, |p| p.shape.diameter())) { Bodies::Size } else { Bodies::Material };
+        Colours::of(by, case, 0.0)
     }
 
     /// Where a particle is between the lightest and the darkest.
@@ -88,6 +95,12 @@ pub fn materials(case: &Case) -> Vec<&str> {
         }
     }
     names
+}
+
+/// The meaning of the greys of particles, where there are few.
+pub fn grey_scale(case: &Case) -> Option<Scale> {
+    let scale = Scale { grey: true, ..Colours::greys(case).scale(case) };
+    (scale.names.len() > 1).then_some(scale)
 }
 
 /// The values of a case's particles in rising order, where these are few; else none.
@@ -128,9 +141,7 @@ pub fn discs(
     place: &dyn Fn(usize) -> Option<Pose>,
     colours: Option<&Colours>,
 ) -> Vec<Disc> {
-    // Greys are by size, or else by what they are made of.
-    let by = if differs(range(case, |p| p.shape.diameter())) { Bodies::Size } else { Bodies::Material };
-    let greys = Colours::of(by, case, 0.0);
+    let greys = Colours::greys(case);
     let (axes, materials) = (section::axes(axis), materials(case));
     let mut discs = Vec::new();
     let names = unique_names(case);

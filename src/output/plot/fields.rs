@@ -1,6 +1,6 @@
 //! Planes of the flow from a run's snapshots: which ones, and what of them a figure shows.
 
-use super::discs::{Colours, discs, start};
+use super::discs::{Colours, discs, grey_scale, start};
 use super::rows::Rows;
 use super::section;
 use crate::config::{Case, Section};
@@ -90,7 +90,8 @@ pub fn dated(run: &Path) -> Result<Vec<(f64, PathBuf)>> {
     snapshots(run)?.into_iter().map(|path| Ok((Snapshot::time_of(&path)?, path))).collect()
 }
 
-/// Refuses a time (s) that lies before the first or after the last of a run's snapshots by more than half their distance.
+/// Refuses a time (s) that lies before the first or after the last of a run's snapshots by more
+/// than half their distance.
 ///
 /// # Errors
 /// When it does, with the times that there are.
@@ -204,7 +205,7 @@ pub fn plane(
         quantity: look.quantity,
         corner: [0.0; 2],
         discs: discs(case, (axis, height), size, place, look.colours.as_ref()),
-        scale: look.colours.map(|colours| colours.scale(case)),
+        scale: look.colours.map_or_else(|| grey_scale(case), |colours| Some(colours.scale(case))),
         labels: axes.map(|a| format!("{} (m)", names[a])),
         title: format!("t = {:.digits$} s", snapshot.time),
         place: if snapshot.cells[2] > 1 { format!(", {} = {} m", names[axis], rounded(height)) } else { String::new() },

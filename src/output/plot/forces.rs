@@ -1,6 +1,6 @@
 //! Forces on particles: over time, and over the height of one in the three parts of (19) (Fig. 10); speeds of free ones.
 
-use super::kinds::{Course, Kind, SPREAD, quantile};
+use super::kinds::{Course, Kind, SPREAD, Spread, quantile};
 use super::paths::upright;
 use super::rows::{self, Rows};
 use crate::Result;
@@ -11,15 +11,18 @@ use std::f64::consts::PI;
 
 /// Way, in diameters, over which each point of the parts of a force is a mean: single steps jump as cells change sides.
 const MEAN: f64 = 0.1;
-/// Part of the run whose forces are not shown: the first steps of an impulsive start would flatten all that follows.
+/// Part of the run whose forces are not shown: the first steps of an impulsive start would flatten
+/// all that follows.
 const START: f64 = 0.02;
 /// A component whose largest value is below this part of the largest one's is not drawn.
 const SHOWN: f64 = 1e-3;
-/// A component below this part of the largest one's is zero within rounding and the limit of the pressure.
+/// A component below this part of the largest one's is zero within rounding and the limit of the
+/// pressure.
 const ROUNDING: f64 = 1e-5;
-/// A vertical axis of forces leaves out this part of the values at either end where they would widen it to the next number of times: the peaks
-/// of single steps in which bodies collide.
+/// Part of the values at either end that a vertical axis of forces leaves out, where they would
+/// widen it by [`WIDER`]: the peaks of single steps in which bodies collide.
 const PEAKS: f64 = 0.02;
+/// Widening of a vertical axis above which its peaks are cut off.
 const WIDER: f64 = 3.0;
 
 /// Points of a spread over time at most: each is the mean of some rows.
@@ -32,8 +35,9 @@ pub fn unit(case: &Case) -> &'static str {
     if case.dimension() == 2 { "N/m" } else { "N" }
 }
 
-/// Force of the fluid over time, a plot for each axis that matters: on one particle with its parts, on few a line each, on many by
-/// kinds. Of the particles that are `asked` for, or else of all. None where there are no rows.
+/// Force of the fluid over time, a plot for each axis that matters: on one particle with its parts,
+/// on few a line each, on many by kinds. Of the particles that are `asked` for, or else of all.
+/// None where there are no rows.
 ///
 /// # Errors
 /// When `particles.csv` lacks a column.
@@ -79,8 +83,8 @@ pub fn forces(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<Chart>
     Ok(by_axes(plots?, "force", unit(case), title, notes, true))
 }
 
-/// The plots of a vector's components that matter, each with the notes that say what is left out; none where there is nothing to
-/// show.
+/// The plots of a vector's components that matter, each with the notes that say what is left out;
+/// none where there is nothing to show.
 fn by_axes(
     mut plots: Vec<Vec<Series>>,
     what: &str,
@@ -137,7 +141,8 @@ fn significant(value: f64) -> f64 {
     format!("{value:.1e}").parse().unwrap_or(value)
 }
 
-/// The range of a vertical axis that the peaks of single steps would widen to many times what it is without them.
+/// The range of a vertical axis that the peaks of single steps would widen to many times what it is
+/// without them.
 fn without_peaks(series: &[Series]) -> Option<[f64; 2]> {
     let mut values: Vec<f64> =
         series.iter().flat_map(|one| &one.points).map(|p| p.1).filter(|v| v.is_finite()).collect();
@@ -151,12 +156,12 @@ fn without_peaks(series: &[Series]) -> Option<[f64; 2]> {
 /// Lines and spreads of the kinds of many bodies along each axis, after a time (s).
 fn of_kinds(course: &Course, dimension: usize, start: f64) -> Vec<Vec<Series>> {
     let plot = |axis: usize| {
-        let of = |(kind, rows): (&Kind, &[(f64, [[f64; 3]; 3])])| {
+        let of = |(kind, rows): (&Kind, &[Spread])| {
             let rows: Vec<_> = rows.iter().filter(|row| row.0 > start).collect();
-            let mean = |some: &[&(f64, [[f64; 3]; 3])], value: &dyn Fn(&(f64, [[f64; 3]; 3])) -> f64| {
+            let mean = |some: &[&Spread], value: &dyn Fn(&Spread) -> f64| {
                 some.iter().map(|row| value(row)).sum::<f64>() / some.len() as f64
             };
-            let point = |some: &[&(f64, [[f64; 3]; 3])]| {
+            let point = |some: &[&Spread]| {
                 (mean(some, &|row| row.0), [0, 1, 2].map(|part| mean(some, &|row| row.1[axis][part])))
             };
             let rows: Vec<_> = rows.chunks(rows.len().div_ceil(POINTS).max(1)).map(point).collect();
@@ -180,8 +185,8 @@ pub fn words(case: &Case) -> [&'static str; 3] {
     }
 }
 
-/// Velocity over time of the free particles, a plot for each axis that matters: of few a line each, of many by kinds. Of the
-/// particles that are `asked` for, or else of all.
+/// Velocity over time of the free particles, a plot for each axis that matters: of few a line each,
+/// of many by kinds. Of the particles that are `asked` for, or else of all.
 ///
 /// # Errors
 /// When `particles.csv` lacks a column.

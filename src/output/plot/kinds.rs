@@ -1,4 +1,5 @@
-//! Bodies of one kind, by name, material and size: which bodies stand for all in a figure, and what is said of many.
+//! Bodies of one kind, by name, material and size: which bodies stand for all in a figure, and what
+//! is said of many.
 
 use super::discs::{few, materials};
 use crate::config::{Case, Particle};
@@ -8,22 +9,24 @@ use std::collections::HashMap;
 
 /// Lines of bodies in a figure at most: as many as there are colours.
 pub const LINES: usize = COLOURS.len();
-/// Parts of the bodies of a kind that lie below the lower edge, the middle and the upper edge of its spread.
+/// Parts of the bodies of a kind that lie below the lower edge, the middle and the upper edge of
+/// its spread.
 const PARTS: [f64; 3] = [0.1, 0.5, 0.9];
 
-/// What the spread of a kind is, in words.
+/// The meaning of the lines and bands of kinds, in words.
 pub const SPREAD: &str = "lines are medians over the bodies of a kind, bands hold the middle 80 % of them";
 
 /// Bodies of one kind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kind {
-    /// What it is called in a legend.
+    /// Its name in a legend.
     pub label: String,
     /// The bodies.
     pub ids: Vec<usize>,
 }
 
-/// The kinds of some bodies: by name, material and diameter, or by fewer of these where that would be more than [`LINES`].
+/// The kinds of some bodies: by name, material and diameter, or by fewer of these where that would
+/// be more than [`LINES`].
 pub fn kinds(case: &Case, ids: &[usize]) -> Vec<Kind> {
     let materials = materials(case).len() > 1;
     let sizes = few(case, |p| p.shape.diameter()).len() > 1;
@@ -57,8 +60,8 @@ pub fn kinds(case: &Case, ids: &[usize]) -> Vec<Kind> {
     kinds
 }
 
-/// At most [`LINES`] of some bodies that stand for all: every kind has its share, and the bodies of a kind are evenly spread
-/// over their numbers.
+/// At most [`LINES`] of some bodies that stand for all: every kind has its share, and the bodies of
+/// a kind are evenly spread over their numbers.
 pub fn representatives(case: &Case, ids: &[usize]) -> Vec<usize> {
     if ids.len() <= LINES {
         return ids.to_vec();
@@ -76,6 +79,9 @@ pub fn representatives(case: &Case, ids: &[usize]) -> Vec<usize> {
     kinds.iter().zip(&shares).flat_map(picked).collect()
 }
 
+/// A time (s), and by axis the lower edge, the middle and the upper edge of the spread of a kind.
+pub type Spread = (f64, [[f64; 3]; 3]);
+
 /// Vectors of many bodies over time: of each kind the edges and the middle of its spread.
 #[derive(Default)]
 pub struct Course {
@@ -85,12 +91,12 @@ pub struct Course {
     /// The time of the rows that come now, and their values by kind and axis.
     time: f64,
     now: Vec<[Vec<f64>; 3]>,
-    /// Times, and [`PARTS`] of each axis, by kind.
-    rows: Vec<Vec<(f64, [[f64; 3]; 3])>>,
+    /// Rows by kind.
+    rows: Vec<Vec<Spread>>,
 }
 
 impl Course {
-    /// Of some bodies, by kinds.
+    /// The course of some bodies, by kinds.
     pub fn new(case: &Case, ids: &[usize]) -> Course {
         let kinds = kinds(case, ids);
         let of = kinds.iter().enumerate().flat_map(|(k, kind)| kind.ids.iter().map(move |id| (*id, k))).collect();
@@ -125,8 +131,8 @@ impl Course {
         }
     }
 
-    /// The kinds with their rows: times, and by axis the lower edge, the middle and the upper edge.
-    pub fn of_kinds(&self) -> impl Iterator<Item = (&Kind, &[(f64, [[f64; 3]; 3])])> {
+    /// The kinds with their rows.
+    pub fn of_kinds(&self) -> impl Iterator<Item = (&Kind, &[Spread])> {
         self.kinds.iter().zip(self.rows.iter().map(Vec::as_slice))
     }
 }

@@ -1,9 +1,10 @@
 //! `mics plot`: the figures of run folders, from what the folders hold.
 //!
-//! One run: the last state's vorticity with streamlines and its streamlines (`fields`), both over time as strips
-//! (Figs. 6, 7, 11, 14), forces over time and over the height of a fall (`forces`, Fig. 10), speeds, means over layers (`profile`)
-//! and what probes recorded (`probes`). One or several: paths (`paths`, Fig. 9), Cd(Re) and St(Re) (`reynolds`, Figs. 4, 5). `rows`
-//! reads `particles.csv`, `kinds` chooses the bodies that stand for many.
+//! One run: the last state's vorticity with streamlines and its streamlines (`fields`), both over
+//! time as strips (Figs. 6, 7, 11, 14), forces over time and over the height of a fall (`forces`,
+//! Fig. 10), speeds, means over layers (`profile`) and what probes recorded (`probes`). One or
+//! several: paths (`paths`, Fig. 9), Cd(Re) and St(Re) (`reynolds`, Figs. 4, 5). `rows` reads
+//! `particles.csv`, `kinds` chooses the bodies that stand for many.
 
 mod discs;
 mod fields;
@@ -41,6 +42,9 @@ pub use reynolds::cylinder_reference;
 pub(super) use rows::{Rows, moving, table};
 pub use view::View;
 
+/// The file that the folder of a study has.
+const STUDY: &str = "study.csv";
+
 /// What `mics plot` is asked for.
 #[derive(Clone, Debug, Default)]
 pub struct Request {
@@ -55,7 +59,8 @@ pub struct Request {
     pub interval: Option<f64>,
     /// What of the flow is shown, and how.
     pub view: View,
-    /// The particles that figures of curves are of, by number or name; empty: all, or of many some that stand for them.
+    /// The particles that figures of curves are of, by number or name; empty: all, or of many some
+    /// that stand for them.
     pub particles: Vec<String>,
     /// Where the figures go that are asked for by name or are of several runs; by default `figures/` of the run, of several
     /// of the first.
@@ -90,7 +95,8 @@ pub enum Figure {
     Probes,
     /// Mean velocity and pressure along probes of several points, where the case has some.
     ProbeLines,
-    /// Drag coefficient over Re of all runs, beside the references of their cases; of one body in an unbounded stream beside a formula (Fig. 4).
+    /// Drag coefficient over Re of all runs, beside the references of their cases; of one body in
+    /// an unbounded stream beside a formula (Fig. 4).
     Drag,
     /// Strouhal number over Re of all runs, beside the references of their cases (Fig. 5).
     Strouhal,
@@ -153,6 +159,12 @@ pub(super) struct Run {
 impl Run {
     /// Reads a run of which these `particles` are asked for, by number or name.
     pub fn read(folder: &Path, particles: &[String]) -> Result<Run> {
+        if folder.join(STUDY).is_file() && !folder.join("case.toml").exists() {
+            return Err(Error::Usage(format!(
+                "{}: a study's folder; `mics study` draws its figures into it, and its runs under runs/ can be plotted",
+                folder.display()
+            )));
+        }
         let case = read_case(folder)?;
         let ids = particles.iter().map(|wanted| {
             case.find(wanted).map_err(|why| Error::Usage(format!("--particle {wanted}: {}: {why}", folder.display())))
@@ -161,7 +173,7 @@ impl Run {
         Ok(Run { folder: folder.to_owned(), case, asked })
     }
 
-    /// What has to be said of a figure of a run that goes on or was killed; nothing where it has ended.
+    /// A note on the figures of a run that goes on or was killed; none where it has ended.
     fn unfinished(&self) -> Option<String> {
         let newest = Record::newest(&self.folder)?;
         let goes_on = newest.status == "running";
@@ -180,16 +192,16 @@ impl Run {
     }
 }
 
-/// What was drawn.
+/// The figures that were drawn.
 #[derive(Debug, Default)]
 pub struct Drawn {
     /// The files.
     pub files: Vec<PathBuf>,
-    /// What has to be said of them, a line each.
+    /// Notes on them, a line each.
     pub notes: Vec<String>,
 }
 
-/// Draws what is asked for: of a run that has not ended what there is, with a note.
+/// Draws what is asked for. A run that has not ended is drawn as far as it is, with a note.
 ///
 /// # Errors
 /// When the request contradicts itself, a folder does not hold a run or not what a figure needs, or a file cannot be written.

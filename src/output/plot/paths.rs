@@ -25,8 +25,9 @@ pub struct Track<'a> {
     pub asked: &'a [usize],
 }
 
-/// The paths of the particles that are asked for in each run, or of all that move, of many of some that stand for them; each with a
-/// gap where it crosses a periodic face; and the bands. None where nothing moves.
+/// The paths of the particles that are asked for in each run, or of all that move, of many of some
+/// that stand for them; each with a gap where it crosses a periodic face; and the bands. None where
+/// nothing moves.
 ///
 /// # Errors
 /// When `particles.csv` lacks a column.
@@ -35,7 +36,7 @@ pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
     let moving = |track: &Track| rows::moving(track.case, track.asked);
     let shown = |track: &Track| {
         let mut ids = representatives(track.case, &moving(track));
-        // Of many runs fewer, so that every path has a colour of its own.
+        // Many runs have fewer each, so that every path has a colour of its own.
         ids.truncate((3 * LINES / tracks.len()).max(1));
         ids
     };

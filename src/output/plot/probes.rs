@@ -1,4 +1,5 @@
-//! What probes recorded (`probes.csv`): velocity and pressure at points over time, and their means along lines.
+//! What probes recorded (`probes.csv`): velocity and pressure at points over time, and their means
+//! along lines.
 
 use super::rows::table;
 use crate::Result;
@@ -7,18 +8,22 @@ use crate::output::not_a_run;
 use crate::words::rounded;
 use std::path::Path;
 
-/// What is drawn: a column and its label.
+/// The columns that are drawn, with their labels.
 const SHOWN: [(&str, &str); 4] = [
     ("vx", "velocity along x (m/s)"),
     ("vy", "velocity along y (m/s)"),
     ("vz", "velocity along z (m/s)"),
     ("pressure", "pressure (Pa)"),
 ];
-/// A component of the velocity whose largest value is below this part of the largest one's is not drawn.
+/// A component of the velocity whose largest value is below this part of the largest one's is not
+/// drawn.
 const LEAST: f64 = 1e-3;
 
 /// A row of a point of a probe: its time (s) and the values of [`SHOWN`].
 type Sample = (f64, [f64; 4]);
+
+/// The points of a probe's line in the plot of a number of [`SHOWN`].
+type Curve<'a> = &'a dyn Fn(&&Probe, usize) -> Vec<(f64, f64)>;
 
 /// A probe: the places of its points (m), and what each recorded.
 struct Probe {
@@ -26,8 +31,8 @@ struct Probe {
     points: Vec<([f64; 3], Vec<Sample>)>,
 }
 
-/// The figures of a run's probes: those of single points over time, and those of several points along their lines. Either is
-/// absent where there is none of the kind; both without `probes.csv`.
+/// The figures of a run's probes: those of single points over time, and those of several points
+/// along their lines. Either is absent where there is none of the kind; both without `probes.csv`.
 ///
 /// # Errors
 /// When the file is not one of a run.
@@ -58,14 +63,9 @@ pub fn probes(run: &Path) -> Result<[Option<Chart>; 2]> {
     ])
 }
 
-/// A plot for each component of the velocity that matters and for the pressure, a line for each probe, of as many as there are
-/// colours.
-fn draw(
-    probes: &[&Probe],
-    x_label: &str,
-    (title, note): (&str, String),
-    of: &dyn Fn(&&Probe, usize) -> Vec<(f64, f64)>,
-) -> Option<Chart> {
+/// A plot for each component of the velocity that matters and for the pressure, a line for each
+/// probe, of as many as there are colours.
+fn draw(probes: &[&Probe], x_label: &str, (title, note): (&str, String), of: Curve) -> Option<Chart> {
     let shown: Vec<&Probe> = super::evenly(probes.len(), probes.len().min(COLOURS.len())).map(|k| probes[k]).collect();
     let title =
         if shown.len() < probes.len() { format!("{title}, {} of {}", shown.len(), probes.len()) } else { title.into() };

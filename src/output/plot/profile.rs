@@ -8,8 +8,8 @@ use crate::output::{not_a_run, statistics};
 use crate::words::rounded;
 use std::path::Path;
 
-/// The mean velocity of fluid and bodies along each axis that matters, and beside it the solid fraction; `None` where a run has no
-/// profile.
+/// The mean velocity of fluid and bodies along each axis that matters, and beside it the solid
+/// fraction; `None` where a run has no profile.
 ///
 /// # Errors
 /// When the file is not one of a run.

@@ -1,4 +1,5 @@
-//! Cd(Re) (Fig. 4) and St(Re) (Fig. 5) of cylinders or of spheres, one point for each run, beside the references of their cases.
+//! Cd(Re) (Fig. 4) and St(Re) (Fig. 5) of cylinders or of spheres, one point for each run, beside
+//! the references of their cases.
 
 use super::Run;
 use super::paths::brief;
@@ -21,8 +22,8 @@ const REFERENCE_BOX: [f64; 3] = [20.0, 8.0, 4.0];
 /// (Re, value) of every run that measures it, by the name of the measure.
 type Measured = BTreeMap<String, Vec<(f64, f64)>>;
 
-/// Draws drag coefficients beside the references of their cases, and (30) or the curve of spheres where each run is of one body in
-/// a stream without walls; none where no run has one.
+/// Draws drag coefficients beside the references of their cases, and (30) or the curve of spheres
+/// where each run is of one body in a stream without walls; none where no run has one.
 ///
 /// # Errors
 /// When a folder has no measures, or a file cannot be written.
@@ -86,7 +87,8 @@ fn markers(measured: Measured) -> impl Iterator<Item = Series> {
     measured.into_iter().map(|(label, points)| Series { label, points, style: SeriesStyle::Markers })
 }
 
-/// The references: the curve of section 3 where all runs are in its box, or else those of the cases.
+/// The references: the curve of section 3 where all runs are in its box, or else those of the
+/// cases.
 fn compared(runs: &[Run], column: &str, references: Vec<Series>) -> Vec<Series> {
     if runs.iter().all(|run| in_the_box_of_section_3(&run.case)) {
         let points = cylinder_reference(column);
@@ -102,7 +104,8 @@ fn alone(case: &Case) -> bool {
     case.particle.len() == 1 && uniform && case.sides().all(|(_, side)| open(side))
 }
 
-/// Whether a case is the one of `cylinder_s3.csv`, at any Reynolds number: one fixed disc in its box, within a cell of its place.
+/// Whether a case is the one of `cylinder_s3.csv`, at any Reynolds number: one fixed disc in its
+/// box, within a cell of its place.
 fn in_the_box_of_section_3(case: &Case) -> bool {
     let [disc] = &case.particle[..] else { return false };
     let d = disc.shape.diameter();
@@ -131,7 +134,7 @@ fn all_of_spheres(runs: &[Run]) -> Result<bool> {
     Ok(count > 0)
 }
 
-/// What the runs measured of a kind over their Reynolds numbers, and the references of their cases.
+/// The measures of a kind over the Reynolds numbers of the runs, and the references of their cases.
 fn measured(runs: &[Run], kind: MeasureKind) -> Result<(Measured, Vec<Series>)> {
     let (mut all, mut references) = (Measured::new(), Vec::<Series>::new());
     for Run { folder, case, .. } in runs {

@@ -40,8 +40,8 @@ pub fn moving(case: &Case, asked: &[usize]) -> Vec<usize> {
     if asked.is_empty() { movers(case).collect() } else { asked.to_vec() }
 }
 
-/// The bodies that figures of forces are of: those that are `asked` for, or else all that move and, where they have rows, that are
-/// held.
+/// The bodies that figures of forces are of: those that are `asked` for, or else all that move and,
+/// where they have rows, that are held.
 pub fn loaded(case: &Case, asked: &[usize]) -> Vec<usize> {
     let held = |id: &usize| case.output.fixed == FixedRows::Always && case.particle[*id].motion == Motion::Fixed;
     let held = (0..case.particle.len()).filter(held);
@@ -68,7 +68,8 @@ pub struct Rows {
     centres: Vec<HashMap<usize, [f64; 3]>>,
     /// Every particle's largest speed (m/s).
     pub fastest: HashMap<usize, f64>,
-    /// Forces of the fluid (N) by kinds of bodies, where there are more bodies than a figure has lines.
+    /// Forces of the fluid (N) by kinds of bodies, where there are more bodies than a figure has
+    /// lines.
     pub forces: Option<Course>,
     /// The same of velocities (m/s).
     pub velocities: Option<Course>,
