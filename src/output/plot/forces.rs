@@ -65,7 +65,7 @@ pub fn forces(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<Chart>
                 for (part, words) in parts.clone() {
                     all.push(curve(*id, &format!("{part}_f{a}"), words, SeriesStyle::Dashed)?);
                 }
-                let contacts = curve(*id, &format!("contact_f{a}"), "contacts", SeriesStyle::Line)?;
+                let contacts = curve(*id, &format!("contact_f{a}"), "contacts and lubrication", SeriesStyle::Line)?;
                 let touched = contacts.points.iter().any(|p| p.1 != 0.0);
                 all.extend(touched.then_some(contacts));
                 Ok(all)

@@ -45,10 +45,16 @@ pub fn profile(run: &Path, case: &Case) -> Result<Option<Chart>> {
     let mut speeds: Vec<Series> = column(along).map(|u| line(u, "fluid", &|_| true)).into_iter().collect();
     let solid = column(&format!("solid_{along}")).map(|u| line(u, "particles", &filled));
     speeds.extend(solid.filter(|one| !one.points.is_empty()));
+    if let [fluid] = &mut speeds[..] {
+        fluid.label.clear();
+    }
     let from = case.statistics.as_ref().map_or(0.0, |statistics| statistics.from);
     let y_label = format!("{axis} (m)");
     let velocity = Axes {
-        x_label: format!("mean velocity along {direction} (m/s)"),
+        x_label: match fractions {
+            Some(_) => format!("mean velocity along {direction} (m/s)"),
+            None => format!("mean velocity of the fluid along {direction} (m/s)"),
+        },
         y_label: y_label.clone(),
         title: format!("profile over {axis}"),
         note: format!("means over each layer of cells and over the time from {} s on", rounded(from)),
