@@ -16,7 +16,7 @@ const CURVES: usize = 12;
 /// curve from another. Runs that differ in the columns `over` alone are one point of the errors: the worst of them and, in a figure of its
 /// own, their mean.
 pub fn draw(
-    name: &str,
+    study: &str,
     plan: &Plan,
     rows: &[Row],
     wanted: Option<&[String]>,
@@ -25,13 +25,14 @@ pub fn draw(
 ) -> Result<Vec<PathBuf>> {
     let groups = Groups::new(plan, rows, wanted, over);
     let title = match &groups.along[..] {
-        [along] => format!("{name}, {along} along a curve"),
-        _ => name.to_owned(),
+        [along] => format!("{study}, {along} along a curve"),
+        _ => study.to_owned(),
     };
     let mut written = Vec::new();
     let mut figure = |axes: Axes, series: &[Series], stem: String| -> Result<()> {
         if !series.is_empty() {
-            let axes = Axes { title: title.clone(), ..axes };
+            let title = if axes.title.is_empty() { title.clone() } else { axes.title.clone() };
+            let axes = Axes { title, ..axes };
             written.extend(curves(&axes, series, &folder.join(stem))?);
         }
         Ok(())
@@ -61,6 +62,7 @@ pub fn draw(
             let axes = Axes {
                 x_label: along.to_owned(),
                 y_label: name.clone(),
+                title: format!("{study}: {name} over {along}"),
                 log_x: least > 0.0 && most > WIDE * least,
                 ..Axes::default()
             };

@@ -15,7 +15,7 @@ const MEAN: f64 = 0.1;
 /// all that follows.
 const START: f64 = 0.02;
 /// A component whose largest value is below this part of the largest one's is not drawn.
-const SHOWN: f64 = 1e-3;
+pub const SHOWN: f64 = 1e-3;
 /// A component below this part of the largest one's is zero within rounding and the limit of the
 /// pressure.
 const ROUNDING: f64 = 1e-5;
@@ -60,14 +60,17 @@ pub fn forces(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<Chart>
         }
         (None, [id]) => {
             let parts = ["pressure", "viscous", "convective"].into_iter().zip(words(case));
+            // All plots have the same lines, since they share the first one's legend.
+            let contacts = axes.clone().map(|a| rows.column(*id, &format!("contact_f{a}")));
+            let touched = contacts.collect::<Result<Vec<_>>>()?.concat().iter().any(|force| *force != 0.0);
             let plot = |a: &str| {
                 let mut all = vec![curve(*id, &format!("fluid_f{a}"), "fluid, in all", SeriesStyle::Line)?];
                 for (part, words) in parts.clone() {
                     all.push(curve(*id, &format!("{part}_f{a}"), words, SeriesStyle::Dashed)?);
                 }
-                let contacts = curve(*id, &format!("contact_f{a}"), "contacts and lubrication", SeriesStyle::Line)?;
-                let touched = contacts.points.iter().any(|p| p.1 != 0.0);
-                all.extend(touched.then_some(contacts));
+                if touched {
+                    all.push(curve(*id, &format!("contact_f{a}"), "contacts and lubrication", SeriesStyle::Line)?);
+                }
                 Ok(all)
             };
             (format!("force on {}", case.called(*id)), axes.map(plot).collect())

@@ -1,6 +1,7 @@
 //! What probes recorded (`probes.csv`): velocity and pressure at points over time, and their means
 //! along lines.
 
+use super::forces::SHOWN;
 use super::rows::table;
 use crate::Result;
 use crate::output::figure::{Axes, COLOURS, Chart, Series, SeriesStyle};
@@ -9,20 +10,17 @@ use crate::words::rounded;
 use std::path::Path;
 
 /// The columns that are drawn, with their labels.
-const SHOWN: [(&str, &str); 4] = [
+const COLUMNS: [(&str, &str); 4] = [
     ("vx", "velocity along x (m/s)"),
     ("vy", "velocity along y (m/s)"),
     ("vz", "velocity along z (m/s)"),
     ("pressure", "pressure (Pa)"),
 ];
-/// A component of the velocity whose largest value is below this part of the largest one's is not
-/// drawn.
-const LEAST: f64 = 1e-3;
 
-/// A row of a point of a probe: its time (s) and the values of [`SHOWN`].
+/// A row of a point of a probe: its time (s) and the values of [`COLUMNS`].
 type Sample = (f64, [f64; 4]);
 
-/// The points of a probe's line in the plot of a number of [`SHOWN`].
+/// The points of a probe's line in the plot of one of [`COLUMNS`].
 type Curve<'a> = &'a dyn Fn(&&Probe, usize) -> Vec<(f64, f64)>;
 
 /// A probe: the places of its points (m), and what each recorded.
@@ -69,7 +67,7 @@ fn draw(probes: &[&Probe], x_label: &str, (title, note): (&str, String), of: Cur
     let shown: Vec<&Probe> = super::evenly(probes.len(), probes.len().min(COLOURS.len())).map(|k| probes[k]).collect();
     let title =
         if shown.len() < probes.len() { format!("{title}, {} of {}", shown.len(), probes.len()) } else { title.into() };
-    let plots: Vec<Vec<Series>> = (0..SHOWN.len())
+    let plots: Vec<Vec<Series>> = (0..COLUMNS.len())
         .map(|k| {
             let line =
                 |probe: &&Probe| Series { label: probe.name.clone(), points: of(probe, k), style: SeriesStyle::Line };
@@ -80,7 +78,7 @@ fn draw(probes: &[&Probe], x_label: &str, (title, note): (&str, String), of: Cur
     let most = plots[..3].iter().map(|series| largest(series)).fold(0.0, f64::max);
     let matters = |k: usize, series: &[Series]| {
         let size = largest(series);
-        size > 0.0 && (k == 3 || size > LEAST * most)
+        size > 0.0 && (k == 3 || size > SHOWN * most)
     };
     let mut panels = Vec::new();
     for (k, mut series) in plots.into_iter().enumerate().filter(|(k, series)| matters(*k, series)) {
@@ -88,7 +86,7 @@ fn draw(probes: &[&Probe], x_label: &str, (title, note): (&str, String), of: Cur
         if !panels.is_empty() {
             series.iter_mut().for_each(|one| one.label.clear());
         }
-        panels.push((Axes { x_label: x_label.into(), y_label: SHOWN[k].1.into(), ..Axes::default() }, series));
+        panels.push((Axes { x_label: x_label.into(), y_label: COLUMNS[k].1.into(), ..Axes::default() }, series));
     }
     if let Some((first, _)) = panels.first_mut() {
         (first.title, first.note) = (title, note);
@@ -103,7 +101,7 @@ fn read(run: &Path) -> Result<Vec<Probe>> {
     let column = |name: &str| head.iter().position(|other| other == name).ok_or_else(strange);
     let (probe, point, time) = (column("probe")?, column("point")?, column("time")?);
     let places = [column("x")?, column("y")?, column("z")?];
-    let shown = SHOWN.map(|(name, _)| column(name));
+    let shown = COLUMNS.map(|(name, _)| column(name));
     let [a, b, c, d] = shown;
     let shown = [a?, b?, c?, d?];
     let mut all: Vec<Probe> = Vec::new();
