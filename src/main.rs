@@ -76,8 +76,8 @@ enum Command {
     },
     /// Draw the figures of run folders, each as PNG and SVG.
     ///
-    /// Without --figure: the last state's vorticity and streamlines, forces, speeds and paths of each run, and Cd(Re) and
-    /// St(Re) of all where they are measured.
+    /// Without --figure: the last state's vorticity and streamlines, forces, speeds, paths, profile and probes of each run, and
+    /// Cd(Re) and St(Re) of all where they are measured. Of a run that goes on, what there is.
     Plot {
         /// Run folders.
         #[arg(required = true)]
@@ -93,14 +93,14 @@ enum Command {
         interval: Option<f64>,
         #[command(flatten)]
         view: plot::View,
-        /// Draw paths, forces and speeds of this particle only, by its number (from 0) or its name; several with commas [default: the first ones].
+        /// Draw paths, forces and speeds of this particle only, by its number (from 0) or its name; several with commas [default: all, of more than seven by material and size].
         #[arg(long, value_name = "PARTICLE", value_delimiter = ',')]
         particle: Vec<String>,
         /// Where figures go that are named or of several runs [default: figures/ of the run, of several the first].
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
-    /// Make a film of a run: an animated PNG with a frame for each snapshot of its fields, all in the same colours.
+    /// Make a film of a run: an animated PNG, or a GIF, with a frame for each snapshot of its fields, all in the same colours.
     ///
     /// It shows the vorticity, the speed or the pressure, with the bodies coloured by size, speed or material; one half of each that moves is
     /// darker and turns with it. Browsers and most viewers play it. --strip sets frames beside each other instead, for a paper.
@@ -212,7 +212,9 @@ fn act(command: Command) -> Result<()> {
         }
         Command::Plot { runs, figure, times, interval, view, particle, out } => {
             let request = plot::Request { runs, figures: figure, times, interval, view, particles: particle, out };
-            plot::draw(&request)?.iter().try_for_each(|path| print(&path.display().to_string()))
+            let drawn = plot::draw(&request)?;
+            drawn.notes.iter().for_each(|note| complain(note));
+            drawn.files.iter().try_for_each(|path| print(&path.display().to_string()))
         }
         Command::Film(request) => film::make(&request)?.iter().try_for_each(|path| print(&path.display().to_string())),
         Command::Report { run, out } => print(&report::write(&run, out.as_deref())?.display().to_string()),

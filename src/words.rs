@@ -5,6 +5,11 @@ pub(crate) fn number(x: f64) -> String {
     if x == 0.0 || (1e-4..1e7).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
 }
 
+/// To six digits without zeros at the end, and by a power of ten where these would be many zeros.
+pub(crate) fn rounded(x: f64) -> String {
+    if x.is_finite() { number(format!("{x:.5e}").parse().unwrap_or(x)) } else { x.to_string() }
+}
+
 /// To three digits behind the point, and by a power of ten where these would lose it.
 pub(crate) fn brief(x: f64) -> String {
     if x == 0.0 || (1e-2..1e7).contains(&x.abs()) { format!("{x:.3}") } else { format!("{x:.2e}") }
@@ -41,6 +46,10 @@ mod tests {
         assert_eq!(
             [0.0, 1000.0, 1e-3, -0.25, 1e-300, 3e8].map(number),
             ["0", "1000", "0.001", "-0.25", "1e-300", "3e8"]
+        );
+        assert_eq!(
+            [0.1 + 0.2, 2.0 / 3.0, 1.0 / 3e7, 12.5, 0.0].map(rounded),
+            ["0.3", "0.666667", "3.33333e-8", "12.5", "0"]
         );
         assert_eq!([4879.6, 1e12].map(whole), ["4880", "1.0e12"]);
         assert_eq!([0.0, 0.25, 1.234e-6, 5e8].map(brief), ["0.000", "0.250", "1.23e-6", "5.00e8"]);

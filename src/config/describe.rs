@@ -2,6 +2,7 @@
 
 use super::message::suggest;
 use super::{Case, Drive, Motion, Particle, Side};
+use crate::words::rounded;
 use std::collections::BTreeSet;
 
 impl Case {
@@ -49,7 +50,7 @@ impl Case {
             let words = format!(
                 "{}: d = {} m, d/h = {}, density ratio {}",
                 self.particle.len(),
-                span(d, &|d| format!("{d:.3e}").parse::<f64>().unwrap_or(d).to_string()),
+                span(d, &|d| rounded(d)),
                 span((cells(d.0), cells(d.1)), &|n| format!("{n:.1}")),
                 span(s, &|s| format!("{s:.4}"))
             );
@@ -73,7 +74,8 @@ impl Case {
             };
             let d = p.shape.diameter();
             let enters = p.enter.as_ref().map_or(String::new(), |enter| format!(", enters at {} s", enter.time));
-            let words = format!("d = {d} m, d/h = {:.1}, density ratio {:.4}, {motion}{enters}", cells(d), ratio(p));
+            let words =
+                format!("d = {} m, d/h = {:.1}, density ratio {:.4}, {motion}{enters}", rounded(d), cells(d), ratio(p));
             (self.called(id), words)
         };
         self.particle.iter().enumerate().map(line).collect()

@@ -1,5 +1,6 @@
-//! `mics film`: a run as an animated PNG, a frame a snapshot of its fields, or some of the frames beside each other for a paper.
+//! `mics film`: a run as an animated PNG or a GIF, a frame a snapshot of its fields, or some of the frames beside each other for a paper.
 
+use super::figure::Format;
 use super::file::replace_by;
 use super::plot::{Reel, Run, View, dated, evenly, nearest, newest_snapshot, numbered};
 use super::{figure, not_a_run};
@@ -37,7 +38,7 @@ pub struct Request {
     /// Instead of a film, so many of its frames beside each other as one picture, PNG and SVG.
     #[arg(long, value_name = "FRAMES")]
     pub strip: Option<usize>,
-    /// The file, FILE.png, of several planes FILE_2.png as well [default: figures/FIELD_film.png of the run, of a strip FIELD_frames.png].
+    /// The file, FILE.png or FILE.gif, of several planes FILE_2.png as well [default: figures/FIELD_film.png of the run, of a strip FIELD_frames.png].
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
 }
@@ -90,7 +91,8 @@ fn film(reel: &Reel, path: &Path, rate: f64) -> Result<()> {
     };
     // Numbers do not get shorter, so that the last title is the widest.
     let widest = reel.titled(reel.len().saturating_sub(1))?.title;
-    replace_by(path, |file| figure::film(file, path, (0..reel.len()).map(frame), reel.len(), &widest, rate))
+    let format = if path.extension().is_some_and(|ending| ending == "gif") { Format::Gif } else { Format::Png };
+    replace_by(path, |file| figure::film(file, format, path, (0..reel.len()).map(frame), reel.len(), &widest, rate))
 }
 
 impl Request {
@@ -119,10 +121,11 @@ impl Request {
             return refuse(format!("{}: is a folder; give --out a file, as in --out film.png", out.display()));
         }
         let ending = out.extension().unwrap_or_default();
-        if ending != "png" && (ending != "apng" || self.strip.is_some()) {
+        if ending != "png" && (!(ending == "apng" || ending == "gif") || self.strip.is_some()) {
             let example = out.with_extension("png");
             return refuse(format!(
-                "--out {}: films are animated PNG, and strips PNG; give a name that ends in .png, as in --out {}",
+                "--out {}: films are animated PNG or GIF, and strips PNG; give a name that ends in .png, as in --out {}, or of a \
+                 film in .gif",
                 out.display(),
                 example.display()
             ));

@@ -57,6 +57,12 @@ pub struct Record {
 }
 
 impl Record {
+    /// The newest one of a run's folder; none where there is no whole line.
+    pub fn newest(folder: &Path) -> Option<Record> {
+        let text = std::fs::read_to_string(folder.join(FILE)).ok()?;
+        text.lines().rev().find_map(|line| serde_json::from_str(line).ok())
+    }
+
     fn done(&self) -> f64 {
         if self.end > 0.0 { (self.time / self.end).clamp(0.0, 1.0) } else { 0.0 }
     }

@@ -1,4 +1,5 @@
-//! The figures of a study: error over CPU seconds for each reference, and cost of a cell and step over cells.
+//! The figures of a study: each measure over what is varied, error over CPU seconds for each
+//! reference, and cost of a cell and step over cells.
 
 use super::plan::Plan;
 use super::table::Row;
@@ -6,6 +7,8 @@ use crate::Result;
 use crate::output::figure::{Axes, Series, SeriesStyle, curves};
 use std::path::{Path, PathBuf};
 
+/// The greatest of what is varied over the least from which on its axis is logarithmic.
+const WIDE: f64 = 20.0;
 /// Curves in a figure at most, where the study file does not say which.
 const CURVES: usize = 12;
 
@@ -13,7 +16,7 @@ const CURVES: usize = 12;
 /// curve from another. Runs that differ in the columns `over` alone are one point of the errors: the worst of them and, in a figure of its
 /// own, their mean.
 pub fn draw(
-    name: &str,
+    study: &str,
     plan: &Plan,
     rows: &[Row],
     wanted: Option<&[String]>,
@@ -22,17 +25,50 @@ pub fn draw(
 ) -> Result<Vec<PathBuf>> {
     let groups = Groups::new(plan, rows, wanted, over);
     let title = match &groups.along[..] {
-        [along] => format!("{name}, {along} along a curve"),
-        _ => name.to_owned(),
+        [along] => format!("{study}, {along} along a curve"),
+        _ => study.to_owned(),
     };
     let mut written = Vec::new();
     let mut figure = |axes: Axes, series: &[Series], stem: String| -> Result<()> {
         if !series.is_empty() {
-            let axes = Axes { title: title.clone(), log_x: true, log_y: true, ..axes };
+            let title = if axes.title.is_empty() { title.clone() } else { axes.title.clone() };
+            let axes = Axes { title, ..axes };
             written.extend(curves(&axes, series, &folder.join(stem))?);
         }
         Ok(())
     };
+    if let Some(along) = groups.numeric(plan, rows) {
+        let x = |index: usize| groups.number(plan, &rows[index], along);
+        for name in plan.measures() {
+            let value = |row: &&Row| {
+                Some((groups.number(plan, row, along)?, row.measured.iter().find(|m| m.name == name)?.value?))
+            };
+            let point = |same: &[&Row]| {
+                let (x, y): (Vec<f64>, Vec<f64>) = same.iter().filter_map(value).unzip();
+                (!x.is_empty()).then(|| (mean(&x), mean(&y)))
+            };
+            let mut series = groups.series(rows, &point);
+            let exact = |target: &super::plan::Target| {
+                let point = |(index, value): (usize, &Option<f64>)| Some((x(index)?, (*value)?));
+                let mut points: Vec<_> = target.values.iter().enumerate().filter_map(point).collect();
+                points.sort_by(|a, b| a.0.total_cmp(&b.0));
+                points.dedup();
+                points
+            };
+            let exact = plan.target(&name).map(exact).filter(|points| points.len() > 1 && !series.is_empty());
+            series.extend(exact.map(|points| Series { label: "reference".into(), points, style: SeriesStyle::Dashed }));
+            let values = || series.iter().flat_map(|one| &one.points).map(|point| point.0);
+            let (least, most) = (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max));
+            let axes = Axes {
+                x_label: along.to_owned(),
+                y_label: name.clone(),
+                title: format!("{study}: {name} over {along}"),
+                log_x: least > 0.0 && most > WIDE * least,
+                ..Axes::default()
+            };
+            figure(axes, &series, format!("value_{name}"))?;
+        }
+    }
     for target in &plan.references {
         let (measure, percent) = (&target.measure, if target.is_relative() { 100.0 } else { 1.0 });
         let unit = if target.is_relative() { " (%)" } else { "" };
@@ -51,6 +87,8 @@ pub fn draw(
             let axes = Axes {
                 x_label: "CPU time (s)".into(),
                 y_label: format!("{kind} of {measure}{unit}"),
+                log_x: true,
+                log_y: true,
                 ..Axes::default()
             };
             let mut series = groups.series(rows, &point);
@@ -71,7 +109,13 @@ pub fn draw(
         _ => None,
     };
     if let Some(over) = over {
-        let axes = Axes { x_label: over.into(), y_label: "time per cell and step (us)".into(), ..Axes::default() };
+        let axes = Axes {
+            x_label: over.into(),
+            y_label: "time per cell and step (us)".into(),
+            log_x: true,
+            log_y: true,
+            ..Axes::default()
+        };
         let x = |row: &Row| if varied { row.cells } else { number(row) };
         let point = |same: &[&Row]| {
             let (x, y): (Vec<f64>, Vec<f64>) = same.iter().filter_map(|row| x(row).zip(row.per_cell_step)).unzip();
@@ -157,6 +201,27 @@ impl Groups {
             }
         }
         Groups { curves, along }
+    }
+
+    /// The first thing that changes along a curve and is a number in every row that says it.
+    fn numeric(&self, plan: &Plan, rows: &[Row]) -> Option<&str> {
+        let varies = |name: &&String| {
+            let mut values: Vec<f64> = rows.iter().filter_map(|row| self.number(plan, row, name)).collect();
+            let text = |row: &Row| {
+                plan.names.iter().position(|other| other == *name).is_some_and(|at| row.labels[at].is_empty())
+            };
+            let all = values.len() + rows.iter().filter(|row| text(row)).count() == rows.len();
+            values.sort_by(f64::total_cmp);
+            values.dedup();
+            all && values.len() > 1
+        };
+        self.along.iter().find(varies).map(String::as_str)
+    }
+
+    /// The number in a column of a row, where its label is one.
+    fn number(&self, plan: &Plan, row: &Row, name: &str) -> Option<f64> {
+        let at = plan.names.iter().position(|other| other == name)?;
+        row.labels[at].parse().ok()
     }
 
     /// The curves, without those that have no point.

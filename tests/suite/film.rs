@@ -95,8 +95,8 @@ fn a_film_has_a_frame_a_snapshot_at_its_rate_in_the_same_colours_and_a_strip_som
 /// Nothing is written where a film is refused.
 fn refusals(a: &str, dir: &Path) {
     let before = names(&Path::new(a).join("figures"));
-    let gif = dir.join("film.gif");
-    let gif = gif.to_str().unwrap();
+    let [gif, webp] = ["film.gif", "film.webp"].map(|name| dir.join(name).to_str().unwrap().to_owned());
+    let (gif, webp) = (&gif[..], &webp[..]);
     for (words, said) in [
         (&["--field", "vortices"][..], &["'vortices'", "vorticity", "pressure"][..]),
         (&["--bodies", "colour"], &["'colour'", "material"]),
@@ -109,7 +109,8 @@ fn refusals(a: &str, dir: &Path) {
         (&["--strip", "1"], &["--strip 1", "mics plot --figure field"]),
         (&["--strip", "9"], &["--strip 9", "7 snapshots", "every_time = 0.01"]),
         (&["--strip", "3", "--fps", "5"], &["--strip", "--fps"]),
-        (&["--out", gif], &["film.gif", "animated PNG", "film.png"]),
+        (&["--out", webp], &["film.webp", "animated PNG or GIF", "film.png"]),
+        (&["--strip", "3", "--out", gif], &["film.gif", "strips PNG"]),
         (&["--plane", "z=0.1"], &["--plane z=0.1", "in 2D"]),
         (&["--window", "2,3,2,3"], &["--window", "0.1 m x 0.15 m"]),
         (&["--range", "1"], &["--range [1.0]", "the lower one first"]),
@@ -121,7 +122,33 @@ fn refusals(a: &str, dir: &Path) {
         assert!(said.iter().all(|part| message.contains(part)), "{words:?}: {message}");
     }
     assert_eq!(names(&Path::new(a).join("figures")), before);
-    assert!(!Path::new(gif).exists());
+    assert!(!Path::new(gif).exists() && !Path::new(webp).exists());
+}
+
+#[test]
+fn a_film_is_a_gif_of_the_same_frames_where_its_name_says_so() {
+    let dir = tempfile::tempdir().unwrap();
+    let a = fall(dir.path(), "a", &[]);
+    let out = dir.path().join("film.gif");
+    let out = out.to_str().unwrap();
+    assert_eq!(filmed(&[&a, "--fps", "12.5", "--size", "200", "--out", out]), [out]);
+    let as_png = dir.path().join("film.png");
+    filmed(&[&a, "--size", "200", "--out", as_png.to_str().unwrap()]);
+    let film = read(as_png.to_str().unwrap());
+    let mut reader = gif::DecodeOptions::new().read_info(File::open(out).unwrap()).unwrap();
+    let size = [reader.width(), reader.height()].map(u32::from);
+    assert_eq!((size, reader.repeat()), (film.size, gif::Repeat::Infinite));
+    let (width, mut canvas, mut count) = (size[0] as usize, vec![0; (size[0] * size[1]) as usize], 0);
+    while let Some(frame) = reader.read_next_frame().unwrap() {
+        assert_eq!(frame.delay, 8, "hundredths of a second");
+        for (j, row) in frame.buffer.chunks_exact(usize::from(frame.width)).enumerate() {
+            let from = (usize::from(frame.top) + j) * width + usize::from(frame.left);
+            canvas[from..from + row.len()].copy_from_slice(row);
+        }
+        assert!(canvas == film.frames[count], "frame {count}");
+        count += 1;
+    }
+    assert_eq!(count, 7);
 }
 
 /// A film that fails on its way leaves no half of it, and the one before as it was; one snapshot is no film.

@@ -40,7 +40,7 @@ fn named_figures_of_a_fall_are_drawn_alone_and_say_what_they_show() {
     let out = dir.path().join("out");
     let out = out.to_str().unwrap();
     let strip =
-        plotted(&[&a, "--figure", "vorticity-strip,streamlines-strip", "--times", "0.1,0.2,9", "--interval", "20"]);
+        plotted(&[&a, "--figure", "vorticity-strip,streamlines-strip", "--times", "0.1,0.2,0.3", "--interval", "20"]);
     let name = |kind: &str| ["png", "svg"].map(|end| format!("{a}/figures/{kind}_strip.{end}"));
     assert_eq!(strip, [name("vorticity"), name("streamlines")].concat());
     let svg = std::fs::read_to_string(&strip[1]).unwrap();
@@ -56,7 +56,9 @@ fn named_figures_of_a_fall_are_drawn_alone_and_say_what_they_show() {
     );
     let svg = std::fs::read_to_string(format!("{out}/paths.svg")).unwrap();
     assert!(
-        [">\nsharp\n<", ">\nmixing\n<", ">\nan experiment\n<", ">\ny/d\n<"].iter().all(|label| svg.contains(label))
+        [">\nsharp\n<", ">\nmixing\n<", ">\nan experiment\n<", ">\ny/d\n<", ">\nx/d, d = 0.02 m\n<"]
+            .iter()
+            .all(|label| svg.contains(label))
     );
     let parts = plotted(&[&b, "--figure", "force-parts", "--out", out]);
     let svg = std::fs::read_to_string(&parts[1]).unwrap();
@@ -91,6 +93,10 @@ fn named_figures_of_a_fall_are_drawn_alone_and_say_what_they_show() {
             &[&a, "--figure", "vorticity-strip", "--times", "0.1,0.11,0.12"][..],
             &["7 snapshots are too few for 3", "output.fields.every_time"][..],
         ),
+        (&[&a, "--figure", "vorticity", "--times", "99"], &["--times 99", "from t = 0 to 0.3 s"]),
+        (&[&a, "--field", "speed", "--times", "0.1,99"], &["--times 99", "from t = 0 to 0.3 s"]),
+        (&[&a, "--figure", "profile"], &["profile needs statistics"]),
+        (&[&a, "--figure", "probes"], &["probes needs a [[probe]]"]),
         (&[&a, "--figure", "drag"], &["drag needs a measure of kind \"drag_coefficient\""]),
         (&[&a, "--figure", "paths", "--times", "0.1"], &["--times", "vorticity-strip"]),
         (&[&a, "--times", "0.1", "--range", "0,1"], &["--times", "--figure field"]),
@@ -120,7 +126,7 @@ fn forces_speeds_and_paths_are_of_several_particles_under_their_names_or_of_thos
     };
     // The last one leaves through the periodic side and comes in again.
     let all = [
-        disc("name = \"stone\", ", 0.02, 0.1, 1200.0),
+        disc("name = \"stone\", material = \"steel\", ", 0.02, 0.1, 1200.0),
         disc("name = \"grain\", ", 0.05, 0.1, 1300.0),
         disc("name = \"grain\", ", 0.075, 0.1, 1300.0),
         disc("velocity = [0.3, 0.0], ", 0.085, 0.125, 1200.0),
@@ -143,7 +149,7 @@ fn forces_speeds_and_paths_are_of_several_particles_under_their_names_or_of_thos
     };
     let names = ["stone", "grain 1", "grain 2", "particle 3"];
     for (name, label) in
-        [("forces", "force of the fluid along y (N)"), ("speeds", "velocity along y (m/s)"), ("paths", "x/d")]
+        [("forces", "force along y (N/m)"), ("speeds", "velocity along y (m/s)"), ("paths", "x/d, d = 0.02 m")]
     {
         shows(name, &[&names[..], &[label]].concat());
     }
@@ -156,8 +162,18 @@ fn forces_speeds_and_paths_are_of_several_particles_under_their_names_or_of_thos
 
     let folder = out.to_str().unwrap();
     plotted(&[folder, "--figure", "forces,speeds,paths", "--particle", "stone"]);
-    shows("forces", &["force on stone (N)", "fluid, along x", "pressure on the surface, y", "the rest, y"]);
-    shows("speeds", &["velocity of stone (m/s)", "along x", "along y"]);
+    shows(
+        "forces",
+        &["fall: force on stone", "force along y (N/m)", "fluid, in all", "pressure on the surface", "the rest"],
+    );
+    shows("speeds", &["fall: velocity of stone", "velocity along y (m/s)"]);
+    shows("paths", &["fall: path of stone"]);
+    // Greys say of what a body is made, or how large it is, where that is one of few.
+    shows("vorticity", &["material", "steel"]);
+    // Two materials have a legend, and the speed alone a colour bar: two bitmaps.
+    plotted(&[folder, "--field", "speed", "--bodies", "material"]);
+    shows("speed_field", &["material", "steel"]);
+    assert_eq!(svg("speed_field").matches("data:image/png").count(), 2);
     plotted(&[folder, "--figure", "speeds", "--particle", "grain,0"]);
     shows("speeds", &["grain 1", "grain 2", "stone"]);
     assert!(!svg("speeds").contains("particle 3"));
@@ -170,6 +186,90 @@ fn forces_speeds_and_paths_are_of_several_particles_under_their_names_or_of_thos
         let message = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{words:?}: {message}");
         assert!(message.contains(said), "{words:?}: {message}");
+    }
+}
+
+/// 16 discs of stone and 8 larger ones of steel let go in water.
+const POUR: &str = r#"
+name = "pour"
+domain = { size = [0.12, 0.16], cells = [60, 80] }
+fluid = { density = 1000.0, viscosity = 0.005, gravity = [3.0, -9.81] }
+boundary = { west = "wall", east = "wall", south = "wall", north = "wall" }
+contact = { restitution = 0.6, friction = 0.4 }
+time = { end = 0.02, cfl = 0.4 }
+output = { fields = { every_time = 0.01 } }
+[[swarm]]
+name = "gravel"
+count = 16
+diameter = 0.008
+density = 2650.0
+material = "stone"
+region = { min = [0.01, 0.06], max = [0.11, 0.155] }
+[[swarm]]
+name = "balls"
+count = 8
+diameter = 0.012
+density = 7800.0
+material = "steel"
+region = { min = [0.01, 0.06], max = [0.11, 0.155] }
+"#;
+
+#[test]
+fn figures_of_many_bodies_show_every_material_and_size_along_every_axis_and_no_colour_twice() {
+    let dir = tempfile::tempdir().unwrap();
+    let (file, out) = (dir.path().join("pour.toml"), dir.path().join("pour"));
+    std::fs::write(&file, POUR).unwrap();
+    run(&file, &out, &[]);
+    let svg = |name: &str| std::fs::read_to_string(out.join(format!("figures/{name}.svg"))).unwrap();
+    for (name, what, unit) in [("forces", "force", "N/m"), ("speeds", "velocity", "m/s")] {
+        let svg = svg(name);
+        for label in ["gravel, stone, d = 0.008 m (16)", "balls, steel, d = 0.012 m (8)"] {
+            assert!(svg.contains(&format!(">\n{label}\n<")), "{name} lacks {label}");
+        }
+        for axis in ["x", "y"] {
+            assert!(svg.contains(&format!(">\n{what} along {axis} ({unit})\n<")), "{name} lacks {axis}");
+        }
+        assert!(svg.contains("the middle 80 %"), "{name} says what its bands are");
+    }
+    let paths = svg("paths");
+    for label in ["pour: paths of 7 of 24 bodies", "gravel 0", "gravel 15", "balls 16", "balls 23", "x (m)"] {
+        assert!(paths.contains(&format!(">\n{label}\n<")), "paths lack {label}");
+    }
+    let folder = out.to_str().unwrap();
+    plotted(&[folder, "--figure", "paths", "--particle", "gravel"]);
+    let paths = svg("paths");
+    assert_eq!(paths.matches(">\ngravel ").count(), 7, "as many as there are colours");
+    assert!(paths.contains("paths of 7 of 16 bodies") && paths.contains("x/d, d = 0.008 m"));
+    // Two sizes have a legend.
+    plotted(&[folder, "--field", "speed", "--bodies", "size"]);
+    assert_eq!(svg("speed_field").matches("data:image/png").count(), 2);
+}
+
+#[test]
+fn a_run_that_goes_on_is_plotted_as_far_as_its_whole_rows_go_with_a_note() {
+    let dir = tempfile::tempdir().unwrap();
+    let more =
+        ["--set", "particle.0.motion=\"fixed\"", "--set", "time.end=0.1", "--set", "initial.velocity=[0.1, 0.0]"];
+    let a = fall(
+        dir.path(),
+        "a",
+        &[&more[..], &["--set", "measure=[{ name = \"cd\", kind = \"drag_coefficient\" }]"]].concat(),
+    );
+    // As a run that has not ended leaves it.
+    let folder = Path::new(&a);
+    std::fs::remove_file(folder.join("summary.json")).unwrap();
+    let record = "{\"status\": \"running\", \"step\": 9, \"time\": 0.05, \"end\": 0.1, \"measures\": {\"cd\": 1.25}}\n";
+    std::fs::write(folder.join("progress.jsonl"), record).unwrap();
+    let rows = std::fs::read_to_string(folder.join("particles.csv")).unwrap();
+    let torn = rows.trim_end().rsplit_once('\n').unwrap().0.to_owned() + "\n999,99.0,0,1e9,1e9";
+    std::fs::write(folder.join("particles.csv"), torn).unwrap();
+    let output = mics(&["plot", &a]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("has not ended: figures show it to t = 0.05 of 0.1 s"), "{said}");
+    let listed = String::from_utf8_lossy(&output.stdout);
+    for name in ["vorticity.png", "forces.png", "drag_over_reynolds.png"] {
+        assert!(listed.contains(name), "{listed}");
     }
 }
 
@@ -189,6 +289,17 @@ fn several_runs_give_their_fields_and_together_drag_over_reynolds() {
     short_run(&b, 5.0);
     std::fs::remove_dir_all(a.join("figures")).unwrap();
     let [a, b, out] = [&a, &b, &out].map(|p| p.to_str().unwrap());
+    let drag = || {
+        plotted(&[a, b, "--figure", "drag", "--out", out]);
+        std::fs::read_to_string(Path::new(out).join("drag_over_reynolds.svg")).unwrap()
+    };
+    assert!(drag().contains("body-fitted, box of cases/cylinder-wake") && drag().contains("unbounded stream"));
+    // Between walls it is another scene, which has the references of its own case alone.
+    let case = Path::new(b).join("case.toml");
+    let text = std::fs::read_to_string(&case).unwrap();
+    std::fs::write(&case, text.replace("\"periodic\"", "\"wall\"")).unwrap();
+    assert!(!drag().contains("body-fitted, box of cases/cylinder-wake") && !drag().contains("unbounded stream"));
+    std::fs::write(&case, text).unwrap();
     let output = mics(&["plot", a, b, "--out", out]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let listed = String::from_utf8(output.stdout).unwrap();

@@ -45,9 +45,7 @@ fn a_report_says_what_ran_how_it_compares_and_how_to_run_it_again() {
     ] {
         assert!(html.contains(part), "no `{part}`");
     }
-    for title in
-        ["Vorticity", "Streamlines", "Force along x", "Force along y", "Paths", "Velocity", "Divergence", "Iterations"]
-    {
+    for title in ["Vorticity", "Streamlines", "Forces", "Paths", "Velocity", "Divergence", "Iterations"] {
         assert!(
             html.contains(&format!("<h3>{title}</h3><svg role=\"img\" aria-label=\"{title}\"")),
             "no figure {title}"
@@ -62,6 +60,52 @@ fn a_report_says_what_ran_how_it_compares_and_how_to_run_it_again() {
     // It is a run's file: a run that replaces this one takes it away.
     run(&shipped("cases/settling-disc/case.toml"), &out, &[&more[..], &["--force"]].concat());
     assert!(!out.join("report.html").exists());
+}
+
+/// A disc that sinks in the middle of a box, with a profile, a probe and a line of probes.
+const SINKS: &str = r#"
+name = "sinks"
+domain = { size = [0.1, 0.15], cells = [20, 30] }
+fluid = { density = 1000.0, viscosity = 0.05, gravity = [0.0, -9.81] }
+boundary = { west = "wall", east = "wall", south = "wall", north = "wall" }
+particle = [{ shape = { disc = { diameter = 0.020000000000000004 } }, material = "stone", density = 1200.0, position = [0.05, 0.1] }]
+contact = { restitution = 0.35, pair = [{ between = ["stone", "wall"], restitution = 0.85 }] }
+time = { end = 0.05, cfl = 0.4 }
+statistics = { from = 0.01, profile = "y" }
+probe = [{ name = "below", at = [0.05, 0.05] }, { name = "row", at = [0.02, 0.05], to = [0.08, 0.05], points = 4, every = 2 }]
+measure = [{ name = "speed", kind = "max_speed", reference = [0.00000001, 0.30000000000000004] }]
+"#;
+
+#[test]
+fn a_report_has_profiles_probes_the_laws_of_contact_and_numbers_of_few_digits() {
+    let dir = tempfile::tempdir().unwrap();
+    let (case, out) = (dir.path().join("sinks.toml"), dir.path().join("run"));
+    fs::write(&case, SINKS).unwrap();
+    run(&case, &out, &[]);
+    for name in ["profile", "probes", "probe_lines"] {
+        assert!(out.join(format!("figures/{name}.png")).exists(), "{name}");
+    }
+    let html = report(&out);
+    let said = html.split("<details>").next().unwrap();
+    for part in [
+        "<h3>Profile</h3>",
+        "<h3>Probes over time</h3>",
+        "<h3>Probes along lines</h3>",
+        "mean velocity along",
+        "in general: normal stiffness by the impacts expected, restitution 0.35",
+        "stone with wall: normal stiffness by the impacts expected, restitution 0.85",
+        "d = 0.02 m",
+        "1e-8 to 0.3",
+        "force along y (N/m)",
+        // A symmetric scene has no force across, and nothing is drawn of it.
+        "along x it is zero",
+    ] {
+        assert!(said.contains(part), "no `{part}`");
+    }
+    assert!(!said.contains("force along x"));
+    let digits =
+        said.match_indices("00000000").map(|(at, _)| &said[at.saturating_sub(20)..at + 10]).collect::<Vec<_>>();
+    assert!(digits.iter().all(|around| !around.contains("0.0200") && !around.contains("0.3000")), "{digits:?}");
 }
 
 #[test]

@@ -99,9 +99,16 @@ fn a_study_gives_a_row_a_run_with_errors_medians_and_figures_and_goes_on_where_i
     }
     assert_eq!(table[1]["petsc"], "-ksp_type cg -pc_type gamg");
     assert_eq!(table[6]["steps"], "5", "the step of the row, not the case's Courant number");
-    for name in ["work_precision_speed.png", "work_precision_speed.svg", "cost.png"] {
+    for name in ["value_speed.png", "work_precision_speed.png", "work_precision_speed.svg", "cost.png"] {
         assert!(std::fs::metadata(out.join(name)).is_ok_and(|m| m.len() > 2000), "{name}");
     }
+    let svg = std::fs::read_to_string(out.join("value_speed.svg")).unwrap();
+    for label in ["N", "speed", "bcgs", "cg", "reference"] {
+        assert!(svg.contains(&format!(">\n{label}\n<")), "the figure of the value lacks {label}");
+    }
+    let plot = mics(&["plot", out.to_str().unwrap()]);
+    let refused = String::from_utf8_lossy(&plot.stderr).into_owned();
+    assert!(plot.status.code() == Some(2) && refused.contains("a study's folder; `mics study` draws"), "{refused}");
     assert!(said.contains("| N | solver | speed | error |") && said.contains("failed: "), "{said}");
 
     // What is done stays; what is not, or is another run by now, is done.

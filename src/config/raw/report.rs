@@ -1,6 +1,7 @@
 //! What a run reports and writes.
 
 use super::{Axis, ForceRule, Region};
+use crate::words::rounded;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -136,8 +137,8 @@ impl Reference {
 impl fmt::Display for Reference {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
-            Reference::Value(value) => write!(f, "{value}"),
-            Reference::Band([low, high]) => write!(f, "{low} to {high}"),
+            Reference::Value(value) => f.write_str(&rounded(*value)),
+            Reference::Band([low, high]) => write!(f, "{} to {}", rounded(*low), rounded(*high)),
         }
     }
 }
@@ -157,7 +158,7 @@ pub enum MeasureKind {
     LiftCoefficientMax,
     /// Mean of the size of all of the force across the stream, or across `direction`, as a coefficient.
     LiftMagnitude,
-    /// Mean of the force by the fluid on all of `particles` together, along the stream or `direction` (N).
+    /// Mean of the force by the fluid on all of `particles` together, along the stream or `direction` (N, in 2D N/m).
     Force,
     /// Root mean square of the lift coefficient about its mean.
     LiftRms,

@@ -231,6 +231,8 @@ pub struct Axis {
     label: String,
     /// Places and their texts; a minor tick has none.
     ticks: Vec<(f64, String)>,
+    /// Whether the places are entries of a legend.
+    names: bool,
 }
 
 impl Axis {
@@ -272,19 +274,37 @@ impl Axis {
     }
 
     /// An axis with these places and their texts as ticks.
-    pub fn new(range: Range<f64>, label: &str, ticks: Vec<(f64, String)>) -> Axis {
-        Axis { range, label: label.to_owned(), ticks }
+    fn new(range: Range<f64>, label: &str, ticks: Vec<(f64, String)>) -> Axis {
+        Axis { range, label: label.to_owned(), ticks, names: false }
+    }
+
+    /// The entries of a legend, one a unit from 0 on.
+    pub fn of_names(label: &str, names: impl Iterator<Item = String>) -> Axis {
+        let places: Vec<_> = names.enumerate().map(|(k, name)| (k as f64 + 0.5, name)).collect();
+        Axis { names: true, ..Axis::new(0.0..places.len().max(1) as f64, label, places) }
+    }
+
+    /// Whether it is the entries of a legend.
+    pub fn is_of_names(&self) -> bool {
+        self.names
     }
 
     /// The same axis over places that are less by `by`, with its text as it is.
     pub fn from(self, by: f64) -> Axis {
-        let ticks = self.ticks.into_iter().map(|(value, text)| (value - by, text));
-        Axis { range: self.range.start - by..self.range.end - by, label: self.label, ticks: ticks.collect() }
+        let ticks = self.ticks.iter().map(|(value, text)| (value - by, text.clone())).collect();
+        Axis { range: self.range.start - by..self.range.end - by, ticks, ..self }
     }
 
     /// The same axis with its ticks but without text.
     pub fn unnamed(self) -> Axis {
         let ticks = self.ticks.into_iter().map(|(value, _)| (value, String::new()));
+        Axis::new(self.range, "", ticks.collect())
+    }
+
+    /// The same axis without text, but with the grid lines of its ticks.
+    pub fn hushed(self) -> Axis {
+        let hush = |text: String| if text.is_empty() { text } else { " ".to_owned() };
+        let ticks = self.ticks.into_iter().map(|(value, text)| (value, hush(text)));
         Axis::new(self.range, "", ticks.collect())
     }
 
@@ -300,6 +320,9 @@ impl Axis {
     /// Room that the tick labels and the label need beside a vertical axis.
     pub fn room(&self) -> i32 {
         let widest = self.ticks.iter().map(|(_, text)| width(text, SMALL)).max().unwrap_or(0);
+        if self.names {
+            return TICK + GAP + widest.max(width(&self.label, SMALL));
+        }
         TICK + GAP + widest + if self.label.is_empty() { 0 } else { GAP + MEDIUM }
     }
 
@@ -385,9 +408,15 @@ impl Frame {
         let (side, out, anchor) = if right { (left + width, 1, HPos::Left) } else { (left, -1, HPos::Right) };
         for (value, label) in &self.y.ticks {
             let y = self.pixel(0.0, *value).1;
-            sheet.line(vec![(side, y), (side + out * long(label), y)], INK, THIN);
+            if !self.y.names {
+                sheet.line(vec![(side, y), (side + out * long(label), y)], INK, THIN);
+            }
             let at = (side + out * (TICK + GAP), y);
             sheet.text(label, SMALL, at, (anchor, VPos::Center), FontTransform::None);
+        }
+        if self.y.names {
+            let at = (left, top - GAP);
+            return sheet.text(&self.y.label, SMALL, at, (HPos::Left, VPos::Bottom), FontTransform::None);
         }
         let edge = side + out * self.y.room() - if right { MEDIUM } else { 0 };
         let at = (edge, top + height / 2);

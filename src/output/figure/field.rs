@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use plotters::prelude::*;
 
-use super::canvas::{self, Axis, BELOW, Frame, LARGE, Pixel, SCALE, Sheet};
+use super::canvas::{self, Axis, BELOW, Frame, INK, LARGE, Pixel, SCALE, Sheet, THIN};
 use super::paint::{self, Palette};
 use super::trace::{Point, sample};
 use super::{Plane, Scale};
@@ -19,6 +19,8 @@ const LEAST: f64 = 60.0;
 const SEPARATION: f64 = 22.0;
 const BAR: i32 = 22 * SCALE;
 const MARGIN: i32 = 20 * SCALE;
+/// Height of an entry of a legend of particles.
+const NAMED: i32 = 38 * SCALE;
 
 /// Draws vorticity as a colour map with streamlines and discs over it. Writes `STEM.png` and `STEM.svg`.
 pub fn vorticity(plane: &Plane, stem: &Path) -> Result<[PathBuf; 2]> {
@@ -133,27 +135,59 @@ pub fn bars(palette: &Palette, label: &str, scale: Option<&Scale>, tall: i32) ->
     let ticks = (tall / (70 * SCALE)).max(4);
     let particles = scale.filter(|scale| scale.range[0] < scale.range[1]).map(|scale| {
         let [low, high] = scale.range;
-        match scale.names.is_empty() {
-            true => Axis::linear(low..high, &scale.label, ticks),
-            false => Axis::new(low..high, &scale.label, scale.names.clone()),
+        match scale.names.len() {
+            0 => Axis::linear(low..high, &scale.label, ticks),
+            _ => Axis::of_names(&scale.label, scale.names.iter().map(|(_, name)| name.clone())),
         }
     });
     [Axis::linear(palette.range.clone(), label, ticks)].into_iter().chain(particles).collect()
 }
 
-/// Colour bars beside each other, from the upper left corner of the first.
+/// Colour bars beside each other, from the upper left corner of the first; one of names is as tall
+/// as these need.
 pub fn side_by_side(axes: Vec<Axis>, corner: Pixel, tall: i32) -> Vec<Frame> {
     let mut left = corner.0;
     let place = |y: Axis| {
-        let corner = (left, corner.1);
+        let at = left;
         left += BAR + y.room() + MARGIN;
-        Frame { corner, extent: (BAR, tall), x: Axis::blank(), y }
+        let (top, tall) = match y.is_of_names() {
+            true => (corner.1 + NAMED, (y.range.end * f64::from(NAMED)) as i32),
+            false => (corner.1, tall),
+        };
+        Frame { corner: (at, top), extent: (BAR, tall), x: Axis::blank(), y }
     };
     axes.into_iter().map(place).collect()
 }
 
-/// Draws the colour bars of a palette and of what the colours of particles say.
+/// Draws the colour bars of a palette and of what the colours of particles say: of few values a
+/// field of its colour for each.
 pub fn draw_bars(sheet: &mut Sheet, bars: &[Frame], palette: &Palette, scale: Option<&Scale>) {
+    let mut bars = bars.iter();
+    if let Some(bar) = bars.next() {
+        palette.bar(sheet, bar);
+    }
     let particles = Palette::particles(scale);
-    bars.iter().zip([palette, &particles]).for_each(|(bar, palette)| palette.bar(sheet, bar));
+    for (bar, scale) in bars.zip(scale) {
+        if scale.names.is_empty() {
+            particles.bar(sheet, bar);
+        } else {
+            let colours: Vec<_> = scale.names.iter().map(|(value, _)| particles.colour(*value)).collect();
+            legend(sheet, bar, &colours);
+        }
+    }
+}
+
+/// Draws a field of each colour, the first one lowest, with the names of the vertical axis beside
+/// them.
+fn legend(sheet: &mut Sheet, bar: &Frame, colours: &[RGBColor]) {
+    let (left, top) = bar.corner;
+    let tall = bar.extent.1 / colours.len().max(1) as i32;
+    for (k, colour) in colours.iter().rev().enumerate() {
+        let side = BAR.min(tall * 3 / 4);
+        let corner = (left, top + k as i32 * tall + (tall - side) / 2);
+        let ring = canvas::ring(corner, (BAR, side));
+        sheet.area(ring.clone(), *colour);
+        sheet.line(ring, INK, THIN);
+    }
+    bar.axes(sheet, true);
 }

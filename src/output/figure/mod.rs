@@ -1,9 +1,11 @@
 //! Figures: data in, `STEM.png` and `STEM.svg` out. Owns what a figure looks like; knows nothing of runs or cases.
 //!
-//! [`vorticity`], [`streamlines`] and [`field()`] draw a plane of the flow, [`vorticity_strip`], [`streamlines_strip`] and
-//! [`field_strip`] several of one scene side by side, [`film()`] one after the other, [`curves()`] draws series over axes. `canvas`
-//! turns one description into both files, or into a frame; `field`, `strip`, `film` and `curves` describe, with what `paint` knows
-//! of flows; `trace` finds evenly spaced streamlines, `contour` contour lines.
+//! [`vorticity`], [`streamlines`] and [`field()`] draw a plane of the flow, [`vorticity_strip`],
+//! [`streamlines_strip`] and [`field_strip`] several of one scene side by side, [`film()`] one
+//! after the other, [`curves()`] draws series over axes and [`chart()`] several such plots in one
+//! figure. `canvas` turns one description into both files, or into a frame; `field`, `strip`,
+//! `film` and `curves` describe, with what `paint` knows of flows; `trace` finds evenly spaced
+//! streamlines, `contour` contour lines.
 
 mod canvas;
 mod contour;
@@ -14,9 +16,9 @@ mod paint;
 mod strip;
 mod trace;
 
-pub use curves::{COLOURS, curves, curves_svg};
+pub use curves::{COLOURS, chart, chart_svg, curves, curves_svg};
 pub use field::{field, streamlines, streamlines_svg, vorticity, vorticity_svg};
-pub use film::film;
+pub use film::{Format, film};
 pub use paint::shared_range;
 pub use strip::{field_strip, streamlines_strip, vorticity_strip};
 
@@ -39,7 +41,7 @@ pub struct Plane {
     pub quantity: Quantity,
     /// Particles as the plane cuts them.
     pub discs: Vec<Disc>,
-    /// What the colours of the particles say; where it is absent they are grey.
+    /// What the colours of the particles say; where it is absent they are grey and say nothing.
     pub scale: Option<Scale>,
     /// How it is drawn.
     pub style: Style,
@@ -110,10 +112,13 @@ pub struct Style {
 pub struct Scale {
     /// What is written beside the colour bar.
     pub label: String,
-    /// The values of the lightest and the darkest colour; there is no bar where they are the same.
+    /// The values of the lightest and the darkest colour; there is no bar or legend where they are
+    /// the same.
     pub range: [f64; 2],
-    /// Names of values, where they are not numbers.
+    /// Names of values, where these are few: then there is a legend in place of a colour bar.
     pub names: Vec<(f64, String)>,
+    /// Whether the colours are greys.
+    pub grey: bool,
 }
 
 /// A particle as a plane cuts it.
@@ -156,6 +161,9 @@ pub enum SeriesStyle {
     Joined,
     /// A grey rectangle between the first and the last point, for a range that something is expected in.
     Band,
+    /// A pale area with the points as its outline, in the colour of the series before it, for the
+    /// spread of what that is the middle of. It has no entry in the legend.
+    Spread,
 }
 
 /// The axes of a line or point figure.
@@ -173,8 +181,35 @@ pub struct Axes {
     pub falling_x: bool,
     /// Title above the figure; may be empty.
     pub title: String,
+    /// Small print under the title; may be empty.
+    pub note: String,
+    /// The ends of the vertical axis, where they are not those of the points; what lies beyond is
+    /// cut off there.
+    pub range_y: Option<[f64; 2]>,
     /// A box from the origin to these edges, drawn to scale, that the axes show whatever the points.
     pub frame: Option<[f64; 2]>,
+}
+
+/// Plots in one figure: below each other over one horizontal axis, or beside each other.
+#[derive(Debug, Clone, Default)]
+pub struct Chart {
+    /// The plots; title and note of the figure are the first one's.
+    pub panels: Vec<(Axes, Vec<Series>)>,
+    /// Whether the plots stand beside each other.
+    pub beside: bool,
+}
+
+impl From<(Axes, Vec<Series>)> for Chart {
+    fn from(panel: (Axes, Vec<Series>)) -> Chart {
+        Chart { panels: vec![panel], beside: false }
+    }
+}
+
+impl Chart {
+    /// Whether some line of it has two points.
+    pub fn shows(&self) -> bool {
+        self.panels.iter().flat_map(|(_, series)| series).any(|one| one.points.len() > 1)
+    }
 }
 
 #[cfg(test)]

@@ -65,7 +65,10 @@ impl Palette {
     /// Of particles: of a scale, or greys.
     pub fn particles(scale: Option<&Scale>) -> Palette {
         let [low, high] = scale.map_or([0.0, 1.0], |scale| scale.range);
-        Palette { colours: ramp(if scale.is_some() { &GREENS } else { &GREYS }), range: low..high }
+        Palette {
+            colours: ramp(if scale.is_some_and(|scale| !scale.grey) { &GREENS } else { &GREYS }),
+            range: low..high,
+        }
     }
 
     /// The colour at a part of the range.

@@ -253,3 +253,41 @@ fn a_part_of_a_plane_says_where_it_is_and_an_axis_can_fall() {
     };
     assert!(place(false, "1") < place(false, "4") && place(true, "1") > place(true, "4"));
 }
+
+#[test]
+fn every_line_has_a_colour_of_its_own_and_one_on_another_is_dashed() {
+    let line = |offset: f64| Series {
+        label: String::new(),
+        points: (0..20).map(|k| (f64::from(k), offset + f64::from(k * k))).collect(),
+        style: SeriesStyle::Line,
+    };
+    let all: Vec<Series> = (0..15).map(|k| line(10.0 * f64::from(k))).collect();
+    let (_, svg) = written(|stem| curves(&Axes::default(), &all, stem));
+    let colour = |line: &str| line.split("stroke=\"").nth(1)?.split('"').next().map(str::to_owned);
+    let wide = svg.split('<').filter(|tag| tag.starts_with("polyline") && tag.contains("stroke-width=\"6\""));
+    let colours: std::collections::HashSet<String> = wide.filter_map(colour).collect();
+    assert_eq!(colours.len(), 15, "{colours:?}");
+    let pieces = |all: &[Series]| {
+        let (_, svg) = written(|stem| curves(&Axes::default(), all, stem));
+        svg.matches("stroke-width=\"6\"").count()
+    };
+    assert_eq!(pieces(&[line(0.0), line(90.0)]), 2);
+    assert!(pieces(&[line(0.0), line(0.0)]) > 5, "the second one shows the first in its gaps");
+}
+
+#[test]
+fn plots_of_a_chart_are_below_or_beside_each_other() {
+    let line = Series { label: String::new(), points: vec![(0.0, 1.0), (1.0, 2.0)], style: SeriesStyle::Line };
+    let axes = |label: &str| Axes { y_label: label.into(), note: "small print".into(), ..Axes::default() };
+    let of = |count: usize, beside: bool| {
+        let panels = (0..count).map(|k| (axes(&format!("plot {k}")), vec![line.clone()])).collect();
+        let all = Chart { panels, beside };
+        written(|stem| chart(&all, stem))
+    };
+    let ([one, low], _) = of(1, false);
+    let ([same, high], svg) = of(3, false);
+    let ([wide, _], _) = of(2, true);
+    assert!(one == same && high > low && wide > one, "{one} x {low}, {same} x {high}, {wide}");
+    assert_eq!(svg.matches("small print").count(), 1);
+    assert!((0..3).all(|k| svg.contains(&format!("plot {k}"))));
+}

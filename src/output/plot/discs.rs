@@ -10,8 +10,13 @@ use super::section;
 use crate::config::{Case, Motion, Particle};
 use crate::output::bodies::Pose;
 use crate::output::figure::{Disc, Scale};
+use crate::words::rounded;
 use nalgebra::Vector3;
 use std::collections::HashMap;
+
+/// Values that have a legend in place of a colour bar, and in figures of curves a line each, at
+/// most.
+const FEW: usize = 5;
 
 /// What the colours of particles say.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -49,14 +54,22 @@ impl Colours {
     /// What stands beside their colour bar.
     pub fn scale(&self, case: &Case) -> Scale {
         let names = materials(case);
-        let (label, named) = match self.by {
-            Bodies::Size => ("diameter (m)", false),
-            Bodies::Speed => ("speed of particles (m/s)", false),
-            Bodies::Material if names.len() > 1 => ("material", true),
-            Bodies::Material => ("density (kg/m\u{b3})", false),
+        let numbers = |values: Vec<f64>| values.into_iter().map(|value| (value, rounded(value))).collect();
+        let (label, names) = match self.by {
+            Bodies::Size => ("diameter (m)", numbers(few(case, |p| p.shape.diameter()))),
+            Bodies::Speed => ("speed of particles (m/s)", Vec::new()),
+            Bodies::Material if names.len() > 1 => {
+                ("material", names.iter().enumerate().map(|(k, name)| (k as f64, (*name).to_owned())).collect())
+            }
+            Bodies::Material => ("density (kg/m\u{b3})", numbers(few(case, |p| p.density))),
         };
-        let names = names.iter().enumerate().filter(|_| named).map(|(k, name)| (k as f64, (*name).to_owned()));
-        Scale { label: label.to_owned(), range: self.range, names: names.collect() }
+        Scale { label: label.to_owned(), range: self.range, names, grey: false }
+    }
+
+    /// Greys: by size, or else by what they are made of.
+    fn greys(case: &Case) -> Colours {
+        let by = if differs(range(case, |p| p.shape.diameter())) { Bodies::Size } else { Bodies::Material };
+        Colours::of(by, case, 0.0)
     }
 
     /// Where a particle is between the lightest and the darkest.
@@ -74,7 +87,7 @@ impl Colours {
 }
 
 /// The names of the materials of a case, in the order in which they come.
-fn materials(case: &Case) -> Vec<&str> {
+pub fn materials(case: &Case) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
     for particle in &case.particle {
         if !names.contains(&particle.material.as_str()) {
@@ -82,6 +95,27 @@ fn materials(case: &Case) -> Vec<&str> {
         }
     }
     names
+}
+
+/// The meaning of the greys of particles, where there are few.
+pub fn grey_scale(case: &Case) -> Option<Scale> {
+    let scale = Scale { grey: true, ..Colours::greys(case).scale(case) };
+    (scale.names.len() > 1).then_some(scale)
+}
+
+/// The values of a case's particles in rising order, where these are few; else none.
+pub fn few(case: &Case, value: fn(&Particle) -> f64) -> Vec<f64> {
+    let mut values: Vec<f64> = Vec::new();
+    for value in case.particle.iter().map(value) {
+        if values.iter().all(|other| (value - other).abs() > 1e-9 * other.abs()) {
+            values.push(value);
+        }
+        if values.len() > FEW {
+            return Vec::new();
+        }
+    }
+    values.sort_by(f64::total_cmp);
+    values
 }
 
 fn range(case: &Case, value: fn(&Particle) -> f64) -> [f64; 2] {
@@ -107,9 +141,7 @@ pub fn discs(
     place: &dyn Fn(usize) -> Option<Pose>,
     colours: Option<&Colours>,
 ) -> Vec<Disc> {
-    // Greys are by size, or else by what they are made of.
-    let by = if differs(range(case, |p| p.shape.diameter())) { Bodies::Size } else { Bodies::Material };
-    let greys = Colours::of(by, case, 0.0);
+    let greys = Colours::greys(case);
     let (axes, materials) = (section::axes(axis), materials(case));
     let mut discs = Vec::new();
     let names = unique_names(case);

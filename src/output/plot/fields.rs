@@ -1,6 +1,6 @@
 //! Planes of the flow from a run's snapshots: which ones, and what of them a figure shows.
 
-use super::discs::{Colours, discs, start};
+use super::discs::{Colours, discs, grey_scale, start};
 use super::rows::Rows;
 use super::section;
 use crate::config::{Case, Section};
@@ -8,6 +8,7 @@ use crate::output::bodies::Pose;
 use crate::output::figure::{Disc, Plane, Quantity, Style};
 use crate::output::not_a_run;
 use crate::output::snapshot::Snapshot;
+use crate::words::rounded;
 use crate::{Error, Result};
 use std::collections::BTreeSet;
 use std::fs;
@@ -73,6 +74,7 @@ pub fn choose(run: &Path, times: &[f64]) -> Result<Vec<(f64, PathBuf)>> {
         }
         return Ok(evenly(all.len(), count).map(|k| all[k].clone()).collect());
     }
+    times.iter().try_for_each(|time| check_time(run, &all, *time))?;
     let chosen: BTreeSet<usize> = times.iter().map(|time| nearest(&all, *time)).collect();
     if chosen.len() < times.len() {
         return Err(few(all.len(), times.len()));
@@ -86,6 +88,25 @@ pub fn choose(run: &Path, times: &[f64]) -> Result<Vec<(f64, PathBuf)>> {
 /// When there is none, or one is no snapshot.
 pub fn dated(run: &Path) -> Result<Vec<(f64, PathBuf)>> {
     snapshots(run)?.into_iter().map(|path| Ok((Snapshot::time_of(&path)?, path))).collect()
+}
+
+/// Refuses a time (s) that lies before the first or after the last of a run's snapshots by more
+/// than half their distance.
+///
+/// # Errors
+/// When it does, with the times that there are.
+pub fn check_time(run: &Path, all: &[(f64, PathBuf)], time: f64) -> Result<()> {
+    let (Some((first, _)), Some((last, _))) = (all.first(), all.last()) else { return Ok(()) };
+    let room = 0.5 * (last - first) / all.len().saturating_sub(1).max(1) as f64 + 1e-9 * last.abs();
+    if (first - room..=last + room).contains(&time) {
+        return Ok(());
+    }
+    Err(Error::Usage(format!(
+        "--times {time}: the snapshots of {} are from t = {} to {} s; give times in there",
+        run.display(),
+        rounded(*first),
+        rounded(*last)
+    )))
 }
 
 /// The number of the snapshot next to a time (s).
@@ -121,6 +142,13 @@ pub struct Look {
     pub colours: Option<Colours>,
     /// Digits of the time in the title.
     pub digits: usize,
+}
+
+impl Look {
+    /// Vorticity with grey bodies, for the state at a time (s).
+    pub fn at(time: f64) -> Look {
+        Look { digits: digits(&[time]) + 2, ..Look::default() }
+    }
 }
 
 impl Default for Look {
@@ -177,10 +205,10 @@ pub fn plane(
         quantity: look.quantity,
         corner: [0.0; 2],
         discs: discs(case, (axis, height), size, place, look.colours.as_ref()),
-        scale: look.colours.map(|colours| colours.scale(case)),
+        scale: look.colours.map_or_else(|| grey_scale(case), |colours| Some(colours.scale(case))),
         labels: axes.map(|a| format!("{} (m)", names[a])),
         title: format!("t = {:.digits$} s", snapshot.time),
-        place: if snapshot.cells[2] > 1 { format!(", {} = {height:.4} m", names[axis]) } else { String::new() },
+        place: if snapshot.cells[2] > 1 { format!(", {} = {} m", names[axis], rounded(height)) } else { String::new() },
         style: Style::default(),
     })
 }

@@ -1,49 +1,183 @@
 //! Forces on particles: over time, and over the height of one in the three parts of (19) (Fig. 10); speeds of free ones.
 
+use super::kinds::{Course, Kind, SPREAD, Spread, quantile};
 use super::paths::upright;
 use super::rows::{self, Rows};
-use super::section::leading;
 use crate::Result;
 use crate::config::{Case, WallRule};
-use crate::output::figure::{Axes, Series, SeriesStyle};
+use crate::output::figure::{Axes, Chart, Series, SeriesStyle};
+use crate::words::rounded;
 use std::f64::consts::PI;
 
 /// Way, in diameters, over which each point of the parts of a force is a mean: single steps jump as cells change sides.
 const MEAN: f64 = 0.1;
+/// Part of the run whose forces are not shown: the first steps of an impulsive start would flatten
+/// all that follows.
+const START: f64 = 0.02;
+/// A component whose largest value is below this part of the largest one's is not drawn.
+pub const SHOWN: f64 = 1e-3;
+/// A component below this part of the largest one's is zero within rounding and the limit of the
+/// pressure.
+const ROUNDING: f64 = 1e-5;
+/// Part of the values at either end that a vertical axis of forces leaves out, where they would
+/// widen it by [`WIDER`]: the peaks of single steps in which bodies collide.
+const PEAKS: f64 = 0.02;
+/// Widening of a vertical axis above which its peaks are cut off.
+const WIDER: f64 = 3.0;
 
-/// The axis that says most of a case: along the stream or gravity.
-fn along(case: &Case) -> &'static str {
-    ["x", "y", "z"][leading(case).unwrap_or(0)]
+/// Points of a spread over time at most: each is the mean of some rows.
+const POINTS: usize = 500;
+
+const NAMES: [&str; 3] = ["x", "y", "z"];
+
+/// The unit of forces: in 2D they are of a metre of depth.
+pub fn unit(case: &Case) -> &'static str {
+    if case.dimension() == 2 { "N/m" } else { "N" }
 }
 
-/// Force over time on the particles that are `asked` for or the first ones, with what the vertical axis says: on one along each axis,
-/// and its three parts along the stream or gravity; on several along that alone.
+/// Force of the fluid over time, a plot for each axis that matters: on one particle with its parts,
+/// on few a line each, on many by kinds. Of the particles that are `asked` for, or else of all.
+/// None where there are no rows.
 ///
 /// # Errors
 /// When `particles.csv` lacks a column.
-pub fn forces(case: &Case, rows: &Rows, asked: &[usize]) -> Result<(String, Vec<Series>)> {
-    let (ids, a) = (rows::loaded(case, asked), along(case));
-    // The first steps of an impulsive start would flatten all that follows.
+pub fn forces(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<Chart>> {
+    let ids = rows::loaded(case, asked);
+    if rows.is_empty() {
+        return Ok(None);
+    }
+    let start = START * case.time.end;
     let curve = |id: usize, column: &str, label: &str, style| {
         let mut series = rows.curve(id, "time", column, label)?;
-        series.points.retain(|p| p.0 > 0.02 * case.time.end);
+        series.points.retain(|p| p.0 > start);
         Ok(Series { style, ..series })
     };
-    let id = match ids[..] {
-        _ if rows.is_empty() => return Ok(Default::default()),
-        [id] => id,
-        _ => {
-            let column = format!("fluid_f{a}");
-            let series = ids.iter().map(|id| curve(*id, &column, &case.called(*id), SeriesStyle::Line));
-            return Ok((format!("force of the fluid along {a} (N)"), series.collect::<Result<_>>()?));
+    let cut = format!("the first {} s, of an impulsive start, left out", rounded(start));
+    let axes = NAMES.into_iter().take(case.dimension());
+    let (title, plots): (_, Result<Vec<Vec<Series>>>) = match (&rows.forces, &ids[..]) {
+        (Some(course), _) => {
+            (format!("force of the fluid on {} bodies", ids.len()), Ok(of_kinds(course, case.dimension(), start)))
+        }
+        (None, [id]) => {
+            let parts = ["pressure", "viscous", "convective"].into_iter().zip(words(case));
+            // All plots have the same lines, since they share the first one's legend.
+            let contacts = axes.clone().map(|a| rows.column(*id, &format!("contact_f{a}")));
+            let touched = contacts.collect::<Result<Vec<_>>>()?.concat().iter().any(|force| *force != 0.0);
+            let plot = |a: &str| {
+                let mut all = vec![curve(*id, &format!("fluid_f{a}"), "fluid, in all", SeriesStyle::Line)?];
+                for (part, words) in parts.clone() {
+                    all.push(curve(*id, &format!("{part}_f{a}"), words, SeriesStyle::Dashed)?);
+                }
+                if touched {
+                    all.push(curve(*id, &format!("contact_f{a}"), "contacts and lubrication", SeriesStyle::Line)?);
+                }
+                Ok(all)
+            };
+            (format!("force on {}", case.called(*id)), axes.map(plot).collect())
+        }
+        (None, _) => {
+            let line = |id: &usize, a: &str| curve(*id, &format!("fluid_f{a}"), &case.called(*id), SeriesStyle::Line);
+            let plot = |a: &str| ids.iter().map(|id| line(id, a)).collect();
+            ("force of the fluid".to_owned(), axes.map(plot).collect())
         }
     };
-    let names = &["x", "y", "z"][..case.dimension()];
-    let whole = names.iter().map(|a| (format!("fluid_f{a}"), format!("fluid, along {a}"), SeriesStyle::Line));
-    let parts = ["pressure", "viscous", "convective"].into_iter().zip(words(case));
-    let parts = parts.map(|(name, words)| (format!("{name}_f{a}"), format!("{words}, {a}"), SeriesStyle::Dashed));
-    let series = whole.chain(parts).map(|(name, label, style)| curve(id, &name, &label, style));
-    Ok((format!("force on {} (N)", case.called(id)), series.collect::<Result<_>>()?))
+    let notes = [rows.forces.as_ref().map(|_| SPREAD.to_owned()), Some(cut)];
+    let notes = notes.into_iter().flatten().collect();
+    Ok(by_axes(plots?, "force", unit(case), title, notes, true))
+}
+
+/// The plots of a vector's components that matter, each with the notes that say what is left out;
+/// none where there is nothing to show.
+fn by_axes(
+    mut plots: Vec<Vec<Series>>,
+    what: &str,
+    unit: &str,
+    title: String,
+    mut notes: Vec<String>,
+    peaks: bool,
+) -> Option<Chart> {
+    let largest = |series: &[Series]| {
+        let values = series.iter().flat_map(|one| &one.points).map(|p| p.1.abs()).filter(|value| value.is_finite());
+        values.fold(0.0, f64::max)
+    };
+    let sizes: Vec<f64> = plots.iter().map(|series| largest(series)).collect();
+    let most = sizes.iter().copied().fold(0.0, f64::max);
+    let matters = |axis: &usize| sizes[*axis] > SHOWN * most || most == 0.0 && *axis == 0;
+    let along = |axes: Vec<usize>| axes.into_iter().map(|axis| NAMES[axis]).collect::<Vec<_>>().join(" and ");
+    let left_out = || (0..plots.len()).filter(|axis| !matters(axis));
+    let (zero, small): (Vec<usize>, Vec<usize>) = left_out().partition(|axis| sizes[*axis] < ROUNDING * most);
+    let largest = |axes: &[usize]| axes.iter().map(|axis| sizes[*axis]).fold(0.0, f64::max);
+    if !zero.is_empty() {
+        let size = largest(&zero);
+        let rounding = if size > 0.0 { format!(" within rounding (below {size:.0e} {unit})") } else { String::new() };
+        notes.push(format!("along {} it is zero{rounding}", along(zero)));
+    }
+    if !small.is_empty() {
+        let size = largest(&small);
+        notes.push(format!("along {} it is below {size:.1e} {unit} and not drawn", along(small)));
+    }
+    let ranges: Vec<Option<[f64; 2]>> = plots.iter().map(|one| without_peaks(one).filter(|_| peaks)).collect();
+    let peaked: Vec<usize> = (0..plots.len()).filter(matters).filter(|axis| ranges[*axis].is_some()).collect();
+    if !peaked.is_empty() {
+        let most = rounded(significant(largest(&peaked)));
+        notes.push(format!("along {} peaks of up to {most} {unit} are cut off", along(peaked)));
+    }
+    let mut panels = Vec::new();
+    for axis in (0..plots.len()).filter(matters) {
+        let mut series = std::mem::take(&mut plots[axis]);
+        let range_y = ranges[axis];
+        // One legend for all.
+        if !panels.is_empty() {
+            series.iter_mut().for_each(|one| one.label.clear());
+        }
+        let y_label = format!("{what} along {} ({unit})", NAMES[axis]);
+        panels.push((Axes { x_label: "time (s)".into(), y_label, range_y, ..Axes::default() }, series));
+    }
+    if let Some((first, _)) = panels.first_mut() {
+        (first.title, first.note) = (title, notes.join("; "));
+    }
+    Some(Chart { panels, beside: false }).filter(Chart::shows)
+}
+
+/// To two digits.
+fn significant(value: f64) -> f64 {
+    format!("{value:.1e}").parse().unwrap_or(value)
+}
+
+/// The range of a vertical axis that the peaks of single steps would widen to many times what it is
+/// without them.
+fn without_peaks(series: &[Series]) -> Option<[f64; 2]> {
+    let mut values: Vec<f64> =
+        series.iter().flat_map(|one| &one.points).map(|p| p.1).filter(|v| v.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    let (low, high) = (quantile(&values, PEAKS), quantile(&values, 1.0 - PEAKS));
+    let (first, last) = (values.first()?, values.last()?);
+    let pad = 0.1 * (high - low);
+    (pad > 0.0 && last - first > WIDER * (high - low)).then_some([low - pad, high + pad])
+}
+
+/// Lines and spreads of the kinds of many bodies along each axis, after a time (s).
+fn of_kinds(course: &Course, dimension: usize, start: f64) -> Vec<Vec<Series>> {
+    let plot = |axis: usize| {
+        let of = |(kind, rows): (&Kind, &[Spread])| {
+            let rows: Vec<_> = rows.iter().filter(|row| row.0 > start).collect();
+            let mean = |some: &[&Spread], value: &dyn Fn(&Spread) -> f64| {
+                some.iter().map(|row| value(row)).sum::<f64>() / some.len() as f64
+            };
+            let point = |some: &[&Spread]| {
+                (mean(some, &|row| row.0), [0, 1, 2].map(|part| mean(some, &|row| row.1[axis][part])))
+            };
+            let rows: Vec<_> = rows.chunks(rows.len().div_ceil(POINTS).max(1)).map(point).collect();
+            let line = |part: usize| rows.iter().map(move |row| (row.0, row.1[part]));
+            let middle = Series { label: kind.label.clone(), points: line(1).collect(), style: SeriesStyle::Line };
+            let mut back: Vec<_> = line(0).collect();
+            back.reverse();
+            let around = line(2).chain(back).collect();
+            [middle, Series { label: String::new(), points: around, style: SeriesStyle::Spread }]
+        };
+        course.of_kinds().flat_map(of).collect()
+    };
+    (0..dimension).map(plot).collect()
 }
 
 /// What the pressure, viscous and convective columns of a force are.
@@ -54,28 +188,32 @@ pub fn words(case: &Case) -> [&'static str; 3] {
     }
 }
 
-/// Velocity over time of the free particles among those that are `asked` for or the first that move, with what the vertical axis says:
-/// of one along each axis, of several along the stream or gravity.
+/// Velocity over time of the free particles, a plot for each axis that matters: of few a line each,
+/// of many by kinds. Of the particles that are `asked` for, or else of all.
 ///
 /// # Errors
 /// When `particles.csv` lacks a column.
-pub fn speeds(case: &Case, rows: &Rows, asked: &[usize]) -> Result<(String, Vec<Series>)> {
-    let mut ids = rows::moving(case, asked);
-    ids.retain(|id| case.particle[*id].is_free());
-    let a = along(case);
-    let (label, series): (_, Result<_>) = match ids[..] {
-        _ if rows.is_empty() => return Ok(Default::default()),
-        [id] => {
-            let axes = ["x", "y", "z"].into_iter().take(case.dimension());
-            let series = axes.map(|a| rows.curve(id, "time", &format!("v{a}"), &format!("along {a}")));
-            (format!("velocity of {} (m/s)", case.called(id)), series.collect())
+pub fn speeds(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<Chart>> {
+    let ids = rows::free(case, asked);
+    if rows.is_empty() || ids.is_empty() {
+        return Ok(None);
+    }
+    let (title, plots) = match &rows.velocities {
+        Some(course) => {
+            (format!("velocity of {} bodies", ids.len()), of_kinds(course, case.dimension(), f64::NEG_INFINITY))
         }
-        _ => {
-            let series = ids.iter().map(|id| rows.curve(*id, "time", &format!("v{a}"), &case.called(*id)));
-            (format!("velocity along {a} (m/s)"), series.collect())
+        None => {
+            // One body needs no legend: the title names it.
+            let called = |id: usize| if ids.len() > 1 { case.called(id) } else { String::new() };
+            let line = |id: &usize, a: &str| rows.curve(*id, "time", &format!("v{a}"), &called(*id));
+            let plot = |a: &str| ids.iter().map(|id| line(id, a)).collect::<Result<Vec<_>>>();
+            let plots = NAMES.into_iter().take(case.dimension()).map(plot).collect::<Result<Vec<_>>>()?;
+            let title = if let [id] = ids[..] { format!("velocity of {}", case.called(id)) } else { "velocity".into() };
+            (title, plots)
         }
     };
-    Ok((label, series?))
+    let notes = rows.velocities.iter().map(|_| SPREAD.to_owned()).collect();
+    Ok(by_axes(plots, "velocity", "m/s", title, notes, false))
 }
 
 /// The parts of (19) across gravity, of the first free particle, or of those that are `asked` for, until it first touches something: over the height of its
@@ -85,7 +223,7 @@ pub fn speeds(case: &Case, rows: &Rows, asked: &[usize]) -> Result<(String, Vec<
 /// # Errors
 /// When `particles.csv` lacks a column.
 pub fn parts(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<(Axes, Vec<Series>)>> {
-    let free = rows::moving(case, asked).into_iter().find(|id| case.particle[*id].is_free());
+    let free = rows::free(case, asked).first().copied();
     let (Some(id), Some(up)) = (free, upright(case)) else { return Ok(None) };
     let gravity = &case.fluid.gravity;
     let (particle, diameter) = (&case.particle[id], case.particle[id].shape.diameter());
@@ -126,7 +264,10 @@ pub fn parts(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<(Axes, 
         Ok(Series { label, points, style: SeriesStyle::Line })
     });
     let axes = Axes {
-        x_label: if gravity[up] < 0.0 { format!("{}/d", ["x", "y", "z"][up]) } else { "height/d".into() },
+        x_label: match gravity[up] {
+            ..0.0 => format!("{}/d, d = {} m", NAMES[up], rounded(diameter)),
+            _ => format!("height/d, d = {} m", rounded(diameter)),
+        },
         y_label: "force / submerged weight".into(),
         falling_x: height(end - 1) < height(0),
         title: format!("fluid force along {across} on {}, mean over {MEAN} d of its way", case.called(id)),
@@ -184,7 +325,7 @@ mod tests {
     fn parts_of_the_force_are_means_over_the_submerged_weight_from_the_start_to_the_first_contact() {
         let (case, rows) = fall("[0.0, -10.0]");
         let (axes, parts) = super::parts(&case, &rows, &[]).unwrap().unwrap();
-        assert_eq!((axes.x_label.as_str(), axes.falling_x), ("y/d", true));
+        assert_eq!((axes.x_label.as_str(), axes.falling_x), ("y/d, d = 0.2 m", true));
         assert_eq!(
             parts.iter().map(|s| s.label.as_str()).collect::<Vec<_>>(),
             ["the rest, x", "pressure on the surface, x", "shear on the surface, x"]
@@ -202,10 +343,35 @@ mod tests {
     }
 
     #[test]
+    fn a_component_within_rounding_is_named_and_not_drawn_and_peaks_do_not_flatten_the_rest() {
+        let line = |size: f64| Series {
+            label: "a".into(),
+            points: (0..1000).map(|k| (f64::from(k), size * f64::from(k % 10))).collect(),
+            style: SeriesStyle::Line,
+        };
+        let chart = |plots: Vec<Vec<Series>>| by_axes(plots, "force", "N/m", "t".into(), Vec::new(), true).unwrap();
+        let two = chart(vec![vec![line(1e-10)], vec![line(2.0)]]);
+        assert_eq!(two.panels.len(), 1);
+        assert_eq!(two.panels[0].0.y_label, "force along y (N/m)");
+        assert_eq!(two.panels[0].0.note, "along x it is zero within rounding (below 9e-10 N/m)");
+        assert_eq!(two.panels[0].0.range_y, None);
+        let mut peaked = line(1.0);
+        peaked.points[500].1 = 1e3;
+        let one = chart(vec![vec![peaked], vec![line(2.0)]]);
+        let [low, high] = one.panels[0].0.range_y.unwrap();
+        assert!(low < 0.0 && (9.0..12.0).contains(&high), "{low} to {high}");
+        assert_eq!(one.panels[0].0.note, "along x peaks of up to 1000 N/m are cut off");
+        assert_eq!((one.panels.len(), one.panels[1].1[0].label.as_str()), (2, ""));
+    }
+
+    #[test]
     fn parts_are_across_gravity_and_need_something_that_pulls() {
         let (case, rows) = fall("[10.0, 0.0]");
         let (axes, parts) = super::parts(&case, &rows, &[]).unwrap().unwrap();
-        assert_eq!((axes.x_label.as_str(), parts[1].label.as_str()), ("height/d", "pressure on the surface, y"));
+        assert_eq!(
+            (axes.x_label.as_str(), parts[1].label.as_str()),
+            ("height/d, d = 0.2 m", "pressure on the surface, y")
+        );
         assert!(parts[1].points.iter().all(|p| (p.0 - 2.5).abs() < 1e-12), "from the wall that it is pulled to");
         let (mut case, rows) = fall("[0.0, -10.0]");
         case.coupling.wall = WallRule::Mixing;

@@ -1,13 +1,17 @@
 //! `mics plot`: the figures of run folders, from what the folders hold.
 //!
-//! One run: the last state's vorticity with streamlines and its streamlines (`fields`), both over time as strips
-//! (Figs. 6, 7, 11, 14), forces over time and over the height of a fall (`forces`, Fig. 10), speeds. One or several: paths
-//! (`paths`, Fig. 9), Cd(Re) and St(Re) (`reynolds`, Figs. 4, 5). `rows` reads `particles.csv`.
+//! One run: the last state's vorticity with streamlines and its streamlines (`fields`), both over
+//! time as strips (Figs. 6, 7, 11, 14), forces over time and over the height of a fall (`forces`,
+//! Fig. 10), speeds, means over layers (`profile`) and what probes recorded (`probes`). One or
+//! several: paths (`paths`, Fig. 9), Cd(Re) and St(Re) (`reynolds`, Figs. 4, 5). `rows` reads
+//! `particles.csv`, `kinds` chooses the bodies that stand for many.
 
 mod discs;
 mod fields;
 mod forces;
+mod kinds;
 mod paths;
+mod probes;
 mod profile;
 mod reel;
 mod reynolds;
@@ -15,23 +19,31 @@ mod rows;
 mod section;
 mod view;
 
-use super::figure::{self, Axes, Series};
-use super::not_a_run;
+use super::bodies::Pose;
+use super::figure::{self, Chart};
+use super::progress::Record;
 use super::snapshot::Snapshot;
+use super::{bodies, not_a_run};
 use crate::config::{Case, Section, load};
+use crate::words::rounded;
 use crate::{Error, Result};
 use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 pub use discs::Bodies;
-pub(super) use fields::{Look, dated, evenly, nearest, newest_snapshot, plane, sections};
-pub(super) use forces::{speeds, words};
+pub(super) use fields::{Look, dated, evenly, nearest, newest_snapshot, plane, sections, snapshots};
+pub(super) use forces::{forces, speeds};
 pub(super) use paths::{Track, paths};
+pub(super) use probes::probes;
+pub(super) use profile::profile;
 pub(super) use reel::Reel;
 pub use reynolds::cylinder_reference;
-pub(super) use rows::{Rows, loaded};
+pub(super) use rows::{Rows, moving, table};
 pub use view::View;
+
+/// The file that the folder of a study has.
+const STUDY: &str = "study.csv";
 
 /// What `mics plot` is asked for.
 #[derive(Clone, Debug, Default)]
@@ -47,7 +59,8 @@ pub struct Request {
     pub interval: Option<f64>,
     /// What of the flow is shown, and how.
     pub view: View,
-    /// The particles that figures of curves are of, by number or name; empty: the first ones.
+    /// The particles that figures of curves are of, by number or name; empty: all, or of many some
+    /// that stand for them.
     pub particles: Vec<String>,
     /// Where the figures go that are asked for by name or are of several runs; by default `figures/` of the run, of several
     /// of the first.
@@ -70,17 +83,22 @@ pub enum Figure {
     StreamlinesStrip,
     /// Paths of particles in their box, of all runs in one picture, beside the band of a position measure (Fig. 9).
     Paths,
-    /// Forces on particles over time.
+    /// Forces on particles over time: of few a line each, of many by material and size.
     Forces,
     /// Parts of the force across gravity over the height of a falling particle (Fig. 10).
     ForceParts,
-    /// Velocities of free particles over time.
+    /// Velocities of free particles over time: of few a line each, of many by material and size.
     Speeds,
     /// Mean velocity and solid fraction across layers of cells, where the case has `statistics.profile`.
     Profile,
-    /// Drag coefficient over Re of all runs, beside eq. (30) and a reference (Fig. 4), or the curve of spheres.
+    /// Velocity and pressure over time at probes of one point, where the case has some.
+    Probes,
+    /// Mean velocity and pressure along probes of several points, where the case has some.
+    ProbeLines,
+    /// Drag coefficient over Re of all runs, beside the references of their cases; of one body in
+    /// an unbounded stream beside a formula (Fig. 4).
     Drag,
-    /// Strouhal number over Re of all runs, of cylinders beside a reference (Fig. 5).
+    /// Strouhal number over Re of all runs, beside the references of their cases (Fig. 5).
     Strouhal,
 }
 
@@ -122,6 +140,8 @@ impl Figure {
             }
             Figure::Speeds => "a free particle, and its rows in particles.csv",
             Figure::Profile => "statistics with a profile (profile.csv)",
+            Figure::Probes => "a [[probe]] of one point (probes.csv)",
+            Figure::ProbeLines => "a [[probe]] of several points (probes.csv)",
             Figure::Drag => "a measure of kind \"drag_coefficient\" with a value in summary.json",
             Figure::Strouhal => "a measure of kind \"strouhal\" with a value in summary.json",
         }
@@ -132,13 +152,19 @@ impl Figure {
 pub(super) struct Run {
     pub folder: PathBuf,
     pub case: Case,
-    /// The particles that are asked for; empty: the first ones.
+    /// The particles that are asked for; empty: all.
     asked: Vec<usize>,
 }
 
 impl Run {
     /// Reads a run of which these `particles` are asked for, by number or name.
     pub fn read(folder: &Path, particles: &[String]) -> Result<Run> {
+        if folder.join(STUDY).is_file() && !folder.join("case.toml").exists() {
+            return Err(Error::Usage(format!(
+                "{}: a study's folder; `mics study` draws its figures into it, and its runs under runs/ can be plotted",
+                folder.display()
+            )));
+        }
         let case = read_case(folder)?;
         let ids = particles.iter().map(|wanted| {
             case.find(wanted).map_err(|why| Error::Usage(format!("--particle {wanted}: {}: {why}", folder.display())))
@@ -147,19 +173,43 @@ impl Run {
         Ok(Run { folder: folder.to_owned(), case, asked })
     }
 
+    /// A note on the figures of a run that goes on or was killed; none where it has ended.
+    fn unfinished(&self) -> Option<String> {
+        let newest = Record::newest(&self.folder)?;
+        let goes_on = newest.status == "running";
+        goes_on.then(|| {
+            format!(
+                "note: {} has not ended: figures show it to t = {} of {} s",
+                self.folder.display(),
+                rounded(newest.time),
+                rounded(newest.end)
+            )
+        })
+    }
+
     fn rows(&self) -> Rows {
         Rows::read(&self.folder, &self.case, &[], &self.asked)
     }
 }
 
-/// Draws what is asked for; returns the files.
+/// The figures that were drawn.
+#[derive(Debug, Default)]
+pub struct Drawn {
+    /// The files.
+    pub files: Vec<PathBuf>,
+    /// Notes on them, a line each.
+    pub notes: Vec<String>,
+}
+
+/// Draws what is asked for. A run that has not ended is drawn as far as it is, with a note.
 ///
 /// # Errors
 /// When the request contradicts itself, a folder does not hold a run or not what a figure needs, or a file cannot be written.
-pub fn draw(request: &Request) -> Result<Vec<PathBuf>> {
+pub fn draw(request: &Request) -> Result<Drawn> {
     request.check()?;
     let runs = request.runs.iter().map(|folder| Run::read(folder, &request.particles)).collect::<Result<Vec<_>>>()?;
     let mut written = Vec::new();
+    let notes = runs.iter().filter_map(Run::unfinished).collect();
     if request.figures().is_empty() {
         for run in &runs {
             written.extend(draw_run(&run.folder)?);
@@ -182,7 +232,7 @@ pub fn draw(request: &Request) -> Result<Vec<PathBuf>> {
             written.extend(files);
         }
     }
-    Ok(written)
+    Ok(Drawn { files: written, notes })
 }
 
 impl Request {
@@ -304,8 +354,8 @@ impl Request {
             Figure::Strouhal => return Ok(reynolds::strouhal(runs, &self.folder(runs)?)?.map(Vec::from)),
             _ => {
                 let rows: Vec<Rows> = runs.iter().map(Run::rows).collect();
-                let Some((axes, series)) = curves(figure, runs, &rows)? else { return Ok(None) };
-                figure::curves(&axes, &series, &stem(&figure.name().replace('-', "_"))?)?
+                let Some(chart) = curves(figure, runs, &rows)? else { return Ok(None) };
+                figure::chart(&chart, &stem(&figure.name().replace('-', "_"))?)?
             }
         };
         Ok(Some(drawn.into()))
@@ -325,14 +375,19 @@ impl Last {
             None => newest_snapshot(&run.folder)?,
             Some(time) => {
                 let mut all = dated(&run.folder)?;
+                fields::check_time(&run.folder, &all, time)?;
                 all.swap_remove(fields::nearest(&all, time)).1
             }
         };
         let snapshot = Snapshot::read(&path)?;
         let rows = Rows::read(&run.folder, &run.case, &[snapshot.time], &run.asked);
-        let sections = section.map_or_else(|| sections(&run.case, rows.poses(0)), |section| vec![section]);
+        // The rows of a run that goes on may be behind its snapshots.
+        let poses = bodies::read(&bodies::beside(&path))?;
+        let place =
+            |id: usize| if poses.is_empty() { rows.centre(0, id).map(Pose::at) } else { poses.get(&id).copied() };
+        let sections = section.map_or_else(|| sections(&run.case, place), |section| vec![section]);
         let titled = |section: Section| {
-            let plane = plane(&run.case, &snapshot, &run.folder, section, &rows.poses(0), &Look::default())?;
+            let plane = plane(&run.case, &snapshot, &run.folder, section, &place, &Look::at(snapshot.time))?;
             let title = format!("{}, {}{}", run.case.name, plane.title, plane.place);
             Ok(figure::Plane { title, ..plane })
         };
@@ -348,16 +403,22 @@ impl Last {
 pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
     let run = Run::read(folder, &[])?;
     // All is read before anything is written.
-    let last = Last::read(&run, None, None)?;
+    let last = match Last::read(&run, None, None) {
+        // One that has just begun has its rows.
+        Err(_) if run.unfinished().is_some() && snapshots(folder).is_err() => {
+            Last { planes: Vec::new(), rows: run.rows() }
+        }
+        last => last?,
+    };
     let (runs, rows) = (std::slice::from_ref(&run), std::slice::from_ref(&last.rows));
-    let figures = [Figure::Forces, Figure::Speeds, Figure::Paths, Figure::Profile]
+    let figures = [Figure::Forces, Figure::Speeds, Figure::Paths, Figure::Profile, Figure::Probes, Figure::ProbeLines]
         .map(|figure| Ok((figure, curves(figure, runs, rows)?)));
     let figures = figures.into_iter().collect::<Result<Vec<_>>>()?;
     let folder = Request::default().folder(runs)?;
     let mut written = Vec::new();
     for (figure, drawn) in figures {
-        if let Some((axes, series)) = drawn {
-            written.extend(figure::curves(&axes, &series, &folder.join(figure.name()))?);
+        if let Some(chart) = drawn {
+            written.extend(figure::chart(&chart, &folder.join(figure.name().replace('-', "_")))?);
         }
     }
     for (number, plane) in last.planes.iter().enumerate().rev() {
@@ -376,17 +437,17 @@ pub(super) fn numbered(stem: &Path, plane: usize) -> PathBuf {
 }
 
 /// A figure of curves, of the first run where it is of one; none where there is nothing to draw.
-fn curves(figure: Figure, runs: &[Run], rows: &[Rows]) -> Result<Option<(Axes, Vec<Series>)>> {
+fn curves(figure: Figure, runs: &[Run], rows: &[Rows]) -> Result<Option<Chart>> {
     let Some((Run { case, folder, asked }, of_one)) = runs.first().zip(rows.first()) else { return Ok(None) };
-    let over_time = |(y_label, series): (String, Vec<Series>)| {
-        let axes = Axes { x_label: "time (s)".into(), y_label, ..Axes::default() };
-        series.iter().any(|s| s.points.len() > 1).then_some((axes, series))
-    };
     let drawn = match figure {
-        Figure::Forces => over_time(forces::forces(case, of_one, asked)?),
-        Figure::Speeds => over_time(speeds(case, of_one, asked)?),
-        Figure::ForceParts => forces::parts(case, of_one, asked)?,
-        Figure::Profile => profile::profile(folder)?,
+        Figure::Forces => forces::forces(case, of_one, asked)?,
+        Figure::Speeds => speeds(case, of_one, asked)?,
+        Figure::ForceParts => forces::parts(case, of_one, asked)?.map(Chart::from),
+        Figure::Profile => profile::profile(folder, case)?,
+        Figure::Probes | Figure::ProbeLines => {
+            let [points, lines] = probes::probes(folder)?;
+            if figure == Figure::Probes { points } else { lines }
+        }
         Figure::Paths => {
             let labels = labels(runs);
             let track = |((run, rows), label)| {
@@ -394,13 +455,16 @@ fn curves(figure: Figure, runs: &[Run], rows: &[Rows]) -> Result<Option<(Axes, V
                 Track { label, case, rows, asked }
             };
             let tracks = runs.iter().zip(rows).zip(labels.iter().map(String::as_str)).map(track);
-            paths(&tracks.collect::<Vec<_>>())?
+            paths(&tracks.collect::<Vec<_>>())?.map(Chart::from)
         }
         _ => None,
     };
-    Ok(drawn.map(|(axes, series)| {
-        let rest = if axes.title.is_empty() { String::new() } else { format!(": {}", axes.title) };
-        (Axes { title: case.name.clone() + &rest, ..axes }, series)
+    Ok(drawn.map(|mut chart| {
+        if let Some((axes, _)) = chart.panels.first_mut() {
+            let rest = if axes.title.is_empty() { String::new() } else { format!(": {}", axes.title) };
+            axes.title = case.name.clone() + &rest;
+        }
+        chart
     }))
 }
 

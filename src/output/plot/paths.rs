@@ -1,10 +1,12 @@
 //! Paths of particles (Fig. 9): to scale in their box, of one run or of several in one picture, over diameters where those
 //! that are drawn have one, beside the band that a measure of where they get to has as its reference.
 
-use super::rows::{Rows, moving};
+use super::kinds::{LINES, representatives};
+use super::rows::{self, Rows};
 use crate::Result;
 use crate::config::{Case, Measure, MeasureKind, Reference};
 use crate::output::figure::{Axes, Series, SeriesStyle};
+use crate::words::rounded;
 
 /// Height of a band on the floor, as a part of the box.
 const BAND: f64 = 0.018;
@@ -19,27 +21,37 @@ pub struct Track<'a> {
     pub case: &'a Case,
     /// Its rows.
     pub rows: &'a Rows,
-    /// The particles that are asked for; empty: the first that move.
+    /// The particles that are asked for; empty: all that move.
     pub asked: &'a [usize],
 }
 
-/// The paths of the particles that are asked for in each run, or of the first that move, each with a gap where it crosses a periodic face, and the bands;
-/// none where nothing moves.
+/// The paths of the particles that are asked for in each run, or of all that move, of many of some
+/// that stand for them; each with a gap where it crosses a periodic face; and the bands. None where
+/// nothing moves.
 ///
 /// # Errors
 /// When `particles.csv` lacks a column.
 pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
     let Some(first) = tracks.first() else { return Ok(None) };
+    let moving = |track: &Track| rows::moving(track.case, track.asked);
+    let shown = |track: &Track| {
+        let mut ids = representatives(track.case, &moving(track));
+        // Many runs have fewer each, so that every path has a colour of its own.
+        ids.truncate((3 * LINES / tracks.len()).max(1));
+        ids
+    };
     let scaled = tracks.iter().all(|track| diameter(track).is_some());
     let axes = view(first.case);
     let names = axes.map(|axis| ["x", "y", "z"][axis]);
     let (mut series, mut bands, mut frame) = (Vec::new(), Vec::<Series>::new(), [0.0f64; 2]);
     for track in tracks {
-        let Track { label, case, rows, asked } = track;
+        let Track { label, case, rows, .. } = track;
         let scale = diameter(track).filter(|_| scaled).unwrap_or(1.0);
-        let ids = moving(case, asked);
+        let ids = shown(track);
         for &id in ids.iter().filter(|_| !rows.is_empty()) {
             let label = match (tracks.len(), ids.len()) {
+                // The title says it.
+                (1, 1) => String::new(),
                 (1, _) => case.called(id),
                 (_, 1) => (*label).to_owned(),
                 _ => format!("{label}, {}", case.called(id)),
@@ -60,12 +72,25 @@ pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
     // Last, so that paths have the colours of their order.
     series.extend(bands);
     let [x_label, y_label] = names.map(|name| if scaled { format!("{name}/d") } else { format!("{name} (m)") });
-    Ok(Some((Axes { x_label, y_label, frame: Some(frame), ..Axes::default() }, series)))
+    let lengths: Vec<f64> = tracks.iter().filter_map(diameter).collect();
+    let (least, most) = lengths.iter().fold((f64::INFINITY, 0.0f64), |(low, high), d| (low.min(*d), high.max(*d)));
+    let x_label = match scaled {
+        true if most <= least * (1.0 + 1e-9) => format!("{x_label}, d = {} m", rounded(most)),
+        true => format!("{x_label}, d of each run, {} to {} m", rounded(least), rounded(most)),
+        false => x_label,
+    };
+    let (drawn, all) = tracks.iter().fold((0, 0), |(a, b), track| (a + shown(track).len(), b + moving(track).len()));
+    let title = match (tracks, &shown(first)[..]) {
+        ([one], [id]) => format!("path of {}", one.case.called(*id)),
+        _ if drawn < all => format!("paths of {drawn} of {all} bodies"),
+        _ => "paths".into(),
+    };
+    Ok(Some((Axes { x_label, y_label, title, frame: Some(frame), ..Axes::default() }, series)))
 }
 
 /// The diameter (m) of all particles whose paths are drawn, where it is one.
 fn diameter(track: &Track) -> Option<f64> {
-    let mut all = moving(track.case, track.asked).into_iter().map(|id| track.case.particle[id].shape.diameter());
+    let mut all = rows::moving(track.case, track.asked).into_iter().map(|id| track.case.particle[id].shape.diameter());
     let first = all.next()?;
     all.all(|other| (other - first).abs() < 1e-9 * first).then_some(first)
 }
@@ -123,7 +148,7 @@ fn band(case: &Case, measure: &Measure, axes: [usize; 2], scale: f64) -> Option<
 }
 
 /// As many words of a text as a legend has room for.
-fn brief(text: &str) -> String {
+pub fn brief(text: &str) -> String {
     let mut short = String::new();
     for word in text.split_whitespace() {
         if short.chars().count() + word.chars().count() > LABEL {

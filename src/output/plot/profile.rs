@@ -1,17 +1,20 @@
 //! Means over layers of cells: what `profile.csv` has, over the axis.
 
+use super::rows::table;
 use crate::Result;
-use crate::output::figure::{Axes, Series, SeriesStyle};
+use crate::config::Case;
+use crate::output::figure::{Axes, Chart, Series, SeriesStyle};
 use crate::output::{not_a_run, statistics};
+use crate::words::rounded;
 use std::path::Path;
 
-/// The mean velocity of the fluid and of the bodies in parts of the fluid's largest, and the solid fraction; `None` where a run has no
-/// profile.
+/// The mean velocity of fluid and bodies along each axis that matters, and beside it the solid
+/// fraction; `None` where a run has no profile.
 ///
 /// # Errors
-/// When the file cannot be read.
-pub fn profile(run: &Path) -> Result<Option<(Axes, Vec<Series>)>> {
-    let Ok(mut reader) = csv::Reader::from_path(run.join(statistics::PROFILE)) else { return Ok(None) };
+/// When the file is not one of a run.
+pub fn profile(run: &Path, case: &Case) -> Result<Option<Chart>> {
+    let Some(mut reader) = table(&run.join(statistics::PROFILE)) else { return Ok(None) };
     let strange = || not_a_run(run, "profile.csv is not one that mics wrote");
     let names: Vec<String> = reader.headers().map_err(|_| strange())?.iter().map(str::to_owned).collect();
     let rows: Vec<Vec<f64>> = reader
@@ -25,23 +28,42 @@ pub fn profile(run: &Path) -> Result<Option<(Axes, Vec<Series>)>> {
     };
     let axis = names.first().cloned().ok_or_else(strange)?;
     let heights = column(&axis).ok_or_else(strange)?;
+    let fractions = column("solid_fraction").filter(|all| all.iter().any(|fraction| *fraction > 0.0));
     let largest = |name: &str| column(name).map_or(0.0, |v| v.iter().fold(0.0f64, |most, v| most.max(v.abs())));
     let along = ["u", "v", "w"].into_iter().max_by(|a, b| largest(a).total_cmp(&largest(b))).unwrap_or("u");
-    let scale = largest(along);
-    let mut series = Vec::new();
-    for (name, label, scale, style) in [
-        (along.to_owned(), format!("velocity {along} of the fluid / {scale:.4} m/s"), scale, SeriesStyle::Line),
-        (format!("solid_{along}"), "the same of the particles".into(), scale, SeriesStyle::Markers),
-        ("solid_fraction".into(), "solid fraction".into(), 1.0, SeriesStyle::Dashed),
-    ] {
-        // Where there are no particles they have no velocity.
-        let fractions = column("solid_fraction").filter(|_| style == SeriesStyle::Markers);
-        let filled = |k: usize| fractions.as_ref().is_none_or(|fraction| fraction[k] > 0.0);
-        if let Some(values) = column(&name).filter(|_| scale > 0.0) {
-            let points = (0..values.len()).filter(|k| filled(*k)).map(|k| (values[k] / scale, heights[k]));
-            series.push(Series { label, points: points.collect(), style });
-        }
+    let direction = match along {
+        "u" => "x",
+        "v" => "y",
+        _ => "z",
+    };
+    let line = |values: Vec<f64>, label: &str, shown: &dyn Fn(usize) -> bool| {
+        let points = (0..values.len()).filter(|k| shown(*k)).map(|k| (values[k], heights[k])).collect();
+        Series { label: label.into(), points, style: SeriesStyle::Line }
+    };
+    // Where there are no particles they have no velocity.
+    let filled = |k: usize| fractions.as_ref().is_some_and(|fraction| fraction[k] > 0.0);
+    let mut speeds: Vec<Series> = column(along).map(|u| line(u, "fluid", &|_| true)).into_iter().collect();
+    let solid = column(&format!("solid_{along}")).map(|u| line(u, "particles", &filled));
+    speeds.extend(solid.filter(|one| !one.points.is_empty()));
+    if let [fluid] = &mut speeds[..] {
+        fluid.label.clear();
     }
-    let axes = Axes { x_label: "mean over layers".into(), y_label: format!("{axis} (m)"), ..Axes::default() };
-    Ok((!series.is_empty()).then_some((axes, series)))
+    let from = case.statistics.as_ref().map_or(0.0, |statistics| statistics.from);
+    let y_label = format!("{axis} (m)");
+    let velocity = Axes {
+        x_label: match fractions {
+            Some(_) => format!("mean velocity along {direction} (m/s)"),
+            None => format!("mean velocity of the fluid along {direction} (m/s)"),
+        },
+        y_label: y_label.clone(),
+        title: format!("profile over {axis}"),
+        note: format!("means over each layer of cells and over the time from {} s on", rounded(from)),
+        ..Axes::default()
+    };
+    let mut panels = vec![(velocity, speeds)];
+    if let Some(fractions) = &fractions {
+        let axes = Axes { x_label: "solid fraction".into(), y_label, ..Axes::default() };
+        panels.push((axes, vec![line(fractions.clone(), "", &|_| true)]));
+    }
+    Ok(Some(Chart { panels, beside: true }).filter(Chart::shows))
 }

@@ -1,29 +1,58 @@
 //! What figures and reports take from `particles.csv`, which may be far larger than memory.
 
 use super::discs::start;
+use super::kinds::{Course, LINES, representatives};
 use crate::Result;
 use crate::config::{Case, FixedRows, Motion};
 use crate::output::bodies::Pose;
-use crate::output::figure::COLOURS;
 use crate::output::figure::{Series, SeriesStyle};
 use crate::output::not_a_run;
 use std::collections::HashMap;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom, Take};
 use std::path::{Path, PathBuf};
 
-/// Paths drawn at most: as many as curves have colours.
-pub const PATHS: usize = COLOURS.len();
-
-/// The particles whose paths and speeds are drawn: those that are `asked` for, or else the first ones that move.
-pub fn moving(case: &Case, asked: &[usize]) -> Vec<usize> {
-    if asked.is_empty() { movers(case).take(PATHS).collect() } else { asked.to_vec() }
+/// The whole lines of a table of a run, which may still be growing.
+pub fn table(path: &Path) -> Option<csv::Reader<Take<File>>> {
+    let mut file = File::open(path).ok()?;
+    let length = file.metadata().ok()?.len();
+    let (mut whole, mut block) = (length, [0u8; 4096]);
+    // Backwards to the end of the last whole line.
+    while whole > 0 {
+        let from = whole.saturating_sub(block.len() as u64);
+        let part = &mut block[..(whole - from) as usize];
+        file.seek(SeekFrom::Start(from)).ok()?;
+        file.read_exact(part).ok()?;
+        match part.iter().rposition(|byte| *byte == b'\n') {
+            Some(at) => {
+                whole = from + at as u64 + 1;
+                break;
+            }
+            None => whole = from,
+        }
+    }
+    file.rewind().ok()?;
+    Some(csv::Reader::from_reader(file.take(whole)))
 }
 
-/// The particles the forces on which are drawn: those that are `asked` for, or else the first ones that move and, where they have
-/// rows, that are held.
+/// The bodies that figures of motion are of: those that are `asked` for, or else all that move.
+pub fn moving(case: &Case, asked: &[usize]) -> Vec<usize> {
+    if asked.is_empty() { movers(case).collect() } else { asked.to_vec() }
+}
+
+/// The bodies that figures of forces are of: those that are `asked` for, or else all that move and,
+/// where they have rows, that are held.
 pub fn loaded(case: &Case, asked: &[usize]) -> Vec<usize> {
     let held = |id: &usize| case.output.fixed == FixedRows::Always && case.particle[*id].motion == Motion::Fixed;
     let held = (0..case.particle.len()).filter(held);
-    if asked.is_empty() { movers(case).chain(held).take(PATHS).collect() } else { asked.to_vec() }
+    if asked.is_empty() { movers(case).chain(held).collect() } else { asked.to_vec() }
+}
+
+/// Those of [`moving`] that are free.
+pub fn free(case: &Case, asked: &[usize]) -> Vec<usize> {
+    let mut ids = moving(case, asked);
+    ids.retain(|id| case.particle[*id].is_free());
+    ids
 }
 
 /// Rows of `particles.csv`; none where there is no such file.
@@ -39,14 +68,19 @@ pub struct Rows {
     centres: Vec<HashMap<usize, [f64; 3]>>,
     /// Every particle's largest speed (m/s).
     pub fastest: HashMap<usize, f64>,
+    /// Forces of the fluid (N) by kinds of bodies, where there are more bodies than a figure has
+    /// lines.
+    pub forces: Option<Course>,
+    /// The same of velocities (m/s).
+    pub velocities: Option<Course>,
 }
 
 impl Rows {
     /// Reads a run's rows, with the centres at some times (s): between two rows linear, after the last one as there. All rows are kept
-    /// of the particles that are `asked` for, or else of the first ones.
+    /// of the particles that are `asked` for, or else of all, or of those that stand for them.
     pub fn read(run: &Path, case: &Case, times: &[f64], asked: &[usize]) -> Rows {
         let mut rows = Rows { run: run.to_owned(), centres: vec![HashMap::new(); times.len()], ..Rows::default() };
-        let Ok(mut reader) = csv::Reader::from_path(run.join("particles.csv")) else {
+        let Some(mut reader) = table(&run.join("particles.csv")) else {
             rows.begin(case);
             return rows;
         };
@@ -56,7 +90,11 @@ impl Rows {
         else {
             return rows;
         };
-        let follows = [moving(case, asked), loaded(case, asked)].concat();
+        let (movers, loaded, free) = (moving(case, asked), loaded(case, asked), free(case, asked));
+        let follows = [&movers, &loaded, &free].map(|ids| representatives(case, ids)).concat();
+        let course = |ids: &[usize]| (ids.len() > LINES).then(|| Course::new(case, ids));
+        (rows.forces, rows.velocities) = (course(&loaded), course(&free));
+        let force = rows.columns.get("fluid_fx").copied();
         let mut before: HashMap<usize, (f64, [f64; 3])> = HashMap::new();
         let (mut record, width) = (csv::StringRecord::new(), rows.columns.len());
         while let Ok(true) = reader.read_record(&mut record) {
@@ -68,13 +106,21 @@ impl Rows {
                     centres.insert(particle, between(case, last, now, *time));
                 }
             }
-            let speed = [v, v + 1, v + 2].map(number).iter().map(|v| v * v).sum::<f64>().sqrt();
+            let velocity = [v, v + 1, v + 2].map(number);
+            let speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
+            if let Some(course) = &mut rows.velocities {
+                course.take(particle, now.0, velocity);
+            }
+            if let (Some(course), Some(f)) = (&mut rows.forces, force) {
+                course.take(particle, now.0, [f, f + 1, f + 2].map(number));
+            }
             let fastest = rows.fastest.entry(particle).or_insert(0.0);
             *fastest = fastest.max(speed);
             if follows.contains(&particle) {
                 rows.followed.push((0..width).map(number).collect());
             }
         }
+        [&mut rows.forces, &mut rows.velocities].into_iter().flatten().for_each(Course::close);
         if before.is_empty() {
             rows.begin(case);
         }
@@ -158,7 +204,9 @@ mod tests {
              particle = [{ shape = { disc = { diameter = 0.2 } }, position = [0.5, 1.8] }]\n",
         )
         .unwrap();
-        let text = "time,id,x,y,z,vx,vy,vz\n0.0,0,0.5,1.8,0,0,0,0\n1.0,0,0.9,1.6,0,3,4,0\n2.0,0,0.1,1.4,0,0,0,0\n";
+        let text = "time,id,x,y,z,vx,vy,vz\n0.0,0,0.5,1.8,0,0,0,0\n1.0,0,0.9,1.6,0,3,4,0\n2.0,0,0.1,1.4,0,0,0,0\n\
+                    3.0,0,0.2,1.0,0,9,9,9";
+        // The last line is not whole yet, and may lack digits.
         std::fs::write(folder.path().join("particles.csv"), text).unwrap();
         let rows = Rows::read(folder.path(), &case, &[0.0, 0.25, 1.5, 2.0, 7.0], &[]);
         let near = |k: usize, x: f64, y: f64| {

@@ -1,21 +1,25 @@
 //! The case in words and its dimensionless numbers, each with its definition.
 
 use super::Run;
-use crate::config::{Advection, Case, Motion, Scheme, Step, Substeps, WallRule};
+use crate::config::{Advection, Case, Contact, Loss, Motion, PairLaw, Scheme, Step, Substeps, WallRule};
 use crate::particles::boundary_layer;
+use crate::words::rounded;
 
 /// What the case is: pairs of a term and its lines.
 pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
-    let times = |v: &[f64]| v.iter().map(|x| format!("{x}")).collect::<Vec<_>>().join(" x ");
+    let times = |v: &[f64]| v.iter().map(|x| rounded(*x)).collect::<Vec<_>>().join(" x ");
     let cells = case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
     let h = case.spacings();
     let nu = case.fluid.viscosity / case.fluid.density;
     let mut fluid = vec![format!(
-        "density {} kg/m3, viscosity {} Pa s (kinematic {nu:.4e} m2/s)",
-        case.fluid.density, case.fluid.viscosity
+        "density {} kg/m3, viscosity {} Pa s (kinematic {} m2/s)",
+        rounded(case.fluid.density),
+        rounded(case.fluid.viscosity),
+        rounded(nu)
     )];
     if case.fluid.gravity.iter().any(|g| *g != 0.0) {
-        fluid.push(format!("gravity {:?} m/s2", case.fluid.gravity));
+        let gravity = case.fluid.gravity.iter().map(|g| rounded(*g)).collect::<Vec<_>>().join(", ");
+        fluid.push(format!("gravity ({gravity}) m/s2"));
     }
     let sides = case.sides().map(|(name, side)| format!("{name}: {}", side.describe()));
     let particles = match case.particle.len() {
@@ -27,13 +31,7 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
         WallRule::Mixing => "the paper's mixing of fluid and particle in cells",
     };
     let mut terms = vec![
-        (
-            "Box",
-            vec![
-                format!("{} m, {cells} cells", times(&case.domain.size)),
-                format!("spacing h = {} m", h.iter().map(|h| format!("{h:.4e}")).collect::<Vec<_>>().join(" x ")),
-            ],
-        ),
+        ("Box", vec![format!("{} m, {cells} cells", times(&case.domain.size)), format!("spacing h = {} m", times(&h))]),
         ("Fluid", fluid),
         ("Borders", sides.collect()),
         ("Particles", particles),
@@ -43,20 +41,7 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
         terms.push(("Drive", vec![drive.describe()]));
     }
     if let Some(c) = &case.contact {
-        let substeps = match c.substeps {
-            Substeps::Count(n) => format!("{n} substeps a step"),
-            _ => "substeps by the time of a contact".into(),
-        };
-        terms.push((
-            "Contacts",
-            vec![
-                match c.law.normal_stiffness.given() {
-                    Some(k) => format!("normal stiffness {k:e} N/m^{}, friction {}", c.law.exponent, c.law.friction),
-                    None => format!("normal stiffness by the impacts expected, friction {}", c.law.friction),
-                },
-                substeps,
-            ],
-        ));
+        terms.push(("Contacts", contacts(c)));
     }
     let scheme = match case.time.scheme {
         Scheme::Euler => "Euler",
@@ -80,6 +65,34 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
     ));
     terms.push(("Pressure", vec![format!("until every cell's |D| is below {:e} 1/s", case.pressure.divergence_limit)]));
     terms
+}
+
+/// The laws of contact, each pair of materials that has its own in a line, and the substeps.
+fn contacts(contact: &Contact) -> Vec<String> {
+    let law = |law: &PairLaw| {
+        let stiffness = match law.normal_stiffness.given() {
+            Some(k) if law.exponent == 1.0 => format!("normal stiffness {} N/m", rounded(k)),
+            Some(k) => format!("normal stiffness {} N/m^{}", rounded(k), rounded(law.exponent)),
+            None => "normal stiffness by the impacts expected".into(),
+        };
+        let loss = match law.loss {
+            Loss::Restitution(e) => format!("restitution {}", rounded(e)),
+            Loss::Damping(_) => "loss by dashpots".into(),
+        };
+        let rolling = match law.rolling_friction {
+            0.0 => String::new(),
+            lever => format!(", rolling friction {}", rounded(lever)),
+        };
+        format!("{stiffness}, {loss}, friction {}{rolling}", rounded(law.friction))
+    };
+    let substeps = match contact.substeps {
+        Substeps::Count(n) => format!("{n} substeps a step"),
+        _ => "substeps by the time of a contact".into(),
+    };
+    let all = if contact.pair.is_empty() { law(&contact.law) } else { format!("in general: {}", law(&contact.law)) };
+    let pairs =
+        contact.pair.iter().map(|pair| format!("{} with {}: {}", pair.between[0], pair.between[1], law(&pair.law)));
+    [all].into_iter().chain(pairs).chain([substeps]).collect()
 }
 
 /// A dimensionless number.
@@ -114,27 +127,32 @@ pub fn numbers(run: &Run) -> Vec<Number> {
             "the fastest inflow"
         } else if case.initial.velocity.iter().any(|v| *v != 0.0) {
             "the velocity at the start"
+        } else if case.drive.is_some() {
+            "the drive"
         } else {
             "the fastest wall"
         };
-        add("Re", re, format!("U L/nu with U = {speed} m/s of {origin}, L = {length} m, {of}, nu = {nu:.4e} m2/s"));
+        let words = [speed, length, nu].map(rounded);
+        let [u, l, kinematic] = &words;
+        add("Re", re, format!("U L/nu with U = {u} m/s of {origin}, L = {l} m, {of}, nu = {kinematic} m2/s"));
         // A measure may refer to another speed, and so to another Re.
         let mut speeds: Vec<f64> = case.measure.iter().filter_map(|m| m.speed).filter(|s| *s != speed).collect();
         speeds.sort_by(f64::total_cmp);
         speeds.dedup();
         for s in speeds {
-            add("Re of the measures", s * length / nu, format!("the same with their own U = {s} m/s"));
+            add("Re of the measures", s * length / nu, format!("the same with their own U = {} m/s", rounded(s)));
         }
         if largest > 0.0 {
             add(
                 "delta/h",
                 boundary_layer(length, re) / h,
                 format!(
-                    "spacings across a boundary layer, 1.2 L/sqrt(Re) over h = {h:.4e} m; under 1 it is not resolved"
+                    "spacings across a boundary layer, 1.2 L/sqrt(Re) over h = {} m; under 1 it is not resolved",
+                    rounded(h)
                 ),
             );
         }
-        add("Re_h", speed * h / nu, format!("U h/nu, of the grid, h = {h:.4e} m"));
+        add("Re_h", speed * h / nu, format!("U h/nu, of the grid, h = {} m", rounded(h)));
     }
     let free = || case.particle.iter().enumerate().filter(|(_, p)| p.is_free());
     if let Some((id, speed, re)) = fastest(run).filter(|_| nu > 0.0 && free().next().is_some()) {
@@ -143,8 +161,10 @@ pub fn numbers(run: &Run) -> Vec<Number> {
             "Re_p",
             re,
             format!(
-                "V d/nu of the particle that reaches most, {}, with its largest speed V = {speed:.4e} m/s and d = {d} m",
-                case.called(id)
+                "V d/nu of the particle that reaches most, {}, with its largest speed V = {} m/s and d = {} m",
+                case.called(id),
+                rounded(speed),
+                rounded(d)
             ),
         );
         add(
@@ -165,7 +185,7 @@ pub fn numbers(run: &Run) -> Vec<Number> {
     let galileo = |p: &crate::config::Particle| ((ratio(p) - 1.0).abs() * g * p.shape.diameter().powi(3)).sqrt() / nu;
     if let Some((id, p)) = free().max_by(|a, b| galileo(a.1).total_cmp(&galileo(b.1))).filter(|_| g > 0.0) {
         add("s", ratio(p), format!("density of {} over the fluid's", case.called(id)));
-        add("Ga", galileo(p), format!("sqrt(|s - 1| g d^3)/nu of {}, g = {g:.4} m/s2", case.called(id)));
+        add("Ga", galileo(p), format!("sqrt(|s - 1| g d^3)/nu of {}, g = {} m/s2", case.called(id), rounded(g)));
     }
     for (id, p) in case.particle.iter().enumerate() {
         if let Motion::Prescribed { oscillation: Some(o), .. } = &p.motion {
@@ -173,9 +193,13 @@ pub fn numbers(run: &Run) -> Vec<Number> {
             add(
                 "Re of the swing",
                 u * d / nu,
-                format!("U d/nu of {}, U = {u:.4} m/s its largest speed", case.called(id)),
+                format!("U d/nu of {}, U = {} m/s its largest speed", case.called(id), rounded(u)),
             );
-            add("KC", u / (o.frequency * d), format!("U/(f d) of {}, f = {} 1/s", case.called(id), o.frequency));
+            add(
+                "KC",
+                u / (o.frequency * d),
+                format!("U/(f d) of {}, f = {} 1/s", case.called(id), rounded(o.frequency)),
+            );
         }
     }
     let courant = run.column("cfl").iter().copied().fold(0.0, f64::max);

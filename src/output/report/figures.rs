@@ -2,8 +2,7 @@
 
 use super::Run;
 use crate::Result;
-use crate::config::Motion;
-use crate::output::figure::{self, Axes, Series, SeriesStyle};
+use crate::output::figure::{self, Axes, Chart, Series, SeriesStyle};
 use crate::output::plot;
 use crate::output::snapshot::Snapshot;
 use std::path::Path;
@@ -27,6 +26,8 @@ pub enum Part {
     Fields,
     /// Forces, speeds and paths of particles.
     Particles,
+    /// Profiles and probes.
+    Records,
     /// Divergence, iterations, steps.
     Numerics,
 }
@@ -34,8 +35,8 @@ pub enum Part {
 /// All figures that the run's folder gives.
 pub fn figures(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
     let mut all = fields(run, folder)?;
-    all.extend(forces(run)?);
     all.extend(motion(run)?);
+    all.extend(records(run, folder)?);
     all.extend(numerics(run)?);
     Ok(all)
 }
@@ -58,8 +59,14 @@ fn fields(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
     let snapshot = Snapshot::read(&newest)?;
     let mut all = Vec::new();
     for section in plot::sections(&run.case, run.particles.poses(0)) {
-        let mut plane =
-            plot::plane(&run.case, &snapshot, folder, section, &run.particles.poses(0), &plot::Look::default())?;
+        let mut plane = plot::plane(
+            &run.case,
+            &snapshot,
+            folder,
+            section,
+            &run.particles.poses(0),
+            &plot::Look::at(snapshot.time),
+        )?;
         let place = std::mem::take(&mut plane.title) + &plane.place;
         let figure =
             |svg, title, what: &str| Figure { svg, title, caption: format!("{what} at {place}."), part: Part::Fields };
@@ -73,66 +80,52 @@ fn fields(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
     Ok(all)
 }
 
-/// The force along each axis: on one particle with its parts, on several of each.
-fn forces(run: &Run) -> Result<Vec<Figure>> {
-    let (case, ids) = (&run.case, plot::loaded(&run.case, &[]));
-    if run.particles.is_empty() {
-        return Ok(Vec::new());
+/// A chart as a figure, what stands above it as its caption.
+fn charted(part: Part, title: &'static str, chart: Option<Chart>) -> Result<Option<Figure>> {
+    let Some(mut chart) = chart else { return Ok(None) };
+    let mut caption = String::new();
+    if let Some((axes, _)) = chart.panels.first_mut() {
+        let [title, note] = [&mut axes.title, &mut axes.note].map(std::mem::take);
+        let said = [title, note].into_iter().filter(|text| !text.is_empty());
+        caption = said.map(|text| capital(&text)).collect::<Vec<_>>().join(". ") + ".";
     }
-    let curve = |id: usize, column: &str, label: &str, style| {
-        let mut one = run.particles.curve(id, "time", column, label)?;
-        // An impulsive start would flatten all that follows.
-        one.points.retain(|p| p.0 > 0.02 * case.time.end);
-        Ok(Series { style, ..one })
-    };
-    let mut all = Vec::new();
-    let titles = [("x", "Force along x"), ("y", "Force along y"), ("z", "Force along z")];
-    for (axis, title) in titles.into_iter().take(case.dimension()) {
-        let mut series = Vec::new();
-        let [pressure, viscous, convective] = plot::words(case);
-        let of_one = [
-            ("fluid", "by the fluid", SeriesStyle::Line),
-            ("pressure", pressure, SeriesStyle::Dashed),
-            ("viscous", viscous, SeriesStyle::Dashed),
-            ("convective", convective, SeriesStyle::Dashed),
-            ("contact", "by contacts", SeriesStyle::Line),
-        ];
-        let (caption, parts) = match ids[..] {
-            [id] => (format!("The force on {} and the parts that it is made of", case.called(id)), &of_one[..]),
-            _ => (format!("The force of the fluid on {} of the particles", ids.len()), &of_one[..1]),
-        };
-        for id in &ids {
-            for (column, label, style) in parts {
-                let label = if parts.len() > 1 { (*label).to_owned() } else { case.called(*id) };
-                let one = curve(*id, &format!("{column}_f{axis}"), &label, *style)?;
-                if *column != "contact" || one.points.iter().any(|p| p.1 != 0.0) {
-                    series.push(one);
-                }
-            }
-        }
-        let caption = caption + ", without the first fiftieth of the run.";
-        all.extend(curves(Part::Particles, title, &caption, axes("time (s)", "force (N)"), &series)?);
-    }
-    Ok(all)
+    Ok(Some(Figure { svg: figure::chart_svg(&chart)?, title, caption, part }))
+}
+
+/// A text with a capital letter.
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().collect::<String>() + letters.as_str())
+}
+
+/// Profiles, and what probes recorded.
+fn records(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
+    let [points, lines] = plot::probes(folder)?;
+    let figures = [
+        charted(Part::Records, "Profile", plot::profile(folder, &run.case)?)?,
+        charted(Part::Records, "Probes over time", points)?,
+        charted(Part::Records, "Probes along lines", lines)?,
+    ];
+    Ok(figures.into_iter().flatten().collect())
 }
 
 fn motion(run: &Run) -> Result<Vec<Figure>> {
     let track = plot::Track { label: "", case: &run.case, rows: &run.particles, asked: &[] };
-    let (path_axes, paths) = plot::paths(&[track])?.unwrap_or_default();
-    let movers = run.case.particle.iter().filter(|p| p.motion != Motion::Fixed).count();
+    let (mut path_axes, paths) = plot::paths(&[track])?.unwrap_or_default();
+    path_axes.title.clear();
+    let movers = plot::moving(&run.case, &[]).len();
     let shown = paths.iter().filter(|s| s.style != SeriesStyle::Band).count();
     let caption = match movers {
-        0 | 1 => "The way of its centre, in the whole box.".to_owned(),
-        _ => format!("The ways of the first {shown} of {movers} particles that move, in the whole box."),
-    };
-    let (y_label, speeds) = plot::speeds(&run.case, &run.particles, &[])?;
-    let speed = match speeds.len() {
-        count if y_label.starts_with("velocity along") => &format!("The velocity of {count} of the free particles."),
-        _ => "The velocity of the free particle.",
+        0 | 1 => "The path of its centre, in the whole box.".to_owned(),
+        _ if shown == movers => "The paths of the bodies that move, in the whole box.".to_owned(),
+        _ => format!(
+            "The paths of {shown} of the {movers} bodies that move, of every material and size, in the whole box."
+        ),
     };
     let figures = [
+        charted(Part::Particles, "Forces", plot::forces(&run.case, &run.particles, &[])?)?,
         curves(Part::Particles, "Paths", &caption, path_axes, &paths)?,
-        curves(Part::Particles, "Velocity", speed, axes("time (s)", &y_label), &speeds)?,
+        charted(Part::Particles, "Velocity", plot::speeds(&run.case, &run.particles, &[])?)?,
     ];
     Ok(figures.into_iter().flatten().collect())
 }
@@ -156,11 +149,15 @@ fn numerics(run: &Run) -> Result<Vec<Figure>> {
     let iterations = [over(steps, "outer_iterations", "C-HSMAC"), over(steps, "krylov_iterations", "Krylov")];
     let log = Axes { log_y: true, ..axes("step", "largest |D| (1/s)") };
     let part = Part::Numerics;
-    let energies = [
-        over(times, "kinetic_energy", "both"),
-        over(times, "fluid_energy", "fluid"),
-        over(times, "bodies_energy", "free particles"),
-    ];
+    let free = run.case.particle.iter().any(|p| p.is_free());
+    let energies = match free {
+        true => vec![
+            over(times, "kinetic_energy", "both"),
+            over(times, "fluid_energy", "fluid"),
+            over(times, "bodies_energy", "free particles"),
+        ],
+        false => vec![over(times, "kinetic_energy", "")],
+    };
     let figures = [
         curves(
             part,
@@ -180,8 +177,13 @@ fn numerics(run: &Run) -> Result<Vec<Figure>> {
         curves(
             part,
             "Energy",
-            "The kinetic energy of the fluid outside the particles, that of the free particles, and their sum.",
-            axes("time (s)", "kinetic energy (J)"),
+            match free {
+                true => {
+                    "The kinetic energy of the fluid outside the particles, that of the free particles, and their sum."
+                }
+                false => "The kinetic energy of the fluid.",
+            },
+            axes("time (s)", if run.case.dimension() == 2 { "kinetic energy (J/m)" } else { "kinetic energy (J)" }),
             &energies,
         )?,
     ];

@@ -95,7 +95,7 @@ pub fn write(folder: &Path, out: Option<&Path>) -> Result<PathBuf> {
 
 /// The columns of `steps.csv` as numbers; none where there is no such file.
 fn steps(path: &Path) -> HashMap<String, Vec<f64>> {
-    let Ok(mut reader) = csv::Reader::from_path(path) else { return HashMap::new() };
+    let Some(mut reader) = plot::table(path) else { return HashMap::new() };
     let Ok(names) = reader.headers().cloned() else { return HashMap::new() };
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
     for record in reader.records().flatten() {

@@ -11,11 +11,13 @@ const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inlin
 /// The whole report.
 pub fn page(run: &Run, figures: &[Figure]) -> Markup {
     let of = |part: Part| figures.iter().filter(|f| f.part == part).collect::<Vec<_>>();
-    let (fields, particles, numerics) = (of(Part::Fields), of(Part::Particles), of(Part::Numerics));
+    let (fields, particles) = (of(Part::Fields), of(Part::Particles));
+    let (records, numerics) = (of(Part::Records), of(Part::Numerics));
     let sections: Vec<(&str, &str, Markup)> = [
         ("measures", "Measures", (!run.case.measure.is_empty()).then(|| measures(run))),
         ("flow", "The flow", (!fields.is_empty()).then(|| gallery(&fields, "figures fields"))),
         ("particles", "Particles", (!particles.is_empty()).then(|| gallery(&particles, "figures curves"))),
+        ("records", "Profiles and probes", (!records.is_empty()).then(|| gallery(&records, "figures curves"))),
         ("scene", "The case in words", Some(scene(run))),
         ("numbers", "Reynolds numbers and others", Some(numbers(run))),
         ("needs", "What was needed and what was skipped", (!run.provenance.needs.is_empty()).then(|| needs(run))),
