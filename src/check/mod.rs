@@ -7,7 +7,7 @@ mod pace;
 mod path;
 mod stiffness;
 
-use crate::config::{Case, Loaded, Particle, Side, WallRule};
+use crate::config::{Cadence, Case, Checkpoints, Contact, Loaded, Particle, Side, WallRule};
 use crate::output::print;
 use crate::particles::Body;
 use crate::petsc::Session;
@@ -19,6 +19,7 @@ use crate::words::{brief, minutes, number, size, whole};
 use crate::{Error, Result};
 pub(crate) use blocked::refuse_shut;
 use blocked::shut;
+use disk::Disk;
 use layer::{Layer, Walls};
 pub use pace::Rest;
 use pace::{Pace, later_step, steps};
@@ -42,6 +43,11 @@ const GOOD: f64 = 8.0;
 const IN_CONTACT: std::ops::RangeInclusive<f64> = 0.5..=1e4;
 /// Largest ratio of the diameters of two particles in contact for which contacts hold.
 const MOST_SIZE_RATIO: f64 = 10.0;
+/// Part of a velocity that the divergence left by the pressure may change over the box: a tenth of the best accuracy that
+/// forces are found to (0.1 %), so that it is never what limits them.
+const EXACT: f64 = 1e-4;
+/// How far below that a limit has to be to be worth a word: two digits less are a third of the iterations.
+const TIGHT: f64 = 1e-2;
 /// Density ratios beyond which a unit may be wrong.
 const USUAL: std::ops::Range<f64> = 0.01..100.0;
 
@@ -67,6 +73,7 @@ pub fn check(path: &Path, set: &[String], petsc: &[String], quiet: bool) -> Resu
         e @ (Error::Run(_) | Error::NotFinite(_)) => loaded.error_at("", format!("its first steps fail: {e}")),
         other => other,
     })?;
+    let lines = [lines, loaded.notes.clone()].concat();
     let unused = session.unused_options()?;
     let unused = (!unused.is_empty()).then(|| format!("unused       PETSc options: {}", unused.join(", ")));
     if session.rank() == 0 { lines.iter().chain(&unused).try_for_each(|line| print(line)) } else { Ok(()) }
@@ -111,9 +118,13 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         format!("case         {} ({D}D)", case.name),
         format!("domain       {} m, {cells} cells, h = {h} m", times(&case.domain.size)),
         format!(
-            "fluid        density {} kg/m3, viscosity {} Pa s",
+            "fluid        density {} kg/m3, viscosity {} Pa s, {}",
             number(case.fluid.density),
-            number(case.fluid.viscosity)
+            number(case.fluid.viscosity),
+            match case.fluid.gravity.iter().all(|g| *g == 0.0) {
+                true => "no gravity".to_owned(),
+                false => format!("gravity {:?} m/s2", case.fluid.gravity),
+            }
         ),
     ];
     let sides = case.sides().map(|(name, side)| format!("{name} {}", side.describe()));
@@ -130,6 +141,8 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     lines.extend(case.initial.from.as_ref().map(|run| format!("begins       where {run} has come to")));
     lines.extend(doubled(case));
     lines.extend(case.describe_particles().into_iter().map(|(label, words)| format!("{label:<13}{words}")));
+    lines.extend(case.contact.iter().flat_map(Contact::describe).map(|words| format!("materials    {words}")));
+    lines.extend(untouchable(case));
     lines
         .extend(unresolved(case).into_iter().chain(unusual(case)).chain(out_of_range(case)).chain(mixed_impacts(case)));
     if let (Some(speed), true) = (case.reference_speed, case.fluid.viscosity > 0.0) {
@@ -174,6 +187,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     ));
     lines.extend(contacts(case, &scene, later));
     lines.push(format!("pressure     {}, until |D| < {:e} 1/s", scene.solver()?, case.pressure.divergence_limit));
+    lines.extend(tight_pressure(case));
     for (what, needed, why) in scene.needs() {
         lines.push(format!("{:<13}{what}: {why}", if needed { "needs" } else { "skips" }));
     }
@@ -186,7 +200,9 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         scene.step(dt)?;
     }
     let step = trial.elapsed().as_secs_f64() / f64::from(TRIAL_STEPS);
-    let disk = size(disk::bytes(case, &mut scene, steps)?);
+    let disk = disk::expected(case, &mut scene, steps)?;
+    lines.push(outputs(case, &disk));
+    let disk = size(disk.all);
     let mut memory = [peak_memory()];
     session.sum(&mut memory)?;
     lines.push(format!(
@@ -216,6 +232,57 @@ fn outwards(case: &Case) -> Vec<String> {
     sides.map(words).collect()
 }
 
+/// Bodies that may touch where the case says nothing of contacts.
+fn untouchable(case: &Case) -> Option<String> {
+    let free = case.contact.is_none() && case.particle.iter().any(Particle::is_free);
+    free.then(|| {
+        "notice       the case has no [contact]: the run ends as soon as a free particle touches another or a wall; an empty [contact] lets \
+         them touch"
+            .into()
+    })
+}
+
+/// A limit on the divergence that is tighter than what the flow is resolved to, by orders. A divergence below D0 in all cells
+/// changes a velocity by D0 L over the length L of the box at the most, where all cells err to the same side.
+fn tight_pressure(case: &Case) -> Option<String> {
+    let (speed, limit) = (Pace::expected(case)?.speed, case.pressure.divergence_limit);
+    let length = case.domain.size.iter().copied().fold(0.0, f64::max);
+    let (part, enough) = (limit * length / speed, EXACT * speed / length);
+    // A power of ten, rounded down.
+    let enough = 10f64.powf(enough.log10().floor());
+    (part < TIGHT * EXACT && enough > limit).then(|| {
+        format!(
+            "note         pressure.divergence_limit = {limit:e} 1/s is tighter than this flow needs: over the whole box it changes a velocity by \
+             at most {part:.0e} of {} m/s; {enough:e} keeps that below {EXACT:e}, and saves iterations",
+            brief(speed)
+        )
+    })
+}
+
+/// What a run will write: the folder, how often, how many and how much.
+fn outputs(case: &Case, disk: &Disk) -> String {
+    let often = |cadence: &Cadence| match cadence {
+        Cadence::Steps(1) => "every step".to_owned(),
+        Cadence::Steps(n) => format!("every {n} steps"),
+        Cadence::Time(time) => format!("every {} s", number(*time)),
+    };
+    let fields = case.output.fields.as_ref().map_or("of the first and the last state".to_owned(), often);
+    let mut words = format!(
+        "output       into runs/{}, unless --out names another folder: fields {fields}, {} snapshots of {}",
+        case.name,
+        whole(disk.snapshots),
+        size(disk.snapshot)
+    );
+    if !case.particle.is_empty() {
+        words += &format!("; particles.csv {}, {}", often(&case.output.particles), size(disk.particles));
+    }
+    let checkpoint = match case.output.checkpoint {
+        Checkpoints::Steps(n) => format!("every {n} steps"),
+        Checkpoints::WallMinutes(minutes) => format!("every {} minutes", number(minutes)),
+    };
+    words + &format!("; a checkpoint {checkpoint}, of which two of {} are kept", size(disk.checkpoint))
+}
+
 /// Bodies in a fluid without viscosity, which slips along the walls of the box.
 fn sticks(case: &Case) -> Option<String> {
     let sticks = case.fluid.viscosity == 0.0 && !case.particle.is_empty();
@@ -241,10 +308,22 @@ fn pressed<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
     })
 }
 
+/// Cells across the smallest particle; `None` without particles.
+fn cells_across(case: &Case) -> Option<f64> {
+    let widest = case.spacings().into_iter().fold(0.0, f64::max);
+    case.particle.iter().map(|p| p.shape.diameter()).min_by(f64::total_cmp).map(|least| least / widest)
+}
+
 /// Particles that are too small for the grid.
 fn unresolved(case: &Case) -> Option<String> {
-    let widest = case.spacings().into_iter().fold(0.0, f64::max);
-    let smallest = case.particle.iter().map(|p| p.shape.diameter()).fold(f64::INFINITY, f64::min) / widest;
+    let smallest = cells_across(case)?;
+    if smallest < 1.0 {
+        return Some(format!(
+            "warning      the smallest particle is {} cells across, less than one: is the box in mm or cm, and the diameters in m? All lengths are \
+             in one unit; {RESOLVED} or more cells are needed",
+            brief(smallest)
+        ));
+    }
     if smallest < RESOLVED {
         let cells = case.domain.cells.iter().map(|&n| whole((n as f64 * GOOD / smallest).ceil()));
         return Some(format!(

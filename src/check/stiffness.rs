@@ -42,6 +42,18 @@ pub fn refuse_too_stiff<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Re
     if wanted <= MOST_SUBSTEPS {
         return Ok(());
     }
+    // A stiffness is by the size of the particles, and these may be in another unit than the box.
+    if let Some(cells) = super::cells_across(case).filter(|cells| *cells < super::RESOLVED) {
+        return Err(loaded.error_at(
+            "domain.size",
+            format!(
+                "the smallest particle is {} cells across, and {} or more are needed: if the box is in another unit than the diameters, write \
+                 both in m; else give domain.cells more. (The stiffness of contacts, which is too large for such steps, goes by that too.)",
+                brief(cells),
+                super::RESOLVED
+            ),
+        ));
+    }
     let key = if law.law.normal_stiffness.given().is_some() { "contact.normal_stiffness" } else { "contact.pair" };
     Err(loaded.error_at(
         key,

@@ -4,8 +4,8 @@ use super::read::{Loaded, written};
 use crate::{Error, Result};
 use toml::{Table, Value};
 
-/// What a run may go on with changed: when it ends, what it writes, and how the pressure equation is solved.
-const FREE: [&str; 4] = ["time.end", "output", "pressure", "petsc"];
+/// What a run may go on with changed: when it ends, what it measures and writes, and how the pressure equation is solved.
+const FREE: [&str; 5] = ["time.end", "measure", "output", "pressure", "petsc"];
 
 impl Loaded {
     /// Refuses to go on with a run whose case, as it was written out then, differs in more than a restart may change.
@@ -89,6 +89,7 @@ mod tests {
     fn a_restart_may_change_the_end_the_output_and_the_solver() {
         for given in [
             "time.end=2.0",
+            "measure=[{ name = \"speed\", kind = \"largest_speed\" }]",
             "output.fields={ every = 3 }",
             "output.checkpoint.every_steps=7",
             "petsc.options=\"-ksp_type cg\"",
@@ -110,7 +111,7 @@ mod tests {
         ] {
             let why = refusal(given).unwrap();
             assert!(why.contains(&format!(": {key}: {was}")), "{given}: {why}");
-            assert!(why.contains("may change time.end, output, pressure, petsc only"), "{why}");
+            assert!(why.contains("may change time.end, measure, output, pressure, petsc only"), "{why}");
         }
     }
 

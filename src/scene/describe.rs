@@ -35,7 +35,7 @@ impl<const D: usize> Scene<D> {
                     touches,
                     "where two are in reach; none in reach, no substeps",
                     if free {
-                        "the case has no [contact]: a touch ends the run"
+                        "the case has no [contact]"
                     } else {
                         "no particle is free to touch another"
                     },

@@ -16,7 +16,7 @@ fn a_report_says_what_ran_how_it_compares_and_how_to_run_it_again() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("run");
     // The source would be markup, were it not escaped; one measure passes, one falls short, one has no reference.
-    let measures = "measure=[{ name = \"speed\", kind = \"terminal_velocity\", reference = [0.0, 9.0], source = \"<b>me</b> & co\" }, \
+    let measures = "measure=[{ name = \"speed\", kind = \"largest_speed\", reference = [0.0, 9.0], source = \"<b>me</b> & co\" }, \
         { name = \"y\", kind = \"position_y\", reference = 99.0, tolerance = 0.01 }, { name = \"x\", kind = \"position_x\" }]";
     let more = ["--set", measures, "--set", "time.end=0.05", "--set", "domain.cells=[32,96]"];
     let summary =

@@ -160,7 +160,7 @@ fn a_scene_in_three_dimensions_goes_on_bit_for_bit() {
     }
 }
 
-const MEASURES: &str = "[[measure]]\nname = \"a\"\nkind = \"terminal_velocity\"\n[[measure]]\nname = \"b\"\n\
+const MEASURES: &str = "[[measure]]\nname = \"a\"\nkind = \"largest_speed\"\n[[measure]]\nname = \"b\"\n\
     kind = \"contact_start\"\n[[measure]]\nname = \"c\"\nkind = \"position_x\"\nparticle = 2\n[[measure]]\nname = \"d\"\n\
     kind = \"lift_rms\"\nspeed = 1.0\n[[measure]]\nname = \"e\"\nkind = \"velocity_y\"\nfrom = 0.05\n";
 
