@@ -60,7 +60,7 @@ pub fn expected<const D: usize>(case: &Case, scene: &mut Scene<D>, steps: f64) -
     let snapshot = snapshot::bytes(scene)?;
     // The last state is one that may be due as well.
     let beside_ends = |cadence: &Cadence| match cadence {
-        Cadence::Time(time) => ((case.time.end / time * (1.0 + 1e-9)).ceil() - 1.0).min(steps),
+        Cadence::Time(time) => ((case.time.end / time * (1.0 - 1e-9)).ceil() - 1.0).min(steps),
         Cadence::Steps(_) => due(cadence),
     };
     let snapshots = 2.0 + case.output.fields.as_ref().map_or(0.0, beside_ends);

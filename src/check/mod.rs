@@ -46,7 +46,7 @@ const MOST_SIZE_RATIO: f64 = 10.0;
 /// Part of a velocity that the divergence left by the pressure may change over the box: a tenth of the best accuracy that
 /// forces are found to (0.1 %), so that it is never what limits them.
 const EXACT: f64 = 1e-4;
-/// How far below that a limit has to be to be worth a word: two digits less are a third of the iterations.
+/// How far below that a limit has to be to be worth a word: two digits more than that are a quarter of the iterations.
 const TIGHT: f64 = 1e-2;
 /// Density ratios beyond which a unit may be wrong.
 const USUAL: std::ops::Range<f64> = 0.01..100.0;

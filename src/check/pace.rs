@@ -111,7 +111,8 @@ impl Pace {
 
 /// Whether a mean velocity is held in a box whose free bodies sink to its floor or rise to its ceiling: the flow passes beside them.
 fn passes_over_a_bed(case: &Case) -> bool {
-    let across = |held: usize| (0..case.dimension()).any(|a| a != held && case.fluid.gravity[a] != 0.0 && !case.periodic(a));
+    let across =
+        |held: usize| (0..case.dimension()).any(|a| a != held && case.fluid.gravity[a] != 0.0 && !case.periodic(a));
     let free = case.particle.iter().any(|p| p.is_free() && p.density != case.fluid.density);
     free && matches!(&case.drive, Some(Drive::MeanVelocity(held)) if across(held.axis.index()))
 }

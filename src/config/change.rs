@@ -4,8 +4,11 @@ use super::read::{Loaded, written};
 use crate::{Error, Result};
 use toml::{Table, Value};
 
-/// What a run may go on with changed: when it ends, what it measures and writes, and how the pressure equation is solved.
-const FREE: [&str; 5] = ["time.end", "measure", "output", "pressure", "petsc"];
+/// What a run may go on with changed, further measures aside: when it ends, what it writes, and how the pressure equation is solved.
+const FREE: [&str; 4] = ["time.end", "output", "pressure", "petsc"];
+
+/// What a measure may have changed: what it is compared with.
+const COMPARED: [&str; 3] = ["reference", "tolerance", "source"];
 
 impl Loaded {
     /// Refuses to go on with a run whose case, as it was written out then, differs in more than a restart may change.
@@ -22,7 +25,10 @@ impl Loaded {
             return Ok(());
         };
         let was = was.map_or("was not given".to_owned(), |was| format!("was {was}"));
-        let why = format!("{was} in the run to go on with; a restart may change {} only", FREE.join(", "));
+        let why = format!(
+            "{was} in the run to go on with; a restart may change {} only, and add measures of other names",
+            FREE.join(", ")
+        );
         Err(self.error_at(&key, why + ": give the old value, or another --out for a run of its own"))
     }
 }
@@ -34,12 +40,29 @@ fn difference(before: &Value, now: &Value, key: String) -> Option<(String, Optio
         return None;
     }
     match (before, now) {
+        _ if key == "measure" => {
+            // Those of one name; the others have been added, or are no longer wanted.
+            let named = |list: &Value, name: &Value| {
+                list.as_array()?.iter().position(|measure| measure.get("name") == Some(name))
+            };
+            now.as_array()?.iter().enumerate().find_map(|(k, measure)| {
+                let old = &before[named(before, measure.get("name")?)?];
+                let [old, new] = [old, measure].map(|measure| {
+                    let mut own = measure.as_table().cloned().unwrap_or_default();
+                    COMPARED.iter().for_each(|key| drop(own.remove(*key)));
+                    Value::Table(own)
+                });
+                difference(&old, &new, below(&k.to_string()))
+            })
+        }
         (Value::Table(a), Value::Table(b)) => {
             let differs = |(name, was): (&String, &Value)| match b.get(name) {
                 Some(is) => difference(was, is, below(name)),
+                None if key.is_empty() && name == "measure" => None,
                 None => Some((below(name), Some(brief(was)))),
             };
-            let more = || b.keys().find(|name| !a.contains_key(*name)).map(|name| (below(name), None));
+            let added = |name: &&String| !a.contains_key(*name) && !(key.is_empty() && *name == "measure");
+            let more = || b.keys().find(added).map(|name| (below(name), None));
             // What contacts are by default follows from the particles: they are what has changed then.
             let derived = |(name, _): &(&String, &Value)| key.is_empty() && *name == "contact";
             let first = a.iter().filter(|entry| !derived(entry)).find_map(differs);
@@ -111,7 +134,7 @@ mod tests {
         ] {
             let why = refusal(given).unwrap();
             assert!(why.contains(&format!(": {key}: {was}")), "{given}: {why}");
-            assert!(why.contains("may change time.end, measure, output, pressure, petsc only"), "{why}");
+            assert!(why.contains("may change time.end, output, pressure, petsc only"), "{why}");
         }
     }
 

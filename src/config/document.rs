@@ -246,7 +246,12 @@ fn explain(text: &str, line: usize, said: &str) -> String {
     }
     let (first, unit) = value.split_once(char::is_whitespace).unwrap_or((value, ""));
     if number(first) && !unit.is_empty() {
-        return format!("{key}: `{value}` has words behind the number; units are fixed, and stand behind a # if at all: {key} = {first}");
+        return format!(
+            "{key}: `{value}` has words behind the number; units are fixed, and stand behind a # if at all: {key} = {first}"
+        );
+    }
+    if whole.ends_with('=') {
+        return format!("`{key}` has no value");
     }
     if value.starts_with('.') || value.ends_with('.') {
         return format!("{key}: `{value}` needs a digit on both sides of its point");

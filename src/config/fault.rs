@@ -29,7 +29,11 @@ const LARGEST: f64 = 1e30;
 
 /// A quantity that is no slip of an exponent.
 fn sensible(key: &str, value: f64, unit: &str) -> Check {
-    ensure!(value <= LARGEST, key, "{value:e} ({unit}) is beyond {LARGEST:e}, the largest that is computed with: look at its exponent");
+    ensure!(
+        value <= LARGEST,
+        key,
+        "{value:e} ({unit}) is beyond {LARGEST:e}, the largest that is computed with: look at its exponent"
+    );
     Ok(())
 }
 

@@ -277,8 +277,7 @@ fn write_roster(path: &Path, case: &Case) -> Result<()> {
             Motion::Fixed => "fixed",
             Motion::Prescribed { .. } => "prescribed",
         };
-        let [id, diameter, density] =
-            [id.to_string(), format!("{:?}", p.shape.diameter()), format!("{:?}", p.density)];
+        let [id, diameter, density] = [id.to_string(), format!("{:?}", p.shape.diameter()), format!("{:?}", p.density)];
         rows.write_record([&id, &name, &p.material, shape, &diameter, &density, motion]).map_err(failed)?;
     }
     let text = rows.into_inner().map_err(|e| Error::io(path.join(ROSTER))(e.into_error()))?;

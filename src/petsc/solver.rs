@@ -498,7 +498,8 @@ fn bad_option(error: Error) -> Error {
         Error::Petsc { message, .. } => {
             let unknown = message.split_once(" type ").and_then(|(_, rest)| rest.split_whitespace().next());
             let capital = unknown.filter(|name| name.chars().any(|c| c.is_ascii_uppercase()));
-            let cure = capital.map_or(String::new(), |name| format!("; names of types are in lower case: {}", name.to_lowercase()));
+            let cure = capital
+                .map_or(String::new(), |name| format!("; names of types are in lower case: {}", name.to_lowercase()));
             Error::Usage(format!("PETSc refuses an option: {message}{cure}"))
         }
         other => other,

@@ -139,7 +139,10 @@ fn list(study: &Study, plan: &Plan, folder: &Path) -> Result<()> {
         print(&format!(
             "{}: {}, {done} of {} done",
             run.id,
-            cells.map_or_else(|refusal| format!("refused: {}", refusal.why), |cells| format!("{} cells", cells.join(" x "))),
+            cells.map_or_else(
+                |refusal| format!("refused: {}", refusal.why),
+                |cells| format!("{} cells", cells.join(" x "))
+            ),
             study.repeats
         ))?;
         print(&format!("    {}", run.set.join("; ")))?;

@@ -73,7 +73,13 @@ const BAD_CASES: &[Row] = &[
     // The text itself.
     ("end = 0.1", "end = ", "end =", "", &["not valid TOML"]),
     ("[time]", "[time", "[time", "", &["not valid TOML", "`]`"]),
-    ("density = 1.0", "density = 1.0\ndensity = 2.0", "density = 2.0", "", &["duplicate key"]),
+    ("density = 1.0", "density = 1.0\ndensity = 2.0", "density = 2.0", "", &["duplicate key `density`", "keep one of them"]),
+    ("[time]", "[fluid]\n[time]", "[fluid]\n[time]", "", &["duplicate key `fluid`", "the table is there before"]),
+    ("end = 0.1", "end = 0,1", "end = 0,1", "", &["end: `0,1` has a comma", "end = 0.1"]),
+    ("end = 0.1", "end = .1", "end = .1", "", &["end: `.1` needs a digit on both sides"]),
+    ("viscosity = 0.1", "viscosity = 0.1 Pa s", "viscosity", "", &["words behind the number", "viscosity = 0.1"]),
+    ("viscosity = 0.1", "viscosity 0.1", "viscosity", "", &["`viscosity 0.1` has no `=`"]),
+    ("name = \"small\"", "name = small", "name", "", &["name: text needs quotes: name = \"small\""]),
     // Unknown, missing and mistyped keys.
     ("viscosity = 0.1", "viscosty = 0.1", "viscosty", "fluid.viscosty", &["unknown key `viscosty`", "did you mean `viscosity`?"]),
     ("viscosity = 0.1", "colour = 0.1", "colour", "fluid.colour", &["unknown key `colour`", "`density`, `viscosity`, `gravity`"]),
@@ -106,6 +112,7 @@ const BAD_CASES: &[Row] = &[
     ("name = \"small\"", "name = \"../small\"", "name", "name", &["letters, digits"]),
     ("density = 1.0", "density = -1.0", "density", "fluid.density", &["must be positive", "kg/m3", "-1.0"]),
     ("density = 1.0", "density = nan", "density", "fluid.density", &["must be positive and finite", "NaN"]),
+    ("density = 1.0", "density = 1e300", "density", "fluid.density", &["beyond 1e30", "look at its exponent"]),
     ("viscosity = 0.1", "viscosity = -0.1", "viscosity", "fluid.viscosity", &["must be zero or positive", "Pa s"]),
     ("viscosity = 0.1", "viscosity = inf", "viscosity", "fluid.viscosity", &["finite"]),
     ("viscosity = 0.1", "viscosity = 0.1\ngravity = [0.0, nan]", "gravity", "fluid.gravity.1", &["finite", "m/s2"]),

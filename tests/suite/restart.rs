@@ -435,6 +435,30 @@ fn a_run_goes_on_to_a_later_end_and_what_does_not_fit_is_refused_before_anything
 }
 
 #[test]
+fn a_run_that_goes_on_may_measure_more_from_there_on_and_keeps_what_it_has_measured() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = colliding(dir.path(), "end = 0.4\ncfl = 0.2", 10);
+    let (straight, out) = (dir.path().join("straight"), dir.path().join("out"));
+    let longer = ["--set", "time.end=0.8"];
+    let expected = run(&case, &straight, &longer);
+    run(&case, &out, &[]);
+    let text = std::fs::read_to_string(&case).unwrap();
+    let more = "[[measure]]\nname = \"new\"\nkind = \"position_y\"\n[[measure]]\nname = \"speed\"\nkind = \"mean_speed\"\n[output]";
+    std::fs::write(&case, text.replacen("[output]", more, 1)).unwrap();
+    let found = run(&case, &out, &[&["--resume"], &longer[..]].concat());
+    for name in ["a", "c"] {
+        assert!(
+            expected["measures"][name].is_number() && expected["measures"][name] == found["measures"][name],
+            "{name}"
+        );
+    }
+    assert!(found["measures"]["new"].is_number() && found["measures"]["speed"].is_number(), "{found}");
+    let log = std::fs::read_to_string(out.join("log.txt")).unwrap();
+    let line = log.lines().find(|line| line.starts_with("measured from t = 0.4")).unwrap();
+    assert!(line.ends_with(" on only, since the run before did not: new, speed"), "{line}");
+}
+
+#[test]
 fn a_disk_that_fills_up_ends_the_run_with_3_and_leaves_whole_files_from_which_it_goes_on() {
     let dir = tempfile::tempdir().unwrap();
     let case = colliding(dir.path(), "end = 1.6\ncfl = 0.2", 10);
