@@ -68,6 +68,10 @@ pub fn refuse_too_stiff<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Re
 /// The time of a contact beside the substep, where steps are `dt` (s); and what is wrong with the springs.
 pub fn contacts<const D: usize>(case: &Case, scene: &Scene<D>, dt: f64) -> Vec<String> {
     let (Some(law), Some(time)) = (&case.contact, shortest(scene)) else { return Vec::new() };
+    // In a box in another unit than its particles steps and falls say nothing of their impacts.
+    if super::cells_across(case).is_some_and(|cells| cells < 1.0) {
+        return Vec::new();
+    }
     let Substeps::Count(n) = law.substeps else {
         let line = format!("contact      shortest {time:.3e} s; substeps chosen by it, where two are in reach");
         let warnings = [too_soft(case, scene, law), too_stiff(case, scene, law, dt / time)];
@@ -84,10 +88,6 @@ pub fn contacts<const D: usize>(case: &Case, scene: &Scene<D>, dt: f64) -> Vec<S
 
 /// What is said of stiffnesses that are given and do not hold the impacts to be expected.
 fn too_soft<const D: usize>(case: &Case, scene: &Scene<D>, law: &Contact) -> Option<String> {
-    // A box in another unit than its particles: its falls say nothing of their impacts.
-    if super::cells_across(case)? < 1.0 {
-        return None;
-    }
     let bodies = &scene.state.bodies;
     let bound = impact(case, bodies);
     // The speed that a fall comes to by its drag, where that is known.

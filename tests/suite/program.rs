@@ -404,10 +404,15 @@ fn petsc_options_in_capitals_are_taken_and_types_in_capitals_named_in_lower_case
 #[test]
 fn a_failure_is_said_once_on_the_screen_and_kept_in_the_log() {
     let dir = tempfile::tempdir().unwrap();
-    let case = write(dir.path(), &box_case([1.0, 1.0], [16, 16], 0.01, crate::support::PERIODIC, ""));
+    let disc = |x: f64, v: f64| {
+        let motion = format!("motion = {{ prescribed = {{ velocity = [{v:?}, 0.0] }} }}");
+        format!("[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [{x:?}, 0.5]\n{motion}\n")
+    };
+    let meet = [&disc(0.6, 1.0), &disc(1.2, -1.0), SHARP].concat();
+    let case = write(dir.path(), &box_case([2.0, 1.0], [32, 16], 0.01, crate::support::PERIODIC, &meet));
     let out = dir.path().join("run");
-    let words = ["run", case.to_str().unwrap(), "--out", out.to_str().unwrap(), "--set"];
-    let output = mics(&[&words[..], &["initial.velocity=[1e200,0.0]", "--set", "time.end=1e-199"]].concat());
+    let output = mics(&["run", case.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(3));
     let [said, errors] = [text(&output.stdout), text(&output.stderr)];
     assert!(!said.contains("error: ") && errors.matches("error: ").count() == 1, "{said}{errors}");
     let log = std::fs::read_to_string(out.join("log.txt")).unwrap();
