@@ -43,10 +43,11 @@ const GOOD: f64 = 8.0;
 const IN_CONTACT: std::ops::RangeInclusive<f64> = 0.5..=1e4;
 /// Largest ratio of the diameters of two particles in contact for which contacts hold.
 const MOST_SIZE_RATIO: f64 = 10.0;
-/// Part of a velocity that the divergence left by the pressure may change over the box: a tenth of the best accuracy that
-/// forces are found to (0.1 %), so that it is never what limits them.
+/// Part of a velocity that the divergence left by the pressure may change over the box: a tenth of
+/// the best accuracy that forces are found to (0.1 %), so that it is never what limits them.
 const EXACT: f64 = 1e-4;
-/// How far below that a limit has to be to be worth a word: two digits more than that are a quarter of the iterations.
+/// How far below that a limit has to be to be worth a word: two digits more than that are a quarter
+/// of the iterations.
 const TIGHT: f64 = 1e-2;
 /// Density ratios beyond which a unit may be wrong.
 const USUAL: std::ops::Range<f64> = 0.01..100.0;
@@ -242,8 +243,9 @@ fn untouchable(case: &Case) -> Option<String> {
     })
 }
 
-/// A limit on the divergence that is tighter than what the flow is resolved to, by orders. A divergence below D0 in all cells
-/// changes a velocity by D0 L over the length L of the box at the most, where all cells err to the same side.
+/// A limit on the divergence that is tighter than what the flow is resolved to, by orders. A
+/// divergence below D0 in all cells changes a velocity by D0 L over the length L of the box at the
+/// most, where all cells err to the same side.
 fn tight_pressure(case: &Case) -> Option<String> {
     let (speed, limit) = (Pace::expected(case)?.speed, case.pressure.divergence_limit);
     let length = case.domain.size.iter().copied().fold(0.0, f64::max);

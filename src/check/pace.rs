@@ -5,11 +5,12 @@
 //!   fall     terminal speed, or what is gathered on the way to the border ([`super::layer`])
 //!   told     the fastest of what is prescribed
 //!   drive    [`Case::driven_speed`]
-//!   bed      a mean velocity U that is held over heavy free bodies: 1.5 U/(1 - phi), phi the solid fraction of the box, by
-//!            continuity. The flow that begins runs through their pores, and has left them once the bed has slowed it.
+//!   bed      1.5 U/(1 - phi): a mean velocity U held over free bodies that fill phi of the box
 //! ```
-//! Where bodies fall in company the fluid between them is faster than they are. In a box with a floor they lie once they have had the
-//! time to fall twice through it, and from there on the fluid comes to rest:
+//! The flow over a bed is by continuity. The one that begins there runs through the pores too, and
+//! has left them some steps later. Where bodies fall in company the fluid between them is faster
+//! than they are. In a box with a floor they lie once they have had the time to fall twice through
+//! it, and from there on the fluid comes to rest:
 //!
 //! ```text
 //!   step     its own before T0,   grows as (t/T0)^n from there on, up to the step of a fluid at rest       T0 = 2 height/speed
@@ -109,7 +110,8 @@ impl Pace {
     }
 }
 
-/// Whether a mean velocity is held in a box whose free bodies sink to its floor or rise to its ceiling: the flow passes beside them.
+/// Whether a mean velocity is held in a box whose free bodies sink to its floor or rise to its
+/// ceiling: the flow passes beside them.
 fn passes_over_a_bed(case: &Case) -> bool {
     let across =
         |held: usize| (0..case.dimension()).any(|a| a != held && case.fluid.gravity[a] != 0.0 && !case.periodic(a));

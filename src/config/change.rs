@@ -4,10 +4,11 @@ use super::read::{Loaded, written};
 use crate::{Error, Result};
 use toml::{Table, Value};
 
-/// What a run may go on with changed, further measures aside: when it ends, what it writes, and how the pressure equation is solved.
+/// What a run may go on with changed, further measures aside: when it ends, what it writes, and how
+/// the pressure equation is solved.
 const FREE: [&str; 4] = ["time.end", "output", "pressure", "petsc"];
 
-/// What a measure may have changed: what it is compared with.
+/// What may change in a measure: what it is compared with.
 const COMPARED: [&str; 3] = ["reference", "tolerance", "source"];
 
 impl Loaded {
@@ -20,8 +21,11 @@ impl Loaded {
         let before = written(before).map_err(|why| Error::Usage(format!("its case cannot be read: {why}")))?;
         let [before, now] = [&before, &self.case].map(|case| case.to_toml().parse::<Table>());
         let table = |parsed: Result<Table, toml::de::Error>| parsed.map_err(|e| Error::Usage(e.message().to_owned()));
-        let (before, now) = (Value::Table(table(before)?), Value::Table(table(now)?));
-        let Some((key, was)) = difference(&before, &now, String::new()) else {
+        let (mut before, mut now) = (table(before)?, table(now)?);
+        let [old, new] = [&mut before, &mut now].map(take_measures);
+        let (before, now) = (Value::Table(before), Value::Table(now));
+        let changed = difference(&before, &now, String::new()).or_else(|| changed_measure(&old, &new));
+        let Some((key, was)) = changed else {
             return Ok(());
         };
         let was = was.map_or("was not given".to_owned(), |was| format!("was {was}"));
@@ -33,6 +37,26 @@ impl Loaded {
     }
 }
 
+/// Takes the measures out of a case, without what they are compared with.
+fn take_measures(case: &mut Table) -> Vec<Table> {
+    let Some(Value::Array(measures)) = case.remove("measure") else { return Vec::new() };
+    let tables = measures.into_iter().filter_map(|measure| {
+        let Value::Table(mut measure) = measure else { return None };
+        COMPARED.iter().for_each(|key| drop(measure.remove(*key)));
+        Some(measure)
+    });
+    tables.collect()
+}
+
+/// The first key of a measure that differs from that of the same name before: those of other names
+/// have been added, or are not wanted any more.
+fn changed_measure(before: &[Table], now: &[Table]) -> Option<(String, Option<String>)> {
+    now.iter().enumerate().find_map(|(k, measure)| {
+        let old = before.iter().find(|old| old.get("name") == measure.get("name"))?;
+        difference(&Value::Table(old.clone()), &Value::Table(measure.clone()), format!("measure.{k}"))
+    })
+}
+
 /// The key of the first value that differs, and what it was; free keys aside.
 fn difference(before: &Value, now: &Value, key: String) -> Option<(String, Option<String>)> {
     let below = |name: &str| if key.is_empty() { name.to_owned() } else { format!("{key}.{name}") };
@@ -40,29 +64,12 @@ fn difference(before: &Value, now: &Value, key: String) -> Option<(String, Optio
         return None;
     }
     match (before, now) {
-        _ if key == "measure" => {
-            // Those of one name; the others have been added, or are no longer wanted.
-            let named = |list: &Value, name: &Value| {
-                list.as_array()?.iter().position(|measure| measure.get("name") == Some(name))
-            };
-            now.as_array()?.iter().enumerate().find_map(|(k, measure)| {
-                let old = &before[named(before, measure.get("name")?)?];
-                let [old, new] = [old, measure].map(|measure| {
-                    let mut own = measure.as_table().cloned().unwrap_or_default();
-                    COMPARED.iter().for_each(|key| drop(own.remove(*key)));
-                    Value::Table(own)
-                });
-                difference(&old, &new, below(&k.to_string()))
-            })
-        }
         (Value::Table(a), Value::Table(b)) => {
             let differs = |(name, was): (&String, &Value)| match b.get(name) {
                 Some(is) => difference(was, is, below(name)),
-                None if key.is_empty() && name == "measure" => None,
                 None => Some((below(name), Some(brief(was)))),
             };
-            let added = |name: &&String| !a.contains_key(*name) && !(key.is_empty() && *name == "measure");
-            let more = || b.keys().find(added).map(|name| (below(name), None));
+            let more = || b.keys().find(|name| !a.contains_key(*name)).map(|name| (below(name), None));
             // What contacts are by default follows from the particles: they are what has changed then.
             let derived = |(name, _): &(&String, &Value)| key.is_empty() && *name == "contact";
             let first = a.iter().filter(|entry| !derived(entry)).find_map(differs);

@@ -229,7 +229,8 @@ fn find<'n, 'a>(
     below.or((node.span() == *span).then_some(node.get_ref()))
 }
 
-/// What the parser says of a line (from 1), with the key and the cure where these are plain from it.
+/// What the parser says of a line (from 1), with the key and the cure where these are plain from
+/// it.
 fn explain(text: &str, line: usize, said: &str) -> String {
     let whole = text.lines().nth(line - 1).unwrap_or_default().trim();
     let (key, value) = whole.split_once('=').map_or((whole, ""), |(key, value)| (key.trim(), value.trim()));

@@ -24,7 +24,8 @@ macro_rules! ensure {
     };
 }
 
-/// Largest quantity of a case, in any consistent units: its square and cube are far from the largest double.
+/// Largest quantity of a case, in any consistent units: its square and cube are far from the
+/// largest double.
 const LARGEST: f64 = 1e30;
 
 /// A quantity that is no slip of an exponent.

@@ -15,7 +15,8 @@ use nalgebra::Vector3;
 /// So many fixed particles beside others are listed one by one; more are a ground.
 const MANY: usize = 10;
 
-/// Rows of `particles.csv` a step where the case does not say how often: four times the bytes of `steps.csv`.
+/// Rows of `particles.csv` a step where the case does not say how often: four times the bytes of
+/// `steps.csv`.
 const ROWS_A_STEP: usize = 4;
 
 /// Height of the asperities where none is given, of the smallest radius.

@@ -20,9 +20,9 @@ pub struct Steadiest {
     pub variation: f64,
 }
 
-/// Finds that quarter among samples of time (s) and speed (m/s): by the way and not by the time, so that a body at rest has none.
-/// Where a speed approaches its end exponentially and changes by 1 % over the last quarter of the way, its mean there is within
-/// 1 % of the end.
+/// Finds that quarter among samples of time (s) and speed (m/s): by the way and not by the time, so
+/// that a body at rest has none. Where a speed approaches its end exponentially and changes by 1 %
+/// over the last quarter of the way, its mean there is within 1 % of the end.
 pub fn steadiest_quarter(samples: &[(f64, f64)]) -> Option<Steadiest> {
     let steps = samples.windows(2).map(|pair| 0.5 * (pair[0].1 + pair[1].1) * (pair[1].0 - pair[0].0));
     let mut way = vec![0.0];
@@ -143,7 +143,8 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    /// A fall from rest with v = 1 - exp(-t), a rest on the floor after it, and a fall that is too short.
+    /// A fall from rest with v = 1 - exp(-t), a rest on the floor after it, and a fall that is too
+    /// short.
     #[test]
     fn the_terminal_speed_is_that_of_the_steadiest_quarter_of_the_way() {
         let fall = |until: f64| (0..=1000).map(move |k| until * f64::from(k) / 1000.0).map(|t| (t, 1.0 - (-t).exp()));

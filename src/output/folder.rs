@@ -261,7 +261,8 @@ fn clear(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Writes what each particle is: its number, name, material, shape, diameter (m), density (kg/m3) and motion.
+/// Writes what each particle is: its number, name, material, shape, diameter (m), density (kg/m3)
+/// and motion.
 fn write_roster(path: &Path, case: &Case) -> Result<()> {
     if case.particle.is_empty() {
         return Ok(());

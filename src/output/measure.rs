@@ -35,7 +35,8 @@ pub struct Series {
     began: f64,
 }
 
-/// The part by which a speed or a mean may change and still be called steady: as well as the best values of this program are known.
+/// The part by which a speed or a mean may change and still be called steady: as well as the best
+/// values of this program are known.
 const STEADY: f64 = 1e-2;
 
 /// What is to be said of a value beside it.
@@ -278,8 +279,9 @@ impl Series {
         }
     }
 
-    /// Mean over time of samples, of which the first began at `began` (s): of forces, which are means over their steps, from the start of the first one on; of what is known at the
-    /// ends of steps, by trapezia between them.
+    /// Mean over time of samples, of which the first began at `began` (s): of forces, which are
+    /// means over their steps, from the start of the first one on; of what is known at the ends of
+    /// steps, by trapezia between them.
     fn mean(&self, samples: &[(f64, f64)], began: f64) -> Option<f64> {
         let (first, last) = (samples.first()?, samples.last()?);
         let begin = if self.measure.kind.is_mean_of_step() { began } else { first.0 };
@@ -360,7 +362,8 @@ impl Series {
         }
     }
 
-    /// What a reader has to know of the value: whether a fall is steady, or that a mean counts the start of the flow.
+    /// What a reader has to know of the value: whether a fall is steady, or that a mean counts the
+    /// start of the flow.
     pub fn remark(&self) -> Option<Remark> {
         if self.measure.kind == MeasureKind::TerminalSpeed {
             let part = fit::steadiest_quarter(&self.samples)?;

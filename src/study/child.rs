@@ -76,7 +76,8 @@ const LINE_EVERY: Duration = Duration::from_secs(30);
 /// Time between two looks whether a run has ended.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
-/// Waits for a run, and says every now and then on standard error how far it is, `name` ahead; returns what it said there.
+/// Waits for a run, and says every now and then on standard error how far it is, `name` ahead;
+/// returns what it said there.
 fn wait(command: &mut Command, folder: &Path, name: &str) -> std::io::Result<Output> {
     let mut child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn()?;
     let stderr = child.stderr.take();

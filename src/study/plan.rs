@@ -188,8 +188,8 @@ impl Plan {
     /// Plans the runs of a study.
     ///
     /// # Errors
-    /// When the case, a reference or the name in an override is wrong, or no run is left. A choice with a value that is refused
-    /// is no error: its runs are refused.
+    /// When the case, a reference or the name in an override is wrong, or no run is left. A choice
+    /// with a value that is refused is no error: its runs are refused.
     pub fn new(study: &Study, text: &Text) -> Result<Plan> {
         let beside = |path: &Path| text.file.parent().unwrap_or(Path::new("")).join(path);
         // What a study has no use for unless it asks for it.
@@ -249,8 +249,9 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Refuses what is a fault of the study file and not of a run: a choice with a misspelt name, and a study of which no run is left.
-    /// Any other choice that is refused is a row with its reason.
+    /// Refuses what is a fault of the study file and not of a run: a choice with a misspelt name,
+    /// and a study of which no run is left. Any other choice that is refused is a row with its
+    /// reason.
     fn refuse_faults(&self, text: &Text, common: &[String], base: &Path) -> Result<()> {
         let sources: BTreeSet<&String> = self.runs.iter().flat_map(|run| &run.sources).collect();
         let of = |source: &String| self.runs.iter().filter(|run| run.sources.contains(source)).collect::<Vec<_>>();

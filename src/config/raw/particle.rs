@@ -214,8 +214,8 @@ pub(super) struct Nature<'a> {
     pub material: Option<&'a str>,
 }
 
-/// Density over the fluid's of free particles: a hundred times beyond what is tested (1e-4 to 1e5), and far within the range of
-/// any two materials.
+/// Density over the fluid's of free particles: a hundred times beyond what is tested (1e-4 to 1e5),
+/// and far within the range of any two materials.
 const DENSITY_RATIOS: std::ops::RangeInclusive<f64> = 1e-6..=1e7;
 
 impl Nature<'_> {

@@ -184,11 +184,13 @@ pub enum MeasureKind {
     MidlineVLeast,
     /// Largest velocity along y on the line y = size/2 at the end (m/s); 2D only.
     MidlineVLargest,
-    /// Largest speed of the particle's centre from `from` on (m/s), whatever makes it: at a start, in a fall or by an impact.
+    /// Largest speed of the particle's centre from `from` on (m/s), whatever makes it: at a start,
+    /// in a fall or by an impact.
     #[serde(alias = "terminal_velocity")]
     LargestSpeed,
-    /// Speed of a steady fall (m/s): the mean over that quarter of the particle's way, from `from` on, over which its speed changes
-    /// least. The end of the run says whether it is steady there, within 1 %.
+    /// Speed of a steady fall (m/s): the mean over that quarter of the particle's way, from `from`
+    /// on, over which its speed changes least. The end of the run says whether it is steady there,
+    /// within 1 %.
     TerminalSpeed,
     /// x of the particle's centre at the end, or `when` (m).
     PositionX,
@@ -272,7 +274,8 @@ impl MeasureKind {
         }
     }
 
-    /// Whether its value is found from all samples from `from` on, so that an impulsive start at time 0 counts in it.
+    /// Whether its value is found from all samples from `from` on, so that an impulsive start at
+    /// time 0 counts in it.
     pub fn counts_the_start(self) -> bool {
         use MeasureKind::*;
         matches!(self, DragCoefficient | LiftCoefficient | LiftMagnitude | LiftRms | LiftAmplitude | Force)
@@ -371,8 +374,8 @@ impl MeasureKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
-    /// Rows of `particles.csv`; default every step for up to four particles that move or are few, and else as often as makes four
-    /// rows a step on average.
+    /// Rows of `particles.csv`; default every step for up to four particles that move or are few,
+    /// and else as often as makes four rows a step on average.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particles: Option<Cadence>,
     /// Snapshots under `fields/`; default only the first and the last state.
