@@ -235,8 +235,10 @@ fn outwards(case: &Case) -> Vec<String> {
 
 /// Bodies that may touch where the case says nothing of contacts.
 fn untouchable(case: &Case) -> Option<String> {
+    let solid = |side: &Side| !matches!(side, Side::Periodic | Side::Outflow);
+    let meets = case.particle.len() > 1 || case.boundary.iter().flatten().any(solid);
     let free = case.contact.is_none() && case.particle.iter().any(Particle::is_free);
-    free.then(|| {
+    (free && meets).then(|| {
         "notice       the case has no [contact]: the run ends as soon as a free particle touches another or a wall; an empty [contact] lets \
          them touch"
             .into()

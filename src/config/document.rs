@@ -87,7 +87,11 @@ impl<'a> Document<'a> {
         let patch = DeTable::parse(padded).map_err(|e| match value.chars().next() {
             None => format!("no value after the `=`; {FORM}"),
             Some('[' | '{' | '"' | '\'') => format!("`{value}` is not a TOML value: {}", e.message()),
-            _ => format!("`{value}` is not a TOML value; text needs quotes: --set '{key}=\"{value}\"'"),
+            _ => {
+                wrong_number(value).map(|(why, right)| format!("`{value}` {why}: --set {key}={right}")).unwrap_or_else(
+                    || format!("`{value}` is not a TOML value; text needs quotes: --set '{key}=\"{value}\"'"),
+                )
+            }
         })?;
         let patch = Spanned::new(patch.span(), DeValue::Table(patch.into_inner()));
         merge(&mut self.root, patch, &keys, 0, self.text.len())
@@ -229,33 +233,39 @@ fn find<'n, 'a>(
     below.or((node.span() == *span).then_some(node.get_ref()))
 }
 
+/// What is wrong with a value that was to be a number, and the number that was meant.
+fn wrong_number(value: &str) -> Option<(&'static str, String)> {
+    let number = |text: &str| text.parse::<f64>().is_ok();
+    let point = value.replacen(',', ".", 1);
+    if value.contains(',') && number(&point) {
+        return Some(("has a comma where a number has a point", point));
+    }
+    let (first, unit) = value.split_once(char::is_whitespace).unwrap_or((value, ""));
+    if number(first) && !unit.is_empty() {
+        return Some(("has words behind the number, and units are fixed", first.to_owned()));
+    }
+    let bare = value.starts_with('.') || value.ends_with('.');
+    (bare && number(value)).then(|| {
+        ("needs a digit on both sides of its point", format!("{:?}", value.parse::<f64>().unwrap_or_default()))
+    })
+}
+
 /// What the parser says of a line (from 1), with the key and the cure where these are plain from
 /// it.
 fn explain(text: &str, line: usize, said: &str) -> String {
     let whole = text.lines().nth(line - 1).unwrap_or_default().trim();
     let (key, value) = whole.split_once('=').map_or((whole, ""), |(key, value)| (key.trim(), value.trim()));
     let value = value.split('#').next().unwrap_or_default().trim();
-    let number = |text: &str| text.parse::<f64>().is_ok();
     if said.starts_with("duplicate key") {
         let bare = key.trim_matches(['[', ']']);
         let cure = if key.starts_with('[') { "the table is there before" } else { "the table has it before" };
         return format!("duplicate key `{bare}`: {cure}; keep one of them");
     }
-    let point = value.replacen(',', ".", 1);
-    if value.contains(',') && number(&point) {
-        return format!("{key}: `{value}` has a comma; a number has a point: {key} = {point}");
-    }
-    let (first, unit) = value.split_once(char::is_whitespace).unwrap_or((value, ""));
-    if number(first) && !unit.is_empty() {
-        return format!(
-            "{key}: `{value}` has words behind the number; units are fixed, and stand behind a # if at all: {key} = {first}"
-        );
+    if let Some((why, right)) = wrong_number(value) {
+        return format!("{key}: `{value}` {why}: {key} = {right}");
     }
     if whole.ends_with('=') {
         return format!("`{key}` has no value");
-    }
-    if value.starts_with('.') || value.ends_with('.') {
-        return format!("{key}: `{value}` needs a digit on both sides of its point");
     }
     if !whole.contains('=') && !whole.starts_with('[') && said.contains("no value") {
         return format!("`{whole}` has no `=`: a line is key = value");

@@ -374,8 +374,8 @@ impl MeasureKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
-    /// Rows of `particles.csv`; default every step for up to four particles that move or are few,
-    /// and else as often as makes four rows a step on average.
+    /// Rows of `particles.csv`; default every n/4 steps of n particles, every step of up to four.
+    /// Fixed ones that have a row at the start only do not count.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particles: Option<Cadence>,
     /// Snapshots under `fields/`; default only the first and the last state.
