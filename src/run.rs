@@ -179,9 +179,7 @@ impl<'a, const D: usize> Run<'a, D> {
                 format!("the run that goes on has reached {reached} s already; give a later end than that"),
             ));
         }
-        check_step(loaded, &scene.limits()?)?;
-        crate::check::refuse_shut(loaded, &scene)?;
-        crate::check::refuse_too_stiff(loaded, &scene)?;
+        crate::check::refuse(loaded, &scene)?;
         let lead = session.rank() == 0;
         let mut log = Log::new(lead && !request.quiet);
         let opened = if lead {

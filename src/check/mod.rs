@@ -17,8 +17,7 @@ use crate::scheme::Limits;
 use crate::system::peak_memory;
 use crate::words::{brief, minutes, number, size, whole};
 use crate::{Error, Result};
-pub(crate) use blocked::refuse_shut;
-use blocked::shut;
+use blocked::{refuse_shut, shut};
 use disk::Disk;
 use layer::{Layer, Walls};
 pub use pace::Rest;
@@ -26,8 +25,7 @@ use pace::{Pace, later_step, steps};
 use path::{locked_into, run_into};
 use std::path::Path;
 use std::time::Instant;
-use stiffness::contacts;
-pub(crate) use stiffness::refuse_too_stiff;
+use stiffness::{contacts, refuse_too_stiff};
 
 /// Steps that are tried (and thrown away) to tell the cost of one.
 const TRIAL_STEPS: u32 = 3;
@@ -80,11 +78,29 @@ pub fn check(path: &Path, set: &[String], petsc: &[String], quiet: bool) -> Resu
     if session.rank() == 0 { lines.iter().chain(&unused).try_for_each(|line| print(line)) } else { Ok(()) }
 }
 
-/// Refuses what a run of the scene would refuse before its first step.
-fn refuse<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Result<()> {
+/// Refuses a scene before its first step: a step over a limit, a shut channel, free particles that
+/// no cell resolves, contacts that are too stiff for the steps.
+pub(crate) fn refuse<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Result<()> {
     check_step(loaded, &scene.limits()?)?;
     refuse_shut(loaded, scene)?;
+    refuse_below_a_cell(loaded)?;
     refuse_too_stiff(loaded, scene)
+}
+
+/// Refuses free particles that are smaller than a cell: nothing of the flow around them is found,
+/// and the box is most likely in another unit than they are.
+fn refuse_below_a_cell(loaded: &Loaded) -> Result<()> {
+    let case = &loaded.case;
+    let free = case.particle.iter().any(Particle::is_free);
+    let Some(cells) = cells_across(case).filter(|cells| free && *cells < 1.0) else { return Ok(()) };
+    Err(loaded.error_at(
+        "domain.size",
+        format!(
+            "the smallest particle is {} cells across, and {RESOLVED} or more are needed: if the box is in another unit than the diameters, \
+             write both in m; else give domain.cells more",
+            brief(cells)
+        ),
+    ))
 }
 
 /// What a run has to be warned of before it begins. Collective.
@@ -321,17 +337,11 @@ fn cells_across(case: &Case) -> Option<f64> {
 /// Particles that are too small for the grid.
 fn unresolved(case: &Case) -> Option<String> {
     let smallest = cells_across(case)?;
-    if smallest < 1.0 {
-        return Some(format!(
-            "warning      the smallest particle is {} cells across, less than one: is the box in mm or cm, and the diameters in m? All lengths are \
-             in one unit; {RESOLVED} or more cells are needed",
-            brief(smallest)
-        ));
-    }
     if smallest < RESOLVED {
         let cells = case.domain.cells.iter().map(|&n| whole((n as f64 * GOOD / smallest).ceil()));
         return Some(format!(
-            "warning      a particle of {smallest:.1} cells is not resolved: {RESOLVED} or more are needed; domain.cells = [{}] give it {GOOD}",
+            "warning      a particle of {} cells is not resolved: {RESOLVED} or more are needed; domain.cells = [{}] give it {GOOD}",
+            if smallest < 1.0 { brief(smallest) } else { format!("{smallest:.1}") },
             cells.collect::<Vec<_>>().join(", ")
         ));
     }

@@ -42,18 +42,6 @@ pub fn refuse_too_stiff<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Re
     if wanted <= MOST_SUBSTEPS {
         return Ok(());
     }
-    // A stiffness is by the size of the particles, and these may be in another unit than the box.
-    if let Some(cells) = super::cells_across(case).filter(|cells| *cells < super::RESOLVED) {
-        return Err(loaded.error_at(
-            "domain.size",
-            format!(
-                "the smallest particle is {} cells across, and {} or more are needed: if the box is in another unit than the diameters, write \
-                 both in m; else give domain.cells more. (The stiffness of contacts, which is too large for such steps, goes by that too.)",
-                brief(cells),
-                super::RESOLVED
-            ),
-        ));
-    }
     let key = if law.law.normal_stiffness.given().is_some() { "contact.normal_stiffness" } else { "contact.pair" };
     Err(loaded.error_at(
         key,
@@ -68,10 +56,6 @@ pub fn refuse_too_stiff<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Re
 /// The time of a contact beside the substep, where steps are `dt` (s); and what is wrong with the springs.
 pub fn contacts<const D: usize>(case: &Case, scene: &Scene<D>, dt: f64) -> Vec<String> {
     let (Some(law), Some(time)) = (&case.contact, shortest(scene)) else { return Vec::new() };
-    // In a box in another unit than its particles steps and falls say nothing of their impacts.
-    if super::cells_across(case).is_some_and(|cells| cells < 1.0) {
-        return Vec::new();
-    }
     let Substeps::Count(n) = law.substeps else {
         let line = format!("contact      shortest {time:.3e} s; substeps chosen by it, where two are in reach");
         let warnings = [too_soft(case, scene, law), too_stiff(case, scene, law, dt / time)];

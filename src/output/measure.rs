@@ -377,6 +377,10 @@ impl Series {
                 Remark { doubt: true, words }
             });
         }
+        if matches!(self.measure.kind, MeasureKind::DragCoefficientMax | MeasureKind::LiftCoefficientMax) {
+            let at = significant(self.samples.last()?.0);
+            return Some(Remark { doubt: false, words: format!("at t = {at} s") });
+        }
         if !self.measure.kind.counts_the_start() || self.measure.from > 0.0 || self.began > 0.0 {
             return None;
         }

@@ -368,13 +368,17 @@ fn a_divergence_limit_far_tighter_than_the_flow_needs_is_named() {
 
 /// Millimetres taken for metres.
 #[test]
-fn a_box_in_other_units_than_its_particles_is_named_by_cells_a_diameter_and_not_by_stiffness() {
+fn a_box_in_other_units_than_its_particles_is_refused_by_cells_a_diameter_and_not_by_stiffness() {
     let dir = tempfile::tempdir().unwrap();
-    for stiffness in ["1e5", "1e14"] {
+    for stiffness in ["1e5", "1e14", "\"auto\""] {
         let case = fall(dir.path(), &format!("contact = {{ normal_stiffness = {stiffness} }}"));
-        let case = case.to_str().unwrap();
-        let (_, said) = says(&["check", case, "--set", "domain.size=[2000.0, 1000.0]"]);
-        assert!(said.contains("the smallest particle is 8.00e-3 cells across"), "{said}");
-        assert!(said.contains("unit") && !said.contains("contact.normal_stiffness"), "{said}");
+        let (case, out) = (case.to_str().unwrap(), dir.path().join("out"));
+        for words in [&["check", case][..], &["run", case, "--out", out.to_str().unwrap()]] {
+            let (code, said) = says(&[words, &["--set", "domain.size=[2000.0, 1000.0]"]].concat());
+            assert_eq!(code, Some(2), "{said}");
+            assert!(said.contains("domain.size: the smallest particle is 8.00e-3 cells across"), "{said}");
+            assert!(said.contains("in another unit") && !said.contains("stiff"), "{said}");
+        }
+        assert!(!out.exists());
     }
 }
