@@ -118,6 +118,8 @@ struct Run<'a, const D: usize> {
     restart: Option<Restart>,
     /// What was taken of the run that it begins with, in lines.
     begun: Vec<String>,
+    /// What is to be said of the case file, in lines.
+    notes: &'a [String],
     /// Steps done and time (s) at the start of the step.
     began: (u64, f64),
     /// A state of late, for a run that fails.
@@ -177,14 +179,12 @@ impl<'a, const D: usize> Run<'a, D> {
                 format!("the run that goes on has reached {reached} s already; give a later end than that"),
             ));
         }
-        check_step(loaded, &scene.limits()?)?;
-        crate::check::refuse_shut(loaded, &scene)?;
-        crate::check::refuse_too_stiff(loaded, &scene)?;
+        crate::check::refuse(loaded, &scene)?;
         let lead = session.rank() == 0;
         let mut log = Log::new(lead && !request.quiet);
         let opened = if lead {
             match (&restart, marks) {
-                (Some(restart), Some(marks)) => restart.open_folder(&out, &mut log, &case.to_toml(), marks),
+                (Some(restart), Some(marks)) => restart.open_folder(&out, &mut log, case, marks),
                 _ => Folder::create(&out, &mut log, case, &scene.state),
             }
             .map(Some)
@@ -208,6 +208,7 @@ impl<'a, const D: usize> Run<'a, D> {
             interrupt,
             restart,
             begun,
+            notes: &loaded.notes,
             session,
             case,
             scene,
@@ -231,12 +232,17 @@ impl<'a, const D: usize> Run<'a, D> {
             self.case.time.end,
             self.out.display()
         ));
-        self.begun.iter().for_each(|line| self.log.say(line));
+        self.notes.iter().chain(&self.begun).for_each(|line| self.log.say(line));
         for warning in crate::check::warnings(self.case, &self.scene)? {
             self.log.say(&warning);
         }
         if let Some(restart) = &self.restart {
             restart.say(&mut self.log, self.scene.state.time, self.session.size());
+            let added = restart.added(self.case);
+            if !added.is_empty() {
+                let (names, time) = (added.join(", "), self.scene.state.time);
+                self.log.say(&format!("measured from t = {time:.6} s on only, since the run before did not: {names}"));
+            }
         }
         let rest = Rest::expected(self.case, &self.scene.limits()?);
         self.progress.begin(self.scene.state.steps, self.scene.state.time, rest);
@@ -252,7 +258,8 @@ impl<'a, const D: usize> Run<'a, D> {
         let closed = self.close(status);
         if let Err(e) = &result {
             let kind = if let Error::Interrupted(_) = e { "" } else { "error: " };
-            self.log.say(&format!("{kind}{e}"));
+            // The program says it on standard error.
+            self.log.keep(&format!("{kind}{e}"));
             let _ = self.on_lead(|folder, _, log| folder.flush(log));
         }
         result?;
@@ -545,13 +552,21 @@ impl<'a, const D: usize> Run<'a, D> {
             energy_bound::lost(self.case, state),
             symmetric.filter(|_| status == "done"),
         ];
-        let notes: Vec<String> = notes.into_iter().flatten().collect();
+        let remarks = || self.series.iter().filter_map(|s| Some((s.name().to_owned(), s.remark()?)));
+        let doubts = remarks().filter(|(_, remark)| remark.doubt && status == "done");
+        let doubts = doubts.map(|(name, remark)| format!("{name} {}", remark.words));
+        let mut notes: Vec<String> = notes.into_iter().flatten().collect();
+        // Remarks stand beside their measures on the screen.
+        let said = notes.len();
+        notes.extend(doubts);
         let summary = json!({
             "notes": notes, "case": self.case.name, "status": status, "cells": cells, "steps": self.scene.state.steps, "time": self.scene.state.time,
             "wall_seconds": wall, "cpu_seconds": self.account.cpu + cpu, "step_seconds": wall / steps, "divergence_max": self.account.divergence_max,
             "divergence_limit": self.case.pressure.divergence_limit, "outer_iterations": self.account.outer,
             "krylov_iterations": self.account.krylov, "solver_retries": self.account.retries, "measures": found,
             "comparisons": comparisons,
+            "units": self.series.iter().map(|s| (s.name().to_owned(), json!(s.measure().kind.unit(D)))).collect::<serde_json::Map<_, _>>(),
+            "remarks": remarks().map(|(name, remark)| (name, json!(remark.words))).collect::<serde_json::Map<_, _>>(),
             "stages_ns_per_cell_step": stages.iter().map(|(n, t)| ((*n).to_owned(), json!(t))).collect::<serde_json::Map<_, _>>(),
             "peak_memory_bytes": memory, "peak_memory_bytes_per_cell": memory / cells as f64,
             "ranks": self.session.size(), "busiest_rank": busiest,
@@ -600,17 +615,20 @@ impl<'a, const D: usize> Run<'a, D> {
             let cure = "their time had not come, or their place was never free";
             self.log.say(&format!("{count} of the particles never came in: {cure}"));
         }
-        notes.iter().for_each(|note| self.log.say(note));
+        notes[..said].iter().for_each(|note| self.log.say(note));
         if !unused.is_empty() {
             let why = if self.account.krylov == 0 { ", since no pressure was solved for" } else { "" };
             self.log.say(&format!("PETSc options that nothing used{why}: {}", unused.join(", ")));
         }
         for ((name, value), series) in measures.iter().zip(&self.series) {
             self.log.say(&match value {
-                Some(v) => match series.comparison() {
-                    Some(comparison) => format!("{name} = {}, {comparison}", measured(*v)),
-                    None => format!("{name} = {}", measured(*v)),
-                },
+                Some(v) => {
+                    let unit = series.measure().kind.unit(D);
+                    let beside = series.comparison().map(|comparison| format!(", {comparison}"));
+                    let remark = series.remark().map(|remark| format!("; {}", remark.words));
+                    let (beside, remark) = (beside.unwrap_or_default(), remark.unwrap_or_default());
+                    format!("{}{beside}{remark}", format!("{name} = {} {unit}", measured(*v)).trim_end())
+                }
                 None => {
                     format!("{name}: the run gives no value (no oscillation, no contact, a particle that was not there, or no steps after `from`)")
                 }

@@ -33,7 +33,11 @@ pub(crate) fn minutes(seconds: f64) -> String {
 
 /// Bytes in the unit that suits them.
 pub(crate) fn size(bytes: f64) -> String {
-    let (size, unit) = if bytes < 1e9 { (bytes / 1e6, "MB") } else { (bytes / 1e9, "GB") };
+    let (size, unit) = match bytes {
+        ..1e5 => (bytes / 1e3, "kB"),
+        ..1e9 => (bytes / 1e6, "MB"),
+        _ => (bytes / 1e9, "GB"),
+    };
     if size < 10.0 { format!("{size:.1} {unit}") } else { format!("{} {unit}", whole(size)) }
 }
 
@@ -59,8 +63,8 @@ mod tests {
     fn times_and_sizes_have_the_unit_that_suits_them() {
         assert_eq!([59.0, 61.0, 3720.0, 1e15].map(minutes), ["59 s", "1 min 01 s", "1 h 02 min", "1.2e10 days"]);
         assert_eq!(
-            [2.34e5, 3.2e7, 1.25e9, 4.4e10, 1e30].map(size),
-            ["0.2 MB", "32 MB", "1.2 GB", "44 GB", "1.0e21 GB"]
+            [2.34e3, 2.34e5, 3.2e7, 1.25e9, 4.4e10, 1e30].map(size),
+            ["2.3 kB", "0.2 MB", "32 MB", "1.2 GB", "44 GB", "1.0e21 GB"]
         );
     }
 }

@@ -37,20 +37,40 @@ impl Target for Counter {
     }
 }
 
-/// The most bytes that the folder of a run of so many steps will hold. Collective.
-pub fn bytes<const D: usize>(case: &Case, scene: &mut Scene<D>, steps: f64) -> Result<f64> {
+/// What the folder of a run of so many steps will hold, at most.
+pub struct Disk {
+    /// Snapshots of the fields.
+    pub snapshots: f64,
+    /// Bytes of one.
+    pub snapshot: f64,
+    /// Bytes of a checkpoint.
+    pub checkpoint: f64,
+    /// Bytes of `particles.csv`.
+    pub particles: f64,
+    /// Bytes of all.
+    pub all: f64,
+}
+
+/// Foretells what the folder of a run of so many steps will hold. Collective.
+pub fn expected<const D: usize>(case: &Case, scene: &mut Scene<D>, steps: f64) -> Result<Disk> {
     let due = |cadence: &Cadence| match cadence {
         Cadence::Steps(n) => (steps / *n as f64).floor(),
         Cadence::Time(time) => (case.time.end / time).floor().min(steps),
     };
     let snapshot = snapshot::bytes(scene)?;
-    let snapshots = 2.0 + case.output.fields.as_ref().map_or(0.0, due);
+    // The last state is one that may be due as well.
+    let beside_ends = |cadence: &Cadence| match cadence {
+        Cadence::Time(time) => ((case.time.end / time * (1.0 - 1e-9)).ceil() - 1.0).min(steps),
+        Cadence::Steps(_) => due(cadence),
+    };
+    let snapshots = 2.0 + case.output.fields.as_ref().map_or(0.0, beside_ends);
     let (mut checkpoint, domain) = (Counter(0.0), &scene.domain);
     let mut archive = Archive::write(&domain.session, &mut checkpoint);
     scene.state.serialize(&domain.grid, &mut archive)?;
     archive.finish()?;
     let has_rows = |motion: &Motion| !matches!((motion, case.output.fixed), (Motion::Fixed, FixedRows::Once));
-    let particles = case.particle.iter().filter(|p| has_rows(&p.motion)).count() as f64;
-    let rows = PARTICLE_ROW[D - 2] * particles * (1.0 + due(&case.output.particles)) + STEP_ROW * steps;
-    Ok(snapshot * snapshots + CHECKPOINTS * checkpoint.0 + rows)
+    let moving = case.particle.iter().filter(|p| has_rows(&p.motion)).count() as f64;
+    let particles = PARTICLE_ROW[D - 2] * moving * (1.0 + due(&case.output.particles));
+    let all = snapshot * snapshots + CHECKPOINTS * checkpoint.0 + particles + STEP_ROW * steps;
+    Ok(Disk { snapshots, snapshot, checkpoint: checkpoint.0, particles, all })
 }

@@ -137,7 +137,7 @@ mod tests {
         assert!(layer.falls && (layer.reynolds / 4880.0 - 1.0).abs() < 0.01, "{layer:?}");
         assert!((layer.thickness / 3.43e-4 - 1.0).abs() < 0.01 && layer.cells_needed() == 59.0, "{layer:?}");
         // One that rises has less way: sqrt(2 a L) with a = g/(0.0 + 1), L = 11 mm.
-        let short = thinnest("[0.015, 0.129]", "density = 1e-9");
+        let short = thinnest("[0.015, 0.129]", "density = 1e-3");
         assert!((short.speed - (2.0 * 9.81 * 0.011f64).sqrt()).abs() < 1e-6, "{short:?}");
     }
 

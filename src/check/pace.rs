@@ -5,16 +5,19 @@
 //!   fall     terminal speed, or what is gathered on the way to the border ([`super::layer`])
 //!   told     the fastest of what is prescribed
 //!   drive    [`Case::driven_speed`]
+//!   bed      1.5 U/(1 - phi): a mean velocity U held over free bodies that fill phi of the box
 //! ```
-//! Where bodies fall in company the fluid between them is faster than they are. In a box with a floor they lie once they have had the
-//! time to fall twice through it, and from there on the fluid comes to rest:
+//! The flow over a bed is by continuity. The one that begins there runs through the pores too, and
+//! has left them some steps later. Where bodies fall in company the fluid between them is faster
+//! than they are. In a box with a floor they lie once they have had the time to fall twice through
+//! it, and from there on the fluid comes to rest:
 //!
 //! ```text
 //!   step     its own before T0,   grows as (t/T0)^n from there on, up to the step of a fluid at rest       T0 = 2 height/speed
 //! ```
 
 use super::layer::fall_speed;
-use crate::config::{Case, Motion, Side, Step};
+use crate::config::{Case, Drive, Motion, Side, Step};
 use crate::params;
 use crate::run::choose_step;
 use crate::scheme::Limits;
@@ -53,9 +56,10 @@ impl Pace {
         // Beside a body it goes along all axes.
         let along = case.stream.as_ref().filter(|_| case.particle.is_empty()).zip(case.reference_speed);
         let along = along.map(|(v, speed)| speed / v.iter().zip(&spacings).map(|(v, h)| v.abs() / h).sum::<f64>());
+        let open = if passes_over_a_bed(case) { 1.0 - solid_fraction(case) } else { 1.0 };
         let stream = case
             .reference_speed
-            .map(|speed| (factor * speed, format!("that of the stream{beside}"), along.unwrap_or(least), None));
+            .map(|speed| (factor * speed / open, format!("that of the stream{beside}"), along.unwrap_or(least), None));
         let driven =
             case.driven_speed().map(|speed| (speed, "to which the drive may bring the fluid".to_owned(), least, None));
         let of_particles = case.particle.iter().enumerate().filter_map(|(id, p)| {
@@ -106,11 +110,28 @@ impl Pace {
     }
 }
 
+/// Whether a mean velocity is held in a box whose free bodies sink to its floor or rise to its
+/// ceiling: the flow passes beside them.
+fn passes_over_a_bed(case: &Case) -> bool {
+    let across =
+        |held: usize| (0..case.dimension()).any(|a| a != held && case.fluid.gravity[a] != 0.0 && !case.periodic(a));
+    let free = case.particle.iter().any(|p| p.is_free() && p.density != case.fluid.density);
+    free && matches!(&case.drive, Some(Drive::MeanVelocity(held)) if across(held.axis.index()))
+}
+
+/// The part of the box that bodies fill, at most that of discs packed as densely as can be.
+fn solid_fraction(case: &Case) -> f64 {
+    let volume = case.domain.size.iter().product::<f64>();
+    let filled = case.particle.iter().map(|p| p.shape.volume()).sum::<f64>();
+    (filled / volume).min(std::f64::consts::PI / 12.0f64.sqrt())
+}
+
 /// The step (s) of a run that has come to its speed, where that is known: by the scheme's `limits`, with all stages that viscosity asks for.
 pub fn later_step(case: &Case, limits: &Limits) -> f64 {
     let first = choose_step(case, limits, None, case.time.end).0;
     let (Step::Courant(number), Some(pace)) = (case.time.step, Pace::expected(case)) else { return first };
-    let courant_rate = limits.courant_rate.max(number / pace.step(case));
+    let begins = if passes_over_a_bed(case) { 0.0 } else { limits.courant_rate };
+    let courant_rate = begins.max(number / pace.step(case));
     let limits = Limits { courant_rate, courant_growth: 0.0, ..*limits };
     choose_step(case, &limits, Some(f64::INFINITY), case.time.end).0
 }

@@ -4,8 +4,12 @@ use super::read::{Loaded, written};
 use crate::{Error, Result};
 use toml::{Table, Value};
 
-/// What a run may go on with changed: when it ends, what it writes, and how the pressure equation is solved.
+/// What a run may go on with changed, further measures aside: when it ends, what it writes, and how
+/// the pressure equation is solved.
 const FREE: [&str; 4] = ["time.end", "output", "pressure", "petsc"];
+
+/// What may change in a measure: what it is compared with.
+const COMPARED: [&str; 3] = ["reference", "tolerance", "source"];
 
 impl Loaded {
     /// Refuses to go on with a run whose case, as it was written out then, differs in more than a restart may change.
@@ -17,14 +21,40 @@ impl Loaded {
         let before = written(before).map_err(|why| Error::Usage(format!("its case cannot be read: {why}")))?;
         let [before, now] = [&before, &self.case].map(|case| case.to_toml().parse::<Table>());
         let table = |parsed: Result<Table, toml::de::Error>| parsed.map_err(|e| Error::Usage(e.message().to_owned()));
-        let (before, now) = (Value::Table(table(before)?), Value::Table(table(now)?));
-        let Some((key, was)) = difference(&before, &now, String::new()) else {
+        let (mut before, mut now) = (table(before)?, table(now)?);
+        let [old, new] = [&mut before, &mut now].map(take_measures);
+        let (before, now) = (Value::Table(before), Value::Table(now));
+        let changed = difference(&before, &now, String::new()).or_else(|| changed_measure(&old, &new));
+        let Some((key, was)) = changed else {
             return Ok(());
         };
         let was = was.map_or("was not given".to_owned(), |was| format!("was {was}"));
-        let why = format!("{was} in the run to go on with; a restart may change {} only", FREE.join(", "));
+        let why = format!(
+            "{was} in the run to go on with; a restart may change {} only, and add measures of other names",
+            FREE.join(", ")
+        );
         Err(self.error_at(&key, why + ": give the old value, or another --out for a run of its own"))
     }
+}
+
+/// Takes the measures out of a case, without what they are compared with.
+fn take_measures(case: &mut Table) -> Vec<Table> {
+    let Some(Value::Array(measures)) = case.remove("measure") else { return Vec::new() };
+    let tables = measures.into_iter().filter_map(|measure| {
+        let Value::Table(mut measure) = measure else { return None };
+        COMPARED.iter().for_each(|key| drop(measure.remove(*key)));
+        Some(measure)
+    });
+    tables.collect()
+}
+
+/// The first key of a measure that differs from that of the same name before: those of other names
+/// have been added, or are not wanted any more.
+fn changed_measure(before: &[Table], now: &[Table]) -> Option<(String, Option<String>)> {
+    now.iter().enumerate().find_map(|(k, measure)| {
+        let old = before.iter().find(|old| old.get("name") == measure.get("name"))?;
+        difference(&Value::Table(old.clone()), &Value::Table(measure.clone()), format!("measure.{k}"))
+    })
 }
 
 /// The key of the first value that differs, and what it was; free keys aside.
@@ -89,6 +119,7 @@ mod tests {
     fn a_restart_may_change_the_end_the_output_and_the_solver() {
         for given in [
             "time.end=2.0",
+            "measure=[{ name = \"speed\", kind = \"largest_speed\" }]",
             "output.fields={ every = 3 }",
             "output.checkpoint.every_steps=7",
             "petsc.options=\"-ksp_type cg\"",

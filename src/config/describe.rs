@@ -1,7 +1,7 @@
 //! Parts of a case in words, for `mics check` and reports.
 
 use super::message::suggest;
-use super::{Case, Drive, Motion, Particle, Side};
+use super::{Case, Contact, Damping, Drive, Loss, Motion, Pair, PairLaw, Particle, Side};
 use crate::words::rounded;
 use std::collections::BTreeSet;
 
@@ -90,6 +90,34 @@ pub(super) fn unnamed<'a>(wanted: &str, known: impl Iterator<Item = &'a str>) ->
         known => suggest(wanted, known),
     };
     format!("no particle has the name \"{wanted}\"; {cure}")
+}
+
+impl Contact {
+    /// The laws of contact in words: that of all materials, then what is different between two.
+    pub fn describe(&self) -> Vec<String> {
+        let words = |law: &PairLaw| {
+            let loss = match law.loss {
+                Loss::Restitution(e) => format!("restitution {}", rounded(e)),
+                Loss::Damping(Damping { normal, tangential }) => {
+                    let [normal, tangential] = [normal, tangential].map(rounded);
+                    format!("damping {normal} and {tangential} N s/m, normal and tangential")
+                }
+            };
+            let stiffness = match law.normal_stiffness.given() {
+                Some(k) if law.exponent == 1.0 => format!("normal stiffness {} N/m", rounded(k)),
+                Some(k) => format!("normal stiffness {} N/m^{}", rounded(k), rounded(law.exponent)),
+                None => "normal stiffness \"auto\"".into(),
+            };
+            let rolling = match law.rolling_friction {
+                0.0 => String::new(),
+                lever => format!(", rolling friction {}", rounded(lever)),
+            };
+            format!("friction {}{rolling}, {loss}, {stiffness}", rounded(law.friction))
+        };
+        let all = if self.pair.is_empty() { "all contacts" } else { "all other contacts" };
+        let pairs = self.pair.iter().map(|Pair { between: [a, b], law }| format!("{a} with {b}: {}", words(law)));
+        pairs.chain([format!("{all}: {}", words(&self.law))]).collect()
+    }
 }
 
 impl Drive {

@@ -12,7 +12,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::fault::Fault;
 use super::message::reword;
-use super::raw::{Case, preset};
+use super::raw::{Case, MeasureKind, preset};
 use crate::error::Given;
 use crate::{Error, Result};
 
@@ -68,7 +68,8 @@ impl<'a> Document<'a> {
     pub(super) fn plain(file: &Path, text: &'a str) -> Result<Self> {
         let table = DeTable::parse(text).map_err(|e| {
             let at = e.span().map_or(text.len(), |span| span.start);
-            whole_file(file, Some(line_of(text.as_bytes(), at)), format!("not valid TOML: {}", e.message()))
+            let line = line_of(text.as_bytes(), at);
+            whole_file(file, Some(line), format!("not valid TOML: {}", explain(text, line, e.message())))
         })?;
         let root = Spanned::new(table.span(), DeValue::Table(table.into_inner()));
         Ok(Document { text, root, preset: None })
@@ -86,7 +87,11 @@ impl<'a> Document<'a> {
         let patch = DeTable::parse(padded).map_err(|e| match value.chars().next() {
             None => format!("no value after the `=`; {FORM}"),
             Some('[' | '{' | '"' | '\'') => format!("`{value}` is not a TOML value: {}", e.message()),
-            _ => format!("`{value}` is not a TOML value; text needs quotes: --set '{key}=\"{value}\"'"),
+            _ => {
+                wrong_number(value).map(|(why, right)| format!("`{value}` {why}: --set {key}={right}")).unwrap_or_else(
+                    || format!("`{value}` is not a TOML value; text needs quotes: --set '{key}=\"{value}\"'"),
+                )
+            }
         })?;
         let patch = Spanned::new(patch.span(), DeValue::Table(patch.into_inner()));
         merge(&mut self.root, patch, &keys, 0, self.text.len())
@@ -112,6 +117,23 @@ impl<'a> Document<'a> {
             let node = e.span().and_then(|span| find(&self.root, &span, &mut path)).unwrap_or(self.root.get_ref());
             reword(e.message(), path, node)
         })
+    }
+
+    /// What is said of names that have changed since the file was written, a line each.
+    pub(super) fn renamed(&self) -> Vec<String> {
+        let Some(DeValue::Array(measures)) = self.root.get_ref().get("measure").map(Spanned::get_ref) else {
+            return Vec::new();
+        };
+        let old = |(index, measure): (usize, &Spanned<DeValue>)| {
+            let kind = measure.get_ref().get("kind")?.get_ref().as_str()?.to_owned();
+            let (old, new) = MeasureKind::RENAMED.into_iter().find(|(old, _)| *old == kind)?;
+            let line = self.place(&format!("measure.{index}.kind")).0;
+            let line = line.map_or(String::new(), |line| format!("line {line}: "));
+            Some(format!(
+                "note         {line}measure.{index}.kind: \"{old}\" is called \"{new}\" now; the old name goes with the next version"
+            ))
+        };
+        measures.iter().enumerate().filter_map(old).collect()
     }
 
     /// The line of a key, or of its nearest ancestor in the file, and what gave it.
@@ -209,6 +231,50 @@ fn find<'n, 'a>(
         _ => None,
     };
     below.or((node.span() == *span).then_some(node.get_ref()))
+}
+
+/// What is wrong with a value that was to be a number, and the number that was meant.
+fn wrong_number(value: &str) -> Option<(&'static str, String)> {
+    let number = |text: &str| text.parse::<f64>().is_ok();
+    let point = value.replacen(',', ".", 1);
+    if value.contains(',') && number(&point) {
+        return Some(("has a comma where a number has a point", point));
+    }
+    let (first, unit) = value.split_once(char::is_whitespace).unwrap_or((value, ""));
+    if number(first) && !unit.is_empty() {
+        return Some(("has words behind the number, and units are fixed", first.to_owned()));
+    }
+    let bare = value.starts_with('.') || value.ends_with('.');
+    (bare && number(value)).then(|| {
+        ("needs a digit on both sides of its point", format!("{:?}", value.parse::<f64>().unwrap_or_default()))
+    })
+}
+
+/// What the parser says of a line (from 1), with the key and the cure where these are plain from
+/// it.
+fn explain(text: &str, line: usize, said: &str) -> String {
+    let whole = text.lines().nth(line - 1).unwrap_or_default().trim();
+    let (key, value) = whole.split_once('=').map_or((whole, ""), |(key, value)| (key.trim(), value.trim()));
+    let value = value.split('#').next().unwrap_or_default().trim();
+    if said.starts_with("duplicate key") {
+        let bare = key.trim_matches(['[', ']']);
+        let cure = if key.starts_with('[') { "the table is there before" } else { "the table has it before" };
+        return format!("duplicate key `{bare}`: {cure}; keep one of them");
+    }
+    if let Some((why, right)) = wrong_number(value) {
+        return format!("{key}: `{value}` {why}: {key} = {right}");
+    }
+    if whole.ends_with('=') {
+        return format!("`{key}` has no value");
+    }
+    if !whole.contains('=') && !whole.starts_with('[') && said.contains("no value") {
+        return format!("`{whole}` has no `=`: a line is key = value");
+    }
+    let bare = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    if !value.is_empty() && value.chars().all(bare) && value.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        return format!("{key}: text needs quotes: {key} = \"{value}\"");
+    }
+    if key.is_empty() || !whole.contains('=') { said.to_owned() } else { format!("{key}: {said}") }
 }
 
 /// The refusal of a file as a whole.

@@ -24,11 +24,25 @@ macro_rules! ensure {
     };
 }
 
+/// Largest quantity of a case, in any consistent units: its square and cube are far from the
+/// largest double.
+const LARGEST: f64 = 1e30;
+
+/// A quantity that is no slip of an exponent.
+fn sensible(key: &str, value: f64, unit: &str) -> Check {
+    ensure!(
+        value <= LARGEST,
+        key,
+        "{value:e} ({unit}) is beyond {LARGEST:e}, the largest that is computed with: look at its exponent"
+    );
+    Ok(())
+}
+
 /// A positive number, if it is given.
 pub(super) fn positive(key: &str, value: impl Into<Option<f64>>, unit: &str) -> Check {
     let Some(value) = value.into() else { return Ok(()) };
     ensure!(value > 0.0 && value.is_finite(), key, "must be positive and finite ({unit}), not {value:?}");
-    Ok(())
+    sensible(key, value, unit)
 }
 
 /// Zero or a positive number, if it is given.
@@ -36,7 +50,7 @@ pub(super) fn not_negative(key: &str, value: impl Into<Option<f64>>, unit: &str)
     let Some(value) = value.into() else { return Ok(()) };
     let holds = value >= 0.0 && value.is_finite();
     ensure!(holds, key, "must be zero or positive, and finite ({unit}), not {value:?}");
-    Ok(())
+    sensible(key, value, unit)
 }
 
 /// Finite numbers.

@@ -19,6 +19,8 @@ pub struct Loaded {
     pub case: Case,
     /// The case file as the user named it.
     pub file: PathBuf,
+    /// What is to be said of the file, a line each: names that have changed.
+    pub notes: Vec<String>,
     text: String,
     overrides: Vec<String>,
 }
@@ -67,7 +69,8 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Loaded> {
         let (line, given) = document.place(&key);
         Error::Case { file: path.to_owned(), line, key, message, given }
     })?;
-    Ok(Loaded { case, file: path.to_owned(), text, overrides })
+    let notes = document.renamed();
+    Ok(Loaded { case, file: path.to_owned(), notes, text, overrides })
 }
 
 /// The case that a document of the file `path` describes, its swarms turned into particles, checked and resolved.

@@ -15,6 +15,10 @@ use nalgebra::Vector3;
 /// So many fixed particles beside others are listed one by one; more are a ground.
 const MANY: usize = 10;
 
+/// Rows of `particles.csv` a step where the case does not say how often: four times the bytes of
+/// `steps.csv`.
+const ROWS_A_STEP: usize = 4;
+
 /// Height of the asperities where none is given, of the smallest radius.
 const ROUGHNESS: f64 = 2e-4;
 /// The solid fraction of the top of a bed.
@@ -55,7 +59,7 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
         contact: raw.contact.map(|c| contact(c, smallest)).transpose()?,
         time: time(raw.time, raw.coupling.wall == WallRule::Mixing && count > 0, count > 0, resting < count)?,
         measure: measures.map(|(m, direction)| measure(m, direction, reference_speed, (force, count))).collect(),
-        output: output(raw.output, fixed)?,
+        output: output(raw.output, fixed, count, resting)?,
         domain: raw.domain,
         coupling: raw.coupling,
         pressure: raw.pressure,
@@ -235,14 +239,19 @@ fn measure(
     }
 }
 
-fn output(raw: raw::Output, fixed: FixedRows) -> Result<Output, Fault> {
+/// What is written by a case with particles of which so many `rest`.
+fn output(raw: raw::Output, fixed: FixedRows, count: usize, rest: usize) -> Result<Output, Fault> {
+    let fixed = raw.fixed.unwrap_or(fixed);
+    let rows = if fixed == FixedRows::Once { count - rest } else { count };
+    let often = Cadence::Steps(rows.div_ceil(ROWS_A_STEP).max(1) as u64);
+    let particles = raw.particles.as_ref().map(|particles| cadence("output.particles", particles));
     Ok(Output {
-        particles: cadence("output.particles", &raw.particles)?,
+        particles: particles.transpose()?.unwrap_or(often),
         fields: raw.fields.as_ref().map(|fields| cadence("output.fields", fields)).transpose()?,
         checkpoint: checkpoints("output.checkpoint", &raw.checkpoint)?,
         figures: raw.figures,
         removed: raw.removed,
-        fixed: raw.fixed.unwrap_or(fixed),
+        fixed,
         planes: raw.planes,
     })
 }

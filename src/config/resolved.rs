@@ -302,6 +302,13 @@ pub struct Measure {
     pub target: Option<Target>,
 }
 
+impl Measure {
+    /// Whether it is the same number as another measure, whatever that is compared with.
+    pub fn is_of(&self, other: &Measure) -> bool {
+        Measure { target: None, ..self.clone() } == Measure { target: None, ..other.clone() }
+    }
+}
+
 /// What a measure ought to be.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Target {

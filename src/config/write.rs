@@ -192,7 +192,7 @@ fn output(o: &Output) -> raw::Output {
         Cadence::Time(time) => raw::Cadence { every: None, every_time: Some(time) },
     };
     raw::Output {
-        particles: cadence(o.particles),
+        particles: Some(cadence(o.particles)),
         fields: o.fields.map(cadence),
         checkpoint: match o.checkpoint {
             Checkpoints::WallMinutes(minutes) => {

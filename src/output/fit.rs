@@ -9,6 +9,61 @@ use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::particles::Oscillation;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use std::collections::VecDeque;
+
+/// The quarter of a body's way over which its speed changes least.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Steadiest {
+    /// Mean speed over it (m/s).
+    pub speed: f64,
+    /// Largest less least speed there, as a part of that.
+    pub variation: f64,
+}
+
+/// Finds that quarter among samples of time (s) and speed (m/s): by the way and not by the time, so
+/// that a body at rest has none. Where a speed approaches its end exponentially and changes by 1 %
+/// over the last quarter of the way, its mean there is within 1 % of the end.
+pub fn steadiest_quarter(samples: &[(f64, f64)]) -> Option<Steadiest> {
+    let steps = samples.windows(2).map(|pair| 0.5 * (pair[0].1 + pair[1].1) * (pair[1].0 - pair[0].0));
+    let mut way = vec![0.0];
+    way.extend(steps.scan(0.0, |sum, step| {
+        *sum += step;
+        Some(*sum)
+    }));
+    let quarter = 0.25 * way.last()?;
+    let (mut best, mut end): (Option<Steadiest>, usize) = (None, 0);
+    // Indices of samples of the window that may become its largest and its least, in order.
+    let (mut high, mut low) = (VecDeque::new(), VecDeque::new());
+    for start in 0..samples.len() {
+        while end < samples.len() && (end == start || way[end - 1] - way[start] < quarter) {
+            while high.back().is_some_and(|k: &usize| samples[*k].1 <= samples[end].1) {
+                high.pop_back();
+            }
+            while low.back().is_some_and(|k: &usize| samples[*k].1 >= samples[end].1) {
+                low.pop_back();
+            }
+            high.push_back(end);
+            low.push_back(end);
+            end += 1;
+        }
+        let (first, last) = (samples[start], samples[end - 1]);
+        let gone = way[end - 1] - way[start];
+        if gone < quarter || gone <= 0.0 {
+            break;
+        }
+        let speed = gone / (last.0 - first.0);
+        let variation = (samples[*high.front()?].1 - samples[*low.front()?].1) / speed;
+        if best.is_none_or(|best| variation < best.variation) {
+            best = Some(Steadiest { speed, variation });
+        }
+        for ends in [&mut high, &mut low] {
+            if ends.front() == Some(&start) {
+                ends.pop_front();
+            }
+        }
+    }
+    best
+}
 
 /// Sums of a least-squares fit of `F = -C_D 0.5 rho S |U| U - C_M rho V dU/dt`.
 #[derive(Default)]
@@ -87,6 +142,20 @@ pub fn noise(samples: &[(f64, f64)]) -> Option<f64> {
 mod tests {
     use super::*;
     use std::f64::consts::TAU;
+
+    /// A fall from rest with v = 1 - exp(-t), a rest on the floor after it, and a fall that is too
+    /// short.
+    #[test]
+    fn the_terminal_speed_is_that_of_the_steadiest_quarter_of_the_way() {
+        let fall = |until: f64| (0..=1000).map(move |k| until * f64::from(k) / 1000.0).map(|t| (t, 1.0 - (-t).exp()));
+        let lands = fall(12.0).chain((1..500).map(|k| (12.0 + 0.1 * f64::from(k), 0.0)));
+        let long = steadiest_quarter(&lands.collect::<Vec<_>>()).unwrap();
+        assert!((long.speed - 1.0).abs() < 1e-3 && long.variation < 1e-3, "{long:?}");
+        let short = steadiest_quarter(&fall(1.0).collect::<Vec<_>>()).unwrap();
+        assert!(short.variation > 0.05 && short.speed < 0.64, "{short:?}");
+        assert_eq!(steadiest_quarter(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)]), None);
+        assert_eq!(steadiest_quarter(&[]), None);
+    }
 
     #[test]
     fn the_residual_is_the_part_of_the_force_that_morisons_formula_has_no_term_for() {

@@ -8,7 +8,7 @@ use super::vti::write_series;
 use super::{bodies, checkpoint, probe, statistics};
 use super::{progress, report};
 use crate::archive::{Archive, Checkpointed};
-use crate::config::{Case, ForceRule};
+use crate::config::{Case, ForceRule, Motion, Shape};
 use crate::particles::Body;
 use crate::state::Exchange;
 use crate::state::State;
@@ -38,11 +38,14 @@ const DRIVE_COLUMNS: &str = ",drive_fx,drive_fy,drive_fz,drive_work";
 /// Bodies that have left the box, and its columns.
 const PASSAGES: &str = "passages.csv";
 const PASSAGE_COLUMNS: &str = "step,time,id,what,mass,diameter,x,y,z,vx,vy,vz";
+/// What particles are, which does not change: a row each.
+const ROSTER: &str = "bodies.csv";
 /// Says that a folder holds a run; there from the first moment to the last.
 const RUN: &str = "run.json";
 /// What this program writes into a run's folder, and so may delete with `--force`.
-const OURS: [&str; 13] = [
+const OURS: [&str; 14] = [
     "case.toml",
+    ROSTER,
     "steps.csv",
     "particles.csv",
     "summary.json",
@@ -82,6 +85,11 @@ impl Log {
             // A closed pipe (`| head`) is no reason to end a run.
             let _ = writeln!(std::io::stdout(), "{line}");
         }
+        self.keep(line);
+    }
+
+    /// Writes a line to `log.txt` alone: of what is said elsewhere.
+    pub fn keep(&mut self, line: &str) {
         if let Some(file) = &mut self.file {
             // What the disk does not take is said when the logs are flushed.
             let _ = file.add(format_args!("{line}"));
@@ -253,6 +261,30 @@ fn clear(path: &Path) -> Result<()> {
     Ok(())
 }
 
+/// Writes what each particle is: its number, name, material, shape, diameter (m), density (kg/m3)
+/// and motion.
+fn write_roster(path: &Path, case: &Case) -> Result<()> {
+    if case.particle.is_empty() {
+        return Ok(());
+    }
+    let mut rows = csv::Writer::from_writer(Vec::new());
+    let failed = |e: csv::Error| Error::io(path.join(ROSTER))(e.into());
+    rows.write_record(["id", "name", "material", "shape", "diameter", "density", "motion"]).map_err(failed)?;
+    for (id, p) in case.particle.iter().enumerate() {
+        let name = p.name.clone().unwrap_or_default();
+        let shape = if matches!(p.shape, Shape::Disc(_)) { "disc" } else { "sphere" };
+        let motion = match p.motion {
+            Motion::Free { .. } => "free",
+            Motion::Fixed => "fixed",
+            Motion::Prescribed { .. } => "prescribed",
+        };
+        let [id, diameter, density] = [id.to_string(), format!("{:?}", p.shape.diameter()), format!("{:?}", p.density)];
+        rows.write_record([&id, &name, &p.material, shape, &diameter, &density, motion]).map_err(failed)?;
+    }
+    let text = rows.into_inner().map_err(|e| Error::io(path.join(ROSTER))(e.into_error()))?;
+    replace(&path.join(ROSTER), &text)
+}
+
 impl Folder {
     /// Makes the folder (replacing a run that [`may_use`] allowed to replace) and opens its logs.
     /// The state says which columns there are.
@@ -266,6 +298,7 @@ impl Folder {
         fs::create_dir_all(&fields).map_err(cure)?;
         replace(&path.join(RUN), b"{}\n")?;
         replace(&path.join("case.toml"), case.to_toml().as_bytes())?;
+        write_roster(path, case)?;
         log.file = Some(Rows::create(&path.join("log.txt"), "")?);
         let of = |there: bool, columns| if there { columns } else { "" };
         let columns = [
@@ -299,7 +332,7 @@ impl Folder {
     ///
     /// # Errors
     /// When a log is not as the run left it, or another process writes here; nothing has been changed then.
-    pub fn go_on(path: &Path, log: &mut Log, case: &str, mut marks: Marks) -> Result<Folder> {
+    pub fn go_on(path: &Path, log: &mut Log, case: &Case, mut marks: Marks) -> Result<Folder> {
         let lock = lock(path)?;
         let (steps, particles, said) = (path.join("steps.csv"), path.join("particles.csv"), path.join("log.txt"));
         Rows::fits(&steps, marks.steps)?;
@@ -324,7 +357,8 @@ impl Folder {
             }
         }
         delete(&path.join("summary.json"))?;
-        replace(&path.join("case.toml"), case.as_bytes())?;
+        replace(&path.join("case.toml"), case.to_toml().as_bytes())?;
+        write_roster(path, case)?;
         // Nobody needs what was said before.
         let kept = Rows::go_on(&said, marks.log);
         log.file = Some(kept.or_else(|_| Rows::create(&said, ""))?);

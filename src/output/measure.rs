@@ -1,6 +1,6 @@
 //! Measures: numbers that a run reports, each from a series of samples in time.
 
-use super::compare::Comparison;
+use super::compare::{Comparison, measured, percent, significant};
 use super::fit::{self, Morison};
 use super::midline;
 use crate::Result;
@@ -33,6 +33,19 @@ pub struct Series {
     /// Time of the step before (s), and that at which the first sample began.
     before: f64,
     began: f64,
+}
+
+/// The part by which a speed or a mean may change and still be called steady: as well as the best
+/// values of this program are known.
+const STEADY: f64 = 1e-2;
+
+/// What is to be said of a value beside it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Remark {
+    /// Whether the value may not be what its name says.
+    pub doubt: bool,
+    /// In words that follow on the value.
+    pub words: String,
 }
 
 /// What a step gives to the measures.
@@ -92,6 +105,17 @@ impl Series {
         &self.measure.name
     }
 
+    /// Goes on with what the same measure has found.
+    pub fn take_over(&mut self, old: Series) {
+        let (measure, force_scale, rate) = (self.measure.clone(), self.force_scale, self.rate);
+        *self = Series { measure, force_scale, rate, ..old };
+    }
+
+    /// Begins at a time (s) of a run that goes on.
+    pub fn begin_at(&mut self, time: f64) {
+        (self.before, self.began) = (time, time);
+    }
+
     /// The value so far beside the measure's reference; `None` where the measure has none.
     pub fn comparison(&self) -> Option<Comparison> {
         Comparison::of(&self.measure, self.value())
@@ -149,7 +173,7 @@ impl Series {
             | MeasureKind::Strouhal => coefficient(),
             MeasureKind::LiftMagnitude => (force - force.dot(&direction) * direction).norm() / self.force_scale,
             MeasureKind::Force => self.group(bodies).map(|k| force_on(k).dot(&direction)).sum(),
-            MeasureKind::TerminalVelocity => body(&|b| b.velocity.norm()),
+            MeasureKind::LargestSpeed | MeasureKind::TerminalSpeed => body(&|b| b.velocity.norm()),
             MeasureKind::PositionX => body(&|b| b.centre.x),
             MeasureKind::PositionY => body(&|b| b.centre.y),
             MeasureKind::PositionZ => body(&|b| b.centre.z),
@@ -233,7 +257,7 @@ impl Series {
         }
         let counts = |kept: (f64, f64)| match self.measure.kind {
             MeasureKind::MaxSpeed
-            | MeasureKind::TerminalVelocity
+            | MeasureKind::LargestSpeed
             | MeasureKind::LargestOverlap
             | MeasureKind::Dissipation
             | MeasureKind::DissipationTime
@@ -255,11 +279,12 @@ impl Series {
         }
     }
 
-    /// Mean over time of its samples: of forces, which are means over their steps, from the start of the first one on; of what is known at the
-    /// ends of steps, by trapezia between them.
-    fn mean(&self, samples: &[(f64, f64)]) -> Option<f64> {
+    /// Mean over time of samples, of which the first began at `began` (s): of forces, which are
+    /// means over their steps, from the start of the first one on; of what is known at the ends of
+    /// steps, by trapezia between them.
+    fn mean(&self, samples: &[(f64, f64)], began: f64) -> Option<f64> {
         let (first, last) = (samples.first()?, samples.last()?);
-        let begin = if self.measure.kind.is_mean_of_step() { self.began } else { first.0 };
+        let begin = if self.measure.kind.is_mean_of_step() { began } else { first.0 };
         if last.0 <= begin {
             return Some(first.1);
         }
@@ -278,9 +303,14 @@ impl Series {
         if self.found.is_some() || self.measure.when.is_some() {
             return self.found;
         }
-        let values = || self.samples.iter().map(|s| s.1);
+        self.value_of(&self.samples, self.began)
+    }
+
+    /// The value that samples give, of which the first began at `began` (s).
+    fn value_of(&self, samples: &[(f64, f64)], began: f64) -> Option<f64> {
+        let values = || samples.iter().map(|s| s.1);
         let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-        let mean = self.mean(&self.samples)?;
+        let mean = self.mean(samples, began)?;
         match self.measure.kind {
             MeasureKind::DragCoefficient
             | MeasureKind::LiftCoefficient
@@ -302,33 +332,74 @@ impl Series {
             | MeasureKind::BodyEnergy
             | MeasureKind::Spin => Some(mean),
             MeasureKind::MaxSpeed
-            | MeasureKind::TerminalVelocity
+            | MeasureKind::LargestSpeed
             | MeasureKind::LargestOverlap
             | MeasureKind::Dissipation
             | MeasureKind::DragCoefficientMax
             | MeasureKind::LiftCoefficientMax => Some(high),
-            MeasureKind::DissipationTime => self.samples.last().map(|s| s.0),
+            MeasureKind::TerminalSpeed => fit::steadiest_quarter(samples).map(|part| part.speed),
+            MeasureKind::DissipationTime => samples.last().map(|s| s.0),
             MeasureKind::MorisonDrag => self.morison.coefficients().map(|c| c.x),
             MeasureKind::MorisonInertia => self.morison.coefficients().map(|c| c.y),
             MeasureKind::MorisonResidual => self.morison.residual(),
-            MeasureKind::ForceNoise => fit::noise(&self.samples),
+            MeasureKind::ForceNoise => fit::noise(samples),
             MeasureKind::PositionX
             | MeasureKind::PositionY
             | MeasureKind::PositionZ
             | MeasureKind::MeanHeight
             | MeasureKind::HeightRank
-            | MeasureKind::FastestParticle => self.samples.last().map(|s| s.1),
-            MeasureKind::ContactStart => self.samples.iter().find(|s| s.1 > 0.0).map(|s| s.0),
+            | MeasureKind::FastestParticle => samples.last().map(|s| s.1),
+            MeasureKind::ContactStart => samples.iter().find(|s| s.1 > 0.0).map(|s| s.0),
             MeasureKind::LiftAmplitude => Some(0.5 * (high - low)),
             MeasureKind::LiftRms => {
-                let squares: Vec<_> = self.samples.iter().map(|&(t, v)| (t, (v - mean) * (v - mean))).collect();
-                self.mean(&squares).map(f64::sqrt)
+                let squares: Vec<_> = samples.iter().map(|&(t, v)| (t, (v - mean) * (v - mean))).collect();
+                self.mean(&squares, began).map(f64::sqrt)
             }
             // A lift coefficient that moves by less is a steady wake, whatever its last digits do.
             MeasureKind::Strouhal if high - low < 2e-3 => None,
-            MeasureKind::Strouhal => frequency(&self.samples, mean).map(|f| f / self.rate),
+            MeasureKind::Strouhal => frequency(samples, mean).map(|f| f / self.rate),
             MeasureKind::MidlineULeast | MeasureKind::MidlineVLeast | MeasureKind::MidlineVLargest => None,
         }
+    }
+
+    /// What a reader has to know of the value: whether a fall is steady, or that a mean counts the
+    /// start of the flow.
+    pub fn remark(&self) -> Option<Remark> {
+        if self.measure.kind == MeasureKind::TerminalSpeed {
+            let part = fit::steadiest_quarter(&self.samples)?;
+            let varies = percent(part.variation);
+            return Some(if part.variation <= STEADY {
+                Remark { doubt: false, words: format!("steady within {varies}") }
+            } else {
+                let words = format!(
+                    "not steady: over that quarter of the way the speed changes by {varies}; a longer fall comes nearer to its end"
+                );
+                Remark { doubt: true, words }
+            });
+        }
+        if matches!(self.measure.kind, MeasureKind::DragCoefficientMax | MeasureKind::LiftCoefficientMax) {
+            let at = significant(self.samples.last()?.0);
+            return Some(Remark { doubt: false, words: format!("at t = {at} s") });
+        }
+        if !self.measure.kind.counts_the_start() || self.measure.from > 0.0 || self.began > 0.0 {
+            return None;
+        }
+        let (first, last) = (self.samples.first()?, self.samples.last()?);
+        let middle = 0.5 * (first.0 + last.0);
+        let at = self.samples.partition_point(|sample| sample.0 <= middle);
+        let (value, began) = (self.value()?, self.samples.get(at.checked_sub(1)?)?.0);
+        let later = self.value_of(&self.samples[at..], began)?;
+        let differs = (value - later).abs() > STEADY * value.abs().max(later.abs());
+        // A lift is small beside the drag that scales it.
+        let counts = self.measure.kind == MeasureKind::Force || (value - later).abs() > STEADY;
+        (differs && counts).then(|| Remark {
+            doubt: true,
+            words: format!(
+                "counts the start of the flow; from t = {} s on it is {}: set `from`",
+                significant(began),
+                measured(later)
+            ),
+        })
     }
 }
 
@@ -521,7 +592,7 @@ mod tests {
 
     #[test]
     fn a_falling_body_that_lands_gives_its_speed_place_spin_and_landing() {
-        let mut series = of_kinds(&["terminal_velocity", "position_y", "velocity_y", "spin", "contact_start"]);
+        let mut series = of_kinds(&["largest_speed", "position_y", "velocity_y", "spin", "contact_start"]);
         assert!(series.iter().all(|s| s.value().is_none()));
         let mut body = disc();
         // Before the window, in it, at the bottom, and at rest without a force.

@@ -117,6 +117,10 @@ impl Session {
 
     fn initialise(options: &[String]) -> Result<()> {
         refuse_stray_words(options)?;
+        // PETSc takes a name in capitals for the same option, and what looks it up here has to as
+        // well.
+        let plain = |word: &String| if names_option(word) { word.to_lowercase() } else { word.clone() };
+        let options: Vec<String> = options.iter().map(plain).collect();
         let words: Vec<CString> = ["mics", "-no_signal_handler"]
             .into_iter()
             .chain(options.iter().map(String::as_str))

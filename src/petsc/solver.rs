@@ -110,6 +110,18 @@ const TOO_MANY: i32 = -3;
 /// How to see why a solve fails.
 const LOOK: &str = "look at it with `-- -ksp_monitor_true_residual -ksp_converged_reason`";
 
+/// PETSc's `KSP_DIVERGED_NANORINF`: a number that is infinite or none.
+const OVERFLOWN: i32 = -9;
+
+/// The failure of solves that met a number that is infinite or none: no solver mends that.
+fn overflown() -> Error {
+    Error::Run(
+        "the pressure equation holds numbers that are infinite or none: a density, a viscosity, a length or a velocity of the case is \
+         too large or too small for double precision, or the flow has grown beyond it; look at their exponents and units"
+            .into(),
+    )
+}
+
 /// Growth of the iterations at which a preconditioner is built anew.
 const GROWTH: f64 = 1.3;
 
@@ -373,6 +385,9 @@ impl LinearSolver {
             self.judge(iterations, rtol);
             return Ok(Solved { iterations: spent + iterations, retried: false });
         }
+        if first == OVERFLOWN && self.own.is_some() {
+            return Err(overflown());
+        }
         if self.own.is_some() {
             return Err(Error::Run(format!(
                 "the pressure solve failed: {} after {iterations} iterations (relative tolerance {rtol:.1e}); {LOOK}, try \
@@ -394,6 +409,9 @@ impl LinearSolver {
         if second > 0 {
             self.judge(more, rtol);
             return Ok(Solved { iterations: spent + iterations, retried: true });
+        }
+        if first == OVERFLOWN && second == OVERFLOWN {
+            return Err(overflown());
         }
         Err(Error::Run(format!(
             "the pressure solve failed twice: {} after {} iterations, then, from zero with a rebuilt preconditioner, {} \
@@ -477,7 +495,13 @@ impl Drop for LinearSolver {
 /// What PETSc refuses here, the user asked for.
 fn bad_option(error: Error) -> Error {
     match error {
-        Error::Petsc { message, .. } => Error::Usage(format!("PETSc refuses an option: {message}")),
+        Error::Petsc { message, .. } => {
+            let unknown = message.split_once(" type ").and_then(|(_, rest)| rest.split_whitespace().next());
+            let capital = unknown.filter(|name| name.chars().any(|c| c.is_ascii_uppercase()));
+            let cure = capital
+                .map_or(String::new(), |name| format!("; names of types are in lower case: {}", name.to_lowercase()));
+            Error::Usage(format!("PETSc refuses an option: {message}{cure}"))
+        }
         other => other,
     }
 }

@@ -3,7 +3,7 @@
 use super::Run;
 use crate::archive::{Archive, Checkpointed};
 use crate::clock::Clock;
-use crate::config::{Case, Loaded, written};
+use crate::config::{Case, Loaded, Measure, written};
 use crate::output::checkpoint::{self, Header, Reader, Writer};
 use crate::output::measure::{self, Series};
 use crate::output::statistics::Statistics;
@@ -178,16 +178,31 @@ impl Restart {
         scene: &mut Scene<D>,
     ) -> Result<Marks> {
         let mut marks = Marks::default();
+        let before = written(&self.header.case).map_err(|why| misfit(&self.path, Error::Usage(why)))?;
+        let mut kept = measure::series(&before);
         let mut archive = Archive::read(session, &mut self.rest);
-        let whole = serialize(&mut archive, account, series, &mut marks, statistics, case, scene);
+        let whole = serialize(&mut archive, account, &mut kept, &mut marks, statistics, case, scene);
         session.agree(whole).and_then(|()| archive.finish()).map_err(|e| misfit(&self.path, e))?;
         scene.resume().map_err(|e| misfit(&self.path, e))?;
         scene.domain.clock.add(&account.clock);
+        for new in series.iter_mut() {
+            match kept.iter().position(|old| old.measure().is_of(new.measure())) {
+                Some(at) => new.take_over(kept.swap_remove(at)),
+                None => new.begin_at(scene.state.time),
+            }
+        }
         Ok(marks)
     }
 
+    /// The measures of the case that the run before has not had, and that count from here on.
+    pub fn added<'a>(&self, case: &'a Case) -> Vec<&'a str> {
+        let before = written(&self.header.case).map_or(Vec::new(), |before| before.measure);
+        let new = |measure: &&Measure| !before.iter().any(|old| old.is_of(measure));
+        case.measure.iter().filter(new).map(|measure| measure.name.as_str()).collect()
+    }
+
     /// Takes up the run's folder. To be called by rank 0, once all else is known to fit.
-    pub fn open_folder(&self, run: &Path, log: &mut Log, case: &str, marks: Marks) -> Result<Folder> {
+    pub fn open_folder(&self, run: &Path, log: &mut Log, case: &Case, marks: Marks) -> Result<Folder> {
         let folder = Folder::go_on(run, log, case, marks)?;
         checkpoint::delete_after(run, self.step)?;
         Ok(folder)

@@ -34,11 +34,7 @@ impl<const D: usize> Scene<D> {
                 why(
                     touches,
                     "where two are in reach; none in reach, no substeps",
-                    if free {
-                        "the case has no [contact]: a touch ends the run"
-                    } else {
-                        "no particle is free to touch another"
-                    },
+                    if free { "the case has no [contact]" } else { "no particle is free to touch another" },
                 ),
             ),
             (

@@ -2,11 +2,14 @@
 
 use super::plan::Planned;
 use crate::launch::mpirun;
+use crate::output::progress;
 use crate::{Error, Result};
 use serde_json::Value;
+use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::{env, fs};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+use std::{env, fs, thread};
 
 /// How a run ended.
 pub struct Outcome {
@@ -68,13 +71,45 @@ impl Drop for Session {
     }
 }
 
-/// Runs it into a folder, and waits for it.
+/// Time between two lines of a run's progress.
+const LINE_EVERY: Duration = Duration::from_secs(30);
+/// Time between two looks whether a run has ended.
+const LOOK_EVERY: Duration = Duration::from_millis(20);
+
+/// Waits for a run, and says every now and then on standard error how far it is, `name` ahead;
+/// returns what it said there.
+fn wait(command: &mut Command, folder: &Path, name: &str) -> std::io::Result<Output> {
+    let mut child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn()?;
+    let stderr = child.stderr.take();
+    let reader = thread::spawn(move || {
+        let mut said = Vec::new();
+        stderr.map(|mut pipe| pipe.read_to_end(&mut said));
+        said
+    });
+    let mut next = Instant::now() + LINE_EVERY;
+    let status = loop {
+        if let Some(status) = child.try_wait()? {
+            break status;
+        }
+        thread::sleep(LOOK_EVERY);
+        if Instant::now() >= next {
+            next += LINE_EVERY;
+            // A folder without progress is that of a run that has not begun.
+            if let Some(line) = progress::newest(folder) {
+                let _ = writeln!(std::io::stderr(), "{name}: {line}");
+            }
+        }
+    };
+    Ok(Output { status, stdout: Vec::new(), stderr: reader.join().unwrap_or_default() })
+}
+
+/// Runs it into a folder, and waits for it; `name` is what its progress is said of.
 ///
 /// # Errors
 /// When this program cannot be started. A run that fails is an outcome.
-pub fn run(run: &Planned, folder: &Path) -> Result<Outcome> {
-    if let Err(why) = &run.loaded {
-        return Ok(Outcome::refused(why));
+pub fn run(run: &Planned, folder: &Path, name: &str) -> Result<Outcome> {
+    if let Err(refusal) = &run.loaded {
+        return Ok(Outcome::refused(&refusal.why));
     }
     let program = env::current_exe().map_err(Error::io("this program"))?;
     let session = Session::new(run.ranks)?;
@@ -92,8 +127,7 @@ pub fn run(run: &Planned, folder: &Path) -> Result<Outcome> {
         Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io(folder.join("summary.json"))(e)),
         _ => {}
     }
-    let ended = command.stdin(Stdio::null()).stdout(Stdio::null()).output();
-    let ended = ended.map_err(Error::io(command.get_program()))?;
+    let ended = wait(&mut command, folder, name).map_err(Error::io(command.get_program()))?;
     let words = words(run, &ended.stderr);
     let summary = json(&folder.join("summary.json"));
     let status = match ended.status.code() {

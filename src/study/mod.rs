@@ -22,7 +22,7 @@ use crate::output::replace;
 use crate::{Error, Result};
 use child::Outcome;
 use file::Study;
-use plan::Plan;
+use plan::{Plan, Refusal};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -103,10 +103,10 @@ fn check_scenes(study: &Study, plan: &mut Plan, folder: &Path, force: bool) -> R
         if let (Ok(_), false) = (&run.loaded, done)
             && let Some(why) = child::refusal(run)?
         {
-            run.loaded = Err(why);
+            run.loaded = Err(Refusal::of_scene(why));
         }
-        if let Err(why) = &run.loaded {
-            print(&format!("{} is refused: {why}", run.id))?;
+        if let Err(refusal) = &run.loaded {
+            print(&format!("{} is refused: {}", run.id, refusal.why))?;
         }
     }
     Ok(())
@@ -139,7 +139,10 @@ fn list(study: &Study, plan: &Plan, folder: &Path) -> Result<()> {
         print(&format!(
             "{}: {}, {done} of {} done",
             run.id,
-            cells.map_or_else(|why| format!("refused: {why}"), |cells| format!("{} cells", cells.join(" x "))),
+            cells.map_or_else(
+                |refusal| format!("refused: {}", refusal.why),
+                |cells| format!("{} cells", cells.join(" x "))
+            ),
             study.repeats
         ))?;
         print(&format!("    {}", run.set.join("; ")))?;
@@ -164,7 +167,8 @@ fn run_all(study: &Study, plan: &Plan, folder: &Path, force: bool) -> Result<Vec
             let at = place(folder, run, repeat);
             let kept = if force { None } else { child::kept(run, &at) };
             let word = if kept.is_some() { "kept" } else { "done" };
-            let outcome = kept.map_or_else(|| child::run(run, &at), Ok)?;
+            let count = format!("{}/{total} {}", repeat * plan.runs.len() + index + 1, run.id);
+            let outcome = kept.map_or_else(|| child::run(run, &at, &count), Ok)?;
             if outcome.status == "done" && !study.keep_fields {
                 child::drop_fields(&at)?;
             }
@@ -174,7 +178,7 @@ fn run_all(study: &Study, plan: &Plan, folder: &Path, force: bool) -> Result<Vec
                 (status, _) => format!("{status}: {}", outcome.message),
             };
             let again = if study.repeats > 1 { format!(", repeat {}", repeat + 1) } else { String::new() };
-            print(&format!("{}/{total} {}{again}: {end}", repeat * plan.runs.len() + index + 1, run.id))?;
+            print(&format!("{count}{again}: {end}"))?;
             outcomes[index].push(outcome);
             write_table(plan, &outcomes, folder)?;
         }

@@ -53,6 +53,31 @@ impl Target {
     }
 }
 
+/// Why a run is refused before it starts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refusal {
+    /// In words, the key ahead.
+    pub why: String,
+    /// Whether a key or a value is unknown, and not only out of range: no run means that.
+    misspelt: bool,
+}
+
+impl Refusal {
+    /// That of a scene, in its words.
+    pub fn of_scene(why: String) -> Refusal {
+        Refusal { why, misspelt: false }
+    }
+
+    fn of(error: &Error) -> Refusal {
+        let misspelt = match error {
+            Error::Case { message, .. } => message.starts_with("unknown "),
+            Error::Override { .. } => true,
+            _ => false,
+        };
+        Refusal { why: reason(error), misspelt }
+    }
+}
+
 /// A run of a study.
 pub struct Planned {
     /// The name of its folder.
@@ -68,7 +93,7 @@ pub struct Planned {
     /// PETSc options.
     pub petsc: Vec<String>,
     /// The case with them, or why it is refused.
-    pub loaded: Result<Case, String>,
+    pub loaded: Result<Case, Refusal>,
     /// The keys of the study file that gave it.
     sources: Vec<String>,
 }
@@ -163,8 +188,8 @@ impl Plan {
     /// Plans the runs of a study.
     ///
     /// # Errors
-    /// When a case, an override or a reference is wrong. A choice that is refused only beside some others is no error:
-    /// those runs are refused.
+    /// When the case, a reference or the name in an override is wrong, or no run is left. A choice
+    /// with a value that is refused is no error: its runs are refused.
     pub fn new(study: &Study, text: &Text) -> Result<Plan> {
         let beside = |path: &Path| text.file.parent().unwrap_or(Path::new("")).join(path);
         // What a study has no use for unless it asks for it.
@@ -189,7 +214,7 @@ impl Plan {
             let case = case_of(draft);
             let set = [&common[..], &draft.set[..], &last[..]].concat();
             let petsc = [words(&study.petsc), draft.petsc.clone()].concat();
-            let loaded = read_case(&case, &set).map(|loaded| loaded.case).map_err(|e| reason(&e));
+            let loaded = read_case(&case, &set).map(|loaded| loaded.case).map_err(|e| Refusal::of(&e));
             let labels: Vec<String> =
                 names.iter().map(|name| draft.labels.get(name).cloned().unwrap_or_default()).collect();
             for &ranks in study.ranks.iter().filter(|ranks| kept("ranks", &ranks.to_string())) {
@@ -214,7 +239,7 @@ impl Plan {
         let references = references(study, text, &beside, &names, &runs)?;
         let others = others(study, text, &beside)?;
         let plan = Plan { names, runs, references, others };
-        plan.refuse_never_accepted(text, &common, &case)?;
+        plan.refuse_faults(text, &common, &case)?;
         // What --quick leaves out may be what is measured.
         let all = drafts.iter().filter_map(|draft| {
             let loaded = read_case(&case_of(draft), &[&common[..], &draft.set[..]].concat()).ok()?;
@@ -224,11 +249,19 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Refuses a choice that no run can have: it is a fault of the study file.
-    fn refuse_never_accepted(&self, text: &Text, common: &[String], base: &Path) -> Result<()> {
+    /// Refuses what is a fault of the study file and not of a run: a choice with a misspelt name,
+    /// and a study of which no run is left. Any other choice that is refused is a row with its
+    /// reason.
+    fn refuse_faults(&self, text: &Text, common: &[String], base: &Path) -> Result<()> {
         let sources: BTreeSet<&String> = self.runs.iter().flat_map(|run| &run.sources).collect();
         let of = |source: &String| self.runs.iter().filter(|run| run.sources.contains(source)).collect::<Vec<_>>();
-        let never = || sources.iter().filter(|source| of(source).iter().all(|run| run.loaded.is_err()));
+        let none_left = self.runs.iter().all(|run| run.loaded.is_err());
+        let misspelt = |run: &Planned| run.loaded.as_ref().is_err_and(|refusal| refusal.misspelt);
+        let faulty = |source: &&&String| {
+            let runs = of(source);
+            runs.iter().all(|run| run.loaded.is_err()) && (none_left || runs.iter().any(|run| misspelt(run)))
+        };
+        let never = || sources.iter().filter(faulty);
         // Where several are never accepted, one that is refused by itself is to blame, not those that only met it.
         let alone = |source: &&&String| {
             let runs = of(source);
@@ -237,9 +270,9 @@ impl Plan {
             read_case(runs.first().map_or(base, |run| &run.case), set.as_deref().unwrap_or(common)).is_err()
         };
         let Some(source) = never().find(alone).or_else(|| never().next()) else { return Ok(()) };
-        let message = of(source).iter().find_map(|run| run.loaded.as_ref().err().cloned()).unwrap_or_default();
+        let refusal = of(source).iter().find_map(|run| run.loaded.as_ref().err().cloned());
         let key = if source.starts_with("row.") { format!("{source}.set") } else { source.to_string() };
-        Err(text.refuse(fault(key, message)))
+        Err(text.refuse(fault(key, refusal.map(|refusal| refusal.why).unwrap_or_default())))
     }
 
     /// Refuses a reference of what no run measures; `all` are the names of what the file's runs do, looked up where those of this

@@ -300,3 +300,107 @@ fn a_free_body_that_a_locked_axis_drives_into_a_border_is_foreseen() {
     assert!(!foreseen("\"wall\"", 3.9));
     assert!(!foreseen("\"outflow\"", 5.0));
 }
+
+#[test]
+fn check_says_gravity_the_laws_of_contact_and_what_a_run_will_write() {
+    let dir = tempfile::tempdir().unwrap();
+    let laws = "contact = { friction = 0.4, restitution = 0.7, pair = [{ between = [\"ice\", \"wall\"], friction = 0.02 }] }\n\
+                output.fields = { every_time = 0.1 }";
+    let case = fall(dir.path(), laws);
+    let text =
+        std::fs::read_to_string(&case).unwrap().replace("name = \"stone\",", "name = \"stone\", material = \"ice\",");
+    std::fs::write(&case, text).unwrap();
+    let (code, said) = says(&["check", case.to_str().unwrap()]);
+    assert_eq!(code, Some(0), "{said}");
+    for part in [
+        "viscosity 1 Pa s, gravity [0.0, -9.81] m/s2",
+        "materials    ice with wall: friction 0.02, restitution 0.7",
+        "materials    all other contacts: friction 0.4, restitution 0.7, normal stiffness \"auto\"",
+        "output       into runs/fall, ",
+        "fields every 0.1 s, 9 snapshots of ",
+        "particles.csv every step, ",
+        "a checkpoint every 15 minutes",
+    ] {
+        assert!(said.contains(part), "{part} in {said}");
+    }
+    let out = dir.path().join("run");
+    run(&case, &out, &[]);
+    let fields = std::fs::read_dir(out.join("fields")).unwrap().flatten();
+    assert_eq!(fields.filter(|f| f.path().extension().is_some_and(|ending| ending == "vti")).count(), 9);
+}
+
+#[test]
+fn that_a_touch_ends_a_run_without_contacts_is_a_notice_of_its_own() {
+    let dir = tempfile::tempdir().unwrap();
+    for (more, noticed) in [("", true), (SPRINGS, false)] {
+        let (code, said) = says(&["check", fall(dir.path(), more).to_str().unwrap()]);
+        let line = said.lines().find(|line| line.starts_with("notice       the case has no [contact]: the run ends"));
+        assert!(code == Some(0) && line.is_some() == noticed, "{said}");
+    }
+}
+
+#[test]
+fn the_steps_of_a_flow_over_a_bed_are_estimated_by_the_flow_over_it_and_not_by_that_through_its_pores() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = shipped("cases/bedload/case.toml");
+    let set = ["domain.cells=[64, 48]", "time.end=0.3", "statistics.from=0.1", "measure=[]", "output.figures=false"];
+    let set: Vec<&str> = set.iter().flat_map(|given| ["--set", given]).collect();
+    let (code, said) = says(&[&["check", case.to_str().unwrap()], &set[..]].concat());
+    assert_eq!(code, Some(0), "{said}");
+    let line = said.lines().find(|line| line.starts_with("step  ")).unwrap();
+    let foretold: f64 = line.split("about ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    let steps = run(&case, &dir.path().join("out"), &set)["steps"].as_f64().unwrap();
+    assert!((0.7..1.4).contains(&(foretold / steps)), "{steps} steps: {line}");
+}
+
+#[test]
+fn a_divergence_limit_far_tighter_than_the_flow_needs_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = fall(dir.path(), SPRINGS);
+    for (limit, named) in [("1e-9", true), ("1e-5", false), ("1e-2", false)] {
+        let (code, said) =
+            says(&["check", case.to_str().unwrap(), "--set", &format!("pressure.divergence_limit={limit}")]);
+        let line =
+            said.lines().find(|line| line.starts_with("note         pressure.divergence_limit = 1e-9 1/s is tighter"));
+        assert!(code == Some(0) && line.is_some() == named, "{said}");
+    }
+}
+
+/// Millimetres taken for metres.
+#[test]
+fn a_box_in_other_units_than_its_particles_is_refused_by_cells_a_diameter_and_not_by_stiffness() {
+    let dir = tempfile::tempdir().unwrap();
+    for stiffness in ["1e5", "1e14", "\"auto\""] {
+        let case = fall(dir.path(), &format!("contact = {{ normal_stiffness = {stiffness} }}"));
+        let (case, out) = (case.to_str().unwrap(), dir.path().join("out"));
+        for words in [&["check", case][..], &["run", case, "--out", out.to_str().unwrap()]] {
+            let (code, said) = says(&[words, &["--set", "domain.size=[2000.0, 1000.0]"]].concat());
+            assert_eq!(code, Some(2), "{said}");
+            assert!(said.contains("domain.size: the smallest particle is 8.00e-3 cells across"), "{said}");
+            assert!(said.contains("in another unit") && !said.contains("stiff"), "{said}");
+        }
+        assert!(!out.exists());
+    }
+}
+
+/// A disc that falls beside a wall: steps of four stages are too long for the gap.
+#[test]
+fn check_warns_of_long_viscous_steps_of_a_body_beside_a_wall() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("case.toml");
+    let case = |x: f64, scheme: &str| {
+        let text = format!(
+            "name = \"beside\"\ndomain = {{ size = [0.03, 0.06], cells = [48, 96] }}\n\
+             fluid = {{ density = 1000.0, viscosity = 0.1, gravity = [0.0, -9.81] }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"periodic\", north = \"periodic\" }}\n\
+             drive = {{ hold_mixture = true }}\ncontact = {{}}\ntime = {{ end = 0.3, scheme = \"{scheme}\" }}\n\
+             particle = [{{ shape = {{ disc = {{ diameter = 0.01 }} }}, position = [{x}, 0.03], density = 1500.0 }}]\n"
+        );
+        std::fs::write(&file, text).unwrap();
+        let said = mics(&["check", file.to_str().unwrap()]);
+        assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+        String::from_utf8_lossy(&said.stdout).contains("particle 0 begins 0.32 spacings from a wall")
+    };
+    assert!(case(0.0052, "rkl2"));
+    assert!(!case(0.0052, "rk2") && !case(0.015, "rkl2"));
+}

@@ -425,7 +425,7 @@ fn a_ground_of_fixed_grains_has_rows_once_and_another_case_begins_with_it() {
     let case = write(dir.path(), &text(ground));
     run(&case, &out, &[]);
     assert_eq!(count(&out), [11, 1]);
-    run(&case, &all, &["--set", "output.fixed=\"always\""]);
+    run(&case, &all, &["--set", "output.fixed=\"always\"", "--set", "output.particles={ every = 1 }"]);
     assert_eq!(count(&all), [11, 11]);
     let shown = mics(&["plot", out.to_str().unwrap()]);
     assert!(shown.status.success(), "{}", String::from_utf8_lossy(&shown.stderr));

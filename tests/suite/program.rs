@@ -384,3 +384,119 @@ fn a_run_asked_for_ranks_starts_them_by_itself() {
     assert_eq!(go("2"), Some(2));
     assert_eq!(go("auto"), Some(1), "a thousand cells are too few for two");
 }
+
+#[test]
+fn petsc_options_in_capitals_are_taken_and_types_in_capitals_named_in_lower_case() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = write(dir.path(), &box_case([2.0, 1.0], [32, 16], 0.01, STREAM, DISC));
+    let out = dir.path().join("out");
+    let start = |options: &[&str]| {
+        let run = ["run", case.to_str().unwrap(), "--force", "--out", out.to_str().unwrap(), "--"];
+        mics(&[&run[..], options].concat())
+    };
+    let output = start(&["-PC_type", "jacobi"]);
+    assert!(text(&output.stdout).contains("cg + jacobi (PETSc's options)"), "{}", text(&output.stdout));
+    let output = start(&["-pc_type", "JACOBI"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("types are in lower case: jacobi"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn a_failure_is_said_once_on_the_screen_and_kept_in_the_log() {
+    let dir = tempfile::tempdir().unwrap();
+    let disc = |x: f64, v: f64| {
+        let motion = format!("motion = {{ prescribed = {{ velocity = [{v:?}, 0.0] }} }}");
+        format!("[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [{x:?}, 0.5]\n{motion}\n")
+    };
+    let meet = [&disc(0.6, 1.0), &disc(1.2, -1.0), SHARP].concat();
+    let case = write(dir.path(), &box_case([2.0, 1.0], [32, 16], 0.01, crate::support::PERIODIC, &meet));
+    let out = dir.path().join("run");
+    let output = mics(&["run", case.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(3));
+    let [said, errors] = [text(&output.stdout), text(&output.stderr)];
+    assert!(!said.contains("error: ") && errors.matches("error: ").count() == 1, "{said}{errors}");
+    let log = std::fs::read_to_string(out.join("log.txt")).unwrap();
+    assert_eq!(log.matches("error: ").count(), 1, "{log}");
+}
+
+/// A disc of 0.25 m in a stream of 1 m/s that begins at once, Re = 50.
+fn stream_past_a_disc(measures: &str) -> String {
+    format!(
+        "name = \"s\"\ntime.end = 3.0\noutput.figures = false\ndomain = {{ size = [2.0, 1.0], cells = [64, 32] }}\n\
+         fluid = {{ density = 1000.0, viscosity = 5.0 }}\n\
+         boundary = {{ west = {{ inflow = [1.0, 0.0] }}, east = \"outflow\", south = \"slip\", north = \"slip\" }}\n\
+         particle = [{{ shape = {{ disc = {{ diameter = 0.25 }} }}, position = [0.6, 0.52], motion = \"fixed\" }}]\n\
+         measure = [{measures}]\n"
+    )
+}
+
+#[test]
+fn a_mean_drag_that_counts_the_impulsive_start_says_so_with_the_later_mean_and_every_value_has_its_unit() {
+    let dir = tempfile::tempdir().unwrap();
+    let measures = "{ name = \"drag\", kind = \"drag_coefficient\" }, { name = \"late\", kind = \"drag_coefficient\", from = 1.5 }, \
+                    { name = \"push\", kind = \"force\", from = 1.5 }";
+    let case = write(dir.path(), &stream_past_a_disc(measures));
+    let out = dir.path().join("run");
+    let summary = run(&case, &out, &[]);
+    let log = std::fs::read_to_string(out.join("log.txt")).unwrap();
+    let line = |name: &str| log.lines().find(|line| line.starts_with(&format!("{name} = "))).unwrap().to_owned();
+    let remark = summary["remarks"]["drag"].as_str().unwrap();
+    assert!(
+        remark.starts_with("counts the start of the flow; from t = 1.5") && line("drag").ends_with(remark),
+        "{log}"
+    );
+    let later: f64 = remark.split(" it is ").nth(1).unwrap().split(':').next().unwrap().parse().unwrap();
+    let late = summary["measures"]["late"].as_f64().unwrap();
+    assert!((later / late - 1.0).abs() < 1e-3, "{remark}, {late}");
+    assert!(summary["notes"].to_string().contains("drag counts the start"), "{summary}");
+    assert!(summary["remarks"]["late"].is_null() && line("push").ends_with(" N/m"), "{log}");
+    assert_eq!((summary["units"]["drag"].as_str(), summary["units"]["push"].as_str()), (Some(""), Some("N/m")));
+}
+
+#[test]
+fn the_terminal_speed_of_a_fall_says_whether_it_is_steady_and_the_old_name_of_the_largest_speed_is_noted() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = shipped("cases/settling-disc/case.toml");
+    let measures =
+        "measure=[{ name = \"v\", kind = \"terminal_velocity\" }, { name = \"t\", kind = \"terminal_speed\" }]";
+    for (end, steady) in [("time.end=0.65", true), ("time.end=0.1", false)] {
+        let out = dir.path().join("run");
+        let summary = run(&case, &out, &["--force", "--set", measures, "--set", end, "--set", "output.figures=false"]);
+        let speed = |name: &str| summary["measures"][name].as_f64().unwrap();
+        let remark = summary["remarks"]["t"].as_str().unwrap();
+        assert_eq!(remark.starts_with("steady within 0."), steady, "{remark}");
+        assert_eq!((speed("t") / speed("v") - 1.0).abs() < 1e-2, steady, "{summary}");
+        let log = std::fs::read_to_string(out.join("log.txt")).unwrap();
+        assert!(log.contains("\"terminal_velocity\" is called \"largest_speed\" now"), "{log}");
+        let kept = std::fs::read_to_string(out.join("case.toml")).unwrap();
+        assert!(kept.contains("kind = \"largest_speed\""), "{kept}");
+    }
+}
+
+/// Twelve discs that sink.
+const MANY: &str = "name = \"many\"\ntime.end = 0.2\noutput.figures = false\ndomain = { size = [2.0, 1.0], cells = [64, 32] }\n\
+    fluid = { density = 1000.0, viscosity = 5.0, gravity = [0.0, -9.81] }\n\
+    boundary = { west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }\n\
+    contact = {}\n\
+    swarm = [{ name = \"a, b\", material = \"steel\", count = 12, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, diameter = 0.125, \
+    density = 2000.0, gap = 0.01 }]\n";
+
+#[test]
+fn bodies_csv_has_what_each_particle_is_and_particles_csv_four_rows_a_step() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = write(dir.path(), MANY);
+    let out = dir.path().join("run");
+    run(&case, &out, &[]);
+    let mut bodies = csv::Reader::from_path(out.join("bodies.csv")).unwrap();
+    let head = bodies.headers().unwrap().iter().collect::<Vec<_>>().join(",");
+    assert_eq!(head, "id,name,material,shape,diameter,density,motion");
+    let rows: Vec<_> = bodies.records().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), 12);
+    assert_eq!(rows[11].iter().collect::<Vec<_>>(), ["11", "a, b", "steel", "disc", "0.125", "2000.0", "free"]);
+    let (particles, steps) = (columns(&out.join("particles.csv")), columns(&out.join("steps.csv")));
+    let last = steps["step"].len() - 1;
+    let mut sampled = particles["step"].clone();
+    sampled.dedup();
+    let expected: Vec<f64> = (0..=last).filter(|k| k % 3 == 0 || *k == last).map(|k| k as f64).collect();
+    assert_eq!(sampled, expected);
+}

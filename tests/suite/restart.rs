@@ -160,7 +160,7 @@ fn a_scene_in_three_dimensions_goes_on_bit_for_bit() {
     }
 }
 
-const MEASURES: &str = "[[measure]]\nname = \"a\"\nkind = \"terminal_velocity\"\n[[measure]]\nname = \"b\"\n\
+const MEASURES: &str = "[[measure]]\nname = \"a\"\nkind = \"largest_speed\"\n[[measure]]\nname = \"b\"\n\
     kind = \"contact_start\"\n[[measure]]\nname = \"c\"\nkind = \"position_x\"\nparticle = 2\n[[measure]]\nname = \"d\"\n\
     kind = \"lift_rms\"\nspeed = 1.0\n[[measure]]\nname = \"e\"\nkind = \"velocity_y\"\nfrom = 0.05\n";
 
@@ -435,6 +435,29 @@ fn a_run_goes_on_to_a_later_end_and_what_does_not_fit_is_refused_before_anything
 }
 
 #[test]
+fn a_run_that_goes_on_may_measure_more_from_there_on_and_keeps_what_it_has_measured() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = colliding(dir.path(), "end = 0.4\ncfl = 0.2", 10);
+    let (straight, out) = (dir.path().join("straight"), dir.path().join("out"));
+    let longer = ["--set", "time.end=0.8"];
+    let expected = run(&case, &straight, &longer);
+    run(&case, &out, &[]);
+    let text = std::fs::read_to_string(&case).unwrap();
+    let more = "[[measure]]\nname = \"new\"\nkind = \"position_y\"\n[[measure]]\nname = \"speed\"\nkind = \"mean_speed\"\n[output]";
+    std::fs::write(&case, text.replacen("[output]", more, 1)).unwrap();
+    let found = run(&case, &out, &[&["--resume"], &longer[..]].concat());
+    // The steps next to the end of the part before are of another length.
+    for name in ["a", "c"] {
+        let [whole, parts] = [&expected, &found].map(|summary| summary["measures"][name].as_f64().unwrap());
+        assert!((parts / whole - 1.0).abs() < 0.02, "{name}: {whole} and {parts}");
+    }
+    assert!(found["measures"]["new"].is_number() && found["measures"]["speed"].is_number(), "{found}");
+    let log = std::fs::read_to_string(out.join("log.txt")).unwrap();
+    let line = log.lines().find(|line| line.starts_with("measured from t = 0.4")).unwrap();
+    assert!(line.ends_with(" on only, since the run before did not: new, speed"), "{line}");
+}
+
+#[test]
 fn a_disk_that_fills_up_ends_the_run_with_3_and_leaves_whole_files_from_which_it_goes_on() {
     let dir = tempfile::tempdir().unwrap();
     let case = colliding(dir.path(), "end = 1.6\ncfl = 0.2", 10);
@@ -528,7 +551,7 @@ fn bed(lid: f64, cells: usize, time: &str, more: &str) -> String {
     format!(
         "name = \"bed\"\ndomain = {{ size = [1.2, 1.2], cells = [{cells}, {cells}] }}\n\
          fluid = {{ density = 1000.0, viscosity = 1.0, gravity = [0.0, -9.81] }}\ncontact = {{ friction = 0.3 }}\n\
-         time = {{ {time} }}\npressure = {{ divergence_limit = 1e-4 }}\noutput = {{ figures = false, checkpoint = {{ every_steps = 20 }} }}\n\
+         time = {{ {time} }}\npressure = {{ divergence_limit = 1e-4 }}\noutput = {{ figures = false, particles = {{ every = 1 }}, checkpoint = {{ every_steps = 20 }} }}\n\
          boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = {{ moving_wall = [{lid:?}, 0.0] }} }}\n{more}"
     )
 }

@@ -184,6 +184,26 @@ fn a_combination_that_is_refused_is_a_row_but_a_choice_that_always_is_is_a_fault
 }
 
 #[test]
+fn a_choice_with_a_value_out_of_range_is_a_row_with_its_reason_and_the_others_are_done() {
+    let axis = "[[axis]]\nname = \"cells\"\nkey = \"domain.cells\"\nvalues = [[24, 12], [24, 1], [16, 8]]\n";
+    let text = format!("name = \"tiny\"\ncase = \"case.toml\"\n{}", axis.replace("\"cells\"", "\"N\""));
+    let (dir, file) = written(&text);
+    let out = dir.path().join("out");
+    let (code, said, error) = study(&file, &out, &[]);
+    assert_eq!(code, Some(1), "{said}{error}");
+    let table = rows(&out);
+    let status: Vec<_> = table.iter().map(|row| row["status"].clone()).collect();
+    assert_eq!(status, ["done", "refused", "done"], "{said}");
+    assert!(table[1]["message"].contains("domain.cells.1: must be at least 6"), "{:?}", table[1]);
+    assert!(error.contains("1 of 3 runs are not done"), "{error}");
+
+    // Where no run is left the file is at fault.
+    let (dir, file) = written(&text.replace("[[24, 12], [24, 1], [16, 8]]", "[[24, 1], [1, 8]]"));
+    let (code, _, error) = study(&file, &dir.path().join("out"), &[]);
+    assert!(code == Some(2) && error.contains("axis.0.values.0: domain.cells.1"), "{error}");
+}
+
+#[test]
 fn a_run_that_its_scene_will_refuse_is_named_before_the_first_run_starts_and_the_others_are_done() {
     let axis = "[[axis]]\nname = \"step\"\nkey = \"time.step\"\nvalues = [0.01, 5.0, 0.0125]\n";
     let (dir, file) = written(&format!("name = \"tiny\"\ncase = \"case.toml\"\n{axis}"));
@@ -214,11 +234,10 @@ fn a_wrong_study_file_is_refused_with_its_line_and_cure_and_nothing_is_written()
             "write each override's key in quotes: \"domain.cells\"",
         ),
         ("\"domain.cells\" = [16, 8]", "\"domain.cels\" = [16, 8]", 8, "did you mean `cells`?"),
-        ("\"domain.cells\" = [16, 8]", "\"domain.cells\" = [16, 1]", 8, "domain.cells"),
         ("name = \"solver\"", "name = \"N\"", 13, "there is an axis `N` already"),
         ("name = \"solver\"", "name = \"cells\"", 13, "is a column that study.csv has anyway"),
         ("choices = [\n  { label = \"bcgs\" }", "values = [\n  { label = \"bcgs\" }", 12, "lacks the `key`"),
-        ("\"time.step\" = 0.01", "\"time.step\" = -1", 22, "time.step: must be positive"),
+        ("\"time.step\" = 0.01", "\"time.stop\" = -1", 22, "time.stop: unknown key"),
         ("measure = \"speed\"", "measure = \"sped\"", 25, "the case has no measure `sped`; did you mean `speed`?"),
         ("file = \"exact.csv\"", "file = \"other.csv\"", 26, "other.csv: No such file"),
         ("column = \"speed\"", "column = \"spead\"", 27, "has no column `spead`; did you mean `speed`?"),

@@ -122,6 +122,15 @@ impl Shape {
         let (Shape::Disc(round) | Shape::Sphere(round)) = self;
         round.diameter
     }
+
+    /// The volume (m3) of a sphere, the area (m2) of a disc.
+    pub fn volume(&self) -> f64 {
+        let d = self.diameter();
+        match self {
+            Shape::Disc(_) => std::f64::consts::FRAC_PI_4 * d * d,
+            Shape::Sphere(_) => std::f64::consts::FRAC_PI_6 * d * d * d,
+        }
+    }
 }
 
 /// The size of a disc or sphere.
@@ -205,11 +214,24 @@ pub(super) struct Nature<'a> {
     pub material: Option<&'a str>,
 }
 
+/// Density over the fluid's of free particles: a hundred times beyond what is tested (1e-4 to 1e5),
+/// and far within the range of any two materials.
+const DENSITY_RATIOS: std::ops::RangeInclusive<f64> = 1e-6..=1e7;
+
 impl Nature<'_> {
     /// Checks these keys of the table `table`.
-    pub(super) fn check(&self, table: &str, dimension: usize) -> Check {
-        let key = |rest: &str| format!("{table}.{rest}");
+    pub(super) fn check(&self, table: &str, case: &Case) -> Check {
+        let (key, dimension) = (|rest: &str| format!("{table}.{rest}"), case.dimension());
         positive(&key("density"), self.density, "kg/m3")?;
+        let ratio = self.density.filter(|_| *self.motion == Motion::Free).map_or(1.0, |own| own / case.fluid.density);
+        ensure!(
+            DENSITY_RATIOS.contains(&ratio),
+            key("density"),
+            "is {ratio:.1e} times the fluid's: free particles are computed from {:e} to {:e} times, and contacts hold up to 1e4; look at the \
+             units of both densities",
+            DENSITY_RATIOS.start(),
+            DENSITY_RATIOS.end()
+        );
         not_negative(&key("viscosity"), self.viscosity, "Pa s")?;
         ensure!(self.material != Some(""), key("material"), "is empty: give the material a name, or remove the key");
         printable(&key("material"), self.material)?;
@@ -270,7 +292,7 @@ pub(super) fn particle(case: &Case, particle: &Particle, index: usize) -> Check 
     let (velocity, spin) = (particle.velocity.as_deref(), particle.spin.as_ref());
     let (locked, material) = (particle.locked.as_slice(), particle.material.as_deref());
     let nature = Nature { motion, density: *density, viscosity: *viscosity, velocity, spin, locked, material };
-    nature.check(&table, dimension)?;
+    nature.check(&table, case)?;
     let enter = particle.enter.as_ref();
     enter.map_or(Ok(()), |enter| enter.check(case, &format!("{table}.enter"), diameter, *motion == Motion::Free))
 }

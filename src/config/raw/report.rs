@@ -185,9 +185,14 @@ pub enum MeasureKind {
     MidlineVLeast,
     /// Largest velocity along y on the line y = size/2 at the end (m/s); 2D only.
     MidlineVLargest,
-    /// Largest speed of the particle's centre from `from` on (m/s), whatever makes it: the terminal velocity of one that falls from rest and
-    /// reaches it, and less than that of one whose fall is too short. One that starts faster, or is struck, has the speed that it had then.
-    TerminalVelocity,
+    /// Largest speed of the particle's centre from `from` on (m/s), whatever makes it: at a start,
+    /// in a fall or by an impact.
+    #[serde(alias = "terminal_velocity")]
+    LargestSpeed,
+    /// Speed of a steady fall (m/s): the mean over that quarter of the particle's way, from `from`
+    /// on, over which its speed changes least. The end of the run says whether it is steady there,
+    /// within 1 %.
+    TerminalSpeed,
     /// x of the particle's centre at the end, or `when` (m).
     PositionX,
     /// y of the particle's centre at the end, or `when` (m).
@@ -242,6 +247,41 @@ pub enum MeasureKind {
 }
 
 impl MeasureKind {
+    /// Names that kinds had in earlier versions, each with the present one.
+    pub(in crate::config) const RENAMED: [(&str, &str); 1] = [("terminal_velocity", "largest_speed")];
+
+    /// The unit of its value, where the case is in SI units; empty for numbers without one. Forces
+    /// and energies in 2D are per metre of depth.
+    pub fn unit(self, dimension: usize) -> &'static str {
+        use MeasureKind::*;
+        match self {
+            DragCoefficient | DragCoefficientMax | LiftCoefficient | LiftCoefficientMax | LiftMagnitude | LiftRms
+            | LiftAmplitude | Strouhal | MorisonDrag | MorisonInertia | MorisonResidual | ForceNoise | HeightRank
+            | SolidFraction => "",
+            MaxSpeed | MidlineULeast | MidlineVLeast | MidlineVLargest | LargestSpeed | TerminalSpeed | VelocityX
+            | VelocityY | VelocityZ | FastestParticle | MeanSpeed | RmsSpeed | SuperficialVelocity => "m/s",
+            PositionX | PositionY | PositionZ | MeanHeight | LargestOverlap | BedHeight => "m",
+            ContactStart | DissipationTime => "s",
+            Spin => "rad/s",
+            Force if dimension == 2 => "N/m",
+            Force => "N",
+            TransportRate | FlowRate if dimension == 2 => "m2/s",
+            TransportRate | FlowRate => "m3/s",
+            PressureDrop => "Pa",
+            DriveForce => "N/m3",
+            FluidEnergy | BodyEnergy if dimension == 2 => "J/m",
+            FluidEnergy | BodyEnergy => "J",
+            Dissipation => "m2/s3",
+        }
+    }
+
+    /// Whether its value is found from all samples from `from` on, so that an impulsive start at
+    /// time 0 counts in it.
+    pub fn counts_the_start(self) -> bool {
+        use MeasureKind::*;
+        matches!(self, DragCoefficient | LiftCoefficient | LiftMagnitude | LiftRms | LiftAmplitude | Force)
+    }
+
     /// Whether it is of one particle.
     pub fn needs_particle(self) -> bool {
         !matches!(self, MeasureKind::MaxSpeed | MeasureKind::LargestOverlap)
@@ -335,8 +375,10 @@ impl MeasureKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
-    /// Rows of `particles.csv`; default every step.
-    pub particles: Cadence,
+    /// Rows of `particles.csv`; default every n/4 steps of n particles, every step of up to four.
+    /// Fixed ones that have a row at the start only do not count.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub particles: Option<Cadence>,
     /// Snapshots under `fields/`; default only the first and the last state.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fields: Option<Cadence>,
@@ -429,7 +471,7 @@ impl FromStr for Section {
 impl Default for Output {
     fn default() -> Self {
         Output {
-            particles: Cadence { every: Some(1), every_time: None },
+            particles: None,
             fields: None,
             checkpoint: Checkpoints::default(),
             figures: true,

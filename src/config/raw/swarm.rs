@@ -160,7 +160,7 @@ impl Swarm {
         let (velocity, spin) = (self.velocity.as_deref(), self.spin.as_ref());
         let (locked, material) = (self.locked.as_slice(), self.material.as_deref());
         let nature = Nature { motion, density: *density, viscosity: *viscosity, velocity, spin, locked, material };
-        nature.check(&table, case.dimension())
+        nature.check(&table, case)
     }
 
     fn scatter(&self) -> Option<Scatter<'_>> {

@@ -1,7 +1,7 @@
 //! The case in words and its dimensionless numbers, each with its definition.
 
 use super::Run;
-use crate::config::{Advection, Case, Contact, Loss, Motion, PairLaw, Scheme, Step, Substeps, WallRule};
+use crate::config::{Advection, Case, Contact, Motion, Scheme, Step, Substeps, WallRule};
 use crate::particles::boundary_layer;
 use crate::words::rounded;
 
@@ -69,30 +69,11 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
 
 /// The laws of contact, each pair of materials that has its own in a line, and the substeps.
 fn contacts(contact: &Contact) -> Vec<String> {
-    let law = |law: &PairLaw| {
-        let stiffness = match law.normal_stiffness.given() {
-            Some(k) if law.exponent == 1.0 => format!("normal stiffness {} N/m", rounded(k)),
-            Some(k) => format!("normal stiffness {} N/m^{}", rounded(k), rounded(law.exponent)),
-            None => "normal stiffness by the impacts expected".into(),
-        };
-        let loss = match law.loss {
-            Loss::Restitution(e) => format!("restitution {}", rounded(e)),
-            Loss::Damping(_) => "loss by dashpots".into(),
-        };
-        let rolling = match law.rolling_friction {
-            0.0 => String::new(),
-            lever => format!(", rolling friction {}", rounded(lever)),
-        };
-        format!("{stiffness}, {loss}, friction {}{rolling}", rounded(law.friction))
-    };
     let substeps = match contact.substeps {
         Substeps::Count(n) => format!("{n} substeps a step"),
         _ => "substeps by the time of a contact".into(),
     };
-    let all = if contact.pair.is_empty() { law(&contact.law) } else { format!("in general: {}", law(&contact.law)) };
-    let pairs =
-        contact.pair.iter().map(|pair| format!("{} with {}: {}", pair.between[0], pair.between[1], law(&pair.law)));
-    [all].into_iter().chain(pairs).chain([substeps]).collect()
+    contact.describe().into_iter().chain([substeps]).collect()
 }
 
 /// A dimensionless number.

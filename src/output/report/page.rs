@@ -283,7 +283,7 @@ mod tests {
             format!("[[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [{more}\ndensity = 3.0\n")
         };
         let measure = |name: &str, particle: usize| {
-            format!("[[measure]]\nname = \"{name}\"\nkind = \"terminal_velocity\"\nparticle = {particle}\n")
+            format!("[[measure]]\nname = \"{name}\"\nkind = \"largest_speed\"\nparticle = {particle}\n")
         };
         let case = crate::config::written(&format!(
             "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 2.0], cells = [8, 16] }}\n\
