@@ -256,6 +256,12 @@ mod tests {
         assert!(progress.due());
         assert_eq!(progress.take(state(11, 1.25)), None, "nothing is shown");
         assert!(!progress.due(), "within the second");
+        assert!(
+            newest(folder.path()).unwrap().starts_with("62 %  t = 1.2500 s, step 11, "),
+            "{:?}",
+            newest(folder.path())
+        );
+        assert_eq!(newest(&folder.path().join("none")), None);
         let said = Map::from_iter([("drag".to_owned(), 1.5.into())]);
         progress.finish("done", 20, 2.0, said);
         let kept: Vec<Record> = lines(folder.path()).iter().map(|l| serde_json::from_str(l).unwrap()).collect();
