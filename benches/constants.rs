@@ -1,5 +1,5 @@
-//! What half and twice each constant of the method does (`src/params.rs`): the measures of `mics validate` that change by more than
-//! a thousandth, and what scenes in contact give.
+//! What half and twice each constant of the method does (`src/params.rs`): the measures of `mics
+//! validate` that change by more than a thousandth, and what scenes in contact give.
 //!
 //! ```text
 //!   cargo bench --features tune --bench constants [-- NAME]...
@@ -44,14 +44,21 @@ fn main() {
         println!("the constants are compiled in: give cargo bench the words --features tune");
         return;
     }
-    let names: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
+    let names: Vec<String> =
+        std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
     let base = measures("");
     println!("| constant | value | CPU | what changes |\n|---|---|---|---|");
-    for (name, value) in params::ALL.iter().filter(|(name, _)| names.is_empty() || names.iter().any(|n| n == name)) {
+    for (name, value) in
+        params::ALL.iter().filter(|(name, _)| names.is_empty() || names.iter().any(|n| n == name))
+    {
         for factor in [0.5, 2.0] {
             let found = measures(&format!("{name}={}", factor * value));
             let cpu = found["CPU"] / base["CPU"];
-            println!("| `{name}` | {} | {cpu:.2} | {} |", factor * value, differences(&base, &found).join(", "));
+            println!(
+                "| `{name}` | {} | {cpu:.2} | {} |",
+                factor * value,
+                differences(&base, &found).join(", ")
+            );
         }
     }
 }
@@ -90,7 +97,8 @@ fn measures(tuned: &str) -> BTreeMap<String, f64> {
         mics(&words);
     }
     let mut found = BTreeMap::from([("CPU".to_owned(), 0.0)]);
-    let runs = std::fs::read_dir(path("validate")).into_iter().flatten().flatten().map(|e| e.path());
+    let runs =
+        std::fs::read_dir(path("validate")).into_iter().flatten().flatten().map(|e| e.path());
     for run in runs.chain(CASES.iter().map(|(case, _)| folder.path().join(folder_of(case)))) {
         read(&run, &mut found);
     }
@@ -107,7 +115,8 @@ fn folder_of(case: &str) -> String {
 fn read(run: &Path, found: &mut BTreeMap<String, f64>) {
     let Ok(summary) = Summary::read(run) else { return };
     let case = run.file_name().unwrap_or_default().display();
-    let measures = summary.measures.iter().filter_map(|(name, value)| Some((name, value.as_f64()?)));
+    let measures =
+        summary.measures.iter().filter_map(|(name, value)| Some((name, value.as_f64()?)));
     found.extend(measures.map(|(name, value)| (format!("{case} {name}"), value)));
     *found.entry("CPU".to_owned()).or_default() += summary.cpu_seconds;
 }

@@ -1,4 +1,5 @@
-//! The kernels of a step, each by itself, and whole steps; the pressure solve has a bench of its own.
+//! The kernels of a step, each by itself, and whole steps; the pressure solve has a bench of its
+//! own.
 //!
 //! `cargo bench --bench kernels [-- FILTER]`; the names are `kernel/size`. About a second each.
 
@@ -26,8 +27,7 @@ use std::time::Duration;
 const CYLINDER: &str = "cases/cylinder-wake/case.toml";
 
 /// The cylinder swung about its place.
-const SWINGS: &str =
-    "particle.0.motion={ prescribed = { oscillation = { amplitude = [0.05, 0.02], frequency = 1.0 } } }";
+const SWINGS: &str = "particle.0.motion={ prescribed = { oscillation = { amplitude = [0.05, 0.02], frequency = 1.0 } } }";
 
 /// A sphere of 12 cells across in a stream, 64 x 32 x 32 cells.
 const SPHERE: &str = r#"name = "bench"
@@ -74,14 +74,43 @@ fn fluid<const D: usize>(c: &mut Criterion, scene: &mut Scene<D>) {
     group.throughput(Throughput::Elements(grid.total_cells() as u64));
     group.bench_function(BenchmarkId::new("advection-diffusion", &size), |b| {
         let carrier = Carrier { now: &scene.state.faces, before: None, upwinding: 1.0 };
-        b.iter(|| upwind5(&grid, &carrier, black_box(&scene.state.u), 0.01, 1.0, true, &mut rate, &mut fluxes));
+        b.iter(|| {
+            upwind5(
+                &grid,
+                &carrier,
+                black_box(&scene.state.u),
+                0.01,
+                1.0,
+                true,
+                &mut rate,
+                &mut fluxes,
+            )
+        });
     });
     let (density, p) = (Coefficient::Uniform(1.0), grid.field());
     group.bench_function(BenchmarkId::new("diffusion-alone", &size), |b| {
-        b.iter(|| diffusion::laplacian(&grid, 0.01, &density, black_box(&scene.state.u[0]), 1.0, &mut rate[0]));
+        b.iter(|| {
+            diffusion::laplacian(
+                &grid,
+                0.01,
+                &density,
+                black_box(&scene.state.u[0]),
+                1.0,
+                &mut rate[0],
+            )
+        });
     });
     group.bench_function(BenchmarkId::new("faces-predict", &size), |b| {
-        b.iter(|| faces::predict(&grid, black_box(&scene.state.u), true, 0.01, &rate, &mut scene.state.faces));
+        b.iter(|| {
+            faces::predict(
+                &grid,
+                black_box(&scene.state.u),
+                true,
+                0.01,
+                &rate,
+                &mut scene.state.faces,
+            )
+        });
     });
     group.bench_function(BenchmarkId::new("faces-acceleration", &size), |b| {
         b.iter(|| faces::acceleration(&grid, scene.method.beta(), None, black_box(&p), &mut rate));
@@ -99,7 +128,8 @@ fn fluid<const D: usize>(c: &mut Criterion, scene: &mut Scene<D>) {
 fn cuts<const D: usize>(c: &mut Criterion, scene: &Scene<D>, across: &[f64]) {
     let (grid, name) = (&scene.domain.grid, if D == 2 { "disc" } else { "sphere" });
     let centre = Vector3::from_fn(|a, _| if a < D { 0.497 * grid.size[a] } else { 0.0 });
-    let (mut cells, mut cuts, mut openings, mut arms) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut cells, mut cuts, mut openings, mut arms) =
+        (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut group = c.benchmark_group("geometry");
     for across in across {
         let radius = 0.5 * across * grid.h[0];
@@ -108,13 +138,24 @@ fn cuts<const D: usize>(c: &mut Criterion, scene: &Scene<D>, across: &[f64]) {
         let body = Placed { shape, centre, turn: Turn::identity() };
         let id = |what: &str| BenchmarkId::new(what, format!("{name}-{across}"));
         group.bench_function(id("fractions"), |b| {
-            b.iter(|| fraction::overlaps(grid, black_box(&body), Rule::Exact, &mut tiles, &mut cells));
+            b.iter(|| {
+                fraction::overlaps(grid, black_box(&body), Rule::Exact, &mut tiles, &mut cells)
+            });
         });
         group.bench_function(id("apertures"), |b| {
             b.iter(|| {
                 let tiles = &mut tiles;
-                (0..D)
-                    .for_each(|a| aperture::cuts(grid, a, black_box(&body), tiles, &mut cuts, &mut openings, &mut arms))
+                (0..D).for_each(|a| {
+                    aperture::cuts(
+                        grid,
+                        a,
+                        black_box(&body),
+                        tiles,
+                        &mut cuts,
+                        &mut openings,
+                        &mut arms,
+                    )
+                })
             });
         });
     }
@@ -124,9 +165,13 @@ fn cuts<const D: usize>(c: &mut Criterion, scene: &Scene<D>, across: &[f64]) {
 /// The cut bodies of a scene rebuilt, and the wall imposed by them.
 fn walls<const D: usize>(c: &mut Criterion, scene: &mut Scene<D>) {
     let size = scene.domain.grid.cells.map(|n| n.to_string()).join("x");
-    let Scene { domain, state, method: Method::Sharp(sharp), .. } = scene else { panic!("sharp walls") };
+    let Scene { domain, state, method: Method::Sharp(sharp), .. } = scene else {
+        panic!("sharp walls")
+    };
     let mut group = c.benchmark_group("sharp");
-    group.bench_function(BenchmarkId::new("settle", &size), |b| b.iter(|| sharp.place(domain, &state.bodies)));
+    group.bench_function(BenchmarkId::new("settle", &size), |b| {
+        b.iter(|| sharp.place(domain, &state.bodies))
+    });
     let (mut cut, mut inside) = (CutBodies::new(domain, &state.bodies), Vec::new());
     cut.settle(domain, &state.bodies);
     group.bench_function(BenchmarkId::new("impose", &size), |b| {
@@ -139,11 +184,13 @@ fn walls<const D: usize>(c: &mut Criterion, scene: &mut Scene<D>) {
 fn contacts(c: &mut Criterion) {
     const N: usize = 20;
     let pitch = 0.999;
-    let motion = Motion::Free(Freedom { translation: [true, true, false], rotation: [false, false, true] });
+    let motion =
+        Motion::Free(Freedom { translation: [true, true, false], rotation: [false, false, true] });
     let disc = |k: usize| {
         let centre = pitch * vector![(k % N) as f64 + 0.5, (k / N) as f64 + 0.5, 0.0];
         let mut body = Body::new(Arc::new(Disc { radius: 0.5 }), 2500.0, 1.0, centre);
-        (body.velocity, body.motion) = (0.1 * vector![(k as f64).sin(), (k as f64).cos(), 0.0], motion);
+        (body.velocity, body.motion) =
+            (0.1 * vector![(k as f64).sin(), (k as f64).cos(), 0.0], motion);
         body
     };
     let bodies: Vec<Body> = (0..N * N).map(disc).collect();
@@ -159,12 +206,22 @@ fn contacts(c: &mut Criterion) {
     let size = pitch * N as f64;
     let (laws, periods) = (Laws::new(1, |_, _| law), [Some(size), Some(size), None]);
     let materials = vec![0; bodies.len()];
-    let made = Contacts::new(&bodies, materials, Vec::new(), laws, [size, size, 1.0], periods, Substeps::Fixed(10));
+    let made = Contacts::new(
+        &bodies,
+        materials,
+        Vec::new(),
+        laws,
+        [size, size, 1.0],
+        periods,
+        Substeps::Fixed(10),
+    );
     let push = vec![Push::default(); bodies.len()];
     c.bench_function("contacts/400-discs-10-substeps", |b| {
         let start = || (made.clone(), made.untouched(), bodies.clone());
         let step = |(mut contacts, mut touching, mut bodies): (Contacts, Touching, Vec<Body>)| {
-            contacts.advance(&mut bodies, &mut touching, &push, |_, body| body.inertia(), 1e-3).expect("moved");
+            contacts
+                .advance(&mut bodies, &mut touching, &push, |_, body| body.inertia(), 1e-3)
+                .expect("moved");
             (contacts, touching, bodies)
         };
         b.iter_batched(start, step, BatchSize::SmallInput);

@@ -1,4 +1,5 @@
-//! The pressure solve by itself: assembly, setup and C-HSMAC to the same D0 while discs move, for each choice of solver.
+//! The pressure solve by itself: assembly, setup and C-HSMAC to the same D0 while discs move, for
+//! each choice of solver.
 //!
 //! `cargo bench --bench pressure [-- FILTER]`; the names are `grid/coefficient/solver`.
 
@@ -21,7 +22,8 @@ const REDUCTION: f64 = 1e-6;
 /// How far discs move in a step, in spacings.
 const STEP: f64 = 0.05;
 
-/// What fills a quarter (2D) or a sixth (3D) of the box: balls of five spacings' radius on a disturbed lattice.
+/// What fills a quarter (2D) or a sixth (3D) of the box: balls of five spacings' radius on a
+/// disturbed lattice.
 #[derive(Clone, Copy)]
 enum Coefficients {
     Uniform,
@@ -63,8 +65,10 @@ impl<const D: usize> Coupled<D> for Bodies<'_, D> {
         for mode in self.covered.chunk_by(|a, b| a.mode == b.mode) {
             let k = mode[0].mode as usize;
             let (axis, h) = (k % D, grid.h[k % D]);
-            let slope = |e: &Covered| phi[e.face as usize] - phi[e.face as usize - grid.stride[axis]];
-            let change = -dt * self.weights[k] * mode.iter().map(|e| e.part * slope(e) / h).sum::<f64>();
+            let slope =
+                |e: &Covered| phi[e.face as usize] - phi[e.face as usize - grid.stride[axis]];
+            let change =
+                -dt * self.weights[k] * mode.iter().map(|e| e.part * slope(e) / h).sum::<f64>();
             mode.iter().for_each(|e| self.faces[axis][e.face as usize] += e.part * change);
         }
         Ok(())
@@ -72,14 +76,22 @@ impl<const D: usize> Coupled<D> for Bodies<'_, D> {
 }
 
 impl<const D: usize> Bench<D> {
-    fn new(session: &Session, cells: [usize; D], coefficients: Coefficients, solver: &str) -> Bench<D> {
+    fn new(
+        session: &Session,
+        cells: [usize; D],
+        coefficients: Coefficients,
+        solver: &str,
+    ) -> Bench<D> {
         let size = cells.map(|n| n as f64 / cells[0] as f64);
         let gravity = vec![0.0; D];
         let walls = if D == 3 { "bottom = \"wall\"\ntop = \"wall\"" } else { "" };
         let text = format!(
-            "name = \"bench\"\n[domain]\nsize = {size:?}\ncells = {cells:?}\n[fluid]\ndensity = 1.0\nviscosity = 0.0\n\
-             gravity = {gravity:?}\n[boundary]\nwest = \"wall\"\neast = \"wall\"\nsouth = \"wall\"\nnorth = \"wall\"\n{walls}\n\
-             [time]\nend = 1.0\n[pressure]\nmax_iterations = 50\nsolver = \"{solver}\"\ndivergence_limit = {:e}",
+            "name = \"bench\"\n[domain]\nsize = {size:?}\ncells = {cells:?}\n[fluid]\n\
+            density = 1.0\nviscosity = 0.0\n\
+             gravity = {gravity:?}\n[boundary]\nwest = \"wall\"\neast = \"wall\"\n\
+                 south = \"wall\"\nnorth = \"wall\"\n{walls}\n\
+             [time]\nend = 1.0\n[pressure]\nmax_iterations = 50\nsolver = \"{solver}\"\n\
+                 divergence_limit = {:e}",
             REDUCTION * cells[0] as f64
         );
         let folder = tempfile::tempdir().expect("a folder");
@@ -185,7 +197,11 @@ impl<const D: usize> Bench<D> {
         let scene = &mut self.scene;
         let begin = Instant::now();
         if !matches!(self.coefficients, Coefficients::Uniform) {
-            scene.domain.projection.assemble(&scene.domain.grid, scene.method.beta()).expect("assembled");
+            scene
+                .domain
+                .projection
+                .assemble(&scene.domain.grid, scene.method.beta())
+                .expect("assembled");
         }
         let (p, faces) = (&mut scene.state.p, &mut scene.state.faces);
         let free = matches!(self.coefficients, Coefficients::Free(_));
@@ -215,7 +231,10 @@ impl<const D: usize> Bench<D> {
 fn run<const D: usize>(c: &mut Criterion, session: &Session, cells: [usize; D]) {
     let size = cells.map(|n| n.to_string()).join("x");
     let mut group = c.benchmark_group(&size);
-    group.sample_size(10).measurement_time(Duration::from_secs(2)).warm_up_time(Duration::from_millis(300));
+    group
+        .sample_size(10)
+        .measurement_time(Duration::from_secs(2))
+        .warm_up_time(Duration::from_millis(300));
     for (name, coefficients, solvers) in [
         ("uniform", Coefficients::Uniform, &["direct", "multigrid", "bcgs-boomeramg"][..]),
         ("s2.65", Coefficients::Ratio(2.65), &["multigrid", "bcgs-boomeramg"]),
@@ -227,7 +246,8 @@ fn run<const D: usize>(c: &mut Criterion, session: &Session, cells: [usize; D]) 
         for solver in solvers {
             let mut bench = None;
             group.bench_function(BenchmarkId::new(name, solver), |b| {
-                let bench = bench.get_or_insert_with(|| Bench::new(session, cells, coefficients, solver));
+                let bench =
+                    bench.get_or_insert_with(|| Bench::new(session, cells, coefficients, solver));
                 b.iter_custom(|times| (0..times).map(|_| bench.solve()).sum());
             });
         }

@@ -1,19 +1,23 @@
 //! The archive inside a checkpoint: what lasts from step to step, written and read by one list.
 //!
-//! A struct names what lasts of it once, in [`Checkpointed::serialize`]: an archive that writes takes each number from its
-//! place, one that reads puts it there. All are eight bytes, little endian:
+//! A struct names what lasts of it once, in [`Checkpointed::serialize`]: an archive that writes
+//! takes each number from its place, one that reads puts it there. All are eight bytes, little
+//! endian:
 //!
 //! ```text
 //!   number   a double, finite                 label   count, text: what comes next, and has to be there when read
 //!   count    an integer                       list    count, entries
 //!   field    count of boxes, one a rank; of each its first cell and its extent along each axis, then the values, x fastest
 //! ```
-//! Structs are taken apart without `..`, so that a new field compiles only once somebody has said whether it lasts.
+//! Structs are taken apart without `..`, so that a new field compiles only once somebody has said
+//! whether it lasts.
 //!
-//! Boxes stand in the whole grid's count, so that any number of ranks finds its cells. The same ranks find their own boxes
-//! again, bit for bit: two ranks share a face, and need not agree on its last digit.
+//! Boxes stand in the whole grid's count, so that any number of ranks finds its cells. The same
+//! ranks find their own boxes again, bit for bit: two ranks share a face, and need not agree on its
+//! last digit.
 //!
-//! What is read is checked as it comes: no list is longer than its file, no box larger than the grid.
+//! What is read is checked as it comes: no list is longer than its file, no box larger than the
+//! grid.
 
 use crate::grid::{Grid, Rows};
 use crate::petsc::Session;
@@ -117,7 +121,10 @@ impl<'a> Archive<'a> {
         let mut count = items.len() as u64;
         count.serialize(self)?;
         if count != items.len() as u64 {
-            return Err(refusal(format!("it holds {count} of what the case has {}: {what}", items.len())));
+            return Err(refusal(format!(
+                "it holds {count} of what the case has {}: {what}",
+                items.len()
+            )));
         }
         items.iter_mut().try_for_each(|item| item.serialize(self))
     }
@@ -142,7 +149,11 @@ impl<'a> Archive<'a> {
     }
 
     /// Writes or reads a velocity through faces.
-    pub fn faces<const D: usize>(&mut self, grid: &Grid<D>, field: &mut [Vec<f64>; D]) -> Result<()> {
+    pub fn faces<const D: usize>(
+        &mut self,
+        grid: &Grid<D>,
+        field: &mut [Vec<f64>; D],
+    ) -> Result<()> {
         for (axis, field) in field.iter_mut().enumerate() {
             let mut extent = grid.local;
             extent[axis] += 1;
@@ -176,12 +187,15 @@ impl<'a> Archive<'a> {
             *failed = written.err();
         }
         if failed.is_none() && !finite {
-            *failed = Some(Error::Run("a field is not finite everywhere: there is nothing to go on from".into()));
+            *failed = Some(Error::Run(
+                "a field is not finite everywhere: there is nothing to go on from".into(),
+            ));
         }
         Ok(())
     }
 
-    /// Takes this rank's part of `count` boxes: its own where it is among them, else what the boxes have of it.
+    /// Takes this rank's part of `count` boxes: its own where it is among them, else what the boxes
+    /// have of it.
     fn read_boxes<const D: usize>(
         &mut self,
         grid: &Grid<D>,
@@ -202,13 +216,18 @@ impl<'a> Archive<'a> {
                 self.serialize([&mut s, &mut n])?;
                 let whole = |x: f64| x >= 0.0 && x.fract() == 0.0 && x <= inside[a] as f64;
                 if !(whole(s) && whole(n) && n >= 1.0 && s + n <= inside[a] as f64) {
-                    return Err(refusal(format!("a box of {n} cells from cell {s} on is not of this grid")));
+                    return Err(refusal(format!(
+                        "a box of {n} cells from cell {s} on is not of this grid"
+                    )));
                 }
                 (start[a], size[a]) = (s as usize, n as usize);
             }
             let mine = start == grid.start && size == extent;
-            let (of_box, of_rank) = (|a: usize| start[a] + size[a], |a: usize| grid.start[a] + extent[a]);
-            if !mine && (own || (0..D).any(|a| of_box(a) <= grid.start[a] || of_rank(a) <= start[a])) {
+            let (of_box, of_rank) =
+                (|a: usize| start[a] + size[a], |a: usize| grid.start[a] + extent[a]);
+            if !mine
+                && (own || (0..D).any(|a| of_box(a) <= grid.start[a] || of_rank(a) <= start[a]))
+            {
                 self.skip(8 * size.iter().map(|n| *n as u64).product::<u64>())?;
                 continue;
             }
@@ -231,7 +250,9 @@ impl<'a> Archive<'a> {
                     let cell = start[a] + rest % size[a];
                     rest /= size[a];
                     let within = (grid.start[a]..of_rank(a)).contains(&cell);
-                    at = at.filter(|_| within).map(|at| at + (cell + grid.ghosts - grid.start[a]) * grid.stride[a]);
+                    at = at
+                        .filter(|_| within)
+                        .map(|at| at + (cell + grid.ghosts - grid.start[a]) * grid.stride[a]);
                 }
                 let from = start[0].max(grid.start[0]);
                 let to = of_box(0).min(of_rank(0));
@@ -278,7 +299,8 @@ impl<'a> Archive<'a> {
         matches!(self.head, Head::Reads { .. })
     }
 
-    /// Ends the archive: what failed while it was written fails here, on all ranks; one that is read has to be at its end. Collective.
+    /// Ends the archive: what failed while it was written fails here, on all ranks; one that is
+    /// read has to be at its end. Collective.
     pub fn finish(self) -> Result<()> {
         self.session.agree(match self.head {
             Head::Writes { failed: Some(error), .. } => Err(error),
@@ -301,12 +323,20 @@ fn io_failure(e: io::Error) -> Error {
 }
 
 fn read_failure(e: io::Error) -> Error {
-    if e.kind() == io::ErrorKind::UnexpectedEof { refusal("it ends too early".into()) } else { io_failure(e) }
+    if e.kind() == io::ErrorKind::UnexpectedEof {
+        refusal("it ends too early".into())
+    } else {
+        io_failure(e)
+    }
 }
 
 fn double(bytes: &[u8]) -> Result<f64> {
     let x = f64::from_le_bytes(bytes.try_into().unwrap_or([0xff; 8]));
-    if x.is_finite() { Ok(x) } else { Err(refusal(format!("it holds {x} where a finite number should be"))) }
+    if x.is_finite() {
+        Ok(x)
+    } else {
+        Err(refusal(format!("it holds {x} where a finite number should be")))
+    }
 }
 
 impl Checkpointed for f64 {
@@ -316,7 +346,9 @@ impl Checkpointed for f64 {
         match &mut archive.head {
             Head::Writes { failed, .. } => {
                 if failed.is_none() && !self.is_finite() {
-                    *failed = Some(Error::Run(format!("{self} cannot be kept: it is not a finite number")));
+                    *failed = Some(Error::Run(format!(
+                        "{self} cannot be kept: it is not a finite number"
+                    )));
                 }
             }
             Head::Reads { .. } => *self = double(&bytes)?,
@@ -357,7 +389,8 @@ impl Checkpointed for String {
         if bytes.len() as u64 != count {
             return Err(refusal("it ends within a text".into()));
         }
-        *self = String::from_utf8(bytes).map_err(|_| refusal("it holds a text that is none".into()))?;
+        *self =
+            String::from_utf8(bytes).map_err(|_| refusal("it holds a text that is none".into()))?;
         Ok(())
     }
 }

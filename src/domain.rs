@@ -48,7 +48,8 @@ impl<const D: usize> Domain<D> {
         std::array::from_fn(|a| (a < D && self.grid.periodic[a]).then(|| self.grid.size[a]))
     }
 
-    /// The force of the drive on the fluid (N/m3) before the first step, among these bodies; `None` where nothing drives it.
+    /// The force of the drive on the fluid (N/m3) before the first step, among these bodies; `None`
+    /// where nothing drives it.
     pub fn drive_at_start(&self, bodies: &[Body]) -> Option<Vector3<f64>> {
         let volume = drive::box_volume(&self.grid);
         self.drive.map(|drive| drive.at_start(bodies, self.fluid.density, volume))
@@ -56,7 +57,8 @@ impl<const D: usize> Domain<D> {
 
     /// What a body does not feel (N) of a force on the fluid (N/m3) that its cells have taken up.
     pub fn unfelt(&self, force: &Option<Vector3<f64>>, volume: f64) -> Vector3<f64> {
-        let felt = |(drive, force): (&Drive, &Vector3<f64>)| volume * force - drive.on_body(force, volume);
+        let felt =
+            |(drive, force): (&Drive, &Vector3<f64>)| volume * force - drive.on_body(force, volume);
         self.drive.as_ref().zip(force.as_ref()).map_or_else(Vector3::zeros, felt)
     }
 
@@ -81,16 +83,23 @@ impl<const D: usize> Domain<D> {
             let mean = drive::mean(&self.session, &self.grid, axis, &s.faces)?;
             power += drive::box_volume(&self.grid) * force[axis] * mean;
         }
-        let unfelt = s.bodies.iter().map(|body| self.unfelt(&s.drive, body.volume()).dot(&body.velocity));
+        let unfelt =
+            s.bodies.iter().map(|body| self.unfelt(&s.drive, body.volume()).dot(&body.velocity));
         Ok(power - unfelt.sum::<f64>())
     }
 
-    /// (13-15): makes the velocity through faces free of divergence over the step `dt` (s), with `beta = 1/rho` on faces; the drive follows
-    /// the pressure, and bodies keep their velocity. Collective.
+    /// (13-15): makes the velocity through faces free of divergence over the step `dt` (s), with
+    /// `beta = 1/rho` on faces; the drive follows the pressure, and bodies keep their velocity.
+    /// Collective.
     ///
     /// # Errors
     /// As [`Projection::project`].
-    pub fn project(&mut self, beta: &FaceCoefficient<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+    pub fn project(
+        &mut self,
+        beta: &FaceCoefficient<D>,
+        s: &mut State<D>,
+        dt: f64,
+    ) -> Result<Projected> {
         let answer = self.hold(beta, std::iter::empty())?;
         let Domain { session, grid, boundaries, projection, drive, fluid, .. } = self;
         let State { p, faces, bodies, drive: force, .. } = s;
@@ -98,12 +107,21 @@ impl<const D: usize> Domain<D> {
             return projection.project(grid, boundaries, beta, dt, p, faces, None);
         };
         let driving = Driving { drive, force, beta, answer, density: fluid.density, session };
-        projection.project(grid, boundaries, beta, dt, p, &mut Driven { driving, bodies, faces }, None)
+        projection.project(
+            grid,
+            boundaries,
+            beta,
+            dt,
+            p,
+            &mut Driven { driving, bodies, faces },
+            None,
+        )
     }
 
-    /// Lets the pressure equation know what a drive that holds a mean velocity answers to the pressure; `carried` are the faces along
-    /// its axis through which bodies go as it changes, how much (m3/kg), and whether the face counts on this rank. Returns the mean answer
-    /// (m3/kg; C of [`crate::drive`]), of another drive 0. Collective.
+    /// Lets the pressure equation know what a drive that holds a mean velocity answers to the
+    /// pressure; `carried` are the faces along its axis through which bodies go as it changes, how
+    /// much (m3/kg), and whether the face counts on this rank. Returns the mean answer (m3/kg; C of
+    /// [`crate::drive`]), of another drive 0. Collective.
     ///
     /// # Errors
     /// When the solver would pass over this.
@@ -120,7 +138,11 @@ impl<const D: usize> Domain<D> {
         let answer = drive::mean_coefficient(&self.session, grid, axis, beta)? + with_bodies[0];
         if let FaceCoefficient::Field(beta) = beta {
             let (beta, whole) = (&beta[axis], 1.0 / self.fluid.density);
-            let less = grid.face_rows(axis).flatten().filter(|f| beta[*f] != whole).map(|f| (f, whole - beta[f]));
+            let less = grid
+                .face_rows(axis)
+                .flatten()
+                .filter(|f| beta[*f] != whole)
+                .map(|f| (f, whole - beta[f]));
             let faces = less.chain(carried.map(|(face, part, _)| (face, -part)));
             self.projection.set_held((axis, grid.h[axis]), faces, -1.0 / (cells * answer))?;
         }

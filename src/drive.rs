@@ -1,17 +1,20 @@
-//! What moves the fluid besides its borders: a force `G` per volume (N/m3), uniform, that acts as the mean gradient of the pressure.
+//! What moves the fluid besides its borders: a force `G` per volume (N/m3), uniform, that acts as
+//! the mean gradient of the pressure.
 //!
 //! ```text
 //!   total pressure  p - G.x          a = (-grad p + G)/rho on faces,   a body feels G V besides the gradient of p
 //! ```
-//! Pressure and drive are found together where the mean velocity `mean(U)` over the box, fluid and bodies alike, is held: a change
-//! `d` of `G` along the axis `e` changes the velocities through faces by `dt d (H/rho + sum_k m_k V_k/M_k) e` (V_k, M_k: a free
-//! body's volume and mass, m_k the part of a face that it covers), so that, with `C` the mean of the bracket,
+//! Pressure and drive are found together where the mean velocity `mean(U)` over the box, fluid and
+//! bodies alike, is held: a change `d` of `G` along the axis `e` changes the velocities through
+//! faces by `dt d (H/rho + sum_k m_k V_k/M_k) e` (V_k, M_k: a free body's volume and mass, m_k the
+//! part of a face that it covers), so that, with `C` the mean of the bracket,
 //!
 //! ```text
 //!   d = ( U_held - mean(U) )/(dt C)                   after every solve, and before the first
 //!   -div( H grad phi )/rho + ... - j (j.phi)/(N C) = -D/dt,     j = div( sum_k (1/rho - V_k/M_k) m_k e )
 //! ```
-//! The solve knows what the drive answers to the pressure (N: all cells), and the mean is held to rounding in every step.
+//! The solve knows what the drive answers to the pressure (N: all cells), and the mean is held to
+//! rounding in every step.
 
 use crate::Result;
 use crate::grid::{Grid, VectorField, simd, total};
@@ -27,7 +30,8 @@ pub enum Drive {
     Fluid(Vector3<f64>),
     /// A mean gradient of the pressure, or gravity along a slope, which bodies feel as well (N/m3).
     Gradient(Vector3<f64>),
-    /// What keeps gravity (m/s2; along the axes that are periodic) from setting fluid and bodies off together.
+    /// What keeps gravity (m/s2; along the axes that are periodic) from setting fluid and bodies
+    /// off together.
     Mixture(Vector3<f64>),
     /// The gradient that holds the mean velocity (m/s) along an axis.
     Held {
@@ -39,14 +43,16 @@ pub enum Drive {
 }
 
 impl Drive {
-    /// The force on the fluid (N/m3), where it is known beforehand, for bodies in a fluid of a density (kg/m3) and a box of a volume (m3).
+    /// The force on the fluid (N/m3), where it is known beforehand, for bodies in a fluid of a
+    /// density (kg/m3) and a box of a volume (m3).
     fn known(&self, bodies: &[Body], density: f64, volume: f64) -> Option<Vector3<f64>> {
         match self {
             Drive::Fluid(force) | Drive::Gradient(force) => Some(*force),
             Drive::Mixture(gravity) => {
                 let weight = |body: &Body| {
                     let heavier = body.mass() - density * body.volume();
-                    body.freedom().map_or(Vector3::zeros(), |freedom| heavier * freedom.along(gravity))
+                    body.freedom()
+                        .map_or(Vector3::zeros(), |freedom| heavier * freedom.along(gravity))
                 };
                 Some(-bodies.iter().map(weight).sum::<Vector3<f64>>() / volume)
             }
@@ -87,8 +93,9 @@ pub struct Driving<'a, const D: usize> {
 }
 
 impl<const D: usize> Driving<'_, D> {
-    /// Changes the drive over the step `dt` (s) to what it has to be for these velocities through faces (m/s), and these by that on
-    /// open faces. Returns the change (N/m3), which bodies have yet to follow. Collective.
+    /// Changes the drive over the step `dt` (s) to what it has to be for these velocities through
+    /// faces (m/s), and these by that on open faces. Returns the change (N/m3), which bodies have
+    /// yet to follow. Collective.
     pub fn follow(
         &mut self,
         grid: &Grid<D>,
@@ -103,17 +110,23 @@ impl<const D: usize> Driving<'_, D> {
                 change[axis] = (velocity - mean) / (dt * self.answer);
                 change
             }
-            drive => drive.known(bodies, self.density, box_volume(grid)).unwrap_or_default() - *self.force,
+            drive => {
+                drive.known(bodies, self.density, box_volume(grid)).unwrap_or_default()
+                    - *self.force
+            }
         };
         *self.force += change;
         for (axis, face) in faces.iter_mut().enumerate().filter(|(axis, _)| change[*axis] != 0.0) {
             let push = dt * change[axis];
             for row in grid.face_rows(axis) {
                 match self.beta {
-                    FaceCoefficient::Uniform(beta) => face[row].iter_mut().for_each(|f| *f += push * beta),
-                    FaceCoefficient::Field(beta) => {
-                        face[row.clone()].iter_mut().zip(&beta[axis][row]).for_each(|(f, beta)| *f += push * beta)
+                    FaceCoefficient::Uniform(beta) => {
+                        face[row].iter_mut().for_each(|f| *f += push * beta)
                     }
+                    FaceCoefficient::Field(beta) => face[row.clone()]
+                        .iter_mut()
+                        .zip(&beta[axis][row])
+                        .for_each(|(f, beta)| *f += push * beta),
                 }
             }
         }
@@ -127,7 +140,12 @@ pub fn box_volume<const D: usize>(grid: &Grid<D>) -> f64 {
 }
 
 /// The mean over all faces along `axis` of velocities through them. Collective.
-pub fn mean<const D: usize>(session: &Session, grid: &Grid<D>, axis: usize, faces: &VectorField<D>) -> Result<f64> {
+pub fn mean<const D: usize>(
+    session: &Session,
+    grid: &Grid<D>,
+    axis: usize,
+    faces: &VectorField<D>,
+) -> Result<f64> {
     let face = &faces[axis];
     let row_sum = |row: std::ops::Range<usize>| total(row.len(), |i| face[row.start + i]);
     let mut sum = [simd(|| grid.rows().map(row_sum).sum::<f64>())];

@@ -16,7 +16,8 @@ pub enum Error {
         file: PathBuf,
         /// One-based line of the offending key, where one is known.
         line: Option<usize>,
-        /// Dotted path of the offending key (`particle.0.density`), empty where the whole file is meant.
+        /// Dotted path of the offending key (`particle.0.density`), empty where the whole file is
+        /// meant.
         key: String,
         /// What is wrong and what would be right.
         message: String,
@@ -51,7 +52,8 @@ pub enum Error {
     /// Somebody asked the run to stop; it has written a checkpoint.
     #[error("{0}")]
     Interrupted(String),
-    /// `mics validate` ran, and values fall short of their references; or `mics study` ran, and some of its runs are not done.
+    /// `mics validate` ran, and values fall short of their references; or `mics study` ran, and
+    /// some of its runs are not done.
     #[error("{0}")]
     Short(String),
     /// A file could not be read or written.
@@ -88,14 +90,26 @@ impl fmt::Display for NotFinite {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             NotFinite::Velocity => write!(f, "a velocity is not a finite number"),
-            NotFinite::Energy => write!(f, "the kinetic energy is not a finite number: the flow is too fast to square"),
+            NotFinite::Energy => write!(
+                f,
+                "the kinetic energy is not a finite number: the flow is too fast to square"
+            ),
             NotFinite::Cell { field, cell, at } => {
                 let cell: Vec<String> = cell.iter().map(usize::to_string).collect();
                 let at: Vec<String> = at.iter().map(|x| format!("{x:.6}")).collect();
-                write!(f, "{field} is not a finite number in cell ({}) at ({}) m", cell.join(", "), at.join(", "))
+                write!(
+                    f,
+                    "{field} is not a finite number in cell ({}) at ({}) m",
+                    cell.join(", "),
+                    at.join(", ")
+                )
             }
             NotFinite::Particle(index) => {
-                write!(f, "the place, velocity or spin of particle {index} is not a finite number: shorten the step")
+                write!(
+                    f,
+                    "the place, velocity or spin of particle {index} is not a finite number: \
+                    shorten the step"
+                )
             }
         }
     }
@@ -126,8 +140,9 @@ impl Given {
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 impl Error {
-    /// The process's exit status: 1 when values fall short of their references or runs of a study are not done, 2 when the case or the command line is
-    /// wrong, 3 when the run failed, 130 when it was interrupted.
+    /// The process's exit status: 1 when values fall short of their references or runs of a study
+    /// are not done, 2 when the case or the command line is wrong, 3 when the run failed, 130 when
+    /// it was interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Short(_) => 1,

@@ -53,13 +53,16 @@ pub fn mpirun(ranks: usize) -> Command {
     command
 }
 
-/// Becomes an mpirun of this very command on the ranks of a case; returns where one rank is enough, which needs none.
+/// Becomes an mpirun of this very command on the ranks of a case; returns where one rank is enough,
+/// which needs none.
 ///
 /// # Errors
 /// When the case is wrong, this is a rank already, or mpirun cannot be started.
 pub fn on_ranks(ranks: Ranks, case: &Path, set: &[String]) -> Result<()> {
     if env::var_os("OMPI_COMM_WORLD_SIZE").is_some() {
-        return Err(Error::Usage("--ranks starts mpirun by itself: leave one of the two away".into()));
+        return Err(Error::Usage(
+            "--ranks starts mpirun by itself: leave one of the two away".into(),
+        ));
     }
     let count = ranks.count(read_case(case, set)?.case.domain.cells.iter().product(), cores());
     if count == 1 {
@@ -67,7 +70,9 @@ pub fn on_ranks(ranks: Ranks, case: &Path, set: &[String]) -> Result<()> {
     }
     let program = env::current_exe().map_err(Error::io("this program"))?;
     let mut command = mpirun(count);
-    command.arg(program).args(without_ranks(env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned())));
+    command.arg(program).args(without_ranks(
+        env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()),
+    ));
     // What comes back is a failure: the program is another one otherwise.
     Err(Error::io("mpirun")(command.exec()))
 }

@@ -1,11 +1,12 @@
 //! `mics`: particle-laden incompressible flow with every particle resolved by the grid.
 //!
-//! These pages are the manual of the method; how to run cases and what was measured is in the book, in the repository's `docs/`. Read
-//! in this order: what is solved (here), a step (of a [`method`]), its terms ([`kernels::advection`], [`kernels::diffusion`],
-//! [`kernels::faces`], [`poisson::pressure`]), its stability ([`scheme`]), the wall ([`method::sharp`], [`method::mics2003`]),
-//! contacts ([`contact`]), the constants ([`params`]), and what a case can ask for
-//! ([`config::raw::Case`] and the tables in it, [`config::MeasureKind`] for what is measured). Each page opens with its formulas,
-//! and with the stencil where there is one.
+//! These pages are the manual of the method; how to run cases and what was measured is in the book,
+//! in the repository's `docs/`. Read in this order: what is solved (here), a step (of a
+//! [`method`]), its terms ([`kernels::advection`], [`kernels::diffusion`], [`kernels::faces`],
+//! [`poisson::pressure`]), its stability ([`scheme`]), the wall ([`method::sharp`],
+//! [`method::mics2003`]), contacts ([`contact`]), the constants ([`params`]), and what a case can
+//! ask for ([`config::raw::Case`] and the tables in it, [`config::MeasureKind`] for what is
+//! measured). Each page opens with its formulas, and with the stencil where there is one.
 //!
 //! # What is solved
 //!
@@ -14,14 +15,16 @@
 //!   u = V_k + omega_k x r                                                                            on particle k
 //!   m dV/dt = force by the fluid + (m - m_f) g + contacts,   I domega/dt = torque + contacts         of a free one
 //! ```
-//! on equal cells with velocity and pressure at their centres and a second, divergence-free velocity on their faces; p is
-//! without the hydrostatic part, which leaves gravity to the particles. A step predicts u without the new pressure, finds
-//! the pressure that makes the divergence of every cell smaller than the limit D0, and corrects.
+//! on equal cells with velocity and pressure at their centres and a second, divergence-free
+//! velocity on their faces; p is without the hydrostatic part, which leaves gravity to the
+//! particles. A step predicts u without the new pressure, finds the pressure that makes the
+//! divergence of every cell smaller than the limit D0, and corrects.
 //!
 //! # Sharp walls
 //!
-//! By default a particle's wall is where it is: it covers a part m of the volume around a face and leaves H = 1 - m open,
-//! and the velocity inside it is set to continue the profile of the flow beside its wall.
+//! By default a particle's wall is where it is: it covers a part m of the volume around a face and
+//! leaves H = 1 - m open, and the velocity inside it is set to continue the profile of the flow
+//! beside its wall.
 //!
 //! ```text
 //! (7)      u* = u + dt [ -div(U u) + div( mu (grad u + grad u^T) )/rho ]                   cells, the fluid's rho and mu
@@ -34,8 +37,8 @@
 //!
 //! # The paper's mixing
 //!
-//! The method of the paper (Ushijima et al. 2003), whose equation numbers are used throughout: fluid and particles are one
-//! mixture. With the fraction `alpha_k` of a cell inside particle k:
+//! The method of the paper (Ushijima et al. 2003), whose equation numbers are used throughout:
+//! fluid and particles are one mixture. With the fraction `alpha_k` of a cell inside particle k:
 //!
 //! ```text
 //! (1)      rho = rho_f + sum_k alpha_k (rho_k - rho_f)                               mixture; viscosity alike
@@ -51,8 +54,9 @@
 //!          sum rho alpha_k (v_k - u_f) dV + b_k = 0                                  motion by momentum, of free ones
 //! ```
 //!
-//! The last line is where this code leaves the paper: [`method::mics2003`] derives it. The momentum of everything in
-//! the box is then kept to rounding, at any ratio of densities, and [`state::Balance`] watches it.
+//! The last line is where this code leaves the paper: [`method::mics2003`] derives it. The momentum
+//! of everything in the box is then kept to rounding, at any ratio of densities, and
+//! [`state::Balance`] watches it.
 //!
 //! # The house
 //!
@@ -82,7 +86,8 @@
 //!
 //! # Sources
 //!
-//! - S. Ushijima et al. 2003, MICS, Journal of JSCE No. 740, p. 121 (in Japanese): the method and its numbers.
+//! - S. Ushijima et al. 2003, MICS, Journal of JSCE No. 740, p. 121 (in Japanese): the method and
+//!   its numbers.
 //! - S. Balay et al., PETSc users manual; R. Falgout and U. Yang 2002, hypre: the linear solvers.
 //! - S. Gottlieb and C.-W. Shu 1998, Math. Comput. 67, p. 73: the two-stage Runge-Kutta scheme.
 //! - P. Cundall and O. Strack 1979, Geotechnique 29, p. 47: contacts of soft discs.

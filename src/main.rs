@@ -45,7 +45,8 @@ enum Command {
         /// Print errors only.
         #[arg(long)]
         quiet: bool,
-        /// On so many ranks, by mpirun; auto: as many as there are cores, with 100,000 cells or more for each.
+        /// On so many ranks, by mpirun; auto: as many as there are cores, with 100,000 cells or
+        /// more for each.
         #[arg(long, value_name = "N|auto")]
         ranks: Option<Ranks>,
     },
@@ -57,7 +58,8 @@ enum Command {
         #[arg(long)]
         quiet: bool,
     },
-    /// Run a case over a table of overrides and PETSc options: study.csv, study.md, work-precision figures.
+    /// Run a case over a table of overrides and PETSc options: study.csv, study.md, work-precision
+    /// figures.
     Study {
         /// The study file (TOML).
         study: PathBuf,
@@ -76,8 +78,9 @@ enum Command {
     },
     /// Draw the figures of run folders, each as PNG and SVG.
     ///
-    /// Without --figure: the last state's vorticity and streamlines, forces, speeds, paths, profile and probes of each run, and
-    /// Cd(Re) and St(Re) of all where they are measured. Of a run that goes on, what there is.
+    /// Without --figure: the last state's vorticity and streamlines, forces, speeds, paths, profile
+    /// and probes of each run, and Cd(Re) and St(Re) of all where they are measured. Of a run that
+    /// goes on, what there is.
     Plot {
         /// Run folders.
         #[arg(required = true)]
@@ -85,25 +88,32 @@ enum Command {
         /// Draw this figure only; several with commas.
         #[arg(long, value_name = "FIGURE", value_delimiter = ',')]
         figure: Vec<plot::Figure>,
-        /// Times (s) of a strip's panels, or the one of a picture of the flow, e.g. 0.1,0.2,0.3: the nearest snapshots; without --figure and --field of vorticity and streamlines [default: of a strip six from start to end, else the last].
+        /// Times (s) of a strip's panels, or the one of a picture of the flow, e.g. 0.1,0.2,0.3:
+        /// the nearest snapshots; without --figure and --field of vorticity and streamlines
+        /// [default: of a strip six from start to end, else the last].
         #[arg(long, value_name = "TIMES", value_delimiter = ',', allow_negative_numbers = true)]
         times: Vec<f64>,
-        /// Vorticity (1/s) from one contour line of vorticity-strip to the next [default: a round one].
+        /// Vorticity (1/s) from one contour line of vorticity-strip to the next [default: a round
+        /// one].
         #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
         interval: Option<f64>,
         #[command(flatten)]
         view: plot::View,
-        /// Draw paths, forces and speeds of this particle only, by its number (from 0) or its name; several with commas [default: all, of more than seven by material and size].
+        /// Draw paths, forces and speeds of this particle only, by its number (from 0) or its name;
+        /// several with commas [default: all, of more than seven by material and size].
         #[arg(long, value_name = "PARTICLE", value_delimiter = ',')]
         particle: Vec<String>,
-        /// Where figures go that are named or of several runs [default: figures/ of the run, of several the first].
+        /// Where figures go that are named or of several runs [default: figures/ of the run, of
+        /// several the first].
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
-    /// Make a film of a run: an animated PNG, or a GIF, with a frame for each snapshot of its fields, all in the same colours.
+    /// Make a film of a run: an animated PNG, or a GIF, with a frame for each snapshot of its
+    /// fields, all in the same colours.
     ///
-    /// It shows the vorticity, the speed or the pressure, with the bodies coloured by size, speed or material; one half of each that moves is
-    /// darker and turns with it. Browsers and most viewers play it. --strip sets frames beside each other instead, for a paper.
+    /// It shows the vorticity, the speed or the pressure, with the bodies coloured by size, speed
+    /// or material; one half of each that moves is darker and turns with it. Browsers and most
+    /// viewers play it. --strip sets frames beside each other instead, for a paper.
     Film(film::Request),
     /// Sum up a run in one self-contained HTML file.
     Report {
@@ -119,7 +129,8 @@ enum Command {
         #[arg(required = true)]
         runs: Vec<PathBuf>,
     },
-    /// Run the shipped cases and compare them with their references; status 1 where any falls short.
+    /// Run the shipped cases and compare them with their references; status 1 where any falls
+    /// short.
     Validate {
         /// Only the cases whose names begin so.
         names: Vec<String>,
@@ -135,8 +146,9 @@ enum Command {
         /// Print a page of Markdown, as docs/accuracy.md is one.
         #[arg(long)]
         markdown: bool,
-        /// Compare with such a page, and name the values that have moved since by more than a tenth of their tolerance; the
-        /// status is then 1 where there are any, and 0 where values fall short as the page has them.
+        /// Compare with such a page, and name the values that have moved since by more than a tenth
+        /// of their tolerance; the status is then 1 where there are any, and 0 where values fall
+        /// short as the page has them.
         #[arg(long, value_name = "PAGE")]
         compare: Option<PathBuf>,
         /// PETSc options, after --.
@@ -162,7 +174,8 @@ enum Command {
 struct SceneArgs {
     /// The case file (TOML).
     case: PathBuf,
-    /// Override a key of the case, e.g. fluid.viscosity=2.0, or particle.0.density=1200: entries of a list count from 0.
+    /// Override a key of the case, e.g. fluid.viscosity=2.0, or particle.0.density=1200: entries of
+    /// a list count from 0.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// PETSc options, after --.
@@ -171,8 +184,8 @@ struct SceneArgs {
 }
 
 fn main() -> ExitCode {
-    // Under mpirun every rank meets the same error. Rank 0 says it; the others leave it the time, since mpirun ends all
-    // ranks as soon as one has failed.
+    // Under mpirun every rank meets the same error. Rank 0 says it; the others leave it the time,
+    // since mpirun ends all ranks as soon as one has failed.
     let speaks = !std::env::var("OMPI_COMM_WORLD_RANK").is_ok_and(|rank| rank != "0");
     let fail = |code: u8, say: &dyn Fn()| {
         if !speaks {
@@ -187,7 +200,9 @@ fn main() -> ExitCode {
         Err(e) => fail(u8::try_from(e.exit_code()).unwrap_or(2), &|| drop(e.print())),
         Ok(cli) => match act(cli.command) {
             Ok(()) => ExitCode::SUCCESS,
-            Err(stop @ Error::Interrupted(_)) => fail(stop.exit_code(), &|| complain(&stop.to_string())),
+            Err(stop @ Error::Interrupted(_)) => {
+                fail(stop.exit_code(), &|| complain(&stop.to_string()))
+            }
             Err(error) => fail(error.exit_code(), &|| complain(&format!("error: {error}"))),
         },
     }
@@ -200,24 +215,45 @@ fn complain(line: &str) {
 
 fn act(command: Command) -> Result<()> {
     match command {
-        Command::Run { scene: SceneArgs { case, set, petsc }, out, force, resume, quiet, ranks } => {
+        Command::Run {
+            scene: SceneArgs { case, set, petsc },
+            out,
+            force,
+            resume,
+            quiet,
+            ranks,
+        } => {
             if let Some(ranks) = ranks {
                 launch::on_ranks(ranks, &case, &set)?;
             }
             run::run(&Request { case, out, set, force, resume, quiet, petsc })
         }
-        Command::Check { scene, quiet } => check::check(&scene.case, &scene.set, &scene.petsc, quiet),
+        Command::Check { scene, quiet } => {
+            check::check(&scene.case, &scene.set, &scene.petsc, quiet)
+        }
         Command::Study { study, out, list, quick, force } => {
             study::study(&study::Request { study, out, list, quick, force })
         }
         Command::Plot { runs, figure, times, interval, view, particle, out } => {
-            let request = plot::Request { runs, figures: figure, times, interval, view, particles: particle, out };
+            let request = plot::Request {
+                runs,
+                figures: figure,
+                times,
+                interval,
+                view,
+                particles: particle,
+                out,
+            };
             let drawn = plot::draw(&request)?;
             drawn.notes.iter().for_each(|note| complain(note));
             drawn.files.iter().try_for_each(|path| print(&path.display().to_string()))
         }
-        Command::Film(request) => film::make(&request)?.iter().try_for_each(|path| print(&path.display().to_string())),
-        Command::Report { run, out } => print(&report::write(&run, out.as_deref())?.display().to_string()),
+        Command::Film(request) => {
+            film::make(&request)?.iter().try_for_each(|path| print(&path.display().to_string()))
+        }
+        Command::Report { run, out } => {
+            print(&report::write(&run, out.as_deref())?.display().to_string())
+        }
         Command::Watch { runs } => watch::watch(&runs),
         Command::Validate { names, full, out, markdown, compare, petsc, .. } => {
             validate::validate(&validate::Request { names, full, out, markdown, compare, petsc })

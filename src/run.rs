@@ -1,4 +1,5 @@
-//! A run: from the command line's words to a folder of results. The time loop, its dt, its schedule and its end.
+//! A run: from the command line's words to a folder of results. The time loop, its dt, its schedule
+//! and its end.
 
 mod collapse;
 mod energy_bound;
@@ -37,7 +38,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 pub use step_size::{Choice, check_step, choose_step};
 
-/// Steps from one state that is kept, should the run fail, to the next; while the fluid gets faster by more than this, each is.
+/// Steps from one state that is kept, should the run fail, to the next; while the fluid gets faster
+/// by more than this, each is.
 const KEPT_EVERY: u64 = 8;
 const FASTER: f64 = 1.05;
 
@@ -82,13 +84,16 @@ pub fn run(request: &Request) -> Result<()> {
     }
 }
 
-/// Starts PETSc with the case's options, PETSC_OPTIONS and the command line's, each winning over those before.
+/// Starts PETSc with the case's options, PETSC_OPTIONS and the command line's, each winning over
+/// those before.
 pub fn start_petsc(case: &Case, command_line: &[String]) -> Result<Session> {
     let environment = std::env::var("PETSC_OPTIONS").unwrap_or_default();
     let words = [case.petsc.options.as_str(), environment.as_str()];
     // As in a file of options, # begins a comment.
     let words = words.iter().flat_map(|text| text.lines()).map(|line| {
-        let comment = line.match_indices('#').find(|(at, _)| line[..*at].ends_with(char::is_whitespace) || *at == 0);
+        let comment = line
+            .match_indices('#')
+            .find(|(at, _)| line[..*at].ends_with(char::is_whitespace) || *at == 0);
         comment.map_or(line, |(at, _)| &line[..at])
     });
     let words = words.flat_map(str::split_whitespace).map(str::to_owned);
@@ -157,26 +162,35 @@ impl<'a, const D: usize> Run<'a, D> {
             _ => None,
         };
         let mut scene = Scene::<D>::new(session, case)?;
-        let (mut account, mut series) = (Account { began: now(), ..Account::default() }, measure::series(case));
+        let (mut account, mut series) =
+            (Account { began: now(), ..Account::default() }, measure::series(case));
         let begun = ended.map_or(Ok(Vec::new()), |ended| ended.begin(session, case, &mut scene))?;
         let mut statistics = Statistics::of_case(&scene, case);
         let marks = restart.as_mut();
-        let marks =
-            marks.map(|r| r.read(session, &mut account, &mut series, &mut statistics, case, &mut scene)).transpose()?;
+        let marks = marks
+            .map(|r| r.read(session, &mut account, &mut series, &mut statistics, case, &mut scene))
+            .transpose()?;
         if account.divergence_max >= case.pressure.divergence_limit {
             let reached = account.divergence_max;
             return Err(loaded.error_at(
                 "pressure.divergence_limit",
-                format!("the run that goes on has reached |D| = {reached:.3e} 1/s already; give a limit above that"),
+                format!(
+                    "the run that goes on has reached |D| = {reached:.3e} 1/s already; give a \
+                    limit above that"
+                ),
             ));
         }
         let (end, reached) = (case.time.end, scene.state.time);
-        // A fixed step may pass the end: a run that was killed there has its summary and figures left to write.
+        // A fixed step may pass the end: a run that was killed there has its summary and figures
+        // left to write.
         let earlier = restart.as_ref().is_some_and(|restart| !restart.had_end(end));
         if earlier && end < reached * (1.0 - 1e-12) {
             return Err(loaded.error_at(
                 "time.end",
-                format!("the run that goes on has reached {reached} s already; give a later end than that"),
+                format!(
+                    "the run that goes on has reached {reached} s already; give a later end \
+                    than that"
+                ),
             ));
         }
         crate::check::refuse(loaded, &scene)?;
@@ -198,7 +212,10 @@ impl<'a, const D: usize> Run<'a, D> {
             good,
             folder: session.agree(opened)?,
             progress: Progress::new(lead && !request.quiet, case.time.end, lead.then_some(&out)),
-            checkpoints: Checkpoints::new(case.output.checkpoint, restart.as_ref().map(Restart::step)),
+            checkpoints: Checkpoints::new(
+                case.output.checkpoint,
+                restart.as_ref().map(Restart::step),
+            ),
             series,
             probes: Probes::new(&case.probe),
             statistics,
@@ -220,7 +237,8 @@ impl<'a, const D: usize> Run<'a, D> {
 
     fn go(mut self) -> Result<()> {
         self.write_run(None)?;
-        let cells = self.case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
+        let cells =
+            self.case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
         let solver = self.scene.solver()?;
         let particles = self.case.particle.len();
         self.log.say(&format!(
@@ -241,7 +259,9 @@ impl<'a, const D: usize> Run<'a, D> {
             let added = restart.added(self.case);
             if !added.is_empty() {
                 let (names, time) = (added.join(", "), self.scene.state.time);
-                self.log.say(&format!("measured from t = {time:.6} s on only, since the run before did not: {names}"));
+                self.log.say(&format!(
+                    "measured from t = {time:.6} s on only, since the run before did not: {names}"
+                ));
             }
         }
         let rest = Rest::expected(self.case, &self.scene.limits()?);
@@ -318,7 +338,8 @@ impl<'a, const D: usize> Run<'a, D> {
             }
             let (domain, state) = (&self.scene.domain, &self.scene.state);
             energy_bound::refuse_made(state, energy_bound::settling(domain, &state.bodies))?;
-            let wishes = self.write_row(StepOutcome { dt, projected, cfl: dt * limits.courant_rate })?;
+            let wishes =
+                self.write_row(StepOutcome { dt, projected, cfl: dt * limits.courant_rate })?;
             if rows.due(self.scene.state.steps, self.scene.state.time) {
                 self.write_particles()?;
             }
@@ -349,7 +370,8 @@ impl<'a, const D: usize> Run<'a, D> {
             }
             if wishes.stop {
                 return Err(Error::Interrupted(format!(
-                    "interrupted after step {}, t = {:.6} s; the same command with --resume goes on from there",
+                    "interrupted after step {}, t = {:.6} s; the same command with --resume goes \
+                    on from there",
                     self.scene.state.steps, self.scene.state.time
                 )));
             }
@@ -367,13 +389,14 @@ impl<'a, const D: usize> Run<'a, D> {
             return Ok(());
         }
         Err(Error::Run(format!(
-            "the step of {dt} s is over the {bound}, now {limit:.4e} s: the flow is faster than at the start; give a \
+            "the step of {dt} s is over the {bound}, now {limit:.4e} s: the flow is faster than at \
+            the start; give a \
              smaller time.step, or time.cfl instead"
         )))
     }
 
-    /// Brings back and writes the last state that was kept, unless writing is what failed, and returns the failure with its step and
-    /// the place of that state.
+    /// Brings back and writes the last state that was kept, unless writing is what failed, and
+    /// returns the failure with its step and the place of that state.
     fn keep_good_state(&mut self, error: Error) -> Result<Error> {
         let mut broken = [f64::from(matches!(error, Error::Io { .. } | Error::Petsc { .. }))];
         self.session.max(&mut broken)?;
@@ -383,12 +406,16 @@ impl<'a, const D: usize> Run<'a, D> {
                 let _ = self.write_fields();
             }
         }
-        let mut said = format!("step {}, from t = {:.6} s: {error}", self.began.0 + 1, self.began.1);
+        let mut said =
+            format!("step {}, from t = {:.6} s: {error}", self.began.0 + 1, self.began.1);
         if let Some(step) = self.checkpoints.newest {
             said += &format!("; with the cause gone, --resume goes on after step {step}");
         }
         if let Some((time, path)) = self.folder.as_ref().and_then(Folder::last_snapshot) {
-            said += &format!("; the last good state that was kept, of t = {time:.6} s, is {}", path.display());
+            said += &format!(
+                "; the last good state that was kept, of t = {time:.6} s, is {}",
+                path.display()
+            );
         }
         Ok(Error::Run(said))
     }
@@ -418,7 +445,11 @@ impl<'a, const D: usize> Run<'a, D> {
         self.session.max(&mut anywhere)?;
         let [failed, stop, checkpoint] = anywhere.map(|flag| flag > 0.0);
         written?;
-        if failed { Err(Error::Run("rank 0 failed".into())) } else { Ok(Wishes { stop, checkpoint }) }
+        if failed {
+            Err(Error::Run("rank 0 failed".into()))
+        } else {
+            Ok(Wishes { stop, checkpoint })
+        }
     }
 
     /// Seconds that the run has taken, in all its sessions.
@@ -434,7 +465,9 @@ impl<'a, const D: usize> Run<'a, D> {
         let (rule, fixed) = (self.case.coupling.force, self.case.output.fixed);
         self.on_lead(|folder, scene, _| {
             let s = &scene.state;
-            let shown = |body: &Body| body.motion != Motion::Fixed || fixed == FixedRows::Always || s.steps == 0;
+            let shown = |body: &Body| {
+                body.motion != Motion::Fixed || fixed == FixedRows::Always || s.steps == 0
+            };
             let rows = s.bodies.iter().zip(&s.exchange).filter(|(body, _)| shown(body));
             folder.write_particles(s.steps, s.time, rows, rule)
         })
@@ -457,8 +490,12 @@ impl<'a, const D: usize> Run<'a, D> {
     }
 
     /// Rank 0 writes; a failure there is a failure everywhere.
-    fn on_lead(&mut self, write: impl FnOnce(&mut Folder, &Scene<D>, &mut Log) -> Result<()>) -> Result<()> {
-        let written = self.folder.as_mut().map_or(Ok(()), |folder| write(folder, &self.scene, &mut self.log));
+    fn on_lead(
+        &mut self,
+        write: impl FnOnce(&mut Folder, &Scene<D>, &mut Log) -> Result<()>,
+    ) -> Result<()> {
+        let written =
+            self.folder.as_mut().map_or(Ok(()), |folder| write(folder, &self.scene, &mut self.log));
         self.session.agree(written)
     }
 
@@ -467,11 +504,21 @@ impl<'a, const D: usize> Run<'a, D> {
         if self.scene.state.steps > 0 {
             let contacts = self.scene.method.contacts();
             let (exchange, bodies) = (&self.scene.state.exchange[..], &self.scene.state.bodies[..]);
-            let (deepest, touched) = contacts.map_or((0.0, &[][..]), |c| (c.deepest(), c.touched()));
-            let sample = Sample { time: self.scene.state.time, exchange, bodies, max_speed: speed, deepest, touched };
+            let (deepest, touched) =
+                contacts.map_or((0.0, &[][..]), |c| (c.deepest(), c.touched()));
+            let sample = Sample {
+                time: self.scene.state.time,
+                exchange,
+                bodies,
+                max_speed: speed,
+                deepest,
+                touched,
+            };
             for series in &mut self.series {
                 let of_box = match series.measure() {
-                    m if m.kind.is_of_box() && sample.time >= m.from => survey(&self.scene, m, &mut self.layers)?,
+                    m if m.kind.is_of_box() && sample.time >= m.from => {
+                        survey(&self.scene, m, &mut self.layers)?
+                    }
                     _ => 0.0,
                 };
                 series.sample(&sample, of_box);
@@ -502,9 +549,13 @@ impl<'a, const D: usize> Run<'a, D> {
         let unused = self.session.unused_options()?;
         if !unused.is_empty() && self.session.rank() == 0 {
             let (unused, count) = (unused.join(", "), unused.len());
-            let one = if count == 1 { "option that nothing uses" } else { "options that nothing uses" };
+            let one =
+                if count == 1 { "option that nothing uses" } else { "options that nothing uses" };
             // A closed stderr is no reason to end a run.
-            let _ = writeln!(std::io::stderr(), "warning: PETSc {one} so far: {unused}; check the spelling");
+            let _ = writeln!(
+                std::io::stderr(),
+                "warning: PETSc {one} so far: {unused}; check the spelling"
+            );
         }
         Ok(())
     }
@@ -534,10 +585,14 @@ impl<'a, const D: usize> Run<'a, D> {
         if self.folder.is_none() {
             return Ok(());
         }
-        let measures: Vec<(&str, Option<f64>)> = self.series.iter().map(|s| (s.name(), s.value())).collect();
+        let measures: Vec<(&str, Option<f64>)> =
+            self.series.iter().map(|s| (s.name(), s.value())).collect();
         let found = self.values();
-        let comparisons: serde_json::Map<_, _> =
-            self.series.iter().filter_map(|s| Some((s.name().to_owned(), json!(s.comparison()?)))).collect();
+        let comparisons: serde_json::Map<_, _> = self
+            .series
+            .iter()
+            .filter_map(|s| Some((s.name().to_owned(), json!(s.comparison()?))))
+            .collect();
         let steps = self.scene.state.steps.max(1) as f64;
         let stepped = (self.scene.state.steps - before).max(1) as f64;
         let busiest = json!({
@@ -552,7 +607,8 @@ impl<'a, const D: usize> Run<'a, D> {
             energy_bound::lost(self.case, state),
             symmetric.filter(|_| status == "done"),
         ];
-        let remarks = || self.series.iter().filter_map(|s| Some((s.name().to_owned(), s.remark()?)));
+        let remarks =
+            || self.series.iter().filter_map(|s| Some((s.name().to_owned(), s.remark()?)));
         let doubts = remarks().filter(|(_, remark)| remark.doubt && status == "done");
         let doubts = doubts.map(|(name, remark)| format!("{name} {}", remark.words));
         let mut notes: Vec<String> = notes.into_iter().flatten().collect();
@@ -588,7 +644,8 @@ impl<'a, const D: usize> Run<'a, D> {
             memory / cells as f64
         ));
         self.log.say(&format!(
-            "C-HSMAC {:.2} and Krylov {:.2} iterations a step{}; largest |D| {:.2e} 1/s, limit {:.0e}",
+            "C-HSMAC {:.2} and Krylov {:.2} iterations a step{}; largest |D| {:.2e} 1/s, limit \
+            {:.0e}",
             self.account.outer as f64 / steps,
             self.account.krylov as f64 / steps,
             if self.account.retries > 0 {
@@ -601,7 +658,8 @@ impl<'a, const D: usize> Run<'a, D> {
         ));
         if self.session.size() > 1 {
             self.log.say(&format!(
-                "{} ranks; the busiest: {:.0} collectives ({:.1} kB) and {:.0} messages ({:.1} kB) a step, {:.0} MB",
+                "{} ranks; the busiest: {:.0} collectives ({:.1} kB) and {:.0} messages ({:.1} kB) \
+                a step, {:.0} MB",
                 self.session.size(),
                 most[0] / stepped,
                 most[1] / stepped / 1e3,
@@ -617,7 +675,8 @@ impl<'a, const D: usize> Run<'a, D> {
         }
         notes[..said].iter().for_each(|note| self.log.say(note));
         if !unused.is_empty() {
-            let why = if self.account.krylov == 0 { ", since no pressure was solved for" } else { "" };
+            let why =
+                if self.account.krylov == 0 { ", since no pressure was solved for" } else { "" };
             self.log.say(&format!("PETSc options that nothing used{why}: {}", unused.join(", ")));
         }
         for ((name, value), series) in measures.iter().zip(&self.series) {
@@ -627,10 +686,16 @@ impl<'a, const D: usize> Run<'a, D> {
                     let beside = series.comparison().map(|comparison| format!(", {comparison}"));
                     let remark = series.remark().map(|remark| format!("; {}", remark.words));
                     let (beside, remark) = (beside.unwrap_or_default(), remark.unwrap_or_default());
-                    format!("{}{beside}{remark}", format!("{name} = {} {unit}", measured(*v)).trim_end())
+                    format!(
+                        "{}{beside}{remark}",
+                        format!("{name} = {} {unit}", measured(*v)).trim_end()
+                    )
                 }
                 None => {
-                    format!("{name}: the run gives no value (no oscillation, no contact, a particle that was not there, or no steps after `from`)")
+                    format!(
+                        "{name}: the run gives no value (no oscillation, no contact, a \
+                        particle that was not there, or no steps after `from`)"
+                    )
                 }
             });
         }
@@ -648,7 +713,9 @@ impl<'a, const D: usize> Run<'a, D> {
     fn write_run(&mut self, ended: Option<&str>) -> Result<()> {
         let (options, solver) = (self.session.options()?, self.scene.solver()?);
         let needs = self.scene.needs();
-        let needs = needs.iter().map(|(what, needed, why)| json!({"what": what, "needed": needed, "why": why}));
+        let needs = needs
+            .iter()
+            .map(|(what, needed, why)| json!({"what": what, "needed": needed, "why": why}));
         let words: Vec<String> = std::env::args().collect();
         let record = json!({
             "version": env!("CARGO_PKG_VERSION"), "git_commit": env!("MICS_GIT_COMMIT"), "command": words,
@@ -660,7 +727,8 @@ impl<'a, const D: usize> Run<'a, D> {
     }
 }
 
-/// When something is due that happens every so often: decided by step and time alone, so that all ranks agree.
+/// When something is due that happens every so often: decided by step and time alone, so that all
+/// ranks agree.
 struct Schedule {
     cadence: Option<Cadence>,
     done: f64,

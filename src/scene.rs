@@ -1,4 +1,5 @@
-//! Case -> scene: builds only what this scene needs, and says what it left out and why. The only reader of the case.
+//! Case -> scene: builds only what this scene needs, and says what it left out and why. The only
+//! reader of the case.
 
 mod begin;
 mod build;
@@ -37,7 +38,8 @@ pub struct Scene<const D: usize> {
     pub method: Method<D>,
     /// Why the pressure equation is solved as it is.
     pub(crate) solver_reason: &'static str,
-    /// Courant number per second of what the borders prescribe (1/s): in a fluid at rest nothing else tells it.
+    /// Courant number per second of what the borders prescribe (1/s): in a fluid at rest nothing
+    /// else tells it.
     border_rate: f64,
     /// Largest acceleration (m/s2) by which gravity may set off a body that has yet to come in.
     coming_fall: f64,
@@ -71,14 +73,15 @@ impl<const D: usize> Scene<D> {
     /// divergence-free. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses an option, there are too many ranks for the grid, or the first projection fails.
+    /// When PETSc refuses an option, there are too many ranks for the grid, or the first projection
+    /// fails.
     pub fn new(session: &Session, case: &Case) -> Result<Scene<D>> {
         let bodies = case.particle.iter().map(body).collect();
         Scene::with_bodies(session, case, bodies)
     }
 
-    /// The same with these bodies in place of the case's particles: of any shape, wherever a library's user has it from.
-    /// Collective.
+    /// The same with these bodies in place of the case's particles: of any shape, wherever a
+    /// library's user has it from. Collective.
     ///
     /// # Errors
     /// As [`Scene::new`]; and when the case asks for what a body's shape does not have.
@@ -87,11 +90,16 @@ impl<const D: usize> Scene<D> {
         refuse_shapes::<D>(case, &bodies)?;
         let (domain, solver_reason) = build_domain(session, case, &bodies)?;
         let enters = |body: &Body| case.particle.get(body.id).is_some_and(|p| p.enter.is_some());
-        let waiting: Vec<u64> = bodies.iter().filter(|body| enters(body)).map(|body| body.id as u64).collect();
+        let waiting: Vec<u64> =
+            bodies.iter().filter(|body| enters(body)).map(|body| body.id as u64).collect();
         let fluid = domain.fluid;
-        let coming_fall =
-            bodies.iter().filter(|body| enters(body)).filter_map(|body| fall(body, &fluid)).fold(0.0, f64::max);
-        // Of all bodies as they start, so that a stiffness that nobody gave is one and the same whoever comes and goes.
+        let coming_fall = bodies
+            .iter()
+            .filter(|body| enters(body))
+            .filter_map(|body| fall(body, &fluid))
+            .fold(0.0, f64::max);
+        // Of all bodies as they start, so that a stiffness that nobody gave is one and the same
+        // whoever comes and goes.
         let impact = build::impact(case, &bodies);
         bodies.retain(|body| !enters(body));
         let method = method(&domain, case, &bodies, impact);
@@ -123,7 +131,8 @@ impl<const D: usize> Scene<D> {
         Ok(scene)
     }
 
-    /// Sets a uniform velocity (m/s) with a reproducible disturbance that does not depend on the ranks.
+    /// Sets a uniform velocity (m/s) with a reproducible disturbance that does not depend on the
+    /// ranks.
     fn set_initial_velocity(&mut self, velocity: &[f64; D], perturbation: f64) {
         let grid = &self.domain.grid;
         for axis in 0..D {
@@ -143,12 +152,13 @@ impl<const D: usize> Scene<D> {
             let phase: [f64; D] = std::array::from_fn(|a| TAU * at[a] / grid.size[a]);
             let rest: f64 = phase[2..].iter().map(|z| z.cos()).product();
             self.state.u[0][c] += speed * phase[0].sin() * phase[1].cos() * rest;
-            self.state.u[1][c] -= speed * grid.size[1] / grid.size[0] * phase[0].cos() * phase[1].sin() * rest;
+            self.state.u[1][c] -=
+                speed * grid.size[1] / grid.size[0] * phase[0].cos() * phase[1].sin() * rest;
         }
     }
 
-    /// Makes a consistent start from the cell velocities: bodies imposed, faces divergence-free to D0, pressure zero.
-    /// Also for callers that set `state.u` themselves. Collective.
+    /// Makes a consistent start from the cell velocities: bodies imposed, faces divergence-free to
+    /// D0, pressure zero. Also for callers that set `state.u` themselves. Collective.
     ///
     /// # Errors
     /// When the first projection fails.
@@ -173,7 +183,8 @@ impl<const D: usize> Scene<D> {
     /// Advances the scene by `dt` (s). Collective.
     ///
     /// # Errors
-    /// When the divergence cannot be brought below D0, or a value is no longer finite: names the cell or the particle.
+    /// When the divergence cannot be brought below D0, or a value is no longer finite: names the
+    /// cell or the particle.
     pub fn step(&mut self, dt: f64) -> Result<Report> {
         self.motions.clear();
         self.motions.extend(self.state.bodies.iter().map(energy::Motion::of));
@@ -182,7 +193,13 @@ impl<const D: usize> Scene<D> {
             Err(failed) => Err(failed),
             Ok(projected) => {
                 let (all_cells, largest_speed) = self.energy_and_speed()?;
-                energy::close(&mut self.domain, &mut self.state, &self.motions, &self.method, all_cells)?;
+                energy::close(
+                    &mut self.domain,
+                    &mut self.state,
+                    &self.motions,
+                    &self.method,
+                    all_cells,
+                )?;
                 self.let_in();
                 self.domain.clock.lap(Stage::Logs);
                 self.domain.clock.count();
@@ -191,14 +208,15 @@ impl<const D: usize> Scene<D> {
         }
     }
 
-    /// Goes on from the state as it is, which may have just been read: ghosts, what the bodies touch, the operator, the
-    /// acceleration by the pressure. Collective.
+    /// Goes on from the state as it is, which may have just been read: ghosts, what the bodies
+    /// touch, the operator, the acceleration by the pressure. Collective.
     ///
     /// # Errors
     /// When a body is outside the box, or the state is another case's.
     pub fn resume(&mut self) -> Result<()> {
         let Scene { domain, state, method, .. } = self;
-        let size: [f64; 3] = std::array::from_fn(|a| domain.grid.size.get(a).copied().unwrap_or(f64::INFINITY));
+        let size: [f64; 3] =
+            std::array::from_fn(|a| domain.grid.size.get(a).copied().unwrap_or(f64::INFINITY));
         let inside = |body: &Body| (0..D).all(|a| (0.0..=size[a]).contains(&body.centre[a]));
         if let Some(k) = state.bodies.iter().position(|body| !inside(body)) {
             return Err(Error::Usage(format!("it has particle {k} outside the box")));
@@ -214,7 +232,8 @@ impl<const D: usize> Scene<D> {
         Ok(())
     }
 
-    /// Drops all scratch and makes it anew from the `case`: the next steps are the same, bit for bit. Collective.
+    /// Drops all scratch and makes it anew from the `case`: the next steps are the same, bit for
+    /// bit. Collective.
     ///
     /// # Errors
     /// As [`Scene::resume`].
@@ -236,7 +255,8 @@ impl<const D: usize> Scene<D> {
     /// The limits of the time step at the present velocities. Collective.
     pub fn limits(&self) -> Result<Limits> {
         let (grid, scheme) = (&self.domain.grid, self.method.scheme());
-        let mut rate = [faces::courant_rate(grid, &self.state.faces, scheme.by_axis).max(self.border_rate)];
+        let mut rate =
+            [faces::courant_rate(grid, &self.state.faces, scheme.by_axis).max(self.border_rate)];
         let smallest = grid.h.iter().fold(f64::INFINITY, |m, h| m.min(*h));
         rate[0] = self.state.bodies.iter().fold(rate[0], |m, b| m.max(b.top_speed() / smallest));
         self.domain.session.max(&mut rate)?;
@@ -259,21 +279,34 @@ impl<const D: usize> Scene<D> {
         (limit, diffusion::limit_rate(&[widest], viscosity / density, false))
     }
 
-    /// Largest acceleration (m/s2) by which gravity may set a free particle off that is there or comes in.
+    /// Largest acceleration (m/s2) by which gravity may set a free particle off that is there or
+    /// comes in.
     pub fn largest_fall(&self) -> f64 {
         let coming = if self.state.waiting.is_empty() { 0.0 } else { self.coming_fall };
-        self.state.bodies.iter().filter_map(|body| fall(body, &self.domain.fluid)).fold(coming, f64::max)
+        self.state
+            .bodies
+            .iter()
+            .filter_map(|body| fall(body, &self.domain.fluid))
+            .fold(coming, f64::max)
     }
 }
 
-/// The acceleration (m/s2) by which gravity sets off a free body in a fluid, its added mass half its volume's.
+/// The acceleration (m/s2) by which gravity sets off a free body in a fluid, its added mass half
+/// its volume's.
 fn fall(body: &Body, fluid: &Fluid) -> Option<f64> {
     let Fluid { density, gravity, .. } = fluid;
-    Some(body.freedom()?.along(gravity).norm() * (body.density - density).abs() / (body.density + 0.5 * density))
+    Some(
+        body.freedom()?.along(gravity).norm() * (body.density - density).abs()
+            / (body.density + 0.5 * density),
+    )
 }
 
 /// The domain of a case with these bodies, and why its pressure is solved as it is. Collective.
-fn build_domain<const D: usize>(session: &Session, case: &Case, bodies: &[Body]) -> Result<(Domain<D>, &'static str)> {
+fn build_domain<const D: usize>(
+    session: &Session,
+    case: &Case,
+    bodies: &[Body],
+) -> Result<(Domain<D>, &'static str)> {
     let cells = axes(&case.domain.cells);
     let periodic = std::array::from_fn(|a| case.periodic(a));
     let sharp = build::walls_are_sharp(case, bodies);
@@ -299,5 +332,17 @@ fn build_domain<const D: usize>(session: &Session, case: &Case, bodies: &[Body])
     };
     let session = session.clone();
     let drive = case.drive.as_ref().map(|drive| build::drive(case, drive));
-    Ok((Domain { session, grid, boundaries, sides_work, fluid, drive, projection, clock: Default::default() }, reason))
+    Ok((
+        Domain {
+            session,
+            grid,
+            boundaries,
+            sides_work,
+            fluid,
+            drive,
+            projection,
+            clock: Default::default(),
+        },
+        reason,
+    ))
 }

@@ -1,15 +1,16 @@
 //! The time schemes and how far they are stable.
 //!
-//! For a wave of phase angles `theta_a` a stage multiplies by `z = C g(theta) - r sum (1 - cos theta_a)`, with C the
-//! Courant number (sum over axes; for QSI their largest), r the step over the limit of Euler's diffusion, g the symbol of the advection; the
-//! step multiplies by the scheme's polynomial of z. Upwind differences damp as well, `Re g(pi) = -16/15`, so that
-//! advection and diffusion share one stability limit:
+//! For a wave of phase angles `theta_a` a stage multiplies by `z = C g(theta) - r sum (1 - cos
+//! theta_a)`, with C the Courant number (sum over axes; for QSI their largest), r the step over the
+//! limit of Euler's diffusion, g the symbol of the advection; the step multiplies by the scheme's
+//! polynomial of z. Upwind differences damp as well, `Re g(pi) = -16/15`, so that advection and
+//! diffusion share one stability limit:
 //!
 //! ```text
 //!   C <= C_max    and    r/limit + share C <= 1    and, for Euler with upwind5,    min_a r_a >= C^2
 //! ```
-//! A test below scans the symbols: within these limits no wave grows by more than 0.1 % a step, and none at all where
-//! viscosity damps it a little.
+//! A test below scans the symbols: within these limits no wave grows by more than 0.1 % a step, and
+//! none at all where viscosity damps it a little.
 
 pub mod legendre;
 
@@ -20,11 +21,13 @@ use std::fmt;
 pub struct Scheme {
     /// Weight of each stage's rate in the step.
     pub weights: &'static [f64],
-    /// For each stage after the first: factors of the weighted sum so far and of the pressure's acceleration.
+    /// For each stage after the first: factors of the weighted sum so far and of the pressure's
+    /// acceleration.
     pub stages: &'static [(f64, f64)],
     /// Whether the carrying velocity is taken at the middle of the step.
     pub centred: bool,
-    /// Whether the Courant number is the largest over the axes (advection goes axis by axis), not their sum.
+    /// Whether the Courant number is the largest over the axes (advection goes axis by axis), not
+    /// their sum.
     pub by_axis: bool,
     /// Largest Courant number.
     courant_limit: f64,
@@ -61,7 +64,8 @@ const ONE_STAGE: Scheme = Scheme {
 pub static EULER: Scheme = ONE_STAGE;
 
 /// Euler with QSI, whose foot of a path stays within one cell.
-pub static QSI: Scheme = Scheme { by_axis: true, courant_limit: 0.9, share: 1.36, needs_viscosity: false, ..ONE_STAGE };
+pub static QSI: Scheme =
+    Scheme { by_axis: true, courant_limit: 0.9, share: 1.36, needs_viscosity: false, ..ONE_STAGE };
 
 /// Second order, strong-stability preserving.
 pub static RK2: Scheme = Scheme {
@@ -95,12 +99,14 @@ pub static RK3: Scheme = Scheme {
 const LEGENDRE_SHARE: f64 = 0.2;
 
 impl Scheme {
-    /// It with up to so many Legendre stages where viscosity asks for them: more than it has itself, or it stays as it is.
+    /// It with up to so many Legendre stages where viscosity asks for them: more than it has
+    /// itself, or it stays as it is.
     pub fn stabilised(self, most: usize) -> Scheme {
         Scheme { most_stages: (most > self.weights.len()).then_some(most), ..self }
     }
 
-    /// [`RK3`] with less upwinding, of which little damps what a Courant number of 1.2 would amplify.
+    /// [`RK3`] with less upwinding, of which little damps what a Courant number of 1.2 would
+    /// amplify.
     pub fn central(upwinding: f64) -> Scheme {
         let courant_limit = if upwinding < 0.2 { 1.0 } else { RK3.courant_limit };
         Scheme { upwinding, courant_limit, ..RK3 }
@@ -111,17 +117,25 @@ impl Scheme {
         Scheme { most_stages: None, ..*self }
     }
 
-    /// It with the limits of its longest steps of Legendre stages: where advection binds, those of [`RK2`].
+    /// It with the limits of its longest steps of Legendre stages: where advection binds, those of
+    /// [`RK2`].
     fn long(&self) -> Option<Scheme> {
         let diffusion_limit = legendre::limit(self.most_stages?);
         let courant_limit = RK2.courant_limit;
-        Some(Scheme { courant_limit, diffusion_limit, share: LEGENDRE_SHARE, most_stages: None, ..*self })
+        Some(Scheme {
+            courant_limit,
+            diffusion_limit,
+            share: LEGENDRE_SHARE,
+            most_stages: None,
+            ..*self
+        })
     }
 
-    /// How many stages a step needs that is so many times the limit of Euler's diffusion: its own up to where these would hold at
-    /// the Courant number of Legendre stages.
+    /// How many stages a step needs that is so many times the limit of Euler's diffusion: its own
+    /// up to where these would hold at the Courant number of Legendre stages.
     pub fn stages_for(&self, diffusion: f64) -> usize {
-        let holds = |limit: f64, share: f64| diffusion / limit + share * RK2.courant_limit <= 1.0 + 1e-9;
+        let holds =
+            |limit: f64, share: f64| diffusion / limit + share * RK2.courant_limit <= 1.0 + 1e-9;
         let own = self.weights.len();
         match self.most_stages {
             Some(most) if !holds(self.diffusion_limit, self.share) => {
@@ -152,8 +166,12 @@ impl fmt::Display for Bound {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Bound::Advection(limit) => write!(f, "advection limit (Courant number {limit})"),
-            Bound::Diffusion => write!(f, "diffusion limit (explicit diffusion beside advection on this grid)"),
-            Bound::Undamped => write!(f, "limit of Euler steps with upwind advection (viscosity must damp them)"),
+            Bound::Diffusion => {
+                write!(f, "diffusion limit (explicit diffusion beside advection on this grid)")
+            }
+            Bound::Undamped => {
+                write!(f, "limit of Euler steps with upwind advection (viscosity must damp them)")
+            }
         }
     }
 }
@@ -165,7 +183,8 @@ pub struct Limits {
     pub courant_rate: f64,
     /// One over the limit of explicit Euler diffusion (1/s); zero where nothing diffuses.
     pub diffusion_rate: f64,
-    /// The fluid's part of it along the axis where it is least (1/s): what damps waves along that axis.
+    /// The fluid's part of it along the axis where it is least (1/s): what damps waves along that
+    /// axis.
     pub damping_rate: f64,
     /// How fast gravity may raise the Courant rate (1/s2), where particles are free to fall.
     pub courant_growth: f64,
@@ -186,20 +205,28 @@ impl Limits {
         std::iter::once(with(self.scheme.explicit())).chain(self.scheme.long().map(with))
     }
 
-    /// Each bound with its step (s), in the stages that allow the longer one; infinite where nothing moves or diffuses.
+    /// Each bound with its step (s), in the stages that allow the longer one; infinite where
+    /// nothing moves or diffuses.
     pub fn bounds(&self) -> [(Bound, f64); 3] {
-        let least = |bounds: &[(Bound, f64); 3]| bounds.iter().map(|bound| bound.1).fold(f64::INFINITY, f64::min);
+        let least = |bounds: &[(Bound, f64); 3]| {
+            bounds.iter().map(|bound| bound.1).fold(f64::INFINITY, f64::min)
+        };
         let ranges = self.ranges().map(|range| range.own_bounds());
-        let longest = ranges.reduce(|first, second| if least(&second) > least(&first) { second } else { first });
+        let longest = ranges
+            .reduce(|first, second| if least(&second) > least(&first) { second } else { first });
         longest.unwrap_or_else(|| self.own_bounds())
     }
 
     fn own_bounds(&self) -> [(Bound, f64); 3] {
         let (a, b, s) = (self.courant_rate, self.diffusion_rate, self.scheme);
-        let undamped = if s.needs_viscosity && a > 0.0 { self.damping_rate / (a * a) } else { f64::INFINITY };
+        let undamped =
+            if s.needs_viscosity && a > 0.0 { self.damping_rate / (a * a) } else { f64::INFINITY };
         [
             (Bound::Advection(s.courant_limit), s.courant_limit / a),
-            (Bound::Diffusion, if b > 0.0 { 1.0 / (b / s.diffusion_limit + s.share * a) } else { f64::INFINITY }),
+            (
+                Bound::Diffusion,
+                if b > 0.0 { 1.0 / (b / s.diffusion_limit + s.share * a) } else { f64::INFINITY },
+            ),
             (Bound::Undamped, undamped),
         ]
     }
@@ -218,7 +245,8 @@ mod tests {
     use nalgebra::Complex;
     use std::f64::consts::PI;
 
-    /// Largest amplification of any wave over a step with Courant numbers `c` and diffusion parts `r` along two axes.
+    /// Largest amplification of any wave over a step with Courant numbers `c` and diffusion parts
+    /// `r` along two axes.
     fn amplification(scheme: &Scheme, qsi: bool, c: [f64; 2], r: [f64; 2]) -> f64 {
         let one = Complex::new(1.0, 0.0);
         let count = scheme.stages_for(r[0] + r[1]);
@@ -234,7 +262,8 @@ mod tests {
                 let (mut last, mut before) = (one, one);
                 for stage in stages {
                     let rates = z * (last * stage.rate + stage.first);
-                    (before, last) = (last, last * stage.last + before * stage.before + rates + stage.start);
+                    (before, last) =
+                        (last, last * stage.last + before * stage.before + rates + stage.start);
                 }
                 return last;
             }
@@ -244,17 +273,24 @@ mod tests {
                 _ => one + z + z * z / 2.0 + z * z * z / 6.0,
             }
         };
-        angles().flat_map(|x| angles().map(move |y| (x, y))).map(|(x, y)| step(x, y).norm()).fold(0.0, f64::max)
+        angles()
+            .flat_map(|x| angles().map(move |y| (x, y)))
+            .map(|(x, y)| step(x, y).norm())
+            .fold(0.0, f64::max)
     }
 
     #[test]
     fn no_wave_grows_within_the_limits_of_a_scheme_and_one_does_well_beyond() {
-        let legendre =
-            [(RK2, 3), (RK2, 4), (RK2, 12), (RK3, 3), (RK3, 4), (RK3, 10)].map(|(own, most)| own.stabilised(most));
-        for (name, scheme, qsi) in
-            [("euler", &EULER, false), ("rk2", &RK2, false), ("rk3", &RK3, false), ("qsi", &QSI, true)]
-                .into_iter()
-                .chain(legendre.iter().map(|scheme| ("legendre", scheme, false)))
+        let legendre = [(RK2, 3), (RK2, 4), (RK2, 12), (RK3, 3), (RK3, 4), (RK3, 10)]
+            .map(|(own, most)| own.stabilised(most));
+        for (name, scheme, qsi) in [
+            ("euler", &EULER, false),
+            ("rk2", &RK2, false),
+            ("rk3", &RK3, false),
+            ("qsi", &QSI, true),
+        ]
+        .into_iter()
+        .chain(legendre.iter().map(|scheme| ("legendre", scheme, false)))
         {
             // Advection and diffusion in all proportions, along one axis, both, or one each.
             for ratio in [0.0, 1e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 1e3] {
@@ -274,15 +310,22 @@ mod tests {
                     };
                     let (bound, dt) = limits.tightest();
                     let c = if qsi { [1.0, (2.0_f64 - 2.0 * c).min(1.0)] } else { [c, 1.0 - c] };
-                    let grows = |dt: f64| amplification(scheme, qsi, c.map(|c| c * dt), r.map(|r| r * dt));
+                    let grows =
+                        |dt: f64| amplification(scheme, qsi, c.map(|c| c * dt), r.map(|r| r * dt));
                     let here = grows(dt);
-                    assert!(here < 1.0012, "{name}, r/C = {ratio}, {c:?} {r:?}: {here} at {bound} {dt}");
-                    // QSI alone has no limit but its stencil's; tiny steps amplify little however unstable they are; and
-                    // the worst proportions set the limit for all.
+                    assert!(
+                        here < 1.0012,
+                        "{name}, r/C = {ratio}, {c:?} {r:?}: {here} at {bound} {dt}"
+                    );
+                    // QSI alone has no limit but its stencil's; tiny steps amplify little however
+                    // unstable they are; and the worst proportions set the limit for all.
                     let own = scheme.most_stages.is_none() || bound == Bound::Diffusion;
                     if !qsi && own && dt > 0.05 && c[0] == 1.0 && r[0] <= 0.5 * ratio {
                         let beyond = grows(2.5 * dt);
-                        assert!(beyond > 1.005, "{name}, r/C = {ratio}: {beyond} far over {bound} {dt}: limit too low");
+                        assert!(
+                            beyond > 1.005,
+                            "{name}, r/C = {ratio}: {beyond} far over {bound} {dt}: limit too low"
+                        );
                     }
                 }
             }
@@ -291,8 +334,13 @@ mod tests {
 
     #[test]
     fn a_body_that_falls_from_rest_is_given_a_first_step() {
-        let limits =
-            Limits { courant_rate: 0.0, diffusion_rate: 0.0, damping_rate: 0.0, courant_growth: 10.0, scheme: RK2 };
+        let limits = Limits {
+            courant_rate: 0.0,
+            diffusion_rate: 0.0,
+            damping_rate: 0.0,
+            courant_growth: 10.0,
+            scheme: RK2,
+        };
         let dt = limits.step_for(0.4);
         assert!((10.0 * dt * dt - 0.4).abs() < 1e-12, "{dt}");
         assert_eq!(Limits { courant_rate: 2.0, courant_growth: 0.0, ..limits }.step_for(0.4), 0.2);
@@ -301,8 +349,14 @@ mod tests {
     #[test]
     fn the_bound_that_binds_is_the_smallest() {
         let limits = |a, b, scheme: &Scheme| {
-            Limits { courant_rate: a, diffusion_rate: b, damping_rate: 0.5 * b, courant_growth: 0.0, scheme: *scheme }
-                .tightest()
+            Limits {
+                courant_rate: a,
+                diffusion_rate: b,
+                damping_rate: 0.5 * b,
+                courant_growth: 0.0,
+                scheme: *scheme,
+            }
+            .tightest()
         };
         assert_eq!(limits(1.0, 0.0, &RK2), (Bound::Advection(0.5), 0.5));
         assert_eq!(limits(0.0, 4.0, &RK2), (Bound::Diffusion, 0.25));

@@ -1,5 +1,6 @@
-//! What lasts from one step to the next, and nothing else: a step is a function of it. Whatever else a method keeps can be
-//! dropped and made anew between any two steps, and is, when a run goes on from a checkpoint.
+//! What lasts from one step to the next, and nothing else: a step is a function of it. Whatever
+//! else a method keeps can be dropped and made anew between any two steps, and is, when a run goes
+//! on from a checkpoint.
 
 mod balance;
 mod energy;
@@ -48,7 +49,8 @@ pub struct State<const D: usize> {
     pub touching: Touching,
     /// What sharp walls have of the past; `None` with another method.
     pub walls: Option<WallHistory<D>>,
-    /// What contacts are expected to hold each body with; `None` with a method that does not expect it.
+    /// What contacts are expected to hold each body with; `None` with a method that does not expect
+    /// it.
     pub supports: Option<Vec<Support>>,
     /// The force by which the fluid is driven (N/m3), uniform; `None` where nothing drives it.
     pub drive: Option<Vector3<f64>>,
@@ -81,7 +83,11 @@ impl<const D: usize> State<D> {
             u: grid.vector_field(),
             p: grid.field(),
             faces: grid.vector_field(),
-            faces_before: if extrapolates { grid.vector_field() } else { std::array::from_fn(|_| Vec::new()) },
+            faces_before: if extrapolates {
+                grid.vector_field()
+            } else {
+                std::array::from_fn(|_| Vec::new())
+            },
             exchange: vec![Exchange::default(); bodies.len()],
             bodies,
             waiting: Vec::new(),

@@ -37,7 +37,9 @@ pub fn host() -> String {
 
 /// The time now, UTC, as `2026-11-21T03:04:05Z`.
 pub fn now() -> String {
-    let seconds = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0, |d| d.as_secs());
+    let seconds = std::time::SystemTime::now()
+        .duration_since(std::time::UNIX_EPOCH)
+        .map_or(0, |d| d.as_secs());
     let (days, day) = (seconds / 86_400, seconds % 86_400);
     // Civil date of a day count, by eras of 400 years that begin in March.
     let z = days + 719_468;

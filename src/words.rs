@@ -61,7 +61,10 @@ mod tests {
 
     #[test]
     fn times_and_sizes_have_the_unit_that_suits_them() {
-        assert_eq!([59.0, 61.0, 3720.0, 1e15].map(minutes), ["59 s", "1 min 01 s", "1 h 02 min", "1.2e10 days"]);
+        assert_eq!(
+            [59.0, 61.0, 3720.0, 1e15].map(minutes),
+            ["59 s", "1 min 01 s", "1 h 02 min", "1.2e10 days"]
+        );
         assert_eq!(
             [2.34e3, 2.34e5, 3.2e7, 1.25e9, 4.4e10, 1e30].map(size),
             ["2.3 kB", "0.2 MB", "32 MB", "1.2 GB", "44 GB", "1.0e21 GB"]

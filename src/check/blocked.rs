@@ -21,7 +21,8 @@ pub fn shut<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
     let (grid, bodies) = (&scene.domain.grid, &scene.state.bodies);
     let way = find_shut(case, grid, bodies, |_| true)?;
     Some(format!(
-        "warning      the particles shut the channel {way}, as far as this grid shows gaps between them: what is driven through it has \
+        "warning      the particles shut the channel {way}, as far as this grid shows gaps between \
+        them: what is driven through it has \
          no meaning; open it, or use more cells"
     ))
 }
@@ -39,7 +40,8 @@ pub fn refuse_shut<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Result<
         Err(loaded.error_at(
             "particle",
             format!(
-                "the fixed particles shut the channel {way}, as far as this grid shows gaps between them: what comes in cannot \
+                "the fixed particles shut the channel {way}, as far as this grid shows gaps \
+                between them: what comes in cannot \
                  leave; open a way, or use more cells"
             ),
         ))
@@ -54,23 +56,36 @@ fn find_shut<const D: usize>(
     wanted: impl Fn(&Body) -> bool,
 ) -> Option<String> {
     // What leaves by a velocity that is given leaves as through an outflow.
-    let sides: Vec<_> =
-        case.sides().enumerate().map(|(n, (name, side))| (n, name, side, side.flux(n, &case.domain))).collect();
-    let out: Vec<usize> =
-        sides.iter().filter(|(_, _, side, flux)| **side == Side::Outflow || *flux < 0.0).map(|side| side.0).collect();
-    let ends = |at: &[usize; D], side: usize| at[side / 2] == [0, grid.cells[side / 2] - 1][side % 2];
+    let sides: Vec<_> = case
+        .sides()
+        .enumerate()
+        .map(|(n, (name, side))| (n, name, side, side.flux(n, &case.domain)))
+        .collect();
+    let out: Vec<usize> = sides
+        .iter()
+        .filter(|(_, _, side, flux)| **side == Side::Outflow || *flux < 0.0)
+        .map(|side| side.0)
+        .collect();
+    let ends =
+        |at: &[usize; D], side: usize| at[side / 2] == [0, grid.cells[side / 2] - 1][side % 2];
     let entered = sides.iter().filter(|(_, _, _, flux)| *flux > 0.0);
-    let mut ways: Vec<(Way, String)> =
-        driven_axes(case).into_iter().map(|a| (Way::Along(a), format!("along {}", ["x", "y", "z"][a]))).collect();
-    ways.extend(entered.map(|(n, name, ..)| (Way::From(*n), format!("between {name} and the outflow"))));
+    let mut ways: Vec<(Way, String)> = driven_axes(case)
+        .into_iter()
+        .map(|a| (Way::Along(a), format!("along {}", ["x", "y", "z"][a])))
+        .collect();
+    ways.extend(
+        entered.map(|(n, name, ..)| (Way::From(*n), format!("between {name} and the outflow"))),
+    );
     if bodies.is_empty() || ways.is_empty() {
         return None;
     }
     let covered = cover(grid, bodies.iter().filter(|body| wanted(body)));
     let shut = ways.into_iter().find(|(way, _)| match way {
         Way::Along(axis) => {
-            let (first, last) =
-                (|at: &[usize; D]| at[*axis] == 0, |at: &[usize; D]| at[*axis] + 1 == grid.cells[*axis]);
+            let (first, last) = (
+                |at: &[usize; D]| at[*axis] == 0,
+                |at: &[usize; D]| at[*axis] + 1 == grid.cells[*axis],
+            );
             !connected(grid, &covered, Some(*axis), first, last)
         }
         Way::From(side) => {
@@ -113,15 +128,21 @@ fn cover<'a, const D: usize>(grid: &Grid<D>, bodies: impl Iterator<Item = &'a Bo
     for body in bodies {
         let (turn, shape) = (body.turn(), body.shape());
         let ends: [[i64; 2]; D] = std::array::from_fn(|a| {
-            [-1.0, 1.0].map(|side| ((body.centre[a] + side * body.radius()) / grid.h[a]).floor() as i64)
+            [-1.0, 1.0]
+                .map(|side| ((body.centre[a] + side * body.radius()) / grid.h[a]).floor() as i64)
         });
         let mut at: [i64; D] = ends.map(|[low, _]| low);
         loop {
-            let cell: [usize; D] = std::array::from_fn(|a| at[a].rem_euclid(grid.cells[a] as i64) as usize);
-            let inside = (0..D).all(|a| grid.periodic[a] || (0..grid.cells[a] as i64).contains(&at[a]));
-            let centre =
-                Vector3::from_fn(|a, _| if a < D { (cell[a] as f64 + 0.5) * grid.h[a] } else { body.centre[a] });
-            if inside && shape.distance(&turn, &nearest_image(&body.centre, &centre, &periods)) < 0.0 {
+            let cell: [usize; D] =
+                std::array::from_fn(|a| at[a].rem_euclid(grid.cells[a] as i64) as usize);
+            let inside =
+                (0..D).all(|a| grid.periodic[a] || (0..grid.cells[a] as i64).contains(&at[a]));
+            let centre = Vector3::from_fn(|a, _| {
+                if a < D { (cell[a] as f64 + 0.5) * grid.h[a] } else { body.centre[a] }
+            });
+            if inside
+                && shape.distance(&turn, &nearest_image(&body.centre, &centre, &periods)) < 0.0
+            {
                 covered[number(grid, &cell)] = true;
             }
             let Some(axis) = (0..D).find(|&a| at[a] < ends[a][1]) else { break };

@@ -14,7 +14,8 @@ use crate::petsc::Session;
 use crate::scene::Scene;
 use std::io;
 
-/// Bytes of a row of `steps.csv`, and of a particle that moves in `particles.csv`, in 2D and 3D, as they are in most runs.
+/// Bytes of a row of `steps.csv`, and of a particle that moves in `particles.csv`, in 2D and 3D, as
+/// they are in most runs.
 const STEP_ROW: f64 = 460.0;
 const PARTICLE_ROW: [f64; 2] = [480.0, 750.0];
 /// Checkpoints that are kept, and the one that is being written.
@@ -68,7 +69,8 @@ pub fn expected<const D: usize>(case: &Case, scene: &mut Scene<D>, steps: f64) -
     let mut archive = Archive::write(&domain.session, &mut checkpoint);
     scene.state.serialize(&domain.grid, &mut archive)?;
     archive.finish()?;
-    let has_rows = |motion: &Motion| !matches!((motion, case.output.fixed), (Motion::Fixed, FixedRows::Once));
+    let has_rows =
+        |motion: &Motion| !matches!((motion, case.output.fixed), (Motion::Fixed, FixedRows::Once));
     let moving = case.particle.iter().filter(|p| has_rows(&p.motion)).count() as f64;
     let particles = PARTICLE_ROW[D - 2] * moving * (1.0 + due(&case.output.particles));
     let all = snapshot * snapshots + CHECKPOINTS * checkpoint.0 + particles + STEP_ROW * steps;

@@ -1,5 +1,5 @@
-//! What the flow around a body will ask of the grid, before it runs: the speed that it comes to, its Reynolds number and the
-//! boundary layer at its front.
+//! What the flow around a body will ask of the grid, before it runs: the speed that it comes to,
+//! its Reynolds number and the boundary layer at its front.
 //!
 //! ```text
 //!   U = terminal_speed                drag against submerged weight ([`crate::particles::terminal_speed`])
@@ -31,10 +31,13 @@ pub struct Layer {
 }
 
 impl Layer {
-    /// The thinnest layer of a case, in diameters of its body; `None` where nothing moves past a body.
+    /// The thinnest layer of a case, in diameters of its body; `None` where nothing moves past a
+    /// body.
     pub fn thinnest(case: &Case) -> Option<Layer> {
         let layers = case.particle.iter().enumerate().filter_map(|(id, p)| Layer::of(case, id, p));
-        layers.min_by(|a, b| a.thickness.total_cmp(&b.thickness).then(b.reynolds.total_cmp(&a.reynolds)))
+        layers.min_by(|a, b| {
+            a.thickness.total_cmp(&b.thickness).then(b.reynolds.total_cmp(&a.reynolds))
+        })
     }
 
     fn of(case: &Case, particle: usize, p: &Particle) -> Option<Layer> {
@@ -77,22 +80,32 @@ pub struct Walls {
 impl Walls {
     /// The thinnest in spacings; `None` where nothing flows along walls fast enough.
     pub fn thinnest(case: &Case) -> Option<Walls> {
-        let (speed, nu) =
-            (case.reference_speed.or_else(|| case.driven_speed())?, case.fluid.viscosity / case.fluid.density);
-        let walls = |axis: &usize| case.boundary[*axis].iter().any(|s| matches!(s, Side::Wall | Side::MovingWall(_)));
+        let (speed, nu) = (
+            case.reference_speed.or_else(|| case.driven_speed())?,
+            case.fluid.viscosity / case.fluid.density,
+        );
+        let walls = |axis: &usize| {
+            case.boundary[*axis].iter().any(|s| matches!(s, Side::Wall | Side::MovingWall(_)))
+        };
         let of = |axis: usize| {
             let length = case.domain.size[axis];
             let reynolds = speed * length / nu;
             Walls { axis, speed, reynolds, thickness: length / reynolds.sqrt() }
         };
         let spacings = case.spacings();
-        let all = (0..case.dimension()).filter(walls).map(of).filter(|w| nu > 0.0 && w.reynolds >= LEAST_REYNOLDS);
-        all.min_by(|a, b| (a.thickness / spacings[a.axis]).total_cmp(&(b.thickness / spacings[b.axis])))
+        let all = (0..case.dimension())
+            .filter(walls)
+            .map(of)
+            .filter(|w| nu > 0.0 && w.reynolds >= LEAST_REYNOLDS);
+        all.min_by(|a, b| {
+            (a.thickness / spacings[a.axis]).total_cmp(&(b.thickness / spacings[b.axis]))
+        })
     }
 }
 
-/// The speed that a lone body comes to under its submerged weight (m/s): its terminal speed, or what it gathers until the end on its way to
-/// the borders, whichever is less. Where a border stops it along one axis, it goes on along the others.
+/// The speed that a lone body comes to under its submerged weight (m/s): its terminal speed, or
+/// what it gathers until the end on its way to the borders, whichever is less. Where a border stops
+/// it along one axis, it goes on along the others.
 pub fn fall_speed(case: &Case, p: &Particle) -> f64 {
     let gravity = &case.fluid.gravity;
     let g = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
@@ -103,7 +116,8 @@ pub fn fall_speed(case: &Case, p: &Particle) -> f64 {
         return 0.0;
     }
     let sphere = matches!(p.shape, Shape::Sphere(_));
-    let terminal = if nu > 0.0 { terminal_speed(sphere, diameter, weight, nu) } else { f64::INFINITY };
+    let terminal =
+        if nu > 0.0 { terminal_speed(sphere, diameter, weight, nu) } else { f64::INFINITY };
     let added = if sphere { 0.5 } else { 1.0 };
     let square = gravity.iter().enumerate().filter(|(_, g)| **g != 0.0).map(|(axis, along)| {
         let down = (*along < 0.0) == (s > 1.0);
@@ -124,18 +138,23 @@ mod tests {
         let text = format!(
             "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [0.1, 0.15], cells = [8, 12] }}\n\
              fluid = {{ density = 1000.0, viscosity = 1e-3, gravity = [0.0, -9.81] }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
+                 }}\n\
              particle = [{{ shape = {{ disc = {{ diameter = 0.02 }} }}, position = {position}, {more} }}]\n"
         );
         Layer::thinnest(&crate::config::written(&text).unwrap()).unwrap()
     }
 
     #[test]
-    fn the_paper_s_cylinder_falls_at_a_reynolds_number_of_some_thousands_with_a_layer_of_a_third_of_a_millimetre() {
+    fn the_paper_s_cylinder_falls_at_a_reynolds_number_of_some_thousands_with_a_layer_of_a_third_of_a_millimetre()
+     {
         let layer = thinnest("[0.015, 0.1]", "density = 1200.0");
         // By hand: U^2 = 2 0.2 g (pi d/4)/Cd, Cd = 1 + 10 Re^(-2/3) = 1.035 at Re = 4880.
         assert!(layer.falls && (layer.reynolds / 4880.0 - 1.0).abs() < 0.01, "{layer:?}");
-        assert!((layer.thickness / 3.43e-4 - 1.0).abs() < 0.01 && layer.cells_needed() == 59.0, "{layer:?}");
+        assert!(
+            (layer.thickness / 3.43e-4 - 1.0).abs() < 0.01 && layer.cells_needed() == 59.0,
+            "{layer:?}"
+        );
         // One that rises has less way: sqrt(2 a L) with a = g/(0.0 + 1), L = 11 mm.
         let short = thinnest("[0.015, 0.129]", "density = 1e-3");
         assert!((short.speed - (2.0 * 9.81 * 0.011f64).sqrt()).abs() < 1e-6, "{short:?}");
@@ -143,9 +162,11 @@ mod tests {
 
     #[test]
     fn along_a_slope_it_gathers_speed_until_the_end() {
-        let text = "name = \"t\"\ntime.end = 0.5\ndomain = { size = [0.06, 0.06], cells = [24, 24] }\n\
+        let text = "name = \"t\"\ntime.end = 0.5\n\
+            domain = { size = [0.06, 0.06], cells = [24, 24] }\n\
                     fluid = { density = 1.0, viscosity = 1e-5, gravity = [3.0, -9.0] }\n\
-                    boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }\n\
+                    boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north \
+                        = \"wall\" }\n\
                     particle = [{ shape.disc.diameter = 0.01, position = [0.03, 0.005], density = 1e6 }]\n";
         let case = crate::config::written(text).unwrap();
         assert!((fall_speed(&case, &case.particle[0]) - 1.5).abs() < 1e-5);

@@ -1,4 +1,5 @@
-//! `mics check`: the scene in one screen, without running it: sizes, numbers, limits, what is needed and what is not.
+//! `mics check`: the scene in one screen, without running it: sizes, numbers, limits, what is
+//! needed and what is not.
 
 mod blocked;
 mod disk;
@@ -34,7 +35,8 @@ const TRIAL_STEPS: u32 = 3;
 /// Reynolds number beyond which the units are in doubt.
 const DOUBTFUL: f64 = 1e6;
 
-/// Cells across a particle below which its flow is not resolved, and below which its forces are off by many per cent.
+/// Cells across a particle below which its flow is not resolved, and below which its forces are off
+/// by many per cent.
 const RESOLVED: f64 = 4.0;
 const GOOD: f64 = 8.0;
 
@@ -51,7 +53,8 @@ const TIGHT: f64 = 1e-2;
 /// Density ratios beyond which a unit may be wrong.
 const USUAL: std::ops::Range<f64> = 0.01..100.0;
 
-/// Reads, checks and describes a case; `quiet`, it is not described, and no step is tried. Collective; rank 0 prints.
+/// Reads, checks and describes a case; `quiet`, it is not described, and no step is tried.
+/// Collective; rank 0 prints.
 ///
 /// # Errors
 /// When the case is wrong.
@@ -70,13 +73,20 @@ pub fn check(path: &Path, set: &[String], petsc: &[String], quiet: bool) -> Resu
         _ => describe::<3>(&session, &loaded),
     };
     let lines = lines.map_err(|e| match e {
-        e @ (Error::Run(_) | Error::NotFinite(_)) => loaded.error_at("", format!("its first steps fail: {e}")),
+        e @ (Error::Run(_) | Error::NotFinite(_)) => {
+            loaded.error_at("", format!("its first steps fail: {e}"))
+        }
         other => other,
     })?;
     let lines = [lines, loaded.notes.clone()].concat();
     let unused = session.unused_options()?;
-    let unused = (!unused.is_empty()).then(|| format!("unused       PETSc options: {}", unused.join(", ")));
-    if session.rank() == 0 { lines.iter().chain(&unused).try_for_each(|line| print(line)) } else { Ok(()) }
+    let unused =
+        (!unused.is_empty()).then(|| format!("unused       PETSc options: {}", unused.join(", ")));
+    if session.rank() == 0 {
+        lines.iter().chain(&unused).try_for_each(|line| print(line))
+    } else {
+        Ok(())
+    }
 }
 
 /// Refuses a scene before its first step: a step over a limit, a shut channel, free particles that
@@ -93,11 +103,14 @@ pub(crate) fn refuse<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Resul
 fn refuse_below_a_cell(loaded: &Loaded) -> Result<()> {
     let case = &loaded.case;
     let free = case.particle.iter().any(Particle::is_free);
-    let Some(cells) = cells_across(case).filter(|cells| free && *cells < 1.0) else { return Ok(()) };
+    let Some(cells) = cells_across(case).filter(|cells| free && *cells < 1.0) else {
+        return Ok(());
+    };
     Err(loaded.error_at(
         "domain.size",
         format!(
-            "the smallest particle is {} cells across, and {RESOLVED} or more are needed: if the box is in another unit than the diameters, \
+            "the smallest particle is {} cells across, and {RESOLVED} or more are needed: if the \
+            box is in another unit than the diameters, \
              write both in m; else give domain.cells more",
             brief(cells)
         ),
@@ -152,21 +165,40 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     if let Some(axis) = case.falls_as_a_whole() {
         let x = ["x", "y", "z"][axis];
         lines.push(format!(
-            "note         nothing holds this periodic box along {x}: fluid and particles accelerate by the particles' weight; \
+            "note         nothing holds this periodic box along {x}: fluid and particles \
+            accelerate by the particles' weight; \
              drive.hold_mixture = true carries it"
         ));
     }
-    lines.extend(case.initial.from.as_ref().map(|run| format!("begins       where {run} has come to")));
+    lines.extend(
+        case.initial.from.as_ref().map(|run| format!("begins       where {run} has come to")),
+    );
     lines.extend(doubled(case));
-    lines.extend(case.describe_particles().into_iter().map(|(label, words)| format!("{label:<13}{words}")));
-    lines.extend(case.contact.iter().flat_map(Contact::describe).map(|words| format!("materials    {words}")));
+    lines.extend(
+        case.describe_particles().into_iter().map(|(label, words)| format!("{label:<13}{words}")),
+    );
+    lines.extend(
+        case.contact
+            .iter()
+            .flat_map(Contact::describe)
+            .map(|words| format!("materials    {words}")),
+    );
     lines.extend(untouchable(case));
-    lines
-        .extend(unresolved(case).into_iter().chain(unusual(case)).chain(out_of_range(case)).chain(mixed_impacts(case)));
+    lines.extend(
+        unresolved(case)
+            .into_iter()
+            .chain(unusual(case))
+            .chain(out_of_range(case))
+            .chain(mixed_impacts(case)),
+    );
     if let (Some(speed), true) = (case.reference_speed, case.fluid.viscosity > 0.0) {
         let nu = case.fluid.viscosity / case.fluid.density;
         let length = case.particle.iter().map(|p| p.shape.diameter()).fold(0.0, f64::max);
-        let (length, of) = if length > 0.0 { (length, "largest diameter") } else { (case.domain.size[1], "height") };
+        let (length, of) = if length > 0.0 {
+            (length, "largest diameter")
+        } else {
+            (case.domain.size[1], "height")
+        };
         lines.push(format!(
             "Reynolds     {} (speed {} m/s, {of} {} m)",
             number_of_flow(speed * length / nu),
@@ -176,9 +208,15 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     }
     lines.extend(layer(case));
     lines.extend(shut(case, &scene));
-    lines.extend(run_into(case, &scene).into_iter().chain(locked_into(case, &scene)).chain(pressed(case, &scene)));
+    lines.extend(
+        run_into(case, &scene)
+            .into_iter()
+            .chain(locked_into(case, &scene))
+            .chain(pressed(case, &scene)),
+    );
     let explicit = Limits { scheme: limits.scheme.explicit(), ..limits };
-    for ((bound, limit), (_, first)) in limits.bounds().into_iter().zip(explicit.bounds()).filter(|b| b.0.1.is_finite())
+    for ((bound, limit), (_, first)) in
+        limits.bounds().into_iter().zip(explicit.bounds()).filter(|b| b.0.1.is_finite())
     {
         let stages = limits.scheme.most_stages.filter(|_| first < limit);
         let stages = stages.map_or(String::new(), |most| {
@@ -192,7 +230,11 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     let later = later_step(case, &limits);
     let steps = steps(case, &limits, dt, later);
     let stages = limits.scheme.stages_for(later * limits.diffusion_rate);
-    let more = if stages > limits.scheme.weights.len() { format!(" in {stages} stages") } else { String::new() };
+    let more = if stages > limits.scheme.weights.len() {
+        format!(" in {stages} stages")
+    } else {
+        String::new()
+    };
     let pace = Pace::expected(case).filter(|_| !(0.99..1.01).contains(&(later / dt))).map(|pace| {
         let Pace { speed, words, .. } = pace;
         format!(", and {later:.1e} s{more} at {} m/s, {words}", brief(speed))
@@ -205,7 +247,11 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     ));
     lines.extend(long_beside_wall(case, &scene, choice));
     lines.extend(contacts(case, &scene, later));
-    lines.push(format!("pressure     {}, until |D| < {:e} 1/s", scene.solver()?, case.pressure.divergence_limit));
+    lines.push(format!(
+        "pressure     {}, until |D| < {:e} 1/s",
+        scene.solver()?,
+        case.pressure.divergence_limit
+    ));
     lines.extend(tight_pressure(case));
     for (what, needed, why) in scene.needs() {
         lines.push(format!("{:<13}{what}: {why}", if needed { "needs" } else { "skips" }));
@@ -225,7 +271,8 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     let mut memory = [peak_memory()];
     session.sum(&mut memory)?;
     lines.push(format!(
-        "cost         {:.2} ms a step ({:.2} us a cell; the first {TRIAL_STEPS} steps tried), start-up {start_up:.2} s, \
+        "cost         {:.2} ms a step ({:.2} us a cell; the first {TRIAL_STEPS} steps tried), \
+        start-up {start_up:.2} s, \
          memory {:.0} MB; about {} for the run, more where many particles touch; {disk} of disk at most",
         1e3 * step,
         1e6 * step / scene.domain.grid.total_cells() as f64,
@@ -243,9 +290,11 @@ fn outwards(case: &Case) -> Vec<String> {
     };
     let sides = case.sides().enumerate().filter(|(face, (_, side))| leaves(*face, side));
     let words = |(face, (name, _)): (usize, (&str, &Side))| {
-        let (x, sign) = (["x", "y", "z"][face / 2], if face % 2 == 0 { "positive" } else { "negative" });
+        let (x, sign) =
+            (["x", "y", "z"][face / 2], if face % 2 == 0 { "positive" } else { "negative" });
         format!(
-            "warning      the inflow at {name} leaves the box there; one that enters it has a {sign} velocity along {x}"
+            "warning      the inflow at {name} leaves the box there; one that enters it has a \
+            {sign} velocity along {x}"
         )
     };
     sides.map(words).collect()
@@ -257,7 +306,8 @@ fn untouchable(case: &Case) -> Option<String> {
     let meets = case.particle.len() > 1 || case.boundary.iter().flatten().any(solid);
     let free = case.contact.is_none() && case.particle.iter().any(Particle::is_free);
     (free && meets).then(|| {
-        "notice       the case has no [contact]: the run ends as soon as a free particle touches another or a wall; an empty [contact] lets \
+        "notice       the case has no [contact]: the run ends as soon as a free particle touches \
+        another or a wall; an empty [contact] lets \
          them touch"
             .into()
     })
@@ -274,7 +324,8 @@ fn tight_pressure(case: &Case) -> Option<String> {
     let enough = 10f64.powf(enough.log10().floor());
     (part < TIGHT * EXACT && enough > limit).then(|| {
         format!(
-            "note         pressure.divergence_limit = {limit:e} 1/s is tighter than this flow needs: over the whole box it changes a velocity by \
+            "note         pressure.divergence_limit = {limit:e} 1/s is tighter than this flow \
+            needs: over the whole box it changes a velocity by \
              at most {part:.0e} of {} m/s; {enough:e} keeps that below {EXACT:e}, and saves iterations",
             brief(speed)
         )
@@ -288,41 +339,64 @@ fn outputs(case: &Case, disk: &Disk) -> String {
         Cadence::Steps(n) => format!("every {n} steps"),
         Cadence::Time(time) => format!("every {} s", number(*time)),
     };
-    let fields = case.output.fields.as_ref().map_or("of the first and the last state".to_owned(), often);
+    let fields =
+        case.output.fields.as_ref().map_or("of the first and the last state".to_owned(), often);
     let mut words = format!(
-        "output       into runs/{}, unless --out names another folder: fields {fields}, {} snapshots of {}",
+        "output       into runs/{}, unless --out names another folder: fields {fields}, {} \
+        snapshots of {}",
         case.name,
         whole(disk.snapshots),
         size(disk.snapshot)
     );
     if !case.particle.is_empty() {
-        words += &format!("; particles.csv {}, {}", often(&case.output.particles), size(disk.particles));
+        words +=
+            &format!("; particles.csv {}, {}", often(&case.output.particles), size(disk.particles));
     }
     let checkpoint = match case.output.checkpoint {
         Checkpoints::Steps(n) => format!("every {n} steps"),
         Checkpoints::WallMinutes(minutes) => format!("every {} minutes", number(minutes)),
     };
-    words + &format!("; a checkpoint {checkpoint}, of which two of {} are kept", size(disk.checkpoint))
+    words
+        + &format!(
+            "; a checkpoint {checkpoint}, of which two of {} are kept",
+            size(disk.checkpoint)
+        )
 }
 
 /// A free body that begins beside a wall, where viscosity bounds the first step and later ones have
-/// more stages: such steps are too long for the flow in the gap. A disc that falls at a gap of
-/// 0.02 d, 8 to 16 cells a diameter, is 4 to 5 % faster in four stages than in the two of rk2, which
-/// are within 1 % of steps of a seventh.
-fn long_beside_wall<const D: usize>(case: &Case, scene: &Scene<D>, choice: Choice) -> Option<String> {
+/// more stages: such steps are too long for the flow in the gap. A disc that falls at a gap of 0.02
+/// d, 8 to 16 cells a diameter, is 4 to 5 % faster in four stages than in the two of rk2, which are
+/// within 1 % of steps of a seventh.
+fn long_beside_wall<const D: usize>(
+    case: &Case,
+    scene: &Scene<D>,
+    choice: Choice,
+) -> Option<String> {
     let h = case.spacings().into_iter().fold(0.0, f64::max);
     let near = params::near_gap() * h;
-    let walls = || case.sides().enumerate().filter(|(_, (_, side))| matches!(side, Side::Wall | Side::MovingWall(_)));
+    let walls = || {
+        case.sides()
+            .enumerate()
+            .filter(|(_, (_, side))| matches!(side, Side::Wall | Side::MovingWall(_)))
+    };
     let distance = |body: &Body, face: usize| {
         let (x, size) = (body.centre[face / 2], case.domain.size[face / 2]);
         if face % 2 == 0 { x } else { size - x }
     };
-    let gap = |body: &Body| walls().map(|(face, _)| distance(body, face) - body.radius()).fold(f64::INFINITY, f64::min);
-    let most = scene.limits().ok()?.scheme.most_stages.filter(|_| choice == Choice::Limit(Bound::Diffusion))?;
+    let gap = |body: &Body| {
+        walls().map(|(face, _)| distance(body, face) - body.radius()).fold(f64::INFINITY, f64::min)
+    };
+    let most = scene
+        .limits()
+        .ok()?
+        .scheme
+        .most_stages
+        .filter(|_| choice == Choice::Limit(Bound::Diffusion))?;
     let free = |body: &&Body| body.freedom().is_some() && gap(body) < near;
     let first = scene.state.bodies.iter().find(free)?;
     Some(format!(
-        "warning      {} begins {} spacings from a wall, where steps of up to {most} stages are too long: its speed along the wall may be off \
+        "warning      {} begins {} spacings from a wall, where steps of up to {most} stages are \
+        too long: its speed along the wall may be off \
          by 5 %; time.scheme = \"rk2\" is within 1 % of short steps",
         case.called(first.id),
         brief(gap(first).max(0.0) / h)
@@ -332,14 +406,16 @@ fn long_beside_wall<const D: usize>(case: &Case, scene: &Scene<D>, choice: Choic
 /// Bodies in a fluid without viscosity, which slips along the walls of the box.
 fn sticks(case: &Case) -> Option<String> {
     let sticks = case.fluid.viscosity == 0.0 && !case.particle.is_empty();
-    let words = "warning      without viscosity bodies hold the fluid beside them all the same: how they are set off from rest is right, \
+    let words = "warning      without viscosity bodies hold the fluid beside them all the same: \
+        how they are set off from rest is right, \
                  drag, wakes and light bodies at walls are not";
     sticks.then(|| words.into())
 }
 
 /// Bodies that overlap at the start by so much that their springs throw them apart.
 fn pressed<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
-    let (stored, g) = (scene.state.energy.springs, case.fluid.gravity.iter().map(|g| g * g).sum::<f64>().sqrt());
+    let (stored, g) =
+        (scene.state.energy.springs, case.fluid.gravity.iter().map(|g| g * g).sum::<f64>().sqrt());
     let free = || scene.state.bodies.iter().filter(|body| body.freedom().is_some());
     // What they would have from a fall by a hundredth of their diameters.
     let weight = |body: &Body| (body.mass() - case.fluid.density * body.volume()).abs() * g;
@@ -347,7 +423,8 @@ fn pressed<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
     let lightest = free().map(Body::mass).fold(f64::INFINITY, f64::min);
     (stored > fall && lightest.is_finite()).then(|| {
         format!(
-            "warning      particles overlap at the start, and the springs of their contacts hold {stored:.2e} J: they may part at up to {} m/s; \
+            "warning      particles overlap at the start, and the springs of their contacts hold \
+            {stored:.2e} J: they may part at up to {} m/s; \
              place them further apart",
             brief((2.0 * stored / lightest).sqrt())
         )
@@ -357,7 +434,11 @@ fn pressed<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
 /// Cells across the smallest particle; `None` without particles.
 fn cells_across(case: &Case) -> Option<f64> {
     let widest = case.spacings().into_iter().fold(0.0, f64::max);
-    case.particle.iter().map(|p| p.shape.diameter()).min_by(f64::total_cmp).map(|least| least / widest)
+    case.particle
+        .iter()
+        .map(|p| p.shape.diameter())
+        .min_by(f64::total_cmp)
+        .map(|least| least / widest)
 }
 
 /// Particles that are too small for the grid.
@@ -366,14 +447,18 @@ fn unresolved(case: &Case) -> Option<String> {
     if smallest < RESOLVED {
         let cells = case.domain.cells.iter().map(|&n| whole((n as f64 * GOOD / smallest).ceil()));
         return Some(format!(
-            "warning      a particle of {} cells is not resolved: {RESOLVED} or more are needed; domain.cells = [{}] give it {GOOD}",
+            "warning      a particle of {} cells is not resolved: {RESOLVED} or more are needed; \
+            domain.cells = [{}] give it {GOOD}",
             if smallest < 1.0 { brief(smallest) } else { format!("{smallest:.1}") },
             cells.collect::<Vec<_>>().join(", ")
         ));
     }
     // As large as asked for, but for rounding.
     (smallest < GOOD * (1.0 - 1e-9)).then(|| {
-        format!("note         a particle of {smallest:.1} cells is coarse: from {GOOD} on forces are right within some per cent")
+        format!(
+            "note         a particle of {smallest:.1} cells is coarse: from {GOOD} on forces \
+            are right within some per cent"
+        )
     })
 }
 
@@ -386,7 +471,8 @@ fn out_of_range(case: &Case) -> Vec<String> {
     let outside = case.particle.iter().position(|p| p.is_free() && !IN_CONTACT.contains(&ratio(p)));
     let density = outside.map(|id| {
         format!(
-            "warning      {} is {} times as dense as the fluid: contacts among particles hold from {} to {}",
+            "warning      {} is {} times as dense as the fluid: contacts among particles hold from \
+            {} to {}",
             case.called(id),
             brief(ratio(&case.particle[id])),
             IN_CONTACT.start(),
@@ -394,10 +480,12 @@ fn out_of_range(case: &Case) -> Vec<String> {
         )
     });
     let diameters = case.particle.iter().map(|p| p.shape.diameter());
-    let [least, most] = [diameters.clone().fold(f64::INFINITY, f64::min), diameters.fold(0.0, f64::max)];
+    let [least, most] =
+        [diameters.clone().fold(f64::INFINITY, f64::min), diameters.fold(0.0, f64::max)];
     let sizes = (most > MOST_SIZE_RATIO * least * (1.0 + 1e-9)).then(|| {
         format!(
-            "warning      particles of {} and {} m: contacts hold for diameters up to {MOST_SIZE_RATIO} times each other",
+            "warning      particles of {} and {} m: contacts hold for diameters up to \
+            {MOST_SIZE_RATIO} times each other",
             brief(least),
             brief(most)
         )
@@ -410,7 +498,8 @@ fn doubled(case: &Case) -> Option<String> {
     let (inherited, own) = (case.initial.inherited, case.particle.len() - case.initial.inherited);
     (inherited > 0 && own > 0).then(|| {
         format!(
-            "note         this file adds {own} to the {inherited} that come from that run: if they are the same, remove its [[particle]] and \
+            "note         this file adds {own} to the {inherited} that come from that run: if they \
+            are the same, remove its [[particle]] and \
              [[swarm]]"
         )
     })
@@ -421,7 +510,8 @@ fn mixed_impacts(case: &Case) -> Option<String> {
     let mixes = case.coupling.wall == WallRule::Mixing && case.contact.is_some();
     let free = case.particle.iter().any(Particle::is_free);
     (mixes && free).then(|| {
-        "warning      coupling.wall = \"mixing\" takes energy from impacts: speeds after them are up to a quarter less than the \
+        "warning      coupling.wall = \"mixing\" takes energy from impacts: speeds after them are \
+        up to a quarter less than the \
          restitution leaves; \"sharp\" keeps them"
             .into()
     })
@@ -433,12 +523,14 @@ fn unusual(case: &Case) -> Option<String> {
     let id = case.particle.iter().position(|p| p.is_free() && !USUAL.contains(&ratio(p)))?;
     let s = ratio(&case.particle[id]);
     Some(format!(
-        "note         {} is {s:.3e} times as dense as the fluid: if that is not meant, look at both densities",
+        "note         {} is {s:.3e} times as dense as the fluid: if that is not meant, look at \
+        both densities",
         case.called(id)
     ))
 }
 
-/// The boundary layer that the grid has to resolve: that of a body, or else that of the walls of the box.
+/// The boundary layer that the grid has to resolve: that of a body, or else that of the walls of
+/// the box.
 fn layer(case: &Case) -> Vec<String> {
     let Some(layer) = Layer::thinnest(case) else { return wall_layer(case) };
     let Layer { particle, falls, speed, reynolds, thickness, .. } = layer;
@@ -461,10 +553,13 @@ fn layer(case: &Case) -> Vec<String> {
 
 /// That of the walls of the box, where the flow along them is fast enough for one.
 fn wall_layer(case: &Case) -> Vec<String> {
-    let Some(Walls { axis, speed, reynolds, thickness }) = Walls::thinnest(case) else { return Vec::new() };
+    let Some(Walls { axis, speed, reynolds, thickness }) = Walls::thinnest(case) else {
+        return Vec::new();
+    };
     let (x, h) = (["x", "y", "z"][axis], case.spacings()[axis]);
     let line = format!(
-        "layer        along the walls across {x}, at {} m/s, Re = {}: a boundary layer of {thickness:.3e} m, {:.2} h",
+        "layer        along the walls across {x}, at {} m/s, Re = {}: a boundary layer of \
+        {thickness:.3e} m, {:.2} h",
         brief(speed),
         number_of_flow(reynolds),
         thickness / h
@@ -482,15 +577,23 @@ pub(crate) fn wake(case: &Case) -> Option<(String, f64, f64, f64)> {
 
 /// The boundary layer, where the grid does not resolve it, and how many cells would.
 pub(crate) fn thin_layer(case: &Case) -> Option<String> {
-    let (whose, needed, there, thickness, h) = match (Layer::thinnest(case), Walls::thinnest(case)) {
+    let (whose, needed, there, thickness, h) = match (Layer::thinnest(case), Walls::thinnest(case))
+    {
         (Some(layer), _) => {
             let h = case.spacings().into_iter().fold(0.0, f64::max);
             let needed = format!("{} cells a diameter", whole(layer.cells_needed()));
-            (case.called(layer.particle), needed, format!("{:.1}", layer.diameter / h), layer.thickness, h)
+            (
+                case.called(layer.particle),
+                needed,
+                format!("{:.1}", layer.diameter / h),
+                layer.thickness,
+                h,
+            )
         }
         (None, Some(Walls { axis, thickness, .. })) => {
             let x = ["x", "y", "z"][axis];
-            let needed = format!("{} cells along {x}", whole((case.domain.size[axis] / thickness).ceil()));
+            let needed =
+                format!("{} cells along {x}", whole((case.domain.size[axis] / thickness).ceil()));
             (
                 format!("the walls across {x}"),
                 needed,
@@ -502,7 +605,10 @@ pub(crate) fn thin_layer(case: &Case) -> Option<String> {
         (None, None) => return None,
     };
     (thickness < h).then(|| {
-        format!("the boundary layer of {whose} is thinner than a spacing: {needed} would put one into it, and there are {there}")
+        format!(
+            "the boundary layer of {whose} is thinner than a spacing: {needed} would put one \
+            into it, and there are {there}"
+        )
     })
 }
 
@@ -513,7 +619,8 @@ fn number_of_flow(reynolds: f64) -> String {
 
 /// What a Reynolds number often comes of that is far too large.
 fn doubt(reynolds: f64) -> &'static str {
-    let units = "; so large a Reynolds number often comes of a viscosity in other units: fluid.viscosity is dynamic, in Pa s, that of \
+    let units = "; so large a Reynolds number often comes of a viscosity in other units: \
+        fluid.viscosity is dynamic, in Pa s, that of \
                  water 1e-3";
     if reynolds > DOUBTFUL { units } else { "" }
 }

@@ -24,11 +24,13 @@ use crate::scheme::Limits;
 
 /// The largest speed over that of the stream, where something is held in it.
 const BESIDE: f64 = 1.5;
-/// The same over that of bodies that fall in company, in 2D and 3D: in a plane the fluid finds fewer ways past them.
+/// The same over that of bodies that fall in company, in 2D and 3D: in a plane the fluid finds
+/// fewer ways past them.
 const BETWEEN: [f64; 2] = [2.0, 1.5];
 /// In how many falls through the box bodies come to lie on its floor.
 const FALLS: f64 = 2.0;
-/// The power of time with which steps grow while the fluid above them comes to rest, in 2D and 3D: seen in `cases/packing` and `cases/size-sorting`.
+/// The power of time with which steps grow while the fluid above them comes to rest, in 2D and 3D:
+/// seen in `cases/packing` and `cases/size-sorting`.
 const FADES: [f64; 2] = [1.0, 2.0];
 /// Density over the fluid's from which on they hop for longer.
 const HOPPING: f64 = 100.0;
@@ -50,25 +52,39 @@ impl Pace {
     /// The fastest that is to be expected; `None` where nothing is known to move.
     pub fn expected(case: &Case) -> Option<Pace> {
         let held = case.particle.iter().any(|p| !p.is_free());
-        let (factor, beside) = if held { (BESIDE, " beside what is held in it") } else { (1.0, "") };
+        let (factor, beside) =
+            if held { (BESIDE, " beside what is held in it") } else { (1.0, "") };
         let spacings = case.spacings();
         let least = spacings.iter().copied().fold(f64::INFINITY, f64::min);
         // Beside a body it goes along all axes.
-        let along = case.stream.as_ref().filter(|_| case.particle.is_empty()).zip(case.reference_speed);
-        let along = along.map(|(v, speed)| speed / v.iter().zip(&spacings).map(|(v, h)| v.abs() / h).sum::<f64>());
+        let along =
+            case.stream.as_ref().filter(|_| case.particle.is_empty()).zip(case.reference_speed);
+        let along = along.map(|(v, speed)| {
+            speed / v.iter().zip(&spacings).map(|(v, h)| v.abs() / h).sum::<f64>()
+        });
         let open = if passes_over_a_bed(case) { 1.0 - solid_fraction(case) } else { 1.0 };
-        let stream = case
-            .reference_speed
-            .map(|speed| (factor * speed / open, format!("that of the stream{beside}"), along.unwrap_or(least), None));
-        let driven =
-            case.driven_speed().map(|speed| (speed, "to which the drive may bring the fluid".to_owned(), least, None));
+        let stream = case.reference_speed.map(|speed| {
+            (
+                factor * speed / open,
+                format!("that of the stream{beside}"),
+                along.unwrap_or(least),
+                None,
+            )
+        });
+        let driven = case
+            .driven_speed()
+            .map(|speed| (speed, "to which the drive may bring the fluid".to_owned(), least, None));
         let of_particles = case.particle.iter().enumerate().filter_map(|(id, p)| {
             let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
             match &p.motion {
                 Motion::Fixed => None,
                 Motion::Free { velocity, .. } => {
                     let (fall, start) = (fall_speed(case, p), size(velocity));
-                    Some((fall.max(start), id, if fall > start { "comes to" } else { "begins with" }))
+                    Some((
+                        fall.max(start),
+                        id,
+                        if fall > start { "comes to" } else { "begins with" },
+                    ))
                 }
                 Motion::Prescribed { velocity, oscillation, .. } => {
                     let swing = oscillation.as_ref().map_or(0.0, |o| o.speed());
@@ -81,17 +97,28 @@ impl Pace {
             let falls = does == "comes to";
             (speed, format!("which {} {does}", case.called(id)), least, falls.then_some(id))
         });
-        let vortex = case.initial.taylor_green.map(|speed| (speed, "that of the vortex".to_owned(), least, None));
-        let all = stream.into_iter().chain(vortex).chain(driven).chain(fastest).filter(|(speed, ..)| *speed > 0.0);
-        let all = all.map(|(speed, words, spacing, falling)| Pace { speed, words, spacing, falling });
+        let vortex = case
+            .initial
+            .taylor_green
+            .map(|speed| (speed, "that of the vortex".to_owned(), least, None));
+        let all = stream
+            .into_iter()
+            .chain(vortex)
+            .chain(driven)
+            .chain(fastest)
+            .filter(|(speed, ..)| *speed > 0.0);
+        let all =
+            all.map(|(speed, words, spacing, falling)| Pace { speed, words, spacing, falling });
         all.max_by(|a, b| (a.speed / a.spacing).total_cmp(&(b.speed / b.spacing)))
     }
 
-    /// When bodies have fallen to the floor of their box (s), if nothing drives; `None` where they have none, come in later, or hop for
-    /// long.
+    /// When bodies have fallen to the floor of their box (s), if nothing drives; `None` where they
+    /// have none, come in later, or hop for long.
     fn fallen(&self, case: &Case) -> Option<f64> {
         let id = self.falling?;
-        let driven = case.drive.is_some() || case.stream.is_some() || case.particle.iter().any(|p| p.enter.is_some());
+        let driven = case.drive.is_some()
+            || case.stream.is_some()
+            || case.particle.iter().any(|p| p.enter.is_some());
         let (ratio, mut height) = (case.particle[id].density / case.fluid.density, 0.0f64);
         for (axis, g) in case.fluid.gravity.iter().enumerate().filter(|(_, g)| **g != 0.0) {
             let floor = &case.boundary[axis][usize::from((*g > 0.0) == (ratio > 1.0))];
@@ -113,8 +140,10 @@ impl Pace {
 /// Whether a mean velocity is held in a box whose free bodies sink to its floor or rise to its
 /// ceiling: the flow passes beside them.
 fn passes_over_a_bed(case: &Case) -> bool {
-    let across =
-        |held: usize| (0..case.dimension()).any(|a| a != held && case.fluid.gravity[a] != 0.0 && !case.periodic(a));
+    let across = |held: usize| {
+        (0..case.dimension())
+            .any(|a| a != held && case.fluid.gravity[a] != 0.0 && !case.periodic(a))
+    };
     let free = case.particle.iter().any(|p| p.is_free() && p.density != case.fluid.density);
     free && matches!(&case.drive, Some(Drive::MeanVelocity(held)) if across(held.axis.index()))
 }
@@ -126,10 +155,13 @@ fn solid_fraction(case: &Case) -> f64 {
     (filled / volume).min(std::f64::consts::PI / 12.0f64.sqrt())
 }
 
-/// The step (s) of a run that has come to its speed, where that is known: by the scheme's `limits`, with all stages that viscosity asks for.
+/// The step (s) of a run that has come to its speed, where that is known: by the scheme's `limits`,
+/// with all stages that viscosity asks for.
 pub fn later_step(case: &Case, limits: &Limits) -> f64 {
     let first = choose_step(case, limits, None, case.time.end).0;
-    let (Step::Courant(number), Some(pace)) = (case.time.step, Pace::expected(case)) else { return first };
+    let (Step::Courant(number), Some(pace)) = (case.time.step, Pace::expected(case)) else {
+        return first;
+    };
     let begins = if passes_over_a_bed(case) { 0.0 } else { limits.courant_rate };
     let courant_rate = begins.max(number / pace.step(case));
     let limits = Limits { courant_rate, courant_growth: 0.0, ..*limits };
@@ -156,7 +188,8 @@ impl Rest {
         Some(Rest { from, still, power: FADES[case.dimension() - 2] })
     }
 
-    /// For how long a run would go on with steps of `dt` (s), which it takes at `time`, and make as many as it will to its `end` (all in s).
+    /// For how long a run would go on with steps of `dt` (s), which it takes at `time`, and make as
+    /// many as it will to its `end` (all in s).
     pub fn stretched(&self, time: f64, end: f64, dt: f64) -> f64 {
         let Rest { from, still, power } = *self;
         if !(time < end && dt > 0.0) {
@@ -165,13 +198,14 @@ impl Rest {
         let (from, longer) = (from.clamp(time, end), (still / dt).max(1.0));
         let until = (from * longer.powf(1.0 / power)).min(end);
         let ratio = until / from.max(f64::MIN_POSITIVE);
-        let growing = if power == 1.0 { ratio.ln() } else { (ratio.powf(1.0 - power) - 1.0) / (1.0 - power) };
+        let growing =
+            if power == 1.0 { ratio.ln() } else { (ratio.powf(1.0 - power) - 1.0) / (1.0 - power) };
         (from - time) + from * growing + (end - until) / longer
     }
 }
 
-/// How many steps a run takes from the `first` (s), each hardly longer than the one before, to the `later` ones (s), and to those that `limits` leave
-/// a box that comes to rest.
+/// How many steps a run takes from the `first` (s), each hardly longer than the one before, to the
+/// `later` ones (s), and to those that `limits` leave a box that comes to rest.
 pub fn steps(case: &Case, limits: &Limits, first: f64, later: f64) -> f64 {
     let (end, growth) = (case.time.end, params::step_growth());
     let pace = Pace::expected(case).filter(|pace| pace.step(case).is_finite() && later < first);
@@ -191,7 +225,8 @@ mod tests {
     fn case(sides: [&str; 4], more: &str) -> Case {
         let [west, east, south, north] = sides;
         let text = format!(
-            "name = \"t\"\ntime = {{ end = 9.0, cfl = 0.4 }}\ndomain = {{ size = [2.0, 0.5], cells = [32, 16] }}\n\
+            "name = \"t\"\ntime = {{ end = 9.0, cfl = 0.4 }}\n\
+            domain = {{ size = [2.0, 0.5], cells = [32, 16] }}\n\
              fluid = {{ density = 2.0, viscosity = 0.1, gravity = [0.0, -9.81] }}\n\
              boundary = {{ west = {west}, east = {east}, south = {south}, north = {north} }}\n{more}"
         );
@@ -215,13 +250,17 @@ mod tests {
     fn the_fastest_is_named_and_gives_the_step() {
         let disc = |name: &str, x: f64, more: &str| {
             format!(
-                "[[particle]]\nname = \"{name}\"\nshape = {{ disc = {{ diameter = 0.1 }} }}\nposition = [{x:?}, 0.3]\n{more}\n"
+                "[[particle]]\nname = \"{name}\"\nshape = {{ disc = {{ diameter = 0.1 }} }}\n\
+                position = [{x:?}, 0.3]\n{more}\n"
             )
         };
         let both = disc("stone", 0.5, "density = 5.0") + &disc("cork", 1.5, "density = 1.9");
         let case = case(["{ inflow = [0.01, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""], &both);
         let pace = Pace::expected(&case).unwrap();
-        assert_eq!((pace.speed, pace.words.as_str()), (fall_speed(&case, &case.particle[0]), "which stone comes to"));
+        assert_eq!(
+            (pace.speed, pace.words.as_str()),
+            (fall_speed(&case, &case.particle[0]), "which stone comes to")
+        );
         assert!((pace.step(&case) - 0.4 * 0.03125 / pace.speed).abs() < 1e-15);
     }
 
@@ -229,13 +268,20 @@ mod tests {
     fn bodies_that_fall_in_company_take_shorter_steps_until_they_lie() {
         let disc = |x: f64, more: &str| {
             format!(
-                "[[particle]]\nshape = {{ disc = {{ diameter = 0.1 }} }}\nposition = [{x:?}, 0.3]\ndensity = 5.0\n{more}\n"
+                "[[particle]]\nshape = {{ disc = {{ diameter = 0.1 }} }}\n\
+                position = [{x:?}, 0.3]\ndensity = 5.0\n{more}\n"
             )
         };
         let counted = |sides, more: &str| {
             let case = case(sides, more);
             let (scheme, diffusion_rate) = (crate::scheme::RK2, 10.0);
-            let limits = Limits { courant_rate: 0.0, courant_growth: 0.0, diffusion_rate, damping_rate: 5.0, scheme };
+            let limits = Limits {
+                courant_rate: 0.0,
+                courant_growth: 0.0,
+                diffusion_rate,
+                damping_rate: 5.0,
+                scheme,
+            };
             let later = later_step(&case, &limits);
             (steps(&case, &limits, 0.05, later), later)
         };
@@ -252,30 +298,52 @@ mod tests {
     fn steps_keep_their_length_until_the_bodies_lie_and_then_grow_to_that_of_a_fluid_at_rest() {
         let in_a_plane = Rest { from: 1.0, still: 0.4, power: 1.0 };
         // 0.5 s at 0.1 s, and from 1 s on at t/10 s up to 4 s, where they are 0.4 s.
-        let close = |found: f64, steps: f64| assert!((found / (0.1 * steps) - 1.0).abs() < 1e-12, "{found}");
+        let close = |found: f64, steps: f64| {
+            assert!((found / (0.1 * steps) - 1.0).abs() < 1e-12, "{found}")
+        };
         close(in_a_plane.stretched(0.5, 3.0, 0.1), 5.0 + 10.0 * 3.0f64.ln());
         close(in_a_plane.stretched(0.5, 6.0, 0.1), 5.0 + 10.0 * 4.0f64.ln() + 2.0 / 0.4);
         // A step at 2 s, when they grow already; with the square of time, up to 2 s.
         close(in_a_plane.stretched(2.0, 3.0, 0.1), 20.0 * 1.5f64.ln());
-        close(Rest { power: 2.0, ..in_a_plane }.stretched(0.0, 3.0, 0.1), 10.0 + 10.0 * (1.0 - 0.5) + 1.0 / 0.4);
-        // Nothing shortens a step that is longer than that of a fluid at rest, and nothing is left at the end.
+        close(
+            Rest { power: 2.0, ..in_a_plane }.stretched(0.0, 3.0, 0.1),
+            10.0 + 10.0 * (1.0 - 0.5) + 1.0 / 0.4,
+        );
+        // Nothing shortens a step that is longer than that of a fluid at rest, and nothing is left
+        // at the end.
         assert!((in_a_plane.stretched(1.5, 2.0, 0.8) - 0.5).abs() < 1e-12);
         assert_eq!(in_a_plane.stretched(2.0, 2.0, 0.1), 0.0);
-        let disc = "[[particle]]\nshape = { disc = { diameter = 0.1 } }\nposition = [0.5, 0.3]\ndensity = 5.0\n";
+        let disc = "[[particle]]\nshape = { disc = { diameter = 0.1 } }\nposition = [0.5, 0.3]\n\
+            density = 5.0\n";
         let (scheme, diffusion_rate) = (crate::scheme::RK2, 10.0);
-        let limits = Limits { courant_rate: 0.0, courant_growth: 0.0, diffusion_rate, damping_rate: 5.0, scheme };
-        let (closed, open) =
-            (case(ROUND, disc), case(["\"periodic\"", "\"periodic\"", "\"outflow\"", "\"wall\""], disc));
+        let limits = Limits {
+            courant_rate: 0.0,
+            courant_growth: 0.0,
+            diffusion_rate,
+            damping_rate: 5.0,
+            scheme,
+        };
+        let (closed, open) = (
+            case(ROUND, disc),
+            case(["\"periodic\"", "\"periodic\"", "\"outflow\"", "\"wall\""], disc),
+        );
         // Twice 0.5 m at the speed of its fall.
         let lies = Rest::expected(&closed, &limits).unwrap();
-        assert!((lies.from * fall_speed(&closed, &closed.particle[0]) - 1.0).abs() < 1e-12, "{lies:?}");
+        assert!(
+            (lies.from * fall_speed(&closed, &closed.particle[0]) - 1.0).abs() < 1e-12,
+            "{lies:?}"
+        );
         assert_eq!(Rest::expected(&open, &limits), None);
     }
 
     #[test]
     fn a_stream_is_faster_beside_what_is_held_in_it() {
-        let pier = "[[particle]]\nshape = { disc = { diameter = 0.1 } }\nposition = [0.5, 0.3]\nmotion = \"fixed\"\n";
-        let pace = Pace::expected(&case(["{ inflow = [2.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""], pier));
+        let pier = "[[particle]]\nshape = { disc = { diameter = 0.1 } }\nposition = [0.5, 0.3]\n\
+            motion = \"fixed\"\n";
+        let pace = Pace::expected(&case(
+            ["{ inflow = [2.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""],
+            pier,
+        ));
         assert_eq!(pace.map(|pace| pace.speed), Some(3.0));
         assert_eq!(Pace::expected(&case(ROUND, "")), None);
     }

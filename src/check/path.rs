@@ -16,7 +16,8 @@ const PAIRS: f64 = 1e7;
 /// Says when and where the first of them ends the run.
 pub fn run_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
     let (state, periods) = (&scene.state, scene.domain.periods());
-    let mut bodies: Vec<Body> = state.bodies.iter().filter(|body| body.freedom().is_none()).cloned().collect();
+    let mut bodies: Vec<Body> =
+        state.bodies.iter().filter(|body| body.freedom().is_none()).cloned().collect();
     let movers: Vec<usize> = (0..bodies.len()).filter(|k| bodies[*k].moves()).collect();
     let fastest = movers.iter().map(|k| bodies[*k].top_speed()).fold(0.0, f64::max);
     let smallest = movers.iter().map(|k| bodies[*k].radius()).fold(f64::INFINITY, f64::min);
@@ -44,23 +45,29 @@ pub fn locked_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<Stri
     let (state, size) = (&scene.state, &scene.domain.grid.size);
     let ends = |body: &Body| -> Vec<(f64, usize, usize, usize, f64)> {
         let Some(freedom) = body.freedom() else { return Vec::new() };
-        let locked = (0..D).filter(|&axis| !freedom.translation[axis] && body.velocity[axis] != 0.0);
-        let stopped = |axis: usize, end: usize| !matches!(case.boundary[axis][end], Side::Periodic | Side::Outflow);
+        let locked =
+            (0..D).filter(|&axis| !freedom.translation[axis] && body.velocity[axis] != 0.0);
+        let stopped = |axis: usize, end: usize| {
+            !matches!(case.boundary[axis][end], Side::Periodic | Side::Outflow)
+        };
         locked
             .map(|axis| (axis, usize::from(body.velocity[axis] > 0.0)))
             .filter(|(axis, end)| stopped(*axis, *end))
             .map(|(axis, end)| {
                 let speed = body.velocity[axis].abs();
-                let way = if end == 1 { size[axis] - body.centre[axis] } else { body.centre[axis] } - body.radius();
+                let way = if end == 1 { size[axis] - body.centre[axis] } else { body.centre[axis] }
+                    - body.radius();
                 (state.time + way / speed, body.id, axis, end, speed)
             })
             .collect()
     };
-    let first = state.bodies.iter().flat_map(ends).min_by(|one, other| one.0.total_cmp(&other.0))?;
+    let first =
+        state.bodies.iter().flat_map(ends).min_by(|one, other| one.0.total_cmp(&other.0))?;
     let (time, id, axis, end, speed) = first;
     (time < case.time.end).then(|| {
         format!(
-            "warning      the run will end soon after t = {} s of {} s: particle {id} goes on along {} at {} m/s, which is locked, into the \
+            "warning      the run will end soon after t = {} s of {} s: particle {id} goes on \
+            along {} at {} m/s, which is locked, into the \
              {} border; unlock that axis, give it no velocity along it, or end the run before",
             brief(time),
             number(case.time.end),

@@ -12,28 +12,36 @@ const FREE: [&str; 4] = ["time.end", "output", "pressure", "petsc"];
 const COMPARED: [&str; 3] = ["reference", "tolerance", "source"];
 
 impl Loaded {
-    /// Refuses to go on with a run whose case, as it was written out then, differs in more than a restart may change.
+    /// Refuses to go on with a run whose case, as it was written out then, differs in more than a
+    /// restart may change.
     ///
     /// # Errors
     /// With the first key that differs and what it was.
     pub fn refuse_changes(&self, before: &str) -> Result<()> {
-        // Resolved anew: a key that an older version did not write out had the value that it has by default.
-        let before = written(before).map_err(|why| Error::Usage(format!("its case cannot be read: {why}")))?;
+        // Resolved anew: a key that an older version did not write out had the value that it has by
+        // default.
+        let before = written(before)
+            .map_err(|why| Error::Usage(format!("its case cannot be read: {why}")))?;
         let [before, now] = [&before, &self.case].map(|case| case.to_toml().parse::<Table>());
-        let table = |parsed: Result<Table, toml::de::Error>| parsed.map_err(|e| Error::Usage(e.message().to_owned()));
+        let table = |parsed: Result<Table, toml::de::Error>| {
+            parsed.map_err(|e| Error::Usage(e.message().to_owned()))
+        };
         let (mut before, mut now) = (table(before)?, table(now)?);
         let [old, new] = [&mut before, &mut now].map(take_measures);
         let (before, now) = (Value::Table(before), Value::Table(now));
-        let changed = difference(&before, &now, String::new()).or_else(|| changed_measure(&old, &new));
+        let changed =
+            difference(&before, &now, String::new()).or_else(|| changed_measure(&old, &new));
         let Some((key, was)) = changed else {
             return Ok(());
         };
         let was = was.map_or("was not given".to_owned(), |was| format!("was {was}"));
         let why = format!(
-            "{was} in the run to go on with; a restart may change {} only, and add measures of other names",
+            "{was} in the run to go on with; a restart may change {} only, and add measures of \
+            other names",
             FREE.join(", ")
         );
-        Err(self.error_at(&key, why + ": give the old value, or another --out for a run of its own"))
+        Err(self
+            .error_at(&key, why + ": give the old value, or another --out for a run of its own"))
     }
 }
 
@@ -53,7 +61,11 @@ fn take_measures(case: &mut Table) -> Vec<Table> {
 fn changed_measure(before: &[Table], now: &[Table]) -> Option<(String, Option<String>)> {
     now.iter().enumerate().find_map(|(k, measure)| {
         let old = before.iter().find(|old| old.get("name") == measure.get("name"))?;
-        difference(&Value::Table(old.clone()), &Value::Table(measure.clone()), format!("measure.{k}"))
+        difference(
+            &Value::Table(old.clone()),
+            &Value::Table(measure.clone()),
+            format!("measure.{k}"),
+        )
     })
 }
 
@@ -69,14 +81,21 @@ fn difference(before: &Value, now: &Value, key: String) -> Option<(String, Optio
                 Some(is) => difference(was, is, below(name)),
                 None => Some((below(name), Some(brief(was)))),
             };
-            let more = || b.keys().find(|name| !a.contains_key(*name)).map(|name| (below(name), None));
-            // What contacts are by default follows from the particles: they are what has changed then.
+            let more =
+                || b.keys().find(|name| !a.contains_key(*name)).map(|name| (below(name), None));
+            // What contacts are by default follows from the particles: they are what has changed
+            // then.
             let derived = |(name, _): &(&String, &Value)| key.is_empty() && *name == "contact";
             let first = a.iter().filter(|entry| !derived(entry)).find_map(differs);
             first.or_else(|| a.iter().filter(derived).find_map(differs)).or_else(more)
         }
-        (Value::Array(a), Value::Array(b)) if a.len() == b.len() && a.iter().all(Value::is_table) => {
-            a.iter().zip(b).enumerate().find_map(|(k, (a, b))| difference(a, b, below(&k.to_string())))
+        (Value::Array(a), Value::Array(b))
+            if a.len() == b.len() && a.iter().all(Value::is_table) =>
+        {
+            a.iter()
+                .zip(b)
+                .enumerate()
+                .find_map(|(k, (a, b))| difference(a, b, below(&k.to_string())))
         }
         (a, b) => (a != b).then(|| (key, Some(brief(a)))),
     }
@@ -97,8 +116,10 @@ fn brief(value: &Value) -> String {
 mod tests {
     use super::super::load;
 
-    const BOX: &str = "name = \"box\"\n[domain]\nsize = [2.0, 1.0]\ncells = [16, 8]\n[fluid]\ndensity = 1.0\nviscosity = 0.1\n\
-        [boundary]\nwest = \"wall\"\neast = \"wall\"\nsouth = \"wall\"\nnorth = \"wall\"\n[time]\nend = 1.0\n\
+    const BOX: &str = "name = \"box\"\n[domain]\nsize = [2.0, 1.0]\ncells = [16, 8]\n[fluid]\n\
+        density = 1.0\nviscosity = 0.1\n\
+        [boundary]\nwest = \"wall\"\neast = \"wall\"\nsouth = \"wall\"\nnorth = \"wall\"\n[time]\n\
+            end = 1.0\n\
         [[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.5, 0.5]\n";
 
     /// Why a run of the box may not go on with this override.
@@ -112,7 +133,11 @@ mod tests {
         let file = folder.path().join("case.toml");
         std::fs::write(&file, case).unwrap();
         let before = load(&file, &[]).unwrap().case.to_toml();
-        load(&file, &[given.to_owned()]).unwrap().refuse_changes(&before).err().map(|e| e.to_string())
+        load(&file, &[given.to_owned()])
+            .unwrap()
+            .refuse_changes(&before)
+            .err()
+            .map(|e| e.to_string())
     }
 
     #[test]
@@ -147,7 +172,8 @@ mod tests {
 
     #[test]
     fn a_particle_that_has_changed_is_named_and_not_what_follows_from_it() {
-        let why = refusal_of(&format!("{BOX}[contact]\n"), "particle.0.shape.disc.diameter=0.2").unwrap();
+        let why =
+            refusal_of(&format!("{BOX}[contact]\n"), "particle.0.shape.disc.diameter=0.2").unwrap();
         assert!(why.contains(": particle.0.shape.disc.diameter: was 0.3 in the run"), "{why}");
     }
 }

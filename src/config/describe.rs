@@ -6,12 +6,22 @@ use crate::words::rounded;
 use std::collections::BTreeSet;
 
 impl Case {
-    /// What a particle is called: its name, with its number where others have the name too; without a name its number, from 0.
+    /// What a particle is called: its name, with its number where others have the name too; without
+    /// a name its number, from 0.
     pub fn called(&self, id: usize) -> String {
         let name = |p: &Particle| p.name.clone();
         match self.particle.get(id).and_then(name) {
             None => format!("particle {id}"),
-            Some(own) if self.particle.iter().filter(|p| p.name.as_ref() == Some(&own)).nth(1).is_none() => own,
+            Some(own)
+                if self
+                    .particle
+                    .iter()
+                    .filter(|p| p.name.as_ref() == Some(&own))
+                    .nth(1)
+                    .is_none() =>
+            {
+                own
+            }
             Some(own) => format!("{own} {id}"),
         }
     }
@@ -23,7 +33,8 @@ impl Case {
     pub fn find(&self, wanted: &str) -> Result<Vec<usize>, String> {
         let count = self.particle.len();
         if let Ok(id) = wanted.parse::<usize>() {
-            let unknown = || format!("there is no particle {id}: the case has {count}, counted from 0");
+            let unknown =
+                || format!("there is no particle {id}: the case has {count}, counted from 0");
             return (id < count).then(|| vec![id]).ok_or_else(unknown);
         }
         let named = |id: &usize| self.particle[*id].name.as_deref() == Some(wanted);
@@ -32,7 +43,8 @@ impl Case {
         if ids.is_empty() { Err(unnamed(wanted, known)) } else { Ok(ids) }
     }
 
-    /// What is said of the particles, each line with its label: of few one by one, of many their ranges.
+    /// What is said of the particles, each line with its label: of few one by one, of many their
+    /// ranges.
     pub fn describe_particles(&self) -> Vec<(String, String)> {
         let widest = self.spacings().into_iter().fold(0.0, f64::max);
         let cells = |d: f64| d / widest;
@@ -56,7 +68,10 @@ impl Case {
             );
             let entering: Vec<_> = self.particle.iter().filter_map(|p| p.enter.as_ref()).collect();
             let first = entering.iter().map(|enter| enter.time).fold(f64::INFINITY, f64::min);
-            let come = format!("{} of them come in while the run goes on, the first at {first} s", entering.len());
+            let come = format!(
+                "{} of them come in while the run goes on, the first at {first} s",
+                entering.len()
+            );
             let come = (!entering.is_empty()).then(|| ("enter".into(), come));
             return [("particles".into(), words)].into_iter().chain(come).collect();
         }
@@ -73,9 +88,16 @@ impl Case {
                 ),
             };
             let d = p.shape.diameter();
-            let enters = p.enter.as_ref().map_or(String::new(), |enter| format!(", enters at {} s", enter.time));
-            let words =
-                format!("d = {} m, d/h = {:.1}, density ratio {:.4}, {motion}{enters}", rounded(d), cells(d), ratio(p));
+            let enters = p
+                .enter
+                .as_ref()
+                .map_or(String::new(), |enter| format!(", enters at {} s", enter.time));
+            let words = format!(
+                "d = {} m, d/h = {:.1}, density ratio {:.4}, {motion}{enters}",
+                rounded(d),
+                cells(d),
+                ratio(p)
+            );
             (self.called(id), words)
         };
         self.particle.iter().enumerate().map(line).collect()
@@ -115,7 +137,10 @@ impl Contact {
             format!("friction {}{rolling}, {loss}, {stiffness}", rounded(law.friction))
         };
         let all = if self.pair.is_empty() { "all contacts" } else { "all other contacts" };
-        let pairs = self.pair.iter().map(|Pair { between: [a, b], law }| format!("{a} with {b}: {}", words(law)));
+        let pairs = self
+            .pair
+            .iter()
+            .map(|Pair { between: [a, b], law }| format!("{a} with {b}: {}", words(law)));
         pairs.chain([format!("{all}: {}", words(&self.law))]).collect()
     }
 }
@@ -131,13 +156,16 @@ impl Drive {
                 held.value,
                 ["x", "y", "z"][held.axis.index()]
             ),
-            Drive::HoldMixture => "the gradient of the pressure that carries the weight of the free particles".into(),
+            Drive::HoldMixture => {
+                "the gradient of the pressure that carries the weight of the free particles".into()
+            }
         }
     }
 }
 
 impl Case {
-    /// The axis along which a periodic box of free bodies accelerates as a whole: gravity acts along it, and nothing holds it.
+    /// The axis along which a periodic box of free bodies accelerates as a whole: gravity acts
+    /// along it, and nothing holds it.
     pub fn falls_as_a_whole(&self) -> Option<usize> {
         let free = self.particle.iter().all(Particle::is_free);
         let heavy = self.particle.iter().any(|p| p.density != self.fluid.density);

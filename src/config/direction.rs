@@ -12,7 +12,11 @@ use super::raw::{Case, Measure, MeasureKind, Motion};
 use nalgebra::Vector3;
 
 /// The direction, of length 1, of measure `index`; `None` of what is of no force.
-pub(super) fn of(case: &Case, index: usize, measure: &Measure) -> Result<Option<Vector3<f64>>, Fault> {
+pub(super) fn of(
+    case: &Case,
+    index: usize,
+    measure: &Measure,
+) -> Result<Option<Vector3<f64>>, Fault> {
     if !measure.kind.is_of_force() || measure.kind.fits_morison() {
         return Ok(None);
     }
@@ -29,19 +33,29 @@ pub(super) fn of(case: &Case, index: usize, measure: &Measure) -> Result<Option<
     }
     let Some(stream) = stream(case, measure).try_normalize(1e-12) else {
         let example = if case.dimension() == 2 { "[1.0, 0.0]" } else { "[1.0, 0.0, 0.0]" };
-        let message = format!("nothing says which way the stream goes: give `direction`, as in direction = {example}");
+        let message = format!(
+            "nothing says which way the stream goes: give `direction`, as in direction = {example}"
+        );
         return Err(Fault { key: format!("measure.{index}.kind"), message });
     };
     Ok(Some(if measure.kind.is_across() { across(&stream, case.dimension()) } else { stream }))
 }
 
-/// The velocity of the fluid past the particle that a measure is of, the first one of a group, as far as the case tells it; zero where it does not.
+/// The velocity of the fluid past the particle that a measure is of, the first one of a group, as
+/// far as the case tells it; zero where it does not.
 fn stream(case: &Case, measure: &Measure) -> Vector3<f64> {
     let fluid = case.reference_velocity().map_or(Vector3::zeros(), |v| vector(&v));
-    let id = measure.particles.as_ref().and_then(|group| group.first()).unwrap_or(&measure.particle).id();
+    let id = measure
+        .particles
+        .as_ref()
+        .and_then(|group| group.first())
+        .unwrap_or(&measure.particle)
+        .id();
     let Some(particle) = case.particle.get(id) else { return fluid };
     let (own, swing) = match &particle.motion {
-        Motion::Prescribed(told) => (told.velocity.as_ref(), told.oscillation.as_ref().map(|o| &o.amplitude)),
+        Motion::Prescribed(told) => {
+            (told.velocity.as_ref(), told.oscillation.as_ref().map(|o| &o.amplitude))
+        }
         Motion::Fixed | Motion::Free => (None, None),
     };
     let past = fluid - own.map_or(Vector3::zeros(), |v| vector(v));
@@ -68,11 +82,13 @@ fn driven(case: &Case) -> Option<Vector3<f64>> {
 /// Gravity along the axes that are periodic, or along those that have sides.
 fn gravity_along(case: &Case, periodic: bool) -> Vector3<f64> {
     let gravity = case.fluid.gravity.as_ref().map_or(Vector3::zeros(), |g| vector(g));
-    Vector3::from_fn(|a, _| if a < case.dimension() && case.periodic(a) == periodic { gravity[a] } else { 0.0 })
+    Vector3::from_fn(|a, _| {
+        if a < case.dimension() && case.periodic(a) == periodic { gravity[a] } else { 0.0 }
+    })
 }
 
-/// The axis of a measure of the whole box: as given; of a bed gravity's, among the axes that have sides; of the rest that of the drive or
-/// the stream.
+/// The axis of a measure of the whole box: as given; of a bed gravity's, among the axes that have
+/// sides; of the rest that of the drive or the stream.
 pub(super) fn axis(case: &Case, index: usize, measure: &Measure) -> Result<usize, Fault> {
     if let Some(axis) = measure.axis {
         return Ok(axis.index());
@@ -108,13 +124,17 @@ fn vector(of: &[f64]) -> Vector3<f64> {
 mod tests {
     use crate::config::written;
 
-    /// The directions of drag, lift and force of a case with these borders, in 2D or 3D, and this about its particle.
+    /// The directions of drag, lift and force of a case with these borders, in 2D or 3D, and this
+    /// about its particle.
     fn directions(size: &str, more: &str, measure: &str) -> Result<Vec<[f64; 3]>, String> {
         let flat = size.matches(',').count() == 1;
-        let (shape, place) = if flat { ("disc", "[0.5, 0.5]") } else { ("sphere", "[0.5, 0.5, 0.5]") };
+        let (shape, place) =
+            if flat { ("disc", "[0.5, 0.5]") } else { ("sphere", "[0.5, 0.5, 0.5]") };
         let kinds = ["drag_coefficient", "lift_coefficient", "strouhal", "force"];
-        let kinds = kinds.map(|kind| format!("[[measure]]\nname = \"{kind}\"\nkind = \"{kind}\"\n{measure}\n"));
-        let speed = |kind: String| if kind.contains("\"force\"") { kind } else { kind + "speed = 1.0\n" };
+        let kinds = kinds
+            .map(|kind| format!("[[measure]]\nname = \"{kind}\"\nkind = \"{kind}\"\n{measure}\n"));
+        let speed =
+            |kind: String| if kind.contains("\"force\"") { kind } else { kind + "speed = 1.0\n" };
         let (boundary, particle) = more.split_once('|').unwrap_or((more, ""));
         let case = written(&format!(
             "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = {size}, cells = {} }}\n\
@@ -135,13 +155,17 @@ mod tests {
 
     #[test]
     fn drag_is_along_the_stream_and_lift_across_it_whatever_the_axis() {
-        let upward = "west = \"slip\", east = \"slip\", south = { inflow = [0.0, 2.0] }, north = \"outflow\"";
+        let upward = "west = \"slip\", east = \"slip\", south = { inflow = [0.0, 2.0] }, north = \
+            \"outflow\"";
         let found = directions("[1.0, 1.0]", &format!("{upward}|motion = \"fixed\""), "").unwrap();
         assert_eq!(found, [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
-        let along_z = format!("{BOX}, bottom = {{ inflow = [0.0, 0.0, 2.0] }}, top = \"outflow\"|motion = \"fixed\"");
+        let along_z = format!(
+            "{BOX}, bottom = {{ inflow = [0.0, 0.0, 2.0] }}, top = \"outflow\"|motion = \"fixed\""
+        );
         let found = directions("[1.0, 1.0, 1.0]", &along_z, "").unwrap();
         assert_eq!(found[..2], [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]);
-        let chosen = directions("[1.0, 1.0, 1.0]", &along_z, "direction = [0.0, -3.0, 4.0]").unwrap();
+        let chosen =
+            directions("[1.0, 1.0, 1.0]", &along_z, "direction = [0.0, -3.0, 4.0]").unwrap();
         assert_eq!(chosen, [[0.0, -0.6, 0.8]; 4]);
     }
 
@@ -152,6 +176,9 @@ mod tests {
         let sinks = format!("{BOX}, bottom = \"slip\", top = \"slip\"|motion = \"free\"");
         assert_eq!(directions("[1.0, 1.0, 1.0]", &sinks, "").unwrap()[0], [0.0, 0.0, 1.0]);
         let said = directions("[1.0, 1.0]", &format!("{BOX}|motion = \"fixed\""), "").unwrap_err();
-        assert!(said.contains("measure.0.kind") && said.contains("direction = [1.0, 0.0]"), "{said}");
+        assert!(
+            said.contains("measure.0.kind") && said.contains("direction = [1.0, 0.0]"),
+            "{said}"
+        );
     }
 }

@@ -1,7 +1,8 @@
 //! A parsed case file with its overrides and its preset: where each key stands.
 //!
-//! Overrides are put into the parsed document under spans beyond the end of the text, and what a preset fills in under
-//! the span of `preset`, so that one walk over the document tells both where a key stands and what gave it.
+//! Overrides are put into the parsed document under spans beyond the end of the text, and what a
+//! preset fills in under the span of `preset`, so that one walk over the document tells both where
+//! a key stands and what gave it.
 
 use std::ops::Range;
 use std::path::Path;
@@ -53,7 +54,8 @@ pub(super) struct Document<'a> {
 }
 
 impl<'a> Document<'a> {
-    /// The text with its overrides, each padded with newlines that set its spans apart from all others.
+    /// The text with its overrides, each padded with newlines that set its spans apart from all
+    /// others.
     pub(super) fn parse(file: &Path, text: &'a str, overrides: &'a [String]) -> Result<Self> {
         let mut document = Document::plain(file, text)?;
         for given in overrides {
@@ -69,7 +71,11 @@ impl<'a> Document<'a> {
         let table = DeTable::parse(text).map_err(|e| {
             let at = e.span().map_or(text.len(), |span| span.start);
             let line = line_of(text.as_bytes(), at);
-            whole_file(file, Some(line), format!("not valid TOML: {}", explain(text, line, e.message())))
+            whole_file(
+                file,
+                Some(line),
+                format!("not valid TOML: {}", explain(text, line, e.message())),
+            )
         })?;
         let root = Spanned::new(table.span(), DeValue::Table(table.into_inner()));
         Ok(Document { text, root, preset: None })
@@ -81,17 +87,29 @@ impl<'a> Document<'a> {
         let (key, value) = padded.split_once('=').ok_or_else(|| format!("no `=` in it; {FORM}"))?;
         let (key, value) = (key.trim(), value.trim());
         let keys: Vec<_> = key.split('.').collect();
-        if keys.iter().any(|key| key.is_empty() || key.contains(|c: char| !c.is_ascii_alphanumeric() && c != '_')) {
+        if keys.iter().any(|key| {
+            key.is_empty() || key.contains(|c: char| !c.is_ascii_alphanumeric() && c != '_')
+        }) {
             return Err(format!("`{key}` is not a key; {FORM}"));
         }
         let patch = DeTable::parse(padded).map_err(|e| match value.chars().next() {
             None => format!("no value after the `=`; {FORM}"),
-            Some('[' | '{' | '"' | '\'') => format!("`{value}` is not a TOML value: {}", e.message()),
-            _ => {
-                wrong_number(value).map(|(why, right)| format!("`{value}` {why}: --set {key}={right}")).unwrap_or_else(
-                    || format!("`{value}` is not a TOML value; text needs quotes: --set '{key}=\"{value}\"'"),
-                )
+            Some('[' | '{' | '"' | '\'') => {
+                format!("`{value}` is not a TOML value: {}", e.message())
             }
+            _ => wrong_number(value)
+                .map(|(why, right)| {
+                    format!(
+                        "`{value}` {why}: --set \
+                    {key}={right}"
+                    )
+                })
+                .unwrap_or_else(|| {
+                    format!(
+                        "`{value}` is not a TOML value; text needs quotes: --set \
+                        '{key}=\"{value}\"'"
+                    )
+                }),
         })?;
         let patch = Spanned::new(patch.span(), DeValue::Table(patch.into_inner()));
         merge(&mut self.root, patch, &keys, 0, self.text.len())
@@ -105,7 +123,9 @@ impl<'a> Document<'a> {
     /// What it describes, not yet checked; `tables` are the keys that are tables.
     pub(super) fn to<T: DeserializeOwned>(&self, tables: &[&str]) -> Result<T, Fault> {
         // Serde would take a list for a table, its values in the order of the keys.
-        let is_list = |key: &&&str| self.root.get_ref().get(**key).is_some_and(|value| value.get_ref().is_array());
+        let is_list = |key: &&&str| {
+            self.root.get_ref().get(**key).is_some_and(|value| value.get_ref().is_array())
+        };
         if let Some(key) = tables.iter().find(is_list) {
             return Err(Fault {
                 key: key.to_string(),
@@ -114,14 +134,19 @@ impl<'a> Document<'a> {
         }
         T::deserialize(ValueDeserializer::from(self.root.clone())).map_err(|e| {
             let mut path = Vec::new();
-            let node = e.span().and_then(|span| find(&self.root, &span, &mut path)).unwrap_or(self.root.get_ref());
+            let node = e
+                .span()
+                .and_then(|span| find(&self.root, &span, &mut path))
+                .unwrap_or(self.root.get_ref());
             reword(e.message(), path, node)
         })
     }
 
     /// What is said of names that have changed since the file was written, a line each.
     pub(super) fn renamed(&self) -> Vec<String> {
-        let Some(DeValue::Array(measures)) = self.root.get_ref().get("measure").map(Spanned::get_ref) else {
+        let Some(DeValue::Array(measures)) =
+            self.root.get_ref().get("measure").map(Spanned::get_ref)
+        else {
             return Vec::new();
         };
         let old = |(index, measure): (usize, &Spanned<DeValue>)| {
@@ -130,7 +155,8 @@ impl<'a> Document<'a> {
             let line = self.place(&format!("measure.{index}.kind")).0;
             let line = line.map_or(String::new(), |line| format!("line {line}: "));
             Some(format!(
-                "note         {line}measure.{index}.kind: \"{old}\" is called \"{new}\" now; the old name goes with the next version"
+                "note         {line}measure.{index}.kind: \"{old}\" is called \"{new}\" now; the \
+                old name goes with the next version"
             ))
         };
         measures.iter().enumerate().filter_map(old).collect()
@@ -143,7 +169,9 @@ impl<'a> Document<'a> {
         for key in key.split('.') {
             let (start, next) = match node.get_ref() {
                 DeValue::Table(table) => match table.get_key_value(key) {
-                    Some((key, value)) if value.span().start <= self.text.len() => (key.span().start, value),
+                    Some((key, value)) if value.span().start <= self.text.len() => {
+                        (key.span().start, value)
+                    }
                     Some((_, value)) => (value.span().start, value),
                     None => break,
                 },
@@ -165,7 +193,8 @@ impl<'a> Document<'a> {
     }
 }
 
-/// Puts what `patch` has at `keys[depth..]` into `node`, which is at `keys[..depth]`. Beyond `end` are overrides.
+/// Puts what `patch` has at `keys[depth..]` into `node`, which is at `keys[..depth]`. Beyond `end`
+/// are overrides.
 fn merge<'a>(
     node: &mut Spanned<DeValue<'a>>,
     patch: Spanned<DeValue<'a>>,
@@ -192,7 +221,8 @@ fn merge<'a>(
     let next = match (node.get_mut(), key.parse::<usize>()) {
         (DeValue::Array(list), Ok(index)) => {
             let count = list.len();
-            let why = format!("`{parent}` has no entry {index}: the case has {count}, counted from 0");
+            let why =
+                format!("`{parent}` has no entry {index}: the case has {count}, counted from 0");
             list.get_mut(index).ok_or(why)?
         }
         (DeValue::Array(_), Err(_)) => {
@@ -200,13 +230,21 @@ fn merge<'a>(
         }
         (DeValue::Table(table), Err(_)) => {
             for (given, other) in REPLACES {
-                if given == *key && table.get(other).is_some_and(|value| value.span().start <= end) {
+                if given == *key && table.get(other).is_some_and(|value| value.span().start <= end)
+                {
                     table.remove(other);
                 }
             }
-            table.entry(name).or_insert_with(|| Spanned::new(below.span(), DeValue::Table(DeTable::new())))
+            table
+                .entry(name)
+                .or_insert_with(|| Spanned::new(below.span(), DeValue::Table(DeTable::new())))
         }
-        _ => return Err(format!("there is no `{}`, as that is not a list in this case", keys[..=depth].join("."))),
+        _ => {
+            return Err(format!(
+                "there is no `{}`, as that is not a list in this case",
+                keys[..=depth].join(".")
+            ));
+        }
     };
     merge(next, below, keys, depth + 1, end)
 }
@@ -226,8 +264,12 @@ fn find<'n, 'a>(
         found
     };
     let below = match node.get_ref() {
-        DeValue::Table(table) => table.iter().find_map(|(k, v)| look(k.get_ref().to_string(), k.span(), v)),
-        DeValue::Array(list) => list.iter().enumerate().find_map(|(i, v)| look(i.to_string(), v.span(), v)),
+        DeValue::Table(table) => {
+            table.iter().find_map(|(k, v)| look(k.get_ref().to_string(), k.span(), v))
+        }
+        DeValue::Array(list) => {
+            list.iter().enumerate().find_map(|(i, v)| look(i.to_string(), v.span(), v))
+        }
         _ => None,
     };
     below.or((node.span() == *span).then_some(node.get_ref()))
@@ -246,7 +288,10 @@ fn wrong_number(value: &str) -> Option<(&'static str, String)> {
     }
     let bare = value.starts_with('.') || value.ends_with('.');
     (bare && number(value)).then(|| {
-        ("needs a digit on both sides of its point", format!("{:?}", value.parse::<f64>().unwrap_or_default()))
+        (
+            "needs a digit on both sides of its point",
+            format!("{:?}", value.parse::<f64>().unwrap_or_default()),
+        )
     })
 }
 
@@ -254,11 +299,16 @@ fn wrong_number(value: &str) -> Option<(&'static str, String)> {
 /// it.
 fn explain(text: &str, line: usize, said: &str) -> String {
     let whole = text.lines().nth(line - 1).unwrap_or_default().trim();
-    let (key, value) = whole.split_once('=').map_or((whole, ""), |(key, value)| (key.trim(), value.trim()));
+    let (key, value) =
+        whole.split_once('=').map_or((whole, ""), |(key, value)| (key.trim(), value.trim()));
     let value = value.split('#').next().unwrap_or_default().trim();
     if said.starts_with("duplicate key") {
         let bare = key.trim_matches(['[', ']']);
-        let cure = if key.starts_with('[') { "the table is there before" } else { "the table has it before" };
+        let cure = if key.starts_with('[') {
+            "the table is there before"
+        } else {
+            "the table has it before"
+        };
         return format!("duplicate key `{bare}`: {cure}; keep one of them");
     }
     if let Some((why, right)) = wrong_number(value) {
@@ -271,7 +321,10 @@ fn explain(text: &str, line: usize, said: &str) -> String {
         return format!("`{whole}` has no `=`: a line is key = value");
     }
     let bare = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-    if !value.is_empty() && value.chars().all(bare) && value.starts_with(|c: char| c.is_ascii_alphabetic()) {
+    if !value.is_empty()
+        && value.chars().all(bare)
+        && value.starts_with(|c: char| c.is_ascii_alphabetic())
+    {
         return format!("{key}: text needs quotes: {key} = \"{value}\"");
     }
     if key.is_empty() || !whole.contains('=') { said.to_owned() } else { format!("{key}: {said}") }
@@ -279,7 +332,13 @@ fn explain(text: &str, line: usize, said: &str) -> String {
 
 /// The refusal of a file as a whole.
 pub(super) fn whole_file(file: &Path, line: Option<usize>, message: impl Into<String>) -> Error {
-    Error::Case { file: file.to_owned(), line, key: String::new(), message: message.into(), given: Given::File }
+    Error::Case {
+        file: file.to_owned(),
+        line,
+        key: String::new(),
+        message: message.into(),
+        given: Given::File,
+    }
 }
 
 /// The one-based line that byte `at` stands in.

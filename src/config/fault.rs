@@ -33,7 +33,8 @@ fn sensible(key: &str, value: f64, unit: &str) -> Check {
     ensure!(
         value <= LARGEST,
         key,
-        "{value:e} ({unit}) is beyond {LARGEST:e}, the largest that is computed with: look at its exponent"
+        "{value:e} ({unit}) is beyond {LARGEST:e}, the largest that is computed with: look at its \
+        exponent"
     );
     Ok(())
 }
@@ -41,7 +42,11 @@ fn sensible(key: &str, value: f64, unit: &str) -> Check {
 /// A positive number, if it is given.
 pub(super) fn positive(key: &str, value: impl Into<Option<f64>>, unit: &str) -> Check {
     let Some(value) = value.into() else { return Ok(()) };
-    ensure!(value > 0.0 && value.is_finite(), key, "must be positive and finite ({unit}), not {value:?}");
+    ensure!(
+        value > 0.0 && value.is_finite(),
+        key,
+        "must be positive and finite ({unit}), not {value:?}"
+    );
     sensible(key, value, unit)
 }
 
@@ -56,7 +61,11 @@ pub(super) fn not_negative(key: &str, value: impl Into<Option<f64>>, unit: &str)
 /// Finite numbers.
 pub(super) fn finite(key: &str, values: &[f64], unit: &str) -> Check {
     for (i, value) in values.iter().enumerate() {
-        ensure!(value.is_finite(), format!("{key}.{i}"), "must be a finite number ({unit}), not {value:?}");
+        ensure!(
+            value.is_finite(),
+            format!("{key}.{i}"),
+            "must be a finite number ({unit}), not {value:?}"
+        );
     }
     Ok(())
 }
@@ -64,13 +73,18 @@ pub(super) fn finite(key: &str, values: &[f64], unit: &str) -> Check {
 /// One finite number for each axis.
 pub(super) fn vector(key: &str, value: &[f64], dimension: usize, unit: &str) -> Check {
     let count = value.len();
-    ensure!(count == dimension, key, "a {dimension}D case needs {dimension} numbers here ({unit}), not {count}");
+    ensure!(
+        count == dimension,
+        key,
+        "a {dimension}D case needs {dimension} numbers here ({unit}), not {count}"
+    );
     finite(key, value, unit)
 }
 
 /// Two numbers that differ, with as many digits as show that, and five at least.
 pub(super) fn unlike(a: f64, b: f64) -> [String; 2] {
-    let digits = (4..16).find(|digits| format!("{a:.digits$e}") != format!("{b:.digits$e}")).unwrap_or(16);
+    let digits =
+        (4..16).find(|digits| format!("{a:.digits$e}") != format!("{b:.digits$e}")).unwrap_or(16);
     [a, b].map(|value| format!("{:?}", format!("{value:.digits$e}").parse().unwrap_or(value)))
 }
 

@@ -6,7 +6,8 @@ use toml::de::DeValue;
 /// What the deserialiser says, in the user's words: the key and what would be right.
 pub(super) fn reword(raw: &str, mut path: Vec<String>, node: &DeValue) -> Fault {
     let mut quoted = raw.split('`').skip(1).step_by(2);
-    let names: Vec<_> = path.iter().filter(|key| key.parse::<usize>().is_err()).map(String::as_str).collect();
+    let names: Vec<_> =
+        path.iter().filter(|key| key.parse::<usize>().is_err()).map(String::as_str).collect();
     let table = names.join(".");
     let last = path.last().cloned().unwrap_or_default();
     let message = if raw.starts_with("unknown ") {
@@ -27,7 +28,9 @@ pub(super) fn reword(raw: &str, mut path: Vec<String>, node: &DeValue) -> Fault 
         format!("`{last}` takes no value: write \"{last}\" instead of {{ {last} = ... }}")
     } else if raw.starts_with("wanted string or table") {
         format!("found {}, wanted a name in quotes or {{ name = ... }}", describe(node))
-    } else if let (true, DeValue::Table(table)) = (raw.starts_with("wanted exactly 1 element"), node) {
+    } else if let (true, DeValue::Table(table)) =
+        (raw.starts_with("wanted exactly 1 element"), node)
+    {
         let keys: Vec<_> = table.keys().map(|key| format!("`{}`", key.get_ref())).collect();
         let found = if keys.is_empty() { "none".into() } else { keys.join(" and ") };
         format!("found {found}, wanted exactly one, as in {{ name = ... }}")
@@ -37,7 +40,9 @@ pub(super) fn reword(raw: &str, mut path: Vec<String>, node: &DeValue) -> Fault 
             "usize" | "u64" => "a whole number, 0 or more",
             "a string" => "text in quotes",
             "a boolean" => "true or false",
-            "a sequence" if matches!(node, DeValue::Table(_)) => &format!("a list: begin each entry with [[{table}]]"),
+            "a sequence" if matches!(node, DeValue::Table(_)) => {
+                &format!("a list: begin each entry with [[{table}]]")
+            }
             "a sequence" => "a list in [ ]",
             other if other.starts_with("struct") => "a table of keys",
             other => other,
@@ -54,7 +59,10 @@ pub(crate) fn suggest(unknown: &str, known: &[&str]) -> String {
     let likeness = |name: &str| strsim::jaro_winkler(&unknown.to_lowercase(), name);
     match known.iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b))) {
         Some(name) if likeness(name) > 0.8 => format!("did you mean `{name}`?"),
-        _ => format!("known here: {}", known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")),
+        _ => format!(
+            "known here: {}",
+            known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+        ),
     }
 }
 

@@ -1,4 +1,5 @@
-//! The way from a TOML file and `--set` overrides to a checked [`Case`], and back; the JSON Schema of a case.
+//! The way from a TOML file and `--set` overrides to a checked [`Case`], and back; the JSON Schema
+//! of a case.
 
 use std::path::{Path, PathBuf};
 
@@ -26,35 +27,49 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// The refusal of a key, with its line, by what comes after reading: a step over the limit, say.
+    /// The refusal of a key, with its line, by what comes after reading: a step over the limit,
+    /// say.
     pub fn error_at(&self, key: &str, message: impl Into<String>) -> Error {
         let document = Document::parse(&self.file, &self.text, &self.overrides);
         let (line, given) = document.map_or((None, Given::File), |document| document.place(key));
-        Error::Case { file: self.file.clone(), line, key: key.to_owned(), message: message.into(), given }
+        Error::Case {
+            file: self.file.clone(),
+            line,
+            key: key.to_owned(),
+            message: message.into(),
+            given,
+        }
     }
 }
 
 /// What makes a flow another one: with overrides of these a reference of the file no longer holds.
-const FLOW: [&str; 8] = ["domain.size", "fluid", "boundary", "particle", "swarm", "initial", "drive", "contact"];
+const FLOW: [&str; 8] =
+    ["domain.size", "fluid", "boundary", "particle", "swarm", "initial", "drive", "contact"];
 
-/// Drops the references that the file has of its own flow where overrides make it another one, unless they give others.
+/// Drops the references that the file has of its own flow where overrides make it another one,
+/// unless they give others.
 fn drop_references(case: &mut raw::Case, overrides: &[String]) {
     let keys = || overrides.iter().map(|given| given.split('=').next().unwrap_or_default().trim());
-    let within = |key: &str, table: &str| key.strip_prefix(table).is_some_and(|r| r.is_empty() || r.starts_with('.'));
+    let within = |key: &str, table: &str| {
+        key.strip_prefix(table).is_some_and(|r| r.is_empty() || r.starts_with('.'))
+    };
     if !keys().any(|key| FLOW.iter().any(|table| within(key, table) || within(table, key)))
         || keys().any(|key| key == "measure")
     {
         return;
     }
     for (index, measure) in case.measure.iter_mut().enumerate() {
-        if !keys().any(|key| key == format!("measure.{index}") || key == format!("measure.{index}.reference")) {
+        if !keys().any(|key| {
+            key == format!("measure.{index}") || key == format!("measure.{index}.reference")
+        }) {
             (measure.reference, measure.tolerance, measure.source) = (None, None, None);
         }
     }
 }
 
-/// Reads, overrides and checks a case, and turns its swarms into particles; `overrides` are `key.path=value` with TOML
-/// syntax for the value. A refusal is one [`Error::Case`] that names the key and its line, or says what else gave it.
+/// Reads, overrides and checks a case, and turns its swarms into particles; `overrides` are
+/// `key.path=value` with TOML syntax for the value. A refusal is one [`Error::Case`] that names the
+/// key and its line, or says what else gave it.
 pub fn load(path: &Path, overrides: &[String]) -> Result<Loaded> {
     let text = read(path, "case")?;
     let mut end = text.len() + 1;
@@ -73,7 +88,8 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Loaded> {
     Ok(Loaded { case, file: path.to_owned(), notes, text, overrides })
 }
 
-/// The case that a document of the file `path` describes, its swarms turned into particles, checked and resolved.
+/// The case that a document of the file `path` describes, its swarms turned into particles, checked
+/// and resolved.
 fn checked(document: &Document, path: &Path, overrides: &[String]) -> Result<Case, Fault> {
     let mut raw = document.to_case()?;
     validate(&raw)?;
@@ -93,7 +109,8 @@ fn checked(document: &Document, path: &Path, overrides: &[String]) -> Result<Cas
 /// With what is wrong with it, the key ahead.
 pub(crate) fn written(text: &str) -> Result<Case, String> {
     let document = Document::plain(Path::new("case.toml"), text).map_err(|e| e.to_string())?;
-    checked(&document, Path::new(""), &[]).map_err(|Fault { key, message }| format!("{key}: {message}"))
+    checked(&document, Path::new(""), &[])
+        .map_err(|Fault { key, message }| format!("{key}: {message}"))
 }
 
 /// The JSON Schema of a case, for editors.
@@ -136,12 +153,18 @@ impl Text {
 /// The text of a file that a message calls a `kind` file.
 fn read(file: &Path, kind: &str) -> Result<String> {
     if file.is_dir() {
-        return Err(whole_file(file, None, format!("this is a directory; name the {kind} file in it (a .toml file)")));
+        return Err(whole_file(
+            file,
+            None,
+            format!("this is a directory; name the {kind} file in it (a .toml file)"),
+        ));
     }
     let bytes = std::fs::read(file).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => {
-            whole_file(file, None, format!("there is no such file; check the path of the {kind} file"))
-        }
+        std::io::ErrorKind::NotFound => whole_file(
+            file,
+            None,
+            format!("there is no such file; check the path of the {kind} file"),
+        ),
         _ => whole_file(file, None, format!("cannot be read: {e}")),
     })?;
     String::from_utf8(bytes).map_err(|e| {
@@ -220,21 +243,26 @@ kind = "drag_coefficient"
         assert_eq!(case.particle[0].density, 1000.0);
         assert_eq!(case.initial.velocity, [2.0, 0.0], "the inflow's, at the middle of its face");
         assert_eq!(case.measure[0].speed, Some(2.0));
-        let motion = Motion::Prescribed { velocity: vec![0.0, 1.0], spin: [0.0; 3], oscillation: None };
+        let motion =
+            Motion::Prescribed { velocity: vec![0.0, 1.0], spin: [0.0; 3], oscillation: None };
         assert_eq!(case.particle[0].motion, motion);
     }
 
     #[test]
     fn an_oscillation_reads_back_equal_and_the_schema_knows_it() {
-        let swing = "particle.0.motion.prescribed.oscillation={ amplitude = [0.1, 0], frequency = 2 }";
+        let swing =
+            "particle.0.motion.prescribed.oscillation={ amplitude = [0.1, 0], frequency = 2 }";
         let case = load_text(CHANNEL, &[swing]).unwrap();
         assert_eq!(load_text(&case.to_toml(), &[]).unwrap(), case);
         let oscillation = Some(Oscillation { amplitude: vec![0.1, 0.0], frequency: 2.0 });
         let motion = Motion::Prescribed { velocity: vec![0.0, 1.0], spin: [0.0; 3], oscillation };
         assert_eq!(case.particle[0].motion, motion);
         let schema = schema();
-        for (table, key) in [("Prescribed", "oscillation"), ("Oscillation", "amplitude"), ("Oscillation", "frequency")]
-        {
+        for (table, key) in [
+            ("Prescribed", "oscillation"),
+            ("Oscillation", "amplitude"),
+            ("Oscillation", "frequency"),
+        ] {
             assert!(schema["$defs"][table]["properties"][key].is_object(), "{table}.{key}");
         }
     }
@@ -269,15 +297,20 @@ kind = "drag_coefficient"
     #[test]
     fn a_reference_is_of_the_flow_of_the_file_and_goes_where_an_override_makes_it_another() {
         let text = CHANNEL.to_owned() + "reference = 2.0\ntolerance = 0.1\nsource = \"a book\"\n";
-        let left = |overrides: &[&str]| load_text(&text, overrides).unwrap().measure[0].target.clone();
+        let left =
+            |overrides: &[&str]| load_text(&text, overrides).unwrap().measure[0].target.clone();
         let left = |overrides: &[&str]| left(overrides).map(|target| target.reference);
         let kept = Some(Reference::Value(2.0));
-        for same in [&[][..], &["domain.cells=[64, 32]"], &["time.cfl=0.2", "measure.0.particle=0"]] {
+        for same in [&[][..], &["domain.cells=[64, 32]"], &["time.cfl=0.2", "measure.0.particle=0"]]
+        {
             assert_eq!(left(same), kept, "{same:?}");
         }
         for other in ["fluid.viscosity=1.0", "domain.size=[2.0, 2.0]", "particle.0.density=2.0"] {
             assert_eq!(left(&[other]), None, "{other}");
-            assert_eq!(left(&[other, "measure.0.reference=[3.0, 4.0]"]), Some(Reference::Band([3.0, 4.0])));
+            assert_eq!(
+                left(&[other, "measure.0.reference=[3.0, 4.0]"]),
+                Some(Reference::Band([3.0, 4.0]))
+            );
         }
     }
 
@@ -303,7 +336,12 @@ kind = "drag_coefficient"
             ("            0.5]", "nan]", 16, "particle.0.position.1"),
             ("position = [0.5,\n            0.5]", "", 13, "particle.0.position"),
             ("shape.disc.diameter", "shape.disc.diametr", 14, "particle.0.shape.disc.diametr"),
-            ("velocity = [0.0, 1.0]", "velocity = [0.0]", 18, "particle.0.motion.prescribed.velocity"),
+            (
+                "velocity = [0.0, 1.0]",
+                "velocity = [0.0]",
+                18,
+                "particle.0.motion.prescribed.velocity",
+            ),
             ("end = 1", "", 19, "time.end"),
         ] {
             assert!(CHANNEL.contains(from), "{from}");
@@ -338,8 +376,16 @@ kind = "drag_coefficient"
         std::fs::write(&file, CHANNEL).unwrap();
         let loaded = load(&file, &["time.end=2".into()]).unwrap();
         let message = |key| loaded.error_at(key, "no").to_string();
-        assert!(message("time.cfl").ends_with("case.toml:21: time.cfl: no"), "{}", message("time.cfl"));
-        assert!(message("time.end").ends_with("case.toml: time.end: no (given by --set)"), "{}", message("time.end"));
+        assert!(
+            message("time.cfl").ends_with("case.toml:21: time.cfl: no"),
+            "{}",
+            message("time.cfl")
+        );
+        assert!(
+            message("time.end").ends_with("case.toml: time.end: no (given by --set)"),
+            "{}",
+            message("time.end")
+        );
     }
 
     #[test]

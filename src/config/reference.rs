@@ -1,7 +1,7 @@
 //! The key reference of the book, `docs/keys.md`: the schema of a case as Markdown.
 //!
-//! A section for each table of a case in the schema's order, with a row a key; after it the types that its keys name, each
-//! where it is met first.
+//! A section for each table of a case in the schema's order, with a row a key; after it the types
+//! that its keys name, each where it is met first.
 
 use serde_json::{Map, Value};
 use std::collections::HashSet;
@@ -74,12 +74,15 @@ impl<'a> Page<'a> {
         }
     }
 
-    /// A section for each type that a schema names and that has none yet, and then for those that these name.
+    /// A section for each type that a schema names and that has none yet, and then for those that
+    /// these name.
     fn types_of(&mut self, schema: &'a Value) {
         let mut names = Vec::new();
         named(schema, &mut names);
         for name in names {
-            let Some(value) = self.definitions.get(name).filter(|_| self.done.insert(name)) else { continue };
+            let Some(value) = self.definitions.get(name).filter(|_| self.done.insert(name)) else {
+                continue;
+            };
             if value.get("enum").is_some() {
                 continue;
             }
@@ -103,12 +106,14 @@ fn plain(name: &str, value: &Value) -> (String, String) {
     (format!("`{name}`"), kind(value))
 }
 
-/// How a table of the top level is written: `[fluid]`, or `[[particle]]` where there may be several.
+/// How a table of the top level is written: `[fluid]`, or `[[particle]]` where there may be
+/// several.
 fn heading(name: &str, value: &Value) -> String {
     if value["type"] == "array" { format!("[[{name}]]") } else { format!("[{name}]") }
 }
 
-/// The definition that a schema stands for, by itself, as a list's entries or where it may be missing.
+/// The definition that a schema stands for, by itself, as a list's entries or where it may be
+/// missing.
 fn definition(value: &Value) -> Option<&str> {
     let direct = value["$ref"].as_str().or_else(|| value["items"]["$ref"].as_str());
     let choice = || value["anyOf"].as_array()?.iter().find_map(|choice| choice["$ref"].as_str());
@@ -138,7 +143,10 @@ fn kind(value: &Value) -> String {
     }
     if let Some(keys) = value["properties"].as_object().filter(|keys| keys.len() == 1) {
         // A choice with its value: `{ inflow = ... }`.
-        return keys.iter().map(|(name, value)| format!("`{{ {name} = `{}` }}`", kind(value))).collect();
+        return keys
+            .iter()
+            .map(|(name, value)| format!("`{{ {name} = `{}` }}`", kind(value)))
+            .collect();
     }
     if let Some(path) = value["$ref"].as_str() {
         let name = path.rsplit('/').next().unwrap_or(path);
@@ -170,7 +178,12 @@ fn kind(value: &Value) -> String {
 
 /// What a schema says of itself, on one line.
 fn sentence(value: &Value) -> String {
-    value["description"].as_str().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ")
+    value["description"]
+        .as_str()
+        .unwrap_or_default()
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// The same in a cell of a table.
@@ -183,7 +196,8 @@ fn toml_inline(value: &Value) -> String {
     match value {
         Value::Object(map) if map.is_empty() => "{}".to_owned(),
         Value::Object(map) => {
-            let pairs: Vec<String> = map.iter().map(|(key, value)| format!("{key} = {}", toml_inline(value))).collect();
+            let pairs: Vec<String> =
+                map.iter().map(|(key, value)| format!("{key} = {}", toml_inline(value))).collect();
             format!("{{ {} }}", pairs.join(", "))
         }
         other => other.to_string(),

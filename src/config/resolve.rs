@@ -1,13 +1,15 @@
-//! From a checked raw case to values: the defaults that depend on other keys, and one value of keys that exclude each other.
+//! From a checked raw case to values: the defaults that depend on other keys, and one value of keys
+//! that exclude each other.
 
 use super::direction;
 use super::fault::{Check, Fault, positive};
 use super::raw::{
-    self, Advection, Buoyancy, FixedRows, GradientRule, Scheme, Side, Solver, Spin, Stiffness, WallRule, Which,
+    self, Advection, Buoyancy, FixedRows, GradientRule, Scheme, Side, Solver, Spin, Stiffness,
+    WallRule, Which,
 };
 use super::resolved::{
-    Cadence, Case, Checkpoints, Contact, Drive, Enter, Fluid, Initial, Loss, Measure, Motion, Output, Pair, PairLaw,
-    Particle, Step, Target, Time,
+    Cadence, Case, Checkpoints, Contact, Drive, Enter, Fluid, Initial, Loss, Measure, Motion,
+    Output, Pair, PairLaw, Particle, Step, Target, Time,
 };
 
 use nalgebra::Vector3;
@@ -30,11 +32,10 @@ const RESTITUTION: f64 = 0.5;
 pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     let rest = vec![0.0; raw.dimension()];
     let (reference_speed, stream) = (raw.reference_speed(), raw.reference_velocity());
-    let directions = raw
-        .measure
-        .iter()
-        .enumerate()
-        .map(|(index, m)| Ok((direction::of(&raw, index, m)?, direction::axis(&raw, index, m)?)));
+    let directions =
+        raw.measure.iter().enumerate().map(|(index, m)| {
+            Ok((direction::of(&raw, index, m)?, direction::axis(&raw, index, m)?))
+        });
     let directions = directions.collect::<Result<Vec<_>, _>>()?;
     let velocity = raw.initial.velocity.clone().or_else(|| inflow(&raw)).unwrap_or(rest.clone());
     let resting = raw.particle.iter().filter(|p| p.motion == raw::Motion::Fixed).count();
@@ -42,7 +43,13 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     let fixed = if ground { FixedRows::Once } else { FixedRows::Always };
     let entrances: Vec<_> = raw.particle.iter().map(|p| p.entrance(&raw)).collect();
     let raw::Initial { from, inherited, taylor_green, perturbation, .. } = raw.initial;
-    let initial = Initial { from, inherited, velocity, perturbation: perturbation.unwrap_or(0.0), taylor_green };
+    let initial = Initial {
+        from,
+        inherited,
+        velocity,
+        perturbation: perturbation.unwrap_or(0.0),
+        taylor_green,
+    };
     let raw::Fluid { density, viscosity, gravity } = raw.fluid;
     let fluid = Fluid { density, viscosity, gravity: gravity.unwrap_or(rest.clone()) };
     let raw::Boundary { west, east, south, north, bottom, top } = raw.boundary;
@@ -55,10 +62,22 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
         name: raw.name,
         preset: raw.preset,
         boundary: [[west, east], [south, north]].into_iter().chain(along_z).collect(),
-        particle: raw.particle.into_iter().zip(entrances).map(|(p, at)| particle(p, at, &fluid, &rest)).collect(),
+        particle: raw
+            .particle
+            .into_iter()
+            .zip(entrances)
+            .map(|(p, at)| particle(p, at, &fluid, &rest))
+            .collect(),
         contact: raw.contact.map(|c| contact(c, smallest)).transpose()?,
-        time: time(raw.time, raw.coupling.wall == WallRule::Mixing && count > 0, count > 0, resting < count)?,
-        measure: measures.map(|(m, direction)| measure(m, direction, reference_speed, (force, count))).collect(),
+        time: time(
+            raw.time,
+            raw.coupling.wall == WallRule::Mixing && count > 0,
+            count > 0,
+            resting < count,
+        )?,
+        measure: measures
+            .map(|(m, direction)| measure(m, direction, reference_speed, (force, count)))
+            .collect(),
         output: output(raw.output, fixed, count, resting)?,
         domain: raw.domain,
         coupling: raw.coupling,
@@ -99,7 +118,12 @@ fn drive(raw: raw::Drive) -> Drive {
 }
 
 /// A particle in this fluid; `rest` is no velocity (m/s).
-fn particle(raw: raw::Particle, entrance: Vec<(f64, f64)>, fluid: &Fluid, rest: &[f64]) -> Particle {
+fn particle(
+    raw: raw::Particle,
+    entrance: Vec<(f64, f64)>,
+    fluid: &Fluid,
+    rest: &[f64],
+) -> Particle {
     let velocity = raw.velocity.clone();
     let enter = raw.enter.clone().map(|raw::Enter { time, region, gap, seed }| {
         let (gap, seed) = (gap.unwrap_or(0.0), seed.unwrap_or(1));
@@ -171,12 +195,15 @@ fn loss(restitution: Option<f64>, damping: Option<raw::Damping>) -> Option<Loss>
     restitution.map(Loss::Restitution).or(damping.map(Loss::Damping))
 }
 
-/// Most stages of a step where there are no bodies, where all are fixed, and where some move. What is imposed at a wall has a part that turns and does
-/// not decay: with ten the drag of a quarter of the places of a fixed disc stays in motion by some thousandths, with eight of none. What moves
-/// feels the fluid's answer a step late, and has fewer steps to come to rest on a wall the longer they are.
+/// Most stages of a step where there are no bodies, where all are fixed, and where some move. What
+/// is imposed at a wall has a part that turns and does not decay: with ten the drag of a quarter of
+/// the places of a fixed disc stays in motion by some thousandths, with eight of none. What moves
+/// feels the fluid's answer a step late, and has fewer steps to come to rest on a wall the longer
+/// they are.
 const MAX_STAGES: [usize; 3] = [10, 8, 4];
 
-/// Time stepping of a case that has particles `mixed` in or not, `some` or none, of which some move or none.
+/// Time stepping of a case that has particles `mixed` in or not, `some` or none, of which some move
+/// or none.
 fn time(raw: raw::Time, mixed: bool, some: bool, moves: bool) -> Result<Time, Fault> {
     let raw::Time { end, step, cfl, scheme, max_stages, advection, upwinding } = raw;
     let scheme = scheme.unwrap_or(match (mixed, moves) {
@@ -209,7 +236,8 @@ fn time(raw: raw::Time, mixed: bool, some: bool, moves: bool) -> Result<Time, Fa
     })
 }
 
-/// A measure along this direction and axis of a case with this reference speed (m/s), this force of its coupling and so many particles.
+/// A measure along this direction and axis of a case with this reference speed (m/s), this force of
+/// its coupling and so many particles.
 fn measure(
     raw: raw::Measure,
     (direction, axis): (Option<Vector3<f64>>, usize),
@@ -268,7 +296,9 @@ fn cadence(key: &str, raw: &raw::Cadence) -> Result<Cadence, Fault> {
         }
         _ => Err(Fault {
             key: key.into(),
-            message: "give exactly one of `every` (steps) and `every_time` (s), as in { every = 10 }".into(),
+            message:
+                "give exactly one of `every` (steps) and `every_time` (s), as in { every = 10 }"
+                    .into(),
         }),
     }
 }
@@ -285,7 +315,9 @@ fn checkpoints(key: &str, raw: &raw::Checkpoints) -> Result<Checkpoints, Fault> 
         }
         _ => Err(Fault {
             key: key.into(),
-            message: "give exactly one of `every_wall_minutes` and `every_steps`, as in { every_steps = 1000 }".into(),
+            message: "give exactly one of `every_wall_minutes` and `every_steps`, as in \
+                { every_steps = 1000 }"
+                .into(),
         }),
     }
 }
@@ -297,18 +329,30 @@ fn direct(case: &Case) -> Check {
     ensure!(
         !varies || case.pressure.solver != Solver::Direct,
         "pressure.solver",
-        "\"direct\" solves for one coefficient on all faces, and {}; choose \"auto\" or \"multigrid\"",
-        if sharp { "particles with sharp walls close some" } else { "a particle has another density than the fluid" }
+        "\"direct\" solves for one coefficient on all faces, and {}; choose \"auto\" or \
+        \"multigrid\"",
+        if sharp {
+            "particles with sharp walls close some"
+        } else {
+            "a particle has another density than the fluid"
+        }
     );
     Ok(())
 }
 
 /// What gravity does at faces, the pressure has to balance there.
 fn buoyancy(case: &Case) -> Check {
-    let falls = case.fluid.gravity.iter().any(|g| *g != 0.0) && case.particle.iter().any(Particle::is_free);
-    let holds = case.coupling.gradient == GradientRule::Faces || case.coupling.buoyancy == Buoyancy::Particle || !falls;
+    let falls =
+        case.fluid.gravity.iter().any(|g| *g != 0.0) && case.particle.iter().any(Particle::is_free);
+    let holds = case.coupling.gradient == GradientRule::Faces
+        || case.coupling.buoyancy == Buoyancy::Particle
+        || !falls;
     let cure = "set coupling.buoyancy = \"particle\" too";
-    ensure!(holds, "coupling.gradient", "reduced gravity at faces balances no pressure gradient at cells: {cure}");
+    ensure!(
+        holds,
+        "coupling.gradient",
+        "reduced gravity at faces balances no pressure gradient at cells: {cure}"
+    );
     Ok(())
 }
 
@@ -327,9 +371,11 @@ mod tests {
     fn what_contradicts_itself_only_when_resolved_is_refused() {
         let refusal = |keys: &str| {
             let text = format!(
-                "name = \"box\"\ntime.end = 1.0\ndomain = {{ size = [4.0, 1.0], cells = [32, 8] }}\n\
+                "name = \"box\"\ntime.end = 1.0\n\
+                domain = {{ size = [4.0, 1.0], cells = [32, 8] }}\n\
                  fluid = {{ density = 1.0, viscosity = 0.1, gravity = [0.0, -1.0] }}\n{keys}\n\
-                 boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }}"
+                 boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
+                     \"wall\" }}"
             );
             crate::config::written(&text).err()
         };
@@ -340,7 +386,8 @@ mod tests {
         assert_eq!(refusal(&mixing(", gradient = \"cells\", buoyancy = \"particle\"")), None);
         let direct = "pressure.solver = \"direct\"\n";
         assert_eq!(refusal(&(mixing("") + direct)), None, "of the fluid's density");
-        let why = refusal(&(mixing("").replace("diameter", "density = 2.0, diameter") + direct)).unwrap();
+        let why =
+            refusal(&(mixing("").replace("diameter", "density = 2.0, diameter") + direct)).unwrap();
         assert!(why.starts_with("pressure.solver") && why.contains("another density"), "{why}");
     }
 
@@ -366,7 +413,10 @@ mod tests {
         let (pair, rest) = (contact.between(WALL, "steel"), contact.between("steel", "steel"));
         assert_eq!((pair.friction, pair.loss), (0.4, Loss::Restitution(0.9)));
         assert_eq!(pair, contact.between("steel", WALL));
-        assert_eq!((rest.friction, rest.loss), (0.1, Loss::Damping(Damping { normal: 1.0, tangential: 2.0 })));
+        assert_eq!(
+            (rest.friction, rest.loss),
+            (0.1, Loss::Damping(Damping { normal: 1.0, tangential: 2.0 }))
+        );
         assert_eq!(pair.normal_stiffness, rest.normal_stiffness);
     }
 }

@@ -1,10 +1,10 @@
-//! A case with nothing left open. Its fields have the names of the file's tables and keys; an `Option` is physics that the
-//! case does without.
+//! A case with nothing left open. Its fields have the names of the file's tables and keys; an
+//! `Option` is physics that the case does without.
 
 use super::raw::{
-    Advection, Coupling, Damping, Domain, FACES, FixedRows, ForceRule, Lock, MeanVelocity, MeasureKind, Oscillation,
-    Petsc, Preset, Pressure, Probe, Reference, Region, Removed, Scheme, Section, Shape, Side, Statistics, Stiffness,
-    Substeps, TangentialDamping, When,
+    Advection, Coupling, Damping, Domain, FACES, FixedRows, ForceRule, Lock, MeanVelocity,
+    MeasureKind, Oscillation, Petsc, Preset, Pressure, Probe, Reference, Region, Removed, Scheme,
+    Section, Shape, Side, Statistics, Stiffness, Substeps, TangentialDamping, When,
 };
 
 use nalgebra::Vector3;
@@ -46,8 +46,9 @@ pub struct Case {
     pub probe: Vec<Probe>,
     /// What is written, and how often.
     pub output: Output,
-    /// The speed that coefficients refer to (m/s), `None` where nothing moves at the start: the fastest inflow's; without one,
-    /// the mean velocity that is held; without one, the initial velocity's; without one, the fastest moving wall's.
+    /// The speed that coefficients refer to (m/s), `None` where nothing moves at the start: the
+    /// fastest inflow's; without one, the mean velocity that is held; without one, the initial
+    /// velocity's; without one, the fastest moving wall's.
     pub reference_speed: Option<f64>,
     /// The stream that has it (m/s).
     pub stream: Option<Vec<f64>>,
@@ -61,7 +62,12 @@ impl Case {
 
     /// The spacing of the grid along each axis (m).
     pub fn spacings(&self) -> Vec<f64> {
-        self.domain.size.iter().zip(&self.domain.cells).map(|(size, cells)| size / *cells as f64).collect()
+        self.domain
+            .size
+            .iter()
+            .zip(&self.domain.cells)
+            .map(|(size, cells)| size / *cells as f64)
+            .collect()
     }
 
     /// The faces of the box by name, each with its condition.
@@ -144,7 +150,8 @@ impl Particle {
     }
 }
 
-/// What moves a body. Velocities (m/s) have a number for each axis; spins (rad/s) are about x, y and z, in 2D about z alone.
+/// What moves a body. Velocities (m/s) have a number for each axis; spins (rad/s) are about x, y
+/// and z, in 2D about z alone.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
     /// Forces and contacts move it.
@@ -235,7 +242,8 @@ pub enum Loss {
 }
 
 impl Contact {
-    /// How the materials `a` and `b` meet ([`Particle::material`], [`super::WALL`]), in either order.
+    /// How the materials `a` and `b` meet ([`Particle::material`], [`super::WALL`]), in either
+    /// order.
     pub fn between(&self, a: &str, b: &str) -> PairLaw {
         let of = |pair: &&Pair| {
             let [c, d] = &pair.between;
@@ -314,7 +322,8 @@ impl Measure {
 pub struct Target {
     /// A number or a band.
     pub reference: Reference,
-    /// How far from the reference still passes, as a part of it; of a band, of its middle and beyond its ends.
+    /// How far from the reference still passes, as a part of it; of a band, of its middle and
+    /// beyond its ends.
     pub tolerance: f64,
     /// Where the reference is from, if the case says it.
     pub source: Option<String>,

@@ -4,29 +4,35 @@
 //!   steady   min( G H^2/(2 mu), 50 (G H/rho)^(1/2) )     H: to the middle between walls or to the far side from one, half the box where bodies are held
 //!   drive    min( steady, G t/rho )                      t: until the end
 //! ```
-//! The first is laminar, the second twice what turbulence lets through at friction Reynolds numbers of some thousands.
+//! The first is laminar, the second twice what turbulence lets through at friction Reynolds numbers
+//! of some thousands.
 
 use super::{Case, Drive, Side};
 
 impl Case {
-    /// The force per volume (N/m3) that drives the fluid, given or of gravity along a slope; `None` where there is no such drive.
+    /// The force per volume (N/m3) that drives the fluid, given or of gravity along a slope; `None`
+    /// where there is no such drive.
     fn driving_force(&self) -> Option<f64> {
         let axes = || (0..self.dimension()).filter(|axis| self.periodic(*axis));
         match self.drive.as_ref()? {
             Drive::Force(force) => Some(axes().map(|a| force[a] * force[a]).sum::<f64>().sqrt()),
-            Drive::Gravity => {
-                Some(self.fluid.density * axes().map(|a| self.fluid.gravity[a].powi(2)).sum::<f64>().sqrt())
-            }
+            Drive::Gravity => Some(
+                self.fluid.density
+                    * axes().map(|a| self.fluid.gravity[a].powi(2)).sum::<f64>().sqrt(),
+            ),
             Drive::MeanVelocity(_) | Drive::HoldMixture => None,
         }
     }
 
-    /// The speed (m/s) of the fluid once friction balances that force; infinite where nothing holds it.
+    /// The speed (m/s) of the fluid once friction balances that force; infinite where nothing holds
+    /// it.
     fn steady_speed(&self, force: f64) -> f64 {
         let is_wall = |side: &Side| matches!(side, Side::Wall | Side::MovingWall(_));
         let between = |axis: usize| {
-            let (size, walls) =
-                (self.domain.size[axis], self.boundary[axis].iter().filter(|side| is_wall(side)).count());
+            let (size, walls) = (
+                self.domain.size[axis],
+                self.boundary[axis].iter().filter(|side| is_wall(side)).count(),
+            );
             match walls {
                 0 => f64::INFINITY,
                 1 => size,
@@ -37,20 +43,29 @@ impl Case {
         let narrow = self.domain.size.iter().copied().fold(f64::INFINITY, f64::min);
         let among = if held { 0.5 * narrow } else { f64::INFINITY };
         let way = (0..self.dimension()).map(between).fold(among, f64::min);
-        (0.5 * force * way * way / self.fluid.viscosity).min(50.0 * (force * way / self.fluid.density).sqrt())
+        (0.5 * force * way * way / self.fluid.viscosity)
+            .min(50.0 * (force * way / self.fluid.density).sqrt())
     }
 
-    /// The speed (m/s) to which the drive may bring the fluid until the end; `None` without a force that drives it.
+    /// The speed (m/s) to which the drive may bring the fluid until the end; `None` without a force
+    /// that drives it.
     pub fn driven_speed(&self) -> Option<f64> {
         let force = self.driving_force()?;
         Some(self.steady_speed(force).min(force * self.time.end / self.fluid.density))
     }
 
-    /// The largest speed of the fluid (m/s) that the case itself tells, whenever it ends: of its stream, its drive or its vortex. Where nothing holds what
-    /// is driven, it is that at the end.
+    /// The largest speed of the fluid (m/s) that the case itself tells, whenever it ends: of its
+    /// stream, its drive or its vortex. Where nothing holds what is driven, it is that at the end.
     pub fn fluid_speed(&self) -> f64 {
-        let driven = self.driving_force().map(|force| self.steady_speed(force)).filter(|speed| speed.is_finite());
-        let told = [self.reference_speed, driven.or_else(|| self.driven_speed()), self.initial.taylor_green];
+        let driven = self
+            .driving_force()
+            .map(|force| self.steady_speed(force))
+            .filter(|speed| speed.is_finite());
+        let told = [
+            self.reference_speed,
+            driven.or_else(|| self.driven_speed()),
+            self.initial.taylor_green,
+        ];
         told.into_iter().flatten().fold(0.0, f64::max)
     }
 }
@@ -66,7 +81,8 @@ mod tests {
             let text = format!(
                 "name = \"d\"\ndomain = {{ size = [2.0, 1.0], cells = [32, 16] }}\n\
                  fluid = {{ density = 1000.0, viscosity = {viscosity:?} }}\n\
-                 boundary = {{ west = \"periodic\", east = \"periodic\", south = {walls:?}, north = {walls:?} }}\n\
+                 boundary = {{ west = \"periodic\", east = \"periodic\", south = {walls:?}, north \
+                     = {walls:?} }}\n\
                  drive = {{ force = [10.0, 0.0] }}\ntime = {{ end = {end:?}, cfl = 0.4 }}\n"
             );
             let case = written(&text).unwrap();
@@ -74,8 +90,12 @@ mod tests {
         };
         // Laminar: G H^2/(2 mu) with H = 0.5 m. Turbulent: no faster than 50 (G H/rho)^(1/2).
         for (viscosity, steady) in [(100.0, 0.0125), (0.001, 50.0 * 0.005f64.sqrt())] {
-            let [(short, soon), (long, late)] = [1e-3, 1e6].map(|end| speeds("wall", viscosity, end));
-            assert!((short / steady - 1.0).abs() < 1e-12 && short == long, "{short}, {long} of {steady}");
+            let [(short, soon), (long, late)] =
+                [1e-3, 1e6].map(|end| speeds("wall", viscosity, end));
+            assert!(
+                (short / steady - 1.0).abs() < 1e-12 && short == long,
+                "{short}, {long} of {steady}"
+            );
             assert!((soon / 1e-5 - 1.0).abs() < 1e-12 && late == long, "{soon}, {late}");
         }
         // Nothing holds it: as fast as it gets.

@@ -1,8 +1,10 @@
-//! A case written out as a file that gives every key, for the run's folder; it reads back to an equal case.
+//! A case written out as a file that gives every key, for the run's folder; it reads back to an
+//! equal case.
 
 use super::raw::{self, Axis, Spin, Which};
 use super::resolved::{
-    Cadence, Case, Checkpoints, Contact, Drive, Enter, Loss, Measure, Motion, Output, PairLaw, Particle, Step,
+    Cadence, Case, Checkpoints, Contact, Drive, Enter, Loss, Measure, Motion, Output, PairLaw,
+    Particle, Step,
 };
 use serde::Serialize;
 
@@ -98,7 +100,9 @@ fn drive(drive: &Drive) -> raw::Drive {
 
 /// A particle with all of its keys.
 pub(super) fn particle(p: &Particle) -> raw::Particle {
-    let of = |spin: &[f64; 3]| Some(if p.position.len() == 2 { Spin::Plane(spin[2]) } else { Spin::Space(*spin) });
+    let of = |spin: &[f64; 3]| {
+        Some(if p.position.len() == 2 { Spin::Plane(spin[2]) } else { Spin::Space(*spin) })
+    };
     let (motion, mut velocity, spin, locked) = match &p.motion {
         Motion::Fixed => (raw::Motion::Fixed, None, None, Vec::new()),
         Motion::Free { velocity, spin, locked } => {
@@ -136,7 +140,9 @@ fn contact(c: &Contact) -> raw::Contact {
         Loss::Damping(damping) => (None, Some(damping)),
     };
     let (restitution, damping) = loss(&c.law);
-    let PairLaw { normal_stiffness, exponent, tangential_ratio, friction, rolling_friction, .. } = c.law;
+    let PairLaw {
+        normal_stiffness, exponent, tangential_ratio, friction, rolling_friction, ..
+    } = c.law;
     let pair = c.pair.iter().map(|pair| {
         let (restitution, damping) = loss(&pair.law);
         raw::Pair {
@@ -171,7 +177,10 @@ fn measure(m: &Measure, dimension: usize) -> raw::Measure {
         name: m.name.clone(),
         kind: m.kind,
         particle: Which::Id(m.particle),
-        particles: m.kind.is_of_group().then(|| m.particles.iter().copied().map(Which::Id).collect()),
+        particles: m
+            .kind
+            .is_of_group()
+            .then(|| m.particles.iter().copied().map(Which::Id).collect()),
         axis: m.kind.has_axis().then(|| [Axis::X, Axis::Y, Axis::Z][m.axis]),
         region: m.region.clone().map(|[min, max]| raw::Region { min, max }),
         threshold: (m.kind == raw::MeasureKind::BedHeight).then_some(m.threshold),
@@ -198,7 +207,9 @@ fn output(o: &Output) -> raw::Output {
             Checkpoints::WallMinutes(minutes) => {
                 raw::Checkpoints { every_wall_minutes: Some(minutes), every_steps: None }
             }
-            Checkpoints::Steps(steps) => raw::Checkpoints { every_wall_minutes: None, every_steps: Some(steps) },
+            Checkpoints::Steps(steps) => {
+                raw::Checkpoints { every_wall_minutes: None, every_steps: Some(steps) }
+            }
         },
         figures: o.figures,
         removed: o.removed,

@@ -60,8 +60,13 @@ impl Clusters {
     /// Those of so many bodies.
     pub(super) fn new(n: usize) -> Clusters {
         let (impulses, works) = (vec![Impulse::default(); n], vec![Work::default(); n]);
-        let mut clusters =
-            Clusters { parent: vec![0; n], impulses, without: vec![None; n], parting: vec![false; n], works };
+        let mut clusters = Clusters {
+            parent: vec![0; n],
+            impulses,
+            without: vec![None; n],
+            parting: vec![false; n],
+            works,
+        };
         clusters.clear();
         clusters
     }
@@ -117,7 +122,11 @@ impl Work {
 impl Contacts {
     /// Finds the clusters of bodies that touched in the step, which have the given velocities and
     /// spins at the end of the substeps; whether one of them parts.
-    pub(crate) fn find_clusters(&mut self, bodies: &[Body], expected: impl Fn(usize) -> [Vector3<f64>; 2]) -> bool {
+    pub(crate) fn find_clusters(
+        &mut self,
+        bodies: &[Body],
+        expected: impl Fn(usize) -> [Vector3<f64>; 2],
+    ) -> bool {
         let mut clusters = std::mem::take(&mut self.clusters);
         let free = |k: usize| bodies.get(k).is_some_and(|body| body.freedom().is_some());
         for pair in self.pairs.iter().filter(|pair| pair.pressed > 0.0) {
@@ -128,8 +137,10 @@ impl Contacts {
             }
         }
         for pair in self.pairs.iter().filter(|pair| pair.pressed > 0.0) {
-            let (first, released) =
-                (self.cluster_of(&clusters, pair, bodies), pair.stored - self.stored_in(pair, bodies));
+            let (first, released) = (
+                self.cluster_of(&clusters, pair, bodies),
+                pair.stored - self.stored_in(pair, bodies),
+            );
             let with = self.work_of(pair, &expected);
             let parts = with > 0.5 * LEAST_RESPONSE * self.expected_response(pair);
             for k in [pair.first, pair.second] {
@@ -141,8 +152,8 @@ impl Contacts {
         }
         for k in 0..bodies.len() {
             let (answer, Impulse { linear, angular }) = (&self.answers[k], &clusters.impulses[k]);
-            let response =
-                answer.mass.dot(&linear.component_mul(linear)) + answer.inertia.dot(&angular.component_mul(angular));
+            let response = answer.mass.dot(&linear.component_mul(linear))
+                + answer.inertia.dot(&angular.component_mul(angular));
             let first = clusters.first(k);
             clusters.works[first].expected += response;
         }
@@ -159,7 +170,9 @@ impl Contacts {
     /// the corrected impulses, which the bodies now have; whether there are any.
     pub(crate) fn find_late_parting(&mut self, bodies: &[Body]) -> bool {
         self.find_works(bodies, |work, joule| work.with = joule);
-        let late = |work: &Work| !work.parts && work.with > work.released + 0.5 * LEAST_RESPONSE * work.expected;
+        let late = |work: &Work| {
+            !work.parts && work.with > work.released + 0.5 * LEAST_RESPONSE * work.expected
+        };
         let any = self.clusters.works.iter().any(late);
         if any {
             self.keep_impulses(bodies, late);
@@ -224,7 +237,11 @@ impl Contacts {
         let mut taken = 0.0;
         self.find_works(bodies, |work, joule| work.with = joule);
         let without = std::mem::take(&mut self.clusters.without);
-        self.find_works_of(bodies, |k| without[k].unwrap_or_default(), |work, joule| work.without = joule);
+        self.find_works_of(
+            bodies,
+            |k| without[k].unwrap_or_default(),
+            |work, joule| work.without = joule,
+        );
         self.clusters.without = without;
         for work in self.clusters.works.iter_mut().filter(|work| work.parts) {
             let factor = work.bounded();
@@ -266,7 +283,8 @@ impl Contacts {
     /// Work of all contacts on a body over the last step (J), which now has the velocity at its
     /// end: known where the bound on the work of its cluster was looked at.
     pub fn work_on(&self, k: usize, body: &Body) -> Option<f64> {
-        let ([velocity, spin], Impulse { linear, angular }) = (self.clusters.without[k]?, self.impulses[k]);
+        let ([velocity, spin], Impulse { linear, angular }) =
+            (self.clusters.without[k]?, self.impulses[k]);
         Some(0.5 * (linear.dot(&(velocity + body.velocity)) + angular.dot(&(spin + body.spin))))
     }
 
@@ -281,8 +299,11 @@ impl Contacts {
                 continue;
             }
             let pair = &mut self.pairs[p];
-            let (impulse, turns) = ((factor - 1.0) * pair.impulse, pair.turns.map(|turn| (factor - 1.0) * turn));
-            for (k, impulse, turn) in [(pair.first, impulse, turns[0]), (pair.second, -impulse, turns[1])] {
+            let (impulse, turns) =
+                ((factor - 1.0) * pair.impulse, pair.turns.map(|turn| (factor - 1.0) * turn));
+            for (k, impulse, turn) in
+                [(pair.first, impulse, turns[0]), (pair.second, -impulse, turns[1])]
+            {
                 if let Some(given) = corrections.get_mut(k) {
                     given.linear += impulse;
                     given.angular += turn;
@@ -303,7 +324,8 @@ impl Contacts {
 
     /// `P.M^-1 P` of the linear impulse of a pair (J), as the substeps expect the response.
     fn expected_response(&self, pair: &Pair) -> f64 {
-        let inverse = |k: usize| self.answers.get(k).map_or_else(Vector3::zeros, |answer| answer.mass);
+        let inverse =
+            |k: usize| self.answers.get(k).map_or_else(Vector3::zeros, |answer| answer.mass);
         (inverse(pair.first) + inverse(pair.second)).dot(&pair.impulse.component_mul(&pair.impulse))
     }
 

@@ -174,22 +174,31 @@ impl Contacts {
         }
         let (law, mass) = (self.law(pair), 1.0 / kinematics.inverse_normal);
         // The energy of an overlap counts as that of an approach.
-        let speed = (kinematics.approach.powi(2) + 2.0 * law.stored(kinematics.overlap) / mass).sqrt();
+        let speed =
+            (kinematics.approach.powi(2) + 2.0 * law.stored(kinematics.overlap) / mass).sqrt();
         let x = (PI * pair.touched / law.contact_time(mass, speed)).min(PI);
         1.0 - x.sin() / x
     }
 
     /// Corrects one pair as the corrections of the others now are; by how much that changes its
     /// residual (m/s).
-    fn solve(&self, constraint: &mut Constraint, residuals: &[Vector3<f64>], corrections: &mut [Impulse]) -> f64 {
-        let (n, pair, [normal, tangential]) = (constraint.normal, &self.pairs[constraint.pair], constraint.inverse);
+    fn solve(
+        &self,
+        constraint: &mut Constraint,
+        residuals: &[Vector3<f64>],
+        corrections: &mut [Impulse],
+    ) -> f64 {
+        let (n, pair, [normal, tangential]) =
+            (constraint.normal, &self.pairs[constraint.pair], constraint.inverse);
         // As if the pair had not been corrected yet.
-        let off = constraint.press + self.residual_of(constraint, residuals, corrections).0 / normal;
+        let off =
+            constraint.press + self.residual_of(constraint, residuals, corrections).0 / normal;
         let press = constraint.within_contact(pair, constraint.share[0] * off);
         let pressed = press - constraint.press;
         constraint.apply(-pressed * n, [Vector3::zeros(); 2], corrections);
 
-        let slips = constraint.along - self.residual_of(constraint, residuals, corrections).1 / tangential;
+        let slips =
+            constraint.along - self.residual_of(constraint, residuals, corrections).1 / tangential;
         let along = constraint.within_cone(pair, press, constraint.share[1] * slips);
         let slid = along - constraint.along;
         let turn = n.cross(&slid);
@@ -207,7 +216,9 @@ impl Contacts {
         corrections: &[Impulse],
     ) -> (f64, Vector3<f64>) {
         let of = |k: usize| {
-            let Some(given) = corrections.get(k) else { return (Vector3::zeros(), Vector3::zeros()) };
+            let Some(given) = corrections.get(k) else {
+                return (Vector3::zeros(), Vector3::zeros());
+            };
             let (Answer { mass, inertia, .. }, residual) = (&self.answers[k], &residuals[k]);
             (residual + mass.component_mul(&given.linear), inertia.component_mul(&given.angular))
         };
@@ -221,8 +232,10 @@ impl Contacts {
     pub(crate) fn gave(&self, bodies: &[Body], dt: f64) -> bool {
         let slows = |pair: &Pair| {
             let kinematics = self.kinematics(pair, bodies, 0.0).0;
-            let [normal, sliding] =
-                [pair.film.normal * kinematics.inverse_normal, pair.film.sliding * kinematics.inverse_tangential];
+            let [normal, sliding] = [
+                pair.film.normal * kinematics.inverse_normal,
+                pair.film.sliding * kinematics.inverse_tangential,
+            ];
             dt * normal.max(sliding) >= params::faint_lubrication()
         };
         self.pairs.iter().any(|pair| pair.normal != 0.0 && (pair.pressed > 0.0 || slows(pair)))
@@ -246,7 +259,9 @@ impl Constraint {
     /// Adds an impulse (N s) to the first of the pair, its opposite to the second, and angular
     /// impulses to both (N m s).
     fn apply(&self, impulse: Vector3<f64>, turns: [Vector3<f64>; 2], corrections: &mut [Impulse]) {
-        for (k, impulse, turn) in [(self.two[0], impulse, turns[0]), (self.two[1], -impulse, turns[1])] {
+        for (k, impulse, turn) in
+            [(self.two[0], impulse, turns[0]), (self.two[1], -impulse, turns[1])]
+        {
             if let Some(given) = corrections.get_mut(k) {
                 given.linear += impulse;
                 given.angular += turn;

@@ -6,14 +6,16 @@
 //!   eta_n = 2 zeta sqrt(m_n k),  eta_t = 2 zeta sqrt(m_t k_t)    1/m_n = n.(1/m_i + 1/m_j).n
 //!                                                            1/m_t = 1/m_i + 1/m_j + a_i^2/I_i + a_j^2/I_j
 //! ```
-//! `d` runs from `d_0` to `d_1` over a substep. Powers of it enter by their mean over it, zero where `d < 0`:
-//! a contact may begin or end anywhere within a substep. Dampers see the mean velocity that this contact alone
-//! leaves, `v + h (a - F/m)/2`: right to second order for a pair, to first in a heap, where v is small. The
-//! restitution fixes zeta through the collision `x'' = -x^g - 2 zeta x^p x'`, `x(0) = 0`, `x'(0) = 1`, that ends where
-//! the force does; e depends on zeta and g alone.
+//! `d` runs from `d_0` to `d_1` over a substep. Powers of it enter by their mean over it, zero
+//! where `d < 0`: a contact may begin or end anywhere within a substep. Dampers see the mean
+//! velocity that this contact alone leaves, `v + h (a - F/m)/2`: right to second order for a pair,
+//! to first in a heap, where v is small. The restitution fixes zeta through the collision `x'' =
+//! -x^g - 2 zeta x^p x'`, `x(0) = 0`, `x'(0) = 1`, that ends where the force does; e depends on
+//! zeta and g alone.
 //!
-//! Where g is not 1, `k_t` changes under a stretched spring, which takes or feeds a little energy (up to 6e-4 of it in
-//! a step, seen in a cloud of 50 with g = 1.5, mu = 0.3, e = 1; 1e-5 with e = 0.9).
+//! Where g is not 1, `k_t` changes under a stretched spring, which takes or feeds a little energy
+//! (up to 6e-4 of it in a step, seen in a cloud of 50 with g = 1.5, mu = 0.3, e = 1; 1e-5 with e =
+//! 0.9).
 
 use nalgebra::Vector3;
 
@@ -46,7 +48,8 @@ pub struct Material {
     pub rolling_friction: f64,
     /// What dissipates.
     pub damping: Damping,
-    /// Turns the tangential damper round, as (22) is printed: it then feeds energy. For reproduction only.
+    /// Turns the tangential damper round, as (22) is printed: it then feeds energy. For
+    /// reproduction only.
     pub printed_sign: bool,
 }
 
@@ -58,12 +61,14 @@ pub struct Laws {
 }
 
 impl Laws {
-    /// The laws among `materials` materials; `law_of_pair(a, b)` is asked once per pair, with `a <= b`.
+    /// The laws among `materials` materials; `law_of_pair(a, b)` is asked once per pair, with `a <=
+    /// b`.
     pub fn new(materials: usize, law_of_pair: impl Fn(usize, usize) -> Material) -> Laws {
         let mut table: Vec<Law> = Vec::with_capacity(materials * materials);
         for a in 0..materials {
             for b in 0..materials {
-                let law = if b < a { table[b * materials + a] } else { Law::new(law_of_pair(a, b)) };
+                let law =
+                    if b < a { table[b * materials + a] } else { Law::new(law_of_pair(a, b)) };
                 table.push(law);
             }
         }
@@ -160,7 +165,8 @@ impl Law {
         }
         let Material { normal_stiffness, exponent, tangential_ratio, friction, .. } = self.material;
         let tangential = tangential_ratio * normal_stiffness * overlap.powf(exponent - 1.0);
-        let held = (tangential * spring.norm()).min(friction * normal_stiffness * overlap.powf(exponent));
+        let held =
+            (tangential * spring.norm()).min(friction * normal_stiffness * overlap.powf(exponent));
         self.stored(overlap) + if held > 0.0 { 0.5 * held * held / tangential } else { 0.0 }
     }
 
@@ -168,13 +174,20 @@ impl Law {
     pub(super) fn damping_ratio(&self, mass: f64) -> f64 {
         match self.material.damping {
             Damping::Restitution(_) => self.zeta,
-            Damping::Given { normal, .. } => 0.5 * normal / (mass * self.material.normal_stiffness).sqrt(),
+            Damping::Given { normal, .. } => {
+                0.5 * normal / (mass * self.material.normal_stiffness).sqrt()
+            }
         }
     }
 
-    /// Mean normal force and tangential force on the first one over the substep (N). `spring` is `xi` (m) at the middle
-    /// of the last substep, `None` where that found no contact, and becomes that at the middle of this one.
-    pub(super) fn force(&self, kinematics: &Kinematics, spring: &mut Option<Vector3<f64>>) -> (f64, Vector3<f64>) {
+    /// Mean normal force and tangential force on the first one over the substep (N). `spring` is
+    /// `xi` (m) at the middle of the last substep, `None` where that found no contact, and becomes
+    /// that at the middle of this one.
+    pub(super) fn force(
+        &self,
+        kinematics: &Kinematics,
+        spring: &mut Option<Vector3<f64>>,
+    ) -> (f64, Vector3<f64>) {
         let law = &self.material;
         let (k, g, h) = (law.normal_stiffness, law.exponent, kinematics.h);
         let (low, high) = kinematics.interval();
@@ -199,7 +212,8 @@ impl Law {
         (normal, self.grip(kinematics, (stiffness, damper_tangential, lasted), normal, spring))
     }
 
-    /// Tangential force on the first one (N) by a spring (N/m) and a damper (N s/m) of a contact that has `lasted` (s) in the substep.
+    /// Tangential force on the first one (N) by a spring (N/m) and a damper (N s/m) of a contact
+    /// that has `lasted` (s) in the substep.
     fn grip(
         &self,
         kinematics: &Kinematics,
@@ -208,7 +222,8 @@ impl Law {
         spring: &mut Option<Vector3<f64>>,
     ) -> Vector3<f64> {
         let (law, h) = (&self.material, kinematics.h);
-        // What a contact that begins now has stretched, at its own middle and (continued) at that of the substep.
+        // What a contact that begins now has stretched, at its own middle and (continued) at that
+        // of the substep.
         let (stretch, middle) = match *spring {
             None => (0.5 * lasted * kinematics.slip, (lasted - 0.5 * h) * kinematics.slip),
             Some(last) => {
@@ -220,7 +235,8 @@ impl Law {
         let damper = if law.printed_sign { -damper } else { damper };
         let slowing = 0.5 * h * kinematics.inverse_tangential;
         let slip = kinematics.slip + 0.5 * h * kinematics.push_slip;
-        let grip = stiffness * stretch + damper * (slip - slowing * stiffness * stretch) / (1.0 + slowing * damper);
+        let grip = stiffness * stretch
+            + damper * (slip - slowing * stiffness * stretch) / (1.0 + slowing * damper);
         let limit = law.friction * normal;
         if grip.norm_squared() <= limit * limit {
             *spring = Some(middle);
@@ -268,13 +284,14 @@ fn damping_ratio(exponent: f64, e: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Restitution of the clipped collision, in `w = x' + 2 zeta x^s/s`, `s = (g+1)/2`: `w' = -x^g`, free of the damper's
-/// infinite slope at contact. It ends at `x^s + 2 zeta x' = 0`.
+/// Restitution of the clipped collision, in `w = x' + 2 zeta x^s/s`, `s = (g+1)/2`: `w' = -x^g`,
+/// free of the damper's infinite slope at contact. It ends at `x^s + 2 zeta x' = 0`.
 fn restitution(exponent: f64, zeta: f64) -> f64 {
     let s = 0.5 * (exponent + 1.0);
     let speed = |x: f64, w: f64| w - 2.0 * zeta * x.max(0.0).powf(s) / s;
     let rate = |x: f64, w: f64| (speed(x, w), -x.max(0.0).powf(exponent));
-    let force = |x: f64, w: f64| if zeta > 0.0 { x.max(0.0).powf(s) + 2.0 * zeta * speed(x, w) } else { x };
+    let force =
+        |x: f64, w: f64| if zeta > 0.0 { x.max(0.0).powf(s) + 2.0 * zeta * speed(x, w) } else { x };
     let h = 5e-3 / (1.0 + zeta);
     let (mut x, mut w) = (0.0, 1.0);
     loop {
@@ -282,7 +299,10 @@ fn restitution(exponent: f64, zeta: f64) -> f64 {
         let b = rate(x + 0.5 * h * a.0, w + 0.5 * h * a.1);
         let c = rate(x + 0.5 * h * b.0, w + 0.5 * h * b.1);
         let d = rate(x + h * c.0, w + h * c.1);
-        let next = (x + h / 6.0 * (a.0 + 2.0 * (b.0 + c.0) + d.0), w + h / 6.0 * (a.1 + 2.0 * (b.1 + c.1) + d.1));
+        let next = (
+            x + h / 6.0 * (a.0 + 2.0 * (b.0 + c.0) + d.0),
+            w + h / 6.0 * (a.1 + 2.0 * (b.1 + c.1) + d.1),
+        );
         let (before, after) = (force(x, w), force(next.0, next.1));
         if after <= 0.0 || next.0.is_nan() {
             // The acceleration is 0 there: the speed is that of either end to second order.

@@ -56,7 +56,8 @@ pub(super) struct Film {
 
 impl Film {
     /// None that was found.
-    pub(super) const UNKNOWN: Film = Film { gap: f64::NAN, normal: 0.0, sliding: 0.0, rolling: 0.0 };
+    pub(super) const UNKNOWN: Film =
+        Film { gap: f64::NAN, normal: 0.0, sliding: 0.0, rolling: 0.0 };
 }
 
 impl Medium {
@@ -68,7 +69,14 @@ impl Medium {
     /// Force over speed of approach (N s/m), its mean over gaps from `g0` to `g1` (m), between a
     /// round body of this dimension and radius and one of the radius `other`, infinite for a wall
     /// (m).
-    pub(super) fn resistance(&self, dimension: usize, radius: f64, other: f64, g0: f64, g1: f64) -> f64 {
+    pub(super) fn resistance(
+        &self,
+        dimension: usize,
+        radius: f64,
+        other: f64,
+        g0: f64,
+        g1: f64,
+    ) -> f64 {
         let reduced = reduced(radius, other);
         let (low, high) = (self.width(g0.min(g1), reduced), self.width(g0.max(g1), reduced));
         // Asperities that touch are pressed together over a way that a soft contact makes longer
@@ -91,7 +99,11 @@ impl Medium {
         let force = match dimension {
             2 => {
                 // Of g^(-3/2).
-                let mean = if narrow { middle.powf(-1.5) } else { 2.0 / (middle * (low.sqrt() + high.sqrt())) };
+                let mean = if narrow {
+                    middle.powf(-1.5)
+                } else {
+                    2.0 / (middle * (low.sqrt() + high.sqrt()))
+                };
                 3.0 * PI * 2.0f64.sqrt() * a.powf(1.5) * mean
             }
             _ => {
@@ -105,7 +117,13 @@ impl Medium {
 
     /// Force over speed (N s/m) of the same two where their surfaces slide along a gap of `g` (m),
     /// and where they roll.
-    pub(super) fn shear_resistance(&self, dimension: usize, radius: f64, other: f64, g: f64) -> [f64; 2] {
+    pub(super) fn shear_resistance(
+        &self,
+        dimension: usize,
+        radius: f64,
+        other: f64,
+        g: f64,
+    ) -> [f64; 2] {
         let a = reduced(radius, other);
         let near = if g > 0.0 { self.width(g, a) } else { params::film() * a };
         let beyond = |spacings: f64| {

@@ -1,4 +1,5 @@
-//! Contacts: bodies as soft discs and spheres that overlap a little (discrete element model, eq. 20-26).
+//! Contacts: bodies as soft discs and spheres that overlap a little (discrete element model, eq.
+//! 20-26).
 //!
 //! ```text
 //!   search    pairs whose gap <= reach_i + reach_j,  search_radius = |v| T + |a| T^2/2 over the rest T of the step
@@ -7,10 +8,11 @@
 //!   kick      v' = v + h (a + F/m),  w' = w + h (b + M/I)        a, b: pushes by fluid and gravity, frozen
 //!   drift     x' = x + h (v + v')/2
 //! ```
-//! That is Verlet's scheme with the force at the middle: one evaluation per substep, and exact where a is constant.
-//! A body that goes beyond its search_radius (struck, say) has the pairs found anew for the rest of the step. Bodies without a
-//! pair take one move for all the substeps; pairs too far apart to have touched since they were looked at last are passed over,
-//! and the fluid between such as cannot touch in the step acts every so many substeps, for all of them.
+//! That is Verlet's scheme with the force at the middle: one evaluation per substep, and exact
+//! where a is constant. A body that goes beyond its search_radius (struck, say) has the pairs found
+//! anew for the rest of the step. Bodies without a pair take one move for all the substeps; pairs
+//! too far apart to have touched since they were looked at last are passed over, and the fluid
+//! between such as cannot touch in the step acts every so many substeps, for all of them.
 //!
 //! In a fluid, m is the mass of a body and a part of its added mass, `m + c C_a` with `c = min(1.6,
 //! 0.4 + s/4)`: C_a is the added mass of a lone body and s its density over the fluid's. The fluid
@@ -99,24 +101,29 @@ struct Pair {
     first: usize,
     /// A body, or the number of bodies plus that of a wall.
     second: usize,
-    /// Which image of the second body it is: whole periods from its path to that of the image, along each axis.
+    /// Which image of the second body it is: whole periods from its path to that of the image,
+    /// along each axis.
     image: Vector3<f64>,
     /// Tangential spring (m), while they touch, and that of their rolling (rad).
     spring: Option<Vector3<f64>>,
     rolled: Vector3<f64>,
-    /// Impulse on the first and angular impulses on both over the step, by touch and lubrication (N s, N m s).
+    /// Impulse on the first and angular impulses on both over the step, by touch and lubrication (N
+    /// s, N m s).
     impulse: Vector3<f64>,
     turns: [Vector3<f64>; 2],
-    /// Normal impulse over the step, by touch and lubrication, positive where it parts the two (N s).
+    /// Normal impulse over the step, by touch and lubrication, positive where it parts the two (N
+    /// s).
     normal: f64,
-    /// Of touch alone: tangential impulse on the first, normal impulse, in all and while the two stick (N s), and its time (s).
+    /// Of touch alone: tangential impulse on the first, normal impulse, in all and while the two
+    /// stick (N s), and its time (s).
     tangential: Vector3<f64>,
     pressed: f64,
     stuck: f64,
     touched: f64,
     /// Energy in the springs at the start of the step (J).
     stored: f64,
-    /// What the fluid between them resists, after how many substeps each, and for how long (s) it has not yet.
+    /// What the fluid between them resists, after how many substeps each, and for how long (s) it
+    /// has not yet.
     film: Film,
     stride: usize,
     due: f64,
@@ -127,7 +134,8 @@ struct Pair {
 /// The springs of a contact between a body and an image of another one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Springs {
-    /// Which image: whole periods from the centre of the second body to that of the image, along each axis.
+    /// Which image: whole periods from the centre of the second body to that of the image, along
+    /// each axis.
     pub image: Vector3<f64>,
     /// The tangential spring (m), which pulls the first body back.
     pub tangential: Vector3<f64>,
@@ -138,7 +146,8 @@ pub struct Springs {
 /// What lasts of contacts from one step to the next.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Touching {
-    /// The springs of contacts that last, after the first body and the second, or the number of bodies plus that of a wall.
+    /// The springs of contacts that last, after the first body and the second, or the number of
+    /// bodies plus that of a wall.
     pub springs: Vec<(usize, usize, Springs)>,
 }
 
@@ -157,7 +166,8 @@ pub struct Contacts {
     /// By their first body, ascending; those of the search before.
     pairs: Vec<Pair>,
     old: Vec<Pair>,
-    /// Per body: its answer, its way since the search (m) and the way it may go (m), whether it has a pair, its load now.
+    /// Per body: its answer, its way since the search (m) and the way it may go (m), whether it has
+    /// a pair, its load now.
     answers: Vec<Answer>,
     /// Per body, see [`Contacts::contact_damping`].
     damping: Vec<f64>,
@@ -170,7 +180,8 @@ pub struct Contacts {
     clusters: Clusters,
     /// Of the substep.
     grips: Vec<Grip>,
-    /// Per body, its way since the search when the next substep is done (m), and by how much it has turned in the step (rad).
+    /// Per body, its way since the search when the next substep is done (m), and by how much it has
+    /// turned in the step (rad).
     reach: Vec<f64>,
     turned: Vec<Vector3<f64>>,
     impulses: Vec<Impulse>,
@@ -187,8 +198,8 @@ pub struct Contacts {
 }
 
 impl Contacts {
-    /// Contacts among `bodies` of the given `materials`, and with `walls`, in a box from 0 to `size` (m) of which some
-    /// axes are periodic (their lengths, m).
+    /// Contacts among `bodies` of the given `materials`, and with `walls`, in a box from 0 to
+    /// `size` (m) of which some axes are periodic (their lengths, m).
     pub fn new(
         bodies: &[Body],
         materials: Vec<usize>,
@@ -237,7 +248,8 @@ impl Contacts {
         self
     }
 
-    /// Contacts in a fluid that follows the bodies within the step, its mass with theirs, and resists in the gaps between them.
+    /// Contacts in a fluid that follows the bodies within the step, its mass with theirs, and
+    /// resists in the gaps between them.
     pub fn within(mut self, medium: Medium) -> Contacts {
         self.medium = Medium { roughness: self.medium.roughness, ..medium };
         self
@@ -248,7 +260,8 @@ impl Contacts {
         Touching { springs: Vec::with_capacity(8 * self.materials.len()) }
     }
 
-    /// Effective mass of a body in contact (kg): its own, and a part of its added mass that grows with its density.
+    /// Effective mass of a body in contact (kg): its own, and a part of its added mass that grows
+    /// with its density.
     pub fn mass_in_contact(&self, body: &Body) -> f64 {
         let added = body.added_mass(self.medium.density);
         let displaced = self.medium.density * body.volume();
@@ -257,11 +270,14 @@ impl Contacts {
         body.mass() + part.min(params::most_added_mass()) * added
     }
 
-    /// Moves all bodies on by `dt` (s): free ones under `push` and contacts, prescribed ones as told. `turning` is the
-    /// moment of inertia of a body and of the fluid that turns with it (kg m2). Returns the substeps taken: 0 where nobody is in reach of anybody, and everybody has made one ballistic move.
+    /// Moves all bodies on by `dt` (s): free ones under `push` and contacts, prescribed ones as
+    /// told. `turning` is the moment of inertia of a body and of the fluid that turns with it (kg
+    /// m2). Returns the substeps taken: 0 where nobody is in reach of anybody, and everybody has
+    /// made one ballistic move.
     ///
     /// # Errors
-    /// When a state is not finite, an overlap is too deep, the substeps are too few, or a body leaves the box.
+    /// When a state is not finite, an overlap is too deep, the substeps are too few, or a body
+    /// leaves the box.
     pub fn advance(
         &mut self,
         bodies: &mut [Body],
@@ -333,16 +349,19 @@ impl Contacts {
 
     /// Energy in the springs of a pair as its two lie (J).
     fn stored_in(&self, pair: &Pair, bodies: &[Body]) -> f64 {
-        self.law(pair).stored_with(self.closest(pair, bodies, 0.0).overlap, &pair.spring.unwrap_or_default())
+        self.law(pair)
+            .stored_with(self.closest(pair, bodies, 0.0).overlap, &pair.spring.unwrap_or_default())
     }
 
-    /// Finds how strongly pairs damp a body's spin (N m s): without bound where it touches, and else by lubrication.
+    /// Finds how strongly pairs damp a body's spin (N m s): without bound where it touches, and
+    /// else by lubrication.
     fn find_damping(&mut self, bodies: &[Body]) {
         self.damping.fill(0.0);
         for pair in &self.pairs {
             for k in [pair.first, pair.second] {
                 let Some(body) = bodies.get(k) else { continue };
-                // The surfaces of a body and of its own image slide with both spins, and both turn the body.
+                // The surfaces of a body and of its own image slide with both spins, and both turn
+                // the body.
                 let sides = if pair.is_own_image() { 2.0 } else { 1.0 };
                 let film = body.radius().powi(2) * (sides * pair.film.sliding + pair.film.rolling);
                 self.damping[k] += if pair.pressed > 0.0 { f64::INFINITY } else { film };
@@ -350,13 +369,15 @@ impl Contacts {
         }
     }
 
-    /// Part of a change of a body's spin, which the substeps did not expect, that contacts leave over the step `dt` (s): all without
-    /// any, nothing of a body that touches. `inertia` is the moment of inertia about an axis (kg m2), the fluid's included.
+    /// Part of a change of a body's spin, which the substeps did not expect, that contacts leave
+    /// over the step `dt` (s): all without any, nothing of a body that touches. `inertia` is the
+    /// moment of inertia about an axis (kg m2), the fluid's included.
     pub fn contact_damping(&self, body: usize, inertia: f64, dt: f64) -> f64 {
         1.0 / (1.0 + dt * self.damping[body] / inertia)
     }
 
-    /// What an impulse (N m s) of contacts changes of a body's spin, with what turns with it (rad/s).
+    /// What an impulse (N m s) of contacts changes of a body's spin, with what turns with it
+    /// (rad/s).
     pub(crate) fn turned_by(&self, body: usize, turn: &Vector3<f64>) -> Vector3<f64> {
         self.answers[body].inertia.component_mul(turn)
     }
@@ -381,8 +402,8 @@ impl Contacts {
         self.wall_work
     }
 
-    /// What friction took over the last [`advance`](Contacts::advance) (J): the work of tangential forces and of the resistance to
-    /// rolling, less what their springs hold.
+    /// What friction took over the last [`advance`](Contacts::advance) (J): the work of tangential
+    /// forces and of the resistance to rolling, less what their springs hold.
     pub fn slid(&self) -> f64 {
         self.slid
     }
@@ -390,7 +411,8 @@ impl Contacts {
     /// Finds the pairs of bodies as they lie, before any [`advance`](Contacts::advance).
     pub fn meet(&mut self, bodies: &[Body]) {
         for (i, body) in bodies.iter().enumerate() {
-            self.answers[i] = Answer::of(body, &Push::default(), self.mass_in_contact(body), &body.inertia());
+            self.answers[i] =
+                Answer::of(body, &Push::default(), self.mass_in_contact(body), &body.inertia());
         }
         self.search(bodies, 0.0, false);
     }
@@ -400,17 +422,24 @@ impl Contacts {
         self.paired[body]
     }
 
-    /// Per body, whether it lies on another or on a wall after a [`meet`](Contacts::meet): they touch and hardly come nearer.
+    /// Per body, whether it lies on another or on a wall after a [`meet`](Contacts::meet): they
+    /// touch and hardly come nearer.
     pub fn lying(&self, bodies: &[Body]) -> Vec<bool> {
         let mut lying = vec![false; bodies.len()];
         for pair in self.pairs.iter().filter(|pair| !pair.is_own_image()) {
             let met = self.kinematics(pair, bodies, 0.0).0;
-            // An approach by less than a thousandth of the radius while a contact lasts is no impact.
-            let lasts = self.law(pair).contact_time(1.0 / met.inverse_normal, met.approach.max(0.0));
-            let still = met.approach <= 0.0 || met.approach * lasts < 1e-3 * bodies[pair.first].radius();
+            // An approach by less than a thousandth of the radius while a contact lasts is no
+            // impact.
+            let lasts =
+                self.law(pair).contact_time(1.0 / met.inverse_normal, met.approach.max(0.0));
+            let still =
+                met.approach <= 0.0 || met.approach * lasts < 1e-3 * bodies[pair.first].radius();
             let least = -self.medium.roughness.max(substep::TOUCHING * bodies[pair.first].radius());
             for k in [pair.first, pair.second] {
-                lying.get_mut(k).into_iter().for_each(|lies| *lies |= still && met.overlap >= least);
+                lying
+                    .get_mut(k)
+                    .into_iter()
+                    .for_each(|lies| *lies |= still && met.overlap >= least);
             }
         }
         lying
@@ -427,19 +456,20 @@ impl Contacts {
         self.pairs.iter().fold(0.0, |sum, pair| sum + self.law(pair).stored(overlap(pair)))
     }
 
-    /// Per body, whether it touched another or a wall over the last [`advance`](Contacts::advance), or came as near as their asperities are
-    /// high.
+    /// Per body, whether it touched another or a wall over the last [`advance`](Contacts::advance),
+    /// or came as near as their asperities are high.
     pub fn touched(&self) -> &[bool] {
         &self.touched
     }
 
-    /// Deepest overlap of two bodies, or of one and a wall, over the last [`advance`](Contacts::advance) (m).
+    /// Deepest overlap of two bodies, or of one and a wall, over the last
+    /// [`advance`](Contacts::advance) (m).
     pub fn deepest(&self) -> f64 {
         self.deepest
     }
 
-    /// Shortest duration (s) of a contact that could happen, undamped and at an impact of `speed` (m/s), which counts
-    /// where the exponent is not 1; infinite where none could.
+    /// Shortest duration (s) of a contact that could happen, undamped and at an impact of `speed`
+    /// (m/s), which counts where the exponent is not 1; infinite where none could.
     pub fn contact_time(&self, bodies: &[Body], speed: f64) -> f64 {
         // Per material, the lightest free body and the number of bodies.
         let mut lightest = vec![(f64::INFINITY, 0); self.laws.materials()];
@@ -473,10 +503,12 @@ impl Contacts {
     pub fn check(&self, touching: &Touching) -> Result<()> {
         let bodies = self.answers.len();
         for &(first, second, Springs { image, .. }) in &touching.springs {
-            let imaged = (0..3).any(|a| image[a] != 0.0 && (second >= bodies || self.periods[a].is_none()));
+            let imaged =
+                (0..3).any(|a| image[a] != 0.0 && (second >= bodies || self.periods[a].is_none()));
             if first >= bodies || second <= first || second >= bodies + self.walls.len() || imaged {
                 return Err(Error::Run(format!(
-                    "the saved contact of particle {first} with {second} does not belong to this case: restart with \
+                    "the saved contact of particle {first} with {second} does not belong to this \
+                    case: restart with \
                      the particles and walls of the run that saved it"
                 )));
             }
@@ -484,8 +516,8 @@ impl Contacts {
         Ok(())
     }
 
-    /// Finds the pairs that could meet within `time` (s), and keeps the springs. With `again`, the search_radius leaves room
-    /// for what contacts do to speeds.
+    /// Finds the pairs that could meet within `time` (s), and keeps the springs. With `again`, the
+    /// search_radius leaves room for what contacts do to speeds.
     fn search(&mut self, bodies: &[Body], time: f64, again: bool) {
         let mut farthest: f64 = 0.0;
         for (i, (body, answer)) in bodies.iter().zip(&self.answers).enumerate() {
@@ -519,20 +551,24 @@ impl Contacts {
                 }
             });
             for (w, wall) in self.walls.iter().enumerate().filter(|_| free(i)) {
-                if wall.distance(&body.centre) <= body.radius() + 0.5 * self.medium.range() + self.search_radius[i] {
+                if wall.distance(&body.centre)
+                    <= body.radius() + 0.5 * self.medium.range() + self.search_radius[i]
+                {
                     pairs.push(kept(bodies.len() + w, Vector3::zeros()));
                     paired[i] = true;
                 }
             }
-            // Pairs act one after the other: bodies by number, their images and walls by distance, in an order that no mirror
-            // changes.
+            // Pairs act one after the other: bodies by number, their images and walls by distance,
+            // in an order that no mirror changes.
             let walls = &self.walls;
-            let away =
-                |pair: &Pair| pair.second.checked_sub(bodies.len()).map(|wall| walls[wall].distance(&body.centre));
+            let away = |pair: &Pair| {
+                pair.second.checked_sub(bodies.len()).map(|wall| walls[wall].distance(&body.centre))
+            };
             let ordered = |one: &Pair, other: &Pair| match (away(one), away(other)) {
                 (Some(near), Some(far)) => near.total_cmp(&far),
                 (None, None) if one.second == other.second => {
-                    let [near, far] = [one, other].map(|pair| pair.apart(bodies, periods).norm_squared());
+                    let [near, far] =
+                        [one, other].map(|pair| pair.apart(bodies, periods).norm_squared());
                     near.total_cmp(&far)
                 }
                 _ => one.second.cmp(&other.second),
@@ -544,7 +580,8 @@ impl Contacts {
     fn law(&self, pair: &Pair) -> &Law {
         let wall = |w: usize| self.walls[w].material;
         let bodies = self.materials.len();
-        let second = self.materials.get(pair.second).copied().unwrap_or_else(|| wall(pair.second - bodies));
+        let second =
+            self.materials.get(pair.second).copied().unwrap_or_else(|| wall(pair.second - bodies));
         self.laws.of(self.materials[pair.first], second)
     }
 
@@ -555,7 +592,8 @@ impl Contacts {
         }
     }
 
-    /// Refuses bodies of which the state is not finite, or that are outside the box or beyond a wall.
+    /// Refuses bodies of which the state is not finite, or that are outside the box or beyond a
+    /// wall.
     fn refuse_strays(&self, bodies: &[Body]) -> Result<()> {
         for body in bodies {
             let i = body.id;
@@ -564,14 +602,16 @@ impl Contacts {
             }
             if let Some(wall) = self.walls.iter().find(|wall| wall.distance(&body.centre) < 0.0) {
                 return Err(Error::Run(format!(
-                    "the centre of particle {i} is beyond {}: shorten the step or make the contact stiffer",
+                    "the centre of particle {i} is beyond {}: shorten the step or make the contact \
+                    stiffer",
                     wall.name()
                 )));
             }
             for a in (0..body.shape().dimension()).filter(|&a| self.periods[a].is_none()) {
                 if !(0.0..=self.size[a]).contains(&body.centre[a]) {
                     return Err(Error::Run(format!(
-                        "the centre of particle {i} has left the box: it is at {} = {:.6} m, and no wall ends the box \
+                        "the centre of particle {i} has left the box: it is at {} = {:.6} m, and \
+                        no wall ends the box \
                          there; make that border a wall or the axis periodic, or end the run before",
                         ["x", "y", "z"][a],
                         body.centre[a]
@@ -583,8 +623,14 @@ impl Contacts {
     }
 }
 
-/// Whole periods, along each axis, by which the second of two bodies has crossed more periodic borders; none of a wall.
-fn crossed(bodies: &[Body], first: usize, second: usize, periods: &[Option<f64>; 3]) -> Vector3<f64> {
+/// Whole periods, along each axis, by which the second of two bodies has crossed more periodic
+/// borders; none of a wall.
+fn crossed(
+    bodies: &[Body],
+    first: usize,
+    second: usize,
+    periods: &[Option<f64>; 3],
+) -> Vector3<f64> {
     let Some(other) = bodies.get(second) else { return Vector3::zeros() };
     let further = other.crossed - bodies[first].crossed;
     Vector3::from_fn(|a, _| periods[a].map_or(0.0, |length| (further[a] / length).round()))

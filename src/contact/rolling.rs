@@ -1,4 +1,5 @@
-//! Resistance to rolling by an elastic-plastic spring and a dashpot (model C of Ai, Chen, Rotter & Ooi 2011, Powder Technology 206, 269):
+//! Resistance to rolling by an elastic-plastic spring and a dashpot (model C of Ai, Chen, Rotter &
+//! Ooi 2011, Powder Technology 206, 269):
 //!
 //! ```text
 //!   M = -(k_r theta + c_r omega),  |k_r theta| <= mu_r R F_n      theta' = omega, the relative spin across the line of centres
@@ -7,8 +8,9 @@
 //!
 //!   M = -(k_r theta' + c_r omega)/(1 + h (h k_r + c_r)/I_0)       theta' = theta + h omega,   1/I_0 = 1/I_i + 1/I_j
 //! ```
-//! Over a substep h the torque is the one that the spin at its end asks for (Euler's backward scheme): it turns a body by its own inertia alone, which is next to
-//! none of a light one, before friction at the contact knows of it.
+//! Over a substep h the torque is the one that the spin at its end asks for (Euler's backward
+//! scheme): it turns a body by its own inertia alone, which is next to none of a light one, before
+//! friction at the contact knows of it.
 
 use super::law::Kinematics;
 use super::{Contacts, Pair};
@@ -19,7 +21,8 @@ use nalgebra::Vector3;
 const ROCKING: f64 = 0.3;
 
 impl Contacts {
-    /// The torque (N m) on the first of a pair in contact with this normal force (N), whose rolling spring goes on by a substep.
+    /// The torque (N m) on the first of a pair in contact with this normal force (N), whose rolling
+    /// spring goes on by a substep.
     pub(super) fn resist_rolling(
         &self,
         pair: &mut Pair,
@@ -32,14 +35,16 @@ impl Contacts {
         if friction == 0.0 || normal <= 0.0 {
             return Vector3::zeros();
         }
-        let (body, other, h, n) = (&bodies[pair.first], bodies.get(pair.second), kinematics.h, kinematics.normal);
+        let (body, other, h, n) =
+            (&bodies[pair.first], bodies.get(pair.second), kinematics.h, kinematics.normal);
         let spin = body.spin - other.map_or(Vector3::zeros(), |other| other.spin);
         let rolling = spin - spin.dot(&n) * n;
         let reduced = 1.0 / (1.0 / body.radius() + other.map_or(0.0, |other| 1.0 / other.radius()));
         let lever = friction * reduced;
         let shape = if body.shape().dimension() == 2 { 3.0 } else { 2.25 };
         // What has hardly touched yet is as stiff as its spring at the depth of a substep's way.
-        let depth = kinematics.overlap.max(0.5 * h * kinematics.approach.abs()).max(f64::MIN_POSITIVE);
+        let depth =
+            kinematics.overlap.max(0.5 * h * kinematics.approach.abs()).max(f64::MIN_POSITIVE);
         let stiffness = shape * (normal / depth) * lever * lever;
         pair.rolled += h * rolling - pair.rolled.dot(&n) * n;
         let limit = lever * normal;
@@ -56,11 +61,16 @@ impl Contacts {
         let part = |k: usize, body: usize| {
             let answer = &self.answers[body];
             let (mass, inertia) = (answer.mass.max(), answer.inertia.max());
-            if mass > 0.0 && inertia > 0.0 { 1.0 / (1.0 / inertia + arms[k] * arms[k] / mass) } else { 0.0 }
+            if mass > 0.0 && inertia > 0.0 {
+                1.0 / (1.0 / inertia + arms[k] * arms[k] / mass)
+            } else {
+                0.0
+            }
         };
         let inverse = part(0, pair.first) + other.map_or(0.0, |_| part(1, pair.second));
         let damper = if inverse > 0.0 { 2.0 * ROCKING * (stiffness / inverse).sqrt() } else { 0.0 };
-        let torque = -(stiffness * pair.rolled + damper * rolling) / (1.0 + turns * (h * stiffness + damper));
+        let torque = -(stiffness * pair.rolled + damper * rolling)
+            / (1.0 + turns * (h * stiffness + damper));
         torque * (limit / torque.norm()).min(1.0)
     }
 }

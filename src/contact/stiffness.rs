@@ -1,4 +1,5 @@
-//! Stiffness for those who do not care about it: as soft as it may be, so that contacts last long and ask for few substeps.
+//! Stiffness for those who do not care about it: as soft as it may be, so that contacts last long
+//! and ask for few substeps.
 //!
 //! ```text
 //!   impact   k d^(g+1)/(g+1) = m v^2/2             v: the largest speed at which anything may meet, m of the heaviest pair
@@ -6,7 +7,8 @@
 //!   speed    v^2 = v_0^2 + min( 2 a L, v_t^2 )     of a fall through the box L with a = |m - m_f| g/(m + m_f/2), at most the
 //!                                                  terminal speed v_t of a body alone
 //! ```
-//! with d the deepest overlap allowed: 1 % of the smallest diameter or 0.1 spacing, whichever is less.
+//! with d the deepest overlap allowed: 1 % of the smallest diameter or 0.1 spacing, whichever is
+//! less.
 
 use super::Medium;
 use crate::params;
@@ -27,20 +29,35 @@ pub struct Impact {
 }
 
 impl Impact {
-    /// Among `bodies` in a box of `size` (m), in a fluid that moves at up to `flow` (m/s), under gravity (m/s2).
-    pub fn expected(bodies: &[Body], size: [f64; 3], gravity: &Vector3<f64>, fluid: &Medium, flow: f64) -> Impact {
+    /// Among `bodies` in a box of `size` (m), in a fluid that moves at up to `flow` (m/s), under
+    /// gravity (m/s2).
+    pub fn expected(
+        bodies: &[Body],
+        size: [f64; 3],
+        gravity: &Vector3<f64>,
+        fluid: &Medium,
+        flow: f64,
+    ) -> Impact {
         let &Medium { density, viscosity, spacing, .. } = fluid;
         let smallest = bodies.iter().fold(f64::INFINITY, |least, b| least.min(2.0 * b.radius()));
-        let length = (0..3).map(|a| if gravity[a] == 0.0 { 0.0 } else { size[a] }).fold(0.0, f64::max);
+        let length =
+            (0..3).map(|a| if gravity[a] == 0.0 { 0.0 } else { size[a] }).fold(0.0, f64::max);
         let (mut speeds, mut impact) = ([0.0f64; 2], Impact::default());
-        impact.depth = (params::auto_overlap() * smallest).min(params::auto_overlap_spacing() * spacing);
+        impact.depth =
+            (params::auto_overlap() * smallest).min(params::auto_overlap_spacing() * spacing);
         for body in bodies {
-            let (mut speed, volume) = (body.velocity.norm().max(body.pace()).max(flow), body.volume());
+            let (mut speed, volume) =
+                (body.velocity.norm().max(body.pace()).max(flow), body.volume());
             if body.freedom().is_some() {
                 let weight = (body.mass() - density * volume).abs() * gravity.norm();
                 let fall = 2.0 * weight / (body.mass() + 0.5 * density * volume) * length;
                 let (sphere, diameter) = (body.shape().dimension() == 3, 2.0 * body.radius());
-                let terminal = terminal_speed(sphere, diameter, weight / (density * volume), viscosity / density);
+                let terminal = terminal_speed(
+                    sphere,
+                    diameter,
+                    weight / (density * volume),
+                    viscosity / density,
+                );
                 speed = (speed * speed + fall.min(terminal * terminal)).sqrt();
                 let above = (length / (2.0 * body.radius())).min(bodies.len() as f64).max(1.0);
                 impact.weight = impact.weight.max(above * weight);
@@ -89,24 +106,37 @@ mod tests {
         }
     }
 
-    /// Grains of 1 cm in a box 10 cm high: in oil no faster than its drag lets one fall alone, in gas as fast as they fall from its top.
+    /// Grains of 1 cm in a box 10 cm high: in oil no faster than its drag lets one fall alone, in
+    /// gas as fast as they fall from its top.
     #[test]
     fn the_speed_of_an_impact_is_that_of_a_fall_in_the_fluid_that_there_is() {
         let sphere = || {
-            let mut body = Body::new(Arc::new(Sphere { radius: 0.005 }), 2650.0, 1.0, Vector3::zeros());
+            let mut body =
+                Body::new(Arc::new(Sphere { radius: 0.005 }), 2650.0, 1.0, Vector3::zeros());
             body.motion = Motion::Free(Freedom { translation: [true; 3], rotation: [true; 3] });
             body
         };
         let speed = |bodies: &[Body], density: f64, viscosity: f64| {
             let medium = Medium { density, viscosity, spacing: 0.001, roughness: 1e-6 };
-            Impact::expected(bodies, [0.05, 0.1, 0.05], &Vector3::new(0.0, -9.81, 0.0), &medium, 0.0).speed
+            Impact::expected(
+                bodies,
+                [0.05, 0.1, 0.05],
+                &Vector3::new(0.0, -9.81, 0.0),
+                &medium,
+                0.0,
+            )
+            .speed
         };
         let one = [sphere()];
-        // (2650/1000 - 1) g (2 r)^2/(18 nu) in creeping flow, less by 3 % at Re = 0.16 where Cd = 24/Re (1 + 0.15 Re^0.687).
+        // (2650/1000 - 1) g (2 r)^2/(18 nu) in creeping flow, less by 3 % at Re = 0.16 where Cd =
+        // 24/Re (1 + 0.15 Re^0.687).
         let creeping = 1.65 * 9.81 * 0.01 * 0.01 / (18.0 * 5e-3);
         let found = speed(&one, 1000.0, 5.0);
         let re = found * 0.01 / 5e-3;
-        assert!((found * (1.0 + 0.15 * re.powf(0.687)) / creeping - 1.0).abs() < 1e-6, "{found} of {creeping}");
+        assert!(
+            (found * (1.0 + 0.15 * re.powf(0.687)) / creeping - 1.0).abs() < 1e-6,
+            "{found} of {creeping}"
+        );
         let gas = (2.0f64 * 9.81 * 0.1).sqrt();
         assert!((speed(&one, 1e-3, 1e-9) / gas - 1.0).abs() < 1e-5);
         // Of two that meet, the second counts by half.

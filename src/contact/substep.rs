@@ -7,7 +7,8 @@ use crate::particles::{Body, Inertia, Motion, Push};
 use crate::{Error, Result, params};
 use nalgebra::Vector3;
 const FEWEST_PER_CONTACT: f64 = 5.0;
-/// How near, of Coulomb's limit, a contact is to sliding where it begins to count as one that slides.
+/// How near, of Coulomb's limit, a contact is to sliding where it begins to count as one that
+/// slides.
 const ABOUT_TO_SLIDE: f64 = 0.1;
 /// Part of a gap by which it may change before what fills it is found anew.
 const SAME_GAP: f64 = 1e-3;
@@ -45,7 +46,9 @@ fn fewest_of_films() -> f64 {
 impl Contacts {
     /// Substeps for the rest of the step, `time` (s), after those `taken`.
     pub(super) fn count(&self, bodies: &[Body], time: f64, taken: usize) -> Result<usize> {
-        self.pairs.iter().try_fold(1, |count, pair| Ok(count.max(self.count_for(pair, bodies, time, taken)?)))
+        self.pairs
+            .iter()
+            .try_fold(1, |count, pair| Ok(count.max(self.count_for(pair, bodies, time, taken)?)))
     }
 
     /// Those that a pair needs.
@@ -57,8 +60,10 @@ impl Contacts {
             (Substeps::Fixed(_), Some(_)) => Ok(1),
             (Substeps::Auto, None) => {
                 let (law, mass, contact) = self.contact_of(pair, bodies, time);
-                let wanted = params::contact_substeps() * time / contact * law.damping_ratio(mass).max(1.0);
-                let wanted = if self.medium.range() > 0.0 { wanted.max(fewest_of_films()) } else { wanted };
+                let wanted =
+                    params::contact_substeps() * time / contact * law.damping_ratio(mass).max(1.0);
+                let wanted =
+                    if self.medium.range() > 0.0 { wanted.max(fewest_of_films()) } else { wanted };
                 if wanted > MOST_SUBSTEPS {
                     Err(self.too_stiff(pair, contact, time, wanted))
                 } else {
@@ -88,18 +93,21 @@ impl Contacts {
         velocity.norm() + push.norm() * time
     }
 
-    /// How many substeps the fluid between a pair wants in `time` (s), where the two cannot touch in it, whatever strikes them.
+    /// How many substeps the fluid between a pair wants in `time` (s), where the two cannot touch
+    /// in it, whatever strikes them.
     fn apart(&self, pair: &Pair, bodies: &[Body], time: f64) -> Option<f64> {
         let gap = -self.closest(pair, bodies, 0.0).overlap;
         let way = self.pushed(pair, bodies, time) * time;
         let fewest = if gap < self.medium.range() { fewest_of_films() } else { 1.0 };
         let most = params::contact_substeps();
-        let wanted = || (params::gap_substeps() * way / (gap - way).max(0.25 * gap)).clamp(fewest, most);
+        let wanted =
+            || (params::gap_substeps() * way / (gap - way).max(0.25 * gap)).clamp(fewest, most);
         // A body never touches its own image.
         (pair.is_own_image() || gap > 2.0 * way + 0.05 * bodies[pair.first].radius()).then(wanted)
     }
 
-    /// The law of a pair, its mass (kg), and how long a contact lasts at the speed that it may come to within `time` (s).
+    /// The law of a pair, its mass (kg), and how long a contact lasts at the speed that it may come
+    /// to within `time` (s).
     fn contact_of(&self, pair: &Pair, bodies: &[Body], time: f64) -> (&Law, f64, f64) {
         let (law, kinematics) = (self.law(pair), self.kinematics(pair, bodies, 0.0).0);
         let (mass, pushed) = (1.0 / kinematics.inverse_normal, self.pushed(pair, bodies, time));
@@ -108,7 +116,8 @@ impl Contacts {
         (law, mass, law.contact_time(mass, speed))
     }
 
-    /// Finds after how many of `count` substeps of `time` (s) the fluid between each pair is to act.
+    /// Finds after how many of `count` substeps of `time` (s) the fluid between each pair is to
+    /// act.
     pub(super) fn pace_films(&mut self, bodies: &[Body], time: f64, count: usize) {
         for p in 0..self.pairs.len() {
             let wanted = self.apart(&self.pairs[p], bodies, time);
@@ -119,7 +128,8 @@ impl Contacts {
 
     fn too_stiff(&self, pair: &Pair, contact: f64, time: f64, wanted: f64) -> Error {
         Error::Run(format!(
-            "{}: a contact lasts {contact:.3e} s, for which a step of {time:.3e} s would need {wanted:.1e} substeps: lower the \
+            "{}: a contact lasts {contact:.3e} s, for which a step of {time:.3e} s would need \
+            {wanted:.1e} substeps: lower the \
              stiffness or shorten the step",
             self.name(pair),
         ))
@@ -127,28 +137,47 @@ impl Contacts {
 
     fn too_few(&self, pair: &Pair, contact: f64, substep: f64) -> Error {
         Error::Run(format!(
-            "{}: a contact lasts {contact:.3e} s, which are {:.2} substeps of {substep:.3e} s, and {FEWEST_PER_CONTACT} at \
+            "{}: a contact lasts {contact:.3e} s, which are {:.2} substeps of {substep:.3e} s, and \
+            {FEWEST_PER_CONTACT} at \
              least are needed: raise contact.substeps or lower the stiffness",
             self.name(pair),
             contact / substep,
         ))
     }
 
-    /// A locked axis along which a body of the pair is driven on: its number, the axis, and its velocity there (m/s).
-    fn driven_on(&self, pair: &Pair, bodies: &[Body], kinematics: &Kinematics) -> Option<(usize, usize, f64)> {
-        let locked = [pair.first, pair.second].into_iter().filter(|&k| k < bodies.len() && self.answers[k].whole > 0.0);
+    /// A locked axis along which a body of the pair is driven on: its number, the axis, and its
+    /// velocity there (m/s).
+    fn driven_on(
+        &self,
+        pair: &Pair,
+        bodies: &[Body],
+        kinematics: &Kinematics,
+    ) -> Option<(usize, usize, f64)> {
+        let locked = [pair.first, pair.second]
+            .into_iter()
+            .filter(|&k| k < bodies.len() && self.answers[k].whole > 0.0);
         let axes = locked
             .flat_map(|k| (0..3).map(move |axis| (k, axis)))
             .filter(|(k, axis)| self.answers[*k].mass[*axis] == 0.0);
         let along = |(k, axis): (usize, usize)| bodies[k].velocity[axis];
-        let fast = axes.filter(|&at| (along(at) * kinematics.normal[at.1]).abs() > 0.5 * kinematics.approach.abs());
-        fast.max_by(|&a, &b| along(a).abs().total_cmp(&along(b).abs())).map(|at| (at.0, at.1, along(at)))
+        let fast = axes.filter(|&at| {
+            (along(at) * kinematics.normal[at.1]).abs() > 0.5 * kinematics.approach.abs()
+        });
+        fast.max_by(|&a, &b| along(a).abs().total_cmp(&along(b).abs()))
+            .map(|at| (at.0, at.1, along(at)))
     }
 
-    fn too_deep(&self, pair: &Pair, bodies: &[Body], kinematics: &Kinematics, radius: f64) -> Error {
+    fn too_deep(
+        &self,
+        pair: &Pair,
+        bodies: &[Body],
+        kinematics: &Kinematics,
+        radius: f64,
+    ) -> Error {
         if let Some((k, axis, velocity)) = self.driven_on(pair, bodies, kinematics) {
             return Error::Run(format!(
-                "{} overlap by {:.3e} m, {:.2} of the smaller radius, where {} is the limit: particle {} goes on along {} at {velocity:.3e} m/s, \
+                "{} overlap by {:.3e} m, {:.2} of the smaller radius, where {} is the limit: \
+                particle {} goes on along {} at {velocity:.3e} m/s, \
                  which is locked, so that nothing stops it; unlock that axis, give it no velocity along it, or end the run before",
                 self.name(pair),
                 kinematics.overlap,
@@ -158,15 +187,21 @@ impl Contacts {
                 ["x", "y", "z"][axis],
             ));
         }
-        let (overlap, law, mass) = (kinematics.overlap, self.law(pair), 1.0 / kinematics.inverse_normal);
+        let (overlap, law, mass) =
+            (kinematics.overlap, self.law(pair), 1.0 / kinematics.inverse_normal);
         let exponent = law.material.exponent;
         // What strikes, or presses by what pushes the two, stopped at a fiftieth of the radius.
-        let push = |k: usize| self.answers.get(k).map_or_else(Vector3::zeros, |answer| answer.push.acceleration);
-        let (depth, pressed) = (0.02 * radius, mass * (push(pair.first) - push(pair.second)).norm());
+        let push = |k: usize| {
+            self.answers.get(k).map_or_else(Vector3::zeros, |answer| answer.push.acceleration)
+        };
+        let (depth, pressed) =
+            (0.02 * radius, mass * (push(pair.first) - push(pair.second)).norm());
         let energy = law.stored(overlap) + 0.5 * mass * kinematics.approach.powi(2);
-        let enough = ((exponent + 1.0) * energy / depth.powf(exponent + 1.0)).max(pressed / depth.powf(exponent));
+        let enough = ((exponent + 1.0) * energy / depth.powf(exponent + 1.0))
+            .max(pressed / depth.powf(exponent));
         Error::Run(format!(
-            "{} overlap by {overlap:.3e} m, {:.2} of the smaller radius, where {} is the limit, at {:.3e} m/s: its \
+            "{} overlap by {overlap:.3e} m, {:.2} of the smaller radius, where {} is the limit, at \
+            {:.3e} m/s: its \
              stiffness is too small for what strikes or presses it; make the contact stiffer, {:.1e} N/m^exponent or \"auto\", or the step shorter; what is prescribed to press them together \
              no stiffness holds",
             self.name(pair),
@@ -177,8 +212,8 @@ impl Contacts {
         ))
     }
 
-    /// One substep of the bodies that have a pair; whether all of them stay within their search radius in the next.
-    /// `done` counts it.
+    /// One substep of the bodies that have a pair; whether all of them stay within their search
+    /// radius in the next. `done` counts it.
     pub(super) fn substep(&mut self, bodies: &mut [Body], h: f64, done: usize) -> Result<bool> {
         self.load(bodies, h)?;
         let within = self.carry(bodies, h);
@@ -205,14 +240,18 @@ impl Contacts {
             }
             let meeting = self.closest(&self.pairs[p], bodies, h);
             if !meeting.touches(h) {
-                let (gone, pair) = (Self::together(&self.pairs[p], &self.travelled), &mut self.pairs[p]);
+                let (gone, pair) =
+                    (Self::together(&self.pairs[p], &self.travelled), &mut self.pairs[p]);
                 (pair.spring, pair.rolled) = (None, Vector3::zeros());
                 pair.clear = gone - meeting.overlap - 0.5 * (reach - gone);
                 continue;
             }
             let mut pair = self.pairs[p];
             let (kinematics, arms) = (self.kinematics_at(&pair, bodies, h, &meeting), meeting.arms);
-            let radius = bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()).min(bodies[pair.first].radius());
+            let radius = bodies
+                .get(pair.second)
+                .map_or(f64::INFINITY, |b| b.radius())
+                .min(bodies[pair.first].radius());
             self.deepest = self.deepest.max(kinematics.overlap);
             if kinematics.overlap > params::deepest_overlap() * radius {
                 return Err(self.too_deep(&pair, bodies, &kinematics, radius));
@@ -226,13 +265,20 @@ impl Contacts {
             let held = (1.0 - tangential.norm() / limit.max(f64::MIN_POSITIVE)) / ABOUT_TO_SLIDE;
             pair.pressed += h * normal;
             pair.stuck += h * normal * held.clamp(0.0, 1.0);
-            let (force, turn) = (tangential - normal * kinematics.normal, kinematics.normal.cross(&tangential));
+            let (force, turn) =
+                (tangential - normal * kinematics.normal, kinematics.normal.cross(&tangential));
             let turns = [arms[0] * turn + rolling, arms[1] * turn - rolling];
             pair.add(h * force, turns.map(|turn| h * turn));
             self.pairs[p] = pair;
             if normal > 0.0 {
                 self.touch(&pair);
-                self.grips.push(Grip { pair: p, force: tangential, torque: rolling, kinematics, arms });
+                self.grips.push(Grip {
+                    pair: p,
+                    force: tangential,
+                    torque: rolling,
+                    kinematics,
+                    arms,
+                });
             }
             self.loads[pair.first].linear += force;
             self.loads[pair.first].angular += turns[0];
@@ -243,7 +289,8 @@ impl Contacts {
                 }
                 None => {
                     self.wall_impulse -= h * force;
-                    self.wall_work += h * force.dot(&self.walls[pair.second - bodies.len()].velocity);
+                    self.wall_work +=
+                        h * force.dot(&self.walls[pair.second - bodies.len()].velocity);
                 }
             }
         }
@@ -251,8 +298,8 @@ impl Contacts {
         Ok(())
     }
 
-    /// Mean power of a contact's tangential force and rolling torque over the substep (W), in which all loads change the velocities: what
-    /// holds still does no work, whatever else presses on it.
+    /// Mean power of a contact's tangential force and rolling torque over the substep (W), in which
+    /// all loads change the velocities: what holds still does no work, whatever else presses on it.
     fn power(&self, grip: &Grip, bodies: &[Body]) -> f64 {
         let Grip { force, torque, kinematics, arms, .. } = grip;
         let pair = &self.pairs[grip.pair];
@@ -267,7 +314,8 @@ impl Contacts {
         };
         let ((moved, turned, spin), (other, its, its_spin)) = (mean(pair.first), mean(pair.second));
         let turned = (arms[0] * turned + arms[1] * its).cross(&kinematics.normal);
-        let slip = kinematics.slip + 0.5 * kinematics.h * kinematics.push_slip + (moved - other) + turned;
+        let slip =
+            kinematics.slip + 0.5 * kinematics.h * kinematics.push_slip + (moved - other) + turned;
         force.dot(&slip) + torque.dot(&(spin - its_spin))
     }
 
@@ -280,7 +328,8 @@ impl Contacts {
         }
     }
 
-    /// Moves the bodies that have a pair by `h` (s) under their loads; whether all stay within their search radius in the next.
+    /// Moves the bodies that have a pair by `h` (s) under their loads; whether all stay within
+    /// their search radius in the next.
     fn carry(&mut self, bodies: &mut [Body], h: f64) -> bool {
         let mut within = true;
         for (i, body) in bodies.iter_mut().enumerate().filter(|(i, _)| self.paired[*i]) {
@@ -300,8 +349,8 @@ impl Contacts {
         within
     }
 
-    /// What the fluid in the gaps does over the substep of `h` (s) that is `done`, or over what is left for it to do, pair by pair, each
-    /// implicitly.
+    /// What the fluid in the gaps does over the substep of `h` (s) that is `done`, or over what is
+    /// left for it to do, pair by pair, each implicitly.
     pub(super) fn lubricate(&mut self, bodies: &mut [Body], h: f64, done: Option<usize>) {
         let range = self.medium.range();
         if range == 0.0 {
@@ -327,7 +376,8 @@ impl Contacts {
             let film = self.film(&pair, bodies, gap, gap - h * kinematics.approach);
             self.pairs[p].film = film;
             let resistance = h * film.normal;
-            let impulse = resistance * kinematics.approach / (1.0 + resistance * kinematics.inverse_normal);
+            let impulse =
+                resistance * kinematics.approach / (1.0 + resistance * kinematics.inverse_normal);
             self.pairs[p].normal += impulse;
             self.push(p, bodies, -impulse * kinematics.normal, [Vector3::zeros(); 2]);
             let slip = self.slide(p, bodies, &kinematics, arms, h * film.sliding);
@@ -335,23 +385,28 @@ impl Contacts {
         }
     }
 
-    /// What the fluid in a pair's gap resists as it goes from a width to another (m): as it was found last, where it has hardly changed.
+    /// What the fluid in a pair's gap resists as it goes from a width to another (m): as it was
+    /// found last, where it has hardly changed.
     pub(super) fn film(&self, pair: &Pair, bodies: &[Body], gap: f64, next: f64) -> Film {
         // The two sides of a box round differently what is put down to touch them.
         let rounding = TOUCHING * bodies[pair.first].radius();
         let [gap, next] = [gap, next].map(|g| if g < rounding { g.min(0.0) } else { g });
         let near = |g: f64| (g - pair.film.gap).abs() <= SAME_GAP * pair.film.gap;
-        if (gap <= 0.0 && next <= 0.0 && pair.film.gap == 0.0) || (gap > 0.0 && near(gap) && near(next)) {
+        if (gap <= 0.0 && next <= 0.0 && pair.film.gap == 0.0)
+            || (gap > 0.0 && near(gap) && near(next))
+        {
             return pair.film;
         }
-        let (body, other) = (&bodies[pair.first], bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()));
+        let (body, other) =
+            (&bodies[pair.first], bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()));
         let (dimension, radius) = (body.shape().dimension(), body.radius());
         let side = self.side(pair);
         if side == Some(WallSide::Inflow) {
             return Film { gap: gap.max(0.0), normal: 0.0, sliding: 0.0, rolling: 0.0 };
         }
-        // At a plane of symmetry the film is half of that between the body and its mirror image. The two approach alike, turn
-        // against each other and go along the plane together: they roll on each other and never slide.
+        // At a plane of symmetry the film is half of that between the body and its mirror image.
+        // The two approach alike, turn against each other and go along the plane together: they
+        // roll on each other and never slide.
         let mirrored = side == Some(WallSide::Slip);
         let between = |g0: f64, g1: f64| {
             if mirrored {
@@ -381,7 +436,8 @@ impl Contacts {
         pair.second.checked_sub(self.answers.len()).map(|wall| self.walls[wall].side)
     }
 
-    /// Resistance over a substep (N s^2/m) to surfaces that slide along a gap; the slip that is left (m/s).
+    /// Resistance over a substep (N s^2/m) to surfaces that slide along a gap; the slip that is
+    /// left (m/s).
     fn slide(
         &mut self,
         p: usize,
@@ -411,28 +467,41 @@ impl Contacts {
         if self.side(&pair) == Some(WallSide::Slip) {
             // The mirror image turns the other way, at the same arm.
             let inverse = 0.5 * arms[0] * arms[0] * self.answers[pair.first].inertia.max();
-            let impulse = -0.5 * resistance / (1.0 + resistance * inverse) * (arms[0] * body.spin).cross(&n);
+            let impulse =
+                -0.5 * resistance / (1.0 + resistance * inverse) * (arms[0] * body.spin).cross(&n);
             self.push(p, bodies, Vector3::zeros(), [arms[0] * n.cross(&impulse), Vector3::zeros()]);
             return;
         }
         let (spun, lever) = match other {
-            Some(other) => (arms[0] * body.spin - arms[1] * other.spin, (arms[0] - arms[1]) / (arms[0] + arms[1])),
+            Some(other) => (
+                arms[0] * body.spin - arms[1] * other.spin,
+                (arms[0] - arms[1]) / (arms[0] + arms[1]),
+            ),
             None => (arms[0] * body.spin, -1.0),
         };
-        let own = arms[0] * body.spin + other.map_or(Vector3::zeros(), |other| arms[1] * other.spin);
+        let own =
+            arms[0] * body.spin + other.map_or(Vector3::zeros(), |other| arms[1] * other.spin);
         let moved = slip - own.cross(&n);
         let speed = 0.5 * (spun.cross(&n) + lever * moved);
         let turns = |i: usize, body: usize| arms[i] * arms[i] * self.answers[body].inertia.max();
         let turning = turns(0, pair.first) + other.map_or(0.0, |_| turns(1, pair.second));
-        let masses = self.answers[pair.first].mass.max() + other.map_or(0.0, |_| self.answers[pair.second].mass.max());
+        let masses = self.answers[pair.first].mass.max()
+            + other.map_or(0.0, |_| self.answers[pair.second].mass.max());
         let inverse = 0.25 * (lever * lever * masses + turning);
         let impulse = -0.5 * resistance / (1.0 + resistance * inverse) * speed;
         let turn = n.cross(&impulse);
         self.push(p, bodies, lever * impulse, [arms[0] * turn, -arms[1] * turn]);
     }
 
-    /// Gives an impulse (N s) to the first of a pair and takes it from the second one, with what turns each (N m s).
-    fn push(&mut self, p: usize, bodies: &mut [Body], impulse: Vector3<f64>, turns: [Vector3<f64>; 2]) {
+    /// Gives an impulse (N s) to the first of a pair and takes it from the second one, with what
+    /// turns each (N m s).
+    fn push(
+        &mut self,
+        p: usize,
+        bodies: &mut [Body],
+        impulse: Vector3<f64>,
+        turns: [Vector3<f64>; 2],
+    ) {
         let pair = &mut self.pairs[p];
         pair.add(impulse, turns);
         for (k, sign, turn) in [(pair.first, 1.0, turns[0]), (pair.second, -1.0, turns[1])] {
@@ -449,7 +518,8 @@ impl Contacts {
         }
     }
 
-    /// Moves bodies by `time` (s) under their pushes only: those of which `wanted` likes whether they have a pair.
+    /// Moves bodies by `time` (s) under their pushes only: those of which `wanted` likes whether
+    /// they have a pair.
     pub(super) fn drift(&mut self, bodies: &mut [Body], time: f64, wanted: impl Fn(bool) -> bool) {
         for (i, body) in bodies.iter_mut().enumerate().filter(|(i, _)| wanted(self.paired[*i])) {
             self.turned[i] += travel(body, &self.answers[i].push, time, &self.periods).1;
@@ -473,13 +543,24 @@ impl Contacts {
                 let normal = wall.normal();
                 let distance = wall.distance(&body.centre) - 0.5 * h * body.velocity.dot(&normal);
                 let velocity = body.velocity - wall.sliding();
-                Meeting { normal, overlap: body.radius() - distance, arms: [distance, 0.0], velocity }
+                Meeting {
+                    normal,
+                    overlap: body.radius() - distance,
+                    arms: [distance, 0.0],
+                    velocity,
+                }
             }
         }
     }
 
-    /// How a pair meets in the middle of a substep `h` (s), and the arms from the centres to the contact (m).
-    pub(super) fn kinematics(&self, pair: &Pair, bodies: &[Body], h: f64) -> (Kinematics, [f64; 2]) {
+    /// How a pair meets in the middle of a substep `h` (s), and the arms from the centres to the
+    /// contact (m).
+    pub(super) fn kinematics(
+        &self,
+        pair: &Pair,
+        bodies: &[Body],
+        h: f64,
+    ) -> (Kinematics, [f64; 2]) {
         let meeting = self.closest(pair, bodies, h);
         (self.kinematics_at(pair, bodies, h, &meeting), meeting.arms)
     }
@@ -489,7 +570,8 @@ impl Contacts {
         let (body, answer) = (&bodies[pair.first], &self.answers[pair.first]);
         let &Meeting { normal, overlap, arms, velocity } = meeting;
         let (mut turning, mut turned) = (arms[0] * body.spin, arms[0] * answer.push.angular);
-        let (mut whole, mut inverse, mut push) = (answer.whole, answer.mass, answer.push.acceleration);
+        let (mut whole, mut inverse, mut push) =
+            (answer.whole, answer.mass, answer.push.acceleration);
         let mut inverse_turn = arms[0] * arms[0] * answer.inertia.max();
         if let Some(other) = bodies.get(pair.second) {
             let its = &self.answers[pair.second];
@@ -505,7 +587,9 @@ impl Contacts {
             inverse = Vector3::zeros();
             inverse_turn = (arms[0] + arms[1]).powi(2) * answer.inertia.max();
         }
-        let along = |v: Vector3<f64>, turning: Vector3<f64>| v - v.dot(&normal) * normal + turning.cross(&normal);
+        let along = |v: Vector3<f64>, turning: Vector3<f64>| {
+            v - v.dot(&normal) * normal + turning.cross(&normal)
+        };
         // Along an axis where neither gives way the damper changes nothing, but has to stay finite.
         let finite = |inverse: f64| if inverse > 1e-6 * whole { inverse } else { whole };
         Kinematics {
@@ -575,12 +659,14 @@ impl Answer {
     }
 }
 
-/// Moves a body by `h` (s) under accelerations that last; the way it goes (m), and by what it is to be turned (rad).
+/// Moves a body by `h` (s) under accelerations that last; the way it goes (m), and by what it is to
+/// be turned (rad).
 fn travel(body: &mut Body, push: &Push, h: f64, periods: &[Option<f64>; 3]) -> (f64, Vector3<f64>) {
     if body.motion == Motion::Fixed {
         return (0.0, Vector3::zeros());
     }
     let free = body.freedom().is_some();
-    let speed = if free { (body.velocity + 0.5 * h * push.acceleration).norm() } else { body.pace() };
+    let speed =
+        if free { (body.velocity + 0.5 * h * push.acceleration).norm() } else { body.pace() };
     (speed * h, body.shift(h, push, periods))
 }

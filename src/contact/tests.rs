@@ -79,10 +79,24 @@ impl std::ops::Deref for Touched {
 }
 
 /// One material, in a box of `size` with walls normal to `axes` and the others periodic.
-fn contacts(bodies: &[Body], law: Material, size: [f64; 3], axes: &[usize], substeps: Substeps) -> Touched {
+fn contacts(
+    bodies: &[Body],
+    law: Material,
+    size: [f64; 3],
+    axes: &[usize],
+    substeps: Substeps,
+) -> Touched {
     let periods = std::array::from_fn(|a| (!axes.contains(&a) && size[a] > 0.0).then_some(size[a]));
     let laws = Laws::new(1, |_, _| law);
-    let law = Contacts::new(bodies, vec![0; bodies.len()], walls(size, axes), laws, size, periods, substeps);
+    let law = Contacts::new(
+        bodies,
+        vec![0; bodies.len()],
+        walls(size, axes),
+        laws,
+        size,
+        periods,
+        substeps,
+    );
     Touched::new(law)
 }
 
@@ -121,13 +135,17 @@ fn a_head_on_collision_has_the_restitution_asked_for() {
             first.density = 900.0;
             let mass = first.mass() * second.mass() / (first.mass() + second.mass());
             let step = Law::new(law).contact_time(mass, 1.0) / params::contact_substeps();
-            second.centre.x = first.centre.x + first.radius() + second.radius() + (1.0 + phase) * step;
+            second.centre.x =
+                first.centre.x + first.radius() + second.radius() + (1.0 + phase) * step;
             let mut both = [first, second];
             let mut pair = contacts(&both, law, size, &[0, 1, 2], Substeps::Fixed(1));
             collide(&mut pair, &mut both, step);
             let measured = both[1].velocity.x - both[0].velocity.x;
             worst = worst.max((measured / e - 1.0).abs());
-            assert!((measured / e - 1.0).abs() < 0.01, "{shape:?} {exponent} e {e} {phase}: {measured}");
+            assert!(
+                (measured / e - 1.0).abs() < 0.01,
+                "{shape:?} {exponent} e {e} {phase}: {measured}"
+            );
 
             // The same against a wall, in one long step.
             let mut one = [body(shape, 0.01, vector![0.1, 0.1, 0.1], vector![0.0, -0.5, 0.0])];
@@ -138,7 +156,10 @@ fn a_head_on_collision_has_the_restitution_asked_for() {
             assert!((80..90).contains(&taken), "{taken}");
             let measured = one[0].velocity.y / 0.5;
             worst = worst.max((measured / e - 1.0).abs());
-            assert!((measured / e - 1.0).abs() < 0.01, "{shape:?} on the wall, {exponent} e {e} {phase}: {measured}");
+            assert!(
+                (measured / e - 1.0).abs() < 0.01,
+                "{shape:?} on the wall, {exponent} e {e} {phase}: {measured}"
+            );
             let given = one[0].mass() * 0.5 * (1.0 + measured);
             assert!((wall.impulses()[0].linear.y / given - 1.0).abs() < 1e-12);
             assert_eq!(wall.wall_impulse(), -wall.impulses()[0].linear);
@@ -173,10 +194,14 @@ fn what_a_locked_axis_drives_into_a_wall_is_named_since_no_stiffness_stops_it() 
     };
     let said = driven(Freedom { translation: [true, false, false], ..PLANE }).unwrap_err();
     assert!(
-        said.contains("particle 0 goes on along y at -5.000e-1 m/s, which is locked") && !said.contains("stiff"),
+        said.contains("particle 0 goes on along y at -5.000e-1 m/s, which is locked")
+            && !said.contains("stiff"),
         "{said}"
     );
-    assert!(driven(Freedom { translation: [false, true, false], ..PLANE }).is_ok(), "along the wall it may be");
+    assert!(
+        driven(Freedom { translation: [false, true, false], ..PLANE }).is_ok(),
+        "along the wall it may be"
+    );
 }
 
 /// How long a body touches a wall (s), from its impulses over short steps.
@@ -199,16 +224,22 @@ fn a_contact_lasts_as_long_as_theory_says() {
     let w = f64::sqrt(1.0 - zeta * zeta);
     let damped = (PI - f64::atan2(2.0 * zeta * w, w * w - zeta * zeta)) / w / PI * linear;
     assert!((time_at_the_wall(law, 0.5, 1000.0) / damped - 1.0).abs() < 0.003);
-    // Hertz: 2.9432 d/v, with d the depth; a sphere of the lightest material is what contact_time finds.
+    // Hertz: 2.9432 d/v, with d the depth; a sphere of the lightest material is what contact_time
+    // finds.
     let hertz = material(1.5, 1.0, 0.0);
     let depth = (1.25 * mass * 0.25 / hertz.normal_stiffness).powf(0.4);
     let theory = 2.943_2 * depth / 0.5;
-    let spheres = [0.01, 0.02].map(|r| body(Shape::Sphere, r, vector![0.1, 0.1, 0.1], Vector3::zeros()));
+    let spheres =
+        [0.01, 0.02].map(|r| body(Shape::Sphere, r, vector![0.1, 0.1, 0.1], Vector3::zeros()));
     let time = |axes: &[usize], bodies: &[Body]| {
         let found = contacts(bodies, hertz, [0.2; 3], axes, Substeps::Auto);
         found.contact_time(bodies, 0.5)
     };
-    assert!((time(&[0], &spheres[..1]) / theory - 1.0).abs() < 1e-4, "{} {theory}", time(&[0], &spheres[..1]));
+    assert!(
+        (time(&[0], &spheres[..1]) / theory - 1.0).abs() < 1e-4,
+        "{} {theory}",
+        time(&[0], &spheres[..1])
+    );
     assert_eq!(time(&[], &spheres[..1]), f64::INFINITY);
     assert!(time(&[], &spheres) < theory);
     assert!((time_at_the_wall(hertz, 0.5, 1000.0) / theory - 1.0).abs() < 0.003);
@@ -220,7 +251,8 @@ fn damping_can_be_given_as_it_is() {
     for exponent in [1.0, 1.5] {
         let asked = Law::new(material(exponent, 0.6, 0.0));
         let normal = 2.0 * asked.zeta * (mass * asked.material.normal_stiffness).sqrt();
-        let law = Material { damping: Damping::Given { normal, tangential: 0.0 }, ..asked.material };
+        let law =
+            Material { damping: Damping::Given { normal, tangential: 0.0 }, ..asked.material };
         let mut one = [body(Shape::Sphere, 0.01, vector![0.1, 0.1, 0.1], vector![0.0, -0.5, 0.0])];
         one[0].centre.y = 0.0101;
         let mut wall = contacts(&one, law, [0.2; 3], &[0, 1, 2], Substeps::Auto);
@@ -255,7 +287,9 @@ fn a_wall_that_moves_drags_along() {
     let mut fixed = [one.clone()];
     fixed[0].velocity = vector![-2.0, -0.5, 0.0];
     let mut dragged = [one];
-    contacts(&fixed, law, [0.2; 3], &[1], Substeps::Auto).advance(&mut fixed, &[Push::default()], 1e-3).unwrap();
+    contacts(&fixed, law, [0.2; 3], &[1], Substeps::Auto)
+        .advance(&mut fixed, &[Push::default()], 1e-3)
+        .unwrap();
     let mut moving = contacts(&dragged, law, [0.2; 3], &[1], Substeps::Auto);
     moving.law.walls[0].velocity.x = 2.0;
     moving.advance(&mut dragged, &[Push::default()], 1e-3).unwrap();
@@ -267,29 +301,44 @@ fn a_wall_that_moves_drags_along() {
 fn a_body_that_grips_the_wall_reverses_its_slip_but_never_gains_energy() {
     for (e, ratio) in [(1.0, 0.4), (1.0, 2.0 / 7.0), (0.9, 2.0 / 7.0), (0.5, 1.0)] {
         let law = Material { tangential_ratio: ratio, ..material(1.0, e, 10.0) };
-        let mut one = [body(Shape::Sphere, 0.01, vector![0.1, 0.01001, 0.1], vector![0.05, -0.5, 0.0])];
-        let energy =
-            |b: &Body| 0.5 * (b.mass() * b.velocity.norm_squared() + b.inertia().about(2) * b.spin.norm_squared());
+        let mut one =
+            [body(Shape::Sphere, 0.01, vector![0.1, 0.01001, 0.1], vector![0.05, -0.5, 0.0])];
+        let energy = |b: &Body| {
+            0.5 * (b.mass() * b.velocity.norm_squared()
+                + b.inertia().about(2) * b.spin.norm_squared())
+        };
         let before = energy(&one[0]);
         let mut wall = contacts(&one, law, [0.2; 3], &[1], Substeps::Auto);
         wall.advance(&mut one, &[Push::default()], 5e-3).unwrap();
         let slip = one[0].velocity.x + 0.01 * one[0].spin.z;
         assert!(one[0].velocity.x < 0.05 && one[0].spin.z < 0.0 && slip < 0.02, "{one:?}");
-        assert!(energy(&one[0]) < before * (1.0 + 2e-4), "e {e}: {}", energy(&one[0]) / before - 1.0);
+        assert!(
+            energy(&one[0]) < before * (1.0 + 2e-4),
+            "e {e}: {}",
+            energy(&one[0]) / before - 1.0
+        );
         assert_eq!(wall.touching.springs.len(), 0);
     }
     // As printed, the damper of (22) feeds.
     let gain = |printed_sign| {
         let law = Material { printed_sign, ..material(1.0, 0.5, 10.0) };
-        let mut one = [body(Shape::Sphere, 0.01, vector![0.1, 0.01001, 0.1], vector![0.05, -0.5, 0.0])];
-        contacts(&one, law, [0.2; 3], &[1], Substeps::Auto).advance(&mut one, &[Push::default()], 5e-3).unwrap();
+        let mut one =
+            [body(Shape::Sphere, 0.01, vector![0.1, 0.01001, 0.1], vector![0.05, -0.5, 0.0])];
+        contacts(&one, law, [0.2; 3], &[1], Substeps::Auto)
+            .advance(&mut one, &[Push::default()], 5e-3)
+            .unwrap();
         (one[0].velocity.x + 0.01 * one[0].spin.z).abs()
     };
     assert!(gain(true) > 2.0 * gain(false), "{} {}", gain(true), gain(false));
 }
 
 /// Acceleration down a slope (m/s2) of a body that starts at rest, over its last half second.
-fn acceleration_down(shape: Shape, mu: f64, angle: f64, motion: Motion) -> (f64, Touched, [Body; 1]) {
+fn acceleration_down(
+    shape: Shape,
+    mu: f64,
+    angle: f64,
+    motion: Motion,
+) -> (f64, Touched, [Body; 1]) {
     let size = [2.0, 0.1, 0.1];
     let law = Material { normal_stiffness: 1e6, ..material(1.0, 0.5, mu) };
     let mut one = [body(shape, 0.01, vector![0.1, 0.01, 0.05], Vector3::zeros())];
@@ -310,23 +359,30 @@ fn acceleration_down(shape: Shape, mu: f64, angle: f64, motion: Motion) -> (f64,
 #[test]
 fn a_body_slides_or_rolls_down_a_slope() {
     let angle: f64 = 0.5;
-    for (shape, motion, share) in
-        [(Shape::Disc, Motion::Free(PLANE), 2.0 / 3.0), (Shape::Sphere, Motion::Free(FREE), 5.0 / 7.0)]
-    {
+    for (shape, motion, share) in [
+        (Shape::Disc, Motion::Free(PLANE), 2.0 / 3.0),
+        (Shape::Sphere, Motion::Free(FREE), 5.0 / 7.0),
+    ] {
         let critical = (1.0 - share) * angle.tan();
-        let rolling = acceleration_down(shape, 1.2 * critical, angle, motion).0 / (share * 9.81 * angle.sin());
+        let rolling = acceleration_down(shape, 1.2 * critical, angle, motion).0
+            / (share * 9.81 * angle.sin());
         let mu = 0.6 * critical;
-        let sliding = acceleration_down(shape, mu, angle, motion).0 / (9.81 * (angle.sin() - mu * angle.cos()));
+        let sliding = acceleration_down(shape, mu, angle, motion).0
+            / (9.81 * (angle.sin() - mu * angle.cos()));
         println!("{shape:?}: rolls at {rolling:.5} and slides at {sliding:.5} of theory");
-        assert!((rolling - 1.0).abs() < 0.01 && (sliding - 1.0).abs() < 0.01, "{shape:?} {rolling} {sliding}");
+        assert!(
+            (rolling - 1.0).abs() < 0.01 && (sliding - 1.0).abs() < 0.01,
+            "{shape:?} {rolling} {sliding}"
+        );
     }
 }
 
 #[test]
 fn a_body_that_resists_rolling_lies_below_its_angle_and_slows_down_on_a_floor() {
-    for (shape, motion, share) in
-        [(Shape::Disc, Motion::Free(PLANE), 2.0 / 3.0), (Shape::Sphere, Motion::Free(FREE), 5.0 / 7.0)]
-    {
+    for (shape, motion, share) in [
+        (Shape::Disc, Motion::Free(PLANE), 2.0 / 3.0),
+        (Shape::Sphere, Motion::Free(FREE), 5.0 / 7.0),
+    ] {
         let resists = |rolling_friction: f64, slope: f64, speed: f64, pushes: Push| {
             let law = Material { rolling_friction, ..material(1.0, 0.5, 0.8) };
             let mut one = [body(shape, 0.01, vector![0.1, 0.01, 0.05], vector![speed, 0.0, 0.0])];
@@ -342,16 +398,28 @@ fn a_body_that_resists_rolling_lies_below_its_angle_and_slows_down_on_a_floor() 
         let down = |slope: f64| push(9.81 * slope.sin(), -9.81 * slope.cos());
         // The normal force has the lever mu_r R, weight the lever R tan(slope).
         let (one, wall) = resists(0.2, f64::atan(0.19), 0.0, down(f64::atan(0.19)));
-        assert!(one[0].velocity.norm() < 1e-7 && (one[0].centre.x - 0.1) < 1e-4, "{shape:?}: {:?}", one[0].velocity);
+        assert!(
+            one[0].velocity.norm() < 1e-7 && (one[0].centre.x - 0.1) < 1e-4,
+            "{shape:?}: {:?}",
+            one[0].velocity
+        );
         assert_eq!(wall.touching.springs.len(), 1);
         let slope = f64::atan(0.3);
         let (one, _) = resists(0.2, slope, 0.0, down(slope));
         let expected = share * 9.81 * slope.cos() * (0.3 - 0.2) * 0.5;
-        assert!((one[0].velocity.x / expected - 1.0).abs() < 0.01, "{shape:?}: {} of {expected}", one[0].velocity.x);
+        assert!(
+            (one[0].velocity.x / expected - 1.0).abs() < 0.01,
+            "{shape:?}: {} of {expected}",
+            one[0].velocity.x
+        );
         // On a floor it slows down at mu_r g times that share, and then lies.
         let (one, _) = resists(0.02, 0.0, 0.2, down(0.0));
         let expected = 0.2 - share * 0.02 * 9.81 * 0.5;
-        assert!((one[0].velocity.x / expected - 1.0).abs() < 0.01, "{shape:?}: {} of {expected}", one[0].velocity.x);
+        assert!(
+            (one[0].velocity.x / expected - 1.0).abs() < 0.01,
+            "{shape:?}: {} of {expected}",
+            one[0].velocity.x
+        );
         let (one, wall) = resists(0.2, 0.0, 0.2, down(0.0));
         assert!(one[0].velocity.norm() < 1e-6, "{shape:?}: {:?}", one[0].velocity);
         assert!(wall.slid() < 1e-9, "nothing is taken from what lies");
@@ -400,27 +468,40 @@ fn film_impulses(bodies: &mut [Body], axes: &[usize]) -> Vec<Impulse> {
     contacts.impulses().to_vec()
 }
 
-/// Two of these radii at a gap of a fifth of a millimetre, askew; the first one's centre in the middle of a large box.
+/// Two of these radii at a gap of a fifth of a millimetre, askew; the first one's centre in the
+/// middle of a large box.
 fn beside_each_other(shape: Shape, radii: [f64; 2]) -> [Body; 2] {
-    let along = if matches!(shape, Shape::Disc) { vector![0.6, 0.8, 0.0] } else { vector![2.0, 3.0, -6.0] / 7.0 };
+    let along = if matches!(shape, Shape::Disc) {
+        vector![0.6, 0.8, 0.0]
+    } else {
+        vector![2.0, 3.0, -6.0] / 7.0
+    };
     let first = vector![500.0, 500.0, 500.0];
     let second = first + (radii[0] + radii[1] + 2e-4) * along;
-    [body(shape, radii[0], first, Vector3::zeros()), body(shape, radii[1], second, Vector3::zeros())]
+    [
+        body(shape, radii[0], first, Vector3::zeros()),
+        body(shape, radii[1], second, Vector3::zeros()),
+    ]
 }
 
-/// Spins after the fluid in the gaps has acted for a tenth of a second on a row of discs, all alike, that fills a period.
+/// Spins after the fluid in the gaps has acted for a tenth of a second on a row of discs, all
+/// alike, that fills a period.
 fn spins_in_a_row(count: usize, gap: f64, start: f64) -> Vec<f64> {
     let medium = Medium { density: 1000.0, viscosity: 0.1, spacing: 2.5e-3, roughness: 1e-6 };
     let pitch = 0.02 + gap;
     let size = [count as f64 * pitch, 1.0, 0.0];
     let place = |k: usize| vector![(start + k as f64 * pitch).rem_euclid(size[0]), 0.5, 0.0];
-    let mut row: Vec<Body> = (0..count).map(|k| body(Shape::Disc, 0.01, place(k), vector![0.1, 0.3, 0.0])).collect();
+    let mut row: Vec<Body> =
+        (0..count).map(|k| body(Shape::Disc, 0.01, place(k), vector![0.1, 0.3, 0.0])).collect();
     row.iter_mut().for_each(|disc| disc.spin.z = 5.0);
     let law = contacts(&row, material(1.0, 0.9, 0.3), size, &[1], Substeps::Auto).law;
     let mut contacts = Touched::new(law.within(medium));
     for _ in 0..10 {
         let taken = contacts.advance(&mut row, &vec![Push::default(); count], 0.01).unwrap();
-        assert!(taken < 50 || count > 1, "{taken} substeps for a body that never touches its image");
+        assert!(
+            taken < 50 || count > 1,
+            "{taken} substeps for a body that never touches its image"
+        );
     }
     // What a disc gives to one side it gets from the other: together they keep their momentum.
     let momentum: Vector3<f64> = row.iter().map(|disc| disc.velocity / count as f64).sum();
@@ -433,11 +514,13 @@ fn spins_in_a_row(count: usize, gap: f64, start: f64) -> Vec<f64> {
 fn lubrication_slows_the_spin_of_a_disc_beside_its_own_image_as_in_a_row_of_any_number() {
     for gap in [1e-4, 1e-3] {
         // With a border of the period within a disc, and in a gap.
-        let spins: Vec<Vec<f64>> =
-            [(1, 0.0), (1, 0.0101), (2, 0.003), (3, 0.0), (4, 0.0)].map(|(n, x)| spins_in_a_row(n, gap, x)).into();
+        let spins: Vec<Vec<f64>> = [(1, 0.0), (1, 0.0101), (2, 0.003), (3, 0.0), (4, 0.0)]
+            .map(|(n, x)| spins_in_a_row(n, gap, x))
+            .into();
         println!("gap {gap} m: {spins:?} rad/s of 5");
         assert!(spins[0][0] < 4.6 && spins[0][0] > 0.01, "{spins:?}");
-        let off = spins.iter().flatten().map(|spin| (spin / spins[0][0] - 1.0).abs()).fold(0.0, f64::max);
+        let off =
+            spins.iter().flatten().map(|spin| (spin / spins[0][0] - 1.0).abs()).fold(0.0, f64::max);
         // Pairs act one after the other in a substep.
         assert!(off < 0.015, "gap {gap}: {spins:?}");
     }
@@ -445,7 +528,9 @@ fn lubrication_slows_the_spin_of_a_disc_beside_its_own_image_as_in_a_row_of_any_
 
 #[test]
 fn lubrication_at_a_plane_of_symmetry_turns_a_body_as_its_mirror_image_would() {
-    for (shape, spin) in [(Shape::Disc, vector![0.0, 0.0, 3.0]), (Shape::Sphere, vector![2.0, -1.0, 3.0])] {
+    for (shape, spin) in
+        [(Shape::Disc, vector![0.0, 0.0, 3.0]), (Shape::Sphere, vector![2.0, -1.0, 3.0])]
+    {
         let (radius, gap, y) = (5e-3, 1e-4, 500.0);
         let medium = Medium { density: 1000.0, viscosity: 0.1, spacing: 2e-3, ..Medium::default() };
         let flat = if matches!(shape, Shape::Disc) { 0.0 } else { 0.01 };
@@ -460,28 +545,36 @@ fn lubrication_at_a_plane_of_symmetry_turns_a_body_as_its_mirror_image_would() {
         let pair = contacts(&two, material(1.0, 0.9, 0.0), size, &[], Substeps::Auto).law;
         let mut mirror = contacts(&one, material(1.0, 0.9, 0.0), size, &[1], Substeps::Auto).law;
         (mirror.walls[0].at, mirror.walls[0].side) = (y, WallSide::Slip);
-        let (mut pair, mut mirror) = (Touched::new(pair.within(medium)), Touched::new(mirror.within(medium)));
+        let (mut pair, mut mirror) =
+            (Touched::new(pair.within(medium)), Touched::new(mirror.within(medium)));
         pair.advance(&mut two, &[Push::default(); 2], 1e-4).unwrap();
         mirror.advance(&mut one, &[Push::default()], 1e-4).unwrap();
         let turned = (two[0].spin - spin).norm();
-        let off = [(one[0].spin - two[0].spin).norm() / turned, (one[0].velocity - two[0].velocity).norm() / 0.01];
+        let off = [
+            (one[0].spin - two[0].spin).norm() / turned,
+            (one[0].velocity - two[0].velocity).norm() / 0.01,
+        ];
         println!("{shape:?}: {:?} of {spin:?}, off by {off:?}", one[0].spin);
-        assert!(turned > 3e-4 * spin.norm() && off[0] < 1e-3 && off[1] < 1e-4, "{shape:?}: {off:?}, {turned}");
+        assert!(
+            turned > 3e-4 * spin.norm() && off[0] < 1e-3 && off[1] < 1e-4,
+            "{shape:?}: {off:?}, {turned}"
+        );
     }
 }
 
-/// A disc that lies in the cusp between another one and the image of that across a period of one and a half diameters: it touches the same
-/// disc on both sides.
+/// A disc that lies in the cusp between another one and the image of that across a period of one
+/// and a half diameters: it touches the same disc on both sides.
 #[test]
 fn a_disc_rests_on_two_images_of_another_across_a_short_period() {
     let (radius, length) = (0.01, 0.03);
     for start in [0.0, 0.004, 0.016] {
         let place = |x: f64, y: f64| vector![(start + x).rem_euclid(length), y, 0.0];
         let high = 0.05 + f64::sqrt(4.0 * radius * radius - 0.25 * length * length);
-        let mut two =
-            [(0.0, 0.05), (0.5 * length, high)].map(|(x, y)| body(Shape::Disc, radius, place(x, y), Vector3::zeros()));
+        let mut two = [(0.0, 0.05), (0.5 * length, high)]
+            .map(|(x, y)| body(Shape::Disc, radius, place(x, y), Vector3::zeros()));
         two[0].motion = Motion::Fixed;
-        let mut contacts = contacts(&two, material(1.0, 0.5, 0.5), [length, 0.1, 0.0], &[1], Substeps::Auto);
+        let mut contacts =
+            contacts(&two, material(1.0, 0.5, 0.5), [length, 0.1, 0.0], &[1], Substeps::Auto);
         // Aside too, within what friction holds.
         let pushes = [Push::default(), push(1.0, -9.81)];
         for _ in 0..400 {
@@ -490,9 +583,17 @@ fn a_disc_rests_on_two_images_of_another_across_a_short_period() {
         let memory = contacts.touching.springs.clone();
         let images: Vec<f64> = memory.iter().map(|(.., springs)| springs.image.x).collect();
         assert!(images.len() == 2 && (images[0] - images[1]).abs() == 1.0, "{memory:?}");
-        assert!(two[1].velocity.norm() < 1e-6 && (two[1].centre - place(0.5 * length, high)).norm() < 1e-4, "{two:?}");
+        assert!(
+            two[1].velocity.norm() < 1e-6
+                && (two[1].centre - place(0.5 * length, high)).norm() < 1e-4,
+            "{two:?}"
+        );
         let weight = two[1].mass() * 9.81 * 1e-3;
-        assert!((contacts.impulses()[1].linear.y / weight - 1.0).abs() < 1e-3, "{:?}", contacts.impulses());
+        assert!(
+            (contacts.impulses()[1].linear.y / weight - 1.0).abs() < 1e-3,
+            "{:?}",
+            contacts.impulses()
+        );
         // With the springs kept per image it goes on as it was.
         let (mut again, still) = (two.clone(), two[1].velocity);
         let mut restarted = Touched::new(contacts.law.clone());
@@ -509,7 +610,9 @@ fn a_disc_rests_on_two_images_of_another_across_a_short_period() {
 #[test]
 fn the_fluid_between_two_does_the_same_beside_others_that_need_many_substeps() {
     let medium = Medium { density: 1000.0, viscosity: 0.1, spacing: 2e-3, ..Medium::default() };
-    let sphere = |x: f64, speed: f64| body(Shape::Sphere, 0.01, vector![x, 0.5, 0.5], vector![speed, 0.0, 0.0]);
+    let sphere = |x: f64, speed: f64| {
+        body(Shape::Sphere, 0.01, vector![x, 0.5, 0.5], vector![speed, 0.0, 0.0])
+    };
     let impulse = |bodies: &mut [Body]| {
         let law = contacts(bodies, material(1.0, 0.9, 0.0), [1.0; 3], &[], Substeps::Auto).law;
         let mut contacts = Touched::new(law.within(medium));
@@ -523,13 +626,19 @@ fn the_fluid_between_two_does_the_same_beside_others_that_need_many_substeps() {
     let [first, second] = apart;
     let (many, beside) = impulse(&mut [first, second, sphere(0.5, 0.1), sphere(0.5201, -0.1)]);
     assert!(few < 50 && many > 10 * few, "{few} {many}");
-    assert!(alone < 0.0 && (beside / alone - 1.0).abs() < 1e-3, "{beside} beside others, {alone} alone");
+    assert!(
+        alone < 0.0 && (beside / alone - 1.0).abs() < 1e-3,
+        "{beside} beside others, {alone} alone"
+    );
 }
 
 #[test]
 fn what_fills_a_gap_takes_no_momentum_and_no_rigid_motion() {
-    for (shape, spin) in [(Shape::Disc, vector![0.0, 0.0, 3.0]), (Shape::Sphere, vector![2.0, -1.0, 3.0])] {
-        let flat = |v: Vector3<f64>| if matches!(shape, Shape::Disc) { vector![v.x, v.y, 0.0] } else { v };
+    for (shape, spin) in
+        [(Shape::Disc, vector![0.0, 0.0, 3.0]), (Shape::Sphere, vector![2.0, -1.0, 3.0])]
+    {
+        let flat =
+            |v: Vector3<f64>| if matches!(shape, Shape::Disc) { vector![v.x, v.y, 0.0] } else { v };
         let mut bodies = beside_each_other(shape, [5e-3, 1.2e-2]);
         let arm = bodies[0].centre - bodies[1].centre;
         bodies[0].velocity = flat(vector![0.02, -0.01, 0.03]);
@@ -547,18 +656,23 @@ fn what_fills_a_gap_takes_no_momentum_and_no_rigid_motion() {
             (body.velocity, body.spin) = (drift - rest, spin);
         }
         let still = film_impulses(&mut bodies, &[]);
-        assert!(still.iter().all(|i| i.linear.norm() < 1e-3 * size && i.angular.norm() < 1e-3 * lever), "{still:?}");
+        assert!(
+            still.iter().all(|i| i.linear.norm() < 1e-3 * size && i.angular.norm() < 1e-3 * lever),
+            "{still:?}"
+        );
     }
 }
 
-/// What is put down to touch a wall, and its image at the other side of the box, which rounds differently, have the same film: it is ten times that of the narrowest
-/// gap otherwise.
+/// What is put down to touch a wall, and its image at the other side of the box, which rounds
+/// differently, have the same film: it is ten times that of the narrowest gap otherwise.
 #[test]
 fn a_gap_of_nothing_but_rounding_is_none() {
     let radius = 5e-3;
     let [touching, rounded, apart] = [0.0, 1e-12, 1e-6].map(|gap: f64| {
         let centre = vector![500.0, radius * (1.0 + gap), 500.0];
-        film_impulses(&mut [body(Shape::Sphere, radius, centre, vector![0.01, 0.0, 0.0])], &[1])[0].linear.x
+        film_impulses(&mut [body(Shape::Sphere, radius, centre, vector![0.01, 0.0, 0.0])], &[1])[0]
+            .linear
+            .x
     });
     assert!((rounded / touching - 1.0).abs() < 1e-6, "{rounded}, {touching} touching");
     assert!(apart / touching > 1.5, "{apart}, {touching} touching");
@@ -566,10 +680,13 @@ fn a_gap_of_nothing_but_rounding_is_none() {
 
 #[test]
 fn a_very_large_body_is_a_wall_to_what_fills_a_gap() {
-    for (shape, spin) in [(Shape::Disc, vector![0.0, 0.0, 3.0]), (Shape::Sphere, vector![2.0, -1.0, 3.0])] {
+    for (shape, spin) in
+        [(Shape::Disc, vector![0.0, 0.0, 3.0]), (Shape::Sphere, vector![2.0, -1.0, 3.0])]
+    {
         // The pair acts in the middle of the gap, the wall at its own side: a narrow one.
         let (radius, gap) = (5e-3, 5e-6);
-        let mut beside_wall = [body(shape, radius, vector![500.0, radius + gap, 500.0], vector![0.02, -0.01, 0.0])];
+        let mut beside_wall =
+            [body(shape, radius, vector![500.0, radius + gap, 500.0], vector![0.02, -0.01, 0.0])];
         beside_wall[0].spin = spin;
         let wall = film_impulses(&mut beside_wall.clone(), &[1])[0];
         let [small] = beside_wall;
@@ -577,8 +694,14 @@ fn a_very_large_body_is_a_wall_to_what_fills_a_gap() {
         large.centre.y -= radius + gap + 300.0;
         large.motion = Motion::Fixed;
         let large = film_impulses(&mut [small, large], &[0])[0];
-        assert!((wall.linear - large.linear).norm() < 2e-3 * wall.linear.norm(), "{wall:?} {large:?}");
-        assert!((wall.angular - large.angular).norm() < 2e-3 * wall.angular.norm(), "{wall:?} {large:?}");
+        assert!(
+            (wall.linear - large.linear).norm() < 2e-3 * wall.linear.norm(),
+            "{wall:?} {large:?}"
+        );
+        assert!(
+            (wall.angular - large.angular).norm() < 2e-3 * wall.angular.norm(),
+            "{wall:?} {large:?}"
+        );
     }
 }
 
@@ -589,7 +712,8 @@ fn bodies_that_are_not_free_act_with_infinite_mass_and_their_own_velocity() {
         body(Shape::Disc, 0.01, vector![0.0705, 0.1, 0.0], vector![0.0, 0.0, 0.0]),
     ];
     two[0].motion = Motion::Prescribed(None);
-    let mut pair = contacts(&two, material(1.0, 0.5, 0.3), [0.2, 0.2, 0.0], &[0, 1], Substeps::Auto);
+    let mut pair =
+        contacts(&two, material(1.0, 0.5, 0.3), [0.2, 0.2, 0.0], &[0, 1], Substeps::Auto);
     pair.advance(&mut two, &[push(5.0, 5.0), Push::default()], 0.02).unwrap();
     assert_eq!(two[0].velocity, vector![1.0, 0.0, 0.0]);
     assert!((two[0].centre.x - 0.07).abs() < 1e-12);
@@ -610,14 +734,19 @@ fn a_body_that_is_pinned_turns_but_stays() {
     two[0].motion = Motion::Free(Freedom { translation: [false; 3], ..PLANE });
     two[1].motion = Motion::Prescribed(None);
     two[1].spin.z = 10.0;
-    let mut pair = contacts(&two, material(1.0, 0.5, 0.3), [0.2, 0.2, 0.0], &[0, 1], Substeps::Auto);
+    let mut pair =
+        contacts(&two, material(1.0, 0.5, 0.3), [0.2, 0.2, 0.0], &[0, 1], Substeps::Auto);
     for _ in 0..20 {
         pair.advance(&mut two, &[Push::default(); 2], 1e-3).unwrap();
     }
     assert_eq!(two[0].centre, vector![0.05, 0.1, 0.0]);
     assert!((two[0].spin.z + 10.0).abs() < 0.1, "{}", two[0].spin.z);
     // The damper takes it for a body that gives way.
-    assert!((pair.impulses()[0].linear.x / -1e6 / 1e-4 / 1e-3 - 1.0).abs() < 0.03, "{:?}", pair.impulses());
+    assert!(
+        (pair.impulses()[0].linear.x / -1e6 / 1e-4 / 1e-3 - 1.0).abs() < 0.03,
+        "{:?}",
+        pair.impulses()
+    );
 }
 
 #[test]
@@ -633,15 +762,28 @@ fn what_a_user_can_cause_is_an_error_that_names_the_particle() {
         let text = pair.advance(&mut two, &[Push::default(), push], dt).unwrap_err().to_string();
         assert!(words.iter().all(|w| text.contains(w)), "{text}");
     };
-    let disc = |x: f64, y: f64, v: f64| body(Shape::Disc, 0.01, vector![x, y, 0.0], vector![v, 0.0, 0.0]);
+    let disc =
+        |x: f64, y: f64, v: f64| body(Shape::Disc, 0.01, vector![x, y, 0.0], vector![v, 0.0, 0.0]);
     let (auto, still) = (Substeps::Auto, Push::default());
     says(disc(0.134, 0.15, 0.0), auto, 1e-3, still, &["particles 0 and 1", "0.40", "stiffer"]);
     says(disc(0.15, 0.15, 0.0), auto, 1e-3, still, &["particles 0 and 1", "2.00"]);
     says(disc(0.1, 0.003, 0.0), auto, 1e-3, still, &["particle 1 and the wall at y = 0 m", "0.70"]);
     says(disc(0.1, -0.003, 0.0), auto, 1e-3, still, &["particle 1 is beyond the wall at y = 0 m"]);
     says(disc(0.1, 0.1, -30.0), auto, 1e-2, still, &["particle 1 has left the box", "x = -0.2"]);
-    says(disc(0.129, 0.15, 5.0), Substeps::Fixed(2), 1e-2, still, &["particles 0 and 1", "contact.substeps"]);
+    says(
+        disc(0.129, 0.15, 5.0),
+        Substeps::Fixed(2),
+        1e-2,
+        still,
+        &["particles 0 and 1", "contact.substeps"],
+    );
     says(disc(0.129, 0.15, 5.0), auto, 1e6, still, &["particles 0 and 1", "lower the stiffness"]);
     says(disc(f64::NAN, 0.1, 0.0), auto, 1e-2, still, &["particle 1", "not a finite number"]);
-    says(disc(0.1, 0.1, 0.0), auto, 1e-2, push(f64::NAN, 0.0), &["particle 1", "not a finite number"]);
+    says(
+        disc(0.1, 0.1, 0.0),
+        auto,
+        1e-2,
+        push(f64::NAN, 0.0),
+        &["particle 1", "not a finite number"],
+    );
 }

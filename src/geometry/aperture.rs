@@ -7,9 +7,10 @@
 //!      |    |  ##|
 //!      +----|----+        lever: covered part times its centroid
 //! ```
-//! The flux of a rotation `w` through a face is `(w x lever).n`. The lever is that of the same volume, so that a body that moves
-//! in any way is consistent with itself, and a rigid rotation of fluid and body has no divergence; of round bodies it is that
-//! of the section in the face's own plane, with which turning displaces nothing, in every cell.
+//! The flux of a rotation `w` through a face is `(w x lever).n`. The lever is that of the same
+//! volume, so that a body that moves in any way is consistent with itself, and a rigid rotation of
+//! fluid and body has no divergence; of round bodies it is that of the section in the face's own
+//! plane, with which turning displaces nothing, in every cell.
 
 use super::block::{Block, images};
 use super::{Filled, Placed, Tiles};
@@ -27,16 +28,19 @@ pub struct Cut {
     pub owned: bool,
 }
 
-/// Where the covered and the open part of such a face lie: apart, since few ask for it, and by the axes in use, since there are many.
+/// Where the covered and the open part of such a face lie: apart, since few ask for it, and by the
+/// axes in use, since there are many.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Opening<const D: usize> {
     lever: [f64; D],
-    /// From the face's centre to the centroid of the open part of that volume (m); zero where nothing is open.
+    /// From the face's centre to the centroid of the open part of that volume (m); zero where
+    /// nothing is open.
     pub open: [f64; D],
 }
 
 impl<const D: usize> Opening<D> {
-    /// Covered part times the arm from the particle's centre (its nearest image) to its centroid (m).
+    /// Covered part times the arm from the particle's centre (its nearest image) to its centroid
+    /// (m).
     #[inline(always)]
     pub fn lever(&self) -> Vector3<f64> {
         Vector3::from_fn(|a, _| if a < D { self.lever[a] } else { 0.0 })
@@ -46,11 +50,13 @@ impl<const D: usize> Opening<D> {
 /// Below this a face counts as untouched, and above one less this as covered.
 const LEAST: f64 = 1e-9;
 
-/// Fills `cuts`, `openings` and the `arms` from the particle's centre (its nearest image) to the faces' centres (m), in the same order, with the faces along `axis` of this rank's cells that a particle (or an
-/// image of it) covers; faces at borders of the box are not among them: what flows through those, the border says.
+/// Fills `cuts`, `openings` and the `arms` from the particle's centre (its nearest image) to the
+/// faces' centres (m), in the same order, with the faces along `axis` of this rank's cells that a
+/// particle (or an image of it) covers; faces at borders of the box are not among them: what flows
+/// through those, the border says.
 ///
-/// The first and the last faces of a period are the same ones. Both are found from the first one's place, to the last digit: what flows out at one
-/// side comes in at the other.
+/// The first and the last faces of a period are the same ones. Both are found from the first one's
+/// place, to the last digit: what flows out at one side comes in at the other.
 #[allow(clippy::too_many_arguments)]
 pub fn cuts<const D: usize>(
     grid: &Grid<D>,
@@ -76,7 +82,8 @@ pub fn cuts<const D: usize>(
     }
 }
 
-/// Those among the faces from the first to before the last of a block, which are `on` faces further along the axis.
+/// Those among the faces from the first to before the last of a block, which are `on` faces further
+/// along the axis.
 #[allow(clippy::too_many_arguments)]
 fn find<const D: usize>(
     grid: &Grid<D>,
@@ -95,7 +102,9 @@ fn find<const D: usize>(
         let place = |a: usize, x: f64| (x / grid.h[a] + if a == axis { 0.5 } else { 0.0 }).floor();
         let low = std::array::from_fn(|a| place(a, image[a] - bounds[a]));
         let high = std::array::from_fn(|a| place(a, image[a] + bounds[a]));
-        let place = |a: usize, n: usize| (n as f64 - if a == axis { 0.5 } else { 0.0 }) * grid.h[a] - image[a];
+        let place = |a: usize, n: usize| {
+            (n as f64 - if a == axis { 0.5 } else { 0.0 }) * grid.h[a] - image[a]
+        };
         let Some(first) = tiles.set(&Block::between(low, high, from, to), place) else { continue };
         shape.tile(turn, tiles, Some(axis), &mut |filled| {
             let (covered, open) = covered_part::<D>(filled);
@@ -104,7 +113,9 @@ fn find<const D: usize>(
             }
             let mut at: [usize; D] = std::array::from_fn(|a| first[a] + filled.at[a]);
             at[axis] += on;
-            let face = (0..D).map(|a| (at[a] - grid.start[a] + grid.ghosts) * grid.stride[a]).sum::<usize>() as u32;
+            let face = (0..D)
+                .map(|a| (at[a] - grid.start[a] + grid.ghosts) * grid.stride[a])
+                .sum::<usize>() as u32;
             let covered = if covered > 1.0 - LEAST { 1.0 } else { covered };
             cuts.push(Cut { covered, face, owned: grid.number_of(at).is_some() });
             openings.push(Opening { lever: std::array::from_fn(|a| filled.lever[a]), open });
@@ -113,7 +124,8 @@ fn find<const D: usize>(
     }
 }
 
-/// How much of the volume about a face is covered, and where its open part has its centroid, from the face's centre (m).
+/// How much of the volume about a face is covered, and where its open part has its centroid, from
+/// the face's centre (m).
 fn covered_part<const D: usize>(filled: &Filled) -> (f64, [f64; D]) {
     let (covered, middle) = (filled.part.clamp(0.0, 1.0), filled.middle);
     if !(LEAST..=1.0 - LEAST).contains(&covered) {

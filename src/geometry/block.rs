@@ -3,8 +3,12 @@
 use crate::grid::Grid;
 use nalgebra::Vector3;
 
-/// The centres (m) of a particle at `centre` and of its images one period away along the periodic axes.
-pub fn images<const D: usize>(grid: &Grid<D>, centre: &Vector3<f64>) -> impl Iterator<Item = Vector3<f64>> {
+/// The centres (m) of a particle at `centre` and of its images one period away along the periodic
+/// axes.
+pub fn images<const D: usize>(
+    grid: &Grid<D>,
+    centre: &Vector3<f64>,
+) -> impl Iterator<Item = Vector3<f64>> {
     let shifts = std::array::from_fn::<_, 3, _>(|a| {
         let length = if a < D && grid.periodic[a] { grid.size[a] } else { 0.0 };
         let shifts = [0.0, -length, length];
@@ -24,7 +28,8 @@ pub struct Block<const D: usize> {
 }
 
 impl<const D: usize> Block<D> {
-    /// The lattice boxes between `low` and `high` (in boxes, ends included) that lie in `from` to `to` (end excluded).
+    /// The lattice boxes between `low` and `high` (in boxes, ends included) that lie in `from` to
+    /// `to` (end excluded).
     pub fn between(low: [f64; D], high: [f64; D], from: [usize; D], to: [usize; D]) -> Block<D> {
         let (mut first, mut last) = ([0; D], [0; D]);
         for a in 0..D {
@@ -47,7 +52,12 @@ impl<const D: usize> Block<D> {
         let cell = |a: usize, x: f64| (x / grid.h[a]).floor();
         let low = std::array::from_fn(|a| cell(a, centre[a] - bounds[a]));
         let high = std::array::from_fn(|a| cell(a, centre[a] + bounds[a]));
-        Block::between(low, high, grid.start, std::array::from_fn(|a| grid.start[a] + grid.local[a]))
+        Block::between(
+            low,
+            high,
+            grid.start,
+            std::array::from_fn(|a| grid.start[a] + grid.local[a]),
+        )
     }
 }
 

@@ -1,12 +1,13 @@
-//! A circle about the origin against a rectangle: area and first moment, exact by inclusion and exclusion of quadrants.
+//! A circle about the origin against a rectangle: area and first moment, exact by inclusion and
+//! exclusion of quadrants.
 //!
 //! ```text
 //!   +------+ (x1, y1)      overlap = Q(x1, y1) - Q(x0, y1) - Q(x1, y0) + Q(x0, y0)
 //!   |   ,--|               Q(x, y) = area of the disc where X < x and Y < y
 //!   +--/---+
 //! ```
-//! The first moment of a disc of radius `r` over X < x, Y < y, with `a = sqrt(r^2 - x^2)` and `t` the `y` within [-a, a], is
-//! `[ -a^2 (t + a) + (t^3 + a^3)/3 ]/2`.
+//! The first moment of a disc of radius `r` over X < x, Y < y, with `a = sqrt(r^2 - x^2)` and `t`
+//! the `y` within [-a, a], is `[ -a^2 (t + a) + (t^3 + a^3)/3 ]/2`.
 
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -68,8 +69,9 @@ pub fn radius(sphere: f64, at: f64) -> f64 {
     (sphere * sphere - at * at).max(0.0).sqrt()
 }
 
-/// Covered part of a face along `axis` times the arm to its centroid (m): the face with its centre at `middle` (m), between the
-/// lines of the two axes that follow, in a circle of the radius `r` (m).
+/// Covered part of a face along `axis` times the arm to its centroid (m): the face with its centre
+/// at `middle` (m), between the lines of the two axes that follow, in a circle of the radius `r`
+/// (m).
 pub fn lever(axis: usize, middle: &Vector3<f64>, lines: [[&Line; 2]; 2], r: f64) -> Vector3<f64> {
     let [x, y] = lines;
     let (filled, whole) = (rectangle(x, y, r), (x[1].at - x[0].at) * (y[1].at - y[0].at));

@@ -47,7 +47,11 @@ impl Shape for Disc {
         let count = 4 * (0.5 * length / spacing).ceil() as usize;
         let point = |i: usize| {
             let (y, x) = (TAU * ((i as f64 + 0.5) / count as f64)).sin_cos();
-            round::surface_point(self.radius * Vector3::new(x, y, 0.0), self.radius, length / count as f64)
+            round::surface_point(
+                self.radius * Vector3::new(x, y, 0.0),
+                self.radius,
+                length / count as f64,
+            )
         };
         (0..count).map(point).collect()
     }
@@ -56,7 +60,12 @@ impl Shape for Disc {
         (TAU * self.radius, Matrix3::from_diagonal_element(TAU * self.radius.powi(3)))
     }
 
-    fn whole_or_nothing(&self, _: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> Option<f64> {
+    fn whole_or_nothing(
+        &self,
+        _: &Turn,
+        middle: &Vector3<f64>,
+        half: &Vector3<f64>,
+    ) -> Option<f64> {
         round::whole_or_nothing(middle, half, self.radius)
     }
 
@@ -67,7 +76,13 @@ impl Shape for Disc {
         (filled.area, Vector3::new(filled.moment[0], filled.moment[1], 0.0))
     }
 
-    fn tile(&self, turn: &Turn, tiles: &mut Tiles, faces: Option<usize>, found: &mut dyn FnMut(&Filled)) {
+    fn tile(
+        &self,
+        turn: &Turn,
+        tiles: &mut Tiles,
+        faces: Option<usize>,
+        found: &mut dyn FnMut(&Filled),
+    ) {
         tiles.of_disc(self.radius, |mut one| {
             if let Some(axis) = faces {
                 one.lever = self.lever(turn, axis, &one.middle, &one.half, &one.moment);
@@ -76,8 +91,8 @@ impl Shape for Disc {
         });
     }
 
-    /// Of the chord that it covers of the face itself: the flux of a rotation through the faces of a cell then sums to zero,
-    /// in every cell.
+    /// Of the chord that it covers of the face itself: the flux of a rotation through the faces of
+    /// a cell then sums to zero, in every cell.
     fn lever(
         &self,
         _: &Turn,
@@ -103,7 +118,8 @@ impl Shape for Disc {
             let (sx, sy) = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)][k % 4];
             [middle.x + sx * half.x, middle.y + sy * half.y]
         };
-        // Walking round the cell meets the vertices in order; an edge crosses the circle twice at most.
+        // Walking round the cell meets the vertices in order; an edge crosses the circle twice at
+        // most.
         let (mut vertices, mut n) = ([[0.0f64; 2]; 12], 0);
         let mut add = |v: [f64; 2]| {
             vertices[n] = v;
@@ -127,7 +143,8 @@ impl Shape for Disc {
             }
         }
         let v = &vertices[..n];
-        let twice: f64 = (0..n).map(|k| v[k][0] * v[(k + 1) % n][1] - v[(k + 1) % n][0] * v[k][1]).sum();
+        let twice: f64 =
+            (0..n).map(|k| v[k][0] * v[(k + 1) % n][1] - v[(k + 1) % n][0] * v[k][1]).sum();
         Some(0.5 * twice.max(0.0))
     }
 

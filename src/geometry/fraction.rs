@@ -1,5 +1,6 @@
-//! Volume fractions: how much of a cell a particle fills, the alpha of eq. (1): exact, or, of discs, the paper's polygon through
-//! the crossings of circle and cell, whose missing area is spread over the cut cells.
+//! Volume fractions: how much of a cell a particle fills, the alpha of eq. (1): exact, or, of
+//! discs, the paper's polygon through the crossings of circle and cell, whose missing area is
+//! spread over the cut cells.
 
 use super::block::{Block, images};
 use super::{Placed, Tiles};
@@ -23,8 +24,8 @@ impl Overlap {
         self.fraction < 1.0
     }
 
-    /// Whether the particle fills more than half of the cell: its middle is inside, and what the cell's velocity is there is none of
-    /// the fluid's.
+    /// Whether the particle fills more than half of the cell: its middle is inside, and what the
+    /// cell's velocity is there is none of the fluid's.
     pub fn is_inside(&self) -> bool {
         self.fraction > 0.5
     }
@@ -35,7 +36,8 @@ impl Overlap {
 pub enum Rule {
     /// The exact overlap.
     Exact,
-    /// Polygons with their missing area spread over the cut cells (2D); of discs up to two cells across, exact.
+    /// Polygons with their missing area spread over the cut cells (2D); of discs up to two cells
+    /// across, exact.
     Polygon,
 }
 
@@ -80,7 +82,12 @@ const ELSEWHERE: usize = usize::MAX;
 const LEAST: f64 = 1e-12;
 
 /// Adds the cells of this rank that one image touches.
-fn collect<const D: usize>(grid: &Grid<D>, body: &Placed, tiles: &mut Tiles, out: &mut Vec<Overlap>) {
+fn collect<const D: usize>(
+    grid: &Grid<D>,
+    body: &Placed,
+    tiles: &mut Tiles,
+    out: &mut Vec<Overlap>,
+) {
     let Placed { shape, centre, turn } = body;
     let block = Block::owned(grid, centre, &shape.bounds(turn));
     let Some(first) = tiles.set(&block, |a, n| n as f64 * grid.h[a] - centre[a]) else { return };
@@ -93,12 +100,13 @@ fn collect<const D: usize>(grid: &Grid<D>, body: &Placed, tiles: &mut Tiles, out
     });
 }
 
-/// Adds the cells that one image touches, with their polygons: this rank's and, since the missing area is spread over all of a
-/// particle's cells, those of other ranks as [`ELSEWHERE`].
+/// Adds the cells that one image touches, with their polygons: this rank's and, since the missing
+/// area is spread over all of a particle's cells, those of other ranks as [`ELSEWHERE`].
 fn collect_polygons<const D: usize>(grid: &Grid<D>, body: &Placed, out: &mut Vec<Overlap>) {
     let Placed { shape, centre, turn } = body;
     let bounds = shape.bounds(turn);
-    let cell = |sign: f64| std::array::from_fn(|a| ((centre[a] + sign * bounds[a]) / grid.h[a]).floor());
+    let cell =
+        |sign: f64| std::array::from_fn(|a| ((centre[a] + sign * bounds[a]) / grid.h[a]).floor());
     let half = half(grid);
     for cell in Block::between(cell(-1.0), cell(1.0), [0; D], grid.cells) {
         let mut arm = Vector3::zeros();
@@ -106,8 +114,11 @@ fn collect_polygons<const D: usize>(grid: &Grid<D>, body: &Placed, out: &mut Vec
             arm[a] = (cell[a] as f64 + 0.5) * grid.h[a] - centre[a];
         }
         let whole: f64 = (0..D).map(|a| 2.0 * half[a]).product();
-        let polygon = || shape.polygon(&arm, &half).unwrap_or_else(|| shape.filled(turn, &arm, &half));
-        let fraction = shape.whole_or_nothing(turn, &arm, &half).unwrap_or_else(|| (polygon() / whole).clamp(0.0, 1.0));
+        let polygon =
+            || shape.polygon(&arm, &half).unwrap_or_else(|| shape.filled(turn, &arm, &half));
+        let fraction = shape
+            .whole_or_nothing(turn, &arm, &half)
+            .unwrap_or_else(|| (polygon() / whole).clamp(0.0, 1.0));
         if fraction > LEAST {
             out.push(Overlap { cell: grid.owned_index(cell).unwrap_or(ELSEWHERE), fraction, arm });
         }

@@ -1,4 +1,5 @@
-//! The shapes of bodies behind one seam, [`Shape`]: nothing outside this folder knows what a disc or a sphere is.
+//! The shapes of bodies behind one seam, [`Shape`]: nothing outside this folder knows what a disc
+//! or a sphere is.
 //!
 //! ```text
 //!        ,-----.            distance s to the surface, negative inside, and the normal n there: the wall ([`Shape::distance`])
@@ -8,16 +9,18 @@
 //!        `---o------- x
 //!          centre
 //! ```
-//! Places are taken from the body's centre of volume along the axes of the box, and `turn` brings the body's own axes there:
-//! the point `x` of the body's own axes is at `turn x`. A shape of two dimensions is the section of a cylinder along z, of
-//! which a body is a metre.
+//! Places are taken from the body's centre of volume along the axes of the box, and `turn` brings
+//! the body's own axes there: the point `x` of the body's own axes is at `turn x`. A shape of two
+//! dimensions is the section of a cylinder along z, of which a body is a metre.
 //!
-//! [`fraction`] and [`aperture`] find with a shape what it fills of the grid's cells and covers of its faces.
+//! [`fraction`] and [`aperture`] find with a shape what it fills of the grid's cells and covers of
+//! its faces.
 //!
 //! # A new shape
 //!
-//! is one file with an implementation of [`Shape`]: eight short methods, and [`Shape::moments`] in closed form where the
-//! accuracy of the default is not enough. `tests/suite/ellipse.rs` is one, outside of the library.
+//! is one file with an implementation of [`Shape`]: eight short methods, and [`Shape::moments`] in
+//! closed form where the accuracy of the default is not enough. `tests/suite/ellipse.rs` is one,
+//! outside of the library.
 
 pub mod aperture;
 mod block;
@@ -76,34 +79,37 @@ pub trait Shape: Debug + Send + Sync {
     /// Volume (m3; m2 of a section, per metre of depth).
     fn volume(&self) -> f64;
 
-    /// Moments of inertia about the centre in its own axes (kg m2) for a `mass` (kg), spread evenly: `sum m (r.r - r r^T)`. Of a
-    /// section that about z counts.
+    /// Moments of inertia about the centre in its own axes (kg m2) for a `mass` (kg), spread
+    /// evenly: `sum m (r.r - r r^T)`. Of a section that about z counts.
     fn inertia(&self, mass: f64) -> Matrix3<f64>;
 
-    /// Signed distance of the point at `arm` (m) from the surface (m), negative inside; where several points of the surface are
-    /// as near, that to any.
+    /// Signed distance of the point at `arm` (m) from the surface (m), negative inside; where
+    /// several points of the surface are as near, that to any.
     fn distance(&self, turn: &Turn, arm: &Vector3<f64>) -> f64;
 
-    /// Outward normal, of length 1, at the point of the surface nearest to the one at `arm` (m): so that point is at
-    /// `arm - distance normal`. At a centre of symmetry any of them.
+    /// Outward normal, of length 1, at the point of the surface nearest to the one at `arm` (m): so
+    /// that point is at `arm - distance normal`. At a centre of symmetry any of them.
     fn normal(&self, turn: &Turn, arm: &Vector3<f64>) -> Vector3<f64>;
 
-    /// Points all over the surface, about `spacing` (m) apart, or closer where it is bent; their areas sum to the surface's.
+    /// Points all over the surface, about `spacing` (m) apart, or closer where it is bent; their
+    /// areas sum to the surface's.
     fn surface(&self, spacing: f64) -> Vec<SurfacePoint>;
 
-    /// Whether it looks the same however it turns. Its turning then displaces no fluid, and its axes mean nothing.
+    /// Whether it looks the same however it turns. Its turning then displaces no fluid, and its
+    /// axes mean nothing.
     fn is_round(&self) -> bool {
         false
     }
 
-    /// Area of the surface (m2; m in 2D), and the moments of inertia of the surface in the body's own axes (m4; m3), as of a shell
-    /// of a kilogram per area. By default those of its points.
+    /// Area of the surface (m2; m in 2D), and the moments of inertia of the surface in the body's
+    /// own axes (m4; m3), as of a shell of a kilogram per area. By default those of its points.
     fn shell(&self) -> (f64, Matrix3<f64>) {
         let (mut area, mut inertia) = (0.0, Matrix3::zeros());
         for point in self.surface(0.1 * self.radius()) {
             let r = point.place;
             area += point.area;
-            inertia += point.area * (Matrix3::from_diagonal_element(r.norm_squared()) - r * r.transpose());
+            inertia +=
+                point.area * (Matrix3::from_diagonal_element(r.norm_squared()) - r * r.transpose());
         }
         (area, inertia)
     }
@@ -113,17 +119,30 @@ pub trait Shape: Debug + Send + Sync {
         Vector3::repeat(self.radius())
     }
 
-    /// Whether the box with its centre at `middle` (m) and the `half` edges (m; zero along z in 2D) lies in the body as a whole
-    /// (1) or not at all (0); `None` where the surface may pass.
-    fn whole_or_nothing(&self, turn: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> Option<f64> {
+    /// Whether the box with its centre at `middle` (m) and the `half` edges (m; zero along z in 2D)
+    /// lies in the body as a whole (1) or not at all (0); `None` where the surface may pass.
+    fn whole_or_nothing(
+        &self,
+        turn: &Turn,
+        middle: &Vector3<f64>,
+        half: &Vector3<f64>,
+    ) -> Option<f64> {
         let distance = self.distance(turn, middle);
         (distance.abs() >= half.norm()).then_some(if distance < 0.0 { 1.0 } else { 0.0 })
     }
 
-    /// Volume that it fills of such a box (m3; m2 in 2D), and the integrals of the coordinates over that (m4; m3). By default
-    /// the box is cut into pieces at the surface, which leaves an error of up to 4e-3 of the box.
-    fn moments(&self, turn: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> (f64, Vector3<f64>) {
-        subdivision::moments(self.dimension(), middle, half, &|at| (self.distance(turn, at), self.normal(turn, at)))
+    /// Volume that it fills of such a box (m3; m2 in 2D), and the integrals of the coordinates over
+    /// that (m4; m3). By default the box is cut into pieces at the surface, which leaves an error
+    /// of up to 4e-3 of the box.
+    fn moments(
+        &self,
+        turn: &Turn,
+        middle: &Vector3<f64>,
+        half: &Vector3<f64>,
+    ) -> (f64, Vector3<f64>) {
+        subdivision::moments(self.dimension(), middle, half, &|at| {
+            (self.distance(turn, at), self.normal(turn, at))
+        })
     }
 
     /// That volume alone, for shapes that have it cheaper.
@@ -131,15 +150,23 @@ pub trait Shape: Debug + Send + Sync {
         self.moments(turn, middle, half).0
     }
 
-    /// The parts of the boxes of a lattice that it fills, in the order of their numbers, the first axis fastest; with `faces`, the axis of
-    /// those in whose middles they lie, their first moments and levers as well. For shapes that have many together cheaper than one by one.
-    fn tile(&self, turn: &Turn, tiles: &mut Tiles, faces: Option<usize>, found: &mut dyn FnMut(&Filled)) {
+    /// The parts of the boxes of a lattice that it fills, in the order of their numbers, the first
+    /// axis fastest; with `faces`, the axis of those in whose middles they lie, their first moments
+    /// and levers as well. For shapes that have many together cheaper than one by one.
+    fn tile(
+        &self,
+        turn: &Turn,
+        tiles: &mut Tiles,
+        faces: Option<usize>,
+        found: &mut dyn FnMut(&Filled),
+    ) {
         tiles.each(self, turn, faces, found);
     }
 
-    /// Where a turning body carries fluid through a face of the grid: its flux through the one along `axis`, in the middle
-    /// of such a box, is `(spin x lever).n` per area of the face. By default that of the whole box, whose filled part has
-    /// the given first `moment` per volume of the box (m).
+    /// Where a turning body carries fluid through a face of the grid: its flux through the one
+    /// along `axis`, in the middle of such a box, is `(spin x lever).n` per area of the face. By
+    /// default that of the whole box, whose filled part has the given first `moment` per volume of
+    /// the box (m).
     fn lever(
         &self,
         _turn: &Turn,
@@ -151,13 +178,14 @@ pub trait Shape: Debug + Send + Sync {
         *moment
     }
 
-    /// Area of a polygon in place of [`Shape::filled`], after Ushijima et al. 2003, of shapes that have one.
+    /// Area of a polygon in place of [`Shape::filled`], after Ushijima et al. 2003, of shapes that
+    /// have one.
     fn polygon(&self, _middle: &Vector3<f64>, _half: &Vector3<f64>) -> Option<f64> {
         None
     }
 
-    /// How far it is to the surface (m) from a point outside, with the centre `apart` from it (m), in the direction `along`, of
-    /// length 1; `None` where it is missed, 0 from a point inside.
+    /// How far it is to the surface (m) from a point outside, with the centre `apart` from it (m),
+    /// in the direction `along`, of length 1; `None` where it is missed, 0 from a point inside.
     fn meets(&self, turn: &Turn, apart: &Vector3<f64>, along: &Vector3<f64>) -> Option<f64> {
         // Each step goes as far as nothing can be in the way.
         let (mut way, end) = (0.0, apart.norm() + self.radius());

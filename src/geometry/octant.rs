@@ -1,4 +1,5 @@
-//! What a sphere of radius R about the origin fills beyond three planes, in closed form; a box is eight such corners.
+//! What a sphere of radius R about the origin fills beyond three planes, in closed form; a box is
+//! eight such corners.
 //!
 //! ```text
 //!   G(a, b, c) = volume where x > a, y > b, z > c         box = sum over its corners of +-G
@@ -79,7 +80,9 @@ impl Plane {
             let part = (0.5 * self.square - 0.25 * line.at * line.at) * (line.root - other.at);
             line.at * (part - (line.root.powi(3) - other.at.powi(3)) / 12.0)
         };
-        0.25 * self.square * self.square * (FRAC_PI_2 - y.angle - z.angle) - along(y, z) - along(z, y)
+        0.25 * self.square * self.square * (FRAC_PI_2 - y.angle - z.angle)
+            - along(y, z)
+            - along(z, y)
     }
 
     /// The same, the corner outside.
@@ -109,13 +112,20 @@ impl Pair {
                 (false, true) => p.cap,
                 (true, true) => p.cap + q.cap - whole,
             };
-            return Pair { root: 0.0, first: angle(p, q.at), second: angle(q, p.at), outer: 0.0, beyond };
+            return Pair {
+                root: 0.0,
+                first: angle(p, q.at),
+                second: angle(q, p.at),
+                outer: 0.0,
+                beyond,
+            };
         }
         let (root, circles) = (square.sqrt(), [p.square.sqrt(), q.square.sqrt()]);
         let (first, second) = ((q.at / circles[0]).asin(), (p.at / circles[1]).asin());
         let outer = (-p.at * q.at / (circles[0] * circles[1])).acos();
         // The lens between them: two arcs, two corners.
-        let segment = |plane: &Plane, angle: f64, at: f64| plane.square * (FRAC_PI_2 - angle) - at * root;
+        let segment =
+            |plane: &Plane, angle: f64, at: f64| plane.square * (FRAC_PI_2 - angle) - at * root;
         let arcs = p.at * (PI - 2.0 * first) + q.at * (PI - 2.0 * second);
         let patch = radius * radius * (2.0 * PI - 2.0 * outer) - radius * arcs;
         let flat = p.at * segment(p, first, q.at) + q.at * segment(q, second, p.at);
@@ -137,11 +147,13 @@ impl Corner {
             let moment = Vector3::from_fn(|k, _| 0.5 * planes[k].rest(&lines[k][0], &lines[k][1]));
             return Corner { volume: outside(planes, pairs, radius), moment };
         }
-        let (mut patch, mut flat) = (2.0 * PI - pairs.iter().map(|pair| pair.outer).sum::<f64>(), 0.0);
+        let (mut patch, mut flat) =
+            (2.0 * PI - pairs.iter().map(|pair| pair.outer).sum::<f64>(), 0.0);
         for (plane, [y, z]) in planes.iter().zip(&lines) {
             let arc = FRAC_PI_2 - y.angle - z.angle;
             patch -= plane.at / radius * arc;
-            flat += plane.at * (0.5 * plane.square * arc + y.at * z.at - 0.5 * (y.at * y.root + z.at * z.root));
+            flat += plane.at
+                * (0.5 * plane.square * arc + y.at * z.at - 0.5 * (y.at * y.root + z.at * z.root));
         }
         let moment = Vector3::from_fn(|k, _| 0.5 * planes[k].quarter(&lines[k][0], &lines[k][1]));
         Corner { volume: (radius.powi(3) * patch - flat) / 3.0, moment }
@@ -175,15 +187,18 @@ fn outside(planes: [&Plane; 3], pairs: [&Pair; 3], radius: f64) -> f64 {
         }
         _ => {
             let caps: f64 = planes.iter().map(|plane| plane.cap).sum();
-            4.0 / 3.0 * PI * radius.powi(3) - caps + pairs.iter().map(|pair| pair.beyond).sum::<f64>()
+            4.0 / 3.0 * PI * radius.powi(3) - caps
+                + pairs.iter().map(|pair| pair.beyond).sum::<f64>()
         }
     }
 }
 
 /// That of a box from `low` to `high` (m), in a sphere of the given radius (m).
 pub fn of_box(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64) -> Corner {
-    let planes: [[Plane; 2]; 3] = std::array::from_fn(|a| [low[a], high[a]].map(|at| Plane::new(at, radius)));
-    let pair = |a: usize, i: usize, j: usize| Pair::new(&planes[a][i], &planes[(a + 1) % 3][j], radius);
+    let planes: [[Plane; 2]; 3] =
+        std::array::from_fn(|a| [low[a], high[a]].map(|at| Plane::new(at, radius)));
+    let pair =
+        |a: usize, i: usize, j: usize| Pair::new(&planes[a][i], &planes[(a + 1) % 3][j], radius);
     between(|[i, j, k]| {
         let pairs = [pair(0, i, j), pair(1, j, k), pair(2, k, i)];
         Corner::new([&planes[0][i], &planes[1][j], &planes[2][k]], pairs.each_ref(), radius)
@@ -208,14 +223,19 @@ mod tests {
 
     #[test]
     fn cells_that_tile_space_hold_the_whole_sphere() {
-        for (r, h, shift) in [(0.5, 0.125, 0.03), (1.0, 0.3, 0.11), (0.5, 0.02, 0.007), (0.5, 0.125, 0.0)] {
+        for (r, h, shift) in
+            [(0.5, 0.125, 0.03), (1.0, 0.3, 0.11), (0.5, 0.02, 0.007), (0.5, 0.125, 0.0)]
+        {
             let n = (r / h) as i32 + 2;
             let (mut sum, mut moment) = (0.0, Vector3::zeros());
             for k in 0..(2 * n).pow(3) {
                 let at = |k: i32| f64::from(k % (2 * n) - n) * h + shift;
                 let low = Vector3::new(at(k), at(k / (2 * n)), at(k / (4 * n * n)));
                 let part = of_box(&low, &low.add_scalar(h), r);
-                assert!(part.volume > -1e-12 * r.powi(3) && part.volume < (1.0 + 1e-9) * h.powi(3), "{part:?}");
+                assert!(
+                    part.volume > -1e-12 * r.powi(3) && part.volume < (1.0 + 1e-9) * h.powi(3),
+                    "{part:?}"
+                );
                 sum += part.volume;
                 moment += part.moment;
             }
@@ -233,7 +253,11 @@ mod tests {
         assert!((cap.moment.z - PI / 4.0 * (h * (2.0 * r - h)).powi(2)).abs() < 1e-14);
         let octant = of_box(&Vector3::zeros(), &Vector3::repeat(1.0), r);
         assert!((octant.volume - PI * r.powi(3) / 6.0).abs() < 1e-14);
-        assert!((octant.moment - Vector3::repeat(PI * r.powi(4) / 16.0)).amax() < 1e-14, "{}", octant.moment);
+        assert!(
+            (octant.moment - Vector3::repeat(PI * r.powi(4) / 16.0)).amax() < 1e-14,
+            "{}",
+            octant.moment
+        );
     }
 
     #[test]
@@ -250,7 +274,8 @@ mod tests {
             let (n, mut volume, mut moment) = (48, 0.0, Vector3::zeros());
             let piece = edges.product() / f64::from(n * n * n);
             for k in 0..n * n * n {
-                let at = Vector3::new(k % n, k / n % n, k / n / n).map(|k| (f64::from(k) + 0.5) / f64::from(n));
+                let at = Vector3::new(k % n, k / n % n, k / n / n)
+                    .map(|k| (f64::from(k) + 0.5) / f64::from(n));
                 let place = low + at.component_mul(&edges);
                 if place.norm() < r {
                     volume += piece;
@@ -259,8 +284,16 @@ mod tests {
             }
             let exact = of_box(&low, &(low + edges), r);
             let close = 4e-3 * edges.product() + 1e-9;
-            assert!((exact.volume - volume).abs() < close, "{low} {edges}: {} counted {volume}", exact.volume);
-            assert!((exact.moment - moment).amax() < close, "{low} {edges}: {} counted {moment}", exact.moment);
+            assert!(
+                (exact.volume - volume).abs() < close,
+                "{low} {edges}: {} counted {volume}",
+                exact.volume
+            );
+            assert!(
+                (exact.moment - moment).amax() < close,
+                "{low} {edges}: {} counted {moment}",
+                exact.moment
+            );
         }
     }
 }

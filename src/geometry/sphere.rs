@@ -42,7 +42,8 @@ impl Shape for Sphere {
         arm.normalize()
     }
 
-    /// In the middles of equal angles on the faces of a cube, with the areas that these see: as symmetric as the grid.
+    /// In the middles of equal angles on the faces of a cube, with the areas that these see: as
+    /// symmetric as the grid.
     fn surface(&self, spacing: f64) -> Vec<SurfacePoint> {
         let n = ((4.0 * PI / 3.0).sqrt() * self.radius / spacing).ceil() as usize;
         let slope = |i: f64| (FRAC_PI_2 * (i / n as f64 - 0.5)).tan();
@@ -56,7 +57,11 @@ impl Shape for Sphere {
             place[face % 3] = if face < 3 { 1.0 } else { -1.0 };
             place[(face + 1) % 3] = slope(i + 0.5);
             place[(face + 2) % 3] = slope(j + 0.5);
-            round::surface_point(self.radius * place.normalize(), self.radius, self.radius * self.radius * angle)
+            round::surface_point(
+                self.radius * place.normalize(),
+                self.radius,
+                self.radius * self.radius * angle,
+            )
         };
         (0..6 * n * n).map(point).collect()
     }
@@ -66,7 +71,12 @@ impl Shape for Sphere {
         (area, Matrix3::from_diagonal_element(8.0 / 3.0 * PI * self.radius.powi(4)))
     }
 
-    fn whole_or_nothing(&self, _: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> Option<f64> {
+    fn whole_or_nothing(
+        &self,
+        _: &Turn,
+        middle: &Vector3<f64>,
+        half: &Vector3<f64>,
+    ) -> Option<f64> {
         round::whole_or_nothing(middle, half, self.radius)
     }
 
@@ -75,12 +85,18 @@ impl Shape for Sphere {
         (filled.volume, filled.moment)
     }
 
-    fn tile(&self, _: &Turn, tiles: &mut Tiles, faces: Option<usize>, found: &mut dyn FnMut(&Filled)) {
+    fn tile(
+        &self,
+        _: &Turn,
+        tiles: &mut Tiles,
+        faces: Option<usize>,
+        found: &mut dyn FnMut(&Filled),
+    ) {
         tiles.of_sphere(self.radius, faces, found);
     }
 
-    /// Of the part of the face's own plane that it covers, a disc's: the flux of a rotation through the faces of a cell then
-    /// sums to zero, in every cell.
+    /// Of the part of the face's own plane that it covers, a disc's: the flux of a rotation through
+    /// the faces of a cell then sums to zero, in every cell.
     fn lever(
         &self,
         _: &Turn,

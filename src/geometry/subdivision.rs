@@ -1,5 +1,5 @@
-//! What a shape fills of a box, by its distance alone: pieces that the surface may pass are halved along every axis a few times,
-//! and then cut by a plane.
+//! What a shape fills of a box, by its distance alone: pieces that the surface may pass are halved
+//! along every axis a few times, and then cut by a plane.
 //!
 //! ```text
 //!   +-------+---+---+       the plane of a last piece is at the signed distance s from its middle; with w the half width
@@ -17,13 +17,25 @@ type Wall<'a> = &'a dyn Fn(&Vector3<f64>) -> (f64, Vector3<f64>);
 /// Times that a box is halved.
 const TIMES: u32 = 3;
 
-/// Volume filled (m3; m2 of a section), and the integrals of the coordinates over it, of the box with its centre at `middle` (m)
-/// and the `half` edges (m); `wall` has the signed distance (m) and the normal of a surface at a point (m).
-pub fn moments(dimension: usize, middle: &Vector3<f64>, half: &Vector3<f64>, wall: Wall) -> (f64, Vector3<f64>) {
+/// Volume filled (m3; m2 of a section), and the integrals of the coordinates over it, of the box
+/// with its centre at `middle` (m) and the `half` edges (m); `wall` has the signed distance (m) and
+/// the normal of a surface at a point (m).
+pub fn moments(
+    dimension: usize,
+    middle: &Vector3<f64>,
+    half: &Vector3<f64>,
+    wall: Wall,
+) -> (f64, Vector3<f64>) {
     piece(dimension, middle, half, wall, TIMES)
 }
 
-fn piece(dimension: usize, middle: &Vector3<f64>, half: &Vector3<f64>, wall: Wall, times: u32) -> (f64, Vector3<f64>) {
+fn piece(
+    dimension: usize,
+    middle: &Vector3<f64>,
+    half: &Vector3<f64>,
+    wall: Wall,
+    times: u32,
+) -> (f64, Vector3<f64>) {
     let (distance, normal) = wall(middle);
     let volume: f64 = (0..dimension).map(|a| 2.0 * half[a]).product();
     if distance.abs() >= half.norm() || times == 0 {
@@ -35,7 +47,8 @@ fn piece(dimension: usize, middle: &Vector3<f64>, half: &Vector3<f64>, wall: Wal
     let half = 0.5 * half;
     let (mut filled, mut moment) = (0.0, Vector3::zeros());
     for k in 0..1 << dimension {
-        let middle = middle + Vector3::from_fn(|a, _| if k >> a & 1 == 0 { -half[a] } else { half[a] });
+        let middle =
+            middle + Vector3::from_fn(|a, _| if k >> a & 1 == 0 { -half[a] } else { half[a] });
         let (volume, first) = piece(dimension, &middle, &half, wall, times - 1);
         filled += volume;
         moment += first;
@@ -48,10 +61,13 @@ mod tests {
     use super::*;
     use crate::geometry::{Disc, Shape, Sphere, Turn};
 
-    /// Largest difference from the closed form, of the box, over boxes of an eighth of the diameter.
+    /// Largest difference from the closed form, of the box, over boxes of an eighth of the
+    /// diameter.
     fn worst(shape: &dyn Shape) -> f64 {
-        let (turn, half) =
-            (Turn::identity(), Vector3::new(0.125, 0.125, if shape.dimension() == 3 { 0.125 } else { 0.0 }));
+        let (turn, half) = (
+            Turn::identity(),
+            Vector3::new(0.125, 0.125, if shape.dimension() == 3 { 0.125 } else { 0.0 }),
+        );
         let whole: f64 = (0..shape.dimension()).map(|a| 2.0 * half[a]).product();
         let mut worst = 0.0f64;
         for k in 0..200 {
@@ -68,7 +84,8 @@ mod tests {
 
     #[test]
     fn pieces_come_close_to_the_closed_form() {
-        let [flat, space] = [&Disc { radius: 1.0 } as &dyn Shape, &Sphere { radius: 1.0 }].map(worst);
+        let [flat, space] =
+            [&Disc { radius: 1.0 } as &dyn Shape, &Sphere { radius: 1.0 }].map(worst);
         println!("worst of a box: disc {flat:.1e}, sphere {space:.1e}");
         assert!(flat < 3e-3 && space < 4e-3);
     }

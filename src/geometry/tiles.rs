@@ -15,14 +15,16 @@ use nalgebra::Vector3;
 pub struct Tiles {
     /// Places along each axis, ascending (m); two alike along z in 2D.
     pub planes: [Vec<f64>; 3],
-    /// Of each interval between them the squares of its least and its largest distance from the centre (m2).
+    /// Of each interval between them the squares of its least and its largest distance from the
+    /// centre (m2).
     squares: [Vec<[f64; 2]>; 3],
     cuts: [Vec<Plane>; 3],
     /// Of xy, yz, zx, the first axis fastest.
     pairs: [Vec<Pair>; 3],
     /// Of two layers in z.
     corners: [Vec<Option<Corner>>; 2],
-    /// Of each layer of faces the radius of the sphere's circle in their planes (m), and the lines of the next two axes across it.
+    /// Of each layer of faces the radius of the sphere's circle in their planes (m), and the lines
+    /// of the next two axes across it.
     circles: Vec<f64>,
     lines: [Vec<Line>; 2],
 }
@@ -65,9 +67,13 @@ impl Tiles {
         Tiles::new((2.0 * radius / least) as usize + 5)
     }
 
-    /// Sets the planes for the boxes of a block, of which number n along an axis lies between the places n and n + 1 (m). Returns the
-    /// first box, if there is any.
-    pub fn set<const D: usize>(&mut self, block: &Block<D>, place: impl Fn(usize, usize) -> f64) -> Option<[usize; D]> {
+    /// Sets the planes for the boxes of a block, of which number n along an axis lies between the
+    /// places n and n + 1 (m). Returns the first box, if there is any.
+    pub fn set<const D: usize>(
+        &mut self,
+        block: &Block<D>,
+        place: impl Fn(usize, usize) -> f64,
+    ) -> Option<[usize; D]> {
         let (first, last) = block.ends()?;
         for (a, planes) in self.planes.iter_mut().enumerate() {
             planes.clear();
@@ -132,7 +138,8 @@ impl Tiles {
         }
     }
 
-    /// Each box that a round body of the given radius (m) reaches, and whether it fills it as a whole.
+    /// Each box that a round body of the given radius (m) reaches, and whether it fills it as a
+    /// whole.
     fn for_reached(
         planes: &[Vec<f64>; 3],
         squares: &[Vec<[f64; 2]>; 3],
@@ -166,7 +173,8 @@ impl Tiles {
             (one.part, one.moment) = (1.0, one.middle);
             if !whole {
                 let [x, y] = [0, 1].map(|a| [&lines[a][one.at[a]], &lines[a][one.at[a] + 1]]);
-                let (filled, area) = (circle::rectangle(x, y, radius), 4.0 * one.half.x * one.half.y);
+                let (filled, area) =
+                    (circle::rectangle(x, y, radius), 4.0 * one.half.x * one.half.y);
                 one.part = filled.area / area;
                 one.moment = Vector3::new(filled.moment[0], filled.moment[1], 0.0) / area;
             }
@@ -186,7 +194,9 @@ impl Tiles {
         for (a, pairs) in self.pairs.iter_mut().enumerate() {
             let (first, second) = (&self.cuts[a], &self.cuts[(a + 1) % 3]);
             pairs.clear();
-            pairs.extend(second.iter().flat_map(|q| first.iter().map(move |p| Pair::new(p, q, radius))));
+            pairs.extend(
+                second.iter().flat_map(|q| first.iter().map(move |p| Pair::new(p, q, radius))),
+            );
         }
         let Tiles { planes, squares, cuts, pairs, corners, circles, lines } = self;
         let [nx, ny, nz] = cuts.each_ref().map(Vec::len);
@@ -207,7 +217,8 @@ impl Tiles {
                 let filled = between(|high| {
                     let [i, j, k] = std::array::from_fn(|a| one.at[a] + high[a]);
                     *corners[high[2]][i + nx * j].get_or_insert_with(|| {
-                        let own = [&pairs[0][i + nx * j], &pairs[1][j + ny * k], &pairs[2][k + nz * i]];
+                        let own =
+                            [&pairs[0][i + nx * j], &pairs[1][j + ny * k], &pairs[2][k + nz * i]];
                         Corner::new([&cuts[0][i], &cuts[1][j], &cuts[2][k]], own, radius)
                     })
                 });
@@ -227,7 +238,8 @@ impl Tiles {
         });
     }
 
-    /// The circles of a sphere of the given radius (m) in the planes of faces, and the lines across them.
+    /// The circles of a sphere of the given radius (m) in the planes of faces, and the lines across
+    /// them.
     fn find_circles(&mut self, radius: f64, axis: usize) {
         let Tiles { planes, circles, lines, .. } = self;
         let middle = |ends: &[f64]| 0.5 * (ends[0] + ends[1]);
@@ -236,7 +248,9 @@ impl Tiles {
         for (n, lines) in lines.iter_mut().enumerate() {
             let across = &planes[(axis + 1 + n) % 3];
             lines.clear();
-            lines.extend(circles.iter().flat_map(|radius| across.iter().map(|at| Line::new(*at, *radius))));
+            lines.extend(
+                circles.iter().flat_map(|radius| across.iter().map(|at| Line::new(*at, *radius))),
+            );
         }
     }
 }
@@ -246,8 +260,8 @@ mod tests {
     use super::*;
     use crate::geometry::{Disc, Sphere};
 
-    /// All that a lattice finds of a shape, box by box as by its own methods; the largest differences of parts, and of moments and levers
-    /// over the spacing.
+    /// All that a lattice finds of a shape, box by box as by its own methods; the largest
+    /// differences of parts, and of moments and levers over the spacing.
     fn worst(shape: &dyn Shape, faces: usize) -> (f64, f64) {
         let turn = Turn::identity();
         let mut tiles = Tiles::for_radius(shape.radius(), &[0.13, 0.1, 0.11]);
@@ -257,7 +271,9 @@ mod tests {
                 let h = [0.13, 0.1, 0.11][a];
                 let n = (shape.radius() / h) as i32 + 2;
                 planes.clear();
-                planes.extend((-n..=n).map(|k| if a < 2 || three { f64::from(k) * h + shift } else { 0.0 }));
+                planes.extend(
+                    (-n..=n).map(|k| if a < 2 || three { f64::from(k) * h + shift } else { 0.0 }),
+                );
                 planes.truncate(if a < 2 || three { planes.len() } else { 2 });
             }
             tiles.find_squares();
@@ -285,7 +301,10 @@ mod tests {
         for shape in [&Disc { radius: 0.5 } as &dyn Shape, &Sphere { radius: 0.5 }] {
             for faces in 0..shape.dimension() {
                 let (parts, moments) = worst(shape, faces);
-                assert!(parts < 1e-11 && moments < 1e-10, "{shape:?} along {faces}: {parts:.1e}, {moments:.1e}");
+                assert!(
+                    parts < 1e-11 && moments < 1e-10,
+                    "{shape:?} along {faces}: {parts:.1e}, {moments:.1e}"
+                );
             }
         }
     }

@@ -1,4 +1,5 @@
-//! Ghost layers: from neighbours across ranks and periods, and from the condition at the borders of the box.
+//! Ghost layers: from neighbours across ranks and periods, and from the condition at the borders of
+//! the box.
 //!
 //! ```text
 //!   ghosts 2 1 0 | cells 0 1 2 ...        velocity u_b given:  ghost k = 2 u_b - cell k
@@ -6,10 +7,12 @@
 //!                                         no gradient:         ghost k = cell 0
 //!                                         mirror:              ghost k = cell k
 //! ```
-//! The one along the border is exact for a parabola of which every cell has the mean, and so is the flow between two walls. Two cells, or others
-//! of three, would do; with these diffusion is stable for the steps that it has far from walls. Across the border it would feed what
-//! faces remember: the flow around a sphere that creeps through a closed box grew. Where a body is so near that it has one of the cells, and with
-//! the paper's mixing, ghost 0 is as the others; also where bodies move, for whom faces remember for long: a flow then grew in the corners of the box.
+//! The one along the border is exact for a parabola of which every cell has the mean, and so is the
+//! flow between two walls. Two cells, or others of three, would do; with these diffusion is stable
+//! for the steps that it has far from walls. Across the border it would feed what faces remember:
+//! the flow around a sphere that creeps through a closed box grew. Where a body is so near that it
+//! has one of the cells, and with the paper's mixing, ghost 0 is as the others; also where bodies
+//! move, for whom faces remember for long: a flow then grew in the corners of the box.
 
 use super::{GHOSTS, Grid, VectorField};
 use crate::Result;
@@ -18,13 +21,14 @@ use crate::petsc::{Halo, Layout, Session};
 /// The condition at one face of the box.
 #[derive(Clone, Debug)]
 pub enum Border<const D: usize> {
-    /// A given velocity (m/s): walls, moving walls, inflows. One value for each stored position of the face, the first
-    /// axis of the face fastest.
+    /// A given velocity (m/s): walls, moving walls, inflows. One value for each stored position of
+    /// the face, the first axis of the face fastest.
     Velocity(VectorField<D>),
     /// No flow through, no shear.
     Slip,
-    /// No velocity gradient. The pressure is zero where fluid leaves; where it comes in, as from a reservoir at rest, `-rho U^2/2`
-    /// (Bernoulli): at zero pressure what comes in would bring energy from nothing, a jet that feeds itself.
+    /// No velocity gradient. The pressure is zero where fluid leaves; where it comes in, as from a
+    /// reservoir at rest, `-rho U^2/2` (Bernoulli): at zero pressure what comes in would bring
+    /// energy from nothing, a jet that feeds itself.
     Outflow,
 }
 
@@ -32,9 +36,11 @@ pub enum Border<const D: usize> {
 pub struct Boundaries<const D: usize> {
     /// By axis and side (low, high); `None` where the axis is periodic.
     pub borders: [[Option<Border<D>>; 2]; D],
-    /// Pressure at outflows (Pa), by axis and side, one value for each stored position of the face; empty elsewhere.
+    /// Pressure at outflows (Pa), by axis and side, one value for each stored position of the face;
+    /// empty elsewhere.
     entry: [[Vec<f64>; 2]; D],
-    /// How much of the parabola along it the first ghosts have, by axis and side, one value for each stored position of the face; empty for none.
+    /// How much of the parabola along it the first ghosts have, by axis and side, one value for
+    /// each stored position of the face; empty for none.
     bend: [[Vec<f64>; 2]; D],
     halo: Halo,
     /// The faces of the box that this rank's own box reaches.
@@ -52,11 +58,13 @@ struct Planes {
     inner: usize,
     local: usize,
     ghosts: usize,
-    /// Numbers of the first row of cells and of the row after the last along each axis after this one, and of the rows stored.
+    /// Numbers of the first row of cells and of the row after the last along each axis after this
+    /// one, and of the rows stored.
     after: [(usize, usize, usize); 2],
 }
 
-/// Factors of the three nearest cells in the first ghost of a velocity along a border where it is given.
+/// Factors of the three nearest cells in the first ghost of a velocity along a border where it is
+/// given.
 const PARABOLA: [f64; 3] = [-1.4, -0.2, 0.2];
 
 /// What a ghost becomes: a given value, if there is one, and a multiple of a cell's.
@@ -69,8 +77,9 @@ struct Rule<'a> {
     nearest: bool,
     /// How much of a parabola the first ghost continues, for each position on the face.
     bend: Option<&'a [f64]>,
-    /// The most layers that anything reads: the stencils of the flow alone where the velocity is given, since no probe lies beyond what is
-    /// nearest to a body along its normal. A plane of symmetry may pass through a body.
+    /// The most layers that anything reads: the stencils of the flow alone where the velocity is
+    /// given, since no probe lies beyond what is nearest to a body along its normal. A plane of
+    /// symmetry may pass through a body.
     most: usize,
 }
 
@@ -79,8 +88,14 @@ impl<'a> Rule<'a> {
         Rule { given: None, factor, nearest: false, bend: None, most: usize::MAX }
     }
 
-    /// That of a component of the velocity on a border normal to an axis, which has so much of the parabola along it.
-    fn of_velocity<const D: usize>(border: &'a Border<D>, bend: &'a [f64], component: usize, axis: usize) -> Rule<'a> {
+    /// That of a component of the velocity on a border normal to an axis, which has so much of the
+    /// parabola along it.
+    fn of_velocity<const D: usize>(
+        border: &'a Border<D>,
+        bend: &'a [f64],
+        component: usize,
+        axis: usize,
+    ) -> Rule<'a> {
         match border {
             Border::Velocity(value) => {
                 let bend = (component != axis && !bend.is_empty()).then_some(bend);
@@ -93,7 +108,8 @@ impl<'a> Rule<'a> {
 }
 
 impl Planes {
-    /// The blocks whose ghosts count: those of other axes' ghosts are set with these axes, which come later.
+    /// The blocks whose ghosts count: those of other axes' ghosts are set with these axes, which
+    /// come later.
     fn blocks(&self) -> impl Iterator<Item = usize> + use<> {
         let [(first, last, stored), (low, high, _)] = self.after;
         (low..high).flat_map(move |outer| (first..last).map(move |block| outer * stored + block))
@@ -112,8 +128,11 @@ impl Planes {
                     self.continue_parabola(side, given, &bend[block * inner..][..inner], field);
                 }
                 for depth in usize::from(bend.is_some())..layers.min(most) {
-                    let (ghost, mirror) =
-                        if side == 0 { (low - 1 - depth, low + depth) } else { (high + depth, high - 1 - depth) };
+                    let (ghost, mirror) = if side == 0 {
+                        (low - 1 - depth, low + depth)
+                    } else {
+                        (high + depth, high - 1 - depth)
+                    };
                     let cell = if nearest { [low, high - 1][side] } else { mirror };
                     if inner == 1 {
                         let own = factor * field[cell];
@@ -128,7 +147,9 @@ impl Planes {
                     };
                     let pairs = ghosts.iter_mut().zip(cells);
                     match given {
-                        Some(given) => pairs.zip(given).for_each(|((g, c), given)| *g = 2.0 * given + factor * c),
+                        Some(given) => pairs
+                            .zip(given)
+                            .for_each(|((g, c), given)| *g = 2.0 * given + factor * c),
                         None => pairs.for_each(|(g, c)| *g = factor * c),
                     }
                 }
@@ -136,7 +157,8 @@ impl Planes {
         }
     }
 
-    /// Sets the first ghosts of a block from the velocity given at the border and the three nearest cells.
+    /// Sets the first ghosts of a block from the velocity given at the border and the three nearest
+    /// cells.
     fn continue_parabola(&self, side: usize, given: &[f64], bend: &[f64], field: &mut [f64]) {
         let inner = self.inner;
         let border = (self.ghosts + if side == 0 { 0 } else { self.local }) * inner;
@@ -145,7 +167,8 @@ impl Planes {
             let from = if side == 0 { n * inner } else { cells.len() - (n + 1) * inner };
             from..from + inner
         };
-        let (ghosts, cells): (&mut [f64], &[f64]) = if side == 0 { (below, above) } else { (above, below) };
+        let (ghosts, cells): (&mut [f64], &[f64]) =
+            if side == 0 { (below, above) } else { (above, below) };
         let ghosts = if side == 0 {
             let from = ghosts.len() - inner;
             &mut ghosts[from..]
@@ -178,7 +201,8 @@ impl Planes {
 }
 
 impl<const D: usize> Boundaries<D> {
-    /// The conditions `borders` on `grid`, velocities along them by a parabola or as straight lines.
+    /// The conditions `borders` on `grid`, velocities along them by a parabola or as straight
+    /// lines.
     pub fn new(
         session: &Session,
         layout: &Layout,
@@ -189,8 +213,13 @@ impl<const D: usize> Boundaries<D> {
         let planes = std::array::from_fn(|a| {
             let inner = grid.stride[a];
             let total: usize = grid.stored.iter().product();
-            let after = [a + 1, a + 2]
-                .map(|b| if b < D { (grid.ghosts, grid.ghosts + grid.local[b], grid.stored[b]) } else { (0, 1, 1) });
+            let after = [a + 1, a + 2].map(|b| {
+                if b < D {
+                    (grid.ghosts, grid.ghosts + grid.local[b], grid.stored[b])
+                } else {
+                    (0, 1, 1)
+                }
+            });
             Planes {
                 after,
                 outer: total / (inner * grid.stored[a]),
@@ -203,12 +232,24 @@ impl<const D: usize> Boundaries<D> {
         let here = std::array::from_fn(|a| [0, 1].map(|s| grid.at_border(a, s)));
         let positions = |axis: usize| grid.stored.iter().product::<usize>() / grid.stored[axis];
         let open = |axis: usize, side: usize| matches!(borders[axis][side], Some(Border::Outflow));
-        let entry = |axis, side| if open(axis, side) { vec![0.0; positions(axis)] } else { Vec::new() };
+        let entry =
+            |axis, side| if open(axis, side) { vec![0.0; positions(axis)] } else { Vec::new() };
         let entry = std::array::from_fn(|axis| [0, 1].map(|side| entry(axis, side)));
-        let given = |axis: usize, side: usize| parabola && matches!(borders[axis][side], Some(Border::Velocity(_)));
-        let bend = |axis, side| if given(axis, side) { vec![1.0; positions(axis)] } else { Vec::new() };
+        let given = |axis: usize, side: usize| {
+            parabola && matches!(borders[axis][side], Some(Border::Velocity(_)))
+        };
+        let bend =
+            |axis, side| if given(axis, side) { vec![1.0; positions(axis)] } else { Vec::new() };
         let bend = std::array::from_fn(|axis| [0, 1].map(|side| bend(axis, side)));
-        Boundaries { borders, entry, bend, halo: Halo::new(session, layout), here, planes, layers: grid.ghosts }
+        Boundaries {
+            borders,
+            entry,
+            bend,
+            halo: Halo::new(session, layout),
+            here,
+            planes,
+            layers: grid.ghosts,
+        }
     }
 
     /// Whether some border fixes the pressure; where none does, the pressure equation is singular.
@@ -221,12 +262,15 @@ impl<const D: usize> Boundaries<D> {
         let here = (0..2 * D).filter_map(|f| self.border(f / 2, f % 2));
         let rates = here.flat_map(|border| {
             let velocity = if let Border::Velocity(v) = border { Some(v) } else { None };
-            velocity.into_iter().flat_map(|v| (0..v[0].len()).map(|k| (0..D).map(|a| v[a][k].abs() / grid.h[a]).sum()))
+            velocity.into_iter().flat_map(|v| {
+                (0..v[0].len()).map(|k| (0..D).map(|a| v[a][k].abs() / grid.h[a]).sum())
+            })
         });
         rates.fold(0.0, f64::max)
     }
 
-    /// Whether a side of the box can do work on the fluid: something flows through it, or it moves. Of this rank's sides.
+    /// Whether a side of the box can do work on the fluid: something flows through it, or it moves.
+    /// Of this rank's sides.
     pub fn do_work(&self) -> bool {
         let mut here = (0..2 * D).filter_map(|f| self.border(f / 2, f % 2));
         here.any(|border| match border {
@@ -245,13 +289,14 @@ impl<const D: usize> Boundaries<D> {
         self.fill_layers(self.layers, u)
     }
 
-    /// Fills those of a velocity that the stencils of the flow alone read: no probes of bodies. Collective.
+    /// Fills those of a velocity that the stencils of the flow alone read: no probes of bodies.
+    /// Collective.
     pub fn fill_stencils(&mut self, u: &mut VectorField<D>) -> Result<()> {
         self.fill_layers(GHOSTS, u)
     }
 
-    /// Fills those of a velocity whose ghosts were filled before cells inside bodies were set: none changes where every body is far from
-    /// the ends of the box. Collective.
+    /// Fills those of a velocity whose ghosts were filled before cells inside bodies were set: none
+    /// changes where every body is far from the ends of the box. Collective.
     pub fn fill_imposed(&mut self, u: &mut VectorField<D>) -> Result<()> {
         if self.layers > GHOSTS { self.fill_velocity(u) } else { Ok(()) }
     }
@@ -262,7 +307,8 @@ impl<const D: usize> Boundaries<D> {
                 self.halo.exchange(axis, layers, field)?;
                 let rule = |side: usize| {
                     let bend = &self.bend[axis][side];
-                    self.border(axis, side).map(|border| Rule::of_velocity(border, bend, component, axis))
+                    self.border(axis, side)
+                        .map(|border| Rule::of_velocity(border, bend, component, axis))
                 };
                 self.planes[axis].set_ghosts(layers, [rule(0), rule(1)], field);
             }
@@ -270,15 +316,15 @@ impl<const D: usize> Boundaries<D> {
         Ok(())
     }
 
-    /// Says whether anything reads a velocity's ghosts beyond those of the fifth-order stencils. To be the same on all ranks.
-    /// Returns whether what was filled before does not reach so far.
+    /// Says whether anything reads a velocity's ghosts beyond those of the fifth-order stencils. To
+    /// be the same on all ranks. Returns whether what was filled before does not reach so far.
     pub fn set_velocity_layers(&mut self, deep: bool) -> bool {
         let layers = if deep { self.planes[0].ghosts } else { GHOSTS };
         std::mem::replace(&mut self.layers, layers) < layers
     }
 
-    /// Fills the ghosts of a pressure, next to its cells: no gradient at borders with a given velocity, and what
-    /// [`Boundaries::let_in`] found at outflows. Collective.
+    /// Fills the ghosts of a pressure, next to its cells: no gradient at borders with a given
+    /// velocity, and what [`Boundaries::let_in`] found at outflows. Collective.
     pub fn fill_pressure(&mut self, p: &mut [f64]) -> Result<()> {
         self.fill_increment(p)?;
         self.fill_outflows(p);
@@ -301,8 +347,8 @@ impl<const D: usize> Boundaries<D> {
         }
     }
 
-    /// Finds the pressure at outflows, of a fluid of this density (kg/m3), and fills the ghosts of `p` there. Returns whether any changed on
-    /// this rank.
+    /// Finds the pressure at outflows, of a fluid of this density (kg/m3), and fills the ghosts of
+    /// `p` there. Returns whether any changed on this rank.
     pub fn let_in(&mut self, density: f64, faces: &VectorField<D>, p: &mut [f64]) -> bool {
         let mut changed = false;
         for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
@@ -322,8 +368,15 @@ impl<const D: usize> Boundaries<D> {
         changed
     }
 
-    /// The pressure (Pa) at a border's face of the box, by the indices of the cell and of the next one inside.
-    pub fn pressure_at(&self, axis: usize, side: usize, p: &[f64], [ghost, cell, next]: [usize; 3]) -> f64 {
+    /// The pressure (Pa) at a border's face of the box, by the indices of the cell and of the next
+    /// one inside.
+    pub fn pressure_at(
+        &self,
+        axis: usize,
+        side: usize,
+        p: &[f64],
+        [ghost, cell, next]: [usize; 3],
+    ) -> f64 {
         match self.borders[axis][side] {
             Some(Border::Outflow) => 0.5 * (p[ghost] + p[cell]),
             _ => 0.5 * (3.0 * p[cell] - p[next]),
@@ -335,15 +388,25 @@ impl<const D: usize> Boundaries<D> {
         self.bend.iter_mut().flatten().for_each(|bend| bend.fill(share));
     }
 
-    /// Leaves at most this share of the parabola along a border at a position on it, where a body is near.
+    /// Leaves at most this share of the parabola along a border at a position on it, where a body
+    /// is near.
     pub fn straighten(&mut self, axis: usize, side: usize, position: usize, share: f64) {
         if let Some(bend) = self.bend[axis][side].get_mut(position) {
             *bend = bend.min(share);
         }
     }
 
-    /// A component of the velocity (m/s) at a border's face of the box, by the indices of the ghost and of the cell; ghosts of `q` filled.
-    pub fn velocity_at(&self, axis: usize, side: usize, component: usize, q: &[f64], ghost: usize, cell: usize) -> f64 {
+    /// A component of the velocity (m/s) at a border's face of the box, by the indices of the ghost
+    /// and of the cell; ghosts of `q` filled.
+    pub fn velocity_at(
+        &self,
+        axis: usize,
+        side: usize,
+        component: usize,
+        q: &[f64],
+        ghost: usize,
+        cell: usize,
+    ) -> f64 {
         match &self.borders[axis][side] {
             Some(Border::Velocity(velocity)) => {
                 let Planes { inner, stored, .. } = self.planes[axis];
@@ -353,8 +416,8 @@ impl<const D: usize> Boundaries<D> {
         }
     }
 
-    /// Fills the ghosts of a property of the mixture (density, viscosity), next to its cells: mirrored at every border.
-    /// Collective.
+    /// Fills the ghosts of a property of the mixture (density, viscosity), next to its cells:
+    /// mirrored at every border. Collective.
     pub fn fill_property(&mut self, field: &mut [f64]) -> Result<()> {
         self.fill_even(field, 1.0)
     }
@@ -362,7 +425,8 @@ impl<const D: usize> Boundaries<D> {
     fn fill_even(&mut self, field: &mut [f64], at_outflow: f64) -> Result<()> {
         for axis in 0..D {
             self.halo.exchange(axis, 1, field)?;
-            let factor = |border: &Border<D>| if let Border::Outflow = border { at_outflow } else { 1.0 };
+            let factor =
+                |border: &Border<D>| if let Border::Outflow = border { at_outflow } else { 1.0 };
             let rule = |side| self.border(axis, side).map(|border| Rule::mirrored(factor(border)));
             self.planes[axis].set_ghosts(1, [rule(0), rule(1)], field);
         }
@@ -374,16 +438,20 @@ impl<const D: usize> Boundaries<D> {
         for (axis, face) in faces.iter_mut().enumerate() {
             for side in [0, 1] {
                 match self.border(axis, side) {
-                    Some(Border::Velocity(v)) => self.planes[axis].for_faces(side, |at, f, _| face[f] = v[axis][at]),
-                    Some(Border::Slip) => self.planes[axis].for_faces(side, |_, f, _| face[f] = 0.0),
+                    Some(Border::Velocity(v)) => {
+                        self.planes[axis].for_faces(side, |at, f, _| face[f] = v[axis][at])
+                    }
+                    Some(Border::Slip) => {
+                        self.planes[axis].for_faces(side, |_, f, _| face[f] = 0.0)
+                    }
                     Some(Border::Outflow) | None => {}
                 }
             }
         }
     }
 
-    /// Gives closed faces the value of the next face inside, for averages to cells beside them: the pressure's own
-    /// condition there (no gradient) would halve the acceleration of the cell.
+    /// Gives closed faces the value of the next face inside, for averages to cells beside them: the
+    /// pressure's own condition there (no gradient) would halve the acceleration of the cell.
     pub fn extrapolate_to_closed_faces(&self, faces: &mut VectorField<D>) {
         for (axis, face) in faces.iter_mut().enumerate() {
             for side in [0, 1] {

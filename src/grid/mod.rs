@@ -1,6 +1,7 @@
 //! The grid: equal cells, fields with ghost layers, and what happens at the faces of the box.
 //!
-//! A field is a plain `Vec<f64>` over the stored box of a rank, x fastest, with layers of ghosts on every side ([`GHOSTS`], or more):
+//! A field is a plain `Vec<f64>` over the stored box of a rank, x fastest, with layers of ghosts on
+//! every side ([`GHOSTS`], or more):
 //!
 //! ```text
 //!            face i     face i+1
@@ -85,10 +86,12 @@ impl<const D: usize> Grid<D> {
         self.h.iter().product()
     }
 
-    /// Whether this rank's box ends at the low (`side` 0) or high (1) face of the domain, and that face is not periodic.
+    /// Whether this rank's box ends at the low (`side` 0) or high (1) face of the domain, and that
+    /// face is not periodic.
     pub fn at_border(&self, axis: usize, side: usize) -> bool {
         let end = self.start[axis] + self.local[axis];
-        !self.periodic[axis] && if side == 0 { self.start[axis] == 0 } else { end == self.cells[axis] }
+        !self.periodic[axis]
+            && if side == 0 { self.start[axis] == 0 } else { end == self.cells[axis] }
     }
 
     /// The owned cells, as contiguous runs of a field's indices.
@@ -103,39 +106,51 @@ impl<const D: usize> Grid<D> {
         Rows::new(self, extent)
     }
 
-    /// The owned cells beside the low (`side` 0) or high (1) face of the box along `axis`; none where that face is periodic, or
-    /// another rank's.
+    /// The owned cells beside the low (`side` 0) or high (1) face of the box along `axis`; none
+    /// where that face is periodic, or another rank's.
     pub fn border_cells(&self, axis: usize, side: usize) -> impl Iterator<Item = usize> {
         let mut extent = self.local;
         extent[axis] = 1;
         let offset = side * (self.local[axis] - 1) * self.stride[axis];
         let here = self.at_border(axis, side);
-        here.then(|| Rows::new(self, extent)).into_iter().flatten().flatten().map(move |cell| cell + offset)
+        here.then(|| Rows::new(self, extent))
+            .into_iter()
+            .flatten()
+            .flatten()
+            .map(move |cell| cell + offset)
     }
 
     /// A field's index of `cell`, in the whole grid's count, if this rank owns it.
     pub fn owned_index(&self, cell: [usize; D]) -> Option<usize> {
-        let owned = (0..D).all(|a| (self.start[a]..self.start[a] + self.local[a]).contains(&cell[a]));
-        owned.then(|| (0..D).map(|a| (cell[a] - self.start[a] + self.ghosts) * self.stride[a]).sum())
+        let owned =
+            (0..D).all(|a| (self.start[a]..self.start[a] + self.local[a]).contains(&cell[a]));
+        owned
+            .then(|| (0..D).map(|a| (cell[a] - self.start[a] + self.ghosts) * self.stride[a]).sum())
     }
 
-    /// Whether a point (m) lies in a cell of this rank; points beyond the box belong to its outermost cells.
+    /// Whether a point (m) lies in a cell of this rank; points beyond the box belong to its
+    /// outermost cells.
     pub fn owns(&self, point: &nalgebra::Vector3<f64>) -> bool {
         (0..D).all(|a| {
             let cell = (point[a] / self.h[a]).floor();
-            let cell = if self.periodic[a] { cell } else { cell.clamp(0.0, self.cells[a] as f64 - 1.0) };
+            let cell =
+                if self.periodic[a] { cell } else { cell.clamp(0.0, self.cells[a] as f64 - 1.0) };
             cell >= self.start[a] as f64 && cell < (self.start[a] + self.local[a]) as f64
         })
     }
 
-    /// The place of `cell`, in the whole grid's count, among this rank's cells, x fastest, if it is one of them.
+    /// The place of `cell`, in the whole grid's count, among this rank's cells, x fastest, if it is
+    /// one of them.
     pub fn number_of(&self, cell: [usize; D]) -> Option<usize> {
-        let owned = (0..D).all(|a| (self.start[a]..self.start[a] + self.local[a]).contains(&cell[a]));
-        owned.then(|| (0..D).rev().fold(0, |number, a| number * self.local[a] + cell[a] - self.start[a]))
+        let owned =
+            (0..D).all(|a| (self.start[a]..self.start[a] + self.local[a]).contains(&cell[a]));
+        owned.then(|| {
+            (0..D).rev().fold(0, |number, a| number * self.local[a] + cell[a] - self.start[a])
+        })
     }
 
-    /// Where the stored position nearest to a point (m) stands among those of a face of the box normal to `axis`: the
-    /// first other axis fastest, as [`Border::Velocity`] stores them.
+    /// Where the stored position nearest to a point (m) stands among those of a face of the box
+    /// normal to `axis`: the first other axis fastest, as [`Border::Velocity`] stores them.
     pub fn position_on_border(&self, axis: usize, point: &nalgebra::Vector3<f64>) -> usize {
         let (mut at, mut stride) = (0, 1);
         for a in (0..D).filter(|&a| a != axis) {
@@ -148,13 +163,16 @@ impl<const D: usize> Grid<D> {
 
     /// The cell, in the whole grid's count, at a field's index of an owned cell.
     pub fn global_cell(&self, index: usize) -> [usize; D] {
-        std::array::from_fn(|a| index / self.stride[a] % self.stored[a] - self.ghosts + self.start[a])
+        std::array::from_fn(|a| {
+            index / self.stride[a] % self.stored[a] - self.ghosts + self.start[a]
+        })
     }
 
     /// Centre of the cell at a field's index (m).
     pub fn centre(&self, index: usize) -> [f64; D] {
         std::array::from_fn(|a| {
-            let i = (index / self.stride[a] % self.stored[a]) as f64 - self.ghosts as f64 + self.start[a] as f64;
+            let i = (index / self.stride[a] % self.stored[a]) as f64 - self.ghosts as f64
+                + self.start[a] as f64;
             (i + 0.5) * self.h[a]
         })
     }
@@ -171,7 +189,13 @@ pub struct Rows<const D: usize> {
 
 impl<const D: usize> Rows<D> {
     fn new(grid: &Grid<D>, extent: [usize; D]) -> Rows<D> {
-        Rows { extent, stride: grid.stride, ghosts: grid.ghosts, next: 0, count: extent[1..].iter().product() }
+        Rows {
+            extent,
+            stride: grid.stride,
+            ghosts: grid.ghosts,
+            next: 0,
+            count: extent[1..].iter().product(),
+        }
     }
 }
 

@@ -1,18 +1,22 @@
-//! The widest vectors that the processor at hand has, chosen while running: one binary is fast everywhere.
+//! The widest vectors that the processor at hand has, chosen while running: one binary is fast
+//! everywhere.
 //!
-//! A kernel is compiled twice, for AVX2 and for the baseline. The same sums are done in the same order: the compiler forms no
-//! fused multiply-add by itself, so that the results agree to the last bit.
+//! A kernel is compiled twice, for AVX2 and for the baseline. The same sums are done in the same
+//! order: the compiler forms no fused multiply-add by itself, so that the results agree to the last
+//! bit.
 
 /// Numbers that a loop treats at once.
 const LANES: usize = 8;
 
-/// Runs `kernel` compiled for the widest vectors. What it calls has to be `#[inline(always)]`, itself included.
+/// Runs `kernel` compiled for the widest vectors. What it calls has to be `#[inline(always)]`,
+/// itself included.
 #[inline(always)]
 pub fn simd<R>(kernel: impl FnOnce() -> R) -> R {
     pulp::Arch::new().dispatch(kernel)
 }
 
-/// The largest of the values that `value` gives to the places of a row, of 0 at least; a NaN counts as infinity.
+/// The largest of the values that `value` gives to the places of a row, of 0 at least; a NaN counts
+/// as infinity.
 #[inline(always)]
 pub fn largest(places: usize, value: impl Fn(usize) -> f64) -> f64 {
     // Separate lanes, and no branch: a NaN fails every comparison, so it is looked for beside.
@@ -31,7 +35,11 @@ pub fn largest(places: usize, value: impl Fn(usize) -> f64) -> f64 {
         most[0] = if v > most[0] { v } else { most[0] };
         lost[0] += 0.0 * v;
     }
-    if lost.iter().any(|l| l.is_nan()) { f64::INFINITY } else { most.into_iter().fold(0.0, f64::max) }
+    if lost.iter().any(|l| l.is_nan()) {
+        f64::INFINITY
+    } else {
+        most.into_iter().fold(0.0, f64::max)
+    }
 }
 
 /// The sum of what `value` gives to the places of a row, in eight partial sums.

@@ -1,26 +1,30 @@
 //! Advection: `-u.grad u` of eq. (7), three ways.
 //!
-//! [`upwind5`], conservative: `-(F_{i+1/2} - F_{i-1/2})/h`, `F = U (face value)` with the face velocity U and
+//! [`upwind5`], conservative: `-(F_{i+1/2} - F_{i-1/2})/h`, `F = U (face value)` with the face
+//! velocity U and
 //! ```text
 //!   i-3   i-2   i-1  |  i    i+1   i+2          U > 0:  (2, -13, 47, 27, -3)/60 on i-3 ... i+1
 //!    o     o     o   |  o     o     o           U < 0:  its mirror image
 //!              face i-1/2
 //! ```
-//! Fifth order in what is carried, or with less upwinding, down to the central flux of sixth order `(1, -8, 37, 37, -8, 1)/60`; the face velocity itself is a second-order mean, so that the non-linear term is of
-//! second order. [`upwind5_advective`] multiplies the same differences by the cell's own velocity: fifth order also on
-//! the non-linear term, but it conserves no momentum. [`qsi_sweep`] is the paper's QSI: the value at the foot of the
-//! cell's path, from the quintic through the six cells around it,
+//! Fifth order in what is carried, or with less upwinding, down to the central flux of sixth order
+//! `(1, -8, 37, 37, -8, 1)/60`; the face velocity itself is a second-order mean, so that the
+//! non-linear term is of second order. [`upwind5_advective`] multiplies the same differences by the
+//! cell's own velocity: fifth order also on the non-linear term, but it conserves no momentum.
+//! [`qsi_sweep`] is the paper's QSI: the value at the foot of the cell's path, from the quintic
+//! through the six cells around it,
 //! ```text
 //!   i-3   i-2   i-1  *  i    i+1   i+2          u > 0, foot * at x_i - u dt
 //! ```
-//! one axis after the other; sixth-order interpolation, fifth-order transport per unit time, whose damping vanishes
-//! with the Courant number.
+//! one axis after the other; sixth-order interpolation, fifth-order transport per unit time, whose
+//! damping vanishes with the Courant number.
 
 use super::diffusion::add_laplacian;
 use crate::grid::{Grid, VectorField, simd};
 use std::ops::Range;
 
-/// The upwind face value times the carrier: the face lies between `q[2]` and `q[3]` of six cells in a row.
+/// The upwind face value times the carrier: the face lies between `q[2]` and `q[3]` of six cells in
+/// a row.
 #[inline(always)]
 pub(super) fn upwind_flux(carrier: f64, upwinding: f64, q: [f64; 6]) -> f64 {
     let central = q[0] + q[5] - 8.0 * (q[1] + q[4]) + 37.0 * (q[2] + q[3]);
@@ -28,7 +32,8 @@ pub(super) fn upwind_flux(carrier: f64, upwinding: f64, q: [f64; 6]) -> f64 {
     (carrier * central + upwinding * carrier.abs() * damping) * (1.0 / 60.0)
 }
 
-/// The face velocities that carry (m/s), extrapolated from those of the last two steps, `now + ahead (now - before)`.
+/// The face velocities that carry (m/s), extrapolated from those of the last two steps, `now +
+/// ahead (now - before)`.
 pub struct Carrier<'a, const D: usize> {
     /// Those of now.
     pub now: &'a VectorField<D>,
@@ -56,7 +61,8 @@ impl<const D: usize> Carrier<'_, D> {
     }
 }
 
-/// What [`upwind5`] keeps while it goes from row to row: the fluxes through the low faces of the row at hand.
+/// What [`upwind5`] keeps while it goes from row to row: the fluxes through the low faces of the
+/// row at hand.
 pub struct Fluxes {
     /// Along a row, and its carrier.
     along: Vec<f64>,
@@ -80,8 +86,9 @@ impl Fluxes {
     }
 }
 
-/// Adds `weight (-div(U u) + nu laplacian(u))` to `rate`, U the face velocities of `carrier` and `nu` (m2/s) uniform; with
-/// `fresh`, puts it in place of what `rate` has. One pass over the rows, so that every field is read from memory once.
+/// Adds `weight (-div(U u) + nu laplacian(u))` to `rate`, U the face velocities of `carrier` and
+/// `nu` (m2/s) uniform; with `fresh`, puts it in place of what `rate` has. One pass over the rows,
+/// so that every field is read from memory once.
 #[allow(clippy::too_many_arguments)]
 pub fn upwind5<const D: usize>(
     grid: &Grid<D>,
@@ -107,18 +114,29 @@ pub fn upwind5<const D: usize>(
                 let carried = carrier.row(0, row.start..row.end + 1, values);
                 for (q, rate) in u.iter().zip(rate.iter_mut()) {
                     flux_along(along, carried, upwinding, &q[row.start - 3..row.end + 3]);
-                    subtract_difference(&mut rate[row.clone()], &along[..n], &along[1..], factor[0]);
+                    subtract_difference(
+                        &mut rate[row.clone()],
+                        &along[..n],
+                        &along[1..],
+                        factor[0],
+                    );
                 }
                 let (j, k) = (number % grid.local[1], number / grid.local[1]);
                 for axis in 1..D {
                     let s = grid.stride[axis];
                     let first = if axis == 1 { j == 0 } else { k == 0 };
-                    let low = |i: usize| if axis == 1 { i * n } else { (i * grid.local[1] + j) * n };
+                    let low =
+                        |i: usize| if axis == 1 { i * n } else { (i * grid.local[1] + j) * n };
                     let fluxes = if axis == 1 { &mut *rows } else { &mut *planes };
                     if first {
                         let carried = carrier.row(axis, row.clone(), values);
                         for (i, q) in u.iter().enumerate() {
-                            flux_across(&mut fluxes[low(i)..][..n], carried, upwinding, sixfold(q, row.start, n, s));
+                            flux_across(
+                                &mut fluxes[low(i)..][..n],
+                                carried,
+                                upwinding,
+                                sixfold(q, row.start, n, s),
+                            );
                         }
                     }
                     let carried = carrier.row(axis, row.start + s..row.end + s, values);
@@ -165,7 +183,11 @@ fn flux_across(flux: &mut [f64], carrier: &[f64], upwinding: f64, q: [&[f64]; 6]
     let n = flux.len();
     let (carrier, q) = (&carrier[..n], q.map(|q| &q[..n]));
     for i in 0..n {
-        flux[i] = upwind_flux(carrier[i], upwinding, [q[0][i], q[1][i], q[2][i], q[3][i], q[4][i], q[5][i]]);
+        flux[i] = upwind_flux(
+            carrier[i],
+            upwinding,
+            [q[0][i], q[1][i], q[2][i], q[3][i], q[4][i], q[5][i]],
+        );
     }
 }
 
@@ -177,7 +199,13 @@ fn subtract_difference(rate: &mut [f64], low: &[f64], high: &[f64], factor: f64)
 }
 
 /// Adds `-weight u.grad q` to `rate`, u the cell velocities (m/s).
-pub fn upwind5_advective<const D: usize>(grid: &Grid<D>, u: &VectorField<D>, q: &[f64], weight: f64, rate: &mut [f64]) {
+pub fn upwind5_advective<const D: usize>(
+    grid: &Grid<D>,
+    u: &VectorField<D>,
+    q: &[f64],
+    weight: f64,
+    rate: &mut [f64],
+) {
     for axis in 0..D {
         let (s, factor) = (grid.stride[axis], weight / grid.h[axis]);
         for row in grid.rows() {
@@ -193,7 +221,8 @@ pub fn upwind5_advective<const D: usize>(grid: &Grid<D>, u: &VectorField<D>, q: 
     }
 }
 
-/// Weights of the quintic through nodes 2, 1, 0, -1, -2, -3 (in units of h, upstream negative) at `-c`, `0 <= c <= 1`.
+/// Weights of the quintic through nodes 2, 1, 0, -1, -2, -3 (in units of h, upstream negative) at
+/// `-c`, `0 <= c <= 1`.
 #[inline(always)]
 fn quintic_weights(c: f64) -> [f64; 6] {
     let (a, b, d, e, f) = (c + 2.0, c + 1.0, c - 1.0, c - 2.0, c - 3.0);
@@ -207,9 +236,16 @@ fn quintic_weights(c: f64) -> [f64; 6] {
     ]
 }
 
-/// One QSI sweep: `out = q` at the feet of the paths that `u` (m/s, of this axis) draws along `axis` in `dt` (s).
-/// Needs `|u| dt <= h`. Ghosts of `q` must be filled along `axis`.
-pub fn qsi_sweep<const D: usize>(grid: &Grid<D>, axis: usize, u: &[f64], dt: f64, q: &[f64], out: &mut [f64]) {
+/// One QSI sweep: `out = q` at the feet of the paths that `u` (m/s, of this axis) draws along
+/// `axis` in `dt` (s). Needs `|u| dt <= h`. Ghosts of `q` must be filled along `axis`.
+pub fn qsi_sweep<const D: usize>(
+    grid: &Grid<D>,
+    axis: usize,
+    u: &[f64],
+    dt: f64,
+    q: &[f64],
+    out: &mut [f64],
+) {
     let (s, courant) = (grid.stride[axis] as isize, dt / grid.h[axis]);
     for row in grid.rows() {
         for i in row {
@@ -230,7 +266,9 @@ pub fn qsi_sweep<const D: usize>(grid: &Grid<D>, axis: usize, u: &[f64], dt: f64
 /// What upwind advection at a Courant number of 1 adds to a wave of phase angle `theta` a cell.
 #[cfg(test)]
 pub(crate) fn upwind5_symbol(theta: f64) -> nalgebra::Complex<f64> {
-    let flux = |part: fn(f64) -> f64| upwind_flux(1.0, 1.0, std::array::from_fn(|k| part((k as f64 - 2.0) * theta)));
+    let flux = |part: fn(f64) -> f64| {
+        upwind_flux(1.0, 1.0, std::array::from_fn(|k| part((k as f64 - 2.0) * theta)))
+    };
     let high = nalgebra::Complex::new(flux(f64::cos), flux(f64::sin));
     high * (nalgebra::Complex::from_polar(1.0, -theta) - 1.0)
 }
@@ -238,7 +276,8 @@ pub(crate) fn upwind5_symbol(theta: f64) -> nalgebra::Complex<f64> {
 /// What a QSI sweep at Courant number `c` multiplies a wave of phase angle `theta` a cell by.
 #[cfg(test)]
 pub(crate) fn qsi_symbol(c: f64, theta: f64) -> nalgebra::Complex<f64> {
-    let nodes = [2.0, 1.0, 0.0, -1.0, -2.0, -3.0].map(|n| nalgebra::Complex::from_polar(1.0, n * theta));
+    let nodes =
+        [2.0, 1.0, 0.0, -1.0, -2.0, -3.0].map(|n| nalgebra::Complex::from_polar(1.0, n * theta));
     quintic_weights(c).into_iter().zip(nodes).map(|(w, e)| e * w).sum()
 }
 
@@ -263,8 +302,12 @@ mod tests {
     #[test]
     fn a_face_value_of_a_constant_is_the_constant_and_leans_upwind() {
         assert!((upwind_flux(2.0, 1.0, [3.0; 6]) - 6.0).abs() < 1e-14);
-        assert!((upwind_flux(1.0, 1.0, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]) - 47.0 / 60.0).abs() < 1e-15);
-        assert!((upwind_flux(-1.0, 1.0, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]) + 27.0 / 60.0).abs() < 1e-15);
+        assert!(
+            (upwind_flux(1.0, 1.0, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]) - 47.0 / 60.0).abs() < 1e-15
+        );
+        assert!(
+            (upwind_flux(-1.0, 1.0, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]) + 27.0 / 60.0).abs() < 1e-15
+        );
         assert_eq!(upwind_flux(1.0, 1.0, [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]), 0.0);
     }
 }

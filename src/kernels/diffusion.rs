@@ -1,6 +1,7 @@
 //! Diffusion: `(1/rho) div( mu (grad u + grad u^T) )` of eq. (7), central differences.
 //!
-//! [`stress`], variable viscosity, component i, flux through the face between cells c - 1 and c along a:
+//! [`stress`], variable viscosity, component i, flux through the face between cells c - 1 and c
+//! along a:
 //! ```text
 //!   o     o                                tau = mu_f [ (u_i(c) - u_i(c-1))/h_a
 //!   |     |    along i                           + mean over both cells of (u_a(+i) - u_a(-i))/(2 h_i) ]
@@ -8,8 +9,8 @@
 //!   |     |
 //!   o     o                                stable for dt nu (2/h_i^2 + sum_a 2/h_a^2) <= 1 (Euler): nu dt/h^2 < 1/6 in 2D
 //! ```
-//! [`laplacian`], uniform viscosity: for a divergence-free velocity the transposed part vanishes, which leaves
-//! `nu sum_a (q(c-1) - 2 q(c) + q(c+1))/h_a^2`, stable for `dt nu sum_a 2/h_a^2 <= 1`.
+//! [`laplacian`], uniform viscosity: for a divergence-free velocity the transposed part vanishes,
+//! which leaves `nu sum_a (q(c-1) - 2 q(c) + q(c+1))/h_a^2`, stable for `dt nu sum_a 2/h_a^2 <= 1`.
 
 use crate::grid::{Coefficient, Grid, VectorField, simd};
 
@@ -33,7 +34,8 @@ pub fn laplacian<const D: usize>(
                     }
                     Coefficient::Field(rho) => {
                         let value = laplacian_at(grid, &inverse_h2, middle, q, row.start);
-                        for ((i, r), rho) in rate[row.clone()].iter_mut().enumerate().zip(&rho[row]) {
+                        for ((i, r), rho) in rate[row.clone()].iter_mut().enumerate().zip(&rho[row])
+                        {
                             *r += weight * mu / rho * value(i);
                         }
                     }
@@ -45,7 +47,13 @@ pub fn laplacian<const D: usize>(
 
 /// Adds `factor laplacian(q)` to the rates of a row whose first cell is `first`.
 #[inline(always)]
-pub(super) fn add_laplacian<const D: usize>(grid: &Grid<D>, factor: f64, q: &[f64], first: usize, rate: &mut [f64]) {
+pub(super) fn add_laplacian<const D: usize>(
+    grid: &Grid<D>,
+    factor: f64,
+    q: &[f64],
+    first: usize,
+    rate: &mut [f64],
+) {
     let (inverse_h2, middle) = weights(grid);
     let value = laplacian_at(grid, &inverse_h2, middle, q, first);
     for (i, r) in rate.iter_mut().enumerate() {
@@ -74,8 +82,8 @@ fn laplacian_at<const D: usize>(
     move |i| (0..D).fold(-middle * here[i], |sum, a| sum + inverse_h2[a] * (low[a][i] + high[a][i]))
 }
 
-/// Adds `weight (1/rho) div(mu (grad u + grad u^T))`, its component `i`, to `rate`; `mu` (Pa s) with ghosts filled.
-/// `flux` is scratch.
+/// Adds `weight (1/rho) div(mu (grad u + grad u^T))`, its component `i`, to `rate`; `mu` (Pa s)
+/// with ghosts filled. `flux` is scratch.
 #[allow(clippy::too_many_arguments)]
 pub fn stress<const D: usize>(
     grid: &Grid<D>,
@@ -111,9 +119,10 @@ pub fn stress<const D: usize>(
     }
 }
 
-/// One over the largest stable step of explicit Euler diffusion (1/s) with kinematic viscosity `nu` (m2/s), in the
-/// full-stress form or the Laplacian's. Where viscosity or density vary, `nu` is the largest viscosity over the
-/// smallest density: the face mean of one meets the cell value of the other.
+/// One over the largest stable step of explicit Euler diffusion (1/s) with kinematic viscosity `nu`
+/// (m2/s), in the full-stress form or the Laplacian's. Where viscosity or density vary, `nu` is the
+/// largest viscosity over the smallest density: the face mean of one meets the cell value of the
+/// other.
 pub fn limit_rate<const D: usize>(h: &[f64; D], nu: f64, full_stress: bool) -> f64 {
     let sum: f64 = h.iter().map(|h| 2.0 / (h * h)).sum();
     let own = h.iter().map(|h| 2.0 / (h * h)).fold(0.0, f64::max);

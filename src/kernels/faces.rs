@@ -6,8 +6,8 @@
 //!                               (8)   U_f = (u*(c-1) + u*(c))/2 + dt a_f
 //!                               (16)  u(c) = u*(c) + dt (a_low + a_high)/2
 //! ```
-//! Averaging the face's acceleration back to cells, gravity with pressure, keeps a fluid at rest at rest and density
-//! ratios of 10^4 stable.
+//! Averaging the face's acceleration back to cells, gravity with pressure, keeps a fluid at rest at
+//! rest and density ratios of 10^4 stable.
 
 use crate::grid::{Coefficient, Grid, VectorField, largest, simd};
 
@@ -31,7 +31,9 @@ impl<const D: usize> FaceCoefficient<D> {
 
     /// `2/(rho(c-1) + rho(c))` from a density (kg/m3) with its ghosts filled.
     pub fn update(&mut self, grid: &Grid<D>, density: &Coefficient) {
-        let (FaceCoefficient::Field(faces), Coefficient::Field(rho)) = (self, density) else { return };
+        let (FaceCoefficient::Field(faces), Coefficient::Field(rho)) = (self, density) else {
+            return;
+        };
         for (axis, face) in faces.iter_mut().enumerate() {
             let s = grid.stride[axis];
             for c in grid.face_rows(axis).flatten() {
@@ -43,7 +45,8 @@ impl<const D: usize> FaceCoefficient<D> {
     /// Its values by face; one value for all becomes one for each.
     pub fn field(&mut self, grid: &Grid<D>) -> &mut VectorField<D> {
         if let FaceCoefficient::Uniform(value) = *self {
-            *self = FaceCoefficient::Field(std::array::from_fn(|_| vec![value; grid.field().len()]));
+            *self =
+                FaceCoefficient::Field(std::array::from_fn(|_| vec![value; grid.field().len()]));
         }
         match self {
             FaceCoefficient::Field(faces) => faces,
@@ -61,14 +64,16 @@ impl<const D: usize> FaceCoefficient<D> {
     }
 }
 
-/// Forces on what bodies fill: reduced gravity, which is what gravity leaves after the hydrostatic pressure of the fluid is taken out, and contacts.
+/// Forces on what bodies fill: reduced gravity, which is what gravity leaves after the hydrostatic
+/// pressure of the fluid is taken out, and contacts.
 pub struct BodyForce<const D: usize> {
     /// The force per volume at cells (N/m3), ghosts filled.
     pub density: VectorField<D>,
 }
 
 impl<const D: usize> BodyForce<D> {
-    /// Its acceleration at the low face of cell `c` along `axis` (m/s2): `g (rho - rho_f)/rho` on faces, of gravity.
+    /// Its acceleration at the low face of cell `c` along `axis` (m/s2): `g (rho - rho_f)/rho` on
+    /// faces, of gravity.
     #[inline(always)]
     pub fn at(&self, grid: &Grid<D>, beta: &FaceCoefficient<D>, axis: usize, c: usize) -> f64 {
         let density = &self.density[axis];
@@ -111,13 +116,16 @@ fn gradient<const D: usize>(
             for (axis, face) in faces.iter_mut().enumerate() {
                 let (s, factor) = (grid.stride[axis], factor / grid.h[axis]);
                 for row in grid.face_rows(axis) {
-                    let (low, high, out) = (&q[row.start - s..row.end - s], &q[row.clone()], &mut face[row.clone()]);
+                    let (low, high, out) =
+                        (&q[row.start - s..row.end - s], &q[row.clone()], &mut face[row.clone()]);
                     let terms = out.iter_mut().zip(low).zip(high);
                     match beta {
-                        FaceCoefficient::Uniform(b) => terms.for_each(|((f, l), h)| put(f, factor * b * (h - l))),
-                        FaceCoefficient::Field(b) => {
-                            terms.zip(&b[axis][row]).for_each(|(((f, l), h), b)| put(f, factor * b * (h - l)))
+                        FaceCoefficient::Uniform(b) => {
+                            terms.for_each(|((f, l), h)| put(f, factor * b * (h - l)))
                         }
+                        FaceCoefficient::Field(b) => terms
+                            .zip(&b[axis][row])
+                            .for_each(|(((f, l), h), b)| put(f, factor * b * (h - l))),
                     }
                 }
             }
@@ -125,7 +133,8 @@ fn gradient<const D: usize>(
     );
 }
 
-/// The acceleration by pressure and body forces on faces (m/s2); closed faces are left to the caller.
+/// The acceleration by pressure and body forces on faces (m/s2); closed faces are left to the
+/// caller.
 pub fn acceleration<const D: usize>(
     grid: &Grid<D>,
     beta: &FaceCoefficient<D>,
@@ -158,8 +167,9 @@ pub fn means(q: &[f64], row: std::ops::Range<usize>, stride: usize) -> impl Fn(u
     move |i| 0.5625 * (low[i] + high[i]) - 0.0625 * (far_low[i] + far_high[i])
 }
 
-/// Eq. (8): `U = mean of u* + dt a` on every face; ghosts of `u` filled. Borders are the caller's. The mean is of two cells, as printed,
-/// or of `four`, with which the carrying velocity is of fourth order as well.
+/// Eq. (8): `U = mean of u* + dt a` on every face; ghosts of `u` filled. Borders are the caller's.
+/// The mean is of two cells, as printed, or of `four`, with which the carrying velocity is of
+/// fourth order as well.
 pub fn predict<const D: usize>(
     grid: &Grid<D>,
     u: &VectorField<D>,
@@ -179,8 +189,12 @@ pub fn predict<const D: usize>(
                         let mean = means(&u[axis], row.clone(), s);
                         face.iter_mut().enumerate().for_each(|(i, f)| *f = mean(i));
                     } else {
-                        let (low, high) = (&u[axis][row.start - s..row.end - s], &u[axis][row.clone()]);
-                        face.iter_mut().zip(low).zip(high).for_each(|((f, l), h)| *f = 0.5 * (l + h));
+                        let (low, high) =
+                            (&u[axis][row.start - s..row.end - s], &u[axis][row.clone()]);
+                        face.iter_mut()
+                            .zip(low)
+                            .zip(high)
+                            .for_each(|((f, l), h)| *f = 0.5 * (l + h));
                     }
                     face.iter_mut().zip(&acceleration[axis][row]).for_each(|(f, a)| *f += dt * a);
                 }
@@ -190,14 +204,20 @@ pub fn predict<const D: usize>(
 }
 
 /// Eq. (16): adds `dt (a_low + a_high)/2` to the cells.
-pub fn add_to_cells<const D: usize>(grid: &Grid<D>, dt: f64, acceleration: &VectorField<D>, u: &mut VectorField<D>) {
+pub fn add_to_cells<const D: usize>(
+    grid: &Grid<D>,
+    dt: f64,
+    acceleration: &VectorField<D>,
+    u: &mut VectorField<D>,
+) {
     simd(
         #[inline(always)]
         || {
             for (axis, field) in u.iter_mut().enumerate() {
                 let a = &acceleration[axis];
                 for row in grid.rows() {
-                    let (low, high) = (&a[row.clone()], &a[row.start + grid.stride[axis]..][..row.len()]);
+                    let (low, high) =
+                        (&a[row.clone()], &a[row.start + grid.stride[axis]..][..row.len()]);
                     for ((u, l), h) in field[row].iter_mut().zip(low).zip(high) {
                         *u += 0.5 * dt * (l + h);
                     }
@@ -207,8 +227,8 @@ pub fn add_to_cells<const D: usize>(grid: &Grid<D>, dt: f64, acceleration: &Vect
     );
 }
 
-/// What a stage begins from, or ends at: `to = from + factor rate + dt (a_low + a_high)/2` in the cells; without `from`, in
-/// place.
+/// What a stage begins from, or ends at: `to = from + factor rate + dt (a_low + a_high)/2` in the
+/// cells; without `from`, in place.
 pub fn step_cells<const D: usize>(
     grid: &Grid<D>,
     from: Option<&VectorField<D>>,
@@ -222,12 +242,15 @@ pub fn step_cells<const D: usize>(
             for (axis, to) in to.iter_mut().enumerate() {
                 let a = &acceleration[axis];
                 for row in grid.rows() {
-                    let (low, high) = (&a[row.clone()], &a[row.start + grid.stride[axis]..][..row.len()]);
+                    let (low, high) =
+                        (&a[row.clone()], &a[row.start + grid.stride[axis]..][..row.len()]);
                     let terms = rate[axis][row.clone()].iter().zip(low).zip(high);
                     let to = &mut to[row.clone()];
                     match from {
                         Some(from) => {
-                            for ((to, u), ((r, l), h)) in to.iter_mut().zip(&from[axis][row]).zip(terms) {
+                            for ((to, u), ((r, l), h)) in
+                                to.iter_mut().zip(&from[axis][row]).zip(terms)
+                            {
                                 *to = u + factor * r + 0.5 * dt * (l + h);
                             }
                         }
@@ -243,7 +266,8 @@ pub fn step_cells<const D: usize>(
     );
 }
 
-/// What a stage of a recurrence begins from, in the cells: `to = before to + sum of factor field + dt (a_low + a_high)/2`.
+/// What a stage of a recurrence begins from, in the cells: `to = before to + sum of factor field +
+/// dt (a_low + a_high)/2`.
 pub fn recur_cells<const D: usize>(
     grid: &Grid<D>,
     before: f64,
@@ -257,11 +281,19 @@ pub fn recur_cells<const D: usize>(
             for (axis, to) in to.iter_mut().enumerate() {
                 let a = &acceleration[axis];
                 for row in grid.rows() {
-                    let [p, q, r, s] = terms.map(|(factor, field)| (factor, &field[axis][row.clone()]));
-                    let (low, high) = (&a[row.clone()], &a[row.start + grid.stride[axis]..][..row.len()]);
-                    let fields = p.1.iter().zip(q.1).zip(r.1.iter().zip(s.1)).zip(low.iter().zip(high));
+                    let [p, q, r, s] =
+                        terms.map(|(factor, field)| (factor, &field[axis][row.clone()]));
+                    let (low, high) =
+                        (&a[row.clone()], &a[row.start + grid.stride[axis]..][..row.len()]);
+                    let fields =
+                        p.1.iter().zip(q.1).zip(r.1.iter().zip(s.1)).zip(low.iter().zip(high));
                     for (to, (((u, v), (f, g)), (l, h))) in to[row].iter_mut().zip(fields) {
-                        *to = before * *to + p.0 * u + q.0 * v + r.0 * f + s.0 * g + 0.5 * dt * (l + h);
+                        *to = before * *to
+                            + p.0 * u
+                            + q.0 * v
+                            + r.0 * f
+                            + s.0 * g
+                            + 0.5 * dt * (l + h);
                     }
                 }
             }
@@ -269,8 +301,8 @@ pub fn recur_cells<const D: usize>(
     );
 }
 
-/// Eq. (16) as printed: adds `-dt (p_high - p_low)/(2 h rho)` to the cells; ghosts of `p` (Pa) filled. Decoupled from the
-/// faces' gradient, it does not survive large density ratios.
+/// Eq. (16) as printed: adds `-dt (p_high - p_low)/(2 h rho)` to the cells; ghosts of `p` (Pa)
+/// filled. Decoupled from the faces' gradient, it does not survive large density ratios.
 pub fn add_cell_gradient<const D: usize>(
     grid: &Grid<D>,
     density: &Coefficient,
@@ -292,8 +324,8 @@ pub fn cell_gradient<const D: usize>(grid: &Grid<D>, axis: usize, cell: usize, p
     (p[cell + s] - p[cell - s]) / (2.0 * grid.h[axis])
 }
 
-/// Divergence of the face velocities in the owned cells (1/s), handed row by row to `take(row, divergence)`; the values
-/// stand in `out`, indexed as a field.
+/// Divergence of the face velocities in the owned cells (1/s), handed row by row to `take(row,
+/// divergence)`; the values stand in `out`, indexed as a field.
 pub fn divergence<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>, out: &mut [f64]) {
     simd(
         #[inline(always)]
@@ -301,7 +333,8 @@ pub fn divergence<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>, out: &
             for row in grid.rows() {
                 for axis in 0..D {
                     let (s, factor) = (grid.stride[axis], 1.0 / grid.h[axis]);
-                    let (low, high) = (&faces[axis][row.clone()], &faces[axis][row.start + s..row.end + s]);
+                    let (low, high) =
+                        (&faces[axis][row.clone()], &faces[axis][row.start + s..row.end + s]);
                     for ((d, l), h) in out[row.clone()].iter_mut().zip(low).zip(high) {
                         let part = factor * (h - l);
                         *d = if axis == 0 { part } else { *d + part };
@@ -317,7 +350,8 @@ pub fn fastest<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>) -> f64 {
     simd(
         #[inline(always)]
         || {
-            let rows = (0..D).flat_map(|axis| grid.face_rows(axis).map(move |row| &faces[axis][row]));
+            let rows =
+                (0..D).flat_map(|axis| grid.face_rows(axis).map(move |row| &faces[axis][row]));
             rows.fold(0.0, |most, u| {
                 largest(
                     u.len(),
@@ -330,16 +364,18 @@ pub fn fastest<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>) -> f64 {
     )
 }
 
-/// The largest over this rank's cells of the Courant number for `dt = 1`: `sum_a max(|U_low|, |U_high|)/h_a` (1/s), or
-/// the largest of these terms where advection goes axis by axis.
+/// The largest over this rank's cells of the Courant number for `dt = 1`: `sum_a max(|U_low|,
+/// |U_high|)/h_a` (1/s), or the largest of these terms where advection goes axis by axis.
 pub fn courant_rate<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>, by_axis: bool) -> f64 {
     simd(
         #[inline(always)]
         || {
             grid.rows().fold(0.0, |most, row| {
                 let low: [&[f64]; D] = std::array::from_fn(|a| &faces[a][row.clone()]);
-                let high: [&[f64]; D] = std::array::from_fn(|a| &faces[a][row.start + grid.stride[a]..][..row.len()]);
-                let rate = |a: usize, i: usize| greater(low[a][i].abs(), high[a][i].abs()) / grid.h[a];
+                let high: [&[f64]; D] =
+                    std::array::from_fn(|a| &faces[a][row.start + grid.stride[a]..][..row.len()]);
+                let rate =
+                    |a: usize, i: usize| greater(low[a][i].abs(), high[a][i].abs()) / grid.h[a];
                 let in_row = if by_axis {
                     largest(
                         row.len(),

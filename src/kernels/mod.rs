@@ -1,4 +1,5 @@
-//! The fluid's terms, one file each: advection, diffusion, the faces and the sides of the box. Pure functions of fields.
+//! The fluid's terms, one file each: advection, diffusion, the faces and the sides of the box. Pure
+//! functions of fields.
 
 pub mod advection;
 pub mod border;

@@ -5,12 +5,17 @@ use crate::particles::{Body, nearest_image};
 use crate::{Error, Result};
 use nalgebra::Vector3;
 
-/// Refuses bodies that have moved into each other or into the border of the box where no law of contact can stop them: a
-/// cell holds no more solid than its volume, and a wall is where the box ends. What is held on both sides nothing stops.
+/// Refuses bodies that have moved into each other or into the border of the box where no law of
+/// contact can stop them: a cell holds no more solid than its volume, and a wall is where the box
+/// ends. What is held on both sides nothing stops.
 ///
 /// # Errors
 /// With the bodies' numbers and what to do.
-pub(crate) fn refuse_collisions<const D: usize>(domain: &Domain<D>, bodies: &[Body], has_law: bool) -> Result<()> {
+pub(crate) fn refuse_collisions<const D: usize>(
+    domain: &Domain<D>,
+    bodies: &[Body],
+    has_law: bool,
+) -> Result<()> {
     let (grid, periods) = (&domain.grid, domain.periods());
     let lawless = |b: &Body| !has_law || b.freedom().is_none();
     for (index, body) in bodies.iter().enumerate().filter(|(_, b)| b.moves() && lawless(b)) {
@@ -20,11 +25,14 @@ pub(crate) fn refuse_collisions<const D: usize>(domain: &Domain<D>, bodies: &[Bo
             None => "it moves as prescribed: end the run before, or change its motion",
         };
         let bounds = body.shape().bounds(&body.turn());
-        for (a, axis) in ["x", "y", "z"].into_iter().enumerate().take(D).filter(|(a, _)| !grid.periodic[*a]) {
+        for (a, axis) in
+            ["x", "y", "z"].into_iter().enumerate().take(D).filter(|(a, _)| !grid.periodic[*a])
+        {
             let inside = bounds[a] * (1.0 - 1e-9)..=grid.size[a] - bounds[a] * (1.0 - 1e-9);
             if !inside.contains(&body.centre[a]) {
                 return Err(Error::Run(format!(
-                    "particle {mover} has reached the border of the box along {axis} (its centre is at {:.6} m); {cure}",
+                    "particle {mover} has reached the border of the box along {axis} (its centre \
+                    is at {:.6} m); {cure}",
                     body.centre[a]
                 )));
             }
@@ -35,7 +43,8 @@ pub(crate) fn refuse_collisions<const D: usize>(domain: &Domain<D>, bodies: &[Bo
             let touching = (body.radius() + other.radius()) * (1.0 - 1e-9);
             if apart.norm_squared() < touching * touching && overlap(body, other, &apart) {
                 return Err(Error::Run(format!(
-                    "particle {mover} has run into particle {k} (their centres are {:.6} m apart); {cure}",
+                    "particle {mover} has run into particle {k} (their centres are {:.6} m apart); \
+                    {cure}",
                     apart.norm()
                 )));
             }
@@ -44,12 +53,14 @@ pub(crate) fn refuse_collisions<const D: usize>(domain: &Domain<D>, bodies: &[Bo
     Ok(())
 }
 
-/// Whether two bodies overlap whose spheres do, the second one's centre `apart` from the first's (m).
+/// Whether two bodies overlap whose spheres do, the second one's centre `apart` from the first's
+/// (m).
 fn overlap(body: &Body, other: &Body, apart: &Vector3<f64>) -> bool {
     if body.shape().is_round() && other.shape().is_round() {
         return true;
     }
-    // From one to the nearest point of the other and back: between convex bodies this ends at their gap, or within both.
+    // From one to the nearest point of the other and back: between convex bodies this ends at their
+    // gap, or within both.
     let (turn, its) = (body.turn(), other.turn());
     let touch = 1e-9 * body.radius().min(other.radius());
     let mut point = *apart;

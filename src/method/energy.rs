@@ -7,9 +7,10 @@
 //!            viscous = dt mu ( sum over faces |u_c - u_(c-1)|^2/h^2 dV (1 - alpha) + 2 sum of w^2 V )   (alpha: mean of both cells)
 //!   contacts what all bodies gain of them = what springs release and moving walls give, less what dampers, friction, films take
 //! ```
-//! and likewise for spins and torques. What is missing is the method's own. What viscosity takes is `mu int 2 D:D dV`, D the symmetric part of
-//! grad u: more than `mu int |grad u|^2 dV` by what lies on the walls of bodies, `mu n.(u.grad)u`, which is 2 w^2 mu of each volume V that turns
-//! with w, and nothing at flat walls. With the mixing torques are those of grad u alone.
+//! and likewise for spins and torques. What is missing is the method's own. What viscosity takes is
+//! `mu int 2 D:D dV`, D the symmetric part of grad u: more than `mu int |grad u|^2 dV` by what lies
+//! on the walls of bodies, `mu n.(u.grad)u`, which is 2 w^2 mu of each volume V that turns with w,
+//! and nothing at flat walls. With the mixing torques are those of grad u alone.
 
 use crate::Result;
 use crate::contact::{Contacts, Impulse};
@@ -35,20 +36,30 @@ pub struct Motion {
 impl Motion {
     /// That of a body now.
     pub fn of(body: &Body) -> Motion {
-        Motion { centre: body.centre, velocity: body.velocity, spin: body.spin, energy: kinetic(body) }
+        Motion {
+            centre: body.centre,
+            velocity: body.velocity,
+            spin: body.spin,
+            energy: kinetic(body),
+        }
     }
 }
 
-/// Steps between two samples of what viscosity takes, which cost a sweep; every one at the start, and where the kinetic energy changes by more than
-/// [`FAST`] of it in a step, as after an impact.
+/// Steps between two samples of what viscosity takes, which cost a sweep; every one at the start,
+/// and where the kinetic energy changes by more than [`FAST`] of it in a step, as after an impact.
 const SAMPLED_EVERY: u64 = 8;
 const FAST: f64 = 0.01;
 
 /// Starts a budget with the state as it is. Collective.
-pub fn start<const D: usize>(domain: &mut Domain<D>, s: &mut State<D>, method: &mut Method<D>) -> Result<()> {
+pub fn start<const D: usize>(
+    domain: &mut Domain<D>,
+    s: &mut State<D>,
+    method: &mut Method<D>,
+) -> Result<()> {
     let fluid = of_fluid(domain, &s.u, method)?;
     let springs = method.find_springs(s);
-    s.energy = EnergyBudget { fluid, bodies: of_bodies(&s.bodies), springs, ..EnergyBudget::default() };
+    s.energy =
+        EnergyBudget { fluid, bodies: of_bodies(&s.bodies), springs, ..EnergyBudget::default() };
     s.energy.start = s.energy.total();
     s.energy.driven = domain.driving_power(s)?;
     // The pressure at the start is no sample.
@@ -57,8 +68,13 @@ pub fn start<const D: usize>(domain: &mut Domain<D>, s: &mut State<D>, method: &
     Ok(())
 }
 
-/// Takes bodies that have come or gone into the budget: what they brought or took is the work of the borders. Collective.
-pub fn reopen<const D: usize>(domain: &mut Domain<D>, s: &mut State<D>, method: &mut Method<D>) -> Result<()> {
+/// Takes bodies that have come or gone into the budget: what they brought or took is the work of
+/// the borders. Collective.
+pub fn reopen<const D: usize>(
+    domain: &mut Domain<D>,
+    s: &mut State<D>,
+    method: &mut Method<D>,
+) -> Result<()> {
     let before = s.energy.total();
     s.energy.fluid = of_fluid(domain, &s.u, method)?;
     s.energy.bodies = of_bodies(&s.bodies);
@@ -69,8 +85,8 @@ pub fn reopen<const D: usize>(domain: &mut Domain<D>, s: &mut State<D>, method: 
     Ok(())
 }
 
-/// Closes the budget of the last step, at whose start the bodies had the motions `before` and after which all cells have the
-/// `kinetic` energy (J). Collective.
+/// Closes the budget of the last step, at whose start the bodies had the motions `before` and after
+/// which all cells have the `kinetic` energy (J). Collective.
 pub fn close<const D: usize>(
     domain: &mut Domain<D>,
     s: &mut State<D>,
@@ -99,15 +115,19 @@ pub fn close<const D: usize>(
     e.springs = springs;
     let [was, is] = [s.energy, e].map(|e| e.fluid + e.bodies);
     sample(domain, s, method, (is - was).abs() > FAST * is.max(was), &mut e)?;
-    e.method =
-        e.start + e.gravity + e.drive + e.borders + e.prescribed - e.viscous - e.contacts - e.friction - e.total();
+    e.method = e.start + e.gravity + e.drive + e.borders + e.prescribed
+        - e.viscous
+        - e.contacts
+        - e.friction
+        - e.total();
     e.take_note();
     s.energy = e;
     Ok(())
 }
 
-/// What viscosity takes and the sides of the box give over the last step, by the trapezium rule: viscosity by its last sample, which a new
-/// one mends; the sides in every step, since an impact's pressure lasts for one. Collective.
+/// What viscosity takes and the sides of the box give over the last step, by the trapezium rule:
+/// viscosity by its last sample, which a new one mends; the sides in every step, since an impact's
+/// pressure lasts for one. Collective.
 fn sample<const D: usize>(
     domain: &mut Domain<D>,
     s: &mut State<D>,
@@ -139,7 +159,8 @@ fn sample<const D: usize>(
 
 /// Work per time (W).
 struct Powers {
-    /// Of the sides of the box on the fluid: by what flows through them with their pressure, and by viscosity.
+    /// Of the sides of the box on the fluid: by what flows through them with their pressure, and by
+    /// viscosity.
     flow: f64,
     shear: f64,
     /// What viscosity takes, where it is asked for.
@@ -148,15 +169,31 @@ struct Powers {
 
 impl Powers {
     /// As the state is now. Collective.
-    fn of<const D: usize>(domain: &mut Domain<D>, s: &mut State<D>, method: &Method<D>, all: bool) -> Result<Powers> {
+    fn of<const D: usize>(
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        method: &Method<D>,
+        all: bool,
+    ) -> Result<Powers> {
         domain.boundaries.fill_velocity(&mut s.u)?;
         let Fluid { density, viscosity, .. } = domain.fluid;
-        let [flow, shear] = border::power(&domain.grid, &domain.boundaries, density, viscosity, &s.u, &s.faces, &s.p);
-        let mut powers = [flow, shear, if all { viscosity * slopes(domain, &s.u, method) } else { 0.0 }];
+        let [flow, shear] = border::power(
+            &domain.grid,
+            &domain.boundaries,
+            density,
+            viscosity,
+            &s.u,
+            &s.faces,
+            &s.p,
+        );
+        let mut powers =
+            [flow, shear, if all { viscosity * slopes(domain, &s.u, method) } else { 0.0 }];
         domain.session.sum(&mut powers)?;
         let [flow, shear, mut dissipated] = powers;
         if let (true, Coefficient::Uniform(_)) = (all, &method.mixture().density) {
-            dissipated += 2.0 * viscosity * s.bodies.iter().map(|b| b.volume() * b.spin.norm_squared()).sum::<f64>();
+            dissipated += 2.0
+                * viscosity
+                * s.bodies.iter().map(|b| b.volume() * b.spin.norm_squared()).sum::<f64>();
         }
         Ok(Powers { flow, shear, dissipated })
     }
@@ -164,7 +201,8 @@ impl Powers {
 
 /// Kinetic energy of a body (J).
 fn kinetic(body: &Body) -> f64 {
-    0.5 * (body.mass() * body.velocity.norm_squared() + body.spin.dot(&body.inertia().of(&body.spin)))
+    0.5 * (body.mass() * body.velocity.norm_squared()
+        + body.spin.dot(&body.inertia().of(&body.spin)))
 }
 
 /// Kinetic energy of the free bodies (J).
@@ -182,7 +220,12 @@ struct Work {
 }
 
 impl Work {
-    fn of<const D: usize>(domain: &Domain<D>, s: &State<D>, before: &[Motion], contacts: Option<&Contacts>) -> Work {
+    fn of<const D: usize>(
+        domain: &Domain<D>,
+        s: &State<D>,
+        before: &[Motion],
+        contacts: Option<&Contacts>,
+    ) -> Work {
         let mut work = Work::default();
         for (k, (body, before)) in s.bodies.iter().zip(before).enumerate() {
             let impulse = contacts.map(|c| c.impulses()[k]).unwrap_or_default();
@@ -195,20 +238,23 @@ impl Work {
             let turn = 0.5 * s.dt * (before.spin + body.spin);
             let fluid = s.exchange[k].held().dot(&way) + s.exchange[k].momentum_torque.dot(&turn);
             if let Some(freedom) = body.freedom() {
-                let weight = (body.mass() - domain.fluid.density * body.volume()) * domain.fluid.gravity;
+                let weight =
+                    (body.mass() - domain.fluid.density * body.volume()) * domain.fluid.gravity;
                 // What keeps a locked direction's velocity against all forces.
                 let holds = |free: [bool; 3], load: Vector3<f64>, way: &Vector3<f64>| {
                     -(0..3).filter(|a| !free[*a]).map(|a| load[a] * way[a]).sum::<f64>()
                 };
                 let force = s.exchange[k].held() + weight + impulse.linear / s.dt;
                 let torque = s.exchange[k].momentum_torque + impulse.angular / s.dt;
-                let lock = holds(freedom.translation, force, &way) + holds(freedom.rotation, torque, &turn);
+                let lock = holds(freedom.translation, force, &way)
+                    + holds(freedom.rotation, torque, &turn);
                 work.gravity += weight.dot(&way);
                 work.prescribed += lock;
                 if let Some(exact) = contacts.and_then(|contacts| contacts.work_on(k, body)) {
                     work.contacts += exact;
                 } else if struck {
-                    work.contacts += kinetic(body) - before.energy - fluid - weight.dot(&way) - lock;
+                    work.contacts +=
+                        kinetic(body) - before.energy - fluid - weight.dot(&way) - lock;
                 }
             } else {
                 let given = (impulse.linear.dot(&way) + impulse.angular.dot(&turn)) / s.dt;
@@ -220,33 +266,47 @@ impl Work {
     }
 }
 
-/// Kinetic energy (J) of what lies inside the bodies, as cells have it, with a density (kg/m3). Collective.
-fn inside<const D: usize>(domain: &Domain<D>, u: &VectorField<D>, method: &Method<D>, density: f64) -> Result<f64> {
+/// Kinetic energy (J) of what lies inside the bodies, as cells have it, with a density (kg/m3).
+/// Collective.
+fn inside<const D: usize>(
+    domain: &Domain<D>,
+    u: &VectorField<D>,
+    method: &Method<D>,
+    density: f64,
+) -> Result<f64> {
     let square = |o: &Overlap| o.fraction * u.iter().map(|u| u[o.cell] * u[o.cell]).sum::<f64>();
-    let squares = method.with_overlaps(|overlaps| overlaps.map(square).fold(0.0, std::ops::Add::add));
+    let squares =
+        method.with_overlaps(|overlaps| overlaps.map(square).fold(0.0, std::ops::Add::add));
     let mut sum = [0.5 * density * domain.grid.cell_volume() * squares];
     domain.session.sum(&mut sum)?;
     Ok(sum[0])
 }
 
 /// Kinetic energy of the fluid outside the bodies (J). Collective.
-fn of_fluid<const D: usize>(domain: &Domain<D>, u: &VectorField<D>, method: &Method<D>) -> Result<f64> {
+fn of_fluid<const D: usize>(
+    domain: &Domain<D>,
+    u: &VectorField<D>,
+    method: &Method<D>,
+) -> Result<f64> {
     let density = domain.fluid.density;
-    let row_squares =
-        |row: Range<usize>| u.iter().map(|u| total(row.len(), |i| u[row.start + i] * u[row.start + i])).sum::<f64>();
+    let row_squares = |row: Range<usize>| {
+        u.iter().map(|u| total(row.len(), |i| u[row.start + i] * u[row.start + i])).sum::<f64>()
+    };
     let squares = simd(|| domain.grid.rows().map(row_squares).sum::<f64>());
     let mut sum = [0.5 * density * domain.grid.cell_volume() * squares];
     domain.session.sum(&mut sum)?;
     Ok(sum[0] - inside(domain, u, method, density)?)
 }
 
-/// This rank's part of `sum |grad u|^2 dV` over the fluid outside the bodies, by the faces of the cells; ghosts filled.
+/// This rank's part of `sum |grad u|^2 dV` over the fluid outside the bodies, by the faces of the
+/// cells; ghosts filled.
 fn slopes<const D: usize>(domain: &Domain<D>, u: &VectorField<D>, method: &Method<D>) -> f64 {
     let grid = &domain.grid;
     let mut slopes = low_slopes(grid, u);
     method.with_overlaps(|overlaps| {
         for o in overlaps {
-            // Half of what each of its two cells has of a body is taken from a face, so that mirrored flows lose the same.
+            // Half of what each of its two cells has of a body is taken from a face, so that
+            // mirrored flows lose the same.
             let at = |axis: usize, face: usize| {
                 u.iter().map(|u| slope(u, face, grid.stride[axis], grid.h[axis])).sum::<f64>()
             };
@@ -254,7 +314,8 @@ fn slopes<const D: usize>(domain: &Domain<D>, u: &VectorField<D>, method: &Metho
             slopes -= 0.5 * o.fraction * (0..D).map(own).sum::<f64>();
         }
     });
-    // A face of the border belongs to what lies between it and the cell; of the high borders no cell has had it yet.
+    // A face of the border belongs to what lies between it and the cell; of the high borders no
+    // cell has had it yet.
     for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
         if domain.boundaries.borders[axis][side].is_none() {
             continue;
@@ -287,7 +348,8 @@ fn low_slopes<const D: usize>(grid: &Grid<D>, u: &VectorField<D>) -> f64 {
             let mut slopes = 0.0;
             for row in grid.rows() {
                 for (u, axis) in u.iter().flat_map(|u| (0..D).map(move |axis| (u, axis))) {
-                    let (here, below) = (&u[row.clone()], &u[row.start - grid.stride[axis]..][..row.len()]);
+                    let (here, below) =
+                        (&u[row.clone()], &u[row.start - grid.stride[axis]..][..row.len()]);
                     slopes += total(
                         row.len(),
                         #[inline(always)]

@@ -1,10 +1,13 @@
-//! The flow of one fluid, or of the mixture, in the order of the paper: the whole step where there are no bodies.
+//! The flow of one fluid, or of the mixture, in the order of the paper: the whole step where there
+//! are no bodies.
 //!
 //! ```text
 //!   U = I( u* + (1 - t) dt M a ) + t dt a           I: cells to faces, M: faces to cells, a: acceleration by the last pressure
 //! ```
-//! With `t = 1`, as (8) is printed, a flow loses `dt <a, (1 - I M) a>` of its energy per unit time, of order dt h^2; without bodies t is 0.2
-//! and less, since some of the pressure beyond the means has to fade; I is of four cells there, `(-1, 9, 9, -1)/16`. The pressure at the start is that of the first moment.
+//! With `t = 1`, as (8) is printed, a flow loses `dt <a, (1 - I M) a>` of its energy per unit time,
+//! of order dt h^2; without bodies t is 0.2 and less, since some of the pressure beyond the means
+//! has to fade; I is of four cells there, `(-1, 9, 9, -1)/16`. The pressure at the start is that of
+//! the first moment.
 
 use super::momentum::{Listener, Mixture, Momentum};
 use super::stabilised::{Finish, Stabilised};
@@ -20,7 +23,8 @@ use crate::poisson::pressure::Projected;
 use crate::state::State;
 use nalgebra::Vector3;
 
-/// How long the step is that finds the first pressure: this part of the time in which flow or viscosity crosses a cell.
+/// How long the step is that finds the first pressure: this part of the time in which flow or
+/// viscosity crosses a cell.
 const START: f64 = 0.1;
 
 /// A flow that fills all cells.
@@ -35,12 +39,15 @@ pub struct Flow<const D: usize> {
     pub momentum: Momentum<D>,
     /// Whether cells take (16) as printed.
     pub cell_gradient: bool,
-    /// Pressure, gravity and contacts on faces (m/s2), of the pressure at the start of the step and, after (16), at its end.
+    /// Pressure, gravity and contacts on faces (m/s2), of the pressure at the start of the step
+    /// and, after (16), at its end.
     pub acceleration: VectorField<D>,
-    /// The most that faces have at once of the last pressure's acceleration, in place of the mean of the cells', which is of four; `None`: all
-    /// of it, and means of two cells, as (8) is printed.
+    /// The most that faces have at once of the last pressure's acceleration, in place of the mean
+    /// of the cells', which is of four; `None`: all of it, and means of two cells, as (8) is
+    /// printed.
     pub own: Option<f64>,
-    /// What bodies fill of the cells, ghosts filled; `None` where the drive acts on these as well, or there is none.
+    /// What bodies fill of the cells, ghosts filled; `None` where the drive acts on these as well,
+    /// or there is none.
     pub solid: Option<Vec<f64>>,
     /// Velocity that a stage after the first starts from (m/s).
     stage: VectorField<D>,
@@ -69,7 +76,11 @@ impl<const D: usize> Flow<D> {
             acceleration: grid.vector_field(),
             own: None,
             solid: None,
-            stage: if one_stage { std::array::from_fn(|_| Vec::new()) } else { grid.vector_field() },
+            stage: if one_stage {
+                std::array::from_fn(|_| Vec::new())
+            } else {
+                grid.vector_field()
+            },
         }
     }
 
@@ -86,8 +97,9 @@ impl<const D: usize> Flow<D> {
         Ok(projected)
     }
 
-    /// (7) by the scheme's stages; the pressure of the last step takes part in the stages and not in u*. Returns the forces of this rank's sides
-    /// on the fluid, where a balance is kept. Collective.
+    /// (7) by the scheme's stages; the pressure of the last step takes part in the stages and not
+    /// in u*. Returns the forces of this rank's sides on the fluid, where a balance is kept.
+    /// Collective.
     pub fn predict_cells(
         &mut self,
         domain: &mut Domain<D>,
@@ -119,10 +131,12 @@ impl<const D: usize> Flow<D> {
             }
             domain.boundaries.fill_velocity(if k == 0 { &mut s.u } else { &mut self.stage })?;
             domain.clock.lap(Stage::Ghosts);
-            let (u, carrier) = (if k == 0 { &s.u } else { &self.stage }, self.momentum.carrier(s, dt));
+            let (u, carrier) =
+                (if k == 0 { &s.u } else { &self.stage }, self.momentum.carrier(s, dt));
             if s.balance.is_some() {
                 let (density, weight) = (domain.fluid.density, self.momentum.scheme.weights[k]);
-                sides += weight * border::stress(&domain.grid, &carrier, u, density, &self.mixture.viscosity);
+                sides += weight
+                    * border::stress(&domain.grid, &carrier, u, density, &self.mixture.viscosity);
                 domain.clock.lap(Stage::Force);
             }
             let listener = listener.as_mut().map(|hear| &mut **hear as Listener<D>);
@@ -140,7 +154,12 @@ impl<const D: usize> Flow<D> {
     }
 
     /// (8). Collective.
-    pub fn predict_faces(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+    pub fn predict_faces(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        dt: f64,
+    ) -> Result<()> {
         // What the cells keep meanwhile of the last pressure.
         let kept = (1.0 - self.own_part(domain, dt)) * dt;
         if kept > 0.0 {
@@ -151,7 +170,14 @@ impl<const D: usize> Flow<D> {
         if !s.faces_before[0].is_empty() {
             std::mem::swap(&mut s.faces, &mut s.faces_before);
         }
-        faces::predict(&domain.grid, &s.u, self.own.is_some(), dt - kept, &self.acceleration, &mut s.faces);
+        faces::predict(
+            &domain.grid,
+            &s.u,
+            self.own.is_some(),
+            dt - kept,
+            &self.acceleration,
+            &mut s.faces,
+        );
         domain.boundaries.set_faces(&mut s.faces);
         if kept > 0.0 {
             faces::add_to_cells(&domain.grid, -kept, &self.acceleration, &mut s.u);
@@ -160,7 +186,8 @@ impl<const D: usize> Flow<D> {
         Ok(())
     }
 
-    /// How much of the last pressure's acceleration faces have at once in a step of `dt` (s), in place of the mean of the cells'.
+    /// How much of the last pressure's acceleration faces have at once in a step of `dt` (s), in
+    /// place of the mean of the cells'.
     fn own_part(&self, domain: &Domain<D>, dt: f64) -> f64 {
         // What forces on bodies do at faces the cells' mean does not.
         let Some(most) = self.own.filter(|_| self.force.is_none()) else { return 1.0 };
@@ -170,7 +197,12 @@ impl<const D: usize> Flow<D> {
     }
 
     /// (13-15). Collective.
-    pub fn project(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+    pub fn project(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        dt: f64,
+    ) -> Result<Projected> {
         let projected = domain.project(&self.beta, s, dt)?;
         domain.clock.lap(Stage::Pressure);
         Ok(projected)
@@ -188,14 +220,26 @@ impl<const D: usize> Flow<D> {
         domain.clock.lap(Stage::Faces);
     }
 
-    /// The acceleration by pressure, gravity and contacts on faces, as cells and the next step's stages use it.
+    /// The acceleration by pressure, gravity and contacts on faces, as cells and the next step's
+    /// stages use it.
     pub fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>) {
-        faces::acceleration(&domain.grid, &self.beta, self.force.as_ref(), &s.p, &mut self.acceleration);
+        faces::acceleration(
+            &domain.grid,
+            &self.beta,
+            self.force.as_ref(),
+            &s.p,
+            &mut self.acceleration,
+        );
         domain.boundaries.extrapolate_to_closed_faces(&mut self.acceleration);
         let Some(force) = s.drive else { return };
-        for (axis, a) in self.acceleration.iter_mut().enumerate().filter(|(axis, _)| force[*axis] != 0.0) {
+        for (axis, a) in
+            self.acceleration.iter_mut().enumerate().filter(|(axis, _)| force[*axis] != 0.0)
+        {
             for f in domain.grid.face_rows(axis).flatten() {
-                let solid = self.solid.as_ref().map_or(0.0, |x| 0.5 * (x[f - domain.grid.stride[axis]] + x[f]));
+                let solid = self
+                    .solid
+                    .as_ref()
+                    .map_or(0.0, |x| 0.5 * (x[f - domain.grid.stride[axis]] + x[f]));
                 a[f] += (1.0 - solid) * force[axis] * self.beta.at(axis, f);
             }
         }
@@ -212,17 +256,24 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Makes the velocities through faces divergence-free to D0, from the cells' `u`, and takes what that needs out of these.
-    /// The pressure is left zero. Collective.
+    /// Makes the velocities through faces divergence-free to D0, from the cells' `u`, and takes
+    /// what that needs out of these. The pressure is left zero. Collective.
     pub fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
         domain.projection.assemble(&domain.grid, &self.beta)?;
         s.p.fill(0.0);
         domain.boundaries.fill_velocity(&mut s.u)?;
         self.acceleration.iter_mut().for_each(|f| f.fill(0.0));
-        faces::predict(&domain.grid, &s.u, self.own.is_some(), 0.0, &self.acceleration, &mut s.faces);
+        faces::predict(
+            &domain.grid,
+            &s.u,
+            self.own.is_some(),
+            0.0,
+            &self.acceleration,
+            &mut s.faces,
+        );
         domain.boundaries.set_faces(&mut s.faces);
-        // Over a second, so that the potential is the pressure's impulse; it corrects the cells and is dropped, and so is that of a
-        // drive which holds a velocity.
+        // Over a second, so that the potential is the pressure's impulse; it corrects the cells and
+        // is dropped, and so is that of a drive which holds a velocity.
         let drive = domain.drive.filter(|drive| drive.held().is_some());
         s.drive = drive.map(|_| Vector3::zeros());
         let force = self.force.take();
@@ -236,14 +287,19 @@ impl<const D: usize> Flow<D> {
         domain.boundaries.fill_velocity(&mut s.u)
     }
 
-    /// The pressure that [`Flow::start`] left zero, from a short step whose velocities are dropped. Collective.
+    /// The pressure that [`Flow::start`] left zero, from a short step whose velocities are dropped.
+    /// Collective.
     ///
     /// # Errors
     /// When that step fails.
     pub fn start_pressure(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
         let mut fastest = [faces::courant_rate(&domain.grid, &s.faces, false)];
         domain.session.max(&mut fastest)?;
-        let viscous = diffusion::limit_rate(&domain.grid.h, domain.fluid.viscosity / domain.fluid.density, false);
+        let viscous = diffusion::limit_rate(
+            &domain.grid.h,
+            domain.fluid.viscosity / domain.fluid.density,
+            false,
+        );
         let driven = s.drive.map_or(0.0, |force| force.norm() / domain.fluid.density);
         let rate = fastest[0].max(viscous);
         if rate == 0.0 || driven == 0.0 && fastest[0] == 0.0 {

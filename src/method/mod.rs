@@ -1,5 +1,5 @@
-//! The methods: each is a type that owns its step. [`mics2003`] is the paper's, [`sharp`] has walls of second order, and where
-//! there are no bodies a [`flow`] is all.
+//! The methods: each is a type that owns its step. [`mics2003`] is the paper's, [`sharp`] has walls
+//! of second order, and where there are no bodies a [`flow`] is all.
 
 pub(crate) mod collision;
 pub mod energy;
@@ -40,7 +40,8 @@ impl<const D: usize> Method<D> {
     /// Advances by `dt` (s). Collective.
     ///
     /// # Errors
-    /// When the divergence cannot be brought below D0, a value is no longer finite, or a contact fails.
+    /// When the divergence cannot be brought below D0, a value is no longer finite, or a contact
+    /// fails.
     pub fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
         match self {
             Method::Plain(flow) => flow.step(domain, s, dt),
@@ -49,8 +50,8 @@ impl<const D: usize> Method<D> {
         }
     }
 
-    /// Makes a consistent start from the cells' velocity: bodies imposed, faces divergence-free to D0; the pressure of the first moment, or zero where there
-    /// are bodies. Collective.
+    /// Makes a consistent start from the cells' velocity: bodies imposed, faces divergence-free to
+    /// D0; the pressure of the first moment, or zero where there are bodies. Collective.
     ///
     /// # Errors
     /// When the first projection fails.
@@ -136,7 +137,10 @@ impl<const D: usize> Method<D> {
     }
 
     /// Calls `take` with the cells of this rank that bodies touch.
-    pub fn with_overlaps<R>(&self, take: impl FnOnce(&mut dyn Iterator<Item = &Overlap>) -> R) -> R {
+    pub fn with_overlaps<R>(
+        &self,
+        take: impl FnOnce(&mut dyn Iterator<Item = &Overlap>) -> R,
+    ) -> R {
         match self {
             Method::Plain(_) => take(&mut std::iter::empty()),
             Method::Mics2003(method) => take(&mut method.overlaps()),
@@ -153,7 +157,8 @@ impl<const D: usize> Method<D> {
         }
     }
 
-    /// Takes the momentum of what is there now for that of the last step, where a balance is kept. Collective.
+    /// Takes the momentum of what is there now for that of the last step, where a balance is kept.
+    /// Collective.
     ///
     /// # Errors
     /// When the state is another method's.
@@ -165,25 +170,41 @@ impl<const D: usize> Method<D> {
         }
     }
 
-    /// Gives the fluid in and about the bodies of these numbers, which have not been where they are, the motion that the method has there. Collective.
+    /// Gives the fluid in and about the bodies of these numbers, which have not been where they
+    /// are, the motion that the method has there. Collective.
     ///
     /// # Errors
     /// When ranks cannot exchange ghosts, or a projection fails.
-    pub fn mix_in(&mut self, domain: &mut Domain<D>, s: &mut State<D>, ids: &[usize]) -> Result<()> {
+    pub fn mix_in(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        ids: &[usize],
+    ) -> Result<()> {
         match self {
             Method::Mics2003(method) => method.mix_in(domain, s, ids),
-            Method::Sharp(method) if !ids.is_empty() => method.give_way(domain, s, |id| ids.contains(&id)),
+            Method::Sharp(method) if !ids.is_empty() => {
+                method.give_way(domain, s, |id| ids.contains(&id))
+            }
             _ => Ok(()),
         }
     }
 
-    /// Lets the bodies of these numbers begin where they are, in a flow that goes on: they have come in, or other forces act on them. Collective.
+    /// Lets the bodies of these numbers begin where they are, in a flow that goes on: they have
+    /// come in, or other forces act on them. Collective.
     ///
     /// # Errors
     /// When the state is another method's, or ranks cannot exchange ghosts.
-    pub fn begin_bodies(&mut self, domain: &mut Domain<D>, s: &mut State<D>, ids: &[usize]) -> Result<()> {
+    pub fn begin_bodies(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        ids: &[usize],
+    ) -> Result<()> {
         match self {
-            Method::Sharp(method) if !ids.is_empty() => method.begin_bodies(domain, s, |id| ids.contains(&id)),
+            Method::Sharp(method) if !ids.is_empty() => {
+                method.begin_bodies(domain, s, |id| ids.contains(&id))
+            }
             Method::Mics2003(method) => method.begin_bodies(domain, s, ids),
             _ => Ok(()),
         }
@@ -193,8 +214,12 @@ impl<const D: usize> Method<D> {
     pub fn with_body_overlaps(&self, mut take: impl FnMut(usize, &[Overlap])) {
         match self {
             Method::Plain(_) => {}
-            Method::Mics2003(method) => method.by_body().enumerate().for_each(|(k, overlaps)| take(k, overlaps)),
-            Method::Sharp(method) => method.by_body().enumerate().for_each(|(k, overlaps)| take(k, overlaps)),
+            Method::Mics2003(method) => {
+                method.by_body().enumerate().for_each(|(k, overlaps)| take(k, overlaps))
+            }
+            Method::Sharp(method) => {
+                method.by_body().enumerate().for_each(|(k, overlaps)| take(k, overlaps))
+            }
         }
     }
 }
@@ -204,11 +229,17 @@ fn vector<const D: usize>(field: &VectorField<D>, cell: usize) -> Vector3<f64> {
 }
 
 /// The momentum of this rank's cells (kg m/s).
-fn cells_momentum<const D: usize>(grid: &Grid<D>, density: &Coefficient, u: &VectorField<D>) -> Vector3<f64> {
+fn cells_momentum<const D: usize>(
+    grid: &Grid<D>,
+    density: &Coefficient,
+    u: &VectorField<D>,
+) -> Vector3<f64> {
     let mut sum = Vector3::zeros();
     for (a, u) in u.iter().enumerate() {
         sum[a] = match density {
-            Coefficient::Uniform(rho) => rho * grid.rows().map(|row| u[row].iter().sum::<f64>()).sum::<f64>(),
+            Coefficient::Uniform(rho) => {
+                rho * grid.rows().map(|row| u[row].iter().sum::<f64>()).sum::<f64>()
+            }
             Coefficient::Field(rho) => {
                 let row_sum = |row: std::ops::Range<usize>| -> f64 {
                     u[row.clone()].iter().zip(&rho[row]).map(|(u, rho)| u * rho).sum()

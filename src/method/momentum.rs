@@ -72,7 +72,12 @@ pub struct Momentum<const D: usize> {
 
 impl<const D: usize> Momentum<D> {
     /// The terms by a scheme and an advection.
-    pub fn new(grid: &Grid<D>, scheme: Scheme, advection: Advection<D>, mixture: &Mixture) -> Momentum<D> {
+    pub fn new(
+        grid: &Grid<D>,
+        scheme: Scheme,
+        advection: Advection<D>,
+        mixture: &Mixture,
+    ) -> Momentum<D> {
         let varies = matches!(mixture.viscosity, Coefficient::Field(_));
         Momentum {
             scheme,
@@ -83,13 +88,14 @@ impl<const D: usize> Momentum<D> {
         }
     }
 
-    /// Whether what advection takes of the momentum of one cell another has, but for the sides of the box.
+    /// Whether what advection takes of the momentum of one cell another has, but for the sides of
+    /// the box.
     pub fn keeps_momentum(&self) -> bool {
         matches!(self.advection, Advection::Upwind5)
     }
 
-    /// The face velocities that carry in a step of `dt` (s): in the middle of it, for schemes of second order, which keep those of
-    /// the step before.
+    /// The face velocities that carry in a step of `dt` (s): in the middle of it, for schemes of
+    /// second order, which keep those of the step before.
     pub fn carrier<'a>(&self, s: &'a State<D>, dt: f64) -> Carrier<'a, D> {
         let extrapolates = !s.faces_before[0].is_empty() && s.dt > 0.0;
         let before = extrapolates.then(|| (&s.faces_before, 0.5 * dt / s.dt));
@@ -112,7 +118,8 @@ impl<const D: usize> Momentum<D> {
         domain.clock.lap(Stage::Update);
     }
 
-    /// Adds the stage `k` with its velocity `u` (m/s), ghosts filled; the first stage replaces what was there. Collective.
+    /// Adds the stage `k` with its velocity `u` (m/s), ghosts filled; the first stage replaces what
+    /// was there. Collective.
     #[allow(clippy::too_many_arguments)]
     pub fn add_stage(
         &mut self,
@@ -124,7 +131,15 @@ impl<const D: usize> Momentum<D> {
         dt: f64,
         listener: Option<Listener<D>>,
     ) -> Result<()> {
-        self.add_weighted(domain, (self.scheme.weights[k], k == 0), mixture, carrier, u, dt, listener)
+        self.add_weighted(
+            domain,
+            (self.scheme.weights[k], k == 0),
+            mixture,
+            carrier,
+            u,
+            dt,
+            listener,
+        )
     }
 
     /// Exchanges the rate for what is in `kept` (m/s2).
@@ -132,8 +147,9 @@ impl<const D: usize> Momentum<D> {
         std::mem::swap(&mut self.rate, kept);
     }
 
-    /// Adds the rate of the velocity `u` (m/s), ghosts filled, times a weight; a fresh one replaces what was there. Without a
-    /// listener and in one fluid, advection and diffusion are one pass. Collective.
+    /// Adds the rate of the velocity `u` (m/s), ghosts filled, times a weight; a fresh one replaces
+    /// what was there. Without a listener and in one fluid, advection and diffusion are one pass.
+    /// Collective.
     #[allow(clippy::too_many_arguments)]
     pub fn add_weighted(
         &mut self,
@@ -153,7 +169,15 @@ impl<const D: usize> Momentum<D> {
                 domain.clock.lap(Stage::Advection);
                 return Ok(());
             }
-            return self.add_terms(domain, (weight, fresh), mixture, carrier, u, dt, &mut |_, _, _, _| ());
+            return self.add_terms(
+                domain,
+                (weight, fresh),
+                mixture,
+                carrier,
+                u,
+                dt,
+                &mut |_, _, _, _| (),
+            );
         };
         self.add_terms(domain, (weight, fresh), mixture, carrier, u, dt, hear)
     }
@@ -196,7 +220,9 @@ impl<const D: usize> Momentum<D> {
     ) -> Result<()> {
         let (grid, rate) = (&domain.grid, &mut self.rate);
         match &mut self.advection {
-            Advection::Upwind5 => advection::upwind5(grid, carrier, u, 0.0, weight, false, rate, &mut self.fluxes),
+            Advection::Upwind5 => {
+                advection::upwind5(grid, carrier, u, 0.0, weight, false, rate, &mut self.fluxes)
+            }
             Advection::Upwind5Advective => {
                 for (q, rate) in u.iter().zip(rate) {
                     advection::upwind5_advective(grid, u, q, weight, rate);
@@ -221,7 +247,13 @@ impl<const D: usize> Momentum<D> {
         Ok(())
     }
 
-    fn add_diffusion(&mut self, grid: &Grid<D>, weight: f64, mixture: &Mixture, u: &VectorField<D>) {
+    fn add_diffusion(
+        &mut self,
+        grid: &Grid<D>,
+        weight: f64,
+        mixture: &Mixture,
+        u: &VectorField<D>,
+    ) {
         match &mixture.viscosity {
             Coefficient::Uniform(0.0) => {}
             Coefficient::Uniform(mu) => {
@@ -231,7 +263,16 @@ impl<const D: usize> Momentum<D> {
             }
             Coefficient::Field(mu) => {
                 for (i, rate) in self.rate.iter_mut().enumerate() {
-                    diffusion::stress(grid, mu, &mixture.density, u, i, weight, rate, &mut self.scratch);
+                    diffusion::stress(
+                        grid,
+                        mu,
+                        &mixture.density,
+                        u,
+                        i,
+                        weight,
+                        rate,
+                        &mut self.scratch,
+                    );
                 }
             }
         }

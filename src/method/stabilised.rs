@@ -1,5 +1,5 @@
-//! The prediction (7) in Legendre stages, where viscosity binds the step more than the flow does ([`legendre`](crate::scheme::legendre) has
-//! the formulas).
+//! The prediction (7) in Legendre stages, where viscosity binds the step more than the flow does
+//! ([`legendre`](crate::scheme::legendre) has the formulas).
 
 use super::momentum::{Mixture, Momentum};
 use crate::Result;
@@ -24,7 +24,8 @@ pub struct Stabilised<const D: usize> {
     before: VectorField<D>,
 }
 
-/// What a stage's velocity (m/s) is made into before its rate is taken: its ghosts filled, walls imposed.
+/// What a stage's velocity (m/s) is made into before its rate is taken: its ghosts filled, walls
+/// imposed.
 pub type Finish<'a, const D: usize> =
     &'a mut dyn FnMut(&mut Domain<D>, &[Body], &Stage, &mut VectorField<D>) -> Result<()>;
 
@@ -32,7 +33,12 @@ impl<const D: usize> Stabilised<D> {
     /// That of a scheme which has such stages.
     pub fn new(grid: &Grid<D>, scheme: &Scheme) -> Option<Stabilised<D>> {
         let sets = (3..=scheme.most_stages?).map(Legendre::new).collect();
-        Some(Stabilised { sets, first: grid.vector_field(), last: grid.vector_field(), before: grid.vector_field() })
+        Some(Stabilised {
+            sets,
+            first: grid.vector_field(),
+            last: grid.vector_field(),
+            before: grid.vector_field(),
+        })
     }
 
     /// Whether a step of `dt` (s) needs them.
@@ -40,9 +46,9 @@ impl<const D: usize> Stabilised<D> {
         stages(domain, scheme, dt) > scheme.weights.len()
     }
 
-    /// (7) over `dt` (s): the velocity `s.u` (m/s), ghosts filled, becomes that at the end of the step with the `acceleration` on faces
-    /// (m/s2), as the last stage was left by `finish`. Returns the forces of this rank's sides on the fluid, where a balance is
-    /// kept. Collective.
+    /// (7) over `dt` (s): the velocity `s.u` (m/s), ghosts filled, becomes that at the end of the
+    /// step with the `acceleration` on faces (m/s2), as the last stage was left by `finish`.
+    /// Returns the forces of this rank's sides on the fluid, where a balance is kept. Collective.
     #[allow(clippy::too_many_arguments)]
     pub fn predict(
         &mut self,
@@ -74,11 +80,23 @@ impl<const D: usize> Stabilised<D> {
                     field.copy_from_slice(u);
                 }
                 let rate = (dt * stage.part(), &*first);
-                faces::step_cells(&domain.grid, Some(&s.u), rate, (dt * stage.part(), acceleration), last);
+                faces::step_cells(
+                    &domain.grid,
+                    Some(&s.u),
+                    rate,
+                    (dt * stage.part(), acceleration),
+                    last,
+                );
             } else {
                 let rates = [(dt * stage.rate, momentum.rate()), (dt * stage.first, &*first)];
                 let terms = [(stage.start, &s.u), (stage.last, &*last), rates[0], rates[1]];
-                faces::recur_cells(&domain.grid, stage.before, terms, (dt * stage.part(), acceleration), before);
+                faces::recur_cells(
+                    &domain.grid,
+                    stage.before,
+                    terms,
+                    (dt * stage.part(), acceleration),
+                    before,
+                );
                 std::mem::swap(last, before);
             }
             domain.clock.lap(Lap::Update);

@@ -1,4 +1,5 @@
-//! Bodies as ParaView opens them (`.vtp`): a point at each centre with what a glyph of it needs, beside the fields of the same time.
+//! Bodies as ParaView opens them (`.vtp`): a point at each centre with what a glyph of it needs,
+//! beside the fields of the same time.
 //!
 //! ```text
 //!   id, radius (m), velocity (m/s), spin (rad/s), force (N), orientation (w, x, y, z)       a sphere: Glyph, scaled by radius
@@ -41,15 +42,19 @@ pub fn beside(snapshot: &Path) -> PathBuf {
     snapshot.with_file_name(name)
 }
 
-/// Reads the bodies of a file that [`write()`] wrote, by their numbers; none where there is no file, since a moment without bodies has
-/// none.
+/// Reads the bodies of a file that [`write()`] wrote, by their numbers; none where there is no
+/// file, since a moment without bodies has none.
 ///
 /// # Errors
 /// When the file cannot be read or is not of that form.
 pub fn read(path: &Path) -> Result<HashMap<usize, Pose>> {
     match std::fs::read_to_string(path) {
-        Ok(text) => parse(&text)
-            .ok_or_else(|| Error::Usage(format!("{}: not bodies that mics wrote; run the case again", path.display()))),
+        Ok(text) => parse(&text).ok_or_else(|| {
+            Error::Usage(format!(
+                "{}: not bodies that mics wrote; run the case again",
+                path.display()
+            ))
+        }),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(HashMap::new()),
         Err(e) => Err(Error::io(path)(e)),
     }
@@ -64,9 +69,11 @@ fn parse(text: &str) -> Option<HashMap<usize, Pose>> {
     let [ids, velocity, turned, centres] =
         [numbers("id")?, numbers("velocity")?, numbers("orientation")?, numbers("Points")?];
     let pose = |(k, id): (usize, &f64)| {
-        let [v, at] = [&velocity, &centres].map(|all| all.get(3 * k..3 * k + 3).map(Vector3::from_column_slice));
+        let [v, at] = [&velocity, &centres]
+            .map(|all| all.get(3 * k..3 * k + 3).map(Vector3::from_column_slice));
         let q = turned.get(4 * k..4 * k + 4)?;
-        let orientation = Some(UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3])));
+        let orientation =
+            Some(UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3])));
         Some((*id as usize, Pose { centre: at?.into(), speed: v?.norm(), orientation }))
     };
     ids.iter().enumerate().map(pose).collect()
@@ -79,13 +86,17 @@ fn parse(text: &str) -> Option<HashMap<usize, Pose>> {
 pub fn write(path: &Path, time: f64, bodies: &[Body], forces: &[Vector3<f64>]) -> Result<()> {
     let count = bodies.len();
     let mut text = format!(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\">\n<PolyData>\n<FieldData>\n\
-         <DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">{time:?}</DataArray>\n</FieldData>\n\
-         <Piece NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n\
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" \
+        byte_order=\"LittleEndian\">\n<PolyData>\n<FieldData>\n\
+         <DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" \
+             format=\"ascii\">{time:?}</DataArray>\n</FieldData>\n\
+         <Piece NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\" NumberOfLines=\"0\" \
+             NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n\
          <PointData Scalars=\"radius\" Vectors=\"velocity\">\n"
     );
-    let vectors =
-        |of: fn(&Body) -> Vector3<f64>| bodies.iter().flat_map(|b| <[f64; 3]>::from(of(b))).collect::<Vec<_>>();
+    let vectors = |of: fn(&Body) -> Vector3<f64>| {
+        bodies.iter().flat_map(|b| <[f64; 3]>::from(of(b))).collect::<Vec<_>>()
+    };
     array(&mut text, "id", 1, bodies.iter().map(|b| b.id as f64));
     array(&mut text, "radius", 1, bodies.iter().map(Body::radius));
     array(&mut text, "velocity", 3, vectors(|b| b.velocity));
@@ -109,7 +120,8 @@ fn array(text: &mut String, name: &str, components: usize, values: impl IntoIter
     let kind = if name == "id" { "Int64" } else { "Float64" };
     let _ = write!(
         text,
-        "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">"
+        "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" \
+        format=\"ascii\">"
     );
     values.into_iter().for_each(|value| text.push_str(&format!("{value} ")));
     text.push_str("</DataArray>\n");
@@ -126,7 +138,8 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("bodies.vtp");
         assert!(read(&path).unwrap().is_empty());
-        let at = |x: f64| Body::new(Arc::new(Disc { radius: 0.1 }), 1.0, 0.0, Vector3::new(x, 0.5, 0.0));
+        let at =
+            |x: f64| Body::new(Arc::new(Disc { radius: 0.1 }), 1.0, 0.0, Vector3::new(x, 0.5, 0.0));
         let turned = UnitQuaternion::from_scaled_axis(Vector3::z() * 0.7);
         let mut moved = at(0.25);
         (moved.id, moved.velocity, moved.orientation) = (7, Vector3::new(3.0, -4.0, 0.0), turned);

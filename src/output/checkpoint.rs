@@ -4,8 +4,8 @@
 //!   "mics" 0 "ckp"   format   archive ([`crate::archive`]): header, run, scene   CRC-32 of all before it
 //!       8 bytes      4 bytes                                                   4 bytes
 //! ```
-//! A file is written under another name, brought to the disk, renamed, and the folder brought to the disk: whatever ends
-//! the process, the newest whole checkpoint is there.
+//! A file is written under another name, brought to the disk, renamed, and the folder brought to
+//! the disk: whatever ends the process, the newest whole checkpoint is there.
 
 use super::file::Part;
 use crate::archive::{Archive, Checkpointed, Source, Target};
@@ -95,7 +95,8 @@ impl Writer {
         Ok(writer)
     }
 
-    /// Brings it to the disk under its name, and deletes what is older than the one before it. Collective.
+    /// Brings it to the disk under its name, and deletes what is older than the one before it.
+    /// Collective.
     ///
     /// # Errors
     /// When a rank cannot.
@@ -109,7 +110,10 @@ impl Writer {
     fn close(mut self) -> Result<()> {
         let Some(lead) = self.lead.take() else { return Ok(()) };
         let folder = self.path.parent().unwrap_or(Path::new("")).to_owned();
-        let written = self.file.write_all(&lead.hasher.finalize().to_le_bytes()).and_then(|()| self.file.flush());
+        let written = self
+            .file
+            .write_all(&lead.hasher.finalize().to_le_bytes())
+            .and_then(|()| self.file.flush());
         written.and_then(|()| self.file.get_ref().sync_all()).map_err(Error::io(&self.path))?;
         lead.part.commit()?;
         File::open(&folder).and_then(|f| f.sync_all()).map_err(Error::io(&folder))?;
@@ -137,16 +141,23 @@ impl Target for Writer {
 
     fn put_parts(&mut self, session: &Session, mine: &[u8]) -> Result<()> {
         let (rank, ranks) = (session.rank(), session.size());
-        // Where the parts begin, and length and checksum of each: whole numbers that a double holds, each told by one rank.
+        // Where the parts begin, and length and checksum of each: whole numbers that a double
+        // holds, each told by one rank.
         let mut told = vec![0.0; 1 + 2 * ranks];
         told[0] = self.lead.as_ref().map_or(0.0, |lead| lead.at as f64);
-        (told[1 + 2 * rank], told[2 + 2 * rank]) = (mine.len() as f64, f64::from(crc32fast::hash(mine)));
+        (told[1 + 2 * rank], told[2 + 2 * rank]) =
+            (mine.len() as f64, f64::from(crc32fast::hash(mine)));
         session.sum(&mut told)?;
-        let (begin, parts) = (told[0] as u64, told[1..].chunks_exact(2).map(|part| (part[0] as u64, part[1] as u32)));
+        let (begin, parts) = (
+            told[0] as u64,
+            told[1..].chunks_exact(2).map(|part| (part[0] as u64, part[1] as u32)),
+        );
         let at = begin + parts.clone().take(rank).map(|(length, _)| length).sum::<u64>();
         let after = begin + parts.clone().map(|(length, _)| length).sum::<u64>();
         if let Some(lead) = &mut self.lead {
-            parts.for_each(|(length, sum)| lead.hasher.combine(&Hasher::new_with_initial_len(sum, length)));
+            parts.for_each(|(length, sum)| {
+                lead.hasher.combine(&Hasher::new_with_initial_len(sum, length))
+            });
             lead.at = after;
         }
         self.place(at, mine, after).map_err(Error::io(&self.path))
@@ -203,14 +214,15 @@ pub fn newest(run: &Path) -> Result<(u64, Vec<String>)> {
     }
     let why = if refused.is_empty() { String::new() } else { format!(" ({})", refused.join("; ")) };
     Err(Error::Usage(format!(
-        "{}: there is no checkpoint to go on from{why}; without --resume the run begins anew (with --force, where the folder \
+        "{}: there is no checkpoint to go on from{why}; without --resume the run begins anew (with \
+        --force, where the folder \
          holds one already)",
         run.display()
     )))
 }
 
-/// Deletes the checkpoints of a run after `step`, which are damaged (by their steps they would pass for the newest), and
-/// what was not finished.
+/// Deletes the checkpoints of a run after `step`, which are damaged (by their steps they would pass
+/// for the newest), and what was not finished.
 pub fn delete_after(run: &Path, step: u64) -> Result<()> {
     let folder = run.join(FOLDER);
     let later = files(&folder)?.into_iter().filter(|(s, _)| *s > step).map(|(_, path)| path);
@@ -259,7 +271,10 @@ pub fn open(run: &Path, step: u64) -> Result<Reader> {
     let path = path(run, step);
     let opened = sized(&path).and_then(|(mut file, length)| {
         file.seek(SeekFrom::Start(HEAD))?;
-        Ok(Reader { file: BufReader::with_capacity(1 << 18, file), left: length.saturating_sub(HEAD + TAIL) })
+        Ok(Reader {
+            file: BufReader::with_capacity(1 << 18, file),
+            left: length.saturating_sub(HEAD + TAIL),
+        })
     });
     opened.map_err(Error::io(&path))
 }
@@ -294,7 +309,8 @@ mod tests {
 
     fn names(run: &Path) -> Vec<String> {
         let entries = fs::read_dir(run.join(FOLDER)).unwrap();
-        let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        let mut names: Vec<_> =
+            entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
         names.sort();
         names
     }
@@ -302,7 +318,9 @@ mod tests {
     #[test]
     fn the_newest_two_are_kept_and_the_newest_whole_one_is_found() {
         let run = tempfile::tempdir().unwrap();
-        assert!(newest(run.path()).unwrap_err().to_string().contains("no checkpoint to go on from"));
+        assert!(
+            newest(run.path()).unwrap_err().to_string().contains("no checkpoint to go on from")
+        );
         for step in [5, 70, 300_000_000] {
             write(run.path(), step, b"state");
         }
@@ -329,7 +347,10 @@ mod tests {
         for bytes in flips.chain(cuts).chain([[&whole[..], b"x"].concat()]) {
             fs::write(&file, &bytes).unwrap();
             let (step, refused) = newest(run.path()).unwrap();
-            assert!(step == 1 && refused.len() == 1 && refused[0].contains("00000002.ckpt"), "{refused:?}");
+            assert!(
+                step == 1 && refused.len() == 1 && refused[0].contains("00000002.ckpt"),
+                "{refused:?}"
+            );
         }
         fs::write(part(&path(run.path(), 3)), "half").unwrap();
         delete_after(run.path(), 1).unwrap();
@@ -350,7 +371,9 @@ mod tests {
         fs::create_dir(path(run.path(), 4)).unwrap();
         let (step, refused) = newest(run.path()).unwrap();
         assert!(
-            step == 1 && refused[0].contains("no file") && refused[1].contains(&format!("format {}", FORMAT + 1)),
+            step == 1
+                && refused[0].contains("no file")
+                && refused[1].contains(&format!("format {}", FORMAT + 1)),
             "{refused:?}"
         );
     }

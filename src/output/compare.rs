@@ -1,4 +1,5 @@
-//! Measures beside their references: what `summary.json`, `mics report` and `mics validate` say of them.
+//! Measures beside their references: what `summary.json`, `mics report` and `mics validate` say of
+//! them.
 
 use crate::config::{Measure, Reference, Target};
 use serde::{Deserialize, Serialize};
@@ -11,7 +12,8 @@ pub struct Comparison {
     pub value: Option<f64>,
     /// What it ought to be.
     pub reference: Reference,
-    /// How far from it still passes, as a part of the reference (of a band: of its middle, beyond its ends).
+    /// How far from it still passes, as a part of the reference (of a band: of its middle, beyond
+    /// its ends).
     pub tolerance: f64,
     /// The error, as a part of the reference (of a band: against its middle).
     pub error: Option<f64>,
@@ -33,7 +35,11 @@ pub fn significant(value: f64) -> String {
 
 /// A measured value with five decimals, or where these would show less with five digits.
 pub fn measured(value: f64) -> String {
-    if value == 0.0 || (0.1..1e5).contains(&value.abs()) { format!("{value:.5}") } else { significant(value) }
+    if value == 0.0 || (0.1..1e5).contains(&value.abs()) {
+        format!("{value:.5}")
+    } else {
+        significant(value)
+    }
 }
 
 impl Comparison {
@@ -56,9 +62,9 @@ impl Comparison {
     pub fn difference(&self) -> Option<String> {
         match self.reference {
             Reference::Value(_) => self.error.map(signed_percent),
-            Reference::Band([low, high]) => {
-                self.value.map(|value| format!("at {:.0} % of the band", 100.0 * (value - low) / (high - low)))
-            }
+            Reference::Band([low, high]) => self.value.map(|value| {
+                format!("at {:.0} % of the band", 100.0 * (value - low) / (high - low))
+            }),
         }
     }
 
@@ -100,7 +106,8 @@ mod tests {
     use crate::config::{ForceRule, MeasureKind};
 
     fn measure(target: Option<(Reference, f64)>) -> Measure {
-        let target = target.map(|(reference, tolerance)| Target { reference, tolerance, source: None });
+        let target =
+            target.map(|(reference, tolerance)| Target { reference, tolerance, source: None });
         let (name, kind, force) = ("m".into(), MeasureKind::MaxSpeed, ForceRule::Momentum);
         Measure {
             name,
@@ -123,13 +130,22 @@ mod tests {
     fn a_value_passes_within_the_tolerance_of_its_reference_and_falls_short_beyond() {
         let number = measure(Some((Reference::Value(-2.0), 0.05)));
         let of = |value| Comparison::of(&number, Some(value)).unwrap();
-        assert!(of(-1.91).pass && of(-2.09).pass && !of(-1.89).pass && !of(2.0).pass && !of(f64::NAN).pass);
+        assert!(
+            of(-1.91).pass
+                && of(-2.09).pass
+                && !of(-1.89).pass
+                && !of(2.0).pass
+                && !of(f64::NAN).pass
+        );
         assert!((of(-2.1).error.unwrap() + 0.05).abs() < 1e-12, "below is negative");
         assert_eq!(of(-2.1).to_string(), "reference -2 within 5 %, error -5.00 %: pass");
         let band = measure(Some((Reference::Band([1.0, 3.0]), 0.1)));
         let of = |value| Comparison::of(&band, value).unwrap();
         assert!(of(Some(0.85)).pass && of(Some(3.15)).pass && !of(Some(3.25)).pass);
-        assert_eq!(of(Some(1.5)).to_string(), "reference 1 to 3 within 10 %, at 25 % of the band: pass");
+        assert_eq!(
+            of(Some(1.5)).to_string(),
+            "reference 1 to 3 within 10 %, at 25 % of the band: pass"
+        );
         let none = of(None);
         assert!(!none.pass && none.error.is_none());
         assert_eq!(none.to_string(), "reference 1 to 3 within 10 %: falls short");

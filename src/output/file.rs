@@ -6,7 +6,8 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
-/// A file under the name that it has until it is whole; dropped before [`Part::commit`], it leaves nothing.
+/// A file under the name that it has until it is whole; dropped before [`Part::commit`], it leaves
+/// nothing.
 pub struct Part {
     path: PathBuf,
     done: bool,
@@ -26,7 +27,8 @@ impl Part {
         Ok((Part { path: path.to_owned(), done: false }, file))
     }
 
-    /// The same for all ranks: rank 0 makes the file and has its name to give, the others open it. Collective.
+    /// The same for all ranks: rank 0 makes the file and has its name to give, the others open it.
+    /// Collective.
     ///
     /// # Errors
     /// When it cannot be made, or a rank does not see it.
@@ -35,7 +37,8 @@ impl Part {
         let (lead, opened) = match session.agree(made)? {
             Some((lead, file)) => (Some(lead), Ok(file)),
             None => {
-                let (name, unseen) = (part(path), "not seen by this rank: all ranks need one and the same folder");
+                let (name, unseen) =
+                    (part(path), "not seen by this rank: all ranks need one and the same folder");
                 let file = OpenOptions::new().write(true).open(&name);
                 (None, file.map_err(|e| Error::Run(format!("{}: {e}; {unseen}", name.display()))))
             }
@@ -82,7 +85,10 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
 ///
 /// # Errors
 /// When the file cannot be written, or `write` says so.
-pub fn replace_by(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
+pub fn replace_by(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<()>,
+) -> Result<()> {
     let (whole, file) = Part::create(path)?;
     let mut file = BufWriter::new(file);
     write(&mut file)?;

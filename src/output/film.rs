@@ -1,4 +1,5 @@
-//! `mics film`: a run as an animated PNG or a GIF, a frame a snapshot of its fields, or some of the frames beside each other for a paper.
+//! `mics film`: a run as an animated PNG or a GIF, a frame a snapshot of its fields, or some of the
+//! frames beside each other for a paper.
 
 use super::figure::Format;
 use super::file::replace_by;
@@ -38,16 +39,19 @@ pub struct Request {
     /// Instead of a film, so many of its frames beside each other as one picture, PNG and SVG.
     #[arg(long, value_name = "FRAMES")]
     pub strip: Option<usize>,
-    /// The file, FILE.png or FILE.gif, of several planes FILE_2.png as well [default: figures/FIELD_film.png of the run, of a strip FIELD_frames.png].
+    /// The file, FILE.png or FILE.gif, of several planes FILE_2.png as well [default:
+    /// figures/FIELD_film.png of the run, of a strip FIELD_frames.png].
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
 }
 
-/// Makes the film or the strip that is asked for, one for each plane that figures of the run show; returns the files.
+/// Makes the film or the strip that is asked for, one for each plane that figures of the run show;
+/// returns the files.
 ///
 /// # Errors
-/// When the request contradicts itself, the folder does not hold a run with two snapshots in that time, a file is damaged or cannot
-/// be written, or somebody interrupts; no part of a film is left then.
+/// When the request contradicts itself, the folder does not hold a run with two snapshots in that
+/// time, a file is damaged or cannot be written, or somebody interrupts; no part of a film is left
+/// then.
 pub fn make(request: &Request) -> Result<Vec<PathBuf>> {
     request.check()?;
     let run = Run::read(&request.run, &[])?;
@@ -63,11 +67,15 @@ pub fn make(request: &Request) -> Result<Vec<PathBuf>> {
         }
         frames = evenly(frames.len(), count).map(|k| frames[k].clone()).collect();
     }
-    let view = View { size: request.view.size.or(request.strip.is_none().then_some(SIZE)), ..request.view.clone() };
+    let view = View {
+        size: request.view.size.or(request.strip.is_none().then_some(SIZE)),
+        ..request.view.clone()
+    };
     let reels = Reel::of(&run, &view, &frames)?;
     let mut written = Vec::new();
     for (number, reel) in reels.iter().enumerate().rev() {
-        let stem = |kind: &str| Ok::<_, Error>(numbered(&request.stem(&run, &reel.name(kind))?, number));
+        let stem =
+            |kind: &str| Ok::<_, Error>(numbered(&request.stem(&run, &reel.name(kind))?, number));
         match request.strip {
             Some(_) => written.extend(reel.picture(&stem("frames")?)?),
             None => {
@@ -86,13 +94,21 @@ pub fn make(request: &Request) -> Result<Vec<PathBuf>> {
 fn film(reel: &Reel, path: &Path, rate: f64) -> Result<()> {
     let interrupt = Interrupt::listen()?;
     let frame = |k: usize| match interrupt.asked() {
-        true => Err(Error::Interrupted(format!("{}: interrupted, and not written", path.display()))),
+        true => {
+            Err(Error::Interrupted(format!("{}: interrupted, and not written", path.display())))
+        }
         false => reel.titled(k),
     };
     // Numbers do not get shorter, so that the last title is the widest.
     let widest = reel.titled(reel.len().saturating_sub(1))?.title;
-    let format = if path.extension().is_some_and(|ending| ending == "gif") { Format::Gif } else { Format::Png };
-    replace_by(path, |file| figure::film(file, format, path, (0..reel.len()).map(frame), reel.len(), &widest, rate))
+    let format = if path.extension().is_some_and(|ending| ending == "gif") {
+        Format::Gif
+    } else {
+        Format::Png
+    };
+    replace_by(path, |file| {
+        figure::film(file, format, path, (0..reel.len()).map(frame), reel.len(), &widest, rate)
+    })
 }
 
 impl Request {
@@ -118,13 +134,17 @@ impl Request {
         }
         let Some(out) = &self.out else { return Ok(()) };
         if out.is_dir() {
-            return refuse(format!("{}: is a folder; give --out a file, as in --out film.png", out.display()));
+            return refuse(format!(
+                "{}: is a folder; give --out a file, as in --out film.png",
+                out.display()
+            ));
         }
         let ending = out.extension().unwrap_or_default();
         if ending != "png" && (!(ending == "apng" || ending == "gif") || self.strip.is_some()) {
             let example = out.with_extension("png");
             return refuse(format!(
-                "--out {}: films are animated PNG or GIF, and strips PNG; give a name that ends in .png, as in --out {}, or of a \
+                "--out {}: films are animated PNG or GIF, and strips PNG; give a name that ends in \
+                .png, as in --out {}, or of a \
                  film in .gif",
                 out.display(),
                 example.display()
@@ -145,26 +165,34 @@ impl Request {
             return Err(not_a_run(&run.folder, "it has no fields/"));
         }
         // A run without any is one of too few, and has the same cure.
-        let all = if newest_snapshot(&run.folder).is_ok() { dated(&run.folder)? } else { Vec::new() };
+        let all =
+            if newest_snapshot(&run.folder).is_ok() { dated(&run.folder)? } else { Vec::new() };
         let (Some((first, _)), Some((last, _)), 2..) = (all.first(), all.last(), all.len()) else {
-            let there = if all.is_empty() { "no snapshot".to_owned() } else { "one snapshot only".to_owned() };
+            let there = if all.is_empty() {
+                "no snapshot".to_owned()
+            } else {
+                "one snapshot only".to_owned()
+            };
             return Err(Error::Usage(format!(
                 "{folder}: fields/ holds {there} and a film needs two or more; {}",
                 cure(run)
             )));
         };
         let (from, to) = (self.from.unwrap_or(*first), self.to.unwrap_or(*last));
-        // The snapshots of a moment are of the step next to it, as they are for `mics plot --times`.
+        // The snapshots of a moment are of the step next to it, as they are for `mics plot
+        // --times`.
         let within = match from <= *last && to >= *first {
             true => &all[nearest(&all, from)..=nearest(&all, to)],
             false => &[],
         };
         if within.len() < 2 {
             let asked = [("--from", self.from), ("--to", self.to)];
-            let asked = asked.iter().filter_map(|(name, time)| Some(format!("{name} {}", (*time)?)));
+            let asked =
+                asked.iter().filter_map(|(name, time)| Some(format!("{name} {}", (*time)?)));
             let asked = asked.collect::<Vec<_>>().join(" ");
             return Err(Error::Usage(format!(
-                "{asked}: {} of the {} snapshots of {folder}, from {first} to {last} s, lie there, and a film needs two; \
+                "{asked}: {} of the {} snapshots of {folder}, from {first} to {last} s, lie there, \
+                and a film needs two; \
                  give other times, or {}",
                 within.len(),
                 all.len(),
@@ -190,13 +218,17 @@ fn cure(run: &Run) -> String {
     let end = run.case.time.end;
     let least = end / GOOD;
     let power = 10f64.powf(least.log10().floor());
-    let round = [1.0, 2.0, 5.0, 10.0].map(|part| part * power).into_iter().find(|round| *round >= least * (1.0 - 1e-9));
+    let round = [1.0, 2.0, 5.0, 10.0]
+        .map(|part| part * power)
+        .into_iter()
+        .find(|round| *round >= least * (1.0 - 1e-9));
     let round = round.unwrap_or(least);
     // As a decimal of few digits: 0.02, and not 0.020000000000000004.
     let digits = (-power.log10().floor()).max(0.0) as usize;
     let every = format!("{round:.digits$}").parse().unwrap_or(round);
     format!(
-        "run the case again with output.fields = {{ every_time = {every} }}, about {:.0} frames of its {end} s, as in --set \
+        "run the case again with output.fields = {{ every_time = {every} }}, about {:.0} frames of \
+        its {end} s, as in --set \
          output.fields.every_time={every}",
         end / round
     )

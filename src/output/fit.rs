@@ -1,4 +1,5 @@
-//! Least-squares fits over time: Morison's formula to the force on a particle that swings, and a quadratic to any signal.
+//! Least-squares fits over time: Morison's formula to the force on a particle that swings, and a
+//! quadratic to any signal.
 //!
 //! ```text
 //!   sum_k dt_k (F_k - sum_i c_i g_i(t_k))^2 -> least:   A c = b,   A_ij = sum_k dt_k g_i g_j,   b_i = sum_k dt_k F_k g_i
@@ -24,7 +25,8 @@ pub struct Steadiest {
 /// that a body at rest has none. Where a speed approaches its end exponentially and changes by 1 %
 /// over the last quarter of the way, its mean there is within 1 % of the end.
 pub fn steadiest_quarter(samples: &[(f64, f64)]) -> Option<Steadiest> {
-    let steps = samples.windows(2).map(|pair| 0.5 * (pair[0].1 + pair[1].1) * (pair[1].0 - pair[0].0));
+    let steps =
+        samples.windows(2).map(|pair| 0.5 * (pair[0].1 + pair[1].1) * (pair[1].0 - pair[0].0));
     let mut way = vec![0.0];
     way.extend(steps.scan(0.0, |sum, step| {
         *sum += step;
@@ -77,7 +79,8 @@ pub struct Morison {
 }
 
 impl Morison {
-    /// A fit without samples, of a particle with this frontal area S (m2) and volume V (m3) in a fluid of this density (kg/m3).
+    /// A fit without samples, of a particle with this frontal area S (m2) and volume V (m3) in a
+    /// fluid of this density (kg/m3).
     pub fn new(density: f64, area: f64, volume: f64) -> Morison {
         Morison { scales: [0.5 * density * area, density * volume], ..Morison::default() }
     }
@@ -99,7 +102,8 @@ impl Morison {
         Some(self.products.cholesky()?.solve(&self.forces))
     }
 
-    /// Root mean square of what the fit leaves of the force, over that of the force; `None` without a fit or a force.
+    /// Root mean square of what the fit leaves of the force, over that of the force; `None` without
+    /// a fit or a force.
     pub fn residual(&self) -> Option<f64> {
         let left = self.square - self.forces.dot(&self.coefficients()?);
         // Of a force that the formula gives in full, rounding leaves a little less than nothing.
@@ -115,9 +119,10 @@ impl Checkpointed for Morison {
     }
 }
 
-/// Root mean square of a signal about its quadratic in time, over the size of its mean. Samples are (time (s), value), each the
-/// mean over the step before it, and weigh as much as that step is long; the first one only says where the second one's
-/// step begins. `None` of four samples or fewer, which a quadratic meets, and of a signal whose mean is 0.
+/// Root mean square of a signal about its quadratic in time, over the size of its mean. Samples are
+/// (time (s), value), each the mean over the step before it, and weigh as much as that step is
+/// long; the first one only says where the second one's step begins. `None` of four samples or
+/// fewer, which a quadratic meets, and of a signal whose mean is 0.
 pub fn noise(samples: &[(f64, f64)]) -> Option<f64> {
     let [(start, _), _, _, _, .., (end, _)] = *samples else { return None };
     // From -1 to 1, where the powers of time are well apart.
@@ -132,7 +137,8 @@ pub fn noise(samples: &[(f64, f64)]) -> Option<f64> {
         values += dt * value * powers;
     }
     let quadratic = products.cholesky()?.solve(&values);
-    let left: f64 = weighted().map(|(dt, powers, value)| dt * (value - quadratic.dot(&powers)).powi(2)).sum();
+    let left: f64 =
+        weighted().map(|(dt, powers, value)| dt * (value - quadratic.dot(&powers)).powi(2)).sum();
     // The sum of the values is their product with the power 0.
     let mean = values.x / (end - start);
     Some((left / (end - start)).sqrt() / mean.abs()).filter(|part| part.is_finite())
@@ -147,7 +153,9 @@ mod tests {
     /// short.
     #[test]
     fn the_terminal_speed_is_that_of_the_steadiest_quarter_of_the_way() {
-        let fall = |until: f64| (0..=1000).map(move |k| until * f64::from(k) / 1000.0).map(|t| (t, 1.0 - (-t).exp()));
+        let fall = |until: f64| {
+            (0..=1000).map(move |k| until * f64::from(k) / 1000.0).map(|t| (t, 1.0 - (-t).exp()))
+        };
         let lands = fall(12.0).chain((1..500).map(|k| (12.0 + 0.1 * f64::from(k), 0.0)));
         let long = steadiest_quarter(&lands.collect::<Vec<_>>()).unwrap();
         assert!((long.speed - 1.0).abs() < 1e-3 && long.variation < 1e-3, "{long:?}");
@@ -163,12 +171,16 @@ mod tests {
             let (mut morison, dt, mut square) = (Morison::new(2.0, 0.2, 0.03), 0.01, 0.0);
             for k in 1..=400 {
                 let time = dt * f64::from(k);
-                let (origin, drift, amplitude) = (Vector3::zeros(), Vector3::zeros(), Vector3::new(-0.3, 0.4, 0.0));
+                let (origin, drift, amplitude) =
+                    (Vector3::zeros(), Vector3::zeros(), Vector3::new(-0.3, 0.4, 0.0));
                 let path = |time| Oscillation { origin, drift, amplitude, frequency: 0.5, time };
                 let middle = path(time - 0.5 * dt);
-                let (u, a) = [middle.velocity(), middle.acceleration()].map(|v| v.dot(&amplitude) / 0.5).into();
+                let (u, a) = [middle.velocity(), middle.acceleration()]
+                    .map(|v| v.dot(&amplitude) / 0.5)
+                    .into();
                 // The formula has odd harmonics only, so that it takes nothing of the second one.
-                let force = -2.1 * 0.2 * u.abs() * u - 1.4 * 0.06 * a + extra * (2.0 * TAU * 0.5 * middle.time).sin();
+                let force = -2.1 * 0.2 * u.abs() * u - 1.4 * 0.06 * a
+                    + extra * (2.0 * TAU * 0.5 * middle.time).sin();
                 square += dt * force * force;
                 morison.add(&path(time), &(force / 0.5 * amplitude), dt);
             }
@@ -182,8 +194,8 @@ mod tests {
         assert_eq!(Morison::new(2.0, 0.2, 0.03).residual(), None);
     }
 
-    /// `2 + 0.3 t - 0.05 t^2` from `start` on, with deviations of 3 `size` over short steps and of -`size` over steps three times as
-    /// long.
+    /// `2 + 0.3 t - 0.05 t^2` from `start` on, with deviations of 3 `size` over short steps and of
+    /// -`size` over steps three times as long.
     fn signal(start: f64, size: f64) -> Vec<(f64, f64)> {
         let mut time = 0.0;
         let mut sample = |k: usize| {
@@ -197,7 +209,8 @@ mod tests {
 
     #[test]
     fn noise_is_what_a_quadratic_leaves_each_value_weighed_by_its_step() {
-        // Over four seconds the quadratic's mean is 2 + 0.6 - 0.05 16/3; the deviations' is 0, and of their square 3.
+        // Over four seconds the quadratic's mean is 2 + 0.6 - 0.05 16/3; the deviations' is 0, and
+        // of their square 3.
         let expected = 3.0f64.sqrt() * 0.1 / (2.6 - 0.8 / 3.0);
         for start in [0.0, 1000.0] {
             let found = noise(&signal(start, 0.1)).unwrap();

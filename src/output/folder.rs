@@ -25,9 +25,10 @@ const PARTICLE_COLUMNS: &str = "step,time,id,x,y,z,path_x,path_y,path_z,angle,vx
     convective_fx,convective_fy,convective_fz,momentum_fx,momentum_fy,momentum_fz,contact_fx,contact_fy,contact_fz";
 /// What 3D adds at the end: how a particle is turned, a unit quaternion.
 const ORIENTATION_COLUMNS: &str = ",qw,qx,qy,qz";
-/// What `steps.csv` holds: the contract's columns; then, where particles are free, the substeps of contacts and the
-/// balance of momentum; then the budget of energy.
-const STEP_COLUMNS: &str = "step,time,dt,outer_iterations,krylov_iterations,divergence_max,cfl,kinetic_energy,wall";
+/// What `steps.csv` holds: the contract's columns; then, where particles are free, the substeps of
+/// contacts and the balance of momentum; then the budget of energy.
+const STEP_COLUMNS: &str =
+    "step,time,dt,outer_iterations,krylov_iterations,divergence_max,cfl,kinetic_energy,wall";
 const BALANCE_COLUMNS: &str = ",substeps,momentum_x,momentum_y,momentum_z,border_impulse_x,border_impulse_y,\
     border_impulse_z,momentum_error,angular_momentum_error";
 const ENERGY_COLUMNS: &str = ",fluid_energy,bodies_energy,spring_energy,gravity_work,border_work,prescribed_work,viscous_loss,\
@@ -60,8 +61,11 @@ const OURS: [&str; 14] = [
     RUN,
 ];
 /// Its folders, with the endings of what it writes there.
-const OUR_FOLDERS: [(&str, &[&str]); 3] =
-    [("fields", &["vti", "vtp", "pvd"]), ("figures", &["png", "svg"]), (checkpoint::FOLDER, &[checkpoint::ENDING])];
+const OUR_FOLDERS: [(&str, &[&str]); 3] = [
+    ("fields", &["vti", "vtp", "pvd"]),
+    ("figures", &["png", "svg"]),
+    (checkpoint::FOLDER, &[checkpoint::ENDING]),
+];
 /// Ending of a file that is being written.
 const PART: &str = "part";
 /// Time after which the logs are brought to the disk.
@@ -172,7 +176,8 @@ pub struct StepRow {
     pub divergence_max: f64,
     /// Courant number.
     pub cfl: f64,
-    /// Kinetic energy of the fluid outside the bodies and of the free bodies (J; per metre of depth in 2D).
+    /// Kinetic energy of the fluid outside the bodies and of the free bodies (J; per metre of depth
+    /// in 2D).
     pub kinetic_energy: f64,
     /// Wall-clock seconds since the start.
     pub wall: f64,
@@ -181,7 +186,8 @@ pub struct StepRow {
 /// Whether a run of the case file `case` may be written to `path`.
 ///
 /// # Errors
-/// When the folder holds a run and `force` is not set, or holds anything that is not a run's, or the case file itself.
+/// When the folder holds a run and `force` is not set, or holds anything that is not a run's, or
+/// the case file itself.
 pub fn may_use(path: &Path, force: bool, case: &Path) -> Result<()> {
     let refuse = |why: String| Err(Error::Usage(format!("{}: {why}", path.display())));
     let entries = match fs::read_dir(path) {
@@ -189,16 +195,19 @@ pub fn may_use(path: &Path, force: bool, case: &Path) -> Result<()> {
         Err(e) => return refuse(format!("cannot be used as a run's folder: {e}")),
         Ok(entries) => entries,
     };
-    let names: Vec<String> = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+    let names: Vec<String> =
+        entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
     if names.is_empty() {
         return Ok(());
     }
     let ours = |n: &str| {
-        OURS.contains(&n.strip_suffix(".part").unwrap_or(n)) || OUR_FOLDERS.iter().any(|(folder, _)| *folder == n)
+        OURS.contains(&n.strip_suffix(".part").unwrap_or(n))
+            || OUR_FOLDERS.iter().any(|(folder, _)| *folder == n)
     };
     if let Some(strange) = names.iter().find(|n| !ours(n)) {
         return refuse(format!(
-            "the folder exists and holds {strange:?}, which no run wrote; give another folder with --out"
+            "the folder exists and holds {strange:?}, which no run wrote; give another folder with \
+            --out"
         ));
     }
     // A start that failed, for want of room, leaves folders and parts of files at most.
@@ -207,14 +216,23 @@ pub fn may_use(path: &Path, force: bool, case: &Path) -> Result<()> {
         return Ok(());
     }
     if !names.iter().any(|n| n == RUN) {
-        return refuse("the folder exists and holds no run (no run.json); give another folder with --out".into());
+        return refuse(
+            "the folder exists and holds no run (no run.json); give another folder with --out"
+                .into(),
+        );
     }
     if !force {
-        return refuse("the folder exists and holds a run; give another with --out, or --force to replace it".into());
+        return refuse(
+            "the folder exists and holds a run; give another with --out, or --force to replace it"
+                .into(),
+        );
     }
     let inside = |p: &Path| Some(p.canonicalize().ok()?.starts_with(path.canonicalize().ok()?));
     if inside(case) == Some(true) {
-        return refuse(format!("--force would delete the case file {}; copy it elsewhere first", case.display()));
+        return refuse(format!(
+            "--force would delete the case file {}; copy it elsewhere first",
+            case.display()
+        ));
     }
     Ok(())
 }
@@ -226,7 +244,8 @@ fn delete(file: &Path) -> Result<()> {
     }
 }
 
-/// Takes a run's folder for this process; let go of when the file is closed, also by a process that is killed.
+/// Takes a run's folder for this process; let go of when the file is closed, also by a process that
+/// is killed.
 ///
 /// # Errors
 /// When another process has it.
@@ -234,7 +253,8 @@ fn lock(path: &Path) -> Result<File> {
     let folder = File::open(path).map_err(Error::io(path))?;
     match flock(&folder, FlockOperation::NonBlockingLockExclusive) {
         Err(e) if e == rustix::io::Errno::WOULDBLOCK => Err(Error::Usage(format!(
-            "{}: another mics is writing here; wait until it has ended, or give another folder with --out",
+            "{}: another mics is writing here; wait until it has ended, or give another folder \
+            with --out",
             path.display()
         ))),
         // Some network file systems know no locks.
@@ -269,7 +289,8 @@ fn write_roster(path: &Path, case: &Case) -> Result<()> {
     }
     let mut rows = csv::Writer::from_writer(Vec::new());
     let failed = |e: csv::Error| Error::io(path.join(ROSTER))(e.into());
-    rows.write_record(["id", "name", "material", "shape", "diameter", "density", "motion"]).map_err(failed)?;
+    rows.write_record(["id", "name", "material", "shape", "diameter", "density", "motion"])
+        .map_err(failed)?;
     for (id, p) in case.particle.iter().enumerate() {
         let name = p.name.clone().unwrap_or_default();
         let shape = if matches!(p.shape, Shape::Disc(_)) { "disc" } else { "sphere" };
@@ -278,8 +299,10 @@ fn write_roster(path: &Path, case: &Case) -> Result<()> {
             Motion::Fixed => "fixed",
             Motion::Prescribed { .. } => "prescribed",
         };
-        let [id, diameter, density] = [id.to_string(), format!("{:?}", p.shape.diameter()), format!("{:?}", p.density)];
-        rows.write_record([&id, &name, &p.material, shape, &diameter, &density, motion]).map_err(failed)?;
+        let [id, diameter, density] =
+            [id.to_string(), format!("{:?}", p.shape.diameter()), format!("{:?}", p.density)];
+        rows.write_record([&id, &name, &p.material, shape, &diameter, &density, motion])
+            .map_err(failed)?;
     }
     let text = rows.into_inner().map_err(|e| Error::io(path.join(ROSTER))(e.into_error()))?;
     replace(&path.join(ROSTER), &text)
@@ -288,9 +311,18 @@ fn write_roster(path: &Path, case: &Case) -> Result<()> {
 impl Folder {
     /// Makes the folder (replacing a run that [`may_use`] allowed to replace) and opens its logs.
     /// The state says which columns there are.
-    pub fn create<const D: usize>(path: &Path, log: &mut Log, case: &Case, s: &State<D>) -> Result<Folder> {
-        let cure =
-            |e| Error::Usage(format!("{}: cannot be made ({e}); give another folder with --out", path.display()));
+    pub fn create<const D: usize>(
+        path: &Path,
+        log: &mut Log,
+        case: &Case,
+        s: &State<D>,
+    ) -> Result<Folder> {
+        let cure = |e| {
+            Error::Usage(format!(
+                "{}: cannot be made ({e}); give another folder with --out",
+                path.display()
+            ))
+        };
         fs::create_dir_all(path).map_err(cure)?;
         let lock = lock(path)?;
         clear(path)?;
@@ -309,12 +341,15 @@ impl Folder {
         ];
         let columns = columns.concat();
         let rows = |dimension: usize| {
-            let columns = [PARTICLE_COLUMNS, if dimension == 3 { ORIENTATION_COLUMNS } else { "" }].concat();
+            let columns =
+                [PARTICLE_COLUMNS, if dimension == 3 { ORIENTATION_COLUMNS } else { "" }].concat();
             Rows::create(&path.join("particles.csv"), &columns)
         };
         Ok(Folder {
             steps: Rows::create(&path.join("steps.csv"), &columns)?,
-            particles: (!s.bodies.is_empty() || !s.waiting.is_empty()).then(|| rows(D)).transpose()?,
+            particles: (!s.bodies.is_empty() || !s.waiting.is_empty())
+                .then(|| rows(D))
+                .transpose()?,
             probes: match case.probe.is_empty() {
                 true => None,
                 false => Some(Rows::create(&path.join("probes.csv"), probe::COLUMNS)?),
@@ -328,13 +363,16 @@ impl Folder {
         })
     }
 
-    /// Takes up the folder of a run that goes on: its logs cut back to `marks`, its later snapshots deleted.
+    /// Takes up the folder of a run that goes on: its logs cut back to `marks`, its later snapshots
+    /// deleted.
     ///
     /// # Errors
-    /// When a log is not as the run left it, or another process writes here; nothing has been changed then.
+    /// When a log is not as the run left it, or another process writes here; nothing has been
+    /// changed then.
     pub fn go_on(path: &Path, log: &mut Log, case: &Case, mut marks: Marks) -> Result<Folder> {
         let lock = lock(path)?;
-        let (steps, particles, said) = (path.join("steps.csv"), path.join("particles.csv"), path.join("log.txt"));
+        let (steps, particles, said) =
+            (path.join("steps.csv"), path.join("particles.csv"), path.join("log.txt"));
         Rows::fits(&steps, marks.steps)?;
         marks.particles.map(|length| Rows::fits(&particles, length)).transpose()?;
         let probes = path.join("probes.csv");
@@ -349,7 +387,9 @@ impl Folder {
         fs::create_dir_all(&fields).map_err(Error::io(&fields))?;
         marks.snapshots.retain(|(_, step)| fields.join(fields_file(*step)).exists());
         for file in fs::read_dir(&fields).map_err(Error::io(&fields))?.flatten().map(|e| e.path()) {
-            let step = file.file_stem().and_then(|s| s.to_str()?.trim_start_matches(BODIES).parse::<u64>().ok());
+            let step = file
+                .file_stem()
+                .and_then(|s| s.to_str()?.trim_start_matches(BODIES).parse::<u64>().ok());
             let later = step.is_some_and(|step| marks.snapshots.iter().all(|(_, s)| *s < step));
             let ending = file.extension().unwrap_or_default();
             if ending == PART || (later && (ending == "vti" || ending == "vtp")) {
@@ -378,7 +418,8 @@ impl Folder {
         Ok(folder)
     }
 
-    /// Brings all that is written so far to the disk, and says how far the logs have come, `progress` among them.
+    /// Brings all that is written so far to the disk, and says how far the logs have come,
+    /// `progress` among them.
     pub fn mark(&mut self, log: &mut Log, progress: &Progress) -> Result<Marks> {
         let fields = self.path.join("fields");
         let named = ["case.toml", RUN].map(|name| self.path.join(name));
@@ -408,7 +449,15 @@ impl Folder {
     pub fn write_step<const D: usize>(&mut self, r: &StepRow, s: &State<D>) -> Result<()> {
         self.steps.put(format_args!(
             "{},{:?},{:?},{},{},{:e},{:.6},{:?},{:.3}",
-            r.step, r.time, r.dt, r.outer, r.krylov, r.divergence_max, r.cfl, r.kinetic_energy, r.wall
+            r.step,
+            r.time,
+            r.dt,
+            r.outer,
+            r.krylov,
+            r.divergence_max,
+            r.cfl,
+            r.kinetic_energy,
+            r.wall
         ));
         if let Some(a) = &s.balance {
             let (m, b) = (&a.momentum, &a.impulses.border());
@@ -419,16 +468,32 @@ impl Folder {
             ));
         }
         let e = &s.energy;
-        let budget =
-            [e.fluid, e.bodies, e.springs, e.gravity, e.borders, e.prescribed, e.viscous, e.contacts, e.friction];
-        budget.iter().chain([&e.method, &e.bounded]).for_each(|joule| self.steps.put(format_args!(",{joule:e}")));
+        let budget = [
+            e.fluid,
+            e.bodies,
+            e.springs,
+            e.gravity,
+            e.borders,
+            e.prescribed,
+            e.viscous,
+            e.contacts,
+            e.friction,
+        ];
+        budget
+            .iter()
+            .chain([&e.method, &e.bounded])
+            .for_each(|joule| self.steps.put(format_args!(",{joule:e}")));
         if let Some(force) = s.drive {
-            force.iter().chain([&e.drive]).for_each(|number| self.steps.put(format_args!(",{number:e}")));
+            force
+                .iter()
+                .chain([&e.drive])
+                .for_each(|number| self.steps.put(format_args!(",{number:e}")));
         }
         self.steps.end_line()
     }
 
-    /// Writes that a body has left the box (kg, m, m/s) or come back: a row of `passages.csv`, which the first one begins.
+    /// Writes that a body has left the box (kg, m, m/s) or come back: a row of `passages.csv`,
+    /// which the first one begins.
     pub fn write_passage(&mut self, step: u64, time: f64, what: &str, body: &Body) -> Result<()> {
         if self.passages.is_none() {
             self.passages = Some(Rows::create(&self.path.join(PASSAGES), PASSAGE_COLUMNS)?);
@@ -463,7 +528,8 @@ impl Folder {
                 ForceRule::Literal => (e.literal(), e.literal_torque),
             };
             let path = b.path();
-            let vectors = [&b.centre, &path, &b.velocity, &b.spin, &force, &torque, &e.pressure, &e.viscous];
+            let vectors =
+                [&b.centre, &path, &b.velocity, &b.spin, &force, &torque, &e.pressure, &e.viscous];
             let vectors = vectors.into_iter().chain([&e.convective, &e.momentum, &e.contact]);
             file.put(format_args!("{step},{time:?},{id}"));
             for (k, vector) in vectors.enumerate() {
@@ -481,8 +547,15 @@ impl Folder {
         Ok(())
     }
 
-    /// Takes up a snapshot of the fields that has been written: the bodies and what they exchanged beside it, and the series' indices.
-    pub fn take_snapshot(&mut self, step: u64, time: f64, bodies: &[Body], exchange: &[Exchange]) -> Result<()> {
+    /// Takes up a snapshot of the fields that has been written: the bodies and what they exchanged
+    /// beside it, and the series' indices.
+    pub fn take_snapshot(
+        &mut self,
+        step: u64,
+        time: f64,
+        bodies: &[Body],
+        exchange: &[Exchange],
+    ) -> Result<()> {
         if !bodies.is_empty() {
             let forces: Vec<_> = exchange.iter().map(|e| e.momentum).collect();
             bodies::write(&self.path.join("fields").join(vtp(step)), time, bodies, &forces)?;
@@ -503,7 +576,9 @@ impl Folder {
 
     /// The newest snapshot's time (s) and path.
     pub fn last_snapshot(&self) -> Option<(f64, PathBuf)> {
-        self.snapshots.last().map(|(time, step)| (*time, self.path.join("fields").join(fields_file(*step))))
+        self.snapshots
+            .last()
+            .map(|(time, step)| (*time, self.path.join("fields").join(fields_file(*step))))
     }
 
     /// Brings the logs to the disk every few seconds, so that a long run can be followed.

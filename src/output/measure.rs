@@ -73,8 +73,11 @@ pub fn series(case: &Case) -> Vec<Series> {
         let speed = m.speed.unwrap_or(f64::NAN);
         let diameter = case.particle.get(m.particle).map_or(1.0, |p| p.shape.diameter());
         let circle = 0.25 * PI * diameter * diameter;
-        let (area, volume) =
-            if case.dimension() == 2 { (diameter, circle) } else { (circle, 2.0 / 3.0 * diameter * circle) };
+        let (area, volume) = if case.dimension() == 2 {
+            (diameter, circle)
+        } else {
+            (circle, 2.0 / 3.0 * diameter * circle)
+        };
         let density = case.fluid.density;
         Series {
             morison: Morison::new(density, area, volume),
@@ -86,7 +89,9 @@ pub fn series(case: &Case) -> Vec<Series> {
             force_scale: 0.5 * density * speed * speed * area,
             rate: speed / diameter,
             up,
-            size: std::array::from_fn(|a| case.domain.size.get(a).copied().unwrap_or(f64::INFINITY)),
+            size: std::array::from_fn(|a| {
+                case.domain.size.get(a).copied().unwrap_or(f64::INFINITY)
+            }),
             samples: Vec::new(),
             measure: m.clone(),
         }
@@ -132,8 +137,13 @@ impl Series {
         Ok(())
     }
 
-    /// Takes the state after a step, and what [`survey`](super::survey::survey) gives of it, of a kind that is of the whole box.
-    pub fn sample(&mut self, &Sample { time, exchange, bodies, max_speed, deepest, touched }: &Sample, of_box: f64) {
+    /// Takes the state after a step, and what [`survey`](super::survey::survey) gives of it, of a
+    /// kind that is of the whole box.
+    pub fn sample(
+        &mut self,
+        &Sample { time, exchange, bodies, max_speed, deepest, touched }: &Sample,
+        of_box: f64,
+    ) {
         let before = std::mem::replace(&mut self.before, time);
         let dt = time - before;
         if time < self.measure.from {
@@ -171,7 +181,9 @@ impl Series {
             | MeasureKind::LiftRms
             | MeasureKind::LiftAmplitude
             | MeasureKind::Strouhal => coefficient(),
-            MeasureKind::LiftMagnitude => (force - force.dot(&direction) * direction).norm() / self.force_scale,
+            MeasureKind::LiftMagnitude => {
+                (force - force.dot(&direction) * direction).norm() / self.force_scale
+            }
             MeasureKind::Force => self.group(bodies).map(|k| force_on(k).dot(&direction)).sum(),
             MeasureKind::LargestSpeed | MeasureKind::TerminalSpeed => body(&|b| b.velocity.norm()),
             MeasureKind::PositionX => body(&|b| b.centre.x),
@@ -181,12 +193,18 @@ impl Series {
             MeasureKind::VelocityY => body(&|b| b.velocity.y),
             MeasureKind::VelocityZ => body(&|b| b.velocity.z),
             MeasureKind::Spin => body(&|b| b.spin.z),
-            MeasureKind::MorisonDrag | MeasureKind::MorisonInertia | MeasureKind::MorisonResidual => 0.0,
+            MeasureKind::MorisonDrag
+            | MeasureKind::MorisonInertia
+            | MeasureKind::MorisonResidual => 0.0,
             MeasureKind::ForceNoise => force.dot(&direction),
-            MeasureKind::MidlineULeast | MeasureKind::MidlineVLeast | MeasureKind::MidlineVLargest => return,
+            MeasureKind::MidlineULeast
+            | MeasureKind::MidlineVLeast
+            | MeasureKind::MidlineVLargest => return,
             MeasureKind::MeanHeight => self.mean_height(bodies),
             MeasureKind::HeightRank => self.height_rank(bodies),
-            MeasureKind::FastestParticle => self.group(bodies).map(|id| bodies[id].velocity.norm()).fold(0.0, f64::max),
+            MeasureKind::FastestParticle => {
+                self.group(bodies).map(|id| bodies[id].velocity.norm()).fold(0.0, f64::max)
+            }
             MeasureKind::LargestOverlap => deepest,
             MeasureKind::MeanSpeed => self.mean_of(bodies, |b| b.velocity.norm()),
             MeasureKind::RmsSpeed => self.mean_of(bodies, |b| b.velocity.norm_squared()).sqrt(),
@@ -224,33 +242,42 @@ impl Series {
     }
 
     fn mean_of(&self, bodies: &[Body], value: impl Fn(&Body) -> f64) -> f64 {
-        self.group(bodies).map(|id| value(&bodies[id])).sum::<f64>() / self.group(bodies).count() as f64
+        self.group(bodies).map(|id| value(&bodies[id])).sum::<f64>()
+            / self.group(bodies).count() as f64
     }
 
     fn mean_height(&self, bodies: &[Body]) -> f64 {
         let height = |id: usize| bodies[id].centre.dot(&self.up);
         let lowest = (0..bodies.len()).map(height).fold(f64::INFINITY, f64::min);
-        self.group(bodies).map(|id| height(id) - lowest).sum::<f64>() / self.group(bodies).count() as f64
+        self.group(bodies).map(|id| height(id) - lowest).sum::<f64>()
+            / self.group(bodies).count() as f64
     }
 
     fn height_rank(&self, bodies: &[Body]) -> f64 {
         let height = |id: usize| bodies[id].centre.dot(&self.up);
-        let rank = |id: usize| 1 + (0..bodies.len()).filter(|other| height(*other) < height(id)).count();
+        let rank =
+            |id: usize| 1 + (0..bodies.len()).filter(|other| height(*other) < height(id)).count();
         self.group(bodies).map(rank).sum::<usize>() as f64 / self.group(bodies).count() as f64
     }
 
-    /// Takes the value as what it is waited for passes `at`, on the straight line between two steps; a way of more than half of
-    /// the `length` is no way, but one across a period or back to an entrance.
+    /// Takes the value as what it is waited for passes `at`, on the straight line between two
+    /// steps; a way of more than half of the `length` is no way, but one across a period or back to
+    /// an entrance.
     fn wait(&mut self, at: f64, now: f64, value: f64, length: f64) {
-        let (Some((before, value_before)), None) = (self.passing.replace((now, value)), self.found) else { return };
+        let (Some((before, value_before)), None) = (self.passing.replace((now, value)), self.found)
+        else {
+            return;
+        };
         if (now - before).abs() > 0.5 * length {
             return;
         }
         let share = (at - before) / (now - before);
-        self.found = (0.0..=1.0).contains(&share).then_some(value_before + share * (value - value_before));
+        self.found =
+            (0.0..=1.0).contains(&share).then_some(value_before + share * (value - value_before));
     }
 
-    /// Keeps a sample: the one that counts where one does, so that a long run takes no more memory than a short one.
+    /// Keeps a sample: the one that counts where one does, so that a long run takes no more memory
+    /// than a short one.
     fn keep(&mut self, before: f64, new: (f64, f64)) {
         if self.samples.is_empty() {
             self.began = before.max(self.measure.from);
@@ -297,8 +324,8 @@ impl Series {
         Some(area / (last.0 - begin))
     }
 
-    /// The measure's value; `None` where the samples do not give one (no steps in its window, no oscillation, no
-    /// contact).
+    /// The measure's value; `None` where the samples do not give one (no steps in its window, no
+    /// oscillation, no contact).
     pub fn value(&self) -> Option<f64> {
         if self.found.is_some() || self.measure.when.is_some() {
             return self.found;
@@ -309,7 +336,8 @@ impl Series {
     /// The value that samples give, of which the first began at `began` (s).
     fn value_of(&self, samples: &[(f64, f64)], began: f64) -> Option<f64> {
         let values = || samples.iter().map(|s| s.1);
-        let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        let (low, high) =
+            values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
         let mean = self.mean(samples, began)?;
         match self.measure.kind {
             MeasureKind::DragCoefficient
@@ -352,13 +380,16 @@ impl Series {
             MeasureKind::ContactStart => samples.iter().find(|s| s.1 > 0.0).map(|s| s.0),
             MeasureKind::LiftAmplitude => Some(0.5 * (high - low)),
             MeasureKind::LiftRms => {
-                let squares: Vec<_> = samples.iter().map(|&(t, v)| (t, (v - mean) * (v - mean))).collect();
+                let squares: Vec<_> =
+                    samples.iter().map(|&(t, v)| (t, (v - mean) * (v - mean))).collect();
                 self.mean(&squares, began).map(f64::sqrt)
             }
             // A lift coefficient that moves by less is a steady wake, whatever its last digits do.
             MeasureKind::Strouhal if high - low < 2e-3 => None,
             MeasureKind::Strouhal => frequency(samples, mean).map(|f| f / self.rate),
-            MeasureKind::MidlineULeast | MeasureKind::MidlineVLeast | MeasureKind::MidlineVLargest => None,
+            MeasureKind::MidlineULeast
+            | MeasureKind::MidlineVLeast
+            | MeasureKind::MidlineVLargest => None,
         }
     }
 
@@ -372,12 +403,16 @@ impl Series {
                 Remark { doubt: false, words: format!("steady within {varies}") }
             } else {
                 let words = format!(
-                    "not steady: over that quarter of the way the speed changes by {varies}; a longer fall comes nearer to its end"
+                    "not steady: over that quarter of the way the speed changes by {varies}; a \
+                    longer fall comes nearer to its end"
                 );
                 Remark { doubt: true, words }
             });
         }
-        if matches!(self.measure.kind, MeasureKind::DragCoefficientMax | MeasureKind::LiftCoefficientMax) {
+        if matches!(
+            self.measure.kind,
+            MeasureKind::DragCoefficientMax | MeasureKind::LiftCoefficientMax
+        ) {
             let at = significant(self.samples.last()?.0);
             return Some(Remark { doubt: false, words: format!("at t = {at} s") });
         }
@@ -423,7 +458,8 @@ impl Checkpointed for Series {
     }
 }
 
-/// Where in a list of bodies, in the order of their numbers, that of a number is; `None` once it has left.
+/// Where in a list of bodies, in the order of their numbers, that of a number is; `None` once it
+/// has left.
 fn place(bodies: &[Body], id: usize) -> Option<usize> {
     match bodies.get(id) {
         Some(body) if body.id == id => Some(id),
@@ -431,8 +467,9 @@ fn place(bodies: &[Body], id: usize) -> Option<usize> {
     }
 }
 
-/// Oscillations per unit time from the first to the last upward crossing of `level`. A crossing counts after the signal
-/// has been below the level by a tenth of its depth, so that noise makes none.
+/// Oscillations per unit time from the first to the last upward crossing of `level`. A crossing
+/// counts after the signal has been below the level by a tenth of its depth, so that noise makes
+/// none.
 fn frequency(samples: &[(f64, f64)], level: f64) -> Option<f64> {
     let depth = samples.iter().map(|s| level - s.1).fold(0.0, f64::max);
     let (mut armed, mut crossings) = (false, Vec::new());
@@ -480,12 +517,14 @@ mod tests {
 
     /// The measures of these kinds, from 1 s on, of a disc of 0.2 m in a fluid of 2 kg/m3.
     fn of_kinds(kinds: &[&str]) -> Vec<Series> {
-        let measure =
-            |kind: &&str| format!("[[measure]]\nname = \"{kind}\"\nkind = \"{kind}\"\nfrom = 1.0\nspeed = 3.0\n");
+        let measure = |kind: &&str| {
+            format!("[[measure]]\nname = \"{kind}\"\nkind = \"{kind}\"\nfrom = 1.0\nspeed = 3.0\n")
+        };
         let text = format!(
             "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 9.0], cells = [8, 72] }}\n\
              fluid = {{ density = 2.0, viscosity = 0.1, gravity = [0.0, -9.81] }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
+                 }}\n\
              coupling.wall = \"mixing\"\n\
              particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, position = [0.5, 8.0], motion = {{ prescribed = {{\
              oscillation = {{ amplitude = [0.1, 0.0], frequency = 0.5 }} }} }} }}]\n{}",
@@ -497,7 +536,8 @@ mod tests {
     #[test]
     fn the_force_on_a_swinging_disc_gives_back_the_coefficients_that_it_was_made_with() {
         let mut series = of_kinds(&["morison_drag", "morison_inertia"]);
-        let (origin, drift, amplitude) = (Vector3::zeros(), Vector3::zeros(), Vector3::new(-0.3, 0.4, 0.0));
+        let (origin, drift, amplitude) =
+            (Vector3::zeros(), Vector3::zeros(), Vector3::new(-0.3, 0.4, 0.0));
         let path = |time| Oscillation { origin, drift, amplitude, frequency: 0.5, time };
         let (along, mut time) = (amplitude.normalize(), 0.0);
         for k in 0..400 {
@@ -512,35 +552,48 @@ mod tests {
             let mut body = disc();
             body.motion = Motion::Prescribed(Some(path(time)));
             let exchange = pushed(momentum);
-            series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], std::slice::from_ref(&body)), 0.0));
+            series
+                .iter_mut()
+                .for_each(|s| s.sample(&at(time, &[exchange], std::slice::from_ref(&body)), 0.0));
         }
         let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
         assert!((values[0] - 2.1).abs() < 1e-12 && (values[1] - 1.4).abs() < 1e-12, "{values:?}");
     }
 
-    /// A force of 4 N over 0.9 to 1.2 s and of 1 N over the next 0.5 s, of which the first 0.1 s are before the window; a velocity by what it is at the ends.
+    /// A force of 4 N over 0.9 to 1.2 s and of 1 N over the next 0.5 s, of which the first 0.1 s
+    /// are before the window; a velocity by what it is at the ends.
     #[test]
     fn the_mean_of_a_force_is_what_it_gave_over_its_time() {
         let mut series = of_kinds(&["force", "velocity_x"]);
         let mut bodies = [disc()];
         for (time, force, speed) in [(0.9, 9.0, 7.0), (1.2, 4.0, 1.0), (1.7, 1.0, 3.0)] {
             bodies[0].velocity.x = speed;
-            series.iter_mut().for_each(|s| s.sample(&at(time, &[pushed(Vector3::new(force, 0.0, 0.0))], &bodies), 0.0));
+            series.iter_mut().for_each(|s| {
+                s.sample(&at(time, &[pushed(Vector3::new(force, 0.0, 0.0))], &bodies), 0.0)
+            });
         }
         let [force, speed] = [0, 1].map(|n: usize| series[n].value().unwrap());
-        assert!((force - (4.0 * 0.2 + 0.5) / 0.7).abs() < 1e-14 && (speed - 2.0).abs() < 1e-14, "{force} {speed}");
+        assert!(
+            (force - (4.0 * 0.2 + 0.5) / 0.7).abs() < 1e-14 && (speed - 2.0).abs() < 1e-14,
+            "{force} {speed}"
+        );
     }
 
     #[test]
     fn the_largest_coefficients_are_those_of_the_window() {
-        let mut series = of_kinds(&["drag_coefficient_max", "lift_coefficient_max", "drag_coefficient"]);
-        for (time, x, y) in [(0.5, 9.0, 9.0), (1.0, 1.8, -0.9), (2.0, 3.6, 0.18), (3.0, 1.8, -2.0)] {
+        let mut series =
+            of_kinds(&["drag_coefficient_max", "lift_coefficient_max", "drag_coefficient"]);
+        for (time, x, y) in [(0.5, 9.0, 9.0), (1.0, 1.8, -0.9), (2.0, 3.6, 0.18), (3.0, 1.8, -2.0)]
+        {
             let exchange = pushed(Vector3::new(x, y, 0.0));
             series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], &[disc()]), 0.0));
         }
         // In units of 0.5 rho U^2 d = 1.8 N.
         let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
-        assert!(values.iter().zip([2.0, 0.1, 1.5]).all(|(a, b)| (a - b).abs() < 1e-12), "{values:?}");
+        assert!(
+            values.iter().zip([2.0, 0.1, 1.5]).all(|(a, b)| (a - b).abs() < 1e-12),
+            "{values:?}"
+        );
         let kept: Vec<usize> = series.iter().map(|s| s.samples.len()).collect();
         assert_eq!(kept, [1, 1, 3], "a mean needs all samples, the largest itself");
     }
@@ -555,14 +608,20 @@ mod tests {
         let mut body = disc();
         for k in 0..9 {
             // A straight way down from (0, 8), which turns back at the fifth step.
-            body.centre = Vector3::new(0.2 * f64::from(k), 8.0 - 0.4 * f64::from(k.min(8 - k)), 0.0);
+            body.centre =
+                Vector3::new(0.2 * f64::from(k), 8.0 - 0.4 * f64::from(k.min(8 - k)), 0.0);
             let mut exchange = Exchange::default();
             exchange.contact.y = if k == 5 { 1.0 } else { 0.0 };
             let time = 1.0 + f64::from(k);
-            series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], std::slice::from_ref(&body)), 0.0));
+            series
+                .iter_mut()
+                .for_each(|s| s.sample(&at(time, &[exchange], std::slice::from_ref(&body)), 0.0));
         }
         let values: Vec<_> = series.iter().map(Series::value).collect();
-        assert!((values[0].unwrap() - 0.25).abs() < 1e-12, "on the way down, between two steps: {values:?}");
+        assert!(
+            (values[0].unwrap() - 0.25).abs() < 1e-12,
+            "on the way down, between two steps: {values:?}"
+        );
         assert_eq!(values[1], None, "never so low");
         assert!((values[2].unwrap() - 6.8).abs() < 1e-12, "{values:?}");
         assert!(series.iter().all(|s| s.samples.is_empty()), "a moment needs no history");
@@ -570,7 +629,8 @@ mod tests {
 
     #[test]
     fn a_heap_is_told_by_the_heights_of_its_parts_its_fastest_and_its_deepest_overlap() {
-        let mut series = of_kinds(&["mean_height", "height_rank", "fastest_particle", "largest_overlap"]);
+        let mut series =
+            of_kinds(&["mean_height", "height_rank", "fastest_particle", "largest_overlap"]);
         let up = Vector3::new(0.6, 0.8, 0.0);
         for s in &mut series {
             (s.up, s.measure.particles) = (up, vec![0, 2]);
@@ -592,7 +652,8 @@ mod tests {
 
     #[test]
     fn a_falling_body_that_lands_gives_its_speed_place_spin_and_landing() {
-        let mut series = of_kinds(&["largest_speed", "position_y", "velocity_y", "spin", "contact_start"]);
+        let mut series =
+            of_kinds(&["largest_speed", "position_y", "velocity_y", "spin", "contact_start"]);
         assert!(series.iter().all(|s| s.value().is_none()));
         let mut body = disc();
         // Before the window, in it, at the bottom, and at rest without a force.
@@ -603,7 +664,9 @@ mod tests {
             body.centre.y += speed / 10.0;
             let mut exchange = Exchange::default();
             exchange.contact.y = force;
-            series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], std::slice::from_ref(&body)), 0.0));
+            series
+                .iter_mut()
+                .for_each(|s| s.sample(&at(time, &[exchange], std::slice::from_ref(&body)), 0.0));
         }
         let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
         let expected = [3.0, 8.0 - 1.4, -(2.5 + 1.5) / 3.0, 0.5, 3.0];

@@ -25,7 +25,9 @@ pub fn extremum<const D: usize>(kind: MeasureKind, scene: &Scene<D>) -> Result<O
     };
     let (grid, u) = (&scene.domain.grid, &scene.state.u[axis]);
     let Ok(cells) = <[usize; 2]>::try_from(&grid.cells[..]) else { return Ok(None) };
-    let own = |cell: [usize; 2]| grid.owned_index(std::array::from_fn(|a| cell[a])).map_or(0.0, |c| sign * u[c]);
+    let own = |cell: [usize; 2]| {
+        grid.owned_index(std::array::from_fn(|a| cell[a])).map_or(0.0, |c| sign * u[c])
+    };
     let mut values = line(cells, along, own);
     scene.domain.session.sum(&mut values)?;
     Ok(Some(sign * peak(&values)))
@@ -43,7 +45,9 @@ fn line(cells: [usize; 2], along: usize, value: impl Fn([usize; 2]) -> f64) -> V
 /// The largest of samples at equal spacing, by a parabola where it has neighbours on both sides.
 fn peak(values: &[f64]) -> f64 {
     let top = (0..values.len()).max_by(|a, b| values[*a].total_cmp(&values[*b])).unwrap_or(0);
-    let Some(&[a, b, c]) = top.checked_sub(1).and_then(|low| values.get(low..top + 2)?.first_chunk()) else {
+    let Some(&[a, b, c]) =
+        top.checked_sub(1).and_then(|low| values.get(low..top + 2)?.first_chunk())
+    else {
         return values.get(top).copied().unwrap_or(f64::NAN);
     };
     let bend = a - 2.0 * b + c;
@@ -58,10 +62,15 @@ mod tests {
     fn parabolas_of_velocity_give_their_own_extrema_on_even_and_odd_grids() {
         for cells in [[8, 8], [9, 7]] {
             let place = |cell: [usize; 2], a: usize| (cell[a] as f64 + 0.5) / cells[a] as f64;
-            // On the midlines 1 - 3 (y - 0.3)^2 and 2 - (x - 0.6)^2; a slope across them is averaged out.
-            let u = line(cells, 1, |at| (place(at, 0) - 0.5) + 1.0 - 3.0 * (place(at, 1) - 0.3).powi(2));
+            // On the midlines 1 - 3 (y - 0.3)^2 and 2 - (x - 0.6)^2; a slope across them is
+            // averaged out.
+            let u = line(cells, 1, |at| {
+                (place(at, 0) - 0.5) + 1.0 - 3.0 * (place(at, 1) - 0.3).powi(2)
+            });
             let v = |sign: f64| {
-                line(cells, 0, |at| sign * (2.0 * (place(at, 1) - 0.5) + 2.0 - (place(at, 0) - 0.6).powi(2)))
+                line(cells, 0, |at| {
+                    sign * (2.0 * (place(at, 1) - 0.5) + 2.0 - (place(at, 0) - 0.6).powi(2))
+                })
             };
             assert!((peak(&u) - 1.0).abs() < 1e-12);
             assert!((peak(&v(1.0)) - 2.0).abs() < 1e-12);

@@ -16,17 +16,22 @@ const NUMBERS: usize = 4;
 /// The probes of a case.
 pub struct Probes {
     probes: Vec<(Probe, Vec<Vec<f64>>)>,
-    /// Velocity and pressure of each point of one probe; elsewhere than on the rank of the point zero.
+    /// Velocity and pressure of each point of one probe; elsewhere than on the rank of the point
+    /// zero.
     values: Vec<f64>,
 }
 
 impl Probes {
     /// Those of a case.
     pub fn new(probes: &[Probe]) -> Probes {
-        Probes { probes: probes.iter().map(|probe| (probe.clone(), probe.places())).collect(), values: Vec::new() }
+        Probes {
+            probes: probes.iter().map(|probe| (probe.clone(), probe.places())).collect(),
+            values: Vec::new(),
+        }
     }
 
-    /// Hands a line of `probes.csv` for each point that is due after this step to `put`. Collective.
+    /// Hands a line of `probes.csv` for each point that is due after this step to `put`.
+    /// Collective.
     ///
     /// # Errors
     /// When ranks cannot sum.
@@ -36,7 +41,8 @@ impl Probes {
         mut put: impl FnMut(std::fmt::Arguments) -> Result<()>,
     ) -> Result<()> {
         let (time, steps) = (scene.state.time, scene.state.steps);
-        let due = |probe: &Probe| time >= probe.from && steps.is_multiple_of(probe.every.unwrap_or(1));
+        let due =
+            |probe: &Probe| time >= probe.from && steps.is_multiple_of(probe.every.unwrap_or(1));
         if self.probes.iter().any(|(probe, _)| due(probe)) {
             // A place beside another rank's cells lies between them and this one's.
             scene.domain.boundaries.fill_velocity(&mut scene.state.u)?;
@@ -49,13 +55,17 @@ impl Probes {
                 at(scene, place, values);
             }
             scene.domain.session.sum(&mut self.values)?;
-            for (point, (place, v)) in places.iter().zip(self.values.chunks_exact(NUMBERS)).enumerate() {
+            for (point, (place, v)) in
+                places.iter().zip(self.values.chunks_exact(NUMBERS)).enumerate()
+            {
                 let at = Vector3::from_fn(|a, _| place.get(a).copied().unwrap_or(0.0));
                 let around = s.bodies.iter().find_map(|body| {
                     let arm = nearest_image(&body.centre, &at, &periods);
-                    (body.shape().distance(&body.turn(), &arm) < 0.0).then(|| (body.id, body.velocity_at(&arm)))
+                    (body.shape().distance(&body.turn(), &arm) < 0.0)
+                        .then(|| (body.id, body.velocity_at(&arm)))
                 });
-                let velocity = around.map_or(Vector3::new(v[0], v[1], v[2]), |(_, velocity)| velocity);
+                let velocity =
+                    around.map_or(Vector3::new(v[0], v[1], v[2]), |(_, velocity)| velocity);
                 let body = around.map_or(String::new(), |(id, _)| id.to_string());
                 let ([x, y, z], [vx, vy, vz]): ([f64; 3], [f64; 3]) = (at.into(), velocity.into());
                 put(format_args!(
@@ -72,12 +82,14 @@ impl Probes {
 fn at<const D: usize>(scene: &Scene<D>, place: &[f64], values: &mut [f64]) {
     let grid = &scene.domain.grid;
     // The cell of the place; one on the far side of the box belongs to the last cell.
-    let cell: [usize; D] = std::array::from_fn(|a| ((place[a] / grid.h[a]) as usize).min(grid.cells[a] - 1));
+    let cell: [usize; D] =
+        std::array::from_fn(|a| ((place[a] / grid.h[a]) as usize).min(grid.cells[a] - 1));
     let own = (0..D).all(|a| (grid.start[a]..grid.start[a] + grid.local[a]).contains(&cell[a]));
     if !own {
         return;
     }
-    let index: usize = (0..D).map(|a| (cell[a] - grid.start[a] + grid.ghosts) * grid.stride[a]).sum();
+    let index: usize =
+        (0..D).map(|a| (cell[a] - grid.start[a] + grid.ghosts) * grid.stride[a]).sum();
     // Its neighbour on the other side of the place, along each axis, and how near that is.
     let beside: [(usize, f64); D] = std::array::from_fn(|a| {
         let off = place[a] / grid.h[a] - cell[a] as f64 - 0.5;

@@ -1,12 +1,12 @@
-//! How far a run is: one record, at most one a second, shown as a bar on a terminal, as a line now and then elsewhere,
-//! and kept in `progress.jsonl`, which `mics watch` ([`super::watch`]) follows.
+//! How far a run is: one record, at most one a second, shown as a bar on a terminal, as a line now
+//! and then elsewhere, and kept in `progress.jsonl`, which `mics watch` ([`super::watch`]) follows.
 //!
 //! ```text
 //!   left = (end - t)/pace      pace: flow time a second, a mean that forgets over the last third of the run: steps grow at
 //!                              its start, and later follow what moves
 //! ```
-//! Where bodies come to rest the time to the end is that of so many steps of the present length as are to be expected
-//! ([`Rest::stretched`]).
+//! Where bodies come to rest the time to the end is that of so many steps of the present length as
+//! are to be expected ([`Rest::stretched`]).
 
 use crate::check::Rest;
 use crate::words::minutes;
@@ -84,7 +84,8 @@ impl Record {
 
 /// A bar, where standard error is a terminal that can draw one.
 pub(super) fn bar() -> Option<ProgressBar> {
-    let draws = std::io::stderr().is_terminal() && std::env::var_os("TERM").is_none_or(|term| term != "dumb");
+    let draws = std::io::stderr().is_terminal()
+        && std::env::var_os("TERM").is_none_or(|term| term != "dumb");
     draws.then(|| {
         let style = ProgressStyle::with_template("{prefix}{bar:20} {percent:>3} %  {msg}");
         ProgressBar::new(1000).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
@@ -115,16 +116,24 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Progress to the time `end` (s), on the screen where `shown`, and kept in the folder of the rank that has one.
+    /// Progress to the time `end` (s), on the screen where `shown`, and kept in the folder of the
+    /// rank that has one.
     pub fn new(shown: bool, end: f64, folder: Option<&Path>) -> Progress {
         let bar = if shown { bar() } else { None };
         // A disk that takes no line of progress takes no log either, and the log says so.
-        let file = folder.and_then(|f| File::options().append(true).create(true).read(true).open(f.join(FILE)).ok());
+        let file = folder.and_then(|f| {
+            File::options().append(true).create(true).read(true).open(f.join(FILE)).ok()
+        });
         let mut progress = Progress {
             lines: shown && bar.is_none(),
             bar,
             file,
-            newest: Record { status: "running".into(), end, pid: std::process::id(), ..Record::default() },
+            newest: Record {
+                status: "running".into(),
+                end,
+                pid: std::process::id(),
+                ..Record::default()
+            },
             started: Instant::now(),
             from: None,
             rest: None,
@@ -140,7 +149,10 @@ impl Progress {
     fn end_torn_line(&mut self) {
         let Some(file) = &mut self.file else { return };
         let mut last = [b'\n'];
-        if file.seek(SeekFrom::End(-1)).is_ok() && file.read_exact(&mut last).is_ok() && last != [b'\n'] {
+        if file.seek(SeekFrom::End(-1)).is_ok()
+            && file.read_exact(&mut last).is_ok()
+            && last != [b'\n']
+        {
             let _ = file.write_all(b"\n");
         }
     }
@@ -150,7 +162,8 @@ impl Progress {
         self.file.as_ref().and_then(|file| file.metadata().ok()).map_or(0, |about| about.len())
     }
 
-    /// Takes the state that the run begins with: its step count and time (s), and how its steps will grow.
+    /// Takes the state that the run begins with: its step count and time (s), and how its steps
+    /// will grow.
     pub fn begin(&mut self, step: u64, time: f64, rest: Option<Rest>) {
         (self.from, self.rest) = (Some((step, time)), rest);
         self.started = Instant::now();
@@ -164,7 +177,8 @@ impl Progress {
         listened && self.recorded.is_none_or(|at| at.elapsed() >= RECORD_EVERY)
     }
 
-    /// Takes the state after a step, keeps and shows it; returns a line for the log where one is due.
+    /// Takes the state after a step, keeps and shows it; returns a line for the log where one is
+    /// due.
     pub fn take(&mut self, state: Record) -> Option<String> {
         self.recorded = Some(Instant::now());
         let elapsed = self.started.elapsed().as_secs_f64().max(1e-9);
@@ -174,7 +188,8 @@ impl Progress {
             None => (state.end - state.time).max(0.0),
         };
         let left = self.pace(elapsed, state.time).map(|pace| ahead / pace);
-        self.newest = Record { rate, left, status: "running".into(), pid: self.newest.pid, ..state };
+        self.newest =
+            Record { rate, left, status: "running".into(), pid: self.newest.pid, ..state };
         self.keep();
         if let Some(bar) = &self.bar {
             show(bar, &self.newest);
@@ -185,7 +200,8 @@ impl Progress {
         })
     }
 
-    /// The pace of late (s of the flow a second), at the time `time` (s) and so many seconds after the start.
+    /// The pace of late (s of the flow a second), at the time `time` (s) and so many seconds after
+    /// the start.
     fn pace(&mut self, elapsed: f64, time: f64) -> Option<f64> {
         let (at, from, before) = self.paced;
         let now = (time - from) / (elapsed - at).max(1e-9);
@@ -203,7 +219,8 @@ impl Progress {
             bar.finish_and_clear();
         }
         let left = None;
-        self.newest = Record { status: status.into(), step, time, measures, left, ..self.newest.clone() };
+        self.newest =
+            Record { status: status.into(), step, time, measures, left, ..self.newest.clone() };
         self.keep();
     }
 
@@ -226,7 +243,8 @@ pub fn newest(run: &Path) -> Option<String> {
 /// Drops what a run's file has after its first `length` bytes: steps that will be done again.
 ///
 /// # Errors
-/// When the file is there and cannot be cut. Nobody needs it, and so it may be shorter or not there.
+/// When the file is there and cannot be cut. Nobody needs it, and so it may be shorter or not
+/// there.
 pub fn cut(run: &Path, length: u64) -> Result<()> {
     let path = run.join(FILE);
     let cut = File::options().write(true).open(&path).and_then(|file| {
@@ -252,7 +270,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut progress = Progress::new(false, 2.0, Some(folder.path()));
         progress.begin(10, 1.0, None);
-        let state = |step, time| Record { step, time, end: 2.0, dt: Some(0.1), ..Record::default() };
+        let state =
+            |step, time| Record { step, time, end: 2.0, dt: Some(0.1), ..Record::default() };
         assert!(progress.due());
         assert_eq!(progress.take(state(11, 1.25)), None, "nothing is shown");
         assert!(!progress.due(), "within the second");
@@ -264,11 +283,16 @@ mod tests {
         assert_eq!(newest(&folder.path().join("none")), None);
         let said = Map::from_iter([("drag".to_owned(), 1.5.into())]);
         progress.finish("done", 20, 2.0, said);
-        let kept: Vec<Record> = lines(folder.path()).iter().map(|l| serde_json::from_str(l).unwrap()).collect();
+        let kept: Vec<Record> =
+            lines(folder.path()).iter().map(|l| serde_json::from_str(l).unwrap()).collect();
         assert_eq!((kept.len(), kept[0].status.as_str(), kept[0].step), (2, "running", 11));
-        assert_eq!((kept[1].status.as_str(), kept[1].step, kept[1].time, kept[1].left), ("done", 20, 2.0, None));
+        assert_eq!(
+            (kept[1].status.as_str(), kept[1].step, kept[1].time, kept[1].left),
+            ("done", 20, 2.0, None)
+        );
         assert_eq!(kept[1].measures["drag"], 1.5);
-        // A quarter of the time that was left when this process began took as long as it did: three times that is left.
+        // A quarter of the time that was left when this process began took as long as it did: three
+        // times that is left.
         assert!(kept[0].rate > 0.0 && (kept[0].left.unwrap() * kept[0].rate - 3.0).abs() < 1e-9);
     }
 
@@ -276,8 +300,11 @@ mod tests {
     fn the_time_left_goes_by_the_pace_of_late() {
         let mut progress = Progress::new(false, 1.0, None);
         progress.begin(0, 0.0, None);
-        // Ten seconds at a pace of 0.001 while the steps grow, then 0.01: 99 seconds more, of which ten have gone here.
-        let pace = |elapsed: f64| if elapsed < 10.0 { 1e-3 * elapsed } else { 0.01 + 0.01 * (elapsed - 10.0) };
+        // Ten seconds at a pace of 0.001 while the steps grow, then 0.01: 99 seconds more, of which
+        // ten have gone here.
+        let pace = |elapsed: f64| {
+            if elapsed < 10.0 { 1e-3 * elapsed } else { 0.01 + 0.01 * (elapsed - 10.0) }
+        };
         let left = |progress: &mut Progress, second: usize| {
             let time = pace(second as f64);
             (1.0 - time) / progress.pace(second as f64, time).unwrap()
@@ -314,7 +341,8 @@ mod tests {
     }
 
     #[test]
-    fn steps_that_will_be_done_again_are_cut_off_and_a_file_that_is_short_or_gone_is_no_reason_to_stop() {
+    fn steps_that_will_be_done_again_are_cut_off_and_a_file_that_is_short_or_gone_is_no_reason_to_stop()
+     {
         let folder = tempfile::tempdir().unwrap();
         let mut progress = Progress::new(false, 2.0, Some(folder.path()));
         progress.finish("interrupted", 3, 1.0, Map::new());
@@ -324,7 +352,10 @@ mod tests {
         let mut progress = Progress::new(false, 2.0, Some(folder.path()));
         progress.finish("done", 4, 2.0, Map::new());
         let status = |line: &String| serde_json::from_str::<Record>(line).unwrap().status;
-        assert_eq!(lines(folder.path()).iter().map(status).collect::<Vec<_>>(), ["interrupted", "done"]);
+        assert_eq!(
+            lines(folder.path()).iter().map(status).collect::<Vec<_>>(),
+            ["interrupted", "done"]
+        );
         cut(folder.path(), 1 << 20).unwrap();
         assert_eq!(lines(folder.path()).len(), 2);
         cut(&folder.path().join("nothing"), 5).unwrap();
@@ -332,6 +363,9 @@ mod tests {
 
     #[test]
     fn time_left_is_said_in_words_that_fit_it() {
-        assert_eq!([4.0, 75.0, 3660.0, -1.0].map(minutes), ["4 s", "1 min 15 s", "1 h 01 min", "0 s"]);
+        assert_eq!(
+            [4.0, 75.0, 3660.0, -1.0].map(minutes),
+            ["4 s", "1 min 15 s", "1 h 01 min", "0 s"]
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! Files that grow by whole lines: whatever ends the process, and on a disk that fills up, what is there ends with a line.
+//! Files that grow by whole lines: whatever ends the process, and on a disk that fills up, what is
+//! there ends with a line.
 
 use crate::{Error, Result};
 use std::fmt;
@@ -23,7 +24,12 @@ impl Rows {
     /// A new file, with the line `head` unless that is empty.
     pub fn create(path: &Path, head: &str) -> Result<Rows> {
         let file = File::create(path).map_err(Error::io(path))?;
-        let mut rows = Rows { file, path: path.to_owned(), waiting: String::with_capacity(2 * ROOM), written: 0 };
+        let mut rows = Rows {
+            file,
+            path: path.to_owned(),
+            waiting: String::with_capacity(2 * ROOM),
+            written: 0,
+        };
         if !head.is_empty() {
             rows.add(format_args!("{head}"))?;
         }
@@ -37,7 +43,12 @@ impl Rows {
     pub fn go_on(path: &Path, length: u64) -> Result<Rows> {
         let file = Self::fits(path, length)?;
         file.set_len(length).map_err(Error::io(path))?;
-        let mut rows = Rows { file, path: path.to_owned(), waiting: String::with_capacity(2 * ROOM), written: length };
+        let mut rows = Rows {
+            file,
+            path: path.to_owned(),
+            waiting: String::with_capacity(2 * ROOM),
+            written: length,
+        };
         rows.file.seek(SeekFrom::End(0)).map_err(Error::io(path))?;
         Ok(rows)
     }
@@ -46,17 +57,20 @@ impl Rows {
     pub fn fits(path: &Path, length: u64) -> Result<File> {
         let changed = |why: &str| {
             Error::Usage(format!(
-                "{}: {why} than when the checkpoint was written; put the file back as it was, or begin anew with --force",
+                "{}: {why} than when the checkpoint was written; put the file back as it was, or \
+                begin anew with --force",
                 path.display()
             ))
         };
-        let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(|e| match e.kind() {
-            io::ErrorKind::NotFound => changed("the file is not there, other"),
-            _ => Error::io(path)(e),
-        })?;
+        let mut file =
+            OpenOptions::new().read(true).write(true).open(path).map_err(|e| match e.kind() {
+                io::ErrorKind::NotFound => changed("the file is not there, other"),
+                _ => Error::io(path)(e),
+            })?;
         let mut last = [b'\n'];
         if length > 0 {
-            let read = file.seek(SeekFrom::Start(length - 1)).and_then(|_| file.read_exact(&mut last));
+            let read =
+                file.seek(SeekFrom::Start(length - 1)).and_then(|_| file.read_exact(&mut last));
             read.map_err(|_| changed("the file is shorter"))?;
         }
         if last != [b'\n'] { Err(changed("the file has other lines")) } else { Ok(file) }
@@ -129,6 +143,10 @@ mod tests {
             let said = Rows::go_on(&path, length).err().unwrap().to_string();
             assert!(said.contains(why) && said.contains("--force"), "{said}");
         }
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), "head\n1,2\n3,4\n", "a refusal changes nothing");
+        assert_eq!(
+            std::fs::read_to_string(&path).unwrap(),
+            "head\n1,2\n3,4\n",
+            "a refusal changes nothing"
+        );
     }
 }

@@ -29,8 +29,9 @@ pub struct Snapshot {
     pub cells: [usize; 3],
     /// Spacing (m); in 2D that along z is that along x.
     pub h: [f64; 3],
-    /// Velocity (m/s), pressure (Pa), vorticity (1/s), in 3D Q (1/s2), whose isosurfaces show vortices, solid fraction, density (kg/m3) where it varies.
-    /// Of cells that a body fills by more than half, velocity, vorticity and Q are those of the body's own motion.
+    /// Velocity (m/s), pressure (Pa), vorticity (1/s), in 3D Q (1/s2), whose isosurfaces show
+    /// vortices, solid fraction, density (kg/m3) where it varies. Of cells that a body fills by
+    /// more than half, velocity, vorticity and Q are those of the body's own motion.
     pub arrays: Vec<Array>,
 }
 
@@ -50,7 +51,8 @@ fn listed<const D: usize>(scene: &Scene<D>) -> Vec<(&'static str, usize)> {
     arrays
 }
 
-/// Hands the arrays of [`listed`] to `take`, one after the other, as fields of their components. Collective.
+/// Hands the arrays of [`listed`] to `take`, one after the other, as fields of their components.
+/// Collective.
 fn each<const D: usize>(
     scene: &mut Scene<D>,
     mut take: impl FnMut(&Scene<D>, &str, &[&[f64]]) -> Result<()>,
@@ -87,7 +89,8 @@ fn each<const D: usize>(
     take(scene, "vorticity", &slices(&parts))?;
     let mut field = parts.swap_remove(0);
     if D == 3 {
-        // Q = -(du_i/dx_j du_j/dx_i)/2: positive where the flow turns more than it strains (Hunt, Wray & Moin 1988).
+        // Q = -(du_i/dx_j du_j/dx_i)/2: positive where the flow turns more than it strains (Hunt,
+        // Wray & Moin 1988).
         for c in grid.rows().flatten() {
             let pairs = (0..D).flat_map(|i| (0..D).map(move |j| (i, j)));
             field[c] = -0.5 * pairs.map(|(i, j)| slope(c, i, j) * slope(c, j, i)).sum::<f64>();
@@ -126,7 +129,8 @@ pub fn write<const D: usize>(scene: &mut Scene<D>, path: &Path) -> Result<()> {
     file.commit()
 }
 
-/// Bytes of the values of a scene's snapshot, which takes the memory that it takes in a run. Collective.
+/// Bytes of the values of a scene's snapshot, which takes the memory that it takes in a run.
+/// Collective.
 ///
 /// # Errors
 /// When ranks cannot exchange their ghosts.
@@ -139,7 +143,8 @@ pub fn bytes<const D: usize>(scene: &mut Scene<D>) -> Result<f64> {
 impl Snapshot {
     /// Gathers the fields on rank 0 (elsewhere the arrays are empty). Collective.
     pub fn take<const D: usize>(scene: &mut Scene<D>) -> Result<Snapshot> {
-        let Head { time, cells, h, arrays: listed } = Head::of(&scene.domain.grid, scene.state.time, &listed(scene));
+        let Head { time, cells, h, arrays: listed } =
+            Head::of(&scene.domain.grid, scene.state.time, &listed(scene));
         let mut arrays = Vec::with_capacity(listed.len());
         each(scene, |scene, name, parts| {
             let parts = parts.iter().map(|part| scene.gather(part)).collect::<Result<Vec<_>>>()?;
@@ -182,8 +187,10 @@ impl Snapshot {
         for (name, components) in listed {
             let (size, values) = rest.split_first_chunk()?;
             let (values, after) = values.split_at_checked(u64::from_le_bytes(*size) as usize)?;
-            let values: Vec<_> =
-                values.chunks_exact(8).filter_map(|b| b.try_into().ok().map(f64::from_le_bytes)).collect();
+            let values: Vec<_> = values
+                .chunks_exact(8)
+                .filter_map(|b| b.try_into().ok().map(f64::from_le_bytes))
+                .collect();
             if components * cells.iter().product::<usize>() != values.len() {
                 return None;
             }

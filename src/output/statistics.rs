@@ -1,4 +1,5 @@
-//! Means and second moments over time, of the fluid outside the bodies and of the bodies, in every cell and in layers of cells.
+//! Means and second moments over time, of the fluid outside the bodies and of the bodies, in every
+//! cell and in layers of cells.
 //!
 //! ```text
 //!   w_f = sum dt (1 - alpha)        w_s = sum dt alpha                  alpha: what bodies fill of a cell
@@ -7,12 +8,14 @@
 //! ```
 //! A sample counts for the time since the last one. A layer has the same sums over its cells.
 //!
-//! Where bodies are free, the balance of momentum of everything in the box is summed over the same time T, every step of it:
+//! Where bodies are free, the balance of momentum of everything in the box is summed over the same
+//! time T, every step of it:
 //!
 //! ```text
 //!   ( M(end) - M(start) )/T = (1/T) sum dt ( drive + gravity + sides + contacts with walls + held bodies ) + passages + missing
 //! ```
-//! M is of the state at two moments and the forces are of all steps between them: what is missing shows what either lost.
+//! M is of the state at two moments and the forces are of all steps between them: what is missing
+//! shows what either lost.
 
 use super::file::replace;
 use super::snapshot::slices;
@@ -44,21 +47,24 @@ pub struct Statistics<const D: usize> {
     /// Time that has been counted, and that waits for the next sample (s).
     counted: f64,
     waiting: f64,
-    /// `sum dt (1 - alpha)` times velocity, its products (xx, xy, yy; xx, xy, yy, xz, yz, zz), pressure and its square.
+    /// `sum dt (1 - alpha)` times velocity, its products (xx, xy, yy; xx, xy, yy, xz, yz, zz),
+    /// pressure and its square.
     velocity: VectorField<D>,
     products: Vec<Vec<f64>>,
     pressure: [Vec<f64>; 2],
     /// `sum dt alpha` and the same times the bodies' velocity; empty without bodies.
     solid: Vec<f64>,
     solid_velocity: Vec<Vec<f64>>,
-    /// The balance of momentum over the time that has been counted, and over what waits for the next sample; `None` where none is kept.
+    /// The balance of momentum over the time that has been counted, and over what waits for the
+    /// next sample; `None` where none is kept.
     balance: Option<[Window; 2]>,
 }
 
 /// The balance of momentum over steps one after the other.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Window {
-    /// Momentum of everything in the box before the first and after the last of them (kg m/s); `None` of no steps.
+    /// Momentum of everything in the box before the first and after the last of them (kg m/s);
+    /// `None` of no steps.
     ends: Option<(Vector3<f64>, Vector3<f64>)>,
     /// What it was given over them.
     impulses: Impulses,
@@ -80,7 +86,11 @@ impl Window {
 
     /// That of a step.
     fn of(step: &Balance) -> Window {
-        Window { ends: Some((step.before, step.momentum)), impulses: step.impulses, ..Window::default() }
+        Window {
+            ends: Some((step.before, step.momentum)),
+            impulses: step.impulses,
+            ..Window::default()
+        }
     }
 
     /// `balance.csv`: a row an axis, mean forces (N) over the time `counted` (s).
@@ -88,10 +98,12 @@ impl Window {
         let (before, after) = self.ends?;
         let change = after - before;
         let missing = change - self.impulses.total() - self.passages;
-        let mut text = format!("axis,duration,change,{},passages,missing\n", Impulses::NAMES.join(","));
+        let mut text =
+            format!("axis,duration,change,{},passages,missing\n", Impulses::NAMES.join(","));
         for axis in 0..dimension {
             let _ = write!(text, "{},{counted:?}", ["x", "y", "z"][axis]);
-            let terms = [&[change][..], &self.impulses.vectors(), &[self.passages, missing]].concat();
+            let terms =
+                [&[change][..], &self.impulses.vectors(), &[self.passages, missing]].concat();
             for term in terms {
                 let _ = write!(text, ",{:?}", term[axis] / counted);
             }
@@ -166,11 +178,17 @@ impl<const D: usize> Statistics<D> {
             || {
                 for row in grid.rows() {
                     for (sum, u) in velocity.iter_mut().zip(u) {
-                        sum[row.clone()].iter_mut().zip(&u[row.clone()]).for_each(|(sum, u)| *sum += weight * u);
+                        sum[row.clone()]
+                            .iter_mut()
+                            .zip(&u[row.clone()])
+                            .for_each(|(sum, u)| *sum += weight * u);
                     }
                     for (sum, (a, b)) in products.iter_mut().zip(pairs(D)) {
                         let values = u[a][row.clone()].iter().zip(&u[b][row.clone()]);
-                        sum[row.clone()].iter_mut().zip(values).for_each(|(sum, (a, b))| *sum += weight * a * b);
+                        sum[row.clone()]
+                            .iter_mut()
+                            .zip(values)
+                            .for_each(|(sum, (a, b))| *sum += weight * a * b);
                     }
                     let sums = mean[row.clone()].iter_mut().zip(&mut square[row.clone()]);
                     for ((mean, square), p) in sums.zip(&p[row]) {
@@ -197,7 +215,10 @@ impl<const D: usize> Statistics<D> {
                 self.pressure[1][c] -= share * p[c] * p[c];
                 self.solid[c] += share;
                 let own = body.velocity_at(&o.arm);
-                self.solid_velocity.iter_mut().enumerate().for_each(|(a, sum)| sum[c] += share * own[a]);
+                self.solid_velocity
+                    .iter_mut()
+                    .enumerate()
+                    .for_each(|(a, sum)| sum[c] += share * own[a]);
             }
         });
     }
@@ -229,16 +250,23 @@ impl<const D: usize> Statistics<D> {
         }
         let (grid, session) = (&scene.domain.grid, &scene.domain.session);
         let means = self.means(&|field| Ok(field.to_vec()), &vec![1.0; self.pressure[0].len()])?;
-        let of = |(name, parts): &(String, Vec<Vec<f64>>)| (name.clone(), if parts.len() == 1 { 1 } else { 3 });
-        let head = Head { arrays: means.iter().map(of).collect(), ..Head::of(grid, scene.state.time, &[]) };
+        let of = |(name, parts): &(String, Vec<Vec<f64>>)| {
+            (name.clone(), if parts.len() == 1 { 1 } else { 3 })
+        };
+        let head = Head {
+            arrays: means.iter().map(of).collect(),
+            ..Head::of(grid, scene.state.time, &[])
+        };
         let mut file = Writer::begin(session, &folder.join(FIELDS), head)?;
         for (name, parts) in &means {
             file.put(grid, name, &slices(parts));
         }
         file.commit()?;
         let table = self.balance.and_then(|[window, _]| window.table(D, self.counted));
-        let profile = self.plan.profile.map(|axis| self.profile(session, grid, axis)).transpose()?;
-        let texts = [(BALANCE, table), (PROFILE, profile)].into_iter().filter(|_| session.rank() == 0);
+        let profile =
+            self.plan.profile.map(|axis| self.profile(session, grid, axis)).transpose()?;
+        let texts =
+            [(BALANCE, table), (PROFILE, profile)].into_iter().filter(|_| session.rank() == 0);
         session.agree(
             texts
                 .filter_map(|(name, text)| Some((name, text?)))
@@ -246,9 +274,13 @@ impl<const D: usize> Statistics<D> {
         )
     }
 
-    /// The means by name and component in places that have so many `cells` each; `sum` adds a field up in each place. Zero where there was
-    /// nothing to be meant.
-    fn means(&self, sum: &dyn Fn(&[f64]) -> Result<Vec<f64>>, cells: &[f64]) -> Result<Vec<(String, Vec<Vec<f64>>)>> {
+    /// The means by name and component in places that have so many `cells` each; `sum` adds a field
+    /// up in each place. Zero where there was nothing to be meant.
+    fn means(
+        &self,
+        sum: &dyn Fn(&[f64]) -> Result<Vec<f64>>,
+        cells: &[f64],
+    ) -> Result<Vec<(String, Vec<Vec<f64>>)>> {
         let all: Vec<f64> = cells.iter().map(|cells| self.counted * cells).collect();
         let solid = if self.solid.is_empty() { vec![0.0; all.len()] } else { sum(&self.solid)? };
         let over = |sums: Vec<f64>, weights: &[f64]| -> Vec<f64> {
@@ -264,8 +296,10 @@ impl<const D: usize> Statistics<D> {
         let spread = |squares: Vec<f64>, a: &[f64], b: &[f64]| -> Vec<f64> {
             squares.iter().zip(a.iter().zip(b)).map(|(square, (a, b))| square - a * b).collect()
         };
-        let mut means =
-            vec![("velocity".to_owned(), velocity.clone()), ("pressure".to_owned(), vec![pressure.clone()])];
+        let mut means = vec![
+            ("velocity".to_owned(), velocity.clone()),
+            ("pressure".to_owned(), vec![pressure.clone()]),
+        ];
         for (products, (a, b)) in self.products.iter().zip(pairs(D)) {
             let name = format!("{}{}", COMPONENTS[a], COMPONENTS[b]);
             means.push((name, vec![spread(mean(products, &fluid)?, &velocity[a], &velocity[b])]));
@@ -273,7 +307,8 @@ impl<const D: usize> Statistics<D> {
         let squares = mean(&self.pressure[1], &fluid)?;
         means.push(("pp".to_owned(), vec![spread(squares, &pressure, &pressure)]));
         if !self.solid.is_empty() {
-            let own = self.solid_velocity.iter().map(|v| mean(v, &solid)).collect::<Result<Vec<_>>>()?;
+            let own =
+                self.solid_velocity.iter().map(|v| mean(v, &solid)).collect::<Result<Vec<_>>>()?;
             means.push(("solid_fraction".to_owned(), vec![over(solid, &all)]));
             means.push(("solid_velocity".to_owned(), own));
         }

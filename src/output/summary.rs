@@ -54,8 +54,9 @@ impl Summary {
 
     /// The measures that have a reference, beside it, in the case's order.
     pub fn comparisons(&self) -> Vec<(String, Comparison)> {
-        let comparison =
-            |(name, value): (&String, &Value)| Some((name.clone(), serde_json::from_value(value.clone()).ok()?));
+        let comparison = |(name, value): (&String, &Value)| {
+            Some((name.clone(), serde_json::from_value(value.clone()).ok()?))
+        };
         self.comparisons.iter().filter_map(comparison).collect()
     }
 }

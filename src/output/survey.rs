@@ -1,4 +1,5 @@
-//! Numbers of the whole box that measures take after a step: flow rate, drop of the pressure, what bodies fill.
+//! Numbers of the whole box that measures take after a step: flow rate, drop of the pressure, what
+//! bodies fill.
 //!
 //! ```text
 //!   mean(U) over all faces along an axis = (1/V) ( integral of u over the fluid + sum_k V_k v_k )      the mixture's, as the drive holds it
@@ -11,18 +12,27 @@ use crate::config::{Measure, MeasureKind};
 use crate::drive::{box_volume, mean};
 use crate::scene::Scene;
 
-/// The number that a measure takes of the state as it is; 0 of a kind that is of no such. Collective.
+/// The number that a measure takes of the state as it is; 0 of a kind that is of no such.
+/// Collective.
 ///
 /// # Errors
 /// When ranks cannot sum.
-pub fn survey<const D: usize>(scene: &Scene<D>, m: &Measure, scratch: &mut Vec<f64>) -> Result<f64> {
+pub fn survey<const D: usize>(
+    scene: &Scene<D>,
+    m: &Measure,
+    scratch: &mut Vec<f64>,
+) -> Result<f64> {
     let (domain, s) = (&scene.domain, &scene.state);
     let (grid, axis) = (&domain.grid, m.axis);
     let volume = box_volume(grid);
     let carried = || s.bodies.iter().map(|b| b.volume() * b.velocity[axis]).sum::<f64>();
     Ok(match m.kind {
-        MeasureKind::SuperficialVelocity => mean(&domain.session, grid, axis, &s.faces)? - carried() / volume,
-        MeasureKind::FlowRate => mean(&domain.session, grid, axis, &s.faces)? * volume / grid.size[axis],
+        MeasureKind::SuperficialVelocity => {
+            mean(&domain.session, grid, axis, &s.faces)? - carried() / volume
+        }
+        MeasureKind::FlowRate => {
+            mean(&domain.session, grid, axis, &s.faces)? * volume / grid.size[axis]
+        }
         MeasureKind::PressureDrop => {
             pressure_drop(scene, axis)? + s.drive.map_or(0.0, |force| force[axis]) * grid.size[axis]
         }
@@ -30,19 +40,24 @@ pub fn survey<const D: usize>(scene: &Scene<D>, m: &Measure, scratch: &mut Vec<f
         MeasureKind::SolidFraction => solid_fraction(scene, m)?,
         MeasureKind::BedHeight => bed_height(scene, m, scratch)?,
         MeasureKind::TransportRate => {
-            let carried =
-                s.bodies.iter().filter(|b| m.particles.contains(&b.id)).map(|b| b.volume() * b.velocity[axis]);
+            let carried = s
+                .bodies
+                .iter()
+                .filter(|b| m.particles.contains(&b.id))
+                .map(|b| b.volume() * b.velocity[axis]);
             carried.sum::<f64>() / grid.size[axis]
         }
         MeasureKind::FluidEnergy => s.energy.fluid,
-        MeasureKind::Dissipation | MeasureKind::DissipationTime => s.energy.fluid / (domain.fluid.density * volume),
+        MeasureKind::Dissipation | MeasureKind::DissipationTime => {
+            s.energy.fluid / (domain.fluid.density * volume)
+        }
         MeasureKind::BodyEnergy => s.energy.bodies,
         _ => 0.0,
     })
 }
 
-/// The mean pressure at the low face of the box along an axis, less that at the high one (Pa), each on the line through two layers of
-/// cells; nothing along a periodic axis. Collective.
+/// The mean pressure at the low face of the box along an axis, less that at the high one (Pa), each
+/// on the line through two layers of cells; nothing along a periodic axis. Collective.
 fn pressure_drop<const D: usize>(scene: &Scene<D>, axis: usize) -> Result<f64> {
     let (grid, p) = (&scene.domain.grid, &scene.state.p);
     if grid.periodic[axis] {
@@ -81,8 +96,9 @@ fn solid_fraction<const D: usize>(scene: &Scene<D>, m: &Measure) -> Result<f64> 
     Ok(if sums[1] > 0.0 { sums[0] / sums[1] } else { 0.0 })
 }
 
-/// The highest place, above the low end of the box against gravity, at which the solid fraction of a layer of cells passes the measure's
-/// threshold (m), on the straight line between the middles of two layers. Collective.
+/// The highest place, above the low end of the box against gravity, at which the solid fraction of
+/// a layer of cells passes the measure's threshold (m), on the straight line between the middles of
+/// two layers. Collective.
 fn bed_height<const D: usize>(scene: &Scene<D>, m: &Measure, layers: &mut Vec<f64>) -> Result<f64> {
     let (grid, axis) = (&scene.domain.grid, m.axis);
     layers.clear();
@@ -98,5 +114,6 @@ fn bed_height<const D: usize>(scene: &Scene<D>, m: &Measure, layers: &mut Vec<f6
     let (h, least) = (grid.h[axis], m.threshold);
     let Some(top) = layers.iter().rposition(|fraction| *fraction >= least) else { return Ok(0.0) };
     let above = layers.get(top + 1).copied().unwrap_or(0.0);
-    Ok(((top as f64 + 0.5 + (layers[top] - least) / (layers[top] - above)) * h).min(grid.size[axis]))
+    Ok(((top as f64 + 0.5 + (layers[top] - least) / (layers[top] - above)) * h)
+        .min(grid.size[axis]))
 }

@@ -1,10 +1,12 @@
-//! Fields as ParaView opens them: VTK image data (`.vti`, raw appended arrays) and a time series (`.pvd`).
+//! Fields as ParaView opens them: VTK image data (`.vti`, raw appended arrays) and a time series
+//! (`.pvd`).
 //!
 //! ```text
 //!   XML: grid, time, arrays and where each begins     bytes, values of array 0     bytes, values of array 1   ...   XML
 //! ```
-//! Values stand in the whole grid's order, x fastest. Every rank writes its own cells where they belong in the one file: no rank holds
-//! the whole grid, and a file does not tell how many ranks wrote it. All have to see the same folder.
+//! Values stand in the whole grid's order, x fastest. Every rank writes its own cells where they
+//! belong in the one file: no rank holds the whole grid, and a file does not tell how many ranks
+//! wrote it. All have to see the same folder.
 
 use super::file::{Part, part, replace};
 use crate::grid::Grid;
@@ -48,7 +50,10 @@ impl Head {
             time,
             cells: std::array::from_fn(|a| if a < D { grid.cells[a] } else { 1 }),
             h: std::array::from_fn(|a| grid.h[pick(a)]),
-            arrays: arrays.iter().map(|(name, components)| ((*name).to_owned(), *components)).collect(),
+            arrays: arrays
+                .iter()
+                .map(|(name, components)| ((*name).to_owned(), *components))
+                .collect(),
         }
     }
 
@@ -71,17 +76,22 @@ impl Head {
     fn xml(&self) -> String {
         let ([nx, ny, nz], [hx, hy, hz]) = (self.cells, self.h);
         let mut text = format!(
-            "<?xml version=\"1.0\"?>\n<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" \
-             header_type=\"UInt64\">\n<ImageData WholeExtent=\"0 {nx} 0 {ny} 0 {nz}\" Origin=\"0 0 0\" \
-             Spacing=\"{hx:?} {hy:?} {hz:?}\">\n<FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" \
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"ImageData\" version=\"1.0\" \
+            byte_order=\"LittleEndian\" \
+             header_type=\"UInt64\">\n<ImageData WholeExtent=\"0 {nx} 0 {ny} 0 {nz}\" Origin=\"0 0 \
+                 0\" \
+             Spacing=\"{hx:?} {hy:?} {hz:?}\">\n<FieldData>\n\
+                 <DataArray type=\"Float64\" Name=\"TimeValue\" \
              NumberOfTuples=\"1\" format=\"ascii\">{:?}</DataArray>\n</FieldData>\n\
-             <Piece Extent=\"0 {nx} 0 {ny} 0 {nz}\">\n<CellData Scalars=\"pressure\" Vectors=\"velocity\">\n",
+             <Piece Extent=\"0 {nx} 0 {ny} 0 {nz}\">\n\
+                 <CellData Scalars=\"pressure\" Vectors=\"velocity\">\n",
             self.time
         );
         for ((name, components), offset) in self.arrays.iter().zip(self.offsets()) {
             let _ = writeln!(
                 text,
-                "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"appended\" offset=\"{offset}\"/>"
+                "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{components}\" \
+                format=\"appended\" offset=\"{offset}\"/>"
             );
         }
         text + "</CellData>\n</Piece>\n</ImageData>\n<AppendedData encoding=\"raw\">\n_"
@@ -96,21 +106,28 @@ impl Head {
             Some(line[from..from + line[from..].find('"')?].to_owned())
         };
         let image = head.lines().find(|l| l.starts_with("<ImageData"))?;
-        let numbers = |text: String| text.split(' ').map(|w| w.parse().ok()).collect::<Option<Vec<f64>>>();
-        let (extent, h) = (numbers(attribute(image, "WholeExtent")?)?, numbers(attribute(image, "Spacing")?)?);
+        let numbers =
+            |text: String| text.split(' ').map(|w| w.parse().ok()).collect::<Option<Vec<f64>>>();
+        let (extent, h) =
+            (numbers(attribute(image, "WholeExtent")?)?, numbers(attribute(image, "Spacing")?)?);
         let cells = [1, 3, 5].map(|k| extent.get(k).copied().unwrap_or(0.0) as usize);
         let time = head.lines().find(|line| line.contains("TimeValue"))?;
         let time = time.get(time.find('>')? + 1..time.rfind("</")?)?.parse().ok()?;
         let listed = head.lines().filter(|l| l.contains("format=\"appended\""));
         let listed = listed.map(|line| {
             let components = attribute(line, "NumberOfComponents")?.parse().ok()?;
-            Some(((attribute(line, "Name")?, components), attribute(line, "offset")?.parse::<u64>().ok()?))
+            Some((
+                (attribute(line, "Name")?, components),
+                attribute(line, "offset")?.parse::<u64>().ok()?,
+            ))
         });
-        let (arrays, offsets): (Vec<_>, Vec<_>) = listed.collect::<Option<Vec<_>>>()?.into_iter().unzip();
+        let (arrays, offsets): (Vec<_>, Vec<_>) =
+            listed.collect::<Option<Vec<_>>>()?.into_iter().unzip();
         let found = Head { time, cells, h: h.try_into().ok()?, arrays };
         // Sizes that no file has would not even add up.
         let most = found.arrays.iter().try_fold(0usize, |sum, (_, components)| {
-            let size = cells.iter().try_fold(components.checked_mul(8)?, |n, c| n.checked_mul(*c))?;
+            let size =
+                cells.iter().try_fold(components.checked_mul(8)?, |n, c| n.checked_mul(*c))?;
             (*components > 0).then(|| sum.checked_add(size))?
         });
         (most.is_some() && found.offsets()[..offsets.len()] == offsets).then_some((found, data))
@@ -155,8 +172,8 @@ impl<'a> Writer<'a> {
         Ok(Writer { session, part, cells, head })
     }
 
-    /// Writes this rank's cells of an array that the head has, from fields of its components; components that are missing are zero. What
-    /// fails is told at the end.
+    /// Writes this rank's cells of an array that the head has, from fields of its components;
+    /// components that are missing are zero. What fails is told at the end.
     pub fn put<const D: usize>(&mut self, grid: &Grid<D>, name: &str, parts: &[&[f64]]) {
         let Some(k) = self.head.arrays.iter().position(|array| array.0 == name) else { return };
         for row in grid.rows() {
@@ -192,7 +209,14 @@ impl Cells {
     fn of(file: File, path: &Path, head: &Head) -> Cells {
         let data = head.xml().len() as u64;
         let begins = head.offsets().iter().map(|offset| data + offset + 8).collect();
-        Cells { file, path: part(path), begins, waiting: Vec::with_capacity(BUFFER), at: 0, failed: None }
+        Cells {
+            file,
+            path: part(path),
+            begins,
+            waiting: Vec::with_capacity(BUFFER),
+            at: 0,
+            failed: None,
+        }
     }
 
     /// Writes what is not values.
@@ -206,7 +230,14 @@ impl Cells {
     }
 
     /// Writes a row of array `k` from the cell `first` on, in the whole grid's order.
-    fn put(&mut self, k: usize, components: usize, first: usize, row: Range<usize>, parts: &[&[f64]]) {
+    fn put(
+        &mut self,
+        k: usize,
+        components: usize,
+        first: usize,
+        row: Range<usize>,
+        parts: &[&[f64]],
+    ) {
         let at = self.begins[k] + 8 * (components * first) as u64;
         let next = self.waiting.len() + 8 * components * row.len();
         if at != self.at + self.waiting.len() as u64 || next > BUFFER {
@@ -273,7 +304,9 @@ impl Rows {
         let at = self.begin + (row * length) as u64;
         self.file.read_exact_at(&mut bytes, at).map_err(Error::io(&self.path))?;
         values.clear();
-        values.extend(bytes.chunks_exact(8).map(|b| b.try_into().map_or(f64::NAN, f64::from_le_bytes)));
+        values.extend(
+            bytes.chunks_exact(8).map(|b| b.try_into().map_or(f64::NAN, f64::from_le_bytes)),
+        );
         Ok(())
     }
 }
@@ -281,7 +314,8 @@ impl Rows {
 /// The index of a time series: `(time, file name)`.
 pub fn write_series(path: &Path, entries: &[(f64, String)]) -> Result<()> {
     let mut text = String::from(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n",
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" \
+        byte_order=\"LittleEndian\">\n<Collection>\n",
     );
     for (time, file) in entries {
         let _ = writeln!(text, "<DataSet timestep=\"{time:?}\" file=\"{file}\"/>");
@@ -304,7 +338,8 @@ mod tests {
         let head = Head { time: 0.1 + 0.2, cells: [2, 2, 1], h: [0.1, 0.3, 0.1], arrays };
         let (whole, file) = Part::create(&path).unwrap();
         let mut cells = Cells::of(file, &path, &head);
-        let (u, v, p) = ([1.0, 2.0, 3.0, 4.0], [5.0, f64::MIN_POSITIVE, 7.0, 8.0], [-0.0, 1e300, 1.5, 2.5]);
+        let (u, v, p) =
+            ([1.0, 2.0, 3.0, 4.0], [5.0, f64::MIN_POSITIVE, 7.0, 8.0], [-0.0, 1e300, 1.5, 2.5]);
         cells.put(1, 1, 2, 2..4, &[&p]);
         cells.put(1, 1, 0, 0..2, &[&p]);
         cells.frame(&head);

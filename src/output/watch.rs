@@ -1,5 +1,5 @@
-//! `mics watch`: follows runs until they end, from another terminal, by their `progress.jsonl`: the bar of `mics run` for each, or a line
-//! every few seconds.
+//! `mics watch`: follows runs until they end, from another terminal, by their `progress.jsonl`: the
+//! bar of `mics run` for each, or a line every few seconds.
 
 use super::progress::{self, FILE, Record};
 use super::summary::Provenance;
@@ -53,8 +53,11 @@ impl<'a> Follower<'a> {
 
     /// Reads what is new, and shows it.
     fn look(&mut self) -> Result<()> {
-        // Looked at before the file, so that the last words of a process that ends now are still read.
-        let gone = self.here && self.newest.pid > 0 && !Path::new("/proc").join(self.newest.pid.to_string()).exists();
+        // Looked at before the file, so that the last words of a process that ends now are still
+        // read.
+        let gone = self.here
+            && self.newest.pid > 0
+            && !Path::new("/proc").join(self.newest.pid.to_string()).exists();
         let latest = self.read()?;
         let fresh = latest.is_some();
         self.newest = latest.unwrap_or(std::mem::take(&mut self.newest));
@@ -107,7 +110,8 @@ impl<'a> Follower<'a> {
                 "{run}: process {pid} has gone without a word, last heard of {at}: it was killed"
             ))),
             "interrupted" => Err(Error::Interrupted(format!(
-                "{run}: the run was interrupted {at}, with exit status {}; its command with --resume goes on from there",
+                "{run}: the run was interrupted {at}, with exit status {}; its command with \
+                --resume goes on from there",
                 crate::error::INTERRUPTED
             ))),
             _ => Err(Error::Run(format!("{run}: the run failed {at}; log.txt says why"))),
@@ -118,10 +122,11 @@ impl<'a> Follower<'a> {
 /// Follows runs until all have ended.
 ///
 /// # Errors
-/// When a folder holds no run, before anything is followed; or that of the first run that did not end well, as it ends itself. What went
-/// wrong with others is said.
+/// When a folder holds no run, before anything is followed; or that of the first run that did not
+/// end well, as it ends itself. What went wrong with others is said.
 pub fn watch(runs: &[PathBuf]) -> Result<()> {
-    let mut all: Vec<_> = runs.iter().map(|run| Follower::new(run, runs.len() == 1)).collect::<Result<_>>()?;
+    let mut all: Vec<_> =
+        runs.iter().map(|run| Follower::new(run, runs.len() == 1)).collect::<Result<_>>()?;
     let bars = MultiProgress::new();
     for one in &mut all {
         one.bar = progress::bar().map(|bar| bars.add(bar.with_prefix(one.name.clone())));

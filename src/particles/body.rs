@@ -37,7 +37,9 @@ pub struct Oscillation {
 impl Oscillation {
     /// Centre (m), not brought back across periods.
     pub fn centre(&self) -> Vector3<f64> {
-        self.origin + self.drift * self.time + self.amplitude * (TAU * self.frequency * self.time).sin()
+        self.origin
+            + self.drift * self.time
+            + self.amplitude * (TAU * self.frequency * self.time).sin()
     }
 
     /// Velocity of the centre (m/s).
@@ -113,8 +115,8 @@ pub fn all_fixed(bodies: &[Body]) -> bool {
 }
 
 impl Body {
-    /// A body at rest that is held, with its own axes along those of the box: of this density (kg/m3), lending its viscosity
-    /// (Pa s) to a mixture, with its centre there (m).
+    /// A body at rest that is held, with its own axes along those of the box: of this density
+    /// (kg/m3), lending its viscosity (Pa s) to a mixture, with its centre there (m).
     pub fn new(shape: Arc<dyn Shape>, density: f64, viscosity: f64, centre: Vector3<f64>) -> Body {
         Body {
             id: 0,
@@ -142,7 +144,8 @@ impl Body {
         self.radius
     }
 
-    /// What brings its own axes into those of the box; of a round body, which does not show it, nothing.
+    /// What brings its own axes into those of the box; of a round body, which does not show it,
+    /// nothing.
     pub fn turn(&self) -> Turn {
         if self.shape.is_round() {
             return Turn::identity();
@@ -156,8 +159,8 @@ impl Body {
         Placed { shape: self.shape(), centre: self.centre, turn: self.turn() }
     }
 
-    /// Fluid of a density (kg/m3) that goes along with it where it is round and far from everything (kg): of its own volume in 2D, of
-    /// half of it in 3D (potential flow).
+    /// Fluid of a density (kg/m3) that goes along with it where it is round and far from everything
+    /// (kg): of its own volume in 2D, of half of it in 3D (potential flow).
     pub fn added_mass(&self, density: f64) -> f64 {
         let part = if self.shape().dimension() == 2 { 1.0 } else { 0.5 };
         part * density * self.volume()
@@ -198,7 +201,8 @@ impl Body {
         if let Motion::Free(freedom) = self.motion { Some(freedom) } else { None }
     }
 
-    /// Whether what it fills changes, or can: by its place, or, unless it is round, by how it is turned.
+    /// Whether what it fills changes, or can: by its place, or, unless it is round, by how it is
+    /// turned.
     pub fn moves(&self) -> bool {
         let turns = || self.spin != Vector3::zeros() && !self.shape.is_round();
         match self.motion {
@@ -208,14 +212,15 @@ impl Body {
         }
     }
 
-    /// Moves the body on by `dt` (s) under accelerations that last, or as prescribed; `periods` are the lengths of the
-    /// periodic axes (m).
+    /// Moves the body on by `dt` (s) under accelerations that last, or as prescribed; `periods` are
+    /// the lengths of the periodic axes (m).
     pub fn advance(&mut self, dt: f64, push: &Push, periods: &[Option<f64>; 3]) {
         let turned = self.shift(dt, push, periods);
         self.rotate(&turned);
     }
 
-    /// The same but for how it is turned: by the vector that is returned (rad), which is [`Body::rotate`]'s, at once or summed up.
+    /// The same but for how it is turned: by the vector that is returned (rad), which is
+    /// [`Body::rotate`]'s, at once or summed up.
     pub fn shift(&mut self, dt: f64, push: &Push, periods: &[Option<f64>; 3]) -> Vector3<f64> {
         match &mut self.motion {
             Motion::Fixed => return Vector3::zeros(),
@@ -259,7 +264,11 @@ impl Body {
 
     /// Speed of the centre (m/s), the largest of a body that swings.
     pub fn pace(&self) -> f64 {
-        if let Motion::Prescribed(Some(path)) = &self.motion { path.top_speed() } else { self.velocity.norm() }
+        if let Motion::Prescribed(Some(path)) = &self.motion {
+            path.top_speed()
+        } else {
+            self.velocity.norm()
+        }
     }
 
     /// Fastest point of the body (m/s).
@@ -309,7 +318,11 @@ impl Checkpointed for Body {
 }
 
 /// From one place to another (m) by the shortest way across the periods.
-pub fn nearest_image(from: &Vector3<f64>, to: &Vector3<f64>, periods: &[Option<f64>; 3]) -> Vector3<f64> {
+pub fn nearest_image(
+    from: &Vector3<f64>,
+    to: &Vector3<f64>,
+    periods: &[Option<f64>; 3],
+) -> Vector3<f64> {
     let mut apart = to - from;
     for (d, period) in apart.iter_mut().zip(periods) {
         *d -= period.map_or(0.0, |l| l * (*d / l).round());
@@ -325,7 +338,8 @@ mod tests {
     #[test]
     fn a_path_goes_on_across_periodic_borders_both_ways() {
         let freedom = Freedom { translation: [true; 3], rotation: [true; 3] };
-        let mut body = Body::new(Arc::new(Disc { radius: 0.1 }), 1.0, 0.0, Vector3::new(0.4, 0.5, 0.0));
+        let mut body =
+            Body::new(Arc::new(Disc { radius: 0.1 }), 1.0, 0.0, Vector3::new(0.4, 0.5, 0.0));
         (body.motion, body.velocity) = (Motion::Free(freedom), Vector3::new(-0.7, 0.2, 0.0));
         for steps in 1..40 {
             if steps == 20 {
@@ -334,15 +348,25 @@ mod tests {
             body.advance(0.25, &Push::default(), &[Some(1.0), None, None]);
             let gone = 0.25 * f64::from(if steps < 20 { steps } else { 38 - steps });
             let place = Vector3::new(0.4 - 0.7 * gone, 0.5 + 0.2 * gone, 0.0);
-            assert!((body.path() - place).norm() < 1e-12, "{steps}: {:?} of {place:?}", body.path());
-            assert!((0.0..=1.0).contains(&body.centre.x) && (body.crossed.x - body.crossed.x.round()).abs() == 0.0);
+            assert!(
+                (body.path() - place).norm() < 1e-12,
+                "{steps}: {:?} of {place:?}",
+                body.path()
+            );
+            assert!(
+                (0.0..=1.0).contains(&body.centre.x)
+                    && (body.crossed.x - body.crossed.x.round()).abs() == 0.0
+            );
         }
     }
 
     #[test]
     fn a_body_that_swings_is_where_its_formula_says_and_keeps_its_spin() {
-        let (origin, drift, amplitude) =
-            (Vector3::new(0.4, 0.5, 0.0), Vector3::new(0.3, 0.0, 0.0), Vector3::new(-0.1, 0.02, 0.0));
+        let (origin, drift, amplitude) = (
+            Vector3::new(0.4, 0.5, 0.0),
+            Vector3::new(0.3, 0.0, 0.0),
+            Vector3::new(-0.1, 0.02, 0.0),
+        );
         let path = Oscillation { origin, drift, amplitude, frequency: 2.0, time: 0.0 };
         let mut body = Body {
             velocity: path.velocity(),
@@ -359,12 +383,18 @@ mod tests {
             time += dt;
             let phase = TAU * 2.0 * time;
             let place = origin + drift * time + amplitude * phase.sin();
-            assert!((body.centre.x - place.x.rem_euclid(1.0)).abs() < 1e-13 && (body.centre.y - place.y).abs() < 1e-13);
+            assert!(
+                (body.centre.x - place.x.rem_euclid(1.0)).abs() < 1e-13
+                    && (body.centre.y - place.y).abs() < 1e-13
+            );
             assert!((body.path() - place).norm() < 1e-13, "{:?} of {place:?}", body.path());
             assert!((body.velocity - drift - TAU * 2.0 * amplitude * phase.cos()).norm() < 1e-12);
             let Motion::Prescribed(Some(path)) = body.motion else { panic!() };
-            // Backwards over half a step, up to the path's third derivative: |A| (2 pi f)^3 = 200 m/s3.
-            assert!((path.acceleration() - (body.velocity - before) / dt).norm() < 0.51 * dt * 205.0);
+            // Backwards over half a step, up to the path's third derivative: |A| (2 pi f)^3 = 200
+            // m/s3.
+            assert!(
+                (path.acceleration() - (body.velocity - before) / dt).norm() < 0.51 * dt * 205.0
+            );
             fastest = fastest.max(body.velocity.norm());
         }
         assert!((body.angle - 3.0 * time).abs() < 1e-12 && body.spin.z == 3.0);

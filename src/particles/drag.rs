@@ -3,22 +3,23 @@
 //! ```text
 //!   w V = Cd(Re) U^2 S/2       w: submerged weight over the fluid's mass in its volume, |s - 1| g;  S: the area that it shows
 //! ```
-//! Cd of a cylinder is the paper's (30), `1 + 10 Re^(-2/3)` (White 1991); that of a sphere `24/Re (1 + 0.15 Re^0.687)`, and 0.44 above
-//! Re = 1000 (Schiller & Naumann 1935).
+//! Cd of a cylinder is the paper's (30), `1 + 10 Re^(-2/3)` (White 1991); that of a sphere `24/Re
+//! (1 + 0.15 Re^0.687)`, and 0.44 above Re = 1000 (Schiller & Naumann 1935).
 
 use std::f64::consts::PI;
 
 /// Reynolds number below which the flow has no boundary layer.
 const LEAST_REYNOLDS: f64 = 10.0;
 
-/// Thickness (m) of the boundary layer at the front of a body of this diameter (m): Hiemenz' at a cylinder, `2.4 sqrt(nu/(4 U/d))`,
-/// which is `1.2 d/sqrt(Re)`; a sphere's has 1.15. Infinite where there is none.
+/// Thickness (m) of the boundary layer at the front of a body of this diameter (m): Hiemenz' at a
+/// cylinder, `2.4 sqrt(nu/(4 U/d))`, which is `1.2 d/sqrt(Re)`; a sphere's has 1.15. Infinite where
+/// there is none.
 pub fn boundary_layer(diameter: f64, reynolds: f64) -> f64 {
     if reynolds < LEAST_REYNOLDS { f64::INFINITY } else { 1.2 * diameter / reynolds.sqrt() }
 }
 
-/// Terminal speed (m/s) of a sphere, or else of a cylinder across its axis, of this diameter (m) and submerged weight (m/s2) in a fluid
-/// of this kinematic viscosity (m2/s).
+/// Terminal speed (m/s) of a sphere, or else of a cylinder across its axis, of this diameter (m)
+/// and submerged weight (m/s2) in a fluid of this kinematic viscosity (m2/s).
 pub fn terminal_speed(sphere: bool, diameter: f64, weight: f64, viscosity: f64) -> f64 {
     // V/S.
     let depth = if sphere { 2.0 / 3.0 * diameter } else { 0.25 * PI * diameter };

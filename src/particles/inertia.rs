@@ -3,7 +3,8 @@
 use super::Freedom;
 use nalgebra::{Matrix3, Vector3};
 
-/// A symmetric map from angular velocity (rad/s) to angular momentum (kg m2/s), in the axes of the box.
+/// A symmetric map from angular velocity (rad/s) to angular momentum (kg m2/s), in the axes of the
+/// box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Inertia {
     /// The same about every axis (kg m2).
@@ -21,7 +22,8 @@ impl Inertia {
         }
     }
 
-    /// What keeps a spin as it is while the body turns by it (N m): its angular momentum turns along.
+    /// What keeps a spin as it is while the body turns by it (N m): its angular momentum turns
+    /// along.
     pub fn precession(&self, spin: &Vector3<f64>) -> Vector3<f64> {
         match self {
             Inertia::Same(_) => Vector3::zeros(),
@@ -53,7 +55,8 @@ impl Inertia {
         }
     }
 
-    /// What an angular impulse (N m s) changes of the spin (rad/s): nothing about held axes, which take what that asks for.
+    /// What an angular impulse (N m s) changes of the spin (rad/s): nothing about held axes, which
+    /// take what that asks for.
     pub fn answer(&self, impulse: &Vector3<f64>, freedom: &Freedom) -> Vector3<f64> {
         match self {
             Inertia::Same(i) => freedom.about(impulse) / *i,
@@ -95,6 +98,9 @@ mod tests {
         assert!((inertia.of(&inertia.answer(&impulse, &all)) - impulse).norm() < 1e-14);
         let plane = Freedom { rotation: [false, true, true], ..all };
         let change = inertia.answer(&impulse, &plane);
-        assert!(change.x == 0.0 && plane.about(&(inertia.of(&change) - impulse)).norm() < 1e-14, "{change}");
+        assert!(
+            change.x == 0.0 && plane.about(&(inertia.of(&change) - impulse)).norm() < 1e-14,
+            "{change}"
+        );
     }
 }

@@ -1,5 +1,5 @@
-//! The particles: what they are ([`body`]), and which are near each other; their shapes are [`crate::geometry`]'s, how they touch is
-//! [`crate::contact`]'s.
+//! The particles: what they are ([`body`]), and which are near each other; their shapes are
+//! [`crate::geometry`]'s, how they touch is [`crate::contact`]'s.
 //!
 //! Bodies are three-dimensional always; in 2D a disc is a body of unit depth.
 

@@ -4,10 +4,11 @@
 //!   edge >= 2 (largest radius + largest search_radius)        two that could meet lie in the same or in adjacent cells
 //!   gap = |x_i - x_j| - r_i - r_j <= reach_i + reach_j
 //! ```
-//! A periodic axis may be one or two cells wide: a cell then is its own neighbour, or has one, and is visited once.
-//! Across a short period two bodies are neighbours on both sides, and a body is a neighbour of its own images. An image is
-//! counted in whole periods n along each axis: it is at `x_j + n L`. Those next to the nearest one are looked at, and of the
-//! two images of a body at opposite sides the one with the first component of n above zero.
+//! A periodic axis may be one or two cells wide: a cell then is its own neighbour, or has one, and
+//! is visited once. Across a short period two bodies are neighbours on both sides, and a body is a
+//! neighbour of its own images. An image is counted in whole periods n along each axis: it is at
+//! `x_j + n L`. Those next to the nearest one are looked at, and of the two images of a body at
+//! opposite sides the one with the first component of n above zero.
 
 use crate::particles::Body;
 use nalgebra::Vector3;
@@ -75,7 +76,8 @@ impl Neighbours {
         }
     }
 
-    /// Calls `take` with every image of a body `j > i`, and of `i` itself, within reach of `i`: once per pair of images.
+    /// Calls `take` with every image of a body `j > i`, and of `i` itself, within reach of `i`:
+    /// once per pair of images.
     pub(crate) fn around(
         &mut self,
         i: usize,
@@ -83,7 +85,9 @@ impl Neighbours {
         search_radius: &[f64],
         mut take: impl FnMut(usize, Vector3<f64>),
     ) {
-        let reach = |j: usize| bodies[i].radius() + bodies[j].radius() + search_radius[i] + search_radius[j];
+        let reach = |j: usize| {
+            bodies[i].radius() + bodies[j].radius() + search_radius[i] + search_radius[j]
+        };
         images(&Vector3::zeros(), reach(i), &self.periods, |image| {
             if image.iter().find(|n| **n != 0.0).is_some_and(|n| *n > 0.0) {
                 take(i, image);
@@ -124,8 +128,14 @@ impl Neighbours {
     }
 }
 
-/// Calls `take` with the images, in periods, that are within a distance (m) where the body itself is at `apart` (m).
-fn images(apart: &Vector3<f64>, within: f64, periods: &[Option<f64>; 3], mut take: impl FnMut(Vector3<f64>)) {
+/// Calls `take` with the images, in periods, that are within a distance (m) where the body itself
+/// is at `apart` (m).
+fn images(
+    apart: &Vector3<f64>,
+    within: f64,
+    periods: &[Option<f64>; 3],
+    mut take: impl FnMut(Vector3<f64>),
+) {
     let mut nearest = Vector3::zeros();
     let mut way = *apart;
     for (a, length) in periods.iter().enumerate().filter_map(|(a, length)| Some((a, (*length)?))) {

@@ -5,7 +5,8 @@
 //!   . . .   | a a a . . . . . . . . . . b b b | . . .
 //!     ^ the neighbour below's b         the neighbour above's a ^
 //! ```
-//! Slabs span the stored extent of the other axes, so that doing the axes in order fills edges and corners too.
+//! Slabs span the stored extent of the other axes, so that doing the axes in order fills edges and
+//! corners too.
 
 use super::session::check;
 use super::{Layout, Number, Session, Traffic};
@@ -52,11 +53,16 @@ impl<T: Number> Halo<T> {
         });
         let largest = axes.iter().map(|a: &Axis| a.outer * a.inner * a.ghosts).max().unwrap_or(0);
         let buffer = if session.size() > 1 { largest } else { 0 };
-        Halo { session: session.clone(), axes, send: vec![T::ZERO; buffer], receive: vec![T::ZERO; buffer] }
+        Halo {
+            session: session.clone(),
+            axes,
+            send: vec![T::ZERO; buffer],
+            receive: vec![T::ZERO; buffer],
+        }
     }
 
-    /// Fills the first `layers` of ghosts on both sides of `axis` where a neighbour owns them. Collective, with the same
-    /// number on all ranks.
+    /// Fills the first `layers` of ghosts on both sides of `axis` where a neighbour owns them.
+    /// Collective, with the same number on all ranks.
     pub fn exchange(&mut self, axis: usize, layers: usize, field: &mut [T]) -> Result<()> {
         let a = Axis { layers, ..self.axes[axis] };
         match a.neighbours {
@@ -67,10 +73,12 @@ impl<T: Number> Halo<T> {
             }
             _ => {}
         }
-        // Downwards: my first owned layers become the ghosts above my lower neighbour; then upwards.
-        for (to, from, source, target) in
-            [(0, 1, a.ghosts, a.ghosts + a.local), (1, 0, a.ghosts + a.local - layers, a.ghosts - layers)]
-        {
+        // Downwards: my first owned layers become the ghosts above my lower neighbour; then
+        // upwards.
+        for (to, from, source, target) in [
+            (0, 1, a.ghosts, a.ghosts + a.local),
+            (1, 0, a.ghosts + a.local - layers, a.ghosts - layers),
+        ] {
             let n = a.outer * a.inner * layers;
             if a.neighbours[to].is_some() {
                 a.copy_out(source, field, &mut self.send);
@@ -117,20 +125,27 @@ impl Axis {
     }
 
     fn copy_out<T: Copy>(&self, layer: usize, field: &[T], buffer: &mut [T]) {
-        for (block, part) in buffer.chunks_exact_mut(self.layers * self.inner).take(self.outer).enumerate() {
+        for (block, part) in
+            buffer.chunks_exact_mut(self.layers * self.inner).take(self.outer).enumerate()
+        {
             part.copy_from_slice(&field[self.slab(block, layer)]);
         }
     }
 
     fn copy_in<T: Copy>(&self, layer: usize, field: &mut [T], buffer: &[T]) {
-        for (block, part) in buffer.chunks_exact(self.layers * self.inner).take(self.outer).enumerate() {
+        for (block, part) in
+            buffer.chunks_exact(self.layers * self.inner).take(self.outer).enumerate()
+        {
             field[self.slab(block, layer)].copy_from_slice(part);
         }
     }
 
     fn wrap<T: Copy>(&self, field: &mut [T]) {
         for block in 0..self.outer {
-            field.copy_within(self.slab(block, self.ghosts), self.slab(block, self.ghosts + self.local).start);
+            field.copy_within(
+                self.slab(block, self.ghosts),
+                self.slab(block, self.ghosts + self.local).start,
+            );
             let (last, below) = (self.ghosts + self.local - self.layers, self.ghosts - self.layers);
             field.copy_within(self.slab(block, last), self.slab(block, below).start);
         }

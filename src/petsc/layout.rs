@@ -5,7 +5,8 @@ use crate::{Error, Result};
 use petsc_sys as ffi;
 use std::{ptr, slice};
 
-/// Which cells this rank owns, who its neighbours are, and PETSc's number of every cell within its ghosted box.
+/// Which cells this rank owns, who its neighbours are, and PETSc's number of every cell within its
+/// ghosted box.
 ///
 /// Boxes are stored with layers of ghosts on every side of every axis in use, x fastest.
 #[derive(Clone, Debug)]
@@ -18,26 +19,37 @@ pub struct Layout {
     pub stored: [usize; 3],
     /// Layers of ghosts.
     pub ghosts: usize,
-    /// The rank below and above along each axis, where there is one (itself, where it closes a period alone).
+    /// The rank below and above along each axis, where there is one (itself, where it closes a
+    /// period alone).
     pub neighbours: [[Option<usize>; 2]; 3],
     /// PETSc's global number of each stored cell, -1 outside the domain.
     pub numbers: Vec<i32>,
 }
 
 impl Layout {
-    /// Splits `cells` (two or three axes) over the session's ranks, with so many layers of `ghosts`.
+    /// Splits `cells` (two or three axes) over the session's ranks, with so many layers of
+    /// `ghosts`.
     ///
     /// # Errors
-    /// When there are more ranks than the grid can feed: each needs `ghosts` cells along every axis.
-    pub fn new(session: &Session, cells: &[usize], periodic: &[bool], ghosts: usize) -> Result<Layout> {
-        let ranks =
-            split(session.size(), cells, ghosts).ok_or_else(|| too_many_ranks(session.size(), cells, ghosts))?;
-        let kind = |a: usize| if periodic[a] { ffi::DM_BOUNDARY_PERIODIC } else { ffi::DM_BOUNDARY_GHOSTED };
+    /// When there are more ranks than the grid can feed: each needs `ghosts` cells along every
+    /// axis.
+    pub fn new(
+        session: &Session,
+        cells: &[usize],
+        periodic: &[bool],
+        ghosts: usize,
+    ) -> Result<Layout> {
+        let ranks = split(session.size(), cells, ghosts)
+            .ok_or_else(|| too_many_ranks(session.size(), cells, ghosts))?;
+        let kind = |a: usize| {
+            if periodic[a] { ffi::DM_BOUNDARY_PERIODIC } else { ffi::DM_BOUNDARY_GHOSTED }
+        };
         let (n, ranks) = (|a: usize| cells[a] as i32, ranks.map(|r| r as i32));
         let (width, none) = (ghosts as i32, ptr::null());
         let (comm, stencil) = (session.comm(), ffi::DMDA_STENCIL_BOX);
         let mut da: ffi::DM = ptr::null_mut();
-        // SAFETY: plain numbers, no ownership ranges (null), one output handle that is destroyed below.
+        // SAFETY: plain numbers, no ownership ranges (null), one output handle that is destroyed
+        // below.
         let made = unsafe {
             if cells.len() == 3 {
                 let (k, m, p) = (kind(0), kind(1), kind(2));
@@ -80,7 +92,8 @@ impl Layout {
         };
         check("DMDACreate", made)?;
         // SAFETY: `da` is a DMDA just made; on failure it is still ours to destroy.
-        let read = check("DMSetUp", unsafe { ffi::DMSetUp(da) }).and_then(|()| Self::read(da, cells.len(), ghosts));
+        let read = check("DMSetUp", unsafe { ffi::DMSetUp(da) })
+            .and_then(|()| Self::read(da, cells.len(), ghosts));
         // SAFETY: destroyed once.
         check("DMDestroy", unsafe { ffi::DMDestroy(&mut da) })?;
         read
@@ -91,9 +104,12 @@ impl Layout {
         let (mut ranks, mut map) = (ptr::null(), ptr::null_mut());
         let mut indices = ptr::null();
         let (mut neighbours, mut numbers) = ([[None; 2]; 3], Vec::new());
-        let stored = |n: [i32; 3]| std::array::from_fn(|a| n[a] as usize + if a < dimension { 2 * ghosts } else { 0 });
-        // SAFETY: a set-up DMDA fills each pointer with memory that it owns; all of it is copied before it goes. It has
-        // 3^dimension neighbours (itself in the middle), and one number for every stored cell.
+        let stored = |n: [i32; 3]| {
+            std::array::from_fn(|a| n[a] as usize + if a < dimension { 2 * ghosts } else { 0 })
+        };
+        // SAFETY: a set-up DMDA fills each pointer with memory that it owns; all of it is copied
+        // before it goes. It has 3^dimension neighbours (itself in the middle), and one number for
+        // every stored cell.
         unsafe {
             let [s0, s1, s2] = &mut s;
             let [n0, n1, n2] = &mut n;
@@ -103,10 +119,14 @@ impl Layout {
             let ranks = slice::from_raw_parts(ranks, around);
             for (a, pair) in neighbours.iter_mut().enumerate().take(dimension) {
                 let step = 3usize.pow(a as u32);
-                *pair = [around / 2 - step, around / 2 + step].map(|k| usize::try_from(ranks[k]).ok());
+                *pair =
+                    [around / 2 - step, around / 2 + step].map(|k| usize::try_from(ranks[k]).ok());
             }
             check("DMGetLocalToGlobalMapping", ffi::DMGetLocalToGlobalMapping(da, &mut map))?;
-            check("ISLocalToGlobalMappingGetIndices", ffi::ISLocalToGlobalMappingGetIndices(map, &mut indices))?;
+            check(
+                "ISLocalToGlobalMappingGetIndices",
+                ffi::ISLocalToGlobalMappingGetIndices(map, &mut indices),
+            )?;
             let count: usize = stored(n).iter().product();
             numbers.extend_from_slice(slice::from_raw_parts(indices, count));
             check(
@@ -125,26 +145,34 @@ impl Layout {
     }
 }
 
-/// Ranks along each axis, so that every rank has `ghosts` cells along every axis and the faces between ranks are
-/// fewest; rows along x stay whole where that costs nothing. `None` where no split gives every rank its cells.
+/// Ranks along each axis, so that every rank has `ghosts` cells along every axis and the faces
+/// between ranks are fewest; rows along x stay whole where that costs nothing. `None` where no
+/// split gives every rank its cells.
 fn split(ranks: usize, cells: &[usize], ghosts: usize) -> Option<[usize; 3]> {
     let divisors = |n: usize| (1..=n).filter(move |d| n.is_multiple_of(*d));
     let cells = |a: usize| cells.get(a).copied();
-    let fits = |along: &[usize; 3]| (0..3).all(|a| cells(a).map_or(along[a] == 1, |n| n / along[a] >= ghosts));
+    let fits = |along: &[usize; 3]| {
+        (0..3).all(|a| cells(a).map_or(along[a] == 1, |n| n / along[a] >= ghosts))
+    };
     // Faces between ranks, up to the same factor for all splits.
     let faces = |along: &[usize; 3]| -> f64 {
         (0..3)
-            .map(|a| (along[a] - 1) as f64 / cells(a).unwrap_or(1) as f64 * if a == 0 { 1.0 + 1e-9 } else { 1.0 })
+            .map(|a| {
+                (along[a] - 1) as f64 / cells(a).unwrap_or(1) as f64
+                    * if a == 0 { 1.0 + 1e-9 } else { 1.0 }
+            })
             .sum()
     };
-    let splits = divisors(ranks).flat_map(|x| divisors(ranks / x).map(move |y| [x, y, ranks / x / y]));
+    let splits =
+        divisors(ranks).flat_map(|x| divisors(ranks / x).map(move |y| [x, y, ranks / x / y]));
     splits.filter(fits).min_by(|a, b| faces(a).total_cmp(&faces(b)))
 }
 
 fn too_many_ranks(ranks: usize, cells: &[usize], ghosts: usize) -> Error {
     let grid = cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
     Error::Usage(format!(
-        "{ranks} ranks are too many for a grid of {grid} cells, or do not divide it: each rank needs a box of \
+        "{ranks} ranks are too many for a grid of {grid} cells, or do not divide it: each rank \
+        needs a box of \
          {ghosts} cells along every axis; use fewer ranks (mpirun -n) or more cells (domain.cells)"
     ))
 }

@@ -1,9 +1,10 @@
 //! The one seam to PETSc and MPI, and the only `unsafe` of the crate.
 //!
-//! Owns: the session (initialise, options, captured errors, reductions), the decomposition of the grid over ranks
-//! (a DMDA) with its halo exchange, and the linear solve (an operator of our own with its preconditioners, assembly
-//! straight into storage for the others, Krylov, null space).
-//! Every PETSc code becomes a [`crate::Error`]; nothing is printed and no signal handler stays behind.
+//! Owns: the session (initialise, options, captured errors, reductions), the decomposition of the
+//! grid over ranks (a DMDA) with its halo exchange, and the linear solve (an operator of our own
+//! with its preconditioners, assembly straight into storage for the others, Krylov, null space).
+//! Every PETSc code becomes a [`crate::Error`]; nothing is printed and no signal handler stays
+//! behind.
 #![allow(unsafe_code)]
 
 mod halo;

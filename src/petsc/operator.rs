@@ -1,12 +1,13 @@
-//! An operator of our own to PETSc: applied without a matrix, and preconditioned by what it brings along.
+//! An operator of our own to PETSc: applied without a matrix, and preconditioned by what it brings
+//! along.
 //!
 //! ```text
 //!   KSP --- A: a matrix of type "shell" ------------------- multiply ----+
 //!       \-- PC "boxmg", "transform" (type "shell") -- precondition ------+--- the Operator
 //!           or any other, with P: an assembled matrix, which carries the Operator with it
 //! ```
-//! `-pc_type boxmg` and `-pc_type transform` are registered with PETSc and work wherever PETSc takes a preconditioner for
-//! the whole system.
+//! `-pc_type boxmg` and `-pc_type transform` are registered with PETSc and work wherever PETSc
+//! takes a preconditioner for the whole system.
 
 use super::Session;
 use super::session::{check, hear, read, write};
@@ -56,7 +57,8 @@ impl OwnPreconditioner {
 /// The operator, as PETSc knows it and as we apply it.
 pub(super) struct Shell {
     pub matrix: ffi::Mat,
-    /// From a box, freed when dropped: the context of the shell and of what carries it, so it may not move.
+    /// From a box, freed when dropped: the context of the shell and of what carries it, so it may
+    /// not move.
     state: NonNull<State>,
 }
 
@@ -78,21 +80,36 @@ const CARRIED: &CStr = c"mics_operator";
 
 impl Shell {
     /// The operator of which `owned` rows are this rank's.
-    pub fn new(session: &Session, operator: Rc<RefCell<dyn Operator>>, owned: usize) -> Result<Shell> {
+    pub fn new(
+        session: &Session,
+        operator: Rc<RefCell<dyn Operator>>,
+        owned: usize,
+    ) -> Result<Shell> {
         let state = Box::new(State { operator, owned, failure: None });
         let mut shell = Shell { matrix: ptr::null_mut(), state: NonNull::from(Box::leak(state)) };
         let (n, any) = (owned as i32, -1);
-        // SAFETY: the matrix is an output that `shell` owns from then on; its context lives as long as `shell`, and
-        // `multiply` has the signature that PETSc calls for these two operations. `create` likewise; the names are static.
+        // SAFETY: the matrix is an output that `shell` owns from then on; its context lives as long
+        // as `shell`, and `multiply` has the signature that PETSc calls for these two operations.
+        // `create` likewise; the names are static.
         unsafe {
             let context = shell.state.as_ptr().cast();
-            check("MatCreateShell", ffi::MatCreateShell(session.comm(), n, n, any, any, context, &mut shell.matrix))?;
+            check(
+                "MatCreateShell",
+                ffi::MatCreateShell(session.comm(), n, n, any, any, context, &mut shell.matrix),
+            )?;
             for operation in [ffi::MATOP_MULT, ffi::MATOP_MULT_TRANSPOSE] {
-                type Multiply = unsafe extern "C" fn(ffi::Mat, ffi::Vec, ffi::Vec) -> ffi::PetscErrorCode;
+                type Multiply =
+                    unsafe extern "C" fn(ffi::Mat, ffi::Vec, ffi::Vec) -> ffi::PetscErrorCode;
                 let multiply = std::mem::transmute::<Multiply, unsafe extern "C" fn()>(multiply);
-                check("MatShellSetOperation", ffi::MatShellSetOperation(shell.matrix, operation, Some(multiply)))?;
+                check(
+                    "MatShellSetOperation",
+                    ffi::MatShellSetOperation(shell.matrix, operation, Some(multiply)),
+                )?;
             }
-            check("MatSetOption", ffi::MatSetOption(shell.matrix, ffi::MAT_SYMMETRIC, ffi::PETSC_TRUE))?;
+            check(
+                "MatSetOption",
+                ffi::MatSetOption(shell.matrix, ffi::MAT_SYMMETRIC, ffi::PETSC_TRUE),
+            )?;
             shell.go_with(session, shell.matrix)?;
             check("PCRegister", ffi::PCRegister(c"boxmg".as_ptr(), Some(create_multigrid)))?;
             check("PCRegister", ffi::PCRegister(c"transform".as_ptr(), Some(create_transform)))?;
@@ -106,17 +123,23 @@ impl Shell {
     /// The matrix is alive, and not used after `self` is dropped.
     pub unsafe fn go_with(&self, session: &Session, matrix: ffi::Mat) -> Result<()> {
         let mut container = ptr::null_mut();
-        // SAFETY: the container is an output that is given up below; the matrix keeps its own reference to it.
+        // SAFETY: the container is an output that is given up below; the matrix keeps its own
+        // reference to it.
         unsafe {
-            check("PetscContainerCreate", ffi::PetscContainerCreate(session.comm(), &mut container))?;
-            let set =
-                check("PetscContainerSetPointer", ffi::PetscContainerSetPointer(container, self.state.as_ptr().cast()))
-                    .and_then(|()| {
-                        check(
-                            "PetscObjectCompose",
-                            ffi::PetscObjectCompose(matrix.cast(), CARRIED.as_ptr(), container.cast()),
-                        )
-                    });
+            check(
+                "PetscContainerCreate",
+                ffi::PetscContainerCreate(session.comm(), &mut container),
+            )?;
+            let set = check(
+                "PetscContainerSetPointer",
+                ffi::PetscContainerSetPointer(container, self.state.as_ptr().cast()),
+            )
+            .and_then(|()| {
+                check(
+                    "PetscObjectCompose",
+                    ffi::PetscObjectCompose(matrix.cast(), CARRIED.as_ptr(), container.cast()),
+                )
+            });
             check("PetscContainerDestroy", ffi::PetscContainerDestroy(&mut container))?;
             set
         }
@@ -124,16 +147,16 @@ impl Shell {
 
     /// What went wrong in a call, once.
     pub fn take_failure(&mut self) -> Option<Error> {
-        // SAFETY: alive until `self` is dropped; PETSc reaches it too, but only during a solve, which nobody runs while
-        // this borrow of `self` lasts.
+        // SAFETY: alive until `self` is dropped; PETSc reaches it too, but only during a solve,
+        // which nobody runs while this borrow of `self` lasts.
         unsafe { self.state.as_mut().failure.take() }
     }
 }
 
 impl Drop for Shell {
     fn drop(&mut self) {
-        // SAFETY: the matrix is null or ours; whoever else holds it (the Krylov solver) is gone or multiplies no more.
-        // The state came out of a box and is given up here only.
+        // SAFETY: the matrix is null or ours; whoever else holds it (the Krylov solver) is gone or
+        // multiplies no more. The state came out of a box and is given up here only.
         unsafe {
             ffi::MatDestroy(&mut self.matrix);
             drop(Box::from_raw(self.state.as_ptr()));
@@ -141,11 +164,12 @@ impl Drop for Shell {
     }
 }
 
-/// The product that PETSc calls, also for the transpose: the operator is symmetric. No panic leaves it.
+/// The product that PETSc calls, also for the transpose: the operator is symmetric. No panic leaves
+/// it.
 unsafe extern "C" fn multiply(shell: ffi::Mat, x: ffi::Vec, y: ffi::Vec) -> ffi::PetscErrorCode {
     let mut context: *mut c_void = ptr::null_mut();
-    // SAFETY: writes one pointer, the context that `Shell::new` gave this matrix and keeps alive, at which nobody else
-    // looks during a call. PETSc hands over two vectors of the shell's layout.
+    // SAFETY: writes one pointer, the context that `Shell::new` gave this matrix and keeps alive,
+    // at which nobody else looks during a call. PETSc hands over two vectors of the shell's layout.
     unsafe {
         let code = ffi::MatShellGetContext(shell, (&raw mut context).cast());
         if code != 0 {
@@ -191,11 +215,18 @@ unsafe extern "C" fn apply_transform(pc: ffi::PC, r: ffi::Vec, z: ffi::Vec) -> f
     unsafe { apply(pc, r, z, OwnPreconditioner::Transform) }
 }
 
-unsafe fn apply(pc: ffi::PC, r: ffi::Vec, z: ffi::Vec, own: OwnPreconditioner) -> ffi::PetscErrorCode {
+unsafe fn apply(
+    pc: ffi::PC,
+    r: ffi::Vec,
+    z: ffi::Vec,
+    own: OwnPreconditioner,
+) -> ffi::PetscErrorCode {
     let (mut a, mut p) = (ptr::null_mut(), ptr::null_mut());
-    let (mut carried, mut context): (ffi::PetscObject, *mut c_void) = (ptr::null_mut(), ptr::null_mut());
-    // SAFETY: each call writes one pointer; what a matrix carries under our name is a container of ours, whose state
-    // lives as long as the matrix is used, and at which nobody else looks during a call.
+    let (mut carried, mut context): (ffi::PetscObject, *mut c_void) =
+        (ptr::null_mut(), ptr::null_mut());
+    // SAFETY: each call writes one pointer; what a matrix carries under our name is a container of
+    // ours, whose state lives as long as the matrix is used, and at which nobody else looks during
+    // a call.
     unsafe {
         let code = ffi::PCGetOperators(pc, &mut a, &mut p);
         if code != 0 {
@@ -206,7 +237,10 @@ unsafe fn apply(pc: ffi::PC, r: ffi::Vec, z: ffi::Vec, own: OwnPreconditioner) -
             return code;
         }
         if carried.is_null() {
-            hear("boxmg and transform precondition the whole system only, not a part of it (as in bjacobi or asm)");
+            hear(
+                "boxmg and transform precondition the whole system only, not a part of it (as in \
+                bjacobi or asm)",
+            );
             return UNSUPPORTED;
         }
         let code = ffi::PetscContainerGetPointer(carried.cast(), &mut context);
@@ -231,14 +265,17 @@ impl State {
         let (operator, owned) = (&self.operator, self.owned);
         let called = catch_unwind(AssertUnwindSafe(|| {
             let Ok(mut operator) = operator.try_borrow_mut() else {
-                return Err(Error::Run("the pressure's operator is in use while PETSc asks for it".into()));
+                return Err(Error::Run(
+                    "the pressure's operator is in use while PETSc asks for it".into(),
+                ));
             };
             let mut acted = Ok(());
             // SAFETY: the caller's word.
             unsafe { read(x, owned, |x| write(y, owned, |y| acted = act(&mut *operator, x, y)))?? }
             acted
         }));
-        match called.unwrap_or_else(|_| Err(Error::Run("the pressure's operator panicked".into()))) {
+        match called.unwrap_or_else(|_| Err(Error::Run("the pressure's operator panicked".into())))
+        {
             Ok(()) => 0,
             Err(error) => {
                 self.failure = Some(error);

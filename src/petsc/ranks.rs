@@ -7,7 +7,8 @@ use petsc_sys as ffi;
 use std::ffi::{c_int, c_void};
 use std::ptr;
 
-/// What a rank tells others: how often all ranks had to meet and how many bytes it gave there, messages to single ranks and their bytes.
+/// What a rank tells others: how often all ranks had to meet and how many bytes it gave there,
+/// messages to single ranks and their bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Traffic {
     /// Sums, largest values, gatherings.
@@ -97,7 +98,8 @@ impl Session {
         self.reduce(values, (&raw mut ffi::ompi_mpi_op_sum).cast())
     }
 
-    /// The largest over the ranks of each number, in place; a NaN counts as infinity, so that none is lost.
+    /// The largest over the ranks of each number, in place; a NaN counts as infinity, so that none
+    /// is lost.
     pub fn max(&self, values: &mut [f64]) -> Result<()> {
         for v in values.iter_mut().filter(|v| v.is_nan()) {
             *v = f64::INFINITY;
@@ -115,11 +117,19 @@ impl Session {
         // SAFETY: the buffer holds as many doubles as said, and every rank calls with as many.
         check("MPI_Allreduce", unsafe {
             let double = (&raw mut ffi::ompi_mpi_double).cast();
-            ffi::MPI_Allreduce(in_place, values.as_mut_ptr().cast(), values.len() as c_int, double, op, self.comm())
+            ffi::MPI_Allreduce(
+                in_place,
+                values.as_mut_ptr().cast(),
+                values.len() as c_int,
+                double,
+                op,
+                self.comm(),
+            )
         })
     }
 
-    /// Gathers every rank's numbers on all ranks: `counts` of them from `starts` on in `all`, by rank. Collective.
+    /// Gathers every rank's numbers on all ranks: `counts` of them from `starts` on in `all`, by
+    /// rank. Collective.
     pub(crate) fn all_gather<T: Number>(
         &self,
         mine: &[T],
@@ -127,7 +137,10 @@ impl Session {
         counts: &[i32],
         starts: &[i32],
     ) -> Result<()> {
-        let fits = counts.iter().zip(starts).all(|(n, s)| *n >= 0 && *s >= 0 && (n + s) as usize <= all.len());
+        let fits = counts
+            .iter()
+            .zip(starts)
+            .all(|(n, s)| *n >= 0 && *s >= 0 && (n + s) as usize <= all.len());
         if !fits
             || counts.len() != self.size()
             || starts.len() != self.size()
@@ -140,7 +153,16 @@ impl Session {
         check("MPI_Allgatherv", unsafe {
             let (number, n) = (T::datatype(), counts[self.rank()]);
             let (to, counts, starts) = (all.as_mut_ptr().cast(), counts.as_ptr(), starts.as_ptr());
-            ffi::MPI_Allgatherv(mine.as_ptr().cast(), n, number, to, counts, starts, number, self.comm())
+            ffi::MPI_Allgatherv(
+                mine.as_ptr().cast(),
+                n,
+                number,
+                to,
+                counts,
+                starts,
+                number,
+                self.comm(),
+            )
         })
     }
 
@@ -151,8 +173,8 @@ impl Session {
         Ok(flag[0] > 0.0)
     }
 
-    /// Makes an error on one rank an error on all: those without one get that of the first rank which has one, with its exit
-    /// status. Collective.
+    /// Makes an error on one rank an error on all: those without one get that of the first rank
+    /// which has one, with its exit status. Collective.
     pub fn agree<T>(&self, result: Result<T>) -> Result<T> {
         let mut first = [if result.is_err() { -(self.rank() as f64) } else { f64::NEG_INFINITY }];
         self.max(&mut first)?;
@@ -164,7 +186,8 @@ impl Session {
             Err(e) if rank == self.rank() => e.to_string(),
             _ => String::new(),
         };
-        let code = result.as_ref().err().filter(|_| rank == self.rank()).map_or(0, Error::exit_code);
+        let code =
+            result.as_ref().err().filter(|_| rank == self.rank()).map_or(0, Error::exit_code);
         let mut size = [text.len() as f64, f64::from(code)];
         self.max(&mut size)?;
         // Of zeros and one rank's bytes the sum is those bytes.
@@ -180,7 +203,8 @@ impl Session {
         }))
     }
 
-    /// Sends this rank's bytes to rank 0, which hands each rank's to `take`, in the order of the ranks.
+    /// Sends this rank's bytes to rank 0, which hands each rank's to `take`, in the order of the
+    /// ranks.
     pub fn gather(&self, bytes: &[f64], mut take: impl FnMut(usize, &[f64])) -> Result<()> {
         let double: ffi::MPI_Datatype = (&raw mut ffi::ompi_mpi_double).cast();
         let mut count = bytes.len() as f64;
@@ -188,21 +212,34 @@ impl Session {
             self.tell(Traffic::message(size_of_val(bytes)));
             // SAFETY: both buffers hold what is said; rank 0 receives in the same order.
             unsafe {
-                check("MPI_Send", ffi::MPI_Send((&raw mut count).cast(), 1, double, 0, 0, self.comm()))?;
+                check(
+                    "MPI_Send",
+                    ffi::MPI_Send((&raw mut count).cast(), 1, double, 0, 0, self.comm()),
+                )?;
                 let n = bytes.len() as c_int;
-                return check("MPI_Send", ffi::MPI_Send(bytes.as_ptr().cast(), n, double, 0, 1, self.comm()));
+                return check(
+                    "MPI_Send",
+                    ffi::MPI_Send(bytes.as_ptr().cast(), n, double, 0, 1, self.comm()),
+                );
             }
         }
         take(0, bytes);
         for from in 1..self.size() {
             let mut buffer = Vec::new();
-            // SAFETY: the first message is the length of the second; statuses are ignored (null, OpenMPI's value).
+            // SAFETY: the first message is the length of the second; statuses are ignored (null,
+            // OpenMPI's value).
             unsafe {
                 let (f, none) = (from as c_int, ptr::null_mut());
-                check("MPI_Recv", ffi::MPI_Recv((&raw mut count).cast(), 1, double, f, 0, self.comm(), none))?;
+                check(
+                    "MPI_Recv",
+                    ffi::MPI_Recv((&raw mut count).cast(), 1, double, f, 0, self.comm(), none),
+                )?;
                 buffer.resize(count as usize, 0.0);
                 let n = buffer.len() as c_int;
-                check("MPI_Recv", ffi::MPI_Recv(buffer.as_mut_ptr().cast(), n, double, f, 1, self.comm(), none))?;
+                check(
+                    "MPI_Recv",
+                    ffi::MPI_Recv(buffer.as_mut_ptr().cast(), n, double, f, 1, self.comm(), none),
+                )?;
             }
             take(from, &buffer);
         }

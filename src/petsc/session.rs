@@ -24,8 +24,8 @@ struct Inner {
     told: Cell<Traffic>,
 }
 
-/// Names of the options that a built-in choice put in, so that they are not taken for the user's. Like PETSc's database,
-/// one for the process.
+/// Names of the options that a built-in choice put in, so that they are not taken for the user's.
+/// Like PETSc's database, one for the process.
 static BUILT_IN: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
 
 fn built_in() -> MutexGuard<'static, BTreeSet<String>> {
@@ -48,7 +48,9 @@ unsafe extern "C" fn capture(
 ) -> ffi::PetscErrorCode {
     if kind == ffi::PETSC_ERROR_INITIAL {
         // SAFETY: PETSc hands over null or NUL-terminated strings that live during the call.
-        let text = |s: *const c_char| unsafe { (!s.is_null()).then(|| CStr::from_ptr(s).to_string_lossy()) };
+        let text = |s: *const c_char| unsafe {
+            (!s.is_null()).then(|| CStr::from_ptr(s).to_string_lossy())
+        };
         let said = text(message).unwrap_or_default();
         let heard = format!(
             "{} [{} at {}:{line}]",
@@ -80,13 +82,14 @@ pub(super) fn check(call: &'static str, code: ffi::PetscErrorCode) -> Result<()>
 }
 
 fn c_string(text: &str) -> Result<CString> {
-    CString::new(text).map_err(|_| Error::Usage(format!("a PETSc option holds a NUL character: {text:?}")))
+    CString::new(text)
+        .map_err(|_| Error::Usage(format!("a PETSc option holds a NUL character: {text:?}")))
 }
 
 impl Session {
-    /// Initialises PETSc with options in PETSc's own spelling (`-ksp_type`, `cg`, ...); later ones win, and all win over
-    /// those that PETSc finds by itself (`PETSC_OPTIONS`, `.petscrc`). Where the process has a PETSc already, joins it
-    /// and ignores `options`.
+    /// Initialises PETSc with options in PETSc's own spelling (`-ksp_type`, `cg`, ...); later ones
+    /// win, and all win over those that PETSc finds by itself (`PETSC_OPTIONS`, `.petscrc`). Where
+    /// the process has a PETSc already, joins it and ignores `options`.
     ///
     /// # Errors
     /// When PETSc or MPI cannot start.
@@ -99,27 +102,36 @@ impl Session {
             let set = quicken_lone_start();
             let started = Self::initialise(options);
             for name in set {
-                // SAFETY: as where it was set; MPI has read it, and a process started from here (mpirun) must not.
+                // SAFETY: as where it was set; MPI has read it, and a process started from here
+                // (mpirun) must not.
                 unsafe { env::remove_var(name) };
             }
             started?;
         }
         let (mut rank, mut size) = (0, 0);
-        // SAFETY: PETSC_COMM_WORLD is set by PetscInitialize, which has returned; both calls write one int.
+        // SAFETY: PETSC_COMM_WORLD is set by PetscInitialize, which has returned; both calls write
+        // one int.
         let comm = unsafe {
             let comm = ffi::PETSC_COMM_WORLD;
             check("MPI_Comm_rank", ffi::MPI_Comm_rank(comm, &mut rank))?;
             check("MPI_Comm_size", ffi::MPI_Comm_size(comm, &mut size))?;
             comm
         };
-        Ok(Session(Rc::new(Inner { comm, rank: rank as usize, size: size as usize, owner, told: Cell::default() })))
+        Ok(Session(Rc::new(Inner {
+            comm,
+            rank: rank as usize,
+            size: size as usize,
+            owner,
+            told: Cell::default(),
+        })))
     }
 
     fn initialise(options: &[String]) -> Result<()> {
         refuse_stray_words(options)?;
         // PETSc takes a name in capitals for the same option, and what looks it up here has to as
         // well.
-        let plain = |word: &String| if names_option(word) { word.to_lowercase() } else { word.clone() };
+        let plain =
+            |word: &String| if names_option(word) { word.to_lowercase() } else { word.clone() };
         let options: Vec<String> = options.iter().map(plain).collect();
         let words: Vec<CString> = ["mics", "-no_signal_handler"]
             .into_iter()
@@ -132,16 +144,20 @@ impl Session {
         argv.push(ptr::null_mut());
         let argc = Box::leak(Box::new(words.len() as c_int));
         let argv = Box::leak(Box::new(argv.leak().as_mut_ptr()));
-        // SAFETY: argc and argv describe leaked, NUL-terminated strings ending with a null pointer; no help text.
-        // `capture` has the signature that PETSc asks for and touches no PETSc state.
+        // SAFETY: argc and argv describe leaked, NUL-terminated strings ending with a null pointer;
+        // no help text. `capture` has the signature that PETSc asks for and touches no PETSc state.
         unsafe {
-            check("PetscPushErrorHandler", ffi::PetscPushErrorHandler(Some(capture), ptr::null_mut()))?;
-            check("PetscInitialize", ffi::PetscInitialize(argc, argv, ptr::null(), ptr::null())).map_err(|e| match e {
-                Error::Petsc { message, .. } => {
-                    Error::Usage(format!("PETSc does not start with these options: {message}"))
-                }
-                other => other,
-            })
+            check(
+                "PetscPushErrorHandler",
+                ffi::PetscPushErrorHandler(Some(capture), ptr::null_mut()),
+            )?;
+            check("PetscInitialize", ffi::PetscInitialize(argc, argv, ptr::null(), ptr::null()))
+                .map_err(|e| match e {
+                    Error::Petsc { message, .. } => {
+                        Error::Usage(format!("PETSc does not start with these options: {message}"))
+                    }
+                    other => other,
+                })
         }
     }
 
@@ -182,7 +198,8 @@ impl Session {
     pub fn version(&self) -> String {
         let (mut major, mut minor, mut patch, mut release) = (0, 0, 0, 0);
         // SAFETY: writes four integers.
-        let code = unsafe { ffi::PetscGetVersionNumber(&mut major, &mut minor, &mut patch, &mut release) };
+        let code =
+            unsafe { ffi::PetscGetVersionNumber(&mut major, &mut minor, &mut patch, &mut release) };
         if code == 0 { format!("{major}.{minor}.{patch}") } else { "unknown".into() }
     }
 
@@ -199,7 +216,11 @@ impl Session {
 
     /// The value of an option in the database, if it is there.
     pub fn option(&self, name: &str) -> Result<Option<String>> {
-        Ok(self.pairs(Listing::All)?.into_iter().find(|(n, _)| format!("-{n}") == name).map(|(_, v)| v))
+        Ok(self
+            .pairs(Listing::All)?
+            .into_iter()
+            .find(|(n, _)| format!("-{n}") == name)
+            .map(|(_, v)| v))
     }
 
     /// The value of an option of our own: PETSc no longer counts it as unused.
@@ -214,7 +235,9 @@ impl Session {
         }
         let (n, v) = (c_string(name)?, c_string(value)?);
         // SAFETY: both strings are copied by PETSc.
-        check("PetscOptionsSetValue", unsafe { ffi::PetscOptionsSetValue(ptr::null_mut(), n.as_ptr(), v.as_ptr()) })?;
+        check("PetscOptionsSetValue", unsafe {
+            ffi::PetscOptionsSetValue(ptr::null_mut(), n.as_ptr(), v.as_ptr())
+        })?;
         built_in().insert(name.trim_start_matches('-').to_owned());
         Ok(())
     }
@@ -224,7 +247,9 @@ impl Session {
         for name in std::mem::take(&mut *built_in()) {
             let name = c_string(&format!("-{name}"))?;
             // SAFETY: PETSc only reads the string.
-            check("PetscOptionsClearValue", unsafe { ffi::PetscOptionsClearValue(ptr::null_mut(), name.as_ptr()) })?;
+            check("PetscOptionsClearValue", unsafe {
+                ffi::PetscOptionsClearValue(ptr::null_mut(), name.as_ptr())
+            })?;
         }
         Ok(())
     }
@@ -238,15 +263,20 @@ impl Session {
     pub fn options(&self) -> Result<String> {
         let pairs = self.pairs(Listing::All)?;
         let words = pairs.iter().filter(|(n, _)| n != "no_signal_handler");
-        Ok(words.map(|(n, v)| format!("-{n} {v}").trim_end().to_owned()).collect::<Vec<_>>().join(" "))
+        Ok(words
+            .map(|(n, v)| format!("-{n} {v}").trim_end().to_owned())
+            .collect::<Vec<_>>()
+            .join(" "))
     }
 
     /// Options that the user gave and nothing read.
     pub fn unused_options(&self) -> Result<Vec<String>> {
-        // These are read while PETSc starts or ends, which its list of unused options does not always know.
+        // These are read while PETSc starts or ends, which its list of unused options does not
+        // always know.
         let late = |n: &str| ["no_signal_handler", "log_view", "options_left"].contains(&n);
         let ours = built_in();
-        let left = self.pairs(Listing::Unused)?.into_iter().filter(|(n, _)| !late(n) && !ours.contains(n));
+        let left =
+            self.pairs(Listing::Unused)?.into_iter().filter(|(n, _)| !late(n) && !ours.contains(n));
         Ok(left.map(|(n, v)| format!("-{n} {v}").trim_end().to_owned()).collect())
     }
 
@@ -254,9 +284,13 @@ impl Session {
         match listing {
             Listing::All => {
                 let mut text: *mut c_char = ptr::null_mut();
-                // SAFETY: PETSc allocates the string; it is copied before it is freed with PETSc's own free.
+                // SAFETY: PETSc allocates the string; it is copied before it is freed with PETSc's
+                // own free.
                 let all = unsafe {
-                    check("PetscOptionsGetAll", ffi::PetscOptionsGetAll(ptr::null_mut(), &mut text))?;
+                    check(
+                        "PetscOptionsGetAll",
+                        ffi::PetscOptionsGetAll(ptr::null_mut(), &mut text),
+                    )?;
                     let all = CStr::from_ptr(text).to_string_lossy().into_owned();
                     if let Some(free) = ffi::PetscTrFree {
                         check("PetscFree", free(text.cast(), 0, ptr::null(), ptr::null()))?;
@@ -267,19 +301,31 @@ impl Session {
             }
             Listing::Unused => {
                 let (mut n, mut names, mut values) = (0, ptr::null_mut(), ptr::null_mut());
-                // SAFETY: PETSc fills two arrays of n strings each (a value may be null); copied before they go back.
+                // SAFETY: PETSc fills two arrays of n strings each (a value may be null); copied
+                // before they go back.
                 unsafe {
                     check(
                         "PetscOptionsLeftGet",
                         ffi::PetscOptionsLeftGet(ptr::null_mut(), &mut n, &mut names, &mut values),
                     )?;
                     let text = |s: *mut c_char| {
-                        if s.is_null() { String::new() } else { CStr::from_ptr(s).to_string_lossy().into_owned() }
+                        if s.is_null() {
+                            String::new()
+                        } else {
+                            CStr::from_ptr(s).to_string_lossy().into_owned()
+                        }
                     };
-                    let pairs = (0..n as usize).map(|k| (text(*names.add(k)), text(*values.add(k)))).collect();
+                    let pairs = (0..n as usize)
+                        .map(|k| (text(*names.add(k)), text(*values.add(k))))
+                        .collect();
                     check(
                         "PetscOptionsLeftRestore",
-                        ffi::PetscOptionsLeftRestore(ptr::null_mut(), &mut n, &mut names, &mut values),
+                        ffi::PetscOptionsLeftRestore(
+                            ptr::null_mut(),
+                            &mut n,
+                            &mut names,
+                            &mut values,
+                        ),
                     )?;
                     Ok(pairs)
                 }
@@ -291,7 +337,8 @@ impl Session {
 impl Drop for Inner {
     fn drop(&mut self) {
         if self.owner {
-            // SAFETY: the last handle goes, so no PETSc object of ours is left. A failure here has nobody to tell.
+            // SAFETY: the last handle goes, so no PETSc object of ours is left. A failure here has
+            // nobody to tell.
             unsafe { ffi::PetscFinalize() };
         }
     }
@@ -320,22 +367,25 @@ fn names_option(word: &str) -> bool {
     word.strip_prefix('-').is_some_and(|n| n.starts_with(|c: char| c.is_ascii_alphabetic()))
 }
 
-/// PETSc passes over words that belong to no option, and so a forgotten dash would change nothing in silence.
+/// PETSc passes over words that belong to no option, and so a forgotten dash would change nothing
+/// in silence.
 fn refuse_stray_words(options: &[String]) -> Result<()> {
     let before = std::iter::once(None).chain(options.iter().map(Some));
-    let stray =
-        |(word, before): &(&String, Option<&String>)| !names_option(word) && !before.is_some_and(|b| names_option(b));
+    let stray = |(word, before): &(&String, Option<&String>)| {
+        !names_option(word) && !before.is_some_and(|b| names_option(b))
+    };
     match options.iter().zip(before).find(stray) {
         Some((word, _)) => Err(Error::Usage(format!(
-            "PETSc option {word:?}: no option and no value of one; options begin with a dash, as in -ksp_type cg"
+            "PETSc option {word:?}: no option and no value of one; options begin with a dash, as \
+            in -ksp_type cg"
         ))),
         None => Ok(()),
     }
 }
 
-/// Without mpirun, OpenMPI need not look for a network or a runtime: start-up falls from 0.5 s to 0.1 s. Nor does it need
-/// a folder for temporary files: all lone processes would share one, and one that ends removes it while another begins.
-/// Returns the variables that it set.
+/// Without mpirun, OpenMPI need not look for a network or a runtime: start-up falls from 0.5 s to
+/// 0.1 s. Nor does it need a folder for temporary files: all lone processes would share one, and
+/// one that ends removes it while another begins. Returns the variables that it set.
 fn quicken_lone_start() -> Vec<&'static str> {
     let launched = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "SLURM_PROCID"];
     if launched.iter().any(|name| env::var_os(name).is_some()) {
@@ -350,8 +400,8 @@ fn quicken_lone_start() -> Vec<&'static str> {
     ];
     for (name, value) in alone {
         if env::var_os(name).is_none() {
-            // SAFETY: called once, before MPI starts and before this process has a second thread that reads the
-            // environment (tests hold a lock here).
+            // SAFETY: called once, before MPI starts and before this process has a second thread
+            // that reads the environment (tests hold a lock here).
             unsafe { env::set_var(name, value) };
             set.push(name);
         }
@@ -361,10 +411,15 @@ fn quicken_lone_start() -> Vec<&'static str> {
 
 /// PETSc's table of names for converged reasons, read at `reason`.
 pub(super) fn reason_name(reason: ffi::KSPConvergedReason) -> String {
-    // SAFETY: KSPConvergedReasons points into a static table that PETSc indexes by negative and positive reasons.
+    // SAFETY: KSPConvergedReasons points into a static table that PETSc indexes by negative and
+    // positive reasons.
     unsafe {
         let name = *ffi::KSPConvergedReasons.offset(reason as isize);
-        if name.is_null() { format!("reason {reason}") } else { CStr::from_ptr(name).to_string_lossy().into_owned() }
+        if name.is_null() {
+            format!("reason {reason}")
+        } else {
+            CStr::from_ptr(name).to_string_lossy().into_owned()
+        }
     }
 }
 
@@ -372,9 +427,14 @@ pub(super) fn reason_name(reason: ffi::KSPConvergedReason) -> String {
 ///
 /// # Safety
 /// `vector` is alive, has `len` entries here, and `take` does not touch it by another way.
-pub(super) unsafe fn read<T>(vector: ffi::Vec, len: usize, take: impl FnOnce(&[f64]) -> T) -> Result<T> {
+pub(super) unsafe fn read<T>(
+    vector: ffi::Vec,
+    len: usize,
+    take: impl FnOnce(&[f64]) -> T,
+) -> Result<T> {
     let mut data = ptr::null();
-    // SAFETY: PETSc lends the local part, `len` doubles (or null, where there are none), until it is restored.
+    // SAFETY: PETSc lends the local part, `len` doubles (or null, where there are none), until it
+    // is restored.
     unsafe {
         check("VecGetArrayRead", ffi::VecGetArrayRead(vector, &mut data))?;
         let taken = take(if len == 0 { &[] } else { slice::from_raw_parts(data, len) });
@@ -387,7 +447,11 @@ pub(super) unsafe fn read<T>(vector: ffi::Vec, len: usize, take: impl FnOnce(&[f
 ///
 /// # Safety
 /// As for [`read`].
-pub(super) unsafe fn write(vector: ffi::Vec, len: usize, fill: impl FnOnce(&mut [f64])) -> Result<()> {
+pub(super) unsafe fn write(
+    vector: ffi::Vec,
+    len: usize,
+    fill: impl FnOnce(&mut [f64]),
+) -> Result<()> {
     let mut data = ptr::null_mut();
     // SAFETY: as for reading.
     unsafe {

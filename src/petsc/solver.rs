@@ -1,5 +1,6 @@
-//! The linear solve: an operator of our own, a Krylov method and a preconditioner that PETSc's options choose, and, for the
-//! preconditioners that need one, the operator's matrix, its values refilled straight into PETSc's storage.
+//! The linear solve: an operator of our own, a Krylov method and a preconditioner that PETSc's
+//! options choose, and, for the preconditioners that need one, the operator's matrix, its values
+//! refilled straight into PETSc's storage.
 
 use super::Session;
 use super::operator::{Operator, OwnPreconditioner, Shell};
@@ -26,7 +27,8 @@ pub struct LinearSolver {
     fixed_rtol: Option<f64>,
     /// The user's `-ksp_atol` likewise.
     fixed_atol: Option<f64>,
-    /// Whether the method tests the true residual, for which alone the caller's absolute tolerance is meant.
+    /// Whether the method tests the true residual, for which alone the caller's absolute tolerance
+    /// is meant.
     tests_true_residual: bool,
     /// Whether a solve has come through: what PETSc refuses before that, an option asked for.
     proven: bool,
@@ -68,7 +70,8 @@ struct Reuse {
     stale: bool,
     /// Whether it has to be built anew before the next solve.
     due: bool,
-    /// Matrices for which it is built anew in any case: it has failed on one that it was not built from.
+    /// Matrices for which it is built anew in any case: it has failed on one that it was not built
+    /// from.
     wait: u32,
     failures: u32,
 }
@@ -88,13 +91,21 @@ impl Reuse {
     fn judge(&mut self, iterations: u32, rtol: f64) {
         let decades = -rtol.log10();
         match self.first {
-            Some(first) if self.stale => self.due = f64::from(iterations) > GROWTH * first * decades + 1.0,
+            Some(first) if self.stale => {
+                self.due = f64::from(iterations) > GROWTH * first * decades + 1.0
+            }
             _ => self.first = Some(f64::from(iterations) / decades),
         }
     }
 
     fn built(&mut self) {
-        *self = Reuse { first: None, stale: false, due: false, wait: self.wait.saturating_sub(1), ..*self };
+        *self = Reuse {
+            first: None,
+            stale: false,
+            due: false,
+            wait: self.wait.saturating_sub(1),
+            ..*self
+        };
     }
 
     /// Waits longer each time.
@@ -116,7 +127,8 @@ const OVERFLOWN: i32 = -9;
 /// The failure of solves that met a number that is infinite or none: no solver mends that.
 fn overflown() -> Error {
     Error::Run(
-        "the pressure equation holds numbers that are infinite or none: a density, a viscosity, a length or a velocity of the case is \
+        "the pressure equation holds numbers that are infinite or none: a density, a viscosity, a \
+        length or a velocity of the case is \
          too large or too small for double precision, or the flow has grown beyond it; look at their exponents and units"
             .into(),
     )
@@ -135,7 +147,8 @@ fn default_options(session: &Session, choice: Choice, dimension: usize) -> Resul
     };
     // A method without iterations is for the preconditioner that it was chosen with.
     let iterates = choice != Choice::Direct || session.has_option("-pc_type")?;
-    session.default_option("-ksp_type", if iterates && method == "preonly" { "cg" } else { method })?;
+    session
+        .default_option("-ksp_type", if iterates && method == "preonly" { "cg" } else { method })?;
     session.default_option("-ksp_max_it", "500")?;
     // The side on which, or the norm in which, each method tests the true residual.
     match session.option("-ksp_type")?.as_deref() {
@@ -148,7 +161,8 @@ fn default_options(session: &Session, choice: Choice, dimension: usize) -> Resul
         _ => {}
     }
     session.default_option("-pc_type", preconditioner)?;
-    // Else gamg and mg smooth with the operator, free bodies included, by the eigenvalues of the matrix: no longer positive.
+    // Else gamg and mg smooth with the operator, free bodies included, by the eigenvalues of the
+    // matrix: no longer positive.
     session.default_option("-pc_use_amat", "false")?;
     if session.option("-pc_type")?.as_deref() == Some("gamg") {
         // Its own smoother goes by estimates of eigenvalues that are too small: as a preconditioner
@@ -162,7 +176,8 @@ fn default_options(session: &Session, choice: Choice, dimension: usize) -> Resul
         let threshold = if dimension == 2 { "0.25" } else { "0.5" };
         session.default_option("-pc_hypre_boomeramg_strong_threshold", threshold)?;
         if dimension == 3 {
-            // Sparser levels: a quarter less time at 64^3, and less memory. In 2D they gain nothing.
+            // Sparser levels: a quarter less time at 64^3, and less memory. In 2D they gain
+            // nothing.
             session.default_option("-pc_hypre_boomeramg_coarsen_type", "HMIS")?;
             session.default_option("-pc_hypre_boomeramg_interp_type", "ext+i")?;
             session.default_option("-pc_hypre_boomeramg_P_max", "4")?;
@@ -176,12 +191,17 @@ fn refuse_what_ends_the_program(session: &Session) -> Result<()> {
     let levels = number(session, "-pc_mg_levels")?.unwrap_or(1.0);
     if session.option("-pc_type")?.as_deref() == Some("mg") && levels > 1.0 {
         return Err(Error::Usage(
-            "PETSc option -pc_type mg with -pc_mg_levels: its coarser levels have to be given, and here is none but the grid itself; \
+            "PETSc option -pc_type mg with -pc_mg_levels: its coarser levels have to be given, and \
+            here is none but the grid itself; \
              -pc_type gamg or hypre find theirs from the matrix"
                 .into(),
         ));
     }
-    match session.options()?.split(" -").find(|option| option.contains("ksp_monitor") && option.contains("hdf5")) {
+    match session
+        .options()?
+        .split(" -")
+        .find(|option| option.contains("ksp_monitor") && option.contains("hdf5"))
+    {
         Some(option) => Err(Error::Usage(format!(
             "PETSc option -{}: its monitors cannot write HDF5; give ascii:FILE",
             option.trim_start_matches('-')
@@ -195,10 +215,12 @@ fn refuse_what_ends_the_program(session: &Session) -> Result<()> {
 fn refuse_empty_views(session: &Session, own: bool) -> Result<()> {
     for (name, none) in [("-ksp_view_mat", true), ("-ksp_view_pmat", own)] {
         let value = session.option(name)?.unwrap_or_default();
-        let numbers = ["binary", "hdf5", "matlab", "draw"].iter().any(|kind| value.starts_with(kind));
+        let numbers =
+            ["binary", "hdf5", "matlab", "draw"].iter().any(|kind| value.starts_with(kind));
         if none && numbers {
             return Err(Error::Usage(format!(
-                "PETSc option {name} {value}: there is no matrix to write, the operator is applied with the free bodies in it; \
+                "PETSc option {name} {value}: there is no matrix to write, the operator is applied \
+                with the free bodies in it; \
                  -ksp_view_pmat with -pc_type hypre or gamg writes the one of the fluid"
             )));
         }
@@ -207,9 +229,9 @@ fn refuse_empty_views(session: &Session, own: bool) -> Result<()> {
 }
 
 impl LinearSolver {
-    /// A system of `owned` rows on this rank, with that operator; `pattern` gives the entries of its matrix, where one is
-    /// needed, in PETSc's numbers of rows (this rank's) and columns. `singular` says that constants solve the homogeneous
-    /// system.
+    /// A system of `owned` rows on this rank, with that operator; `pattern` gives the entries of
+    /// its matrix, where one is needed, in PETSc's numbers of rows (this rank's) and columns.
+    /// `singular` says that constants solve the homogeneous system.
     ///
     /// # Errors
     /// When an option names something that this PETSc does not have.
@@ -232,7 +254,8 @@ impl LinearSolver {
         let fixed_rtol = number(session, "-ksp_rtol")?;
         if let Some(rtol) = fixed_rtol.filter(|rtol| *rtol >= 1.0) {
             return Err(Error::Usage(format!(
-                "PETSc option -ksp_rtol: {rtol:?} asks for no reduction; give a number below 1, such as 1e-8"
+                "PETSc option -ksp_rtol: {rtol:?} asks for no reduction; give a number below 1, \
+                such as 1e-8"
             )));
         }
         let mut solver = LinearSolver {
@@ -255,12 +278,16 @@ impl LinearSolver {
             session: session.clone(),
         };
         let (comm, n, any) = (session.comm(), owned as i32, -1);
-        // SAFETY: every handle is an output that `solver` owns from then on and destroys when dropped, also when a
-        // later call fails; `rows` and `columns` live through the call that reads (and may reorder) them.
+        // SAFETY: every handle is an output that `solver` owns from then on and destroys when
+        // dropped, also when a later call fails; `rows` and `columns` live through the call that
+        // reads (and may reorder) them.
         unsafe {
             if singular {
                 let space = &mut solver.null_space;
-                check("MatNullSpaceCreate", ffi::MatNullSpaceCreate(comm, ffi::PETSC_TRUE, 0, ptr::null(), space))?;
+                check(
+                    "MatNullSpaceCreate",
+                    ffi::MatNullSpaceCreate(comm, ffi::PETSC_TRUE, 0, ptr::null(), space),
+                )?;
             }
             if own.is_none() {
                 let (mut rows, mut columns) = pattern();
@@ -269,9 +296,17 @@ impl LinearSolver {
                 check("MatSetType", ffi::MatSetType(solver.matrix, c"aij".as_ptr()))?;
                 check("MatSetPreallocationCOO", {
                     let count = rows.len() as ffi::PetscCount;
-                    ffi::MatSetPreallocationCOO(solver.matrix, count, rows.as_mut_ptr(), columns.as_mut_ptr())
+                    ffi::MatSetPreallocationCOO(
+                        solver.matrix,
+                        count,
+                        rows.as_mut_ptr(),
+                        columns.as_mut_ptr(),
+                    )
                 })?;
-                check("MatSetOption", ffi::MatSetOption(solver.matrix, ffi::MAT_SYMMETRIC, ffi::PETSC_TRUE))?;
+                check(
+                    "MatSetOption",
+                    ffi::MatSetOption(solver.matrix, ffi::MAT_SYMMETRIC, ffi::PETSC_TRUE),
+                )?;
                 solver.operator.go_with(session, solver.matrix)?;
                 // Our own preconditioners keep constants out by themselves.
                 if singular {
@@ -284,9 +319,11 @@ impl LinearSolver {
             check("MatCreateVecs", ffi::MatCreateVecs(solver.operator.matrix, x, b))?;
             check("KSPCreate", ffi::KSPCreate(comm, &mut solver.krylov))?;
             solver.set_operators()?;
-            check("KSPSetFromOptions", ffi::KSPSetFromOptions(solver.krylov)).map_err(bad_option)?;
+            check("KSPSetFromOptions", ffi::KSPSetFromOptions(solver.krylov))
+                .map_err(bad_option)?;
             let mut norm = 0;
-            check("KSPGetNormType", ffi::KSPGetNormType(solver.krylov, &mut norm)).map_err(bad_option)?;
+            check("KSPGetNormType", ffi::KSPGetNormType(solver.krylov, &mut norm))
+                .map_err(bad_option)?;
             solver.tests_true_residual = norm == ffi::KSP_NORM_UNPRECONDITIONED;
             let (mut r, mut a) = (0.0, 0.0);
             let (d, m) = (&mut solver.divergence_tolerance, &mut solver.max_iterations);
@@ -300,7 +337,8 @@ impl LinearSolver {
         !self.matrix.is_null()
     }
 
-    /// The matrix's new values, in the order of the pattern; the preconditioner follows at the next solve.
+    /// The matrix's new values, in the order of the pattern; the preconditioner follows at the next
+    /// solve.
     pub fn set_values(&mut self, values: &[f64]) -> Result<()> {
         if self.matrix.is_null() {
             return Ok(());
@@ -309,17 +347,21 @@ impl LinearSolver {
             reuse.stale = true;
         }
         // SAFETY: `values` has the pattern's length, which the caller made.
-        check("MatSetValuesCOO", unsafe { ffi::MatSetValuesCOO(self.matrix, values.as_ptr(), ffi::INSERT_VALUES) })
+        check("MatSetValuesCOO", unsafe {
+            ffi::MatSetValuesCOO(self.matrix, values.as_ptr(), ffi::INSERT_VALUES)
+        })
     }
 
-    /// Refuses what would solve with the preconditioner alone, which knows nothing of the motion of free bodies.
+    /// Refuses what would solve with the preconditioner alone, which knows nothing of the motion of
+    /// free bodies.
     ///
     /// # Errors
     /// When the method is `preonly`.
     pub fn refuse_preconditioner_alone(&self) -> Result<()> {
         if self.preconditioner_alone {
             return Err(Error::Usage(
-                "-ksp_type preonly solves with the preconditioner alone, which knows nothing of the motion of free \
+                "-ksp_type preonly solves with the preconditioner alone, which knows nothing of \
+                the motion of free \
                  bodies; use cg, bcgs or gmres"
                     .into(),
             ));
@@ -352,16 +394,20 @@ impl LinearSolver {
         self.fixed_rtol
     }
 
-    /// Solves, from zero unless an option says otherwise, until the true residual is below `rtol` times the right side's
-    /// norm, or below `atol` (2-norms; a method that knows another norm only goes by `rtol` in that). A solve that fails is repeated once, from zero, with a rebuilt preconditioner, unless
-    /// that is the operator's own, which would be the same again. Collective.
+    /// Solves, from zero unless an option says otherwise, until the true residual is below `rtol`
+    /// times the right side's norm, or below `atol` (2-norms; a method that knows another norm only
+    /// goes by `rtol` in that). A solve that fails is repeated once, from zero, with a rebuilt
+    /// preconditioner, unless that is the operator's own, which would be the same again.
+    /// Collective.
     ///
     /// # Errors
     /// When the last try fails, with PETSc's reason for each.
     pub fn solve(&mut self, rtol: f64, atol: f64) -> Result<Solved> {
         if !self.null_space.is_null() {
             // SAFETY: handles made in `new`.
-            check("MatNullSpaceRemove", unsafe { ffi::MatNullSpaceRemove(self.null_space, self.right_side) })?;
+            check("MatNullSpaceRemove", unsafe {
+                ffi::MatNullSpaceRemove(self.null_space, self.right_side)
+            })?;
         }
         let atol = self.fixed_atol.unwrap_or(if self.tests_true_residual { atol } else { 0.0 });
         let mut spent = 0;
@@ -390,8 +436,10 @@ impl LinearSolver {
         }
         if self.own.is_some() {
             return Err(Error::Run(format!(
-                "the pressure solve failed: {} after {iterations} iterations (relative tolerance {rtol:.1e}); {LOOK}, try \
-                 another solver (pressure.solver = \"bcgs-boomeramg\", or `-- -ksp_type cg -pc_type gamg`), or relax \
+                "the pressure solve failed: {} after {iterations} iterations (relative tolerance \
+                {rtol:.1e}); {LOOK}, try \
+                 another solver (pressure.solver = \"bcgs-boomeramg\", or `-- -ksp_type cg \
+                     -pc_type gamg`), or relax \
                  pressure.divergence_limit",
                 reason_name(first),
             )));
@@ -414,7 +462,8 @@ impl LinearSolver {
             return Err(overflown());
         }
         Err(Error::Run(format!(
-            "the pressure solve failed twice: {} after {} iterations, then, from zero with a rebuilt preconditioner, {} \
+            "the pressure solve failed twice: {} after {} iterations, then, from zero with a \
+            rebuilt preconditioner, {} \
              after {more} (relative tolerance {rtol:.1e}); {LOOK}, {}take the default solver (pressure.solver = \"auto\", without \
              -ksp_type and -pc_type), or relax pressure.divergence_limit",
             reason_name(first),
@@ -424,12 +473,16 @@ impl LinearSolver {
         )))
     }
 
-    /// Says how far the next attempt goes, and whether it goes on with a preconditioner of another matrix.
+    /// Says how far the next attempt goes, and whether it goes on with a preconditioner of another
+    /// matrix.
     fn prepare(&mut self, rtol: f64, atol: f64, keep: bool, iterations: i32) -> Result<()> {
         // SAFETY: handles made in `new`.
         unsafe {
             let d = self.divergence_tolerance;
-            check("KSPSetTolerances", ffi::KSPSetTolerances(self.krylov, rtol, atol, d, iterations))?;
+            check(
+                "KSPSetTolerances",
+                ffi::KSPSetTolerances(self.krylov, rtol, atol, d, iterations),
+            )?;
             if self.reuse.is_none() {
                 return Ok(());
             }
@@ -452,16 +505,24 @@ impl LinearSolver {
         let (mut reason, mut iterations) = (0, 0);
         // SAFETY: handles made in `new`; outputs are two integers.
         unsafe {
-            check("KSPSolve", ffi::KSPSolve(self.krylov, self.right_side, self.solution)).map_err(|e| {
-                let ours = self.operator.take_failure();
-                ours.unwrap_or_else(|| if self.proven { e } else { bad_option(e) })
-            })?;
+            check("KSPSolve", ffi::KSPSolve(self.krylov, self.right_side, self.solution)).map_err(
+                |e| {
+                    let ours = self.operator.take_failure();
+                    ours.unwrap_or_else(|| if self.proven { e } else { bad_option(e) })
+                },
+            )?;
             self.proven = true;
             check("KSPGetConvergedReason", ffi::KSPGetConvergedReason(self.krylov, &mut reason))?;
-            check("KSPGetIterationNumber", ffi::KSPGetIterationNumber(self.krylov, &mut iterations))?;
+            check(
+                "KSPGetIterationNumber",
+                ffi::KSPGetIterationNumber(self.krylov, &mut iterations),
+            )?;
             if !self.null_space.is_null() {
                 // Whatever constant the solver left: the solution has a mean of zero.
-                check("MatNullSpaceRemove", ffi::MatNullSpaceRemove(self.null_space, self.solution))?;
+                check(
+                    "MatNullSpaceRemove",
+                    ffi::MatNullSpaceRemove(self.null_space, self.solution),
+                )?;
             }
         }
         Ok((reason, iterations.max(0) as u32))
@@ -481,7 +542,8 @@ impl LinearSolver {
 
 impl Drop for LinearSolver {
     fn drop(&mut self) {
-        // SAFETY: each handle is null (PETSc then does nothing) or ours; `session` outlives them all.
+        // SAFETY: each handle is null (PETSc then does nothing) or ours; `session` outlives them
+        // all.
         unsafe {
             ffi::KSPDestroy(&mut self.krylov);
             ffi::VecDestroy(&mut self.right_side);
@@ -496,10 +558,12 @@ impl Drop for LinearSolver {
 fn bad_option(error: Error) -> Error {
     match error {
         Error::Petsc { message, .. } => {
-            let unknown = message.split_once(" type ").and_then(|(_, rest)| rest.split_whitespace().next());
+            let unknown =
+                message.split_once(" type ").and_then(|(_, rest)| rest.split_whitespace().next());
             let capital = unknown.filter(|name| name.chars().any(|c| c.is_ascii_uppercase()));
-            let cure = capital
-                .map_or(String::new(), |name| format!("; names of types are in lower case: {}", name.to_lowercase()));
+            let cure = capital.map_or(String::new(), |name| {
+                format!("; names of types are in lower case: {}", name.to_lowercase())
+            });
             Error::Usage(format!("PETSc refuses an option: {message}{cure}"))
         }
         other => other,
@@ -511,6 +575,8 @@ fn number(session: &Session, name: &str) -> Result<Option<f64>> {
     let Some(text) = session.option(name)? else { return Ok(None) };
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value >= 0.0 => Ok(Some(value)),
-        _ => Err(Error::Usage(format!("PETSc option {name}: {text:?} is not a tolerance; give a number such as 1e-8"))),
+        _ => Err(Error::Usage(format!(
+            "PETSc option {name}: {text:?} is not a tolerance; give a number such as 1e-8"
+        ))),
     }
 }

@@ -1,5 +1,5 @@
-//! Free rigid bodies in the pressure equation, `sum_k w_k j_k j_k^T`, applied and never assembled; a mode k is one
-//! direction in which one body moves, or turns if pressure can turn it, and
+//! Free rigid bodies in the pressure equation, `sum_k w_k j_k j_k^T`, applied and never assembled;
+//! a mode k is one direction in which one body moves, or turns if pressure can turn it, and
 //!
 //! ```text
 //!   j_c = sum over its faces (m_low - m_high)/h     m: what the body carries through a face when it moves in the mode at 1 m/s:
@@ -7,13 +7,15 @@
 //!   s_k = j_k . x                over this rank's cells, then one sum over the ranks for the bodies that lie on several
 //!   y  += sum_k (w_k s_k) j_k
 //! ```
-//! In the multigrid they take part on the levels that resolve them, with `j` summed over coarse cells: a sweep solves with
-//! `D + sum w j j^T` in place of D, for each body by itself, and for its turning by itself,
+//! In the multigrid they take part on the levels that resolve them, with `j` summed over coarse
+//! cells: a sweep solves with `D + sum w j j^T` in place of D, for each body by itself, and for its
+//! turning by itself,
 //!
 //! ```text
 //!   (D + J W J^T)^-1 = D^-1 - D^-1 J (W^-1 + J^T D^-1 J)^-1 J^T D^-1
 //! ```
-//! and coarser levels see a mixture in their place: faces conduct, where a body covers them, as a fluid of its density.
+//! and coarser levels see a mixture in their place: faces conduct, where a body covers them, as a
+//! fluid of its density.
 
 use super::lattice::Lattice;
 use super::level::{Level, Single};
@@ -24,14 +26,15 @@ use std::f64::consts::PI;
 /// A face that a free body covers, in part or whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Covered {
-    /// The mode: `axes * body + axis` where a body moves along an axis, from 0, the same on every rank; the modes in which bodies
-    /// turn, as many for each, come after those of all bodies.
+    /// The mode: `axes * body + axis` where a body moves along an axis, from 0, the same on every
+    /// rank; the modes in which bodies turn, as many for each, come after those of all bodies.
     pub mode: u32,
     /// The face's own axis: that of the mode, where a body moves along one.
     pub axis: u8,
     /// Index of the face in this rank's fields.
     pub face: u32,
-    /// The covered part, within (0, 1]; of a body that turns, times the velocity through the face at 1 rad a unit of time.
+    /// The covered part, within (0, 1]; of a body that turns, times the velocity through the face
+    /// at 1 rad a unit of time.
     pub part: f64,
 }
 
@@ -110,8 +113,8 @@ impl Shared {
     }
 }
 
-/// All bodies, as far as they lie on this rank. Their modes come in groups: a body's motion along the axes; then, of those that
-/// pressure turns, its turning.
+/// All bodies, as far as they lie on this rank. Their modes come in groups: a body's motion along
+/// the axes; then, of those that pressure turns, its turning.
 pub(super) struct Bodies {
     session: Session,
     axes: usize,
@@ -123,8 +126,8 @@ pub(super) struct Bodies {
     inverse_h: [f64; 3],
     /// By level, as far as any level has had bodies.
     layers: Vec<Layer>,
-    /// The cells that each body fills, by axis, and nothing for its turning: three numbers a group; then, of each group, on how many ranks
-    /// it has cells. Summed over the ranks.
+    /// The cells that each body fills, by axis, and nothing for its turning: three numbers a group;
+    /// then, of each group, on how many ranks it has cells. Summed over the ranks.
     volumes: Vec<f64>,
     shared: Shared,
     sums: Vec<f64>,
@@ -132,20 +135,23 @@ pub(super) struct Bodies {
     active: bool,
 }
 
-/// Largest `w j^T D^-1 j` that smoothing takes: neighbours that share cells would make it indefinite beyond.
+/// Largest `w j^T D^-1 j` that smoothing takes: neighbours that share cells would make it
+/// indefinite beyond.
 const HEAVIEST: f64 = 3.0;
 
-/// The fluid's density over a body's, times the cells across it, from which on the multigrid takes bodies in, which costs it
-/// time: the more of them, the smaller they are.
+/// The fluid's density over a body's, times the cells across it, from which on the multigrid takes
+/// bodies in, which costs it time: the more of them, the smaller they are.
 const LIGHT: f64 = 4.5;
 
-/// How much of `j^2` goes into the diagonal: cells that bodies close from all sides have next to none of their own.
+/// How much of `j^2` goes into the diagonal: cells that bodies close from all sides have next to
+/// none of their own.
 const FLOOR: f64 = 0.1;
 
 /// The blocks' safety: bodies that share cells are taken one by one.
 const SHARED: f64 = 1.3;
 
-/// The best conductor, relative to the fluid, that a coarse level knows: what light bodies amount to between others.
+/// The best conductor, relative to the fluid, that a coarse level knows: what light bodies amount
+/// to between others.
 const CONDUCTOR: f64 = 3.0;
 
 /// Cells across a body that a level has to have to resolve it.
@@ -268,8 +274,10 @@ impl Bodies {
     ) -> Result<()> {
         let axes = self.axes;
         let stored: usize = frame.stored.iter().product();
-        let (groups, bodies) = (weights.len() / axes, (weights.len() / axes).saturating_sub(turning.len()));
-        let mut unsound = !weights.len().is_multiple_of(axes) || weights.iter().any(|w| !w.is_finite() || *w < 0.0);
+        let (groups, bodies) =
+            (weights.len() / axes, (weights.len() / axes).saturating_sub(turning.len()));
+        let mut unsound = !weights.len().is_multiple_of(axes)
+            || weights.iter().any(|w| !w.is_finite() || *w < 0.0);
         unsound |= turning.len() > groups || turning.iter().any(|k| *k as usize >= bodies);
         unsound |= covered.iter().any(|e| {
             let (mode, axis) = (e.mode as usize, e.axis as usize);
@@ -279,13 +287,18 @@ impl Bodies {
         });
         if self.session.anywhere(unsound)? {
             return Err(Error::Run(
-                "a free body's mode in the pressure equation is not finite, has a negative weight, or has a face that \
+                "a free body's mode in the pressure equation is not finite, has a negative weight, \
+                or has a face that \
                  is not its rank's"
                     .into(),
             ));
         }
         self.weights.clear();
-        self.weights.extend(weights.chunks(axes).map(|w| std::array::from_fn(|a| w.get(a).map_or(0.0, |w| w * scale))));
+        self.weights.extend(
+            weights
+                .chunks(axes)
+                .map(|w| std::array::from_fn(|a| w.get(a).map_or(0.0, |w| w * scale))),
+        );
         self.owner.clear();
         self.owner.extend((0..bodies as u32).chain(turning.iter().copied()));
         for (numbers, width) in [(&mut self.sums, 3), (&mut self.volumes, 4)] {
@@ -301,22 +314,34 @@ impl Bodies {
         }
         let mut rest = covered;
         for group in 0..self.weights.len() {
-            let (first, count) =
-                (finest.faces.len(), rest.iter().take_while(|e| e.mode as usize / axes == group).count());
+            let (first, count) = (
+                finest.faces.len(),
+                rest.iter().take_while(|e| e.mode as usize / axes == group).count(),
+            );
             let (own, others) = rest.split_at(count);
             rest = others;
             for e in own {
                 let axis = e.axis as usize;
-                // Counted from the layer of ghosts that a lattice has; -1 and below stand beyond it.
+                // Counted from the layer of ghosts that a lattice has; -1 and below stand beyond
+                // it.
                 let at: [usize; 3] = std::array::from_fn(|a| match a < axes {
-                    true => (e.face as usize / frame.stride[a] % frame.stored[a] + 1).wrapping_sub(frame.ghosts),
+                    true => (e.face as usize / frame.stride[a] % frame.stored[a] + 1)
+                        .wrapping_sub(frame.ghosts),
                     false => 0,
                 });
-                let inside = |a: usize| (1..=lattice.n[a] + usize::from(a == axis)).contains(&at[a]);
+                let inside =
+                    |a: usize| (1..=lattice.n[a] + usize::from(a == axis)).contains(&at[a]);
                 if (0..axes).all(inside) {
                     let place = (0..axes).map(|a| at[a] * lattice.stride[a]).sum::<usize>() as u32;
                     let (mode, part) = ((e.mode as usize % axes) as u8, e.part);
-                    finest.faces.push(Face { group: group as u32, mode, axis: e.axis, place, part, conduct: part });
+                    finest.faces.push(Face {
+                        group: group as u32,
+                        mode,
+                        axis: e.axis,
+                        place,
+                        part,
+                        conduct: part,
+                    });
                     // Faces between ranks count on the upper one.
                     if at[axis] <= lattice.n[axis] && group < bodies {
                         self.volumes[3 * group + axis] += part;
@@ -327,14 +352,21 @@ impl Bodies {
         }
         // A group's faces have to stand together.
         if self.session.anywhere(!rest.is_empty())? {
-            return Err(Error::Run("free bodies' modes in the pressure equation are not in the bodies' order".into()));
+            return Err(Error::Run(
+                "free bodies' modes in the pressure equation are not in the bodies' order".into(),
+            ));
         }
         let here = finest.begin.windows(2).map(|range| f64::from(u8::from(range[1] > range[0])));
-        self.volumes[3 * self.weights.len()..].iter_mut().zip(here).for_each(|(count, here)| *count = here);
+        self.volumes[3 * self.weights.len()..]
+            .iter_mut()
+            .zip(here)
+            .for_each(|(count, here)| *count = here);
         self.session.sum(&mut self.volumes)?;
         let counts = self.volumes[3 * self.weights.len()..].iter();
         self.shared.groups.clear();
-        self.shared.groups.extend((0u32..).zip(counts).filter(|(_, count)| **count > 1.0).map(|(group, _)| group));
+        self.shared.groups.extend(
+            (0u32..).zip(counts).filter(|(_, count)| **count > 1.0).map(|(group, _)| group),
+        );
         Ok(())
     }
 
@@ -356,7 +388,8 @@ impl Bodies {
         for ((sum, range), w) in sums.chunks_exact(3).zip(begin.windows(2)).zip(weights) {
             let back: [f64; 3] = std::array::from_fn(|a| w[a] * sum[a]);
             for cell in &cells[range[0]..range[1]] {
-                y[cell.row as usize] += back[0] * cell.j[0] + back[1] * cell.j[1] + back[2] * cell.j[2];
+                y[cell.row as usize] +=
+                    back[0] * cell.j[0] + back[1] * cell.j[1] + back[2] * cell.j[2];
             }
         }
         Ok(())
@@ -367,13 +400,18 @@ impl Bodies {
         self.active && l < self.layers.len() && !self.layers[l].smooth.is_empty()
     }
 
-    /// What smoothing needs on level `l`, in units in which the finest level's largest face is 1: `scale` times the weights.
-    /// Raises the diagonal where bodies lie. Collective.
+    /// What smoothing needs on level `l`, in units in which the finest level's largest face is 1:
+    /// `scale` times the weights. Raises the diagonal where bodies lie. Collective.
     pub fn prepare(&mut self, l: usize, level: &mut Level, scale: f64) -> Result<()> {
         if l == 0 {
-            // In these units a weight times the body's cells is the fluid's density over the body's.
+            // In these units a weight times the body's cells is the fluid's density over the
+            // body's.
             let lightness = |v: f64, w: f64| v * w * scale * cells_across(v, self.axes);
-            let lightest = self.volumes.iter().zip(self.weights.iter().flatten()).map(|(v, w)| lightness(*v, *w));
+            let lightest = self
+                .volumes
+                .iter()
+                .zip(self.weights.iter().flatten())
+                .map(|(v, w)| lightness(*v, *w));
             self.active = lightest.fold(0.0, f64::max) >= LIGHT;
             self.layers[0].smooth.resize(self.weights.len(), Smooth::default());
         }
@@ -397,7 +435,8 @@ impl Bodies {
             }
         }
         shared.sum(session, 9, grams)?;
-        for ((gram, w), smooth) in grams.chunks_exact(9).zip(weights.iter()).zip(smooth.iter_mut()) {
+        for ((gram, w), smooth) in grams.chunks_exact(9).zip(weights.iter()).zip(smooth.iter_mut())
+        {
             let mut block = nalgebra::Matrix3::identity();
             for p in 0..*axes {
                 let (w, d) = (w[p] * scale, gram[4 * p]);
@@ -410,7 +449,8 @@ impl Bodies {
                 block[(p, p)] += SHARED * if taken > 0.0 { 1.0 / taken } else { 1e12 * (1.0 + d) };
             }
             let inverse = block.try_inverse().unwrap_or_else(nalgebra::Matrix3::zeros);
-            smooth.block = std::array::from_fn(|p| std::array::from_fn(|q| inverse[(p, q)] as Single));
+            smooth.block =
+                std::array::from_fn(|p| std::array::from_fn(|q| inverse[(p, q)] as Single));
         }
         // Bodies that share a cell raise it in turn.
         for cell in cells.iter() {
@@ -420,9 +460,18 @@ impl Bodies {
         Ok(())
     }
 
-    /// Takes the bodies from level `l` to the next: those that it resolves as they are, the others into its faces, of which
-    /// one of the finest level's own conducts `unit` by axis; `scale` as in [`Bodies::prepare`].
-    pub fn descend(&mut self, l: usize, fine: &Level, coarse: &mut Level, unit: [f64; 3], scale: f64, last: bool) {
+    /// Takes the bodies from level `l` to the next: those that it resolves as they are, the others
+    /// into its faces, of which one of the finest level's own conducts `unit` by axis; `scale` as
+    /// in [`Bodies::prepare`].
+    pub fn descend(
+        &mut self,
+        l: usize,
+        fine: &Level,
+        coarse: &mut Level,
+        unit: [f64; 3],
+        scale: f64,
+        last: bool,
+    ) {
         if self.layers.len() < l + 2 {
             self.layers.push(Layer::default());
         }
@@ -447,21 +496,27 @@ impl Bodies {
             rest = others;
             let first = to.faces.len();
             let volume = volumes[3 * owner..][..3].iter().fold(0.0f64, |most, v| most.max(*v));
-            let resolved = cells_across(volume, *axes) >= RESOLVED * (1u64 << (l + 1)) as f64 && !last;
+            let resolved =
+                cells_across(volume, *axes) >= RESOLVED * (1u64 << (l + 1)) as f64 && !last;
             any |= resolved;
             // What takes the body's place where it is not resolved turns as well.
             if !resolved && owner != group {
                 to.collect(&coarse.lattice, inverse_h, first);
                 continue;
             }
-            // Faces of one mode and axis stand together; a place tells them apart within these only.
+            // Faces of one mode and axis stand together; a place tells them apart within these
+            // only.
             let (mut run_now, mut of_run) = (None, first);
             for face in own {
                 let axis = face.axis as usize;
-                let Some((place, ratio)) = fine.coarse_face(coarse, axis, face.place as usize) else { continue };
+                let Some((place, ratio)) = fine.coarse_face(coarse, axis, face.place as usize)
+                else {
+                    continue;
+                };
                 if !resolved {
                     let lightness = weights[group][axis] * scale * volumes[3 * group + axis];
-                    coarse.g[axis][place] += (lightness.min(CONDUCTOR) * unit[axis] * face.conduct) as Single * ratio;
+                    coarse.g[axis][place] +=
+                        (lightness.min(CONDUCTOR) * unit[axis] * face.conduct) as Single * ratio;
                     continue;
                 }
                 let run = Some((face.mode, face.axis));
@@ -490,8 +545,15 @@ impl Bodies {
         }
     }
 
-    /// Mends the sweep by `omega` that D alone has done: from `next` (before the sweep; zero if `from_zero`) to `x`.
-    pub fn mend(&mut self, l: usize, level: &mut Level, omega: Single, from_zero: bool) -> Result<()> {
+    /// Mends the sweep by `omega` that D alone has done: from `next` (before the sweep; zero if
+    /// `from_zero`) to `x`.
+    pub fn mend(
+        &mut self,
+        l: usize,
+        level: &mut Level,
+        omega: Single,
+        from_zero: bool,
+    ) -> Result<()> {
         if !self.on(l) {
             return Ok(());
         }
@@ -525,7 +587,9 @@ impl Bodies {
         let Bodies { session, layers, sums, shared, .. } = self;
         let layer = &layers[l];
         layer.sum_up(session, shared, sums, |place| level.x[place])?;
-        for ((smooth, sum), range) in layer.smooth.iter().zip(sums.chunks_exact(3)).zip(layer.begin.windows(2)) {
+        for ((smooth, sum), range) in
+            layer.smooth.iter().zip(sums.chunks_exact(3)).zip(layer.begin.windows(2))
+        {
             let back: [Single; 3] = std::array::from_fn(|a| smooth.weight[a] * sum[a] as Single);
             for cell in &layer.cells[range[0]..range[1]] {
                 let place = level.coarse_place(coarse, cell.place as usize);

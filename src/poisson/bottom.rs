@@ -41,14 +41,16 @@ impl Dense {
         self.fill(level, &mut matrix);
         let factors = Cholesky::new(matrix).ok_or_else(|| {
             Error::Run(
-                "the coarsest level of the multigrid is singular: the density varies by too much for it; choose \
+                "the coarsest level of the multigrid is singular: the density varies by too much \
+                for it; choose \
                  pressure.solver = \"bcgs-boomeramg\", or densities nearer to each other"
                     .into(),
             )
         })?;
         self.columns.fill_with_identity();
         factors.solve_mut(&mut self.columns);
-        let inverse = |k: usize| 0.5 * (self.columns[(k / n, k % n)] + self.columns[(k % n, k / n)]);
+        let inverse =
+            |k: usize| 0.5 * (self.columns[(k / n, k % n)] + self.columns[(k % n, k / n)]);
         self.inverse.iter_mut().enumerate().for_each(|(k, v)| *v = inverse(k) as Single);
         self.matrix = Some(factors.unpack_dirty());
         Ok(())
@@ -64,7 +66,9 @@ impl Dense {
                 for (face, end, round) in [(c, 0, n - 1), (c + lattice.stride[axis], n - 1, 0)] {
                     let g = f64::from(level.g[axis][face]);
                     let q = match at == end {
-                        true if self.periodic[axis] => p - at * strides[axis] + round * strides[axis],
+                        true if self.periodic[axis] => {
+                            p - at * strides[axis] + round * strides[axis]
+                        }
                         true => count,
                         false if end == 0 => p - strides[axis],
                         false => p + strides[axis],
@@ -84,7 +88,8 @@ impl Dense {
             }
         }
         if self.singular {
-            // A multiple of the constants' projection: on all that sums to zero the inverse is the pseudo-inverse.
+            // A multiple of the constants' projection: on all that sums to zero the inverse is the
+            // pseudo-inverse.
             matrix.add_scalar_mut((if mean > 0.0 { mean } else { 1.0 }) / count as f64);
         }
     }
@@ -114,10 +119,14 @@ impl Gather {
     pub fn new(session: &Session, whole: &Whole) -> Gather {
         let ranks: [usize; 3] = std::array::from_fn(|a| whole.widths[a].len());
         // Ranks are numbered like cells: x fastest.
-        let place = |rank: usize| [rank % ranks[0], rank / ranks[0] % ranks[1], rank / ranks[0] / ranks[1]];
+        let place =
+            |rank: usize| [rank % ranks[0], rank / ranks[0] % ranks[1], rank / ranks[0] / ranks[1]];
         let boxed = |at: [usize; 3]| {
             let start = |a: usize| whole.widths[a][..at[a]].iter().map(Vec::len).sum();
-            (std::array::from_fn(start), std::array::from_fn(|a: usize| whole.widths[a][at[a]].len()))
+            (
+                std::array::from_fn(start),
+                std::array::from_fn(|a: usize| whole.widths[a][at[a]].len()),
+            )
         };
         let boxes: Vec<_> = (0..session.size()).map(|rank| boxed(place(rank))).collect();
         let size = |n: &[usize; 3]| (n[0] + 1) * (n[1] + 1) * (n[2] + 1);
@@ -132,7 +141,8 @@ impl Gather {
         }
     }
 
-    /// Gathers a field of every rank's box, with one layer more along `axis`, into one of the `whole`. Collective.
+    /// Gathers a field of every rank's box, with one layer more along `axis`, into one of the
+    /// `whole`. Collective.
     pub fn gather(
         &mut self,
         from: &[Single],
@@ -141,9 +151,13 @@ impl Gather {
         to: &mut [Single],
         whole: &Lattice,
     ) -> Result<()> {
-        let extent = |n: &[usize; 3]| -> [usize; 3] { std::array::from_fn(|a| n[a] + usize::from(Some(a) == axis)) };
+        let extent = |n: &[usize; 3]| -> [usize; 3] {
+            std::array::from_fn(|a| n[a] + usize::from(Some(a) == axis))
+        };
         let mut start = 0;
-        for ((_, n), (count, at)) in self.boxes.iter().zip(self.counts.iter_mut().zip(&mut self.starts)) {
+        for ((_, n), (count, at)) in
+            self.boxes.iter().zip(self.counts.iter_mut().zip(&mut self.starts))
+        {
             (*count, *at) = (extent(n).iter().product::<usize>() as i32, start);
             start += *count;
         }
@@ -151,7 +165,12 @@ impl Gather {
         for (r, row) in self.mine.chunks_exact_mut(nx).take(ny * nz).enumerate() {
             row.copy_from_slice(&from[lattice.row(r % ny, r / ny)..][..nx]);
         }
-        self.session.all_gather(&self.mine[..nx * ny * nz], &mut self.all, &self.counts, &self.starts)?;
+        self.session.all_gather(
+            &self.mine[..nx * ny * nz],
+            &mut self.all,
+            &self.counts,
+            &self.starts,
+        )?;
         for ((first, n), start) in self.boxes.iter().zip(&self.starts) {
             let [nx, ny, nz] = extent(n);
             for (r, row) in self.all[*start as usize..].chunks_exact(nx).take(ny * nz).enumerate() {

@@ -1,5 +1,5 @@
-//! A mean velocity that is held, in the pressure equation: `w j j^T` with a negative weight, applied and never assembled
-//! ([`crate::drive`] has the formulas).
+//! A mean velocity that is held, in the pressure equation: `w j j^T` with a negative weight,
+//! applied and never assembled ([`crate::drive`] has the formulas).
 //!
 //! ```text
 //!   j_c = (g_high - g_low)/h     g: by how much less than the fluid alone a face answers to the drive (m3/kg); zero far from bodies
@@ -54,8 +54,9 @@ impl HeldMean {
 fn number(lattice: &Lattice, frame: &Frame, index: usize) -> Option<u32> {
     let mut row = 0;
     for a in (0..lattice.axes).rev() {
-        let at =
-            (index / frame.stride[a] % frame.stored[a]).checked_sub(frame.ghosts).filter(|at| *at < lattice.n[a])?;
+        let at = (index / frame.stride[a] % frame.stored[a])
+            .checked_sub(frame.ghosts)
+            .filter(|at| *at < lattice.n[a])?;
         row = at + lattice.n[a] * row;
     }
     Some(row as u32)

@@ -7,14 +7,18 @@
 //!            +-------+               closed face: g = 0;  pressure given on the face: x = 0 in the ghost beyond it
 //!              g[1][c]
 //! ```
-//! One layer of ghosts on every side of every axis in use, x fastest. What the border says is in `g` alone.
+//! One layer of ghosts on every side of every axis in use, x fastest. What the border says is in
+//! `g` alone.
 
 use crate::Result;
 use crate::petsc::{Halo, Layout, Number, Session};
 use std::ops::{Add, Mul, Sub};
 
 /// What the kernels compute in: single precision for the multigrid, double for the operator.
-pub(super) trait Real: Number + Default + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {}
+pub(super) trait Real:
+    Number + Default + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
+{
+}
 
 impl Real for f32 {}
 
@@ -39,7 +43,13 @@ impl Lattice {
     pub fn new(n: [usize; 3], axes: usize) -> Lattice {
         let stored: [usize; 3] = std::array::from_fn(|a| if a < axes { n[a] + 2 } else { 1 });
         let stride = [1, stored[0], stored[0] * stored[1]];
-        Lattice { n, axes, stride, first: stride[..axes].iter().sum(), len: stored.iter().product() }
+        Lattice {
+            n,
+            axes,
+            stride,
+            first: stride[..axes].iter().sum(),
+            len: stored.iter().product(),
+        }
     }
 
     /// The first cell of a row.
@@ -67,7 +77,8 @@ impl Lattice {
     pub fn halo<T: Real>(&self, session: &Session, neighbours: [[Option<usize>; 2]; 3]) -> Halo<T> {
         let stored = std::array::from_fn(|a| if a < self.axes { self.n[a] + 2 } else { 1 });
         let none = Vec::new();
-        let layout = Layout { start: [0; 3], local: self.n, stored, ghosts: 1, neighbours, numbers: none };
+        let layout =
+            Layout { start: [0; 3], local: self.n, stored, ghosts: 1, neighbours, numbers: none };
         Halo::new(session, &layout)
     }
 
@@ -91,8 +102,10 @@ impl Lattice {
         if self.axes == 2 {
             for i in 0..n {
                 let c = middle[i];
-                let flux =
-                    gw[i] * (west[i] - c) + ge[i] * (east[i] - c) + gs[i] * (south[i] - c) + gn[i] * (north[i] - c);
+                let flux = gw[i] * (west[i] - c)
+                    + ge[i] * (east[i] - c)
+                    + gs[i] * (south[i] - c)
+                    + gn[i] * (north[i] - c);
                 out[i] = finish(i, c, flux);
             }
         } else {
@@ -100,8 +113,10 @@ impl Lattice {
             let (gb, ga) = (&g[2][s..][..n], &g[2][s + sz..][..n]);
             for i in 0..n {
                 let c = middle[i];
-                let flux =
-                    gw[i] * (west[i] - c) + ge[i] * (east[i] - c) + gs[i] * (south[i] - c) + gn[i] * (north[i] - c);
+                let flux = gw[i] * (west[i] - c)
+                    + ge[i] * (east[i] - c)
+                    + gs[i] * (south[i] - c)
+                    + gn[i] * (north[i] - c);
                 out[i] = finish(i, c, flux + (gb[i] * (below[i] - c) + ga[i] * (above[i] - c)));
             }
         }

@@ -1,8 +1,9 @@
 //! One level of the multigrid: its smoother, and the way to the next coarser level and back.
 //!
-//! Smoothing is a Chebyshev polynomial of `D^-1 A` (D the diagonal; no eigenvalue is above 2), as damped Jacobi sweeps
-//! `x += omega_i D^-1 (b - A x)` with `1/omega_i` the polynomial's roots over [2/5, 2]: no colours, so that rows are
-//! worked off at the speed of memory, and the same before and after the coarser level, so that the cycle is symmetric.
+//! Smoothing is a Chebyshev polynomial of `D^-1 A` (D the diagonal; no eigenvalue is above 2), as
+//! damped Jacobi sweeps `x += omega_i D^-1 (b - A x)` with `1/omega_i` the polynomial's roots over
+//! [2/5, 2]: no colours, so that rows are worked off at the speed of memory, and the same before
+//! and after the coarser level, so that the cycle is symmetric.
 //!
 //! ```text
 //!   +---+---+---+---+---+      coarse cell: two cells along each axis that is coarsened, one where an odd one is left
@@ -15,8 +16,8 @@ use crate::Result;
 use crate::grid::simd;
 use crate::petsc::{Halo, Session};
 
-/// What the multigrid computes in: half the memory traffic of double precision, and its error is the Krylov method's to
-/// mend.
+/// What the multigrid computes in: half the memory traffic of double precision, and its error is
+/// the Krylov method's to mend.
 pub(super) type Single = f32;
 
 pub(super) struct Level {
@@ -57,7 +58,8 @@ impl Level {
         self.factor = factor;
         self.ratio = std::array::from_fn(|a| {
             let last = fine[a].len().saturating_sub(1);
-            let ratio = |(i, wide): (usize, &f64)| (fine[a][(i * factor[a]).min(last)] / wide) as Single;
+            let ratio =
+                |(i, wide): (usize, &f64)| (fine[a][(i * factor[a]).min(last)] / wide) as Single;
             coarse[a].iter().enumerate().map(ratio).collect()
         });
     }
@@ -89,7 +91,8 @@ impl Level {
             for (k, j) in (0..extent(2)).flat_map(|k| (0..extent(1)).map(move |j| (k, j))) {
                 let out = &mut to[wide.row(j, k)..][..n];
                 out.fill(0.0);
-                // The fine rows in this coarse one: across the axis all of them, along it the one on the coarse face.
+                // The fine rows in this coarse one: across the axis all of them, along it the one
+                // on the coarse face.
                 let rows = |at: usize, a: usize| {
                     let begin = (at * factor[a]).min(fine.n[a]);
                     begin..if a == axis { begin + 1 } else { (begin + factor[a]).min(fine.n[a]) }
@@ -121,16 +124,22 @@ impl Level {
         wide.first + (0..fine.axes).map(|a| at(a) / self.factor[a] * wide.stride[a]).sum::<usize>()
     }
 
-    /// Where the next level has the face in which one of this level's lies, if there is one, and the distance of cell
-    /// centres across it, fine over coarse.
-    pub fn coarse_face(&self, coarse: &Level, axis: usize, place: usize) -> Option<(usize, Single)> {
+    /// Where the next level has the face in which one of this level's lies, if there is one, and
+    /// the distance of cell centres across it, fine over coarse.
+    pub fn coarse_face(
+        &self,
+        coarse: &Level,
+        axis: usize,
+        place: usize,
+    ) -> Option<(usize, Single)> {
         let (fine, wide) = (&self.lattice, &coarse.lattice);
         let at = |a: usize| place / fine.stride[a] % (fine.n[a] + 2) - 1;
         let (along, factor) = (at(axis), self.factor[axis]);
         if along % factor != 0 && along != fine.n[axis] {
             return None;
         }
-        let number = |a: usize| if a == axis { along.div_ceil(factor) } else { at(a) / self.factor[a] };
+        let number =
+            |a: usize| if a == axis { along.div_ceil(factor) } else { at(a) / self.factor[a] };
         let face = wide.first + (0..fine.axes).map(|a| number(a) * wide.stride[a]).sum::<usize>();
         Some((face, self.ratio[axis][number(axis)]))
     }
@@ -189,7 +198,8 @@ impl Level {
                 for s in wide_lattice.rows() {
                     to[s..][..wide_lattice.n[0]].fill(0.0);
                 }
-                for (k, j) in (0..lattice.n[2]).flat_map(|k| (0..lattice.n[1]).map(move |j| (k, j))) {
+                for (k, j) in (0..lattice.n[2]).flat_map(|k| (0..lattice.n[1]).map(move |j| (k, j)))
+                {
                     let s = lattice.row(j, k);
                     let b = &b[s..][..n];
                     lattice.for_row(
@@ -214,7 +224,8 @@ impl Level {
         let n = lattice.n[0];
         for (k, j) in (0..lattice.n[2]).flat_map(|k| (0..lattice.n[1]).map(move |j| (k, j))) {
             let x = &mut self.x[lattice.row(j, k)..][..n];
-            let add = &coarse.x[coarse.lattice.row(j / factor[1], k / factor[2])..][..coarse.lattice.n[0]];
+            let add = &coarse.x[coarse.lattice.row(j / factor[1], k / factor[2])..]
+                [..coarse.lattice.n[0]];
             if factor[0] == 1 {
                 x.iter_mut().zip(add).for_each(|(x, e)| *x += e);
                 continue;

@@ -8,17 +8,19 @@ use super::Poisson;
 use crate::grid::Grid;
 use crate::petsc::Layout;
 
-/// The matrix's rows, cell by cell: the neighbours' entries, low and high along each axis, then the diagonal's.
+/// The matrix's rows, cell by cell: the neighbours' entries, low and high along each axis, then the
+/// diagonal's.
 pub struct Rows {
     /// For each cell, which of its faces have a cell beyond: one bit each.
     inner: Vec<u8>,
     values: Vec<f64>,
 }
 
-/// Added to the diagonal, relative to it, where no border fixes the pressure. Without it a multigrid's coarse operators
-/// hold nothing but rounding in the direction of the constants, and now and then blow them up until the Krylov method
-/// stagnates (seen with BoomerAMG and GAMG at density ratios of 1000). What it changes is far below D0, and C-HSMAC
-/// judges by the true divergence.
+/// Added to the diagonal, relative to it, where no border fixes the pressure. Without it a
+/// multigrid's coarse operators hold nothing but rounding in the direction of the constants, and
+/// now and then blow them up until the Krylov method stagnates (seen with BoomerAMG and GAMG at
+/// density ratios of 1000). What it changes is far below D0, and C-HSMAC judges by the true
+/// divergence.
 const SHIFT: f64 = 1e-13;
 
 impl Rows {

@@ -1,12 +1,13 @@
-//! The pressure's operator, applied without a matrix, and what solves with it: a geometric multigrid (`multigrid`) and,
-//! where the coefficient is uniform, transforms (`transform`).
+//! The pressure's operator, applied without a matrix, and what solves with it: a geometric
+//! multigrid (`multigrid`) and, where the coefficient is uniform, transforms (`transform`).
 //!
 //! ```text
 //!   (A x)_c = sum over the faces f of c:  (beta_f/h^2) (x_c - x_beyond f)  +  sum_k w_k j_k,c (j_k . x)
 //! ```
-//! beta is the coefficient on faces, zero on closed ones and twice as large, with x = 0 beyond, where the border gives the
-//! pressure. The modes `j_k` are free bodies (`bodies`): one for each direction in which a body moves, and in which pressure
-//! turns it, non-zero in the cells that its surface cuts only, on as many ranks as own some of them.
+//! beta is the coefficient on faces, zero on closed ones and twice as large, with x = 0 beyond,
+//! where the border gives the pressure. The modes `j_k` are free bodies (`bodies`): one for each
+//! direction in which a body moves, and in which pressure turns it, non-zero in the cells that its
+//! surface cuts only, on as many ranks as own some of them.
 
 mod bodies;
 mod bottom;
@@ -95,7 +96,9 @@ impl Poisson {
         Ok(Poisson {
             session: session.clone(),
             halo: lattice.halo(session, layout.neighbours),
-            inverse_h2: std::array::from_fn(|a| if a < D { 1.0 / (grid.h[a] * grid.h[a]) } else { 0.0 }),
+            inverse_h2: std::array::from_fn(|a| {
+                if a < D { 1.0 / (grid.h[a] * grid.h[a]) } else { 0.0 }
+            }),
             ends,
             at_end,
             whole,
@@ -104,7 +107,11 @@ impl Poisson {
             g: Default::default(),
             largest: 0.0,
             x: Vec::new(),
-            bodies: Bodies::new(session, D, std::array::from_fn(|a| grid.h.get(a).map_or(0.0, |h| narrowest / h))),
+            bodies: Bodies::new(
+                session,
+                D,
+                std::array::from_fn(|a| grid.h.get(a).map_or(0.0, |h| narrowest / h)),
+            ),
             held: HeldMean::default(),
             frame: Frame {
                 stride: std::array::from_fn(|a| grid.stride.get(a).copied().unwrap_or(1)),
@@ -121,7 +128,8 @@ impl Poisson {
     /// Takes `beta` on faces. Collective.
     ///
     /// # Errors
-    /// When it is not positive and finite on every open face: a zero row would make solvers report success.
+    /// When it is not positive and finite on every open face: a zero row would make solvers report
+    /// success.
     pub fn set<const D: usize>(&mut self, grid: &Grid<D>, beta: &FaceCoefficient<D>) -> Result<()> {
         let unsound = match beta {
             FaceCoefficient::Uniform(value) => {
@@ -140,7 +148,9 @@ impl Poisson {
                     for (row, s) in grid.face_rows(axis).zip(rows) {
                         let g = &mut self.g[axis][s..][..row.len()];
                         let FaceCoefficient::Field(beta) = beta else { continue };
-                        g.iter_mut().zip(&beta[axis][row]).for_each(|(g, b)| *g = self.inverse_h2[axis] * b);
+                        g.iter_mut()
+                            .zip(&beta[axis][row])
+                            .for_each(|(g, b)| *g = self.inverse_h2[axis] * b);
                     }
                 }
                 let (mut least, mut most) = (f64::INFINITY, 0.0f64);
@@ -164,7 +174,8 @@ impl Poisson {
         };
         if self.session.anywhere(unsound)? {
             return Err(Error::Run(
-                "the density of the mixture is not positive and finite on every face: a flow that grows without bounds \
+                "the density of the mixture is not positive and finite on every face: a flow that \
+                grows without bounds \
                  does that (smaller steps, time.step or time.cfl), or densities whose ratio is out of range"
                     .into(),
             ));
@@ -178,14 +189,21 @@ impl Poisson {
         Ok(())
     }
 
-    /// Adds `sum_k w_k j_k j_k^T` to the operator, in place of what the last call added; the weights (m3/kg) are the same on
-    /// every rank, and as many for each body as there are axes, then as many for each of the bodies that are `turning`.
-    /// `covered` are the faces of this rank's cells that each body covers, body by body, and then again of those that turn.
+    /// Adds `sum_k w_k j_k j_k^T` to the operator, in place of what the last call added; the
+    /// weights (m3/kg) are the same on every rank, and as many for each body as there are axes,
+    /// then as many for each of the bodies that are `turning`. `covered` are the faces of this
+    /// rank's cells that each body covers, body by body, and then again of those that turn.
     /// Allocates only to grow. Collective.
     ///
     /// # Errors
-    /// When a weight is negative, a number not finite, a face not there, or the bodies out of order.
-    pub fn set_modes(&mut self, weights: &[f64], covered: &[Covered], turning: &[u32]) -> Result<()> {
+    /// When a weight is negative, a number not finite, a face not there, or the bodies out of
+    /// order.
+    pub fn set_modes(
+        &mut self,
+        weights: &[f64],
+        covered: &[Covered],
+        turning: &[u32],
+    ) -> Result<()> {
         if let Some(made) = &mut self.multigrid {
             made.fresh = false;
         }
@@ -193,15 +211,20 @@ impl Poisson {
         self.bodies.set(&self.lattice, &self.frame, weights, covered, turning, scale)
     }
 
-    /// Adds `weight j j^T` to the operator, in place of what the last call added: what the drive that holds a mean velocity answers to
-    /// the pressure. `faces` are those of this rank's cells, along `axis` with the spacing `h` (m), with the parts g that j is made of
-    /// (m3/kg).
-    pub fn set_held(&mut self, at: (usize, f64), faces: impl Iterator<Item = (usize, f64)>, weight: f64) {
+    /// Adds `weight j j^T` to the operator, in place of what the last call added: what the drive
+    /// that holds a mean velocity answers to the pressure. `faces` are those of this rank's cells,
+    /// along `axis` with the spacing `h` (m), with the parts g that j is made of (m3/kg).
+    pub fn set_held(
+        &mut self,
+        at: (usize, f64),
+        faces: impl Iterator<Item = (usize, f64)>,
+        weight: f64,
+    ) {
         self.held.set(&self.lattice, &self.frame, at, faces, weight);
     }
 
-    /// The places of the low faces of this rank's cells along `axis`, and of the high ones of the last: the first of each
-    /// row, in the order of [`Grid::face_rows`].
+    /// The places of the low faces of this rank's cells along `axis`, and of the high ones of the
+    /// last: the first of each row, in the order of [`Grid::face_rows`].
     fn face_rows(&self, axis: usize) -> impl Iterator<Item = usize> + use<> {
         let lattice = self.lattice;
         let n = |a: usize| lattice.n[a] + usize::from(a == axis);
@@ -219,7 +242,8 @@ impl Poisson {
     fn fill_uniform(&mut self, value: f64) {
         self.make_faces();
         for axis in 0..self.lattice.axes {
-            let (n, each) = (self.lattice.n[0] + usize::from(axis == 0), value * self.inverse_h2[axis]);
+            let (n, each) =
+                (self.lattice.n[0] + usize::from(axis == 0), value * self.inverse_h2[axis]);
             for s in self.face_rows(axis) {
                 self.g[axis][s..][..n].fill(each);
             }
@@ -235,7 +259,8 @@ impl Poisson {
                 let factor = if given[side] { 2.0 } else { 0.0 };
                 let mut n = self.lattice.n;
                 n[axis] = 1;
-                let first = if side == 0 { 0 } else { self.lattice.n[axis] * self.lattice.stride[axis] };
+                let first =
+                    if side == 0 { 0 } else { self.lattice.n[axis] * self.lattice.stride[axis] };
                 for (k, j) in (0..n[2]).flat_map(|k| (0..n[1]).map(move |j| (k, j))) {
                     let s = self.lattice.row(j, k) + first;
                     self.g[axis][s..][..n[0]].iter_mut().for_each(|g| *g *= factor);
@@ -333,7 +358,9 @@ impl Poisson {
         self.accept(OwnPreconditioner::Transform)?;
         let mean = match self.coefficient {
             Coefficient::Uniform(value) => self.inverse_h2.map(|i| i * value),
-            _ => std::array::from_fn(|axis| if axis < self.lattice.axes { self.mean_of_faces(axis) } else { 0.0 }),
+            _ => std::array::from_fn(|axis| {
+                if axis < self.lattice.axes { self.mean_of_faces(axis) } else { 0.0 }
+            }),
         };
         let (n, axes) = (self.lattice.n, self.lattice.axes);
         let made = match self.transform.take() {
@@ -354,7 +381,9 @@ impl Poisson {
         let inside = usize::from(matches!(self.ends[axis], Ends::Borders { .. }));
         let skip = |a: usize| if a == axis { inside } else { 0 };
         let (mut sum, mut count) = (0.0, 0usize);
-        for (k, j) in (skip(2)..lattice.n[2]).flat_map(|k| (skip(1)..lattice.n[1]).map(move |j| (k, j))) {
+        for (k, j) in
+            (skip(2)..lattice.n[2]).flat_map(|k| (skip(1)..lattice.n[1]).map(move |j| (k, j)))
+        {
             let row = &self.g[axis][lattice.row(j, k) + skip(0)..][..lattice.n[0] - skip(0)];
             sum += row.iter().sum::<f64>();
             count += row.len();
@@ -405,7 +434,8 @@ impl Operator for Poisson {
         match own {
             OwnPreconditioner::Multigrid => Tuning::read(&self.session).map(drop),
             OwnPreconditioner::Transform if self.session.size() > 1 => Err(Error::Usage(
-                "the direct solver (-pc_type transform) works on one rank; on several use the multigrid \
+                "the direct solver (-pc_type transform) works on one rank; on several use the \
+                multigrid \
                  (pressure.solver = \"multigrid\", or -pc_type boxmg)"
                     .into(),
             )),

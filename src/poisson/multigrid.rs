@@ -1,4 +1,5 @@
-//! Cell-centred geometric multigrid, one symmetric cycle an application, so that conjugate gradients may be used:
+//! Cell-centred geometric multigrid, one symmetric cycle an application, so that conjugate
+//! gradients may be used:
 //!
 //! ```text
 //!   level 0   s . . . . . . . . . . . . . s      s  smoothing ([`super::level`])
@@ -6,9 +7,10 @@
 //!   level 2       s . . . s s . . . s            not grow with the grid, at the cost of small levels only
 //!   coarsest        e   e     e   e              e  exact, by the dense inverse
 //! ```
-//! Axes are coarsened while they are the finely divided ones, so that flat cells become square first. Every rank coarsens
-//! its own box; once the whole level is small, each rank gathers it and goes on alone, all doing the same. The first two
-//! levels are never gathered: a gathered level knows no bodies.
+//! Axes are coarsened while they are the finely divided ones, so that flat cells become square
+//! first. Every rank coarsens its own box; once the whole level is small, each rank gathers it and
+//! goes on alone, all doing the same. The first two levels are never gathered: a gathered level
+//! knows no bodies.
 
 use super::bodies::Bodies;
 use super::bottom::{Dense, Gather};
@@ -59,7 +61,8 @@ impl Tuning {
             Some("v") => usize::MAX,
             Some(other) => {
                 return Err(Error::Usage(format!(
-                    "PETSc option -pc_boxmg_cycle: {other:?} is neither v nor w; without it levels from the third on are \
+                    "PETSc option -pc_boxmg_cycle: {other:?} is neither v nor w; without it levels \
+                    from the third on are \
                      visited twice"
                 )));
             }
@@ -120,7 +123,8 @@ pub(super) struct Multigrid {
 }
 
 impl Multigrid {
-    /// The levels below the grid `whole`; `singular` says that no border fixes the pressure. Collective.
+    /// The levels below the grid `whole`; `singular` says that no border fixes the pressure.
+    /// Collective.
     pub fn new(session: &Session, whole: Whole, singular: bool, tuning: Tuning) -> Multigrid {
         let lattice = |whole: &Whole| Lattice::new(whole.local(), whole.axes);
         let mut levels = vec![Level::new(session, lattice(&whole), whole.neighbours)];
@@ -129,7 +133,11 @@ impl Multigrid {
         let bottom = loop {
             let factor = whole.factor();
             if alone && whole.cells() <= tuning.exact {
-                break Bottom::Exact(Dense::new(levels[levels.len() - 1].lattice, whole.periodic, singular));
+                break Bottom::Exact(Dense::new(
+                    levels[levels.len() - 1].lattice,
+                    whole.periodic,
+                    singular,
+                ));
             }
             if !alone && (whole.cells() <= GATHER && levels.len() > 2 || factor == [1; 3]) {
                 let left = Tuning {
@@ -139,7 +147,11 @@ impl Multigrid {
                 };
                 let inner = Multigrid::new(session, whole.gathered(session.rank()), singular, left);
                 let bodies = Bodies::new(session, whole.axes, [0.0; 3]);
-                break Bottom::Gathered(Box::new(Gathered { gather: Gather::new(session, &whole), inner, bodies }));
+                break Bottom::Gathered(Box::new(Gathered {
+                    gather: Gather::new(session, &whole),
+                    inner,
+                    bodies,
+                }));
             }
             if levels.len() == tuning.levels {
                 break Bottom::Smoothed;
@@ -160,8 +172,9 @@ impl Multigrid {
         Multigrid { levels, bottom, omega, tuning }
     }
 
-    /// Everything that follows from the faces of the finest level, and from the `bodies` there: a face of its own conducts
-    /// `unit` along each axis, and `scale` brings their weights into the same units. Collective.
+    /// Everything that follows from the faces of the finest level, and from the `bodies` there: a
+    /// face of its own conducts `unit` along each axis, and `scale` brings their weights into the
+    /// same units. Collective.
     pub fn rebuild(&mut self, bodies: &mut Bodies, unit: [f64; 3], scale: f64) -> Result<()> {
         let count = self.levels.len();
         for l in 0..count {
@@ -195,7 +208,9 @@ impl Multigrid {
                 dense.solve(&mut self.levels[l]);
                 return Ok(());
             }
-            Bottom::Gathered(gathered) if last => return gathered.cycle(&mut self.levels[l], from_zero),
+            Bottom::Gathered(gathered) if last => {
+                return gathered.cycle(&mut self.levels[l], from_zero);
+            }
             _ => {}
         }
         self.smooth(l, bodies, from_zero, false)?;
@@ -219,7 +234,8 @@ impl Multigrid {
         let count = self.omega.len();
         for k in 0..count {
             let level = &mut self.levels[l];
-            let (omega, first) = (self.omega[if back { count - 1 - k } else { k }], k == 0 && from_zero);
+            let (omega, first) =
+                (self.omega[if back { count - 1 - k } else { k }], k == 0 && from_zero);
             if first {
                 level.smooth_from_zero(omega);
             } else {

@@ -10,7 +10,8 @@
 //!             phi_S
 //! ```
 //! The sign is turned so that the matrix is positive (semi-)definite. The k-th solve is asked for
-//! `eps_k = a^k 0.5 D0/max|D|`, relative to the right side: just what is needed, tightening by `a` where it was not.
+//! `eps_k = a^k 0.5 D0/max|D|`, relative to the right side: just what is needed, tightening by `a`
+//! where it was not.
 
 use super::{Covered, Poisson, Rows};
 use crate::error::NotFinite;
@@ -50,10 +51,12 @@ pub trait Coupled<const D: usize> {
     /// The velocities through faces (m/s).
     fn faces(&mut self) -> &mut VectorField<D>;
 
-    /// Changes the velocities to what the step `dt` (s) starts from, before the first solve. Collective.
+    /// Changes the velocities to what the step `dt` (s) starts from, before the first solve.
+    /// Collective.
     fn begin(&mut self, grid: &Grid<D>, dt: f64) -> Result<()>;
 
-    /// Follows the change `phi` (Pa, ghosts filled) of the pressure over the step `dt` (s), which the open faces have already. Collective.
+    /// Follows the change `phi` (Pa, ghosts filled) of the pressure over the step `dt` (s), which
+    /// the open faces have already. Collective.
     fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64]) -> Result<()>;
 }
 
@@ -96,8 +99,8 @@ impl Projected {
 }
 
 impl Projection {
-    /// The operator on `grid`, its solver as PETSc's options say, or as chosen where they say nothing, and the stopping
-    /// rule. Collective.
+    /// The operator on `grid`, its solver as PETSc's options say, or as chosen where they say
+    /// nothing, and the stopping rule. Collective.
     ///
     /// # Errors
     /// When a PETSc option names something unknown.
@@ -133,36 +136,52 @@ impl Projection {
     ///
     /// # Errors
     /// When a coefficient is not positive and finite: a zero row would make solvers report success.
-    pub fn assemble<const D: usize>(&mut self, grid: &Grid<D>, beta: &FaceCoefficient<D>) -> Result<()> {
+    pub fn assemble<const D: usize>(
+        &mut self,
+        grid: &Grid<D>,
+        beta: &FaceCoefficient<D>,
+    ) -> Result<()> {
         let Projection { operator, rows, solver, .. } = self;
         let mut operator = borrow(operator)?;
         operator.set(grid, beta)?;
         rows.as_mut().map_or(Ok(()), |rows| solver.set_values(rows.fill(&mut operator)))
     }
 
-    /// Adds `sum_k w_k j_k j_k^T` to the operator, in place of what was added before: the bodies that follow the pressure
-    /// ([`Poisson::set_modes`]). Collective.
+    /// Adds `sum_k w_k j_k j_k^T` to the operator, in place of what was added before: the bodies
+    /// that follow the pressure ([`Poisson::set_modes`]). Collective.
     ///
     /// # Errors
     /// When they are unsound, or the solver would pass over them.
-    pub fn set_modes(&mut self, weights: &[f64], covered: &[Covered], turning: &[u32]) -> Result<()> {
+    pub fn set_modes(
+        &mut self,
+        weights: &[f64],
+        covered: &[Covered],
+        turning: &[u32],
+    ) -> Result<()> {
         self.solver.refuse_preconditioner_alone()?;
         borrow(&self.operator)?.set_modes(weights, covered, turning)
     }
 
-    /// Lets the operator know what a drive that holds a mean velocity answers to the pressure ([`Poisson::set_held`]).
+    /// Lets the operator know what a drive that holds a mean velocity answers to the pressure
+    /// ([`Poisson::set_held`]).
     ///
     /// # Errors
     /// When the operator is in use, or the solver would pass over this.
-    pub fn set_held(&mut self, at: (usize, f64), faces: impl Iterator<Item = (usize, f64)>, weight: f64) -> Result<()> {
+    pub fn set_held(
+        &mut self,
+        at: (usize, f64),
+        faces: impl Iterator<Item = (usize, f64)>,
+        weight: f64,
+    ) -> Result<()> {
         self.solver.refuse_preconditioner_alone()?;
         borrow(&self.operator)?.set_held(at, faces, weight);
         Ok(())
     }
 
-    /// Makes the face velocities divergence-free to D0 and adds what that took to the pressure (its ghosts are filled
-    /// at the end); what is `coupled` follows every change of it. With `roughly`, one solve to this part of the digits, for whoever then changes
-    /// velocities and projects again. Collective.
+    /// Makes the face velocities divergence-free to D0 and adds what that took to the pressure (its
+    /// ghosts are filled at the end); what is `coupled` follows every change of it. With `roughly`,
+    /// one solve to this part of the digits, for whoever then changes velocities and projects
+    /// again. Collective.
     ///
     /// # Errors
     /// When D0 is not reached, a solve fails for good, or a velocity is not finite.
@@ -181,9 +200,11 @@ impl Projection {
         coupled.begin(grid, dt)?;
         loop {
             done.divergence_max = self.largest_divergence(grid, coupled.faces())?;
-            // A step solves once though the limit is kept already, unless there is next to nothing to solve: pressure that
-            // waits until D0 is reached makes the force on a particle jitter.
-            let limit = self.rule.limit * if done.outer == 0 { params::idle_divergence() } else { 1.0 };
+            // A step solves once though the limit is kept already, unless there is next to nothing
+            // to solve: pressure that waits until D0 is reached makes the force on a particle
+            // jitter.
+            let limit =
+                self.rule.limit * if done.outer == 0 { params::idle_divergence() } else { 1.0 };
             if done.divergence_max < limit {
                 break;
             }
@@ -199,10 +220,13 @@ impl Projection {
                 )));
             }
             let tighter = self.rule.tightening.powi(done.outer as i32);
-            let needed = (0.5 * self.rule.limit / done.divergence_max).clamp(1e-13, 0.1).powf(roughly.unwrap_or(1.0));
+            let needed = (0.5 * self.rule.limit / done.divergence_max)
+                .clamp(1e-13, 0.1)
+                .powf(roughly.unwrap_or(1.0));
             let rtol = (tighter * self.solver.fixed_rtol().unwrap_or(needed)).max(1e-14);
             let within = done.divergence_max < self.rule.limit;
-            let solved = self.correct(grid, boundaries, beta, dt, (rtol, within), p, coupled.faces())?;
+            let solved =
+                self.correct(grid, boundaries, beta, dt, (rtol, within), p, coupled.faces())?;
             coupled.follow(grid, dt, &self.phi)?;
             done.outer += 1;
             done.krylov += solved.iterations;
@@ -215,7 +239,11 @@ impl Projection {
         Ok(done)
     }
 
-    fn largest_divergence<const D: usize>(&mut self, grid: &Grid<D>, velocity: &VectorField<D>) -> Result<f64> {
+    fn largest_divergence<const D: usize>(
+        &mut self,
+        grid: &Grid<D>,
+        velocity: &VectorField<D>,
+    ) -> Result<f64> {
         faces::divergence(grid, velocity, &mut self.divergence);
         let divergence = &self.divergence;
         let mut most = [0.0f64];
@@ -255,8 +283,8 @@ impl Projection {
                 }
             }
         })?;
-        // A residual whose 2-norm is below this cannot hold a cell above D0/2; it ends no solve before it has begun, and none
-        // whose tolerance the user has fixed.
+        // A residual whose 2-norm is below this cannot hold a cell above D0/2; it ends no solve
+        // before it has begun, and none whose tolerance the user has fixed.
         let fixed = self.solver.fixed_rtol().is_some();
         let atol = if within || fixed { 0.0 } else { 0.5 * self.rule.limit / dt };
         let solved = self.solver.solve(rtol, atol)?;

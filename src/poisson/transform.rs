@@ -1,4 +1,5 @@
-//! The direct solve where the coefficient is uniform: transforms along all axes but the last, which is tridiagonal.
+//! The direct solve where the coefficient is uniform: transforms along all axes but the last, which
+//! is tridiagonal.
 //!
 //! ```text
 //!   ends of an axis            vectors, i = 0 .. n-1          eigenvalue 4 g sin^2(t/2)     by
@@ -8,8 +9,8 @@
 //!   no gradient low, zero high cos(t (i + 1/2))               t = pi (k + 1/2)/n            DCT-IV
 //!   zero low, no gradient high sin(t (i + 1/2))               t = pi (k + 1/2)/n            DST-IV
 //! ```
-//! Exact in one application where every open face has the same `g = beta/h^2` along an axis; elsewhere, with the mean of
-//! them, a preconditioner. A periodic last axis is transformed too.
+//! Exact in one application where every open face has the same `g = beta/h^2` along an axis;
+//! elsewhere, with the mean of them, a preconditioner. A periodic last axis is transformed too.
 
 use realfft::num_complex::Complex;
 use realfft::{RealFftPlanner, RealToComplex};
@@ -84,7 +85,9 @@ impl Axis {
             n,
             stride,
             kind,
-            spectrum: (0..n).map(|k| 4.0 * (0.5 * angle(k as f64, n as f64)).sin().powi(2)).collect(),
+            spectrum: (0..n)
+                .map(|k| 4.0 * (0.5 * angle(k as f64, n as f64)).sin().powi(2))
+                .collect(),
             lines: vec![0.0; if stride == 1 { 0 } else { n * TOGETHER }],
             scratch: vec![0.0; scratch],
         }
@@ -111,7 +114,10 @@ impl Axis {
                         lines[k * n + i] = *v;
                     }
                 }
-                lines.chunks_exact_mut(n).take(count).for_each(|line| kind.line(line, scratch, back));
+                lines
+                    .chunks_exact_mut(n)
+                    .take(count)
+                    .for_each(|line| kind.line(line, scratch, back));
                 for (i, to) in block.chunks_exact_mut(stride).enumerate() {
                     for (k, v) in to[first..first + count].iter_mut().enumerate() {
                         *v = lines[k * n + i];
@@ -147,7 +153,8 @@ impl Kind {
     }
 }
 
-/// The last axis of what the transforms leave: a tridiagonal system for each of their numbers, all beside each other.
+/// The last axis of what the transforms leave: a tridiagonal system for each of their numbers, all
+/// beside each other.
 struct Lines {
     given: [bool; 2],
     n: usize,
@@ -163,8 +170,8 @@ pub(super) struct Transform {
     /// Numbers in a layer of the last axis that is solved by elimination, or in all.
     layer: usize,
     singular: bool,
-    /// The transforms' eigenvalues (1/(s2 Pa) per unit), one for each number in a layer; inverted, and with the
-    /// transforms' gain, where there is no elimination.
+    /// The transforms' eigenvalues (1/(s2 Pa) per unit), one for each number in a layer; inverted,
+    /// and with the transforms' gain, where there is no elimination.
     spectrum: Vec<f64>,
     gain: f64,
 }
@@ -182,7 +189,12 @@ impl Transform {
         let made: Vec<Axis> = (0..transformed).map(axis).collect();
         let fixed = |e: &Ends| matches!(e, Ends::Borders { given } if given[0] || given[1]);
         Transform {
-            last: last.map(|given| Lines { given, n: n[axes - 1], pivots: vec![0.0; layer * n[axes - 1]], g: 0.0 }),
+            last: last.map(|given| Lines {
+                given,
+                n: n[axes - 1],
+                pivots: vec![0.0; layer * n[axes - 1]],
+                g: 0.0,
+            }),
             gain: made.iter().map(|axis| 1.0 / axis.gain()).product(),
             singular: !ends[..axes].iter().any(fixed),
             spectrum: vec![0.0; layer],
@@ -288,13 +300,17 @@ impl Lines {
 mod tests {
     use super::*;
 
-    /// Every pair of ends in two and three dimensions, odd and even numbers of cells: what comes out solves the system.
+    /// Every pair of ends in two and three dimensions, odd and even numbers of cells: what comes
+    /// out solves the system.
     #[test]
     fn a_uniform_system_is_solved_in_one_application_whatever_the_borders() {
-        let ends = [[false, false], [true, true], [false, true], [true, false]].map(|given| Ends::Borders { given });
+        let ends = [[false, false], [true, true], [false, true], [true, false]]
+            .map(|given| Ends::Borders { given });
         let ends = [Ends::Periodic].into_iter().chain(ends).collect::<Vec<_>>();
         for (x, y) in ends.iter().flat_map(|x| ends.iter().map(move |y| (*x, *y))) {
-            for (n, axes) in [([7, 8, 1], 2), ([12, 5, 1], 2), ([1, 6, 1], 2), ([6, 5, 9], 3), ([5, 2, 4], 3)] {
+            for (n, axes) in
+                [([7, 8, 1], 2), ([12, 5, 1], 2), ([1, 6, 1], 2), ([6, 5, 9], 3), ([5, 2, 4], 3)]
+            {
                 check(n, axes, [x, y, x], [1.5, 0.7, 2.2]);
             }
         }
@@ -302,7 +318,9 @@ mod tests {
 
     fn check(n: [usize; 3], axes: usize, ends: [Ends; 3], g: [f64; 3]) {
         let total = n.iter().product::<usize>();
-        let singular = !ends[..axes].iter().any(|e| matches!(e, Ends::Borders { given } if given[0] || given[1]));
+        let singular = !ends[..axes]
+            .iter()
+            .any(|e| matches!(e, Ends::Borders { given } if given[0] || given[1]));
         let mut r: Vec<f64> = (0..total).map(|c| (3.7 * c as f64 + 0.3).cos()).collect();
         if singular {
             let mean = r.iter().sum::<f64>() / total as f64;
@@ -329,7 +347,10 @@ mod tests {
                     left += g[a] * flux;
                 }
             }
-            assert!(left.abs() < 1e-12 * size, "{n:?} {ends:?}: {left:e} in cell {c} of values of {size:e}");
+            assert!(
+                left.abs() < 1e-12 * size,
+                "{n:?} {ends:?}: {left:e} in cell {c} of values of {size:e}"
+            );
         }
     }
 }

@@ -3,7 +3,8 @@
 /// Cells wider than the narrowest by this are left as they are until the others are as wide.
 const ANISOTROPY: f64 = 1.5;
 
-/// The whole grid of a level: the widths of its cells, in units of the caller's, by axis, rank along it and cell.
+/// The whole grid of a level: the widths of its cells, in units of the caller's, by axis, rank
+/// along it and cell.
 #[derive(Clone, Debug)]
 pub(super) struct Whole {
     pub widths: [Vec<Vec<f64>>; 3],
@@ -52,7 +53,9 @@ impl Whole {
     /// The grid with so many cells made one along each axis.
     pub fn coarser(&self, factor: [usize; 3]) -> Whole {
         let sums = |part: &Vec<f64>, f: usize| part.chunks(f).map(|c| c.iter().sum()).collect();
-        let widths = std::array::from_fn(|a| self.widths[a].iter().map(|part| sums(part, factor[a])).collect());
+        let widths = std::array::from_fn(|a| {
+            self.widths[a].iter().map(|part| sums(part, factor[a])).collect()
+        });
         Whole { widths, ..self.clone() }
     }
 

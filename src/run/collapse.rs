@@ -1,5 +1,5 @@
-//! Steps that shrink to nothing: a run whose steps have been shorter than a thousandth of what they were for a hundred steps
-//! goes nowhere, and says so.
+//! Steps that shrink to nothing: a run whose steps have been shorter than a thousandth of what they
+//! were for a hundred steps goes nowhere, and says so.
 
 use crate::particles::{Body, nearest_image};
 use crate::{Error, Result};
@@ -22,8 +22,15 @@ impl Collapse {
     /// Takes the step `dt` (s).
     ///
     /// # Errors
-    /// When it was one too many that was too short, with the two bodies nearest to each other or to a wall.
-    pub(super) fn take(&mut self, dt: f64, bodies: &[Body], size: &[f64], periods: &[Option<f64>; 3]) -> Result<()> {
+    /// When it was one too many that was too short, with the two bodies nearest to each other or to
+    /// a wall.
+    pub(super) fn take(
+        &mut self,
+        dt: f64,
+        bodies: &[Body],
+        size: &[f64],
+        periods: &[Option<f64>; 3],
+    ) -> Result<()> {
         if self.first == 0.0 {
             (self.first, self.usual) = (dt, dt);
         }
@@ -34,8 +41,10 @@ impl Collapse {
             return Ok(());
         }
         Err(Error::Run(format!(
-            "the steps have been {dt:.1e} s and shorter for {PATIENCE} steps, where the first was {:.1e} s: nothing moves on \
-             any more; {} let contacts begin more softly (contact.normal_stiffness = \"auto\"), keep what is prescribed from \
+            "the steps have been {dt:.1e} s and shorter for {PATIENCE} steps, where the first was \
+            {:.1e} s: nothing moves on \
+             any more; {} let contacts begin more softly (contact.normal_stiffness = \"auto\"), \
+                 keep what is prescribed from \
              squeezing the rest, or shorten time.cfl",
             self.first,
             nearest(bodies, size, periods)
@@ -48,15 +57,21 @@ fn nearest(bodies: &[Body], size: &[f64], periods: &[Option<f64>; 3]) -> String 
     let mut found = (f64::INFINITY, String::new());
     for (i, body) in bodies.iter().enumerate() {
         for (j, other) in bodies.iter().enumerate().skip(i + 1) {
-            let gap = nearest_image(&body.centre, &other.centre, periods).norm() - body.radius() - other.radius();
+            let gap = nearest_image(&body.centre, &other.centre, periods).norm()
+                - body.radius()
+                - other.radius();
             if gap < found.0 {
-                found = (gap, format!("particles {i} and {j} are nearest, with a gap of {gap:.2e} m;"));
+                found =
+                    (gap, format!("particles {i} and {j} are nearest, with a gap of {gap:.2e} m;"));
             }
         }
         for (a, size) in size.iter().enumerate().filter(|(a, _)| periods[*a].is_none()) {
             let gap = body.centre[a].min(size - body.centre[a]) - body.radius();
             if gap < found.0 {
-                found = (gap, format!("particle {i} and a wall are nearest, with a gap of {gap:.2e} m;"));
+                found = (
+                    gap,
+                    format!("particle {i} and a wall are nearest, with a gap of {gap:.2e} m;"),
+                );
             }
         }
     }

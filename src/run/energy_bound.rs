@@ -1,12 +1,14 @@
-//! Energy from nothing: a flow whose budget shows that the method has made as much as it ever had says nothing, and ends.
+//! Energy from nothing: a flow whose budget shows that the method has made as much as it ever had
+//! says nothing, and ends.
 //!
 //! ```text
 //!   made  =  -min(method, 0) - min(contacts, 0) - min(friction, 0)
 //!         >  start + |gravity| + |drive| + |borders| + |prescribed|                 of the budget ([`EnergyBudget`])
 //! ```
-//! and by more than a thousandth of what free bodies give in a fall of a spacing: no body is set down just where it comes to rest.
-//! What these take is dissipation and grows; what they make, in an unstable step, is soon orders of magnitude beyond this. The
-//! budget holds with moving walls, inflows and prescribed bodies as well.
+//! and by more than a thousandth of what free bodies give in a fall of a spacing: no body is set
+//! down just where it comes to rest. What these take is dissipation and grows; what they make, in
+//! an unstable step, is soon orders of magnitude beyond this. The budget holds with moving walls,
+//! inflows and prescribed bodies as well.
 
 use crate::config::Case;
 use crate::domain::Domain;
@@ -33,7 +35,8 @@ const MUCH_LOST: f64 = 0.25;
 pub(super) fn settling<const D: usize>(domain: &Domain<D>, bodies: &[Body]) -> f64 {
     let (fluid, h) = (&domain.fluid, domain.grid.h.iter().copied().fold(f64::INFINITY, f64::min));
     let free = bodies.iter().filter(|body| body.freedom().is_some());
-    let submerged = free.map(|body| (body.mass() - fluid.density * body.volume()).abs()).sum::<f64>();
+    let submerged =
+        free.map(|body| (body.mass() - fluid.density * body.volume()).abs()).sum::<f64>();
     SETTLING * h * submerged * fluid.gravity.norm()
 }
 
@@ -49,7 +52,8 @@ pub(super) fn refuse_made<const D: usize>(s: &State<D>, allowed: f64) -> Result<
         return Ok(());
     }
     Err(Error::Run(format!(
-        "{energy:.3e} J have come from nothing, made by {}: {} {:.3e} J in all, where the start, gravity, the drive, borders and \
+        "{energy:.3e} J have come from nothing, made by {}: {} {:.3e} J in all, where the start, \
+        gravity, the drive, borders and \
          prescribed bodies have given {:.3e} J; {}",
         source.0,
         richest(e, s),
@@ -59,14 +63,18 @@ pub(super) fn refuse_made<const D: usize>(s: &State<D>, allowed: f64) -> Result<
     )))
 }
 
-/// What a run that has come to its end has to say of energy that the method has made, beyond `allowed` (J): not enough to refuse it.
+/// What a run that has come to its end has to say of energy that the method has made, beyond
+/// `allowed` (J): not enough to refuse it.
 pub(super) fn doubt<const D: usize>(s: &State<D>, allowed: f64) -> Option<String> {
     let rounding = ROUNDING * s.bodies.iter().map(|body| body.mass()).sum::<f64>();
     let Made { energy, source: (name, cure) } = Made::of(&s.energy);
     let put_in = s.energy.scale();
     (energy > DOUBTFUL * put_in + rounding + allowed).then(|| {
         let share = 100.0 * energy / put_in;
-        format!("warning: {energy:.3e} J have come from nothing, made by {name}: {share:.0} % of all that was put in (steps.csv has when); {cure}")
+        format!(
+            "warning: {energy:.3e} J have come from nothing, made by {name}: {share:.0} % of \
+            all that was put in (steps.csv has when); {cure}"
+        )
     })
 }
 
@@ -75,7 +83,8 @@ pub(super) fn bounded<const D: usize>(s: &State<D>) -> Option<String> {
     let share = s.energy.bounded / s.energy.scale();
     (share > WORTH_SAYING).then(|| {
         format!(
-            "note: the bound on the work of contacts took {:.3e} J from rebounds, {:.1} % of all that was put in \
+            "note: the bound on the work of contacts took {:.3e} J from rebounds, {:.1} % of all \
+            that was put in \
              (bounded_energy in steps.csv): the fluid's response in them is far from that of lone bodies; more cells or shorter \
              steps resolve it better",
             s.energy.bounded,
@@ -87,10 +96,12 @@ pub(super) fn bounded<const D: usize>(s: &State<D>) -> Option<String> {
 /// What a run that has come to its end has to say of energy that the method has lost.
 pub(super) fn lost<const D: usize>(case: &Case, s: &State<D>) -> Option<String> {
     let share = s.energy.method / s.energy.scale();
-    let cure = crate::check::thin_layer(case).unwrap_or_else(|| "more cells resolve it better".into());
+    let cure =
+        crate::check::thin_layer(case).unwrap_or_else(|| "more cells resolve it better".into());
     (share > MUCH_LOST).then(|| {
         format!(
-            "note: the method lost {:.0} % of all energy that was put in (method_loss in steps.csv), where the grid does not resolve \
+            "note: the method lost {:.0} % of all energy that was put in (method_loss in \
+            steps.csv), where the grid does not resolve \
              the flow: {cure}; forces and speeds may be off by more than the pages say",
             100.0 * share
         )
@@ -110,13 +121,19 @@ impl Made {
         let sources = [
             (
                 e.method,
-                ("the step of the flow", "take smaller cells, or shorter steps if bodies strike each other or a wall"),
+                (
+                    "the step of the flow",
+                    "take smaller cells, or shorter steps if bodies strike each other or a wall",
+                ),
             ),
             (e.contacts, ("contacts", "take shorter steps, or stiffer contacts")),
             (e.friction, ("friction", "take shorter steps, or stiffer contacts")),
         ];
         let energy = sources.iter().map(|(lost, _)| -lost.min(0.0)).sum();
-        let source = sources.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or(("", ""), |(_, source)| source);
+        let source = sources
+            .into_iter()
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map_or(("", ""), |(_, source)| source);
         Made { energy, source }
     }
 }
@@ -126,7 +143,9 @@ fn richest<const D: usize>(e: &EnergyBudget, s: &State<D>) -> String {
     let speed = |k: &usize| s.bodies[*k].velocity.norm();
     let fastest = (0..s.bodies.len()).max_by(|a, b| speed(a).total_cmp(&speed(b)));
     match fastest.filter(|_| e.fluid < e.bodies.max(e.springs)) {
-        Some(k) => format!("mostly bodies have it, particle {k} the fastest at {:.3e} m/s;", speed(&k)),
+        Some(k) => {
+            format!("mostly bodies have it, particle {k} the fastest at {:.3e} m/s;", speed(&k))
+        }
         None => "mostly the fluid has it;".into(),
     }
 }
@@ -144,17 +163,28 @@ mod tests {
         let grid = Grid::<2>::new([8, 8], [1.0, 1.0], [true, true], &layout);
         let mut s = State::new(&grid, Vec::new(), false);
         let judge = |s: &State<2>| refuse_made(s, 0.0).err().map(|e| e.to_string());
-        s.energy = EnergyBudget { start: 1.0, borders: -2.0, method: -2.9, fluid: 2.0, ..EnergyBudget::default() };
+        s.energy = EnergyBudget {
+            start: 1.0,
+            borders: -2.0,
+            method: -2.9,
+            fluid: 2.0,
+            ..EnergyBudget::default()
+        };
         assert_eq!(judge(&s), None);
         s.energy.contacts = 5.0;
         assert_eq!(judge(&s), None, "what contacts take makes up for nothing, and is nothing made");
-        assert!(doubt(&s, 0.0).is_some_and(|said| said.contains("97 %") && said.contains("the step of the flow")));
+        assert!(
+            doubt(&s, 0.0)
+                .is_some_and(|said| said.contains("97 %") && said.contains("the step of the flow"))
+        );
         s.energy.method = -0.1;
         assert_eq!(doubt(&s, 0.0), None);
         s.energy.method = -3.1;
         let said = judge(&s).unwrap();
         assert!(
-            said.contains("3.100e0 J") && said.contains("the step of the flow") && said.contains("fluid"),
+            said.contains("3.100e0 J")
+                && said.contains("the step of the flow")
+                && said.contains("fluid"),
             "{said}"
         );
         (s.energy.method, s.energy.friction) = (2.0, -4.0);

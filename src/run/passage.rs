@@ -1,5 +1,5 @@
-//! Free bodies that reach an outflow: they leave, come in again at the other end, or end the run, as the case says. And bodies that come
-//! in.
+//! Free bodies that reach an outflow: they leave, come in again at the other end, or end the run,
+//! as the case says. And bodies that come in.
 
 use super::Run;
 use crate::Result;
@@ -8,19 +8,23 @@ use crate::particles::{Body, nearest_image};
 use nalgebra::Vector3;
 
 impl<const D: usize> Run<'_, D> {
-    /// Takes the bodies out that would reach an outflow in the next step, about as long as the last one, `dt` (s); says whether one has come in
-    /// again, or nothing where the case wants the run to end there instead. Collective.
+    /// Takes the bodies out that would reach an outflow in the next step, about as long as the last
+    /// one, `dt` (s); says whether one has come in again, or nothing where the case wants the run
+    /// to end there instead. Collective.
     pub(super) fn pass(&mut self, dt: f64) -> Result<Option<bool>> {
         // Once each: what the fluid takes along may go out at the other side of the box at once.
         let mut returned = Vec::new();
         while let Some((k, axis)) = self.scene.leaving(dt, &returned) {
             let (step, time) = (self.scene.state.steps, self.scene.state.time);
             let body = &self.scene.state.bodies[k];
-            let entrance = (self.case.output.removed == Removed::Return).then(|| self.entrance(body, axis)).flatten();
+            let entrance = (self.case.output.removed == Removed::Return)
+                .then(|| self.entrance(body, axis))
+                .flatten();
             let (what, body) = match (self.case.output.removed, entrance) {
                 (Removed::Stop, _) => {
                     self.log.say(&format!(
-                        "particle {} has reached an outflow at t = {time:.6} s: the run ends here, as output.removed = \"stop\" says",
+                        "particle {} has reached an outflow at t = {time:.6} s: the run ends here, \
+                        as output.removed = \"stop\" says",
                         body.id
                     ));
                     return Ok(None);
@@ -54,7 +58,8 @@ impl<const D: usize> Run<'_, D> {
         Ok(!came.is_empty())
     }
 
-    /// Where a body comes in again that goes out along an axis (m); `None` where another one is in its way.
+    /// Where a body comes in again that goes out along an axis (m); `None` where another one is in
+    /// its way.
     fn entrance(&self, body: &Body, axis: usize) -> Option<Vector3<f64>> {
         let (domain, s) = (&self.scene.domain, &self.scene.state);
         let mut centre = body.centre;

@@ -46,10 +46,33 @@ pub struct Account {
 
 impl Checkpointed for Account {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let Account { began, wall, cpu, clock, divergence_max, outer, krylov, retries, dt, last_fields, last_rows } =
-            self;
+        let Account {
+            began,
+            wall,
+            cpu,
+            clock,
+            divergence_max,
+            outer,
+            krylov,
+            retries,
+            dt,
+            last_fields,
+            last_rows,
+        } = self;
         archive.label("run")?;
-        archive.serialize([began, wall, cpu, clock, divergence_max, outer, krylov, retries, dt, last_fields, last_rows])
+        archive.serialize([
+            began,
+            wall,
+            cpu,
+            clock,
+            divergence_max,
+            outer,
+            krylov,
+            retries,
+            dt,
+            last_fields,
+            last_rows,
+        ])
     }
 }
 
@@ -70,7 +93,9 @@ impl Checkpoints {
     pub fn due(&self, step: u64) -> bool {
         match self.every {
             crate::config::Checkpoints::Steps(n) => step.is_multiple_of(n),
-            crate::config::Checkpoints::WallMinutes(most) => self.written.elapsed().as_secs_f64() / 60.0 >= most,
+            crate::config::Checkpoints::WallMinutes(most) => {
+                self.written.elapsed().as_secs_f64() / 60.0 >= most
+            }
         }
     }
 }
@@ -82,8 +107,10 @@ impl<const D: usize> Run<'_, D> {
         if self.checkpoints.newest == Some(step) {
             return Ok(());
         }
-        let marked =
-            self.folder.as_mut().map_or(Ok(Marks::default()), |folder| folder.mark(&mut self.log, &self.progress));
+        let marked = self
+            .folder
+            .as_mut()
+            .map_or(Ok(Marks::default()), |folder| folder.mark(&mut self.log, &self.progress));
         let mut marks = self.session.agree(marked)?;
         let mut writer = Writer::begin(self.session, &self.out, step)?;
         let mut header = Header {
@@ -93,7 +120,12 @@ impl<const D: usize> Run<'_, D> {
         };
         let (mut cpu, clock) = ([cpu_seconds()], self.scene.domain.clock.clone());
         self.session.sum(&mut cpu)?;
-        let mut account = Account { wall: self.wall(), cpu: self.account.cpu + cpu[0], clock, ..self.account.clone() };
+        let mut account = Account {
+            wall: self.wall(),
+            cpu: self.account.cpu + cpu[0],
+            clock,
+            ..self.account.clone()
+        };
         let mut archive = Archive::write(self.session, &mut writer);
         header.serialize(&mut archive)?;
         serialize(
@@ -130,7 +162,9 @@ fn serialize<const D: usize>(
     ids.serialize(archive)?;
     scene.keep_only(case, &ids)?;
     scene.state.serialize(&scene.domain.grid, archive)?;
-    statistics.as_mut().map_or(Ok(()), |statistics| statistics.serialize(&scene.domain.grid, archive))
+    statistics
+        .as_mut()
+        .map_or(Ok(()), |statistics| statistics.serialize(&scene.domain.grid, archive))
 }
 
 /// A checkpoint to go on from, its header read.
@@ -144,7 +178,8 @@ pub(super) struct Restart {
 }
 
 impl Restart {
-    /// The newest whole checkpoint in a run's folder, of the same case as far as a restart may not change it. Collective.
+    /// The newest whole checkpoint in a run's folder, of the same case as far as a restart may not
+    /// change it. Collective.
     ///
     /// # Errors
     /// When there is none, or the case is another one.
@@ -156,7 +191,9 @@ impl Restart {
         let step = step[0] as u64;
         let (path, mut header) = (checkpoint::path(run, step), Header::default());
         let read = checkpoint::open(run, step).and_then(|mut rest| {
-            header.serialize(&mut Archive::read(session, &mut rest)).map_err(|e| misfit(&path, e))?;
+            header
+                .serialize(&mut Archive::read(session, &mut rest))
+                .map_err(|e| misfit(&path, e))?;
             Ok(rest)
         });
         let rest = session.agree(read)?;
@@ -178,10 +215,12 @@ impl Restart {
         scene: &mut Scene<D>,
     ) -> Result<Marks> {
         let mut marks = Marks::default();
-        let before = written(&self.header.case).map_err(|why| misfit(&self.path, Error::Usage(why)))?;
+        let before =
+            written(&self.header.case).map_err(|why| misfit(&self.path, Error::Usage(why)))?;
         let mut kept = measure::series(&before);
         let mut archive = Archive::read(session, &mut self.rest);
-        let whole = serialize(&mut archive, account, &mut kept, &mut marks, statistics, case, scene);
+        let whole =
+            serialize(&mut archive, account, &mut kept, &mut marks, statistics, case, scene);
         session.agree(whole).and_then(|()| archive.finish()).map_err(|e| misfit(&self.path, e))?;
         scene.resume().map_err(|e| misfit(&self.path, e))?;
         scene.domain.clock.add(&account.clock);
@@ -202,7 +241,13 @@ impl Restart {
     }
 
     /// Takes up the run's folder. To be called by rank 0, once all else is known to fit.
-    pub fn open_folder(&self, run: &Path, log: &mut Log, case: &Case, marks: Marks) -> Result<Folder> {
+    pub fn open_folder(
+        &self,
+        run: &Path,
+        log: &mut Log,
+        case: &Case,
+        marks: Marks,
+    ) -> Result<Folder> {
         let folder = Folder::go_on(run, log, case, marks)?;
         checkpoint::delete_after(run, self.step)?;
         Ok(folder)
@@ -211,7 +256,11 @@ impl Restart {
     /// What a reader of the log has to know.
     pub fn say(&self, log: &mut Log, time: f64, ranks: usize) {
         self.refused.iter().for_each(|why| log.say(&format!("refused {why}")));
-        log.say(&format!("goes on after step {}, t = {time:.6} s, from {}", self.step, self.path.display()));
+        log.say(&format!(
+            "goes on after step {}, t = {time:.6} s, from {}",
+            self.step,
+            self.path.display()
+        ));
         if self.header.ranks != ranks as u64 {
             log.say(&format!(
                 "on {ranks} rank{} after {}: the same to the solver's tolerance, not bit for bit",
@@ -240,8 +289,8 @@ pub(super) struct Ended<const D: usize> {
 }
 
 impl<const D: usize> Ended<D> {
-    /// That of the run in a folder. Comes before the scene that begins there, since what solves its pressure is told by what was built
-    /// last. Collective.
+    /// That of the run in a folder. Comes before the scene that begins there, since what solves its
+    /// pressure is told by what was built last. Collective.
     ///
     /// # Errors
     /// When that run has not ended, or cannot be read.
@@ -249,26 +298,40 @@ impl<const D: usize> Ended<D> {
         read_end(session, run)
     }
 
-    /// Lets the scene of a case begin here; returns what was taken and what was not, in lines. Collective.
+    /// Lets the scene of a case begin here; returns what was taken and what was not, in lines.
+    /// Collective.
     ///
     /// # Errors
     /// When the snapshot cannot be read, or bodies are elsewhere than the case has them.
-    pub fn begin(self, session: &Session, case: &Case, scene: &mut Scene<D>) -> Result<Vec<String>> {
+    pub fn begin(
+        self,
+        session: &Session,
+        case: &Case,
+        scene: &mut Scene<D>,
+    ) -> Result<Vec<String>> {
         let bodies = self.bodies();
         let where_ended = format!("begins where {} ended", self.run.display());
         let Ended { case: before, state, run } = self;
         if scene.go_on_from(case, &before, state)? {
-            return Ok([format!("{where_ended}: all that lasts")].into_iter().chain(bodies).collect());
+            return Ok([format!("{where_ended}: all that lasts")]
+                .into_iter()
+                .chain(bodies)
+                .collect());
         }
-        let newest = newest_snapshot(&run).ok_or_else(|| refuse(&run, "it has no fields".into()))?;
+        let newest =
+            newest_snapshot(&run).ok_or_else(|| refuse(&run, "it has no fields".into()))?;
         let velocity = Rows::open(&newest, "velocity").map_err(|e| refuse(&run, e.to_string()));
         let missing = || refuse(&run, "its last snapshot has no velocity".into());
         let velocity = session.agree(velocity.and_then(|rows| rows.ok_or_else(missing)))?;
         scene.start_from(&velocity)?;
-        Ok([format!("{where_ended}: the velocity, interpolated")].into_iter().chain(bodies).collect())
+        Ok([format!("{where_ended}: the velocity, interpolated")]
+            .into_iter()
+            .chain(bodies)
+            .collect())
     }
 
-    /// What became of that run's bodies, where not all of them come over by their numbers: in lines.
+    /// What became of that run's bodies, where not all of them come over by their numbers: in
+    /// lines.
     fn bodies(&self) -> Vec<String> {
         let (there, waiting) = (&self.state.bodies, self.state.waiting.len());
         let gone = self.case.particle.len().saturating_sub(there.len() + waiting);
@@ -276,11 +339,17 @@ impl<const D: usize> Ended<D> {
         if there.iter().enumerate().any(|(k, body)| body.id != k) {
             let there: Vec<usize> = there.iter().map(|body| body.id).collect();
             let (count, listed) = (there.len(), spans(&there));
-            lines.push(format!("its particles {listed} come over and are 0 to {} here, in that order", count - 1));
+            lines.push(format!(
+                "its particles {listed} come over and are 0 to {} here, in that order",
+                count - 1
+            ));
         }
         if waiting > 0 {
-            let them = if waiting == 1 { "1 particle that" } else { &format!("{waiting} particles that") };
-            lines.push(format!("{them} waited there to come in stay behind: only what this case feeds comes in"));
+            let them =
+                if waiting == 1 { "1 particle that" } else { &format!("{waiting} particles that") };
+            lines.push(format!(
+                "{them} waited there to come in stay behind: only what this case feeds comes in"
+            ));
         }
         if gone > 0 {
             let them = if gone == 1 { "1 particle" } else { &format!("{gone} particles") };
@@ -308,7 +377,9 @@ fn read_end<const D: usize>(session: &Session, run: &Path) -> Result<Ended<D>> {
     session.agree(if run.join("case.toml").is_file() {
         Ok(())
     } else {
-        Err(refuse("holds no run (no case.toml in it); name the folder that `mics run` wrote".into()))
+        Err(refuse(
+            "holds no run (no case.toml in it); name the folder that `mics run` wrote".into(),
+        ))
     })?;
     let status = std::fs::read_to_string(run.join("summary.json")).ok();
     let status = status.and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok());
@@ -327,12 +398,25 @@ fn read_end<const D: usize>(session: &Session, run: &Path) -> Result<Ended<D>> {
     let mut rest = session.agree(checkpoint::open(run, step))?;
     let mut archive = Archive::read(session, &mut rest);
     header.serialize(&mut archive)?;
-    let before = written(&header.case).map_err(|why| refuse(format!("its case cannot be read: {why}")))?;
+    let before =
+        written(&header.case).map_err(|why| refuse(format!("its case cannot be read: {why}")))?;
     let mut ended = Scene::<D>::new(session, &before)?;
-    let (mut account, mut series, mut marks) = (Account::default(), measure::series(&before), Marks::default());
+    let (mut account, mut series, mut marks) =
+        (Account::default(), measure::series(&before), Marks::default());
     let mut statistics = Statistics::of_case(&ended, &before);
-    let whole = serialize(&mut archive, &mut account, &mut series, &mut marks, &mut statistics, &before, &mut ended);
-    session.agree(whole).and_then(|()| archive.finish()).map_err(|e| misfit(&checkpoint::path(run, step), e))?;
+    let whole = serialize(
+        &mut archive,
+        &mut account,
+        &mut series,
+        &mut marks,
+        &mut statistics,
+        &before,
+        &mut ended,
+    );
+    session
+        .agree(whole)
+        .and_then(|()| archive.finish())
+        .map_err(|e| misfit(&checkpoint::path(run, step), e))?;
     Ok(Ended { case: before, state: ended.state, run: run.to_owned() })
 }
 
@@ -346,7 +430,8 @@ fn newest_snapshot(run: &Path) -> Option<PathBuf> {
 fn misfit(path: &Path, e: Error) -> Error {
     match e {
         Error::Usage(why) | Error::Run(why) => Error::Usage(format!(
-            "{}: this checkpoint does not fit: {why}; go on with the version of mics that wrote it, or delete it to go on \
+            "{}: this checkpoint does not fit: {why}; go on with the version of mics that wrote \
+            it, or delete it to go on \
              from the one before",
             path.display()
         )),

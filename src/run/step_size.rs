@@ -1,4 +1,5 @@
-//! The length of a step: what the case asks for, what stability allows, and no step that stands out at the end.
+//! The length of a step: what the case asks for, what stability allows, and no step that stands out
+//! at the end.
 
 use crate::Result;
 use crate::config::{Case, Loaded, Step};
@@ -14,12 +15,18 @@ pub fn check_step(loaded: &Loaded, limits: &Limits) -> Result<()> {
     match loaded.case.time.step {
         Step::Fixed(step) if step > limit => Err(loaded.error_at(
             "time.step",
-            format!("{step} s is over the {bound}, {limit:.4e} s; give a smaller step, or time.cfl instead"),
+            format!(
+                "{step} s is over the {bound}, {limit:.4e} s; give a smaller step, or time.cfl \
+                instead"
+            ),
         )),
         Step::Courant(number) if number > largest => {
-            let cure = if largest < RK3.courant_limit() { " or choose time.scheme = \"rk3\"" } else { "" };
-            let message =
-                format!("{number} is over the limit of this scheme, a Courant number of {largest}; lower it{cure}");
+            let cure =
+                if largest < RK3.courant_limit() { " or choose time.scheme = \"rk3\"" } else { "" };
+            let message = format!(
+                "{number} is over the limit of this scheme, a Courant number of {largest}; \
+                    lower it{cure}"
+            );
             Err(loaded.error_at("time.cfl", message))
         }
         _ => Ok(()),
@@ -53,10 +60,11 @@ impl fmt::Display for Choice {
     }
 }
 
-/// The next step (s) and what chose it. Where `time.cfl` chooses, what is left is cut into equal steps, and the last 50
-/// keep one length: the force of the mixing depends on dt, and a last step of its own would show as a spike. A fixed
-/// step stays as it is, and the run ends at or after `time.end`. The first step is as short as without further stages for
-/// viscosity: what has just been let go is resolved.
+/// The next step (s) and what chose it. Where `time.cfl` chooses, what is left is cut into equal
+/// steps, and the last 50 keep one length: the force of the mixing depends on dt, and a last step
+/// of its own would show as a spike. A fixed step stays as it is, and the run ends at or after
+/// `time.end`. The first step is as short as without further stages for viscosity: what has just
+/// been let go is resolved.
 pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64) -> (f64, Choice) {
     let courant = match case.time.step {
         Step::Fixed(step) => return (step, Choice::Given),
@@ -72,8 +80,10 @@ pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64)
     ];
     let least = |a: (Choice, f64), b: (Choice, f64)| if b.1 < a.1 { b } else { a };
     let most = |a: (Choice, f64), b: (Choice, f64)| if b.1 > a.1 { b } else { a };
-    let ranges = limits.ranges().filter_map(|range| shares(&range, courant).into_iter().reduce(least));
-    let (choice, wanted) = ranges.reduce(most).into_iter().chain(others).reduce(least).unwrap_or(others[0]);
+    let ranges =
+        limits.ranges().filter_map(|range| shares(&range, courant).into_iter().reduce(least));
+    let (choice, wanted) =
+        ranges.reduce(most).into_iter().chain(others).reduce(least).unwrap_or(others[0]);
     if let Some(before) = before {
         let count = (left / before).round().max(1.0);
         let kept = left / count;

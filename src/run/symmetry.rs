@@ -31,18 +31,25 @@ const WAY: f64 = 20.0;
 pub(super) fn stayed<const D: usize>(case: &Case, scene: &Scene<D>) -> Result<Option<String>> {
     let Some((whose, reynolds, diameter, speed)) = check::wake(case) else { return Ok(None) };
     let gone = scene.state.time * speed / diameter;
-    if reynolds < SHEDS[D - 2] || gone < WAY || case.initial.perturbation != 0.0 || case.initial.from.is_some() {
+    if reynolds < SHEDS[D - 2]
+        || gone < WAY
+        || case.initial.perturbation != 0.0
+        || case.initial.from.is_some()
+    {
         return Ok(None);
     }
     let mut means = [0.0; 3];
     for (axis, mean_velocity) in means.iter_mut().enumerate().take(D) {
-        *mean_velocity = mean(&scene.domain.session, &scene.domain.grid, axis, &scene.state.faces)?.abs();
+        *mean_velocity =
+            mean(&scene.domain.session, &scene.domain.grid, axis, &scene.state.faces)?.abs();
     }
     let along = means.iter().copied().fold(0.0, f64::max);
-    let across = means[..D].iter().filter(|mean_velocity| **mean_velocity < ROUNDING * along).count();
+    let across =
+        means[..D].iter().filter(|mean_velocity| **mean_velocity < ROUNDING * along).count();
     Ok((across == D - 1).then(|| {
         format!(
-            "note: the flow has stayed symmetric to rounding, where at Re = {reynolds:.0} {whose} sheds vortices: forces may be far from those of \
+            "note: the flow has stayed symmetric to rounding, where at Re = {reynolds:.0} {whose} \
+            sheds vortices: forces may be far from those of \
              a wake (a fifth of the drag at Re = 100); initial.perturbation = {:.2} (m/s) wakes it",
             0.05 * speed
         )

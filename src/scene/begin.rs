@@ -8,16 +8,21 @@ use crate::state::{Balance, State};
 use crate::{Error, Result};
 
 impl<const D: usize> Scene<D> {
-    /// Goes on from the `state` in which a run of the case `before` ended: with all that lasts, where grid, walls, bodies and the fluid's density are the same.
-    /// Returns whether they are; if not, nothing is changed. Collective.
+    /// Goes on from the `state` in which a run of the case `before` ended: with all that lasts,
+    /// where grid, walls, bodies and the fluid's density are the same. Returns whether they are; if
+    /// not, nothing is changed. Collective.
     ///
     /// # Errors
     /// When bodies are elsewhere than the case has them.
     pub fn go_on_from(&mut self, case: &Case, before: &Case, state: State<D>) -> Result<bool> {
         let method = |case: &Case| (case.coupling.wall, super::build::extrapolates(case));
-        let grid = |case: &Case| (case.domain.clone(), (0..D).map(|a| case.periodic(a)).collect::<Vec<_>>());
+        let grid = |case: &Case| {
+            (case.domain.clone(), (0..D).map(|a| case.periodic(a)).collect::<Vec<_>>())
+        };
         let density = |case: &Case| case.fluid.density;
-        let same = method(case) == method(before) && grid(case) == grid(before) && density(case) == density(before);
+        let same = method(case) == method(before)
+            && grid(case) == grid(before)
+            && density(case) == density(before);
         let alike = state.walls.is_some() == self.state.walls.is_some();
         if !same || !alike || state.bodies.len() != self.state.bodies.len() {
             return Ok(false);
@@ -28,7 +33,8 @@ impl<const D: usize> Scene<D> {
         let bodies = std::mem::replace(&mut s.bodies, fresh.bodies);
         // What presses and pushes bodies from now on is not what did: they begin as from there.
         let forces = |case: &Case| (case.fluid.gravity.clone(), case.drive.clone());
-        let weigh_alike = s.bodies.iter().zip(&bodies).all(|(body, ended)| body.mass() == ended.mass());
+        let weigh_alike =
+            s.bodies.iter().zip(&bodies).all(|(body, ended)| body.mass() == ended.mass());
         let mut begin = Vec::new();
         if forces(case) != forces(before) || !weigh_alike {
             begin.extend(s.bodies.iter().map(|body| body.id));
@@ -37,7 +43,8 @@ impl<const D: usize> Scene<D> {
         for (k, (body, ended)) in s.bodies.iter_mut().zip(&bodies).enumerate() {
             if (body.centre - ended.centre).norm() > 1e-9 * body.radius() {
                 return Err(Error::Usage(format!(
-                    "initial.from: particle {k} is elsewhere in that run's newest checkpoint than in its particles.csv: bring it \
+                    "initial.from: particle {k} is elsewhere in that run's newest checkpoint than \
+                    in its particles.csv: bring it \
                      to its end with --resume"
                 )));
             }
@@ -55,8 +62,8 @@ impl<const D: usize> Scene<D> {
         Ok(true)
     }
 
-    /// Takes a velocity that is read, on whatever grid, interpolated to this one's cells, and makes a consistent start of it.
-    /// Collective.
+    /// Takes a velocity that is read, on whatever grid, interpolated to this one's cells, and makes
+    /// a consistent start of it. Collective.
     ///
     /// # Errors
     /// When it cannot be read, or the first projection fails.
@@ -70,27 +77,36 @@ impl<const D: usize> Scene<D> {
     fn interpolate(&mut self, velocity: &vti::Rows) -> Result<()> {
         let grid = &self.domain.grid;
         let (cells, h) = (velocity.head.cells, velocity.head.h);
-        // Along an axis, the two cells beside a place and the share of the upper one; across a period the first follows the last.
+        // Along an axis, the two cells beside a place and the share of the upper one; across a
+        // period the first follows the last.
         let between = |a: usize, place: f64| {
             let (n, at) = (cells[a] as i64, place / h[a] - 0.5);
             let (low, share) = (at.floor() as i64, at - at.floor());
             let cell = |i: i64| if grid.periodic[a] { i.rem_euclid(n) } else { i.clamp(0, n - 1) } as usize;
             [(cell(low), 1.0 - share), (cell(low + 1), share)]
         };
-        let across = |a: usize, place: &[f64; D]| if a < D { between(a, place[a]) } else { [(0, 1.0), (0, 0.0)] };
+        let across = |a: usize, place: &[f64; D]| {
+            if a < D { between(a, place[a]) } else { [(0, 1.0), (0, 0.0)] }
+        };
         let mut values = Vec::new();
         for row in grid.rows() {
             self.state.u.iter_mut().for_each(|u| u[row.clone()].fill(0.0));
             let place = grid.centre(row.start);
             let (along_y, along_z) = (across(1, &place), across(2, &place));
-            let beside =
-                along_z.iter().flat_map(|(k, wz)| along_y.iter().map(move |(j, wy)| (j + cells[1] * k, wy * wz)));
+            let beside = along_z
+                .iter()
+                .flat_map(|(k, wz)| along_y.iter().map(move |(j, wy)| (j + cells[1] * k, wy * wz)));
             for (number, weight) in beside.filter(|(_, weight)| *weight > 0.0) {
                 velocity.read(number, &mut values)?;
                 for c in row.clone() {
                     for (i, share) in between(0, grid.centre(c)[0]) {
                         for (axis, u) in self.state.u.iter_mut().enumerate() {
-                            u[c] += weight * share * values.get(velocity.components * i + axis).copied().unwrap_or(0.0);
+                            u[c] += weight
+                                * share
+                                * values
+                                    .get(velocity.components * i + axis)
+                                    .copied()
+                                    .unwrap_or(0.0);
                         }
                     }
                 }

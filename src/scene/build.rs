@@ -18,15 +18,26 @@ use crate::{Error, Result, params};
 use nalgebra::Vector3;
 use std::sync::Arc;
 
-/// What solves the pressure equation, and why; `uniform` says that every face has the same coefficient.
-pub(super) fn solver(chosen: config::Solver, uniform: bool, ranks: usize) -> (Choice, &'static str) {
+/// What solves the pressure equation, and why; `uniform` says that every face has the same
+/// coefficient.
+pub(super) fn solver(
+    chosen: config::Solver,
+    uniform: bool,
+    ranks: usize,
+) -> (Choice, &'static str) {
     match chosen {
         config::Solver::BcgsBoomeramg => (Choice::BcgsBoomeramg, "as the case says"),
         config::Solver::Multigrid => (Choice::Multigrid, "as the case says"),
-        config::Solver::Direct if !uniform => (Choice::Multigrid, "the direct solver takes one coefficient only"),
-        config::Solver::Direct if ranks > 1 => (Choice::Multigrid, "the direct solver works on one rank only"),
+        config::Solver::Direct if !uniform => {
+            (Choice::Multigrid, "the direct solver takes one coefficient only")
+        }
+        config::Solver::Direct if ranks > 1 => {
+            (Choice::Multigrid, "the direct solver works on one rank only")
+        }
         config::Solver::Direct => (Choice::Direct, "as the case says"),
-        config::Solver::Auto if !uniform => (Choice::Multigrid, "auto: the coefficient varies from face to face"),
+        config::Solver::Auto if !uniform => {
+            (Choice::Multigrid, "auto: the coefficient varies from face to face")
+        }
         config::Solver::Auto if ranks > 1 => (Choice::Multigrid, "auto: several ranks"),
         config::Solver::Auto => (Choice::Direct, "auto: one density everywhere, solved directly"),
     }
@@ -56,8 +67,10 @@ pub(super) fn body(p: &config::Particle) -> Body {
         config::Motion::Free { velocity, spin, locked } => {
             let free = |lock| !locked.contains(&lock);
             let turns = free(config::Lock::Rotation);
-            let translation = [free(config::Lock::X), free(config::Lock::Y), !flat && free(config::Lock::Z)];
-            let freedom = Freedom { translation, rotation: [turns && !flat, turns && !flat, turns] };
+            let translation =
+                [free(config::Lock::X), free(config::Lock::Y), !flat && free(config::Lock::Z)];
+            let freedom =
+                Freedom { translation, rotation: [turns && !flat, turns && !flat, turns] };
             (vector(velocity), *spin, Motion::Free(freedom))
         }
     };
@@ -80,13 +93,16 @@ pub(super) fn drive(case: &Case, drive: &config::Drive) -> Drive {
         config::Drive::Force(force) => Drive::Fluid(Vector3::from(axes::<f64, 3>(force))),
         config::Drive::Gravity => Drive::Gradient(case.fluid.density * along),
         config::Drive::HoldMixture => Drive::Mixture(along),
-        config::Drive::MeanVelocity(held) => Drive::Held { axis: held.axis.index(), velocity: held.value },
+        config::Drive::MeanVelocity(held) => {
+            Drive::Held { axis: held.axis.index(), velocity: held.value }
+        }
     }
 }
 
 /// Whether these bodies have sharp walls.
 pub(super) fn walls_are_sharp(case: &Case, bodies: &[Body]) -> bool {
-    case.coupling.wall == config::WallRule::Sharp && !(bodies.is_empty() && case.particle.is_empty())
+    case.coupling.wall == config::WallRule::Sharp
+        && !(bodies.is_empty() && case.particle.is_empty())
 }
 
 /// What fills the cells: a property is a field where the bodies' differs and is mixed in.
@@ -121,27 +137,41 @@ pub(super) fn extrapolates(case: &Case) -> bool {
 }
 
 /// The method for these bodies, which have such impacts to expect, all its scratch new.
-pub(super) fn method<const D: usize>(domain: &Domain<D>, case: &Case, bodies: &[Body], impact: Impact) -> Method<D> {
+pub(super) fn method<const D: usize>(
+    domain: &Domain<D>,
+    case: &Case,
+    bodies: &[Body],
+    impact: Impact,
+) -> Method<D> {
     let (grid, mixture) = (&domain.grid, mixture(&domain.grid, case, bodies));
     let advection = match case.time.advection {
         config::Advection::Upwind5 => Advection::Upwind5,
         config::Advection::Upwind5Advective => Advection::Upwind5Advective,
-        config::Advection::Qsi => Advection::Qsi { from: grid.vector_field(), to: grid.vector_field() },
+        config::Advection::Qsi => {
+            Advection::Qsi { from: grid.vector_field(), to: grid.vector_field() }
+        }
     };
     let momentum = Momentum::new(grid, scheme(case), advection, &mixture);
     let choices = choices(case);
     // Where all bodies have left, walls are as sharp as before.
     let mixing = case.coupling.wall == config::WallRule::Mixing;
-    if bodies.is_empty() && (case.particle.is_empty() || (mixing && case.particle.iter().all(|p| p.enter.is_none()))) {
+    if bodies.is_empty()
+        && (case.particle.is_empty() || (mixing && case.particle.iter().all(|p| p.enter.is_none())))
+    {
         let mut flow = Flow::new(domain, mixture, None, momentum, choices.cell_gradient);
         flow.own = (!choices.cell_gradient).then(params::face_own);
         return Method::Plain(flow);
     }
-    let free = bodies.iter().any(|b| b.freedom().is_some()) || case.particle.iter().any(|p| p.enter.is_some());
+    let free = bodies.iter().any(|b| b.freedom().is_some())
+        || case.particle.iter().any(|p| p.enter.is_some());
     let law = case.contact.as_ref().filter(|_| free).map(|law| contacts(case, law, bodies, impact));
     match case.coupling.wall {
-        config::WallRule::Sharp => Method::Sharp(Sharp::new(domain, bodies, mixture, momentum, law)),
-        config::WallRule::Mixing => Method::Mics2003(Mics2003::new(domain, bodies, mixture, momentum, law, choices)),
+        config::WallRule::Sharp => {
+            Method::Sharp(Sharp::new(domain, bodies, mixture, momentum, law))
+        }
+        config::WallRule::Mixing => {
+            Method::Mics2003(Mics2003::new(domain, bodies, mixture, momentum, law, choices))
+        }
     }
 }
 
@@ -153,7 +183,11 @@ fn choices(case: &Case) -> Choices {
             config::FractionRule::Exact => fraction::Rule::Exact,
             config::FractionRule::Polygon => fraction::Rule::Polygon,
         },
-        driver: if case.coupling.force == config::ForceRule::Literal { Driver::Literal } else { Driver::Momentum },
+        driver: if case.coupling.force == config::ForceRule::Literal {
+            Driver::Literal
+        } else {
+            Driver::Momentum
+        },
         rotation_at_boundary: case.coupling.rotation == config::RotationRule::Boundary,
         mix_pressure: case.coupling.mix_pressure,
         cell_gradient: case.coupling.gradient == config::GradientRule::Cells,
@@ -174,7 +208,9 @@ pub(super) fn refuse_shapes<const D: usize>(case: &Case, bodies: &[Body]) -> Res
         } else if let Some(axis) = outside {
             format!("its centre is outside the box along {}", ["x", "y", "z"][axis])
         } else if case.contact.is_some() && !round {
-            "contacts of bodies that are not round are not there yet: take [contact] out of the case".into()
+            "contacts of bodies that are not round are not there yet: take [contact] out of the \
+            case"
+                .into()
         } else if polygon && !round {
             "coupling.fraction = \"polygon\" is for discs: choose \"exact\"".into()
         } else {
@@ -182,11 +218,13 @@ pub(super) fn refuse_shapes<const D: usize>(case: &Case, bodies: &[Body]) -> Res
         };
         return Err(Error::Usage(format!("body {k}: {why}")));
     }
-    let h: Vec<f64> = case.domain.size.iter().zip(&case.domain.cells).map(|(size, n)| size / *n as f64).collect();
+    let h: Vec<f64> =
+        case.domain.size.iter().zip(&case.domain.cells).map(|(size, n)| size / *n as f64).collect();
     let needed = ghost_width(&h).1;
     match case.domain.cells.iter().find(|cells| **cells < needed) {
         Some(cells) if sharp && !bodies.is_empty() => Err(Error::Usage(format!(
-            "sharp walls need {needed} cells at least along every axis, and domain.cells has {cells}: use more, or \
+            "sharp walls need {needed} cells at least along every axis, and domain.cells has \
+            {cells}: use more, or \
              coupling.wall = \"mixing\""
         ))),
         _ => Ok(()),
@@ -197,15 +235,22 @@ pub(super) fn refuse_shapes<const D: usize>(case: &Case, bodies: &[Body]) -> Res
 pub(crate) fn impact(case: &Case, bodies: &[Body]) -> Impact {
     let gravity = Vector3::from(axes::<f64, 3>(&case.fluid.gravity));
     let size = std::array::from_fn(|a| case.domain.size.get(a).copied().unwrap_or(1.0));
-    let spacings = case.domain.size.iter().zip(&case.domain.cells).map(|(size, cells)| size / *cells as f64);
+    let spacings =
+        case.domain.size.iter().zip(&case.domain.cells).map(|(size, cells)| size / *cells as f64);
     let spacing = spacings.fold(f64::INFINITY, f64::min);
     let (density, viscosity) = (case.fluid.density, case.fluid.viscosity);
     let fluid = Medium { density, viscosity, spacing, roughness: 0.0 };
     Impact::expected(bodies, size, &gravity, &fluid, case.fluid_speed())
 }
 
-/// The law of contacts between the bodies, and between them and the sides of the box: all but outflows.
-pub(super) fn contacts(case: &Case, law: &config::Contact, bodies: &[Body], impact: Impact) -> Contacts {
+/// The law of contacts between the bodies, and between them and the sides of the box: all but
+/// outflows.
+pub(super) fn contacts(
+    case: &Case,
+    law: &config::Contact,
+    bodies: &[Body],
+    impact: Impact,
+) -> Contacts {
     let mut names = vec![config::WALL];
     let mut material = |name| {
         names.iter().position(|n| *n == name).unwrap_or_else(|| {
@@ -213,7 +258,8 @@ pub(super) fn contacts(case: &Case, law: &config::Contact, bodies: &[Body], impa
             names.len() - 1
         })
     };
-    let name = |k: usize| case.particle.get(k).map_or(config::DEFAULT_MATERIAL, |p| p.material.as_str());
+    let name =
+        |k: usize| case.particle.get(k).map_or(config::DEFAULT_MATERIAL, |p| p.material.as_str());
     let materials: Vec<usize> = bodies.iter().map(|body| material(name(body.id))).collect();
     // That of walls along which the fluid slips, and bodies too.
     let slippery = names.len();
@@ -222,14 +268,19 @@ pub(super) fn contacts(case: &Case, law: &config::Contact, bodies: &[Body], impa
         let grips = if b == slippery { 0.0 } else { 1.0 };
         let pair = law.between(names[a], names[b]);
         Material {
-            normal_stiffness: pair.normal_stiffness.given().unwrap_or_else(|| impact.stiffness(pair.exponent)),
+            normal_stiffness: pair
+                .normal_stiffness
+                .given()
+                .unwrap_or_else(|| impact.stiffness(pair.exponent)),
             exponent: pair.exponent,
             tangential_ratio: pair.tangential_ratio,
             friction: grips * pair.friction,
             rolling_friction: grips * pair.rolling_friction,
             damping: match pair.loss {
                 config::Loss::Restitution(e) => Damping::Restitution(e),
-                config::Loss::Damping(d) => Damping::Given { normal: d.normal, tangential: d.tangential },
+                config::Loss::Damping(d) => {
+                    Damping::Given { normal: d.normal, tangential: d.tangential }
+                }
             },
             printed_sign: law.tangential_damping == config::TangentialDamping::Printed,
         }
@@ -241,11 +292,20 @@ pub(super) fn contacts(case: &Case, law: &config::Contact, bodies: &[Body], impa
             Side::Wall => (WallSide::Closed, Vector3::zeros()),
             Side::MovingWall(v) => (WallSide::Closed, Vector3::from(axes::<f64, 3>(v))),
             Side::Slip => (WallSide::Slip, Vector3::zeros()),
-            Side::Inflow(_) | Side::InflowParabola(_) | Side::InflowProfile(_) => (WallSide::Inflow, Vector3::zeros()),
+            Side::Inflow(_) | Side::InflowParabola(_) | Side::InflowProfile(_) => {
+                (WallSide::Inflow, Vector3::zeros())
+            }
             _ => return None,
         };
         let material = if side == WallSide::Slip { slippery } else { 0 };
-        Some(Wall { axis, high, at: if high { case.domain.size[axis] } else { 0.0 }, velocity, material, side })
+        Some(Wall {
+            axis,
+            high,
+            at: if high { case.domain.size[axis] } else { 0.0 },
+            velocity,
+            material,
+            side,
+        })
     };
     let walls = case.sides().enumerate().filter_map(wall).collect();
     let substeps = match law.substeps {
@@ -258,10 +318,15 @@ pub(super) fn contacts(case: &Case, law: &config::Contact, bodies: &[Body], impa
 }
 
 /// The condition at a face, its profile evaluated at every stored position.
-pub(super) fn border<const D: usize>(grid: &Grid<D>, axis: usize, side: &Side) -> Option<Border<D>> {
+pub(super) fn border<const D: usize>(
+    grid: &Grid<D>,
+    axis: usize,
+    side: &Side,
+) -> Option<Border<D>> {
     let positions = grid.field().len() / grid.stored[axis];
     let tangential: Vec<usize> = (0..D).filter(|&a| a != axis).collect();
-    // Coordinates (m) of a stored position along the face's axes; ghosts beyond the face repeat its edge.
+    // Coordinates (m) of a stored position along the face's axes; ghosts beyond the face repeat its
+    // edge.
     let at = |mut k: usize| {
         let mut x = [0.0; 2];
         for (x, &a) in x.iter_mut().zip(&tangential) {
@@ -272,7 +337,9 @@ pub(super) fn border<const D: usize>(grid: &Grid<D>, axis: usize, side: &Side) -
         x
     };
     let given = |velocity: &dyn Fn([f64; 2], usize) -> f64| {
-        Some(Border::Velocity(std::array::from_fn(|c| (0..positions).map(|k| velocity(at(k), c)).collect())))
+        Some(Border::Velocity(std::array::from_fn(|c| {
+            (0..positions).map(|k| velocity(at(k), c)).collect()
+        })))
     };
     match side {
         Side::Periodic => None,

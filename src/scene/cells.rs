@@ -20,19 +20,22 @@ pub fn read_case(path: &Path, overrides: &[String]) -> Result<Loaded> {
     Ok(loaded)
 }
 
-/// Refuses a grid with too few cells: the profile beside a sharp wall is read from cells some way off, of the box or, across a
-/// period, of one image of it.
+/// Refuses a grid with too few cells: the profile beside a sharp wall is read from cells some way
+/// off, of the box or, across a period, of one image of it.
 fn check_cells(loaded: &Loaded) -> Result<()> {
     let case = &loaded.case;
     if !walls_are_sharp(case) {
         return Ok(());
     }
     let needed = sharp::ghost_width(&case.spacings()).1;
-    let Some(axis) = case.domain.cells.iter().position(|cells| *cells < needed) else { return Ok(()) };
+    let Some(axis) = case.domain.cells.iter().position(|cells| *cells < needed) else {
+        return Ok(());
+    };
     Err(loaded.error_at(
         &format!("domain.cells.{axis}"),
         format!(
-            "must be at least {needed} with sharp walls (the profile beside them is read so far away), not {}: use more \
+            "must be at least {needed} with sharp walls (the profile beside them is read so far \
+            away), not {}: use more \
              cells, or coupling.wall = \"mixing\"",
             case.domain.cells[axis]
         ),

@@ -18,7 +18,8 @@ impl<const D: usize> Scene<D> {
         let sharp = matches!(self.method, Method::Sharp(_));
         let free = self.state.has_free_bodies();
         let touches = self.method.contacts().is_some();
-        let why = |yes: bool, if_yes: &str, if_no: &str| (if yes { if_yes } else { if_no }).to_owned();
+        let why =
+            |yes: bool, if_yes: &str, if_no: &str| (if yes { if_yes } else { if_no }).to_owned();
         let inviscid = matches!(mixture.viscosity, Coefficient::Uniform(0.0));
         vec![
             (
@@ -26,15 +27,27 @@ impl<const D: usize> Scene<D> {
                 there,
                 why(there, "there are particles", "no particles"),
             ),
-            ("fractions at every step", moves, why(moves, "a particle moves", "nothing moves: found once")),
-            ("particle motion (17, 18)", free, why(free, "a particle is free", "no particle is free to move")),
+            (
+                "fractions at every step",
+                moves,
+                why(moves, "a particle moves", "nothing moves: found once"),
+            ),
+            (
+                "particle motion (17, 18)",
+                free,
+                why(free, "a particle is free", "no particle is free to move"),
+            ),
             (
                 "contacts (20-25)",
                 touches,
                 why(
                     touches,
                     "where two are in reach; none in reach, no substeps",
-                    if free { "the case has no [contact]" } else { "no particle is free to touch another" },
+                    if free {
+                        "the case has no [contact]"
+                    } else {
+                        "no particle is free to touch another"
+                    },
                 ),
             ),
             (
@@ -45,9 +58,13 @@ impl<const D: usize> Scene<D> {
                     "free particles of another density than the fluid's",
                     match (self.domain.fluid.gravity.norm() > 0.0, free) {
                         (false, _) => "the case has none",
-                        (true, true) => "free particles weigh as much as the fluid; its weight is in the pressure",
+                        (true, true) => {
+                            "free particles weigh as much as the fluid; its weight is in the \
+                            pressure"
+                        }
                         (true, false) => {
-                            "no particle is free to fall; the fluid's weight is in the pressure, but for what [drive] takes of it"
+                            "no particle is free to fall; the fluid's weight is in the pressure, \
+                            but for what [drive] takes of it"
                         }
                     },
                 ),
@@ -58,7 +75,11 @@ impl<const D: usize> Scene<D> {
                 if sharp {
                     "faces are open as far as particles leave them".into()
                 } else {
-                    why(varies, "a particle's density differs from the fluid's", "one density everywhere")
+                    why(
+                        varies,
+                        "a particle's density differs from the fluid's",
+                        "one density everywhere",
+                    )
                 },
             ),
             (
@@ -92,8 +113,8 @@ impl<const D: usize> Scene<D> {
         ]
     }
 
-    /// The stages of the step that took time, with nanoseconds a cell and step. What the paper's method calls mixing is, with sharp walls,
-    /// the velocity that these impose.
+    /// The stages of the step that took time, with nanoseconds a cell and step. What the paper's
+    /// method calls mixing is, with sharp walls, the velocity that these impose.
     pub fn stages(&self) -> Vec<(&'static str, f64)> {
         let sharp = matches!(self.method, Method::Sharp(_));
         let name = |name| if sharp && name == "mixing" { "walls" } else { name };
@@ -104,7 +125,8 @@ impl<const D: usize> Scene<D> {
     /// The solver of the pressure equation and why it is taken, as `cg + boxmg (auto: ...)`.
     pub fn solver(&self) -> Result<String> {
         let solver = self.domain.projection.solver();
-        let reason = if solver.chosen_by_options()? { "PETSc's options" } else { self.solver_reason };
+        let reason =
+            if solver.chosen_by_options()? { "PETSc's options" } else { self.solver_reason };
         Ok(format!("{} ({reason})", solver.describe()?))
     }
 }

@@ -6,8 +6,8 @@ use crate::grid::{Coefficient, largest, simd, total};
 use crate::{Error, Result};
 
 impl<const D: usize> Scene<D> {
-    /// Kinetic energy of all cells, what lies inside bodies with them (J; per metre of depth in 2D), and the largest speed of the
-    /// fluid, of cells outside the bodies (m/s). Collective.
+    /// Kinetic energy of all cells, what lies inside bodies with them (J; per metre of depth in
+    /// 2D), and the largest speed of the fluid, of cells outside the bodies (m/s). Collective.
     ///
     /// # Errors
     /// When a velocity is not finite: names the cell or the particle.
@@ -26,7 +26,8 @@ impl<const D: usize> Scene<D> {
         Ok((energy[0], fastest[0].sqrt()))
     }
 
-    /// Sets the velocity of the cells inside the bodies to zero, keeps what it was, and returns the sum of density times its square.
+    /// Sets the velocity of the cells inside the bodies to zero, keeps what it was, and returns the
+    /// sum of density times its square.
     fn take_inside(&mut self) -> f64 {
         let Scene { method, state, inside, .. } = self;
         let density = &method.mixture().density;
@@ -53,7 +54,8 @@ impl<const D: usize> Scene<D> {
         }
     }
 
-    /// Over this rank's cells, the sum of density times squared velocity and the largest squared velocity.
+    /// Over this rank's cells, the sum of density times squared velocity and the largest squared
+    /// velocity.
     fn squares(&self) -> (f64, f64) {
         let (grid, u, mixture) = (&self.domain.grid, &self.state.u, self.method.mixture());
         simd(
@@ -81,11 +83,14 @@ impl<const D: usize> Scene<D> {
         )
     }
 
-    /// The error for a value that is not finite, with the first cell that holds one; without one, the first particle. Collective.
+    /// The error for a value that is not finite, with the first cell that holds one; without one,
+    /// the first particle. Collective.
     pub fn name_what_is_lost(&self) -> Result<Error> {
-        let fields: Vec<&[f64]> = self.state.u.iter().chain([&self.state.p]).map(Vec::as_slice).collect();
-        let found = (0..fields.len())
-            .find_map(|k| self.domain.grid.rows().flatten().find(|&c| !fields[k][c].is_finite()).map(|c| (k, c)));
+        let fields: Vec<&[f64]> =
+            self.state.u.iter().chain([&self.state.p]).map(Vec::as_slice).collect();
+        let found = (0..fields.len()).find_map(|k| {
+            self.domain.grid.rows().flatten().find(|&c| !fields[k][c].is_finite()).map(|c| (k, c))
+        });
         // The highest rank that found one speaks for all.
         let rank = self.domain.session.rank() as f64;
         let mut speaker = [if found.is_some() { rank } else { -1.0 }];
@@ -103,7 +108,12 @@ impl<const D: usize> Scene<D> {
             let lost = self.state.bodies.iter().position(|body| !body.is_finite());
             return Ok(Error::NotFinite(lost.map_or(NotFinite::Energy, NotFinite::Particle)));
         }
-        let names = ["the velocity along x", "the velocity along y", "the velocity along z", "the pressure"];
+        let names = [
+            "the velocity along x",
+            "the velocity along y",
+            "the velocity along z",
+            "the pressure",
+        ];
         Ok(Error::NotFinite(NotFinite::Cell {
             field: if place[0] as usize == D { names[3] } else { names[place[0] as usize] },
             cell: place[1..1 + D].iter().map(|i| *i as usize).collect(),
@@ -114,13 +124,20 @@ impl<const D: usize> Scene<D> {
     /// The owned cells of all ranks, x fastest, on rank 0 (empty elsewhere). Collective.
     pub fn gather(&self, field: &[f64]) -> Result<Vec<f64>> {
         let grid = &self.domain.grid;
-        let mut bytes: Vec<f64> = (0..D).flat_map(|a| [grid.start[a] as f64, grid.local[a] as f64]).collect();
+        let mut bytes: Vec<f64> =
+            (0..D).flat_map(|a| [grid.start[a] as f64, grid.local[a] as f64]).collect();
         grid.rows().for_each(|row| bytes.extend_from_slice(&field[row]));
-        let mut whole = if self.domain.session.rank() == 0 { vec![0.0; grid.total_cells()] } else { Vec::new() };
+        let mut whole = if self.domain.session.rank() == 0 {
+            vec![0.0; grid.total_cells()]
+        } else {
+            Vec::new()
+        };
         self.domain.session.gather(&bytes, |_, part| {
             let (head, values) = part.split_at(2 * D);
-            let (start, local): ([usize; D], [usize; D]) =
-                (std::array::from_fn(|a| head[2 * a] as usize), std::array::from_fn(|a| head[2 * a + 1] as usize));
+            let (start, local): ([usize; D], [usize; D]) = (
+                std::array::from_fn(|a| head[2 * a] as usize),
+                std::array::from_fn(|a| head[2 * a + 1] as usize),
+            );
             for (k, row) in values.chunks_exact(local[0]).enumerate() {
                 let (mut rest, mut at, mut stride) = (k, start[0], grid.cells[0]);
                 for a in 1..D {

@@ -1,5 +1,5 @@
-//! Bodies that leave the box or come into it: what lasts of them goes or begins, what lasts of the others stays, and the method is made
-//! anew for those that are there.
+//! Bodies that leave the box or come into it: what lasts of them goes or begins, what lasts of the
+//! others stays, and the method is made anew for those that are there.
 
 use super::{Scene, build};
 use crate::config::{Case, Enter, Region};
@@ -17,14 +17,17 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 const TRIES: usize = 200;
 
 impl<const D: usize> Scene<D> {
-    /// The place in the list of the first free body whose surface may reach an outflow within a step as long as `dt` (s), and the axis; none of
-    /// those whose numbers are in `but`. No body reaches through one: the part of it outside would be missing in what the fluid does to it.
+    /// The place in the list of the first free body whose surface may reach an outflow within a
+    /// step as long as `dt` (s), and the axis; none of those whose numbers are in `but`. No body
+    /// reaches through one: the part of it outside would be missing in what the fluid does to it.
     pub fn leaving(&self, dt: f64, but: &[usize]) -> Option<(usize, usize)> {
         let (grid, borders) = (&self.domain.grid, &self.domain.boundaries.borders);
         let open = |axis: usize, side: usize| matches!(borders[axis][side], Some(Border::Outflow));
         let leaves = |body: &Body, axis: usize| {
-            let (at, extent) =
-                (body.centre[axis] + 1.5 * dt * body.velocity[axis], body.shape().bounds(&body.turn())[axis]);
+            let (at, extent) = (
+                body.centre[axis] + 1.5 * dt * body.velocity[axis],
+                body.shape().bounds(&body.turn())[axis],
+            );
             // What goes inwards stays, however near it is.
             let (low, high) = (
                 at <= extent && body.velocity[axis] < 0.0,
@@ -38,8 +41,8 @@ impl<const D: usize> Scene<D> {
             .find_map(|(k, body, axis)| leaves(body, axis).then_some((k, axis)))
     }
 
-    /// Takes the body at the place `k` of the list out of the box. What it had of momentum and energy is counted as the border's.
-    /// Collective.
+    /// Takes the body at the place `k` of the list out of the box. What it had of momentum and
+    /// energy is counted as the border's. Collective.
     ///
     /// # Errors
     /// When the method cannot be made for the others.
@@ -66,7 +69,8 @@ impl<const D: usize> Scene<D> {
         Ok(gone)
     }
 
-    /// Brings the body at the place `k` of the list to another place (m), at the velocity that it has. Collective.
+    /// Brings the body at the place `k` of the list to another place (m), at the velocity that it
+    /// has. Collective.
     ///
     /// # Errors
     /// As [`Scene::remove`].
@@ -77,8 +81,9 @@ impl<const D: usize> Scene<D> {
         self.remake(case, &[id])
     }
 
-    /// Lets those of the waiting bodies come in whose time has come and for which there is a free place, and returns them as they come. Places
-    /// follow from seed, step and number alone. Collective.
+    /// Lets those of the waiting bodies come in whose time has come and for which there is a free
+    /// place, and returns them as they come. Places follow from seed, step and number alone.
+    /// Collective.
     ///
     /// # Errors
     /// As [`Scene::remove`].
@@ -88,8 +93,12 @@ impl<const D: usize> Scene<D> {
         let mut full: Vec<(&Region, f64, f64)> = Vec::new();
         for n in 0..self.state.waiting.len() {
             let id = self.state.waiting[n] as usize;
-            let Some((particle, enter)) = case.particle.get(id).and_then(|p| Some((p, p.enter.as_ref()?))) else {
-                return Err(Error::Run(format!("body {id} waits to come in, and the case has none such")));
+            let Some((particle, enter)) =
+                case.particle.get(id).and_then(|p| Some((p, p.enter.as_ref()?)))
+            else {
+                return Err(Error::Run(format!(
+                    "body {id} waits to come in, and the case has none such"
+                )));
             };
             if enter.time > self.state.time {
                 continue;
@@ -155,15 +164,19 @@ impl<const D: usize> Scene<D> {
         })
     }
 
-    /// The mean velocity (m/s) of the cells whose centres a body covers, or of the one that it is in. Collective.
+    /// The mean velocity (m/s) of the cells whose centres a body covers, or of the one that it is
+    /// in. Collective.
     fn mean_velocity(&self, body: &Body) -> Result<Vector3<f64>> {
         let (grid, turn) = (&self.domain.grid, body.turn());
         let mut sums = [0.0; 4];
         for image in images(grid, &body.centre) {
             for at in Block::owned(grid, &image, &body.shape().bounds(&turn)) {
-                let arm =
-                    Vector3::from_fn(|a, _| if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 });
-                let Some(c) = grid.owned_index(at).filter(|_| body.shape().distance(&turn, &arm) <= 0.0) else {
+                let arm = Vector3::from_fn(|a, _| {
+                    if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 }
+                });
+                let Some(c) =
+                    grid.owned_index(at).filter(|_| body.shape().distance(&turn, &arm) <= 0.0)
+                else {
                     continue;
                 };
                 sums[3] += 1.0;
@@ -174,7 +187,8 @@ impl<const D: usize> Scene<D> {
         Ok(Vector3::new(sums[0], sums[1], sums[2]) / sums[3].max(1.0))
     }
 
-    /// Makes the method anew for the bodies as they are, of which these are `new` where they are, and balance and budget with it. Collective.
+    /// Makes the method anew for the bodies as they are, of which these are `new` where they are,
+    /// and balance and budget with it. Collective.
     fn remake(&mut self, case: &Case, new: &[usize]) -> Result<()> {
         let clock = self.domain.clock.clone();
         self.method = build::method(&self.domain, case, &self.state.bodies, self.impact);

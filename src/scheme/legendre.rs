@@ -1,12 +1,13 @@
-//! Runge-Kutta-Legendre stages (RKL2 of Meyer, Balsara & Aslam, J. Comput. Phys. 257, 2014, 594-626): the limit of explicit diffusion grows with
-//! the square of their number.
+//! Runge-Kutta-Legendre stages (RKL2 of Meyer, Balsara & Aslam, J. Comput. Phys. 257, 2014,
+//! 594-626): the limit of explicit diffusion grows with the square of their number.
 //!
 //! ```text
 //!   Y_1 = Y_0 + (w/3) dt F_0,    Y_j = (1 - m - n) Y_0 + m Y_(j-1) + n Y_(j-2) + m w dt F_(j-1) - a_(j-1) m w dt F_0
 //!   w = 4/(s^2 + s - 2),    b_j = (j^2 + j - 2)/(2 j (j + 1)),  b_0 = b_1 = 1/3,    a_j = 1 - b_j
 //!   m = (2j - 1)/j  b_j/b_(j-1),    n = -(j - 1)/j  b_j/b_(j-2)
 //! ```
-//! for `Y' = F(Y)`, of second order at `Y_s`. On the negative real axis it is stable to `-(s^2 + s - 2)/2`, and no stage overshoots there.
+//! for `Y' = F(Y)`, of second order at `Y_s`. On the negative real axis it is stable to `-(s^2 + s
+//! - 2)/2`, and no stage overshoots there.
 
 /// A stage: how `Y_j` is made, and what becomes of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,10 +69,17 @@ impl Legendre {
         }];
         for j in 2..=stages {
             let n = j as f64;
-            let (last, before) = ((2.0 * n - 1.0) / n * b(j) / b(j - 1), (1.0 - n) / n * b(j) / b(j - 2));
+            let (last, before) =
+                ((2.0 * n - 1.0) / n * b(j) / b(j - 1), (1.0 - n) / n * b(j) / b(j - 2));
             let rate = last * w;
-            let mut stage =
-                Stage { start: 1.0 - last - before, last, before, rate, first: (b(j - 1) - 1.0) * rate, ..all[0] };
+            let mut stage = Stage {
+                start: 1.0 - last - before,
+                last,
+                before,
+                rate,
+                first: (b(j - 1) - 1.0) * rate,
+                ..all[0]
+            };
             let before_last = if j > 2 { all[j - 3].time } else { 0.0 };
             stage.time = last * all[j - 2].time + before * before_last + stage.part();
             all.push(stage);
@@ -98,7 +106,10 @@ mod tests {
     fn grown(legendre: &Legendre, z: f64) -> f64 {
         let (mut last, mut before) = (1.0, 1.0);
         for stage in &legendre.stages {
-            let next = stage.start + stage.last * last + stage.before * before + z * (stage.rate * last + stage.first);
+            let next = stage.start
+                + stage.last * last
+                + stage.before * before
+                + z * (stage.rate * last + stage.first);
             (before, last) = (last, next);
         }
         last
@@ -116,8 +127,10 @@ mod tests {
             let (mut last, mut before, z) = (1.0, 1.0, -0.3);
             let mut sum = 1.0 + z * legendre.weight;
             for stage in &legendre.stages {
-                let next =
-                    stage.start + stage.last * last + stage.before * before + z * (stage.rate * last + stage.first);
+                let next = stage.start
+                    + stage.last * last
+                    + stage.before * before
+                    + z * (stage.rate * last + stage.first);
                 sum += z * stage.weight * next;
                 (before, last) = (last, next);
             }
@@ -129,7 +142,9 @@ mod tests {
     fn nothing_grows_up_to_the_limit_and_something_does_behind_it() {
         for s in 3..=20 {
             let (legendre, end) = (Legendre::new(s), 2.0 * limit(s));
-            let worst = (0..=1000).map(|k| grown(&legendre, -end * f64::from(k) / 1000.0).abs()).fold(0.0, f64::max);
+            let worst = (0..=1000)
+                .map(|k| grown(&legendre, -end * f64::from(k) / 1000.0).abs())
+                .fold(0.0, f64::max);
             assert!(worst <= 1.0 + 1e-12, "{s}: {worst}");
             assert!(grown(&legendre, -1.3 * end).abs() > 1.0, "{s}");
             // The time of a stage grows from each to the next.

@@ -4,7 +4,8 @@ use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use nalgebra::Vector3;
 
-/// What the fluid and the free bodies in the box are given over a step, or over several (N s; per metre of depth in 2D).
+/// What the fluid and the free bodies in the box are given over a step, or over several (N s; per
+/// metre of depth in 2D).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Impulses {
     /// By the drive, on fluid and bodies.
@@ -71,14 +72,25 @@ pub struct Balance {
     pub impulses: Impulses,
     /// What is missing in the balance of momentum (kg m/s).
     pub error: Vector3<f64>,
-    /// What is missing in the balances of angular momentum about the bodies' centres, summed over them (kg m2/s).
+    /// What is missing in the balances of angular momentum about the bodies' centres, summed over
+    /// them (kg m2/s).
     pub angular_error: f64,
 }
 
 impl Balance {
     /// Of a step whose two sides are known: what they differ by is the error.
-    pub fn close([before, momentum]: [Vector3<f64>; 2], impulses: Impulses, angular_error: f64) -> Balance {
-        Balance { before, momentum, impulses, error: momentum - before - impulses.total(), angular_error }
+    pub fn close(
+        [before, momentum]: [Vector3<f64>; 2],
+        impulses: Impulses,
+        angular_error: f64,
+    ) -> Balance {
+        Balance {
+            before,
+            momentum,
+            impulses,
+            error: momentum - before - impulses.total(),
+            angular_error,
+        }
     }
 }
 

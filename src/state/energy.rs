@@ -3,7 +3,8 @@
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 
-/// Where the energy is, and where it has come from and gone to since the start (J; per metre of depth in 2D).
+/// Where the energy is, and where it has come from and gone to since the start (J; per metre of
+/// depth in 2D).
 ///
 /// ```text
 ///   fluid + bodies + springs  =  start + gravity + drive + borders + prescribed - viscous - contacts - friction - method
@@ -22,7 +23,8 @@ pub struct EnergyBudget {
     pub gravity: f64,
     /// Work of the drive on fluid and bodies.
     pub drive: f64,
-    /// Work of the sides of the box on the fluid: pressure, what flows through them, moving walls; and of these on bodies.
+    /// Work of the sides of the box on the fluid: pressure, what flows through them, moving walls;
+    /// and of these on bodies.
     pub borders: f64,
     /// Work of prescribed bodies on the fluid and on the bodies that they touch.
     pub prescribed: f64,
@@ -32,8 +34,8 @@ pub struct EnergyBudget {
     pub contacts: f64,
     /// What friction has taken.
     pub friction: f64,
-    /// What is left: the dissipation by the method itself, by upwinding and in the layers of cells at walls. Negative, it has made
-    /// energy.
+    /// What is left: the dissipation by the method itself, by upwinding and in the layers of cells
+    /// at walls. Negative, it has made energy.
     pub method: f64,
     /// Energy that contacts would have made, and that the bound on their work has kept from them.
     pub bounded: f64,
@@ -69,7 +71,11 @@ impl EnergyBudget {
     }
 
     fn moved(&self) -> f64 {
-        self.start + self.gravity.abs() + self.drive.abs() + self.borders.abs() + self.prescribed.abs()
+        self.start
+            + self.gravity.abs()
+            + self.drive.abs()
+            + self.borders.abs()
+            + self.prescribed.abs()
     }
 }
 
@@ -97,6 +103,9 @@ impl Checkpointed for EnergyBudget {
         } = self;
         archive.serialize([fluid, bodies, springs, start])?;
         archive.serialize([drive, driven, bounded, largest])?;
-        archive.serialize([gravity, borders, prescribed, viscous, contacts, friction, method, dissipated, given, since])
+        archive.serialize([
+            gravity, borders, prescribed, viscous, contacts, friction, method, dissipated, given,
+            since,
+        ])
     }
 }

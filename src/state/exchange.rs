@@ -4,12 +4,12 @@ use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use nalgebra::Vector3;
 
-/// What fluid and one particle exchange over a step. Forces in N (per metre of depth in 2D), torques in N m about the
-/// particle's centre.
+/// What fluid and one particle exchange over a step. Forces in N (per metre of depth in 2D),
+/// torques in N m about the particle's centre.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Exchange {
-    /// Force by the momentum that the fluid around the body loses: what the mixing (27) removes, the body's own inertia
-    /// apart, or what sharp walls take.
+    /// Force by the momentum that the fluid around the body loses: what the mixing (27) removes,
+    /// the body's own inertia apart, or what sharp walls take.
     pub momentum: Vector3<f64>,
     /// Its torque.
     pub momentum_torque: Vector3<f64>,
@@ -23,10 +23,12 @@ pub struct Exchange {
     pub literal_torque: Vector3<f64>,
     /// Mean force of contacts over the step.
     pub contact: Vector3<f64>,
-    /// `sum alpha (rho_k - rho_f) dV` times the convective rate: what fields carry of the particle's excess mass.
+    /// `sum alpha (rho_k - rho_f) dV` times the convective rate: what fields carry of the
+    /// particle's excess mass.
     pub(crate) carried: Vector3<f64>,
     pub(crate) carried_torque: Vector3<f64>,
-    /// What accelerates the mass of a held body as prescribed, `m dV/dt`: the mixture takes it up, and nobody around it.
+    /// What accelerates the mass of a held body as prescribed, `m dV/dt`: the mixture takes it up,
+    /// and nobody around it.
     pub(crate) driven: Vector3<f64>,
     /// Angular momentum that the mixing gave the cells (N m s).
     pub(crate) spun: Vector3<f64>,
@@ -36,7 +38,8 @@ impl Exchange {
     /// Numbers that ranks sum.
     pub(crate) const NUMBERS: usize = 30;
 
-    /// What holds a body in its motion has to stand (N): the fluid's force less what the motion itself takes.
+    /// What holds a body in its motion has to stand (N): the fluid's force less what the motion
+    /// itself takes.
     pub fn held(&self) -> Vector3<f64> {
         self.momentum - self.driven
     }

@@ -5,19 +5,25 @@ use crate::archive::{Archive, Checkpointed};
 use crate::params;
 use nalgebra::Vector3;
 
-/// Mean force of a body's contacts over the last steps for as long as there are any (N); `None` for one that lay on something before its first
-/// step.
+/// Mean force of a body's contacts over the last steps for as long as there are any (N); `None` for
+/// one that lay on something before its first step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pressed(pub Option<Vector3<f64>>);
 
 impl Pressed {
-    /// The part of a force of contacts (N) that lasts and is none of an impact, as the steps before show.
+    /// The part of a force of contacts (N) that lasts and is none of an impact, as the steps before
+    /// show.
     pub fn lasting(&self, force: &Vector3<f64>) -> f64 {
         let (mean, size) = (mean_force(&self.0.unwrap_or_default(), force).norm(), force.norm());
-        if size > params::lasting_force() * mean { params::lasting_force() * mean / size } else { 1.0 }
+        if size > params::lasting_force() * mean {
+            params::lasting_force() * mean / size
+        } else {
+            1.0
+        }
     }
 
-    /// Takes note of the force of contacts (N) over a step; the part of it that lasts: all of it, where the body lay there before.
+    /// Takes note of the force of contacts (N) over a step; the part of it that lasts: all of it,
+    /// where the body lay there before.
     pub fn press(&mut self, force: &Vector3<f64>) -> f64 {
         let lasting = self.0.map_or(1.0, |_| self.lasting(force));
         self.0 = Some(self.0.map_or(*force, |mean| mean_force(&mean, force)));
@@ -27,7 +33,11 @@ impl Pressed {
 
 /// The mean force of contacts after a step with this one (N).
 fn mean_force(mean: &Vector3<f64>, force: &Vector3<f64>) -> Vector3<f64> {
-    if *force == Vector3::zeros() { *force } else { mean + params::pressed_share() * (force - mean) }
+    if *force == Vector3::zeros() {
+        *force
+    } else {
+        mean + params::pressed_share() * (force - mean)
+    }
 }
 
 impl Checkpointed for Pressed {

@@ -9,7 +9,8 @@ use nalgebra::Vector3;
 /// What lasts of sharp walls.
 #[derive(Clone, Debug)]
 pub struct WallHistory<const D: usize> {
-    /// The cells whose velocity the wall set last, with what they had before: all others have it still.
+    /// The cells whose velocity the wall set last, with what they had before: all others have it
+    /// still.
     pub unimposed: Vec<Unimposed<D>>,
     /// Memory of the faces: their velocity beyond the mean of the cells' (m/s).
     pub memory: VectorField<D>,
@@ -35,7 +36,8 @@ pub struct BodyHistory {
     pub displacement: Vector3<f64>,
     /// Wall shear's force and torque a step before (N, N m).
     pub shear: Option<(Vector3<f64>, Vector3<f64>)>,
-    /// Force residual: what pressure and wall shear miss of what the fluid loses, taken in slowly (N).
+    /// Force residual: what pressure and wall shear miss of what the fluid loses, taken in slowly
+    /// (N).
     pub residual: Vector3<f64>,
     /// Deferred impulse: what the body has not felt yet of what the fluid lost (N s).
     pub deferred: Vector3<f64>,
@@ -46,14 +48,23 @@ pub struct BodyHistory {
 impl<const D: usize> WallHistory<D> {
     /// Nothing has happened yet to so many bodies.
     pub fn new(grid: &Grid<D>, bodies: usize) -> WallHistory<D> {
-        WallHistory { unimposed: Vec::new(), memory: grid.vector_field(), bodies: vec![BodyHistory::default(); bodies] }
+        WallHistory {
+            unimposed: Vec::new(),
+            memory: grid.vector_field(),
+            bodies: vec![BodyHistory::default(); bodies],
+        }
     }
 
     /// Writes or reads all of it, beside the velocity `u` of the cells (m/s). Collective.
     ///
     /// # Errors
     /// When the archive holds another case.
-    pub fn serialize(&mut self, grid: &Grid<D>, u: &VectorField<D>, archive: &mut Archive) -> Result<()> {
+    pub fn serialize(
+        &mut self,
+        grid: &Grid<D>,
+        u: &VectorField<D>,
+        archive: &mut Archive,
+    ) -> Result<()> {
         let WallHistory { unimposed, memory, bodies } = self;
         archive.each("histories", bodies)?;
         archive.faces(grid, memory)?;
@@ -68,9 +79,13 @@ impl<const D: usize> WallHistory<D> {
         }
         archive.cells(grid, &mut before)?;
         unimposed.clear();
-        let at = |field: &VectorField<D>, cell: usize| -> [f64; D] { std::array::from_fn(|a| field[a][cell]) };
+        let at = |field: &VectorField<D>, cell: usize| -> [f64; D] {
+            std::array::from_fn(|a| field[a][cell])
+        };
         let changed = grid.rows().flatten().filter(|&cell| at(&before, cell) != at(u, cell));
-        unimposed.extend(changed.map(|cell| Unimposed { cell: cell as u32, velocity: at(&before, cell) }));
+        unimposed.extend(
+            changed.map(|cell| Unimposed { cell: cell as u32, velocity: at(&before, cell) }),
+        );
         Ok(())
     }
 }

@@ -1,4 +1,5 @@
-//! One run of a study: a process of this very program with a folder of its own, and what it left there.
+//! One run of a study: a process of this very program with a folder of its own, and what it left
+//! there.
 
 use super::plan::Planned;
 use crate::launch::mpirun;
@@ -36,7 +37,8 @@ fn json(path: &Path) -> Value {
     serde_json::from_str(&text).unwrap_or_default()
 }
 
-/// What a folder holds of this very run, finished earlier: the same case, PETSc options and ranks. `None` if it is to be run.
+/// What a folder holds of this very run, finished earlier: the same case, PETSc options and ranks.
+/// `None` if it is to be run.
 pub fn kept(run: &Planned, folder: &Path) -> Option<Outcome> {
     let (summary, record) = (json(&folder.join("summary.json")), json(&folder.join("run.json")));
     let case = fs::read_to_string(folder.join("case.toml")).ok()?;
@@ -47,11 +49,16 @@ pub fn kept(run: &Planned, folder: &Path) -> Option<Outcome> {
         && petsc == run.petsc;
     let commit = record["git_commit"].as_str().unwrap_or_default().to_owned();
     let status = summary["status"].as_str()?;
-    (same && status == "done").then(|| Outcome { status: "done", message: String::new(), summary, commit })
+    (same && status == "done").then(|| Outcome {
+        status: "done",
+        message: String::new(),
+        summary,
+        commit,
+    })
 }
 
-/// The session folder of an mpirun, deleted with it. The usual one is shared by all of a user's programs, and the first to end
-/// takes it away from those that begin.
+/// The session folder of an mpirun, deleted with it. The usual one is shared by all of a user's
+/// programs, and the first to end takes it away from those that begin.
 struct Session(PathBuf);
 
 impl Session {
@@ -79,7 +86,8 @@ const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// Waits for a run, and says every now and then on standard error how far it is, `name` ahead;
 /// returns what it said there.
 fn wait(command: &mut Command, folder: &Path, name: &str) -> std::io::Result<Output> {
-    let mut child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn()?;
+    let mut child =
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn()?;
     let stderr = child.stderr.take();
     let reader = thread::spawn(move || {
         let mut said = Vec::new();
@@ -124,7 +132,9 @@ pub fn run(run: &Planned, folder: &Path, name: &str) -> Result<Outcome> {
     add_choices(&mut command, run);
     // A summary of an earlier try must not be taken for this one's.
     match fs::remove_file(folder.join("summary.json")) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io(folder.join("summary.json"))(e)),
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+            return Err(Error::io(folder.join("summary.json"))(e));
+        }
         _ => {}
     }
     let ended = wait(&mut command, folder, name).map_err(Error::io(command.get_program()))?;
@@ -144,7 +154,8 @@ pub fn run(run: &Planned, folder: &Path, name: &str) -> Result<Outcome> {
     Ok(Outcome { status, message, summary, commit: env!("MICS_GIT_COMMIT").to_owned() })
 }
 
-/// Why a run would be refused before its first step; `None` where it would start, or fail in another way.
+/// Why a run would be refused before its first step; `None` where it would start, or fail in
+/// another way.
 ///
 /// # Errors
 /// When this program cannot be started.
@@ -153,7 +164,8 @@ pub fn refusal(run: &Planned) -> Result<Option<String>> {
     let mut command = Command::new(&program);
     command.arg("check").arg(&run.case).arg("--quiet");
     add_choices(&mut command, run);
-    let ended = command.stdin(Stdio::null()).stdout(Stdio::null()).output().map_err(Error::io(program))?;
+    let ended =
+        command.stdin(Stdio::null()).stdout(Stdio::null()).output().map_err(Error::io(program))?;
     Ok((ended.status.code() == Some(2)).then(|| words(run, &ended.stderr)))
 }
 
@@ -169,12 +181,15 @@ fn add_choices(command: &mut Command, run: &Planned) {
 fn words(run: &Planned, stderr: &[u8]) -> String {
     let said = String::from_utf8_lossy(stderr);
     let words = said.lines().find_map(|line| line.strip_prefix("error: "));
-    let words = words.or_else(|| said.lines().rfind(|line| line.contains(char::is_alphanumeric))).unwrap_or_default();
+    let words = words
+        .or_else(|| said.lines().rfind(|line| line.contains(char::is_alphanumeric)))
+        .unwrap_or_default();
     let (words, place) = (words.trim(), format!("{}: ", run.case.display()));
     words.strip_prefix(&place).unwrap_or(words).replace(" (given by --set)", "")
 }
 
-/// Deletes the snapshots of a run: those of a large grid are gigabytes, which a table has no use for.
+/// Deletes the snapshots of a run: those of a large grid are gigabytes, which a table has no use
+/// for.
 ///
 /// # Errors
 /// When they cannot be deleted.

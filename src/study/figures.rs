@@ -12,9 +12,9 @@ const WIDE: f64 = 20.0;
 /// Curves in a figure at most, where the study file does not say which.
 const CURVES: usize = 12;
 
-/// Draws what there is to draw, each as `STEM.png` and `STEM.svg` in a folder; `wanted` names the columns that tell one
-/// curve from another. Runs that differ in the columns `over` alone are one point of the errors: the worst of them and, in a figure of its
-/// own, their mean.
+/// Draws what there is to draw, each as `STEM.png` and `STEM.svg` in a folder; `wanted` names the
+/// columns that tell one curve from another. Runs that differ in the columns `over` alone are one
+/// point of the errors: the worst of them and, in a figure of its own, their mean.
 pub fn draw(
     study: &str,
     plan: &Plan,
@@ -41,7 +41,10 @@ pub fn draw(
         let x = |index: usize| groups.number(plan, &rows[index], along);
         for name in plan.measures() {
             let value = |row: &&Row| {
-                Some((groups.number(plan, row, along)?, row.measured.iter().find(|m| m.name == name)?.value?))
+                Some((
+                    groups.number(plan, row, along)?,
+                    row.measured.iter().find(|m| m.name == name)?.value?,
+                ))
             };
             let point = |same: &[&Row]| {
                 let (x, y): (Vec<f64>, Vec<f64>) = same.iter().filter_map(value).unzip();
@@ -50,15 +53,24 @@ pub fn draw(
             let mut series = groups.series(rows, &point);
             let exact = |target: &super::plan::Target| {
                 let point = |(index, value): (usize, &Option<f64>)| Some((x(index)?, (*value)?));
-                let mut points: Vec<_> = target.values.iter().enumerate().filter_map(point).collect();
+                let mut points: Vec<_> =
+                    target.values.iter().enumerate().filter_map(point).collect();
                 points.sort_by(|a, b| a.0.total_cmp(&b.0));
                 points.dedup();
                 points
             };
-            let exact = plan.target(&name).map(exact).filter(|points| points.len() > 1 && !series.is_empty());
-            series.extend(exact.map(|points| Series { label: "reference".into(), points, style: SeriesStyle::Dashed }));
+            let exact = plan
+                .target(&name)
+                .map(exact)
+                .filter(|points| points.len() > 1 && !series.is_empty());
+            series.extend(exact.map(|points| Series {
+                label: "reference".into(),
+                points,
+                style: SeriesStyle::Dashed,
+            }));
             let values = || series.iter().flat_map(|one| &one.points).map(|point| point.0);
-            let (least, most) = (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max));
+            let (least, most) =
+                (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max));
             let axes = Axes {
                 x_label: along.to_owned(),
                 y_label: name.clone(),
@@ -72,11 +84,16 @@ pub fn draw(
     for target in &plan.references {
         let (measure, percent) = (&target.measure, if target.is_relative() { 100.0 } else { 1.0 });
         let unit = if target.is_relative() { " (%)" } else { "" };
-        let error = |row: &&Row| Some((row.cpu?, row.measured.iter().find(|m| m.name == *measure)?.error?));
-        let worst = |errors: &[f64]| errors.iter().fold(0.0f64, |worst, error| worst.max(error.abs()));
+        let error =
+            |row: &&Row| Some((row.cpu?, row.measured.iter().find(|m| m.name == *measure)?.error?));
+        let worst =
+            |errors: &[f64]| errors.iter().fold(0.0f64, |worst, error| worst.max(error.abs()));
         let kinds: &[(&str, &str, Summary)] = match over {
             [] => &[("error", "", &worst)],
-            _ => &[("worst error", "", &worst), ("mean error", "_mean", &|errors| mean(errors).abs())],
+            _ => &[
+                ("worst error", "", &worst),
+                ("mean error", "_mean", &|errors| mean(errors).abs()),
+            ],
         };
         for (kind, ending, summary) in kinds {
             let point = |same: &[&Row]| {
@@ -118,7 +135,8 @@ pub fn draw(
         };
         let x = |row: &Row| if varied { row.cells } else { number(row) };
         let point = |same: &[&Row]| {
-            let (x, y): (Vec<f64>, Vec<f64>) = same.iter().filter_map(|row| x(row).zip(row.per_cell_step)).unzip();
+            let (x, y): (Vec<f64>, Vec<f64>) =
+                same.iter().filter_map(|row| x(row).zip(row.per_cell_step)).unzip();
             (!x.is_empty()).then(|| (mean(&x), mean(&y)))
         };
         figure(axes, &groups.series(rows, &point), "cost".into())?;
@@ -139,11 +157,17 @@ fn mean(values: &[f64]) -> f64 {
 /// The points of others in the figure of a measure, each as a series of its own.
 fn others(plan: &Plan, measure: &str) -> Vec<Series> {
     let mut all: Vec<Series> = Vec::new();
-    for (label, (cpu, error)) in plan.others.iter().filter(|o| o.measure == measure).flat_map(|o| &o.points) {
+    for (label, (cpu, error)) in
+        plan.others.iter().filter(|o| o.measure == measure).flat_map(|o| &o.points)
+    {
         let point = (*cpu, error.abs());
         match all.iter_mut().find(|series| series.label == *label) {
             Some(series) => series.points.push(point),
-            None => all.push(Series { label: label.clone(), points: vec![point], style: SeriesStyle::Markers }),
+            None => all.push(Series {
+                label: label.clone(),
+                points: vec![point],
+                style: SeriesStyle::Markers,
+            }),
         }
     }
     all
@@ -159,13 +183,16 @@ struct Groups {
 
 impl Groups {
     fn new(plan: &Plan, rows: &[Row], wanted: Option<&[String]>, over: &[String]) -> Groups {
-        let column = |name: &str, row: &Row| match plan.names.iter().position(|other| other == name) {
+        let column = |name: &str, row: &Row| match plan.names.iter().position(|other| other == name)
+        {
             Some(at) => row.labels[at].clone(),
             None => row.ranks.to_string(),
         };
         let count = |names: &[String]| {
-            let mut keys: Vec<Vec<String>> =
-                rows.iter().map(|row| names.iter().map(|name| column(name, row)).collect()).collect();
+            let mut keys: Vec<Vec<String>> = rows
+                .iter()
+                .map(|row| names.iter().map(|name| column(name, row)).collect())
+                .collect();
             keys.sort();
             keys.dedup();
             keys.len()
@@ -184,19 +211,25 @@ impl Groups {
         };
         let mut curves: Vec<(String, Vec<Vec<usize>>)> = Vec::new();
         let along: Vec<String> = all.iter().filter(|name| !names.contains(name)).cloned().collect();
-        let same = |a: usize, b: usize| along.iter().all(|name| column(name, &rows[a]) == column(name, &rows[b]));
+        let same = |a: usize, b: usize| {
+            along.iter().all(|name| column(name, &rows[a]) == column(name, &rows[b]))
+        };
         for (index, row) in rows.iter().enumerate() {
             let part = |name: &String| {
                 let label = column(name, row);
                 if label.parse::<f64>().is_ok() { format!("{name} {label}") } else { label }
             };
-            let parts: Vec<String> = names.iter().map(part).filter(|part| !part.is_empty()).collect();
+            let parts: Vec<String> =
+                names.iter().map(part).filter(|part| !part.is_empty()).collect();
             let label = parts.join(", ");
             match curves.iter_mut().find(|(other, _)| *other == label) {
-                Some((_, points)) => match points.iter_mut().find(|point| !over.is_empty() && same(point[0], index)) {
-                    Some(point) => point.push(index),
-                    None => points.push(vec![index]),
-                },
+                Some((_, points)) => {
+                    match points.iter_mut().find(|point| !over.is_empty() && same(point[0], index))
+                    {
+                        Some(point) => point.push(index),
+                        None => points.push(vec![index]),
+                    }
+                }
                 None => curves.push((label, vec![vec![index]])),
             }
         }
@@ -206,9 +239,13 @@ impl Groups {
     /// The first thing that changes along a curve and is a number in every row that says it.
     fn numeric(&self, plan: &Plan, rows: &[Row]) -> Option<&str> {
         let varies = |name: &&String| {
-            let mut values: Vec<f64> = rows.iter().filter_map(|row| self.number(plan, row, name)).collect();
+            let mut values: Vec<f64> =
+                rows.iter().filter_map(|row| self.number(plan, row, name)).collect();
             let text = |row: &Row| {
-                plan.names.iter().position(|other| other == *name).is_some_and(|at| row.labels[at].is_empty())
+                plan.names
+                    .iter()
+                    .position(|other| other == *name)
+                    .is_some_and(|at| row.labels[at].is_empty())
             };
             let all = values.len() + rows.iter().filter(|row| text(row)).count() == rows.len();
             values.sort_by(f64::total_cmp);
@@ -230,7 +267,9 @@ impl Groups {
             label: label.clone(),
             points: points
                 .iter()
-                .filter_map(|same| point(&same.iter().map(|index| &rows[*index]).collect::<Vec<_>>()))
+                .filter_map(|same| {
+                    point(&same.iter().map(|index| &rows[*index]).collect::<Vec<_>>())
+                })
                 .collect(),
             // Points of a curve follow each other where only one thing changes along it.
             style: if self.along.len() == 1 { SeriesStyle::Joined } else { SeriesStyle::Markers },
@@ -264,16 +303,25 @@ mod tests {
                 rows.extend([row(n, scheme, "a", cpu), row(n, scheme, "b", 3.0 * cpu)]);
             }
         }
-        let point =
-            |same: &[&Row]| Some((mean(&same.iter().filter_map(|r| r.cpu).collect::<Vec<_>>()), same.len() as f64));
+        let point = |same: &[&Row]| {
+            Some((mean(&same.iter().filter_map(|r| r.cpu).collect::<Vec<_>>()), same.len() as f64))
+        };
         let series = |over: &[String]| {
             let groups = Groups::new(&plan, &rows, Some(&["scheme".to_owned()]), over);
             let points = groups.series(&rows, &point);
-            (points.into_iter().map(|s| (s.label, s.points, s.style)).collect::<Vec<_>>(), groups.along)
+            (
+                points.into_iter().map(|s| (s.label, s.points, s.style)).collect::<Vec<_>>(),
+                groups.along,
+            )
         };
-        let joined = |label: &str, points: [(f64, f64); 2]| (label.to_owned(), points.to_vec(), SeriesStyle::Joined);
+        let joined = |label: &str, points: [(f64, f64); 2]| {
+            (label.to_owned(), points.to_vec(), SeriesStyle::Joined)
+        };
         let (found, along) = series(&["place".to_owned()]);
-        assert_eq!(found, [joined("rk2", [(16.0, 2.0), (32.0, 2.0)]), joined("rk3", [(32.0, 2.0), (64.0, 2.0)])]);
+        assert_eq!(
+            found,
+            [joined("rk2", [(16.0, 2.0), (32.0, 2.0)]), joined("rk3", [(32.0, 2.0), (64.0, 2.0)])]
+        );
         assert_eq!(along, ["N"]);
         // Where nobody says that they belong together, each is a point.
         let (found, along) = series(&[]);

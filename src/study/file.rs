@@ -109,7 +109,8 @@ pub struct Reference {
     /// The value that it should have.
     #[serde(default)]
     pub value: Option<f64>,
-    /// Or the CSV file that has it, from the study file's folder; lines that begin with # are comments.
+    /// Or the CSV file that has it, from the study file's folder; lines that begin with # are
+    /// comments.
     #[serde(default)]
     pub file: Option<PathBuf>,
     /// The column of the file.
@@ -118,13 +119,14 @@ pub struct Reference {
     /// The row of the file: what other columns hold there.
     #[serde(default)]
     pub row: Table,
-    /// Or, run by run: the axis (or label) whose label another column holds there; no reference where no row has it.
+    /// Or, run by run: the axis (or label) whose label another column holds there; no reference
+    /// where no row has it.
     #[serde(default)]
     pub row_of: BTreeMap<String, String>,
 }
 
-/// What is summed up over some columns: the range, mean, worst and mean error of every measure in the runs that differ in
-/// nothing else.
+/// What is summed up over some columns: the range, mean, worst and mean error of every measure in
+/// the runs that differ in nothing else.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spread {
@@ -225,18 +227,31 @@ impl Study {
     fn check(&self) -> Check {
         let plain = self.name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c));
         if !plain || ["", ".", ".."].contains(&self.name.as_str()) {
-            let why = format!("{:?} cannot name a folder: use letters, digits, `-`, `_` and `.`", self.name);
+            let why = format!(
+                "{:?} cannot name a folder: use letters, digits, `-`, `_` and `.`",
+                self.name
+            );
             return Err(fault("name", why));
         }
-        for (key, repeats) in [("repeats", Some(self.repeats)), ("quick.repeats", self.quick.repeats)] {
+        for (key, repeats) in
+            [("repeats", Some(self.repeats)), ("quick.repeats", self.quick.repeats)]
+        {
             if repeats == Some(0) {
                 return Err(fault(key, "must be 1 or more"));
             }
         }
-        for (key, ranks) in [("ranks", Some(&self.ranks)), ("quick.ranks", self.quick.ranks.as_ref())] {
+        for (key, ranks) in
+            [("ranks", Some(&self.ranks)), ("quick.ranks", self.quick.ranks.as_ref())]
+        {
             let Some(ranks) = ranks else { continue };
-            if ranks.is_empty() || ranks.contains(&0) || ranks.iter().collect::<BTreeSet<_>>().len() < ranks.len() {
-                return Err(fault(key, "must list different numbers of ranks, each 1 or more, as in [1, 2]"));
+            if ranks.is_empty()
+                || ranks.contains(&0)
+                || ranks.iter().collect::<BTreeSet<_>>().len() < ranks.len()
+            {
+                return Err(fault(
+                    key,
+                    "must list different numbers of ranks, each 1 or more, as in [1, 2]",
+                ));
             }
         }
         overrides("set", &self.set)?;
@@ -247,7 +262,10 @@ impl Study {
         for (index, row) in self.row.iter().enumerate() {
             let key = format!("row.{index}");
             if row.labels.is_empty() {
-                return Err(fault(format!("{key}.labels"), "must name the run, as in { grid = \"fine\" }"));
+                return Err(fault(
+                    format!("{key}.labels"),
+                    "must name the run, as in { grid = \"fine\" }",
+                ));
             }
             row.labels.keys().try_for_each(|name| column_name(&format!("{key}.labels"), name))?;
             overrides(&format!("{key}.set"), &row.set)?;
@@ -261,12 +279,18 @@ impl Study {
         let spread = self.spread.iter().flat_map(|spread| &spread.over).enumerate();
         let spread = spread.map(|(index, name)| (format!("spread.over.{index}"), name));
         let rows = self.reference.iter().enumerate().flat_map(|(index, reference)| {
-            reference.row_of.iter().map(move |(column, name)| (format!("reference.{index}.row_of.{column}"), name))
+            reference
+                .row_of
+                .iter()
+                .map(move |(column, name)| (format!("reference.{index}.row_of.{column}"), name))
         });
         let columns = kept.chain(series).chain(spread).map(|(key, name)| (key, name, &known[..]));
         for (key, name, known) in columns.chain(rows.map(|(key, name)| (key, name, labelled))) {
             if !known.contains(&name.as_str()) {
-                return Err(fault(key, format!("there is no axis or label `{name}`; {}", suggest(name, known))));
+                return Err(fault(
+                    key,
+                    format!("there is no axis or label `{name}`; {}", suggest(name, known)),
+                ));
             }
         }
         self.check_kept()?;
@@ -284,14 +308,25 @@ impl Study {
         let key = format!("axis.{index}");
         column_name(&format!("{key}.name"), &axis.name)?;
         if self.axis[..index].iter().any(|other| other.name == axis.name) {
-            return Err(fault(format!("{key}.name"), format!("there is an axis `{}` already", axis.name)));
+            return Err(fault(
+                format!("{key}.name"),
+                format!("there is an axis `{}` already", axis.name),
+            ));
         }
         let message = match (&axis.key, axis.values.is_empty(), axis.choices.is_empty()) {
             (Some(_), false, true) | (None, true, false) => None,
-            (Some(_), _, false) => Some("an axis has either `key` with `values`, or `choices`; drop one"),
-            (Some(_), true, true) => Some("lacks its `values`: a list of what the key takes, one after another"),
-            (None, false, _) => Some("lacks the `key` that takes its values, as in key = \"time.cfl\""),
-            (None, true, true) => Some("lacks `key` and `values`, or `choices = [ { label = ..., set = ... }, ... ]`"),
+            (Some(_), _, false) => {
+                Some("an axis has either `key` with `values`, or `choices`; drop one")
+            }
+            (Some(_), true, true) => {
+                Some("lacks its `values`: a list of what the key takes, one after another")
+            }
+            (None, false, _) => {
+                Some("lacks the `key` that takes its values, as in key = \"time.cfl\"")
+            }
+            (None, true, true) => {
+                Some("lacks `key` and `values`, or `choices = [ { label = ..., set = ... }, ... ]`")
+            }
         };
         if let Some(message) = message {
             return Err(fault(key, message));
@@ -299,7 +334,10 @@ impl Study {
         if let Some(name) = &axis.key
             && name == "petsc"
         {
-            return Err(fault(format!("{key}.key"), "PETSc options go into choices: { label = ..., petsc = \"...\" }"));
+            return Err(fault(
+                format!("{key}.key"),
+                "PETSc options go into choices: { label = ..., petsc = \"...\" }",
+            ));
         }
         let list = if axis.key.is_some() { "values" } else { "choices" };
         let mut seen = BTreeSet::new();
@@ -312,7 +350,10 @@ impl Study {
                 return Err(fault(at, format!("`{label}` is there twice")));
             }
         }
-        axis.choices.iter().enumerate().try_for_each(|(k, c)| overrides(&format!("{key}.choices.{k}.set"), &c.set))
+        axis.choices
+            .iter()
+            .enumerate()
+            .try_for_each(|(k, c)| overrides(&format!("{key}.choices.{k}.set"), &c.set))
     }
 
     /// What is kept must be there, so that a typing error does not empty the study.
@@ -326,7 +367,8 @@ impl Study {
                 let wanted = label(value);
                 if !known.contains(&wanted) {
                     let known: Vec<&str> = known.iter().map(String::as_str).collect();
-                    let message = format!("`{name}` has no `{wanted}`; {}", suggest(&wanted, &known));
+                    let message =
+                        format!("`{name}` has no `{wanted}`; {}", suggest(&wanted, &known));
                     return Err(fault(format!("quick.keep.{name}.{index}"), message));
                 }
             }
@@ -349,12 +391,16 @@ impl Reference {
         let by_row = !self.row.is_empty() || !self.row_of.is_empty();
         match (self.value, &self.file, &self.column) {
             (Some(value), None, None) if !by_row && value.is_finite() => Ok(()),
-            (Some(value), None, None) if !by_row => {
-                Err(fault(format!("{key}.value"), format!("must be a finite number, not {value:?}")))
-            }
+            (Some(value), None, None) if !by_row => Err(fault(
+                format!("{key}.value"),
+                format!("must be a finite number, not {value:?}"),
+            )),
             (Some(_), ..) => Err(fault(key, "has both `value` and a place in a file; drop one")),
             (None, Some(_), Some(_)) => Ok(()),
-            _ => Err(fault(key, "wants `value`, or `file` and `column` (and `row`, as in row = { re = 100 })")),
+            _ => Err(fault(
+                key,
+                "wants `value`, or `file` and `column` (and `row`, as in row = { re = 100 })",
+            )),
         }
     }
 }
@@ -362,10 +408,16 @@ impl Reference {
 /// A column's name must be one, and not one of the table's own.
 fn column_name(key: &str, name: &str) -> Check {
     if name.is_empty() || name.contains(|c: char| !c.is_alphanumeric() && c != '_' && c != '-') {
-        return Err(fault(key, format!("`{name}` cannot name a column: use letters, digits, `-` and `_`")));
+        return Err(fault(
+            key,
+            format!("`{name}` cannot name a column: use letters, digits, `-` and `_`"),
+        ));
     }
     if COLUMNS.contains(&name) {
-        return Err(fault(key, format!("`{name}` is a column that study.csv has anyway; use another name")));
+        return Err(fault(
+            key,
+            format!("`{name}` is a column that study.csv has anyway; use another name"),
+        ));
     }
     Ok(())
 }
@@ -374,7 +426,10 @@ fn column_name(key: &str, name: &str) -> Check {
 fn overrides(key: &str, set: &Table) -> Check {
     match set.iter().find(|(name, value)| !name.contains('.') && value.is_table()) {
         Some((name, value)) => {
-            let below = value.as_table().and_then(|table| table.keys().next()).map_or("...", String::as_str);
+            let below = value
+                .as_table()
+                .and_then(|table| table.keys().next())
+                .map_or("...", String::as_str);
             let message = format!("write each override's key in quotes: \"{name}.{below}\" = ...");
             Err(fault(key, message))
         }

@@ -6,8 +6,9 @@
 //!            -> medians over the repeats: study.csv, study.md; figures: value_MEASURE, work_precision_MEASURE (and _mean), cost
 //! ```
 //!
-//! Repeats are interleaved, so that a machine that slows down for a while slows all runs alike. The table is written
-//! after every run: whenever a study is stopped, it has what was done, and the same command goes on from there.
+//! Repeats are interleaved, so that a machine that slows down for a while slows all runs alike. The
+//! table is written after every run: whenever a study is stopped, it has what was done, and the
+//! same command goes on from there.
 
 mod child;
 mod columns;
@@ -47,11 +48,12 @@ const COPY: &str = "study.toml";
 /// Runs a study, or lists its runs.
 ///
 /// # Errors
-/// When the study file, a case, or a reference is wrong (nothing is written), when the folder cannot be written, and, after all runs,
-/// when some are not done.
+/// When the study file, a case, or a reference is wrong (nothing is written), when the folder
+/// cannot be written, and, after all runs, when some are not done.
 pub fn study(request: &Request) -> Result<()> {
     if std::env::var("OMPI_COMM_WORLD_SIZE").is_ok_and(|size| size != "1") {
-        let words = "mics study starts its runs by itself: without mpirun, and with ranks = [...] in the study file";
+        let words = "mics study starts its runs by itself: without mpirun, and with ranks = [...] \
+            in the study file";
         return Err(Error::Usage(words.into()));
     }
     let (study, text) = file::read(&request.study, request.quick)?;
@@ -92,14 +94,18 @@ pub fn study(request: &Request) -> Result<()> {
         return Ok(());
     }
     let (count, total) = (broken.len(), plan.runs.len());
-    Err(Error::Short(format!("{count} of {total} runs are not done: {}; study.csv says why", broken.join(", "))))
+    Err(Error::Short(format!(
+        "{count} of {total} runs are not done: {}; study.csv says why",
+        broken.join(", ")
+    )))
 }
 
-/// Finds the runs that their scenes refuse, by a step over a limit for example, and says before the first one starts which runs are
-/// refused. What is done already is not asked again.
+/// Finds the runs that their scenes refuse, by a step over a limit for example, and says before the
+/// first one starts which runs are refused. What is done already is not asked again.
 fn check_scenes(study: &Study, plan: &mut Plan, folder: &Path, force: bool) -> Result<()> {
     for run in &mut plan.runs {
-        let done = !force && (0..study.repeats).all(|k| child::kept(run, &place(folder, run, k)).is_some());
+        let done = !force
+            && (0..study.repeats).all(|k| child::kept(run, &place(folder, run, k)).is_some());
         if let (Ok(_), false) = (&run.loaded, done)
             && let Some(why) = child::refusal(run)?
         {
@@ -133,9 +139,14 @@ fn place(folder: &Path, run: &plan::Planned, repeat: usize) -> PathBuf {
 fn list(study: &Study, plan: &Plan, folder: &Path) -> Result<()> {
     let mut left = 0;
     for run in &plan.runs {
-        let done = (0..study.repeats).filter(|k| child::kept(run, &place(folder, run, *k)).is_some()).count();
+        let done = (0..study.repeats)
+            .filter(|k| child::kept(run, &place(folder, run, *k)).is_some())
+            .count();
         left += if run.loaded.is_ok() { study.repeats - done } else { 0 };
-        let cells = run.loaded.as_ref().map(|case| case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>());
+        let cells = run
+            .loaded
+            .as_ref()
+            .map(|case| case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>());
         print(&format!(
             "{}: {}, {done} of {} done",
             run.id,
@@ -151,10 +162,14 @@ fn list(study: &Study, plan: &Plan, folder: &Path) -> Result<()> {
         }
     }
     let (runs, repeats) = (plan.runs.len(), study.repeats);
-    print(&format!("{runs} runs, {repeats} times each, {left} left to do, into {}", folder.display()))
+    print(&format!(
+        "{runs} runs, {repeats} times each, {left} left to do, into {}",
+        folder.display()
+    ))
 }
 
-/// Runs what is not done yet, repeat by repeat; returns the outcomes of every run. One that is not done is not repeated.
+/// Runs what is not done yet, repeat by repeat; returns the outcomes of every run. One that is not
+/// done is not repeated.
 fn run_all(study: &Study, plan: &Plan, folder: &Path, force: bool) -> Result<Vec<Vec<Outcome>>> {
     let mut outcomes: Vec<Vec<Outcome>> = plan.runs.iter().map(|_| Vec::new()).collect();
     let total = plan.runs.len() * study.repeats;
@@ -177,14 +192,17 @@ fn run_all(study: &Study, plan: &Plan, folder: &Path, force: bool) -> Result<Vec
                 ("done", Some(cpu)) => format!("{word}, {} CPU s", table::short(cpu)),
                 (status, _) => format!("{status}: {}", outcome.message),
             };
-            let again = if study.repeats > 1 { format!(", repeat {}", repeat + 1) } else { String::new() };
+            let again =
+                if study.repeats > 1 { format!(", repeat {}", repeat + 1) } else { String::new() };
             print(&format!("{count}{again}: {end}"))?;
             outcomes[index].push(outcome);
             write_table(plan, &outcomes, folder)?;
         }
     }
     if older > 0 {
-        print(&format!("{older} runs were kept that another build of mics did; --force does them again"))?;
+        print(&format!(
+            "{older} runs were kept that another build of mics did; --force does them again"
+        ))?;
     }
     Ok(outcomes)
 }

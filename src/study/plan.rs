@@ -1,4 +1,5 @@
-//! The runs of a study: the product of its axes and its listed rows, on each number of ranks, every case read and checked.
+//! The runs of a study: the product of its axes and its listed rows, on each number of ranks, every
+//! case read and checked.
 
 use super::file::{Study, fault, label};
 use super::sheet::Sheet;
@@ -43,7 +44,8 @@ impl Target {
         self.values.iter().flatten().any(|exact| *exact != 0.0)
     }
 
-    /// The error of a run's value; `None` where it has no reference, or one of 0 beside others that are not.
+    /// The error of a run's value; `None` where it has no reference, or one of 0 beside others that
+    /// are not.
     pub fn error(&self, run: usize, value: f64) -> Option<f64> {
         match self.values[run]? {
             0.0 if self.is_relative() => None,
@@ -133,7 +135,10 @@ fn drafts(study: &Study) -> Vec<Draft> {
     let mut product = vec![Draft::default()];
     for (index, axis) in study.axis.iter().enumerate() {
         let place = |list: &str, k: usize| vec![format!("axis.{index}.{list}.{k}")];
-        let of_key = axis.key.iter().flat_map(|key| axis.values.iter().enumerate().map(move |(k, v)| (k, key, v)));
+        let of_key = axis
+            .key
+            .iter()
+            .flat_map(|key| axis.values.iter().enumerate().map(move |(k, v)| (k, key, v)));
         let values = of_key.map(|(k, key, value)| Draft {
             set: vec![format!("{key}={value}")],
             sources: place("values", k),
@@ -150,7 +155,10 @@ fn drafts(study: &Study) -> Vec<Draft> {
             .zip(axis.labels())
             .map(|(draft, label)| Draft { labels: [(axis.name.clone(), label)].into(), ..draft })
             .collect();
-        product = product.iter().flat_map(|draft| named.iter().map(|choice| draft.with(choice))).collect();
+        product = product
+            .iter()
+            .flat_map(|draft| named.iter().map(|choice| draft.with(choice)))
+            .collect();
     }
     // Without axes the product is the case itself, which rows stand in for.
     if study.axis.is_empty() && !study.row.is_empty() {
@@ -204,19 +212,28 @@ impl Plan {
 
         let names = study.names();
         let kept = |name: &str, label: &str| {
-            study.quick.keep.get(name).is_none_or(|kept| kept.iter().any(|value| super::file::label(value) == label))
+            study
+                .quick
+                .keep
+                .get(name)
+                .is_none_or(|kept| kept.iter().any(|value| super::file::label(value) == label))
         };
         let mut runs: Vec<Planned> = Vec::new();
         let mut seen = BTreeSet::new();
         let drafts = drafts(study);
         let case_of = |draft: &Draft| draft.case.as_deref().map_or_else(|| case.clone(), beside);
-        for draft in drafts.iter().filter(|draft| draft.labels.iter().all(|(name, label)| kept(name, label))) {
+        for draft in
+            drafts.iter().filter(|draft| draft.labels.iter().all(|(name, label)| kept(name, label)))
+        {
             let case = case_of(draft);
             let set = [&common[..], &draft.set[..], &last[..]].concat();
             let petsc = [words(&study.petsc), draft.petsc.clone()].concat();
-            let loaded = read_case(&case, &set).map(|loaded| loaded.case).map_err(|e| Refusal::of(&e));
-            let labels: Vec<String> =
-                names.iter().map(|name| draft.labels.get(name).cloned().unwrap_or_default()).collect();
+            let loaded =
+                read_case(&case, &set).map(|loaded| loaded.case).map_err(|e| Refusal::of(&e));
+            let labels: Vec<String> = names
+                .iter()
+                .map(|name| draft.labels.get(name).cloned().unwrap_or_default())
+                .collect();
             for &ranks in study.ranks.iter().filter(|ranks| kept("ranks", &ranks.to_string())) {
                 let id = id(&names, &labels, (study.ranks.len() > 1).then_some(ranks));
                 if !seen.insert(id.clone()) {
@@ -242,7 +259,8 @@ impl Plan {
         plan.refuse_faults(text, &common, &case)?;
         // What --quick leaves out may be what is measured.
         let all = drafts.iter().filter_map(|draft| {
-            let loaded = read_case(&case_of(draft), &[&common[..], &draft.set[..]].concat()).ok()?;
+            let loaded =
+                read_case(&case_of(draft), &[&common[..], &draft.set[..]].concat()).ok()?;
             Some(loaded.case.measure.into_iter().map(|measure| measure.name))
         });
         plan.refuse_unknown_measures(text, all.flatten())?;
@@ -254,30 +272,41 @@ impl Plan {
     /// reason.
     fn refuse_faults(&self, text: &Text, common: &[String], base: &Path) -> Result<()> {
         let sources: BTreeSet<&String> = self.runs.iter().flat_map(|run| &run.sources).collect();
-        let of = |source: &String| self.runs.iter().filter(|run| run.sources.contains(source)).collect::<Vec<_>>();
+        let of = |source: &String| {
+            self.runs.iter().filter(|run| run.sources.contains(source)).collect::<Vec<_>>()
+        };
         let none_left = self.runs.iter().all(|run| run.loaded.is_err());
         let misspelt = |run: &Planned| run.loaded.as_ref().is_err_and(|refusal| refusal.misspelt);
         let faulty = |source: &&&String| {
             let runs = of(source);
-            runs.iter().all(|run| run.loaded.is_err()) && (none_left || runs.iter().any(|run| misspelt(run)))
+            runs.iter().all(|run| run.loaded.is_err())
+                && (none_left || runs.iter().any(|run| misspelt(run)))
         };
         let never = || sources.iter().filter(faulty);
-        // Where several are never accepted, one that is refused by itself is to blame, not those that only met it.
+        // Where several are never accepted, one that is refused by itself is to blame, not those
+        // that only met it.
         let alone = |source: &&&String| {
             let runs = of(source);
             let shared = |given: &&String| runs.iter().all(|run| run.set.contains(given));
-            let set = runs.first().map(|run| run.set.iter().filter(shared).cloned().collect::<Vec<_>>());
-            read_case(runs.first().map_or(base, |run| &run.case), set.as_deref().unwrap_or(common)).is_err()
+            let set =
+                runs.first().map(|run| run.set.iter().filter(shared).cloned().collect::<Vec<_>>());
+            read_case(runs.first().map_or(base, |run| &run.case), set.as_deref().unwrap_or(common))
+                .is_err()
         };
         let Some(source) = never().find(alone).or_else(|| never().next()) else { return Ok(()) };
         let refusal = of(source).iter().find_map(|run| run.loaded.as_ref().err().cloned());
-        let key = if source.starts_with("row.") { format!("{source}.set") } else { source.to_string() };
+        let key =
+            if source.starts_with("row.") { format!("{source}.set") } else { source.to_string() };
         Err(text.refuse(fault(key, refusal.map(|refusal| refusal.why).unwrap_or_default())))
     }
 
-    /// Refuses a reference of what no run measures; `all` are the names of what the file's runs do, looked up where those of this
-    /// plan do not.
-    fn refuse_unknown_measures(&self, text: &Text, all: impl Iterator<Item = String>) -> Result<()> {
+    /// Refuses a reference of what no run measures; `all` are the names of what the file's runs do,
+    /// looked up where those of this plan do not.
+    fn refuse_unknown_measures(
+        &self,
+        text: &Text,
+        all: impl Iterator<Item = String>,
+    ) -> Result<()> {
         let mut known = self.measures();
         let unknown = |target: &Target, known: &[String]| !known.contains(&target.measure);
         if !self.references.iter().any(|target| unknown(target, &known)) {
@@ -286,8 +315,11 @@ impl Plan {
         known.extend(all);
         known.sort();
         known.dedup();
-        let Some(index) = self.references.iter().position(|target| unknown(target, &known)) else { return Ok(()) };
-        let (measure, known) = (&self.references[index].measure, known.iter().map(String::as_str).collect::<Vec<_>>());
+        let Some(index) = self.references.iter().position(|target| unknown(target, &known)) else {
+            return Ok(());
+        };
+        let (measure, known) =
+            (&self.references[index].measure, known.iter().map(String::as_str).collect::<Vec<_>>());
         let message = format!("the case has no measure `{measure}`; {}", suggest(measure, &known));
         Err(text.refuse(fault(format!("reference.{index}.measure"), message)))
     }
@@ -321,7 +353,9 @@ fn references(
 ) -> Result<Vec<Target>> {
     let mut found = Vec::new();
     for (index, reference) in study.reference.iter().enumerate() {
-        let refuse = |key: &str, message: String| text.refuse(fault(format!("reference.{index}{key}"), message));
+        let refuse = |key: &str, message: String| {
+            text.refuse(fault(format!("reference.{index}{key}"), message))
+        };
         let values = match (reference.value, &reference.file, &reference.column) {
             (None, Some(file), Some(column)) => {
                 let sheet = Sheet::read(&beside(file), &refuse)?;
@@ -329,15 +363,19 @@ fn references(
                 let fixed: Vec<(usize, String)> = reference
                     .row
                     .iter()
-                    .map(|(name, wanted)| Ok((sheet.position(name, &format!(".row.{name}"), &refuse)?, label(wanted))))
+                    .map(|(name, wanted)| {
+                        Ok((sheet.position(name, &format!(".row.{name}"), &refuse)?, label(wanted)))
+                    })
                     .collect::<Result<_>>()?;
                 let of_label = |(name, axis): (&String, &String)| {
                     let of = names.iter().position(|other| other == axis).unwrap_or_default();
                     Ok((sheet.position(name, &format!(".row_of.{name}"), &refuse)?, of))
                 };
-                let varied: Vec<(usize, usize)> = reference.row_of.iter().map(of_label).collect::<Result<_>>()?;
+                let varied: Vec<(usize, usize)> =
+                    reference.row_of.iter().map(of_label).collect::<Result<_>>()?;
                 let value = |run: &Planned| {
-                    let varied = varied.iter().map(|(column, of)| (*column, run.labels[*of].clone()));
+                    let varied =
+                        varied.iter().map(|(column, of)| (*column, run.labels[*of].clone()));
                     sheet.value(
                         at,
                         &fixed.iter().cloned().chain(varied).collect::<Vec<_>>(),
@@ -357,9 +395,12 @@ fn references(
 /// The points of others, read from their files.
 fn others(study: &Study, text: &Text, beside: &dyn Fn(&Path) -> PathBuf) -> Result<Vec<Others>> {
     let read = |(index, others): (usize, &super::file::Others)| {
-        let refuse = |key: &str, message: String| text.refuse(fault(format!("plot.others.{index}{key}"), message));
+        let refuse = |key: &str, message: String| {
+            text.refuse(fault(format!("plot.others.{index}{key}"), message))
+        };
         if !study.reference.iter().any(|reference| reference.measure == others.measure) {
-            let message = format!("`{}` has no reference, and so no figure of its error", others.measure);
+            let message =
+                format!("`{}` has no reference, and so no figure of its error", others.measure);
             return Err(refuse(".measure", message));
         }
         let sheet = Sheet::read(&beside(&others.file), &refuse)?;
@@ -377,11 +418,15 @@ mod tests {
 
     #[test]
     fn an_error_is_a_part_of_its_reference_but_a_difference_where_all_references_are_zero() {
-        let target = |values: &[Option<f64>]| Target { measure: "lift".into(), values: values.to_vec() };
+        let target =
+            |values: &[Option<f64>]| Target { measure: "lift".into(), values: values.to_vec() };
         let mixed = target(&[Some(2.0), None, Some(0.0), Some(-4.0)]);
         let errors = [0, 1, 2, 3].map(|run| mixed.error(run, 3.0));
         assert_eq!(errors, [Some(0.5), None, None, Some(-1.75)]);
         let nothing = target(&[Some(0.0), None]);
-        assert_eq!((nothing.is_relative(), nothing.error(0, 3.0), nothing.error(1, 3.0)), (false, Some(3.0), None));
+        assert_eq!(
+            (nothing.is_relative(), nothing.error(0, 3.0), nothing.error(1, 3.0)),
+            (false, Some(3.0), None)
+        );
     }
 }

@@ -36,15 +36,20 @@ pub(super) fn row(case: &str, measure: &str, c: &Comparison, run: &Summary) -> S
     let value = c.value.map_or("none".into(), significant);
     let (error, verdict) = (c.difference().unwrap_or_default(), c.verdict());
     let verdict = if c.pass { verdict.to_owned() } else { format!("**{verdict}**") };
-    let (reference, tolerance, steps, seconds) = (c.reference, percent(c.tolerance), run.steps, run.wall_seconds);
+    let (reference, tolerance, steps, seconds) =
+        (c.reference, percent(c.tolerance), run.steps, run.wall_seconds);
     format!(
-        "| {case} | {measure} | {value} | {reference} | {error} | {tolerance} | {verdict} | {steps} | {seconds:.1} |"
+        "| {case} | {measure} | {value} | {reference} | {error} | {tolerance} | {verdict} | \
+        {steps} | {seconds:.1} |"
     )
 }
 
 /// Its end: how many pass, and where the references are from, of each (case, measure, source).
 pub(super) fn tail(pass: usize, short: usize, sources: &[(String, String, String)]) -> String {
-    let mut text = format!("\n{pass} of {} values pass.\n\n## Where the references are from\n\n", pass + short);
+    let mut text = format!(
+        "\n{pass} of {} values pass.\n\n## Where the references are from\n\n",
+        pass + short
+    );
     text += "| case | measures | source |\n|---|---|---|";
     for of_one in sources.chunk_by(|a, b| (&a.0, &a.2) == (&b.0, &b.2)) {
         let measures: Vec<&str> = of_one.iter().map(|(_, measure, _)| measure.as_str()).collect();
@@ -69,8 +74,12 @@ impl Page {
     /// # Errors
     /// When the file cannot be read or has no table of values.
     pub fn read(file: &Path) -> Result<Page> {
-        let text = fs::read_to_string(file)
-            .map_err(|e| Error::Usage(format!("{}: cannot be read ({e}); give a page to --compare", file.display())))?;
+        let text = fs::read_to_string(file).map_err(|e| {
+            Error::Usage(format!(
+                "{}: cannot be read ({e}); give a page to --compare",
+                file.display()
+            ))
+        })?;
         let rows: Vec<_> = text.lines().filter_map(parse).collect();
         if rows.is_empty() {
             let cure = "no row of values in it; give a page that `mics validate --markdown` wrote";
@@ -100,17 +109,22 @@ impl Page {
         let room = now.tolerance * now.reference.middle().abs() + half;
         let rounding = ROUNDING * before.map_or(0.0, f64::abs);
         if distance > (PART * room).max(rounding) {
-            let part =
-                if room > 0.0 { format!(" ({} of its tolerance)", percent(distance / room)) } else { String::new() };
+            let part = if room > 0.0 {
+                format!(" ({} of its tolerance)", percent(distance / room))
+            } else {
+                String::new()
+            };
             return Some(format!("{case}, {measure}: {value}, was {was}{part}"));
         }
-        (*passed && !now.pass).then(|| format!("{case}, {measure}: {value} falls short, {was} passed"))
+        (*passed && !now.pass)
+            .then(|| format!("{case}, {measure}: {value} falls short, {was} passed"))
     }
 }
 
 /// A row of the table, from its line.
 fn parse(line: &str) -> Option<(String, String, Option<f64>, bool)> {
-    let cells: Vec<&str> = line.strip_prefix('|')?.strip_suffix('|')?.split('|').map(str::trim).collect();
+    let cells: Vec<&str> =
+        line.strip_prefix('|')?.strip_suffix('|')?.split('|').map(str::trim).collect();
     let [case, measure, value, _, _, _, verdict, steps, _] = cells.as_slice() else { return None };
     steps.parse::<u64>().ok()?;
     let value = if *value == "none" { None } else { Some(value.parse().ok()?) };
@@ -129,9 +143,11 @@ mod tests {
 
     /// The page of some values, each a (measure, comparison) of one case.
     fn page(folder: &Path, values: &[(&str, Comparison)]) -> Page {
-        let run: Summary = serde_json::from_str("{\"steps\": 420, \"wall_seconds\": 1.25}").unwrap();
+        let run: Summary =
+            serde_json::from_str("{\"steps\": 420, \"wall_seconds\": 1.25}").unwrap();
         let rows = values.iter().map(|(measure, c)| row("disc N 8", measure, c, &run));
-        let lines: Vec<String> = [head(true, &[])].into_iter().chain(rows).chain([tail(1, 1, &[])]).collect();
+        let lines: Vec<String> =
+            [head(true, &[])].into_iter().chain(rows).chain([tail(1, 1, &[])]).collect();
         let file = folder.join("accuracy.md");
         fs::write(&file, lines.join("\n")).unwrap();
         Page::read(&file).unwrap()
@@ -155,7 +171,10 @@ mod tests {
         let said = page.moved("disc N 8", "drag", &of(2.05)).unwrap();
         assert_eq!(said, "disc N 8, drag: 2.0500, was 2.1000 (25 % of its tolerance)");
         assert!(page.moved("disc N 8", "lift", &comparison(Some(1.61), band, 0.0)).is_some());
-        assert!(page.moved("disc N 8", "kiss", &of(2.0)).is_some() && page.moved("disc N 8", "drag", &none).is_some());
+        assert!(
+            page.moved("disc N 8", "kiss", &of(2.0)).is_some()
+                && page.moved("disc N 8", "drag", &none).is_some()
+        );
         assert!(page.moved("disc N 8", "edge", &of(2.201)).unwrap().contains("falls short"));
         assert!(page.moved("disc N 16", "drag", &of(2.1)).unwrap().contains("does not have"));
     }

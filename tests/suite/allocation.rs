@@ -12,7 +12,8 @@ thread_local! {
     static LARGEST: Cell<usize> = const { Cell::new(0) };
 }
 
-// SAFETY: hands every call on to the system's allocator, and counts in a thread-local that itself needs no allocation.
+// SAFETY: hands every call on to the system's allocator, and counts in a thread-local that itself
+// needs no allocation.
 #[allow(unsafe_code)]
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
@@ -60,8 +61,10 @@ fn a_step_after_the_first_allocates_nothing() {
         "the counter counts"
     );
     let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"periodic\"", "\"periodic\""];
-    let moving = "density = 2.65\nviscosity = 0.0\nmotion = { prescribed = { velocity = [0.7, 0.4], spin = 1.0 } }";
-    let swinging = "motion = { prescribed = { oscillation = { amplitude = [0.02, 0.01], frequency = 3.0 } } }";
+    let moving = "density = 2.65\nviscosity = 0.0\n\
+        motion = { prescribed = { velocity = [0.7, 0.4], spin = 1.0 } }";
+    let swinging =
+        "motion = { prescribed = { oscillation = { amplitude = [0.02, 0.01], frequency = 3.0 } } }";
     for scheme in [
         "scheme = \"rk2\"",
         "scheme = \"rk3\"",
@@ -76,16 +79,19 @@ fn a_step_after_the_first_allocates_nothing() {
             (swinging, "wall = \"mixing\""),
         ] {
             let more = format!(
-                "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [0.5, 0.9]\n{body}\n\
+                "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [0.5, 0.9]\n\
+                {body}\n\
                  [coupling]\n{rule}\n[time]\nend = 1.0\n{scheme}"
             );
-            let mut scene: Scene<2> = petsc.scene(&box_case([2.0, 1.0], [32, 16], 0.01, sides, &more));
+            let mut scene: Scene<2> =
+                petsc.scene(&box_case([2.0, 1.0], [32, 16], 0.01, sides, &more));
             assert_eq!(allocations(&mut scene, 4e-3), 0, "{scheme} {body} {rule}");
         }
     }
     let free = |x: f64, v: f64| {
         format!(
-            "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [{x:?}, 0.15]\nvelocity = [{v:?}, 0.0]\ndensity = 2.65\n"
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [{x:?}, 0.15]\n\
+            velocity = [{v:?}, 0.0]\ndensity = 2.65\n"
         )
     };
     let law = "[contact]\nnormal_stiffness = 1.0e2\nfriction = 0.4\n";
@@ -100,15 +106,19 @@ fn a_step_after_the_first_allocates_nothing() {
         assert!(scene.state.substeps > 1, "they touch: {wall}");
     }
     // Light enough, and of enough cells, that the multigrid takes it in.
-    let light = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.5, 0.3]\ndensity = 0.5\n";
+    let light = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.5, 0.3]\n\
+        density = 0.5\n";
     let text = box_case([2.0, 1.0], [64, 32], 0.01, walls, &(light.to_owned() + SHARP))
         .replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
     let mut scene: Scene<2> = petsc.scene(&text);
     assert_eq!(allocations(&mut scene, 2e-3), 0, "a light free particle");
     let mut scene: Scene<3> = petsc.scene(
-        "name = \"s\"\n[domain]\nsize = [2.0, 1.0, 1.0]\ncells = [16, 8, 8]\n[fluid]\ndensity = 1.0\nviscosity = 0.01\n\
-         [boundary]\nwest = { inflow = [1.0, 0.0, 0.0] }\neast = \"outflow\"\nsouth = \"slip\"\nnorth = \"slip\"\n\
-         bottom = \"periodic\"\ntop = \"periodic\"\n[[particle]]\nshape = { sphere = { diameter = 0.5 } }\n\
+        "name = \"s\"\n[domain]\nsize = [2.0, 1.0, 1.0]\ncells = [16, 8, 8]\n[fluid]\n\
+        density = 1.0\nviscosity = 0.01\n\
+         [boundary]\nwest = { inflow = [1.0, 0.0, 0.0] }\neast = \"outflow\"\nsouth = \"slip\"\n\
+             north = \"slip\"\n\
+         bottom = \"periodic\"\ntop = \"periodic\"\n[[particle]]\n\
+             shape = { sphere = { diameter = 0.5 } }\n\
          position = [0.6, 0.5, 0.5]\nmotion = { prescribed = { velocity = [0.1, 0.0, 0.2] } }\n\
          [coupling]\nwall = \"sharp\"\n[time]\nend = 1.0",
     );

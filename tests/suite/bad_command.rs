@@ -1,12 +1,14 @@
-//! What a wrong command line, a wrong folder, a damaged file or too many ranks get: exit status 2, one message that says
-//! where and what would be right, and nothing written. (Wrong cases are in `bad_input`.)
+//! What a wrong command line, a wrong folder, a damaged file or too many ranks get: exit status 2,
+//! one message that says where and what would be right, and nothing written. (Wrong cases are in
+//! `bad_input`.)
 
 use crate::bad_input::{GOOD, expect_none, shortcomings};
 use crate::support::{command, mics, mpirun, run, shipped};
 use std::fs;
 use std::path::Path;
 
-/// A row: the words of the command line (those that begin with @ are files of the scratch folder), what the message says.
+/// A row: the words of the command line (those that begin with @ are files of the scratch folder),
+/// what the message says.
 type Row = (&'static [&'static str], &'static [&'static str]);
 
 #[rustfmt::skip]
@@ -24,14 +26,18 @@ const BAD: &[Row] = &[
     (&["run", "@case.toml", "--quiet=maybe"], &["--quiet", "maybe"]),
     (&["validate", "--quick", "--full"], &["'--quick'", "'--full'"]),
     (&["validate", "nonsense", "--out", "@out"], &["no case begins with \"nonsense\"", "\"settling-disc N 8\""]),
-    (&["validate", "settling", "--out", "@out", "--compare", "@absent.md"], &["absent.md: cannot be read", "--compare"]),
+    (&["validate", "settling", "--out", "@out", "--compare", "@absent.md"], &["absent.md: cannot \
+        be read", "--compare"]),
     (&["validate", "settling", "--out", "@out", "--compare", "@case.toml"], &["case.toml", "`mics validate --markdown`"]),
     (&["completions", "klingon"], &["'klingon'", "bash"]),
     (&["schema", "more"], &["unexpected argument 'more'"]),
-    (&["run", "@case.toml", "--out", "@out", "--", "ksp_type"], &["\"ksp_type\"", "begin with a dash"]),
+    (&["run", "@case.toml", "--out", "@out", "--", "ksp_type"], &["\"ksp_type\"", "begin with a \
+        dash"]),
     // Folders.
-    (&["run", "@case.toml", "--out", "@case.toml"], &["case.toml", "cannot be used as a run's folder"]),
-    (&["run", "@case.toml", "--out", "@case.toml/out"], &["case.toml/out", "cannot be used as a run's folder"]),
+    (&["run", "@case.toml", "--out", "@case.toml"], &["case.toml", "cannot be used as a run's \
+        folder"]),
+    (&["run", "@case.toml", "--out", "@case.toml/out"], &["case.toml/out", "cannot be used as a \
+        run's folder"]),
     (&["run", "@case.toml", "--out", "/proc/no/such"], &["/proc/no/such", "cannot be made", "--out"]),
     (&["run", "@case.toml", "--out", "@notes"], &["notes", "which no run wrote", "--out"]),
     (&["run", "@case.toml", "--out", "@notes", "--force"], &["notes", "which no run wrote", "--out"]),
@@ -45,7 +51,8 @@ const BAD: &[Row] = &[
     (&["film", "@notes"], &["notes: not a run's folder", "case.toml", "`mics run`"]),
     (&["film", "@run", "--out", "@notes"], &["notes: is a folder", "--out film.png"]),
     (&["film", "@run-fields"], &[".vti", "not a snapshot that mics wrote"]),
-    (&["film", "@run-no-fields"], &["no snapshot", "a film needs two", "output.fields = { every_time = "]),
+    (&["film", "@run-no-fields"], &["no snapshot", "a film needs two", "output.fields = \
+        { every_time = "]),
     (&["report", "@absent"], &["absent: not a run's folder", "run.json", "`mics run`"]),
     (&["report", "@notes"], &["notes: not a run's folder", "run.json", "`mics run`"]),
     (&["report", "@run", "--out", "@notes"], &["notes: is a folder", "--out report.html"]),
@@ -60,7 +67,8 @@ const BAD: &[Row] = &[
     (&["watch", "@run-no-progress"], &["run-no-progress: not a run's folder", "progress.jsonl"]),
 ];
 
-/// A scratch folder with a case, a folder that no run wrote, a run, and runs that are damaged in one way each.
+/// A scratch folder with a case, a folder that no run wrote, a run, and runs that are damaged in
+/// one way each.
 fn scratch() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
@@ -77,7 +85,11 @@ fn scratch() -> tempfile::TempDir {
     damage("run-case", "case.toml", &delete);
     damage("run-no-progress", "progress.jsonl", &delete);
     damage("run-fields", "fields", &|path| {
-        for file in fs::read_dir(path).unwrap().map(|e| e.unwrap().path()).filter(|p| p.extension().unwrap() == "vti") {
+        for file in fs::read_dir(path)
+            .unwrap()
+            .map(|e| e.unwrap().path())
+            .filter(|p| p.extension().unwrap() == "vti")
+        {
             let bytes = fs::read(&file).unwrap();
             fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
         }
@@ -106,7 +118,11 @@ fn listing(folder: &Path) -> Vec<(std::path::PathBuf, u64)> {
     let mut all = Vec::new();
     for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
         let size = entry.metadata().unwrap().len();
-        if entry.path().is_dir() { all.extend(listing(&entry.path())) } else { all.push((entry.path(), size)) }
+        if entry.path().is_dir() {
+            all.extend(listing(&entry.path()))
+        } else {
+            all.push((entry.path(), size))
+        }
     }
     all.sort();
     all
@@ -120,7 +136,8 @@ fn a_bad_command_line_folder_or_file_is_refused_with_one_message_and_nothing_is_
         let full: Vec<String> = words
             .iter()
             .map(|word| {
-                word.strip_prefix('@').map_or(word.to_string(), |name| format!("{}/{name}", folder.path().display()))
+                word.strip_prefix('@')
+                    .map_or(word.to_string(), |name| format!("{}/{name}", folder.path().display()))
             })
             .collect();
         let output = mics(&full.iter().map(String::as_str).collect::<Vec<_>>());
@@ -139,11 +156,16 @@ fn more_ranks_than_a_grid_can_be_cut_for_are_refused_with_one_voice_as_are_bad_c
     fs::write(&case, GOOD).unwrap();
     let row = |ranks: usize, words: &[&str], says: &[&str]| {
         let mut command = mpirun(ranks, env!("CARGO_BIN_EXE_mics"));
-        let output = command.arg("run").arg(&case).arg("--out").arg(&out).args(words).output().unwrap();
+        let output =
+            command.arg("run").arg(&case).arg("--out").arg(&out).args(words).output().unwrap();
         (format!("{ranks} ranks {words:?}"), shortcomings(&output, &out, says))
     };
     expect_none([
-        row(2, &["--set", "fluid.viscosity=-1"], &["small.toml", "fluid.viscosity", "zero or positive"]),
+        row(
+            2,
+            &["--set", "fluid.viscosity=-1"],
+            &["small.toml", "fluid.viscosity", "zero or positive"],
+        ),
         row(2, &["--outt"], &["'--outt'"]),
         row(2, &["--", "-ksp_type", "nonsense"], &["nonsense"]),
         row(
@@ -161,7 +183,8 @@ fn petsc_options_that_a_solve_would_stumble_over_are_refused_of_a_scene_at_rest(
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let row = |ranks: usize, options: &[&str], says: &[&str]| {
-        let words = ["run".as_ref(), case.as_os_str(), "--out".as_ref(), out.as_os_str(), "--".as_ref()];
+        let words =
+            ["run".as_ref(), case.as_os_str(), "--out".as_ref(), out.as_os_str(), "--".as_ref()];
         let output = match ranks {
             1 => command(env!("CARGO_BIN_EXE_mics")).args(words).args(options).output(),
             _ => mpirun(ranks, env!("CARGO_BIN_EXE_mics")).args(words).args(options).output(),
@@ -185,7 +208,11 @@ fn a_bad_case_in_a_good_folder_is_refused_by_every_command_that_reads_cases() {
     let folder = tempfile::tempdir().unwrap();
     expect_none(["run", "check"].map(|name| {
         let words = [name, case, "--set", "time.end=-1"];
-        let output = command(env!("CARGO_BIN_EXE_mics")).current_dir(folder.path()).args(words).output().unwrap();
+        let output = command(env!("CARGO_BIN_EXE_mics"))
+            .current_dir(folder.path())
+            .args(words)
+            .output()
+            .unwrap();
         let says = ["cylinder-wake/case.toml", "time.end", "must be positive", "(given by --set)"];
         (name.to_owned(), shortcomings(&output, &folder.path().join("runs"), &says))
     }));

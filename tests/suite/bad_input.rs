@@ -1,5 +1,5 @@
-//! What a wrong case or command line gets: exit status 2, one message that says where and what would be right, and
-//! nothing written. Each row breaks a good case in one way.
+//! What a wrong case or command line gets: exit status 2, one message that says where and what
+//! would be right, and nothing written. Each row breaks a good case in one way.
 
 use crate::support::mics_command;
 use std::fs;
@@ -44,14 +44,15 @@ name = "drag"
 kind = "drag_coefficient"
 "#;
 
-/// A way to break the good case: the text to replace, its replacement, the text that the line named must begin with
-/// (empty: no line is named), the key named, and what else the message must say.
+/// A way to break the good case: the text to replace, its replacement, the text that the line named
+/// must begin with (empty: no line is named), the key named, and what else the message must say.
 type Row = (&'static str, &'static str, &'static str, &'static str, &'static [&'static str]);
 
 #[rustfmt::skip]
 const BAD_CASES: &[Row] = &[
     // Measures of the box.
-    ("kind = \"drag_coefficient\"", "kind = \"solid_fraction\"\nregion = { min = [0.0, 0.0], max = [0.01, 1.0] }", "region", "measure.0.region", &["no centre of a cell"]),
+    ("kind = \"drag_coefficient\"", "kind = \"solid_fraction\"\n\
+        region = { min = [0.0, 0.0], max = [0.01, 1.0] }", "region", "measure.0.region", &["no centre of a cell"]),
     ("[time]", "[contact]\nrolling_friction = 2.0\n[time]", "rolling_friction", "contact.rolling_friction", &["at most 1"]),
     ("[time]", "[initial]\nfrom = \"nowhere\"\n[time]", "from", "initial.from", &["holds no run"]),
     ("[time]", "[statistics]\nfrom = 1.0\n[time]", "from", "statistics.from", &["before"]),
@@ -61,7 +62,8 @@ const BAD_CASES: &[Row] = &[
     ("kind = \"drag_coefficient\"", "kind = \"drive_force\"", "kind", "measure.0.kind", &["[drive]"]),
     ("kind = \"drag_coefficient\"", "kind = \"bed_height\"", "kind", "measure.0.kind", &["fluid.gravity"]),
     ("kind = \"drag_coefficient\"", "kind = \"force\"\nparticles = [\"pier\"]", "particles", "measure.0.particles.0", &["no particle has the name \"pier\""]),
-    ("kind = \"drag_coefficient\"", "kind = \"solid_fraction\"\nregion = { min = [0.0, 0.0], max = [0.0, 1.0] }", "region", "measure.0.region", &["above its min"]),
+    ("kind = \"drag_coefficient\"", "kind = \"solid_fraction\"\n\
+        region = { min = [0.0, 0.0], max = [0.0, 1.0] }", "region", "measure.0.region", &["above its min"]),
     // The drive.
     ("[time]", "[drive]\nforce = [1.0, 0.0]\ngravity = true\n[time]", "[drive]", "drive", &["exactly one of", "there are 2"]),
     ("[time]", "[drive]\n[time]", "[drive]", "drive", &["there are 0"]),
@@ -73,9 +75,12 @@ const BAD_CASES: &[Row] = &[
     // The text itself.
     ("end = 0.1", "end = ", "end =", "", &["not valid TOML"]),
     ("[time]", "[time", "[time", "", &["not valid TOML", "`]`"]),
-    ("density = 1.0", "density = 1.0\ndensity = 2.0", "density = 2.0", "", &["duplicate key `density`", "keep one of them"]),
-    ("end = 0.1", "end = 0,1", "end = 0,1", "", &["end: `0,1` has a comma where a number has a point: end = 0.1"]),
-    ("end = 0.1", "end = .1", "end = .1", "", &["end: `.1` needs a digit on both sides of its point: end = 0.1"]),
+    ("density = 1.0", "density = 1.0\ndensity = 2.0", "density = 2.0", "", &["duplicate key \
+        `density`", "keep one of them"]),
+    ("end = 0.1", "end = 0,1", "end = 0,1", "", &["end: `0,1` has a comma where a number has a \
+        point: end = 0.1"]),
+    ("end = 0.1", "end = .1", "end = .1", "", &["end: `.1` needs a digit on both sides of its \
+        point: end = 0.1"]),
     ("viscosity = 0.1", "viscosity = 0.1 Pa s", "viscosity", "", &["words behind the number", "viscosity = 0.1"]),
     ("viscosity = 0.1", "viscosity 0.1", "viscosity", "", &["`viscosity 0.1` has no `=`"]),
     ("name = \"small\"", "name = small", "name", "", &["name: text needs quotes: name = \"small\""]),
@@ -83,24 +88,29 @@ const BAD_CASES: &[Row] = &[
     ("viscosity = 0.1", "viscosty = 0.1", "viscosty", "fluid.viscosty", &["unknown key `viscosty`", "did you mean `viscosity`?"]),
     ("viscosity = 0.1", "colour = 0.1", "colour", "fluid.colour", &["unknown key `colour`", "`density`, `viscosity`, `gravity`"]),
     ("[pressure]", "[presure]", "[presure]", "presure", &["did you mean `pressure`?"]),
-    ("diameter = 0.2", "diametr = 0.2", "shape", "particle.0.shape.disc.diametr", &["did you mean `diameter`?"]),
+    ("diameter = 0.2", "diametr = 0.2", "shape", "particle.0.shape.disc.diametr", &["did you mean \
+        `diameter`?"]),
     ("cfl = 0.4", "upwinding = 0.5", "upwinding", "time.upwinding", &["three stages alone", "rk3"]),
     ("cfl = 0.4", "max_stages = 2", "max_stages", "time.max_stages", &["3 to 50 stages"]),
     ("cfl = 0.4", "scheme = \"rk2\"\nmax_stages = 6", "max_stages", "time.max_stages", &["only time.scheme = \"rkl2\" and \"rkl3\""]),
     ("cfl = 0.4", "scheme = \"rk4\"", "scheme", "time.scheme", &["unknown value `rk4`", "did you mean `rk"]),
     ("divergence_limit = 1.0e-6", "solver = \"direct\"", "solver", "pressure.solver", &["sharp walls close some", "choose \"auto\""]),
     ("divergence_limit = 1.0e-6", "solver = \"magic\"", "solver", "pressure.solver", &["unknown value `magic`", "`bcgs-boomeramg`"]),
-    ("east = \"outflow\"", "east = \"outlow\"", "east", "boundary.east", &["did you mean `outflow`?"]),
+    ("east = \"outflow\"", "east = \"outlow\"", "east", "boundary.east", &["did you mean \
+        `outflow`?"]),
     ("{ inflow = [1.0, 0.0] }", "{ inflw = [1.0, 0.0] }", "west", "boundary.west.inflw", &["did you mean `inflow`?"]),
     ("{ inflow = [1.0, 0.0] }", "\"inflow\"", "west", "boundary.west", &["`inflow` needs its value"]),
     ("east = \"outflow\"", "east = { outflow = 1.0 }", "east", "boundary.east.outflow", &["takes no value", "write \"outflow\""]),
-    ("east = \"outflow\"", "east = 3", "east", "boundary.east", &["the number 3", "wanted a name in quotes"]),
+    ("east = \"outflow\"", "east = 3", "east", "boundary.east", &["the number 3", "wanted a name \
+        in quotes"]),
     ("{ disc = { diameter = 0.2 } }", "{ disk = { diameter = 0.2 } }", "shape", "particle.0.shape.disk", &["did you mean `disc`?"]),
     ("{ disc = { diameter = 0.2 } }", "{ disc = { diameter = 0.2 } }\nname = \"a\\u0007b\"", "name", "particle.0.name", &["control character"]),
-    ("kind = \"drag_coefficient\"", "kind = \"drag\"", "kind", "measure.0.kind", &["did you mean `drag_coefficient`?"]),
+    ("kind = \"drag_coefficient\"", "kind = \"drag\"", "kind", "measure.0.kind", &["did you mean \
+        `drag_coefficient`?"]),
     ("viscosity = 0.1\n", "", "[fluid]", "fluid.viscosity", &["missing key `viscosity` in [fluid]"]),
     ("[time]\nend = 0.1\ncfl = 0.4\n", "", "", "time", &["missing key `time`", "top level"]),
-    ("viscosity = 0.1", "viscosity = \"thick\"", "viscosity", "fluid.viscosity", &["the text \"thick\"", "wanted a number"]),
+    ("viscosity = 0.1", "viscosity = \"thick\"", "viscosity", "fluid.viscosity", &["the text \
+        \"thick\"", "wanted a number"]),
     ("size = [2.0, 1.0]", "size = 2.0", "size", "domain.size", &["wanted a list"]),
     ("cells = [32, 16]", "cells = [32.5, 16]", "cells", "domain.cells.0", &["the number 32.5", "wanted a whole number"]),
     ("cells = [32, 16]", "cells = [-32, 16]", "cells", "domain.cells.0", &["the number -32", "wanted a whole number"]),
@@ -111,26 +121,34 @@ const BAD_CASES: &[Row] = &[
     ("name = \"small\"", "name = \"../small\"", "name", "name", &["letters, digits"]),
     ("density = 1.0", "density = -1.0", "density", "fluid.density", &["must be positive", "kg/m3", "-1.0"]),
     ("density = 1.0", "density = nan", "density", "fluid.density", &["must be positive and finite", "NaN"]),
-    ("density = 1.0", "density = 1e300", "density", "fluid.density", &["beyond 1e30", "look at its exponent"]),
-    ("viscosity = 0.1", "viscosity = -0.1", "viscosity", "fluid.viscosity", &["must be zero or positive", "Pa s"]),
+    ("density = 1.0", "density = 1e300", "density", "fluid.density", &["beyond 1e30", "look at its \
+        exponent"]),
+    ("viscosity = 0.1", "viscosity = -0.1", "viscosity", "fluid.viscosity", &["must be zero or \
+        positive", "Pa s"]),
     ("viscosity = 0.1", "viscosity = inf", "viscosity", "fluid.viscosity", &["finite"]),
     ("viscosity = 0.1", "viscosity = 0.1\ngravity = [0.0, nan]", "gravity", "fluid.gravity.1", &["finite", "m/s2"]),
     ("viscosity = 0.1", "viscosity = 0.1\ngravity = [-9.81]", "gravity", "fluid.gravity", &["a 2D case needs 2 numbers", "not 1"]),
     ("size = [2.0, 1.0]", "size = [2.0, -1.0]", "size", "domain.size.1", &["must be positive", "-1.0"]),
-    ("size = [2.0, 1.0]", "size = [2.0, nan]", "size", "domain.size.1", &["must be positive and finite"]),
-    ("size = [2.0, 1.0]", "size = [2.0]", "size", "domain.size", &["2 numbers (m) for a 2D case or 3 for a 3D one", "not 1"]),
+    ("size = [2.0, 1.0]", "size = [2.0, nan]", "size", "domain.size.1", &["must be positive and \
+        finite"]),
+    ("size = [2.0, 1.0]", "size = [2.0]", "size", "domain.size", &["2 numbers (m) for a 2D case or \
+        3 for a 3D one", "not 1"]),
     ("cells = [32, 16]", "cells = [32, 0]", "cells", "domain.cells.1", &["at least 6", "not 0"]),
-    ("cells = [32, 16]", "cells = [32, 8]", "cells", "domain.cells.1", &["at least 11 with sharp walls", "not 8", "coupling.wall = \"mixing\""]),
-    ("cells = [32, 16]", "cells = [32, 16, 16]", "cells", "domain.cells", &["one for each in domain.size"]),
+    ("cells = [32, 16]", "cells = [32, 8]", "cells", "domain.cells.1", &["at least 11 with sharp \
+        walls", "not 8", "coupling.wall = \"mixing\""]),
+    ("cells = [32, 16]", "cells = [32, 16, 16]", "cells", "domain.cells", &["one for each in \
+        domain.size"]),
     ("cells = [32, 16]", "cells = [65536, 65536]", "cells", "domain.cells", &["2^31"]),
     ("divergence_limit = 1.0e-6", "divergence_limit = 0.0", "divergence_limit", "pressure.divergence_limit", &["must be positive", "1/s"]),
     ("divergence_limit = 1.0e-6", "tightening = 2.0", "tightening", "pressure.tightening", &["at most 1"]),
     ("end = 0.1", "end = 0.0", "end", "time.end", &["must be positive", "(s)"]),
     ("cfl = 0.4", "step = -0.001", "step", "time.step", &["must be positive", "(s)"]),
     // Contradictions.
-    ("cfl = 0.4", "cfl = 0.4\nstep = 0.001", "step", "time.step", &["time.step and time.cfl exclude each other"]),
+    ("cfl = 0.4", "cfl = 0.4\nstep = 0.001", "step", "time.step", &["time.step and time.cfl \
+        exclude each other"]),
     ("cfl = 0.4", "advection = \"qsi\"", "advection", "time.advection", &["time.scheme = \"euler\"", "upwind5"]),
-    ("south = \"periodic\"", "south = \"wall\"", "north", "boundary.north", &["north is periodic and south is not", "or neither"]),
+    ("south = \"periodic\"", "south = \"wall\"", "north", "boundary.north", &["north is periodic \
+        and south is not", "or neither"]),
     ("north = \"periodic\"", "north = { moving_wall = [0.0, 1.0] }\nbottom = \"wall\"", "south", "boundary.south", &["south is periodic"]),
     ("north = \"periodic\"", "north = \"periodic\"\ntop = \"wall\"", "top", "boundary.top", &["3D only", "remove it"]),
     ("size = [2.0, 1.0]\ncells = [32, 16]", "size = [2.0, 1.0, 1.0]\ncells = [32, 16, 16]", "west", "boundary.west.inflow", &["a 3D case needs 3 numbers"]),
@@ -150,53 +168,76 @@ const BAD_CASES: &[Row] = &[
     ("position = [0.5, 0.5]", "position = [0.5, 0.5]\nvelocity = [1.0, 0.0]", "velocity", "particle.0.velocity", &["how a free particle starts", "\"free\"", "prescribed"]),
     ("position = [0.5, 0.5]", "position = [0.5, 0.5]\nlocked = [\"x\"]", "locked", "particle.0.locked", &["for free particles"]),
     ("position = [0.5, 0.5]\nmotion = \"fixed\"", "position = [0.5, 0.5]\nlocked = [\"z\"]", "locked", "particle.0.locked.0", &["3D only", "x, y and rotation"]),
-    ("position = [0.5, 0.5]\nmotion = \"fixed\"", "position = [0.5, 0.5]\nlocked = [\"x\", \"y\", \"x\"]", "locked", "particle.0.locked.2", &["given twice"]),
+    ("position = [0.5, 0.5]\nmotion = \"fixed\"", "position = [0.5, 0.5]\n\
+        locked = [\"x\", \"y\", \"x\"]", "locked", "particle.0.locked.2", &["given twice"]),
     ("position = [0.5, 0.5]\nmotion = \"fixed\"", "position = [0.5, 0.5]\nlocked = [\"w\"]", "locked", "particle.0.locked.0", &["unknown value `w`", "`rotation`"]),
     ("position = [0.5, 0.5]\nmotion = \"fixed\"", "position = [0.5, 0.5]\nspin = [0.0, 0.0, 1.0]", "spin", "particle.0.spin", &["one number in 2D"]),
     ("position = [0.5, 0.5]", "position = [0.5, 0.5]\nmaterial = \"\"", "material", "particle.0.material", &["is empty"]),
-    ("motion = \"fixed\"", "motion = { prescribed = { oscillation = { amplitude = [0.1], frequency = 1.0 } } }", "motion", "particle.0.motion.prescribed.oscillation.amplitude", &["a 2D case needs 2 numbers", "(m)", "not 1"]),
-    ("motion = \"fixed\"", "motion = { prescribed = { oscillation = { amplitude = [0.1, nan], frequency = 1.0 } } }", "motion", "particle.0.motion.prescribed.oscillation.amplitude.1", &["finite", "(m)"]),
-    ("motion = \"fixed\"", "motion = { prescribed = { oscillation = { amplitude = [0.1, 0.0], frequency = 0.0 } } }", "motion", "particle.0.motion.prescribed.oscillation.frequency", &["must be positive", "(1/s)"]),
+    ("motion = \"fixed\"", "motion = \
+        { prescribed = { oscillation = { amplitude = [0.1], frequency = 1.0 } } }", "motion", "particle.0.motion.prescribed.oscillation.amplitude", &["a 2D case needs 2 numbers", "(m)", "not 1"]),
+    ("motion = \"fixed\"", "motion = \
+        { prescribed = { oscillation = { amplitude = [0.1, nan], frequency = 1.0 } } }", "motion", "particle.0.motion.prescribed.oscillation.amplitude.1", &["finite", "(m)"]),
+    ("motion = \"fixed\"", "motion = \
+        { prescribed = { oscillation = { amplitude = [0.1, 0.0], frequency = 0.0 } } }", "motion", "particle.0.motion.prescribed.oscillation.frequency", &["must be positive", "(1/s)"]),
     ("motion = \"fixed\"", "motion = { prescribed = { oscillation = { amplitude = [0.1, 0.0] } } }", "motion", "particle.0.motion.prescribed.oscillation.frequency", &["missing key `frequency`"]),
-    ("motion = \"fixed\"", "motion = { prescribed = { oscillation = { amplitude = [0.1, 0.0], period = 1.0 } } }", "motion", "particle.0.motion.prescribed.oscillation.period", &["unknown key `period`", "`frequency`"]),
+    ("motion = \"fixed\"", "motion = \
+        { prescribed = { oscillation = { amplitude = [0.1, 0.0], period = 1.0 } } }", "motion", "particle.0.motion.prescribed.oscillation.period", &["unknown key `period`", "`frequency`"]),
     ("motion = \"fixed\"", "motion = { oscillation = { amplitude = [0.1, 0.0], frequency = 1.0 } }", "motion", "particle.0.motion.oscillation", &["unknown value `oscillation`", "`prescribed`"]),
     // Swarms.
-    ("[time]", "[[swarm]]\ncount = 90\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = 0.1\n[time]", "count", "swarm.0.count", &["90 do not fit", "% of the region", "fewer or smaller"]),
-    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.5, 1.0] }\ndiameter = 0.1\n[time]", "region", "swarm.0.region.max.0", &["outside the domain", "0 <= x <= 2.0 m"]),
-    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.5], max = [2.0, 0.2] }\ndiameter = 0.1\n[time]", "region", "swarm.0.region", &["no room", "along y", "widen it"]),
-    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = 0.1\nfeed = { rate = 0.0 }\n[time]", "feed = { rate", "swarm.0.feed.rate", &["must be positive", "(1/s)"]),
-    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = 0.1\nmotion = \"fixed\"\nfeed = { rate = 1.0 }\n[time]", "feed", "swarm.0.feed", &["is for free particles"]),
+    ("[time]", "[[swarm]]\ncount = 90\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\n\
+        diameter = 0.1\n[time]", "count", "swarm.0.count", &["90 do not fit", "% of the region", "fewer or smaller"]),
+    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.5, 1.0] }\n\
+        diameter = 0.1\n[time]", "region", "swarm.0.region.max.0", &["outside the domain", "0 <= x <= 2.0 m"]),
+    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.5], max = [2.0, 0.2] }\n\
+        diameter = 0.1\n[time]", "region", "swarm.0.region", &["no room", "along y", "widen it"]),
+    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\n\
+        diameter = 0.1\nfeed = { rate = 0.0 }\n[time]", "feed = { rate", "swarm.0.feed.rate", &["must be positive", "(1/s)"]),
+    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\n\
+        diameter = 0.1\nmotion = \"fixed\"\nfeed = { rate = 1.0 }\n[time]", "feed", "swarm.0.feed", &["is for free particles"]),
     ("motion = \"fixed\"", "motion = \"fixed\"\nenter = { time = 1.0 }", "enter", "particle.0.enter", &["is for free particles"]),
-    ("[time]", "[[swarm]]\ncount = 0\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = 0.1\n[time]", "count", "swarm.0.count", &["from 1 to 1000000"]),
+    ("[time]", "[[swarm]]\ncount = 0\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\n\
+        diameter = 0.1\n[time]", "count", "swarm.0.count", &["from 1 to 1000000"]),
     ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\n[time]", "[[swarm]]", "swarm.0.diameter", &["missing key `diameter`", "from = "]),
-    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = { uniform = [0.2, 0.1] }\n[time]", "diameter", "swarm.0.diameter", &["the least, 0.2 m, comes first"]),
-    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = { normal = [0.2, 0.1] }\n[time]", "diameter", "swarm.0.diameter", &["one number or { uniform = [least, largest] }"]),
-    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\ndiameter = 0.1\nmotion = \"fixed\"\nspin = 1.0\n[time]", "spin", "swarm.0.spin", &["how a free particle starts"]),
+    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\n\
+        diameter = { uniform = [0.2, 0.1] }\n[time]", "diameter", "swarm.0.diameter", &["the least, 0.2 m, comes first"]),
+    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\n\
+        diameter = { normal = [0.2, 0.1] }\n[time]", "diameter", "swarm.0.diameter", &["one number or { uniform = [least, largest] }"]),
+    ("[time]", "[[swarm]]\ncount = 9\nregion = { min = [1.5, 0.0], max = [2.0, 1.0] }\n\
+        diameter = 0.1\nmotion = \"fixed\"\nspin = 1.0\n[time]", "spin", "swarm.0.spin", &["how a free particle starts"]),
     ("[time]", "[[swarm]]\nfrom = \"\"\n[time]", "from", "swarm.0.from", &["is empty", "particles.csv"]),
     ("[time]", "[[swarm]]\nfrom = \"gravel.csv\"\ngap = 0.1\n[time]", "gap", "swarm.0.gap", &["exclude each other"]),
     ("[time]", "[[swarm]]\nfrom = \"gravel.csv\"\n[time]", "from", "swarm.0.from", &["gravel.csv", "no such file", "the case file's folder"]),
     // Contact and materials.
-    ("[time]", "[contact]\nnormal_stiffness = 1.0\nrestitution = 0.5\ndamping = { normal = 1.0, tangential = 1.0 }\n[time]", "damping", "contact.damping", &["exclude each other"]),
-    ("[time]", "[contact]\nnormal_stiffness = 1.0\n[contact.pair]\nbetween = [\"default\", \"wall\"]\n[time]", "[contact.pair]", "contact.pair", &["a list", "[[contact.pair]]"]),
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\nrestitution = 0.5\n\
+        damping = { normal = 1.0, tangential = 1.0 }\n[time]", "damping", "contact.damping", &["exclude each other"]),
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\n[contact.pair]\n\
+        between = [\"default\", \"wall\"]\n[time]", "[contact.pair]", "contact.pair", &["a list", "[[contact.pair]]"]),
     ("[time]", "[contact]\nnormal_stiffness = \"soft\"\n[time]", "normal_stiffness", "contact.normal_stiffness", &["auto"]),
     ("[time]", "[contact]\nnormal_stiffness = 1.0\nexponent = 0.5\n[time]", "exponent", "contact.exponent", &["from 1 to 3"]),
     ("[time]", "[contact]\nnormal_stiffness = 1.0\ntangential_ratio = inf\n[time]", "tangential_ratio", "contact.tangential_ratio", &["finite"]),
     ("[time]", "[contact]\nnormal_stiffness = 1.0\nrestitution = 0.0\n[time]", "restitution", "contact.restitution", &["at least 0.001 and at most 1"]),
     ("[time]", "[contact]\nnormal_stiffness = 1.0\nsubsteps = 0\n[time]", "substeps", "contact.substeps", &["\"auto\"", "from 1 to 1000000", "not 0"]),
     ("[time]", "[contact]\nnormal_stiffness = 1.0\nsubsteps = 1000000000000\n[time]", "substeps", "contact.substeps", &["from 1 to 1000000"]),
-    ("[time]", "[[probe]]\nname = \"a\"\nat = [0.0, 0.0]\n[[probe]]\nname = \"a\"\nat = [0.0, 0.1]\n[time]", "name = \"a\"", "probe.1.name", &["names another probe already"]),
+    ("[time]", "[[probe]]\nname = \"a\"\nat = [0.0, 0.0]\n[[probe]]\nname = \"a\"\n\
+        at = [0.0, 0.1]\n[time]", "name = \"a\"", "probe.1.name", &["names another probe already"]),
     ("[time]", "[contact]\nnormal_stiffness = 1.0\nsubsteps = \"many\"\n[time]", "substeps", "contact.substeps", &["\"auto\" or a whole number, 1 or more"]),
-    ("[time]", "[contact]\nnormal_stiffness = 1.0\n[[contact.pair]]\nbetween = [\"steel\", \"wall\"]\n[time]", "between", "contact.pair.0.between.0", &["\"steel\"", "known here: \"default\", \"wall\""]),
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\n[[contact.pair]]\n\
+        between = [\"steel\", \"wall\"]\n[time]", "between", "contact.pair.0.between.0", &["\"steel\"", "known here: \"default\", \"wall\""]),
     ("[time]", "[contact]\nnormal_stiffness = 1.0\n[[contact.pair]]\nbetween = [\"wall\"]\n[time]", "between", "contact.pair.0.between", &["2 materials", "not 1"]),
-    ("[time]", "[contact]\nnormal_stiffness = 1.0\n[[contact.pair]]\nbetween = [\"wall\", \"wall\"]\n[time]", "between", "contact.pair.0.between", &["walls do not meet"]),
-    ("[time]", "[contact]\nnormal_stiffness = 1.0\npair = [{ between = [\"default\", \"wall\"] }, { between = [\"wall\", \"default\"] }]\n[time]", "pair", "contact.pair.1.between", &["contact.pair.0 is of these two already"]),
-    ("[time]", "[contact]\nnormal_stiffness = 1.0\npair = [{ between = [\"default\", \"wall\"], friction = -1.0 }]\n[time]", "pair", "contact.pair.0.friction", &["zero or positive"]),
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\n[[contact.pair]]\n\
+        between = [\"wall\", \"wall\"]\n[time]", "between", "contact.pair.0.between", &["walls do not meet"]),
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\n\
+        pair = [{ between = [\"default\", \"wall\"] }, { between = [\"wall\", \"default\"] }]\n\
+        [time]", "pair", "contact.pair.1.between", &["contact.pair.0 is of these two already"]),
+    ("[time]", "[contact]\nnormal_stiffness = 1.0\n\
+        pair = [{ between = [\"default\", \"wall\"], friction = -1.0 }]\n[time]", "pair", "contact.pair.0.friction", &["zero or positive"]),
     // Presets.
     ("name = \"small\"", "name = \"small\"\npreset = \"mics-2002\"", "preset", "preset", &["unknown value `mics-2002`", "mics-2003"]),
     // Measures and output.
     ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\nparticle = 2", "particle", "measure.0.particle", &["no particle 2", "has 2"]),
     ("kind = \"drag_coefficient\"", "kind = \"strouhal\"\nfrom = 5.0", "from", "measure.0.from", &["before time.end = 0.1 s"]),
-    ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\n[[measure]]\nname = \"drag\"\nkind = \"max_speed\"", "name = \"drag\"", "measure.1.name", &["names another measure"]),
+    ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\n[[measure]]\nname = \"drag\"\n\
+        kind = \"max_speed\"", "name = \"drag\"", "measure.1.name", &["names another measure"]),
     ("kind = \"drag_coefficient\"", "kind = \"position_z\"", "kind", "measure.0.kind", &["3D only"]),
     ("kind = \"drag_coefficient\"", "kind = \"morison_drag\"", "kind", "measure.0.kind", &["a particle that swings", "oscillation"]),
     ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\ntolerance = 0.1", "tolerance", "measure.0.tolerance", &["is of a reference", "give `reference`"]),
@@ -204,7 +245,8 @@ const BAD_CASES: &[Row] = &[
     ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\nreference = 1.5", "[[measure]]", "measure.0.tolerance", &["is missing", "tolerance = 0.02 is 2 %"]),
     ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\nreference = 0.0\ntolerance = 0.1", "reference", "measure.0.reference", &["not 0", "a band [low, high]"]),
     ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\nreference = [2.0, 1.0]", "reference", "measure.0.reference", &["a band is [low, high]"]),
-    ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\nreference = [1.0, 2.0]\ntolerance = -0.1", "tolerance", "measure.0.tolerance", &["zero or positive"]),
+    ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\nreference = [1.0, 2.0]\n\
+        tolerance = -0.1", "tolerance", "measure.0.tolerance", &["zero or positive"]),
     ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\nreference = \"1.5\"", "reference", "measure.0.reference", &["one number or a band [low, high]"]),
     ("[[measure]]", "[output]\nfields = { every = 0 }\n[[measure]]", "fields", "output.fields.every", &["1 step or more"]),
     ("[[measure]]", "[output]\nfields = { every = 1, every_time = 0.1 }\n[[measure]]", "fields", "output.fields", &["exactly one of"]),
@@ -212,8 +254,10 @@ const BAD_CASES: &[Row] = &[
     ("[[measure]]", "[output]\ncheckpoint = {}\n[[measure]]", "checkpoint", "output.checkpoint", &["exactly one of"]),
     ("[[measure]]", "[output]\ncheckpoint = { every_wall_minutes = -1 }\n[[measure]]", "checkpoint", "output.checkpoint.every_wall_minutes", &["positive", "minutes"]),
     ("size = [2.0, 1.0]\ncells = [32, 16]", "size = [2.0, 1.0]\ncells = [40000, 40000]", "cells", "domain.cells", &["GB", "fewer cells"]),
-    ("cfl = 0.4", "cfl = 0.6\nscheme = \"rk2\"", "cfl", "time.cfl", &["over the limit of this scheme", "0.5", "rk3"]),
-    ("cfl = 0.4", "cfl = 1.3", "cfl", "time.cfl", &["over the limit of this scheme", "1.2; lower it"]),
+    ("cfl = 0.4", "cfl = 0.6\nscheme = \"rk2\"", "cfl", "time.cfl", &["over the limit of this \
+        scheme", "0.5", "rk3"]),
+    ("cfl = 0.4", "cfl = 1.3", "cfl", "time.cfl", &["over the limit of this scheme", "1.2; lower \
+        it"]),
     // What only the scene can tell: it finds the limit of a step, and names it.
     ("cfl = 0.4", "step = 0.09", "step", "time.step", &["limit"]),
 ];
@@ -229,7 +273,10 @@ const BAD_OVERRIDES: &[(&str, &[&str])] = &[
     ("domain.cells=[32", &["not a TOML value"]),
     ("particle.5.density=2.0", &["no entry 5", "has 2"]),
     ("particle.density=2.0", &["`particle.0.density`"]),
-    ("fluid.viscosity=-2.0", &["small.toml", "fluid.viscosity", "zero or positive", "(given by --set)"]),
+    (
+        "fluid.viscosity=-2.0",
+        &["small.toml", "fluid.viscosity", "zero or positive", "(given by --set)"],
+    ),
     ("fluid.viscosty=2.0", &["small.toml", "did you mean `viscosity`?", "(given by --set)"]),
     ("preset=\"mics-2004\"", &["small.toml", "preset", "mics-2003", "(given by --set)"]),
     ("domain.cells=\"many\"", &["small.toml", "domain.cells", "wanted a list", "(given by --set)"]),
@@ -242,17 +289,24 @@ fn mics(case: &Path, out: &Path, arguments: &[&str]) -> Output {
     command.output().expect("the binary runs")
 }
 
-/// What is wrong with a refusal: its status, its message or what it left in `out`; empty where all is as it should be.
+/// What is wrong with a refusal: its status, its message or what it left in `out`; empty where all
+/// is as it should be.
 pub fn shortcomings(output: &Output, out: &Path, says: &[&str]) -> Vec<String> {
     let message = String::from_utf8_lossy(&output.stderr);
     let mut wrong = Vec::new();
     if output.status.code() != Some(2) {
         wrong.push(format!("exit status {:?}, expected 2", output.status.code()));
     }
-    if message.lines().filter(|line| line.starts_with("error: ")).count() != 1 || !message.starts_with("error: ") {
+    if message.lines().filter(|line| line.starts_with("error: ")).count() != 1
+        || !message.starts_with("error: ")
+    {
         wrong.push("expected one message".into());
     }
-    wrong.extend(says.iter().filter(|part| !message.contains(**part)).map(|part| format!("does not say `{part}`")));
+    wrong.extend(
+        says.iter()
+            .filter(|part| !message.contains(**part))
+            .map(|part| format!("does not say `{part}`")),
+    );
     if out.exists() {
         wrong.push("the output folder was made".into());
     }
@@ -273,7 +327,8 @@ fn refused(text: &[u8], arguments: &[&str], says: &[&str]) -> Vec<String> {
 /// Fails with every shortcoming of every row, so that one run shows all.
 pub fn expect_none(shortcomings: impl IntoIterator<Item = (String, Vec<String>)>) {
     let failed = shortcomings.into_iter().filter(|(_, wrong)| !wrong.is_empty());
-    let report: Vec<_> = failed.map(|(row, wrong)| format!("{row}\n    {}", wrong.join("\n    "))).collect();
+    let report: Vec<_> =
+        failed.map(|(row, wrong)| format!("{row}\n    {}", wrong.join("\n    "))).collect();
     assert!(report.is_empty(), "{} rows fall short:\n{}", report.len(), report.join("\n"));
 }
 
@@ -291,7 +346,8 @@ fn a_bad_case_is_refused_with_one_message_that_names_file_line_key_and_cure() {
     expect_none(BAD_CASES.iter().map(|(from, to, line, key, says)| {
         assert!(GOOD.contains(from), "the good case has no `{from}`");
         let text = GOOD.replacen(from, to, 1);
-        // Of several lines that begin so, the last one up to the end of the replacement is meant, else the first.
+        // Of several lines that begin so, the last one up to the end of the replacement is meant,
+        // else the first.
         let changed = text[..GOOD.find(from).unwrap_or(0) + to.len()].lines().count();
         let begins_so = |(_, text): &(usize, &str)| !line.is_empty() && text.starts_with(line);
         let up_to_change = text.lines().enumerate().take(changed).filter(begins_so).last();
@@ -307,13 +363,17 @@ fn a_bad_case_is_refused_with_one_message_that_names_file_line_key_and_cure() {
 
 #[test]
 fn a_bad_override_is_refused_with_one_message_that_names_it_and_the_right_form() {
-    let row = |(given, says): &(&str, &[&str])| (given.to_string(), refused(GOOD.as_bytes(), &["--set", given], says));
+    let row = |(given, says): &(&str, &[&str])| {
+        (given.to_string(), refused(GOOD.as_bytes(), &["--set", given], says))
+    };
     expect_none(BAD_OVERRIDES.iter().map(row));
 }
 
 #[test]
 fn what_a_preset_gives_is_refused_at_its_line() {
-    let text = GOOD.replacen('\n', "\npreset = \"mics-2003\"\n", 1).replace("cfl = 0.4", "scheme = \"rk2\"");
+    let text = GOOD
+        .replacen('\n', "\npreset = \"mics-2003\"\n", 1)
+        .replace("cfl = 0.4", "scheme = \"rk2\"");
     let says = ["small.toml:2: time.advection", "qsi is a one-step scheme", "(given by preset)"];
     expect_none([("rk2 with the preset".into(), refused(text.as_bytes(), &[], &says))]);
 }
@@ -330,14 +390,23 @@ fn a_bad_list_of_particles_is_refused_with_its_file_line_and_column() {
         (csv.to_owned(), shortcomings(&mics(&case, &out, &[]), &out, &all))
     };
     expect_none([
-        row("x,y,diamter\n1.7,0.2,0.1\n", &["gravel.csv:1", "`diamter`", "x, y, diameter, density, vx, vy, spin"]),
+        row(
+            "x,y,diamter\n1.7,0.2,0.1\n",
+            &["gravel.csv:1", "`diamter`", "x, y, diameter, density, vx, vy, spin"],
+        ),
         row("x,y\n1.7,0.2\n", &["gravel.csv:1", "`diameter` is missing", "x, y and diameter"]),
         row("x,y,y,diameter\n1.7,0.2,0.2,0.1\n", &["gravel.csv:1", "`y`", "twice"]),
-        row("x,y,diameter\n1.7,0.2,0.1\n1.7,high,0.1\n", &["gravel.csv:3", "`y`", "finite number", "\"high\""]),
+        row(
+            "x,y,diameter\n1.7,0.2,0.1\n1.7,high,0.1\n",
+            &["gravel.csv:3", "`y`", "finite number", "\"high\""],
+        ),
         row("x,y,diameter\n1.7,0.2,-0.1\n", &["gravel.csv:2", "`diameter`", "positive (m)"]),
         row("x,y,diameter\n1.7,0.2\n", &["gravel.csv:2", "has 2 columns, and the header 3"]),
         row("x,y,diameter\n1.99,0.2,0.1\n", &["gravel.csv:2", "along x", "outside the domain"]),
-        row("x,y,diameter\n1.8,0.9,0.1\n1.8,0.2,0.1\n1.75,0.2,0.1\n", &["gravel.csv:4", "that of line 3"]),
+        row(
+            "x,y,diameter\n1.8,0.9,0.1\n1.8,0.2,0.1\n1.75,0.2,0.1\n",
+            &["gravel.csv:4", "that of line 3"],
+        ),
         row("x,y,diameter\n1.2,0.5,0.1\n", &["gravel.csv:2", "overlaps particle 1"]),
         row("x,y,diameter\n", &["gravel.csv", "lists no particles"]),
     ]);
@@ -350,10 +419,17 @@ fn a_case_file_that_cannot_be_read_as_text_is_refused() {
     let absent = folder.path().join("absent.toml");
     let latin1 = GOOD.replace("small", "sm\u{e5}ll").chars().map(|c| c as u8).collect::<Vec<_>>();
     expect_none([
-        ("absent".into(), shortcomings(&mics(&absent, &out, &[]), &out, &["absent.toml", "no such file"])),
+        (
+            "absent".into(),
+            shortcomings(&mics(&absent, &out, &[]), &out, &["absent.toml", "no such file"]),
+        ),
         (
             "a directory".into(),
-            shortcomings(&mics(folder.path(), &out, &[]), &out, &["directory", "name the case file"]),
+            shortcomings(
+                &mics(folder.path(), &out, &[]),
+                &out,
+                &["directory", "name the case file"],
+            ),
         ),
         ("not UTF-8".into(), refused(&latin1, &[], &["small.toml:1", "UTF-8"])),
     ]);
@@ -367,8 +443,10 @@ fn a_folder_that_holds_a_run_is_refused_and_left_as_it_was() {
     fs::create_dir(&out).expect("the scratch folder takes a folder");
     fs::write(out.join("run.json"), "{}").expect("the folder takes a file");
     let wrong = shortcomings(&mics(&case, &out, &[]), Path::new(""), &["exists", "--force"]);
-    let left: Vec<_> =
-        fs::read_dir(&out).expect("the folder is still there").map(|entry| entry.unwrap().path()).collect();
+    let left: Vec<_> = fs::read_dir(&out)
+        .expect("the folder is still there")
+        .map(|entry| entry.unwrap().path())
+        .collect();
     assert_eq!(left, [out.join("run.json")]);
     assert_eq!(fs::read_to_string(&left[0]).expect("it is text"), "{}");
     expect_none([("a folder with a run".into(), wrong)]);
@@ -379,7 +457,15 @@ fn force_replaces_a_run_and_nothing_else() {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let (case, out) = (folder.path().join("small.toml"), folder.path().join("out"));
     fs::write(&case, GOOD).expect("the scratch folder takes a file");
-    let short = ["--quiet", "--set", "time.end=0.02", "--set", "output.figures=false", "--set", "measure=[]"];
+    let short = [
+        "--quiet",
+        "--set",
+        "time.end=0.02",
+        "--set",
+        "output.figures=false",
+        "--set",
+        "measure=[]",
+    ];
     assert!(mics(&case, &out, &short).status.success());
     let (notes, stale) = (out.join("fields/notes.txt"), out.join("fields/99999999.vti"));
     fs::write(&notes, "mine").expect("the folder takes a file");
@@ -387,7 +473,10 @@ fn force_replaces_a_run_and_nothing_else() {
     // Its own case would be deleted under it.
     let inside = mics(&out.join("case.toml"), &out, &["--force"]);
     let message = String::from_utf8_lossy(&inside.stderr);
-    assert!(inside.status.code() == Some(2) && message.contains("would delete the case file"), "{message}");
+    assert!(
+        inside.status.code() == Some(2) && message.contains("would delete the case file"),
+        "{message}"
+    );
     assert!(mics(&case, &out, &[&short[..], &["--force"]].concat()).status.success());
     assert_eq!(fs::read_to_string(&notes).expect("it is still there"), "mine");
     assert!(!stale.exists(), "a field of the run before");

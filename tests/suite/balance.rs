@@ -1,5 +1,6 @@
-//! Momentum in a box with sides, sharp walls: what everything in it gains is what its sides, gravity and contacts give. The
-//! two are summed from different numbers: the one from all cells and bodies, the other from the fields beside the sides.
+//! Momentum in a box with sides, sharp walls: what everything in it gains is what its sides,
+//! gravity and contacts give. The two are summed from different numbers: the one from all cells and
+//! bodies, the other from the fields beside the sides.
 
 use crate::support::{MIXING, PERIODIC, SHARP, box_case, petsc};
 use mics::grid::Border;
@@ -11,7 +12,10 @@ const FALLING: &str = "gravity = [0.3, -1.0]\nviscosity";
 /// Free discs, one of which strikes the floor, and one that is held.
 fn discs() -> String {
     let disc = |place: [f64; 2], more: &str| {
-        format!("[[particle]]\nshape = {{ disc = {{ diameter = 0.25 }} }}\nposition = {place:?}\n{more}\n")
+        format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.25 }} }}\nposition = {place:?}\n\
+            {more}\n"
+        )
     };
     [
         &disc([0.6, 0.14], "density = 2.65\nvelocity = [0.4, -0.5]\nspin = 3.0"),
@@ -23,7 +27,8 @@ fn discs() -> String {
     .concat()
 }
 
-/// Steps a scene and returns, of all steps, the largest momentum, what the sides give in a step, and what is missing.
+/// Steps a scene and returns, of all steps, the largest momentum, what the sides give in a step,
+/// and what is missing.
 fn follow<const D: usize>(scene: &mut Scene<D>, steps: usize, dt: f64) -> [f64; 3] {
     let mut most = [0.0f64; 3];
     for _ in 0..steps {
@@ -43,12 +48,18 @@ fn what_fluid_and_bodies_gain_is_what_the_sides_of_the_box_gravity_and_contacts_
     for sides in [moving, stream] {
         // Viscosity asks for the four stages of rkl2 at 0.2 Pa s.
         for (scheme, viscosity) in [("rk2", 0.01), ("rk3", 0.01), ("rkl2", 0.2)] {
-            let more =
-                format!("{}[time]\nend = 1.0\nscheme = \"{scheme}\"\n[pressure]\ndivergence_limit = 1e-8", discs());
-            let text = box_case([2.0, 1.0], [64, 32], viscosity, sides, &more).replace("viscosity", FALLING);
+            let more = format!(
+                "{}[time]\nend = 1.0\nscheme = \"{scheme}\"\n[pressure]\ndivergence_limit = 1e-8",
+                discs()
+            );
+            let text = box_case([2.0, 1.0], [64, 32], viscosity, sides, &more)
+                .replace("viscosity", FALLING);
             let mut scene: Scene<2> = petsc.scene(&text);
             let [momentum, border, error] = follow(&mut scene, 60, 4e-3);
-            println!("{sides:?} {scheme}: momentum {momentum:.3}, sides {border:.2e} a step, missing {error:.1e}");
+            println!(
+                "{sides:?} {scheme}: momentum {momentum:.3}, sides {border:.2e} a step, missing \
+                {error:.1e}"
+            );
             assert!(border > 1e-3 && error < 1e-12, "{sides:?} {scheme}: {error:e} of {border:e}");
         }
     }
@@ -57,9 +68,12 @@ fn what_fluid_and_bodies_gain_is_what_the_sides_of_the_box_gravity_and_contacts_
 #[test]
 fn the_balance_holds_in_three_dimensions() {
     let petsc = petsc();
-    let text = "name = \"b\"\n[domain]\nsize = [1.5, 1.0, 1.0]\ncells = [24, 16, 16]\n[fluid]\ndensity = 1.0\n\
-        viscosity = 0.02\ngravity = [0.2, 0.1, -1.0]\n[boundary]\nwest = \"wall\"\neast = \"slip\"\nsouth = \"periodic\"\n\
-        north = \"periodic\"\nbottom = \"wall\"\ntop = { moving_wall = [1.0, 0.5, 0.0] }\n[coupling]\nwall = \"sharp\"\n\
+    let text = "name = \"b\"\n[domain]\nsize = [1.5, 1.0, 1.0]\ncells = [24, 16, 16]\n[fluid]\n\
+        density = 1.0\n\
+        viscosity = 0.02\ngravity = [0.2, 0.1, -1.0]\n[boundary]\nwest = \"wall\"\neast = \
+            \"slip\"\nsouth = \"periodic\"\n\
+        north = \"periodic\"\nbottom = \"wall\"\ntop = { moving_wall = [1.0, 0.5, 0.0] }\n\
+            [coupling]\nwall = \"sharp\"\n\
         [[particle]]\nshape = { sphere = { diameter = 0.5 } }\nposition = [0.7, 0.4, 0.6]\ndensity = 2.65\n\
         [time]\nend = 1.0\n[pressure]\ndivergence_limit = 1e-8";
     let mut scene: Scene<3> = petsc.scene(text);
@@ -67,20 +81,23 @@ fn the_balance_holds_in_three_dimensions() {
     assert!(border > 1e-3 && error < 1e-12, "{error:e} of {border:e}");
 }
 
-/// `-u.grad u` keeps no momentum, and the audit has to say so: a balance that closes whatever happens is none.
+/// `-u.grad u` keeps no momentum, and the audit has to say so: a balance that closes whatever
+/// happens is none.
 #[test]
 fn a_term_that_loses_momentum_is_told_by_the_balance() {
     let petsc = petsc();
     let sides = ["\"wall\"", "\"slip\"", "\"wall\"", "{ moving_wall = [1.0, 0.0] }"];
     for sides in [sides, PERIODIC] {
         let more = discs()
-            + "[initial]\nvelocity = [0.5, 0.2]\n[time]\nend = 1.0\nadvection = \"upwind5-advective\"\n\
+            + "[initial]\nvelocity = [0.5, 0.2]\n[time]\nend = 1.0\n\
+                advection = \"upwind5-advective\"\n\
                [pressure]\ndivergence_limit = 1e-8";
         let text = box_case([2.0, 1.0], [64, 32], 0.01, sides, &more).replace("viscosity", FALLING);
         let mut scene: Scene<2> = petsc.scene(&text);
         let mut lost = 0.0f64;
         for _ in 0..20 {
-            // What all cells and bodies have, counted here, and what the audit says they were given.
+            // What all cells and bodies have, counted here, and what the audit says they were
+            // given.
             let before = scene.state.balance.as_ref().unwrap().momentum;
             scene.step(4e-3).unwrap();
             let audit = scene.state.balance.as_ref().unwrap();
@@ -91,12 +108,14 @@ fn a_term_that_loses_momentum_is_told_by_the_balance() {
     }
 }
 
-/// Force of the sides on the fluid (N) by the fields as they are: pressure and shear by parabolas through the cells beside
-/// them, not by what the scheme has there.
+/// Force of the sides on the fluid (N) by the fields as they are: pressure and shear by parabolas
+/// through the cells beside them, not by what the scheme has there.
 fn traction(scene: &Scene<2>, viscosity: f64) -> Vector3<f64> {
     let (grid, mut force) = (&scene.domain.grid, Vector3::zeros());
     for (axis, side) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-        let Some(Border::Velocity(value)) = &scene.domain.boundaries.borders[axis][side] else { continue };
+        let Some(Border::Velocity(value)) = &scene.domain.boundaries.borders[axis][side] else {
+            continue;
+        };
         let (s, h, area) = (grid.stride[axis], grid.h[axis], grid.h[1 - axis]);
         let inwards = if side == 0 { 1.0 } else { -1.0 };
         for c in grid.rows().flatten().filter(|&c| {
@@ -122,12 +141,14 @@ fn the_impulse_of_the_sides_is_the_traction_that_the_fields_have_there() {
     // A lid between other walls has no finite shear at its ends.
     for sides in [[wall; 4], ["\"periodic\"", "\"periodic\"", wall, lid]] {
         let more = [
-            "[[particle]]\nshape = { disc = { diameter = 0.25 } }\nposition = [1.1, 0.6]\ndensity = 2.65\n",
+            "[[particle]]\nshape = { disc = { diameter = 0.25 } }\nposition = [1.1, 0.6]\n\
+            density = 2.65\n",
             SHARP,
             "[pressure]\ndivergence_limit = 1e-8",
         ]
         .concat();
-        let text = box_case([2.0, 1.0], [64, 32], viscosity, sides, &more).replace("viscosity", FALLING);
+        let text =
+            box_case([2.0, 1.0], [64, 32], viscosity, sides, &more).replace("viscosity", FALLING);
         let mut scene: Scene<2> = petsc.scene(&text);
         // Until the layers at the walls are some cells thick.
         let dt = 2e-3;
@@ -135,12 +156,17 @@ fn the_impulse_of_the_sides_is_the_traction_that_the_fields_have_there() {
         let (mut worst, mut most) = (Vector3::zeros(), Vector3::zeros());
         for _ in 0..20 {
             scene.step(dt).unwrap();
-            let (told, found) =
-                (scene.state.balance.as_ref().unwrap().impulses.border() / dt, traction(&scene, viscosity));
+            let (told, found) = (
+                scene.state.balance.as_ref().unwrap().impulses.border() / dt,
+                traction(&scene, viscosity),
+            );
             worst = (told - found).abs().sup(&worst);
             most = told.abs().sup(&most);
         }
-        println!("{sides:?}: {:.4} {:.4} N, differs by up to {:.4} {:.4} N", most.x, most.y, worst.x, worst.y);
+        println!(
+            "{sides:?}: {:.4} {:.4} N, differs by up to {:.4} {:.4} N",
+            most.x, most.y, worst.x, worst.y
+        );
         for a in 0..2 {
             assert!(worst[a] < 0.05 * most[a], "{sides:?} along {a}: {worst} of {most}");
         }
@@ -162,25 +188,33 @@ fn the_balance_begins_with_the_momentum_that_is_there() {
     }
 }
 
-/// What holds a body along a locked axis also takes what its turning gives the cells along it, whose centroid is not the body's: by gravity, and by
-/// contacts. Left out, the balance of the paper's mixing missed 1e-5 of what there was.
+/// What holds a body along a locked axis also takes what its turning gives the cells along it,
+/// whose centroid is not the body's: by gravity, and by contacts. Left out, the balance of the
+/// paper's mixing missed 1e-5 of what there was.
 #[test]
 fn the_balance_holds_where_a_body_is_locked_along_an_axis_and_turns() {
     let petsc = petsc();
     let disc = |place: [f64; 2], locked: &str| {
         format!(
-            "[[particle]]\nshape = {{ disc = {{ diameter = 0.25 }} }}\nposition = {place:?}\ndensity = 5.0\nspin = 2.0\n\
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.25 }} }}\nposition = {place:?}\n\
+            density = 5.0\nspin = 2.0\n\
              velocity = [0.0, -0.4]\nlocked = [{locked}]\n"
         )
     };
     for wall in [SHARP, MIXING] {
         let more = format!(
-            "{wall}{}{}[contact]\nnormal_stiffness = 500.0\nfriction = 0.3\n[initial]\nvelocity = [0.4, 0.0]\n\
+            "{wall}{}{}[contact]\nnormal_stiffness = 500.0\nfriction = 0.3\n[initial]\n\
+            velocity = [0.4, 0.0]\n\
              [pressure]\ndivergence_limit = 1e-9",
             disc([0.613, 0.142], "\"x\""),
             disc([0.71, 0.407], "\"y\"")
         )
-        .replacen("velocity = [0.0, -0.4]\nlocked = [\"y\"]", "velocity = [-0.3, 0.0]\nlocked = [\"y\"]", 1);
+        .replacen(
+            "velocity = [0.0, -0.4]\nlocked = [\"y\"]",
+            "velocity = [-0.3, 0.0]\n\
+            locked = [\"y\"]",
+            1,
+        );
         let sides = ["\"wall\"", "\"slip\"", "\"wall\"", "\"wall\""];
         let text = box_case([1.5, 1.0], [48, 32], 0.01, sides, &more).replace("viscosity", FALLING);
         let mut scene: Scene<2> = petsc.scene(&text);

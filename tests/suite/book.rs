@@ -1,5 +1,5 @@
-//! The book in docs/ and the other pages: links lead somewhere, every page is in the table of contents, what the program writes
-//! is what it writes, and the cases that are printed are cases.
+//! The book in docs/ and the other pages: links lead somewhere, every page is in the table of
+//! contents, what the program writes is what it writes, and the cases that are printed are cases.
 
 use crate::support::{case, mics, shipped};
 use std::collections::HashMap;
@@ -11,13 +11,18 @@ fn pages() -> Vec<PathBuf> {
         let entries = std::fs::read_dir(shipped(folder)).unwrap();
         entries.map(|entry| entry.unwrap().path()).collect::<Vec<_>>()
     };
-    let docs = in_folder("docs").into_iter().filter(|path| path.extension().is_some_and(|e| e == "md"));
-    let cases = in_folder("cases").into_iter().map(|path| path.join("README.md")).filter(|path| path.exists());
+    let docs =
+        in_folder("docs").into_iter().filter(|path| path.extension().is_some_and(|e| e == "md"));
+    let cases = in_folder("cases")
+        .into_iter()
+        .map(|path| path.join("README.md"))
+        .filter(|path| path.exists());
     let top = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(shipped);
     top.into_iter().chain(docs).chain(cases).collect()
 }
 
-/// The lines of a page that are no code, with their numbers; what stands between backticks is cut out where `bare`.
+/// The lines of a page that are no code, with their numbers; what stands between backticks is cut
+/// out where `bare`.
 fn prose(text: &str, bare: bool) -> Vec<(usize, String)> {
     let mut fenced = false;
     let mut lines = Vec::new();
@@ -58,12 +63,17 @@ fn broken(page: &Path, text: &str, link: &str) -> Option<String> {
     if ["http://", "https://", "mailto:"].iter().any(|scheme| link.starts_with(scheme)) {
         return None;
     }
-    let (path, anchor) = link.split_once('#').map_or((link, None), |(path, anchor)| (path, Some(anchor)));
+    let (path, anchor) =
+        link.split_once('#').map_or((link, None), |(path, anchor)| (path, Some(anchor)));
     let target = if path.is_empty() { page.to_owned() } else { page.with_file_name(path) };
     if !target.exists() {
         return Some(format!("{path} is not there"));
     }
-    let there = if path.is_empty() { text.to_owned() } else { std::fs::read_to_string(&target).unwrap_or_default() };
+    let there = if path.is_empty() {
+        text.to_owned()
+    } else {
+        std::fs::read_to_string(&target).unwrap_or_default()
+    };
     let anchor = anchor.filter(|anchor| !anchors(&there).iter().any(|name| name == anchor))?;
     Some(format!("{} has no heading #{anchor}", target.display()))
 }
@@ -103,24 +113,36 @@ fn links_are_judged_as_a_forge_judges_them() {
 fn every_page_of_the_book_is_in_its_table_of_contents() {
     let summary = shipped("docs/SUMMARY.md");
     let text = std::fs::read_to_string(&summary).unwrap();
-    let listed: Vec<PathBuf> = text.lines().flat_map(links).map(|link| summary.with_file_name(link)).collect();
+    let listed: Vec<PathBuf> =
+        text.lines().flat_map(links).map(|link| summary.with_file_name(link)).collect();
     let listed: Vec<PathBuf> = listed.iter().map(|path| path.canonicalize().unwrap()).collect();
     for page in pages() {
         let here = page.canonicalize().unwrap();
         let apart = page == summary;
-        assert!(apart || listed.contains(&here), "docs/SUMMARY.md does not have {}", page.display());
+        assert!(
+            apart || listed.contains(&here),
+            "docs/SUMMARY.md does not have {}",
+            page.display()
+        );
     }
 }
 
 #[test]
 fn the_key_reference_is_what_the_program_writes() {
     let output = mics(&["schema", "--markdown"]);
-    let (written, kept) = (String::from_utf8(output.stdout).unwrap(), std::fs::read_to_string(shipped("docs/keys.md")));
+    let (written, kept) = (
+        String::from_utf8(output.stdout).unwrap(),
+        std::fs::read_to_string(shipped("docs/keys.md")),
+    );
     assert!(
-        written.contains("## `[[particle]]`") && written.contains("| `diameter` | number | required |"),
+        written.contains("## `[[particle]]`")
+            && written.contains("| `diameter` | number | required |"),
         "{written}"
     );
-    assert!(kept.unwrap() == written, "docs/keys.md is another: mics schema --markdown > docs/keys.md");
+    assert!(
+        kept.unwrap() == written,
+        "docs/keys.md is another: mics schema --markdown > docs/keys.md"
+    );
 }
 
 #[test]

@@ -19,9 +19,12 @@ fn a_parabolic_inflow_between_walls_stays_a_parabola_to_second_order() {
     let error = |n: usize| {
         let sides = ["{ inflow_parabola = [1.0, 0.0] }", "\"outflow\"", "\"wall\"", "\"wall\""];
         let dt = (0.4 / n as f64).min(4.0 / (n * n) as f64);
-        channel_error(&box_case([2.0, 1.0], [2 * n, n], 0.05, sides, ""), (4.0 / dt) as usize, dt, |y| {
-            4.0 * y * (1.0 - y)
-        })
+        channel_error(
+            &box_case([2.0, 1.0], [2 * n, n], 0.05, sides, ""),
+            (4.0 / dt) as usize,
+            dt,
+            |y| 4.0 * y * (1.0 - y),
+        )
     };
     let e = [8, 16, 32].map(error);
     println!("{e:?}");
@@ -31,7 +34,8 @@ fn a_parabolic_inflow_between_walls_stays_a_parabola_to_second_order() {
 #[test]
 fn a_moving_wall_drives_couette_flow_exactly() {
     let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "{ moving_wall = [2.0, 0.0] }"];
-    let error = channel_error(&box_case([0.5, 1.0], [8, 16], 0.5, sides, ""), 4000, 2e-3, |y| 2.0 * y);
+    let error =
+        channel_error(&box_case([0.5, 1.0], [8, 16], 0.5, sides, ""), 4000, 2e-3, |y| 2.0 * y);
     assert!(error < 1e-9, "{error}");
 }
 
@@ -40,7 +44,8 @@ fn a_stream_along_slip_walls_stays_uniform_and_a_table_of_inflow_is_an_inflow() 
     let table = "{ inflow_profile = { at = [0.0, 1.0], velocity = [[1.0, 0.0], [1.0, 0.0]] } }";
     for west in ["{ inflow = [1.0, 0.0] }", table] {
         let sides = [west, "\"outflow\"", "\"slip\"", "\"slip\""];
-        let error = channel_error(&box_case([2.0, 1.0], [16, 8], 0.01, sides, ""), 50, 0.03, |_| 1.0);
+        let error =
+            channel_error(&box_case([2.0, 1.0], [16, 8], 0.01, sides, ""), 50, 0.03, |_| 1.0);
         assert!(error < 1e-12, "{error}");
     }
 }
@@ -53,7 +58,8 @@ fn left_behind(length: f64, n: usize) -> f64 {
     let mut scene: Scene<2> = petsc.scene(&box_case([length, 2.0], cells, 1e-3, sides, ""));
     let disturbance = |scene: &Scene<2>| {
         let energy = |c: usize| (scene.state.u[0][c] - 1.0).powi(2) + scene.state.u[1][c].powi(2);
-        let inside = scene.domain.grid.rows().flatten().filter(|&c| scene.domain.grid.centre(c)[0] < 2.0);
+        let inside =
+            scene.domain.grid.rows().flatten().filter(|&c| scene.domain.grid.centre(c)[0] < 2.0);
         inside.map(energy).sum::<f64>()
     };
     for c in scene.domain.grid.rows().flatten() {
@@ -82,7 +88,8 @@ fn a_vortex_leaves_through_the_outflow_without_reflection() {
 #[test]
 fn what_the_mixing_takes_is_all_that_a_periodic_flow_loses() {
     let petsc = petsc();
-    let body = "[coupling]\nwall = \"mixing\"\n[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.43, 0.52]\nmotion = \"fixed\"\n\
+    let body = "[coupling]\nwall = \"mixing\"\n[[particle]]\n\
+        shape = { disc = { diameter = 0.3 } }\nposition = [0.43, 0.52]\nmotion = \"fixed\"\n\
                 [[particle]]\nshape = { disc = { diameter = 0.2 } }\nposition = [0.95, 0.98]\n\
                 motion = { prescribed = { velocity = [0.3, 0.1], spin = 2.0 } }\n\
                 [initial]\nvelocity = [1.0, 0.2]\n[pressure]\ndivergence_limit = 1.0e-9";
@@ -108,7 +115,8 @@ fn what_the_mixing_takes_is_all_that_a_periodic_flow_loses() {
 
 #[test]
 fn between_two_outflows_a_stream_dies_away_as_one_that_a_reservoir_at_rest_feeds() {
-    // Bernoulli at the side where it comes in: rho L dU/dt = -rho U^2/2, so that U = U_0/(1 + U_0 t/(2 L)).
+    // Bernoulli at the side where it comes in: rho L dU/dt = -rho U^2/2, so that U = U_0/(1 + U_0
+    // t/(2 L)).
     let sides = ["\"outflow\"", "\"outflow\"", "\"slip\"", "\"slip\""];
     let error = |steps: usize, towards: f64| {
         let initial = format!("[initial]\nvelocity = [{towards:?}, 0.0]\n");
@@ -120,8 +128,20 @@ fn between_two_outflows_a_stream_dies_away_as_one_that_a_reservoir_at_rest_feeds
         let exact = towards / (1.0 + 2.0 / 4.0);
         let s = &scene.state;
         // Faces and cells alike, everywhere.
-        let cells = scene.domain.grid.rows().flatten().map(|c| (s.u[0][c] - exact).abs()).fold(0.0, f64::max);
-        let faces = scene.domain.grid.face_rows(0).flatten().map(|f| (s.faces[0][f] - exact).abs()).fold(0.0, f64::max);
+        let cells = scene
+            .domain
+            .grid
+            .rows()
+            .flatten()
+            .map(|c| (s.u[0][c] - exact).abs())
+            .fold(0.0, f64::max);
+        let faces = scene
+            .domain
+            .grid
+            .face_rows(0)
+            .flatten()
+            .map(|f| (s.faces[0][f] - exact).abs())
+            .fold(0.0, f64::max);
         cells.max(faces)
     };
     // What comes in is known by the last step's velocity: of first order in time.
@@ -136,9 +156,11 @@ fn a_stream_and_its_mirror_image_have_one_budget_of_energy() {
         let (inflow, at) = (format!("{{ inflow = [{towards:?}, 0.0] }}"), 0.6 + 0.3 * towards);
         let ends = if towards > 0.0 { [&inflow, "\"outflow\""] } else { ["\"outflow\"", &inflow] };
         let disc = format!(
-            "[[particle]]\nshape = {{ disc = {{ diameter = 0.307 }} }}\nposition = [{at:?}, 0.45]\nmotion = \"fixed\"\n"
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.307 }} }}\n\
+            position = [{at:?}, 0.45]\nmotion = \"fixed\"\n"
         );
-        let case = box_case([1.2, 1.0], [36, 30], 5e-4, [ends[0], ends[1], "\"wall\"", "\"wall\""], &disc);
+        let case =
+            box_case([1.2, 1.0], [36, 30], 5e-4, [ends[0], ends[1], "\"wall\"", "\"wall\""], &disc);
         let petsc = petsc();
         let mut scene: Scene<2> = petsc.scene(&case);
         for _ in 0..20 {
@@ -151,14 +173,16 @@ fn a_stream_and_its_mirror_image_have_one_budget_of_energy() {
     assert!(east.iter().zip(&west).all(|(a, b)| (a - b).abs() < 1e-8), "{east:?} {west:?}");
 }
 
-/// A fluidised column's floor: the stream that comes in lifts a disc by less than its weight, and the inflow carries the rest as a grate does.
+/// A fluidised column's floor: the stream that comes in lifts a disc by less than its weight, and
+/// the inflow carries the rest as a grate does.
 #[test]
 fn a_disc_that_the_stream_does_not_lift_lies_on_the_inflow() {
     let petsc = petsc();
     for density in [2.65, 7.8] {
         let sides = ["\"slip\"", "\"slip\"", "{ inflow = [0.0, 0.2] }", "\"outflow\""];
         let disc = format!(
-            "[[particle]]\nshape = {{ disc = {{ diameter = 1.0 }} }}\nposition = [2.037, 1.5]\ndensity = {density:?}\n\
+            "[[particle]]\nshape = {{ disc = {{ diameter = 1.0 }} }}\nposition = [2.037, 1.5]\n\
+            density = {density:?}\n\
              [contact]\nrestitution = 0.5\nfriction = 0.4\n"
         );
         let case = box_case([4.0, 4.0], [32, 32], 0.02, sides, &disc)
@@ -171,16 +195,21 @@ fn a_disc_that_the_stream_does_not_lift_lies_on_the_inflow() {
         let weight = (density - 1.0) * 10.0 * std::f64::consts::PI / 4.0;
         let (lifted, carried) = (exchange.momentum.y / weight, exchange.contact.y / weight);
         println!(
-            "s = {density}: at {:.5} m, the stream lifts {lifted:.4} of its weight, the inflow carries {carried:.4}",
+            "s = {density}: at {:.5} m, the stream lifts {lifted:.4} of its weight, the inflow \
+            carries {carried:.4}",
             body.centre.y
         );
         assert!((body.centre.y / 0.5 - 1.0).abs() < 2e-3, "s = {density}: {} m", body.centre.y);
-        assert!((lifted + carried - 1.0).abs() < 5e-3 && carried > 0.2, "s = {density}: {lifted} + {carried}");
+        assert!(
+            (lifted + carried - 1.0).abs() < 5e-3 && carried > 0.2,
+            "s = {density}: {lifted} + {carried}"
+        );
     }
 }
 
-/// A body beside an outflow: the profile continued into it read beyond the box what it had set itself, and grew without bound in gaps of a fifth of a
-/// spacing and less. The flow is that around one which is further in, give or take what the outflow does to it.
+/// A body beside an outflow: the profile continued into it read beyond the box what it had set
+/// itself, and grew without bound in gaps of a fifth of a spacing and less. The flow is that around
+/// one which is further in, give or take what the outflow does to it.
 #[test]
 fn a_body_that_touches_an_outflow_or_nearly_leaves_the_flow_calm() {
     let petsc = petsc();
@@ -189,7 +218,8 @@ fn a_body_that_touches_an_outflow_or_nearly_leaves_the_flow_calm() {
         // 0.4 spacings off the middle of a cell.
         let (h, d) = (0.04, 0.04 * cells);
         let disc = format!(
-            "[[particle]]\nshape = {{ disc = {{ diameter = {d:?} }} }}\nposition = [{:?}, 0.516]\nmotion = \"fixed\"\n{SHARP}",
+            "[[particle]]\nshape = {{ disc = {{ diameter = {d:?} }} }}\nposition = [{:?}, 0.516]\n\
+            motion = \"fixed\"\n{SHARP}",
             2.0 - 0.5 * d - gap * h
         );
         let mut scene: Scene<2> = petsc.scene(&box_case([2.0, 1.0], [50, 25], 0.01, stream, &disc));
@@ -202,8 +232,14 @@ fn a_body_that_touches_an_outflow_or_nearly_leaves_the_flow_calm() {
         let calm = energy(3.0, cells);
         for gap in [0.0, 0.1, 0.2, 0.3, 0.5, 1.0, 2.0] {
             let there = energy(gap, cells);
-            println!("{cells} cells, {gap} spacings from the outflow: {there:.4} J, {calm:.4} J further in");
-            assert!((there / calm - 1.0).abs() < 0.05, "{cells} cells, {gap} spacings: {there} J, {calm} J further in");
+            println!(
+                "{cells} cells, {gap} spacings from the outflow: {there:.4} J, {calm:.4} J further \
+                in"
+            );
+            assert!(
+                (there / calm - 1.0).abs() < 0.05,
+                "{cells} cells, {gap} spacings: {there} J, {calm} J further in"
+            );
         }
     }
 }

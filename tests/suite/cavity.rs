@@ -3,9 +3,11 @@
 use crate::support::{run, shipped};
 use mics::output::snapshot::Snapshot;
 
-/// Extremum of samples at equal spacing `h` (the first at h/2), by the parabola through its three highest points.
+/// Extremum of samples at equal spacing `h` (the first at h/2), by the parabola through its three
+/// highest points.
 fn extremum(values: &[f64], h: f64) -> (f64, f64) {
-    let k = (1..values.len() - 1).max_by(|a, b| values[*a].abs().total_cmp(&values[*b].abs())).unwrap();
+    let k =
+        (1..values.len() - 1).max_by(|a, b| values[*a].abs().total_cmp(&values[*b].abs())).unwrap();
     let (a, b, c) = (values[k - 1], values[k], values[k + 1]);
     let shift = 0.5 * (a - c) / (a - 2.0 * b + c);
     (b - 0.25 * (a - c) * shift, (k as f64 + 0.5 + shift) * h)

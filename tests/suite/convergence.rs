@@ -1,4 +1,5 @@
-//! Observed orders against exact solutions: the Taylor-Green vortex, advection alone, diffusion alone.
+//! Observed orders against exact solutions: the Taylor-Green vortex, advection alone, diffusion
+//! alone.
 
 use crate::support::{PERIODIC, box_case, order, petsc};
 use mics::grid::Coefficient;
@@ -20,7 +21,8 @@ fn vortex(x: f64, y: f64, t: f64) -> [f64; 2] {
 /// Both velocities at t = 0.3 of a vortex that was carried and decayed, and the exact ones.
 fn carried_vortex(n: usize, scheme: &str, courant: f64) -> [Vec<f64>; 2] {
     let petsc = petsc();
-    let more = format!("[time]\nend = 1.0\nscheme = \"{scheme}\"\n[pressure]\ndivergence_limit = 1.0e-8");
+    let more =
+        format!("[time]\nend = 1.0\nscheme = \"{scheme}\"\n[pressure]\ndivergence_limit = 1.0e-8");
     let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [n, n], NU, PERIODIC, &more));
     set_vortex(&mut scene);
     scene.start().unwrap();
@@ -75,29 +77,45 @@ fn the_three_stage_scheme_is_of_second_order_too() {
 
 #[test]
 fn two_and_three_stages_are_of_second_and_euler_of_first_order_in_time() {
-    // On one grid, so that differences between steps are errors of time alone. With all of the last pressure on the faces, which
-    // take the mean of cells otherwise, a term dt h^2 keeps rk2 at 1.44.
-    for (scheme, n, largest, expected) in [("rk2", 128, 0.5, 1.9), ("rk3", 128, 0.85, 1.9), ("euler", 48, 0.2, 0.9)] {
-        let [a, b, c] = [1.0, 0.5, 0.25].map(|f| carried_vortex(n, scheme, f * largest)).map(|[found, _]| found);
+    // On one grid, so that differences between steps are errors of time alone. With all of the last
+    // pressure on the faces, which take the mean of cells otherwise, a term dt h^2 keeps rk2 at
+    // 1.44.
+    for (scheme, n, largest, expected) in
+        [("rk2", 128, 0.5, 1.9), ("rk3", 128, 0.85, 1.9), ("euler", 48, 0.2, 0.9)]
+    {
+        let [a, b, c] = [1.0, 0.5, 0.25]
+            .map(|f| carried_vortex(n, scheme, f * largest))
+            .map(|[found, _]| found);
         let observed = order(distance(&a, &b), distance(&b, &c), 2.0);
-        println!("{scheme}: {:e}, {:e}, observed order in time {observed:.2}", distance(&a, &b), distance(&b, &c));
+        println!(
+            "{scheme}: {:e}, {:e}, observed order in time {observed:.2}",
+            distance(&a, &b),
+            distance(&b, &c)
+        );
         assert!(observed >= expected, "{scheme}: {observed}");
     }
 }
 
-/// A vortex that viscosity takes, in steps of up to 20 times those that viscosity would allow two stages.
+/// A vortex that viscosity takes, in steps of up to 20 times those that viscosity would allow two
+/// stages.
 #[test]
 fn legendre_stages_are_of_second_order_in_time_where_viscosity_binds_the_others() {
     let petsc = petsc();
     let nu = 0.1;
     let exact = |x: f64, y: f64, t: f64| {
         let decay = (-8.0 * PI * PI * nu * t).exp();
-        [decay * (2.0 * PI * x).sin() * (2.0 * PI * y).cos(), -decay * (2.0 * PI * x).cos() * (2.0 * PI * y).sin()]
+        [
+            decay * (2.0 * PI * x).sin() * (2.0 * PI * y).cos(),
+            -decay * (2.0 * PI * x).cos() * (2.0 * PI * y).sin(),
+        ]
     };
     let end = |scheme: &str, steps: usize| {
-        let more = format!("[time]\nend = 1.0\nscheme = \"{scheme}\"\n[pressure]\ndivergence_limit = 1.0e-8");
+        let more = format!(
+            "[time]\nend = 1.0\nscheme = \"{scheme}\"\n[pressure]\ndivergence_limit = 1.0e-8"
+        );
         let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [64, 64], nu, PERIODIC, &more));
-        let centres: Vec<_> = scene.domain.grid.rows().flatten().map(|c| (c, scene.domain.grid.centre(c))).collect();
+        let centres: Vec<_> =
+            scene.domain.grid.rows().flatten().map(|c| (c, scene.domain.grid.centre(c))).collect();
         for (c, [x, y]) in &centres {
             let v = exact(*x, *y, 0.0);
             scene.state.u.iter_mut().zip(v).for_each(|(u, v)| u[*c] = v);
@@ -114,12 +132,16 @@ fn legendre_stages_are_of_second_order_in_time_where_viscosity_binds_the_others(
     for scheme in ["rkl2", "rkl3"] {
         let [a, b, c] = [16, 32, 64].map(|steps| end(scheme, steps));
         let observed = order(distance(&a.1, &b.1), distance(&b.1, &c.1), 2.0);
-        println!("{scheme}: errors {:.2e}, {:.2e}, {:.2e}, order in time {observed:.2}", a.0, b.0, c.0);
+        println!(
+            "{scheme}: errors {:.2e}, {:.2e}, {:.2e}, order in time {observed:.2}",
+            a.0, b.0, c.0
+        );
         assert!((1.9..2.3).contains(&observed) && a.0 < 0.01 && c.0 < 2e-3);
     }
 }
 
-/// Largest error of the rate `-u.grad u` of one scheme on the vortex itself (`own`), or carried by the stream alone.
+/// Largest error of the rate `-u.grad u` of one scheme on the vortex itself (`own`), or carried by
+/// the stream alone.
 fn advection_error(n: usize, scheme: &str, own: bool) -> f64 {
     let petsc = petsc();
     let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [n, n], NU, PERIODIC, ""));
@@ -142,19 +164,31 @@ fn advection_error(n: usize, scheme: &str, own: bool) -> f64 {
     let (mut rate, mut scratch) = (grid.field(), grid.field());
     match scheme {
         "conservative" => {
-            let (carrier, mut rates) = (Carrier { now: &at_faces, before: None, upwinding: 1.0 }, grid.vector_field());
+            let (carrier, mut rates) =
+                (Carrier { now: &at_faces, before: None, upwinding: 1.0 }, grid.vector_field());
             let mut fluxes = Fluxes::new(&grid);
-            advection::upwind5(&grid, &carrier, &scene.state.u, 0.0, 1.0, false, &mut rates, &mut fluxes);
+            advection::upwind5(
+                &grid,
+                &carrier,
+                &scene.state.u,
+                0.0,
+                1.0,
+                false,
+                &mut rates,
+                &mut fluxes,
+            );
             [rate, _] = rates;
         }
         "advective" => advection::upwind5_advective(&grid, &carrier, &q, 1.0, &mut rate),
         _ => {
-            // One axis at a time, at a step so short that the path's end does not matter: the interpolation's order.
+            // One axis at a time, at a step so short that the path's end does not matter: the
+            // interpolation's order.
             let dt = 1e-3 / n as f64;
             for axis in 0..2 {
                 advection::qsi_sweep(&grid, axis, &carrier[axis], dt, &q, &mut scratch);
                 for c in grid.rows().flatten() {
-                    // The quadratic term of the path, u^2 dt/2 q'', is exact transport, not error: take it out.
+                    // The quadratic term of the path, u^2 dt/2 q'', is exact transport, not error:
+                    // take it out.
                     rate[c] += (scratch[c] - q[c]) / dt - path_term(&scene, &carrier, axis, c, dt);
                 }
             }
@@ -175,13 +209,16 @@ fn path_term(scene: &Scene<2>, carrier: &[Vec<f64>; 2], axis: usize, c: usize, d
     let [x, y] = scene.domain.grid.centre(c).map(|x| 2.0 * PI * x);
     let (k, u) = (2.0 * PI, carrier[axis][c]);
     let second = -k * k * x.sin() * y.cos();
-    let third = if axis == 0 { -k.powi(3) * x.cos() * y.cos() } else { k.powi(3) * x.sin() * y.sin() };
+    let third =
+        if axis == 0 { -k.powi(3) * x.cos() * y.cos() } else { k.powi(3) * x.sin() * y.sin() };
     0.5 * u * u * dt * second - u.powi(3) * dt * dt / 6.0 * third
 }
 
 #[test]
 fn advection_alone_is_of_fifth_order_in_space() {
-    for (scheme, own) in [("qsi", true), ("advective", true), ("conservative", false), ("qsi", false)] {
+    for (scheme, own) in
+        [("qsi", true), ("advective", true), ("conservative", false), ("qsi", false)]
+    {
         let e = [16, 32, 64].map(|n| advection_error(n, scheme, own));
         let observed = order(e[1], e[2], 2.0);
         println!(
@@ -199,7 +236,8 @@ fn the_conservative_form_is_of_second_order_where_the_carrier_varies() {
 }
 
 #[test]
-fn qsi_carries_a_vortex_across_the_box_at_fifth_order_and_loses_its_damping_with_the_courant_number() {
+fn qsi_carries_a_vortex_across_the_box_at_fifth_order_and_loses_its_damping_with_the_courant_number()
+ {
     let error = |n: usize, courant: f64| {
         let petsc = petsc();
         let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [n, n], NU, PERIODIC, ""));
@@ -213,7 +251,14 @@ fn qsi_carries_a_vortex_across_the_box_at_fifth_order_and_loses_its_damping_with
             for axis in 0..2 {
                 scene.domain.boundaries.fill_velocity(&mut u).unwrap();
                 for i in 0..2 {
-                    advection::qsi_sweep(&grid, axis, &carrier[axis], 1.0 / steps, &u[i], &mut out[i]);
+                    advection::qsi_sweep(
+                        &grid,
+                        axis,
+                        &carrier[axis],
+                        1.0 / steps,
+                        &u[i],
+                        &mut out[i],
+                    );
                 }
                 std::mem::swap(&mut u, &mut out);
             }
@@ -225,7 +270,8 @@ fn qsi_carries_a_vortex_across_the_box_at_fifth_order_and_loses_its_damping_with
     assert!(error(16, 1.0) < 1e-12, "a whole cell a step is exact");
 }
 
-/// u = (sin kx cos ky, -cos kx sin ky) with viscosity 1 + 0.5 sin kx: exact `div(mu (grad u + grad u^T))` along x.
+/// u = (sin kx cos ky, -cos kx sin ky) with viscosity 1 + 0.5 sin kx: exact `div(mu (grad u + grad
+/// u^T))` along x.
 fn stress_error(n: usize, vary: f64) -> f64 {
     let petsc = petsc();
     let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [n, n], NU, PERIODIC, ""));
@@ -241,15 +287,27 @@ fn stress_error(n: usize, vary: f64) -> f64 {
     scene.domain.boundaries.fill_velocity(&mut scene.state.u).unwrap();
     scene.domain.boundaries.fill_property(&mut mu).unwrap();
     let (mut rate, mut scratch) = (grid.field(), grid.field());
-    diffusion::stress(&grid, &mu, &Coefficient::Uniform(1.0), &scene.state.u, 0, 1.0, &mut rate, &mut scratch);
+    diffusion::stress(
+        &grid,
+        &mu,
+        &Coefficient::Uniform(1.0),
+        &scene.state.u,
+        0,
+        1.0,
+        &mut rate,
+        &mut scratch,
+    );
     let mut worst = 0.0f64;
     for c in grid.rows().flatten() {
         let [x, y] = grid.centre(c).map(|x| k * x);
         let mu = 1.0 + vary * (x.sin() + y.cos());
-        // mu lap u + 2 dmu/dx du/dx + dmu/dy (du/dy + dv/dx); the last bracket vanishes for this field.
+        // mu lap u + 2 dmu/dx du/dx + dmu/dy (du/dy + dv/dx); the last bracket vanishes for this
+        // field.
         let shear = -x.sin() * y.sin() + x.sin() * y.sin();
-        let exact =
-            k * k * (-2.0 * mu * x.sin() * y.cos() + 2.0 * vary * x.cos() * x.cos() * y.cos() - vary * y.sin() * shear);
+        let exact = k
+            * k
+            * (-2.0 * mu * x.sin() * y.cos() + 2.0 * vary * x.cos() * x.cos() * y.cos()
+                - vary * y.sin() * shear);
         worst = worst.max((rate[c] - exact).abs());
     }
     worst
@@ -287,10 +345,14 @@ fn in_three_dimensions_a_vortex_in_any_plane_decays_as_in_two() {
         let n = 16;
         let mut cells = [n; 3];
         cells[idle] = 8;
-        let sides: String = ["west", "east", "south", "north", "bottom", "top"].map(|s| format!("{s} = \"periodic\"\n")).concat();
+        let sides: String = ["west", "east", "south", "north", "bottom", "top"]
+            .map(|s| format!("{s} = \"periodic\"\n"))
+            .concat();
         let mut scene: Scene<3> = petsc.scene(&format!(
-            "name = \"t\"\n[domain]\nsize = [1.0, 1.0, 1.0]\ncells = {cells:?}\n[fluid]\ndensity = 1.0\nviscosity = {NU}\n\
-             [boundary]\n{sides}[time]\nend = 1.0\nscheme = \"rk2\"\n[pressure]\ndivergence_limit = 1.0e-8"
+            "name = \"t\"\n[domain]\nsize = [1.0, 1.0, 1.0]\ncells = {cells:?}\n[fluid]\n\
+            density = 1.0\nviscosity = {NU}\n\
+             [boundary]\n{sides}[time]\nend = 1.0\nscheme = \"rk2\"\n[pressure]\n\
+                 divergence_limit = 1.0e-8"
         ));
         for c in scene.domain.grid.rows().flatten() {
             let x = scene.domain.grid.centre(c);
@@ -305,7 +367,9 @@ fn in_three_dimensions_a_vortex_in_any_plane_decays_as_in_two() {
         for c in scene.domain.grid.rows().flatten() {
             let x = scene.domain.grid.centre(c);
             let exact = vortex(x[a], x[b], 0.3);
-            square += (scene.state.u[a][c] - exact[0]).powi(2) + (scene.state.u[b][c] - exact[1]).powi(2) + scene.state.u[idle][c].powi(2);
+            square += (scene.state.u[a][c] - exact[0]).powi(2)
+                + (scene.state.u[b][c] - exact[1]).powi(2)
+                + scene.state.u[idle][c].powi(2);
         }
         (square / (2 * scene.domain.grid.total_cells()) as f64).sqrt()
     });

@@ -15,11 +15,16 @@ fn section3(out: &Path, re: f64, wall: &str, more: &[&str]) -> serde_json::Value
     run(&shipped("cases/cylinder-wake/case.toml"), out, &[&words[..], more].concat())
 }
 
-/// Drag by the balance of momentum over a box around the cylinder, from the fields of the last snapshot alone: fluxes,
-/// pressure and viscous stress through its sides, by means of the two cells beside each side.
+/// Drag by the balance of momentum over a box around the cylinder, from the fields of the last
+/// snapshot alone: fluxes, pressure and viscous stress through its sides, by means of the two cells
+/// beside each side.
 fn control_volume_drag(out: &Path, viscosity: f64) -> f64 {
     let fields = std::fs::read_dir(out.join("fields")).unwrap();
-    let newest = fields.map(|e| e.unwrap().path()).filter(|p| p.extension().unwrap() == "vti").max().unwrap();
+    let newest = fields
+        .map(|e| e.unwrap().path())
+        .filter(|p| p.extension().unwrap() == "vti")
+        .max()
+        .unwrap();
     let s = Snapshot::read(&newest).unwrap();
     let (nx, h) = (s.cells[0], s.h[0]);
     let velocity = &s.array("velocity").unwrap().values;
@@ -40,7 +45,9 @@ fn control_volume_drag(out: &Path, viscosity: f64) -> f64 {
         for (j, sign) in [(south, 1.0), (north, -1.0)] {
             let mean = [0, 1].map(|a| 0.5 * (u(i, j - 1, a) + u(i, j, a)));
             let across = (u(i, j, 0) - u(i, j - 1, 0)) / h;
-            let along = 0.25 * (u(i + 1, j - 1, 1) + u(i + 1, j, 1) - u(i - 1, j - 1, 1) - u(i - 1, j, 1)) / h;
+            let along = 0.25
+                * (u(i + 1, j - 1, 1) + u(i + 1, j, 1) - u(i - 1, j - 1, 1) - u(i - 1, j, 1))
+                / h;
             force += sign * h * (DENSITY * mean[0] * mean[1] - viscosity * (across + along));
         }
     }
@@ -50,7 +57,8 @@ fn control_volume_drag(out: &Path, viscosity: f64) -> f64 {
 #[test]
 fn the_momentum_force_is_that_of_a_control_volume() {
     let dir = tempfile::tempdir().unwrap();
-    for (re, cells, wall) in [(20.0, "[160,64]", "mixing"), (40.0, "[320,128]", "mixing"), (40.0, "[160,64]", "sharp")]
+    for (re, cells, wall) in
+        [(20.0, "[160,64]", "mixing"), (40.0, "[320,128]", "mixing"), (40.0, "[160,64]", "sharp")]
     {
         let out = dir.path().join(format!("{re}{cells}{wall}"));
         let set = format!("domain.cells={cells}");
@@ -58,7 +66,16 @@ fn the_momentum_force_is_that_of_a_control_volume() {
             &out,
             re,
             wall,
-            &["--set", &set, "--set", "time.end=12.0", "--set", "measure=[]", "--set", "initial.perturbation=0.0"],
+            &[
+                "--set",
+                &set,
+                "--set",
+                "time.end=12.0",
+                "--set",
+                "measure=[]",
+                "--set",
+                "initial.perturbation=0.0",
+            ],
         );
         let rows = columns(&out.join("particles.csv"));
         let force = *rows["momentum_fx"].last().unwrap();
@@ -67,14 +84,23 @@ fn the_momentum_force_is_that_of_a_control_volume() {
             "Re {re} {cells}: momentum {force:.3} N, control volume {balance:.3} N, {:+.2} %",
             100.0 * (force / balance - 1.0)
         );
-        assert!((force / balance - 1.0).abs() < 0.005, "Re {re} {cells}: {force} against {balance}");
-        let literal =
-            ["pressure_fx", "viscous_fx", "convective_fx"].map(|n| *rows[n].last().unwrap()).iter().sum::<f64>();
-        assert!(wall == "sharp" || literal < force, "(19) as printed misses a part: {literal} of {force}");
+        assert!(
+            (force / balance - 1.0).abs() < 0.005,
+            "Re {re} {cells}: {force} against {balance}"
+        );
+        let literal = ["pressure_fx", "viscous_fx", "convective_fx"]
+            .map(|n| *rows[n].last().unwrap())
+            .iter()
+            .sum::<f64>();
+        assert!(
+            wall == "sharp" || literal < force,
+            "(19) as printed misses a part: {literal} of {force}"
+        );
     }
 }
 
-/// The wake at a Reynolds number, a row of the reference: the drag within a part of that there, the Strouhal number within 2 %.
+/// The wake at a Reynolds number, a row of the reference: the drag within a part of that there, the
+/// Strouhal number within 2 %.
 fn expect_the_wake(re: f64, row: usize, within: f64) {
     let dir = tempfile::tempdir().unwrap();
     let reference = columns(&shipped("cases/cylinder-wake/cylinder_s3.csv"));
@@ -85,9 +111,13 @@ fn expect_the_wake(re: f64, row: usize, within: f64) {
     if re < 50.0 {
         assert_eq!(strouhal, None, "Re {re} is steady");
     } else {
-        assert!((strouhal.unwrap() / expected - 1.0).abs() < 0.02, "Re {re}: {strouhal:?} against {expected}");
+        assert!(
+            (strouhal.unwrap() / expected - 1.0).abs() < 0.02,
+            "Re {re}: {strouhal:?} against {expected}"
+        );
     }
-    let (drag, expected) = (summary["measures"]["drag_coefficient"].as_f64().unwrap(), reference["cd"][row]);
+    let (drag, expected) =
+        (summary["measures"]["drag_coefficient"].as_f64().unwrap(), reference["cd"][row]);
     assert!((drag / expected - 1.0).abs() < within, "Re {re}: Cd {drag} against {expected}");
 }
 
@@ -97,7 +127,8 @@ fn the_wake_is_steady_at_re_40_and_sheds_at_re_100_with_the_strouhal_number_of_t
     expect_the_wake(100.0, 3, 0.02);
 }
 
-/// There the boundary layer is thinner than a spacing: docs/measured.md says what eight places within a cell give.
+/// There the boundary layer is thinner than a spacing: docs/measured.md says what eight places
+/// within a cell give.
 #[test]
 #[ignore = "takes long; ci/weekly"]
 fn the_wake_sheds_at_re_200_with_the_strouhal_number_of_the_reference() {
@@ -115,7 +146,10 @@ fn d0_is_kept_at_a_loose_and_a_tight_limit_in_two_and_three_dimensions() {
             let out = dir.path().join(format!("{case}{limit}"));
             let summary = run(&shipped(&format!("cases/{case}/case.toml")), &out, &short);
             let steps = columns(&out.join("steps.csv"));
-            assert!(steps["divergence_max"].iter().all(|d| *d < limit.parse().unwrap()), "{case} {limit}");
+            assert!(
+                steps["divergence_max"].iter().all(|d| *d < limit.parse().unwrap()),
+                "{case} {limit}"
+            );
             assert!(summary["krylov_iterations"].as_u64() > Some(0));
         }
     }
@@ -128,7 +162,16 @@ fn the_paper_s_choices_run_polygon_fractions_euler_and_qsi() {
         dir.path(),
         100.0,
         "mixing",
-        &["--set", "preset=\"mics-2003\"", "--set", "time.step=0.008", "--set", "time.end=2.0", "--set", "measure=[]"],
+        &[
+            "--set",
+            "preset=\"mics-2003\"",
+            "--set",
+            "time.step=0.008",
+            "--set",
+            "time.end=2.0",
+            "--set",
+            "measure=[]",
+        ],
     );
     assert_eq!(summary["status"], "done");
     let rows = columns(&dir.path().join("particles.csv"));
@@ -139,20 +182,29 @@ fn the_paper_s_choices_run_polygon_fractions_euler_and_qsi() {
     );
 }
 
-/// In a scene that is symmetric to rounding the wake stays so, and its drag is no wake's: the end of the run says it.
+/// In a scene that is symmetric to rounding the wake stays so, and its drag is no wake's: the end
+/// of the run says it.
 #[test]
 fn a_wake_that_stays_symmetric_is_named_with_the_key_that_perturbs_it() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
     let notes = |more: &str| {
-        let disc = "[[particle]]\nshape = { disc = { diameter = 0.25 } }\nposition = [0.5, 0.5]\nmotion = \"fixed\"\n";
+        let disc = "[[particle]]\nshape = { disc = { diameter = 0.25 } }\nposition = [0.5, 0.5]\n\
+            motion = \"fixed\"\n";
         let time = "[time]\nend = 6.0\n[output]\nfigures = false\n";
-        std::fs::write(&case, box_case([2.0, 1.0], [64, 32], 0.0025, sides, &format!("{disc}{time}{more}"))).unwrap();
+        std::fs::write(
+            &case,
+            box_case([2.0, 1.0], [64, 32], 0.0025, sides, &format!("{disc}{time}{more}")),
+        )
+        .unwrap();
         run(&case, &dir.path().join("out"), &["--force"])["notes"].to_string()
     };
     let said = notes("");
-    assert!(said.contains("stayed symmetric") && said.contains("initial.perturbation = 0.05"), "{said}");
+    assert!(
+        said.contains("stayed symmetric") && said.contains("initial.perturbation = 0.05"),
+        "{said}"
+    );
     let said = notes("[initial]\nperturbation = 0.05\n");
     assert!(!said.contains("symmetric"), "{said}");
 }

@@ -1,4 +1,5 @@
-//! What moves the fluid besides its borders: exact channel flow, a mean velocity that is held in every step, and what bodies feel.
+//! What moves the fluid besides its borders: exact channel flow, a mean velocity that is held in
+//! every step, and what bodies feel.
 
 use crate::support::{box_case, columns, mics, mpirun, order, petsc, run};
 use mics::drive::{box_volume, mean};
@@ -9,21 +10,26 @@ use std::f64::consts::PI;
 const PERIODIC: [&str; 4] = ["\"periodic\""; 4];
 const CHANNEL: [&str; 4] = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"wall\""];
 
-/// Kinematic viscosity and the force over density of a channel 1 m high whose mean velocity is 1 m/s.
+/// Kinematic viscosity and the force over density of a channel 1 m high whose mean velocity is 1
+/// m/s.
 const NU: f64 = 0.05;
 const PUSH: f64 = 12.0 * NU;
 
 fn disc(place: [f64; 2], density: f64, more: &str) -> String {
     format!(
-        "[[particle]]\nshape = {{ disc = {{ diameter = 0.6 }} }}\nposition = {place:?}\ndensity = {density:?}\n{more}\n"
+        "[[particle]]\nshape = {{ disc = {{ diameter = 0.6 }} }}\nposition = {place:?}\n\
+        density = {density:?}\n{more}\n"
     )
 }
 
-/// The largest error of the cells' velocity, and the force found (N/m3), of a channel of so many cells once it is steady.
+/// The largest error of the cells' velocity, and the force found (N/m3), of a channel of so many
+/// cells once it is steady.
 fn channel(cells: usize, drive: &str, gravity: &str) -> (f64, f64) {
     let petsc = petsc();
     let text = box_case([1.0, 1.0], [8, cells], 2.0 * NU, CHANNEL, &format!("[drive]\n{drive}"));
-    let text = text.replace("density = 1.0", "density = 2.0").replace("viscosity", &format!("{gravity}\nviscosity"));
+    let text = text
+        .replace("density = 1.0", "density = 2.0")
+        .replace("viscosity", &format!("{gravity}\nviscosity"));
     let mut scene: Scene<2> = petsc.scene(&text);
     let dt = 0.15 / (NU * (cells * cells) as f64);
     for _ in 0..(32.0 / dt) as usize {
@@ -32,7 +38,8 @@ fn channel(cells: usize, drive: &str, gravity: &str) -> (f64, f64) {
     // The mean over a cell: 1/24 h^2 of the second derivative beyond its middle.
     let exact = |y: f64| 6.0 * y * (1.0 - y) - 0.5 / (cells * cells) as f64;
     let grid = &scene.domain.grid;
-    let error = grid.rows().flatten().map(|c| (scene.state.u[0][c] - exact(grid.centre(c)[1])).abs());
+    let error =
+        grid.rows().flatten().map(|c| (scene.state.u[0][c] - exact(grid.centre(c)[1])).abs());
     (error.fold(0.0, f64::max), scene.state.drive.unwrap().x)
 }
 
@@ -47,16 +54,22 @@ fn a_channel_by_a_force_by_a_slope_and_by_its_flow_rate_is_poiseuilles_on_any_gr
         for cells in [8, 16] {
             let (off, force) = channel(cells, &drive, gravity);
             println!("{drive}, {cells} cells: off by {off:.1e} m/s; force {force:.7} N/m3");
-            assert!(off < 1e-6 && (force / (2.0 * PUSH) - 1.0).abs() < 1e-6, "{drive}: {off} m/s, {force} N/m3");
+            assert!(
+                off < 1e-6 && (force / (2.0 * PUSH) - 1.0).abs() < 1e-6,
+                "{drive}: {off} m/s, {force} N/m3"
+            );
         }
     }
 }
 
-/// Two discs, one heavy and one light, that fall and meet in a periodic box with this drive and wall.
+/// Two discs, one heavy and one light, that fall and meet in a periodic box with this drive and
+/// wall.
 fn pair(drive: &str, wall: &str) -> Scene<2> {
-    let bodies = disc([1.03, 1.02], 3.0, "velocity = [0.0, -0.4]") + &disc([1.13, 0.32], 0.5, "velocity = [0.0, 0.4]");
+    let bodies = disc([1.03, 1.02], 3.0, "velocity = [0.0, -0.4]")
+        + &disc([1.13, 0.32], 0.5, "velocity = [0.0, 0.4]");
     let more = format!(
-        "[drive]\n{drive}\n[coupling]\nwall = \"{wall}\"\n{bodies}[contact]\n[pressure]\ndivergence_limit = 1e-6\n"
+        "[drive]\n{drive}\n[coupling]\nwall = \"{wall}\"\n{bodies}[contact]\n[pressure]\n\
+        divergence_limit = 1e-6\n"
     );
     let text = box_case([2.0, 2.0], [32, 32], 0.05, PERIODIC, &more);
     petsc().scene(&text.replace("viscosity", "gravity = [0.0, -1.0]\nviscosity"))
@@ -69,8 +82,13 @@ fn a_mean_velocity_is_held_in_every_step_among_bodies_that_move_and_meet() {
         let mut touched = false;
         for _ in 0..60 {
             scene.step(0.01).unwrap();
-            let held = mean(&scene.domain.session, &scene.domain.grid, 1, &scene.state.faces).unwrap();
-            assert!((held - 0.2).abs() < 1e-13, "{wall}: {held} m/s after {} steps", scene.state.steps);
+            let held =
+                mean(&scene.domain.session, &scene.domain.grid, 1, &scene.state.faces).unwrap();
+            assert!(
+                (held - 0.2).abs() < 1e-13,
+                "{wall}: {held} m/s after {} steps",
+                scene.state.steps
+            );
             let error = scene.state.balance.unwrap().error.amax();
             assert!(error < 1e-12, "{wall}: {error} kg m/s are missing");
             touched |= scene.state.exchange[0].contact.norm() > 0.0;
@@ -83,16 +101,20 @@ fn a_mean_velocity_is_held_in_every_step_among_bodies_that_move_and_meet() {
     }
 }
 
-/// A disc of next to no weight that a heavy one presses against a wall: pressure and drive are found together, in two iterations. What the drive gave went by
-/// the discs' own volume and what the pressure gave by what faces show of it, which is less where they touch, and 20 iterations were not enough.
+/// A disc of next to no weight that a heavy one presses against a wall: pressure and drive are
+/// found together, in two iterations. What the drive gave went by the discs' own volume and what
+/// the pressure gave by what faces show of it, which is less where they touch, and 20 iterations
+/// were not enough.
 #[test]
 fn a_mean_velocity_is_found_with_the_pressure_where_a_light_body_touches_a_heavy_one() {
     let petsc = petsc();
     let text = format!(
         "name = \"t\"\ndomain = {{ size = [0.012, 0.017], cells = [12, 17] }}\n\
          fluid = {{ density = 1000.0, viscosity = 5e-4, gravity = [0.0, -9.81] }}\n\
-         boundary = {{ west = \"wall\", east = \"wall\", south = \"periodic\", north = \"periodic\" }}\n\
-         contact = {{ friction = 0.0 }}\ndrive = {{ mean_velocity = {{ axis = \"y\", value = 0.0 }} }}\ntime = {{ end = 0.02, step = 1e-3 }}\n{}{}",
+         boundary = {{ west = \"wall\", east = \"wall\", south = \"periodic\", north = \
+             \"periodic\" }}\n\
+         contact = {{ friction = 0.0 }}\ndrive = {{ mean_velocity = {{ axis = \"y\", value = 0.0 \
+             }} }}\ntime = {{ end = 0.02, step = 1e-3 }}\n{}{}",
         "[[particle]]\nshape.disc.diameter = 0.0042\ndensity = 1.0\nposition = [0.0094, 0.0157]\n",
         "[[particle]]\nshape.disc.diameter = 0.0048\ndensity = 1e5\nposition = [0.0082, 0.0035]\n"
     );
@@ -120,7 +142,10 @@ fn a_mixture_that_is_held_gathers_no_momentum_and_one_that_is_not_does() {
         assert!(gathered < 1e-12, "{wall}: {gathered} kg m/s");
         let weight = (2.0 - 0.5) * PI * 0.09;
         let force = scene.state.drive.unwrap();
-        assert!((force - Vector3::new(0.0, weight / 4.0, 0.0)).norm() < 1e-12, "{wall}: {force} N/m3");
+        assert!(
+            (force - Vector3::new(0.0, weight / 4.0, 0.0)).norm() < 1e-12,
+            "{wall}: {force} N/m3"
+        );
     }
 }
 
@@ -131,35 +156,56 @@ fn what_a_fixed_body_feels_is_what_the_drive_gives() {
     for wall in ["sharp", "mixing"] {
         let body = disc([1.03, 1.02], 1.0, "motion = \"fixed\"");
         let steady = |drive: &str| {
-            let more =
-                format!("[drive]\n{drive}\n[coupling]\nwall = \"{wall}\"\n{body}[pressure]\ndivergence_limit = 1e-7\n");
+            let more = format!(
+                "[drive]\n{drive}\n[coupling]\nwall = \"{wall}\"\n{body}[pressure]\n\
+                divergence_limit = 1e-7\n"
+            );
             let text = box_case([2.0, 2.0], [20, 20], 1.0, PERIODIC, &more);
-            let mut scene: Scene<2> = petsc.scene(&text.replace("viscosity", "gravity = [0.5, 0.0]\nviscosity"));
+            let mut scene: Scene<2> =
+                petsc.scene(&text.replace("viscosity", "gravity = [0.5, 0.0]\nviscosity"));
             for _ in 0..2000 {
                 scene.step(2e-3).unwrap();
             }
-            let mean = mean(&scene.domain.session, &scene.domain.grid, 0, &scene.state.faces).unwrap();
-            (scene.state.exchange[0].momentum.x, mean, scene.state.drive.unwrap().x, box_volume(&scene.domain.grid))
+            let mean =
+                mean(&scene.domain.session, &scene.domain.grid, 0, &scene.state.faces).unwrap();
+            (
+                scene.state.exchange[0].momentum.x,
+                mean,
+                scene.state.drive.unwrap().x,
+                box_volume(&scene.domain.grid),
+            )
         };
-        // On the fluid alone, the body has what the fluid has got; as a gradient of the pressure, its own volume's as well.
+        // On the fluid alone, the body has what the fluid has got; as a gradient of the pressure,
+        // its own volume's as well.
         let (on_fluid, flow, _, volume) = steady("force = [0.5, 0.0]");
         assert!((on_fluid / (force * (volume - area)) - 1.0).abs() < 5e-3, "{wall}: {on_fluid} N");
         let (on_all, flow_of_slope, _, _) = steady("gravity = true");
         assert!((on_all / (force * volume) - 1.0).abs() < 5e-3, "{wall}: {on_all} N");
         // The mixing shares a force on the fluid out in the cells that it cuts.
         let tolerance = if wall == "sharp" { 1e-9 } else { 0.02 };
-        assert!((flow / flow_of_slope - 1.0).abs() < tolerance, "{wall}: {flow} and {flow_of_slope} m/s");
-        let (_, held, found, _) = steady(&format!("mean_velocity = {{ axis = \"x\", value = {flow_of_slope:?} }}"));
-        assert!((held - flow_of_slope).abs() < 1e-13 && (found / force - 1.0).abs() < 5e-3, "{wall}: {found} N/m3");
+        assert!(
+            (flow / flow_of_slope - 1.0).abs() < tolerance,
+            "{wall}: {flow} and {flow_of_slope} m/s"
+        );
+        let (_, held, found, _) =
+            steady(&format!("mean_velocity = {{ axis = \"x\", value = {flow_of_slope:?} }}"));
+        assert!(
+            (held - flow_of_slope).abs() < 1e-13 && (found / force - 1.0).abs() < 5e-3,
+            "{wall}: {found} N/m3"
+        );
     }
 }
 
 #[test]
 fn a_body_of_the_fluids_density_goes_with_a_fluid_that_a_slope_sets_off() {
     for (wall, tolerance) in [("sharp", 0.015), ("mixing", 1e-9)] {
-        let more = format!("[drive]\ngravity = true\n[coupling]\nwall = \"{wall}\"\n{}", disc([1.03, 1.02], 1.0, ""));
+        let more = format!(
+            "[drive]\ngravity = true\n[coupling]\nwall = \"{wall}\"\n{}",
+            disc([1.03, 1.02], 1.0, "")
+        );
         let text = box_case([2.0, 2.0], [32, 32], 0.05, PERIODIC, &more);
-        let mut scene: Scene<2> = petsc().scene(&text.replace("viscosity", "gravity = [0.5, 0.25]\nviscosity"));
+        let mut scene: Scene<2> =
+            petsc().scene(&text.replace("viscosity", "gravity = [0.5, 0.25]\nviscosity"));
         for _ in 0..20 {
             scene.step(0.02).unwrap();
         }
@@ -169,20 +215,29 @@ fn a_body_of_the_fluids_density_goes_with_a_fluid_that_a_slope_sets_off() {
     }
 }
 
-/// K of flow at a superficial velocity (m/s) through a cubic array of fixed spheres, one to a box of 1 m, in a fluid of 1 kg/m3 and 1 Pa s.
+/// K of flow at a superficial velocity (m/s) through a cubic array of fixed spheres, one to a box
+/// of 1 m, in a fluid of 1 kg/m3 and 1 Pa s.
 fn drag_of_array(diameter: f64, cells: usize, speed: f64, end: f64) -> f64 {
     let text = format!(
-        "name = \"array\"\ndomain = {{ size = [1.0, 1.0, 1.0], cells = [{cells}, {cells}, {cells}] }}\n\
+        "name = \"array\"\ndomain = \
+        {{ size = [1.0, 1.0, 1.0], cells = [{cells}, {cells}, {cells}] }}\n\
          fluid = {{ density = 1.0, viscosity = 1.0 }}\npressure = {{ divergence_limit = 1e-6 }}\ntime = {{ end = {end:?}, cfl = 0.4 }}\n\
-         boundary = {{ west = \"periodic\", east = \"periodic\", south = \"periodic\", north = \"periodic\", bottom = \"periodic\", top = \"periodic\" }}\n\
-         drive = {{ mean_velocity = {{ axis = \"x\", value = {speed:?} }} }}\n[output]\nfigures = false\n[[particle]]\n\
+         boundary = {{ west = \"periodic\", east = \"periodic\", south = \"periodic\", north = \
+             \"periodic\", bottom = \"periodic\", top = \"periodic\" }}\n\
+         drive = {{ mean_velocity = {{ axis = \"x\", value = {speed:?} }} }}\n[output]\n\
+             figures = false\n[[particle]]\n\
          shape = {{ sphere = {{ diameter = {diameter:?} }} }}\nposition = [0.5, 0.5, 0.5]\nmotion = \"fixed\"\n\
-         [[measure]]\nname = \"drag\"\nkind = \"force\"\nfrom = {0:?}\n[[measure]]\nname = \"gradient\"\nkind = \"drive_force\"\nfrom = {0:?}\n",
+         [[measure]]\nname = \"drag\"\nkind = \"force\"\nfrom = {0:?}\n[[measure]]\n\
+             name = \"gradient\"\nkind = \"drive_force\"\nfrom = {0:?}\n",
         0.95 * end
     );
     let found = measures(&text);
-    let k = ["drag", "gradient"].map(|name| found[name].as_f64().unwrap() / (6.0 * PI * 0.5 * diameter * speed));
-    println!("d = {diameter} m, {cells} cells: K = {:.5} by the force, {:.5} by the gradient", k[0], k[1]);
+    let k = ["drag", "gradient"]
+        .map(|name| found[name].as_f64().unwrap() / (6.0 * PI * 0.5 * diameter * speed));
+    println!(
+        "d = {diameter} m, {cells} cells: K = {:.5} by the force, {:.5} by the gradient",
+        k[0], k[1]
+    );
     assert!((k[0] / k[1] - 1.0).abs() < 0.01, "the two differ: {k:?}");
     k[1]
 }
@@ -190,31 +245,43 @@ fn drag_of_array(diameter: f64, cells: usize, speed: f64, end: f64) -> f64 {
 #[test]
 fn stokes_flow_through_a_cubic_array_has_its_drag_up_to_spheres_that_touch() {
     // Zick & Homsy 1982, at solid fractions of 0.125 and 0.343 and where they touch.
-    let error = |diameter, cells, k: f64| (drag_of_array(diameter, cells, 0.01, 0.15) / k - 1.0).abs();
+    let error =
+        |diameter, cells, k: f64| (drag_of_array(diameter, cells, 0.01, 0.15) / k - 1.0).abs();
     let [coarse, fine] = [10, 18].map(|cells| error(0.868491, cells, 15.4));
     assert!(coarse < 0.065 && fine < 0.006 && order(coarse, fine, 1.8) > 1.8, "{coarse}, {fine}");
     let [coarse, fine] = [12, 16].map(|cells| error(0.99999, cells, 42.1));
-    assert!(coarse < 0.035 && fine < 0.01 && order(coarse, fine, 4.0 / 3.0) > 1.8, "{coarse}, {fine}");
+    assert!(
+        coarse < 0.035 && fine < 0.01 && order(coarse, fine, 4.0 / 3.0) > 1.8,
+        "{coarse}, {fine}"
+    );
     let [coarse, fine] = [13, 26].map(|cells| error(0.62035, cells, 4.292));
     assert!(coarse < 0.016 && fine < 0.004 && order(coarse, fine, 2.0) > 1.8, "{coarse}, {fine}");
 }
 
-/// Where the third probe came near to what lies across, what cells inside take of the cubic fed itself, beside slip borders first.
+/// Where the third probe came near to what lies across, what cells inside take of the cubic fed
+/// itself, beside slip borders first.
 #[test]
 fn a_flow_past_a_fixed_disc_fades_however_near_a_wall_of_slip_is() {
     let petsc = petsc();
     for gap in [2.16, 2.8, 3.2, 3.6, 4.5] {
         let place = [1.0, 2.0 - 0.4 - 0.05 * gap];
         let mut scene: Scene<2> = petsc.scene(&format!(
-            "name = \"slip\"\ndomain = {{ size = [2.0, 2.0], cells = [20, 20] }}\nfluid = {{ density = 1.0, viscosity = 20.0 }}\n\
+            "name = \"slip\"\ndomain = {{ size = [2.0, 2.0], cells = [20, 20] }}\n\
+            fluid = {{ density = 1.0, viscosity = 20.0 }}\n\
              pressure = {{ divergence_limit = 1e-9 }}\ntime = {{ end = 1.0 }}\ninitial = {{ perturbation = 1.0 }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"slip\" }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"slip\" \
+                 }}\n\
              [[particle]]\nshape = {{ disc = {{ diameter = 0.8 }} }}\nposition = {place:?}\nmotion = \"fixed\"\n"
         ));
         let mut fastest = Vec::new();
         for _ in 0..40 {
             scene.step(1e-3).unwrap();
-            let speeds = scene.domain.grid.rows().flatten().map(|c| scene.state.u[0][c].hypot(scene.state.u[1][c]));
+            let speeds = scene
+                .domain
+                .grid
+                .rows()
+                .flatten()
+                .map(|c| scene.state.u[0][c].hypot(scene.state.u[1][c]));
             fastest.push(speeds.fold(0.0, f64::max));
         }
         println!(
@@ -226,15 +293,18 @@ fn a_flow_past_a_fixed_disc_fades_however_near_a_wall_of_slip_is() {
     }
 }
 
-/// What cells inside take of the cubic comes a step late: imposed on every stage it would turn for ever in steps as long as these.
+/// What cells inside take of the cubic comes a step late: imposed on every stage it would turn for
+/// ever in steps as long as these.
 #[test]
 fn creeping_flow_past_a_fixed_disc_settles_in_steps_of_many_stages() {
     let petsc = petsc();
     for place in [[1.0, 1.0], [1.03, 1.05], [1.09, 1.0125]] {
         let mut scene: Scene<2> = petsc.scene(&format!(
-            "name = \"disc\"\ndomain = {{ size = [3.0, 2.0], cells = [60, 40] }}\nfluid = {{ density = 1.0, viscosity = 0.2 }}\n\
+            "name = \"disc\"\ndomain = {{ size = [3.0, 2.0], cells = [60, 40] }}\n\
+            fluid = {{ density = 1.0, viscosity = 0.2 }}\n\
              pressure = {{ divergence_limit = 1e-9 }}\ntime = {{ end = 8.0 }}\n\
-             boundary = {{ west = {{ inflow = [1.0, 0.0] }}, east = \"outflow\", south = \"periodic\", north = \"periodic\" }}\n\
+             boundary = {{ west = {{ inflow = [1.0, 0.0] }}, east = \"outflow\", south = \
+                 \"periodic\", north = \"periodic\" }}\n\
              [[particle]]\nshape = {{ disc = {{ diameter = 0.4 }} }}\nposition = {place:?}\nmotion = \"fixed\"\n"
         ));
         let forces: Vec<Vector3<f64>> = (0..320)
@@ -244,14 +314,16 @@ fn creeping_flow_past_a_fixed_disc_settles_in_steps_of_many_stages() {
             })
             .collect();
         let (last, rest) = forces.split_last().unwrap();
-        let swing = rest[280..].iter().map(|force| (force - last).amax()).fold(0.0, f64::max) / last.x;
+        let swing =
+            rest[280..].iter().map(|force| (force - last).amax()).fold(0.0, f64::max) / last.x;
         println!("at {place:?}: {} N, swings by {swing:.1e}", last.x);
         assert!(swing < 1e-6, "at {place:?} the force still changes by {swing:.1e} of itself");
     }
 }
 
-/// The array is its own mirror image, so that the reversed flow has the reversed force: of weak inertia K has the even powers of
-/// the Reynolds number alone, K = K0 + c Re^2. The upwinding adds a part with its modulus, 0.02 % of K at Re = 1.
+/// The array is its own mirror image, so that the reversed flow has the reversed force: of weak
+/// inertia K has the even powers of the Reynolds number alone, K = K0 + c Re^2. The upwinding adds
+/// a part with its modulus, 0.02 % of K at Re = 1.
 #[test]
 fn weak_inertia_adds_to_the_drag_of_a_cubic_array_by_the_square_of_the_reynolds_number() {
     let diameter = 0.725563;
@@ -259,7 +331,10 @@ fn weak_inertia_adds_to_the_drag_of_a_cubic_array_by_the_square_of_the_reynolds_
         [0.01, 1.0, 2.0].map(|reynolds: f64| drag_of_array(diameter, 17, reynolds / diameter, 0.5));
     let (first, second) = (once - none, twice - none);
     println!("K - K0 = {first:.5} at Re = 1, {second:.5} at Re = 2: {:.2} times", second / first);
-    assert!((4e-3..7e-3).contains(&first) && (3.5..4.2).contains(&(second / first)), "{first}, {second}");
+    assert!(
+        (4e-3..7e-3).contains(&first) && (3.5..4.2).contains(&(second / first)),
+        "{first}, {second}"
+    );
 }
 
 /// The measures of a run of this case.
@@ -275,14 +350,19 @@ fn the_box_is_measured_as_engineers_do() {
     let kinds = |kinds: &[(&str, &str)]| -> String {
         kinds
             .iter()
-            .map(|(kind, keys)| format!("[[measure]]\nname = \"{kind}\"\nkind = \"{kind}\"\n{keys}\n"))
+            .map(|(kind, keys)| {
+                format!("[[measure]]\nname = \"{kind}\"\nkind = \"{kind}\"\n{keys}\n")
+            })
             .collect()
     };
-    let number = |of: &serde_json::Value, name: &str| of[name].as_f64().unwrap_or_else(|| panic!("{name} in {of}"));
+    let number = |of: &serde_json::Value, name: &str| {
+        of[name].as_f64().unwrap_or_else(|| panic!("{name} in {of}"))
+    };
     // A pier that stays, and two grains that move as told: every number is known beforehand.
     let told = |x: f64, y: f64, v: f64| {
         format!(
-            "[[particle]]\nname = \"grain\"\nshape = {{ disc = {{ diameter = 0.4 }} }}\nposition = [{x:?}, {y:?}]\n\
+            "[[particle]]\nname = \"grain\"\nshape = {{ disc = {{ diameter = 0.4 }} }}\n\
+            position = [{x:?}, {y:?}]\n\
              motion = {{ prescribed = {{ velocity = [{v:?}, 0.0] }} }}\n"
         )
     };
@@ -300,16 +380,21 @@ fn the_box_is_measured_as_engineers_do() {
     ]);
     let pier = disc([1.0, 0.5], 1.0, "name = \"pier\"\nmotion = \"fixed\"");
     let more = format!(
-        "[drive]\nmean_velocity = {{ axis = \"x\", value = 0.3 }}\n{pier}{}{}{box_kinds}[output]\nfigures = false\n",
+        "[drive]\nmean_velocity = {{ axis = \"x\", value = 0.3 }}\n{pier}{}{}{box_kinds}[output]\n\
+        figures = false\n",
         told(0.5, 1.2, 0.1),
         told(1.3, 1.2, 0.3)
     );
-    let text = box_case([2.0, 2.0], [40, 40], 0.1, CHANNEL, &more).replace("end = 1.0", "end = 0.2");
+    let text =
+        box_case([2.0, 2.0], [40, 40], 0.1, CHANNEL, &more).replace("end = 1.0", "end = 0.2");
     let found = measures(&text.replace("viscosity", "gravity = [0.0, -1.0]\nviscosity"));
     let grain = 0.25 * PI * 0.16;
     let near = |name: &str, expected: f64, tolerance: f64| {
         let value = number(&found, name);
-        assert!((value - expected).abs() <= tolerance * expected.abs(), "{name}: {value}, not {expected}: {found}");
+        assert!(
+            (value - expected).abs() <= tolerance * expected.abs(),
+            "{name}: {value}, not {expected}: {found}"
+        );
     };
     near("flow_rate", 0.3 * 2.0, 1e-12);
     near("transport_rate", grain * 0.4 / 2.0, 1e-12);
@@ -318,12 +403,19 @@ fn the_box_is_measured_as_engineers_do() {
     near("rms_speed", (0.1f64 / 3.0).sqrt(), 1e-12);
     near("pressure_drop", 2.0 * number(&found, "drive_force"), 1e-12);
     near("solid_fraction", 0.25 * PI * 0.36 / 2.0, 1e-9);
-    // The chord of the two grains is 5 % of the length where they are 0.1 m wide in all, next to their top at 1.4 m.
+    // The chord of the two grains is 5 % of the length where they are 0.1 m wide in all, next to
+    // their top at 1.4 m.
     near("bed_height", 1.4, 0.02);
     assert!(number(&found, "force") > 0.0, "{found}");
     // Poiseuille between an inflow and an outflow: the drop of the pressure is 12 mu U L/H^2.
     let sides = ["{ inflow_parabola = [1.5, 0.0] }", "\"outflow\"", "\"wall\"", "\"wall\""];
-    let text = box_case([4.0, 1.0], [64, 16], 0.1, sides, &kinds(&[("pressure_drop", "axis = \"x\"\nfrom = 2.9")]));
+    let text = box_case(
+        [4.0, 1.0],
+        [64, 16],
+        0.1,
+        sides,
+        &kinds(&[("pressure_drop", "axis = \"x\"\nfrom = 2.9")]),
+    );
     let drop = number(&measures(&text.replace("end = 1.0", "end = 3.0")), "pressure_drop");
     assert!((drop / (12.0 * 0.1 * 4.0) - 1.0).abs() < 0.01, "{drop} Pa");
 }
@@ -334,7 +426,8 @@ fn a_channel_that_bodies_shut_is_said_before_it_is_driven() {
     let said = |discs: &[(f64, f64)]| {
         let disc = |(y, d): &(f64, f64)| {
             format!(
-                "[[particle]]\nshape = {{ disc = {{ diameter = {d} }} }}\nposition = [0.1, {y}]\nmotion = \"fixed\"\n"
+                "[[particle]]\nshape = {{ disc = {{ diameter = {d} }} }}\nposition = [0.1, {y}]\n\
+                motion = \"fixed\"\n"
             )
         };
         let discs: String = discs.iter().map(disc).collect();
@@ -364,10 +457,12 @@ fn fixed_bodies_that_shut_the_way_from_an_inflow_to_the_outflow_are_refused_on_r
     let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"wall\"", "\"wall\""];
     let write = |diameter: f64, motion: &str| {
         let disc = format!(
-            "[[particle]]\nshape = {{ disc = {{ diameter = {diameter} }} }}\nposition = [1.0, 0.5]\nmotion = {motion}\n"
+            "[[particle]]\nshape = {{ disc = {{ diameter = {diameter} }} }}\n\
+            position = [1.0, 0.5]\nmotion = {motion}\n"
         );
         let time = "[time]\nend = 1e-3\nstep = 1e-3\n[output]\nfigures = false\n";
-        std::fs::write(&case, box_case([2.0, 1.0], [64, 32], 0.1, sides, &format!("{disc}{time}"))).unwrap();
+        std::fs::write(&case, box_case([2.0, 1.0], [64, 32], 0.1, sides, &format!("{disc}{time}")))
+            .unwrap();
     };
     let out = dir.path().join("out");
     let arguments = ["run", case.to_str().unwrap(), "--quiet", "--out", out.to_str().unwrap()];
@@ -378,7 +473,11 @@ fn fixed_bodies_that_shut_the_way_from_an_inflow_to_the_outflow_are_refused_on_r
         mpirun(2, env!("CARGO_BIN_EXE_mics")).args(arguments).output().unwrap(),
     ] {
         let words = String::from_utf8_lossy(&said.stderr);
-        assert!(!said.status.success() && words.contains("shut the channel between west and the outflow"), "{words}");
+        assert!(
+            !said.status.success()
+                && words.contains("shut the channel between west and the outflow"),
+            "{words}"
+        );
     }
     assert!(!out.exists(), "it wrote something");
     write(0.9, "\"fixed\"");
@@ -391,7 +490,8 @@ fn inflows_that_balance_need_no_outflow_and_others_are_refused_with_what_comes_i
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     let out = dir.path().join("out");
-    let disc = "[[particle]]\nshape = { disc = { diameter = 0.25 } }\nposition = [0.7, 0.5]\nmotion = \"fixed\"\n";
+    let disc = "[[particle]]\nshape = { disc = { diameter = 0.25 } }\nposition = [0.7, 0.5]\n\
+        motion = \"fixed\"\n";
     let said = |east: &str| {
         let sides = ["{ inflow_parabola = [1.0, 0.0] }", east, "\"wall\"", "\"wall\""];
         let more = format!("{disc}[time]\nend = 0.1\n");
@@ -411,17 +511,24 @@ fn driven_neutral_disc_has_velocity_gravity_times_time() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     for wall in ["sharp", "mixing"] {
-        let disc = "[[particle]]\nshape = { disc = { diameter = 0.25 } }\nposition = [0.26, 0.51]\ndensity = 1.0\n";
-        let more =
-            format!("{disc}[drive]\ngravity = true\n[coupling]\nwall = \"{wall}\"\n[time]\nend = 0.4\nstep = 0.01\n");
+        let disc = "[[particle]]\nshape = { disc = { diameter = 0.25 } }\n\
+            position = [0.26, 0.51]\ndensity = 1.0\n";
+        let more = format!(
+            "{disc}[drive]\ngravity = true\n[coupling]\nwall = \"{wall}\"\n[time]\nend = 0.4\n\
+            step = 0.01\n"
+        );
         let text = box_case([1.0, 1.0], [32, 32], 0.002, ["\"periodic\""; 4], &more);
-        let text = text.replace("density = 1.0\nviscosity", "gravity = [0.3, -0.1]\ndensity = 1.0\nviscosity");
+        let text = text
+            .replace("density = 1.0\nviscosity", "gravity = [0.3, -0.1]\ndensity = 1.0\nviscosity");
         std::fs::write(&case, text).unwrap();
         let out = dir.path().join(wall);
         run(&case, &out, &["--set", "output.figures=false"]);
         let last = |name: &str| *columns(&out.join("particles.csv"))[name].last().unwrap();
         for (velocity, expected) in [(last("vx"), 0.12), (last("vy"), -0.04)] {
-            assert!((velocity / expected - 1.0).abs() < 1e-9, "{wall}: {velocity} m/s, {expected} by g t");
+            assert!(
+                (velocity / expected - 1.0).abs() < 1e-9,
+                "{wall}: {velocity} m/s, {expected} by g t"
+            );
         }
     }
 }

@@ -1,4 +1,5 @@
-//! A shape that the library does not know: an ellipse, given through [`Shape`] alone, held in a stream and free.
+//! A shape that the library does not know: an ellipse, given through [`Shape`] alone, held in a
+//! stream and free.
 
 use crate::allocation::count;
 use crate::modes::in_processes;
@@ -22,8 +23,9 @@ struct Ellipse {
 }
 
 impl Ellipse {
-    /// The point of the rim nearest to one (m), and the outward normal there, in the ellipse's own axes: for a point in the first
-    /// quadrant `q = (a^2 x/(t + a^2), b^2 y/(t + b^2))` with t the largest root of `|q|` on the rim.
+    /// The point of the rim nearest to one (m), and the outward normal there, in the ellipse's own
+    /// axes: for a point in the first quadrant `q = (a^2 x/(t + a^2), b^2 y/(t + b^2))` with t the
+    /// largest root of `|q|` on the rim.
     fn foot(&self, point: Vector2<f64>) -> (Vector2<f64>, Vector2<f64>) {
         let square = Vector2::new(self.a * self.a, self.b * self.b);
         let tiny = 1e-14 * self.a.min(self.b);
@@ -34,7 +36,8 @@ impl Ellipse {
         for _ in 0..200 {
             let scaled = at(t).component_div(&Vector2::new(self.a, self.b));
             let value = scaled.norm_squared() - 1.0;
-            let slope = -2.0 * scaled.component_mul(&scaled).component_div(&square.add_scalar(t)).sum();
+            let slope =
+                -2.0 * scaled.component_mul(&scaled).component_div(&square.add_scalar(t)).sum();
             let next = t - value / slope;
             if next <= t {
                 break;
@@ -45,7 +48,8 @@ impl Ellipse {
         (q, q.component_div(&square).normalize())
     }
 
-    /// Of the disc of radius 1 and the sector or triangle from its centre to `p` and `q`: area and first moment, with a sign.
+    /// Of the disc of radius 1 and the sector or triangle from its centre to `p` and `q`: area and
+    /// first moment, with a sign.
     fn fan(p: Vector2<f64>, q: Vector2<f64>, inside: bool) -> (f64, Vector2<f64>) {
         if inside {
             let area = 0.5 * p.perp(&q);
@@ -100,11 +104,19 @@ impl Shape for Ellipse {
     }
 
     fn bounds(&self, turn: &Turn) -> Vector3<f64> {
-        Vector3::from_fn(|i, _| if i < 2 { (turn[(i, 0)] * self.a).hypot(turn[(i, 1)] * self.b) } else { 0.0 })
+        Vector3::from_fn(|i, _| {
+            if i < 2 { (turn[(i, 0)] * self.a).hypot(turn[(i, 1)] * self.b) } else { 0.0 }
+        })
     }
 
-    /// Stretched to a disc of radius 1 the box is a parallelogram: what of each edge is inside leaves a triangle, the rest sectors.
-    fn moments(&self, turn: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> (f64, Vector3<f64>) {
+    /// Stretched to a disc of radius 1 the box is a parallelogram: what of each edge is inside
+    /// leaves a triangle, the rest sectors.
+    fn moments(
+        &self,
+        turn: &Turn,
+        middle: &Vector3<f64>,
+        half: &Vector3<f64>,
+    ) -> (f64, Vector3<f64>) {
         let corner = |k: usize| {
             let (x, y) = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)][k % 4];
             let own = turn.transpose() * (middle + Vector3::new(x * half.x, y * half.y, 0.0));
@@ -115,7 +127,8 @@ impl Shape for Ellipse {
             let way = q - p;
             let (a, b, c) = (way.norm_squared(), p.dot(&way), p.norm_squared() - 1.0);
             let root = (b * b - a * c).max(0.0).sqrt();
-            let [enter, leave] = [-root, root].map(|root| p + ((root - b) / a).clamp(0.0, 1.0) * way);
+            let [enter, leave] =
+                [-root, root].map(|root| p + ((root - b) / a).clamp(0.0, 1.0) * way);
             for (from, to, inside) in [(p, enter, false), (enter, leave, true), (leave, q, false)] {
                 if from != to {
                     let (part, first) = Ellipse::fan(from, to, inside);
@@ -124,11 +137,15 @@ impl Shape for Ellipse {
             }
         }
         let whole = self.a * self.b;
-        (whole * area, turn * Vector3::new(whole * self.a * moment.x, whole * self.b * moment.y, 0.0))
+        (
+            whole * area,
+            turn * Vector3::new(whole * self.a * moment.x, whole * self.b * moment.y, 0.0),
+        )
     }
 }
 
-const PLANE: Motion = Motion::Free(Freedom { translation: [true, true, false], rotation: [false, false, true] });
+const PLANE: Motion =
+    Motion::Free(Freedom { translation: [true, true, false], rotation: [false, false, true] });
 
 fn body(shape: impl Shape + 'static, density: f64, place: [f64; 2], angle: f64) -> Body {
     let mut body = Body::new(Arc::new(shape), density, 0.01, Vector3::new(place[0], place[1], 0.0));
@@ -178,7 +195,8 @@ fn an_ellipse_has_its_exact_area_and_moments_in_every_pose() {
         fraction::overlaps(&grid, &placed, fraction::Rule::Exact, &mut tiles, &mut cells);
         let half = Vector3::new(0.5 * grid.h[0], 0.5 * grid.h[1], 0.0);
         let filled: f64 = cells.iter().map(|o| dv * o.fraction).sum();
-        let moment: Vector3<f64> = cells.iter().map(|o| ellipse.moments(&turn, &o.arm, &half).1).sum();
+        let moment: Vector3<f64> =
+            cells.iter().map(|o| ellipse.moments(&turn, &o.arm, &half).1).sum();
         worst = worst.max((filled / area - 1.0).abs()).max(moment.norm() / area);
         for axis in 0..2 {
             let (mut cuts, mut openings, mut arms) = (Vec::new(), Vec::new(), Vec::new());
@@ -194,7 +212,8 @@ fn an_ellipse_has_its_exact_area_and_moments_in_every_pose() {
     assert!(worst < 1e-10);
 }
 
-/// Second moments from the first ones of what is left of a line: with `M(X)` over `x < X`, that of `x x` is the integral of -M.
+/// Second moments from the first ones of what is left of a line: with `M(X)` over `x < X`, that of
+/// `x x` is the integral of -M.
 #[test]
 fn an_ellipse_s_inertia_is_that_of_what_it_fills() {
     let ellipse = Ellipse { a: 0.41, b: 0.17 };
@@ -242,9 +261,11 @@ fn an_ellipse_of_equal_axes_fills_what_a_disc_fills_and_has_its_distance() {
 
 const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
 
-/// Force and torque on a body held in a stream at a Reynolds number of 40 a diameter of 0.25, after a second.
+/// Force and torque on a body held in a stream at a Reynolds number of 40 a diameter of 0.25, after
+/// a second.
 fn held(petsc: &Petsc, body: Body, more: &str) -> (Vector3<f64>, f64) {
-    let more = format!("[initial]\nvelocity = [1.0, 0.0]\n[pressure]\ndivergence_limit = 1.0e-8\n{more}");
+    let more =
+        format!("[initial]\nvelocity = [1.0, 0.0]\n[pressure]\ndivergence_limit = 1.0e-8\n{more}");
     let text = box_case([2.0, 1.0], [64, 32], 0.25 / 40.0, STREAM, &more);
     let mut scene = scene(petsc, &text, vec![body]);
     for _ in 0..100 {
@@ -257,10 +278,13 @@ fn held(petsc: &Petsc, body: Body, more: &str) -> (Vector3<f64>, f64) {
 #[test]
 fn an_ellipse_of_equal_axes_is_held_by_the_force_of_a_disc() {
     let petsc = petsc();
-    for (name, more, allowed) in [("sharp", "", 1e-5), ("mixing", "[coupling]\nwall = \"mixing\"", 1e-9)] {
+    for (name, more, allowed) in
+        [("sharp", "", 1e-5), ("mixing", "[coupling]\nwall = \"mixing\"", 1e-9)]
+    {
         let place = [0.61, 0.47];
         let (disc, _) = held(&petsc, body(Disc { radius: 0.125 }, 1.0, place, 0.0), more);
-        let (ellipse, _) = held(&petsc, body(Ellipse { a: 0.125, b: 0.125 }, 1.0, place, 0.7), more);
+        let (ellipse, _) =
+            held(&petsc, body(Ellipse { a: 0.125, b: 0.125 }, 1.0, place, 0.7), more);
         let apart = (ellipse - disc).norm() / disc.norm();
         println!("{name}: {:.6} {:.6} N/m, an ellipse's {apart:.1e} from it", disc.x, disc.y);
         assert!(apart < allowed, "{name}: {disc} {ellipse}");
@@ -285,33 +309,42 @@ fn an_inclined_ellipse_is_lifted_to_its_side_and_its_mirror_image_to_the_other()
     }
 }
 
-/// Of an ellipse that turns (or moves along its own axes) suddenly in a fluid at rest, the inertia that the fluid adds, over
-/// the potential flow's: `pi rho (a^2 - b^2)^2/8`, `pi rho b^2` along a, `pi rho a^2` along b.
+/// Of an ellipse that turns (or moves along its own axes) suddenly in a fluid at rest, the inertia
+/// that the fluid adds, over the potential flow's: `pi rho (a^2 - b^2)^2/8`, `pi rho b^2` along a,
+/// `pi rho a^2` along b.
 fn added(petsc: &Petsc, angle: f64, density: f64, cells: usize) -> [f64; 3] {
     let ellipse = Ellipse { a: 1.0, b: 0.5 };
-    let (along, across) = (Vector3::new(angle.cos(), angle.sin(), 0.0), Vector3::new(-angle.sin(), angle.cos(), 0.0));
+    let (along, across) =
+        (Vector3::new(angle.cos(), angle.sin(), 0.0), Vector3::new(-angle.sin(), angle.cos(), 0.0));
     let start = body(ellipse, density, [10.03, 10.01], angle);
     let (mass, inertia) = (start.mass(), start.inertia().about(2));
     let more = "[pressure]\ndivergence_limit = 1.0e-10";
     let text = box_case([20.0, 20.0], [20 * cells, 20 * cells], 1e-9, ["\"slip\""; 4], more);
-    [(Vector3::z(), inertia, PI * 0.75f64.powi(2) / 8.0), (along, mass, PI * 0.25), (across, mass, PI)].map(
-        |(direction, own, theory)| {
-            let mut still = start.clone();
-            still.motion = PLANE;
-            let mut scene = scene(petsc, &text, vec![still.clone()]);
-            let turns = direction.z != 0.0;
-            if turns {
-                still.spin = direction;
-            } else {
-                still.velocity = direction;
-            }
-            scene.state.bodies[0] = still;
-            scene.resume().unwrap();
-            scene.step(1e-6).unwrap();
-            let kept = if turns { first(&scene).spin.dot(&direction) } else { first(&scene).velocity.dot(&direction) };
-            own * (1.0 / kept - 1.0) / theory
-        },
-    )
+    [
+        (Vector3::z(), inertia, PI * 0.75f64.powi(2) / 8.0),
+        (along, mass, PI * 0.25),
+        (across, mass, PI),
+    ]
+    .map(|(direction, own, theory)| {
+        let mut still = start.clone();
+        still.motion = PLANE;
+        let mut scene = scene(petsc, &text, vec![still.clone()]);
+        let turns = direction.z != 0.0;
+        if turns {
+            still.spin = direction;
+        } else {
+            still.velocity = direction;
+        }
+        scene.state.bodies[0] = still;
+        scene.resume().unwrap();
+        scene.step(1e-6).unwrap();
+        let kept = if turns {
+            first(&scene).spin.dot(&direction)
+        } else {
+            first(&scene).velocity.dot(&direction)
+        };
+        own * (1.0 / kept - 1.0) / theory
+    })
 }
 
 #[test]
@@ -320,7 +353,10 @@ fn a_free_ellipse_sharp_walls_around_it_has_the_added_inertia_of_potential_flow(
     for angle in [0.0, 0.3, 0.785] {
         for density in [0.01, 1.0, 100.0] {
             let [turning, along, across] = added(&petsc, angle, density, 8);
-            println!("angle {angle}, density {density}: turning {turning:.4}, along {along:.4}, across {across:.4}");
+            println!(
+                "angle {angle}, density {density}: turning {turning:.4}, along {along:.4}, across \
+                {across:.4}"
+            );
             assert!((turning - 1.0).abs() < 0.05, "{turning}");
             assert!((along - 1.0).abs() < 0.05 && (across - 1.0).abs() < 0.05, "{along} {across}");
         }
@@ -331,10 +367,12 @@ fn a_free_ellipse_sharp_walls_around_it_has_the_added_inertia_of_potential_flow(
 
 /// Two ellipses and a disc in a periodic box, one of them held.
 fn trio(session: &Session, more: &str) -> Scene<2> {
-    let more =
-        format!("[initial]\nvelocity = [0.3, 0.2]\nperturbation = 0.3\n[pressure]\ndivergence_limit = 1.0e-9\n{more}");
-    let text =
-        box_case([1.0, 1.0], [48, 48], 0.002, PERIODIC, &more).replace("viscosity", "gravity = [0.3, -1.0]\nviscosity");
+    let more = format!(
+        "[initial]\nvelocity = [0.3, 0.2]\nperturbation = 0.3\n[pressure]\n\
+        divergence_limit = 1.0e-9\n{more}"
+    );
+    let text = box_case([1.0, 1.0], [48, 48], 0.002, PERIODIC, &more)
+        .replace("viscosity", "gravity = [0.3, -1.0]\nviscosity");
     let mut bodies = vec![
         body(Ellipse { a: 0.15, b: 0.08 }, 2.65, [0.05, 0.5], 0.4),
         body(Ellipse { a: 0.13, b: 0.06 }, 0.3, [0.45, 0.3], -1.1),
@@ -362,8 +400,14 @@ fn what_the_fluid_loses_ellipses_get() {
             assert!(turned, "{name}: {audit:?}");
         }
         let bodies = scene.state.bodies;
-        println!("{name}: missing {missing:e} of {traded:e}; spins {:.3} {:.3}", bodies[0].spin.z, bodies[1].spin.z);
-        assert!(missing < 1e-8 * traded && bodies[1].spin.z.abs() > 0.01, "{name}: {missing:e} of {traded:e}");
+        println!(
+            "{name}: missing {missing:e} of {traded:e}; spins {:.3} {:.3}",
+            bodies[0].spin.z, bodies[1].spin.z
+        );
+        assert!(
+            missing < 1e-8 * traded && bodies[1].spin.z.abs() > 0.01,
+            "{name}: {missing:e} of {traded:e}"
+        );
     }
 }
 
@@ -394,7 +438,10 @@ fn ellipses_go_on_from_a_checkpoint_to_rounding() {
         one.state.serialize(&one.domain.grid, &mut archive).unwrap();
         archive.finish().unwrap();
         let mut from = &bytes[..];
-        other.state.serialize(&other.domain.grid, &mut Archive::read(&petsc.session, &mut from)).unwrap();
+        other
+            .state
+            .serialize(&other.domain.grid, &mut Archive::read(&petsc.session, &mut from))
+            .unwrap();
         other.resume().unwrap();
         for _ in 0..6 {
             one.step(2e-3).unwrap();
@@ -402,7 +449,9 @@ fn ellipses_go_on_from_a_checkpoint_to_rounding() {
         }
         let [one, other] = [one, other].map(|s| s.state.bodies.to_vec());
         for (a, b) in one.iter().zip(&other) {
-            let off = (a.centre - b.centre).norm() + (a.velocity - b.velocity).norm() + (a.spin - b.spin).norm();
+            let off = (a.centre - b.centre).norm()
+                + (a.velocity - b.velocity).norm()
+                + (a.spin - b.spin).norm();
             assert!(off + (a.angle - b.angle).abs() < 1e-12, "{more}: {off:e}");
         }
     }
@@ -411,19 +460,23 @@ fn ellipses_go_on_from_a_checkpoint_to_rounding() {
 #[test]
 fn ellipses_move_alike_on_any_number_of_ranks() {
     let kinds = [(1, ""), (2, ""), (4, "")];
-    let said = in_processes("ellipse::ellipses_move_alike_on_any_number_of_ranks", &kinds, |session| {
-        let mut scene = trio(session, "");
-        for _ in 0..20 {
-            scene.step(2e-3).unwrap();
-        }
-        if session.rank() == 0 {
-            let bodies = scene.state.bodies;
-            println!(
-                "state {:?}",
-                bodies.iter().flat_map(|b| [b.centre.x, b.velocity.y, b.spin.z]).collect::<Vec<_>>()
-            );
-        }
-    });
+    let said =
+        in_processes("ellipse::ellipses_move_alike_on_any_number_of_ranks", &kinds, |session| {
+            let mut scene = trio(session, "");
+            for _ in 0..20 {
+                scene.step(2e-3).unwrap();
+            }
+            if session.rank() == 0 {
+                let bodies = scene.state.bodies;
+                println!(
+                    "state {:?}",
+                    bodies
+                        .iter()
+                        .flat_map(|b| [b.centre.x, b.velocity.y, b.spin.z])
+                        .collect::<Vec<_>>()
+                );
+            }
+        });
     let states: Vec<Vec<f64>> = said
         .iter()
         .map(|said| {
@@ -447,10 +500,15 @@ fn what_is_not_there_for_an_ellipse_is_refused() {
         (flat("[contact]\nnormal_stiffness = 1.0e3"), ellipse(), "not round"),
         (flat("[coupling]\nwall = \"mixing\"\nfraction = \"polygon\""), ellipse(), "polygon"),
         (flat(""), vec![body(Ellipse { a: 0.2, b: 0.1 }, 1.0, [1.5, 0.5], 0.0)], "outside the box"),
-        (flat(""), vec![body(mics::geometry::Sphere { radius: 0.1 }, 1.0, [0.5, 0.5], 0.0)], "3 dimensions"),
+        (
+            flat(""),
+            vec![body(mics::geometry::Sphere { radius: 0.1 }, 1.0, [0.5, 0.5], 0.0)],
+            "3 dimensions",
+        ),
         (case(&box_case([1.0, 1.0], [6, 32], 0.01, PERIODIC, "")), ellipse(), "cells at least"),
     ] {
-        let error = Scene::<2>::with_bodies(&petsc.session, &case, bodies).err().unwrap().to_string();
+        let error =
+            Scene::<2>::with_bodies(&petsc.session, &case, bodies).err().unwrap().to_string();
         assert!(error.contains(why), "{error}");
     }
 }
@@ -461,7 +519,8 @@ fn ellipses_pass_side_by_side_and_are_stopped_where_they_meet() {
     let text = box_case([1.0, 1.0], [64, 64], 0.01, PERIODIC, "");
     // Long sides face each other: their circles overlap, they do not.
     let pair = |apart: f64| {
-        let mut bodies = [0.3, 0.3 + apart].map(|x| body(Ellipse { a: 0.2, b: 0.06 }, 1.0, [x, 0.5], FRAC_PI_2));
+        let mut bodies =
+            [0.3, 0.3 + apart].map(|x| body(Ellipse { a: 0.2, b: 0.06 }, 1.0, [x, 0.5], FRAC_PI_2));
         bodies[0].motion = Motion::Prescribed(None);
         bodies[0].velocity = Vector3::new(0.2, 0.0, 0.0);
         bodies.to_vec()
@@ -470,6 +529,8 @@ fn ellipses_pass_side_by_side_and_are_stopped_where_they_meet() {
     for _ in 0..48 {
         scene.step(0.004).unwrap();
     }
-    let met = (0..20).find_map(|_| scene.step(0.004).err()).expect("the gap is 0.012 m, and the way 0.016 m");
+    let met = (0..20)
+        .find_map(|_| scene.step(0.004).err())
+        .expect("the gap is 0.012 m, and the way 0.016 m");
     assert!(met.to_string().contains("particle 0 has run into particle 1"), "{met}");
 }

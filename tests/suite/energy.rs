@@ -1,4 +1,5 @@
-//! The budget of energy: exact flows, falls, contacts, and what the guard makes of a step that is unstable.
+//! The budget of energy: exact flows, falls, contacts, and what the guard makes of a step that is
+//! unstable.
 
 use crate::rolling::on_a_floor;
 use crate::support::{MIXING, PERIODIC, SHARP, box_case, columns, mics, order, petsc, run};
@@ -22,7 +23,10 @@ fn vortices(n: usize) -> f64 {
     let e = scene.state.energy;
     let theory = 1.0 - (-16.0 * PI * PI * 5e-3 * 0.25f64).exp();
     assert!((1.0 - e.fluid / e.start - theory).abs() < 0.04 * theory, "{e:?} {theory}");
-    assert_eq!((e.borders, e.gravity, e.prescribed, e.contacts, e.friction), (0.0, 0.0, 0.0, 0.0, 0.0));
+    assert_eq!(
+        (e.borders, e.gravity, e.prescribed, e.contacts, e.friction),
+        (0.0, 0.0, 0.0, 0.0, 0.0)
+    );
     e.method.abs() / e.start
 }
 
@@ -46,12 +50,16 @@ fn a_wall_that_moves_gives_what_viscosity_takes() {
         scene.step(2e-3).unwrap();
     }
     let (e, work) = (scene.state.energy, 0.02 * 0.2 * 1.2 * 1.2 * 0.5);
-    assert!((e.borders / work - 1.0).abs() < 1e-10 && (e.viscous / work - 1.0).abs() < 1e-10, "{e:?} {work}");
+    assert!(
+        (e.borders / work - 1.0).abs() < 1e-10 && (e.viscous / work - 1.0).abs() < 1e-10,
+        "{e:?} {work}"
+    );
     assert!(e.method.abs() < 1e-10 * work, "{e:?}");
 }
 
-/// In the first step the wall does its work on a fluid at rest, at a shear that one layer of cells later is half as much: by what there was after it alone,
-/// that step made more energy than was given, and the run was refused.
+/// In the first step the wall does its work on a fluid at rest, at a shear that one layer of cells
+/// later is half as much: by what there was after it alone, that step made more energy than was
+/// given, and the run was refused.
 #[test]
 fn a_wall_that_is_set_off_makes_no_energy_in_the_first_step() {
     for scheme in ["euler", "rk2", "rk3", "rkl2", "rkl3"] {
@@ -71,7 +79,10 @@ fn a_wall_that_is_set_off_makes_no_energy_in_the_first_step() {
         );
         // Explicit steps near their limit do make some, and Euler's the most.
         let most = if scheme == "euler" { 0.9 } else { 0.5 };
-        assert!(lost[1].abs() < most * given[1] && lost[last].abs() < 0.03 * given[last], "{scheme}");
+        assert!(
+            lost[1].abs() < most * given[1] && lost[last].abs() < 0.03 * given[last],
+            "{scheme}"
+        );
     }
 }
 
@@ -80,7 +91,8 @@ fn a_disc_that_falls_has_the_work_of_gravity_and_the_method_takes_little() {
     let petsc = petsc();
     for (wall, most) in [(SHARP, 0.05), (MIXING, 0.2)] {
         let more = format!(
-            "[[particle]]\nshape = {{ disc = {{ diameter = 0.25 }} }}\nposition = [0.5, 1.5]\ndensity = 1.5\n{wall}"
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.25 }} }}\nposition = [0.5, 1.5]\n\
+            density = 1.5\n{wall}"
         );
         let text = box_case([1.0, 2.0], [64, 128], 0.01, ["\"wall\""; 4], &more)
             .replace("viscosity = 0.01", "viscosity = 0.01\ngravity = [0.0, -1.0]");
@@ -92,11 +104,14 @@ fn a_disc_that_falls_has_the_work_of_gravity_and_the_method_takes_little() {
         let potential = 0.5 * body.volume() * (1.5 - body.centre.y);
         println!("{wall}: {e:?}");
         assert!((e.gravity / potential - 1.0).abs() < 0.01, "{wall}: {} of {potential}", e.gravity);
-        // What viscosity takes in the cells at the wall is counted too high, the less the finer: -0.0132, -0.0089, -0.0052, -0.0032 at 48, 64,
-        // 96, 128 cells a metre, whichever way it falls.
+        // What viscosity takes in the cells at the wall is counted too high, the less the finer:
+        // -0.0132, -0.0089, -0.0052, -0.0032 at 48, 64, 96, 128 cells a metre, whichever way it
+        // falls.
         assert!(e.method > -0.6 / 64.0 * e.gravity && e.method < most * e.gravity, "{wall}: {e:?}");
         assert!(
-            e.viscous > 0.1 * e.gravity && e.bodies > 0.05 * e.gravity && e.fluid > 0.05 * e.gravity,
+            e.viscous > 0.1 * e.gravity
+                && e.bodies > 0.05 * e.gravity
+                && e.fluid > 0.05 * e.gravity,
             "{wall}: {e:?}"
         );
     }
@@ -107,22 +122,31 @@ fn a_rebound_loses_what_its_restitution_says_to_the_contact() {
     let petsc = petsc();
     for (wall, restitution) in [(SHARP, 0.5), (SHARP, 0.9)] {
         let more = format!(
-            "[[particle]]\nshape = {{ disc = {{ diameter = 0.25 }} }}\nposition = [0.5, 0.17]\nvelocity = [0.0, -1.0]\n\
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.25 }} }}\nposition = [0.5, 0.17]\n\
+            velocity = [0.0, -1.0]\n\
              density = 1e4\n[contact]\nrestitution = {restitution}\n{wall}"
         );
-        let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [32, 32], 1e-4, ["\"wall\""; 4], &more));
+        let mut scene: Scene<2> =
+            petsc.scene(&box_case([1.0, 1.0], [32, 32], 1e-4, ["\"wall\""; 4], &more));
         for _ in 0..60 {
             scene.step(2e-3).unwrap();
         }
         let e = scene.state.energy;
         let lost = e.contacts / e.start;
-        assert!((lost - (1.0 - restitution * restitution)).abs() < 0.02, "{wall} {restitution}: {lost} {e:?}");
-        assert!(e.method.abs() < 5e-3 * e.start && e.friction.abs() < 1e-9 * e.start, "{wall} {restitution}: {e:?}");
+        assert!(
+            (lost - (1.0 - restitution * restitution)).abs() < 0.02,
+            "{wall} {restitution}: {lost} {e:?}"
+        );
+        assert!(
+            e.method.abs() < 5e-3 * e.start && e.friction.abs() < 1e-9 * e.start,
+            "{wall} {restitution}: {e:?}"
+        );
         assert!(e.springs.abs() < 1e-9 * e.start, "they have parted: {e:?}");
     }
 }
 
-/// An impact's pressure lasts for one step, and works on an inflow in that step alone, whichever it is.
+/// An impact's pressure lasts for one step, and works on an inflow in that step alone, whichever it
+/// is.
 #[test]
 fn what_an_impact_does_to_an_inflow_does_not_depend_on_the_step_it_falls_on() {
     let petsc = petsc();
@@ -149,7 +173,10 @@ fn what_an_impact_does_to_an_inflow_does_not_depend_on_the_step_it_falls_on() {
     };
     let given = budgets[0].prescribed;
     let (borders, method) = (spread(&|e| e.borders), spread(&|e| e.method));
-    assert!(borders < 0.02 * given && method < 0.03 * given, "{borders} and {method} of {given}: {budgets:?}");
+    assert!(
+        borders < 0.02 * given && method < 0.03 * given,
+        "{borders} and {method} of {given}: {budgets:?}"
+    );
 }
 
 #[test]
@@ -164,13 +191,17 @@ fn a_disc_that_slides_until_it_rolls_loses_a_third_to_friction() {
     assert!((e.friction / start * 3.0 - 1.0).abs() < 0.05, "{} of {start}: {e:?}", e.friction);
 }
 
-/// What faces remember has to fade by viscosity too: in a flow that hardly moves nothing else takes it.
+/// What faces remember has to fade by viscosity too: in a flow that hardly moves nothing else takes
+/// it.
 #[test]
 fn a_sphere_in_creeping_flow_makes_no_energy_however_long_it_falls() {
     let petsc = petsc();
-    let sides = ["west", "east", "south", "north", "bottom", "top"].map(|side| format!("{side} = \"wall\"\n")).concat();
+    let sides = ["west", "east", "south", "north", "bottom", "top"]
+        .map(|side| format!("{side} = \"wall\"\n"))
+        .concat();
     let mut scene: Scene<3> = petsc.scene(&format!(
-        "name = \"creep\"\n[domain]\nsize = [2.0, 2.0, 2.0]\ncells = [16, 16, 16]\n[fluid]\ndensity = 1.0\nviscosity = 1.0\n\
+        "name = \"creep\"\n[domain]\nsize = [2.0, 2.0, 2.0]\ncells = [16, 16, 16]\n[fluid]\n\
+        density = 1.0\nviscosity = 1.0\n\
          gravity = [0.0, -1.0, 0.0]\n[boundary]\n{sides}[[particle]]\nshape = {{ sphere = {{ diameter = 1.0 }} }}\n\
          position = [1.03, 1.2, 1.0]\ndensity = 1.5\n{SHARP}[time]\nend = 9.0\n[pressure]\ndivergence_limit = 1e-5\n"
     ));
@@ -179,14 +210,18 @@ fn a_sphere_in_creeping_flow_makes_no_energy_however_long_it_falls() {
     }
     let e = scene.state.energy;
     println!("{e:?}");
-    assert!(e.method.abs() < 0.05 * e.gravity && (e.viscous / e.gravity - 1.0).abs() < 0.1, "{e:?}");
+    assert!(
+        e.method.abs() < 0.05 * e.gravity && (e.viscous / e.gravity - 1.0).abs() < 0.1,
+        "{e:?}"
+    );
 }
 
 #[test]
 fn a_disc_in_creeping_flow_keeps_its_speed_and_makes_no_energy() {
     let petsc = petsc();
     let more = format!(
-        "[[particle]]\nshape = {{ disc = {{ diameter = 1.0 }} }}\nposition = [2.0, 0.75]\ndensity = 1.15\n{SHARP}\
+        "[[particle]]\nshape = {{ disc = {{ diameter = 1.0 }} }}\nposition = [2.0, 0.75]\n\
+        density = 1.15\n{SHARP}\
          [pressure]\ndivergence_limit = 1e-9"
     );
     let sides = ["\"slip\"", "\"slip\"", "\"wall\"", "\"slip\""];
@@ -206,8 +241,9 @@ fn a_disc_in_creeping_flow_keeps_its_speed_and_makes_no_energy() {
     assert!(e.method.abs() < 0.2 * e.gravity && e.viscous > 0.5 * e.gravity, "{e:?}");
 }
 
-/// What flows in the pocket between a body that may move and two walls stays in the memory of the faces unless viscosity takes it fast enough;
-/// it grew until it had more energy than all work had given, in the pocket's own time.
+/// What flows in the pocket between a body that may move and two walls stays in the memory of the
+/// faces unless viscosity takes it fast enough; it grew until it had more energy than all work had
+/// given, in the pocket's own time.
 #[test]
 fn a_disc_that_creeps_round_in_a_corner_makes_no_energy() {
     let petsc = petsc();
@@ -229,8 +265,8 @@ fn a_disc_that_creeps_round_in_a_corner_makes_no_energy() {
     }
 }
 
-/// The tangential damper of the paper's law, as printed, drives what it should slow: friction makes energy, and nothing holds it but
-/// the guard.
+/// The tangential damper of the paper's law, as printed, drives what it should slow: friction makes
+/// energy, and nothing holds it but the guard.
 #[test]
 fn energy_from_nothing_ends_a_run_where_walls_move_and_bodies_are_prescribed() {
     let dir = tempfile::tempdir().unwrap();
@@ -239,26 +275,34 @@ fn energy_from_nothing_ends_a_run_where_walls_move_and_bodies_are_prescribed() {
         .replace("north = \"slip\"", "north = { moving_wall = [0.01, 0.0] }")
         .replace("[contact]\n", "[contact]\ntangential_damping = \"printed\"\n")
         .replace("restitution = 0.2", "restitution = 0.01")
-        + "\n[[particle]]\nshape = { disc = { diameter = 0.5 } }\nposition = [3.0, 1.5]\nmotion = { prescribed = { spin = 0.1 } }\n";
+        + "\n[[particle]]\nshape = { disc = { diameter = 0.5 } }\nposition = [3.0, 1.5]\n\
+            motion = { prescribed = { spin = 0.1 } }\n";
     std::fs::write(&case, text).unwrap();
     let output = mics(&["run", case.to_str().unwrap(), "--out", out.to_str().unwrap(), "--quiet"]);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(3), "{said}");
-    assert!(said.contains("have come from nothing") && said.contains("particle 0 the fastest"), "{said}");
+    assert!(
+        said.contains("have come from nothing") && said.contains("particle 0 the fastest"),
+        "{said}"
+    );
 }
 
-/// Viscosity takes much in few steps when two meet; what it took before, eight steps apart, says nothing of that.
+/// Viscosity takes much in few steps when two meet; what it took before, eight steps apart, says
+/// nothing of that.
 #[test]
 fn two_discs_that_meet_in_long_steps_make_no_energy_on_the_way() {
     let petsc = petsc();
     let disc = |x: f64, y: f64, u: f64, v: f64| {
         format!(
-            "[[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [{x:?}, {y:?}]\ndensity = 2.5\nvelocity = [{u:?}, {v:?}]\n"
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [{x:?}, {y:?}]\n\
+            density = 2.5\nvelocity = [{u:?}, {v:?}]\n"
         )
     };
     let bodies = disc(0.45, 0.514, 1.0, 0.216) + &disc(0.75, 0.5, -1.0, -0.077);
-    let more =
-        format!("{bodies}{SHARP}[contact]\nrestitution = 0.8\nfriction = 0.3\n[pressure]\ndivergence_limit = 1e-6\n");
+    let more = format!(
+        "{bodies}{SHARP}[contact]\nrestitution = 0.8\nfriction = 0.3\n[pressure]\n\
+        divergence_limit = 1e-6\n"
+    );
     let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"wall\""];
     let mut scene: Scene<2> = petsc.scene(&box_case([1.5, 1.0], [48, 32], 0.02, sides, &more));
     let (start, mut least) = (scene.state.energy.start, 0.0f64);
@@ -267,18 +311,25 @@ fn two_discs_that_meet_in_long_steps_make_no_energy_on_the_way() {
         least = least.min(scene.state.energy.method / start);
     }
     println!("least {least}, at the end {}", scene.state.energy.method / start);
-    assert!(least > -1e-3 && scene.state.energy.contacts > 0.01 * start, "{least}: {:?}", scene.state.energy);
+    assert!(
+        least > -1e-3 && scene.state.energy.contacts > 0.01 * start,
+        "{least}: {:?}",
+        scene.state.energy
+    );
 }
 
-/// What faces remember in the corners of a closed box has to fade, also where cells are longer one way.
+/// What faces remember in the corners of a closed box has to fade, also where cells are longer one
+/// way.
 #[test]
 fn a_flow_around_a_body_that_is_told_to_rest_fades_in_cells_of_any_shape() {
     let fades = |left: f64| assert!(left < 1e-8, "{left:e} of the energy is left");
     for height in [0.5, 0.8] {
         let petsc = petsc();
-        let more = "[initial]\nperturbation = 1e-3\n[pressure]\ndivergence_limit = 1e-8\n[[particle]]\nposition = [0.47, 0.22]\n\
+        let more = "[initial]\nperturbation = 1e-3\n[pressure]\ndivergence_limit = 1e-8\n\
+            [[particle]]\nposition = [0.47, 0.22]\n\
                     shape = { disc = { diameter = 0.15 } }\nmotion = { prescribed = { velocity = [0.0, 0.0] } }\n";
-        let mut scene: Scene<2> = petsc.scene(&box_case([1.0, height], [24, 24], 1.0, ["\"wall\""; 4], more));
+        let mut scene: Scene<2> =
+            petsc.scene(&box_case([1.0, height], [24, 24], 1.0, ["\"wall\""; 4], more));
         let start = scene.state.energy.start;
         for _ in 0..600 {
             scene.step(5e-4).unwrap();

@@ -1,4 +1,5 @@
-//! `mics film`: frames and their timing read back from the animated PNG, strips, and what is refused.
+//! `mics film`: frames and their timing read back from the animated PNG, strips, and what is
+//! refused.
 
 use crate::plots::{FALL, fall};
 use crate::support::{mics, run};
@@ -18,7 +19,8 @@ struct Film {
 
 fn read(path: &str) -> Film {
     let mut reader = png::Decoder::new(File::open(path).unwrap()).read_info().unwrap();
-    let (size, count) = (reader.info().size(), reader.info().animation_control().unwrap().num_frames);
+    let (size, count) =
+        (reader.info().size(), reader.info().animation_control().unwrap().num_frames);
     assert_eq!(reader.info().animation_control().unwrap().num_plays, 0, "it repeats for ever");
     let (width, mut canvas) = (size.0 as usize, vec![0; (size.0 * size.1) as usize]);
     let mut film = Film { size: size.into(), frames: Vec::new(), delays: Vec::new(), changed: 0 };
@@ -47,8 +49,10 @@ fn filmed(words: &[&str]) -> Vec<String> {
 
 /// The files of a folder.
 fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<String> =
-        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    let mut names: Vec<String> = fs::read_dir(folder)
+        .unwrap()
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
     names.sort();
     names
 }
@@ -61,7 +65,9 @@ fn a_film_has_a_frame_a_snapshot_at_its_rate_in_the_same_colours_and_a_strip_som
     assert_eq!(path, [format!("{a}/figures/vorticity_film.png")]);
     let film = read(&path[0]);
     assert_eq!((film.frames.len(), film.delays), (7, vec![0.1; 7]));
-    assert!(film.frames.windows(2).all(|pair| pair[0] != pair[1]) && film.frames[0] != film.frames[6]);
+    assert!(
+        film.frames.windows(2).all(|pair| pair[0] != pair[1]) && film.frames[0] != film.frames[6]
+    );
     // The flow is 400 x 600; right of it is the bar, which does not change.
     let [width, height] = film.size;
     assert!((500..700).contains(&width) && (650..800).contains(&height), "{width} x {height}");
@@ -70,14 +76,28 @@ fn a_film_has_a_frame_a_snapshot_at_its_rate_in_the_same_colours_and_a_strip_som
     // In a folder that is not there yet.
     let part = dir.path().join("films/part.apng");
     let out = part.to_str().unwrap();
-    let words = ["--from", "0.1", "--to", "0.2", "--fps", "12.5", "--size", "200", "--field", "speed"];
-    assert_eq!(filmed(&[&[&a[..]], &words[..], &["--bodies", "speed", "--out", out]].concat()), [out]);
+    let words =
+        ["--from", "0.1", "--to", "0.2", "--fps", "12.5", "--size", "200", "--field", "speed"];
+    assert_eq!(
+        filmed(&[&[&a[..]], &words[..], &["--bodies", "speed", "--out", out]].concat()),
+        [out]
+    );
     let film = read(out);
     assert_eq!((film.frames.len(), film.delays), (3, vec![0.08; 3]));
     assert!(film.size[1] < height / 2 + 10);
 
     let out = dir.path().join("strip.png");
-    let strip = filmed(&[&a, "--strip", "3", "--field", "pressure", "--size", "800", "--out", out.to_str().unwrap()]);
+    let strip = filmed(&[
+        &a,
+        "--strip",
+        "3",
+        "--field",
+        "pressure",
+        "--size",
+        "800",
+        "--out",
+        out.to_str().unwrap(),
+    ]);
     assert_eq!(strip, ["png", "svg"].map(|end| format!("{}/strip.{end}", dir.path().display())));
     let reader = png::Decoder::new(File::open(&strip[0]).unwrap()).read_info().unwrap();
     assert!(reader.info().animation_control().is_none());
@@ -95,14 +115,18 @@ fn a_film_has_a_frame_a_snapshot_at_its_rate_in_the_same_colours_and_a_strip_som
 /// Nothing is written where a film is refused.
 fn refusals(a: &str, dir: &Path) {
     let before = names(&Path::new(a).join("figures"));
-    let [gif, webp] = ["film.gif", "film.webp"].map(|name| dir.join(name).to_str().unwrap().to_owned());
+    let [gif, webp] =
+        ["film.gif", "film.webp"].map(|name| dir.join(name).to_str().unwrap().to_owned());
     let (gif, webp) = (&gif[..], &webp[..]);
     for (words, said) in [
         (&["--field", "vortices"][..], &["'vortices'", "vorticity", "pressure"][..]),
         (&["--bodies", "colour"], &["'colour'", "material"]),
         (&["--from", "3"], &["--from 3", "0 of the 7 snapshots", "from 0 to 0.3", "every_time = "]),
         (&["--to", "-1"], &["--to -1", "0 of the 7 snapshots"]),
-        (&["--from", "0.11", "--to", "0.12"], &["--from 0.11", "--to 0.12", "1 of the 7 snapshots", "needs two"]),
+        (
+            &["--from", "0.11", "--to", "0.12"],
+            &["--from 0.11", "--to 0.12", "1 of the 7 snapshots", "needs two"],
+        ),
         (&["--from", "0.2", "--to", "0.1"], &["--from 0.2 --to 0.1", "ends after it begins"]),
         (&["--from", "nan"], &["--from NaN", "number of seconds"]),
         (&["--fps", "0"], &["--fps 0", "0.1 to 100"]),
@@ -138,7 +162,8 @@ fn a_film_is_a_gif_of_the_same_frames_where_its_name_says_so() {
     let mut reader = gif::DecodeOptions::new().read_info(File::open(out).unwrap()).unwrap();
     let size = [reader.width(), reader.height()].map(u32::from);
     assert_eq!((size, reader.repeat()), (film.size, gif::Repeat::Infinite));
-    let (width, mut canvas, mut count) = (size[0] as usize, vec![0; (size[0] * size[1]) as usize], 0);
+    let (width, mut canvas, mut count) =
+        (size[0] as usize, vec![0; (size[0] * size[1]) as usize], 0);
     while let Some(frame) = reader.read_next_frame().unwrap() {
         assert_eq!(frame.delay, 8, "hundredths of a second");
         for (j, row) in frame.buffer.chunks_exact(usize::from(frame.width)).enumerate() {
@@ -151,17 +176,22 @@ fn a_film_is_a_gif_of_the_same_frames_where_its_name_says_so() {
     assert_eq!(count, 7);
 }
 
-/// A film that fails on its way leaves no half of it, and the one before as it was; one snapshot is no film.
+/// A film that fails on its way leaves no half of it, and the one before as it was; one snapshot is
+/// no film.
 fn damage(a: &str) {
     let (figures, fields) = (Path::new(a).join("figures"), Path::new(a).join("fields"));
     let film = fs::read(figures.join("vorticity_film.png")).unwrap();
-    let snapshots: Vec<String> = names(&fields).into_iter().filter(|name| name.ends_with(".vti")).collect();
+    let snapshots: Vec<String> =
+        names(&fields).into_iter().filter(|name| name.ends_with(".vti")).collect();
     let bytes = fs::read(fields.join(&snapshots[3])).unwrap();
     fs::write(fields.join(&snapshots[3]), &bytes[..bytes.len() / 2]).unwrap();
     // With its range it does not look at all frames before it begins.
     let output = mics(&["film", a, "--range=-20,20"]);
     let message = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.code() == Some(2) && message.contains("not a snapshot that mics wrote"), "{message}");
+    assert!(
+        output.status.code() == Some(2) && message.contains("not a snapshot that mics wrote"),
+        "{message}"
+    );
     assert_eq!(names(&figures), ["vorticity_film.png"]);
     assert!(fs::read(figures.join("vorticity_film.png")).unwrap() == film);
 
@@ -169,7 +199,8 @@ fn damage(a: &str) {
     let output = mics(&["film", a]);
     let message = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{message}");
-    let cure = "output.fields = { every_time = 0.01 }, about 30 frames of its 0.3 s, as in --set output.fields.every_time=0.01";
+    let cure = "output.fields = { every_time = 0.01 }, about 30 frames of its 0.3 s, as in --set \
+        output.fields.every_time=0.01";
     assert!(message.contains("one snapshot only") && message.contains(cure), "{message}");
 }
 
@@ -177,7 +208,10 @@ fn damage(a: &str) {
 fn a_film_in_3d_is_of_the_planes_that_figures_show_and_of_any_other() {
     let dir = tempfile::tempdir().unwrap();
     let case = FALL
-        .replace("size = [0.1, 0.15], cells = [40, 60]", "size = [0.06, 0.09, 0.06], cells = [12, 18, 12]")
+        .replace(
+            "size = [0.1, 0.15], cells = [40, 60]",
+            "size = [0.06, 0.09, 0.06], cells = [12, 18, 12]",
+        )
         .replace("gravity = [0.0, -9.81]", "gravity = [0.0, -9.81, 0.0]")
         .replace("north = \"slip\"", "north = \"slip\", bottom = \"wall\", top = \"wall\"")
         .replace("disc = ", "sphere = ")
@@ -189,10 +223,15 @@ fn a_film_in_3d_is_of_the_planes_that_figures_show_and_of_any_other() {
     run(&file, &out, &[]);
     let folder = out.to_str().unwrap();
     let paths = filmed(&[folder, "--size", "200"]);
-    assert_eq!(paths, ["_2", ""].map(|number| format!("{folder}/figures/vorticity_film{number}.png")));
+    assert_eq!(
+        paths,
+        ["_2", ""].map(|number| format!("{folder}/figures/vorticity_film{number}.png"))
+    );
     let films = [read(&paths[0]), read(&paths[1])];
     assert!(films.iter().all(|film| film.frames.len() == 3 && film.frames[0] != film.frames[2]));
-    let one = filmed(&[folder, "--plane", "y=0.04", "--field", "speed", "--size", "200", "--bodies", "material"]);
+    let one = filmed(&[
+        folder, "--plane", "y=0.04", "--field", "speed", "--size", "200", "--bodies", "material",
+    ]);
     assert_eq!(one, [format!("{folder}/figures/speed_film.png")]);
     // The bodies' places are in files of their own.
     fs::remove_file(out.join("fields/bodies.pvd")).unwrap();

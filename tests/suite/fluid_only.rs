@@ -1,4 +1,5 @@
-//! What a run says of the fluid is of the fluid: cells inside bodies, which hold what the walls need, do not count.
+//! What a run says of the fluid is of the fluid: cells inside bodies, which hold what the walls
+//! need, do not count.
 
 use crate::support::{MIXING, SHARP, box_case, petsc};
 use mics::output::snapshot::Snapshot;
@@ -8,14 +9,21 @@ const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"",
 
 /// Per cell of a snapshot, whether a body fills more than half of it.
 fn inside(snapshot: &Snapshot) -> Vec<bool> {
-    snapshot.array("solid_fraction").unwrap().values.iter().map(|fraction| *fraction > 0.5).collect()
+    snapshot
+        .array("solid_fraction")
+        .unwrap()
+        .values
+        .iter()
+        .map(|fraction| *fraction > 0.5)
+        .collect()
 }
 
 #[test]
 fn the_largest_speed_is_that_of_the_fluid_and_not_of_what_is_continued_into_a_body() {
     let petsc = petsc();
     let more = format!(
-        "[[particle]]\nshape = {{ disc = {{ diameter = 0.5 }} }}\nposition = [0.8, 0.77]\nmotion = \"fixed\"\n{SHARP}"
+        "[[particle]]\nshape = {{ disc = {{ diameter = 0.5 }} }}\nposition = [0.8, 0.77]\n\
+        motion = \"fixed\"\n{SHARP}"
     );
     let mut scene: Scene<2> = petsc.scene(&box_case([3.0, 1.5], [48, 24], 1e-4, STREAM, &more));
     let mut most = 0.0f64;
@@ -25,12 +33,21 @@ fn the_largest_speed_is_that_of_the_fluid_and_not_of_what_is_continued_into_a_bo
         let u = &scene.state.u;
         let speed = |c: usize| u[0][c].hypot(u[1][c]);
         let all = scene.domain.grid.rows().flatten().map(speed).fold(0.0, f64::max);
-        let covered = scene
-            .method
-            .with_overlaps(|overlaps| overlaps.filter(|o| o.fraction > 0.5).map(|o| o.cell).collect::<Vec<_>>());
-        let outside =
-            scene.domain.grid.rows().flatten().filter(|c| !covered.contains(c)).map(speed).fold(0.0, f64::max);
-        assert!((said / outside - 1.0).abs() < 1e-14, "{said} is not {outside}; of all cells {all}");
+        let covered = scene.method.with_overlaps(|overlaps| {
+            overlaps.filter(|o| o.fraction > 0.5).map(|o| o.cell).collect::<Vec<_>>()
+        });
+        let outside = scene
+            .domain
+            .grid
+            .rows()
+            .flatten()
+            .filter(|c| !covered.contains(c))
+            .map(speed)
+            .fold(0.0, f64::max);
+        assert!(
+            (said / outside - 1.0).abs() < 1e-14,
+            "{said} is not {outside}; of all cells {all}"
+        );
         most = most.max(all / outside);
     }
     println!("inside up to {most} times the fluid's largest speed");
@@ -63,7 +80,10 @@ fn fields_show_a_bodys_own_motion_inside_it_and_the_flow_outside() {
             let held = [scene.state.u[0][cell], scene.state.u[1][cell]];
             let expected = if within { own } else { held };
             for a in 0..2 {
-                assert!((velocity[3 * k + a] - expected[a]).abs() < 1e-12, "{wall}: cell {i} {j}, {within}");
+                assert!(
+                    (velocity[3 * k + a] - expected[a]).abs() < 1e-12,
+                    "{wall}: cell {i} {j}, {within}"
+                );
             }
             assert!(!within || vorticity[k] == 4.0, "{wall}: {} at {i} {j}", vorticity[k]);
         }
@@ -76,16 +96,21 @@ fn the_kinetic_energy_of_the_log_is_that_of_the_fluid_outside_the_bodies_and_of_
     let petsc = petsc();
     // A heavy disc and the fluid around it move as one: the energies are those of their masses.
     let more = format!(
-        "[[particle]]\nshape = {{ disc = {{ diameter = 0.5 }} }}\nposition = [0.5, 0.5]\ndensity = 7.0\nvelocity = [1.0, 0.0]\n\
+        "[[particle]]\nshape = {{ disc = {{ diameter = 0.5 }} }}\nposition = [0.5, 0.5]\n\
+        density = 7.0\nvelocity = [1.0, 0.0]\n\
          [initial]\nvelocity = [1.0, 0.0]\n{SHARP}"
     );
-    let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [32, 32], 1e-3, crate::support::PERIODIC, &more));
+    let mut scene: Scene<2> =
+        petsc.scene(&box_case([1.0, 1.0], [32, 32], 1e-3, crate::support::PERIODIC, &more));
     for _ in 0..3 {
         scene.step(1e-3).unwrap();
     }
     let (e, area) = (scene.state.energy, std::f64::consts::PI / 16.0);
-    for (found, exact) in [(e.bodies, 0.5 * 7.0 * area), (e.fluid, 0.5 * (1.0 - area)), (e.kinetic(), 0.5 + 3.0 * area)]
-    {
+    for (found, exact) in [
+        (e.bodies, 0.5 * 7.0 * area),
+        (e.fluid, 0.5 * (1.0 - area)),
+        (e.kinetic(), 0.5 + 3.0 * area),
+    ] {
         assert!((found / exact - 1.0).abs() < 1e-9, "{found} of {exact}");
     }
 }

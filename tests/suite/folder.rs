@@ -1,6 +1,9 @@
-//! A run's folder: one process at a time, nothing of anybody else's deleted, and a way on from every state that it can be in.
+//! A run's folder: one process at a time, nothing of anybody else's deleted, and a way on from
+//! every state that it can be in.
 
-use crate::restart::{checkpoints, colliding, expect_the_same_run, held, said, signal, start, wait_until, words};
+use crate::restart::{
+    checkpoints, colliding, expect_the_same_run, held, said, signal, start, wait_until, words,
+};
 use crate::support::{command, mics, run};
 use std::fs;
 
@@ -26,8 +29,10 @@ fn a_start_without_room_leaves_a_folder_that_the_same_command_takes_again() {
     let dir = tempfile::tempdir().unwrap();
     let (case, out) = (colliding(dir.path(), "end = 0.1\nstep = 0.006", 5), dir.path().join("out"));
     let script = "trap '' XFSZ; ulimit -f 0; exec \"$0\" \"$@\"";
-    let output =
-        command("bash").args(["-c", script, env!("CARGO_BIN_EXE_mics")]).args(words(&case, &out, &[])).output();
+    let output = command("bash")
+        .args(["-c", script, env!("CARGO_BIN_EXE_mics")])
+        .args(words(&case, &out, &[]))
+        .output();
     let output = output.unwrap();
     assert_eq!(output.status.code(), Some(3), "{}", said(&output));
     assert!(out.join("fields").is_dir());
@@ -41,9 +46,17 @@ fn snapshots_may_be_deleted_and_the_limit_of_divergence_not_lowered_below_what_w
     run(&case, &out, &[]);
     fs::remove_dir_all(out.join("fields")).unwrap();
     let later = ["--resume", "--set", "time.end=0.16"];
-    let output = mics(&words(&case, &out, &[&later[..], &["--set", "pressure.divergence_limit=1e-13"]].concat()));
+    let output = mics(&words(
+        &case,
+        &out,
+        &[&later[..], &["--set", "pressure.divergence_limit=1e-13"]].concat(),
+    ));
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
-    assert!(said(&output).contains("pressure.divergence_limit: the run that goes on has reached"), "{}", said(&output));
+    assert!(
+        said(&output).contains("pressure.divergence_limit: the run that goes on has reached"),
+        "{}",
+        said(&output)
+    );
     run(&case, &out, &later);
     assert!(fs::read_dir(out.join("fields")).unwrap().count() > 1);
 }
@@ -56,16 +69,29 @@ fn validate_stops_with_130_and_takes_no_folder_of_somebody_else() {
     fs::write(mine.join("settling-disc-N-8.toml"), "mine").unwrap();
     let output = mics(&["validate", "settling-disc N 8", "--out", mine.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
-    assert!(said(&output).contains("did not write") && fs::read_dir(&mine).unwrap().count() == 1, "{}", said(&output));
+    assert!(
+        said(&output).contains("did not write") && fs::read_dir(&mine).unwrap().count() == 1,
+        "{}",
+        said(&output)
+    );
 
-    let mut process = start(&["validate", "settling-disc N 16", "lid", "--out", out.to_str().unwrap()]);
+    let mut process =
+        start(&["validate", "settling-disc N 16", "lid", "--out", out.to_str().unwrap()]);
     wait_until(&mut process, || {
-        fs::read_dir(&out).into_iter().flatten().flatten().any(|e| e.path().join("steps.csv").exists())
+        fs::read_dir(&out)
+            .into_iter()
+            .flatten()
+            .flatten()
+            .any(|e| e.path().join("steps.csv").exists())
     });
     signal(&process, "TERM");
     let output = process.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130), "{}", said(&output));
-    assert!(said(&output).contains("interrupted") && !said(&output).contains("--resume"), "{}", said(&output));
+    assert!(
+        said(&output).contains("interrupted") && !said(&output).contains("--resume"),
+        "{}",
+        said(&output)
+    );
 }
 
 #[test]

@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 /// A stone that falls in a box of water of 64 x 32 cells, with these further keys.
 fn fall(folder: &Path, more: &str) -> PathBuf {
     let text = format!(
-        "name = \"fall\"\ntime.end = 0.8\noutput.figures = false\npressure.divergence_limit = 1e-2\n\
+        "name = \"fall\"\ntime.end = 0.8\noutput.figures = false\n\
+        pressure.divergence_limit = 1e-2\n\
          domain = {{ size = [2.0, 1.0], cells = [64, 32] }}\nfluid = {{ density = 1000.0, viscosity = 1.0, gravity = [0.0, -9.81] }}\n\
          boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n\
-         particle = [{{ name = \"stone\", shape = {{ disc = {{ diameter = 0.25 }} }}, density = 2650.0, position = [0.7, 0.7] }}]\n{more}\n"
+         particle = [{{ name = \"stone\", shape = {{ disc = {{ diameter = 0.25 }} }}, density = \
+             2650.0, position = [0.7, 0.7] }}]\n{more}\n"
     );
     let file = folder.join("fall.toml");
     std::fs::write(&file, text).unwrap();
@@ -28,9 +30,11 @@ fn says(words: &[&str]) -> (Option<i32>, String) {
 #[test]
 fn the_steps_of_a_run_are_foretold_from_the_speed_that_it_comes_to() {
     let dir = tempfile::tempdir().unwrap();
-    let [wake, channel] = ["cylinder-wake", "poiseuille"].map(|name| shipped(&format!("cases/{name}/case.toml")));
+    let [wake, channel] =
+        ["cylinder-wake", "poiseuille"].map(|name| shipped(&format!("cases/{name}/case.toml")));
     let drag: Vec<String> = (0..3).map(|k| format!("measure.{k}.from=1.0")).collect();
-    let drag = [&["time.end=4.0"], &drag.iter().map(String::as_str).collect::<Vec<_>>()[..]].concat();
+    let drag =
+        [&["time.end=4.0"], &drag.iter().map(String::as_str).collect::<Vec<_>>()[..]].concat();
     for (case, set, words) in [
         (fall(dir.path(), SPRINGS), &[][..], "which stone comes to"),
         (wake, &drag[..], "step"),
@@ -40,34 +44,55 @@ fn the_steps_of_a_run_are_foretold_from_the_speed_that_it_comes_to() {
         let (code, said) = says(&[&["check", case.to_str().unwrap()], &set[..]].concat());
         assert_eq!(code, Some(0), "{said}");
         let line = said.lines().find(|line| line.starts_with("step  ")).unwrap();
-        let foretold: f64 = line.split("about ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+        let foretold: f64 =
+            line.split("about ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
         let out = dir.path().join("out");
         let figures = ["--set", "output.figures=false", "--force"];
         let steps = run(&case, &out, &[&figures, &set[..]].concat())["steps"].as_f64().unwrap();
         println!("{}: {foretold} steps foretold, {steps} made", case.display());
-        assert!((0.6..1.6).contains(&(foretold / steps)) && line.contains(words), "{steps}: {line}");
+        assert!(
+            (0.6..1.6).contains(&(foretold / steps)) && line.contains(words),
+            "{steps}: {line}"
+        );
         assert!(said.contains(" for the run"), "{said}");
     }
 }
 
 #[test]
-fn what_the_grid_does_not_resolve_is_said_with_the_cells_that_it_takes_by_the_check_and_by_the_run() {
+fn what_the_grid_does_not_resolve_is_said_with_the_cells_that_it_takes_by_the_check_and_by_the_run()
+{
     let dir = tempfile::tempdir().unwrap();
     let water = "fluid.viscosity=1e-6";
     let cavity = shipped("cases/lid-driven-cavity/case.toml");
     for (case, set, end, expected) in [
         // Re = 5.9e8: 1.2 d/sqrt(Re) of the fall's; the walls' L/sqrt(Re) at 1e7.
-        (fall(dir.path(), SPRINGS), water, "time.end=0.01", ["cells a diameter", "and there are 8.0; so large"]),
-        (cavity, "fluid.viscosity=1e-7", "time.end=0.005", ["3163 cells along", "and there are 128; so large"]),
+        (
+            fall(dir.path(), SPRINGS),
+            water,
+            "time.end=0.01",
+            ["cells a diameter", "and there are 8.0; so large"],
+        ),
+        (
+            cavity,
+            "fluid.viscosity=1e-7",
+            "time.end=0.005",
+            ["3163 cells along", "and there are 128; so large"],
+        ),
     ] {
         let case = case.to_str().unwrap();
         let (code, said) = says(&["check", case, "--set", set, "--set", end]);
-        let line =
-            said.lines().find(|line| line.starts_with("warning      the boundary layer of ")).unwrap_or_default();
+        let line = said
+            .lines()
+            .find(|line| line.starts_with("warning      the boundary layer of "))
+            .unwrap_or_default();
         assert!(code == Some(0) && expected.iter().all(|part| line.contains(part)), "{said}");
         assert!(line.contains("fluid.viscosity is dynamic, in Pa s"), "{line}");
         let out = dir.path().join("run");
-        run(Path::new(case), &out, &["--force", "--set", set, "--set", end, "--set", "output.figures=false"]);
+        run(
+            Path::new(case),
+            &out,
+            &["--force", "--set", set, "--set", end, "--set", "output.figures=false"],
+        );
         let log = std::fs::read_to_string(out.join("log.txt")).unwrap();
         assert!(log.lines().any(|said| said == line), "{log}");
     }
@@ -78,8 +103,10 @@ fn an_inflow_that_takes_the_fluid_away_is_warned_of() {
     let case = shipped("cases/cylinder-wake/case.toml");
     let case = case.to_str().unwrap();
     for (inflow, warned) in [("[-1.0, 0.0]", true), ("[1.0, 0.0]", false)] {
-        let (code, said) = says(&["check", case, "--set", &format!("boundary.west.inflow={inflow}")]);
-        let line = said.lines().find(|line| line.contains("the inflow at west leaves the box there"));
+        let (code, said) =
+            says(&["check", case, "--set", &format!("boundary.west.inflow={inflow}")]);
+        let line =
+            said.lines().find(|line| line.contains("the inflow at west leaves the box there"));
         assert!(code == Some(0) && line.is_some() == warned, "{said}");
     }
 }
@@ -89,28 +116,44 @@ fn a_fluid_without_viscosity_that_sticks_to_bodies_is_warned_of() {
     let dir = tempfile::tempdir().unwrap();
     let case = fall(dir.path(), SPRINGS);
     for (viscosity, warned) in [("0.0", true), ("0.05", false)] {
-        let (code, said) = says(&["check", case.to_str().unwrap(), "--set", &format!("fluid.viscosity={viscosity}")]);
-        let line = said.lines().find(|line| line.starts_with("warning      without viscosity bodies hold the fluid"));
+        let (code, said) = says(&[
+            "check",
+            case.to_str().unwrap(),
+            "--set",
+            &format!("fluid.viscosity={viscosity}"),
+        ]);
+        let line = said
+            .lines()
+            .find(|line| line.starts_with("warning      without viscosity bodies hold the fluid"));
         assert!(code == Some(0) && line.is_some() == warned, "{said}");
     }
 }
 
-/// A disc of 1 cm that is told to move ends its run at the wall, at a fixed disc or at another one, and where its path is free or the run ends before, it
-/// does not.
+/// A disc of 1 cm that is told to move ends its run at the wall, at a fixed disc or at another one,
+/// and where its path is free or the run ends before, it does not.
 #[test]
 fn where_a_prescribed_body_ends_the_run_is_foretold() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     let disc = |x: f64, motion: &str| {
-        format!("[[particle]]\nshape.disc.diameter = 0.01\nposition = [{x:?}, 0.02]\nmotion = {motion}\n")
+        format!(
+            "[[particle]]\nshape.disc.diameter = 0.01\nposition = [{x:?}, 0.02]\n\
+            motion = {motion}\n"
+        )
     };
     let goes = |velocity: [f64; 2]| format!("{{ prescribed = {{ velocity = {velocity:?} }} }}");
     let swings = |amplitude: f64| {
-        format!("{{ prescribed = {{ oscillation = {{ amplitude = [{amplitude:?}, 0.0], frequency = 2.5 }} }} }}")
+        format!(
+            "{{ prescribed = {{ oscillation = {{ amplitude = [{amplitude:?}, 0.0], frequency = 2.5 }} }} }}"
+        )
     };
     // 1.5 cm to the wall; 2 cm between two surfaces.
     for (discs, end, expected) in [
-        (disc(0.02, &goes([0.0, 0.05])), 0.4, Some((0.3, "particle 0 has reached the border of the box along y"))),
+        (
+            disc(0.02, &goes([0.0, 0.05])),
+            0.4,
+            Some((0.3, "particle 0 has reached the border of the box along y")),
+        ),
         (disc(0.02, &goes([0.0, 0.05])), 0.29, None),
         (
             disc(0.02, &goes([0.05, 0.0])) + &disc(0.05, "\"fixed\""),
@@ -132,43 +175,57 @@ fn where_a_prescribed_body_ends_the_run_is_foretold() {
         (disc(0.02, &swings(0.019)) + &disc(0.05, "\"fixed\""), 0.2, None),
     ] {
         let text = format!(
-            "name = \"told\"\ndomain = {{ size = [0.08, 0.04], cells = [64, 32] }}\nfluid = {{ density = 1000.0, viscosity = 0.05 }}\n\
-             boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }}\n\
+            "name = \"told\"\ndomain = {{ size = [0.08, 0.04], cells = [64, 32] }}\n\
+            fluid = {{ density = 1000.0, viscosity = 0.05 }}\n\
+             boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
+                 \"wall\" }}\n\
              contact = {{}}\noutput.figures = false\ntime = {{ end = {end:?} }}\n{discs}"
         );
         std::fs::write(&case, text).unwrap();
         let (code, said) = says(&["check", case.to_str().unwrap()]);
-        let line = said.lines().find(|line| line.starts_with("warning      the run will end at t = "));
+        let line =
+            said.lines().find(|line| line.starts_with("warning      the run will end at t = "));
         assert!(code == Some(0) && line.is_some() == expected.is_some(), "{said}");
         let (Some(line), Some((time, words))) = (line, expected) else { continue };
         let told: f64 = line.split(' ').find_map(|word| word.parse().ok()).unwrap();
         assert!(line.contains(words) && (told - time).abs() < 0.003, "{time}: {line}");
         let out = dir.path().join("out");
-        let (code, said) = says(&["run", case.to_str().unwrap(), "--force", "--out", out.to_str().unwrap()]);
-        assert!(code == Some(3) && said.contains(line) && said.contains("error: step"), "{code:?}: {said}");
+        let (code, said) =
+            says(&["run", case.to_str().unwrap(), "--force", "--out", out.to_str().unwrap()]);
+        assert!(
+            code == Some(3) && said.contains(line) && said.contains("error: step"),
+            "{code:?}: {said}"
+        );
     }
 }
 
-/// One stiffness holds for all: that which a body of a hundred tonnes per cubic metre asks for is costly where another one weighs what water does.
+/// One stiffness holds for all: that which a body of a hundred tonnes per cubic metre asks for is
+/// costly where another one weighs what water does.
 #[test]
 fn bodies_whose_weights_are_far_apart_are_said_to_be_costly() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     for (heavy, warned) in [(1e8, true), (7800.0, false)] {
         let disc = |x: f64, density: f64| {
-            format!("[[particle]]\nshape.disc.diameter = 0.01\ndensity = {density:?}\nposition = [{x:?}, 0.02]\n")
+            format!(
+                "[[particle]]\nshape.disc.diameter = 0.01\ndensity = {density:?}\n\
+                position = [{x:?}, 0.02]\n"
+            )
         };
         let text = format!(
             "name = \"two\"\ndomain = {{ size = [0.04, 0.04], cells = [32, 32] }}\n\
              fluid = {{ density = 1000.0, viscosity = 0.05, gravity = [0.0, -9.81] }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\ncontact = {{}}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
+                 }}\ncontact = {{}}\n\
              time = {{ end = 0.1 }}\n{}{}",
             disc(0.01, heavy),
             disc(0.03, 1100.0)
         );
         std::fs::write(&case, text).unwrap();
         let (code, said) = says(&["check", case.to_str().unwrap()]);
-        let line = said.lines().find(|line| line.starts_with("warning      a step in which two touch takes about "));
+        let line = said
+            .lines()
+            .find(|line| line.starts_with("warning      a step in which two touch takes about "));
         assert!(code == Some(0) && line.is_some() == warned, "{heavy} kg/m3: {said}");
     }
 }
@@ -178,19 +235,27 @@ fn bodies_that_overlap_at_the_start_are_warned_of() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     for (second, warned) in [(0.01495, true), (0.015, false)] {
-        let disc =
-            |y: f64| format!("[[particle]]\nshape.disc.diameter = 0.01\ndensity = 2650.0\nposition = [0.02, {y:?}]\n");
+        let disc = |y: f64| {
+            format!(
+                "[[particle]]\nshape.disc.diameter = 0.01\ndensity = 2650.0\n\
+                position = [0.02, {y:?}]\n"
+            )
+        };
         let text = format!(
             "name = \"two\"\ndomain = {{ size = [0.04, 0.04], cells = [32, 32] }}\n\
              fluid = {{ density = 1000.0, viscosity = 0.05, gravity = [0.0, -9.81] }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\ncontact = {{}}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
+                 }}\ncontact = {{}}\n\
              time = {{ end = 0.1 }}\n{}{}",
             disc(0.005),
             disc(second)
         );
         std::fs::write(&case, text).unwrap();
         let (code, said) = says(&["check", case.to_str().unwrap()]);
-        assert!(code == Some(0) && said.contains("particles overlap at the start") == warned, "{said}");
+        assert!(
+            code == Some(0) && said.contains("particles overlap at the start") == warned,
+            "{said}"
+        );
     }
 }
 
@@ -220,9 +285,10 @@ fn the_check_and_the_run_agree_on_a_stiffness_that_is_too_large_or_too_small() {
     }
     assert_eq!(refused[0].1, refused[1].1);
     assert!(!Path::new(out).exists(), "nothing is written");
-    for (stiffness, warning, code) in
-        [("1e13", "stiffer than the impacts ask for", 0), ("1e3", "normal_stiffness is too small: an impact at", 3)]
-    {
+    for (stiffness, warning, code) in [
+        ("1e13", "stiffer than the impacts ask for", 0),
+        ("1e3", "normal_stiffness is too small: an impact at", 3),
+    ] {
         let [check, run] = both(stiffness);
         let line = |said: &str| said.lines().find(|line| line.contains(warning)).map(str::to_owned);
         assert!(check.0 == Some(0) && line(&check.1).is_some(), "{stiffness}: {}", check.1);
@@ -239,20 +305,29 @@ fn a_run_whose_energy_explodes_does_not_end_with_0() {
     let dir = tempfile::tempdir().unwrap();
     // The tangential dashpot as it is printed feeds energy, the more so with much friction.
     let disc = |x: f64, y: f64| {
-        format!("{{ shape = {{ disc = {{ diameter = 0.25 }} }}, density = 2650.0, position = [{x}, {y}] }}")
+        format!(
+            "{{ shape = {{ disc = {{ diameter = 0.25 }} }}, density = 2650.0, position = [{x}, {y}] }}"
+        )
     };
-    let heap =
-        (0..6).map(|k| (0.3 + 0.27 * f64::from(k / 2) + 0.02 * f64::from(k % 2), 0.13 + 0.253 * f64::from(k % 2)));
+    let heap = (0..6).map(|k| {
+        (0.3 + 0.27 * f64::from(k / 2) + 0.02 * f64::from(k % 2), 0.13 + 0.253 * f64::from(k % 2))
+    });
     let heap: Vec<String> = heap.map(|(x, y)| disc(x, y)).collect();
-    let springs = "contact = { normal_stiffness = 1e7, friction = 5.0, tangential_damping = \"printed\" }";
+    let springs =
+        "contact = { normal_stiffness = 1e7, friction = 5.0, tangential_damping = \"printed\" }";
     let file = fall(dir.path(), springs);
     let text = std::fs::read_to_string(&file).unwrap();
-    let lines = text
-        .lines()
-        .map(|l| if l.starts_with("particle") { format!("particle = [{}]", heap.join(", ")) } else { l.into() });
+    let lines = text.lines().map(|l| {
+        if l.starts_with("particle") {
+            format!("particle = [{}]", heap.join(", "))
+        } else {
+            l.into()
+        }
+    });
     std::fs::write(&file, lines.collect::<Vec<_>>().join("\n")).unwrap();
     let out = dir.path().join("out");
-    let (code, said) = says(&["run", file.to_str().unwrap(), "--quiet", "--out", out.to_str().unwrap()]);
+    let (code, said) =
+        says(&["run", file.to_str().unwrap(), "--quiet", "--out", out.to_str().unwrap()]);
     assert_eq!(code, Some(3), "{said}");
     assert!(said.contains("have come from nothing, made by friction"), "{said}");
     let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
@@ -263,7 +338,8 @@ fn a_run_whose_energy_explodes_does_not_end_with_0() {
 #[test]
 fn the_disk_that_a_run_will_take_is_said_before_it() {
     let dir = tempfile::tempdir().unwrap();
-    let more = "output.fields = { every = 20 }\noutput.particles = { every = 1 }\noutput.checkpoint = { every_steps = 30 }\ntime.step = 0.002";
+    let more = "output.fields = { every = 20 }\noutput.particles = { every = 1 }\n\
+        output.checkpoint = { every_steps = 30 }\ntime.step = 0.002";
     let case = fall(dir.path(), more);
     let (code, said) = says(&["check", case.to_str().unwrap(), "--set", "time.end=0.2"]);
     assert_eq!(code, Some(0), "{said}");
@@ -274,7 +350,9 @@ fn the_disk_that_a_run_will_take_is_said_before_it() {
     run(&case, &out, &["--set", "time.end=0.2"]);
     fn size(path: &std::path::Path) -> u64 {
         let entries = std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap());
-        entries.map(|e| if e.path().is_dir() { size(&e.path()) } else { e.metadata().unwrap().len() }).sum()
+        entries
+            .map(|e| if e.path().is_dir() { size(&e.path()) } else { e.metadata().unwrap().len() })
+            .sum()
     }
     let (said, left) = (words[0].parse::<f64>().unwrap(), 1e-6 * size(&out) as f64);
     assert!((0.6..1.0).contains(&(left / said)), "{said} MB said, {left} MB left");
@@ -287,13 +365,17 @@ fn a_free_body_that_a_locked_axis_drives_into_a_border_is_foreseen() {
     let foreseen = |east: &str, end: f64| {
         let sides = ["\"wall\"", east, "\"wall\"", "\"wall\""];
         let more = format!(
-            "[[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [0.5, 0.5]\ndensity = 2.0\n\
-             velocity = [0.1, 0.0]\nlocked = [\"x\"]\n[contact]\n[time]\nend = {end:?}\nstep = 0.01\n"
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [0.5, 0.5]\n\
+            density = 2.0\n\
+             velocity = [0.1, 0.0]\nlocked = [\"x\"]\n[contact]\n[time]\nend = {end:?}\n\
+                 step = 0.01\n"
         );
-        std::fs::write(&case, crate::support::box_case([1.0, 1.0], [40, 40], 0.01, sides, &more)).unwrap();
+        std::fs::write(&case, crate::support::box_case([1.0, 1.0], [40, 40], 0.01, sides, &more))
+            .unwrap();
         let (code, said) = says(&["check", case.to_str().unwrap()]);
         assert_eq!(code, Some(0), "{said}");
-        said.contains("the run will end soon after t = 4.000 s") && said.contains("into the east border")
+        said.contains("the run will end soon after t = 4.000 s")
+            && said.contains("into the east border")
     };
     // 0.4 m to the border at 0.1 m/s.
     assert!(foreseen("\"wall\"", 5.0));
@@ -304,11 +386,14 @@ fn a_free_body_that_a_locked_axis_drives_into_a_border_is_foreseen() {
 #[test]
 fn check_says_gravity_the_laws_of_contact_and_what_a_run_will_write() {
     let dir = tempfile::tempdir().unwrap();
-    let laws = "contact = { friction = 0.4, restitution = 0.7, pair = [{ between = [\"ice\", \"wall\"], friction = 0.02 }] }\n\
+    let laws = "contact = \
+        { friction = 0.4, restitution = 0.7, pair = [{ between = [\"ice\", \"wall\"], friction = \
+            0.02 }] }\n\
                 output.fields = { every_time = 0.1 }";
     let case = fall(dir.path(), laws);
-    let text =
-        std::fs::read_to_string(&case).unwrap().replace("name = \"stone\",", "name = \"stone\", material = \"ice\",");
+    let text = std::fs::read_to_string(&case)
+        .unwrap()
+        .replace("name = \"stone\",", "name = \"stone\", material = \"ice\",");
     std::fs::write(&case, text).unwrap();
     let (code, said) = says(&["check", case.to_str().unwrap()]);
     assert_eq!(code, Some(0), "{said}");
@@ -326,7 +411,10 @@ fn check_says_gravity_the_laws_of_contact_and_what_a_run_will_write() {
     let out = dir.path().join("run");
     run(&case, &out, &[]);
     let fields = std::fs::read_dir(out.join("fields")).unwrap().flatten();
-    assert_eq!(fields.filter(|f| f.path().extension().is_some_and(|ending| ending == "vti")).count(), 9);
+    assert_eq!(
+        fields.filter(|f| f.path().extension().is_some_and(|ending| ending == "vti")).count(),
+        9
+    );
 }
 
 #[test]
@@ -334,21 +422,31 @@ fn that_a_touch_ends_a_run_without_contacts_is_a_notice_of_its_own() {
     let dir = tempfile::tempdir().unwrap();
     for (more, noticed) in [("", true), (SPRINGS, false)] {
         let (code, said) = says(&["check", fall(dir.path(), more).to_str().unwrap()]);
-        let line = said.lines().find(|line| line.starts_with("notice       the case has no [contact]: the run ends"));
+        let line = said
+            .lines()
+            .find(|line| line.starts_with("notice       the case has no [contact]: the run ends"));
         assert!(code == Some(0) && line.is_some() == noticed, "{said}");
     }
 }
 
 #[test]
-fn the_steps_of_a_flow_over_a_bed_are_estimated_by_the_flow_over_it_and_not_by_that_through_its_pores() {
+fn the_steps_of_a_flow_over_a_bed_are_estimated_by_the_flow_over_it_and_not_by_that_through_its_pores()
+ {
     let dir = tempfile::tempdir().unwrap();
     let case = shipped("cases/bedload/case.toml");
-    let set = ["domain.cells=[64, 48]", "time.end=0.3", "statistics.from=0.1", "measure=[]", "output.figures=false"];
+    let set = [
+        "domain.cells=[64, 48]",
+        "time.end=0.3",
+        "statistics.from=0.1",
+        "measure=[]",
+        "output.figures=false",
+    ];
     let set: Vec<&str> = set.iter().flat_map(|given| ["--set", given]).collect();
     let (code, said) = says(&[&["check", case.to_str().unwrap()], &set[..]].concat());
     assert_eq!(code, Some(0), "{said}");
     let line = said.lines().find(|line| line.starts_with("step  ")).unwrap();
-    let foretold: f64 = line.split("about ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    let foretold: f64 =
+        line.split("about ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
     let steps = run(&case, &dir.path().join("out"), &set)["steps"].as_f64().unwrap();
     assert!((0.7..1.4).contains(&(foretold / steps)), "{steps} steps: {line}");
 }
@@ -358,10 +456,15 @@ fn a_divergence_limit_far_tighter_than_the_flow_needs_is_named() {
     let dir = tempfile::tempdir().unwrap();
     let case = fall(dir.path(), SPRINGS);
     for (limit, named) in [("1e-9", true), ("1e-5", false), ("1e-2", false)] {
-        let (code, said) =
-            says(&["check", case.to_str().unwrap(), "--set", &format!("pressure.divergence_limit={limit}")]);
-        let line =
-            said.lines().find(|line| line.starts_with("note         pressure.divergence_limit = 1e-9 1/s is tighter"));
+        let (code, said) = says(&[
+            "check",
+            case.to_str().unwrap(),
+            "--set",
+            &format!("pressure.divergence_limit={limit}"),
+        ]);
+        let line = said.lines().find(|line| {
+            line.starts_with("note         pressure.divergence_limit = 1e-9 1/s is tighter")
+        });
         assert!(code == Some(0) && line.is_some() == named, "{said}");
     }
 }
@@ -376,7 +479,10 @@ fn a_box_in_other_units_than_its_particles_is_refused_by_cells_a_diameter_and_no
         for words in [&["check", case][..], &["run", case, "--out", out.to_str().unwrap()]] {
             let (code, said) = says(&[words, &["--set", "domain.size=[2000.0, 1000.0]"]].concat());
             assert_eq!(code, Some(2), "{said}");
-            assert!(said.contains("domain.size: the smallest particle is 8.00e-3 cells across"), "{said}");
+            assert!(
+                said.contains("domain.size: the smallest particle is 8.00e-3 cells across"),
+                "{said}"
+            );
             assert!(said.contains("in another unit") && !said.contains("stiff"), "{said}");
         }
         assert!(!out.exists());
@@ -392,14 +498,16 @@ fn check_warns_of_long_viscous_steps_of_a_body_beside_a_wall() {
         let text = format!(
             "name = \"beside\"\ndomain = {{ size = [0.03, 0.06], cells = [48, 96] }}\n\
              fluid = {{ density = 1000.0, viscosity = 0.1, gravity = [0.0, -9.81] }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"periodic\", north = \"periodic\" }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"periodic\", north = \
+                 \"periodic\" }}\n\
              drive = {{ hold_mixture = true }}\ncontact = {{}}\ntime = {{ end = 0.3, scheme = \"{scheme}\" }}\n\
              particle = [{{ shape = {{ disc = {{ diameter = 0.01 }} }}, position = [{x}, 0.03], density = 1500.0 }}]\n"
         );
         std::fs::write(&file, text).unwrap();
         let said = mics(&["check", file.to_str().unwrap()]);
         assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
-        String::from_utf8_lossy(&said.stdout).contains("particle 0 begins 0.32 spacings from a wall")
+        String::from_utf8_lossy(&said.stdout)
+            .contains("particle 0 begins 0.32 spacings from a wall")
     };
     assert!(case(0.0052, "rkl2"));
     assert!(!case(0.0052, "rk2") && !case(0.015, "rkl2"));

@@ -1,5 +1,6 @@
-//! The readers of cases and of checkpoints, fed with what nobody would write. The gate tries a few hundred inputs;
-//! `PROPTEST_CASES=1000000 cargo test --release --test suite fuzz -- --nocapture` a million of each.
+//! The readers of cases and of checkpoints, fed with what nobody would write. The gate tries a few
+//! hundred inputs; `PROPTEST_CASES=1000000 cargo test --release --test suite fuzz -- --nocapture` a
+//! million of each.
 
 use crate::allocation::largest;
 use crate::support::{Petsc, box_case, petsc, shipped, thread_time};
@@ -59,7 +60,8 @@ fn change() -> impl Strategy<Value = Change> {
         // Lengths and labels stand at the start.
         (0.0..0.05, 0..NUMBERS.len()).prop_map(|(at, which)| Change::Number(at, which)),
         at().prop_map(Change::Cut),
-        (at(), prop::collection::vec(any::<u8>(), 1..40)).prop_map(|(at, bytes)| Change::Put(at, bytes)),
+        (at(), prop::collection::vec(any::<u8>(), 1..40))
+            .prop_map(|(at, bytes)| Change::Put(at, bytes)),
         (at(), 0.0..0.1).prop_map(|(at, part)| Change::Repeat(at, part)),
     ]
 }
@@ -78,7 +80,9 @@ impl Change {
                 bytes[at..end].copy_from_slice(&NUMBERS[*which].to_le_bytes()[..end - at]);
             }
             Change::Cut(at) => bytes.truncate(place(*at)),
-            Change::Put(at, more) => drop(bytes.splice(place(*at)..place(*at), more.iter().copied())),
+            Change::Put(at, more) => {
+                drop(bytes.splice(place(*at)..place(*at), more.iter().copied()))
+            }
             Change::Repeat(at, part) => {
                 let from = place(*at);
                 let to = n.min(from + (part * n as f64) as usize);
@@ -109,11 +113,13 @@ impl Whole {
     fn of(petsc: &Petsc, wall: &str) -> Whole {
         let disc = |x: f64| {
             format!(
-                "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [{x:?}, 0.5]\nvelocity = [0.3, 0.1]\ndensity = 2.0\n"
+                "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\n\
+                position = [{x:?}, 0.5]\nvelocity = [0.3, 0.1]\ndensity = 2.0\n"
             )
         };
         let more = format!(
-            "{}{}[contact]\nnormal_stiffness = 100.0\nfriction = 0.5\n[[measure]]\nname = \"a\"\nkind = \"spin\"\n[coupling]\nwall = \"{wall}\"",
+            "{}{}[contact]\nnormal_stiffness = 100.0\nfriction = 0.5\n[[measure]]\nname = \"a\"\n\
+            kind = \"spin\"\n[coupling]\nwall = \"{wall}\"",
             disc(0.4),
             disc(0.702)
         );
@@ -129,11 +135,23 @@ impl Whole {
             scene.step(2e-3).unwrap();
             let (exchange, bodies) = (&scene.state.exchange[..], &scene.state.bodies[..]);
             series[0].sample(
-                &Sample { time: f64::from(k), exchange, bodies, max_speed: 1.0, deepest: 0.0, touched: &[] },
+                &Sample {
+                    time: f64::from(k),
+                    exchange,
+                    bodies,
+                    max_speed: 1.0,
+                    deepest: 0.0,
+                    touched: &[],
+                },
                 0.0,
             );
         }
-        let account = Account { began: "today".into(), dt: Some(2e-3), last_fields: Some(0.0), ..Account::default() };
+        let account = Account {
+            began: "today".into(),
+            dt: Some(2e-3),
+            last_fields: Some(0.0),
+            ..Account::default()
+        };
         let marks = Marks::at(1000, vec![(0.0, 0), (0.01, 5)]);
         Whole { header: Header { case: text, ..Header::default() }, account, series, marks, scene }
     }
@@ -157,7 +175,10 @@ impl Outcomes {
     fn show(&self, name: &str) {
         let (taken, refused, slowest) = (self.taken.get(), self.refused.get(), self.slowest.get());
         println!("{name}: {taken} taken, {refused} refused; the slowest took {slowest:?}");
-        assert!(taken > 0 && refused > 0 && slowest < Duration::from_secs(5), "{name}: {taken} {refused} {slowest:?}");
+        assert!(
+            taken > 0 && refused > 0 && slowest < Duration::from_secs(5),
+            "{name}: {taken} {refused} {slowest:?}"
+        );
     }
 }
 
@@ -178,11 +199,17 @@ fn a_checkpoint_of_any_content_is_played_or_refused() {
             let (started, mut whole) = (thread_time(), whole.borrow_mut());
             let mut rest = &bytes[..];
             let mut archive = Archive::read(&petsc.session, &mut rest);
-            let result =
-                whole.serialize(&mut archive).and_then(|()| archive.finish()).and_then(|()| whole.scene.resume());
+            let result = whole
+                .serialize(&mut archive)
+                .and_then(|()| archive.finish())
+                .and_then(|()| whole.scene.resume());
             outcomes.count(&result, started);
             let most = largest();
-            prop_assert!(most <= 4 * bytes.len() + ROOM, "{most} bytes at once for {} bytes", bytes.len());
+            prop_assert!(
+                most <= 4 * bytes.len() + ROOM,
+                "{most} bytes at once for {} bytes",
+                bytes.len()
+            );
             Ok(())
         });
         outcome.unwrap_or_else(|e| panic!("{wall}: {e}"));
@@ -191,7 +218,8 @@ fn a_checkpoint_of_any_content_is_played_or_refused() {
 }
 
 #[test]
-fn a_file_of_any_content_in_the_place_of_a_checkpoint_is_refused_and_so_is_its_tape_where_the_checksum_holds() {
+fn a_file_of_any_content_in_the_place_of_a_checkpoint_is_refused_and_so_is_its_tape_where_the_checksum_holds()
+ {
     let run = tempfile::tempdir().unwrap();
     std::fs::create_dir(run.path().join("checkpoint")).unwrap();
     let petsc = petsc();
@@ -207,7 +235,8 @@ fn a_file_of_any_content_in_the_place_of_a_checkpoint_is_refused_and_so_is_its_t
         largest();
         prop_assert_eq!(newest(run.path()).is_ok(), right && sealed);
         if let Ok(mut archive) = open(run.path(), 7) {
-            let played = Header::default().serialize(&mut Archive::read(&petsc.session, &mut archive));
+            let played =
+                Header::default().serialize(&mut Archive::read(&petsc.session, &mut archive));
             prop_assert!(played.is_err() || !sealed);
         }
         let most = largest();
@@ -264,7 +293,8 @@ fn a_case_of_any_content_is_read_or_refused() {
         .collect();
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("case.toml");
-    let word = (0.0..1.0, 0..WORDS.len()).prop_map(|(at, which)| (at, Some(which), Change::Cut(1.0)));
+    let word =
+        (0.0..1.0, 0..WORDS.len()).prop_map(|(at, which)| (at, Some(which), Change::Cut(1.0)));
     let bytes = change().prop_map(|change| (0.0, None, change));
     let changes = prop::collection::vec(prop_oneof![3 => word, 1 => bytes], 0..4);
     let set = prop::option::of(("[a-z]{1,8}(\\.[a-z0-9]{1,8}){0,3}", 0..WORDS.len()));
@@ -284,13 +314,18 @@ fn a_case_of_any_content_is_read_or_refused() {
             bytes.splice(from..to, WORDS[word].bytes());
         }
         std::fs::write(&file, &bytes).unwrap();
-        let set: Vec<String> = set.map(|(key, word)| format!("{key}={}", WORDS[word])).into_iter().collect();
+        let set: Vec<String> =
+            set.map(|(key, word)| format!("{key}={}", WORDS[word])).into_iter().collect();
         largest();
         let started = thread_time();
         let result = load(&file, &set);
         outcomes.count(&result, started);
         let most = largest();
-        prop_assert!(most <= 16 * bytes.len() + ROOM_FOR_SWARMS, "{most} bytes at once for {} bytes", bytes.len());
+        prop_assert!(
+            most <= 16 * bytes.len() + ROOM_FOR_SWARMS,
+            "{most} bytes at once for {} bytes",
+            bytes.len()
+        );
         if let Err(e) = result {
             prop_assert_eq!(e.exit_code(), 2, "{}", e);
         }

@@ -1,4 +1,5 @@
-//! Where bodies meet, with sharp walls: nothing from nothing, the rebound that was asked for, and the force of a narrow gap.
+//! Where bodies meet, with sharp walls: nothing from nothing, the rebound that was asked for, and
+//! the force of a narrow gap.
 
 use crate::support::{box_case, petsc};
 use mics::scene::Scene;
@@ -8,7 +9,8 @@ const WALLS: [&str; 4] = ["\"wall\"", "\"wall\"", "\"wall\"", "\"wall\""];
 
 fn disc(place: [f64; 2], density: f64, more: &str) -> String {
     format!(
-        "[[particle]]\nshape = {{ disc = {{ diameter = 1.0 }} }}\nposition = {place:?}\ndensity = {density:?}\n{more}\n"
+        "[[particle]]\nshape = {{ disc = {{ diameter = 1.0 }} }}\nposition = {place:?}\n\
+        density = {density:?}\n{more}\n"
     )
 }
 
@@ -16,10 +18,17 @@ fn disc(place: [f64; 2], density: f64, more: &str) -> String {
 fn grains_that_lie_as_near_as_they_like_stay_where_they_are_with_sharp_walls() {
     let petsc = petsc();
     for (gap, stiffness) in [(0.0, 1e2), (0.01, 1e6), (0.03, 1e6)] {
-        let at = [[1.5, 1.5], [2.5 + gap, 1.5], [2.0 + 0.5 * gap, 1.5 + 0.8661 * (1.0 + gap)], [4.0, 0.5 + gap]];
+        let at = [
+            [1.5, 1.5],
+            [2.5 + gap, 1.5],
+            [2.0 + 0.5 * gap, 1.5 + 0.8661 * (1.0 + gap)],
+            [4.0, 0.5 + gap],
+        ];
         let grains: String = at.iter().map(|place| disc(*place, 2.65, "")).collect();
-        let more =
-            format!("{grains}[contact]\nnormal_stiffness = {stiffness:?}\n[pressure]\ndivergence_limit = 1e-6\n");
+        let more = format!(
+            "{grains}[contact]\nnormal_stiffness = {stiffness:?}\n[pressure]\n\
+            divergence_limit = 1e-6\n"
+        );
         let mut scene: Scene<2> = petsc.scene(&box_case([5.0, 4.0], [40, 32], 1e-2, WALLS, &more));
         for _ in 0..1000 {
             scene.step(0.01).unwrap();
@@ -36,9 +45,13 @@ fn a_heavy_disc_leaves_a_wall_with_its_restitution_however_deep_it_went_with_sha
     for (cells, depth) in [(8, 0.05), (16, 0.1), (16, 0.4)] {
         let (mass, overlap) = (1e4 * PI / 4.0, depth / cells as f64);
         let body = disc([1.5, 0.6], 1e4, "velocity = [0.0, -1.0]");
-        let law = format!("[contact]\nnormal_stiffness = {:?}\nrestitution = 0.9\n", mass / (overlap * overlap));
+        let law = format!(
+            "[contact]\nnormal_stiffness = {:?}\nrestitution = 0.9\n",
+            mass / (overlap * overlap)
+        );
         let more = format!("{body}{law}[pressure]\ndivergence_limit = 1e-2\n");
-        let mut scene: Scene<2> = petsc.scene(&box_case([3.0, 2.0], [3 * cells, 2 * cells], 1e-4, WALLS, &more));
+        let mut scene: Scene<2> =
+            petsc.scene(&box_case([3.0, 2.0], [3 * cells, 2 * cells], 1e-4, WALLS, &more));
         let dt = 0.2 / cells as f64;
         for _ in 0..(0.25 / dt) as usize {
             scene.step(dt).unwrap();
@@ -48,14 +61,16 @@ fn a_heavy_disc_leaves_a_wall_with_its_restitution_however_deep_it_went_with_sha
     }
 }
 
-/// Force over viscosity and speed (per metre) on a heavy disc of the radius 0.5 m that moves slowly to a wall, `gap` (m) away,
-/// shifted along the wall by `shift` spacings.
+/// Force over viscosity and speed (per metre) on a heavy disc of the radius 0.5 m that moves slowly
+/// to a wall, `gap` (m) away, shifted along the wall by `shift` spacings.
 fn approach(cells: usize, gap: f64, shift: f64) -> f64 {
     let petsc = petsc();
     let (speed, h) = (1e-4, 1.0 / cells as f64);
     let body = disc([2.5 + shift * h, 0.5 + gap], 1e5, "velocity = [0.0, -1.0e-4]");
-    let more = format!("{body}[contact]\nnormal_stiffness = 1e9\n[pressure]\ndivergence_limit = 1e-7\n");
-    let mut scene: Scene<2> = petsc.scene(&box_case([5.0, 3.0], [5 * cells, 3 * cells], 1.0, WALLS, &more));
+    let more =
+        format!("{body}[contact]\nnormal_stiffness = 1e9\n[pressure]\ndivergence_limit = 1e-7\n");
+    let mut scene: Scene<2> =
+        petsc.scene(&box_case([5.0, 3.0], [5 * cells, 3 * cells], 1.0, WALLS, &more));
     let dt = 0.12 * h * h;
     for _ in 0..(0.3 / dt) as usize {
         scene.step(dt).unwrap();
@@ -75,17 +90,23 @@ fn the_force_of_a_narrow_gap_is_stokes_wherever_in_a_cell_it_lies_with_sharp_wal
         for gap in [0.1, 0.05, 0.025] {
             let ratios = [0.0, 0.25, 0.5].map(|shift| approach(cells, gap, shift) / theory(gap));
             println!("{cells} cells, gap {gap} m: {ratios:.3?} of the exact force");
-            assert!(ratios.iter().all(|r| (r - 1.0).abs() < tolerance), "{cells} cells, gap {gap}: {ratios:?}");
-            let (least, most) = ratios.iter().fold((f64::MAX, 0.0f64), |(a, b), r| (a.min(*r), b.max(*r)));
+            assert!(
+                ratios.iter().all(|r| (r - 1.0).abs() < tolerance),
+                "{cells} cells, gap {gap}: {ratios:?}"
+            );
+            let (least, most) =
+                ratios.iter().fold((f64::MAX, 0.0f64), |(a, b), r| (a.min(*r), b.max(*r)));
             assert!(most - least < 0.05, "{cells} cells, gap {gap}: {ratios:?}");
         }
     }
 }
 
-/// Two cylinders of these radii (m) that approach each other in Stokes flow, no force on both together: the velocities of both (m/s) and the
-/// force over viscosity (per metre, m/s) at a closing speed of 1 m/s. In bipolar coordinates, with their surfaces at `a` and `-b`, the stream
-/// function `sin(eta) f/(cosh(xi) - cos(eta))`, `f = A (cosh(2 xi) - 1) + C sinh(2 xi) + D xi`, has `f' = 0` on both and the force `4 pi D`; of
-/// two alike `D (a - tanh(2a)/2) = 1/2`. (After Jeffrey and Onishi 1981.)
+/// Two cylinders of these radii (m) that approach each other in Stokes flow, no force on both
+/// together: the velocities of both (m/s) and the force over viscosity (per metre, m/s) at a
+/// closing speed of 1 m/s. In bipolar coordinates, with their surfaces at `a` and `-b`, the stream
+/// function `sin(eta) f/(cosh(xi) - cos(eta))`, `f = A (cosh(2 xi) - 1) + C sinh(2 xi) + D xi`, has
+/// `f' = 0` on both and the force `4 pi D`; of two alike `D (a - tanh(2a)/2) = 1/2`. (After Jeffrey
+/// and Onishi 1981.)
 fn closing_cylinders(radii: [f64; 2], gap: f64) -> ([f64; 2], f64) {
     let [first, second] = radii;
     let distance = first + second + gap;
@@ -99,8 +120,8 @@ fn closing_cylinders(radii: [f64; 2], gap: f64) -> ([f64; 2], f64) {
     ([f(a) / closing, f(-b) / closing], 4.0 * PI / closing)
 }
 
-/// The force over viscosity and closing speed (per metre) on two heavy discs that approach slowly along a direction, the first one's centre at
-/// `shift` spacings from a node.
+/// The force over viscosity and closing speed (per metre) on two heavy discs that approach slowly
+/// along a direction, the first one's centre at `shift` spacings from a node.
 fn pair_approach(cells: usize, radii: [f64; 2], gap: f64, (angle, shift): (f64, f64)) -> f64 {
     let petsc = petsc();
     // In a box of 6 m its walls add 1 to 2 % to the force.
@@ -109,16 +130,21 @@ fn pair_approach(cells: usize, radii: [f64; 2], gap: f64, (angle, shift): (f64, 
     let (along, distance) = ([angle.cos(), angle.sin()], radii[0] + radii[1] + gap);
     let discs: String = [0, 1]
         .map(|k| {
-            let place = [0, 1].map(|axis| 0.5 * side as f64 + shift * h + (k as f64 - 0.5) * distance * along[axis]);
+            let place = [0, 1].map(|axis| {
+                0.5 * side as f64 + shift * h + (k as f64 - 0.5) * distance * along[axis]
+            });
             let velocity = along.map(|part| speeds[k] * closing * part);
             format!(
-                "[[particle]]\nshape = {{ disc = {{ diameter = {:?} }} }}\nposition = {place:?}\nvelocity = {velocity:?}\ndensity = 1e5\n",
+                "[[particle]]\nshape = {{ disc = {{ diameter = {:?} }} }}\nposition = {place:?}\n\
+                velocity = {velocity:?}\ndensity = 1e5\n",
                 2.0 * radii[k]
             )
         })
         .concat();
-    let more = format!("{discs}[contact]\nnormal_stiffness = 1e9\n[pressure]\ndivergence_limit = 1e-7\n");
-    let mut scene: Scene<2> = petsc.scene(&box_case([side as f64; 2], [side * cells; 2], 1.0, WALLS, &more));
+    let more =
+        format!("{discs}[contact]\nnormal_stiffness = 1e9\n[pressure]\ndivergence_limit = 1e-7\n");
+    let mut scene: Scene<2> =
+        petsc.scene(&box_case([side as f64; 2], [side * cells; 2], 1.0, WALLS, &more));
     let dt = 0.12 * h * h;
     for _ in 0..(0.3 / dt) as usize {
         scene.step(dt).unwrap();
@@ -132,7 +158,8 @@ fn pair_approach(cells: usize, radii: [f64; 2], gap: f64, (angle, shift): (f64, 
 }
 
 #[test]
-fn the_force_between_two_discs_that_approach_is_stokes_whatever_their_sizes_and_direction_with_sharp_walls() {
+fn the_force_between_two_discs_that_approach_is_stokes_whatever_their_sizes_and_direction_with_sharp_walls()
+ {
     let pair = closing_cylinders([0.5, 0.5], 0.05).1;
     let alpha = 1.05f64.acosh();
     assert!((pair * (2.0 * alpha - (2.0 * alpha).tanh()) - 4.0 * PI).abs() < 1e-9, "{pair}");
@@ -143,21 +170,26 @@ fn the_force_between_two_discs_that_approach_is_stokes_whatever_their_sizes_and_
 
 #[test]
 #[ignore = "takes long; ci/weekly"]
-fn the_force_between_two_discs_that_approach_along_an_axis_is_stokes_on_a_finer_grid_with_sharp_walls() {
+fn the_force_between_two_discs_that_approach_along_an_axis_is_stokes_on_a_finer_grid_with_sharp_walls()
+ {
     expect_stokes_between_discs(16, &[(0.0, 0.0), (0.0, 0.5)], 0.05);
 }
 
 fn expect_stokes_between_discs(cells: usize, ways: &[(f64, f64)], tolerance: f64) {
     for (radii, gap) in [([0.5, 0.5], 0.1), ([0.5, 0.5], 0.025), ([0.5, 1.0], 0.05)] {
         let theory = closing_cylinders(radii, gap).1;
-        let ratios: Vec<_> = ways.iter().map(|way| pair_approach(cells, radii, gap, *way) / theory).collect();
+        let ratios: Vec<_> =
+            ways.iter().map(|way| pair_approach(cells, radii, gap, *way) / theory).collect();
         println!("{cells} cells, radii {radii:?}, gap {gap} m: {ratios:.3?} of the exact force");
-        assert!(ratios.iter().all(|r| (r - 1.0).abs() < tolerance), "{cells} cells, {radii:?}, {gap}: {ratios:?}");
+        assert!(
+            ratios.iter().all(|r| (r - 1.0).abs() < tolerance),
+            "{cells} cells, {radii:?}, {gap}: {ratios:?}"
+        );
     }
 }
 
-/// Drag of a sphere that moves to a plane without shear, over `6 pi mu a V`, at a gap over its radius: one half of two spheres that approach
-/// each other (Brenner 1961, his series).
+/// Drag of a sphere that moves to a plane without shear, over `6 pi mu a V`, at a gap over its
+/// radius: one half of two spheres that approach each other (Brenner 1961, his series).
 fn to_a_free_surface(gap: f64) -> f64 {
     let a = (1.0 + gap).acosh();
     let term = |n: f64| {
@@ -166,13 +198,18 @@ fn to_a_free_surface(gap: f64) -> f64 {
         let below = 2.0 * (k * a).sinh() - k * (2.0 * a).sinh();
         n * (n + 1.0) / ((2.0 * n - 1.0) * (2.0 * n + 3.0)) * (above / below - 1.0)
     };
-    4.0 / 3.0 * a.sinh() * (1..).map(f64::from).take_while(|n| (2.0 * n + 1.0) * a < 200.0).map(term).sum::<f64>()
+    4.0 / 3.0
+        * a.sinh()
+        * (1..).map(f64::from).take_while(|n| (2.0 * n + 1.0) * a < 200.0).map(term).sum::<f64>()
 }
 
 #[test]
 fn the_force_between_two_spheres_that_approach_askew_is_stokes_with_sharp_walls() {
     // Far away Stokes' drag with the first image, close by Reynolds' film.
-    assert!((to_a_free_surface(99.0) - 1.0075).abs() < 1e-4 && (to_a_free_surface(1e-3) * 4e-3 - 1.0).abs() < 0.02);
+    assert!(
+        (to_a_free_surface(99.0) - 1.0075).abs() < 1e-4
+            && (to_a_free_surface(1e-3) * 4e-3 - 1.0).abs() < 0.02
+    );
     let petsc = petsc();
     let (h, closing, direction) = (0.125, 1e-4, [0.830_454_8, 0.498_272_9, 0.249_136_4]);
     for gap in [0.1, 0.025] {
@@ -181,16 +218,20 @@ fn the_force_between_two_spheres_that_approach_askew_is_stokes_with_sharp_walls(
                 let place = direction.map(|part| 2.0 + 0.3 * h + side * (1.0 + gap) * part);
                 let velocity = direction.map(|part| -side * closing * part);
                 format!(
-                    "[[particle]]\nshape = {{ sphere = {{ diameter = 1.0 }} }}\nposition = {place:?}\nvelocity = {velocity:?}\ndensity = 1e5\n"
+                    "[[particle]]\nshape = {{ sphere = {{ diameter = 1.0 }} }}\n\
+                    position = {place:?}\nvelocity = {velocity:?}\ndensity = 1e5\n"
                 )
             })
             .concat();
         let more = format!(
-            "bottom = \"slip\"\ntop = \"slip\"\n{spheres}[contact]\nnormal_stiffness = 1e9\n[time]\nend = 1.0\n[pressure]\ndivergence_limit = 1e-7\n"
+            "bottom = \"slip\"\ntop = \"slip\"\n{spheres}[contact]\nnormal_stiffness = 1e9\n\
+            [time]\nend = 1.0\n[pressure]\ndivergence_limit = 1e-7\n"
         );
         let text = format!(
-            "name = \"test\"\n[domain]\nsize = [4.0, 4.0, 4.0]\ncells = [32, 32, 32]\n[fluid]\ndensity = 1.0\nviscosity = 1.0\n\
-             [boundary]\nwest = \"slip\"\neast = \"slip\"\nsouth = \"slip\"\nnorth = \"slip\"\n{more}"
+            "name = \"test\"\n[domain]\nsize = [4.0, 4.0, 4.0]\ncells = [32, 32, 32]\n[fluid]\n\
+            density = 1.0\nviscosity = 1.0\n\
+             [boundary]\nwest = \"slip\"\neast = \"slip\"\nsouth = \"slip\"\nnorth = \"slip\"\n\
+                 {more}"
         );
         let mut scene: Scene<3> = petsc.scene(&text);
         let dt = 0.12 * h * h;
@@ -202,7 +243,8 @@ fn the_force_between_two_spheres_that_approach_askew_is_stokes_with_sharp_walls(
             let sum = exchange.pressure + exchange.viscous + exchange.contact;
             (0..3).map(|a| sum[a] * direction[a]).sum::<f64>()
         };
-        let ratio = 0.5 * (force(1) - force(0)) / closing / (3.0 * PI * 0.5 * to_a_free_surface(gap));
+        let ratio =
+            0.5 * (force(1) - force(0)) / closing / (3.0 * PI * 0.5 * to_a_free_surface(gap));
         println!("gap {gap} m: {ratio:.3} of the exact force");
         assert!((ratio - 1.0).abs() < 0.1, "gap {gap}: {ratio}");
     }
@@ -210,14 +252,16 @@ fn the_force_between_two_spheres_that_approach_askew_is_stokes_with_sharp_walls(
 
 #[test]
 fn a_disc_pulled_along_a_wall_goes_as_fast_as_in_stokes_flow_and_does_not_turn_with_sharp_walls() {
-    // Jeffrey and Onishi 1981: a cylinder of the radius a beside a plane wall drags with 4 pi mu U/acosh(1 + g/a) and is not turned.
+    // Jeffrey and Onishi 1981: a cylinder of the radius a beside a plane wall drags with 4 pi mu
+    // U/acosh(1 + g/a) and is not turned.
     let petsc = petsc();
     let (radius, speed, dt) = (0.5, 0.05, 0.2 / 64.0);
     for gap in [0.2, 0.05, 0.01] {
         let drag = 4.0 * PI * speed / f64::acosh(1.0 + gap);
         let pull = drag / (PI * radius * radius);
         let body = disc([8.04, radius * (1.0 + gap)], 2.0, "locked = [\"y\"]");
-        let more = format!("{body}[contact]\nroughness = 1e-6\n[pressure]\ndivergence_limit = 1e-4\n");
+        let more =
+            format!("{body}[contact]\nroughness = 1e-6\n[pressure]\ndivergence_limit = 1e-4\n");
         let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"slip\""];
         let case = box_case([16.0, 8.0], [128, 64], 1.0, sides, &more)
             .replace("viscosity = 1.0", &format!("viscosity = 1.0\ngravity = [{pull:?}, 0.0]"));
@@ -227,23 +271,35 @@ fn a_disc_pulled_along_a_wall_goes_as_fast_as_in_stokes_flow_and_does_not_turn_w
         }
         let body = &scene.state.bodies[0];
         let (ratio, turned) = (body.velocity.x / speed, -body.spin.z * radius / speed);
-        println!("gap {gap} radii: {ratio:.3} of the exact speed, turns with {turned:.3} of it at its surface");
+        println!(
+            "gap {gap} radii: {ratio:.3} of the exact speed, turns with {turned:.3} of it at its \
+            surface"
+        );
         assert!((ratio - 1.0).abs() < 0.06 && turned.abs() < 0.05, "gap {gap}: {ratio}, {turned}");
     }
 }
 
 #[test]
 fn a_fixed_disc_over_a_wall_that_slides_along_is_dragged_as_in_stokes_flow_with_sharp_walls() {
-    // Jeffrey and Onishi 1981, as above, from the wall's own frame. The gap is 0.4 and 0.8 spacings wide: with the parabola of an open border under the disc
-    // the force is 11 % and 12 % too large.
+    // Jeffrey and Onishi 1981, as above, from the wall's own frame. The gap is 0.4 and 0.8 spacings
+    // wide: with the parabola of an open border under the disc the force is 11 % and 12 % too
+    // large.
     let petsc = petsc();
     let radius = 0.5;
     for (gap, cells) in [(0.2, 8), (0.1, 8), (0.1, 16)] {
         let dt = 0.128 / (cells * cells) as f64;
         let exact = 4.0 * PI / f64::acosh(1.0 + gap);
-        let body = disc([3.0 + 0.3 / cells as f64, radius * (1.0 + gap)], 1.0, "motion = \"fixed\"");
-        let more = format!("{body}[initial]\nvelocity = [1.0, 0.0]\n[pressure]\ndivergence_limit = 1e-3\n");
-        let sides = ["\"periodic\"", "\"periodic\"", "{ moving_wall = [1.0, 0.0] }", "{ moving_wall = [1.0, 0.0] }"];
+        let body =
+            disc([3.0 + 0.3 / cells as f64, radius * (1.0 + gap)], 1.0, "motion = \"fixed\"");
+        let more = format!(
+            "{body}[initial]\nvelocity = [1.0, 0.0]\n[pressure]\ndivergence_limit = 1e-3\n"
+        );
+        let sides = [
+            "\"periodic\"",
+            "\"periodic\"",
+            "{ moving_wall = [1.0, 0.0] }",
+            "{ moving_wall = [1.0, 0.0] }",
+        ];
         let case = box_case([6.0, 4.0], [6 * cells, 4 * cells], 1.0, sides, &more)
             .replace("density = 1.0\nv", "density = 0.1\nv");
         let mut scene: Scene<2> = petsc.scene(&case);
@@ -259,7 +315,8 @@ fn a_fixed_disc_over_a_wall_that_slides_along_is_dragged_as_in_stokes_flow_with_
 #[test]
 fn a_bed_of_discs_comes_to_rest_with_sharp_walls() {
     let petsc = petsc();
-    let more = "[[swarm]]\ncount = 14\nregion = { min = [0.0, 0.0], max = [0.05, 0.08] }\ndiameter = { uniform = [0.010, 0.012] }\n\
+    let more = "[[swarm]]\ncount = 14\nregion = { min = [0.0, 0.0], max = [0.05, 0.08] }\n\
+        diameter = { uniform = [0.010, 0.012] }\n\
                 density = 2.65\ngap = 0.0005\nseed = 1\n[contact]\nfriction = 0.4\nrestitution = 0.5\n\
                 [pressure]\ndivergence_limit = 1e-2\n";
     let case = box_case([0.05, 0.08], [40, 64], 5e-5, WALLS, more)
@@ -281,7 +338,8 @@ fn a_bed_of_discs_comes_to_rest_with_sharp_walls() {
 }
 
 #[test]
-fn what_lies_on_a_floor_in_a_corner_or_on_two_others_weighs_on_them_and_stirs_nothing_with_sharp_walls() {
+fn what_lies_on_a_floor_in_a_corner_or_on_two_others_weighs_on_them_and_stirs_nothing_with_sharp_walls()
+ {
     let petsc = petsc();
     let scenes = [
         ("a floor", vec![[2.037, 1.5]]),
@@ -290,8 +348,10 @@ fn what_lies_on_a_floor_in_a_corner_or_on_two_others_weighs_on_them_and_stirs_no
     ];
     for (name, places) in scenes {
         let bodies: String = places.iter().map(|place| disc(*place, 2.65, "")).collect();
-        let more =
-            format!("{bodies}[contact]\nrestitution = 0.5\nfriction = 0.4\n[pressure]\ndivergence_limit = 1e-3\n");
+        let more = format!(
+            "{bodies}[contact]\nrestitution = 0.5\nfriction = 0.4\n[pressure]\n\
+            divergence_limit = 1e-3\n"
+        );
         let case = box_case([4.0, 4.0], [32, 32], 1.6e-2, WALLS, &more)
             .replace("viscosity = 0.016", "viscosity = 0.016\ngravity = [0.0, -1.0]");
         let mut scene: Scene<2> = petsc.scene(&case);
@@ -302,13 +362,16 @@ fn what_lies_on_a_floor_in_a_corner_or_on_two_others_weighs_on_them_and_stirs_no
         }
         let (exchange, left) = (&scene.state.exchange, scene.state.energy.fluid / most);
         let carried = exchange[places.len() - 1].contact.y / (1.65 * PI / 4.0);
-        println!("on {name}: contacts carry {carried:.5} of the weight, {left:.1e} of the flow is left");
+        println!(
+            "on {name}: contacts carry {carried:.5} of the weight, {left:.1e} of the flow is left"
+        );
         assert!((carried - 1.0).abs() < 1e-4 && left < 1e-8, "on {name}: {carried}, {left}");
     }
 }
 
-/// The speed of a body, 8 cells across, that strikes the floor of a liquid without viscosity, a tenth of its diameter (1 m) above it on its way
-/// up, over that at the same place on its way down. It is `ratio` times as dense and its restitution 0.97.
+/// The speed of a body, 8 cells across, that strikes the floor of a liquid without viscosity, a
+/// tenth of its diameter (1 m) above it on its way up, over that at the same place on its way down.
+/// It is `ratio` times as dense and its restitution 0.97.
 fn rebound<const D: usize>(ratio: f64, courant: f64) -> f64 {
     let petsc = petsc();
     let (shape, wide) = (["disc", "sphere"][D - 2], if D == 2 { 6.0 } else { 4.0 });
@@ -316,7 +379,11 @@ fn rebound<const D: usize>(ratio: f64, courant: f64) -> f64 {
     let [size, place, velocity] = if D == 2 {
         [format!("{wide:?}, 3.0"), format!("{middle:?}, 1.0"), "0.0, -1.0".into()]
     } else {
-        [format!("{wide:?}, 3.0, {wide:?}"), format!("{middle:?}, 1.0, {middle:?}"), "0.0, -1.0, 0.0".into()]
+        [
+            format!("{wide:?}, 3.0, {wide:?}"),
+            format!("{middle:?}, 1.0, {middle:?}"),
+            "0.0, -1.0, 0.0".into(),
+        ]
     };
     let cells = (8.0 * wide) as usize;
     let (cells, ends) = match D {
@@ -324,7 +391,8 @@ fn rebound<const D: usize>(ratio: f64, courant: f64) -> f64 {
         _ => (format!("{cells}, 24, {cells}"), "bottom = \"slip\"\ntop = \"slip\"\n"),
     };
     let text = format!(
-        "name = \"rebound\"\n[domain]\nsize = [{size}]\ncells = [{cells}]\n[fluid]\ndensity = 1.0\nviscosity = 1e-6\n\
+        "name = \"rebound\"\n[domain]\nsize = [{size}]\ncells = [{cells}]\n[fluid]\n\
+        density = 1.0\nviscosity = 1e-6\n\
          [boundary]\nwest = \"slip\"\neast = \"slip\"\nsouth = \"wall\"\nnorth = \"slip\"\n{ends}\
          [[particle]]\nshape = {{ {shape} = {{ diameter = 1.0 }} }}\nposition = [{place}]\nvelocity = [{velocity}]\ndensity = {ratio:?}\n\
          [contact]\nrestitution = 0.97\n[pressure]\ndivergence_limit = 1e-3\n[time]\nend = 10.0\nstep = 0.01\n"
@@ -349,11 +417,15 @@ fn rebound<const D: usize>(ratio: f64, courant: f64) -> f64 {
 /// In potential flow a body and its added mass have, at the same place after an impact, what its
 /// restitution leaves: 0.97. Narrow gaps take a part of it from what flows through them.
 #[test]
-fn a_body_that_strikes_a_floor_in_a_liquid_without_viscosity_keeps_its_restitution_with_sharp_walls() {
+fn a_body_that_strikes_a_floor_in_a_liquid_without_viscosity_keeps_its_restitution_with_sharp_walls()
+ {
     for (courant, kept) in [(0.4, 0.89), (0.2, 0.90), (0.1, 0.90)] {
         let steel = rebound::<3>(8.0, courant);
         println!("a sphere of steel at Courant number {courant}: {steel}");
-        assert!(steel > kept && steel < 0.98, "a steel sphere at Courant number {courant}: {steel}");
+        assert!(
+            steel > kept && steel < 0.98,
+            "a steel sphere at Courant number {courant}: {steel}"
+        );
     }
     for (courant, kept) in [(0.4, 0.84), (0.1, 0.85)] {
         let sand = rebound::<3>(2.5, courant);

@@ -1,5 +1,5 @@
-//! Bodies beside images: mirror images in borders along which the fluid slips, which are planes of symmetry, and images
-//! across short periods.
+//! Bodies beside images: mirror images in borders along which the fluid slips, which are planes of
+//! symmetry, and images across short periods.
 
 use crate::support::{columns, run};
 use std::collections::HashMap;
@@ -17,8 +17,16 @@ fn tables(text: &str) -> (Columns, Columns) {
     (columns(&out.join("particles.csv")), columns(&out.join("steps.csv")))
 }
 
-/// A box of `height` over a lower border of this kind, 8 cells a disc of 1 cm, with a stream or walls at its ends.
-fn channel(height: f64, floor: &str, ends: [&str; 2], gravity: f64, end: f64, bodies: &str) -> String {
+/// A box of `height` over a lower border of this kind, 8 cells a disc of 1 cm, with a stream or
+/// walls at its ends.
+fn channel(
+    height: f64,
+    floor: &str,
+    ends: [&str; 2],
+    gravity: f64,
+    end: f64,
+    bodies: &str,
+) -> String {
     format!(
         "name = \"channel\"\ndomain = {{ size = [0.08, {height:?}], cells = [64, {}] }}\n\
          fluid = {{ density = 1000.0, viscosity = 0.05, gravity = [0.0, {gravity:?}] }}\n\
@@ -34,7 +42,8 @@ fn disc(y: f64, more: &str) -> String {
     format!("[[particle]]\nshape.disc.diameter = 0.01\nposition = [0.03, {y:?}]\n{more}\n")
 }
 
-/// Forces on a fixed disc that touches the border, or nearly, in a stream, beside those on one of the pair that it and its image are.
+/// Forces on a fixed disc that touches the border, or nearly, in a stream, beside those on one of
+/// the pair that it and its image are.
 #[test]
 fn a_disc_on_a_slip_border_feels_what_one_of_a_mirrored_pair_does() {
     let ends = ["{ inflow = [0.1, 0.0] }", "\"outflow\""];
@@ -49,20 +58,30 @@ fn a_disc_on_a_slip_border_feels_what_one_of_a_mirrored_pair_does() {
             let n = pair[name].len();
             let (image, own) = (pair[name][n - 2], *one[name].last().unwrap());
             println!("gap {gap}: {name} {own:.5} N on the border, {image:.5} N in the pair");
-            assert!((own / image - 1.0).abs() < 5e-3, "gap {gap}: {name} {own}, {image} in the pair");
+            assert!(
+                (own / image - 1.0).abs() < 5e-3,
+                "gap {gap}: {name} {own}, {image} in the pair"
+            );
         }
     }
 }
 
-/// A disc falls on a slip border, rests there with its weight, and no film holds it back as it goes along.
+/// A disc falls on a slip border, rests there with its weight, and no film holds it back as it goes
+/// along.
 #[test]
 fn a_disc_rests_on_a_slip_border_and_slides_along_it_freely() {
     let ends = ["\"wall\"", "\"wall\""];
-    let (fallen, steps) = tables(&channel(0.03, "slip", ends, -9.81, 0.6, &disc(0.0055, "density = 2650.0")));
+    let (fallen, steps) =
+        tables(&channel(0.03, "slip", ends, -9.81, 0.6, &disc(0.0055, "density = 2650.0")));
     let weight = 1650.0 * 9.81 * 0.25 * std::f64::consts::PI * 1e-4;
     let [force, lost, given] =
-        [&fallen["contact_fy"], &steps["method_loss"], &steps["gravity_work"]].map(|column| *column.last().unwrap());
-    println!("contact {:.5} of the weight, method_loss {:.3} of gravity's work", force / weight, lost / given);
+        [&fallen["contact_fy"], &steps["method_loss"], &steps["gravity_work"]]
+            .map(|column| *column.last().unwrap());
+    println!(
+        "contact {:.5} of the weight, method_loss {:.3} of gravity's work",
+        force / weight,
+        lost / given
+    );
     assert!((force / weight - 1.0).abs() < 5e-3, "{force} N of {weight}");
     assert!(lost > -0.05 * given, "{lost} J of {given}");
 
@@ -76,8 +95,9 @@ fn a_disc_rests_on_a_slip_border_and_slides_along_it_freely() {
     }
 }
 
-/// Spin (rad/s) and speed (m/s) of a body of the diameter 10 mm that falls in oil beside a plane of symmetry at `gap` (m), `width` (m) away
-/// from a wall; and of the upper one of the pair that it and its image are.
+/// Spin (rad/s) and speed (m/s) of a body of the diameter 10 mm that falls in oil beside a plane of
+/// symmetry at `gap` (m), `width` (m) away from a wall; and of the upper one of the pair that it
+/// and its image are.
 fn beside_a_plane_of_symmetry(sphere: bool, cells: f64, gap: f64, end: f64) -> [[f64; 2]; 2] {
     let shape = if sphere { "sphere" } else { "disc" };
     let (wide, deep, high) = if sphere { (0.02, 0.02, 0.03) } else { (0.03, 0.0, 0.06) };
@@ -85,10 +105,12 @@ fn beside_a_plane_of_symmetry(sphere: bool, cells: f64, gap: f64, end: f64) -> [
         let (plane, width) = if pair { (wide, 2.0 * wide) } else { (0.0, wide) };
         let more = |values: [f64; 3]| values[..if sphere { 3 } else { 2 }].to_vec();
         let size = more([width, high, deep]);
-        let count: Vec<usize> = size.iter().map(|length| (length / 0.01 * cells).round() as usize).collect();
+        let count: Vec<usize> =
+            size.iter().map(|length| (length / 0.01 * cells).round() as usize).collect();
         let body = |side: f64| {
             format!(
-                "[[particle]]\nshape = {{ {shape} = {{ diameter = 0.01 }} }}\nposition = {:?}\ndensity = 2650.0\nlocked = [\"x\"]\n",
+                "[[particle]]\nshape = {{ {shape} = {{ diameter = 0.01 }} }}\nposition = {:?}\n\
+                density = 2650.0\nlocked = [\"x\"]\n",
                 more([plane + side * (0.005 + gap), 0.6 * high, 0.5 * deep])
             )
         };
@@ -96,7 +118,8 @@ fn beside_a_plane_of_symmetry(sphere: bool, cells: f64, gap: f64, end: f64) -> [
         let (rows, _) = tables(&format!(
             "name = \"fall\"\ndomain = {{ size = {size:?}, cells = {count:?} }}\n\
              fluid = {{ density = 1000.0, viscosity = 0.5, gravity = {:?} }}\n\
-             boundary = {{ west = \"{}\", east = \"wall\", south = \"wall\", north = \"wall\", {ends} }}\n\
+             boundary = {{ west = \"{}\", east = \"wall\", south = \"wall\", north = \"wall\", \
+                 {ends} }}\n\
              contact = {{ friction = 0.3 }}\ntime = {{ end = {end:?} }}\n{}{}",
             more([0.0, -9.81, 0.0]),
             if pair { "wall" } else { "slip" },
@@ -109,8 +132,10 @@ fn beside_a_plane_of_symmetry(sphere: bool, cells: f64, gap: f64, end: f64) -> [
     [fall(false), fall(true)]
 }
 
-/// A body that falls close beside a border along which the fluid slips is half of the pair that it and its mirror image are. The difference that is
-/// left is the grid's: without lubrication the spins of a disc differ by 3 % at 8 cells a diameter and by 1.4 % at 16, those of a sphere by 3 % at 8.
+/// A body that falls close beside a border along which the fluid slips is half of the pair that it
+/// and its mirror image are. The difference that is left is the grid's: without lubrication the
+/// spins of a disc differ by 3 % at 8 cells a diameter and by 1.4 % at 16, those of a sphere by 3 %
+/// at 8.
 #[test]
 fn disc_beside_symmetry_plane_moves_as_half_of_a_pair() {
     for (cells, gap, tolerance) in [(8.0, 1e-4, 0.025), (8.0, 1e-3, 0.01), (16.0, 1e-4, 0.0125)] {
@@ -127,13 +152,18 @@ fn expect_half_of_a_pair(sphere: bool, cells: f64, gap: f64, tolerance: f64) {
     let end = if sphere { 0.02 } else { 0.1 };
     let [[spin, speed], [both, pair]] = beside_a_plane_of_symmetry(sphere, cells, gap, end);
     println!(
-        "sphere {sphere}, {cells} cells, gap {gap} m: {spin:.4} rad/s and {speed:.5} m/s, {both:.4} and {pair:.5} in the pair"
+        "sphere {sphere}, {cells} cells, gap {gap} m: {spin:.4} rad/s and {speed:.5} m/s, \
+        {both:.4} and {pair:.5} in the pair"
     );
-    assert!((spin / both - 1.0).abs() < tolerance, "{cells} cells, gap {gap}: spin {spin}, {both} rad/s");
+    assert!(
+        (spin / both - 1.0).abs() < tolerance,
+        "{cells} cells, gap {gap}: spin {spin}, {both} rad/s"
+    );
     assert!((speed / pair - 1.0).abs() < 0.005, "{cells} cells, gap {gap}: {speed}, {pair} m/s");
 }
 
-/// Spins (rad/s) and falls (m/s) of discs beside each other, `count` to a period with gaps between them (m), that were let go with a spin of 20 rad/s.
+/// Spins (rad/s) and falls (m/s) of discs beside each other, `count` to a period with gaps between
+/// them (m), that were let go with a spin of 20 rad/s.
 fn spinning_row(count: usize, gap: f64) -> Vec<[f64; 2]> {
     let (pitch, end) = (0.01 + gap, 0.06);
     let size = [count as f64 * pitch, 6.0 * pitch];
@@ -141,14 +171,16 @@ fn spinning_row(count: usize, gap: f64) -> Vec<[f64; 2]> {
         .map(|k| {
             let place = [(k as f64 + 0.52) * pitch, 4.01 * pitch];
             format!(
-                "[[particle]]\nshape = {{ disc = {{ diameter = 0.01 }} }}\nposition = {place:?}\ndensity = 2650.0\nspin = 20.0\n"
+                "[[particle]]\nshape = {{ disc = {{ diameter = 0.01 }} }}\nposition = {place:?}\n\
+                density = 2650.0\nspin = 20.0\n"
             )
         })
         .collect();
     let (rows, _) = tables(&format!(
         "name = \"row\"\ndomain = {{ size = {size:?}, cells = {:?} }}\n\
          fluid = {{ density = 1000.0, viscosity = 0.05, gravity = [0.0, -9.81] }}\n\
-         boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }}\n\
+         boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
+             \"wall\" }}\n\
          contact = {{ restitution = 0.5, friction = 0.0 }}\ntime = {{ end = {end:?} }}\n{discs}",
         [8 * count, 48],
     ));
@@ -156,7 +188,8 @@ fn spinning_row(count: usize, gap: f64) -> Vec<[f64; 2]> {
     (first..first + count).map(|n| [rows["wz"][n], rows["vy"][n]]).collect()
 }
 
-/// In a short period a body meets its own image, and another one on both sides: the row goes on for ever, however many bodies the period holds.
+/// In a short period a body meets its own image, and another one on both sides: the row goes on for
+/// ever, however many bodies the period holds.
 #[test]
 fn row_of_spinning_discs_is_the_same_for_one_to_four_per_period() {
     for gap in [0.005, 0.05] {
@@ -165,7 +198,10 @@ fn row_of_spinning_discs_is_the_same_for_one_to_four_per_period() {
         let [spin, fall] = rows[3][0];
         for [s, v] in rows.into_iter().flatten() {
             let off = [s / spin - 1.0, v / fall - 1.0];
-            assert!(off.iter().all(|off| off.abs() < 0.02), "gap {gap} d: {s}, {spin} rad/s; {v}, {fall} m/s");
+            assert!(
+                off.iter().all(|off| off.abs() < 0.02),
+                "gap {gap} d: {s}, {spin} rad/s; {v}, {fall} m/s"
+            );
         }
     }
 }
@@ -174,13 +210,18 @@ fn row_of_spinning_discs_is_the_same_for_one_to_four_per_period() {
 #[test]
 fn what_holds_a_locked_direction_works() {
     let ends = ["\"wall\"", "\"wall\""];
-    for (locked, motion) in [("[\"rotation\"]", "spin = 20.0"), ("[\"x\", \"y\"]", "velocity = [0.1, 0.0]")] {
+    for (locked, motion) in
+        [("[\"rotation\"]", "spin = 20.0"), ("[\"x\", \"y\"]", "velocity = [0.1, 0.0]")]
+    {
         let body = disc(0.015, &format!("density = 1000.0\nlocked = {locked}\n{motion}"));
         let (_, steps) = tables(&channel(0.03, "wall", ends, 0.0, 0.1, &body));
-        let [given, viscous, method] =
-            ["prescribed_work", "viscous_loss", "method_loss"].map(|name| *steps[name].last().unwrap());
+        let [given, viscous, method] = ["prescribed_work", "viscous_loss", "method_loss"]
+            .map(|name| *steps[name].last().unwrap());
         println!("{locked}: given {given:.3e} J, viscosity {viscous:.3e}, method {method:.3e}");
-        assert!(given > 0.5 * viscous && method.abs() < 0.1 * given, "{locked}: {given}, {viscous}, {method} J");
+        assert!(
+            given > 0.5 * viscous && method.abs() < 0.1 * given,
+            "{locked}: {given}, {viscous}, {method} J"
+        );
     }
 }
 

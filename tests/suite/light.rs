@@ -1,4 +1,5 @@
-//! Friction between bodies whose mass in contact is in part or all the fluid's: it makes no energy, and they rest where they lie.
+//! Friction between bodies whose mass in contact is in part or all the fluid's: it makes no energy,
+//! and they rest where they lie.
 
 use crate::support::{columns, petsc, run};
 use std::collections::HashMap;
@@ -13,20 +14,24 @@ fn steps_of(text: &str) -> HashMap<String, Vec<f64>> {
     columns(&out.join("steps.csv"))
 }
 
-/// A box whose floor and lid are walls, 8 cells a disc of 1 cm, with this viscosity (Pa s) and this text for what lies in it.
+/// A box whose floor and lid are walls, 8 cells a disc of 1 cm, with this viscosity (Pa s) and this
+/// text for what lies in it.
 fn tank(width: f64, viscosity: f64, end: f64, bodies: &str) -> String {
     format!(
         "name = \"tank\"\ndomain = {{ size = [{width:?}, 0.06], cells = [{}, 48] }}\n\
          fluid = {{ density = 1000.0, viscosity = {viscosity:?}, gravity = [0.0, -9.81] }}\n\
-         boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }}\n\
+         boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
+             \"wall\" }}\n\
          contact = {{ friction = 0.5, restitution = 0.5 }}\ntime = {{ end = {end:?} }}\n{bodies}",
         (width * 800.0).round()
     )
 }
 
-/// Fourteen discs rise in rows and pack under the lid; held there by friction, whether they can turn or not. What friction gives was mended along
-/// the lines of centres alone: the pile slid to and fro and made 0.6 of gravity's work from nothing where no disc turned. Then with eight
-/// sweeps over its contacts, of which too little came to the layers far from the lid: from 2 s on it slid to and fro again, 0.1 of that work.
+/// Fourteen discs rise in rows and pack under the lid; held there by friction, whether they can
+/// turn or not. What friction gives was mended along the lines of centres alone: the pile slid to
+/// and fro and made 0.6 of gravity's work from nothing where no disc turned. Then with eight sweeps
+/// over its contacts, of which too little came to the layers far from the lid: from 2 s on it slid
+/// to and fro again, 0.1 of that work.
 #[test]
 fn discs_that_friction_holds_under_a_lid_rest() {
     for (density, locked) in [(5.0, true), (5.0, false), (50.0, false)] {
@@ -35,86 +40,121 @@ fn discs_that_friction_holds_under_a_lid_rest() {
             .map(|k| {
                 // In rows of three, each a little aside from the row below.
                 let (row, column) = (k / 3, k % 3);
-                let (x, y) =
-                    (0.0067 + 0.0133 * f64::from(column) + 0.0003 * f64::from(k % 5), 0.007 + 0.011 * f64::from(row));
+                let (x, y) = (
+                    0.0067 + 0.0133 * f64::from(column) + 0.0003 * f64::from(k % 5),
+                    0.007 + 0.011 * f64::from(row),
+                );
                 format!(
-                    "[[particle]]\nshape.disc.diameter = 0.01\ndensity = {density:?}\nposition = [{x:?}, {y:?}]\n{lock}"
+                    "[[particle]]\nshape.disc.diameter = 0.01\ndensity = {density:?}\n\
+                    position = [{x:?}, {y:?}]\n{lock}"
                 )
             })
             .collect();
         let steps = steps_of(&tank(0.04, 0.1, 3.0, &discs));
-        let [given, lost, energy] =
-            ["gravity_work", "method_loss", "kinetic_energy"].map(|name| *steps[name].last().unwrap());
+        let [given, lost, energy] = ["gravity_work", "method_loss", "kinetic_energy"]
+            .map(|name| *steps[name].last().unwrap());
         let most = steps["kinetic_energy"].iter().copied().fold(0.0, f64::max);
         println!(
-            "s = {}, locked {locked}: method {:.3} of gravity's work, {:.1e} of the energy left after {} steps",
+            "s = {}, locked {locked}: method {:.3} of gravity's work, {:.1e} of the energy left \
+            after {} steps",
             density / 1000.0,
             lost / given,
             energy / most,
             steps["time"].len()
         );
-        assert!(lost > -0.02 * given, "s = {}: {lost} J from nothing, of {given} J", density / 1000.0);
+        assert!(
+            lost > -0.02 * given,
+            "s = {}: {lost} J from nothing, of {given} J",
+            density / 1000.0
+        );
         assert!(energy < 1e-3 * most, "s = {}: {energy} J left of {most} J", density / 1000.0);
         // At no time after the first contacts has energy come from nothing.
         let late = steps["time"].iter().position(|t| *t > 1.5).unwrap();
         let back = steps["method_loss"][late] - lost;
-        assert!(back < 0.01 * given, "s = {}: {back} J from nothing at rest, of {given} J", density / 1000.0);
+        assert!(
+            back < 0.01 * given,
+            "s = {}: {back} J from nothing at rest, of {given} J",
+            density / 1000.0
+        );
     }
 }
 
-/// Fourteen layers of discs that weigh next to nothing: contacts were mended by too much where they moved together, and the run ended with status 3 after
-/// some seconds.
+/// Fourteen layers of discs that weigh next to nothing: contacts were mended by too much where they
+/// moved together, and the run ended with status 3 after some seconds.
 #[test]
 #[ignore = "a minute"]
 fn a_deep_pile_of_light_discs_under_a_lid_makes_no_energy() {
     let discs: String = (0..42)
         .map(|k| {
             let (row, column) = (k / 3, k % 3);
-            let (x, y) =
-                (0.0067 + 0.0133 * f64::from(column) + 0.0003 * f64::from(k % 5), 0.007 + 0.011 * f64::from(row));
-            format!("[[particle]]\nshape.disc.diameter = 0.01\ndensity = 5.0\nposition = [{x:?}, {y:?}]\n")
+            let (x, y) = (
+                0.0067 + 0.0133 * f64::from(column) + 0.0003 * f64::from(k % 5),
+                0.007 + 0.011 * f64::from(row),
+            );
+            format!(
+                "[[particle]]\nshape.disc.diameter = 0.01\ndensity = 5.0\n\
+                position = [{x:?}, {y:?}]\n"
+            )
         })
         .collect();
-    let steps =
-        steps_of(&tank(0.04, 0.1, 8.0, &discs).replace("0.06], cells = [32, 48]", "0.1675], cells = [32, 134]"));
+    let steps = steps_of(
+        &tank(0.04, 0.1, 8.0, &discs)
+            .replace("0.06], cells = [32, 48]", "0.1675], cells = [32, 134]"),
+    );
     let [given, lost, energy] =
         ["gravity_work", "method_loss", "kinetic_energy"].map(|name| *steps[name].last().unwrap());
     let most = steps["kinetic_energy"].iter().copied().fold(0.0, f64::max);
-    println!("method {:.3} of gravity's work, {:.1e} of the energy left", lost / given, energy / most);
+    println!(
+        "method {:.3} of gravity's work, {:.1e} of the energy left",
+        lost / given,
+        energy / most
+    );
     assert!(lost > -0.02 * given, "{lost} J from nothing, of {given} J");
     assert!(energy < 0.02 * most, "{energy} J left of {most} J");
 }
 
-/// A disc of a hundredth of the fluid's density lies under the lid from the start, at rest or with a spin, and stays there: contacts hold its
-/// weight from the second step on. It was taken for an impact, and half of its weight pushed it into the fluid again.
+/// A disc of a hundredth of the fluid's density lies under the lid from the start, at rest or with
+/// a spin, and stays there: contacts hold its weight from the second step on. It was taken for an
+/// impact, and half of its weight pushed it into the fluid again.
 #[test]
 fn a_light_disc_that_lies_under_a_lid_from_the_start_stays() {
     for spin in [0.0, 5.0] {
         let disc = format!(
-            "[[particle]]\nshape.disc.diameter = 0.01\ndensity = 10.0\nposition = [0.04, 0.055]\nspin = {spin:?}\n"
+            "[[particle]]\nshape.disc.diameter = 0.01\ndensity = 10.0\nposition = [0.04, 0.055]\n\
+            spin = {spin:?}\n"
         );
         let steps = steps_of(&tank(0.08, 0.01, 0.2, &disc));
         // What it had by its fall over a thousandth of its diameter.
         let fall = 990.0 * 9.81 * 0.25 * std::f64::consts::PI * 0.01f64.powi(2) * 1e-5;
-        let (start, most) = (steps["kinetic_energy"][0], steps["kinetic_energy"].iter().copied().fold(0.0, f64::max));
-        println!("spin {spin}: at most {:.2e} J, {start:.2e} J at the start, fall {fall:.2e} J", most);
+        let (start, most) = (
+            steps["kinetic_energy"][0],
+            steps["kinetic_energy"].iter().copied().fold(0.0, f64::max),
+        );
+        println!(
+            "spin {spin}: at most {:.2e} J, {start:.2e} J at the start, fall {fall:.2e} J",
+            most
+        );
         assert!(most < start + 0.05 * fall, "spin {spin}: {most} J of {start} J at the start");
     }
 }
 
-/// Discs that begin a ten-thousandth of a diameter above a floor, alone and in rows, lighter and heavier than the fluid: the film holds them, and their
-/// velocity is the one that they go with. The fluid answered what mended the film with more than was expected of it, and they were left with 2 to 5 mm/s
-/// though they lay still, until the budget ended the run.
+/// Discs that begin a ten-thousandth of a diameter above a floor, alone and in rows, lighter and
+/// heavier than the fluid: the film holds them, and their velocity is the one that they go with.
+/// The fluid answered what mended the film with more than was expected of it, and they were left
+/// with 2 to 5 mm/s though they lay still, until the budget ended the run.
 #[test]
 fn discs_put_down_a_hair_above_a_floor_lie_in_a_fluid_at_rest() {
-    for (density, row) in [(300.0, &[0.02][..]), (300.0, &[0.0095, 0.02, 0.0305]), (2650.0, &[0.0095, 0.02, 0.0305])] {
+    for (density, row) in
+        [(300.0, &[0.02][..]), (300.0, &[0.0095, 0.02, 0.0305]), (2650.0, &[0.0095, 0.02, 0.0305])]
+    {
         for gap in [1e-6, 3e-6] {
             let discs: String = row
                 .iter()
                 .map(|x| {
                     let y = 0.005 + gap;
                     format!(
-                        "[[particle]]\nshape.disc.diameter = 0.01\ndensity = {density:?}\nposition = [{x:?}, {y:?}]\n"
+                        "[[particle]]\nshape.disc.diameter = 0.01\ndensity = {density:?}\n\
+                        position = [{x:?}, {y:?}]\n"
                     )
                 })
                 .collect();
@@ -137,7 +177,8 @@ fn discs_put_down_a_hair_above_a_floor_lie_in_a_fluid_at_rest() {
     }
 }
 
-/// Columns of bodies lighter than the fluid that lie on each other under a lid from the start weigh on it from the first step on.
+/// Columns of bodies lighter than the fluid that lie on each other under a lid from the start weigh
+/// on it from the first step on.
 #[test]
 fn columns_of_light_discs_under_a_lid_hold_from_the_start() {
     for (s, count) in [(0.7, 2), (0.3, 4)] {
@@ -145,23 +186,27 @@ fn columns_of_light_discs_under_a_lid_hold_from_the_start() {
             .map(|k| {
                 let y = 0.055 - 0.01 * f64::from(k);
                 format!(
-                    "[[particle]]\nshape.disc.diameter = 0.01\ndensity = {:?}\nposition = [0.0213, {y:?}]\n",
+                    "[[particle]]\nshape.disc.diameter = 0.01\ndensity = {:?}\n\
+                    position = [0.0213, {y:?}]\n",
                     1000.0 * s
                 )
             })
             .collect();
         let steps = steps_of(&tank(0.04, 0.02, 0.1, &discs));
-        let [given, lost] = ["gravity_work", "method_loss"].map(|name| *steps[name].last().unwrap());
+        let [given, lost] =
+            ["gravity_work", "method_loss"].map(|name| *steps[name].last().unwrap());
         println!("{count} of s = {s}: method {:.4} of gravity's work", lost / given);
         assert!(lost.abs() < 0.05 * given, "{count} of s = {s}: {lost} J of {given} J");
     }
 }
 
-/// A bed of grains that settle in a narrow box, where many slide and roll on each other at once: contacts only ever take energy. What mended the
-/// slip of a contact that slid had thrown it back, and gave as much as gravity did within 1.6 s.
+/// A bed of grains that settle in a narrow box, where many slide and roll on each other at once:
+/// contacts only ever take energy. What mended the slip of a contact that slid had thrown it back,
+/// and gave as much as gravity did within 1.6 s.
 #[test]
 fn contacts_of_a_settling_bed_only_take_energy() {
-    let grains = "[[swarm]]\ncount = 22\nregion = { min = [0.0, 0.0], max = [0.05, 0.14] }\ndiameter = { uniform = [0.010, 0.012] }\n\
+    let grains = "[[swarm]]\ncount = 22\nregion = { min = [0.0, 0.0], max = [0.05, 0.14] }\n\
+        diameter = { uniform = [0.010, 0.012] }\n\
                   density = 2650.0\ngap = 0.0005\nseed = 1\n";
     let text = tank(0.05, 0.05, 1.6, grains)
         .replace("0.06], cells = [40, 48]", "0.14], cells = [40, 112]")
@@ -178,7 +223,8 @@ fn contacts_of_a_settling_bed_only_take_energy() {
     assert!(most > 0.1 * given && back < 1e-3 * given, "{back} J of {given} J come from contacts");
 }
 
-/// Places (m) of twenty discs of 2 mm, most of them at rest, and velocities (m/s) of those that are not: number 18 slides down between two others.
+/// Places (m) of twenty discs of 2 mm, most of them at rest, and velocities (m/s) of those that are
+/// not: number 18 slides down between two others.
 const WEDGED: [[f64; 4]; 20] = [
     [0.005261765, 0.002994874, -2.0e-4, -1.5e-5],
     [0.005404041, 0.000999959, -2.2e-7, 8.7e-8],
@@ -202,8 +248,9 @@ const WEDGED: [[f64; 4]; 20] = [
     [0.012556242, 0.000999976, 6.1e-8, 1.6e-8],
 ];
 
-/// Of what discs that are put down weigh, contacts know nothing in the first step, and ask the fluid's answer until they do: a disc wedged
-/// between others made them overshoot further each time.
+/// Of what discs that are put down weigh, contacts know nothing in the first step, and ask the
+/// fluid's answer until they do: a disc wedged between others made them overshoot further each
+/// time.
 #[test]
 fn a_pile_with_a_wedged_disc_is_put_down_without_energy() {
     let petsc = petsc();
@@ -211,7 +258,8 @@ fn a_pile_with_a_wedged_disc_is_put_down_without_energy() {
         .iter()
         .map(|[x, y, u, v]| {
             format!(
-                "[[particle]]\nshape.disc.diameter = 0.002\nposition = [{x:?}, {y:?}]\nvelocity = [{u:?}, {v:?}]\ndensity = 2650.0\n"
+                "[[particle]]\nshape.disc.diameter = 0.002\nposition = [{x:?}, {y:?}]\n\
+                velocity = [{u:?}, {v:?}]\ndensity = 2650.0\n"
             )
         })
         .collect();
@@ -232,23 +280,34 @@ fn a_pile_with_a_wedged_disc_is_put_down_without_energy() {
             e.method,
             e.contacts
         );
-        // How contacts and the method share what the first step takes says little: it goes by the way that the discs fell before they were held.
+        // How contacts and the method share what the first step takes says little: it goes by the
+        // way that the discs fell before they were held.
         assert!(e.fluid + e.bodies < 0.3 * e.gravity && e.method > -0.1 * e.gravity, "{e:?}");
     }
 }
 
-/// Runs discs of 1 cm in a tank 2 cm wide and 5 cm high; the tables of its steps and of its particles.
-fn shaft(viscosity: f64, density: f64, more: &str, places: &[[f64; 2]]) -> [HashMap<String, Vec<f64>>; 2] {
+/// Runs discs of 1 cm in a tank 2 cm wide and 5 cm high; the tables of its steps and of its
+/// particles.
+fn shaft(
+    viscosity: f64,
+    density: f64,
+    more: &str,
+    places: &[[f64; 2]],
+) -> [HashMap<String, Vec<f64>>; 2] {
     let discs: String = places
         .iter()
         .map(|[x, y]| {
-            format!("[[particle]]\nshape.disc.diameter = 0.01\ndensity = {density:?}\nposition = [{x:?}, {y:?}]\n")
+            format!(
+                "[[particle]]\nshape.disc.diameter = 0.01\ndensity = {density:?}\n\
+                position = [{x:?}, {y:?}]\n"
+            )
         })
         .collect();
     let text = format!(
         "name = \"shaft\"\ndomain = {{ size = [0.02, 0.05], cells = [16, 40] }}\n\
          fluid = {{ density = 1000.0, viscosity = {viscosity:?}, gravity = [0.0, -9.81] }}\n\
-         boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }}\n\
+         boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
+             \"wall\" }}\n\
          output = {{ particles = {{ every = 1 }} }}\n{more}\n{discs}"
     );
     let dir = tempfile::tempdir().unwrap();
@@ -268,32 +327,43 @@ fn given_back(steps: &HashMap<String, Vec<f64>>) -> f64 {
     back / steps["gravity_work"].iter().copied().fold(0.0, f64::max)
 }
 
-/// How often the acceleration of the one particle along gravity changed sign in the last fifty steps.
+/// How often the acceleration of the one particle along gravity changed sign in the last fifty
+/// steps.
 fn flips(particles: &HashMap<String, Vec<f64>>) -> usize {
     let changes: Vec<f64> = particles["vy"].windows(2).map(|pair| pair[1] - pair[0]).collect();
     let last = &changes[changes.len() - 50..];
     last.windows(2).filter(|pair| pair[0] * pair[1] < 0.0 && pair[1].abs() > 1e-5).count()
 }
 
-/// A fluid that answers a contact with less than was expected leaves more than half of a deviation. Mended as well where the two part, without knowing
-/// how heavy the fluid is, a light disc rattled under a lid where a step is about as long as a contact: its velocity changed sign with each, and
+/// A fluid that answers a contact with less than was expected leaves more than half of a deviation.
+/// Mended as well where the two part, without knowing how heavy the fluid is, a light disc rattled
+/// under a lid where a step is about as long as a contact: its velocity changed sign with each, and
 /// contacts gave back 0.15 to 0.6 of gravity's work.
 #[test]
 fn a_light_disc_rests_under_a_lid_at_steps_as_long_as_its_contact() {
-    let soft = "contact = { friction = 0.5, restitution = 0.5, normal_stiffness = 1.0e4 }\ntime = { end = 1.0 }";
-    let fixed = "contact = { friction = 0.5, restitution = 0.5 }\ntime = { end = 0.6, step = 5e-4 }";
-    for (viscosity, density, more) in [(1e-3, 10.0, soft), (1e-3, 500.0, soft), (1e-3, 100.0, fixed)] {
+    let soft = "contact = { friction = 0.5, restitution = 0.5, normal_stiffness = 1.0e4 }\n\
+        time = { end = 1.0 }";
+    let fixed =
+        "contact = { friction = 0.5, restitution = 0.5 }\ntime = { end = 0.6, step = 5e-4 }";
+    for (viscosity, density, more) in
+        [(1e-3, 10.0, soft), (1e-3, 500.0, soft), (1e-3, 100.0, fixed)]
+    {
         let [steps, particles] = shaft(viscosity, density, more, &[[0.0141, 0.04]]);
         let (back, flips) = (given_back(&steps), flips(&particles));
         println!("density {density}: {back:.4} of gravity's work back, {flips} flips");
         // Which part of a loss is the contacts' is known to the displacement of a step alone.
-        assert!(back < 0.02 && flips < 10, "density {density}: {back} of gravity's work back, {flips} flips");
+        assert!(
+            back < 0.02 && flips < 10,
+            "density {density}: {back} of gravity's work back, {flips} flips"
+        );
     }
 }
 
-/// The film in a wide gap takes a part of a deviation, however often it is looked at: mended as if it held, a disc that rises freely to a lid and beds whose
-/// upper row is a little above contact made more energy in their first step than gravity gave them. The film of two that part holds them even where
-/// they touched for an instant of the step: mended as a contact, which only presses, two light discs flew up from a floor.
+/// The film in a wide gap takes a part of a deviation, however often it is looked at: mended as if
+/// it held, a disc that rises freely to a lid and beds whose upper row is a little above contact
+/// made more energy in their first step than gravity gave them. The film of two that part holds
+/// them even where they touched for an instant of the step: mended as a contact, which only
+/// presses, two light discs flew up from a floor.
 #[test]
 fn films_hold_as_much_as_they_are_wide_in_the_first_step() {
     let usual = "contact = { friction = 0.5, restitution = 0.5 }\ntime = { end = 0.1 }";
@@ -304,29 +374,55 @@ fn films_hold_as_much_as_they_are_wide_in_the_first_step() {
     {
         // A run that makes energy ends by its guard.
         let [steps, _] = shaft(viscosity, density, usual, places);
-        let [contacts, method, given] = ["contact_loss", "method_loss", "gravity_work"].map(|name| steps[name][1]);
-        println!("density {density}: {contacts:.2e} J by contacts and {method:.2e} J by the method, of {given:.2e} J");
-        assert!(contacts + method > 0.0, "density {density}: {contacts} J by contacts, {method} J by the method");
+        let [contacts, method, given] =
+            ["contact_loss", "method_loss", "gravity_work"].map(|name| steps[name][1]);
+        println!(
+            "density {density}: {contacts:.2e} J by contacts and {method:.2e} J by the method, of \
+            {given:.2e} J"
+        );
+        assert!(
+            contacts + method > 0.0,
+            "density {density}: {contacts} J by contacts, {method} J by the method"
+        );
     }
 }
 
-/// A light disc and a light sphere that come to a lid through a viscous liquid, in steps of the run's own and in given ones. What the fluid that goes along
-/// with them kept of their speed once they touched was theirs for thirty steps, in which they did not move: 0.4 to 0.9 of gravity's work from nothing,
-/// and the end of the run of the lightest.
+/// A light disc and a light sphere that come to a lid through a viscous liquid, in steps of the
+/// run's own and in given ones. What the fluid that goes along with them kept of their speed once
+/// they touched was theirs for thirty steps, in which they did not move: 0.4 to 0.9 of gravity's
+/// work from nothing, and the end of the run of the lightest.
 #[test]
 fn what_a_light_body_moves_with_at_a_lid_is_its_velocity() {
-    fn at_lid(place: &str, size: &str, cells: &str, shape: &str, density: f64, sides: &str, more: &str) -> String {
-        let gravity = if cells.matches(',').count() == 2 { "[0.0, -9.81, 0.0]" } else { "[0.0, -9.81]" };
+    fn at_lid(
+        place: &str,
+        size: &str,
+        cells: &str,
+        shape: &str,
+        density: f64,
+        sides: &str,
+        more: &str,
+    ) -> String {
+        let gravity =
+            if cells.matches(',').count() == 2 { "[0.0, -9.81, 0.0]" } else { "[0.0, -9.81]" };
         format!(
             "name = \"lid\"\ndomain = {{ size = {size}, cells = {cells} }}\n\
              fluid = {{ density = 1000.0, viscosity = 0.4, gravity = {gravity} }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"slip\"{sides} }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \
+                 \"slip\"{sides} }}\n\
              output.particles.every = 1\ncontact = {{ friction = 0.3, restitution = 0.5 }}\n[time]\n{more}\n\
              [[particle]]\nshape.{shape}\ndensity = {density:?}\nposition = {place}\n"
         )
     }
     let disc = |density: f64, more: &str| {
-        at_lid("[0.05, 0.09065]", "[0.1, 0.1]", "[40, 40]", "disc.diameter = 0.0167", density, "", more)
+        at_lid(
+            "[0.05, 0.09065]",
+            "[0.1, 0.1]",
+            "[40, 40]",
+            "disc.diameter = 0.0167",
+            density,
+            "",
+            more,
+        )
     };
     let sphere = |density: f64| {
         let sides = ", bottom = \"wall\", top = \"wall\"";
@@ -345,21 +441,29 @@ fn what_a_light_body_moves_with_at_a_lid_is_its_velocity() {
         let (case, out) = (dir.path().join("case.toml"), dir.path().join("run"));
         std::fs::write(&case, text).unwrap();
         run(&case, &out, &["--set", "output.figures=false"]);
-        let (steps, particles) = (columns(&out.join("steps.csv")), columns(&out.join("particles.csv")));
-        let [lost, given] = ["method_loss", "gravity_work"].map(|name| *steps[name].last().unwrap());
+        let (steps, particles) =
+            (columns(&out.join("steps.csv")), columns(&out.join("particles.csv")));
+        let [lost, given] =
+            ["method_loss", "gravity_work"].map(|name| *steps[name].last().unwrap());
         let (time, height, speed) = (&particles["time"], &particles["y"], &particles["vy"]);
-        let stands = |k: usize| ((height[k] - height[k - 1]) / (time[k] - time[k - 1])).abs() < 1e-4;
+        let stands =
+            |k: usize| ((height[k] - height[k - 1]) / (time[k] - time[k - 1])).abs() < 1e-4;
         let still = (1..time.len()).filter(|k| stands(*k) && speed[*k].abs() > 1e-3).count();
-        println!("{name}: method {:.3} of gravity's work, {still} steps of a speed without a way", lost / given);
+        println!(
+            "{name}: method {:.3} of gravity's work, {still} steps of a speed without a way",
+            lost / given
+        );
         assert!(lost > -0.02 * given && lost < 0.1 * given, "{name}: {lost} J of {given} J");
-        // One correction leaves a part of a response that is far from the expected one: below s = 0.5 it takes some steps.
+        // One correction leaves a part of a response that is far from the expected one: below s =
+        // 0.5 it takes some steps.
         let most = if name.ends_with("s = 0.5") { 0 } else { 8 };
         assert!(still <= most, "{name}: {still} steps");
     }
 }
 
-/// A disc lighter than the fluid that is pressed into a corner of two walls lies there, in steps much shorter than its contacts. The
-/// fluid responds there with five times the added mass that it has at one wall.
+/// A disc lighter than the fluid that is pressed into a corner of two walls lies there, in steps
+/// much shorter than its contacts. The fluid responds there with five times the added mass that it
+/// has at one wall.
 #[test]
 fn a_light_disc_in_a_corner_rests() {
     let text = "name = \"corner\"\ndomain = { size = [0.05, 0.05], cells = [40, 40] }\n\
@@ -372,9 +476,10 @@ fn a_light_disc_in_a_corner_rests() {
     assert!(back < 1e-3, "{back} of gravity's work back");
 }
 
-/// What a light body of few cells does in long steps of several stages is what it does in short ones. It expected of the flow the answer of a wall to a change
-/// of its velocity, less than half of what there is with its curvature and the pressure that viscosity makes: its velocity swung from step to step, more each time,
-/// and up to six cells across the run ended.
+/// What a light body of few cells does in long steps of several stages is what it does in short
+/// ones. It expected of the flow the answer of a wall to a change of its velocity, less than half
+/// of what there is with its curvature and the pressure that viscosity makes: its velocity swung
+/// from step to step, more each time, and up to six cells across the run ended.
 #[test]
 fn a_light_body_of_few_cells_keeps_its_pace_in_long_steps() {
     let speed = |shape: &str,
@@ -388,8 +493,10 @@ fn a_light_body_of_few_cells_keeps_its_pace_in_long_steps() {
         let dir = tempfile::tempdir().unwrap();
         let case = dir.path().join("case.toml");
         let text = format!(
-            "name = \"few\"\ndomain = {{ size = {size}, cells = {cells} }}\nfluid = {{ density = 1000.0, viscosity = 1.0, gravity = {gravity} }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\"{sides} }}\ntime = {{ end = 0.06, {time} }}\n\
+            "name = \"few\"\ndomain = {{ size = {size}, cells = {cells} }}\n\
+            fluid = {{ density = 1000.0, viscosity = 1.0, gravity = {gravity} }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \
+                 \"wall\"{sides} }}\ntime = {{ end = 0.06, {time} }}\n\
              coupling = {{ wall = \"sharp\" }}\noutput = {{ figures = false }}\n\
              [[particle]]\nshape.{shape}\nposition = {place}\ndensity = {density:?}\n"
         );
@@ -404,23 +511,46 @@ fn a_light_body_of_few_cells_keeps_its_pace_in_long_steps() {
     };
     let disc = |cells: f64, density: f64, time: &str| {
         let shape = format!("disc.diameter = {:?}", 0.0013 * cells);
-        speed(&shape, "[0.0169, 0.0195]", "[13, 15]", "[0.008606, 0.009386]", "", "[0.0, -9.81]", density, time)
+        speed(
+            &shape,
+            "[0.0169, 0.0195]",
+            "[13, 15]",
+            "[0.008606, 0.009386]",
+            "",
+            "[0.0, -9.81]",
+            density,
+            time,
+        )
     };
     let sphere = |cells: f64, density: f64, time: &str| {
-        let (shape, sides) = (format!("sphere.diameter = {:?}", 0.0013 * cells), ", bottom = \"wall\", top = \"wall\"");
+        let (shape, sides) = (
+            format!("sphere.diameter = {:?}", 0.0013 * cells),
+            ", bottom = \"wall\", top = \"wall\"",
+        );
         let (size, place) = ("[0.0195, 0.0208, 0.0182]", "[0.0099216, 0.0099996, 0.009672]");
         speed(&shape, size, "[15, 16, 14]", place, sides, "[0.0, 0.0, -9.81]", density, time)
     };
     for (what, [long, short], bound) in [
-        ("sphere of 4.4 cells", ["max_stages = 4", "scheme = \"rk2\""].map(|time| sphere(4.4, 1.0, time)), 0.003),
+        (
+            "sphere of 4.4 cells",
+            ["max_stages = 4", "scheme = \"rk2\""].map(|time| sphere(4.4, 1.0, time)),
+            0.003,
+        ),
         (
             "sphere of 6 cells, 8 stages",
             ["max_stages = 8", "scheme = \"rk2\""].map(|time| sphere(6.0, 100.0, time)),
             0.01,
         ),
-        ("disc of 4 cells, 8 stages", ["max_stages = 8", "scheme = \"rk2\""].map(|time| disc(4.0, 1.0, time)), 0.003),
+        (
+            "disc of 4 cells, 8 stages",
+            ["max_stages = 8", "scheme = \"rk2\""].map(|time| disc(4.0, 1.0, time)),
+            0.003,
+        ),
     ] {
         println!("{what}: {:.6} m/s in {} steps, {:.6} in {}", long.0, long.1, short.0, short.1);
-        assert!(2 * long.1 < short.1 && (long.0 / short.0 - 1.0).abs() < bound, "{what}: {long:?}, {short:?}");
+        assert!(
+            2 * long.1 < short.1 && (long.0 / short.0 - 1.0).abs() < bound,
+            "{what}: {long:?}, {short:?}"
+        );
     }
 }

@@ -34,8 +34,9 @@ struct Sums {
     torque: Vector3<f64>,
 }
 
-/// The three parts of (19) and the moment of (18) in a stagnation flow, cell by cell: `-u.grad u = -A^2 (x, y)`, the gradient of the
-/// pressure at cells, and `div( mu e )/rho` with `e = diag(2A, -2A)`, so that only the gradient of the mixture's mu counts.
+/// The three parts of (19) and the moment of (18) in a stagnation flow, cell by cell: `-u.grad u =
+/// -A^2 (x, y)`, the gradient of the pressure at cells, and `div( mu e )/rho` with `e = diag(2A,
+/// -2A)`, so that only the gradient of the mixture's mu counts.
 fn by_hand(density: f64, inner_viscosity: f64, pressure: &dyn Fn(usize, usize) -> f64) -> Sums {
     let alpha = |i: usize, j: usize| fraction(i, j);
     let mu = |i: usize, j: usize| VISCOSITY + alpha(i, j) * (inner_viscosity - VISCOSITY);
@@ -72,19 +73,22 @@ fn the_force_of_19_is_the_sum_over_the_cells_with_the_particle_s_density_before_
     for density in [1.0, 1.2, 2.65, 1000.0] {
         let more = format!(
             "preset = \"mics-2003\"\ncoupling.fraction = \"exact\"\ncoupling.mix_pressure = false\n\
-             time = {{ end = 1.0, advection = \"upwind5-advective\" }}\npressure.divergence_limit = 1e-9\n\
+             time = {{ end = 1.0, advection = \"upwind5-advective\" }}\n\
+                 pressure.divergence_limit = 1e-9\n\
              [[particle]]\nshape = {{ disc = {{ diameter = {:?} }} }}\nposition = {CENTRE:?}\ndensity = {density:?}\n\
              viscosity = 0.01",
             2.0 * RADIUS
         );
         // Top-level keys come before the tables.
         let (keys, tables) = more.split_once("[[particle]]").unwrap();
-        let text = box_case([1.0, 1.0], [N, N], VISCOSITY, PERIODIC, "[time]").replace("[time]\n", "");
+        let text =
+            box_case([1.0, 1.0], [N, N], VISCOSITY, PERIODIC, "[time]").replace("[time]\n", "");
         let text = text.replacen('\n', &format!("\n{keys}\n"), 1) + "[[particle]]" + tables;
         let mut scene: Scene<2> = petsc.scene(&text);
         for c in scene.domain.grid.rows().flatten() {
             let at = scene.domain.grid.centre(c);
-            (scene.state.u[0][c], scene.state.u[1][c]) = (RATE * (at[0] - 0.5), -RATE * (at[1] - 0.5));
+            (scene.state.u[0][c], scene.state.u[1][c]) =
+                (RATE * (at[0] - 0.5), -RATE * (at[1] - 0.5));
         }
         scene.step(1e-4).unwrap();
         let values = scene.gather(&scene.state.p).unwrap();
@@ -99,7 +103,10 @@ fn the_force_of_19_is_the_sum_over_the_cells_with_the_particle_s_density_before_
             ("torque", found.literal_torque, hand.torque),
         ] {
             println!("s = {density}, {name}: {found:?} by hand {hand:?}");
-            assert!((found - hand).norm() < 2e-4 * scale, "s = {density}, {name}: {found:?}, by hand {hand:?}");
+            assert!(
+                (found - hand).norm() < 2e-4 * scale,
+                "s = {density}, {name}: {found:?}, by hand {hand:?}"
+            );
         }
     }
 }

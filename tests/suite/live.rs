@@ -1,5 +1,5 @@
-//! A run while it goes on: its progress on a terminal, in a pipe, without colour, quiet, on several ranks, and
-//! `mics watch`.
+//! A run while it goes on: its progress on a terminal, in a pipe, without colour, quiet, on several
+//! ranks, and `mics watch`.
 
 use crate::support::{box_case, command, mics, mics_command, mpirun};
 use std::path::{Path, PathBuf};
@@ -11,8 +11,10 @@ const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"",
 /// A case of `steps` steps, some milliseconds each.
 fn case(dir: &Path, steps: u32) -> PathBuf {
     let more = format!(
-        "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [0.6, 0.5]\nmotion = \"fixed\"\n\
-         [coupling]\nwall = \"sharp\"\n[[measure]]\nname = \"drag\"\nkind = \"drag_coefficient\"\n[output]\nfigures = false\n\
+        "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [0.6, 0.5]\n\
+        motion = \"fixed\"\n\
+         [coupling]\nwall = \"sharp\"\n[[measure]]\nname = \"drag\"\nkind = \"drag_coefficient\"\n\
+             [output]\nfigures = false\n\
          [time]\nend = {:?}\nstep = 0.002",
         0.002 * f64::from(steps)
     );
@@ -46,7 +48,11 @@ fn progress_is_one_voice_in_a_pipe_quiet_and_on_two_ranks_and_its_file_says_the_
         assert!(output.status.success(), "{}", words(&output));
         let kept = records(&out);
         let (first, last) = (&kept[0], &kept[kept.len() - 1]);
-        assert_eq!((first["status"].as_str(), last["status"].as_str()), (Some("running"), Some("done")), "{name}");
+        assert_eq!(
+            (first["status"].as_str(), last["status"].as_str()),
+            (Some("running"), Some("done")),
+            "{name}"
+        );
         assert_eq!(last["step"].as_u64(), Some(40));
         assert!((last["time"].as_f64().unwrap() - 0.08).abs() < 1e-12, "{last}");
         for key in ["dt", "rate", "left", "divergence", "largest_speed"] {
@@ -62,16 +68,25 @@ fn progress_is_one_voice_in_a_pipe_quiet_and_on_two_ranks_and_its_file_says_the_
     assert_eq!(piped.matches("64 x 32 cells").count(), 1);
     assert_eq!(go("quiet", 1, &["--quiet"]), "");
     let ranks = go("ranks", 2, &[]);
-    assert_eq!((ranks.matches("64 x 32 cells").count(), ranks.matches("drag = ").count()), (1, 1), "{ranks}");
+    assert_eq!(
+        (ranks.matches("64 x 32 cells").count(), ranks.matches("drag = ").count()),
+        (1, 1),
+        "{ranks}"
+    );
     assert!(!ranks.contains('\u{1b}'), "{ranks:?}");
 }
 
 /// Runs the case in a terminal of its own, as `script` makes one.
 fn in_terminal(case: &Path, out: &Path, environment: &[(&str, &str)]) -> String {
-    let line = format!("{} run {} --out {}", env!("CARGO_BIN_EXE_mics"), case.display(), out.display());
+    let line =
+        format!("{} run {} --out {}", env!("CARGO_BIN_EXE_mics"), case.display(), out.display());
     let mut script = command("script");
     script.envs([("TERM", "xterm-256color")]).envs(environment.iter().copied());
-    let output = script.args(["-qec", &line, "/dev/null"]).stdin(Stdio::null()).output().expect("script of bsdutils");
+    let output = script
+        .args(["-qec", &line, "/dev/null"])
+        .stdin(Stdio::null())
+        .output()
+        .expect("script of bsdutils");
     assert!(output.status.success(), "{}", words(&output));
     words(&output)
 }
@@ -83,8 +98,9 @@ fn a_terminal_shows_a_bar_without_colour_and_a_dumb_one_shows_none() {
     // A colour is ESC [ numbers m.
     let coloured = |said: &str| {
         said.split('\u{1b}').skip(1).any(|s| {
-            s.strip_prefix('[')
-                .is_some_and(|s| s.trim_start_matches(|c: char| c.is_ascii_digit() || c == ';').starts_with('m'))
+            s.strip_prefix('[').is_some_and(|s| {
+                s.trim_start_matches(|c: char| c.is_ascii_digit() || c == ';').starts_with('m')
+            })
         })
     };
     let shown = in_terminal(&case, &dir.path().join("a"), &[("NO_COLOR", "1")]);
@@ -101,13 +117,17 @@ fn a_terminal_shows_a_bar_without_colour_and_a_dumb_one_shows_none() {
 fn watch_follows_a_run_to_its_end() {
     let dir = tempfile::tempdir().unwrap();
     let (case, out) = (case(dir.path(), 300), dir.path().join("run"));
-    let mut run = mics_command().arg("run").arg(&case).arg("--quiet").arg("--out").arg(&out).spawn().unwrap();
+    let mut run =
+        mics_command().arg("run").arg(&case).arg("--quiet").arg("--out").arg(&out).spawn().unwrap();
     wait_for(|| !records_or_none(&out).is_empty());
     let watched = mics(&["watch", out.to_str().unwrap()]);
     assert!(run.wait().unwrap().success());
     let said = words(&watched);
     assert!(watched.status.success() && said.contains("100 %  t = 0.6000 s, step 300"), "{said}");
-    assert!(said.contains("drag = ") && said.trim_end().ends_with("done at t = 0.600000 s, step 300"), "{said}");
+    assert!(
+        said.contains("drag = ") && said.trim_end().ends_with("done at t = 0.600000 s, step 300"),
+        "{said}"
+    );
     // A run that has ended is told at once.
     assert_eq!(words(&mics(&["watch", out.to_str().unwrap()])).lines().last(), said.lines().last());
 }
@@ -116,7 +136,8 @@ fn watch_follows_a_run_to_its_end() {
 fn watch_says_that_a_run_was_killed() {
     let dir = tempfile::tempdir().unwrap();
     let (case, out) = (case(dir.path(), 1_000_000), dir.path().join("run"));
-    let mut run = mics_command().arg("run").arg(&case).arg("--quiet").arg("--out").arg(&out).spawn().unwrap();
+    let mut run =
+        mics_command().arg("run").arg(&case).arg("--quiet").arg("--out").arg(&out).spawn().unwrap();
     wait_for(|| !records_or_none(&out).is_empty());
     run.kill().unwrap();
     run.wait().unwrap();
@@ -134,7 +155,14 @@ fn watch_follows_several_runs_each_by_its_name_and_ends_as_the_first_that_went_w
     let long = case(&long, 1_000_000);
     let folders = [dir.path().join("done"), dir.path().join("killed")];
     let start = |case: &Path, out: &Path| {
-        let run = mics_command().arg("run").arg(case).arg("--quiet").arg("--out").arg(out).spawn().unwrap();
+        let run = mics_command()
+            .arg("run")
+            .arg(case)
+            .arg("--quiet")
+            .arg("--out")
+            .arg(out)
+            .spawn()
+            .unwrap();
         wait_for(|| !records_or_none(out).is_empty());
         run
     };

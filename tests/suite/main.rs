@@ -1,4 +1,5 @@
-//! The integration tests: the solver against exact and published solutions, and the program as a stranger meets it.
+//! The integration tests: the solver against exact and published solutions, and the program as a
+//! stranger meets it.
 
 mod allocation;
 mod bad_command;

@@ -4,14 +4,25 @@ use crate::support::{columns, run};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// The columns of steps.csv and of particles.csv of discs of 10 mm, 8 cells across, with the paper's mixing, in a folder of its own.
-fn discs(out: &Path, more: &str, size: [f64; 2], places: &[[f64; 2]], density: f64) -> [HashMap<String, Vec<f64>>; 2] {
+/// The columns of steps.csv and of particles.csv of discs of 10 mm, 8 cells across, with the
+/// paper's mixing, in a folder of its own.
+fn discs(
+    out: &Path,
+    more: &str,
+    size: [f64; 2],
+    places: &[[f64; 2]],
+    density: f64,
+) -> [HashMap<String, Vec<f64>>; 2] {
     let cells = size.map(|length| (length / 1.25e-3).round() as usize);
     let particles = places.iter().map(|place| {
-        format!("[[particle]]\nshape.disc.diameter = 0.01\ndensity = {density:?}\nposition = {place:?}\n")
+        format!(
+            "[[particle]]\nshape.disc.diameter = 0.01\ndensity = {density:?}\n\
+            position = {place:?}\n"
+        )
     });
     let text = format!(
-        "name = \"rest\"\ndomain = {{ size = {size:?}, cells = {cells:?} }}\ncontact = {{ friction = 0.4 }}\n\
+        "name = \"rest\"\ndomain = {{ size = {size:?}, cells = {cells:?} }}\n\
+        contact = {{ friction = 0.4 }}\n\
          output = {{ particles = {{ every = 1 }} }}\n{more}\n{}",
         particles.collect::<String>()
     );
@@ -21,10 +32,13 @@ fn discs(out: &Path, more: &str, size: [f64; 2], places: &[[f64; 2]], density: f
     [columns(&out.join("steps.csv")), columns(&out.join("particles.csv"))]
 }
 
-const WALLS: &str = "boundary = { west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }\n";
+const WALLS: &str =
+    "boundary = { west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }\n";
 
 fn fluid(viscosity: f64, gravity: f64) -> String {
-    format!("fluid = {{ density = 1000.0, viscosity = {viscosity:?}, gravity = [0.0, {gravity:?}] }}\n")
+    format!(
+        "fluid = {{ density = 1000.0, viscosity = {viscosity:?}, gravity = [0.0, {gravity:?}] }}\n"
+    )
 }
 
 /// What gravity pulls a disc down with (N).
@@ -36,31 +50,42 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |most, value| most.max(value.abs()))
 }
 
-/// What contacts hold a body with acts on faces as gravity does. Given to the cells after each step instead, it drove a flow around a disc at rest whose
-/// energy grew to 1.8e-6 J in 0.05 s, at any step, until the run ended with energy from nothing. What holds a body that lies there from the start is found
-/// before the first step, without which that alone leaves 7e-7 J to the fluid in a step of 1e-3 s.
+/// What contacts hold a body with acts on faces as gravity does. Given to the cells after each step
+/// instead, it drove a flow around a disc at rest whose energy grew to 1.8e-6 J in 0.05 s, at any
+/// step, until the run ended with energy from nothing. What holds a body that lies there from the
+/// start is found before the first step, without which that alone leaves 7e-7 J to the fluid in a
+/// step of 1e-3 s.
 #[test]
 fn a_disc_on_a_floor_leaves_the_fluid_still() {
     // In steps as short as the contact the disc first sinks into it.
-    for (x, step, bounds) in
-        [(0.0252, "", [1e-11, 1e-13]), (0.0252, ", step = 2e-4", [1e-7, 1e-9]), (0.0246, ", step = 1e-3", [1e-7, 1e-9])]
-    {
+    for (x, step, bounds) in [
+        (0.0252, "", [1e-11, 1e-13]),
+        (0.0252, ", step = 2e-4", [1e-7, 1e-9]),
+        (0.0246, ", step = 1e-3", [1e-7, 1e-9]),
+    ] {
         let dir = tempfile::tempdir().unwrap();
-        let more =
-            fluid(1e-3, -9.81) + WALLS + &format!("coupling = {{ wall = \"mixing\" }}\ntime = {{ end = 0.1{step} }}");
+        let more = fluid(1e-3, -9.81)
+            + WALLS
+            + &format!("coupling = {{ wall = \"mixing\" }}\ntime = {{ end = 0.1{step} }}");
         let [steps, _] = discs(&dir.path().join("run"), &more, [0.05, 0.04], &[[x, 0.005]], 2650.0);
         let energy = &steps["kinetic_energy"];
         let (last, most) = (*energy.last().unwrap(), largest(energy));
         println!("x = {x}{step}: at most {most:.1e} J, {last:.1e} J at the end");
-        assert!(most < bounds[0] && last < bounds[1], "x = {x}{step}: at most {most} J, {last} J at the end");
+        assert!(
+            most < bounds[0] && last < bounds[1],
+            "x = {x}{step}: at most {most} J, {last} J at the end"
+        );
     }
 }
 
-/// Bodies with which much more fluid goes along than they weigh, a row that shuts a pipe and a light disc under a lid, are held whole from their first step on:
-/// twelve plain rounds found 0.6 and 0.35 of what holds them, and the runs ended in their second and first step with energy from nothing.
+/// Bodies with which much more fluid goes along than they weigh, a row that shuts a pipe and a
+/// light disc under a lid, are held whole from their first step on: twelve plain rounds found 0.6
+/// and 0.35 of what holds them, and the runs ended in their second and first step with energy from
+/// nothing.
 #[test]
 fn what_lies_is_held_from_the_first_step_on_however_much_fluid_goes_along() {
-    let pipe = "boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }\n";
+    let pipe = "boundary = \
+        { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }\n";
     let row = [[0.005, 0.005], [0.015, 0.005]];
     for (name, density, borders, size, places) in [
         ("row", 2650.0, pipe, [0.02, 0.04], &row[..]),
@@ -68,7 +93,8 @@ fn what_lies_is_held_from_the_first_step_on_however_much_fluid_goes_along() {
         ("lid", 100.0, WALLS, [0.05, 0.04], &[[0.0252, 0.035]][..]),
     ] {
         let dir = tempfile::tempdir().unwrap();
-        let more = fluid(0.01, -9.81) + borders + "coupling = { wall = \"mixing\" }\ntime = { end = 0.1 }";
+        let more =
+            fluid(0.01, -9.81) + borders + "coupling = { wall = \"mixing\" }\ntime = { end = 0.1 }";
         let [steps, particles] = discs(&dir.path().join("run"), &more, size, places, density);
         let most = largest(&steps["kinetic_energy"]);
         // What the start holds is not counted.
@@ -77,28 +103,48 @@ fn what_lies_is_held_from_the_first_step_on_however_much_fluid_goes_along() {
             .map(|force| (force / weight(density) - 1.0).abs())
             .fold(0.0, f64::max);
         println!("{name}: at most {most:.1e} J, held by {off:.1e} too much or too little");
-        assert!(most < 1e-10 && off < 1e-2, "{name}: at most {most} J, held by {off} too much or too little");
+        assert!(
+            most < 1e-10 && off < 1e-2,
+            "{name}: at most {most} J, held by {off} too much or too little"
+        );
     }
 }
 
-/// A run that begins where another ended finds anew what holds its bodies where gravity is another one, and where the one before expected nothing of contacts.
-/// With what the old run had left, a disc was thrown off its floor by gravity that was no more, or was never held.
+/// A run that begins where another ended finds anew what holds its bodies where gravity is another
+/// one, and where the one before expected nothing of contacts. With what the old run had left, a
+/// disc was thrown off its floor by gravity that was no more, or was never held.
 #[test]
 fn a_run_begun_from_another_finds_anew_what_holds_its_bodies() {
     let dir = tempfile::tempdir().unwrap();
     let time = "time = { end = 0.05, step = 5e-4 }\n";
     let mixing = "coupling = { wall = \"mixing\" }\n";
     let held = dir.path().join("held");
-    discs(&held, &(fluid(0.05, -9.81) + WALLS + mixing + time), [0.05, 0.04], &[[0.0252, 0.005]], 2650.0);
+    discs(
+        &held,
+        &(fluid(0.05, -9.81) + WALLS + mixing + time),
+        [0.05, 0.04],
+        &[[0.0252, 0.005]],
+        2650.0,
+    );
     let particle = dir.path().join("particle");
     let own = "coupling = { wall = \"mixing\", buoyancy = \"particle\" }\n";
-    discs(&particle, &(fluid(0.05, -9.81) + WALLS + own + time), [0.05, 0.04], &[[0.0252, 0.005]], 2650.0);
+    discs(
+        &particle,
+        &(fluid(0.05, -9.81) + WALLS + own + time),
+        [0.05, 0.04],
+        &[[0.0252, 0.005]],
+        2650.0,
+    );
 
     let from = |name: &str, before: &Path, gravity: f64, coupling: &str| {
         let begin = format!("initial = {{ from = {:?} }}\n", before.to_str().unwrap());
         let more = fluid(0.05, gravity) + WALLS + coupling + time + &begin;
         let [_, particles] = discs(&dir.path().join(name), &more, [0.05, 0.04], &[], 2650.0);
-        println!("{name}: {:.2e} m/s, {:.4} N", largest(&particles["vy"]), particles["contact_fy"].last().unwrap());
+        println!(
+            "{name}: {:.2e} m/s, {:.4} N",
+            largest(&particles["vy"]),
+            particles["contact_fy"].last().unwrap()
+        );
         (largest(&particles["vy"]), *particles["contact_fy"].last().unwrap() / weight(2650.0))
     };
     let (speed, force) = from("weightless", &held, 0.0, mixing);

@@ -1,4 +1,5 @@
-//! The operator `A + sum_k w_k j_k j_k^T` against a dense solve: with every kind of solver, and on two ranks.
+//! The operator `A + sum_k w_k j_k j_k^T` against a dense solve: with every kind of solver, and on
+//! two ranks.
 
 use crate::allocation::count;
 use crate::support::{mpirun, petsc};
@@ -30,7 +31,8 @@ struct Face {
     part: f64,
 }
 
-/// The five-point Laplacian; cells are numbered x fastest. The pressure is given on the west side, or nowhere.
+/// The five-point Laplacian; cells are numbered x fastest. The pressure is given on the west side,
+/// or nowhere.
 struct System {
     solver: LinearSolver,
     operator: Rc<RefCell<Poisson>>,
@@ -40,8 +42,8 @@ struct System {
     singular: bool,
 }
 
-/// The matrix's value between two cells. What the singular one has on its diagonal in addition, as the pressure's own
-/// does, lets it be factorised.
+/// The matrix's value between two cells. What the singular one has on its diagonal in addition, as
+/// the pressure's own does, lets it be factorised.
 fn laplacian(a: usize, b: usize, singular: bool) -> f64 {
     let ([ax, ay], [bx, by]) = ([a % NX, a / NX], [b % NX, b / NX]);
     let inner = |at: usize, n: usize| f64::from(u8::from(at > 0) + u8::from(at + 1 < n));
@@ -53,18 +55,23 @@ fn laplacian(a: usize, b: usize, singular: bool) -> f64 {
     }
 }
 
-/// All modes. Rings of faces, other parts in each `step`; the bodies sit in the middle, where ranks meet, and share cells.
+/// All modes. Rings of faces, other parts in each `step`; the bodies sit in the middle, where ranks
+/// meet, and share cells.
 fn modes(step: usize) -> Vec<Face> {
     let ring = |k: usize, axis: usize| {
         let body = if k < 6 { k / 2 } else { TURNING[0] as usize };
         let centre = [[4.6, 5.4], [9.3, 6.1], [6.7, 8.2]][body];
         let arm = move |c: usize| [((c % NX) as f64) - centre[0], ((c / NX) as f64) - centre[1]];
-        let part = move |c: usize| 0.6 + 0.39 * (1.3 * k as f64 + 2.1 * c as f64 + 0.7 * step as f64).sin();
+        let part = move |c: usize| {
+            0.6 + 0.39 * (1.3 * k as f64 + 2.1 * c as f64 + 0.7 * step as f64).sin()
+        };
         let turning = move |c: usize| if axis == 0 { -arm(c)[1] } else { arm(c)[0] };
-        (0..N).filter(move |c| (1.2..3.2).contains(&arm(*c)[0].hypot(arm(*c)[1]))).map(move |cell| {
-            let part = if k < 6 { part(cell) } else { part(cell) * turning(cell) / 3.0 };
-            Face { mode: k, axis, cell, part }
-        })
+        (0..N).filter(move |c| (1.2..3.2).contains(&arm(*c)[0].hypot(arm(*c)[1]))).map(
+            move |cell| {
+                let part = if k < 6 { part(cell) } else { part(cell) * turning(cell) / 3.0 };
+                Face { mode: k, axis, cell, part }
+            },
+        )
     };
     let moving = (0..6).flat_map(|k| ring(k, k % 2));
     moving.chain(ring(6, 0)).chain(ring(6, 1)).collect()
@@ -102,7 +109,8 @@ impl System {
         let boundaries = Boundaries::new(session, &layout, &grid, borders, true);
         let operator = Rc::new(RefCell::new(Poisson::new(session, &layout, &grid, &boundaries)?));
         operator.borrow_mut().set(&grid, &FaceCoefficient::Uniform(1.0))?;
-        let cells: Vec<usize> = grid.rows().flatten().map(|c| grid.global_cell(c)).map(|[x, y]| x + NX * y).collect();
+        let cells: Vec<usize> =
+            grid.rows().flatten().map(|c| grid.global_cell(c)).map(|[x, y]| x + NX * y).collect();
         let mut matrix = None;
         let pattern = || {
             let (rows, at, columns) = Rows::new(&layout, &grid);
@@ -110,7 +118,14 @@ impl System {
             (at, columns)
         };
         let size = (2, cells.len());
-        let mut solver = LinearSolver::new(session, Choice::BcgsBoomeramg, size, operator.clone(), singular, pattern)?;
+        let mut solver = LinearSolver::new(
+            session,
+            Choice::BcgsBoomeramg,
+            size,
+            operator.clone(),
+            singular,
+            pattern,
+        )?;
         if let Some(mut rows) = matrix {
             solver.set_values(rows.fill(&mut operator.borrow_mut()))?;
         }
@@ -144,12 +159,15 @@ impl System {
         let solved = self.solver.solve(1e-12, 0.0)?;
         println!("weights {weights:?}: {} iterations", solved.iterations);
         let exact = dense_solution(weights, modes, self.singular);
-        let gap = |x: &[f64]| x.iter().zip(&self.cells).map(|(x, c)| (x - exact[*c]).abs()).fold(0.0, f64::max);
+        let gap = |x: &[f64]| {
+            x.iter().zip(&self.cells).map(|(x, c)| (x - exact[*c]).abs()).fold(0.0, f64::max)
+        };
         Ok(self.solver.solution(gap)? / exact.amax())
     }
 }
 
-/// Largest gap of solves without modes, with modes that change from one to the next, and with none again.
+/// Largest gap of solves without modes, with modes that change from one to the next, and with none
+/// again.
 fn largest_gap(session: &Session, singular: bool) -> Result<f64> {
     let mut system = System::new(session, singular)?;
     let mut largest = system.gap(&[], &[])?;
@@ -186,8 +204,8 @@ fn modes_are_solved_for_as_by_elimination() {
 /// Set for the processes of [`in_processes`]: PETSc's options.
 const OPTIONS: &str = "MICS_TEST_MODES_OPTIONS";
 
-/// Runs a test's `body` in processes of its own, with numbers of ranks and PETSc's options; `test` is the caller's name.
-/// Returns what each kind printed (in those processes nothing).
+/// Runs a test's `body` in processes of its own, with numbers of ranks and PETSc's options; `test`
+/// is the caller's name. Returns what each kind printed (in those processes nothing).
 pub fn in_processes(test: &str, kinds: &[(usize, &str)], body: impl Fn(&Session)) -> Vec<String> {
     if let Ok(options) = env::var(OPTIONS) {
         let options: Vec<String> = options.split_whitespace().map(str::to_owned).collect();
@@ -199,7 +217,9 @@ pub fn in_processes(test: &str, kinds: &[(usize, &str)], body: impl Fn(&Session)
         let mut command = mpirun(*ranks, this.to_str().unwrap());
         command.args([test, "--exact", "--nocapture"]).env(OPTIONS, options);
         let output = command.output().expect("mpirun starts");
-        let said = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
+        let said = [output.stdout, output.stderr]
+            .map(|text| String::from_utf8_lossy(&text).into_owned())
+            .concat();
         let passed = said.matches("1 passed").count();
         assert!(output.status.success() && passed == *ranks, "{ranks} ranks, {options}: {said}");
         said
@@ -233,7 +253,8 @@ fn modes_hold_with_every_solver_and_on_two_ranks() {
     });
 }
 
-/// A second try, too, is one with the modes: without them a factorised matrix would need no iteration more.
+/// A second try, too, is one with the modes: without them a factorised matrix would need no
+/// iteration more.
 #[test]
 fn a_solve_with_modes_that_fails_is_retried_with_them() {
     let test = "modes::a_solve_with_modes_that_fails_is_retried_with_them";
@@ -262,10 +283,14 @@ fn a_method_that_would_pass_over_the_modes_is_refused() {
 #[test]
 fn a_preconditioner_of_the_whole_refuses_parts_of_it() {
     let test = "modes::a_preconditioner_of_the_whole_refuses_parts_of_it";
-    in_processes(test, &[(1, "-pc_type bjacobi -pc_bjacobi_blocks 2 -sub_pc_type boxmg")], |session| {
-        let error = System::new(session, false).unwrap().gap(&[], &[]).unwrap_err();
-        assert!(error.to_string().contains("whole system only"), "{error}");
-    });
+    in_processes(
+        test,
+        &[(1, "-pc_type bjacobi -pc_bjacobi_blocks 2 -sub_pc_type boxmg")],
+        |session| {
+            let error = System::new(session, false).unwrap().gap(&[], &[]).unwrap_err();
+            assert!(error.to_string().contains("whole system only"), "{error}");
+        },
+    );
 }
 
 #[test]
@@ -307,5 +332,8 @@ fn unsound_modes_are_refused() {
     }
     system.set_modes(&[1.0, 1.0], &[good]).unwrap();
     system.set_modes(&[1.0; MODES], &[Covered { mode: 6, axis: 1, part: -1.0, ..good }]).unwrap();
-    assert!(system.operator.borrow_mut().set_modes(&[1.0; 4], &[good], &[1]).is_err(), "there is one body");
+    assert!(
+        system.operator.borrow_mut().set_modes(&[1.0; 4], &[good], &[1]).is_err(),
+        "there is one body"
+    );
 }

@@ -7,15 +7,19 @@ const WALLS: [&str; 4] = ["\"wall\"", "\"wall\"", "\"wall\"", "\"wall\""];
 
 fn disc(diameter: f64, place: [f64; 2], density: f64, more: &str) -> String {
     format!(
-        "[[particle]]\nshape = {{ disc = {{ diameter = {diameter:?} }} }}\nposition = {place:?}\ndensity = {density:?}\n{more}\n"
+        "[[particle]]\nshape = {{ disc = {{ diameter = {diameter:?} }} }}\nposition = {place:?}\n\
+        density = {density:?}\n{more}\n"
     )
 }
 
-/// Acceleration over gravity of a disc of `n` cells a diameter let go in a box ten diameters wide, over `steps` steps
-/// after the first.
+/// Acceleration over gravity of a disc of `n` cells a diameter let go in a box ten diameters wide,
+/// over `steps` steps after the first.
 fn let_go(n: usize, ratio: f64, steps: usize) -> f64 {
     let petsc = petsc();
-    let more = format!("{MIXING}{}[pressure]\ndivergence_limit = 1.0e-6", disc(1.0, [5.03, 5.02], ratio, ""));
+    let more = format!(
+        "{MIXING}{}[pressure]\ndivergence_limit = 1.0e-6",
+        disc(1.0, [5.03, 5.02], ratio, "")
+    );
     let text = box_case([10.0, 10.0], [10 * n, 10 * n], 1e-5, WALLS, &more)
         .replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
     let mut scene: Scene<2> = petsc.scene(&text);
@@ -39,8 +43,12 @@ fn a_disc_ten_thousand_times_as_dense_falls_freely() {
 fn discs_of_every_density_are_set_off_stably_and_heavy_ones_with_their_added_mass() {
     for ratio in [0.001, 0.01, 0.1, 0.5, 2.65, 10.0, 100.0, 1e3, 1e4] {
         let (a, theory) = (let_go(16, ratio, 11), (ratio - 1.0) / (ratio + 1.0));
-        println!("s = {ratio}: a/g {a:.4}, (s-1)/(s+1) {theory:.4}, {:+.2} %", 100.0 * (a / theory - 1.0));
-        // The mixing carries all touched cells along, so that the body is too large, the more the lighter it is.
+        println!(
+            "s = {ratio}: a/g {a:.4}, (s-1)/(s+1) {theory:.4}, {:+.2} %",
+            100.0 * (a / theory - 1.0)
+        );
+        // The mixing carries all touched cells along, so that the body is too large, the more the
+        // lighter it is.
         let allowed = if ratio >= 10.0 {
             0.06
         } else if ratio > 1.0 {
@@ -62,11 +70,13 @@ fn what_the_mixing_takes_the_particles_get_in_a_periodic_box_with_collisions() {
         disc(0.15, [0.5, 0.25], 0.5, "velocity = [0.0, 0.5]"),
         disc(0.18, [0.75, 0.75], 1.0, "motion = \"fixed\""),
         "[contact]\nnormal_stiffness = 2.0e3\nfriction = 0.4\nrestitution = 0.7\n".into(),
-        "[initial]\nvelocity = [0.3, 0.2]\nperturbation = 0.3\n[pressure]\ndivergence_limit = 1.0e-8".into(),
+        "[initial]\nvelocity = [0.3, 0.2]\nperturbation = 0.3\n[pressure]\n\
+        divergence_limit = 1.0e-8"
+            .into(),
     ]
     .concat();
-    let text =
-        box_case([1.0, 1.0], [48, 48], 0.002, PERIODIC, &more).replace("viscosity", "gravity = [0.3, -1.0]\nviscosity");
+    let text = box_case([1.0, 1.0], [48, 48], 0.002, PERIODIC, &more)
+        .replace("viscosity", "gravity = [0.3, -1.0]\nviscosity");
     let mut scene: Scene<2> = petsc.scene(&text);
     let (mut touched, mut traded, mut missing) = (false, 0.0f64, 0.0f64);
     for _ in 0..120 {
@@ -91,7 +101,8 @@ fn a_disc_carried_at_the_speed_of_a_stream_feels_no_force() {
         let more = disc(0.25, [0.3, 0.5], density, "velocity = [1.0, 0.4]")
             + wall
             + "[initial]\nvelocity = [1.0, 0.4]\n[pressure]\ndivergence_limit = 1.0e-9";
-        let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, &more));
+        let mut scene: Scene<2> =
+            petsc.scene(&box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, &more));
         for _ in 0..60 {
             scene.step(0.01).unwrap();
             let coupling = &scene.state;
@@ -116,14 +127,18 @@ fn the_balance_closes_at_walls_that_spheres_rest_on() {
     let petsc = petsc();
     let sphere = |place: [f64; 3], density: f64| {
         format!(
-            "[[particle]]\nshape = {{ sphere = {{ diameter = 0.4 }} }}\nposition = {place:?}\ndensity = {density:?}\n"
+            "[[particle]]\nshape = {{ sphere = {{ diameter = 0.4 }} }}\nposition = {place:?}\n\
+            density = {density:?}\n"
         )
     };
     for wall in ["mixing", "sharp"] {
         let text = format!(
-            "name = \"t\"\n[coupling]\nwall = \"{wall}\"\n[domain]\nsize = [1.0, 1.0, 1.2]\ncells = [15, 15, 18]\n[fluid]\ndensity = 1.0\nviscosity = 0.05\n\
-         gravity = [0.0, 0.0, -1.0]\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\nnorth = \"wall\"\n\
-         bottom = \"wall\"\ntop = \"slip\"\n{}{}[contact]\nnormal_stiffness = 2.0e3\nexponent = 1.5\nfriction = 0.4\n\
+            "name = \"t\"\n[coupling]\nwall = \"{wall}\"\n[domain]\nsize = [1.0, 1.0, 1.2]\n\
+            cells = [15, 15, 18]\n[fluid]\ndensity = 1.0\nviscosity = 0.05\n\
+         gravity = [0.0, 0.0, -1.0]\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\n\
+             south = \"wall\"\nnorth = \"wall\"\n\
+         bottom = \"wall\"\ntop = \"slip\"\n{}{}[contact]\nnormal_stiffness = 2.0e3\n\
+             exponent = 1.5\nfriction = 0.4\n\
          [time]\nend = 1.0\n[pressure]\ndivergence_limit = 1.0e-8",
             sphere([0.5, 0.5, 0.2], 2.65),
             sphere([0.55, 0.5, 0.62], 7.8),
@@ -139,18 +154,23 @@ fn the_balance_closes_at_walls_that_spheres_rest_on() {
             assert!(audit.error.amax() < 1e-12 && turned, "{wall}: {audit:?}");
         }
         let bodies = scene.state.bodies;
-        assert!(touched && bodies[0].centre.z > 0.19 && bodies[1].spin.y.abs() > 0.01, "{bodies:?}");
+        assert!(
+            touched && bodies[0].centre.z > 0.19 && bodies[1].spin.y.abs() > 0.01,
+            "{bodies:?}"
+        );
     }
 }
 
 #[test]
 fn a_sphere_settles_and_its_momentum_is_accounted_for() {
     let petsc = petsc();
-    let sides: String =
-        ["west", "east", "south", "north", "bottom", "top"].map(|s| format!("{s} = \"periodic\"\n")).concat();
+    let sides: String = ["west", "east", "south", "north", "bottom", "top"]
+        .map(|s| format!("{s} = \"periodic\"\n"))
+        .concat();
     for wall in ["mixing", "sharp"] {
         let text = format!(
-            "name = \"t\"\n[coupling]\nwall = \"{wall}\"\n[domain]\nsize = [1.0, 1.0, 1.0]\ncells = [20, 20, 20]\n[fluid]\ndensity = 1.0\nviscosity = 0.02\n\
+            "name = \"t\"\n[coupling]\nwall = \"{wall}\"\n[domain]\nsize = [1.0, 1.0, 1.0]\n\
+            cells = [20, 20, 20]\n[fluid]\ndensity = 1.0\nviscosity = 0.02\n\
          gravity = [0.0, 0.0, -1.0]\n[boundary]\n{sides}[[particle]]\nshape = {{ sphere = {{ diameter = 0.4 }} }}\n\
          position = [0.5, 0.52, 0.1]\ndensity = 3.0\nspin = [0.0, 2.0, 1.0]\n[time]\nend = 1.0\n[pressure]\ndivergence_limit = 1.0e-8"
         );
@@ -172,15 +192,23 @@ fn a_sphere_settles_and_its_momentum_is_accounted_for() {
 fn particles_that_touch_without_a_law_of_contact_stop_the_run_and_are_named() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
-    let discs =
-        disc(0.2, [0.3, 0.5], 2.0, "velocity = [1.0, 0.0]") + &disc(0.2, [0.6, 0.5], 2.0, "velocity = [-1.0, 0.0]");
+    let discs = disc(0.2, [0.3, 0.5], 2.0, "velocity = [1.0, 0.0]")
+        + &disc(0.2, [0.6, 0.5], 2.0, "velocity = [-1.0, 0.0]");
     for (name, wall) in [("mixing", MIXING), ("sharp", SHARP)] {
-        std::fs::write(&case, box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, &(discs.clone() + wall))).unwrap();
+        std::fs::write(
+            &case,
+            box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, &(discs.clone() + wall)),
+        )
+        .unwrap();
         let out = dir.path().join(name);
-        let output = mics(&["run", case.to_str().unwrap(), "--out", out.to_str().unwrap(), "--quiet"]);
+        let output =
+            mics(&["run", case.to_str().unwrap(), "--out", out.to_str().unwrap(), "--quiet"]);
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(3), "{name}: {said}");
-        assert!(said.contains("particle 0 has run into particle 1") && said.contains("[contact]"), "{name}: {said}");
+        assert!(
+            said.contains("particle 0 has run into particle 1") && said.contains("[contact]"),
+            "{name}: {said}"
+        );
         assert!(columns(&out.join("particles.csv"))["vx"].len() > 4);
     }
 }
@@ -188,13 +216,20 @@ fn particles_that_touch_without_a_law_of_contact_stop_the_run_and_are_named() {
 #[test]
 fn the_paper_s_preset_moves_a_heavy_particle() {
     let dir = tempfile::tempdir().unwrap();
-    let set = ["preset=\"mics-2003\"", "time.end=0.1", "output.figures=false", "particle.0.density=2.65"];
+    let set =
+        ["preset=\"mics-2003\"", "time.end=0.1", "output.figures=false", "particle.0.density=2.65"];
     let words: Vec<&str> = set.iter().flat_map(|s| ["--set", *s]).collect();
     run(&shipped("cases/settling-disc/case.toml"), dir.path(), &words);
     let case = std::fs::read_to_string(dir.path().join("case.toml")).unwrap();
-    for choice in
-        ["\"qsi\"", "\"polygon\"", "\"literal\"", "\"boundary\"", "\"cells\"", "mix_pressure = true", "viscosity = 0.0"]
-    {
+    for choice in [
+        "\"qsi\"",
+        "\"polygon\"",
+        "\"literal\"",
+        "\"boundary\"",
+        "\"cells\"",
+        "mix_pressure = true",
+        "viscosity = 0.0",
+    ] {
         assert!(case.contains(choice), "{choice} in {case}");
     }
     let speed = columns(&dir.path().join("particles.csv"))["vy"].last().copied().unwrap();
@@ -205,9 +240,11 @@ fn the_paper_s_preset_moves_a_heavy_particle() {
 fn a_locked_direction_is_not_moved_by_anything() {
     let petsc = petsc();
     for wall in [MIXING, SHARP] {
-        let more = disc(0.25, [0.5, 0.5], 2.65, "velocity = [0.1, 0.0]\nlocked = [\"x\", \"rotation\"]") + wall;
-        let text =
-            box_case([1.0, 1.0], [32, 32], 0.01, WALLS, &more).replace("viscosity", "gravity = [0.5, -1.0]\nviscosity");
+        let more =
+            disc(0.25, [0.5, 0.5], 2.65, "velocity = [0.1, 0.0]\nlocked = [\"x\", \"rotation\"]")
+                + wall;
+        let text = box_case([1.0, 1.0], [32, 32], 0.01, WALLS, &more)
+            .replace("viscosity", "gravity = [0.5, -1.0]\nviscosity");
         let mut scene: Scene<2> = petsc.scene(&text);
         for _ in 0..20 {
             scene.step(0.005).unwrap();
@@ -223,7 +260,8 @@ fn what_a_particle_is_held_against_is_the_force_on_it_and_the_balance_closes() {
     let petsc = petsc();
     let stream = "[initial]\nvelocity = [1.0, 0.3]\n[pressure]\ndivergence_limit = 1.0e-9";
     let force_on = |wall: &str, how: &str| {
-        let more = disc(0.25, [0.5, 0.5], 2.65, how) + &disc(0.2, [0.2, 0.2], 2.0, "") + wall + stream;
+        let more =
+            disc(0.25, [0.5, 0.5], 2.65, how) + &disc(0.2, [0.2, 0.2], 2.0, "") + wall + stream;
         let text = box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, &more)
             .replace("viscosity", "gravity = [0.5, -1.0]\nviscosity");
         let mut scene: Scene<2> = petsc.scene(&text);
@@ -235,9 +273,12 @@ fn what_a_particle_is_held_against_is_the_force_on_it_and_the_balance_closes() {
         scene.state.exchange[0].momentum
     };
     for wall in [MIXING, SHARP] {
-        let [held, locked] =
-            ["motion = \"fixed\"", "locked = [\"x\", \"y\", \"rotation\"]"].map(|how| force_on(wall, how));
-        assert!((held - locked).norm() < 1e-9 * held.norm() && held.x > 0.1, "{wall}: {held} {locked}");
+        let [held, locked] = ["motion = \"fixed\"", "locked = [\"x\", \"y\", \"rotation\"]"]
+            .map(|how| force_on(wall, how));
+        assert!(
+            (held - locked).norm() < 1e-9 * held.norm() && held.x > 0.1,
+            "{wall}: {held} {locked}"
+        );
     }
 }
 
@@ -259,12 +300,21 @@ fn light_particles_pressed_together_keep_a_positive_density() {
         let mut least = f64::INFINITY;
         for _ in 0..60 {
             scene.step(0.002).unwrap();
-            least =
-                scene.domain.grid.rows().flatten().map(|c| scene.method.mixture().density.at(c)).fold(least, f64::min);
+            least = scene
+                .domain
+                .grid
+                .rows()
+                .flatten()
+                .map(|c| scene.method.mixture().density.at(c))
+                .fold(least, f64::min);
         }
         let bodies = scene.state.bodies;
-        assert!((bodies[1].centre - bodies[0].centre).norm() < 0.25, "{wall}: they overlap: {bodies:?}");
-        // Two fractions that add up to more than a whole would make the mixture lighter than the lightest.
+        assert!(
+            (bodies[1].centre - bodies[0].centre).norm() < 0.25,
+            "{wall}: they overlap: {bodies:?}"
+        );
+        // Two fractions that add up to more than a whole would make the mixture lighter than the
+        // lightest.
         assert!(least > 0.0099, "{wall}: {least} kg/m3");
     }
 }
@@ -293,22 +343,27 @@ fn a_prescribed_particle_stops_the_run_where_no_contact_can_stop_it() {
     }
 }
 
-const SWING: &str =
-    "motion = { prescribed = { velocity = [0.3, 0.0], oscillation = { amplitude = [-0.05, 0.02], frequency = 1.5 } } }";
+const SWING: &str = "motion = \
+    { prescribed = { velocity = [0.3, 0.0], oscillation = { amplitude = [-0.05, 0.02], frequency = 1.5 } } }";
 
 #[test]
 fn a_particle_that_swings_is_where_its_formula_says_and_the_fluid_around_it_gets_the_force() {
     let petsc = petsc();
     let rate = std::f64::consts::TAU * 1.5;
     for density in [1.0, 2.65] {
-        let more =
-            MIXING.to_string() + &disc(0.25, [0.95, 0.5], density, SWING) + "[pressure]\ndivergence_limit = 1.0e-9";
-        let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, &more));
+        let more = MIXING.to_string()
+            + &disc(0.25, [0.95, 0.5], density, SWING)
+            + "[pressure]\ndivergence_limit = 1.0e-9";
+        let mut scene: Scene<2> =
+            petsc.scene(&box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, &more));
         // The momentum of all but the particle.
         let around = |scene: &Scene<2>| {
             let grid = &scene.domain.grid;
             let all = |a: usize| {
-                grid.rows().flatten().map(|c| scene.method.mixture().density.at(c) * scene.state.u[a][c]).sum::<f64>()
+                grid.rows()
+                    .flatten()
+                    .map(|c| scene.method.mixture().density.at(c) * scene.state.u[a][c])
+                    .sum::<f64>()
             };
             let body = &scene.state.bodies[0];
             [0, 1].map(|a| all(a) * grid.cell_volume() - body.mass() * body.velocity[a])
@@ -320,13 +375,22 @@ fn a_particle_that_swings_is_where_its_formula_says_and_the_fluid_around_it_gets
             let (after, coupling) = (around(&scene), &scene.state);
             let (body, force) = (&coupling.bodies[0], coupling.exchange[0].momentum);
             let (sine, cosine) = (rate * scene.state.time).sin_cos();
-            let place = [(0.95 + 0.3 * scene.state.time - 0.05 * sine).rem_euclid(1.0), 0.5 + 0.02 * sine];
+            let place =
+                [(0.95 + 0.3 * scene.state.time - 0.05 * sine).rem_euclid(1.0), 0.5 + 0.02 * sine];
             let velocity = [0.3 - 0.05 * rate * cosine, 0.02 * rate * cosine];
             for a in 0..2 {
                 assert!((body.centre[a] - place[a]).abs() < 1e-14, "{:?} {place:?}", body.centre);
-                assert!((body.velocity[a] - velocity[a]).abs() < 1e-14, "{:?} {velocity:?}", body.velocity);
+                assert!(
+                    (body.velocity[a] - velocity[a]).abs() < 1e-14,
+                    "{:?} {velocity:?}",
+                    body.velocity
+                );
                 let missing = after[a] - before[a] + dt * force[a];
-                assert!(missing.abs() < 1e-14, "step {k}, density {density}: {missing:e} of {:e}", dt * force[a]);
+                assert!(
+                    missing.abs() < 1e-14,
+                    "step {k}, density {density}: {missing:e} of {:e}",
+                    dt * force[a]
+                );
             }
         }
         let limits = scene.limits().unwrap();
@@ -346,13 +410,15 @@ fn a_particle_that_swings_among_free_ones_keeps_its_path_and_the_balance_closes(
             "[pressure]\ndivergence_limit = 1.0e-9".into(),
         ]
         .concat();
-        let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, &more));
+        let mut scene: Scene<2> =
+            petsc.scene(&box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, &more));
         let (mut touched, rate) = (false, std::f64::consts::TAU * 1.5);
         for _ in 0..150 {
             scene.step(0.004).unwrap();
             touched |= scene.state.substeps > 1;
             let body = &scene.state.bodies[0];
-            let place = (0.3 + 0.3 * scene.state.time - 0.05 * (rate * scene.state.time).sin()).rem_euclid(1.0);
+            let place = (0.3 + 0.3 * scene.state.time - 0.05 * (rate * scene.state.time).sin())
+                .rem_euclid(1.0);
             assert!((body.centre.x - place).abs() < 1e-12, "{wall}: {} {place}", body.centre.x);
             let audit = scene.state.balance.as_ref().unwrap();
             assert!(audit.error.amax() < 1e-12, "{wall}: {:?}", audit.error);
@@ -365,7 +431,8 @@ fn a_particle_that_swings_among_free_ones_keeps_its_path_and_the_balance_closes(
 fn a_run_writes_where_a_particle_swings_and_check_says_so() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
-    let more = disc(0.2, [0.4, 0.5], 1.0, SWING) + SHARP + "[output]\nfigures = false\n[time]\nend = 0.1";
+    let more =
+        disc(0.2, [0.4, 0.5], 1.0, SWING) + SHARP + "[output]\nfigures = false\n[time]\nend = 0.1";
     std::fs::write(&case, box_case([1.0, 1.0], [32, 32], 0.01, WALLS, &more)).unwrap();
     let checked = mics(&["check", case.to_str().unwrap()]);
     let said = String::from_utf8_lossy(&checked.stdout);

@@ -1,5 +1,5 @@
-//! The pressure's own preconditioners: symmetric and positive wherever they are used, and iterations that grow neither with
-//! the grid nor with the ratio of densities.
+//! The pressure's own preconditioners: symmetric and positive wherever they are used, and
+//! iterations that grow neither with the grid nor with the ratio of densities.
 
 use crate::modes::in_processes;
 use crate::support::petsc;
@@ -44,7 +44,8 @@ impl<const D: usize> Case<D> {
         Case { cells, h: [1.0; D], ends, balls: Vec::new(), radius: 0.0, mixture: None, free: None }
     }
 
-    /// Balls of `diameter` cells that fill the box to about a quarter, none nearer to another than a third of a cell.
+    /// Balls of `diameter` cells that fill the box to about a quarter, none nearer to another than
+    /// a third of a cell.
     fn filled(mut self, diameter: f64) -> Case<D> {
         self.radius = 0.5 * diameter;
         let mut state = 88172645463325252u64;
@@ -58,9 +59,12 @@ impl<const D: usize> Case<D> {
         let count = (0.25 * volume / (0.8 * diameter.powi(D as i32))).ceil() as usize;
         for _ in 0..50 * count {
             let r = self.radius;
-            let at: [f64; D] =
-                std::array::from_fn(|a| r + 0.5 + random() * (self.cells[a] as f64 - 2.0 * r - 1.0).max(0.0));
-            let gap = |b: &[f64; D]| (0..D).map(|a| (at[a] - b[a]).powi(2)).sum::<f64>().sqrt() - diameter;
+            let at: [f64; D] = std::array::from_fn(|a| {
+                r + 0.5 + random() * (self.cells[a] as f64 - 2.0 * r - 1.0).max(0.0)
+            });
+            let gap = |b: &[f64; D]| {
+                (0..D).map(|a| (at[a] - b[a]).powi(2)).sum::<f64>().sqrt() - diameter
+            };
             if self.balls.len() < count && self.balls.iter().all(|b| gap(b) > 0.34) {
                 self.balls.push(at);
             }
@@ -78,7 +82,8 @@ impl<const D: usize> Case<D> {
         let points = 6usize.pow(D as u32);
         let inside = |k: &usize| {
             let offset = |a: usize| ((k / 6usize.pow(a as u32) % 6) as f64 + 0.5) / 6.0 - 0.5;
-            (0..D).map(|a| (middle[a] + offset(a) * self.h[a] - ball[a]).powi(2)).sum::<f64>() < self.radius.powi(2)
+            (0..D).map(|a| (middle[a] + offset(a) * self.h[a] - ball[a]).powi(2)).sum::<f64>()
+                < self.radius.powi(2)
         };
         (0..points).filter(inside).count() as f64 / points as f64
     }
@@ -100,13 +105,18 @@ impl<const D: usize> Case<D> {
             for c in grid.face_rows(axis).flatten() {
                 let mut face = grid.centre(c);
                 face[axis] -= 0.5 * self.h[axis];
-                let fill = |at: [f64; D]| self.balls.iter().map(|b| self.part(b, at)).sum::<f64>().min(1.0);
+                let fill = |at: [f64; D]| {
+                    self.balls.iter().map(|b| self.part(b, at)).sum::<f64>().min(1.0)
+                };
                 beta[axis][c] = match self.mixture {
                     Some(ratio) => {
                         let [mut low, mut high] = [face, face];
                         low[axis] -= 0.5 * self.h[axis];
                         high[axis] += 0.5 * self.h[axis];
-                        2.0 / [low, high].map(|at| 1.0 + (ratio - 1.0) * fill(at)).iter().sum::<f64>()
+                        2.0 / [low, high]
+                            .map(|at| 1.0 + (ratio - 1.0) * fill(at))
+                            .iter()
+                            .sum::<f64>()
                     }
                     None => (1.0 - fill(face)).max(1e-6),
                 };
@@ -123,7 +133,8 @@ impl<const D: usize> Case<D> {
                         face[axis] -= 0.5 * self.h[axis];
                         let part = self.part(ball, face);
                         let border = grid.at_border(axis, 0) && face[axis] < 0.1 * self.h[axis]
-                            || grid.at_border(axis, 1) && face[axis] > size[axis] - 0.1 * self.h[axis];
+                            || grid.at_border(axis, 1)
+                                && face[axis] > size[axis] - 0.1 * self.h[axis];
                         if part > 0.0 && !border {
                             let mode = (k * D + axis) as u32;
                             covered.push(Covered { mode, axis: axis as u8, face: c as u32, part });
@@ -131,18 +142,24 @@ impl<const D: usize> Case<D> {
                     }
                 }
             }
-            let shape = if D == 2 { std::f64::consts::PI } else { 4.0 / 3.0 * std::f64::consts::PI };
+            let shape =
+                if D == 2 { std::f64::consts::PI } else { 4.0 / 3.0 * std::f64::consts::PI };
             let cells = shape * self.radius.powi(D as i32) / self.h.iter().product::<f64>();
             let weights = vec![1.0 / (ratio * cells); D * self.balls.len()];
             operator.borrow_mut().set_modes(&weights, &covered, &[]).unwrap();
         }
         let number = |at: [usize; D]| (0..D).rev().fold(0, |n, a| n * self.cells[a] + at[a]);
-        let cells: Vec<usize> = grid.rows().flatten().map(|c| number(grid.global_cell(c))).collect();
+        let cells: Vec<usize> =
+            grid.rows().flatten().map(|c| number(grid.global_cell(c))).collect();
         let singular = !boundaries.fixes_pressure();
         let none = || (Vec::new(), Vec::new());
         let size = (D, cells.len());
-        let mut solver = LinearSolver::new(session, Choice::Multigrid, size, operator.clone(), singular, none).unwrap();
-        solver.set_right_side(|b| b.iter_mut().zip(&cells).for_each(|(b, c)| *b = noise(*c, 0))).unwrap();
+        let mut solver =
+            LinearSolver::new(session, Choice::Multigrid, size, operator.clone(), singular, none)
+                .unwrap();
+        solver
+            .set_right_side(|b| b.iter_mut().zip(&cells).for_each(|(b, c)| *b = noise(*c, 0)))
+            .unwrap();
         System { operator, solver, cells }
     }
 
@@ -212,9 +229,10 @@ fn free_bodies_of_any_density_leave_it_symmetric_and_positive() {
     }
 }
 
-/// To 1e-8 of the right side, by the size of the grid and the ratio of densities. The target of 15 iterations is missed by
-/// bodies a hundred times lighter than the fluid and more, packed as here, a third of a cell apart: measured, 17 at 1e-2 and 27
-/// at 1e-3, of 8 cells a diameter. They have a bound of their own.
+/// To 1e-8 of the right side, by the size of the grid and the ratio of densities. The target of 15
+/// iterations is missed by bodies a hundred times lighter than the fluid and more, packed as here,
+/// a third of a cell apart: measured, 17 at 1e-2 and 27 at 1e-3, of 8 cells a diameter. They have a
+/// bound of their own.
 #[test]
 fn iterations_grow_neither_with_the_grid_nor_with_the_density() {
     let petsc = petsc();
@@ -228,13 +246,17 @@ fn iterations_grow_neither_with_the_grid_nor_with_the_density() {
                 case.iterations(&petsc.session)
             });
             println!("s = {ratio}, N = {diameter}: {iterations:?}");
-            let [least, most] = [iterations.iter().min(), iterations.iter().max()].map(|n| *n.unwrap());
+            let [least, most] =
+                [iterations.iter().min(), iterations.iter().max()].map(|n| *n.unwrap());
             let (bound, growth) = match ratio {
                 1e-3 => (30, 6),
                 1e-2 => (19, 3),
                 _ => (15, 3),
             };
-            assert!(most <= bound && most - least <= growth, "s = {ratio}, N = {diameter}: {iterations:?}");
+            assert!(
+                most <= bound && most - least <= growth,
+                "s = {ratio}, N = {diameter}: {iterations:?}"
+            );
         }
     }
     println!("mixture");
@@ -242,7 +264,8 @@ fn iterations_grow_neither_with_the_grid_nor_with_the_density() {
         let iterations = [64, 256].map(|n| {
             let mut case = Case::empty([n, n], walls);
             let at = n as f64;
-            case.balls = [(0.3, 0.4), (0.7, 0.55), (0.45, 0.75)].map(|(x, y)| [x * at, y * at]).to_vec();
+            case.balls =
+                [(0.3, 0.4), (0.7, 0.55), (0.45, 0.75)].map(|(x, y)| [x * at, y * at]).to_vec();
             (case.radius, case.mixture) = (0.12 * at, Some(ratio));
             case.iterations(&petsc.session)
         });
@@ -274,7 +297,8 @@ fn iterations_with_free_bodies_do_not_depend_on_the_ranks() {
             case.free = Some(0.1);
             case.radius = 0.5 * diameter;
             let at = |x: f64, y: f64| [x * cells[0] as f64, y * cells[1] as f64];
-            case.balls = vec![at(0.5, 0.5), at(0.49, 0.78), at(0.24, 0.52), at(0.77, 0.47), at(0.51, 0.21)];
+            case.balls =
+                vec![at(0.5, 0.5), at(0.49, 0.78), at(0.24, 0.52), at(0.77, 0.47), at(0.51, 0.21)];
             let mut system = case.system(session);
             let solved = system.solver.solve(1e-8, 0.0).unwrap();
             let mut left = vec![0.0; system.cells.len()];
@@ -299,12 +323,20 @@ fn iterations_with_free_bodies_do_not_depend_on_the_ranks() {
     });
     let counts: Vec<Vec<u32>> = said
         .iter()
-        .map(|said| said.split("iterations ").skip(1).filter_map(|rest| rest.split('.').next()?.parse().ok()).collect())
+        .map(|said| {
+            said.split("iterations ")
+                .skip(1)
+                .filter_map(|rest| rest.split('.').next()?.parse().ok())
+                .collect()
+        })
         .collect();
     println!("iterations on 1, 2 and 4 ranks: {counts:?}");
     for shared in counts.iter().skip(1) {
         assert_eq!(shared.len(), 2);
-        assert!(shared.iter().zip(&counts[0]).all(|(shared, alone)| *shared <= alone + 3), "{counts:?}");
+        assert!(
+            shared.iter().zip(&counts[0]).all(|(shared, alone)| *shared <= alone + 3),
+            "{counts:?}"
+        );
     }
 }
 
@@ -312,8 +344,12 @@ fn iterations_with_free_bodies_do_not_depend_on_the_ranks() {
 fn odd_and_flat_grids_take_no_more_iterations() {
     let petsc = petsc();
     let ends = [Ends::Outflow, Ends::Walls];
-    for (cells, h) in [([127, 61], [1.0, 1.0]), ([500, 4], [1.0, 1.0]), ([64, 64], [1.0, 8.0]), ([3, 300], [1.0, 1.0])]
-    {
+    for (cells, h) in [
+        ([127, 61], [1.0, 1.0]),
+        ([500, 4], [1.0, 1.0]),
+        ([64, 64], [1.0, 8.0]),
+        ([3, 300], [1.0, 1.0]),
+    ] {
         let case = Case { h, ..Case::empty(cells, ends) };
         let iterations = case.iterations(&petsc.session);
         println!("{cells:?}, h = {h:?}: {iterations}");
@@ -324,7 +360,11 @@ fn odd_and_flat_grids_take_no_more_iterations() {
 #[test]
 fn the_direct_solver_leaves_rounding_only() {
     let petsc = petsc();
-    for ends in [[Ends::Walls, Ends::Outflow], [Ends::Periodic, Ends::Walls], [Ends::Outflow, Ends::Periodic]] {
+    for ends in [
+        [Ends::Walls, Ends::Outflow],
+        [Ends::Periodic, Ends::Walls],
+        [Ends::Outflow, Ends::Periodic],
+    ] {
         let case = Case::<2> { h: [1.0, 0.7], ..Case::empty([45, 32], ends) };
         let system = case.system(&petsc.session);
         let mut operator = system.operator.borrow_mut();

@@ -28,7 +28,8 @@ pub fn fall(folder: &Path, name: &str, more: &[&str]) -> String {
 fn plotted(words: &[&str]) -> Vec<String> {
     let output = mics(&[&["plot"], words].concat());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let listed: Vec<String> = String::from_utf8(output.stdout).unwrap().lines().map(str::to_owned).collect();
+    let listed: Vec<String> =
+        String::from_utf8(output.stdout).unwrap().lines().map(str::to_owned).collect();
     assert!(listed.iter().all(|path| std::fs::metadata(path).unwrap().len() > 2000), "{listed:?}");
     listed
 }
@@ -36,16 +37,30 @@ fn plotted(words: &[&str]) -> Vec<String> {
 #[test]
 fn named_figures_of_a_fall_are_drawn_alone_and_say_what_they_show() {
     let dir = tempfile::tempdir().unwrap();
-    let (a, b) = (fall(dir.path(), "sharp", &[]), fall(dir.path(), "mixing", &["--set", "coupling.wall=\"mixing\""]));
+    let (a, b) = (
+        fall(dir.path(), "sharp", &[]),
+        fall(dir.path(), "mixing", &["--set", "coupling.wall=\"mixing\""]),
+    );
     let out = dir.path().join("out");
     let out = out.to_str().unwrap();
-    let strip =
-        plotted(&[&a, "--figure", "vorticity-strip,streamlines-strip", "--times", "0.1,0.2,0.3", "--interval", "20"]);
+    let strip = plotted(&[
+        &a,
+        "--figure",
+        "vorticity-strip,streamlines-strip",
+        "--times",
+        "0.1,0.2,0.3",
+        "--interval",
+        "20",
+    ]);
     let name = |kind: &str| ["png", "svg"].map(|end| format!("{a}/figures/{kind}_strip.{end}"));
     assert_eq!(strip, [name("vorticity"), name("streamlines")].concat());
     let svg = std::fs::read_to_string(&strip[1]).unwrap();
-    for said in ["(a) t = 0.10", "(b) t = 0.20", "(c) t = 0.30", "fall: vorticity, contour lines every 20 1/s, dashed"]
-    {
+    for said in [
+        "(a) t = 0.10",
+        "(b) t = 0.20",
+        "(c) t = 0.30",
+        "fall: vorticity, contour lines every 20 1/s, dashed",
+    ] {
         assert!(svg.contains(said), "{said}");
     }
     assert!(!svg.contains("(d) "));
@@ -56,20 +71,49 @@ fn named_figures_of_a_fall_are_drawn_alone_and_say_what_they_show() {
     );
     let svg = std::fs::read_to_string(format!("{out}/paths.svg")).unwrap();
     assert!(
-        [">\nsharp\n<", ">\nmixing\n<", ">\nan experiment\n<", ">\ny/d\n<", ">\nx/d, d = 0.02 m\n<"]
-            .iter()
-            .all(|label| svg.contains(label))
+        [
+            ">\nsharp\n<",
+            ">\nmixing\n<",
+            ">\nan experiment\n<",
+            ">\ny/d\n<",
+            ">\nx/d, d = 0.02 m\n<"
+        ]
+        .iter()
+        .all(|label| svg.contains(label))
     );
     let parts = plotted(&[&b, "--figure", "force-parts", "--out", out]);
     let svg = std::fs::read_to_string(&parts[1]).unwrap();
-    assert!(["F_cx", "F_px", "F_dx", "force / submerged weight"].iter().all(|label| svg.contains(label)));
-    let part = plotted(&[&a, "--figure", "vorticity", "--window", "0.0,0.05,0.05,0.1", "--out", out]);
+    assert!(
+        ["F_cx", "F_px", "F_dx", "force / submerged weight"]
+            .iter()
+            .all(|label| svg.contains(label))
+    );
+    let part =
+        plotted(&[&a, "--figure", "vorticity", "--window", "0.0,0.05,0.05,0.1", "--out", out]);
     assert_eq!(part, ["png", "svg"].map(|end| format!("{out}/vorticity.{end}")));
-    assert!(std::fs::read_to_string(&part[1]).unwrap().contains(">\n0.10\n<"), "the axis says where the part is");
+    assert!(
+        std::fs::read_to_string(&part[1]).unwrap().contains(">\n0.10\n<"),
+        "the axis says where the part is"
+    );
 
-    let at = plotted(&[&a, "--figure", "vorticity", "--times", "0.1", "--range=-20,20", "--size", "300", "--out", out]);
+    let at = plotted(&[
+        &a,
+        "--figure",
+        "vorticity",
+        "--times",
+        "0.1",
+        "--range=-20,20",
+        "--size",
+        "300",
+        "--out",
+        out,
+    ]);
     let svg = std::fs::read_to_string(&at[1]).unwrap();
-    assert!(svg.contains("fall, t = 0.10") && svg.contains(">\n\u{2212}20\n<") && svg.contains(">\n20\n<"));
+    assert!(
+        svg.contains("fall, t = 0.10")
+            && svg.contains(">\n\u{2212}20\n<")
+            && svg.contains(">\n20\n<")
+    );
     for (times, kind) in [("0.1", ""), ("0.1,0.2", "_strip")] {
         let usual = plotted(&[&a, "--times", times, "--out", out]);
         let name = |stem: &str| ["png", "svg"].map(|end| format!("{out}/{stem}{kind}.{end}"));
@@ -78,16 +122,28 @@ fn named_figures_of_a_fall_are_drawn_alone_and_say_what_they_show() {
     }
     let field = plotted(&[&a, "--field", "pressure", "--out", out]);
     assert_eq!(field, ["png", "svg"].map(|end| format!("{out}/pressure_field.{end}")));
-    let several = plotted(&[&a, "--figure", "field", "--times", "0.1,0.3", "--bodies", "speed", "--out", out]);
+    let several = plotted(&[
+        &a, "--figure", "field", "--times", "0.1,0.3", "--bodies", "speed", "--out", out,
+    ]);
     assert_eq!(several, ["png", "svg"].map(|end| format!("{out}/vorticity_frames.{end}")));
     let svg = std::fs::read_to_string(&several[1]).unwrap();
-    assert!(["(b) t = 0.30", "fall: vorticity", "speed of particles (m/s)"].iter().all(|label| svg.contains(label)));
+    assert!(
+        ["(b) t = 0.30", "fall: vorticity", "speed of particles (m/s)"]
+            .iter()
+            .all(|label| svg.contains(label))
+    );
 
     for (words, said) in [
-        (&[&a, "--figure", "vorticity", "--times", "0.1,0.2"][..], &["--times", "several are of a strip"][..]),
+        (
+            &[&a, "--figure", "vorticity", "--times", "0.1,0.2"][..],
+            &["--times", "several are of a strip"][..],
+        ),
         (&[&a, "--figure", "vorticity", "--field", "speed"], &["--field", "--figure field"]),
         (&[&a, "--range", "0,1"], &["--range is of the flow", "--figure field"]),
-        (&[&a, "--field", "speed", "--range", "2,1"], &["--range [2.0, 1.0]", "the lower one first"]),
+        (
+            &[&a, "--field", "speed", "--range", "2,1"],
+            &["--range [2.0, 1.0]", "the lower one first"],
+        ),
         (&[&a, "--field", "speed", "--size", "9"], &["--size 9", "60 to 4000"]),
         (
             &[&a, "--figure", "vorticity-strip", "--times", "0.1,0.11,0.12"][..],
@@ -102,12 +158,24 @@ fn named_figures_of_a_fall_are_drawn_alone_and_say_what_they_show() {
         (&[&a, "--times", "0.1", "--range", "0,1"], &["--times", "--figure field"]),
         (&[&a, "--plane", "z=0.1"], &["--plane z=0.1", "in 2D"]),
         (&[&a, "--interval", "40"], &["--interval", "--figure vorticity-strip"]),
-        (&[&a, "--figure", "vorticity-strip", "--interval", "-40"], &["--interval -40", "positive"]),
-        (&[&a, "--figure", "vorticity-strip", "--interval", "0.001"], &["every 0.001 1/s", "too many", "--interval "]),
-        (&[&a, "--figure", "vorticity-strip", "--window", "0.2,0.3,0,1"], &["--window", "0.1 m x 0.15 m"]),
+        (
+            &[&a, "--figure", "vorticity-strip", "--interval", "-40"],
+            &["--interval -40", "positive"],
+        ),
+        (
+            &[&a, "--figure", "vorticity-strip", "--interval", "0.001"],
+            &["every 0.001 1/s", "too many", "--interval "],
+        ),
+        (
+            &[&a, "--figure", "vorticity-strip", "--window", "0.2,0.3,0,1"],
+            &["--window", "0.1 m x 0.15 m"],
+        ),
         (&[&a, "--figure", "vorticity-strip", "--window", "0.2,0.3"], &["--window", "X0,X1,Y0,Y1"]),
         (&[&a, "--figure", "vorticity-stripe"], &["'vorticity-stripe'", "vorticity-strip"]),
-        (&[&a, &b, "--figure", "force-parts", "--out", out], &["--out", "force-parts is of one run"]),
+        (
+            &[&a, &b, "--figure", "force-parts", "--out", out],
+            &["--out", "force-parts is of one run"],
+        ),
     ] {
         let output = mics(&[&["plot"], words].concat());
         let message = String::from_utf8_lossy(&output.stderr);
@@ -117,7 +185,8 @@ fn named_figures_of_a_fall_are_drawn_alone_and_say_what_they_show() {
 }
 
 #[test]
-fn forces_speeds_and_paths_are_of_several_particles_under_their_names_or_of_those_that_are_asked_for() {
+fn forces_speeds_and_paths_are_of_several_particles_under_their_names_or_of_those_that_are_asked_for()
+ {
     let dir = tempfile::tempdir().unwrap();
     let disc = |name: &str, x: f64, y: f64, density: f64| {
         format!(
@@ -140,17 +209,23 @@ fn forces_speeds_and_paths_are_of_several_particles_under_their_names_or_of_thos
     std::fs::write(&file, case).unwrap();
     let summary = run(&file, &out, &["--set", "time.end=0.1", "--set", "output.figures=true"]);
     assert!(
-        summary["stages_ns_per_cell_step"]["mixing"].is_null() && summary["stages_ns_per_cell_step"]["walls"].is_f64()
+        summary["stages_ns_per_cell_step"]["mixing"].is_null()
+            && summary["stages_ns_per_cell_step"]["walls"].is_f64()
     );
-    let svg = |name: &str| std::fs::read_to_string(out.join(format!("figures/{name}.svg"))).unwrap();
+    let svg =
+        |name: &str| std::fs::read_to_string(out.join(format!("figures/{name}.svg"))).unwrap();
     let shows = |name: &str, labels: &[&str]| {
         let svg = svg(name);
-        labels.iter().for_each(|label| assert!(svg.contains(&format!(">\n{label}\n<")), "{name} lacks {label}"));
+        labels.iter().for_each(|label| {
+            assert!(svg.contains(&format!(">\n{label}\n<")), "{name} lacks {label}")
+        });
     };
     let names = ["stone", "grain 1", "grain 2", "particle 3"];
-    for (name, label) in
-        [("forces", "force along y (N/m)"), ("speeds", "velocity along y (m/s)"), ("paths", "x/d, d = 0.02 m")]
-    {
+    for (name, label) in [
+        ("forces", "force along y (N/m)"),
+        ("speeds", "velocity along y (m/s)"),
+        ("paths", "x/d, d = 0.02 m"),
+    ] {
         shows(name, &[&names[..], &[label]].concat());
     }
     assert!(!svg("forces").contains("(19)"));
@@ -158,13 +233,23 @@ fn forces_speeds_and_paths_are_of_several_particles_under_their_names_or_of_thos
     // Its way in the box jumps, that of the path does not.
     let rows = crate::support::columns(&out.join("particles.csv"));
     let last = |name: &str| *rows[name].last().unwrap();
-    assert!(rows["id"].last() == Some(&3.0) && (last("path_x") - last("x") - 0.1).abs() < 1e-12, "{}", last("x"));
+    assert!(
+        rows["id"].last() == Some(&3.0) && (last("path_x") - last("x") - 0.1).abs() < 1e-12,
+        "{}",
+        last("x")
+    );
 
     let folder = out.to_str().unwrap();
     plotted(&[folder, "--figure", "forces,speeds,paths", "--particle", "stone"]);
     shows(
         "forces",
-        &["fall: force on stone", "force along y (N/m)", "fluid, in all", "pressure on the surface", "the rest"],
+        &[
+            "fall: force on stone",
+            "force along y (N/m)",
+            "fluid, in all",
+            "pressure on the surface",
+            "the rest",
+        ],
     );
     shows("speeds", &["fall: velocity of stone", "velocity along y (m/s)"]);
     shows("paths", &["fall: path of stone"]);
@@ -178,9 +263,18 @@ fn forces_speeds_and_paths_are_of_several_particles_under_their_names_or_of_thos
     shows("speeds", &["grain 1", "grain 2", "stone"]);
     assert!(!svg("speeds").contains("particle 3"));
     for (words, said) in [
-        (["--figure", "paths", "--particle", "ston"], "no particle has the name \"ston\"; did you mean `stone`?"),
-        (["--figure", "paths", "--particle", "4"], "there is no particle 4: the case has 4, counted from 0"),
-        (["--figure", "vorticity", "--particle", "0"], "--figure paths, forces, force-parts or speeds"),
+        (
+            ["--figure", "paths", "--particle", "ston"],
+            "no particle has the name \"ston\"; did you mean `stone`?",
+        ),
+        (
+            ["--figure", "paths", "--particle", "4"],
+            "there is no particle 4: the case has 4, counted from 0",
+        ),
+        (
+            ["--figure", "vorticity", "--particle", "0"],
+            "--figure paths, forces, force-parts or speeds",
+        ),
     ] {
         let output = mics(&[&["plot", folder], &words[..]].concat());
         let message = String::from_utf8_lossy(&output.stderr);
@@ -220,19 +314,25 @@ fn figures_of_many_bodies_show_every_material_and_size_along_every_axis_and_no_c
     let (file, out) = (dir.path().join("pour.toml"), dir.path().join("pour"));
     std::fs::write(&file, POUR).unwrap();
     run(&file, &out, &[]);
-    let svg = |name: &str| std::fs::read_to_string(out.join(format!("figures/{name}.svg"))).unwrap();
+    let svg =
+        |name: &str| std::fs::read_to_string(out.join(format!("figures/{name}.svg"))).unwrap();
     for (name, what, unit) in [("forces", "force", "N/m"), ("speeds", "velocity", "m/s")] {
         let svg = svg(name);
         for label in ["gravel, stone, d = 0.008 m (16)", "balls, steel, d = 0.012 m (8)"] {
             assert!(svg.contains(&format!(">\n{label}\n<")), "{name} lacks {label}");
         }
         for axis in ["x", "y"] {
-            assert!(svg.contains(&format!(">\n{what} along {axis} ({unit})\n<")), "{name} lacks {axis}");
+            assert!(
+                svg.contains(&format!(">\n{what} along {axis} ({unit})\n<")),
+                "{name} lacks {axis}"
+            );
         }
         assert!(svg.contains("the middle 80 %"), "{name} says what its bands are");
     }
     let paths = svg("paths");
-    for label in ["pour: paths of 7 of 24 bodies", "gravel 0", "gravel 15", "balls 16", "balls 23", "x (m)"] {
+    for label in
+        ["pour: paths of 7 of 24 bodies", "gravel 0", "gravel 15", "balls 16", "balls 23", "x (m)"]
+    {
         assert!(paths.contains(&format!(">\n{label}\n<")), "paths lack {label}");
     }
     let folder = out.to_str().unwrap();
@@ -248,12 +348,19 @@ fn figures_of_many_bodies_show_every_material_and_size_along_every_axis_and_no_c
 #[test]
 fn a_run_that_goes_on_is_plotted_as_far_as_its_whole_rows_go_with_a_note() {
     let dir = tempfile::tempdir().unwrap();
-    let more =
-        ["--set", "particle.0.motion=\"fixed\"", "--set", "time.end=0.1", "--set", "initial.velocity=[0.1, 0.0]"];
+    let more = [
+        "--set",
+        "particle.0.motion=\"fixed\"",
+        "--set",
+        "time.end=0.1",
+        "--set",
+        "initial.velocity=[0.1, 0.0]",
+    ];
     let a = fall(
         dir.path(),
         "a",
-        &[&more[..], &["--set", "measure=[{ name = \"cd\", kind = \"drag_coefficient\" }]"]].concat(),
+        &[&more[..], &["--set", "measure=[{ name = \"cd\", kind = \"drag_coefficient\" }]"]]
+            .concat(),
     );
     // As a run that has not ended leaves it.
     let folder = Path::new(&a);
@@ -275,8 +382,16 @@ fn a_run_that_goes_on_is_plotted_as_far_as_its_whole_rows_go_with_a_note() {
 
 fn short_run(out: &Path, viscosity: f64) {
     let viscosity = format!("fluid.viscosity={viscosity:?}");
-    let words =
-        ["--set", &viscosity, "--set", "domain.cells=[80,32]", "--set", "time.end=4.0", "--set", "measure.2.from=1.0"];
+    let words = [
+        "--set",
+        &viscosity,
+        "--set",
+        "domain.cells=[80,32]",
+        "--set",
+        "time.end=4.0",
+        "--set",
+        "measure.2.from=1.0",
+    ];
     let from = ["--set", "measure.0.from=1.0", "--set", "measure.1.from=1.0"];
     run(&shipped("cases/cylinder-wake/case.toml"), out, &[&words[..], &from].concat());
 }
@@ -293,24 +408,36 @@ fn several_runs_give_their_fields_and_together_drag_over_reynolds() {
         plotted(&[a, b, "--figure", "drag", "--out", out]);
         std::fs::read_to_string(Path::new(out).join("drag_over_reynolds.svg")).unwrap()
     };
-    assert!(drag().contains("body-fitted, box of cases/cylinder-wake") && drag().contains("unbounded stream"));
+    assert!(
+        drag().contains("body-fitted, box of cases/cylinder-wake")
+            && drag().contains("unbounded stream")
+    );
     // Between walls it is another scene, which has the references of its own case alone.
     let case = Path::new(b).join("case.toml");
     let text = std::fs::read_to_string(&case).unwrap();
     std::fs::write(&case, text.replace("\"periodic\"", "\"wall\"")).unwrap();
-    assert!(!drag().contains("body-fitted, box of cases/cylinder-wake") && !drag().contains("unbounded stream"));
+    assert!(
+        !drag().contains("body-fitted, box of cases/cylinder-wake")
+            && !drag().contains("unbounded stream")
+    );
     std::fs::write(&case, text).unwrap();
     let output = mics(&["plot", a, b, "--out", out]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let listed = String::from_utf8(output.stdout).unwrap();
-    for (folder, name) in
-        [(a, "figures/vorticity"), (b, "figures/streamlines"), (b, "figures/forces"), (out, "drag_over_reynolds")]
-    {
+    for (folder, name) in [
+        (a, "figures/vorticity"),
+        (b, "figures/streamlines"),
+        (b, "figures/forces"),
+        (out, "drag_over_reynolds"),
+    ] {
         for kind in ["png", "svg"] {
             let path = Path::new(folder).join(format!("{name}.{kind}"));
             assert!(listed.contains(path.to_str().unwrap()), "{listed}");
             let bytes = std::fs::read(&path).unwrap();
-            assert!(bytes.len() > 2000 && (bytes.starts_with(b"\x89PNG") || bytes.starts_with(b"<svg")), "{path:?}");
+            assert!(
+                bytes.len() > 2000 && (bytes.starts_with(b"\x89PNG") || bytes.starts_with(b"<svg")),
+                "{path:?}"
+            );
         }
     }
 }

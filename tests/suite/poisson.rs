@@ -8,7 +8,13 @@ use mics::scene::Scene;
 use std::f64::consts::PI;
 
 /// A box at rest whose mixture has the density `rho(x, y)`.
-fn box_with_density(petsc: &Petsc, n: usize, sides: [&str; 4], limit: f64, rho: impl Fn(f64, f64) -> f64) -> Scene<2> {
+fn box_with_density(
+    petsc: &Petsc,
+    n: usize,
+    sides: [&str; 4],
+    limit: f64,
+    rho: impl Fn(f64, f64) -> f64,
+) -> Scene<2> {
     let more = format!("[pressure]\nsolver = \"multigrid\"\ndivergence_limit = {limit:e}");
     let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [n, n], 0.0, sides, &more));
     let mut density = scene.domain.grid.field();
@@ -26,8 +32,8 @@ fn box_with_density(petsc: &Petsc, n: usize, sides: [&str; 4], limit: f64, rho: 
     scene
 }
 
-/// Largest errors of the potential away from the jump (two cells and more) for
-/// `phi = rho s(x) cos(2 pi y)`, `s = sin(pi (x - 1/2))`: the flux `(1/rho) grad phi` is continuous across x = 1/2.
+/// Largest errors of the potential away from the jump (two cells and more) for `phi = rho s(x)
+/// cos(2 pi y)`, `s = sin(pi (x - 1/2))`: the flux `(1/rho) grad phi` is continuous across x = 1/2.
 fn jump_error(n: usize, ratio: f64) -> f64 {
     let petsc = petsc();
     let sides = ["\"wall\"", "\"wall\"", "\"periodic\"", "\"periodic\""];
@@ -43,19 +49,27 @@ fn jump_error(n: usize, ratio: f64) -> f64 {
                 y -= 0.5 * grid.h[1]
             }
             let (s, slope) = ((PI * (x - 0.5)).sin(), PI * (PI * (x - 0.5)).cos());
-            scene.state.faces[axis][c] =
-                if axis == 0 { slope * (2.0 * PI * y).cos() } else { -2.0 * PI * s * (2.0 * PI * y).sin() };
+            scene.state.faces[axis][c] = if axis == 0 {
+                slope * (2.0 * PI * y).cos()
+            } else {
+                -2.0 * PI * s * (2.0 * PI * y).sin()
+            };
         }
     }
     let done = scene.domain.project(scene.method.beta(), &mut scene.state, 1.0).unwrap();
     assert!(done.divergence_max < 1e-9);
     let exact = |[x, y]: [f64; 2]| rho(x) * (PI * (x - 0.5)).sin() * (2.0 * PI * y).cos();
-    let away = || grid.rows().flatten().filter(|&c| (grid.centre(c)[0] - 0.5).abs() > 2.0 * grid.h[0]);
+    let away =
+        || grid.rows().flatten().filter(|&c| (grid.centre(c)[0] - 0.5).abs() > 2.0 * grid.h[0]);
     // The potential is known but for a constant, which the light side shows best.
-    let light: Vec<f64> =
-        away().filter(|&c| grid.centre(c)[0] < 0.5).map(|c| scene.state.p[c] - exact(grid.centre(c))).collect();
+    let light: Vec<f64> = away()
+        .filter(|&c| grid.centre(c)[0] < 0.5)
+        .map(|c| scene.state.p[c] - exact(grid.centre(c)))
+        .collect();
     let constant = light.iter().sum::<f64>() / light.len() as f64;
-    let error = |c: usize| (scene.state.p[c] - constant - exact(grid.centre(c))).abs() / rho(grid.centre(c)[0]);
+    let error = |c: usize| {
+        (scene.state.p[c] - constant - exact(grid.centre(c))).abs() / rho(grid.centre(c)[0])
+    };
     away().map(error).fold(0.0, f64::max)
 }
 
@@ -70,10 +84,13 @@ fn a_density_jump_of_a_thousand_is_solved_at_second_order_away_from_the_jump() {
 #[test]
 fn every_density_ratio_from_a_thousandth_to_ten_thousand_is_solved_to_d0() {
     for ratio in [1e-3, 1e-2, 0.1, 0.5, 2.65, 10.0, 100.0, 1e3, 1e4] {
-        for sides in [["\"wall\""; 4], ["\"wall\"", "\"outflow\"", "\"periodic\"", "\"periodic\""]] {
+        for sides in [["\"wall\""; 4], ["\"wall\"", "\"outflow\"", "\"periodic\"", "\"periodic\""]]
+        {
             let petsc = petsc();
             let mut scene = box_with_density(&petsc, 64, sides, 1e-8, |x, y| {
-                let inside = [(0.3, 0.4), (0.7, 0.55), (0.45, 0.75)].iter().any(|(a, b)| (x - a).hypot(y - b) < 0.12);
+                let inside = [(0.3, 0.4), (0.7, 0.55), (0.45, 0.75)]
+                    .iter()
+                    .any(|(a, b)| (x - a).hypot(y - b) < 0.12);
                 if inside { ratio } else { 1.0 }
             });
             let grid = scene.domain.grid.clone();
@@ -85,8 +102,11 @@ fn every_density_ratio_from_a_thousandth_to_ten_thousand_is_solved_to_d0() {
             }
             scene.domain.boundaries.set_faces(&mut scene.state.faces);
             let (b, p, u) = (&scene.method.beta(), &mut scene.state.p, &mut scene.state.faces);
-            let done =
-                scene.domain.projection.project(&grid, &mut scene.domain.boundaries, b, 0.01, p, u, None).unwrap();
+            let done = scene
+                .domain
+                .projection
+                .project(&grid, &mut scene.domain.boundaries, b, 0.01, p, u, None)
+                .unwrap();
             let mut divergence = grid.field();
             faces::divergence(&grid, &scene.state.faces, &mut divergence);
             let largest = grid.rows().flatten().map(|c| divergence[c].abs()).fold(0.0, f64::max);
@@ -97,7 +117,8 @@ fn every_density_ratio_from_a_thousandth_to_ten_thousand_is_solved_to_d0() {
     }
 }
 
-/// Reduced gravity acts at faces with the pressure gradient: layers at rest stay at rest, at any ratio.
+/// Reduced gravity acts at faces with the pressure gradient: layers at rest stay at rest, at any
+/// ratio.
 #[test]
 fn layers_of_different_density_stay_at_rest_under_gravity() {
     for ratio in [1e-3, 2.65, 1e4] {
@@ -128,7 +149,10 @@ fn layers_of_different_density_stay_at_rest_under_gravity() {
         assert!(fastest < 1e-9, "ratio {ratio}: {fastest} m/s");
         // The pressure is hydrostatic: the excess weight of the column, from the bottom to the top.
         let column: Vec<usize> = scene.domain.grid.rows().map(|row| row.start + 5).collect();
-        let weight: f64 = column.iter().map(|&c| 9.81 * (scene.method.mixture().density.at(c) - 1.0) / 32.0).sum();
+        let weight: f64 = column
+            .iter()
+            .map(|&c| 9.81 * (scene.method.mixture().density.at(c) - 1.0) / 32.0)
+            .sum();
         let drop = scene.state.p[column[0]] - scene.state.p[column[31]];
         let ends = 0.5 * 9.81 * (layers(0.0) - 1.0) / 32.0;
         assert!((drop - (weight - ends)).abs() < 1e-6 * weight.abs(), "{drop} against {weight}");

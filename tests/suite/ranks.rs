@@ -1,4 +1,5 @@
-//! The same run on 1, 2 and 4 ranks gives the same answer to the solver's tolerance, in 2D and 3D, periodic and not.
+//! The same run on 1, 2 and 4 ranks gives the same answer to the solver's tolerance, in 2D and 3D,
+//! periodic and not.
 
 use crate::support::{columns, mics, mpirun, summary};
 use mics::output::snapshot::Snapshot;
@@ -7,7 +8,11 @@ use std::process::Output;
 
 /// The program's output under mpirun.
 fn output_on(ranks: usize, arguments: &[&Path]) -> Output {
-    mpirun(ranks, env!("CARGO_BIN_EXE_mics")).arg("run").args(arguments).output().expect("mpirun starts")
+    mpirun(ranks, env!("CARGO_BIN_EXE_mics"))
+        .arg("run")
+        .args(arguments)
+        .output()
+        .expect("mpirun starts")
 }
 
 fn run_on(ranks: usize, case: &Path, out: &Path) {
@@ -34,25 +39,47 @@ fn expect_the_same(text: &str) {
         out
     });
     let alone = columns(&out[0].join("particles.csv"));
-    let fields: Vec<Snapshot> = snapshots(&out[0]).iter().map(|p| Snapshot::read(p).unwrap()).collect();
+    let fields: Vec<Snapshot> =
+        snapshots(&out[0]).iter().map(|p| Snapshot::read(p).unwrap()).collect();
     for shared in &out[1..] {
         let together = columns(&shared.join("particles.csv"));
         assert_eq!(alone["step"], together["step"]);
         let scale = alone["fluid_fx"].iter().skip(1).map(|f| f.abs()).fold(0.0, f64::max);
-        for name in ["fluid_fx", "fluid_fy", "fluid_fz", "pressure_fx", "viscous_fx", "convective_fx", "fluid_tz"] {
-            let gap = alone[name].iter().zip(&together[name]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            assert!(gap < 1e-6 * scale, "{name} differs by {gap:e} of {scale:e} in {}", shared.display());
+        for name in [
+            "fluid_fx",
+            "fluid_fy",
+            "fluid_fz",
+            "pressure_fx",
+            "viscous_fx",
+            "convective_fx",
+            "fluid_tz",
+        ] {
+            let gap = alone[name]
+                .iter()
+                .zip(&together[name])
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max);
+            assert!(
+                gap < 1e-6 * scale,
+                "{name} differs by {gap:e} of {scale:e} in {}",
+                shared.display()
+            );
         }
         // A contact tells by its force where it begins, and passes small differences on.
         for name in ["x", "y", "z", "angle", "vx", "vy", "wz"] {
-            let gap = alone[name].iter().zip(&together[name]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let gap = alone[name]
+                .iter()
+                .zip(&together[name])
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max);
             assert!(gap < 1e-6, "{name} differs by {gap:e} in {}", shared.display());
         }
         for (a, path) in fields.iter().zip(snapshots(shared)) {
             let b = Snapshot::read(&path).unwrap();
             for (a, b) in a.arrays.iter().zip(&b.arrays) {
                 let size = a.values.iter().map(|v| v.abs()).fold(0.0, f64::max);
-                let gap = a.values.iter().zip(&b.values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                let gap =
+                    a.values.iter().zip(&b.values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
                 // Vorticity divides velocities by a cell's width.
                 assert!(gap <= 1e-6 * size.max(1e-6), "{} differs by {gap:e} of {size:e}", a.name);
             }
@@ -65,17 +92,22 @@ const DISC: &str = "shape = { disc = { diameter = 0.3 } }";
 #[test]
 fn in_two_dimensions_with_inflow_and_outflow() {
     expect_the_same(&format!(
-        "name = \"r\"\n[domain]\nsize = [2.0, 1.0]\ncells = [48, 24]\n[fluid]\ndensity = 1.0\nviscosity = 0.01\n[boundary]\n\
-         west = {{ inflow_parabola = [1.0, 0.0] }}\neast = \"outflow\"\nsouth = \"wall\"\nnorth = \"wall\"\n\
-         [[particle]]\n{DISC}\nposition = [0.97, 0.51]\nmotion = \"fixed\"\n[initial]\nperturbation = 0.1\n\
-         [coupling]\nwall = \"sharp\"\n[time]\nend = 0.1\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9"
+        "name = \"r\"\n[domain]\nsize = [2.0, 1.0]\ncells = [48, 24]\n[fluid]\ndensity = 1.0\n\
+        viscosity = 0.01\n[boundary]\n\
+         west = {{ inflow_parabola = [1.0, 0.0] }}\neast = \"outflow\"\nsouth = \"wall\"\n\
+             north = \"wall\"\n\
+         [[particle]]\n{DISC}\nposition = [0.97, 0.51]\nmotion = \"fixed\"\n[initial]\n\
+             perturbation = 0.1\n\
+         [coupling]\nwall = \"sharp\"\n[time]\nend = 0.1\nstep = 0.01\n[pressure]\n\
+             divergence_limit = 1.0e-9"
     ));
 }
 
 #[test]
 fn in_two_dimensions_periodic_with_a_polygon_that_crosses_ranks_and_the_border() {
     expect_the_same(&format!(
-        "name = \"r\"\n[domain]\nsize = [1.0, 1.0]\ncells = [24, 24]\n[fluid]\ndensity = 1.0\nviscosity = 0.01\n[boundary]\n\
+        "name = \"r\"\n[domain]\nsize = [1.0, 1.0]\ncells = [24, 24]\n[fluid]\ndensity = 1.0\n\
+        viscosity = 0.01\n[boundary]\n\
          west = \"periodic\"\neast = \"periodic\"\nsouth = \"periodic\"\nnorth = \"periodic\"\n\
          [[particle]]\n{DISC}\nposition = [0.9, 0.45]\ndensity = 2.65\nviscosity = 0.0\n\
          motion = {{ prescribed = {{ velocity = [1.0, 0.3], spin = 3.0 }} }}\n[coupling]\nwall = \"mixing\"\nfraction = \"polygon\"\n\
@@ -86,10 +118,13 @@ fn in_two_dimensions_periodic_with_a_polygon_that_crosses_ranks_and_the_border()
 #[test]
 fn in_three_dimensions_with_inflow_and_outflow() {
     expect_the_same(
-        "name = \"r\"\n[domain]\nsize = [1.5, 1.0, 1.0]\ncells = [24, 16, 16]\n[fluid]\ndensity = 1.0\nviscosity = 0.02\n\
-         [boundary]\nwest = { inflow = [1.0, 0.0, 0.0] }\neast = \"outflow\"\nsouth = \"wall\"\nnorth = \"slip\"\n\
+        "name = \"r\"\n[domain]\nsize = [1.5, 1.0, 1.0]\ncells = [24, 16, 16]\n[fluid]\n\
+        density = 1.0\nviscosity = 0.02\n\
+         [boundary]\nwest = { inflow = [1.0, 0.0, 0.0] }\neast = \"outflow\"\nsouth = \"wall\"\n\
+             north = \"slip\"\n\
          bottom = \"wall\"\ntop = \"slip\"\n[[particle]]\nshape = { sphere = { diameter = 0.4 } }\n\
-         position = [0.72, 0.5, 0.55]\nmotion = \"fixed\"\n[coupling]\nwall = \"sharp\"\n[time]\nend = 0.08\nstep = 0.01\n\
+         position = [0.72, 0.5, 0.55]\nmotion = \"fixed\"\n[coupling]\nwall = \"sharp\"\n[time]\n\
+             end = 0.08\nstep = 0.01\n\
          [pressure]\ndivergence_limit = 1.0e-9",
     );
 }
@@ -97,25 +132,36 @@ fn in_three_dimensions_with_inflow_and_outflow() {
 #[test]
 fn in_three_dimensions_periodic_with_a_sphere_that_crosses_ranks_and_the_border() {
     expect_the_same(
-        "name = \"r\"\n[domain]\nsize = [1.0, 1.0, 1.0]\ncells = [16, 16, 16]\n[fluid]\ndensity = 1.0\nviscosity = 0.02\n\
-         [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"periodic\"\nnorth = \"periodic\"\n\
-         bottom = \"periodic\"\ntop = \"periodic\"\n[[particle]]\nshape = { sphere = { diameter = 0.4 } }\n\
+        "name = \"r\"\n[domain]\nsize = [1.0, 1.0, 1.0]\ncells = [16, 16, 16]\n[fluid]\n\
+        density = 1.0\nviscosity = 0.02\n\
+         [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"periodic\"\n\
+             north = \"periodic\"\n\
+         bottom = \"periodic\"\ntop = \"periodic\"\n[[particle]]\n\
+             shape = { sphere = { diameter = 0.4 } }\n\
          position = [0.5, 0.9, 0.1]\ndensity = 10.0\nmotion = { prescribed = { velocity = [0.5, 1.0, -0.8], spin = [0.0, 1.0, 2.0] } }\n\
-         [coupling]\nwall = \"sharp\"\n[time]\nend = 0.15\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9",
+         [coupling]\nwall = \"sharp\"\n[time]\nend = 0.15\nstep = 0.01\n[pressure]\n\
+             divergence_limit = 1.0e-9",
     );
 }
 
 #[test]
 fn free_particles_that_collide_and_cross_ranks_and_borders() {
     let free = |place: [f64; 2], density: f64, velocity: [f64; 2]| {
-        format!("[[particle]]\n{DISC}\nposition = {place:?}\ndensity = {density:?}\nvelocity = {velocity:?}\n")
+        format!(
+            "[[particle]]\n{DISC}\nposition = {place:?}\ndensity = {density:?}\n\
+            velocity = {velocity:?}\n"
+        )
     };
     for wall in ["sharp", "mixing"] {
         expect_the_same(&format!(
-            "name = \"r\"\n[domain]\nsize = [1.2, 1.0]\ncells = [30, 25]\n[fluid]\ndensity = 1.0\nviscosity = 0.01\n\
-             gravity = [0.3, -1.0]\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\n\
-             north = \"slip\"\n{}{}{}[contact]\nnormal_stiffness = 500.0\nfriction = 0.3\nrestitution = 0.6\n\
-             [coupling]\nwall = \"{wall}\"\n[time]\nend = 0.2\nstep = 0.008\n[pressure]\ndivergence_limit = 1.0e-9",
+            "name = \"r\"\n[domain]\nsize = [1.2, 1.0]\ncells = [30, 25]\n[fluid]\ndensity = 1.0\n\
+            viscosity = 0.01\n\
+             gravity = [0.3, -1.0]\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\n\
+                 south = \"wall\"\n\
+             north = \"slip\"\n{}{}{}[contact]\nnormal_stiffness = 500.0\nfriction = 0.3\n\
+                 restitution = 0.6\n\
+             [coupling]\nwall = \"{wall}\"\n[time]\nend = 0.2\nstep = 0.008\n[pressure]\n\
+                 divergence_limit = 1.0e-9",
             free([1.1, 0.5], 2.65, [0.8, 0.0]),
             free([0.25, 0.5], 50.0, [-0.3, 0.1]),
             free([0.6, 0.16], 0.8, [0.0, -0.2]),
@@ -127,14 +173,19 @@ fn free_particles_that_collide_and_cross_ranks_and_borders() {
 fn free_spheres_that_collide_and_cross_ranks_and_borders() {
     let free = |place: [f64; 3], density: f64, velocity: [f64; 3]| {
         format!(
-            "[[particle]]\nshape = {{ sphere = {{ diameter = 0.4 }} }}\nposition = {place:?}\ndensity = {density:?}\nvelocity = {velocity:?}\n"
+            "[[particle]]\nshape = {{ sphere = {{ diameter = 0.4 }} }}\nposition = {place:?}\n\
+            density = {density:?}\nvelocity = {velocity:?}\n"
         )
     };
     expect_the_same(&format!(
-        "name = \"r\"\n[domain]\nsize = [1.0, 1.0, 1.0]\ncells = [16, 16, 16]\n[fluid]\ndensity = 1.0\nviscosity = 0.02\n\
-         gravity = [0.0, -1.0, 0.0]\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\nnorth = \"slip\"\n\
-         bottom = \"periodic\"\ntop = \"periodic\"\n{}{}[contact]\nfriction = 0.3\nrestitution = 0.6\n\
-         [coupling]\nwall = \"sharp\"\n[time]\nend = 0.15\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9",
+        "name = \"r\"\n[domain]\nsize = [1.0, 1.0, 1.0]\ncells = [16, 16, 16]\n[fluid]\n\
+        density = 1.0\nviscosity = 0.02\n\
+         gravity = [0.0, -1.0, 0.0]\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\n\
+             south = \"wall\"\nnorth = \"slip\"\n\
+         bottom = \"periodic\"\ntop = \"periodic\"\n{}{}[contact]\nfriction = 0.3\n\
+             restitution = 0.6\n\
+         [coupling]\nwall = \"sharp\"\n[time]\nend = 0.15\nstep = 0.01\n[pressure]\n\
+             divergence_limit = 1.0e-9",
         free([0.85, 0.5, 0.5], 2.65, [0.6, 0.0, 0.1]),
         free([0.32, 0.45, 0.6], 20.0, [-0.3, -0.2, 0.0]),
     ));
@@ -144,18 +195,29 @@ fn free_spheres_that_collide_and_cross_ranks_and_borders() {
 fn too_many_ranks_for_the_grid_are_refused_with_the_cure() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
-    let text = "name = \"r\"\n[domain]\nsize = [1.0, 1.0]\ncells = [6, 6]\n[fluid]\ndensity = 1.0\nviscosity = 0.1\n\
-                [boundary]\nwest = \"wall\"\neast = \"wall\"\nsouth = \"wall\"\nnorth = \"wall\"\n[time]\nend = 0.1";
+    let text = "name = \"r\"\n[domain]\nsize = [1.0, 1.0]\ncells = [6, 6]\n[fluid]\n\
+        density = 1.0\nviscosity = 0.1\n\
+                [boundary]\nwest = \"wall\"\neast = \"wall\"\nsouth = \"wall\"\nnorth = \"wall\"\n\
+                    [time]\nend = 0.1";
     std::fs::write(&case, text).unwrap();
     assert!(mics(&["check", case.to_str().unwrap()]).status.success());
     // Eight are too many for all; three leave some of them with enough cells and some without.
     for (ranks, cells) in [(8, "[6, 6]"), (3, "[8, 8]")] {
         let set = format!("domain.cells={cells}");
-        let words = [&case, Path::new("--out"), &dir.path().join("out"), Path::new("--set"), Path::new(&set)];
+        let words = [
+            &case,
+            Path::new("--out"),
+            &dir.path().join("out"),
+            Path::new("--set"),
+            Path::new(&set),
+        ];
         let output = output_on(ranks, &words);
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(said.matches("error: ").count(), 1, "{said}");
-        assert!(said.contains(&format!("{ranks} ranks are too many")) && said.contains("fewer ranks"), "{said}");
+        assert!(
+            said.contains(&format!("{ranks} ranks are too many")) && said.contains("fewer ranks"),
+            "{said}"
+        );
         assert_eq!(output.status.code(), Some(2), "{said}");
         assert!(!dir.path().join("out").exists());
     }
@@ -163,13 +225,19 @@ fn too_many_ranks_for_the_grid_are_refused_with_the_cure() {
 
 #[test]
 fn a_flow_rate_that_is_held_among_bodies_that_fall() {
-    for (wall, held) in [("sharp", "mean_velocity = { axis = \"x\", value = 0.3 }"), ("mixing", "hold_mixture = true")]
-    {
+    for (wall, held) in [
+        ("sharp", "mean_velocity = { axis = \"x\", value = 0.3 }"),
+        ("mixing", "hold_mixture = true"),
+    ] {
         expect_the_same(&format!(
-            "name = \"r\"\n[domain]\nsize = [1.0, 1.0]\ncells = [24, 24]\n[fluid]\ndensity = 1.0\nviscosity = 0.01\n\
-             gravity = [0.2, -1.0]\n[drive]\n{held}\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\n\
-             south = \"wall\"\nnorth = \"wall\"\n[[particle]]\n{DISC}\nposition = [0.9, 0.45]\ndensity = 2.65\n\
-             [coupling]\nwall = \"{wall}\"\n[time]\nend = 0.1\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9"
+            "name = \"r\"\n[domain]\nsize = [1.0, 1.0]\ncells = [24, 24]\n[fluid]\ndensity = 1.0\n\
+            viscosity = 0.01\n\
+             gravity = [0.2, -1.0]\n[drive]\n{held}\n[boundary]\nwest = \"periodic\"\n\
+                 east = \"periodic\"\n\
+             south = \"wall\"\nnorth = \"wall\"\n[[particle]]\n{DISC}\nposition = [0.9, 0.45]\n\
+                 density = 2.65\n\
+             [coupling]\nwall = \"{wall}\"\n[time]\nend = 0.1\nstep = 0.01\n[pressure]\n\
+                 divergence_limit = 1.0e-9"
         ));
     }
 }

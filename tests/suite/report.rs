@@ -7,7 +7,10 @@ use std::path::Path;
 fn report(run: &Path) -> String {
     let output = mics(&["report", run.to_str().unwrap()]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), run.join("report.html").to_str().unwrap());
+    assert_eq!(
+        String::from_utf8_lossy(&output.stdout).trim(),
+        run.join("report.html").to_str().unwrap()
+    );
     fs::read_to_string(run.join("report.html")).unwrap()
 }
 
@@ -15,12 +18,17 @@ fn report(run: &Path) -> String {
 fn a_report_says_what_ran_how_it_compares_and_how_to_run_it_again() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("run");
-    // The source would be markup, were it not escaped; one measure passes, one falls short, one has no reference.
+    // The source would be markup, were it not escaped; one measure passes, one falls short, one has
+    // no reference.
     let measures = "measure=[{ name = \"speed\", kind = \"largest_speed\", reference = [0.0, 9.0], source = \"<b>me</b> & co\" }, \
-        { name = \"y\", kind = \"position_y\", reference = 99.0, tolerance = 0.01 }, { name = \"x\", kind = \"position_x\" }]";
+        { name = \"y\", kind = \"position_y\", reference = 99.0, tolerance = 0.01 }, { name = \
+            \"x\", kind = \"position_x\" }]";
     let more = ["--set", measures, "--set", "time.end=0.05", "--set", "domain.cells=[32,96]"];
-    let summary =
-        run(&shipped("cases/settling-disc/case.toml"), &out, &[&more[..], &["--", "-ksp_type", "cg"]].concat());
+    let summary = run(
+        &shipped("cases/settling-disc/case.toml"),
+        &out,
+        &[&more[..], &["--", "-ksp_type", "cg"]].concat(),
+    );
     assert_eq!(
         (&summary["comparisons"]["speed"]["pass"], &summary["comparisons"]["y"]["pass"]),
         (&true.into(), &false.into())
@@ -45,7 +53,9 @@ fn a_report_says_what_ran_how_it_compares_and_how_to_run_it_again() {
     ] {
         assert!(html.contains(part), "no `{part}`");
     }
-    for title in ["Vorticity", "Streamlines", "Forces", "Paths", "Velocity", "Divergence", "Iterations"] {
+    for title in
+        ["Vorticity", "Streamlines", "Forces", "Paths", "Velocity", "Divergence", "Iterations"]
+    {
         assert!(
             html.contains(&format!("<h3>{title}</h3><svg role=\"img\" aria-label=\"{title}\"")),
             "no figure {title}"
@@ -54,8 +64,9 @@ fn a_report_says_what_ran_how_it_compares_and_how_to_run_it_again() {
     // It needs nothing else: no script, and no address but those of the XML names.
     assert!(!html.contains("<script") && !html.contains("<b>me"));
     let addresses = html.match_indices("http").map(|(at, _)| &html[at..at + 21]);
-    let foreign: Vec<_> =
-        addresses.filter(|a| !a.starts_with("http://www.w3.org/") && !a.starts_with("http-equiv")).collect();
+    let foreign: Vec<_> = addresses
+        .filter(|a| !a.starts_with("http://www.w3.org/") && !a.starts_with("http-equiv"))
+        .collect();
     assert!(foreign.is_empty(), "{foreign:?}");
     // It is a run's file: a run that replaces this one takes it away.
     run(&shipped("cases/settling-disc/case.toml"), &out, &[&more[..], &["--force"]].concat());
@@ -104,9 +115,14 @@ fn a_report_has_profiles_probes_the_laws_of_contact_and_numbers_of_few_digits() 
         assert!(said.contains(part), "no `{part}`");
     }
     assert!(!said.contains("force along x"));
-    let digits =
-        said.match_indices("00000000").map(|(at, _)| &said[at.saturating_sub(20)..at + 10]).collect::<Vec<_>>();
-    assert!(digits.iter().all(|around| !around.contains("0.0200") && !around.contains("0.3000")), "{digits:?}");
+    let digits = said
+        .match_indices("00000000")
+        .map(|(at, _)| &said[at.saturating_sub(20)..at + 10])
+        .collect::<Vec<_>>();
+    assert!(
+        digits.iter().all(|around| !around.contains("0.0200") && !around.contains("0.3000")),
+        "{digits:?}"
+    );
 }
 
 #[test]
@@ -114,12 +130,25 @@ fn a_run_that_failed_or_goes_on_has_a_report_of_what_there_is() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("run");
     let case = shipped("cases/settling-disc/case.toml");
-    run(&case, &out, &["--set", "time.end=0.02", "--set", "domain.cells=[32,96]", "--set", "output.figures=false"]);
+    run(
+        &case,
+        &out,
+        &[
+            "--set",
+            "time.end=0.02",
+            "--set",
+            "domain.cells=[32,96]",
+            "--set",
+            "output.figures=false",
+        ],
+    );
     // As a run that has not ended leaves it.
     fs::remove_file(out.join("summary.json")).unwrap();
     let html = report(&out);
     assert!(
-        html.contains("not ended") && html.contains("<h3>Divergence</h3>") && !html.contains("Where the time went")
+        html.contains("not ended")
+            && html.contains("<h3>Divergence</h3>")
+            && !html.contains("Where the time went")
     );
     // As one that failed leaves it.
     fs::write(out.join("summary.json"), "{\"status\": \"failed\", \"steps\": 3}").unwrap();
@@ -135,7 +164,10 @@ fn validate_runs_a_shipped_case_and_says_value_reference_error_and_verdict() {
     let output = mics(&["validate", "settling-disc N 8", "--out", out.to_str().unwrap()]);
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
-    let row = said.lines().find(|line| line.contains("largest_speed")).unwrap_or_else(|| panic!("{said}"));
+    let row = said
+        .lines()
+        .find(|line| line.contains("largest_speed"))
+        .unwrap_or_else(|| panic!("{said}"));
     for part in ["settling-disc N 8", "5.575", " %", "2 %", "pass"] {
         assert!(row.contains(part), "no `{part}` in {row}");
     }
@@ -150,16 +182,22 @@ fn validate_writes_a_page_and_names_what_has_moved_from_it() {
     let go = |more: &[&str]| {
         let words = ["validate", "open-channel", "--out", out.to_str().unwrap()];
         let output = mics(&[&words[..], more].concat());
-        let said = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+        let said = [&output.stdout, &output.stderr]
+            .map(|bytes| String::from_utf8_lossy(bytes).into_owned());
         (output.status.code(), said)
     };
     let (status, [written, _]) = go(&["--markdown"]);
     assert_eq!(status, Some(0), "{written}");
     assert!(
-        written.starts_with("# Accuracy\n") && written.contains("`mics validate \"open-channel\" --markdown`"),
+        written.starts_with("# Accuracy\n")
+            && written.contains("`mics validate \"open-channel\" --markdown`"),
         "{written}"
     );
-    let row = written.lines().find(|line| line.contains(" pass ")).unwrap_or_else(|| panic!("{written}")).to_owned();
+    let row = written
+        .lines()
+        .find(|line| line.contains(" pass "))
+        .unwrap_or_else(|| panic!("{written}"))
+        .to_owned();
     fs::write(&page, &written).unwrap();
     let compare = ["--compare", page.to_str().unwrap()];
     let (status, [said, _]) = go(&compare);

@@ -1,7 +1,9 @@
-//! Stopping and going on: what lasts from step to step, kill -9, signals, damage, full disks, other numbers of ranks.
+//! Stopping and going on: what lasts from step to step, kill -9, signals, damage, full disks, other
+//! numbers of ranks.
 
 use crate::support::{
-    PERIODIC, Petsc, SHARP, box_case, case, columns, command, mics, mics_command, mpirun, petsc, run, summary,
+    PERIODIC, Petsc, SHARP, box_case, case, columns, command, mics, mics_command, mpirun, petsc,
+    run, summary,
 };
 use mics::archive::Archive;
 use mics::output::snapshot::Snapshot;
@@ -30,14 +32,18 @@ fn steps<const D: usize>(scene: &mut Scene<D>, which: std::ops::Range<u32>, dt: 
     which.map(step).max().unwrap()
 }
 
-/// A scene that is read from an archive goes on as the one that was written, bit for bit, and so does one that drops all its
-/// scratch between every two steps.
+/// A scene that is read from an archive goes on as the one that was written, bit for bit, and so
+/// does one that drops all its scratch between every two steps.
 fn expect_to_go_on<const D: usize>(petsc: &Petsc, text: &str, dt: f64, touches: bool) {
     let mut straight: Scene<D> = petsc.scene(text);
     let before = steps(&mut straight, 0..5, dt);
     let kept = recorded(petsc, &mut straight);
     let after = steps(&mut straight, 5..10, dt);
-    assert_eq!(before > 1 && after > 1, touches, "contacts before and after: {before}, {after} substeps: {text}");
+    assert_eq!(
+        before > 1 && after > 1,
+        touches,
+        "contacts before and after: {before}, {after} substeps: {text}"
+    );
     let mut resumed: Scene<D> = petsc.scene(text);
     let mut bytes = &kept[..];
     let mut archive = Archive::read(&petsc.session, &mut bytes);
@@ -52,7 +58,10 @@ fn expect_to_go_on<const D: usize>(petsc: &Petsc, text: &str, dt: f64, touches: 
         steps(&mut renewed, k..k + 1, dt);
         renewed.renew(&case(text)).unwrap();
     }
-    assert!(recorded(petsc, &mut renewed) == a, "scratch that is made anew changes nothing: {text}");
+    assert!(
+        recorded(petsc, &mut renewed) == a,
+        "scratch that is made anew changes nothing: {text}"
+    );
     let differ = a.chunks(8).zip(b.chunks(8)).filter(|(a, b)| a != b).count();
     assert!(a == b, "{differ} of {} numbers differ: {text}", a.len() / 8);
 }
@@ -61,7 +70,8 @@ fn expect_to_go_on<const D: usize>(petsc: &Petsc, text: &str, dt: f64, touches: 
 fn discs(more: &str) -> String {
     let disc = |place: [f64; 2], density: f64, velocity: [f64; 2], spin: f64| {
         format!(
-            "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = {place:?}\ndensity = {density:?}\n\
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = {place:?}\n\
+            density = {density:?}\n\
              velocity = {velocity:?}\nspin = {spin:?}\n"
         )
     };
@@ -92,24 +102,34 @@ fn a_scene_goes_on_from_what_lasts_of_it_bit_for_bit() {
         "[coupling]\nwall = \"sharp\"\n[time]\nend = 1.0\nscheme = \"rk3\"",
         "[coupling]\nwall = \"sharp\"\n[time]\nend = 1.0\nadvection = \"upwind5-advective\"",
         "[coupling]\nwall = \"mixing\"",
-        "[coupling]\nwall = \"mixing\"\nforce = \"literal\"\n[time]\nend = 1.0\nscheme = \"euler\"\nadvection = \"qsi\"",
-        "[coupling]\nwall = \"mixing\"\nmix_pressure = true\ngradient = \"cells\"\nbuoyancy = \"particle\"\nfraction = \"polygon\"",
+        "[coupling]\nwall = \"mixing\"\nforce = \"literal\"\n[time]\nend = 1.0\n\
+        scheme = \"euler\"\nadvection = \"qsi\"",
+        "[coupling]\nwall = \"mixing\"\nmix_pressure = true\ngradient = \"cells\"\n\
+        buoyancy = \"particle\"\nfraction = \"polygon\"",
     ] {
         expect_to_go_on::<2>(&petsc, &falling(more), 4e-3, true);
     }
     let body = |motion: &str| {
         format!(
-            "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [0.6, 0.5]\ndensity = 2.65\nviscosity = 0.0\n\
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [0.6, 0.5]\n\
+            density = 2.65\nviscosity = 0.0\n\
              motion = {motion}\n"
         )
     };
-    let swings = body("{ prescribed = { spin = 2.0, oscillation = { amplitude = [0.05, 0.02], frequency = 3.0 } } }");
+    let swings = body(
+        "{ prescribed = { spin = 2.0, oscillation = { amplitude = [0.05, 0.02], frequency = 3.0 } } }",
+    );
     let goes = body("{ prescribed = { velocity = [0.7, 0.4], spin = 1.0 } }");
     for wall in ["sharp", "mixing"] {
         for body in [body("\"fixed\""), swings.clone(), goes.clone()] {
             let more = format!("{body}[coupling]\nwall = \"{wall}\"");
             for sides in [STREAM, PERIODIC] {
-                expect_to_go_on::<2>(&petsc, &box_case([2.0, 1.0], [32, 16], 0.01, sides, &more), 5e-3, false);
+                expect_to_go_on::<2>(
+                    &petsc,
+                    &box_case([2.0, 1.0], [32, 16], 0.01, sides, &more),
+                    5e-3,
+                    false,
+                );
             }
         }
     }
@@ -123,14 +143,21 @@ fn a_scene_goes_on_from_what_lasts_of_it_bit_for_bit() {
         false,
     );
     let fluid = "[initial]\nvelocity = [1.0, 0.3]\nperturbation = 0.3";
-    expect_to_go_on::<2>(&petsc, &box_case([1.0, 1.0], [16, 16], 0.01, PERIODIC, fluid), 1e-2, false);
+    expect_to_go_on::<2>(
+        &petsc,
+        &box_case([1.0, 1.0], [16, 16], 0.01, PERIODIC, fluid),
+        1e-2,
+        false,
+    );
 }
 
-/// A light disc that contacts hold at a lid: the response of the fluid to them lasts from step to step.
+/// A light disc that contacts hold at a lid: the response of the fluid to them lasts from step to
+/// step.
 #[test]
 fn a_light_disc_at_a_lid_goes_on_bit_for_bit() {
     let petsc = petsc();
-    let disc = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.6, 0.851]\ndensity = 0.1\nvelocity = [0.1, 0.1]\n\
+    let disc = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.6, 0.851]\n\
+        density = 0.1\nvelocity = [0.1, 0.1]\n\
                 [contact]\nnormal_stiffness = 500.0\nrestitution = 0.6\n[coupling]\nwall = \"sharp\"";
     let walls = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"wall\""];
     let text = box_case([1.2, 1.0], [30, 25], 0.01, walls, disc);
@@ -144,14 +171,18 @@ fn a_scene_in_three_dimensions_goes_on_bit_for_bit() {
     for wall in ["sharp", "mixing"] {
         let sphere = |place: [f64; 3], velocity: [f64; 3]| {
             format!(
-                "[[particle]]\nshape = {{ sphere = {{ diameter = 0.4 }} }}\nposition = {place:?}\ndensity = 3.0\n\
+                "[[particle]]\nshape = {{ sphere = {{ diameter = 0.4 }} }}\nposition = {place:?}\n\
+                density = 3.0\n\
                  velocity = {velocity:?}\nspin = [1.0, 2.0, 3.0]\n"
             )
         };
         let text = format!(
-            "name = \"s\"\n[domain]\nsize = [1.2, 0.8, 0.8]\ncells = [18, 12, 12]\n[fluid]\ndensity = 1.0\nviscosity = 0.02\n\
-             gravity = [0.0, 0.0, -1.0]\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\n\
-             north = \"slip\"\nbottom = \"wall\"\ntop = \"slip\"\n{}{}[contact]\nnormal_stiffness = 500.0\n\
+            "name = \"s\"\n[domain]\nsize = [1.2, 0.8, 0.8]\ncells = [18, 12, 12]\n[fluid]\n\
+            density = 1.0\nviscosity = 0.02\n\
+             gravity = [0.0, 0.0, -1.0]\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\n\
+                 south = \"wall\"\n\
+             north = \"slip\"\nbottom = \"wall\"\ntop = \"slip\"\n{}{}[contact]\n\
+                 normal_stiffness = 500.0\n\
              friction = 0.3\n[coupling]\nwall = \"{wall}\"\n[time]\nend = 1.0",
             sphere([0.3, 0.4, 0.4], [0.5, 0.0, 0.0]),
             sphere([0.705, 0.42, 0.38], [-0.5, 0.1, 0.0]),
@@ -160,20 +191,28 @@ fn a_scene_in_three_dimensions_goes_on_bit_for_bit() {
     }
 }
 
-const MEASURES: &str = "[[measure]]\nname = \"a\"\nkind = \"largest_speed\"\n[[measure]]\nname = \"b\"\n\
-    kind = \"contact_start\"\n[[measure]]\nname = \"c\"\nkind = \"position_x\"\nparticle = 2\n[[measure]]\nname = \"d\"\n\
-    kind = \"lift_rms\"\nspeed = 1.0\n[[measure]]\nname = \"e\"\nkind = \"velocity_y\"\nfrom = 0.05\n";
+const MEASURES: &str = "[[measure]]\nname = \"a\"\nkind = \"largest_speed\"\n[[measure]]\n\
+    name = \"b\"\n\
+    kind = \"contact_start\"\n[[measure]]\nname = \"c\"\nkind = \"position_x\"\nparticle = 2\n\
+        [[measure]]\nname = \"d\"\n\
+    kind = \"lift_rms\"\nspeed = 1.0\n[[measure]]\nname = \"e\"\nkind = \"velocity_y\"\n\
+        from = 0.05\n";
 
 /// Colliding discs with checkpoints every few steps.
 pub fn colliding(dir: &Path, time: &str, every: u32) -> PathBuf {
     let walls = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"slip\""];
     let more = format!(
-        "{SHARP}[time]\n{time}\n{MEASURES}[output]\nfields = {{ every_time = 0.07 }}\nparticles = {{ every = 2 }}\nfigures = false\n\
+        "{SHARP}[time]\n{time}\n{MEASURES}[output]\nfields = {{ every_time = 0.07 }}\n\
+        particles = {{ every = 2 }}\nfigures = false\n\
          checkpoint = {{ every_steps = {every} }}"
     );
     let text = box_case([1.2, 1.0], [30, 25], 0.01, walls, &discs(&more));
     let path = dir.join("case.toml");
-    std::fs::write(&path, text.replace("viscosity = 0.01", "viscosity = 0.01\ngravity = [0.3, -1.0]")).unwrap();
+    std::fs::write(
+        &path,
+        text.replace("viscosity = 0.01", "viscosity = 0.01\ngravity = [0.3, -1.0]"),
+    )
+    .unwrap();
     path
 }
 
@@ -182,12 +221,19 @@ pub fn words<'a>(case: &'a Path, out: &'a Path, more: &[&'a str]) -> Vec<&'a str
 }
 
 pub fn start(arguments: &[&str]) -> Child {
-    mics_command().args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts")
+    mics_command()
+        .args(arguments)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts")
 }
 
 pub fn checkpoints(out: &Path) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(out.join("checkpoint")).into_iter().flatten().map(|e| e.unwrap().path());
-    let mut paths: Vec<_> = entries.filter(|p| p.extension().is_some_and(|e| e == "ckpt")).collect();
+    let entries =
+        std::fs::read_dir(out.join("checkpoint")).into_iter().flatten().map(|e| e.unwrap().path());
+    let mut paths: Vec<_> =
+        entries.filter(|p| p.extension().is_some_and(|e| e == "ckpt")).collect();
     paths.sort();
     paths
 }
@@ -201,8 +247,8 @@ pub fn wait_until(process: &mut Child, holds: impl Fn() -> bool) {
     }
 }
 
-/// Starts a run into `out` and holds it still, as SIGSTOP does, once it `holds`. A run that is over before anybody could look
-/// is done anew: on a busy machine that happens.
+/// Starts a run into `out` and holds it still, as SIGSTOP does, once it `holds`. A run that is over
+/// before anybody could look is done anew: on a busy machine that happens.
 pub fn held(case: &Path, out: &Path, holds: impl Fn() -> bool) -> Child {
     for _ in 0..20 {
         let _ = std::fs::remove_dir_all(out);
@@ -217,7 +263,10 @@ pub fn held(case: &Path, out: &Path, holds: impl Fn() -> bool) -> Child {
 }
 
 pub fn signal(process: &Child, name: &str) {
-    let sent = Command::new("kill").args([&format!("-{name}"), &process.id().to_string()]).status().unwrap();
+    let sent = Command::new("kill")
+        .args([&format!("-{name}"), &process.id().to_string()])
+        .status()
+        .unwrap();
     assert!(sent.success());
 }
 
@@ -229,23 +278,30 @@ pub fn said(output: &Output) -> String {
 fn progress(out: &Path) -> Vec<(u64, String)> {
     let text = std::fs::read_to_string(out.join("progress.jsonl")).unwrap();
     let record = |line: &str| serde_json::from_str::<serde_json::Value>(line).unwrap();
-    let said = |r: serde_json::Value| (r["step"].as_u64().unwrap(), r["status"].as_str().unwrap().to_owned());
+    let said = |r: serde_json::Value| {
+        (r["step"].as_u64().unwrap(), r["status"].as_str().unwrap().to_owned())
+    };
     text.lines().map(record).map(said).collect()
 }
 
-/// Steps, particles, measures and the fields of two runs are the same, byte for byte, but for the time that they took. The
-/// progress of the second goes forward only, and ends once.
+/// Steps, particles, measures and the fields of two runs are the same, byte for byte, but for the
+/// time that they took. The progress of the second goes forward only, and ends once.
 pub fn expect_the_same_run(a: &Path, b: &Path) {
     let text = |out: &Path, name: &str| std::fs::read_to_string(out.join(name)).unwrap();
     let rows = |out: &Path| -> Vec<String> {
         let without_wall = |line: &str| {
-            let cells: Vec<_> = line.split(',').enumerate().filter(|(k, _)| *k != 8).map(|(_, c)| c).collect();
+            let cells: Vec<_> =
+                line.split(',').enumerate().filter(|(k, _)| *k != 8).map(|(_, c)| c).collect();
             cells.join(",")
         };
         text(out, "steps.csv").lines().map(without_wall).collect()
     };
     assert!(rows(a) == rows(b), "steps.csv of {} and {}", a.display(), b.display());
-    assert!(text(a, "particles.csv") == text(b, "particles.csv"), "particles.csv of {}", b.display());
+    assert!(
+        text(a, "particles.csv") == text(b, "particles.csv"),
+        "particles.csv of {}",
+        b.display()
+    );
     let files = |out: &Path| -> Vec<(String, Vec<u8>)> {
         let entries = std::fs::read_dir(out.join("fields")).unwrap().map(|e| e.unwrap().path());
         let name = |p: &Path| p.file_name().unwrap().to_str().unwrap().to_owned();
@@ -256,11 +312,20 @@ pub fn expect_the_same_run(a: &Path, b: &Path) {
     assert!(files(a) == files(b), "fields of {} and {}", a.display(), b.display());
     let records = progress(b);
     let ((last, status), before) = records.split_last().unwrap();
-    let forward = before.is_sorted_by(|(a, _), (b, _)| a < b) && before.iter().all(|(step, _)| step <= last);
+    let forward =
+        before.is_sorted_by(|(a, _), (b, _)| a < b) && before.iter().all(|(step, _)| step <= last);
     let one_end = status == "done" && before.iter().all(|(_, status)| status == "running");
     assert!(forward && one_end, "progress.jsonl of {}: {records:?}", b.display());
     let (a, b) = (summary(a), summary(b));
-    for key in ["status", "steps", "time", "divergence_max", "outer_iterations", "krylov_iterations", "measures"] {
+    for key in [
+        "status",
+        "steps",
+        "time",
+        "divergence_max",
+        "outer_iterations",
+        "krylov_iterations",
+        "measures",
+    ] {
         assert_eq!(a[key], b[key], "{key}");
     }
 }
@@ -268,8 +333,12 @@ pub fn expect_the_same_run(a: &Path, b: &Path) {
 #[test]
 fn a_run_that_is_killed_at_any_moment_and_goes_on_is_the_run_that_was_never_stopped() {
     let dir = tempfile::tempdir().unwrap();
-    let mut random = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap().subsec_nanos();
-    for (name, time) in [("rk2", "end = 0.35\ncfl = 0.2"), ("euler", "end = 0.35\nscheme = \"euler\"\nstep = 0.006")] {
+    let mut random =
+        SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap().subsec_nanos();
+    for (name, time) in [
+        ("rk2", "end = 0.35\ncfl = 0.2"),
+        ("euler", "end = 0.35\nscheme = \"euler\"\nstep = 0.006"),
+    ] {
         let case = colliding(dir.path(), time, 2);
         let straight = dir.path().join(name);
         run(&case, &straight, &[]);
@@ -280,7 +349,8 @@ fn a_run_that_is_killed_at_any_moment_and_goes_on_is_the_run_that_was_never_stop
             wait_until(&mut process, || resume || !checkpoints(&out).is_empty());
             random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             if kills < 3 {
-                // The first comes soon, so that there is one; the others may meet the start, a write or the end.
+                // The first comes soon, so that there is one; the others may meet the start, a
+                // write or the end.
                 let most = if resume { 250 } else { 50 };
                 std::thread::sleep(Duration::from_millis(u64::from(random >> 16) % most));
                 process.kill().unwrap();
@@ -317,7 +387,11 @@ fn ctrl_c_and_sigterm_finish_the_step_write_a_checkpoint_and_end_with_130() {
         let output = process.wait_with_output().unwrap();
         assert_eq!(output.status.code(), Some(130), "{}", said(&output));
         let line = "the same command with --resume goes on from there";
-        assert!(String::from_utf8_lossy(&output.stderr).starts_with("interrupted after step "), "{}", said(&output));
+        assert!(
+            String::from_utf8_lossy(&output.stderr).starts_with("interrupted after step "),
+            "{}",
+            said(&output)
+        );
         let log = std::fs::read_to_string(out.join("log.txt")).unwrap();
         assert!(said(&output).contains(line) && log.contains(line), "{log}");
         let kept = std::fs::read_to_string(out.join("summary.json")).unwrap();
@@ -326,7 +400,9 @@ fn ctrl_c_and_sigterm_finish_the_step_write_a_checkpoint_and_end_with_130() {
         assert_eq!(progress(&out).last().unwrap().1, "interrupted");
         let watched = mics(&["watch", out.to_str().unwrap()]);
         assert_eq!(watched.status.code(), Some(130), "{}", said(&watched));
-        assert!(said(&watched).contains("interrupted at t = ") && said(&watched).contains("--resume"));
+        assert!(
+            said(&watched).contains("interrupted at t = ") && said(&watched).contains("--resume")
+        );
         run(&case, &out, &["--resume"]);
         expect_the_same_run(&straight, &out);
     }
@@ -347,7 +423,8 @@ fn a_second_ctrl_c_stops_at_once() {
     }
     let output = process.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130), "{}", said(&output));
-    // A step of this grid takes a second, and after one interruption the run would end it and write where it is.
+    // A step of this grid takes a second, and after one interruption the run would end it and write
+    // where it is.
     assert!(checkpoints(&out).is_empty(), "{}", said(&output));
 }
 
@@ -378,7 +455,10 @@ fn a_damaged_checkpoint_is_refused_and_the_one_before_it_used() {
     let said = said(&output);
     assert!(output.status.success(), "{said}");
     let name = |path: &Path| path.file_name().unwrap().to_str().unwrap().to_owned();
-    assert!(said.contains("refused") && said.contains(&name(&newest)) && said.contains("checksum"), "{said}");
+    assert!(
+        said.contains("refused") && said.contains(&name(&newest)) && said.contains("checksum"),
+        "{said}"
+    );
     assert!(said.contains("goes on after step") && said.contains(&name(&older)), "{said}");
     expect_the_same_run(&straight, &out);
     // Neither is whole.
@@ -389,7 +469,10 @@ fn a_damaged_checkpoint_is_refused_and_the_one_before_it_used() {
     let output = mics(&words(&case, &out, &["--resume"]));
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("no checkpoint to go on from") && said.matches("damaged").count() == 2, "{said}");
+    assert!(
+        said.contains("no checkpoint to go on from") && said.matches("damaged").count() == 2,
+        "{said}"
+    );
     assert_eq!(std::fs::read(out.join("steps.csv")).unwrap(), before, "nothing is written");
 }
 
@@ -401,13 +484,17 @@ fn a_run_goes_on_to_a_later_end_and_what_does_not_fit_is_refused_before_anything
     run(&case, &out, &[]);
     let longer = ["--set", "time.end=0.16", "--set", "output.checkpoint.every_wall_minutes=3"];
     let rows = std::fs::read_to_string(out.join("steps.csv")).unwrap();
-    // As if it had been killed between its last checkpoint and its summary, past its end by a part of a fixed step.
+    // As if it had been killed between its last checkpoint and its summary, past its end by a part
+    // of a fixed step.
     std::fs::remove_file(out.join("summary.json")).unwrap();
     run(&case, &out, &["--resume"]);
     assert!(std::fs::read_to_string(out.join("summary.json")).unwrap().contains("\"done\""));
     assert_eq!(std::fs::read_to_string(out.join("steps.csv")).unwrap(), rows, "no step more");
     for (more, why) in [
-        (&["--resume", "--set", "fluid.viscosity=0.02"][..], "fluid.viscosity: was 0.01 in the run to go on with"),
+        (
+            &["--resume", "--set", "fluid.viscosity=0.02"][..],
+            "fluid.viscosity: was 0.01 in the run to go on with",
+        ),
         (&["--resume", "--set", "time.end=0.09"], "time.end: the run that goes on has reached 0.1"),
         (&["--resume", "--set", "measure.0.particle=1"], "measure.0.particle: was 0 in the run"),
         (&[], "the folder exists and holds a run"),
@@ -422,7 +509,11 @@ fn a_run_goes_on_to_a_later_end_and_what_does_not_fit_is_refused_before_anything
     // A log that somebody has cut.
     std::fs::write(out.join("steps.csv"), &rows[..200]).unwrap();
     let output = mics(&words(&case, &out, &[&["--resume"], &longer[..]].concat()));
-    assert!(output.status.code() == Some(2) && said(&output).contains("steps.csv"), "{}", said(&output));
+    assert!(
+        output.status.code() == Some(2) && said(&output).contains("steps.csv"),
+        "{}",
+        said(&output)
+    );
     assert!(out.join("summary.json").exists(), "nothing has changed");
     std::fs::write(out.join("steps.csv"), &rows).unwrap();
     run(&case, &out, &[&["--resume"], &longer[..]].concat());
@@ -443,15 +534,20 @@ fn a_run_that_goes_on_may_measure_more_from_there_on_and_keeps_what_it_has_measu
     let expected = run(&case, &straight, &longer);
     run(&case, &out, &[]);
     let text = std::fs::read_to_string(&case).unwrap();
-    let more = "[[measure]]\nname = \"new\"\nkind = \"position_y\"\n[[measure]]\nname = \"speed\"\nkind = \"mean_speed\"\n[output]";
+    let more = "[[measure]]\nname = \"new\"\nkind = \"position_y\"\n[[measure]]\n\
+        name = \"speed\"\nkind = \"mean_speed\"\n[output]";
     std::fs::write(&case, text.replacen("[output]", more, 1)).unwrap();
     let found = run(&case, &out, &[&["--resume"], &longer[..]].concat());
     // The steps next to the end of the part before are of another length.
     for name in ["a", "c"] {
-        let [whole, parts] = [&expected, &found].map(|summary| summary["measures"][name].as_f64().unwrap());
+        let [whole, parts] =
+            [&expected, &found].map(|summary| summary["measures"][name].as_f64().unwrap());
         assert!((parts / whole - 1.0).abs() < 0.02, "{name}: {whole} and {parts}");
     }
-    assert!(found["measures"]["new"].is_number() && found["measures"]["speed"].is_number(), "{found}");
+    assert!(
+        found["measures"]["new"].is_number() && found["measures"]["speed"].is_number(),
+        "{found}"
+    );
     let log = std::fs::read_to_string(out.join("log.txt")).unwrap();
     let line = log.lines().find(|line| line.starts_with("measured from t = 0.4")).unwrap();
     assert!(line.ends_with(" on only, since the run before did not: new, speed"), "{line}");
@@ -464,7 +560,8 @@ fn a_disk_that_fills_up_ends_the_run_with_3_and_leaves_whole_files_from_which_it
     let (straight, out) = (dir.path().join("straight"), dir.path().join("out"));
     let every = ["--set", "output.particles={ every = 1 }"];
     run(&case, &straight, &every);
-    // A limit on the size of files: writing fails as it does on a full disk, here for particles.csv.
+    // A limit on the size of files: writing fails as it does on a full disk, here for
+    // particles.csv.
     let script = "trap '' XFSZ; ulimit -f 100; exec \"$0\" \"$@\"";
     let output = command("bash")
         .args(["-c", script, env!("CARGO_BIN_EXE_mics")])
@@ -475,7 +572,10 @@ fn a_disk_that_fills_up_ends_the_run_with_3_and_leaves_whole_files_from_which_it
     let why = ["particles.csv: File too large", "--resume goes on after step"];
     assert!(why.iter().all(|why| said(&output).contains(why)), "{}", said(&output));
     for name in ["steps.csv", "particles.csv", "log.txt"] {
-        assert!(std::fs::read_to_string(out.join(name)).unwrap().ends_with('\n'), "{name} ends with a line");
+        assert!(
+            std::fs::read_to_string(out.join(name)).unwrap().ends_with('\n'),
+            "{name} ends with a line"
+        );
     }
     for file in std::fs::read_dir(out.join("fields")).unwrap().map(|e| e.unwrap().path()) {
         let whole = match file.extension().unwrap().to_str().unwrap() {
@@ -493,7 +593,8 @@ fn a_disk_that_fills_up_ends_the_run_with_3_and_leaves_whole_files_from_which_it
 fn a_run_goes_on_other_numbers_of_ranks_with_the_same_paths_and_no_jump_of_forces() {
     let dir = tempfile::tempdir().unwrap();
     let set = |end: f64| format!("time.end={end}");
-    let case = colliding(dir.path(), "end = 0.4\nstep = 0.008\n[pressure]\ndivergence_limit = 1.0e-9", 5);
+    let case =
+        colliding(dir.path(), "end = 0.4\nstep = 0.008\n[pressure]\ndivergence_limit = 1.0e-9", 5);
     let each = ["--quiet", "--set", "output.particles={ every = 1 }", "--set"];
     let (straight, out) = (dir.path().join("straight"), dir.path().join("out"));
     run(&case, &straight, &[&each[1..], &[&set(0.4)]].concat());
@@ -501,7 +602,8 @@ fn a_run_goes_on_other_numbers_of_ranks_with_the_same_paths_and_no_jump_of_force
     for (ranks, end) in [(1, 0.1), (2, 0.2), (4, 0.3), (1, 0.4)] {
         let (end, more) = (set(end), if ends.is_empty() { None } else { Some("--resume") });
         let arguments = [&words(&case, &out, &each)[..], &[&end[..]]].concat();
-        let output = mpirun(ranks, env!("CARGO_BIN_EXE_mics")).args(arguments).args(more).output().unwrap();
+        let output =
+            mpirun(ranks, env!("CARGO_BIN_EXE_mics")).args(arguments).args(more).output().unwrap();
         assert!(output.status.success(), "{ranks} ranks: {}", said(&output));
         let rows = columns(&out.join("steps.csv"));
         ends.push(*rows["step"].last().unwrap() as usize);
@@ -521,7 +623,11 @@ fn a_run_goes_on_other_numbers_of_ranks_with_the_same_paths_and_no_jump_of_force
             };
             for &end in &ends[..3] {
                 let usual = (end - 6..end).chain(end + 1..end + 7).map(change).fold(0.0, f64::max);
-                assert!(change(end) <= 3.0 * usual, "{name} of {k} jumps by {:e}, usually {usual:e}", change(end));
+                assert!(
+                    change(end) <= 3.0 * usual,
+                    "{name} of {k} jumps by {:e}, usually {usual:e}",
+                    change(end)
+                );
             }
         }
     }
@@ -541,18 +647,23 @@ fn all_ranks_stop_together_after_a_signal_to_mpirun() {
     let output = process.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130), "{}", said(&output));
     assert_eq!(said(&output).matches("interrupted after step").count(), 1, "{}", said(&output));
-    let after = checkpoints(&out).last().and_then(|p| p.file_stem()?.to_str()?.parse::<u64>().ok()).unwrap();
+    let after = checkpoints(&out)
+        .last()
+        .and_then(|p| p.file_stem()?.to_str()?.parse::<u64>().ok())
+        .unwrap();
     let rows = columns(&out.join("steps.csv"));
     assert_eq!(*rows["step"].last().unwrap(), after as f64, "the logs are closed at that step");
 }
 
-/// A bed of discs that lands, in a box whose lid stands still or moves (m/s), of so many cells a side, with these keys in place of its swarm.
+/// A bed of discs that lands, in a box whose lid stands still or moves (m/s), of so many cells a
+/// side, with these keys in place of its swarm.
 fn bed(lid: f64, cells: usize, time: &str, more: &str) -> String {
     format!(
         "name = \"bed\"\ndomain = {{ size = [1.2, 1.2], cells = [{cells}, {cells}] }}\n\
          fluid = {{ density = 1000.0, viscosity = 1.0, gravity = [0.0, -9.81] }}\ncontact = {{ friction = 0.3 }}\n\
          time = {{ {time} }}\npressure = {{ divergence_limit = 1e-4 }}\noutput = {{ figures = false, particles = {{ every = 1 }}, checkpoint = {{ every_steps = 20 }} }}\n\
-         boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = {{ moving_wall = [{lid:?}, 0.0] }} }}\n{more}"
+         boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
+             {{ moving_wall = [{lid:?}, 0.0] }} }}\n{more}"
     )
 }
 
@@ -564,21 +675,27 @@ fn a_run_begins_where_another_ended_and_goes_on_byte_for_byte() {
         std::fs::write(at(name), text).unwrap();
         at(name)
     };
-    let swarm =
-        "[[swarm]]\ncount = 6\nregion = { min = [0.0, 0.0], max = [1.2, 0.45] }\ndiameter = 0.2\ndensity = 2000.0\n";
+    let swarm = "[[swarm]]\ncount = 6\nregion = { min = [0.0, 0.0], max = [1.2, 0.45] }\n\
+        diameter = 0.2\ndensity = 2000.0\n";
     run(&write("settle.toml", &bed(0.0, 36, "end = 0.8, cfl = 0.4", swarm)), &at("settled"), &[]);
     let from = format!("[initial]\nfrom = {:?}\n", at("settled"));
     let shear = write("shear.toml", &bed(0.5, 36, "end = 0.2, step = 4e-3", &from));
     run(&shear, &at("sheared"), &[]);
-    // The bodies are where they were, and press on each other and on the floor as they did: nothing jumps.
-    let (settled, sheared) = (columns(&at("settled/particles.csv")), columns(&at("sheared/particles.csv")));
+    // The bodies are where they were, and press on each other and on the floor as they did: nothing
+    // jumps.
+    let (settled, sheared) =
+        (columns(&at("settled/particles.csv")), columns(&at("sheared/particles.csv")));
     for name in ["x", "y", "vx", "vy", "wz", "fluid_fx"] {
         let last = &settled[name][settled[name].len() - 6..];
         assert_eq!(last, &sheared[name][..6], "{name}");
     }
-    let (last, first) = (&settled["contact_fy"][settled["contact_fy"].len() - 6..], &sheared["contact_fy"][6..12]);
+    let (last, first) =
+        (&settled["contact_fy"][settled["contact_fy"].len() - 6..], &sheared["contact_fy"][6..12]);
     let (load, next): (f64, f64) = (last.iter().sum(), first.iter().sum());
-    assert!(load > 0.0 && (next / load - 1.0).abs() < 0.2, "contacts carried {load} N, and now {next} N");
+    assert!(
+        load > 0.0 && (next / load - 1.0).abs() < 0.2,
+        "contacts carried {load} N, and now {next} N"
+    );
     // The same run, broken off and gone on with.
     let out = at("again");
     let stopped = mics(&words(&shear, &out, &["--set", "time.end=0.1", "--quiet"]));
@@ -589,48 +706,68 @@ fn a_run_begins_where_another_ended_and_goes_on_byte_for_byte() {
     assert!(rows(&at("sheared")) == rows(&out));
     let last = |run: &Path| Snapshot::read(&run.join("fields/00000050.vti")).unwrap();
     assert_eq!(last(&at("sheared")), last(&out));
-    // On another grid the velocity is interpolated, and the bodies are the same; as ground they stay.
+    // On another grid the velocity is interpolated, and the bodies are the same; as ground they
+    // stay.
     let finer = write("finer.toml", &bed(0.5, 42, "end = 0.02, step = 4e-3", &from));
     run(&finer, &at("finer"), &[]);
     assert_eq!(columns(&at("finer/particles.csv"))["x"][..6], sheared["x"][..6]);
-    let ground = format!("[[swarm]]\nfrom = {:?}\nmotion = \"fixed\"\n", at("settled/particles.csv"));
-    run(&write("ground.toml", &bed(0.5, 36, "end = 0.02, step = 4e-3", &ground)), &at("ground"), &[]);
+    let ground =
+        format!("[[swarm]]\nfrom = {:?}\nmotion = \"fixed\"\n", at("settled/particles.csv"));
+    run(
+        &write("ground.toml", &bed(0.5, 36, "end = 0.02, step = 4e-3", &ground)),
+        &at("ground"),
+        &[],
+    );
     let lies = columns(&at("ground/particles.csv"));
     assert_eq!(lies["x"][lies["x"].len() - 6..], sheared["x"][..6]);
     // What cannot be gone on with is refused.
     let refused = |text: &str, why: &str| {
         let output = mics(&words(&write("bad.toml", text), &at("bad"), &[]));
         let words = said(&output);
-        assert!(output.status.code() == Some(2) && words.contains("initial.from") && words.contains(why), "{words}");
+        assert!(
+            output.status.code() == Some(2)
+                && words.contains("initial.from")
+                && words.contains(why),
+            "{words}"
+        );
         assert!(!at("bad").exists());
     };
     let good = bed(0.5, 36, "end = 0.2, step = 4e-3", &from);
     refused(&good.replace("settled", "nowhere"), "holds no run");
-    refused(&good.replace("[initial]\n", "[initial]\nvelocity = [1.0, 0.0]\n"), "remove initial.velocity");
+    refused(
+        &good.replace("[initial]\n", "[initial]\nvelocity = [1.0, 0.0]\n"),
+        "remove initial.velocity",
+    );
     refused(&good.replace("size = [1.2, 1.2]", "size = [1.2, 0.15]"), "outside");
     std::fs::remove_file(at("settled/summary.json")).unwrap();
     refused(&good, "has not ended");
 }
 
-/// The drive that holds a mean velocity and the faces of the step before are what they were; "auto" would take the springs from the speeds there.
+/// The drive that holds a mean velocity and the faces of the step before are what they were; "auto"
+/// would take the springs from the speeds there.
 #[test]
 fn a_driven_run_that_begins_where_another_ended_is_the_one_that_went_on() {
     let dir = tempfile::tempdir().unwrap();
-    for (name, drive) in
-        [("held", "mean_velocity = { axis = \"x\", value = 0.05 }"), ("driven", "force = [400.0, 0.0]")]
-    {
+    for (name, drive) in [
+        ("held", "mean_velocity = { axis = \"x\", value = 0.05 }"),
+        ("driven", "force = [400.0, 0.0]"),
+    ] {
         let at = |part: &str| dir.path().join(format!("{name}-{part}"));
         let go = |part: &str, end: f64, more: &str| {
             let discs: String = [(0.0101, 0.0112), (0.0043, 0.0034)]
                 .iter()
                 .map(|(x, y)| {
-                    format!("[[particle]]\nshape.disc.diameter = 0.006\ndensity = 2650.0\nposition = [{x}, {y}]\n")
+                    format!(
+                        "[[particle]]\nshape.disc.diameter = 0.006\ndensity = 2650.0\n\
+                        position = [{x}, {y}]\n"
+                    )
                 })
                 .collect();
             let text = format!(
                 "name = \"part\"\ndomain = {{ size = [0.02, 0.02], cells = [20, 20] }}\n\
                  fluid = {{ density = 1000.0, viscosity = 0.05, gravity = [0.0, -9.81] }}\n\
-                 boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }}\n\
+                 boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
+                     \"wall\" }}\n\
                  contact = {{ friction = 0.3, normal_stiffness = 1e4 }}\npressure = {{ divergence_limit = 1e-9 }}\ndrive = {{ {drive} }}\n\
                  time = {{ end = {end:?}, step = 5e-4 }}\noutput = {{ figures = false, particles = {{ every = 1 }} }}\n{}",
                 if more.is_empty() { &discs } else { more }
@@ -641,7 +778,8 @@ fn a_driven_run_that_begins_where_another_ended_is_the_one_that_went_on() {
             (columns(&at(part).join("particles.csv")), columns(&at(part).join("steps.csv")))
         };
         go("first", 0.02, "");
-        let (second, forces) = go("second", 0.01, &format!("[initial]\nfrom = {:?}\n", at("first")));
+        let (second, forces) =
+            go("second", 0.01, &format!("[initial]\nfrom = {:?}\n", at("first")));
         let (whole, all) = go("whole", 0.03, "");
         assert!(whole["contact_fy"].iter().any(|force| *force != 0.0), "{name}: they touch");
         for column in ["x", "y", "vx", "vy", "wz", "contact_fy"] {

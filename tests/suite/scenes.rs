@@ -5,9 +5,15 @@ use std::path::PathBuf;
 
 /// Every `*.toml` under cases/, studies aside.
 fn cases() -> Vec<PathBuf> {
-    let folders = std::fs::read_dir(shipped("cases")).unwrap().map(|e| e.unwrap().path()).filter(|p| p.is_dir());
-    let files = folders.flat_map(|f| std::fs::read_dir(f).unwrap().map(|e| e.unwrap().path()).collect::<Vec<_>>());
-    let is_case = |p: &PathBuf| p.extension().is_some_and(|e| e == "toml") && !p.to_string_lossy().contains(".study.");
+    let folders = std::fs::read_dir(shipped("cases"))
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .filter(|p| p.is_dir());
+    let files = folders
+        .flat_map(|f| std::fs::read_dir(f).unwrap().map(|e| e.unwrap().path()).collect::<Vec<_>>());
+    let is_case = |p: &PathBuf| {
+        p.extension().is_some_and(|e| e == "toml") && !p.to_string_lossy().contains(".study.")
+    };
     files.filter(is_case).collect()
 }
 
@@ -17,10 +23,14 @@ fn every_shipped_case_is_accepted_and_takes_its_first_steps() {
     assert!(all.len() >= 3);
     for case in all {
         let output = mics(&["check", case.to_str().unwrap()]);
-        let (said, error) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        let (said, error) =
+            (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         assert!(output.status.success(), "{}: {error}", case.display());
-        // A fall at thousands of Reynolds numbers is shipped with the warning that its layer is thin.
-        let warns = said.lines().any(|line| line.starts_with("warning") && !line.contains("is thinner than a spacing"));
+        // A fall at thousands of Reynolds numbers is shipped with the warning that its layer is
+        // thin.
+        let warns = said
+            .lines()
+            .any(|line| line.starts_with("warning") && !line.contains("is thinner than a spacing"));
         assert!(said.contains("ms a step") && !warns, "{}: {said}", case.display());
         assert!(case.with_file_name("README.md").exists(), "{} has no page", case.display());
     }
@@ -30,14 +40,19 @@ fn every_shipped_case_is_accepted_and_takes_its_first_steps() {
 fn laws_of_pairs_name_the_materials_that_bodies_of_another_run_bring_along() {
     let dir = tempfile::tempdir().unwrap();
     let closed = ["\"wall\""; 4];
-    let stone = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.5, 0.5]\ndensity = 2.0\nmaterial = \"stone\"\n";
+    let stone = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.5, 0.5]\n\
+        density = 2.0\nmaterial = \"stone\"\n";
     let time = "[time]\nend = 0.02\nstep = 0.01\n[output]\nfigures = false\n[contact]\n";
     let text = |more: &str| box_case([1.0, 1.0], [20, 20], 0.01, closed, &format!("{more}{time}"));
-    let (first, next, out) = (dir.path().join("pour.toml"), dir.path().join("tilt.toml"), dir.path().join("pour"));
+    let (first, next, out) =
+        (dir.path().join("pour.toml"), dir.path().join("tilt.toml"), dir.path().join("pour"));
     std::fs::write(&first, text(stone)).unwrap();
     run(&first, &out, &[]);
-    let pair = |name: &str| format!("[[contact.pair]]\nbetween = [\"{name}\", \"wall\"]\nfriction = 0.9\n");
-    let lists = format!("[[swarm]]\nfrom = \"{}\"\ndensity = 2.0\n", out.join("particles.csv").display());
+    let pair = |name: &str| {
+        format!("[[contact.pair]]\nbetween = [\"{name}\", \"wall\"]\nfriction = 0.9\n")
+    };
+    let lists =
+        format!("[[swarm]]\nfrom = \"{}\"\ndensity = 2.0\n", out.join("particles.csv").display());
     for brings in [format!("[initial]\nfrom = \"{}\"\n", out.display()), lists] {
         std::fs::write(&next, text(&brings) + &pair("stone")).unwrap();
         let said = mics(&["check", next.to_str().unwrap()]);
@@ -45,7 +60,8 @@ fn laws_of_pairs_name_the_materials_that_bodies_of_another_run_bring_along() {
         let doubled = "note         this file adds 1 to the 1 that come from that run";
         let other = stone.replace("[0.5, 0.5]", "[0.2, 0.2]");
         std::fs::write(&next, text(&(brings.clone() + &other)) + &pair("stone")).unwrap();
-        let said = String::from_utf8_lossy(&mics(&["check", next.to_str().unwrap()]).stdout).into_owned();
+        let said =
+            String::from_utf8_lossy(&mics(&["check", next.to_str().unwrap()]).stdout).into_owned();
         assert_eq!(said.contains(doubled), brings.contains("[initial]"), "{said}");
         std::fs::write(&next, text(&brings) + &pair("stane")).unwrap();
         let said = mics(&["check", next.to_str().unwrap()]);
@@ -61,7 +77,11 @@ fn a_stiffness_that_does_not_hold_the_impact_is_named_before_the_run() {
         let set = format!("contact.normal_stiffness={stiffness}");
         let output = mics(&["check", case.to_str().unwrap(), "--set", &set]);
         let said = String::from_utf8_lossy(&output.stdout).into_owned();
-        assert_eq!(said.contains("normal_stiffness is too small: an impact at"), warns, "{stiffness}: {said}");
+        assert_eq!(
+            said.contains("normal_stiffness is too small: an impact at"),
+            warns,
+            "{stiffness}: {said}"
+        );
     }
 }
 

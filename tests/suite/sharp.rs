@@ -7,15 +7,19 @@ const WALLS: [&str; 4] = ["\"wall\"", "\"wall\"", "\"wall\"", "\"wall\""];
 
 fn disc(diameter: f64, place: [f64; 2], density: f64, more: &str) -> String {
     format!(
-        "[[particle]]\nshape = {{ disc = {{ diameter = {diameter:?} }} }}\nposition = {place:?}\ndensity = {density:?}\n{more}\n"
+        "[[particle]]\nshape = {{ disc = {{ diameter = {diameter:?} }} }}\nposition = {place:?}\n\
+        density = {density:?}\n{more}\n"
     )
 }
 
-/// Acceleration over gravity of a disc of so many cells a diameter in its first step of `dt` (s), let go in a box ten diameters
-/// wide; D0 is kept in the steps after it too.
+/// Acceleration over gravity of a disc of so many cells a diameter in its first step of `dt` (s),
+/// let go in a box ten diameters wide; D0 is kept in the steps after it too.
 fn set_off(ratio: f64, dt: f64, across: usize) -> f64 {
     let petsc = petsc();
-    let more = format!("{SHARP}{}[pressure]\ndivergence_limit = 1.0e-6", disc(1.0, [5.03, 5.02], ratio, ""));
+    let more = format!(
+        "{SHARP}{}[pressure]\ndivergence_limit = 1.0e-6",
+        disc(1.0, [5.03, 5.02], ratio, "")
+    );
     let text = box_case([10.0, 10.0], [10 * across; 2], 1e-5, WALLS, &more)
         .replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
     let mut scene: Scene<2> = petsc.scene(&text);
@@ -27,8 +31,9 @@ fn set_off(ratio: f64, dt: f64, across: usize) -> f64 {
     first
 }
 
-/// In a closed box of width L a disc takes `1 + 2 (R/L)^2 (pi^2/3 + 2 pi^2/sinh^2(pi) - ...)` = 1.0172 of its volume of fluid
-/// along: potential flow with the images that the walls make of its dipole. On 8 cells a diameter it is 1.7 % less.
+/// In a closed box of width L a disc takes `1 + 2 (R/L)^2 (pi^2/3 + 2 pi^2/sinh^2(pi) - ...)` =
+/// 1.0172 of its volume of fluid along: potential flow with the images that the walls make of its
+/// dipole. On 8 cells a diameter it is 1.7 % less.
 #[test]
 fn discs_of_every_density_are_set_off_with_the_added_mass_of_their_box_whatever_the_step() {
     let theory = |ratio: f64| (ratio - 1.0) / (ratio + 1.0172);
@@ -38,10 +43,14 @@ fn discs_of_every_density_are_set_off_with_the_added_mass_of_their_box_whatever_
             "s = {ratio}: a/g {a:.5}, {:+.2} % of theory; {b:.5} with short steps",
             100.0 * (a / theory(ratio) - 1.0)
         );
-        assert!((a / theory(ratio) - 1.0).abs() < 0.02 && (a / b - 1.0).abs() < 0.001, "s = {ratio}: {a} {b}");
+        assert!(
+            (a / theory(ratio) - 1.0).abs() < 0.02 && (a / b - 1.0).abs() < 0.001,
+            "s = {ratio}: {a} {b}"
+        );
     }
     for ratio in [0.001, 2.65] {
-        let [coarse, fine] = [16, 32].map(|across| set_off(ratio, 0.005, across) / theory(ratio) - 1.0);
+        let [coarse, fine] =
+            [16, 32].map(|across| set_off(ratio, 0.005, across) / theory(ratio) - 1.0);
         println!("s = {ratio}: {:+.3} % on 16 cells, {:+.3} % on 32", 100.0 * coarse, 100.0 * fine);
         assert!(coarse.abs() < 0.005 && fine.abs() < 5e-4, "s = {ratio}: {coarse} and {fine}");
     }
@@ -57,11 +66,13 @@ fn what_the_fluid_loses_the_particles_get_in_a_periodic_box_with_collisions() {
         disc(0.15, [0.5, 0.25], 0.5, "velocity = [0.0, 0.5]"),
         disc(0.18, [0.75, 0.75], 1.0, "motion = \"fixed\""),
         "[contact]\nnormal_stiffness = 2.0e3\nfriction = 0.4\nrestitution = 0.7\n".into(),
-        "[initial]\nvelocity = [0.3, 0.2]\nperturbation = 0.3\n[pressure]\ndivergence_limit = 1.0e-8".into(),
+        "[initial]\nvelocity = [0.3, 0.2]\nperturbation = 0.3\n[pressure]\n\
+        divergence_limit = 1.0e-8"
+            .into(),
     ]
     .concat();
-    let text =
-        box_case([1.0, 1.0], [48, 48], 0.002, PERIODIC, &more).replace("viscosity", "gravity = [0.3, -1.0]\nviscosity");
+    let text = box_case([1.0, 1.0], [48, 48], 0.002, PERIODIC, &more)
+        .replace("viscosity", "gravity = [0.3, -1.0]\nviscosity");
     let mut scene: Scene<2> = petsc.scene(&text);
     let (mut touched, mut traded, mut missing) = (false, 0.0f64, 0.0f64);
     for _ in 0..120 {
@@ -91,8 +102,9 @@ fn a_disc_carried_at_the_speed_of_a_stream_feels_next_to_nothing() {
     }
 }
 
-/// Torque over `4 pi mu R^2 w` on a cylinder that has turned at `w` since time 0 in fluid at rest, unbounded: the diffusion
-/// of the swirl `u(r)` solved on a fine radial grid, `u_t = nu (u'' + u'/r - u/r^2)`, R = nu = 1, to the time `end`.
+/// Torque over `4 pi mu R^2 w` on a cylinder that has turned at `w` since time 0 in fluid at rest,
+/// unbounded: the diffusion of the swirl `u(r)` solved on a fine radial grid, `u_t = nu (u'' + u'/r
+/// - u/r^2)`, R = nu = 1, to the time `end`.
 fn torque_of_a_spun_up_cylinder(end: f64) -> f64 {
     let (n, reach) = (2000, 8.0);
     let h = reach / n as f64;
@@ -106,7 +118,8 @@ fn torque_of_a_spun_up_cylinder(end: f64) -> f64 {
         d[0] = 1.0;
         for i in 1..n {
             let r = 1.0 + i as f64 * h;
-            let (low, high) = (dt * (1.0 / (h * h) - 0.5 / (r * h)), dt * (1.0 / (h * h) + 0.5 / (r * h)));
+            let (low, high) =
+                (dt * (1.0 / (h * h) - 0.5 / (r * h)), dt * (1.0 / (h * h) + 0.5 / (r * h)));
             let middle = 1.0 + dt * (2.0 / (h * h) + 1.0 / (r * r)) - low * c[i - 1];
             c[i] = high / middle;
             d[i] = (u[i] + low * d[i - 1]) / middle;
@@ -126,28 +139,39 @@ fn the_torque_on_a_disc_that_is_spun_up_is_that_of_the_exact_swirl() {
         + &disc(2.0, [7.03, 7.05], 1.0, "motion = { prescribed = { spin = 1.0 } }")
         + "[pressure]\ndivergence_limit = 1.0e-6";
     for (n, allowed) in [(8, 0.04), (16, 0.02)] {
-        let mut scene: Scene<2> = petsc.scene(&box_case([14.0, 14.0], [7 * n, 7 * n], 1.0, WALLS, &more));
+        let mut scene: Scene<2> =
+            petsc.scene(&box_case([14.0, 14.0], [7 * n, 7 * n], 1.0, WALLS, &more));
         while scene.state.time < 1.0 {
             let dt = 0.8 * scene.limits().unwrap().tightest().1;
             scene.step(dt.min(1.0 - scene.state.time + 1e-12)).unwrap();
         }
         let torque = -scene.state.exchange[0].momentum_torque.z / (4.0 * std::f64::consts::PI);
         let exact = torque_of_a_spun_up_cylinder(1.0);
-        println!("N = {n}: torque {torque:.4}, exact {exact:.4}, {:+.2} %", 100.0 * (torque / exact - 1.0));
+        println!(
+            "N = {n}: torque {torque:.4}, exact {exact:.4}, {:+.2} %",
+            100.0 * (torque / exact - 1.0)
+        );
         assert!((torque / exact - 1.0).abs() < allowed, "N = {n}: {torque} against {exact}");
     }
 }
 
-/// What a body takes over slowly, beside pressure and wall shear, hides an error in either: their sum has to be the force by
-/// itself.
+/// What a body takes over slowly, beside pressure and wall shear, hides an error in either: their
+/// sum has to be the force by itself.
 #[test]
 fn pressure_and_wall_shear_of_a_fixed_disc_make_up_the_force_that_the_fluid_loses() {
     let petsc = petsc();
     let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
-    for (re, place) in [(2.0, [2.0, 2.03]), (2.0, [2.02, 1.99]), (20.0, [2.0, 2.03]), (20.0, [2.02, 1.99])] {
-        let more =
-            [SHARP, &disc(1.0, place, 1.0, "motion = \"fixed\""), "[pressure]\ndivergence_limit = 1.0e-6"].concat();
-        let mut scene: Scene<2> = petsc.scene(&box_case([5.0, 4.0], [80, 64], 1.0 / re, sides, &more));
+    for (re, place) in
+        [(2.0, [2.0, 2.03]), (2.0, [2.02, 1.99]), (20.0, [2.0, 2.03]), (20.0, [2.02, 1.99])]
+    {
+        let more = [
+            SHARP,
+            &disc(1.0, place, 1.0, "motion = \"fixed\""),
+            "[pressure]\ndivergence_limit = 1.0e-6",
+        ]
+        .concat();
+        let mut scene: Scene<2> =
+            petsc.scene(&box_case([5.0, 4.0], [80, 64], 1.0 / re, sides, &more));
         while scene.state.time < 6.0 {
             let dt = 0.8 * scene.limits().unwrap().tightest().1;
             scene.step(dt).unwrap();
@@ -172,15 +196,21 @@ fn the_paper_s_preset_gives_what_it_gave_before() {
     let more = "[initial]\n".to_string()
         + &disc(0.3, [0.61, 0.52], 1.0, "motion = \"fixed\"")
         + &disc(0.25, [1.23, 0.47], 2.65, "")
-        + "[contact]\nnormal_stiffness = 1.0e3\n[time]\nend = 0.2\nstep = 0.004\n[pressure]\ndivergence_limit = 1.0e-9";
+        + "[contact]\nnormal_stiffness = 1.0e3\n[time]\nend = 0.2\nstep = 0.004\n[pressure]\n\
+            divergence_limit = 1.0e-9";
     let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"wall\"", "\"slip\""];
     let text = box_case([2.0, 1.0], [48, 24], 0.01, sides, &more)
         .replace("viscosity", "gravity = [0.0, -1.0]\nviscosity")
         .replace("name = \"test\"", "name = \"test\"\npreset = \"mics-2003\"");
     std::fs::write(&case, text).unwrap();
     let out = dir.path().join("out");
-    // The preset amplifies rounding: a direct solver, so that the numbers do not depend on the preconditioner of the day.
-    run(&case, &out, &["--set", "output.figures=false", "--", "-ksp_type", "preonly", "-pc_type", "lu"]);
+    // The preset amplifies rounding: a direct solver, so that the numbers do not depend on the
+    // preconditioner of the day.
+    run(
+        &case,
+        &out,
+        &["--set", "output.figures=false", "--", "-ksp_type", "preonly", "-pc_type", "lu"],
+    );
     let rows = columns(&out.join("particles.csv"));
     let last = |name: &str, particle: usize| rows[name][rows[name].len() - 2 + particle];
     for (name, particle, before) in [
@@ -193,15 +223,19 @@ fn the_paper_s_preset_gives_what_it_gave_before() {
         ("wz", 1, -0.0934251697573695),
     ] {
         let now = last(name, particle);
-        assert!((now - before).abs() < 1e-6 * before.abs().max(0.1), "{name} of {particle}: {now}, was {before}");
+        assert!(
+            (now - before).abs() < 1e-6 * before.abs().max(0.1),
+            "{name} of {particle}: {now}, was {before}"
+        );
     }
 }
 
-/// Drag (N/m) of a fixed cylinder at Re = 80, 8 cells a diameter, once its wake has grown for 20 diameters' way, and how fast (m/s) a disc has sunk
-/// by 0.15 s, by an advection and a scheme.
+/// Drag (N/m) of a fixed cylinder at Re = 80, 8 cells a diameter, once its wake has grown for 20
+/// diameters' way, and how fast (m/s) a disc has sunk by 0.15 s, by an advection and a scheme.
 fn drag_and_fall(advection: &str, scheme: &str) -> [f64; 2] {
     let petsc = petsc();
-    let time = format!("{SHARP}[time]\nend = 1.0\nadvection = {advection:?}\nscheme = {scheme:?}\n");
+    let time =
+        format!("{SHARP}[time]\nend = 1.0\nadvection = {advection:?}\nscheme = {scheme:?}\n");
     let stream = ["\"slip\"", "\"slip\"", "{ inflow = [0.0, 1.0] }", "\"outflow\""];
     let fixed = time.clone() + &disc(1.0, [2.5, 3.0], 1.0, "motion = \"fixed\"");
     let mut scene: Scene<2> = petsc.scene(&box_case([5.0, 10.0], [40, 80], 0.0125, stream, &fixed));
@@ -210,8 +244,8 @@ fn drag_and_fall(advection: &str, scheme: &str) -> [f64; 2] {
     }
     let drag = scene.state.exchange[0].momentum.y;
     let free = time + &disc(1.0, [2.5, 8.0], 1.5, "");
-    let text =
-        box_case([5.0, 10.0], [40, 80], 0.0125, WALLS, &free).replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
+    let text = box_case([5.0, 10.0], [40, 80], 0.0125, WALLS, &free)
+        .replace("viscosity", "gravity = [0.0, -1.0]\nviscosity");
     let mut scene: Scene<2> = petsc.scene(&text);
     while scene.state.time < 5.0 {
         scene.step(0.04).unwrap();

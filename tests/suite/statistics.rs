@@ -1,4 +1,5 @@
-//! Means over time, layers and probes: identities that hold to rounding, and runs that are broken off.
+//! Means over time, layers and probes: identities that hold to rounding, and runs that are broken
+//! off.
 
 use crate::support::{box_case, columns, mics, mpirun, run, summary};
 use mics::output::snapshot::Snapshot;
@@ -17,7 +18,8 @@ fn channel(time: &str, more: &str) -> String {
         )
     };
     let more = format!(
-        "[drive]\nforce = [0.4, 0.0]\n{}{}[output]\nfigures = false\nfields = {{ every = 1 }}\n[time]\n{time}\n{more}",
+        "[drive]\nforce = [0.4, 0.0]\n{}{}[output]\nfigures = false\nfields = {{ every = 1 }}\n\
+        [time]\n{time}\n{more}",
         disc(0.5, 0.5, 0.2),
         disc(1.3, 1.3, -0.1)
     );
@@ -33,17 +35,21 @@ fn write(dir: &Path, name: &str, text: &str) -> std::path::PathBuf {
 fn means_are_those_of_the_fields_and_fractions_fill_the_bodies() {
     for wall in ["sharp", "mixing"] {
         let dir = tempfile::tempdir().unwrap();
-        let plan = "[statistics]\nfrom = 0.02\nevery = 1\nprofile = \"y\"\n[[probe]]\nname = \"line\"\nat = [0.1, 1.0]\nto = [1.9, 1.0]\npoints = 4\n";
-        let text = channel("end = 0.1\nstep = 0.01", &format!("{plan}[coupling]\nwall = \"{wall}\""));
+        let plan = "[statistics]\nfrom = 0.02\nevery = 1\nprofile = \"y\"\n[[probe]]\n\
+            name = \"line\"\nat = [0.1, 1.0]\nto = [1.9, 1.0]\npoints = 4\n";
+        let text =
+            channel("end = 0.1\nstep = 0.01", &format!("{plan}[coupling]\nwall = \"{wall}\""));
         let out = dir.path().join("out");
         run(&write(dir.path(), "case.toml", &text), &out, &[]);
         let found = Snapshot::read(&out.join("statistics.vti")).unwrap();
-        let fields: Vec<Snapshot> =
-            (3..=10).map(|step| Snapshot::read(&out.join(format!("fields/{step:08}.vti"))).unwrap()).collect();
+        let fields: Vec<Snapshot> = (3..=10)
+            .map(|step| Snapshot::read(&out.join(format!("fields/{step:08}.vti"))).unwrap())
+            .collect();
         let of = |s: &Snapshot, name: &str, at: usize| s.array(name).unwrap().values[at];
         let area = 2.0 * 0.25 * PI * 0.16;
         let cells = 24 * 30;
-        let filled: f64 = (0..cells).map(|c| of(&found, "solid_fraction", c)).sum::<f64>() * 4.0 / cells as f64;
+        let filled: f64 =
+            (0..cells).map(|c| of(&found, "solid_fraction", c)).sum::<f64>() * 4.0 / cells as f64;
         assert!((filled / area - 1.0).abs() < 1e-12, "{wall}: {filled} of {area}");
         for c in (0..cells).step_by(7) {
             let weight: f64 = fields.iter().map(|s| 1.0 - of(s, "solid_fraction", c)).sum();
@@ -53,12 +59,19 @@ fn means_are_those_of_the_fields_and_fractions_fill_the_bodies() {
                 continue;
             }
             let mean = |value: &dyn Fn(&Snapshot) -> f64| {
-                fields.iter().map(|s| (1.0 - of(s, "solid_fraction", c)) * value(s)).sum::<f64>() / weight
+                fields.iter().map(|s| (1.0 - of(s, "solid_fraction", c)) * value(s)).sum::<f64>()
+                    / weight
             };
-            let (u, v) = (mean(&|s| of(s, "velocity", 3 * c)), mean(&|s| of(s, "velocity", 3 * c + 1)));
+            let (u, v) =
+                (mean(&|s| of(s, "velocity", 3 * c)), mean(&|s| of(s, "velocity", 3 * c + 1)));
             let uv = mean(&|s| of(s, "velocity", 3 * c) * of(s, "velocity", 3 * c + 1)) - u * v;
-            for (name, at, expected) in [("velocity", 3 * c, u), ("velocity", 3 * c + 1, v), ("uv", c, uv)] {
-                assert!((of(&found, name, at) - expected).abs() < 1e-9, "{wall}, {name} of cell {c}");
+            for (name, at, expected) in
+                [("velocity", 3 * c, u), ("velocity", 3 * c + 1, v), ("uv", c, uv)]
+            {
+                assert!(
+                    (of(&found, name, at) - expected).abs() < 1e-9,
+                    "{wall}, {name} of cell {c}"
+                );
             }
         }
         let profile = columns(&out.join("profile.csv"));
@@ -67,31 +80,47 @@ fn means_are_those_of_the_fields_and_fractions_fill_the_bodies() {
         assert!((layered / area - 1.0).abs() < 1e-12, "{wall}: {layered}");
         // The discs keep to their layers, and go as told with their spin about them.
         let at = |y: f64| (y / 2.0 * 30.0) as usize;
-        assert!((profile["solid_u"][at(0.52)] - 0.2).abs() < 0.05 && profile["solid_u"][at(1.02)] == 0.0);
+        assert!(
+            (profile["solid_u"][at(0.52)] - 0.2).abs() < 0.05
+                && profile["solid_u"][at(1.02)] == 0.0
+        );
         // A probe at the middle between cells is their mean.
         let probes = std::fs::read_to_string(out.join("probes.csv")).unwrap();
         assert_eq!(probes.lines().count(), 1 + 4 * 11, "{probes}");
         let last: Vec<&str> = probes.lines().last().unwrap().split(',').collect();
         assert_eq!(last[2..6], ["line", "3", "1.9", "1.0"]);
         let end = fields.last().unwrap();
-        // x = 1.9 is 0.3 of a cell below the centre of cell 22; y = 1.0 is between the cells 14 and 15.
+        // x = 1.9 is 0.3 of a cell below the centre of cell 22; y = 1.0 is between the cells 14 and
+        // 15.
         let cell = |i: usize, j: usize| of(end, "velocity", 3 * (i + 24 * j));
         let expected = 0.5 * (14..=15).map(|j| 0.7 * cell(22, j) + 0.3 * cell(23, j)).sum::<f64>();
-        assert!((last[7].parse::<f64>().unwrap() - expected).abs() < 1e-12, "{} and {expected}", last[7]);
+        assert!(
+            (last[7].parse::<f64>().unwrap() - expected).abs() < 1e-12,
+            "{} and {expected}",
+            last[7]
+        );
     }
 }
 
 #[test]
 fn a_run_that_is_broken_off_has_the_same_means_and_records() {
     let dir = tempfile::tempdir().unwrap();
-    let plan = "[statistics]\nevery = 3\nprofile = \"y\"\n[[probe]]\nname = \"a\"\nat = [0.3, 0.7]\nevery = 2\n";
+    let plan = "[statistics]\nevery = 3\nprofile = \"y\"\n[[probe]]\nname = \"a\"\n\
+        at = [0.3, 0.7]\nevery = 2\n";
     let case = write(dir.path(), "case.toml", &channel("end = 0.2\nstep = 0.01", plan));
     let [through, broken] = ["through", "broken"].map(|name| dir.path().join(name));
     run(&case, &through, &[]);
     run(&case, &broken, &["--set", "time.end=0.1"]);
     let cpu = |out: &Path| summary(out)["cpu_seconds"].as_f64().unwrap();
     let first = cpu(&broken);
-    let on = mics(&["run", case.to_str().unwrap(), "--out", broken.to_str().unwrap(), "--resume", "--quiet"]);
+    let on = mics(&[
+        "run",
+        case.to_str().unwrap(),
+        "--out",
+        broken.to_str().unwrap(),
+        "--resume",
+        "--quiet",
+    ]);
     assert!(on.status.success(), "{}", String::from_utf8_lossy(&on.stderr));
     for file in ["statistics.vti", "profile.csv", "probes.csv", "particles.csv"] {
         let [a, b] = [&through, &broken].map(|out| std::fs::read(out.join(file)).unwrap());
@@ -101,13 +130,16 @@ fn a_run_that_is_broken_off_has_the_same_means_and_records() {
     assert!(cpu(&broken) > 1.4 * first, "{} s, the first half took {first} s", cpu(&broken));
 }
 
-/// The cells inside a body with sharp walls hold what continues the fluid's profile: that is no velocity of anything.
+/// The cells inside a body with sharp walls hold what continues the fluid's profile: that is no
+/// velocity of anything.
 #[test]
 fn a_probe_inside_a_body_has_the_velocity_of_its_point_and_its_id() {
     for wall in ["sharp", "mixing"] {
         let dir = tempfile::tempdir().unwrap();
-        let probes = "[[probe]]\nname = \"in\"\nat = [0.6, 0.6]\n[[probe]]\nname = \"out\"\nat = [1.3, 0.4]\n";
-        let text = channel("end = 0.1\nstep = 0.01", &format!("{probes}[coupling]\nwall = \"{wall}\""));
+        let probes = "[[probe]]\nname = \"in\"\nat = [0.6, 0.6]\n[[probe]]\nname = \"out\"\n\
+            at = [1.3, 0.4]\n";
+        let text =
+            channel("end = 0.1\nstep = 0.01", &format!("{probes}[coupling]\nwall = \"{wall}\""));
         let out = dir.path().join("out");
         run(&write(dir.path(), "case.toml", &text), &out, &[]);
         let text = std::fs::read_to_string(out.join("probes.csv")).unwrap();
@@ -123,7 +155,8 @@ fn a_probe_inside_a_body_has_the_velocity_of_its_point_and_its_id() {
 #[test]
 fn a_channel_has_poiseuilles_profile_and_no_fluctuations_once_it_is_steady() {
     let dir = tempfile::tempdir().unwrap();
-    let more = "[drive]\nmean_velocity = { axis = \"x\", value = 1.0 }\n[statistics]\nfrom = 9.0\nprofile = \"y\"\n[time]\nend = 10.0\ncfl = 0.4\n";
+    let more = "[drive]\nmean_velocity = { axis = \"x\", value = 1.0 }\n[statistics]\nfrom = 9.0\n\
+        profile = \"y\"\n[time]\nend = 10.0\ncfl = 0.4\n";
     let text = box_case([1.0, 1.0], [8, 20], 0.1, CHANNEL, more);
     let out = dir.path().join("out");
     run(&write(dir.path(), "case.toml", &text), &out, &[]);
@@ -135,14 +168,25 @@ fn a_channel_has_poiseuilles_profile_and_no_fluctuations_once_it_is_steady() {
 }
 
 /// The terms of `balance.csv` beside the change.
-const TERMS: [&str; 8] =
-    ["drive", "gravity", "border_pressure", "border_shear", "border_flow", "contacts", "held", "passages"];
+const TERMS: [&str; 8] = [
+    "drive",
+    "gravity",
+    "border_pressure",
+    "border_shear",
+    "border_flow",
+    "contacts",
+    "held",
+    "passages",
+];
 
 /// What the rows of `balance.csv` miss, by axis, and their largest terms (N).
 fn missing(balance: &HashMap<String, Vec<f64>>) -> [[f64; 2]; 2] {
     std::array::from_fn(|axis| {
         let given: f64 = TERMS.iter().map(|name| balance[*name][axis]).sum();
-        let largest = TERMS.iter().map(|name| balance[*name][axis].abs()).fold(balance["change"][axis].abs(), f64::max);
+        let largest = TERMS
+            .iter()
+            .map(|name| balance[*name][axis].abs())
+            .fold(balance["change"][axis].abs(), f64::max);
         [balance["change"][axis] - given, largest]
     })
 }
@@ -150,7 +194,10 @@ fn missing(balance: &HashMap<String, Vec<f64>>) -> [[f64; 2]; 2] {
 #[test]
 fn the_mean_balance_of_momentum_closes_among_bodies_that_collide_in_a_driven_channel() {
     let disc = |x: f64, y: f64, more: &str| {
-        format!("[[particle]]\nshape = {{ disc = {{ diameter = 0.24 }} }}\nposition = [{x:?}, {y:?}]\n{more}\n")
+        format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.24 }} }}\nposition = [{x:?}, {y:?}]\n\
+            {more}\n"
+        )
     };
     // One strikes the floor, two meet, a light one rises, a fixed one stands in the way.
     let discs = [
@@ -161,13 +208,18 @@ fn the_mean_balance_of_momentum_closes_among_bodies_that_collide_in_a_driven_cha
         disc(0.5, 0.8, "motion = \"fixed\""),
     ]
     .concat();
-    let drives = [("sharp", "mean_velocity = { axis = \"x\", value = 0.3 }"), ("sharp", "force = [0.5, 0.0]")];
+    let drives = [
+        ("sharp", "mean_velocity = { axis = \"x\", value = 0.3 }"),
+        ("sharp", "force = [0.5, 0.0]"),
+    ];
     let mixed = drives.map(|(_, drive)| ("mixing", drive));
     for (wall, drive) in drives.into_iter().chain(mixed) {
         let dir = tempfile::tempdir().unwrap();
         let more = format!(
-            "{discs}[contact]\nnormal_stiffness = 500.0\nfriction = 0.3\n[drive]\n{drive}\n[coupling]\nwall = \"{wall}\"\n\
-             [statistics]\nfrom = 0.0999\nevery = 3\nprofile = \"y\"\n[pressure]\ndivergence_limit = 1e-9\n\
+            "{discs}[contact]\nnormal_stiffness = 500.0\nfriction = 0.3\n[drive]\n{drive}\n\
+            [coupling]\nwall = \"{wall}\"\n\
+             [statistics]\nfrom = 0.0999\nevery = 3\nprofile = \"y\"\n[pressure]\n\
+                 divergence_limit = 1e-9\n\
              [output]\nfigures = false\n[time]\nend = 0.4\nstep = 4e-3\n"
         );
         let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "{ moving_wall = [0.5, 0.0] }"];
@@ -185,16 +237,28 @@ fn the_mean_balance_of_momentum_closes_among_bodies_that_collide_in_a_driven_cha
         for out in [&alone, &shared] {
             let balance = columns(&out.join("balance.csv"));
             for (axis, [missing, largest]) in missing(&balance).into_iter().enumerate() {
-                println!("{wall}, {drive}, axis {axis}: {missing:.1e} N of {largest:.3} N are missing: {balance:?}");
-                assert!(missing.abs() < 1e-8 * largest, "{wall}, {drive}, axis {axis}: {missing} of {largest} N");
+                println!(
+                    "{wall}, {drive}, axis {axis}: {missing:.1e} N of {largest:.3} N are missing: \
+                    {balance:?}"
+                );
+                assert!(
+                    missing.abs() < 1e-8 * largest,
+                    "{wall}, {drive}, axis {axis}: {missing} of {largest} N"
+                );
                 // Without any of these it would not close.
-                let needed =
-                    [&["drive", "border_shear", "held"][..], &["gravity", "border_pressure", "contacts", "held"]];
+                let needed = [
+                    &["drive", "border_shear", "held"][..],
+                    &["gravity", "border_pressure", "contacts", "held"],
+                ];
                 for name in needed[axis] {
-                    assert!(balance[*name][axis].abs() > 1e-3 * largest, "{wall}, {drive}: {name} is {balance:?}");
+                    assert!(
+                        balance[*name][axis].abs() > 1e-3 * largest,
+                        "{wall}, {drive}: {name} is {balance:?}"
+                    );
                 }
             }
-            // The same sums from the rows of the steps: from 0.1 s on, and up to the last third one.
+            // The same sums from the rows of the steps: from 0.1 s on, and up to the last third
+            // one.
             let steps = columns(&out.join("steps.csv"));
             let over = |name: &str| steps[name][26..100].iter().sum::<f64>();
             let duration = over("dt");
@@ -203,17 +267,21 @@ fn the_mean_balance_of_momentum_closes_among_bodies_that_collide_in_a_driven_cha
                 let momentum = &steps[&format!("momentum_{x}")];
                 let change = (momentum[99] - momentum[25]) / duration;
                 let border = over(&format!("border_impulse_{x}")) / duration;
-                let told: f64 =
-                    ["border_pressure", "border_shear", "border_flow"].iter().map(|name| balance[*name][axis]).sum();
+                let told: f64 = ["border_pressure", "border_shear", "border_flow"]
+                    .iter()
+                    .map(|name| balance[*name][axis])
+                    .sum();
                 assert!(
-                    (balance["change"][axis] - change).abs() < 1e-12 && (told - border).abs() < 1e-12,
+                    (balance["change"][axis] - change).abs() < 1e-12
+                        && (told - border).abs() < 1e-12,
                     "{balance:?}"
                 );
             }
         }
         let [a, b] = [&alone, &shared].map(|out| columns(&out.join("balance.csv")));
         for name in TERMS {
-            let apart = a[name].iter().zip(&b[name]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let apart =
+                a[name].iter().zip(&b[name]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assert!(apart < 1e-6, "{wall}: {name} differs by {apart} N");
         }
     }
@@ -225,14 +293,20 @@ fn bodies_that_come_in_later_are_in_the_means_and_bring_their_momentum() {
         let dir = tempfile::tempdir().unwrap();
         let stream = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
         let more = format!(
-            "[[swarm]]\ncount = 3\nregion = {{ min = [0.05, 0.0], max = [0.6, 1.0] }}\ndiameter = 0.2\ndensity = 1.5\n\
+            "[[swarm]]\ncount = 3\nregion = {{ min = [0.05, 0.0], max = [0.6, 1.0] }}\n\
+            diameter = 0.2\ndensity = 1.5\n\
              feed = {{ rate = 8.0, from = 0.055 }}\n[contact]\n[statistics]\nevery = 1\n[coupling]\nwall = \"{wall}\"\n\
              [pressure]\ndivergence_limit = 1e-9\n[output]\nfigures = false\n[time]\nend = 0.4\nstep = 0.01\n"
         );
         let out = dir.path().join("out");
-        run(&write(dir.path(), "case.toml", &box_case([2.0, 1.0], [48, 24], 0.01, stream, &more)), &out, &[]);
+        run(
+            &write(dir.path(), "case.toml", &box_case([2.0, 1.0], [48, 24], 0.01, stream, &more)),
+            &out,
+            &[],
+        );
         let found = Snapshot::read(&out.join("statistics.vti")).unwrap();
-        let filled = found.array("solid_fraction").unwrap().values.iter().sum::<f64>() * 2.0 / (48.0 * 24.0);
+        let filled =
+            found.array("solid_fraction").unwrap().values.iter().sum::<f64>() * 2.0 / (48.0 * 24.0);
         // There from 0.06, 0.18 and 0.31 s on, of 0.4 s.
         let expected = 0.25 * PI * 0.04 * (0.34 + 0.22 + 0.09) / 0.4;
         assert!((filled / expected - 1.0).abs() < 1e-12, "{wall}: {filled} m2, not {expected}");
@@ -244,19 +318,23 @@ fn bodies_that_come_in_later_are_in_the_means_and_bring_their_momentum() {
     }
 }
 
-/// Between the last cells of a rank and the first of the next a probe reads both, as they are after a body's motion was mixed in.
+/// Between the last cells of a rank and the first of the next a probe reads both, as they are after
+/// a body's motion was mixed in.
 #[test]
 fn probes_beside_another_rank_read_what_is_there() {
     for wall in ["sharp", "mixing"] {
         let dir = tempfile::tempdir().unwrap();
         let disc = "[[particle]]\nshape = { disc = { diameter = 0.6 } }\nposition = [1.0, 1.0]\n\
                     motion = { prescribed = { velocity = [0.4, 0.2] } }\n";
-        let probe = "[[probe]]\nname = \"beside\"\nat = [0.6, 0.97]\nto = [1.4, 1.03]\npoints = 9\n";
+        let probe =
+            "[[probe]]\nname = \"beside\"\nat = [0.6, 0.97]\nto = [1.4, 1.03]\npoints = 9\n";
         let text = format!(
-            "{disc}{probe}[coupling]\nwall = \"{wall}\"\n[pressure]\ndivergence_limit = 1e-8\n[output]\nfigures = false\n\
+            "{disc}{probe}[coupling]\nwall = \"{wall}\"\n[pressure]\ndivergence_limit = 1e-8\n\
+            [output]\nfigures = false\n\
              [time]\nend = 0.1\nstep = 0.01\n"
         );
-        let case = write(dir.path(), "case.toml", &box_case([2.0, 2.0], [24, 30], 0.05, CHANNEL, &text));
+        let case =
+            write(dir.path(), "case.toml", &box_case([2.0, 2.0], [24, 30], 0.05, CHANNEL, &text));
         let [alone, shared] = ["alone", "shared"].map(|name| dir.path().join(name));
         run(&case, &alone, &[]);
         let ranks = mpirun(2, env!("CARGO_BIN_EXE_mics"))
@@ -267,10 +345,15 @@ fn probes_beside_another_rank_read_what_is_there() {
         let text = |out: &Path| std::fs::read_to_string(out.join("probes.csv")).unwrap();
         let velocities = |out: &Path| -> Vec<f64> {
             let rows = text(out);
-            let row = |line: &str| line.split(',').skip(7).take(2).map(|v| v.parse().unwrap()).collect::<Vec<f64>>();
+            let row = |line: &str| {
+                line.split(',').skip(7).take(2).map(|v| v.parse().unwrap()).collect::<Vec<f64>>()
+            };
             rows.lines().skip(1).flat_map(row).collect()
         };
-        let worst = velocities(&alone).iter().zip(velocities(&shared)).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        let worst = velocities(&alone)
+            .iter()
+            .zip(velocities(&shared))
+            .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
         println!("{wall}: {worst:.1e} m/s");
         assert!(worst < 1e-7, "{wall}: {worst} m/s");
     }
@@ -279,19 +362,29 @@ fn probes_beside_another_rank_read_what_is_there() {
 #[test]
 fn snapshots_as_often_as_can_be_are_written_in_every_step() {
     let dir = tempfile::tempdir().unwrap();
-    let text =
-        box_case([1.0, 1.0], [16, 16], 0.05, CHANNEL, "[drive]\nforce = [0.4, 0.0]\n[time]\nend = 0.05\nstep = 0.01\n");
+    let text = box_case(
+        [1.0, 1.0],
+        [16, 16],
+        0.05,
+        CHANNEL,
+        "[drive]\nforce = [0.4, 0.0]\n[time]\nend = 0.05\nstep = 0.01\n",
+    );
     let case = write(dir.path(), "case.toml", &text);
     for (n, every) in ["1e-25", "1e-19", "0.01"].into_iter().enumerate() {
         let out = dir.path().join(n.to_string());
         run(
             &case,
             &out,
-            &["--set", &format!("output.fields={{ every_time = {every} }}"), "--set", "output.figures=false"],
+            &[
+                "--set",
+                &format!("output.fields={{ every_time = {every} }}"),
+                "--set",
+                "output.figures=false",
+            ],
         );
-        let snapshots = std::fs::read_dir(out.join("fields"))
-            .unwrap()
-            .filter(|file| file.as_ref().unwrap().path().extension().is_some_and(|extension| extension == "vti"));
+        let snapshots = std::fs::read_dir(out.join("fields")).unwrap().filter(|file| {
+            file.as_ref().unwrap().path().extension().is_some_and(|extension| extension == "vti")
+        });
         assert_eq!(snapshots.count(), 6, "every {every} s");
     }
 }

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
 const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
-const MORE: &str = "[time]\nend = 0.05\ncfl = 0.4\n[[measure]]\nname = \"speed\"\nkind = \"max_speed\"\n\
+const MORE: &str = "[time]\nend = 0.05\ncfl = 0.4\n[[measure]]\nname = \"speed\"\n\
+    kind = \"max_speed\"\n\
     [pressure]\ndivergence_limit = 1e-4\n\
     [[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.6, 0.5]\nmotion = \"fixed\"\n[coupling]\nwall = \"sharp\"\n";
 const STUDY: &str = r#"name = "tiny"
@@ -45,8 +46,13 @@ keep = { N = [16], solver = ["bcgs"] }
 /// A folder with a tiny case, its reference and a study of that text.
 fn written(study: &str) -> (tempfile::TempDir, PathBuf) {
     let dir = tempfile::tempdir().unwrap();
-    std::fs::write(dir.path().join("case.toml"), box_case([2.0, 1.0], [24, 12], 0.01, STREAM, MORE)).unwrap();
-    std::fs::write(dir.path().join("exact.csv"), "# where from\nre,speed\n40,1.0\n100,1.5\n").unwrap();
+    std::fs::write(
+        dir.path().join("case.toml"),
+        box_case([2.0, 1.0], [24, 12], 0.01, STREAM, MORE),
+    )
+    .unwrap();
+    std::fs::write(dir.path().join("exact.csv"), "# where from\nre,speed\n40,1.0\n100,1.5\n")
+        .unwrap();
     let file = dir.path().join("tiny.study.toml");
     std::fs::write(&file, study).unwrap();
     (dir, file)
@@ -62,7 +68,11 @@ fn study(file: &Path, out: &Path, more: &[&str]) -> (Option<i32>, String, String
 
 /// The rows of `study.csv`, by the names of the columns.
 fn rows(out: &Path) -> Vec<HashMap<String, String>> {
-    csv::Reader::from_path(out.join("study.csv")).unwrap().deserialize().map(Result::unwrap).collect()
+    csv::Reader::from_path(out.join("study.csv"))
+        .unwrap()
+        .deserialize()
+        .map(Result::unwrap)
+        .collect()
 }
 
 #[test]
@@ -74,8 +84,10 @@ fn a_study_gives_a_row_a_run_with_errors_medians_and_figures_and_goes_on_where_i
     let names = "2 of 7 runs are not done: N=16,solver=none (failed), N=32,solver=none (failed)";
     assert!(error.contains(names), "{error}");
     let table = rows(&out);
-    let labels: Vec<_> = table.iter().map(|row| (row["N"].as_str(), row["solver"].as_str())).collect();
-    let pairs = ["16", "32"].into_iter().flat_map(|n| ["bcgs", "cg", "none"].map(|solver| (n, solver)));
+    let labels: Vec<_> =
+        table.iter().map(|row| (row["N"].as_str(), row["solver"].as_str())).collect();
+    let pairs =
+        ["16", "32"].into_iter().flat_map(|n| ["bcgs", "cg", "none"].map(|solver| (n, solver)));
     assert_eq!(labels, pairs.chain([("", "fixed step")]).collect::<Vec<_>>());
     for row in &table {
         if row["solver"] == "none" {
@@ -86,10 +98,15 @@ fn a_study_gives_a_row_a_run_with_errors_medians_and_figures_and_goes_on_where_i
             assert!(row["message"].contains("failed twice"), "{row:?}");
             continue;
         }
-        let number = |name: &str| row[name].parse::<f64>().unwrap_or_else(|_| panic!("{name} in {row:?}"));
+        let number =
+            |name: &str| row[name].parse::<f64>().unwrap_or_else(|_| panic!("{name} in {row:?}"));
         assert_eq!((row["status"].as_str(), number("repeats")), ("done", 2.0));
         assert!((number("speed_error") - (number("speed") / 1.5 - 1.0)).abs() < 1e-12, "{row:?}");
-        assert!(number("cpu_seconds") > 0.0 && number("us_per_cell_step") > 0.0 && number("peak_memory_bytes") > 1e6);
+        assert!(
+            number("cpu_seconds") > 0.0
+                && number("us_per_cell_step") > 0.0
+                && number("peak_memory_bytes") > 1e6
+        );
         let cells = match row["N"].as_str() {
             "16" => 128.0,
             "32" => 512.0,
@@ -99,7 +116,9 @@ fn a_study_gives_a_row_a_run_with_errors_medians_and_figures_and_goes_on_where_i
     }
     assert_eq!(table[1]["petsc"], "-ksp_type cg -pc_type gamg");
     assert_eq!(table[6]["steps"], "5", "the step of the row, not the case's Courant number");
-    for name in ["value_speed.png", "work_precision_speed.png", "work_precision_speed.svg", "cost.png"] {
+    for name in
+        ["value_speed.png", "work_precision_speed.png", "work_precision_speed.svg", "cost.png"]
+    {
         assert!(std::fs::metadata(out.join(name)).is_ok_and(|m| m.len() > 2000), "{name}");
     }
     let svg = std::fs::read_to_string(out.join("value_speed.svg")).unwrap();
@@ -108,7 +127,10 @@ fn a_study_gives_a_row_a_run_with_errors_medians_and_figures_and_goes_on_where_i
     }
     let plot = mics(&["plot", out.to_str().unwrap()]);
     let refused = String::from_utf8_lossy(&plot.stderr).into_owned();
-    assert!(plot.status.code() == Some(2) && refused.contains("a study's folder; `mics study` draws"), "{refused}");
+    assert!(
+        plot.status.code() == Some(2) && refused.contains("a study's folder; `mics study` draws"),
+        "{refused}"
+    );
     assert!(said.contains("| N | solver | speed | error |") && said.contains("failed: "), "{said}");
 
     // What is done stays; what is not, or is another run by now, is done.
@@ -121,7 +143,10 @@ fn a_study_gives_a_row_a_run_with_errors_medians_and_figures_and_goes_on_where_i
     assert_eq!(rows(&out)[6]["steps"], "4");
     let (_, listed, _) = study(&file, &out, &["--list"]);
     assert!(listed.contains("N=16,solver=cg: 16 x 8 cells, 2 of 2 done"), "{listed}");
-    assert!(listed.ends_with(&format!("7 runs, 2 times each, 4 left to do, into {}\n", out.display())), "{listed}");
+    assert!(
+        listed.ends_with(&format!("7 runs, 2 times each, 4 left to do, into {}\n", out.display())),
+        "{listed}"
+    );
 
     let quick = dir.path().join("quick");
     let (code, said, error) = study(&file, &quick, &["--quick"]);
@@ -144,7 +169,8 @@ fn studies_on_several_ranks_may_run_side_by_side() {
         let output = process.wait_with_output().unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let table = rows(&out);
-        let found: Vec<_> = table.iter().map(|row| (row["ranks"].as_str(), row["status"].as_str())).collect();
+        let found: Vec<_> =
+            table.iter().map(|row| (row["ranks"].as_str(), row["status"].as_str())).collect();
         assert_eq!(found, [("1", "done"), ("2", "done")], "{table:?}");
         let speed = |row: &HashMap<String, String>| row["speed"].parse::<f64>().unwrap();
         assert!((speed(&table[0]) / speed(&table[1]) - 1.0).abs() < 1e-3, "{table:?}");
@@ -153,7 +179,8 @@ fn studies_on_several_ranks_may_run_side_by_side() {
 
 #[test]
 fn the_cost_on_one_grid_is_drawn_over_what_varies_though_the_first_run_failed() {
-    let axis = "[[axis]]\nname = \"limit\"\nkey = \"pressure.divergence_limit\"\nvalues = [1e-16, 1e-5, 1e-4]\n";
+    let axis = "[[axis]]\nname = \"limit\"\nkey = \"pressure.divergence_limit\"\n\
+        values = [1e-16, 1e-5, 1e-4]\n";
     let (dir, file) = written(&format!("name = \"tiny\"\ncase = \"case.toml\"\n{axis}"));
     let out = dir.path().join("out");
     let (code, said, error) = study(&file, &out, &[]);
@@ -161,14 +188,19 @@ fn the_cost_on_one_grid_is_drawn_over_what_varies_though_the_first_run_failed() 
     let status: Vec<_> = rows(&out).iter().map(|row| row["status"].clone()).collect();
     assert_eq!(status, ["failed", "done", "done"], "{said}");
     let figure = std::fs::read_to_string(out.join("cost.svg")).unwrap();
-    assert!(figure.lines().any(|line| line.trim() == "limit") && !figure.contains("cells"), "{figure}");
+    assert!(
+        figure.lines().any(|line| line.trim() == "limit") && !figure.contains("cells"),
+        "{figure}"
+    );
 }
 
 #[test]
 fn a_combination_that_is_refused_is_a_row_but_a_choice_that_always_is_is_a_fault_of_the_file() {
     let axes = "[[axis]]\nname = \"scheme\"\nkey = \"time.scheme\"\nvalues = [\"euler\", \"rk2\"]\n\
-                [[axis]]\nname = \"advection\"\nkey = \"time.advection\"\nvalues = [\"upwind5\", \"qsi\"]\n";
-    let text = format!("name = \"tiny\"\ncase = \"case.toml\"\nset = {{ \"time.cfl\" = 0.2 }}\n{axes}");
+                [[axis]]\nname = \"advection\"\nkey = \"time.advection\"\n\
+                    values = [\"upwind5\", \"qsi\"]\n";
+    let text =
+        format!("name = \"tiny\"\ncase = \"case.toml\"\nset = {{ \"time.cfl\" = 0.2 }}\n{axes}");
     let (dir, file) = written(&text);
     let out = dir.path().join("out");
     let (code, said, error) = study(&file, &out, &[]);
@@ -180,13 +212,18 @@ fn a_combination_that_is_refused_is_a_row_but_a_choice_that_always_is_is_a_fault
     let (dir, file) = written(&text.replace("\"upwind5\", \"qsi\"", "\"upwind5\", \"qsy\""));
     let (code, _, error) = study(&file, &dir.path().join("out"), &[]);
     assert_eq!(code, Some(2), "{error}");
-    assert!(error.contains("tiny.study.toml:11: axis.1.values.1: time.advection: unknown value `qsy`"), "{error}");
+    assert!(
+        error.contains("tiny.study.toml:11: axis.1.values.1: time.advection: unknown value `qsy`"),
+        "{error}"
+    );
 }
 
 #[test]
 fn a_choice_with_a_value_out_of_range_is_a_row_with_its_reason_and_the_others_are_done() {
-    let axis = "[[axis]]\nname = \"cells\"\nkey = \"domain.cells\"\nvalues = [[24, 12], [24, 1], [16, 8]]\n";
-    let text = format!("name = \"tiny\"\ncase = \"case.toml\"\n{}", axis.replace("\"cells\"", "\"N\""));
+    let axis = "[[axis]]\nname = \"cells\"\nkey = \"domain.cells\"\n\
+        values = [[24, 12], [24, 1], [16, 8]]\n";
+    let text =
+        format!("name = \"tiny\"\ncase = \"case.toml\"\n{}", axis.replace("\"cells\"", "\"N\""));
     let (dir, file) = written(&text);
     let out = dir.path().join("out");
     let (code, said, error) = study(&file, &out, &[]);
@@ -236,24 +273,41 @@ fn a_wrong_study_file_is_refused_with_its_line_and_cure_and_nothing_is_written()
         ("\"domain.cells\" = [16, 8]", "\"domain.cels\" = [16, 8]", 8, "did you mean `cells`?"),
         ("name = \"solver\"", "name = \"N\"", 13, "there is an axis `N` already"),
         ("name = \"solver\"", "name = \"cells\"", 13, "is a column that study.csv has anyway"),
-        ("choices = [\n  { label = \"bcgs\" }", "values = [\n  { label = \"bcgs\" }", 12, "lacks the `key`"),
+        (
+            "choices = [\n  { label = \"bcgs\" }",
+            "values = [\n  { label = \"bcgs\" }",
+            12,
+            "lacks the `key`",
+        ),
         ("\"time.step\" = 0.01", "\"time.stop\" = -1", 22, "time.stop: unknown key"),
-        ("measure = \"speed\"", "measure = \"sped\"", 25, "the case has no measure `sped`; did you mean `speed`?"),
+        (
+            "measure = \"speed\"",
+            "measure = \"sped\"",
+            25,
+            "the case has no measure `sped`; did you mean `speed`?",
+        ),
         ("file = \"exact.csv\"", "file = \"other.csv\"", 26, "other.csv: No such file"),
-        ("column = \"speed\"", "column = \"spead\"", 27, "has no column `spead`; did you mean `speed`?"),
+        (
+            "column = \"speed\"",
+            "column = \"spead\"",
+            27,
+            "has no column `spead`; did you mean `speed`?",
+        ),
         ("row = { re = 100 }", "", 24, "2 rows of"),
         ("row = { re = 100 }", "value = 1.0", 24, "has both `value` and a place in a file"),
         ("keep = { N = [16]", "keep = { N = [17]", 31, "`N` has no `17`"),
         ("[quick]", "[plot]\nseries = [\"solvers\"]\n[quick]", 31, "did you mean `solver`?"),
         (
             "[quick]",
-            "[[plot.others]]\nmeasure = \"speed\"\nfile = \"exact.csv\"\nlabel = \"re\"\ncpu = \"re\"\nerror = \"spead\"\n[quick]",
+            "[[plot.others]]\nmeasure = \"speed\"\nfile = \"exact.csv\"\nlabel = \"re\"\n\
+            cpu = \"re\"\nerror = \"spead\"\n[quick]",
             35,
             "has no column `spead`; did you mean `speed`?",
         ),
         (
             "[quick]",
-            "[[plot.others]]\nmeasure = \"drag\"\nfile = \"exact.csv\"\nlabel = \"re\"\ncpu = \"re\"\nerror = \"re\"\n[quick]",
+            "[[plot.others]]\nmeasure = \"drag\"\nfile = \"exact.csv\"\nlabel = \"re\"\n\
+            cpu = \"re\"\nerror = \"re\"\n[quick]",
             31,
             "`drag` has no reference",
         ),
@@ -264,7 +318,11 @@ fn a_wrong_study_file_is_refused_with_its_line_and_cure_and_nothing_is_written()
         let (code, _, error) = study(&file, &out, &[]);
         assert_eq!(code, Some(2), "{to}: {error}");
         // What is missing at the top has no line.
-        let place = if line == 0 { "tiny.study.toml: ".into() } else { format!("tiny.study.toml:{line}: ") };
+        let place = if line == 0 {
+            "tiny.study.toml: ".into()
+        } else {
+            format!("tiny.study.toml:{line}: ")
+        };
         assert!(error.contains(&place) && error.contains(says), "{to}: {error}");
         assert!(!out.exists(), "{to}");
     }
@@ -300,7 +358,8 @@ over = ["place"]
 "#;
 
 #[test]
-fn each_run_has_the_reference_of_its_own_label_and_the_spread_sums_up_the_runs_that_differ_in_place_only() {
+fn each_run_has_the_reference_of_its_own_label_and_the_spread_sums_up_the_runs_that_differ_in_place_only()
+ {
     let (dir, file) = written(PLACES);
     let out = dir.path().join("out");
     let (code, said, error) = study(&file, &out, &[]);
@@ -321,8 +380,10 @@ fn each_run_has_the_reference_of_its_own_label_and_the_spread_sums_up_the_runs_t
 
     let spread = std::fs::read_to_string(out.join("spread.md")).unwrap();
     assert!(said.contains(&spread), "{said}");
-    let lines: Vec<Vec<&str>> =
-        spread.lines().map(|line| line[1..line.len() - 1].split('|').map(str::trim).collect()).collect();
+    let lines: Vec<Vec<&str>> = spread
+        .lines()
+        .map(|line| line[1..line.len() - 1].split('|').map(str::trim).collect())
+        .collect();
     assert_eq!(lines[0], ["Re", "runs", "speed", "mean", "worst error", "mean error"]);
     assert_eq!(lines.len(), 2 + 3, "{spread}");
     for (line, re) in lines[2..].iter().zip(["40", "100", "150"]) {
@@ -332,11 +393,18 @@ fn each_run_has_the_reference_of_its_own_label_and_the_spread_sums_up_the_runs_t
         let (speeds, errors) = (of("speed"), of("speed_error"));
         assert!(speeds.len() == 2 && speeds[0] != speeds[1], "the place matters: {speeds:?}");
         let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
-        let worst = errors.iter().copied().fold(0.0f64, |w, e| if e.abs() > w.abs() { e } else { w });
-        let range = [speeds[0].min(speeds[1]), speeds[0].max(speeds[1])].map(|v| format!("{v:.3}")).join(" ... ");
+        let worst =
+            errors.iter().copied().fold(0.0f64, |w, e| if e.abs() > w.abs() { e } else { w });
+        let range = [speeds[0].min(speeds[1]), speeds[0].max(speeds[1])]
+            .map(|v| format!("{v:.3}"))
+            .join(" ... ");
         assert_eq!(line[..4], [re, "2", &range, &format!("{:.3}", mean(&speeds))]);
         let percent = |error: f64| format!("{:+.2} %", 100.0 * error);
-        let expected = if re == "150" { [String::new(), String::new()] } else { [worst, mean(&errors)].map(percent) };
+        let expected = if re == "150" {
+            [String::new(), String::new()]
+        } else {
+            [worst, mean(&errors)].map(percent)
+        };
         assert_eq!(line[4..], expected, "{spread}");
     }
 }
@@ -353,7 +421,12 @@ fn a_wrong_reference_by_run_or_a_wrong_spread_is_refused_with_its_line_and_cure(
         ),
         ("row_of = { re = \"Re\" }", "row_of = { re = \"ranks\" }", 23, "no axis or label `ranks`"),
         ("row_of = { re = \"Re\" }", "value = 1.0\nrow_of = { re = \"Re\" }", 19, "drop one"),
-        ("over = [\"place\"]", "over = [\"plaec\"]", 26, "no axis or label `plaec`; did you mean `place`?"),
+        (
+            "over = [\"place\"]",
+            "over = [\"plaec\"]",
+            26,
+            "no axis or label `plaec`; did you mean `place`?",
+        ),
         ("over = [", "ovre = [", 26, "did you mean `over`?"),
     ] {
         assert!(PLACES.contains(from), "{from}");
@@ -361,15 +434,20 @@ fn a_wrong_reference_by_run_or_a_wrong_spread_is_refused_with_its_line_and_cure(
         let out = dir.path().join("out");
         let (code, _, error) = study(&file, &out, &[]);
         assert_eq!(code, Some(2), "{to}: {error}");
-        assert!(error.contains(&format!("tiny.study.toml:{line}: ")) && error.contains(says), "{to}: {error}");
+        assert!(
+            error.contains(&format!("tiny.study.toml:{line}: ")) && error.contains(says),
+            "{to}: {error}"
+        );
         assert!(!out.exists(), "{to}");
     }
 }
 
 #[test]
 fn a_reference_is_of_the_cases_that_measure_it_where_rows_run_another_case() {
-    let text = "name = \"tiny\"\ncase = \"case.toml\"\n[[row]]\nlabels = { what = \"speed\" }\n[[row]]\n\
-                labels = { what = \"drag\" }\ncase = \"other.toml\"\n[[reference]]\nmeasure = \"drag\"\nvalue = 2.0\n";
+    let text = "name = \"tiny\"\ncase = \"case.toml\"\n[[row]]\nlabels = { what = \"speed\" }\n\
+        [[row]]\n\
+                labels = { what = \"drag\" }\ncase = \"other.toml\"\n[[reference]]\n\
+                    measure = \"drag\"\nvalue = 2.0\n";
     let (dir, file) = written(text);
     let other = std::fs::read_to_string(dir.path().join("case.toml")).unwrap();
     let other = other.replace("\"speed\"", "\"drag\"").replace("max_speed", "drag_coefficient");
@@ -377,7 +455,10 @@ fn a_reference_is_of_the_cases_that_measure_it_where_rows_run_another_case() {
     let out = dir.path().join("out");
     let (code, said, error) = study(&file, &out, &[]);
     assert_eq!(code, Some(0), "{said}{error}");
-    let has: Vec<_> = rows(&out).iter().map(|r| ["speed", "drag", "drag_error"].map(|c| !r[c].is_empty())).collect();
+    let has: Vec<_> = rows(&out)
+        .iter()
+        .map(|r| ["speed", "drag", "drag_error"].map(|c| !r[c].is_empty()))
+        .collect();
     assert_eq!(has, [[true, false, false], [false, true, true]], "{said}");
 }
 
@@ -392,17 +473,24 @@ fn a_folder_that_holds_something_else_is_refused() {
 #[test]
 fn the_shipped_studies_are_accepted_with_a_quick_part_each() {
     let cases = std::fs::read_dir(shipped("cases")).unwrap().map(|case| case.unwrap().path());
-    let files = cases.filter(|case| case.is_dir()).flat_map(|case| std::fs::read_dir(case).unwrap());
-    let files = files.map(|file| file.unwrap().path()).filter(|file| file.to_str().unwrap().ends_with(".study.toml"));
+    let files =
+        cases.filter(|case| case.is_dir()).flat_map(|case| std::fs::read_dir(case).unwrap());
+    let files = files
+        .map(|file| file.unwrap().path())
+        .filter(|file| file.to_str().unwrap().ends_with(".study.toml"));
     let mut count = 0;
     for file in files {
         let name = file.display();
         let dir = tempfile::tempdir().unwrap();
         let runs = |more: &[&str]| {
-            let (code, said, error) = study(&file, &dir.path().join("out"), &[&["--list"], more].concat());
+            let (code, said, error) =
+                study(&file, &dir.path().join("out"), &[&["--list"], more].concat());
             assert_eq!(code, Some(0), "{name}: {error}");
             // At its limits, being refused is a result.
-            assert!(!said.contains("refused") || name.to_string().contains("stress"), "{name}: {said}");
+            assert!(
+                !said.contains("refused") || name.to_string().contains("stress"),
+                "{name}: {said}"
+            );
             said.lines().count()
         };
         assert!(runs(&["--quick"]) < runs(&[]), "{name}");

@@ -1,4 +1,5 @@
-//! What the tests share: PETSc behind a lock (it is one per process), scenes from text, runs of the program.
+//! What the tests share: PETSc behind a lock (it is one per process), scenes from text, runs of the
+//! program.
 
 use mics::config::{Case, load};
 use mics::petsc::Session;
@@ -47,11 +48,18 @@ pub fn case(text: &str) -> Case {
 }
 
 /// A case's text in 2D: periodic, without particles, unless `more` says otherwise (whole tables).
-pub fn box_case(size: [f64; 2], cells: [usize; 2], viscosity: f64, sides: [&str; 4], more: &str) -> String {
+pub fn box_case(
+    size: [f64; 2],
+    cells: [usize; 2],
+    viscosity: f64,
+    sides: [&str; 4],
+    more: &str,
+) -> String {
     let [west, east, south, north] = sides;
     let time = if more.contains("[time]") { "" } else { "[time]\nend = 1.0" };
     format!(
-        "name = \"test\"\n[domain]\nsize = {size:?}\ncells = {cells:?}\n[fluid]\ndensity = 1.0\nviscosity = {viscosity:?}\n\
+        "name = \"test\"\n[domain]\nsize = {size:?}\ncells = {cells:?}\n[fluid]\ndensity = 1.0\n\
+        viscosity = {viscosity:?}\n\
          [boundary]\nwest = {west}\neast = {east}\nsouth = {south}\nnorth = {north}\n{time}\n{more}\n"
     )
 }
@@ -67,8 +75,9 @@ pub fn order(coarse: f64, fine: f64, ratio: f64) -> f64 {
     (coarse / fine).ln() / ratio.ln()
 }
 
-/// A program to run. MPI changes the environment of this process as it starts: behind Rust's back, so that no program
-/// may start at that moment, and with variables that no MPI program started from here may see.
+/// A program to run. MPI changes the environment of this process as it starts: behind Rust's back,
+/// so that no program may start at that moment, and with variables that no MPI program started from
+/// here may see.
 pub fn command(program: &str) -> Command {
     start_petsc();
     let ours = |name: &str| ["OMPI_", "PMIX_", "PRTE_"].iter().any(|p| name.starts_with(p));
@@ -78,10 +87,11 @@ pub fn command(program: &str) -> Command {
 }
 
 /// What OpenMPI asks of a superuser who starts ranks.
-pub const AS_ROOT: [(&str, &str); 2] = [("OMPI_ALLOW_RUN_AS_ROOT", "1"), ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")];
+pub const AS_ROOT: [(&str, &str); 2] =
+    [("OMPI_ALLOW_RUN_AS_ROOT", "1"), ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")];
 
-/// A program to run on several ranks, with a session folder of its own: OpenMPI's usual one is shared by all of a user's
-/// programs, and the first to end takes it away from those that begin.
+/// A program to run on several ranks, with a session folder of its own: OpenMPI's usual one is
+/// shared by all of a user's programs, and the first to end takes it away from those that begin.
 pub struct Mpirun {
     command: Command,
     _session: tempfile::TempDir,
@@ -135,7 +145,8 @@ pub fn run(case: &Path, out: &Path, more: &[&str]) -> serde_json::Value {
 pub fn summary(out: &Path) -> serde_json::Value {
     let text = std::fs::read_to_string(out.join("summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
-    let [found, limit] = ["divergence_max", "divergence_limit"].map(|k| summary[k].as_f64().unwrap());
+    let [found, limit] =
+        ["divergence_max", "divergence_limit"].map(|k| summary[k].as_f64().unwrap());
     assert!(found < limit, "the divergence {found:e} is not below D0 = {limit:e}");
     summary
 }
@@ -144,7 +155,8 @@ pub fn summary(out: &Path) -> serde_json::Value {
 pub fn columns(path: &Path) -> HashMap<String, Vec<f64>> {
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_path(path).unwrap();
     let names: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
-    let mut columns: HashMap<String, Vec<f64>> = names.iter().map(|n| (n.clone(), Vec::new())).collect();
+    let mut columns: HashMap<String, Vec<f64>> =
+        names.iter().map(|n| (n.clone(), Vec::new())).collect();
     for record in reader.records().map(Result::unwrap) {
         for (name, value) in names.iter().zip(record.iter()) {
             columns.get_mut(name).unwrap().push(value.parse().unwrap_or(f64::NAN));

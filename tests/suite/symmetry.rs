@@ -1,10 +1,12 @@
-//! A scene that is mirrored, or whose axes are exchanged, moves as its image does: nothing prefers a direction.
+//! A scene that is mirrored, or whose axes are exchanged, moves as its image does: nothing prefers
+//! a direction.
 
 use crate::support::{PERIODIC, SHARP, box_case, order, petsc};
 use mics::scene::Scene;
 use nalgebra::Vector3;
 
-/// How a scene is laid into the box: axis `a` of it along axis `axes[a]`, from the other end where `mirrored[a]`.
+/// How a scene is laid into the box: axis `a` of it along axis `axes[a]`, from the other end where
+/// `mirrored[a]`.
 #[derive(Clone, Copy, Debug)]
 struct Image<const D: usize> {
     axes: [usize; D],
@@ -20,7 +22,9 @@ impl<const D: usize> Image<D> {
 
     fn place(&self, x: [f64; D], size: [f64; D]) -> [f64; D] {
         let mut image = [0.0; D];
-        (0..D).for_each(|a| image[self.axes[a]] = if self.mirrored[a] { size[a] - x[a] } else { x[a] });
+        (0..D).for_each(|a| {
+            image[self.axes[a]] = if self.mirrored[a] { size[a] - x[a] } else { x[a] }
+        });
         image
     }
 
@@ -32,19 +36,25 @@ impl<const D: usize> Image<D> {
 
     /// What an image's vector is in the scene itself.
     fn back(&self, v: &Vector3<f64>) -> Vector3<f64> {
-        Vector3::from_fn(|a, _| if a < D { v[self.axes[a]] * if self.mirrored[a] { -1.0 } else { 1.0 } } else { v[a] })
+        Vector3::from_fn(|a, _| {
+            if a < D { v[self.axes[a]] * if self.mirrored[a] { -1.0 } else { 1.0 } } else { v[a] }
+        })
     }
 
     /// The same of a spin: a mirror turns it round.
     fn spin_back(&self, w: &Vector3<f64>) -> Vector3<f64> {
-        let mut sign = if self.mirrored.iter().filter(|m| **m).count() % 2 == 1 { -1.0 } else { 1.0 };
-        let swaps = (0..D).flat_map(|a| (0..a).map(move |b| (a, b))).filter(|(a, b)| self.axes[*a] < self.axes[*b]);
+        let mut sign =
+            if self.mirrored.iter().filter(|m| **m).count() % 2 == 1 { -1.0 } else { 1.0 };
+        let swaps = (0..D)
+            .flat_map(|a| (0..a).map(move |b| (a, b)))
+            .filter(|(a, b)| self.axes[*a] < self.axes[*b]);
         sign *= if swaps.count() % 2 == 1 { -1.0 } else { 1.0 };
         if D == 2 { sign * w } else { sign * self.back(w) }
     }
 }
 
-/// Velocities, spins and forces of three bodies that fall askew, meet and touch a wall, after every step, turned back.
+/// Velocities, spins and forces of three bodies that fall askew, meet and touch a wall, after every
+/// step, turned back.
 fn follow<const D: usize>(
     image: Image<D>,
     size: [f64; D],
@@ -57,13 +67,15 @@ fn follow<const D: usize>(
     let take = |v: [f64; 3]| -> [f64; D] { std::array::from_fn(|a| v[a]) };
     let body = |place: [f64; 3], velocity: [f64; 3], density: f64| {
         format!(
-            "[[particle]]\nshape = {{ {shape} = {{ diameter = 1.0 }} }}\nposition = {:?}\nvelocity = {:?}\ndensity = {density:?}\n",
+            "[[particle]]\nshape = {{ {shape} = {{ diameter = 1.0 }} }}\nposition = {:?}\n\
+            velocity = {:?}\ndensity = {density:?}\n",
             image.place(take(place), size),
             image.vector(take(velocity))
         )
     };
     let text = format!(
-        "name = \"s\"\n[domain]\nsize = {:?}\ncells = {:?}\n[fluid]\ndensity = 1.0\nviscosity = 0.02\ngravity = {:?}\n\
+        "name = \"s\"\n[domain]\nsize = {:?}\ncells = {:?}\n[fluid]\ndensity = 1.0\n\
+        viscosity = 0.02\ngravity = {:?}\n\
          [boundary]\n{}{}{}{}[contact]\nfriction = 0.3\nrestitution = 0.7\n[time]\nend = 9.0\nstep = 0.02\n\
          [pressure]\ndivergence_limit = 1e-11\n[coupling]\nwall = {wall:?}\n",
         image.of(size),
@@ -84,7 +96,11 @@ fn follow<const D: usize>(
         met |= scene.state.exchange.iter().all(|e| e.contact.norm() > 1.0);
         for (body, exchange) in scene.state.bodies.iter().zip(&scene.state.exchange) {
             let force = exchange.momentum + exchange.contact;
-            seen.push([image.back(&body.velocity), image.spin_back(&body.spin), image.back(&force)]);
+            seen.push([
+                image.back(&body.velocity),
+                image.spin_back(&body.spin),
+                image.back(&force),
+            ]);
         }
     }
     assert!(met, "the bodies touch");
@@ -103,12 +119,16 @@ fn compare<const D: usize>(
     // Spins are those of a surface at the largest speed.
     let speed = plain.iter().map(|row| row[0].norm()).fold(0.0, f64::max);
     let force = plain.iter().map(|row| row[2].norm()).fold(0.0, f64::max);
-    for (k, name, scale) in [(0, "velocity", speed), (1, "spin", speed / 0.5), (2, "force", force)] {
+    for (k, name, scale) in [(0, "velocity", speed), (1, "spin", speed / 0.5), (2, "force", force)]
+    {
         let off = plain.iter().zip(&other).map(|(a, b)| (a[k] - b[k]).norm()).fold(0.0, f64::max);
         println!("{wall} {image:?}: {name} {:.1e} of {scale:.2}", off / scale);
-        // A film is found anew when its gap has changed by a thousandth; in which substep that is, rounding decides: 1.4e-8 of the spin in 3D, and
-        // 8e-10 where it is found anew in each.
-        assert!(scale > 0.0 && off < 3e-8 * scale, "{wall}, {image:?}: {name} differs by {off:e} of {scale:e}");
+        // A film is found anew when its gap has changed by a thousandth; in which substep that is,
+        // rounding decides: 1.4e-8 of the spin in 3D, and 8e-10 where it is found anew in each.
+        assert!(
+            scale > 0.0 && off < 3e-8 * scale,
+            "{wall}, {image:?}: {name} differs by {off:e} of {scale:e}"
+        );
     }
 }
 
@@ -117,7 +137,9 @@ fn mirrored_and_exchanged_axes_give_mirrored_and_exchanged_motions_in_two_dimens
     let (size, cells) = ([3.0, 2.5], [24, 20]);
     for wall in ["sharp", "mixing"] {
         let plain = follow(Image { axes: [0, 1], mirrored: [false; 2] }, size, cells, 100, wall);
-        for (axes, mirrored) in [([0, 1], [true, false]), ([0, 1], [false, true]), ([1, 0], [false, false])] {
+        for (axes, mirrored) in
+            [([0, 1], [true, false]), ([0, 1], [false, true]), ([1, 0], [false, false])]
+        {
             compare(&plain, Image { axes, mirrored }, size, cells, wall);
         }
     }
@@ -128,22 +150,26 @@ fn mirrored_and_exchanged_axes_give_mirrored_and_exchanged_motions_in_three_dime
     let (size, cells) = ([3.0, 2.5, 2.5], [24, 20, 20]);
     for wall in ["sharp", "mixing"] {
         let plain = follow(Image { axes: [0, 1, 2], mirrored: [false; 3] }, size, cells, 60, wall);
-        for (axes, mirrored) in
-            [([0, 1, 2], [true, false, false]), ([1, 2, 0], [false; 3]), ([0, 2, 1], [false, false, true])]
-        {
+        for (axes, mirrored) in [
+            ([0, 1, 2], [true, false, false]),
+            ([1, 2, 0], [false; 3]),
+            ([0, 2, 1], [false, false, true]),
+        ] {
             compare(&plain, Image { axes, mirrored }, size, cells, wall);
         }
     }
 }
 
-/// A pair that is its own mirror image: it meets in the plane between, which goes through the middle of cells, falls and parts again. The
-/// largest difference of the one's motion and force and the other's image of them, as parts of the largest.
+/// A pair that is its own mirror image: it meets in the plane between, which goes through the
+/// middle of cells, falls and parts again. The largest difference of the one's motion and force and
+/// the other's image of them, as parts of the largest.
 fn parting<const D: usize>(cells: [usize; D], steps: usize, limit: f64) -> [f64; 3] {
     let petsc = petsc();
     let (shape, h) = (if D == 2 { "disc" } else { "sphere" }, 0.125);
     let size: [f64; D] = std::array::from_fn(|a| cells[a] as f64 * h);
     let mut text = format!(
-        "name = \"pair\"\n[domain]\nsize = {size:?}\ncells = {cells:?}\n[fluid]\ndensity = 1.0\nviscosity = 0.02\ngravity = {:?}\n\
+        "name = \"pair\"\n[domain]\nsize = {size:?}\ncells = {cells:?}\n[fluid]\ndensity = 1.0\n\
+        viscosity = 0.02\ngravity = {:?}\n\
          [contact]\nfriction = 0.3\nrestitution = 0.7\n[time]\nend = 9.0\nstep = 0.02\n[pressure]\ndivergence_limit = {limit:?}\n",
         &[0.0, -1.0, 0.0][..D]
     );
@@ -154,7 +180,8 @@ fn parting<const D: usize>(cells: [usize; D], steps: usize, limit: f64) -> [f64;
     for side in [-1.0, 1.0] {
         let at = [0.5 * size[0] + 0.57 * side, 0.6 * size[1], 0.5 * size[D - 1] + 0.03];
         text += &format!(
-            "[[particle]]\nshape = {{ {shape} = {{ diameter = 1.0 }} }}\nposition = {:?}\nvelocity = {:?}\ndensity = 3.0\n",
+            "[[particle]]\nshape = {{ {shape} = {{ diameter = 1.0 }} }}\nposition = {:?}\n\
+            velocity = {:?}\ndensity = 3.0\n",
             &at[..D],
             &[-0.8 * side, -0.2, 0.1][..D]
         );
@@ -170,7 +197,8 @@ fn parting<const D: usize>(cells: [usize; D], steps: usize, limit: f64) -> [f64;
         });
         for (k, (a, b)) in of_one.iter().zip(&of_other).enumerate() {
             // A mirror normal to x turns the x of a vector, and all else of a spin.
-            let image = if k == 1 { Vector3::new(b.x, -b.y, -b.z) } else { Vector3::new(-b.x, b.y, b.z) };
+            let image =
+                if k == 1 { Vector3::new(b.x, -b.y, -b.z) } else { Vector3::new(-b.x, b.y, b.z) };
             off[k] = off[k].max((a - image).norm());
             most[k] = most[k].max(a.norm());
         }
@@ -185,7 +213,10 @@ fn a_pair_that_is_its_own_mirror_image_stays_one_whoever_comes_first() {
     // What the solver leaves is no more than itself: no cell changes hands by it.
     for (limit, most) in [(1e-11, 1e-8), (1e-6, 1e-5)] {
         for off in [parting([29, 24], 60, limit), parting([29, 20, 13], 40, limit)] {
-            println!("D0 = {limit:e}: velocity {:.1e}, spin {:.1e}, force {:.1e}", off[0], off[1], off[2]);
+            println!(
+                "D0 = {limit:e}: velocity {:.1e}, spin {:.1e}, force {:.1e}",
+                off[0], off[1], off[2]
+            );
             assert!(off.iter().all(|off| *off < most), "{limit:e}: {off:?}");
         }
     }
@@ -194,9 +225,12 @@ fn a_pair_that_is_its_own_mirror_image_stays_one_whoever_comes_first() {
 #[test]
 fn a_snapshot_tells_by_q_where_a_flow_turns_and_where_it_strains() {
     let petsc = petsc();
-    let sides = ["west", "east", "south", "north", "bottom", "top"].map(|side| format!("{side} = \"slip\"\n")).concat();
+    let sides = ["west", "east", "south", "north", "bottom", "top"]
+        .map(|side| format!("{side} = \"slip\"\n"))
+        .concat();
     let mut scene: Scene<3> = petsc.scene(&format!(
-        "name = \"q\"\n[domain]\nsize = [1.0, 1.0, 1.0]\ncells = [6, 6, 6]\n[fluid]\ndensity = 1.0\nviscosity = 0.1\n\
+        "name = \"q\"\n[domain]\nsize = [1.0, 1.0, 1.0]\ncells = [6, 6, 6]\n[fluid]\n\
+        density = 1.0\nviscosity = 0.1\n\
          [boundary]\n{sides}[time]\nend = 1.0\n"
     ));
     // Rigid rotation about (1, 2, 3), and a strain along x and y.
@@ -213,15 +247,16 @@ fn a_snapshot_tells_by_q_where_a_flow_turns_and_where_it_strains() {
     }
 }
 
-/// A disc falls in a periodic box 0.4 spacings off the middle of a cell, where nothing turns it but the grid: wall shear has a torque that falls faster than the
-/// square of the spacing.
+/// A disc falls in a periodic box 0.4 spacings off the middle of a cell, where nothing turns it but
+/// the grid: wall shear has a torque that falls faster than the square of the spacing.
 #[test]
 fn a_disc_that_falls_off_the_middle_of_a_cell_hardly_turns() {
     let petsc = petsc();
     let turned = |cells: usize| {
         let (n, h) = (4 * cells, 0.016 / (4 * cells) as f64);
         let disc = format!(
-            "[[particle]]\nshape = {{ disc = {{ diameter = 0.004 }} }}\nposition = [{:?}, 0.0081]\ndensity = 1100.0\n{SHARP}\
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.004 }} }}\n\
+            position = [{:?}, 0.0081]\ndensity = 1100.0\n{SHARP}\
              [drive]\nhold_mixture = true\n",
             0.008 + 0.4 * h
         );
@@ -236,6 +271,10 @@ fn a_disc_that_falls_off_the_middle_of_a_cell_hardly_turns() {
         (0.002 * body.spin.z / body.velocity.y).abs()
     };
     let [coarse, fine] = [8, 16].map(turned);
-    println!("turns with {:.2} and {:.2} % of its speed at its surface", 100.0 * coarse, 100.0 * fine);
+    println!(
+        "turns with {:.2} and {:.2} % of its speed at its surface",
+        100.0 * coarse,
+        100.0 * fine
+    );
     assert!(coarse < 0.03 && fine < 0.006 && order(coarse, fine, 2.0) > 2.0, "{coarse}, {fine}");
 }

@@ -4,7 +4,8 @@ use crate::support::{PERIODIC, box_case, petsc};
 use mics::scene::Scene;
 use std::f64::consts::TAU;
 
-/// The fluid's energy over that of the start after steps to the time `end` at the Courant number `courant`, and how many these were.
+/// The fluid's energy over that of the start after steps to the time `end` at the Courant number
+/// `courant`, and how many these were.
 fn kept<const D: usize>(text: &str, end: f64, courant: f64) -> (f64, usize) {
     let petsc = petsc();
     let mut scene: Scene<D> = petsc.scene(text);
@@ -15,8 +16,9 @@ fn kept<const D: usize>(text: &str, end: f64, courant: f64) -> (f64, usize) {
     (scene.energy_and_speed().unwrap().0 / start, steps as usize)
 }
 
-/// In two dimensions it only decays, `exp(-2 nu (kx^2 + ky^2) t)` of its energy: on 96^2 cells within 3e-6 in steps of a Courant number of 0.5, 2e-5 in short
-/// ones, of which central diffusion has the most.
+/// In two dimensions it only decays, `exp(-2 nu (kx^2 + ky^2) t)` of its energy: on 96^2 cells
+/// within 3e-6 in steps of a Courant number of 0.5, 2e-5 in short ones, of which central diffusion
+/// has the most.
 #[test]
 fn in_two_dimensions_its_energy_falls_as_theory_has_it_and_boxes_need_not_be_square() {
     for size in [[TAU, TAU], [TAU, 2.0 * TAU]] {
@@ -30,13 +32,15 @@ fn in_two_dimensions_its_energy_falls_as_theory_has_it_and_boxes_need_not_be_squ
     }
 }
 
-/// Re = 100. The energy at t = 1 is 0.939851 of that of the start, extrapolated from 32^3, 64^3 and 128^3 cells in small steps, of order 2. Of its
-/// error in 22 steps nine tenths were the start without a pressure and what faces had of it beyond the cells.
+/// Re = 100. The energy at t = 1 is 0.939851 of that of the start, extrapolated from 32^3, 64^3 and
+/// 128^3 cells in small steps, of order 2. Of its error in 22 steps nine tenths were the start
+/// without a pressure and what faces had of it beyond the cells.
 #[test]
 fn in_three_dimensions_few_steps_keep_its_energy() {
     let side = "\"periodic\"";
     let case = |n: usize, scheme: &str| {
-        let more = format!("[initial]\ntaylor_green = 1.0\n[time]\nend = 1.0\nscheme = \"{scheme}\"");
+        let more =
+            format!("[initial]\ntaylor_green = 1.0\n[time]\nend = 1.0\nscheme = \"{scheme}\"");
         box_case([TAU, TAU], [n, n], 0.01, PERIODIC, &more)
             .replace(&format!("{:?}", [TAU, TAU]), &format!("{:?}", [TAU; 3]))
             .replace(&format!("{:?}", [n, n]), &format!("{:?}", [n; 3]))

@@ -14,14 +14,17 @@ const ROW: u64 = 2048;
 
 /// Puts the bodies that the case begins with before its own; `folder` is the case file's.
 pub(in crate::config) fn begin(case: &mut Case, folder: &Path) -> Check {
-    let Some(run) = case.initial.from.clone().filter(|_| !case.initial.listed) else { return Ok(()) };
+    let Some(run) = case.initial.from.clone().filter(|_| !case.initial.listed) else {
+        return Ok(());
+    };
     let key = "initial.from";
     let Initial { velocity, perturbation, taylor_green, .. } = &case.initial;
     let others = velocity.is_some() || perturbation.is_some() || taylor_green.is_some();
     ensure!(
         !others,
         key,
-        "the fluid's velocity is that run's: remove initial.velocity, initial.perturbation and initial.taylor_green"
+        "the fluid's velocity is that run's: remove initial.velocity, initial.perturbation and \
+        initial.taylor_green"
     );
     let run = located(&run, folder);
     case.initial.from = Some(run.display().to_string());
@@ -36,13 +39,15 @@ pub(in crate::config) fn begin(case: &mut Case, folder: &Path) -> Check {
         ensure!(
             false,
             key,
-            "particle {second} overlaps particle {first}, in the order of that run and then of this file: {words}"
+            "particle {second} overlaps particle {first}, in the order of that run and then of \
+            this file: {words}"
         );
     }
     Ok(())
 }
 
-/// A run's folder as it is typed, seen from where the program runs, as `--out` is, or else from the case file's folder.
+/// A run's folder as it is typed, seen from where the program runs, as `--out` is, or else from the
+/// case file's folder.
 pub(super) fn located(run: &str, folder: &Path) -> PathBuf {
     let typed = PathBuf::from(run);
     if typed.exists() || !folder.join(run).exists() { typed } else { folder.join(run) }
@@ -50,10 +55,13 @@ pub(super) fn located(run: &str, folder: &Path) -> PathBuf {
 
 /// The bodies of a run as they were at its end.
 pub(super) fn bodies(run: &Path, dimension: usize, key: &str) -> Result<Vec<Particle>, Fault> {
-    let refuse = |what: String| Fault { key: key.to_owned(), message: format!("{}: {what}", run.display()) };
-    let case = std::fs::read_to_string(run.join("case.toml"))
-        .map_err(|_| refuse("holds no run (no case.toml in it); name the folder that `mics run` wrote".into()))?;
-    let case = read::written(&case).map_err(|why| refuse(format!("its case cannot be read: {why}")))?;
+    let refuse =
+        |what: String| Fault { key: key.to_owned(), message: format!("{}: {what}", run.display()) };
+    let case = std::fs::read_to_string(run.join("case.toml")).map_err(|_| {
+        refuse("holds no run (no case.toml in it); name the folder that `mics run` wrote".into())
+    })?;
+    let case =
+        read::written(&case).map_err(|why| refuse(format!("its case cannot be read: {why}")))?;
     let (was, is) = (case.dimension(), dimension);
     ensure!(was == is, key, "{}: that run is {was}D, and this case {is}D", run.display());
     let bodies: Vec<Particle> = case.particle.iter().map(write::particle).collect();
@@ -64,7 +72,8 @@ pub(super) fn bodies(run: &Path, dimension: usize, key: &str) -> Result<Vec<Part
     let rows = rows.map_err(|why| refuse(format!("particles.csv {why}")))?;
     if let Some(id) = bodies.iter().position(swings) {
         return Err(refuse(format!(
-            "particle {id} swings, and where it is in its swing cannot be taken over: give the bodies in a file, or that one by itself"
+            "particle {id} swings, and where it is in its swing cannot be taken over: give the \
+            bodies in a file, or that one by itself"
         )));
     }
     let mut there: Vec<(usize, Particle)> = bodies.into_iter().enumerate().collect();
@@ -73,10 +82,13 @@ pub(super) fn bodies(run: &Path, dimension: usize, key: &str) -> Result<Vec<Part
     for (id, body) in there.iter_mut().filter(|(_, body)| body.motion != Motion::Fixed) {
         let number = |name: &str| -> Result<f64, Fault> {
             let found = rows.get(id).and_then(|row| row.get(name)).copied();
-            found.ok_or_else(|| refuse(format!("particles.csv has no `{name}` of particle {id} at the end")))
+            found.ok_or_else(|| {
+                refuse(format!("particles.csv has no `{name}` of particle {id} at the end"))
+            })
         };
-        let along =
-            |names: [&str; 3]| names[..dimension].iter().map(|name| number(name)).collect::<Result<Vec<_>, _>>();
+        let along = |names: [&str; 3]| {
+            names[..dimension].iter().map(|name| number(name)).collect::<Result<Vec<_>, _>>()
+        };
         body.position = along(AXES)?;
         body.enter = None;
         if body.motion == Motion::Free {
@@ -101,9 +113,14 @@ fn last_step(run: &Path) -> Option<f64> {
     serde_json::from_str::<serde_json::Value>(&text).ok()?["steps"].as_f64()
 }
 
-/// The rows of the last step in a run's `particles.csv`, of about so many particles, by id: the numbers by their column's name. None where they are
-/// of a step before the `end`: all bodies had left by then.
-fn last_rows(path: &Path, count: usize, end: Option<f64>) -> Result<HashMap<usize, HashMap<String, f64>>, String> {
+/// The rows of the last step in a run's `particles.csv`, of about so many particles, by id: the
+/// numbers by their column's name. None where they are of a step before the `end`: all bodies had
+/// left by then.
+fn last_rows(
+    path: &Path,
+    count: usize,
+    end: Option<f64>,
+) -> Result<HashMap<usize, HashMap<String, f64>>, String> {
     let broken = |e: &dyn std::fmt::Display| format!("cannot be read: {e}");
     let mut file = File::open(path).map_err(|e| broken(&e))?;
     let length = file.metadata().map_err(|e| broken(&e))?.len();
@@ -122,9 +139,11 @@ fn last_rows(path: &Path, count: usize, end: Option<f64>) -> Result<HashMap<usiz
         .map(|line| line.split(',').map(|number| number.parse().unwrap_or(f64::NAN)).collect())
         .filter(|row: &Vec<f64>| row.len() == names.len())
         .collect();
-    let column = |name: &str| names.iter().position(|n| *n == name).ok_or(format!("has no column `{name}`"));
+    let column =
+        |name: &str| names.iter().position(|n| *n == name).ok_or(format!("has no column `{name}`"));
     let (step, id) = (column("step")?, column("id")?);
-    let whole = text.ends_with('\n') && text.lines().last().is_some_and(|line| line.split(',').count() == names.len());
+    let whole = text.ends_with('\n')
+        && text.lines().last().is_some_and(|line| line.split(',').count() == names.len());
     if !whole {
         return Err("is cut off in its last line".into());
     }
@@ -132,6 +151,11 @@ fn last_rows(path: &Path, count: usize, end: Option<f64>) -> Result<HashMap<usiz
     if end.is_some_and(|end| last < end) {
         return Ok(HashMap::new());
     }
-    let named = |row: &Vec<f64>| names.iter().map(|n| (*n).to_owned()).zip(row.iter().copied()).collect();
-    Ok(rows.iter().filter(|row| row[step] == last).map(|row| (row[id] as usize, named(row))).collect())
+    let named =
+        |row: &Vec<f64>| names.iter().map(|n| (*n).to_owned()).zip(row.iter().copied()).collect();
+    Ok(rows
+        .iter()
+        .filter(|row| row[step] == last)
+        .map(|row| (row[id] as usize, named(row)))
+        .collect())
 }

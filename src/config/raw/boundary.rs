@@ -38,8 +38,8 @@ pub enum Side {
     Slip,
     /// No slip, moving in its own plane with this velocity (m/s).
     MovingWall(Vec<f64>),
-    /// This velocity (m/s), uniform over the face. Where the case has `[contact]`, inflows stop free particles as a grate does: they lie on
-    /// it, with no film between.
+    /// This velocity (m/s), uniform over the face. Where the case has `[contact]`, inflows stop
+    /// free particles as a grate does: they lie on it, with no film between.
     Inflow(Vec<f64>),
     /// A parabola that vanishes at the face's edges, with this velocity (m/s) at its middle.
     InflowParabola(Vec<f64>),
@@ -48,7 +48,8 @@ pub enum Side {
 }
 
 impl Side {
-    /// The velocities (m/s) that an inflow is given by: one, or one a point of its profile; none for other sides.
+    /// The velocities (m/s) that an inflow is given by: one, or one a point of its profile; none
+    /// for other sides.
     pub fn inflow(&self) -> &[Vec<f64>] {
         match self {
             Side::Inflow(v) | Side::InflowParabola(v) => std::slice::from_ref(v),
@@ -77,7 +78,8 @@ impl Side {
         let axis = face / 2;
         let along: Vec<usize> = (0..domain.size.len()).filter(|&a| a != axis).collect();
         let sizes: Vec<f64> = along.iter().map(|&a| domain.size[a]).collect();
-        let spacings: Vec<f64> = along.iter().map(|&a| domain.size[a] / domain.cells[a] as f64).collect();
+        let spacings: Vec<f64> =
+            along.iter().map(|&a| domain.size[a] / domain.cells[a] as f64).collect();
         let at = |mut n: usize| -> Vec<f64> {
             let mut place = Vec::with_capacity(along.len());
             for (&a, h) in along.iter().zip(&spacings) {

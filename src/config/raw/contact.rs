@@ -1,4 +1,5 @@
-//! How bodies meet each other and the walls: `[contact]`, and the law that each two materials have by it.
+//! How bodies meet each other and the walls: `[contact]`, and the law that each two materials have
+//! by it.
 
 use super::{Case, Particle};
 use crate::config::fault::{Check, Fault, not_negative, positive};
@@ -12,16 +13,19 @@ pub const WALL: &str = "wall";
 /// The least restitution: a thousandth of the speed.
 const LEAST_RESTITUTION: f64 = 1e-3;
 
-/// Bodies that touch: springs with friction and loss, of all materials unless a `pair` says otherwise.
+/// Bodies that touch: springs with friction and loss, of all materials unless a `pair` says
+/// otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
-    /// Normal spring: force over depth^exponent (N/m^exponent), positive, or "auto", the default: as stiff as the fastest impact
-    /// to be expected needs to stop within 1 % of the smallest diameter and 0.1 spacing.
+    /// Normal spring: force over depth^exponent (N/m^exponent), positive, or "auto", the default:
+    /// as stiff as the fastest impact to be expected needs to stop within 1 % of the smallest
+    /// diameter and 0.1 spacing.
     #[serde(default)]
     pub normal_stiffness: Stiffness,
-    /// Height of the asperities of the surfaces (m), zero or positive: the fluid in a gap resists as if no gap were narrower.
-    /// Default 2e-4 of the smallest radius, about that of polished beads.
+    /// Height of the asperities of the surfaces (m), zero or positive: the fluid in a gap resists
+    /// as if no gap were narrower. Default 2e-4 of the smallest radius, about that of polished
+    /// beads.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roughness: Option<f64>,
     /// Power of the depth in the normal force, from 1 (linear) to 3; 1.5 is Hertz's. Default 1.
@@ -33,11 +37,13 @@ pub struct Contact {
     /// Coulomb's coefficient of friction, zero or positive; default 0.
     #[serde(default)]
     pub friction: f64,
-    /// Resistance to rolling: the normal force acts with this lever, of the reduced radius of the two, against what rolls (Ai et al. 2011,
-    /// their elastic-plastic spring and dashpot); zero or positive, default 0. It needs friction to roll at all.
+    /// Resistance to rolling: the normal force acts with this lever, of the reduced radius of the
+    /// two, against what rolls (Ai et al. 2011, their elastic-plastic spring and dashpot); zero or
+    /// positive, default 0. It needs friction to roll at all.
     #[serde(default)]
     pub rolling_friction: f64,
-    /// Speed after over speed before a normal impact, from 0.001 to 1; default 0.5 without `damping`.
+    /// Speed after over speed before a normal impact, from 0.001 to 1; default 0.5 without
+    /// `damping`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub restitution: Option<f64>,
     /// Dashpots instead of a restitution.
@@ -86,7 +92,10 @@ impl Stiffness {
 
 /// Contact steps in a step of the fluid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "contact steps in a step of the fluid are \"auto\" or a whole number, 1 or more")]
+#[serde(
+    untagged,
+    expecting = "contact steps in a step of the fluid are \"auto\" or a whole number, 1 or more"
+)]
 pub enum Substeps {
     /// As many as the contact time needs.
     #[default]
@@ -126,7 +135,8 @@ pub enum TangentialDamping {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pair {
-    /// Two names of materials, in any order: a particle's, `default` (particles without one), or `wall` (the borders).
+    /// Two names of materials, in any order: a particle's, `default` (particles without one), or
+    /// `wall` (the borders).
     pub between: Vec<String>,
     /// Normal spring (N/m^exponent).
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -208,7 +218,8 @@ impl Contact {
             let key = format!("contact.pair.{index}.between");
             let [a, b] = pair.materials(index)?;
             for (end, name) in pair.between.iter().enumerate() {
-                let names = known.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+                let names =
+                    known.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
                 let holds = known.contains(&name.as_str());
                 ensure!(
                     holds,
@@ -219,7 +230,9 @@ impl Contact {
             let holds = bodies_of_wall || [a, b] != [WALL, WALL];
             ensure!(holds, key, "walls do not meet each other: name the material of a particle");
             let earlier = self.pair[..index].iter().position(|other| other.is_of(a, b));
-            let message = |other| format!("contact.pair.{other} is of these two already: put all their keys into one");
+            let message = |other| {
+                format!("contact.pair.{other} is of these two already: put all their keys into one")
+            };
             ensure!(earlier.is_none(), key, "{}", message(earlier.unwrap_or_default()));
         }
         Ok(())
@@ -231,8 +244,11 @@ impl Pair {
     pub(in crate::config) fn materials(&self, index: usize) -> Result<[&str; 2], Fault> {
         let names: Vec<&str> = self.between.iter().map(String::as_str).collect();
         let count = names.len();
-        let message = format!("needs the names of 2 materials, as in [\"steel\", \"{WALL}\"], not {count}");
-        names.try_into().map_err(|_| Fault { key: format!("contact.pair.{index}.between"), message })
+        let message =
+            format!("needs the names of 2 materials, as in [\"steel\", \"{WALL}\"], not {count}");
+        names
+            .try_into()
+            .map_err(|_| Fault { key: format!("contact.pair.{index}.between"), message })
     }
 
     fn is_of(&self, a: &str, b: &str) -> bool {
@@ -243,11 +259,23 @@ impl Pair {
         let key = |rest: &str| format!("{table}.{rest}");
         positive(&key("normal_stiffness"), self.normal_stiffness, "N/m^exponent")?;
         if let Some(exponent) = self.exponent {
-            ensure!((1.0..=3.0).contains(&exponent), key("exponent"), "must be from 1 to 3, not {exponent:?}");
+            ensure!(
+                (1.0..=3.0).contains(&exponent),
+                key("exponent"),
+                "must be from 1 to 3, not {exponent:?}"
+            );
         }
-        not_negative(&key("tangential_ratio"), self.tangential_ratio, "tangential over normal stiffness")?;
+        not_negative(
+            &key("tangential_ratio"),
+            self.tangential_ratio,
+            "tangential over normal stiffness",
+        )?;
         not_negative(&key("friction"), self.friction, "a coefficient, such as 0.4")?;
-        not_negative(&key("rolling_friction"), self.rolling_friction, "a lever over a radius, such as 0.1")?;
+        not_negative(
+            &key("rolling_friction"),
+            self.rolling_friction,
+            "a lever over a radius, such as 0.1",
+        )?;
         let lever = self.rolling_friction.unwrap_or(0.0);
         let holds = lever <= 1.0;
         ensure!(
@@ -256,10 +284,15 @@ impl Pair {
             "no lever is longer than the radius: it must be at most 1, not {lever:?}"
         );
         let one = self.restitution.is_none() || self.damping.is_none();
-        ensure!(one, key("damping"), "restitution and damping exclude each other: remove one of them");
+        ensure!(
+            one,
+            key("damping"),
+            "restitution and damping exclude each other: remove one of them"
+        );
         if let Some(restitution) = self.restitution {
             let holds = (LEAST_RESTITUTION..=1.0).contains(&restitution);
-            let why = "of less nothing would be seen, and friction could not follow so stiff a dashpot";
+            let why =
+                "of less nothing would be seen, and friction could not follow so stiff a dashpot";
             ensure!(
                 holds,
                 key("restitution"),

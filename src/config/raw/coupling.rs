@@ -34,7 +34,8 @@ pub struct Coupling {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum WallRule {
-    /// Where it is: open parts of faces in the pressure equation, the profile of the flow continued into the particle.
+    /// Where it is: open parts of faces in the pressure equation, the profile of the flow continued
+    /// into the particle.
     #[default]
     Sharp,
     /// By mixing its motion into every cell that it touches, (27).
@@ -48,7 +49,8 @@ pub enum FractionRule {
     /// The exact overlap of disc (sphere) and cell.
     #[default]
     Exact,
-    /// The paper's polygon through the crossings of circle and grid, its missing area spread over the cut cells; 2D.
+    /// The paper's polygon through the crossings of circle and grid, its missing area spread over
+    /// the cut cells; 2D.
     Polygon,
 }
 

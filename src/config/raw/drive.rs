@@ -9,19 +9,21 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Drive {
-    /// A force on the fluid (N/m3), a number for each axis; bodies feel what the fluid does to them, and no more.
+    /// A force on the fluid (N/m3), a number for each axis; bodies feel what the fluid does to
+    /// them, and no more.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force: Option<Vec<f64>>,
-    /// `fluid.gravity` acts on the fluid as well, along the axes that are periodic: a slope. Along the others the fluid's
-    /// weight is its hydrostatic pressure, which is left out as ever.
+    /// `fluid.gravity` acts on the fluid as well, along the axes that are periodic: a slope. Along
+    /// the others the fluid's weight is its hydrostatic pressure, which is left out as ever.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub gravity: bool,
-    /// The mean velocity of everything in the box (m/s), fluid and bodies, along a periodic axis: the gradient of the pressure that
-    /// holds it is found in every step.
+    /// The mean velocity of everything in the box (m/s), fluid and bodies, along a periodic axis:
+    /// the gradient of the pressure that holds it is found in every step.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mean_velocity: Option<MeanVelocity>,
-    /// Fluid and free bodies together feel no net force along the periodic axes: the gradient of the pressure that carries the weight of
-    /// the bodies. Without it, a periodic box of falling bodies accelerates as a whole.
+    /// Fluid and free bodies together feel no net force along the periodic axes: the gradient of
+    /// the pressure that carries the weight of the bodies. Without it, a periodic box of falling
+    /// bodies accelerates as a whole.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub hold_mixture: bool,
 }
@@ -32,7 +34,8 @@ pub struct Drive {
 pub struct MeanVelocity {
     /// Its axis.
     pub axis: Axis,
-    /// The velocity (m/s): the flow rate over the whole cross-section of the box, of bodies and walls of bodies as well.
+    /// The velocity (m/s): the flow rate over the whole cross-section of the box, of bodies and
+    /// walls of bodies as well.
     pub value: f64,
 }
 
@@ -56,7 +59,11 @@ impl Axis {
 
     /// Checks that a case has it.
     pub(in crate::config) fn check(self, key: &str, dimension: usize) -> Check {
-        ensure!(self.index() < dimension, key, "\"z\" is for 3D only, and domain.size has two numbers");
+        ensure!(
+            self.index() < dimension,
+            key,
+            "\"z\" is for 3D only, and domain.size has two numbers"
+        );
         Ok(())
     }
 }
@@ -65,9 +72,11 @@ impl Drive {
     /// Checks it as a part of its case.
     pub(in crate::config) fn check(&self, case: &Case) -> Check {
         let dimension = case.dimension();
-        let given = [self.force.is_some(), self.gravity, self.mean_velocity.is_some(), self.hold_mixture];
+        let given =
+            [self.force.is_some(), self.gravity, self.mean_velocity.is_some(), self.hold_mixture];
         let count = given.iter().filter(|given| **given).count();
-        let ways = "force = [...], gravity = true, mean_velocity = { axis = \"x\", value = ... }, hold_mixture = true";
+        let ways = "force = [...], gravity = true, mean_velocity = { axis = \"x\", value = ... }, \
+            hold_mixture = true";
         ensure!(count == 1, "drive", "give exactly one of {ways}; there are {count}");
         if let Some(force) = &self.force {
             vector("drive.force", force, dimension, "N/m3")?;
@@ -80,13 +89,19 @@ impl Drive {
             ensure!(case.periodic(axis), "drive.mean_velocity.axis", "{x} is not periodic: {cure}");
         }
         let gravity = case.fluid.gravity.as_deref().unwrap_or_default();
-        let along = (0..dimension).any(|axis| case.periodic(axis) && gravity.get(axis).is_some_and(|g| *g != 0.0));
-        for (given, key) in [(self.gravity, "drive.gravity"), (self.hold_mixture, "drive.hold_mixture")] {
+        let along = (0..dimension)
+            .any(|axis| case.periodic(axis) && gravity.get(axis).is_some_and(|g| *g != 0.0));
+        for (given, key) in
+            [(self.gravity, "drive.gravity"), (self.hold_mixture, "drive.hold_mixture")]
+        {
             let cure = "give fluid.gravity a part along a periodic axis, as in [9.81e-3, -9.81]";
             ensure!(!given || along, key, "no periodic axis has any gravity: {cure}");
         }
         let bodies = case.particle.iter().any(|particle| particle.motion == Motion::Free)
-            || case.swarm.iter().any(|swarm| swarm.motion.clone().unwrap_or_default() == Motion::Free);
+            || case
+                .swarm
+                .iter()
+                .any(|swarm| swarm.motion.clone().unwrap_or_default() == Motion::Free);
         ensure!(
             !self.hold_mixture || bodies,
             "drive.hold_mixture",

@@ -10,8 +10,9 @@ use std::f64::consts::TAU;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Particle {
-    /// What measures and figures know it by, besides its number: particles count from 0 in the order of the file, those of `[[particle]]`
-    /// before those of `[[swarm]]`. Several may have one name.
+    /// What measures and figures know it by, besides its number: particles count from 0 in the
+    /// order of the file, those of `[[particle]]` before those of `[[swarm]]`. Several may have one
+    /// name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// Its shape.
@@ -30,8 +31,8 @@ pub struct Particle {
     /// Velocity of a free particle's centre at time 0 (m/s), default zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<Vec<f64>>,
-    /// Angular velocity of a free particle at time 0 (rad/s): one number in 2D (positive from x to y), three in 3D;
-    /// default zero.
+    /// Angular velocity of a free particle at time 0 (rad/s): one number in 2D (positive from x to
+    /// y), three in 3D; default zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spin: Option<Spin>,
     /// Directions in which a free particle keeps its velocity whatever the forces; default none.
@@ -40,14 +41,15 @@ pub struct Particle {
     /// The name that `[[contact.pair]]` knows it by, default `default`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
-    /// When and where it comes into the box, default at time 0 at its position. One without a `velocity` comes in with that of the
-    /// fluid whose place it takes.
+    /// When and where it comes into the box, default at time 0 at its position. One without a
+    /// `velocity` comes in with that of the fluid whose place it takes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub enter: Option<Enter>,
 }
 
-/// How a free body comes into the box while the run goes on: at the end of the first step after its time in which a place for it is
-/// free. It shares its momentum with the fluid that it sets off: a disc of s times the density of a fluid at rest goes on with s/(s + 1) of its velocity.
+/// How a free body comes into the box while the run goes on: at the end of the first step after its
+/// time in which a place for it is free. It shares its momentum with the fluid that it sets off: a
+/// disc of s times the density of a fluid at rest goes on with s/(s + 1) of its velocity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Enter {
@@ -71,7 +73,9 @@ impl Enter {
         ensure!(free, table, "is for free particles: set motion = \"free\" or remove it");
         not_negative(&format!("{table}.time"), *time, "s")?;
         not_negative(&format!("{table}.gap"), *gap, "m")?;
-        region.as_ref().map_or(Ok(()), |region| region.check(case, table, diameter, gap.unwrap_or(0.0)))
+        region
+            .as_ref()
+            .map_or(Ok(()), |region| region.check(case, table, diameter, gap.unwrap_or(0.0)))
     }
 }
 
@@ -79,8 +83,13 @@ impl Particle {
     /// Where its centre may come into the box, by axis: from, and how far (m).
     pub fn entrance(&self, case: &Case) -> Vec<(f64, f64)> {
         let here = || self.position.iter().map(|x| (*x, 0.0)).collect();
-        let region = self.enter.as_ref().and_then(|enter| Some((enter.region.as_ref()?, enter.gap.unwrap_or(0.0))));
-        region.and_then(|(region, gap)| region.room(case, gap, self.shape.diameter())).unwrap_or_else(here)
+        let region = self
+            .enter
+            .as_ref()
+            .and_then(|enter| Some((enter.region.as_ref()?, enter.gap.unwrap_or(0.0))));
+        region
+            .and_then(|(region, gap)| region.room(case, gap, self.shape.diameter()))
+            .unwrap_or_else(here)
     }
 
     /// The name of its material where none is given.
@@ -154,14 +163,16 @@ pub enum Motion {
     Prescribed(Prescribed),
 }
 
-/// A prescribed motion: constant velocity and spin, to and fro about it where there is an oscillation.
+/// A prescribed motion: constant velocity and spin, to and fro about it where there is an
+/// oscillation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Prescribed {
     /// Velocity of the centre (m/s), default zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<Vec<f64>>,
-    /// Angular velocity (rad/s): one number in 2D (positive from x to y), three in 3D; default zero.
+    /// Angular velocity (rad/s): one number in 2D (positive from x to y), three in 3D; default
+    /// zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spin: Option<Spin>,
     /// What the centre does besides; default nothing.
@@ -223,22 +234,35 @@ impl Nature<'_> {
     pub(super) fn check(&self, table: &str, case: &Case) -> Check {
         let (key, dimension) = (|rest: &str| format!("{table}.{rest}"), case.dimension());
         positive(&key("density"), self.density, "kg/m3")?;
-        let ratio = self.density.filter(|_| *self.motion == Motion::Free).map_or(1.0, |own| own / case.fluid.density);
+        let ratio = self
+            .density
+            .filter(|_| *self.motion == Motion::Free)
+            .map_or(1.0, |own| own / case.fluid.density);
         ensure!(
             DENSITY_RATIOS.contains(&ratio),
             key("density"),
-            "is {ratio:.1e} times the fluid's: free particles are computed from {:e} to {:e} times, and contacts hold up to 1e4; look at the \
+            "is {ratio:.1e} times the fluid's: free particles are computed from {:e} to {:e} \
+            times, and contacts hold up to 1e4; look at the \
              units of both densities",
             DENSITY_RATIOS.start(),
             DENSITY_RATIOS.end()
         );
         not_negative(&key("viscosity"), self.viscosity, "Pa s")?;
-        ensure!(self.material != Some(""), key("material"), "is empty: give the material a name, or remove the key");
+        ensure!(
+            self.material != Some(""),
+            key("material"),
+            "is empty: give the material a name, or remove the key"
+        );
         printable(&key("material"), self.material)?;
         motion(self.motion, &key("motion"), dimension)?;
         let free = *self.motion == Motion::Free;
-        let cure = "set motion = \"free\", or give { prescribed = { velocity = [...], spin = ... } }";
-        ensure!(free || self.velocity.is_none(), key("velocity"), "is how a free particle starts: {cure}");
+        let cure =
+            "set motion = \"free\", or give { prescribed = { velocity = [...], spin = ... } }";
+        ensure!(
+            free || self.velocity.is_none(),
+            key("velocity"),
+            "is how a free particle starts: {cure}"
+        );
         ensure!(free || self.spin.is_none(), key("spin"), "is how a free particle starts: {cure}");
         ensure!(
             free || self.locked.is_empty(),
@@ -254,8 +278,16 @@ impl Nature<'_> {
         for (i, lock) in self.locked.iter().enumerate() {
             let key = key(&format!("locked.{i}"));
             let known = if dimension == 3 { "x, y, z and rotation" } else { "x, y and rotation" };
-            ensure!(dimension == 3 || *lock != Lock::Z, key, "z is for 3D only; in 2D lock any of {known}");
-            ensure!(!self.locked[..i].contains(lock), key, "is given twice: lock any of {known}, each once");
+            ensure!(
+                dimension == 3 || *lock != Lock::Z,
+                key,
+                "z is for 3D only; in 2D lock any of {known}"
+            );
+            ensure!(
+                !self.locked[..i].contains(lock),
+                key,
+                "is given twice: lock any of {known}, each once"
+            );
         }
         Ok(())
     }
@@ -273,14 +305,22 @@ pub(super) fn particle(case: &Case, particle: &Particle, index: usize) -> Check 
     let dimension = case.dimension();
     let table = format!("particle.{index}");
     let named = particle.name.as_deref() != Some("");
-    ensure!(named, format!("{table}.name"), "is empty: give the particle a name, or remove the key");
+    ensure!(
+        named,
+        format!("{table}.name"),
+        "is empty: give the particle a name, or remove the key"
+    );
     printable(&format!("{table}.name"), particle.name.as_deref())?;
     let (shape, wanted) = match particle.shape {
         Shape::Disc(_) => ("disc", 2),
         Shape::Sphere(_) => ("sphere", 3),
     };
     let key = format!("{table}.shape");
-    ensure!(dimension == wanted, key, "a disc is for 2D, a sphere for 3D; this case is {dimension}D");
+    ensure!(
+        dimension == wanted,
+        key,
+        "a disc is for 2D, a sphere for 3D; this case is {dimension}D"
+    );
     let diameter = particle.shape.diameter();
     let key_diameter = format!("{table}.shape.{shape}.diameter");
     positive(&key_diameter, diameter, "m")?;
@@ -291,17 +331,31 @@ pub(super) fn particle(case: &Case, particle: &Particle, index: usize) -> Check 
     let Particle { motion, density, viscosity, .. } = particle;
     let (velocity, spin) = (particle.velocity.as_deref(), particle.spin.as_ref());
     let (locked, material) = (particle.locked.as_slice(), particle.material.as_deref());
-    let nature = Nature { motion, density: *density, viscosity: *viscosity, velocity, spin, locked, material };
+    let nature = Nature {
+        motion,
+        density: *density,
+        viscosity: *viscosity,
+        velocity,
+        spin,
+        locked,
+        material,
+    };
     nature.check(&table, case)?;
     let enter = particle.enter.as_ref();
-    enter.map_or(Ok(()), |enter| enter.check(case, &format!("{table}.enter"), diameter, *motion == Motion::Free))
+    enter.map_or(Ok(()), |enter| {
+        enter.check(case, &format!("{table}.enter"), diameter, *motion == Motion::Free)
+    })
 }
 
 /// No body meets itself across periodic sides: its diameter (m) is below each period.
 pub(super) fn below_periods(case: &Case, key: &str, diameter: f64) -> Check {
     for (axis, &size) in case.domain.size.iter().enumerate() {
         let (holds, x) = (diameter < size || !case.periodic(axis), AXES[axis]);
-        ensure!(holds, key, "must be below the periodic domain's {size:?} m along {x}, not {diameter:?}");
+        ensure!(
+            holds,
+            key,
+            "must be below the periodic domain's {size:?} m along {x}, not {diameter:?}"
+        );
     }
     Ok(())
 }
@@ -313,12 +367,21 @@ pub(super) fn inside(case: &Case, key: &str, who: &str, body: &Particle) -> Chec
         let x = AXES[axis];
         if case.periodic(axis) {
             let domain = format!("the domain: 0 <= {x} < {size:?} m");
-            ensure!((0.0..size).contains(&centre), key, "{who} has its centre at {x} = {centre:?} m, outside {domain}");
+            ensure!(
+                (0.0..size).contains(&centre),
+                key,
+                "{who} has its centre at {x} = {centre:?} m, outside {domain}"
+            );
         } else {
-            let (low, high, slack) = (centre - 0.5 * diameter, centre + 0.5 * diameter, slack(case, [body; 2]));
+            let (low, high, slack) =
+                (centre - 0.5 * diameter, centre + 0.5 * diameter, slack(case, [body; 2]));
             let holds = low >= -slack && high <= size + slack;
             let extent = format!("from {} to {} m along {x}", short(low), short(high));
-            let cure = format!("move it inside, or make {} and {} periodic", FACES[2 * axis], FACES[2 * axis + 1]);
+            let cure = format!(
+                "move it inside, or make {} and {} periodic",
+                FACES[2 * axis],
+                FACES[2 * axis + 1]
+            );
             let domain = format!("the domain from 0 to {size:?} m");
             ensure!(holds, key, "{who} reaches {extent}, outside {domain}: {cure}");
         }
@@ -336,7 +399,10 @@ fn motion(motion: &Motion, key: &str, dimension: usize) -> Check {
         vector(&format!("{key}.amplitude"), amplitude, dimension, "m")?;
         positive(&format!("{key}.frequency"), *frequency, "1/s")?;
     }
-    prescribed.spin.as_ref().map_or(Ok(()), |spin| spin.check(&format!("{key}.prescribed.spin"), dimension))
+    prescribed
+        .spin
+        .as_ref()
+        .map_or(Ok(()), |spin| spin.check(&format!("{key}.prescribed.spin"), dimension))
 }
 
 impl Spin {
@@ -345,7 +411,11 @@ impl Spin {
             Spin::Plane(spin) => (std::slice::from_ref(spin), dimension == 2),
             Spin::Space(spin) => (spin.as_slice(), dimension == 3),
         };
-        ensure!(fits, key, "is one number in 2D and three in 3D (rad/s); this case is {dimension}D");
+        ensure!(
+            fits,
+            key,
+            "is one number in 2D and three in 3D (rad/s); this case is {dimension}D"
+        );
         ensure!(spin.iter().all(|c| c.is_finite()), key, "must be finite (rad/s), not {spin:?}");
         Ok(())
     }
@@ -361,7 +431,8 @@ pub(super) struct Overlap {
     pub words: String,
 }
 
-/// The first two bodies found that overlap at time 0, periodic images included: a sweep along x over those near enough.
+/// The first two bodies found that overlap at time 0, periodic images included: a sweep along x
+/// over those near enough.
 pub(super) fn overlap(case: &Case) -> Option<Overlap> {
     let bodies = &case.particle;
     let widest = bodies.iter().map(|body| body.shape.diameter()).fold(0.0, f64::max);
@@ -374,7 +445,10 @@ pub(super) fn overlap(case: &Case) -> Option<Overlap> {
     }
     along_x.sort_by(|a, b| a.0.total_cmp(&b.0));
     for (rank, &(x, i)) in along_x.iter().enumerate() {
-        for &(_, j) in along_x[rank + 1..].iter().take_while(|(other, _)| other - x <= widest).filter(|(_, j)| *j != i)
+        for &(_, j) in along_x[rank + 1..]
+            .iter()
+            .take_while(|(other, _)| other - x <= widest)
+            .filter(|(_, j)| *j != i)
         {
             let distance = distance(&bodies[i].position, &bodies[j].position, &periods);
             let pair = [i, j].map(|k| &bodies[k]);
@@ -382,7 +456,8 @@ pub(super) fn overlap(case: &Case) -> Option<Overlap> {
             let least = reach - slack(case, pair);
             if distance < least {
                 let [distance, least] = unlike(distance, least);
-                let words = format!("their centres are {distance} m apart, and must be {least} m or more");
+                let words =
+                    format!("their centres are {distance} m apart, and must be {least} m or more");
                 return Some(Overlap { first: i.min(j), second: i.max(j), words });
             }
         }
@@ -390,8 +465,8 @@ pub(super) fn overlap(case: &Case) -> Option<Overlap> {
     None
 }
 
-/// How far two bodies may overlap (m): as grains do that press on each other, where contacts say how, and where both are held: they may have
-/// settled in another run.
+/// How far two bodies may overlap (m): as grains do that press on each other, where contacts say
+/// how, and where both are held: they may have settled in another run.
 fn slack(case: &Case, pair: [&Particle; 2]) -> f64 {
     let held = pair.iter().all(|body| body.motion != Motion::Free);
     let part = if held || case.contact.is_some() { PRESSED } else { 1e-9 };
@@ -404,6 +479,7 @@ const PRESSED: f64 = 0.02;
 /// The distance (m) of two places by the shortest way across the periods.
 pub(super) fn distance(a: &[f64], b: &[f64], periods: &[Option<f64>]) -> f64 {
     let apart = a.iter().zip(b).zip(periods);
-    let apart = apart.map(|((a, b), period)| period.map_or(a - b, |l| a - b - l * ((a - b) / l).round()));
+    let apart =
+        apart.map(|((a, b), period)| period.map_or(a - b, |l| a - b - l * ((a - b) / l).round()));
     apart.map(|d| d * d).sum::<f64>().sqrt()
 }

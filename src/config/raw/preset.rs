@@ -8,8 +8,9 @@ use toml::de::{DeTable, DeValue};
 /// A named set of choices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Preset {
-    /// As the paper of 2003 prints it: Euler steps with QSI, polygon fractions in 2D, force by (19), the third term of
-    /// (27) in boundary cells only, (28-29), buoyancy in (17) only, (16) at cells, inviscid particles, (22) as printed.
+    /// As the paper of 2003 prints it: Euler steps with QSI, polygon fractions in 2D, force by
+    /// (19), the third term of (27) in boundary cells only, (28-29), buoyancy in (17) only, (16) at
+    /// cells, inviscid particles, (22) as printed.
     #[serde(rename = "mics-2003")]
     Mics2003,
 }
@@ -31,8 +32,8 @@ buoyancy = "particle"
 gradient = "cells"
 "#;
 
-/// Fills in what the preset of a case says and the case does not, under the span of its key; returns where that starts,
-/// `None` without a (known) preset.
+/// Fills in what the preset of a case says and the case does not, under the span of its key;
+/// returns where that starts, `None` without a (known) preset.
 pub(in crate::config) fn fill(case: &mut DeValue) -> Option<usize> {
     let DeValue::Table(case) = case else { return None };
     let (key, name) = case.get_key_value("preset")?;
@@ -40,10 +41,11 @@ pub(in crate::config) fn fill(case: &mut DeValue) -> Option<usize> {
         return None;
     }
     let (key, value) = (key.span(), name.span());
-    let planar = case.get("domain").and_then(|domain| domain.get_ref().get("size")).and_then(|size| {
-        let DeValue::Array(size) = size.get_ref() else { return None };
-        Some(size.len() == 2)
-    });
+    let planar =
+        case.get("domain").and_then(|domain| domain.get_ref().get("size")).and_then(|size| {
+            let DeValue::Array(size) = size.get_ref() else { return None };
+            Some(size.len() == 2)
+        });
     let Ok(tables) = DeTable::parse(MICS_2003) else { return None };
     for (table, fills) in tables.into_inner() {
         let DeValue::Table(fills) = fills.into_inner() else { continue };
@@ -52,16 +54,19 @@ pub(in crate::config) fn fill(case: &mut DeValue) -> Option<usize> {
             let name = Spanned::new(key.clone(), "coupling".into());
             case.insert(name, Spanned::new(value.clone(), DeValue::Table(DeTable::new())));
         }
-        let targets: Vec<&mut DeTable> = match case.get_mut(table.get_ref().as_ref()).map(Spanned::get_mut) {
-            Some(DeValue::Table(target)) => vec![target],
-            Some(DeValue::Array(list)) => {
-                let tables = list.iter_mut().map(Spanned::get_mut);
-                tables
-                    .filter_map(|entry| if let DeValue::Table(target) = entry { Some(target) } else { None })
-                    .collect()
-            }
-            _ => Vec::new(),
-        };
+        let targets: Vec<&mut DeTable> =
+            match case.get_mut(table.get_ref().as_ref()).map(Spanned::get_mut) {
+                Some(DeValue::Table(target)) => vec![target],
+                Some(DeValue::Array(list)) => {
+                    let tables = list.iter_mut().map(Spanned::get_mut);
+                    tables
+                        .filter_map(|entry| {
+                            if let DeValue::Table(target) = entry { Some(target) } else { None }
+                        })
+                        .collect()
+                }
+                _ => Vec::new(),
+            };
         for target in targets {
             for (name, fill) in &fills {
                 let fits = name.get_ref() != "fraction" || planar == Some(true);
@@ -85,7 +90,8 @@ mod tests {
         let text = format!(
             "name = \"box\"\npreset = \"mics-2003\"\n{keys}\n[time]\nend = 1.0\n\
              [domain]\nsize = {size:?}\ncells = {cells:?}\n[fluid]\ndensity = 1.0\nviscosity = 0.1\n\
-             [boundary]\nwest = \"wall\"\neast = \"wall\"\nsouth = \"wall\"\nnorth = \"wall\"\n{lids}"
+             [boundary]\nwest = \"wall\"\neast = \"wall\"\nsouth = \"wall\"\nnorth = \"wall\"\n\
+                 {lids}"
         );
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("case.toml");
@@ -100,7 +106,8 @@ mod tests {
     #[test]
     fn the_preset_fills_what_the_case_leaves_out() {
         let disc = "{ shape = { disc = { diameter = 0.1 } }, position = [0.5, 0.5] }";
-        let swarm = "{ count = 3, region = { min = [1.0, 0.0], max = [2.0, 1.0] }, diameter = 0.1 }";
+        let swarm =
+            "{ count = 3, region = { min = [1.0, 0.0], max = [2.0, 1.0] }, diameter = 0.1 }";
         let contact = "contact = { normal_stiffness = 1e5 }";
         let case = loaded(2, &format!("particle = [{disc}]\nswarm = [{swarm}]\n{contact}"), &[]);
         assert_eq!((case.time.scheme, case.time.advection), (Scheme::Euler, Advection::Qsi));
@@ -116,18 +123,28 @@ mod tests {
         assert_eq!(case.coupling, coupling);
         assert_eq!(case.particle.len(), 4);
         assert!(case.particle.iter().all(|particle| particle.viscosity == 0.0));
-        assert_eq!(case.contact.map(|contact| contact.tangential_damping), Some(TangentialDamping::Printed));
+        assert_eq!(
+            case.contact.map(|contact| contact.tangential_damping),
+            Some(TangentialDamping::Printed)
+        );
     }
 
     #[test]
     fn what_file_or_set_give_stays_and_no_table_is_made_up() {
-        let disc = "{ shape = { disc = { diameter = 0.1 } }, position = [0.5, 0.5], viscosity = 3.0 }";
+        let disc =
+            "{ shape = { disc = { diameter = 0.1 } }, position = [0.5, 0.5], viscosity = 3.0 }";
         let keys = format!("particle = [{disc}]\ncoupling.gradient = \"faces\"");
         let case = loaded(2, &keys, &["coupling.mix_pressure=false", "time.advection=\"upwind5\""]);
-        assert_eq!((case.coupling.gradient, case.coupling.mix_pressure), (GradientRule::Faces, false));
+        assert_eq!(
+            (case.coupling.gradient, case.coupling.mix_pressure),
+            (GradientRule::Faces, false)
+        );
         assert_eq!((case.time.advection, case.time.step), (Advection::Upwind5, Step::Courant(0.2)));
         assert_eq!((case.particle[0].viscosity, case.contact), (3.0, None));
-        assert_eq!((case.coupling.rotation, case.preset), (RotationRule::Boundary, Some(Preset::Mics2003)));
+        assert_eq!(
+            (case.coupling.rotation, case.preset),
+            (RotationRule::Boundary, Some(Preset::Mics2003))
+        );
     }
 
     #[test]

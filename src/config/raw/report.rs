@@ -18,10 +18,12 @@ pub struct Measure {
     /// Of which particle: its number in the case, from 0, or its name; default the first.
     #[serde(default)]
     pub particle: Which,
-    /// Of which particles, where the kind is of several: numbers, from 0, and names, of which one may be that of many; default all.
+    /// Of which particles, where the kind is of several: numbers, from 0, and names, of which one
+    /// may be that of many; default all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub particles: Option<Vec<Which>>,
-    /// Along which axis, where the kind is of the whole box; default that of the drive or of the stream, of `bed_height` that of gravity.
+    /// Along which axis, where the kind is of the whole box; default that of the drive or of the
+    /// stream, of `bed_height` that of gravity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis: Option<Axis>,
     /// Of which part of the box, for `solid_fraction`; default all of it.
@@ -30,19 +32,21 @@ pub struct Measure {
     /// From which solid fraction on `bed_height` counts a layer, default 0.1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub threshold: Option<f64>,
-    /// The direction that a force is taken along, of any length. Default: of drag, `force` and `force_noise` along the stream, of lift and
-    /// Strouhal numbers across it: in 2D the stream turned by +90 degrees, in 3D the axis after the stream's (x, y, z, x); of `lift_magnitude`
-    /// the direction is the stream's, and what counts is across it. The stream is the
-    /// inflow, the initial velocity or a moving wall, less a prescribed particle's velocity; without any it is along a swing, or past
-    /// a free particle that gravity pulls.
+    /// The direction that a force is taken along, of any length. Default: of drag, `force` and
+    /// `force_noise` along the stream, of lift and Strouhal numbers across it: in 2D the stream
+    /// turned by +90 degrees, in 3D the axis after the stream's (x, y, z, x); of `lift_magnitude`
+    /// the direction is the stream's, and what counts is across it. The stream is the inflow, the
+    /// initial velocity or a moving wall, less a prescribed particle's velocity; without any it is
+    /// along a swing, or past a free particle that gravity pulls.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction: Option<Vec<f64>>,
     /// From this time on (s).
     #[serde(default)]
     pub from: f64,
-    /// When, for a place, a velocity or a spin: at a time (s), `when = { time = 0.5 }`, as the particle's centre first passes a
-    /// coordinate (m), `when = { y = 0.075 }`, or as it first touches something, as `contact_start` says it, `when = "contact"`. Without it a place is that of the end, and a velocity or a
-    /// spin the mean.
+    /// When, for a place, a velocity or a spin: at a time (s), `when = { time = 0.5 }`, as the
+    /// particle's centre first passes a coordinate (m), `when = { y = 0.075 }`, or as it first
+    /// touches something, as `contact_start` says it, `when = "contact"`. Without it a place is
+    /// that of the end, and a velocity or a spin the mean.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub when: Option<When>,
     /// Reference speed (m/s), default the inflow's.
@@ -51,13 +55,14 @@ pub struct Measure {
     /// Which force, default the coupling's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<ForceRule>,
-    /// What the value ought to be: a number, or a band `[low, high]`. It is of the flow that the file describes: where
-    /// `--set` changes the box's size, the fluid, its borders, its start or the particles, it is dropped. The band of a
-    /// particle's position is drawn with its path by `mics plot`, under the name of its source.
+    /// What the value ought to be: a number, or a band `[low, high]`. It is of the flow that the
+    /// file describes: where `--set` changes the box's size, the fluid, its borders, its start or
+    /// the particles, it is dropped. The band of a particle's position is drawn with its path by
+    /// `mics plot`, under the name of its source.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<Reference>,
-    /// How far from the reference still passes, as a part of it (0.02 is 2 %); of a band, as a part of its middle and
-    /// beyond its ends, default 0.
+    /// How far from the reference still passes, as a part of it (0.02 is 2 %); of a band, as a part
+    /// of its middle and beyond its ends, default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
     /// Where the reference is from.
@@ -156,9 +161,11 @@ pub enum MeasureKind {
     LiftCoefficient,
     /// Largest force across the stream, as a coefficient.
     LiftCoefficientMax,
-    /// Mean of the size of all of the force across the stream, or across `direction`, as a coefficient.
+    /// Mean of the size of all of the force across the stream, or across `direction`, as a
+    /// coefficient.
     LiftMagnitude,
-    /// Mean of the force by the fluid on all of `particles` together, along the stream or `direction` (N, in 2D N/m).
+    /// Mean of the force by the fluid on all of `particles` together, along the stream or
+    /// `direction` (N, in 2D N/m).
     Force,
     /// Root mean square of the lift coefficient about its mean.
     LiftRms,
@@ -166,20 +173,24 @@ pub enum MeasureKind {
     LiftAmplitude,
     /// `f d/speed` of the lift, from its upward crossings of the mean.
     Strouhal,
-    /// `C_D` of Morison's formula for a particle with a prescribed oscillation: the force along it is fitted, by least squares over
-    /// time, by `F = -C_D 0.5 rho_f S |U| U - C_M rho_f V dU/dt`, U the particle's velocity along it, S and V its frontal
-    /// area and its volume (2D: d and pi d^2/4 per unit depth). The force is a mean over each step: U is taken at its middle.
+    /// `C_D` of Morison's formula for a particle with a prescribed oscillation: the force along it
+    /// is fitted, by least squares over time, by `F = -C_D 0.5 rho_f S |U| U - C_M rho_f V dU/dt`,
+    /// U the particle's velocity along it, S and V its frontal area and its volume (2D: d and pi
+    /// d^2/4 per unit depth). The force is a mean over each step: U is taken at its middle.
     MorisonDrag,
     /// `C_M` of the same fit: 1 for a disc in an unbounded inviscid fluid.
     MorisonInertia,
     /// What the same fit leaves of the force: its root mean square over that of the force.
     MorisonResidual,
-    /// Root mean square of the force along the stream about its least-squares quadratic in time, over its mean; steps weigh as much as they
-    /// are long. Of a particle that moves steadily through the grid it is noise.
+    /// Root mean square of the force along the stream about its least-squares quadratic in time,
+    /// over its mean; steps weigh as much as they are long. Of a particle that moves steadily
+    /// through the grid it is noise.
     ForceNoise,
-    /// Largest speed of the fluid over the domain and over time (m/s); cells that particles fill by more than half do not count.
+    /// Largest speed of the fluid over the domain and over time (m/s); cells that particles fill by
+    /// more than half do not count.
     MaxSpeed,
-    /// Least velocity along x on the line x = size/2 at the end (m/s), by a parabola through three cells; 2D only.
+    /// Least velocity along x on the line x = size/2 at the end (m/s), by a parabola through three
+    /// cells; 2D only.
     MidlineULeast,
     /// Least velocity along y on the line y = size/2 at the end (m/s); 2D only.
     MidlineVLeast,
@@ -207,11 +218,14 @@ pub enum MeasureKind {
     VelocityZ,
     /// Mean of the particle's angular velocity about z, or that `when` (rad/s).
     Spin,
-    /// First time at which the particle touches another or a wall, or in a viscous fluid comes as near as `contact.roughness` (s).
+    /// First time at which the particle touches another or a wall, or in a viscous fluid comes as
+    /// near as `contact.roughness` (s).
     ContactStart,
-    /// Mean height of `particles` at the end, against gravity and above the lowest centre of all (m).
+    /// Mean height of `particles` at the end, against gravity and above the lowest centre of all
+    /// (m).
     MeanHeight,
-    /// Mean rank of `particles` at the end in the order of all heights against gravity: 1 is the lowest.
+    /// Mean rank of `particles` at the end in the order of all heights against gravity: 1 is the
+    /// lowest.
     HeightRank,
     /// Fastest of the centres of `particles` at the end (m/s).
     FastestParticle,
@@ -221,24 +235,29 @@ pub enum MeasureKind {
     MeanSpeed,
     /// Root mean square of the speeds of the centres of `particles` (m/s); its mean over time.
     RmsSpeed,
-    /// Volume of `particles` that passes through a cross-section of the box (m3/s; m2/s in 2D): `sum V v/L` along `axis`, L the length of the
-    /// box; its mean over time.
+    /// Volume of `particles` that passes through a cross-section of the box (m3/s; m2/s in 2D):
+    /// `sum V v/L` along `axis`, L the length of the box; its mean over time.
     TransportRate,
-    /// Mean over time of the fluid's velocity along `axis` over the whole box, bodies counted as nothing (m/s).
+    /// Mean over time of the fluid's velocity along `axis` over the whole box, bodies counted as
+    /// nothing (m/s).
     SuperficialVelocity,
-    /// Mean over time of the volume, fluid and bodies, that flows through a cross-section of the box along `axis` (m3/s; m2/s in 2D).
+    /// Mean over time of the volume, fluid and bodies, that flows through a cross-section of the
+    /// box along `axis` (m3/s; m2/s in 2D).
     FlowRate,
-    /// Mean over time of the fall of the pressure from the low to the high end of the box along `axis`, a drive's with it (Pa).
+    /// Mean over time of the fall of the pressure from the low to the high end of the box along
+    /// `axis`, a drive's with it (Pa).
     PressureDrop,
     /// Mean over time of the force of the drive on the fluid along `axis` (N/m3).
     DriveForce,
     /// Mean over time of the solid fraction of `region`.
     SolidFraction,
-    /// Mean over time of the height at which the solid fraction of layers of cells falls to `threshold`, over the low end of the box (m).
+    /// Mean over time of the height at which the solid fraction of layers of cells falls to
+    /// `threshold`, over the low end of the box (m).
     BedHeight,
     /// Mean over time of the kinetic energy of the fluid (J; per metre of depth in 2D).
     FluidEnergy,
-    /// Largest rate at which the fluid loses kinetic energy, per mass of what would fill the box (m2/s3), from step to step.
+    /// Largest rate at which the fluid loses kinetic energy, per mass of what would fill the box
+    /// (m2/s3), from step to step.
     Dissipation,
     /// When that is (s).
     DissipationTime,
@@ -248,18 +267,20 @@ pub enum MeasureKind {
 
 impl MeasureKind {
     /// Names that kinds had in earlier versions, each with the present one.
-    pub(in crate::config) const RENAMED: [(&str, &str); 1] = [("terminal_velocity", "largest_speed")];
+    pub(in crate::config) const RENAMED: [(&str, &str); 1] =
+        [("terminal_velocity", "largest_speed")];
 
     /// The unit of its value, where the case is in SI units; empty for numbers without one. Forces
     /// and energies in 2D are per metre of depth.
     pub fn unit(self, dimension: usize) -> &'static str {
         use MeasureKind::*;
         match self {
-            DragCoefficient | DragCoefficientMax | LiftCoefficient | LiftCoefficientMax | LiftMagnitude | LiftRms
-            | LiftAmplitude | Strouhal | MorisonDrag | MorisonInertia | MorisonResidual | ForceNoise | HeightRank
-            | SolidFraction => "",
-            MaxSpeed | MidlineULeast | MidlineVLeast | MidlineVLargest | LargestSpeed | TerminalSpeed | VelocityX
-            | VelocityY | VelocityZ | FastestParticle | MeanSpeed | RmsSpeed | SuperficialVelocity => "m/s",
+            DragCoefficient | DragCoefficientMax | LiftCoefficient | LiftCoefficientMax
+            | LiftMagnitude | LiftRms | LiftAmplitude | Strouhal | MorisonDrag | MorisonInertia
+            | MorisonResidual | ForceNoise | HeightRank | SolidFraction => "",
+            MaxSpeed | MidlineULeast | MidlineVLeast | MidlineVLargest | LargestSpeed
+            | TerminalSpeed | VelocityX | VelocityY | VelocityZ | FastestParticle | MeanSpeed
+            | RmsSpeed | SuperficialVelocity => "m/s",
             PositionX | PositionY | PositionZ | MeanHeight | LargestOverlap | BedHeight => "m",
             ContactStart | DissipationTime => "s",
             Spin => "rad/s",
@@ -279,7 +300,10 @@ impl MeasureKind {
     /// time 0 counts in it.
     pub fn counts_the_start(self) -> bool {
         use MeasureKind::*;
-        matches!(self, DragCoefficient | LiftCoefficient | LiftMagnitude | LiftRms | LiftAmplitude | Force)
+        matches!(
+            self,
+            DragCoefficient | LiftCoefficient | LiftMagnitude | LiftRms | LiftAmplitude | Force
+        )
     }
 
     /// Whether it is of one particle.
@@ -293,19 +317,35 @@ impl MeasureKind {
     /// Whether it is of several particles.
     pub fn is_of_group(self) -> bool {
         use MeasureKind::*;
-        matches!(self, MeanHeight | HeightRank | FastestParticle | Force | MeanSpeed | RmsSpeed | TransportRate)
+        matches!(
+            self,
+            MeanHeight
+                | HeightRank
+                | FastestParticle
+                | Force
+                | MeanSpeed
+                | RmsSpeed
+                | TransportRate
+        )
     }
 
     /// Whether it is taken of the whole box after every step.
     pub fn is_of_box(self) -> bool {
         use MeasureKind::*;
-        self.has_axis() || matches!(self, SolidFraction | FluidEnergy | BodyEnergy | Dissipation | DissipationTime)
+        self.has_axis()
+            || matches!(
+                self,
+                SolidFraction | FluidEnergy | BodyEnergy | Dissipation | DissipationTime
+            )
     }
 
     /// Whether it is along an axis.
     pub fn has_axis(self) -> bool {
         use MeasureKind::*;
-        matches!(self, SuperficialVelocity | FlowRate | PressureDrop | DriveForce | TransportRate | BedHeight)
+        matches!(
+            self,
+            SuperficialVelocity | FlowRate | PressureDrop | DriveForce | TransportRate | BedHeight
+        )
     }
 
     /// Whether it needs gravity, to tell what is high.
@@ -315,7 +355,10 @@ impl MeasureKind {
 
     /// Whether it is of the velocities on a line through the middle of the box.
     pub fn is_of_midline(self) -> bool {
-        matches!(self, MeasureKind::MidlineULeast | MeasureKind::MidlineVLeast | MeasureKind::MidlineVLargest)
+        matches!(
+            self,
+            MeasureKind::MidlineULeast | MeasureKind::MidlineVLeast | MeasureKind::MidlineVLargest
+        )
     }
 
     /// Whether a reference speed makes it dimensionless: a coefficient of a force, or a frequency.
@@ -342,7 +385,9 @@ impl MeasureKind {
 
     /// Whether it is made of the force on a particle.
     pub fn is_of_force(self) -> bool {
-        self.needs_speed() || self.fits_morison() || matches!(self, MeasureKind::ForceNoise | MeasureKind::Force)
+        self.needs_speed()
+            || self.fits_morison()
+            || matches!(self, MeasureKind::ForceNoise | MeasureKind::Force)
     }
 
     /// Whether it is of the component of a force across the stream.
@@ -367,7 +412,10 @@ impl MeasureKind {
 
     /// Whether it is a fit of Morison's formula, of a particle with a prescribed oscillation.
     pub fn fits_morison(self) -> bool {
-        matches!(self, MeasureKind::MorisonDrag | MeasureKind::MorisonInertia | MeasureKind::MorisonResidual)
+        matches!(
+            self,
+            MeasureKind::MorisonDrag | MeasureKind::MorisonInertia | MeasureKind::MorisonResidual
+        )
     }
 }
 
@@ -382,18 +430,21 @@ pub struct Output {
     /// Snapshots under `fields/`; default only the first and the last state.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fields: Option<Cadence>,
-    /// Checkpoints to go on from, of which the newest two are kept; default every 15 minutes of running time.
+    /// Checkpoints to go on from, of which the newest two are kept; default every 15 minutes of
+    /// running time.
     pub checkpoint: Checkpoints,
     /// Figures of the last state as PNG and SVG; default yes.
     pub figures: bool,
-    /// What becomes of a free particle that reaches an outflow; default it leaves, which `passages.csv` says.
+    /// What becomes of a free particle that reaches an outflow; default it leaves, which
+    /// `passages.csv` says.
     pub removed: Removed,
-    /// How often `particles.csv` has rows of fixed particles; default once, at the start, where there are more than ten of them beside
-    /// others that move, and else as often as of these.
+    /// How often `particles.csv` has rows of fixed particles; default once, at the start, where
+    /// there are more than ten of them beside others that move, and else as often as of these.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fixed: Option<FixedRows>,
-    /// Where figures cut a 3D flow, `planes = [{ z = 0.02 }, { x = 0.01 }]` (m), each drawn in the layer of cells that holds it; default
-    /// one along gravity or the stream, through the body or the middle of all of them.
+    /// Where figures cut a 3D flow, `planes = [{ z = 0.02 }, { x = 0.01 }]` (m), each drawn in the
+    /// layer of cells that holds it; default one along gravity or the stream, through the body or
+    /// the middle of all of them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub planes: Vec<Section>,
 }
@@ -415,7 +466,8 @@ pub enum Removed {
     /// It is taken out of the box.
     #[default]
     Log,
-    /// It comes in again at the other end of the box, at the velocity that it has; where another one is in its way, it is taken out.
+    /// It comes in again at the other end of the box, at the velocity that it has; where another
+    /// one is in its way, it is taken out.
     Return,
     /// The run ends, as one that has come to its `time.end`.
     Stop,
@@ -460,9 +512,11 @@ impl FromStr for Section {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Section, String> {
-        let wrong = || format!("\"{text}\" is no plane: give an axis and a place on it in m, as in z=0.02");
+        let wrong =
+            || format!("\"{text}\" is no plane: give an axis and a place on it in m, as in z=0.02");
         let (name, at) = text.split_once('=').ok_or_else(wrong)?;
-        let axis = ["x", "y", "z"].iter().position(|axis| *axis == name.trim()).ok_or_else(wrong)?;
+        let axis =
+            ["x", "y", "z"].iter().position(|axis| *axis == name.trim()).ok_or_else(wrong)?;
         let at = at.trim().parse::<f64>().ok().filter(|at| at.is_finite()).ok_or_else(wrong)?;
         Ok(Section::across(axis, at))
     }
@@ -489,7 +543,8 @@ pub struct Cadence {
     /// Every so many steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every: Option<u64>,
-    /// Every so much time (s): at the end of the first step that reaches or passes each multiple of it.
+    /// Every so much time (s): at the end of the first step that reaches or passes each multiple of
+    /// it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every_time: Option<f64>,
 }

@@ -5,7 +5,8 @@ use crate::config::fault::{AXES, Check, not_negative, positive, vector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Means and second moments over time, in every cell and in layers: `statistics.vti` and `profile.csv`.
+/// Means and second moments over time, in every cell and in layers: `statistics.vti` and
+/// `profile.csv`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Statistics {
@@ -33,7 +34,12 @@ impl Statistics {
         not_negative("statistics.from", self.from, "s")?;
         positive("statistics.until", self.until, "s")?;
         let until = self.until.unwrap_or(case.time.end);
-        ensure!(self.from < until, "statistics.from", "must be before {until:?} s, not {:?}", self.from);
+        ensure!(
+            self.from < until,
+            "statistics.from",
+            "must be before {until:?} s, not {:?}",
+            self.from
+        );
         ensure!(self.every > 0, "statistics.every", "must be 1 step or more, not 0");
         self.profile.map_or(Ok(()), |axis| axis.check("statistics.profile", case.dimension()))
     }
@@ -68,19 +74,32 @@ impl Probe {
         let plain = !self.name.is_empty() && !self.name.contains([',', '"', '\n']);
         ensure!(plain, key("name"), "must be some text without commas and quotes");
         let own = case.probe[..index].iter().all(|other| other.name != self.name);
-        ensure!(own, key("name"), "\"{}\" names another probe already: give each its own name", self.name);
+        ensure!(
+            own,
+            key("name"),
+            "\"{}\" names another probe already: give each its own name",
+            self.name
+        );
         for (name, place) in [("at", Some(&self.at)), ("to", self.to.as_ref())] {
             let Some(place) = place else { continue };
             vector(&key(name), place, case.dimension(), "m")?;
             for (axis, size) in case.domain.size.iter().enumerate() {
                 let (at, x) = (place[axis], AXES[axis]);
                 let holds = (0.0..=*size).contains(&at);
-                ensure!(holds, key(&format!("{name}.{axis}")), "{x} = {at:?} m is outside: 0 <= {x} <= {size:?} m");
+                ensure!(
+                    holds,
+                    key(&format!("{name}.{axis}")),
+                    "{x} = {at:?} m is outside: 0 <= {x} <= {size:?} m"
+                );
             }
         }
         let line = self.to.is_some() || self.points.is_none();
         ensure!(line, key("points"), "is of a line: give its other end, `to`, or remove it");
-        ensure!(self.points.is_none_or(|n| (2..=100_000).contains(&n)), key("points"), "must be from 2 to 100,000");
+        ensure!(
+            self.points.is_none_or(|n| (2..=100_000).contains(&n)),
+            key("points"),
+            "must be from 2 to 100,000"
+        );
         ensure!(self.every != Some(0), key("every"), "must be 1 step or more, not 0");
         not_negative(&key("from"), self.from, "s")
     }
@@ -90,7 +109,8 @@ impl Probe {
         let Some(to) = &self.to else { return vec![self.at.clone()] };
         let count = self.points.unwrap_or(2);
         let share = |i: usize| i as f64 / (count - 1) as f64;
-        let between = |i: usize| self.at.iter().zip(to).map(|(a, b)| a + share(i) * (b - a)).collect();
+        let between =
+            |i: usize| self.at.iter().zip(to).map(|(a, b)| a + share(i) * (b - a)).collect();
         (0..count).map(between).collect()
     }
 }

@@ -22,22 +22,24 @@ pub struct Swarm {
     /// How many.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub count: Option<usize>,
-    /// Where: they lie wholly inside. They are put down at random, and moved apart where there is no room at random: up to about 80 % of the area
-    /// in 2D and 60 % of the volume in 3D.
+    /// Where: they lie wholly inside. They are put down at random, and moved apart where there is
+    /// no room at random: up to about 80 % of the area in 2D and 60 % of the volume in 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Region>,
     /// Their diameters (m).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub diameter: Option<Diameters>,
-    /// What the random numbers begin with, default 1: the same seed gives the same places everywhere.
+    /// What the random numbers begin with, default 1: the same seed gives the same places
+    /// everywhere.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
     /// Least distance from their surfaces to those of other bodies and to walls (m), default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
-    /// Instead of the keys above: a CSV file, by its path from the case file's folder. Its header names the columns: x,
-    /// y (z in 3D) and diameter; density, vx, vy, vz and spin (about z) if wanted, which win over the keys below. The `particles.csv` in a run's folder gives that run's
-    /// bodies as they were at its end.
+    /// Instead of the keys above: a CSV file, by its path from the case file's folder. Its header
+    /// names the columns: x, y (z in 3D) and diameter; density, vx, vy, vz and spin (about z) if
+    /// wanted, which win over the keys below. The `particles.csv` in a run's folder gives that
+    /// run's bodies as they were at its end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
     /// Density (kg/m3), default the fluid's.
@@ -52,7 +54,8 @@ pub struct Swarm {
     /// Velocity of free particles at time 0 (m/s), default zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<Vec<f64>>,
-    /// Angular velocity of free particles at time 0 (rad/s): one number in 2D, three in 3D; default zero.
+    /// Angular velocity of free particles at time 0 (rad/s): one number in 2D, three in 3D; default
+    /// zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spin: Option<Spin>,
     /// Directions in which free particles keep their velocity whatever the forces; default none.
@@ -61,8 +64,8 @@ pub struct Swarm {
     /// The name that `[[contact.pair]]` knows them by, default `default`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
-    /// Feeds them into the region one after the other while the run goes on; default all are there at time 0. Without a `velocity`
-    /// they come in with that of the fluid whose place they take.
+    /// Feeds them into the region one after the other while the run goes on; default all are there
+    /// at time 0. Without a `velocity` they come in with that of the fluid whose place they take.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub feed: Option<Feed>,
 }
@@ -90,7 +93,10 @@ pub struct Region {
 
 /// The diameters of a swarm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "a swarm's diameter is one number or { uniform = [least, largest] } (m)")]
+#[serde(
+    untagged,
+    expecting = "a swarm's diameter is one number or { uniform = [least, largest] } (m)"
+)]
 pub enum Diameters {
     /// All the same (m).
     Same(f64),
@@ -136,7 +142,11 @@ impl Swarm {
             None => self.check_scatter(case, &table)?,
             Some(file) => {
                 let key = format!("{table}.from");
-                ensure!(!file.is_empty(), key, "is empty: name a CSV file, as in from = \"particles.csv\"");
+                ensure!(
+                    !file.is_empty(),
+                    key,
+                    "is empty: name a CSV file, as in from = \"particles.csv\""
+                );
                 let given = [
                     ("count", self.count.is_some()),
                     ("region", self.region.is_some()),
@@ -150,7 +160,8 @@ impl Swarm {
                     ensure!(
                         !given,
                         key,
-                        "{name} and from exclude each other, as the file says where: remove one of them"
+                        "{name} and from exclude each other, as the file says where: remove one of \
+                        them"
                     );
                 }
             }
@@ -159,20 +170,36 @@ impl Swarm {
         let motion = &self.motion.clone().unwrap_or_default();
         let (velocity, spin) = (self.velocity.as_deref(), self.spin.as_ref());
         let (locked, material) = (self.locked.as_slice(), self.material.as_deref());
-        let nature = Nature { motion, density: *density, viscosity: *viscosity, velocity, spin, locked, material };
+        let nature = Nature {
+            motion,
+            density: *density,
+            viscosity: *viscosity,
+            velocity,
+            spin,
+            locked,
+            material,
+        };
         nature.check(&table, case)
     }
 
     fn scatter(&self) -> Option<Scatter<'_>> {
-        let (count, region, diameter) = (self.count?, self.region.as_ref()?, self.diameter.as_ref()?);
-        Some(Scatter { count, region, diameter, seed: self.seed.unwrap_or(1), gap: self.gap.unwrap_or(0.0) })
+        let (count, region, diameter) =
+            (self.count?, self.region.as_ref()?, self.diameter.as_ref()?);
+        Some(Scatter {
+            count,
+            region,
+            diameter,
+            seed: self.seed.unwrap_or(1),
+            gap: self.gap.unwrap_or(0.0),
+        })
     }
 
     fn check_scatter(&self, case: &Case, table: &str) -> Check {
         let key = |rest: &str| format!("{table}.{rest}");
         let Some(Scatter { count, region, diameter, gap, .. }) = self.scatter() else {
             let given = [self.count.is_some(), self.region.is_some(), self.diameter.is_some()];
-            let missing = ["count", "region", "diameter"].into_iter().zip(given).find(|(_, given)| !given);
+            let missing =
+                ["count", "region", "diameter"].into_iter().zip(given).find(|(_, given)| !given);
             let missing = missing.map_or("count", |(name, _)| name);
             let cure = "a swarm needs count, region and diameter, or from = \"particles.csv\"";
             ensure!(false, key(missing), "missing key `{missing}` in [{table}]: {cure}");
@@ -183,11 +210,19 @@ impl Swarm {
         positive(&key("diameter"), least, "m")?;
         positive(&key("diameter"), largest, "m")?;
         let holds = least <= largest;
-        ensure!(holds, key("diameter"), "the least, {least:?} m, comes first, then the largest, {largest:?} m");
+        ensure!(
+            holds,
+            key("diameter"),
+            "the least, {least:?} m, comes first, then the largest, {largest:?} m"
+        );
         not_negative(&key("gap"), gap, "m")?;
         region.check(case, table, largest, gap)?;
         if let Some(Feed { rate, from }) = self.feed {
-            ensure!(self.motion.as_ref().is_none_or(|m| *m == Motion::Free), key("feed"), "is for free particles");
+            ensure!(
+                self.motion.as_ref().is_none_or(|m| *m == Motion::Free),
+                key("feed"),
+                "is for free particles"
+            );
             positive(&key("feed.rate"), rate, "1/s")?;
             not_negative(&key("feed.from"), from, "s")?;
         }
@@ -213,7 +248,12 @@ impl Swarm {
     }
 
     /// The particles that are fed, at the middle of the region until they come in.
-    fn fed(&self, dimension: usize, Feed { rate, from }: &Feed, swarm: &Scatter) -> impl Iterator<Item = Particle> {
+    fn fed(
+        &self,
+        dimension: usize,
+        Feed { rate, from }: &Feed,
+        swarm: &Scatter,
+    ) -> impl Iterator<Item = Particle> {
         let Scatter { region, seed, gap, .. } = swarm;
         let middle = |axis: usize| 0.5 * (region.min[axis] + region.max[axis]);
         placement::diameters(swarm).0.into_iter().enumerate().map(move |(n, diameter)| {
@@ -230,7 +270,8 @@ impl Swarm {
 }
 
 impl Region {
-    /// Checks this `region` of the table `table`, which has to have room for a body of this diameter (m) with this gap (m) around it.
+    /// Checks this `region` of the table `table`, which has to have room for a body of this
+    /// diameter (m) with this gap (m) around it.
     pub(super) fn check(&self, case: &Case, table: &str, diameter: f64, gap: f64) -> Check {
         let key = |rest: &str| format!("{table}.region{rest}");
         vector(&key(".min"), &self.min, case.dimension(), "m")?;
@@ -239,24 +280,32 @@ impl Region {
             let (low, high, x) = (self.min[axis], self.max[axis], AXES[axis]);
             for (end, at) in [("min", low), ("max", high)] {
                 let (holds, key) = ((0.0..=size).contains(&at), key(&format!(".{end}.{axis}")));
-                ensure!(holds, key, "{x} = {at:?} m is outside the domain: choose 0 <= {x} <= {size:?} m");
+                ensure!(
+                    holds,
+                    key,
+                    "{x} = {at:?} m is outside the domain: choose 0 <= {x} <= {size:?} m"
+                );
             }
             let room = placement::room(case, self, gap, axis, diameter);
             let width = short(high - low);
-            let message =
-                format!("{width} m along {x} have no room for a diameter of {diameter:?} m with a gap of {gap:?} m");
+            let message = format!(
+                "{width} m along {x} have no room for a diameter of {diameter:?} m with a gap of \
+                {gap:?} m"
+            );
             ensure!(room.is_some(), key(""), "{message}: widen it, or choose smaller ones");
         }
         Ok(())
     }
 
-    /// Where the centre of a body of this diameter (m) may lie in it, by axis: from, and how far (m); `None` without room.
+    /// Where the centre of a body of this diameter (m) may lie in it, by axis: from, and how far
+    /// (m); `None` without room.
     pub(super) fn room(&self, case: &Case, gap: f64, diameter: f64) -> Option<Vec<(f64, f64)>> {
         (0..case.dimension()).map(|axis| placement::room(case, self, gap, axis, diameter)).collect()
     }
 }
 
-/// Turns the swarms of a checked case into particles, in their order; files are looked for from `folder` on.
+/// Turns the swarms of a checked case into particles, in their order; files are looked for from
+/// `folder` on.
 pub(in crate::config) fn expand(case: &mut Case, folder: &Path) -> Check {
     let swarms = std::mem::take(&mut case.swarm);
     for (index, swarm) in swarms.iter().enumerate() {
@@ -264,12 +313,16 @@ pub(in crate::config) fn expand(case: &mut Case, folder: &Path) -> Check {
             (Some(file), ..) if of_run(&folder.join(file)) => {
                 append_run(case, swarm, &folder.join(file), &format!("swarm.{index}.from"))?
             }
-            (Some(file), ..) => table::append(case, swarm, &folder.join(file), &format!("swarm.{index}.from"))?,
+            (Some(file), ..) => {
+                table::append(case, swarm, &folder.join(file), &format!("swarm.{index}.from"))?
+            }
             (None, Some(scatter), Some(feed)) => {
                 case.particle.extend(swarm.fed(case.dimension(), feed, &scatter));
             }
             (None, Some(scatter), None) => {
-                for (diameter, place) in placement::scatter(case, &scatter, &format!("swarm.{index}.count"))? {
+                for (diameter, place) in
+                    placement::scatter(case, &scatter, &format!("swarm.{index}.count"))?
+                {
                     case.particle.push(swarm.particle(case.dimension(), diameter, place));
                 }
             }
@@ -281,7 +334,8 @@ pub(in crate::config) fn expand(case: &mut Case, folder: &Path) -> Check {
 
 /// Whether a file is a run's own `particles.csv`.
 fn of_run(file: &Path) -> bool {
-    file.file_name().is_some_and(|name| name == "particles.csv") && file.with_file_name("case.toml").is_file()
+    file.file_name().is_some_and(|name| name == "particles.csv")
+        && file.with_file_name("case.toml").is_file()
 }
 
 /// Appends the bodies of a run as they were at its end, moved as the swarm says.
@@ -302,7 +356,12 @@ fn append_run(case: &mut Case, swarm: &Swarm, file: &Path, key: &str) -> Check {
         case.particle.push(body);
     }
     if let Some(Overlap { first, second, words }) = overlap(case) {
-        ensure!(false, key, "{}: particle {second} overlaps particle {first}: {words}", file.display());
+        ensure!(
+            false,
+            key,
+            "{}: particle {second} overlaps particle {first}: {words}",
+            file.display()
+        );
     }
     Ok(())
 }
@@ -322,7 +381,8 @@ mod tests {
         format!(
             "name = \"box\"\ntime.end = 1.0\ndomain = {{ size = {size:?}, cells = {cells:?} }}\n\
              fluid = {{ density = 1.0, viscosity = 0.1 }}\n{keys}\n\
-             [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\nnorth = \"wall\"\n{lids}"
+             [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\n\
+                 north = \"wall\"\n{lids}"
         )
     }
 
@@ -352,15 +412,23 @@ mod tests {
         assert_eq!((case.particle.len(), case.swarm.len()), (3000, 0));
         assert!(overlap(&case).is_none());
         let diameters = || case.particle.iter().map(|particle| particle.shape.diameter());
-        assert!(diameters().all(|d| (0.01..=0.025).contains(&d)) && diameters().is_sorted_by(|a, b| a >= b));
+        assert!(
+            diameters().all(|d| (0.01..=0.025).contains(&d))
+                && diameters().is_sorted_by(|a, b| a >= b)
+        );
         assert!((diameters().sum::<f64>() / 3000.0 - 0.0175).abs() < 3e-4);
         // Across the periodic faces too.
-        assert!(case.particle.iter().any(|particle| particle.position[0] < 0.25 * particle.shape.diameter()));
+        assert!(
+            case.particle
+                .iter()
+                .any(|particle| particle.position[0] < 0.25 * particle.shape.diameter())
+        );
     }
 
     #[test]
     fn a_swarm_is_packed_where_random_places_do_not_suffice() {
-        let keys = "particle = [{ shape = { disc = { diameter = 0.8 } }, position = [0.1, 0.5], motion = \"fixed\" }]\n\
+        let keys = "particle = \
+            [{ shape = { disc = { diameter = 0.8 } }, position = [0.1, 0.5], motion = \"fixed\" }]\n\
                     swarm = [{ count = COUNT, region = { min = [0.6, 0.0], max = [1.6, 1.0] }, diameter = 0.02, gap = 1e-4 }]";
         // 47 % at random; 75 % packed; 88 % is more than discs at random can fill.
         for count in [1500, 2400] {
@@ -374,7 +442,8 @@ mod tests {
         }
         let (key, message) = expanded(2, &keys.replace("COUNT", "2800"), "").unwrap_err();
         assert!(
-            key == "swarm.0.count" && message.contains("2800 do not fit: with their gaps they would cover 88.8 %"),
+            key == "swarm.0.count"
+                && message.contains("2800 do not fit: with their gaps they would cover 88.8 %"),
             "{message}"
         );
     }
@@ -386,18 +455,19 @@ mod tests {
             "swarm = [{ count = 1000, region = { min = [0.0, 0.0, 0.0], max = [2.0, 1.0, 1.0] }, \
              diameter = { uniform = [0.115, 0.135] } }]",
         );
-        let volume: f64 = case.particle.iter().map(|p| p.shape.diameter().powi(3)).sum::<f64>() * PI / 6.0;
+        let volume: f64 =
+            case.particle.iter().map(|p| p.shape.diameter().powi(3)).sum::<f64>() * PI / 6.0;
         assert!((0.5..0.53).contains(&(0.5 * volume)), "{volume}");
         assert!(overlap(&case).is_none());
         assert!(
-            case.particle.iter().any(|p| p.position[0] < 0.02) && case.particle.iter().any(|p| p.position[0] > 1.98)
+            case.particle.iter().any(|p| p.position[0] < 0.02)
+                && case.particle.iter().any(|p| p.position[0] > 1.98)
         );
     }
 
     #[test]
     fn a_seed_gives_the_same_places_everywhere_and_another_seed_others() {
-        let keys =
-            "swarm = [{ count = 4, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, diameter = 0.1, seed = SEED }]";
+        let keys = "swarm = [{ count = 4, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, diameter = 0.1, seed = SEED }]";
         let places = |seed: &str| {
             let case = good(2, &keys.replace("SEED", seed));
             case.particle.into_iter().map(|particle| particle.position).collect::<Vec<_>>()
@@ -417,7 +487,8 @@ mod tests {
             3,
             "swarm = [{ count = 60, region = { min = [0.0, 0.0, 0.0], max = [2.0, 1.0, 1.0] }, diameter = 0.15 }, \
              { count = 60, region = { min = [0.0, 0.0, 0.2], max = [2.0, 1.0, 0.7] }, \
-             diameter = { uniform = [0.05, 0.1] }, gap = 0.03, motion = \"fixed\", material = \"glass\" }]",
+             diameter = { uniform = [0.05, 0.1] }, gap = 0.03, motion = \"fixed\", material = \
+                 \"glass\" }]",
         );
         assert_eq!(case.particle.len(), 120);
         assert!(overlap(&case).is_none());
@@ -428,7 +499,12 @@ mod tests {
                 assert!(apart >= radius + 0.5 * other.shape.diameter() + 0.03);
             }
             let [_, y, z] = new.position[..] else { panic!("3D") };
-            assert!(y >= radius + 0.03 && y <= 1.0 - radius - 0.03 && z >= 0.2 + radius && z <= 0.7 - radius);
+            assert!(
+                y >= radius + 0.03
+                    && y <= 1.0 - radius - 0.03
+                    && z >= 0.2 + radius
+                    && z <= 0.7 - radius
+            );
             assert_eq!((&new.motion, new.material()), (&Motion::Fixed, "glass"));
         }
     }
@@ -436,12 +512,16 @@ mod tests {
     #[test]
     fn a_file_gives_places_and_what_else_it_names_and_the_swarm_the_rest() {
         let keys = "swarm = [{ from = \"gravel.csv\", density = 2.0, velocity = [1.0, 0.0], locked = [\"rotation\"] }]";
-        let csv = "# made by hand\ndiameter, x, y, vy, spin, density\n0.1, 0.5, 0.5, -1, 3, 4\n0.2,1.0,0.5,0,0,5\n";
+        let csv = "# made by hand\ndiameter, x, y, vy, spin, density\n0.1, 0.5, 0.5, -1, 3, 4\n\
+            0.2,1.0,0.5,0,0,5\n";
         let case = expanded(2, keys, csv).unwrap();
         let first = &case.particle[0];
         assert_eq!((first.shape.diameter(), &first.position[..]), (0.1, &[0.5, 0.5][..]));
         assert_eq!((first.density, first.velocity.as_deref()), (Some(4.0), Some(&[1.0, -1.0][..])));
-        assert_eq!((&first.spin, &first.locked[..]), (&Some(Spin::Plane(3.0)), &[Lock::Rotation][..]));
+        assert_eq!(
+            (&first.spin, &first.locked[..]),
+            (&Some(Spin::Plane(3.0)), &[Lock::Rotation][..])
+        );
         assert_eq!((case.particle.len(), case.particle[1].density), (2, Some(5.0)));
     }
 
@@ -450,7 +530,8 @@ mod tests {
         let typed = text(
             2,
             "swarm = [{ count = 20, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, diameter = 0.05, spin = 1.0 }]\n\
-             contact = { normal_stiffness = 1e5, pair = [{ between = [\"wall\", \"default\"], friction = 0.2 }] }\n\
+             contact = { normal_stiffness = 1e5, pair = [{ between = [\"wall\", \"default\"], \
+                 friction = 0.2 }] }\n\
              measure = [{ name = \"end\", kind = \"position_x\", particle = 19 }]",
         );
         let folder = tempfile::tempdir().unwrap();
@@ -459,6 +540,9 @@ mod tests {
         let case = load(&file, &[]).unwrap().case;
         std::fs::write(&file, case.to_toml()).unwrap();
         assert_eq!(load(&file, &[]).unwrap().case, case);
-        assert!(case.to_toml().contains("substeps = \"auto\"") && case.to_toml().contains("restitution = 0.5"));
+        assert!(
+            case.to_toml().contains("substeps = \"auto\"")
+                && case.to_toml().contains("restitution = 0.5")
+        );
     }
 }

@@ -1,5 +1,5 @@
-//! The rules of a case that its types cannot say: ranges, lengths, contradictions, geometry. Each refusal names the key
-//! and what would be right. Stability limits belong to the scene.
+//! The rules of a case that its types cannot say: ranges, lengths, contradictions, geometry. Each
+//! refusal names the key and what would be right. Stability limits belong to the scene.
 
 use std::collections::HashSet;
 
@@ -8,12 +8,17 @@ use super::*;
 use crate::config::describe::unnamed;
 use crate::config::fault::{AXES, Check, finite, not_negative, positive, short, vector};
 
-/// Checks what the types leave open; the first refusal is returned. [`measures`] comes later: their particles may be of
-/// swarms.
+/// Checks what the types leave open; the first refusal is returned. [`measures`] comes later: their
+/// particles may be of swarms.
 pub(in crate::config) fn validate(case: &Case) -> Check {
     let plain = case.name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c));
     let holds = plain && !["", ".", ".."].contains(&case.name.as_str());
-    ensure!(holds, "name", "\"{}\" cannot name a folder: use letters, digits, `-`, `_` and `.`", case.name);
+    ensure!(
+        holds,
+        "name",
+        "\"{}\" cannot name a folder: use letters, digits, `-`, `_` and `.`",
+        case.name
+    );
     domain(&case.domain)?;
     let dimension = case.dimension();
     positive("fluid.density", case.fluid.density, "kg/m3")?;
@@ -26,7 +31,11 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
         particle(case, body, index)?;
     }
     if let Some(Overlap { first, second, words }) = overlap(case) {
-        ensure!(false, format!("particle.{second}.position"), "particle {second} overlaps particle {first}: {words}");
+        ensure!(
+            false,
+            format!("particle.{second}.position"),
+            "particle {second} overlaps particle {first}: {words}"
+        );
     }
     for (index, swarm) in case.swarm.iter().enumerate() {
         swarm.check(case, index)?;
@@ -48,7 +57,11 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
     positive("initial.taylor_green", case.initial.taylor_green, "m/s")?;
     let periodic = case.sides().into_iter().flatten().all(|side| matches!(side, Side::Periodic));
     let holds = case.initial.taylor_green.is_none() || periodic;
-    ensure!(holds, "initial.taylor_green", "a vortex of Taylor and Green is periodic: all sides must be");
+    ensure!(
+        holds,
+        "initial.taylor_green",
+        "a vortex of Taylor and Green is periodic: all sides must be"
+    );
     let planar = dimension == 2 || case.coupling.fraction != FractionRule::Polygon;
     ensure!(planar, "coupling.fraction", "polygon is for discs in 2D only; in 3D choose \"exact\"");
     if case.coupling.wall == WallRule::Sharp {
@@ -60,7 +73,11 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
         let (key, (axis, at)) = (format!("output.planes.{index}"), plane.place());
         ensure!(dimension == 3, key, "is for 3D only: in 2D figures show all of the flow");
         let size = case.domain.size[axis];
-        ensure!((0.0..=size).contains(&at), key, "must lie in the box, from 0 to {size:?} m, not at {at:?}");
+        ensure!(
+            (0.0..=size).contains(&at),
+            key,
+            "must lie in the box, from 0 to {size:?} m, not at {at:?}"
+        );
     }
     let Pressure { divergence_limit, tightening, max_iterations, .. } = case.pressure;
     positive("pressure.divergence_limit", divergence_limit, "1/s")?;
@@ -86,24 +103,30 @@ fn mixing_only(chosen: &Coupling) -> Check {
         ensure!(
             left_alone,
             place,
-            "this is a choice of the paper's mixing: leave it out, or add coupling.wall = \"mixing\""
+            "this is a choice of the paper's mixing: leave it out, or add coupling.wall = \
+            \"mixing\""
         );
     }
     Ok(())
 }
 
-/// Cells this many times as long as wide hold sharp walls; measured, 6 do too, and 8 feed energy to the flow.
+/// Cells this many times as long as wide hold sharp walls; measured, 6 do too, and 8 feed energy to
+/// the flow.
 const LONGEST_CELLS: f64 = 4.0;
 
 /// The profile beside a sharp wall counts in one spacing for all directions.
 fn long_cells(case: &Case) -> Check {
-    let spacings = case.domain.size.iter().zip(&case.domain.cells).map(|(size, cells)| size / *cells as f64);
-    let (least, most) = spacings.fold((f64::INFINITY, 0.0f64), |(least, most), h| (least.min(h), most.max(h)));
-    let holds = (case.particle.is_empty() && case.swarm.is_empty()) || most <= LONGEST_CELLS * (1.0 + 1e-9) * least;
+    let spacings =
+        case.domain.size.iter().zip(&case.domain.cells).map(|(size, cells)| size / *cells as f64);
+    let (least, most) =
+        spacings.fold((f64::INFINITY, 0.0f64), |(least, most), h| (least.min(h), most.max(h)));
+    let holds = (case.particle.is_empty() && case.swarm.is_empty())
+        || most <= LONGEST_CELLS * (1.0 + 1e-9) * least;
     ensure!(
         holds,
         "domain.cells",
-        "make cells {:.1} times as long as wide, and sharp walls hold up to {LONGEST_CELLS}: choose other numbers of cells, or \
+        "make cells {:.1} times as long as wide, and sharp walls hold up to {LONGEST_CELLS}: \
+        choose other numbers of cells, or \
          coupling.wall = \"mixing\"",
         most / least
     );
@@ -113,16 +136,32 @@ fn long_cells(case: &Case) -> Check {
 fn domain(domain: &Domain) -> Check {
     let (sizes, counts) = (domain.size.len(), domain.cells.len());
     let holds = sizes == 2 || sizes == 3;
-    ensure!(holds, "domain.size", "needs 2 numbers (m) for a 2D case or 3 for a 3D one, not {sizes}");
-    ensure!(counts == sizes, "domain.cells", "needs {sizes} numbers, one for each in domain.size, not {counts}");
+    ensure!(
+        holds,
+        "domain.size",
+        "needs 2 numbers (m) for a 2D case or 3 for a 3D one, not {sizes}"
+    );
+    ensure!(
+        counts == sizes,
+        "domain.cells",
+        "needs {sizes} numbers, one for each in domain.size, not {counts}"
+    );
     for (axis, (&size, &cells)) in domain.size.iter().zip(&domain.cells).enumerate() {
         positive(&format!("domain.size.{axis}"), size, "m")?;
         let key = format!("domain.cells.{axis}");
-        ensure!(cells >= 6, key, "must be at least 6 (the stencil reaches 3 cells to either side), not {cells}");
+        ensure!(
+            cells >= 6,
+            key,
+            "must be at least 6 (the stencil reaches 3 cells to either side), not {cells}"
+        );
     }
     let total = domain.cells.iter().try_fold(1_usize, |total, cells| total.checked_mul(*cells));
     let holds = total.is_some_and(|total| total < 1 << 31);
-    ensure!(holds, "domain.cells", "make 2^31 cells or more, which is more than can be numbered: use fewer");
+    ensure!(
+        holds,
+        "domain.cells",
+        "make 2^31 cells or more, which is more than can be numbered: use fewer"
+    );
     Ok(())
 }
 
@@ -137,7 +176,11 @@ fn boundary(case: &Case) -> Check {
             ensure!(axis >= dimension, key, "missing: a 3D case needs bottom and top as well");
             continue;
         };
-        ensure!(axis < dimension, key, "is for 3D only, and domain.size has two numbers: remove it");
+        ensure!(
+            axis < dimension,
+            key,
+            "is for 3D only, and domain.size has two numbers: remove it"
+        );
         match side {
             Side::Periodic => {
                 let paired = sides[face ^ 1] == Some(&Side::Periodic);
@@ -150,11 +193,19 @@ fn boundary(case: &Case) -> Check {
                 vector(&key, velocity, dimension, "m/s")?;
                 let (normal, x) = (velocity[axis], AXES[axis]);
                 let key = format!("{key}.{axis}");
-                ensure!(normal == 0.0, key, "a wall moves in its own plane: set {x} to 0.0 m/s, not {normal:?}");
+                ensure!(
+                    normal == 0.0,
+                    key,
+                    "a wall moves in its own plane: set {x} to 0.0 m/s, not {normal:?}"
+                );
             }
             Side::Inflow(velocity) => vector(&format!("{key}.inflow"), velocity, dimension, "m/s")?,
-            Side::InflowParabola(velocity) => vector(&format!("{key}.inflow_parabola"), velocity, dimension, "m/s")?,
-            Side::InflowProfile(points) => profile(&format!("{key}.inflow_profile"), points, dimension)?,
+            Side::InflowParabola(velocity) => {
+                vector(&format!("{key}.inflow_parabola"), velocity, dimension, "m/s")?
+            }
+            Side::InflowProfile(points) => {
+                profile(&format!("{key}.inflow_profile"), points, dimension)?
+            }
         }
     }
     balance(case)
@@ -169,13 +220,15 @@ fn balance(case: &Case) -> Check {
     }
     let Some(face) = sides.iter().position(inflow) else { return Ok(()) };
     let fluxes = || (0..sides.len()).filter_map(|face| Some(sides[face]?.flux(face, &case.domain)));
-    let [enters, leaves] = [1.0, -1.0].map(|sign| fluxes().map(|flux| (sign * flux).max(0.0)).sum::<f64>());
+    let [enters, leaves] =
+        [1.0, -1.0].map(|sign| fluxes().map(|flux| (sign * flux).max(0.0)).sum::<f64>());
     let unit = if case.dimension() == 2 { "m2/s" } else { "m3/s" };
     let (name, opposite) = (FACES[face], FACES[face ^ 1]);
     ensure!(
         (enters - leaves).abs() <= BALANCED * enters.max(leaves),
         format!("boundary.{name}"),
-        "inflow without outflow: by the velocities that are given {} {unit} come in and {} {unit} go out; make these balance, or \
+        "inflow without outflow: by the velocities that are given {} {unit} come in and {} {unit} \
+        go out; make these balance, or \
          set {opposite} = \"outflow\"",
         short(enters),
         short(leaves)
@@ -194,8 +247,14 @@ fn profile(key: &str, profile: &Profile, dimension: usize) -> Check {
     let increasing = profile.at.is_sorted_by(|a, b| a < b);
     ensure!(increasing, key_at, "the coordinates (m) must increase from each to the next");
     let key = format!("{key}.velocity");
-    ensure!(velocities == points, key, "needs {points} velocities, one for each in `at`, not {velocities}");
-    let check = |(i, velocity): (usize, &Vec<f64>)| vector(&format!("{key}.{i}"), velocity, dimension, "m/s");
+    ensure!(
+        velocities == points,
+        key,
+        "needs {points} velocities, one for each in `at`, not {velocities}"
+    );
+    let check = |(i, velocity): (usize, &Vec<f64>)| {
+        vector(&format!("{key}.{i}"), velocity, dimension, "m/s")
+    };
     profile.velocity.iter().enumerate().try_for_each(check)
 }
 
@@ -224,7 +283,8 @@ fn time(case: &Case) -> Check {
     }
     if let Some(part) = time.upwinding {
         ensure!((0.0..=1.0).contains(&part), "time.upwinding", "must be from 0 to 1, not {part}");
-        let holds = part == 1.0 || (time.scheme == Some(Scheme::Rk3) && time.advection == Advection::Upwind5);
+        let holds = part == 1.0
+            || (time.scheme == Some(Scheme::Rk3) && time.advection == Advection::Upwind5);
         let cure = "set time.scheme = \"rk3\" and time.advection = \"upwind5\"";
         ensure!(holds, "time.upwinding", "less than 1 is stable with three stages alone: {cure}");
     }
@@ -234,13 +294,18 @@ fn time(case: &Case) -> Check {
     ensure!(holds, "time.advection", "qsi is a one-step scheme: {cure}");
     let holds = !euler || time.advection == Advection::Qsi || case.fluid.viscosity > 0.0;
     let cure = "choose \"rk2\" or \"rk3\", or time.advection = \"qsi\"";
-    ensure!(holds, "time.scheme", "euler steps with upwind advection grow without viscosity: {cure}");
+    ensure!(
+        holds,
+        "time.scheme",
+        "euler steps with upwind advection grow without viscosity: {cure}"
+    );
     Ok(())
 }
 
 /// Puts indices in place of the names of particles in the measures, swarms turned into particles.
 pub(in crate::config) fn name_particles(case: &mut Case) -> Check {
-    let names: Vec<Option<&str>> = case.particle.iter().map(|particle| particle.name.as_deref()).collect();
+    let names: Vec<Option<&str>> =
+        case.particle.iter().map(|particle| particle.name.as_deref()).collect();
     let found = |which: &Which, key: String| match which {
         Which::Id(id) => Ok(vec![*id]),
         Which::Named(name) => {
@@ -255,7 +320,10 @@ pub(in crate::config) fn name_particles(case: &mut Case) -> Check {
         ensure!(one.len() == 1, format!("measure.{index}.particle"), "{} {several}", one.len());
         measure.particle = Which::Id(one[0]);
         if let Some(group) = &mut measure.particles {
-            let ids = group.iter().enumerate().map(|(i, which)| found(which, format!("measure.{index}.particles.{i}")));
+            let ids = group
+                .iter()
+                .enumerate()
+                .map(|(i, which)| found(which, format!("measure.{index}.particles.{i}")));
             let ids = ids.collect::<Result<Vec<_>, _>>()?.concat();
             let mut once = HashSet::new();
             *group = ids.into_iter().filter(|id| once.insert(*id)).map(Which::Id).collect();
@@ -272,7 +340,11 @@ pub(in crate::config) fn measures(case: &Case) -> Check {
         let key = |rest: &str| format!("measure.{index}.{rest}");
         ensure!(!name.is_empty(), key("name"), "is empty: give each measure a name");
         printable(&key("name"), Some(name))?;
-        ensure!(names.insert(name), key("name"), "\"{name}\" names another measure already: give each its own name");
+        ensure!(
+            names.insert(name),
+            key("name"),
+            "\"{name}\" names another measure already: give each its own name"
+        );
         not_negative(&key("from"), *from, "s")?;
         let end = case.time.end;
         ensure!(*from < end, key("from"), "must be before time.end = {end:?} s, not {from:?}");
@@ -280,7 +352,11 @@ pub(in crate::config) fn measures(case: &Case) -> Check {
         let count = case.particle.len();
         if kind.needs_particle() {
             let (id, holds) = (particle.id(), particle.id() < count);
-            ensure!(holds, key("particle"), "there is no particle {id}: the case has {count}, counted from 0");
+            ensure!(
+                holds,
+                key("particle"),
+                "there is no particle {id}: the case has {count}, counted from 0"
+            );
         }
         if kind.is_of_group() {
             ensure!(count > 0, key("kind"), "is of particles, and the case has none");
@@ -289,19 +365,33 @@ pub(in crate::config) fn measures(case: &Case) -> Check {
             ensure!(
                 kind.is_of_group(),
                 key("particles"),
-                "is for mean_height, height_rank, fastest_particle, mean_speed, rms_speed, transport_rate and force only"
+                "is for mean_height, height_rank, fastest_particle, mean_speed, rms_speed, \
+                transport_rate and force only"
             );
-            ensure!(!group.is_empty(), key("particles"), "is empty: list some, or leave it out for all");
+            ensure!(
+                !group.is_empty(),
+                key("particles"),
+                "is empty: list some, or leave it out for all"
+            );
             let unknown = group.iter().map(Which::id).find(|id| *id >= count);
-            let words = |id| format!("there is no particle {id}: the case has {count}, counted from 0");
+            let words =
+                |id| format!("there is no particle {id}: the case has {count}, counted from 0");
             ensure!(unknown.is_none(), key("particles"), "{}", words(unknown.unwrap_or_default()));
         }
         if let Some(direction) = &measure.direction {
             let holds = kind.is_of_force() && !kind.fits_morison();
-            ensure!(holds, key("direction"), "is of forces: drag, lift, strouhal, force and force_noise");
+            ensure!(
+                holds,
+                key("direction"),
+                "is of forces: drag, lift, strouhal, force and force_noise"
+            );
             vector(&key("direction"), direction, case.dimension(), "of any length")?;
             let some = direction.iter().any(|part| *part != 0.0);
-            ensure!(some, key("direction"), "is nothing but zeros: give a direction, as in [1.0, 0.0]");
+            ensure!(
+                some,
+                key("direction"),
+                "is nothing but zeros: give a direction, as in [1.0, 0.0]"
+            );
         }
         box_keys(case, measure, &key)?;
         if kind.needs_gravity() {
@@ -310,16 +400,27 @@ pub(in crate::config) fn measures(case: &Case) -> Check {
         }
         if kind.fits_morison() {
             let swings = |motion: &Motion| {
-                let Motion::Prescribed(Prescribed { oscillation: Some(o), .. }) = motion else { return false };
+                let Motion::Prescribed(Prescribed { oscillation: Some(o), .. }) = motion else {
+                    return false;
+                };
                 o.amplitude.iter().any(|a| *a != 0.0)
             };
-            let cure = "give it motion = { prescribed = { oscillation = { amplitude = [...], frequency = ... } } }";
-            ensure!(swings(&case.particle[particle.id()].motion), key("kind"), "is of a particle that swings: {cure}");
+            let cure = "give it motion = \
+                { prescribed = { oscillation = { amplitude = [...], frequency = ... } } }";
+            ensure!(
+                swings(&case.particle[particle.id()].motion),
+                key("kind"),
+                "is of a particle that swings: {cure}"
+            );
         }
         let flat = case.dimension() == 2 || !kind.is_of_midline();
         ensure!(flat, key("kind"), "is for 2D only; in 3D look into the fields");
         let along_z = matches!(kind, MeasureKind::PositionZ | MeasureKind::VelocityZ);
-        ensure!(case.dimension() == 3 || !along_z, key("kind"), "is for 3D only; in 2D measure along x or y");
+        ensure!(
+            case.dimension() == 3 || !along_z,
+            key("kind"),
+            "is for 3D only; in 2D measure along x or y"
+        );
         if let Some(when) = measure.when {
             let holds = kind.has_moments();
             ensure!(
@@ -335,11 +436,19 @@ pub(in crate::config) fn measures(case: &Case) -> Check {
                 // What is never reached has no value.
                 When::Time(at) => (at, f64::INFINITY, "s"),
             };
-            ensure!((0.0..=most).contains(&at), key("when"), "must be from 0 to {most:?} {unit}, not {at:?}");
+            ensure!(
+                (0.0..=most).contains(&at),
+                key("when"),
+                "must be from 0 to {most:?} {unit}, not {at:?}"
+            );
         }
         if kind.needs_speed() {
             let holds = speed.or(case.reference_speed()).is_some();
-            ensure!(holds, key("speed"), "no reference speed, as nothing moves at the start: give `speed` (m/s)");
+            ensure!(
+                holds,
+                key("speed"),
+                "no reference speed, as nothing moves at the start: give `speed` (m/s)"
+            );
         }
         reference(measure, &key)?;
     }
@@ -349,14 +458,22 @@ pub(in crate::config) fn measures(case: &Case) -> Check {
 /// Checks the keys of measures of the whole box.
 fn box_keys(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Check {
     let Measure { kind, axis, region, threshold, .. } = measure;
-    ensure!(axis.is_none() || kind.has_axis(), key("axis"), "is of flow_rate, pressure_drop and the like only");
+    ensure!(
+        axis.is_none() || kind.has_axis(),
+        key("axis"),
+        "is of flow_rate, pressure_drop and the like only"
+    );
     if let Some(axis) = axis {
         axis.check(&key("axis"), case.dimension())?;
     }
     let of_bed = *kind == MeasureKind::BedHeight;
     ensure!(threshold.is_none() || of_bed, key("threshold"), "is of bed_height only");
     positive(&key("threshold"), *threshold, "a solid fraction, such as 0.1")?;
-    ensure!(threshold.is_none_or(|t| t < 1.0), key("threshold"), "is a solid fraction: it must be below 1");
+    ensure!(
+        threshold.is_none_or(|t| t < 1.0),
+        key("threshold"),
+        "is a solid fraction: it must be below 1"
+    );
     if let Some(Region { min, max }) = region {
         ensure!(*kind == MeasureKind::SolidFraction, key("region"), "is of solid_fraction only");
         vector(&key("region.min"), min, case.dimension(), "m")?;
@@ -366,7 +483,8 @@ fn box_keys(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Che
         for (axis, (size, cells)) in case.domain.size.iter().zip(&case.domain.cells).enumerate() {
             let h = size / *cells as f64;
             // The centres of cells from the first above its min to the last below its max.
-            let [first, last] = [(min[axis] / h - 0.5).ceil().max(0.0), (max[axis] / h - 0.5).floor()];
+            let [first, last] =
+                [(min[axis] / h - 0.5).ceil().max(0.0), (max[axis] / h - 0.5).floor()];
             let holds = first <= last.min(*cells as f64 - 1.0);
             let x = AXES[axis];
             ensure!(
@@ -383,8 +501,16 @@ fn box_keys(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Che
 
 fn reference(measure: &Measure, key: &dyn Fn(&str) -> String) -> Check {
     let given = measure.reference.is_some();
-    ensure!(given || measure.tolerance.is_none(), key("tolerance"), "is of a reference: give `reference` or remove it");
-    ensure!(given || measure.source.is_none(), key("source"), "is that of a reference: give `reference` or remove it");
+    ensure!(
+        given || measure.tolerance.is_none(),
+        key("tolerance"),
+        "is of a reference: give `reference` or remove it"
+    );
+    ensure!(
+        given || measure.source.is_none(),
+        key("source"),
+        "is that of a reference: give `reference` or remove it"
+    );
     match measure.reference {
         None => return Ok(()),
         Some(Reference::Value(value)) => {
@@ -399,7 +525,11 @@ fn reference(measure: &Measure, key: &dyn Fn(&str) -> String) -> Check {
         }
         Some(Reference::Band([low, high])) => {
             let holds = low.is_finite() && high.is_finite() && low <= high;
-            ensure!(holds, key("reference"), "a band is [low, high], both finite, not [{low:?}, {high:?}]");
+            ensure!(
+                holds,
+                key("reference"),
+                "a band is [low, high], both finite, not [{low:?}, {high:?}]"
+            );
         }
     }
     not_negative(&key("tolerance"), measure.tolerance, "a part of the reference")
@@ -416,7 +546,8 @@ mod tests {
         let text = format!(
             "name = \"box\"\ntime.end = 1.0\ndomain = {{ size = {size:?}, cells = {cells:?} }}\n\
              fluid = {{ density = 1.0, viscosity = 0.1 }}\n{keys}\n\
-             [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\nnorth = \"wall\"\n{lids}"
+             [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\n\
+                 north = \"wall\"\n{lids}"
         );
         let case = toml::from_str(&text).unwrap();
         validate(&case)
@@ -428,7 +559,9 @@ mod tests {
 
     fn discs(places: &[[f64; 2]]) -> String {
         let disc = |[x, y]: &[f64; 2]| {
-            format!("{{ shape = {{ disc = {{ diameter = 0.2 }} }}, motion = \"fixed\", position = [{x:?}, {y:?}] }}")
+            format!(
+                "{{ shape = {{ disc = {{ diameter = 0.2 }} }}, motion = \"fixed\", position = [{x:?}, {y:?}] }}"
+            )
         };
         format!("particle = [{}]", places.iter().map(disc).collect::<Vec<_>>().join(", "))
     }
@@ -442,7 +575,8 @@ mod tests {
     fn what_is_held_may_overlap_as_grains_do_that_have_settled() {
         let settled = discs(&[[1.0, 0.0999], [1.1999, 0.0999]]);
         assert_eq!(refusal(2, &settled), None);
-        let (key, _) = refusal(2, &settled.replace("\"fixed\"", "\"free\", density = 2.0")).unwrap();
+        let (key, _) =
+            refusal(2, &settled.replace("\"fixed\"", "\"free\", density = 2.0")).unwrap();
         assert_eq!(key, "particle.0.position");
     }
 
@@ -471,11 +605,13 @@ mod tests {
 
     #[test]
     fn thousands_of_bodies_are_checked_in_no_time() {
-        let places: Vec<[f64; 2]> = (0..3000).map(|i| [f64::from(i / 300), 1e-3 + 1e-3 * f64::from(i % 300)]).collect();
+        let places: Vec<[f64; 2]> =
+            (0..3000).map(|i| [f64::from(i / 300), 1e-3 + 1e-3 * f64::from(i % 300)]).collect();
         let mut case: Case = toml::from_str(
             "name = \"box\"\ntime.end = 1.0\ndomain = { size = [16.0, 1.0], cells = [128, 16] }\n\
              fluid = { density = 1.0, viscosity = 0.1 }\n\
-             boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }",
+             boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
+                 \"wall\" }",
         )
         .unwrap();
         case.particle = places
@@ -504,21 +640,29 @@ mod tests {
     fn cells_much_longer_than_wide_are_refused_beside_sharp_walls() {
         let long = |keys: &str| {
             let text = format!(
-                "name = \"box\"\ntime.end = 1.0\ndomain = {{ size = [4.0, 1.0], cells = [32, 40] }}\n\
+                "name = \"box\"\ntime.end = 1.0\n\
+                domain = {{ size = [4.0, 1.0], cells = [32, 40] }}\n\
                  fluid = {{ density = 1.0, viscosity = 0.1 }}\n{keys}\n[boundary]\n\
                  west = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\nnorth = \"wall\"\n"
             );
             validate(&toml::from_str(&text).unwrap()).err().map(|fault| (fault.key, fault.message))
         };
         let (key, message) = long(&discs(&[[1.0, 0.5]])).unwrap();
-        assert!(key == "domain.cells" && message.contains("5.0 times as long as wide"), "{message}");
-        assert_eq!(long(&("coupling.wall = \"mixing\"\n".to_owned() + &discs(&[[1.0, 0.5]]))), None);
+        assert!(
+            key == "domain.cells" && message.contains("5.0 times as long as wide"),
+            "{message}"
+        );
+        assert_eq!(
+            long(&("coupling.wall = \"mixing\"\n".to_owned() + &discs(&[[1.0, 0.5]]))),
+            None
+        );
         assert_eq!(long(""), None, "no particles, no walls of theirs");
     }
 
     #[test]
     fn what_is_for_one_dimension_is_refused_in_the_other() {
-        let sphere = "particle = [{ shape = { sphere = { diameter = 0.2 } }, position = [1.0, 0.5, 0.5], motion = ";
+        let sphere = "particle = \
+            [{ shape = { sphere = { diameter = 0.2 } }, position = [1.0, 0.5, 0.5], motion = ";
         let spun = |spin: &str| format!("{sphere} {{ prescribed = {{ spin = {spin} }} }} }}]");
         assert_eq!(refusal(3, &spun("[0, 0, 1.0]")), None);
         assert_eq!(refusal(3, &spun("1.0")).unwrap().0, "particle.0.motion.prescribed.spin");

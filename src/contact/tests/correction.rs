@@ -8,7 +8,11 @@ const SHORT: f64 = 1e-6;
 const LONG: f64 = 5e-3;
 
 /// Changes of velocity and spin by the correction impulses.
-fn moved(contacts: &Contacts, bodies: &[Body], given: &[Impulse]) -> [(Vector3<f64>, Vector3<f64>); 2] {
+fn moved(
+    contacts: &Contacts,
+    bodies: &[Body],
+    given: &[Impulse],
+) -> [(Vector3<f64>, Vector3<f64>); 2] {
     [0, 1].map(|k| (given[k].linear / bodies[k].mass(), contacts.turned_by(k, &given[k].angular)))
 }
 
@@ -25,7 +29,8 @@ fn corrected(
     let along = vector![0.6, 0.8, 0.0];
     let across = vector![-0.8, 0.6, 0.0];
     let first = body(shape, 0.01, vector![0.5, 0.5, 0.5], Vector3::zeros());
-    let mut bodies = [first.clone(), body(shape, 0.006, first.centre + (0.016 + gap) * along, Vector3::zeros())];
+    let mut bodies =
+        [first.clone(), body(shape, 0.006, first.centre + (0.016 + gap) * along, Vector3::zeros())];
     let law = contacts(&bodies, material(1.0, 0.5, friction), [1.0; 3], &[], Substeps::Auto).law;
     let mut contacts = Touched::new(law.within(medium));
     let pull = Push { acceleration: 2.0 * along, ..Push::default() };
@@ -45,24 +50,38 @@ fn corrected(
     let arms = [0.01 - 0.5 * overlap, 0.006 - 0.5 * overlap];
     let apart = residuals[0] + one - other;
     let slip = apart + (arms[0] * spun + arms[1] * its).cross(&along);
-    ([apart.dot(&along), slip.dot(&across)], [given[0].linear.dot(&along), given[0].linear.dot(&across)], pressed)
+    (
+        [apart.dot(&along), slip.dot(&across)],
+        [given[0].linear.dot(&along), given[0].linear.dot(&across)],
+        pressed,
+    )
 }
 
 #[test]
 fn sticking_contact_is_corrected_within_coulombs_cone() {
     for shape in [Shape::Disc, Shape::Sphere] {
-        let ([normal, slip], ..) = corrected(shape, 0.5, Medium::default(), -1e-5, [1e-3, 1e-4], LONG);
-        assert!(normal.abs() < 1e-8 && slip.abs() < 1e-8, "{shape:?}: {normal} and {slip} m/s are left");
+        let ([normal, slip], ..) =
+            corrected(shape, 0.5, Medium::default(), -1e-5, [1e-3, 1e-4], LONG);
+        assert!(
+            normal.abs() < 1e-8 && slip.abs() < 1e-8,
+            "{shape:?}: {normal} and {slip} m/s are left"
+        );
         // Friction cannot hold a large slip: it gives mu times the normal impulse, that of the
         // spring over the step included.
         let ([_, slip], [pressed, tangential], spring) =
             corrected(shape, 0.5, Medium::default(), -1e-5, [1e-3, 2.0], LONG);
         let part = tangential.abs() / (spring - pressed);
-        assert!(slip > 0.5 && (0.45..0.55).contains(&part), "{shape:?}: {part} of what presses, {slip} m/s left");
+        assert!(
+            slip > 0.5 && (0.45..0.55).contains(&part),
+            "{shape:?}: {part} of what presses, {slip} m/s left"
+        );
         // Without friction nothing holds it.
         let ([normal, slip], [pressed, tangential], _) =
             corrected(shape, 0.0, Medium::default(), -1e-5, [1e-3, 1e-4], LONG);
-        assert!(normal.abs() < 1e-8 && tangential.abs() < 1e-9 * pressed.abs(), "{shape:?}: {tangential}");
+        assert!(
+            normal.abs() < 1e-8 && tangential.abs() < 1e-9 * pressed.abs(),
+            "{shape:?}: {tangential}"
+        );
         assert!((slip / 1e-4 - 1.0).abs() < 1e-9, "{shape:?}: {slip}");
     }
 }
@@ -108,8 +127,11 @@ impl Response {
             for (j, other) in bodies.iter().enumerate().skip(i + 1) {
                 let apart = other.centre - body.centre;
                 let distance = apart.norm();
-                let near = (-(distance - body.radius() - other.radius()).max(0.0) / (0.3 * body.radius())).exp();
-                let (n, shared) = (apart / distance, near * factor * density * body.volume().min(other.volume()));
+                let near = (-(distance - body.radius() - other.radius()).max(0.0)
+                    / (0.3 * body.radius()))
+                .exp();
+                let (n, shared) =
+                    (apart / distance, near * factor * density * body.volume().min(other.volume()));
                 for (a, b) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                     let part = shared * n[a] * n[b];
                     inertia[(3 * i + a, 3 * i + b)] += part;
@@ -125,7 +147,8 @@ impl Response {
     /// Adds the response to impulses, which walls are free of.
     fn apply(&self, bodies: &mut [Body], given: &[Impulse]) {
         let of = |k: usize| [given[k].linear.x, given[k].linear.y, given[k].angular.z];
-        let change = &self.inverse * DVector::from_iterator(3 * bodies.len(), (0..bodies.len()).flat_map(of));
+        let change = &self.inverse
+            * DVector::from_iterator(3 * bodies.len(), (0..bodies.len()).flat_map(of));
         for (k, body) in bodies.iter_mut().enumerate() {
             body.velocity += vector![change[3 * k], change[3 * k + 1], 0.0];
             body.spin.z += change[3 * k + 2];
@@ -161,7 +184,8 @@ fn step(bodies: &mut [Body], law: &mut Touched, factor: f64, dt: f64) -> [f64; 3
     }
     response.apply(bodies, law.law.impulses());
     law.law.find_response(bodies);
-    let residuals: Vec<_> = bodies.iter().zip(&expected).map(|(body, expected)| body.velocity - expected).collect();
+    let residuals: Vec<_> =
+        bodies.iter().zip(&expected).map(|(body, expected)| body.velocity - expected).collect();
     let mut given = vec![Impulse::default(); bodies.len()];
     law.law.correct(bodies, &residuals, &mut given, dt);
     response.apply(bodies, &given);
@@ -178,7 +202,8 @@ fn step(bodies: &mut [Body], law: &mut Touched, factor: f64, dt: f64) -> [f64; 3
         law.law.reduce(bodies, &mut given);
         response.apply(bodies, &given);
     }
-    let released = law.law.pairs.iter().map(|pair| pair.stored - law.law.stored_in(pair, bodies)).sum::<f64>();
+    let released =
+        law.law.pairs.iter().map(|pair| pair.stored - law.law.stored_in(pair, bodies)).sum::<f64>();
     let now = response.energy(bodies);
     [now - without - released, now - without - released.max(0.0), taken]
 }
@@ -203,13 +228,24 @@ fn contacts_bring_no_energy_whatever_the_response_of_the_fluid() {
             let radius = if (k + seed) % 2 == 0 { 0.01 } else { 0.01 / (2.0 + 4.0 * chance()) };
             let place = vector![0.5 + 0.2 * radius * chance(), height + radius + 1e-5, 0.0];
             height = place.y + radius;
-            let mut body =
-                body(Shape::Disc, radius, place, vector![0.0, if k == 0 { 0.0 } else { -0.1 * chance() }, 0.0]);
+            let mut body = body(
+                Shape::Disc,
+                radius,
+                place,
+                vector![0.0, if k == 0 { 0.0 } else { -0.1 * chance() }, 0.0],
+            );
             body.density = if chance() < 0.5 { 1200.0 } else { 8000.0 };
             bodies.push(body);
         }
         let friction = if seed % 2 == 0 { 0.0 } else { 0.4 };
-        let law = contacts(&bodies, material(1.0, 0.9 * chance(), friction), [1.0; 3], &[1], Substeps::Auto).law;
+        let law = contacts(
+            &bodies,
+            material(1.0, 0.9 * chance(), friction),
+            [1.0; 3],
+            &[1],
+            Substeps::Auto,
+        )
+        .law;
         let mut law = Touched::new(law.within(Medium { density: 1000.0, ..Medium::default() }));
         let start = Response::new(&bodies, 1000.0, 1.0).energy(&bodies);
         let factor = 0.5 + 2.5 * chance();
@@ -217,14 +253,19 @@ fn contacts_bring_no_energy_whatever_the_response_of_the_fluid() {
         for _ in 0..40 {
             let [made, beyond, taken] = step(&mut bodies, &mut law, factor, 3e-4);
             stored += made.max(0.0) / start;
-            (largest, bounded, steps) = (largest.max(beyond / start), bounded + taken / start, steps + 1);
+            (largest, bounded, steps) =
+                (largest.max(beyond / start), bounded + taken / start, steps + 1);
         }
         most = most.max(stored);
     }
     println!(
-        "{steps} steps: bodies gain at most {largest:.1e} of the start's energy beyond what springs release in one of them,"
+        "{steps} steps: bodies gain at most {largest:.1e} of the start's energy beyond what \
+        springs release in one of them,"
     );
-    println!("springs take up {most:.1e} beyond what bodies give in any scene, and the bound took {bounded:.3} in all");
+    println!(
+        "springs take up {most:.1e} beyond what bodies give in any scene, and the bound took \
+        {bounded:.3} in all"
+    );
     assert!(largest < 1e-12, "{largest}");
     assert!(most < 1e-2, "{most}");
     assert!(bounded > 0.0, "the bound was never needed");

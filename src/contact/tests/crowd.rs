@@ -7,7 +7,8 @@ struct Dice(u64);
 
 impl Dice {
     fn roll(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 
@@ -16,7 +17,8 @@ impl Dice {
     }
 }
 
-/// Discs on a lattice of `across` columns, of radii 3 to 4 mm, 1 cm apart, thrown about at up to `speed` (m/s).
+/// Discs on a lattice of `across` columns, of radii 3 to 4 mm, 1 cm apart, thrown about at up to
+/// `speed` (m/s).
 fn cloud(n: usize, across: usize, speed: f64) -> Vec<Body> {
     let mut dice = Dice(7);
     let disc = |i: usize| {
@@ -30,7 +32,9 @@ fn cloud(n: usize, across: usize, speed: f64) -> Vec<Body> {
 }
 
 fn kinetic(bodies: &[Body]) -> f64 {
-    let of = |b: &Body| 0.5 * (b.mass() * b.velocity.norm_squared() + b.inertia().about(2) * b.spin.norm_squared());
+    let of = |b: &Body| {
+        0.5 * (b.mass() * b.velocity.norm_squared() + b.inertia().about(2) * b.spin.norm_squared())
+    };
     bodies.iter().map(of).sum()
 }
 
@@ -44,12 +48,15 @@ fn elastic(contacts: &Contacts, bodies: &[Body], h: f64) -> f64 {
             * law.material.normal_stiffness
             * kinematics.overlap.max(0.0).powf(law.material.exponent - 1.0);
         law.stored(kinematics.overlap)
-            + 0.5 * tangential * pair.spring.map_or(0.0, |s| (s + 0.5 * h * kinematics.slip).norm_squared())
+            + 0.5
+                * tangential
+                * pair.spring.map_or(0.0, |s| (s + 0.5 * h * kinematics.slip).norm_squared())
     };
     contacts.pairs.iter().map(of).sum()
 }
 
-/// The largest gain of energy in a step of a cloud in a box, and the energy left, of that at the start.
+/// The largest gain of energy in a step of a cloud in a box, and the energy left, of that at the
+/// start.
 fn gain(law: Material, dt: f64) -> (f64, f64) {
     let mut bodies = cloud(50, 10, 1.0);
     let mut contacts = contacts(&bodies, law, [0.1, 0.05, 0.0], &[0, 1], Substeps::Auto);
@@ -63,14 +70,20 @@ fn gain(law: Material, dt: f64) -> (f64, f64) {
         (last, substeps) = (energy, substeps + taken);
     }
     let (g, damping, left) = (law.exponent, law.damping, last / start);
-    println!("cloud, exponent {g}, {damping:?}: gains {worst:.1e} in a step, {left:.4} left, {substeps} substeps");
+    println!(
+        "cloud, exponent {g}, {damping:?}: gains {worst:.1e} in a step, {left:.4} left, {substeps} \
+        substeps"
+    );
     (worst, left)
 }
 
 #[test]
 fn a_cloud_that_collides_never_gains_energy() {
-    // Steps of a substep or two show Verlet's own fluctuation within a contact; Hertz's spring also stiffens.
-    for (exponent, dt, limit) in [(1.0, 2e-4, 1e-6), (1.0, 2e-5, 2e-6), (1.5, 2e-4, 2e-5), (1.5, 2e-5, 2e-5)] {
+    // Steps of a substep or two show Verlet's own fluctuation within a contact; Hertz's spring also
+    // stiffens.
+    for (exponent, dt, limit) in
+        [(1.0, 2e-4, 1e-6), (1.0, 2e-5, 2e-6), (1.5, 2e-4, 2e-5), (1.5, 2e-5, 2e-5)]
+    {
         let (worst, left) = gain(material(exponent, 0.9, 0.3), dt);
         assert!(worst < limit && left < 0.1, "{exponent} {dt}: {worst:e} {left}");
     }
@@ -87,9 +100,11 @@ fn a_cloud_without_dissipation_keeps_its_energy() {
 #[test]
 fn a_periodic_cloud_keeps_its_momentum() {
     let mut bodies = cloud(50, 10, 1.0);
-    let mut contacts = contacts(&bodies, material(1.0, 0.7, 0.3), [0.1, 0.05, 0.0], &[], Substeps::Auto);
+    let mut contacts =
+        contacts(&bodies, material(1.0, 0.7, 0.3), [0.1, 0.05, 0.0], &[], Substeps::Auto);
     let still = vec![Push::default(); bodies.len()];
-    let momentum = |bodies: &[Body]| bodies.iter().map(|b| b.mass() * b.velocity).sum::<Vector3<f64>>();
+    let momentum =
+        |bodies: &[Body]| bodies.iter().map(|b| b.mass() * b.velocity).sum::<Vector3<f64>>();
     let scale: f64 = bodies.iter().map(|b| b.mass() * b.velocity.norm()).sum();
     let (start, energy) = (momentum(&bodies), kinetic(&bodies));
     for _ in 0..300 {
@@ -109,8 +124,10 @@ fn two_spheres_keep_their_momentum_and_angular_momentum() {
     two[0].spin = vector![10.0, -20.0, 5.0];
     let whole = |two: &[Body]| {
         let linear: Vector3<f64> = two.iter().map(|b| b.mass() * b.velocity).sum();
-        let angular: Vector3<f64> =
-            two.iter().map(|b| b.mass() * b.centre.cross(&b.velocity) + b.inertia().of(&b.spin)).sum();
+        let angular: Vector3<f64> = two
+            .iter()
+            .map(|b| b.mass() * b.centre.cross(&b.velocity) + b.inertia().of(&b.spin))
+            .sum();
         (linear, angular, kinetic(two))
     };
     let before = whole(&two);
@@ -130,7 +147,8 @@ fn two_spheres_keep_their_momentum_and_angular_momentum() {
 #[test]
 fn a_heap_comes_to_rest() {
     let mut bodies = cloud(50, 10, 0.3);
-    let mut contacts = contacts(&bodies, material(1.0, 0.5, 0.5), [0.1, 0.1, 0.0], &[0, 1], Substeps::Auto);
+    let mut contacts =
+        contacts(&bodies, material(1.0, 0.5, 0.5), [0.1, 0.1, 0.0], &[0, 1], Substeps::Auto);
     // Nothing stops a disc that rolls on level ground: it leans a little.
     let down = vec![push(-1.0, -9.81); bodies.len()];
     let fall: f64 = bodies.iter().map(|b| b.mass() * 9.81 * 0.01).sum();
@@ -141,15 +159,25 @@ fn a_heap_comes_to_rest() {
     for _ in 0..200 {
         contacts.advance(&mut bodies, &down, 1e-3).unwrap();
     }
-    let crept = bodies.iter().zip(&places).map(|(a, b)| (a.centre - b.centre).norm()).fold(0.0, f64::max);
-    let deepest = contacts.pairs.iter().map(|p| contacts.kinematics(p, &bodies, 0.0).0.overlap).fold(0.0, f64::max);
+    let crept =
+        bodies.iter().zip(&places).map(|(a, b)| (a.centre - b.centre).norm()).fold(0.0, f64::max);
+    let deepest = contacts
+        .pairs
+        .iter()
+        .map(|p| contacts.kinematics(p, &bodies, 0.0).0.overlap)
+        .fold(0.0, f64::max);
     println!(
-        "heap: kinetic energy {rest:.1e} of a fall by 1 cm, crept {crept:.1e} m in 0.2 s, deepest {deepest:.1e} m"
+        "heap: kinetic energy {rest:.1e} of a fall by 1 cm, crept {crept:.1e} m in 0.2 s, deepest \
+        {deepest:.1e} m"
     );
     assert!(rest < 1e-8 && crept < 1e-6, "{rest:e} {crept:e}");
     // What the walls took is the weight.
     let weight: f64 = bodies.iter().map(|b| b.mass() * 9.81 * 1e-3).sum();
-    assert!((contacts.wall_impulse().y / -weight - 1.0).abs() < 1e-3, "{}", contacts.wall_impulse().y / -weight);
+    assert!(
+        (contacts.wall_impulse().y / -weight - 1.0).abs() < 1e-3,
+        "{}",
+        contacts.wall_impulse().y / -weight
+    );
 }
 
 #[test]
@@ -169,19 +197,24 @@ fn cell_lists_find_the_pairs_of_brute_force() {
         let periods: [Option<f64>; 3] = std::array::from_fn(|a| periodic[a].then_some(size[a]));
         let shape = if size[2] == 0.0 { Shape::Disc } else { Shape::Sphere };
         let ball = |_| {
-            let centre = vector![dice.roll() * size[0], dice.roll() * size[1], dice.roll() * size[2]];
+            let centre =
+                vector![dice.roll() * size[0], dice.roll() * size[1], dice.roll() * size[2]];
             body(shape, 0.01 + 0.01 * dice.roll(), centre, Vector3::zeros())
         };
         let bodies: Vec<Body> = (0..300).map(ball).collect();
         let search_radius: Vec<f64> = bodies.iter().map(|_| 0.01 * dice.roll()).collect();
-        let farthest = bodies.iter().zip(&search_radius).map(|(b, r)| b.radius() + r).fold(0.0, f64::max);
+        let farthest =
+            bodies.iter().zip(&search_radius).map(|(b, r)| b.radius() + r).fold(0.0, f64::max);
         let mut cells = Neighbours::new(&bodies, size, periods);
         cells.sort(&bodies, 2.0 * farthest);
         let mut found = vec![];
         for i in 0..bodies.len() {
-            cells.around(i, &bodies, &search_radius, |j, image| found.push((i, j, image.map(|n| n as i32))));
+            cells.around(i, &bodies, &search_radius, |j, image| {
+                found.push((i, j, image.map(|n| n as i32)))
+            });
         }
-        let order = |pair: &(usize, usize, Vector3<i32>)| (pair.0, pair.1, pair.2.x, pair.2.y, pair.2.z);
+        let order =
+            |pair: &(usize, usize, Vector3<i32>)| (pair.0, pair.1, pair.2.x, pair.2.y, pair.2.z);
         found.sort_unstable_by_key(order);
         let (mut all, mut images) = (vec![], vec![]);
         for a in 0..3 {
@@ -189,7 +222,8 @@ fn cell_lists_find_the_pairs_of_brute_force() {
         }
         for i in 0..bodies.len() {
             for j in i..bodies.len() {
-                let within = bodies[i].radius() + bodies[j].radius() + search_radius[i] + search_radius[j];
+                let within =
+                    bodies[i].radius() + bodies[j].radius() + search_radius[i] + search_radius[j];
                 for (x, y, z) in images[0].clone().flat_map(|x| {
                     let zs = images[2].clone();
                     images[1].clone().flat_map(move |y| zs.clone().map(move |z| (x, y, z)))
@@ -217,7 +251,8 @@ fn the_search_looks_at_a_few_distances_per_particle_however_many_there_are() {
         let across = (n as f64).sqrt() as usize;
         let size = [0.01 * across as f64, 0.01 * n.div_ceil(across) as f64, 0.0];
         let bodies = cloud(n, across, 1.0);
-        let mut contacts = contacts(&bodies, material(1.0, 0.9, 0.3), size, &[0, 1], Substeps::Auto);
+        let mut contacts =
+            contacts(&bodies, material(1.0, 0.9, 0.3), size, &[0, 1], Substeps::Auto);
         contacts.law.search(&bodies, 1e-4, false);
         contacts.neighbours.checks as f64 / n as f64
     });
@@ -228,12 +263,18 @@ fn the_search_looks_at_a_few_distances_per_particle_however_many_there_are() {
 #[test]
 fn a_body_that_is_struck_strikes_the_next_within_the_same_step() {
     // Far beyond the search_radius of a body at rest: the pairs have to be found anew on the way.
-    let place = |x: f64, speed: f64| body(Shape::Disc, 0.01, vector![x, 0.05, 0.0], vector![speed, 0.0, 0.0]);
+    let place = |x: f64, speed: f64| {
+        body(Shape::Disc, 0.01, vector![x, 0.05, 0.0], vector![speed, 0.0, 0.0])
+    };
     let mut bodies = [place(0.02, 1.0), place(0.05, 0.0), place(0.1, 0.0), place(0.15, 0.0)];
-    let mut contacts = contacts(&bodies, material(1.0, 1.0, 0.3), [0.3, 0.1, 0.0], &[0, 1], Substeps::Auto);
+    let mut contacts =
+        contacts(&bodies, material(1.0, 1.0, 0.3), [0.3, 0.1, 0.0], &[0, 1], Substeps::Auto);
     contacts.advance(&mut bodies, &[Push::default(); 4], 0.15).unwrap();
     let speeds = [0, 1, 2, 3].map(|i| bodies[i].velocity.x);
-    assert!(speeds[..3].iter().all(|v| v.abs() < 0.01) && (speeds[3] - 1.0).abs() < 0.01, "{speeds:?}");
+    assert!(
+        speeds[..3].iter().all(|v| v.abs() < 0.01) && (speeds[3] - 1.0).abs() < 0.01,
+        "{speeds:?}"
+    );
     // 0.01 + 0.03 + 0.03 m until the third strikes the last; contacts last 9 ms in all
     assert!(bodies[3].centre.x > 0.22 && bodies[3].centre.x < 0.24, "{}", bodies[3].centre.x);
 }
@@ -241,7 +282,8 @@ fn a_body_that_is_struck_strikes_the_next_within_the_same_step() {
 #[test]
 fn steps_do_not_allocate_once_warm() {
     let mut bodies = cloud(50, 10, 1.0);
-    let mut contacts = contacts(&bodies, material(1.0, 1.0, 0.3), [0.1, 0.05, 0.0], &[0, 1], Substeps::Auto);
+    let mut contacts =
+        contacts(&bodies, material(1.0, 1.0, 0.3), [0.1, 0.05, 0.0], &[0, 1], Substeps::Auto);
     let still = vec![Push::default(); bodies.len()];
     let room = |c: &Contacts| c.pairs.capacity() + c.old.capacity() + c.neighbours.capacity();
     let before = room(&contacts);

@@ -4,13 +4,15 @@
 //! ```text
 //!   M^(n+1) - M^n = gravity + drive + border + contacts with walls and held bodies - force on held bodies
 //! ```
-//! What the fields transport of the particles' excess mass and what the mixing takes pass between fluid and particles and cancel. The
-//! border's impulse is that of flow, viscosity and pressure on the sides of the box, from the fields there in every stage. A part
-//! of a particle that a contact lets a little way into a wall has neither cells nor weight, and takes its momentum there with it, which is
-//! counted as the contact's. What the two sides of this line differ by is the error.
+//! What the fields transport of the particles' excess mass and what the mixing takes pass between
+//! fluid and particles and cancel. The border's impulse is that of flow, viscosity and pressure on
+//! the sides of the box, from the fields there in every stage. A part of a particle that a contact
+//! lets a little way into a wall has neither cells nor weight, and takes its momentum there with
+//! it, which is counted as the contact's. What the two sides of this line differ by is the error.
 //!
-//! Along a line of cells, with the face's `1/rho = 2/(rho(c-1) + rho(c))`, pressure and body forces (e per volume) give
-//! all cells together what the faces between them do and half of what those at the sides do:
+//! Along a line of cells, with the face's `1/rho = 2/(rho(c-1) + rho(c))`, pressure and body forces
+//! (e per volume) give all cells together what the faces between them do and half of what those at
+//! the sides do:
 //! ```text
 //!   sum_c rho_c (a_low + a_high)/2 h = p_first - p_last + sum_c e_c h + [ rho a - e ]_first h/2 + [ rho a - e ]_last h/2
 //! ```
@@ -38,24 +40,31 @@ impl<const D: usize> Mics2003<D> {
     }
 
     /// Starts the balance, where one is kept. Collective.
-    pub(in crate::method) fn start_balance(&self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+    pub(in crate::method) fn start_balance(
+        &self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+    ) -> Result<()> {
         let mut momentum = self.momentum(domain, s);
         domain.session.sum(momentum.as_mut_slice())?;
         s.balance = s.balance.map(|_| Balance { momentum, ..Balance::default() });
         Ok(())
     }
 
-    /// The drive on this rank's cells (N), as far as they are not solid where it acts on the fluid alone, where a balance is kept.
+    /// The drive on this rank's cells (N), as far as they are not solid where it acts on the fluid
+    /// alone, where a balance is kept.
     pub(super) fn drive_on_cells(&self, domain: &Domain<D>, s: &State<D>) -> Vector3<f64> {
         let Some(force) = s.drive.filter(|_| s.balance.is_some()) else { return Vector3::zeros() };
         let fluid_in = |row: std::ops::Range<usize>| {
-            let solid = self.flow.solid.as_ref().map_or(0.0, |solid| solid[row.clone()].iter().sum());
+            let solid =
+                self.flow.solid.as_ref().map_or(0.0, |solid| solid[row.clone()].iter().sum());
             row.len() as f64 - solid
         };
         domain.grid.cell_volume() * domain.grid.rows().map(fluid_in).sum::<f64>() * force
     }
 
-    /// This rank's part of the force of the pressure on the sides (N), as the cells beside them have it, where a balance is kept.
+    /// This rank's part of the force of the pressure on the sides (N), as the cells beside them
+    /// have it, where a balance is kept.
     pub(super) fn pressure_of_sides(&self, domain: &Domain<D>, s: &State<D>) -> Vector3<f64> {
         let (grid, flow) = (&domain.grid, &self.flow);
         if s.balance.is_none() {
@@ -63,11 +72,13 @@ impl<const D: usize> Mics2003<D> {
         }
         let mut force = Vector3::zeros();
         for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
-            let (stride, volume, inwards) = (grid.stride[axis], grid.cell_volume(), 1.0 - 2.0 * side as f64);
+            let (stride, volume, inwards) =
+                (grid.stride[axis], grid.cell_volume(), 1.0 - 2.0 * side as f64);
             let area = volume / grid.h[axis];
             let drive = s.drive.map_or(0.0, |force| force[axis]);
             for c in grid.border_cells(axis, side) {
-                let (face, ghost) = if side == 0 { (c, c - stride) } else { (c + stride, c + stride) };
+                let (face, ghost) =
+                    if side == 0 { (c, c - stride) } else { (c + stride, c + stride) };
                 if flow.cell_gradient {
                     force[axis] += inwards * area * 0.5 * (s.p[ghost] + s.p[c]);
                     continue;
@@ -81,8 +92,9 @@ impl<const D: usize> Mics2003<D> {
         force
     }
 
-    /// Closes the balance of the step `dt` (s), with this rank's momentum at its start and the forces on its cells in it (N): of the sides by
-    /// flow and viscosity, and by pressure, and of the drive. Collective.
+    /// Closes the balance of the step `dt` (s), with this rank's momentum at its start and the
+    /// forces on its cells in it (N): of the sides by flow and viscosity, and by pressure, and of
+    /// the drive. Collective.
     pub(super) fn close_balance(
         &self,
         domain: &mut Domain<D>,
@@ -103,8 +115,11 @@ impl<const D: usize> Mics2003<D> {
         domain.session.sum(&mut sums)?;
         let [before, after, flow, shear, pressure, drive] =
             std::array::from_fn(|k| Vector3::from_column_slice(&sums[3 * k..3 * k + 3]));
-        // The whole force on held bodies, and on free ones that along the directions in which they are held.
-        let held = |(b, e): (&Body, &Exchange)| b.freedom().map_or(e.held(), |f| e.momentum - f.along(&e.momentum));
+        // The whole force on held bodies, and on free ones that along the directions in which they
+        // are held.
+        let held = |(b, e): (&Body, &Exchange)| {
+            b.freedom().map_or(e.held(), |f| e.momentum - f.along(&e.momentum))
+        };
         let on_held: Vector3<f64> = s.bodies.iter().zip(&s.exchange).map(held).sum();
         let beyond = self.departures.iter().map(|departure| departure.beyond).sum::<Vector3<f64>>();
         let impulses = Impulses {
@@ -121,7 +136,8 @@ impl<const D: usize> Mics2003<D> {
         Ok(())
     }
 
-    /// Force of gravity less buoyancy on the free particles, as far as it acts on the mixture in the box (N).
+    /// Force of gravity less buoyancy on the free particles, as far as it acts on the mixture in
+    /// the box (N).
     fn weight(&self, domain: &Domain<D>, s: &State<D>) -> Vector3<f64> {
         let weight = |(b, departure): (&Body, &Departure)| {
             let excess = (b.density - domain.fluid.density) * departure.volume;
@@ -137,7 +153,8 @@ impl<const D: usize> Mics2003<D> {
         bodies.filter_map(|(b, i)| Some(b.freedom()?.along(&i.linear))).sum()
     }
 
-    /// What is missing in the balance of angular momentum about the free particles' centres, summed over them (kg m2/s).
+    /// What is missing in the balance of angular momentum about the free particles' centres, summed
+    /// over them (kg m2/s).
     fn angular_error(&self, s: &State<D>, dt: f64) -> f64 {
         let bodies = s.bodies.iter().zip(&self.departures).zip(&s.exchange).enumerate();
         let errors = bodies.filter_map(|(k, ((body, departure), exchange))| {

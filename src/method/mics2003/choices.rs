@@ -33,7 +33,8 @@ pub struct Choices {
 }
 
 impl Choices {
-    /// Whether what contacts give is expected of the next step as well: where particles move by the momentum of a mixture that has gravity itself.
+    /// Whether what contacts give is expected of the next step as well: where particles move by the
+    /// momentum of a mixture that has gravity itself.
     pub fn expects_contacts(&self) -> bool {
         self.driver == Driver::Momentum && self.own_gravity == Vector3::zeros()
     }

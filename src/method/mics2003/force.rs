@@ -12,8 +12,9 @@ use crate::particles::Body;
 use crate::state::{Exchange, State};
 use nalgebra::Vector3;
 
-/// Adds `sign` times the force of a field of accelerations (m/s2) on the cells to the part of (19) that belongs to a term: called
-/// before the term with -1 and after it with 1, this takes what the term added.
+/// Adds `sign` times the force of a field of accelerations (m/s2) on the cells to the part of (19)
+/// that belongs to a term: called before the term with -1 and after it with 1, this takes what the
+/// term added.
 pub(super) fn tally<const D: usize>(
     grid: &Grid<D>,
     fluid_density: f64,
@@ -24,7 +25,8 @@ pub(super) fn tally<const D: usize>(
 ) {
     let volume = sign * grid.cell_volume();
     for ((body, overlaps), exchange) in bodies.iter().zip(overlaps).zip(exchange) {
-        let (mut flux, mut swirl, mut swirl_at_boundary) = (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
+        let (mut flux, mut swirl, mut swirl_at_boundary) =
+            (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
         for o in overlaps {
             let a = (volume * o.fraction) * vector(rate, o.cell);
             let turn = o.arm.cross(&a);
@@ -48,11 +50,13 @@ pub(super) fn tally<const D: usize>(
 }
 
 impl<const D: usize> Mics2003<D> {
-    /// Adds the pressure part of (19), the gradient taken at cells as (16) takes it: by the mean of the accelerations on a
-    /// cell's faces, less gravity and contacts, which they contain, or, where the case says so, from the pressure of the cells.
+    /// Adds the pressure part of (19), the gradient taken at cells as (16) takes it: by the mean of
+    /// the accelerations on a cell's faces, less gravity and contacts, which they contain, or,
+    /// where the case says so, from the pressure of the cells.
     pub(super) fn sum_pressure_force(&self, domain: &mut Domain<D>, s: &mut State<D>) {
         let (grid, flow, volume) = (&domain.grid, &self.flow, domain.grid.cell_volume());
-        for ((body, overlaps), exchange) in s.bodies.iter().zip(&self.overlaps).zip(&mut s.exchange) {
+        for ((body, overlaps), exchange) in s.bodies.iter().zip(&self.overlaps).zip(&mut s.exchange)
+        {
             for o in overlaps {
                 let a = Vector3::from_fn(|axis, _| {
                     if axis >= D {
@@ -63,7 +67,9 @@ impl<const D: usize> Mics2003<D> {
                         return (driven - faces::cell_gradient(grid, axis, o.cell, &s.p))
                             / flow.mixture.density.at(o.cell);
                     }
-                    let given = |f| flow.force.as_ref().map_or(0.0, |force| force.at(grid, &flow.beta, axis, f));
+                    let given = |f| {
+                        flow.force.as_ref().map_or(0.0, |force| force.at(grid, &flow.beta, axis, f))
+                    };
                     let own = |f: usize| flow.acceleration[axis][f] - given(f);
                     0.5 * (own(o.cell) + own(o.cell + grid.stride[axis]))
                 });

@@ -8,8 +8,9 @@ use crate::state::{Exchange, State};
 use nalgebra::Vector3;
 
 impl<const D: usize> Mics2003<D> {
-    /// (27): mixes the bodies' rigid motion into the cells they touch, and counts what that removes over `dt` (s) from the
-    /// fluid around held bodies as the force on them; that on free ones comes of their motion.
+    /// (27): mixes the bodies' rigid motion into the cells they touch, and counts what that removes
+    /// over `dt` (s) from the fluid around held bodies as the force on them; that on free ones
+    /// comes of their motion.
     pub(super) fn impose(&mut self, domain: &Domain<D>, s: &mut State<D>, dt: f64) {
         let volume = domain.grid.cell_volume();
         let (density, per_time) = (&self.flow.mixture.density, volume / dt);
@@ -17,10 +18,13 @@ impl<const D: usize> Mics2003<D> {
         for (k, body) in s.bodies.iter().enumerate() {
             let (kicks, exchange) = (&mut self.kicks[k], &mut s.exchange[k]);
             let freedom = body.freedom();
-            // Along free directions the momentum is counted already: it is what the particle settled by.
+            // Along free directions the momentum is counted already: it is what the particle
+            // settled by.
             let settled = freedom.filter(|_| self.choices.driver == Driver::Momentum);
-            // What contacts change follows by shares of mass; as printed, (27) mixes the final motion in.
-            let (v, w) = if settled.is_some() { self.settled[k] } else { (body.velocity, body.spin) };
+            // What contacts change follows by shares of mass; as printed, (27) mixes the final
+            // motion in.
+            let (v, w) =
+                if settled.is_some() { self.settled[k] } else { (body.velocity, body.spin) };
             let (struck_v, struck_w) = self.struck[k];
             kicks.clear();
             if freedom.is_none() && lead {
@@ -33,7 +37,8 @@ impl<const D: usize> Mics2003<D> {
                 let rigid = if turns { v + w.cross(&o.arm) } else { v };
                 let kick = o.fraction * (rigid - vector(&s.u, o.cell));
                 let turn = o.arm.cross(&(-(per_time * rho) * kick));
-                let kick = kick + (o.fraction * body.density / rho) * (struck_v + struck_w.cross(&o.arm));
+                let kick =
+                    kick + (o.fraction * body.density / rho) * (struck_v + struck_w.cross(&o.arm));
                 let df = -(per_time * rho) * kick;
                 exchange.momentum += settled.map_or(df, |f| df - f.along(&df));
                 exchange.momentum_torque += settled.map_or(turn, |f| turn - f.about(&turn));
@@ -50,8 +55,8 @@ impl<const D: usize> Mics2003<D> {
         }
     }
 
-    /// (28, 29): mixes each body's mean pressure into the cells it touches, `p += sum_k alpha_k (p_k - p)` with
-    /// `p_k = sum alpha p / sum alpha`. Collective.
+    /// (28, 29): mixes each body's mean pressure into the cells it touches, `p += sum_k alpha_k
+    /// (p_k - p)` with `p_k = sum alpha p / sum alpha`. Collective.
     pub(super) fn flatten_pressure(&mut self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
         let (p, sums) = (&mut s.p, &mut self.buffer[..2 * s.bodies.len()]);
         for (overlaps, sum) in self.overlaps.iter().zip(sums.chunks_exact_mut(2)) {
@@ -59,9 +64,15 @@ impl<const D: usize> Mics2003<D> {
             sum[1] = overlaps.iter().map(|o| o.fraction).sum();
         }
         domain.session.sum(sums)?;
-        for ((overlaps, kicks), sum) in self.overlaps.iter().zip(&mut self.kicks).zip(sums.chunks_exact(2)) {
+        for ((overlaps, kicks), sum) in
+            self.overlaps.iter().zip(&mut self.kicks).zip(sums.chunks_exact(2))
+        {
             kicks.clear();
-            kicks.extend(overlaps.iter().map(|o| Vector3::x() * (o.fraction * (sum[0] / sum[1] - p[o.cell]))));
+            kicks.extend(
+                overlaps
+                    .iter()
+                    .map(|o| Vector3::x() * (o.fraction * (sum[0] / sum[1] - p[o.cell]))),
+            );
         }
         for (overlaps, kicks) in self.overlaps.iter().zip(&self.kicks) {
             overlaps.iter().zip(kicks).for_each(|(o, kick)| p[o.cell] += kick.x);

@@ -1,5 +1,5 @@
-//! The paper's method: the mixture's properties (1), the wall (27), and the force on each particle (19), all from one list of
-//! overlaps; formulas first, then the step.
+//! The paper's method: the mixture's properties (1), the wall (27), and the force on each particle
+//! (19), all from one list of overlaps; formulas first, then the step.
 //!
 //! ```text
 //!   rho = rho_f + sum_k alpha_k (rho_k - rho_f)                         (1), viscosity alike
@@ -10,25 +10,28 @@
 //!                                                                       sigma_k the body's density, rho the mixture's
 //!   T_k = sum_c r x (the summand), in the cells that the body's boundary cuts    the moment of (18) as printed
 //! ```
-//! What the mixing takes from the mixture, the particle gets: in the momentum of everything in the box,
-//! `sum_c rho u dV`, pressure and stress only pass it on between cells, so that a free particle's rigid motion
-//! `v* = V* + omega* x r` follows from
+//! What the mixing takes from the mixture, the particle gets: in the momentum of everything in the
+//! box, `sum_c rho u dV`, pressure and stress only pass it on between cells, so that a free
+//! particle's rigid motion `v* = V* + omega* x r` follows from
 //!
 //! ```text
 //!   sum rho' alpha' (v* - u_f) dV + b = 0,    b = (rho_k - rho_f) [ sum (alpha' - alpha) u_f - dt sum alpha div(U u) ] dV
 //! ```
-//! at its new place ('), and likewise from the angular momentum about its centre: the particle moves as the mixture inside
-//! it does, and `b` is what the fields carry of its excess mass on their own account. No ratio of densities stands in a
-//! denominator. Contacts add their impulse J after that, by shares of mass, `u += sum_k (alpha rho_k/rho) J/m`: the same
-//! impulse in the cells and in the particle.
+//! at its new place ('), and likewise from the angular momentum about its centre: the particle
+//! moves as the mixture inside it does, and `b` is what the fields carry of its excess mass on
+//! their own account. No ratio of densities stands in a denominator. Contacts add their impulse J
+//! after that, by shares of mass, `u += sum_k (alpha rho_k/rho) J/m`: the same impulse in the cells
+//! and in the particle.
 //!
-//! What contacts gave a body in the last steps, as far as it lasts, acts in the next one as gravity does, on the same faces (`R`, a force per
-//! volume by shares of mass), and only `J - R dt` is added at its end:
+//! What contacts gave a body in the last steps, as far as it lasts, acts in the next one as gravity
+//! does, on the same faces (`R`, a force per volume by shares of mass), and only `J - R dt` is
+//! added at its end:
 //! ```text
 //!   a_f = 2/(rho(c-1) + rho(c)) [ mean of sum_k alpha_k ( (rho_k - rho_f) g + rho_k R_k/m_k ) - dp/dn ]
 //! ```
-//! so that what lies still leaves the fluid still: gravity on faces against impulses in cells drives a flow around a body at rest, which grows
-//! (a disc of 8 cells on a floor: 1 mm/s after 0.01 s, and energy from nothing in steps of any length).
+//! so that what lies still leaves the fluid still: gravity on faces against impulses in cells
+//! drives a flow around a body at rest, which grows (a disc of 8 cells on a floor: 1 mm/s after
+//! 0.01 s, and energy from nothing in steps of any length).
 
 mod balance;
 mod choices;
@@ -80,8 +83,8 @@ pub struct Mics2003<const D: usize> {
 }
 
 impl<const D: usize> Mics2003<D> {
-    /// The method for bodies whose mixture with the fluid has the terms `momentum` of (7). [`Mics2003::start`] or
-    /// [`Mics2003::resume`] comes next.
+    /// The method for bodies whose mixture with the fluid has the terms `momentum` of (7).
+    /// [`Mics2003::start`] or [`Mics2003::resume`] comes next.
     pub fn new(
         domain: &Domain<D>,
         bodies: &[Body],
@@ -121,7 +124,8 @@ impl<const D: usize> Mics2003<D> {
     /// Advances by `dt` (s). Collective.
     ///
     /// # Errors
-    /// When the divergence cannot be brought below D0, a value is no longer finite, or a contact fails.
+    /// When the divergence cannot be brought below D0, a value is no longer finite, or a contact
+    /// fails.
     pub fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
         if s.supports.iter().flatten().any(|support| support.pressed.0.is_none()) {
             self.rehearse(domain, s, dt)?;
@@ -130,7 +134,12 @@ impl<const D: usize> Mics2003<D> {
     }
 
     /// The step itself. Collective.
-    fn advance_all(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+    fn advance_all(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        dt: f64,
+    ) -> Result<Projected> {
         let before = self.momentum(domain, s); //
         let sides = self.predict_cells(domain, s, dt)?; //   (7)      u* without pressure
         self.flow.predict_faces(domain, s, dt)?; //          (8)      U = mean of u* - dt/rho dp^n/dn
@@ -149,7 +158,8 @@ impl<const D: usize> Mics2003<D> {
 
     /// A consistent start from the cells' velocity. Collective.
     pub fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
-        s.touching = self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.untouched());
+        s.touching =
+            self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.untouched());
         s.balance = s.has_free_bodies().then(Balance::default);
         s.supports = None;
         self.begin_supports(s, |_| true);
@@ -167,15 +177,30 @@ impl<const D: usize> Mics2003<D> {
     ///
     /// # Errors
     /// When ranks cannot exchange ghosts.
-    pub fn begin_bodies(&mut self, domain: &mut Domain<D>, s: &mut State<D>, ids: &[usize]) -> Result<()> {
-        if self.begin_supports(s, |body| ids.contains(&body.id)) { self.mix_fields(domain, s) } else { Ok(()) }
+    pub fn begin_bodies(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        ids: &[usize],
+    ) -> Result<()> {
+        if self.begin_supports(s, |body| ids.contains(&body.id)) {
+            self.mix_fields(domain, s)
+        } else {
+            Ok(())
+        }
     }
 
-    /// Gives the cells in the bodies with these numbers, which have not been where they are, their share of the momentum there. Collective.
+    /// Gives the cells in the bodies with these numbers, which have not been where they are, their
+    /// share of the momentum there. Collective.
     ///
     /// # Errors
     /// When ranks cannot exchange ghosts.
-    pub fn mix_in(&mut self, domain: &mut Domain<D>, s: &mut State<D>, ids: &[usize]) -> Result<()> {
+    pub fn mix_in(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        ids: &[usize],
+    ) -> Result<()> {
         let all = s.bodies.iter().zip(&self.overlaps);
         for (body, overlaps) in all.filter(|(body, _)| ids.contains(&body.id)) {
             for o in overlaps {
@@ -187,10 +212,11 @@ impl<const D: usize> Mics2003<D> {
         domain.boundaries.fill_velocity(&mut s.u)
     }
 
-    /// Lets what contacts are expected to give begin for `new` bodies, or for all where the state has none, and end where nothing is expected
-    /// of them; whether that changes anything.
+    /// Lets what contacts are expected to give begin for `new` bodies, or for all where the state
+    /// has none, and end where nothing is expected of them; whether that changes anything.
     fn begin_supports(&mut self, s: &mut State<D>, new: impl Fn(&Body) -> bool) -> bool {
-        let Some(contacts) = self.contacts.as_mut().filter(|_| self.choices.expects_contacts()) else {
+        let Some(contacts) = self.contacts.as_mut().filter(|_| self.choices.expects_contacts())
+        else {
             return s.supports.take().is_some();
         };
         let all = s.supports.is_none();
@@ -200,14 +226,16 @@ impl<const D: usize> Mics2003<D> {
         contacts.meet(&s.bodies);
         let held = contacts.lying(&s.bodies);
         let supports = s.supports.get_or_insert_with(|| vec![Support::new(false); s.bodies.len()]);
-        for ((support, body), lies) in supports.iter_mut().zip(&s.bodies).zip(held).filter(|((_, b), _)| all || new(b))
+        for ((support, body), lies) in
+            supports.iter_mut().zip(&s.bodies).zip(held).filter(|((_, b), _)| all || new(b))
         {
             *support = Support::new(lies && body.freedom().is_some());
         }
         true
     }
 
-    /// Finds what follows from a state: what the particles touch, the mixture and its operator. Collective.
+    /// Finds what follows from a state: what the particles touch, the mixture and its operator.
+    /// Collective.
     ///
     /// # Errors
     /// When the state has contacts that are not of this case.
@@ -223,7 +251,13 @@ impl<const D: usize> Mics2003<D> {
     /// Finds the cells that the bodies touch, for readers of the results.
     pub fn find_overlaps(&mut self, domain: &Domain<D>, s: &State<D>, wanted: fn(&Body) -> bool) {
         for (body, overlaps) in s.bodies.iter().zip(&mut self.overlaps).filter(|(b, _)| wanted(b)) {
-            fraction::overlaps(&domain.grid, &body.placed(), self.choices.fraction, &mut self.tiles, overlaps);
+            fraction::overlaps(
+                &domain.grid,
+                &body.placed(),
+                self.choices.fraction,
+                &mut self.tiles,
+                overlaps,
+            );
         }
     }
 
@@ -278,29 +312,44 @@ impl<const D: usize> Mics2003<D> {
         Ok(())
     }
 
-    /// Density and viscosity of the mixture, `1/rho` on faces, and what gravity and the drive act on. Collective.
+    /// Density and viscosity of the mixture, `1/rho` on faces, and what gravity and the drive act
+    /// on. Collective.
     fn mix_fields(&mut self, domain: &mut Domain<D>, s: &State<D>) -> Result<()> {
         self.spread_forces(domain, s)?;
         let Domain { grid, boundaries, fluid, clock, .. } = domain;
         let (flow, overlaps) = (&mut self.flow, &self.overlaps);
-        mix(boundaries, &s.bodies, overlaps, &mut flow.mixture.density, fluid.density, |b| b.density)?;
-        mix(boundaries, &s.bodies, overlaps, &mut flow.mixture.viscosity, fluid.viscosity, |b| b.viscosity)?;
+        mix(boundaries, &s.bodies, overlaps, &mut flow.mixture.density, fluid.density, |b| {
+            b.density
+        })?;
+        mix(boundaries, &s.bodies, overlaps, &mut flow.mixture.viscosity, fluid.viscosity, |b| {
+            b.viscosity
+        })?;
         flow.beta.update(grid, &flow.mixture.density);
         if let Some(force) = &mut flow.force {
             mix_forces(boundaries, &s.bodies, overlaps, &self.pulled, force)?;
         }
         if let Some(solid) = &mut flow.solid {
             solid.fill(0.0);
-            overlaps.iter().flatten().for_each(|o| solid[o.cell] = (solid[o.cell] + o.fraction).min(1.0));
+            overlaps
+                .iter()
+                .flatten()
+                .for_each(|o| solid[o.cell] = (solid[o.cell] + o.fraction).min(1.0));
             boundaries.fill_property(solid)?;
         }
         clock.lap(Stage::Properties);
         Ok(())
     }
 
-    /// (7), with the first two parts of (19). Returns the forces of this rank's sides on the fluid, where a balance is kept. Collective.
-    fn predict_cells(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Sides> {
-        let (bodies, mut exchange) = (std::mem::take(&mut s.bodies), std::mem::take(&mut s.exchange));
+    /// (7), with the first two parts of (19). Returns the forces of this rank's sides on the fluid,
+    /// where a balance is kept. Collective.
+    fn predict_cells(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        dt: f64,
+    ) -> Result<Sides> {
+        let (bodies, mut exchange) =
+            (std::mem::take(&mut s.bodies), std::mem::take(&mut s.exchange));
         exchange.fill(Exchange::default());
         let (overlaps, fluid_density) = (&self.overlaps, domain.fluid.density);
         let mut tally = |grid: &Grid<D>, term, sign, rate: &_| {
@@ -359,7 +408,8 @@ fn mix<const D: usize>(
             field[o.cell] += o.fraction * (of_body(body) - of_fluid);
         }
     }
-    // Where bodies in contact overlap, a cell holds more than its volume of what is less than the fluid.
+    // Where bodies in contact overlap, a cell holds more than its volume of what is less than the
+    // fluid.
     let least = bodies.iter().map(&of_body).fold(of_fluid, f64::min);
     for o in overlaps.iter().flatten() {
         field[o.cell] = field[o.cell].max(least);
@@ -367,7 +417,8 @@ fn mix<const D: usize>(
     boundaries.fill_property(field)
 }
 
-/// The force per volume (N/m3), with ghosts, of bodies that are pulled by rigid accelerations (m/s2, rad/s2). Collective.
+/// The force per volume (N/m3), with ghosts, of bodies that are pulled by rigid accelerations
+/// (m/s2, rad/s2). Collective.
 fn mix_forces<const D: usize>(
     boundaries: &mut Boundaries<D>,
     bodies: &[Body],

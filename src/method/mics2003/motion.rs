@@ -1,5 +1,5 @@
-//! The motion of free particles: what pushes them, where that takes them, and the motion that they and the mixture settle
-//! on at the new place (see the parent's formulas).
+//! The motion of free particles: what pushes them, where that takes them, and the motion that they
+//! and the mixture settle on at the new place (see the parent's formulas).
 
 use super::rigid::{self, Moments};
 use super::{Driver, Mics2003};
@@ -21,11 +21,12 @@ pub(super) struct Departure {
     spin: Vector3<f64>,
     /// Angular momentum (kg m2/s).
     turned: Vector3<f64>,
-    /// `sum alpha (u_f - V) dV` and `sum alpha r x (u_f - V) dV` there, relative to the velocity V that it came with: a
-    /// uniform stream turns nothing, however coarse the sums are.
+    /// `sum alpha (u_f - V) dV` and `sum alpha r x (u_f - V) dV` there, relative to the velocity V
+    /// that it came with: a uniform stream turns nothing, however coarse the sums are.
     flow: Vector3<f64>,
     swirl: Vector3<f64>,
-    /// What the fields carry of the particle's excess mass, the `b` of the balance, linear and angular.
+    /// What the fields carry of the particle's excess mass, the `b` of the balance, linear and
+    /// angular.
     pub(super) carried: (Vector3<f64>, Vector3<f64>),
     /// Volume within the box (m3): a contact lets a body a little way into a wall.
     pub(super) volume: f64,
@@ -33,13 +34,15 @@ pub(super) struct Departure {
     pub(super) beyond: Vector3<f64>,
     /// Displacement over the step (m).
     shift: Vector3<f64>,
-    /// What its turning takes along locked directions of the forces on its cells, whose centroid is not the body's: this rank's part (N).
+    /// What its turning takes along locked directions of the forces on its cells, whose centroid is
+    /// not the body's: this rank's part (N).
     locked: Vector3<f64>,
     /// What contacts were expected to give in the step: force (N) and torque (N m).
     expected: (Vector3<f64>, Vector3<f64>),
 }
 
-/// Numbers that a rank sums for a particle: moments, two pairs of vectors, and the volume in a vector of its own.
+/// Numbers that a rank sums for a particle: moments, two pairs of vectors, and the volume in a
+/// vector of its own.
 pub(super) const NUMBERS: usize = rigid::NUMBERS + 15;
 
 /// Whether fields carry momentum that particles own: free ones, or held ones of another density.
@@ -48,7 +51,8 @@ fn trade(bodies: &[Body], fluid_density: f64) -> bool {
 }
 
 impl<const D: usize> Mics2003<D> {
-    /// Sums each particle's cells and, for both vectors that `also` gives, over the ranks; then hands them to `take`.
+    /// Sums each particle's cells and, for both vectors that `also` gives, over the ranks; then
+    /// hands them to `take`.
     fn gather(
         &mut self,
         domain: &Domain<D>,
@@ -59,8 +63,10 @@ impl<const D: usize> Mics2003<D> {
         let (volume, density) = (domain.grid.cell_volume(), &self.flow.mixture.density);
         let sums = &mut self.buffer[..NUMBERS * s.bodies.len()];
         for (k, sums) in sums.chunks_exact_mut(NUMBERS).enumerate() {
-            let (overlaps, exchange, own) = (&self.overlaps[k], &s.exchange[k], self.departures[k].velocity);
-            let (mut moments, mut flow, mut swirl) = (Moments::default(), Vector3::zeros(), Vector3::zeros());
+            let (overlaps, exchange, own) =
+                (&self.overlaps[k], &s.exchange[k], self.departures[k].velocity);
+            let (mut moments, mut flow, mut swirl) =
+                (Moments::default(), Vector3::zeros(), Vector3::zeros());
             let mut within = Vector3::zeros();
             for o in overlaps {
                 let (u, share) = (vector(&s.u, o.cell), o.fraction * volume);
@@ -71,7 +77,9 @@ impl<const D: usize> Mics2003<D> {
             }
             moments.write_to(sums);
             let [first, second] = also(exchange);
-            for (slot, v) in sums[rigid::NUMBERS..].chunks_exact_mut(3).zip([flow, swirl, first, second, within]) {
+            for (slot, v) in
+                sums[rigid::NUMBERS..].chunks_exact_mut(3).zip([flow, swirl, first, second, within])
+            {
                 slot.copy_from_slice(v.as_slice());
             }
         }
@@ -84,21 +92,22 @@ impl<const D: usize> Mics2003<D> {
         Ok(())
     }
 
-    /// Finds the acceleration of each free particle by fluid and gravity, at the old place with the new flow, to be
-    /// kept over the step `dt` (s). Collective.
+    /// Finds the acceleration of each free particle by fluid and gravity, at the old place with the
+    /// new flow, to be kept over the step `dt` (s). Collective.
     pub(super) fn depart(&mut self, domain: &Domain<D>, s: &State<D>, dt: f64) -> Result<()> {
         let volume = domain.grid.cell_volume();
         let all = self.departures.iter_mut().zip(&s.bodies).zip(&self.overlaps).zip(&self.pulled);
         for (((departure, body), overlaps), (v, w)) in all {
             departure.velocity = body.velocity;
-            departure.locked = body.freedom().filter(|f| !f.translation.iter().all(|free| *free)).map_or_else(
-                Vector3::zeros,
-                |freedom| {
-                    let pull = |o: &Overlap| (body.density * o.fraction * volume) * (v + w.cross(&o.arm));
+            departure.locked = body
+                .freedom()
+                .filter(|f| !f.translation.iter().all(|free| *free))
+                .map_or_else(Vector3::zeros, |freedom| {
+                    let pull =
+                        |o: &Overlap| (body.density * o.fraction * volume) * (v + w.cross(&o.arm));
                     let pull: Vector3<f64> = overlaps.iter().map(pull).sum();
                     pull - freedom.along(&pull)
-                },
-            );
+                });
         }
         let (choices, fluid_density) = (self.choices, domain.fluid.density);
         if !trade(&s.bodies, fluid_density) {
@@ -110,20 +119,34 @@ impl<const D: usize> Mics2003<D> {
             s,
             |e| [e.literal(), e.literal_torque],
             |k, body, departure, moments, [flow, swirl, force, torque, within]| {
-                let (centre, velocity, spin, volume) = (body.centre, body.velocity, body.spin, within.x);
+                let (centre, velocity, spin, volume) =
+                    (body.centre, body.velocity, body.spin, within.x);
                 let turned = body.inertia().of(&spin);
-                let expected = s.supports.as_ref().map_or_else(Default::default, |all| (all[k].force, all[k].torque));
+                let expected = s
+                    .supports
+                    .as_ref()
+                    .map_or_else(Default::default, |all| (all[k].force, all[k].torque));
                 let locked = departure.locked;
-                let moved = Departure { centre, velocity, spin, turned, locked, expected, ..Departure::default() };
+                let moved = Departure {
+                    centre,
+                    velocity,
+                    spin,
+                    turned,
+                    locked,
+                    expected,
+                    ..Departure::default()
+                };
                 *departure = Departure { flow, swirl, volume, ..moved };
                 let Some(freedom) = body.freedom() else { return };
                 let (mut acceleration, angular, gravity) = match choices.driver {
                     Driver::Momentum => {
                         let (v, w) = moments.rigid_motion(&freedom, (velocity, spin));
-                        // In the momentum of the mixture, the gravity of the fields is there already; so are the contacts that were expected,
-                        // and substeps add those that there are.
+                        // In the momentum of the mixture, the gravity of the fields is there
+                        // already; so are the contacts that were expected, and substeps add those
+                        // that there are.
                         let acceleration = (v - velocity) / dt - expected.0 / body.mass();
-                        let angular = (w - spin) / dt - body.inertia().answer(&expected.1, &freedom);
+                        let angular =
+                            (w - spin) / dt - body.inertia().answer(&expected.1, &freedom);
                         (acceleration, angular, choices.own_gravity)
                     }
                     Driver::Literal => {
@@ -140,16 +163,27 @@ impl<const D: usize> Mics2003<D> {
         Ok(())
     }
 
-    /// Moves the bodies on by `dt` (s), through contacts where there are any, and finds what they touch there.
-    /// Returns the substeps of the contacts.
+    /// Moves the bodies on by `dt` (s), through contacts where there are any, and finds what they
+    /// touch there. Returns the substeps of the contacts.
     ///
     /// # Errors
     /// When a body meets another, a wall or the border and nothing says how, or a contact fails.
-    pub(super) fn advance(&mut self, domain: &Domain<D>, s: &mut State<D>, dt: f64) -> Result<usize> {
+    pub(super) fn advance(
+        &mut self,
+        domain: &Domain<D>,
+        s: &mut State<D>,
+        dt: f64,
+    ) -> Result<usize> {
         let (mut substeps, periods) = (0, domain.periods());
         match &mut self.contacts {
             Some(contacts) => {
-                substeps = contacts.advance(&mut s.bodies, &mut s.touching, &self.push, |_, body| body.inertia(), dt)?
+                substeps = contacts.advance(
+                    &mut s.bodies,
+                    &mut s.touching,
+                    &self.push,
+                    |_, body| body.inertia(),
+                    dt,
+                )?
             }
             None => {
                 let bodies = s.bodies.iter_mut().zip(&self.push);
@@ -164,8 +198,8 @@ impl<const D: usize> Mics2003<D> {
         Ok(substeps)
     }
 
-    /// Settles the motion of the free particles at the new place, with the new density and before the mixing, and counts what
-    /// they exchanged with the fluid over `dt` (s). Collective.
+    /// Settles the motion of the free particles at the new place, with the new density and before
+    /// the mixing, and counts what they exchanged with the fluid over `dt` (s). Collective.
     pub(super) fn settle(&mut self, domain: &Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
         let (driver, fluid_density) = (self.choices.driver, domain.fluid.density);
         if !trade(&s.bodies, fluid_density) {
@@ -192,7 +226,9 @@ impl<const D: usize> Mics2003<D> {
                         moments.spin -= angular;
                         moments.rigid_motion(&freedom, (velocity, spin))
                     }
-                    Driver::Literal => (velocity + dt * push[k].acceleration, spin + dt * push[k].angular),
+                    Driver::Literal => {
+                        (velocity + dt * push[k].acceleration, spin + dt * push[k].angular)
+                    }
                 };
             },
         )?;
@@ -201,13 +237,14 @@ impl<const D: usize> Mics2003<D> {
         self.find_contact_kicks(domain, &s.bodies, dt)
     }
 
-    /// Gives the particles the motion that they settled on, with the impulses of their contacts, and counts what they exchanged
-    /// over `dt` (s).
+    /// Gives the particles the motion that they settled on, with the impulses of their contacts,
+    /// and counts what they exchanged over `dt` (s).
     fn release(&mut self, domain: &Domain<D>, s: &mut State<D>, dt: f64) {
         let (driver, fluid_density) = (self.choices.driver, domain.fluid.density);
         let lead = domain.session.rank() == 0;
         for (k, body) in s.bodies.iter_mut().enumerate() {
-            let (departure, exchange, unexpected) = (&self.departures[k], &mut s.exchange[k], self.unexpected(k, dt));
+            let (departure, exchange, unexpected) =
+                (&self.departures[k], &mut s.exchange[k], self.unexpected(k, dt));
             let (force, torque) = departure.expected;
             exchange.contact = unexpected.linear / dt + force;
             let Some(freedom) = body.freedom() else {
@@ -228,10 +265,12 @@ impl<const D: usize> Mics2003<D> {
                     // The same angular momentum is another spin once it has turned.
                     let gained = body.inertia().of(&(w - departure.spin));
                     let turned = body.inertia().of(&departure.spin) - departure.turned;
-                    exchange.momentum_torque =
-                        (gained + turned) / dt - freedom.about(&torque) - (held_turn - freedom.about(&held_turn)) / dt;
+                    exchange.momentum_torque = (gained + turned) / dt
+                        - freedom.about(&torque)
+                        - (held_turn - freedom.about(&held_turn)) / dt;
                 }
-                v += freedom.along(&(dt * (1.0 - fluid_density / body.density) * self.choices.own_gravity));
+                v += freedom
+                    .along(&(dt * (1.0 - fluid_density / body.density) * self.choices.own_gravity));
                 self.settled[k].0 = v;
             }
             exchange.momentum -= departure.locked;
@@ -241,8 +280,9 @@ impl<const D: usize> Mics2003<D> {
         }
     }
 
-    /// The rigid motions whose shares of mass carry to the cells what contacts gave over `dt` (s) beyond what was expected of them; none with the
-    /// force of (19), whose particles are mixed in as they move after their contacts. Collective where there is any.
+    /// The rigid motions whose shares of mass carry to the cells what contacts gave over `dt` (s)
+    /// beyond what was expected of them; none with the force of (19), whose particles are mixed in
+    /// as they move after their contacts. Collective where there is any.
     fn find_contact_kicks(&mut self, domain: &Domain<D>, bodies: &[Body], dt: f64) -> Result<()> {
         let mut struck = std::mem::take(&mut self.struck);
         struck.fill(Default::default());
@@ -268,34 +308,43 @@ impl<const D: usize> Mics2003<D> {
         impulse
     }
 
-    /// Finds what contacts are expected to give in the next step, from what they gave over `dt` (s).
+    /// Finds what contacts are expected to give in the next step, from what they gave over `dt`
+    /// (s).
     pub(super) fn expect_contacts(&mut self, s: &mut State<D>, dt: f64) {
         let (Some(supports), Some(contacts)) = (&mut s.supports, &self.contacts) else { return };
-        for ((support, body), impulse) in supports.iter_mut().zip(&s.bodies).zip(contacts.impulses()) {
+        for ((support, body), impulse) in
+            supports.iter_mut().zip(&s.bodies).zip(contacts.impulses())
+        {
             let Some(freedom) = body.freedom() else { continue };
             let force = freedom.along(&impulse.linear) / dt;
             let lasting = support.pressed.press(&force);
-            (support.force, support.torque) = (lasting * force, lasting / dt * freedom.about(&impulse.angular));
+            (support.force, support.torque) =
+                (lasting * force, lasting / dt * freedom.about(&impulse.angular));
         }
     }
 
-    /// Finds the rigid accelerations whose shares of mass carry the weight of free bodies and what contacts are expected to give them: the pull on
-    /// their cells alone would turn them, whose centroid is not the body's. Collective.
+    /// Finds the rigid accelerations whose shares of mass carry the weight of free bodies and what
+    /// contacts are expected to give them: the pull on their cells alone would turn them, whose
+    /// centroid is not the body's. Collective.
     pub(super) fn spread_forces(&mut self, domain: &Domain<D>, s: &State<D>) -> Result<()> {
         if self.flow.force.is_none() {
             return Ok(());
         }
         let (mut pulled, g) = (std::mem::take(&mut self.pulled), self.choices.field_gravity);
         for (k, pulled) in pulled.iter_mut().enumerate() {
-            *pulled = s.supports.as_ref().map_or_else(Default::default, |all| (all[k].force, all[k].torque));
+            *pulled = s
+                .supports
+                .as_ref()
+                .map_or_else(Default::default, |all| (all[k].force, all[k].torque));
         }
         self.share_by_mass(domain, &s.bodies, &mut pulled, &g)?;
         self.pulled = pulled;
         Ok(())
     }
 
-    /// Makes of each body's impulse and its moment (N s, N m s), or force and torque, the rigid motion whose shares of mass carry them, with what
-    /// gravity `g` (m/s2) gives its cells beyond what they displace. Collective where there is any.
+    /// Makes of each body's impulse and its moment (N s, N m s), or force and torque, the rigid
+    /// motion whose shares of mass carry them, with what gravity `g` (m/s2) gives its cells beyond
+    /// what they displace. Collective where there is any.
     fn share_by_mass(
         &mut self,
         domain: &Domain<D>,
@@ -309,9 +358,13 @@ impl<const D: usize> Mics2003<D> {
         }
         let sums = &mut self.buffer[..rigid::NUMBERS * bodies.len()];
         let volume = domain.grid.cell_volume();
-        for ((overlaps, body), sums) in self.overlaps.iter().zip(bodies).zip(sums.chunks_exact_mut(rigid::NUMBERS)) {
+        for ((overlaps, body), sums) in
+            self.overlaps.iter().zip(bodies).zip(sums.chunks_exact_mut(rigid::NUMBERS))
+        {
             let mut moments = Moments::default();
-            overlaps.iter().for_each(|o| moments.add(body.density * o.fraction * volume, &o.arm, &none.0));
+            overlaps
+                .iter()
+                .for_each(|o| moments.add(body.density * o.fraction * volume, &o.arm, &none.0));
             moments.write_to(sums);
         }
         domain.session.sum(sums)?;
@@ -322,7 +375,8 @@ impl<const D: usize> Mics2003<D> {
             };
             let mut moments = Moments::from_slice(sums);
             let weight = (1.0 - domain.fluid.density / body.density) * moments.mass * g;
-            (moments.momentum, moments.spin) = (freedom.along(&(given.0 + weight)), freedom.about(&given.1));
+            (moments.momentum, moments.spin) =
+                (freedom.along(&(given.0 + weight)), freedom.about(&given.1));
             *given = moments.rigid_motion(&freedom, none);
         }
         Ok(())
@@ -331,6 +385,9 @@ impl<const D: usize> Mics2003<D> {
 
 impl Push {
     fn along(self, freedom: &Freedom) -> Push {
-        Push { acceleration: freedom.along(&self.acceleration), angular: freedom.about(&self.angular) }
+        Push {
+            acceleration: freedom.along(&self.acceleration),
+            angular: freedom.about(&self.angular),
+        }
     }
 }

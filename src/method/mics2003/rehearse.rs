@@ -1,12 +1,13 @@
-//! What contacts give bodies that lie on something before their first step: x, force and torque of each. A step with x on the faces finds f more, and x
-//! that it finds itself is wanted,
+//! What contacts give bodies that lie on something before their first step: x, force and torque of
+//! each. A step with x on the faces finds f more, and x that it finds itself is wanted,
 //!
 //! ```text
 //!   f(x) = 0                         x, f in parts of sqrt(m), sqrt(I): sums of squares are energies over the step
 //!   x' = x + f - (dX + dF) c,        c so that |f - dF c| is least; dX, dF: the changes of x and f in the last rounds
 //! ```
-//! (D. G. Anderson, J. ACM 12, 1965). Taken alone, f leaves `m_a/(m + m_a)` of what was missing, m_a the fluid that goes along: in twelve rounds most of it,
-//! where a row of discs shuts a pipe, or where they are light.
+//! (D. G. Anderson, J. ACM 12, 1965). Taken alone, f leaves `m_a/(m + m_a)` of what was missing,
+//! m_a the fluid that goes along: in twelve rounds most of it, where a row of discs shuts a pipe,
+//! or where they are light.
 
 use super::Mics2003;
 use crate::domain::Domain;
@@ -22,11 +23,17 @@ const MEMORY: usize = 5;
 const LEAST_CHANGE: f64 = 1e-10;
 
 impl<const D: usize> Mics2003<D> {
-    /// Finds what contacts give bodies that lie on something before their first step of `dt` (s), by taking it until that is what was expected. Collective.
+    /// Finds what contacts give bodies that lie on something before their first step of `dt` (s),
+    /// by taking it until that is what was expected. Collective.
     ///
     /// # Errors
     /// As [`Mics2003::step`].
-    pub(super) fn rehearse(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+    pub(super) fn rehearse(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        dt: f64,
+    ) -> Result<()> {
         let start = s.clone();
         let mut rounds = Rounds::default();
         for _ in 0..params::most_rehearsals() as usize {
@@ -65,7 +72,8 @@ fn expect<const D: usize>(s: &mut State<D>, x: &DVector<f64>) {
     }
 }
 
-/// What makes of a force and of a torque on a body of this mass (kg) and radius (m) the root of an energy over the step: `1/sqrt(m)`, and about `1/sqrt(I)`.
+/// What makes of a force and of a torque on a body of this mass (kg) and radius (m) the root of an
+/// energy over the step: `1/sqrt(m)`, and about `1/sqrt(I)`.
 fn scales(mass: f64, radius: f64) -> [f64; 2] {
     [1.0, 1.0 / radius].map(|length| length / mass.sqrt())
 }
@@ -90,7 +98,11 @@ impl Rounds {
         let mut next = &x + &f;
         if !self.changes.is_empty() {
             let [of_x, of_f] = [0, 1].map(|which| {
-                let columns: Vec<_> = self.changes.iter().map(|change| [&change.0, &change.1][which].clone()).collect();
+                let columns: Vec<_> = self
+                    .changes
+                    .iter()
+                    .map(|change| [&change.0, &change.1][which].clone())
+                    .collect();
                 DMatrix::from_columns(&columns)
             });
             let parts = of_f.clone().svd(true, true);
@@ -109,7 +121,8 @@ impl Rounds {
 mod tests {
     use super::*;
 
-    /// Of a linear `f = A (x* - x)` as many rounds find all as A has values, and plain ones hardly begin.
+    /// Of a linear `f = A (x* - x)` as many rounds find all as A has values, and plain ones hardly
+    /// begin.
     #[test]
     fn as_many_rounds_as_there_are_kinds_of_bodies_find_what_holds_them() {
         let share = DVector::from_vec(vec![0.9, 0.05, 0.05, 0.01]);

@@ -4,7 +4,8 @@
 //!   sum_c W_c (v + omega x r_c)       = P        W_c a weight (kg) in each cell, r_c its arm from the body's centre
 //!   sum_c W_c r_c x (v + omega x r_c) = L        P, L the momentum and angular momentum to be carried
 //! ```
-//! a symmetric system of six; directions in which the body is held keep their velocity and drop out.
+//! a symmetric system of six; directions in which the body is held keep their velocity and drop
+//! out.
 
 use crate::particles::Freedom;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
@@ -34,7 +35,9 @@ impl Moments {
         self.mass += w;
         self.first += w * arm;
         let (x, y, z) = (arm.x, arm.y, arm.z);
-        for (slot, product) in self.second.iter_mut().zip([x * x, y * y, z * z, x * y, y * z, z * x]) {
+        for (slot, product) in
+            self.second.iter_mut().zip([x * x, y * y, z * z, x * y, y * z, z * x])
+        {
             *slot += w * product;
         }
         self.momentum += w * u;
@@ -58,10 +61,14 @@ impl Moments {
         Moments { mass: v[0], first: vector(1), second, momentum: vector(10), spin: vector(13) }
     }
 
-    /// The rigid motion (m/s, rad/s) that carries `momentum` and `spin` along the free directions; along the others it is
-    /// `held`'s. Where the cells do not fix the rotation (a body within one of them), it is held too; without any weight
-    /// all is.
-    pub fn rigid_motion(&self, freedom: &Freedom, held: (Vector3<f64>, Vector3<f64>)) -> (Vector3<f64>, Vector3<f64>) {
+    /// The rigid motion (m/s, rad/s) that carries `momentum` and `spin` along the free directions;
+    /// along the others it is `held`'s. Where the cells do not fix the rotation (a body within one
+    /// of them), it is held too; without any weight all is.
+    pub fn rigid_motion(
+        &self,
+        freedom: &Freedom,
+        held: (Vector3<f64>, Vector3<f64>),
+    ) -> (Vector3<f64>, Vector3<f64>) {
         if self.mass <= 0.0 {
             return held;
         }
@@ -111,7 +118,10 @@ mod tests {
         (0..30)
             .map(f64::from)
             .map(|k| {
-                (1.0 + (k * 0.7).sin().abs(), Vector3::new((k * 1.3).sin(), (k * 2.1).cos(), (k * 0.4).sin() + 0.2))
+                (
+                    1.0 + (k * 0.7).sin().abs(),
+                    Vector3::new((k * 1.3).sin(), (k * 2.1).cos(), (k * 0.4).sin() + 0.2),
+                )
             })
             .collect()
     }
@@ -145,7 +155,10 @@ mod tests {
         let mut m = Moments::default();
         m.add(3.0, &Vector3::new(0.1, -0.2, 0.0), &Vector3::new(1.0, 2.0, 0.0));
         let (v, w) = m.rigid_motion(&ALL, (Vector3::zeros(), Vector3::zeros()));
-        assert!((v - Vector3::new(1.0, 2.0, 0.0)).norm() < 1e-14 && w == Vector3::zeros(), "{v} {w}");
+        assert!(
+            (v - Vector3::new(1.0, 2.0, 0.0)).norm() < 1e-14 && w == Vector3::zeros(),
+            "{v} {w}"
+        );
     }
 
     #[test]

@@ -1,11 +1,12 @@
-//! The acceleration by the pressure, on faces, and what covered faces change of it in the cells beside them:
+//! The acceleration by the pressure, on faces, and what covered faces change of it in the cells
+//! beside them:
 //!
 //! ```text
 //!   a = (-grad p + G)/rho                                        G: the drive's force
 //!   cell:  b + (H_w (a_w - b) + H_e (a_e - b))/(1 + (H_w + H_e)/2)   the mean of both faces' where both are open
 //! ```
-//! with b = G/rho beside free bodies, which the drive accelerates alike, and 0 beside others. Fluid and
-//! free bodies of its density stay at rest to each other while the drive accelerates both.
+//! with b = G/rho beside free bodies, which the drive accelerates alike, and 0 beside others. Fluid
+//! and free bodies of its density stay at rest to each other while the drive accelerates both.
 
 use super::cut::CutBodies;
 use super::tally::MomentumTally;
@@ -28,7 +29,11 @@ pub struct PressureAcceleration<const D: usize> {
 impl<const D: usize> PressureAcceleration<D> {
     /// None yet, with room for so many cells.
     pub fn new(grid: &Grid<D>, cells: usize) -> PressureAcceleration<D> {
-        PressureAcceleration { faces: grid.vector_field(), driven: Vector3::zeros(), opened: Vec::with_capacity(cells) }
+        PressureAcceleration {
+            faces: grid.vector_field(),
+            driven: Vector3::zeros(),
+            opened: Vec::with_capacity(cells),
+        }
     }
 
     /// None.
@@ -51,7 +56,9 @@ impl<const D: usize> PressureAcceleration<D> {
         faces::acceleration(&domain.grid, &whole, None, p, &mut self.faces);
         domain.boundaries.extrapolate_to_closed_faces(&mut self.faces);
         self.driven = drive.map_or_else(Vector3::zeros, |force| force / domain.fluid.density);
-        for (driven, faces) in self.driven.iter().zip(&mut self.faces).filter(|(driven, _)| **driven != 0.0) {
+        for (driven, faces) in
+            self.driven.iter().zip(&mut self.faces).filter(|(driven, _)| **driven != 0.0)
+        {
             faces.iter_mut().for_each(|a| *a += driven);
         }
         self.reopen(domain, cut, bodies);
@@ -76,7 +83,8 @@ impl<const D: usize> PressureAcceleration<D> {
                 let (low, high) = (o.cell, o.cell + grid.stride[axis]);
                 let [open_low, open_high] = [low, high].map(|f| cut.beta.at(axis, f) * density);
                 let [a_low, a_high] = [low, high].map(|f| self.faces[axis][f] - driven[axis]);
-                let open = (open_low * a_low + open_high * a_high) / (1.0 + 0.5 * (open_low + open_high));
+                let open =
+                    (open_low * a_low + open_high * a_high) / (1.0 + 0.5 * (open_low + open_high));
                 part * (open - 0.5 * (a_low + a_high))
             }));
         }
@@ -88,7 +96,8 @@ impl<const D: usize> PressureAcceleration<D> {
         self.add_opened(domain, cut, dt, None, u);
     }
 
-    /// Adds `dt` (s) of what covered faces change of it; the momentum of that goes to the `tally` of each body.
+    /// Adds `dt` (s) of what covered faces change of it; the momentum of that goes to the `tally`
+    /// of each body.
     pub fn add_opened(
         &self,
         domain: &Domain<D>,
@@ -105,7 +114,8 @@ impl<const D: usize> PressureAcceleration<D> {
                     field[o.cell] += dt * opened;
                 }
                 if let Some(tally) = &mut tally {
-                    let added = Vector3::from_fn(|a, _| if a < D { mass * (dt * opened[a]) } else { 0.0 });
+                    let added =
+                        Vector3::from_fn(|a, _| if a < D { mass * (dt * opened[a]) } else { 0.0 });
                     tally[k].add(&o.arm, &added);
                 }
             }
@@ -113,7 +123,8 @@ impl<const D: usize> PressureAcceleration<D> {
     }
 }
 
-/// What a body has of the drive's acceleration (m/s2): nothing along directions in which it is held.
+/// What a body has of the drive's acceleration (m/s2): nothing along directions in which it is
+/// held.
 fn felt(driven: &Vector3<f64>, body: &Body) -> Vector3<f64> {
     body.freedom().map_or_else(Vector3::zeros, |freedom| freedom.along(driven))
 }

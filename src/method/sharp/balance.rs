@@ -1,11 +1,13 @@
-//! The balance of momentum over a step: that of the fluid outside the bodies, of the free bodies, and their deferred impulses,
+//! The balance of momentum over a step: that of the fluid outside the bodies, of the free bodies,
+//! and their deferred impulses,
 //!
 //! ```text
 //!   M = sum_c (1 - alpha) rho u dV + sum_k (m_k V_k + deferred_k)
 //!   M^(n+1) - M^n = gravity + drive + contacts - force on held bodies + border
 //! ```
-//! The border's impulse is that of pressure, viscosity and flow on the sides of the box ([`crate::kernels::border`]), taken from the
-//! fields there in every stage. What the two sides of this line differ by is the error.
+//! The border's impulse is that of pressure, viscosity and flow on the sides of the box
+//! ([`crate::kernels::border`]), taken from the fields there in every stage. What the two sides of
+//! this line differ by is the error.
 
 use super::{Sharp, history};
 use crate::Result;
@@ -23,7 +25,11 @@ impl<const D: usize> Sharp<D> {
         domain.session.sum(cells.as_mut_slice())?;
         let histories = &history(&mut s.walls)?.bodies;
         let beside = s.bodies.iter().zip(histories).map(|(body, history)| {
-            let own = if body.freedom().is_some() { body.mass() * body.velocity } else { Vector3::zeros() };
+            let own = if body.freedom().is_some() {
+                body.mass() * body.velocity
+            } else {
+                Vector3::zeros()
+            };
             own + history.deferred - history.inside.0
         });
         Ok(cells + beside.sum::<Vector3<f64>>())
@@ -32,17 +38,25 @@ impl<const D: usize> Sharp<D> {
     /// Starts the balance, where one is kept. Collective.
     pub fn start_balance(&self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
         if s.balance.is_some() {
-            s.balance = Some(Balance { momentum: self.total_momentum(domain, s)?, ..Balance::default() });
+            s.balance =
+                Some(Balance { momentum: self.total_momentum(domain, s)?, ..Balance::default() });
         }
         Ok(())
     }
 
-    /// Closes the balance of the step `dt` (s), where one is kept, in whose stages the sides of this rank pushed the fluid with the
-    /// forces `sides`. Collective.
-    pub(super) fn close_balance(&self, domain: &mut Domain<D>, s: &mut State<D>, sides: Sides, dt: f64) -> Result<()> {
+    /// Closes the balance of the step `dt` (s), where one is kept, in whose stages the sides of
+    /// this rank pushed the fluid with the forces `sides`. Collective.
+    pub(super) fn close_balance(
+        &self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        sides: Sides,
+        dt: f64,
+    ) -> Result<()> {
         let Some(before) = s.balance else { return Ok(()) };
         let pressure = border::pressure(&domain.grid, &domain.boundaries, &s.p);
-        let mut border = dt * Matrix3::from_columns(&[sides.column(0).into(), sides.column(1).into(), pressure]);
+        let mut border =
+            dt * Matrix3::from_columns(&[sides.column(0).into(), sides.column(1).into(), pressure]);
         domain.session.sum(border.as_mut_slice())?;
         let [flow, shear, pressure] = [0, 1, 2].map(|k| border.column(k).into_owned());
         let momentum = self.total_momentum(domain, s)?;
@@ -53,13 +67,14 @@ impl<const D: usize> Sharp<D> {
             flow,
             ..self.impulses_of_bodies(domain, s, dt)
         };
-        s.balance = Some(Balance::close([before.momentum, momentum], impulses, self.angular_error(s, dt)));
+        s.balance =
+            Some(Balance::close([before.momentum, momentum], impulses, self.angular_error(s, dt)));
         domain.clock.lap(Stage::Force);
         Ok(())
     }
 
-    /// Impulse over the step `dt` (s) of gravity and contacts on the free bodies, less that of the fluid on held ones, and
-    /// on free ones along the directions in which they are held (N s).
+    /// Impulse over the step `dt` (s) of gravity and contacts on the free bodies, less that of the
+    /// fluid on held ones, and on free ones along the directions in which they are held (N s).
     fn impulses_of_bodies(&self, domain: &Domain<D>, s: &State<D>, dt: f64) -> Impulses {
         let mut sums = Impulses { contacts: -dt * self.passed_on, ..Impulses::default() };
         for (body, exchange) in s.bodies.iter().zip(&s.exchange) {
@@ -67,7 +82,8 @@ impl<const D: usize> Sharp<D> {
                 sums.held -= dt * exchange.momentum;
                 continue;
             };
-            let weight = (body.mass() - domain.fluid.density * body.volume()) * domain.fluid.gravity;
+            let weight =
+                (body.mass() - domain.fluid.density * body.volume()) * domain.fluid.gravity;
             sums.gravity += freedom.along(&(dt * weight));
             sums.contacts += freedom.along(&(dt * exchange.contact));
             sums.held -= dt * (exchange.momentum - freedom.along(&exchange.momentum));
@@ -75,12 +91,13 @@ impl<const D: usize> Sharp<D> {
         sums
     }
 
-    /// What the torque misses of the angular momentum that the fluid lost about the free bodies' centres over
-    /// the step `dt` (s), summed over them (kg m2/s).
+    /// What the torque misses of the angular momentum that the fluid lost about the free bodies'
+    /// centres over the step `dt` (s), summed over them (kg m2/s).
     fn angular_error(&self, s: &State<D>, dt: f64) -> f64 {
         let bodies = s.bodies.iter().zip(&self.motions);
         let missed = |(body, motion): (&crate::particles::Body, &super::BodyMotion)| {
-            body.freedom().map_or(0.0, |f| f.about(&(motion.spin_lost - dt * motion.torque())).norm())
+            body.freedom()
+                .map_or(0.0, |f| f.about(&(motion.spin_lost - dt * motion.torque())).norm())
         };
         bodies.map(missed).sum()
     }

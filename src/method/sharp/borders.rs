@@ -1,4 +1,5 @@
-//! Where fixed bodies are near borders of the box, the velocity's ghosts there are no longer those of a parabola, of whose three cells a body has some.
+//! Where fixed bodies are near borders of the box, the velocity's ghosts there are no longer those
+//! of a parabola, of whose three cells a body has some.
 //!
 //! ```text
 //!        ( k )
@@ -15,7 +16,8 @@ use crate::particles::{Body, all_fixed};
 use nalgebra::Vector3;
 
 impl<const D: usize> CutBodies<D> {
-    /// Finds that share under all bodies that are near a border, on ghosts as well; there is none where bodies move.
+    /// Finds that share under all bodies that are near a border, on ghosts as well; there is none
+    /// where bodies move.
     pub(super) fn straighten_borders(&self, domain: &mut Domain<D>, bodies: &[Body]) {
         if !all_fixed(bodies) {
             return domain.boundaries.bend(0.0);
@@ -38,12 +40,21 @@ impl<const D: usize> CutBodies<D> {
     }
 
     /// The same under one body.
-    fn straighten_under(&self, domain: &mut Domain<D>, body: &Body, bounds: &Vector3<f64>, axis: usize, side: usize) {
+    fn straighten_under(
+        &self,
+        domain: &mut Domain<D>,
+        body: &Body,
+        bounds: &Vector3<f64>,
+        axis: usize,
+        side: usize,
+    ) {
         let (grid, boundaries) = (&domain.grid, &mut domain.boundaries);
-        let (mut inwards, border) = (Vector3::zeros(), if side == 0 { 0.0 } else { grid.size[axis] });
+        let (mut inwards, border) =
+            (Vector3::zeros(), if side == 0 { 0.0 } else { grid.size[axis] });
         inwards[axis] = 1.0 - 2.0 * side as f64;
         let others: [usize; 2] = std::array::from_fn(|n| if n < axis { n } else { n + 1 });
-        // The stored places along an axis that an image of the body stands over; one along an axis that there is not.
+        // The stored places along an axis that an image of the body stands over; one along an axis
+        // that there is not.
         let under = |a: usize, shift: f64| {
             let place = move |i: usize| {
                 if a < D {
@@ -53,7 +64,9 @@ impl<const D: usize> CutBodies<D> {
                 }
             };
             let over = move |x: f64| a >= D || (x - body.centre[a]).abs() < bounds[a];
-            (0..if a < D { grid.stored[a] } else { 1 }).map(move |i| (i, place(i))).filter(move |(_, x)| over(*x))
+            (0..if a < D { grid.stored[a] } else { 1 })
+                .map(move |i| (i, place(i)))
+                .filter(move |(_, x)| over(*x))
         };
         let shifts = |a: usize| {
             let period = if a < D { self.periods[a] } else { None };
@@ -68,7 +81,12 @@ impl<const D: usize> CutBodies<D> {
                 apart[first] -= x;
                 apart[second] -= y;
                 if let Some(width) = body.shape().meets(&body.turn(), &apart, &inwards) {
-                    boundaries.straighten(axis, side, i + j * stride, Shares::of(width / self.h).full);
+                    boundaries.straighten(
+                        axis,
+                        side,
+                        i + j * stride,
+                        Shares::of(width / self.h).full,
+                    );
                 }
             }
         }

@@ -29,7 +29,11 @@ pub struct Work {
 impl Work {
     /// That of so many bodies.
     pub fn new(n: usize) -> Work {
-        Work { residuals: vec![Vector3::zeros(); n], corrections: vec![Impulse::default(); n], followed: vec![0.0; n] }
+        Work {
+            residuals: vec![Vector3::zeros(); n],
+            corrections: vec![Impulse::default(); n],
+            followed: vec![0.0; n],
+        }
     }
 }
 
@@ -44,7 +48,10 @@ impl<const D: usize> Sharp<D> {
     ) -> Result<Projected> {
         let (digits, motions) = (Some(params::response_digits()), &self.motions);
         let expected = |k: usize| [motions[k].expected.0, motions[k].expected.1];
-        let parts = self.contacts.as_mut().is_some_and(|contacts| contacts.find_clusters(&s.bodies, expected));
+        let parts = self
+            .contacts
+            .as_mut()
+            .is_some_and(|contacts| contacts.find_clusters(&s.bodies, expected));
         let mut done = Projected::default();
         if parts {
             done.add(self.find_without(domain, s, dt)?);
@@ -53,13 +60,17 @@ impl<const D: usize> Sharp<D> {
         self.contacts.iter_mut().for_each(|contacts| contacts.find_response(&s.bodies));
         self.correct_contacts(s, dt);
         done.add(self.project_with_bodies(domain, s, dt, None)?);
-        let late = self.contacts.as_mut().is_some_and(|contacts| contacts.find_late_parting(&s.bodies));
+        let late =
+            self.contacts.as_mut().is_some_and(|contacts| contacts.find_late_parting(&s.bodies));
         if late {
             done.add(self.find_without(domain, s, dt)?);
             done.add(self.project_with_bodies(domain, s, dt, None)?);
         }
-        let taken =
-            self.contacts.as_mut().filter(|_| parts || late).map_or(0.0, |contacts| contacts.bound_work(&s.bodies));
+        let taken = self
+            .contacts
+            .as_mut()
+            .filter(|_| parts || late)
+            .map_or(0.0, |contacts| contacts.bound_work(&s.bodies));
         if taken > 0.0 {
             s.energy.bounded += taken;
             self.reduce_contacts(s);
@@ -70,7 +81,12 @@ impl<const D: usize> Sharp<D> {
 
     /// Finds the velocities without the impulses of touch of the clusters that part, by a rough
     /// solve. Collective.
-    fn find_without(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+    fn find_without(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        dt: f64,
+    ) -> Result<Projected> {
         self.apply_touch(s, -1.0);
         let done = self.project_with_bodies(domain, s, dt, Some(params::response_digits()))?;
         self.contacts.iter_mut().for_each(|contacts| contacts.note_without(&s.bodies));
@@ -81,7 +97,8 @@ impl<const D: usize> Sharp<D> {
     /// Corrects the impulses of contacts by what the pressure has made of them.
     fn correct_contacts(&mut self, s: &mut State<D>, dt: f64) {
         let Some(contacts) = &mut self.contacts else { return };
-        let (Work { residuals, corrections, .. }, motions) = (&mut self.work.contacts, &self.motions);
+        let (Work { residuals, corrections, .. }, motions) =
+            (&mut self.work.contacts, &self.motions);
         for ((residual, body), motion) in residuals.iter_mut().zip(&s.bodies).zip(motions) {
             let free = body.freedom().is_some();
             *residual = if free { body.velocity - motion.expected.0 } else { Vector3::zeros() };
@@ -96,7 +113,9 @@ impl<const D: usize> Sharp<D> {
         let followed = &mut self.work.contacts.followed;
         contacts.find_followed(&s.bodies, followed);
         let histories = history(&mut s.walls)?.bodies.iter_mut();
-        for (((history, body), motion), time) in histories.zip(&s.bodies).zip(&self.motions).zip(followed) {
+        for (((history, body), motion), time) in
+            histories.zip(&s.bodies).zip(&self.motions).zip(followed)
+        {
             history.displacement = 0.5 * *time * (body.velocity - motion.expected.0);
         }
         Ok(())

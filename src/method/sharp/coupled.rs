@@ -19,7 +19,11 @@ pub struct CoupledFaces<'a, const D: usize> {
 
 impl<'a, const D: usize> CoupledFaces<'a, D> {
     /// The faces (m/s), which agree with the velocities of the bodies.
-    pub fn new(cut: &'a CutBodies<D>, faces: &'a mut VectorField<D>, bodies: &'a mut [Body]) -> CoupledFaces<'a, D> {
+    pub fn new(
+        cut: &'a CutBodies<D>,
+        faces: &'a mut VectorField<D>,
+        bodies: &'a mut [Body],
+    ) -> CoupledFaces<'a, D> {
         CoupledFaces { cut, faces, bodies }
     }
 

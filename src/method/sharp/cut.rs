@@ -30,14 +30,16 @@ pub struct CutBodies<const D: usize> {
     beside: Vec<Neighbour>,
     /// Cells to which several bodies are equally near, and that they set.
     pub(super) shared: Vec<Part>,
-    /// What the finer profile adds to each of the cells inside, one body after another (m/s); none where a body moves.
+    /// What the finer profile adds to each of the cells inside, one body after another (m/s); none
+    /// where a body moves.
     deferred: Vec<Vector3<f64>>,
     /// Scratch of what a body fills, and by axis of the arms to the faces that it covers (m).
     tiles: Tiles,
     arms: [Vec<Vector3<f64>>; D],
     /// What bodies cover of each face of an axis while faces are opened; zero otherwise.
     pub(super) total: Vec<f64>,
-    /// Of the faces that bodies cut, and once more of those in narrow gaps, their memory before a step (m/s).
+    /// Of the faces that bodies cut, and once more of those in narrow gaps, their memory before a
+    /// step (m/s).
     pub(super) remembered: Vec<f64>,
     pub(super) periods: [Option<f64>; 3],
     /// The spacing that depths and probes count in (m).
@@ -94,7 +96,8 @@ impl<const D: usize> CutBodies<D> {
         }
     }
 
-    /// Finds what they cover where they have moved to since [`CutBodies::depart`], a step of `dt` (s).
+    /// Finds what they cover where they have moved to since [`CutBodies::depart`], a step of `dt`
+    /// (s).
     pub fn arrive(&mut self, domain: &Domain<D>, bodies: &[Body], dt: f64) {
         for (before, body) in self.before.iter_mut().zip(bodies) {
             before.way = nearest_image(&before.way, &body.centre, &self.periods);
@@ -102,13 +105,15 @@ impl<const D: usize> CutBodies<D> {
         self.rebuild(domain, bodies, Body::moves, dt);
     }
 
-    /// Rebuilds the cut bodies that are `wanted`, and those that others are or were near to, whose probes that changes.
+    /// Rebuilds the cut bodies that are `wanted`, and those that others are or were near to, whose
+    /// probes that changes.
     fn rebuild(&mut self, domain: &Domain<D>, bodies: &[Body], wanted: fn(&Body) -> bool, dt: f64) {
         self.uncover_faces(domain);
         self.near.find(bodies);
         let (grid, boundaries) = (&domain.grid, &domain.boundaries);
         // Of a fluid without viscosity none, though no time is too long.
-        let rate = params::gap_friction() * domain.fluid.viscosity / (domain.fluid.density * self.h * self.h);
+        let rate = params::gap_friction() * domain.fluid.viscosity
+            / (domain.fluid.density * self.h * self.h);
         let friction = if rate > 0.0 { 0.5 * dt * rate } else { 0.0 };
         let finer = all_fixed(bodies);
         let reach = gap::reach(finer) * self.h;
@@ -119,12 +124,23 @@ impl<const D: usize> CutBodies<D> {
                 continue;
             }
             self.beside.clear();
-            self.beside.extend(near.iter().flat_map(|&j| Neighbour::all(bodies, k, j, &self.periods, reach)));
+            self.beside.extend(
+                near.iter().flat_map(|&j| Neighbour::all(bodies, k, j, &self.periods, reach)),
+            );
             self.beside.extend(Neighbour::images(bodies, k, &self.periods, reach));
             self.beside.extend(Neighbour::reflections(bodies, k, grid, boundaries, reach));
             let turn = bodies[k].turn();
-            let around =
-                Surroundings { grid, boundaries, bodies, turn, near: &self.beside, h: self.h, friction, finer, reach };
+            let around = Surroundings {
+                grid,
+                boundaries,
+                bodies,
+                turn,
+                near: &self.beside,
+                h: self.h,
+                friction,
+                finer,
+                reach,
+            };
             self.bodies[k].rebuild(&around, k, &self.before[k], &mut self.tiles, &mut self.arms);
         }
         if finer {
@@ -153,8 +169,9 @@ impl<const D: usize> CutBodies<D> {
         bodies.iter().any(|b| (0..D).any(|a| near(b, a)))
     }
 
-    /// Sets the velocity of the cells inside the bodies; ghosts of `u` filled. With `fresh`, also that of cells which the
-    /// bodies have just left. What is imposed is left in `inside`; the momentum that this adds goes to the `tally` of each body.
+    /// Sets the velocity of the cells inside the bodies; ghosts of `u` filled. With `fresh`, also
+    /// that of cells which the bodies have just left. What is imposed is left in `inside`; the
+    /// momentum that this adds goes to the `tally` of each body.
     pub fn impose(
         &self,
         domain: &Domain<D>,
@@ -168,7 +185,8 @@ impl<const D: usize> CutBodies<D> {
         self.set_inside(domain, fresh, inside, tally.map(|tally| (1.0, tally)), u);
     }
 
-    /// Finds in `inside` what [`CutBodies::impose`] sets, of all cells that bodies set; nothing of those that it leaves.
+    /// Finds in `inside` what [`CutBodies::impose`] sets, of all cells that bodies set; nothing of
+    /// those that it leaves.
     pub fn find_inside(
         &self,
         domain: &Domain<D>,
@@ -190,7 +208,15 @@ impl<const D: usize> CutBodies<D> {
                             continue;
                         }
                         let rigid = bodies[k].velocity_at(&cell.arm);
-                        let profile = cut.traces.value(&cell.trace, &cell.arm, grid, u, bodies, k, Some(resolved));
+                        let profile = cut.traces.value(
+                            &cell.trace,
+                            &cell.arm,
+                            grid,
+                            u,
+                            bodies,
+                            k,
+                            Some(resolved),
+                        );
                         let finer = self.deferred.get(inside.len()).copied().unwrap_or_default();
                         inside.push(rigid + profile + finer);
                     }
@@ -200,7 +226,8 @@ impl<const D: usize> CutBodies<D> {
         self.share_values(fresh, inside);
     }
 
-    /// Finds by the velocity `u` (m/s), ghosts filled, what the finer profile adds from now on, where no body moves.
+    /// Finds by the velocity `u` (m/s), ghosts filled, what the finer profile adds from now on,
+    /// where no body moves.
     pub fn find_deferred(&mut self, domain: &Domain<D>, bodies: &[Body], u: &VectorField<D>) {
         self.deferred.clear();
         let (grid, fluid) = (&domain.grid, &domain.fluid);
@@ -213,8 +240,8 @@ impl<const D: usize> CutBodies<D> {
             self.deferred.resize(first + cut.inside.len(), Vector3::zeros());
             for finer in &cut.finer {
                 let Inside { arm, trace, .. } = &cut.inside[finer.place as usize];
-                let [own, cubic] =
-                    [trace, &finer.cubic].map(|trace| cut.traces.value(trace, arm, grid, u, bodies, k, None));
+                let [own, cubic] = [trace, &finer.cubic]
+                    .map(|trace| cut.traces.value(trace, arm, grid, u, bodies, k, None));
                 let pace = cut.traces.fastest(&finer.cubic, arm, grid, u, &bodies[k]) / creeping;
                 self.deferred[first + finer.place as usize] =
                     (1.0 - smooth_step(pace, 1.0, 3.0)) * (cubic - finer.part * own);
@@ -222,21 +249,33 @@ impl<const D: usize> CutBodies<D> {
         }
     }
 
-    /// Takes the velocity `u` (m/s) of all cells inside the bodies, before the wall is imposed on them.
+    /// Takes the velocity `u` (m/s) of all cells inside the bodies, before the wall is imposed on
+    /// them.
     pub fn take_unimposed(&self, u: &VectorField<D>, unimposed: &mut Vec<Unimposed<D>>) {
         unimposed.clear();
         let cells = self.bodies.iter().flat_map(|cut| &cut.inside).map(|inside| inside.cell);
-        unimposed.extend(cells.map(|cell| Unimposed { cell, velocity: std::array::from_fn(|a| u[a][cell as usize]) }));
+        unimposed.extend(cells.map(|cell| Unimposed {
+            cell,
+            velocity: std::array::from_fn(|a| u[a][cell as usize]),
+        }));
     }
 
-    /// What the velocity `u` (m/s) has in all cells inside the bodies beyond what was found in `inside`.
-    pub fn find_offsets(&self, u: &VectorField<D>, inside: &[Vector3<f64>], offsets: &mut Vec<Vector3<f64>>) {
+    /// What the velocity `u` (m/s) has in all cells inside the bodies beyond what was found in
+    /// `inside`.
+    pub fn find_offsets(
+        &self,
+        u: &VectorField<D>,
+        inside: &[Vector3<f64>],
+        offsets: &mut Vec<Vector3<f64>>,
+    ) {
         offsets.clear();
         let cells = self.bodies.iter().flat_map(|cut| &cut.inside);
-        offsets.extend(cells.zip(inside).map(|(cell, inside)| vector(u, cell.cell as usize) - inside));
+        offsets
+            .extend(cells.zip(inside).map(|(cell, inside)| vector(u, cell.cell as usize) - inside));
     }
 
-    /// Sets what was found in `inside`; a share of the momentum that this adds goes to the tally of each body.
+    /// Sets what was found in `inside`; a share of the momentum that this adds goes to the tally of
+    /// each body.
     pub fn set_inside(
         &self,
         domain: &Domain<D>,
@@ -248,7 +287,9 @@ impl<const D: usize> CutBodies<D> {
         let mass = domain.fluid.density * domain.grid.cell_volume();
         let mut values = inside.iter();
         for (k, cut) in self.bodies.iter().enumerate() {
-            for (inside, value) in cut.inside.iter().zip(&mut values).filter(|(i, _)| fresh || !i.fresh) {
+            for (inside, value) in
+                cut.inside.iter().zip(&mut values).filter(|(i, _)| fresh || !i.fresh)
+            {
                 let (mut added, cell) = (Vector3::zeros(), inside.cell as usize);
                 for (a, field) in u.iter_mut().enumerate() {
                     let change = inside.weight * (value[a] - field[cell]);
@@ -262,9 +303,16 @@ impl<const D: usize> CutBodies<D> {
         }
     }
 
-    /// Sets the velocity of the cells inside the bodies within the step: `part` of the way from `start`, at its start, to `end`,
-    /// what [`CutBodies::impose`] has left with `fresh` cells, at its end.
-    pub fn impose_within(&self, part: f64, start: &VectorField<D>, end: &[Vector3<f64>], u: &mut VectorField<D>) {
+    /// Sets the velocity of the cells inside the bodies within the step: `part` of the way from
+    /// `start`, at its start, to `end`, what [`CutBodies::impose`] has left with `fresh` cells, at
+    /// its end.
+    pub fn impose_within(
+        &self,
+        part: f64,
+        start: &VectorField<D>,
+        end: &[Vector3<f64>],
+        u: &mut VectorField<D>,
+    ) {
         let insides = self.bodies.iter().flat_map(|cut| &cut.inside);
         for (inside, end) in insides.zip(end) {
             for (a, (start, u)) in start.iter().zip(u.iter_mut()).enumerate() {

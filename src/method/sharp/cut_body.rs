@@ -1,12 +1,13 @@
-//! A body as it cuts the grid: the faces that it covers, the cells inside whose velocity it sets, the points of its
-//! surface where its traction is taken. Rebuilt when the body moves.
+//! A body as it cuts the grid: the faces that it covers, the cells inside whose velocity it sets,
+//! the points of its surface where its traction is taken. Rebuilt when the body moves.
 //! [`super::trace`] has what is read of the velocity beside its wall.
 
 use super::gap::Surroundings;
 use super::shared::SharedCell;
 use super::trace::{Finer, Normal, Trace, Traces};
 use crate::geometry::{
-    Block, Cut, Opening, Overlap, Placed, Shape, SurfacePoint, Tiles, Turn, aperture, fraction, images,
+    Block, Cut, Opening, Overlap, Placed, Shape, SurfacePoint, Tiles, Turn, aperture, fraction,
+    images,
 };
 use crate::grid::{Grid, VectorField};
 use crate::params;
@@ -40,7 +41,8 @@ impl Before {
 pub struct Inside {
     /// From the body's centre (m).
     pub arm: Vector3<f64>,
-    /// How much of what it has gives way to the profile: less than all outside, in gaps that the grid does not resolve.
+    /// How much of what it has gives way to the profile: less than all outside, in gaps that the
+    /// grid does not resolve.
     pub weight: f64,
     /// The profile there, of nothing deep inside.
     pub trace: Trace,
@@ -50,7 +52,8 @@ pub struct Inside {
     pub fresh: bool,
 }
 
-/// A face in a gap that the grid does not resolve: the cells beside it are set by what bounds the gap, and only its memory has the flow.
+/// A face in a gap that the grid does not resolve: the cells beside it are set by what bounds the
+/// gap, and only its memory has the flow.
 #[derive(Clone, Copy, Debug)]
 pub struct GapFace {
     /// The face's index in a field.
@@ -78,13 +81,15 @@ pub struct CutBody<const D: usize> {
     /// Faces that it covers, by axis, and where their open parts lie.
     pub cuts: [Vec<Cut>; D],
     pub openings: [Vec<Opening<D>>; D],
-    /// Whether another body or a wall is so near that there may be some in narrow gaps: all ranks know.
+    /// Whether another body or a wall is so near that there may be some in narrow gaps: all ranks
+    /// know.
     pub in_company: bool,
     /// Those in narrow gaps that are nearest to it, by axis.
     pub gaps: [Vec<GapFace>; D],
     /// Cells that it touches, with its fraction of them.
     pub solid: Vec<Overlap>,
-    /// Of the cells of `solid`, how far it speaks for the wall there: wholly where no other body is nearer, not at all where one is.
+    /// Of the cells of `solid`, how far it speaks for the wall there: wholly where no other body is
+    /// nearer, not at all where one is.
     pub owns: Vec<f64>,
     /// Those that it shares with others.
     pub owns_shared: Vec<SharedCell>,
@@ -103,8 +108,8 @@ pub struct CutBody<const D: usize> {
 }
 
 impl<const D: usize> CutBody<D> {
-    /// One with room for all that a body can touch, its probes counting in spacings of `h` (m). Of several ranks a body touches few: there
-    /// it takes room as it comes.
+    /// One with room for all that a body can touch, its probes counting in spacings of `h` (m). Of
+    /// several ranks a body touches few: there it takes room as it comes.
     pub fn new(grid: &Grid<D>, shape: &dyn Shape, h: f64) -> CutBody<D> {
         if grid.local != grid.cells {
             return CutBody::elsewhere(false);
@@ -158,7 +163,8 @@ impl<const D: usize> CutBody<D> {
         for (axis, faces) in faces.iter_mut().enumerate() {
             for (cut, opening) in self.faces(axis) {
                 let face = &mut faces[cut.face as usize];
-                *face += cut.covered * (body.velocity[axis] - *face) + body.spin.cross(&opening.lever())[axis];
+                *face += cut.covered * (body.velocity[axis] - *face)
+                    + body.spin.cross(&opening.lever())[axis];
             }
         }
     }
@@ -168,7 +174,8 @@ impl<const D: usize> CutBody<D> {
         self.solid.iter().zip(self.owns.iter().copied()).filter(|(_, owns)| *owns > 0.0)
     }
 
-    /// Finds the faces and cells of the body `k`, as it lies now and lay `before`; in `tiles` and `arms` is scratch.
+    /// Finds the faces and cells of the body `k`, as it lies now and lay `before`; in `tiles` and
+    /// `arms` is scratch.
     pub fn rebuild(
         &mut self,
         around: &Surroundings<D>,
@@ -178,13 +185,16 @@ impl<const D: usize> CutBody<D> {
         arms: &mut [Vec<Vector3<f64>>; D],
     ) {
         let (grid, body, turn) = (around.grid, &around.bodies[k], &around.turn);
-        let (shape, placed) = (body.shape(), Placed { shape: body.shape(), centre: body.centre, turn: *turn });
+        let (shape, placed) =
+            (body.shape(), Placed { shape: body.shape(), centre: body.centre, turn: *turn });
         self.in_company = around.has_neighbours(k);
         let tight = if self.in_company { params::unresolved_gap() * around.h } else { 0.0 };
         let bounds = shape.bounds(turn).sup(&shape.bounds(&before.turn));
         let extent = bounds.add_scalar(before.way.norm().max(tight));
         let reached = extent.add_scalar(BEYOND * around.h);
-        if images(grid, &body.centre).all(|image| Block::owned(grid, &image, &reached).ends().is_none()) {
+        if images(grid, &body.centre)
+            .all(|image| Block::owned(grid, &image, &reached).ends().is_none())
+        {
             if !self.spots.is_empty() {
                 // It has left: its room goes with it.
                 *self = CutBody::elsewhere(self.in_company);
@@ -201,13 +211,16 @@ impl<const D: usize> CutBody<D> {
         self.clear();
         for image in images(grid, &body.centre) {
             for at in Block::owned(grid, &image, &extent) {
-                let arm =
-                    Vector3::from_fn(|a, _| if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 });
+                let arm = Vector3::from_fn(|a, _| {
+                    if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 }
+                });
                 let s = shape.distance(turn, &arm);
                 let fresh = s > 0.0 && shape.distance(&before.turn, &(arm + before.way)) <= 0.0;
                 let Some(cell) = grid.owned_index(at) else { continue };
-                // Cells that it touches come in the same order, image by image; the next one may be the first that another image touches.
-                let own = |solid: &Overlap| solid.cell == cell && (solid.arm - arm).amax() < around.h;
+                // Cells that it touches come in the same order, image by image; the next one may be
+                // the first that another image touches.
+                let own =
+                    |solid: &Overlap| solid.cell == cell && (solid.arm - arm).amax() < around.h;
                 let touched = self.solid.get(self.owns.len()).is_some_and(own);
                 if s > tight && !fresh && !touched {
                     continue;
@@ -216,7 +229,8 @@ impl<const D: usize> CutBody<D> {
                 let shared = claim > 0.0 && claim < 1.0;
                 if touched {
                     if shared {
-                        self.owns_shared.push(SharedCell::next(&self.owns, cell, claim, 1.0, false));
+                        self.owns_shared
+                            .push(SharedCell::next(&self.owns, cell, claim, 1.0, false));
                     }
                     self.owns.push(claim);
                 }
@@ -234,11 +248,23 @@ impl<const D: usize> CutBody<D> {
                     let normal = Normal::new(shape, &arm, s, shape.normal(turn, &arm));
                     trace = self.traces.profile(around, &image, &normal, s);
                     if around.finer {
-                        self.finer.extend(self.traces.finer(around, &image, &normal, s, self.inside.len()));
+                        self.finer.extend(self.traces.finer(
+                            around,
+                            &image,
+                            &normal,
+                            s,
+                            self.inside.len(),
+                        ));
                     }
                 }
                 if shared {
-                    self.inside_shared.push(SharedCell::next(&self.inside, cell, claim, weight, fresh));
+                    self.inside_shared.push(SharedCell::next(
+                        &self.inside,
+                        cell,
+                        claim,
+                        weight,
+                        fresh,
+                    ));
                 }
                 self.inside.push(Inside { arm, weight, trace, cell: cell as u32, fresh });
             }
@@ -281,7 +307,10 @@ impl<const D: usize> CutBody<D> {
         for i in 0..self.spots.len() {
             let SurfacePoint { place, normal, area } = self.spots[i];
             let arm = around.turn * place;
-            let Some(image) = images(grid, &body.centre).find(|image| grid.owns(&(image + arm))) else { continue };
+            let Some(image) = images(grid, &body.centre).find(|image| grid.owns(&(image + arm)))
+            else {
+                continue;
+            };
             let normal = Normal::new(body.shape(), &arm, 0.0, around.turn * normal);
             let slope = self.traces.slope(around, &image, &normal);
             self.points.push(Point { arm, area, slope });

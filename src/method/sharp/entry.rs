@@ -1,12 +1,15 @@
-//! How the fluid gives way at once: at the start, and to bodies that come in with a velocity of their own.
+//! How the fluid gives way at once: at the start, and to bodies that come in with a velocity of
+//! their own.
 //!
 //! ```text
 //!   U = H q + m U_b.n        div( (1/rho) grad P ) - sum_k (dV/m_k) j_k (j_k.P) = D
 //!   U -= H grad P/rho,   q -= grad P/rho,   u -= (grad P/rho of the cell),   V_k += (dV/m_k) sum_c P_c j_c
 //! ```
-//! P is the impulse of a pressure (Pa s), which then is dropped: that of the flow goes on as it was. At the start bodies have their velocities,
-//! and the fluid is set off with them. To one that comes in later the fluid gives way at the cost of its momentum, and the free bodies beside it follow:
-//! it goes on with what its mass is of that and the added mass. Left to a step's stages, the jump of its wall would turn a light body back.
+//! P is the impulse of a pressure (Pa s), which then is dropped: that of the flow goes on as it
+//! was. At the start bodies have their velocities, and the fluid is set off with them. To one that
+//! comes in later the fluid gives way at the cost of its momentum, and the free bodies beside it
+//! follow: it goes on with what its mass is of that and the added mass. Left to a step's stages,
+//! the jump of its wall would turn a light body back.
 
 use super::load::whole_inside;
 use super::tally::MomentumTally;
@@ -19,13 +22,20 @@ use crate::state::{State, Unimposed};
 use nalgebra::{Matrix3, Vector3};
 
 impl<const D: usize> Sharp<D> {
-    /// Lets the fluid give way to the bodies of these numbers, which come in; all free ones follow the impulse. Collective.
+    /// Lets the fluid give way to the bodies of these numbers, which come in; all free ones follow
+    /// the impulse. Collective.
     ///
     /// # Errors
     /// When the projection fails.
-    pub fn give_way(&mut self, domain: &mut Domain<D>, s: &mut State<D>, new: impl Fn(usize) -> bool) -> Result<()> {
+    pub fn give_way(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        new: impl Fn(usize) -> bool,
+    ) -> Result<()> {
         let (p, drive) = (s.p.clone(), s.drive);
-        // What the last wall changed of the cells, and the last step of the faces, stays what it was.
+        // What the last wall changed of the cells, and the last step of the faces, stays what it
+        // was.
         shift(&mut history(&mut s.walls)?.unimposed, -1.0, &s.u);
         add(&mut s.faces_before, -1.0, &s.faces);
         for (cut, body) in self.cut.bodies.iter().zip(&s.bodies).filter(|(_, body)| new(body.id)) {
@@ -37,7 +47,9 @@ impl<const D: usize> Sharp<D> {
         for (motion, body) in self.motions.iter_mut().zip(&s.bodies) {
             motion.inertia = body.mass();
             (motion.pressure, motion.pressure_torque) = Default::default();
-            motion.turns = body.freedom().map_or_else(Matrix3::zeros, |freedom| body.inertia().inverse(&freedom));
+            motion.turns = body
+                .freedom()
+                .map_or_else(Matrix3::zeros, |freedom| body.inertia().inverse(&freedom));
         }
         self.set_modes(domain, &s.bodies)?;
         self.find_displaced(domain, &s.bodies)?;
@@ -52,13 +64,17 @@ impl<const D: usize> Sharp<D> {
         self.take_inside(domain, s, |_| true)
     }
 
-    /// Defers what the fluid lost by an impulse beyond what that gave to the free bodies, as steps do. Collective.
+    /// Defers what the fluid lost by an impulse beyond what that gave to the free bodies, as steps
+    /// do. Collective.
     fn defer(&mut self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
         let sums = self.sum_inside(domain, s)?;
         let histories = &mut history(&mut s.walls)?.bodies;
-        for (k, row) in sums.chunks_exact(NUMBERS).enumerate().filter(|(k, _)| s.bodies[*k].freedom().is_some()) {
+        for (k, row) in
+            sums.chunks_exact(NUMBERS).enumerate().filter(|(k, _)| s.bodies[*k].freedom().is_some())
+        {
             let (body, history) = (&s.bodies[k], &mut histories[k]);
-            let [given, inside, swirl] = [0, 6, 9].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
+            let [given, inside, swirl] =
+                [0, 6, 9].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
             let (inside, _) = whole_inside(domain.fluid.density, body, (inside, swirl));
             let lost = inside - history.inside.0 - given - domain.unfelt(&s.drive, body.volume());
             history.deferred += lost - self.motions[k].pressure;
@@ -67,9 +83,15 @@ impl<const D: usize> Sharp<D> {
         Ok(())
     }
 
-    /// Projects the faces over a second, so that the potential in the pressure's place is its impulse, which corrects the cells; the wall is imposed on them.
-    /// Bodies keep their velocity, or `follow`. Collective.
-    pub(super) fn strike(&mut self, domain: &mut Domain<D>, s: &mut State<D>, follow: bool) -> Result<()> {
+    /// Projects the faces over a second, so that the potential in the pressure's place is its
+    /// impulse, which corrects the cells; the wall is imposed on them. Bodies keep their velocity,
+    /// or `follow`. Collective.
+    pub(super) fn strike(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        follow: bool,
+    ) -> Result<()> {
         s.p.fill(0.0);
         // A drive that holds a velocity does so here as well.
         s.drive = domain.drive.filter(|drive| drive.held().is_some()).map(|_| Vector3::zeros());
@@ -93,12 +115,17 @@ impl<const D: usize> Sharp<D> {
 
 /// Adds a multiple of one field to another, which may be empty.
 fn add<const D: usize>(to: &mut VectorField<D>, factor: f64, from: &VectorField<D>) {
-    to.iter_mut().zip(from).for_each(|(to, from)| to.iter_mut().zip(from).for_each(|(to, from)| *to += factor * from));
+    to.iter_mut()
+        .zip(from)
+        .for_each(|(to, from)| to.iter_mut().zip(from).for_each(|(to, from)| *to += factor * from));
 }
 
 /// Adds a multiple of the velocity `u` (m/s) of the cells to what they had before the wall.
 fn shift<const D: usize>(unimposed: &mut [Unimposed<D>], factor: f64, u: &VectorField<D>) {
     for Unimposed { cell, velocity } in unimposed {
-        velocity.iter_mut().zip(u).for_each(|(velocity, u)| *velocity += factor * u[*cell as usize]);
+        velocity
+            .iter_mut()
+            .zip(u)
+            .for_each(|(velocity, u)| *velocity += factor * u[*cell as usize]);
     }
 }

@@ -12,9 +12,10 @@ use crate::particles::Body;
 use crate::state::State;
 
 impl<const D: usize> CutBodies<D> {
-    /// (8): face velocities from those of the cells, ghosts filled, the memory, of which the part `pace.keep` stays on the faces that a
-    /// body cuts and `pace.keep_open` on the others, and the acceleration by the last pressure over `dt` (s), of which the cells still have the part `1 - pace.own`. The memory becomes the
-    /// velocity before that acceleration.
+    /// (8): face velocities from those of the cells, ghosts filled, the memory, of which the part
+    /// `pace.keep` stays on the faces that a body cuts and `pace.keep_open` on the others, and the
+    /// acceleration by the last pressure over `dt` (s), of which the cells still have the part `1 -
+    /// pace.own`. The memory becomes the velocity before that acceleration.
     pub(super) fn interpolate(
         &mut self,
         domain: &Domain<D>,
@@ -28,7 +29,10 @@ impl<const D: usize> CutBodies<D> {
         let State { u, faces, bodies, walls, .. } = s;
         let memory = &mut history(walls)?.memory;
         let cuts = |axis| {
-            self.bodies.iter().flat_map(move |cut: &CutBody<D>| cut.faces(axis)).map(|(cut, _)| cut.face as usize)
+            self.bodies
+                .iter()
+                .flat_map(move |cut: &CutBody<D>| cut.faces(axis))
+                .map(|(cut, _)| cut.face as usize)
         };
         let gaps = |axis| self.bodies.iter().flat_map(move |cut: &CutBody<D>| &cut.gaps[axis]);
         self.remembered.clear();
@@ -55,7 +59,8 @@ impl<const D: usize> CutBodies<D> {
         for axis in 0..D {
             let (memory, face, a) = (&mut memory[axis], &mut faces[axis], &acceleration[axis]);
             for (at, before) in cuts(axis).zip(&mut remembered) {
-                memory[at] = means(&u[axis], at..at + 1, grid.stride[axis])(0) + keep * before - in_cells * a[at];
+                memory[at] = means(&u[axis], at..at + 1, grid.stride[axis])(0) + keep * before
+                    - in_cells * a[at];
             }
             for (gap, flow) in gaps(axis).zip(&mut remembered) {
                 memory[gap.face as usize] += gap.share * (gap.kept - keep).max(0.0) * flow;
@@ -87,14 +92,16 @@ impl<const D: usize> CutBodies<D> {
             for (cut, opening) in cut.faces(axis) {
                 let at = cut.face as usize;
                 let q = memory[at] + dt * a[at];
-                face[at] += cut.covered * (body.velocity[axis] - q) + body.spin.cross(&opening.lever())[axis];
+                face[at] += cut.covered * (body.velocity[axis] - q)
+                    + body.spin.cross(&opening.lever())[axis];
             }
         }
     }
 
-    /// Updates the memory of the faces, which `CutBodies::interpolate` left before the acceleration of its step, `dt` (s) long:
-    /// to what their velocity was beyond the cells' `u` with the wall imposed at the present place, ghosts filled. What the
-    /// imposed wall changes at once is then no change of a face's velocity.
+    /// Updates the memory of the faces, which `CutBodies::interpolate` left before the acceleration
+    /// of its step, `dt` (s) long: to what their velocity was beyond the cells' `u` with the wall
+    /// imposed at the present place, ghosts filled. What the imposed wall changes at once is then
+    /// no change of a face's velocity.
     pub fn update_memory(
         &self,
         domain: &Domain<D>,
@@ -121,22 +128,30 @@ impl<const D: usize> CutBodies<D> {
         for axis in 0..D {
             let memory = &mut memory[axis];
             for (cut, opening) in self.bodies.iter().flat_map(|cut| cut.faces(axis)) {
-                memory[cut.face as usize] -= to_open_part(grid, axis, cut.face as usize, &opening.open, &u[axis]);
+                memory[cut.face as usize] -=
+                    to_open_part(grid, axis, cut.face as usize, &opening.open, &u[axis]);
             }
         }
     }
 }
 
-/// What a covered face has in place of that mean: that of the two cells, moved to the centroid of its open part by the
-/// derivatives.
-fn to_open_part<const D: usize>(grid: &Grid<D>, axis: usize, face: usize, open: &[f64; D], q: &[f64]) -> f64 {
+/// What a covered face has in place of that mean: that of the two cells, moved to the centroid of
+/// its open part by the derivatives.
+fn to_open_part<const D: usize>(
+    grid: &Grid<D>,
+    axis: usize,
+    face: usize,
+    open: &[f64; D],
+    q: &[f64],
+) -> f64 {
     let s = grid.stride[axis];
     let parts = (0..D).map(|a| {
         let t = grid.stride[a];
         if a == axis {
             return open[a] * (q[face] - q[face - s]) / grid.h[a];
         }
-        open[a] * (q[face + t] - q[face - t] + q[face - s + t] - q[face - s - t]) / (4.0 * grid.h[a])
+        open[a] * (q[face + t] - q[face - t] + q[face - s + t] - q[face - s - t])
+            / (4.0 * grid.h[a])
     });
     0.5 * (q[face] + q[face - s]) - means(q, face..face + 1, s)(0) + parts.sum::<f64>()
 }

@@ -1,5 +1,5 @@
-//! Gaps: how far it is along a normal of a body's wall to the next body or wall, and what the profile of the flow beside the
-//! wall is there ([`super::trace`] has the sketch).
+//! Gaps: how far it is along a normal of a body's wall to the next body or wall, and what the
+//! profile of the flow beside the wall is there ([`super::trace`] has the sketch).
 //!
 //! ```text
 //!      ( body k )                 a gap of the width g(x) = s_k + s_j at any point x, by the distances from both surfaces. Below 1.25 h
@@ -8,7 +8,8 @@
 //!                                 what flows through it is in the faces' memory, and stays but for that friction:
 //!                                   keep = exp(-12 nu dt/g^2)                12 nu/g^2: of a parabola between two walls
 //! ```
-//! Without that such a gap would take the momentum of what flows through it in every step, and half of an impact's energy with it.
+//! Without that such a gap would take the momentum of what flows through it in every step, and half
+//! of an impact's energy with it.
 
 use crate::geometry::{self, Turn};
 use crate::grid::{Border, Boundaries, Grid};
@@ -19,7 +20,8 @@ use nalgebra::{Matrix3, Vector3};
 /// Spacings over which the finer profile fades, by the depth and by the gap.
 pub const FADING: f64 = 0.5;
 
-/// Distances that differ by less (spacings) are alike: the two sides of a period, and two ranks, round them differently.
+/// Distances that differ by less (spacings) are alike: the two sides of a period, and two ranks,
+/// round them differently.
 const SAME: f64 = 1e-9;
 
 /// What lies across a gap.
@@ -27,7 +29,8 @@ const SAME: f64 = 1e-9;
 pub enum Other {
     /// Nothing that is near.
     Nothing,
-    /// A body, and the arm from its centre (m); its image in a plane of symmetry normal to that axis, where there is one.
+    /// A body, and the arm from its centre (m); its image in a plane of symmetry normal to that
+    /// axis, where there is one.
     Body(usize, Vector3<f64>, Option<usize>),
     /// A border with this velocity (m/s).
     Border(Vector3<f64>),
@@ -43,7 +46,8 @@ pub struct Neighbour {
     turn: Turn,
     /// Normal to which axis the plane of symmetry is in which this is its image.
     mirror: Option<usize>,
-    /// Its radius (m) where it is round: cells ask many neighbours for their distance, and round ones answer at once.
+    /// Its radius (m) where it is round: cells ask many neighbours for their distance, and round
+    /// ones answer at once.
     round: Option<f64>,
 }
 
@@ -66,7 +70,8 @@ impl Other {
 }
 
 impl Neighbour {
-    /// The body `j` beside the body `k`: its nearest image, and of the next ones across periods those with gaps narrower than `reach` (m).
+    /// The body `j` beside the body `k`: its nearest image, and of the next ones across periods
+    /// those with gaps narrower than `reach` (m).
     pub fn all(
         bodies: &[Body],
         k: usize,
@@ -74,8 +79,11 @@ impl Neighbour {
         periods: &[Option<f64>; 3],
         reach: f64,
     ) -> impl Iterator<Item = Neighbour> {
-        let (nearest, turn, round) =
-            (nearest_image(&bodies[k].centre, &bodies[j].centre, periods), bodies[j].turn(), round(&bodies[j]));
+        let (nearest, turn, round) = (
+            nearest_image(&bodies[k].centre, &bodies[j].centre, periods),
+            bodies[j].turn(),
+            round(&bodies[j]),
+        );
         let near = reach + bodies[k].radius() + bodies[j].radius();
         // By axis, the way to the next image on the other side, where that may be near.
         let next: [Option<f64>; 3] = std::array::from_fn(|a| {
@@ -87,11 +95,18 @@ impl Neighbour {
             for a in (0..3).filter(|a| sides >> a & 1 == 1) {
                 apart[a] += next[a]?;
             }
-            (sides == 0 || apart.norm() < near).then_some(Neighbour { body: j, apart, turn, mirror: None, round })
+            (sides == 0 || apart.norm() < near).then_some(Neighbour {
+                body: j,
+                apart,
+                turn,
+                mirror: None,
+                round,
+            })
         })
     }
 
-    /// The images of the body `k` itself across periods hardly longer than it is wide, the gaps narrower than `reach` (m).
+    /// The images of the body `k` itself across periods hardly longer than it is wide, the gaps
+    /// narrower than `reach` (m).
     pub fn images(
         bodies: &[Body],
         k: usize,
@@ -100,8 +115,10 @@ impl Neighbour {
     ) -> impl Iterator<Item = Neighbour> {
         let (turn, round) = (bodies[k].turn(), round(&bodies[k]));
         let near = reach + 2.0 * bodies[k].radius();
-        let lengths =
-            periods.iter().enumerate().filter_map(move |(axis, length)| Some((axis, (*length).filter(|l| *l < near)?)));
+        let lengths = periods
+            .iter()
+            .enumerate()
+            .filter_map(move |(axis, length)| Some((axis, (*length).filter(|l| *l < near)?)));
         lengths.flat_map(move |(axis, length)| {
             [length, -length].map(|way| {
                 let mut apart = Vector3::zeros();
@@ -111,7 +128,8 @@ impl Neighbour {
         })
     }
 
-    /// The images of the body `k` itself in borders along which the fluid slips, the gaps narrower than `reach` (m).
+    /// The images of the body `k` itself in borders along which the fluid slips, the gaps narrower
+    /// than `reach` (m).
     pub fn reflections<const D: usize>(
         bodies: &[Body],
         k: usize,
@@ -120,8 +138,11 @@ impl Neighbour {
         reach: f64,
     ) -> impl Iterator<Item = Neighbour> {
         let (body, round) = (&bodies[k], round(&bodies[k]));
-        let slips = |axis: usize, side: usize| matches!(boundaries.borders[axis][side], Some(Border::Slip));
-        let sides = (0..2 * D).map(|face| (face / 2, face % 2)).filter(move |(axis, side)| slips(*axis, *side));
+        let slips =
+            |axis: usize, side: usize| matches!(boundaries.borders[axis][side], Some(Border::Slip));
+        let sides = (0..2 * D)
+            .map(|face| (face / 2, face % 2))
+            .filter(move |(axis, side)| slips(*axis, *side));
         sides.filter_map(move |(axis, side)| {
             let to = if side == 0 { 0.0 } else { grid.size[axis] } - body.centre[axis];
             if 2.0 * to.abs() > reach + 2.0 * body.radius() {
@@ -134,20 +155,26 @@ impl Neighbour {
         })
     }
 
-    /// Whether it comes after the body `k`, or is its own image further along: one of two always comes first.
+    /// Whether it comes after the body `k`, or is its own image further along: one of two always
+    /// comes first.
     fn is_after(&self, k: usize) -> bool {
         let ahead = || self.apart.iter().find(|way| **way != 0.0).is_some_and(|way| *way > 0.0);
         k < self.body || (k == self.body && ahead())
     }
 
-    /// The signed distance (m) of its wall from the point at `arm` (m) from the centre of the body that it is near.
+    /// The signed distance (m) of its wall from the point at `arm` (m) from the centre of the body
+    /// that it is near.
     #[inline]
     fn distance(&self, bodies: &[Body], arm: &Vector3<f64>) -> f64 {
         let arm = arm - self.apart;
-        self.round.map_or_else(|| bodies[self.body].shape().distance(&self.turn, &arm), |radius| arm.norm() - radius)
+        self.round.map_or_else(
+            || bodies[self.body].shape().distance(&self.turn, &arm),
+            |radius| arm.norm() - radius,
+        )
     }
 
-    /// Whether its wall is further from there than this (m) beyond doubt, which is found without a root.
+    /// Whether its wall is further from there than this (m) beyond doubt, which is found without a
+    /// root.
     #[inline]
     fn is_beyond(&self, arm: &Vector3<f64>, distance: f64) -> bool {
         self.round.is_some_and(|radius| {
@@ -186,7 +213,8 @@ pub struct Surroundings<'a, const D: usize> {
     pub near: &'a [Neighbour],
     /// The spacing that depths and probes count in (m).
     pub h: f64,
-    /// What the flow in a gap of one spacing loses to its walls before it is imposed: it falls by `exp(-friction)`.
+    /// What the flow in a gap of one spacing loses to its walls before it is imposed: it falls by
+    /// `exp(-friction)`.
     pub friction: f64,
     /// Whether cells near the wall take the finer profile: where no body moves.
     pub finer: bool,
@@ -194,7 +222,8 @@ pub struct Surroundings<'a, const D: usize> {
     pub reach: f64,
 }
 
-/// Gap (spacings) beyond which nothing is felt of what lies there; with the finer profile that is what its third probe keeps off.
+/// Gap (spacings) beyond which nothing is felt of what lies there; with the finer profile that is
+/// what its third probe keeps off.
 pub fn reach(finer: bool) -> f64 {
     if finer { params::near_gap().max(params::finer_gap() + FADING) } else { params::near_gap() }
 }
@@ -233,14 +262,16 @@ pub struct Gap {
 }
 
 impl<const D: usize> Surroundings<'_, D> {
-    /// How much of a gap of this width (m) the grid does not resolve, and how much of its flow friction leaves in half a step.
+    /// How much of a gap of this width (m) the grid does not resolve, and how much of its flow
+    /// friction leaves in half a step.
     pub fn flow(&self, width: f64) -> (f64, f64) {
         let gap = (width / self.h).max(1e-6);
         let share = Shares::of(gap).across;
         (share, if share > 0.0 { (-self.friction / (gap * gap)).exp() } else { 0.0 })
     }
 
-    /// How wide the gap is (m) that has the point at `arm` (m) from the centre of body `k`, `own` (m) from its wall.
+    /// How wide the gap is (m) that has the point at `arm` (m) from the centre of body `k`, `own`
+    /// (m) from its wall.
     pub fn width_at(&self, k: usize, arm: &Vector3<f64>, own: f64) -> f64 {
         let mut other = f64::INFINITY;
         for near in self.near {
@@ -255,7 +286,8 @@ impl<const D: usize> Surroundings<'_, D> {
         own + other
     }
 
-    /// Whether the body `k` is the nearest to the point at `arm` (m) from its centre, `own` (m) from its wall, or the first of those that are.
+    /// Whether the body `k` is the nearest to the point at `arm` (m) from its centre, `own` (m)
+    /// from its wall, or the first of those that are.
     pub fn is_nearest(&self, k: usize, arm: &Vector3<f64>, own: f64) -> bool {
         self.near.iter().all(|near| {
             let alike = SAME * self.h;
@@ -268,8 +300,9 @@ impl<const D: usize> Surroundings<'_, D> {
         })
     }
 
-    /// The claim of a body to the point at `arm` (m) from its centre, `own` (m) from its wall: 1 where no other is as near, 0 where one is much
-    /// nearer, and one half where another one is at the same distance.
+    /// The claim of a body to the point at `arm` (m) from its centre, `own` (m) from its wall: 1
+    /// where no other is as near, 0 where one is much nearer, and one half where another one is at
+    /// the same distance.
     pub fn claim(&self, arm: &Vector3<f64>, own: f64) -> f64 {
         let (band, mut claim) = (params::shared_cells() * self.h, 1.0);
         for near in self.near {
@@ -297,14 +330,17 @@ impl<const D: usize> Surroundings<'_, D> {
         !self.near.is_empty() || (0..2 * D).any(|f| within(f / 2, f % 2))
     }
 
-    /// The gap (m) from the point `foot` (m, from its centre) of a body's wall, that centre at `image`, along the normal `n` to
-    /// the next body or wall.
+    /// The gap (m) from the point `foot` (m, from its centre) of a body's wall, that centre at
+    /// `image`, along the normal `n` to the next body or wall.
     pub fn gap(&self, image: &Vector3<f64>, foot: &Vector3<f64>, n: &Vector3<f64>) -> Gap {
         let mut gap = Gap { width: f64::INFINITY, other: Other::Nothing };
         for near in self.near {
             let Some(width) = near.meets(self.bodies, foot, n) else { continue };
             if width < gap.width {
-                gap = Gap { width, other: Other::Body(near.body, width * n - (near.apart - foot), near.mirror) };
+                gap = Gap {
+                    width,
+                    other: Other::Body(near.body, width * n - (near.apart - foot), near.mirror),
+                };
             }
         }
         for axis in 0..D {
@@ -323,7 +359,9 @@ impl<const D: usize> Surroundings<'_, D> {
                 gap.width = width;
                 gap.other = if let Border::Velocity(velocity) = border {
                     let at = self.grid.position_on_border(axis, &(image + foot + width * n));
-                    Other::Border(Vector3::from_fn(|a, _| if a < D { velocity[a][at] } else { 0.0 }))
+                    Other::Border(Vector3::from_fn(
+                        |a, _| if a < D { velocity[a][at] } else { 0.0 },
+                    ))
                 } else {
                     Other::Nothing
                 };

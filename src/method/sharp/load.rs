@@ -1,5 +1,5 @@
-//! The force on a body, four ways: by pressure, by wall shear, by what both miss, and by what the fluid loses (formulas in
-//! the parent).
+//! The force on a body, four ways: by pressure, by wall shear, by what both miss, and by what the
+//! fluid loses (formulas in the parent).
 
 use super::cut::CutBodies;
 use super::gap::Shares;
@@ -16,8 +16,8 @@ use crate::state::{BodyHistory, Exchange, State};
 use nalgebra::Vector3;
 
 impl<const D: usize> CutBodies<D> {
-    /// This rank's pressure force on the body `k` by a pressure (Pa) with its ghosts filled: every face counts on the rank
-    /// of the cell above it.
+    /// This rank's pressure force on the body `k` by a pressure (Pa) with its ghosts filled: every
+    /// face counts on the rank of the cell above it.
     pub fn pressure_force(&self, grid: &Grid<D>, k: usize, p: &[f64]) -> Vector3<f64> {
         let mut force = Vector3::zeros();
         for axis in 0..D {
@@ -31,7 +31,13 @@ impl<const D: usize> CutBodies<D> {
     }
 
     /// Its torque about the centre, of a body that is not round.
-    pub fn pressure_torque(&self, grid: &Grid<D>, body: &Body, k: usize, p: &[f64]) -> Vector3<f64> {
+    pub fn pressure_torque(
+        &self,
+        grid: &Grid<D>,
+        body: &Body,
+        k: usize,
+        p: &[f64],
+    ) -> Vector3<f64> {
         let mut torque = Vector3::zeros();
         if body.shape().is_round() {
             return torque;
@@ -62,7 +68,15 @@ impl<const D: usize> CutBodies<D> {
             #[inline(always)]
             || {
                 for point in &cut.points {
-                    let slope = cut.traces.value(&point.slope, &point.arm, &domain.grid, u, bodies, k, None);
+                    let slope = cut.traces.value(
+                        &point.slope,
+                        &point.arm,
+                        &domain.grid,
+                        u,
+                        bodies,
+                        k,
+                        None,
+                    );
                     let df = (domain.fluid.viscosity * point.area) * slope;
                     force += df;
                     torque += point.arm.cross(&df);
@@ -72,9 +86,15 @@ impl<const D: usize> CutBodies<D> {
         (force, torque)
     }
 
-    /// This rank's part of the momentum (kg m/s) and angular momentum (kg m2/s) inside the body `k`, relative to its own
-    /// motion.
-    fn inside(&self, domain: &Domain<D>, body: &Body, k: usize, u: &VectorField<D>) -> (Vector3<f64>, Vector3<f64>) {
+    /// This rank's part of the momentum (kg m/s) and angular momentum (kg m2/s) inside the body
+    /// `k`, relative to its own motion.
+    fn inside(
+        &self,
+        domain: &Domain<D>,
+        body: &Body,
+        k: usize,
+        u: &VectorField<D>,
+    ) -> (Vector3<f64>, Vector3<f64>) {
         let mass = domain.fluid.density * domain.grid.cell_volume();
         let (mut momentum, mut swirl) = (Vector3::zeros(), Vector3::zeros());
         for o in &self.bodies[k].solid {
@@ -103,8 +123,11 @@ impl<const D: usize> Sharp<D> {
     pub(super) fn sum_inside(&mut self, domain: &Domain<D>, s: &State<D>) -> Result<Vec<f64>> {
         let mut sums = std::mem::take(&mut self.work.sums);
         for (k, row) in sums.chunks_exact_mut(NUMBERS).enumerate() {
-            let (tally, (inside, swirl)) = (&self.work.tally[k], self.cut.inside(domain, &s.bodies[k], k, &s.u));
-            for (slot, v) in row.chunks_exact_mut(3).zip([tally.linear, tally.angular, inside, swirl]) {
+            let (tally, (inside, swirl)) =
+                (&self.work.tally[k], self.cut.inside(domain, &s.bodies[k], k, &s.u));
+            for (slot, v) in
+                row.chunks_exact_mut(3).zip([tally.linear, tally.angular, inside, swirl])
+            {
                 slot.copy_from_slice(v.as_slice());
             }
         }
@@ -131,13 +154,20 @@ impl<const D: usize> Sharp<D> {
         Ok(())
     }
 
-    /// (19): what each body exchanged with the fluid over the step `dt` (s), what it takes in of what it missed, and its push for
-    /// the next step. Collective.
-    pub(super) fn find_loads(&mut self, domain: &mut Domain<D>, s: &mut State<D>, pace: Pace, dt: f64) -> Result<()> {
+    /// (19): what each body exchanged with the fluid over the step `dt` (s), what it takes in of
+    /// what it missed, and its push for the next step. Collective.
+    pub(super) fn find_loads(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        pace: Pace,
+        dt: f64,
+    ) -> Result<()> {
         let sums = self.sum_inside(domain, s)?;
         let histories = &mut history(&mut s.walls)?.bodies;
         for (k, row) in sums.chunks_exact(NUMBERS).enumerate() {
-            let [given, spun, inside, swirl] = [0, 3, 6, 9].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
+            let [given, spun, inside, swirl] =
+                [0, 3, 6, 9].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
             let (body, motion) = (&s.bodies[k], &mut self.motions[k]);
             let (inside, swirl) = whole_inside(domain.fluid.density, body, (inside, swirl));
             let before = std::mem::replace(&mut histories[k].inside, (inside, swirl));
@@ -152,8 +182,10 @@ impl<const D: usize> Sharp<D> {
             let felt = motion.pressure + motion.shear.0 + histories[k].residual;
             // What moved a free body, the resistance to changes within the step included.
             let moved = body.freedom().map(|freedom| {
-                let weight = (body.mass() - domain.fluid.density * body.volume()) * domain.fluid.gravity;
-                let force = (body.mass() * (body.velocity - motion.start.0) - struck.linear) / dt - weight;
+                let weight =
+                    (body.mass() - domain.fluid.density * body.volume()) * domain.fluid.gravity;
+                let force =
+                    (body.mass() * (body.velocity - motion.start.0) - struck.linear) / dt - weight;
                 freedom.along(&(force - felt))
             });
             let used = felt + moved.unwrap_or_default();
@@ -162,8 +194,12 @@ impl<const D: usize> Sharp<D> {
         }
         self.work.sums = sums;
         self.share_missed(domain, &s.bodies);
-        let take_in = (pace.courant / params::residual_time() + params::residual_decay() * pace.diffusion).min(1.0);
-        for (motion, BodyHistory { residual, deferred, .. }) in self.motions.iter().zip(histories.iter_mut()) {
+        let take_in = (pace.courant / params::residual_time()
+            + params::residual_decay() * pace.diffusion)
+            .min(1.0);
+        for (motion, BodyHistory { residual, deferred, .. }) in
+            self.motions.iter().zip(histories.iter_mut())
+        {
             *deferred += dt * (motion.missed + motion.pressure + motion.shear.0 - motion.used);
             *residual += take_in * (motion.missed - *residual);
         }
@@ -173,9 +209,10 @@ impl<const D: usize> Sharp<D> {
         Ok(())
     }
 
-    /// Takes from what pressure and wall shear miss the part that two bodies with a gap between them that the grid does not
-    /// resolve would do to each other along the line of their centres, or a wall to a body: whose it is of what the fluid
-    /// lost there the cells cannot tell, and taken in with a delay it would be work from nothing. The sum of a pair's stays.
+    /// Takes from what pressure and wall shear miss the part that two bodies with a gap between
+    /// them that the grid does not resolve would do to each other along the line of their centres,
+    /// or a wall to a body: whose it is of what the fluid lost there the cells cannot tell, and
+    /// taken in with a delay it would be work from nothing. The sum of a pair's stays.
     fn share_missed(&mut self, domain: &Domain<D>, bodies: &[Body]) {
         let (cut, motions) = (&self.cut, &mut self.motions);
         self.passed_on = Vector3::zeros();
@@ -183,7 +220,8 @@ impl<const D: usize> Sharp<D> {
             for &j in cut.near.near[i].iter().filter(|j| **j > i) {
                 let apart = nearest_image(&bodies[i].centre, &bodies[j].centre, &cut.periods);
                 let distance = apart.norm();
-                let (n, gap) = (apart / distance, distance - bodies[i].radius() - bodies[j].radius());
+                let (n, gap) =
+                    (apart / distance, distance - bodies[i].radius() - bodies[j].radius());
                 let share = Shares::of(gap / cut.h).across;
                 let free = [i, j].map(|k| bodies[k].freedom().is_some());
                 let along = share * (motions[i].missed - motions[j].missed).dot(&n);
@@ -205,7 +243,8 @@ impl<const D: usize> Sharp<D> {
                 };
                 let centre = bodies[i].centre[a];
                 let distance = if side == 0 { centre } else { domain.grid.size[a] - centre };
-                let share = Shares::of(spans * (distance - bodies[i].radius()) / cut.h).across * motions[i].missed[a];
+                let share = Shares::of(spans * (distance - bodies[i].radius()) / cut.h).across
+                    * motions[i].missed[a];
                 motions[i].missed[a] -= share;
                 self.passed_on[a] += share;
             }

@@ -1,4 +1,5 @@
-//! Bodies that follow the pressure: what they add to its operator, and how they and the faces answer a change of it.
+//! Bodies that follow the pressure: what they add to its operator, and how they and the faces
+//! answer a change of it.
 
 use super::Sharp;
 use super::coupled::CoupledFaces;
@@ -30,9 +31,11 @@ impl Modes {
     /// Room for those of the bodies.
     pub fn new<const D: usize>(bodies: &[Body], cut: &CutBodies<D>) -> Modes {
         let n = bodies.len();
-        let oblong: Vec<u32> = (0..n as u32).filter(|k| !bodies[*k as usize].shape().is_round()).collect();
+        let oblong: Vec<u32> =
+            (0..n as u32).filter(|k| !bodies[*k as usize].shape().is_round()).collect();
         let room = |k: usize| cut.bodies[k].cuts[0].capacity();
-        let (faces, turning): (usize, usize) = ((0..n).map(room).sum(), oblong.iter().map(|k| room(*k as usize)).sum());
+        let (faces, turning): (usize, usize) =
+            ((0..n).map(room).sum(), oblong.iter().map(|k| room(*k as usize)).sum());
         Modes {
             weights: Vec::with_capacity((n + oblong.len()) * D),
             entries: Vec::with_capacity(2 * D * faces + D * D * turning),
@@ -42,9 +45,9 @@ impl Modes {
 }
 
 impl<const D: usize> Sharp<D> {
-    /// Gives the pressure's operator what the free bodies add to it: for each direction a mode of weight `dV/M_k` (m3/kg, zero
-    /// where the body is held) with the faces that it covers; and for the bodies that pressure turns a mode about each axis of
-    /// their answer to torque.
+    /// Gives the pressure's operator what the free bodies add to it: for each direction a mode of
+    /// weight `dV/M_k` (m3/kg, zero where the body is held) with the faces that it covers; and for
+    /// the bodies that pressure turns a mode about each axis of their answer to torque.
     pub(super) fn set_modes(&mut self, domain: &mut Domain<D>, bodies: &[Body]) -> Result<()> {
         if bodies.iter().all(|body| body.freedom().is_none()) {
             return Ok(());
@@ -59,14 +62,17 @@ impl<const D: usize> Sharp<D> {
             for axis in (0..D).filter(|a| freedom.translation[*a]) {
                 let mode = k * D + axis;
                 weights[mode] = volume / motion.inertia;
-                entries.extend(cut.cuts[axis].iter().map(|cut| covered(mode, axis, cut.face, cut.covered)));
+                entries.extend(
+                    cut.cuts[axis].iter().map(|cut| covered(mode, axis, cut.face, cut.covered)),
+                );
             }
         }
         for (i, k) in oblong.iter().map(|k| *k as usize).enumerate() {
             let (cut, radius) = (&self.cut.bodies[k], bodies[k].radius());
             // Velocities per radius, so that these modes are of the size of the others.
             let answer = SymmetricEigen::new(radius * radius * self.motions[k].turns);
-            let axes = (0..3).filter(|a| bodies[k].freedom().is_some() && answer.eigenvalues[*a] > 0.0);
+            let axes =
+                (0..3).filter(|a| bodies[k].freedom().is_some() && answer.eigenvalues[*a] > 0.0);
             for (mode, about) in axes.enumerate() {
                 let mode = (n + i) * D + mode;
                 weights[mode] = volume * answer.eigenvalues[about];
@@ -82,9 +88,10 @@ impl<const D: usize> Sharp<D> {
         domain.projection.set_modes(weights, entries, oblong)
     }
 
-    /// Finds the volumes on which the drive acts. One that holds a mean velocity, as a mean gradient of the pressure, acts on free bodies through the faces
-    /// that the pressure acts through, or the two would not be found together: with their own volume a light body beside a heavy one did not let
-    /// the iteration converge. Collective.
+    /// Finds the volumes on which the drive acts. One that holds a mean velocity, as a mean
+    /// gradient of the pressure, acts on free bodies through the faces that the pressure acts
+    /// through, or the two would not be found together: with their own volume a light body beside a
+    /// heavy one did not let the iteration converge. Collective.
     pub(super) fn find_displaced(&mut self, domain: &Domain<D>, bodies: &[Body]) -> Result<()> {
         for (motion, body) in self.motions.iter_mut().zip(bodies) {
             motion.displaced = Vector3::repeat(body.volume());
@@ -95,7 +102,8 @@ impl<const D: usize> Sharp<D> {
         let (volume, sums) = (domain.grid.cell_volume(), &mut self.work.sums[..3 * bodies.len()]);
         for (row, cut) in sums.chunks_exact_mut(3).zip(&self.cut.bodies) {
             for (sum, cuts) in row.iter_mut().zip(&cut.cuts) {
-                *sum = volume * cuts.iter().filter(|cut| cut.owned).map(|cut| cut.covered).sum::<f64>();
+                *sum = volume
+                    * cuts.iter().filter(|cut| cut.owned).map(|cut| cut.covered).sum::<f64>();
             }
         }
         domain.session.sum(sums)?;
@@ -106,11 +114,16 @@ impl<const D: usize> Sharp<D> {
         Ok(())
     }
 
-    /// Lets the pressure's equation know of a drive that holds a mean velocity; returns its mean answer (m3/kg). Collective.
+    /// Lets the pressure's equation know of a drive that holds a mean velocity; returns its mean
+    /// answer (m3/kg). Collective.
     fn hold(&self, domain: &mut Domain<D>, bodies: &[Body]) -> Result<f64> {
-        let Some(axis) = domain.drive.as_ref().and_then(|drive| drive.held()) else { return Ok(0.0) };
+        let Some(axis) = domain.drive.as_ref().and_then(|drive| drive.held()) else {
+            return Ok(0.0);
+        };
         let goes = |(body, motion): (&Body, &BodyMotion)| {
-            body.freedom().filter(|freedom| freedom.translation[axis]).map(|_| motion.displaced[axis] / motion.inertia)
+            body.freedom()
+                .filter(|freedom| freedom.translation[axis])
+                .map(|_| motion.displaced[axis] / motion.inertia)
         };
         let of_body = bodies.iter().zip(&self.motions).map(goes).zip(&self.cut.bodies);
         let carried = of_body.filter_map(|(answer, cut)| Some((answer?, &cut.cuts[axis])));
@@ -120,7 +133,8 @@ impl<const D: usize> Sharp<D> {
         domain.hold(&self.cut.beta, faces)
     }
 
-    /// (13-15), the bodies with it; `roughly` as in [`Projection::project`](crate::poisson::pressure::Projection::project). Collective.
+    /// (13-15), the bodies with it; `roughly` as in
+    /// [`Projection::project`](crate::poisson::pressure::Projection::project). Collective.
     pub(super) fn project_with_bodies(
         &mut self,
         domain: &mut Domain<D>,
@@ -135,7 +149,14 @@ impl<const D: usize> Sharp<D> {
         let mut following = Following {
             session,
             coupled: CoupledFaces::new(&self.cut, &mut s.faces, &mut s.bodies),
-            driving: drive.map(|(drive, force)| Driving { drive, force, beta, answer, density, session }),
+            driving: drive.map(|(drive, force)| Driving {
+                drive,
+                force,
+                beta,
+                answer,
+                density,
+                session,
+            }),
             oblong: &self.modes.oblong,
             motions: &mut self.motions,
             sums: &mut self.work.sums,
@@ -201,18 +222,28 @@ impl<const D: usize> Following<'_, D> {
         let motion = &mut self.motions[k];
         motion.pressure += force;
         if let Some(freedom) = self.coupled.bodies()[k].freedom() {
-            self.coupled.change(k, &(freedom.along(force) * (dt / motion.inertia)), &Vector3::zeros());
+            self.coupled.change(
+                k,
+                &(freedom.along(force) * (dt / motion.inertia)),
+                &Vector3::zeros(),
+            );
         }
     }
 
     /// Likewise for the spin of the bodies that pressure turns.
     fn follow_turning(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64]) -> Result<()> {
         let (cut, turning) = (self.coupled.cut(), 3 * self.oblong.len());
-        for (k, row) in self.oblong.iter().map(|k| *k as usize).zip(self.sums[..turning].chunks_exact_mut(3)) {
-            row.copy_from_slice(cut.pressure_torque(grid, &self.coupled.bodies()[k], k, phi).as_slice());
+        for (k, row) in
+            self.oblong.iter().map(|k| *k as usize).zip(self.sums[..turning].chunks_exact_mut(3))
+        {
+            row.copy_from_slice(
+                cut.pressure_torque(grid, &self.coupled.bodies()[k], k, phi).as_slice(),
+            );
         }
         self.session.sum(&mut self.sums[..turning])?;
-        for (k, row) in self.oblong.iter().map(|k| *k as usize).zip(self.sums[..turning].chunks_exact(3)) {
+        for (k, row) in
+            self.oblong.iter().map(|k| *k as usize).zip(self.sums[..turning].chunks_exact(3))
+        {
             let torque = Vector3::from_column_slice(row);
             let motion = &mut self.motions[k];
             motion.pressure_torque += torque;

@@ -1,4 +1,5 @@
-//! How bodies go to their new place, and what forces make of their velocity there (formulas in the parent).
+//! How bodies go to their new place, and what forces make of their velocity there (formulas in the
+//! parent).
 
 use super::profile;
 use super::{NUMBERS, Sharp, history};
@@ -19,23 +20,28 @@ pub struct BodyMotion {
     pub expected: (Vector3<f64>, Vector3<f64>),
     /// Angular momentum at the start of the step (kg m2/s).
     pub angular_momentum: Vector3<f64>,
-    /// What a force changes (kg): the mass with the wall shear's resistance over a step; infinite along held directions.
+    /// What a force changes (kg): the mass with the wall shear's resistance over a step; infinite
+    /// along held directions.
     pub inertia: f64,
-    /// What a torque's impulse changes of the spin of a body that is not round (1/(kg m2)), with that resistance likewise.
+    /// What a torque's impulse changes of the spin of a body that is not round (1/(kg m2)), with
+    /// that resistance likewise.
     pub turns: Matrix3<f64>,
-    /// The volume that faces normal to each axis show of it (m3): where bodies touch, less than its own.
+    /// The volume that faces normal to each axis show of it (m3): where bodies touch, less than its
+    /// own.
     pub displaced: Vector3<f64>,
     /// Pressure force of the step so far (N), and its torque on a body that is not round (N m).
     pub pressure: Vector3<f64>,
     pub pressure_torque: Vector3<f64>,
     /// Wall shear's force and torque (N, N m).
     pub shear: (Vector3<f64>, Vector3<f64>),
-    /// What pressure and wall shear miss of what the fluid lost in the step, and what the body has felt (N).
+    /// What pressure and wall shear miss of what the fluid lost in the step, and what the body has
+    /// felt (N).
     pub missed: Vector3<f64>,
     pub used: Vector3<f64>,
     /// Angular momentum that the fluid lost to the body in the step (kg m2/s).
     pub spin_lost: Vector3<f64>,
-    /// Its surface: area (m2; m in 2D), and moments of inertia in its own axes as a shell of a kilogram per area.
+    /// Its surface: area (m2; m in 2D), and moments of inertia in its own axes as a shell of a
+    /// kilogram per area.
     pub shell: (f64, Matrix3<f64>),
 }
 
@@ -60,13 +66,20 @@ impl BodyMotion {
 }
 
 impl<const D: usize> Sharp<D> {
-    /// Moves the bodies on by `dt` (s), as the last step lets expect and through contacts, and opens the faces there. Collective.
-    pub(super) fn predict_positions(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+    /// Moves the bodies on by `dt` (s), as the last step lets expect and through contacts, and
+    /// opens the faces there. Collective.
+    pub(super) fn predict_positions(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        dt: f64,
+    ) -> Result<()> {
         for (motion, body) in self.motions.iter_mut().zip(&s.bodies) {
             motion.start = (body.velocity, body.spin);
             motion.angular_momentum = body.inertia().of(&body.spin);
         }
-        let (histories, unit) = (&mut history(&mut s.walls)?.bodies, domain.fluid.viscosity / self.cut.h);
+        let (histories, unit) =
+            (&mut history(&mut s.walls)?.bodies, domain.fluid.viscosity / self.cut.h);
         for (k, (push, history)) in self.work.push.iter_mut().zip(&*histories).enumerate() {
             *push = history.push;
             // What begins to turn a body without a past turns the fluid beside it as well.
@@ -79,14 +92,23 @@ impl<const D: usize> Sharp<D> {
         if s.bodies.iter().any(Body::moves) {
             self.cut.depart(&s.bodies);
             let periods = self.cut.periods;
-            for (body, history) in s.bodies.iter_mut().zip(histories).filter(|(body, _)| body.freedom().is_some()) {
+            for (body, history) in
+                s.bodies.iter_mut().zip(histories).filter(|(body, _)| body.freedom().is_some())
+            {
                 body.displace(&std::mem::take(&mut history.displacement), &periods);
             }
             match &mut self.contacts {
                 Some(contacts) => {
                     let motions = &self.motions;
-                    let turning = |k: usize, body: &Body| turning(body, &motions[k].shell, unit, dt);
-                    s.substeps = contacts.advance(&mut s.bodies, &mut s.touching, &self.work.push, turning, dt)?;
+                    let turning =
+                        |k: usize, body: &Body| turning(body, &motions[k].shell, unit, dt);
+                    s.substeps = contacts.advance(
+                        &mut s.bodies,
+                        &mut s.touching,
+                        &self.work.push,
+                        turning,
+                        dt,
+                    )?;
                 }
                 None => {
                     let bodies = s.bodies.iter_mut().zip(&self.work.push);
@@ -107,9 +129,14 @@ impl<const D: usize> Sharp<D> {
         Ok(())
     }
 
-    /// Predicts the velocities of the free bodies at their new place, by all forces with the last pressure, whose changes follow.
-    /// Collective.
-    pub(super) fn predict_velocities(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+    /// Predicts the velocities of the free bodies at their new place, by all forces with the last
+    /// pressure, whose changes follow. Collective.
+    pub(super) fn predict_velocities(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        dt: f64,
+    ) -> Result<()> {
         self.find_displaced(domain, &s.bodies)?;
         let sums = self.sum_forces(domain, s)?;
         let (fluid, h) = (&domain.fluid, self.cut.h);
@@ -118,32 +145,39 @@ impl<const D: usize> Sharp<D> {
             let [pressure, shear, torque, pressure_torque] =
                 [0, 3, 6, 9].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
             let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
-            let (body, motion, history) = (&mut s.bodies[k], &mut self.motions[k], &mut histories[k]);
-            let (before, torque_before) = history.shear.replace((shear, torque)).unwrap_or((shear, torque));
+            let (body, motion, history) =
+                (&mut s.bodies[k], &mut self.motions[k], &mut histories[k]);
+            let (before, torque_before) =
+                history.shear.replace((shear, torque)).unwrap_or((shear, torque));
             let pressure = pressure + domain.felt(&s.drive, 1.0).component_mul(&motion.displaced);
             (motion.pressure, motion.pressure_torque) = (pressure, pressure_torque);
             let (drag, turn) = resistance(body, &motion.shell, fluid.viscosity / h);
             let drag = drag.max(least_drag(body, drag, fluid.density, h, dt));
             let share = inertial_share(body, &turn, dt);
             let centred = 0.5 * share;
-            motion.shear = (0.5 * (shear + before), torque + centred.component_mul(&(torque_before - torque)));
+            motion.shear =
+                (0.5 * (shear + before), torque + centred.component_mul(&(torque_before - torque)));
             let Some(freedom) = body.freedom() else { continue };
             motion.inertia = body.mass() + dt * drag;
             let weight = (body.mass() - fluid.density * body.volume()) * fluid.gravity;
             let resisted = drag * (motion.expected.0 - motion.start.0);
-            let change = dt * (pressure + motion.shear.0 + history.residual + weight + resisted) + impulse.linear;
+            let change = dt * (pressure + motion.shear.0 + history.residual + weight + resisted)
+                + impulse.linear;
             body.velocity = motion.start.0 + freedom.along(&change) / motion.inertia;
             // The same angular momentum is another spin once it has turned.
             let kept = motion.angular_momentum - body.inertia().of(&motion.start.1);
             let resisted = turn.of(&(motion.expected.1 - motion.start.1));
-            let change = dt * (motion.shear.1 + pressure_torque + resisted) + (impulse.angular + kept);
+            let change =
+                dt * (motion.shear.1 + pressure_torque + resisted) + (impulse.angular + kept);
             let inertia = body.inertia().plus(dt, &turn);
             body.spin = motion.start.1 + inertia.answer(&change, &freedom);
             if let Some(contacts) = &mut self.contacts {
-                // Contacts have had no part in what they did not expect, and would take it back with the next step only.
+                // Contacts have had no part in what they did not expect, and would take it back
+                // with the next step only.
                 let unexpected = body.spin - motion.expected.1;
-                let held =
-                    Vector3::from_fn(|a, _| (1.0 - contacts.contact_damping(k, inertia.about(a), dt)) * unexpected[a]);
+                let held = Vector3::from_fn(|a, _| {
+                    (1.0 - contacts.contact_damping(k, inertia.about(a), dt)) * unexpected[a]
+                });
                 body.spin -= held;
                 contacts.add_turn(k, &-inertia.of(&held));
             }
@@ -156,8 +190,8 @@ impl<const D: usize> Sharp<D> {
         Ok(())
     }
 
-    /// Per body, the sums over the ranks of pressure, wall shear and their torques, with the cells' velocity and pressure as they
-    /// are, ghosts filled. Collective.
+    /// Per body, the sums over the ranks of pressure, wall shear and their torques, with the cells'
+    /// velocity and pressure as they are, ghosts filled. Collective.
     pub(super) fn sum_forces(&mut self, domain: &Domain<D>, s: &State<D>) -> Result<Vec<f64>> {
         let mut sums = std::mem::take(&mut self.work.sums);
         for (k, row) in sums.chunks_exact_mut(NUMBERS).enumerate() {
@@ -172,9 +206,15 @@ impl<const D: usize> Sharp<D> {
         Ok(sums)
     }
 
-    /// Takes the acceleration of the step `dt` (s) for the next one: by all but contacts, with the fluid's response to these
-    /// beyond what the substeps expect.
-    pub(super) fn take_push(&self, domain: &Domain<D>, bodies: &[Body], histories: &mut [BodyHistory], dt: f64) {
+    /// Takes the acceleration of the step `dt` (s) for the next one: by all but contacts, with the
+    /// fluid's response to these beyond what the substeps expect.
+    pub(super) fn take_push(
+        &self,
+        domain: &Domain<D>,
+        bodies: &[Body],
+        histories: &mut [BodyHistory],
+        dt: f64,
+    ) {
         for (k, (motion, body)) in self.motions.iter().zip(bodies).enumerate() {
             let Some(freedom) = body.freedom() else { continue };
             let inertia = turning(body, &motion.shell, domain.fluid.viscosity / self.cut.h, dt);
@@ -188,16 +228,21 @@ impl<const D: usize> Sharp<D> {
             });
             histories[k].push = Push {
                 acceleration: (without - motion.start.0) / dt,
-                angular: (body.spin - motion.start.1 - inertia.answer(&impulse.angular, &freedom)) / dt,
+                angular: (body.spin - motion.start.1 - inertia.answer(&impulse.angular, &freedom))
+                    / dt,
             };
         }
     }
 }
 
-/// What the wall shear takes back of a change of a body's velocity (N s/m) and spin (N m s) within a step, for a viscosity over
-/// spacing (Pa s/m) and its surface's area and moments: of the velocity by the profile's first probe, of the spin by the slope
-/// of the wall shear itself.
-pub(super) fn resistance(body: &Body, (area, shell): &(f64, Matrix3<f64>), unit: f64) -> (f64, Inertia) {
+/// What the wall shear takes back of a change of a body's velocity (N s/m) and spin (N m s) within
+/// a step, for a viscosity over spacing (Pa s/m) and its surface's area and moments: of the
+/// velocity by the profile's first probe, of the spin by the slope of the wall shear itself.
+pub(super) fn resistance(
+    body: &Body,
+    (area, shell): &(f64, Matrix3<f64>),
+    unit: f64,
+) -> (f64, Inertia) {
     let slope = unit * profile::slope().iter().sum::<f64>();
     if body.shape().is_round() {
         return (unit * area, Inertia::Same(slope * shell[(2, 2)]));
@@ -206,29 +251,33 @@ pub(super) fn resistance(body: &Body, (area, shell): &(f64, Matrix3<f64>), unit:
     (unit * area, Inertia::Tensor(slope * (turn * shell * turn.transpose())))
 }
 
-/// What a free body has to resist at least (N s/m) where the first probe gives `drag`, that its velocity does not swing from step to step: the
-/// flow answers a change of it within the step by about
+/// What a free body has to resist at least (N s/m) where the first probe gives `drag`, that its
+/// velocity does not swing from step to step: the flow answers a change of it within the step by
+/// about
 ///
 /// ```text
 ///   c = k drag (sum of the slope's weights + h/R)      k = 1.5 for a sphere, 2 for a disc: with the pressure that viscosity makes
 /// ```
-/// of which the body expects `drag`; the rest is felt a step late, and may be what its mass and the fluid's resist at most. So it is of few cells across
-/// in steps of several stages alone, and of light ones.
+/// of which the body expects `drag`; the rest is felt a step late, and may be what its mass and the
+/// fluid's resist at most. So it is of few cells across in steps of several stages alone, and of
+/// light ones.
 fn least_drag(body: &Body, drag: f64, density: f64, h: f64, dt: f64) -> f64 {
     let with_pressure = if body.shape().dimension() == 2 { 2.0 } else { 1.5 };
     let answer = with_pressure * drag * (profile::slope().iter().sum::<f64>() + h / body.radius());
     0.5 * (answer - (body.mass() + body.added_mass(density)) / dt)
 }
 
-/// What turns with a body over a step `dt` (s): itself, and the fluid beside it by that resistance (kg m2).
+/// What turns with a body over a step `dt` (s): itself, and the fluid beside it by that resistance
+/// (kg m2).
 fn turning(body: &Body, shell: &(f64, Matrix3<f64>), unit: f64, dt: f64) -> Inertia {
     body.inertia().plus(dt, &resistance(body, shell, unit).1)
 }
 
-/// The part of a free body's answer to torque over the step `dt` (s) that is inertia, and not the wall shear's resistance `turn`
-/// (N m s), by axis. The torque is centred in time, and the spin carried on, as far as this goes: of a body of no inertia the
-/// spin is that of the flow around it, and what it was before only feeds an oscillation (nothing but added mass resists
-/// pressure, but nothing adds inertia to a disc's spin).
+/// The part of a free body's answer to torque over the step `dt` (s) that is inertia, and not the
+/// wall shear's resistance `turn` (N m s), by axis. The torque is centred in time, and the spin
+/// carried on, as far as this goes: of a body of no inertia the spin is that of the flow around it,
+/// and what it was before only feeds an oscillation (nothing but added mass resists pressure, but
+/// nothing adds inertia to a disc's spin).
 fn inertial_share(body: &Body, turn: &Inertia, dt: f64) -> Vector3<f64> {
     let (own, resisted) = (body.inertia(), body.inertia().plus(dt, turn));
     Vector3::from_fn(|a, _| body.freedom().map_or(1.0, |_| own.about(a) / resisted.about(a)))

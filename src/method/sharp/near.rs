@@ -10,14 +10,21 @@ pub struct NearBodies {
     /// Whether a body had others near before the last search.
     pub had: Vec<bool>,
     neighbours: Box<Neighbours>,
-    /// Largest radius (m), and half the distance at which bodies are near each other, for every one (m).
+    /// Largest radius (m), and half the distance at which bodies are near each other, for every one
+    /// (m).
     largest: f64,
     search_radius: Vec<f64>,
 }
 
 impl NearBodies {
-    /// Bodies in a box of the given size (m) and periods, near each other in gaps up to `reach` (m).
-    pub fn new(bodies: &[Body], size: [f64; 3], periods: [Option<f64>; 3], reach: f64) -> NearBodies {
+    /// Bodies in a box of the given size (m) and periods, near each other in gaps up to `reach`
+    /// (m).
+    pub fn new(
+        bodies: &[Body],
+        size: [f64; 3],
+        periods: [Option<f64>; 3],
+        reach: f64,
+    ) -> NearBodies {
         let n = bodies.len();
         NearBodies {
             near: (0..n).map(|_| Vec::with_capacity(16)).collect(),

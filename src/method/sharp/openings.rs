@@ -1,14 +1,16 @@
-//! How far faces are open where bodies share them or press on a wall: never sealed, and the same for everybody.
+//! How far faces are open where bodies share them or press on a wall: never sealed, and the same
+//! for everybody.
 //!
 //! ```text
 //!   T = sum m_k,   M = the largest m_k                    what bodies cover of a face, overlaps counted twice
 //!   H = max( 1 - T, min(leak, T - M), 1e-6 )             beside a wall of the box: at least leak
 //!   m_k -> m_k (1 - H)/T   where T > 1 - H                so that H + sum m = 1
 //! ```
-//! One H for the prediction, the operator, the modes and the correction: what drives a flux in one of them drives it in all.
-//! A pocket that the operator sees and the prediction does not takes up a new pressure in every step and keeps the old ones:
-//! it holds bodies together, and then throws them apart. `T - M` is zero where one body is alone, grows with what a second
-//! one covers, and treats all alike: nothing jumps as bodies move.
+//! One H for the prediction, the operator, the modes and the correction: what drives a flux in one
+//! of them drives it in all. A pocket that the operator sees and the prediction does not takes up a
+//! new pressure in every step and keeps the old ones: it holds bodies together, and then throws
+//! them apart. `T - M` is zero where one body is alone, grows with what a second one covers, and
+//! treats all alike: nothing jumps as bodies move.
 
 use super::cut::CutBodies;
 use crate::domain::Domain;
@@ -19,21 +21,27 @@ use crate::params;
 const ROUNDING: f64 = 1e-14;
 
 impl<const D: usize> CutBodies<D> {
-    /// Sets `beta = H/rho` on all faces that bodies cover and brings the covered parts into line with it.
+    /// Sets `beta = H/rho` on all faces that bodies cover and brings the covered parts into line
+    /// with it.
     pub(super) fn open_faces(&mut self, domain: &Domain<D>) {
         let leak = params::shared_opening();
-        let (grid, boundaries, whole) = (&domain.grid, &domain.boundaries, 1.0 / domain.fluid.density);
+        let (grid, boundaries, whole) =
+            (&domain.grid, &domain.boundaries, 1.0 / domain.fluid.density);
         let total = &mut self.total;
         for (axis, beta) in self.beta.field(grid).iter_mut().enumerate() {
             for cut in self.bodies.iter().flat_map(|body| &body.cuts[axis]) {
                 let face = cut.face as usize;
                 // The largest part, until all are known.
-                beta[face] = if total[face] == 0.0 { cut.covered } else { beta[face].max(cut.covered) };
+                beta[face] =
+                    if total[face] == 0.0 { cut.covered } else { beta[face].max(cut.covered) };
                 total[face] += cut.covered;
             }
             let covered = |face: usize, total: f64, most: f64| {
                 let shared = (total - most).min(leak);
-                let least = if shared < leak && total > 1.0 - leak && beside_wall(grid, boundaries, axis, face) {
+                let least = if shared < leak
+                    && total > 1.0 - leak
+                    && beside_wall(grid, boundaries, axis, face)
+                {
                     leak
                 } else {
                     shared.max(params::least_opening())
@@ -44,7 +52,8 @@ impl<const D: usize> CutBodies<D> {
                 for cut in &mut body.cuts[axis] {
                     let (face, all) = (cut.face as usize, total[cut.face as usize]);
                     let covered = covered(face, all, beta[face]);
-                    // A body that rests keeps its cuts: what is in line already is left alone, to the last digit.
+                    // A body that rests keeps its cuts: what is in line already is left alone, to
+                    // the last digit.
                     if all > covered * (1.0 + ROUNDING) {
                         cut.covered *= covered / all;
                     }
@@ -62,10 +71,17 @@ impl<const D: usize> CutBodies<D> {
 }
 
 /// Whether a face along `axis` is one of a cell that lies at a wall of the box.
-fn beside_wall<const D: usize>(grid: &Grid<D>, boundaries: &Boundaries<D>, axis: usize, face: usize) -> bool {
+fn beside_wall<const D: usize>(
+    grid: &Grid<D>,
+    boundaries: &Boundaries<D>,
+    axis: usize,
+    face: usize,
+) -> bool {
     (0..D).any(|a| {
         let at = (face / grid.stride[a] % grid.stored[a] + grid.start[a]).wrapping_sub(grid.ghosts);
-        let closed = |side: usize| matches!(boundaries.borders[a][side], Some(Border::Velocity(_) | Border::Slip));
+        let closed = |side: usize| {
+            matches!(boundaries.borders[a][side], Some(Border::Velocity(_) | Border::Slip))
+        };
         // Along its own axis a face has a cell on either side.
         (at <= usize::from(a == axis) && closed(0)) || (at + 1 >= grid.cells[a] && closed(1))
     })

@@ -4,8 +4,8 @@
 //!     i-1     i   x    i+1     i+2         weights of t = (x - x_i)/h:  -t(t-1)(t-2)/6, (t+1)(t-1)(t-2)/2,
 //!      o      o---*-----o       o                                       -(t+1)t(t-2)/2, (t+1)t(t-1)/6
 //! ```
-//! Near a body some of the cells lie inside it: they hold the profile that was imposed last, which continues the flow
-//! smoothly through the wall.
+//! Near a body some of the cells lie inside it: they hold the profile that was imposed last, which
+//! continues the flow smoothly through the wall.
 
 use crate::grid::{Grid, VectorField};
 use nalgebra::Vector3;
@@ -13,7 +13,8 @@ use nalgebra::Vector3;
 /// A point where the velocity is asked for, with its share in what is asked.
 #[derive(Clone, Copy, Debug)]
 pub struct Probe<const D: usize> {
-    /// Index in a field of the first cell of the stencil, and the place after its second (in spacings).
+    /// Index in a field of the first cell of the stencil, and the place after its second (in
+    /// spacings).
     first: u32,
     place: [f64; D],
     /// Factor of the velocity there in the sum that it is part of.
@@ -23,11 +24,19 @@ pub struct Probe<const D: usize> {
 }
 
 impl<const D: usize> Probe<D> {
-    /// A probe at `centre + out arm` (m); the point is within the stored cells, two layers from their end.
-    pub fn new(grid: &Grid<D>, centre: &Vector3<f64>, arm: &Vector3<f64>, out: f64, share: f64) -> Probe<D> {
+    /// A probe at `centre + out arm` (m); the point is within the stored cells, two layers from
+    /// their end.
+    pub fn new(
+        grid: &Grid<D>,
+        centre: &Vector3<f64>,
+        arm: &Vector3<f64>,
+        out: f64,
+        share: f64,
+    ) -> Probe<D> {
         let (mut first, mut place) = (0, [0.0; D]);
         for a in 0..D {
-            let x = (centre[a] + out * arm[a]) / grid.h[a] - 0.5 - grid.start[a] as f64 + grid.ghosts as f64;
+            let x = (centre[a] + out * arm[a]) / grid.h[a] - 0.5 - grid.start[a] as f64
+                + grid.ghosts as f64;
             // Rounded down without a call of libm.
             let cell = (x.max(0.0) as usize).saturating_sub(1).min(grid.stored[a] - 4);
             place[a] = x - cell as f64 - 1.0;
@@ -46,8 +55,11 @@ impl<const D: usize> Probe<D> {
         for (a, field) in u.iter().enumerate() {
             let mut columns = [0.0; 4];
             for k in 0..planes {
-                let (plane, wk) =
-                    if D == 3 { (first + k * grid.stride[D - 1], weights[D - 1][k]) } else { (first, 1.0) };
+                let (plane, wk) = if D == 3 {
+                    (first + k * grid.stride[D - 1], weights[D - 1][k])
+                } else {
+                    (first, 1.0)
+                };
                 for j in 0..4 {
                     let row = plane + j * grid.stride[1];
                     let wj = wk * weights[1][j];

@@ -1,11 +1,13 @@
-//! The profile of the flow beside a wall, far from others, as factors of what probes see. In spacings, s the distance from the wall:
+//! The profile of the flow beside a wall, far from others, as factors of what probes see. In
+//! spacings, s the distance from the wall:
 //!
 //! ```text
 //!   w(s) = a s + b (s^2/2 + 1/24)      through both probes: a cell has the mean of what is in it, and that of a parabola is w''/24 beyond
 //!                                      its middle, on the wall as well
 //!   w(s) = a s + b (s^2/2 + 1/24) + c (s^3/6 + s/24)     through three probes: the finer profile
 //! ```
-//! Without the 1/24 a flow between walls is too easy: the sum over cells of what they have in their middles is more than what flows.
+//! Without the 1/24 a flow between walls is too easy: the sum over cells of what they have in their
+//! middles is more than what flows.
 
 use crate::params;
 use nalgebra::{Matrix3, Vector3};
@@ -15,7 +17,10 @@ pub fn parabola(s: f64) -> [f64; 2] {
     let bend = |s: f64| params::cell_mean() + 0.5 * s * s;
     let (first, second) = (params::first_probe(), params::second_probe());
     let determinant = bend(first) * second - bend(second) * first;
-    [(bend(s) * second - bend(second) * s) / determinant, (bend(first) * s - bend(s) * first) / determinant]
+    [
+        (bend(s) * second - bend(second) * s) / determinant,
+        (bend(first) * s - bend(s) * first) / determinant,
+    ]
 }
 
 /// What a, b and c of the cubic make of its mean in a cell at the distance `s`.
@@ -23,20 +28,27 @@ fn cubic_mean(s: f64) -> Vector3<f64> {
     Vector3::new(s, params::cell_mean() + 0.5 * s * s, s * (params::cell_mean() + s * s / 6.0))
 }
 
-/// Factors of three means at these distances in the cubic's at the distance `s`; none where they do not determine it.
+/// Factors of three means at these distances in the cubic's at the distance `s`; none where they do
+/// not determine it.
 pub fn cubic(s: f64, places: [f64; 3]) -> Option<[f64; 3]> {
     Matrix3::from_columns(&places.map(cubic_mean)).lu().solve(&cubic_mean(s)).map(Into::into)
 }
 
-/// Factors of the means at one, two and three times [`params::slope_probe`] in the slope on the wall of the cubic through them: where no body moves.
+/// Factors of the means at one, two and three times [`params::slope_probe`] in the slope on the
+/// wall of the cubic through them: where no body moves.
 pub fn slope_of_means() -> [f64; 3] {
     let places = [1.0, 2.0, 3.0].map(|n| n * params::slope_probe());
-    Matrix3::from_columns(&places.map(cubic_mean)).lu().solve(&Vector3::x()).map_or_else(slope, Into::into)
+    Matrix3::from_columns(&places.map(cubic_mean))
+        .lu()
+        .solve(&Vector3::x())
+        .map_or_else(slope, Into::into)
 }
 
-/// Factors of the velocities at one, two and three times [`params::slope_probe`] in the slope of the cubic through them and zero on the
-/// wall. With the parabola's w''/24 there in place of zero pressure and shear make up the force within 0.5 % at Re = 2 in place of 1 %,
-/// but the torque on a disc that is spun up, 16 cells a diameter, is 2 to 3 % too much in place of 0.5, and light discs turn for too long.
+/// Factors of the velocities at one, two and three times [`params::slope_probe`] in the slope of
+/// the cubic through them and zero on the wall. With the parabola's w''/24 there in place of zero
+/// pressure and shear make up the force within 0.5 % at Re = 2 in place of 1 %, but the torque on a
+/// disc that is spun up, 16 cells a diameter, is 2 to 3 % too much in place of 0.5, and light discs
+/// turn for too long.
 pub fn slope() -> [f64; 3] {
     [3.0, -1.5, 1.0 / 3.0].map(|factor| factor / params::slope_probe())
 }
@@ -59,7 +71,10 @@ mod tests {
         let mean = |s: f64| s - 0.7 * (s * s + 1.0 / 12.0) + 0.2 * (s * s * s + s / 4.0);
         for s in [-1.5, -0.3, 0.0, 0.4] {
             let [one, two, three] = cubic(s, [1.0, 2.0, 3.0]).unwrap();
-            assert!((one * mean(1.0) + two * mean(2.0) + three * mean(3.0) - mean(s)).abs() < 1e-12, "at {s}");
+            assert!(
+                (one * mean(1.0) + two * mean(2.0) + three * mean(3.0) - mean(s)).abs() < 1e-12,
+                "at {s}"
+            );
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Cells to which several bodies are about as near, as between two that touch: each body has its part, by its claim to the cell.
+//! Cells to which several bodies are about as near, as between two that touch: each body has its
+//! part, by its claim to the cell.
 //!
 //! ```text
 //!                            c_k    claim of a body: from 0 to 1 by how much nearer it is than others
@@ -6,9 +7,10 @@
 //!                            v = sum W_k v_k/W,  W = sum W_k    v_k: what it would be set to
 //!                            u <- u + W (v - u)                 each body gives W_k (v - u)
 //! ```
-//! Bodies set their cells one after another, each with the weight `W_k/(1 - sum of those before)`: after all of them u is as above, whatever their
-//! order. Were the cell the nearest body's alone, forces would jump as two that touch pass over it, and a pair that is its own mirror image
-//! would not stay one.
+//! Bodies set their cells one after another, each with the weight `W_k/(1 - sum of those before)`:
+//! after all of them u is as above, whatever their order. Were the cell the nearest body's alone,
+//! forces would jump as two that touch pass over it, and a pair that is its own mirror image would
+//! not stay one.
 
 use super::cut::CutBodies;
 use super::cut_body::CutBody;
@@ -47,8 +49,8 @@ pub struct Part {
     at: u32,
 }
 
-/// Lists the parts of all bodies in lists of theirs, of which `list` gives the shared cells and the length: those of a cell together, in the
-/// order of the bodies.
+/// Lists the parts of all bodies in lists of theirs, of which `list` gives the shared cells and the
+/// length: those of a cell together, in the order of the bodies.
 fn gather<const D: usize>(
     bodies: &[CutBody<D>],
     parts: &mut Vec<Part>,
@@ -58,7 +60,11 @@ fn gather<const D: usize>(
     let mut before = 0;
     for (body, cut) in bodies.iter().enumerate() {
         let (cells, length) = list(cut);
-        parts.extend(cells.iter().map(|&shared| Part { shared, body: body as u32, at: before + shared.place }));
+        parts.extend(cells.iter().map(|&shared| Part {
+            shared,
+            body: body as u32,
+            at: before + shared.place,
+        }));
         before += length as u32;
     }
     parts.sort_unstable_by_key(|part| (part.shared.cell, part.at));
@@ -77,7 +83,8 @@ impl<const D: usize> CutBodies<D> {
         gather(bodies, parts, |cut| (&cut.owns_shared, cut.owns.len()));
         for (parts, claims) in by_cell(parts) {
             for part in parts {
-                bodies[part.body as usize].owns[part.shared.place as usize] = part.shared.claim / claims;
+                bodies[part.body as usize].owns[part.shared.place as usize] =
+                    part.shared.claim / claims;
             }
         }
         gather(bodies, parts, |cut| (&cut.inside_shared, cut.inside.len()));
@@ -93,8 +100,8 @@ impl<const D: usize> CutBodies<D> {
         }
     }
 
-    /// Leaves one entry of each shared cell in what [`CutBodies::take_unimposed`] found before the wall was imposed: the others have the velocity
-    /// `u` (m/s) that it has now.
+    /// Leaves one entry of each shared cell in what [`CutBodies::take_unimposed`] found before the
+    /// wall was imposed: the others have the velocity `u` (m/s) that it has now.
     pub(super) fn count_shared_once(&self, u: &VectorField<D>, unimposed: &mut [Unimposed<D>]) {
         for part in by_cell(&self.shared).flat_map(|(parts, _)| &parts[1..]) {
             let Unimposed { cell, velocity } = &mut unimposed[part.at as usize];
@@ -102,8 +109,9 @@ impl<const D: usize> CutBodies<D> {
         }
     }
 
-    /// Gives all that share a cell one value of it, of what each would set alone, in the order of [`CutBody::inside`] of all bodies. Without
-    /// `fresh` those that have just left a cell set nothing.
+    /// Gives all that share a cell one value of it, of what each would set alone, in the order of
+    /// [`CutBody::inside`] of all bodies. Without `fresh` those that have just left a cell set
+    /// nothing.
     pub(super) fn share_values(&self, fresh: bool, values: &mut [Vector3<f64>]) {
         for (parts, _) in by_cell(&self.shared) {
             let setting = || parts.iter().filter(|part| fresh || !part.shared.fresh);

@@ -21,10 +21,13 @@ impl<const D: usize> Sharp<D> {
         let (h, nu) = (self.cut.h, domain.fluid.viscosity / domain.fluid.density);
         let (courant, diffusion) = (dt * speed[0] / h, nu * dt / (h * h));
         let rest = all_fixed(&s.bodies);
-        // Of cells that are longer one way it goes by the way that they are short: what faces remember is of that size.
+        // Of cells that are longer one way it goes by the way that they are short: what faces
+        // remember is of that size.
         let least = domain.grid.h.iter().copied().fold(h, f64::min);
-        let kept =
-            |decay: f64| 1.0 - (courant / params::face_memory() + decay * diffusion * (h / least).powi(2)).min(1.0);
+        let kept = |decay: f64| {
+            1.0 - (courant / params::face_memory() + decay * diffusion * (h / least).powi(2))
+                .min(1.0)
+        };
         let [cut, open] = match (rest, D) {
             (true, _) => [params::face_decay_fixed(); 2],
             (false, 3) => [params::face_decay_cut_3d(), params::face_decay_open()],
@@ -36,14 +39,19 @@ impl<const D: usize> Sharp<D> {
     }
 
     /// Sets the velocity of the cells inside the bodies. Collective.
-    pub(super) fn impose(&mut self, domain: &mut Domain<D>, bodies: &[Body], u: &mut VectorField<D>) -> Result<()> {
+    pub(super) fn impose(
+        &mut self,
+        domain: &mut Domain<D>,
+        bodies: &[Body],
+        u: &mut VectorField<D>,
+    ) -> Result<()> {
         domain.boundaries.fill_velocity(u)?;
         self.cut.impose(domain, bodies, false, &mut self.work.inside, None, u);
         domain.boundaries.fill_velocity(u)
     }
 
-    /// The memory of the faces: what their velocity was beyond the cells' with the wall imposed at the present place; nothing where
-    /// nothing will be kept of it. Collective.
+    /// The memory of the faces: what their velocity was beyond the cells' with the wall imposed at
+    /// the present place; nothing where nothing will be kept of it. Collective.
     pub(super) fn update_memory(
         &mut self,
         domain: &mut Domain<D>,
@@ -60,7 +68,8 @@ impl<const D: usize> Sharp<D> {
             let (walls, stage) = (history(&mut s.walls)?, &mut self.work.stage);
             copy(&s.u, stage);
             if moves {
-                // The drive has not accelerated the fluid of this step yet, nor the bodies beside it.
+                // The drive has not accelerated the fluid of this step yet, nor the bodies beside
+                // it.
                 for body in &mut s.bodies {
                     body.velocity -= dt * self.acceleration.driven(body);
                 }
@@ -84,13 +93,21 @@ impl<const D: usize> Sharp<D> {
         Ok(())
     }
 
-    /// (7): the stages in their order, the wall imposed on every one and on their sum, which has the last pressure; the bodies are
-    /// at the step's end already. Returns the forces of this rank's sides on the fluid, where a balance is kept. Collective.
-    pub(super) fn predict_cells(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Sides> {
+    /// (7): the stages in their order, the wall imposed on every one and on their sum, which has
+    /// the last pressure; the bodies are at the step's end already. Returns the forces of this
+    /// rank's sides on the fluid, where a balance is kept. Collective.
+    pub(super) fn predict_cells(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        dt: f64,
+    ) -> Result<Sides> {
         self.work.tally.fill(Default::default());
         self.cut.find_deferred(domain, &s.bodies, &s.u);
         let sides = match &self.stabilised {
-            Some(long) if long.is_for(domain, &self.momentum.scheme, dt) => self.predict_stabilised(domain, s, dt)?,
+            Some(long) if long.is_for(domain, &self.momentum.scheme, dt) => {
+                self.predict_stabilised(domain, s, dt)?
+            }
             _ => self.predict_by_stages(domain, s, dt)?,
         };
         domain.boundaries.fill_velocity(&mut s.u)?;
@@ -101,7 +118,12 @@ impl<const D: usize> Sharp<D> {
         Ok(sides)
     }
 
-    fn predict_by_stages(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Sides> {
+    fn predict_by_stages(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        dt: f64,
+    ) -> Result<Sides> {
         let Sharp { mixture, momentum, cut, acceleration, work, .. } = self;
         let (scheme, mut sides) = (momentum.scheme, Sides::zeros());
         for (k, &weight) in scheme.weights.iter().enumerate() {
@@ -121,21 +143,40 @@ impl<const D: usize> Sharp<D> {
             }
             let (u, carrier) = (if k == 0 { &s.u } else { &work.stage }, momentum.carrier(s, dt));
             if s.balance.is_some() {
-                sides += weight * border::stress(&domain.grid, &carrier, u, domain.fluid.density, &mixture.viscosity);
+                sides += weight
+                    * border::stress(
+                        &domain.grid,
+                        &carrier,
+                        u,
+                        domain.fluid.density,
+                        &mixture.viscosity,
+                    );
                 domain.clock.lap(Stage::Force);
             }
             momentum.add_stage(domain, k, mixture, &carrier, u, dt, None)?;
         }
         // The wall belongs to the velocity with its pressure.
-        faces::step_cells(&domain.grid, None, (dt, momentum.rate()), (dt, &acceleration.faces), &mut s.u);
+        faces::step_cells(
+            &domain.grid,
+            None,
+            (dt, momentum.rate()),
+            (dt, &acceleration.faces),
+            &mut s.u,
+        );
         domain.clock.lap(Stage::Update);
         acceleration.add_opened(domain, cut, dt, None, &mut s.u);
         Ok(sides)
     }
 
-    /// In Legendre stages. The bodies are at the step's end, and a stage at the time c of it has inside them what is imposed there and
-    /// `1 - c` of what the start had beyond that: no cell jumps at once.
-    fn predict_stabilised(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Sides> {
+    /// In Legendre stages. The bodies are at the step's end, and a stage at the time c of it has
+    /// inside them what is imposed there and `1 - c` of what the start had beyond that: no cell
+    /// jumps at once.
+    fn predict_stabilised(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        dt: f64,
+    ) -> Result<Sides> {
         let Sharp { mixture, momentum, cut, acceleration, work, stabilised, .. } = self;
         let Some(stabilised) = stabilised else { return Ok(Sides::zeros()) };
         cut.find_inside(domain, &s.bodies, true, &s.u, &mut work.inside);
@@ -147,8 +188,17 @@ impl<const D: usize> Sharp<D> {
                 domain.boundaries.fill_velocity(u)?;
                 cut.find_inside(domain, bodies, true, u, &mut work.inside);
                 let rest = 1.0 - stage.time;
-                work.inside.iter_mut().zip(&work.offsets).for_each(|(value, offset)| *value += rest * offset);
-                cut.set_inside(domain, true, &work.inside, Some((stage.remains, &mut work.tally)), u);
+                work.inside
+                    .iter_mut()
+                    .zip(&work.offsets)
+                    .for_each(|(value, offset)| *value += rest * offset);
+                cut.set_inside(
+                    domain,
+                    true,
+                    &work.inside,
+                    Some((stage.remains, &mut work.tally)),
+                    u,
+                );
                 domain.boundaries.fill_imposed(u)?;
             }
             domain.clock.lap(Stage::Mixing);
@@ -181,9 +231,15 @@ impl<const D: usize> Sharp<D> {
     }
 
     /// (13-15), the free bodies and the impulses of their contacts with it. Collective.
-    pub(super) fn project(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+    pub(super) fn project(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        dt: f64,
+    ) -> Result<Projected> {
         self.set_modes(domain, &s.bodies)?;
-        let in_contact = self.contacts.as_ref().is_some_and(|contacts| contacts.gave(&s.bodies, dt));
+        let in_contact =
+            self.contacts.as_ref().is_some_and(|contacts| contacts.gave(&s.bodies, dt));
         let projected = if in_contact {
             self.project_with_contacts(domain, s, dt)?
         } else {
@@ -194,7 +250,12 @@ impl<const D: usize> Sharp<D> {
     }
 
     /// (16), the wall imposed on it. Collective.
-    pub(super) fn correct_cells(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+    pub(super) fn correct_cells(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        dt: f64,
+    ) -> Result<()> {
         let Sharp { cut, acceleration, work, .. } = self;
         acceleration.of_pressure(domain, cut, &s.bodies, &s.p, s.drive);
         faces::add_to_cells(&domain.grid, dt, &acceleration.faces, &mut s.u);

@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 
-/// What the imposed profile and the gradient of cut cells have given to this rank's cells in the step.
+/// What the imposed profile and the gradient of cut cells have given to this rank's cells in the
+/// step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MomentumTally {
     /// Momentum (kg m/s).

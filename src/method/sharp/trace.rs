@@ -1,4 +1,5 @@
-//! What is read of the velocity beside a body's wall: the profile inside, and the slope at the wall.
+//! What is read of the velocity beside a body's wall: the profile inside, and the slope at the
+//! wall.
 //!
 //! ```text
 //!    n ^   * second probe, 2 h         the velocity relative to the wall, w, along the normal from the wall at 0:
@@ -6,15 +7,18 @@
 //!   ---+-------- wall                    near another      linear, through the first          (1.25 h < g < 2.25 h)
 //!      |   o cell inside, s < 0          closer still      straight to the other's velocity   (g < 0.75 h)
 //! ```
-//! with g the gap along n to the next body or wall; between these the shares change smoothly. [`super::profile`] has the first.
+//! with g the gap along n to the next body or wall; between these the shares change smoothly.
+//! [`super::profile`] has the first.
 //!
-//! Where no body moves, cells that are not deep have a finer profile, a cubic, in creeping flow. It comes a step late:
+//! Where no body moves, cells that are not deep have a finer profile, a cubic, in creeping flow. It
+//! comes a step late:
 //!
 //! ```text
 //!   w = parabola(u) + c (cubic - parabola)(u^n)       through probes at h, 2 h, 3 h       (g > 3.75 h)
 //! ```
-//! with c = 1 where the Reynolds number of a spacing is below 1/2, and 0 from 3/2 on. A steady flow has all of it. Imposed on every stage it would not decay in long steps: it has waves that turn where Legendre stages
-//! bear none that do.
+//! with c = 1 where the Reynolds number of a spacing is below 1/2, and 0 from 3/2 on. A steady flow
+//! has all of it. Imposed on every stage it would not decay in long steps: it has waves that turn
+//! where Legendre stages bear none that do.
 
 use super::gap::{FADING, Other, Shares, Surroundings, smooth_step};
 use super::probe::Probe;
@@ -28,14 +32,16 @@ use nalgebra::Vector3;
 /// No number.
 const NOTHING: u32 = u32::MAX;
 
-/// A linear functional of the velocity relative to a body's motion, along the normal of its wall through a point of its.
+/// A linear functional of the velocity relative to a body's motion, along the normal of its wall
+/// through a point of its.
 #[derive(Clone, Copy, Debug)]
 pub struct Trace {
     /// Its probes, from the first to before the last.
     probes: [u32; 2],
     /// Its number among what lies across gaps, or [`NOTHING`].
     across: u32,
-    /// Its number among the lines, or [`NOTHING`] of a round body: its line is the point's arm itself.
+    /// Its number among the lines, or [`NOTHING`] of a round body: its line is the point's arm
+    /// itself.
     line: u32,
 }
 
@@ -55,7 +61,8 @@ pub struct Finer {
     pub cubic: Trace,
 }
 
-/// The line along the wall's normal through a point, which has its probes at `from + out along` (m, from the body's centre).
+/// The line along the wall's normal through a point, which has its probes at `from + out along` (m,
+/// from the body's centre).
 #[derive(Clone, Copy, Debug)]
 struct Line {
     from: Vector3<f64>,
@@ -77,15 +84,30 @@ pub struct Normal {
 }
 
 impl Normal {
-    /// Through the point at `arm` (m), at the distance `s` (m) from the wall. That of a round body comes from its centre, so
-    /// that a rigid motion is the same multiple of the arm's everywhere on it.
+    /// Through the point at `arm` (m), at the distance `s` (m) from the wall. That of a round body
+    /// comes from its centre, so that a rigid motion is the same multiple of the arm's everywhere
+    /// on it.
     pub fn new(shape: &dyn Shape, arm: &Vector3<f64>, s: f64, n: Vector3<f64>) -> Normal {
         if shape.is_round() {
             let (line, radius) = (Line { from: Vector3::zeros(), along: *arm }, shape.radius());
-            return Normal { line, central: true, n, foot: radius * n, wall: radius, length: arm.norm() };
+            return Normal {
+                line,
+                central: true,
+                n,
+                foot: radius * n,
+                wall: radius,
+                length: arm.norm(),
+            };
         }
         let foot = arm - s * n;
-        Normal { line: Line { from: foot, along: n }, central: false, n, foot, wall: 0.0, length: 1.0 }
+        Normal {
+            line: Line { from: foot, along: n },
+            central: false,
+            n,
+            foot,
+            wall: 0.0,
+            length: 1.0,
+        }
     }
 
     fn out(&self, distance: f64) -> f64 {
@@ -130,13 +152,20 @@ impl<const D: usize> Traces<D> {
     }
 
     /// The profile at the signed distance `s` (m) along a normal.
-    pub fn profile(&mut self, around: &Surroundings<D>, image: &Vector3<f64>, normal: &Normal, s: f64) -> Trace {
+    pub fn profile(
+        &mut self,
+        around: &Surroundings<D>,
+        image: &Vector3<f64>,
+        normal: &Normal,
+        s: f64,
+    ) -> Trace {
         let h = around.h;
         let gap = around.gap(image, &normal.foot, &normal.n);
         let share = Shares::of(gap.width / h);
         let [d1, d2] = [params::first_probe() * h, params::second_probe() * h];
         let near = h.min(0.5 * gap.width);
-        // In a gap no further than the mirror image: more would feed back through the faces between the two.
+        // In a gap no further than the mirror image: more would feed back through the faces between
+        // the two.
         let mirrored = |width: f64| (s / width).max(-1.0);
         let linear = if share.linear > 0.0 { share.linear * mirrored(near) } else { 0.0 };
         let [first, second] = profile::parabola(s / h).map(|factor| share.full * factor);
@@ -146,8 +175,8 @@ impl<const D: usize> Traces<D> {
         self.trace(around.grid, image, normal, &probes, across, gap.other)
     }
 
-    /// The finer profile at the signed distance `s` (m) along a normal, for the cell inside at this place; none where it is too deep or the gap
-    /// too narrow.
+    /// The finer profile at the signed distance `s` (m) along a normal, for the cell inside at this
+    /// place; none where it is too deep or the gap too narrow.
     pub fn finer(
         &mut self,
         around: &Surroundings<D>,
@@ -169,7 +198,8 @@ impl<const D: usize> Traces<D> {
         Some(Finer { place: place as u32, part, cubic })
     }
 
-    /// The straight profile across a gap, outside at the distance `s` (m) from the wall, and its weight.
+    /// The straight profile across a gap, outside at the distance `s` (m) from the wall, and its
+    /// weight.
     pub fn profile_across(
         &mut self,
         around: &Surroundings<D>,
@@ -185,7 +215,12 @@ impl<const D: usize> Traces<D> {
     }
 
     /// The slope of the velocity along the outward normal through a point of the surface (1/s).
-    pub fn slope(&mut self, around: &Surroundings<D>, image: &Vector3<f64>, normal: &Normal) -> Trace {
+    pub fn slope(
+        &mut self,
+        around: &Surroundings<D>,
+        image: &Vector3<f64>,
+        normal: &Normal,
+    ) -> Trace {
         let h = around.h;
         let gap = around.gap(image, &normal.foot, &normal.n);
         let share = Shares::of(gap.width / h);
@@ -198,8 +233,8 @@ impl<const D: usize> Traces<D> {
         self.trace(around.grid, image, normal, &probes, across, gap.other)
     }
 
-    /// A trace along a normal: the distances of its probes from the wall (m) with their shares, and the share of what lies across
-    /// the gap.
+    /// A trace along a normal: the distances of its probes from the wall (m) with their shares, and
+    /// the share of what lies across the gap.
     fn trace(
         &mut self,
         grid: &Grid<D>,
@@ -226,7 +261,8 @@ impl<const D: usize> Traces<D> {
         trace
     }
 
-    /// The value of the trace through `arm` (m/s, or 1/s of a slope) for a body and a velocity field with its ghosts filled.
+    /// The value of the trace through `arm` (m/s, or 1/s of a slope) for a body and a velocity
+    /// field with its ghosts filled.
     #[allow(clippy::too_many_arguments)]
     #[inline(always)]
     pub fn value(
@@ -260,7 +296,14 @@ impl<const D: usize> Traces<D> {
     }
 
     /// The largest speed at the probes of the trace through `arm`, relative to a body (m/s).
-    pub fn fastest(&self, trace: &Trace, arm: &Vector3<f64>, grid: &Grid<D>, u: &VectorField<D>, body: &Body) -> f64 {
+    pub fn fastest(
+        &self,
+        trace: &Trace,
+        arm: &Vector3<f64>,
+        grid: &Grid<D>,
+        u: &VectorField<D>,
+        body: &Body,
+    ) -> f64 {
         let (rest, turn) = self.rigid(trace, arm, body);
         let speed = |probe: &Probe<D>| (probe.velocity(grid, u) - (rest + probe.out * turn)).norm();
         self.probes_of(trace).iter().map(speed).fold(0.0, f64::max)
@@ -273,7 +316,12 @@ impl<const D: usize> Traces<D> {
 
     /// The rigid motion of a body along the line of a trace, as `rest + out turn` (m/s).
     #[inline(always)]
-    fn rigid(&self, trace: &Trace, arm: &Vector3<f64>, body: &Body) -> (Vector3<f64>, Vector3<f64>) {
+    fn rigid(
+        &self,
+        trace: &Trace,
+        arm: &Vector3<f64>,
+        body: &Body,
+    ) -> (Vector3<f64>, Vector3<f64>) {
         let Body { velocity, spin, .. } = body;
         match self.lines.get(trace.line as usize) {
             None => (*velocity, spin.cross(arm)),

@@ -1,7 +1,9 @@
-//! The sheet under every figure: one drawing to PNG and SVG, text, axes with round ticks, and the frame around a plot.
+//! The sheet under every figure: one drawing to PNG and SVG, text, axes with round ticks, and the
+//! frame around a plot.
 //!
-//! Lengths are in pixels of the sheet, [`SCALE`] of them to a pixel of the figure: plotters rounds every coordinate to
-//! whole pixels and smooths almost nothing, so the PNG is drawn larger and averaged down, and the SVG is scaled.
+//! Lengths are in pixels of the sheet, [`SCALE`] of them to a pixel of the figure: plotters rounds
+//! every coordinate to whole pixels and smooths almost nothing, so the PNG is drawn larger and
+//! averaged down, and the SVG is scaled.
 
 use std::error::Error as StdError;
 use std::fs::File;
@@ -67,7 +69,8 @@ impl Sheet {
         self.0.push(Shape::Area(places, colour.filled()));
     }
 
-    /// A bitmap over a rectangle, its colours given by the part of its width and height from the lower left corner.
+    /// A bitmap over a rectangle, its colours given by the part of its width and height from the
+    /// lower left corner.
     pub fn bitmap(&mut self, rectangle: &Frame, colour: impl Fn(f64, f64) -> RGBColor) {
         let (width, height) = rectangle.extent;
         let part = |k: i32, extent: i32| (f64::from(k) + 0.5) / f64::from(extent);
@@ -78,7 +81,14 @@ impl Sheet {
     }
 
     /// A text anchored at a place.
-    pub fn text(&mut self, text: &str, size: i32, at: Pixel, anchor: (HPos, VPos), turn: FontTransform) {
+    pub fn text(
+        &mut self,
+        text: &str,
+        size: i32,
+        at: Pixel,
+        anchor: (HPos, VPos),
+        turn: FontTransform,
+    ) {
         let font = ("sans-serif", size).into_font().transform(turn);
         let style = font.color(&INK).pos(Pos::new(anchor.0, anchor.1));
         // Neither backend centres on the digits: both leave them too high.
@@ -103,7 +113,8 @@ impl Sheet {
             name.push(format!(".{extension}"));
             PathBuf::from(name)
         });
-        let wrap = |path, done: Drawn| done.map_err(|error| Error::io(path)(io::Error::other(error)));
+        let wrap =
+            |path, done: Drawn| done.map_err(|error| Error::io(path)(io::Error::other(error)));
         wrap(&paths[0], self.write_png(size, &paths[0]))?;
         wrap(&paths[1], self.write_svg(size, &paths[1]))?;
         Ok(paths)
@@ -126,7 +137,12 @@ impl Sheet {
                     area.draw(&PathElement::new(&places[start..], *style))?;
                 }
                 Shape::Dashes(places, style, (dash, gap)) => {
-                    area.draw(&DashedPathElement::new(places.iter().copied(), *dash, *gap, *style))?;
+                    area.draw(&DashedPathElement::new(
+                        places.iter().copied(),
+                        *dash,
+                        *gap,
+                        *style,
+                    ))?;
                 }
                 Shape::Area(places, style) => area.draw(&Polygon::new(&places[..], *style))?,
                 Shape::Bitmap(corner, (width, height), bytes) => {
@@ -147,15 +163,20 @@ impl Sheet {
         Ok(writer.finish()?)
     }
 
-    /// The pixels of a sheet of that width and height, three bytes each, and how many there are in width and height.
+    /// The pixels of a sheet of that width and height, three bytes each, and how many there are in
+    /// width and height.
     pub fn pixels(&self, size: Pixel) -> Result<(Vec<u8>, (u32, u32))> {
         register_fonts();
         let size = ((size.0 / SCALE) as u32, (size.1 / SCALE) as u32);
-        let drawn = self.pixels_of(size).map_err(|error| Error::io("a frame")(io::Error::other(error)));
+        let drawn =
+            self.pixels_of(size).map_err(|error| Error::io("a frame")(io::Error::other(error)));
         drawn.map(|pixels| (pixels, size))
     }
 
-    fn pixels_of(&self, (width, height): (u32, u32)) -> std::result::Result<Vec<u8>, Box<dyn StdError + Send + Sync>> {
+    fn pixels_of(
+        &self,
+        (width, height): (u32, u32),
+    ) -> std::result::Result<Vec<u8>, Box<dyn StdError + Send + Sync>> {
         let scale = SCALE as usize;
         let row = width as usize * scale;
         let mut large = vec![0; row * height as usize * scale * 3];
@@ -164,7 +185,8 @@ impl Sheet {
         let mean = |k: usize| {
             let (x, y) = (k / 3 % width as usize * scale, k / 3 / width as usize * scale);
             let block = (0..scale * scale).map(|b| (y + b / scale) * row + x + b % scale);
-            (block.map(|at| usize::from(large[3 * at + k % 3])).sum::<usize>() / (scale * scale)) as u8
+            (block.map(|at| usize::from(large[3 * at + k % 3])).sum::<usize>() / (scale * scale))
+                as u8
         };
         Ok((0..3 * (width * height) as usize).map(mean).collect())
     }
@@ -180,11 +202,15 @@ impl Sheet {
         self.svg_text(size).map_err(|error| Error::io("a figure")(io::Error::other(error)))
     }
 
-    fn svg_text(&self, (width, height): (u32, u32)) -> std::result::Result<String, Box<dyn StdError + Send + Sync>> {
+    fn svg_text(
+        &self,
+        (width, height): (u32, u32),
+    ) -> std::result::Result<String, Box<dyn StdError + Send + Sync>> {
         let mut text = String::new();
         let scale = SCALE as u32;
         self.draw(SVGBackend::with_string(&mut text, (width * scale, height * scale)), true)?;
-        let sized = |scale| format!(r#"<svg width="{}" height="{}""#, width * scale, height * scale);
+        let sized =
+            |scale| format!(r#"<svg width="{}" height="{}""#, width * scale, height * scale);
         let rounded = format!(r#"{} stroke-linejoin="round""#, sized(1));
         let text = text.replacen(&sized(scale), &rounded, 1);
         // Plotters writes a media type that only some viewers forgive.
@@ -255,20 +281,24 @@ impl Axis {
         let stride = decades.clone().count() / count.max(1) as usize + 1;
         let multiples = |factors: &[i32]| -> Vec<f64> {
             let every = decades.clone().step_by(stride);
-            let values = every.flat_map(|k| factors.iter().map(move |f| f64::from(*f) * 10f64.powi(k)));
+            let values =
+                every.flat_map(|k| factors.iter().map(move |f| f64::from(*f) * 10f64.powi(k)));
             values.filter(|value| range.contains(&value.log10())).collect()
         };
         let sparse = [multiples(&[1]), multiples(&[1, 2, 5])].into_iter().find(|all| all.len() > 2);
-        // Each with the step that its digits have to show: its own size, or that of ticks within one decade.
+        // Each with the step that its digits have to show: its own size, or that of ticks within
+        // one decade.
         let linear = || {
-            let (values, step) = round_ticks(&(10f64.powf(range.start)..10f64.powf(range.end)), count);
+            let (values, step) =
+                round_ticks(&(10f64.powf(range.start)..10f64.powf(range.end)), count);
             values.into_iter().map(|value| (value, step)).collect::<Vec<_>>()
         };
         let minor = if stride == 1 { multiples(&[2, 3, 4, 5, 6, 7, 8, 9]) } else { Vec::new() };
         let minor = minor.into_iter().map(|value| (value.log10(), String::new()));
         let sparse = sparse.map(|values| values.into_iter().map(|value| (value, value)).collect());
         let named = sparse.unwrap_or_else(linear).into_iter();
-        let ticks = named.map(|(value, step)| (value.log10(), number(value, step, value))).chain(minor);
+        let ticks =
+            named.map(|(value, step)| (value.log10(), number(value, step, value))).chain(minor);
         let ticks = ticks.collect();
         Axis::new(range, label, ticks)
     }
@@ -338,13 +368,15 @@ pub const BELOW: i32 = TICK + GAP + SMALL + GAP + MEDIUM;
 fn round_ticks(range: &Range<f64>, count: i32) -> (Vec<f64>, f64) {
     let least = (range.end - range.start) / f64::from(count.max(1));
     let magnitude = 10f64.powf(least.log10().floor());
-    let step = magnitude * [2.0, 5.0].into_iter().find(|step| step * magnitude >= least).unwrap_or(10.0);
+    let step =
+        magnitude * [2.0, 5.0].into_iter().find(|step| step * magnitude >= least).unwrap_or(10.0);
     let first = (range.start / step - 1e-6).ceil();
     let values = (0..100).map(|k| (first + f64::from(k)) * step);
     (values.take_while(|value| *value <= range.end + 1e-6 * step).collect(), step)
 }
 
-/// A tick's value to the digits that its step needs, in powers of ten only where plain digits would be long.
+/// A tick's value to the digits that its step needs, in powers of ten only where plain digits would
+/// be long.
 fn number(value: f64, step: f64, largest: f64) -> String {
     let order = |value: f64| (value.abs().log10() + 1e-9).floor() as i32;
     let text = if value.abs() < 1e-6 * step {
@@ -405,7 +437,8 @@ impl Frame {
         let at = (left + width / 2, below + SMALL + GAP);
         sheet.text(&self.x.label, MEDIUM, at, centred, FontTransform::None);
 
-        let (side, out, anchor) = if right { (left + width, 1, HPos::Left) } else { (left, -1, HPos::Right) };
+        let (side, out, anchor) =
+            if right { (left + width, 1, HPos::Left) } else { (left, -1, HPos::Right) };
         for (value, label) in &self.y.ticks {
             let y = self.pixel(0.0, *value).1;
             if !self.y.names {
@@ -416,7 +449,13 @@ impl Frame {
         }
         if self.y.names {
             let at = (left, top - GAP);
-            return sheet.text(&self.y.label, SMALL, at, (HPos::Left, VPos::Bottom), FontTransform::None);
+            return sheet.text(
+                &self.y.label,
+                SMALL,
+                at,
+                (HPos::Left, VPos::Bottom),
+                FontTransform::None,
+            );
         }
         let edge = side + out * self.y.room() - if right { MEDIUM } else { 0 };
         let at = (edge, top + height / 2);

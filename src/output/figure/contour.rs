@@ -1,4 +1,5 @@
-//! Contour lines by marching squares: where a quantity, taken as linear along the sides of squares of cell centres, has a level.
+//! Contour lines by marching squares: where a quantity, taken as linear along the sides of squares
+//! of cell centres, has a level.
 //!
 //! ```text
 //!   o----+---o    o  a centre under the level      A square whose sides are crossed twice holds one part of a line,
@@ -8,25 +9,32 @@
 //!   o--------+--x
 //! ```
 //!
-//! From the outermost centres to the edge of the plane the quantity is constant, as in [`sample`](super::trace::sample).
+//! From the outermost centres to the edge of the plane the quantity is constant, as in
+//! [`sample`](super::trace::sample).
 
 use std::collections::BTreeMap;
 
 use super::trace::{Point, distance};
 use super::{Disc, Plane};
 
-/// The lines of a level, each from one end to the other, or closed with its last point on its first; the same lines for
-/// the same plane. None passes beside a value that is not finite.
+/// The lines of a level, each from one end to the other, or closed with its last point on its
+/// first; the same lines for the same plane. None passes beside a value that is not finite.
 pub fn contours(plane: &Plane, values: &[f64], level: f64) -> Vec<Vec<Point>> {
     let nodes = Nodes { plane, values };
     let mut links = nodes.links(level);
     // Lines with ends first: begun elsewhere, they would fall in two.
-    let ends: Vec<Side> = links.iter().filter(|(_, next)| next.len() == 1).map(|(side, _)| *side).collect();
+    let ends: Vec<Side> =
+        links.iter().filter(|(_, next)| next.len() == 1).map(|(side, _)| *side).collect();
     let all: Vec<Side> = links.keys().copied().collect();
     let mut lines = Vec::new();
     for start in ends.into_iter().chain(all) {
         if links.get(&start).is_some_and(|next| !next.is_empty()) {
-            lines.push(follow(&mut links, start).into_iter().map(|side| nodes.crossing(side, level)).collect());
+            lines.push(
+                follow(&mut links, start)
+                    .into_iter()
+                    .map(|side| nodes.crossing(side, level))
+                    .collect(),
+            );
         }
     }
     lines
@@ -34,7 +42,9 @@ pub fn contours(plane: &Plane, values: &[f64], level: f64) -> Vec<Vec<Point>> {
 
 /// What of a line lies outside all discs.
 pub fn outside(line: Vec<Point>, discs: &[Disc]) -> Vec<Vec<Point>> {
-    discs.iter().fold(vec![line], |parts, disc| parts.iter().flat_map(|part| outside_of(part, disc)).collect())
+    discs.iter().fold(vec![line], |parts, disc| {
+        parts.iter().flat_map(|part| outside_of(part, disc)).collect()
+    })
 }
 
 /// A side of a square: the node it begins at, and the axis that it runs along.
@@ -69,19 +79,22 @@ impl Nodes<'_> {
         [0, 1].map(|k| from[k] + part * (to[k] - from[k]))
     }
 
-    /// Every side that the level crosses, and those of its squares that a line goes on to from there.
+    /// Every side that the level crosses, and those of its squares that a line goes on to from
+    /// there.
     fn links(&self, level: f64) -> BTreeMap<Side, Vec<Side>> {
         let mut links: BTreeMap<Side, Vec<Side>> = BTreeMap::new();
         let [columns, rows] = self.plane.cells;
         for (i, j) in (0..=rows).flat_map(|j| (0..=columns).map(move |i| (i, j))) {
-            let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| self.value(i, j));
+            let corners =
+                [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| self.value(i, j));
             if !corners.iter().all(|value| value.is_finite()) {
                 continue;
             }
             let over = corners.map(|value| value >= level);
             // Side k is between corners k and k + 1.
             let sides = [(i, j, 0), (i + 1, j, 1), (i, j + 1, 0), (i, j, 1)];
-            let crossed: Vec<Side> = (0..4).filter(|k| over[*k] != over[(k + 1) % 4]).map(|k| sides[k]).collect();
+            let crossed: Vec<Side> =
+                (0..4).filter(|k| over[*k] != over[(k + 1) % 4]).map(|k| sides[k]).collect();
             let middle_over = corners.iter().sum::<f64>() / 4.0 >= level;
             let parts = match crossed[..] {
                 [a, b] => vec![(a, b)],
@@ -142,7 +155,8 @@ fn covered(a: Point, b: Point, disc: &Disc) -> Option<(f64, f64)> {
     let [dx, dy] = [0, 1].map(|k| (b[k] - a[k]) / length);
     let (nearest, aside) = (x * dx + y * dy, x * dy - y * dx);
     let half = (disc.radius * disc.radius - aside * aside).sqrt();
-    let [enters, leaves] = [nearest - half, nearest + half].map(|way| (way / length).clamp(0.0, 1.0));
+    let [enters, leaves] =
+        [nearest - half, nearest + half].map(|way| (way / length).clamp(0.0, 1.0));
     (leaves > enters).then_some((enters, leaves))
 }
 
@@ -192,7 +206,9 @@ mod tests {
         assert_eq!(ends, [0.0, 2.0]);
         let inner = all[0].iter().filter(|at| (0.1..=1.9).contains(&at[1]));
         assert!(inner.clone().count() > 10);
-        inner.for_each(|at| assert!((at[0] - 1.0 + 0.3 * (at[1] - 1.0) - 0.123).abs() < 1e-12, "{at:?}"));
+        inner.for_each(|at| {
+            assert!((at[0] - 1.0 + 0.3 * (at[1] - 1.0) - 0.123).abs() < 1e-12, "{at:?}")
+        });
         assert!(lines(&slope, 9.0).is_empty());
     }
 
@@ -200,14 +216,19 @@ mod tests {
     fn values_of_many_hills_give_every_crossing_to_one_line_and_lines_that_never_branch() {
         let hills = plane(40, |x, y| (9.0 * x).sin() * (11.0 * y).cos() + 0.02 * (x - y));
         for level in [-0.5, 0.0, 0.02, 0.5] {
-            let (all, crossings) =
-                (lines(&hills, level), Nodes { plane: &hills, values: &hills.values }.links(level).len());
-            let closed = all.iter().filter(|line| line.first() == line.last()).count();
-            assert_eq!(all.iter().map(Vec::len).sum::<usize>() - closed, crossings, "level {level}");
-            let edge = |at: &Point| at.iter().any(|x| *x == 0.0 || *x == 2.0);
-            assert!(
-                all.iter().all(|line| line.first() == line.last() || (edge(&line[0]) && edge(&line[line.len() - 1])))
+            let (all, crossings) = (
+                lines(&hills, level),
+                Nodes { plane: &hills, values: &hills.values }.links(level).len(),
             );
+            let closed = all.iter().filter(|line| line.first() == line.last()).count();
+            assert_eq!(
+                all.iter().map(Vec::len).sum::<usize>() - closed,
+                crossings,
+                "level {level}"
+            );
+            let edge = |at: &Point| at.iter().any(|x| *x == 0.0 || *x == 2.0);
+            assert!(all.iter().all(|line| line.first() == line.last()
+                || (edge(&line[0]) && edge(&line[line.len() - 1]))));
         }
     }
 
@@ -220,11 +241,13 @@ mod tests {
             ..Plane::default()
         };
         for (middle, joined) in [(0.1, true), (-0.1, false)] {
-            // Whether the high corners, at (0.5, 0.5) and (1.5, 1.5), are on one side of both lines.
+            // Whether the high corners, at (0.5, 0.5) and (1.5, 1.5), are on one side of both
+            // lines.
             let all = lines(&saddle(middle), 0.0);
             assert_eq!(all.len(), 2);
-            let low_corner_cut_off =
-                all.iter().all(|line| line.iter().all(|[x, y]| x > y) || line.iter().all(|[x, y]| x < y));
+            let low_corner_cut_off = all
+                .iter()
+                .all(|line| line.iter().all(|[x, y]| x > y) || line.iter().all(|[x, y]| x < y));
             assert_eq!(low_corner_cut_off, joined, "{all:?}");
         }
     }
@@ -234,7 +257,10 @@ mod tests {
         let hole = |x: f64, y: f64| x.hypot(y - 0.5) < 0.3;
         let ring = plane(40, |x: f64, y: f64| if hole(x, y) { f64::NAN } else { x.hypot(y) });
         let all = lines(&ring, 0.5);
-        assert!(!all.is_empty() && all.iter().all(|line| line.first() != line.last()), "the circle is open");
+        assert!(
+            !all.is_empty() && all.iter().all(|line| line.first() != line.last()),
+            "the circle is open"
+        );
         assert!(all.iter().flatten().all(|[x, y]| !hole(x - 1.0, y - 1.0)));
         // Half of it and more is still there.
         assert!(all.iter().map(|line| length(line)).sum::<f64>() > 0.6 * 0.5 * TAU);
@@ -246,9 +272,13 @@ mod tests {
         let line = vec![[-2.0, 0.0], [-0.2, 0.0], [0.1, 0.0], [0.1, 0.0], [2.0, 0.0], [3.0, 0.0]];
         let parts = outside(line.clone(), &[disc(0.0, 0.5)]);
         assert_eq!(parts.len(), 2);
-        let near =
-            |a: &[Point], b: &[Point]| a.len() == b.len() && a.iter().zip(b).all(|(a, b)| distance(*a, *b) < 1e-12);
-        assert!(near(&parts[0], &[[-2.0, 0.0], [-0.5, 0.0]]) && near(&parts[1], &[[0.5, 0.0], [2.0, 0.0], [3.0, 0.0]]));
+        let near = |a: &[Point], b: &[Point]| {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| distance(*a, *b) < 1e-12)
+        };
+        assert!(
+            near(&parts[0], &[[-2.0, 0.0], [-0.5, 0.0]])
+                && near(&parts[1], &[[0.5, 0.0], [2.0, 0.0], [3.0, 0.0]])
+        );
         assert_eq!(outside(line.clone(), &[disc(9.0, 0.5)]).concat().len(), 5, "{line:?}");
         assert!(outside(line.clone(), &[disc(0.0, 4.0)]).is_empty());
         // From within one disc through the next.

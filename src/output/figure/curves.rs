@@ -1,4 +1,5 @@
-//! Figures of series over axes: lines, dashed lines and markers, with the legend where it covers least.
+//! Figures of series over axes: lines, dashed lines and markers, with the legend where it covers
+//! least.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -26,7 +27,8 @@ const MOST_INSIDE: usize = 6;
 const PLACES: i32 = 8;
 /// Points of curves, PAD apart, that a legend in the plot may hide or come near.
 const FEW: usize = 4;
-/// Okabe and Ito's colours, which stay apart for every kind of colour vision, the readable ones first.
+/// Okabe and Ito's colours, which stay apart for every kind of colour vision, the readable ones
+/// first.
 pub const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -41,8 +43,10 @@ const DASH: Pixel = (9 * SCALE, 6 * SCALE);
 const LONG_DASH: Pixel = (24 * SCALE, 24 * SCALE);
 /// The colour of bands, which are no series of their own.
 const BAND: RGBColor = RGBColor(110, 110, 110);
-/// Markers as regular polygons: corners, radius in pixels of the figure, direction of the first corner in degrees.
-const MARKERS: [(u32, f64, f64); 5] = [(16, 5.5, 0.0), (4, 7.0, 45.0), (3, 7.0, -90.0), (4, 7.0, 0.0), (3, 7.0, 90.0)];
+/// Markers as regular polygons: corners, radius in pixels of the figure, direction of the first
+/// corner in degrees.
+const MARKERS: [(u32, f64, f64); 5] =
+    [(16, 5.5, 0.0), (4, 7.0, 45.0), (3, 7.0, -90.0), (4, 7.0, 0.0), (3, 7.0, 90.0)];
 
 /// Draws series over axes. Writes `STEM.png` and `STEM.svg`.
 pub fn curves(axes: &Axes, series: &[Series], stem: &Path) -> Result<[PathBuf; 2]> {
@@ -69,7 +73,8 @@ pub fn chart_svg(chart: &Chart) -> Result<String> {
 }
 
 fn draw_chart(chart: &Chart) -> (Sheet, Pixel) {
-    let panels: Vec<Panel> = chart.panels.iter().map(|(axes, series)| (axes, &series[..])).collect();
+    let panels: Vec<Panel> =
+        chart.panels.iter().map(|(axes, series)| (axes, &series[..])).collect();
     draw(&panels, chart.beside)
 }
 
@@ -88,7 +93,12 @@ fn good(point: &(f64, f64)) -> bool {
 
 /// All points of a plot that can be placed.
 fn placed((axes, series): Panel) -> Vec<(f64, f64)> {
-    series.iter().flat_map(|series| &series.points).map(|point| place(axes, point)).filter(good).collect()
+    series
+        .iter()
+        .flat_map(|series| &series.points)
+        .map(|point| place(axes, point))
+        .filter(good)
+        .collect()
 }
 
 /// Width and height of one of `count` plots.
@@ -123,7 +133,8 @@ fn draw(panels: &[Panel], beside: bool) -> (Sheet, Pixel) {
         axis(axes.log_y, range, &axes.y_label, (8 * height / PLOT.1).max(4))
     };
     let extents: Vec<Pixel> = panels.iter().map(|(axes, _)| extent(axes, count, beside)).collect();
-    let ys: Vec<Axis> = (0..count).map(|k| vertical(&panels[k], &everything[k], extents[k].1)).collect();
+    let ys: Vec<Axis> =
+        (0..count).map(|k| vertical(&panels[k], &everything[k], extents[k].1)).collect();
     let room = ys.iter().map(Axis::room).max().unwrap_or(0);
     let whole = match beside {
         true => {
@@ -154,7 +165,11 @@ fn draw(panels: &[Panel], beside: bool) -> (Sheet, Pixel) {
         let reached = plot(&mut sheet, *panel, &frame);
         right = right.max(reached);
         bottom = bottom.max(corner.1 + extent.1 + BELOW + MARGIN);
-        at = if beside { (corner.0 + extent.0 + GUTTER, top) } else { (MARGIN, corner.1 + extent.1 + MARGIN) };
+        at = if beside {
+            (corner.0 + extent.0 + GUTTER, top)
+        } else {
+            (MARGIN, corner.1 + extent.1 + MARGIN)
+        };
     }
     sheet.title(&first.title, middle, top - small);
     for (k, note) in notes.iter().enumerate() {
@@ -168,18 +183,24 @@ fn draw(panels: &[Panel], beside: bool) -> (Sheet, Pixel) {
 fn plot(sheet: &mut Sheet, (axes, series): Panel, frame: &Frame) -> i32 {
     frame.grid(sheet);
     let (top, bottom) = (frame.corner.1, frame.corner.1 + frame.extent.1);
-    let cut = |pixel: Pixel| if axes.range_y.is_some() { (pixel.0, pixel.1.clamp(top, bottom)) } else { pixel };
+    let cut = |pixel: Pixel| {
+        if axes.range_y.is_some() { (pixel.0, pixel.1.clamp(top, bottom)) } else { pixel }
+    };
     let runs = |series: &Series| -> Vec<Vec<Pixel>> {
-        let places: Vec<(f64, f64)> = series.points.iter().map(|point| place(axes, point)).collect();
+        let places: Vec<(f64, f64)> =
+            series.points.iter().map(|point| place(axes, point)).collect();
         let runs = places.split(|point| !good(point)).filter(|run| !run.is_empty());
-        let runs = runs.map(|run| run.iter().map(|point| cut(frame.pixel(point.0, point.1))).collect());
+        let runs =
+            runs.map(|run| run.iter().map(|point| cut(frame.pixel(point.0, point.1))).collect());
         let lines = matches!(series.style, SeriesStyle::Line | SeriesStyle::Dashed);
         runs.map(|run: Vec<Pixel>| if lines { thinned(&run) } else { run }).collect()
     };
     let all: Vec<Vec<Vec<Pixel>>> = series.iter().map(runs).collect();
     // A line on top of another one would hide it.
     let is_line = |k: &usize| series[*k].style == SeriesStyle::Line;
-    let hides = |k: usize| is_line(&k) && (0..k).filter(is_line).any(|other| coincide(&all[other], &all[k]));
+    let hides = |k: usize| {
+        is_line(&k) && (0..k).filter(is_line).any(|other| coincide(&all[other], &all[k]))
+    };
     let ranks: Vec<usize> = ranks(series);
     let mut drawn = Vec::new();
     // Spreads lie under all lines.
@@ -252,7 +273,9 @@ fn wrapped(text: &str, most: i32) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
         match lines.last_mut() {
-            Some(line) if canvas::width(&format!("{line} {word}"), SMALL) <= most => *line += &format!(" {word}"),
+            Some(line) if canvas::width(&format!("{line} {word}"), SMALL) <= most => {
+                *line += &format!(" {word}")
+            }
             _ => lines.push(word.to_owned()),
         }
     }
@@ -272,7 +295,10 @@ fn stroke(sheet: &mut Sheet, style: SeriesStyle, index: usize, places: Vec<Pixel
         SeriesStyle::Dashed => sheet.dashed(places, colour, 2 * THIN, DASH),
         SeriesStyle::Band => {
             if let (Some((left, top)), Some((right, bottom))) = (places.first(), places.last()) {
-                sheet.area(canvas::ring((*left, *top), (right - left, bottom - top)), BAND.mix(0.55));
+                sheet.area(
+                    canvas::ring((*left, *top), (right - left, bottom - top)),
+                    BAND.mix(0.55),
+                );
             }
         }
         SeriesStyle::Joined => {
@@ -296,16 +322,24 @@ fn stroke(sheet: &mut Sheet, style: SeriesStyle, index: usize, places: Vec<Pixel
 /// An entry of a legend: its text, the style and the number of its series.
 type Entry<'a> = (&'a str, SeriesStyle, usize);
 
-/// Draws the legend in that corner or place at an edge of the plot where it covers least of what is drawn, or beside the plot
-/// where it is long or would hide a curve; returns how far to the right all reaches.
-fn legend(sheet: &mut Sheet, entries: &[Entry], (left, top): Pixel, extent: Pixel, drawn: &[Pixel]) -> i32 {
+/// Draws the legend in that corner or place at an edge of the plot where it covers least of what is
+/// drawn, or beside the plot where it is long or would hide a curve; returns how far to the right
+/// all reaches.
+fn legend(
+    sheet: &mut Sheet,
+    entries: &[Entry],
+    (left, top): Pixel,
+    extent: Pixel,
+    drawn: &[Pixel],
+) -> i32 {
     let right = left + extent.0 + MARGIN;
     let widths = entries.iter().map(|(label, ..)| canvas::width(label, SMALL));
     let Some(widest) = widths.max() else { return right };
     // The font of a viewer of the SVG may be wider.
     let (width, height) = (widest * 11 / 10 + SAMPLE + 3 * PAD, ROW * entries.len() as i32 + PAD);
     let free = (extent.0 - width - 2 * PAD, extent.1 - height - 2 * PAD);
-    let corner = |(i, j): (i32, i32)| (left + PAD + i * free.0 / PLACES, top + PAD + j * free.1 / PLACES);
+    let corner =
+        |(i, j): (i32, i32)| (left + PAD + i * free.0 / PLACES, top + PAD + j * free.1 / PLACES);
     let covered = |place: &(i32, i32)| {
         let (x, y) = corner(*place);
         let (columns, rows) = (x - PAD..x + width + PAD, y - PAD..y + height + PAD);
@@ -313,7 +347,9 @@ fn legend(sheet: &mut Sheet, entries: &[Entry], (left, top): Pixel, extent: Pixe
     };
     let edges = (0..=PLACES).flat_map(|k| [(k, 0), (k, PLACES), (0, k), (PLACES, k)]);
     let places = [(PLACES, 0), (0, 0), (PLACES, PLACES), (0, PLACES)].into_iter().chain(edges);
-    let best = places.min_by_key(covered).filter(|place| covered(place) <= FEW && free.0 >= 0 && free.1 >= 0);
+    let best = places
+        .min_by_key(covered)
+        .filter(|place| covered(place) <= FEW && free.0 >= 0 && free.1 >= 0);
     let inside = best.filter(|_| entries.len() <= MOST_INSIDE);
     let (beside, (x, y)) = inside.map_or((true, (right, top)), |place| (false, corner(place)));
     let outline = canvas::ring((x, y), (width, height));
@@ -328,7 +364,9 @@ fn legend(sheet: &mut Sheet, entries: &[Entry], (left, top): Pixel, extent: Pixe
                 let swatch = [(ends[0].0, middle - PAD / 2), (ends[2].0, middle + PAD / 2)];
                 stroke(sheet, *style, *index, swatch.to_vec());
             }
-            SeriesStyle::Markers | SeriesStyle::Joined => stroke(sheet, SeriesStyle::Markers, *index, vec![ends[1]]),
+            SeriesStyle::Markers | SeriesStyle::Joined => {
+                stroke(sheet, SeriesStyle::Markers, *index, vec![ends[1]])
+            }
             SeriesStyle::Spread => {}
         }
         let (at, anchor) = ((x + 2 * PAD + SAMPLE, middle), (HPos::Left, VPos::Center));
@@ -350,7 +388,8 @@ fn padded(values: impl Iterator<Item = f64>, part: f64) -> Range<f64> {
     low - pad..high + pad
 }
 
-/// At most four points of a line in each column of pixels: the first, the lowest, the highest and the last.
+/// At most four points of a line in each column of pixels: the first, the lowest, the highest and
+/// the last.
 fn thinned(run: &[Pixel]) -> Vec<Pixel> {
     let columns = run.chunk_by(|a, b| a.0 == b.0);
     let mut points: Vec<Pixel> = columns

@@ -1,5 +1,5 @@
-//! Figures of a plane of the flow: the colour map of vorticity under streamlines, streamlines coloured by speed, and the colours of
-//! a quantity alone.
+//! Figures of a plane of the flow: the colour map of vorticity under streamlines, streamlines
+//! coloured by speed, and the colours of a quantity alone.
 
 use std::path::{Path, PathBuf};
 
@@ -22,7 +22,8 @@ const MARGIN: i32 = 20 * SCALE;
 /// Height of an entry of a legend of particles.
 const NAMED: i32 = 38 * SCALE;
 
-/// Draws vorticity as a colour map with streamlines and discs over it. Writes `STEM.png` and `STEM.svg`.
+/// Draws vorticity as a colour map with streamlines and discs over it. Writes `STEM.png` and
+/// `STEM.svg`.
 pub fn vorticity(plane: &Plane, stem: &Path) -> Result<[PathBuf; 2]> {
     let (sheet, size) = draw_vorticity(plane, stem)?;
     sheet.write(size, stem)
@@ -57,15 +58,19 @@ pub fn streamlines_svg(plane: &Plane) -> Result<String> {
 
 fn draw_streamlines(plane: &Plane, stem: &Path) -> Result<(Sheet, Pixel)> {
     paint::check(plane, stem)?;
-    let range = plane.style.range.unwrap_or_else(|| [0.0, paint::speed_limit(std::slice::from_ref(plane))]);
+    let range =
+        plane.style.range.unwrap_or_else(|| [0.0, paint::speed_limit(std::slice::from_ref(plane))]);
     let field = Field::new(plane, Palette::sequential(range), "speed (m/s)", &plane.title);
     let speed = |at: Point| sample(plane, &plane.u, at).hypot(sample(plane, &plane.v, at));
     let mut sheet = Sheet::default();
-    paint::streamlines(&mut sheet, &field.plot, plane, SEPARATION, |at| field.palette.colour(speed(at)));
+    paint::streamlines(&mut sheet, &field.plot, plane, SEPARATION, |at| {
+        field.palette.colour(speed(at))
+    });
     Ok(field.finish(sheet))
 }
 
-/// Draws the colours of what a plane shows, with discs, and nothing else. Writes `STEM.png` and `STEM.svg`.
+/// Draws the colours of what a plane shows, with discs, and nothing else. Writes `STEM.png` and
+/// `STEM.svg`.
 ///
 /// # Errors
 /// When the plane's values do not fill its cells, or a file cannot be written.
@@ -104,7 +109,8 @@ impl<'a> Field<'a> {
         let x = paint::axis(plane, 0, width / (100 * SCALE));
         let y = paint::axis(plane, 1, height / (100 * SCALE));
         let values = bars(&palette, label, plane.scale.as_ref(), tall);
-        let needed = y.room() + width + values.iter().map(|axis| MARGIN + BAR + axis.room()).sum::<i32>();
+        let needed =
+            y.room() + width + values.iter().map(|axis| MARGIN + BAR + axis.room()).sum::<i32>();
         let all = needed.max(canvas::width(widest, LARGE)) + 2 * MARGIN;
         let left = (all - needed) / 2 + y.room();
         let top = MARGIN + if plane.title.is_empty() { 0 } else { LARGE + MARGIN / 2 };
@@ -130,7 +136,8 @@ impl<'a> Field<'a> {
     }
 }
 
-/// The axes of colour bars of a height: of a palette of what is shown of the flow, and of what the colours of particles say.
+/// The axes of colour bars of a height: of a palette of what is shown of the flow, and of what the
+/// colours of particles say.
 pub fn bars(palette: &Palette, label: &str, scale: Option<&Scale>, tall: i32) -> Vec<Axis> {
     let ticks = (tall / (70 * SCALE)).max(4);
     let particles = scale.filter(|scale| scale.range[0] < scale.range[1]).map(|scale| {
@@ -171,7 +178,8 @@ pub fn draw_bars(sheet: &mut Sheet, bars: &[Frame], palette: &Palette, scale: Op
         if scale.names.is_empty() {
             particles.bar(sheet, bar);
         } else {
-            let colours: Vec<_> = scale.names.iter().map(|(value, _)| particles.colour(*value)).collect();
+            let colours: Vec<_> =
+                scale.names.iter().map(|(value, _)| particles.colour(*value)).collect();
             legend(sheet, bar, &colours);
         }
     }

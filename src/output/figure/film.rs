@@ -1,9 +1,10 @@
 //! Films: planes of one scene one after the other as an animated PNG, which browsers and most
 //! viewers play, others show its first frame; or as a GIF, which slides and chats play as well.
 //!
-//! A film has at most 256 colours, which are chosen before it begins: those of its colour bars, each of the particles' marked and not, and
-//! greys. That is a third of the bytes of all colours, and no difference to the eye. Of each frame only the rectangle is kept in
-//! which it differs from the one before.
+//! A film has at most 256 colours, which are chosen before it begins: those of its colour bars,
+//! each of the particles' marked and not, and greys. That is a third of the bytes of all colours,
+//! and no difference to the eye. Of each frame only the rectangle is kept in which it differs from
+//! the one before.
 
 use std::error::Error as StdError;
 use std::io::{self, Write};
@@ -31,11 +32,13 @@ pub enum Format {
     Gif,
 }
 
-/// Draws `count` planes of one size and style, each as it comes, and writes them as an animated picture that repeats for ever: `rate`
-/// frames a second (0.01 to 100), with room for a title of the width of `widest`. Errors name `path`, which is not touched.
+/// Draws `count` planes of one size and style, each as it comes, and writes them as an animated
+/// picture that repeats for ever: `rate` frames a second (0.01 to 100), with room for a title of
+/// the width of `widest`. Errors name `path`, which is not touched.
 ///
 /// # Errors
-/// When there are more or fewer planes, one is an error or cannot be drawn, or `to` cannot be written to.
+/// When there are more or fewer planes, one is an error or cannot be drawn, or `to` cannot be
+/// written to.
 pub fn film(
     to: &mut dyn Write,
     format: Format,
@@ -46,11 +49,15 @@ pub fn film(
     rate: f64,
 ) -> Result<()> {
     let failed = |error: Failure| Error::io(path)(io::Error::other(error));
-    let none = || Error::io(path)(io::Error::new(io::ErrorKind::InvalidInput, "a film of no frames"));
+    let none =
+        || Error::io(path)(io::Error::new(io::ErrorKind::InvalidInput, "a film of no frames"));
     let frame = |plane: &Plane, inks: &Inks| -> Result<Frame> {
         let (sheet, size) = draw_field(plane, widest, path)?;
         let (pixels, size) = sheet.pixels(size)?;
-        Ok(Frame { pixels: pixels.chunks_exact(3).map(|colour| inks.nearest(colour)).collect(), size })
+        Ok(Frame {
+            pixels: pixels.chunks_exact(3).map(|colour| inks.nearest(colour)).collect(),
+            size,
+        })
     };
     let first = planes.next().ok_or_else(none)??;
     let inks = Inks::new(&first);
@@ -88,7 +95,8 @@ impl<'a> Writer<'a> {
     ) -> std::result::Result<Writer<'a>, Failure> {
         let palette = inks.colours.concat();
         if format == Format::Gif {
-            let mut encoder = gif::Encoder::new(to, u16::try_from(size.0)?, u16::try_from(size.1)?, &palette)?;
+            let mut encoder =
+                gif::Encoder::new(to, u16::try_from(size.0)?, u16::try_from(size.1)?, &palette)?;
             encoder.set_repeat(gif::Repeat::Infinite)?;
             return Ok(Writer::Gif(encoder, (f64::from(TICKS) / rate).round().max(2.0) as u16));
         }
@@ -102,10 +110,16 @@ impl<'a> Writer<'a> {
     }
 
     /// Adds a rectangle of a frame.
-    fn add(&mut self, frame: &Frame, corner: (u32, u32), extent: (u32, u32)) -> std::result::Result<(), Failure> {
+    fn add(
+        &mut self,
+        frame: &Frame,
+        corner: (u32, u32),
+        extent: (u32, u32),
+    ) -> std::result::Result<(), Failure> {
         let width = frame.size.0 as usize;
         let rows = (corner.1..corner.1 + extent.1).map(|y| y as usize * width + corner.0 as usize);
-        let part: Vec<u8> = rows.flat_map(|from| &frame.pixels[from..from + extent.0 as usize]).copied().collect();
+        let part: Vec<u8> =
+            rows.flat_map(|from| &frame.pixels[from..from + extent.0 as usize]).copied().collect();
         match self {
             Writer::Png(writer) => {
                 // A rectangle that fits at every moment: the corner first to the origin.
@@ -151,12 +165,16 @@ struct Inks {
 impl Inks {
     /// Those that frames like a plane are drawn in.
     fn new(plane: &Plane) -> Inks {
-        let colours: Vec<[u8; 3]> = paint::inks(plane).iter().map(|ink| [ink.0, ink.1, ink.2]).collect();
+        let colours: Vec<[u8; 3]> =
+            paint::inks(plane).iter().map(|ink| [ink.0, ink.1, ink.2]).collect();
         let nearest = |place: u32| {
             // The middle of all that are looked up here.
-            let channel = |k: u32| (((place >> (BITS * k)) % (1 << BITS)) << (8 - BITS)) as i32 + (1 << (7 - BITS));
+            let channel = |k: u32| {
+                (((place >> (BITS * k)) % (1 << BITS)) << (8 - BITS)) as i32 + (1 << (7 - BITS))
+            };
             let wanted = [channel(2), channel(1), channel(0)];
-            let off = |ink: &[u8; 3]| (0..3).map(|k| (i32::from(ink[k]) - wanted[k]).pow(2)).sum::<i32>();
+            let off =
+                |ink: &[u8; 3]| (0..3).map(|k| (i32::from(ink[k]) - wanted[k]).pow(2)).sum::<i32>();
             let best = colours.iter().enumerate().min_by_key(|(_, ink)| off(ink));
             best.map_or(0, |(number, _)| number as u8)
         };
@@ -165,7 +183,9 @@ impl Inks {
 
     /// The number of the colour that is nearest to one in red, green and blue.
     fn nearest(&self, colour: &[u8]) -> u8 {
-        let place = colour.iter().fold(0, |place, channel| place << BITS | usize::from(channel >> (8 - BITS)));
+        let place = colour
+            .iter()
+            .fold(0, |place, channel| place << BITS | usize::from(channel >> (8 - BITS)));
         self.nearest[place]
     }
 }
@@ -177,7 +197,8 @@ struct Frame {
 }
 
 impl Frame {
-    /// The corner and the extent of the rectangle in which another frame of the same size differs, a pixel where none does.
+    /// The corner and the extent of the rectangle in which another frame of the same size differs,
+    /// a pixel where none does.
     fn differs(&self, other: &Frame) -> ((u32, u32), (u32, u32)) {
         let width = self.size.0 as usize;
         let rows = || self.pixels.chunks_exact(width).zip(other.pixels.chunks_exact(width));

@@ -1,4 +1,5 @@
-//! Figures: data in, `STEM.png` and `STEM.svg` out. Owns what a figure looks like; knows nothing of runs or cases.
+//! Figures: data in, `STEM.png` and `STEM.svg` out. Owns what a figure looks like; knows nothing of
+//! runs or cases.
 //!
 //! [`vorticity`], [`streamlines`] and [`field()`] draw a plane of the flow, [`vorticity_strip`],
 //! [`streamlines_strip`] and [`field_strip`] several of one scene side by side, [`film()`] one
@@ -86,11 +87,15 @@ impl Quantity {
 }
 
 impl Plane {
-    /// The same plane of fewer cells, about so many along each axis at most, each with the values of one of its own.
+    /// The same plane of fewer cells, about so many along each axis at most, each with the values
+    /// of one of its own.
     pub fn sampled(&self, most: usize) -> Plane {
-        let [columns, rows] = self.cells.map(|count| (0..count).step_by(count.div_ceil(most).max(1)));
+        let [columns, rows] =
+            self.cells.map(|count| (0..count).step_by(count.div_ceil(most).max(1)));
         let of = |values: &[f64]| {
-            let row = |j: usize| columns.clone().filter_map(move |i| values.get(j * self.cells[0] + i).copied());
+            let row = |j: usize| {
+                columns.clone().filter_map(move |i| values.get(j * self.cells[0] + i).copied())
+            };
             rows.clone().flat_map(row).collect()
         };
         let cells = [columns.len(), rows.len()];
@@ -101,9 +106,11 @@ impl Plane {
 /// How a plane is drawn.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Style {
-    /// The values of the first and the last colour; by default what there is, without its outermost hundredth.
+    /// The values of the first and the last colour; by default what there is, without its outermost
+    /// hundredth.
     pub range: Option<[f64; 2]>,
-    /// Pixels of the longer side of the flow, of all panels together in a strip; by default what suits a page.
+    /// Pixels of the longer side of the flow, of all panels together in a strip; by default what
+    /// suits a page.
     pub size: Option<u32>,
 }
 
@@ -130,10 +137,11 @@ pub struct Disc {
     pub radius: f64,
     /// Its grey or colour, from 0 (light) to 1 (dark).
     pub shade: f64,
-    /// The part of it that is darker and shows how it is turned: where `m[0] x + m[1] y + m[2] > 0`, from its centre. No mark on one
-    /// that does not turn.
+    /// The part of it that is darker and shows how it is turned: where `m[0] x + m[1] y + m[2] >
+    /// 0`, from its centre. No mark on one that does not turn.
     pub mark: Option<[f64; 3]>,
-    /// What may be written on it, the first that there is room for: its name, its number; nothing on one that is alone.
+    /// What may be written on it, the first that there is room for: its name, its number; nothing
+    /// on one that is alone.
     pub label: Vec<String>,
 }
 
@@ -142,7 +150,8 @@ pub struct Disc {
 pub struct Series {
     /// Its entry in the legend; empty for none.
     pub label: String,
-    /// Points in drawing order. One that cannot be placed (NaN, or not positive on a log axis) is a gap.
+    /// Points in drawing order. One that cannot be placed (NaN, or not positive on a log axis) is a
+    /// gap.
     pub points: Vec<(f64, f64)>,
     /// How the points are drawn.
     pub style: SeriesStyle,
@@ -159,7 +168,8 @@ pub enum SeriesStyle {
     Markers,
     /// A marker at each point, and a thin line from one to the next.
     Joined,
-    /// A grey rectangle between the first and the last point, for a range that something is expected in.
+    /// A grey rectangle between the first and the last point, for a range that something is
+    /// expected in.
     Band,
     /// A pale area with the points as its outline, in the colour of the series before it, for the
     /// spread of what that is the middle of. It has no entry in the legend.
@@ -186,7 +196,8 @@ pub struct Axes {
     /// The ends of the vertical axis, where they are not those of the points; what lies beyond is
     /// cut off there.
     pub range_y: Option<[f64; 2]>,
-    /// A box from the origin to these edges, drawn to scale, that the axes show whatever the points.
+    /// A box from the origin to these edges, drawn to scale, that the axes show whatever the
+    /// points.
     pub frame: Option<[f64; 2]>,
 }
 

@@ -1,4 +1,5 @@
-//! What figures of the flow are painted with: colours of values, streamlines, particles, the colour bar.
+//! What figures of the flow are painted with: colours of values, streamlines, particles, the colour
+//! bar.
 
 use std::f64::consts::{SQRT_2, TAU};
 use std::io;
@@ -17,12 +18,14 @@ use crate::{Error, Result};
 /// Distance between arrow heads along a streamline.
 const ARROWS: i32 = 220 * SCALE;
 /// Blue, white, red (ColorBrewer's RdBu without its darkest ends), for values with a sign.
-const DIVERGING: [u32; 9] = [0x2166ac, 0x4393c3, 0x92c5de, 0xd1e5f0, 0xffffff, 0xfddbc7, 0xf4a582, 0xd6604d, 0xb2182b];
+const DIVERGING: [u32; 9] =
+    [0x2166ac, 0x4393c3, 0x92c5de, 0xd1e5f0, 0xffffff, 0xfddbc7, 0xf4a582, 0xd6604d, 0xb2182b];
 /// Blue to orange (plasma without its palest end), for lines on white.
 const SEQUENTIAL: [u32; 6] = [0x0d0887, 0x5402a3, 0x8b0aa5, 0xb93289, 0xdb5c68, 0xf48849];
 /// Light to dark, for particles.
 const GREYS: [u32; 2] = [0xd7d7d7, 0x7d7d7d];
-/// Light yellow to dark green (ColorBrewer's YlGn without its palest end), for particles that say something beside the two above.
+/// Light yellow to dark green (ColorBrewer's YlGn without its palest end), for particles that say
+/// something beside the two above.
 const GREENS: [u32; 5] = [0xf7fcb9, 0xaddd8e, 0x78c679, 0x31a354, 0x006837];
 /// How dark the marked part of a particle is.
 const MARKED: f64 = 0.62;
@@ -51,7 +54,10 @@ impl Palette {
 
     /// Of what a plane shows: in its style's range, or in what it has.
     pub fn of(plane: &Plane) -> Palette {
-        Palette::showing(plane.quantity, plane.style.range.unwrap_or_else(|| shared_range(plane.quantity, &[plane])))
+        Palette::showing(
+            plane.quantity,
+            plane.style.range.unwrap_or_else(|| shared_range(plane.quantity, &[plane])),
+        )
     }
 
     /// Of a quantity in a range.
@@ -82,7 +88,8 @@ impl Palette {
         if part.is_nan() { RGBColor(200, 200, 200) } else { self.at(part) }
     }
 
-    /// Draws the colours into the frame of a colour bar, whose vertical axis has this range, with the axis on its right.
+    /// Draws the colours into the frame of a colour bar, whose vertical axis has this range, with
+    /// the axis on its right.
     pub fn bar(&self, sheet: &mut Sheet, bar: &Frame) {
         sheet.bitmap(bar, |_, up| self.at(up));
         bar.axes(sheet, true);
@@ -103,12 +110,13 @@ pub fn check(plane: &Plane, stem: &Path) -> Result<()> {
     if count > 0 && filled && sized {
         return Ok(());
     }
-    let message = format!("a plane of {:?} cells and size {:?} cannot be drawn", plane.cells, plane.size);
+    let message =
+        format!("a plane of {:?} cells and size {:?} cannot be drawn", plane.cells, plane.size);
     Err(Error::io(stem)(io::Error::new(io::ErrorKind::InvalidInput, message)))
 }
 
-/// The values of the first and the last colour that suit some planes of a quantity: its outermost hundredth is beyond them, of a speed the
-/// fastest thousandth.
+/// The values of the first and the last colour that suit some planes of a quantity: its outermost
+/// hundredth is beyond them, of a speed the fastest thousandth.
 pub fn shared_range(quantity: Quantity, planes: &[&Plane]) -> [f64; 2] {
     match quantity {
         Quantity::Vorticity => Some(limit(planes, SATURATED)).map(|limit| [-limit, limit]),
@@ -116,7 +124,10 @@ pub fn shared_range(quantity: Quantity, planes: &[&Plane]) -> [f64; 2] {
         Quantity::Pressure => {
             let values = sorted(planes, |value| value);
             let beyond = values.len() / (2 * SATURATED);
-            let ends = values.get(beyond).zip(values.iter().rev().nth(beyond)).map(|(low, high)| [*low, *high]);
+            let ends = values
+                .get(beyond)
+                .zip(values.iter().rev().nth(beyond))
+                .map(|(low, high)| [*low, *high]);
             ends.filter(|[low, high]| high - low > 1e-9 * low.abs().max(high.abs()).max(1e-290))
         }
     }
@@ -125,33 +136,49 @@ pub fn shared_range(quantity: Quantity, planes: &[&Plane]) -> [f64; 2] {
 
 fn sorted(planes: &[&Plane], of: fn(f64) -> f64) -> Vec<f64> {
     let all = planes.iter().flat_map(|plane| &plane.values);
-    let mut values: Vec<f64> = all.map(|value| of(*value)).filter(|value| value.is_finite()).collect();
+    let mut values: Vec<f64> =
+        all.map(|value| of(*value)).filter(|value| value.is_finite()).collect();
     values.sort_unstable_by(f64::total_cmp);
     values
 }
 
-/// The size of a value that one cell in `in_one` of all planes exceeds: where colours or lines end, so that thin layers at discs
-/// do not wash out or blacken the rest. 1 where there is nothing but the rounding errors of a flow without vorticity.
+/// The size of a value that one cell in `in_one` of all planes exceeds: where colours or lines end,
+/// so that thin layers at discs do not wash out or blacken the rest. 1 where there is nothing but
+/// the rounding errors of a flow without vorticity.
 pub fn limit(planes: &[&Plane], in_one: usize) -> f64 {
     let values = sorted(planes, f64::abs);
-    let noise = planes.iter().map(|plane| 1e-9 * trace::fastest(plane) / plane.size[0].max(plane.size[1]));
+    let noise =
+        planes.iter().map(|plane| 1e-9 * trace::fastest(plane) / plane.size[0].max(plane.size[1]));
     let noise = noise.fold(1e-300, f64::max);
-    let limits = [values.get(values.len() - values.len().div_ceil(in_one)), values.last()].into_iter().flatten();
+    let limits = [values.get(values.len() - values.len().div_ceil(in_one)), values.last()]
+        .into_iter()
+        .flatten();
     limits.copied().find(|limit| *limit > noise).unwrap_or(1.0)
 }
 
 /// The greatest speed of some planes outside their discs, 1 where nothing moves.
 pub fn speed_limit(planes: &[Plane]) -> f64 {
-    Some(planes.iter().map(trace::fastest).fold(0.0, f64::max)).filter(|speed| *speed > 1e-300).unwrap_or(1.0)
+    Some(planes.iter().map(trace::fastest).fold(0.0, f64::max))
+        .filter(|speed| *speed > 1e-300)
+        .unwrap_or(1.0)
 }
 
 /// Fills a plot with the colours of a plane's values.
 pub fn values(sheet: &mut Sheet, plot: &Frame, plane: &Plane, palette: &Palette) {
-    sheet.bitmap(plot, |x, y| palette.colour(sample(plane, &plane.values, [x * plane.size[0], y * plane.size[1]])));
+    sheet.bitmap(plot, |x, y| {
+        palette.colour(sample(plane, &plane.values, [x * plane.size[0], y * plane.size[1]]))
+    });
 }
 
-/// Draws streamlines about `apart` pixels of the figure from each other, in the colours of their points.
-pub fn streamlines(sheet: &mut Sheet, plot: &Frame, plane: &Plane, apart: f64, colour: impl Fn(Point) -> RGBColor) {
+/// Draws streamlines about `apart` pixels of the figure from each other, in the colours of their
+/// points.
+pub fn streamlines(
+    sheet: &mut Sheet,
+    plot: &Frame,
+    plane: &Plane,
+    apart: f64,
+    colour: impl Fn(Point) -> RGBColor,
+) {
     let extent = [plot.extent.0, plot.extent.1].map(|extent| f64::from(extent / SCALE));
     let apart = apart.min(extent[0] / 4.0).min(extent[1] / 4.0);
     let apart = [0, 1].map(|k| apart / extent[k] * plane.size[k]);
@@ -164,7 +191,13 @@ pub fn streamlines(sheet: &mut Sheet, plot: &Frame, plane: &Plane, apart: f64, c
 }
 
 /// Draws a streamline whose points are a `hop` on the sheet from each other.
-fn streamline(sheet: &mut Sheet, plot: &Frame, line: &[Point], hop: f64, colour: impl Fn(Point) -> RGBColor) {
+fn streamline(
+    sheet: &mut Sheet,
+    plot: &Frame,
+    line: &[Point],
+    hop: f64,
+    colour: impl Fn(Point) -> RGBColor,
+) {
     let place = |point: &Point| plot.pixel(point[0], point[1]);
     let mut start = 0;
     for run in line[1..].chunk_by(|a, b| colour(*a) == colour(*b)) {
@@ -195,7 +228,9 @@ pub fn discs(sheet: &mut Sheet, plot: &Frame, plane: &Plane) {
     let colours = Palette::particles(plane.scale.as_ref());
     for disc in &plane.discs {
         let rim = outline(disc, plane.size, (disc.radius * scale).clamp(12.0, 128.0) as usize);
-        let pixels = |places: &[Point]| places.iter().map(|at| plot.pixel(at[0], at[1])).collect::<Vec<Pixel>>();
+        let pixels = |places: &[Point]| {
+            places.iter().map(|at| plot.pixel(at[0], at[1])).collect::<Vec<Pixel>>()
+        };
         let marked = disc.mark.map(|[x, y, off]| {
             let off = off - x * disc.centre[0] - y * disc.centre[1];
             pixels(&clipped(rim.clone(), [x, y, off]))
@@ -212,10 +247,17 @@ pub fn discs(sheet: &mut Sheet, plot: &Frame, plane: &Plane) {
             let inside = (0..2).all(|a| (0.0..=plane.size[a]).contains(&disc.centre[a]));
             // A square in the circle holds it.
             let room = (disc.radius * scale * SQRT_2) as i32;
-            let label = disc.label.iter().find(|label| canvas::width(label, SMALL) < room && SMALL < room);
+            let label =
+                disc.label.iter().find(|label| canvas::width(label, SMALL) < room && SMALL < room);
             if let Some(label) = label.filter(|_| inside) {
                 let anchor = (HPos::Center, VPos::Center);
-                sheet.text(label, SMALL, plot.pixel(disc.centre[0], disc.centre[1]), anchor, FontTransform::None);
+                sheet.text(
+                    label,
+                    SMALL,
+                    plot.pixel(disc.centre[0], disc.centre[1]),
+                    anchor,
+                    FontTransform::None,
+                );
             }
         }
     }
@@ -236,7 +278,8 @@ pub fn inks(plane: &Plane) -> Vec<RGBColor> {
 
 /// The colour of the marked part of a particle.
 fn dark(RGBColor(red, green, blue): RGBColor) -> RGBColor {
-    let [red, green, blue] = [red, green, blue].map(|channel| (MARKED * f64::from(channel)).round() as u8);
+    let [red, green, blue] =
+        [red, green, blue].map(|channel| (MARKED * f64::from(channel)).round() as u8);
     RGBColor(red, green, blue)
 }
 
@@ -257,9 +300,12 @@ fn ramp(anchors: &[u32]) -> Vec<RGBColor> {
 /// The part of a disc's rim and of the plane's edges that bounds what of the disc is in the plane.
 fn outline(disc: &Disc, size: [f64; 2], corners: usize) -> Vec<Point> {
     let angle = |k: usize| k as f64 / corners as f64 * TAU;
-    let rim = |[x, y]: Point, (sin, cos): (f64, f64)| [x + disc.radius * cos, y + disc.radius * sin];
+    let rim =
+        |[x, y]: Point, (sin, cos): (f64, f64)| [x + disc.radius * cos, y + disc.radius * sin];
     let circle = (0..corners).map(|k| rim(disc.centre, angle(k).sin_cos())).collect();
-    [[1.0, 0.0, 0.0], [-1.0, 0.0, size[0]], [0.0, 1.0, 0.0], [0.0, -1.0, size[1]]].into_iter().fold(circle, clipped)
+    [[1.0, 0.0, 0.0], [-1.0, 0.0, size[0]], [0.0, 1.0, 0.0], [0.0, -1.0, size[1]]]
+        .into_iter()
+        .fold(circle, clipped)
 }
 
 /// The part of a polygon where `m[0] x + m[1] y + m[2] > 0`.

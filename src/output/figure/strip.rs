@@ -1,5 +1,5 @@
-//! Strips: one scene at several times side by side, vorticity with contour lines, streamlines or the colours of a quantity alone, in
-//! the same colours.
+//! Strips: one scene at several times side by side, vorticity with contour lines, streamlines or
+//! the colours of a quantity alone, in the same colours.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -33,61 +33,91 @@ const LINED: usize = 1000;
 /// Contour lines of either sign at most: more would be one black patch.
 const LEVELS: f64 = 60.0;
 
-/// Draws the vorticity of some planes of one size, their titles above them, with contour lines every `interval` (1/s, by
-/// default a round part of what there is): solid where positive, dashed where negative, none at 0, none within a disc, and
-/// none in the thin layers that one cell in a thousand is of. Writes `STEM.png` and `STEM.svg`.
+/// Draws the vorticity of some planes of one size, their titles above them, with contour lines
+/// every `interval` (1/s, by default a round part of what there is): solid where positive, dashed
+/// where negative, none at 0, none within a disc, and none in the thin layers that one cell in a
+/// thousand is of. Writes `STEM.png` and `STEM.svg`.
 ///
 /// # Errors
 /// When the interval is not positive, or too small for the values that there are.
-pub fn vorticity_strip(panels: &[Plane], title: &str, interval: Option<f64>, stem: &Path) -> Result<[PathBuf; 2]> {
+pub fn vorticity_strip(
+    panels: &[Plane],
+    title: &str,
+    interval: Option<f64>,
+    stem: &Path,
+) -> Result<[PathBuf; 2]> {
     let strip = Strip::new(panels, stem)?;
     let [low, high] = strip.range();
     let limit = high.max(-low);
     let interval = interval.unwrap_or_else(|| round_down(limit / 4.0));
     let (coloured, lined) = ((limit / interval).ceil(), paint::limit(&strip.planes(), LINED));
     if !(interval > 0.0 && coloured <= LEVELS) {
-        let why = format!("contour lines every {interval} 1/s are too many where {limit:.3} 1/s is common");
-        return Err(Error::Usage(format!("{why}; give --interval {}, say", round_down(limit / 4.0))));
+        let why = format!(
+            "contour lines every {interval} 1/s are too many where {limit:.3} 1/s is common"
+        );
+        return Err(Error::Usage(format!(
+            "{why}; give --interval {}, say",
+            round_down(limit / 4.0)
+        )));
     }
-    let palette = Palette::diverging(strip.style().range.unwrap_or([-coloured * interval, coloured * interval]));
-    let title = format!("{title}: vorticity, contour lines every {interval} 1/s, dashed where negative");
+    let palette = Palette::diverging(
+        strip.style().range.unwrap_or([-coloured * interval, coloured * interval]),
+    );
+    let title =
+        format!("{title}: vorticity, contour lines every {interval} 1/s, dashed where negative");
     let mut sheet = Sheet::default();
-    let (size, bars) = strip.draw(&mut sheet, &title, &palette, "vorticity (1/s)", |sheet, plot, plane| {
-        paint::values(sheet, plot, plane, &palette);
-        for (level, line) in isolines(plane, interval, lined) {
-            isoline(sheet, line.iter().map(|at| plot.pixel(at[0], at[1])).collect(), level);
-        }
-    });
+    let (size, bars) =
+        strip.draw(&mut sheet, &title, &palette, "vorticity (1/s)", |sheet, plot, plane| {
+            paint::values(sheet, plot, plane, &palette);
+            for (level, line) in isolines(plane, interval, lined) {
+                isoline(sheet, line.iter().map(|at| plot.pixel(at[0], at[1])).collect(), level);
+            }
+        });
     let levels = (1..coloured as i32).flat_map(|k| [-k, k]).map(|k| f64::from(k) * interval);
-    for (level, bar) in levels.filter(|level| palette.range.contains(level)).zip(bars.first().into_iter().cycle()) {
+    for (level, bar) in
+        levels.filter(|level| palette.range.contains(level)).zip(bars.first().into_iter().cycle())
+    {
         let (left, y) = bar.pixel(0.0, level);
         isoline(&mut sheet, vec![(left, y), (left + bar.extent.0, y)], level);
     }
     sheet.write(size, stem)
 }
 
-/// The contour lines of a plane's vorticity outside its discs, with their levels, which go up to `limit`.
+/// The contour lines of a plane's vorticity outside its discs, with their levels, which go up to
+/// `limit`.
 fn isolines(plane: &Plane, interval: f64, limit: f64) -> Vec<(f64, Vec<Point>)> {
-    let levels = (1..=(limit / interval).min(LEVELS) as i32).flat_map(|k| [-k, k]).map(|k| f64::from(k) * interval);
-    let lines =
-        levels.flat_map(|level| contours(plane, &plane.values, level).into_iter().map(move |line| (level, line)));
-    lines.flat_map(|(level, line)| outside(line, &plane.discs).into_iter().map(move |part| (level, part))).collect()
+    let levels = (1..=(limit / interval).min(LEVELS) as i32)
+        .flat_map(|k| [-k, k])
+        .map(|k| f64::from(k) * interval);
+    let lines = levels.flat_map(|level| {
+        contours(plane, &plane.values, level).into_iter().map(move |line| (level, line))
+    });
+    lines
+        .flat_map(|(level, line)| {
+            outside(line, &plane.discs).into_iter().map(move |part| (level, part))
+        })
+        .collect()
 }
 
-/// Draws streamlines of some planes of one size, coloured by speed, their titles above them. Writes `STEM.png` and `STEM.svg`.
+/// Draws streamlines of some planes of one size, coloured by speed, their titles above them. Writes
+/// `STEM.png` and `STEM.svg`.
 pub fn streamlines_strip(panels: &[Plane], title: &str, stem: &Path) -> Result<[PathBuf; 2]> {
     let strip = Strip::new(panels, stem)?;
-    let palette = Palette::sequential(strip.style().range.unwrap_or_else(|| [0.0, paint::speed_limit(panels)]));
+    let palette = Palette::sequential(
+        strip.style().range.unwrap_or_else(|| [0.0, paint::speed_limit(panels)]),
+    );
     let mut sheet = Sheet::default();
     let title = format!("{title}: streamlines");
-    let (size, _) = strip.draw(&mut sheet, &title, &palette, "speed (m/s)", |sheet, plot, plane| {
-        let speed = |at: Point| sample(plane, &plane.u, at).hypot(sample(plane, &plane.v, at));
-        paint::streamlines(sheet, plot, plane, SEPARATION, |at| palette.colour(speed(at)));
-    });
+    let (size, _) =
+        strip.draw(&mut sheet, &title, &palette, "speed (m/s)", |sheet, plot, plane| {
+            let speed = |at: Point| sample(plane, &plane.u, at).hypot(sample(plane, &plane.v, at));
+            paint::streamlines(sheet, plot, plane, SEPARATION, |at| palette.colour(speed(at)));
+        });
     sheet.write(size, stem)
 }
 
-/// Draws the colours of what some planes of one size show, with their discs, their titles above them. Writes `STEM.png` and `STEM.svg`.
+/// Draws the colours of what some planes of one size show, with their discs, their titles above
+/// them. Writes `STEM.png` and `STEM.svg`.
 ///
 /// # Errors
 /// When there is no plane, one's values do not fill its cells, or a file cannot be written.
@@ -96,9 +126,10 @@ pub fn field_strip(panels: &[Plane], title: &str, stem: &Path) -> Result<[PathBu
     let (quantity, palette) = (strip.quantity(), Palette::showing(strip.quantity(), strip.range()));
     let mut sheet = Sheet::default();
     let title = format!("{title}: {}", quantity.name());
-    let (size, _) = strip.draw(&mut sheet, &title, &palette, quantity.label(), |sheet, plot, plane| {
-        paint::values(sheet, plot, plane, &palette);
-    });
+    let (size, _) =
+        strip.draw(&mut sheet, &title, &palette, quantity.label(), |sheet, plot, plane| {
+            paint::values(sheet, plot, plane, &palette);
+        });
     sheet.write(size, stem)
 }
 
@@ -112,7 +143,11 @@ fn isoline(sheet: &mut Sheet, places: Vec<Pixel>, level: f64) {
 /// The largest of 1, 2 and 5 times a power of ten that is not above a value.
 fn round_down(value: f64) -> f64 {
     let power = 10f64.powf((value * (1.0 + 1e-9)).log10().floor());
-    [5.0, 2.0].map(|part| part * power).into_iter().find(|round| *round <= value * (1.0 + 1e-9)).unwrap_or(power)
+    [5.0, 2.0]
+        .map(|part| part * power)
+        .into_iter()
+        .find(|round| *round <= value * (1.0 + 1e-9))
+        .unwrap_or(power)
 }
 
 /// Panels in rows and columns, as large as the sheet allows.
@@ -127,12 +162,14 @@ struct Strip<'a> {
 
 impl<'a> Strip<'a> {
     fn new(panels: &'a [Plane], stem: &Path) -> Result<Strip<'a>> {
-        let none = || Error::io(stem)(io::Error::new(io::ErrorKind::InvalidInput, "a strip of no panels"));
+        let none =
+            || Error::io(stem)(io::Error::new(io::ErrorKind::InvalidInput, "a strip of no panels"));
         let first = panels.first().ok_or_else(none)?;
         panels.iter().try_for_each(|plane| paint::check(plane, stem))?;
         let most = first.style.size.map_or(MOST, |size| [f64::from(size); 2]);
         let (columns, scale) = arrangement(panels.len(), first.size, most);
-        let [width, height] = first.size.map(|size| (size * scale).max(LEAST).round() as i32 * SCALE);
+        let [width, height] =
+            first.size.map(|size| (size * scale).max(LEAST).round() as i32 * SCALE);
         let y = axis(first, 1, height, true);
         Ok(Strip {
             panels,
@@ -173,7 +210,10 @@ impl<'a> Strip<'a> {
         let (column, row) = ((index % self.columns) as i32, (index / self.columns) as i32);
         let (plane, (width, height)) = (&self.panels[index], self.extent);
         Frame {
-            corner: (self.corner.0 + column * (width + BESIDE), self.corner.1 + row * (height + ABOVE)),
+            corner: (
+                self.corner.0 + column * (width + BESIDE),
+                self.corner.1 + row * (height + ABOVE),
+            ),
             extent: self.extent,
             x: axis(plane, 0, width, index + self.columns >= self.panels.len()),
             y: axis(plane, 1, height, column == 0),
@@ -192,7 +232,8 @@ impl<'a> Strip<'a> {
         self.panels.first().and_then(|plane| plane.scale.as_ref())
     }
 
-    /// Draws all panels as `paint` fills them, and the bar; returns the size of the sheet and the bars' frames.
+    /// Draws all panels as `paint` fills them, and the bar; returns the size of the sheet and the
+    /// bars' frames.
     fn draw(
         &self,
         sheet: &mut Sheet,
@@ -209,13 +250,23 @@ impl<'a> Strip<'a> {
             let letter = char::from(b'a' + (index % 26) as u8);
             let at = (plot.corner.0 + plot.extent.0 / 2, plot.corner.1 - 6 * SCALE);
             let anchor = (HPos::Center, VPos::Bottom);
-            sheet.text(&format!("({letter}) {}", plane.title), MEDIUM, at, anchor, FontTransform::None);
+            sheet.text(
+                &format!("({letter}) {}", plane.title),
+                MEDIUM,
+                at,
+                anchor,
+                FontTransform::None,
+            );
         }
         let bars = self.bars(palette, label);
         draw_bars(sheet, &bars, palette, self.scale());
         let (width, height) = self.all();
         sheet.title(title, self.corner.0 + width / 2, self.corner.1 - ABOVE);
-        let beside = bars.iter().map(|bar| bar.corner.0 + bar.extent.0 + bar.y.room() + MARGIN).max().unwrap_or(0);
+        let beside = bars
+            .iter()
+            .map(|bar| bar.corner.0 + bar.extent.0 + bar.y.room() + MARGIN)
+            .max()
+            .unwrap_or(0);
         let titled = self.corner.0 + width / 2 + canvas::width(title, LARGE) / 2 + MARGIN;
         let low = bars.iter().map(|bar| bar.corner.1 + bar.extent.1).max().unwrap_or(0);
         let below = (self.corner.1 + height + BELOW).max(low) + MARGIN;
@@ -228,7 +279,8 @@ fn axis(plane: &Plane, axis: usize, extent: i32, named: bool) -> Axis {
     if named { axis } else { axis.unnamed() }
 }
 
-/// The number of columns that gives the largest panels with few empty places, and the pixels of a unit of length.
+/// The number of columns that gives the largest panels with few empty places, and the pixels of a
+/// unit of length.
 fn arrangement(count: usize, size: [f64; 2], most: [f64; 2]) -> (usize, f64) {
     let of = |columns: usize| {
         let rows = count.div_ceil(columns);

@@ -2,12 +2,24 @@ use std::path::{Path, PathBuf};
 
 use super::*;
 
-/// Potential flow past a disc, with its mirror flow inside the disc, so that nothing but the disc itself stops a line.
+/// Potential flow past a disc, with its mirror flow inside the disc, so that nothing but the disc
+/// itself stops a line.
 fn flow_past_a_disc(cells: [usize; 2], size: [f64; 2]) -> Plane {
-    let disc = Disc { centre: [0.3 * size[0], 0.5 * size[1]], radius: 0.1 * size[1], shade: 0.5, ..Disc::default() };
+    let disc = Disc {
+        centre: [0.3 * size[0], 0.5 * size[1]],
+        radius: 0.1 * size[1],
+        shade: 0.5,
+        ..Disc::default()
+    };
     let labels = ["x (m)".to_owned(), "y (m)".to_owned()];
-    let mut plane =
-        Plane { cells, size, discs: vec![disc.clone()], labels, title: "a < b & c".to_owned(), ..Plane::default() };
+    let mut plane = Plane {
+        cells,
+        size,
+        discs: vec![disc.clone()],
+        labels,
+        title: "a < b & c".to_owned(),
+        ..Plane::default()
+    };
     for k in 0..cells[0] * cells[1] {
         let centre = |k: usize, axis: usize| (k as f64 + 0.5) * size[axis] / cells[axis] as f64;
         let x = centre(k % cells[0], 0) - disc.centre[0];
@@ -89,7 +101,8 @@ fn a_plane_whose_values_do_not_fill_its_cells_is_an_error_that_names_the_figure(
         assert!(message.starts_with("figures/wake: "), "{message}");
         assert!(draw(&Plane::default(), Path::new("wake")).is_err());
     }
-    let message = curves(&Axes::default(), &[], Path::new("/no/such/folder/cd")).unwrap_err().to_string();
+    let message =
+        curves(&Axes::default(), &[], Path::new("/no/such/folder/cd")).unwrap_err().to_string();
     assert!(message.starts_with("/no/such/folder/cd.png: "), "{message}");
 }
 
@@ -107,7 +120,10 @@ fn streamlines_stay_in_the_plane_and_apart_and_never_enter_a_disc() {
             for part in [0.0, 0.25, 0.5, 0.75, 1.0] {
                 let at = [0, 1].map(|k| pair[0][k] + part * (pair[1][k] - pair[0][k]));
                 assert!(distance(at, centre) > radius, "{at:?} is in the disc");
-                assert!((0..2).all(|k| (-1e-12..=plane.size[k] + 1e-12).contains(&at[k])), "{at:?} is outside");
+                assert!(
+                    (0..2).all(|k| (-1e-12..=plane.size[k] + 1e-12).contains(&at[k])),
+                    "{at:?} is outside"
+                );
             }
             let mut others = lines[..index].iter().flatten();
             // The last point of a line lies on the edge, which may be nearer.
@@ -129,18 +145,29 @@ fn streamlines_of_a_vortex_close() {
 
 #[test]
 fn curves_show_what_their_axes_can_hold_and_leave_gaps_for_the_rest() {
-    let series =
-        |label: &str, points: &[(f64, f64)], style| Series { label: label.to_owned(), points: points.to_vec(), style };
-    let points = [(0.1, 240.0), (1.0, 27.0), (f64::NAN, 1.0), (-1.0, 3.0), (10.0, 4.0), (100.0, 1.1)];
+    let series = |label: &str, points: &[(f64, f64)], style| Series {
+        label: label.to_owned(),
+        points: points.to_vec(),
+        style,
+    };
+    let points =
+        [(0.1, 240.0), (1.0, 27.0), (f64::NAN, 1.0), (-1.0, 3.0), (10.0, 4.0), (100.0, 1.1)];
     let styles = [SeriesStyle::Line, SeriesStyle::Dashed, SeriesStyle::Markers];
     let all = styles.map(|style| series("drag", &points, style));
     let axes = Axes { x_label: "Re".to_owned(), log_x: true, log_y: true, ..Axes::default() };
     let (_, svg) = written(|stem| curves(&axes, &all, stem));
     assert_eq!(svg.matches(">\ndrag\n<").count(), 3);
-    assert!([">\n0.1\n<", ">\n100\n<"].iter().all(|label| svg.contains(label)), "decades are plain numbers");
-    for points in
-        [&[][..], &[(1.0, 2.0)], &[(0.0, 0.0), (1.0, 0.0)], &[(f64::NAN, f64::NAN)], &[(1e300, -1e300), (0.0, 1e-300)]]
-    {
+    assert!(
+        [">\n0.1\n<", ">\n100\n<"].iter().all(|label| svg.contains(label)),
+        "decades are plain numbers"
+    );
+    for points in [
+        &[][..],
+        &[(1.0, 2.0)],
+        &[(0.0, 0.0), (1.0, 0.0)],
+        &[(f64::NAN, f64::NAN)],
+        &[(1e300, -1e300), (0.0, 1e-300)],
+    ] {
         for style in styles {
             written(|stem| curves(&Axes::default(), &[series("", points, style)], stem));
             written(|stem| curves(&axes, &[series("", points, style)], stem));
@@ -154,9 +181,17 @@ fn a_legend_stands_where_no_curve_is_and_beside_the_plot_where_there_is_no_such_
     let legend = |points: Vec<(f64, f64)>| {
         let one = [Series { label: "legend".into(), points, style: SeriesStyle::Line }];
         let ([width, _], svg) = written(|stem| curves(&Axes::default(), &one, stem));
-        let text = svg.split(">\nlegend\n<").next().unwrap().rsplit_once("<text ").unwrap().1.to_owned();
+        let text =
+            svg.split(">\nlegend\n<").next().unwrap().rsplit_once("<text ").unwrap().1.to_owned();
         let place = |axis: &str| -> f64 {
-            text.split_once(&format!("{axis}=\"")).unwrap().1.split('"').next().unwrap().parse().unwrap()
+            text.split_once(&format!("{axis}=\""))
+                .unwrap()
+                .1
+                .split('"')
+                .next()
+                .unwrap()
+                .parse()
+                .unwrap()
         };
         (width, place("x"), place("y"))
     };
@@ -171,13 +206,16 @@ fn a_legend_stands_where_no_curve_is_and_beside_the_plot_where_there_is_no_such_
 
 #[test]
 fn a_long_history_keeps_its_extremes_in_few_points() {
-    let points = (0..200_000).map(|k| (f64::from(k), if k == 77_777 { 9.0 } else { f64::from(k % 2) })).collect();
+    let points = (0..200_000)
+        .map(|k| (f64::from(k), if k == 77_777 { 9.0 } else { f64::from(k % 2) }))
+        .collect();
     let history = Series { label: String::new(), points, style: SeriesStyle::Line };
     let (_, svg) = written(|stem| curves(&Axes::default(), std::slice::from_ref(&history), stem));
     assert!(svg.len() < 200_000, "{}", svg.len());
 }
 
-/// A hill of positive vorticity on the left and one of negative on the right, with a disc in the middle.
+/// A hill of positive vorticity on the left and one of negative on the right, with a disc in the
+/// middle.
 fn two_hills(height: f64) -> Plane {
     let mut plane = flow_past_a_disc([80, 40], [2.0, 1.0]);
     plane.discs = vec![Disc { centre: [1.0, 0.5], radius: 0.12, shade: 1.0, ..Disc::default() }];
@@ -193,25 +231,34 @@ fn two_hills(height: f64) -> Plane {
 fn isolines(svg: &str) -> Vec<Vec<[f64; 2]>> {
     let lines = svg.split("<polyline").skip(1).filter(|tag| tag.contains("stroke-width=\"2\""));
     let number = |text: &str| text.parse().unwrap();
-    let points = |tag: &str| tag.split_once("points=\"").unwrap().1.split('"').next().unwrap().to_owned();
+    let points =
+        |tag: &str| tag.split_once("points=\"").unwrap().1.split('"').next().unwrap().to_owned();
     let places = |text: String| {
-        text.split_whitespace().map(|at| at.split_once(',').unwrap()).map(|(x, y)| [number(x), number(y)]).collect()
+        text.split_whitespace()
+            .map(|at| at.split_once(',').unwrap())
+            .map(|(x, y)| [number(x), number(y)])
+            .collect()
     };
     lines.map(points).map(places).collect()
 }
 
 #[test]
-fn contour_lines_are_whole_where_vorticity_is_positive_and_dashed_where_it_is_negative_and_there_is_none_of_zero() {
+fn contour_lines_are_whole_where_vorticity_is_positive_and_dashed_where_it_is_negative_and_there_is_none_of_zero()
+ {
     let plane = two_hills(100.0);
-    let (_, svg) = written(|stem| vorticity_strip(std::slice::from_ref(&plane), "hills", Some(20.0), stem));
+    let (_, svg) =
+        written(|stem| vorticity_strip(std::slice::from_ref(&plane), "hills", Some(20.0), stem));
     let lines = isolines(&svg);
     let span = |line: &[[f64; 2]], k: usize| {
         let along = || line.iter().map(|at| at[k]);
         (along().fold(f64::INFINITY, f64::min), along().fold(0.0, f64::max))
     };
-    let size = |line: &[[f64; 2]]| (0..2).map(|k| span(line, k)).map(|(low, high)| high - low).fold(0.0, f64::max);
-    let longest =
-        |part: &dyn Fn(f64) -> bool| lines.iter().filter(|l| part(span(l, 0).0)).map(|l| size(l)).fold(0.0, f64::max);
+    let size = |line: &[[f64; 2]]| {
+        (0..2).map(|k| span(line, k)).map(|(low, high)| high - low).fold(0.0, f64::max)
+    };
+    let longest = |part: &dyn Fn(f64) -> bool| {
+        lines.iter().filter(|l| part(span(l, 0).0)).map(|l| size(l)).fold(0.0, f64::max)
+    };
     // The panel is 3 x 1200 wide, its middle at half of that; the colour bar is right of it.
     let middle = 2100.0;
     let whole = lines.iter().filter(|l| span(l, 0).1 < middle && l.first() == l.last()).count();
@@ -223,15 +270,20 @@ fn contour_lines_are_whole_where_vorticity_is_positive_and_dashed_where_it_is_ne
 }
 
 #[test]
-fn panels_share_their_colours_and_say_their_times_and_an_interval_that_would_be_one_black_patch_is_refused() {
-    let panels = [0.1, 0.2, 0.3].map(|time: f64| Plane { title: format!("t = {time} s"), ..two_hills(100.0 * time) });
+fn panels_share_their_colours_and_say_their_times_and_an_interval_that_would_be_one_black_patch_is_refused()
+ {
+    let panels = [0.1, 0.2, 0.3]
+        .map(|time: f64| Plane { title: format!("t = {time} s"), ..two_hills(100.0 * time) });
     let ([width, height], svg) = written(|stem| vorticity_strip(&panels, "hills", None, stem));
     assert!((700..1000).contains(&width) && (1000..1200).contains(&height), "{width} x {height}");
-    assert!(["(a) t = 0.1 s", "(b) t = 0.2 s", "(c) t = 0.3 s"].iter().all(|label| svg.contains(label)));
+    assert!(
+        ["(a) t = 0.1 s", "(b) t = 0.2 s", "(c) t = 0.3 s"].iter().all(|label| svg.contains(label))
+    );
     assert!(svg.contains("contour lines every 5 1/s"), "a quarter of what is common, rounded");
     let (_, svg) = written(|stem| streamlines_strip(&panels, "hills", stem));
     assert!(svg.contains("hills: streamlines") && svg.contains("(c) t = 0.3 s"));
-    let said = vorticity_strip(&panels, "hills", Some(1e-3), Path::new("wake")).unwrap_err().to_string();
+    let said =
+        vorticity_strip(&panels, "hills", Some(1e-3), Path::new("wake")).unwrap_err().to_string();
     assert!(said.contains("every 0.001 1/s") && said.contains("--interval 5"), "{said}");
     for none in [&[][..], &[Plane::default()]] {
         assert!(vorticity_strip(none, "", None, Path::new("wake")).is_err());
@@ -242,13 +294,24 @@ fn panels_share_their_colours_and_say_their_times_and_an_interval_that_would_be_
 #[test]
 fn a_part_of_a_plane_says_where_it_is_and_an_axis_can_fall() {
     let plane = Plane { corner: [10.0, 3.0], ..flow_past_a_disc([40, 20], [2.0, 1.0]) };
-    let (_, svg) = written(|stem| vorticity_strip(std::slice::from_ref(&plane), "part", None, stem));
+    let (_, svg) =
+        written(|stem| vorticity_strip(std::slice::from_ref(&plane), "part", None, stem));
     assert!([">\n10.0\n<", ">\n12.0\n<", ">\n3.0\n<"].iter().all(|label| svg.contains(label)));
-    let line = [Series { label: "a".into(), points: vec![(0.0, 0.0), (5.0, 1.0)], style: SeriesStyle::Line }];
+    let line = [Series {
+        label: "a".into(),
+        points: vec![(0.0, 0.0), (5.0, 1.0)],
+        style: SeriesStyle::Line,
+    }];
     let place = |falling_x: bool, label: &str| {
         let (_, svg) = written(|stem| curves(&Axes { falling_x, ..Axes::default() }, &line, stem));
-        let before =
-            svg.split(&format!(">\n{label}\n<")).next().unwrap().rsplit_once("<text x=\"").unwrap().1.to_owned();
+        let before = svg
+            .split(&format!(">\n{label}\n<"))
+            .next()
+            .unwrap()
+            .rsplit_once("<text x=\"")
+            .unwrap()
+            .1
+            .to_owned();
         before.split('"').next().unwrap().parse::<f64>().unwrap()
     };
     assert!(place(false, "1") < place(false, "4") && place(true, "1") > place(true, "4"));
@@ -264,7 +327,9 @@ fn every_line_has_a_colour_of_its_own_and_one_on_another_is_dashed() {
     let all: Vec<Series> = (0..15).map(|k| line(10.0 * f64::from(k))).collect();
     let (_, svg) = written(|stem| curves(&Axes::default(), &all, stem));
     let colour = |line: &str| line.split("stroke=\"").nth(1)?.split('"').next().map(str::to_owned);
-    let wide = svg.split('<').filter(|tag| tag.starts_with("polyline") && tag.contains("stroke-width=\"6\""));
+    let wide = svg
+        .split('<')
+        .filter(|tag| tag.starts_with("polyline") && tag.contains("stroke-width=\"6\""));
     let colours: std::collections::HashSet<String> = wide.filter_map(colour).collect();
     assert_eq!(colours.len(), 15, "{colours:?}");
     let pieces = |all: &[Series]| {
@@ -277,8 +342,13 @@ fn every_line_has_a_colour_of_its_own_and_one_on_another_is_dashed() {
 
 #[test]
 fn plots_of_a_chart_are_below_or_beside_each_other() {
-    let line = Series { label: String::new(), points: vec![(0.0, 1.0), (1.0, 2.0)], style: SeriesStyle::Line };
-    let axes = |label: &str| Axes { y_label: label.into(), note: "small print".into(), ..Axes::default() };
+    let line = Series {
+        label: String::new(),
+        points: vec![(0.0, 1.0), (1.0, 2.0)],
+        style: SeriesStyle::Line,
+    };
+    let axes =
+        |label: &str| Axes { y_label: label.into(), note: "small print".into(), ..Axes::default() };
     let of = |count: usize, beside: bool| {
         let panels = (0..count).map(|k| (axes(&format!("plot {k}")), vec![line.clone()])).collect();
         let all = Chart { panels, beside };

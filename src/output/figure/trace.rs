@@ -1,4 +1,5 @@
-//! Evenly spaced streamlines after Jobard and Lefer (1997): lines are seeded beside lines and end where they come near.
+//! Evenly spaced streamlines after Jobard and Lefer (1997): lines are seeded beside lines and end
+//! where they come near.
 //!
 //! ```text
 //!   ---o-----o-----o---   a line, kept as points one hop apart
@@ -15,14 +16,16 @@ pub type Point = [f64; 2];
 
 /// Hops in one separation.
 pub const HOPS: usize = 6;
-/// A line ends where the flow is slower than this part of its greatest speed: its direction there is noise.
+/// A line ends where the flow is slower than this part of its greatest speed: its direction there
+/// is noise.
 const STAGNANT: f64 = 1e-3;
 
 /// Bilinear value at a point of a cell-centred quantity, constant outside the outermost centres.
 pub fn sample(plane: &Plane, values: &[f64], at: Point) -> f64 {
     let [(i, next_i, s), (j, next_j, t)] = [0, 1].map(|axis| {
         let last = plane.cells[axis] - 1;
-        let place = (at[axis] / plane.size[axis] * plane.cells[axis] as f64 - 0.5).clamp(0.0, last as f64);
+        let place =
+            (at[axis] / plane.size[axis] * plane.cells[axis] as f64 - 0.5).clamp(0.0, last as f64);
         let low = place as usize;
         (low, (low + 1).min(last), place - low as f64)
     });
@@ -31,16 +34,24 @@ pub fn sample(plane: &Plane, values: &[f64], at: Point) -> f64 {
     row(j) * (1.0 - t) + row(next_j) * t
 }
 
-/// The greatest speed of a cell outside all discs, 0 where none has any: inside, sharp walls keep the profile continued,
-/// which is no flow.
+/// The greatest speed of a cell outside all discs, 0 where none has any: inside, sharp walls keep
+/// the profile continued, which is no flow.
 pub fn fastest(plane: &Plane) -> f64 {
     let [h, k] = [0, 1].map(|axis| plane.size[axis] / plane.cells[axis] as f64);
-    let centre =
-        |cell: usize| [(cell % plane.cells[0]) as f64 * h + 0.5 * h, (cell / plane.cells[0]) as f64 * k + 0.5 * k];
-    let outside = |cell: usize| plane.discs.iter().all(|disc| distance(disc.centre, centre(cell)) > disc.radius);
+    let centre = |cell: usize| {
+        [(cell % plane.cells[0]) as f64 * h + 0.5 * h, (cell / plane.cells[0]) as f64 * k + 0.5 * k]
+    };
+    let outside = |cell: usize| {
+        plane.discs.iter().all(|disc| distance(disc.centre, centre(cell)) > disc.radius)
+    };
     let speeds = plane.u.iter().zip(&plane.v).map(|(u, v)| u.hypot(*v)).enumerate();
     // Few are faster than all before them, and only those are looked up.
-    speeds.fold(0.0, |top, (cell, speed)| if speed > top && speed.is_finite() && outside(cell) { speed } else { top })
+    speeds.fold(
+        0.0,
+        |top, (cell, speed)| {
+            if speed > top && speed.is_finite() && outside(cell) { speed } else { top }
+        },
+    )
 }
 
 /// Streamlines about `separation` apart, each along the flow; the same lines for the same plane.
@@ -49,7 +60,8 @@ pub fn streamlines(plane: &Plane, separation: f64) -> Vec<Vec<Point>> {
     let [width, height] = plane.size;
     let bins = tracer.bins;
     let lattice = (0..bins[0] * bins[1]).map(|k| [k % bins[0], k / bins[0]]);
-    let lattice = lattice.map(|[i, j]| [(i as f64 + 0.5) * separation, (j as f64 + 0.5) * separation]);
+    let lattice =
+        lattice.map(|[i, j]| [(i as f64 + 0.5) * separation, (j as f64 + 0.5) * separation]);
     let middle = [[0.5 * separation, 0.5 * height], [0.5 * width, 0.5 * separation]];
     let mut lines: Vec<Vec<Point>> = Vec::new();
     let mut seeds = VecDeque::new();
@@ -88,7 +100,8 @@ struct Tracer<'a> {
 impl<'a> Tracer<'a> {
     fn new(plane: &'a Plane, separation: f64) -> Self {
         let bins = plane.size.map(|size| (size / separation).ceil().max(1.0) as usize);
-        let cell = (plane.size[0] / plane.cells[0] as f64).min(plane.size[1] / plane.cells[1] as f64);
+        let cell =
+            (plane.size[0] / plane.cells[0] as f64).min(plane.size[1] / plane.cells[1] as f64);
         let mut discs = vec![Vec::new(); bins[0] * bins[1]];
         for (index, disc) in plane.discs.iter().enumerate() {
             let [columns, rows] = [0, 1].map(|axis| {
@@ -116,8 +129,12 @@ impl<'a> Tracer<'a> {
     /// The line through a seed, or none where the seed is taken or the line would be a stub.
     fn line(&self, seed: Point) -> Option<Vec<Point>> {
         let edge = |axis: usize| (0.4 * self.separation).min(0.25 * self.plane.size[axis]);
-        let clear = |axis: usize| (edge(axis)..=self.plane.size[axis] - edge(axis)).contains(&seed[axis]);
-        if !(clear(0) && clear(1)) || self.hits_disc(seed, seed) || self.near_line(seed, 0.999 * self.separation) {
+        let clear =
+            |axis: usize| (edge(axis)..=self.plane.size[axis] - edge(axis)).contains(&seed[axis]);
+        if !(clear(0) && clear(1))
+            || self.hits_disc(seed, seed)
+            || self.near_line(seed, 0.999 * self.separation)
+        {
             return None;
         }
         let mut line = vec![seed];
@@ -130,7 +147,8 @@ impl<'a> Tracer<'a> {
         line.iter().any(|point| distance(*point, seed) > self.separation).then_some(line)
     }
 
-    /// Grows a line from its end, along the flow or against it. True when it came back to its start.
+    /// Grows a line from its end, along the flow or against it. True when it came back to its
+    /// start.
     fn extend(&self, line: &mut Vec<Point>, sign: f64) -> bool {
         let near = 0.5 * self.separation;
         for _ in 0..4 * HOPS * (self.bins[0] + self.bins[1]) {
@@ -144,7 +162,8 @@ impl<'a> Tracer<'a> {
             let own = &line[..line.len().saturating_sub(2 * HOPS)];
             if own.iter().any(|point| distance(*point, to) < near) {
                 let [start, next] = [line[0], line[1]];
-                let [gap, along] = [[start, to], [next, start]].map(|[a, b]| [a[0] - b[0], a[1] - b[1]]);
+                let [gap, along] =
+                    [[start, to], [next, start]].map(|[a, b]| [a[0] - b[0], a[1] - b[1]]);
                 let offset = (gap[0] * along[1] - gap[1] * along[0]).abs() / distance(next, start);
                 let closes = distance(start, to) < near && offset < 0.2 * near;
                 line.push(to);
@@ -167,7 +186,10 @@ impl<'a> Tracer<'a> {
             let second = self.direction(ahead(0.5 * step, first))?;
             let third = self.direction(ahead(0.5 * step, second))?;
             let fourth = self.direction(ahead(step, third))?;
-            at = ahead(step / 6.0, [0, 1].map(|k| first[k] + 2.0 * (second[k] + third[k]) + fourth[k]));
+            at = ahead(
+                step / 6.0,
+                [0, 1].map(|k| first[k] + 2.0 * (second[k] + third[k]) + fourth[k]),
+            );
         }
         (distance(from, at) > 0.5 * hop).then_some(at)
     }
@@ -196,7 +218,8 @@ impl<'a> Tracer<'a> {
         let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
         self.discs[self.bin(from)].iter().map(|index| &self.plane.discs[*index]).any(|disc| {
             let [x, y] = [disc.centre[0] - from[0], disc.centre[1] - from[1]];
-            let part = ((x * dx + y * dy) / (dx * dx + dy * dy).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            let part =
+                ((x * dx + y * dy) / (dx * dx + dy * dy).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
             distance(disc.centre, [from[0] + part * dx, from[1] + part * dy]) <= disc.radius
         })
     }
@@ -214,7 +237,8 @@ impl<'a> Tracer<'a> {
     }
 
     fn bin(&self, at: Point) -> usize {
-        let [column, row] = [0, 1].map(|axis| ((at[axis] / self.separation) as usize).min(self.bins[axis] - 1));
+        let [column, row] =
+            [0, 1].map(|axis| ((at[axis] / self.separation) as usize).min(self.bins[axis] - 1));
         row * self.bins[0] + column
     }
 }

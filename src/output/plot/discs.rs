@@ -1,10 +1,12 @@
-//! The particles of a picture as its plane cuts them: where, in which colour, and how they are turned.
+//! The particles of a picture as its plane cuts them: where, in which colour, and how they are
+//! turned.
 //!
 //! ```text
 //!   a body is marked in the half behind a plane through its centre, which turns with it:   light |  n . r < 0
 //!   n = R n0, n0 down in the picture at the start; r from the centre of the body           dark  |  n . r > 0
 //! ```
-//! In 2D the two meet in a diameter. In 3D they meet where both planes do, so that a turn about any axis but n is seen.
+//! In 2D the two meet in a diameter. In 3D they meet where both planes do, so that a turn about any
+//! axis but n is seen.
 
 use super::section;
 use crate::config::{Case, Motion, Particle};
@@ -45,7 +47,9 @@ impl Colours {
         let range = match by {
             Bodies::Speed => [0.0, if fastest > 0.0 { fastest } else { 1.0 }],
             Bodies::Size => range(case, |p| p.shape.diameter()),
-            Bodies::Material if materials(case).len() > 1 => [-0.5, materials(case).len() as f64 - 0.5],
+            Bodies::Material if materials(case).len() > 1 => {
+                [-0.5, materials(case).len() as f64 - 0.5]
+            }
             Bodies::Material => range(case, |p| p.density),
         };
         Colours { by, range: if case.particle.is_empty() { [0.0; 2] } else { range } }
@@ -54,13 +58,15 @@ impl Colours {
     /// What stands beside their colour bar.
     pub fn scale(&self, case: &Case) -> Scale {
         let names = materials(case);
-        let numbers = |values: Vec<f64>| values.into_iter().map(|value| (value, rounded(value))).collect();
+        let numbers =
+            |values: Vec<f64>| values.into_iter().map(|value| (value, rounded(value))).collect();
         let (label, names) = match self.by {
             Bodies::Size => ("diameter (m)", numbers(few(case, |p| p.shape.diameter()))),
             Bodies::Speed => ("speed of particles (m/s)", Vec::new()),
-            Bodies::Material if names.len() > 1 => {
-                ("material", names.iter().enumerate().map(|(k, name)| (k as f64, (*name).to_owned())).collect())
-            }
+            Bodies::Material if names.len() > 1 => (
+                "material",
+                names.iter().enumerate().map(|(k, name)| (k as f64, (*name).to_owned())).collect(),
+            ),
             Bodies::Material => ("density (kg/m\u{b3})", numbers(few(case, |p| p.density))),
         };
         Scale { label: label.to_owned(), range: self.range, names, grey: false }
@@ -68,7 +74,11 @@ impl Colours {
 
     /// Greys: by size, or else by what they are made of.
     fn greys(case: &Case) -> Colours {
-        let by = if differs(range(case, |p| p.shape.diameter())) { Bodies::Size } else { Bodies::Material };
+        let by = if differs(range(case, |p| p.shape.diameter())) {
+            Bodies::Size
+        } else {
+            Bodies::Material
+        };
         Colours::of(by, case, 0.0)
     }
 
@@ -132,8 +142,9 @@ fn part(value: f64, [least, most]: [f64; 2]) -> f64 {
     if differs([least, most]) { (value - least) / (most - least) } else { 0.5 }
 }
 
-/// What the plane across `axis` at `height` (m) cuts of the particles, with their images across periodic faces that reach into it:
-/// in grey and with names or numbers, or in colours and with the marks of their turning.
+/// What the plane across `axis` at `height` (m) cuts of the particles, with their images across
+/// periodic faces that reach into it: in grey and with names or numbers, or in colours and with the
+/// marks of their turning.
 pub fn discs(
     case: &Case,
     (axis, height): (usize, f64),
@@ -148,10 +159,17 @@ pub fn discs(
     for (id, p) in case.particle.iter().enumerate() {
         // What moves and has no place has left the box or not come in.
         let rests = || p.motion == Motion::Fixed && p.enter.is_none();
-        let Some(pose) = place(id).or_else(|| rests().then(|| Pose::at(start(p)))) else { continue };
+        let Some(pose) = place(id).or_else(|| rests().then(|| Pose::at(start(p)))) else {
+            continue;
+        };
         let at = pose.centre;
         let across = if case.dimension() == 3 { at[axis] - height } else { 0.0 };
-        let off = match case.domain.size.get(axis).filter(|_| case.dimension() == 3 && case.periodic(axis)) {
+        let off = match case
+            .domain
+            .size
+            .get(axis)
+            .filter(|_| case.dimension() == 3 && case.periodic(axis))
+        {
             Some(length) => across - length * (across / length).round(),
             None => across,
         };
@@ -167,12 +185,18 @@ pub fn discs(
             [n[axes[0]], n[axes[1]], -off * n[axis]]
         });
         let label = match (case.particle.len(), colours) {
-            (2.., None) => names.get(&id).map(|name| (*name).to_owned()).into_iter().chain([id.to_string()]).collect(),
+            (2.., None) => names
+                .get(&id)
+                .map(|name| (*name).to_owned())
+                .into_iter()
+                .chain([id.to_string()])
+                .collect(),
             _ => Vec::new(),
         };
         let images = |axis: usize| if case.periodic(axis) { -1..=1 } else { 0..=0 };
         for (ka, kb) in images(axes[0]).flat_map(|ka| images(axes[1]).map(move |kb| (ka, kb))) {
-            let centre = [at[axes[0]] + f64::from(ka) * size[0], at[axes[1]] + f64::from(kb) * size[1]];
+            let centre =
+                [at[axes[0]] + f64::from(ka) * size[0], at[axes[1]] + f64::from(kb) * size[1]];
             let radius = square.sqrt();
             if (0..2).all(|a| centre[a] > -radius && centre[a] < size[a] + radius) {
                 discs.push(Disc { centre, radius, shade, mark, label: label.clone() });
@@ -184,7 +208,8 @@ pub fn discs(
 
 /// The names that one particle has alone, by its number.
 fn unique_names(case: &Case) -> HashMap<usize, &str> {
-    let named = || case.particle.iter().enumerate().filter_map(|(id, p)| Some((id, p.name.as_deref()?)));
+    let named =
+        || case.particle.iter().enumerate().filter_map(|(id, p)| Some((id, p.name.as_deref()?)));
     let mut count: HashMap<&str, usize> = HashMap::new();
     named().for_each(|(_, name)| *count.entry(name).or_default() += 1);
     named().filter(|(_, name)| count.get(name) == Some(&1)).collect()
@@ -203,9 +228,11 @@ mod tests {
 
     fn case(more: &str) -> Case {
         crate::config::written(&format!(
-            "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 1.0, 1.0], cells = [8, 8, 8] }}\n\
+            "name = \"t\"\ntime.end = 9.0\ndomain = \
+            {{ size = [1.0, 1.0, 1.0], cells = [8, 8, 8] }}\n\
              fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
-             boundary = {{ west = \"slip\", east = \"slip\", south = \"slip\", north = \"slip\", bottom = \"slip\", top = \"slip\" }}\n\
+             boundary = {{ west = \"slip\", east = \"slip\", south = \"slip\", north = \"slip\", \
+                 bottom = \"slip\", top = \"slip\" }}\n\
              {more}\n"
         ))
         .unwrap()
@@ -213,7 +240,8 @@ mod tests {
 
     fn sphere(diameter: f64, more: &str) -> String {
         format!(
-            "[[particle]]\nshape = {{ sphere = {{ diameter = {diameter} }} }}\nposition = [0.5, 0.5, 0.5]\ndensity = 3.0\n{more}\n"
+            "[[particle]]\nshape = {{ sphere = {{ diameter = {diameter} }} }}\n\
+            position = [0.5, 0.5, 0.5]\ndensity = 3.0\n{more}\n"
         )
     }
 
@@ -226,21 +254,27 @@ mod tests {
             let place = |_| Some(Pose { orientation, ..Pose::at([0.5; 3]) });
             discs(&case, section, [1.0; 2], &place, Some(&colours))[0].mark.unwrap()
         };
-        let near = |a: [f64; 3], b: [f64; 3]| assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-12), "{a:?} {b:?}");
+        let near = |a: [f64; 3], b: [f64; 3]| {
+            assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-12), "{a:?} {b:?}")
+        };
         near(mark((2, 0.5), Vector3::z(), 0.0), [0.0, -1.0, 0.0]);
         near(mark((2, 0.5), Vector3::z(), FRAC_PI_2), [1.0, 0.0, 0.0]);
-        // Across y, where z is up; and in front of the middle, once the dark half faces away from there.
+        // Across y, where z is up; and in front of the middle, once the dark half faces away from
+        // there.
         near(mark((1, 0.5), Vector3::y(), 0.0), [0.0, -1.0, 0.0]);
         near(mark((2, 0.55), Vector3::x(), FRAC_PI_2), [0.0, 0.0, -0.05]);
-        let unknown = discs(&case, (2, 0.5), [1.0; 2], &|_| Some(Pose::at([0.5; 3])), Some(&colours));
+        let unknown =
+            discs(&case, (2, 0.5), [1.0; 2], &|_| Some(Pose::at([0.5; 3])), Some(&colours));
         assert!(unknown[0].mark.is_none());
     }
 
     #[test]
     fn a_body_that_moves_is_drawn_where_it_has_a_place_only_and_a_fixed_one_without() {
         let late = sphere(0.2, "enter = { time = 1.0 }");
-        let case = case(&[late, sphere(0.1, "motion = \"fixed\"").replace("[0.5", "[0.1")].concat());
-        let drawn = |place: &dyn Fn(usize) -> Option<Pose>| discs(&case, (2, 0.5), [1.0; 2], place, None);
+        let case =
+            case(&[late, sphere(0.1, "motion = \"fixed\"").replace("[0.5", "[0.1")].concat());
+        let drawn =
+            |place: &dyn Fn(usize) -> Option<Pose>| discs(&case, (2, 0.5), [1.0; 2], place, None);
         let before = drawn(&|_| None);
         assert_eq!(before.iter().map(|disc| disc.centre).collect::<Vec<_>>(), [[0.1, 0.5]]);
         assert_eq!(drawn(&|id| (id == 0).then(|| Pose::at([0.7, 0.5, 0.5]))).len(), 2);
@@ -259,13 +293,17 @@ mod tests {
         let place = |id: usize| Some(Pose { speed: id as f64, ..Pose::at([0.5; 3]) });
         let shades = |by: Bodies| {
             let colours = Colours::of(by, &case, 2.0);
-            discs(&case, (2, 0.5), [1.0; 2], &place, Some(&colours)).iter().map(|disc| disc.shade).collect::<Vec<_>>()
+            discs(&case, (2, 0.5), [1.0; 2], &place, Some(&colours))
+                .iter()
+                .map(|disc| disc.shade)
+                .collect::<Vec<_>>()
         };
         assert_eq!([shades(Bodies::Size), shades(Bodies::Speed)], [[0.0, 1.0], [0.0, 0.5]]);
         assert_eq!(shades(Bodies::Material), [0.25, 0.75]);
         let scale = Colours::of(Bodies::Material, &case, 0.0).scale(&case);
         assert_eq!(scale.names, [(0.0, "steel".to_owned()), (1.0, "glass".to_owned())]);
-        let labels = discs(&case, (2, 0.5), [1.0; 2], &place, None).into_iter().map(|disc| disc.label);
+        let labels =
+            discs(&case, (2, 0.5), [1.0; 2], &place, None).into_iter().map(|disc| disc.label);
         assert_eq!(labels.collect::<Vec<_>>(), [vec!["left", "0"], vec!["1"]]);
         let alike = super::tests::case(&sphere(0.1, ""));
         assert_eq!(Colours::of(Bodies::Material, &alike, 0.0).scale(&alike).range, [3.0, 3.0]);

@@ -16,7 +16,8 @@ use std::path::{Path, PathBuf};
 
 /// Panels of a strip where no times are asked for.
 const PANELS: usize = 6;
-/// Layers of cells inside a body that take their values from outside, for lines and colours that reach its surface.
+/// Layers of cells inside a body that take their values from outside, for lines and colours that
+/// reach its surface.
 const LAYERS: usize = 2;
 
 /// The snapshots of a run.
@@ -24,8 +25,10 @@ const LAYERS: usize = 2;
 /// # Errors
 /// When there is none.
 pub fn snapshots(run: &Path) -> Result<Vec<PathBuf>> {
-    let entries = fs::read_dir(run.join("fields")).map_err(|e| not_a_run(run, &format!("fields: {e}")))?;
-    let paths = entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "vti"));
+    let entries =
+        fs::read_dir(run.join("fields")).map_err(|e| not_a_run(run, &format!("fields: {e}")))?;
+    let paths =
+        entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "vti"));
     let mut paths: Vec<PathBuf> = paths.collect();
     // Their names are the numbers of steps.
     paths.sort();
@@ -37,19 +40,32 @@ pub fn newest_snapshot(run: &Path) -> Result<PathBuf> {
     snapshots(run)?.pop().ok_or_else(|| not_a_run(run, "fields holds no snapshot"))
 }
 
-/// The planes of a run at the snapshots next to some times (s), or evenly from the first after the start to the last.
+/// The planes of a run at the snapshots next to some times (s), or evenly from the first after the
+/// start to the last.
 ///
 /// # Errors
 /// When the run has too few snapshots.
-pub fn planes(run: &Path, case: &Case, section: Option<Section>, times: &[f64]) -> Result<Vec<Plane>> {
-    let taken = choose(run, times)?.iter().map(|(_, path)| Snapshot::read(path)).collect::<Result<Vec<_>>>()?;
+pub fn planes(
+    run: &Path,
+    case: &Case,
+    section: Option<Section>,
+    times: &[f64],
+) -> Result<Vec<Plane>> {
+    let taken = choose(run, times)?
+        .iter()
+        .map(|(_, path)| Snapshot::read(path))
+        .collect::<Result<Vec<_>>>()?;
     let times: Vec<f64> = taken.iter().map(|snapshot| snapshot.time).collect();
     let (rows, digits) = (Rows::read(run, case, &times, &[]), digits(&times));
     // One plane for all panels, where it would be at the end.
     let section = section.or_else(|| sections(case, rows.poses(times.len() - 1)).first().copied());
     let section = section.unwrap_or(Section::Z(0.0));
     let look = Look { digits, ..Look::default() };
-    taken.iter().enumerate().map(|(k, snapshot)| plane(case, snapshot, run, section, &rows.poses(k), &look)).collect()
+    taken
+        .iter()
+        .enumerate()
+        .map(|(k, snapshot)| plane(case, snapshot, run, section, &rows.poses(k), &look))
+        .collect()
 }
 
 /// The snapshots that a strip shows, with their times (s).
@@ -60,7 +76,8 @@ pub fn choose(run: &Path, times: &[f64]) -> Result<Vec<(f64, PathBuf)>> {
     let mut all = dated(run)?;
     let few = |there: usize, wanted: usize| {
         Error::Usage(format!(
-            "{}: {there} snapshots are too few for {wanted} panels; run the case again with more of them, as in \
+            "{}: {there} snapshots are too few for {wanted} panels; run the case again with more \
+            of them, as in \
              --set output.fields.every_time=0.05, or ask for fewer --times",
             run.display()
         ))
@@ -124,13 +141,19 @@ pub fn evenly(of: usize, count: usize) -> impl Iterator<Item = usize> {
 /// Digits after the point that tell times apart, and one more.
 pub fn digits(times: &[f64]) -> usize {
     let least = times.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
-    let least = if least.is_finite() && least > 0.0 { least } else { times.first().copied().unwrap_or(1.0) };
+    let least = if least.is_finite() && least > 0.0 {
+        least
+    } else {
+        times.first().copied().unwrap_or(1.0)
+    };
     (1.0 - least.max(1e-9).log10().floor()).clamp(0.0, 9.0) as usize
 }
 
 /// Where a case's figures cut its flow, with the particles where they are at a moment.
 pub fn sections(case: &Case, place: impl Fn(usize) -> Option<Pose>) -> Vec<Section> {
-    section::sections(case, |id| place(id).map_or_else(|| start(&case.particle[id]), |pose| pose.centre))
+    section::sections(case, |id| {
+        place(id).map_or_else(|| start(&case.particle[id]), |pose| pose.centre)
+    })
 }
 
 /// What a picture of a plane shows.
@@ -138,7 +161,8 @@ pub fn sections(case: &Case, place: impl Fn(usize) -> Option<Pose>) -> Vec<Secti
 pub struct Look {
     /// What the colours of the flow are.
     pub quantity: Quantity,
-    /// What the colours of the particles say; where it is absent they are grey, with their names or numbers.
+    /// What the colours of the particles say; where it is absent they are grey, with their names or
+    /// numbers.
     pub colours: Option<Colours>,
     /// Digits of the time in the title.
     pub digits: usize,
@@ -172,7 +196,9 @@ pub fn plane(
     let (axis, cell, height) = section::layer(section, snapshot);
     let axes = section::axes(axis);
     let component = |name: &str, k: usize| -> Result<Vec<f64>> {
-        let array = snapshot.array(name).ok_or_else(|| not_a_run(run, &format!("its fields have no {name}")))?;
+        let array = snapshot
+            .array(name)
+            .ok_or_else(|| not_a_run(run, &format!("its fields have no {name}")))?;
         Ok(section::component(array, snapshot.cells, (axis, cell), k))
     };
     let cells = axes.map(|a| snapshot.cells[a]);
@@ -208,13 +234,17 @@ pub fn plane(
         scale: look.colours.map_or_else(|| grey_scale(case), |colours| Some(colours.scale(case))),
         labels: axes.map(|a| format!("{} (m)", names[a])),
         title: format!("t = {:.digits$} s", snapshot.time),
-        place: if snapshot.cells[2] > 1 { format!(", {} = {} m", names[axis], rounded(height)) } else { String::new() },
+        place: if snapshot.cells[2] > 1 {
+            format!(", {} = {} m", names[axis], rounded(height))
+        } else {
+            String::new()
+        },
         style: Style::default(),
     })
 }
 
-/// Takes away the values of cells that are mostly solid, where they are none of the fluid's; the outermost of them get what
-/// is beside them outside, so that lines and colours reach the surface.
+/// Takes away the values of cells that are mostly solid, where they are none of the fluid's; the
+/// outermost of them get what is beside them outside, so that lines and colours reach the surface.
 fn hide(values: &mut [f64], solid: &[f64], [nx, ny]: [usize; 2]) {
     let cells = values.iter_mut().zip(solid);
     cells.filter(|(_, solid)| **solid > 0.5).for_each(|(value, _)| *value = f64::NAN);
@@ -222,7 +252,8 @@ fn hide(values: &mut [f64], solid: &[f64], [nx, ny]: [usize; 2]) {
         let before = values.to_vec();
         let around = |k: usize, n: usize| k.saturating_sub(1)..(k + 2).min(n);
         for cell in (0..nx * ny).filter(|cell| before[*cell].is_nan()) {
-            let beside = around(cell / nx, ny).flat_map(|j| around(cell % nx, nx).map(move |i| j * nx + i));
+            let beside =
+                around(cell / nx, ny).flat_map(|j| around(cell % nx, nx).map(move |i| j * nx + i));
             let (sum, count) = beside
                 .map(|at| before[at])
                 .filter(|value| value.is_finite())
@@ -240,7 +271,8 @@ pub fn cut(plane: Plane, window: [f64; 4]) -> Result<Plane> {
     let h = [0, 1].map(|k| plane.size[k] / plane.cells[k] as f64);
     let cells = [0, 1].map(|k| {
         let cell = |place: f64| (place / h[k]).clamp(0.0, plane.cells[k] as f64);
-        cell(window[2 * k] + 1e-6 * h[k]) as usize..cell(window[2 * k + 1] - 1e-6 * h[k]).ceil() as usize
+        cell(window[2 * k] + 1e-6 * h[k]) as usize
+            ..cell(window[2 * k + 1] - 1e-6 * h[k]).ceil() as usize
     });
     let [columns, rows] = cells;
     if columns.is_empty() || rows.is_empty() {
@@ -255,8 +287,10 @@ pub fn cut(plane: Plane, window: [f64; 4]) -> Result<Plane> {
     };
     let corner = [columns.start as f64 * h[0], rows.start as f64 * h[1]];
     let size = [columns.len() as f64 * h[0], rows.len() as f64 * h[1]];
-    let moved = |disc: &Disc| Disc { centre: [0, 1].map(|k| disc.centre[k] - corner[k]), ..disc.clone() };
-    let reaches = |d: &Disc| (0..2).all(|k| d.centre[k] > -d.radius && d.centre[k] < size[k] + d.radius);
+    let moved =
+        |disc: &Disc| Disc { centre: [0, 1].map(|k| disc.centre[k] - corner[k]), ..disc.clone() };
+    let reaches =
+        |d: &Disc| (0..2).all(|k| d.centre[k] > -d.radius && d.centre[k] < size[k] + d.radius);
     Ok(Plane {
         cells: [columns.len(), rows.len()],
         u: part(&plane.u),
@@ -290,7 +324,10 @@ mod tests {
         assert_eq!((part.cells, part.size, part.corner), ([2, 2], [2.0, 2.0], [1.0, 1.0]));
         assert_eq!(part.values, [5.0, 6.0, 9.0, 10.0]);
         assert_eq!(part.discs.len(), 1);
-        assert!((part.discs[0].centre[0] - 1.2).abs() < 1e-12 && (part.discs[0].centre[1] - 0.2).abs() < 1e-12);
+        assert!(
+            (part.discs[0].centre[0] - 1.2).abs() < 1e-12
+                && (part.discs[0].centre[1] - 0.2).abs() < 1e-12
+        );
         for window in [[5.0, 6.0, 0.0, 1.0], [2.0, 1.0, 0.0, 1.0], [0.0, 1.0, -2.0, -1.0]] {
             let said = cut(plane.clone(), window).unwrap_err().to_string();
             assert!(said.contains("--window") && said.contains("4 m x 3 m"), "{said}");
@@ -299,8 +336,9 @@ mod tests {
 
     #[test]
     fn vorticity_in_a_body_is_not_shown_but_its_skin_takes_that_of_the_fluid_beside_it() {
-        let solid: Vec<f64> =
-            (0..49).map(|c| if (1..6).contains(&(c % 7)) && (1..6).contains(&(c / 7)) { 1.0 } else { 0.4 }).collect();
+        let solid: Vec<f64> = (0..49)
+            .map(|c| if (1..6).contains(&(c % 7)) && (1..6).contains(&(c / 7)) { 1.0 } else { 0.4 })
+            .collect();
         let mut vorticity = vec![3.0; 49];
         vorticity.iter_mut().zip(&solid).filter(|(_, s)| **s == 1.0).for_each(|(v, _)| *v = 1e9);
         hide(&mut vorticity, &solid, [7, 7]);
@@ -310,6 +348,9 @@ mod tests {
 
     #[test]
     fn times_are_written_with_the_digits_that_tell_them_apart() {
-        assert_eq!([&[0.05, 0.1][..], &[2.0, 6.0, 10.0], &[0.0021, 0.0022], &[30.0], &[]].map(digits), [3, 1, 5, 0, 1]);
+        assert_eq!(
+            [&[0.05, 0.1][..], &[2.0, 6.0, 10.0], &[0.0021, 0.0022], &[30.0], &[]].map(digits),
+            [3, 1, 5, 0, 1]
+        );
     }
 }

@@ -14,7 +14,8 @@ pub const LINES: usize = COLOURS.len();
 const PARTS: [f64; 3] = [0.1, 0.5, 0.9];
 
 /// The meaning of the lines and bands of kinds, in words.
-pub const SPREAD: &str = "lines are medians over the bodies of a kind, bands hold the middle 80 % of them";
+pub const SPREAD: &str =
+    "lines are medians over the bodies of a kind, bands hold the middle 80 % of them";
 
 /// Bodies of one kind.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,7 +44,8 @@ pub fn kinds(case: &Case, ids: &[usize]) -> Vec<Kind> {
     let group = |words: &Words| {
         let mut all: Vec<Kind> = Vec::new();
         for id in ids {
-            let label = words(&case.particle[*id]).into_iter().flatten().collect::<Vec<_>>().join(", ");
+            let label =
+                words(&case.particle[*id]).into_iter().flatten().collect::<Vec<_>>().join(", ");
             match all.iter().position(|kind| kind.label == label) {
                 Some(at) => all[at].ids.push(*id),
                 None if all.len() > LINES => break,
@@ -74,8 +76,9 @@ pub fn representatives(case: &Case, ids: &[usize]) -> Vec<usize> {
         let Some(next) = free.min_by_key(|k| shares[*k]) else { break };
         shares[next] += 1;
     }
-    let picked =
-        |(kind, share): (&Kind, &usize)| super::evenly(kind.ids.len(), *share).map(|k| kind.ids[k]).collect::<Vec<_>>();
+    let picked = |(kind, share): (&Kind, &usize)| {
+        super::evenly(kind.ids.len(), *share).map(|k| kind.ids[k]).collect::<Vec<_>>()
+    };
     kinds.iter().zip(&shares).flat_map(picked).collect()
 }
 
@@ -99,14 +102,20 @@ impl Course {
     /// The course of some bodies, by kinds.
     pub fn new(case: &Case, ids: &[usize]) -> Course {
         let kinds = kinds(case, ids);
-        let of = kinds.iter().enumerate().flat_map(|(k, kind)| kind.ids.iter().map(move |id| (*id, k))).collect();
+        let of = kinds
+            .iter()
+            .enumerate()
+            .flat_map(|(k, kind)| kind.ids.iter().map(move |id| (*id, k)))
+            .collect();
         let (now, rows) = (vec![Default::default(); kinds.len()], vec![Vec::new(); kinds.len()]);
         Course { kinds, of, time: f64::NAN, now, rows }
     }
 
     /// Takes the vector of a body at a time (s), at which all bodies come before the next one.
     pub fn take(&mut self, id: usize, time: f64, vector: [f64; 3]) {
-        let Some(kind) = self.of.get(&id).copied().filter(|_| vector.iter().all(|value| value.is_finite())) else {
+        let Some(kind) =
+            self.of.get(&id).copied().filter(|_| vector.iter().all(|value| value.is_finite()))
+        else {
             return;
         };
         if time != self.time {
@@ -156,18 +165,21 @@ mod tests {
     fn two_kinds() -> Case {
         let disc = |k: usize, d: f64, name: &str, material: &str| {
             format!(
-                "[[particle]]\nname = \"{name}\"\nmaterial = \"{material}\"\nshape = {{ disc = {{ diameter = {d} }} }}\n\
+                "[[particle]]\nname = \"{name}\"\nmaterial = \"{material}\"\n\
+                shape = {{ disc = {{ diameter = {d} }} }}\n\
                  density = 3.0\nposition = [{}, {}]\n",
                 0.5 + (k % 6) as f64,
                 0.5 + (k / 6) as f64
             )
         };
-        let bodies =
-            (0..24).map(|k| if k < 16 { disc(k, 0.2, "gravel", "stone") } else { disc(k, 0.3, "steel", "steel") });
+        let bodies = (0..24).map(|k| {
+            if k < 16 { disc(k, 0.2, "gravel", "stone") } else { disc(k, 0.3, "steel", "steel") }
+        });
         crate::config::written(&format!(
             "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [8.0, 8.0], cells = [8, 8] }}\n\
              fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n{}",
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
+                 }}\n{}",
             bodies.collect::<String>()
         ))
         .unwrap()
@@ -195,6 +207,10 @@ mod tests {
         course.close();
         let (kind, rows) = course.of_kinds().next().unwrap();
         assert_eq!((kind.ids.len(), rows.len(), rows[0].1[0]), (16, 2, [0.0; 3]));
-        assert!(rows[1].1[0].iter().zip([1.5, 7.5, 13.5]).all(|(a, b)| (a - b).abs() < 1e-12), "{:?}", rows[1]);
+        assert!(
+            rows[1].1[0].iter().zip([1.5, 7.5, 13.5]).all(|(a, b)| (a - b).abs() < 1e-12),
+            "{:?}",
+            rows[1]
+        );
     }
 }

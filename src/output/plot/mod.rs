@@ -32,7 +32,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 pub use discs::Bodies;
-pub(super) use fields::{Look, dated, evenly, nearest, newest_snapshot, plane, sections, snapshots};
+pub(super) use fields::{
+    Look, dated, evenly, nearest, newest_snapshot, plane, sections, snapshots,
+};
 pub(super) use forces::{forces, speeds};
 pub(super) use paths::{Track, paths};
 pub(super) use probes::probes;
@@ -50,10 +52,12 @@ const STUDY: &str = "study.csv";
 pub struct Request {
     /// Folders of runs.
     pub runs: Vec<PathBuf>,
-    /// Which figures; empty: the last state, forces, speeds and paths of each run, Cd(Re) and St(Re) of all; or vorticity and
-    /// streamlines alone, where times or a plane, a window or a size say something of the flow.
+    /// Which figures; empty: the last state, forces, speeds and paths of each run, Cd(Re) and
+    /// St(Re) of all; or vorticity and streamlines alone, where times or a plane, a window or a
+    /// size say something of the flow.
     pub figures: Vec<Figure>,
-    /// Times (s) of a strip's panels, or the one of a picture; empty: evenly from the start to the end, or the last.
+    /// Times (s) of a strip's panels, or the one of a picture; empty: evenly from the start to the
+    /// end, or the last.
     pub times: Vec<f64>,
     /// Vorticity (1/s) between two contour lines of a strip.
     pub interval: Option<f64>,
@@ -62,8 +66,8 @@ pub struct Request {
     /// The particles that figures of curves are of, by number or name; empty: all, or of many some
     /// that stand for them.
     pub particles: Vec<String>,
-    /// Where the figures go that are asked for by name or are of several runs; by default `figures/` of the run, of several
-    /// of the first.
+    /// Where the figures go that are asked for by name or are of several runs; by default
+    /// `figures/` of the run, of several of the first.
     pub out: Option<PathBuf>,
 }
 
@@ -74,14 +78,16 @@ pub enum Figure {
     Vorticity,
     /// Streamlines of the last state, coloured by speed.
     Streamlines,
-    /// The colours of --field alone, with bodies coloured by --bodies and marked so that their turning shows; beside each other at several
-    /// --times.
+    /// The colours of --field alone, with bodies coloured by --bodies and marked so that their
+    /// turning shows; beside each other at several --times.
     Field,
-    /// Vorticity at several times, with contour lines that are dashed where it is negative (Figs. 7, 11, 14).
+    /// Vorticity at several times, with contour lines that are dashed where it is negative (Figs.
+    /// 7, 11, 14).
     VorticityStrip,
     /// Streamlines at several times (Fig. 6).
     StreamlinesStrip,
-    /// Paths of particles in their box, of all runs in one picture, beside the band of a position measure (Fig. 9).
+    /// Paths of particles in their box, of all runs in one picture, beside the band of a position
+    /// measure (Fig. 9).
     Paths,
     /// Forces on particles over time: of few a line each, of many by material and size.
     Forces,
@@ -89,7 +95,8 @@ pub enum Figure {
     ForceParts,
     /// Velocities of free particles over time: of few a line each, of many by material and size.
     Speeds,
-    /// Mean velocity and solid fraction across layers of cells, where the case has `statistics.profile`.
+    /// Mean velocity and solid fraction across layers of cells, where the case has
+    /// `statistics.profile`.
     Profile,
     /// Velocity and pressure over time at probes of one point, where the case has some.
     Probes,
@@ -105,7 +112,8 @@ pub enum Figure {
 impl Figure {
     /// Its name on the command line.
     fn name(self) -> String {
-        clap::ValueEnum::to_possible_value(&self).map_or_else(String::new, |value| value.get_name().to_owned())
+        clap::ValueEnum::to_possible_value(&self)
+            .map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
     fn is_strip(self) -> bool {
@@ -136,7 +144,8 @@ impl Figure {
             Figure::Paths => "a particle that moves, and its rows in particles.csv",
             Figure::Forces => "a particle, and its rows in particles.csv",
             Figure::ForceParts => {
-                "a free particle with its rows in particles.csv, gravity, and a density other than the fluid's"
+                "a free particle with its rows in particles.csv, gravity, and a density other than \
+                the fluid's"
             }
             Figure::Speeds => "a free particle, and its rows in particles.csv",
             Figure::Profile => "statistics with a profile (profile.csv)",
@@ -161,13 +170,16 @@ impl Run {
     pub fn read(folder: &Path, particles: &[String]) -> Result<Run> {
         if folder.join(STUDY).is_file() && !folder.join("case.toml").exists() {
             return Err(Error::Usage(format!(
-                "{}: a study's folder; `mics study` draws its figures into it, and its runs under runs/ can be plotted",
+                "{}: a study's folder; `mics study` draws its figures into it, and its runs under \
+                runs/ can be plotted",
                 folder.display()
             )));
         }
         let case = read_case(folder)?;
         let ids = particles.iter().map(|wanted| {
-            case.find(wanted).map_err(|why| Error::Usage(format!("--particle {wanted}: {}: {why}", folder.display())))
+            case.find(wanted).map_err(|why| {
+                Error::Usage(format!("--particle {wanted}: {}: {why}", folder.display()))
+            })
         });
         let asked = ids.collect::<Result<Vec<_>>>()?.concat();
         Ok(Run { folder: folder.to_owned(), case, asked })
@@ -204,10 +216,15 @@ pub struct Drawn {
 /// Draws what is asked for. A run that has not ended is drawn as far as it is, with a note.
 ///
 /// # Errors
-/// When the request contradicts itself, a folder does not hold a run or not what a figure needs, or a file cannot be written.
+/// When the request contradicts itself, a folder does not hold a run or not what a figure needs, or
+/// a file cannot be written.
 pub fn draw(request: &Request) -> Result<Drawn> {
     request.check()?;
-    let runs = request.runs.iter().map(|folder| Run::read(folder, &request.particles)).collect::<Result<Vec<_>>>()?;
+    let runs = request
+        .runs
+        .iter()
+        .map(|folder| Run::read(folder, &request.particles))
+        .collect::<Result<Vec<_>>>()?;
     let mut written = Vec::new();
     let notes = runs.iter().filter_map(Run::unfinished).collect();
     if request.figures().is_empty() {
@@ -226,8 +243,16 @@ pub fn draw(request: &Request) -> Result<Drawn> {
     for figure in &request.figures() {
         for runs in runs.chunks(if figure.joins_runs() { runs.len() } else { 1 }) {
             let Some(files) = request.draw(*figure, runs)? else {
-                let names = runs.iter().map(|run| run.folder.display().to_string()).collect::<Vec<_>>().join(", ");
-                return Err(Error::Usage(format!("{names}: {} needs {}", figure.name(), figure.needs())));
+                let names = runs
+                    .iter()
+                    .map(|run| run.folder.display().to_string())
+                    .collect::<Vec<_>>()
+                    .join(", ");
+                return Err(Error::Usage(format!(
+                    "{names}: {} needs {}",
+                    figure.name(),
+                    figure.needs()
+                )));
             };
             written.extend(files);
         }
@@ -245,9 +270,12 @@ impl Request {
         if view.field.is_some() || view.bodies.is_some() {
             return vec![Figure::Field];
         }
-        // What is said of the flow, is of its usual figures; a range would have to be that of vorticity or of speed.
-        let of_the_flow =
-            !self.times.is_empty() || view.plane.is_some() || !view.window.is_empty() || view.size.is_some();
+        // What is said of the flow, is of its usual figures; a range would have to be that of
+        // vorticity or of speed.
+        let of_the_flow = !self.times.is_empty()
+            || view.plane.is_some()
+            || !view.window.is_empty()
+            || view.size.is_some();
         match self.times.len() {
             _ if !of_the_flow || !view.range.is_empty() => Vec::new(),
             0 | 1 => vec![Figure::Streamlines, Figure::Vorticity],
@@ -258,11 +286,13 @@ impl Request {
     fn check(&self) -> Result<()> {
         let refuse = |why: String| Err(Error::Usage(why));
         let figures = self.figures();
-        let of_the_flow = "ask for --figure field, vorticity, streamlines, vorticity-strip or streamlines-strip";
+        let of_the_flow =
+            "ask for --figure field, vorticity, streamlines, vorticity-strip or streamlines-strip";
         let single = figures.iter().find(|figure| !figure.joins_runs());
         if let (Some(figure), Some(out), 2..) = (single, &self.out, self.runs.len()) {
             return refuse(format!(
-                "--out {}: {} is of one run, and there are {}; leave --out away, and each goes to its run's figures/",
+                "--out {}: {} is of one run, and there are {}; leave --out away, and each goes to \
+                its run's figures/",
                 out.display(),
                 figure.name(),
                 self.runs.len()
@@ -271,13 +301,19 @@ impl Request {
         if !self.times.is_empty() && !figures.iter().any(|figure| figure.is_of_the_flow()) {
             return refuse(format!("--times are of the flow; {of_the_flow}"));
         }
-        if self.times.len() > 1 && !figures.iter().any(|figure| figure.is_strip() || *figure == Figure::Field) {
+        if self.times.len() > 1
+            && !figures.iter().any(|figure| figure.is_strip() || *figure == Figure::Field)
+        {
             return refuse(
-                "--times: several are of a strip; ask for --figure vorticity-strip, streamlines-strip or field".into(),
+                "--times: several are of a strip; ask for --figure vorticity-strip, \
+                streamlines-strip or field"
+                    .into(),
             );
         }
         if self.interval.is_some() && !figures.contains(&Figure::VorticityStrip) {
-            return refuse("--interval is of contour lines; ask for --figure vorticity-strip".into());
+            return refuse(
+                "--interval is of contour lines; ask for --figure vorticity-strip".into(),
+            );
         }
         let view = &self.view;
         let options = [
@@ -292,16 +328,23 @@ impl Request {
             return refuse(format!("{option} is of the flow; {of_the_flow}"));
         }
         if (view.field.is_some() || view.bodies.is_some()) && !figures.contains(&Figure::Field) {
-            return refuse("--field and --bodies are of --figure field; add it, or leave --figure away".into());
+            return refuse(
+                "--field and --bodies are of --figure field; add it, or leave --figure away".into(),
+            );
         }
         view.check()?;
         if !self.particles.is_empty() && !figures.iter().any(|figure| figure.is_of_particles()) {
-            return refuse("--particle is of curves; ask for --figure paths, forces, force-parts or speeds".into());
+            return refuse(
+                "--particle is of curves; ask for --figure paths, forces, force-parts or speeds"
+                    .into(),
+            );
         }
         if let Some(time) = self.times.iter().find(|time| !time.is_finite()) {
             return refuse(format!("--times {time}: a time is a number of seconds"));
         }
-        if let Some(interval) = self.interval.filter(|interval| !(*interval > 0.0 && interval.is_finite())) {
+        if let Some(interval) =
+            self.interval.filter(|interval| !(*interval > 0.0 && interval.is_finite()))
+        {
             return refuse(format!("--interval {interval}: has to be positive, in 1/s"));
         }
         Ok(())
@@ -309,12 +352,17 @@ impl Request {
 
     /// Where a figure of some runs goes, made if it is not there.
     fn folder(&self, runs: &[Run]) -> Result<PathBuf> {
-        let folder = self.out.clone().or_else(|| Some(runs.first()?.folder.join("figures"))).unwrap_or_default();
+        let folder = self
+            .out
+            .clone()
+            .or_else(|| Some(runs.first()?.folder.join("figures")))
+            .unwrap_or_default();
         fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
         Ok(folder)
     }
 
-    /// Draws a figure of some runs, of the first one where it is of one; none where there is nothing to draw.
+    /// Draws a figure of some runs, of the first one where it is of one; none where there is
+    /// nothing to draw.
     fn draw(&self, figure: Figure, runs: &[Run]) -> Result<Option<Vec<PathBuf>>> {
         let Some(run) = runs.first() else { return Ok(None) };
         let stem = |name: &str| Ok::<_, Error>(self.folder(runs)?.join(name));
@@ -325,11 +373,15 @@ impl Request {
         let seen = |plane| self.view.part(figure::Plane { style: self.view.style(), ..plane });
         self.view.fits(run)?;
         let last = |run: &Run| {
-            let plane = Last::read(run, self.view.plane, self.times.last().copied())?.planes.swap_remove(0);
+            let plane =
+                Last::read(run, self.view.plane, self.times.last().copied())?.planes.swap_remove(0);
             seen(plane)
         };
         let planes = |run: &Run| -> Result<Vec<_>> {
-            fields::planes(&run.folder, &run.case, self.view.plane, &self.times)?.into_iter().map(seen).collect()
+            fields::planes(&run.folder, &run.case, self.view.plane, &self.times)?
+                .into_iter()
+                .map(seen)
+                .collect()
         };
         if figure == Figure::Field {
             let frames = match (&self.times[..], newest_snapshot(&run.folder)?) {
@@ -337,21 +389,30 @@ impl Request {
                 (times, _) => fields::choose(&run.folder, times)?,
             };
             let folder = self.folder(runs)?;
-            return Reel::of(run, &self.view, &frames).and_then(|reels| reel::pictures(&reels, &folder)).map(Some);
+            return Reel::of(run, &self.view, &frames)
+                .and_then(|reels| reel::pictures(&reels, &folder))
+                .map(Some);
         }
         let drawn = match figure {
             Figure::Vorticity => figure::vorticity(&last(run)?, &stem("vorticity")?)?,
             Figure::Streamlines => figure::streamlines(&last(run)?, &stem("streamlines")?)?,
             Figure::VorticityStrip => {
                 let planes = planes(run)?;
-                figure::vorticity_strip(&planes, &titled(&planes), self.interval, &stem("vorticity_strip")?)?
+                figure::vorticity_strip(
+                    &planes,
+                    &titled(&planes),
+                    self.interval,
+                    &stem("vorticity_strip")?,
+                )?
             }
             Figure::StreamlinesStrip => {
                 let planes = planes(run)?;
                 figure::streamlines_strip(&planes, &titled(&planes), &stem("streamlines_strip")?)?
             }
             Figure::Drag => return Ok(reynolds::drag(runs, &self.folder(runs)?)?.map(Vec::from)),
-            Figure::Strouhal => return Ok(reynolds::strouhal(runs, &self.folder(runs)?)?.map(Vec::from)),
+            Figure::Strouhal => {
+                return Ok(reynolds::strouhal(runs, &self.folder(runs)?)?.map(Vec::from));
+            }
             _ => {
                 let rows: Vec<Rows> = runs.iter().map(Run::rows).collect();
                 let Some(chart) = curves(figure, runs, &rows)? else { return Ok(None) };
@@ -383,11 +444,23 @@ impl Last {
         let rows = Rows::read(&run.folder, &run.case, &[snapshot.time], &run.asked);
         // The rows of a run that goes on may be behind its snapshots.
         let poses = bodies::read(&bodies::beside(&path))?;
-        let place =
-            |id: usize| if poses.is_empty() { rows.centre(0, id).map(Pose::at) } else { poses.get(&id).copied() };
+        let place = |id: usize| {
+            if poses.is_empty() {
+                rows.centre(0, id).map(Pose::at)
+            } else {
+                poses.get(&id).copied()
+            }
+        };
         let sections = section.map_or_else(|| sections(&run.case, place), |section| vec![section]);
         let titled = |section: Section| {
-            let plane = plane(&run.case, &snapshot, &run.folder, section, &place, &Look::at(snapshot.time))?;
+            let plane = plane(
+                &run.case,
+                &snapshot,
+                &run.folder,
+                section,
+                &place,
+                &Look::at(snapshot.time),
+            )?;
             let title = format!("{}, {}{}", run.case.name, plane.title, plane.place);
             Ok(figure::Plane { title, ..plane })
         };
@@ -396,7 +469,8 @@ impl Last {
     }
 }
 
-/// Draws one run's usual figures into its `figures/`; returns the PNGs and SVGs, the vorticity's last.
+/// Draws one run's usual figures into its `figures/`; returns the PNGs and SVGs, the vorticity's
+/// last.
 ///
 /// # Errors
 /// When the folder does not hold a run, or a file cannot be written.
@@ -411,8 +485,15 @@ pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
         last => last?,
     };
     let (runs, rows) = (std::slice::from_ref(&run), std::slice::from_ref(&last.rows));
-    let figures = [Figure::Forces, Figure::Speeds, Figure::Paths, Figure::Profile, Figure::Probes, Figure::ProbeLines]
-        .map(|figure| Ok((figure, curves(figure, runs, rows)?)));
+    let figures = [
+        Figure::Forces,
+        Figure::Speeds,
+        Figure::Paths,
+        Figure::Profile,
+        Figure::Probes,
+        Figure::ProbeLines,
+    ]
+    .map(|figure| Ok((figure, curves(figure, runs, rows)?)));
     let figures = figures.into_iter().collect::<Result<Vec<_>>>()?;
     let folder = Request::default().folder(runs)?;
     let mut written = Vec::new();
@@ -430,7 +511,8 @@ pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(written)
 }
 
-/// The stem of a file of one of several planes, which are counted from 0: the first has the plain name.
+/// The stem of a file of one of several planes, which are counted from 0: the first has the plain
+/// name.
 pub(super) fn numbered(stem: &Path, plane: usize) -> PathBuf {
     let name = stem.file_name().unwrap_or_default().to_string_lossy();
     if plane == 0 { stem.to_owned() } else { stem.with_file_name(format!("{name}_{}", plane + 1)) }
@@ -438,7 +520,9 @@ pub(super) fn numbered(stem: &Path, plane: usize) -> PathBuf {
 
 /// A figure of curves, of the first run where it is of one; none where there is nothing to draw.
 fn curves(figure: Figure, runs: &[Run], rows: &[Rows]) -> Result<Option<Chart>> {
-    let Some((Run { case, folder, asked }, of_one)) = runs.first().zip(rows.first()) else { return Ok(None) };
+    let Some((Run { case, folder, asked }, of_one)) = runs.first().zip(rows.first()) else {
+        return Ok(None);
+    };
     let drawn = match figure {
         Figure::Forces => forces::forces(case, of_one, asked)?,
         Figure::Speeds => speeds(case, of_one, asked)?,
@@ -461,7 +545,8 @@ fn curves(figure: Figure, runs: &[Run], rows: &[Rows]) -> Result<Option<Chart>> 
     };
     Ok(drawn.map(|mut chart| {
         if let Some((axes, _)) = chart.panels.first_mut() {
-            let rest = if axes.title.is_empty() { String::new() } else { format!(": {}", axes.title) };
+            let rest =
+                if axes.title.is_empty() { String::new() } else { format!(": {}", axes.title) };
             axes.title = case.name.clone() + &rest;
         }
         chart
@@ -470,7 +555,9 @@ fn curves(figure: Figure, runs: &[Run], rows: &[Rows]) -> Result<Option<Chart>> 
 
 /// The names of the runs' folders, with what is before them where two have the same.
 fn labels(runs: &[Run]) -> Vec<String> {
-    let last = |run: &Run| run.folder.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let last = |run: &Run| {
+        run.folder.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+    };
     let short: HashSet<String> = runs.iter().map(last).collect();
     let full = |run: &Run| run.folder.display().to_string();
     runs.iter().map(|run| if short.len() == runs.len() { last(run) } else { full(run) }).collect()

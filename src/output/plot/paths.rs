@@ -1,5 +1,6 @@
-//! Paths of particles (Fig. 9): to scale in their box, of one run or of several in one picture, over diameters where those
-//! that are drawn have one, beside the band that a measure of where they get to has as its reference.
+//! Paths of particles (Fig. 9): to scale in their box, of one run or of several in one picture,
+//! over diameters where those that are drawn have one, beside the band that a measure of where they
+//! get to has as its reference.
 
 use super::kinds::{LINES, representatives};
 use super::rows::{self, Rows};
@@ -71,15 +72,19 @@ pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
     }
     // Last, so that paths have the colours of their order.
     series.extend(bands);
-    let [x_label, y_label] = names.map(|name| if scaled { format!("{name}/d") } else { format!("{name} (m)") });
+    let [x_label, y_label] =
+        names.map(|name| if scaled { format!("{name}/d") } else { format!("{name} (m)") });
     let lengths: Vec<f64> = tracks.iter().filter_map(diameter).collect();
-    let (least, most) = lengths.iter().fold((f64::INFINITY, 0.0f64), |(low, high), d| (low.min(*d), high.max(*d)));
+    let (least, most) =
+        lengths.iter().fold((f64::INFINITY, 0.0f64), |(low, high), d| (low.min(*d), high.max(*d)));
     let x_label = match scaled {
         true if most <= least * (1.0 + 1e-9) => format!("{x_label}, d = {} m", rounded(most)),
         true => format!("{x_label}, d of each run, {} to {} m", rounded(least), rounded(most)),
         false => x_label,
     };
-    let (drawn, all) = tracks.iter().fold((0, 0), |(a, b), track| (a + shown(track).len(), b + moving(track).len()));
+    let (drawn, all) = tracks
+        .iter()
+        .fold((0, 0), |(a, b), track| (a + shown(track).len(), b + moving(track).len()));
     let title = match (tracks, &shown(first)[..]) {
         ([one], [id]) => format!("path of {}", one.case.called(*id)),
         _ if drawn < all => format!("paths of {drawn} of {all} bodies"),
@@ -90,7 +95,9 @@ pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
 
 /// The diameter (m) of all particles whose paths are drawn, where it is one.
 fn diameter(track: &Track) -> Option<f64> {
-    let mut all = rows::moving(track.case, track.asked).into_iter().map(|id| track.case.particle[id].shape.diameter());
+    let mut all = rows::moving(track.case, track.asked)
+        .into_iter()
+        .map(|id| track.case.particle[id].shape.diameter());
     let first = all.next()?;
     all.all(|other| (other - first).abs() < 1e-9 * first).then_some(first)
 }
@@ -106,10 +113,12 @@ pub fn upright(case: &Case) -> Option<usize> {
     gravity.filter(|(_, g)| *g > 0.0).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(axis, _)| axis)
 }
 
-/// Places over `scale`, with a gap where the path goes out on one side of the box and comes in on the other.
+/// Places over `scale`, with a gap where the path goes out on one side of the box and comes in on
+/// the other.
 fn cut(case: &Case, axes: [usize; 2], scale: f64, points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     let half = axes.map(|axis| 0.5 * case.domain.size[axis]);
-    let far = |a: &(f64, f64), b: &(f64, f64)| (a.0 - b.0).abs() > half[0] || (a.1 - b.1).abs() > half[1];
+    let far =
+        |a: &(f64, f64), b: &(f64, f64)| (a.0 - b.0).abs() > half[0] || (a.1 - b.1).abs() > half[1];
     let mut all = Vec::with_capacity(points.len());
     for part in points.chunk_by(|a, b| !far(a, b)) {
         if !all.is_empty() {
@@ -120,8 +129,8 @@ fn cut(case: &Case, axes: [usize; 2], scale: f64, points: Vec<(f64, f64)>) -> Ve
     all
 }
 
-/// The band of a measure that is a particle's place: on the side of the box that gravity pulls to, or right through the box
-/// where it pulls to neither.
+/// The band of a measure that is a particle's place: on the side of the box that gravity pulls to,
+/// or right through the box where it pulls to neither.
 fn band(case: &Case, measure: &Measure, axes: [usize; 2], scale: f64) -> Option<Series> {
     let axis = match measure.kind {
         MeasureKind::PositionX => 0,
@@ -143,7 +152,10 @@ fn band(case: &Case, measure: &Measure, axes: [usize; 2], scale: f64) -> Option<
         let [a, b] = [range[k] / scale, across[k] / scale];
         if along == 0 { (a, b) } else { (b, a) }
     };
-    let label = target.source.as_ref().map_or_else(|| format!("reference of {}", measure.name), |text| brief(text));
+    let label = target
+        .source
+        .as_ref()
+        .map_or_else(|| format!("reference of {}", measure.name), |text| brief(text));
     Some(Series { label, points: vec![corner(0), corner(1)], style: SeriesStyle::Band })
 }
 
@@ -168,7 +180,8 @@ mod tests {
         let text = format!(
             "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 2.0], cells = [8, 16] }}\n\
              fluid = {{ density = 2.0, viscosity = 0.1, gravity = {gravity} }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
+                 }}\n\
              particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, position = [0.5, 1.8] }}]\n{more}"
         );
         crate::config::written(&text).unwrap()
@@ -176,16 +189,25 @@ mod tests {
 
     #[test]
     fn the_band_of_a_place_lies_on_the_side_that_gravity_pulls_to() {
-        let landing = "[[measure]]\nname = \"landing\"\nkind = \"position_x\"\nreference = [0.4, 0.7]\n";
-        for (gravity, low, high) in
-            [("[0.0, -9.81]", 0.0, 10.0 * BAND), ("[1.0, 9.81]", 10.0 - 10.0 * BAND, 10.0), ("[1.0, 0.0]", 0.0, 10.0)]
-        {
+        let landing =
+            "[[measure]]\nname = \"landing\"\nkind = \"position_x\"\nreference = [0.4, 0.7]\n";
+        for (gravity, low, high) in [
+            ("[0.0, -9.81]", 0.0, 10.0 * BAND),
+            ("[1.0, 9.81]", 10.0 - 10.0 * BAND, 10.0),
+            ("[1.0, 0.0]", 0.0, 10.0),
+        ] {
             let case = case(gravity, landing);
             let band = band(&case, &case.measure[0], [0, 1], 0.2).unwrap();
             let corners = [band.points[0].0, band.points[0].1, band.points[1].0, band.points[1].1];
             let expected = [2.0, low, 3.5, high];
-            assert!(corners.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{gravity}: {corners:?}");
-            assert_eq!((band.label.as_str(), band.style), ("reference of landing", SeriesStyle::Band));
+            assert!(
+                corners.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12),
+                "{gravity}: {corners:?}"
+            );
+            assert_eq!(
+                (band.label.as_str(), band.style),
+                ("reference of landing", SeriesStyle::Band)
+            );
         }
         let case = case("[0.0, -9.81]", &landing.replace("[0.4, 0.7]", "0.4\ntolerance = 0.1"));
         assert!(band(&case, &case.measure[0], [0, 1], 0.2).is_none(), "one number is no band");
@@ -196,13 +218,20 @@ mod tests {
         let case = case("[0.0, -9.81]", "");
         let path = cut(&case, [0, 1], 0.2, vec![(0.5, 0.2), (0.5, 0.1), (0.5, 1.9), (0.5, 1.8)]);
         assert_eq!(path.len(), 5);
-        assert!(path[2].0.is_nan() && (path[1].1 - 0.5).abs() < 1e-12 && (path[3].1 - 9.5).abs() < 1e-12, "{path:?}");
+        assert!(
+            path[2].0.is_nan()
+                && (path[1].1 - 0.5).abs() < 1e-12
+                && (path[3].1 - 9.5).abs() < 1e-12,
+            "{path:?}"
+        );
     }
 
     #[test]
     fn a_long_source_is_cut_at_a_word() {
         assert_eq!(brief("experiment of section 4"), "experiment of section 4");
-        let long = brief("Ushijima, Takemura, Yamada and Nezu 2003, section 4, experiments with a video camera");
+        let long = brief(
+            "Ushijima, Takemura, Yamada and Nezu 2003, section 4, experiments with a video camera",
+        );
         assert!(long.ends_with(" ...") && long.chars().count() <= LABEL + 6, "{long}");
     }
 }

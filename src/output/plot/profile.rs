@@ -16,10 +16,13 @@ use std::path::Path;
 pub fn profile(run: &Path, case: &Case) -> Result<Option<Chart>> {
     let Some(mut reader) = table(&run.join(statistics::PROFILE)) else { return Ok(None) };
     let strange = || not_a_run(run, "profile.csv is not one that mics wrote");
-    let names: Vec<String> = reader.headers().map_err(|_| strange())?.iter().map(str::to_owned).collect();
+    let names: Vec<String> =
+        reader.headers().map_err(|_| strange())?.iter().map(str::to_owned).collect();
     let rows: Vec<Vec<f64>> = reader
         .records()
-        .map(|record| record.ok()?.iter().map(|number| number.parse().ok()).collect::<Option<Vec<f64>>>())
+        .map(|record| {
+            record.ok()?.iter().map(|number| number.parse().ok()).collect::<Option<Vec<f64>>>()
+        })
         .collect::<Option<_>>()
         .ok_or_else(strange)?;
     let column = |name: &str| {
@@ -28,21 +31,27 @@ pub fn profile(run: &Path, case: &Case) -> Result<Option<Chart>> {
     };
     let axis = names.first().cloned().ok_or_else(strange)?;
     let heights = column(&axis).ok_or_else(strange)?;
-    let fractions = column("solid_fraction").filter(|all| all.iter().any(|fraction| *fraction > 0.0));
-    let largest = |name: &str| column(name).map_or(0.0, |v| v.iter().fold(0.0f64, |most, v| most.max(v.abs())));
-    let along = ["u", "v", "w"].into_iter().max_by(|a, b| largest(a).total_cmp(&largest(b))).unwrap_or("u");
+    let fractions =
+        column("solid_fraction").filter(|all| all.iter().any(|fraction| *fraction > 0.0));
+    let largest = |name: &str| {
+        column(name).map_or(0.0, |v| v.iter().fold(0.0f64, |most, v| most.max(v.abs())))
+    };
+    let along =
+        ["u", "v", "w"].into_iter().max_by(|a, b| largest(a).total_cmp(&largest(b))).unwrap_or("u");
     let direction = match along {
         "u" => "x",
         "v" => "y",
         _ => "z",
     };
     let line = |values: Vec<f64>, label: &str, shown: &dyn Fn(usize) -> bool| {
-        let points = (0..values.len()).filter(|k| shown(*k)).map(|k| (values[k], heights[k])).collect();
+        let points =
+            (0..values.len()).filter(|k| shown(*k)).map(|k| (values[k], heights[k])).collect();
         Series { label: label.into(), points, style: SeriesStyle::Line }
     };
     // Where there are no particles they have no velocity.
     let filled = |k: usize| fractions.as_ref().is_some_and(|fraction| fraction[k] > 0.0);
-    let mut speeds: Vec<Series> = column(along).map(|u| line(u, "fluid", &|_| true)).into_iter().collect();
+    let mut speeds: Vec<Series> =
+        column(along).map(|u| line(u, "fluid", &|_| true)).into_iter().collect();
     let solid = column(&format!("solid_{along}")).map(|u| line(u, "particles", &filled));
     speeds.extend(solid.filter(|one| !one.points.is_empty()));
     if let [fluid] = &mut speeds[..] {
@@ -57,7 +66,10 @@ pub fn profile(run: &Path, case: &Case) -> Result<Option<Chart>> {
         },
         y_label: y_label.clone(),
         title: format!("profile over {axis}"),
-        note: format!("means over each layer of cells and over the time from {} s on", rounded(from)),
+        note: format!(
+            "means over each layer of cells and over the time from {} s on",
+            rounded(from)
+        ),
         ..Axes::default()
     };
     let mut panels = vec![(velocity, speeds)];

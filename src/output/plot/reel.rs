@@ -1,4 +1,5 @@
-//! Frames of one plane of a run in the same colours: what films, strips of them and single pictures of a field are made of.
+//! Frames of one plane of a run in the same colours: what films, strips of them and single pictures
+//! of a field are made of.
 
 use super::discs::{Bodies, Colours};
 use super::fields::{self, Look};
@@ -25,8 +26,9 @@ pub struct Reel<'a> {
 }
 
 impl<'a> Reel<'a> {
-    /// Reels of some snapshots with their times (s), one for each plane that figures show as things lie in the last of them. The
-    /// range of colours, where it is not given, is found over all of them.
+    /// Reels of some snapshots with their times (s), one for each plane that figures show as things
+    /// lie in the last of them. The range of colours, where it is not given, is found over all of
+    /// them.
     ///
     /// # Errors
     /// When the view does not fit the run, or a file is missing or damaged.
@@ -34,12 +36,18 @@ impl<'a> Reel<'a> {
         view.fits(run)?;
         let index = run.folder.join("fields/bodies.pvd");
         if !run.case.particle.is_empty() && !index.exists() {
-            return Err(not_a_run(&run.folder, "fields/bodies.pvd is missing, which says where the particles are"));
+            return Err(not_a_run(
+                &run.folder,
+                "fields/bodies.pvd is missing, which says where the particles are",
+            ));
         }
         let by = view.bodies.unwrap_or_default();
         let mut fastest: f64 = 0.0;
         for (_, path) in frames.iter().filter(|_| by == Bodies::Speed) {
-            fastest = bodies::read(&bodies::beside(path))?.values().map(|pose| pose.speed).fold(fastest, f64::max);
+            fastest = bodies::read(&bodies::beside(path))?
+                .values()
+                .map(|pose| pose.speed)
+                .fold(fastest, f64::max);
         }
         let times: Vec<f64> = frames.iter().map(|(time, _)| *time).collect();
         let look = Look {
@@ -58,9 +66,11 @@ impl<'a> Reel<'a> {
         let reel = |section| {
             let mut reel = Reel { run, view, frames, section, look, style };
             if style.range.is_none() {
-                let planes =
-                    (0..frames.len()).map(|k| Ok(reel.plane(k)?.sampled(SAMPLED))).collect::<Result<Vec<_>>>()?;
-                reel.style.range = Some(figure::shared_range(look.quantity, &planes.iter().collect::<Vec<_>>()));
+                let planes = (0..frames.len())
+                    .map(|k| Ok(reel.plane(k)?.sampled(SAMPLED)))
+                    .collect::<Result<Vec<_>>>()?;
+                reel.style.range =
+                    Some(figure::shared_range(look.quantity, &planes.iter().collect::<Vec<_>>()));
             }
             Ok(reel)
         };
@@ -80,7 +90,14 @@ impl<'a> Reel<'a> {
         let path = self.frames.get(k).map(|(_, path)| path.clone()).unwrap_or_default();
         let (snapshot, poses) = (Snapshot::read(&path)?, bodies::read(&bodies::beside(&path))?);
         let place = |id: usize| poses.get(&id).copied();
-        let plane = fields::plane(&self.run.case, &snapshot, &self.run.folder, self.section, &place, &self.look)?;
+        let plane = fields::plane(
+            &self.run.case,
+            &snapshot,
+            &self.run.folder,
+            self.section,
+            &place,
+            &self.look,
+        )?;
         let style = self.style;
         self.view.part(Plane { style, ..plane })
     }
@@ -114,7 +131,8 @@ impl<'a> Reel<'a> {
     }
 }
 
-/// Draws the pictures of some reels, one for each plane, into a folder; the first plane's come last.
+/// Draws the pictures of some reels, one for each plane, into a folder; the first plane's come
+/// last.
 ///
 /// # Errors
 /// As those of [`Reel::picture`].

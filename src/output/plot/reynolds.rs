@@ -33,7 +33,10 @@ pub fn drag(runs: &[Run], folder: &Path) -> Result<Option<[PathBuf; 2]>> {
         return Ok(None);
     }
     let dashed = |label: &str, formula: fn(f64) -> f64| {
-        let points = (0..=40).map(|k| 10f64.powf(0.7 + 0.05 * f64::from(k))).map(|re| (re, formula(re))).collect();
+        let points = (0..=40)
+            .map(|k| 10f64.powf(0.7 + 0.05 * f64::from(k)))
+            .map(|re| (re, formula(re)))
+            .collect();
         Series { label: label.into(), points, style: SeriesStyle::Dashed }
     };
     let spheres = all_of_spheres(runs)?;
@@ -41,11 +44,13 @@ pub fn drag(runs: &[Run], folder: &Path) -> Result<Option<[PathBuf; 2]>> {
     if runs.iter().all(|run| alone(&run.case)) {
         series.push(match spheres {
             // Schiller and Naumann 1933.
-            true => {
-                dashed("unbounded stream: 24/Re (1 + 0.15 Re^0.687)", |re| 24.0 / re * (1.0 + 0.15 * re.powf(0.687)))
-            }
+            true => dashed("unbounded stream: 24/Re (1 + 0.15 Re^0.687)", |re| {
+                24.0 / re * (1.0 + 0.15 * re.powf(0.687))
+            }),
             // White 1991, for cylinders.
-            false => dashed("unbounded stream, eq. (30): 1 + 10 Re^(-2/3)", |re| 1.0 + 10.0 * re.powf(-2.0 / 3.0)),
+            false => dashed("unbounded stream, eq. (30): 1 + 10 Re^(-2/3)", |re| {
+                1.0 + 10.0 * re.powf(-2.0 / 3.0)
+            }),
         });
     }
     series.extend(compared(runs, "cd", references));
@@ -84,7 +89,11 @@ pub fn strouhal(runs: &[Run], folder: &Path) -> Result<Option<[PathBuf; 2]>> {
 }
 
 fn markers(measured: Measured) -> impl Iterator<Item = Series> {
-    measured.into_iter().map(|(label, points)| Series { label, points, style: SeriesStyle::Markers })
+    measured.into_iter().map(|(label, points)| Series {
+        label,
+        points,
+        style: SeriesStyle::Markers,
+    })
 }
 
 /// The references: the curve of section 3 where all runs are in its box, or else those of the
@@ -100,7 +109,8 @@ fn compared(runs: &[Run], column: &str, references: Vec<Series>) -> Vec<Series> 
 /// Whether a case is one body in a uniform stream without walls.
 fn alone(case: &Case) -> bool {
     let uniform = case.sides().any(|(_, side)| matches!(side, Side::Inflow(_)));
-    let open = |side: &Side| matches!(side, Side::Inflow(_) | Side::Outflow | Side::Periodic | Side::Slip);
+    let open =
+        |side: &Side| matches!(side, Side::Inflow(_) | Side::Outflow | Side::Periodic | Side::Slip);
     case.particle.len() == 1 && uniform && case.sides().all(|(_, side)| open(side))
 }
 
@@ -128,7 +138,9 @@ fn all_of_spheres(runs: &[Run]) -> Result<bool> {
     let count = runs.iter().filter(|run| run.case.dimension() == 3).count();
     if count > 0 && count < runs.len() {
         return Err(Error::Usage(
-            "some of the runs are in 2D and some in 3D: draw those of cylinders and of spheres apart".into(),
+            "some of the runs are in 2D and some in 3D: draw those of cylinders and of spheres \
+            apart"
+                .into(),
         ));
     }
     Ok(count > 0)
@@ -151,7 +163,10 @@ fn measured(runs: &[Run], kind: MeasureKind) -> Result<(Measured, Vec<Series>)> 
             let re = case.fluid.density * speed * p.shape.diameter() / case.fluid.viscosity;
             all.entry(m.name.clone()).or_default().push((re, value));
             let Some(target) = &m.target else { continue };
-            let label = target.source.as_ref().map_or_else(|| format!("reference of {}", m.name), |text| brief(text));
+            let label = target
+                .source
+                .as_ref()
+                .map_or_else(|| format!("reference of {}", m.name), |text| brief(text));
             let (points, style) = match target.reference {
                 Reference::Value(value) => (vec![(re, value)], SeriesStyle::Markers),
                 Reference::Band([low, high]) => (vec![(re, low), (re, high)], SeriesStyle::Joined),
@@ -174,16 +189,20 @@ fn values(folder: &Path) -> Result<serde_json::Value> {
     let refuse = |e: &dyn std::fmt::Display| not_a_run(folder, &format!("summary.json: {e}"));
     match fs::read_to_string(folder.join("summary.json")) {
         Ok(text) => {
-            let mut summary: serde_json::Value = serde_json::from_str(&text).map_err(|e| refuse(&e))?;
+            let mut summary: serde_json::Value =
+                serde_json::from_str(&text).map_err(|e| refuse(&e))?;
             Ok(summary["measures"].take())
         }
-        Err(e) => Record::newest(folder).map(|newest| newest.measures.into()).ok_or_else(|| refuse(&e)),
+        Err(e) => {
+            Record::newest(folder).map(|newest| newest.measures.into()).ok_or_else(|| refuse(&e))
+        }
     }
 }
 
 /// (Re, value) of a column of section 3's reference (`cylinder_s3.csv`), where it has one.
 pub fn cylinder_reference(column: &str) -> Vec<(f64, f64)> {
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(REFERENCE.as_bytes());
+    let mut reader =
+        csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(REFERENCE.as_bytes());
     let at = reader.headers().ok().and_then(|h| h.iter().position(|n| n == column));
     let point = |r: csv::StringRecord| Some((r.get(0)?.parse().ok()?, r.get(at?)?.parse().ok()?));
     reader.records().flatten().filter_map(point).collect()
@@ -197,7 +216,8 @@ mod tests {
         crate::config::written(&format!(
             "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [4.0, 1.6], cells = [160, 64] }}\n\
              fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
-             boundary = {{ west = {{ inflow = [1.0, 0.0] }}, east = \"outflow\", south = {north}, north = {north} }}\n\
+             boundary = {{ west = {{ inflow = [1.0, 0.0] }}, east = \"outflow\", south = {north}, \
+                 north = {north} }}\n\
              [[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [{place}, 0.8]\nmotion = \"fixed\"\n{more}"
         ))
         .unwrap()
@@ -205,7 +225,8 @@ mod tests {
 
     #[test]
     fn a_reference_is_of_its_own_scene_alone() {
-        let second = "[[particle]]\nshape = { disc = { diameter = 0.2 } }\nposition = [2.0, 0.8]\nmotion = \"fixed\"\n";
+        let second = "[[particle]]\nshape = { disc = { diameter = 0.2 } }\nposition = [2.0, 0.8]\n\
+            motion = \"fixed\"\n";
         let periodic = "\"periodic\"";
         for (case, own, free) in [
             (case(periodic, 0.8, ""), true, true),
@@ -215,7 +236,12 @@ mod tests {
             (case("\"wall\"", 0.8, ""), false, false),
             (case(periodic, 0.8, second), false, false),
         ] {
-            assert_eq!((in_the_box_of_section_3(&case), alone(&case)), (own, free), "{:?}", case.boundary);
+            assert_eq!(
+                (in_the_box_of_section_3(&case), alone(&case)),
+                (own, free),
+                "{:?}",
+                case.boundary
+            );
         }
     }
 }

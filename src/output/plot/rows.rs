@@ -43,7 +43,9 @@ pub fn moving(case: &Case, asked: &[usize]) -> Vec<usize> {
 /// The bodies that figures of forces are of: those that are `asked` for, or else all that move and,
 /// where they have rows, that are held.
 pub fn loaded(case: &Case, asked: &[usize]) -> Vec<usize> {
-    let held = |id: &usize| case.output.fixed == FixedRows::Always && case.particle[*id].motion == Motion::Fixed;
+    let held = |id: &usize| {
+        case.output.fixed == FixedRows::Always && case.particle[*id].motion == Motion::Fixed
+    };
     let held = (0..case.particle.len()).filter(held);
     if asked.is_empty() { movers(case).chain(held).collect() } else { asked.to_vec() }
 }
@@ -76,17 +78,25 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// Reads a run's rows, with the centres at some times (s): between two rows linear, after the last one as there. All rows are kept
-    /// of the particles that are `asked` for, or else of all, or of those that stand for them.
+    /// Reads a run's rows, with the centres at some times (s): between two rows linear, after the
+    /// last one as there. All rows are kept of the particles that are `asked` for, or else of all,
+    /// or of those that stand for them.
     pub fn read(run: &Path, case: &Case, times: &[f64], asked: &[usize]) -> Rows {
-        let mut rows = Rows { run: run.to_owned(), centres: vec![HashMap::new(); times.len()], ..Rows::default() };
+        let mut rows = Rows {
+            run: run.to_owned(),
+            centres: vec![HashMap::new(); times.len()],
+            ..Rows::default()
+        };
         let Some(mut reader) = table(&run.join("particles.csv")) else {
             rows.begin(case);
             return rows;
         };
-        let columns = reader.headers().map(|h| h.iter().enumerate().map(|(k, n)| (n.to_owned(), k)).collect());
+        let columns = reader
+            .headers()
+            .map(|h| h.iter().enumerate().map(|(k, n)| (n.to_owned(), k)).collect());
         rows.columns = columns.unwrap_or_default();
-        let [Some(t), Some(id), Some(x), Some(v)] = ["time", "id", "x", "vx"].map(|n| rows.columns.get(n).copied())
+        let [Some(t), Some(id), Some(x), Some(v)] =
+            ["time", "id", "x", "vx"].map(|n| rows.columns.get(n).copied())
         else {
             return rows;
         };
@@ -137,7 +147,9 @@ impl Rows {
     /// Without any row, all that does not come in later is where it starts.
     fn begin(&mut self, case: &Case) {
         let there = || case.particle.iter().enumerate().filter(|(_, p)| p.enter.is_none());
-        self.centres.iter_mut().for_each(|centres| centres.extend(there().map(|(id, p)| (id, start(p)))));
+        self.centres
+            .iter_mut()
+            .for_each(|centres| centres.extend(there().map(|(id, p)| (id, start(p)))));
     }
 
     /// Whether there are none.
@@ -183,9 +195,17 @@ pub fn movers(case: &Case) -> impl Iterator<Item = usize> {
     case.particle.iter().enumerate().filter(|(_, p)| p.motion != Motion::Fixed).map(|(id, _)| id)
 }
 
-/// Where a particle is at a time between two rows; one that crosses a periodic face meanwhile is where it was.
-fn between(case: &Case, (t0, from): (f64, [f64; 3]), (t1, to): (f64, [f64; 3]), time: f64) -> [f64; 3] {
-    let jumps = |axis: usize| case.domain.size.get(axis).is_some_and(|size| (to[axis] - from[axis]).abs() > 0.5 * size);
+/// Where a particle is at a time between two rows; one that crosses a periodic face meanwhile is
+/// where it was.
+fn between(
+    case: &Case,
+    (t0, from): (f64, [f64; 3]),
+    (t1, to): (f64, [f64; 3]),
+    time: f64,
+) -> [f64; 3] {
+    let jumps = |axis: usize| {
+        case.domain.size.get(axis).is_some_and(|size| (to[axis] - from[axis]).abs() > 0.5 * size)
+    };
     let part = (time - t0) / (t1 - t0);
     std::array::from_fn(|a| if jumps(a) { from[a] } else { from[a] + part * (to[a] - from[a]) })
 }
@@ -200,11 +220,13 @@ mod tests {
         let case: Case = crate::config::written(
             "name = \"t\"\ntime.end = 9.0\ndomain = { size = [1.0, 2.0], cells = [8, 16] }\n\
              fluid = { density = 2.0, viscosity = 0.1 }\n\
-             boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }\n\
+             boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
+                 \"wall\" }\n\
              particle = [{ shape = { disc = { diameter = 0.2 } }, position = [0.5, 1.8] }]\n",
         )
         .unwrap();
-        let text = "time,id,x,y,z,vx,vy,vz\n0.0,0,0.5,1.8,0,0,0,0\n1.0,0,0.9,1.6,0,3,4,0\n2.0,0,0.1,1.4,0,0,0,0\n\
+        let text = "time,id,x,y,z,vx,vy,vz\n0.0,0,0.5,1.8,0,0,0,0\n1.0,0,0.9,1.6,0,3,4,0\n\
+            2.0,0,0.1,1.4,0,0,0,0\n\
                     3.0,0,0.2,1.0,0,9,9,9";
         // The last line is not whole yet, and may lack digits.
         std::fs::write(folder.path().join("particles.csv"), text).unwrap();
@@ -221,7 +243,13 @@ mod tests {
         assert_eq!((rows.centre(0, 1), rows.centre(5, 0), rows.fastest[&0]), (None, None, 5.0));
         assert_eq!(rows.column(0, "y").unwrap(), [1.8, 1.6, 1.4]);
         let empty = |folder: &Path| Rows::read(folder, &case, &[0.0], &[]).centre(0, 0);
-        assert_eq!(empty(&folder.path().join("none")), Some([0.5, 1.8, 0.0]), "without rows where it starts");
-        assert!(rows.column(0, "spin").unwrap_err().to_string().contains("particles.csv lacks spin"));
+        assert_eq!(
+            empty(&folder.path().join("none")),
+            Some([0.5, 1.8, 0.0]),
+            "without rows where it starts"
+        );
+        assert!(
+            rows.column(0, "spin").unwrap_err().to_string().contains("particles.csv lacks spin")
+        );
     }
 }

@@ -24,14 +24,24 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
     let sides = case.sides().map(|(name, side)| format!("{name}: {}", side.describe()));
     let particles = match case.particle.len() {
         0 => vec!["none".into()],
-        _ => case.describe_particles().into_iter().map(|(label, words)| format!("{label}: {words}")).collect(),
+        _ => case
+            .describe_particles()
+            .into_iter()
+            .map(|(label, words)| format!("{label}: {words}"))
+            .collect(),
     };
     let wall = match case.coupling.wall {
         WallRule::Sharp => "sharp walls: faces are open as far as particles leave them",
         WallRule::Mixing => "the paper's mixing of fluid and particle in cells",
     };
     let mut terms = vec![
-        ("Box", vec![format!("{} m, {cells} cells", times(&case.domain.size)), format!("spacing h = {} m", times(&h))]),
+        (
+            "Box",
+            vec![
+                format!("{} m, {cells} cells", times(&case.domain.size)),
+                format!("spacing h = {} m", times(&h)),
+            ],
+        ),
         ("Fluid", fluid),
         ("Borders", sides.collect()),
         ("Particles", particles),
@@ -47,8 +57,12 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
         Scheme::Euler => "Euler",
         Scheme::Rk2 => "two-stage Runge-Kutta",
         Scheme::Rk3 => "three-stage Runge-Kutta",
-        Scheme::Rkl2 => "two-stage Runge-Kutta, Runge-Kutta-Legendre where viscosity asks for more stages",
-        Scheme::Rkl3 => "three-stage Runge-Kutta, Runge-Kutta-Legendre where viscosity asks for more stages",
+        Scheme::Rkl2 => {
+            "two-stage Runge-Kutta, Runge-Kutta-Legendre where viscosity asks for more stages"
+        }
+        Scheme::Rkl3 => {
+            "three-stage Runge-Kutta, Runge-Kutta-Legendre where viscosity asks for more stages"
+        }
     };
     let advection = match case.time.advection {
         Advection::Upwind5 => "fifth-order upwind, conservative",
@@ -61,9 +75,15 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
     };
     terms.push((
         "Time",
-        vec![format!("to t = {} s, {steps}", case.time.end), format!("{scheme}; advection: {advection}")],
+        vec![
+            format!("to t = {} s, {steps}", case.time.end),
+            format!("{scheme}; advection: {advection}"),
+        ],
     ));
-    terms.push(("Pressure", vec![format!("until every cell's |D| is below {:e} 1/s", case.pressure.divergence_limit)]));
+    terms.push((
+        "Pressure",
+        vec![format!("until every cell's |D| is below {:e} 1/s", case.pressure.divergence_limit)],
+    ));
     terms
 }
 
@@ -115,20 +135,30 @@ pub fn numbers(run: &Run) -> Vec<Number> {
         };
         let words = [speed, length, nu].map(rounded);
         let [u, l, kinematic] = &words;
-        add("Re", re, format!("U L/nu with U = {u} m/s of {origin}, L = {l} m, {of}, nu = {kinematic} m2/s"));
+        add(
+            "Re",
+            re,
+            format!("U L/nu with U = {u} m/s of {origin}, L = {l} m, {of}, nu = {kinematic} m2/s"),
+        );
         // A measure may refer to another speed, and so to another Re.
-        let mut speeds: Vec<f64> = case.measure.iter().filter_map(|m| m.speed).filter(|s| *s != speed).collect();
+        let mut speeds: Vec<f64> =
+            case.measure.iter().filter_map(|m| m.speed).filter(|s| *s != speed).collect();
         speeds.sort_by(f64::total_cmp);
         speeds.dedup();
         for s in speeds {
-            add("Re of the measures", s * length / nu, format!("the same with their own U = {} m/s", rounded(s)));
+            add(
+                "Re of the measures",
+                s * length / nu,
+                format!("the same with their own U = {} m/s", rounded(s)),
+            );
         }
         if largest > 0.0 {
             add(
                 "delta/h",
                 boundary_layer(length, re) / h,
                 format!(
-                    "spacings across a boundary layer, 1.2 L/sqrt(Re) over h = {} m; under 1 it is not resolved",
+                    "spacings across a boundary layer, 1.2 L/sqrt(Re) over h = {} m; under 1 it is \
+                    not resolved",
                     rounded(h)
                 ),
             );
@@ -142,7 +172,8 @@ pub fn numbers(run: &Run) -> Vec<Number> {
             "Re_p",
             re,
             format!(
-                "V d/nu of the particle that reaches most, {}, with its largest speed V = {} m/s and d = {} m",
+                "V d/nu of the particle that reaches most, {}, with its largest speed V = {} m/s \
+                and d = {} m",
                 case.called(id),
                 rounded(speed),
                 rounded(d)
@@ -163,10 +194,18 @@ pub fn numbers(run: &Run) -> Vec<Number> {
     }
     let g = case.fluid.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
     let ratio = |p: &crate::config::Particle| p.density / case.fluid.density;
-    let galileo = |p: &crate::config::Particle| ((ratio(p) - 1.0).abs() * g * p.shape.diameter().powi(3)).sqrt() / nu;
-    if let Some((id, p)) = free().max_by(|a, b| galileo(a.1).total_cmp(&galileo(b.1))).filter(|_| g > 0.0) {
+    let galileo = |p: &crate::config::Particle| {
+        ((ratio(p) - 1.0).abs() * g * p.shape.diameter().powi(3)).sqrt() / nu
+    };
+    if let Some((id, p)) =
+        free().max_by(|a, b| galileo(a.1).total_cmp(&galileo(b.1))).filter(|_| g > 0.0)
+    {
         add("s", ratio(p), format!("density of {} over the fluid's", case.called(id)));
-        add("Ga", galileo(p), format!("sqrt(|s - 1| g d^3)/nu of {}, g = {} m/s2", case.called(id), rounded(g)));
+        add(
+            "Ga",
+            galileo(p),
+            format!("sqrt(|s - 1| g d^3)/nu of {}, g = {} m/s2", case.called(id), rounded(g)),
+        );
     }
     for (id, p) in case.particle.iter().enumerate() {
         if let Motion::Prescribed { oscillation: Some(o), .. } = &p.motion {
@@ -198,5 +237,9 @@ fn fastest(run: &Run) -> Option<(usize, f64, f64)> {
         Some((*id, *v, v * p.shape.diameter() / nu))
     };
     // Of equal ones always the same: a table in memory has no order.
-    run.particles.fastest.iter().filter_map(of).max_by(|a, b| a.2.total_cmp(&b.2).then(b.0.cmp(&a.0)))
+    run.particles
+        .fastest
+        .iter()
+        .filter_map(of)
+        .max_by(|a, b| a.2.total_cmp(&b.2).then(b.0.cmp(&a.0)))
 }

@@ -42,11 +42,22 @@ pub fn figures(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
 }
 
 /// Draws curves where there is something to draw.
-fn curves(part: Part, title: &'static str, caption: &str, axes: Axes, series: &[Series]) -> Result<Option<Figure>> {
+fn curves(
+    part: Part,
+    title: &'static str,
+    caption: &str,
+    axes: Axes,
+    series: &[Series],
+) -> Result<Option<Figure>> {
     if series.iter().all(|s| s.points.len() < 2) {
         return Ok(None);
     }
-    Ok(Some(Figure { svg: figure::curves_svg(&axes, series)?, title, caption: caption.into(), part }))
+    Ok(Some(Figure {
+        svg: figure::curves_svg(&axes, series)?,
+        title,
+        caption: caption.into(),
+        part,
+    }))
 }
 
 fn axes(x_label: &str, y_label: &str) -> Axes {
@@ -68,14 +79,22 @@ fn fields(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
             &plot::Look::at(snapshot.time),
         )?;
         let place = std::mem::take(&mut plane.title) + &plane.place;
-        let figure =
-            |svg, title, what: &str| Figure { svg, title, caption: format!("{what} at {place}."), part: Part::Fields };
+        let figure = |svg, title, what: &str| Figure {
+            svg,
+            title,
+            caption: format!("{what} at {place}."),
+            part: Part::Fields,
+        };
         all.push(figure(
             figure::vorticity_svg(&plane)?,
             "Vorticity",
             "Vorticity, blue clockwise and red counterclockwise, with streamlines,",
         ));
-        all.push(figure(figure::streamlines_svg(&plane)?, "Streamlines", "Streamlines, coloured by speed,"));
+        all.push(figure(
+            figure::streamlines_svg(&plane)?,
+            "Streamlines",
+            "Streamlines, coloured by speed,",
+        ));
     }
     Ok(all)
 }
@@ -95,7 +114,9 @@ fn charted(part: Part, title: &'static str, chart: Option<Chart>) -> Result<Opti
 /// A text with a capital letter.
 fn capital(text: &str) -> String {
     let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().collect::<String>() + letters.as_str())
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().collect::<String>() + letters.as_str()
+    })
 }
 
 /// Profiles, and what probes recorded.
@@ -119,7 +140,8 @@ fn motion(run: &Run) -> Result<Vec<Figure>> {
         0 | 1 => "The path of its centre, in the whole box.".to_owned(),
         _ if shown == movers => "The paths of the bodies that move, in the whole box.".to_owned(),
         _ => format!(
-            "The paths of {shown} of the {movers} bodies that move, of every material and size, in the whole box."
+            "The paths of {shown} of the {movers} bodies that move, of every material and size, in \
+            the whole box."
         ),
     };
     let figures = [
@@ -146,7 +168,8 @@ fn numerics(run: &Run) -> Result<Vec<Figure>> {
         style: SeriesStyle::Dashed,
     };
     let divergence = [over(steps, "divergence_max", "largest |D|"), limit];
-    let iterations = [over(steps, "outer_iterations", "C-HSMAC"), over(steps, "krylov_iterations", "Krylov")];
+    let iterations =
+        [over(steps, "outer_iterations", "C-HSMAC"), over(steps, "krylov_iterations", "Krylov")];
     let log = Axes { log_y: true, ..axes("step", "largest |D| (1/s)") };
     let part = Part::Numerics;
     let free = run.case.particle.iter().any(|p| p.is_free());
@@ -169,21 +192,36 @@ fn numerics(run: &Run) -> Result<Vec<Figure>> {
         curves(
             part,
             "Iterations",
-            "Iterations of the pressure in each step: C-HSMAC's, and those of the linear solves in them.",
+            "Iterations of the pressure in each step: C-HSMAC's, and those of the linear solves in \
+            them.",
             axes("step", "iterations"),
             &iterations,
         )?,
-        curves(part, "Time step", "The length of each step.", axes("time (s)", "dt (s)"), &[over(times, "dt", "")])?,
+        curves(
+            part,
+            "Time step",
+            "The length of each step.",
+            axes("time (s)", "dt (s)"),
+            &[over(times, "dt", "")],
+        )?,
         curves(
             part,
             "Energy",
             match free {
                 true => {
-                    "The kinetic energy of the fluid outside the particles, that of the free particles, and their sum."
+                    "The kinetic energy of the fluid outside the particles, that of the free \
+                    particles, and their sum."
                 }
                 false => "The kinetic energy of the fluid.",
             },
-            axes("time (s)", if run.case.dimension() == 2 { "kinetic energy (J/m)" } else { "kinetic energy (J)" }),
+            axes(
+                "time (s)",
+                if run.case.dimension() == 2 {
+                    "kinetic energy (J/m)"
+                } else {
+                    "kinetic energy (J)"
+                },
+            ),
             &energies,
         )?,
     ];

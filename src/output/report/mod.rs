@@ -1,6 +1,8 @@
-//! `mics report`: a run in one HTML file that needs nothing else: no script, no network, no second file.
+//! `mics report`: a run in one HTML file that needs nothing else: no script, no network, no second
+//! file.
 //!
-//! `describe` says what the case is and its numbers, `figures` draws what the folder holds, `page` sets it.
+//! `describe` says what the case is and its numbers, `figures` draws what the folder holds, `page`
+//! sets it.
 
 mod describe;
 mod figures;
@@ -37,7 +39,9 @@ impl Run {
         let provenance = Provenance::read(folder)?;
         let case = plot::read_case(folder)?;
         // A run that has only begun has no snapshot yet.
-        let time = plot::newest_snapshot(folder).and_then(|path| Snapshot::read(&path)).map_or(0.0, |s| s.time);
+        let time = plot::newest_snapshot(folder)
+            .and_then(|path| Snapshot::read(&path))
+            .map_or(0.0, |s| s.time);
         Ok(Run {
             provenance,
             // A run that goes on has no summary yet: the report is of what there is.
@@ -55,7 +59,11 @@ impl Run {
 
     /// Why the run ended early, in its own words.
     fn failure(&self) -> Option<&str> {
-        self.log.lines().rev().find_map(|line| line.strip_prefix("error: ")).filter(|_| self.status() != "done")
+        self.log
+            .lines()
+            .rev()
+            .find_map(|line| line.strip_prefix("error: "))
+            .filter(|_| self.status() != "done")
     }
 
     /// A column of `steps.csv`; empty where there is none.

@@ -16,12 +16,28 @@ pub fn page(run: &Run, figures: &[Figure]) -> Markup {
     let sections: Vec<(&str, &str, Markup)> = [
         ("measures", "Measures", (!run.case.measure.is_empty()).then(|| measures(run))),
         ("flow", "The flow", (!fields.is_empty()).then(|| gallery(&fields, "figures fields"))),
-        ("particles", "Particles", (!particles.is_empty()).then(|| gallery(&particles, "figures curves"))),
-        ("records", "Profiles and probes", (!records.is_empty()).then(|| gallery(&records, "figures curves"))),
+        (
+            "particles",
+            "Particles",
+            (!particles.is_empty()).then(|| gallery(&particles, "figures curves")),
+        ),
+        (
+            "records",
+            "Profiles and probes",
+            (!records.is_empty()).then(|| gallery(&records, "figures curves")),
+        ),
         ("scene", "The case in words", Some(scene(run))),
         ("numbers", "Reynolds numbers and others", Some(numbers(run))),
-        ("needs", "What was needed and what was skipped", (!run.provenance.needs.is_empty()).then(|| needs(run))),
-        ("numerics", "How well it was solved", (!numerics.is_empty()).then(|| gallery(&numerics, "figures curves"))),
+        (
+            "needs",
+            "What was needed and what was skipped",
+            (!run.provenance.needs.is_empty()).then(|| needs(run)),
+        ),
+        (
+            "numerics",
+            "How well it was solved",
+            (!numerics.is_empty()).then(|| gallery(&numerics, "figures curves")),
+        ),
         ("cost", "Where the time went", run.summary.as_ref().map(|_| cost(run))),
         ("reproduce", "How to run it again", Some(reproduce(run))),
     ]
@@ -58,7 +74,8 @@ pub fn page(run: &Run, figures: &[Figure]) -> Markup {
                         section id=(id) { h2 { (title) } (body) }
                     }
                     footer {
-                        "Written by mics " (run.provenance.version) " from the files of the run. Units are SI, or the \
+                        "Written by mics " (run.provenance.version) " from the files of the run. \
+                        Units are SI, or the \
                          case's own consistent ones; the method and its equation numbers are those of MICS (Ushijima et \
                          al. 2003), as the chapter on the method in its book has them."
                     }
@@ -85,7 +102,8 @@ fn status(run: &Run) -> Markup {
         span class=(class) { (run.status()) }
         @if !verdicts.is_empty() && run.summary.is_some() {
             @if short == 0 { span.chip.good { (verdicts.len()) " of " (verdicts.len()) " references met" } }
-            @else { span.chip.bad { (short) " of " (verdicts.len()) " fall short of their references" } }
+            @else { span.chip.bad { (short) " of " (verdicts.len()) " fall short of their \
+                references" } }
         }
     }
 }
@@ -97,9 +115,20 @@ fn lead(run: &Run) -> String {
         1 => "one particle".into(),
         n => format!("{n} particles"),
     };
-    let cells = run.case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" \u{d7} ");
-    let start = run.provenance.start.as_deref().unwrap_or("an unknown date").replace('T', " ").replace('Z', " UTC");
-    format!("{}D, {cells} cells, {particles}, to t = {} s; begun {start}.", run.case.dimension(), run.case.time.end)
+    let cells =
+        run.case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" \u{d7} ");
+    let start = run
+        .provenance
+        .start
+        .as_deref()
+        .unwrap_or("an unknown date")
+        .replace('T', " ")
+        .replace('Z', " UTC");
+    format!(
+        "{}D, {cells} cells, {particles}, to t = {} s; begun {start}.",
+        run.case.dimension(),
+        run.case.time.end
+    )
 }
 
 fn tiles(run: &Run) -> Markup {
@@ -147,7 +176,8 @@ fn measures(run: &Run) -> Markup {
             } } }
         } }
         @if compared {
-            p.soft { "An error is a part of the reference, of a band a part of its middle; a tolerance reaches beyond a \
+            p.soft { "An error is a part of the reference, of a band a part of its middle; a \
+                tolerance reaches beyond a \
                       band's ends." }
             dl.terms { @for (m, _, c) in &measures { @if let Some(source) = c.as_ref().and_then(|c| c.source.as_ref()) {
                 dt { (m.name) } dd { (source) }
@@ -158,8 +188,15 @@ fn measures(run: &Run) -> Markup {
 
 /// What a measure is, in the case's own word, of which particle and from when.
 fn what(case: &crate::config::Case, m: &crate::config::Measure) -> String {
-    let word = serde_json::to_value(m.kind).ok().and_then(|v| Some(v.as_str()?.replace('_', " "))).unwrap_or_default();
-    let particle = if m.kind.needs_particle() { format!(" of {}", case.called(m.particle)) } else { String::new() };
+    let word = serde_json::to_value(m.kind)
+        .ok()
+        .and_then(|v| Some(v.as_str()?.replace('_', " ")))
+        .unwrap_or_default();
+    let particle = if m.kind.needs_particle() {
+        format!(" of {}", case.called(m.particle))
+    } else {
+        String::new()
+    };
     let from = if m.from > 0.0 { format!(", from {} s on", m.from) } else { String::new() };
     word + &particle + &from
 }
@@ -212,8 +249,11 @@ fn needs(run: &Run) -> Markup {
 
 fn cost(run: &Run) -> Markup {
     let Some(summary) = &run.summary else { return html! {} };
-    let stages: Vec<(&String, f64)> =
-        summary.stages_ns_per_cell_step.iter().filter_map(|(name, ns)| Some((name, ns.as_f64()?))).collect();
+    let stages: Vec<(&String, f64)> = summary
+        .stages_ns_per_cell_step
+        .iter()
+        .filter_map(|(name, ns)| Some((name, ns.as_f64()?)))
+        .collect();
     let all: f64 = stages.iter().map(|s| s.1).sum();
     html! {
         div.scroll { table {
@@ -234,7 +274,8 @@ fn reproduce(run: &Run) -> Markup {
     let p = &run.provenance;
     let command = p.command.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ");
     let ranks = if p.ranks > 1 { format!("mpirun -n {} ", p.ranks) } else { String::new() };
-    let options = p.command.iter().position(|word| word == "--").map_or(&[][..], |at| &p.command[at..]);
+    let options =
+        p.command.iter().position(|word| word == "--").map_or(&[][..], |at| &p.command[at..]);
     let options: String = options.iter().map(|word| format!(" {}", quoted(word))).collect();
     let toml = run.case.to_toml();
     html! {
@@ -257,7 +298,11 @@ fn reproduce(run: &Run) -> Markup {
 /// A word as a shell takes it.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) { word.into() } else { format!("'{}'", word.replace('\'', r"'\''")) }
+    if !word.is_empty() && word.chars().all(plain) {
+        word.into()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
 }
 
 /// A number to four digits.
@@ -268,7 +313,11 @@ fn short(value: f64) -> String {
         size => {
             let digits = (3 - size.log10().floor() as i32).max(0) as usize;
             let text = format!("{value:.digits$}");
-            if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+            if text.contains('.') {
+                text.trim_end_matches('0').trim_end_matches('.').into()
+            } else {
+                text
+            }
         }
     }
 }
@@ -280,15 +329,21 @@ mod tests {
     #[test]
     fn a_measure_says_its_particle_by_name_where_that_has_one() {
         let body = |more: &str| {
-            format!("[[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [{more}\ndensity = 3.0\n")
+            format!(
+                "[[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [{more}\n\
+                density = 3.0\n"
+            )
         };
         let measure = |name: &str, particle: usize| {
-            format!("[[measure]]\nname = \"{name}\"\nkind = \"largest_speed\"\nparticle = {particle}\n")
+            format!(
+                "[[measure]]\nname = \"{name}\"\nkind = \"largest_speed\"\nparticle = {particle}\n"
+            )
         };
         let case = crate::config::written(&format!(
             "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 2.0], cells = [8, 16] }}\n\
              fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n{}{}{}{}",
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
+                 }}\n{}{}{}{}",
             body("0.3, 0.5]\nname = \"stone\""),
             body("0.7, 0.5]"),
             measure("a", 0),
@@ -305,6 +360,9 @@ mod tests {
             [0.0, 100.0, 0.25, 1234.5, 3.14234, 5e-5, 2e6].map(short).join(" "),
             "0 100 0.25 1234 3.142 5.000e-5 2.000e6"
         );
-        assert_eq!(["--set", "a=[1, 2]", "it's", ""].map(quoted).join(" "), r"--set 'a=[1, 2]' 'it'\''s' ''");
+        assert_eq!(
+            ["--set", "a=[1, 2]", "it's", ""].map(quoted).join(" "),
+            r"--set 'a=[1, 2]' 'it'\''s' ''"
+        );
     }
 }

@@ -1,10 +1,11 @@
-//! Random sequential addition: one body after the other, the largest first, at the first random place that is free.
-//! Where one finds no such place, it and those after it are put down at random all the same, and bodies that overlap are
-//! moved apart ([`part`]): so packings of 60 % of the volume in 3D and 80 % of the area in 2D can be had.
+//! Random sequential addition: one body after the other, the largest first, at the first random
+//! place that is free. Where one finds no such place, it and those after it are put down at random
+//! all the same, and bodies that overlap are moved apart ([`part`]): so packings of 60 % of the
+//! volume in 3D and 80 % of the area in 2D can be had.
 //!
-//! A grid of cells a largest diameter wide lists, for each cell, the bodies that a new one with its centre there could
-//! touch: a try looks at one cell. Sums, products and square roots alone decide, so that a seed gives the same places
-//! on every platform.
+//! A grid of cells a largest diameter wide lists, for each cell, the bodies that a new one with its
+//! centre there could touch: a try looks at one cell. Sums, products and square roots alone decide,
+//! so that a seed gives the same places on every platform.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -23,9 +24,15 @@ const TRIES: usize = 20_000;
 /// Cells of the grid at most, along all axes together.
 const MOST_CELLS: f64 = 1e6;
 
-/// Where the centre of a body with this diameter (m) may lie along an axis: from, and how far (m); `None` without room.
-/// Where the region spans a periodic axis, anywhere.
-pub(super) fn room(case: &Case, region: &Region, gap: f64, axis: usize, diameter: f64) -> Option<(f64, f64)> {
+/// Where the centre of a body with this diameter (m) may lie along an axis: from, and how far (m);
+/// `None` without room. Where the region spans a periodic axis, anywhere.
+pub(super) fn room(
+    case: &Case,
+    region: &Region,
+    gap: f64,
+    axis: usize,
+    diameter: f64,
+) -> Option<(f64, f64)> {
     let (size, radius) = (case.domain.size[axis], 0.5 * diameter);
     let (mut low, mut high) = (region.min[axis], region.max[axis]);
     if case.periodic(axis) {
@@ -59,15 +66,25 @@ struct Taken {
 impl Taken {
     fn new(case: &Case, largest: f64, gap: f64) -> Taken {
         let sizes = &case.domain.size;
-        let mut wanted: Vec<f64> = sizes.iter().map(|size| (size / (largest + gap)).clamp(1.0, MOST_CELLS)).collect();
-        // The longest axis gives way, so that a long and narrow box has no more cells than any other.
+        let mut wanted: Vec<f64> =
+            sizes.iter().map(|size| (size / (largest + gap)).clamp(1.0, MOST_CELLS)).collect();
+        // The longest axis gives way, so that a long and narrow box has no more cells than any
+        // other.
         while wanted.iter().product::<f64>() > MOST_CELLS {
             let longest = wanted.iter_mut().max_by(|a, b| a.total_cmp(b));
             longest.into_iter().for_each(|n| *n *= 0.5);
         }
-        let cells: Vec<_> = wanted.iter().zip(sizes).map(|(n, size)| (*n as usize, size / n.floor())).collect();
+        let cells: Vec<_> =
+            wanted.iter().zip(sizes).map(|(n, size)| (*n as usize, size / n.floor())).collect();
         let near = vec![Vec::new(); cells.iter().map(|(count, _)| count).product()];
-        Taken { periods: case.periods(), cells, near, bodies: Vec::new(), reach: 0.5 * largest + gap, gap }
+        Taken {
+            periods: case.periods(),
+            cells,
+            near,
+            bodies: Vec::new(),
+            reach: 0.5 * largest + gap,
+            gap,
+        }
     }
 
     fn add(&mut self, diameter: f64, place: Vec<f64>) {
@@ -101,7 +118,9 @@ impl Taken {
     /// The cell that a place is in.
     fn cell(&self, place: &[f64]) -> usize {
         let axes = place.iter().zip(&self.cells);
-        axes.fold(0, |cell, (x, &(count, width))| cell * count + ((x / width) as usize).min(count - 1))
+        axes.fold(0, |cell, (x, &(count, width))| {
+            cell * count + ((x / width) as usize).min(count - 1)
+        })
     }
 
     fn is_free(&self, diameter: f64, place: &[f64]) -> bool {
@@ -125,9 +144,13 @@ pub(super) fn diameters(swarm: &Scatter) -> (Vec<f64>, ChaCha8Rng) {
     ((0..swarm.count).map(one).collect(), random)
 }
 
-/// Diameters (m) and places (m) of a swarm, clear of the case's particles and of each other; refused at `key` where
-/// they do not fit.
-pub(super) fn scatter(case: &Case, swarm: &Scatter, key: &str) -> Result<Vec<(f64, Vec<f64>)>, Fault> {
+/// Diameters (m) and places (m) of a swarm, clear of the case's particles and of each other;
+/// refused at `key` where they do not fit.
+pub(super) fn scatter(
+    case: &Case,
+    swarm: &Scatter,
+    key: &str,
+) -> Result<Vec<(f64, Vec<f64>)>, Fault> {
     let &Scatter { count, region, gap, .. } = swarm;
     let (mut diameters, mut random) = diameters(swarm);
     let mut uniform = || uniform(&mut random);
@@ -154,7 +177,8 @@ pub(super) fn scatter(case: &Case, swarm: &Scatter, key: &str) -> Result<Vec<(f6
             for (axis, (low, length)) in room.iter().enumerate() {
                 let x = low + uniform() * length;
                 // Rounding may reach the far side of a period, which is its near side.
-                place[axis] = if case.periodic(axis) && x >= case.domain.size[axis] { 0.0 } else { x };
+                place[axis] =
+                    if case.periodic(axis) && x >= case.domain.size[axis] { 0.0 } else { x };
             }
             taken.is_free(diameter, &place)
         };
@@ -173,7 +197,8 @@ pub(super) fn scatter(case: &Case, swarm: &Scatter, key: &str) -> Result<Vec<(f6
 /// The part of a region that bodies would cover, half of the gap (m) around each.
 fn covered(region: &Region, diameters: &[f64], gap: f64) -> f64 {
     let planar = region.min.len() == 2;
-    let volume = |d: &f64| if planar { 0.25 * PI * (d + gap).powi(2) } else { PI / 6.0 * (d + gap).powi(3) };
+    let volume =
+        |d: &f64| if planar { 0.25 * PI * (d + gap).powi(2) } else { PI / 6.0 * (d + gap).powi(3) };
     let whole: f64 = region.min.iter().zip(&region.max).map(|(low, high)| high - low).product();
     diameters.iter().map(volume).sum::<f64>() / whole
 }
@@ -183,7 +208,8 @@ fn shortage(swarm: &Scatter, diameters: &[f64]) -> String {
     let Scatter { count, region, gap, .. } = swarm;
     let most = if region.min.len() == 2 { "80 % in 2D" } else { "60 % in 3D" };
     format!(
-        "{count} do not fit: with their gaps they would cover {:.1} % of the region, and random packings reach about {most}, less in \
+        "{count} do not fit: with their gaps they would cover {:.1} % of the region, and random \
+        packings reach about {most}, less in \
          narrow regions and where other bodies are in it: ask for fewer or smaller ones, a smaller gap or a larger region",
         100.0 * covered(region, diameters, *gap)
     )

@@ -16,21 +16,28 @@ struct Columns {
     spin: Option<usize>,
 }
 
-/// Appends the bodies of the file `path` to the case; refusals are at `key` and name the file, and the line where they
-/// can.
+/// Appends the bodies of the file `path` to the case; refusals are at `key` and name the file, and
+/// the line where they can.
 pub(super) fn append(case: &mut Case, swarm: &Swarm, path: &Path, key: &str) -> Check {
     let file = path.display();
     let at = |line: u64| format!("{file}:{line}");
-    let refuse = |place: &str, what: &str| Fault { key: key.to_owned(), message: format!("{place}: {what}") };
+    let refuse = |place: &str, what: &str| Fault {
+        key: key.to_owned(),
+        message: format!("{place}: {what}"),
+    };
     let text = std::fs::read_to_string(path).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => {
-            refuse(&file.to_string(), "there is no such file; its path goes from the case file's folder")
-        }
+        std::io::ErrorKind::NotFound => refuse(
+            &file.to_string(),
+            "there is no such file; its path goes from the case file's folder",
+        ),
         _ => refuse(&file.to_string(), &format!("cannot be read: {e}")),
     })?;
     // Where a line ends with two characters, the second would count as another line's.
     let text = text.replace("\r\n", "\n");
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
     let malformed = |e: csv::Error| {
         let line = e.position().map_or(1, |position| position.line());
         let what = match e.kind() {
@@ -51,14 +58,16 @@ pub(super) fn append(case: &mut Case, swarm: &Swarm, path: &Path, key: &str) -> 
     for record in reader.records() {
         let record = record.map_err(malformed)?;
         let line = record.position().map_or(0, |position| position.line());
-        let particle =
-            particle(swarm, dimension, &columns, &header, &record).map_err(|what| refuse(&at(line), &what))?;
+        let particle = particle(swarm, dimension, &columns, &header, &record)
+            .map_err(|what| refuse(&at(line), &what))?;
         let diameter = particle.shape.diameter();
         let placed = below_periods(case, key, diameter)
             .map_err(|fault| refuse(&at(line), &format!("column `diameter`: {}", fault.message)))
             .and_then(|()| {
                 let within = inside(case, key, "the particle", &particle);
-                within.map_err(|fault| refuse(&at(line), &format!("columns `x` to `diameter`: {}", fault.message)))
+                within.map_err(|fault| {
+                    refuse(&at(line), &format!("columns `x` to `diameter`: {}", fault.message))
+                })
             });
         placed?;
         lines.push(line);
@@ -78,7 +87,11 @@ pub(super) fn append(case: &mut Case, swarm: &Swarm, path: &Path, key: &str) -> 
 }
 
 /// Finds the columns by the names in the header, or says what is wrong with them.
-fn columns(header: &csv::StringRecord, dimension: usize, motion: &Motion) -> Result<Columns, String> {
+fn columns(
+    header: &csv::StringRecord,
+    dimension: usize,
+    motion: &Motion,
+) -> Result<Columns, String> {
     let axes = &AXES[..dimension];
     let speeds = ["vx", "vy", "vz"];
     let mut known = [axes, &["diameter", "density"]].concat();
@@ -119,15 +132,21 @@ fn particle(
     record: &csv::StringRecord,
 ) -> Result<Particle, String> {
     let number = |column: usize| {
-        let (name, text) = (header.get(column).unwrap_or_default(), record.get(column).unwrap_or_default());
+        let (name, text) =
+            (header.get(column).unwrap_or_default(), record.get(column).unwrap_or_default());
         let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
         number.ok_or(format!("column `{name}` must be a finite number, not \"{text}\""))
     };
     let positive = |column: usize, unit: &str| {
         let (name, value) = (header.get(column).unwrap_or_default(), number(column)?);
-        if value > 0.0 { Ok(value) } else { Err(format!("column `{name}` must be positive ({unit}), not {value:?}")) }
+        if value > 0.0 {
+            Ok(value)
+        } else {
+            Err(format!("column `{name}` must be positive ({unit}), not {value:?}"))
+        }
     };
-    let place = columns.place.iter().map(|column| number(*column)).collect::<Result<Vec<_>, _>>()?;
+    let place =
+        columns.place.iter().map(|column| number(*column)).collect::<Result<Vec<_>, _>>()?;
     let mut particle = swarm.particle(dimension, positive(columns.diameter, "m")?, place);
     if let Some(column) = columns.density {
         particle.density = Some(positive(column, "kg/m3")?);

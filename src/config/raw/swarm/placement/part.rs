@@ -1,24 +1,25 @@
-//! Bodies that overlap are moved apart, pair by pair, until none does (force-biased packing, Jodrey & Tory 1985, without
-//! their shrinking of the bodies):
+//! Bodies that overlap are moved apart, pair by pair, until none does (force-biased packing, Jodrey
+//! & Tory 1985, without their shrinking of the bodies):
 //!
-//! `x_i += s n`, `x_j -= s n`, `2 s = (1 + EXCESS) (reach - |x_i - x_j|)` with `n` from the one to the other, where the
-//! distance is below their reach, `(d_i + d_j)/2 + gap`; a body that is not the swarm's stays, and the other takes it all.
+//! `x_i += s n`, `x_j -= s n`, `2 s = (1 + EXCESS) (reach - |x_i - x_j|)` with `n` from the one to
+//! the other, where the distance is below their reach, `(d_i + d_j)/2 + gap`; a body that is not
+//! the swarm's stays, and the other takes it all.
 
 use super::Taken;
 
-/// After so many sweeps over all pairs what overlaps has to be less than this part of what it was so many before, or the swarm is said
-/// not to fit: packings near the densest need hundreds.
+/// After so many sweeps over all pairs what overlaps has to be less than this part of what it was
+/// so many before, or the swarm is said not to fit: packings near the densest need hundreds.
 const PATIENCE: (usize, f64) = (100, 0.8);
 
 /// Bodies that are visited at most, in all sweeps together: a minute's.
 const MOST_VISITS: usize = 10_000_000;
 
-/// How much farther than they must bodies are moved, of their overlap and of their reach: without it the last
-/// overlaps would die away for ever.
+/// How much farther than they must bodies are moved, of their overlap and of their reach: without
+/// it the last overlaps would die away for ever.
 const EXCESS: [f64; 2] = [0.2, 1e-6];
 
-/// Moves the bodies from `first` on apart, each within its room (from, and how far along each axis, m), and says
-/// whether none overlaps any more.
+/// Moves the bodies from `first` on apart, each within its room (from, and how far along each axis,
+/// m), and says whether none overlaps any more.
 pub(super) fn part(taken: &mut Taken, first: usize, rooms: &[Vec<(f64, f64)>]) -> bool {
     let (sweeps, part) = PATIENCE;
     let mut before = f64::INFINITY;
@@ -65,8 +66,9 @@ fn separate(taken: &mut Taken, [i, j]: [usize; 2], first: usize, rooms: &[Vec<(f
     let [(d_i, x_i), (d_j, x_j)] = [&taken.bodies[i], &taken.bodies[j]];
     let reach = 0.5 * (d_i + d_j) + taken.gap;
     let apart = x_i.iter().zip(x_j).zip(&taken.periods);
-    let mut line: Vec<f64> =
-        apart.map(|((a, b), period)| period.map_or(a - b, |l| a - b - l * ((a - b) / l).round())).collect();
+    let mut line: Vec<f64> = apart
+        .map(|((a, b), period)| period.map_or(a - b, |l| a - b - l * ((a - b) / l).round()))
+        .collect();
     let distance = line.iter().map(|d| d * d).sum::<f64>().sqrt();
     if distance >= reach {
         return 0.0;
