@@ -27,7 +27,8 @@ use std::time::Duration;
 const CYLINDER: &str = "cases/cylinder-wake/case.toml";
 
 /// The cylinder swung about its place.
-const SWINGS: &str = "particle.0.motion={ prescribed = { oscillation = { amplitude = [0.05, 0.02], frequency = 1.0 } } }";
+const SWINGS: &str = "particle.0.motion={ prescribed = { oscillation = { amplitude = [0.05, 0.02], \
+    frequency = 1.0 } } }";
 
 /// A sphere of 12 cells across in a stream, 64 x 32 x 32 cells.
 const SPHERE: &str = r#"name = "bench"

@@ -5,9 +5,11 @@
 //! endian:
 //!
 //! ```text
-//!   number   a double, finite                 label   count, text: what comes next, and has to be there when read
+//!   number   a double, finite                 label
+//!              count, text: what comes next, and has to be there when read
 //!   count    an integer                       list    count, entries
-//!   field    count of boxes, one a rank; of each its first cell and its extent along each axis, then the values, x fastest
+//!   field    count of boxes, one a rank; of each its first cell and its extent along each axis,
+//!            then the values, x fastest
 //! ```
 //! Structs are taken apart without `..`, so that a new field compiles only once somebody has said
 //! whether it lasts.

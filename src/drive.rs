@@ -2,7 +2,8 @@
 //! the mean gradient of the pressure.
 //!
 //! ```text
-//!   total pressure  p - G.x          a = (-grad p + G)/rho on faces,   a body feels G V besides the gradient of p
+//!   total pressure  p - G.x          a = (-grad p + G)/rho on faces,
+//!              a body feels G V besides the gradient of p
 //! ```
 //! Pressure and drive are found together where the mean velocity `mean(U)` over the box, fluid and
 //! bodies alike, is held: a change `d` of `G` along the axis `e` changes the velocities through
@@ -11,7 +12,8 @@
 //!
 //! ```text
 //!   d = ( U_held - mean(U) )/(dt C)                   after every solve, and before the first
-//!   -div( H grad phi )/rho + ... - j (j.phi)/(N C) = -D/dt,     j = div( sum_k (1/rho - V_k/M_k) m_k e )
+//!   -div( H grad phi )/rho + ... - j (j.phi)/(N C) = -D/dt,
+//!              j = div( sum_k (1/rho - V_k/M_k) m_k e )
 //! ```
 //! The solve knows what the drive answers to the pressure (N: all cells), and the mean is held to
 //! rounding in every step.

@@ -11,9 +11,10 @@
 //! # What is solved
 //!
 //! ```text
-//!   div u = 0,   rho ( du/dt + u.grad u ) = -grad p + div( mu (grad u + grad u^T) )                 in the fluid
-//!   u = V_k + omega_k x r                                                                            on particle k
-//!   m dV/dt = force by the fluid + (m - m_f) g + contacts,   I domega/dt = torque + contacts         of a free one
+//!   div u = 0,   rho ( du/dt + u.grad u ) = -grad p + div( mu (grad u + grad u^T) )   in the fluid
+//!   u = V_k + omega_k x r                                                            on particle k
+//!   m dV/dt = force by the fluid + (m - m_f) g + contacts,   I domega/dt = torque + contacts
+//!              of a free one
 //! ```
 //! on equal cells with velocity and pressure at their centres and a second, divergence-free
 //! velocity on their faces; p is without the hydrostatic part, which leaves gravity to the
@@ -27,11 +28,14 @@
 //! beside its wall.
 //!
 //! ```text
-//! (7)      u* = u + dt [ -div(U u) + div( mu (grad u + grad u^T) )/rho ]                   cells, the fluid's rho and mu
-//! (8)      U = H q + m U_b.n,  q = mean(u*) + dt a + memory,  a = -grad p^n/rho            faces, U_b the body's motion
-//! (13-15)  -div( H grad phi )/rho + added mass of free bodies = -D/dt                      until max |D| < D0
-//! (16)     u = u* + dt (H_w a_w + H_e a_e)/(1 + (H_w + H_e)/2)                             cells, with the new pressure
-//! (19)     F = what the fluid loses in a step, in its parts by pressure, wall shear, rest  the force
+//! (7)      u* = u + dt [ -div(U u) + div( mu (grad u + grad u^T) )/rho ]
+//!              cells, the fluid's rho and mu
+//! (8)      U = H q + m U_b.n,  q = mean(u*) + dt a + memory,  a = -grad p^n/rho
+//!              faces, U_b the body's motion
+//! (13-15)  -div( H grad phi )/rho + added mass of free bodies = -D/dt           until max |D| < D0
+//! (16)     u = u* + dt (H_w a_w + H_e a_e)/(1 + (H_w + H_e)/2)        cells, with the new pressure
+//! (19)     F = what the fluid loses in a step, in its parts by pressure, wall shear, rest
+//!              the force
 //! ```
 //! [`method::sharp`] derives it.
 //!
@@ -41,17 +45,20 @@
 //! fluid and particles are one mixture. With the fraction `alpha_k` of a cell inside particle k:
 //!
 //! ```text
-//! (1)      rho = rho_f + sum_k alpha_k (rho_k - rho_f)                               mixture; viscosity alike
-//! (7)      u* = u + dt [ -u.grad u + (1/rho) div( mu (grad u + grad u^T) ) ]         cells, without pressure
+//! (1)      rho = rho_f + sum_k alpha_k (rho_k - rho_f)                    mixture; viscosity alike
+//! (7)      u* = u + dt [ -u.grad u + (1/rho) div( mu (grad u + grad u^T) ) ]
+//!              cells, without pressure
 //! (8)      U = mean(u*) + dt a,  a = -(1/rho) dp^n/dn + g (1 - rho_f/rho)            faces
-//! (13-15)  div( (1/rho) grad phi ) = D/dt,  p += phi,  U -= (dt/rho) grad phi        until max |D| < D0
-//! (16)     u_f = u* + dt (a_low + a_high)/2                                          cells, with the new pressure
-//! (19)     F_k = sum alpha_k dV sigma_k [ -u.grad u - (grad p_f - div tau)/rho ]      force as printed, three parts
-//! (17, 18) m dV/dt = F + (m - m_f) g + contacts,  I domega/dt = T + contacts         free particles
-//! (20-26)  F_n = k d^gamma + eta d^((gamma-1)/2) v_n,  F_t = -(k_t xi + eta_t v_t), |F_t| <= mu F_n, in substeps
+//! (13-15)  div( (1/rho) grad phi ) = D/dt,  p += phi,  U -= (dt/rho) grad phi   until max |D| < D0
+//! (16)     u_f = u* + dt (a_low + a_high)/2                           cells, with the new pressure
+//! (19)     F_k = sum alpha_k dV sigma_k [ -u.grad u - (grad p_f - div tau)/rho ]
+//!              force as printed, three parts
+//! (17, 18) m dV/dt = F + (m - m_f) g + contacts,  I domega/dt = T + contacts        free particles
+//! (20-26)  F_n = k d^gamma + eta d^((gamma-1)/2) v_n,
+//!              F_t = -(k_t xi + eta_t v_t), |F_t| <= mu F_n, in substeps
 //! (27)     u = u_f + sum_k alpha_k (v_k - u_f),  v_k = V_k + omega_k x r             the wall
-//!          F_k = sum rho alpha_k (u_f - v_k) dV/dt                                   force by momentum, on held ones
-//!          sum rho alpha_k (v_k - u_f) dV + b_k = 0                                  motion by momentum, of free ones
+//!          F_k = sum rho alpha_k (u_f - v_k) dV/dt                 force by momentum, on held ones
+//!          sum rho alpha_k (v_k - u_f) dV + b_k = 0               motion by momentum, of free ones
 //! ```
 //!
 //! The last line is where this code leaves the paper: [`method::mics2003`] derives it. The momentum
@@ -64,25 +71,25 @@
 //!
 //! | module | owns |
 //! |---|---|
-//! | [`petsc`] | the session, the grid's decomposition and halo, the linear solve; the only `unsafe` |
+//! | [`petsc`] | session, decomposition and halo of the grid, linear solve; the only `unsafe` |
 //! | [`grid`] | the grid, its fields, the conditions at the faces of the box |
 //! | [`kernels`] | advection, diffusion, faces: a file each, its stencil at the top |
 //! | [`poisson`] | the pressure equation: operator, multigrid, transforms, C-HSMAC |
-//! | [`geometry`] | the shapes of bodies: what they fill of cells and cover of faces, their surface |
+//! | [`geometry`] | shapes of bodies: solid fractions of cells and faces, surface points |
 //! | [`particles`], [`contact`] | bodies; how they touch, and the fluid in the gaps between them |
 //! | [`state`] | what lasts from step to step, and nothing else |
 //! | [`drive`] | a force, a slope or a flow rate that moves the fluid |
 //! | [`domain`] | where a scene takes place: grid, fluid, pressure equation, ranks |
 //! | [`method`] | how a step is made: sharp walls, the paper's mixing, no bodies |
-//! | [`params`], [`scheme`] | the constants of the method; the time schemes and the limits of their step |
+//! | [`params`], [`scheme`] | constants of the method; time schemes and the limits of their step |
 //! | [`config`] | a case file, checked and resolved into values: pure data |
 //! | [`scene`] | case to scene: builds only what the scene needs |
 //! | [`launch`] | ranks that the program starts by itself |
 //! | [`study`] | tables of runs: cost and error |
-//! | [`run`], [`check`](mod@check), [`output`] | the time loop, the description of a scene, what a run leaves |
+//! | [`run`], [`check`](mod@check), [`output`] | time loop, scene description, what a run leaves |
 //! | [`validate`](mod@validate) | the shipped cases beside their references |
 //! | [`clock`] | where the time goes |
-//! | [`archive`], [`interrupt`], [`system`] | how a state is written and read; signals; what the machine says |
+//! | [`archive`], [`interrupt`], [`system`] | state written and read; signals; the machine |
 //!
 //! # Sources
 //!

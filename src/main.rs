@@ -12,12 +12,17 @@ use std::process::ExitCode;
 
 /// The end of the manual page.
 const EXIT_STATUS: &str = ".SH \"EXIT STATUS\"
-0: done. 1: `mics validate` ran, and values fall short of their references or have moved from the page they are compared with; or `mics study` ran, and some of its runs are not done. 2: the case or the command line is wrong, and
-nothing was written. 3: the run failed, with the state before the failing step kept and named; or `mics watch` saw that of
-its run, or that it was killed. 130: interrupted by Ctrl-C, SIGTERM or SIGUSR1 after writing a checkpoint, from which --resume goes
+0: done. 1: `mics validate` ran, and values fall short of their references or have moved from the \
+page they are compared with; or `mics study` ran, and some of its runs are not done. 2: the case \
+or the command line is wrong, and
+nothing was written. 3: the run failed, with the state before the failing step kept and named; or \
+`mics watch` saw that of
+its run, or that it was killed. 130: interrupted by Ctrl-C, SIGTERM or SIGUSR1 after writing a \
+checkpoint, from which --resume goes
 on; `mics watch` says so with the same status.
 .SH \"SEE ALSO\"
-The method, the keys of a case and what was measured: README.md and the book beside it, docs/, in /usr/share/doc/mics where Debian's package is installed.";
+The method, the keys of a case and what was measured: README.md and the book beside it, docs/, in \
+/usr/share/doc/mics where Debian's package is installed.";
 
 /// Particle-laden incompressible flow with every particle resolved by the grid.
 #[derive(Parser)]

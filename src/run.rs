@@ -596,8 +596,11 @@ impl<'a, const D: usize> Run<'a, D> {
         let steps = self.scene.state.steps.max(1) as f64;
         let stepped = (self.scene.state.steps - before).max(1) as f64;
         let busiest = json!({
-            "collectives_per_step": most[0] / stepped, "collective_bytes_per_step": most[1] / stepped,
-            "messages_per_step": most[2] / stepped, "message_bytes_per_step": most[3] / stepped, "peak_memory_bytes": most[4],
+            "collectives_per_step": most[0] / stepped,
+            "collective_bytes_per_step": most[1] / stepped,
+            "messages_per_step": most[2] / stepped,
+            "message_bytes_per_step": most[3] / stepped,
+            "peak_memory_bytes": most[4],
         });
         let (domain, state) = (&self.scene.domain, &self.scene.state);
         let made = energy_bound::doubt(state, energy_bound::settling(domain, &state.bodies));
@@ -607,8 +610,7 @@ impl<'a, const D: usize> Run<'a, D> {
             energy_bound::lost(self.case, state),
             symmetric.filter(|_| status == "done"),
         ];
-        let remarks =
-            || self.series.iter().filter_map(|s| Some((s.name().to_owned(), s.remark()?)));
+        let remarks = || self.series.iter().filter_map(|s| Some((s.name(), s.remark()?)));
         let doubts = remarks().filter(|(_, remark)| remark.doubt && status == "done");
         let doubts = doubts.map(|(name, remark)| format!("{name} {}", remark.words));
         let mut notes: Vec<String> = notes.into_iter().flatten().collect();
@@ -616,14 +618,25 @@ impl<'a, const D: usize> Run<'a, D> {
         let said = notes.len();
         notes.extend(doubts);
         let summary = json!({
-            "notes": notes, "case": self.case.name, "status": status, "cells": cells, "steps": self.scene.state.steps, "time": self.scene.state.time,
-            "wall_seconds": wall, "cpu_seconds": self.account.cpu + cpu, "step_seconds": wall / steps, "divergence_max": self.account.divergence_max,
-            "divergence_limit": self.case.pressure.divergence_limit, "outer_iterations": self.account.outer,
-            "krylov_iterations": self.account.krylov, "solver_retries": self.account.retries, "measures": found,
+            "notes": notes,
+            "case": self.case.name,
+            "status": status,
+            "cells": cells,
+            "steps": self.scene.state.steps,
+            "time": self.scene.state.time,
+            "wall_seconds": wall,
+            "cpu_seconds": self.account.cpu + cpu,
+            "step_seconds": wall / steps,
+            "divergence_max": self.account.divergence_max,
+            "divergence_limit": self.case.pressure.divergence_limit,
+            "outer_iterations": self.account.outer,
+            "krylov_iterations": self.account.krylov,
+            "solver_retries": self.account.retries,
+            "measures": found,
             "comparisons": comparisons,
-            "units": self.series.iter().map(|s| (s.name().to_owned(), json!(s.measure().kind.unit(D)))).collect::<serde_json::Map<_, _>>(),
-            "remarks": remarks().map(|(name, remark)| (name, json!(remark.words))).collect::<serde_json::Map<_, _>>(),
-            "stages_ns_per_cell_step": stages.iter().map(|(n, t)| ((*n).to_owned(), json!(t))).collect::<serde_json::Map<_, _>>(),
+            "units": table(self.series.iter().map(|s| (s.name(), json!(s.measure().kind.unit(D))))),
+            "remarks": table(remarks().map(|(name, remark)| (name, json!(remark.words)))),
+            "stages_ns_per_cell_step": table(stages.iter().map(|(n, t)| (*n, json!(t)))),
             "peak_memory_bytes": memory, "peak_memory_bytes_per_cell": memory / cells as f64,
             "ranks": self.session.size(), "busiest_rank": busiest,
         });
@@ -718,10 +731,16 @@ impl<'a, const D: usize> Run<'a, D> {
             .map(|(what, needed, why)| json!({"what": what, "needed": needed, "why": why}));
         let words: Vec<String> = std::env::args().collect();
         let record = json!({
-            "version": env!("CARGO_PKG_VERSION"), "git_commit": env!("MICS_GIT_COMMIT"), "command": words,
-            "petsc_version": self.session.version(), "petsc_options": options, "ranks": self.session.size(),
+            "version": env!("CARGO_PKG_VERSION"),
+            "git_commit": env!("MICS_GIT_COMMIT"),
+            "command": words,
+            "petsc_version": self.session.version(),
+            "petsc_options": options,
+            "ranks": self.session.size(),
             "host": host(), "pid": std::process::id(), "start": self.account.began, "end": ended,
-            "resumed_after_step": self.restart.as_ref().map(Restart::step), "solver": solver, "needs": needs.collect::<Vec<_>>(),
+            "resumed_after_step": self.restart.as_ref().map(Restart::step),
+            "solver": solver,
+            "needs": needs.collect::<Vec<_>>(),
         });
         self.on_lead(|folder, _, _| folder.write_json("run.json", &record))
     }
@@ -753,4 +772,9 @@ impl Schedule {
             None => false,
         }
     }
+}
+
+/// A table of values by their names.
+fn table<'a>(rows: impl Iterator<Item = (&'a str, serde_json::Value)>) -> serde_json::Value {
+    rows.map(|(name, value)| (name.to_owned(), value)).collect::<serde_json::Map<_, _>>().into()
 }

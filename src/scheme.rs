@@ -7,7 +7,7 @@
 //! diffusion share one stability limit:
 //!
 //! ```text
-//!   C <= C_max    and    r/limit + share C <= 1    and, for Euler with upwind5,    min_a r_a >= C^2
+//!  C <= C_max    and    r/limit + share C <= 1    and, for Euler with upwind5,    min_a r_a >= C^2
 //! ```
 //! A test below scans the symbols: within these limits no wave grows by more than 0.1 % a step, and
 //! none at all where viscosity damps it a little.

@@ -33,31 +33,50 @@ fn main() {
         .clang_args(includes.iter().map(|p| format!("-I{}", p.display())))
         .allowlist_function(FUNCTIONS)
         .allowlist_var(VARIABLES)
-        .allowlist_type("PetscErrorType|MatOption|MatOperation|InsertMode|DMBoundaryType|DMDAStencilType|MatAssemblyType|KSPConvergedReason|PetscBool")
+        .allowlist_type(
+            "PetscErrorType|MatOption|MatOperation|InsertMode|DMBoundaryType\
+        |DMDAStencilType|MatAssemblyType|KSPConvergedReason|PetscBool",
+        )
         .default_enum_style(bindgen::EnumVariation::Consts)
         .prepend_enum_name(false)
         .generate_comments(false)
         .layout_tests(false)
         .generate()
-        .unwrap_or_else(|e| fail(&format!("bindgen could not read PETSc's headers ({e}); is \
-            libclang-dev there? {CURE}")))
+        .unwrap_or_else(|e| {
+            fail(&format!(
+                "bindgen could not read PETSc's headers ({e}); is \
+            libclang-dev there? {CURE}"
+            ))
+        })
         .write_to_file(&out)
         .unwrap_or_else(|e| fail(&format!("{}: {e}", out.display())));
 }
 
-const FUNCTIONS: &str = "PetscInitialize|PetscFinalize|PetscInitialized|PetscPushErrorHandler|PetscPopSignalHandler\
-    |PetscErrorMessage|PetscOptions(HasName|SetValue|ClearValue|LeftGet|LeftRestore|GetAll|Clear)|PetscFree.*|PetscGetVersionNumber\
-    |PetscObject(Compose|Query)|PetscContainer(Create|SetPointer|GetPointer|Destroy)|DMDACreate[23]d|DMSetUp|DMDestroy|DMDAGetCorners|DMDAGetNeighbors\
-    |DMGetLocalToGlobalMapping|ISLocalToGlobalMapping(Get|Restore)Indices|DMCreateGlobalVector|VecDestroy\
-    |VecGetArray(Read|Write)?|VecRestoreArray(Read|Write)?|VecSet|MatCreateVecs|MatCreate|MatSetSizes|MatSetType|MatSetUp\
-    |MatSetPreallocationCOO|MatSetValuesCOO|MatSetNullSpace|MatSetOption|MatDestroy|MatMult|MatCreateShell\
+const FUNCTIONS: &str = "PetscInitialize|PetscFinalize|PetscInitialized|PetscPushErrorHandler\
+    |PetscPopSignalHandler\
+    |PetscErrorMessage|PetscOptions(HasName|SetValue|ClearValue|LeftGet|LeftRestore|GetAll|Clear)\
+    |PetscFree.*|PetscGetVersionNumber\
+    |PetscObject(Compose|Query)|PetscContainer(Create|SetPointer|GetPointer|Destroy)\
+    |DMDACreate[23]d|DMSetUp|DMDestroy|DMDAGetCorners|DMDAGetNeighbors\
+    |DMGetLocalToGlobalMapping|ISLocalToGlobalMapping(Get|Restore)Indices|DMCreateGlobalVector\
+    |VecDestroy\
+    |VecGetArray(Read|Write)?|VecRestoreArray(Read|Write)?|VecSet|MatCreateVecs|MatCreate\
+    |MatSetSizes|MatSetType|MatSetUp\
+    |MatSetPreallocationCOO|MatSetValuesCOO|MatSetNullSpace|MatSetOption|MatDestroy|MatMult\
+    |MatCreateShell\
     |MatShell(GetContext|SetOperation|SetManageScalingShifts)|MatNullSpace(Create|Destroy|Remove)\
-    |KSP(Create|SetOperators|SetFromOptions|SetTolerances|GetTolerances|Solve|GetConvergedReason|GetIterationNumber|GetPC\
-    |Destroy|SetInitialGuessNonzero|SetReusePreconditioner|GetType|GetNormType|SetUp|GetResidualNorm)|PC(Register|SetType|GetOperators|Reset)|PCShellSet(Apply|ApplyTranspose|SetUp|Name)\
-    |KSPConvergedReasons|MPI_(Allreduce|Allgatherv|Sendrecv|Comm_rank|Comm_size|Gatherv|Bcast|Barrier|Send|Recv)";
+    |KSP(Create|SetOperators|SetFromOptions|SetTolerances|GetTolerances|Solve|GetConvergedReason\
+    |GetIterationNumber|GetPC\
+    |Destroy|SetInitialGuessNonzero|SetReusePreconditioner|GetType|GetNormType|SetUp\
+    |GetResidualNorm)|PC(Register|SetType|GetOperators|Reset)|PCShellSet(Apply|ApplyTranspose\
+    |SetUp|Name)\
+    |KSPConvergedReasons|MPI_(Allreduce|Allgatherv|Sendrecv|Comm_rank|Comm_size|Gatherv|Bcast\
+    |Barrier|Send|Recv)";
 
-const VARIABLES: &str = "PETSC_COMM_WORLD|PETSC_VERSION_.*|ompi_mpi_(double|float|int|byte|comm_world|op_sum|op_max|op_min)\
-    |petsc_(allreduce|gather|scatter|isend|send)_ct|petsc_(isend|send)_len|ompi_mpi_(comm_self|comm_null)|KSPConvergedReasons|PetscTrFree";
+const VARIABLES: &str = "PETSC_COMM_WORLD|PETSC_VERSION_.*|ompi_mpi_(double|float|int|byte\
+    |comm_world|op_sum|op_max|op_min)\
+    |petsc_(allreduce|gather|scatter|isend|send)_ct|petsc_(isend|send)_len|ompi_mpi_(comm_self\
+    |comm_null)|KSPConvergedReasons|PetscTrFree";
 
 fn first_line(text: &str) -> &str {
     text.trim().lines().next().unwrap_or("pkg-config failed")

@@ -2,7 +2,8 @@
 //! which means nothing.
 //!
 //! ```text
-//!   a cell is open where its centre lies in no body; from all open ones at one end, over sides of cells, to the other:
+//!   a cell is open where its centre lies in no body; from all open ones at one end,
+//!                 over sides of cells, to the other:
 //!   # # # # #
 //!   . . o o .     open          . . o o .     shut
 //!   . o o . .                   . o o o .

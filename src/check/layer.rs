@@ -2,8 +2,9 @@
 //! its Reynolds number and the boundary layer at its front.
 //!
 //! ```text
-//!   U = terminal_speed                drag against submerged weight ([`crate::particles::terminal_speed`])
-//!   U^2 <= 2 a L                      a = |s - 1| g/(s + c), c the added mass (disc 1, sphere 1/2), L the way to the border
+//!   U = terminal_speed        drag against submerged weight ([`crate::particles::terminal_speed`])
+//!   U^2 <= 2 a L                      a = |s - 1| g/(s + c), c the added mass (disc 1, sphere
+//!                                     1/2), L the way to the border
 //!   delta                             [`crate::particles::boundary_layer`]
 //! ```
 
@@ -140,14 +141,14 @@ mod tests {
              fluid = {{ density = 1000.0, viscosity = 1e-3, gravity = [0.0, -9.81] }}\n\
              boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
                  }}\n\
-             particle = [{{ shape = {{ disc = {{ diameter = 0.02 }} }}, position = {position}, {more} }}]\n"
+             particle = [{{ shape = {{ disc = {{ diameter = 0.02 }} }}, position = {position}, \
+             {more} }}]\n"
         );
         Layer::thinnest(&crate::config::written(&text).unwrap()).unwrap()
     }
 
     #[test]
-    fn the_paper_s_cylinder_falls_at_a_reynolds_number_of_some_thousands_with_a_layer_of_a_third_of_a_millimetre()
-     {
+    fn falling_cylinder_of_the_paper_has_reynolds_number_of_thousands_and_thin_layer() {
         let layer = thinnest("[0.015, 0.1]", "density = 1200.0");
         // By hand: U^2 = 2 0.2 g (pi d/4)/Cd, Cd = 1 + 10 Re^(-2/3) = 1.035 at Re = 4880.
         assert!(layer.falls && (layer.reynolds / 4880.0 - 1.0).abs() < 0.01, "{layer:?}");
@@ -167,7 +168,8 @@ mod tests {
                     fluid = { density = 1.0, viscosity = 1e-5, gravity = [3.0, -9.0] }\n\
                     boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north \
                         = \"wall\" }\n\
-                    particle = [{ shape.disc.diameter = 0.01, position = [0.03, 0.005], density = 1e6 }]\n";
+                    particle = \
+                    [{ shape.disc.diameter = 0.01, position = [0.03, 0.005], density = 1e6 }]\n";
         let case = crate::config::written(text).unwrap();
         assert!((fall_speed(&case, &case.particle[0]) - 1.5).abs() < 1e-5);
     }

@@ -13,9 +13,9 @@ use crate::output::print;
 use crate::params;
 use crate::particles::Body;
 use crate::petsc::Session;
-use crate::run::{Choice, check_memory, check_step, choose_step, start_petsc};
+use crate::run::{check_memory, check_step, choose_step, start_petsc};
 use crate::scene::{Scene, read_case};
-use crate::scheme::{Bound, Limits};
+use crate::scheme::Limits;
 use crate::system::peak_memory;
 use crate::words::{brief, minutes, number, size, whole};
 use crate::{Error, Result};
@@ -245,7 +245,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
         whole(steps),
         number(case.time.end)
     ));
-    lines.extend(long_beside_wall(case, &scene, choice));
+    lines.extend(long_beside_wall(case, &scene, later));
     lines.extend(contacts(case, &scene, later));
     lines.push(format!(
         "pressure     {}, until |D| < {:e} 1/s",
@@ -273,7 +273,8 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     lines.push(format!(
         "cost         {:.2} ms a step ({:.2} us a cell; the first {TRIAL_STEPS} steps tried), \
         start-up {start_up:.2} s, \
-         memory {:.0} MB; about {} for the run, more where many particles touch; {disk} of disk at most",
+         memory {:.0} MB; about {} for the run, more where many particles touch; {disk} of disk at \
+         most",
         1e3 * step,
         1e6 * step / scene.domain.grid.total_cells() as f64,
         memory[0] / 1e6,
@@ -326,7 +327,8 @@ fn tight_pressure(case: &Case) -> Option<String> {
         format!(
             "note         pressure.divergence_limit = {limit:e} 1/s is tighter than this flow \
             needs: over the whole box it changes a velocity by \
-             at most {part:.0e} of {} m/s; {enough:e} keeps that below {EXACT:e}, and saves iterations",
+             at most {part:.0e} of {} m/s; {enough:e} keeps that below {EXACT:e}, and saves \
+             iterations",
             brief(speed)
         )
     })
@@ -363,22 +365,18 @@ fn outputs(case: &Case, disk: &Disk) -> String {
         )
 }
 
-/// A free body that begins beside a wall, where viscosity bounds the first step and later ones have
-/// more stages: such steps are too long for the flow in the gap. A disc that falls at a gap of 0.02
-/// d, 8 to 16 cells a diameter, is 4 to 5 % faster in four stages than in the two of rk2, which are
-/// within 1 % of steps of a seventh.
-fn long_beside_wall<const D: usize>(
-    case: &Case,
-    scene: &Scene<D>,
-    choice: Choice,
-) -> Option<String> {
-    let h = case.spacings().into_iter().fold(0.0, f64::max);
-    let near = params::near_gap() * h;
-    let walls = || {
-        case.sides()
-            .enumerate()
-            .filter(|(_, (_, side))| matches!(side, Side::Wall | Side::MovingWall(_)))
+/// A free body that begins beside a wall along which gravity pulls it, in steps that take more
+/// stages for viscosity once the wall has slowed it to a third of the speed that it comes to
+/// elsewhere: such steps are too long for the flow in the gap. A disc at a gap of 0.02 d, 8 to 16
+/// cells a diameter, falls 4 to 5 % faster in four stages than in the two of rk2, which are within
+/// 1 % of steps of a seventh.
+fn long_beside_wall<const D: usize>(case: &Case, scene: &Scene<D>, later: f64) -> Option<String> {
+    let (limits, h) = (scene.limits().ok()?, case.spacings().into_iter().fold(0.0, f64::max));
+    let stages = limits.scheme.stages_for(3.0 * later * limits.diffusion_rate);
+    let along = |(face, side): (usize, &Side)| {
+        matches!(side, Side::Wall | Side::MovingWall(_)) && case.fluid.gravity[face / 2] == 0.0
     };
+    let walls = || case.sides().map(|(_, side)| side).enumerate().filter(|wall| along(*wall));
     let distance = |body: &Body, face: usize| {
         let (x, size) = (body.centre[face / 2], case.domain.size[face / 2]);
         if face % 2 == 0 { x } else { size - x }
@@ -386,18 +384,14 @@ fn long_beside_wall<const D: usize>(
     let gap = |body: &Body| {
         walls().map(|(face, _)| distance(body, face) - body.radius()).fold(f64::INFINITY, f64::min)
     };
-    let most = scene
-        .limits()
-        .ok()?
-        .scheme
-        .most_stages
-        .filter(|_| choice == Choice::Limit(Bound::Diffusion))?;
-    let free = |body: &&Body| body.freedom().is_some() && gap(body) < near;
-    let first = scene.state.bodies.iter().find(free)?;
+    let falls = case.fluid.gravity.iter().any(|g| *g != 0.0);
+    let long = falls && stages > limits.scheme.weights.len();
+    let free = |body: &&Body| body.freedom().is_some() && gap(body) < params::near_gap() * h;
+    let first = scene.state.bodies.iter().find(free).filter(|_| long)?;
     Some(format!(
-        "warning      {} begins {} spacings from a wall, where steps of up to {most} stages are \
-        too long: its speed along the wall may be off \
-         by 5 %; time.scheme = \"rk2\" is within 1 % of short steps",
+        "warning      {} begins {} spacings from a wall, where steps of {stages} stages are too \
+         long: its speed along the wall may be off by 5 %; time.scheme = \"rk2\" is within 1 % of \
+         short steps",
         case.called(first.id),
         brief(gap(first).max(0.0) / h)
     ))

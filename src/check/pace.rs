@@ -1,7 +1,7 @@
 //! The speed that a case will come to, before it runs, and the step that it then takes.
 //!
 //! ```text
-//!   stream   U                          beside what is held in it 1.5 U: round a cylinder in a wide box, with its wake
+//!   stream   U      beside what is held in it 1.5 U: round a cylinder in a wide box, with its wake
 //!   fall     terminal speed, or what is gathered on the way to the border ([`super::layer`])
 //!   told     the fastest of what is prescribed
 //!   drive    [`Case::driven_speed`]
@@ -13,7 +13,8 @@
 //! it, and from there on the fluid comes to rest:
 //!
 //! ```text
-//!   step     its own before T0,   grows as (t/T0)^n from there on, up to the step of a fluid at rest       T0 = 2 height/speed
+//!   step   its own before T0,   grows as (t/T0)^n from there on, up to the step of a fluid at rest
+//!            T0 = 2 height/speed
 //! ```
 
 use super::layer::fall_speed;
@@ -228,7 +229,8 @@ mod tests {
             "name = \"t\"\ntime = {{ end = 9.0, cfl = 0.4 }}\n\
             domain = {{ size = [2.0, 0.5], cells = [32, 16] }}\n\
              fluid = {{ density = 2.0, viscosity = 0.1, gravity = [0.0, -9.81] }}\n\
-             boundary = {{ west = {west}, east = {east}, south = {south}, north = {north} }}\n{more}"
+             boundary = {{ west = {west}, east = {east}, south = {south}, north = {north} }}\n\
+             {more}"
         );
         crate::config::written(&text).unwrap()
     }

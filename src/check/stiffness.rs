@@ -64,7 +64,8 @@ pub fn refuse_too_stiff<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Re
         format!(
             "{stiffness:e} N/m^exponent is too stiff: a contact would last {time:.1e} s, and a \
             step of {dt:.1e} s in which two touch \
-             would need {wanted:.1e} substeps, where {MOST_SUBSTEPS:.0e} are the most; give less, \"auto\" takes {:.1e}",
+             would need {wanted:.1e} substeps, where {MOST_SUBSTEPS:.0e} are the most; give less, \
+             \"auto\" takes {:.1e}",
             impact(case, &scene.state.bodies).stiffness(exponent)
         ),
     ))
@@ -136,7 +137,8 @@ fn too_stiff<const D: usize>(
             format!(
                 "warning      a step in which two touch takes about {wanted:.0} substeps, since \
                 springs that hold the heaviest body throw the \
-                 lightest off at once: bodies of like weight, or a softer contact.normal_stiffness, cost less"
+                 lightest off at once: bodies of like weight, or a softer \
+                 contact.normal_stiffness, cost less"
             )
         });
     };

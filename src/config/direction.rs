@@ -2,8 +2,10 @@
 //!
 //! ```text
 //!        lift          stream = fluid's velocity - the particle's, where they are told;
-//!         ^                     without one along a prescribed swing, or past a free particle that gravity pulls, or where a drive pushes
-//!   ----> | o ----> drag        lift in 2D: the stream turned by +90 degrees; in 3D: along the next axis (x -> y -> z -> x), less its
+//!         ^                     without one along a prescribed swing, or past a free particle that
+//!                               gravity pulls, or where a drive pushes
+//!   ----> | o ----> drag        lift in 2D: the stream turned by +90 degrees; in 3D: along the
+//!                               next axis (x -> y -> z -> x), less its
 //!   stream                      part along the stream
 //! ```
 
@@ -139,7 +141,8 @@ mod tests {
         let case = written(&format!(
             "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = {size}, cells = {} }}\n\
              fluid = {{ density = 2.0, viscosity = 0.1{} }}\nboundary = {{ {boundary} }}\n\
-             [[particle]]\nshape = {{ {shape} = {{ diameter = 0.2 }} }}\nposition = {place}\ndensity = 5.0\n{particle}\n{}",
+             [[particle]]\nshape = {{ {shape} = {{ diameter = 0.2 }} }}\nposition = {place}\n\
+             density = 5.0\n{particle}\n{}",
             if flat { "[8, 8]" } else { "[8, 8, 8]" },
             if particle.contains("free") {
                 format!(", gravity = {}", if flat { "[0.0, -9.81]" } else { "[0.0, 0.0, -9.81]" })

@@ -19,7 +19,8 @@ macro_rules! ensure {
     ($holds:expr, $key:expr, $($message:tt)+) => {
         let holds: bool = $holds;
         if !holds {
-            return Err($crate::config::fault::Fault { key: $key.into(), message: format!($($message)+) });
+            let (key, message) = ($key.into(), format!($($message)+));
+            return Err($crate::config::fault::Fault { key, message });
         }
     };
 }
@@ -31,7 +32,7 @@ const LARGEST: f64 = 1e30;
 /// A quantity that is no slip of an exponent.
 fn sensible(key: &str, value: f64, unit: &str) -> Check {
     ensure!(
-        value <= LARGEST,
+        value.abs() <= LARGEST,
         key,
         "{value:e} ({unit}) is beyond {LARGEST:e}, the largest that is computed with: look at its \
         exponent"
@@ -61,11 +62,9 @@ pub(super) fn not_negative(key: &str, value: impl Into<Option<f64>>, unit: &str)
 /// Finite numbers.
 pub(super) fn finite(key: &str, values: &[f64], unit: &str) -> Check {
     for (i, value) in values.iter().enumerate() {
-        ensure!(
-            value.is_finite(),
-            format!("{key}.{i}"),
-            "must be a finite number ({unit}), not {value:?}"
-        );
+        let key = format!("{key}.{i}");
+        ensure!(value.is_finite(), key, "must be a finite number ({unit}), not {value:?}");
+        sensible(&key, *value, unit)?;
     }
     Ok(())
 }

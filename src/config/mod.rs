@@ -3,7 +3,8 @@
 //! running scene.
 //!
 //! ```text
-//!   case.toml, --set, preset  ->  document  ->  raw::Case  ->  checked  ->  Case  ->  scene, run, check, output
+//!   case.toml, --set, preset  ->  document  ->  raw::Case  ->  checked  ->  Case  ->
+//!              scene, run, check, output
 //!         keys and their lines                  options         swarms      values
 //!                                                                expanded     |
 //!   case.toml of the run      <-------------  raw::Case, every key given  <---+

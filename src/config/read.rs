@@ -186,7 +186,7 @@ cells = [32, 16]
 density = 1000
 viscosity = 2.0
 [boundary]
-west = { inflow_profile = { at = [0.0, 0.4, 1.0], velocity = [[0.0, 0.0], [2.0, 0.0], [2.0, 0.0]] } }
+west = { inflow_profile = { at = [0.0, 0.4, 1.0], velocity = [[0, 0], [2, 0], [2, 0]] } }
 east = "outflow"
 south = { moving_wall = [1.0, 0.0] }
 north = "wall"

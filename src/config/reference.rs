@@ -8,12 +8,16 @@ use std::collections::HashSet;
 
 const HEAD: &str = "# Keys of a case
 
-This page is what `mics schema --markdown` prints, from the same descriptions that the program checks a case by. To make
+This page is what `mics schema --markdown` prints, from the same descriptions that the program \
+checks a case by. To make
 it again: `mics schema --markdown > docs/keys.md`.
 
-A case is a TOML file. Its tables are below, in the order in which they usually stand. A name in the column *type* leads
-to what it stands for. Units are SI where they are named, and any consistent set works. Every key can be overridden on
-the command line, `--set time.end=1.0`, and entries of lists by their number from 0, `--set particle.0.density=1200`.
+A case is a TOML file. Its tables are below, in the order in which they usually stand. A name in \
+the column *type* leads
+to what it stands for. Units are SI where they are named, and any consistent set works. Every key \
+can be overridden on
+the command line, `--set time.end=1.0`, and entries of lists by their number from 0, `--set \
+particle.0.density=1200`.
 [Writing a case](case.md) has most of the keys on one page.
 ";
 

@@ -379,7 +379,8 @@ mod tests {
             );
             crate::config::written(&text).err()
         };
-        let swarm = "swarm = [{ count = 1, region = { min = [0.0, 0.0], max = [4.0, 1.0] }, diameter = 0.2 }]";
+        let swarm = "swarm = [{ count = 1, region = { min = [0.0, 0.0], max = [4.0, 1.0] }, \
+            diameter = 0.2 }]";
         let mixing = |key: &str| format!("coupling = {{ wall = \"mixing\"{key} }}\n{swarm}\n");
         let why = refusal(&mixing(", gradient = \"cells\"")).unwrap();
         assert!(why.starts_with("coupling.gradient: reduced gravity"), "{why}");

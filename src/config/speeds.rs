@@ -1,7 +1,9 @@
 //! Speeds that a case foretells.
 //!
 //! ```text
-//!   steady   min( G H^2/(2 mu), 50 (G H/rho)^(1/2) )     H: to the middle between walls or to the far side from one, half the box where bodies are held
+//!   steady   min( G H^2/(2 mu), 50 (G H/rho)^(1/2) )     H: to the middle between walls or to the
+//!                                                        far side from one, half the box where
+//!                                                        bodies are held
 //!   drive    min( steady, G t/rho )                      t: until the end
 //! ```
 //! The first is laminar, the second twice what turbulence lets through at friction Reynolds numbers

@@ -2,10 +2,11 @@
 //! on the work of these, which bring no more energy than the springs let go.
 //!
 //! ```text
-//!   u(a) = u_0 + a (u_1 - u_0)                          linear in the impulses: u_0 without those of touch, u_1 with them
-//!   W(a) = a J.(u_0 + u(a))/2 = a w + a^2 d/2           w = J.u_0,  d = J.(u_1 - u_0),  u the velocities of pairs at their contacts
-//!   W(a) <= S                                           S: what the springs held at the start of the step, less at its end
-//!   q = d/(J.M^-1 J)                                    response to the impulses over the one that substeps expect
+//!   u(a) = u_0 + a (u_1 - u_0)   linear in the impulses: u_0 without those of touch, u_1 with them
+//!   W(a) = a J.(u_0 + u(a))/2 = a w + a^2 d/2           w = J.u_0,  d = J.(u_1 - u_0),
+//!              u the velocities of pairs at their contacts
+//!   W(a) <= S                   S: what the springs held at the start of the step, less at its end
+//!   q = d/(J.M^-1 J)                    response to the impulses over the one that substeps expect
 //! ```
 //! a is the largest factor in [0, 1] that keeps the bound, or the one with the least work where
 //! none does. Walls and prescribed bodies do work of their own: u is relative to them. u_0 needs a

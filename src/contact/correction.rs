@@ -2,12 +2,15 @@
 //! fluid responds with its inertia.
 //!
 //! ```text
-//!   residual    e_i = v_i - v_i*,  o_i = w_i - w_i*          v*: at the end of the substeps, w*: before the pressure
+//!   residual    e_i = v_i - v_i*,  o_i = w_i - w_i*
+//!              v*: at the end of the substeps, w*: before the pressure
 //!   normal      P = q m_n e_n,   e_n = n.(e_i - e_j)         1/m_n, 1/m_t as in [`super::law`]
-//!   tangential  Q = -q m_t e_t,  e_t = (e_i - e_j)_t + (a_i o_i + a_j o_j) x n,   |Q + Q_1| <= mu (P + P_1)
-//!   position    x_i = x_i* + t (1 - q)/2 (v_i - v_i*)        by the least t (1 - q) of its contacts
-//!   share       q = 1 - sin(x)/x,  x = pi t/T <= pi          in contact for a time t so far, which lasts T in all
-//!               q = 1                                        a contact that has ended within the step
+//!   tangential  Q = -q m_t e_t,  e_t = (e_i - e_j)_t + (a_i o_i + a_j o_j) x n,
+//!              |Q + Q_1| <= mu (P + P_1)
+//!   position    x_i = x_i* + t (1 - q)/2 (v_i - v_i*)       by the least t (1 - q) of its contacts
+//!   share       q = 1 - sin(x)/x,  x = pi t/T <= pi
+//!              in contact for a time t so far, which lasts T in all
+//!               q = 1                                     a contact that has ended within the step
 //!               q = x/(1 + x),  x = dt lambda/m              lubrication that resists with lambda
 //! ```
 //! Where a cluster parts, 1/m is that of the substeps times its response ([`super::cluster`]): a

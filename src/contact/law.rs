@@ -1,10 +1,13 @@
 //! The force between two bodies that overlap by `d`, as its mean over a substep `h`.
 //!
 //! ```text
-//!   F_n = max(0, k d^g + eta_n d^p v_n)                      p = (g - 1)/2, v_n the speed of approach   (20, 21)
-//!   F_t = -(k_t xi + eta_t v_t),  |F_t| <= mu F_n            k_t = ratio k d^(g-1), xi' = v_t           (22-25)
+//!   F_n = max(0, k d^g + eta_n d^p v_n)                   p = (g - 1)/2, v_n the speed of approach
+//!              (20, 21)
+//!   F_t = -(k_t xi + eta_t v_t),  |F_t| <= mu F_n            k_t = ratio k d^(g-1), xi' = v_t
+//!              (22-25)
 //!   eta_n = 2 zeta sqrt(m_n k),  eta_t = 2 zeta sqrt(m_t k_t)    1/m_n = n.(1/m_i + 1/m_j).n
-//!                                                            1/m_t = 1/m_i + 1/m_j + a_i^2/I_i + a_j^2/I_j
+//!                                                            1/m_t = 1/m_i + 1/m_j + a_i^2/I_i
+//!                 + a_j^2/I_j
 //! ```
 //! `d` runs from `d_0` to `d_1` over a substep. Powers of it enter by their mean over it, zero
 //! where `d < 0`: a contact may begin or end anywhere within a substep. Dampers see the mean
@@ -262,7 +265,8 @@ fn mean_power(low: f64, high: f64, q: f64) -> f64 {
         } else if q == 1.0 {
             0.5 * (from + high)
         } else if high - from < 1e-3 * high {
-            (0.5 * (from + high)).powf(q) // the difference below would cancel; this one is off by 1e-7 at most
+            // The difference below would cancel; this one is off by 1e-7 at most.
+            (0.5 * (from + high)).powf(q)
         } else {
             (high.powf(q + 1.0) - from.powf(q + 1.0)) / ((q + 1.0) * (high - from))
         }

@@ -2,15 +2,21 @@
 //! part.
 //!
 //! ```text
-//!   sphere   lambda = 6 pi mu a ( a/g + c ln(a/g) )              a = r_1 r_2/(r_1 + r_2), a wall's r infinite
-//!   disc     lambda = 3 pi sqrt(2) mu (a/g)^(3/2)                c = (1 + 7 b + b^2)/(5 b (1 + b))... of both radii, 1/5 at a wall
-//!   missing  lambda phi,  phi = (1 - (g/6h)^2)/(1 + (g/(c h))^p)  what the grid's own flow in the gap does not give
+//!   sphere   lambda = 6 pi mu a ( a/g + c ln(a/g) )   a = r_1 r_2/(r_1 + r_2), a wall's r infinite
+//!   disc     lambda = 3 pi sqrt(2) mu (a/g)^(3/2)
+//!              c = (1 + 7 b + b^2)/(5 b (1 + b))... of both radii, 1/5 at a wall
+//!   missing  lambda phi,  phi = (1 - (g/6h)^2)/(1 + (g/(c h))^p)
+//!              what the grid's own flow in the gap does not give
 //!                         p = 4/3 sphere, 2 disc: 4/3 of the power of 1/g in lambda
-//!   force    -lambda v_n,  g >= roughness; where they touch g = 0.02 a, about as deep as contacts of the usual stiffness go
+//!   force    -lambda v_n,  g >= roughness; where they touch g = 0.02 a, about as deep as contacts
+//!            of the usual stiffness go
 //!
-//!   along the gap, the surfaces at u_1, u_2 beside their line of centres:   s = u_1 - u_2,  r = (u_1 + u_2)/2
-//!   sphere   sliding 2 pi mu a ln(G/g) s,                      rolling 12/5 of that    G^2 = g^2 + (c h)^2 sliding
-//!   disc     sliding pi mu sqrt(2a) (g^(-1/2) - G^(-1/2)) s,   rolling 4 times that    G^2 = g^2 + (2 c h)^2 rolling
+//!   along the gap, the surfaces at u_1, u_2 beside their line of centres:   s = u_1 - u_2,
+//!              r = (u_1 + u_2)/2
+//!   sphere   sliding 2 pi mu a ln(G/g) s,                      rolling 12/5 of that
+//!              G^2 = g^2 + (c h)^2 sliding
+//!   disc     sliding pi mu sqrt(2a) (g^(-1/2) - G^(-1/2)) s,   rolling 4 times that
+//!              G^2 = g^2 + (2 c h)^2 rolling
 //! ```
 //! (Reynolds' equation for h = g + x^2/2a; Goldman, Cox and Brenner 1967, Jeffrey and Onishi 1981
 //! for discs, 1984 for spheres.) The part of lambda that the grid resolves tends to a constant as a

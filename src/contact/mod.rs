@@ -2,10 +2,12 @@
 //! 20-26).
 //!
 //! ```text
-//!   search    pairs whose gap <= reach_i + reach_j,  search_radius = |v| T + |a| T^2/2 over the rest T of the step
+//!   search    pairs whose gap <= reach_i + reach_j,
+//!              search_radius = |v| T + |a| T^2/2 over the rest T of the step
 //!   substeps  n >= 40 T / (shortest contact time of a pair, undamped),  h = T/n
-//!   middle    d, n, arms at x + h v/2                            F: mean over the substep ([`law`])
-//!   kick      v' = v + h (a + F/m),  w' = w + h (b + M/I)        a, b: pushes by fluid and gravity, frozen
+//!   middle    d, n, arms at x + h v/2                           F: mean over the substep ([`law`])
+//!   kick      v' = v + h (a + F/m),  w' = w + h (b + M/I)
+//!              a, b: pushes by fluid and gravity, frozen
 //!   drift     x' = x + h (v + v')/2
 //! ```
 //! That is Verlet's scheme with the force at the middle: one evaluation per substep, and exact
@@ -612,7 +614,8 @@ impl Contacts {
                     return Err(Error::Run(format!(
                         "the centre of particle {i} has left the box: it is at {} = {:.6} m, and \
                         no wall ends the box \
-                         there; make that border a wall or the axis periodic, or end the run before",
+                         there; make that border a wall or the axis periodic, or end the run \
+                         before",
                         ["x", "y", "z"][a],
                         body.centre[a]
                     )));

@@ -2,11 +2,15 @@
 //! Ooi 2011, Powder Technology 206, 269):
 //!
 //! ```text
-//!   M = -(k_r theta + c_r omega),  |k_r theta| <= mu_r R F_n      theta' = omega, the relative spin across the line of centres
-//!   k_r = 3 k_n (mu_r R)^2 (2D), 2.25 k_n (mu_r R)^2 (3D)         R = r_i r_j/(r_i + r_j),   k_n = F_n/overlap
-//!   c_r = 2 eta sqrt(I k_r) while the spring is below its limit   1/I = 1/(I_i + m_i r_i^2) + 1/(I_j + m_j r_j^2)
+//!   M = -(k_r theta + c_r omega),  |k_r theta| <= mu_r R F_n
+//!              theta' = omega, the relative spin across the line of centres
+//!   k_r = 3 k_n (mu_r R)^2 (2D), 2.25 k_n (mu_r R)^2 (3D)         R = r_i r_j/(r_i + r_j),
+//!              k_n = F_n/overlap
+//!   c_r = 2 eta sqrt(I k_r) while the spring is below its limit
+//!              1/I = 1/(I_i + m_i r_i^2) + 1/(I_j + m_j r_j^2)
 //!
-//!   M = -(k_r theta' + c_r omega)/(1 + h (h k_r + c_r)/I_0)       theta' = theta + h omega,   1/I_0 = 1/I_i + 1/I_j
+//!   M = -(k_r theta' + c_r omega)/(1 + h (h k_r + c_r)/I_0)       theta' = theta + h omega,
+//!              1/I_0 = 1/I_i + 1/I_j
 //! ```
 //! Over a substep h the torque is the one that the spin at its end asks for (Euler's backward
 //! scheme): it turns a body by its own inertia alone, which is next to none of a light one, before

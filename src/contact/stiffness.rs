@@ -2,9 +2,12 @@
 //! and ask for few substeps.
 //!
 //! ```text
-//!   impact   k d^(g+1)/(g+1) = m v^2/2             v: the largest speed at which anything may meet, m of the heaviest pair
-//!   weight   k d^g = N |m - m_f| g                 N: bodies one above the other in the highest heap that the box has room for
-//!   speed    v^2 = v_0^2 + min( 2 a L, v_t^2 )     of a fall through the box L with a = |m - m_f| g/(m + m_f/2), at most the
+//!   impact   k d^(g+1)/(g+1) = m v^2/2
+//!              v: the largest speed at which anything may meet, m of the heaviest pair
+//!   weight   k d^g = N |m - m_f| g
+//!              N: bodies one above the other in the highest heap that the box has room for
+//!   speed    v^2 = v_0^2 + min( 2 a L, v_t^2 )
+//!              of a fall through the box L with a = |m - m_f| g/(m + m_f/2), at most the
 //!                                                  terminal speed v_t of a body alone
 //! ```
 //! with d the deepest overlap allowed: 1 % of the smallest diameter or 0.1 spacing, whichever is

@@ -178,7 +178,8 @@ impl Contacts {
             return Error::Run(format!(
                 "{} overlap by {:.3e} m, {:.2} of the smaller radius, where {} is the limit: \
                 particle {} goes on along {} at {velocity:.3e} m/s, \
-                 which is locked, so that nothing stops it; unlock that axis, give it no velocity along it, or end the run before",
+                 which is locked, so that nothing stops it; unlock that axis, give it no velocity \
+                 along it, or end the run before",
                 self.name(pair),
                 kinematics.overlap,
                 kinematics.overlap / radius,
@@ -202,7 +203,9 @@ impl Contacts {
         Error::Run(format!(
             "{} overlap by {overlap:.3e} m, {:.2} of the smaller radius, where {} is the limit, at \
             {:.3e} m/s: its \
-             stiffness is too small for what strikes or presses it; make the contact stiffer, {:.1e} N/m^exponent or \"auto\", or the step shorter; what is prescribed to press them together \
+             stiffness is too small for what strikes or presses it; make the contact stiffer, \
+             {:.1e} N/m^exponent or \"auto\", or the step shorter; what is prescribed to press \
+             them together \
              no stiffness holds",
             self.name(pair),
             overlap / radius,

@@ -1,9 +1,12 @@
 //! Apertures: how much of the faces of cells a particle covers, and where their open part lies.
 //!
 //! ```text
-//!      +----|----+        covered: the particle's part of the volume from the middle of one cell to the middle of the
-//!      |    |####|        next, exact. The sum over all faces along an axis is the particle's volume wherever it lies,
-//!      o    | ###o        and no face opens or closes at once: the pressure on a moving particle stays calm.
+//!      +----|----+        covered: the particle's part of the volume from the middle of one cell
+//!                         to the middle of the
+//!      |    |####|        next, exact. The sum over all faces along an axis is the particle's
+//!                         volume wherever it lies,
+//!      o    | ###o        and no face opens or closes at once: the pressure on a moving particle
+//!                         stays calm.
 //!      |    |  ##|
 //!      +----|----+        lever: covered part times its centroid
 //! ```

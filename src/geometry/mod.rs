@@ -2,10 +2,12 @@
 //! or a sphere is.
 //!
 //! ```text
-//!        ,-----.            distance s to the surface, negative inside, and the normal n there: the wall ([`Shape::distance`])
-//!      ,'  own  `.          part of a box that the body fills, and the centroid of it: cells and faces ([`Shape::moments`])
+//!        ,-----.            distance s to the surface, negative inside, and the normal n there:
+//!                           the wall ([`Shape::distance`])
+//!      ,'  own  `.          part of a box that the body fills, and the centroid of it: cells and
+//!                           faces ([`Shape::moments`])
 //!     |   axes /  |<-- n    volume, moments of inertia: its motion
-//!      `.     /turn         points with normals and areas: where traction is taken ([`Shape::surface`])
+//!      `.     /turn    points with normals and areas: where traction is taken ([`Shape::surface`])
 //!        `---o------- x
 //!          centre
 //! ```

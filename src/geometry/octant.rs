@@ -4,14 +4,18 @@
 //! ```text
 //!   G(a, b, c) = volume where x > a, y > b, z > c         box = sum over its corners of +-G
 //!
-//!   the corner inside the sphere:   3 G = R A - a A_a - b A_b - c A_c           cones from the origin
-//!      A / R^2 = 2 pi - sum of the outer angles - sum (a/R) arc_a               Gauss and Bonnet, the patch of the sphere
-//!      A_a = rho^2 arc_a/2 + b c - (b s_ab + c s_ca)/2,   rho^2 = R^2 - a^2,   s_ab^2 = rho^2 - b^2
+//!   the corner inside the sphere:   3 G = R A - a A_a - b A_b - c A_c        cones from the origin
+//!      A / R^2 = 2 pi - sum of the outer angles - sum (a/R) arc_a
+//!              Gauss and Bonnet, the patch of the sphere
+//!      A_a = rho^2 arc_a/2 + b c - (b s_ab + c s_ca)/2,   rho^2 = R^2 - a^2,
+//!              s_ab^2 = rho^2 - b^2
 //!      arc_a = pi/2 - asin(b/rho) - asin(c/rho),   cos(outer angle of a, b) = -a b/(rho_a rho_b)
-//!   outside:  what is left is empty, or what two planes, one or none cut off, by the signs of a, b, c
+//!   outside:  what is left is empty, or what two planes, one or none cut off, by the signs of a,
+//!                 b, c
 //!
-//!   moment      int x dV = 1/2 int_(x = a) (rho^2 - y^2 - z^2) dA                -(R^2 - r^2)/2 e_x has the divergence x, and is
-//! ```                                                                            zero on the sphere
+//!   moment      int x dV = 1/2 int_(x = a) (rho^2 - y^2 - z^2) dA
+//!              -(R^2 - r^2)/2 e_x has the divergence x, and is
+//! ```
 //! All angles belong to two planes, so that a lattice of boxes has as many as it has edges.
 
 use nalgebra::Vector3;

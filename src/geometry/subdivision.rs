@@ -2,7 +2,8 @@
 //! along every axis a few times, and then cut by a plane.
 //!
 //! ```text
-//!   +-------+---+---+       the plane of a last piece is at the signed distance s from its middle; with w the half width
+//!   +-------+---+---+       the plane of a last piece is at the signed distance s from its middle;
+//!                           with w the half width
 //!   |       |   |/##|       of the piece along the normal n, it fills
 //!   |       +---/---+          (w - s)/(2 w) of it, with the centroid at -(w + s)/2 along n:
 //!   |       | /#|###|       exact where n is along an axis

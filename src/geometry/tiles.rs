@@ -1,7 +1,8 @@
 //! A lattice of boxes that a body is cut by, all in one go: what neighbours share is found once.
 //!
 //! ```text
-//!   planes of an axis    p_0   p_1   p_2   ...      box (i, j, k) from p_i to p_(i+1) along x, and so on
+//!   planes of an axis    p_0   p_1   p_2   ...
+//!              box (i, j, k) from p_i to p_(i+1) along x, and so on
 //! ```
 
 use super::block::Block;

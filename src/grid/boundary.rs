@@ -3,7 +3,8 @@
 //!
 //! ```text
 //!   ghosts 2 1 0 | cells 0 1 2 ...        velocity u_b given:  ghost k = 2 u_b - cell k
-//!                ^ border                   along the border:  ghost 0 = 2.4 u_b - 1.4 cell 0 - 0.2 cell 1 + 0.2 cell 2
+//!                ^ border                   along the border:
+//!              ghost 0 = 2.4 u_b - 1.4 cell 0 - 0.2 cell 1 + 0.2 cell 2
 //!                                         no gradient:         ghost k = cell 0
 //!                                         mirror:              ghost k = cell k
 //! ```

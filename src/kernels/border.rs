@@ -3,8 +3,9 @@
 //!
 //! ```text
 //!      ghost 0 | cell 0   cell 1         viscous   mu (u_ghost - u_0)/h
-//!         o    |    o        o           carried   rho U u_face               the fifth-order upwind value
-//!              ^ side                    pressure  (3 p_0 - p_1)/2            (p_ghost + p_0)/2 at an outflow
+//!         o    |    o        o           carried   rho U u_face       the fifth-order upwind value
+//!              ^ side                    pressure  (3 p_0 - p_1)/2
+//!              (p_ghost + p_0)/2 at an outflow
 //! ```
 //! At walls what is carried is nothing, and viscosity's is the shear on them. Where the viscosity
 //! is a field, its force is that of the full stress ([`crate::kernels::diffusion::stress`]). These

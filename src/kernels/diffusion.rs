@@ -4,10 +4,10 @@
 //! along a:
 //! ```text
 //!   o     o                                tau = mu_f [ (u_i(c) - u_i(c-1))/h_a
-//!   |     |    along i                           + mean over both cells of (u_a(+i) - u_a(-i))/(2 h_i) ]
+//!   |     |    along i                     + mean over both cells of (u_a(+i) - u_a(-i))/(2 h_i) ]
 //!   c-1 | c                                mu_f = mean of the two cells
 //!   |     |
-//!   o     o                                stable for dt nu (2/h_i^2 + sum_a 2/h_a^2) <= 1 (Euler): nu dt/h^2 < 1/6 in 2D
+//!   o     o         stable for dt nu (2/h_i^2 + sum_a 2/h_a^2) <= 1 (Euler): nu dt/h^2 < 1/6 in 2D
 //! ```
 //! [`laplacian`], uniform viscosity: for a divergence-free velocity the transposed part vanishes,
 //! which leaves `nu sum_a (q(c-1) - 2 q(c) + q(c+1))/h_a^2`, stable for `dt nu sum_a 2/h_a^2 <= 1`.

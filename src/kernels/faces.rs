@@ -1,7 +1,8 @@
 //! From cells to faces and back: eq. (8) and (16), and the acceleration that both share.
 //!
 //! ```text
-//!      p(c-1)   |   p(c)        acceleration a_f = -(1/rho_f) (p(c) - p(c-1))/h + g (1 - rho_fluid/rho_f)
+//!      p(c-1)   |   p(c)
+//!              acceleration a_f = -(1/rho_f) (p(c) - p(c-1))/h + g (1 - rho_fluid/rho_f)
 //!     ----------f----------     1/rho_f = 2/(rho(c-1) + rho(c))
 //!                               (8)   U_f = (u*(c-1) + u*(c))/2 + dt a_f
 //!                               (16)  u(c) = u*(c) + dt (a_low + a_high)/2

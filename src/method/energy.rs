@@ -1,11 +1,17 @@
 //! The budget of energy over a step.
 //!
 //! ```text
-//!   body     m (V' - V) = F dt + G dt + J      its kinetic energy gains F.<V> dt by the fluid, G.<V> dt by gravity and the rest
-//!                                              by contacts; <V> = (V + V')/2, or the way over dt where contacts bend it
-//!   fluid    gains -F.<V> dt of free and of prescribed bodies, the work of the drive and of the sides of the box, less
-//!            viscous = dt mu ( sum over faces |u_c - u_(c-1)|^2/h^2 dV (1 - alpha) + 2 sum of w^2 V )   (alpha: mean of both cells)
-//!   contacts what all bodies gain of them = what springs release and moving walls give, less what dampers, friction, films take
+//!   body     m (V' - V) = F dt + G dt + J
+//!              its kinetic energy gains F.<V> dt by the fluid, G.<V> dt by gravity and the rest
+//!                                              by contacts; <V> = (V + V')/2,
+//!                 or the way over dt where contacts bend it
+//!   fluid    gains -F.<V> dt of free and of prescribed bodies, the work of the drive and of the
+//!            sides of the box, less
+//!            viscous = dt mu ( sum over faces |u_c - u_(c-1)|^2/h^2 dV (1 - alpha)
+//!                 + 2 sum of w^2 V )
+//!              (alpha: mean of both cells)
+//!   contacts what all bodies gain of them = what springs release and moving walls give,
+//!                 less what dampers, friction, films take
 //! ```
 //! and likewise for spins and torques. What is missing is the method's own. What viscosity takes is
 //! `mu int 2 D:D dV`, D the symmetric part of grad u: more than `mu int |grad u|^2 dV` by what lies

@@ -2,7 +2,8 @@
 //! are no bodies.
 //!
 //! ```text
-//!   U = I( u* + (1 - t) dt M a ) + t dt a           I: cells to faces, M: faces to cells, a: acceleration by the last pressure
+//!   U = I( u* + (1 - t) dt M a ) + t dt a
+//!              I: cells to faces, M: faces to cells, a: acceleration by the last pressure
 //! ```
 //! With `t = 1`, as (8) is printed, a flow loses `dt <a, (1 - I M) a>` of its energy per unit time,
 //! of order dt h^2; without bodies t is 0.2 and less, since some of the pressure beyond the means
@@ -89,10 +90,14 @@ impl<const D: usize> Flow<D> {
     /// # Errors
     /// When the divergence cannot be brought below D0, or a value is no longer finite.
     pub fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
-        self.predict_cells(domain, s, dt, None)?; //           (7)      u* without pressure
-        self.predict_faces(domain, s, dt)?; //                 (8)      U = mean of u* - dt/rho dp^n/dn
-        let projected = self.project(domain, s, dt)?; //       (13-15)  C-HSMAC: |D| < D0
-        self.correct_cells(domain, s, dt); //                  (16)     u = u* - dt/rho grad p
+        // (7) u* without pressure
+        self.predict_cells(domain, s, dt, None)?;
+        // (8) U = mean of u* - dt/rho dp^n/dn
+        self.predict_faces(domain, s, dt)?;
+        // (13-15) C-HSMAC: |D| < D0
+        let projected = self.project(domain, s, dt)?;
+        // (16) u = u* - dt/rho grad p
+        self.correct_cells(domain, s, dt);
         s.count(dt);
         Ok(projected)
     }

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //!   rate = sum_k w_k [ -div(U u_k) + div( mu (grad u_k + grad u_k^T) )/rho ]
-//!   u_k  = u + dt ( c_k rate + b_k a )      for the stages after the first, a the acceleration by the last pressure
+//!   u_k  = u + dt ( c_k rate + b_k a )
+//!              for the stages after the first, a the acceleration by the last pressure
 //! ```
 
 use crate::Result;

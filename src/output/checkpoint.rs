@@ -1,7 +1,8 @@
 //! Checkpoints as files: `checkpoint/STEP.ckpt`, the newest two.
 //!
 //! ```text
-//!   "mics" 0 "ckp"   format   archive ([`crate::archive`]): header, run, scene   CRC-32 of all before it
+//!   "mics" 0 "ckp"   format   archive ([`crate::archive`]): header, run, scene
+//!              CRC-32 of all before it
 //!       8 bytes      4 bytes                                                   4 bytes
 //! ```
 //! A file is written under another name, brought to the disk, renamed, and the folder brought to

@@ -2,7 +2,8 @@
 //! quadratic to any signal.
 //!
 //! ```text
-//!   sum_k dt_k (F_k - sum_i c_i g_i(t_k))^2 -> least:   A c = b,   A_ij = sum_k dt_k g_i g_j,   b_i = sum_k dt_k F_k g_i
+//!   sum_k dt_k (F_k - sum_i c_i g_i(t_k))^2 -> least:   A c = b,   A_ij = sum_k dt_k g_i g_j,
+//!              b_i = sum_k dt_k F_k g_i
 //!   what the fit leaves:   sum_k dt_k F_k^2 - b . c
 //! ```
 

@@ -526,7 +526,8 @@ mod tests {
              boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
                  }}\n\
              coupling.wall = \"mixing\"\n\
-             particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, position = [0.5, 8.0], motion = {{ prescribed = {{\
+             particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, position = [0.5, 8.0], \
+             motion = {{ prescribed = {{\
              oscillation = {{ amplitude = [0.1, 0.0], frequency = 0.5 }} }} }} }}]\n{}",
             kinds.iter().map(measure).collect::<String>()
         );

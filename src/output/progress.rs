@@ -2,7 +2,8 @@
 //! and then elsewhere, and kept in `progress.jsonl`, which `mics watch` ([`super::watch`]) follows.
 //!
 //! ```text
-//!   left = (end - t)/pace      pace: flow time a second, a mean that forgets over the last third of the run: steps grow at
+//!   left = (end - t)/pace      pace: flow time a second, a mean that forgets over the last third
+//!                              of the run: steps grow at
 //!                              its start, and later follow what moves
 //! ```
 //! Where bodies come to rest the time to the end is that of so many steps of the present length as
@@ -341,8 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_that_will_be_done_again_are_cut_off_and_a_file_that_is_short_or_gone_is_no_reason_to_stop()
-     {
+    fn resumed_progress_drops_repeated_steps_and_tolerates_short_files() {
         let folder = tempfile::tempdir().unwrap();
         let mut progress = Progress::new(false, 2.0, Some(folder.path()));
         progress.finish("interrupted", 3, 1.0, Map::new());

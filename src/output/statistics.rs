@@ -2,8 +2,9 @@
 //! cell and in layers of cells.
 //!
 //! ```text
-//!   w_f = sum dt (1 - alpha)        w_s = sum dt alpha                  alpha: what bodies fill of a cell
-//!   fluid:   U = sum dt (1 - alpha) u/w_f     u'v' = sum dt (1 - alpha) u v/w_f - U V     and of the pressure
+//!   w_f = sum dt (1 - alpha)        w_s = sum dt alpha           alpha: what bodies fill of a cell
+//!   fluid:   U = sum dt (1 - alpha) u/w_f     u'v' = sum dt (1 - alpha) u v/w_f - U V
+//!              and of the pressure
 //!   bodies:  sum dt alpha (v + omega x r)/w_s,     solid fraction w_s/(w_f + w_s)
 //! ```
 //! A sample counts for the time since the last one. A layer has the same sums over its cells.
@@ -12,7 +13,8 @@
 //! time T, every step of it:
 //!
 //! ```text
-//!   ( M(end) - M(start) )/T = (1/T) sum dt ( drive + gravity + sides + contacts with walls + held bodies ) + passages + missing
+//!   ( M(end) - M(start) )/T = (1/T) sum dt ( drive + gravity + sides + contacts with walls
+//!                 + held bodies ) + passages + missing
 //! ```
 //! M is of the state at two moments and the forces are of all steps between them: what is missing
 //! shows what either lost.

@@ -2,9 +2,11 @@
 //! bodies fill.
 //!
 //! ```text
-//!   mean(U) over all faces along an axis = (1/V) ( integral of u over the fluid + sum_k V_k v_k )      the mixture's, as the drive holds it
+//!   mean(U) over all faces along an axis = (1/V) ( integral of u over the fluid + sum_k V_k v_k )
+//!              the mixture's, as the drive holds it
 //!   superficial velocity                 = mean(U) - sum_k V_k v_k/V
-//!   transport rate                       = sum_k V_k v_k/L      through a cross-section, in the mean over the length L of the box
+//!   transport rate                       = sum_k V_k v_k/L
+//!              through a cross-section, in the mean over the length L of the box
 //! ```
 
 use crate::Result;

@@ -1,7 +1,8 @@
 //! The speed at which drag holds the weight of a body alone.
 //!
 //! ```text
-//!   w V = Cd(Re) U^2 S/2       w: submerged weight over the fluid's mass in its volume, |s - 1| g;  S: the area that it shows
+//!   w V = Cd(Re) U^2 S/2       w: submerged weight over the fluid's mass in its volume, |s - 1| g;
+//!              S: the area that it shows
 //! ```
 //! Cd of a cylinder is the paper's (30), `1 + 10 Re^(-2/3)` (White 1991); that of a sphere `24/Re
 //! (1 + 0.15 Re^0.687)`, and 0.44 above Re = 1000 (Schiller & Naumann 1935).

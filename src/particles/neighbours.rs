@@ -1,7 +1,8 @@
 //! Which bodies could meet: cell lists filled by a counting sort.
 //!
 //! ```text
-//!   edge >= 2 (largest radius + largest search_radius)        two that could meet lie in the same or in adjacent cells
+//!   edge >= 2 (largest radius + largest search_radius)
+//!              two that could meet lie in the same or in adjacent cells
 //!   gap = |x_i - x_j| - r_i - r_j <= reach_i + reach_j
 //! ```
 //! A periodic axis may be one or two cells wide: a cell then is its own neighbour, or has one, and

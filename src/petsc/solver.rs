@@ -129,7 +129,8 @@ fn overflown() -> Error {
     Error::Run(
         "the pressure equation holds numbers that are infinite or none: a density, a viscosity, a \
         length or a velocity of the case is \
-         too large or too small for double precision, or the flow has grown beyond it; look at their exponents and units"
+         too large or too small for double precision, or the flow has grown beyond it; look at \
+         their exponents and units"
             .into(),
     )
 }
@@ -464,7 +465,8 @@ impl LinearSolver {
         Err(Error::Run(format!(
             "the pressure solve failed twice: {} after {} iterations, then, from zero with a \
             rebuilt preconditioner, {} \
-             after {more} (relative tolerance {rtol:.1e}); {LOOK}, {}take the default solver (pressure.solver = \"auto\", without \
+             after {more} (relative tolerance {rtol:.1e}); {LOOK}, {}take the default solver \
+             (pressure.solver = \"auto\", without \
              -ksp_type and -pc_type), or relax pressure.divergence_limit",
             reason_name(first),
             iterations - more,

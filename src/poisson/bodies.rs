@@ -2,9 +2,12 @@
 //! a mode k is one direction in which one body moves, or turns if pressure can turn it, and
 //!
 //! ```text
-//!   j_c = sum over its faces (m_low - m_high)/h     m: what the body carries through a face when it moves in the mode at 1 m/s:
-//!                                                   the part that it covers of those along the axis that it moves along
-//!   s_k = j_k . x                over this rank's cells, then one sum over the ranks for the bodies that lie on several
+//!   j_c = sum over its faces (m_low - m_high)/h
+//!              m: what the body carries through a face when it moves in the mode at 1 m/s:
+//!                                                   the part that it covers of those along the
+//!                 axis that it moves along
+//!   s_k = j_k . x                over this rank's cells, then one sum over the ranks for the
+//!                                bodies that lie on several
 //!   y  += sum_k (w_k s_k) j_k
 //! ```
 //! In the multigrid they take part on the levels that resolve them, with `j` summed over coarse

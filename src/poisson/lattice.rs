@@ -4,7 +4,8 @@
 //!              g[1][c + s_y]
 //!            +-------+               (A x)_c = sum over the faces f of c:  g_f (x_c - x_beyond f)
 //!   g[0][c]  |   c   |  g[0][c + 1]
-//!            +-------+               closed face: g = 0;  pressure given on the face: x = 0 in the ghost beyond it
+//!            +-------+               closed face: g = 0;
+//!              pressure given on the face: x = 0 in the ghost beyond it
 //!              g[1][c]
 //! ```
 //! One layer of ghosts on every side of every axis in use, x fastest. What the border says is in

@@ -6,9 +6,11 @@
 //! and after the coarser level, so that the cycle is symmetric.
 //!
 //! ```text
-//!   +---+---+---+---+---+      coarse cell: two cells along each axis that is coarsened, one where an odd one is left
+//!   +---+---+---+---+---+      coarse cell: two cells along each axis that is coarsened, one where
+//!                              an odd one is left
 //!   | a   a | b   b | c |      r_C = sum of r_c,   x_c += x_C
-//!   +---+---+---+---+---+      g_F = (distance of cell centres, fine over coarse) * sum of the g_f in F
+//!   +---+---+---+---+---+
+//!              g_F = (distance of cell centres, fine over coarse) * sum of the g_f in F
 //! ```
 
 use super::lattice::{Lattice, exchange};

@@ -2,7 +2,8 @@
 //! multigrid (`multigrid`) and, where the coefficient is uniform, transforms (`transform`).
 //!
 //! ```text
-//!   (A x)_c = sum over the faces f of c:  (beta_f/h^2) (x_c - x_beyond f)  +  sum_k w_k j_k,c (j_k . x)
+//!   (A x)_c = sum over the faces f of c:  (beta_f/h^2) (x_c - x_beyond f)  +
+//!              sum_k w_k j_k,c (j_k . x)
 //! ```
 //! beta is the coefficient on faces, zero on closed ones and twice as large, with x = 0 beyond,
 //! where the border gives the pressure. The modes `j_k` are free bodies (`bodies`): one for each
@@ -176,7 +177,8 @@ impl Poisson {
             return Err(Error::Run(
                 "the density of the mixture is not positive and finite on every face: a flow that \
                 grows without bounds \
-                 does that (smaller steps, time.step or time.cfl), or densities whose ratio is out of range"
+                 does that (smaller steps, time.step or time.cfl), or densities whose ratio is out \
+                 of range"
                     .into(),
             ));
         }

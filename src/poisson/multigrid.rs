@@ -3,8 +3,9 @@
 //!
 //! ```text
 //!   level 0   s . . . . . . . . . . . . . s      s  smoothing ([`super::level`])
-//!   level 1     s . . . . . . . . . . . s        the levels from 2 on are visited twice each time: iterations then do
-//!   level 2       s . . . s s . . . s            not grow with the grid, at the cost of small levels only
+//!   level 1     s . . . . . . . . . . . s
+//!              the levels from 2 on are visited twice each time: iterations then do
+//!   level 2       s . . . s s . . . s     not grow with the grid, at the cost of small levels only
 //!   coarsest        e   e     e   e              e  exact, by the dense inverse
 //! ```
 //! Axes are coarsened while they are the finely divided ones, so that flat cells become square

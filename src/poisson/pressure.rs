@@ -4,9 +4,11 @@
 //!   div( (1/rho) grad phi ) = D/dt,   p += phi,   U_f -= (dt/rho_f) dphi/dn     until max |D| < D0
 //!
 //!             phi_N
-//!               | b_n            (b_e (phi_E - phi_P) - b_w (phi_P - phi_W))/h_x^2 + ... = D/dt,   b = 1/rho on faces
+//!               | b_n            (b_e (phi_E - phi_P) - b_w (phi_P - phi_W))/h_x^2 + ... = D/dt,
+//!              b = 1/rho on faces
 //!   phi_W -b_w- phi_P -b_e- phi_E
-//!               | b_s            closed face: b = 0;  outflow: phi = 0 on the face, 2 b/h^2 on the diagonal
+//!               | b_s            closed face: b = 0;
+//!              outflow: phi = 0 on the face, 2 b/h^2 on the diagonal
 //!             phi_S
 //! ```
 //! The sign is turned so that the matrix is positive (semi-)definite. The k-th solve is asked for
@@ -214,7 +216,8 @@ impl Projection {
             if done.outer as usize == self.rule.max_iterations {
                 return Err(Error::Run(format!(
                     "C-HSMAC reached max |D| = {:.3e} 1/s in {} iterations, not D0 = {:.3e}: raise \
-                     pressure.max_iterations or pressure.divergence_limit (rounding leaves about 1e-14 of \
+                     pressure.max_iterations or pressure.divergence_limit (rounding leaves about \
+                     1e-14 of \
                      velocity/spacing), or ask another solver",
                     done.divergence_max, self.rule.max_iterations, self.rule.limit
                 )));

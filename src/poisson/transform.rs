@@ -3,9 +3,9 @@
 //!
 //! ```text
 //!   ends of an axis            vectors, i = 0 .. n-1          eigenvalue 4 g sin^2(t/2)     by
-//!   periodic                   cos + sin (t i)                t = 2 pi k/n                  Fourier, as Hartley
-//!   no gradient on either      cos(t (i + 1/2))               t = pi k/n                    DCT-II, DCT-III
-//!   zero on the face, either   sin(t (i + 1/2))               t = pi (k + 1)/n              DST-II, DST-III
+//!   periodic                   cos + sin (t i)                t = 2 pi k/n     Fourier, as Hartley
+//!   no gradient on either      cos(t (i + 1/2))               t = pi k/n           DCT-II, DCT-III
+//!   zero on the face, either   sin(t (i + 1/2))               t = pi (k + 1)/n     DST-II, DST-III
 //!   no gradient low, zero high cos(t (i + 1/2))               t = pi (k + 1/2)/n            DCT-IV
 //!   zero low, no gradient high sin(t (i + 1/2))               t = pi (k + 1/2)/n            DST-IV
 //! ```

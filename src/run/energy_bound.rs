@@ -3,7 +3,8 @@
 //!
 //! ```text
 //!   made  =  -min(method, 0) - min(contacts, 0) - min(friction, 0)
-//!         >  start + |gravity| + |drive| + |borders| + |prescribed|                 of the budget ([`EnergyBudget`])
+//!         >  start + |gravity| + |drive| + |borders| + |prescribed|
+//!              of the budget ([`EnergyBudget`])
 //! ```
 //! and by more than a thousandth of what free bodies give in a fall of a spacing: no body is set
 //! down just where it comes to rest. What these take is dissipation and grows; what they make, in
@@ -85,7 +86,8 @@ pub(super) fn bounded<const D: usize>(s: &State<D>) -> Option<String> {
         format!(
             "note: the bound on the work of contacts took {:.3e} J from rebounds, {:.1} % of all \
             that was put in \
-             (bounded_energy in steps.csv): the fluid's response in them is far from that of lone bodies; more cells or shorter \
+             (bounded_energy in steps.csv): the fluid's response in them is far from that of lone \
+             bodies; more cells or shorter \
              steps resolve it better",
             s.energy.bounded,
             100.0 * share

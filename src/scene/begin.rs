@@ -82,7 +82,8 @@ impl<const D: usize> Scene<D> {
         let between = |a: usize, place: f64| {
             let (n, at) = (cells[a] as i64, place / h[a] - 0.5);
             let (low, share) = (at.floor() as i64, at - at.floor());
-            let cell = |i: i64| if grid.periodic[a] { i.rem_euclid(n) } else { i.clamp(0, n - 1) } as usize;
+            let periodic = grid.periodic[a];
+            let cell = |i: i64| if periodic { i.rem_euclid(n) } else { i.clamp(0, n - 1) } as usize;
             [(cell(low), 1.0 - share), (cell(low + 1), share)]
         };
         let across = |a: usize, place: &[f64; D]| {

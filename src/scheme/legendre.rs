@@ -2,7 +2,8 @@
 //! 594-626): the limit of explicit diffusion grows with the square of their number.
 //!
 //! ```text
-//!   Y_1 = Y_0 + (w/3) dt F_0,    Y_j = (1 - m - n) Y_0 + m Y_(j-1) + n Y_(j-2) + m w dt F_(j-1) - a_(j-1) m w dt F_0
+//!   Y_1 = Y_0 + (w/3) dt F_0,    Y_j = (1 - m - n) Y_0 + m Y_(j-1) + n Y_(j-2) + m w dt F_(j-1) -
+//!                                a_(j-1) m w dt F_0
 //!   w = 4/(s^2 + s - 2),    b_j = (j^2 + j - 2)/(2 j (j + 1)),  b_0 = b_1 = 1/3,    a_j = 1 - b_j
 //!   m = (2j - 1)/j  b_j/b_(j-1),    n = -(j - 1)/j  b_j/b_(j-2)
 //! ```

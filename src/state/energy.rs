@@ -7,7 +7,8 @@ use crate::archive::{Archive, Checkpointed};
 /// depth in 2D).
 ///
 /// ```text
-///   fluid + bodies + springs  =  start + gravity + drive + borders + prescribed - viscous - contacts - friction - method
+///   fluid + bodies + springs  =  start + gravity + drive + borders + prescribed - viscous
+///                 - contacts - friction - method
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EnergyBudget {

@@ -2,8 +2,10 @@
 //!
 //! ```text
 //! study file -> Plan: axes multiplied out, every case read and checked
-//!            -> repeat 1: run 1, run 2, ...   repeat 2: run 1, run 2, ...    each a process of its own
-//!            -> medians over the repeats: study.csv, study.md; figures: value_MEASURE, work_precision_MEASURE (and _mean), cost
+//!            -> repeat 1: run 1, run 2, ...   repeat 2: run 1, run 2, ...
+//!              each a process of its own
+//!            -> medians over the repeats: study.csv, study.md; figures: value_MEASURE,
+//!                 work_precision_MEASURE (and _mean), cost
 //! ```
 //!
 //! Repeats are interleaved, so that a machine that slows down for a while slows all runs alike. The

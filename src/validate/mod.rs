@@ -372,9 +372,10 @@ mod tests {
         let (quick, all) = (count(&[], false).unwrap(), count(&[], true).unwrap());
         assert!(0 < quick && quick < all && count(&["settling-disc", "cyl"], false).unwrap() > 3);
         assert!(count(&["settling-disc"], true).unwrap() == 3);
-        assert!(
-            matches!(count(&["nonsense"], false), Err(Error::Usage(m)) if m.contains("\"oscillating-cylinder\""))
-        );
+        assert!(matches!(
+            count(&["nonsense"], false),
+            Err(Error::Usage(m)) if m.contains("\"oscillating-cylinder\"")
+        ));
     }
 
     #[test]

@@ -25,10 +25,16 @@ const BAD: &[Row] = &[
     (&["run", "@case.toml", "@case.toml"], &["unexpected argument", "case.toml"]),
     (&["run", "@case.toml", "--quiet=maybe"], &["--quiet", "maybe"]),
     (&["validate", "--quick", "--full"], &["'--quick'", "'--full'"]),
-    (&["validate", "nonsense", "--out", "@out"], &["no case begins with \"nonsense\"", "\"settling-disc N 8\""]),
+    (
+        &["validate", "nonsense", "--out", "@out"],
+        &["no case begins with \"nonsense\"", "\"settling-disc N 8\""],
+    ),
     (&["validate", "settling", "--out", "@out", "--compare", "@absent.md"], &["absent.md: cannot \
         be read", "--compare"]),
-    (&["validate", "settling", "--out", "@out", "--compare", "@case.toml"], &["case.toml", "`mics validate --markdown`"]),
+    (
+        &["validate", "settling", "--out", "@out", "--compare", "@case.toml"],
+        &["case.toml", "`mics validate --markdown`"],
+    ),
     (&["completions", "klingon"], &["'klingon'", "bash"]),
     (&["schema", "more"], &["unexpected argument 'more'"]),
     (&["run", "@case.toml", "--out", "@out", "--", "ksp_type"], &["\"ksp_type\"", "begin with a \
@@ -38,9 +44,15 @@ const BAD: &[Row] = &[
         folder"]),
     (&["run", "@case.toml", "--out", "@case.toml/out"], &["case.toml/out", "cannot be used as a \
         run's folder"]),
-    (&["run", "@case.toml", "--out", "/proc/no/such"], &["/proc/no/such", "cannot be made", "--out"]),
+    (
+        &["run", "@case.toml", "--out", "/proc/no/such"],
+        &["/proc/no/such", "cannot be made", "--out"],
+    ),
     (&["run", "@case.toml", "--out", "@notes"], &["notes", "which no run wrote", "--out"]),
-    (&["run", "@case.toml", "--out", "@notes", "--force"], &["notes", "which no run wrote", "--out"]),
+    (
+        &["run", "@case.toml", "--out", "@notes", "--force"],
+        &["notes", "which no run wrote", "--out"],
+    ),
     (&["validate", "settling", "--out", "@case.toml"], &["case.toml", "cannot be made", "--out"]),
     (&["check", "@notes"], &["notes", "a directory", "name the case file in it"]),
     (&["check", "@absent.toml"], &["absent.toml", "no such file"]),

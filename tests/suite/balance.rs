@@ -74,7 +74,8 @@ fn the_balance_holds_in_three_dimensions() {
             \"slip\"\nsouth = \"periodic\"\n\
         north = \"periodic\"\nbottom = \"wall\"\ntop = { moving_wall = [1.0, 0.5, 0.0] }\n\
             [coupling]\nwall = \"sharp\"\n\
-        [[particle]]\nshape = { sphere = { diameter = 0.5 } }\nposition = [0.7, 0.4, 0.6]\ndensity = 2.65\n\
+        [[particle]]\nshape = { sphere = { diameter = 0.5 } }\nposition = [0.7, 0.4, 0.6]\n\
+        density = 2.65\n\
         [time]\nend = 1.0\n[pressure]\ndivergence_limit = 1e-8";
     let mut scene: Scene<3> = petsc.scene(text);
     let [_, border, error] = follow(&mut scene, 20, 5e-3);

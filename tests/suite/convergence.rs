@@ -236,8 +236,7 @@ fn the_conservative_form_is_of_second_order_where_the_carrier_varies() {
 }
 
 #[test]
-fn qsi_carries_a_vortex_across_the_box_at_fifth_order_and_loses_its_damping_with_the_courant_number()
- {
+fn qsi_advects_vortex_at_fifth_order_with_damping_vanishing_with_courant_number() {
     let error = |n: usize, courant: f64| {
         let petsc = petsc();
         let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [n, n], NU, PERIODIC, ""));

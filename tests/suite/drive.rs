@@ -221,12 +221,14 @@ fn drag_of_array(diameter: f64, cells: usize, speed: f64, end: f64) -> f64 {
     let text = format!(
         "name = \"array\"\ndomain = \
         {{ size = [1.0, 1.0, 1.0], cells = [{cells}, {cells}, {cells}] }}\n\
-         fluid = {{ density = 1.0, viscosity = 1.0 }}\npressure = {{ divergence_limit = 1e-6 }}\ntime = {{ end = {end:?}, cfl = 0.4 }}\n\
+         fluid = {{ density = 1.0, viscosity = 1.0 }}\npressure = {{ divergence_limit = 1e-6 }}\n\
+         time = {{ end = {end:?}, cfl = 0.4 }}\n\
          boundary = {{ west = \"periodic\", east = \"periodic\", south = \"periodic\", north = \
              \"periodic\", bottom = \"periodic\", top = \"periodic\" }}\n\
          drive = {{ mean_velocity = {{ axis = \"x\", value = {speed:?} }} }}\n[output]\n\
              figures = false\n[[particle]]\n\
-         shape = {{ sphere = {{ diameter = {diameter:?} }} }}\nposition = [0.5, 0.5, 0.5]\nmotion = \"fixed\"\n\
+         shape = {{ sphere = {{ diameter = {diameter:?} }} }}\nposition = [0.5, 0.5, 0.5]\n\
+         motion = \"fixed\"\n\
          [[measure]]\nname = \"drag\"\nkind = \"force\"\nfrom = {0:?}\n[[measure]]\n\
              name = \"gradient\"\nkind = \"drive_force\"\nfrom = {0:?}\n",
         0.95 * end
@@ -268,10 +270,12 @@ fn a_flow_past_a_fixed_disc_fades_however_near_a_wall_of_slip_is() {
         let mut scene: Scene<2> = petsc.scene(&format!(
             "name = \"slip\"\ndomain = {{ size = [2.0, 2.0], cells = [20, 20] }}\n\
             fluid = {{ density = 1.0, viscosity = 20.0 }}\n\
-             pressure = {{ divergence_limit = 1e-9 }}\ntime = {{ end = 1.0 }}\ninitial = {{ perturbation = 1.0 }}\n\
+             pressure = {{ divergence_limit = 1e-9 }}\ntime = {{ end = 1.0 }}\n\
+             initial = {{ perturbation = 1.0 }}\n\
              boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"slip\" \
                  }}\n\
-             [[particle]]\nshape = {{ disc = {{ diameter = 0.8 }} }}\nposition = {place:?}\nmotion = \"fixed\"\n"
+             [[particle]]\nshape = {{ disc = {{ diameter = 0.8 }} }}\nposition = {place:?}\n\
+             motion = \"fixed\"\n"
         ));
         let mut fastest = Vec::new();
         for _ in 0..40 {
@@ -305,7 +309,8 @@ fn creeping_flow_past_a_fixed_disc_settles_in_steps_of_many_stages() {
              pressure = {{ divergence_limit = 1e-9 }}\ntime = {{ end = 8.0 }}\n\
              boundary = {{ west = {{ inflow = [1.0, 0.0] }}, east = \"outflow\", south = \
                  \"periodic\", north = \"periodic\" }}\n\
-             [[particle]]\nshape = {{ disc = {{ diameter = 0.4 }} }}\nposition = {place:?}\nmotion = \"fixed\"\n"
+             [[particle]]\nshape = {{ disc = {{ diameter = 0.4 }} }}\nposition = {place:?}\n\
+             motion = \"fixed\"\n"
         ));
         let forces: Vec<Vector3<f64>> = (0..320)
             .map(|_| {

@@ -157,10 +157,12 @@ fn what_an_impact_does_to_an_inflow_does_not_depend_on_the_step_it_falls_on() {
             let more = format!(
                 "[[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [0.6, 0.5]\n\
              motion = {{ prescribed = {{ velocity = [0.3, 0.0] }} }}\n\
-             [[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [{x:?}, 0.5]\ndensity = 7.85\n\
+             [[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [{x:?}, 0.5]\n\
+             density = 7.85\n\
              [contact]\nrestitution = 0.5\n{SHARP}"
             );
-            let mut scene: Scene<2> = petsc.scene(&box_case([2.0, 1.0], [80, 40], 4e-4, sides, &more));
+            let mut scene: Scene<2> =
+                petsc.scene(&box_case([2.0, 1.0], [80, 40], 4e-4, sides, &more));
             for _ in 0..120 {
                 scene.step(0.015).unwrap();
             }
@@ -202,8 +204,10 @@ fn a_sphere_in_creeping_flow_makes_no_energy_however_long_it_falls() {
     let mut scene: Scene<3> = petsc.scene(&format!(
         "name = \"creep\"\n[domain]\nsize = [2.0, 2.0, 2.0]\ncells = [16, 16, 16]\n[fluid]\n\
         density = 1.0\nviscosity = 1.0\n\
-         gravity = [0.0, -1.0, 0.0]\n[boundary]\n{sides}[[particle]]\nshape = {{ sphere = {{ diameter = 1.0 }} }}\n\
-         position = [1.03, 1.2, 1.0]\ndensity = 1.5\n{SHARP}[time]\nend = 9.0\n[pressure]\ndivergence_limit = 1e-5\n"
+         gravity = [0.0, -1.0, 0.0]\n[boundary]\n{sides}[[particle]]\n\
+         shape = {{ sphere = {{ diameter = 1.0 }} }}\n\
+         position = [1.03, 1.2, 1.0]\ndensity = 1.5\n{SHARP}[time]\nend = 9.0\n[pressure]\n\
+         divergence_limit = 1e-5\n"
     ));
     for _ in 0..700 {
         scene.step(2e-3).unwrap();
@@ -251,7 +255,8 @@ fn a_disc_that_creeps_round_in_a_corner_makes_no_energy() {
         let centre = 32.0 - gap - 4.193;
         let more = format!(
             "[[particle]]\nshape = {{ disc = {{ diameter = 8.386 }} }}\nposition = [{centre}, {}]\n\
-             motion = {{ prescribed = {{ velocity = [0.0, 0.0], spin = 1e-3 }} }}\n{SHARP}[pressure]\ndivergence_limit = 1e-6",
+             motion = {{ prescribed = {{ velocity = [0.0, 0.0], spin = 1e-3 }} }}\n\
+             {SHARP}[pressure]\ndivergence_limit = 1e-6",
             32.0 - 0.786 - 4.193
         );
         let text = box_case([32.0, 32.0], [32, 32], 1.0, ["\"wall\""; 4], &more);
@@ -327,7 +332,8 @@ fn a_flow_around_a_body_that_is_told_to_rest_fades_in_cells_of_any_shape() {
         let petsc = petsc();
         let more = "[initial]\nperturbation = 1e-3\n[pressure]\ndivergence_limit = 1e-8\n\
             [[particle]]\nposition = [0.47, 0.22]\n\
-                    shape = { disc = { diameter = 0.15 } }\nmotion = { prescribed = { velocity = [0.0, 0.0] } }\n";
+                    shape = { disc = { diameter = 0.15 } }\n\
+                    motion = { prescribed = { velocity = [0.0, 0.0] } }\n";
         let mut scene: Scene<2> =
             petsc.scene(&box_case([1.0, height], [24, 24], 1.0, ["\"wall\""; 4], more));
         let start = scene.state.energy.start;

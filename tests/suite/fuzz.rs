@@ -218,8 +218,7 @@ fn a_checkpoint_of_any_content_is_played_or_refused() {
 }
 
 #[test]
-fn a_file_of_any_content_in_the_place_of_a_checkpoint_is_refused_and_so_is_its_tape_where_the_checksum_holds()
- {
+fn checkpoint_with_foreign_content_is_refused() {
     let run = tempfile::tempdir().unwrap();
     std::fs::create_dir(run.path().join("checkpoint")).unwrap();
     let petsc = petsc();

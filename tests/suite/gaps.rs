@@ -158,8 +158,7 @@ fn pair_approach(cells: usize, radii: [f64; 2], gap: f64, (angle, shift): (f64, 
 }
 
 #[test]
-fn the_force_between_two_discs_that_approach_is_stokes_whatever_their_sizes_and_direction_with_sharp_walls()
- {
+fn force_between_approaching_discs_matches_stokes_for_all_sizes_and_directions() {
     let pair = closing_cylinders([0.5, 0.5], 0.05).1;
     let alpha = 1.05f64.acosh();
     assert!((pair * (2.0 * alpha - (2.0 * alpha).tanh()) - 4.0 * PI).abs() < 1e-9, "{pair}");
@@ -170,8 +169,7 @@ fn the_force_between_two_discs_that_approach_is_stokes_whatever_their_sizes_and_
 
 #[test]
 #[ignore = "takes long; ci/weekly"]
-fn the_force_between_two_discs_that_approach_along_an_axis_is_stokes_on_a_finer_grid_with_sharp_walls()
- {
+fn force_between_discs_approaching_along_an_axis_matches_stokes_on_finer_grid() {
     expect_stokes_between_discs(16, &[(0.0, 0.0), (0.0, 0.5)], 0.05);
 }
 
@@ -317,7 +315,8 @@ fn a_bed_of_discs_comes_to_rest_with_sharp_walls() {
     let petsc = petsc();
     let more = "[[swarm]]\ncount = 14\nregion = { min = [0.0, 0.0], max = [0.05, 0.08] }\n\
         diameter = { uniform = [0.010, 0.012] }\n\
-                density = 2.65\ngap = 0.0005\nseed = 1\n[contact]\nfriction = 0.4\nrestitution = 0.5\n\
+                density = 2.65\ngap = 0.0005\nseed = 1\n[contact]\nfriction = 0.4\n\
+                restitution = 0.5\n\
                 [pressure]\ndivergence_limit = 1e-2\n";
     let case = box_case([0.05, 0.08], [40, 64], 5e-5, WALLS, more)
         .replace("viscosity = 5e-5", "viscosity = 5e-5\ngravity = [0.0, -9.81]");
@@ -338,8 +337,7 @@ fn a_bed_of_discs_comes_to_rest_with_sharp_walls() {
 }
 
 #[test]
-fn what_lies_on_a_floor_in_a_corner_or_on_two_others_weighs_on_them_and_stirs_nothing_with_sharp_walls()
- {
+fn resting_discs_weigh_on_floor_corner_and_neighbours_without_stirring_fluid() {
     let petsc = petsc();
     let scenes = [
         ("a floor", vec![[2.037, 1.5]]),
@@ -394,8 +392,10 @@ fn rebound<const D: usize>(ratio: f64, courant: f64) -> f64 {
         "name = \"rebound\"\n[domain]\nsize = [{size}]\ncells = [{cells}]\n[fluid]\n\
         density = 1.0\nviscosity = 1e-6\n\
          [boundary]\nwest = \"slip\"\neast = \"slip\"\nsouth = \"wall\"\nnorth = \"slip\"\n{ends}\
-         [[particle]]\nshape = {{ {shape} = {{ diameter = 1.0 }} }}\nposition = [{place}]\nvelocity = [{velocity}]\ndensity = {ratio:?}\n\
-         [contact]\nrestitution = 0.97\n[pressure]\ndivergence_limit = 1e-3\n[time]\nend = 10.0\nstep = 0.01\n"
+         [[particle]]\nshape = {{ {shape} = {{ diameter = 1.0 }} }}\nposition = [{place}]\n\
+         velocity = [{velocity}]\ndensity = {ratio:?}\n\
+         [contact]\nrestitution = 0.97\n[pressure]\ndivergence_limit = 1e-3\n[time]\nend = 10.0\n\
+         step = 0.01\n"
     );
     let mut scene: Scene<D> = petsc.scene(&text);
     let (dt, mut before, mut down) = (courant / 8.0, (0.5, 1.0), 0.0);
@@ -417,8 +417,7 @@ fn rebound<const D: usize>(ratio: f64, courant: f64) -> f64 {
 /// In potential flow a body and its added mass have, at the same place after an impact, what its
 /// restitution leaves: 0.97. Narrow gaps take a part of it from what flows through them.
 #[test]
-fn a_body_that_strikes_a_floor_in_a_liquid_without_viscosity_keeps_its_restitution_with_sharp_walls()
- {
+fn rebound_from_floor_in_inviscid_liquid_matches_restitution() {
     for (courant, kept) in [(0.4, 0.89), (0.2, 0.90), (0.1, 0.90)] {
         let steel = rebound::<3>(8.0, courant);
         println!("a sphere of steel at Courant number {courant}: {steel}");

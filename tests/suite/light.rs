@@ -267,7 +267,8 @@ fn a_pile_with_a_wedged_disc_is_put_down_without_energy() {
         "name = \"pile\"\ndomain = {{ size = [0.02, 0.02], cells = [80, 80] }}\n\
          fluid = {{ density = 1000.0, viscosity = 0.001, gravity = [0.0, -9.81] }}\n\
          boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n\
-         contact = {{ friction = 0.4, rolling_friction = 0.05 }}\npressure = {{ divergence_limit = 1e-3 }}\ntime = {{ end = 0.02 }}\n{discs}"
+         contact = {{ friction = 0.4, rolling_friction = 0.05 }}\n\
+         pressure = {{ divergence_limit = 1e-3 }}\ntime = {{ end = 0.02 }}\n{discs}"
     );
     let mut scene: mics::scene::Scene<2> = petsc.scene(&text);
     for step in 1..=3 {
@@ -409,7 +410,8 @@ fn what_a_light_body_moves_with_at_a_lid_is_its_velocity() {
              fluid = {{ density = 1000.0, viscosity = 0.4, gravity = {gravity} }}\n\
              boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \
                  \"slip\"{sides} }}\n\
-             output.particles.every = 1\ncontact = {{ friction = 0.3, restitution = 0.5 }}\n[time]\n{more}\n\
+             output.particles.every = 1\ncontact = {{ friction = 0.3, restitution = 0.5 }}\n\
+             [time]\n{more}\n\
              [[particle]]\nshape.{shape}\ndensity = {density:?}\nposition = {place}\n"
         )
     }

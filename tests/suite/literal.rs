@@ -75,7 +75,8 @@ fn the_force_of_19_is_the_sum_over_the_cells_with_the_particle_s_density_before_
             "preset = \"mics-2003\"\ncoupling.fraction = \"exact\"\ncoupling.mix_pressure = false\n\
              time = {{ end = 1.0, advection = \"upwind5-advective\" }}\n\
                  pressure.divergence_limit = 1e-9\n\
-             [[particle]]\nshape = {{ disc = {{ diameter = {:?} }} }}\nposition = {CENTRE:?}\ndensity = {density:?}\n\
+             [[particle]]\nshape = {{ disc = {{ diameter = {:?} }} }}\nposition = {CENTRE:?}\n\
+             density = {density:?}\n\
              viscosity = 0.01",
             2.0 * RADIUS
         );

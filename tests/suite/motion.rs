@@ -171,8 +171,10 @@ fn a_sphere_settles_and_its_momentum_is_accounted_for() {
         let text = format!(
             "name = \"t\"\n[coupling]\nwall = \"{wall}\"\n[domain]\nsize = [1.0, 1.0, 1.0]\n\
             cells = [20, 20, 20]\n[fluid]\ndensity = 1.0\nviscosity = 0.02\n\
-         gravity = [0.0, 0.0, -1.0]\n[boundary]\n{sides}[[particle]]\nshape = {{ sphere = {{ diameter = 0.4 }} }}\n\
-         position = [0.5, 0.52, 0.1]\ndensity = 3.0\nspin = [0.0, 2.0, 1.0]\n[time]\nend = 1.0\n[pressure]\ndivergence_limit = 1.0e-8"
+         gravity = [0.0, 0.0, -1.0]\n[boundary]\n{sides}[[particle]]\n\
+         shape = {{ sphere = {{ diameter = 0.4 }} }}\n\
+         position = [0.5, 0.52, 0.1]\ndensity = 3.0\nspin = [0.0, 2.0, 1.0]\n[time]\nend = 1.0\n\
+         [pressure]\ndivergence_limit = 1.0e-8"
         );
         let mut scene: Scene<3> = petsc.scene(&text);
         for _ in 0..20 {
@@ -344,7 +346,8 @@ fn a_prescribed_particle_stops_the_run_where_no_contact_can_stop_it() {
 }
 
 const SWING: &str = "motion = \
-    { prescribed = { velocity = [0.3, 0.0], oscillation = { amplitude = [-0.05, 0.02], frequency = 1.5 } } }";
+    { prescribed = { velocity = [0.3, 0.0], oscillation = { amplitude = [-0.05, 0.02], frequency = \
+        1.5 } } }";
 
 #[test]
 fn a_particle_that_swings_is_where_its_formula_says_and_the_fluid_around_it_gets_the_force() {

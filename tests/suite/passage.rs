@@ -177,7 +177,8 @@ fn a_body_returns_or_ends_the_run_where_the_case_says_so() {
 fn fed(time: &str, more: &str) -> String {
     let feed = "[[swarm]]\ncount = 12\nregion = { min = [0.05, 0.0], max = [0.5, 1.0] }\n\
         diameter = { uniform = [0.2, 0.24] }\n\
-                density = 1.5\nfeed = { rate = 8.0, from = 0.1 }\n[output]\nfigures = false\nparticles = { every = 10 }\n[contact]\n";
+                density = 1.5\nfeed = { rate = 8.0, from = 0.1 }\n[output]\nfigures = false\n\
+                particles = { every = 10 }\n[contact]\n";
     box_case(
         [2.0, 1.0],
         [48, 24],
@@ -572,7 +573,8 @@ fn grains_that_fall_in_while_fluid_comes_in_at_open_sides_go_on_byte_for_byte() 
     let [out, broken] = ["out", "broken"].map(|name| dir.path().join(name));
     let feed = "[[swarm]]\ncount = 12\nregion = { min = [0.8, 0.7], max = [1.2, 1.0] }\n\
         diameter = { uniform = [0.16, 0.2] }\n\
-                density = 2.5\nfeed = { rate = 10.0 }\n[contact]\n[output]\nfigures = false\nparticles = { every = 10 }\n";
+                density = 2.5\nfeed = { rate = 10.0 }\n[contact]\n[output]\nfigures = false\n\
+                particles = { every = 10 }\n";
     let sides = ["\"outflow\"", "\"outflow\"", "\"wall\"", "\"wall\""];
     let text = box_case(
         [2.0, 1.0],

@@ -14,7 +14,11 @@ contact = { normal_stiffness = 1.0e6, friction = 0.4, restitution = 0.3 }
 time = { end = 0.3, cfl = 0.4 }
 pressure.divergence_limit = 1.0e-2
 output = { fields = { every_time = 0.05 }, figures = false }
-measure = [{ name = "landing_x", kind = "position_x", reference = [0.04, 0.07], source = "an experiment" }]
+[[measure]]
+name = "landing_x"
+kind = "position_x"
+reference = [0.04, 0.07]
+source = "an experiment"
 "#;
 
 pub fn fall(folder: &Path, name: &str, more: &[&str]) -> String {
@@ -185,12 +189,12 @@ fn named_figures_of_a_fall_are_drawn_alone_and_say_what_they_show() {
 }
 
 #[test]
-fn forces_speeds_and_paths_are_of_several_particles_under_their_names_or_of_those_that_are_asked_for()
- {
+fn figures_of_forces_speeds_and_paths_name_several_particles_or_those_requested() {
     let dir = tempfile::tempdir().unwrap();
     let disc = |name: &str, x: f64, y: f64, density: f64| {
         format!(
-            "{{ {name}shape = {{ disc = {{ diameter = 0.02 }} }}, density = {density:?}, position = [{x:?}, {y:?}] }}"
+            "{{ {name}shape = {{ disc = {{ diameter = 0.02 }} }}, density = {density:?}, \
+                position = [{x:?}, {y:?}] }}"
         )
     };
     // The last one leaves through the periodic side and comes in again.
@@ -203,7 +207,8 @@ fn forces_speeds_and_paths_are_of_several_particles_under_their_names_or_of_thos
     let case = FALL
         .replace("west = \"wall\", east = \"wall\"", "west = \"periodic\", east = \"periodic\"")
         .lines()
-        .map(|line| if line.starts_with("particle") { format!("particle = [{}]", all.join(", ")) } else { line.to_owned() } + "\n")
+        .map(|line| if line.starts_with("particle") { format!("particle = [{}]", all.join(", \
+            ")) } else { line.to_owned() } + "\n")
         .collect::<String>();
     let (file, out) = (dir.path().join("four.toml"), dir.path().join("four"));
     std::fs::write(&file, case).unwrap();
@@ -365,7 +370,8 @@ fn a_run_that_goes_on_is_plotted_as_far_as_its_whole_rows_go_with_a_note() {
     // As a run that has not ended leaves it.
     let folder = Path::new(&a);
     std::fs::remove_file(folder.join("summary.json")).unwrap();
-    let record = "{\"status\": \"running\", \"step\": 9, \"time\": 0.05, \"end\": 0.1, \"measures\": {\"cd\": 1.25}}\n";
+    let record = "{\"status\": \"running\", \"step\": 9, \"time\": 0.05, \"end\": 0.1, \
+        \"measures\": {\"cd\": 1.25}}\n";
     std::fs::write(folder.join("progress.jsonl"), record).unwrap();
     let rows = std::fs::read_to_string(folder.join("particles.csv")).unwrap();
     let torn = rows.trim_end().rsplit_once('\n').unwrap().0.to_owned() + "\n999,99.0,0,1e9,1e9";

@@ -110,7 +110,8 @@ fn in_two_dimensions_periodic_with_a_polygon_that_crosses_ranks_and_the_border()
         viscosity = 0.01\n[boundary]\n\
          west = \"periodic\"\neast = \"periodic\"\nsouth = \"periodic\"\nnorth = \"periodic\"\n\
          [[particle]]\n{DISC}\nposition = [0.9, 0.45]\ndensity = 2.65\nviscosity = 0.0\n\
-         motion = {{ prescribed = {{ velocity = [1.0, 0.3], spin = 3.0 }} }}\n[coupling]\nwall = \"mixing\"\nfraction = \"polygon\"\n\
+         motion = {{ prescribed = {{ velocity = [1.0, 0.3], spin = 3.0 }} }}\n[coupling]\n\
+         wall = \"mixing\"\nfraction = \"polygon\"\n\
          [time]\nend = 0.15\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9"
     ));
 }
@@ -138,7 +139,8 @@ fn in_three_dimensions_periodic_with_a_sphere_that_crosses_ranks_and_the_border(
              north = \"periodic\"\n\
          bottom = \"periodic\"\ntop = \"periodic\"\n[[particle]]\n\
              shape = { sphere = { diameter = 0.4 } }\n\
-         position = [0.5, 0.9, 0.1]\ndensity = 10.0\nmotion = { prescribed = { velocity = [0.5, 1.0, -0.8], spin = [0.0, 1.0, 2.0] } }\n\
+         position = [0.5, 0.9, 0.1]\ndensity = 10.0\n\
+         motion = { prescribed = { velocity = [0.5, 1.0, -0.8], spin = [0.0, 1.0, 2.0] } }\n\
          [coupling]\nwall = \"sharp\"\n[time]\nend = 0.15\nstep = 0.01\n[pressure]\n\
              divergence_limit = 1.0e-9",
     );

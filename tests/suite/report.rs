@@ -20,7 +20,8 @@ fn a_report_says_what_ran_how_it_compares_and_how_to_run_it_again() {
     let out = dir.path().join("run");
     // The source would be markup, were it not escaped; one measure passes, one falls short, one has
     // no reference.
-    let measures = "measure=[{ name = \"speed\", kind = \"largest_speed\", reference = [0.0, 9.0], source = \"<b>me</b> & co\" }, \
+    let measures = "measure=[{ name = \"speed\", kind = \"largest_speed\", reference = [0.0, 9.0], \
+        source = \"<b>me</b> & co\" }, \
         { name = \"y\", kind = \"position_y\", reference = 99.0, tolerance = 0.01 }, { name = \
             \"x\", kind = \"position_x\" }]";
     let more = ["--set", measures, "--set", "time.end=0.05", "--set", "domain.cells=[32,96]"];
@@ -79,12 +80,19 @@ name = "sinks"
 domain = { size = [0.1, 0.15], cells = [20, 30] }
 fluid = { density = 1000.0, viscosity = 0.05, gravity = [0.0, -9.81] }
 boundary = { west = "wall", east = "wall", south = "wall", north = "wall" }
-particle = [{ shape = { disc = { diameter = 0.020000000000000004 } }, material = "stone", density = 1200.0, position = [0.05, 0.1] }]
 contact = { restitution = 0.35, pair = [{ between = ["stone", "wall"], restitution = 0.85 }] }
 time = { end = 0.05, cfl = 0.4 }
 statistics = { from = 0.01, profile = "y" }
-probe = [{ name = "below", at = [0.05, 0.05] }, { name = "row", at = [0.02, 0.05], to = [0.08, 0.05], points = 4, every = 2 }]
+probe = [
+  { name = "below", at = [0.05, 0.05] },
+  { name = "row", at = [0.02, 0.05], to = [0.08, 0.05], points = 4, every = 2 },
+]
 measure = [{ name = "speed", kind = "max_speed", reference = [0.00000001, 0.30000000000000004] }]
+[[particle]]
+shape.disc.diameter = 0.020000000000000004
+material = "stone"
+density = 1200.0
+position = [0.05, 0.1]
 "#;
 
 #[test]

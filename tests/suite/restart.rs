@@ -117,7 +117,8 @@ fn a_scene_goes_on_from_what_lasts_of_it_bit_for_bit() {
         )
     };
     let swings = body(
-        "{ prescribed = { spin = 2.0, oscillation = { amplitude = [0.05, 0.02], frequency = 3.0 } } }",
+        "{ prescribed = { spin = 2.0, oscillation = { amplitude = [0.05, 0.02], frequency = \
+            3.0 } } }",
     );
     let goes = body("{ prescribed = { velocity = [0.7, 0.4], spin = 1.0 } }");
     for wall in ["sharp", "mixing"] {
@@ -158,7 +159,8 @@ fn a_light_disc_at_a_lid_goes_on_bit_for_bit() {
     let petsc = petsc();
     let disc = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.6, 0.851]\n\
         density = 0.1\nvelocity = [0.1, 0.1]\n\
-                [contact]\nnormal_stiffness = 500.0\nrestitution = 0.6\n[coupling]\nwall = \"sharp\"";
+                [contact]\nnormal_stiffness = 500.0\nrestitution = 0.6\n[coupling]\n\
+                wall = \"sharp\"";
     let walls = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"wall\""];
     let text = box_case([1.2, 1.0], [30, 25], 0.01, walls, disc);
     let text = text.replace("viscosity = 0.01", "viscosity = 0.01\ngravity = [0.3, -1.0]");
@@ -660,8 +662,11 @@ fn all_ranks_stop_together_after_a_signal_to_mpirun() {
 fn bed(lid: f64, cells: usize, time: &str, more: &str) -> String {
     format!(
         "name = \"bed\"\ndomain = {{ size = [1.2, 1.2], cells = [{cells}, {cells}] }}\n\
-         fluid = {{ density = 1000.0, viscosity = 1.0, gravity = [0.0, -9.81] }}\ncontact = {{ friction = 0.3 }}\n\
-         time = {{ {time} }}\npressure = {{ divergence_limit = 1e-4 }}\noutput = {{ figures = false, particles = {{ every = 1 }}, checkpoint = {{ every_steps = 20 }} }}\n\
+         fluid = {{ density = 1000.0, viscosity = 1.0, gravity = [0.0, -9.81] }}\n\
+         contact = {{ friction = 0.3 }}\n\
+         time = {{ {time} }}\npressure = {{ divergence_limit = 1e-4 }}\n\
+         output = {{ figures = false, particles = {{ every = 1 }}, checkpoint = {{ every_steps = \
+         20 }} }}\n\
          boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
              {{ moving_wall = [{lid:?}, 0.0] }} }}\n{more}"
     )
@@ -768,8 +773,10 @@ fn a_driven_run_that_begins_where_another_ended_is_the_one_that_went_on() {
                  fluid = {{ density = 1000.0, viscosity = 0.05, gravity = [0.0, -9.81] }}\n\
                  boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
                      \"wall\" }}\n\
-                 contact = {{ friction = 0.3, normal_stiffness = 1e4 }}\npressure = {{ divergence_limit = 1e-9 }}\ndrive = {{ {drive} }}\n\
-                 time = {{ end = {end:?}, step = 5e-4 }}\noutput = {{ figures = false, particles = {{ every = 1 }} }}\n{}",
+                 contact = {{ friction = 0.3, normal_stiffness = 1e4 }}\n\
+                 pressure = {{ divergence_limit = 1e-9 }}\ndrive = {{ {drive} }}\n\
+                 time = {{ end = {end:?}, step = 5e-4 }}\n\
+                 output = {{ figures = false, particles = {{ every = 1 }} }}\n{}",
                 if more.is_empty() { &discs } else { more }
             );
             let case = at(&format!("{part}.toml"));

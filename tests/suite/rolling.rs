@@ -29,8 +29,10 @@ pub fn on_a_floor<const D: usize>(
         viscosity = 1e-4\n\
          gravity = [{:?}, {:?}{third}]\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\n\
              south = \"wall\"\nnorth = \"slip\"\n\
-         {along_z}[[particle]]\nshape = {{ {shape} = {{ diameter = 1.0 }} }}\ndensity = 1.0\nposition = [1.0, 0.5{z}]\n\
-         velocity = [{speed:?}, 0.0{third}]\n[contact]\nnormal_stiffness = {STIFFNESS:?}\nfriction = {friction:?}\nrestitution = 0.2\n\
+         {along_z}[[particle]]\nshape = {{ {shape} = {{ diameter = 1.0 }} }}\ndensity = 1.0\n\
+         position = [1.0, 0.5{z}]\n\
+         velocity = [{speed:?}, 0.0{third}]\n[contact]\nnormal_stiffness = {STIFFNESS:?}\n\
+         friction = {friction:?}\nrestitution = 0.2\n\
          {wall}[time]\nend = 1.0\n[pressure]\ndivergence_limit = 1e-5",
         gravity[0], gravity[1]
     )
@@ -136,7 +138,8 @@ fn in_shear(flow: usize, across: usize, spacing: f64, viscosity: f64) -> String 
     format!(
         "name = \"shear\"\n[domain]\nsize = {size:?}\ncells = {cells:?}\n[fluid]\ndensity = 1.0\n\
         viscosity = {viscosity:?}\n\
-         [boundary]\n{sides}{SHARP}[[particle]]\nshape = {{ sphere = {{ diameter = 1.0 }} }}\nposition = {middle:?}\n\
+         [boundary]\n{sides}{SHARP}[[particle]]\nshape = {{ sphere = {{ diameter = 1.0 }} }}\n\
+         position = {middle:?}\n\
          [time]\nend = 100.0\nscheme = \"rk3\"\n[pressure]\ndivergence_limit = 1e-7"
     )
 }
@@ -236,7 +239,8 @@ fn three_discs(friction: f64, rolling: f64) -> String {
 /// below it (friction f N) and rolls out on the floor, where it has 3 W/2 and the friction F:
 ///
 /// ```text
-///   W = 2 N (cos 30 + f sin 30)     F = N sin 30 - f N cos 30     F r - f N r + M = 0,  |M| <= mu_r (N r/2 + 3/2 W r)
+///   W = 2 N (cos 30 + f sin 30)     F = N sin 30 - f N cos 30     F r - f N r + M = 0,
+///              |M| <= mu_r (N r/2 + 3/2 W r)
 ///   stands with  mu_r >= N (sin 30 - f (1 + cos 30))/(N/2 + 3 W/2)
 /// ```
 #[test]
@@ -313,9 +317,12 @@ fn what_weighs_nothing_rests_where_rolling_is_resisted() {
             sides[..2 * D].iter().map(|side| format!("{side} = \"wall\"")).collect();
         let text = format!(
             "name = \"lid\"\ndomain = {{ size = [{}], cells = [{}] }}\n\
-             fluid = {{ density = 1000.0, viscosity = 6e-4, gravity = [0.0, -9.81{}] }}\nboundary = {{ {} }}\n\
-             [[particle]]\nshape.{shape}.diameter = 0.004444\ndensity = 1.0\nposition = [0.0121, 0.017778{third}]\n\
-             [contact]\nfriction = 0.3\nrolling_friction = {friction:?}\n[time]\nend = 1.0\nstep = {dt:?}\n",
+             fluid = {{ density = 1000.0, viscosity = 6e-4, gravity = [0.0, -9.81{}] }}\n\
+             boundary = {{ {} }}\n\
+             [[particle]]\nshape.{shape}.diameter = 0.004444\ndensity = 1.0\n\
+             position = [0.0121, 0.017778{third}]\n\
+             [contact]\nfriction = 0.3\nrolling_friction = {friction:?}\n[time]\nend = 1.0\n\
+             step = {dt:?}\n",
             list("0.02"),
             list("18"),
             if D == 2 { "" } else { ", 0.0" },

@@ -33,7 +33,8 @@ fn forces(three: bool, length: f64, y: f64, places: &[f64], free: Option<f64>) -
              \"periodic\" }}\n\
          contact.friction = 0.4\ndrive.mean_velocity = {{ axis = \"x\", value = 0.05 }}\n\
              pressure = {{ divergence_limit = 1e-6, max_iterations = 100 }}\n\
-         time = {{ end = 0.012, step = 0.0005 }}\noutput = {{ figures = false, fixed = \"always\", particles = {{ every = 1 }} }}\n{bodies}"
+         time = {{ end = 0.012, step = 0.0005 }}\n\
+         output = {{ figures = false, fixed = \"always\", particles = {{ every = 1 }} }}\n{bodies}"
     );
     let case = dir.path().join("case.toml");
     std::fs::write(&case, text).unwrap();
@@ -141,7 +142,8 @@ fn a_body_beside_its_own_image_feels_the_same_in_every_cell() {
                  \"periodic\" }}\n\
              drive.mean_velocity = {{ axis = \"x\", value = 0.005 }}\n\
                  pressure = {{ divergence_limit = 1e-6, max_iterations = 200 }}\n\
-             time = {{ end = 0.001, step = 0.0001 }}\noutput = {{ figures = false, fixed = \"always\", particles = {{ every = 1 }} }}\n\
+             time = {{ end = 0.001, step = 0.0001 }}\n\
+             output = {{ figures = false, fixed = \"always\", particles = {{ every = 1 }} }}\n\
              [[particle]]\nshape.disc.diameter = {:?}\nposition = {at:?}\nmotion = \"fixed\"\n",
             h * width
         );
@@ -170,7 +172,8 @@ fn slope(dir: &Path, name: &str, gravity: &str, start: &str) -> std::path::PathB
         "name = \"slope\"\ndomain = {{ size = [0.016, 0.012], cells = [64, 48] }}\n\
          fluid = {{ density = 1000.0, viscosity = 0.001, gravity = {gravity} }}\n\
          boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n\
-         contact = {{ friction = 0.4 }}\ntime = {{ end = 0.04 }}\npressure = {{ divergence_limit = 1e-3 }}\n\
+         contact = {{ friction = 0.4 }}\ntime = {{ end = 0.04 }}\n\
+         pressure = {{ divergence_limit = 1e-3 }}\n\
          output = {{ figures = false, particles = {{ every = 1 }} }}\n{start}\n"
     );
     std::fs::write(dir.join(name), text).unwrap();

@@ -26,7 +26,8 @@ fn tank(gravity: f64, bodies: &str, end: f64) -> String {
          fluid = {{ density = 1000.0, viscosity = 0.02, gravity = [0.0, {gravity:?}] }}\n\
          boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
              \"wall\" }}\n\
-         contact = {{ friction = 0.4 }}\ntime = {{ end = {end:?} }}\npressure = {{ divergence_limit = 1e-3 }}\n{bodies}"
+         contact = {{ friction = 0.4 }}\ntime = {{ end = {end:?} }}\n\
+         pressure = {{ divergence_limit = 1e-3 }}\n{bodies}"
     )
 }
 
@@ -111,7 +112,8 @@ fn what_rolls_down_a_slope_in_a_liquid_does_not_slip() {
         boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"slip\" \
             }\n\
         contact = { friction = 0.5 }\npressure = { divergence_limit = 1e-3 }\n\
-        particle = [{ shape.disc.diameter = 0.004, position = [0.005, 0.002], density = DENSITY }]\n";
+        particle = \
+        [{ shape.disc.diameter = 0.004, position = [0.005, 0.002], density = DENSITY }]\n";
     for density in ["1100.0", "2650.0"] {
         for time in ["end = 0.4", "end = 0.4\nstep = 4e-4"] {
             let (bodies, _) =
@@ -162,7 +164,8 @@ fn light_discs_that_rise_to_a_lid_rest_there_and_turn_no_more() {
 #[test]
 fn viscosity_takes_the_work_that_turns_a_disc() {
     let disc = "particle = \
-        [{ shape.disc.diameter = 0.004, position = [0.012, 0.016], motion.prescribed.spin = 1.0 }]\n";
+        [{ shape.disc.diameter = 0.004, position = [0.012, 0.016], motion.prescribed.spin = \
+            1.0 }]\n";
     let text = tank(0.0, "", 0.3)
         .replace("viscosity = 0.02", "viscosity = 0.2")
         .replace("contact = { friction = 0.4 }\n", "");

@@ -295,8 +295,10 @@ fn bodies_that_come_in_later_are_in_the_means_and_bring_their_momentum() {
         let more = format!(
             "[[swarm]]\ncount = 3\nregion = {{ min = [0.05, 0.0], max = [0.6, 1.0] }}\n\
             diameter = 0.2\ndensity = 1.5\n\
-             feed = {{ rate = 8.0, from = 0.055 }}\n[contact]\n[statistics]\nevery = 1\n[coupling]\nwall = \"{wall}\"\n\
-             [pressure]\ndivergence_limit = 1e-9\n[output]\nfigures = false\n[time]\nend = 0.4\nstep = 0.01\n"
+             feed = {{ rate = 8.0, from = 0.055 }}\n[contact]\n[statistics]\nevery = 1\n\
+             [coupling]\nwall = \"{wall}\"\n\
+             [pressure]\ndivergence_limit = 1e-9\n[output]\nfigures = false\n[time]\nend = 0.4\n\
+             step = 0.01\n"
         );
         let out = dir.path().join("out");
         run(

@@ -9,7 +9,8 @@ const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"",
 const MORE: &str = "[time]\nend = 0.05\ncfl = 0.4\n[[measure]]\nname = \"speed\"\n\
     kind = \"max_speed\"\n\
     [pressure]\ndivergence_limit = 1e-4\n\
-    [[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.6, 0.5]\nmotion = \"fixed\"\n[coupling]\nwall = \"sharp\"\n";
+    [[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.6, 0.5]\n\
+    motion = \"fixed\"\n[coupling]\nwall = \"sharp\"\n";
 const STUDY: &str = r#"name = "tiny"
 case = "case.toml"
 repeats = 2
@@ -358,8 +359,7 @@ over = ["place"]
 "#;
 
 #[test]
-fn each_run_has_the_reference_of_its_own_label_and_the_spread_sums_up_the_runs_that_differ_in_place_only()
- {
+fn study_runs_compare_with_their_own_reference_and_spread_over_positions() {
     let (dir, file) = written(PLACES);
     let out = dir.path().join("out");
     let (code, said, error) = study(&file, &out, &[]);

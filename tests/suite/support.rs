@@ -60,7 +60,8 @@ pub fn box_case(
     format!(
         "name = \"test\"\n[domain]\nsize = {size:?}\ncells = {cells:?}\n[fluid]\ndensity = 1.0\n\
         viscosity = {viscosity:?}\n\
-         [boundary]\nwest = {west}\neast = {east}\nsouth = {south}\nnorth = {north}\n{time}\n{more}\n"
+         [boundary]\nwest = {west}\neast = {east}\nsouth = {south}\nnorth = {north}\n{time}\n\
+         {more}\n"
     )
 }
 

@@ -76,7 +76,8 @@ fn follow<const D: usize>(
     let text = format!(
         "name = \"s\"\n[domain]\nsize = {:?}\ncells = {:?}\n[fluid]\ndensity = 1.0\n\
         viscosity = 0.02\ngravity = {:?}\n\
-         [boundary]\n{}{}{}{}[contact]\nfriction = 0.3\nrestitution = 0.7\n[time]\nend = 9.0\nstep = 0.02\n\
+         [boundary]\n{}{}{}{}[contact]\nfriction = 0.3\nrestitution = 0.7\n[time]\nend = 9.0\n\
+         step = 0.02\n\
          [pressure]\ndivergence_limit = 1e-11\n[coupling]\nwall = {wall:?}\n",
         image.of(size),
         image.of(cells),
@@ -170,7 +171,8 @@ fn parting<const D: usize>(cells: [usize; D], steps: usize, limit: f64) -> [f64;
     let mut text = format!(
         "name = \"pair\"\n[domain]\nsize = {size:?}\ncells = {cells:?}\n[fluid]\ndensity = 1.0\n\
         viscosity = 0.02\ngravity = {:?}\n\
-         [contact]\nfriction = 0.3\nrestitution = 0.7\n[time]\nend = 9.0\nstep = 0.02\n[pressure]\ndivergence_limit = {limit:?}\n",
+         [contact]\nfriction = 0.3\nrestitution = 0.7\n[time]\nend = 9.0\nstep = 0.02\n\
+         [pressure]\ndivergence_limit = {limit:?}\n",
         &[0.0, -1.0, 0.0][..D]
     );
     text += "[boundary]\nsouth = \"wall\"\n";

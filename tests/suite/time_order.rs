@@ -65,7 +65,8 @@ fn swing(amplitude: f64, frequency: f64) -> String {
     let (v, a) = (TAU * frequency * amplitude, -amplitude);
     format!(
         "motion = \
-        {{ prescribed = {{ velocity = [{v:?}, {:?}], oscillation = {{ amplitude = [{a:?}, {:?}], frequency = {frequency:?} }} }} }}",
+        {{ prescribed = {{ velocity = [{v:?}, {:?}], oscillation = {{ amplitude = [{a:?}, {:?}], \
+        frequency = {frequency:?} }} }} }}",
         0.4 * v,
         0.4 * a
     )
@@ -180,7 +181,8 @@ fn the_drag_of_a_fixed_disc_settles_in_the_longest_steps_that_a_run_takes() {
     let (case, out) = (dir.path().join("case.toml"), dir.path().join("run"));
     let more = "[[particle]]\nshape = { disc = { diameter = 0.5 } }\nposition = [0.5113, 0.5113]\n\
         motion = \"fixed\"\n\
-                [drive]\nforce = [1.0, 0.0]\n[time]\nend = 1.5\n[output]\nfigures = false\nparticles = { every = 1 }\n";
+                [drive]\nforce = [1.0, 0.0]\n[time]\nend = 1.5\n[output]\nfigures = false\n\
+                particles = { every = 1 }\n";
     let text = box_case([1.0, 1.0], [32, 32], 1.0, PERIODIC, more);
     std::fs::write(&case, text).unwrap();
     run(&case, &out, &[]);

@@ -428,8 +428,10 @@ mod tests {
     #[test]
     fn a_swarm_is_packed_where_random_places_do_not_suffice() {
         let keys = "particle = \
-            [{ shape = { disc = { diameter = 0.8 } }, position = [0.1, 0.5], motion = \"fixed\" }]\n\
-                    swarm = [{ count = COUNT, region = { min = [0.6, 0.0], max = [1.6, 1.0] }, diameter = 0.02, gap = 1e-4 }]";
+            [{ shape = { disc = { diameter = 0.8 } }, position = [0.1, 0.5], motion = \
+                \"fixed\" }]\n\
+                    swarm = [{ count = COUNT, region = { min = [0.6, 0.0], max = [1.6, 1.0] }, \
+                        diameter = 0.02, gap = 1e-4 }]";
         // 47 % at random; 75 % packed; 88 % is more than discs at random can fill.
         for count in [1500, 2400] {
             let case = good(2, &keys.replace("COUNT", &count.to_string()));
@@ -467,7 +469,8 @@ mod tests {
 
     #[test]
     fn a_seed_gives_the_same_places_everywhere_and_another_seed_others() {
-        let keys = "swarm = [{ count = 4, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, diameter = 0.1, seed = SEED }]";
+        let keys = "swarm = [{ count = 4, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, \
+            diameter = 0.1, seed = SEED }]";
         let places = |seed: &str| {
             let case = good(2, &keys.replace("SEED", seed));
             case.particle.into_iter().map(|particle| particle.position).collect::<Vec<_>>()
@@ -485,7 +488,8 @@ mod tests {
     fn swarms_keep_their_gap_to_walls_to_earlier_swarms_and_across_periodic_sides() {
         let case = good(
             3,
-            "swarm = [{ count = 60, region = { min = [0.0, 0.0, 0.0], max = [2.0, 1.0, 1.0] }, diameter = 0.15 }, \
+            "swarm = [{ count = 60, region = { min = [0.0, 0.0, 0.0], max = [2.0, 1.0, 1.0] }, \
+                diameter = 0.15 }, \
              { count = 60, region = { min = [0.0, 0.0, 0.2], max = [2.0, 1.0, 0.7] }, \
              diameter = { uniform = [0.05, 0.1] }, gap = 0.03, motion = \"fixed\", material = \
                  \"glass\" }]",
@@ -511,7 +515,8 @@ mod tests {
 
     #[test]
     fn a_file_gives_places_and_what_else_it_names_and_the_swarm_the_rest() {
-        let keys = "swarm = [{ from = \"gravel.csv\", density = 2.0, velocity = [1.0, 0.0], locked = [\"rotation\"] }]";
+        let keys = "swarm = [{ from = \"gravel.csv\", density = 2.0, velocity = [1.0, 0.0], \
+            locked = [\"rotation\"] }]";
         let csv = "# made by hand\ndiameter, x, y, vy, spin, density\n0.1, 0.5, 0.5, -1, 3, 4\n\
             0.2,1.0,0.5,0,0,5\n";
         let case = expanded(2, keys, csv).unwrap();
@@ -529,7 +534,8 @@ mod tests {
     fn a_case_with_swarms_is_written_out_with_every_particle_and_reads_back_equal() {
         let typed = text(
             2,
-            "swarm = [{ count = 20, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, diameter = 0.05, spin = 1.0 }]\n\
+            "swarm = [{ count = 20, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, diameter = \
+                0.05, spin = 1.0 }]\n\
              contact = { normal_stiffness = 1e5, pair = [{ between = [\"wall\", \"default\"], \
                  friction = 0.2 }] }\n\
              measure = [{ name = \"end\", kind = \"position_x\", particle = 19 }]",

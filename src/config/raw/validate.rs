@@ -560,7 +560,8 @@ mod tests {
     fn discs(places: &[[f64; 2]]) -> String {
         let disc = |[x, y]: &[f64; 2]| {
             format!(
-                "{{ shape = {{ disc = {{ diameter = 0.2 }} }}, motion = \"fixed\", position = [{x:?}, {y:?}] }}"
+                "{{ shape = {{ disc = {{ diameter = 0.2 }} }}, motion = \"fixed\", position = \
+                    [{x:?}, {y:?}] }}"
             )
         };
         format!("particle = [{}]", places.iter().map(disc).collect::<Vec<_>>().join(", "))

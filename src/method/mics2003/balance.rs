@@ -2,7 +2,8 @@
 //!
 //! With `M = sum_c rho u dV` over all cells, particles included (kg m/s; per metre of depth in 2D),
 //! ```text
-//!   M^(n+1) - M^n = gravity + drive + border + contacts with walls and held bodies - force on held bodies
+//!   M^(n+1) - M^n = gravity + drive + border + contacts with walls and held bodies
+//!                 - force on held bodies
 //! ```
 //! What the fields transport of the particles' excess mass and what the mixing takes pass between
 //! fluid and particles and cancel. The border's impulse is that of flow, viscosity and pressure on
@@ -14,7 +15,8 @@
 //! (e per volume) give all cells together what the faces between them do and half of what those at
 //! the sides do:
 //! ```text
-//!   sum_c rho_c (a_low + a_high)/2 h = p_first - p_last + sum_c e_c h + [ rho a - e ]_first h/2 + [ rho a - e ]_last h/2
+//!   sum_c rho_c (a_low + a_high)/2 h = p_first - p_last + sum_c e_c h + [ rho a - e ]_first h/2
+//!                 + [ rho a - e ]_last h/2
 //! ```
 
 use super::Mics2003;

@@ -3,19 +3,25 @@
 //!
 //! ```text
 //!   rho = rho_f + sum_k alpha_k (rho_k - rho_f)                         (1), viscosity alike
-//!   u   = u_f + sum_k alpha_k (v_k - u_f),  v_k = V_k + omega_k x r     (27), in every touched cell
-//!   F_k = sum_c rho alpha_k (u_f - v_k) dV/dt + m_k dV_k/dt             the momentum that (27) removes, and what a
-//!                                                                       held body takes up of it as prescribed
-//!   F_k = sum_c alpha_k dV sigma_k [ -u.grad u - grad p_f/rho + div tau/rho ]   (19) as printed, its three parts, with
-//!                                                                       sigma_k the body's density, rho the mixture's
-//!   T_k = sum_c r x (the summand), in the cells that the body's boundary cuts    the moment of (18) as printed
+//!   u   = u_f + sum_k alpha_k (v_k - u_f),  v_k = V_k + omega_k x r    (27), in every touched cell
+//!   F_k = sum_c rho alpha_k (u_f - v_k) dV/dt + m_k dV_k/dt
+//!              the momentum that (27) removes, and what a
+//!                                                                       held body takes up of it
+//!                 as prescribed
+//!   F_k = sum_c alpha_k dV sigma_k [ -u.grad u - grad p_f/rho + div tau/rho ]
+//!              (19) as printed, its three parts, with
+//!                                                                       sigma_k the body's
+//!                 density, rho the mixture's
+//!   T_k = sum_c r x (the summand), in the cells that the body's boundary cuts
+//!              the moment of (18) as printed
 //! ```
 //! What the mixing takes from the mixture, the particle gets: in the momentum of everything in the
 //! box, `sum_c rho u dV`, pressure and stress only pass it on between cells, so that a free
 //! particle's rigid motion `v* = V* + omega* x r` follows from
 //!
 //! ```text
-//!   sum rho' alpha' (v* - u_f) dV + b = 0,    b = (rho_k - rho_f) [ sum (alpha' - alpha) u_f - dt sum alpha div(U u) ] dV
+//!   sum rho' alpha' (v* - u_f) dV + b = 0,
+//!              b = (rho_k - rho_f) [ sum (alpha' - alpha) u_f - dt sum alpha div(U u) ] dV
 //! ```
 //! at its new place ('), and likewise from the angular momentum about its centre: the particle
 //! moves as the mixture inside it does, and `b` is what the fields carry of its excess mass on
@@ -27,7 +33,8 @@
 //! does, on the same faces (`R`, a force per volume by shares of mass), and only `J - R dt` is
 //! added at its end:
 //! ```text
-//!   a_f = 2/(rho(c-1) + rho(c)) [ mean of sum_k alpha_k ( (rho_k - rho_f) g + rho_k R_k/m_k ) - dp/dn ]
+//!   a_f = 2/(rho(c-1) + rho(c)) [ mean of sum_k alpha_k ( (rho_k - rho_f) g + rho_k R_k/m_k )
+//!                 - dp/dn ]
 //! ```
 //! so that what lies still leaves the fluid still: gravity on faces against impulses in cells
 //! drives a flow around a body at rest, which grows (a disc of 8 cells on a floor: 1 mm/s after
@@ -141,16 +148,25 @@ impl<const D: usize> Mics2003<D> {
         dt: f64,
     ) -> Result<Projected> {
         let before = self.momentum(domain, s); //
-        let sides = self.predict_cells(domain, s, dt)?; //   (7)      u* without pressure
-        self.flow.predict_faces(domain, s, dt)?; //          (8)      U = mean of u* - dt/rho dp^n/dn
-        let projected = self.flow.project(domain, s, dt)?; // (13-15)  C-HSMAC: |D| < D0
-        self.flow.correct_cells(domain, s, dt); //           (16)     u_f = u* - dt/rho grad p
-        self.sum_pressure_force(domain, s); //               (19)     the last of its three parts
+        // (7) u* without pressure
+        let sides = self.predict_cells(domain, s, dt)?;
+        // (8) U = mean of u* - dt/rho dp^n/dn
+        self.flow.predict_faces(domain, s, dt)?;
+        // (13-15) C-HSMAC: |D| < D0
+        let projected = self.flow.project(domain, s, dt)?;
+        // (16) u_f = u* - dt/rho grad p
+        self.flow.correct_cells(domain, s, dt);
+        // (19) the last of its three parts
+        self.sum_pressure_force(domain, s);
         let forces = (sides, self.pressure_of_sides(domain, s), self.drive_on_cells(domain, s));
-        self.move_particles(domain, s, dt)?; //              (17, 18, 20-26) to the new place, through contacts
-        self.mix_properties(domain, s)?; //                  (1)      there, for the mixing and the next step
-        self.mix_velocity(domain, s, dt)?; //                (27)     the wall; the momentum it takes is the force
-        self.mix_pressure(domain, s)?; //                    (28, 29) as printed, where the case asks for it
+        // (17, 18, 20-26) to the new place, through contacts
+        self.move_particles(domain, s, dt)?;
+        // (1) there, for the mixing and the next step
+        self.mix_properties(domain, s)?;
+        // (27) the wall; the momentum it takes is the force
+        self.mix_velocity(domain, s, dt)?;
+        // (28, 29) as printed, where the case asks for it
+        self.mix_pressure(domain, s)?;
         self.close_balance(domain, s, before, forces, dt)?;
         s.count(dt);
         Ok(projected)

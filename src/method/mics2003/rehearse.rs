@@ -2,8 +2,9 @@
 //! each. A step with x on the faces finds f more, and x that it finds itself is wanted,
 //!
 //! ```text
-//!   f(x) = 0                         x, f in parts of sqrt(m), sqrt(I): sums of squares are energies over the step
-//!   x' = x + f - (dX + dF) c,        c so that |f - dF c| is least; dX, dF: the changes of x and f in the last rounds
+//!   f(x) = 0         x, f in parts of sqrt(m), sqrt(I): sums of squares are energies over the step
+//!   x' = x + f - (dX + dF) c,
+//!              c so that |f - dF c| is least; dX, dF: the changes of x and f in the last rounds
 //! ```
 //! (D. G. Anderson, J. ACM 12, 1965). Taken alone, f leaves `m_a/(m + m_a)` of what was missing,
 //! m_a the fluid that goes along: in twelve rounds most of it, where a row of discs shuts a pipe,

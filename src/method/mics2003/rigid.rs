@@ -1,8 +1,9 @@
 //! The rigid motion that carries the momentum of a body's cells: `v`, `omega` with
 //!
 //! ```text
-//!   sum_c W_c (v + omega x r_c)       = P        W_c a weight (kg) in each cell, r_c its arm from the body's centre
-//!   sum_c W_c r_c x (v + omega x r_c) = L        P, L the momentum and angular momentum to be carried
+//!   sum_c W_c (v + omega x r_c)       = P
+//!              W_c a weight (kg) in each cell, r_c its arm from the body's centre
+//!   sum_c W_c r_c x (v + omega x r_c) = L     P, L the momentum and angular momentum to be carried
 //! ```
 //! a symmetric system of six; directions in which the body is held keep their velocity and drop
 //! out.

@@ -3,7 +3,8 @@
 //!
 //! ```text
 //!   a = (-grad p + G)/rho                                        G: the drive's force
-//!   cell:  b + (H_w (a_w - b) + H_e (a_e - b))/(1 + (H_w + H_e)/2)   the mean of both faces' where both are open
+//!   cell:  b + (H_w (a_w - b) + H_e (a_e - b))/(1 + (H_w + H_e)/2)
+//!              the mean of both faces' where both are open
 //! ```
 //! with b = G/rho beside free bodies, which the drive accelerates alike, and 0 beside others. Fluid
 //! and free bodies of its density stay at rest to each other while the drive accelerates both.

@@ -2,7 +2,8 @@
 //! the substeps expected, corrected once, and bounded ([`crate::contact`] has the formulas).
 //!
 //! ```text
-//!   v_0      without the impulses of touch of the clusters that part     a rough solve, where there are such
+//!   v_0      without the impulses of touch of the clusters that part
+//!              a rough solve, where there are such
 //!   v_1      with the impulses of the substeps                           a rough solve
 //!   v_2      with these corrected, towards the velocities of the substeps   to the end
 //!   v_0      of the clusters that part though the substeps did not expect it   likewise

@@ -2,7 +2,8 @@
 //! without the faces that it covers.
 //!
 //! ```text
-//!   U = H q + m V.n + (omega x lever).n        so that    V += dV, omega += d_omega    =>    U += m dV.n + (d_omega x lever).n
+//!   U = H q + m V.n + (omega x lever).n        so that    V += dV, omega += d_omega    =>
+//!              U += m dV.n + (d_omega x lever).n
 //! ```
 
 use super::cut::CutBodies;

@@ -3,7 +3,8 @@
 //!
 //! ```text
 //!   U = H q + m U_b.n        div( (1/rho) grad P ) - sum_k (dV/m_k) j_k (j_k.P) = D
-//!   U -= H grad P/rho,   q -= grad P/rho,   u -= (grad P/rho of the cell),   V_k += (dV/m_k) sum_c P_c j_c
+//!   U -= H grad P/rho,   q -= grad P/rho,   u -= (grad P/rho of the cell),
+//!              V_k += (dV/m_k) sum_c P_c j_c
 //! ```
 //! P is the impulse of a pressure (Pa s), which then is dropped: that of the flow goes on as it
 //! was. At the start bodies have their velocities, and the fluid is set off with them. To one that

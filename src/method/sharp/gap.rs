@@ -2,11 +2,15 @@
 //! profile of the flow beside the wall is there ([`super::trace`] has the sketch).
 //!
 //! ```text
-//!      ( body k )                 a gap of the width g(x) = s_k + s_j at any point x, by the distances from both surfaces. Below 1.25 h
-//!    ---.-------.---  g           cells in it take the straight profile, as far as friction makes it in the time:
+//!      ( body k )                 a gap of the width g(x) = s_k + s_j at any point x, by the
+//!                                 distances from both surfaces. Below 1.25 h
+//!    ---.-------.---  g
+//!              cells in it take the straight profile, as far as friction makes it in the time:
 //!      (  other )                   tau = 1 - exp(-6 nu dt/g^2)              twice a step
-//!                                 what flows through it is in the faces' memory, and stays but for that friction:
-//!                                   keep = exp(-12 nu dt/g^2)                12 nu/g^2: of a parabola between two walls
+//!                                 what flows through it is in the faces' memory,
+//!                 and stays but for that friction:
+//!                                   keep = exp(-12 nu dt/g^2)
+//!              12 nu/g^2: of a parabola between two walls
 //! ```
 //! Without that such a gap would take the momentum of what flows through it in every step, and half
 //! of an impact's energy with it.

@@ -7,11 +7,15 @@
 //! across a covered one, moved to the centroid of the open part by the derivatives:
 //!
 //! ```text
-//!   faces      q  = I(u*) + (1 - chi) (q^n - I(u^n)) + dt a,   U = H q + m U_b.n,   chi = min(1, dt U_max/(0.2 h) + c nu dt/h^2)
+//!   faces      q  = I(u*) + (1 - chi) (q^n - I(u^n)) + dt a,   U = H q + m U_b.n,
+//!              chi = min(1, dt U_max/(0.2 h) + c nu dt/h^2)
 //!   pressure   -div( H grad phi )/rho + sum_k (dV/M_k) j_k (j_k.phi) = -D/dt,       D = div U
-//!   bodies     V += (dt/M_k) F_p,   F_p = dV sum_c p_c j_c,   j_c = sum_f m_f n_f/h   (n_f outwards from the cell)
-//!   cells      u  = u* + dt (b + (H_w (a_w - b) + H_e (a_e - b))/(1 + (H_w + H_e)/2)),   b: the drive's, beside free bodies
-//!   inside     u  = U_b + the profile of the flow beside the wall, continued into the body ([`trace`])
+//!   bodies     V += (dt/M_k) F_p,   F_p = dV sum_c p_c j_c,   j_c = sum_f m_f n_f/h
+//!              (n_f outwards from the cell)
+//!   cells      u  = u* + dt (b + (H_w (a_w - b) + H_e (a_e - b))/(1 + (H_w + H_e)/2)),
+//!              b: the drive's, beside free bodies
+//!   inside     u  = U_b + the profile of the flow beside the wall, continued into the body
+//!              ([`trace`])
 //! ```
 //! The equation stays symmetric, and its solution holds the added mass of a free body implicitly,
 //! whatever its density. The memory `q^n - I(u^n)` keeps dt out of the wall's pressure; it fades as
@@ -33,9 +37,10 @@
 //! contacts give, their own substeps on the moment of inertia I + dt R:
 //!
 //! ```text
-//!   expected   w_e = w + P + J/(I + dt R)                                P: what the fluid did in the last step
-//!   answered   (I + dt R) (w_a - w) = dt T(w_e) + dt R (w_e - w) + J     T is taken with w_e imposed
-//!   held       w' = w_e + m (w_a - w_e),   P' = P + w_a - w_e            m = 1/(1 + dt C/(I + dt R)), C: what films resist; 0 where it touches
+//!   expected   w_e = w + P + J/(I + dt R)                   P: what the fluid did in the last step
+//!   answered   (I + dt R) (w_a - w) = dt T(w_e) + dt R (w_e - w) + J   T is taken with w_e imposed
+//!   held       w' = w_e + m (w_a - w_e),   P' = P + w_a - w_e
+//!              m = 1/(1 + dt C/(I + dt R)), C: what films resist; 0 where it touches
 //! ```
 //! One w_e for the wall that the fluid sees, for the torque and for contacts. Without the last line
 //! a contact answers what the fluid made of its impulse with the next step only; a light body that
@@ -217,15 +222,23 @@ impl<const D: usize> Sharp<D> {
     /// When the divergence cannot be brought below D0, a value is no longer finite, or a contact
     /// fails.
     pub fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
-        self.predict_positions(domain, s, dt)?; //           (17, 18, 20-26) bodies to their new place, faces open there
+        // (17, 18, 20-26) bodies to their new place, faces open there
+        self.predict_positions(domain, s, dt)?;
         let pace = self.pace(domain, s, dt)?;
-        self.update_memory(domain, s, pace, dt)?; //         memory = q - mean(u), at that place
-        let sides = self.predict_cells(domain, s, dt)?; //   (7)      u* with the last pressure, the wall imposed
-        self.predict_velocities(domain, s, dt)?; //          (17, 18) bodies by all forces but the new pressure
-        self.predict_faces(domain, s, pace, dt)?; //         (8)      U = H q + m U_b.n
-        let projected = self.project(domain, s, dt)?; //     (13-15)  C-HSMAC: |D| < D0, the bodies with it
-        self.correct_cells(domain, s, dt)?; //               (16)     u = u* - dt/rho grad p, the wall imposed
-        self.find_loads(domain, s, pace, dt)?; //            (19)     the force: what the fluid lost
+        // memory = q - mean(u), at that place
+        self.update_memory(domain, s, pace, dt)?;
+        // (7) u* with the last pressure, the wall imposed
+        let sides = self.predict_cells(domain, s, dt)?;
+        // (17, 18) bodies by all forces but the new pressure
+        self.predict_velocities(domain, s, dt)?;
+        // (8) U = H q + m U_b.n
+        self.predict_faces(domain, s, pace, dt)?;
+        // (13-15) C-HSMAC: |D| < D0, the bodies with it
+        let projected = self.project(domain, s, dt)?;
+        // (16) u = u* - dt/rho grad p, the wall imposed
+        self.correct_cells(domain, s, dt)?;
+        // (19) the force: what the fluid lost
+        self.find_loads(domain, s, pace, dt)?;
         self.close_balance(domain, s, sides, dt)?;
         s.count(dt);
         Ok(projected)

@@ -256,7 +256,8 @@ pub(super) fn resistance(
 /// about
 ///
 /// ```text
-///   c = k drag (sum of the slope's weights + h/R)      k = 1.5 for a sphere, 2 for a disc: with the pressure that viscosity makes
+///   c = k drag (sum of the slope's weights + h/R)
+///              k = 1.5 for a sphere, 2 for a disc: with the pressure that viscosity makes
 /// ```
 /// of which the body expects `drag`; the rest is felt a step late, and may be what its mass and the
 /// fluid's resist at most. So it is of few cells across in steps of several stages alone, and of

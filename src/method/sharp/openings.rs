@@ -2,9 +2,9 @@
 //! for everybody.
 //!
 //! ```text
-//!   T = sum m_k,   M = the largest m_k                    what bodies cover of a face, overlaps counted twice
-//!   H = max( 1 - T, min(leak, T - M), 1e-6 )             beside a wall of the box: at least leak
-//!   m_k -> m_k (1 - H)/T   where T > 1 - H                so that H + sum m = 1
+//!   T = sum m_k,   M = the largest m_k         what bodies cover of a face, overlaps counted twice
+//!   H = max( 1 - T, min(leak, T - M), 1e-6 )  beside a wall of the box: at least leak
+//!   m_k -> m_k (1 - H)/T   where T > 1 - H     so that H + sum m = 1
 //! ```
 //! One H for the prediction, the operator, the modes and the correction: what drives a flux in one
 //! of them drives it in all. A pocket that the operator sees and the prediction does not takes up a

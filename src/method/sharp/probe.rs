@@ -1,8 +1,9 @@
 //! Probes: the velocity at any point, from a cubic through the four cells about it along each axis.
 //!
 //! ```text
-//!     i-1     i   x    i+1     i+2         weights of t = (x - x_i)/h:  -t(t-1)(t-2)/6, (t+1)(t-1)(t-2)/2,
-//!      o      o---*-----o       o                                       -(t+1)t(t-2)/2, (t+1)t(t-1)/6
+//!     i-1     i   x    i+1     i+2         weights of t = (x - x_i)/h:
+//!              -t(t-1)(t-2)/6, (t+1)(t-1)(t-2)/2,
+//!      o      o---*-----o       o                                    -(t+1)t(t-2)/2, (t+1)t(t-1)/6
 //! ```
 //! Near a body some of the cells lie inside it: they hold the profile that was imposed last, which
 //! continues the flow smoothly through the wall.

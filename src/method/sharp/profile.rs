@@ -2,7 +2,8 @@
 //! spacings, s the distance from the wall:
 //!
 //! ```text
-//!   w(s) = a s + b (s^2/2 + 1/24)      through both probes: a cell has the mean of what is in it, and that of a parabola is w''/24 beyond
+//!   w(s) = a s + b (s^2/2 + 1/24)      through both probes: a cell has the mean of what is in it,
+//!                                      and that of a parabola is w''/24 beyond
 //!                                      its middle, on the wall as well
 //!   w(s) = a s + b (s^2/2 + 1/24) + c (s^3/6 + s/24)     through three probes: the finer profile
 //! ```

@@ -2,8 +2,10 @@
 //! part, by its claim to the cell.
 //!
 //! ```text
-//!                            c_k    claim of a body: from 0 to 1 by how much nearer it is than others
-//!   ( 1 ) o o ( 2 )          W_k = c_k w_k/(c_1 + c_2)          w_k: what the cell would weigh were the body alone
+//!                            c_k
+//!              claim of a body: from 0 to 1 by how much nearer it is than others
+//!   ( 1 ) o o ( 2 )          W_k = c_k w_k/(c_1 + c_2)
+//!              w_k: what the cell would weigh were the body alone
 //!                            v = sum W_k v_k/W,  W = sum W_k    v_k: what it would be set to
 //!                            u <- u + W (v - u)                 each body gives W_k (v - u)
 //! ```

@@ -2,10 +2,14 @@
 //! wall.
 //!
 //! ```text
-//!    n ^   * second probe, 2 h         the velocity relative to the wall, w, along the normal from the wall at 0:
-//!      |   * first probe, h              far from others   through 0 and both probes         (g > 2.75 h)
-//!   ---+-------- wall                    near another      linear, through the first          (1.25 h < g < 2.25 h)
-//!      |   o cell inside, s < 0          closer still      straight to the other's velocity   (g < 0.75 h)
+//!    n ^   * second probe, 2 h
+//!              the velocity relative to the wall, w, along the normal from the wall at 0:
+//!      |   * first probe, h              far from others   through 0 and both probes
+//!              (g > 2.75 h)
+//!   ---+-------- wall                    near another      linear, through the first
+//!              (1.25 h < g < 2.25 h)
+//!      |   o cell inside, s < 0          closer still      straight to the other's velocity
+//!              (g < 0.75 h)
 //! ```
 //! with g the gap along n to the next body or wall; between these the shares change smoothly.
 //! [`super::profile`] has the first.
@@ -14,7 +18,7 @@
 //! comes a step late:
 //!
 //! ```text
-//!   w = parabola(u) + c (cubic - parabola)(u^n)       through probes at h, 2 h, 3 h       (g > 3.75 h)
+//!   w = parabola(u) + c (cubic - parabola)(u^n)   through probes at h, 2 h, 3 h       (g > 3.75 h)
 //! ```
 //! with c = 1 where the Reynolds number of a spacing is below 1/2, and 0 from 3/2 on. A steady flow
 //! has all of it. Imposed on every stage it would not decay in long steps: it has waves that turn

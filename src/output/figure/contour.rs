@@ -2,10 +2,13 @@
 //! of cell centres, has a level.
 //!
 //! ```text
-//!   o----+---o    o  a centre under the level      A square whose sides are crossed twice holds one part of a line,
-//!   |     \  |    x  a centre at or over it        one whose sides are crossed four times (a saddle) two, by the side
-//!   |      \ |    +  a crossing, linear between    of the level that the mean of its centres is on. A square with a
-//!   |       \|       the two centres               centre that has no value (in a body) holds none.
+//!   o----+---o    o  a centre under the level
+//!              A square whose sides are crossed twice holds one part of a line,
+//!   |     \  |    x  a centre at or over it
+//!              one whose sides are crossed four times (a saddle) two, by the side
+//!   |      \ |    +  a crossing, linear between
+//!              of the level that the mean of its centres is on. A square with a
+//!   |       \|       the two centres              centre that has no value (in a body) holds none.
 //!   o--------+--x
 //! ```
 //!

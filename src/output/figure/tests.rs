@@ -243,8 +243,7 @@ fn isolines(svg: &str) -> Vec<Vec<[f64; 2]>> {
 }
 
 #[test]
-fn contour_lines_are_whole_where_vorticity_is_positive_and_dashed_where_it_is_negative_and_there_is_none_of_zero()
- {
+fn contours_of_positive_vorticity_are_solid_and_of_negative_dashed() {
     let plane = two_hills(100.0);
     let (_, svg) =
         written(|stem| vorticity_strip(std::slice::from_ref(&plane), "hills", Some(20.0), stem));
@@ -270,8 +269,7 @@ fn contour_lines_are_whole_where_vorticity_is_positive_and_dashed_where_it_is_ne
 }
 
 #[test]
-fn panels_share_their_colours_and_say_their_times_and_an_interval_that_would_be_one_black_patch_is_refused()
- {
+fn panels_share_colours_and_state_times_and_dense_contours_are_refused() {
     let panels = [0.1, 0.2, 0.3]
         .map(|time: f64| Plane { title: format!("t = {time} s"), ..two_hills(100.0 * time) });
     let ([width, height], svg) = written(|stem| vorticity_strip(&panels, "hills", None, stem));

@@ -4,7 +4,8 @@
 //! ```text
 //!   ---o-----o-----o---   a line, kept as points one hop apart
 //!      |  separation      candidates for seeds: beside each of its points, on both sides
-//!   ---x-----x-----x---   a candidate near any line is dropped; a growing line stops at half the separation
+//!   ---x-----x-----x---   a candidate near any line is dropped; a growing line stops at half the
+//!                         separation
 //! ```
 
 use std::collections::VecDeque;

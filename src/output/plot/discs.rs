@@ -2,8 +2,10 @@
 //! turned.
 //!
 //! ```text
-//!   a body is marked in the half behind a plane through its centre, which turns with it:   light |  n . r < 0
-//!   n = R n0, n0 down in the picture at the start; r from the centre of the body           dark  |  n . r > 0
+//!   a body is marked in the half behind a plane through its centre, which turns with it:   light |
+//!              n . r < 0
+//!   n = R n0, n0 down in the picture at the start; r from the centre of the body           dark  |
+//!              n . r > 0
 //! ```
 //! In 2D the two meet in a diameter. In 3D they meet where both planes do, so that a turn about any
 //! axis but n is seen.

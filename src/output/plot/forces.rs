@@ -366,7 +366,8 @@ mod tests {
              fluid = {{ density = 2.0, viscosity = 0.1, gravity = {gravity} }}\n\
              boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
                  }}\n\
-             particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, density = 5.0, position = [0.5, 1.8] }}]\n"
+             particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, density = 5.0, position = \
+             [0.5, 1.8] }}]\n"
         ));
         let head = "time,id,x,y,z,vx,vy,vz,contact_fx,contact_fy,contact_fz,\
                     convective_fx,pressure_fx,viscous_fx,convective_fy,pressure_fy,viscous_fy\n";

@@ -182,7 +182,8 @@ mod tests {
              fluid = {{ density = 2.0, viscosity = 0.1, gravity = {gravity} }}\n\
              boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
                  }}\n\
-             particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, position = [0.5, 1.8] }}]\n{more}"
+             particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, position = [0.5, 1.8] }}]\n\
+             {more}"
         );
         crate::config::written(&text).unwrap()
     }

@@ -127,7 +127,10 @@ fn in_the_box_of_section_3(case: &Case) -> bool {
         && near(case.domain.size[0], length, 1e-6 * length)
         && near(case.domain.size[1], width, 1e-6 * width)
         && near(disc.position[0], from, case.spacings()[0] / d)
-        && matches!(sides[..], [Side::Inflow(v), Side::Outflow, Side::Periodic, Side::Periodic] if v[1] == 0.0)
+        && matches!(
+            sides[..],
+            [Side::Inflow(v), Side::Outflow, Side::Periodic, Side::Periodic] if v[1] == 0.0
+        )
 }
 
 /// Whether the runs are of spheres, not of cylinders.
@@ -218,7 +221,8 @@ mod tests {
              fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
              boundary = {{ west = {{ inflow = [1.0, 0.0] }}, east = \"outflow\", south = {north}, \
                  north = {north} }}\n\
-             [[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [{place}, 0.8]\nmotion = \"fixed\"\n{more}"
+             [[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [{place}, 0.8]\n\
+             motion = \"fixed\"\n{more}"
         ))
         .unwrap()
     }

@@ -1,7 +1,8 @@
 //! The plane in which a figure shows a 3D flow, and what of the flow lies in it.
 //!
 //! ```text
-//!   across z: x to the right, y up      across y: x to the right, z up      across x: y to the right, z up
+//!   across z: x to the right, y up      across y: x to the right, z up
+//!              across x: y to the right, z up
 //! ```
 
 use super::paths::upright;

@@ -146,8 +146,8 @@ fn motion(run: &Run) -> Result<Vec<Figure>> {
     };
     let figures = [
         charted(Part::Particles, "Forces", plot::forces(&run.case, &run.particles, &[])?)?,
-        charted(Part::Particles, "Velocity", plot::speeds(&run.case, &run.particles, &[])?)?,
         curves(Part::Particles, "Paths", &caption, path_axes, &paths)?,
+        charted(Part::Particles, "Velocity", plot::speeds(&run.case, &run.particles, &[])?)?,
     ];
     Ok(figures.into_iter().flatten().collect())
 }

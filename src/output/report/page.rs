@@ -76,7 +76,8 @@ pub fn page(run: &Run, figures: &[Figure]) -> Markup {
                     footer {
                         "Written by mics " (run.provenance.version) " from the files of the run. \
                         Units are SI, or the \
-                         case's own consistent ones; the method and its equation numbers are those of MICS (Ushijima et \
+                         case's own consistent ones; the method and its equation numbers are those \
+                         of MICS (Ushijima et \
                          al. 2003), as the chapter on the method in its book has them."
                     }
                 }
@@ -101,7 +102,8 @@ fn status(run: &Run) -> Markup {
     html! {
         span class=(class) { (run.status()) }
         @if !verdicts.is_empty() && run.summary.is_some() {
-            @if short == 0 { span.chip.good { (verdicts.len()) " of " (verdicts.len()) " references met" } }
+            @if short == 0 { span.chip.good { (verdicts.len()) " of " (verdicts.len())
+                " references met" } }
             @else { span.chip.bad { (short) " of " (verdicts.len()) " fall short of their \
                 references" } }
         }
@@ -141,13 +143,19 @@ fn tiles(run: &Run) -> Markup {
     let ranks = run.provenance.ranks;
     html! {
         dl.tiles {
-            div { dt { "Time reached" } dd { (short(time)) " s " small { "of " (run.case.time.end) } } }
+            div { dt { "Time reached" } dd { (short(time)) " s " small { "of " (run.case.time.end) }
+                } }
             div { dt { "Steps" } dd { (steps) } }
-            div { dt { "Wall clock" } dd { (short(wall)) " s " small { "on " (ranks) @if ranks == 1 { " rank" } @else { " ranks" } } } }
-            div { dt { "Largest |D|" } dd { (format!("{divergence:.1e}")) " " small { "of " (format!("{:e}", run.case.pressure.divergence_limit)) " 1/s" } } }
+            div { dt { "Wall clock" } dd { (short(wall)) " s " small { "on " (ranks)
+                @if ranks == 1 { " rank" } @else { " ranks" } } } }
+            div { dt { "Largest |D|" } dd { (format!("{divergence:.1e}")) " " small { "of "
+                (format!("{:e}", run.case.pressure.divergence_limit)) " 1/s" } } }
             @if let Some(s) = &run.summary {
-                div { dt { "Krylov iterations" } dd { (short(s.krylov_iterations as f64 / s.steps.max(1) as f64)) " " small { "a step" } } }
-                div { dt { "Peak memory" } dd { (format!("{:.0}", s.peak_memory_bytes / 1e6)) " " small { "MB" } } }
+                div { dt { "Krylov iterations" }
+                    dd { (short(s.krylov_iterations as f64 / s.steps.max(1) as f64)) " "
+                    small { "a step" } } }
+                div { dt { "Peak memory" } dd { (format!("{:.0}", s.peak_memory_bytes / 1e6)) " "
+                    small { "MB" } } }
             }
         }
     }
@@ -161,7 +169,8 @@ fn measures(run: &Run) -> Markup {
         div.scroll { table {
             thead { tr {
                 th { "measure" } th { "what" } th.number { "value" }
-                @if compared { th.number { "reference" } th.number { "error" } th.number { "tolerance" } th { } }
+                @if compared { th.number { "reference" } th.number { "error" }
+                    th.number { "tolerance" } th { } }
             } }
             tbody { @for (m, value, comparison) in &measures { tr {
                 th scope="row" { (m.name) }
@@ -171,7 +180,8 @@ fn measures(run: &Run) -> Markup {
                     td.number { (c.reference.to_string()) }
                     td.number { @if let Some(difference) = c.difference() { (difference) } }
                     td.number { (percent(c.tolerance)) }
-                    td { span class=(if c.pass { "chip good" } else { "chip bad" }) { (c.verdict()) } }
+                    td { span class=(if c.pass { "chip good" } else { "chip bad" }) { (c.verdict())
+                        } }
                 } @else if compared { td { } td { } td { } td.soft { "no reference" } }
             } } }
         } }
@@ -179,7 +189,8 @@ fn measures(run: &Run) -> Markup {
             p.soft { "An error is a part of the reference, of a band a part of its middle; a \
                 tolerance reaches beyond a \
                       band's ends." }
-            dl.terms { @for (m, _, c) in &measures { @if let Some(source) = c.as_ref().and_then(|c| c.source.as_ref()) {
+            dl.terms { @for (m, _, c) in &measures { @if let Some(source)
+                = c.as_ref().and_then(|c| c.source.as_ref()) {
                 dt { (m.name) } dd { (source) }
             } } }
         }
@@ -201,11 +212,17 @@ fn what(case: &crate::config::Case, m: &crate::config::Measure) -> String {
     word + &particle + &from
 }
 
+/// An SVG text with a label for readers of the screen.
+fn labelled(svg: &str, title: &str) -> String {
+    let tag = format!("<svg role=\"img\" aria-label=\"{title}\" ");
+    svg.replacen("<svg ", &tag, 1)
+}
+
 fn gallery(figures: &[&Figure], class: &str) -> Markup {
     html! { div class=(class) { @for f in figures {
         figure {
             h3 { (f.title) }
-            (PreEscaped(f.svg.replacen("<svg ", &format!("<svg role=\"img\" aria-label=\"{}\" ", f.title), 1)))
+            (PreEscaped(labelled(&f.svg, f.title)))
             figcaption { (f.caption) }
         }
     } } }
@@ -221,7 +238,8 @@ fn numbers(run: &Run) -> Markup {
     html! { div.scroll { table {
         thead { tr { th { "number" } th.number { "value" } th { "definition" } } }
         tbody { @for n in describe::numbers(run) { tr {
-            th.symbol scope="row" { (symbol(n.name)) } td.number { (short(n.value)) } td { (n.definition) }
+            th.symbol scope="row" { (symbol(n.name)) } td.number { (short(n.value)) }
+                td { (n.definition) }
         } } }
     } } }
 }
@@ -236,13 +254,16 @@ fn symbol(name: &str) -> Markup {
 
 fn needs(run: &Run) -> Markup {
     html! {
-        p.soft { "A scene builds only what it needs; this is what " code { "mics check" } " says of it." }
+        p.soft { "A scene builds only what it needs; this is what " code { "mics check" }
+            " says of it." }
         div.scroll { table { tbody {
             @for n in &run.provenance.needs { tr {
-                td { span class=(if n.needed { "chip good" } else { "chip" }) { (if n.needed { "needed" } else { "skipped" }) } }
+                td { span class=(if n.needed { "chip good" } else { "chip" })
+                    { (if n.needed { "needed" } else { "skipped" }) } }
                 th scope="row" { (n.what) } td { (n.why) }
             } }
-            tr { td { span.chip.good { "needed" } } th scope="row" { "pressure solver" } td { (run.provenance.solver) } }
+            tr { td { span.chip.good { "needed" } } th scope="row" { "pressure solver" }
+                td { (run.provenance.solver) } }
         } } }
     }
 }
@@ -257,14 +278,16 @@ fn cost(run: &Run) -> Markup {
     let all: f64 = stages.iter().map(|s| s.1).sum();
     html! {
         div.scroll { table {
-            thead { tr { th { "stage" } th.number { "ns per cell and step" } th.number { "share" } th.wide { } } }
+            thead { tr { th { "stage" } th.number { "ns per cell and step" } th.number { "share" }
+                th.wide { } } }
             tbody {
                 @for (name, ns) in &stages { tr {
                     th scope="row" { (name) } td.number { (format!("{ns:.1}")) }
                     td.number { (format!("{:.1} %", 100.0 * ns / all)) }
                     td.wide { span.share style=(format!("width:{:.2}%", 100.0 * ns / all)) { } }
                 } }
-                tr.sum { th scope="row" { "all" } td.number { (format!("{all:.1}")) } td { } td { } }
+                tr.sum { th scope="row" { "all" } td.number { (format!("{all:.1}")) } td { } td { }
+                    }
             }
         } }
     }
@@ -279,7 +302,8 @@ fn reproduce(run: &Run) -> Markup {
     let options: String = options.iter().map(|word| format!(" {}", quoted(word))).collect();
     let toml = run.case.to_toml();
     html! {
-        p { "Save the case below, which has every default written out, as " code { "case.toml" } ", build mics at the \
+        p { "Save the case below, which has every default written out, as " code { "case.toml" }
+            ", build mics at the \
              commit below, and run" }
         pre { (ranks) "mics run case.toml --out again" (options) }
         dl.terms {
@@ -288,7 +312,8 @@ fn reproduce(run: &Run) -> Markup {
             dt { "PETSc" } dd { (p.petsc_version) }
             dt { "PETSc options" } dd { code { (p.petsc_options.trim()) } }
             dt { "Ranks, machine" } dd { (p.ranks) " on " (p.host) }
-            dt { "Begun, ended" } dd { (p.start.as_deref().unwrap_or("unknown")) ", " (p.end.as_deref().unwrap_or("not ended")) }
+            dt { "Begun, ended" } dd { (p.start.as_deref().unwrap_or("unknown")) ", "
+                (p.end.as_deref().unwrap_or("not ended")) }
         }
         details { summary { "The case as run" } pre { (toml) } }
         @if !run.log.is_empty() { details { summary { "What it printed" } pre { (run.log) } } }
@@ -336,7 +361,8 @@ mod tests {
         };
         let measure = |name: &str, particle: usize| {
             format!(
-                "[[measure]]\nname = \"{name}\"\nkind = \"largest_speed\"\nparticle = {particle}\n"
+                "[[measure]]\nname = \"{name}\"\nkind = \"terminal_velocity\"\n\
+                 particle = {particle}\n"
             )
         };
         let case = crate::config::written(&format!(
