@@ -98,14 +98,11 @@
 pub mod archive;
 pub mod check;
 pub mod clock;
-pub mod config;
 pub mod contact;
 pub mod domain;
 pub mod drive;
-pub mod error;
 pub mod geometry;
 pub mod grid;
-pub mod interrupt;
 pub mod kernels;
 pub mod launch;
 pub mod method;
@@ -118,9 +115,11 @@ pub mod run;
 pub mod scene;
 pub mod scheme;
 pub mod state;
-pub mod study;
 pub mod system;
 pub mod validate;
-mod words;
 
-pub use error::{Error, Result};
+pub use mics_run::{Error, Result, config, error, interrupt};
+use mics_run::{drag, words};
+
+/// The git commit that this program was built from.
+pub const GIT_COMMIT: &str = env!("MICS_GIT_COMMIT");

@@ -13,14 +13,13 @@ use crate::check::Rest;
 use crate::clock::Stage;
 use crate::config::{Cadence, Case, FixedRows, Loaded};
 use crate::interrupt::Interrupt;
-use crate::output::compare::measured;
 use crate::output::measure::{self, Sample, Series};
 use crate::output::probe::Probes;
-use crate::output::progress::{Progress, Record};
+use crate::output::progress::Progress;
 use crate::output::snapshot;
 use crate::output::statistics::Statistics;
 use crate::output::survey::survey;
-use crate::output::{Folder, Log, StepRow, fields_file, may_use, plot};
+use crate::output::{Folder, Log, StepRow, fields_file, may_use};
 use crate::particles::{Body, Motion};
 use crate::petsc::{Session, Traffic};
 use crate::poisson::pressure::Projected;
@@ -30,6 +29,8 @@ use crate::state::Readable;
 use crate::system::{cpu_seconds, host, now, peak_memory};
 use crate::{Error, Result};
 pub use memory::check_memory;
+use mics_run::compare::measured;
+use mics_run::progress::Record;
 pub use restart::Account;
 use restart::{Checkpoints, Ended, Restart};
 use serde_json::json;
@@ -43,8 +44,12 @@ pub use step_size::{Choice, check_step, choose_step};
 const KEPT_EVERY: u64 = 8;
 const FASTER: f64 = 1.05;
 
+/// Draws the figures of the run in a folder, and returns their files. The solver knows no figures:
+/// whoever starts a run gives it what draws them.
+pub type Draw = fn(&Path) -> Result<Vec<PathBuf>>;
+
 /// What `mics run` was told.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Request {
     /// The case file.
     pub case: PathBuf,
@@ -60,6 +65,8 @@ pub struct Request {
     pub quiet: bool,
     /// PETSc options.
     pub petsc: Vec<String>,
+    /// Draws the figures of a run that is done.
+    pub draw: Draw,
 }
 
 /// Runs a case. Collective.
@@ -129,6 +136,7 @@ struct Run<'a, const D: usize> {
     began: (u64, f64),
     /// A state of late, for a run that fails.
     good: Readable<D>,
+    draw: Draw,
 }
 
 /// What ranks wish for at the end of a step.
@@ -210,6 +218,7 @@ impl<'a, const D: usize> Run<'a, D> {
         Ok(Run {
             began: (scene.state.steps, scene.state.time),
             good,
+            draw: request.draw,
             folder: session.agree(opened)?,
             progress: Progress::new(lead && !request.quiet, case.time.end, lead.then_some(&out)),
             checkpoints: Checkpoints::new(
@@ -703,7 +712,7 @@ impl<'a, const D: usize> Run<'a, D> {
         folder.write_json("summary.json", &summary)?;
         folder.flush(&mut self.log)?;
         if status == "done" && self.case.output.figures {
-            for path in plot::draw_run(&self.out)? {
+            for path in (self.draw)(&self.out)? {
                 self.log.say(&format!("figure {}", path.display()));
             }
         }
@@ -718,7 +727,7 @@ impl<'a, const D: usize> Run<'a, D> {
             .map(|(what, needed, why)| json!({"what": what, "needed": needed, "why": why}));
         let words: Vec<String> = std::env::args().collect();
         let record = json!({
-            "version": env!("CARGO_PKG_VERSION"), "git_commit": env!("MICS_GIT_COMMIT"), "command": words,
+            "version": env!("CARGO_PKG_VERSION"), "git_commit": crate::GIT_COMMIT, "command": words,
             "petsc_version": self.session.version(), "petsc_options": options, "ranks": self.session.size(),
             "host": host(), "pid": std::process::id(), "start": self.account.began, "end": ended,
             "resumed_after_step": self.restart.as_ref().map(Restart::step), "solver": solver, "needs": needs.collect::<Vec<_>>(),

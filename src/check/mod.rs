@@ -9,7 +9,6 @@ mod path;
 mod stiffness;
 
 use crate::config::{Cadence, Case, Checkpoints, Contact, Loaded, Particle, Side, WallRule};
-use crate::output::print;
 use crate::params;
 use crate::particles::Body;
 use crate::petsc::Session;
@@ -22,6 +21,7 @@ use crate::{Error, Result};
 use blocked::{refuse_shut, shut};
 use disk::Disk;
 use layer::{Layer, Walls};
+use mics_run::print;
 pub use pace::Rest;
 use pace::{Pace, later_step, steps};
 use path::{locked_into, run_into};
