@@ -74,15 +74,17 @@
 //! | [`drive`] | a force, a slope or a flow rate that moves the fluid |
 //! | [`domain`] | where a scene takes place: grid, fluid, pressure equation, ranks |
 //! | [`method`] | how a step is made: sharp walls, the paper's mixing, no bodies |
-//! | [`params`], [`scheme`] | the constants of the method; the time schemes and the limits of their step |
-//! | [`config`] | a case file, checked and resolved into values: pure data |
+//! | [`params`], [`scheme`], [`step_size`] | constants; time schemes, their limits; the length of a step |
+//! | [`config`], [`error`], [`interrupt`] | of [`mics_run`]: a checked case; errors; signals |
 //! | [`scene`] | case to scene: builds only what the scene needs |
 //! | [`launch`] | ranks that the program starts by itself |
-//! | [`study`] | tables of runs: cost and error |
-//! | [`run`], [`check`](mod@check), [`output`] | the time loop, the description of a scene, what a run leaves |
+//! //! | [`run`], [`check`](mod@check), [`output`] | the time loop, the description of a scene, what a run leaves |
 //! | [`validate`](mod@validate) | the shipped cases beside their references |
 //! | [`clock`] | where the time goes |
-//! | [`archive`], [`interrupt`], [`system`] | how a state is written and read; signals; what the machine says |
+//! | [`archive`], [`system`] | how a state is written and read; what the machine says |
+//!
+//! Figures, films and reports are the crate `mics-plot`, which reads what a run leaves; the command
+//! line and tables of runs are `src/bin/mics`.
 //!
 //! # Sources
 //!
@@ -115,6 +117,7 @@ pub mod run;
 pub mod scene;
 pub mod scheme;
 pub mod state;
+pub mod step_size;
 pub mod system;
 pub mod validate;
 

@@ -3,13 +3,11 @@
 
 mod collapse;
 mod energy_bound;
-mod memory;
 mod passage;
 mod restart;
-mod step_size;
 mod symmetry;
 
-use crate::check::Rest;
+use crate::check::{check_memory, expected_rest};
 use crate::clock::Stage;
 use crate::config::{Cadence, Case, FixedRows, Loaded};
 use crate::interrupt::Interrupt;
@@ -26,9 +24,9 @@ use crate::poisson::pressure::Projected;
 use crate::scene::{Scene, read_case};
 use crate::scheme::Limits;
 use crate::state::Readable;
+use crate::step_size::choose_step;
 use crate::system::{cpu_seconds, host, now, peak_memory};
 use crate::{Error, Result};
-pub use memory::check_memory;
 use mics_run::compare::measured;
 use mics_run::progress::Record;
 pub use restart::Account;
@@ -37,7 +35,6 @@ use serde_json::json;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-pub use step_size::{Choice, check_step, choose_step};
 
 /// Steps from one state that is kept, should the run fail, to the next; while the fluid gets faster
 /// by more than this, each is.
@@ -75,7 +72,7 @@ pub struct Request {
 /// When the case is wrong (nothing is written) or the run fails.
 pub fn run(request: &Request) -> Result<()> {
     let loaded = read_case(&request.case, &request.set)?;
-    let session = start_petsc(&loaded.case, &request.petsc)?;
+    let session = Session::start_by(&loaded.case.petsc.options, &request.petsc)?;
     let out = request.out.clone().unwrap_or_else(|| Path::new("runs").join(&loaded.case.name));
     let interrupt = Interrupt::listen()?;
     let restart = if request.resume {
@@ -89,22 +86,6 @@ pub fn run(request: &Request) -> Result<()> {
         2 => Run::<2>::new(&session, &loaded, request, out, interrupt, restart)?.go(),
         _ => Run::<3>::new(&session, &loaded, request, out, interrupt, restart)?.go(),
     }
-}
-
-/// Starts PETSc with the case's options, PETSC_OPTIONS and the command line's, each winning over
-/// those before.
-pub fn start_petsc(case: &Case, command_line: &[String]) -> Result<Session> {
-    let environment = std::env::var("PETSC_OPTIONS").unwrap_or_default();
-    let words = [case.petsc.options.as_str(), environment.as_str()];
-    // As in a file of options, # begins a comment.
-    let words = words.iter().flat_map(|text| text.lines()).map(|line| {
-        let comment = line
-            .match_indices('#')
-            .find(|(at, _)| line[..*at].ends_with(char::is_whitespace) || *at == 0);
-        comment.map_or(line, |(at, _)| &line[..at])
-    });
-    let words = words.flat_map(str::split_whitespace).map(str::to_owned);
-    Session::start(&words.chain(command_line.iter().cloned()).collect::<Vec<_>>())
 }
 
 struct Run<'a, const D: usize> {
@@ -273,7 +254,7 @@ impl<'a, const D: usize> Run<'a, D> {
                 ));
             }
         }
-        let rest = Rest::expected(self.case, &self.scene.limits()?);
+        let rest = expected_rest(self.case, &self.scene.limits()?);
         self.progress.begin(self.scene.state.steps, self.scene.state.time, rest);
         self.before = (self.scene.state.steps, self.session.traffic());
         let result = self.advance();

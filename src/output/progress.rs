@@ -8,7 +8,7 @@
 //! Where bodies come to rest the time to the end is that of so many steps of the present length as
 //! are to be expected ([`Rest::stretched`]).
 
-use crate::check::Rest;
+use crate::step_size::Rest;
 use crate::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use mics_run::progress::{FILE, Record};

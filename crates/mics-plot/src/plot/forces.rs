@@ -2,8 +2,8 @@
 //! speeds of free ones.
 
 use super::kinds::{Course, Kind, SPREAD, Spread, quantile};
-use super::paths::upright;
 use super::rows::{self, Rows};
+use super::section::upright;
 use crate::figure::{Axes, Chart, Series, SeriesStyle};
 use mics_run::Result;
 use mics_run::config::{Case, WallRule};

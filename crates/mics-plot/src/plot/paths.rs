@@ -4,6 +4,7 @@
 
 use super::kinds::{LINES, representatives};
 use super::rows::{self, Rows};
+use super::section::upright;
 use crate::figure::{Axes, Series, SeriesStyle};
 use mics_run::Result;
 use mics_run::config::{Case, Measure, MeasureKind, Reference};
@@ -105,12 +106,6 @@ fn diameter(track: &Track) -> Option<f64> {
 /// The two axes that paths are drawn over: x and y, or z where that is upright.
 fn view(case: &Case) -> [usize; 2] {
     if upright(case) == Some(2) { [0, 2] } else { [0, 1] }
-}
-
-/// The axis that gravity acts along most; none without gravity.
-pub fn upright(case: &Case) -> Option<usize> {
-    let gravity = case.fluid.gravity.iter().map(|g| g.abs()).enumerate();
-    gravity.filter(|(_, g)| *g > 0.0).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(axis, _)| axis)
 }
 
 /// Places over `scale`, with a gap where the path goes out on one side of the box and comes in on

@@ -4,7 +4,6 @@
 //!   across z: x to the right, y up      across y: x to the right, z up      across x: y to the right, z up
 //! ```
 
-use super::paths::upright;
 use mics_run::config::{Case, Motion, Section};
 use mics_run::snapshot::{Array, Snapshot};
 
@@ -86,6 +85,12 @@ pub fn component(
     let k = k.min(array.components - 1);
     let rows = (0..cells[b]).flat_map(|j| (0..cells[a]).map(move |i| (i, j)));
     rows.map(|(i, j)| array.values[at(i, j) * array.components + k]).collect()
+}
+
+/// The axis that gravity acts along most; none without gravity.
+pub fn upright(case: &Case) -> Option<usize> {
+    let gravity = case.fluid.gravity.iter().map(|g| g.abs()).enumerate();
+    gravity.filter(|(_, g)| *g > 0.0).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(axis, _)| axis)
 }
 
 #[cfg(test)]
