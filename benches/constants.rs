@@ -6,8 +6,8 @@
 //! ```
 //! A row a value, in Markdown; about a minute each.
 
-use mics::output::summary::Summary;
 use mics::params;
+use mics_run::summary::Summary;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;

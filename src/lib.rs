@@ -81,15 +81,17 @@
 //! | [`drive`] | a force, a slope or a flow rate that moves the fluid |
 //! | [`domain`] | where a scene takes place: grid, fluid, pressure equation, ranks |
 //! | [`method`] | how a step is made: sharp walls, the paper's mixing, no bodies |
-//! | [`params`], [`scheme`] | constants of the method; time schemes and the limits of their step |
-//! | [`config`] | a case file, checked and resolved into values: pure data |
+//! | [`params`], [`scheme`], [`step_size`] | constants; time schemes, limits and length of a step |
+//! | [`config`], [`error`], [`interrupt`] | of [`mics_run`]: a checked case; errors; signals |
 //! | [`scene`] | case to scene: builds only what the scene needs |
 //! | [`launch`] | ranks that the program starts by itself |
-//! | [`study`] | tables of runs: cost and error |
 //! | [`run`], [`check`](mod@check), [`output`] | time loop, scene description, what a run leaves |
 //! | [`validate`](mod@validate) | the shipped cases beside their references |
 //! | [`clock`] | where the time goes |
-//! | [`archive`], [`interrupt`], [`system`] | state written and read; signals; the machine |
+//! | [`archive`], [`system`] | state written and read; the machine |
+//!
+//! Figures, films and reports are the crate `mics-plot`, which reads what a run leaves; the command
+//! line and tables of runs are `src/bin/mics`.
 //!
 //! # Sources
 //!
@@ -105,14 +107,11 @@
 pub mod archive;
 pub mod check;
 pub mod clock;
-pub mod config;
 pub mod contact;
 pub mod domain;
 pub mod drive;
-pub mod error;
 pub mod geometry;
 pub mod grid;
-pub mod interrupt;
 pub mod kernels;
 pub mod launch;
 pub mod method;
@@ -125,9 +124,12 @@ pub mod run;
 pub mod scene;
 pub mod scheme;
 pub mod state;
-pub mod study;
+pub mod step_size;
 pub mod system;
 pub mod validate;
-mod words;
 
-pub use error::{Error, Result};
+pub use mics_run::{Error, Result, config, error, interrupt};
+use mics_run::{drag, words};
+
+/// The git commit that this program was built from.
+pub const GIT_COMMIT: &str = env!("MICS_GIT_COMMIT");

@@ -3,48 +3,50 @@
 
 mod collapse;
 mod energy_bound;
-mod memory;
 mod passage;
 mod restart;
-mod step_size;
 mod symmetry;
 
-use crate::check::Rest;
+use crate::check::{check_memory, expected_rest};
 use crate::clock::Stage;
 use crate::config::{Cadence, Case, FixedRows, Loaded};
 use crate::interrupt::Interrupt;
-use crate::output::compare::measured;
 use crate::output::measure::{self, Sample, Series};
 use crate::output::probe::Probes;
-use crate::output::progress::{Progress, Record};
+use crate::output::progress::Progress;
 use crate::output::snapshot;
 use crate::output::statistics::Statistics;
 use crate::output::survey::survey;
-use crate::output::{Folder, Log, StepRow, fields_file, may_use, plot};
+use crate::output::{Folder, Log, StepRow, fields_file, may_use};
 use crate::particles::{Body, Motion};
 use crate::petsc::{Session, Traffic};
 use crate::poisson::pressure::Projected;
 use crate::scene::{Scene, read_case};
 use crate::scheme::Limits;
 use crate::state::Readable;
+use crate::step_size::choose_step;
 use crate::system::{cpu_seconds, host, now, peak_memory};
 use crate::{Error, Result};
-pub use memory::check_memory;
+use mics_run::compare::measured;
+use mics_run::progress::Record;
 pub use restart::Account;
 use restart::{Checkpoints, Ended, Restart};
 use serde_json::json;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-pub use step_size::{Choice, check_step, choose_step};
 
 /// Steps from one state that is kept, should the run fail, to the next; while the fluid gets faster
 /// by more than this, each is.
 const KEPT_EVERY: u64 = 8;
 const FASTER: f64 = 1.05;
 
+/// Draws the figures of the run in a folder, and returns their files. The solver knows no figures:
+/// whoever starts a run gives it what draws them.
+pub type Draw = fn(&Path) -> Result<Vec<PathBuf>>;
+
 /// What `mics run` was told.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Request {
     /// The case file.
     pub case: PathBuf,
@@ -60,6 +62,8 @@ pub struct Request {
     pub quiet: bool,
     /// PETSc options.
     pub petsc: Vec<String>,
+    /// Draws the figures of a run that is done.
+    pub draw: Draw,
 }
 
 /// Runs a case. Collective.
@@ -68,7 +72,7 @@ pub struct Request {
 /// When the case is wrong (nothing is written) or the run fails.
 pub fn run(request: &Request) -> Result<()> {
     let loaded = read_case(&request.case, &request.set)?;
-    let session = start_petsc(&loaded.case, &request.petsc)?;
+    let session = Session::start_by(&loaded.case.petsc.options, &request.petsc)?;
     let out = request.out.clone().unwrap_or_else(|| Path::new("runs").join(&loaded.case.name));
     let interrupt = Interrupt::listen()?;
     let restart = if request.resume {
@@ -82,22 +86,6 @@ pub fn run(request: &Request) -> Result<()> {
         2 => Run::<2>::new(&session, &loaded, request, out, interrupt, restart)?.go(),
         _ => Run::<3>::new(&session, &loaded, request, out, interrupt, restart)?.go(),
     }
-}
-
-/// Starts PETSc with the case's options, PETSC_OPTIONS and the command line's, each winning over
-/// those before.
-pub fn start_petsc(case: &Case, command_line: &[String]) -> Result<Session> {
-    let environment = std::env::var("PETSC_OPTIONS").unwrap_or_default();
-    let words = [case.petsc.options.as_str(), environment.as_str()];
-    // As in a file of options, # begins a comment.
-    let words = words.iter().flat_map(|text| text.lines()).map(|line| {
-        let comment = line
-            .match_indices('#')
-            .find(|(at, _)| line[..*at].ends_with(char::is_whitespace) || *at == 0);
-        comment.map_or(line, |(at, _)| &line[..at])
-    });
-    let words = words.flat_map(str::split_whitespace).map(str::to_owned);
-    Session::start(&words.chain(command_line.iter().cloned()).collect::<Vec<_>>())
 }
 
 struct Run<'a, const D: usize> {
@@ -129,6 +117,7 @@ struct Run<'a, const D: usize> {
     began: (u64, f64),
     /// A state of late, for a run that fails.
     good: Readable<D>,
+    draw: Draw,
 }
 
 /// What ranks wish for at the end of a step.
@@ -210,6 +199,7 @@ impl<'a, const D: usize> Run<'a, D> {
         Ok(Run {
             began: (scene.state.steps, scene.state.time),
             good,
+            draw: request.draw,
             folder: session.agree(opened)?,
             progress: Progress::new(lead && !request.quiet, case.time.end, lead.then_some(&out)),
             checkpoints: Checkpoints::new(
@@ -264,7 +254,7 @@ impl<'a, const D: usize> Run<'a, D> {
                 ));
             }
         }
-        let rest = Rest::expected(self.case, &self.scene.limits()?);
+        let rest = expected_rest(self.case, &self.scene.limits()?);
         self.progress.begin(self.scene.state.steps, self.scene.state.time, rest);
         self.before = (self.scene.state.steps, self.session.traffic());
         let result = self.advance();
@@ -716,7 +706,7 @@ impl<'a, const D: usize> Run<'a, D> {
         folder.write_json("summary.json", &summary)?;
         folder.flush(&mut self.log)?;
         if status == "done" && self.case.output.figures {
-            for path in plot::draw_run(&self.out)? {
+            for path in (self.draw)(&self.out)? {
                 self.log.say(&format!("figure {}", path.display()));
             }
         }
@@ -732,7 +722,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let words: Vec<String> = std::env::args().collect();
         let record = json!({
             "version": env!("CARGO_PKG_VERSION"),
-            "git_commit": env!("MICS_GIT_COMMIT"),
+            "git_commit": crate::GIT_COMMIT,
             "command": words,
             "petsc_version": self.session.version(),
             "petsc_options": options,

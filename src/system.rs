@@ -16,13 +16,6 @@ pub fn cpu_seconds() -> f64 {
     spent.tv_sec as f64 + 1e-9 * spent.tv_nsec as f64
 }
 
-/// CPU seconds of this thread so far, for tests that a busy machine must not fail.
-#[cfg(test)]
-pub fn thread_seconds() -> f64 {
-    let spent = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
-    spent.tv_sec as f64 + 1e-9 * spent.tv_nsec as f64
-}
-
 /// The number after `name` in a file of the system's, 0 where there is none.
 fn system_number(file: &str, name: &str) -> f64 {
     let text = std::fs::read_to_string(file).unwrap_or_default();

@@ -5,11 +5,11 @@
 //!   U = terminal_speed        drag against submerged weight ([`crate::particles::terminal_speed`])
 //!   U^2 <= 2 a L                      a = |s - 1| g/(s + c), c the added mass (disc 1, sphere
 //!                                     1/2), L the way to the border
-//!   delta                             [`crate::particles::boundary_layer`]
+//!   delta                             [`boundary_layer`]
 //! ```
 
 use crate::config::{Case, Motion, Particle, Shape, Side};
-use crate::particles::{boundary_layer, terminal_speed};
+use crate::drag::{boundary_layer, terminal_speed};
 
 /// Reynolds number below which the flow along walls has no boundary layer.
 const LEAST_REYNOLDS: f64 = 10.0;

@@ -4,25 +4,27 @@
 mod blocked;
 mod disk;
 mod layer;
+mod memory;
 mod pace;
 mod path;
 mod stiffness;
 
 use crate::config::{Cadence, Case, Checkpoints, Contact, Loaded, Particle, Side, WallRule};
-use crate::output::print;
 use crate::params;
 use crate::particles::Body;
 use crate::petsc::Session;
-use crate::run::{check_memory, check_step, choose_step, start_petsc};
 use crate::scene::{Scene, read_case};
 use crate::scheme::Limits;
+use crate::step_size::{check_step, choose_step};
 use crate::system::peak_memory;
 use crate::words::{brief, minutes, number, size, whole};
 use crate::{Error, Result};
 use blocked::{refuse_shut, shut};
 use disk::Disk;
 use layer::{Layer, Walls};
-pub use pace::Rest;
+pub use memory::check_memory;
+use mics_run::print;
+pub use pace::expected_rest;
 use pace::{Pace, later_step, steps};
 use path::{locked_into, run_into};
 use std::path::Path;
@@ -60,7 +62,7 @@ const USUAL: std::ops::Range<f64> = 0.01..100.0;
 /// When the case is wrong.
 pub fn check(path: &Path, set: &[String], petsc: &[String], quiet: bool) -> Result<()> {
     let loaded = read_case(path, set)?;
-    let session = start_petsc(&loaded.case, petsc)?;
+    let session = Session::start_by(&loaded.case.petsc.options, petsc)?;
     check_memory(&loaded, &session)?;
     if quiet {
         return match loaded.case.dimension() {

@@ -20,8 +20,8 @@
 use super::layer::fall_speed;
 use crate::config::{Case, Drive, Motion, Side, Step};
 use crate::params;
-use crate::run::choose_step;
 use crate::scheme::Limits;
+use crate::step_size::{Rest, choose_step};
 
 /// The largest speed over that of the stream, where something is held in it.
 const BESIDE: f64 = 1.5;
@@ -169,40 +169,12 @@ pub fn later_step(case: &Case, limits: &Limits) -> f64 {
     choose_step(case, &limits, Some(f64::INFINITY), case.time.end).0
 }
 
-/// How the steps of a box grow in which bodies come to rest.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rest {
-    /// When the bodies lie (s).
-    pub from: f64,
-    /// The step of a fluid at rest (s).
-    pub still: f64,
-    /// The power of time with which steps grow from there on.
-    pub power: f64,
-}
-
-impl Rest {
-    /// What is expected of a case under the scheme's `limits`; `None` where nothing comes to rest.
-    pub fn expected(case: &Case, limits: &Limits) -> Option<Rest> {
-        let from = Pace::expected(case).filter(|pace| pace.step(case).is_finite())?.fallen(case)?;
-        let limits = Limits { courant_rate: 0.0, courant_growth: 0.0, ..*limits };
-        let still = choose_step(case, &limits, Some(f64::INFINITY), case.time.end).0;
-        Some(Rest { from, still, power: FADES[case.dimension() - 2] })
-    }
-
-    /// For how long a run would go on with steps of `dt` (s), which it takes at `time`, and make as
-    /// many as it will to its `end` (all in s).
-    pub fn stretched(&self, time: f64, end: f64, dt: f64) -> f64 {
-        let Rest { from, still, power } = *self;
-        if !(time < end && dt > 0.0) {
-            return 0.0;
-        }
-        let (from, longer) = (from.clamp(time, end), (still / dt).max(1.0));
-        let until = (from * longer.powf(1.0 / power)).min(end);
-        let ratio = until / from.max(f64::MIN_POSITIVE);
-        let growing =
-            if power == 1.0 { ratio.ln() } else { (ratio.powf(1.0 - power) - 1.0) / (1.0 - power) };
-        (from - time) + from * growing + (end - until) / longer
-    }
+/// How the steps of a case will grow under the scheme's `limits`; `None` where nothing comes to rest.
+pub fn expected_rest(case: &Case, limits: &Limits) -> Option<Rest> {
+    let from = Pace::expected(case).filter(|pace| pace.step(case).is_finite())?.fallen(case)?;
+    let limits = Limits { courant_rate: 0.0, courant_growth: 0.0, ..*limits };
+    let still = choose_step(case, &limits, Some(f64::INFINITY), case.time.end).0;
+    Some(Rest { from, still, power: FADES[case.dimension() - 2] })
 }
 
 /// How many steps a run takes from the `first` (s), each hardly longer than the one before, to the
@@ -215,7 +187,7 @@ pub fn steps(case: &Case, limits: &Limits, first: f64, later: f64) -> f64 {
     let later = if company && falls { later / BETWEEN[case.dimension() - 2] } else { later };
     let growing = ((later / first).ln() / growth.ln()).clamp(0.0, 1e3);
     let gone = (first * (growth.powf(growing) - 1.0) / (growth - 1.0)).min(end);
-    let rest = pace.and_then(|_| Rest::expected(case, limits));
+    let rest = pace.and_then(|_| expected_rest(case, limits));
     (growing + rest.map_or(end - gone, |rest| rest.stretched(gone, end, later)) / later).ceil()
 }
 
@@ -330,12 +302,12 @@ mod tests {
             case(["\"periodic\"", "\"periodic\"", "\"outflow\"", "\"wall\""], disc),
         );
         // Twice 0.5 m at the speed of its fall.
-        let lies = Rest::expected(&closed, &limits).unwrap();
+        let lies = expected_rest(&closed, &limits).unwrap();
         assert!(
             (lies.from * fall_speed(&closed, &closed.particle[0]) - 1.0).abs() < 1e-12,
             "{lies:?}"
         );
-        assert_eq!(Rest::expected(&open, &limits), None);
+        assert_eq!(expected_rest(&open, &limits), None);
     }
 
     #[test]

@@ -2,8 +2,8 @@
 
 use super::layer::Layer;
 use super::pace::later_step;
-use crate::config::{Case, Contact, Loaded, PairLaw, Substeps};
-use crate::contact::{Impact, MOST_SUBSTEPS};
+use crate::config::{Case, Contact, Loaded, MOST_SUBSTEPS, PairLaw, Substeps};
+use crate::contact::Impact;
 use crate::scene::{Scene, impact};
 use crate::words::brief;
 use crate::{Result, params};

@@ -48,7 +48,6 @@ use lubrication::Film;
 pub use lubrication::Medium;
 use nalgebra::Vector3;
 pub use stiffness::Impact;
-pub(crate) use substep::MOST_SUBSTEPS;
 use substep::{Answer, Grip, Meeting, RIGID};
 
 /// A border of the box, normal to an axis; its inner side faces the box.

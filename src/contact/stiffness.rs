@@ -14,8 +14,9 @@
 //! less.
 
 use super::Medium;
+use crate::drag::terminal_speed;
 use crate::params;
-use crate::particles::{Body, terminal_speed};
+use crate::particles::Body;
 use nalgebra::Vector3;
 
 /// What bodies may meet with.

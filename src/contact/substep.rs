@@ -3,6 +3,7 @@
 use super::law::{Kinematics, Law};
 use super::lubrication::Film;
 use super::{Contacts, Impulse, Pair, Substeps, WallSide};
+use crate::config::MOST_SUBSTEPS;
 use crate::particles::{Body, Inertia, Motion, Push};
 use crate::{Error, Result, params};
 use nalgebra::Vector3;
@@ -14,8 +15,6 @@ const ABOUT_TO_SLIDE: f64 = 0.1;
 const SAME_GAP: f64 = 1e-3;
 /// Gap that is none (of the radius).
 pub(super) const TOUCHING: f64 = 1e-9;
-/// Most substeps of one step: more is a mistake in the stiffness.
-pub(crate) const MOST_SUBSTEPS: f64 = 1e6;
 
 /// How a body answers forces: zero along the axes where it does not.
 #[derive(Clone, Copy, Debug)]

@@ -1,84 +1,11 @@
-//! Bodies as ParaView opens them (`.vtp`): a point at each centre with what a glyph of it needs,
-//! beside the fields of the same time.
-//!
-//! ```text
-//!   id, radius (m), velocity (m/s), spin (rad/s), force (N), orientation (w, x, y, z)
-//!              a sphere: Glyph, scaled by radius
-//! ```
+//! Writes bodies as ParaView opens them ([`mics_run::bodies`]).
 
-use super::file::replace;
+use crate::Result;
 use crate::particles::Body;
-use crate::{Error, Result};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use std::collections::HashMap;
+use mics_run::file::replace;
+use nalgebra::Vector3;
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
-
-/// What the files with bodies begin with, before the number of their step.
-pub const PREFIX: &str = "bodies-";
-
-/// Where a body is at a moment.
-#[derive(Clone, Copy, Debug)]
-pub struct Pose {
-    /// Its centre (m).
-    pub centre: [f64; 3],
-    /// How fast its centre moves (m/s).
-    pub speed: f64,
-    /// How it is turned since the start, where that is known.
-    pub orientation: Option<UnitQuaternion<f64>>,
-}
-
-impl Pose {
-    /// Of a body of which nothing but the centre (m) is known.
-    pub fn at(centre: [f64; 3]) -> Pose {
-        Pose { centre, speed: 0.0, orientation: None }
-    }
-}
-
-/// The file with the bodies of a snapshot's moment.
-pub fn beside(snapshot: &Path) -> PathBuf {
-    let mut name = std::ffi::OsString::from(PREFIX);
-    name.push(snapshot.file_stem().unwrap_or_default());
-    name.push(".vtp");
-    snapshot.with_file_name(name)
-}
-
-/// Reads the bodies of a file that [`write()`] wrote, by their numbers; none where there is no
-/// file, since a moment without bodies has none.
-///
-/// # Errors
-/// When the file cannot be read or is not of that form.
-pub fn read(path: &Path) -> Result<HashMap<usize, Pose>> {
-    match std::fs::read_to_string(path) {
-        Ok(text) => parse(&text).ok_or_else(|| {
-            Error::Usage(format!(
-                "{}: not bodies that mics wrote; run the case again",
-                path.display()
-            ))
-        }),
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(HashMap::new()),
-        Err(e) => Err(Error::io(path)(e)),
-    }
-}
-
-fn parse(text: &str) -> Option<HashMap<usize, Pose>> {
-    let numbers = |name: &str| -> Option<Vec<f64>> {
-        let from = text.find(&format!("Name=\"{name}\""))?;
-        let values = text[from..].split(['>', '<']).nth(1)?;
-        values.split_ascii_whitespace().map(|number| number.parse().ok()).collect()
-    };
-    let [ids, velocity, turned, centres] =
-        [numbers("id")?, numbers("velocity")?, numbers("orientation")?, numbers("Points")?];
-    let pose = |(k, id): (usize, &f64)| {
-        let [v, at] = [&velocity, &centres]
-            .map(|all| all.get(3 * k..3 * k + 3).map(Vector3::from_column_slice));
-        let q = turned.get(4 * k..4 * k + 4)?;
-        let orientation =
-            Some(UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3])));
-        Some((*id as usize, Pose { centre: at?.into(), speed: v?.norm(), orientation }))
-    };
-    ids.iter().enumerate().map(pose).collect()
-}
+use std::path::Path;
 
 /// Writes the bodies with the forces of the fluid on them (N) at a time (s).
 ///
@@ -132,6 +59,8 @@ fn array(text: &mut String, name: &str, components: usize, values: impl IntoIter
 mod tests {
     use super::*;
     use crate::geometry::Disc;
+    use mics_run::bodies::read;
+    use nalgebra::UnitQuaternion;
     use std::sync::Arc;
 
     #[test]

@@ -8,11 +8,12 @@
 //! A file is written under another name, brought to the disk, renamed, and the folder brought to
 //! the disk: whatever ends the process, the newest whole checkpoint is there.
 
-use super::file::Part;
+use super::file::create_together;
 use crate::archive::{Archive, Checkpointed, Source, Target};
 use crate::petsc::Session;
 use crate::{Error, Result};
 use crc32fast::Hasher;
+use mics_run::file::Part;
 use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::os::unix::fs::FileExt as _;
@@ -84,7 +85,7 @@ impl Writer {
         } else {
             Ok(())
         })?;
-        let (part, file) = Part::create_together(session, &path)?;
+        let (part, file) = create_together(session, &path)?;
         session.agree(Writer::of(path, part, file))
     }
 
@@ -291,8 +292,8 @@ fn sized(path: &Path) -> io::Result<(File, u64)> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::file::part;
     use super::*;
+    use mics_run::file::part;
 
     /// As one rank begins it.
     fn begin(run: &Path, step: u64) -> Writer {

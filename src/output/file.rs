@@ -1,97 +1,26 @@
-//! Files that are there whole or not at all, written by one rank or by all of them together.
+//! Files that all ranks write together.
 
 use crate::petsc::Session;
 use crate::{Error, Result};
-use std::fs::{self, File, OpenOptions};
-use std::io::{BufWriter, Write as _};
-use std::path::{Path, PathBuf};
+use mics_run::file::{Part, part};
+use std::fs::{File, OpenOptions};
+use std::path::Path;
 
-/// A file under the name that it has until it is whole; dropped before [`Part::commit`], it leaves
-/// nothing.
-pub struct Part {
-    path: PathBuf,
-    done: bool,
-}
-
-impl Part {
-    /// Begins the file that will be at `path`, in a folder that is made where there is none.
-    ///
-    /// # Errors
-    /// When it cannot be made.
-    pub fn create(path: &Path) -> Result<(Part, File)> {
-        let name = part(path);
-        if let Some(folder) = path.parent() {
-            fs::create_dir_all(folder).map_err(Error::io(folder))?;
-        }
-        let file = File::create(&name).map_err(Error::io(&name))?;
-        Ok((Part { path: path.to_owned(), done: false }, file))
-    }
-
-    /// The same for all ranks: rank 0 makes the file and has its name to give, the others open it.
-    /// Collective.
-    ///
-    /// # Errors
-    /// When it cannot be made, or a rank does not see it.
-    pub fn create_together(session: &Session, path: &Path) -> Result<(Option<Part>, File)> {
-        let made = if session.rank() == 0 { Part::create(path).map(Some) } else { Ok(None) };
-        let (lead, opened) = match session.agree(made)? {
-            Some((lead, file)) => (Some(lead), Ok(file)),
-            None => {
-                let (name, unseen) =
-                    (part(path), "not seen by this rank: all ranks need one and the same folder");
-                let file = OpenOptions::new().write(true).open(&name);
-                (None, file.map_err(|e| Error::Run(format!("{}: {e}; {unseen}", name.display()))))
-            }
-        };
-        Ok((lead, session.agree(opened)?))
-    }
-
-    /// Gives it its name.
-    ///
-    /// # Errors
-    /// When that is not possible.
-    pub fn commit(mut self) -> Result<()> {
-        fs::rename(part(&self.path), &self.path).map_err(Error::io(&self.path))?;
-        self.done = true;
-        Ok(())
-    }
-}
-
-impl Drop for Part {
-    fn drop(&mut self) {
-        if !self.done {
-            // Half a file (a full disk) is of no use, and would keep space that the next one needs.
-            let _ = fs::remove_file(part(&self.path));
-        }
-    }
-}
-
-/// The name of a file while it is being written.
-pub fn part(path: &Path) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(".part");
-    path.with_file_name(name)
-}
-
-/// Writes a whole file or none.
+/// Begins the file that will be at `path` for all ranks: rank 0 makes the file and has its name to give, the others open it.
+/// Collective.
 ///
 /// # Errors
-/// When it cannot be written.
-pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
-    replace_by(path, |file| file.write_all(bytes).map_err(Error::io(part(path))))
-}
-
-/// The same, piece by piece.
-///
-/// # Errors
-/// When the file cannot be written, or `write` says so.
-pub fn replace_by(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<File>) -> Result<()>,
-) -> Result<()> {
-    let (whole, file) = Part::create(path)?;
-    let mut file = BufWriter::new(file);
-    write(&mut file)?;
-    file.flush().map_err(Error::io(part(path)))?;
-    whole.commit()
+/// When it cannot be made, or a rank does not see it.
+pub fn create_together(session: &Session, path: &Path) -> Result<(Option<Part>, File)> {
+    let made = if session.rank() == 0 { Part::create(path).map(Some) } else { Ok(None) };
+    let (lead, opened) = match session.agree(made)? {
+        Some((lead, file)) => (Some(lead), Ok(file)),
+        None => {
+            let (name, unseen) =
+                (part(path), "not seen by this rank: all ranks need one and the same folder");
+            let file = OpenOptions::new().write(true).open(&name);
+            (None, file.map_err(|e| Error::Run(format!("{}: {e}; {unseen}", name.display()))))
+        }
+    };
+    Ok((lead, session.agree(opened)?))
 }

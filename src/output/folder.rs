@@ -1,18 +1,19 @@
 //! A run's folder: who may use it, its logs, its snapshots and its summary. Lives on rank 0.
 
-use super::bodies::PREFIX as BODIES;
-use super::file::replace;
 use super::progress::Progress;
 use super::rows::Rows;
-use super::vti::write_series;
-use super::{bodies, checkpoint, probe, statistics};
-use super::{progress, report};
+use super::{bodies, checkpoint, probe, progress};
 use crate::archive::{Archive, Checkpointed};
 use crate::config::{Case, ForceRule, Motion, Shape};
 use crate::particles::Body;
 use crate::state::Exchange;
 use crate::state::State;
 use crate::{Error, Result};
+use mics_run::bodies::PREFIX as BODIES;
+use mics_run::file::replace;
+use mics_run::folder::{BALANCE, FIELDS, PROFILE, REPORT};
+use mics_run::progress::FILE as PROGRESS;
+use mics_run::vti::write_series;
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{self, File};
 use std::io::Write;
@@ -56,13 +57,13 @@ const OURS: [&str; 14] = [
     "particles.csv",
     "summary.json",
     "log.txt",
-    progress::FILE,
-    report::FILE,
+    PROGRESS,
+    REPORT,
     "probes.csv",
     PASSAGES,
-    statistics::FIELDS,
-    statistics::PROFILE,
-    statistics::BALANCE,
+    FIELDS,
+    PROFILE,
+    BALANCE,
     RUN,
 ];
 /// Its folders, with the endings of what it writes there.

@@ -1,6 +1,5 @@
 //! Measures: numbers that a run reports, each from a series of samples in time.
 
-use super::compare::{Comparison, measured, percent, significant};
 use super::fit::{self, Morison};
 use super::midline;
 use crate::Result;
@@ -9,6 +8,7 @@ use crate::config::{Case, ForceRule, Measure, MeasureKind, When};
 use crate::particles::{Body, Motion};
 use crate::scene::Scene;
 use crate::state::Exchange;
+use mics_run::compare::{Comparison, measured, percent, significant};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 

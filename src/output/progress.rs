@@ -9,79 +9,22 @@
 //! Where bodies come to rest the time to the end is that of so many steps of the present length as
 //! are to be expected ([`Rest::stretched`]).
 
-use crate::check::Rest;
-use crate::words::minutes;
+use crate::step_size::Rest;
 use crate::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
-use serde::{Deserialize, Serialize};
+use mics_run::progress::{FILE, Record};
 use serde_json::{Map, Value};
 use std::fs::File;
 use std::io::{ErrorKind, IsTerminal, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// The file's name in a run's folder.
-pub const FILE: &str = "progress.jsonl";
 /// Least time between two records.
 const RECORD_EVERY: Duration = Duration::from_secs(1);
 /// Time between plain lines.
 pub(super) const LINE_EVERY: Duration = Duration::from_secs(5);
 /// The part of the seconds spent over which the pace forgets.
 const MEMORY: f64 = 1.0 / 3.0;
-
-/// Where a run is: a line of `progress.jsonl`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct Record {
-    /// `running`, and in the last record how the run ended: `done`, `failed`, `interrupted`.
-    pub status: String,
-    /// Step count.
-    pub step: u64,
-    /// Time of the flow (s).
-    pub time: f64,
-    /// When the run ends (s).
-    pub end: f64,
-    /// The newest step (s).
-    pub dt: Option<f64>,
-    /// Steps a second.
-    pub rate: f64,
-    /// Wall-clock seconds left, as guessed from those spent; none before the first step.
-    pub left: Option<f64>,
-    /// Largest |D| of the newest step (1/s).
-    pub divergence: f64,
-    /// Largest speed of the fluid (m/s).
-    pub largest_speed: f64,
-    /// What the measures give so far.
-    pub measures: Map<String, Value>,
-    /// The process that runs it, on rank 0.
-    pub pid: u32,
-}
-
-impl Record {
-    /// The newest one of a run's folder; none where there is no whole line.
-    pub fn newest(folder: &Path) -> Option<Record> {
-        let text = std::fs::read_to_string(folder.join(FILE)).ok()?;
-        text.lines().rev().find_map(|line| serde_json::from_str(line).ok())
-    }
-
-    fn done(&self) -> f64 {
-        if self.end > 0.0 { (self.time / self.end).clamp(0.0, 1.0) } else { 0.0 }
-    }
-
-    /// The record in a line, as the bar says it.
-    fn describe(&self) -> String {
-        let dt = self.dt.map_or(String::new(), |dt| format!(" dt {dt:.2e} s,"));
-        let left = self.left.map_or(String::new(), |left| format!(", {} left", minutes(left)));
-        format!(
-            "t = {:.4} s, step {},{dt} |D| {:.1e}, {:.0} steps/s{left}",
-            self.time, self.step, self.divergence, self.rate
-        )
-    }
-
-    pub(super) fn line(&self) -> String {
-        format!("{:>3.0} %  {}", 100.0 * self.done(), self.describe())
-    }
-}
 
 /// A bar, where standard error is a terminal that can draw one.
 pub(super) fn bar() -> Option<ProgressBar> {
@@ -234,13 +177,6 @@ impl Progress {
     }
 }
 
-/// How far the run in a folder is by its newest record, in a line; `None` before the first one.
-pub fn newest(run: &Path) -> Option<String> {
-    let text = std::fs::read_to_string(run.join(FILE)).ok()?;
-    let record = text.lines().rev().find_map(|line| serde_json::from_str::<Record>(line).ok())?;
-    Some(record.line().trim_start().to_owned())
-}
-
 /// Drops what a run's file has after its first `length` bytes: steps that will be done again.
 ///
 /// # Errors
@@ -261,6 +197,8 @@ pub fn cut(run: &Path, length: u64) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::words::minutes;
+    use mics_run::progress::newest;
 
     fn lines(folder: &Path) -> Vec<String> {
         std::fs::read_to_string(folder.join(FILE)).unwrap().lines().map(str::to_owned).collect()

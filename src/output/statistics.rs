@@ -19,9 +19,8 @@
 //! M is of the state at two moments and the forces are of all steps between them: what is missing
 //! shows what either lost.
 
-use super::file::replace;
 use super::snapshot::slices;
-use super::vti::{Head, Writer};
+use super::vti::{Writer, head};
 use crate::archive::{Archive, Checkpointed};
 use crate::config::{Axis, Case, Statistics as Plan};
 use crate::grid::{Grid, VectorField, simd};
@@ -29,16 +28,12 @@ use crate::petsc::Session;
 use crate::scene::Scene;
 use crate::state::{Balance, Impulses};
 use crate::{Error, Result};
+use mics_run::file::replace;
+use mics_run::folder::{BALANCE, FIELDS, PROFILE};
+use mics_run::vti::Head;
 use nalgebra::Vector3;
 use std::fmt::Write as _;
 use std::path::Path;
-
-/// The names of the files.
-pub const FIELDS: &str = "statistics.vti";
-/// See there.
-pub const PROFILE: &str = "profile.csv";
-/// See there.
-pub const BALANCE: &str = "balance.csv";
 
 /// Names of the components of a velocity.
 const COMPONENTS: [&str; 3] = ["u", "v", "w"];
@@ -255,10 +250,8 @@ impl<const D: usize> Statistics<D> {
         let of = |(name, parts): &(String, Vec<Vec<f64>>)| {
             (name.clone(), if parts.len() == 1 { 1 } else { 3 })
         };
-        let head = Head {
-            arrays: means.iter().map(of).collect(),
-            ..Head::of(grid, scene.state.time, &[])
-        };
+        let head =
+            Head { arrays: means.iter().map(of).collect(), ..head(grid, scene.state.time, &[]) };
         let mut file = Writer::begin(session, &folder.join(FIELDS), head)?;
         for (name, parts) in &means {
             file.put(grid, name, &slices(parts));

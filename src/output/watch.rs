@@ -1,11 +1,12 @@
 //! `mics watch`: follows runs until they end, from another terminal, by their `progress.jsonl`: the
 //! bar of `mics run` for each, or a line every few seconds.
 
-use super::progress::{self, FILE, Record};
-use super::summary::Provenance;
-use super::{not_a_run, print};
+use super::progress;
 use crate::{Error, Result};
 use indicatif::{MultiProgress, ProgressBar};
+use mics_run::progress::{FILE, Record};
+use mics_run::summary::Provenance;
+use mics_run::{not_a_run, print};
 use std::fs::File;
 use std::io::{Read as _, Seek as _};
 use std::path::{Path, PathBuf};

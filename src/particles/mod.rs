@@ -4,11 +4,9 @@
 //! Bodies are three-dimensional always; in 2D a disc is a body of unit depth.
 
 pub mod body;
-mod drag;
 mod inertia;
 mod neighbours;
 
 pub use body::{Body, Freedom, Motion, Oscillation, Push, all_fixed, nearest_image};
-pub use drag::{boundary_layer, terminal_speed};
 pub use inertia::Inertia;
 pub(crate) use neighbours::Neighbours;

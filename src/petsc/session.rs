@@ -87,6 +87,25 @@ fn c_string(text: &str) -> Result<CString> {
 }
 
 impl Session {
+    /// Starts PETSc with the options of a case, PETSC_OPTIONS and the command line's, each winning
+    /// over those before.
+    ///
+    /// # Errors
+    /// As [`Session::start`].
+    pub fn start_by(case: &str, command_line: &[String]) -> Result<Session> {
+        let environment = std::env::var("PETSC_OPTIONS").unwrap_or_default();
+        let words = [case, environment.as_str()];
+        // As in a file of options, # begins a comment.
+        let words = words.iter().flat_map(|text| text.lines()).map(|line| {
+            let comment = line
+                .match_indices('#')
+                .find(|(at, _)| line[..*at].ends_with(char::is_whitespace) || *at == 0);
+            comment.map_or(line, |(at, _)| &line[..at])
+        });
+        let words = words.flat_map(str::split_whitespace).map(str::to_owned);
+        Session::start(&words.chain(command_line.iter().cloned()).collect::<Vec<_>>())
+    }
+
     /// Initialises PETSc with options in PETSc's own spelling (`-ksp_type`, `cg`, ...); later ones
     /// win, and all win over those that PETSc finds by itself (`PETSC_OPTIONS`, `.petscrc`). Where
     /// the process has a PETSc already, joins it and ignores `options`.

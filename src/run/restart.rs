@@ -7,13 +7,13 @@ use crate::config::{Case, Loaded, Measure, written};
 use crate::output::checkpoint::{self, Header, Reader, Writer};
 use crate::output::measure::{self, Series};
 use crate::output::statistics::Statistics;
-use crate::output::vti::Rows;
 use crate::output::{Folder, Log, Marks};
 use crate::petsc::Session;
 use crate::scene::Scene;
 use crate::state::State;
 use crate::system::cpu_seconds;
 use crate::{Error, Result};
+use mics_run::vti::Rows;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 

@@ -3,9 +3,9 @@
 use super::Scene;
 use crate::config::Case;
 use crate::method::energy;
-use crate::output::vti;
 use crate::state::{Balance, State};
 use crate::{Error, Result};
+use mics_run::vti;
 
 impl<const D: usize> Scene<D> {
     /// Goes on from the `state` in which a run of the case `before` ended: with all that lasts,

@@ -2,13 +2,13 @@
 
 mod page;
 
-use crate::output::compare::{Comparison, measured, percent};
-use crate::output::plot::cylinder_reference;
-use crate::output::print;
-use crate::output::summary::Summary;
 use crate::petsc::Session;
 use crate::run;
 use crate::{Error, Result};
+use mics_run::compare::{Comparison, measured, percent};
+use mics_run::print;
+use mics_run::published::cylinder_reference;
+use mics_run::summary::Summary;
 use page::Page;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -46,6 +46,8 @@ pub struct Request {
     pub compare: Option<PathBuf>,
     /// PETSc's options.
     pub petsc: Vec<String>,
+    /// Draws the figures of a run.
+    pub draw: run::Draw,
 }
 
 /// What has been found so far.
@@ -69,7 +71,7 @@ struct Found {
 /// When a name is unknown, a run fails, or measures fall short of their references or have moved
 /// from the page they are compared with: [`Error::Short`], after all have been run.
 pub fn validate(request: &Request) -> Result<()> {
-    let Request { names, full, out, markdown, compare, petsc } = request;
+    let Request { names, full, out, markdown, compare, petsc, draw } = request;
     let rows = chosen(names, *full)?;
     let page = compare.as_deref().map(Page::read).transpose()?;
     let session = Session::start(petsc)?;
@@ -102,7 +104,7 @@ pub fn validate(request: &Request) -> Result<()> {
     }
     let mut found = Found::default();
     for row in rows {
-        match measure(&session, &row, out, petsc) {
+        match measure(&session, &row, out, petsc, *draw) {
             Ok(summary) => {
                 for (name, c) in summary.comparisons() {
                     let written = if *markdown { page::row } else { line };
@@ -189,7 +191,13 @@ fn chosen(names: &[String], full: bool) -> Result<Vec<Row>> {
 }
 
 /// Runs one case and returns its summary (an empty one on other ranks than the first).
-fn measure(session: &Session, row: &Row, out: &Path, petsc: &[String]) -> Result<Summary> {
+fn measure(
+    session: &Session,
+    row: &Row,
+    out: &Path,
+    petsc: &[String],
+    draw: run::Draw,
+) -> Result<Summary> {
     let stem: String =
         row.name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
     let (case, folder) = (out.join(format!("{stem}.toml")), out.join(&stem));
@@ -207,6 +215,7 @@ fn measure(session: &Session, row: &Row, out: &Path, petsc: &[String]) -> Result
         resume: false,
         quiet: true,
         petsc: petsc.to_vec(),
+        draw,
     };
     run::run(&request)?;
     session.agree(if lead { Summary::read(&folder) } else { Ok(Summary::default()) })

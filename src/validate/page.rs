@@ -1,9 +1,9 @@
 //! The page `docs/accuracy.md`: written by `mics validate --markdown`, read by `--compare`.
 
 use crate::config::Reference;
-use crate::output::compare::{Comparison, percent, significant};
-use crate::output::summary::Summary;
 use crate::{Error, Result};
+use mics_run::compare::{Comparison, percent, significant};
+use mics_run::summary::Summary;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ pub(super) fn head(full: bool, names: &[String]) -> String {
     let mut command = "mics validate".to_owned();
     names.iter().for_each(|name| command += &format!(" \"{name}\""));
     command += if full { " --full --markdown" } else { " --markdown" };
-    let (version, commit) = (env!("CARGO_PKG_VERSION"), env!("MICS_GIT_COMMIT"));
+    let (version, commit) = (env!("CARGO_PKG_VERSION"), crate::GIT_COMMIT);
     format!(
         "# Accuracy\n\n\
          This page is what `{command}` printed, by mics {version} of commit {commit}.\n\

@@ -1,7 +1,7 @@
 //! The lid-driven cavity at Re 1000 against the spectral solution of Botella & Peyret 1998.
 
 use crate::support::{run, shipped};
-use mics::output::snapshot::Snapshot;
+use mics_run::snapshot::Snapshot;
 
 /// Extremum of samples at equal spacing `h` (the first at h/2), by the parabola through its three
 /// highest points.

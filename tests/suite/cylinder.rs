@@ -1,7 +1,7 @@
 //! The paper's section 3 at N = 8 and 16: drag against a control volume, steady and shedding wakes.
 
 use crate::support::{box_case, columns, run, shipped};
-use mics::output::snapshot::Snapshot;
+use mics_run::snapshot::Snapshot;
 use std::path::Path;
 
 const SPEED: f64 = 1.0;

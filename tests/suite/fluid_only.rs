@@ -2,8 +2,9 @@
 //! need, do not count.
 
 use crate::support::{MIXING, SHARP, box_case, petsc};
-use mics::output::snapshot::Snapshot;
+use mics::output::snapshot::take;
 use mics::scene::Scene;
+use mics_run::snapshot::Snapshot;
 
 const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
 
@@ -66,7 +67,7 @@ fn fields_show_a_bodys_own_motion_inside_it_and_the_flow_outside() {
         for _ in 0..20 {
             scene.step(5e-3).unwrap();
         }
-        let snapshot = Snapshot::take(&mut scene).unwrap();
+        let snapshot = take(&mut scene).unwrap();
         let (inside, body) = (inside(&snapshot), &scene.state.bodies[0]);
         let velocity = &snapshot.array("velocity").unwrap().values;
         let vorticity = &snapshot.array("vorticity").unwrap().values;

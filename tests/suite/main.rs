@@ -19,6 +19,7 @@ mod folder;
 mod foretold;
 mod fuzz;
 mod gaps;
+mod house;
 mod images;
 mod light;
 mod literal;

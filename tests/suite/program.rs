@@ -323,7 +323,7 @@ fn a_fixed_step_that_the_flow_outgrows_stops_the_run_with_the_limit_and_keeps_it
     assert!(summary.contains("\"failed\""), "{summary}");
     // The state that the refused step began with is the one kept, and its rows are written.
     let name = said[said.find("fields/").unwrap() + 7..].trim();
-    let kept = mics::output::snapshot::Snapshot::read(&out.join("fields").join(name)).unwrap();
+    let kept = mics_run::snapshot::Snapshot::read(&out.join("fields").join(name)).unwrap();
     let rows = columns(&out.join("steps.csv"));
     assert!(
         kept.time > 0.0 && kept.time == *rows["time"].last().unwrap(),

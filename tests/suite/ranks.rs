@@ -2,7 +2,7 @@
 //! periodic and not.
 
 use crate::support::{columns, mics, mpirun, summary};
-use mics::output::snapshot::Snapshot;
+use mics_run::snapshot::Snapshot;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 

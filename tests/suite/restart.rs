@@ -6,8 +6,8 @@ use crate::support::{
     run, summary,
 };
 use mics::archive::Archive;
-use mics::output::snapshot::Snapshot;
 use mics::scene::Scene;
+use mics_run::snapshot::Snapshot;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant, SystemTime};

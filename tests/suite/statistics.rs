@@ -2,7 +2,7 @@
 //! off.
 
 use crate::support::{box_case, columns, mics, mpirun, run, summary};
-use mics::output::snapshot::Snapshot;
+use mics_run::snapshot::Snapshot;
 use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::path::Path;

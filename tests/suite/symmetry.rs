@@ -243,7 +243,7 @@ fn a_snapshot_tells_by_q_where_a_flow_turns_and_where_it_strains() {
             let u = if strain { [5.0 * x, -5.0 * y, 0.0] } else { turning };
             (0..3).for_each(|a| scene.state.u[a][c] = u[a]);
         }
-        let snapshot = mics::output::snapshot::Snapshot::take(&mut scene).unwrap();
+        let snapshot = mics::output::snapshot::take(&mut scene).unwrap();
         let found = snapshot.array("q").unwrap().values[3 + 6 * (2 + 6 * 3)];
         assert!((found - q).abs() < 1e-10, "{found} {q}");
     }

@@ -1,0 +1,470 @@
+//! The sheet under every figure: one drawing to PNG and SVG, text, axes with round ticks, and the
+//! frame around a plot.
+//!
+//! Lengths are in pixels of the sheet, [`SCALE`] of them to a pixel of the figure: plotters rounds
+//! every coordinate to whole pixels and smooths almost nothing, so the PNG is drawn larger and
+//! averaged down, and the SVG is scaled.
+
+use std::error::Error as StdError;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Once;
+
+use plotters::element::{BitMapElement, DashedPathElement};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{FontStyle, FontTransform, register_font};
+
+use mics_run::{Error, Result};
+
+type Drawn = std::result::Result<(), Box<dyn StdError + Send + Sync>>;
+
+/// Sheet pixels per pixel of the figure.
+pub const SCALE: i32 = 3;
+/// Height of tick labels and legend text.
+pub const SMALL: i32 = 20 * SCALE;
+/// Height of axis labels.
+pub const MEDIUM: i32 = 22 * SCALE;
+/// Height of titles.
+pub const LARGE: i32 = 25 * SCALE;
+/// The colour of text, frames and ticks.
+pub const INK: RGBColor = RGBColor(38, 38, 38);
+/// Width of thin lines.
+pub const THIN: u32 = SCALE as u32;
+const TICK: i32 = 6 * SCALE;
+const GAP: i32 = 6 * SCALE;
+
+/// A place on the sheet: from the left, from the top.
+pub type Pixel = (i32, i32);
+
+enum Shape {
+    Line(Vec<Pixel>, ShapeStyle),
+    /// With the length of its dashes and of the gaps between them.
+    Dashes(Vec<Pixel>, ShapeStyle, Pixel),
+    Area(Vec<Pixel>, ShapeStyle),
+    Bitmap(Pixel, Pixel, Vec<u8>),
+    Text(String, Pixel, Box<TextStyle<'static>>),
+}
+
+/// What has been drawn so far, for any backend.
+#[derive(Default)]
+pub struct Sheet(Vec<Shape>);
+
+impl Sheet {
+    /// A line through some places.
+    pub fn line(&mut self, mut places: Vec<Pixel>, colour: RGBColor, width: u32) {
+        places.dedup();
+        self.0.push(Shape::Line(places, colour.stroke_width(width)));
+    }
+
+    /// A line through some places in dashes of a length with gaps of a length.
+    pub fn dashed(&mut self, places: Vec<Pixel>, colour: RGBColor, width: u32, lengths: Pixel) {
+        self.0.push(Shape::Dashes(places, colour.stroke_width(width), lengths));
+    }
+
+    /// A filled polygon.
+    pub fn area(&mut self, places: Vec<Pixel>, colour: impl Color) {
+        self.0.push(Shape::Area(places, colour.filled()));
+    }
+
+    /// A bitmap over a rectangle, its colours given by the part of its width and height from the
+    /// lower left corner.
+    pub fn bitmap(&mut self, rectangle: &Frame, colour: impl Fn(f64, f64) -> RGBColor) {
+        let (width, height) = rectangle.extent;
+        let part = |k: i32, extent: i32| (f64::from(k) + 0.5) / f64::from(extent);
+        let places = (0..height).rev().flat_map(|j| (0..width).map(move |i| (i, j)));
+        let colours = places.map(|(i, j)| colour(part(i, width), part(j, height)));
+        let bytes = colours.flat_map(|RGBColor(red, green, blue)| [red, green, blue]).collect();
+        self.0.push(Shape::Bitmap(rectangle.corner, rectangle.extent, bytes));
+    }
+
+    /// A text anchored at a place.
+    pub fn text(
+        &mut self,
+        text: &str,
+        size: i32,
+        at: Pixel,
+        anchor: (HPos, VPos),
+        turn: FontTransform,
+    ) {
+        let font = ("sans-serif", size).into_font().transform(turn);
+        let style = font.color(&INK).pos(Pos::new(anchor.0, anchor.1));
+        // Neither backend centres on the digits: both leave them too high.
+        let down = if matches!(anchor.1, VPos::Center) { size * 3 / 20 } else { 0 };
+        if !text.is_empty() {
+            self.0.push(Shape::Text(text.to_owned(), (at.0, at.1 + down), Box::new(style)));
+        }
+    }
+
+    /// A title centred at `x`, above a height.
+    pub fn title(&mut self, text: &str, x: i32, above: i32) {
+        let anchor = (HPos::Center, VPos::Bottom);
+        self.text(text, LARGE, (x, above - 2 * GAP), anchor, FontTransform::None);
+    }
+
+    /// Writes a sheet of that width and height as `STEM.png` and `STEM.svg`, returns their paths.
+    pub fn write(&self, size: Pixel, stem: &Path) -> Result<[PathBuf; 2]> {
+        register_fonts();
+        let size = ((size.0 / SCALE) as u32, (size.1 / SCALE) as u32);
+        let paths = ["png", "svg"].map(|extension| {
+            let mut name = stem.as_os_str().to_owned();
+            name.push(format!(".{extension}"));
+            PathBuf::from(name)
+        });
+        let wrap =
+            |path, done: Drawn| done.map_err(|error| Error::io(path)(io::Error::other(error)));
+        wrap(&paths[0], self.write_png(size, &paths[0]))?;
+        wrap(&paths[1], self.write_svg(size, &paths[1]))?;
+        Ok(paths)
+    }
+
+    fn draw<DB: DrawingBackend<ErrorType: 'static>>(&self, backend: DB, joins: bool) -> Drawn {
+        let area = backend.into_drawing_area();
+        area.fill(&WHITE)?;
+        for shape in &self.0 {
+            match shape {
+                Shape::Line(places, style) => {
+                    // Bitmaps join lines in a point, however long: a line that turns back is two.
+                    let mut start = 0;
+                    for middle in 1..places.len().saturating_sub(1) {
+                        if !joins && turns_back(&places[middle - 1..=middle + 1]) {
+                            area.draw(&PathElement::new(&places[start..=middle], *style))?;
+                            start = middle;
+                        }
+                    }
+                    area.draw(&PathElement::new(&places[start..], *style))?;
+                }
+                Shape::Dashes(places, style, (dash, gap)) => {
+                    area.draw(&DashedPathElement::new(
+                        places.iter().copied(),
+                        *dash,
+                        *gap,
+                        *style,
+                    ))?;
+                }
+                Shape::Area(places, style) => area.draw(&Polygon::new(&places[..], *style))?,
+                Shape::Bitmap(corner, (width, height), bytes) => {
+                    let size = (*width as u32, *height as u32);
+                    let bitmap = BitMapElement::with_ref(*corner, size, bytes);
+                    area.draw(&bitmap.ok_or("a bitmap smaller than its rectangle")?)?;
+                }
+                Shape::Text(text, at, style) => area.draw_text(text, style, *at)?,
+            }
+        }
+        Ok(area.present()?)
+    }
+
+    fn write_png(&self, size: (u32, u32), path: &Path) -> Drawn {
+        let pixels = self.pixels_of(size)?;
+        let mut writer = encoder(BufWriter::new(File::create(path)?), size).write_header()?;
+        writer.write_image_data(&pixels)?;
+        Ok(writer.finish()?)
+    }
+
+    /// The pixels of a sheet of that width and height, three bytes each, and how many there are in
+    /// width and height.
+    pub fn pixels(&self, size: Pixel) -> Result<(Vec<u8>, (u32, u32))> {
+        register_fonts();
+        let size = ((size.0 / SCALE) as u32, (size.1 / SCALE) as u32);
+        let drawn =
+            self.pixels_of(size).map_err(|error| Error::io("a frame")(io::Error::other(error)));
+        drawn.map(|pixels| (pixels, size))
+    }
+
+    fn pixels_of(
+        &self,
+        (width, height): (u32, u32),
+    ) -> std::result::Result<Vec<u8>, Box<dyn StdError + Send + Sync>> {
+        let scale = SCALE as usize;
+        let row = width as usize * scale;
+        let mut large = vec![0; row * height as usize * scale * 3];
+        let size = (width * scale as u32, height * scale as u32);
+        self.draw(BitMapBackend::with_buffer(&mut large, size), false)?;
+        let mean = |k: usize| {
+            let (x, y) = (k / 3 % width as usize * scale, k / 3 / width as usize * scale);
+            let block = (0..scale * scale).map(|b| (y + b / scale) * row + x + b % scale);
+            (block.map(|at| usize::from(large[3 * at + k % 3])).sum::<usize>() / (scale * scale))
+                as u8
+        };
+        Ok((0..3 * (width * height) as usize).map(mean).collect())
+    }
+
+    fn write_svg(&self, size: (u32, u32), path: &Path) -> Drawn {
+        Ok(std::fs::write(path, self.svg_text(size)?)?)
+    }
+
+    /// A sheet of that width and height as SVG text.
+    pub fn svg(&self, size: Pixel) -> Result<String> {
+        register_fonts();
+        let size = ((size.0 / SCALE) as u32, (size.1 / SCALE) as u32);
+        self.svg_text(size).map_err(|error| Error::io("a figure")(io::Error::other(error)))
+    }
+
+    fn svg_text(
+        &self,
+        (width, height): (u32, u32),
+    ) -> std::result::Result<String, Box<dyn StdError + Send + Sync>> {
+        let mut text = String::new();
+        let scale = SCALE as u32;
+        self.draw(SVGBackend::with_string(&mut text, (width * scale, height * scale)), true)?;
+        let sized =
+            |scale| format!(r#"<svg width="{}" height="{}""#, width * scale, height * scale);
+        let rounded = format!(r#"{} stroke-linejoin="round""#, sized(1));
+        let text = text.replacen(&sized(scale), &rounded, 1);
+        // Plotters writes a media type that only some viewers forgive.
+        Ok(text.replace("data:png;", "data:image/png;"))
+    }
+}
+
+/// An encoder of pictures of that width and height.
+pub fn encoder<W: Write>(to: W, (width, height): (u32, u32)) -> png::Encoder<'static, W> {
+    let mut encoder = png::Encoder::new(to, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    // Flat areas and lines are smaller by a third without the filters that photographs want.
+    encoder.set_compression(png::Compression::Default);
+    encoder.set_filter(png::FilterType::NoFilter);
+    encoder.set_adaptive_filter(png::AdaptiveFilterType::NonAdaptive);
+    encoder
+}
+
+fn turns_back(corner: &[Pixel]) -> bool {
+    let step = |k: usize| (corner[k + 1].0 - corner[k].0, corner[k + 1].1 - corner[k].1);
+    step(0).0 * step(1).0 + step(0).1 * step(1).1 < 0
+}
+
+fn register_fonts() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        for style in [FontStyle::Normal, FontStyle::Bold] {
+            // A font that cannot be read shows as an error of the first text drawn.
+            let _ = register_font("sans-serif", style, epaint_default_fonts::UBUNTU_LIGHT);
+        }
+    });
+}
+
+/// Width of a text on the sheet.
+pub fn width(text: &str, size: i32) -> i32 {
+    register_fonts();
+    ("sans-serif", size).into_font().box_size(text).map_or(0, |(width, _)| width as i32)
+}
+
+/// One axis of a plot: its range (of log10 where logarithmic) and its ticks.
+pub struct Axis {
+    /// What the ends of the axis stand for.
+    pub range: Range<f64>,
+    label: String,
+    /// Places and their texts; a minor tick has none.
+    ticks: Vec<(f64, String)>,
+    /// Whether the places are entries of a legend.
+    names: bool,
+}
+
+impl Axis {
+    /// An axis from 0 to 1 without ticks or label.
+    pub fn blank() -> Axis {
+        Axis::new(0.0..1.0, "", Vec::new())
+    }
+
+    /// A linear axis over exactly `range` with about `count` ticks.
+    pub fn linear(range: Range<f64>, label: &str, count: i32) -> Axis {
+        let (values, step) = round_ticks(&range, count);
+        let largest = range.start.abs().max(range.end.abs());
+        let tick = |value: f64| (value, number(value, step, largest));
+        Axis::new(range, label, values.into_iter().map(tick).collect())
+    }
+
+    /// A logarithmic axis over exactly `range`, which is of log10, with up to about `count` labels.
+    pub fn logarithmic(range: Range<f64>, label: &str, count: i32) -> Axis {
+        let decades = range.start.floor() as i32..=range.end.ceil() as i32;
+        let stride = decades.clone().count() / count.max(1) as usize + 1;
+        let multiples = |factors: &[i32]| -> Vec<f64> {
+            let every = decades.clone().step_by(stride);
+            let values =
+                every.flat_map(|k| factors.iter().map(move |f| f64::from(*f) * 10f64.powi(k)));
+            values.filter(|value| range.contains(&value.log10())).collect()
+        };
+        let sparse = [multiples(&[1]), multiples(&[1, 2, 5])].into_iter().find(|all| all.len() > 2);
+        // Each with the step that its digits have to show: its own size, or that of ticks within
+        // one decade.
+        let linear = || {
+            let (values, step) =
+                round_ticks(&(10f64.powf(range.start)..10f64.powf(range.end)), count);
+            values.into_iter().map(|value| (value, step)).collect::<Vec<_>>()
+        };
+        let minor = if stride == 1 { multiples(&[2, 3, 4, 5, 6, 7, 8, 9]) } else { Vec::new() };
+        let minor = minor.into_iter().map(|value| (value.log10(), String::new()));
+        let sparse = sparse.map(|values| values.into_iter().map(|value| (value, value)).collect());
+        let named = sparse.unwrap_or_else(linear).into_iter();
+        let ticks =
+            named.map(|(value, step)| (value.log10(), number(value, step, value))).chain(minor);
+        let ticks = ticks.collect();
+        Axis::new(range, label, ticks)
+    }
+
+    /// An axis with these places and their texts as ticks.
+    fn new(range: Range<f64>, label: &str, ticks: Vec<(f64, String)>) -> Axis {
+        Axis { range, label: label.to_owned(), ticks, names: false }
+    }
+
+    /// The entries of a legend, one a unit from 0 on.
+    pub fn of_names(label: &str, names: impl Iterator<Item = String>) -> Axis {
+        let places: Vec<_> = names.enumerate().map(|(k, name)| (k as f64 + 0.5, name)).collect();
+        Axis { names: true, ..Axis::new(0.0..places.len().max(1) as f64, label, places) }
+    }
+
+    /// Whether it is the entries of a legend.
+    pub fn is_of_names(&self) -> bool {
+        self.names
+    }
+
+    /// The same axis over places that are less by `by`, with its text as it is.
+    pub fn from(self, by: f64) -> Axis {
+        let ticks = self.ticks.iter().map(|(value, text)| (value - by, text.clone())).collect();
+        Axis { range: self.range.start - by..self.range.end - by, ticks, ..self }
+    }
+
+    /// The same axis with its ticks but without text.
+    pub fn unnamed(self) -> Axis {
+        let ticks = self.ticks.into_iter().map(|(value, _)| (value, String::new()));
+        Axis::new(self.range, "", ticks.collect())
+    }
+
+    /// The same axis without text, but with the grid lines of its ticks.
+    pub fn hushed(self) -> Axis {
+        let hush = |text: String| if text.is_empty() { text } else { " ".to_owned() };
+        let ticks = self.ticks.into_iter().map(|(value, text)| (value, hush(text)));
+        Axis::new(self.range, "", ticks.collect())
+    }
+
+    /// The same axis from its high end to its low end.
+    pub fn reversed(self) -> Axis {
+        Axis { range: self.range.end..self.range.start, ..self }
+    }
+
+    fn named(&self) -> impl Iterator<Item = &(f64, String)> {
+        self.ticks.iter().filter(|tick| !tick.1.is_empty())
+    }
+
+    /// Room that the tick labels and the label need beside a vertical axis.
+    pub fn room(&self) -> i32 {
+        let widest = self.ticks.iter().map(|(_, text)| width(text, SMALL)).max().unwrap_or(0);
+        if self.names {
+            return TICK + GAP + widest.max(width(&self.label, SMALL));
+        }
+        TICK + GAP + widest + if self.label.is_empty() { 0 } else { GAP + MEDIUM }
+    }
+
+    fn fraction(&self, value: f64) -> f64 {
+        (value - self.range.start) / (self.range.end - self.range.start)
+    }
+}
+
+/// Room that a horizontal axis needs below the plot.
+pub const BELOW: i32 = TICK + GAP + SMALL + GAP + MEDIUM;
+
+/// Round values inside a range, and the step between them.
+fn round_ticks(range: &Range<f64>, count: i32) -> (Vec<f64>, f64) {
+    let least = (range.end - range.start) / f64::from(count.max(1));
+    let magnitude = 10f64.powf(least.log10().floor());
+    let step =
+        magnitude * [2.0, 5.0].into_iter().find(|step| step * magnitude >= least).unwrap_or(10.0);
+    let first = (range.start / step - 1e-6).ceil();
+    let values = (0..100).map(|k| (first + f64::from(k)) * step);
+    (values.take_while(|value| *value <= range.end + 1e-6 * step).collect(), step)
+}
+
+/// A tick's value to the digits that its step needs, in powers of ten only where plain digits would
+/// be long.
+fn number(value: f64, step: f64, largest: f64) -> String {
+    let order = |value: f64| (value.abs().log10() + 1e-9).floor() as i32;
+    let text = if value.abs() < 1e-6 * step {
+        "0".to_owned()
+    } else if largest >= 1e6 || step < 1e-4 {
+        format!("{:.*e}", (order(value) - order(step)).max(0) as usize, value)
+    } else {
+        format!("{:.*}", (-order(step)).max(0) as usize, value)
+    };
+    text.replace('-', "\u{2212}")
+}
+
+/// A plot's rectangle on the sheet with its two axes.
+pub struct Frame {
+    /// Upper left corner.
+    pub corner: Pixel,
+    /// Width and height.
+    pub extent: Pixel,
+    /// The horizontal axis.
+    pub x: Axis,
+    /// The vertical axis.
+    pub y: Axis,
+}
+
+impl Frame {
+    /// Where a point of the plot is on the sheet.
+    pub fn pixel(&self, x: f64, y: f64) -> Pixel {
+        let place = |corner: i32, extent: i32, fraction: f64| {
+            corner + (fraction.clamp(-1.0, 2.0) * f64::from(extent)).round() as i32
+        };
+        (
+            place(self.corner.0, self.extent.0, self.x.fraction(x)),
+            place(self.corner.1, self.extent.1, 1.0 - self.y.fraction(y)),
+        )
+    }
+
+    /// Draws grid lines across the plot.
+    pub fn grid(&self, sheet: &mut Sheet) {
+        let ((left, top), (width, height)) = (self.corner, self.extent);
+        let vertical = self.x.named().map(|tick| self.pixel(tick.0, 0.0).0);
+        let vertical = vertical.map(|x| vec![(x, top), (x, top + height)]);
+        let level = self.y.named().map(|tick| self.pixel(0.0, tick.0).1);
+        let level = level.map(|y| vec![(left, y), (left + width, y)]);
+        vertical.chain(level).for_each(|line| sheet.line(line, RGBColor(225, 225, 225), THIN));
+    }
+
+    /// Draws the frame, ticks and labels; `right` puts the vertical axis on the right.
+    pub fn axes(&self, sheet: &mut Sheet, right: bool) {
+        let ((left, top), (width, height)) = (self.corner, self.extent);
+        let below = top + height + TICK + GAP;
+        let centred = (HPos::Center, VPos::Top);
+        let long = |label: &str| if label.is_empty() { TICK / 2 } else { TICK };
+        for (value, label) in &self.x.ticks {
+            let x = self.pixel(*value, 0.0).0;
+            sheet.line(vec![(x, top + height), (x, top + height + long(label))], INK, THIN);
+            sheet.text(label, SMALL, (x, below), centred, FontTransform::None);
+        }
+        let at = (left + width / 2, below + SMALL + GAP);
+        sheet.text(&self.x.label, MEDIUM, at, centred, FontTransform::None);
+
+        let (side, out, anchor) =
+            if right { (left + width, 1, HPos::Left) } else { (left, -1, HPos::Right) };
+        for (value, label) in &self.y.ticks {
+            let y = self.pixel(0.0, *value).1;
+            if !self.y.names {
+                sheet.line(vec![(side, y), (side + out * long(label), y)], INK, THIN);
+            }
+            let at = (side + out * (TICK + GAP), y);
+            sheet.text(label, SMALL, at, (anchor, VPos::Center), FontTransform::None);
+        }
+        if self.y.names {
+            let at = (left, top - GAP);
+            return sheet.text(
+                &self.y.label,
+                SMALL,
+                at,
+                (HPos::Left, VPos::Bottom),
+                FontTransform::None,
+            );
+        }
+        let edge = side + out * self.y.room() - if right { MEDIUM } else { 0 };
+        let at = (edge, top + height / 2);
+        sheet.text(&self.y.label, MEDIUM, at, centred, FontTransform::Rotate270);
+        sheet.line(ring(self.corner, self.extent), INK, THIN);
+    }
+}
+
+/// The outline of a rectangle, closed.
+pub fn ring((x, y): Pixel, (width, height): Pixel) -> Vec<Pixel> {
+    vec![(x, y), (x + width, y), (x + width, y + height), (x, y + height), (x, y)]
+}

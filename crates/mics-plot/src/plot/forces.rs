@@ -1,0 +1,471 @@
+//! Forces on particles: over time, and over the height of one in the three parts of (19) (Fig. 10);
+//! speeds of free ones.
+
+use super::kinds::{Course, Kind, SPREAD, Spread, quantile};
+use super::rows::{self, Rows};
+use super::section::upright;
+use crate::figure::{Axes, Chart, Series, SeriesStyle};
+use mics_run::Result;
+use mics_run::config::{Case, WallRule};
+use mics_run::words::rounded;
+use std::f64::consts::PI;
+
+/// Way, in diameters, over which each point of the parts of a force is a mean: single steps jump as
+/// cells change sides.
+const MEAN: f64 = 0.1;
+/// Part of the run whose forces are not shown: the first steps of an impulsive start would flatten
+/// all that follows.
+const START: f64 = 0.02;
+/// A component whose largest value is below this part of the largest one's is not drawn.
+pub const SHOWN: f64 = 1e-3;
+/// A component below this part of the largest one's is zero within rounding and the limit of the
+/// pressure.
+const ROUNDING: f64 = 1e-5;
+/// Part of the values at either end that a vertical axis of forces leaves out, where they would
+/// widen it by [`WIDER`]: the peaks of single steps in which bodies collide.
+const PEAKS: f64 = 0.02;
+/// Widening of a vertical axis above which its peaks are cut off.
+const WIDER: f64 = 3.0;
+
+/// Points of a spread over time at most: each is the mean of some rows.
+const POINTS: usize = 500;
+
+const NAMES: [&str; 3] = ["x", "y", "z"];
+
+/// The unit of forces: in 2D they are of a metre of depth.
+pub fn unit(case: &Case) -> &'static str {
+    if case.dimension() == 2 { "N/m" } else { "N" }
+}
+
+/// Force of the fluid over time, a plot for each axis that matters: on one particle with its parts,
+/// on few a line each, on many by kinds. Of the particles that are `asked` for, or else of all.
+/// None where there are no rows.
+///
+/// # Errors
+/// When `particles.csv` lacks a column.
+pub fn forces(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<Chart>> {
+    let ids = rows::loaded(case, asked);
+    if rows.is_empty() {
+        return Ok(None);
+    }
+    let start = START * case.time.end;
+    let curve = |id: usize, column: &str, label: &str, style| {
+        let mut series = rows.curve(id, "time", column, label)?;
+        series.points.retain(|p| p.0 > start);
+        Ok(Series { style, ..series })
+    };
+    let cut = format!("the first {} s, of an impulsive start, left out", rounded(start));
+    let axes = NAMES.into_iter().take(case.dimension());
+    let (title, plots): (_, Result<Vec<Vec<Series>>>) = match (&rows.forces, &ids[..]) {
+        (Some(course), _) => (
+            format!("force of the fluid on {} bodies", ids.len()),
+            Ok(of_kinds(course, case.dimension(), start)),
+        ),
+        (None, [id]) => {
+            let parts = ["pressure", "viscous", "convective"].into_iter().zip(words(case));
+            // All plots have the same lines, since they share the first one's legend.
+            let contacts = axes.clone().map(|a| rows.column(*id, &format!("contact_f{a}")));
+            let touched =
+                contacts.collect::<Result<Vec<_>>>()?.concat().iter().any(|force| *force != 0.0);
+            let plot = |a: &str| {
+                let mut all =
+                    vec![curve(*id, &format!("fluid_f{a}"), "fluid, in all", SeriesStyle::Line)?];
+                for (part, words) in parts.clone() {
+                    all.push(curve(*id, &format!("{part}_f{a}"), words, SeriesStyle::Dashed)?);
+                }
+                if touched {
+                    all.push(curve(
+                        *id,
+                        &format!("contact_f{a}"),
+                        "contacts and lubrication",
+                        SeriesStyle::Line,
+                    )?);
+                }
+                Ok(all)
+            };
+            (format!("force on {}", case.called(*id)), axes.map(plot).collect())
+        }
+        (None, _) => {
+            let line = |id: &usize, a: &str| {
+                curve(*id, &format!("fluid_f{a}"), &case.called(*id), SeriesStyle::Line)
+            };
+            let plot = |a: &str| ids.iter().map(|id| line(id, a)).collect();
+            ("force of the fluid".to_owned(), axes.map(plot).collect())
+        }
+    };
+    let notes = [rows.forces.as_ref().map(|_| SPREAD.to_owned()), Some(cut)];
+    let notes = notes.into_iter().flatten().collect();
+    Ok(by_axes(plots?, "force", unit(case), title, notes, true))
+}
+
+/// The plots of a vector's components that matter, each with the notes that say what is left out;
+/// none where there is nothing to show.
+fn by_axes(
+    mut plots: Vec<Vec<Series>>,
+    what: &str,
+    unit: &str,
+    title: String,
+    mut notes: Vec<String>,
+    peaks: bool,
+) -> Option<Chart> {
+    let largest = |series: &[Series]| {
+        let values = series
+            .iter()
+            .flat_map(|one| &one.points)
+            .map(|p| p.1.abs())
+            .filter(|value| value.is_finite());
+        values.fold(0.0, f64::max)
+    };
+    let sizes: Vec<f64> = plots.iter().map(|series| largest(series)).collect();
+    let most = sizes.iter().copied().fold(0.0, f64::max);
+    let matters = |axis: &usize| sizes[*axis] > SHOWN * most || most == 0.0 && *axis == 0;
+    let along = |axes: Vec<usize>| {
+        axes.into_iter().map(|axis| NAMES[axis]).collect::<Vec<_>>().join(" and ")
+    };
+    let left_out = || (0..plots.len()).filter(|axis| !matters(axis));
+    let (zero, small): (Vec<usize>, Vec<usize>) =
+        left_out().partition(|axis| sizes[*axis] < ROUNDING * most);
+    let largest = |axes: &[usize]| axes.iter().map(|axis| sizes[*axis]).fold(0.0, f64::max);
+    if !zero.is_empty() {
+        let size = largest(&zero);
+        let rounding = if size > 0.0 {
+            format!(" within rounding (below {size:.0e} {unit})")
+        } else {
+            String::new()
+        };
+        notes.push(format!("along {} it is zero{rounding}", along(zero)));
+    }
+    if !small.is_empty() {
+        let size = largest(&small);
+        notes.push(format!("along {} it is below {size:.1e} {unit} and not drawn", along(small)));
+    }
+    let ranges: Vec<Option<[f64; 2]>> =
+        plots.iter().map(|one| without_peaks(one).filter(|_| peaks)).collect();
+    let peaked: Vec<usize> =
+        (0..plots.len()).filter(matters).filter(|axis| ranges[*axis].is_some()).collect();
+    if !peaked.is_empty() {
+        let most = rounded(significant(largest(&peaked)));
+        notes.push(format!("along {} peaks of up to {most} {unit} are cut off", along(peaked)));
+    }
+    let mut panels = Vec::new();
+    for axis in (0..plots.len()).filter(matters) {
+        let mut series = std::mem::take(&mut plots[axis]);
+        let range_y = ranges[axis];
+        // One legend for all.
+        if !panels.is_empty() {
+            series.iter_mut().for_each(|one| one.label.clear());
+        }
+        let y_label = format!("{what} along {} ({unit})", NAMES[axis]);
+        panels.push((
+            Axes { x_label: "time (s)".into(), y_label, range_y, ..Axes::default() },
+            series,
+        ));
+    }
+    if let Some((first, _)) = panels.first_mut() {
+        (first.title, first.note) = (title, notes.join("; "));
+    }
+    Some(Chart { panels, beside: false }).filter(Chart::shows)
+}
+
+/// To two digits.
+fn significant(value: f64) -> f64 {
+    format!("{value:.1e}").parse().unwrap_or(value)
+}
+
+/// The range of a vertical axis that the peaks of single steps would widen to many times what it is
+/// without them.
+fn without_peaks(series: &[Series]) -> Option<[f64; 2]> {
+    let mut values: Vec<f64> =
+        series.iter().flat_map(|one| &one.points).map(|p| p.1).filter(|v| v.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    let (low, high) = (quantile(&values, PEAKS), quantile(&values, 1.0 - PEAKS));
+    let (first, last) = (values.first()?, values.last()?);
+    let pad = 0.1 * (high - low);
+    (pad > 0.0 && last - first > WIDER * (high - low)).then_some([low - pad, high + pad])
+}
+
+/// Lines and spreads of the kinds of many bodies along each axis, after a time (s).
+fn of_kinds(course: &Course, dimension: usize, start: f64) -> Vec<Vec<Series>> {
+    let plot = |axis: usize| {
+        let of = |(kind, rows): (&Kind, &[Spread])| {
+            let rows: Vec<_> = rows.iter().filter(|row| row.0 > start).collect();
+            let mean = |some: &[&Spread], value: &dyn Fn(&Spread) -> f64| {
+                some.iter().map(|row| value(row)).sum::<f64>() / some.len() as f64
+            };
+            let point = |some: &[&Spread]| {
+                (
+                    mean(some, &|row| row.0),
+                    [0, 1, 2].map(|part| mean(some, &|row| row.1[axis][part])),
+                )
+            };
+            let rows: Vec<_> = rows.chunks(rows.len().div_ceil(POINTS).max(1)).map(point).collect();
+            let line = |part: usize| rows.iter().map(move |row| (row.0, row.1[part]));
+            let middle = Series {
+                label: kind.label.clone(),
+                points: line(1).collect(),
+                style: SeriesStyle::Line,
+            };
+            let mut back: Vec<_> = line(0).collect();
+            back.reverse();
+            let around = line(2).chain(back).collect();
+            [middle, Series { label: String::new(), points: around, style: SeriesStyle::Spread }]
+        };
+        course.of_kinds().flat_map(of).collect()
+    };
+    (0..dimension).map(plot).collect()
+}
+
+/// What the pressure, viscous and convective columns of a force are.
+pub fn words(case: &Case) -> [&'static str; 3] {
+    match case.coupling.wall {
+        WallRule::Sharp => ["pressure on the surface", "shear on the surface", "the rest"],
+        WallRule::Mixing => ["pressure part of (19)", "viscous part", "convective part"],
+    }
+}
+
+/// Velocity over time of the free particles, a plot for each axis that matters: of few a line each,
+/// of many by kinds. Of the particles that are `asked` for, or else of all.
+///
+/// # Errors
+/// When `particles.csv` lacks a column.
+pub fn speeds(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<Chart>> {
+    let ids = rows::free(case, asked);
+    if rows.is_empty() || ids.is_empty() {
+        return Ok(None);
+    }
+    let (title, plots) = match &rows.velocities {
+        Some(course) => (
+            format!("velocity of {} bodies", ids.len()),
+            of_kinds(course, case.dimension(), f64::NEG_INFINITY),
+        ),
+        None => {
+            // One body needs no legend: the title names it.
+            let called = |id: usize| if ids.len() > 1 { case.called(id) } else { String::new() };
+            let line =
+                |id: &usize, a: &str| rows.curve(*id, "time", &format!("v{a}"), &called(*id));
+            let plot = |a: &str| ids.iter().map(|id| line(id, a)).collect::<Result<Vec<_>>>();
+            let plots =
+                NAMES.into_iter().take(case.dimension()).map(plot).collect::<Result<Vec<_>>>()?;
+            let title = if let [id] = ids[..] {
+                format!("velocity of {}", case.called(id))
+            } else {
+                "velocity".into()
+            };
+            (title, plots)
+        }
+    };
+    let notes = rows.velocities.iter().map(|_| SPREAD.to_owned()).collect();
+    Ok(by_axes(plots, "velocity", "m/s", title, notes, false))
+}
+
+/// The parts of (19) across gravity, of the first free particle, or of those that are `asked` for,
+/// until it first touches something: over the height of its centre in diameters, from the start's
+/// on, as parts of its submerged weight `|rho_p - rho_f| V |g|`. None where nothing is free or
+/// nothing pulls at it.
+///
+/// # Errors
+/// When `particles.csv` lacks a column.
+pub fn parts(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<(Axes, Vec<Series>)>> {
+    let free = rows::free(case, asked).first().copied();
+    let (Some(id), Some(up)) = (free, upright(case)) else { return Ok(None) };
+    let gravity = &case.fluid.gravity;
+    let (particle, diameter) = (&case.particle[id], case.particle[id].shape.diameter());
+    let circle = 0.25 * PI * diameter * diameter;
+    let volume = if case.dimension() == 2 { circle } else { 2.0 / 3.0 * diameter * circle };
+    let pull = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let weight = (particle.density - case.fluid.density).abs() * volume * pull;
+    if weight == 0.0 || rows.is_empty() {
+        return Ok(None);
+    }
+    let column = |name: &str| rows.column(id, name);
+    let places = [column("x")?, column("y")?, column("z")?];
+    let time = column("time")?;
+    let contact = [column("contact_fx")?, column("contact_fy")?, column("contact_fz")?];
+    let touches = (0..time.len()).position(|row| contact.iter().any(|force| force[row] != 0.0));
+    // One that lies on something from the first has no fall to show: all of it, then.
+    let end = touches.filter(|row| *row > 1).unwrap_or(time.len());
+
+    let height = |row: usize| {
+        let above = if gravity[up] < 0.0 {
+            places[up][row]
+        } else {
+            case.domain.size[up] - places[up][row]
+        };
+        above / diameter
+    };
+    let mut way = vec![0.0; end];
+    for row in 1..end {
+        let step =
+            places.iter().map(|place| (place[row] - place[row - 1]).powi(2)).sum::<f64>().sqrt();
+        way[row] = way[row - 1] + step / diameter;
+    }
+    let across = if up == 0 { "y" } else { "x" };
+    let [pressure, viscous, convective] = words(case);
+    let parts = [
+        ("convective", "F_c", convective),
+        ("pressure", "F_p", pressure),
+        ("viscous", "F_d", viscous),
+    ];
+    let parts = parts.map(|(part, symbol, words)| {
+        let force = running_mean(&column(&format!("{part}_f{across}"))?[..end], &time, &way);
+        let points = force
+            .into_iter()
+            .enumerate()
+            .skip(1)
+            .map(|(row, force)| (height(row), force / weight))
+            .collect();
+        let label = match case.coupling.wall {
+            WallRule::Sharp => format!("{words}, {across}"),
+            WallRule::Mixing => format!("{symbol}{across}, {words}"),
+        };
+        Ok(Series { label, points, style: SeriesStyle::Line })
+    });
+    let axes = Axes {
+        x_label: match gravity[up] {
+            ..0.0 => format!("{}/d, d = {} m", NAMES[up], rounded(diameter)),
+            _ => format!("height/d, d = {} m", rounded(diameter)),
+        },
+        y_label: "force / submerged weight".into(),
+        falling_x: height(end - 1) < height(0),
+        title: format!(
+            "fluid force along {across} on {}, mean over {MEAN} d of its way",
+            case.called(id)
+        ),
+        ..Axes::default()
+    };
+    Ok(Some((axes, parts.into_iter().collect::<Result<_>>()?)))
+}
+
+/// The mean over time of each row and of those within half of [`MEAN`] of the way before and behind
+/// it.
+fn running_mean(force: &[f64], time: &[f64], way: &[f64]) -> Vec<f64> {
+    // A row's force is that of the step that ends with it.
+    let step = |row: usize| if row == 0 { 0.0 } else { time[row] - time[row - 1] };
+    let (mut low, mut high, mut sum, mut length) = (0, 0, 0.0, 0.0);
+    let mean = |row: usize| {
+        while high < way.len() && way[high] <= way[row] + 0.5 * MEAN {
+            (sum, length, high) = (sum + step(high) * force[high], length + step(high), high + 1);
+        }
+        while way[low] < way[row] - 0.5 * MEAN {
+            (sum, length, low) = (sum - step(low) * force[low], length - step(low), low + 1);
+        }
+        sum / length
+    };
+    (0..way.len()).map(mean).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A disc of 0.2 m and 2.5 times the fluid's density falls along -y at 1 m/s from 1.8 m, and
+    /// touches the floor.
+    fn fall(gravity: &str) -> (Case, Rows) {
+        let case = mics_run::config::written(&format!(
+            "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 2.0], cells = [8, 16] }}\n\
+             fluid = {{ density = 2.0, viscosity = 0.1, gravity = {gravity} }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
+                 }}\n\
+             particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, density = 5.0, position = \
+             [0.5, 1.8] }}]\n"
+        ));
+        let head = "time,id,x,y,z,vx,vy,vz,contact_fx,contact_fy,contact_fz,\
+                    convective_fx,pressure_fx,viscous_fx,convective_fy,pressure_fy,viscous_fy\n";
+        let row = |k: i32| {
+            let (time, noise) = (0.001 * f64::from(k), if k % 2 == 0 { 1.0 } else { -1.0 });
+            let y = (1.8 - time).max(0.1);
+            let touches = if y > 0.1 { 0.0 } else { 9.0 };
+            format!(
+                "{time},0,0.5,{y},0,0,-1,0,0,{touches},0,{noise},{},0.5,0,1,0\n",
+                3.0 * y + noise
+            )
+        };
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(
+            folder.path().join("particles.csv"),
+            head.to_owned() + &(0..2000).map(row).collect::<String>(),
+        )
+        .unwrap();
+        let case = case.unwrap();
+        let rows = Rows::read(folder.path(), &case, &[], &[]);
+        (case, rows)
+    }
+
+    #[test]
+    fn parts_of_the_force_are_means_over_the_submerged_weight_from_the_start_to_the_first_contact()
+    {
+        let (case, rows) = fall("[0.0, -10.0]");
+        let (axes, parts) = super::parts(&case, &rows, &[]).unwrap().unwrap();
+        assert_eq!((axes.x_label.as_str(), axes.falling_x), ("y/d, d = 0.2 m", true));
+        assert_eq!(
+            parts.iter().map(|s| s.label.as_str()).collect::<Vec<_>>(),
+            ["the rest, x", "pressure on the surface, x", "shear on the surface, x"]
+        );
+        let weight = 3.0 * PI * 0.01 * 10.0;
+        let (first, last) = (parts[1].points[0], parts[1].points[parts[1].points.len() - 1]);
+        assert!(
+            (first.0 - 9.0).abs() < 0.01 && (last.0 - 0.5).abs() < 0.01,
+            "{first:?} to {last:?}"
+        );
+        // Away from both ends the mean of a force that is linear in the height is its value, that
+        // of noise next to nothing.
+        for (noise, pressure) in
+            parts[0].points.iter().zip(&parts[1].points).filter(|(p, _)| (1.0..8.0).contains(&p.0))
+        {
+            assert!((pressure.1 * weight - 0.6 * pressure.0).abs() < 0.1, "{pressure:?}");
+            assert!((noise.1 * weight).abs() < 0.1, "{noise:?}");
+        }
+        assert!(parts[2].points.iter().all(|p| (p.1 * weight - 0.5).abs() < 1e-12));
+    }
+
+    #[test]
+    fn a_component_within_rounding_is_named_and_not_drawn_and_peaks_do_not_flatten_the_rest() {
+        let line = |size: f64| Series {
+            label: "a".into(),
+            points: (0..1000).map(|k| (f64::from(k), size * f64::from(k % 10))).collect(),
+            style: SeriesStyle::Line,
+        };
+        let chart = |plots: Vec<Vec<Series>>| {
+            by_axes(plots, "force", "N/m", "t".into(), Vec::new(), true).unwrap()
+        };
+        let two = chart(vec![vec![line(1e-10)], vec![line(2.0)]]);
+        assert_eq!(two.panels.len(), 1);
+        assert_eq!(two.panels[0].0.y_label, "force along y (N/m)");
+        assert_eq!(two.panels[0].0.note, "along x it is zero within rounding (below 9e-10 N/m)");
+        assert_eq!(two.panels[0].0.range_y, None);
+        let mut peaked = line(1.0);
+        peaked.points[500].1 = 1e3;
+        let one = chart(vec![vec![peaked], vec![line(2.0)]]);
+        let [low, high] = one.panels[0].0.range_y.unwrap();
+        assert!(low < 0.0 && (9.0..12.0).contains(&high), "{low} to {high}");
+        assert_eq!(one.panels[0].0.note, "along x peaks of up to 1000 N/m are cut off");
+        assert_eq!((one.panels.len(), one.panels[1].1[0].label.as_str()), (2, ""));
+    }
+
+    #[test]
+    fn parts_are_across_gravity_and_need_something_that_pulls() {
+        let (case, rows) = fall("[10.0, 0.0]");
+        let (axes, parts) = super::parts(&case, &rows, &[]).unwrap().unwrap();
+        assert_eq!(
+            (axes.x_label.as_str(), parts[1].label.as_str()),
+            ("height/d, d = 0.2 m", "pressure on the surface, y")
+        );
+        assert!(
+            parts[1].points.iter().all(|p| (p.0 - 2.5).abs() < 1e-12),
+            "from the wall that it is pulled to"
+        );
+        let (mut case, rows) = fall("[0.0, -10.0]");
+        case.coupling.wall = WallRule::Mixing;
+        let (_, parts) = super::parts(&case, &rows, &[]).unwrap().unwrap();
+        let labels: Vec<_> = parts.iter().map(|s| s.label.as_str()).collect();
+        assert_eq!(
+            labels,
+            ["F_cx, convective part", "F_px, pressure part of (19)", "F_dx, viscous part"]
+        );
+        let (mut case, rows) = fall("[0.0, 0.0]");
+        assert!(super::parts(&case, &rows, &[]).unwrap().is_none());
+        case.fluid.gravity = vec![0.0, -10.0];
+        case.particle[0].density = case.fluid.density;
+        assert!(super::parts(&case, &rows, &[]).unwrap().is_none(), "as heavy as the fluid");
+    }
+}

@@ -1,0 +1,216 @@
+//! Bodies of one kind, by name, material and size: which bodies stand for all in a figure, and what
+//! is said of many.
+
+use super::discs::{few, materials};
+use crate::figure::COLOURS;
+use mics_run::config::{Case, Particle};
+use mics_run::words::rounded;
+use std::collections::HashMap;
+
+/// Lines of bodies in a figure at most: as many as there are colours.
+pub const LINES: usize = COLOURS.len();
+/// Parts of the bodies of a kind that lie below the lower edge, the middle and the upper edge of
+/// its spread.
+const PARTS: [f64; 3] = [0.1, 0.5, 0.9];
+
+/// The meaning of the lines and bands of kinds, in words.
+pub const SPREAD: &str =
+    "lines are medians over the bodies of a kind, bands hold the middle 80 % of them";
+
+/// Bodies of one kind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Kind {
+    /// Its name in a legend.
+    pub label: String,
+    /// The bodies.
+    pub ids: Vec<usize>,
+}
+
+/// The kinds of some bodies: by name, material and diameter, or by fewer of these where that would
+/// be more than [`LINES`].
+pub fn kinds(case: &Case, ids: &[usize]) -> Vec<Kind> {
+    let materials = materials(case).len() > 1;
+    let sizes = few(case, |p| p.shape.diameter()).len() > 1;
+    let named = |p: &Particle| p.name.clone();
+    let made = |p: &Particle| materials.then(|| p.material.clone());
+    let sized = |p: &Particle| sizes.then(|| format!("d = {} m", rounded(p.shape.diameter())));
+    type Words<'a> = &'a dyn Fn(&Particle) -> Vec<Option<String>>;
+    let finest: [Words; 4] = [
+        &|p| vec![named(p), made(p).filter(|made| p.name.as_ref() != Some(made)), sized(p)],
+        &|p| vec![made(p), sized(p)],
+        &|p| vec![made(p)],
+        &|_| Vec::new(),
+    ];
+    let group = |words: &Words| {
+        let mut all: Vec<Kind> = Vec::new();
+        for id in ids {
+            let label =
+                words(&case.particle[*id]).into_iter().flatten().collect::<Vec<_>>().join(", ");
+            match all.iter().position(|kind| kind.label == label) {
+                Some(at) => all[at].ids.push(*id),
+                None if all.len() > LINES => break,
+                None => all.push(Kind { label, ids: vec![*id] }),
+            }
+        }
+        all
+    };
+    let mut kinds = finest.iter().map(group).find(|kinds| kinds.len() <= LINES).unwrap_or_default();
+    for kind in &mut kinds {
+        let word = if kind.label.is_empty() { "particles" } else { &kind.label };
+        kind.label = format!("{word} ({})", kind.ids.len());
+    }
+    kinds
+}
+
+/// At most [`LINES`] of some bodies that stand for all: every kind has its share, and the bodies of
+/// a kind are evenly spread over their numbers.
+pub fn representatives(case: &Case, ids: &[usize]) -> Vec<usize> {
+    if ids.len() <= LINES {
+        return ids.to_vec();
+    }
+    let kinds = kinds(case, ids);
+    let mut shares = vec![0; kinds.len()];
+    while shares.iter().sum::<usize>() < LINES {
+        // The kind of which fewest are shown next; the first of equals.
+        let free = (0..kinds.len()).filter(|k| shares[*k] < kinds[*k].ids.len());
+        let Some(next) = free.min_by_key(|k| shares[*k]) else { break };
+        shares[next] += 1;
+    }
+    let picked = |(kind, share): (&Kind, &usize)| {
+        super::evenly(kind.ids.len(), *share).map(|k| kind.ids[k]).collect::<Vec<_>>()
+    };
+    kinds.iter().zip(&shares).flat_map(picked).collect()
+}
+
+/// A time (s), and by axis the lower edge, the middle and the upper edge of the spread of a kind.
+pub type Spread = (f64, [[f64; 3]; 3]);
+
+/// Vectors of many bodies over time: of each kind the edges and the middle of its spread.
+#[derive(Default)]
+pub struct Course {
+    kinds: Vec<Kind>,
+    /// The kind of a body.
+    of: HashMap<usize, usize>,
+    /// The time of the rows that come now, and their values by kind and axis.
+    time: f64,
+    now: Vec<[Vec<f64>; 3]>,
+    /// Rows by kind.
+    rows: Vec<Vec<Spread>>,
+}
+
+impl Course {
+    /// The course of some bodies, by kinds.
+    pub fn new(case: &Case, ids: &[usize]) -> Course {
+        let kinds = kinds(case, ids);
+        let of = kinds
+            .iter()
+            .enumerate()
+            .flat_map(|(k, kind)| kind.ids.iter().map(move |id| (*id, k)))
+            .collect();
+        let (now, rows) = (vec![Default::default(); kinds.len()], vec![Vec::new(); kinds.len()]);
+        Course { kinds, of, time: f64::NAN, now, rows }
+    }
+
+    /// Takes the vector of a body at a time (s), at which all bodies come before the next one.
+    pub fn take(&mut self, id: usize, time: f64, vector: [f64; 3]) {
+        let Some(kind) =
+            self.of.get(&id).copied().filter(|_| vector.iter().all(|value| value.is_finite()))
+        else {
+            return;
+        };
+        if time != self.time {
+            self.close();
+            self.time = time;
+        }
+        self.now[kind].iter_mut().zip(vector).for_each(|(values, value)| values.push(value));
+    }
+
+    /// Sums up the rows of a time.
+    pub fn close(&mut self) {
+        for (now, rows) in self.now.iter_mut().zip(&mut self.rows) {
+            if now[0].is_empty() {
+                continue;
+            }
+            let parts = now.each_mut().map(|values| {
+                values.sort_by(f64::total_cmp);
+                PARTS.map(|part| quantile(values, part))
+            });
+            rows.push((self.time, parts));
+            now.iter_mut().for_each(Vec::clear);
+        }
+    }
+
+    /// The kinds with their rows.
+    pub fn of_kinds(&self) -> impl Iterator<Item = (&Kind, &[Spread])> {
+        self.kinds.iter().zip(self.rows.iter().map(Vec::as_slice))
+    }
+}
+
+/// The value that a part of some sorted values lies below, linear between two of them.
+pub fn quantile(sorted: &[f64], part: f64) -> f64 {
+    let place = part * sorted.len().saturating_sub(1) as f64;
+    let (low, rest) = (place.floor() as usize, place.fract());
+    match (sorted.get(low), sorted.get(low + 1)) {
+        (Some(a), Some(b)) => a + rest * (b - a),
+        (Some(a), None) => *a,
+        _ => f64::NAN,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 16 discs of stone and 8 larger ones of steel, in this order.
+    fn two_kinds() -> Case {
+        let disc = |k: usize, d: f64, name: &str, material: &str| {
+            format!(
+                "[[particle]]\nname = \"{name}\"\nmaterial = \"{material}\"\n\
+                shape = {{ disc = {{ diameter = {d} }} }}\n\
+                 density = 3.0\nposition = [{}, {}]\n",
+                0.5 + (k % 6) as f64,
+                0.5 + (k / 6) as f64
+            )
+        };
+        let bodies = (0..24).map(|k| {
+            if k < 16 { disc(k, 0.2, "gravel", "stone") } else { disc(k, 0.3, "steel", "steel") }
+        });
+        mics_run::config::written(&format!(
+            "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [8.0, 8.0], cells = [8, 8] }}\n\
+             fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
+                 }}\n{}",
+            bodies.collect::<String>()
+        ))
+        .unwrap()
+    }
+
+    #[test]
+    fn representatives_are_of_every_material_and_size() {
+        let case = two_kinds();
+        let all: Vec<usize> = (0..24).collect();
+        let labels: Vec<_> = kinds(&case, &all).into_iter().map(|kind| kind.label).collect();
+        assert_eq!(labels, ["gravel, stone, d = 0.2 m (16)", "steel, d = 0.3 m (8)"]);
+        let shown = representatives(&case, &all);
+        assert_eq!((shown.len(), shown.iter().filter(|id| **id >= 16).count()), (LINES, 3));
+        assert!(shown.contains(&0) && shown.contains(&15) && shown.contains(&23), "{shown:?}");
+        assert_eq!(representatives(&case, &[3, 17]), [3, 17]);
+    }
+
+    #[test]
+    fn the_spread_of_a_kind_is_between_its_tenths() {
+        let case = two_kinds();
+        let mut course = Course::new(&case, &(0..24).collect::<Vec<_>>());
+        for time in [0.0, 1.0] {
+            (0..24).for_each(|id| course.take(id, time, [id as f64 * time, -1.0, 0.0]));
+        }
+        course.close();
+        let (kind, rows) = course.of_kinds().next().unwrap();
+        assert_eq!((kind.ids.len(), rows.len(), rows[0].1[0]), (16, 2, [0.0; 3]));
+        assert!(
+            rows[1].1[0].iter().zip([1.5, 7.5, 13.5]).all(|(a, b)| (a - b).abs() < 1e-12),
+            "{:?}",
+            rows[1]
+        );
+    }
+}

@@ -1,0 +1,233 @@
+//! Paths of particles (Fig. 9): to scale in their box, of one run or of several in one picture,
+//! over diameters where those that are drawn have one, beside the band that a measure of where they
+//! get to has as its reference.
+
+use super::kinds::{LINES, representatives};
+use super::rows::{self, Rows};
+use super::section::upright;
+use crate::figure::{Axes, Series, SeriesStyle};
+use mics_run::Result;
+use mics_run::config::{Case, Measure, MeasureKind, Reference};
+use mics_run::words::rounded;
+
+/// Height of a band on the floor, as a part of the box.
+const BAND: f64 = 0.018;
+/// Letters of a band's label at most.
+const LABEL: usize = 48;
+
+/// A run whose particles' paths are drawn.
+pub struct Track<'a> {
+    /// Its name beside other runs.
+    pub label: &'a str,
+    /// Its case.
+    pub case: &'a Case,
+    /// Its rows.
+    pub rows: &'a Rows,
+    /// The particles that are asked for; empty: all that move.
+    pub asked: &'a [usize],
+}
+
+/// The paths of the particles that are asked for in each run, or of all that move, of many of some
+/// that stand for them; each with a gap where it crosses a periodic face; and the bands. None where
+/// nothing moves.
+///
+/// # Errors
+/// When `particles.csv` lacks a column.
+pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
+    let Some(first) = tracks.first() else { return Ok(None) };
+    let moving = |track: &Track| rows::moving(track.case, track.asked);
+    let shown = |track: &Track| {
+        let mut ids = representatives(track.case, &moving(track));
+        // Many runs have fewer each, so that every path has a colour of its own.
+        ids.truncate((3 * LINES / tracks.len()).max(1));
+        ids
+    };
+    let scaled = tracks.iter().all(|track| diameter(track).is_some());
+    let axes = view(first.case);
+    let names = axes.map(|axis| ["x", "y", "z"][axis]);
+    let (mut series, mut bands, mut frame) = (Vec::new(), Vec::<Series>::new(), [0.0f64; 2]);
+    for track in tracks {
+        let Track { label, case, rows, .. } = track;
+        let scale = diameter(track).filter(|_| scaled).unwrap_or(1.0);
+        let ids = shown(track);
+        for &id in ids.iter().filter(|_| !rows.is_empty()) {
+            let label = match (tracks.len(), ids.len()) {
+                // The title says it.
+                (1, 1) => String::new(),
+                (1, _) => case.called(id),
+                (_, 1) => (*label).to_owned(),
+                _ => format!("{label}, {}", case.called(id)),
+            };
+            let path = rows.curve(id, names[0], names[1], &label)?;
+            series.push(Series { points: cut(case, axes, scale, path.points), ..path });
+        }
+        for band in case.measure.iter().filter_map(|measure| band(case, measure, axes, scale)) {
+            if bands.iter().all(|other| other.points != band.points) {
+                bands.push(band);
+            }
+        }
+        frame = [0, 1].map(|k| frame[k].max(case.domain.size[axes[k]] / scale));
+    }
+    if series.iter().all(|path| path.points.len() < 2) {
+        return Ok(None);
+    }
+    // Last, so that paths have the colours of their order.
+    series.extend(bands);
+    let [x_label, y_label] =
+        names.map(|name| if scaled { format!("{name}/d") } else { format!("{name} (m)") });
+    let lengths: Vec<f64> = tracks.iter().filter_map(diameter).collect();
+    let (least, most) =
+        lengths.iter().fold((f64::INFINITY, 0.0f64), |(low, high), d| (low.min(*d), high.max(*d)));
+    let x_label = match scaled {
+        true if most <= least * (1.0 + 1e-9) => format!("{x_label}, d = {} m", rounded(most)),
+        true => format!("{x_label}, d of each run, {} to {} m", rounded(least), rounded(most)),
+        false => x_label,
+    };
+    let (drawn, all) = tracks
+        .iter()
+        .fold((0, 0), |(a, b), track| (a + shown(track).len(), b + moving(track).len()));
+    let title = match (tracks, &shown(first)[..]) {
+        ([one], [id]) => format!("path of {}", one.case.called(*id)),
+        _ if drawn < all => format!("paths of {drawn} of {all} bodies"),
+        _ => "paths".into(),
+    };
+    Ok(Some((Axes { x_label, y_label, title, frame: Some(frame), ..Axes::default() }, series)))
+}
+
+/// The diameter (m) of all particles whose paths are drawn, where it is one.
+fn diameter(track: &Track) -> Option<f64> {
+    let mut all = rows::moving(track.case, track.asked)
+        .into_iter()
+        .map(|id| track.case.particle[id].shape.diameter());
+    let first = all.next()?;
+    all.all(|other| (other - first).abs() < 1e-9 * first).then_some(first)
+}
+
+/// The two axes that paths are drawn over: x and y, or z where that is upright.
+fn view(case: &Case) -> [usize; 2] {
+    if upright(case) == Some(2) { [0, 2] } else { [0, 1] }
+}
+
+/// Places over `scale`, with a gap where the path goes out on one side of the box and comes in on
+/// the other.
+fn cut(case: &Case, axes: [usize; 2], scale: f64, points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    let half = axes.map(|axis| 0.5 * case.domain.size[axis]);
+    let far =
+        |a: &(f64, f64), b: &(f64, f64)| (a.0 - b.0).abs() > half[0] || (a.1 - b.1).abs() > half[1];
+    let mut all = Vec::with_capacity(points.len());
+    for part in points.chunk_by(|a, b| !far(a, b)) {
+        if !all.is_empty() {
+            all.push((f64::NAN, f64::NAN));
+        }
+        all.extend(part.iter().map(|(x, y)| (x / scale, y / scale)));
+    }
+    all
+}
+
+/// The band of a measure that is a particle's place: on the side of the box that gravity pulls to,
+/// or right through the box where it pulls to neither.
+fn band(case: &Case, measure: &Measure, axes: [usize; 2], scale: f64) -> Option<Series> {
+    let axis = match measure.kind {
+        MeasureKind::PositionX => 0,
+        MeasureKind::PositionY => 1,
+        MeasureKind::PositionZ => 2,
+        _ => return None,
+    };
+    let along = axes.iter().position(|drawn| *drawn == axis)?;
+    let target = measure.target.as_ref()?;
+    let Reference::Band(range) = target.reference else { return None };
+    let other = axes[1 - along];
+    let (size, pull) = (case.domain.size[other], case.fluid.gravity[other]);
+    let across = match pull {
+        0.0 => [0.0, size],
+        ..0.0 => [0.0, BAND * size],
+        _ => [(1.0 - BAND) * size, size],
+    };
+    let corner = |k: usize| {
+        let [a, b] = [range[k] / scale, across[k] / scale];
+        if along == 0 { (a, b) } else { (b, a) }
+    };
+    let label = target
+        .source
+        .as_ref()
+        .map_or_else(|| format!("reference of {}", measure.name), |text| brief(text));
+    Some(Series { label, points: vec![corner(0), corner(1)], style: SeriesStyle::Band })
+}
+
+/// As many words of a text as a legend has room for.
+pub fn brief(text: &str) -> String {
+    let mut short = String::new();
+    for word in text.split_whitespace() {
+        if short.chars().count() + word.chars().count() > LABEL {
+            return short + " ...";
+        }
+        short += if short.is_empty() { "" } else { " " };
+        short += word;
+    }
+    short
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn case(gravity: &str, more: &str) -> Case {
+        let text = format!(
+            "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 2.0], cells = [8, 16] }}\n\
+             fluid = {{ density = 2.0, viscosity = 0.1, gravity = {gravity} }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
+                 }}\n\
+             particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, position = [0.5, 1.8] }}]\n\
+             {more}"
+        );
+        mics_run::config::written(&text).unwrap()
+    }
+
+    #[test]
+    fn the_band_of_a_place_lies_on_the_side_that_gravity_pulls_to() {
+        let landing =
+            "[[measure]]\nname = \"landing\"\nkind = \"position_x\"\nreference = [0.4, 0.7]\n";
+        for (gravity, low, high) in [
+            ("[0.0, -9.81]", 0.0, 10.0 * BAND),
+            ("[1.0, 9.81]", 10.0 - 10.0 * BAND, 10.0),
+            ("[1.0, 0.0]", 0.0, 10.0),
+        ] {
+            let case = case(gravity, landing);
+            let band = band(&case, &case.measure[0], [0, 1], 0.2).unwrap();
+            let corners = [band.points[0].0, band.points[0].1, band.points[1].0, band.points[1].1];
+            let expected = [2.0, low, 3.5, high];
+            assert!(
+                corners.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12),
+                "{gravity}: {corners:?}"
+            );
+            assert_eq!(
+                (band.label.as_str(), band.style),
+                ("reference of landing", SeriesStyle::Band)
+            );
+        }
+        let case = case("[0.0, -9.81]", &landing.replace("[0.4, 0.7]", "0.4\ntolerance = 0.1"));
+        assert!(band(&case, &case.measure[0], [0, 1], 0.2).is_none(), "one number is no band");
+    }
+
+    #[test]
+    fn a_path_over_diameters_has_a_gap_where_it_crosses_a_periodic_face() {
+        let case = case("[0.0, -9.81]", "");
+        let path = cut(&case, [0, 1], 0.2, vec![(0.5, 0.2), (0.5, 0.1), (0.5, 1.9), (0.5, 1.8)]);
+        assert_eq!(path.len(), 5);
+        assert!(
+            path[2].0.is_nan()
+                && (path[1].1 - 0.5).abs() < 1e-12
+                && (path[3].1 - 9.5).abs() < 1e-12,
+            "{path:?}"
+        );
+    }
+
+    #[test]
+    fn a_long_source_is_cut_at_a_word() {
+        assert_eq!(brief("experiment of section 4"), "experiment of section 4");
+        let long = brief(
+            "Ushijima, Takemura, Yamada and Nezu 2003, section 4, experiments with a video camera",
+        );
+        assert!(long.ends_with(" ...") && long.chars().count() <= LABEL + 6, "{long}");
+    }
+}

@@ -1,0 +1,255 @@
+//! What figures and reports take from `particles.csv`, which may be far larger than memory.
+
+use super::discs::start;
+use super::kinds::{Course, LINES, representatives};
+use crate::figure::{Series, SeriesStyle};
+use mics_run::Result;
+use mics_run::bodies::Pose;
+use mics_run::config::{Case, FixedRows, Motion};
+use mics_run::not_a_run;
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom, Take};
+use std::path::{Path, PathBuf};
+
+/// The whole lines of a table of a run, which may still be growing.
+pub fn table(path: &Path) -> Option<csv::Reader<Take<File>>> {
+    let mut file = File::open(path).ok()?;
+    let length = file.metadata().ok()?.len();
+    let (mut whole, mut block) = (length, [0u8; 4096]);
+    // Backwards to the end of the last whole line.
+    while whole > 0 {
+        let from = whole.saturating_sub(block.len() as u64);
+        let part = &mut block[..(whole - from) as usize];
+        file.seek(SeekFrom::Start(from)).ok()?;
+        file.read_exact(part).ok()?;
+        match part.iter().rposition(|byte| *byte == b'\n') {
+            Some(at) => {
+                whole = from + at as u64 + 1;
+                break;
+            }
+            None => whole = from,
+        }
+    }
+    file.rewind().ok()?;
+    Some(csv::Reader::from_reader(file.take(whole)))
+}
+
+/// The bodies that figures of motion are of: those that are `asked` for, or else all that move.
+pub fn moving(case: &Case, asked: &[usize]) -> Vec<usize> {
+    if asked.is_empty() { movers(case).collect() } else { asked.to_vec() }
+}
+
+/// The bodies that figures of forces are of: those that are `asked` for, or else all that move and,
+/// where they have rows, that are held.
+pub fn loaded(case: &Case, asked: &[usize]) -> Vec<usize> {
+    let held = |id: &usize| {
+        case.output.fixed == FixedRows::Always && case.particle[*id].motion == Motion::Fixed
+    };
+    let held = (0..case.particle.len()).filter(held);
+    if asked.is_empty() { movers(case).chain(held).collect() } else { asked.to_vec() }
+}
+
+/// Those of [`moving`] that are free.
+pub fn free(case: &Case, asked: &[usize]) -> Vec<usize> {
+    let mut ids = moving(case, asked);
+    ids.retain(|id| case.particle[*id].is_free());
+    ids
+}
+
+/// Rows of `particles.csv`; none where there is no such file.
+#[derive(Default)]
+pub struct Rows {
+    /// The run's folder, for messages.
+    run: PathBuf,
+    /// The number of each column by its name.
+    columns: HashMap<String, usize>,
+    /// All rows of the particles that figures show.
+    followed: Vec<Vec<f64>>,
+    /// Every particle's centre (m) at each of the times asked for.
+    centres: Vec<HashMap<usize, [f64; 3]>>,
+    /// Every particle's largest speed (m/s).
+    pub fastest: HashMap<usize, f64>,
+    /// Forces of the fluid (N) by kinds of bodies, where there are more bodies than a figure has
+    /// lines.
+    pub forces: Option<Course>,
+    /// The same of velocities (m/s).
+    pub velocities: Option<Course>,
+}
+
+impl Rows {
+    /// Reads a run's rows, with the centres at some times (s): between two rows linear, after the
+    /// last one as there. All rows are kept of the particles that are `asked` for, or else of all,
+    /// or of those that stand for them.
+    pub fn read(run: &Path, case: &Case, times: &[f64], asked: &[usize]) -> Rows {
+        let mut rows = Rows {
+            run: run.to_owned(),
+            centres: vec![HashMap::new(); times.len()],
+            ..Rows::default()
+        };
+        let Some(mut reader) = table(&run.join("particles.csv")) else {
+            rows.begin(case);
+            return rows;
+        };
+        let columns = reader
+            .headers()
+            .map(|h| h.iter().enumerate().map(|(k, n)| (n.to_owned(), k)).collect());
+        rows.columns = columns.unwrap_or_default();
+        let [Some(t), Some(id), Some(x), Some(v)] =
+            ["time", "id", "x", "vx"].map(|n| rows.columns.get(n).copied())
+        else {
+            return rows;
+        };
+        let (movers, loaded, free) = (moving(case, asked), loaded(case, asked), free(case, asked));
+        let follows = [&movers, &loaded, &free].map(|ids| representatives(case, ids)).concat();
+        let course = |ids: &[usize]| (ids.len() > LINES).then(|| Course::new(case, ids));
+        (rows.forces, rows.velocities) = (course(&loaded), course(&free));
+        let force = rows.columns.get("fluid_fx").copied();
+        let mut before: HashMap<usize, (f64, [f64; 3])> = HashMap::new();
+        let (mut record, width) = (csv::StringRecord::new(), rows.columns.len());
+        while let Ok(true) = reader.read_record(&mut record) {
+            let number = |k: usize| record.get(k).and_then(|v| v.parse().ok()).unwrap_or(f64::NAN);
+            let (particle, now) = (number(id) as usize, (number(t), [x, x + 1, x + 2].map(number)));
+            let last = before.insert(particle, now).unwrap_or(now);
+            for (centres, time) in rows.centres.iter_mut().zip(times) {
+                if (last.0..now.0).contains(time) {
+                    centres.insert(particle, between(case, last, now, *time));
+                }
+            }
+            let velocity = [v, v + 1, v + 2].map(number);
+            let speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
+            if let Some(course) = &mut rows.velocities {
+                course.take(particle, now.0, velocity);
+            }
+            if let (Some(course), Some(f)) = (&mut rows.forces, force) {
+                course.take(particle, now.0, [f, f + 1, f + 2].map(number));
+            }
+            let fastest = rows.fastest.entry(particle).or_insert(0.0);
+            *fastest = fastest.max(speed);
+            if follows.contains(&particle) {
+                rows.followed.push((0..width).map(number).collect());
+            }
+        }
+        [&mut rows.forces, &mut rows.velocities].into_iter().flatten().for_each(Course::close);
+        if before.is_empty() {
+            rows.begin(case);
+        }
+        let end = before.values().map(|last| last.0).fold(0.0, f64::max);
+        for (centres, time) in rows.centres.iter_mut().zip(times) {
+            // What has no row at the end has left the box.
+            let there = |last: f64| last <= *time * (1.0 + 1e-12) && (last == end || *time <= last);
+            let ended = before.iter().filter(|(_, last)| there(last.0));
+            centres.extend(ended.map(|(particle, last)| (*particle, last.1)));
+        }
+        rows
+    }
+
+    /// Without any row, all that does not come in later is where it starts.
+    fn begin(&mut self, case: &Case) {
+        let there = || case.particle.iter().enumerate().filter(|(_, p)| p.enter.is_none());
+        self.centres
+            .iter_mut()
+            .for_each(|centres| centres.extend(there().map(|(id, p)| (id, start(p)))));
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.followed.is_empty()
+    }
+
+    /// Where particles are at one of the times asked for, by its number among them.
+    pub fn poses(&self, time: usize) -> impl Fn(usize) -> Option<Pose> {
+        move |particle| self.centre(time, particle).map(Pose::at)
+    }
+
+    /// The centre (m) of a particle at one of the times asked for, by its number among them.
+    pub fn centre(&self, time: usize, particle: usize) -> Option<[f64; 3]> {
+        self.centres.get(time)?.get(&particle).copied()
+    }
+
+    /// A column of one particle that is followed.
+    ///
+    /// # Errors
+    /// When there is no such column.
+    pub fn column(&self, id: usize, name: &str) -> Result<Vec<f64>> {
+        let at = |name: &str| {
+            let lacks = || not_a_run(&self.run, &format!("particles.csv lacks {name}"));
+            self.columns.get(name).copied().ok_or_else(lacks)
+        };
+        let (k, column) = (at("id")?, at(name)?);
+        Ok(self.followed.iter().filter(|row| row[k] == id as f64).map(|row| row[column]).collect())
+    }
+
+    /// One column over another, of one particle that is followed.
+    ///
+    /// # Errors
+    /// When there is no such column.
+    pub fn curve(&self, id: usize, x: &str, y: &str, label: &str) -> Result<Series> {
+        let points = self.column(id, x)?.into_iter().zip(self.column(id, y)?).collect();
+        Ok(Series { label: label.into(), points, style: SeriesStyle::Line })
+    }
+}
+
+/// The particles that move.
+pub fn movers(case: &Case) -> impl Iterator<Item = usize> {
+    case.particle.iter().enumerate().filter(|(_, p)| p.motion != Motion::Fixed).map(|(id, _)| id)
+}
+
+/// Where a particle is at a time between two rows; one that crosses a periodic face meanwhile is
+/// where it was.
+fn between(
+    case: &Case,
+    (t0, from): (f64, [f64; 3]),
+    (t1, to): (f64, [f64; 3]),
+    time: f64,
+) -> [f64; 3] {
+    let jumps = |axis: usize| {
+        case.domain.size.get(axis).is_some_and(|size| (to[axis] - from[axis]).abs() > 0.5 * size)
+    };
+    let part = (time - t0) / (t1 - t0);
+    std::array::from_fn(|a| if jumps(a) { from[a] } else { from[a] + part * (to[a] - from[a]) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn centres_are_taken_between_rows_and_not_across_a_periodic_face() {
+        let folder = tempfile::tempdir().unwrap();
+        let case: Case = mics_run::config::written(
+            "name = \"t\"\ntime.end = 9.0\ndomain = { size = [1.0, 2.0], cells = [8, 16] }\n\
+             fluid = { density = 2.0, viscosity = 0.1 }\n\
+             boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
+                 \"wall\" }\n\
+             particle = [{ shape = { disc = { diameter = 0.2 } }, position = [0.5, 1.8] }]\n",
+        )
+        .unwrap();
+        let text = "time,id,x,y,z,vx,vy,vz\n0.0,0,0.5,1.8,0,0,0,0\n1.0,0,0.9,1.6,0,3,4,0\n\
+            2.0,0,0.1,1.4,0,0,0,0\n\
+                    3.0,0,0.2,1.0,0,9,9,9";
+        // The last line is not whole yet, and may lack digits.
+        std::fs::write(folder.path().join("particles.csv"), text).unwrap();
+        let rows = Rows::read(folder.path(), &case, &[0.0, 0.25, 1.5, 2.0, 7.0], &[]);
+        let near = |k: usize, x: f64, y: f64| {
+            let at = rows.centre(k, 0).unwrap();
+            assert!((at[0] - x).abs() < 1e-12 && (at[1] - y).abs() < 1e-12, "{k}: {at:?}");
+        };
+        near(0, 0.5, 1.8);
+        near(1, 0.6, 1.75);
+        near(2, 0.9, 1.5);
+        near(3, 0.1, 1.4);
+        near(4, 0.1, 1.4);
+        assert_eq!((rows.centre(0, 1), rows.centre(5, 0), rows.fastest[&0]), (None, None, 5.0));
+        assert_eq!(rows.column(0, "y").unwrap(), [1.8, 1.6, 1.4]);
+        let empty = |folder: &Path| Rows::read(folder, &case, &[0.0], &[]).centre(0, 0);
+        assert_eq!(
+            empty(&folder.path().join("none")),
+            Some([0.5, 1.8, 0.0]),
+            "without rows where it starts"
+        );
+        assert!(
+            rows.column(0, "spin").unwrap_err().to_string().contains("particles.csv lacks spin")
+        );
+    }
+}

@@ -1,0 +1,229 @@
+//! The figures of a report, as SVG text.
+
+use super::Run;
+use crate::figure::{self, Axes, Chart, Series, SeriesStyle};
+use crate::plot;
+use mics_run::Result;
+use mics_run::snapshot::Snapshot;
+use std::path::Path;
+
+/// A figure and what stands below it.
+pub struct Figure {
+    /// SVG text.
+    pub svg: String,
+    /// In a few words.
+    pub title: &'static str,
+    /// What it shows.
+    pub caption: String,
+    /// The part of the report that it is in.
+    pub part: Part,
+}
+
+/// Parts of a report that have figures.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// The flow.
+    Fields,
+    /// Forces, speeds and paths of particles.
+    Particles,
+    /// Profiles and probes.
+    Records,
+    /// Divergence, iterations, steps.
+    Numerics,
+}
+
+/// All figures that the run's folder gives.
+pub fn figures(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
+    let mut all = fields(run, folder)?;
+    all.extend(motion(run)?);
+    all.extend(records(run, folder)?);
+    all.extend(numerics(run)?);
+    Ok(all)
+}
+
+/// Draws curves where there is something to draw.
+fn curves(
+    part: Part,
+    title: &'static str,
+    caption: &str,
+    axes: Axes,
+    series: &[Series],
+) -> Result<Option<Figure>> {
+    if series.iter().all(|s| s.points.len() < 2) {
+        return Ok(None);
+    }
+    Ok(Some(Figure {
+        svg: figure::curves_svg(&axes, series)?,
+        title,
+        caption: caption.into(),
+        part,
+    }))
+}
+
+fn axes(x_label: &str, y_label: &str) -> Axes {
+    Axes { x_label: x_label.into(), y_label: y_label.into(), ..Axes::default() }
+}
+
+fn fields(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
+    // A run that has written no field yet has no figure of one.
+    let Ok(newest) = plot::newest_snapshot(folder) else { return Ok(Vec::new()) };
+    let snapshot = Snapshot::read(&newest)?;
+    let mut all = Vec::new();
+    for section in plot::sections(&run.case, run.particles.poses(0)) {
+        let mut plane = plot::plane(
+            &run.case,
+            &snapshot,
+            folder,
+            section,
+            &run.particles.poses(0),
+            &plot::Look::at(snapshot.time),
+        )?;
+        let place = std::mem::take(&mut plane.title) + &plane.place;
+        let figure = |svg, title, what: &str| Figure {
+            svg,
+            title,
+            caption: format!("{what} at {place}."),
+            part: Part::Fields,
+        };
+        all.push(figure(
+            figure::vorticity_svg(&plane)?,
+            "Vorticity",
+            "Vorticity, blue clockwise and red counterclockwise, with streamlines,",
+        ));
+        all.push(figure(
+            figure::streamlines_svg(&plane)?,
+            "Streamlines",
+            "Streamlines, coloured by speed,",
+        ));
+    }
+    Ok(all)
+}
+
+/// A chart as a figure, what stands above it as its caption.
+fn charted(part: Part, title: &'static str, chart: Option<Chart>) -> Result<Option<Figure>> {
+    let Some(mut chart) = chart else { return Ok(None) };
+    let mut caption = String::new();
+    if let Some((axes, _)) = chart.panels.first_mut() {
+        let [title, note] = [&mut axes.title, &mut axes.note].map(std::mem::take);
+        let said = [title, note].into_iter().filter(|text| !text.is_empty());
+        caption = said.map(|text| capital(&text)).collect::<Vec<_>>().join(". ") + ".";
+    }
+    Ok(Some(Figure { svg: figure::chart_svg(&chart)?, title, caption, part }))
+}
+
+/// A text with a capital letter.
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().collect::<String>() + letters.as_str()
+    })
+}
+
+/// Profiles, and what probes recorded.
+fn records(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
+    let [points, lines] = plot::probes(folder)?;
+    let figures = [
+        charted(Part::Records, "Profile", plot::profile(folder, &run.case)?)?,
+        charted(Part::Records, "Probes over time", points)?,
+        charted(Part::Records, "Probes along lines", lines)?,
+    ];
+    Ok(figures.into_iter().flatten().collect())
+}
+
+fn motion(run: &Run) -> Result<Vec<Figure>> {
+    let track = plot::Track { label: "", case: &run.case, rows: &run.particles, asked: &[] };
+    let (mut path_axes, paths) = plot::paths(&[track])?.unwrap_or_default();
+    path_axes.title.clear();
+    let movers = plot::moving(&run.case, &[]).len();
+    let shown = paths.iter().filter(|s| s.style != SeriesStyle::Band).count();
+    let caption = match movers {
+        0 | 1 => "The path of its centre, in the whole box.".to_owned(),
+        _ if shown == movers => "The paths of the bodies that move, in the whole box.".to_owned(),
+        _ => format!(
+            "The paths of {shown} of the {movers} bodies that move, of every material and size, in \
+            the whole box."
+        ),
+    };
+    let figures = [
+        charted(Part::Particles, "Forces", plot::forces(&run.case, &run.particles, &[])?)?,
+        curves(Part::Particles, "Paths", &caption, path_axes, &paths)?,
+        charted(Part::Particles, "Velocity", plot::speeds(&run.case, &run.particles, &[])?)?,
+    ];
+    Ok(figures.into_iter().flatten().collect())
+}
+
+fn numerics(run: &Run) -> Result<Vec<Figure>> {
+    let (steps, times) = (run.column("step"), run.column("time"));
+    let over = |x: &[f64], name: &str, label: &str| Series {
+        label: label.into(),
+        // The row of time 0 has no step behind it.
+        points: x.iter().copied().zip(run.column(name).iter().copied()).skip(1).collect(),
+        style: SeriesStyle::Line,
+    };
+    let limit = run.case.pressure.divergence_limit;
+    let ends = [steps.get(1), steps.last()].into_iter().flatten();
+    let limit = Series {
+        label: "limit D0".into(),
+        points: ends.map(|step| (*step, limit)).collect(),
+        style: SeriesStyle::Dashed,
+    };
+    let divergence = [over(steps, "divergence_max", "largest |D|"), limit];
+    let iterations =
+        [over(steps, "outer_iterations", "C-HSMAC"), over(steps, "krylov_iterations", "Krylov")];
+    let log = Axes { log_y: true, ..axes("step", "largest |D| (1/s)") };
+    let part = Part::Numerics;
+    let free = run.case.particle.iter().any(|p| p.is_free());
+    let energies = match free {
+        true => vec![
+            over(times, "kinetic_energy", "both"),
+            over(times, "fluid_energy", "fluid"),
+            over(times, "bodies_energy", "free particles"),
+        ],
+        false => vec![over(times, "kinetic_energy", "")],
+    };
+    let figures = [
+        curves(
+            part,
+            "Divergence",
+            "The largest |D| of all cells after each step, and the limit that it is held under.",
+            log,
+            &divergence,
+        )?,
+        curves(
+            part,
+            "Iterations",
+            "Iterations of the pressure in each step: C-HSMAC's, and those of the linear solves in \
+            them.",
+            axes("step", "iterations"),
+            &iterations,
+        )?,
+        curves(
+            part,
+            "Time step",
+            "The length of each step.",
+            axes("time (s)", "dt (s)"),
+            &[over(times, "dt", "")],
+        )?,
+        curves(
+            part,
+            "Energy",
+            match free {
+                true => {
+                    "The kinetic energy of the fluid outside the particles, that of the free \
+                    particles, and their sum."
+                }
+                false => "The kinetic energy of the fluid.",
+            },
+            axes(
+                "time (s)",
+                if run.case.dimension() == 2 {
+                    "kinetic energy (J/m)"
+                } else {
+                    "kinetic energy (J)"
+                },
+            ),
+            &energies,
+        )?,
+    ];
+    Ok(figures.into_iter().flatten().collect())
+}

@@ -1,0 +1,111 @@
+//! `mics report`: a run in one HTML file that needs nothing else: no script, no network, no second
+//! file.
+//!
+//! `describe` says what the case is and its numbers, `figures` draws what the folder holds, `page`
+//! sets it.
+
+mod describe;
+mod figures;
+mod page;
+
+use crate::plot::{self, Rows};
+use mics_run::compare::Comparison;
+use mics_run::config::Case;
+use mics_run::file::replace;
+use mics_run::folder::REPORT;
+use mics_run::snapshot::Snapshot;
+use mics_run::summary::{Provenance, Summary};
+use mics_run::{Error, Result};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+/// What a run's folder holds.
+struct Run {
+    case: Case,
+    provenance: Provenance,
+    /// Of a run that has ended.
+    summary: Option<Summary>,
+    /// Rows of `particles.csv`.
+    particles: Rows,
+    /// Columns of `steps.csv`.
+    steps: HashMap<String, Vec<f64>>,
+    log: String,
+}
+
+impl Run {
+    fn read(folder: &Path) -> Result<Run> {
+        let provenance = Provenance::read(folder)?;
+        let case = plot::read_case(folder)?;
+        // A run that has only begun has no snapshot yet.
+        let time = plot::newest_snapshot(folder)
+            .and_then(|path| Snapshot::read(&path))
+            .map_or(0.0, |s| s.time);
+        Ok(Run {
+            provenance,
+            // A run that goes on has no summary yet: the report is of what there is.
+            summary: Summary::read(folder).ok(),
+            particles: Rows::read(folder, &case, &[time], &[]),
+            case,
+            steps: steps(&folder.join("steps.csv")),
+            log: std::fs::read_to_string(folder.join("log.txt")).unwrap_or_default(),
+        })
+    }
+
+    fn status(&self) -> &str {
+        self.summary.as_ref().map_or("not ended", |s| s.status.as_str())
+    }
+
+    /// Why the run ended early, in its own words.
+    fn failure(&self) -> Option<&str> {
+        self.log
+            .lines()
+            .rev()
+            .find_map(|line| line.strip_prefix("error: "))
+            .filter(|_| self.status() != "done")
+    }
+
+    /// A column of `steps.csv`; empty where there is none.
+    fn column(&self, name: &str) -> &[f64] {
+        self.steps.get(name).map_or(&[], Vec::as_slice)
+    }
+
+    /// Every measure, its value and how it compares.
+    fn measures(&self) -> Vec<(&mics_run::config::Measure, Option<f64>, Option<Comparison>)> {
+        let values = self.summary.as_ref().map(|s| &s.measures);
+        let of = |m| {
+            let m: &mics_run::config::Measure = m;
+            let value = values.and_then(|v| v.get(&m.name)?.as_f64());
+            (m, value, Comparison::of(m, value))
+        };
+        self.case.measure.iter().map(of).collect()
+    }
+}
+
+/// Writes the report of a run's folder to `out`, by default `report.html` in it; returns where.
+///
+/// # Errors
+/// When the folder holds no run, or the file cannot be written.
+pub fn write(folder: &Path, out: Option<&Path>) -> Result<PathBuf> {
+    let run = Run::read(folder)?;
+    let out = out.map_or_else(|| folder.join(REPORT), Path::to_owned);
+    if out.is_dir() {
+        return Err(Error::Usage(format!(
+            "{}: is a folder; give --out a file, as in --out report.html",
+            out.display()
+        )));
+    }
+    let html = page::page(&run, &figures::figures(&run, folder)?);
+    replace(&out, html.into_string().as_bytes())?;
+    Ok(out)
+}
+
+/// The columns of `steps.csv` as numbers; none where there is no such file.
+fn steps(path: &Path) -> HashMap<String, Vec<f64>> {
+    let Some(mut reader) = plot::table(path) else { return HashMap::new() };
+    let Ok(names) = reader.headers().cloned() else { return HashMap::new() };
+    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
+    for record in reader.records().flatten() {
+        columns.iter_mut().zip(&record).for_each(|(c, v)| c.push(v.parse().unwrap_or(f64::NAN)));
+    }
+    names.iter().map(str::to_owned).zip(columns).collect()
+}

@@ -1,0 +1,51 @@
+//! What the user typed, and what it means: a case file becomes a [`raw::Case`], is checked, and is
+//! resolved once into a [`Case`] of plain values. Pure data; the solver's `scene` alone turns it into a
+//! running scene.
+//!
+//! ```text
+//!   case.toml, --set, preset  ->  document  ->  raw::Case  ->  checked  ->  Case  ->
+//!              scene, run, check, output
+//!         keys and their lines                  options         swarms      values
+//!                                                                expanded     |
+//!   case.toml of the run      <-------------  raw::Case, every key given  <---+
+//! ```
+//! A default that stands by itself belongs to its key, in [`raw`]; one that depends on other keys
+//! is given where the case is resolved. Nobody after that asks whether a key was given. SI units
+//! are named throughout; any consistent set works.
+
+#[macro_use]
+mod fault;
+mod change;
+mod describe;
+mod direction;
+mod document;
+mod message;
+pub mod raw;
+mod read;
+mod reference;
+mod resolve;
+mod resolved;
+mod speeds;
+mod write;
+
+pub use raw::{
+    Advection, Axis, Buoyancy, Coupling, Damping, Domain, FACES, FixedRows, ForceRule,
+    FractionRule, GradientRule, Lock, MOST_SUBSTEPS, MeanVelocity, MeasureKind, Oscillation, Petsc,
+    Preset, Pressure, Probe, Profile, Reference, Region, Removed, RotationRule, Round, Scheme,
+    Section, Shape, Side, Solver, Statistics, Stiffness, Substeps, TangentialDamping, WALL,
+    WallRule, When,
+};
+pub use read::{Loaded, load, schema};
+pub use reference::reference;
+pub use resolved::{
+    Cadence, Case, Checkpoints, Contact, Drive, Enter, Fluid, Initial, Loss, Measure, Motion,
+    Output, Pair, PairLaw, Particle, Step, Target, Time,
+};
+
+/// The material of particles that name none.
+pub const DEFAULT_MATERIAL: &str = raw::Particle::DEFAULT_MATERIAL;
+
+pub use fault::{Check, Fault};
+pub use message::suggest;
+pub use read::Text;
+pub use read::written;

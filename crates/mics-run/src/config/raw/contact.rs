@@ -1,0 +1,325 @@
+//! How bodies meet each other and the walls: `[contact]`, and the law that each two materials have
+//! by it.
+
+use super::{Case, Particle};
+use crate::config::fault::{Check, Fault, not_negative, positive};
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// The name of the borders' material.
+pub const WALL: &str = "wall";
+/// Most substeps of one step: more is a mistake in the stiffness.
+pub const MOST_SUBSTEPS: f64 = 1e6;
+
+/// The least restitution: a thousandth of the speed.
+const LEAST_RESTITUTION: f64 = 1e-3;
+
+/// Bodies that touch: springs with friction and loss, of all materials unless a `pair` says
+/// otherwise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Contact {
+    /// Normal spring: force over depth^exponent (N/m^exponent), positive, or "auto", the default:
+    /// as stiff as the fastest impact to be expected needs to stop within 1 % of the smallest
+    /// diameter and 0.1 spacing.
+    #[serde(default)]
+    pub normal_stiffness: Stiffness,
+    /// Height of the asperities of the surfaces (m), zero or positive: the fluid in a gap resists
+    /// as if no gap were narrower. Default 2e-4 of the smallest radius, about that of polished
+    /// beads.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub roughness: Option<f64>,
+    /// Power of the depth in the normal force, from 1 (linear) to 3; 1.5 is Hertz's. Default 1.
+    #[serde(default = "linear")]
+    pub exponent: f64,
+    /// Tangential over normal stiffness, zero or positive; default 2/7.
+    #[serde(default = "two_sevenths")]
+    pub tangential_ratio: f64,
+    /// Coulomb's coefficient of friction, zero or positive; default 0.
+    #[serde(default)]
+    pub friction: f64,
+    /// Resistance to rolling: the normal force acts with this lever, of the reduced radius of the
+    /// two, against what rolls (Ai et al. 2011, their elastic-plastic spring and dashpot); zero or
+    /// positive, default 0. It needs friction to roll at all.
+    #[serde(default)]
+    pub rolling_friction: f64,
+    /// Speed after over speed before a normal impact, from 0.001 to 1; default 0.5 without
+    /// `damping`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restitution: Option<f64>,
+    /// Dashpots instead of a restitution.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<Damping>,
+    /// Contact steps in a step of the fluid.
+    #[serde(default)]
+    pub substeps: Substeps,
+    /// The sign of the tangential dashpot.
+    #[serde(default)]
+    pub tangential_damping: TangentialDamping,
+    /// What differs between two materials.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pair: Vec<Pair>,
+}
+
+/// Dashpots of a contact.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Damping {
+    /// Along the normal (N s/m), zero or positive.
+    pub normal: f64,
+    /// In the plane of contact (N s/m), zero or positive.
+    pub tangential: f64,
+}
+
+/// A normal spring.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "a stiffness is \"auto\" or a number (N/m^exponent)")]
+pub enum Stiffness {
+    /// As the impacts to be expected need it.
+    #[default]
+    #[serde(serialize_with = "write_auto", deserialize_with = "read_auto")]
+    #[schemars(with = "Auto")]
+    Auto,
+    /// This one (N/m^exponent).
+    Given(f64),
+}
+
+impl Stiffness {
+    /// The number, where one is given.
+    pub fn given(self) -> Option<f64> {
+        if let Stiffness::Given(stiffness) = self { Some(stiffness) } else { None }
+    }
+}
+
+/// Contact steps in a step of the fluid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "contact steps in a step of the fluid are \"auto\" or a whole number, 1 or more"
+)]
+pub enum Substeps {
+    /// As many as the contact time needs.
+    #[default]
+    #[serde(serialize_with = "write_auto", deserialize_with = "read_auto")]
+    #[schemars(with = "Auto")]
+    Auto,
+    /// So many, 1 or more.
+    Count(u64),
+}
+
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum Auto {
+    Auto,
+}
+
+fn write_auto<S: Serializer>(serializer: S) -> Result<S::Ok, S::Error> {
+    Auto::Auto.serialize(serializer)
+}
+
+fn read_auto<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(), D::Error> {
+    Auto::deserialize(deserializer).map(|_| ())
+}
+
+/// The sign of the tangential dashpot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum TangentialDamping {
+    /// Against the sliding.
+    #[default]
+    Dissipative,
+    /// As eq. (22) is printed: along the sliding, which feeds energy.
+    Printed,
+}
+
+/// What differs where two materials meet; the other keys are those of `[contact]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pair {
+    /// Two names of materials, in any order: a particle's, `default` (particles without one), or
+    /// `wall` (the borders).
+    pub between: Vec<String>,
+    /// Normal spring (N/m^exponent).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal_stiffness: Option<f64>,
+    /// Power of the depth in the normal force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exponent: Option<f64>,
+    /// Tangential over normal stiffness.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tangential_ratio: Option<f64>,
+    /// Coefficient of friction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+    /// Resistance to rolling.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rolling_friction: Option<f64>,
+    /// Speed after over speed before a normal impact.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restitution: Option<f64>,
+    /// Dashpots instead of a restitution.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<Damping>,
+}
+
+fn linear() -> f64 {
+    1.0
+}
+
+fn two_sevenths() -> f64 {
+    2.0 / 7.0
+}
+
+/// Checks the materials of the laws between pairs, once all bodies of the case are listed.
+pub(in crate::config) fn pairs(case: &Case) -> Check {
+    case.contact.as_ref().map_or(Ok(()), |contact| contact.check_pairs(case))
+}
+
+impl Contact {
+    pub(super) fn check(&self) -> Check {
+        let law = Pair {
+            between: Vec::new(),
+            normal_stiffness: self.normal_stiffness.given(),
+            exponent: Some(self.exponent),
+            tangential_ratio: Some(self.tangential_ratio),
+            friction: Some(self.friction),
+            rolling_friction: Some(self.rolling_friction),
+            restitution: self.restitution,
+            damping: self.damping,
+        };
+        law.check_numbers("contact")?;
+        not_negative("contact.roughness", self.roughness.unwrap_or(0.0), "m")?;
+        let key = "contact.substeps";
+        if let Substeps::Count(count) = self.substeps {
+            let most = MOST_SUBSTEPS as u64;
+            ensure!(
+                (1..=most).contains(&count),
+                key,
+                "must be \"auto\" or a whole number from 1 to {most}, not {count}"
+            );
+        }
+        for (index, pair) in self.pair.iter().enumerate() {
+            pair.materials(index)?;
+            pair.check_numbers(&format!("contact.pair.{index}"))?;
+        }
+        Ok(())
+    }
+
+    /// Checks that the materials of pairs are those of bodies or walls: once all bodies are listed,
+    /// also those that another run brings along.
+    fn check_pairs(&self, case: &Case) -> Check {
+        let listed = case.particle.iter().map(Particle::material);
+        let of_swarms = case.swarm.iter().filter_map(|swarm| swarm.material.as_deref());
+        let mut known: Vec<&str> = listed.chain(of_swarms).collect();
+        let bodies_of_wall = known.contains(&WALL);
+        known.extend([WALL, Particle::DEFAULT_MATERIAL]);
+        known.sort_unstable();
+        known.dedup();
+        for (index, pair) in self.pair.iter().enumerate() {
+            let key = format!("contact.pair.{index}.between");
+            let [a, b] = pair.materials(index)?;
+            for (end, name) in pair.between.iter().enumerate() {
+                let names =
+                    known.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+                let holds = known.contains(&name.as_str());
+                ensure!(
+                    holds,
+                    format!("{key}.{end}"),
+                    "no particle is of the material \"{name}\"; known here: {names}"
+                );
+            }
+            let holds = bodies_of_wall || [a, b] != [WALL, WALL];
+            ensure!(holds, key, "walls do not meet each other: name the material of a particle");
+            let earlier = self.pair[..index].iter().position(|other| other.is_of(a, b));
+            let message = |other| {
+                format!("contact.pair.{other} is of these two already: put all their keys into one")
+            };
+            ensure!(earlier.is_none(), key, "{}", message(earlier.unwrap_or_default()));
+        }
+        Ok(())
+    }
+}
+
+impl Pair {
+    /// The names of the two materials that the entry `index` is of.
+    pub(in crate::config) fn materials(&self, index: usize) -> Result<[&str; 2], Fault> {
+        let names: Vec<&str> = self.between.iter().map(String::as_str).collect();
+        let count = names.len();
+        let message =
+            format!("needs the names of 2 materials, as in [\"steel\", \"{WALL}\"], not {count}");
+        names
+            .try_into()
+            .map_err(|_| Fault { key: format!("contact.pair.{index}.between"), message })
+    }
+
+    fn is_of(&self, a: &str, b: &str) -> bool {
+        matches!(&self.between[..], [c, d] if (c == a && d == b) || (c == b && d == a))
+    }
+
+    fn check_numbers(&self, table: &str) -> Check {
+        let key = |rest: &str| format!("{table}.{rest}");
+        positive(&key("normal_stiffness"), self.normal_stiffness, "N/m^exponent")?;
+        if let Some(exponent) = self.exponent {
+            ensure!(
+                (1.0..=3.0).contains(&exponent),
+                key("exponent"),
+                "must be from 1 to 3, not {exponent:?}"
+            );
+        }
+        not_negative(
+            &key("tangential_ratio"),
+            self.tangential_ratio,
+            "tangential over normal stiffness",
+        )?;
+        not_negative(&key("friction"), self.friction, "a coefficient, such as 0.4")?;
+        not_negative(
+            &key("rolling_friction"),
+            self.rolling_friction,
+            "a lever over a radius, such as 0.1",
+        )?;
+        let lever = self.rolling_friction.unwrap_or(0.0);
+        let holds = lever <= 1.0;
+        ensure!(
+            holds,
+            key("rolling_friction"),
+            "no lever is longer than the radius: it must be at most 1, not {lever:?}"
+        );
+        let one = self.restitution.is_none() || self.damping.is_none();
+        ensure!(
+            one,
+            key("damping"),
+            "restitution and damping exclude each other: remove one of them"
+        );
+        if let Some(restitution) = self.restitution {
+            let holds = (LEAST_RESTITUTION..=1.0).contains(&restitution);
+            let why =
+                "of less nothing would be seen, and friction could not follow so stiff a dashpot";
+            ensure!(
+                holds,
+                key("restitution"),
+                "must be at least {LEAST_RESTITUTION} and at most 1, not {restitution:?}: {why}"
+            );
+        }
+        if let Some(Damping { normal, tangential }) = self.damping {
+            not_negative(&key("damping.normal"), normal, "N s/m")?;
+            not_negative(&key("damping.tangential"), tangential, "N s/m")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn contact(keys: &str) -> Contact {
+        toml::from_str(&format!("normal_stiffness = 1e5\n{keys}")).unwrap()
+    }
+
+    #[test]
+    fn substeps_are_a_word_or_a_number() {
+        assert_eq!(contact("").substeps, Substeps::Auto);
+        assert_eq!(contact("substeps = \"auto\"").substeps, Substeps::Auto);
+        assert_eq!(contact("substeps = 40").substeps, Substeps::Count(40));
+    }
+}

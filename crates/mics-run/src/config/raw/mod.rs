@@ -1,0 +1,343 @@
+//! A case as it is typed: the tables and keys of a case file, each with its meaning, its unit and
+//! its default.
+//!
+//! The checks of what the types cannot say stand beside them; nothing below the configuration reads
+//! these types.
+
+mod begin;
+mod boundary;
+mod contact;
+mod coupling;
+mod drive;
+mod particle;
+pub(super) mod preset;
+mod report;
+mod statistics;
+mod swarm;
+mod validate;
+
+pub use boundary::{Boundary, Profile, Side};
+pub use contact::{
+    Contact, Damping, MOST_SUBSTEPS, Pair, Stiffness, Substeps, TangentialDamping, WALL,
+};
+pub use coupling::{
+    Buoyancy, Coupling, ForceRule, FractionRule, GradientRule, RotationRule, WallRule,
+};
+pub use drive::{Axis, Drive, MeanVelocity};
+pub use particle::{Enter, Lock, Motion, Oscillation, Particle, Prescribed, Round, Shape, Spin};
+pub use preset::Preset;
+pub use report::{
+    Cadence, Checkpoints, FixedRows, Measure, MeasureKind, Output, Reference, Removed, Section,
+    When, Which,
+};
+pub use statistics::{Probe, Statistics};
+pub use swarm::{Diameters, Feed, Range, Region, Swarm};
+
+pub(super) use begin::begin;
+pub(super) use contact::pairs;
+pub(super) use swarm::expand;
+pub(super) use validate::{measures, name_particles, validate};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A whole case file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Case {
+    /// The case's name; the run folder is `runs/NAME` unless `--out` names another.
+    pub name: String,
+    /// Fills keys that neither the file nor `--set` gives.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preset: Option<Preset>,
+    /// The box and its grid.
+    pub domain: Domain,
+    /// The carrier fluid.
+    pub fluid: Fluid,
+    /// One condition per face of the box.
+    pub boundary: Boundary,
+    /// Bodies, one by one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub particle: Vec<Particle>,
+    /// Many bodies at once; reading the case turns them into entries of `particle` and leaves none
+    /// here.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub swarm: Vec<Swarm>,
+    /// The fluid at time 0.
+    #[serde(default)]
+    pub initial: Initial,
+    /// What moves the fluid besides its borders; default nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive: Option<Drive>,
+    /// How fluid and particles meet.
+    #[serde(default)]
+    pub coupling: Coupling,
+    /// How bodies meet each other and the walls; without it they do not feel each other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<Contact>,
+    /// Time stepping.
+    pub time: Time,
+    /// The pressure equation and its stopping rule.
+    #[serde(default)]
+    pub pressure: Pressure,
+    /// Raw PETSc options.
+    #[serde(default)]
+    pub petsc: Petsc,
+    /// What `summary.json` reports.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub measure: Vec<Measure>,
+    /// Means over time; default none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub statistics: Option<Statistics>,
+    /// What is recorded at points.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub probe: Vec<Probe>,
+    /// What is written, and how often.
+    #[serde(default)]
+    pub output: Output,
+}
+
+/// The names of the faces of the box, in the order of [`Case::sides`]: face `f` closes axis `f /
+/// 2`, opposite `f ^ 1`.
+pub const FACES: [&str; 6] = ["west", "east", "south", "north", "bottom", "top"];
+
+impl Case {
+    /// 2 or 3: how many numbers `domain.size` has.
+    pub fn dimension(&self) -> usize {
+        self.domain.size.len()
+    }
+
+    /// The conditions in the order of [`FACES`]; bottom and top are `None` in 2D.
+    pub fn sides(&self) -> [Option<&Side>; 6] {
+        let b = &self.boundary;
+        [
+            Some(&b.west),
+            Some(&b.east),
+            Some(&b.south),
+            Some(&b.north),
+            b.bottom.as_ref(),
+            b.top.as_ref(),
+        ]
+    }
+
+    /// Whether the sides that close this axis are joined.
+    pub fn periodic(&self, axis: usize) -> bool {
+        self.sides()[2 * axis] == Some(&Side::Periodic)
+    }
+
+    /// The length (m) of each axis whose sides are joined.
+    fn periods(&self) -> Vec<Option<f64>> {
+        let sizes = self.domain.size.iter().enumerate();
+        sizes.map(|(axis, size)| self.periodic(axis).then_some(*size)).collect()
+    }
+
+    /// The speed that coefficients refer to (m/s): that of [`Case::reference_velocity`].
+    pub fn reference_speed(&self) -> Option<f64> {
+        self.reference_velocity().map(|velocity| length(&velocity))
+    }
+
+    /// The stream (m/s): the fastest inflow's velocity; without one, the mean velocity that is
+    /// held; without one, the initial velocity; without one, the fastest moving wall's. `None`
+    /// where all of these rest.
+    pub fn reference_velocity(&self) -> Option<Vec<f64>> {
+        let fastest = |all: &mut dyn Iterator<Item = Vec<f64>>| {
+            // The first of those that are alike.
+            all.filter(|v| length(v) > 0.0)
+                .reduce(|a, b| if length(&b) > length(&a) { b } else { a })
+        };
+        let sides = || self.sides().into_iter().flatten();
+        let moving = |s: &Side| if let Side::MovingWall(v) = s { Some(v.clone()) } else { None };
+        let held = self.drive.as_ref().and_then(|drive| drive.mean_velocity);
+        let held = held.map(|held| {
+            let mut mean = vec![0.0; self.dimension()];
+            mean[held.axis.index()] = held.value;
+            mean
+        });
+        fastest(&mut sides().flat_map(Side::inflow).cloned())
+            .or_else(|| fastest(&mut held.into_iter()))
+            .or_else(|| fastest(&mut self.initial.velocity.iter().cloned()))
+            .or_else(|| fastest(&mut sides().filter_map(moving)))
+    }
+}
+
+fn length(v: &[f64]) -> f64 {
+    v.iter().map(|c| c * c).sum::<f64>().sqrt()
+}
+
+/// The box, from the origin to `size`, cut into equal cells.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Domain {
+    /// Edge lengths (m); two numbers make a 2D case, three a 3D one.
+    pub size: Vec<f64>,
+    /// Cells along each edge; at least 6, and with sharp walls around bodies 7 where they are as
+    /// long as wide, and up to 11 where not.
+    pub cells: Vec<usize>,
+}
+
+/// The carrier fluid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Fluid {
+    /// Density (kg/m3), positive.
+    pub density: f64,
+    /// Dynamic viscosity (Pa s), zero (inviscid) or positive.
+    pub viscosity: f64,
+    /// Gravity (m/s2), default none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<Vec<f64>>,
+}
+
+/// The fluid at time 0.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Initial {
+    /// The folder of another run that has ended, as in "runs/settled": the bodies in its flow as
+    /// they were then come before the case's own, and its flow goes on; bodies that waited there to
+    /// come in stay behind. On the same grid, with the same bodies and walls, everything that lasts
+    /// is taken over, contacts and pressure with it; else the velocity is interpolated. Borders,
+    /// drive, materials and fluid are those of this case.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+    /// Whether the bodies of that run are among the particles of this file already, as in the
+    /// case.toml that a run writes; default no.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub listed: bool,
+    /// How many particles that run has brought along.
+    #[serde(skip)]
+    pub inherited: usize,
+    /// Uniform velocity (m/s); default the inflow's (of its middle, where it has a profile), or
+    /// rest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<Vec<f64>>,
+    /// Largest speed (m/s) of a vortex of Taylor and Green (1937) that is added, a period of it in
+    /// the box: `u = V sin X cos Y cos Z, v = -V (Ly/Lx) cos X sin Y cos Z`, X = 2 pi x/Lx and so
+    /// on, without Z in 2D. All sides periodic. Default none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub taylor_green: Option<f64>,
+    /// Amplitude (m/s) of a reproducible pseudo-random disturbance of every cell, made
+    /// divergence-free by the first step; it breaks the symmetry of a wake. Default none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub perturbation: Option<f64>,
+}
+
+/// Time stepping: exactly one of `step` and `cfl`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Time {
+    /// When the run ends (s).
+    pub end: f64,
+    /// A fixed step (s), refused where it breaks a stability limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<f64>,
+    /// Steps from this Courant number, sum over axes of |u| dt/h, and from the other limits;
+    /// default 0.4 (0.8 for rkl3, 0.2 for Euler steps with upwind advection).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cfl: Option<f64>,
+    /// The time scheme; default rkl3, rkl2 where particles move, and rk2 where they are mixed in.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scheme: Option<Scheme>,
+    /// The most stages that a step of rkl2 or rkl3 takes, 3 to 50, with which viscosity binds it
+    /// 2.5 (3), 4.5 (4), 10 (6), 17.5 (8), 27 (10) times less than with two; default 10, beside
+    /// fixed particles 8, and 4 where particles move.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_stages: Option<usize>,
+    /// The advection scheme.
+    #[serde(default)]
+    pub advection: Advection,
+    /// How much of the upwinding there is of `upwind5`, from 0 (central differences of sixth order)
+    /// to 1, the default. Less damps the smallest eddies of a turbulent flow less, and leaves waves
+    /// of the size of the grid where they are not resolved; below 1 with `scheme = "rk3"` alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub upwinding: Option<f64>,
+}
+
+/// The time scheme of the prediction (7).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Scheme {
+    /// First order, the paper's.
+    Euler,
+    /// Second order: strong-stability-preserving Runge-Kutta, two stages.
+    Rk2,
+    /// Three stages, stable at larger steps; second order with the projection.
+    Rk3,
+    /// Second order: the two stages of rk2, or, where viscosity binds a step more than the flow
+    /// does, as many Runge-Kutta-Legendre stages as it needs. Without bodies, or with sharp walls.
+    Rkl2,
+    /// The same with the three stages of rk3, which go twice as far where the flow binds. Where
+    /// bodies move, such long steps cost accuracy.
+    Rkl3,
+}
+
+impl Scheme {
+    /// Whether a step takes more stages where viscosity asks for them.
+    pub fn has_further_stages(self) -> bool {
+        matches!(self, Scheme::Rkl2 | Scheme::Rkl3)
+    }
+}
+
+/// The advection scheme.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Advection {
+    /// Conservative: fifth-order upwind values carried by the divergence-free face velocities.
+    #[default]
+    Upwind5,
+    /// `-u.grad u` as printed in (7), fifth-order upwind differences. It does not keep momentum;
+    /// beside sharp walls the force is that of pressure and wall shear alone.
+    Upwind5Advective,
+    /// The paper's QSI: semi-Lagrangian local quintic, axis by axis; `scheme = "euler"` only. It
+    /// does not keep momentum either.
+    Qsi,
+}
+
+/// The pressure equation and its stopping rule.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Pressure {
+    /// D0 (1/s): C-HSMAC iterates until every cell's |D| is below it.
+    pub divergence_limit: f64,
+    /// How much tighter the linear solve is asked to be at each further iteration (a in eps_k = a^k
+    /// eps).
+    pub tightening: f64,
+    /// C-HSMAC iterations a step may take before the run fails.
+    pub max_iterations: usize,
+    /// The linear solver.
+    pub solver: Solver,
+}
+
+impl Default for Pressure {
+    fn default() -> Self {
+        Pressure {
+            divergence_limit: 1e-6,
+            tightening: 0.1,
+            max_iterations: 20,
+            solver: Solver::default(),
+        }
+    }
+}
+
+/// The linear solver of the pressure equation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Solver {
+    /// What was measured to be fastest: the direct solver where one density is everywhere, else the
+    /// multigrid.
+    #[default]
+    Auto,
+    /// BiCGStab with hypre's BoomerAMG.
+    BcgsBoomeramg,
+    /// Conjugate gradients with a geometric multigrid.
+    Multigrid,
+    /// Fast transforms: where every face has the same coefficient, on one rank.
+    Direct,
+}
+
+/// Raw PETSc options.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Petsc {
+    /// As on a PETSc command line: `"-ksp_type cg -pc_type gamg"`.
+    pub options: String,
+}

@@ -1,0 +1,689 @@
+//! The rules of a case that its types cannot say: ranges, lengths, contradictions, geometry. Each
+//! refusal names the key and what would be right. Stability limits belong to the scene.
+
+use std::collections::HashSet;
+
+use super::particle::{Overlap, overlap, particle, printable};
+use super::*;
+use crate::config::describe::unnamed;
+use crate::config::fault::{AXES, Check, finite, not_negative, positive, short, vector};
+
+/// Checks what the types leave open; the first refusal is returned. [`measures`] comes later: their
+/// particles may be of swarms.
+pub(in crate::config) fn validate(case: &Case) -> Check {
+    let plain = case.name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c));
+    let holds = plain && !["", ".", ".."].contains(&case.name.as_str());
+    ensure!(
+        holds,
+        "name",
+        "\"{}\" cannot name a folder: use letters, digits, `-`, `_` and `.`",
+        case.name
+    );
+    domain(&case.domain)?;
+    let dimension = case.dimension();
+    positive("fluid.density", case.fluid.density, "kg/m3")?;
+    not_negative("fluid.viscosity", case.fluid.viscosity, "Pa s")?;
+    if let Some(gravity) = &case.fluid.gravity {
+        vector("fluid.gravity", gravity, dimension, "m/s2")?;
+    }
+    boundary(case)?;
+    for (index, body) in case.particle.iter().enumerate() {
+        particle(case, body, index)?;
+    }
+    if let Some(Overlap { first, second, words }) = overlap(case) {
+        ensure!(
+            false,
+            format!("particle.{second}.position"),
+            "particle {second} overlaps particle {first}: {words}"
+        );
+    }
+    for (index, swarm) in case.swarm.iter().enumerate() {
+        swarm.check(case, index)?;
+    }
+    if let Some(contact) = &case.contact {
+        contact.check()?;
+    }
+    if let Some(drive) = &case.drive {
+        drive.check(case)?;
+    }
+    if let Some(statistics) = &case.statistics {
+        statistics.check(case)?;
+    }
+    case.probe.iter().enumerate().try_for_each(|(index, probe)| probe.check(case, index))?;
+    if let Some(velocity) = &case.initial.velocity {
+        vector("initial.velocity", velocity, dimension, "m/s")?;
+    }
+    not_negative("initial.perturbation", case.initial.perturbation, "m/s")?;
+    positive("initial.taylor_green", case.initial.taylor_green, "m/s")?;
+    let periodic = case.sides().into_iter().flatten().all(|side| matches!(side, Side::Periodic));
+    let holds = case.initial.taylor_green.is_none() || periodic;
+    ensure!(
+        holds,
+        "initial.taylor_green",
+        "a vortex of Taylor and Green is periodic: all sides must be"
+    );
+    let planar = dimension == 2 || case.coupling.fraction != FractionRule::Polygon;
+    ensure!(planar, "coupling.fraction", "polygon is for discs in 2D only; in 3D choose \"exact\"");
+    if case.coupling.wall == WallRule::Sharp {
+        mixing_only(&case.coupling)?;
+        long_cells(case)?;
+    }
+    time(case)?;
+    for (index, plane) in case.output.planes.iter().enumerate() {
+        let (key, (axis, at)) = (format!("output.planes.{index}"), plane.place());
+        ensure!(dimension == 3, key, "is for 3D only: in 2D figures show all of the flow");
+        let size = case.domain.size[axis];
+        ensure!(
+            (0.0..=size).contains(&at),
+            key,
+            "must lie in the box, from 0 to {size:?} m, not at {at:?}"
+        );
+    }
+    let Pressure { divergence_limit, tightening, max_iterations, .. } = case.pressure;
+    positive("pressure.divergence_limit", divergence_limit, "1/s")?;
+    let holds = tightening > 0.0 && tightening <= 1.0;
+    ensure!(holds, "pressure.tightening", "must be above 0 and at most 1, not {tightening:?}");
+    ensure!(max_iterations >= 1, "pressure.max_iterations", "must be at least 1");
+    Ok(())
+}
+
+/// Choices of the mixing say nothing of sharp walls.
+fn mixing_only(chosen: &Coupling) -> Check {
+    let plain = Coupling::default();
+    let keys = [
+        ("fraction", chosen.fraction == plain.fraction),
+        ("force", chosen.force == plain.force),
+        ("rotation", chosen.rotation == plain.rotation),
+        ("mix_pressure", chosen.mix_pressure == plain.mix_pressure),
+        ("buoyancy", chosen.buoyancy == plain.buoyancy),
+        ("gradient", chosen.gradient == plain.gradient),
+    ];
+    for (key, left_alone) in keys {
+        let place = format!("coupling.{key}");
+        ensure!(
+            left_alone,
+            place,
+            "this is a choice of the paper's mixing: leave it out, or add coupling.wall = \
+            \"mixing\""
+        );
+    }
+    Ok(())
+}
+
+/// Cells this many times as long as wide hold sharp walls; measured, 6 do too, and 8 feed energy to
+/// the flow.
+const LONGEST_CELLS: f64 = 4.0;
+
+/// The profile beside a sharp wall counts in one spacing for all directions.
+fn long_cells(case: &Case) -> Check {
+    let spacings =
+        case.domain.size.iter().zip(&case.domain.cells).map(|(size, cells)| size / *cells as f64);
+    let (least, most) =
+        spacings.fold((f64::INFINITY, 0.0f64), |(least, most), h| (least.min(h), most.max(h)));
+    let holds = (case.particle.is_empty() && case.swarm.is_empty())
+        || most <= LONGEST_CELLS * (1.0 + 1e-9) * least;
+    ensure!(
+        holds,
+        "domain.cells",
+        "make cells {:.1} times as long as wide, and sharp walls hold up to {LONGEST_CELLS}: \
+        choose other numbers of cells, or \
+         coupling.wall = \"mixing\"",
+        most / least
+    );
+    Ok(())
+}
+
+fn domain(domain: &Domain) -> Check {
+    let (sizes, counts) = (domain.size.len(), domain.cells.len());
+    let holds = sizes == 2 || sizes == 3;
+    ensure!(
+        holds,
+        "domain.size",
+        "needs 2 numbers (m) for a 2D case or 3 for a 3D one, not {sizes}"
+    );
+    ensure!(
+        counts == sizes,
+        "domain.cells",
+        "needs {sizes} numbers, one for each in domain.size, not {counts}"
+    );
+    for (axis, (&size, &cells)) in domain.size.iter().zip(&domain.cells).enumerate() {
+        positive(&format!("domain.size.{axis}"), size, "m")?;
+        let key = format!("domain.cells.{axis}");
+        ensure!(
+            cells >= 6,
+            key,
+            "must be at least 6 (the stencil reaches 3 cells to either side), not {cells}"
+        );
+    }
+    let total = domain.cells.iter().try_fold(1_usize, |total, cells| total.checked_mul(*cells));
+    let holds = total.is_some_and(|total| total < 1 << 31);
+    ensure!(
+        holds,
+        "domain.cells",
+        "make 2^31 cells or more, which is more than can be numbered: use fewer"
+    );
+    Ok(())
+}
+
+fn boundary(case: &Case) -> Check {
+    let sides = case.sides();
+    let dimension = case.dimension();
+    let faces = || FACES.into_iter().zip(sides).enumerate();
+    for (face, (name, side)) in faces() {
+        let key = format!("boundary.{name}");
+        let (axis, opposite) = (face / 2, FACES[face ^ 1]);
+        let Some(side) = side else {
+            ensure!(axis >= dimension, key, "missing: a 3D case needs bottom and top as well");
+            continue;
+        };
+        ensure!(
+            axis < dimension,
+            key,
+            "is for 3D only, and domain.size has two numbers: remove it"
+        );
+        match side {
+            Side::Periodic => {
+                let paired = sides[face ^ 1] == Some(&Side::Periodic);
+                let cure = format!("set both {name} and {opposite} to \"periodic\", or neither");
+                ensure!(paired, key, "{name} is periodic and {opposite} is not: {cure}");
+            }
+            Side::Outflow | Side::Wall | Side::Slip => {}
+            Side::MovingWall(velocity) => {
+                let key = format!("{key}.moving_wall");
+                vector(&key, velocity, dimension, "m/s")?;
+                let (normal, x) = (velocity[axis], AXES[axis]);
+                let key = format!("{key}.{axis}");
+                ensure!(
+                    normal == 0.0,
+                    key,
+                    "a wall moves in its own plane: set {x} to 0.0 m/s, not {normal:?}"
+                );
+            }
+            Side::Inflow(velocity) => vector(&format!("{key}.inflow"), velocity, dimension, "m/s")?,
+            Side::InflowParabola(velocity) => {
+                vector(&format!("{key}.inflow_parabola"), velocity, dimension, "m/s")?
+            }
+            Side::InflowProfile(points) => {
+                profile(&format!("{key}.inflow_profile"), points, dimension)?
+            }
+        }
+    }
+    balance(case)
+}
+
+/// Refuses inflows without an outflow, unless as much goes out by their velocities as comes in.
+fn balance(case: &Case) -> Check {
+    let sides = case.sides();
+    let inflow = |side: &Option<&Side>| side.is_some_and(|side| !side.inflow().is_empty());
+    if sides.contains(&Some(&Side::Outflow)) {
+        return Ok(());
+    }
+    let Some(face) = sides.iter().position(inflow) else { return Ok(()) };
+    let fluxes = || (0..sides.len()).filter_map(|face| Some(sides[face]?.flux(face, &case.domain)));
+    let [enters, leaves] =
+        [1.0, -1.0].map(|sign| fluxes().map(|flux| (sign * flux).max(0.0)).sum::<f64>());
+    let unit = if case.dimension() == 2 { "m2/s" } else { "m3/s" };
+    let (name, opposite) = (FACES[face], FACES[face ^ 1]);
+    ensure!(
+        (enters - leaves).abs() <= BALANCED * enters.max(leaves),
+        format!("boundary.{name}"),
+        "inflow without outflow: by the velocities that are given {} {unit} come in and {} {unit} \
+        go out; make these balance, or \
+         set {opposite} = \"outflow\"",
+        short(enters),
+        short(leaves)
+    );
+    Ok(())
+}
+
+/// Part of what comes in by which that which goes out may differ from it: rounding.
+const BALANCED: f64 = 1e-12;
+
+fn profile(key: &str, profile: &Profile, dimension: usize) -> Check {
+    let (points, velocities) = (profile.at.len(), profile.velocity.len());
+    let key_at = format!("{key}.at");
+    finite(&key_at, &profile.at, "m")?;
+    ensure!(points >= 2, key_at, "needs at least 2 coordinates (m), not {points}");
+    let increasing = profile.at.is_sorted_by(|a, b| a < b);
+    ensure!(increasing, key_at, "the coordinates (m) must increase from each to the next");
+    let key = format!("{key}.velocity");
+    ensure!(
+        velocities == points,
+        key,
+        "needs {points} velocities, one for each in `at`, not {velocities}"
+    );
+    let check = |(i, velocity): (usize, &Vec<f64>)| {
+        vector(&format!("{key}.{i}"), velocity, dimension, "m/s")
+    };
+    profile.velocity.iter().enumerate().try_for_each(check)
+}
+
+/// Most stages of a step that have a use: rounding grows with them.
+const MOST_STAGES: usize = 50;
+
+fn time(case: &Case) -> Check {
+    let time = &case.time;
+    positive("time.end", time.end, "s")?;
+    let both = time.step.is_some() && time.cfl.is_some();
+    ensure!(!both, "time.step", "time.step and time.cfl exclude each other: remove one of them");
+    positive("time.step", time.step, "s")?;
+    positive("time.cfl", time.cfl, "a Courant number, such as 0.4")?;
+    if let Some(stages) = time.max_stages {
+        let own = time.scheme.is_none_or(Scheme::has_further_stages);
+        ensure!(
+            own,
+            "time.max_stages",
+            "only time.scheme = \"rkl2\" and \"rkl3\" have a choice of stages: remove one of them"
+        );
+        ensure!(
+            (3..=MOST_STAGES).contains(&stages),
+            "time.max_stages",
+            "must be 3 to {MOST_STAGES} stages, not {stages}"
+        );
+    }
+    if let Some(part) = time.upwinding {
+        ensure!((0.0..=1.0).contains(&part), "time.upwinding", "must be from 0 to 1, not {part}");
+        let holds = part == 1.0
+            || (time.scheme == Some(Scheme::Rk3) && time.advection == Advection::Upwind5);
+        let cure = "set time.scheme = \"rk3\" and time.advection = \"upwind5\"";
+        ensure!(holds, "time.upwinding", "less than 1 is stable with three stages alone: {cure}");
+    }
+    let euler = time.scheme == Some(Scheme::Euler);
+    let holds = time.advection != Advection::Qsi || euler;
+    let cure = "set time.scheme = \"euler\" or choose upwind5";
+    ensure!(holds, "time.advection", "qsi is a one-step scheme: {cure}");
+    let holds = !euler || time.advection == Advection::Qsi || case.fluid.viscosity > 0.0;
+    let cure = "choose \"rk2\" or \"rk3\", or time.advection = \"qsi\"";
+    ensure!(
+        holds,
+        "time.scheme",
+        "euler steps with upwind advection grow without viscosity: {cure}"
+    );
+    Ok(())
+}
+
+/// Puts indices in place of the names of particles in the measures, swarms turned into particles.
+pub(in crate::config) fn name_particles(case: &mut Case) -> Check {
+    let names: Vec<Option<&str>> =
+        case.particle.iter().map(|particle| particle.name.as_deref()).collect();
+    let found = |which: &Which, key: String| match which {
+        Which::Id(id) => Ok(vec![*id]),
+        Which::Named(name) => {
+            let ids: Vec<usize> = (0..names.len()).filter(|id| names[*id] == Some(name)).collect();
+            ensure!(!ids.is_empty(), key, "{}", unnamed(name, names.iter().flatten().copied()));
+            Ok(ids)
+        }
+    };
+    for (index, measure) in case.measure.iter_mut().enumerate() {
+        let one = found(&measure.particle, format!("measure.{index}.particle"))?;
+        let several = "particles have the name: give an index, or a kind that is of several";
+        ensure!(one.len() == 1, format!("measure.{index}.particle"), "{} {several}", one.len());
+        measure.particle = Which::Id(one[0]);
+        if let Some(group) = &mut measure.particles {
+            let ids = group
+                .iter()
+                .enumerate()
+                .map(|(i, which)| found(which, format!("measure.{index}.particles.{i}")));
+            let ids = ids.collect::<Result<Vec<_>, _>>()?.concat();
+            let mut once = HashSet::new();
+            *group = ids.into_iter().filter(|id| once.insert(*id)).map(Which::Id).collect();
+        }
+    }
+    Ok(())
+}
+
+/// Checks the measures, swarms turned into particles and names into indices.
+pub(in crate::config) fn measures(case: &Case) -> Check {
+    let mut names = HashSet::new();
+    for (index, measure) in case.measure.iter().enumerate() {
+        let Measure { name, kind, particle, from, speed, .. } = measure;
+        let key = |rest: &str| format!("measure.{index}.{rest}");
+        ensure!(!name.is_empty(), key("name"), "is empty: give each measure a name");
+        printable(&key("name"), Some(name))?;
+        ensure!(
+            names.insert(name),
+            key("name"),
+            "\"{name}\" names another measure already: give each its own name"
+        );
+        not_negative(&key("from"), *from, "s")?;
+        let end = case.time.end;
+        ensure!(*from < end, key("from"), "must be before time.end = {end:?} s, not {from:?}");
+        positive(&key("speed"), *speed, "m/s")?;
+        let count = case.particle.len();
+        if kind.needs_particle() {
+            let (id, holds) = (particle.id(), particle.id() < count);
+            ensure!(
+                holds,
+                key("particle"),
+                "there is no particle {id}: the case has {count}, counted from 0"
+            );
+        }
+        if kind.is_of_group() {
+            ensure!(count > 0, key("kind"), "is of particles, and the case has none");
+        }
+        if let Some(group) = &measure.particles {
+            ensure!(
+                kind.is_of_group(),
+                key("particles"),
+                "is for mean_height, height_rank, fastest_particle, mean_speed, rms_speed, \
+                transport_rate and force only"
+            );
+            ensure!(
+                !group.is_empty(),
+                key("particles"),
+                "is empty: list some, or leave it out for all"
+            );
+            let unknown = group.iter().map(Which::id).find(|id| *id >= count);
+            let words =
+                |id| format!("there is no particle {id}: the case has {count}, counted from 0");
+            ensure!(unknown.is_none(), key("particles"), "{}", words(unknown.unwrap_or_default()));
+        }
+        if let Some(direction) = &measure.direction {
+            let holds = kind.is_of_force() && !kind.fits_morison();
+            ensure!(
+                holds,
+                key("direction"),
+                "is of forces: drag, lift, strouhal, force and force_noise"
+            );
+            vector(&key("direction"), direction, case.dimension(), "of any length")?;
+            let some = direction.iter().any(|part| *part != 0.0);
+            ensure!(
+                some,
+                key("direction"),
+                "is nothing but zeros: give a direction, as in [1.0, 0.0]"
+            );
+        }
+        box_keys(case, measure, &key)?;
+        if kind.needs_gravity() {
+            let falls = case.fluid.gravity.iter().flatten().any(|g| *g != 0.0);
+            ensure!(falls, key("kind"), "needs fluid.gravity, which says what is high");
+        }
+        if kind.fits_morison() {
+            let swings = |motion: &Motion| {
+                let Motion::Prescribed(Prescribed { oscillation: Some(o), .. }) = motion else {
+                    return false;
+                };
+                o.amplitude.iter().any(|a| *a != 0.0)
+            };
+            let cure = "give it motion = \
+                { prescribed = { oscillation = { amplitude = [...], frequency = ... } } }";
+            ensure!(
+                swings(&case.particle[particle.id()].motion),
+                key("kind"),
+                "is of a particle that swings: {cure}"
+            );
+        }
+        let flat = case.dimension() == 2 || !kind.is_of_midline();
+        ensure!(flat, key("kind"), "is for 2D only; in 3D look into the fields");
+        let along_z = matches!(kind, MeasureKind::PositionZ | MeasureKind::VelocityZ);
+        ensure!(
+            case.dimension() == 3 || !along_z,
+            key("kind"),
+            "is for 3D only; in 2D measure along x or y"
+        );
+        if let Some(when) = measure.when {
+            let holds = kind.has_moments();
+            ensure!(
+                holds,
+                key("when"),
+                "is of position_x, velocity_x (y, z) and spin only: remove it or change the kind"
+            );
+            let (at, most, unit) = match when {
+                When::Contact => (0.0, 0.0, ""),
+                When::X(at) => (at, case.domain.size[0], "m"),
+                When::Y(at) => (at, case.domain.size[1], "m"),
+                When::Z(at) => (at, case.domain.size.get(2).copied().unwrap_or(0.0), "m"),
+                // What is never reached has no value.
+                When::Time(at) => (at, f64::INFINITY, "s"),
+            };
+            ensure!(
+                (0.0..=most).contains(&at),
+                key("when"),
+                "must be from 0 to {most:?} {unit}, not {at:?}"
+            );
+        }
+        if kind.needs_speed() {
+            let holds = speed.or(case.reference_speed()).is_some();
+            ensure!(
+                holds,
+                key("speed"),
+                "no reference speed, as nothing moves at the start: give `speed` (m/s)"
+            );
+        }
+        reference(measure, &key)?;
+    }
+    Ok(())
+}
+
+/// Checks the keys of measures of the whole box.
+fn box_keys(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Check {
+    let Measure { kind, axis, region, threshold, .. } = measure;
+    ensure!(
+        axis.is_none() || kind.has_axis(),
+        key("axis"),
+        "is of flow_rate, pressure_drop and the like only"
+    );
+    if let Some(axis) = axis {
+        axis.check(&key("axis"), case.dimension())?;
+    }
+    let of_bed = *kind == MeasureKind::BedHeight;
+    ensure!(threshold.is_none() || of_bed, key("threshold"), "is of bed_height only");
+    positive(&key("threshold"), *threshold, "a solid fraction, such as 0.1")?;
+    ensure!(
+        threshold.is_none_or(|t| t < 1.0),
+        key("threshold"),
+        "is a solid fraction: it must be below 1"
+    );
+    if let Some(Region { min, max }) = region {
+        ensure!(*kind == MeasureKind::SolidFraction, key("region"), "is of solid_fraction only");
+        vector(&key("region.min"), min, case.dimension(), "m")?;
+        vector(&key("region.max"), max, case.dimension(), "m")?;
+        let holds = min.iter().zip(max).all(|(min, max)| min < max);
+        ensure!(holds, key("region"), "its max must be above its min along every axis");
+        for (axis, (size, cells)) in case.domain.size.iter().zip(&case.domain.cells).enumerate() {
+            let h = size / *cells as f64;
+            // The centres of cells from the first above its min to the last below its max.
+            let [first, last] =
+                [(min[axis] / h - 0.5).ceil().max(0.0), (max[axis] / h - 0.5).floor()];
+            let holds = first <= last.min(*cells as f64 - 1.0);
+            let x = AXES[axis];
+            ensure!(
+                holds,
+                key("region"),
+                "has no centre of a cell in it along {x}, {h:?} m apart in the box: make it wider"
+            );
+        }
+    }
+    let driven = case.drive.is_some() || *kind != MeasureKind::DriveForce;
+    ensure!(driven, key("kind"), "is of a drive, and the case has none: give [drive]");
+    Ok(())
+}
+
+fn reference(measure: &Measure, key: &dyn Fn(&str) -> String) -> Check {
+    let given = measure.reference.is_some();
+    ensure!(
+        given || measure.tolerance.is_none(),
+        key("tolerance"),
+        "is of a reference: give `reference` or remove it"
+    );
+    ensure!(
+        given || measure.source.is_none(),
+        key("source"),
+        "is that of a reference: give `reference` or remove it"
+    );
+    match measure.reference {
+        None => return Ok(()),
+        Some(Reference::Value(value)) => {
+            let holds = value.is_finite() && value != 0.0;
+            ensure!(
+                holds,
+                key("reference"),
+                "must be finite and not 0; around 0 give a band [low, high], not {value:?}"
+            );
+            let cure = "a number needs a tolerance, as a part of it: tolerance = 0.02 is 2 %";
+            ensure!(measure.tolerance.is_some(), key("tolerance"), "is missing: {cure}");
+        }
+        Some(Reference::Band([low, high])) => {
+            let holds = low.is_finite() && high.is_finite() && low <= high;
+            ensure!(
+                holds,
+                key("reference"),
+                "a band is [low, high], both finite, not [{low:?}, {high:?}]"
+            );
+        }
+    }
+    not_negative(&key("tolerance"), measure.tolerance, "a part of the reference")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A box of 4 by 1 (by 1) m, periodic along x, with walls elsewhere, and these further keys.
+    fn refusal(dimension: usize, keys: &str) -> Option<(String, String)> {
+        let (size, cells) = (&[4.0, 1.0, 1.0][..dimension], &[32, 8, 8][..dimension]);
+        let lids = if dimension == 3 { "bottom = \"wall\"\ntop = \"wall\"" } else { "" };
+        let text = format!(
+            "name = \"box\"\ntime.end = 1.0\ndomain = {{ size = {size:?}, cells = {cells:?} }}\n\
+             fluid = {{ density = 1.0, viscosity = 0.1 }}\n{keys}\n\
+             [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\n\
+                 north = \"wall\"\n{lids}"
+        );
+        let case = toml::from_str(&text).unwrap();
+        validate(&case)
+            .and_then(|()| pairs(&case))
+            .and_then(|()| measures(&case))
+            .err()
+            .map(|fault| (fault.key, fault.message))
+    }
+
+    fn discs(places: &[[f64; 2]]) -> String {
+        let disc = |[x, y]: &[f64; 2]| {
+            format!(
+                "{{ shape = {{ disc = {{ diameter = 0.2 }} }}, motion = \"fixed\", position = \
+                    [{x:?}, {y:?}] }}"
+            )
+        };
+        format!("particle = [{}]", places.iter().map(disc).collect::<Vec<_>>().join(", "))
+    }
+
+    #[test]
+    fn bodies_may_touch_each_other_and_the_walls() {
+        assert_eq!(refusal(2, &discs(&[[1.0, 0.1], [1.2, 0.1], [1.0, 0.9], [0.0, 0.5]])), None);
+    }
+
+    #[test]
+    fn what_is_held_may_overlap_as_grains_do_that_have_settled() {
+        let settled = discs(&[[1.0, 0.0999], [1.1999, 0.0999]]);
+        assert_eq!(refusal(2, &settled), None);
+        let (key, _) =
+            refusal(2, &settled.replace("\"fixed\"", "\"free\", density = 2.0")).unwrap();
+        assert_eq!(key, "particle.0.position");
+    }
+
+    #[test]
+    fn the_message_of_an_overlap_names_the_distance_that_is_let_through() {
+        let (_, message) = refusal(2, &discs(&[[1.0, 0.5], [1.19, 0.5]])).unwrap();
+        assert!(message.contains("must be 0.196 m or more"), "{message}");
+        assert_eq!(refusal(2, &discs(&[[1.0, 0.5], [1.1961, 0.5]])), None);
+    }
+
+    #[test]
+    fn bodies_that_overlap_across_the_periodic_faces_are_refused() {
+        let (key, message) = refusal(2, &discs(&[[3.95, 0.5], [2.0, 0.5], [0.05, 0.5]])).unwrap();
+        assert_eq!(key, "particle.2.position");
+        assert!(message.contains("overlaps particle 0") && message.contains("0.1"), "{message}");
+    }
+
+    #[test]
+    fn a_body_may_straddle_a_periodic_face_but_not_a_wall() {
+        assert_eq!(refusal(2, &discs(&[[3.99, 0.5]])), None);
+        let (key, message) = refusal(2, &discs(&[[2.0, 0.95]])).unwrap();
+        assert_eq!(key, "particle.0.position");
+        assert!(message.contains("particle 0") && message.contains("0 to 1.0 m"), "{message}");
+        assert!(refusal(2, &discs(&[[4.0, 0.5]])).unwrap().1.contains("0 <= x < 4.0"));
+    }
+
+    #[test]
+    fn thousands_of_bodies_are_checked_in_no_time() {
+        let places: Vec<[f64; 2]> =
+            (0..3000).map(|i| [f64::from(i / 300), 1e-3 + 1e-3 * f64::from(i % 300)]).collect();
+        let mut case: Case = toml::from_str(
+            "name = \"box\"\ntime.end = 1.0\ndomain = { size = [16.0, 1.0], cells = [128, 16] }\n\
+             fluid = { density = 1.0, viscosity = 0.1 }\n\
+             boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
+                 \"wall\" }",
+        )
+        .unwrap();
+        case.particle = places
+            .iter()
+            .map(|place| Particle {
+                name: None,
+                shape: Shape::Disc(Round { diameter: 1e-3 }),
+                density: None,
+                viscosity: None,
+                position: place.to_vec(),
+                motion: Motion::Fixed,
+                velocity: None,
+                spin: None,
+                locked: Vec::new(),
+                material: None,
+                enter: None,
+            })
+            .collect();
+        let start = crate::cpu::thread_seconds();
+        assert!(validate(&case).is_ok());
+        let spent = crate::cpu::thread_seconds() - start;
+        assert!(spent < 0.5, "{spent} s");
+    }
+
+    #[test]
+    fn cells_much_longer_than_wide_are_refused_beside_sharp_walls() {
+        let long = |keys: &str| {
+            let text = format!(
+                "name = \"box\"\ntime.end = 1.0\n\
+                domain = {{ size = [4.0, 1.0], cells = [32, 40] }}\n\
+                 fluid = {{ density = 1.0, viscosity = 0.1 }}\n{keys}\n[boundary]\n\
+                 west = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\nnorth = \"wall\"\n"
+            );
+            validate(&toml::from_str(&text).unwrap()).err().map(|fault| (fault.key, fault.message))
+        };
+        let (key, message) = long(&discs(&[[1.0, 0.5]])).unwrap();
+        assert!(
+            key == "domain.cells" && message.contains("5.0 times as long as wide"),
+            "{message}"
+        );
+        assert_eq!(
+            long(&("coupling.wall = \"mixing\"\n".to_owned() + &discs(&[[1.0, 0.5]]))),
+            None
+        );
+        assert_eq!(long(""), None, "no particles, no walls of theirs");
+    }
+
+    #[test]
+    fn what_is_for_one_dimension_is_refused_in_the_other() {
+        let sphere = "particle = \
+            [{ shape = { sphere = { diameter = 0.2 } }, position = [1.0, 0.5, 0.5], motion = ";
+        let spun = |spin: &str| format!("{sphere} {{ prescribed = {{ spin = {spin} }} }} }}]");
+        assert_eq!(refusal(3, &spun("[0, 0, 1.0]")), None);
+        assert_eq!(refusal(3, &spun("1.0")).unwrap().0, "particle.0.motion.prescribed.spin");
+        assert_eq!(refusal(2, &spun("1.0")).unwrap().0, "particle.0.shape");
+        assert_eq!(
+            refusal(3, "coupling = { wall = \"mixing\", fraction = \"polygon\" }").unwrap().0,
+            "coupling.fraction"
+        );
+        assert_eq!(refusal(2, "coupling.mix_pressure = true").unwrap().0, "coupling.mix_pressure");
+        assert!(refusal(2, "coupling = { wall = \"mixing\", mix_pressure = true }").is_none());
+        assert_eq!(refusal(3, "initial.velocity = [1.0, 0.0]").unwrap().0, "initial.velocity");
+    }
+
+    #[test]
+    fn a_coefficient_needs_a_particle_and_a_reference_speed() {
+        let drag = "measure = [{ name = \"drag\", kind = \"drag_coefficient\" }]\n";
+        assert_eq!(refusal(2, drag).unwrap().0, "measure.0.particle");
+        let still = drag.to_owned() + &discs(&[[1.0, 0.5]]);
+        assert_eq!(refusal(2, &still).unwrap().0, "measure.0.speed");
+        assert_eq!(refusal(2, &(still + "\ninitial.velocity = [1.0, 0.0]")), None);
+        assert_eq!(refusal(2, "measure = [{ name = \"top\", kind = \"max_speed\" }]"), None);
+    }
+}

@@ -1,0 +1,10 @@
+//! Names of files in a run's folder that one writes and another one reads.
+
+/// Means over time in every cell.
+pub const FIELDS: &str = "statistics.vti";
+/// Means over time in layers of cells.
+pub const PROFILE: &str = "profile.csv";
+/// The balance of momentum over time.
+pub const BALANCE: &str = "balance.csv";
+/// The report of the run.
+pub const REPORT: &str = "report.html";

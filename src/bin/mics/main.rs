@@ -1,0 +1,316 @@
+//! The command line.
+
+mod study;
+
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap_complete::Shell;
+use mics::launch::{self, Ranks};
+use mics::output::watch;
+use mics::run::Request;
+use mics::{Error, Result, check, run, validate};
+use mics_plot::{film, plot, report};
+use mics_run::print;
+use std::io::Write as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// The end of the manual page.
+const EXIT_STATUS: &str = ".SH \"EXIT STATUS\"
+0: done. 1: `mics validate` ran, and values fall short of their references or have moved from the \
+page they are compared with; or `mics study` ran, and some of its runs are not done. 2: the case \
+or the command line is wrong, and
+nothing was written. 3: the run failed, with the state before the failing step kept and named; or \
+`mics watch` saw that of
+its run, or that it was killed. 130: interrupted by Ctrl-C, SIGTERM or SIGUSR1 after writing a \
+checkpoint, from which --resume goes
+on; `mics watch` says so with the same status.
+.SH \"SEE ALSO\"
+The method, the keys of a case and what was measured: README.md and the book beside it, docs/, in \
+/usr/share/doc/mics where Debian's package is installed.";
+
+/// Particle-laden incompressible flow with every particle resolved by the grid.
+#[derive(Parser)]
+#[command(version, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run a case into a folder: logs, fields, figures, summary.json.
+    Run {
+        #[command(flatten)]
+        scene: SceneArgs,
+        /// The run's folder [default: runs/NAME].
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Replace the run that is in the folder.
+        #[arg(long)]
+        force: bool,
+        /// Go on from the newest checkpoint of the run that is in the folder.
+        #[arg(long, conflicts_with = "force")]
+        resume: bool,
+        /// Print errors only.
+        #[arg(long)]
+        quiet: bool,
+        /// On so many ranks, by mpirun; auto: as many as there are cores, with 100,000 cells or
+        /// more for each.
+        #[arg(long, value_name = "N|auto")]
+        ranks: Option<Ranks>,
+    },
+    /// Read and check a case and describe it, without running it.
+    Check {
+        #[command(flatten)]
+        scene: SceneArgs,
+        /// Say what is wrong, and nothing else; no step is tried.
+        #[arg(long)]
+        quiet: bool,
+    },
+    /// Run a case over a table of overrides and PETSc options: study.csv, study.md, work-precision
+    /// figures.
+    Study {
+        /// The study file (TOML).
+        study: PathBuf,
+        /// The study's folder [default: runs/NAME].
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// List the runs without running them.
+        #[arg(long)]
+        list: bool,
+        /// What the file's [quick] makes of it, into NAME-quick.
+        #[arg(long)]
+        quick: bool,
+        /// Repeat the runs that are finished.
+        #[arg(long)]
+        force: bool,
+    },
+    /// Draw the figures of run folders, each as PNG and SVG.
+    ///
+    /// Without --figure: the last state's vorticity and streamlines, forces, speeds, paths, profile
+    /// and probes of each run, and Cd(Re) and St(Re) of all where they are measured. Of a run that
+    /// goes on, what there is.
+    Plot {
+        /// Run folders.
+        #[arg(required = true)]
+        runs: Vec<PathBuf>,
+        /// Draw this figure only; several with commas.
+        #[arg(long, value_name = "FIGURE", value_delimiter = ',')]
+        figure: Vec<plot::Figure>,
+        /// Times (s) of a strip's panels, or the one of a picture of the flow, e.g. 0.1,0.2,0.3:
+        /// the nearest snapshots; without --figure and --field of vorticity and streamlines
+        /// [default: of a strip six from start to end, else the last].
+        #[arg(long, value_name = "TIMES", value_delimiter = ',', allow_negative_numbers = true)]
+        times: Vec<f64>,
+        /// Vorticity (1/s) from one contour line of vorticity-strip to the next [default: a round
+        /// one].
+        #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
+        interval: Option<f64>,
+        #[command(flatten)]
+        view: plot::View,
+        /// Draw paths, forces and speeds of this particle only, by its number (from 0) or its name;
+        /// several with commas [default: all, of more than seven by material and size].
+        #[arg(long, value_name = "PARTICLE", value_delimiter = ',')]
+        particle: Vec<String>,
+        /// Where figures go that are named or of several runs [default: figures/ of the run, of
+        /// several the first].
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
+    /// Make a film of a run: an animated PNG, or a GIF, with a frame for each snapshot of its
+    /// fields, all in the same colours.
+    ///
+    /// It shows the vorticity, the speed or the pressure, with the bodies coloured by size, speed
+    /// or material; one half of each that moves is darker and turns with it. Browsers and most
+    /// viewers play it. --strip sets frames beside each other instead, for a paper.
+    Film(film::Request),
+    /// Sum up a run in one self-contained HTML file.
+    Report {
+        /// The run's folder.
+        run: PathBuf,
+        /// The file [default: DIR/report.html].
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+    },
+    /// Follow runs until they end.
+    Watch {
+        /// The runs' folders.
+        #[arg(required = true)]
+        runs: Vec<PathBuf>,
+    },
+    /// Run the shipped cases and compare them with their references; status 1 where any falls
+    /// short.
+    Validate {
+        /// Only the cases whose names begin so.
+        names: Vec<String>,
+        /// The short cases only, under five minutes; the default.
+        #[arg(long, conflicts_with = "full")]
+        quick: bool,
+        /// All cases with a reference.
+        #[arg(long, conflicts_with = "names")]
+        full: bool,
+        /// Where the runs go.
+        #[arg(long, value_name = "DIR", default_value = "runs/validate")]
+        out: PathBuf,
+        /// Print a page of Markdown, as docs/accuracy.md is one.
+        #[arg(long)]
+        markdown: bool,
+        /// Compare with such a page, and name the values that have moved since by more than a tenth
+        /// of their tolerance; the status is then 1 where there are any, and 0 where values fall
+        /// short as the page has them.
+        #[arg(long, value_name = "PAGE")]
+        compare: Option<PathBuf>,
+        /// PETSc options, after --.
+        #[arg(last = true, value_name = "PETSC OPTIONS", allow_hyphen_values = true)]
+        petsc: Vec<String>,
+    },
+    /// Print the JSON Schema of a case, for editors.
+    Schema {
+        /// The keys in words instead, as the page docs/keys.md of the book.
+        #[arg(long)]
+        markdown: bool,
+    },
+    /// Print the completions of a shell.
+    Completions {
+        /// The shell.
+        shell: Shell,
+    },
+    /// Print the manual page (troff).
+    Man,
+}
+
+#[derive(Args)]
+struct SceneArgs {
+    /// The case file (TOML).
+    case: PathBuf,
+    /// Override a key of the case, e.g. fluid.viscosity=2.0, or particle.0.density=1200: entries of
+    /// a list count from 0.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// PETSc options, after --.
+    #[arg(last = true, value_name = "PETSC OPTIONS", allow_hyphen_values = true)]
+    petsc: Vec<String>,
+}
+
+fn main() -> ExitCode {
+    // Under mpirun every rank meets the same error. Rank 0 says it; the others leave it the time,
+    // since mpirun ends all ranks as soon as one has failed.
+    let speaks = !std::env::var("OMPI_COMM_WORLD_RANK").is_ok_and(|rank| rank != "0");
+    let fail = |code: u8, say: &dyn Fn()| {
+        if !speaks {
+            std::thread::sleep(std::time::Duration::from_secs(3));
+        }
+        // Still there: only this rank has met it.
+        say();
+        ExitCode::from(code)
+    };
+    match Cli::try_parse() {
+        // Help and version are "errors" of status 0.
+        Err(e) => fail(u8::try_from(e.exit_code()).unwrap_or(2), &|| drop(e.print())),
+        Ok(cli) => match act(cli.command) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(stop @ Error::Interrupted(_)) => {
+                fail(stop.exit_code(), &|| complain(&stop.to_string()))
+            }
+            Err(error) => fail(error.exit_code(), &|| complain(&format!("error: {error}"))),
+        },
+    }
+}
+
+/// Says it on standard error; one that takes nothing must not hide the status.
+fn complain(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+fn act(command: Command) -> Result<()> {
+    match command {
+        Command::Run {
+            scene: SceneArgs { case, set, petsc },
+            out,
+            force,
+            resume,
+            quiet,
+            ranks,
+        } => {
+            if let Some(ranks) = ranks {
+                launch::on_ranks(ranks, &case, &set)?;
+            }
+            let draw = plot::draw_run;
+            run::run(&Request { case, out, set, force, resume, quiet, petsc, draw })
+        }
+        Command::Check { scene, quiet } => {
+            check::check(&scene.case, &scene.set, &scene.petsc, quiet)
+        }
+        Command::Study { study, out, list, quick, force } => {
+            study::study(&study::Request { study, out, list, quick, force })
+        }
+        Command::Plot { runs, figure, times, interval, view, particle, out } => {
+            let request = plot::Request {
+                runs,
+                figures: figure,
+                times,
+                interval,
+                view,
+                particles: particle,
+                out,
+            };
+            let drawn = plot::draw(&request)?;
+            drawn.notes.iter().for_each(|note| complain(note));
+            drawn.files.iter().try_for_each(|path| print(&path.display().to_string()))
+        }
+        Command::Film(request) => {
+            film::make(&request)?.iter().try_for_each(|path| print(&path.display().to_string()))
+        }
+        Command::Report { run, out } => {
+            print(&report::write(&run, out.as_deref())?.display().to_string())
+        }
+        Command::Watch { runs } => watch::watch(&runs),
+        Command::Validate { names, full, out, markdown, compare, petsc, .. } => {
+            let draw = plot::draw_run;
+            validate::validate(&validate::Request {
+                names,
+                full,
+                out,
+                markdown,
+                compare,
+                petsc,
+                draw,
+            })
+        }
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "mics", &mut script);
+            print(String::from_utf8_lossy(&script).trim_end())
+        }
+        Command::Man => manual(),
+        Command::Schema { markdown: true } => print(mics::config::reference().trim_end()),
+        Command::Schema { markdown: false } => print(&format!("{:#}", mics::config::schema())),
+    }
+}
+
+/// The manual page: the program's, with every command's options.
+fn manual() -> Result<()> {
+    let (mut page, mut command) = (Vec::new(), Cli::command());
+    command.build();
+    let failed = mics::Error::io("the manual page");
+    let render = |page: &mut Vec<u8>| -> std::io::Result<()> {
+        let man = clap_mangen::Man::new(command.clone());
+        man.render_title(page)?;
+        man.render_name_section(page)?;
+        man.render_synopsis_section(page)?;
+        man.render_description_section(page)?;
+        for sub in command.get_subcommands().filter(|sub| sub.get_name() != "help") {
+            let name = format!("mics {}", sub.get_name());
+            writeln!(page, ".SH \"{}\"", name.to_uppercase())?;
+            let man = clap_mangen::Man::new(sub.clone());
+            let mut part = Vec::new();
+            man.render_synopsis_section(&mut part)?;
+            man.render_description_section(&mut part)?;
+            man.render_options_section(&mut part)?;
+            page.extend(String::from_utf8_lossy(&part).replace(".SH ", ".SS ").bytes());
+        }
+        writeln!(page, "{EXIT_STATUS}")
+    };
+    render(&mut page).map_err(failed)?;
+    print(String::from_utf8_lossy(&page).trim_end())
+}

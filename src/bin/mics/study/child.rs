@@ -1,0 +1,202 @@
+//! One run of a study: a process of this very program with a folder of its own, and what it left
+//! there.
+
+use super::plan::Planned;
+use mics::launch::mpirun;
+use mics_run::progress;
+use mics_run::{Error, Result};
+use serde_json::Value;
+use std::io::{Read as _, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+use std::{env, fs, thread};
+
+/// How a run ended.
+pub struct Outcome {
+    /// `done`, `failed`, `refused` or `interrupted`.
+    pub status: &'static str,
+    /// Why it is not done.
+    pub message: String,
+    /// Its `summary.json`, where it left one.
+    pub summary: Value,
+    /// The commit of the program that ran it.
+    pub commit: String,
+}
+
+impl Outcome {
+    /// That of a run that was not even tried, or left nothing.
+    pub fn refused(message: &str) -> Outcome {
+        let commit = mics::GIT_COMMIT.to_owned();
+        Outcome { status: "refused", message: message.into(), summary: Value::Null, commit }
+    }
+}
+
+fn json(path: &Path) -> Value {
+    let text = fs::read_to_string(path).unwrap_or_default();
+    serde_json::from_str(&text).unwrap_or_default()
+}
+
+/// What a folder holds of this very run, finished earlier: the same case, PETSc options and ranks.
+/// `None` if it is to be run.
+pub fn kept(run: &Planned, folder: &Path) -> Option<Outcome> {
+    let (summary, record) = (json(&folder.join("summary.json")), json(&folder.join("run.json")));
+    let case = fs::read_to_string(folder.join("case.toml")).ok()?;
+    let command = record["command"].as_array()?.iter().filter_map(Value::as_str);
+    let petsc: Vec<&str> = command.skip_while(|word| *word != "--").skip(1).collect();
+    let same = run.loaded.as_ref().is_ok_and(|loaded| loaded.to_toml() == case)
+        && record["ranks"] == run.ranks
+        && petsc == run.petsc;
+    let commit = record["git_commit"].as_str().unwrap_or_default().to_owned();
+    let status = summary["status"].as_str()?;
+    (same && status == "done").then(|| Outcome {
+        status: "done",
+        message: String::new(),
+        summary,
+        commit,
+    })
+}
+
+/// The session folder of an mpirun, deleted with it. The usual one is shared by all of a user's
+/// programs, and the first to end takes it away from those that begin.
+struct Session(PathBuf);
+
+impl Session {
+    /// One for so many ranks; of one rank there is none.
+    fn new(ranks: usize) -> Result<Session> {
+        let path = env::temp_dir().join(format!("mics-study-{}", std::process::id()));
+        if ranks > 1 {
+            fs::create_dir_all(&path).map_err(Error::io(&path))?;
+        }
+        Ok(Session(path))
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Time between two lines of a run's progress.
+const LINE_EVERY: Duration = Duration::from_secs(30);
+/// Time between two looks whether a run has ended.
+const LOOK_EVERY: Duration = Duration::from_millis(20);
+
+/// Waits for a run, and says every now and then on standard error how far it is, `name` ahead;
+/// returns what it said there.
+fn wait(command: &mut Command, folder: &Path, name: &str) -> std::io::Result<Output> {
+    let mut child =
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn()?;
+    let stderr = child.stderr.take();
+    let reader = thread::spawn(move || {
+        let mut said = Vec::new();
+        stderr.map(|mut pipe| pipe.read_to_end(&mut said));
+        said
+    });
+    let mut next = Instant::now() + LINE_EVERY;
+    let status = loop {
+        if let Some(status) = child.try_wait()? {
+            break status;
+        }
+        thread::sleep(LOOK_EVERY);
+        if Instant::now() >= next {
+            next += LINE_EVERY;
+            // A folder without progress is that of a run that has not begun.
+            if let Some(line) = progress::newest(folder) {
+                let _ = writeln!(std::io::stderr(), "{name}: {line}");
+            }
+        }
+    };
+    Ok(Output { status, stdout: Vec::new(), stderr: reader.join().unwrap_or_default() })
+}
+
+/// Runs it into a folder, and waits for it; `name` is what its progress is said of.
+///
+/// # Errors
+/// When this program cannot be started. A run that fails is an outcome.
+pub fn run(run: &Planned, folder: &Path, name: &str) -> Result<Outcome> {
+    if let Err(refusal) = &run.loaded {
+        return Ok(Outcome::refused(&refusal.why));
+    }
+    let program = env::current_exe().map_err(Error::io("this program"))?;
+    let session = Session::new(run.ranks)?;
+    let mut command = if run.ranks == 1 {
+        Command::new(&program)
+    } else {
+        let mut command = mpirun(run.ranks);
+        command.args(["--mca", "orte_tmpdir_base"]).arg(&session.0).arg(&program);
+        command
+    };
+    command.arg("run").arg(&run.case).args(["--quiet", "--force", "--out"]).arg(folder);
+    add_choices(&mut command, run);
+    // A summary of an earlier try must not be taken for this one's.
+    match fs::remove_file(folder.join("summary.json")) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+            return Err(Error::io(folder.join("summary.json"))(e));
+        }
+        _ => {}
+    }
+    let ended = wait(&mut command, folder, name).map_err(Error::io(command.get_program()))?;
+    let words = words(run, &ended.stderr);
+    let summary = json(&folder.join("summary.json"));
+    let status = match ended.status.code() {
+        Some(0) if summary["status"] == "done" => "done",
+        Some(2) => "refused",
+        Some(130) => "interrupted",
+        _ => "failed",
+    };
+    let message = match (status, words.as_str()) {
+        ("done", _) => String::new(),
+        (_, "") => format!("it ended with {} and said nothing", ended.status),
+        _ => words,
+    };
+    Ok(Outcome { status, message, summary, commit: mics::GIT_COMMIT.to_owned() })
+}
+
+/// Why a run would be refused before its first step; `None` where it would start, or fail in
+/// another way.
+///
+/// # Errors
+/// When this program cannot be started.
+pub fn refusal(run: &Planned) -> Result<Option<String>> {
+    let program = env::current_exe().map_err(Error::io("this program"))?;
+    let mut command = Command::new(&program);
+    command.arg("check").arg(&run.case).arg("--quiet");
+    add_choices(&mut command, run);
+    let ended =
+        command.stdin(Stdio::null()).stdout(Stdio::null()).output().map_err(Error::io(program))?;
+    Ok((ended.status.code() == Some(2)).then(|| words(run, &ended.stderr)))
+}
+
+/// The overrides and PETSc options of a run.
+fn add_choices(command: &mut Command, run: &Planned) {
+    command.args(run.set.iter().flat_map(|given| ["--set", given]));
+    if !run.petsc.is_empty() {
+        command.arg("--").args(&run.petsc);
+    }
+}
+
+/// What a run says of its failure, without what the study says anyway.
+fn words(run: &Planned, stderr: &[u8]) -> String {
+    let said = String::from_utf8_lossy(stderr);
+    let words = said.lines().find_map(|line| line.strip_prefix("error: "));
+    let words = words
+        .or_else(|| said.lines().rfind(|line| line.contains(char::is_alphanumeric)))
+        .unwrap_or_default();
+    let (words, place) = (words.trim(), format!("{}: ", run.case.display()));
+    words.strip_prefix(&place).unwrap_or(words).replace(" (given by --set)", "")
+}
+
+/// Deletes the snapshots of a run: those of a large grid are gigabytes, which a table has no use
+/// for.
+///
+/// # Errors
+/// When they cannot be deleted.
+pub fn drop_fields(folder: &Path) -> Result<()> {
+    let fields = folder.join("fields");
+    match fs::remove_dir_all(&fields) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io(fields)(e)),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,225 @@
+//! `mics study`: a case over a table of overrides and PETSc options, one run after another.
+//!
+//! ```text
+//! study file -> Plan: axes multiplied out, every case read and checked
+//!            -> repeat 1: run 1, run 2, ...   repeat 2: run 1, run 2, ...
+//!              each a process of its own
+//!            -> medians over the repeats: study.csv, study.md; figures: value_MEASURE,
+//!                 work_precision_MEASURE (and _mean), cost
+//! ```
+//!
+//! Repeats are interleaved, so that a machine that slows down for a while slows all runs alike. The
+//! table is written after every run: whenever a study is stopped, it has what was done, and the
+//! same command goes on from there.
+
+mod child;
+mod columns;
+mod file;
+mod plan;
+mod sheet;
+mod table;
+
+use child::Outcome;
+use file::Study;
+use mics_run::file::replace;
+use mics_run::print;
+use mics_run::{Error, Result};
+use plan::{Plan, Refusal};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What `mics study` was told.
+#[derive(Clone, Debug, Default)]
+pub struct Request {
+    /// The study file.
+    pub study: PathBuf,
+    /// The study's folder, default `runs/NAME`.
+    pub out: Option<PathBuf>,
+    /// List the runs only.
+    pub list: bool,
+    /// Apply the file's `[quick]`.
+    pub quick: bool,
+    /// Repeat the runs that are finished.
+    pub force: bool,
+}
+
+/// The copy of the study file that marks a study's folder.
+const COPY: &str = "study.toml";
+
+/// Runs a study, or lists its runs.
+///
+/// # Errors
+/// When the study file, a case, or a reference is wrong (nothing is written), when the folder
+/// cannot be written, and, after all runs, when some are not done.
+pub fn study(request: &Request) -> Result<()> {
+    if std::env::var("OMPI_COMM_WORLD_SIZE").is_ok_and(|size| size != "1") {
+        let words = "mics study starts its runs by itself: without mpirun, and with ranks = [...] \
+            in the study file";
+        return Err(Error::Usage(words.into()));
+    }
+    let (study, text) = file::read(&request.study, request.quick)?;
+    let mut plan = Plan::new(&study, &text)?;
+    let name = if request.quick { format!("{}-quick", study.name) } else { study.name.clone() };
+    let folder = request.out.clone().unwrap_or_else(|| Path::new("runs").join(&name));
+    may_use(&folder)?;
+    if request.list {
+        return list(&study, &plan, &folder);
+    }
+    fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
+    replace(&folder.join(COPY), text.as_str().as_bytes())?;
+    check_scenes(&study, &mut plan, &folder, request.force)?;
+    let outcomes = run_all(&study, &plan, &folder, request.force)?;
+    let rows = write_table(&plan, &outcomes, &folder)?;
+    print("")?;
+    print(table::markdown(&plan, &rows).trim_end())?;
+    print("")?;
+    let mut files = vec![folder.join("study.csv"), folder.join("study.md")];
+    if let Some(spread) = &study.spread {
+        let text = table::spread(&plan, &rows, &spread.over);
+        print(text.trim_end())?;
+        print("")?;
+        files.push(folder.join("spread.md"));
+        replace(&files[2], text.as_bytes())?;
+    }
+    let over = study.spread.as_ref().map_or(&[][..], |spread| &spread.over);
+    let measures = plan.measures();
+    let shown: Vec<_> = rows.iter().map(table::Row::shown).collect();
+    let figures = mics_plot::study::draw(
+        &name,
+        &plan.shown(&measures),
+        &shown,
+        study.plot.series.as_deref(),
+        over,
+        &folder,
+    )?;
+    for path in files.iter().chain(&figures) {
+        print(&path.display().to_string())?;
+    }
+    let broken = plan.runs.iter().zip(&outcomes).filter_map(|(run, outcomes)| {
+        let outcome = outcomes.iter().find(|outcome| outcome.status != "done")?;
+        Some(format!("{} ({})", run.id, outcome.status))
+    });
+    let broken: Vec<String> = broken.collect();
+    if broken.is_empty() {
+        return Ok(());
+    }
+    let (count, total) = (broken.len(), plan.runs.len());
+    Err(Error::Short(format!(
+        "{count} of {total} runs are not done: {}; study.csv says why",
+        broken.join(", ")
+    )))
+}
+
+/// Finds the runs that their scenes refuse, by a step over a limit for example, and says before the
+/// first one starts which runs are refused. What is done already is not asked again.
+fn check_scenes(study: &Study, plan: &mut Plan, folder: &Path, force: bool) -> Result<()> {
+    for run in &mut plan.runs {
+        let done = !force
+            && (0..study.repeats).all(|k| child::kept(run, &place(folder, run, k)).is_some());
+        if let (Ok(_), false) = (&run.loaded, done)
+            && let Some(why) = child::refusal(run)?
+        {
+            run.loaded = Err(Refusal::of_scene(why));
+        }
+        if let Err(refusal) = &run.loaded {
+            print(&format!("{} is refused: {}", run.id, refusal.why))?;
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a folder that holds something other than a study.
+fn may_use(folder: &Path) -> Result<()> {
+    let refuse = |why: &str| Err(Error::Usage(format!("{}: {why}", folder.display())));
+    let mut entries = match fs::read_dir(folder) {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+        Err(e) => return refuse(&format!("cannot be used as a study's folder: {e}")),
+        Ok(entries) => entries,
+    };
+    if folder.join(COPY).is_file() || entries.next().is_none() {
+        return Ok(());
+    }
+    refuse("the folder exists and holds no study (no study.toml); give another folder with --out")
+}
+
+fn place(folder: &Path, run: &plan::Planned, repeat: usize) -> PathBuf {
+    folder.join("runs").join(&run.id).join((repeat + 1).to_string())
+}
+
+fn list(study: &Study, plan: &Plan, folder: &Path) -> Result<()> {
+    let mut left = 0;
+    for run in &plan.runs {
+        let done = (0..study.repeats)
+            .filter(|k| child::kept(run, &place(folder, run, *k)).is_some())
+            .count();
+        left += if run.loaded.is_ok() { study.repeats - done } else { 0 };
+        let cells = run
+            .loaded
+            .as_ref()
+            .map(|case| case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>());
+        print(&format!(
+            "{}: {}, {done} of {} done",
+            run.id,
+            cells.map_or_else(
+                |refusal| format!("refused: {}", refusal.why),
+                |cells| format!("{} cells", cells.join(" x "))
+            ),
+            study.repeats
+        ))?;
+        print(&format!("    {}", run.set.join("; ")))?;
+        if !run.petsc.is_empty() {
+            print(&format!("    -- {}", run.petsc.join(" ")))?;
+        }
+    }
+    let (runs, repeats) = (plan.runs.len(), study.repeats);
+    print(&format!(
+        "{runs} runs, {repeats} times each, {left} left to do, into {}",
+        folder.display()
+    ))
+}
+
+/// Runs what is not done yet, repeat by repeat; returns the outcomes of every run. One that is not
+/// done is not repeated.
+fn run_all(study: &Study, plan: &Plan, folder: &Path, force: bool) -> Result<Vec<Vec<Outcome>>> {
+    let mut outcomes: Vec<Vec<Outcome>> = plan.runs.iter().map(|_| Vec::new()).collect();
+    let total = plan.runs.len() * study.repeats;
+    let mut older = 0;
+    for repeat in 0..study.repeats {
+        for (index, run) in plan.runs.iter().enumerate() {
+            if outcomes[index].iter().any(|outcome| outcome.status != "done") {
+                continue;
+            }
+            let at = place(folder, run, repeat);
+            let kept = if force { None } else { child::kept(run, &at) };
+            let word = if kept.is_some() { "kept" } else { "done" };
+            let count = format!("{}/{total} {}", repeat * plan.runs.len() + index + 1, run.id);
+            let outcome = kept.map_or_else(|| child::run(run, &at, &count), Ok)?;
+            if outcome.status == "done" && !study.keep_fields {
+                child::drop_fields(&at)?;
+            }
+            older += usize::from(outcome.commit != mics::GIT_COMMIT);
+            let end = match (outcome.status, outcome.summary["cpu_seconds"].as_f64()) {
+                ("done", Some(cpu)) => format!("{word}, {} CPU s", table::short(cpu)),
+                (status, _) => format!("{status}: {}", outcome.message),
+            };
+            let again =
+                if study.repeats > 1 { format!(", repeat {}", repeat + 1) } else { String::new() };
+            print(&format!("{count}{again}: {end}"))?;
+            outcomes[index].push(outcome);
+            write_table(plan, &outcomes, folder)?;
+        }
+    }
+    if older > 0 {
+        print(&format!(
+            "{older} runs were kept that another build of mics did; --force does them again"
+        ))?;
+    }
+    Ok(outcomes)
+}
+
+fn write_table(plan: &Plan, outcomes: &[Vec<Outcome>], folder: &Path) -> Result<Vec<table::Row>> {
+    let rows = table::rows(plan, outcomes);
+    replace(&folder.join("study.csv"), &table::csv(plan, &rows))?;
+    replace(&folder.join("study.md"), table::markdown(plan, &rows).as_bytes())?;
+    Ok(rows)
+}

@@ -1,0 +1,410 @@
+//! The runs of a study: the product of its axes and its listed rows, on each number of ranks, every
+//! case read and checked.
+
+use super::file::{Study, fault, label};
+use super::sheet::Sheet;
+use mics::scene::read_case;
+use mics_plot::study::{self, Others, Target};
+use mics_run::config::{Case, Text, suggest};
+use mics_run::{Error, Result};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use toml::Table;
+
+/// What a study runs.
+pub struct Plan {
+    /// The names of the columns that tell runs apart.
+    pub names: Vec<String>,
+    /// The runs, in their order.
+    pub runs: Vec<Planned>,
+    /// What measures are compared with.
+    pub references: Vec<Target>,
+    /// What others paid for their errors.
+    pub others: Vec<Others>,
+}
+
+/// Why a run is refused before it starts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refusal {
+    /// In words, the key ahead.
+    pub why: String,
+    /// Whether a key or a value is unknown, and not only out of range: no run means that.
+    misspelt: bool,
+}
+
+impl Refusal {
+    /// That of a scene, in its words.
+    pub fn of_scene(why: String) -> Refusal {
+        Refusal { why, misspelt: false }
+    }
+
+    fn of(error: &Error) -> Refusal {
+        let misspelt = match error {
+            Error::Case { message, .. } => message.starts_with("unknown "),
+            Error::Override { .. } => true,
+            _ => false,
+        };
+        Refusal { why: reason(error), misspelt }
+    }
+}
+
+/// A run of a study.
+pub struct Planned {
+    /// The name of its folder.
+    pub id: String,
+    /// What its columns say; empty where it has no such label.
+    pub labels: Vec<String>,
+    /// Number of ranks.
+    pub ranks: usize,
+    /// The case file.
+    pub case: PathBuf,
+    /// Overrides, `key.path=value`.
+    pub set: Vec<String>,
+    /// PETSc options.
+    pub petsc: Vec<String>,
+    /// The case with them, or why it is refused.
+    pub loaded: Result<Case, Refusal>,
+    /// The keys of the study file that gave it.
+    sources: Vec<String>,
+}
+
+/// What a choice of an axis, or a listed row, adds to a run.
+#[derive(Clone, Default)]
+struct Draft {
+    labels: BTreeMap<String, String>,
+    case: Option<PathBuf>,
+    set: Vec<String>,
+    petsc: Vec<String>,
+    sources: Vec<String>,
+}
+
+impl Draft {
+    fn with(&self, other: &Draft) -> Draft {
+        let mut both = self.clone();
+        both.labels.extend(other.labels.clone());
+        both.case = other.case.clone().or(both.case);
+        both.set.extend(other.set.iter().cloned());
+        both.petsc.extend(other.petsc.iter().cloned());
+        both.sources.extend(other.sources.iter().cloned());
+        both
+    }
+}
+
+fn words(options: &str) -> Vec<String> {
+    options.split_whitespace().map(str::to_owned).collect()
+}
+
+fn overrides(set: &Table) -> Vec<String> {
+    set.iter().map(|(key, value)| format!("{key}={value}")).collect()
+}
+
+/// The product of the axes, then the listed rows.
+fn drafts(study: &Study) -> Vec<Draft> {
+    let mut product = vec![Draft::default()];
+    for (index, axis) in study.axis.iter().enumerate() {
+        let place = |list: &str, k: usize| vec![format!("axis.{index}.{list}.{k}")];
+        let of_key = axis
+            .key
+            .iter()
+            .flat_map(|key| axis.values.iter().enumerate().map(move |(k, v)| (k, key, v)));
+        let values = of_key.map(|(k, key, value)| Draft {
+            set: vec![format!("{key}={value}")],
+            sources: place("values", k),
+            ..Draft::default()
+        });
+        let choices = axis.choices.iter().enumerate().map(|(k, choice)| Draft {
+            set: overrides(&choice.set),
+            petsc: words(&choice.petsc),
+            sources: place("choices", k),
+            ..Draft::default()
+        });
+        let named: Vec<Draft> = values
+            .chain(choices)
+            .zip(axis.labels())
+            .map(|(draft, label)| Draft { labels: [(axis.name.clone(), label)].into(), ..draft })
+            .collect();
+        product = product
+            .iter()
+            .flat_map(|draft| named.iter().map(|choice| draft.with(choice)))
+            .collect();
+    }
+    // Without axes the product is the case itself, which rows stand in for.
+    if study.axis.is_empty() && !study.row.is_empty() {
+        product.clear();
+    }
+    let rows = study.row.iter().enumerate().map(|(index, row)| Draft {
+        labels: row.labels.iter().map(|(name, value)| (name.clone(), label(value))).collect(),
+        case: row.case.clone(),
+        set: overrides(&row.set),
+        petsc: words(&row.petsc),
+        sources: vec![format!("row.{index}")],
+    });
+    product.into_iter().chain(rows).collect()
+}
+
+/// The folder's name of a run.
+fn id(names: &[String], labels: &[String], ranks: Option<usize>) -> String {
+    let named = names.iter().zip(labels).filter(|(_, label)| !label.is_empty());
+    let parts = named.map(|(name, label)| format!("{name}={label}"));
+    let id = parts.chain(ranks.map(|ranks| format!("ranks={ranks}"))).collect::<Vec<_>>().join(",");
+    let plain = |c: char| if c.is_ascii_alphanumeric() || "=,.+-_".contains(c) { c } else { '_' };
+    if id.is_empty() { "case".into() } else { id.chars().map(plain).collect() }
+}
+
+/// What is wrong with a case, without the place that only `--set` on a command line has.
+fn reason(error: &Error) -> String {
+    match error {
+        Error::Case { key, message, .. } => format!("{key}: {message}"),
+        Error::Override { given, why } => format!("bad override `{given}`: {why}"),
+        other => other.to_string(),
+    }
+}
+
+impl Plan {
+    /// Plans the runs of a study.
+    ///
+    /// # Errors
+    /// When the case, a reference or the name in an override is wrong, or no run is left. A choice
+    /// with a value that is refused is no error: its runs are refused.
+    pub fn new(study: &Study, text: &Text) -> Result<Plan> {
+        let beside = |path: &Path| text.file.parent().unwrap_or(Path::new("")).join(path);
+        // What a study has no use for unless it asks for it.
+        let common: Vec<String> =
+            ["output.figures=false".to_owned()].into_iter().chain(overrides(&study.set)).collect();
+        let last = overrides(&study.quick.set);
+        let case = beside(&study.case);
+        read_case(&case, &[])?;
+        for (key, set) in [("set", &common), ("quick.set", &[&common[..], &last[..]].concat())] {
+            read_case(&case, set).map_err(|e| text.refuse(fault(key, reason(&e))))?;
+        }
+
+        let names = study.names();
+        let kept = |name: &str, label: &str| {
+            study
+                .quick
+                .keep
+                .get(name)
+                .is_none_or(|kept| kept.iter().any(|value| super::file::label(value) == label))
+        };
+        let mut runs: Vec<Planned> = Vec::new();
+        let mut seen = BTreeSet::new();
+        let drafts = drafts(study);
+        let case_of = |draft: &Draft| draft.case.as_deref().map_or_else(|| case.clone(), beside);
+        for draft in
+            drafts.iter().filter(|draft| draft.labels.iter().all(|(name, label)| kept(name, label)))
+        {
+            let case = case_of(draft);
+            let set = [&common[..], &draft.set[..], &last[..]].concat();
+            let petsc = [words(&study.petsc), draft.petsc.clone()].concat();
+            let loaded =
+                read_case(&case, &set).map(|loaded| loaded.case).map_err(|e| Refusal::of(&e));
+            let labels: Vec<String> = names
+                .iter()
+                .map(|name| draft.labels.get(name).cloned().unwrap_or_default())
+                .collect();
+            for &ranks in study.ranks.iter().filter(|ranks| kept("ranks", &ranks.to_string())) {
+                let id = id(&names, &labels, (study.ranks.len() > 1).then_some(ranks));
+                if !seen.insert(id.clone()) {
+                    let source = draft.sources.first().cloned().unwrap_or_default();
+                    let message = format!("another run has the labels `{id}` too; give it others");
+                    return Err(text.refuse(fault(source, message)));
+                }
+                runs.push(Planned {
+                    id,
+                    labels: labels.clone(),
+                    ranks,
+                    case: case.clone(),
+                    set: set.clone(),
+                    petsc: petsc.clone(),
+                    loaded: loaded.clone(),
+                    sources: draft.sources.clone(),
+                });
+            }
+        }
+        let references = references(study, text, &beside, &names, &runs)?;
+        let others = others(study, text, &beside)?;
+        let plan = Plan { names, runs, references, others };
+        plan.refuse_faults(text, &common, &case)?;
+        // What --quick leaves out may be what is measured.
+        let all = drafts.iter().filter_map(|draft| {
+            let loaded =
+                read_case(&case_of(draft), &[&common[..], &draft.set[..]].concat()).ok()?;
+            Some(loaded.case.measure.into_iter().map(|measure| measure.name))
+        });
+        plan.refuse_unknown_measures(text, all.flatten())?;
+        Ok(plan)
+    }
+
+    /// Refuses what is a fault of the study file and not of a run: a choice with a misspelt name,
+    /// and a study of which no run is left. Any other choice that is refused is a row with its
+    /// reason.
+    fn refuse_faults(&self, text: &Text, common: &[String], base: &Path) -> Result<()> {
+        let sources: BTreeSet<&String> = self.runs.iter().flat_map(|run| &run.sources).collect();
+        let of = |source: &String| {
+            self.runs.iter().filter(|run| run.sources.contains(source)).collect::<Vec<_>>()
+        };
+        let none_left = self.runs.iter().all(|run| run.loaded.is_err());
+        let misspelt = |run: &Planned| run.loaded.as_ref().is_err_and(|refusal| refusal.misspelt);
+        let faulty = |source: &&&String| {
+            let runs = of(source);
+            runs.iter().all(|run| run.loaded.is_err())
+                && (none_left || runs.iter().any(|run| misspelt(run)))
+        };
+        let never = || sources.iter().filter(faulty);
+        // Where several are never accepted, one that is refused by itself is to blame, not those
+        // that only met it.
+        let alone = |source: &&&String| {
+            let runs = of(source);
+            let shared = |given: &&String| runs.iter().all(|run| run.set.contains(given));
+            let set =
+                runs.first().map(|run| run.set.iter().filter(shared).cloned().collect::<Vec<_>>());
+            read_case(runs.first().map_or(base, |run| &run.case), set.as_deref().unwrap_or(common))
+                .is_err()
+        };
+        let Some(source) = never().find(alone).or_else(|| never().next()) else { return Ok(()) };
+        let refusal = of(source).iter().find_map(|run| run.loaded.as_ref().err().cloned());
+        let key =
+            if source.starts_with("row.") { format!("{source}.set") } else { source.to_string() };
+        Err(text.refuse(fault(key, refusal.map(|refusal| refusal.why).unwrap_or_default())))
+    }
+
+    /// Refuses a reference of what no run measures; `all` are the names of what the file's runs do,
+    /// looked up where those of this plan do not.
+    fn refuse_unknown_measures(
+        &self,
+        text: &Text,
+        all: impl Iterator<Item = String>,
+    ) -> Result<()> {
+        let mut known = self.measures();
+        let unknown = |target: &Target, known: &[String]| !known.contains(&target.measure);
+        if !self.references.iter().any(|target| unknown(target, &known)) {
+            return Ok(());
+        }
+        known.extend(all);
+        known.sort();
+        known.dedup();
+        let Some(index) = self.references.iter().position(|target| unknown(target, &known)) else {
+            return Ok(());
+        };
+        let (measure, known) =
+            (&self.references[index].measure, known.iter().map(String::as_str).collect::<Vec<_>>());
+        let message = format!("the case has no measure `{measure}`; {}", suggest(measure, &known));
+        Err(text.refuse(fault(format!("reference.{index}.measure"), message)))
+    }
+
+    /// What a measure is compared with, where it is.
+    pub fn target(&self, measure: &str) -> Option<&Target> {
+        self.references.iter().find(|target| target.measure == measure)
+    }
+
+    /// What figures show of it, with its measures.
+    pub fn shown<'a>(&'a self, measures: &'a [String]) -> study::Plan<'a> {
+        study::Plan {
+            names: &self.names,
+            measures,
+            references: &self.references,
+            others: &self.others,
+        }
+    }
+
+    /// The names of all measures of the cases.
+    pub fn measures(&self) -> Vec<String> {
+        let mut names: Vec<String> = Vec::new();
+        for case in self.runs.iter().filter_map(|run| run.loaded.as_ref().ok()) {
+            for measure in &case.measure {
+                if !names.contains(&measure.name) {
+                    names.push(measure.name.clone());
+                }
+            }
+        }
+        names
+    }
+}
+
+/// The references' values, read from their files.
+fn references(
+    study: &Study,
+    text: &Text,
+    beside: &dyn Fn(&Path) -> PathBuf,
+    names: &[String],
+    runs: &[Planned],
+) -> Result<Vec<Target>> {
+    let mut found = Vec::new();
+    for (index, reference) in study.reference.iter().enumerate() {
+        let refuse = |key: &str, message: String| {
+            text.refuse(fault(format!("reference.{index}{key}"), message))
+        };
+        let values = match (reference.value, &reference.file, &reference.column) {
+            (None, Some(file), Some(column)) => {
+                let sheet = Sheet::read(&beside(file), &refuse)?;
+                let at = sheet.position(column, ".column", &refuse)?;
+                let fixed: Vec<(usize, String)> = reference
+                    .row
+                    .iter()
+                    .map(|(name, wanted)| {
+                        Ok((sheet.position(name, &format!(".row.{name}"), &refuse)?, label(wanted)))
+                    })
+                    .collect::<Result<_>>()?;
+                let of_label = |(name, axis): (&String, &String)| {
+                    let of = names.iter().position(|other| other == axis).unwrap_or_default();
+                    Ok((sheet.position(name, &format!(".row_of.{name}"), &refuse)?, of))
+                };
+                let varied: Vec<(usize, usize)> =
+                    reference.row_of.iter().map(of_label).collect::<Result<_>>()?;
+                let value = |run: &Planned| {
+                    let varied =
+                        varied.iter().map(|(column, of)| (*column, run.labels[*of].clone()));
+                    sheet.value(
+                        at,
+                        &fixed.iter().cloned().chain(varied).collect::<Vec<_>>(),
+                        !reference.row_of.is_empty(),
+                        &refuse,
+                    )
+                };
+                runs.iter().map(value).collect::<Result<_>>()?
+            }
+            (value, ..) => vec![value; runs.len()],
+        };
+        found.push(Target { measure: reference.measure.clone(), values });
+    }
+    Ok(found)
+}
+
+/// The points of others, read from their files.
+fn others(study: &Study, text: &Text, beside: &dyn Fn(&Path) -> PathBuf) -> Result<Vec<Others>> {
+    let read = |(index, others): (usize, &super::file::Others)| {
+        let refuse = |key: &str, message: String| {
+            text.refuse(fault(format!("plot.others.{index}{key}"), message))
+        };
+        if !study.reference.iter().any(|reference| reference.measure == others.measure) {
+            let message =
+                format!("`{}` has no reference, and so no figure of its error", others.measure);
+            return Err(refuse(".measure", message));
+        }
+        let sheet = Sheet::read(&beside(&others.file), &refuse)?;
+        let column = |name: &str, key: &str| sheet.position(name, key, &refuse);
+        let numbers = [column(&others.cpu, ".cpu")?, column(&others.error, ".error")?];
+        let points = sheet.points(column(&others.label, ".label")?, numbers);
+        Ok(Others { measure: others.measure.clone(), points })
+    };
+    study.plot.others.iter().enumerate().map(read).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_is_a_part_of_its_reference_but_a_difference_where_all_references_are_zero() {
+        let target =
+            |values: &[Option<f64>]| Target { measure: "lift".into(), values: values.to_vec() };
+        let mixed = target(&[Some(2.0), None, Some(0.0), Some(-4.0)]);
+        let errors = [0, 1, 2, 3].map(|run| mixed.error(run, 3.0));
+        assert_eq!(errors, [Some(0.5), None, None, Some(-1.75)]);
+        let nothing = target(&[Some(0.0), None]);
+        assert_eq!(
+            (nothing.is_relative(), nothing.error(0, 3.0), nothing.error(1, 3.0)),
+            (false, Some(3.0), None)
+        );
+    }
+}

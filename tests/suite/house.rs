@@ -1,0 +1,147 @@
+//! The house: which crate knows which, and that modules use each other in one direction.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The repository.
+fn top() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The names of a manifest's dependencies, those of tests and builds included.
+fn dependencies(manifest: &toml::Table) -> BTreeSet<String> {
+    let tables = ["dependencies", "dev-dependencies", "build-dependencies"];
+    let tables = tables.iter().filter_map(|name| manifest.get(*name)?.as_table());
+    tables.flat_map(|table| table.keys().cloned()).collect()
+}
+
+/// The crates of the workspace and which of them each depends on.
+fn crates() -> BTreeMap<String, BTreeSet<String>> {
+    let mut folders = vec![top().to_owned(), top().join("src"), top().join("sys")];
+    folders.extend(fs::read_dir(top().join("crates")).unwrap().map(|entry| entry.unwrap().path()));
+    let read = |folder: &PathBuf| {
+        let manifest: toml::Table =
+            fs::read_to_string(folder.join("Cargo.toml")).unwrap().parse().unwrap();
+        (manifest["package"]["name"].as_str().unwrap().to_owned(), dependencies(&manifest))
+    };
+    let all: BTreeMap<_, _> = folders.iter().map(read).collect();
+    let known: BTreeSet<String> = all.keys().cloned().collect();
+    all.into_iter().map(|(name, all)| (name, all.intersection(&known).cloned().collect())).collect()
+}
+
+#[test]
+fn figures_depend_on_no_solver_and_the_solver_on_no_figures() {
+    let expected = [
+        ("mics", &["mics-plot", "mics-run", "mics-solver"][..]),
+        ("mics-plot", &["mics-run"]),
+        ("mics-run", &[]),
+        ("mics-solver", &["mics-run", "petsc-sys"]),
+        ("petsc-sys", &[]),
+    ];
+    let expected = expected
+        .map(|(name, all)| (name.to_owned(), all.iter().map(|name| (*name).to_owned()).collect()));
+    assert_eq!(crates(), BTreeMap::from(expected));
+}
+
+/// The source of a file without comments, and without the tests at its end.
+fn code(file: &Path) -> String {
+    let text = fs::read_to_string(file).unwrap();
+    let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    let lines = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+    lines.map(|line| format!("{line}\n")).collect()
+}
+
+/// The names that follow `crate::` in a source.
+fn used(code: &str) -> BTreeSet<String> {
+    let name = |text: &str| -> String {
+        text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
+    };
+    let mut found = BTreeSet::new();
+    for (at, word) in code.match_indices("crate::") {
+        let rest = &code[at + word.len()..];
+        match rest.strip_prefix('{') {
+            None => _ = found.insert(name(rest)),
+            Some(list) => {
+                let mut depth = 0;
+                for part in list.split_inclusive([',', '{', '}']) {
+                    if depth == 0 {
+                        found.insert(name(part.trim()));
+                    }
+                    match part.chars().last() {
+                        Some('{') => depth += 1,
+                        Some('}') if depth == 0 => break,
+                        Some('}') => depth -= 1,
+                        _ => {}
+                    }
+                }
+            }
+        }
+    }
+    found
+}
+
+/// All files of Rust in a folder, tests aside.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let of = |path: PathBuf| match path.file_stem().unwrap().to_str().unwrap() {
+        "tests" => Vec::new(),
+        _ if path.is_dir() => files(&path),
+        _ => vec![path],
+    };
+    entries.flat_map(of).filter(|path| path.extension().is_some_and(|e| e == "rs")).collect()
+}
+
+/// The modules of a crate and which others each uses.
+fn modules(root: &Path) -> BTreeMap<String, BTreeSet<String>> {
+    let mut arrows: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for file in files(root) {
+        let inside = file.strip_prefix(root).unwrap().with_extension("");
+        let module = inside.iter().next().unwrap().to_str().unwrap().to_owned();
+        // The command line is a crate of its own.
+        if !["lib", "bin", "build"].contains(&module.as_str()) {
+            arrows.entry(module).or_default().extend(used(&code(&file)));
+        }
+    }
+    let known: BTreeSet<String> = arrows.keys().cloned().collect();
+    for (module, used) in &mut arrows {
+        used.retain(|name| known.contains(name) && name != module);
+    }
+    arrows
+}
+
+/// Modules that use each other in a circle: what is left where all that use nothing else are taken
+/// away, again and again.
+fn circles(mut arrows: BTreeMap<String, BTreeSet<String>>) -> BTreeMap<String, BTreeSet<String>> {
+    loop {
+        let before = arrows.len();
+        let left: BTreeSet<String> = arrows.keys().cloned().collect();
+        arrows.retain(|_, used| !used.is_disjoint(&left));
+        if arrows.len() == before {
+            return arrows;
+        }
+    }
+}
+
+#[test]
+fn modules_of_a_crate_use_each_other_in_no_circle() {
+    for root in ["src", "crates/mics-run/src", "crates/mics-plot/src"] {
+        let arrows = modules(&top().join(root));
+        assert!(arrows.len() > 3 && arrows.values().any(|used| !used.is_empty()), "{arrows:?}");
+        let circles = circles(arrows);
+        assert!(circles.is_empty(), "{root}: each uses another of these: {circles:#?}");
+    }
+}
+
+#[test]
+fn a_circle_of_modules_is_found_in_lists_and_in_paths() {
+    let code = "use crate::a::{b, c};\nuse crate::{Error, d::{e, f}, g};\nlet x = crate::h::i();";
+    let names = ["Error", "a", "d", "g", "h"].map(str::to_owned);
+    assert_eq!(used(code), BTreeSet::from(names));
+    let of = |all: &[(&str, &str)]| {
+        let arrow = |(from, to): &(&str, &str)| ((*from).into(), BTreeSet::from([(*to).into()]));
+        circles(all.iter().map(arrow).collect())
+    };
+    assert_eq!(of(&[("a", "b"), ("b", "c"), ("c", "d")]).len(), 0);
+    assert_eq!(of(&[("a", "b"), ("b", "c"), ("c", "b")]).len(), 3);
+}
