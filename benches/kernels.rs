@@ -14,7 +14,7 @@ use mics::kernels::diffusion;
 use mics::kernels::faces;
 use mics::method::Method;
 use mics::method::sharp::cut::CutBodies;
-use mics::particles::{Body, Freedom, Motion, Push};
+use mics::particles::{Accelerations, Body, Freedom, Motion};
 use mics::petsc::Session;
 use mics::scene::Scene;
 use nalgebra::{Vector3, vector};
@@ -216,12 +216,12 @@ fn contacts(c: &mut Criterion) {
         periods,
         Substeps::Fixed(10),
     );
-    let push = vec![Push::default(); bodies.len()];
+    let accelerations = vec![Accelerations::default(); bodies.len()];
     c.bench_function("contacts/400-discs-10-substeps", |b| {
         let start = || (made.clone(), made.untouched(), bodies.clone());
         let step = |(mut contacts, mut touching, mut bodies): (Contacts, Touching, Vec<Body>)| {
             contacts
-                .advance(&mut bodies, &mut touching, &push, |_, body| body.inertia(), 1e-3)
+                .advance(&mut bodies, &mut touching, &accelerations, |_, body| body.inertia(), 1e-3)
                 .expect("moved");
             (contacts, touching, bodies)
         };

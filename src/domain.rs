@@ -100,13 +100,13 @@ impl<const D: usize> Domain<D> {
         s: &mut State<D>,
         dt: f64,
     ) -> Result<Projected> {
-        let answer = self.hold(beta, std::iter::empty())?;
+        let inverse_mass = self.hold(beta, std::iter::empty())?;
         let Domain { session, grid, boundaries, projection, drive, fluid, .. } = self;
         let State { p, faces, bodies, drive: force, .. } = s;
         let Some((drive, force)) = drive.as_ref().zip(force.as_mut()) else {
             return projection.project(grid, boundaries, beta, dt, p, faces, None);
         };
-        let driving = Driving { drive, force, beta, answer, density: fluid.density, session };
+        let driving = Driving { drive, force, beta, inverse_mass, density: fluid.density, session };
         projection.project(
             grid,
             boundaries,
@@ -118,10 +118,10 @@ impl<const D: usize> Domain<D> {
         )
     }
 
-    /// Lets the pressure equation know what a drive that holds a mean velocity answers to the
+    /// Lets the pressure equation know what a drive that holds a mean velocity responds to the
     /// pressure; `carried` are the faces along its axis through which bodies go as it changes, how
-    /// much (m3/kg), and whether the face counts on this rank. Returns the mean answer (m3/kg; C of
-    /// [`crate::drive`]), of another drive 0. Collective.
+    /// much (m3/kg), and whether the face counts on this rank. Returns the mean response (m3/kg; C
+    /// of [`crate::drive`]), of another drive 0. Collective.
     ///
     /// # Errors
     /// When the solver would pass over this.
@@ -135,7 +135,8 @@ impl<const D: usize> Domain<D> {
         let cells = grid.total_cells() as f64;
         let mut with_bodies = [carried.clone().filter(|c| c.2).map(|c| c.1).sum::<f64>() / cells];
         self.session.sum(&mut with_bodies)?;
-        let answer = drive::mean_coefficient(&self.session, grid, axis, beta)? + with_bodies[0];
+        let inverse_mass =
+            drive::mean_coefficient(&self.session, grid, axis, beta)? + with_bodies[0];
         if let FaceCoefficient::Field(beta) = beta {
             let (beta, whole) = (&beta[axis], 1.0 / self.fluid.density);
             let less = grid
@@ -144,9 +145,9 @@ impl<const D: usize> Domain<D> {
                 .filter(|f| beta[*f] != whole)
                 .map(|f| (f, whole - beta[f]));
             let faces = less.chain(carried.map(|(face, part, _)| (face, -part)));
-            self.projection.set_held((axis, grid.h[axis]), faces, -1.0 / (cells * answer))?;
+            self.projection.set_held((axis, grid.h[axis]), faces, -1.0 / (cells * inverse_mass))?;
         }
-        Ok(answer)
+        Ok(inverse_mass)
     }
 }
 

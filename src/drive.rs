@@ -15,7 +15,7 @@
 //!   -div( H grad phi )/rho + ... - j (j.phi)/(N C) = -D/dt,
 //!              j = div( sum_k (1/rho - V_k/M_k) m_k e )
 //! ```
-//! The solve knows what the drive answers to the pressure (N: all cells), and the mean is held to
+//! The solve knows what the drive responds to the pressure (N: all cells), and the mean is held to
 //! rounding in every step.
 
 use crate::Result;
@@ -87,7 +87,7 @@ pub struct Driving<'a, const D: usize> {
     /// `1/rho` on faces, as far as they are open (m3/kg).
     pub beta: &'a FaceCoefficient<D>,
     /// C above, where the mean is held (m3/kg).
-    pub answer: f64,
+    pub inverse_mass: f64,
     /// The fluid's density (kg/m3).
     pub density: f64,
     /// The ranks.
@@ -109,7 +109,7 @@ impl<const D: usize> Driving<'_, D> {
             Drive::Held { axis, velocity } => {
                 let mean = mean(self.session, grid, axis, faces)?;
                 let mut change = Vector3::zeros();
-                change[axis] = (velocity - mean) / (dt * self.answer);
+                change[axis] = (velocity - mean) / (dt * self.inverse_mass);
                 change
             }
             drive => {
@@ -119,16 +119,16 @@ impl<const D: usize> Driving<'_, D> {
         };
         *self.force += change;
         for (axis, face) in faces.iter_mut().enumerate().filter(|(axis, _)| change[*axis] != 0.0) {
-            let push = dt * change[axis];
+            let accelerations = dt * change[axis];
             for row in grid.face_rows(axis) {
                 match self.beta {
                     FaceCoefficient::Uniform(beta) => {
-                        face[row].iter_mut().for_each(|f| *f += push * beta)
+                        face[row].iter_mut().for_each(|f| *f += accelerations * beta)
                     }
                     FaceCoefficient::Field(beta) => face[row.clone()]
                         .iter_mut()
                         .zip(&beta[axis][row])
-                        .for_each(|(f, beta)| *f += push * beta),
+                        .for_each(|(f, beta)| *f += accelerations * beta),
                 }
             }
         }

@@ -59,10 +59,10 @@ constants! {
     /// The first probe of the profile (spacings from the wall). Nearer, it reads cells that were
     /// imposed; farther, the profile misses the layer. Halved: rebound +8.1 %. Doubled: it falls on
     /// the second: every body fails.
-    first_probe = 1.0;
+    first_image_point = 1.0;
     /// The second probe (spacings); likewise. It adds to the layers of ghosts.
     /// Halved: it falls on the first: every body fails. Doubled: rebound +8.9 %.
-    second_probe = 2.0;
+    second_image_point = 2.0;
     /// What the mean of a cell has beyond its middle, of `h^2 w''` along the normal of a wall. On a
     /// curved wall `h^2/24` of the slope over the radius would come to it, in 3D twice that: with
     /// it the drag of `cases/sphere-array` at a solid fraction of 0.13 and 8 cells a diameter is
@@ -71,7 +71,7 @@ constants! {
     cell_mean = 1.0 / 24.0;
     /// The third probe of the finer profile (spacings), which cells near the wall take where no
     /// body moves.
-    third_probe = 3.0;
+    third_image_point = 3.0;
     /// Depth from which on cells have less of it (spacings), until there is none half a spacing
     /// deeper: so far it needs no more ghosts than the parabola, and only advection reads deeper
     /// cells.
@@ -95,7 +95,7 @@ constants! {
     /// Between the probes of the wall's slope (spacings). Nearer, noise as the body moves; farther,
     /// less of a thin layer. Halved: height of a bed -4.5 %. Doubled: -5.0 %, a settling disc +2.3
     /// %.
-    slope_probe = 0.7;
+    slope_image_point = 0.7;
     /// Gap below which the grid resolves no profile in it (spacings). Larger, the straight profile
     /// replaces a resolved one. Halved: height of a bed -17 %, rebound +6.3 %. Doubled: rebound -36
     /// %, kiss +10 %.
@@ -196,9 +196,9 @@ constants! {
     /// Most times that the first step is taken with the paper's mixing until what contacts give
     /// bodies that lie on others is found. With 12 plain rounds a row of discs that shuts a pipe
     /// carried 0.6 of its weight, and ended its run.
-    most_rehearsals = 40.0;
+    most_initial_contact_iterations = 40.0;
     /// Part of that which may be missing then.
-    rehearsed = 1e-9;
+    initial_contact_tolerance = 1e-9;
     /// What a step counts in the mean force of contacts on a body. Larger, an impact of some steps
     /// counts as lasting before it ends; smaller, a bed that lands is taken for an impact for
     /// longer. A disc eight times as dense as a liquid without viscosity, 8 cells across, strikes
@@ -226,9 +226,9 @@ constants! {
     /// The same in spacings: the less of the two holds.
     /// Halved: overlaps of a bed alone. Doubled: nothing.
     auto_overlap_spacing = 0.1;
-    /// Width of the fluid film in a contact (of the reduced radius). Smaller, stiffer lubrication
-    /// at touch. Halved: rebound -0.9 %. Doubled: rebound +0.5 %.
-    film = 0.02;
+    /// Width of the fluid lubrication layer in a contact (of the reduced radius). Smaller, stiffer
+    /// lubrication at touch. Halved: rebound -0.9 %. Doubled: rebound +0.5 %.
+    lubrication = 0.02;
     /// Gap at which the grid gives half of the lubrication force on a disc (spacings), fitted to
     /// discs that approach each other and a wall in Stokes flow (tests
     /// `the_force_between_two_discs` and `the_force_of_a_narrow_gap`). Two gaps, 1.4 at walls and

@@ -5,8 +5,8 @@ mod begin;
 mod build;
 mod cells;
 mod describe;
-mod reading;
-mod traffic;
+mod diagnostics;
+mod insertion;
 
 use crate::clock::Stage;
 use crate::config::{Case, WallRule};

@@ -18,7 +18,7 @@ pub use energy::EnergyBudget;
 pub use exchange::Exchange;
 use nalgebra::Vector3;
 pub use support::{Pressed, Support};
-pub use walls::{BodyHistory, Unimposed, WallHistory};
+pub use walls::{BeforeForcing, BodyHistory, WallHistory};
 
 /// The state of a scene. Fields have the layout of [`Grid::field`], with ghosts.
 #[derive(Clone, Debug)]

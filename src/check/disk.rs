@@ -52,7 +52,7 @@ pub struct Disk {
     pub all: f64,
 }
 
-/// Foretells what the folder of a run of so many steps will hold. Collective.
+/// Estimates what the folder of a run of so many steps will hold. Collective.
 pub fn expected<const D: usize>(case: &Case, scene: &mut Scene<D>, steps: f64) -> Result<Disk> {
     let due = |cadence: &Cadence| match cadence {
         Cadence::Steps(n) => (steps / *n as f64).floor(),

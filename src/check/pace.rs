@@ -8,9 +8,9 @@
 //!   bed      1.5 U/(1 - phi): a mean velocity U held over free bodies that fill phi of the box
 //! ```
 //! The flow over a bed is by continuity. The one that begins there runs through the pores too, and
-//! has left them some steps later. Where bodies fall in company the fluid between them is faster
-//! than they are. In a box with a floor they lie once they have had the time to fall twice through
-//! it, and from there on the fluid comes to rest:
+//! has left them some steps later. Where several bodies fall together the fluid between them is
+//! faster than they are. In a box with a floor they lie once they have had the time to fall twice
+//! through it, and from there on the fluid comes to rest:
 //!
 //! ```text
 //!   step   its own before T0,   grows as (t/T0)^n from there on, up to the step of a fluid at rest
@@ -25,7 +25,7 @@ use crate::step_size::{Rest, choose_step};
 
 /// The largest speed over that of the stream, where something is held in it.
 const BESIDE: f64 = 1.5;
-/// The same over that of bodies that fall in company, in 2D and 3D: in a plane the fluid finds
+/// The same over that of bodies that fall together, in 2D and 3D: in a plane the fluid finds
 /// fewer ways past them.
 const BETWEEN: [f64; 2] = [2.0, 1.5];
 /// In how many falls through the box bodies come to lie on its floor.
@@ -169,7 +169,8 @@ pub fn later_step(case: &Case, limits: &Limits) -> f64 {
     choose_step(case, &limits, Some(f64::INFINITY), case.time.end).0
 }
 
-/// How the steps of a case will grow under the scheme's `limits`; `None` where nothing comes to rest.
+/// How the steps of a case will grow under the scheme's `limits`; `None` where nothing comes to
+/// rest.
 pub fn expected_rest(case: &Case, limits: &Limits) -> Option<Rest> {
     let from = Pace::expected(case).filter(|pace| pace.step(case).is_finite())?.fallen(case)?;
     let limits = Limits { courant_rate: 0.0, courant_growth: 0.0, ..*limits };

@@ -3,7 +3,7 @@
 
 use crate::config::{Case, FACES, Side};
 use crate::method::collision::refuse_collisions;
-use crate::particles::{Body, Push};
+use crate::particles::{Accelerations, Body};
 use crate::scene::Scene;
 use crate::words::{brief, number};
 
@@ -28,7 +28,7 @@ pub fn run_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String>
     let looks = (left / dt).ceil().min(PAIRS / (movers.len() * bodies.len()) as f64);
     let dt = dt.min(left / looks);
     (1..=looks as usize).find_map(|look| {
-        movers.iter().for_each(|k| bodies[*k].advance(dt, &Push::default(), &periods));
+        movers.iter().for_each(|k| bodies[*k].advance(dt, &Accelerations::default(), &periods));
         let refused = refuse_collisions(&scene.domain, &bodies, case.contact.is_some()).err()?;
         let time = state.time + look as f64 * dt;
         Some(format!(

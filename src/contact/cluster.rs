@@ -152,9 +152,10 @@ impl Contacts {
             work.released += released;
         }
         for k in 0..bodies.len() {
-            let (answer, Impulse { linear, angular }) = (&self.answers[k], &clusters.impulses[k]);
-            let response = answer.mass.dot(&linear.component_mul(linear))
-                + answer.inertia.dot(&angular.component_mul(angular));
+            let (inverse_mass, Impulse { linear, angular }) =
+                (&self.inverse_masses[k], &clusters.impulses[k]);
+            let response = inverse_mass.mass.dot(&linear.component_mul(linear))
+                + inverse_mass.inertia.dot(&angular.component_mul(angular));
             let first = clusters.first(k);
             clusters.works[first].expected += response;
         }
@@ -325,8 +326,9 @@ impl Contacts {
 
     /// `P.M^-1 P` of the linear impulse of a pair (J), as the substeps expect the response.
     fn expected_response(&self, pair: &Pair) -> f64 {
-        let inverse =
-            |k: usize| self.answers.get(k).map_or_else(Vector3::zeros, |answer| answer.mass);
+        let inverse = |k: usize| {
+            self.inverse_masses.get(k).map_or_else(Vector3::zeros, |inverse_mass| inverse_mass.mass)
+        };
         (inverse(pair.first) + inverse(pair.second)).dot(&pair.impulse.component_mul(&pair.impulse))
     }
 
@@ -339,7 +341,7 @@ impl Contacts {
     /// Work of a pair's impulses at given velocities and spins (J).
     fn work_of(&self, pair: &Pair, motion: &impl Fn(usize) -> [Vector3<f64>; 2]) -> f64 {
         let [velocity, spin] = motion(pair.first);
-        let [other, its] = match pair.second.checked_sub(self.answers.len()) {
+        let [other, its] = match pair.second.checked_sub(self.inverse_masses.len()) {
             None => motion(pair.second),
             Some(wall) => [self.walls[wall].sliding(), Vector3::zeros()],
         };

@@ -25,7 +25,7 @@
 //! pile slides by little on the one below.
 
 use super::law::Kinematics;
-use super::substep::Answer;
+use super::substep::InverseMass;
 use super::{Contacts, Impulse, Pair};
 use crate::params;
 use crate::particles::Body;
@@ -109,9 +109,9 @@ impl Contacts {
 
     /// Multiplies the inverse masses of bodies by a function of the response of their clusters.
     fn scale_responses(&mut self, factor: impl Fn(f64) -> f64) {
-        for k in 0..self.answers.len() {
+        for k in 0..self.inverse_masses.len() {
             let factor = factor(self.response_of(k));
-            self.answers[k].scale(factor);
+            self.inverse_masses[k].scale(factor);
         }
     }
 
@@ -155,7 +155,7 @@ impl Contacts {
                 let x = dt * resistance * inverse;
                 x / (1.0 + x)
             };
-            [held(pair.film.normal, inverse[0]), held(pair.film.sliding, inverse[1])]
+            [held(pair.lubrication.normal, inverse[0]), held(pair.lubrication.sliding, inverse[1])]
         };
         Constraint {
             pair: p,
@@ -222,7 +222,8 @@ impl Contacts {
             let Some(given) = corrections.get(k) else {
                 return (Vector3::zeros(), Vector3::zeros());
             };
-            let (Answer { mass, inertia, .. }, residual) = (&self.answers[k], &residuals[k]);
+            let (InverseMass { mass, inertia, .. }, residual) =
+                (&self.inverse_masses[k], &residuals[k]);
             (residual + mass.component_mul(&given.linear), inertia.component_mul(&given.angular))
         };
         let ([(one, spun), (other, its)], n) = (constraint.two.map(of), constraint.normal);
@@ -236,8 +237,8 @@ impl Contacts {
         let slows = |pair: &Pair| {
             let kinematics = self.kinematics(pair, bodies, 0.0).0;
             let [normal, sliding] = [
-                pair.film.normal * kinematics.inverse_normal,
-                pair.film.sliding * kinematics.inverse_tangential,
+                pair.lubrication.normal * kinematics.inverse_normal,
+                pair.lubrication.sliding * kinematics.inverse_tangential,
             ];
             dt * normal.max(sliding) >= params::faint_lubrication()
         };

@@ -112,7 +112,7 @@ pub(super) struct Kinematics {
     /// Velocity of the first one's surface along the other's at the start (m/s).
     pub(super) slip: Vector3<f64>,
     /// Acceleration of the approach by the pushes (m/s2).
-    pub(super) push: f64,
+    pub(super) accelerations: f64,
     /// Acceleration of the slip by the pushes (m/s2).
     pub(super) push_slip: Vector3<f64>,
     /// `1/m_n` (1/kg).
@@ -209,15 +209,18 @@ impl Law {
 
         let elastic = k * mean(g);
         let slowing = 0.5 * h * kinematics.inverse_normal;
-        let approach = kinematics.approach + 0.5 * h * kinematics.push - slowing * elastic;
+        let approach = kinematics.approach + 0.5 * h * kinematics.accelerations - slowing * elastic;
         let normal = (elastic + damper * approach / (1.0 + slowing * damper)).max(0.0);
         let (stiffness, lasted) = (law.tangential_ratio * k * mean(g - 1.0), mean(0.0) * h);
-        (normal, self.grip(kinematics, (stiffness, damper_tangential, lasted), normal, spring))
+        (
+            normal,
+            self.tangential(kinematics, (stiffness, damper_tangential, lasted), normal, spring),
+        )
     }
 
     /// Tangential force on the first one (N) by a spring (N/m) and a damper (N s/m) of a contact
     /// that has `lasted` (s) in the substep.
-    fn grip(
+    fn tangential(
         &self,
         kinematics: &Kinematics,
         (stiffness, damper, lasted): (f64, f64, f64),
@@ -238,14 +241,14 @@ impl Law {
         let damper = if law.printed_sign { -damper } else { damper };
         let slowing = 0.5 * h * kinematics.inverse_tangential;
         let slip = kinematics.slip + 0.5 * h * kinematics.push_slip;
-        let grip = stiffness * stretch
+        let tangential = stiffness * stretch
             + damper * (slip - slowing * stiffness * stretch) / (1.0 + slowing * damper);
         let limit = law.friction * normal;
-        if grip.norm_squared() <= limit * limit {
+        if tangential.norm_squared() <= limit * limit {
             *spring = Some(middle);
-            return -grip;
+            return -tangential;
         }
-        let sliding = grip * (limit / grip.norm());
+        let sliding = tangential * (limit / tangential.norm());
         let held = (sliding - damper * (slip - slowing * sliding)) / stiffness;
         *spring = Some(if stiffness > 0.0 { held } else { Vector3::zeros() });
         -sliding

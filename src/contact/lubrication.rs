@@ -51,7 +51,7 @@ pub struct Medium {
 
 /// What the fluid in a gap resists.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Film {
+pub(super) struct Lubrication {
     /// How wide it is (m); 0 where they touch.
     pub(super) gap: f64,
     /// Force over speed of approach, of sliding and of rolling (N s/m).
@@ -60,10 +60,10 @@ pub(super) struct Film {
     pub(super) rolling: f64,
 }
 
-impl Film {
+impl Lubrication {
     /// None that was found.
-    pub(super) const UNKNOWN: Film =
-        Film { gap: f64::NAN, normal: 0.0, sliding: 0.0, rolling: 0.0 };
+    pub(super) const UNKNOWN: Lubrication =
+        Lubrication { gap: f64::NAN, normal: 0.0, sliding: 0.0, rolling: 0.0 };
 }
 
 impl Medium {
@@ -86,9 +86,10 @@ impl Medium {
         let reduced = reduced(radius, other);
         let (low, high) = (self.width(g0.min(g1), reduced), self.width(g0.max(g1), reduced));
         // Asperities that touch are pressed together over a way that a soft contact makes longer
-        // than it is: the film between them takes on it what it would over one width of its own.
-        let film = params::film() * reduced;
-        let (low, high) = if g0 <= 0.0 { (film, film) } else { (low, high) };
+        // than it is: the lubrication layer between them takes on it what it would over one width
+        // of its own.
+        let lubrication = params::lubrication() * reduced;
+        let (low, high) = if g0 <= 0.0 { (lubrication, lubrication) } else { (low, high) };
         let middle = (low * high).sqrt();
         let (half, power) = match dimension {
             2 => (params::half_gap_of_discs(), 2.0),
@@ -131,7 +132,7 @@ impl Medium {
         g: f64,
     ) -> [f64; 2] {
         let a = reduced(radius, other);
-        let near = if g > 0.0 { self.width(g, a) } else { params::film() * a };
+        let near = if g > 0.0 { self.width(g, a) } else { params::lubrication() * a };
         let beyond = |spacings: f64| {
             let far = near.hypot(spacings * self.spacing);
             match dimension {

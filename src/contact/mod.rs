@@ -7,7 +7,7 @@
 //!   substeps  n >= 40 T / (shortest contact time of a pair, undamped),  h = T/n
 //!   middle    d, n, arms at x + h v/2                           F: mean over the substep ([`law`])
 //!   kick      v' = v + h (a + F/m),  w' = w + h (b + M/I)
-//!              a, b: pushes by fluid and gravity, frozen
+//!              a, b: accelerations by fluid and gravity, frozen
 //!   drift     x' = x + h (v + v')/2
 //! ```
 //! That is Verlet's scheme with the force at the middle: one evaluation per substep, and exact
@@ -38,17 +38,17 @@ mod tests;
 
 use crate::archive::{Archive, Checkpointed};
 use crate::error::NotFinite;
-use crate::particles::{Body, Inertia, Neighbours, Push};
+use crate::particles::{Accelerations, Body, Inertia, Neighbours};
 use crate::{Error, Result, params};
 use cluster::Clusters;
 use correction::Constraint;
 use law::Law;
 pub use law::{Damping, Laws, Material};
-use lubrication::Film;
+use lubrication::Lubrication;
 pub use lubrication::Medium;
 use nalgebra::Vector3;
 pub use stiffness::Impact;
-use substep::{Answer, Grip, Meeting, RIGID};
+use substep::{InverseMass, Meeting, RIGID, TangentialForce};
 
 /// A border of the box, normal to an axis; its inner side faces the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,11 +70,11 @@ pub struct Wall {
 /// What the fluid does at a border that stops bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WallSide {
-    /// It sticks, and a film of it is between body and wall.
+    /// It sticks, and a lubrication layer of it is between body and wall.
     Closed,
     /// It slips: a plane of symmetry, beyond which bodies see their own images.
     Slip,
-    /// It comes in, as through a grate: no film.
+    /// It comes in, as through a grate: no lubrication layer.
     Inflow,
 }
 
@@ -125,7 +125,7 @@ struct Pair {
     stored: f64,
     /// What the fluid between them resists, after how many substeps each, and for how long (s) it
     /// has not yet.
-    film: Film,
+    lubrication: Lubrication,
     stride: usize,
     due: f64,
     /// They cannot touch before the two have gone so far since the search, together (m).
@@ -167,9 +167,9 @@ pub struct Contacts {
     /// By their first body, ascending; those of the search before.
     pairs: Vec<Pair>,
     old: Vec<Pair>,
-    /// Per body: its answer, its way since the search (m) and the way it may go (m), whether it has
-    /// a pair, its load now.
-    answers: Vec<Answer>,
+    /// Per body: its response, its way since the search (m) and the way it may go (m), whether it
+    /// has a pair, its load now.
+    inverse_masses: Vec<InverseMass>,
     /// Per body, see [`Contacts::contact_damping`].
     damping: Vec<f64>,
     travelled: Vec<f64>,
@@ -180,7 +180,7 @@ pub struct Contacts {
     constraints: Vec<Constraint>,
     clusters: Clusters,
     /// Of the substep.
-    grips: Vec<Grip>,
+    tangential_forces: Vec<TangentialForce>,
     /// Per body, its way since the search when the next substep is done (m), and by how much it has
     /// turned in the step (rad).
     reach: Vec<f64>,
@@ -222,13 +222,13 @@ impl Contacts {
             neighbours: Neighbours::new(bodies, size, periods),
             pairs: Vec::with_capacity(8 * n),
             old: Vec::with_capacity(8 * n),
-            answers: vec![RIGID; n],
+            inverse_masses: vec![RIGID; n],
             damping: vec![0.0; n],
             travelled: vec![0.0; n],
             search_radius: vec![0.0; n],
             paired: vec![false; n],
             loads: vec![Impulse::default(); n],
-            grips: Vec::with_capacity(8 * n),
+            tangential_forces: Vec::with_capacity(8 * n),
             constraints: Vec::with_capacity(8 * n),
             clusters: Clusters::new(n),
             reach: vec![0.0; n],
@@ -271,10 +271,10 @@ impl Contacts {
         body.mass() + part.min(params::most_added_mass()) * added
     }
 
-    /// Moves all bodies on by `dt` (s): free ones under `push` and contacts, prescribed ones as
-    /// told. `turning` is the moment of inertia of a body and of the fluid that turns with it (kg
-    /// m2). Returns the substeps taken: 0 where nobody is in reach of anybody, and everybody has
-    /// made one ballistic move.
+    /// Moves all bodies on by `dt` (s): free ones under `accelerations` and contacts, prescribed
+    /// ones as told. `turning` is the moment of inertia of a body and of the fluid that turns with
+    /// it (kg m2). Returns the substeps taken: 0 where nobody is in reach of anybody, and everybody
+    /// has made one ballistic move.
     ///
     /// # Errors
     /// When a state is not finite, an overlap is too deep, the substeps are too few, or a body
@@ -283,13 +283,14 @@ impl Contacts {
         &mut self,
         bodies: &mut [Body],
         touching: &mut Touching,
-        push: &[Push],
+        accelerations: &[Accelerations],
         turning: impl Fn(usize, &Body) -> Inertia,
         dt: f64,
     ) -> Result<usize> {
         self.refuse_strays(bodies)?;
-        for (i, (body, push)) in bodies.iter().zip(push).enumerate() {
-            self.answers[i] = Answer::of(body, push, self.mass_in_contact(body), &turning(i, body));
+        for (i, (body, accelerations)) in bodies.iter().zip(accelerations).enumerate() {
+            self.inverse_masses[i] =
+                InverseMass::of(body, accelerations, self.mass_in_contact(body), &turning(i, body));
         }
         self.pairs.clear();
         let (kept, periods) = (touching.springs.iter(), &self.periods);
@@ -364,8 +365,9 @@ impl Contacts {
                 // The surfaces of a body and of its own image slide with both spins, and both turn
                 // the body.
                 let sides = if pair.is_own_image() { 2.0 } else { 1.0 };
-                let film = body.radius().powi(2) * (sides * pair.film.sliding + pair.film.rolling);
-                self.damping[k] += if pair.pressed > 0.0 { f64::INFINITY } else { film };
+                let lubrication = body.radius().powi(2)
+                    * (sides * pair.lubrication.sliding + pair.lubrication.rolling);
+                self.damping[k] += if pair.pressed > 0.0 { f64::INFINITY } else { lubrication };
             }
         }
     }
@@ -380,7 +382,7 @@ impl Contacts {
     /// What an impulse (N m s) of contacts changes of a body's spin, with what turns with it
     /// (rad/s).
     pub(crate) fn turned_by(&self, body: usize, turn: &Vector3<f64>) -> Vector3<f64> {
-        self.answers[body].inertia.component_mul(turn)
+        self.inverse_masses[body].inertia.component_mul(turn)
     }
 
     /// Takes note of what contacts gave beyond what [`advance`](Contacts::advance) found (N m s).
@@ -412,8 +414,12 @@ impl Contacts {
     /// Finds the pairs of bodies as they lie, before any [`advance`](Contacts::advance).
     pub fn meet(&mut self, bodies: &[Body]) {
         for (i, body) in bodies.iter().enumerate() {
-            self.answers[i] =
-                Answer::of(body, &Push::default(), self.mass_in_contact(body), &body.inertia());
+            self.inverse_masses[i] = InverseMass::of(
+                body,
+                &Accelerations::default(),
+                self.mass_in_contact(body),
+                &body.inertia(),
+            );
         }
         self.search(bodies, 0.0, false);
     }
@@ -502,7 +508,7 @@ impl Contacts {
     /// # Errors
     /// When a number belongs to no body or wall, or an image to no period.
     pub fn check(&self, touching: &Touching) -> Result<()> {
-        let bodies = self.answers.len();
+        let bodies = self.inverse_masses.len();
         for &(first, second, Springs { image, .. }) in &touching.springs {
             let imaged =
                 (0..3).any(|a| image[a] != 0.0 && (second >= bodies || self.periods[a].is_none()));
@@ -521,8 +527,9 @@ impl Contacts {
     /// search_radius leaves room for what contacts do to speeds.
     fn search(&mut self, bodies: &[Body], time: f64, again: bool) {
         let mut farthest: f64 = 0.0;
-        for (i, (body, answer)) in bodies.iter().zip(&self.answers).enumerate() {
-            let way = (body.pace() + 0.5 * answer.push.acceleration.norm() * time) * time;
+        for (i, (body, inverse_mass)) in bodies.iter().zip(&self.inverse_masses).enumerate() {
+            let way =
+                (body.speed() + 0.5 * inverse_mass.accelerations.acceleration.norm() * time) * time;
             self.search_radius[i] = 0.5 * self.medium.range()
                 + if again { 2.0 * way + 0.05 * body.radius() } else { way + 1e-6 * body.radius() };
             farthest = farthest.max(body.radius() + self.search_radius[i]);
@@ -654,7 +661,7 @@ impl Pair {
             stuck: 0.0,
             touched: 0.0,
             stored: 0.0,
-            film: Film::UNKNOWN,
+            lubrication: Lubrication::UNKNOWN,
             stride: 1,
             due: 0.0,
             clear: 0.0,

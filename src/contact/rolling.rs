@@ -53,7 +53,7 @@ impl Contacts {
         pair.rolled += h * rolling - pair.rolled.dot(&n) * n;
         let limit = lever * normal;
         let spring = stiffness * pair.rolled.norm();
-        let turns = |body: usize| self.answers[body].inertia.max();
+        let turns = |body: usize| self.inverse_masses[body].inertia.max();
         let turns = h * (turns(pair.first) + other.map_or(0.0, |_| turns(pair.second)));
         if spring >= limit {
             pair.rolled *= limit / spring;
@@ -63,8 +63,8 @@ impl Contacts {
             return -limit.min(stops.max(limit / (1.0 + turns * h * stiffness))) * along;
         }
         let part = |k: usize, body: usize| {
-            let answer = &self.answers[body];
-            let (mass, inertia) = (answer.mass.max(), answer.inertia.max());
+            let inverse_mass = &self.inverse_masses[body];
+            let (mass, inertia) = (inverse_mass.mass.max(), inverse_mass.inertia.max());
             if mass > 0.0 && inertia > 0.0 {
                 1.0 / (1.0 / inertia + arms[k] * arms[k] / mass)
             } else {

@@ -51,7 +51,7 @@ impl Impact {
             (params::auto_overlap() * smallest).min(params::auto_overlap_spacing() * spacing);
         for body in bodies {
             let (mut speed, volume) =
-                (body.velocity.norm().max(body.pace()).max(flow), body.volume());
+                (body.velocity.norm().max(body.speed()).max(flow), body.volume());
             if body.freedom().is_some() {
                 let weight = (body.mass() - density * volume).abs() * gravity.norm();
                 let fall = 2.0 * weight / (body.mass() + 0.5 * density * volume) * length;

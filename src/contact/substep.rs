@@ -1,10 +1,10 @@
 //! Substeps: how many, the kick by pushes and contacts, the drift; formulas in [`super`].
 
 use super::law::{Kinematics, Law};
-use super::lubrication::Film;
+use super::lubrication::Lubrication;
 use super::{Contacts, Impulse, Pair, Substeps, WallSide};
 use crate::config::MOST_SUBSTEPS;
-use crate::particles::{Body, Inertia, Motion, Push};
+use crate::particles::{Accelerations, Body, Inertia, Motion};
 use crate::{Error, Result, params};
 use nalgebra::Vector3;
 const FEWEST_PER_CONTACT: f64 = 5.0;
@@ -16,23 +16,26 @@ const SAME_GAP: f64 = 1e-3;
 /// Gap that is none (of the radius).
 pub(super) const TOUCHING: f64 = 1e-9;
 
-/// How a body answers forces: zero along the axes where it does not.
+/// How a body responds to forces: zero along the axes where it does not.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Answer {
+pub(super) struct InverseMass {
     /// Inverse mass of a free body, whatever its axes (1/kg).
     whole: f64,
     /// 1/kg.
     pub(super) mass: Vector3<f64>,
     /// 1/(kg m2).
     pub(super) inertia: Vector3<f64>,
-    pub(super) push: Push,
+    pub(super) accelerations: Accelerations,
 }
 
-pub(super) const RIGID: Answer = Answer {
+pub(super) const RIGID: InverseMass = InverseMass {
     whole: 0.0,
     mass: Vector3::new(0.0, 0.0, 0.0),
     inertia: Vector3::new(0.0, 0.0, 0.0),
-    push: Push { acceleration: Vector3::new(0.0, 0.0, 0.0), angular: Vector3::new(0.0, 0.0, 0.0) },
+    accelerations: Accelerations {
+        acceleration: Vector3::new(0.0, 0.0, 0.0),
+        angular: Vector3::new(0.0, 0.0, 0.0),
+    },
 };
 
 /// Fewest substeps of a step in which the fluid between two acts: what resists their approach,
@@ -52,8 +55,8 @@ impl Contacts {
 
     /// Those that a pair needs.
     fn count_for(&self, pair: &Pair, bodies: &[Body], time: f64, taken: usize) -> Result<usize> {
-        let film = self.apart(pair, bodies, time);
-        match (self.substeps, film) {
+        let lubrication = self.apart(pair, bodies, time);
+        match (self.substeps, lubrication) {
             // The fluid between them alone counts.
             (Substeps::Auto, Some(wanted)) => Ok(wanted.ceil() as usize),
             (Substeps::Fixed(_), Some(_)) => Ok(1),
@@ -84,12 +87,12 @@ impl Contacts {
     /// Speed (m/s) at which a pair may come to approach within `time` (s).
     fn pushed(&self, pair: &Pair, bodies: &[Body], time: f64) -> f64 {
         let mut velocity = bodies[pair.first].velocity;
-        let mut push = self.answers[pair.first].push.acceleration;
+        let mut accelerations = self.inverse_masses[pair.first].accelerations.acceleration;
         if let Some(other) = bodies.get(pair.second) {
             velocity -= other.velocity;
-            push -= self.answers[pair.second].push.acceleration;
+            accelerations -= self.inverse_masses[pair.second].accelerations.acceleration;
         }
-        velocity.norm() + push.norm() * time
+        velocity.norm() + accelerations.norm() * time
     }
 
     /// How many substeps the fluid between a pair wants in `time` (s), where the two cannot touch
@@ -154,10 +157,10 @@ impl Contacts {
     ) -> Option<(usize, usize, f64)> {
         let locked = [pair.first, pair.second]
             .into_iter()
-            .filter(|&k| k < bodies.len() && self.answers[k].whole > 0.0);
+            .filter(|&k| k < bodies.len() && self.inverse_masses[k].whole > 0.0);
         let axes = locked
             .flat_map(|k| (0..3).map(move |axis| (k, axis)))
-            .filter(|(k, axis)| self.answers[*k].mass[*axis] == 0.0);
+            .filter(|(k, axis)| self.inverse_masses[*k].mass[*axis] == 0.0);
         let along = |(k, axis): (usize, usize)| bodies[k].velocity[axis];
         let fast = axes.filter(|&at| {
             (along(at) * kinematics.normal[at.1]).abs() > 0.5 * kinematics.approach.abs()
@@ -191,11 +194,13 @@ impl Contacts {
             (kinematics.overlap, self.law(pair), 1.0 / kinematics.inverse_normal);
         let exponent = law.material.exponent;
         // What strikes, or presses by what pushes the two, stopped at a fiftieth of the radius.
-        let push = |k: usize| {
-            self.answers.get(k).map_or_else(Vector3::zeros, |answer| answer.push.acceleration)
+        let accelerations = |k: usize| {
+            self.inverse_masses
+                .get(k)
+                .map_or_else(Vector3::zeros, |inverse_mass| inverse_mass.accelerations.acceleration)
         };
         let (depth, pressed) =
-            (0.02 * radius, mass * (push(pair.first) - push(pair.second)).norm());
+            (0.02 * radius, mass * (accelerations(pair.first) - accelerations(pair.second)).norm());
         let energy = law.stored(overlap) + 0.5 * mass * kinematics.approach.powi(2);
         let enough = ((exponent + 1.0) * energy / depth.powf(exponent + 1.0))
             .max(pressed / depth.powf(exponent));
@@ -231,7 +236,7 @@ impl Contacts {
     /// The forces of all pairs in a substep of `h` (s).
     fn load(&mut self, bodies: &[Body], h: f64) -> Result<()> {
         self.loads.fill(Impulse::default());
-        self.grips.clear();
+        self.tangential_forces.clear();
         for (i, body) in bodies.iter().enumerate().filter(|(i, _)| self.paired[*i]) {
             self.reach[i] = self.travelled[i] + h * body.velocity.norm();
         }
@@ -274,7 +279,7 @@ impl Contacts {
             self.pairs[p] = pair;
             if normal > 0.0 {
                 self.touch(&pair);
-                self.grips.push(Grip {
+                self.tangential_forces.push(TangentialForce {
                     pair: p,
                     force: tangential,
                     torque: rolling,
@@ -296,23 +301,28 @@ impl Contacts {
                 }
             }
         }
-        self.slid -= self.grips.iter().map(|grip| h * self.power(grip, bodies)).sum::<f64>();
+        self.slid -= self
+            .tangential_forces
+            .iter()
+            .map(|tangential| h * self.power(tangential, bodies))
+            .sum::<f64>();
         Ok(())
     }
 
     /// Mean power of a contact's tangential force and rolling torque over the substep (W), in which
     /// all loads change the velocities: what holds still does no work, whatever else presses on it.
-    fn power(&self, grip: &Grip, bodies: &[Body]) -> f64 {
-        let Grip { force, torque, kinematics, arms, .. } = grip;
-        let pair = &self.pairs[grip.pair];
+    fn power(&self, tangential: &TangentialForce, bodies: &[Body]) -> f64 {
+        let TangentialForce { force, torque, kinematics, arms, .. } = tangential;
+        let pair = &self.pairs[tangential.pair];
         let zero = || (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
         // What its loads change of a body's velocity and spin, and its mean spin.
         let mean = |k: usize| {
             let Some(body) = bodies.get(k) else { return zero() };
-            let (load, answer, half) = (&self.loads[k], &self.answers[k], 0.5 * kinematics.h);
-            let turned = half * answer.inertia.component_mul(&load.angular);
-            let spin = body.spin + half * answer.push.angular + turned;
-            (half * answer.mass.component_mul(&load.linear), turned, spin)
+            let (load, inverse_mass, half) =
+                (&self.loads[k], &self.inverse_masses[k], 0.5 * kinematics.h);
+            let turned = half * inverse_mass.inertia.component_mul(&load.angular);
+            let spin = body.spin + half * inverse_mass.accelerations.angular + turned;
+            (half * inverse_mass.mass.component_mul(&load.linear), turned, spin)
         };
         let ((moved, turned, spin), (other, its, its_spin)) = (mean(pair.first), mean(pair.second));
         let turned = (arms[0] * turned + arms[1] * its).cross(&kinematics.normal);
@@ -335,17 +345,20 @@ impl Contacts {
     fn carry(&mut self, bodies: &mut [Body], h: f64) -> bool {
         let mut within = true;
         for (i, body) in bodies.iter_mut().enumerate().filter(|(i, _)| self.paired[*i]) {
-            let (load, answer) = (&self.loads[i], &self.answers[i]);
+            let (load, inverse_mass) = (&self.loads[i], &self.inverse_masses[i]);
             self.impulses[i].linear += h * load.linear;
             self.impulses[i].angular += h * load.angular;
-            let push = Push {
-                acceleration: answer.push.acceleration + answer.mass.component_mul(&load.linear),
-                angular: answer.push.angular + answer.inertia.component_mul(&load.angular),
+            let accelerations = Accelerations {
+                acceleration: inverse_mass.accelerations.acceleration
+                    + inverse_mass.mass.component_mul(&load.linear),
+                angular: inverse_mass.accelerations.angular
+                    + inverse_mass.inertia.component_mul(&load.angular),
             };
-            let (way, turned) = travel(body, &push, h, &self.periods);
+            let (way, turned) = travel(body, &accelerations, h, &self.periods);
             self.travelled[i] += way;
             self.turned[i] += turned;
-            let next = (body.pace() + 0.5 * answer.push.acceleration.norm() * h) * h;
+            let next =
+                (body.speed() + 0.5 * inverse_mass.accelerations.acceleration.norm() * h) * h;
             within &= self.travelled[i] + next <= self.search_radius[i];
         }
         within
@@ -375,40 +388,46 @@ impl Contacts {
                 self.touch(&pair);
             }
             let kinematics = self.kinematics_at(&pair, bodies, 0.0, &meeting);
-            let film = self.film(&pair, bodies, gap, gap - h * kinematics.approach);
-            self.pairs[p].film = film;
-            let resistance = h * film.normal;
+            let lubrication = self.lubrication(&pair, bodies, gap, gap - h * kinematics.approach);
+            self.pairs[p].lubrication = lubrication;
+            let resistance = h * lubrication.normal;
             let impulse =
                 resistance * kinematics.approach / (1.0 + resistance * kinematics.inverse_normal);
             self.pairs[p].normal += impulse;
-            self.push(p, bodies, -impulse * kinematics.normal, [Vector3::zeros(); 2]);
-            let slip = self.slide(p, bodies, &kinematics, arms, h * film.sliding);
-            self.roll(p, bodies, (kinematics.normal, slip), arms, h * film.rolling);
+            self.apply_impulse(p, bodies, -impulse * kinematics.normal, [Vector3::zeros(); 2]);
+            let slip = self.slide(p, bodies, &kinematics, arms, h * lubrication.sliding);
+            self.roll(p, bodies, (kinematics.normal, slip), arms, h * lubrication.rolling);
         }
     }
 
     /// What the fluid in a pair's gap resists as it goes from a width to another (m): as it was
     /// found last, where it has hardly changed.
-    pub(super) fn film(&self, pair: &Pair, bodies: &[Body], gap: f64, next: f64) -> Film {
+    pub(super) fn lubrication(
+        &self,
+        pair: &Pair,
+        bodies: &[Body],
+        gap: f64,
+        next: f64,
+    ) -> Lubrication {
         // The two sides of a box round differently what is put down to touch them.
         let rounding = TOUCHING * bodies[pair.first].radius();
         let [gap, next] = [gap, next].map(|g| if g < rounding { g.min(0.0) } else { g });
-        let near = |g: f64| (g - pair.film.gap).abs() <= SAME_GAP * pair.film.gap;
-        if (gap <= 0.0 && next <= 0.0 && pair.film.gap == 0.0)
+        let near = |g: f64| (g - pair.lubrication.gap).abs() <= SAME_GAP * pair.lubrication.gap;
+        if (gap <= 0.0 && next <= 0.0 && pair.lubrication.gap == 0.0)
             || (gap > 0.0 && near(gap) && near(next))
         {
-            return pair.film;
+            return pair.lubrication;
         }
         let (body, other) =
             (&bodies[pair.first], bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()));
         let (dimension, radius) = (body.shape().dimension(), body.radius());
         let side = self.side(pair);
         if side == Some(WallSide::Inflow) {
-            return Film { gap: gap.max(0.0), normal: 0.0, sliding: 0.0, rolling: 0.0 };
+            return Lubrication { gap: gap.max(0.0), normal: 0.0, sliding: 0.0, rolling: 0.0 };
         }
-        // At a plane of symmetry the film is half of that between the body and its mirror image.
-        // The two approach alike, turn against each other and go along the plane together: they
-        // roll on each other and never slide.
+        // At a plane of symmetry the lubrication layer is half of that between the body and its
+        // mirror image. The two approach alike, turn against each other and go along the plane
+        // together: they roll on each other and never slide.
         let mirrored = side == Some(WallSide::Slip);
         let between = |g0: f64, g1: f64| {
             if mirrored {
@@ -430,12 +449,12 @@ impl Contacts {
         } else {
             self.medium.shear_resistance(dimension, radius, other, gap)
         };
-        Film { gap: if touches { f64::NAN } else { gap.max(0.0) }, normal, sliding, rolling }
+        Lubrication { gap: if touches { f64::NAN } else { gap.max(0.0) }, normal, sliding, rolling }
     }
 
     /// What the fluid does at the wall of a pair; `None` where the second is a body.
     fn side(&self, pair: &Pair) -> Option<WallSide> {
-        pair.second.checked_sub(self.answers.len()).map(|wall| self.walls[wall].side)
+        pair.second.checked_sub(self.inverse_masses.len()).map(|wall| self.walls[wall].side)
     }
 
     /// Resistance over a substep (N s^2/m) to surfaces that slide along a gap; the slip that is
@@ -451,7 +470,7 @@ impl Contacts {
         let left = 1.0 / (1.0 + resistance * kinematics.inverse_tangential);
         let impulse = -resistance * left * kinematics.slip;
         let turn = kinematics.normal.cross(&impulse);
-        self.push(p, bodies, impulse, arms.map(|arm| arm * turn));
+        self.apply_impulse(p, bodies, impulse, arms.map(|arm| arm * turn));
         left * kinematics.slip
     }
 
@@ -468,10 +487,15 @@ impl Contacts {
         let (body, other) = (&bodies[pair.first], bodies.get(pair.second));
         if self.side(&pair) == Some(WallSide::Slip) {
             // The mirror image turns the other way, at the same arm.
-            let inverse = 0.5 * arms[0] * arms[0] * self.answers[pair.first].inertia.max();
+            let inverse = 0.5 * arms[0] * arms[0] * self.inverse_masses[pair.first].inertia.max();
             let impulse =
                 -0.5 * resistance / (1.0 + resistance * inverse) * (arms[0] * body.spin).cross(&n);
-            self.push(p, bodies, Vector3::zeros(), [arms[0] * n.cross(&impulse), Vector3::zeros()]);
+            self.apply_impulse(
+                p,
+                bodies,
+                Vector3::zeros(),
+                [arms[0] * n.cross(&impulse), Vector3::zeros()],
+            );
             return;
         }
         let (spun, lever) = match other {
@@ -485,19 +509,20 @@ impl Contacts {
             arms[0] * body.spin + other.map_or(Vector3::zeros(), |other| arms[1] * other.spin);
         let moved = slip - own.cross(&n);
         let speed = 0.5 * (spun.cross(&n) + lever * moved);
-        let turns = |i: usize, body: usize| arms[i] * arms[i] * self.answers[body].inertia.max();
+        let turns =
+            |i: usize, body: usize| arms[i] * arms[i] * self.inverse_masses[body].inertia.max();
         let turning = turns(0, pair.first) + other.map_or(0.0, |_| turns(1, pair.second));
-        let masses = self.answers[pair.first].mass.max()
-            + other.map_or(0.0, |_| self.answers[pair.second].mass.max());
+        let masses = self.inverse_masses[pair.first].mass.max()
+            + other.map_or(0.0, |_| self.inverse_masses[pair.second].mass.max());
         let inverse = 0.25 * (lever * lever * masses + turning);
         let impulse = -0.5 * resistance / (1.0 + resistance * inverse) * speed;
         let turn = n.cross(&impulse);
-        self.push(p, bodies, lever * impulse, [arms[0] * turn, -arms[1] * turn]);
+        self.apply_impulse(p, bodies, lever * impulse, [arms[0] * turn, -arms[1] * turn]);
     }
 
     /// Gives an impulse (N s) to the first of a pair and takes it from the second one, with what
     /// turns each (N m s).
-    fn push(
+    fn apply_impulse(
         &mut self,
         p: usize,
         bodies: &mut [Body],
@@ -508,13 +533,13 @@ impl Contacts {
         pair.add(impulse, turns);
         for (k, sign, turn) in [(pair.first, 1.0, turns[0]), (pair.second, -1.0, turns[1])] {
             let Some(body) = bodies.get_mut(k) else {
-                let wall = self.walls[k - self.answers.len()].velocity;
+                let wall = self.walls[k - self.inverse_masses.len()].velocity;
                 self.wall_impulse -= impulse;
                 self.wall_work += impulse.dot(&wall);
                 continue;
             };
-            body.velocity += sign * self.answers[k].mass.component_mul(&impulse);
-            body.spin += self.answers[k].inertia.component_mul(&turn);
+            body.velocity += sign * self.inverse_masses[k].mass.component_mul(&impulse);
+            body.spin += self.inverse_masses[k].inertia.component_mul(&turn);
             self.impulses[k].linear += sign * impulse;
             self.impulses[k].angular += turn;
         }
@@ -524,7 +549,8 @@ impl Contacts {
     /// they have a pair.
     pub(super) fn drift(&mut self, bodies: &mut [Body], time: f64, wanted: impl Fn(bool) -> bool) {
         for (i, body) in bodies.iter_mut().enumerate().filter(|(i, _)| wanted(self.paired[*i])) {
-            self.turned[i] += travel(body, &self.answers[i].push, time, &self.periods).1;
+            self.turned[i] +=
+                travel(body, &self.inverse_masses[i].accelerations, time, &self.periods).1;
         }
     }
 
@@ -569,17 +595,18 @@ impl Contacts {
 
     /// The same where it is known where they touch.
     fn kinematics_at(&self, pair: &Pair, bodies: &[Body], h: f64, meeting: &Meeting) -> Kinematics {
-        let (body, answer) = (&bodies[pair.first], &self.answers[pair.first]);
+        let (body, inverse_mass) = (&bodies[pair.first], &self.inverse_masses[pair.first]);
         let &Meeting { normal, overlap, arms, velocity } = meeting;
-        let (mut turning, mut turned) = (arms[0] * body.spin, arms[0] * answer.push.angular);
-        let (mut whole, mut inverse, mut push) =
-            (answer.whole, answer.mass, answer.push.acceleration);
-        let mut inverse_turn = arms[0] * arms[0] * answer.inertia.max();
+        let (mut turning, mut turned) =
+            (arms[0] * body.spin, arms[0] * inverse_mass.accelerations.angular);
+        let (mut whole, mut inverse, mut accelerations) =
+            (inverse_mass.whole, inverse_mass.mass, inverse_mass.accelerations.acceleration);
+        let mut inverse_turn = arms[0] * arms[0] * inverse_mass.inertia.max();
         if let Some(other) = bodies.get(pair.second) {
-            let its = &self.answers[pair.second];
+            let its = &self.inverse_masses[pair.second];
             turning += arms[1] * other.spin;
-            turned += arms[1] * its.push.angular;
-            push -= its.push.acceleration;
+            turned += arms[1] * its.accelerations.angular;
+            accelerations -= its.accelerations.acceleration;
             whole += its.whole;
             inverse += its.mass;
             inverse_turn += arms[1] * arms[1] * its.inertia.max();
@@ -587,7 +614,7 @@ impl Contacts {
         if pair.is_own_image() {
             // An impulse and its reaction on the same body move it nowhere, and turn it twice.
             inverse = Vector3::zeros();
-            inverse_turn = (arms[0] + arms[1]).powi(2) * answer.inertia.max();
+            inverse_turn = (arms[0] + arms[1]).powi(2) * inverse_mass.inertia.max();
         }
         let along = |v: Vector3<f64>, turning: Vector3<f64>| {
             v - v.dot(&normal) * normal + turning.cross(&normal)
@@ -600,8 +627,8 @@ impl Contacts {
             normal,
             approach: velocity.dot(&normal),
             slip: along(velocity, turning),
-            push: push.dot(&normal),
-            push_slip: along(push, turned),
+            accelerations: accelerations.dot(&normal),
+            push_slip: along(accelerations, turned),
             inverse_normal: finite(normal.component_mul(&normal).dot(&inverse)),
             inverse_tangential: finite(inverse.max() + inverse_turn),
         }
@@ -610,7 +637,7 @@ impl Contacts {
 
 /// What holds a contact along its surface, and its rolling, over a substep.
 #[derive(Clone, Debug)]
-pub(super) struct Grip {
+pub(super) struct TangentialForce {
     pair: usize,
     /// On the first of the pair (N, N m).
     force: Vector3<f64>,
@@ -638,18 +665,23 @@ impl Meeting {
     }
 }
 
-impl Answer {
-    pub(super) fn of(body: &Body, push: &Push, mass: f64, inertia: &Inertia) -> Answer {
+impl InverseMass {
+    pub(super) fn of(
+        body: &Body,
+        accelerations: &Accelerations,
+        mass: f64,
+        inertia: &Inertia,
+    ) -> InverseMass {
         let Some(freedom) = body.freedom() else { return RIGID };
         let ones = |free: [bool; 3]| Vector3::from(free.map(|f| if f { 1.0 } else { 0.0 }));
         let (along, about) = (ones(freedom.translation), ones(freedom.rotation));
-        Answer {
+        InverseMass {
             whole: 1.0 / mass,
             mass: along / mass,
-            inertia: inertia.answer(&Vector3::repeat(1.0), &freedom),
-            push: Push {
-                acceleration: push.acceleration.component_mul(&along),
-                angular: push.angular.component_mul(&about),
+            inertia: inertia.inverse_mass(&Vector3::repeat(1.0), &freedom),
+            accelerations: Accelerations {
+                acceleration: accelerations.acceleration.component_mul(&along),
+                angular: accelerations.angular.component_mul(&about),
             },
         }
     }
@@ -663,12 +695,20 @@ impl Answer {
 
 /// Moves a body by `h` (s) under accelerations that last; the way it goes (m), and by what it is to
 /// be turned (rad).
-fn travel(body: &mut Body, push: &Push, h: f64, periods: &[Option<f64>; 3]) -> (f64, Vector3<f64>) {
+fn travel(
+    body: &mut Body,
+    accelerations: &Accelerations,
+    h: f64,
+    periods: &[Option<f64>; 3],
+) -> (f64, Vector3<f64>) {
     if body.motion == Motion::Fixed {
         return (0.0, Vector3::zeros());
     }
     let free = body.freedom().is_some();
-    let speed =
-        if free { (body.velocity + 0.5 * h * push.acceleration).norm() } else { body.pace() };
-    (speed * h, body.shift(h, push, periods))
+    let speed = if free {
+        (body.velocity + 0.5 * h * accelerations.acceleration).norm()
+    } else {
+        body.speed()
+    };
+    (speed * h, body.shift(h, accelerations, periods))
 }

@@ -65,8 +65,13 @@ impl Touched {
         Touched { touching: law.untouched(), law }
     }
 
-    fn advance(&mut self, bodies: &mut [Body], push: &[Push], dt: f64) -> Result<usize> {
-        self.law.advance(bodies, &mut self.touching, push, |_, body| body.inertia(), dt)
+    fn advance(
+        &mut self,
+        bodies: &mut [Body],
+        accelerations: &[Accelerations],
+        dt: f64,
+    ) -> Result<usize> {
+        self.law.advance(bodies, &mut self.touching, accelerations, |_, body| body.inertia(), dt)
     }
 }
 
@@ -100,13 +105,13 @@ fn contacts(
     Touched::new(law)
 }
 
-fn push(x: f64, y: f64) -> Push {
-    Push { acceleration: vector![x, y, 0.0], ..Push::default() }
+fn accelerations(x: f64, y: f64) -> Accelerations {
+    Accelerations { acceleration: vector![x, y, 0.0], ..Accelerations::default() }
 }
 
-/// Advances without a push until the pair has parted; the steps that found it in contact.
+/// Advances with no acceleration until the pair has parted; the steps that found it in contact.
 fn collide(contacts: &mut Touched, bodies: &mut [Body], dt: f64) -> usize {
-    let still = vec![Push::default(); bodies.len()];
+    let still = vec![Accelerations::default(); bodies.len()];
     let mut touched = 0;
     for _ in 0..100_000 {
         contacts.advance(bodies, &still, dt).unwrap();
@@ -152,7 +157,7 @@ fn a_head_on_collision_has_the_restitution_asked_for() {
             let time = Law::new(law).contact_time(one[0].mass(), 0.5);
             one[0].centre.y = 0.01 + 0.5 * time * (0.3 + phase / 40.0);
             let mut wall = contacts(&one, law, size, &[0, 1, 2], Substeps::Auto);
-            let taken = wall.advance(&mut one, &[Push::default()], 2.0 * time).unwrap();
+            let taken = wall.advance(&mut one, &[Accelerations::default()], 2.0 * time).unwrap();
             assert!((80..90).contains(&taken), "{taken}");
             let measured = one[0].velocity.y / 0.5;
             worst = worst.max((measured / e - 1.0).abs());
@@ -190,7 +195,7 @@ fn what_a_locked_axis_drives_into_a_wall_is_named_since_no_stiffness_stops_it() 
         let mut one = [body(Shape::Disc, 0.01, vector![0.1, 0.011, 0.0], vector![0.2, -0.5, 0.0])];
         one[0].motion = Motion::Free(freedom);
         let mut wall = contacts(&one, material(1.0, 0.5, 0.0), [0.2; 3], &[0, 1], Substeps::Auto);
-        wall.advance(&mut one, &[Push::default()], 0.01).map_err(|e| e.to_string())
+        wall.advance(&mut one, &[Accelerations::default()], 0.01).map_err(|e| e.to_string())
     };
     let said = driven(Freedom { translation: [true, false, false], ..PLANE }).unwrap_err();
     assert!(
@@ -256,7 +261,7 @@ fn damping_can_be_given_as_it_is() {
         let mut one = [body(Shape::Sphere, 0.01, vector![0.1, 0.1, 0.1], vector![0.0, -0.5, 0.0])];
         one[0].centre.y = 0.0101;
         let mut wall = contacts(&one, law, [0.2; 3], &[0, 1, 2], Substeps::Auto);
-        wall.advance(&mut one, &[Push::default()], 0.01).unwrap();
+        wall.advance(&mut one, &[Accelerations::default()], 0.01).unwrap();
         assert!((one[0].velocity.y / 0.5 / 0.6 - 1.0).abs() < 0.005, "{}", one[0].velocity.y / 0.5);
     }
 }
@@ -269,7 +274,7 @@ fn a_body_that_hits_a_wall_askew_slides_by_coulombs_law() {
         law.normal_stiffness *= 10.0; // the arm is the radius less the overlap
         let mut one = [body(shape, 0.01, vector![0.1, 0.0101, 0.1], vector![2.0, -speed, 0.0])];
         let mut wall = contacts(&one, law, [0.2; 3], &[1], Substeps::Auto);
-        wall.advance(&mut one, &[Push::default()], 2e-3).unwrap();
+        wall.advance(&mut one, &[Accelerations::default()], 2e-3).unwrap();
         let slowed = mu * (1.0 + e) * speed;
         assert!(((2.0 - one[0].velocity.x) / slowed - 1.0).abs() < 0.01, "{}", one[0].velocity.x);
         // The friction acts below the centre, backwards: the body takes up a spin about -z.
@@ -288,17 +293,17 @@ fn a_wall_that_moves_drags_along() {
     fixed[0].velocity = vector![-2.0, -0.5, 0.0];
     let mut dragged = [one];
     contacts(&fixed, law, [0.2; 3], &[1], Substeps::Auto)
-        .advance(&mut fixed, &[Push::default()], 1e-3)
+        .advance(&mut fixed, &[Accelerations::default()], 1e-3)
         .unwrap();
     let mut moving = contacts(&dragged, law, [0.2; 3], &[1], Substeps::Auto);
     moving.law.walls[0].velocity.x = 2.0;
-    moving.advance(&mut dragged, &[Push::default()], 1e-3).unwrap();
+    moving.advance(&mut dragged, &[Accelerations::default()], 1e-3).unwrap();
     assert!((dragged[0].velocity.x - fixed[0].velocity.x - 2.0).abs() < 1e-9);
     assert!((dragged[0].spin.z - fixed[0].spin.z).abs() < 1e-6);
 }
 
 #[test]
-fn a_body_that_grips_the_wall_reverses_its_slip_but_never_gains_energy() {
+fn a_body_that_sticks_to_the_wall_reverses_its_slip_but_never_gains_energy() {
     for (e, ratio) in [(1.0, 0.4), (1.0, 2.0 / 7.0), (0.9, 2.0 / 7.0), (0.5, 1.0)] {
         let law = Material { tangential_ratio: ratio, ..material(1.0, e, 10.0) };
         let mut one =
@@ -309,7 +314,7 @@ fn a_body_that_grips_the_wall_reverses_its_slip_but_never_gains_energy() {
         };
         let before = energy(&one[0]);
         let mut wall = contacts(&one, law, [0.2; 3], &[1], Substeps::Auto);
-        wall.advance(&mut one, &[Push::default()], 5e-3).unwrap();
+        wall.advance(&mut one, &[Accelerations::default()], 5e-3).unwrap();
         let slip = one[0].velocity.x + 0.01 * one[0].spin.z;
         assert!(one[0].velocity.x < 0.05 && one[0].spin.z < 0.0 && slip < 0.02, "{one:?}");
         assert!(
@@ -325,7 +330,7 @@ fn a_body_that_grips_the_wall_reverses_its_slip_but_never_gains_energy() {
         let mut one =
             [body(Shape::Sphere, 0.01, vector![0.1, 0.01001, 0.1], vector![0.05, -0.5, 0.0])];
         contacts(&one, law, [0.2; 3], &[1], Substeps::Auto)
-            .advance(&mut one, &[Push::default()], 5e-3)
+            .advance(&mut one, &[Accelerations::default()], 5e-3)
             .unwrap();
         (one[0].velocity.x + 0.01 * one[0].spin.z).abs()
     };
@@ -345,7 +350,7 @@ fn acceleration_down(
     one[0].motion = motion;
     one[0].centre.y -= one[0].mass() * 9.81 * angle.cos() / 1e6;
     let mut wall = contacts(&one, law, size, &[1], Substeps::Auto);
-    let down = [push(9.81 * angle.sin(), -9.81 * angle.cos())];
+    let down = [accelerations(9.81 * angle.sin(), -9.81 * angle.cos())];
     let mut before = 0.0;
     for step in 0..200 {
         if step == 100 {
@@ -383,19 +388,21 @@ fn a_body_that_resists_rolling_lies_below_its_angle_and_slows_down_on_a_floor() 
         (Shape::Disc, Motion::Free(PLANE), 2.0 / 3.0),
         (Shape::Sphere, Motion::Free(FREE), 5.0 / 7.0),
     ] {
-        let resists = |rolling_friction: f64, slope: f64, speed: f64, pushes: Push| {
-            let law = Material { rolling_friction, ..material(1.0, 0.5, 0.8) };
-            let mut one = [body(shape, 0.01, vector![0.1, 0.01, 0.05], vector![speed, 0.0, 0.0])];
-            one[0].motion = motion;
-            one[0].spin.z = -speed / 0.01;
-            one[0].centre.y -= one[0].mass() * 9.81 * slope.cos() / 1e6;
-            let mut wall = contacts(&one, law, [2.0, 0.1, 0.1], &[1], Substeps::Auto);
-            for _ in 0..200 {
-                wall.advance(&mut one, &[pushes], 2.5e-3).unwrap();
-            }
-            (one, wall)
-        };
-        let down = |slope: f64| push(9.81 * slope.sin(), -9.81 * slope.cos());
+        let resists =
+            |rolling_friction: f64, slope: f64, speed: f64, accelerations: Accelerations| {
+                let law = Material { rolling_friction, ..material(1.0, 0.5, 0.8) };
+                let mut one =
+                    [body(shape, 0.01, vector![0.1, 0.01, 0.05], vector![speed, 0.0, 0.0])];
+                one[0].motion = motion;
+                one[0].spin.z = -speed / 0.01;
+                one[0].centre.y -= one[0].mass() * 9.81 * slope.cos() / 1e6;
+                let mut wall = contacts(&one, law, [2.0, 0.1, 0.1], &[1], Substeps::Auto);
+                for _ in 0..200 {
+                    wall.advance(&mut one, &[accelerations], 2.5e-3).unwrap();
+                }
+                (one, wall)
+            };
+        let down = |slope: f64| accelerations(9.81 * slope.sin(), -9.81 * slope.cos());
         // The normal force has the lever mu_r R, weight the lever R tan(slope).
         let (one, wall) = resists(0.2, f64::atan(0.19), 0.0, down(f64::atan(0.19)));
         assert!(
@@ -445,7 +452,7 @@ fn a_block_below_its_friction_angle_stays_and_remembers_why() {
     let mut again = one.clone();
     let mut restarted = acceleration_down(Shape::Disc, 0.4, 0.0, block).1;
     restarted.touching.springs = memory.clone();
-    let down = [push(9.81 * f64::atan(0.35).sin(), -9.81 * f64::atan(0.35).cos())];
+    let down = [accelerations(9.81 * f64::atan(0.35).sin(), -9.81 * f64::atan(0.35).cos())];
     wall.advance(&mut one, &down, 2.5e-3).unwrap();
     restarted.advance(&mut again, &down, 2.5e-3).unwrap();
     assert_eq!(one[0].centre, again[0].centre);
@@ -464,7 +471,7 @@ fn film_impulses(bodies: &mut [Body], axes: &[usize]) -> Vec<Impulse> {
     let medium = Medium { density: 1000.0, viscosity: 0.1, spacing: 2e-3, ..Medium::default() };
     let fixed = contacts(bodies, material(1.0, 0.9, 0.0), [1e3; 3], axes, Substeps::Auto).law;
     let mut contacts = Touched::new(fixed.within(medium));
-    contacts.advance(bodies, &vec![Push::default(); bodies.len()], 1e-5).unwrap();
+    contacts.advance(bodies, &vec![Accelerations::default(); bodies.len()], 1e-5).unwrap();
     contacts.impulses().to_vec()
 }
 
@@ -497,7 +504,8 @@ fn spins_in_a_row(count: usize, gap: f64, start: f64) -> Vec<f64> {
     let law = contacts(&row, material(1.0, 0.9, 0.3), size, &[1], Substeps::Auto).law;
     let mut contacts = Touched::new(law.within(medium));
     for _ in 0..10 {
-        let taken = contacts.advance(&mut row, &vec![Push::default(); count], 0.01).unwrap();
+        let taken =
+            contacts.advance(&mut row, &vec![Accelerations::default(); count], 0.01).unwrap();
         assert!(
             taken < 50 || count > 1,
             "{taken} substeps for a body that never touches its image"
@@ -547,8 +555,8 @@ fn lubrication_at_a_plane_of_symmetry_turns_a_body_as_its_mirror_image_would() {
         (mirror.walls[0].at, mirror.walls[0].side) = (y, WallSide::Slip);
         let (mut pair, mut mirror) =
             (Touched::new(pair.within(medium)), Touched::new(mirror.within(medium)));
-        pair.advance(&mut two, &[Push::default(); 2], 1e-4).unwrap();
-        mirror.advance(&mut one, &[Push::default()], 1e-4).unwrap();
+        pair.advance(&mut two, &[Accelerations::default(); 2], 1e-4).unwrap();
+        mirror.advance(&mut one, &[Accelerations::default()], 1e-4).unwrap();
         let turned = (two[0].spin - spin).norm();
         let off = [
             (one[0].spin - two[0].spin).norm() / turned,
@@ -576,9 +584,9 @@ fn a_disc_rests_on_two_images_of_another_across_a_short_period() {
         let mut contacts =
             contacts(&two, material(1.0, 0.5, 0.5), [length, 0.1, 0.0], &[1], Substeps::Auto);
         // Aside too, within what friction holds.
-        let pushes = [Push::default(), push(1.0, -9.81)];
+        let accelerations = [Accelerations::default(), accelerations(1.0, -9.81)];
         for _ in 0..400 {
-            contacts.advance(&mut two, &pushes, 1e-3).unwrap();
+            contacts.advance(&mut two, &accelerations, 1e-3).unwrap();
         }
         let memory = contacts.touching.springs.clone();
         let images: Vec<f64> = memory.iter().map(|(.., springs)| springs.image.x).collect();
@@ -599,8 +607,8 @@ fn a_disc_rests_on_two_images_of_another_across_a_short_period() {
         let mut restarted = Touched::new(contacts.law.clone());
         restarted.touching.springs = memory;
         assert!(restarted.check(&restarted.touching).is_ok());
-        contacts.advance(&mut two, &pushes, 1e-3).unwrap();
-        restarted.advance(&mut again, &pushes, 1e-3).unwrap();
+        contacts.advance(&mut two, &accelerations, 1e-3).unwrap();
+        restarted.advance(&mut again, &accelerations, 1e-3).unwrap();
         assert_eq!((two[1].centre, two[1].spin), (again[1].centre, again[1].spin));
         assert!((two[1].velocity - still).norm() < 1e-6);
     }
@@ -617,8 +625,8 @@ fn the_fluid_between_two_does_the_same_beside_others_that_need_many_substeps() {
         let law = contacts(bodies, material(1.0, 0.9, 0.0), [1.0; 3], &[], Substeps::Auto).law;
         let mut contacts = Touched::new(law.within(medium));
         // A step that ends amid a stride, and another one.
-        let push = vec![Push::default(); bodies.len()];
-        let taken = contacts.advance(bodies, &push, 1.234e-2).unwrap();
+        let accelerations = vec![Accelerations::default(); bodies.len()];
+        let taken = contacts.advance(bodies, &accelerations, 1.234e-2).unwrap();
         (taken, contacts.impulses()[0].linear.x)
     };
     let apart = [sphere(0.1, 0.01), sphere(0.1215, -0.01)];
@@ -664,7 +672,8 @@ fn what_fills_a_gap_takes_no_momentum_and_no_rigid_motion() {
 }
 
 /// What is put down to touch a wall, and its image at the other side of the box, which rounds
-/// differently, have the same film: it is ten times that of the narrowest gap otherwise.
+/// differently, have the same lubrication layer: it is ten times that of the narrowest gap
+/// otherwise.
 #[test]
 fn a_gap_of_nothing_but_rounding_is_none() {
     let radius = 5e-3;
@@ -714,14 +723,14 @@ fn bodies_that_are_not_free_act_with_infinite_mass_and_their_own_velocity() {
     two[0].motion = Motion::Prescribed(None);
     let mut pair =
         contacts(&two, material(1.0, 0.5, 0.3), [0.2, 0.2, 0.0], &[0, 1], Substeps::Auto);
-    pair.advance(&mut two, &[push(5.0, 5.0), Push::default()], 0.02).unwrap();
+    pair.advance(&mut two, &[accelerations(5.0, 5.0), Accelerations::default()], 0.02).unwrap();
     assert_eq!(two[0].velocity, vector![1.0, 0.0, 0.0]);
     assert!((two[0].centre.x - 0.07).abs() < 1e-12);
     assert!((two[1].velocity.x - 1.5).abs() < 0.015);
     assert_eq!(pair.impulses()[0].linear, -pair.impulses()[1].linear);
     two[1].motion = Motion::Fixed;
     two[1].centre.x = 0.085;
-    assert_eq!(pair.advance(&mut two, &[Push::default(); 2], 0.01).unwrap(), 0);
+    assert_eq!(pair.advance(&mut two, &[Accelerations::default(); 2], 0.01).unwrap(), 0);
     assert_eq!(two[1].centre.x, 0.085);
 }
 
@@ -737,7 +746,7 @@ fn a_body_that_is_pinned_turns_but_stays() {
     let mut pair =
         contacts(&two, material(1.0, 0.5, 0.3), [0.2, 0.2, 0.0], &[0, 1], Substeps::Auto);
     for _ in 0..20 {
-        pair.advance(&mut two, &[Push::default(); 2], 1e-3).unwrap();
+        pair.advance(&mut two, &[Accelerations::default(); 2], 1e-3).unwrap();
     }
     assert_eq!(two[0].centre, vector![0.05, 0.1, 0.0]);
     assert!((two[0].spin.z + 10.0).abs() < 0.1, "{}", two[0].spin.z);
@@ -751,7 +760,7 @@ fn a_body_that_is_pinned_turns_but_stays() {
 
 #[test]
 fn what_a_user_can_cause_is_an_error_that_names_the_particle() {
-    let says = |body: Body, substeps, dt, push: Push, words: &[&str]| {
+    let says = |body: Body, substeps, dt, accelerations: Accelerations, words: &[&str]| {
         let mut still = body.clone();
         (still.centre, still.velocity) = (vector![0.15, 0.15, 0.0], Vector3::zeros());
         let mut two = [still, body];
@@ -759,12 +768,15 @@ fn what_a_user_can_cause_is_an_error_that_names_the_particle() {
         let mut pair = contacts(&two, material(1.0, 0.5, 0.3), [0.2, 0.2, 0.0], &[1], substeps);
         pair.law.periods[0] = None;
         pair.law.neighbours = Neighbours::new(&two, pair.law.size, pair.law.periods);
-        let text = pair.advance(&mut two, &[Push::default(), push], dt).unwrap_err().to_string();
+        let text = pair
+            .advance(&mut two, &[Accelerations::default(), accelerations], dt)
+            .unwrap_err()
+            .to_string();
         assert!(words.iter().all(|w| text.contains(w)), "{text}");
     };
     let disc =
         |x: f64, y: f64, v: f64| body(Shape::Disc, 0.01, vector![x, y, 0.0], vector![v, 0.0, 0.0]);
-    let (auto, still) = (Substeps::Auto, Push::default());
+    let (auto, still) = (Substeps::Auto, Accelerations::default());
     says(disc(0.134, 0.15, 0.0), auto, 1e-3, still, &["particles 0 and 1", "0.40", "stiffer"]);
     says(disc(0.15, 0.15, 0.0), auto, 1e-3, still, &["particles 0 and 1", "2.00"]);
     says(disc(0.1, 0.003, 0.0), auto, 1e-3, still, &["particle 1 and the wall at y = 0 m", "0.70"]);
@@ -783,7 +795,7 @@ fn what_a_user_can_cause_is_an_error_that_names_the_particle() {
         disc(0.1, 0.1, 0.0),
         auto,
         1e-2,
-        push(f64::NAN, 0.0),
+        accelerations(f64::NAN, 0.0),
         &["particle 1", "not a finite number"],
     );
 }

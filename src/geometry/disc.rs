@@ -56,7 +56,7 @@ impl Shape for Disc {
         (0..count).map(point).collect()
     }
 
-    fn shell(&self) -> (f64, Matrix3<f64>) {
+    fn surface_moments(&self) -> (f64, Matrix3<f64>) {
         (TAU * self.radius, Matrix3::from_diagonal_element(TAU * self.radius.powi(3)))
     }
 

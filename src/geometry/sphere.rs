@@ -66,7 +66,7 @@ impl Shape for Sphere {
         (0..6 * n * n).map(point).collect()
     }
 
-    fn shell(&self) -> (f64, Matrix3<f64>) {
+    fn surface_moments(&self) -> (f64, Matrix3<f64>) {
         let area = 4.0 * PI * self.radius * self.radius;
         (area, Matrix3::from_diagonal_element(8.0 / 3.0 * PI * self.radius.powi(4)))
     }

@@ -29,7 +29,7 @@ pub enum Border<const D: usize> {
     Slip,
     /// No velocity gradient. The pressure is zero where fluid leaves; where it comes in, as from a
     /// reservoir at rest, `-rho U^2/2` (Bernoulli): at zero pressure what comes in would bring
-    /// energy from nothing, a jet that feeds itself.
+    /// spurious energy, a jet that feeds itself.
     Outflow,
 }
 

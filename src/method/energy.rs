@@ -132,8 +132,8 @@ pub fn close<const D: usize>(
 }
 
 /// What viscosity takes and the sides of the box give over the last step, by the trapezium rule:
-/// viscosity by its last sample, which a new one mends; the sides in every step, since an impact's
-/// pressure lasts for one. Collective.
+/// viscosity by its last sample, which a new one corrects; the sides in every step, since an
+/// impact's pressure lasts for one. Collective.
 fn sample<const D: usize>(
     domain: &mut Domain<D>,
     s: &mut State<D>,

@@ -6,8 +6,8 @@ use mics_run::file::{Part, part};
 use std::fs::{File, OpenOptions};
 use std::path::Path;
 
-/// Begins the file that will be at `path` for all ranks: rank 0 makes the file and has its name to give, the others open it.
-/// Collective.
+/// Begins the file that will be at `path` for all ranks: rank 0 makes the file and has its name to
+/// give, the others open it. Collective.
 ///
 /// # Errors
 /// When it cannot be made, or a rank does not see it.

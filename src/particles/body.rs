@@ -214,14 +214,19 @@ impl Body {
 
     /// Moves the body on by `dt` (s) under accelerations that last, or as prescribed; `periods` are
     /// the lengths of the periodic axes (m).
-    pub fn advance(&mut self, dt: f64, push: &Push, periods: &[Option<f64>; 3]) {
-        let turned = self.shift(dt, push, periods);
+    pub fn advance(&mut self, dt: f64, accelerations: &Accelerations, periods: &[Option<f64>; 3]) {
+        let turned = self.shift(dt, accelerations, periods);
         self.rotate(&turned);
     }
 
     /// The same but for how it is turned: by the vector that is returned (rad), which is
     /// [`Body::rotate`]'s, at once or summed up.
-    pub fn shift(&mut self, dt: f64, push: &Push, periods: &[Option<f64>; 3]) -> Vector3<f64> {
+    pub fn shift(
+        &mut self,
+        dt: f64,
+        accelerations: &Accelerations,
+        periods: &[Option<f64>; 3],
+    ) -> Vector3<f64> {
         match &mut self.motion {
             Motion::Fixed => return Vector3::zeros(),
             Motion::Prescribed(Some(path)) => {
@@ -230,12 +235,12 @@ impl Body {
                 (self.centre, self.velocity) = (path.centre(), path.velocity());
             }
             Motion::Free(_) | Motion::Prescribed(None) => {
-                self.centre += (self.velocity + 0.5 * dt * push.acceleration) * dt;
-                self.velocity += dt * push.acceleration;
+                self.centre += (self.velocity + 0.5 * dt * accelerations.acceleration) * dt;
+                self.velocity += dt * accelerations.acceleration;
             }
         }
-        let turned = (self.spin + 0.5 * dt * push.angular) * dt;
-        self.spin += dt * push.angular;
+        let turned = (self.spin + 0.5 * dt * accelerations.angular) * dt;
+        self.spin += dt * accelerations.angular;
         self.displace(&Vector3::zeros(), periods);
         turned
     }
@@ -263,7 +268,7 @@ impl Body {
     }
 
     /// Speed of the centre (m/s), the largest of a body that swings.
-    pub fn pace(&self) -> f64 {
+    pub fn speed(&self) -> f64 {
         if let Motion::Prescribed(Some(path)) = &self.motion {
             path.top_speed()
         } else {
@@ -273,22 +278,22 @@ impl Body {
 
     /// Fastest point of the body (m/s).
     pub fn top_speed(&self) -> f64 {
-        self.pace() + self.spin.norm() * self.radius
+        self.speed() + self.spin.norm() * self.radius
     }
 }
 
 /// What fluid and gravity do to a body, frozen over a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Push {
+pub struct Accelerations {
     /// Acceleration (m/s2).
     pub acceleration: Vector3<f64>,
     /// Angular acceleration (rad/s2).
     pub angular: Vector3<f64>,
 }
 
-impl Checkpointed for Push {
+impl Checkpointed for Accelerations {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let Push { acceleration, angular } = self;
+        let Accelerations { acceleration, angular } = self;
         archive.serialize([acceleration, angular])
     }
 }
@@ -345,7 +350,7 @@ mod tests {
             if steps == 20 {
                 body.velocity = -body.velocity;
             }
-            body.advance(0.25, &Push::default(), &[Some(1.0), None, None]);
+            body.advance(0.25, &Accelerations::default(), &[Some(1.0), None, None]);
             let gone = 0.25 * f64::from(if steps < 20 { steps } else { 38 - steps });
             let place = Vector3::new(0.4 - 0.7 * gone, 0.5 + 0.2 * gone, 0.0);
             assert!(
@@ -379,7 +384,7 @@ mod tests {
         for k in 0..1000 {
             let dt = 1e-3 * (1.0 + 0.5 * f64::from(k).sin());
             let before = body.velocity;
-            body.advance(dt, &Push::default(), &[Some(1.0), None, None]);
+            body.advance(dt, &Accelerations::default(), &[Some(1.0), None, None]);
             time += dt;
             let phase = TAU * 2.0 * time;
             let place = origin + drift * time + amplitude * phase.sin();
@@ -398,7 +403,7 @@ mod tests {
             fastest = fastest.max(body.velocity.norm());
         }
         assert!((body.angle - 3.0 * time).abs() < 1e-12 && body.spin.z == 3.0);
-        let bound = body.pace();
+        let bound = body.speed();
         assert!(fastest <= bound && fastest > 0.99 * bound, "{fastest} {bound}");
         assert_eq!(body.top_speed(), bound + 0.3);
     }

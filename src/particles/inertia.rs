@@ -57,7 +57,7 @@ impl Inertia {
 
     /// What an angular impulse (N m s) changes of the spin (rad/s): nothing about held axes, which
     /// take what that asks for.
-    pub fn answer(&self, impulse: &Vector3<f64>, freedom: &Freedom) -> Vector3<f64> {
+    pub fn inverse_mass(&self, impulse: &Vector3<f64>, freedom: &Freedom) -> Vector3<f64> {
         match self {
             Inertia::Same(i) => freedom.about(impulse) / *i,
             Inertia::Tensor(_) => self.inverse(freedom) * impulse,
@@ -95,9 +95,9 @@ mod tests {
         let inertia = Inertia::Tensor(Matrix3::new(3.0, 0.5, -0.2, 0.5, 2.0, 0.3, -0.2, 0.3, 1.0));
         let impulse = Vector3::new(1.0, -2.0, 0.7);
         let all = Freedom { translation: [true; 3], rotation: [true; 3] };
-        assert!((inertia.of(&inertia.answer(&impulse, &all)) - impulse).norm() < 1e-14);
+        assert!((inertia.of(&inertia.inverse_mass(&impulse, &all)) - impulse).norm() < 1e-14);
         let plane = Freedom { rotation: [false, true, true], ..all };
-        let change = inertia.answer(&impulse, &plane);
+        let change = inertia.inverse_mass(&impulse, &plane);
         assert!(
             change.x == 0.0 && plane.about(&(inertia.of(&change) - impulse)).norm() < 1e-14,
             "{change}"

@@ -7,6 +7,6 @@ pub mod body;
 mod inertia;
 mod neighbours;
 
-pub use body::{Body, Freedom, Motion, Oscillation, Push, all_fixed, nearest_image};
+pub use body::{Accelerations, Body, Freedom, Motion, Oscillation, all_fixed, nearest_image};
 pub use inertia::Inertia;
 pub(crate) use neighbours::Neighbours;

@@ -124,7 +124,7 @@ const LOOK: &str = "look at it with `-- -ksp_monitor_true_residual -ksp_converge
 /// PETSc's `KSP_DIVERGED_NANORINF`: a number that is infinite or none.
 const OVERFLOWN: i32 = -9;
 
-/// The failure of solves that met a number that is infinite or none: no solver mends that.
+/// The failure of solves that met a number that is infinite or none: no solver cures that.
 fn overflown() -> Error {
     Error::Run(
         "the pressure equation holds numbers that are infinite or none: a density, a viscosity, a \

@@ -548,9 +548,9 @@ impl Bodies {
         }
     }
 
-    /// Mends the sweep by `omega` that D alone has done: from `next` (before the sweep; zero if
+    /// Corrects the sweep by `omega` that D alone has done: from `next` (before the sweep; zero if
     /// `from_zero`) to `x`.
-    pub fn mend(
+    pub fn correct(
         &mut self,
         l: usize,
         level: &mut Level,

@@ -2,7 +2,7 @@
 //! applied and never assembled ([`crate::drive`] has the formulas).
 //!
 //! ```text
-//!   j_c = (g_high - g_low)/h     g: by how much less than the fluid alone a face answers to the
+//!   j_c = (g_high - g_low)/h     g: by how much less than the fluid alone a face responds to the
 //!                                drive (m3/kg); zero far from bodies
 //!   y  += w (j . x) j
 //! ```

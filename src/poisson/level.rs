@@ -19,7 +19,7 @@ use crate::grid::simd;
 use crate::petsc::{Halo, Session};
 
 /// What the multigrid computes in: half the memory traffic of double precision, and its error is
-/// the Krylov method's to mend.
+/// the Krylov method's to reduce.
 pub(super) type Single = f32;
 
 pub(super) struct Level {

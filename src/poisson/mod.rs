@@ -214,7 +214,7 @@ impl Poisson {
     }
 
     /// Adds `weight j j^T` to the operator, in place of what the last call added: what the drive
-    /// that holds a mean velocity answers to the pressure. `faces` are those of this rank's cells,
+    /// that holds a mean velocity responds to the pressure. `faces` are those of this rank's cells,
     /// along `axis` with the spacing `h` (m), with the parts g that j is made of (m3/kg).
     pub fn set_held(
         &mut self,

@@ -243,7 +243,7 @@ impl Multigrid {
                 level.smooth(omega)?;
             }
             if l + 1 < self.levels.len() {
-                bodies.mend(l, &mut self.levels[l], omega, first)?;
+                bodies.correct(l, &mut self.levels[l], omega, first)?;
             }
         }
         Ok(())

@@ -164,7 +164,7 @@ impl Projection {
         borrow(&self.operator)?.set_modes(weights, covered, turning)
     }
 
-    /// Lets the operator know what a drive that holds a mean velocity answers to the pressure
+    /// Lets the operator know what a drive that holds a mean velocity responds to the pressure
     /// ([`Poisson::set_held`]).
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! Energy from nothing: a flow whose budget shows that the method has made as much as it ever had
+//! Spurious energy gain: a flow whose budget shows that the method has made as much as it ever had
 //! says nothing, and ends.
 //!
 //! ```text
@@ -23,7 +23,7 @@ const ROUNDING: f64 = 1e-12;
 /// The part of a fall by a spacing that a body's place cannot be known to.
 const SETTLING: f64 = 1e-3;
 
-/// The part of all work from which on energy from nothing is worth a word.
+/// The part of all work from which on a spurious gain is worth a word.
 const DOUBTFUL: f64 = 0.25;
 
 /// The part of all work from which on the bound on the work of contacts is worth a word.
@@ -53,9 +53,8 @@ pub(super) fn refuse_made<const D: usize>(s: &State<D>, allowed: f64) -> Result<
         return Ok(());
     }
     Err(Error::Run(format!(
-        "{energy:.3e} J have come from nothing, made by {}: {} {:.3e} J in all, where the start, \
-        gravity, the drive, borders and \
-         prescribed bodies have given {:.3e} J; {}",
+        "energy balance violated: {energy:.3e} J gained, mostly by {}: {} {:.3e} J in all, where \
+         the start, gravity, the drive, borders and prescribed bodies have given {:.3e} J; {}",
         source.0,
         richest(e, s),
         e.total(),
@@ -73,8 +72,9 @@ pub(super) fn doubt<const D: usize>(s: &State<D>, allowed: f64) -> Option<String
     (energy > DOUBTFUL * put_in + rounding + allowed).then(|| {
         let share = 100.0 * energy / put_in;
         format!(
-            "warning: {energy:.3e} J have come from nothing, made by {name}: {share:.0} % of \
-            all that was put in (steps.csv has when); {cure}"
+            "warning: energy balance violated: {energy:.3e} J gained, mostly by {name}: {share:.0} \
+            % \
+             of all that was put in (steps.csv has when); {cure}"
         )
     })
 }

@@ -265,7 +265,7 @@ pub(super) fn contacts(
     let slippery = names.len();
     names.push(config::WALL);
     let laws = Laws::new(names.len(), |a, b| {
-        let grips = if b == slippery { 0.0 } else { 1.0 };
+        let factor = if b == slippery { 0.0 } else { 1.0 };
         let pair = law.between(names[a], names[b]);
         Material {
             normal_stiffness: pair
@@ -274,8 +274,8 @@ pub(super) fn contacts(
                 .unwrap_or_else(|| impact.stiffness(pair.exponent)),
             exponent: pair.exponent,
             tangential_ratio: pair.tangential_ratio,
-            friction: grips * pair.friction,
-            rolling_friction: grips * pair.rolling_friction,
+            friction: factor * pair.friction,
+            rolling_friction: factor * pair.rolling_friction,
             damping: match pair.loss {
                 config::Loss::Restitution(e) => Damping::Restitution(e),
                 config::Loss::Damping(d) => {

@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::grid::{Grid, VectorField};
-use crate::particles::Push;
+use crate::particles::Accelerations;
 use nalgebra::Vector3;
 
 /// What lasts of sharp walls.
@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 pub struct WallHistory<const D: usize> {
     /// The cells whose velocity the wall set last, with what they had before: all others have it
     /// still.
-    pub unimposed: Vec<Unimposed<D>>,
+    pub before_forcing: Vec<BeforeForcing<D>>,
     /// Memory of the faces: their velocity beyond the mean of the cells' (m/s).
     pub memory: VectorField<D>,
     /// That of each body.
@@ -20,7 +20,7 @@ pub struct WallHistory<const D: usize> {
 
 /// What a cell had before a wall was imposed on it.
 #[derive(Clone, Copy, Debug)]
-pub struct Unimposed<const D: usize> {
+pub struct BeforeForcing<const D: usize> {
     /// Its index in a field.
     pub cell: u32,
     /// Its velocity then (m/s); what it has now, where another entry of the same cell has that.
@@ -31,7 +31,7 @@ pub struct Unimposed<const D: usize> {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BodyHistory {
     /// Acceleration by fluid and gravity in the last step (m/s2, rad/s2).
-    pub push: Push,
+    pub accelerations: Accelerations,
     /// Correction of the position, which the next step begins with (m).
     pub displacement: Vector3<f64>,
     /// Wall shear's force and torque a step before (N, N m).
@@ -49,7 +49,7 @@ impl<const D: usize> WallHistory<D> {
     /// Nothing has happened yet to so many bodies.
     pub fn new(grid: &Grid<D>, bodies: usize) -> WallHistory<D> {
         WallHistory {
-            unimposed: Vec::new(),
+            before_forcing: Vec::new(),
             memory: grid.vector_field(),
             bodies: vec![BodyHistory::default(); bodies],
         }
@@ -65,12 +65,12 @@ impl<const D: usize> WallHistory<D> {
         u: &VectorField<D>,
         archive: &mut Archive,
     ) -> Result<()> {
-        let WallHistory { unimposed, memory, bodies } = self;
+        let WallHistory { before_forcing, memory, bodies } = self;
         archive.each("histories", bodies)?;
         archive.faces(grid, memory)?;
         archive.label("velocity before the wall")?;
         let mut before = u.clone();
-        for Unimposed { cell, velocity } in unimposed.iter() {
+        for BeforeForcing { cell, velocity } in before_forcing.iter() {
             for ((before, u), velocity) in before.iter_mut().zip(u).zip(velocity) {
                 if *velocity != u[*cell as usize] {
                     before[*cell as usize] = *velocity;
@@ -78,13 +78,13 @@ impl<const D: usize> WallHistory<D> {
             }
         }
         archive.cells(grid, &mut before)?;
-        unimposed.clear();
+        before_forcing.clear();
         let at = |field: &VectorField<D>, cell: usize| -> [f64; D] {
             std::array::from_fn(|a| field[a][cell])
         };
         let changed = grid.rows().flatten().filter(|&cell| at(&before, cell) != at(u, cell));
-        unimposed.extend(
-            changed.map(|cell| Unimposed { cell: cell as u32, velocity: at(&before, cell) }),
+        before_forcing.extend(
+            changed.map(|cell| BeforeForcing { cell: cell as u32, velocity: at(&before, cell) }),
         );
         Ok(())
     }
@@ -92,7 +92,7 @@ impl<const D: usize> WallHistory<D> {
 
 impl Checkpointed for BodyHistory {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let BodyHistory { push, displacement, shear, residual, deferred, inside } = self;
-        archive.serialize([push, displacement, shear, residual, deferred, inside])
+        let BodyHistory { accelerations, displacement, shear, residual, deferred, inside } = self;
+        archive.serialize([accelerations, displacement, shear, residual, deferred, inside])
     }
 }

@@ -206,7 +206,7 @@ fn row_of_spinning_discs_is_the_same_for_one_to_four_per_period() {
     }
 }
 
-/// What keeps the velocity of a locked direction works: it is no energy from nothing.
+/// What keeps the velocity of a locked direction works: it is no spurious energy.
 #[test]
 fn what_holds_a_locked_direction_works() {
     let ends = ["\"wall\"", "\"wall\""];

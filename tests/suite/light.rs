@@ -28,10 +28,10 @@ fn tank(width: f64, viscosity: f64, end: f64, bodies: &str) -> String {
 }
 
 /// Fourteen discs rise in rows and pack under the lid; held there by friction, whether they can
-/// turn or not. What friction gives was mended along the lines of centres alone: the pile slid to
-/// and fro and made 0.6 of gravity's work from nothing where no disc turned. Then with eight sweeps
-/// over its contacts, of which too little came to the layers far from the lid: from 2 s on it slid
-/// to and fro again, 0.1 of that work.
+/// turn or not. What friction gives was corrected along the lines of centres alone: the pile slid
+/// to and fro and gained 0.6 of gravity's work where no disc turned. Then with eight sweeps over
+/// its contacts, of which too little came to the layers far from the lid: from 2 s on it slid to
+/// and fro again, 0.1 of that work.
 #[test]
 fn discs_that_friction_holds_under_a_lid_rest() {
     for (density, locked) in [(5.0, true), (5.0, false), (50.0, false)] {
@@ -62,25 +62,21 @@ fn discs_that_friction_holds_under_a_lid_rest() {
             energy / most,
             steps["time"].len()
         );
-        assert!(
-            lost > -0.02 * given,
-            "s = {}: {lost} J from nothing, of {given} J",
-            density / 1000.0
-        );
+        assert!(lost > -0.02 * given, "s = {}: {lost} J gained, of {given} J", density / 1000.0);
         assert!(energy < 1e-3 * most, "s = {}: {energy} J left of {most} J", density / 1000.0);
-        // At no time after the first contacts has energy come from nothing.
+        // At no time after the first contacts is there a spurious gain.
         let late = steps["time"].iter().position(|t| *t > 1.5).unwrap();
         let back = steps["method_loss"][late] - lost;
         assert!(
             back < 0.01 * given,
-            "s = {}: {back} J from nothing at rest, of {given} J",
+            "s = {}: {back} J gained at rest, of {given} J",
             density / 1000.0
         );
     }
 }
 
-/// Fourteen layers of discs that weigh next to nothing: contacts were mended by too much where they
-/// moved together, and the run ended with status 3 after some seconds.
+/// Fourteen layers of discs that weigh next to nothing: contacts were corrected by too much where
+/// they moved together, and the run ended with status 3 after some seconds.
 #[test]
 #[ignore = "a minute"]
 fn a_deep_pile_of_light_discs_under_a_lid_makes_no_energy() {
@@ -109,7 +105,7 @@ fn a_deep_pile_of_light_discs_under_a_lid_makes_no_energy() {
         lost / given,
         energy / most
     );
-    assert!(lost > -0.02 * given, "{lost} J from nothing, of {given} J");
+    assert!(lost > -0.02 * given, "{lost} J gained, of {given} J");
     assert!(energy < 0.02 * most, "{energy} J left of {most} J");
 }
 
@@ -140,8 +136,8 @@ fn a_light_disc_that_lies_under_a_lid_from_the_start_stays() {
 
 /// Discs that begin a ten-thousandth of a diameter above a floor, alone and in rows, lighter and
 /// heavier than the fluid: the film holds them, and their velocity is the one that they go with.
-/// The fluid answered what mended the film with more than was expected of it, and they were left
-/// with 2 to 5 mm/s though they lay still, until the budget ended the run.
+/// The fluid responded to the correction of the lubrication layer with more than was expected of
+/// it, and they were left with 2 to 5 mm/s though they lay still, until the budget ended the run.
 #[test]
 fn discs_put_down_a_hair_above_a_floor_lie_in_a_fluid_at_rest() {
     for (density, row) in
@@ -163,13 +159,13 @@ fn discs_put_down_a_hair_above_a_floor_lie_in_a_fluid_at_rest() {
             let given = steps["gravity_work"].last().unwrap();
             let back = steps["method_loss"].iter().copied().fold(0.0, f64::min);
             println!(
-                "s = {}, {} from {gap} m: {back:.2e} J from nothing, of {given:.2e} J",
+                "s = {}, {} from {gap} m: {back:.2e} J gained, of {given:.2e} J",
                 density / 1000.0,
                 row.len()
             );
             assert!(
                 back > -0.02 * given,
-                "s = {}, {} from {gap} m: {back} J from nothing, of {given} J",
+                "s = {}, {} from {gap} m: {back} J gained, of {given} J",
                 density / 1000.0,
                 row.len()
             );
@@ -201,7 +197,7 @@ fn columns_of_light_discs_under_a_lid_hold_from_the_start() {
 }
 
 /// A bed of grains that settle in a narrow box, where many slide and roll on each other at once:
-/// contacts only ever take energy. What mended the slip of a contact that slid had thrown it back,
+/// contacts only ever take energy. The correction of the slip of a sliding contact had reversed it,
 /// and gave as much as gravity did within 1.6 s.
 #[test]
 fn contacts_of_a_settling_bed_only_take_energy() {
@@ -337,9 +333,9 @@ fn flips(particles: &HashMap<String, Vec<f64>>) -> usize {
 }
 
 /// A fluid that answers a contact with less than was expected leaves more than half of a deviation.
-/// Mended as well where the two part, without knowing how heavy the fluid is, a light disc rattled
-/// under a lid where a step is about as long as a contact: its velocity changed sign with each, and
-/// contacts gave back 0.15 to 0.6 of gravity's work.
+/// Corrected as well where the two part, without knowing how heavy the fluid is, a light disc
+/// rattled under a lid where a step is about as long as a contact: its velocity changed sign with
+/// each, and contacts gave back 0.15 to 0.6 of gravity's work.
 #[test]
 fn a_light_disc_rests_under_a_lid_at_steps_as_long_as_its_contact() {
     let soft = "contact = { friction = 0.5, restitution = 0.5, normal_stiffness = 1.0e4 }\n\
@@ -360,10 +356,10 @@ fn a_light_disc_rests_under_a_lid_at_steps_as_long_as_its_contact() {
     }
 }
 
-/// The film in a wide gap takes a part of a deviation, however often it is looked at: mended as if
-/// it held, a disc that rises freely to a lid and beds whose upper row is a little above contact
+/// The film in a wide gap takes a part of a deviation, however often it is looked at: corrected as
+/// if it held, a disc that rises freely to a lid and beds whose upper row is a little above contact
 /// made more energy in their first step than gravity gave them. The film of two that part holds
-/// them even where they touched for an instant of the step: mended as a contact, which only
+/// them even where they touched for an instant of the step: corrected as a contact, which only
 /// presses, two light discs flew up from a floor.
 #[test]
 fn films_hold_as_much_as_they_are_wide_in_the_first_step() {
@@ -391,7 +387,7 @@ fn films_hold_as_much_as_they_are_wide_in_the_first_step() {
 /// A light disc and a light sphere that come to a lid through a viscous liquid, in steps of the
 /// run's own and in given ones. What the fluid that goes along with them kept of their speed once
 /// they touched was theirs for thirty steps, in which they did not move: 0.4 to 0.9 of gravity's
-/// work from nothing, and the end of the run of the lightest.
+/// spurious work, and the end of the run of the lightest.
 #[test]
 fn what_a_light_body_moves_with_at_a_lid_is_its_velocity() {
     fn at_lid(

@@ -52,9 +52,9 @@ fn largest(values: &[f64]) -> f64 {
 
 /// What contacts hold a body with acts on faces as gravity does. Given to the cells after each step
 /// instead, it drove a flow around a disc at rest whose energy grew to 1.8e-6 J in 0.05 s, at any
-/// step, until the run ended with energy from nothing. What holds a body that lies there from the
-/// start is found before the first step, without which that alone leaves 7e-7 J to the fluid in a
-/// step of 1e-3 s.
+/// step, until the run ended with a spurious energy gain. What holds a body that lies there from
+/// the start is found before the first step, without which that alone leaves 7e-7 J to the fluid in
+/// a step of 1e-3 s.
 #[test]
 fn a_disc_on_a_floor_leaves_the_fluid_still() {
     // In steps as short as the contact the disc first sinks into it.

@@ -288,12 +288,12 @@ fn what_a_particle_is_held_against_is_the_force_on_it_and_the_balance_closes() {
 fn light_particles_pressed_together_keep_a_positive_density() {
     let petsc = petsc();
     let law = "[contact]\nnormal_stiffness = 0.5\n";
-    let push = "motion = { prescribed = { velocity = [0.0, -0.2] } }";
+    let accelerations = "motion = { prescribed = { velocity = [0.0, -0.2] } }";
     for wall in [MIXING, SHARP] {
         let more = [
             disc(0.25, [0.5, 0.126], 0.01, ""),
             disc(0.25, [0.5, 0.378], 0.01, ""),
-            disc(0.25, [0.5, 0.632], 0.01, push),
+            disc(0.25, [0.5, 0.632], 0.01, accelerations),
             law.into(),
             wall.into(),
         ]

@@ -66,7 +66,7 @@ fn discs_leave_through_an_outflow_one_after_the_other_and_the_others_keep_their_
             (found["measures"]["last"].as_f64().unwrap() - end).abs() < 1e-14 * end.abs().max(1.0),
             "{wall}"
         );
-        // Nothing is missing in the balance of any step, and nothing has come from nothing.
+        // Nothing is missing in the balance of any step, and nothing was gained.
         let steps = columns(&out.join("steps.csv"));
         assert!(steps["momentum_error"].iter().all(|e| *e < 1e-11), "{wall}");
         assert!(
@@ -430,7 +430,7 @@ fn a_light_body_that_comes_in_goes_on_with_its_part_of_the_momentum() {
 }
 
 /// What returns sets the flow off anew, and the next step is as short as the first: in one as long
-/// as viscosity's stages make it, ten times the body's energy came from nothing, and the run ended.
+/// as viscosity's stages make it, ten times the body's energy was gained, and the run ended.
 #[test]
 fn a_light_disc_that_returns_in_a_viscous_stream_makes_no_energy() {
     let dir = tempfile::tempdir().unwrap();

@@ -58,7 +58,7 @@ fn expect_to_slide_and_roll<const D: usize>(wall: &str, inertia: f64) {
     let steps = (1.5 * slips / dt) as usize;
     let path = followed::<D>(&on_a_floor::<D>(wall, friction, [0.0, -g], speed), steps, dt);
     let at = |time: f64| &path[(time / dt).round() as usize - 1];
-    // From after the first jolt to before it grips.
+    // From after the first jolt to before it sticks.
     let (early, late) = (at(0.3 * slips), at(0.85 * slips));
     let apart = 0.55 * slips;
     let slowing = (early.velocity.x - late.velocity.x) / apart;

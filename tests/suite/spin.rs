@@ -155,7 +155,7 @@ fn light_discs_that_rise_to_a_lid_rest_there_and_turn_no_more() {
             100.0 * lost / given
         );
         assert!(fastest < allowed, "{name}: turns at rest with {fastest} rad/s");
-        assert!(lost > -0.05 * given, "{name}: {lost} J from nothing, of {given} J");
+        assert!(lost > -0.05 * given, "{name}: {lost} J gained, of {given} J");
     }
 }
 

@@ -2,7 +2,8 @@
 //! beside the fields of the same time.
 //!
 //! ```text
-//!   id, radius (m), velocity (m/s), spin (rad/s), force (N), orientation (w, x, y, z)       a sphere: Glyph, scaled by radius
+//!   id, radius (m), velocity (m/s), spin (rad/s), force (N), orientation (w, x, y, z)
+//!              a sphere: Glyph, scaled by radius
 //! ```
 
 use crate::{Error, Result};

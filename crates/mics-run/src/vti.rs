@@ -2,7 +2,10 @@
 //! (`.pvd`).
 //!
 //! ```text
-//!   XML: grid, time, arrays and where each begins     bytes, values of array 0     bytes, values of array 1   ...   XML
+//!   XML: grid, time, arrays and where each begins     bytes, values of array 0
+//!                 bytes, values of array 1
+//!              ...
+//!              XML
 //! ```
 //! Values stand in the whole grid's order, x fastest. Every rank writes its own cells where they
 //! belong in the one file: no rank holds the whole grid, and a file does not tell how many ranks

@@ -33,8 +33,8 @@ fn corrected(
         [first.clone(), body(shape, 0.006, first.centre + (0.016 + gap) * along, Vector3::zeros())];
     let law = contacts(&bodies, material(1.0, 0.5, friction), [1.0; 3], &[], Substeps::Auto).law;
     let mut contacts = Touched::new(law.within(medium));
-    let pull = Push { acceleration: 2.0 * along, ..Push::default() };
-    contacts.advance(&mut bodies, &[pull, Push::default()], dt).unwrap();
+    let pull = Accelerations { acceleration: 2.0 * along, ..Accelerations::default() };
+    contacts.advance(&mut bodies, &[pull, Accelerations::default()], dt).unwrap();
     let pressed = contacts.impulses()[0].linear.norm();
     let residuals = [off[0] * along + off[1] * across, Vector3::zeros()];
     let mut given = [Impulse::default(); 2];
@@ -170,7 +170,7 @@ impl Response {
 fn step(bodies: &mut [Body], law: &mut Touched, factor: f64, dt: f64) -> [f64; 3] {
     const DENSITY: f64 = 1000.0;
     let before: Vec<Body> = bodies.to_vec();
-    law.advance(bodies, &vec![Push::default(); bodies.len()], dt).unwrap();
+    law.advance(bodies, &vec![Accelerations::default(); bodies.len()], dt).unwrap();
     let expected: Vec<_> = bodies.iter().map(|body| body.velocity).collect();
     let spins: Vec<_> = bodies.iter().map(|body| body.spin).collect();
     let response = Response::new(bodies, DENSITY, factor);

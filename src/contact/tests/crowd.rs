@@ -60,7 +60,7 @@ fn elastic(contacts: &Contacts, bodies: &[Body], h: f64) -> f64 {
 fn gain(law: Material, dt: f64) -> (f64, f64) {
     let mut bodies = cloud(50, 10, 1.0);
     let mut contacts = contacts(&bodies, law, [0.1, 0.05, 0.0], &[0, 1], Substeps::Auto);
-    let still = vec![Push::default(); bodies.len()];
+    let still = vec![Accelerations::default(); bodies.len()];
     let start = kinetic(&bodies);
     let (mut last, mut worst, mut substeps) = (start, f64::NEG_INFINITY, 0);
     for _ in 0..(0.2 / dt) as usize {
@@ -102,7 +102,7 @@ fn a_periodic_cloud_keeps_its_momentum() {
     let mut bodies = cloud(50, 10, 1.0);
     let mut contacts =
         contacts(&bodies, material(1.0, 0.7, 0.3), [0.1, 0.05, 0.0], &[], Substeps::Auto);
-    let still = vec![Push::default(); bodies.len()];
+    let still = vec![Accelerations::default(); bodies.len()];
     let momentum =
         |bodies: &[Body]| bodies.iter().map(|b| b.mass() * b.velocity).sum::<Vector3<f64>>();
     let scale: f64 = bodies.iter().map(|b| b.mass() * b.velocity.norm()).sum();
@@ -132,7 +132,7 @@ fn two_spheres_keep_their_momentum_and_angular_momentum() {
     };
     let before = whole(&two);
     let mut pair = contacts(&two, material(1.0, 0.9, 0.3), [0.2; 3], &[0, 1, 2], Substeps::Auto);
-    pair.advance(&mut two, &[Push::default(); 2], 5e-3).unwrap();
+    pair.advance(&mut two, &[Accelerations::default(); 2], 5e-3).unwrap();
     let after = whole(&two);
     assert!(pair.impulses()[0].linear.norm() > 1e-4);
     assert!((after.0 - before.0).norm() < 1e-15 && after.2 < before.2);
@@ -150,7 +150,7 @@ fn a_heap_comes_to_rest() {
     let mut contacts =
         contacts(&bodies, material(1.0, 0.5, 0.5), [0.1, 0.1, 0.0], &[0, 1], Substeps::Auto);
     // Nothing stops a disc that rolls on level ground: it leans a little.
-    let down = vec![push(-1.0, -9.81); bodies.len()];
+    let down = vec![accelerations(-1.0, -9.81); bodies.len()];
     let fall: f64 = bodies.iter().map(|b| b.mass() * 9.81 * 0.01).sum();
     for _ in 0..1500 {
         contacts.advance(&mut bodies, &down, 1e-3).unwrap();
@@ -269,7 +269,7 @@ fn a_body_that_is_struck_strikes_the_next_within_the_same_step() {
     let mut bodies = [place(0.02, 1.0), place(0.05, 0.0), place(0.1, 0.0), place(0.15, 0.0)];
     let mut contacts =
         contacts(&bodies, material(1.0, 1.0, 0.3), [0.3, 0.1, 0.0], &[0, 1], Substeps::Auto);
-    contacts.advance(&mut bodies, &[Push::default(); 4], 0.15).unwrap();
+    contacts.advance(&mut bodies, &[Accelerations::default(); 4], 0.15).unwrap();
     let speeds = [0, 1, 2, 3].map(|i| bodies[i].velocity.x);
     assert!(
         speeds[..3].iter().all(|v| v.abs() < 0.01) && (speeds[3] - 1.0).abs() < 0.01,
@@ -284,7 +284,7 @@ fn steps_do_not_allocate_once_warm() {
     let mut bodies = cloud(50, 10, 1.0);
     let mut contacts =
         contacts(&bodies, material(1.0, 1.0, 0.3), [0.1, 0.05, 0.0], &[0, 1], Substeps::Auto);
-    let still = vec![Push::default(); bodies.len()];
+    let still = vec![Accelerations::default(); bodies.len()];
     let room = |c: &Contacts| c.pairs.capacity() + c.old.capacity() + c.neighbours.capacity();
     let before = room(&contacts);
     for _ in 0..100 {

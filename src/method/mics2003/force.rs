@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 /// Adds `sign` times the force of a field of accelerations (m/s2) on the cells to the part of (19)
 /// that belongs to a term: called before the term with -1 and after it with 1, this takes what the
 /// term added.
-pub(super) fn tally<const D: usize>(
+pub(super) fn add_force<const D: usize>(
     grid: &Grid<D>,
     fluid_density: f64,
     bodies: &[Body],

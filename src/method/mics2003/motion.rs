@@ -9,7 +9,7 @@ use crate::domain::Domain;
 use crate::geometry::Overlap;
 use crate::method::collision::refuse_collisions;
 use crate::method::vector;
-use crate::particles::{Body, Freedom, Push, nearest_image};
+use crate::particles::{Accelerations, Body, Freedom, nearest_image};
 use crate::state::{Exchange, State};
 use nalgebra::Vector3;
 
@@ -113,7 +113,7 @@ impl<const D: usize> Mics2003<D> {
         if !trade(&s.bodies, fluid_density) {
             return Ok(());
         }
-        let mut push = std::mem::take(&mut self.push);
+        let mut accelerations = std::mem::take(&mut self.accelerations);
         self.gather(
             domain,
             s,
@@ -146,20 +146,20 @@ impl<const D: usize> Mics2003<D> {
                         // that there are.
                         let acceleration = (v - velocity) / dt - expected.0 / body.mass();
                         let angular =
-                            (w - spin) / dt - body.inertia().answer(&expected.1, &freedom);
+                            (w - spin) / dt - body.inertia().inverse_mass(&expected.1, &freedom);
                         (acceleration, angular, choices.own_gravity)
                     }
                     Driver::Literal => {
                         let turning = torque - body.inertia().precession(&spin);
-                        let angular = body.inertia().answer(&turning, &freedom);
+                        let angular = body.inertia().inverse_mass(&turning, &freedom);
                         (force / body.mass(), angular, choices.own_gravity + choices.field_gravity)
                     }
                 };
                 acceleration += gravity * (1.0 - fluid_density / body.density);
-                push[k] = Push { acceleration, angular }.along(&freedom);
+                accelerations[k] = Accelerations { acceleration, angular }.along(&freedom);
             },
         )?;
-        self.push = push;
+        self.accelerations = accelerations;
         Ok(())
     }
 
@@ -180,14 +180,14 @@ impl<const D: usize> Mics2003<D> {
                 substeps = contacts.advance(
                     &mut s.bodies,
                     &mut s.touching,
-                    &self.push,
+                    &self.accelerations,
                     |_, body| body.inertia(),
                     dt,
                 )?
             }
             None => {
-                let bodies = s.bodies.iter_mut().zip(&self.push);
-                bodies.for_each(|(body, push)| body.advance(dt, push, &periods));
+                let bodies = s.bodies.iter_mut().zip(&self.accelerations);
+                bodies.for_each(|(body, accelerations)| body.advance(dt, accelerations, &periods));
             }
         }
         for (body, departure) in s.bodies.iter().zip(&mut self.departures) {
@@ -206,7 +206,7 @@ impl<const D: usize> Mics2003<D> {
             return Ok(());
         }
         let mut settled = std::mem::take(&mut self.settled);
-        let push = std::mem::take(&mut self.push);
+        let accelerations = std::mem::take(&mut self.accelerations);
         self.gather(
             domain,
             s,
@@ -226,13 +226,14 @@ impl<const D: usize> Mics2003<D> {
                         moments.spin -= angular;
                         moments.rigid_motion(&freedom, (velocity, spin))
                     }
-                    Driver::Literal => {
-                        (velocity + dt * push[k].acceleration, spin + dt * push[k].angular)
-                    }
+                    Driver::Literal => (
+                        velocity + dt * accelerations[k].acceleration,
+                        spin + dt * accelerations[k].angular,
+                    ),
                 };
             },
         )?;
-        (self.settled, self.push) = (settled, push);
+        (self.settled, self.accelerations) = (settled, accelerations);
         self.release(domain, s, dt);
         self.find_contact_kicks(domain, &s.bodies, dt)
     }
@@ -276,7 +277,7 @@ impl<const D: usize> Mics2003<D> {
             exchange.momentum -= departure.locked;
             (body.velocity, body.spin) = (v, w);
             body.velocity += freedom.along(&unexpected.linear) / body.mass();
-            body.spin += body.inertia().answer(&unexpected.angular, &freedom);
+            body.spin += body.inertia().inverse_mass(&unexpected.angular, &freedom);
         }
     }
 
@@ -383,9 +384,9 @@ impl<const D: usize> Mics2003<D> {
     }
 }
 
-impl Push {
-    fn along(self, freedom: &Freedom) -> Push {
-        Push {
+impl Accelerations {
+    fn along(self, freedom: &Freedom) -> Accelerations {
+        Accelerations {
             acceleration: freedom.along(&self.acceleration),
             angular: freedom.about(&self.angular),
         }

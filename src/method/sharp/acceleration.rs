@@ -10,7 +10,7 @@
 //! and free bodies of its density stay at rest to each other while the drive accelerates both.
 
 use super::cut::CutBodies;
-use super::tally::MomentumTally;
+use super::exchanged::ExchangedMomentum;
 use crate::domain::Domain;
 use crate::grid::{Grid, VectorField};
 use crate::kernels::faces::{self, FaceCoefficient};
@@ -97,14 +97,14 @@ impl<const D: usize> PressureAcceleration<D> {
         self.add_opened(domain, cut, dt, None, u);
     }
 
-    /// Adds `dt` (s) of what covered faces change of it; the momentum of that goes to the `tally`
-    /// of each body.
+    /// Adds `dt` (s) of what covered faces change of it; the momentum of that goes to the
+    /// `exchanged` of each body.
     pub fn add_opened(
         &self,
         domain: &Domain<D>,
         cut: &CutBodies<D>,
         dt: f64,
-        mut tally: Option<&mut Vec<MomentumTally>>,
+        mut exchanged: Option<&mut Vec<ExchangedMomentum>>,
         u: &mut VectorField<D>,
     ) {
         let mass = domain.fluid.density * domain.grid.cell_volume();
@@ -114,10 +114,10 @@ impl<const D: usize> PressureAcceleration<D> {
                 for (field, opened) in u.iter_mut().zip(opened) {
                     field[o.cell] += dt * opened;
                 }
-                if let Some(tally) = &mut tally {
+                if let Some(exchanged) = &mut exchanged {
                     let added =
                         Vector3::from_fn(|a, _| if a < D { mass * (dt * opened[a]) } else { 0.0 });
-                    tally[k].add(&o.arm, &added);
+                    exchanged[k].add(&o.arm, &added);
                 }
             }
         }

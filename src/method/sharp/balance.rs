@@ -95,10 +95,10 @@ impl<const D: usize> Sharp<D> {
     /// centres over the step `dt` (s), summed over them (kg m2/s).
     fn angular_error(&self, s: &State<D>, dt: f64) -> f64 {
         let bodies = s.bodies.iter().zip(&self.motions);
-        let missed = |(body, motion): (&crate::particles::Body, &super::BodyMotion)| {
+        let force_defect = |(body, motion): (&crate::particles::Body, &super::BodyMotion)| {
             body.freedom()
                 .map_or(0.0, |f| f.about(&(motion.spin_lost - dt * motion.torque())).norm())
         };
-        bodies.map(missed).sum()
+        bodies.map(force_defect).sum()
     }
 }

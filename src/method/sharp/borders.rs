@@ -4,7 +4,7 @@
 //! ```text
 //!        ( k )
 //!     |     |  g      share of the parabola at the place x on the border: that of a profile
-//!                     through both probes in a gap as wide as g(x)
+//!                     through both image points in a gap as wide as g(x)
 //!   __x__.__x__._____ border
 //! ```
 

@@ -1,11 +1,11 @@
 //! All bodies on the grid: what they cover of the faces, and the velocity inside them.
 
 use super::cut_body::{Before, CutBody, Inside};
+use super::exchanged::ExchangedMomentum;
 use super::gap::{self, Neighbour, Surroundings, smooth_step};
 use super::ghost_width;
 use super::near::NearBodies;
 use super::shared::Part;
-use super::tally::MomentumTally;
 use crate::domain::Domain;
 use crate::geometry::Tiles;
 use crate::grid::{Grid, VectorField, simd};
@@ -13,7 +13,7 @@ use crate::kernels::faces::FaceCoefficient;
 use crate::method::vector;
 use crate::params;
 use crate::particles::{Body, all_fixed, nearest_image};
-use crate::state::Unimposed;
+use crate::state::BeforeForcing;
 use nalgebra::Vector3;
 
 /// The bodies as they cut the grid.
@@ -42,7 +42,7 @@ pub struct CutBodies<const D: usize> {
     /// step (m/s).
     pub(super) remembered: Vec<f64>,
     pub(super) periods: [Option<f64>; 3],
-    /// The spacing that depths and probes count in (m).
+    /// The spacing that depths and image points count in (m).
     pub h: f64,
 }
 
@@ -106,7 +106,7 @@ impl<const D: usize> CutBodies<D> {
     }
 
     /// Rebuilds the cut bodies that are `wanted`, and those that others are or were near to, whose
-    /// probes that changes.
+    /// image points that changes.
     fn rebuild(&mut self, domain: &Domain<D>, bodies: &[Body], wanted: fn(&Body) -> bool, dt: f64) {
         self.uncover_faces(domain);
         self.near.find(bodies);
@@ -160,7 +160,8 @@ impl<const D: usize> CutBodies<D> {
         }
     }
 
-    /// Whether a body is so near to a side of the box that its probes are deep in the ghosts there.
+    /// Whether a body is so near to a side of the box that its image points are deep in the ghosts
+    /// there.
     pub fn near_borders(&self, grid: &Grid<D>, bodies: &[Body]) -> bool {
         let near = |b: &Body, a: usize| {
             let extent = b.radius() + grid.ghosts as f64 * grid.h[a];
@@ -169,20 +170,20 @@ impl<const D: usize> CutBodies<D> {
         bodies.iter().any(|b| (0..D).any(|a| near(b, a)))
     }
 
-    /// Sets the velocity of the cells inside the bodies; ghosts of `u` filled. With `fresh`, also
+    /// Sets the velocity of the cells inside the bodies; ghosts of `u` filled. With `cleared`, also
     /// that of cells which the bodies have just left. What is imposed is left in `inside`; the
-    /// momentum that this adds goes to the `tally` of each body.
+    /// momentum that this adds goes to the `exchanged` of each body.
     pub fn impose(
         &self,
         domain: &Domain<D>,
         bodies: &[Body],
-        fresh: bool,
+        cleared: bool,
         inside: &mut Vec<Vector3<f64>>,
-        tally: Option<&mut Vec<MomentumTally>>,
+        exchanged: Option<&mut Vec<ExchangedMomentum>>,
         u: &mut VectorField<D>,
     ) {
-        self.find_inside(domain, bodies, fresh, u, inside);
-        self.set_inside(domain, fresh, inside, tally.map(|tally| (1.0, tally)), u);
+        self.find_inside(domain, bodies, cleared, u, inside);
+        self.set_inside(domain, cleared, inside, exchanged.map(|exchanged| (1.0, exchanged)), u);
     }
 
     /// Finds in `inside` what [`CutBodies::impose`] sets, of all cells that bodies set; nothing of
@@ -191,7 +192,7 @@ impl<const D: usize> CutBodies<D> {
         &self,
         domain: &Domain<D>,
         bodies: &[Body],
-        fresh: bool,
+        cleared: bool,
         u: &VectorField<D>,
         inside: &mut Vec<Vector3<f64>>,
     ) {
@@ -203,13 +204,13 @@ impl<const D: usize> CutBodies<D> {
             || {
                 for (k, cut) in self.bodies.iter().enumerate() {
                     for cell in &cut.inside {
-                        if cell.fresh && !fresh {
+                        if cell.cleared && !cleared {
                             inside.push(Vector3::zeros());
                             continue;
                         }
                         let rigid = bodies[k].velocity_at(&cell.arm);
-                        let profile = cut.traces.value(
-                            &cell.trace,
+                        let profile = cut.stencils.value(
+                            &cell.stencil,
                             &cell.arm,
                             grid,
                             u,
@@ -223,7 +224,7 @@ impl<const D: usize> CutBodies<D> {
                 }
             },
         );
-        self.share_values(fresh, inside);
+        self.share_values(cleared, inside);
     }
 
     /// Finds by the velocity `u` (m/s), ghosts filled, what the finer profile adds from now on,
@@ -239,22 +240,27 @@ impl<const D: usize> CutBodies<D> {
             let first = self.deferred.len();
             self.deferred.resize(first + cut.inside.len(), Vector3::zeros());
             for finer in &cut.finer {
-                let Inside { arm, trace, .. } = &cut.inside[finer.place as usize];
-                let [own, cubic] = [trace, &finer.cubic]
-                    .map(|trace| cut.traces.value(trace, arm, grid, u, bodies, k, None));
-                let pace = cut.traces.fastest(&finer.cubic, arm, grid, u, &bodies[k]) / creeping;
+                let Inside { arm, stencil, .. } = &cut.inside[finer.place as usize];
+                let [own, cubic] = [stencil, &finer.cubic]
+                    .map(|stencil| cut.stencils.value(stencil, arm, grid, u, bodies, k, None));
+                let numbers =
+                    cut.stencils.fastest(&finer.cubic, arm, grid, u, &bodies[k]) / creeping;
                 self.deferred[first + finer.place as usize] =
-                    (1.0 - smooth_step(pace, 1.0, 3.0)) * (cubic - finer.part * own);
+                    (1.0 - smooth_step(numbers, 1.0, 3.0)) * (cubic - finer.part * own);
             }
         }
     }
 
     /// Takes the velocity `u` (m/s) of all cells inside the bodies, before the wall is imposed on
     /// them.
-    pub fn take_unimposed(&self, u: &VectorField<D>, unimposed: &mut Vec<Unimposed<D>>) {
-        unimposed.clear();
+    pub fn take_before_forcing(
+        &self,
+        u: &VectorField<D>,
+        before_forcing: &mut Vec<BeforeForcing<D>>,
+    ) {
+        before_forcing.clear();
         let cells = self.bodies.iter().flat_map(|cut| &cut.inside).map(|inside| inside.cell);
-        unimposed.extend(cells.map(|cell| Unimposed {
+        before_forcing.extend(cells.map(|cell| BeforeForcing {
             cell,
             velocity: std::array::from_fn(|a| u[a][cell as usize]),
         }));
@@ -274,21 +280,21 @@ impl<const D: usize> CutBodies<D> {
             .extend(cells.zip(inside).map(|(cell, inside)| vector(u, cell.cell as usize) - inside));
     }
 
-    /// Sets what was found in `inside`; a share of the momentum that this adds goes to the tally of
-    /// each body.
+    /// Sets what was found in `inside`; a share of the momentum that this adds goes to the
+    /// exchanged momentum of each body.
     pub fn set_inside(
         &self,
         domain: &Domain<D>,
-        fresh: bool,
+        cleared: bool,
         inside: &[Vector3<f64>],
-        mut tally: Option<(f64, &mut Vec<MomentumTally>)>,
+        mut exchanged: Option<(f64, &mut Vec<ExchangedMomentum>)>,
         u: &mut VectorField<D>,
     ) {
         let mass = domain.fluid.density * domain.grid.cell_volume();
         let mut values = inside.iter();
         for (k, cut) in self.bodies.iter().enumerate() {
             for (inside, value) in
-                cut.inside.iter().zip(&mut values).filter(|(i, _)| fresh || !i.fresh)
+                cut.inside.iter().zip(&mut values).filter(|(i, _)| cleared || !i.cleared)
             {
                 let (mut added, cell) = (Vector3::zeros(), inside.cell as usize);
                 for (a, field) in u.iter_mut().enumerate() {
@@ -296,16 +302,16 @@ impl<const D: usize> CutBodies<D> {
                     added[a] = mass * change;
                     field[cell] += change;
                 }
-                if let Some((share, tally)) = &mut tally {
-                    tally[k].add(&inside.arm, &(*share * added));
+                if let Some((share, exchanged)) = &mut exchanged {
+                    exchanged[k].add(&inside.arm, &(*share * added));
                 }
             }
         }
     }
 
     /// Sets the velocity of the cells inside the bodies within the step: `part` of the way from
-    /// `start`, at its start, to `end`, what [`CutBodies::impose`] has left with `fresh` cells, at
-    /// its end.
+    /// `start`, at its start, to `end`, what [`CutBodies::impose`] has left with `cleared` cells,
+    /// at its end.
     pub fn impose_within(
         &self,
         part: f64,

@@ -1,10 +1,10 @@
 //! A body as it cuts the grid: the faces that it covers, the cells inside whose velocity it sets,
 //! the points of its surface where its traction is taken. Rebuilt when the body moves.
-//! [`super::trace`] has what is read of the velocity beside its wall.
+//! [`super::stencil`] has what is read of the velocity beside its wall.
 
 use super::gap::Surroundings;
 use super::shared::SharedCell;
-use super::trace::{Finer, Normal, Trace, Traces};
+use super::stencil::{Finer, Normal, Stencil, Stencils};
 use crate::geometry::{
     Block, Cut, Opening, Overlap, Placed, Shape, SurfacePoint, Tiles, Turn, aperture, fraction,
     images,
@@ -45,11 +45,11 @@ pub struct Inside {
     /// grid does not resolve.
     pub weight: f64,
     /// The profile there, of nothing deep inside.
-    pub trace: Trace,
+    pub stencil: Stencil,
     /// Its index in a field.
     pub cell: u32,
     /// Whether it lies outside by now, and was inside before the body moved.
-    pub fresh: bool,
+    pub cleared: bool,
 }
 
 /// A face in a gap that the grid does not resolve: the cells beside it are set by what bounds the
@@ -72,7 +72,7 @@ pub struct Point {
     /// Its part of the surface (m2; m per metre of depth).
     pub area: f64,
     /// The slope of the velocity along the outward normal (1/s).
-    pub slope: Trace,
+    pub slope: Stencil,
 }
 
 /// A body on the grid.
@@ -83,16 +83,16 @@ pub struct CutBody<const D: usize> {
     pub openings: [Vec<Opening<D>>; D],
     /// Whether another body or a wall is so near that there may be some in narrow gaps: all ranks
     /// know.
-    pub in_company: bool,
+    pub has_neighbours: bool,
     /// Those in narrow gaps that are nearest to it, by axis.
     pub gaps: [Vec<GapFace>; D],
     /// Cells that it touches, with its fraction of them.
     pub solid: Vec<Overlap>,
     /// Of the cells of `solid`, how far it speaks for the wall there: wholly where no other body is
     /// nearer, not at all where one is.
-    pub owns: Vec<f64>,
+    pub ownership: Vec<f64>,
     /// Those that it shares with others.
-    pub owns_shared: Vec<SharedCell>,
+    pub ownership_shared: Vec<SharedCell>,
     /// Cells inside it.
     pub inside: Vec<Inside>,
     /// Those that it shares with others.
@@ -102,54 +102,54 @@ pub struct CutBody<const D: usize> {
     /// Points on its surface, of this rank.
     pub points: Vec<Point>,
     /// Where they all lie in the body's own axes, about two a spacing.
-    spots: Vec<SurfacePoint>,
+    quadrature_points: Vec<SurfacePoint>,
     /// What it reads of the velocity beside its wall.
-    pub traces: Traces<D>,
+    pub stencils: Stencils<D>,
 }
 
 impl<const D: usize> CutBody<D> {
-    /// One with room for all that a body can touch, its probes counting in spacings of `h` (m). Of
-    /// several ranks a body touches few: there it takes room as it comes.
+    /// One with room for all that a body can touch, its image points counting in spacings of `h`
+    /// (m). Of several ranks a body touches few: there it takes room as it comes.
     pub fn new(grid: &Grid<D>, shape: &dyn Shape, h: f64) -> CutBody<D> {
         if grid.local != grid.cells {
             return CutBody::elsewhere(false);
         }
         let cells = |beyond: f64| fraction::most_cells(grid, shape.radius() + beyond * h);
-        let (inside, spots) = (cells(params::unresolved_gap()), shape.surface(h));
-        let points = spots.len();
+        let (inside, quadrature_points) = (cells(params::unresolved_gap()), shape.surface(h));
+        let points = quadrature_points.len();
         CutBody {
             cuts: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
             openings: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
-            in_company: false,
+            has_neighbours: false,
             gaps: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
             solid: Vec::with_capacity(cells(0.0)),
-            owns: Vec::with_capacity(cells(0.0)),
-            owns_shared: Vec::with_capacity(cells(0.0) / FEW),
+            ownership: Vec::with_capacity(cells(0.0)),
+            ownership_shared: Vec::with_capacity(cells(0.0) / FEW),
             inside: Vec::with_capacity(inside),
             inside_shared: Vec::with_capacity(inside / FEW),
             finer: Vec::new(),
             points: Vec::with_capacity(points),
-            spots,
-            traces: Traces::new(inside, points, shape.is_round()),
+            quadrature_points,
+            stencils: Stencils::new(inside, points, shape.is_round()),
         }
     }
 
     /// One that does not reach into this rank's box.
-    fn elsewhere(in_company: bool) -> CutBody<D> {
+    fn elsewhere(has_neighbours: bool) -> CutBody<D> {
         CutBody {
             cuts: std::array::from_fn(|_| Vec::new()),
             openings: std::array::from_fn(|_| Vec::new()),
-            in_company,
+            has_neighbours,
             gaps: std::array::from_fn(|_| Vec::new()),
             solid: Vec::new(),
-            owns: Vec::new(),
-            owns_shared: Vec::new(),
+            ownership: Vec::new(),
+            ownership_shared: Vec::new(),
             inside: Vec::new(),
             inside_shared: Vec::new(),
             finer: Vec::new(),
             points: Vec::new(),
-            spots: Vec::new(),
-            traces: Traces::new(0, 0, true),
+            quadrature_points: Vec::new(),
+            stencils: Stencils::new(0, 0, true),
         }
     }
 
@@ -171,7 +171,10 @@ impl<const D: usize> CutBody<D> {
 
     /// Cells in which it speaks for the wall, and how far.
     pub fn own_cells(&self) -> impl Iterator<Item = (&Overlap, f64)> {
-        self.solid.iter().zip(self.owns.iter().copied()).filter(|(_, owns)| *owns > 0.0)
+        self.solid
+            .iter()
+            .zip(self.ownership.iter().copied())
+            .filter(|(_, ownership)| *ownership > 0.0)
     }
 
     /// Finds the faces and cells of the body `k`, as it lies now and lay `before`; in `tiles` and
@@ -187,22 +190,22 @@ impl<const D: usize> CutBody<D> {
         let (grid, body, turn) = (around.grid, &around.bodies[k], &around.turn);
         let (shape, placed) =
             (body.shape(), Placed { shape: body.shape(), centre: body.centre, turn: *turn });
-        self.in_company = around.has_neighbours(k);
-        let tight = if self.in_company { params::unresolved_gap() * around.h } else { 0.0 };
+        self.has_neighbours = around.has_neighbours(k);
+        let tight = if self.has_neighbours { params::unresolved_gap() * around.h } else { 0.0 };
         let bounds = shape.bounds(turn).sup(&shape.bounds(&before.turn));
         let extent = bounds.add_scalar(before.way.norm().max(tight));
         let reached = extent.add_scalar(BEYOND * around.h);
         if images(grid, &body.centre)
             .all(|image| Block::owned(grid, &image, &reached).ends().is_none())
         {
-            if !self.spots.is_empty() {
+            if !self.quadrature_points.is_empty() {
                 // It has left: its room goes with it.
-                *self = CutBody::elsewhere(self.in_company);
+                *self = CutBody::elsewhere(self.has_neighbours);
             }
             return;
         }
-        if self.spots.is_empty() {
-            self.spots = shape.surface(around.h);
+        if self.quadrature_points.is_empty() {
+            self.quadrature_points = shape.surface(around.h);
         }
         for (axis, (cuts, openings)) in self.cuts.iter_mut().zip(&mut self.openings).enumerate() {
             aperture::cuts(grid, axis, &placed, tiles, cuts, openings, &mut arms[axis]);
@@ -215,40 +218,45 @@ impl<const D: usize> CutBody<D> {
                     if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 }
                 });
                 let s = shape.distance(turn, &arm);
-                let fresh = s > 0.0 && shape.distance(&before.turn, &(arm + before.way)) <= 0.0;
+                let cleared = s > 0.0 && shape.distance(&before.turn, &(arm + before.way)) <= 0.0;
                 let Some(cell) = grid.owned_index(at) else { continue };
                 // Cells that it touches come in the same order, image by image; the next one may be
                 // the first that another image touches.
                 let own =
                     |solid: &Overlap| solid.cell == cell && (solid.arm - arm).amax() < around.h;
-                let touched = self.solid.get(self.owns.len()).is_some_and(own);
-                if s > tight && !fresh && !touched {
+                let touched = self.solid.get(self.ownership.len()).is_some_and(own);
+                if s > tight && !cleared && !touched {
                     continue;
                 }
-                let claim = around.claim(&arm, s);
-                let shared = claim > 0.0 && claim < 1.0;
+                let owned = around.ownership(&arm, s);
+                let shared = owned > 0.0 && owned < 1.0;
                 if touched {
                     if shared {
-                        self.owns_shared
-                            .push(SharedCell::next(&self.owns, cell, claim, 1.0, false));
+                        self.ownership_shared.push(SharedCell::next(
+                            &self.ownership,
+                            cell,
+                            owned,
+                            1.0,
+                            false,
+                        ));
                     }
-                    self.owns.push(claim);
+                    self.ownership.push(owned);
                 }
-                if (s > tight && !fresh) || claim == 0.0 {
+                if (s > tight && !cleared) || owned == 0.0 {
                     continue;
                 }
-                let (mut trace, mut weight) = (Trace::STILL, 1.0);
-                if s > 0.0 && !fresh {
+                let (mut stencil, mut weight) = (Stencil::STILL, 1.0);
+                if s > 0.0 && !cleared {
                     let normal = Normal::new(shape, &arm, s, shape.normal(turn, &arm));
-                    (trace, weight) = self.traces.profile_across(around, &image, &normal, s);
+                    (stencil, weight) = self.stencils.profile_across(around, &image, &normal, s);
                     if weight == 0.0 && !shared {
                         continue;
                     }
                 } else if s > -body.radius().min(params::profile_depth() * around.h) {
                     let normal = Normal::new(shape, &arm, s, shape.normal(turn, &arm));
-                    trace = self.traces.profile(around, &image, &normal, s);
+                    stencil = self.stencils.profile(around, &image, &normal, s);
                     if around.finer {
-                        self.finer.extend(self.traces.finer(
+                        self.finer.extend(self.stencils.finer(
                             around,
                             &image,
                             &normal,
@@ -261,15 +269,15 @@ impl<const D: usize> CutBody<D> {
                     self.inside_shared.push(SharedCell::next(
                         &self.inside,
                         cell,
-                        claim,
+                        owned,
                         weight,
-                        fresh,
+                        cleared,
                     ));
                 }
-                self.inside.push(Inside { arm, weight, trace, cell: cell as u32, fresh });
+                self.inside.push(Inside { arm, weight, stencil, cell: cell as u32, cleared });
             }
         }
-        debug_assert_eq!(self.owns.len(), self.solid.len());
+        debug_assert_eq!(self.ownership.len(), self.solid.len());
         if tight > 0.0 {
             self.find_gaps(around, k, arms);
         }
@@ -291,10 +299,10 @@ impl<const D: usize> CutBody<D> {
     }
 
     fn clear(&mut self) {
-        self.owns.clear();
-        self.owns_shared.clear();
+        self.ownership.clear();
+        self.ownership_shared.clear();
         self.inside_shared.clear();
-        self.traces.clear();
+        self.stencils.clear();
         self.finer.clear();
         self.inside.clear();
         self.gaps.iter_mut().for_each(Vec::clear);
@@ -304,15 +312,15 @@ impl<const D: usize> CutBody<D> {
     fn place_points(&mut self, around: &Surroundings<D>, k: usize) {
         self.points.clear();
         let (grid, body) = (around.grid, &around.bodies[k]);
-        for i in 0..self.spots.len() {
-            let SurfacePoint { place, normal, area } = self.spots[i];
+        for i in 0..self.quadrature_points.len() {
+            let SurfacePoint { place, normal, area } = self.quadrature_points[i];
             let arm = around.turn * place;
             let Some(image) = images(grid, &body.centre).find(|image| grid.owns(&(image + arm)))
             else {
                 continue;
             };
             let normal = Normal::new(body.shape(), &arm, 0.0, around.turn * normal);
-            let slope = self.traces.slope(around, &image, &normal);
+            let slope = self.stencils.slope(around, &image, &normal);
             self.points.push(Point { arm, area, slope });
         }
     }

@@ -3,7 +3,7 @@
 use super::acceleration::PressureAcceleration;
 use super::cut::CutBodies;
 use super::cut_body::CutBody;
-use super::{Pace, history};
+use super::{StepNumbers, history};
 use crate::Result;
 use crate::domain::Domain;
 use crate::grid::{Grid, VectorField, simd};
@@ -13,14 +13,14 @@ use crate::state::State;
 
 impl<const D: usize> CutBodies<D> {
     /// (8): face velocities from those of the cells, ghosts filled, the memory, of which the part
-    /// `pace.keep` stays on the faces that a body cuts and `pace.keep_open` on the others, and the
-    /// acceleration by the last pressure over `dt` (s), of which the cells still have the part `1 -
-    /// pace.own`. The memory becomes the velocity before that acceleration.
+    /// `numbers.keep` stays on the faces that a body cuts and `numbers.keep_open` on the others,
+    /// and the acceleration by the last pressure over `dt` (s), of which the cells still have the
+    /// part `1 - numbers.own`. The memory becomes the velocity before that acceleration.
     pub(super) fn interpolate(
         &mut self,
         domain: &Domain<D>,
         s: &mut State<D>,
-        Pace { keep, keep_open, own, .. }: Pace,
+        StepNumbers { keep, keep_open, own, .. }: StepNumbers,
         dt: f64,
         acceleration: &PressureAcceleration<D>,
     ) -> Result<()> {

@@ -1,5 +1,5 @@
 //! Gaps: how far it is along a normal of a body's wall to the next body or wall, and what the
-//! profile of the flow beside the wall is there ([`super::trace`] has the sketch).
+//! profile of the flow beside the wall is there ([`super::stencil`] has the sketch).
 //!
 //! ```text
 //!      ( body k )                 a gap of the width g(x) = s_k + s_j at any point x, by the
@@ -51,7 +51,7 @@ pub struct Neighbour {
     /// Normal to which axis the plane of symmetry is in which this is its image.
     mirror: Option<usize>,
     /// Its radius (m) where it is round: cells ask many neighbours for their distance, and round
-    /// ones answer at once.
+    /// ones respond at once.
     round: Option<f64>,
 }
 
@@ -215,7 +215,7 @@ pub struct Surroundings<'a, const D: usize> {
     pub turn: Turn,
     /// The bodies near this one.
     pub near: &'a [Neighbour],
-    /// The spacing that depths and probes count in (m).
+    /// The spacing that depths and image points count in (m).
     pub h: f64,
     /// What the flow in a gap of one spacing loses to its walls before it is imposed: it falls by
     /// `exp(-friction)`.
@@ -227,7 +227,7 @@ pub struct Surroundings<'a, const D: usize> {
 }
 
 /// Gap (spacings) beyond which nothing is felt of what lies there; with the finer profile that is
-/// what its third probe keeps off.
+/// what its third image point keeps off.
 pub fn reach(finer: bool) -> f64 {
     if finer { params::near_gap().max(params::finer_gap() + FADING) } else { params::near_gap() }
 }
@@ -242,7 +242,7 @@ pub fn smooth_step(x: f64, from: f64, to: f64) -> f64 {
 pub struct Shares {
     /// The parabola.
     pub full: f64,
-    /// The straight line through the first probe.
+    /// The straight line through the first image point.
     pub linear: f64,
     /// The straight line to what lies across.
     pub across: f64,
@@ -304,11 +304,11 @@ impl<const D: usize> Surroundings<'_, D> {
         })
     }
 
-    /// The claim of a body to the point at `arm` (m) from its centre, `own` (m) from its wall: 1
-    /// where no other is as near, 0 where one is much nearer, and one half where another one is at
-    /// the same distance.
-    pub fn claim(&self, arm: &Vector3<f64>, own: f64) -> f64 {
-        let (band, mut claim) = (params::shared_cells() * self.h, 1.0);
+    /// The ownership weight of a body to the point at `arm` (m) from its centre, `own` (m) from its
+    /// wall: 1 where no other is as near, 0 where one is much nearer, and one half where another
+    /// one is at the same distance.
+    pub fn ownership(&self, arm: &Vector3<f64>, own: f64) -> f64 {
+        let (band, mut owned) = (params::shared_cells() * self.h, 1.0);
         for near in self.near {
             if near.mirror.is_some() || near.is_beyond(arm, own + band) {
                 continue;
@@ -317,9 +317,9 @@ impl<const D: usize> Surroundings<'_, D> {
             if t <= 0.0 {
                 return 0.0;
             }
-            claim *= smooth_step(t, 0.0, 1.0);
+            owned *= smooth_step(t, 0.0, 1.0);
         }
-        claim
+        owned
     }
 
     /// Whether another body or a wall is so near that the grid does not resolve the gap.

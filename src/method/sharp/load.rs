@@ -2,9 +2,9 @@
 //! fluid loses (formulas in the parent).
 
 use super::cut::CutBodies;
+use super::exchanged::ExchangedMomentum;
 use super::gap::Shares;
-use super::tally::MomentumTally;
-use super::{NUMBERS, Pace, Sharp, history};
+use super::{NUMBERS, Sharp, StepNumbers, history};
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
@@ -68,7 +68,7 @@ impl<const D: usize> CutBodies<D> {
             #[inline(always)]
             || {
                 for point in &cut.points {
-                    let slope = cut.traces.value(
+                    let slope = cut.stencils.value(
                         &point.slope,
                         &point.arm,
                         &domain.grid,
@@ -119,14 +119,15 @@ pub(super) fn whole_inside(
 }
 
 impl<const D: usize> Sharp<D> {
-    /// Per body, the sums over the ranks of the tally and of the momentum inside. Collective.
+    /// Per body, the sums over the ranks of the exchanged momentum and of the momentum inside.
+    /// Collective.
     pub(super) fn sum_inside(&mut self, domain: &Domain<D>, s: &State<D>) -> Result<Vec<f64>> {
         let mut sums = std::mem::take(&mut self.work.sums);
         for (k, row) in sums.chunks_exact_mut(NUMBERS).enumerate() {
-            let (tally, (inside, swirl)) =
-                (&self.work.tally[k], self.cut.inside(domain, &s.bodies[k], k, &s.u));
+            let (exchanged, (inside, swirl)) =
+                (&self.work.exchanged[k], self.cut.inside(domain, &s.bodies[k], k, &s.u));
             for (slot, v) in
-                row.chunks_exact_mut(3).zip([tally.linear, tally.angular, inside, swirl])
+                row.chunks_exact_mut(3).zip([exchanged.linear, exchanged.angular, inside, swirl])
             {
                 slot.copy_from_slice(v.as_slice());
             }
@@ -142,7 +143,7 @@ impl<const D: usize> Sharp<D> {
         s: &mut State<D>,
         of: impl Fn(usize) -> bool,
     ) -> Result<()> {
-        self.work.tally.fill(MomentumTally::default());
+        self.work.exchanged.fill(ExchangedMomentum::default());
         let sums = self.sum_inside(domain, s)?;
         let histories = &mut history(&mut s.walls)?.bodies;
         let all = histories.iter_mut().zip(&s.bodies).zip(sums.chunks_exact(NUMBERS));
@@ -155,12 +156,12 @@ impl<const D: usize> Sharp<D> {
     }
 
     /// (19): what each body exchanged with the fluid over the step `dt` (s), what it takes in of
-    /// what it missed, and its push for the next step. Collective.
+    /// what it missed, and its acceleration without contacts for the next step. Collective.
     pub(super) fn find_loads(
         &mut self,
         domain: &mut Domain<D>,
         s: &mut State<D>,
-        pace: Pace,
+        numbers: StepNumbers,
         dt: f64,
     ) -> Result<()> {
         let sums = self.sum_inside(domain, s)?;
@@ -189,21 +190,22 @@ impl<const D: usize> Sharp<D> {
                 freedom.along(&(force - felt))
             });
             let used = felt + moved.unwrap_or_default();
-            (motion.missed, motion.used) = (lost - motion.pressure - motion.shear.0, used);
+            (motion.force_defect, motion.used) = (lost - motion.pressure - motion.shear.0, used);
             s.exchange[k] = Exchange { contact: struck.linear / dt, ..motion.exchange() };
         }
         self.work.sums = sums;
-        self.share_missed(domain, &s.bodies);
-        let take_in = (pace.courant / params::residual_time()
-            + params::residual_decay() * pace.diffusion)
+        self.share_force_defect(domain, &s.bodies);
+        let take_in = (numbers.courant / params::residual_time()
+            + params::residual_decay() * numbers.diffusion)
             .min(1.0);
         for (motion, BodyHistory { residual, deferred, .. }) in
             self.motions.iter().zip(histories.iter_mut())
         {
-            *deferred += dt * (motion.missed + motion.pressure + motion.shear.0 - motion.used);
-            *residual += take_in * (motion.missed - *residual);
+            *deferred +=
+                dt * (motion.force_defect + motion.pressure + motion.shear.0 - motion.used);
+            *residual += take_in * (motion.force_defect - *residual);
         }
-        self.take_push(domain, &s.bodies, histories, dt);
+        self.take_accelerations(domain, &s.bodies, histories, dt);
         self.take_displacements(s)?;
         domain.clock.lap(Stage::Force);
         Ok(())
@@ -212,8 +214,8 @@ impl<const D: usize> Sharp<D> {
     /// Takes from what pressure and wall shear miss the part that two bodies with a gap between
     /// them that the grid does not resolve would do to each other along the line of their centres,
     /// or a wall to a body: whose it is of what the fluid lost there the cells cannot tell, and
-    /// taken in with a delay it would be work from nothing. The sum of a pair's stays.
-    fn share_missed(&mut self, domain: &Domain<D>, bodies: &[Body]) {
+    /// taken in with a delay it would be spurious work. The sum of a pair's stays.
+    fn share_force_defect(&mut self, domain: &Domain<D>, bodies: &[Body]) {
         let (cut, motions) = (&self.cut, &mut self.motions);
         self.passed_on = Vector3::zeros();
         for i in 0..bodies.len() {
@@ -224,13 +226,16 @@ impl<const D: usize> Sharp<D> {
                     (apart / distance, distance - bodies[i].radius() - bodies[j].radius());
                 let share = Shares::of(gap / cut.h).across;
                 let free = [i, j].map(|k| bodies[k].freedom().is_some());
-                let along = share * (motions[i].missed - motions[j].missed).dot(&n);
+                let along = share * (motions[i].force_defect - motions[j].force_defect).dot(&n);
                 let (of_i, of_j) = match free {
                     [true, true] => (0.5 * along, -0.5 * along),
-                    _ => (share * motions[i].missed.dot(&n), share * motions[j].missed.dot(&n)),
+                    _ => (
+                        share * motions[i].force_defect.dot(&n),
+                        share * motions[j].force_defect.dot(&n),
+                    ),
                 };
-                motions[i].missed -= of_i * n;
-                motions[j].missed -= of_j * n;
+                motions[i].force_defect -= of_i * n;
+                motions[j].force_defect -= of_j * n;
                 // Nothing of a free pair; else it is left to what holds the other.
                 self.passed_on += (of_i + of_j) * n;
             }
@@ -244,8 +249,8 @@ impl<const D: usize> Sharp<D> {
                 let centre = bodies[i].centre[a];
                 let distance = if side == 0 { centre } else { domain.grid.size[a] - centre };
                 let share = Shares::of(spans * (distance - bodies[i].radius()) / cut.h).across
-                    * motions[i].missed[a];
-                motions[i].missed[a] -= share;
+                    * motions[i].force_defect[a];
+                motions[i].force_defect[a] -= share;
                 self.passed_on[a] += share;
             }
         }

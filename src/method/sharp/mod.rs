@@ -15,7 +15,7 @@
 //!   cells      u  = u* + dt (b + (H_w (a_w - b) + H_e (a_e - b))/(1 + (H_w + H_e)/2)),
 //!              b: the drive's, beside free bodies
 //!   inside     u  = U_b + the profile of the flow beside the wall, continued into the body
-//!              ([`trace`])
+//!              ([`stencil`])
 //! ```
 //! The equation stays symmetric, and its solution holds the added mass of a free body implicitly,
 //! whatever its density. The memory `q^n - I(u^n)` keeps dt out of the wall's pressure; it fades as
@@ -38,13 +38,14 @@
 //!
 //! ```text
 //!   expected   w_e = w + P + J/(I + dt R)                   P: what the fluid did in the last step
-//!   answered   (I + dt R) (w_a - w) = dt T(w_e) + dt R (w_e - w) + J   T is taken with w_e imposed
+//!   responded   (I + dt R) (w_a - w) = dt T(w_e) + dt R (w_e - w) + J
+//!                 T is taken with w_e imposed
 //!   held       w' = w_e + m (w_a - w_e),   P' = P + w_a - w_e
 //!              m = 1/(1 + dt C/(I + dt R)), C: what films resist; 0 where it touches
 //! ```
 //! One w_e for the wall that the fluid sees, for the torque and for contacts. Without the last line
-//! a contact answers what the fluid made of its impulse with the next step only; a light body that
-//! films hold hard then turns to and fro, 1.6 times as fast after each step.
+//! a contact responds to what the fluid made of its impulse with the next step only; a light body
+//! that films hold hard then turns to and fro, 1.6 times as fast after each step.
 //!
 //! In time the force is of second order. Of first order, and small, are cells that change sides, at
 //! the end of a step, and the history of faces beside a wall that gathers speed.
@@ -69,20 +70,20 @@ mod contact_correction;
 mod coupled;
 pub mod cut;
 mod cut_body;
-mod entry;
+mod exchanged;
 mod faces;
 mod gap;
+mod image_point;
+mod impulsive_start;
 mod load;
 mod modes;
 mod motion;
 mod near;
 mod openings;
-mod probe;
 mod profile;
 mod shared;
+mod stencil;
 mod step;
-mod tally;
-mod trace;
 
 use super::momentum::{Mixture, Momentum};
 use super::stabilised::Stabilised;
@@ -91,16 +92,16 @@ use crate::domain::Domain;
 use crate::geometry::Overlap;
 use crate::grid::VectorField;
 use crate::kernels::faces::FaceCoefficient;
-use crate::particles::{Body, Push};
+use crate::particles::{Accelerations, Body};
 use crate::poisson::pressure::Projected;
 use crate::state::{Balance, Exchange, State, WallHistory};
 use crate::{Error, Result, params};
 use acceleration::PressureAcceleration;
 use cut::CutBodies;
+use exchanged::ExchangedMomentum;
 use modes::Modes;
 use motion::BodyMotion;
 use nalgebra::Vector3;
-use tally::MomentumTally;
 
 /// Numbers that ranks sum for a body.
 const NUMBERS: usize = 12;
@@ -132,15 +133,15 @@ struct Work<const D: usize> {
     inside: Vec<Vector3<f64>>,
     /// What the cells inside had at the start of a step beyond what is imposed at its end (m/s).
     offsets: Vec<Vector3<f64>>,
-    push: Vec<Push>,
-    tally: Vec<MomentumTally>,
+    accelerations: Vec<Accelerations>,
+    exchanged: Vec<ExchangedMomentum>,
     sums: Vec<f64>,
     contacts: contact_correction::Work,
 }
 
 /// How far a step goes at the largest face speed.
 #[derive(Clone, Copy, Debug)]
-struct Pace {
+struct StepNumbers {
     /// Spacings that the flow crosses.
     courant: f64,
     /// Squared spacings that viscosity crosses.
@@ -154,17 +155,18 @@ struct Pace {
     own: f64,
 }
 
-impl Pace {
+impl StepNumbers {
     /// Before the first step.
-    const START: Pace = Pace { courant: 0.0, diffusion: 0.0, keep: 1.0, keep_open: 1.0, own: 1.0 };
+    const START: StepNumbers =
+        StepNumbers { courant: 0.0, diffusion: 0.0, keep: 1.0, keep_open: 1.0, own: 1.0 };
 }
 
-/// The spacing that probes count in (m), and the layers of ghosts that they need, on a grid of the
-/// spacings `h` (m): no axis may have fewer cells.
+/// The spacing that image points count in (m), and the layers of ghosts that they need, on a grid
+/// of the spacings `h` (m): no axis may have fewer cells.
 pub fn ghost_width(h: &[f64]) -> (f64, usize) {
     let least = h.iter().copied().fold(f64::INFINITY, f64::min);
     let most = h.iter().copied().fold(0.0, f64::max).min(2.0 * least);
-    let reach = params::profile_depth() + params::second_probe();
+    let reach = params::profile_depth() + params::second_image_point();
     (most, 2 + (reach * most / least - 1e-9).ceil() as usize)
 }
 
@@ -196,7 +198,10 @@ impl<const D: usize> Sharp<D> {
             modes: Modes::new(bodies, &cut),
             motions: bodies
                 .iter()
-                .map(|b| BodyMotion { shell: b.shape().shell(), ..BodyMotion::default() })
+                .map(|b| BodyMotion {
+                    surface_moments: b.shape().surface_moments(),
+                    ..BodyMotion::default()
+                })
                 .collect(),
             passed_on: Vector3::zeros(),
             work: Work {
@@ -207,8 +212,8 @@ impl<const D: usize> Sharp<D> {
                 } else {
                     0
                 }),
-                push: vec![Push::default(); n],
-                tally: vec![MomentumTally::default(); n],
+                accelerations: vec![Accelerations::default(); n],
+                exchanged: vec![ExchangedMomentum::default(); n],
                 sums: vec![0.0; n * NUMBERS],
                 contacts: contact_correction::Work::new(n),
             },
@@ -224,21 +229,21 @@ impl<const D: usize> Sharp<D> {
     pub fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
         // (17, 18, 20-26) bodies to their new place, faces open there
         self.predict_positions(domain, s, dt)?;
-        let pace = self.pace(domain, s, dt)?;
+        let numbers = self.step_numbers(domain, s, dt)?;
         // memory = q - mean(u), at that place
-        self.update_memory(domain, s, pace, dt)?;
+        self.update_memory(domain, s, numbers, dt)?;
         // (7) u* with the last pressure, the wall imposed
         let sides = self.predict_cells(domain, s, dt)?;
         // (17, 18) bodies by all forces but the new pressure
         self.predict_velocities(domain, s, dt)?;
         // (8) U = H q + m U_b.n
-        self.predict_faces(domain, s, pace, dt)?;
+        self.predict_faces(domain, s, numbers, dt)?;
         // (13-15) C-HSMAC: |D| < D0, the bodies with it
         let projected = self.project(domain, s, dt)?;
         // (16) u = u* - dt/rho grad p, the wall imposed
         self.correct_cells(domain, s, dt)?;
         // (19) the force: what the fluid lost
-        self.find_loads(domain, s, pace, dt)?;
+        self.find_loads(domain, s, numbers, dt)?;
         self.close_balance(domain, s, sides, dt)?;
         s.count(dt);
         Ok(projected)
@@ -252,13 +257,13 @@ impl<const D: usize> Sharp<D> {
         self.settle(domain, &s.bodies)?;
         self.acceleration.clear();
         self.impose(domain, &s.bodies, &mut s.u)?;
-        self.cut.interpolate(domain, s, Pace::START, 0.0, &self.acceleration)?;
+        self.cut.interpolate(domain, s, StepNumbers::START, 0.0, &self.acceleration)?;
         domain.boundaries.set_faces(&mut s.faces);
-        self.strike(domain, s, false)?;
+        self.impulsive_start(domain, s, false)?;
         s.drive = domain.drive_at_start(&s.bodies);
         let walls = history(&mut s.walls)?;
         copy(&s.faces, &mut walls.memory);
-        walls.unimposed.reserve(self.cut.most_inside());
+        walls.before_forcing.reserve(self.cut.most_inside());
         self.begin_bodies(domain, s, |_| true)?;
         s.exchange.fill(Exchange::default());
         s.balance = s.has_free_bodies().then(Balance::default);
@@ -307,9 +312,9 @@ impl<const D: usize> Sharp<D> {
             all.enumerate().filter(|(_, ((_, body), _))| new(body.id))
         {
             let Some(freedom) = body.freedom() else { continue };
-            history.push.acceleration = begins(k, body);
+            history.accelerations.acceleration = begins(k, body);
             let torque = Vector3::from_column_slice(&row[6..9]);
-            history.push.angular = body.inertia().answer(&torque, &freedom);
+            history.accelerations.angular = body.inertia().inverse_mass(&torque, &freedom);
         }
         self.work.sums = sums;
         self.take_inside(domain, s, new)
@@ -327,7 +332,7 @@ impl<const D: usize> Sharp<D> {
         // Ghosts depend on which borders bodies are near to.
         self.settle(domain, &s.bodies)?;
         domain.boundaries.fill_velocity(&mut s.u)?;
-        history(&mut s.walls)?.unimposed.reserve(self.cut.most_inside());
+        history(&mut s.walls)?.before_forcing.reserve(self.cut.most_inside());
         self.acceleration.of_pressure(domain, &self.cut, &s.bodies, &s.p, s.drive);
         Ok(())
     }

@@ -1,5 +1,5 @@
 //! Bodies that follow the pressure: what they add to its operator, and how they and the faces
-//! answer a change of it.
+//! respond to a change of it.
 
 use super::Sharp;
 use super::coupled::CoupledFaces;
@@ -47,7 +47,7 @@ impl Modes {
 impl<const D: usize> Sharp<D> {
     /// Gives the pressure's operator what the free bodies add to it: for each direction a mode of
     /// weight `dV/M_k` (m3/kg, zero where the body is held) with the faces that it covers; and for
-    /// the bodies that pressure turns a mode about each axis of their answer to torque.
+    /// the bodies that pressure turns a mode about each axis of their response to torque.
     pub(super) fn set_modes(&mut self, domain: &mut Domain<D>, bodies: &[Body]) -> Result<()> {
         if bodies.iter().all(|body| body.freedom().is_none()) {
             return Ok(());
@@ -70,13 +70,13 @@ impl<const D: usize> Sharp<D> {
         for (i, k) in oblong.iter().map(|k| *k as usize).enumerate() {
             let (cut, radius) = (&self.cut.bodies[k], bodies[k].radius());
             // Velocities per radius, so that these modes are of the size of the others.
-            let answer = SymmetricEigen::new(radius * radius * self.motions[k].turns);
-            let axes =
-                (0..3).filter(|a| bodies[k].freedom().is_some() && answer.eigenvalues[*a] > 0.0);
+            let inverse_mass = SymmetricEigen::new(radius * radius * self.motions[k].turns);
+            let axes = (0..3)
+                .filter(|a| bodies[k].freedom().is_some() && inverse_mass.eigenvalues[*a] > 0.0);
             for (mode, about) in axes.enumerate() {
                 let mode = (n + i) * D + mode;
-                weights[mode] = volume * answer.eigenvalues[about];
-                let spin = answer.eigenvectors.column(about) / radius;
+                weights[mode] = volume * inverse_mass.eigenvalues[about];
+                let spin = inverse_mass.eigenvectors.column(about) / radius;
                 for axis in 0..D {
                     let face = |(cut, opening): (&Cut, &Opening<D>)| {
                         covered(mode, axis, cut.face, spin.cross(&opening.lever())[axis])
@@ -115,7 +115,7 @@ impl<const D: usize> Sharp<D> {
     }
 
     /// Lets the pressure's equation know of a drive that holds a mean velocity; returns its mean
-    /// answer (m3/kg). Collective.
+    /// response (m3/kg). Collective.
     fn hold(&self, domain: &mut Domain<D>, bodies: &[Body]) -> Result<f64> {
         let Some(axis) = domain.drive.as_ref().and_then(|drive| drive.held()) else {
             return Ok(0.0);
@@ -126,9 +126,10 @@ impl<const D: usize> Sharp<D> {
                 .map(|_| motion.displaced[axis] / motion.inertia)
         };
         let of_body = bodies.iter().zip(&self.motions).map(goes).zip(&self.cut.bodies);
-        let carried = of_body.filter_map(|(answer, cut)| Some((answer?, &cut.cuts[axis])));
-        let faces = carried.flat_map(|(answer, cuts)| {
-            cuts.iter().map(move |cut| (cut.face as usize, answer * cut.covered, cut.owned))
+        let carried =
+            of_body.filter_map(|(inverse_mass, cut)| Some((inverse_mass?, &cut.cuts[axis])));
+        let faces = carried.flat_map(|(inverse_mass, cuts)| {
+            cuts.iter().map(move |cut| (cut.face as usize, inverse_mass * cut.covered, cut.owned))
         });
         domain.hold(&self.cut.beta, faces)
     }
@@ -142,7 +143,7 @@ impl<const D: usize> Sharp<D> {
         dt: f64,
         roughly: Option<f64>,
     ) -> Result<Projected> {
-        let answer = self.hold(domain, &s.bodies)?;
+        let inverse_mass = self.hold(domain, &s.bodies)?;
         let Domain { session, grid, boundaries, projection, drive, fluid, .. } = domain;
         let (density, beta) = (fluid.density, &self.cut.beta);
         let drive = drive.as_ref().zip(s.drive.as_mut());
@@ -153,7 +154,7 @@ impl<const D: usize> Sharp<D> {
                 drive,
                 force,
                 beta,
-                answer,
+                inverse_mass,
                 density,
                 session,
             }),
@@ -194,7 +195,7 @@ impl<const D: usize> Coupled<D> for Following<'_, D> {
         let drive = driving.drive;
         for k in 0..self.motions.len() {
             let force = drive.on_body(&change, 1.0).component_mul(&self.motions[k].displaced);
-            self.push(k, &force, dt);
+            self.apply_force(k, &force, dt);
         }
         Ok(())
     }
@@ -207,7 +208,7 @@ impl<const D: usize> Coupled<D> for Following<'_, D> {
         self.session.sum(&mut self.sums[..3 * bodies])?;
         for k in 0..bodies {
             let force = Vector3::from_column_slice(&self.sums[3 * k..3 * k + 3]);
-            self.push(k, &force, dt);
+            self.apply_force(k, &force, dt);
         }
         if !self.oblong.is_empty() {
             self.follow_turning(grid, dt, phi)?;
@@ -218,7 +219,7 @@ impl<const D: usize> Coupled<D> for Following<'_, D> {
 
 impl<const D: usize> Following<'_, D> {
     /// Gives a body another force by pressure (N) over the step `dt` (s).
-    fn push(&mut self, k: usize, force: &Vector3<f64>, dt: f64) {
+    fn apply_force(&mut self, k: usize, force: &Vector3<f64>, dt: f64) {
         let motion = &mut self.motions[k];
         motion.pressure += force;
         if let Some(freedom) = self.coupled.bodies()[k].freedom() {

@@ -8,7 +8,7 @@ use crate::clock::Stage;
 use crate::contact::Impulse;
 use crate::domain::Domain;
 use crate::method::collision::refuse_collisions;
-use crate::particles::{Body, Inertia, Push};
+use crate::particles::{Accelerations, Body, Inertia};
 use crate::state::{BodyHistory, Exchange, State};
 use nalgebra::{Matrix3, Vector3};
 
@@ -36,13 +36,13 @@ pub struct BodyMotion {
     pub shear: (Vector3<f64>, Vector3<f64>),
     /// What pressure and wall shear miss of what the fluid lost in the step, and what the body has
     /// felt (N).
-    pub missed: Vector3<f64>,
+    pub force_defect: Vector3<f64>,
     pub used: Vector3<f64>,
     /// Angular momentum that the fluid lost to the body in the step (kg m2/s).
     pub spin_lost: Vector3<f64>,
     /// Its surface: area (m2; m in 2D), and moments of inertia in its own axes as a shell of a
     /// kilogram per area.
-    pub shell: (f64, Matrix3<f64>),
+    pub surface_moments: (f64, Matrix3<f64>),
 }
 
 impl BodyMotion {
@@ -80,12 +80,18 @@ impl<const D: usize> Sharp<D> {
         }
         let (histories, unit) =
             (&mut history(&mut s.walls)?.bodies, domain.fluid.viscosity / self.cut.h);
-        for (k, (push, history)) in self.work.push.iter_mut().zip(&*histories).enumerate() {
-            *push = history.push;
+        for (k, (accelerations, history)) in
+            self.work.accelerations.iter_mut().zip(&*histories).enumerate()
+        {
+            *accelerations = history.accelerations;
             // What begins to turn a body without a past turns the fluid beside it as well.
             if history.shear.is_none() {
-                let (_, turn) = resistance(&s.bodies[k], &self.motions[k].shell, unit);
-                push.angular.component_mul_assign(&inertial_share(&s.bodies[k], &turn, dt));
+                let (_, turn) = resistance(&s.bodies[k], &self.motions[k].surface_moments, unit);
+                accelerations.angular.component_mul_assign(&inertial_share(
+                    &s.bodies[k],
+                    &turn,
+                    dt,
+                ));
             }
         }
         s.substeps = 0;
@@ -100,19 +106,22 @@ impl<const D: usize> Sharp<D> {
             match &mut self.contacts {
                 Some(contacts) => {
                     let motions = &self.motions;
-                    let turning =
-                        |k: usize, body: &Body| turning(body, &motions[k].shell, unit, dt);
+                    let turning = |k: usize, body: &Body| {
+                        turning(body, &motions[k].surface_moments, unit, dt)
+                    };
                     s.substeps = contacts.advance(
                         &mut s.bodies,
                         &mut s.touching,
-                        &self.work.push,
+                        &self.work.accelerations,
                         turning,
                         dt,
                     )?;
                 }
                 None => {
-                    let bodies = s.bodies.iter_mut().zip(&self.work.push);
-                    bodies.for_each(|(body, push)| body.advance(dt, push, &periods));
+                    let bodies = s.bodies.iter_mut().zip(&self.work.accelerations);
+                    bodies.for_each(|(body, accelerations)| {
+                        body.advance(dt, accelerations, &periods)
+                    });
                 }
             }
             domain.clock.lap(Stage::Contacts);
@@ -151,7 +160,7 @@ impl<const D: usize> Sharp<D> {
                 history.shear.replace((shear, torque)).unwrap_or((shear, torque));
             let pressure = pressure + domain.felt(&s.drive, 1.0).component_mul(&motion.displaced);
             (motion.pressure, motion.pressure_torque) = (pressure, pressure_torque);
-            let (drag, turn) = resistance(body, &motion.shell, fluid.viscosity / h);
+            let (drag, turn) = resistance(body, &motion.surface_moments, fluid.viscosity / h);
             let drag = drag.max(least_drag(body, drag, fluid.density, h, dt));
             let share = inertial_share(body, &turn, dt);
             let centred = 0.5 * share;
@@ -170,7 +179,7 @@ impl<const D: usize> Sharp<D> {
             let change =
                 dt * (motion.shear.1 + pressure_torque + resisted) + (impulse.angular + kept);
             let inertia = body.inertia().plus(dt, &turn);
-            body.spin = motion.start.1 + inertia.answer(&change, &freedom);
+            body.spin = motion.start.1 + inertia.inverse_mass(&change, &freedom);
             if let Some(contacts) = &mut self.contacts {
                 // Contacts have had no part in what they did not expect, and would take it back
                 // with the next step only.
@@ -208,7 +217,7 @@ impl<const D: usize> Sharp<D> {
 
     /// Takes the acceleration of the step `dt` (s) for the next one: by all but contacts, with the
     /// fluid's response to these beyond what the substeps expect.
-    pub(super) fn take_push(
+    pub(super) fn take_accelerations(
         &self,
         domain: &Domain<D>,
         bodies: &[Body],
@@ -217,7 +226,8 @@ impl<const D: usize> Sharp<D> {
     ) {
         for (k, (motion, body)) in self.motions.iter().zip(bodies).enumerate() {
             let Some(freedom) = body.freedom() else { continue };
-            let inertia = turning(body, &motion.shell, domain.fluid.viscosity / self.cut.h, dt);
+            let inertia =
+                turning(body, &motion.surface_moments, domain.fluid.viscosity / self.cut.h, dt);
             let contacts = self.contacts.as_ref();
             let impulse = contacts.map_or_else(Impulse::default, |contacts| contacts.impulses()[k]);
             // An impact ends with the step, and the fluid's response to it does not last.
@@ -226,9 +236,11 @@ impl<const D: usize> Sharp<D> {
                 let mass = contacts.map_or(body.mass(), |contacts| contacts.mass_in_contact(body));
                 body.velocity - impulse.linear / mass
             });
-            histories[k].push = Push {
+            histories[k].accelerations = Accelerations {
                 acceleration: (without - motion.start.0) / dt,
-                angular: (body.spin - motion.start.1 - inertia.answer(&impulse.angular, &freedom))
+                angular: (body.spin
+                    - motion.start.1
+                    - inertia.inverse_mass(&impulse.angular, &freedom))
                     / dt,
             };
         }
@@ -237,23 +249,23 @@ impl<const D: usize> Sharp<D> {
 
 /// What the wall shear takes back of a change of a body's velocity (N s/m) and spin (N m s) within
 /// a step, for a viscosity over spacing (Pa s/m) and its surface's area and moments: of the
-/// velocity by the profile's first probe, of the spin by the slope of the wall shear itself.
+/// velocity by the profile's first image point, of the spin by the slope of the wall shear itself.
 pub(super) fn resistance(
     body: &Body,
-    (area, shell): &(f64, Matrix3<f64>),
+    (area, surface_moments): &(f64, Matrix3<f64>),
     unit: f64,
 ) -> (f64, Inertia) {
     let slope = unit * profile::slope().iter().sum::<f64>();
     if body.shape().is_round() {
-        return (unit * area, Inertia::Same(slope * shell[(2, 2)]));
+        return (unit * area, Inertia::Same(slope * surface_moments[(2, 2)]));
     }
     let turn = body.turn();
-    (unit * area, Inertia::Tensor(slope * (turn * shell * turn.transpose())))
+    (unit * area, Inertia::Tensor(slope * (turn * surface_moments * turn.transpose())))
 }
 
-/// What a free body has to resist at least (N s/m) where the first probe gives `drag`, that its
-/// velocity does not swing from step to step: the flow answers a change of it within the step by
-/// about
+/// What a free body has to resist at least (N s/m) where the first image point gives `drag`, that
+/// its velocity does not swing from step to step: the flow responds to a change of it within the
+/// step by about
 ///
 /// ```text
 ///   c = k drag (sum of the slope's weights + h/R)
@@ -264,17 +276,18 @@ pub(super) fn resistance(
 /// light ones.
 fn least_drag(body: &Body, drag: f64, density: f64, h: f64, dt: f64) -> f64 {
     let with_pressure = if body.shape().dimension() == 2 { 2.0 } else { 1.5 };
-    let answer = with_pressure * drag * (profile::slope().iter().sum::<f64>() + h / body.radius());
-    0.5 * (answer - (body.mass() + body.added_mass(density)) / dt)
+    let inverse_mass =
+        with_pressure * drag * (profile::slope().iter().sum::<f64>() + h / body.radius());
+    0.5 * (inverse_mass - (body.mass() + body.added_mass(density)) / dt)
 }
 
 /// What turns with a body over a step `dt` (s): itself, and the fluid beside it by that resistance
 /// (kg m2).
-fn turning(body: &Body, shell: &(f64, Matrix3<f64>), unit: f64, dt: f64) -> Inertia {
-    body.inertia().plus(dt, &resistance(body, shell, unit).1)
+fn turning(body: &Body, surface_moments: &(f64, Matrix3<f64>), unit: f64, dt: f64) -> Inertia {
+    body.inertia().plus(dt, &resistance(body, surface_moments, unit).1)
 }
 
-/// The part of a free body's answer to torque over the step `dt` (s) that is inertia, and not the
+/// The part of a free body's response to torque over the step `dt` (s) that is inertia, and not the
 /// wall shear's resistance `turn` (N m s), by axis. The torque is centred in time, and the spin
 /// carried on, as far as this goes: of a body of no inertia the spin is that of the flow around it,
 /// and what it was before only feeds an oscillation (nothing but added mass resists pressure, but

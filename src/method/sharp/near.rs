@@ -1,4 +1,4 @@
-//! Which bodies are near each other: as far as the probes of one may meet another.
+//! Which bodies are near each other: as far as the image points of one may meet another.
 
 use crate::particles::Body;
 use crate::particles::Neighbours;

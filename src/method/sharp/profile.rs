@@ -1,11 +1,13 @@
-//! The profile of the flow beside a wall, far from others, as factors of what probes see. In
+//! The profile of the flow beside a wall, far from others, as factors of what image points see. In
 //! spacings, s the distance from the wall:
 //!
 //! ```text
-//!   w(s) = a s + b (s^2/2 + 1/24)      through both probes: a cell has the mean of what is in it,
+//!   w(s) = a s + b (s^2/2 + 1/24)      through both image points: a cell has the mean of what is
+//!                                      in it,
 //!                                      and that of a parabola is w''/24 beyond
 //!                                      its middle, on the wall as well
-//!   w(s) = a s + b (s^2/2 + 1/24) + c (s^3/6 + s/24)     through three probes: the finer profile
+//!   w(s) = a s + b (s^2/2 + 1/24) + c (s^3/6 + s/24)     through three image points: the finer
+//!                                                        profile
 //! ```
 //! Without the 1/24 a flow between walls is too easy: the sum over cells of what they have in their
 //! middles is more than what flows.
@@ -13,10 +15,10 @@
 use crate::params;
 use nalgebra::{Matrix3, Vector3};
 
-/// Factors of both probes' velocities in the parabola's at the distance `s`.
+/// Factors of both image points' velocities in the parabola's at the distance `s`.
 pub fn parabola(s: f64) -> [f64; 2] {
     let bend = |s: f64| params::cell_mean() + 0.5 * s * s;
-    let (first, second) = (params::first_probe(), params::second_probe());
+    let (first, second) = (params::first_image_point(), params::second_image_point());
     let determinant = bend(first) * second - bend(second) * first;
     [
         (bend(s) * second - bend(second) * s) / determinant,
@@ -35,23 +37,23 @@ pub fn cubic(s: f64, places: [f64; 3]) -> Option<[f64; 3]> {
     Matrix3::from_columns(&places.map(cubic_mean)).lu().solve(&cubic_mean(s)).map(Into::into)
 }
 
-/// Factors of the means at one, two and three times [`params::slope_probe`] in the slope on the
-/// wall of the cubic through them: where no body moves.
+/// Factors of the means at one, two and three times [`params::slope_image_point`] in the slope on
+/// the wall of the cubic through them: where no body moves.
 pub fn slope_of_means() -> [f64; 3] {
-    let places = [1.0, 2.0, 3.0].map(|n| n * params::slope_probe());
+    let places = [1.0, 2.0, 3.0].map(|n| n * params::slope_image_point());
     Matrix3::from_columns(&places.map(cubic_mean))
         .lu()
         .solve(&Vector3::x())
         .map_or_else(slope, Into::into)
 }
 
-/// Factors of the velocities at one, two and three times [`params::slope_probe`] in the slope of
-/// the cubic through them and zero on the wall. With the parabola's w''/24 there in place of zero
-/// pressure and shear make up the force within 0.5 % at Re = 2 in place of 1 %, but the torque on a
-/// disc that is spun up, 16 cells a diameter, is 2 to 3 % too much in place of 0.5, and light discs
-/// turn for too long.
+/// Factors of the velocities at one, two and three times [`params::slope_image_point`] in the slope
+/// of the cubic through them and zero on the wall. With the parabola's w''/24 there in place of
+/// zero pressure and shear make up the force within 0.5 % at Re = 2 in place of 1 %, but the torque
+/// on a disc that is spun up, 16 cells a diameter, is 2 to 3 % too much in place of 0.5, and light
+/// discs turn for too long.
 pub fn slope() -> [f64; 3] {
-    [3.0, -1.5, 1.0 / 3.0].map(|factor| factor / params::slope_probe())
+    [3.0, -1.5, 1.0 / 3.0].map(|factor| factor / params::slope_image_point())
 }
 
 #[cfg(test)]

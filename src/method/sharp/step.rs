@@ -1,6 +1,6 @@
 //! The parts of a step with sharp walls, in its order ([`super`] has the formulas).
 
-use super::{Pace, Sharp, copy, history};
+use super::{Sharp, StepNumbers, copy, history};
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
@@ -11,11 +11,16 @@ use crate::method::stabilised::Finish;
 use crate::params;
 use crate::particles::{Body, all_fixed};
 use crate::poisson::pressure::Projected;
-use crate::state::{State, Unimposed};
+use crate::state::{BeforeForcing, State};
 
 impl<const D: usize> Sharp<D> {
     /// How far a step of `dt` (s) goes. Collective.
-    pub(super) fn pace(&self, domain: &Domain<D>, s: &State<D>, dt: f64) -> Result<Pace> {
+    pub(super) fn step_numbers(
+        &self,
+        domain: &Domain<D>,
+        s: &State<D>,
+        dt: f64,
+    ) -> Result<StepNumbers> {
         let mut speed = [faces::fastest(&domain.grid, &s.faces)];
         domain.session.max(&mut speed)?;
         let (h, nu) = (self.cut.h, domain.fluid.viscosity / domain.fluid.density);
@@ -35,7 +40,7 @@ impl<const D: usize> Sharp<D> {
         };
         let short = (params::face_time() / diffusion).min(params::face_memory() / courant);
         let own = if rest { short.clamp(params::face_part(), 1.0) } else { 1.0 };
-        Ok(Pace { courant, diffusion, keep: kept(cut), keep_open: kept(open), own })
+        Ok(StepNumbers { courant, diffusion, keep: kept(cut), keep_open: kept(open), own })
     }
 
     /// Sets the velocity of the cells inside the bodies. Collective.
@@ -56,7 +61,7 @@ impl<const D: usize> Sharp<D> {
         &mut self,
         domain: &mut Domain<D>,
         s: &mut State<D>,
-        pace: Pace,
+        numbers: StepNumbers,
         dt: f64,
     ) -> Result<()> {
         let moves = s.bodies.iter().any(Body::moves);
@@ -64,7 +69,7 @@ impl<const D: usize> Sharp<D> {
             domain.projection.assemble(&domain.grid, &self.cut.beta)?;
             domain.clock.lap(Stage::Assembly);
         }
-        if pace.keep > 0.0 || self.cut.bodies.iter().any(|body| body.in_company) {
+        if numbers.keep > 0.0 || self.cut.bodies.iter().any(|body| body.has_neighbours) {
             let (walls, stage) = (history(&mut s.walls)?, &mut self.work.stage);
             copy(&s.u, stage);
             if moves {
@@ -79,7 +84,7 @@ impl<const D: usize> Sharp<D> {
                 }
             }
             // What the last wall changed after the projection faces have yet to see.
-            for Unimposed { cell, velocity } in &walls.unimposed {
+            for BeforeForcing { cell, velocity } in &walls.before_forcing {
                 let cell = *cell as usize;
                 for ((stage, u), before) in stage.iter_mut().zip(&s.u).zip(velocity) {
                     stage[cell] += before - u[cell];
@@ -102,7 +107,7 @@ impl<const D: usize> Sharp<D> {
         s: &mut State<D>,
         dt: f64,
     ) -> Result<Sides> {
-        self.work.tally.fill(Default::default());
+        self.work.exchanged.fill(Default::default());
         self.cut.find_deferred(domain, &s.bodies, &s.u);
         let sides = match &self.stabilised {
             Some(long) if long.is_for(domain, &self.momentum.scheme, dt) => {
@@ -112,7 +117,7 @@ impl<const D: usize> Sharp<D> {
         };
         domain.boundaries.fill_velocity(&mut s.u)?;
         let Sharp { cut, work, .. } = self;
-        cut.impose(domain, &s.bodies, true, &mut work.inside, Some(&mut work.tally), &mut s.u);
+        cut.impose(domain, &s.bodies, true, &mut work.inside, Some(&mut work.exchanged), &mut s.u);
         domain.boundaries.fill_imposed(&mut s.u)?;
         domain.clock.lap(Stage::Mixing);
         Ok(sides)
@@ -196,7 +201,7 @@ impl<const D: usize> Sharp<D> {
                     domain,
                     true,
                     &work.inside,
-                    Some((stage.remains, &mut work.tally)),
+                    Some((stage.remains, &mut work.exchanged)),
                     u,
                 );
                 domain.boundaries.fill_imposed(u)?;
@@ -212,19 +217,19 @@ impl<const D: usize> Sharp<D> {
         &mut self,
         domain: &mut Domain<D>,
         s: &mut State<D>,
-        pace: Pace,
+        numbers: StepNumbers,
         dt: f64,
     ) -> Result<()> {
-        self.acceleration.add_to(domain, &self.cut, -pace.own * dt, &mut s.u);
+        self.acceleration.add_to(domain, &self.cut, -numbers.own * dt, &mut s.u);
         domain.boundaries.fill_stencils(&mut s.u)?;
         domain.clock.lap(Stage::Ghosts);
         if !s.faces_before[0].is_empty() {
             std::mem::swap(&mut s.faces, &mut s.faces_before);
         }
-        self.cut.interpolate(domain, s, pace, dt, &self.acceleration)?;
+        self.cut.interpolate(domain, s, numbers, dt, &self.acceleration)?;
         domain.boundaries.set_faces(&mut s.faces);
-        if pace.own < 1.0 {
-            self.acceleration.add_to(domain, &self.cut, (pace.own - 1.0) * dt, &mut s.u);
+        if numbers.own < 1.0 {
+            self.acceleration.add_to(domain, &self.cut, (numbers.own - 1.0) * dt, &mut s.u);
         }
         domain.clock.lap(Stage::Faces);
         Ok(())
@@ -259,13 +264,13 @@ impl<const D: usize> Sharp<D> {
         let Sharp { cut, acceleration, work, .. } = self;
         acceleration.of_pressure(domain, cut, &s.bodies, &s.p, s.drive);
         faces::add_to_cells(&domain.grid, dt, &acceleration.faces, &mut s.u);
-        acceleration.add_opened(domain, cut, dt, Some(&mut work.tally), &mut s.u);
+        acceleration.add_opened(domain, cut, dt, Some(&mut work.exchanged), &mut s.u);
         domain.clock.lap(Stage::Faces);
         domain.boundaries.fill_velocity(&mut s.u)?;
-        let unimposed = &mut history(&mut s.walls)?.unimposed;
-        cut.take_unimposed(&s.u, unimposed);
-        cut.impose(domain, &s.bodies, false, &mut work.inside, Some(&mut work.tally), &mut s.u);
-        cut.count_shared_once(&s.u, unimposed);
+        let before_forcing = &mut history(&mut s.walls)?.before_forcing;
+        cut.take_before_forcing(&s.u, before_forcing);
+        cut.impose(domain, &s.bodies, false, &mut work.inside, Some(&mut work.exchanged), &mut s.u);
+        cut.count_shared_once(&s.u, before_forcing);
         domain.boundaries.fill_imposed(&mut s.u)?;
         domain.clock.lap(Stage::Mixing);
         Ok(())

@@ -1,6 +1,6 @@
 //! What the user typed, and what it means: a case file becomes a [`raw::Case`], is checked, and is
-//! resolved once into a [`Case`] of plain values. Pure data; the solver's `scene` alone turns it into a
-//! running scene.
+//! resolved once into a [`Case`] of plain values. Pure data; the solver's `scene` alone turns it
+//! into a running scene.
 //!
 //! ```text
 //!   case.toml, --set, preset  ->  document  ->  raw::Case  ->  checked  ->  Case  ->

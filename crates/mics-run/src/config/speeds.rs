@@ -1,4 +1,4 @@
-//! Speeds that a case foretells.
+//! Speeds that are estimated from a case.
 //!
 //! ```text
 //!   steady   min( G H^2/(2 mu), 50 (G H/rho)^(1/2) )     H: to the middle between walls or to the

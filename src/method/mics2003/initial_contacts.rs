@@ -29,7 +29,7 @@ impl<const D: usize> Mics2003<D> {
     ///
     /// # Errors
     /// As [`Mics2003::step`].
-    pub(super) fn rehearse(
+    pub(super) fn find_initial_contacts(
         &mut self,
         domain: &mut Domain<D>,
         s: &mut State<D>,
@@ -37,12 +37,12 @@ impl<const D: usize> Mics2003<D> {
     ) -> Result<()> {
         let start = s.clone();
         let mut rounds = Rounds::default();
-        for _ in 0..params::most_rehearsals() as usize {
+        for _ in 0..params::most_initial_contact_iterations() as usize {
             let x = expected(s);
             self.advance_all(domain, s, dt)?;
             let found = expected(&std::mem::replace(s, start.clone()));
             let missing = &found - &x;
-            let done = missing.norm() <= params::rehearsed() * found.norm();
+            let done = missing.norm() <= params::initial_contact_tolerance() * found.norm();
             expect(s, &if done { found } else { rounds.next(x, missing) });
             self.resume(domain, s)?;
             if done {

@@ -2,9 +2,9 @@
 //! wall.
 //!
 //! ```text
-//!    n ^   * second probe, 2 h
+//!    n ^   * second image point, 2 h
 //!              the velocity relative to the wall, w, along the normal from the wall at 0:
-//!      |   * first probe, h              far from others   through 0 and both probes
+//!      |   * first image point, h              far from others   through 0 and both image points
 //!              (g > 2.75 h)
 //!   ---+-------- wall                    near another      linear, through the first
 //!              (1.25 h < g < 2.25 h)
@@ -18,14 +18,15 @@
 //! comes a step late:
 //!
 //! ```text
-//!   w = parabola(u) + c (cubic - parabola)(u^n)   through probes at h, 2 h, 3 h       (g > 3.75 h)
+//!   w = parabola(u) + c (cubic - parabola)(u^n)   through image points at h, 2 h, 3 h
+//!                 (g > 3.75 h)
 //! ```
 //! with c = 1 where the Reynolds number of a spacing is below 1/2, and 0 from 3/2 on. A steady flow
 //! has all of it. Imposed on every stage it would not decay in long steps: it has waves that turn
 //! where Legendre stages bear none that do.
 
 use super::gap::{FADING, Other, Shares, Surroundings, smooth_step};
-use super::probe::Probe;
+use super::image_point::ImagePoint;
 use super::profile;
 use crate::geometry::Shape;
 use crate::grid::{Grid, VectorField};
@@ -39,9 +40,9 @@ const NOTHING: u32 = u32::MAX;
 /// A linear functional of the velocity relative to a body's motion, along the normal of its wall
 /// through a point of its.
 #[derive(Clone, Copy, Debug)]
-pub struct Trace {
-    /// Its probes, from the first to before the last.
-    probes: [u32; 2],
+pub struct Stencil {
+    /// Its image points, from the first to before the last.
+    image_points: [u32; 2],
     /// Its number among what lies across gaps, or [`NOTHING`].
     across: u32,
     /// Its number among the lines, or [`NOTHING`] of a round body: its line is the point's arm
@@ -49,24 +50,24 @@ pub struct Trace {
     line: u32,
 }
 
-impl Trace {
-    /// A trace of nothing.
-    pub const STILL: Trace = Trace { probes: [0; 2], across: NOTHING, line: NOTHING };
+impl Stencil {
+    /// A stencil of nothing.
+    pub const STILL: Stencil = Stencil { image_points: [0; 2], across: NOTHING, line: NOTHING };
 }
 
-/// The finer profile at a cell inside, in place of a part of the trace that the cell has.
+/// The finer profile at a cell inside, in place of a part of the stencil that the cell has.
 #[derive(Clone, Copy, Debug)]
 pub struct Finer {
     /// Which of the cells inside.
     pub place: u32,
-    /// The part of the cell's own trace that it is in place of.
+    /// The part of the cell's own stencil that it is in place of.
     pub part: f64,
     /// The cubic, by that part.
-    pub cubic: Trace,
+    pub cubic: Stencil,
 }
 
-/// The line along the wall's normal through a point, which has its probes at `from + out along` (m,
-/// from the body's centre).
+/// The line along the wall's normal through a point, which has its image points at `from + out
+/// along` (m, from the body's centre).
 #[derive(Clone, Copy, Debug)]
 struct Line {
     from: Vector3<f64>,
@@ -131,18 +132,18 @@ struct Across {
 
 /// All that a body reads.
 #[derive(Clone, Debug)]
-pub struct Traces<const D: usize> {
-    probes: Vec<Probe<D>>,
+pub struct Stencils<const D: usize> {
+    image_points: Vec<ImagePoint<D>>,
     across: Vec<Across>,
     /// Of a body that is not round.
     lines: Vec<Line>,
 }
 
-impl<const D: usize> Traces<D> {
+impl<const D: usize> Stencils<D> {
     /// None, with room for so many profiles inside and slopes on the surface.
-    pub fn new(inside: usize, points: usize, round: bool) -> Traces<D> {
-        Traces {
-            probes: Vec::with_capacity(2 * inside + 4 * points),
+    pub fn new(inside: usize, points: usize, round: bool) -> Stencils<D> {
+        Stencils {
+            image_points: Vec::with_capacity(2 * inside + 4 * points),
             across: Vec::with_capacity(inside + points),
             lines: Vec::with_capacity(if round { 0 } else { inside + points }),
         }
@@ -150,7 +151,7 @@ impl<const D: usize> Traces<D> {
 
     /// Forgets all.
     pub fn clear(&mut self) {
-        self.probes.clear();
+        self.image_points.clear();
         self.across.clear();
         self.lines.clear();
     }
@@ -162,11 +163,11 @@ impl<const D: usize> Traces<D> {
         image: &Vector3<f64>,
         normal: &Normal,
         s: f64,
-    ) -> Trace {
+    ) -> Stencil {
         let h = around.h;
         let gap = around.gap(image, &normal.foot, &normal.n);
         let share = Shares::of(gap.width / h);
-        let [d1, d2] = [params::first_probe() * h, params::second_probe() * h];
+        let [d1, d2] = [params::first_image_point() * h, params::second_image_point() * h];
         let near = h.min(0.5 * gap.width);
         // In a gap no further than the mirror image: more would feed back through the faces between
         // the two.
@@ -174,9 +175,9 @@ impl<const D: usize> Traces<D> {
         let linear = if share.linear > 0.0 { share.linear * mirrored(near) } else { 0.0 };
         let [first, second] = profile::parabola(s / h).map(|factor| share.full * factor);
         let at = if share.full > 0.0 { d1 } else { near };
-        let probes = [(at, first + linear), (d2, second)];
+        let image_points = [(at, first + linear), (d2, second)];
         let across = share.across * mirrored(gap.width.max(0.5 * h));
-        self.trace(around.grid, image, normal, &probes, across, gap.other)
+        self.stencil(around.grid, image, normal, &image_points, across, gap.other)
     }
 
     /// The finer profile at the signed distance `s` (m) along a normal, for the cell inside at this
@@ -195,10 +196,15 @@ impl<const D: usize> Traces<D> {
         if part == 0.0 {
             return None;
         }
-        let places = [params::first_probe(), params::second_probe(), params::third_probe()];
+        let places = [
+            params::first_image_point(),
+            params::second_image_point(),
+            params::third_image_point(),
+        ];
         let factors = profile::cubic(s, places)?;
-        let probes: [_; 3] = std::array::from_fn(|n| (places[n] * around.h, part * factors[n]));
-        let cubic = self.trace(around.grid, image, normal, &probes, 0.0, Other::Nothing);
+        let image_points: [_; 3] =
+            std::array::from_fn(|n| (places[n] * around.h, part * factors[n]));
+        let cubic = self.stencil(around.grid, image, normal, &image_points, 0.0, Other::Nothing);
         Some(Finer { place: place as u32, part, cubic })
     }
 
@@ -210,12 +216,12 @@ impl<const D: usize> Traces<D> {
         image: &Vector3<f64>,
         normal: &Normal,
         s: f64,
-    ) -> (Trace, f64) {
+    ) -> (Stencil, f64) {
         let gap = around.gap(image, &normal.foot, &normal.n);
         let across = s / gap.width.max(0.5 * around.h).max(s);
-        let trace = self.trace(around.grid, image, normal, &[], across, gap.other);
+        let stencil = self.stencil(around.grid, image, normal, &[], across, gap.other);
         let (share, kept) = around.flow(gap.width);
-        (trace, share * (1.0 - kept))
+        (stencil, share * (1.0 - kept))
     }
 
     /// The slope of the velocity along the outward normal through a point of the surface (1/s).
@@ -224,54 +230,55 @@ impl<const D: usize> Traces<D> {
         around: &Surroundings<D>,
         image: &Vector3<f64>,
         normal: &Normal,
-    ) -> Trace {
+    ) -> Stencil {
         let h = around.h;
         let gap = around.gap(image, &normal.foot, &normal.n);
         let share = Shares::of(gap.width / h);
-        let (e, near) = (params::slope_probe() * h, h.min(0.5 * gap.width));
+        let (e, near) = (params::slope_image_point() * h, h.min(0.5 * gap.width));
         let slope = if around.finer { profile::slope_of_means() } else { profile::slope() };
         let [one, two, three] = slope.map(|factor| share.full * factor / h);
         let linear = if share.linear > 0.0 { share.linear / near } else { 0.0 };
-        let probes = [(e, one), (2.0 * e, two), (3.0 * e, three), (near, linear)];
+        let image_points = [(e, one), (2.0 * e, two), (3.0 * e, three), (near, linear)];
         let across = share.across / gap.width.max(0.5 * h);
-        self.trace(around.grid, image, normal, &probes, across, gap.other)
+        self.stencil(around.grid, image, normal, &image_points, across, gap.other)
     }
 
-    /// A trace along a normal: the distances of its probes from the wall (m) with their shares, and
-    /// the share of what lies across the gap.
-    fn trace(
+    /// A stencil along a normal: the distances of its image points from the wall (m) with their
+    /// shares, and the share of what lies across the gap.
+    fn stencil(
         &mut self,
         grid: &Grid<D>,
         image: &Vector3<f64>,
         normal: &Normal,
-        probes: &[(f64, f64)],
+        image_points: &[(f64, f64)],
         across: f64,
         other: Other,
-    ) -> Trace {
-        let (start, Line { from, along }) = (self.probes.len() as u32, normal.line);
+    ) -> Stencil {
+        let (start, Line { from, along }) = (self.image_points.len() as u32, normal.line);
         let from = image + from;
-        for &(d, share) in probes.iter().filter(|(_, share)| *share != 0.0) {
-            self.probes.push(Probe::new(grid, &from, &along, normal.out(d), share));
+        for &(d, share) in image_points.iter().filter(|(_, share)| *share != 0.0) {
+            self.image_points.push(ImagePoint::new(grid, &from, &along, normal.out(d), share));
         }
-        let mut trace = Trace { probes: [start, self.probes.len() as u32], ..Trace::STILL };
+        let mut stencil =
+            Stencil { image_points: [start, self.image_points.len() as u32], ..Stencil::STILL };
         if across != 0.0 && !matches!(other, Other::Nothing) {
-            trace.across = self.across.len() as u32;
+            stencil.across = self.across.len() as u32;
             self.across.push(Across { share: across, other, wall: normal.out(0.0) });
         }
         if !normal.central {
-            trace.line = self.lines.len() as u32;
+            stencil.line = self.lines.len() as u32;
             self.lines.push(normal.line);
         }
-        trace
+        stencil
     }
 
-    /// The value of the trace through `arm` (m/s, or 1/s of a slope) for a body and a velocity
+    /// The value of the stencil through `arm` (m/s, or 1/s of a slope) for a body and a velocity
     /// field with its ghosts filled.
     #[allow(clippy::too_many_arguments)]
     #[inline(always)]
     pub fn value(
         &self,
-        trace: &Trace,
+        stencil: &Stencil,
         arm: &Vector3<f64>,
         grid: &Grid<D>,
         u: &VectorField<D>,
@@ -279,12 +286,12 @@ impl<const D: usize> Traces<D> {
         k: usize,
         limit: Option<f64>,
     ) -> Vector3<f64> {
-        let (rest, turn) = self.rigid(trace, arm, &bodies[k]);
+        let (rest, turn) = self.rigid(stencil, arm, &bodies[k]);
         let (mut sum, mut first) = (Vector3::zeros(), None);
-        for probe in self.probes_of(trace) {
-            let relative = probe.velocity(grid, u) - (rest + probe.out * turn);
+        for image_point in self.image_points_of(stencil) {
+            let relative = image_point.velocity(grid, u) - (rest + image_point.out * turn);
             first.get_or_insert_with(|| relative.norm());
-            sum += probe.share * relative;
+            sum += image_point.share * relative;
         }
         if let (Some(limit), Some(first)) = (limit, first) {
             // first <= limit: the layer is resolved.
@@ -294,40 +301,43 @@ impl<const D: usize> Traces<D> {
                 sum *= most / size;
             }
         }
-        let Some(across) = self.across.get(trace.across as usize) else { return sum };
+        let Some(across) = self.across.get(stencil.across as usize) else { return sum };
         let there = across.other.velocity(bodies);
         there.map_or(sum, |there| sum + across.share * (there - (rest + across.wall * turn)))
     }
 
-    /// The largest speed at the probes of the trace through `arm`, relative to a body (m/s).
+    /// The largest speed at the image points of the stencil through `arm`, relative to a body
+    /// (m/s).
     pub fn fastest(
         &self,
-        trace: &Trace,
+        stencil: &Stencil,
         arm: &Vector3<f64>,
         grid: &Grid<D>,
         u: &VectorField<D>,
         body: &Body,
     ) -> f64 {
-        let (rest, turn) = self.rigid(trace, arm, body);
-        let speed = |probe: &Probe<D>| (probe.velocity(grid, u) - (rest + probe.out * turn)).norm();
-        self.probes_of(trace).iter().map(speed).fold(0.0, f64::max)
+        let (rest, turn) = self.rigid(stencil, arm, body);
+        let speed = |image_point: &ImagePoint<D>| {
+            (image_point.velocity(grid, u) - (rest + image_point.out * turn)).norm()
+        };
+        self.image_points_of(stencil).iter().map(speed).fold(0.0, f64::max)
     }
 
     #[inline(always)]
-    fn probes_of(&self, trace: &Trace) -> &[Probe<D>] {
-        &self.probes[trace.probes[0] as usize..trace.probes[1] as usize]
+    fn image_points_of(&self, stencil: &Stencil) -> &[ImagePoint<D>] {
+        &self.image_points[stencil.image_points[0] as usize..stencil.image_points[1] as usize]
     }
 
-    /// The rigid motion of a body along the line of a trace, as `rest + out turn` (m/s).
+    /// The rigid motion of a body along the line of a stencil, as `rest + out turn` (m/s).
     #[inline(always)]
     fn rigid(
         &self,
-        trace: &Trace,
+        stencil: &Stencil,
         arm: &Vector3<f64>,
         body: &Body,
     ) -> (Vector3<f64>, Vector3<f64>) {
         let Body { velocity, spin, .. } = body;
-        match self.lines.get(trace.line as usize) {
+        match self.lines.get(stencil.line as usize) {
             None => (*velocity, spin.cross(arm)),
             Some(line) => (velocity + spin.cross(&line.from), spin.cross(&line.along)),
         }

@@ -12,14 +12,14 @@
 //! follow: it goes on with what its mass is of that and the added mass. Left to a step's stages,
 //! the jump of its wall would turn a light body back.
 
+use super::exchanged::ExchangedMomentum;
 use super::load::whole_inside;
-use super::tally::MomentumTally;
 use super::{NUMBERS, Sharp, history};
 use crate::Result;
 use crate::domain::Domain;
 use crate::grid::VectorField;
 use crate::kernels::faces;
-use crate::state::{State, Unimposed};
+use crate::state::{BeforeForcing, State};
 use nalgebra::{Matrix3, Vector3};
 
 impl<const D: usize> Sharp<D> {
@@ -37,7 +37,7 @@ impl<const D: usize> Sharp<D> {
         let (p, drive) = (s.p.clone(), s.drive);
         // What the last wall changed of the cells, and the last step of the faces, stays what it
         // was.
-        shift(&mut history(&mut s.walls)?.unimposed, -1.0, &s.u);
+        shift(&mut history(&mut s.walls)?.before_forcing, -1.0, &s.u);
         add(&mut s.faces_before, -1.0, &s.faces);
         for (cut, body) in self.cut.bodies.iter().zip(&s.bodies).filter(|(_, body)| new(body.id)) {
             cut.cover_faces(body, &mut s.faces);
@@ -54,12 +54,12 @@ impl<const D: usize> Sharp<D> {
         }
         self.set_modes(domain, &s.bodies)?;
         self.find_displaced(domain, &s.bodies)?;
-        self.strike(domain, s, true)?;
+        self.impulsive_start(domain, s, true)?;
         self.defer(domain, s)?;
         add(&mut s.faces_before, 1.0, &s.faces);
         let walls = history(&mut s.walls)?;
         add(&mut walls.memory, 1.0, &self.acceleration.faces);
-        shift(&mut walls.unimposed, 1.0, &s.u);
+        shift(&mut walls.before_forcing, 1.0, &s.u);
         (s.p, s.drive) = (p, drive);
         self.find_acceleration(domain, s);
         self.take_inside(domain, s, |_| true)
@@ -87,7 +87,7 @@ impl<const D: usize> Sharp<D> {
     /// Projects the faces over a second, so that the potential in the pressure's place is its
     /// impulse, which corrects the cells; the wall is imposed on them. Bodies keep their velocity,
     /// or `follow`. Collective.
-    pub(super) fn strike(
+    pub(super) fn impulsive_start(
         &mut self,
         domain: &mut Domain<D>,
         s: &mut State<D>,
@@ -105,11 +105,11 @@ impl<const D: usize> Sharp<D> {
         domain.boundaries.fill_increment(&mut s.p)?;
         self.acceleration.of_pressure(domain, &self.cut, &s.bodies, &s.p, s.drive);
         let Sharp { cut, acceleration, work, .. } = self;
-        work.tally.fill(MomentumTally::default());
+        work.exchanged.fill(ExchangedMomentum::default());
         faces::add_to_cells(&domain.grid, 1.0, &acceleration.faces, &mut s.u);
-        acceleration.add_opened(domain, cut, 1.0, Some(&mut work.tally), &mut s.u);
+        acceleration.add_opened(domain, cut, 1.0, Some(&mut work.exchanged), &mut s.u);
         domain.boundaries.fill_velocity(&mut s.u)?;
-        cut.impose(domain, &s.bodies, false, &mut work.inside, Some(&mut work.tally), &mut s.u);
+        cut.impose(domain, &s.bodies, false, &mut work.inside, Some(&mut work.exchanged), &mut s.u);
         domain.boundaries.fill_velocity(&mut s.u)
     }
 }
@@ -122,8 +122,8 @@ fn add<const D: usize>(to: &mut VectorField<D>, factor: f64, from: &VectorField<
 }
 
 /// Adds a multiple of the velocity `u` (m/s) of the cells to what they had before the wall.
-fn shift<const D: usize>(unimposed: &mut [Unimposed<D>], factor: f64, u: &VectorField<D>) {
-    for Unimposed { cell, velocity } in unimposed {
+fn shift<const D: usize>(before_forcing: &mut [BeforeForcing<D>], factor: f64, u: &VectorField<D>) {
+    for BeforeForcing { cell, velocity } in before_forcing {
         velocity
             .iter_mut()
             .zip(u)

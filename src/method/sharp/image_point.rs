@@ -1,4 +1,5 @@
-//! Probes: the velocity at any point, from a cubic through the four cells about it along each axis.
+//! Image points: the velocity at any point, from a cubic through the four cells about it along each
+//! axis.
 //!
 //! ```text
 //!     i-1     i   x    i+1     i+2         weights of t = (x - x_i)/h:
@@ -13,7 +14,7 @@ use nalgebra::Vector3;
 
 /// A point where the velocity is asked for, with its share in what is asked.
 #[derive(Clone, Copy, Debug)]
-pub struct Probe<const D: usize> {
+pub struct ImagePoint<const D: usize> {
     /// Index in a field of the first cell of the stencil, and the place after its second (in
     /// spacings).
     first: u32,
@@ -24,16 +25,16 @@ pub struct Probe<const D: usize> {
     pub out: f64,
 }
 
-impl<const D: usize> Probe<D> {
-    /// A probe at `centre + out arm` (m); the point is within the stored cells, two layers from
-    /// their end.
+impl<const D: usize> ImagePoint<D> {
+    /// An image point at `centre + out arm` (m); the point is within the stored cells, two layers
+    /// from their end.
     pub fn new(
         grid: &Grid<D>,
         centre: &Vector3<f64>,
         arm: &Vector3<f64>,
         out: f64,
         share: f64,
-    ) -> Probe<D> {
+    ) -> ImagePoint<D> {
         let (mut first, mut place) = (0, [0.0; D]);
         for a in 0..D {
             let x = (centre[a] + out * arm[a]) / grid.h[a] - 0.5 - grid.start[a] as f64
@@ -43,7 +44,7 @@ impl<const D: usize> Probe<D> {
             place[a] = x - cell as f64 - 1.0;
             first += (cell * grid.stride[a]) as u32;
         }
-        Probe { first, place, share, out }
+        ImagePoint { first, place, share, out }
     }
 
     /// The velocity (m/s) there; ghosts of `u` filled.
