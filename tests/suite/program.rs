@@ -663,3 +663,38 @@ fn bodies_csv_has_what_each_particle_is_and_particles_csv_four_rows_a_step() {
         (0..=last).filter(|k| k % 3 == 0 || *k == last).map(|k| k as f64).collect();
     assert_eq!(sampled, expected);
 }
+
+#[test]
+fn new_case_begins_as_a_shipped_one_under_its_own_name() {
+    let dir = tempfile::tempdir().unwrap();
+    let (own, copy) = (dir.path().join("my-bed"), dir.path().join("copy"));
+    let made = mics(&["new", own.to_str().unwrap(), "--template", "sheared-bed"]);
+    assert!(made.status.success(), "{}", text(&made.stderr));
+    let case = own.join("case.toml");
+    let said = mics(&["check", "--quiet", case.to_str().unwrap()]);
+    assert!(said.status.success(), "{}", text(&said.stderr));
+    let begun = std::fs::read_to_string(&case).unwrap();
+    assert!(begun.contains("name = \"my-bed\"") && !begun.contains("#:schema"), "{begun}");
+    // What is there stays, and a name that is none is answered with what was probably meant.
+    let again = mics(&["new", own.to_str().unwrap()]);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(text(&again.stderr).contains("is there already"), "{}", text(&again.stderr));
+    let none = mics(&["cases", "copy", "sheared-bad"]);
+    assert_eq!(none.status.code(), Some(2));
+    assert!(text(&none.stderr).contains("did you mean `sheared-bed`?"), "{}", text(&none.stderr));
+    let copied = mics(&["cases", "copy", "wet-rebound", copy.to_str().unwrap()]);
+    assert!(copied.status.success(), "{}", text(&copied.stderr));
+    assert!(copy.join("stokes.study.toml").is_file() && copy.join("collision_sphere.csv").is_file());
+}
+
+#[test]
+fn cases_lists_every_shipped_case_with_its_scene() {
+    let listed = mics(&["cases"]);
+    let words = text(&listed.stdout);
+    let folders = std::fs::read_dir(shipped("cases")).unwrap().map(|entry| entry.unwrap().path());
+    for folder in folders.filter(|folder| folder.join("case.toml").is_file()) {
+        let name = folder.file_name().unwrap().to_string_lossy().into_owned();
+        let line = words.lines().find(|line| line.split_whitespace().next() == Some(&name));
+        assert!(line.is_some_and(|line| line.len() > name.len() + 12), "{name}: {line:?}");
+    }
+}

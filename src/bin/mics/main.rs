@@ -1,5 +1,6 @@
 //! The command line.
 
+mod cases;
 mod study;
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
@@ -138,6 +139,19 @@ enum Command {
         #[arg(required = true)]
         runs: Vec<PathBuf>,
     },
+    /// Begin a case of your own, DIR/case.toml, as a shipped one.
+    New {
+        /// The folder, which must not be there yet; the case is named as it.
+        dir: PathBuf,
+        /// The shipped case that it begins as; `mics cases` lists them.
+        #[arg(long, value_name = "NAME", default_value = "cylinder-wake")]
+        template: String,
+    },
+    /// List the shipped cases, or copy one.
+    Cases {
+        #[command(subcommand)]
+        action: Option<cases::Action>,
+    },
     /// Run the shipped cases and compare them with their references; status 1 where any falls
     /// short.
     Validate {
@@ -265,6 +279,8 @@ fn act(command: Command) -> Result<()> {
             print(&report::write(&run, out.as_deref())?.display().to_string())
         }
         Command::Watch { runs } => watch::watch(&runs),
+        Command::New { dir, template } => cases::begin(&dir, &template),
+        Command::Cases { action } => cases::cases(action),
         Command::Validate { names, full, out, markdown, compare, petsc, .. } => {
             let draw = plot::draw_run;
             validate::validate(&validate::Request {
