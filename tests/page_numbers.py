@@ -207,12 +207,10 @@ def mixed(re, *columns):
 README, ENERGY, MEASURED, MIXTURE = "README.md", "docs/output.md", "docs/measured.md", "docs/mixture.md"
 WAKE, SETTLING, N16 = "cylinder-wake/case", "settling-disc/case", "domain.cells=[128,384]"
 OFFSETS, FINER = "cases/cylinder-wake/offsets.study.toml", "cases/cylinder-wake/offsets-16.study.toml"
-MIXED, GRIDS = "cases/cylinder-wake/section3.study.toml", "cases/settling-disc/grids.study.toml"
-TURNING, SHEARED = "cases/neutral-disc-in-couette/starts.study.toml", "cases/sphere-in-couette/walls.study.toml"
+MIXED, SHEARED = "cases/cylinder-wake/section3.study.toml", "cases/sphere-in-couette/walls.study.toml"
 OILS, LET_GO = "cases/settling-sphere/numbers.study.toml", "cases/sphere-let-go/densities.study.toml"
 ARRAYS, RANDOM = "cases/sphere-array/fractions.study.toml", "cases/random-array/equilibrium.study.toml"
 FINE_ARRAYS = "cases/sphere-array/order.study.toml"
-CHANNEL, SWINGS = "cases/channel-cylinder/grids.study.toml", "cases/oscillating-cylinder/boxes.study.toml"
 PLACES = "cases/sphere-stream/places.study.toml"
 QUICK, SLOW, LONG = range(3)
 DRAG, EIGHT = "drag_coefficient", "at eight places within a cell"
@@ -244,17 +242,12 @@ CLAIMS = [
     *((SLOW, MIXTURE, f"| {re} | {step} | # | # % | # | # % |", mixed(re, DRAG, "drag_coefficient_eq19"))
       for re, step in ((10, 0.199), (20, 0.252), (40, "0.240"), (100, 0.219), (200, 0.198))),
     *((SLOW, MIXTURE, f"| {drag} | # | # % | {reference} |", mixed(re, "strouhal")) for re, drag, reference in ((100, 1.5576, 0.1849), (200, "1.5130", 0.2122))),
-    (SLOW, MEASURED, "| # % at N = 8, # % at N = 16; history", both(error(SETTLING, "largest_speed"), error(SETTLING, "largest_speed", N16))),
-    (SLOW, MEASURED, "Re_G = 0.25 | # at N = 8 |", size(of_each(TURNING, "spin", Re_G=0.25, N=8))),
     (LONG, MEASURED, "| #, #, #, # %; at N = 12 #", both(*(settles(re, "largest_speed_error") for re in (1.5, 4.1, 11.6, 31.9)),
                                                         of_each(OILS, "largest_speed_error", 100.0, Re=1.5, N=12))),
     (LONG, MEASURED, "spin of G/2 | # and # % at two places", in_percent(of_each(SHEARED, "spin_error", gap="6 d", Re_G=0.1))),
     (SLOW, MEASURED, "against Boussinesq-Basset | #, #, #, #, # %; #, #, #, #, # %; #, #, #, #, # % |",
      both(let_go("v_first_error"), let_go("v_half_error"), let_go("v_error"))),
     (LONG, MEASURED, "| # to # % at five places within a cell |", extremes(PLACES, "drag_coefficient_error", 100.0)),
-    (SLOW, MEASURED, "Cd 5.5795, Cl 0.0106 | #, # |", both(of_each(CHANNEL, "cd", flow="2D-1", N=16.1), of_each(CHANNEL, "cl", flow="2D-1", N=16.1))),
-    (SLOW, MEASURED, "St 0.295 to 0.305 | #, #, # |", both(*(of_each(CHANNEL, name, flow="2D-2", N=16.1) for name in ("cd_max", "cl_max", "st")))),
-    (SLOW, MEASURED, "C_D 2.09, C_M 1.45 | #, # |", both(*(of_each(SWINGS, name, N=16) for name in ("morison_drag", "morison_inertia")))),
     (LONG, MEASURED, "of K (15.4, 42.1) | # and #; # and # |", both(order_and_limit(0.343), order_and_limit(0.5236))),
     (LONG, MEASURED, "by two correlations | #, #, #; #, #, # |", both(of_each(RANDOM, "drag", 1 / 1.55083, phi=0.2, N=10), of_each(RANDOM, "drag", 1 / 1.95392, phi=0.4, N=10))),
     (SLOW, MEASURED, "against Zick & Homsy, N = 16 | #, #, #, #, # %,", lattice),
