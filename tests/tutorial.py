@@ -1,4 +1,4 @@
-"""Does what docs/tutorial.md says, in an empty folder, and compares what it prints.
+"""Runs the commands of a page such as docs/tutorial.md and compares what they print.
 
 Blocks of TOML that begin with `# NAME.toml` are written as files; in blocks of `console` each line that begins with `$ ` is run, and
 the lines below it have to come in its output, in that order. `...` stands for any lines. Words are compared as they are, numbers

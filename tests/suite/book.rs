@@ -97,12 +97,12 @@ fn links_are_judged_as_a_forge_judges_them() {
     assert_eq!(anchors(text), ["a-fluid-of-two", "twice", "twice-1"]);
     let page = shipped("docs/output.md");
     for (link, right) in [
-        ("energy.md", true),
+        ("restart.md", true),
         ("nowhere.md", false),
         ("#twice-1", true),
         ("#thrice", false),
-        ("energy.md#the-budget-of-energy", true),
-        ("energy.md#nothing", false),
+        ("method.md#a-step", true),
+        ("method.md#nothing", false),
         ("https://example.org/nothing", true),
     ] {
         assert_eq!(broken(&page, text, link).is_none(), right, "{link}");
