@@ -381,7 +381,7 @@ fn long_beside_wall<const D: usize>(case: &Case, scene: &Scene<D>, later: f64) -
     let walls = || case.sides().map(|(_, side)| side).enumerate().filter(|wall| along(*wall));
     let distance = |body: &Body, face: usize| {
         let (x, size) = (body.centre[face / 2], case.domain.size[face / 2]);
-        if face % 2 == 0 { x } else { size - x }
+        if face.is_multiple_of(2) { x } else { size - x }
     };
     let gap = |body: &Body| {
         walls().map(|(face, _)| distance(body, face) - body.radius()).fold(f64::INFINITY, f64::min)

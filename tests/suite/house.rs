@@ -78,6 +78,7 @@ fn used(code: &str) -> BTreeSet<String> {
             }
         }
     }
+    found.remove("");
     found
 }
 

@@ -684,7 +684,9 @@ fn new_case_begins_as_a_shipped_one_under_its_own_name() {
     assert!(text(&none.stderr).contains("did you mean `sheared-bed`?"), "{}", text(&none.stderr));
     let copied = mics(&["cases", "copy", "wet-rebound", copy.to_str().unwrap()]);
     assert!(copied.status.success(), "{}", text(&copied.stderr));
-    assert!(copy.join("stokes.study.toml").is_file() && copy.join("collision_sphere.csv").is_file());
+    for file in ["stokes.study.toml", "collision_sphere.csv"] {
+        assert!(copy.join(file).is_file(), "{file}");
+    }
 }
 
 #[test]

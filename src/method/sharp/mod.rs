@@ -26,11 +26,11 @@
 //! faces with the next step. In narrow gaps it is all there is of the flow, and stays. A turning
 //! disc or sphere displaces nothing.
 //!
-//! Where no body moves, a step longer than `t = 0.05 h^2/nu` gives the faces `I(u* + (dt - t) a_c)
-//! + t a` in place of `I(u*) + dt a`, with a_c the cells' acceleration: `dt (a - I a_c)`, through
-//! which a steady flow would leak, is no longer the more the longer the step. Steps that viscosity
-//! would bind are made in Legendre stages ([`crate::scheme::legendre`]); the wall is imposed on
-//! each.
+//! Where no body moves, a step longer than `t = 0.05 h^2/nu` gives the faces
+//! `I(u* + (dt - t) a_c) + t a` in place of `I(u*) + dt a`, with a_c the cells' acceleration:
+//! `dt (a - I a_c)`, through which a steady flow would leak, is no longer the more the longer the
+//! step. Steps that viscosity would bind are made in Legendre stages
+//! ([`crate::scheme::legendre`]); the wall is imposed on each.
 //!
 //! Spin, of which little but fluid is moved where a body is light, with R what the wall's slope
 //! resists to a change of it within the step (`motion.rs`), T the fluid's torque and J what
