@@ -10,6 +10,7 @@ use super::fault::Fault;
 use super::raw::{self, begin, expand, measures, name_particles, pairs, validate};
 use super::resolve::resolve;
 use super::resolved::Case;
+use super::write::particle;
 use crate::error::Given;
 use crate::{Error, Result};
 
@@ -94,8 +95,8 @@ fn checked(document: &Document, path: &Path, overrides: &[String]) -> Result<Cas
     let mut raw = document.to_case()?;
     validate(&raw)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    begin(&mut raw, folder)?;
-    expand(&mut raw, folder)?;
+    begin(&mut raw, folder, read_bodies)?;
+    expand(&mut raw, folder, read_bodies)?;
     name_particles(&mut raw)?;
     pairs(&raw)?;
     measures(&raw)?;
@@ -111,6 +112,12 @@ pub fn written(text: &str) -> Result<Case, String> {
     let document = Document::plain(Path::new("case.toml"), text).map_err(|e| e.to_string())?;
     checked(&document, Path::new(""), &[])
         .map_err(|Fault { key, message }| format!("{key}: {message}"))
+}
+
+/// The dimension and the bodies of the case that a run wrote out, from its text.
+fn read_bodies(text: &str) -> Result<(usize, Vec<raw::Particle>), String> {
+    let case = written(text)?;
+    Ok((case.dimension(), case.particle.iter().map(particle).collect()))
 }
 
 /// The JSON Schema of a case, for editors.

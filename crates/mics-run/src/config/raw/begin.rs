@@ -3,7 +3,6 @@
 use crate::config::fault::{AXES, Check, Fault};
 use crate::config::raw::particle::{Overlap, below_periods, inside, overlap};
 use crate::config::raw::{Case, Initial, Motion, Particle, Spin};
-use crate::config::{read, write};
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom};
@@ -12,8 +11,12 @@ use std::path::{Path, PathBuf};
 /// Bytes of a row of `particles.csv`, and more.
 const ROW: u64 = 2048;
 
-/// Puts the bodies that the case begins with before its own; `folder` is the case file's.
-pub(in crate::config) fn begin(case: &mut Case, folder: &Path) -> Check {
+/// Reads the dimension and the bodies of the case that a run wrote, from its text.
+pub(in crate::config) type ReadBodies = fn(&str) -> Result<(usize, Vec<Particle>), String>;
+
+/// Puts the bodies that the case begins with before its own; `folder` is the case file's, `read`
+/// reads that run's case.
+pub(in crate::config) fn begin(case: &mut Case, folder: &Path, read: ReadBodies) -> Check {
     let Some(run) = case.initial.from.clone().filter(|_| !case.initial.listed) else {
         return Ok(());
     };
@@ -28,7 +31,7 @@ pub(in crate::config) fn begin(case: &mut Case, folder: &Path) -> Check {
     );
     let run = located(&run, folder);
     case.initial.from = Some(run.display().to_string());
-    let bodies = bodies(&run, case.dimension(), key)?;
+    let bodies = bodies(&run, case.dimension(), key, read)?;
     case.initial.inherited = bodies.len();
     case.particle.splice(0..0, bodies);
     for body in &case.particle {
@@ -54,17 +57,21 @@ pub(super) fn located(run: &str, folder: &Path) -> PathBuf {
 }
 
 /// The bodies of a run as they were at its end.
-pub(super) fn bodies(run: &Path, dimension: usize, key: &str) -> Result<Vec<Particle>, Fault> {
+pub(super) fn bodies(
+    run: &Path,
+    dimension: usize,
+    key: &str,
+    read: ReadBodies,
+) -> Result<Vec<Particle>, Fault> {
     let refuse =
         |what: String| Fault { key: key.to_owned(), message: format!("{}: {what}", run.display()) };
     let case = std::fs::read_to_string(run.join("case.toml")).map_err(|_| {
         refuse("holds no run (no case.toml in it); name the folder that `mics run` wrote".into())
     })?;
-    let case =
-        read::written(&case).map_err(|why| refuse(format!("its case cannot be read: {why}")))?;
-    let (was, is) = (case.dimension(), dimension);
+    let (was, bodies) =
+        read(&case).map_err(|why| refuse(format!("its case cannot be read: {why}")))?;
+    let is = dimension;
     ensure!(was == is, key, "{}: that run is {was}D, and this case {is}D", run.display());
-    let bodies: Vec<Particle> = case.particle.iter().map(write::particle).collect();
     if bodies.is_empty() {
         return Ok(bodies);
     }

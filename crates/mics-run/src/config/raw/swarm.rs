@@ -5,7 +5,7 @@ mod table;
 
 use std::path::Path;
 
-use super::begin;
+use super::begin::{self, ReadBodies};
 use super::particle::{Enter, Nature, Overlap, below_periods, inside, overlap};
 use super::{Case, Lock, Motion, Particle, Round, Shape, Spin};
 use crate::config::fault::{AXES, Check, not_negative, positive, short, vector};
@@ -305,13 +305,13 @@ impl Region {
 }
 
 /// Turns the swarms of a checked case into particles, in their order; files are looked for from
-/// `folder` on.
-pub(in crate::config) fn expand(case: &mut Case, folder: &Path) -> Check {
+/// `folder` on, and `read` reads the case of a run that lists them.
+pub(in crate::config) fn expand(case: &mut Case, folder: &Path, read: ReadBodies) -> Check {
     let swarms = std::mem::take(&mut case.swarm);
     for (index, swarm) in swarms.iter().enumerate() {
         match (&swarm.from, swarm.scatter(), &swarm.feed) {
             (Some(file), ..) if of_run(&folder.join(file)) => {
-                append_run(case, swarm, &folder.join(file), &format!("swarm.{index}.from"))?
+                append_run(case, swarm, &folder.join(file), &format!("swarm.{index}.from"), read)?
             }
             (Some(file), ..) => {
                 table::append(case, swarm, &folder.join(file), &format!("swarm.{index}.from"))?
@@ -339,10 +339,10 @@ fn of_run(file: &Path) -> bool {
 }
 
 /// Appends the bodies of a run as they were at its end, moved as the swarm says.
-fn append_run(case: &mut Case, swarm: &Swarm, file: &Path, key: &str) -> Check {
+fn append_run(case: &mut Case, swarm: &Swarm, file: &Path, key: &str, read: ReadBodies) -> Check {
     let run = file.parent().unwrap_or(Path::new(""));
     let (first, dimension) = (case.particle.len(), case.dimension());
-    for mut body in begin::bodies(run, dimension, key)? {
+    for mut body in begin::bodies(run, dimension, key, read)? {
         body.name = swarm.name.clone();
         body.material = swarm.material.clone().or(body.material);
         body.motion = swarm.motion.clone().unwrap_or(body.motion);
@@ -391,7 +391,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("gravel.csv"), csv).unwrap();
         let mut case = toml::from_str(&text(dimension, keys)).unwrap();
-        let checked = validate(&case).and_then(|()| expand(&mut case, folder.path()));
+        let checked =
+            validate(&case).and_then(|()| expand(&mut case, folder.path(), |_| Err(String::new())));
         checked.map(|()| case).map_err(|fault| (fault.key, fault.message))
     }
 
