@@ -1,0 +1,107 @@
+//! The shipped cases, which the binary holds: a list of them, copies, and cases of one's own that
+//! begin as one of them.
+
+use clap::Subcommand;
+use mics::config::suggest;
+use mics::{Error, Result};
+use mics_run::print;
+use std::path::{Path, PathBuf};
+
+/// Each case's name and its files, by name.
+const SHIPPED: &[(&str, &[(&str, &str)])] = include!(concat!(env!("OUT_DIR"), "/cases.rs"));
+
+/// The file of a case that `mics run` takes.
+const CASE: &str = "case.toml";
+
+/// What to do with the shipped cases.
+#[derive(Subcommand)]
+pub enum Action {
+    /// Copy a case with its studies and reference data into a folder.
+    Copy {
+        /// The case's name.
+        name: String,
+        /// The folder, which must not be there yet [default: NAME].
+        dir: Option<PathBuf>,
+    },
+}
+
+/// Lists the shipped cases, or copies one.
+///
+/// # Errors
+/// When there is no such case, or the folder is there or cannot be written.
+pub fn cases(action: Option<Action>) -> Result<()> {
+    let Some(Action::Copy { name, dir }) = action else {
+        let width = SHIPPED.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+        return SHIPPED
+            .iter()
+            .try_for_each(|(name, files)| print(&format!("{name:<width$}  {}", scene(files))));
+    };
+    let (name, files) = shipped(&name)?;
+    let folder = dir.unwrap_or_else(|| name.into());
+    write(&folder, files.iter().map(|(file, text)| (*file, standing_alone(text))))?;
+    print(&format!("mics run {}", folder.join(CASE).display()))
+}
+
+/// Begins a case of one's own, `DIR/case.toml`, named as its folder, with what a shipped one has.
+///
+/// # Errors
+/// When there is no such case, or the folder is there or cannot be written.
+pub fn begin(folder: &Path, template: &str) -> Result<()> {
+    let (_, files) = shipped(template)?;
+    let own = folder.file_name().unwrap_or_default().to_string_lossy();
+    let text = |(file, text): &(&'static str, &str)| {
+        let alone = standing_alone(text);
+        let renamed = |line: &str| match line.split_once('=') {
+            Some((key, _)) if key.trim() == "name" && *file == CASE => format!("name = {own:?}"),
+            _ => line.to_owned(),
+        };
+        // The first name is the case's: those of particles and measures come later.
+        let at = alone.lines().position(|line| renamed(line) != line);
+        let line = |(n, line): (usize, &str)| {
+            if Some(n) == at { renamed(line) + "\n" } else { format!("{line}\n") }
+        };
+        (*file, alone.lines().enumerate().map(line).collect())
+    };
+    // Studies and pages are those of the shipped case.
+    let kept = |(file, _): &&(&str, &str)| *file == CASE || file.ends_with(".csv");
+    write(folder, files.iter().filter(kept).map(text))?;
+    print(&format!("mics check {}", folder.join(CASE).display()))
+}
+
+/// A shipped case by its name.
+fn shipped(name: &str) -> Result<&'static (&'static str, &'static [(&'static str, &'static str)])> {
+    SHIPPED.iter().find(|(own, _)| *own == name).ok_or_else(|| {
+        let names: Vec<_> = SHIPPED.iter().map(|(name, _)| *name).collect();
+        let like = suggest(name, &names);
+        Error::Usage(format!("no shipped case is called \"{name}\": {like}"))
+    })
+}
+
+/// What a case is of: its first comment.
+fn scene(files: &[(&str, &str)]) -> String {
+    let text = files.iter().find(|(file, _)| *file == CASE).map_or("", |(_, text)| text);
+    let comment = text.lines().find(|line| line.starts_with("# ")).unwrap_or_default();
+    comment.trim_start_matches("# ").to_owned()
+}
+
+/// The text without the line that names the schema beside the repository's cases.
+fn standing_alone(text: &str) -> String {
+    text.lines()
+        .filter(|line| !line.starts_with("#:schema"))
+        .flat_map(|line| [line, "\n"])
+        .collect()
+}
+
+/// Writes files into a new folder.
+fn write<'a>(folder: &Path, files: impl Iterator<Item = (&'a str, String)>) -> Result<()> {
+    if folder.exists() {
+        let there = folder.display();
+        return Err(Error::Usage(format!("{there} is there already: name another folder")));
+    }
+    std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
+    for (name, text) in files {
+        let file = folder.join(name);
+        std::fs::write(&file, text).map_err(Error::io(&file))?;
+    }
+    Ok(())
+}
