@@ -14,6 +14,9 @@ use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+/// The git commit that the program was built from.
+const COMMIT: &str = env!("MICS_GIT_COMMIT");
+
 /// The end of the manual page.
 const EXIT_STATUS: &str = ".SH \"EXIT STATUS\"
 0: done. 1: `mics validate` ran, and values fall short of their references or have moved from the page they are compared with; or `mics study` ran, and some of its runs are not done. 2: the case or the command line is wrong, and
@@ -230,8 +233,8 @@ fn act(command: Command) -> Result<()> {
             if let Some(ranks) = ranks {
                 launch::on_ranks(ranks, &case, &set)?;
             }
-            let draw = plot::draw_run;
-            run::run(&Request { case, out, set, force, resume, quiet, petsc, draw })
+            let (draw, commit) = (plot::draw_run, COMMIT);
+            run::run(&Request { case, out, set, force, resume, quiet, petsc, draw, commit })
         }
         Command::Check { scene, quiet } => {
             check::check(&scene.case, &scene.set, &scene.petsc, quiet)
@@ -261,7 +264,7 @@ fn act(command: Command) -> Result<()> {
         }
         Command::Watch { runs } => watch::watch(&runs),
         Command::Validate { names, full, out, markdown, compare, petsc, .. } => {
-            let draw = plot::draw_run;
+            let (draw, commit) = (plot::draw_run, COMMIT);
             validate::validate(&validate::Request {
                 names,
                 full,
@@ -270,6 +273,7 @@ fn act(command: Command) -> Result<()> {
                 compare,
                 petsc,
                 draw,
+                commit,
             })
         }
         Command::Completions { shell } => {
