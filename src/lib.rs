@@ -130,6 +130,3 @@ pub mod validate;
 
 pub use mics_run::{Error, Result, config, error, interrupt};
 use mics_run::{drag, words};
-
-/// The git commit that this program was built from.
-pub const GIT_COMMIT: &str = env!("MICS_GIT_COMMIT");

@@ -64,6 +64,8 @@ pub struct Request {
     pub petsc: Vec<String>,
     /// Draws the figures of a run that is done.
     pub draw: Draw,
+    /// The git commit that the program was built from.
+    pub commit: &'static str,
 }
 
 /// Runs a case. Collective.
@@ -118,6 +120,7 @@ struct Run<'a, const D: usize> {
     /// A state of late, for a run that fails.
     good: Readable<D>,
     draw: Draw,
+    commit: &'static str,
 }
 
 /// What ranks wish for at the end of a step.
@@ -200,6 +203,7 @@ impl<'a, const D: usize> Run<'a, D> {
             began: (scene.state.steps, scene.state.time),
             good,
             draw: request.draw,
+            commit: request.commit,
             folder: session.agree(opened)?,
             progress: Progress::new(lead && !request.quiet, case.time.end, lead.then_some(&out)),
             checkpoints: Checkpoints::new(
@@ -722,7 +726,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let words: Vec<String> = std::env::args().collect();
         let record = json!({
             "version": env!("CARGO_PKG_VERSION"),
-            "git_commit": crate::GIT_COMMIT,
+            "git_commit": self.commit,
             "command": words,
             "petsc_version": self.session.version(),
             "petsc_options": options,

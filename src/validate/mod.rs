@@ -48,6 +48,8 @@ pub struct Request {
     pub petsc: Vec<String>,
     /// Draws the figures of a run.
     pub draw: run::Draw,
+    /// The git commit that the program was built from.
+    pub commit: &'static str,
 }
 
 /// What has been found so far.
@@ -71,7 +73,7 @@ struct Found {
 /// When a name is unknown, a run fails, or measures fall short of their references or have moved
 /// from the page they are compared with: [`Error::Short`], after all have been run.
 pub fn validate(request: &Request) -> Result<()> {
-    let Request { names, full, out, markdown, compare, petsc, draw } = request;
+    let Request { names, full, out, markdown, compare, petsc, draw, commit } = request;
     let rows = chosen(names, *full)?;
     let page = compare.as_deref().map(Page::read).transpose()?;
     let session = Session::start(petsc)?;
@@ -95,7 +97,7 @@ pub fn validate(request: &Request) -> Result<()> {
         Ok(())
     })?;
     if *markdown {
-        say(&page::head(*full, names))?;
+        say(&page::head(*full, names, commit))?;
     } else {
         say(&columns(["case", "measure", "value", "reference", "error", "tolerance", "", "s"]))?;
         say(&columns(
@@ -104,7 +106,7 @@ pub fn validate(request: &Request) -> Result<()> {
     }
     let mut found = Found::default();
     for row in rows {
-        match measure(&session, &row, out, petsc, *draw) {
+        match measure(&session, &row, out, petsc, *draw, commit) {
             Ok(summary) => {
                 for (name, c) in summary.comparisons() {
                     let written = if *markdown { page::row } else { line };
@@ -197,6 +199,7 @@ fn measure(
     out: &Path,
     petsc: &[String],
     draw: run::Draw,
+    commit: &'static str,
 ) -> Result<Summary> {
     let stem: String =
         row.name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
@@ -216,6 +219,7 @@ fn measure(
         quiet: true,
         petsc: petsc.to_vec(),
         draw,
+        commit,
     };
     run::run(&request)?;
     session.agree(if lead { Summary::read(&folder) } else { Ok(Summary::default()) })

@@ -15,6 +15,9 @@ use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+/// The git commit that the program was built from.
+const COMMIT: &str = env!("MICS_GIT_COMMIT");
+
 /// The end of the manual page.
 const EXIT_STATUS: &str = ".SH \"EXIT STATUS\"
 0: done. 1: `mics validate` ran, and values fall short of their references or have moved from the \
@@ -249,8 +252,8 @@ fn act(command: Command) -> Result<()> {
             if let Some(ranks) = ranks {
                 launch::on_ranks(ranks, &case, &set)?;
             }
-            let draw = plot::draw_run;
-            run::run(&Request { case, out, set, force, resume, quiet, petsc, draw })
+            let (draw, commit) = (plot::draw_run, COMMIT);
+            run::run(&Request { case, out, set, force, resume, quiet, petsc, draw, commit })
         }
         Command::Check { scene, quiet } => {
             check::check(&scene.case, &scene.set, &scene.petsc, quiet)
@@ -282,7 +285,7 @@ fn act(command: Command) -> Result<()> {
         Command::New { dir, template } => cases::begin(&dir, &template),
         Command::Cases { action } => cases::cases(action),
         Command::Validate { names, full, out, markdown, compare, petsc, .. } => {
-            let draw = plot::draw_run;
+            let (draw, commit) = (plot::draw_run, COMMIT);
             validate::validate(&validate::Request {
                 names,
                 full,
@@ -291,6 +294,7 @@ fn act(command: Command) -> Result<()> {
                 compare,
                 petsc,
                 draw,
+                commit,
             })
         }
         Command::Completions { shell } => {

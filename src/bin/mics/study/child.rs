@@ -27,7 +27,7 @@ pub struct Outcome {
 impl Outcome {
     /// That of a run that was not even tried, or left nothing.
     pub fn refused(message: &str) -> Outcome {
-        let commit = mics::GIT_COMMIT.to_owned();
+        let commit = crate::COMMIT.to_owned();
         Outcome { status: "refused", message: message.into(), summary: Value::Null, commit }
     }
 }
@@ -151,7 +151,7 @@ pub fn run(run: &Planned, folder: &Path, name: &str) -> Result<Outcome> {
         (_, "") => format!("it ended with {} and said nothing", ended.status),
         _ => words,
     };
-    Ok(Outcome { status, message, summary, commit: mics::GIT_COMMIT.to_owned() })
+    Ok(Outcome { status, message, summary, commit: crate::COMMIT.to_owned() })
 }
 
 /// Why a run would be refused before its first step; `None` where it would start, or fail in

@@ -197,7 +197,7 @@ fn run_all(study: &Study, plan: &Plan, folder: &Path, force: bool) -> Result<Vec
             if outcome.status == "done" && !study.keep_fields {
                 child::drop_fields(&at)?;
             }
-            older += usize::from(outcome.commit != mics::GIT_COMMIT);
+            older += usize::from(outcome.commit != crate::COMMIT);
             let end = match (outcome.status, outcome.summary["cpu_seconds"].as_f64()) {
                 ("done", Some(cpu)) => format!("{word}, {} CPU s", table::short(cpu)),
                 (status, _) => format!("{status}: {}", outcome.message),

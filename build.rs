@@ -1,12 +1,40 @@
-//! Puts the shipped cases into the binary, for `mics cases` and `mics new`.
+//! Puts into the binary the git commit, for `run.json`, and the shipped cases, for `mics cases` and
+//! `mics new`.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// Files of a case that a copy needs: no pictures.
 const KEPT: [&str; 3] = ["toml", "csv", "md"];
 
+/// What git answers; `None` outside a repository.
+fn git(words: &[&str]) -> Option<String> {
+    let output =
+        Command::new("git").args(words).output().ok().filter(|output| output.status.success())?;
+    Some(String::from_utf8(output.stdout).ok()?.trim().to_owned())
+}
+
 fn main() -> std::io::Result<()> {
+    println!("cargo::rerun-if-changed=build.rs");
+    name_commit();
+    keep_cases()
+}
+
+/// Names the commit that the program is built from.
+fn name_commit() {
+    // In a worktree these lie elsewhere, and a path that is not there would build anew every time.
+    for place in ["HEAD", "refs/heads"] {
+        if let Some(path) = git(&["rev-parse", "--git-path", place]) {
+            println!("cargo::rerun-if-changed={path}");
+        }
+    }
+    let commit = git(&["rev-parse", "--short=12", "HEAD"]);
+    println!("cargo::rustc-env=MICS_GIT_COMMIT={}", commit.as_deref().unwrap_or("unknown"));
+}
+
+/// Writes the table of the shipped cases and their files.
+fn keep_cases() -> std::io::Result<()> {
     println!("cargo::rerun-if-changed=cases");
     let top = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
     let mut table = String::from("&[\n");
