@@ -4,10 +4,10 @@
 //! ```text
 //!   a = (-grad p + G)/rho                                        G: the drive's force
 //!   cell:  b + (H_w (a_w - b) + H_e (a_e - b))/(1 + (H_w + H_e)/2)
-//!              the mean of both faces' where both are open
 //! ```
-//! with b = G/rho beside free bodies, which the drive accelerates alike, and 0 beside others. Fluid
-//! and free bodies of its density stay at rest to each other while the drive accelerates both.
+//! with b = G/rho beside free bodies, which the drive accelerates as well, and 0 beside others.
+//! Where both faces are open this is the mean of theirs. A drive accelerates the fluid and free
+//! bodies of its density alike, so that they stay at rest relative to each other.
 
 use super::cut::CutBodies;
 use super::exchanged::ExchangedMomentum;
@@ -21,7 +21,7 @@ use nalgebra::Vector3;
 pub struct PressureAcceleration<const D: usize> {
     /// On every face, open or not (m/s2).
     pub faces: VectorField<D>,
-    /// The part of it that is the drive's, the same everywhere (m/s2).
+    /// The drive's part of it, the same everywhere (m/s2).
     driven: Vector3<f64>,
     /// Of each cut body's own cells, what they get beyond the mean of their faces' (m/s2).
     opened: Vec<[f64; D]>,
