@@ -364,15 +364,21 @@ impl Axis {
 /// Room that a horizontal axis needs below the plot.
 pub const BELOW: i32 = TICK + GAP + SMALL + GAP + MEDIUM;
 
-/// Round values inside a range, and the step between them.
+/// Round values inside a range, and the step between them: about `count`, and two at least.
 fn round_ticks(range: &Range<f64>, count: i32) -> (Vec<f64>, f64) {
     let least = (range.end - range.start) / f64::from(count.max(1));
     let magnitude = 10f64.powf(least.log10().floor());
-    let step =
-        magnitude * [2.0, 5.0].into_iter().find(|step| step * magnitude >= least).unwrap_or(10.0);
-    let first = (range.start / step - 1e-6).ceil();
-    let values = (0..100).map(|k| (first + f64::from(k)) * step);
-    (values.take_while(|value| *value <= range.end + 1e-6 * step).collect(), step)
+    let steps = [1.0, 2.0, 5.0, 10.0].map(|step| step * magnitude);
+    let coarse = (1..3).find(|k| steps[*k] >= least).unwrap_or(3);
+    let ticks = |step: f64| -> Vec<f64> {
+        let first = (range.start / step - 1e-6).ceil();
+        let values = (0..100).map(|k| (first + f64::from(k)) * step);
+        values.take_while(|value| *value <= range.end + 1e-6 * step).collect()
+    };
+    match ticks(steps[coarse]) {
+        few if few.len() < 2 => (ticks(steps[coarse - 1]), steps[coarse - 1]),
+        enough => (enough, steps[coarse]),
+    }
 }
 
 /// A tick's value to the digits that its step needs, in powers of ten only where plain digits would
@@ -467,4 +473,16 @@ impl Frame {
 /// The outline of a rectangle, closed.
 pub fn ring((x, y): Pixel, (width, height): Pixel) -> Vec<Pixel> {
     vec![(x, y), (x + width, y), (x + width, y + height), (x, y + height), (x, y)]
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn axis_has_two_ticks_at_least() {
+        assert_eq!(
+            super::round_ticks(&(-44.0..44.0), 4),
+            (vec![-40.0, -20.0, 0.0, 20.0, 40.0], 20.0)
+        );
+        assert_eq!(super::round_ticks(&(0.0..160.0), 4).0, [0.0, 50.0, 100.0, 150.0]);
+    }
 }
