@@ -12,7 +12,7 @@ use mics::grid::Coefficient;
 use mics::kernels::advection::{Carrier, Fluxes, upwind5};
 use mics::kernels::diffusion;
 use mics::kernels::faces;
-use mics::method::Method;
+use mics::method::Kind;
 use mics::method::sharp::cut::CutBodies;
 use mics::particles::{Accelerations, Body, Freedom, Motion};
 use mics::petsc::Session;
@@ -166,12 +166,11 @@ fn cuts<const D: usize>(c: &mut Criterion, scene: &Scene<D>, across: &[f64]) {
 /// The cut bodies of a scene rebuilt, and the wall imposed by them.
 fn walls<const D: usize>(c: &mut Criterion, scene: &mut Scene<D>) {
     let size = scene.domain.grid.cells.map(|n| n.to_string()).join("x");
-    let Scene { domain, state, method: Method::Sharp(sharp), .. } = scene else {
-        panic!("sharp walls")
-    };
+    let Scene { domain, state, method, .. } = scene;
+    assert_eq!(method.kind(), Kind::Sharp);
     let mut group = c.benchmark_group("sharp");
     group.bench_function(BenchmarkId::new("settle", &size), |b| {
-        b.iter(|| sharp.place(domain, &state.bodies))
+        b.iter(|| method.place(domain, state))
     });
     let (mut cut, mut inside) = (CutBodies::new(domain, &state.bodies), Vec::new());
     cut.settle(domain, &state.bodies);

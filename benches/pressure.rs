@@ -7,7 +7,7 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use mics::config::load;
 use mics::grid::{Coefficient, Grid, VectorField};
 use mics::kernels::faces::FaceCoefficient;
-use mics::method::Method;
+use mics::method::flow::Flow;
 use mics::petsc::Session;
 use mics::poisson::Covered;
 use mics::poisson::pressure::Coupled;
@@ -184,7 +184,9 @@ impl<const D: usize> Bench<D> {
     }
 
     fn set_beta(&mut self, beta: FaceCoefficient<D>) {
-        let Method::Plain(flow) = &mut self.scene.method else { panic!("the case has no bodies") };
+        let Some(flow) = self.scene.method.downcast_mut::<Flow<D>>() else {
+            panic!("the case has no bodies")
+        };
         flow.beta = beta;
     }
 

@@ -125,6 +125,7 @@ pub mod scene;
 pub mod scheme;
 pub mod state;
 pub mod step_size;
+pub(crate) mod sums;
 pub mod system;
 pub mod validate;
 

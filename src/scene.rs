@@ -15,7 +15,7 @@ use crate::domain::{Domain, Fluid};
 use crate::error::NotFinite;
 use crate::grid::{Boundaries, Coefficient, GHOSTS, Grid};
 use crate::kernels::{diffusion, faces};
-use crate::method::{Method, energy, sharp};
+use crate::method::{Kind, Method, energy, sharp};
 use crate::particles::Body;
 use crate::petsc::{Layout, Session};
 use crate::poisson::pressure::{Projected, Projection, StoppingRule};
@@ -35,7 +35,7 @@ pub struct Scene<const D: usize> {
     /// What lasts from step to step.
     pub state: State<D>,
     /// How a step is made, and its scratch.
-    pub method: Method<D>,
+    pub method: Box<dyn Method<D>>,
     /// Why the pressure equation is solved as it is.
     pub(crate) solver_reason: &'static str,
     /// Courant number per second of what the borders prescribe (1/s): in a fluid at rest nothing
@@ -103,7 +103,7 @@ impl<const D: usize> Scene<D> {
         let impact = build::impact(case, &bodies);
         bodies.retain(|body| !enters(body));
         let method = method(&domain, case, &bodies, impact);
-        if let Method::Sharp(_) = method
+        if method.kind() == Kind::Sharp
             && (!waiting.is_empty() || bodies.iter().any(|b| b.freedom().is_some()))
         {
             domain.projection.solver().refuse_preconditioner_alone()?;
@@ -167,7 +167,7 @@ impl<const D: usize> Scene<D> {
         self.let_in();
         self.method.start(&mut self.domain, &mut self.state)?;
         self.let_in();
-        energy::start(&mut self.domain, &mut self.state, &mut self.method)?;
+        energy::start(&mut self.domain, &mut self.state, &mut *self.method)?;
         self.domain.clock = Default::default();
         Ok(())
     }
@@ -197,7 +197,7 @@ impl<const D: usize> Scene<D> {
                     &mut self.domain,
                     &mut self.state,
                     &self.motions,
-                    &self.method,
+                    &*self.method,
                     all_cells,
                 )?;
                 self.let_in();
@@ -269,7 +269,7 @@ impl<const D: usize> Scene<D> {
     /// The rate that limits the step (1/s), and the fluid's along the axis of the largest spacing.
     fn diffusion_rates(&self) -> (f64, f64) {
         let (grid, Fluid { density, viscosity, .. }) = (&self.domain.grid, self.domain.fluid);
-        let mixed = matches!(self.method, Method::Mics2003(_));
+        let mixed = self.method.kind() == Kind::Mixing;
         let bodies = || self.state.bodies.iter().filter(|_| mixed);
         let nu = bodies().map(|b| b.viscosity).fold(viscosity, f64::max)
             / bodies().map(|b| b.density).fold(density, f64::min);

@@ -56,14 +56,22 @@ impl Motion {
 const SAMPLED_EVERY: u64 = 8;
 const FAST: f64 = 0.01;
 
+/// Finds which bodies are in contact as they lie, and what their springs hold (J).
+fn find_springs<const D: usize>(method: &mut dyn Method<D>, s: &State<D>) -> f64 {
+    method.contacts_mut().map_or(0.0, |contacts| {
+        contacts.meet(&s.bodies);
+        contacts.stored(&s.bodies, |k| s.displacement(k))
+    })
+}
+
 /// Starts a budget with the state as it is. Collective.
 pub fn start<const D: usize>(
     domain: &mut Domain<D>,
     s: &mut State<D>,
-    method: &mut Method<D>,
+    method: &mut dyn Method<D>,
 ) -> Result<()> {
     let fluid = of_fluid(domain, &s.u, method)?;
-    let springs = method.find_springs(s);
+    let springs = find_springs(method, s);
     s.energy =
         EnergyBudget { fluid, bodies: of_bodies(&s.bodies), springs, ..EnergyBudget::default() };
     s.energy.start = s.energy.total();
@@ -79,12 +87,12 @@ pub fn start<const D: usize>(
 pub fn reopen<const D: usize>(
     domain: &mut Domain<D>,
     s: &mut State<D>,
-    method: &mut Method<D>,
+    method: &mut dyn Method<D>,
 ) -> Result<()> {
     let before = s.energy.total();
     s.energy.fluid = of_fluid(domain, &s.u, method)?;
     s.energy.bodies = of_bodies(&s.bodies);
-    s.energy.springs = method.find_springs(s);
+    s.energy.springs = find_springs(method, s);
     s.energy.borders += s.energy.total() - before;
     // What viscosity takes from now on says nothing about the steps before.
     s.energy.since = 0.0;
@@ -97,7 +105,7 @@ pub fn close<const D: usize>(
     domain: &mut Domain<D>,
     s: &mut State<D>,
     before: &[Motion],
-    method: &Method<D>,
+    method: &dyn Method<D>,
     kinetic: f64,
 ) -> Result<()> {
     let (contacts, mut e) = (method.contacts(), s.energy);
@@ -137,7 +145,7 @@ pub fn close<const D: usize>(
 fn sample<const D: usize>(
     domain: &mut Domain<D>,
     s: &mut State<D>,
-    method: &Method<D>,
+    method: &dyn Method<D>,
     fast: bool,
     e: &mut EnergyBudget,
 ) -> Result<()> {
@@ -178,7 +186,7 @@ impl Powers {
     fn of<const D: usize>(
         domain: &mut Domain<D>,
         s: &mut State<D>,
-        method: &Method<D>,
+        method: &dyn Method<D>,
         all: bool,
     ) -> Result<Powers> {
         domain.boundaries.fill_velocity(&mut s.u)?;
@@ -277,12 +285,11 @@ impl Work {
 fn inside<const D: usize>(
     domain: &Domain<D>,
     u: &VectorField<D>,
-    method: &Method<D>,
+    method: &dyn Method<D>,
     density: f64,
 ) -> Result<f64> {
     let square = |o: &Overlap| o.fraction * u.iter().map(|u| u[o.cell] * u[o.cell]).sum::<f64>();
-    let squares =
-        method.with_overlaps(|overlaps| overlaps.map(square).fold(0.0, std::ops::Add::add));
+    let squares = method.overlaps().map(square).fold(0.0, std::ops::Add::add);
     let mut sum = [0.5 * density * domain.grid.cell_volume() * squares];
     domain.session.sum(&mut sum)?;
     Ok(sum[0])
@@ -292,7 +299,7 @@ fn inside<const D: usize>(
 fn of_fluid<const D: usize>(
     domain: &Domain<D>,
     u: &VectorField<D>,
-    method: &Method<D>,
+    method: &dyn Method<D>,
 ) -> Result<f64> {
     let density = domain.fluid.density;
     let row_squares = |row: Range<usize>| {
@@ -306,20 +313,18 @@ fn of_fluid<const D: usize>(
 
 /// This rank's part of `sum |grad u|^2 dV` over the fluid outside the bodies, by the faces of the
 /// cells; ghosts filled.
-fn slopes<const D: usize>(domain: &Domain<D>, u: &VectorField<D>, method: &Method<D>) -> f64 {
+fn slopes<const D: usize>(domain: &Domain<D>, u: &VectorField<D>, method: &dyn Method<D>) -> f64 {
     let grid = &domain.grid;
     let mut slopes = low_slopes(grid, u);
-    method.with_overlaps(|overlaps| {
-        for o in overlaps {
-            // Half of what each of its two cells has of a body is taken from a face, so that
-            // mirrored flows lose the same.
-            let at = |axis: usize, face: usize| {
-                u.iter().map(|u| slope(u, face, grid.stride[axis], grid.h[axis])).sum::<f64>()
-            };
-            let own = |axis: usize| at(axis, o.cell) + at(axis, o.cell + grid.stride[axis]);
-            slopes -= 0.5 * o.fraction * (0..D).map(own).sum::<f64>();
-        }
-    });
+    for o in method.overlaps() {
+        // Half of what each of its two cells has of a body is taken from a face, so that mirrored
+        // flows lose the same.
+        let at = |axis: usize, face: usize| {
+            u.iter().map(|u| slope(u, face, grid.stride[axis], grid.h[axis])).sum::<f64>()
+        };
+        let own = |axis: usize| at(axis, o.cell) + at(axis, o.cell + grid.stride[axis]);
+        slopes -= 0.5 * o.fraction * (0..D).map(own).sum::<f64>();
+    }
     // A face of the border belongs to what lies between it and the cell; of the high borders no
     // cell has had it yet.
     for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {

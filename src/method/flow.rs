@@ -12,6 +12,7 @@
 
 use super::momentum::{Listener, Mixture, Momentum};
 use super::stabilised::{Finish, Stabilised};
+use super::{Kind, Method};
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
@@ -21,6 +22,7 @@ use crate::kernels::diffusion;
 use crate::kernels::faces::{self, BodyForce, FaceCoefficient};
 use crate::params;
 use crate::poisson::pressure::Projected;
+use crate::scheme::Scheme;
 use crate::state::State;
 use nalgebra::Vector3;
 
@@ -56,8 +58,76 @@ pub struct Flow<const D: usize> {
     stabilised: Option<Stabilised<D>>,
 }
 
+/// The step where there are no bodies.
+impl<const D: usize> Method<D> for Flow<D> {
+    fn kind(&self) -> Kind {
+        Kind::Flow
+    }
+
+    fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+        // (7) u* without pressure
+        self.predict_cells(domain, s, dt, None)?;
+        // (8) U = mean of u* - dt/rho dp^n/dn
+        self.predict_faces(domain, s, dt)?;
+        // (13-15) C-HSMAC: |D| < D0
+        let projected = self.project(domain, s, dt)?;
+        // (16) u = u* - dt/rho grad p
+        self.correct_cells(domain, s, dt);
+        s.count(dt);
+        Ok(projected)
+    }
+
+    fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        self.start_velocity(domain, s)?;
+        self.start_pressure(domain, s)
+    }
+
+    fn resume(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        domain.projection.assemble(&domain.grid, &self.beta)?;
+        self.find_acceleration(domain, s);
+        Ok(())
+    }
+
+    /// The acceleration by pressure, gravity and contacts on faces, as cells and the next step's
+    /// stages use it.
+    fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>) {
+        faces::acceleration(
+            &domain.grid,
+            &self.beta,
+            self.force.as_ref(),
+            &s.p,
+            &mut self.acceleration,
+        );
+        domain.boundaries.extrapolate_to_closed_faces(&mut self.acceleration);
+        let Some(force) = s.drive else { return };
+        for (axis, a) in
+            self.acceleration.iter_mut().enumerate().filter(|(axis, _)| force[*axis] != 0.0)
+        {
+            for f in domain.grid.face_rows(axis).flatten() {
+                let solid = self
+                    .solid
+                    .as_ref()
+                    .map_or(0.0, |x| 0.5 * (x[f - domain.grid.stride[axis]] + x[f]));
+                a[f] += (1.0 - solid) * force[axis] * self.beta.at(axis, f);
+            }
+        }
+    }
+
+    fn mixture(&self) -> &Mixture {
+        &self.mixture
+    }
+
+    fn beta(&self) -> &FaceCoefficient<D> {
+        &self.beta
+    }
+
+    fn scheme(&self) -> Scheme {
+        self.momentum.scheme
+    }
+}
+
 impl<const D: usize> Flow<D> {
-    /// A flow on the grid of a domain. [`Flow::start`] or [`Flow::resume`] comes next.
+    /// A flow on the grid of a domain. [`Method::start`] or [`Method::resume`] comes next.
     pub fn new(
         domain: &Domain<D>,
         mixture: Mixture,
@@ -83,23 +153,6 @@ impl<const D: usize> Flow<D> {
                 grid.vector_field()
             },
         }
-    }
-
-    /// Advances by `dt` (s). Collective.
-    ///
-    /// # Errors
-    /// When the divergence cannot be brought below D0, or a value is no longer finite.
-    pub fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
-        // (7) u* without pressure
-        self.predict_cells(domain, s, dt, None)?;
-        // (8) U = mean of u* - dt/rho dp^n/dn
-        self.predict_faces(domain, s, dt)?;
-        // (13-15) C-HSMAC: |D| < D0
-        let projected = self.project(domain, s, dt)?;
-        // (16) u = u* - dt/rho grad p
-        self.correct_cells(domain, s, dt);
-        s.count(dt);
-        Ok(projected)
     }
 
     /// (7) by the scheme's stages; the pressure of the last step takes part in the stages and not
@@ -225,31 +278,6 @@ impl<const D: usize> Flow<D> {
         domain.clock.lap(Stage::Faces);
     }
 
-    /// The acceleration by pressure, gravity and contacts on faces, as cells and the next step's
-    /// stages use it.
-    pub fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>) {
-        faces::acceleration(
-            &domain.grid,
-            &self.beta,
-            self.force.as_ref(),
-            &s.p,
-            &mut self.acceleration,
-        );
-        domain.boundaries.extrapolate_to_closed_faces(&mut self.acceleration);
-        let Some(force) = s.drive else { return };
-        for (axis, a) in
-            self.acceleration.iter_mut().enumerate().filter(|(axis, _)| force[*axis] != 0.0)
-        {
-            for f in domain.grid.face_rows(axis).flatten() {
-                let solid = self
-                    .solid
-                    .as_ref()
-                    .map_or(0.0, |x| 0.5 * (x[f - domain.grid.stride[axis]] + x[f]));
-                a[f] += (1.0 - solid) * force[axis] * self.beta.at(axis, f);
-            }
-        }
-    }
-
     /// Adds what the drive gives the cells over `dt` (s) where they take (16) as printed.
     fn drive_cells(&self, domain: &Domain<D>, s: &mut State<D>, dt: f64) {
         let Some(force) = s.drive else { return };
@@ -263,7 +291,7 @@ impl<const D: usize> Flow<D> {
 
     /// Makes the velocities through faces divergence-free to D0, from the cells' `u`, and takes
     /// what that needs out of these. The pressure is left zero. Collective.
-    pub fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+    pub fn start_velocity(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
         domain.projection.assemble(&domain.grid, &self.beta)?;
         s.p.fill(0.0);
         domain.boundaries.fill_velocity(&mut s.u)?;
@@ -292,12 +320,12 @@ impl<const D: usize> Flow<D> {
         domain.boundaries.fill_velocity(&mut s.u)
     }
 
-    /// The pressure that [`Flow::start`] left zero, from a short step whose velocities are dropped.
+    /// The pressure that [`Flow::start_velocity`] left zero, from a short step whose velocities are dropped.
     /// Collective.
     ///
     /// # Errors
     /// When that step fails.
-    pub fn start_pressure(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+    fn start_pressure(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
         let mut fastest = [faces::courant_rate(&domain.grid, &s.faces, false)];
         domain.session.max(&mut fastest)?;
         let viscous = diffusion::limit_rate(
@@ -317,13 +345,6 @@ impl<const D: usize> Flow<D> {
         self.predict_faces(domain, s, dt)?;
         self.project(domain, s, dt)?;
         (s.u, s.faces, s.faces_before) = kept;
-        self.find_acceleration(domain, s);
-        Ok(())
-    }
-
-    /// Finds what follows from a state. Collective.
-    pub fn resume(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
-        domain.projection.assemble(&domain.grid, &self.beta)?;
         self.find_acceleration(domain, s);
         Ok(())
     }

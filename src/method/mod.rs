@@ -1,5 +1,6 @@
-//! The methods: each is a type that owns its step. [`mics2003`] is the paper's, [`sharp`] has walls
-//! of second order, and where there are no bodies a [`flow`] is all.
+//! The methods: each is a type that owns its step, by the trait [`Method`]. [`mics2003`] is the
+//! paper's, [`sharp`] has body surfaces of second order, and where there are no bodies a [`flow`] is
+//! all.
 
 pub(crate) mod collision;
 pub mod energy;
@@ -18,143 +19,75 @@ use crate::kernels::faces::FaceCoefficient;
 use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
 use crate::state::State;
-use flow::Flow;
-use mics2003::Mics2003;
 use momentum::Mixture;
 use nalgebra::Vector3;
-use sharp::Sharp;
+use std::any::Any;
 
-/// How a step is made.
-// There is one in a scene.
-#[allow(clippy::large_enum_variant)]
-pub enum Method<const D: usize> {
-    /// No bodies.
-    Plain(Flow<D>),
-    /// Bodies by the paper's mixing (27).
-    Mics2003(Mics2003<D>),
-    /// Bodies with sharp walls.
-    Sharp(Sharp<D>),
+/// What a method is, for those who describe it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A flow without bodies.
+    Flow,
+    /// The paper's mixing (27).
+    Mixing,
+    /// Sharp body surfaces.
+    Sharp,
 }
 
-impl<const D: usize> Method<D> {
+/// How a step is made: a method owns its step and its scratch, and leaves in the [`State`] what
+/// lasts. Another method is a type with this trait, built in `scene::build`.
+pub trait Method<const D: usize>: Any {
+    /// What it is.
+    fn kind(&self) -> Kind;
+
     /// Advances by `dt` (s). Collective.
     ///
     /// # Errors
     /// When the divergence cannot be brought below D0, a value is no longer finite, or a contact
     /// fails.
-    pub fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
-        match self {
-            Method::Plain(flow) => flow.step(domain, s, dt),
-            Method::Mics2003(method) => method.step(domain, s, dt),
-            Method::Sharp(method) => method.step(domain, s, dt),
-        }
-    }
+    fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected>;
 
     /// Makes a consistent start from the cells' velocity: bodies imposed, faces divergence-free to
     /// D0; the pressure of the first moment, or zero where there are bodies. Collective.
     ///
     /// # Errors
     /// When the first projection fails.
-    pub fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
-        match self {
-            Method::Plain(flow) => {
-                flow.start(domain, s)?;
-                flow.start_pressure(domain, s)
-            }
-            Method::Mics2003(method) => method.start(domain, s),
-            Method::Sharp(method) => method.start(domain, s),
-        }
-    }
+    fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()>;
 
     /// Finds what follows from a state, its ghosts filled. Collective.
     ///
     /// # Errors
     /// When the state is another case's.
-    pub fn resume(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
-        match self {
-            Method::Plain(flow) => flow.resume(domain, s),
-            Method::Mics2003(method) => method.resume(domain, s),
-            Method::Sharp(method) => method.resume(domain, s),
-        }
-    }
-
-    /// Finds what the bodies touch where they lie, for readers of the results.
-    pub fn place(&mut self, domain: &Domain<D>, s: &State<D>) {
-        match self {
-            Method::Plain(_) => {}
-            Method::Mics2003(method) => method.find_overlaps(domain, s, |_| true),
-            Method::Sharp(method) => method.place(domain, &s.bodies),
-        }
-    }
-
-    /// What fills the cells.
-    pub fn mixture(&self) -> &Mixture {
-        match self {
-            Method::Plain(flow) => &flow.mixture,
-            Method::Mics2003(method) => method.mixture(),
-            Method::Sharp(method) => method.mixture(),
-        }
-    }
-
-    /// `1/rho` on faces (m3/kg), as far as they are open.
-    pub fn beta(&self) -> &FaceCoefficient<D> {
-        match self {
-            Method::Plain(flow) => &flow.beta,
-            Method::Mics2003(method) => &method.flow().beta,
-            Method::Sharp(method) => method.beta(),
-        }
-    }
-
-    /// The time scheme.
-    pub fn scheme(&self) -> Scheme {
-        match self {
-            Method::Plain(flow) => flow.momentum.scheme,
-            Method::Mics2003(method) => method.flow().momentum.scheme,
-            Method::Sharp(method) => method.momentum().scheme,
-        }
-    }
-
-    /// The law of contacts, where there is one.
-    pub fn contacts(&self) -> Option<&Contacts> {
-        match self {
-            Method::Plain(_) => None,
-            Method::Mics2003(method) => method.contacts(),
-            Method::Sharp(method) => method.contacts(),
-        }
-    }
-
-    /// Finds which bodies are in contact as they lie, and what their springs hold (J).
-    pub fn find_springs(&mut self, s: &State<D>) -> f64 {
-        let contacts = match self {
-            Method::Plain(_) => None,
-            Method::Mics2003(method) => method.contacts_mut(),
-            Method::Sharp(method) => method.contacts_mut(),
-        };
-        contacts.map_or(0.0, |contacts| {
-            contacts.meet(&s.bodies);
-            contacts.stored(&s.bodies, |k| s.displacement(k))
-        })
-    }
-
-    /// Calls `take` with the cells of this rank that bodies touch.
-    pub fn with_overlaps<R>(
-        &self,
-        take: impl FnOnce(&mut dyn Iterator<Item = &Overlap>) -> R,
-    ) -> R {
-        match self {
-            Method::Plain(_) => take(&mut std::iter::empty()),
-            Method::Mics2003(method) => take(&mut method.overlaps()),
-            Method::Sharp(method) => take(&mut method.overlaps()),
-        }
-    }
+    fn resume(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()>;
 
     /// Finds the acceleration by a pressure whose ghosts have changed.
-    pub fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>) {
-        match self {
-            Method::Plain(flow) => flow.find_acceleration(domain, s),
-            Method::Mics2003(method) => method.find_acceleration(domain, s),
-            Method::Sharp(method) => method.find_acceleration(domain, s),
-        }
+    fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>);
+
+    /// What fills the cells.
+    fn mixture(&self) -> &Mixture;
+
+    /// `1/rho` on faces (m3/kg), as far as they are open.
+    fn beta(&self) -> &FaceCoefficient<D>;
+
+    /// The time scheme.
+    fn scheme(&self) -> Scheme;
+
+    /// Finds what the bodies touch where they lie, for readers of the results.
+    fn place(&mut self, _domain: &Domain<D>, _s: &State<D>) {}
+
+    /// The law of contacts, where there is one.
+    fn contacts(&self) -> Option<&Contacts> {
+        None
+    }
+
+    /// The same, to look for contacts.
+    fn contacts_mut(&mut self) -> Option<&mut Contacts> {
+        None
+    }
+
+    /// The cells of this rank that the body `k` touches; `None` past the last one.
+    fn overlaps_of(&self, _k: usize) -> Option<&[Overlap]> {
+        None
     }
 
     /// Takes the momentum of what is there now for that of the last step, where a balance is kept.
@@ -162,12 +95,8 @@ impl<const D: usize> Method<D> {
     ///
     /// # Errors
     /// When the state is another method's.
-    pub fn rebalance(&self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
-        match self {
-            Method::Plain(_) => Ok(()),
-            Method::Mics2003(method) => method.start_balance(domain, s),
-            Method::Sharp(method) => method.start_balance(domain, s),
-        }
+    fn start_balance(&self, _domain: &mut Domain<D>, _s: &mut State<D>) -> Result<()> {
+        Ok(())
     }
 
     /// Gives the fluid in and about the bodies of these numbers, which have not been where they
@@ -175,19 +104,8 @@ impl<const D: usize> Method<D> {
     ///
     /// # Errors
     /// When ranks cannot exchange ghosts, or a projection fails.
-    pub fn mix_in(
-        &mut self,
-        domain: &mut Domain<D>,
-        s: &mut State<D>,
-        ids: &[usize],
-    ) -> Result<()> {
-        match self {
-            Method::Mics2003(method) => method.mix_in(domain, s, ids),
-            Method::Sharp(method) if !ids.is_empty() => {
-                method.give_way(domain, s, |id| ids.contains(&id))
-            }
-            _ => Ok(()),
-        }
+    fn mix_in(&mut self, _: &mut Domain<D>, _: &mut State<D>, _ids: &[usize]) -> Result<()> {
+        Ok(())
     }
 
     /// Lets the bodies of these numbers begin where they are, in a flow that goes on: they have
@@ -195,32 +113,27 @@ impl<const D: usize> Method<D> {
     ///
     /// # Errors
     /// When the state is another method's, or ranks cannot exchange ghosts.
-    pub fn begin_bodies(
-        &mut self,
-        domain: &mut Domain<D>,
-        s: &mut State<D>,
-        ids: &[usize],
-    ) -> Result<()> {
-        match self {
-            Method::Sharp(method) if !ids.is_empty() => {
-                method.begin_bodies(domain, s, |id| ids.contains(&id))
-            }
-            Method::Mics2003(method) => method.begin_bodies(domain, s, ids),
-            _ => Ok(()),
-        }
+    fn begin_bodies(&mut self, _: &mut Domain<D>, _: &mut State<D>, _ids: &[usize]) -> Result<()> {
+        Ok(())
+    }
+}
+
+impl<'a, const D: usize> dyn Method<D> + 'a {
+    /// Per body, the cells of this rank that it touches.
+    pub fn overlaps_by_body(&self) -> impl Iterator<Item = &[Overlap]> {
+        (0..).map_while(|k| self.overlaps_of(k))
     }
 
-    /// Calls `take` with every body's number and the cells of this rank that it touches.
-    pub fn with_body_overlaps(&self, mut take: impl FnMut(usize, &[Overlap])) {
-        match self {
-            Method::Plain(_) => {}
-            Method::Mics2003(method) => {
-                method.by_body().enumerate().for_each(|(k, overlaps)| take(k, overlaps))
-            }
-            Method::Sharp(method) => {
-                method.by_body().enumerate().for_each(|(k, overlaps)| take(k, overlaps))
-            }
-        }
+    /// The cells of this rank that bodies touch.
+    pub fn overlaps(&self) -> impl Iterator<Item = &Overlap> {
+        self.overlaps_by_body().flatten()
+    }
+}
+
+impl<const D: usize> dyn Method<D> {
+    /// The method as one of its types.
+    pub fn downcast_mut<M: Method<D>>(&mut self) -> Option<&mut M> {
+        (self as &mut dyn Any).downcast_mut()
     }
 }
 

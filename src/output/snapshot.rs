@@ -36,10 +36,10 @@ fn each<const D: usize>(
     let scene = &*scene;
     let (grid, bodies) = (&scene.domain.grid, &scene.state.bodies);
     let own = |field: &mut [f64], motion: &dyn Fn(&Body, &Vector3<f64>) -> f64| {
-        scene.method.with_body_overlaps(|k, overlaps| {
+        for (body, overlaps) in bodies.iter().zip(scene.method.overlaps_by_body()) {
             let inside = overlaps.iter().filter(|o| o.is_inside());
-            inside.for_each(|o| field[o.cell] = motion(&bodies[k], &o.arm));
-        });
+            inside.for_each(|o| field[o.cell] = motion(body, &o.arm));
+        }
     };
     let mut parts = scene.state.u.to_vec();
     for (axis, part) in parts.iter_mut().enumerate() {
@@ -75,7 +75,7 @@ fn each<const D: usize>(
     }
     if !bodies.is_empty() {
         field.fill(0.0);
-        scene.method.with_overlaps(|overlaps| overlaps.for_each(|o| field[o.cell] += o.fraction));
+        scene.method.overlaps().for_each(|o| field[o.cell] += o.fraction);
         take(scene, "solid_fraction", &[&field])?;
     }
     if let Coefficient::Field(density) = &scene.method.mixture().density {

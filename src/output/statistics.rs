@@ -200,8 +200,7 @@ impl<const D: usize> Statistics<D> {
     /// Takes out of the fluid's sums what bodies fill, and adds it to theirs.
     fn take_bodies(&mut self, weight: f64, scene: &Scene<D>) {
         let (u, p) = (&scene.state.u, &scene.state.p);
-        scene.method.with_body_overlaps(|k, overlaps| {
-            let body = &scene.state.bodies[k];
+        for (body, overlaps) in scene.state.bodies.iter().zip(scene.method.overlaps_by_body()) {
             for o in overlaps {
                 let (c, share) = (o.cell, weight * o.fraction);
                 self.velocity.iter_mut().zip(u).for_each(|(sum, u)| sum[c] -= share * u[c]);
@@ -217,7 +216,7 @@ impl<const D: usize> Statistics<D> {
                     .enumerate()
                     .for_each(|(a, sum)| sum[c] += share * own[a]);
             }
-        });
+        }
     }
 
     /// Writes or reads all of it. Collective.

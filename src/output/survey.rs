@@ -90,10 +90,8 @@ fn solid_fraction<const D: usize>(scene: &Scene<D>, m: &Measure) -> Result<f64> 
         None => grid.rows().map(|row| row.len()).sum(),
         Some(_) => grid.rows().flatten().filter(|c| within(*c)).count(),
     };
-    let filled = |overlaps: &mut dyn Iterator<Item = &crate::geometry::Overlap>| {
-        overlaps.filter(|o| within(o.cell)).map(|o| o.fraction).sum::<f64>()
-    };
-    let mut sums = [scene.method.with_overlaps(filled), cells as f64];
+    let filled = scene.method.overlaps().filter(|o| within(o.cell)).map(|o| o.fraction);
+    let mut sums = [filled.sum::<f64>(), cells as f64];
     scene.domain.session.sum(&mut sums)?;
     Ok(if sums[1] > 0.0 { sums[0] / sums[1] } else { 0.0 })
 }
@@ -106,9 +104,9 @@ fn bed_height<const D: usize>(scene: &Scene<D>, m: &Measure, layers: &mut Vec<f6
     layers.clear();
     layers.resize(grid.cells[axis], 0.0);
     let share = grid.cells[axis] as f64 / grid.total_cells() as f64;
-    scene.method.with_overlaps(|overlaps| {
-        overlaps.for_each(|o| layers[grid.global_cell(o.cell)[axis]] += share * o.fraction);
-    });
+    for o in scene.method.overlaps() {
+        layers[grid.global_cell(o.cell)[axis]] += share * o.fraction;
+    }
     scene.domain.session.sum(layers)?;
     if scene.domain.fluid.gravity[axis] > 0.0 {
         layers.reverse();

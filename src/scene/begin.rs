@@ -57,8 +57,8 @@ impl<const D: usize> Scene<D> {
         s.balance = fresh.balance.map(|_| Balance::default());
         self.resume()?;
         self.method.begin_bodies(&mut self.domain, &mut self.state, &begin)?;
-        self.method.rebalance(&mut self.domain, &mut self.state)?;
-        energy::start(&mut self.domain, &mut self.state, &mut self.method)?;
+        self.method.start_balance(&mut self.domain, &mut self.state)?;
+        energy::start(&mut self.domain, &mut self.state, &mut *self.method)?;
         Ok(true)
     }
 

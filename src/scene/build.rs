@@ -142,7 +142,7 @@ pub(super) fn method<const D: usize>(
     case: &Case,
     bodies: &[Body],
     impact: Impact,
-) -> Method<D> {
+) -> Box<dyn Method<D>> {
     let (grid, mixture) = (&domain.grid, mixture(&domain.grid, case, bodies));
     let advection = match case.time.advection {
         config::Advection::Upwind5 => Advection::Upwind5,
@@ -160,17 +160,15 @@ pub(super) fn method<const D: usize>(
     {
         let mut flow = Flow::new(domain, mixture, None, momentum, choices.cell_gradient);
         flow.own = (!choices.cell_gradient).then(params::face_own);
-        return Method::Plain(flow);
+        return Box::new(flow);
     }
     let free = bodies.iter().any(|b| b.freedom().is_some())
         || case.particle.iter().any(|p| p.enter.is_some());
     let law = case.contact.as_ref().filter(|_| free).map(|law| contacts(case, law, bodies, impact));
     match case.coupling.wall {
-        config::WallRule::Sharp => {
-            Method::Sharp(Sharp::new(domain, bodies, mixture, momentum, law))
-        }
+        config::WallRule::Sharp => Box::new(Sharp::new(domain, bodies, mixture, momentum, law)),
         config::WallRule::Mixing => {
-            Method::Mics2003(Mics2003::new(domain, bodies, mixture, momentum, law, choices))
+            Box::new(Mics2003::new(domain, bodies, mixture, momentum, law, choices))
         }
     }
 }

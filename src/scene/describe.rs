@@ -3,7 +3,7 @@
 use super::Scene;
 use crate::Result;
 use crate::grid::Coefficient;
-use crate::method::Method;
+use crate::method::Kind;
 use crate::particles::Body;
 
 impl<const D: usize> Scene<D> {
@@ -15,7 +15,7 @@ impl<const D: usize> Scene<D> {
         let field = |c: &Coefficient| matches!(c, Coefficient::Field(_));
         let varies = field(&mixture.density);
         let falls = self.largest_fall() > 0.0;
-        let sharp = matches!(self.method, Method::Sharp(_));
+        let sharp = self.method.kind() == Kind::Sharp;
         let free = self.state.has_free_bodies();
         let touches = self.method.contacts().is_some();
         let why =
@@ -116,7 +116,7 @@ impl<const D: usize> Scene<D> {
     /// The stages of the step that took time, with nanoseconds a cell and step. What the paper's
     /// method calls mixing is, with sharp walls, the velocity that these impose.
     pub fn stages(&self) -> Vec<(&'static str, f64)> {
-        let sharp = matches!(self.method, Method::Sharp(_));
+        let sharp = self.method.kind() == Kind::Sharp;
         let name = |name| if sharp && name == "mixing" { "walls" } else { name };
         let stages = self.domain.clock.table(self.domain.grid.total_cells());
         stages.into_iter().map(|(own, time)| (name(own), time)).collect()

@@ -33,13 +33,11 @@ impl<const D: usize> Scene<D> {
         let density = &method.mixture().density;
         let mut sum = 0.0;
         inside.clear();
-        method.with_overlaps(|overlaps| {
-            for o in overlaps.filter(|o| o.is_inside()) {
-                let u: [f64; D] = std::array::from_fn(|a| std::mem::take(&mut state.u[a][o.cell]));
-                sum += density.at(o.cell) * u.iter().map(|u| u * u).sum::<f64>();
-                inside.push((o.cell, u));
-            }
-        });
+        for o in method.overlaps().filter(|o| o.is_inside()) {
+            let u: [f64; D] = std::array::from_fn(|a| std::mem::take(&mut state.u[a][o.cell]));
+            sum += density.at(o.cell) * u.iter().map(|u| u * u).sum::<f64>();
+            inside.push((o.cell, u));
+        }
         // Bodies move on, and a step allocates nothing.
         if inside.capacity() < inside.len() + inside.len() / 4 {
             inside.reserve(inside.len());

@@ -198,8 +198,8 @@ impl<const D: usize> Scene<D> {
         self.domain.clock = clock;
         self.method.mix_in(&mut self.domain, &mut self.state, new)?;
         self.method.begin_bodies(&mut self.domain, &mut self.state, new)?;
-        self.method.rebalance(&mut self.domain, &mut self.state)?;
-        energy::reopen(&mut self.domain, &mut self.state, &mut self.method)
+        self.method.start_balance(&mut self.domain, &mut self.state)?;
+        energy::reopen(&mut self.domain, &mut self.state, &mut *self.method)
     }
 
     /// The numbers of the bodies.

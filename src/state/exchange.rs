@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
+use crate::sums::Summed;
 use nalgebra::Vector3;
 
 /// What fluid and one particle exchange over a step. Forces in N (per metre of depth in 2D),
@@ -35,9 +36,6 @@ pub struct Exchange {
 }
 
 impl Exchange {
-    /// Numbers that ranks sum.
-    pub(crate) const NUMBERS: usize = 30;
-
     /// What holds a body in its motion has to stand (N): the fluid's force less what the motion
     /// itself takes.
     pub fn held(&self) -> Vector3<f64> {
@@ -49,7 +47,8 @@ impl Exchange {
         self.convective + self.pressure + self.viscous
     }
 
-    pub(crate) fn vectors(&mut self) -> [&mut Vector3<f64>; Exchange::NUMBERS / 3] {
+    /// All that ranks sum.
+    fn vectors(&mut self) -> [&mut Vector3<f64>; 10] {
         [
             &mut self.momentum,
             &mut self.momentum_torque,
@@ -62,6 +61,12 @@ impl Exchange {
             &mut self.driven,
             &mut self.spun,
         ]
+    }
+}
+
+impl Summed for Exchange {
+    fn each(&mut self, take: &mut dyn FnMut(&mut [f64])) {
+        self.vectors().into_iter().for_each(|v| v.each(take));
     }
 }
 

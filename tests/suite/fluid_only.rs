@@ -34,9 +34,12 @@ fn the_largest_speed_is_that_of_the_fluid_and_not_of_what_is_continued_into_a_bo
         let u = &scene.state.u;
         let speed = |c: usize| u[0][c].hypot(u[1][c]);
         let all = scene.domain.grid.rows().flatten().map(speed).fold(0.0, f64::max);
-        let covered = scene.method.with_overlaps(|overlaps| {
-            overlaps.filter(|o| o.fraction > 0.5).map(|o| o.cell).collect::<Vec<_>>()
-        });
+        let covered = scene
+            .method
+            .overlaps()
+            .filter(|o| o.fraction > 0.5)
+            .map(|o| o.cell)
+            .collect::<Vec<_>>();
         let outside = scene
             .domain
             .grid

@@ -1,7 +1,7 @@
 //! Eq. (19) as the paper prints it, against sums written out by hand.
 
 use crate::support::{PERIODIC, box_case, petsc};
-use mics::method::Method;
+use mics::method::Kind;
 use mics::scene::Scene;
 use nalgebra::Vector3;
 
@@ -94,7 +94,7 @@ fn the_force_of_19_is_the_sum_over_the_cells_with_the_particle_s_density_before_
         scene.step(1e-4).unwrap();
         let values = scene.gather(&scene.state.p).unwrap();
         let hand = by_hand(density, 0.01, &|i, j| values[j * N + i]);
-        let Method::Mics2003(_) = &scene.method else { panic!("the preset mixes") };
+        assert_eq!(scene.method.kind(), Kind::Mixing);
         let found = scene.state.exchange[0];
         let scale = hand.convective.norm() + hand.pressure.norm() + hand.viscous.norm();
         for (name, found, hand) in [

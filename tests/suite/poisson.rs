@@ -3,7 +3,7 @@
 use crate::support::{Petsc, box_case, order, petsc};
 use mics::grid::Coefficient;
 use mics::kernels::faces::{self, BodyForce, FaceCoefficient};
-use mics::method::Method;
+use mics::method::flow::Flow;
 use mics::scene::Scene;
 use std::f64::consts::PI;
 
@@ -24,7 +24,7 @@ fn box_with_density(
     }
     scene.domain.boundaries.fill_property(&mut density).unwrap();
     let (density, grid) = (Coefficient::Field(density), &scene.domain.grid);
-    let Method::Plain(flow) = &mut scene.method else { panic!("there are no bodies") };
+    let Some(flow) = scene.method.downcast_mut::<Flow<2>>() else { panic!("there are no bodies") };
     flow.beta = FaceCoefficient::new(grid, &density);
     flow.beta.update(grid, &density);
     flow.mixture.density = density;
@@ -139,7 +139,9 @@ fn layers_of_different_density_stay_at_rest_under_gravity() {
             weight[c] = -9.81 * (layers(scene.domain.grid.centre(c)[1]) - 1.0);
         }
         scene.domain.boundaries.fill_property(&mut weight).unwrap();
-        let Method::Plain(flow) = &mut scene.method else { panic!("there are no bodies") };
+        let Some(flow) = scene.method.downcast_mut::<Flow<2>>() else {
+            panic!("there are no bodies")
+        };
         flow.force = Some(BodyForce { density: [scene.domain.grid.field(), weight] });
         scene.start().unwrap();
         for _ in 0..5 {

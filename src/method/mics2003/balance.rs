@@ -42,7 +42,7 @@ impl<const D: usize> Mics2003<D> {
     }
 
     /// Starts the balance, where one is kept. Collective.
-    pub(in crate::method) fn start_balance(
+    pub(in crate::method) fn balance_from_now(
         &self,
         domain: &mut Domain<D>,
         s: &mut State<D>,

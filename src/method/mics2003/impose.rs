@@ -4,8 +4,24 @@ use super::{Driver, Mics2003};
 use crate::Result;
 use crate::domain::Domain;
 use crate::method::vector;
-use crate::state::{Exchange, State};
+use crate::state::State;
+use crate::sums::Summed;
 use nalgebra::Vector3;
+
+/// What a body's mean pressure is of.
+pub(super) struct MeanPressure {
+    /// `sum alpha p` (Pa).
+    sum: f64,
+    /// `sum alpha`.
+    weight: f64,
+}
+
+impl Summed for MeanPressure {
+    fn each(&mut self, take: &mut dyn FnMut(&mut [f64])) {
+        take(std::slice::from_mut(&mut self.sum));
+        take(std::slice::from_mut(&mut self.weight));
+    }
+}
 
 impl<const D: usize> Mics2003<D> {
     /// (27): mixes the bodies' rigid motion into the cells they touch, and counts what that removes
@@ -58,20 +74,19 @@ impl<const D: usize> Mics2003<D> {
     /// (28, 29): mixes each body's mean pressure into the cells it touches, `p += sum_k alpha_k
     /// (p_k - p)` with `p_k = sum alpha p / sum alpha`. Collective.
     pub(super) fn flatten_pressure(&mut self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
-        let (p, sums) = (&mut s.p, &mut self.buffer[..2 * s.bodies.len()]);
-        for (overlaps, sum) in self.overlaps.iter().zip(sums.chunks_exact_mut(2)) {
-            sum[0] = overlaps.iter().map(|o| o.fraction * p[o.cell]).sum();
-            sum[1] = overlaps.iter().map(|o| o.fraction).sum();
-        }
-        domain.session.sum(sums)?;
-        for ((overlaps, kicks), sum) in
-            self.overlaps.iter().zip(&mut self.kicks).zip(sums.chunks_exact(2))
+        let (p, means) = (&mut s.p, &mut self.pressures);
+        means.clear();
+        means.extend(self.overlaps.iter().map(|overlaps| MeanPressure {
+            sum: overlaps.iter().map(|o| o.fraction * p[o.cell]).sum(),
+            weight: overlaps.iter().map(|o| o.fraction).sum(),
+        }));
+        self.sums.over_ranks(&domain.session, means)?;
+        for ((overlaps, kicks), MeanPressure { sum, weight }) in
+            self.overlaps.iter().zip(&mut self.kicks).zip(means)
         {
             kicks.clear();
             kicks.extend(
-                overlaps
-                    .iter()
-                    .map(|o| Vector3::x() * (o.fraction * (sum[0] / sum[1] - p[o.cell]))),
+                overlaps.iter().map(|o| Vector3::x() * (o.fraction * (*sum / *weight - p[o.cell]))),
             );
         }
         for (overlaps, kicks) in self.overlaps.iter().zip(&self.kicks) {
@@ -82,18 +97,6 @@ impl<const D: usize> Mics2003<D> {
 
     /// Sums the step's forces over the ranks. Collective.
     pub(super) fn sum_exchange(&mut self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
-        let sums = &mut self.buffer[..Exchange::NUMBERS * s.bodies.len()];
-        for (row, exchange) in sums.chunks_exact_mut(Exchange::NUMBERS).zip(&mut s.exchange) {
-            for (slot, v) in row.chunks_exact_mut(3).zip(exchange.vectors()) {
-                slot.copy_from_slice(v.as_slice());
-            }
-        }
-        domain.session.sum(sums)?;
-        for (row, exchange) in sums.chunks_exact(Exchange::NUMBERS).zip(&mut s.exchange) {
-            for (slot, v) in row.chunks_exact(3).zip(exchange.vectors()) {
-                v.copy_from_slice(slot);
-            }
-        }
-        Ok(())
+        self.sums.over_ranks(&domain.session, &mut s.exchange)
     }
 }

@@ -12,6 +12,7 @@
 
 use super::Mics2003;
 use crate::domain::Domain;
+use crate::method::Method;
 use crate::state::State;
 use crate::{Result, params};
 use nalgebra::{DMatrix, DVector};

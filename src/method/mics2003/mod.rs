@@ -50,6 +50,7 @@ mod rigid;
 
 use super::flow::Flow;
 use super::momentum::{Mixture, Momentum};
+use super::{Kind, Method};
 use crate::Result;
 use crate::clock::Stage;
 use crate::contact::Contacts;
@@ -58,11 +59,13 @@ use crate::drive::Drive;
 use crate::geometry::{Overlap, Tiles, fraction};
 use crate::grid::{Boundaries, Coefficient, Grid};
 use crate::kernels::border::Sides;
-use crate::kernels::faces::BodyForce;
+use crate::kernels::faces::{BodyForce, FaceCoefficient};
 use crate::method::vector;
 use crate::particles::{Accelerations, Body};
 use crate::poisson::pressure::Projected;
+use crate::scheme::Scheme;
 use crate::state::{Balance, Exchange, State, Support};
+use crate::sums::Sums;
 pub use choices::{Choices, Driver};
 use nalgebra::Vector3;
 
@@ -86,12 +89,115 @@ pub struct Mics2003<const D: usize> {
     struck: Vec<(Vector3<f64>, Vector3<f64>)>,
     /// The same of weight and of what contacts are expected to give (m/s2, rad/s2).
     pulled: Vec<(Vector3<f64>, Vector3<f64>)>,
-    buffer: Vec<f64>,
+    /// What ranks sum of each body: its cells, their mass, its mean pressure.
+    cells: Vec<motion::CellSums>,
+    masses: Vec<rigid::Moments>,
+    pressures: Vec<impose::MeanPressure>,
+    sums: Sums,
+}
+
+impl<const D: usize> Method<D> for Mics2003<D> {
+    fn kind(&self) -> Kind {
+        Kind::Mixing
+    }
+
+    fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+        if s.supports.iter().flatten().any(|support| support.pressed.0.is_none()) {
+            self.find_initial_contacts(domain, s, dt)?;
+        }
+        self.advance_all(domain, s, dt)
+    }
+
+    fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        s.touching =
+            self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.untouched());
+        s.balance = s.has_free_bodies().then(Balance::default);
+        s.supports = None;
+        self.begin_supports(s, |_| true);
+        self.find_overlaps(domain, s, |_| true);
+        self.mix_fields(domain, s)?;
+        self.impose(domain, s, 1.0);
+        self.flow.start_velocity(domain, s)?;
+        self.impose(domain, s, 1.0);
+        s.exchange.fill(Exchange::default());
+        self.start_balance(domain, s)?;
+        domain.boundaries.fill_velocity(&mut s.u)
+    }
+
+    fn resume(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        if let Some(contacts) = &self.contacts {
+            contacts.check(&s.touching)?;
+        }
+        self.find_overlaps(domain, s, |_| true);
+        self.mix_fields(domain, s)?;
+        self.flow.resume(domain, s)
+    }
+
+    fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>) {
+        self.flow.find_acceleration(domain, s);
+    }
+
+    fn mixture(&self) -> &Mixture {
+        &self.flow.mixture
+    }
+
+    fn beta(&self) -> &FaceCoefficient<D> {
+        &self.flow.beta
+    }
+
+    fn scheme(&self) -> Scheme {
+        self.flow.momentum.scheme
+    }
+
+    fn place(&mut self, domain: &Domain<D>, s: &State<D>) {
+        self.find_overlaps(domain, s, |_| true);
+    }
+
+    fn contacts(&self) -> Option<&Contacts> {
+        self.contacts.as_ref()
+    }
+
+    fn contacts_mut(&mut self) -> Option<&mut Contacts> {
+        self.contacts.as_mut()
+    }
+
+    fn overlaps_of(&self, k: usize) -> Option<&[Overlap]> {
+        self.overlaps.get(k).map(Vec::as_slice)
+    }
+
+    fn start_balance(&self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        self.balance_from_now(domain, s)
+    }
+
+    fn mix_in(&mut self, domain: &mut Domain<D>, s: &mut State<D>, ids: &[usize]) -> Result<()> {
+        let all = s.bodies.iter().zip(&self.overlaps);
+        for (body, overlaps) in all.filter(|(body, _)| ids.contains(&body.id)) {
+            for o in overlaps {
+                let share = o.fraction * body.density / self.flow.mixture.density.at(o.cell);
+                let kick = share * (body.velocity + body.spin.cross(&o.arm) - vector(&s.u, o.cell));
+                s.u.iter_mut().enumerate().for_each(|(axis, u)| u[o.cell] += kick[axis]);
+            }
+        }
+        domain.boundaries.fill_velocity(&mut s.u)
+    }
+
+    fn begin_bodies(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        ids: &[usize],
+    ) -> Result<()> {
+        if self.begin_supports(s, |body| ids.contains(&body.id)) {
+            self.mix_fields(domain, s)
+        } else {
+            Ok(())
+        }
+    }
 }
 
 impl<const D: usize> Mics2003<D> {
     /// The method for bodies whose mixture with the fluid has the terms `momentum` of (7).
-    /// [`Mics2003::start`] or [`Mics2003::resume`] comes next.
+    /// [`Method::start`] or [`Method::resume`] comes next.
     pub fn new(
         domain: &Domain<D>,
         bodies: &[Body],
@@ -124,20 +230,11 @@ impl<const D: usize> Mics2003<D> {
             settled: bodies.iter().map(|b| (b.velocity, b.spin)).collect(),
             struck: vec![none; bodies.len()],
             pulled: vec![none; bodies.len()],
-            buffer: vec![0.0; bodies.len() * Exchange::NUMBERS.max(motion::NUMBERS)],
+            cells: Vec::with_capacity(bodies.len()),
+            masses: Vec::with_capacity(bodies.len()),
+            pressures: Vec::with_capacity(bodies.len()),
+            sums: Sums::default(),
         }
-    }
-
-    /// Advances by `dt` (s). Collective.
-    ///
-    /// # Errors
-    /// When the divergence cannot be brought below D0, a value is no longer finite, or a contact
-    /// fails.
-    pub fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
-        if s.supports.iter().flatten().any(|support| support.pressed.0.is_none()) {
-            self.find_initial_contacts(domain, s, dt)?;
-        }
-        self.advance_all(domain, s, dt)
     }
 
     /// The step itself. Collective.
@@ -172,62 +269,6 @@ impl<const D: usize> Mics2003<D> {
         Ok(projected)
     }
 
-    /// A consistent start from the cells' velocity. Collective.
-    pub fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
-        s.touching =
-            self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.untouched());
-        s.balance = s.has_free_bodies().then(Balance::default);
-        s.supports = None;
-        self.begin_supports(s, |_| true);
-        self.find_overlaps(domain, s, |_| true);
-        self.mix_fields(domain, s)?;
-        self.impose(domain, s, 1.0);
-        self.flow.start(domain, s)?;
-        self.impose(domain, s, 1.0);
-        s.exchange.fill(Exchange::default());
-        self.start_balance(domain, s)?;
-        domain.boundaries.fill_velocity(&mut s.u)
-    }
-
-    /// Lets the bodies with these numbers begin: what they lie on has yet to be found. Collective.
-    ///
-    /// # Errors
-    /// When ranks cannot exchange ghosts.
-    pub fn begin_bodies(
-        &mut self,
-        domain: &mut Domain<D>,
-        s: &mut State<D>,
-        ids: &[usize],
-    ) -> Result<()> {
-        if self.begin_supports(s, |body| ids.contains(&body.id)) {
-            self.mix_fields(domain, s)
-        } else {
-            Ok(())
-        }
-    }
-
-    /// Gives the cells in the bodies with these numbers, which have not been where they are, their
-    /// share of the momentum there. Collective.
-    ///
-    /// # Errors
-    /// When ranks cannot exchange ghosts.
-    pub fn mix_in(
-        &mut self,
-        domain: &mut Domain<D>,
-        s: &mut State<D>,
-        ids: &[usize],
-    ) -> Result<()> {
-        let all = s.bodies.iter().zip(&self.overlaps);
-        for (body, overlaps) in all.filter(|(body, _)| ids.contains(&body.id)) {
-            for o in overlaps {
-                let share = o.fraction * body.density / self.flow.mixture.density.at(o.cell);
-                let kick = share * (body.velocity + body.spin.cross(&o.arm) - vector(&s.u, o.cell));
-                s.u.iter_mut().enumerate().for_each(|(axis, u)| u[o.cell] += kick[axis]);
-            }
-        }
-        domain.boundaries.fill_velocity(&mut s.u)
-    }
-
     /// Lets what contacts are expected to give begin for `new` bodies, or for all where the state
     /// has none, and end where nothing is expected of them; whether that changes anything.
     fn begin_supports(&mut self, s: &mut State<D>, new: impl Fn(&Body) -> bool) -> bool {
@@ -250,20 +291,6 @@ impl<const D: usize> Mics2003<D> {
         true
     }
 
-    /// Finds what follows from a state: what the particles touch, the mixture and its operator.
-    /// Collective.
-    ///
-    /// # Errors
-    /// When the state has contacts that are not of this case.
-    pub fn resume(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
-        if let Some(contacts) = &self.contacts {
-            contacts.check(&s.touching)?;
-        }
-        self.find_overlaps(domain, s, |_| true);
-        self.mix_fields(domain, s)?;
-        self.flow.resume(domain, s)
-    }
-
     /// Finds the cells that the bodies touch, for readers of the results.
     pub fn find_overlaps(&mut self, domain: &Domain<D>, s: &State<D>, wanted: fn(&Body) -> bool) {
         for (body, overlaps) in s.bodies.iter().zip(&mut self.overlaps).filter(|(b, _)| wanted(b)) {
@@ -275,41 +302,6 @@ impl<const D: usize> Mics2003<D> {
                 overlaps,
             );
         }
-    }
-
-    /// The cells of this rank that bodies touch.
-    pub fn overlaps(&self) -> impl Iterator<Item = &Overlap> {
-        self.overlaps.iter().flatten()
-    }
-
-    /// Those of each body.
-    pub fn by_body(&self) -> impl Iterator<Item = &[Overlap]> {
-        self.overlaps.iter().map(|overlaps| &overlaps[..])
-    }
-
-    /// The law of contacts, where there is one.
-    pub fn contacts(&self) -> Option<&Contacts> {
-        self.contacts.as_ref()
-    }
-
-    /// The same, to look for contacts.
-    pub fn contacts_mut(&mut self) -> Option<&mut Contacts> {
-        self.contacts.as_mut()
-    }
-
-    /// The mixture.
-    pub fn mixture(&self) -> &Mixture {
-        &self.flow.mixture
-    }
-
-    /// The flow of the mixture.
-    pub fn flow(&self) -> &Flow<D> {
-        &self.flow
-    }
-
-    /// Finds the acceleration by the pressure as it is.
-    pub fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>) {
-        self.flow.find_acceleration(domain, s);
     }
 
     /// (1). Where nothing has moved, nothing changes. Collective.

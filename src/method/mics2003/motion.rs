@@ -1,7 +1,7 @@
 //! The motion of free particles: what pushes them, where that takes them, and the motion that they
 //! and the mixture settle on at the new place (see the parent's formulas).
 
-use super::rigid::{self, Moments};
+use super::rigid::Moments;
 use super::{Driver, Mics2003};
 use crate::Result;
 use crate::contact::Impulse;
@@ -11,6 +11,7 @@ use crate::method::collision::refuse_collisions;
 use crate::method::vector;
 use crate::particles::{Accelerations, Body, Freedom, nearest_image};
 use crate::state::{Exchange, State};
+use crate::sums::Summed;
 use nalgebra::Vector3;
 
 /// What a particle's step starts from.
@@ -41,9 +42,28 @@ pub(super) struct Departure {
     expected: (Vector3<f64>, Vector3<f64>),
 }
 
-/// Numbers that a rank sums for a particle: moments, two pairs of vectors, and the volume in a
-/// vector of its own.
-pub(super) const NUMBERS: usize = rigid::NUMBERS + 15;
+/// What ranks sum of the cells that a particle touches.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct CellSums {
+    /// By the mixture's density.
+    moments: Moments,
+    /// `sum alpha (u_f - V) dV` and its moment, as in [`Departure`].
+    flow: Vector3<f64>,
+    swirl: Vector3<f64>,
+    /// A force and its torque, or what they stand for.
+    also: [Vector3<f64>; 2],
+    /// Volume within the box (m3).
+    volume: f64,
+}
+
+impl Summed for CellSums {
+    fn each(&mut self, take: &mut dyn FnMut(&mut [f64])) {
+        let CellSums { moments, flow, swirl, also: [force, torque], volume } = self;
+        moments.each(take);
+        [flow, swirl, force, torque].into_iter().for_each(|v| v.each(take));
+        take(std::slice::from_mut(volume));
+    }
+}
 
 /// Whether fields carry momentum that particles own: free ones, or held ones of another density.
 fn trade(bodies: &[Body], fluid_density: f64) -> bool {
@@ -58,36 +78,28 @@ impl<const D: usize> Mics2003<D> {
         domain: &Domain<D>,
         s: &State<D>,
         also: impl Fn(&Exchange) -> [Vector3<f64>; 2],
-        mut take: impl FnMut(usize, &Body, &mut Departure, Moments, [Vector3<f64>; 5]),
+        mut take: impl FnMut(usize, &Body, &mut Departure, CellSums),
     ) -> Result<()> {
         let (volume, density) = (domain.grid.cell_volume(), &self.flow.mixture.density);
-        let sums = &mut self.buffer[..NUMBERS * s.bodies.len()];
-        for (k, sums) in sums.chunks_exact_mut(NUMBERS).enumerate() {
-            let (overlaps, exchange, own) =
-                (&self.overlaps[k], &s.exchange[k], self.departures[k].velocity);
-            let (mut moments, mut flow, mut swirl) =
-                (Moments::default(), Vector3::zeros(), Vector3::zeros());
-            let mut within = Vector3::zeros();
+        self.cells.clear();
+        for ((overlaps, exchange), departure) in
+            self.overlaps.iter().zip(&s.exchange).zip(&self.departures)
+        {
+            let mut sums = CellSums { also: also(exchange), ..CellSums::default() };
             for o in overlaps {
                 let (u, share) = (vector(&s.u, o.cell), o.fraction * volume);
-                moments.add(density.at(o.cell) * share, &o.arm, &u);
-                within.x += share;
-                flow += share * (u - own);
-                swirl += share * o.arm.cross(&(u - own));
+                let relative = u - departure.velocity;
+                sums.moments.add(density.at(o.cell) * share, &o.arm, &u);
+                sums.volume += share;
+                sums.flow += share * relative;
+                sums.swirl += share * o.arm.cross(&relative);
             }
-            moments.write_to(sums);
-            let [first, second] = also(exchange);
-            for (slot, v) in
-                sums[rigid::NUMBERS..].chunks_exact_mut(3).zip([flow, swirl, first, second, within])
-            {
-                slot.copy_from_slice(v.as_slice());
-            }
+            self.cells.push(sums);
         }
-        domain.session.sum(sums)?;
+        self.sums.over_ranks(&domain.session, &mut self.cells)?;
         let bodies = s.bodies.iter().zip(&mut self.departures);
-        for (k, ((body, departure), sums)) in bodies.zip(sums.chunks_exact(NUMBERS)).enumerate() {
-            let v = |n: usize| Vector3::from_column_slice(&sums[rigid::NUMBERS + 3 * n..][..3]);
-            take(k, body, departure, Moments::from_slice(sums), [v(0), v(1), v(2), v(3), v(4)]);
+        for (k, ((body, departure), sums)) in bodies.zip(&self.cells).enumerate() {
+            take(k, body, departure, *sums);
         }
         Ok(())
     }
@@ -118,9 +130,9 @@ impl<const D: usize> Mics2003<D> {
             domain,
             s,
             |e| [e.literal(), e.literal_torque],
-            |k, body, departure, moments, [flow, swirl, force, torque, within]| {
-                let (centre, velocity, spin, volume) =
-                    (body.centre, body.velocity, body.spin, within.x);
+            |k, body, departure, sums| {
+                let CellSums { moments, flow, swirl, also: [force, torque], volume } = sums;
+                let (centre, velocity, spin) = (body.centre, body.velocity, body.spin);
                 let turned = body.inertia().of(&spin);
                 let expected = s
                     .supports
@@ -211,14 +223,16 @@ impl<const D: usize> Mics2003<D> {
             domain,
             s,
             |e| [e.carried, e.carried_torque],
-            |k, body, departure, mut moments, [flow, swirl, carried, carried_torque, within]| {
+            |k, body, departure, sums| {
+                let CellSums { mut moments, flow, swirl, also: [carried, carried_torque], volume } =
+                    sums;
                 let Departure { velocity, spin, shift, .. } = *departure;
                 let excess = body.density - fluid_density;
                 let linear = excess * (flow - departure.flow) + dt * carried;
                 let angular = excess * (swirl - departure.swirl + shift.cross(&departure.flow))
                     + dt * (carried_torque - shift.cross(&carried));
                 departure.carried = (linear, angular);
-                departure.beyond = excess * (departure.volume - within.x) * velocity;
+                departure.beyond = excess * (departure.volume - volume) * velocity;
                 let Some(freedom) = body.freedom() else { return };
                 settled[k] = match driver {
                     Driver::Momentum => {
@@ -357,24 +371,21 @@ impl<const D: usize> Mics2003<D> {
         if *g == none.0 && given.iter().all(|given| *given == none) {
             return Ok(());
         }
-        let sums = &mut self.buffer[..rigid::NUMBERS * bodies.len()];
         let volume = domain.grid.cell_volume();
-        for ((overlaps, body), sums) in
-            self.overlaps.iter().zip(bodies).zip(sums.chunks_exact_mut(rigid::NUMBERS))
-        {
+        self.masses.clear();
+        for (overlaps, body) in self.overlaps.iter().zip(bodies) {
             let mut moments = Moments::default();
-            overlaps
-                .iter()
-                .for_each(|o| moments.add(body.density * o.fraction * volume, &o.arm, &none.0));
-            moments.write_to(sums);
+            for o in overlaps {
+                moments.add(body.density * o.fraction * volume, &o.arm, &none.0);
+            }
+            self.masses.push(moments);
         }
-        domain.session.sum(sums)?;
-        for ((sums, body), given) in sums.chunks_exact(rigid::NUMBERS).zip(bodies).zip(given) {
+        self.sums.over_ranks(&domain.session, &mut self.masses)?;
+        for ((moments, body), given) in self.masses.iter_mut().zip(bodies).zip(given) {
             let Some(freedom) = body.freedom() else {
                 *given = none;
                 continue;
             };
-            let mut moments = Moments::from_slice(sums);
             let weight = (1.0 - domain.fluid.density / body.density) * moments.mass * g;
             (moments.momentum, moments.spin) =
                 (freedom.along(&(given.0 + weight)), freedom.about(&given.1));

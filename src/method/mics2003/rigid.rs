@@ -9,6 +9,7 @@
 //! out.
 
 use crate::particles::Freedom;
+use crate::sums::Summed;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 /// Sums over a body's cells that fix its rigid motion.
@@ -26,8 +27,14 @@ pub struct Moments {
     pub spin: Vector3<f64>,
 }
 
-/// Numbers in [`Moments`].
-pub const NUMBERS: usize = 16;
+impl Summed for Moments {
+    fn each(&mut self, take: &mut dyn FnMut(&mut [f64])) {
+        let Moments { mass, first, second, momentum, spin } = self;
+        take(std::slice::from_mut(mass));
+        take(second);
+        [first, momentum, spin].into_iter().for_each(|v| v.each(take));
+    }
+}
 
 impl Moments {
     /// Adds a cell of weight `w` (kg) at `arm` (m) with velocity `u` (m/s).
@@ -43,23 +50,6 @@ impl Moments {
         }
         self.momentum += w * u;
         self.spin += w * arm.cross(u);
-    }
-
-    /// The numbers, for sums over ranks.
-    pub fn write_to(&self, out: &mut [f64]) {
-        out[0] = self.mass;
-        out[1..4].copy_from_slice(self.first.as_slice());
-        out[4..10].copy_from_slice(&self.second);
-        out[10..13].copy_from_slice(self.momentum.as_slice());
-        out[13..16].copy_from_slice(self.spin.as_slice());
-    }
-
-    /// The inverse of [`Moments::write_to`].
-    pub fn from_slice(v: &[f64]) -> Moments {
-        let vector = |at: usize| Vector3::new(v[at], v[at + 1], v[at + 2]);
-        let mut second = [0.0; 6];
-        second.copy_from_slice(&v[4..10]);
-        Moments { mass: v[0], first: vector(1), second, momentum: vector(10), spin: vector(13) }
     }
 
     /// The rigid motion (m/s, rad/s) that carries `momentum` and `spin` along the free directions;

@@ -36,7 +36,7 @@ impl<const D: usize> Sharp<D> {
     }
 
     /// Starts the balance, where one is kept. Collective.
-    pub fn start_balance(&self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
+    pub(super) fn balance_from_now(&self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
         if s.balance.is_some() {
             s.balance =
                 Some(Balance { momentum: self.total_momentum(domain, s)?, ..Balance::default() });

@@ -19,6 +19,7 @@ use crate::Result;
 use crate::domain::Domain;
 use crate::grid::VectorField;
 use crate::kernels::faces;
+use crate::method::Method;
 use crate::state::{BeforeForcing, State};
 use nalgebra::{Matrix3, Vector3};
 

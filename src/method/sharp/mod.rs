@@ -87,6 +87,7 @@ mod step;
 
 use super::momentum::{Mixture, Momentum};
 use super::stabilised::Stabilised;
+use super::{Kind, Method};
 use crate::contact::{Contacts, Medium};
 use crate::domain::Domain;
 use crate::geometry::Overlap;
@@ -94,6 +95,7 @@ use crate::grid::VectorField;
 use crate::kernels::faces::FaceCoefficient;
 use crate::particles::{Accelerations, Body};
 use crate::poisson::pressure::Projected;
+use crate::scheme::Scheme;
 use crate::state::{Balance, Exchange, State, WallHistory};
 use crate::{Error, Result, params};
 use acceleration::PressureAcceleration;
@@ -170,9 +172,122 @@ pub fn ghost_width(h: &[f64]) -> (f64, usize) {
     (most, 2 + (reach * most / least - 1e-9).ceil() as usize)
 }
 
+impl<const D: usize> Method<D> for Sharp<D> {
+    fn kind(&self) -> Kind {
+        Kind::Sharp
+    }
+
+    fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+        // (17, 18, 20-26) bodies to their new place, faces open there
+        self.predict_positions(domain, s, dt)?;
+        let numbers = self.step_numbers(domain, s, dt)?;
+        // memory = q - mean(u), at that place
+        self.update_memory(domain, s, numbers, dt)?;
+        // (7) u* with the last pressure, the wall imposed
+        let sides = self.predict_cells(domain, s, dt)?;
+        // (17, 18) bodies by all forces but the new pressure
+        self.predict_velocities(domain, s, dt)?;
+        // (8) U = H q + m U_b.n
+        self.predict_faces(domain, s, numbers, dt)?;
+        // (13-15) C-HSMAC: |D| < D0, the bodies with it
+        let projected = self.project(domain, s, dt)?;
+        // (16) u = u* - dt/rho grad p, the wall imposed
+        self.correct_cells(domain, s, dt)?;
+        // (19) the force: what the fluid lost
+        self.find_loads(domain, s, numbers, dt)?;
+        self.close_balance(domain, s, sides, dt)?;
+        s.count(dt);
+        Ok(projected)
+    }
+
+    fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        s.touching =
+            self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.untouched());
+        s.walls = Some(WallHistory::new(&domain.grid, s.bodies.len()));
+        self.settle(domain, &s.bodies)?;
+        self.acceleration.clear();
+        self.impose(domain, &s.bodies, &mut s.u)?;
+        self.cut.interpolate(domain, s, StepNumbers::START, 0.0, &self.acceleration)?;
+        domain.boundaries.set_faces(&mut s.faces);
+        self.impulsive_start(domain, s, false)?;
+        s.drive = domain.drive_at_start(&s.bodies);
+        let walls = history(&mut s.walls)?;
+        copy(&s.faces, &mut walls.memory);
+        walls.before_forcing.reserve(self.cut.most_inside());
+        self.give_past(domain, s, |_| true)?;
+        s.exchange.fill(Exchange::default());
+        s.balance = s.has_free_bodies().then(Balance::default);
+        self.start_balance(domain, s)?;
+        s.p.fill(0.0);
+        self.acceleration.of_pressure(domain, &self.cut, &s.bodies, &s.p, s.drive);
+        Ok(())
+    }
+
+    fn resume(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        if let Some(contacts) = &self.contacts {
+            contacts.check(&s.touching)?;
+        }
+        // Ghosts depend on which borders bodies are near to.
+        self.settle(domain, &s.bodies)?;
+        domain.boundaries.fill_velocity(&mut s.u)?;
+        history(&mut s.walls)?.before_forcing.reserve(self.cut.most_inside());
+        self.acceleration.of_pressure(domain, &self.cut, &s.bodies, &s.p, s.drive);
+        Ok(())
+    }
+
+    fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>) {
+        self.acceleration.of_pressure(domain, &self.cut, &s.bodies, &s.p, s.drive);
+    }
+
+    fn mixture(&self) -> &Mixture {
+        &self.mixture
+    }
+
+    fn beta(&self) -> &FaceCoefficient<D> {
+        &self.cut.beta
+    }
+
+    fn scheme(&self) -> Scheme {
+        self.momentum.scheme
+    }
+
+    fn place(&mut self, domain: &Domain<D>, s: &State<D>) {
+        self.cut.settle(domain, &s.bodies);
+    }
+
+    fn contacts(&self) -> Option<&Contacts> {
+        self.contacts.as_ref()
+    }
+
+    fn contacts_mut(&mut self) -> Option<&mut Contacts> {
+        self.contacts.as_mut()
+    }
+
+    fn overlaps_of(&self, k: usize) -> Option<&[Overlap]> {
+        self.cut.bodies.get(k).map(|body| body.solid.as_slice())
+    }
+
+    fn start_balance(&self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+        self.balance_from_now(domain, s)
+    }
+
+    fn mix_in(&mut self, domain: &mut Domain<D>, s: &mut State<D>, ids: &[usize]) -> Result<()> {
+        if ids.is_empty() { Ok(()) } else { self.give_way(domain, s, |id| ids.contains(&id)) }
+    }
+
+    fn begin_bodies(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        ids: &[usize],
+    ) -> Result<()> {
+        if ids.is_empty() { Ok(()) } else { self.give_past(domain, s, |id| ids.contains(&id)) }
+    }
+}
+
 impl<const D: usize> Sharp<D> {
     /// The method for bodies in the fluid of a domain, which has the terms `momentum` of (7).
-    /// [`Sharp::start`] or [`Sharp::resume`] comes next.
+    /// [`Method::start`] or [`Method::resume`] comes next.
     pub fn new(
         domain: &Domain<D>,
         bodies: &[Body],
@@ -221,67 +336,10 @@ impl<const D: usize> Sharp<D> {
         }
     }
 
-    /// Advances by `dt` (s). Collective.
-    ///
-    /// # Errors
-    /// When the divergence cannot be brought below D0, a value is no longer finite, or a contact
-    /// fails.
-    pub fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
-        // (17, 18, 20-26) bodies to their new place, faces open there
-        self.predict_positions(domain, s, dt)?;
-        let numbers = self.step_numbers(domain, s, dt)?;
-        // memory = q - mean(u), at that place
-        self.update_memory(domain, s, numbers, dt)?;
-        // (7) u* with the last pressure, the wall imposed
-        let sides = self.predict_cells(domain, s, dt)?;
-        // (17, 18) bodies by all forces but the new pressure
-        self.predict_velocities(domain, s, dt)?;
-        // (8) U = H q + m U_b.n
-        self.predict_faces(domain, s, numbers, dt)?;
-        // (13-15) C-HSMAC: |D| < D0, the bodies with it
-        let projected = self.project(domain, s, dt)?;
-        // (16) u = u* - dt/rho grad p, the wall imposed
-        self.correct_cells(domain, s, dt)?;
-        // (19) the force: what the fluid lost
-        self.find_loads(domain, s, numbers, dt)?;
-        self.close_balance(domain, s, sides, dt)?;
-        s.count(dt);
-        Ok(projected)
-    }
-
-    /// A consistent start from the cells' velocity. Collective.
-    pub fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
-        s.touching =
-            self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.untouched());
-        s.walls = Some(WallHistory::new(&domain.grid, s.bodies.len()));
-        self.settle(domain, &s.bodies)?;
-        self.acceleration.clear();
-        self.impose(domain, &s.bodies, &mut s.u)?;
-        self.cut.interpolate(domain, s, StepNumbers::START, 0.0, &self.acceleration)?;
-        domain.boundaries.set_faces(&mut s.faces);
-        self.impulsive_start(domain, s, false)?;
-        s.drive = domain.drive_at_start(&s.bodies);
-        let walls = history(&mut s.walls)?;
-        copy(&s.faces, &mut walls.memory);
-        walls.before_forcing.reserve(self.cut.most_inside());
-        self.begin_bodies(domain, s, |_| true)?;
-        s.exchange.fill(Exchange::default());
-        s.balance = s.has_free_bodies().then(Balance::default);
-        self.start_balance(domain, s)?;
-        s.p.fill(0.0);
-        self.acceleration.of_pressure(domain, &self.cut, &s.bodies, &s.p, s.drive);
-        Ok(())
-    }
-
-    /// Finds the acceleration by the pressure as it is.
-    pub fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>) {
-        self.acceleration.of_pressure(domain, &self.cut, &s.bodies, &s.p, s.drive);
-    }
-
     /// Gives bodies that have none a past: what one does first in a fluid at rest, how the fluid's
     /// wall shear begins to turn it, and the momentum inside as it is; ghosts of the velocity
     /// filled. Collective.
-    pub fn begin_bodies(
+    fn give_past(
         &mut self,
         domain: &Domain<D>,
         s: &mut State<D>,
@@ -320,30 +378,8 @@ impl<const D: usize> Sharp<D> {
         self.take_inside(domain, s, new)
     }
 
-    /// Finds what follows from a state: what the bodies cover, the operator, the acceleration by
-    /// the pressure. Collective.
-    ///
-    /// # Errors
-    /// When the state has contacts that are not of this case.
-    pub fn resume(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
-        if let Some(contacts) = &self.contacts {
-            contacts.check(&s.touching)?;
-        }
-        // Ghosts depend on which borders bodies are near to.
-        self.settle(domain, &s.bodies)?;
-        domain.boundaries.fill_velocity(&mut s.u)?;
-        history(&mut s.walls)?.before_forcing.reserve(self.cut.most_inside());
-        self.acceleration.of_pressure(domain, &self.cut, &s.bodies, &s.p, s.drive);
-        Ok(())
-    }
-
-    /// Finds what the bodies cover where they lie now, for readers of the results as well.
-    pub fn place(&mut self, domain: &Domain<D>, bodies: &[Body]) {
-        self.cut.settle(domain, bodies);
-    }
-
     fn settle(&mut self, domain: &mut Domain<D>, bodies: &[Body]) -> Result<()> {
-        self.place(domain, bodies);
+        self.cut.settle(domain, bodies);
         self.cut.straighten_borders(domain, bodies);
         self.set_ghost_layers(domain, bodies);
         domain.projection.assemble(&domain.grid, &self.cut.beta)
@@ -354,41 +390,6 @@ impl<const D: usize> Sharp<D> {
     fn set_ghost_layers(&self, domain: &mut Domain<D>, bodies: &[Body]) -> bool {
         let deep = domain.session.size() > 1 || self.cut.near_borders(&domain.grid, bodies);
         domain.boundaries.set_velocity_layers(deep)
-    }
-
-    /// The cells of this rank that bodies touch.
-    pub fn overlaps(&self) -> impl Iterator<Item = &Overlap> {
-        self.cut.bodies.iter().flat_map(|body| &body.solid)
-    }
-
-    /// Those of each body.
-    pub fn by_body(&self) -> impl Iterator<Item = &[Overlap]> {
-        self.cut.bodies.iter().map(|body| &body.solid[..])
-    }
-
-    /// The law of contacts, where there is one.
-    pub fn contacts(&self) -> Option<&Contacts> {
-        self.contacts.as_ref()
-    }
-
-    /// The same, to look for contacts.
-    pub fn contacts_mut(&mut self) -> Option<&mut Contacts> {
-        self.contacts.as_mut()
-    }
-
-    /// The fluid.
-    pub fn mixture(&self) -> &Mixture {
-        &self.mixture
-    }
-
-    /// Open part of faces over the fluid's density (m3/kg).
-    pub fn beta(&self) -> &FaceCoefficient<D> {
-        &self.cut.beta
-    }
-
-    /// The terms of (7).
-    pub fn momentum(&self) -> &Momentum<D> {
-        &self.momentum
     }
 }
 
