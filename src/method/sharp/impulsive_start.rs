@@ -13,8 +13,7 @@
 //! the jump of its wall would turn a light body back.
 
 use super::exchanged::ExchangedMomentum;
-use super::load::whole_inside;
-use super::{NUMBERS, Sharp, history};
+use super::{Sharp, history};
 use crate::Result;
 use crate::domain::Domain;
 use crate::grid::VectorField;
@@ -69,19 +68,20 @@ impl<const D: usize> Sharp<D> {
     /// Defers what the fluid lost by an impulse beyond what that gave to the free bodies, as steps
     /// do. Collective.
     fn defer(&mut self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
-        let sums = self.sum_inside(domain, s)?;
-        let histories = &mut history(&mut s.walls)?.bodies;
-        for (k, row) in
-            sums.chunks_exact(NUMBERS).enumerate().filter(|(k, _)| s.bodies[*k].freedom().is_some())
+        let momenta = self.loads.cell_momenta(domain, &self.cut, &self.work.exchanged, s)?;
+        let histories = history(&mut s.walls)?.bodies.iter_mut().zip(momenta);
+        for (((history, momentum), body), motion) in histories
+            .zip(&s.bodies)
+            .zip(&self.motions)
+            .filter(|((_, body), _)| body.freedom().is_some())
         {
-            let (body, history) = (&s.bodies[k], &mut histories[k]);
-            let [given, inside, swirl] =
-                [0, 6, 9].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
-            let (inside, _) = whole_inside(domain.fluid.density, body, (inside, swirl));
-            let lost = inside - history.inside.0 - given - domain.unfelt(&s.drive, body.volume());
-            history.deferred += lost - self.motions[k].pressure;
+            let (inside, _) = momentum.whole(domain.fluid.density, body);
+            let lost = inside
+                - history.inside.0
+                - momentum.exchanged.linear
+                - domain.unfelt(&s.drive, body.volume());
+            history.deferred += lost - motion.pressure;
         }
-        self.work.sums = sums;
         Ok(())
     }
 

@@ -4,7 +4,7 @@
 use super::cut::CutBodies;
 use super::exchanged::ExchangedMomentum;
 use super::gap::Shares;
-use super::{NUMBERS, Sharp, StepNumbers, history};
+use super::{Sharp, StepNumbers, history};
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
@@ -13,7 +13,95 @@ use crate::method::vector;
 use crate::params;
 use crate::particles::{Body, nearest_image};
 use crate::state::{BodyHistory, Exchange, State};
+use crate::sums::{Summed, Sums};
 use nalgebra::Vector3;
+
+/// What acts on a body at its surface (N, N m).
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SurfaceForces {
+    pub pressure: Vector3<f64>,
+    pub shear: Vector3<f64>,
+    /// The wall shear's torque about the centre, and that of pressure on a body that is not round.
+    pub shear_torque: Vector3<f64>,
+    pub pressure_torque: Vector3<f64>,
+}
+
+/// What the cells of a body have: momentum (kg m/s), angular momentum about its centre (kg m2/s).
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CellMomentum {
+    /// What the imposed profile and cut cells have given to the flow since the exchange was set to
+    /// zero.
+    pub exchanged: ExchangedMomentum,
+    /// Inside the body, relative to its own motion.
+    pub inside: Vector3<f64>,
+    pub swirl: Vector3<f64>,
+}
+
+impl Summed for SurfaceForces {
+    fn each(&mut self, take: &mut dyn FnMut(&mut [f64])) {
+        let SurfaceForces { pressure, shear, shear_torque, pressure_torque } = self;
+        [pressure, shear, shear_torque, pressure_torque].into_iter().for_each(|v| v.each(take));
+    }
+}
+
+impl Summed for CellMomentum {
+    fn each(&mut self, take: &mut dyn FnMut(&mut [f64])) {
+        let CellMomentum { exchanged, inside, swirl } = self;
+        let all = [&mut exchanged.linear, &mut exchanged.angular, inside, swirl];
+        all.into_iter().for_each(|v| v.each(take));
+    }
+}
+
+/// Scratch of the sums over the ranks of what each body feels and has.
+#[derive(Debug, Default)]
+pub struct Loads {
+    forces: Vec<SurfaceForces>,
+    momenta: Vec<CellMomentum>,
+    sums: Sums,
+}
+
+impl Loads {
+    /// Per body, pressure, wall shear and their torques, with the cells' velocity and pressure as
+    /// they are, ghosts filled. Collective.
+    pub fn surface_forces<const D: usize>(
+        &mut self,
+        domain: &Domain<D>,
+        cut: &CutBodies<D>,
+        s: &State<D>,
+    ) -> Result<&[SurfaceForces]> {
+        self.forces.clear();
+        self.forces.extend(s.bodies.iter().enumerate().map(|(k, body)| {
+            let (shear, shear_torque) = cut.shear_force(domain, &s.bodies, k, &s.u);
+            SurfaceForces {
+                pressure: cut.pressure_force(&domain.grid, k, &s.p),
+                shear,
+                shear_torque,
+                pressure_torque: cut.pressure_torque(&domain.grid, body, k, &s.p),
+            }
+        }));
+        self.sums.over_ranks(&domain.session, &mut self.forces)?;
+        Ok(&self.forces)
+    }
+
+    /// Per body, the momentum `exchanged` and what is inside. Collective.
+    pub fn cell_momenta<const D: usize>(
+        &mut self,
+        domain: &Domain<D>,
+        cut: &CutBodies<D>,
+        exchanged: &[ExchangedMomentum],
+        s: &State<D>,
+    ) -> Result<&[CellMomentum]> {
+        self.momenta.clear();
+        self.momenta.extend(s.bodies.iter().zip(exchanged).enumerate().map(
+            |(k, (body, exchanged))| {
+                let (inside, swirl) = cut.inside(domain, body, k, &s.u);
+                CellMomentum { exchanged: *exchanged, inside, swirl }
+            },
+        ));
+        self.sums.over_ranks(&domain.session, &mut self.momenta)?;
+        Ok(&self.momenta)
+    }
+}
 
 impl<const D: usize> CutBodies<D> {
     /// This rank's pressure force on the body `k` by a pressure (Pa) with its ghosts filled: every
@@ -106,36 +194,17 @@ impl<const D: usize> CutBodies<D> {
     }
 }
 
-/// Momentum and angular momentum inside a body in all, from that relative to its own motion.
-pub(super) fn whole_inside(
-    fluid_density: f64,
-    body: &Body,
-    (momentum, swirl): (Vector3<f64>, Vector3<f64>),
-) -> (Vector3<f64>, Vector3<f64>) {
-    (
-        momentum + fluid_density * body.volume() * body.velocity,
-        swirl + body.inertia().times(fluid_density / body.density).of(&body.spin),
-    )
+impl CellMomentum {
+    /// Momentum and angular momentum inside a body in all.
+    pub fn whole(&self, fluid_density: f64, body: &Body) -> (Vector3<f64>, Vector3<f64>) {
+        (
+            self.inside + fluid_density * body.volume() * body.velocity,
+            self.swirl + body.inertia().times(fluid_density / body.density).of(&body.spin),
+        )
+    }
 }
 
 impl<const D: usize> Sharp<D> {
-    /// Per body, the sums over the ranks of the exchanged momentum and of the momentum inside.
-    /// Collective.
-    pub(super) fn sum_inside(&mut self, domain: &Domain<D>, s: &State<D>) -> Result<Vec<f64>> {
-        let mut sums = std::mem::take(&mut self.work.sums);
-        for (k, row) in sums.chunks_exact_mut(NUMBERS).enumerate() {
-            let (exchanged, (inside, swirl)) =
-                (&self.work.exchanged[k], self.cut.inside(domain, &s.bodies[k], k, &s.u));
-            for (slot, v) in
-                row.chunks_exact_mut(3).zip([exchanged.linear, exchanged.angular, inside, swirl])
-            {
-                slot.copy_from_slice(v.as_slice());
-            }
-        }
-        domain.session.sum(&mut sums)?;
-        Ok(sums)
-    }
-
     /// Takes the momentum inside the bodies of these numbers as what was there before. Collective.
     pub(super) fn take_inside(
         &mut self,
@@ -144,14 +213,11 @@ impl<const D: usize> Sharp<D> {
         of: impl Fn(usize) -> bool,
     ) -> Result<()> {
         self.work.exchanged.fill(ExchangedMomentum::default());
-        let sums = self.sum_inside(domain, s)?;
-        let histories = &mut history(&mut s.walls)?.bodies;
-        let all = histories.iter_mut().zip(&s.bodies).zip(sums.chunks_exact(NUMBERS));
-        for ((history, body), row) in all.filter(|((_, body), _)| of(body.id)) {
-            let [inside, swirl] = [6, 9].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
-            history.inside = whole_inside(domain.fluid.density, body, (inside, swirl));
+        let momenta = self.loads.cell_momenta(domain, &self.cut, &self.work.exchanged, s)?;
+        let all = history(&mut s.walls)?.bodies.iter_mut().zip(&s.bodies).zip(momenta);
+        for ((history, body), momentum) in all.filter(|((_, body), _)| of(body.id)) {
+            history.inside = momentum.whole(domain.fluid.density, body);
         }
-        self.work.sums = sums;
         Ok(())
     }
 
@@ -164,13 +230,12 @@ impl<const D: usize> Sharp<D> {
         numbers: StepNumbers,
         dt: f64,
     ) -> Result<()> {
-        let sums = self.sum_inside(domain, s)?;
+        let momenta = self.loads.cell_momenta(domain, &self.cut, &self.work.exchanged, s)?;
         let histories = &mut history(&mut s.walls)?.bodies;
-        for (k, row) in sums.chunks_exact(NUMBERS).enumerate() {
-            let [given, spun, inside, swirl] =
-                [0, 3, 6, 9].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
+        for (k, momentum) in momenta.iter().enumerate() {
+            let ExchangedMomentum { linear: given, angular: spun } = momentum.exchanged;
             let (body, motion) = (&s.bodies[k], &mut self.motions[k]);
-            let (inside, swirl) = whole_inside(domain.fluid.density, body, (inside, swirl));
+            let (inside, swirl) = momentum.whole(domain.fluid.density, body);
             let before = std::mem::replace(&mut histories[k].inside, (inside, swirl));
             // What advection loses by itself is nobody's force.
             let lost = if self.momentum.keeps_momentum() {
@@ -193,7 +258,6 @@ impl<const D: usize> Sharp<D> {
             (motion.force_defect, motion.used) = (lost - motion.pressure - motion.shear.0, used);
             s.exchange[k] = Exchange { contact: struck.linear / dt, ..motion.exchange() };
         }
-        self.work.sums = sums;
         self.share_force_defect(domain, &s.bodies);
         let take_in = (numbers.courant / params::residual_time()
             + params::residual_decay() * numbers.diffusion)

@@ -105,9 +105,6 @@ use modes::Modes;
 use motion::BodyMotion;
 use nalgebra::Vector3;
 
-/// Numbers that ranks sum for a body.
-const NUMBERS: usize = 12;
-
 /// The method with sharp walls.
 pub struct Sharp<const D: usize> {
     mixture: Mixture,
@@ -121,6 +118,8 @@ pub struct Sharp<const D: usize> {
     /// Force of the fluid (N) in gaps that the grid does not resolve, which walls and held bodies
     /// have in place of free ones.
     passed_on: Vector3<f64>,
+    loads: load::Loads,
+    pressure_sums: modes::PressureSums,
     work: Work<D>,
     /// What steps need that viscosity would bind; `None` where the scheme does not have them.
     stabilised: Option<Stabilised<D>>,
@@ -137,7 +136,6 @@ struct Work<const D: usize> {
     offsets: Vec<Vector3<f64>>,
     accelerations: Vec<Accelerations>,
     exchanged: Vec<ExchangedMomentum>,
-    sums: Vec<f64>,
     contacts: contact_correction::Work,
 }
 
@@ -319,6 +317,8 @@ impl<const D: usize> Sharp<D> {
                 })
                 .collect(),
             passed_on: Vector3::zeros(),
+            loads: load::Loads::default(),
+            pressure_sums: Default::default(),
             work: Work {
                 stage: domain.grid.vector_field(),
                 inside: Vec::with_capacity(cut.most_inside()),
@@ -329,7 +329,6 @@ impl<const D: usize> Sharp<D> {
                 }),
                 accelerations: vec![Accelerations::default(); n],
                 exchanged: vec![ExchangedMomentum::default(); n],
-                sums: vec![0.0; n * NUMBERS],
                 contacts: contact_correction::Work::new(n),
             },
             cut,
@@ -345,7 +344,7 @@ impl<const D: usize> Sharp<D> {
         s: &mut State<D>,
         new: impl Fn(usize) -> bool,
     ) -> Result<()> {
-        let sums = self.sum_forces(domain, s)?;
+        let forces = self.loads.surface_forces(domain, &self.cut, s)?;
         let fluid = &domain.fluid;
         if let Some(contacts) = &mut self.contacts {
             contacts.meet(&s.bodies);
@@ -364,17 +363,15 @@ impl<const D: usize> Sharp<D> {
                 beside.map_or(body.mass() + added, |contacts| contacts.mass_in_contact(body));
             body.freedom().map_or_else(Vector3::zeros, |freedom| freedom.along(&pull) / mass)
         };
-        let all =
-            history(&mut s.walls)?.bodies.iter_mut().zip(&s.bodies).zip(sums.chunks_exact(NUMBERS));
-        for (k, ((history, body), row)) in
+        let all = history(&mut s.walls)?.bodies.iter_mut().zip(&s.bodies).zip(forces);
+        for (k, ((history, body), forces)) in
             all.enumerate().filter(|(_, ((_, body), _))| new(body.id))
         {
             let Some(freedom) = body.freedom() else { continue };
             history.accelerations.acceleration = begins(k, body);
-            let torque = Vector3::from_column_slice(&row[6..9]);
-            history.accelerations.angular = body.inertia().inverse_mass(&torque, &freedom);
+            history.accelerations.angular =
+                body.inertia().inverse_mass(&forces.shear_torque, &freedom);
         }
-        self.work.sums = sums;
         self.take_inside(domain, s, new)
     }
 

@@ -15,6 +15,7 @@ use crate::petsc::Session;
 use crate::poisson::Covered;
 use crate::poisson::pressure::{Coupled, Projected};
 use crate::state::State;
+use crate::sums::Sums;
 use nalgebra::{SymmetricEigen, Vector3};
 
 /// The modes of the free bodies.
@@ -42,6 +43,13 @@ impl Modes {
             oblong,
         }
     }
+}
+
+/// Scratch of what ranks sum per body while the pressure is found.
+#[derive(Debug, Default)]
+pub struct PressureSums {
+    values: Vec<Vector3<f64>>,
+    sums: Sums,
 }
 
 impl<const D: usize> Sharp<D> {
@@ -99,17 +107,19 @@ impl<const D: usize> Sharp<D> {
         if domain.drive.as_ref().and_then(|drive| drive.held()).is_none() {
             return Ok(());
         }
-        let (volume, sums) = (domain.grid.cell_volume(), &mut self.work.sums[..3 * bodies.len()]);
-        for (row, cut) in sums.chunks_exact_mut(3).zip(&self.cut.bodies) {
-            for (sum, cuts) in row.iter_mut().zip(&cut.cuts) {
-                *sum = volume
-                    * cuts.iter().filter(|cut| cut.owned).map(|cut| cut.covered).sum::<f64>();
-            }
-        }
-        domain.session.sum(sums)?;
-        let free = self.motions.iter_mut().zip(bodies).zip(sums.chunks_exact(3));
-        for ((motion, _), row) in free.filter(|((_, body), _)| body.freedom().is_some()) {
-            (0..D).for_each(|axis| motion.displaced[axis] = row[axis]);
+        let (volume, all) = (domain.grid.cell_volume(), &mut self.pressure_sums);
+        all.values.clear();
+        all.values.extend(self.cut.bodies.iter().map(|cut| {
+            let covered = |axis: usize| {
+                let cuts = cut.cuts[axis].iter().filter(|cut| cut.owned);
+                volume * cuts.map(|cut| cut.covered).sum::<f64>()
+            };
+            Vector3::from_fn(|axis, _| if axis < D { covered(axis) } else { 0.0 })
+        }));
+        all.sums.over_ranks(&domain.session, &mut all.values)?;
+        let free = self.motions.iter_mut().zip(bodies).zip(&all.values);
+        for ((motion, _), displaced) in free.filter(|((_, body), _)| body.freedom().is_some()) {
+            (0..D).for_each(|axis| motion.displaced[axis] = displaced[axis]);
         }
         Ok(())
     }
@@ -160,7 +170,7 @@ impl<const D: usize> Sharp<D> {
             }),
             oblong: &self.modes.oblong,
             motions: &mut self.motions,
-            sums: &mut self.work.sums,
+            sums: &mut self.pressure_sums,
         };
         projection.project(grid, boundaries, &self.cut.beta, dt, &mut s.p, &mut following, roughly)
     }
@@ -177,7 +187,7 @@ struct Following<'a, const D: usize> {
     driving: Option<Driving<'a, D>>,
     oblong: &'a [u32],
     motions: &'a mut [BodyMotion],
-    sums: &'a mut [f64],
+    sums: &'a mut PressureSums,
 }
 
 impl<const D: usize> Coupled<D> for Following<'_, D> {
@@ -202,12 +212,11 @@ impl<const D: usize> Coupled<D> for Following<'_, D> {
 
     fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64]) -> Result<()> {
         let (cut, bodies) = (self.coupled.cut(), self.motions.len());
-        for (k, row) in self.sums[..3 * bodies].chunks_exact_mut(3).enumerate() {
-            row.copy_from_slice(cut.pressure_force(grid, k, phi).as_slice());
-        }
-        self.session.sum(&mut self.sums[..3 * bodies])?;
+        self.sums.values.clear();
+        self.sums.values.extend((0..bodies).map(|k| cut.pressure_force(grid, k, phi)));
+        self.sums.sums.over_ranks(self.session, &mut self.sums.values)?;
         for k in 0..bodies {
-            let force = Vector3::from_column_slice(&self.sums[3 * k..3 * k + 3]);
+            let force = self.sums.values[k];
             self.apply_force(k, &force, dt);
         }
         if !self.oblong.is_empty() {
@@ -233,19 +242,14 @@ impl<const D: usize> Following<'_, D> {
 
     /// Likewise for the spin of the bodies that pressure turns.
     fn follow_turning(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64]) -> Result<()> {
-        let (cut, turning) = (self.coupled.cut(), 3 * self.oblong.len());
-        for (k, row) in
-            self.oblong.iter().map(|k| *k as usize).zip(self.sums[..turning].chunks_exact_mut(3))
-        {
-            row.copy_from_slice(
-                cut.pressure_torque(grid, &self.coupled.bodies()[k], k, phi).as_slice(),
-            );
-        }
-        self.session.sum(&mut self.sums[..turning])?;
-        for (k, row) in
-            self.oblong.iter().map(|k| *k as usize).zip(self.sums[..turning].chunks_exact(3))
-        {
-            let torque = Vector3::from_column_slice(row);
+        let (cut, bodies) = (self.coupled.cut(), self.coupled.bodies());
+        let oblong = self.oblong.iter().map(|k| *k as usize);
+        self.sums.values.clear();
+        self.sums
+            .values
+            .extend(oblong.clone().map(|k| cut.pressure_torque(grid, &bodies[k], k, phi)));
+        self.sums.sums.over_ranks(self.session, &mut self.sums.values)?;
+        for (k, &torque) in oblong.zip(&self.sums.values) {
             let motion = &mut self.motions[k];
             motion.pressure_torque += torque;
             if self.coupled.bodies()[k].freedom().is_some() {

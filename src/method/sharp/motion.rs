@@ -1,8 +1,9 @@
 //! How bodies go to their new place, and what forces make of their velocity there (formulas in the
 //! parent).
 
+use super::load::SurfaceForces;
 use super::profile;
-use super::{NUMBERS, Sharp, history};
+use super::{Sharp, history};
 use crate::Result;
 use crate::clock::Stage;
 use crate::contact::Impulse;
@@ -147,12 +148,11 @@ impl<const D: usize> Sharp<D> {
         dt: f64,
     ) -> Result<()> {
         self.find_displaced(domain, &s.bodies)?;
-        let sums = self.sum_forces(domain, s)?;
+        let forces = self.loads.surface_forces(domain, &self.cut, s)?;
         let (fluid, h) = (&domain.fluid, self.cut.h);
         let histories = &mut history(&mut s.walls)?.bodies;
-        for (k, row) in sums.chunks_exact(NUMBERS).enumerate() {
-            let [pressure, shear, torque, pressure_torque] =
-                [0, 3, 6, 9].map(|n| Vector3::from_column_slice(&row[n..n + 3]));
+        for (k, forces) in forces.iter().enumerate() {
+            let SurfaceForces { pressure, shear, shear_torque: torque, pressure_torque } = *forces;
             let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
             let (body, motion, history) =
                 (&mut s.bodies[k], &mut self.motions[k], &mut histories[k]);
@@ -194,25 +194,8 @@ impl<const D: usize> Sharp<D> {
                 motion.turns = inertia.inverse(&freedom);
             }
         }
-        self.work.sums = sums;
         domain.clock.lap(Stage::Mixing);
         Ok(())
-    }
-
-    /// Per body, the sums over the ranks of pressure, wall shear and their torques, with the cells'
-    /// velocity and pressure as they are, ghosts filled. Collective.
-    pub(super) fn sum_forces(&mut self, domain: &Domain<D>, s: &State<D>) -> Result<Vec<f64>> {
-        let mut sums = std::mem::take(&mut self.work.sums);
-        for (k, row) in sums.chunks_exact_mut(NUMBERS).enumerate() {
-            let (shear, torque) = self.cut.shear_force(domain, &s.bodies, k, &s.u);
-            let pressure = self.cut.pressure_force(&domain.grid, k, &s.p);
-            let turning = self.cut.pressure_torque(&domain.grid, &s.bodies[k], k, &s.p);
-            for (slot, v) in row.chunks_exact_mut(3).zip([pressure, shear, torque, turning]) {
-                slot.copy_from_slice(v.as_slice());
-            }
-        }
-        domain.session.sum(&mut sums)?;
-        Ok(sums)
     }
 
     /// Takes the acceleration of the step `dt` (s) for the next one: by all but contacts, with the
