@@ -172,10 +172,10 @@ fn walls<const D: usize>(c: &mut Criterion, scene: &mut Scene<D>) {
     group.bench_function(BenchmarkId::new("settle", &size), |b| {
         b.iter(|| method.place(domain, state))
     });
-    let (mut cut, mut inside) = (CutBodies::new(domain, &state.bodies), Vec::new());
+    let mut cut = CutBodies::new(domain, &state.bodies);
     cut.settle(domain, &state.bodies);
     group.bench_function(BenchmarkId::new("impose", &size), |b| {
-        b.iter(|| cut.impose(domain, &state.bodies, true, &mut inside, None, &mut state.u));
+        b.iter(|| cut.set_ghost_cells(domain, &state.bodies, true, None, &mut state.u));
     });
     group.finish();
 }

@@ -31,8 +31,7 @@ pub struct Cut {
     pub owned: bool,
 }
 
-/// Where the covered and the open part of such a face lie: apart, since few ask for it, and by the
-/// axes in use, since there are many.
+/// Where the covered and the open part of such a face lie, by the axes in use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Opening<const D: usize> {
     lever: [f64; D],
@@ -50,38 +49,89 @@ impl<const D: usize> Opening<D> {
     }
 }
 
+/// The faces along an axis that a particle covers. What most readers ask for is stored apart from
+/// the rest: the pressure reads a quarter of the bytes.
+#[derive(Clone, Debug)]
+pub struct Cuts<const D: usize> {
+    cuts: Vec<Cut>,
+    openings: Vec<Opening<D>>,
+}
+
+impl<const D: usize> Cuts<D> {
+    /// None yet, with room for so many.
+    pub fn with_capacity(n: usize) -> Cuts<D> {
+        Cuts { cuts: Vec::with_capacity(n), openings: Vec::with_capacity(n) }
+    }
+
+    /// For how many there is room.
+    pub fn capacity(&self) -> usize {
+        self.cuts.capacity()
+    }
+
+    /// The faces.
+    pub fn iter(&self) -> std::slice::Iter<'_, Cut> {
+        self.cuts.iter()
+    }
+
+    /// The faces, to change how far they are covered.
+    pub fn iter_mut(&mut self) -> std::slice::IterMut<'_, Cut> {
+        self.cuts.iter_mut()
+    }
+
+    /// The faces, with where their parts lie.
+    pub fn with_openings(&self) -> impl Iterator<Item = (&Cut, &Opening<D>)> {
+        self.cuts.iter().zip(&self.openings)
+    }
+
+    fn clear(&mut self) {
+        self.cuts.clear();
+        self.openings.clear();
+    }
+
+    fn push(&mut self, cut: Cut, opening: Opening<D>) {
+        self.cuts.push(cut);
+        self.openings.push(opening);
+    }
+}
+
+impl<'a, const D: usize> IntoIterator for &'a Cuts<D> {
+    type Item = &'a Cut;
+    type IntoIter = std::slice::Iter<'a, Cut>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}
+
 /// Below this a face counts as untouched, and above one less this as covered.
 const LEAST: f64 = 1e-9;
 
-/// Fills `cuts`, `openings` and the `arms` from the particle's centre (its nearest image) to the
-/// faces' centres (m), in the same order, with the faces along `axis` of this rank's cells that a
+/// Fills `cuts`, and the `arms` from the particle's centre (its nearest image) to the faces' centres
+/// (m), in the same order, with the faces along `axis` of this rank's cells that a
 /// particle (or an image of it) covers; faces at borders of the box are not among them: what flows
 /// through those, the border says.
 ///
 /// The first and the last faces of a period are the same ones. Both are found from the first one's
 /// place, to the last digit: what flows out at one side comes in at the other.
-#[allow(clippy::too_many_arguments)]
 pub fn cuts<const D: usize>(
     grid: &Grid<D>,
     axis: usize,
     body: &Placed,
     tiles: &mut Tiles,
-    cuts: &mut Vec<Cut>,
-    openings: &mut Vec<Opening<D>>,
+    cuts: &mut Cuts<D>,
     arms: &mut Vec<Vector3<f64>>,
 ) {
     cuts.clear();
-    openings.clear();
     arms.clear();
     let mut from = grid.start;
     let mut to: [usize; D] = std::array::from_fn(|a| grid.start[a] + grid.local[a]);
     from[axis] += usize::from(grid.at_border(axis, 0));
     let closes = grid.periodic[axis] && to[axis] == grid.cells[axis];
     to[axis] += usize::from(!grid.at_border(axis, 1) && !closes);
-    find(grid, axis, body, tiles, (from, to), 0, cuts, openings, arms);
+    find(grid, axis, body, tiles, (from, to), 0, cuts, arms);
     if closes {
         (from[axis], to[axis]) = (0, 1);
-        find(grid, axis, body, tiles, (from, to), grid.cells[axis], cuts, openings, arms);
+        find(grid, axis, body, tiles, (from, to), grid.cells[axis], cuts, arms);
     }
 }
 
@@ -95,8 +145,7 @@ fn find<const D: usize>(
     tiles: &mut Tiles,
     (from, to): ([usize; D], [usize; D]),
     on: usize,
-    cuts: &mut Vec<Cut>,
-    openings: &mut Vec<Opening<D>>,
+    cuts: &mut Cuts<D>,
     arms: &mut Vec<Vector3<f64>>,
 ) {
     let Placed { shape, centre, turn } = body;
@@ -120,8 +169,8 @@ fn find<const D: usize>(
                 .map(|a| (at[a] - grid.start[a] + grid.ghosts) * grid.stride[a])
                 .sum::<usize>() as u32;
             let covered = if covered > 1.0 - LEAST { 1.0 } else { covered };
-            cuts.push(Cut { covered, face, owned: grid.number_of(at).is_some() });
-            openings.push(Opening { lever: std::array::from_fn(|a| filled.lever[a]), open });
+            let cut = Cut { covered, face, owned: grid.number_of(at).is_some() };
+            cuts.push(cut, Opening { lever: std::array::from_fn(|a| filled.lever[a]), open });
             arms.push(filled.middle);
         });
     }

@@ -35,7 +35,7 @@ mod sphere;
 mod subdivision;
 mod tiles;
 
-pub use aperture::{Cut, Opening};
+pub use aperture::{Cut, Cuts, Opening};
 pub use block::{Block, images};
 pub use disc::Disc;
 pub use fraction::Overlap;

@@ -10,6 +10,7 @@
 //! bodies of its density alike, so that they stay at rest relative to each other.
 
 use super::cut::CutBodies;
+use super::cut_body::OwnCell;
 use super::exchanged::ExchangedMomentum;
 use crate::domain::Domain;
 use crate::grid::{Grid, VectorField};
@@ -23,32 +24,25 @@ pub struct PressureAcceleration<const D: usize> {
     pub faces: VectorField<D>,
     /// The drive's part of it, the same everywhere (m/s2).
     driven: Vector3<f64>,
-    /// Of each cut body's own cells, what they get beyond the mean of their faces' (m/s2).
-    opened: Vec<[f64; D]>,
 }
 
 impl<const D: usize> PressureAcceleration<D> {
-    /// None yet, with room for so many cells.
-    pub fn new(grid: &Grid<D>, cells: usize) -> PressureAcceleration<D> {
-        PressureAcceleration {
-            faces: grid.vector_field(),
-            driven: Vector3::zeros(),
-            opened: Vec::with_capacity(cells),
-        }
+    /// None yet.
+    pub fn new(grid: &Grid<D>) -> PressureAcceleration<D> {
+        PressureAcceleration { faces: grid.vector_field(), driven: Vector3::zeros() }
     }
 
     /// None.
     pub fn clear(&mut self) {
         self.faces.iter_mut().for_each(|f| f.fill(0.0));
         self.driven = Vector3::zeros();
-        self.opened.clear();
     }
 
     /// That of the pressure `p` (Pa), ghosts filled, and of the drive, where there is one (N/m3).
     pub fn of_pressure(
         &mut self,
         domain: &Domain<D>,
-        cut: &CutBodies<D>,
+        cut: &mut CutBodies<D>,
         bodies: &[Body],
         p: &[f64],
         drive: Option<Vector3<f64>>,
@@ -70,54 +64,52 @@ impl<const D: usize> PressureAcceleration<D> {
         felt(&self.driven, body)
     }
 
-    /// Finds what covered faces change of it, once bodies have moved.
-    pub fn reopen(&mut self, domain: &Domain<D>, cut: &CutBodies<D>, bodies: &[Body]) {
-        self.opened.clear();
+    /// Finds what covered faces change of it in the bodies' own cells, once bodies have moved.
+    pub fn reopen(&self, domain: &Domain<D>, cut: &mut CutBodies<D>, bodies: &[Body]) {
         let (grid, density) = (&domain.grid, domain.fluid.density);
-        let all = self.driven;
-        let cells = cut.bodies.iter().zip(bodies).flat_map(|(cut, body)| {
-            let driven = felt(&all, body);
-            cut.own_cells().map(move |(cell, part)| (cell, part, driven))
-        });
-        for (o, part, driven) in cells {
-            self.opened.push(std::array::from_fn(|axis| {
-                let (low, high) = (o.cell, o.cell + grid.stride[axis]);
-                let [open_low, open_high] = [low, high].map(|f| cut.beta.at(axis, f) * density);
-                let [a_low, a_high] = [low, high].map(|f| self.faces[axis][f] - driven[axis]);
-                let open =
-                    (open_low * a_low + open_high * a_high) / (1.0 + 0.5 * (open_low + open_high));
-                part * (open - 0.5 * (a_low + a_high))
-            }));
+        let CutBodies { bodies: cut_bodies, beta, .. } = cut;
+        for (cut, body) in cut_bodies.iter_mut().zip(bodies) {
+            let driven = felt(&self.driven, body);
+            for own in &mut cut.own_cells {
+                own.opened = std::array::from_fn(|axis| {
+                    let (low, high) = (own.cell as usize, own.cell as usize + grid.stride[axis]);
+                    let [open_low, open_high] = [low, high].map(|f| beta.at(axis, f) * density);
+                    let [a_low, a_high] = [low, high].map(|f| self.faces[axis][f] - driven[axis]);
+                    let open = (open_low * a_low + open_high * a_high)
+                        / (1.0 + 0.5 * (open_low + open_high));
+                    own.ownership * (open - 0.5 * (a_low + a_high))
+                });
+            }
         }
     }
 
     /// Adds `dt` (s) of it to the cells.
     pub fn add_to(&self, domain: &Domain<D>, cut: &CutBodies<D>, dt: f64, u: &mut VectorField<D>) {
         faces::add_to_cells(&domain.grid, dt, &self.faces, u);
-        self.add_opened(domain, cut, dt, None, u);
+        cut.add_opened(domain, dt, None, u);
     }
+}
 
-    /// Adds `dt` (s) of what covered faces change of it; the momentum of that goes to the
+impl<const D: usize> CutBodies<D> {
+    /// Adds `dt` (s) of what covered faces change of the acceleration; the momentum of that goes to the
     /// `exchanged` of each body.
     pub fn add_opened(
         &self,
         domain: &Domain<D>,
-        cut: &CutBodies<D>,
         dt: f64,
         mut exchanged: Option<&mut Vec<ExchangedMomentum>>,
         u: &mut VectorField<D>,
     ) {
         let mass = domain.fluid.density * domain.grid.cell_volume();
-        let mut opened = self.opened.iter();
-        for (k, body) in cut.bodies.iter().enumerate() {
-            for ((o, _), opened) in body.own_cells().zip(&mut opened) {
+        for (k, body) in self.bodies.iter().enumerate() {
+            for OwnCell { arm, opened, cell, .. } in &body.own_cells {
                 for (field, opened) in u.iter_mut().zip(opened) {
-                    field[o.cell] += dt * opened;
+                    field[*cell as usize] += dt * opened;
                 }
                 if let Some(exchanged) = &mut exchanged {
                     let added =
                         Vector3::from_fn(|a, _| if a < D { mass * (dt * opened[a]) } else { 0.0 });
-                    exchanged[k].add(&o.arm, &added);
+                    exchanged[k].add(arm, &added);
                 }
             }
         }

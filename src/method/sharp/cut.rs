@@ -1,11 +1,11 @@
 //! All bodies on the grid: what they cover of the faces, and the velocity inside them.
 
-use super::cut_body::{Before, CutBody, Inside};
+use super::cut_body::{Before, CutBody};
 use super::exchanged::ExchangedMomentum;
 use super::gap::{self, Neighbour, Surroundings, smooth_step};
 use super::ghost_width;
 use super::near::NearBodies;
-use super::shared::Part;
+use super::shared::SharedCells;
 use crate::domain::Domain;
 use crate::geometry::Tiles;
 use crate::grid::{Grid, VectorField, simd};
@@ -29,10 +29,7 @@ pub struct CutBodies<const D: usize> {
     /// Those near the body that is rebuilt.
     beside: Vec<Neighbour>,
     /// Cells to which several bodies are equally near, and that they set.
-    pub(super) shared: Vec<Part>,
-    /// What the finer profile adds to each of the cells inside, one body after another (m/s); none
-    /// where a body moves.
-    deferred: Vec<Vector3<f64>>,
+    shared: SharedCells,
     /// Scratch of what a body fills, and by axis of the arms to the faces that it covers (m).
     tiles: Tiles,
     arms: [Vec<Vector3<f64>>; D],
@@ -54,7 +51,7 @@ impl<const D: usize> CutBodies<D> {
         let cut: Vec<_> = bodies.iter().map(|b| CutBody::new(grid, b.shape(), h)).collect();
         let faces: usize = cut.iter().map(|cut| cut.cuts[0].capacity()).sum();
         let most = cut.iter().map(|cut| cut.cuts[0].capacity()).max().unwrap_or(0);
-        let shared = cut.iter().map(|cut| cut.inside_shared.capacity()).sum();
+        let shared = cut.iter().map(|cut| cut.shared_ghost_cells.capacity()).sum();
         let open = vec![1.0 / domain.fluid.density; grid.field().len()];
         CutBodies {
             bodies: cut,
@@ -62,8 +59,7 @@ impl<const D: usize> CutBodies<D> {
             near: NearBodies::new(bodies, size, periods, gap::reach(all_fixed(bodies)) * h),
             before: bodies.iter().map(Before::here).collect(),
             beside: Vec::with_capacity(16),
-            shared: Vec::with_capacity(shared),
-            deferred: Vec::new(),
+            shared: SharedCells::with_capacity(shared),
             tiles: Tiles::for_radius(bodies.iter().map(Body::radius).fold(0.0, f64::max), &grid.h),
             arms: std::array::from_fn(|_| Vec::with_capacity(most)),
             total: grid.field(),
@@ -73,14 +69,9 @@ impl<const D: usize> CutBodies<D> {
         }
     }
 
-    /// Most cells that bodies can touch, and most whose velocity they can set.
-    pub fn most_solid(&self) -> usize {
-        self.bodies.iter().map(|body| body.solid.capacity()).sum()
-    }
-
-    /// See [`CutBodies::most_solid`].
-    pub fn most_inside(&self) -> usize {
-        self.bodies.iter().map(|body| body.inside.capacity()).sum()
+    /// Most ghost cells that bodies can have.
+    pub fn most_ghost_cells(&self) -> usize {
+        self.bodies.iter().map(|body| body.ghost_cells.capacity()).sum()
     }
 
     /// Finds what the bodies cover where they lie, as if they had lain there always.
@@ -117,7 +108,6 @@ impl<const D: usize> CutBodies<D> {
         let friction = if rate > 0.0 { 0.5 * dt * rate } else { 0.0 };
         let finer = all_fixed(bodies);
         let reach = gap::reach(finer) * self.h;
-        self.deferred.clear();
         for k in 0..bodies.len() {
             let near = &self.near.near[k];
             if !wanted(&bodies[k]) && near.is_empty() && !self.near.had[k] {
@@ -143,11 +133,7 @@ impl<const D: usize> CutBodies<D> {
             };
             self.bodies[k].rebuild(&around, k, &self.before[k], &mut self.tiles, &mut self.arms);
         }
-        if finer {
-            // Fixed bodies are built once, and steps ask for no more.
-            self.deferred.reserve(self.bodies.iter().map(|cut| cut.inside.len()).sum());
-        }
-        self.share_cells();
+        self.shared.share(&mut self.bodies);
         self.open_faces(domain);
     }
 
@@ -170,160 +156,137 @@ impl<const D: usize> CutBodies<D> {
         bodies.iter().any(|b| (0..D).any(|a| near(b, a)))
     }
 
-    /// Sets the velocity of the cells inside the bodies; ghosts of `u` filled. With `cleared`, also
-    /// that of cells which the bodies have just left. What is imposed is left in `inside`; the
-    /// momentum that this adds goes to the `exchanged` of each body.
-    pub fn impose(
-        &self,
+    /// Sets the velocity of the ghost cells; ghosts of `u` filled. With `cleared`, also that of
+    /// cells which the bodies have just left. The momentum that this adds goes to the `exchanged`
+    /// of each body.
+    pub fn set_ghost_cells(
+        &mut self,
         domain: &Domain<D>,
         bodies: &[Body],
         cleared: bool,
-        inside: &mut Vec<Vector3<f64>>,
         exchanged: Option<&mut Vec<ExchangedMomentum>>,
         u: &mut VectorField<D>,
     ) {
-        self.find_inside(domain, bodies, cleared, u, inside);
-        self.set_inside(domain, cleared, inside, exchanged.map(|exchanged| (1.0, exchanged)), u);
+        self.find_targets(domain, bodies, cleared, u);
+        self.apply_targets(domain, cleared, exchanged.map(|exchanged| (1.0, exchanged)), u);
     }
 
-    /// Finds in `inside` what [`CutBodies::impose`] sets, of all cells that bodies set; nothing of
-    /// those that it leaves.
-    pub fn find_inside(
-        &self,
+    /// Finds what [`CutBodies::set_ghost_cells`] sets; nothing of those that it leaves.
+    pub fn find_targets(
+        &mut self,
         domain: &Domain<D>,
         bodies: &[Body],
         cleared: bool,
         u: &VectorField<D>,
-        inside: &mut Vec<Vector3<f64>>,
     ) {
-        inside.clear();
         let (grid, fluid) = (&domain.grid, &domain.fluid);
         let resolved = params::resolved_layer() * fluid.viscosity / (fluid.density * self.h);
         simd(
             #[inline(always)]
             || {
-                for (k, cut) in self.bodies.iter().enumerate() {
-                    for cell in &cut.inside {
-                        if cell.cleared && !cleared {
-                            inside.push(Vector3::zeros());
+                for (k, CutBody { ghost_cells, stencils, .. }) in self.bodies.iter_mut().enumerate()
+                {
+                    for ghost in ghost_cells {
+                        if ghost.cleared && !cleared {
+                            ghost.target = Vector3::zeros();
                             continue;
                         }
-                        let rigid = bodies[k].velocity_at(&cell.arm);
-                        let profile = cut.stencils.value(
-                            &cell.stencil,
-                            &cell.arm,
-                            grid,
-                            u,
-                            bodies,
-                            k,
-                            Some(resolved),
-                        );
-                        let finer = self.deferred.get(inside.len()).copied().unwrap_or_default();
-                        inside.push(rigid + profile + finer);
+                        let (stencil, arm) = (&ghost.stencil, &ghost.arm);
+                        let rigid = bodies[k].velocity_at(arm);
+                        let profile =
+                            stencils.value(stencil, arm, grid, u, bodies, k, Some(resolved));
+                        ghost.target = rigid + profile + ghost.cubic;
                     }
                 }
             },
         );
-        self.share_values(cleared, inside);
+        self.shared.share_targets(&mut self.bodies, cleared);
     }
 
-    /// Finds by the velocity `u` (m/s), ghosts filled, what the finer profile adds from now on,
-    /// where no body moves.
-    pub fn find_deferred(&mut self, domain: &Domain<D>, bodies: &[Body], u: &VectorField<D>) {
-        self.deferred.clear();
+    /// Finds by the velocity `u` (m/s), ghosts filled, what the cubic extrapolation adds from now
+    /// on, where no body moves.
+    pub fn find_cubic(&mut self, domain: &Domain<D>, bodies: &[Body], u: &VectorField<D>) {
         let (grid, fluid) = (&domain.grid, &domain.fluid);
         let creeping = params::creeping_layer() * fluid.viscosity / (fluid.density * self.h);
-        if creeping == 0.0 || self.bodies.iter().all(|cut| cut.finer.is_empty()) {
-            return;
-        }
-        for (k, cut) in self.bodies.iter().enumerate() {
-            let first = self.deferred.len();
-            self.deferred.resize(first + cut.inside.len(), Vector3::zeros());
-            for finer in &cut.finer {
-                let Inside { arm, stencil, .. } = &cut.inside[finer.place as usize];
-                let [own, cubic] = [stencil, &finer.cubic]
-                    .map(|stencil| cut.stencils.value(stencil, arm, grid, u, bodies, k, None));
-                let numbers =
-                    cut.stencils.fastest(&finer.cubic, arm, grid, u, &bodies[k]) / creeping;
-                self.deferred[first + finer.place as usize] =
-                    (1.0 - smooth_step(numbers, 1.0, 3.0)) * (cubic - finer.part * own);
+        for (k, CutBody { ghost_cells, stencils, cubic, .. }) in self.bodies.iter_mut().enumerate()
+        {
+            for cubic in cubic.iter().filter(|_| creeping > 0.0) {
+                let ghost = &mut ghost_cells[cubic.place as usize];
+                let (arm, value) = (&ghost.arm, |stencil| {
+                    stencils.value(stencil, &ghost.arm, grid, u, bodies, k, None)
+                });
+                let (own, all) = (value(&ghost.stencil), value(&cubic.cubic));
+                let numbers = stencils.fastest(&cubic.cubic, arm, grid, u, &bodies[k]) / creeping;
+                ghost.cubic = (1.0 - smooth_step(numbers, 1.0, 3.0)) * (all - cubic.part * own);
             }
         }
     }
 
-    /// Takes the velocity `u` (m/s) of all cells inside the bodies, before the wall is imposed on
-    /// them.
+    /// Takes the velocity `u` (m/s) of all ghost cells, each once, before they are set.
     pub fn take_before_forcing(
         &self,
         u: &VectorField<D>,
         before_forcing: &mut Vec<BeforeForcing<D>>,
     ) {
         before_forcing.clear();
-        let cells = self.bodies.iter().flat_map(|cut| &cut.inside).map(|inside| inside.cell);
-        before_forcing.extend(cells.map(|cell| BeforeForcing {
-            cell,
-            velocity: std::array::from_fn(|a| u[a][cell as usize]),
+        let cells = self.bodies.iter().flat_map(|cut| &cut.ghost_cells).filter(|g| g.first);
+        before_forcing.extend(cells.map(|ghost| BeforeForcing {
+            cell: ghost.cell,
+            velocity: std::array::from_fn(|a| u[a][ghost.cell as usize]),
         }));
     }
 
-    /// What the velocity `u` (m/s) has in all cells inside the bodies beyond what was found in
-    /// `inside`.
-    pub fn find_offsets(
-        &self,
-        u: &VectorField<D>,
-        inside: &[Vector3<f64>],
-        offsets: &mut Vec<Vector3<f64>>,
-    ) {
-        offsets.clear();
-        let cells = self.bodies.iter().flat_map(|cut| &cut.inside);
-        offsets
-            .extend(cells.zip(inside).map(|(cell, inside)| vector(u, cell.cell as usize) - inside));
+    /// Finds what the velocity `u` (m/s) has in all ghost cells beyond their targets.
+    pub fn find_offsets(&mut self, u: &VectorField<D>) {
+        for ghost in self.bodies.iter_mut().flat_map(|cut| &mut cut.ghost_cells) {
+            ghost.offset = vector(u, ghost.cell as usize) - ghost.target;
+        }
     }
 
-    /// Sets what was found in `inside`; a share of the momentum that this adds goes to the
+    /// Adds a part of these to the targets.
+    pub fn add_offsets(&mut self, part: f64) {
+        for ghost in self.bodies.iter_mut().flat_map(|cut| &mut cut.ghost_cells) {
+            ghost.target += part * ghost.offset;
+        }
+    }
+
+    /// Sets the ghost cells to their targets; a share of the momentum that this adds goes to the
     /// exchanged momentum of each body.
-    pub fn set_inside(
+    pub fn apply_targets(
         &self,
         domain: &Domain<D>,
         cleared: bool,
-        inside: &[Vector3<f64>],
         mut exchanged: Option<(f64, &mut Vec<ExchangedMomentum>)>,
         u: &mut VectorField<D>,
     ) {
         let mass = domain.fluid.density * domain.grid.cell_volume();
-        let mut values = inside.iter();
         for (k, cut) in self.bodies.iter().enumerate() {
-            for (inside, value) in
-                cut.inside.iter().zip(&mut values).filter(|(i, _)| cleared || !i.cleared)
-            {
-                let (mut added, cell) = (Vector3::zeros(), inside.cell as usize);
+            for ghost in cut.ghost_cells.iter().filter(|ghost| cleared || !ghost.cleared) {
+                let (mut added, cell) = (Vector3::zeros(), ghost.cell as usize);
                 for (a, field) in u.iter_mut().enumerate() {
-                    let change = inside.weight * (value[a] - field[cell]);
+                    let change = ghost.weight * (ghost.target[a] - field[cell]);
                     added[a] = mass * change;
                     field[cell] += change;
                 }
                 if let Some((share, exchanged)) = &mut exchanged {
-                    exchanged[k].add(&inside.arm, &(*share * added));
+                    exchanged[k].add(&ghost.arm, &(*share * added));
                 }
             }
         }
     }
 
-    /// Sets the velocity of the cells inside the bodies within the step: `part` of the way from
-    /// `start`, at its start, to `end`, what [`CutBodies::impose`] has left with `cleared` cells,
-    /// at its end.
-    pub fn impose_within(
+    /// Sets the ghost cells within the step: `part` of the way from `start`, at its start, to their
+    /// targets, those at its end.
+    pub fn set_ghost_cells_within(
         &self,
         part: f64,
         start: &VectorField<D>,
-        end: &[Vector3<f64>],
         u: &mut VectorField<D>,
     ) {
-        let insides = self.bodies.iter().flat_map(|cut| &cut.inside);
-        for (inside, end) in insides.zip(end) {
+        for ghost in self.bodies.iter().flat_map(|cut| &cut.ghost_cells) {
             for (a, (start, u)) in start.iter().zip(u.iter_mut()).enumerate() {
-                let (cell, start) = (inside.cell as usize, start[inside.cell as usize]);
-                u[cell] += inside.weight * (start + part * (end[a] - start) - u[cell]);
+                let (cell, start) = (ghost.cell as usize, start[ghost.cell as usize]);
+                u[cell] += ghost.weight * (start + part * (ghost.target[a] - start) - u[cell]);
             }
         }
     }

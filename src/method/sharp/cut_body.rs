@@ -3,11 +3,11 @@
 //! [`super::stencil`] has what is read of the velocity beside its wall.
 
 use super::gap::Surroundings;
-use super::shared::SharedCell;
-use super::stencil::{Finer, Normal, Stencil, Stencils};
+use super::shared_cell::SharedCell;
+use super::stencil::{Cubic, Normal, Stencil, Stencils};
 use crate::geometry::{
-    Block, Cut, Opening, Overlap, Placed, Shape, SurfacePoint, Tiles, Turn, aperture, fraction,
-    images,
+    Block, Cut, Cuts, Opening, Overlap, Placed, Shape, SurfacePoint, Tiles, Turn, aperture,
+    fraction, images,
 };
 use crate::grid::{Grid, VectorField};
 use crate::params;
@@ -38,7 +38,7 @@ impl Before {
 
 /// A cell whose velocity a body sets.
 #[derive(Clone, Debug)]
-pub struct Inside {
+pub struct GhostCell {
     /// From the body's centre (m).
     pub arm: Vector3<f64>,
     /// How much of what it has gives way to the profile: less than all outside, in gaps that the
@@ -50,6 +50,36 @@ pub struct Inside {
     pub cell: u32,
     /// Whether it lies outside by now, and was inside before the body moved.
     pub cleared: bool,
+    /// Whether it is the first of the bodies' ghost cells that share a cell, or the only one.
+    pub first: bool,
+    /// The velocity that it is set to (m/s), as last found.
+    pub target: Vector3<f64>,
+    /// What the cubic extrapolation adds to the profile (m/s); none where a body moves.
+    pub cubic: Vector3<f64>,
+    /// What the cell had at the start of the step beyond its target at the end (m/s).
+    pub offset: Vector3<f64>,
+}
+
+impl GhostCell {
+    fn new(arm: Vector3<f64>, weight: f64, stencil: Stencil, cell: usize, cleared: bool) -> Self {
+        let none = Vector3::zeros();
+        let (cell, first) = (cell as u32, true);
+        let [target, cubic, offset] = [none; 3];
+        GhostCell { arm, weight, stencil, cell, cleared, first, target, cubic, offset }
+    }
+}
+
+/// A cell that a body touches and is nearest to, alone or with others.
+#[derive(Clone, Debug)]
+pub struct OwnCell<const D: usize> {
+    /// From the body's centre (m).
+    pub arm: Vector3<f64>,
+    /// How far the body speaks for the surface there: wholly where no other body is about as near.
+    pub ownership: f64,
+    /// What its covered faces add to the mean acceleration of its faces (m/s2), as last found.
+    pub opened: [f64; D],
+    /// Its index in a field.
+    pub cell: u32,
 }
 
 /// A face in a gap that the grid does not resolve: the cells beside it are set by what bounds the
@@ -78,9 +108,8 @@ pub struct Point {
 /// A body on the grid.
 #[derive(Clone, Debug)]
 pub struct CutBody<const D: usize> {
-    /// Faces that it covers, by axis, and where their open parts lie.
-    pub cuts: [Vec<Cut>; D],
-    pub openings: [Vec<Opening<D>>; D],
+    /// Faces that it covers, by axis.
+    pub cuts: [Cuts<D>; D],
     /// Whether another body or a wall is so near that there may be some in narrow gaps: all ranks
     /// know.
     pub has_neighbours: bool,
@@ -88,17 +117,16 @@ pub struct CutBody<const D: usize> {
     pub gaps: [Vec<GapFace>; D],
     /// Cells that it touches, with its fraction of them.
     pub solid: Vec<Overlap>,
-    /// Of the cells of `solid`, how far it speaks for the wall there: wholly where no other body is
-    /// nearer, not at all where one is.
-    pub ownership: Vec<f64>,
+    /// Those of the cells that it touches to which no other body is nearer.
+    pub own_cells: Vec<OwnCell<D>>,
     /// Those that it shares with others.
-    pub ownership_shared: Vec<SharedCell>,
-    /// Cells inside it.
-    pub inside: Vec<Inside>,
+    pub shared_own_cells: Vec<SharedCell>,
+    /// Cells whose velocity it sets.
+    pub ghost_cells: Vec<GhostCell>,
     /// Those that it shares with others.
-    pub inside_shared: Vec<SharedCell>,
-    /// Of the cells inside, the finer profile of those that have one; none where a body moves.
-    pub finer: Vec<Finer>,
+    pub shared_ghost_cells: Vec<SharedCell>,
+    /// The cubic extrapolation of the ghost cells that have one; none where a body moves.
+    pub cubic: Vec<Cubic>,
     /// Points on its surface, of this rank.
     pub points: Vec<Point>,
     /// Where they all lie in the body's own axes, about two a spacing.
@@ -115,38 +143,36 @@ impl<const D: usize> CutBody<D> {
             return CutBody::elsewhere(false);
         }
         let cells = |beyond: f64| fraction::most_cells(grid, shape.radius() + beyond * h);
-        let (inside, quadrature_points) = (cells(params::unresolved_gap()), shape.surface(h));
+        let (ghosts, quadrature_points) = (cells(params::unresolved_gap()), shape.surface(h));
         let points = quadrature_points.len();
         CutBody {
-            cuts: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
-            openings: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
+            cuts: std::array::from_fn(|_| Cuts::with_capacity(cells(1.0))),
             has_neighbours: false,
             gaps: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
             solid: Vec::with_capacity(cells(0.0)),
-            ownership: Vec::with_capacity(cells(0.0)),
-            ownership_shared: Vec::with_capacity(cells(0.0) / FEW),
-            inside: Vec::with_capacity(inside),
-            inside_shared: Vec::with_capacity(inside / FEW),
-            finer: Vec::new(),
+            own_cells: Vec::with_capacity(cells(0.0)),
+            shared_own_cells: Vec::with_capacity(cells(0.0) / FEW),
+            ghost_cells: Vec::with_capacity(ghosts),
+            shared_ghost_cells: Vec::with_capacity(ghosts / FEW),
+            cubic: Vec::new(),
             points: Vec::with_capacity(points),
             quadrature_points,
-            stencils: Stencils::new(inside, points, shape.is_round()),
+            stencils: Stencils::new(ghosts, points, shape.is_round()),
         }
     }
 
     /// One that does not reach into this rank's box.
     fn elsewhere(has_neighbours: bool) -> CutBody<D> {
         CutBody {
-            cuts: std::array::from_fn(|_| Vec::new()),
-            openings: std::array::from_fn(|_| Vec::new()),
+            cuts: std::array::from_fn(|_| Cuts::with_capacity(0)),
             has_neighbours,
             gaps: std::array::from_fn(|_| Vec::new()),
             solid: Vec::new(),
-            ownership: Vec::new(),
-            ownership_shared: Vec::new(),
-            inside: Vec::new(),
-            inside_shared: Vec::new(),
-            finer: Vec::new(),
+            own_cells: Vec::new(),
+            shared_own_cells: Vec::new(),
+            ghost_cells: Vec::new(),
+            shared_ghost_cells: Vec::new(),
+            cubic: Vec::new(),
             points: Vec::new(),
             quadrature_points: Vec::new(),
             stencils: Stencils::new(0, 0, true),
@@ -155,7 +181,7 @@ impl<const D: usize> CutBody<D> {
 
     /// The faces along `axis` that it covers.
     pub fn faces(&self, axis: usize) -> impl Iterator<Item = (&Cut, &Opening<D>)> {
-        self.cuts[axis].iter().zip(&self.openings[axis])
+        self.cuts[axis].with_openings()
     }
 
     /// Gives the faces that it covers, whose velocity is the fluid's (m/s), their part of its own.
@@ -167,14 +193,6 @@ impl<const D: usize> CutBody<D> {
                     + body.spin.cross(&opening.lever())[axis];
             }
         }
-    }
-
-    /// Cells in which it speaks for the wall, and how far.
-    pub fn own_cells(&self) -> impl Iterator<Item = (&Overlap, f64)> {
-        self.solid
-            .iter()
-            .zip(self.ownership.iter().copied())
-            .filter(|(_, ownership)| *ownership > 0.0)
     }
 
     /// Finds the faces and cells of the body `k`, as it lies now and lay `before`; in `tiles` and
@@ -207,11 +225,12 @@ impl<const D: usize> CutBody<D> {
         if self.quadrature_points.is_empty() {
             self.quadrature_points = shape.surface(around.h);
         }
-        for (axis, (cuts, openings)) in self.cuts.iter_mut().zip(&mut self.openings).enumerate() {
-            aperture::cuts(grid, axis, &placed, tiles, cuts, openings, &mut arms[axis]);
+        for (axis, cuts) in self.cuts.iter_mut().enumerate() {
+            aperture::cuts(grid, axis, &placed, tiles, cuts, &mut arms[axis]);
         }
         fraction::overlaps(grid, &placed, fraction::Rule::Exact, tiles, &mut self.solid);
         self.clear();
+        let mut touched_cells = 0;
         for image in images(grid, &body.centre) {
             for at in Block::owned(grid, &image, &extent) {
                 let arm = Vector3::from_fn(|a, _| {
@@ -224,23 +243,21 @@ impl<const D: usize> CutBody<D> {
                 // the first that another image touches.
                 let own =
                     |solid: &Overlap| solid.cell == cell && (solid.arm - arm).amax() < around.h;
-                let touched = self.solid.get(self.ownership.len()).is_some_and(own);
+                let touched = self.solid.get(touched_cells).is_some_and(own);
+                touched_cells += usize::from(touched);
                 if s > tight && !cleared && !touched {
                     continue;
                 }
                 let owned = around.ownership(&arm, s);
                 let shared = owned > 0.0 && owned < 1.0;
-                if touched {
+                if touched && owned > 0.0 {
                     if shared {
-                        self.ownership_shared.push(SharedCell::next(
-                            &self.ownership,
-                            cell,
-                            owned,
-                            1.0,
-                            false,
-                        ));
+                        let next = SharedCell::next(&self.own_cells, cell, owned, 1.0, false);
+                        self.shared_own_cells.push(next);
                     }
-                    self.ownership.push(owned);
+                    let arm = self.solid[touched_cells - 1].arm;
+                    let (ownership, cell, opened) = (owned, cell as u32, [0.0; D]);
+                    self.own_cells.push(OwnCell { arm, ownership, opened, cell });
                 }
                 if (s > tight && !cleared) || owned == 0.0 {
                     continue;
@@ -256,28 +273,19 @@ impl<const D: usize> CutBody<D> {
                     let normal = Normal::new(shape, &arm, s, shape.normal(turn, &arm));
                     stencil = self.stencils.profile(around, &image, &normal, s);
                     if around.finer {
-                        self.finer.extend(self.stencils.finer(
-                            around,
-                            &image,
-                            &normal,
-                            s,
-                            self.inside.len(),
-                        ));
+                        let place = self.ghost_cells.len();
+                        let cubic = self.stencils.cubic(around, &image, &normal, s, place);
+                        self.cubic.extend(cubic);
                     }
                 }
                 if shared {
-                    self.inside_shared.push(SharedCell::next(
-                        &self.inside,
-                        cell,
-                        owned,
-                        weight,
-                        cleared,
-                    ));
+                    let next = SharedCell::next(&self.ghost_cells, cell, owned, weight, cleared);
+                    self.shared_ghost_cells.push(next);
                 }
-                self.inside.push(Inside { arm, weight, stencil, cell: cell as u32, cleared });
+                self.ghost_cells.push(GhostCell::new(arm, weight, stencil, cell, cleared));
             }
         }
-        debug_assert_eq!(self.ownership.len(), self.solid.len());
+        debug_assert_eq!(touched_cells, self.solid.len());
         if tight > 0.0 {
             self.find_gaps(around, k, arms);
         }
@@ -299,12 +307,12 @@ impl<const D: usize> CutBody<D> {
     }
 
     fn clear(&mut self) {
-        self.ownership.clear();
-        self.ownership_shared.clear();
-        self.inside_shared.clear();
+        self.own_cells.clear();
+        self.shared_own_cells.clear();
+        self.ghost_cells.clear();
+        self.shared_ghost_cells.clear();
         self.stencils.clear();
-        self.finer.clear();
-        self.inside.clear();
+        self.cubic.clear();
         self.gaps.iter_mut().for_each(Vec::clear);
     }
 

@@ -104,13 +104,13 @@ impl<const D: usize> Sharp<D> {
         }
         // Outflows have no impulse, whatever comes in there.
         domain.boundaries.fill_increment(&mut s.p)?;
-        self.acceleration.of_pressure(domain, &self.cut, &s.bodies, &s.p, s.drive);
+        self.acceleration.of_pressure(domain, &mut self.cut, &s.bodies, &s.p, s.drive);
         let Sharp { cut, acceleration, work, .. } = self;
         work.exchanged.fill(ExchangedMomentum::default());
         faces::add_to_cells(&domain.grid, 1.0, &acceleration.faces, &mut s.u);
-        acceleration.add_opened(domain, cut, 1.0, Some(&mut work.exchanged), &mut s.u);
+        cut.add_opened(domain, 1.0, Some(&mut work.exchanged), &mut s.u);
         domain.boundaries.fill_velocity(&mut s.u)?;
-        cut.impose(domain, &s.bodies, false, &mut work.inside, Some(&mut work.exchanged), &mut s.u);
+        cut.set_ghost_cells(domain, &s.bodies, false, Some(&mut work.exchanged), &mut s.u);
         domain.boundaries.fill_velocity(&mut s.u)
     }
 }

@@ -82,6 +82,7 @@ mod near;
 mod openings;
 mod profile;
 mod shared;
+mod shared_cell;
 mod stencil;
 mod step;
 
@@ -130,10 +131,6 @@ struct Work<const D: usize> {
     /// Velocity that a stage after the first starts from, or that the faces' memory is taken beside
     /// (m/s).
     stage: VectorField<D>,
-    /// Velocities inside the bodies that were imposed (m/s).
-    inside: Vec<Vector3<f64>>,
-    /// What the cells inside had at the start of a step beyond what is imposed at its end (m/s).
-    offsets: Vec<Vector3<f64>>,
     accelerations: Vec<Accelerations>,
     exchanged: Vec<ExchangedMomentum>,
     contacts: contact_correction::Work,
@@ -211,13 +208,13 @@ impl<const D: usize> Method<D> for Sharp<D> {
         s.drive = domain.drive_at_start(&s.bodies);
         let walls = history(&mut s.walls)?;
         copy(&s.faces, &mut walls.memory);
-        walls.before_forcing.reserve(self.cut.most_inside());
+        walls.before_forcing.reserve(self.cut.most_ghost_cells());
         self.give_past(domain, s, |_| true)?;
         s.exchange.fill(Exchange::default());
         s.balance = s.has_free_bodies().then(Balance::default);
         self.start_balance(domain, s)?;
         s.p.fill(0.0);
-        self.acceleration.of_pressure(domain, &self.cut, &s.bodies, &s.p, s.drive);
+        self.acceleration.of_pressure(domain, &mut self.cut, &s.bodies, &s.p, s.drive);
         Ok(())
     }
 
@@ -228,13 +225,13 @@ impl<const D: usize> Method<D> for Sharp<D> {
         // Ghosts depend on which borders bodies are near to.
         self.settle(domain, &s.bodies)?;
         domain.boundaries.fill_velocity(&mut s.u)?;
-        history(&mut s.walls)?.before_forcing.reserve(self.cut.most_inside());
-        self.acceleration.of_pressure(domain, &self.cut, &s.bodies, &s.p, s.drive);
+        history(&mut s.walls)?.before_forcing.reserve(self.cut.most_ghost_cells());
+        self.acceleration.of_pressure(domain, &mut self.cut, &s.bodies, &s.p, s.drive);
         Ok(())
     }
 
     fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>) {
-        self.acceleration.of_pressure(domain, &self.cut, &s.bodies, &s.p, s.drive);
+        self.acceleration.of_pressure(domain, &mut self.cut, &s.bodies, &s.p, s.drive);
     }
 
     fn mixture(&self) -> &Mixture {
@@ -294,8 +291,7 @@ impl<const D: usize> Sharp<D> {
         contacts: Option<Contacts>,
     ) -> Sharp<D> {
         let (n, cut) = (bodies.len(), CutBodies::new(domain, bodies));
-        let (fluid, momentum_is_stabilised) =
-            (&domain.fluid, momentum.scheme.most_stages.is_some());
+        let fluid = &domain.fluid;
         let medium = Medium {
             density: fluid.density,
             viscosity: fluid.viscosity,
@@ -307,7 +303,7 @@ impl<const D: usize> Sharp<D> {
             stabilised: Stabilised::new(&domain.grid, &momentum.scheme),
             momentum,
             contacts: contacts.map(|contacts| contacts.within(medium)),
-            acceleration: PressureAcceleration::new(&domain.grid, cut.most_solid()),
+            acceleration: PressureAcceleration::new(&domain.grid),
             modes: Modes::new(bodies, &cut),
             motions: bodies
                 .iter()
@@ -321,12 +317,6 @@ impl<const D: usize> Sharp<D> {
             pressure_sums: Default::default(),
             work: Work {
                 stage: domain.grid.vector_field(),
-                inside: Vec::with_capacity(cut.most_inside()),
-                offsets: Vec::with_capacity(if momentum_is_stabilised {
-                    cut.most_inside()
-                } else {
-                    0
-                }),
                 accelerations: vec![Accelerations::default(); n],
                 exchanged: vec![ExchangedMomentum::default(); n],
                 contacts: contact_correction::Work::new(n),

@@ -49,7 +49,7 @@ impl<const D: usize> CutBodies<D> {
                 1.0 - (1.0 - total).max(least)
             };
             for body in &mut self.bodies {
-                for cut in &mut body.cuts[axis] {
+                for cut in body.cuts[axis].iter_mut() {
                     let (face, all) = (cut.face as usize, total[cut.face as usize]);
                     let covered = covered(face, all, beta[face]);
                     // A body that rests keeps its cuts: what is in line already is left alone, to

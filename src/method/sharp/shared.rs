@@ -14,120 +14,97 @@
 //! forces would jump as two that touch pass over it, and a pair that is its own mirror image would
 //! not stay one.
 
-use super::cut::CutBodies;
 use super::cut_body::CutBody;
-use crate::grid::VectorField;
-use crate::state::BeforeForcing;
+use super::shared_cell::SharedCell;
 use nalgebra::Vector3;
-
-/// A cell in a list of a body, which shares it with others.
-#[derive(Clone, Copy, Debug)]
-pub struct SharedCell {
-    /// Its index in a field.
-    pub cell: u32,
-    /// Its place in the list.
-    pub place: u32,
-    /// The body's ownership weight to it.
-    pub owned: f64,
-    /// What it would weigh there were the body alone.
-    pub weight: f64,
-    /// Whether the body has just left it.
-    pub cleared: bool,
-}
-
-impl SharedCell {
-    /// The one that comes next to a list.
-    pub fn next<T>(list: &[T], cell: usize, owned: f64, weight: f64, cleared: bool) -> SharedCell {
-        SharedCell { cell: cell as u32, place: list.len() as u32, owned, weight, cleared }
-    }
-}
 
 /// The part of a body in a cell.
 #[derive(Clone, Copy, Debug)]
 pub struct Part {
     shared: SharedCell,
     body: u32,
-    /// Its place in the lists of all bodies, one after another.
-    at: u32,
 }
 
-/// Lists the parts of all bodies in lists of theirs, of which `list` gives the shared cells and the
-/// length: those of a cell together, in the order of the bodies.
-fn gather<const D: usize>(
-    bodies: &[CutBody<D>],
-    parts: &mut Vec<Part>,
-    list: impl Fn(&CutBody<D>) -> (&[SharedCell], usize),
-) {
-    parts.clear();
-    let mut before = 0;
-    for (body, cut) in bodies.iter().enumerate() {
-        let (cells, length) = list(cut);
-        parts.extend(cells.iter().map(|&shared| Part {
-            shared,
-            body: body as u32,
-            at: before + shared.place,
-        }));
-        before += length as u32;
+impl Part {
+    /// Which of the bodies, and which place in its list.
+    fn at(&self) -> (usize, usize) {
+        (self.body as usize, self.shared.place as usize)
     }
-    parts.sort_unstable_by_key(|part| (part.shared.cell, part.at));
 }
 
-/// Those of each cell, with the sum of their ownership weights.
+/// The cells that bodies share.
+#[derive(Clone, Debug)]
+pub struct SharedCells {
+    /// The bodies' parts in them, those of a cell together, in the order of the bodies.
+    parts: Vec<Part>,
+}
+
+/// The parts of each cell, with the sum of their ownership weights.
 fn by_cell(parts: &[Part]) -> impl Iterator<Item = (&[Part], f64)> {
     let cells = parts.chunk_by(|a, b| a.shared.cell == b.shared.cell);
     cells.map(|parts| (parts, parts.iter().map(|part| part.shared.owned).sum()))
 }
 
-impl<const D: usize> CutBodies<D> {
-    /// Shares the cells to which several bodies are about as near.
-    pub(super) fn share_cells(&mut self) {
-        let (bodies, parts) = (&mut self.bodies, &mut self.shared);
-        gather(bodies, parts, |cut| (&cut.ownership_shared, cut.ownership.len()));
-        for (parts, owned_by) in by_cell(parts) {
-            for part in parts {
-                bodies[part.body as usize].ownership[part.shared.place as usize] =
-                    part.shared.owned / owned_by;
+impl SharedCells {
+    /// None yet, with room for so many parts.
+    pub fn with_capacity(n: usize) -> SharedCells {
+        SharedCells { parts: Vec::with_capacity(n) }
+    }
+
+    /// Lists the parts of all bodies, of which `list` gives the shared cells.
+    fn gather<const D: usize>(
+        &mut self,
+        bodies: &[CutBody<D>],
+        list: impl Fn(&CutBody<D>) -> &[SharedCell],
+    ) {
+        self.parts.clear();
+        for (body, cut) in bodies.iter().enumerate() {
+            let parts = list(cut).iter().map(|&shared| Part { shared, body: body as u32 });
+            self.parts.extend(parts);
+        }
+        self.parts.sort_unstable_by_key(|part| (part.shared.cell, part.at()));
+    }
+
+    /// Shares the cells to which several of the bodies are about as near, and lists the ghost cells
+    /// among them.
+    pub fn share<const D: usize>(&mut self, bodies: &mut [CutBody<D>]) {
+        self.gather(bodies, |cut| &cut.shared_own_cells);
+        for (parts, owned_by) in by_cell(&self.parts) {
+            for (part, (body, place)) in parts.iter().map(|part| (part, part.at())) {
+                bodies[body].own_cells[place].ownership = part.shared.owned / owned_by;
             }
         }
-        gather(bodies, parts, |cut| (&cut.inside_shared, cut.inside.len()));
-        for (parts, owned_by) in by_cell(parts) {
+        self.gather(bodies, |cut| &cut.shared_ghost_cells);
+        for (parts, owned_by) in by_cell(&self.parts) {
             let mut left = 1.0f64;
-            for part in parts {
+            for (i, part) in parts.iter().enumerate() {
+                let (body, place) = part.at();
+                let ghost = &mut bodies[body].ghost_cells[place];
                 let weight = part.shared.owned * part.shared.weight / owned_by;
                 // Rounding may leave less than the last one has.
-                let part_of_left = if weight > 0.0 { weight / left.max(weight) } else { 0.0 };
-                bodies[part.body as usize].inside[part.shared.place as usize].weight = part_of_left;
+                ghost.weight = if weight > 0.0 { weight / left.max(weight) } else { 0.0 };
+                ghost.first = i == 0;
                 left -= weight;
             }
         }
     }
 
-    /// Leaves one entry of each shared cell in what [`CutBodies::take_before_forcing`] found before
-    /// the wall was imposed: the others have the velocity `u` (m/s) that it has now.
-    pub(super) fn count_shared_once(
-        &self,
-        u: &VectorField<D>,
-        before_forcing: &mut [BeforeForcing<D>],
-    ) {
-        for part in by_cell(&self.shared).flat_map(|(parts, _)| &parts[1..]) {
-            let BeforeForcing { cell, velocity } = &mut before_forcing[part.at as usize];
-            *velocity = std::array::from_fn(|a| u[a][*cell as usize]);
-        }
-    }
-
-    /// Gives all that share a cell one value of it, of what each would set alone, in the order of
-    /// [`CutBody::inside`] of all bodies. Without `cleared` those that have just left a cell set
-    /// nothing.
-    pub(super) fn share_values(&self, cleared: bool, values: &mut [Vector3<f64>]) {
-        for (parts, _) in by_cell(&self.shared) {
+    /// Gives all ghost cells that share a cell one target, the mean of what each would set alone.
+    /// Without `cleared` those that bodies have just left set nothing.
+    pub fn share_targets<const D: usize>(&self, bodies: &mut [CutBody<D>], cleared: bool) {
+        for (parts, _) in by_cell(&self.parts) {
             let setting = || parts.iter().filter(|part| cleared || !part.shared.cleared);
             let (mut sum, mut weights) = (Vector3::zeros(), 0.0);
-            for Part { shared, at, .. } in setting() {
-                sum += shared.owned * shared.weight * values[*at as usize];
-                weights += shared.owned * shared.weight;
+            for part in setting() {
+                let (body, place) = part.at();
+                let weight = part.shared.owned * part.shared.weight;
+                sum += weight * bodies[body].ghost_cells[place].target;
+                weights += weight;
             }
             if weights > 0.0 {
-                setting().for_each(|part| values[part.at as usize] = sum / weights);
+                for (body, place) in setting().map(Part::at) {
+                    bodies[body].ghost_cells[place].target = sum / weights;
+                }
             }
         }
     }

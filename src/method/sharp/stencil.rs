@@ -55,10 +55,10 @@ impl Stencil {
     pub const STILL: Stencil = Stencil { image_points: [0; 2], across: NOTHING, line: NOTHING };
 }
 
-/// The finer profile at a cell inside, in place of a part of the stencil that the cell has.
+/// The cubic extrapolation to a ghost cell, in place of a part of the stencil that the cell has.
 #[derive(Clone, Copy, Debug)]
-pub struct Finer {
-    /// Which of the cells inside.
+pub struct Cubic {
+    /// Which of the ghost cells.
     pub place: u32,
     /// The part of the cell's own stencil that it is in place of.
     pub part: f64,
@@ -182,14 +182,14 @@ impl<const D: usize> Stencils<D> {
 
     /// The finer profile at the signed distance `s` (m) along a normal, for the cell inside at this
     /// place; none where it is too deep or the gap too narrow.
-    pub fn finer(
+    pub fn cubic(
         &mut self,
         around: &Surroundings<D>,
         image: &Vector3<f64>,
         normal: &Normal,
         s: f64,
         place: usize,
-    ) -> Option<Finer> {
+    ) -> Option<Cubic> {
         let (s, gap) = (s / around.h, around.gap(image, &normal.foot, &normal.n).width / around.h);
         let shallow = 1.0 - smooth_step(-s, params::finer_depth(), params::finer_depth() + FADING);
         let part = shallow * smooth_step(gap, params::finer_gap(), params::finer_gap() + FADING);
@@ -205,7 +205,7 @@ impl<const D: usize> Stencils<D> {
         let image_points: [_; 3] =
             std::array::from_fn(|n| (places[n] * around.h, part * factors[n]));
         let cubic = self.stencil(around.grid, image, normal, &image_points, 0.0, Other::Nothing);
-        Some(Finer { place: place as u32, part, cubic })
+        Some(Cubic { place: place as u32, part, cubic })
     }
 
     /// The straight profile across a gap, outside at the distance `s` (m) from the wall, and its

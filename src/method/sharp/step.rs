@@ -51,7 +51,7 @@ impl<const D: usize> Sharp<D> {
         u: &mut VectorField<D>,
     ) -> Result<()> {
         domain.boundaries.fill_velocity(u)?;
-        self.cut.impose(domain, bodies, false, &mut self.work.inside, None, u);
+        self.cut.set_ghost_cells(domain, bodies, false, None, u);
         domain.boundaries.fill_velocity(u)
     }
 
@@ -78,7 +78,7 @@ impl<const D: usize> Sharp<D> {
                 for body in &mut s.bodies {
                     body.velocity -= dt * self.acceleration.driven(body);
                 }
-                self.cut.impose(domain, &s.bodies, true, &mut self.work.inside, None, stage);
+                self.cut.set_ghost_cells(domain, &s.bodies, true, None, stage);
                 for (body, motion) in s.bodies.iter_mut().zip(&self.motions) {
                     body.velocity = motion.expected.0;
                 }
@@ -93,7 +93,7 @@ impl<const D: usize> Sharp<D> {
             domain.boundaries.fill_stencils(stage)?;
             self.cut.update_memory(domain, stage, s.dt, &self.acceleration, &mut walls.memory);
         }
-        self.acceleration.reopen(domain, &self.cut, &s.bodies);
+        self.acceleration.reopen(domain, &mut self.cut, &s.bodies);
         domain.clock.lap(Stage::Mixing);
         Ok(())
     }
@@ -108,7 +108,7 @@ impl<const D: usize> Sharp<D> {
         dt: f64,
     ) -> Result<Sides> {
         self.work.exchanged.fill(Default::default());
-        self.cut.find_deferred(domain, &s.bodies, &s.u);
+        self.cut.find_cubic(domain, &s.bodies, &s.u);
         let sides = match &self.stabilised {
             Some(long) if long.is_for(domain, &self.momentum.scheme, dt) => {
                 self.predict_stabilised(domain, s, dt)?
@@ -117,7 +117,7 @@ impl<const D: usize> Sharp<D> {
         };
         domain.boundaries.fill_velocity(&mut s.u)?;
         let Sharp { cut, work, .. } = self;
-        cut.impose(domain, &s.bodies, true, &mut work.inside, Some(&mut work.exchanged), &mut s.u);
+        cut.set_ghost_cells(domain, &s.bodies, true, Some(&mut work.exchanged), &mut s.u);
         domain.boundaries.fill_imposed(&mut s.u)?;
         domain.clock.lap(Stage::Mixing);
         Ok(sides)
@@ -135,12 +135,12 @@ impl<const D: usize> Sharp<D> {
             if k > 0 {
                 let (u, part) = (&mut work.stage, scheme.stages[k - 1].1);
                 momentum.start_stage(domain, k, &s.u, &acceleration.faces, dt, u);
-                acceleration.add_opened(domain, cut, part * dt, None, u);
+                cut.add_opened(domain, part * dt, None, u);
                 if part == 1.0 {
                     domain.boundaries.fill_velocity(u)?;
-                    cut.impose(domain, &s.bodies, true, &mut work.inside, None, u);
+                    cut.set_ghost_cells(domain, &s.bodies, true, None, u);
                 } else {
-                    cut.impose_within(part, &s.u, &work.inside, u);
+                    cut.set_ghost_cells_within(part, &s.u, u);
                 }
                 domain.clock.lap(Stage::Mixing);
                 domain.boundaries.fill_stencils(&mut work.stage)?;
@@ -169,7 +169,7 @@ impl<const D: usize> Sharp<D> {
             &mut s.u,
         );
         domain.clock.lap(Stage::Update);
-        acceleration.add_opened(domain, cut, dt, None, &mut s.u);
+        cut.add_opened(domain, dt, None, &mut s.u);
         Ok(sides)
     }
 
@@ -184,26 +184,16 @@ impl<const D: usize> Sharp<D> {
     ) -> Result<Sides> {
         let Sharp { mixture, momentum, cut, acceleration, work, stabilised, .. } = self;
         let Some(stabilised) = stabilised else { return Ok(Sides::zeros()) };
-        cut.find_inside(domain, &s.bodies, true, &s.u, &mut work.inside);
-        cut.find_offsets(&s.u, &work.inside, &mut work.offsets);
-        let opened = &*acceleration;
+        cut.find_targets(domain, &s.bodies, true, &s.u);
+        cut.find_offsets(&s.u);
         let finish: Finish<D> = &mut |domain, bodies, stage, u| {
-            opened.add_opened(domain, cut, stage.part() * dt, None, u);
+            cut.add_opened(domain, stage.part() * dt, None, u);
             if stage.weight != 0.0 {
                 domain.boundaries.fill_velocity(u)?;
-                cut.find_inside(domain, bodies, true, u, &mut work.inside);
-                let rest = 1.0 - stage.time;
-                work.inside
-                    .iter_mut()
-                    .zip(&work.offsets)
-                    .for_each(|(value, offset)| *value += rest * offset);
-                cut.set_inside(
-                    domain,
-                    true,
-                    &work.inside,
-                    Some((stage.remains, &mut work.exchanged)),
-                    u,
-                );
+                cut.find_targets(domain, bodies, true, u);
+                cut.add_offsets(1.0 - stage.time);
+                let exchanged = Some((stage.remains, &mut work.exchanged));
+                cut.apply_targets(domain, true, exchanged, u);
                 domain.boundaries.fill_imposed(u)?;
             }
             domain.clock.lap(Stage::Mixing);
@@ -264,13 +254,12 @@ impl<const D: usize> Sharp<D> {
         let Sharp { cut, acceleration, work, .. } = self;
         acceleration.of_pressure(domain, cut, &s.bodies, &s.p, s.drive);
         faces::add_to_cells(&domain.grid, dt, &acceleration.faces, &mut s.u);
-        acceleration.add_opened(domain, cut, dt, Some(&mut work.exchanged), &mut s.u);
+        cut.add_opened(domain, dt, Some(&mut work.exchanged), &mut s.u);
         domain.clock.lap(Stage::Faces);
         domain.boundaries.fill_velocity(&mut s.u)?;
         let before_forcing = &mut history(&mut s.walls)?.before_forcing;
         cut.take_before_forcing(&s.u, before_forcing);
-        cut.impose(domain, &s.bodies, false, &mut work.inside, Some(&mut work.exchanged), &mut s.u);
-        cut.count_shared_once(&s.u, before_forcing);
+        cut.set_ghost_cells(domain, &s.bodies, false, Some(&mut work.exchanged), &mut s.u);
         domain.boundaries.fill_imposed(&mut s.u)?;
         domain.clock.lap(Stage::Mixing);
         Ok(())
