@@ -23,29 +23,50 @@ impl Summed for Vector3<f64> {
     }
 }
 
-/// The scratch of such sums.
-#[derive(Debug, Default)]
-pub struct Sums {
+/// A value per body, summed over the ranks, and the scratch of that.
+#[derive(Debug)]
+pub struct BodySums<T> {
+    values: Vec<T>,
     buffer: Vec<f64>,
 }
 
-impl Sums {
-    /// Sums over the ranks each number of each value, in place. Collective: all ranks have as many.
+impl<T: Summed> BodySums<T> {
+    /// Room for so many bodies.
+    pub fn with_capacity(n: usize) -> BodySums<T> {
+        BodySums { values: Vec::with_capacity(n), buffer: Vec::new() }
+    }
+
+    /// Sums over the ranks what `own` gives of each body. Collective.
     ///
     /// # Errors
     /// When ranks cannot reach each other.
-    pub fn over_ranks<T: Summed>(&mut self, session: &Session, values: &mut [T]) -> Result<()> {
-        if session.size() == 1 {
-            return Ok(());
-        }
-        let buffer = &mut self.buffer;
-        buffer.clear();
-        values.iter_mut().for_each(|value| value.each(&mut |part| buffer.extend_from_slice(part)));
-        session.sum(buffer)?;
-        let mut sums = buffer.iter();
-        for value in values {
-            value.each(&mut |part| part.iter_mut().zip(&mut sums).for_each(|(n, sum)| *n = *sum));
-        }
-        Ok(())
+    pub fn sum(&mut self, session: &Session, own: impl Iterator<Item = T>) -> Result<&mut [T]> {
+        self.values.clear();
+        self.values.extend(own);
+        over_ranks(session, &mut self.values, &mut self.buffer)?;
+        Ok(&mut self.values)
     }
+}
+
+/// Sums over the ranks each number of each value, in place; in `buffer` is scratch. Collective: all
+/// ranks have as many.
+///
+/// # Errors
+/// When ranks cannot reach each other.
+pub fn over_ranks<T: Summed>(
+    session: &Session,
+    values: &mut [T],
+    buffer: &mut Vec<f64>,
+) -> Result<()> {
+    if session.size() == 1 {
+        return Ok(());
+    }
+    buffer.clear();
+    values.iter_mut().for_each(|value| value.each(&mut |part| buffer.extend_from_slice(part)));
+    session.sum(buffer)?;
+    let mut sums = buffer.iter();
+    for value in values {
+        value.each(&mut |part| part.iter_mut().zip(&mut sums).for_each(|(n, sum)| *n = *sum));
+    }
+    Ok(())
 }

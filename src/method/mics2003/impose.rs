@@ -5,7 +5,7 @@ use crate::Result;
 use crate::domain::Domain;
 use crate::method::vector;
 use crate::state::State;
-use crate::sums::Summed;
+use crate::sums::{Summed, over_ranks};
 use nalgebra::Vector3;
 
 /// What a body's mean pressure is of.
@@ -74,13 +74,12 @@ impl<const D: usize> Mics2003<D> {
     /// (28, 29): mixes each body's mean pressure into the cells it touches, `p += sum_k alpha_k
     /// (p_k - p)` with `p_k = sum alpha p / sum alpha`. Collective.
     pub(super) fn flatten_pressure(&mut self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
-        let (p, means) = (&mut s.p, &mut self.pressures);
-        means.clear();
-        means.extend(self.overlaps.iter().map(|overlaps| MeanPressure {
+        let p = &mut s.p;
+        let own = self.overlaps.iter().map(|overlaps| MeanPressure {
             sum: overlaps.iter().map(|o| o.fraction * p[o.cell]).sum(),
             weight: overlaps.iter().map(|o| o.fraction).sum(),
-        }));
-        self.sums.over_ranks(&domain.session, means)?;
+        });
+        let means = self.pressures.sum(&domain.session, own)?;
         for ((overlaps, kicks), MeanPressure { sum, weight }) in
             self.overlaps.iter().zip(&mut self.kicks).zip(means)
         {
@@ -97,6 +96,6 @@ impl<const D: usize> Mics2003<D> {
 
     /// Sums the step's forces over the ranks. Collective.
     pub(super) fn sum_exchange(&mut self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
-        self.sums.over_ranks(&domain.session, &mut s.exchange)
+        over_ranks(&domain.session, &mut s.exchange, &mut self.buffer)
     }
 }

@@ -65,7 +65,7 @@ use crate::particles::{Accelerations, Body};
 use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
 use crate::state::{Balance, Exchange, State, Support};
-use crate::sums::Sums;
+use crate::sums::BodySums;
 pub use choices::{Choices, Driver};
 use nalgebra::Vector3;
 
@@ -90,10 +90,11 @@ pub struct Mics2003<const D: usize> {
     /// The same of weight and of what contacts are expected to give (m/s2, rad/s2).
     pulled: Vec<(Vector3<f64>, Vector3<f64>)>,
     /// What ranks sum of each body: its cells, their mass, its mean pressure.
-    cells: Vec<motion::CellSums>,
-    masses: Vec<rigid::Moments>,
-    pressures: Vec<impose::MeanPressure>,
-    sums: Sums,
+    cells: BodySums<motion::CellSums>,
+    masses: BodySums<rigid::Moments>,
+    pressures: BodySums<impose::MeanPressure>,
+    /// Scratch of the sums of what bodies exchanged.
+    buffer: Vec<f64>,
 }
 
 impl<const D: usize> Method<D> for Mics2003<D> {
@@ -230,10 +231,10 @@ impl<const D: usize> Mics2003<D> {
             settled: bodies.iter().map(|b| (b.velocity, b.spin)).collect(),
             struck: vec![none; bodies.len()],
             pulled: vec![none; bodies.len()],
-            cells: Vec::with_capacity(bodies.len()),
-            masses: Vec::with_capacity(bodies.len()),
-            pressures: Vec::with_capacity(bodies.len()),
-            sums: Sums::default(),
+            cells: BodySums::with_capacity(bodies.len()),
+            masses: BodySums::with_capacity(bodies.len()),
+            pressures: BodySums::with_capacity(bodies.len()),
+            buffer: Vec::new(),
         }
     }
 

@@ -81,10 +81,8 @@ impl<const D: usize> Mics2003<D> {
         mut take: impl FnMut(usize, &Body, &mut Departure, CellSums),
     ) -> Result<()> {
         let (volume, density) = (domain.grid.cell_volume(), &self.flow.mixture.density);
-        self.cells.clear();
-        for ((overlaps, exchange), departure) in
-            self.overlaps.iter().zip(&s.exchange).zip(&self.departures)
-        {
+        let all = self.overlaps.iter().zip(&s.exchange).zip(&self.departures);
+        let own = all.map(|((overlaps, exchange), departure)| {
             let mut sums = CellSums { also: also(exchange), ..CellSums::default() };
             for o in overlaps {
                 let (u, share) = (vector(&s.u, o.cell), o.fraction * volume);
@@ -94,11 +92,11 @@ impl<const D: usize> Mics2003<D> {
                 sums.flow += share * relative;
                 sums.swirl += share * o.arm.cross(&relative);
             }
-            self.cells.push(sums);
-        }
-        self.sums.over_ranks(&domain.session, &mut self.cells)?;
+            sums
+        });
+        let sums = self.cells.sum(&domain.session, own)?;
         let bodies = s.bodies.iter().zip(&mut self.departures);
-        for (k, ((body, departure), sums)) in bodies.zip(&self.cells).enumerate() {
+        for (k, ((body, departure), sums)) in bodies.zip(sums).enumerate() {
             take(k, body, departure, *sums);
         }
         Ok(())
@@ -372,16 +370,15 @@ impl<const D: usize> Mics2003<D> {
             return Ok(());
         }
         let volume = domain.grid.cell_volume();
-        self.masses.clear();
-        for (overlaps, body) in self.overlaps.iter().zip(bodies) {
+        let own = self.overlaps.iter().zip(bodies).map(|(overlaps, body)| {
             let mut moments = Moments::default();
             for o in overlaps {
                 moments.add(body.density * o.fraction * volume, &o.arm, &none.0);
             }
-            self.masses.push(moments);
-        }
-        self.sums.over_ranks(&domain.session, &mut self.masses)?;
-        for ((moments, body), given) in self.masses.iter_mut().zip(bodies).zip(given) {
+            moments
+        });
+        let masses = self.masses.sum(&domain.session, own)?;
+        for ((moments, body), given) in masses.iter_mut().zip(bodies).zip(given) {
             let Some(freedom) = body.freedom() else {
                 *given = none;
                 continue;

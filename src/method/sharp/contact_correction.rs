@@ -10,11 +10,10 @@
 //!   v_0 + a (v_2 - v_0)  where their work is too much                    to the end
 //! ```
 
-use super::coupled::CoupledFaces;
+use super::pressure_step::PressureStep;
 use super::{Sharp, history};
 use crate::Result;
-use crate::contact::Impulse;
-use crate::domain::Domain;
+use crate::contact::{Contacts, Impulse};
 use crate::params;
 use crate::poisson::pressure::Projected;
 use crate::state::State;
@@ -38,76 +37,80 @@ impl Work {
     }
 }
 
+/// (13-15) where contacts gave impulses in the step: these are corrected, and their work is bounded.
+/// Returns also the work (J) that the bound took. Collective.
+///
+/// # Errors
+/// As [`PressureStep::solve`].
+pub fn solve<const D: usize>(
+    contacts: &mut Contacts,
+    step: &mut PressureStep<D>,
+    work: &mut Work,
+) -> Result<(Projected, f64)> {
+    let (mut done, motions) = (Projected::default(), step.motions());
+    let expected = |k: usize| [motions[k].expected.0, motions[k].expected.1];
+    let parts = contacts.find_clusters(step.bodies(), expected);
+    if parts {
+        done.add(find_without(contacts, step, work)?);
+    }
+    done.add(step.solve(Some(params::response_digits()))?);
+    contacts.find_response(step.bodies());
+    correct(contacts, step, work);
+    done.add(step.solve(None)?);
+    let late = contacts.find_late_parting(step.bodies());
+    if late {
+        done.add(find_without(contacts, step, work)?);
+        done.add(step.solve(None)?);
+    }
+    let taken = if parts || late { contacts.bound_work(step.bodies()) } else { 0.0 };
+    if taken > 0.0 {
+        contacts.reduce(step.bodies(), &mut work.corrections);
+        step.apply(contacts, &work.corrections);
+        done.add(step.solve(None)?);
+    }
+    Ok((done, taken))
+}
+
+/// Finds the velocities without the impulses of touch of the clusters that part, by a rough solve.
+/// Collective.
+fn find_without<const D: usize>(
+    contacts: &mut Contacts,
+    step: &mut PressureStep<D>,
+    work: &mut Work,
+) -> Result<Projected> {
+    apply_touch(contacts, step, work, -1.0);
+    let done = step.solve(Some(params::response_digits()))?;
+    contacts.note_without(step.bodies());
+    apply_touch(contacts, step, work, 1.0);
+    Ok(done)
+}
+
+/// Corrects the impulses of contacts by what the pressure has made of them.
+fn correct<const D: usize>(contacts: &mut Contacts, step: &mut PressureStep<D>, work: &mut Work) {
+    let Work { residuals, corrections, .. } = work;
+    for ((residual, body), motion) in residuals.iter_mut().zip(step.bodies()).zip(step.motions()) {
+        let free = body.freedom().is_some();
+        *residual = if free { body.velocity - motion.expected.0 } else { Vector3::zeros() };
+    }
+    contacts.correct(step.bodies(), residuals, corrections, step.dt());
+    step.apply(contacts, corrections);
+}
+
+/// Gives the bodies of the clusters that part a multiple of the impulses of touch.
+fn apply_touch<const D: usize>(
+    contacts: &Contacts,
+    step: &mut PressureStep<D>,
+    work: &mut Work,
+    factor: f64,
+) {
+    for (k, correction) in work.corrections.iter_mut().enumerate() {
+        let Impulse { linear, angular } = contacts.impulse_of_touch(k);
+        *correction = Impulse { linear: factor * linear, angular: factor * angular };
+    }
+    step.apply(contacts, &work.corrections);
+}
+
 impl<const D: usize> Sharp<D> {
-    /// (13-15) where contacts gave impulses in the step `dt` (s): these are corrected, and their
-    /// work is bounded. Collective.
-    pub(super) fn project_with_contacts(
-        &mut self,
-        domain: &mut Domain<D>,
-        s: &mut State<D>,
-        dt: f64,
-    ) -> Result<Projected> {
-        let (digits, motions) = (Some(params::response_digits()), &self.motions);
-        let expected = |k: usize| [motions[k].expected.0, motions[k].expected.1];
-        let parts = self
-            .contacts
-            .as_mut()
-            .is_some_and(|contacts| contacts.find_clusters(&s.bodies, expected));
-        let mut done = Projected::default();
-        if parts {
-            done.add(self.find_without(domain, s, dt)?);
-        }
-        done.add(self.project_with_bodies(domain, s, dt, digits)?);
-        self.contacts.iter_mut().for_each(|contacts| contacts.find_response(&s.bodies));
-        self.correct_contacts(s, dt);
-        done.add(self.project_with_bodies(domain, s, dt, None)?);
-        let late =
-            self.contacts.as_mut().is_some_and(|contacts| contacts.find_late_parting(&s.bodies));
-        if late {
-            done.add(self.find_without(domain, s, dt)?);
-            done.add(self.project_with_bodies(domain, s, dt, None)?);
-        }
-        let taken = self
-            .contacts
-            .as_mut()
-            .filter(|_| parts || late)
-            .map_or(0.0, |contacts| contacts.bound_work(&s.bodies));
-        if taken > 0.0 {
-            s.energy.bounded += taken;
-            self.reduce_contacts(s);
-            done.add(self.project_with_bodies(domain, s, dt, None)?);
-        }
-        Ok(done)
-    }
-
-    /// Finds the velocities without the impulses of touch of the clusters that part, by a rough
-    /// solve. Collective.
-    fn find_without(
-        &mut self,
-        domain: &mut Domain<D>,
-        s: &mut State<D>,
-        dt: f64,
-    ) -> Result<Projected> {
-        self.apply_touch(s, -1.0);
-        let done = self.project_with_bodies(domain, s, dt, Some(params::response_digits()))?;
-        self.contacts.iter_mut().for_each(|contacts| contacts.note_without(&s.bodies));
-        self.apply_touch(s, 1.0);
-        Ok(done)
-    }
-
-    /// Corrects the impulses of contacts by what the pressure has made of them.
-    fn correct_contacts(&mut self, s: &mut State<D>, dt: f64) {
-        let Some(contacts) = &mut self.contacts else { return };
-        let (Work { residuals, corrections, .. }, motions) =
-            (&mut self.work.contacts, &self.motions);
-        for ((residual, body), motion) in residuals.iter_mut().zip(&s.bodies).zip(motions) {
-            let free = body.freedom().is_some();
-            *residual = if free { body.velocity - motion.expected.0 } else { Vector3::zeros() };
-        }
-        contacts.correct(&s.bodies, residuals, corrections, dt);
-        self.apply_corrections(s);
-    }
-
     /// Takes the corrections of the positions of bodies in contact for the next step.
     pub(super) fn take_displacements(&mut self, s: &mut State<D>) -> Result<()> {
         let Some(contacts) = &self.contacts else { return Ok(()) };
@@ -120,34 +123,5 @@ impl<const D: usize> Sharp<D> {
             history.displacement = 0.5 * *time * (body.velocity - motion.expected.0);
         }
         Ok(())
-    }
-
-    /// Takes back what the bound leaves of the impulses of touch.
-    fn reduce_contacts(&mut self, s: &mut State<D>) {
-        if let Some(contacts) = &mut self.contacts {
-            contacts.reduce(&s.bodies, &mut self.work.contacts.corrections);
-        }
-        self.apply_corrections(s);
-    }
-
-    /// Gives the bodies of the clusters that part a multiple of the impulses of touch.
-    fn apply_touch(&mut self, s: &mut State<D>, factor: f64) {
-        let Some(contacts) = &self.contacts else { return };
-        for (k, correction) in self.work.contacts.corrections.iter_mut().enumerate() {
-            let Impulse { linear, angular } = contacts.impulse_of_touch(k);
-            *correction = Impulse { linear: factor * linear, angular: factor * angular };
-        }
-        self.apply_corrections(s);
-    }
-
-    /// Gives all bodies, and their faces, the correction impulses.
-    fn apply_corrections(&mut self, s: &mut State<D>) {
-        let Some(contacts) = &self.contacts else { return };
-        let mut coupled = CoupledFaces::new(&self.cut, &mut s.faces, &mut s.bodies);
-        for (k, correction) in self.work.contacts.corrections.iter().enumerate() {
-            let Some(freedom) = coupled.bodies()[k].freedom() else { continue };
-            let change = freedom.along(&correction.linear) / self.motions[k].inertia;
-            coupled.change(k, &change, &contacts.turned_by(k, &correction.angular));
-        }
     }
 }

@@ -13,6 +13,8 @@
 //! the jump of its wall would turn a light body back.
 
 use super::exchanged::ExchangedMomentum;
+use super::load::cell_momenta;
+use super::pressure_step::PressureStep;
 use super::{Sharp, history};
 use crate::Result;
 use crate::domain::Domain;
@@ -52,7 +54,6 @@ impl<const D: usize> Sharp<D> {
                 .freedom()
                 .map_or_else(Matrix3::zeros, |freedom| body.inertia().inverse(&freedom));
         }
-        self.set_modes(domain, &s.bodies)?;
         self.find_displaced(domain, &s.bodies)?;
         self.impulsive_start(domain, s, true)?;
         self.defer(domain, s)?;
@@ -68,7 +69,8 @@ impl<const D: usize> Sharp<D> {
     /// Defers what the fluid lost by an impulse beyond what that gave to the free bodies, as steps
     /// do. Collective.
     fn defer(&mut self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
-        let momenta = self.loads.cell_momenta(domain, &self.cut, &self.work.exchanged, s)?;
+        let momenta =
+            cell_momenta(domain, &self.cut, &self.work.exchanged, s, &mut self.work.momenta)?;
         let histories = history(&mut s.walls)?.bodies.iter_mut().zip(momenta);
         for (((history, momentum), body), motion) in histories
             .zip(&s.bodies)
@@ -98,7 +100,9 @@ impl<const D: usize> Sharp<D> {
         // A drive that holds a velocity does so here as well.
         s.drive = domain.drive.filter(|drive| drive.held().is_some()).map(|_| Vector3::zeros());
         if follow {
-            self.project_with_bodies(domain, s, 1.0, None)?;
+            let Sharp { cut, modes, motions, work, .. } = self;
+            let sums = &mut work.vectors;
+            PressureStep::new(domain, cut, s, (modes, motions, sums), 1.0)?.solve(None)?;
         } else {
             domain.project(&self.cut.beta, s, 1.0)?;
         }

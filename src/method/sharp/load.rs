@@ -13,7 +13,7 @@ use crate::method::vector;
 use crate::params;
 use crate::particles::{Body, nearest_image};
 use crate::state::{BodyHistory, Exchange, State};
-use crate::sums::{Summed, Sums};
+use crate::sums::{BodySums, Summed};
 use nalgebra::Vector3;
 
 /// What acts on a body at its surface (N, N m).
@@ -52,55 +52,39 @@ impl Summed for CellMomentum {
     }
 }
 
-/// Scratch of the sums over the ranks of what each body feels and has.
-#[derive(Debug, Default)]
-pub struct Loads {
-    forces: Vec<SurfaceForces>,
-    momenta: Vec<CellMomentum>,
-    sums: Sums,
+/// Per body, pressure, wall shear and their torques over all ranks, with the cells' velocity and
+/// pressure as they are, ghosts filled. Collective.
+pub fn surface_forces<'a, const D: usize>(
+    domain: &Domain<D>,
+    cut: &CutBodies<D>,
+    s: &State<D>,
+    sums: &'a mut BodySums<SurfaceForces>,
+) -> Result<&'a [SurfaceForces]> {
+    let own = s.bodies.iter().enumerate().map(|(k, body)| {
+        let (shear, shear_torque) = cut.shear_force(domain, &s.bodies, k, &s.u);
+        SurfaceForces {
+            pressure: cut.pressure_force(&domain.grid, k, &s.p),
+            shear,
+            shear_torque,
+            pressure_torque: cut.pressure_torque(&domain.grid, body, k, &s.p),
+        }
+    });
+    Ok(sums.sum(&domain.session, own)?)
 }
 
-impl Loads {
-    /// Per body, pressure, wall shear and their torques, with the cells' velocity and pressure as
-    /// they are, ghosts filled. Collective.
-    pub fn surface_forces<const D: usize>(
-        &mut self,
-        domain: &Domain<D>,
-        cut: &CutBodies<D>,
-        s: &State<D>,
-    ) -> Result<&[SurfaceForces]> {
-        self.forces.clear();
-        self.forces.extend(s.bodies.iter().enumerate().map(|(k, body)| {
-            let (shear, shear_torque) = cut.shear_force(domain, &s.bodies, k, &s.u);
-            SurfaceForces {
-                pressure: cut.pressure_force(&domain.grid, k, &s.p),
-                shear,
-                shear_torque,
-                pressure_torque: cut.pressure_torque(&domain.grid, body, k, &s.p),
-            }
-        }));
-        self.sums.over_ranks(&domain.session, &mut self.forces)?;
-        Ok(&self.forces)
-    }
-
-    /// Per body, the momentum `exchanged` and what is inside. Collective.
-    pub fn cell_momenta<const D: usize>(
-        &mut self,
-        domain: &Domain<D>,
-        cut: &CutBodies<D>,
-        exchanged: &[ExchangedMomentum],
-        s: &State<D>,
-    ) -> Result<&[CellMomentum]> {
-        self.momenta.clear();
-        self.momenta.extend(s.bodies.iter().zip(exchanged).enumerate().map(
-            |(k, (body, exchanged))| {
-                let (inside, swirl) = cut.inside(domain, body, k, &s.u);
-                CellMomentum { exchanged: *exchanged, inside, swirl }
-            },
-        ));
-        self.sums.over_ranks(&domain.session, &mut self.momenta)?;
-        Ok(&self.momenta)
-    }
+/// Per body, the momentum `exchanged` and what is inside, over all ranks. Collective.
+pub fn cell_momenta<'a, const D: usize>(
+    domain: &Domain<D>,
+    cut: &CutBodies<D>,
+    exchanged: &[ExchangedMomentum],
+    s: &State<D>,
+    sums: &'a mut BodySums<CellMomentum>,
+) -> Result<&'a [CellMomentum]> {
+    let own = s.bodies.iter().zip(exchanged).enumerate().map(|(k, (body, exchanged))| {
+        let (inside, swirl) = cut.inside(domain, body, k, &s.u);
+        CellMomentum { exchanged: *exchanged, inside, swirl }
+    });
+    Ok(sums.sum(&domain.session, own)?)
 }
 
 impl<const D: usize> CutBodies<D> {
@@ -213,7 +197,8 @@ impl<const D: usize> Sharp<D> {
         of: impl Fn(usize) -> bool,
     ) -> Result<()> {
         self.work.exchanged.fill(ExchangedMomentum::default());
-        let momenta = self.loads.cell_momenta(domain, &self.cut, &self.work.exchanged, s)?;
+        let momenta =
+            cell_momenta(domain, &self.cut, &self.work.exchanged, s, &mut self.work.momenta)?;
         let all = history(&mut s.walls)?.bodies.iter_mut().zip(&s.bodies).zip(momenta);
         for ((history, body), momentum) in all.filter(|((_, body), _)| of(body.id)) {
             history.inside = momentum.whole(domain.fluid.density, body);
@@ -230,7 +215,8 @@ impl<const D: usize> Sharp<D> {
         numbers: StepNumbers,
         dt: f64,
     ) -> Result<()> {
-        let momenta = self.loads.cell_momenta(domain, &self.cut, &self.work.exchanged, s)?;
+        let momenta =
+            cell_momenta(domain, &self.cut, &self.work.exchanged, s, &mut self.work.momenta)?;
         let histories = &mut history(&mut s.walls)?.bodies;
         for (k, momentum) in momenta.iter().enumerate() {
             let ExchangedMomentum { linear: given, angular: spun } = momentum.exchanged;

@@ -80,6 +80,7 @@ mod modes;
 mod motion;
 mod near;
 mod openings;
+mod pressure_step;
 mod profile;
 mod shared;
 mod shared_cell;
@@ -98,6 +99,7 @@ use crate::particles::{Accelerations, Body};
 use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
 use crate::state::{Balance, Exchange, State, WallHistory};
+use crate::sums::BodySums;
 use crate::{Error, Result, params};
 use acceleration::PressureAcceleration;
 use cut::CutBodies;
@@ -119,8 +121,6 @@ pub struct Sharp<const D: usize> {
     /// Force of the fluid (N) in gaps that the grid does not resolve, which walls and held bodies
     /// have in place of free ones.
     passed_on: Vector3<f64>,
-    loads: load::Loads,
-    pressure_sums: modes::PressureSums,
     work: Work<D>,
     /// What steps need that viscosity would bind; `None` where the scheme does not have them.
     stabilised: Option<Stabilised<D>>,
@@ -133,6 +133,10 @@ struct Work<const D: usize> {
     stage: VectorField<D>,
     accelerations: Vec<Accelerations>,
     exchanged: Vec<ExchangedMomentum>,
+    /// What ranks sum of each body.
+    forces: BodySums<load::SurfaceForces>,
+    momenta: BodySums<load::CellMomentum>,
+    vectors: BodySums<Vector3<f64>>,
     contacts: contact_correction::Work,
 }
 
@@ -313,12 +317,13 @@ impl<const D: usize> Sharp<D> {
                 })
                 .collect(),
             passed_on: Vector3::zeros(),
-            loads: load::Loads::default(),
-            pressure_sums: Default::default(),
             work: Work {
                 stage: domain.grid.vector_field(),
                 accelerations: vec![Accelerations::default(); n],
                 exchanged: vec![ExchangedMomentum::default(); n],
+                forces: BodySums::with_capacity(n),
+                momenta: BodySums::with_capacity(n),
+                vectors: BodySums::with_capacity(n),
                 contacts: contact_correction::Work::new(n),
             },
             cut,
@@ -334,7 +339,7 @@ impl<const D: usize> Sharp<D> {
         s: &mut State<D>,
         new: impl Fn(usize) -> bool,
     ) -> Result<()> {
-        let forces = self.loads.surface_forces(domain, &self.cut, s)?;
+        let forces = load::surface_forces(domain, &self.cut, s, &mut self.work.forces)?;
         let fluid = &domain.fluid;
         if let Some(contacts) = &mut self.contacts {
             contacts.meet(&s.bodies);

@@ -1,7 +1,7 @@
 //! How bodies go to their new place, and what forces make of their velocity there (formulas in the
 //! parent).
 
-use super::load::SurfaceForces;
+use super::load::{SurfaceForces, surface_forces};
 use super::profile;
 use super::{Sharp, history};
 use crate::Result;
@@ -148,7 +148,7 @@ impl<const D: usize> Sharp<D> {
         dt: f64,
     ) -> Result<()> {
         self.find_displaced(domain, &s.bodies)?;
-        let forces = self.loads.surface_forces(domain, &self.cut, s)?;
+        let forces = surface_forces(domain, &self.cut, s, &mut self.work.forces)?;
         let (fluid, h) = (&domain.fluid, self.cut.h);
         let histories = &mut history(&mut s.walls)?.bodies;
         for (k, forces) in forces.iter().enumerate() {

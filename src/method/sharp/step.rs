@@ -1,6 +1,7 @@
 //! The parts of a step with sharp walls, in its order ([`super`] has the formulas).
 
-use super::{Sharp, StepNumbers, copy, history};
+use super::pressure_step::PressureStep;
+use super::{Sharp, StepNumbers, contact_correction, copy, history};
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
@@ -232,14 +233,15 @@ impl<const D: usize> Sharp<D> {
         s: &mut State<D>,
         dt: f64,
     ) -> Result<Projected> {
-        self.set_modes(domain, &s.bodies)?;
-        let in_contact =
-            self.contacts.as_ref().is_some_and(|contacts| contacts.gave(&s.bodies, dt));
-        let projected = if in_contact {
-            self.project_with_contacts(domain, s, dt)?
-        } else {
-            self.project_with_bodies(domain, s, dt, None)?
+        let Sharp { cut, contacts, modes, motions, work, .. } = self;
+        let sums = &mut work.vectors;
+        let in_contact = contacts.as_mut().filter(|contacts| contacts.gave(&s.bodies, dt));
+        let mut step = PressureStep::new(domain, cut, s, (modes, motions, sums), dt)?;
+        let (projected, taken) = match in_contact {
+            Some(contacts) => contact_correction::solve(contacts, &mut step, &mut work.contacts)?,
+            None => (step.solve(None)?, 0.0),
         };
+        s.energy.bounded += taken;
         domain.clock.lap(Stage::Pressure);
         Ok(projected)
     }
