@@ -15,10 +15,13 @@ use super::{Sharp, history};
 use crate::Result;
 use crate::contact::Impulse;
 use crate::domain::Domain;
-use crate::params;
 use crate::poisson::pressure::Projected;
 use crate::state::State;
 use nalgebra::Vector3;
+
+/// Part of the digits asked for to which the pressure is found that shows the response to contact
+/// impulses: the solve after it, with the corrected impulses, has all of them.
+const RESPONSE_DIGITS: f64 = 0.5;
 
 /// Scratch, per body.
 pub struct Work {
@@ -47,7 +50,7 @@ impl<const D: usize> Sharp<D> {
         s: &mut State<D>,
         dt: f64,
     ) -> Result<Projected> {
-        let (digits, motions) = (Some(params::response_digits()), &self.motions);
+        let (digits, motions) = (Some(RESPONSE_DIGITS), &self.motions);
         let expected = |k: usize| [motions[k].expected.0, motions[k].expected.1];
         let parts = self
             .contacts
@@ -89,7 +92,7 @@ impl<const D: usize> Sharp<D> {
         dt: f64,
     ) -> Result<Projected> {
         self.apply_touch(s, -1.0);
-        let done = self.project_with_bodies(domain, s, dt, Some(params::response_digits()))?;
+        let done = self.project_with_bodies(domain, s, dt, Some(RESPONSE_DIGITS))?;
         self.contacts.iter_mut().for_each(|contacts| contacts.note_without(&s.bodies));
         self.apply_touch(s, 1.0);
         Ok(done)

@@ -11,7 +11,6 @@ use crate::geometry::Tiles;
 use crate::grid::{Grid, VectorField, simd};
 use crate::kernels::faces::FaceCoefficient;
 use crate::method::vector;
-use crate::params;
 use crate::particles::{Body, all_fixed, nearest_image};
 use crate::state::BeforeForcing;
 use nalgebra::Vector3;
@@ -49,9 +48,11 @@ pub struct CutBodies<const D: usize> {
 impl<const D: usize> CutBodies<D> {
     /// Room for all that bodies can cut of the grid of a domain. [`CutBodies::settle`] comes next.
     pub fn new(domain: &Domain<D>, bodies: &[Body]) -> CutBodies<D> {
-        let (grid, periods, h) = (&domain.grid, domain.periods(), ghost_width(&domain.grid.h).0);
+        let (grid, periods, h) =
+            (&domain.grid, domain.periods(), ghost_width(&domain.grid.h, &domain.numerics).0);
         let size = std::array::from_fn(|a| if a < D { grid.size[a] } else { 1.0 });
-        let cut: Vec<_> = bodies.iter().map(|b| CutBody::new(grid, b.shape(), h)).collect();
+        let cut: Vec<_> =
+            bodies.iter().map(|b| CutBody::new(grid, b.shape(), h, &domain.numerics)).collect();
         let faces: usize = cut.iter().map(|cut| cut.cuts[0].capacity()).sum();
         let most = cut.iter().map(|cut| cut.cuts[0].capacity()).max().unwrap_or(0);
         let shared = cut.iter().map(|cut| cut.inside_shared.capacity()).sum();
@@ -59,7 +60,12 @@ impl<const D: usize> CutBodies<D> {
         CutBodies {
             bodies: cut,
             beta: FaceCoefficient::Field(std::array::from_fn(|_| open.clone())),
-            near: NearBodies::new(bodies, size, periods, gap::reach(all_fixed(bodies)) * h),
+            near: NearBodies::new(
+                bodies,
+                size,
+                periods,
+                gap::reach(all_fixed(bodies), &domain.numerics) * h,
+            ),
             before: bodies.iter().map(Before::here).collect(),
             beside: Vec::with_capacity(16),
             shared: Vec::with_capacity(shared),
@@ -112,11 +118,11 @@ impl<const D: usize> CutBodies<D> {
         self.near.find(bodies);
         let (grid, boundaries) = (&domain.grid, &domain.boundaries);
         // Of a fluid without viscosity none, though no time is too long.
-        let rate = params::gap_friction() * domain.fluid.viscosity
-            / (domain.fluid.density * self.h * self.h);
+        let rate =
+            gap::POISEUILLE * domain.fluid.viscosity / (domain.fluid.density * self.h * self.h);
         let friction = if rate > 0.0 { 0.5 * dt * rate } else { 0.0 };
         let finer = all_fixed(bodies);
-        let reach = gap::reach(finer) * self.h;
+        let reach = gap::reach(finer, &domain.numerics) * self.h;
         self.deferred.clear();
         for k in 0..bodies.len() {
             let near = &self.near.near[k];
@@ -136,6 +142,7 @@ impl<const D: usize> CutBodies<D> {
                 bodies,
                 turn,
                 near: &self.beside,
+                numerics: &domain.numerics,
                 h: self.h,
                 friction,
                 finer,
@@ -197,8 +204,8 @@ impl<const D: usize> CutBodies<D> {
         inside: &mut Vec<Vector3<f64>>,
     ) {
         inside.clear();
-        let (grid, fluid) = (&domain.grid, &domain.fluid);
-        let resolved = params::resolved_layer() * fluid.viscosity / (fluid.density * self.h);
+        let (grid, fluid, numerics) = (&domain.grid, &domain.fluid, &domain.numerics);
+        let resolved = numerics.resolved_layer * fluid.viscosity / (fluid.density * self.h);
         simd(
             #[inline(always)]
             || {
@@ -216,7 +223,7 @@ impl<const D: usize> CutBodies<D> {
                             u,
                             bodies,
                             k,
-                            Some(resolved),
+                            Some((resolved, numerics.largest_profile)),
                         );
                         let finer = self.deferred.get(inside.len()).copied().unwrap_or_default();
                         inside.push(rigid + profile + finer);
@@ -232,7 +239,7 @@ impl<const D: usize> CutBodies<D> {
     pub fn find_deferred(&mut self, domain: &Domain<D>, bodies: &[Body], u: &VectorField<D>) {
         self.deferred.clear();
         let (grid, fluid) = (&domain.grid, &domain.fluid);
-        let creeping = params::creeping_layer() * fluid.viscosity / (fluid.density * self.h);
+        let creeping = domain.numerics.creeping_layer * fluid.viscosity / (fluid.density * self.h);
         if creeping == 0.0 || self.bodies.iter().all(|cut| cut.finer.is_empty()) {
             return;
         }
