@@ -10,7 +10,7 @@ mod path;
 mod stiffness;
 
 use crate::config::{Cadence, Case, Checkpoints, Contact, Loaded, Particle, Side, WallRule};
-use crate::method::sharp::gap;
+use crate::method::sharp::gap_reach;
 use crate::particles::Body;
 use crate::petsc::Session;
 use crate::scene::{Scene, read_case};
@@ -389,9 +389,8 @@ fn long_beside_wall<const D: usize>(case: &Case, scene: &Scene<D>, later: f64) -
     };
     let falls = case.fluid.gravity.iter().any(|g| *g != 0.0);
     let long = falls && stages > limits.scheme.weights.len();
-    let free = |body: &&Body| {
-        body.freedom().is_some() && gap(body) < gap::reach(false, &case.numerics) * h
-    };
+    let free =
+        |body: &&Body| body.freedom().is_some() && gap(body) < gap_reach(false, &case.numerics) * h;
     let first = scene.state.bodies.iter().find(free).filter(|_| long)?;
     Some(format!(
         "warning      {} begins {} spacings from a wall, where steps of {stages} stages are too \
