@@ -1,12 +1,12 @@
-//! What half and twice each constant of the method does (`src/params.rs`): the measures of `mics
+//! What half and twice each number of the method does ([`Numerics`]): the measures of `mics
 //! validate` that change by more than a thousandth, and what scenes in contact give.
 //!
 //! ```text
-//!   cargo bench --features tune --bench constants [-- NAME]...
+//!   cargo bench --bench constants [-- NAME | NAME=VALUE]...
 //! ```
-//! A row a value, in Markdown; about a minute each.
+//! A row a value, in Markdown; some minutes each. Values out of their range are passed over.
 
-use mics::params;
+use mics::numerics::Numerics;
 use mics_run::summary::Summary;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -40,27 +40,32 @@ const CASES: [(&str, &[&str]); 2] = [
 const WORTH_SHOWING: f64 = 1e-3;
 
 fn main() {
-    if cfg!(not(feature = "tune")) {
-        println!("the constants are compiled in: give cargo bench the words --features tune");
-        return;
-    }
-    let names: Vec<String> =
+    let words: Vec<String> =
         std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
-    let base = measures("");
-    println!("| constant | value | CPU | what changes |\n|---|---|---|---|");
-    for (name, value) in
-        params::ALL.iter().filter(|(name, _)| names.is_empty() || names.iter().any(|n| n == name))
-    {
-        for factor in [0.5, 2.0] {
-            let found = measures(&format!("{name}={}", factor * value));
-            let cpu = found["CPU"] / base["CPU"];
-            println!(
-                "| `{name}` | {} | {cpu:.2} | {} |",
-                factor * value,
-                differences(&base, &found).join(", ")
-            );
+    let base = measures(None);
+    println!("| number | value | CPU | what changes |\n|---|---|---|---|");
+    for (name, value) in wanted(&words) {
+        let found = measures(Some((name, value)));
+        let cpu = found["CPU"] / base["CPU"];
+        println!("| `{name}` | {value} | {cpu:.2} | {} |", differences(&base, &found).join(", "));
+    }
+}
+
+/// The numbers that the words ask for, with their values: half and twice the default of those that
+/// are named without one, and of all without words.
+fn wanted(words: &[String]) -> Vec<(&'static str, f64)> {
+    let given =
+        |name: &str| words.iter().find_map(|word| word.strip_prefix(name)?.strip_prefix('='));
+    let mut wanted = Vec::new();
+    for (name, default) in Numerics::default().named() {
+        if let Some(value) = given(name) {
+            wanted.push((name, value.parse().expect("a number")));
+        } else if words.is_empty() || words.iter().any(|word| word == name) {
+            wanted.extend([0.5, 2.0].map(|factor| (name, factor * default)));
         }
     }
+    wanted.retain(|(name, value)| Numerics::is_valid(name, *value));
+    wanted
 }
 
 /// How the measures differ from those of the constants as they are, the largest difference first.
@@ -80,20 +85,22 @@ fn differences(base: &BTreeMap<String, f64>, found: &BTreeMap<String, f64>) -> V
     off.into_iter().take(6).map(|(_, text)| text).collect()
 }
 
-/// All measures with constants as `tuned`, and the CPU time (s) that they took.
-fn measures(tuned: &str) -> BTreeMap<String, f64> {
+/// All measures with another value of a number, and the CPU time (s) that they took.
+fn measures(other: Option<(&str, f64)>) -> BTreeMap<String, f64> {
+    let set = other.map(|(name, value)| format!("numerics.{name}={value:?}"));
+    let set: Vec<&str> = set.iter().flat_map(|set| ["--set", set]).collect();
     let folder = tempfile::tempdir().expect("a folder");
     let mics = |words: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_mics"));
         // What fails is missing in the table.
-        command.args(words).env("MICS_TUNE", tuned).output().expect("mics starts");
+        command.args(words).args(&set).output().expect("mics starts");
     };
     let path = |name: &str| folder.path().join(name).display().to_string();
     mics(&["validate", "--quick", "--out", &path("validate")]);
-    for (case, set) in CASES {
+    for (case, scene) in CASES {
         let out = path(&folder_of(case));
         let mut words = vec!["run", case, "--out", &out, "--quiet"];
-        set.iter().for_each(|set| words.extend(["--set", set]));
+        scene.iter().for_each(|set| words.extend(["--set", set]));
         mics(&words);
     }
     let mut found = BTreeMap::from([("CPU".to_owned(), 0.0)]);

@@ -7,7 +7,7 @@ use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, 
 use mics::config::load;
 use mics::contact::{Contacts, Damping, Laws, Material, Substeps, Touching};
 use mics::geometry::fraction::{self, Rule};
-use mics::geometry::{Disc, Placed, Shape, Sphere, Tiles, Turn, aperture};
+use mics::geometry::{Cuts, Disc, Placed, Shape, Sphere, Tiles, Turn, aperture};
 use mics::grid::Coefficient;
 use mics::kernels::advection::{Carrier, Fluxes, upwind5};
 use mics::kernels::diffusion;
@@ -129,8 +129,7 @@ fn fluid<const D: usize>(c: &mut Criterion, scene: &mut Scene<D>) {
 fn cuts<const D: usize>(c: &mut Criterion, scene: &Scene<D>, across: &[f64]) {
     let (grid, name) = (&scene.domain.grid, if D == 2 { "disc" } else { "sphere" });
     let centre = Vector3::from_fn(|a, _| if a < D { 0.497 * grid.size[a] } else { 0.0 });
-    let (mut cells, mut cuts, mut openings, mut arms) =
-        (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut cells, mut cuts, mut arms) = (Vec::new(), Cuts::with_capacity(0), Vec::new());
     let mut group = c.benchmark_group("geometry");
     for across in across {
         let radius = 0.5 * across * grid.h[0];
@@ -147,15 +146,7 @@ fn cuts<const D: usize>(c: &mut Criterion, scene: &Scene<D>, across: &[f64]) {
             b.iter(|| {
                 let tiles = &mut tiles;
                 (0..D).for_each(|a| {
-                    aperture::cuts(
-                        grid,
-                        a,
-                        black_box(&body),
-                        tiles,
-                        &mut cuts,
-                        &mut openings,
-                        &mut arms,
-                    )
+                    aperture::cuts(grid, a, black_box(&body), tiles, &mut cuts, &mut arms)
                 })
             });
         });

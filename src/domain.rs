@@ -5,6 +5,7 @@ use crate::clock::Clock;
 use crate::drive::{self, Drive, Driving};
 use crate::grid::{Boundaries, Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
+use crate::numerics::Numerics;
 use crate::particles::Body;
 use crate::petsc::Session;
 use crate::poisson::pressure::{Coupled, Projected, Projection};
@@ -38,6 +39,8 @@ pub struct Domain<const D: usize> {
     pub drive: Option<Drive>,
     /// The pressure equation and its iteration.
     pub projection: Projection,
+    /// The numbers of the method.
+    pub numerics: Numerics,
     /// Where the time goes.
     pub clock: Clock,
 }

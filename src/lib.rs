@@ -4,7 +4,7 @@
 //! in the repository's `docs/`. Read in this order: what is solved (here), a step (of a
 //! [`method`]), its terms ([`kernels::advection`], [`kernels::diffusion`], [`kernels::faces`],
 //! [`poisson::pressure`]), its stability ([`scheme`]), the wall ([`method::sharp`],
-//! [`method::mics2003`]), contacts ([`contact`]), the constants ([`params`]), and what a case can
+//! [`method::mics2003`]), contacts ([`contact`]), the constants ([`numerics`]), and what a case can
 //! ask for ([`config::raw::Case`] and the tables in it, [`config::MeasureKind`] for what is
 //! measured). Each page opens with its formulas, and with the stencil where there is one.
 //!
@@ -81,7 +81,7 @@
 //! | [`drive`] | a force, a slope or a flow rate that moves the fluid |
 //! | [`domain`] | where a scene takes place: grid, fluid, pressure equation, ranks |
 //! | [`method`] | how a step is made: sharp walls, the paper's mixing, no bodies |
-//! | [`params`], [`scheme`], [`step_size`] | constants; time schemes, limits and length of a step |
+//! | [`numerics`], [`scheme`], [`step_size`] | numbers; time schemes, limits and length of a step |
 //! | [`config`], [`error`], [`interrupt`] | of [`mics_run`]: a checked case; errors; signals |
 //! | [`scene`] | case to scene: builds only what the scene needs |
 //! | [`launch`] | ranks that the program starts by itself |
@@ -115,8 +115,8 @@ pub mod grid;
 pub mod kernels;
 pub mod launch;
 pub mod method;
+pub mod numerics;
 pub mod output;
-pub mod params;
 pub mod particles;
 pub mod petsc;
 pub mod poisson;

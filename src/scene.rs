@@ -310,7 +310,8 @@ fn build_domain<const D: usize>(
     let cells = axes(&case.domain.cells);
     let periodic = std::array::from_fn(|a| case.periodic(a));
     let sharp = build::walls_are_sharp(case, bodies);
-    let ghosts = if sharp { sharp::ghost_width(&case.spacings()).1 } else { GHOSTS };
+    let ghosts =
+        if sharp { sharp::ghost_width(&case.spacings(), &case.numerics).1 } else { GHOSTS };
     let layout = Layout::new(session, &cells, &periodic, ghosts)?;
     let grid = Grid::new(cells, axes(&case.domain.size), periodic, &layout);
     let borders = std::array::from_fn(|a| [0, 1].map(|s| border(&grid, a, &case.boundary[a][s])));
@@ -341,6 +342,7 @@ fn build_domain<const D: usize>(
             fluid,
             drive,
             projection,
+            numerics: case.numerics,
             clock: Default::default(),
         },
         reason,

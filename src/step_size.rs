@@ -3,7 +3,6 @@
 
 use crate::Result;
 use crate::config::{Case, Loaded, Step};
-use crate::params;
 use crate::scheme::{Bound, Limits, RK3};
 use std::fmt;
 /// Steps at the end of a run that keep one length.
@@ -40,8 +39,8 @@ pub enum Choice {
     Given,
     /// `time.cfl`.
     CourantNumber,
-    /// A stability limit (a part of it).
-    Limit(Bound),
+    /// This part of a stability limit.
+    Limit(Bound, f64),
     /// A run has ten steps at least.
     TenthOfRun,
     /// A step grows slowly from the one before.
@@ -53,7 +52,7 @@ impl fmt::Display for Choice {
         match self {
             Choice::Given => write!(f, "given"),
             Choice::CourantNumber => write!(f, "by time.cfl"),
-            Choice::Limit(bound) => write!(f, "by {} of the {bound}", params::limit_share()),
+            Choice::Limit(bound, share) => write!(f, "by {share} of the {bound}"),
             Choice::TenthOfRun => write!(f, "a tenth of the run, since nothing limits it yet"),
             Choice::Growth => write!(f, "by its growth from the step before"),
         }
@@ -76,12 +75,13 @@ pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64)
     };
     let others = [
         (Choice::TenthOfRun, case.time.end / 10.0),
-        (Choice::Growth, before.map_or(f64::INFINITY, |b| params::step_growth() * b)),
+        (Choice::Growth, before.map_or(f64::INFINITY, |b| case.numerics.step_growth * b)),
     ];
     let least = |a: (Choice, f64), b: (Choice, f64)| if b.1 < a.1 { b } else { a };
     let most = |a: (Choice, f64), b: (Choice, f64)| if b.1 > a.1 { b } else { a };
-    let ranges =
-        limits.ranges().filter_map(|range| shares(&range, courant).into_iter().reduce(least));
+    let ranges = limits.ranges().filter_map(|range| {
+        shares(&range, courant, case.numerics.limit_share).into_iter().reduce(least)
+    });
     let (choice, wanted) =
         ranges.reduce(most).into_iter().chain(others).reduce(least).unwrap_or(others[0]);
     if let Some(before) = before {
@@ -95,13 +95,13 @@ pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64)
 }
 
 /// What each bound of one kind of stages leaves a step that goes by a Courant number (s).
-fn shares(limits: &Limits, courant: f64) -> [(Choice, f64); 3] {
+fn shares(limits: &Limits, courant: f64, share: f64) -> [(Choice, f64); 3] {
     limits.bounds().map(|(bound, dt)| match bound {
         Bound::Advection(most) if courant > most => {
-            (Choice::Limit(bound), limits.step_for(params::limit_share() * most))
+            (Choice::Limit(bound, share), limits.step_for(share * most))
         }
         Bound::Advection(_) => (Choice::CourantNumber, limits.step_for(courant)),
-        _ => (Choice::Limit(bound), params::limit_share() * dt),
+        _ => (Choice::Limit(bound, share), share * dt),
     })
 }
 

@@ -10,7 +10,7 @@ mod path;
 mod stiffness;
 
 use crate::config::{Cadence, Case, Checkpoints, Contact, Loaded, Particle, Side, WallRule};
-use crate::params;
+use crate::method::sharp::gap_reach;
 use crate::particles::Body;
 use crate::petsc::Session;
 use crate::scene::{Scene, read_case};
@@ -123,8 +123,9 @@ fn refuse_below_a_cell(loaded: &Loaded) -> Result<()> {
 pub(crate) fn warnings<const D: usize>(case: &Case, scene: &Scene<D>) -> Result<Vec<String>> {
     let later = later_step(case, &scene.limits()?);
     let (coarse, shut) = (unresolved(case), shut(case, scene));
-    let all = outwards(case)
+    let all = experiment(case)
         .into_iter()
+        .chain(outwards(case))
         .chain(sticks(case))
         .chain(coarse)
         .chain(layer(case))
@@ -162,7 +163,7 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     ];
     let sides = case.sides().map(|(name, side)| format!("{name} {}", side.describe()));
     lines.push(format!("boundary     {}", sides.collect::<Vec<_>>().join(", ")));
-    lines.extend(outwards(case).into_iter().chain(sticks(case)));
+    lines.extend(experiment(case).into_iter().chain(outwards(case)).chain(sticks(case)));
     lines.extend(case.drive.as_ref().map(|drive| format!("drive        {}", drive.describe())));
     if let Some(axis) = case.falls_as_a_whole() {
         let x = ["x", "y", "z"][axis];
@@ -388,7 +389,8 @@ fn long_beside_wall<const D: usize>(case: &Case, scene: &Scene<D>, later: f64) -
     };
     let falls = case.fluid.gravity.iter().any(|g| *g != 0.0);
     let long = falls && stages > limits.scheme.weights.len();
-    let free = |body: &&Body| body.freedom().is_some() && gap(body) < params::near_gap() * h;
+    let free =
+        |body: &&Body| body.freedom().is_some() && gap(body) < gap_reach(false, &case.numerics) * h;
     let first = scene.state.bodies.iter().find(free).filter(|_| long)?;
     Some(format!(
         "warning      {} begins {} spacings from a wall, where steps of {stages} stages are too \
@@ -397,6 +399,23 @@ fn long_beside_wall<const D: usize>(case: &Case, scene: &Scene<D>, later: f64) -
         case.called(first.id),
         brief(gap(first).max(0.0) / h)
     ))
+}
+
+/// Numbers of the method that are not the defaults, for which nothing was validated.
+fn experiment(case: &Case) -> Option<String> {
+    let changed: Vec<_> = case
+        .numerics
+        .changed()
+        .into_iter()
+        .map(|(name, value, default)| format!("numerics.{name} = {value} (default {default})"))
+        .collect();
+    (!changed.is_empty()).then(|| {
+        format!(
+            "warning      {}: results are an experiment, to which no validation of this program \
+            applies",
+            changed.join(", ")
+        )
+    })
 }
 
 /// Bodies in a fluid without viscosity, which slips along the walls of the box.

@@ -2,11 +2,11 @@
 
 use super::layer::Layer;
 use super::pace::later_step;
+use crate::Result;
 use crate::config::{Case, Contact, Loaded, MOST_SUBSTEPS, PairLaw, Substeps};
-use crate::contact::Impact;
+use crate::contact::{DEEPEST_OVERLAP, Impact};
 use crate::scene::{Scene, impact};
 use crate::words::brief;
-use crate::{Result, params};
 
 /// Substeps in a contact below which its restitution is no longer the one asked for.
 const COARSE: f64 = 20.0;
@@ -50,7 +50,7 @@ pub fn refuse_too_stiff<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Re
         return Ok(());
     };
     let dt = later_step(case, &scene.limits()?);
-    let wanted = params::contact_substeps() * dt / time;
+    let wanted = case.numerics.contact_substeps * dt / time;
     if wanted <= MOST_SUBSTEPS {
         return Ok(());
     }
@@ -110,14 +110,14 @@ fn too_soft<const D: usize>(case: &Case, scene: &Scene<D>, law: &Contact) -> Opt
     let depth =
         |(stiffness, exponent): (f64, f64)| (impact.depth_at(stiffness, exponent), exponent);
     let (deepest, exponent) = given(law).map(depth).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (deepest > params::deepest_overlap() * radius).then(|| {
+    (deepest > DEEPEST_OVERLAP * radius).then(|| {
         format!(
             "warning      contact.normal_stiffness is too small: an impact at {} m/s would go \
             {deepest:.2e} m deep, {:.2} of the \
              radius, and {} ends the run; \"auto\" takes {:.1e}",
             brief(impact.speed),
             deepest / radius,
-            params::deepest_overlap(),
+            DEEPEST_OVERLAP,
             bound.stiffness(exponent),
         )
     })
@@ -131,7 +131,7 @@ fn too_stiff<const D: usize>(
     law: &Contact,
     contacts: f64,
 ) -> Option<String> {
-    let (wanted, [many, over]) = (params::contact_substeps() * contacts, COSTLY);
+    let (wanted, [many, over]) = (case.numerics.contact_substeps * contacts, COSTLY);
     let Some((stiffness, exponent)) = given(law).max_by(|a, b| a.0.total_cmp(&b.0)) else {
         return (wanted > over * many).then(|| {
             format!(

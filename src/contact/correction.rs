@@ -27,10 +27,14 @@
 use super::law::Kinematics;
 use super::substep::InverseMass;
 use super::{Contacts, Impulse, Pair};
-use crate::params;
 use crate::particles::Body;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
+
+/// Most sweeps over the pairs.
+const MOST_SWEEPS: usize = 200;
+/// The sweeps end where one changes less than this part of what the first one did.
+const TOLERANCE: f64 = 1e-2;
 
 /// A pair that gave an impulse in the step, while that is corrected.
 #[derive(Clone, Copy, Debug)]
@@ -69,7 +73,7 @@ impl Contacts {
         constraints.extend(gave.map(|(p, pair)| self.constraint(p, pair, bodies, dt)));
         corrections.fill(Impulse::default());
         let mut first = 0.0;
-        for sweep in 0..params::most_sweeps() as usize {
+        for sweep in 0..MOST_SWEEPS {
             let mut changed = 0.0f64;
             let mut solve = |constraint: &mut Constraint| {
                 changed = changed.max(self.solve(constraint, residuals, corrections));
@@ -83,7 +87,7 @@ impl Contacts {
             if sweep == 0 {
                 first = changed;
             }
-            if changed <= params::sweep_tolerance() * first {
+            if changed <= TOLERANCE * first {
                 break;
             }
         }
@@ -240,7 +244,7 @@ impl Contacts {
                 pair.lubrication.normal * kinematics.inverse_normal,
                 pair.lubrication.sliding * kinematics.inverse_tangential,
             ];
-            dt * normal.max(sliding) >= params::faint_lubrication()
+            dt * normal.max(sliding) >= self.numerics.faint_lubrication
         };
         self.pairs.iter().any(|pair| pair.normal != 0.0 && (pair.pressed > 0.0 || slows(pair)))
     }

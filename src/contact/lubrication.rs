@@ -33,7 +33,7 @@
 //! in free flight is exact however long it is; and each pair by itself, implicitly, so that nothing
 //! is too stiff and every pair loses energy.
 
-use crate::params;
+use crate::numerics::Numerics;
 use std::f64::consts::PI;
 
 /// What fills the gaps.
@@ -68,8 +68,8 @@ impl Lubrication {
 
 impl Medium {
     /// The gap up to which there is a force (m).
-    pub(super) fn range(&self) -> f64 {
-        if self.viscosity > 0.0 { params::lubrication_range() * self.spacing } else { 0.0 }
+    pub(super) fn range(&self, numerics: &Numerics) -> f64 {
+        if self.viscosity > 0.0 { numerics.lubrication_range * self.spacing } else { 0.0 }
     }
 
     /// Force over speed of approach (N s/m), its mean over gaps from `g0` to `g1` (m), between a
@@ -77,6 +77,7 @@ impl Medium {
     /// (m).
     pub(super) fn resistance(
         &self,
+        numerics: &Numerics,
         dimension: usize,
         radius: f64,
         other: f64,
@@ -88,14 +89,14 @@ impl Medium {
         // Asperities that touch are pressed together over a way that a soft contact makes longer
         // than it is: the lubrication layer between them takes on it what it would over one width
         // of its own.
-        let lubrication = params::lubrication() * reduced;
+        let lubrication = numerics.touching_gap * reduced;
         let (low, high) = if g0 <= 0.0 { (lubrication, lubrication) } else { (low, high) };
         let middle = (low * high).sqrt();
         let (half, power) = match dimension {
-            2 => (params::half_gap_of_discs(), 2.0),
-            _ => (params::half_gap_of_spheres(), 4.0 / 3.0),
+            2 => (numerics.half_gap_2d, 2.0),
+            _ => (numerics.half_gap_3d, 4.0 / 3.0),
         };
-        let (x, far) = (middle / self.spacing, middle / self.range());
+        let (x, far) = (middle / self.spacing, middle / self.range(numerics));
         let phi = (1.0 - far * far) / (1.0 + (x / half).powf(power));
         if phi <= 0.0 {
             return 0.0;
@@ -126,13 +127,14 @@ impl Medium {
     /// and where they roll.
     pub(super) fn shear_resistance(
         &self,
+        numerics: &Numerics,
         dimension: usize,
         radius: f64,
         other: f64,
         g: f64,
     ) -> [f64; 2] {
         let a = reduced(radius, other);
-        let near = if g > 0.0 { self.width(g, a) } else { params::lubrication() * a };
+        let near = if g > 0.0 { self.width(g, a) } else { numerics.touching_gap * a };
         let beyond = |spacings: f64| {
             let far = near.hypot(spacings * self.spacing);
             match dimension {
@@ -141,8 +143,8 @@ impl Medium {
             }
         };
         let (shown, more) = match dimension {
-            2 => (params::shear_gap_of_discs(), 4.0),
-            _ => (params::shear_gap_of_spheres(), 2.4),
+            2 => (numerics.shear_gap_2d, 4.0),
+            _ => (numerics.shear_gap_3d, 2.4),
         };
         [self.viscosity * beyond(shown), more * self.viscosity * beyond(2.0 * shown)]
     }

@@ -38,8 +38,9 @@ mod tests;
 
 use crate::archive::{Archive, Checkpointed};
 use crate::error::NotFinite;
+use crate::numerics::Numerics;
 use crate::particles::{Accelerations, Body, Inertia, Neighbours};
-use crate::{Error, Result, params};
+use crate::{Error, Result};
 use cluster::Clusters;
 use correction::Constraint;
 use law::Law;
@@ -49,6 +50,9 @@ pub use lubrication::Medium;
 use nalgebra::Vector3;
 pub use stiffness::Impact;
 use substep::{InverseMass, Meeting, RIGID, TangentialForce};
+
+/// Overlap, of the smaller radius, that ends a run: soft contacts are no model of bodies beyond it.
+pub const DEEPEST_OVERLAP: f64 = 0.2;
 
 /// A border of the box, normal to an axis; its inner side faces the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -196,6 +200,7 @@ pub struct Contacts {
     touched: Vec<bool>,
     /// What fills the gaps.
     medium: Medium,
+    numerics: Numerics,
 }
 
 impl Contacts {
@@ -240,6 +245,7 @@ impl Contacts {
             deepest: 0.0,
             touched: vec![false; n],
             medium: Medium::default(),
+            numerics: Numerics::default(),
         }
     }
 
@@ -256,6 +262,17 @@ impl Contacts {
         self
     }
 
+    /// Contacts by these numbers of the method, in place of the defaults.
+    pub fn with_numerics(mut self, numerics: Numerics) -> Contacts {
+        self.numerics = numerics;
+        self
+    }
+
+    /// The numbers of the method.
+    pub fn numerics(&self) -> &Numerics {
+        &self.numerics
+    }
+
     /// Nothing touches yet.
     pub fn untouched(&self) -> Touching {
         Touching { springs: Vec::with_capacity(8 * self.materials.len()) }
@@ -267,8 +284,8 @@ impl Contacts {
         let added = body.added_mass(self.medium.density);
         let displaced = self.medium.density * body.volume();
         let ratio = if displaced > 0.0 { body.mass() / displaced } else { f64::INFINITY };
-        let part = params::added_mass_of_light() + ratio * params::added_mass_by_density();
-        body.mass() + part.min(params::most_added_mass()) * added
+        let part = self.numerics.added_mass_share + ratio * self.numerics.added_mass_slope;
+        body.mass() + part.min(self.numerics.largest_added_mass_share) * added
     }
 
     /// Moves all bodies on by `dt` (s): free ones under `accelerations` and contacts, prescribed
@@ -530,7 +547,7 @@ impl Contacts {
         for (i, (body, inverse_mass)) in bodies.iter().zip(&self.inverse_masses).enumerate() {
             let way =
                 (body.speed() + 0.5 * inverse_mass.accelerations.acceleration.norm() * time) * time;
-            self.search_radius[i] = 0.5 * self.medium.range()
+            self.search_radius[i] = 0.5 * self.medium.range(&self.numerics)
                 + if again { 2.0 * way + 0.05 * body.radius() } else { way + 1e-6 * body.radius() };
             farthest = farthest.max(body.radius() + self.search_radius[i]);
         }
@@ -560,7 +577,9 @@ impl Contacts {
             });
             for (w, wall) in self.walls.iter().enumerate().filter(|_| free(i)) {
                 if wall.distance(&body.centre)
-                    <= body.radius() + 0.5 * self.medium.range() + self.search_radius[i]
+                    <= body.radius()
+                        + 0.5 * self.medium.range(&self.numerics)
+                        + self.search_radius[i]
                 {
                     pairs.push(kept(bodies.len() + w, Vector3::zeros()));
                     paired[i] = true;

@@ -21,9 +21,6 @@ use super::{Contacts, Pair};
 use crate::particles::Body;
 use nalgebra::Vector3;
 
-/// The dashpot, of the critical one: what rocks in place comes to rest after some swings.
-const ROCKING: f64 = 0.3;
-
 impl Contacts {
     /// The torque (N m) on the first of a pair in contact with this normal force (N), whose rolling
     /// spring goes on by a substep.
@@ -72,7 +69,11 @@ impl Contacts {
             }
         };
         let inverse = part(0, pair.first) + other.map_or(0.0, |_| part(1, pair.second));
-        let damper = if inverse > 0.0 { 2.0 * ROCKING * (stiffness / inverse).sqrt() } else { 0.0 };
+        let damper = if inverse > 0.0 {
+            2.0 * self.numerics.rolling_damping * (stiffness / inverse).sqrt()
+        } else {
+            0.0
+        };
         let torque = -(stiffness * pair.rolled + damper * rolling)
             / (1.0 + turns * (h * stiffness + damper));
         torque * (limit / torque.norm()).min(1.0)

@@ -15,7 +15,7 @@
 
 use super::Medium;
 use crate::drag::terminal_speed;
-use crate::params;
+use crate::numerics::Numerics;
 use crate::particles::Body;
 use nalgebra::Vector3;
 
@@ -34,13 +34,14 @@ pub struct Impact {
 
 impl Impact {
     /// Among `bodies` in a box of `size` (m), in a fluid that moves at up to `flow` (m/s), under
-    /// gravity (m/s2).
+    /// gravity (m/s2), with a stiffness by these numbers of the method.
     pub fn expected(
         bodies: &[Body],
         size: [f64; 3],
         gravity: &Vector3<f64>,
         fluid: &Medium,
         flow: f64,
+        numerics: &Numerics,
     ) -> Impact {
         let &Medium { density, viscosity, spacing, .. } = fluid;
         let smallest = bodies.iter().fold(f64::INFINITY, |least, b| least.min(2.0 * b.radius()));
@@ -48,7 +49,7 @@ impl Impact {
             (0..3).map(|a| if gravity[a] == 0.0 { 0.0 } else { size[a] }).fold(0.0, f64::max);
         let (mut speeds, mut impact) = ([0.0f64; 2], Impact::default());
         impact.depth =
-            (params::auto_overlap() * smallest).min(params::auto_overlap_spacing() * spacing);
+            (numerics.auto_overlap * smallest).min(numerics.auto_overlap_spacing * spacing);
         for body in bodies {
             let (mut speed, volume) =
                 (body.velocity.norm().max(body.speed()).max(flow), body.volume());
@@ -128,6 +129,7 @@ mod tests {
                 &Vector3::new(0.0, -9.81, 0.0),
                 &medium,
                 0.0,
+                &Numerics::default(),
             )
             .speed
         };

@@ -2,15 +2,15 @@
 
 use super::law::{Kinematics, Law};
 use super::lubrication::Lubrication;
-use super::{Contacts, Impulse, Pair, Substeps, WallSide};
+use super::{Contacts, DEEPEST_OVERLAP, Impulse, Pair, Substeps, WallSide};
 use crate::config::MOST_SUBSTEPS;
+use crate::numerics::Numerics;
 use crate::particles::{Accelerations, Body, Inertia, Motion};
-use crate::{Error, Result, params};
+use crate::{Error, Result};
 use nalgebra::Vector3;
+
+/// Substeps in a contact below which a run ends.
 const FEWEST_PER_CONTACT: f64 = 5.0;
-/// How near, of Coulomb's limit, a contact is to sliding where it begins to count as one that
-/// slides.
-const ABOUT_TO_SLIDE: f64 = 0.1;
 /// Part of a gap by which it may change before what fills it is found anew.
 const SAME_GAP: f64 = 1e-3;
 /// Gap that is none (of the radius).
@@ -41,8 +41,8 @@ pub(super) const RIGID: InverseMass = InverseMass {
 /// Fewest substeps of a step in which the fluid between two acts: what resists their approach,
 /// their sliding and their rolling does so one after the other (a sphere pulled along a wall at
 /// 0.02 h: 3 % too fast in one substep, 0.15 % in 20).
-fn fewest_of_films() -> f64 {
-    0.5 * params::contact_substeps()
+fn fewest_of_films(numerics: &Numerics) -> f64 {
+    0.5 * numerics.contact_substeps
 }
 
 impl Contacts {
@@ -62,10 +62,13 @@ impl Contacts {
             (Substeps::Fixed(_), Some(_)) => Ok(1),
             (Substeps::Auto, None) => {
                 let (law, mass, contact) = self.contact_of(pair, bodies, time);
-                let wanted =
-                    params::contact_substeps() * time / contact * law.damping_ratio(mass).max(1.0);
-                let wanted =
-                    if self.medium.range() > 0.0 { wanted.max(fewest_of_films()) } else { wanted };
+                let wanted = self.numerics.contact_substeps * time / contact
+                    * law.damping_ratio(mass).max(1.0);
+                let wanted = if self.medium.range(&self.numerics) > 0.0 {
+                    wanted.max(fewest_of_films(&self.numerics))
+                } else {
+                    wanted
+                };
                 if wanted > MOST_SUBSTEPS {
                     Err(self.too_stiff(pair, contact, time, wanted))
                 } else {
@@ -100,10 +103,14 @@ impl Contacts {
     fn apart(&self, pair: &Pair, bodies: &[Body], time: f64) -> Option<f64> {
         let gap = -self.closest(pair, bodies, 0.0).overlap;
         let way = self.pushed(pair, bodies, time) * time;
-        let fewest = if gap < self.medium.range() { fewest_of_films() } else { 1.0 };
-        let most = params::contact_substeps();
+        let fewest = if gap < self.medium.range(&self.numerics) {
+            fewest_of_films(&self.numerics)
+        } else {
+            1.0
+        };
+        let most = self.numerics.contact_substeps;
         let wanted =
-            || (params::gap_substeps() * way / (gap - way).max(0.25 * gap)).clamp(fewest, most);
+            || (self.numerics.gap_substeps * way / (gap - way).max(0.25 * gap)).clamp(fewest, most);
         // A body never touches its own image.
         (pair.is_own_image() || gap > 2.0 * way + 0.05 * bodies[pair.first].radius()).then(wanted)
     }
@@ -185,7 +192,7 @@ impl Contacts {
                 self.name(pair),
                 kinematics.overlap,
                 kinematics.overlap / radius,
-                params::deepest_overlap(),
+                DEEPEST_OVERLAP,
                 self.ids[k],
                 ["x", "y", "z"][axis],
             ));
@@ -213,7 +220,7 @@ impl Contacts {
              no stiffness holds",
             self.name(pair),
             overlap / radius,
-            params::deepest_overlap(),
+            DEEPEST_OVERLAP,
             kinematics.approach.abs(),
             enough.max(2.0 * law.material.normal_stiffness),
         ))
@@ -260,7 +267,7 @@ impl Contacts {
                 .map_or(f64::INFINITY, |b| b.radius())
                 .min(bodies[pair.first].radius());
             self.deepest = self.deepest.max(kinematics.overlap);
-            if kinematics.overlap > params::deepest_overlap() * radius {
+            if kinematics.overlap > DEEPEST_OVERLAP * radius {
                 return Err(self.too_deep(&pair, bodies, &kinematics, radius));
             }
             let (normal, tangential) = self.law(&pair).force(&kinematics, &mut pair.spring);
@@ -269,7 +276,8 @@ impl Contacts {
             pair.tangential += h * tangential;
             pair.touched += if normal > 0.0 { h } else { 0.0 };
             let limit = self.law(&pair).material.friction * normal;
-            let held = (1.0 - tangential.norm() / limit.max(f64::MIN_POSITIVE)) / ABOUT_TO_SLIDE;
+            let held = (1.0 - tangential.norm() / limit.max(f64::MIN_POSITIVE))
+                / self.numerics.sliding_onset;
             pair.pressed += h * normal;
             pair.stuck += h * normal * held.clamp(0.0, 1.0);
             let (force, turn) =
@@ -367,7 +375,7 @@ impl Contacts {
     /// What the fluid in the gaps does over the substep of `h` (s) that is `done`, or over what is
     /// left for it to do, pair by pair, each implicitly.
     pub(super) fn lubricate(&mut self, bodies: &mut [Body], h: f64, done: Option<usize>) {
-        let range = self.medium.range();
+        let range = self.medium.range(&self.numerics);
         if range == 0.0 {
             return;
         }
@@ -431,9 +439,16 @@ impl Contacts {
         let mirrored = side == Some(WallSide::Slip);
         let between = |g0: f64, g1: f64| {
             if mirrored {
-                2.0 * self.medium.resistance(dimension, radius, radius, 2.0 * g0, 2.0 * g1)
+                2.0 * self.medium.resistance(
+                    &self.numerics,
+                    dimension,
+                    radius,
+                    radius,
+                    2.0 * g0,
+                    2.0 * g1,
+                )
             } else {
-                self.medium.resistance(dimension, radius, other, g0, g1)
+                self.medium.resistance(&self.numerics, dimension, radius, other, g0, g1)
             }
         };
         // A substep that goes through the end of the gap is in it for a part of its time only.
@@ -445,9 +460,13 @@ impl Contacts {
             between(gap, next.max(0.0))
         };
         let [sliding, rolling] = if mirrored {
-            [0.0, self.medium.shear_resistance(dimension, radius, radius, 2.0 * gap)[1]]
+            [
+                0.0,
+                self.medium.shear_resistance(&self.numerics, dimension, radius, radius, 2.0 * gap)
+                    [1],
+            ]
         } else {
-            self.medium.shear_resistance(dimension, radius, other, gap)
+            self.medium.shear_resistance(&self.numerics, dimension, radius, other, gap)
         };
         Lubrication { gap: if touches { f64::NAN } else { gap.max(0.0) }, normal, sliding, rolling }
     }

@@ -5,7 +5,6 @@ mod crowd;
 
 use super::*;
 use crate::geometry::{Disc, Sphere};
-use crate::params;
 use crate::particles::{Freedom, Motion};
 use nalgebra::vector;
 use std::f64::consts::PI;
@@ -139,7 +138,7 @@ fn a_head_on_collision_has_the_restitution_asked_for() {
             let mut second = body(shape, 0.004, vector![0.0, 0.1, 0.1], vector![-0.3, 0.0, 0.0]);
             first.density = 900.0;
             let mass = first.mass() * second.mass() / (first.mass() + second.mass());
-            let step = Law::new(law).contact_time(mass, 1.0) / params::contact_substeps();
+            let step = Law::new(law).contact_time(mass, 1.0) / Numerics::default().contact_substeps;
             second.centre.x =
                 first.centre.x + first.radius() + second.radius() + (1.0 + phase) * step;
             let mut both = [first, second];

@@ -20,7 +20,6 @@ use crate::grid::VectorField;
 use crate::kernels::border::{self, Sides};
 use crate::kernels::diffusion;
 use crate::kernels::faces::{self, BodyForce, FaceCoefficient};
-use crate::params;
 use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
 use crate::state::State;
@@ -251,7 +250,8 @@ impl<const D: usize> Flow<D> {
         let Some(most) = self.own.filter(|_| self.force.is_none()) else { return 1.0 };
         let h = domain.grid.h.iter().copied().fold(f64::INFINITY, f64::min);
         let diffusion = domain.fluid.viscosity / domain.fluid.density * dt / (h * h);
-        (params::face_time() / diffusion).min(most).max(params::face_part())
+        let numerics = &domain.numerics;
+        (numerics.pressure_time / diffusion).min(most).max(numerics.least_pressure_weight)
     }
 
     /// (13-15). Collective.

@@ -20,9 +20,13 @@ use crate::error::NotFinite;
 use crate::grid::{Boundaries, Grid, VectorField, largest, simd};
 use crate::kernels::faces::{self, FaceCoefficient};
 use crate::petsc::{Choice, Layout, LinearSolver, Session, Solved};
-use crate::{Error, Result, params};
+use crate::{Error, Result};
 use std::cell::{RefCell, RefMut};
 use std::rc::Rc;
+
+/// Part of D0 below which a step leaves the pressure as it is: there is nothing to solve. Half and
+/// twice as much change nothing.
+const IDLE: f64 = 1e-3;
 
 /// The pressure operator and its iteration.
 pub struct Projection {
@@ -205,8 +209,7 @@ impl Projection {
             // A step solves once though the limit is kept already, unless there is next to nothing
             // to solve: pressure that waits until D0 is reached makes the force on a particle
             // jitter.
-            let limit =
-                self.rule.limit * if done.outer == 0 { params::idle_divergence() } else { 1.0 };
+            let limit = self.rule.limit * if done.outer == 0 { IDLE } else { 1.0 };
             if done.divergence_max < limit {
                 break;
             }

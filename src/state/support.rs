@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
-use crate::params;
+use crate::numerics::Numerics;
 use nalgebra::Vector3;
 
 /// Mean force of a body's contacts over the last steps for as long as there are any (N); `None` for
@@ -13,10 +13,11 @@ pub struct Pressed(pub Option<Vector3<f64>>);
 impl Pressed {
     /// The part of a force of contacts (N) that lasts and is none of an impact, as the steps before
     /// show.
-    pub fn lasting(&self, force: &Vector3<f64>) -> f64 {
-        let (mean, size) = (mean_force(&self.0.unwrap_or_default(), force).norm(), force.norm());
-        if size > params::lasting_force() * mean {
-            params::lasting_force() * mean / size
+    pub fn lasting(&self, force: &Vector3<f64>, numerics: &Numerics) -> f64 {
+        let mean = mean_force(&self.0.unwrap_or_default(), force, numerics.mean_force_weight);
+        let (mean, size) = (mean.norm(), force.norm());
+        if size > numerics.sustained_force * mean {
+            numerics.sustained_force * mean / size
         } else {
             1.0
         }
@@ -24,20 +25,17 @@ impl Pressed {
 
     /// Takes note of the force of contacts (N) over a step; the part of it that lasts: all of it,
     /// where the body lay there before.
-    pub fn press(&mut self, force: &Vector3<f64>) -> f64 {
-        let lasting = self.0.map_or(1.0, |_| self.lasting(force));
-        self.0 = Some(self.0.map_or(*force, |mean| mean_force(&mean, force)));
+    pub fn press(&mut self, force: &Vector3<f64>, numerics: &Numerics) -> f64 {
+        let lasting = self.0.map_or(1.0, |_| self.lasting(force, numerics));
+        let weight = numerics.mean_force_weight;
+        self.0 = Some(self.0.map_or(*force, |mean| mean_force(&mean, force, weight)));
         lasting
     }
 }
 
-/// The mean force of contacts after a step with this one (N).
-fn mean_force(mean: &Vector3<f64>, force: &Vector3<f64>) -> Vector3<f64> {
-    if *force == Vector3::zeros() {
-        *force
-    } else {
-        mean + params::pressed_share() * (force - mean)
-    }
+/// The mean force of contacts after a step with this one (N), which has this weight.
+fn mean_force(mean: &Vector3<f64>, force: &Vector3<f64>, weight: f64) -> Vector3<f64> {
+    if *force == Vector3::zeros() { *force } else { mean + weight * (force - mean) }
 }
 
 impl Checkpointed for Pressed {

@@ -445,6 +445,14 @@ const BAD_CASES: &[Row] = &[
         "[time]", "[[swarm]]\nfrom = \"gravel.csv\"\n[time]", "from", "swarm.0.from",
         &["gravel.csv", "no such file", "the case file's folder"],
     ),
+    (
+        "[time]", "[numerics]\nshared_aperture = 2.0\n[time]", "shared_aperture",
+        "numerics.shared_aperture", &["2.0 is out of its range, from 0.001 to 0.9"],
+    ),
+    (
+        "[time]", "[numerics]\nshared_apertur = 0.1\n[time]", "shared_apertur",
+        "numerics.shared_apertur", &["unknown key", "did you mean `shared_aperture`?"],
+    ),
     // Contact and materials.
     ("[time]", "[contact]\nnormal_stiffness = 1.0\nrestitution = 0.5\n\
         damping = { normal = 1.0, tangential = 1.0 }\n\

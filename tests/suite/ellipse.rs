@@ -6,7 +6,7 @@ use crate::modes::in_processes;
 use crate::support::{PERIODIC, Petsc, box_case, petsc};
 use mics::archive::Archive;
 use mics::config::{Case, load};
-use mics::geometry::{Disc, Placed, Shape, SurfacePoint, Tiles, Turn, aperture, fraction};
+use mics::geometry::{Cuts, Disc, Placed, Shape, SurfacePoint, Tiles, Turn, aperture, fraction};
 use mics::grid::{GHOSTS, Grid};
 use mics::particles::{Body, Freedom, Motion};
 use mics::petsc::{Layout, Session};
@@ -199,10 +199,10 @@ fn an_ellipse_has_its_exact_area_and_moments_in_every_pose() {
             cells.iter().map(|o| ellipse.moments(&turn, &o.arm, &half).1).sum();
         worst = worst.max((filled / area - 1.0).abs()).max(moment.norm() / area);
         for axis in 0..2 {
-            let (mut cuts, mut openings, mut arms) = (Vec::new(), Vec::new(), Vec::new());
-            aperture::cuts(&grid, axis, &placed, &mut tiles, &mut cuts, &mut openings, &mut arms);
+            let (mut cuts, mut arms) = (Cuts::with_capacity(0), Vec::new());
+            aperture::cuts(&grid, axis, &placed, &mut tiles, &mut cuts, &mut arms);
             // A face on the border between two periods stands at both of its ends.
-            let once = || cuts.iter().zip(&openings).filter(|(cut, _)| cut.owned);
+            let once = || cuts.with_openings().filter(|(cut, _)| cut.owned);
             let covered: f64 = once().map(|(cut, _)| dv * cut.covered).sum();
             let lever: Vector3<f64> = once().map(|(_, opening)| dv * opening.lever()).sum();
             worst = worst.max((covered / area - 1.0).abs()).max(lever.norm() / area);

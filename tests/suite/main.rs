@@ -28,6 +28,7 @@ mod mixing_at_rest;
 mod modes;
 mod motion;
 mod multigrid;
+mod numerics;
 mod passage;
 mod plots;
 mod poisson;

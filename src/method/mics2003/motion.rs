@@ -330,7 +330,7 @@ impl<const D: usize> Mics2003<D> {
         {
             let Some(freedom) = body.freedom() else { continue };
             let force = freedom.along(&impulse.linear) / dt;
-            let lasting = support.pressed.press(&force);
+            let lasting = support.pressed.press(&force, contacts.numerics());
             (support.force, support.torque) =
                 (lasting * force, lasting / dt * freedom.about(&impulse.angular));
         }

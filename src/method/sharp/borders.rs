@@ -9,10 +9,9 @@
 //! ```
 
 use super::cut::CutBodies;
-use super::gap::Shares;
+use super::gap::{self, Shares};
 use crate::domain::Domain;
 use crate::grid::Border;
-use crate::params;
 use crate::particles::{Body, all_fixed};
 use nalgebra::Vector3;
 
@@ -30,7 +29,7 @@ impl<const D: usize> CutBodies<D> {
                 continue;
             }
             let border = if side == 0 { 0.0 } else { size[axis] };
-            let reach = params::near_gap() * self.h;
+            let reach = gap::reach(false, &domain.numerics) * self.h;
             for body in bodies {
                 let bounds = body.shape().bounds(&body.turn());
                 if (body.centre[axis] - border).abs() < bounds[axis] + reach {
@@ -49,7 +48,7 @@ impl<const D: usize> CutBodies<D> {
         axis: usize,
         side: usize,
     ) {
-        let (grid, boundaries) = (&domain.grid, &mut domain.boundaries);
+        let (grid, boundaries, numerics) = (&domain.grid, &mut domain.boundaries, &domain.numerics);
         let (mut inwards, border) =
             (Vector3::zeros(), if side == 0 { 0.0 } else { grid.size[axis] });
         inwards[axis] = 1.0 - 2.0 * side as f64;
@@ -86,7 +85,7 @@ impl<const D: usize> CutBodies<D> {
                         axis,
                         side,
                         i + j * stride,
-                        Shares::of(width / self.h).full,
+                        Shares::of(width / self.h, numerics).full,
                     );
                 }
             }

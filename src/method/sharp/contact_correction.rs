@@ -14,10 +14,13 @@ use super::pressure_step::PressureStep;
 use super::{Sharp, history};
 use crate::Result;
 use crate::contact::{Contacts, Impulse};
-use crate::params;
 use crate::poisson::pressure::Projected;
 use crate::state::State;
 use nalgebra::Vector3;
+
+/// Part of the digits asked for to which the pressure is found that shows the response to contact
+/// impulses: the solve after it, with the corrected impulses, has all of them.
+const RESPONSE_DIGITS: f64 = 0.5;
 
 /// Scratch, per body.
 pub struct Work {
@@ -53,7 +56,7 @@ pub fn solve<const D: usize>(
     if parts {
         done.add(find_without(contacts, step, work)?);
     }
-    done.add(step.solve(Some(params::response_digits()))?);
+    done.add(step.solve(Some(RESPONSE_DIGITS))?);
     contacts.find_response(step.bodies());
     correct(contacts, step, work);
     done.add(step.solve(None)?);
@@ -79,7 +82,7 @@ fn find_without<const D: usize>(
     work: &mut Work,
 ) -> Result<Projected> {
     apply_touch(contacts, step, work, -1.0);
-    let done = step.solve(Some(params::response_digits()))?;
+    let done = step.solve(Some(RESPONSE_DIGITS))?;
     contacts.note_without(step.bodies());
     apply_touch(contacts, step, work, 1.0);
     Ok(done)

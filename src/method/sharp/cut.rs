@@ -11,7 +11,6 @@ use crate::geometry::Tiles;
 use crate::grid::{Grid, VectorField, simd};
 use crate::kernels::faces::FaceCoefficient;
 use crate::method::vector;
-use crate::params;
 use crate::particles::{Body, all_fixed, nearest_image};
 use crate::state::BeforeForcing;
 use nalgebra::Vector3;
@@ -46,9 +45,11 @@ pub struct CutBodies<const D: usize> {
 impl<const D: usize> CutBodies<D> {
     /// Room for all that bodies can cut of the grid of a domain. [`CutBodies::settle`] comes next.
     pub fn new(domain: &Domain<D>, bodies: &[Body]) -> CutBodies<D> {
-        let (grid, periods, h) = (&domain.grid, domain.periods(), ghost_width(&domain.grid.h).0);
+        let (grid, periods, h) =
+            (&domain.grid, domain.periods(), ghost_width(&domain.grid.h, &domain.numerics).0);
         let size = std::array::from_fn(|a| if a < D { grid.size[a] } else { 1.0 });
-        let cut: Vec<_> = bodies.iter().map(|b| CutBody::new(grid, b.shape(), h)).collect();
+        let cut: Vec<_> =
+            bodies.iter().map(|b| CutBody::new(grid, b.shape(), h, &domain.numerics)).collect();
         let faces: usize = cut.iter().map(|cut| cut.cuts[0].capacity()).sum();
         let most = cut.iter().map(|cut| cut.cuts[0].capacity()).max().unwrap_or(0);
         let shared = cut.iter().map(|cut| cut.shared_ghost_cells.capacity()).sum();
@@ -56,7 +57,12 @@ impl<const D: usize> CutBodies<D> {
         CutBodies {
             bodies: cut,
             beta: FaceCoefficient::Field(std::array::from_fn(|_| open.clone())),
-            near: NearBodies::new(bodies, size, periods, gap::reach(all_fixed(bodies)) * h),
+            near: NearBodies::new(
+                bodies,
+                size,
+                periods,
+                gap::reach(all_fixed(bodies), &domain.numerics) * h,
+            ),
             before: bodies.iter().map(Before::here).collect(),
             beside: Vec::with_capacity(16),
             shared: SharedCells::with_capacity(shared),
@@ -103,11 +109,11 @@ impl<const D: usize> CutBodies<D> {
         self.near.find(bodies);
         let (grid, boundaries) = (&domain.grid, &domain.boundaries);
         // Of a fluid without viscosity none, though no time is too long.
-        let rate = params::gap_friction() * domain.fluid.viscosity
-            / (domain.fluid.density * self.h * self.h);
+        let rate =
+            gap::POISEUILLE * domain.fluid.viscosity / (domain.fluid.density * self.h * self.h);
         let friction = if rate > 0.0 { 0.5 * dt * rate } else { 0.0 };
         let finer = all_fixed(bodies);
-        let reach = gap::reach(finer) * self.h;
+        let reach = gap::reach(finer, &domain.numerics) * self.h;
         for k in 0..bodies.len() {
             let near = &self.near.near[k];
             if !wanted(&bodies[k]) && near.is_empty() && !self.near.had[k] {
@@ -126,6 +132,7 @@ impl<const D: usize> CutBodies<D> {
                 bodies,
                 turn,
                 near: &self.beside,
+                numerics: &domain.numerics,
                 h: self.h,
                 friction,
                 finer,
@@ -179,8 +186,9 @@ impl<const D: usize> CutBodies<D> {
         cleared: bool,
         u: &VectorField<D>,
     ) {
-        let (grid, fluid) = (&domain.grid, &domain.fluid);
-        let resolved = params::resolved_layer() * fluid.viscosity / (fluid.density * self.h);
+        let (grid, fluid, numerics) = (&domain.grid, &domain.fluid, &domain.numerics);
+        let resolved = numerics.resolved_layer * fluid.viscosity / (fluid.density * self.h);
+        let limit = Some((resolved, numerics.largest_profile));
         simd(
             #[inline(always)]
             || {
@@ -193,8 +201,7 @@ impl<const D: usize> CutBodies<D> {
                         }
                         let (stencil, arm) = (&ghost.stencil, &ghost.arm);
                         let rigid = bodies[k].velocity_at(arm);
-                        let profile =
-                            stencils.value(stencil, arm, grid, u, bodies, k, Some(resolved));
+                        let profile = stencils.value(stencil, arm, grid, u, bodies, k, limit);
                         ghost.target = rigid + profile + ghost.cubic;
                     }
                 }
@@ -207,7 +214,7 @@ impl<const D: usize> CutBodies<D> {
     /// on, where no body moves.
     pub fn find_cubic(&mut self, domain: &Domain<D>, bodies: &[Body], u: &VectorField<D>) {
         let (grid, fluid) = (&domain.grid, &domain.fluid);
-        let creeping = params::creeping_layer() * fluid.viscosity / (fluid.density * self.h);
+        let creeping = domain.numerics.creeping_layer * fluid.viscosity / (fluid.density * self.h);
         for (k, CutBody { ghost_cells, stencils, cubic, .. }) in self.bodies.iter_mut().enumerate()
         {
             for cubic in cubic.iter().filter(|_| creeping > 0.0) {

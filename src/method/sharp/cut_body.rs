@@ -2,7 +2,8 @@
 //! the points of its surface where its traction is taken. Rebuilt when the body moves.
 //! [`super::stencil`] has what is read of the velocity beside its wall.
 
-use super::gap::Surroundings;
+use super::PROFILE_DEPTH;
+use super::gap::{self, Surroundings};
 use super::shared_cell::SharedCell;
 use super::stencil::{Cubic, Normal, Stencil, Stencils};
 use crate::geometry::{
@@ -10,7 +11,7 @@ use crate::geometry::{
     fraction, images,
 };
 use crate::grid::{Grid, VectorField};
-use crate::params;
+use crate::numerics::Numerics;
 use crate::particles::Body;
 use nalgebra::Vector3;
 
@@ -138,12 +139,12 @@ pub struct CutBody<const D: usize> {
 impl<const D: usize> CutBody<D> {
     /// One with room for all that a body can touch, its image points counting in spacings of `h`
     /// (m). Of several ranks a body touches few: there it takes room as it comes.
-    pub fn new(grid: &Grid<D>, shape: &dyn Shape, h: f64) -> CutBody<D> {
+    pub fn new(grid: &Grid<D>, shape: &dyn Shape, h: f64, numerics: &Numerics) -> CutBody<D> {
         if grid.local != grid.cells {
             return CutBody::elsewhere(false);
         }
         let cells = |beyond: f64| fraction::most_cells(grid, shape.radius() + beyond * h);
-        let (ghosts, quadrature_points) = (cells(params::unresolved_gap()), shape.surface(h));
+        let (ghosts, quadrature_points) = (cells(gap::unresolved(numerics)), shape.surface(h));
         let points = quadrature_points.len();
         CutBody {
             cuts: std::array::from_fn(|_| Cuts::with_capacity(cells(1.0))),
@@ -209,7 +210,8 @@ impl<const D: usize> CutBody<D> {
         let (shape, placed) =
             (body.shape(), Placed { shape: body.shape(), centre: body.centre, turn: *turn });
         self.has_neighbours = around.has_neighbours(k);
-        let tight = if self.has_neighbours { params::unresolved_gap() * around.h } else { 0.0 };
+        let tight =
+            if self.has_neighbours { gap::unresolved(around.numerics) * around.h } else { 0.0 };
         let bounds = shape.bounds(turn).sup(&shape.bounds(&before.turn));
         let extent = bounds.add_scalar(before.way.norm().max(tight));
         let reached = extent.add_scalar(BEYOND * around.h);
@@ -269,7 +271,7 @@ impl<const D: usize> CutBody<D> {
                     if weight == 0.0 && !shared {
                         continue;
                     }
-                } else if s > -body.radius().min(params::profile_depth() * around.h) {
+                } else if s > -body.radius().min(PROFILE_DEPTH * around.h) {
                     let normal = Normal::new(shape, &arm, s, shape.normal(turn, &arm));
                     stencil = self.stencils.profile(around, &image, &normal, s);
                     if around.finer {

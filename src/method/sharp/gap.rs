@@ -17,12 +17,13 @@
 
 use crate::geometry::{self, Turn};
 use crate::grid::{Border, Boundaries, Grid};
-use crate::params;
+use crate::numerics::Numerics;
 use crate::particles::{Body, nearest_image};
 use nalgebra::{Matrix3, Vector3};
 
-/// Spacings over which the finer profile fades, by the depth and by the gap.
-pub const FADING: f64 = 0.5;
+/// Rate at which friction slows the flow through a gap that the grid does not resolve (nu over the
+/// width squared): that of Poiseuille's parabola between two walls.
+pub const POISEUILLE: f64 = 12.0;
 
 /// Distances that differ by less (spacings) are alike: the two sides of a period, and two ranks,
 /// round them differently.
@@ -215,6 +216,8 @@ pub struct Surroundings<'a, const D: usize> {
     pub turn: Turn,
     /// The bodies near this one.
     pub near: &'a [Neighbour],
+    /// The numbers of the method.
+    pub numerics: &'a Numerics,
     /// The spacing that depths and image points count in (m).
     pub h: f64,
     /// What the flow in a gap of one spacing loses to its walls before it is imposed: it falls by
@@ -228,8 +231,15 @@ pub struct Surroundings<'a, const D: usize> {
 
 /// Gap (spacings) beyond which nothing is felt of what lies there; with the finer profile that is
 /// what its third image point keeps off.
-pub fn reach(finer: bool) -> f64 {
-    if finer { params::near_gap().max(params::finer_gap() + FADING) } else { params::near_gap() }
+pub fn reach(finer: bool, numerics: &Numerics) -> f64 {
+    let points = if finer { 3.0 } else { 2.0 };
+    points * numerics.image_point + 1.5 * numerics.blending_width
+}
+
+/// Gap (spacings) below which the grid resolves no profile in it: the first image point would be as
+/// near to what lies across.
+pub fn unresolved(numerics: &Numerics) -> f64 {
+    numerics.image_point + 0.5 * numerics.blending_width
 }
 
 /// 0 below `from`, 1 above `to`, and smooth between.
@@ -250,9 +260,11 @@ pub struct Shares {
 
 impl Shares {
     /// For a gap in spacings.
-    pub fn of(gap: f64) -> Shares {
-        let full = smooth_step(gap, params::near_gap() - 0.5, params::near_gap());
-        let open = smooth_step(gap, params::unresolved_gap() - 0.5, params::unresolved_gap());
+    pub fn of(gap: f64, numerics: &Numerics) -> Shares {
+        let width = numerics.blending_width;
+        let (near, unresolved) = (reach(false, numerics), unresolved(numerics));
+        let full = smooth_step(gap, near - width, near);
+        let open = smooth_step(gap, unresolved - width, unresolved);
         Shares { full, linear: open - full, across: 1.0 - open }
     }
 }
@@ -270,7 +282,7 @@ impl<const D: usize> Surroundings<'_, D> {
     /// friction leaves in half a step.
     pub fn flow(&self, width: f64) -> (f64, f64) {
         let gap = (width / self.h).max(1e-6);
-        let share = Shares::of(gap).across;
+        let share = Shares::of(gap, self.numerics).across;
         (share, if share > 0.0 { (-self.friction / (gap * gap)).exp() } else { 0.0 })
     }
 
@@ -308,7 +320,7 @@ impl<const D: usize> Surroundings<'_, D> {
     /// wall: 1 where no other is as near, 0 where one is much nearer, and one half where another
     /// one is at the same distance.
     pub fn ownership(&self, arm: &Vector3<f64>, own: f64) -> f64 {
-        let (band, mut owned) = (params::shared_cells() * self.h, 1.0);
+        let (band, mut owned) = (self.numerics.blending_width * self.h, 1.0);
         for near in self.near {
             if near.mirror.is_some() || near.is_beyond(arm, own + band) {
                 continue;
@@ -329,7 +341,7 @@ impl<const D: usize> Surroundings<'_, D> {
         let within = |a: usize, side: usize| {
             let from = body.centre[a] - if side == 0 { 0.0 } else { self.grid.size[a] };
             matches!(self.boundaries.borders[a][side], Some(Border::Velocity(_)))
-                && from.abs() < bounds[a] + params::unresolved_gap() * self.h
+                && from.abs() < bounds[a] + unresolved(self.numerics) * self.h
         };
         !self.near.is_empty() || (0..2 * D).any(|f| within(f / 2, f % 2))
     }

@@ -10,7 +10,6 @@ use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::grid::{Border, Grid, VectorField, simd};
 use crate::method::vector;
-use crate::params;
 use crate::particles::{Body, nearest_image};
 use crate::state::{BodyHistory, Exchange, State};
 use crate::sums::{BodySums, Summed};
@@ -245,8 +244,8 @@ impl<const D: usize> Sharp<D> {
             s.exchange[k] = Exchange { contact: struck.linear / dt, ..motion.exchange() };
         }
         self.share_force_defect(domain, &s.bodies);
-        let take_in = (numbers.courant / params::residual_time()
-            + params::residual_decay() * numbers.diffusion)
+        let take_in = (numbers.courant / domain.numerics.defect_time
+            + domain.numerics.defect_decay * numbers.diffusion)
             .min(1.0);
         for (motion, BodyHistory { residual, deferred, .. }) in
             self.motions.iter().zip(histories.iter_mut())
@@ -274,7 +273,7 @@ impl<const D: usize> Sharp<D> {
                 let distance = apart.norm();
                 let (n, gap) =
                     (apart / distance, distance - bodies[i].radius() - bodies[j].radius());
-                let share = Shares::of(gap / cut.h).across;
+                let share = Shares::of(gap / cut.h, &domain.numerics).across;
                 let free = [i, j].map(|k| bodies[k].freedom().is_some());
                 let along = share * (motions[i].force_defect - motions[j].force_defect).dot(&n);
                 let (of_i, of_j) = match free {
@@ -298,8 +297,10 @@ impl<const D: usize> Sharp<D> {
                 };
                 let centre = bodies[i].centre[a];
                 let distance = if side == 0 { centre } else { domain.grid.size[a] - centre };
-                let share = Shares::of(spans * (distance - bodies[i].radius()) / cut.h).across
-                    * motions[i].force_defect[a];
+                let share =
+                    Shares::of(spans * (distance - bodies[i].radius()) / cut.h, &domain.numerics)
+                        .across
+                        * motions[i].force_defect[a];
                 motions[i].force_defect[a] -= share;
                 self.passed_on[a] += share;
             }

@@ -95,18 +95,24 @@ use crate::domain::Domain;
 use crate::geometry::Overlap;
 use crate::grid::VectorField;
 use crate::kernels::faces::FaceCoefficient;
+use crate::numerics::Numerics;
 use crate::particles::{Accelerations, Body};
 use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
 use crate::state::{Balance, Exchange, State, WallHistory};
 use crate::sums::BodySums;
-use crate::{Error, Result, params};
+use crate::{Error, Result};
 use acceleration::PressureAcceleration;
 use cut::CutBodies;
 use exchanged::ExchangedMomentum;
+pub use gap::reach as gap_reach;
 use modes::Modes;
 use motion::BodyMotion;
 use nalgebra::Vector3;
+
+/// Depth to which the profile is continued into a body (spacings): the fifth-order upwind value of
+/// a face at the wall is from cells so far from it.
+const PROFILE_DEPTH: f64 = 2.5;
 
 /// The method with sharp walls.
 pub struct Sharp<const D: usize> {
@@ -164,10 +170,10 @@ impl StepNumbers {
 
 /// The spacing that image points count in (m), and the layers of ghosts that they need, on a grid
 /// of the spacings `h` (m): no axis may have fewer cells.
-pub fn ghost_width(h: &[f64]) -> (f64, usize) {
+pub fn ghost_width(h: &[f64], numerics: &Numerics) -> (f64, usize) {
     let least = h.iter().copied().fold(f64::INFINITY, f64::min);
     let most = h.iter().copied().fold(0.0, f64::max).min(2.0 * least);
-    let reach = params::profile_depth() + params::second_image_point();
+    let reach = PROFILE_DEPTH + 2.0 * numerics.image_point;
     (most, 2 + (reach * most / least - 1e-9).ceil() as usize)
 }
 

@@ -9,6 +9,7 @@ use crate::clock::Stage;
 use crate::contact::Impulse;
 use crate::domain::Domain;
 use crate::method::collision::refuse_collisions;
+use crate::numerics::Numerics;
 use crate::particles::{Accelerations, Body, Inertia};
 use crate::state::{BodyHistory, Exchange, State};
 use nalgebra::{Matrix3, Vector3};
@@ -79,8 +80,10 @@ impl<const D: usize> Sharp<D> {
             motion.start = (body.velocity, body.spin);
             motion.angular_momentum = body.inertia().of(&body.spin);
         }
-        let (histories, unit) =
-            (&mut history(&mut s.walls)?.bodies, domain.fluid.viscosity / self.cut.h);
+        let (histories, unit) = (
+            &mut history(&mut s.walls)?.bodies,
+            (domain.fluid.viscosity / self.cut.h, slope_weights(&domain.numerics)),
+        );
         for (k, (accelerations, history)) in
             self.work.accelerations.iter_mut().zip(&*histories).enumerate()
         {
@@ -150,6 +153,7 @@ impl<const D: usize> Sharp<D> {
         self.find_displaced(domain, &s.bodies)?;
         let forces = surface_forces(domain, &self.cut, s, &mut self.work.forces)?;
         let (fluid, h) = (&domain.fluid, self.cut.h);
+        let unit = (fluid.viscosity / h, slope_weights(&domain.numerics));
         let histories = &mut history(&mut s.walls)?.bodies;
         for (k, forces) in forces.iter().enumerate() {
             let SurfaceForces { pressure, shear, shear_torque: torque, pressure_torque } = *forces;
@@ -160,8 +164,8 @@ impl<const D: usize> Sharp<D> {
                 history.shear.replace((shear, torque)).unwrap_or((shear, torque));
             let pressure = pressure + domain.felt(&s.drive, 1.0).component_mul(&motion.displaced);
             (motion.pressure, motion.pressure_torque) = (pressure, pressure_torque);
-            let (drag, turn) = resistance(body, &motion.surface_moments, fluid.viscosity / h);
-            let drag = drag.max(least_drag(body, drag, fluid.density, h, dt));
+            let (drag, turn) = resistance(body, &motion.surface_moments, unit);
+            let drag = drag.max(least_drag(body, drag, fluid.density, (h, unit.1), dt));
             let share = inertial_share(body, &turn, dt);
             let centred = 0.5 * share;
             motion.shear =
@@ -209,8 +213,8 @@ impl<const D: usize> Sharp<D> {
     ) {
         for (k, (motion, body)) in self.motions.iter().zip(bodies).enumerate() {
             let Some(freedom) = body.freedom() else { continue };
-            let inertia =
-                turning(body, &motion.surface_moments, domain.fluid.viscosity / self.cut.h, dt);
+            let unit = (domain.fluid.viscosity / self.cut.h, slope_weights(&domain.numerics));
+            let inertia = turning(body, &motion.surface_moments, unit, dt);
             let contacts = self.contacts.as_ref();
             let impulse = contacts.map_or_else(Impulse::default, |contacts| contacts.impulses()[k]);
             // An impact ends with the step, and the fluid's response to it does not last.
@@ -230,15 +234,22 @@ impl<const D: usize> Sharp<D> {
     }
 }
 
+/// Sum of the weights of the slope at the wall: that of a velocity which is 1 at all image points
+/// (over a spacing).
+fn slope_weights(numerics: &Numerics) -> f64 {
+    profile::slope(numerics.slope_image_point).iter().sum()
+}
+
 /// What the wall shear takes back of a change of a body's velocity (N s/m) and spin (N m s) within
-/// a step, for a viscosity over spacing (Pa s/m) and its surface's area and moments: of the
-/// velocity by the profile's first image point, of the spin by the slope of the wall shear itself.
+/// a step, for a viscosity over spacing (Pa s/m) with the sum of the slope's weights, and its
+/// surface's area and moments: of the velocity by the profile's first image point, of the spin by
+/// the slope of the wall shear itself.
 pub(super) fn resistance(
     body: &Body,
     (area, surface_moments): &(f64, Matrix3<f64>),
-    unit: f64,
+    (unit, weights): (f64, f64),
 ) -> (f64, Inertia) {
-    let slope = unit * profile::slope().iter().sum::<f64>();
+    let slope = unit * weights;
     if body.shape().is_round() {
         return (unit * area, Inertia::Same(slope * surface_moments[(2, 2)]));
     }
@@ -257,16 +268,20 @@ pub(super) fn resistance(
 /// of which the body expects `drag`; the rest is felt a step late, and may be what its mass and the
 /// fluid's resist at most. So it is of few cells across in steps of several stages alone, and of
 /// light ones.
-fn least_drag(body: &Body, drag: f64, density: f64, h: f64, dt: f64) -> f64 {
+fn least_drag(body: &Body, drag: f64, density: f64, (h, weights): (f64, f64), dt: f64) -> f64 {
     let with_pressure = if body.shape().dimension() == 2 { 2.0 } else { 1.5 };
-    let inverse_mass =
-        with_pressure * drag * (profile::slope().iter().sum::<f64>() + h / body.radius());
+    let inverse_mass = with_pressure * drag * (weights + h / body.radius());
     0.5 * (inverse_mass - (body.mass() + body.added_mass(density)) / dt)
 }
 
 /// What turns with a body over a step `dt` (s): itself, and the fluid beside it by that resistance
 /// (kg m2).
-fn turning(body: &Body, surface_moments: &(f64, Matrix3<f64>), unit: f64, dt: f64) -> Inertia {
+fn turning(
+    body: &Body,
+    surface_moments: &(f64, Matrix3<f64>),
+    unit: (f64, f64),
+    dt: f64,
+) -> Inertia {
     body.inertia().plus(dt, &resistance(body, surface_moments, unit).1)
 }
 

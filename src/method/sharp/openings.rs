@@ -15,16 +15,18 @@
 use super::cut::CutBodies;
 use crate::domain::Domain;
 use crate::grid::{Border, Boundaries, Grid};
-use crate::params;
 
 /// Relative difference that is none.
 const ROUNDING: f64 = 1e-14;
+
+/// No aperture is less: the operator keeps the constants as its only null space.
+const LEAST_APERTURE: f64 = 1e-6;
 
 impl<const D: usize> CutBodies<D> {
     /// Sets `beta = H/rho` on all faces that bodies cover and brings the covered parts into line
     /// with it.
     pub(super) fn open_faces(&mut self, domain: &Domain<D>) {
-        let leak = params::shared_opening();
+        let leak = domain.numerics.shared_aperture;
         let (grid, boundaries, whole) =
             (&domain.grid, &domain.boundaries, 1.0 / domain.fluid.density);
         let total = &mut self.total;
@@ -44,7 +46,7 @@ impl<const D: usize> CutBodies<D> {
                 {
                     leak
                 } else {
-                    shared.max(params::least_opening())
+                    shared.max(LEAST_APERTURE)
                 };
                 1.0 - (1.0 - total).max(least)
             };

@@ -12,13 +12,18 @@
 //! Without the 1/24 a flow between walls is too easy: the sum over cells of what they have in their
 //! middles is more than what flows.
 
-use crate::params;
 use nalgebra::{Matrix3, Vector3};
 
-/// Factors of both image points' velocities in the parabola's at the distance `s`.
-pub fn parabola(s: f64) -> [f64; 2] {
-    let bend = |s: f64| params::cell_mean() + 0.5 * s * s;
-    let (first, second) = (params::first_image_point(), params::second_image_point());
+/// What the mean of a cell has beyond its middle, of `h^2 w''` along the normal of a wall: the mean
+/// of `x^2/2` over a cell of the width 1, by Taylor's expansion. On a curved wall `h^2/24` of the
+/// slope over the radius would come to it; `docs/constants.md` says why it is left out.
+const CELL_MEAN: f64 = 1.0 / 24.0;
+
+/// Factors of the velocities at the first image point and twice as far in the parabola's at the
+/// distance `s`.
+pub fn parabola(s: f64, first: f64) -> [f64; 2] {
+    let bend = |s: f64| CELL_MEAN + 0.5 * s * s;
+    let second = 2.0 * first;
     let determinant = bend(first) * second - bend(second) * first;
     [
         (bend(s) * second - bend(second) * s) / determinant,
@@ -28,7 +33,7 @@ pub fn parabola(s: f64) -> [f64; 2] {
 
 /// What a, b and c of the cubic make of its mean in a cell at the distance `s`.
 fn cubic_mean(s: f64) -> Vector3<f64> {
-    Vector3::new(s, params::cell_mean() + 0.5 * s * s, s * (params::cell_mean() + s * s / 6.0))
+    Vector3::new(s, CELL_MEAN + 0.5 * s * s, s * (CELL_MEAN + s * s / 6.0))
 }
 
 /// Factors of three means at these distances in the cubic's at the distance `s`; none where they do
@@ -37,23 +42,23 @@ pub fn cubic(s: f64, places: [f64; 3]) -> Option<[f64; 3]> {
     Matrix3::from_columns(&places.map(cubic_mean)).lu().solve(&cubic_mean(s)).map(Into::into)
 }
 
-/// Factors of the means at one, two and three times [`params::slope_image_point`] in the slope on
+/// Factors of the means at one, two and three times `distance` in the slope on
 /// the wall of the cubic through them: where no body moves.
-pub fn slope_of_means() -> [f64; 3] {
-    let places = [1.0, 2.0, 3.0].map(|n| n * params::slope_image_point());
+pub fn slope_of_means(distance: f64) -> [f64; 3] {
+    let places = [1.0, 2.0, 3.0].map(|n| n * distance);
     Matrix3::from_columns(&places.map(cubic_mean))
         .lu()
         .solve(&Vector3::x())
-        .map_or_else(slope, Into::into)
+        .map_or_else(|| slope(distance), Into::into)
 }
 
-/// Factors of the velocities at one, two and three times [`params::slope_image_point`] in the slope
+/// Factors of the velocities at one, two and three times `distance` in the slope
 /// of the cubic through them and zero on the wall. With the parabola's w''/24 there in place of
 /// zero pressure and shear make up the force within 0.5 % at Re = 2 in place of 1 %, but the torque
 /// on a disc that is spun up, 16 cells a diameter, is 2 to 3 % too much in place of 0.5, and light
 /// discs turn for too long.
-pub fn slope() -> [f64; 3] {
-    [3.0, -1.5, 1.0 / 3.0].map(|factor| factor / params::slope_image_point())
+pub fn slope(distance: f64) -> [f64; 3] {
+    [3.0, -1.5, 1.0 / 3.0].map(|factor| factor / distance)
 }
 
 #[cfg(test)]
@@ -64,7 +69,7 @@ mod tests {
     fn the_means_of_a_parabola_are_continued_as_such() {
         let mean = |s: f64| s - 0.7 * (s * s + 1.0 / 12.0);
         for s in [-2.5, -1.0, -0.3, 0.0, 0.4, 1.7] {
-            let [first, second] = parabola(s);
+            let [first, second] = parabola(s, 1.0);
             assert!((first * mean(1.0) + second * mean(2.0) - mean(s)).abs() < 1e-12, "at {s}");
         }
     }

@@ -25,12 +25,11 @@
 //! has all of it. Imposed on every stage it would not decay in long steps: it has waves that turn
 //! where Legendre stages bear none that do.
 
-use super::gap::{FADING, Other, Shares, Surroundings, smooth_step};
+use super::gap::{Other, Shares, Surroundings, smooth_step};
 use super::image_point::ImagePoint;
 use super::profile;
 use crate::geometry::Shape;
 use crate::grid::{Grid, VectorField};
-use crate::params;
 use crate::particles::Body;
 use nalgebra::Vector3;
 
@@ -166,14 +165,16 @@ impl<const D: usize> Stencils<D> {
     ) -> Stencil {
         let h = around.h;
         let gap = around.gap(image, &normal.foot, &normal.n);
-        let share = Shares::of(gap.width / h);
-        let [d1, d2] = [params::first_image_point() * h, params::second_image_point() * h];
+        let share = Shares::of(gap.width / h, around.numerics);
+        let first_point = around.numerics.image_point;
+        let [d1, d2] = [first_point * h, 2.0 * first_point * h];
         let near = h.min(0.5 * gap.width);
         // In a gap no further than the mirror image: more would feed back through the faces between
         // the two.
         let mirrored = |width: f64| (s / width).max(-1.0);
         let linear = if share.linear > 0.0 { share.linear * mirrored(near) } else { 0.0 };
-        let [first, second] = profile::parabola(s / h).map(|factor| share.full * factor);
+        let [first, second] =
+            profile::parabola(s / h, first_point).map(|factor| share.full * factor);
         let at = if share.full > 0.0 { d1 } else { near };
         let image_points = [(at, first + linear), (d2, second)];
         let across = share.across * mirrored(gap.width.max(0.5 * h));
@@ -191,16 +192,16 @@ impl<const D: usize> Stencils<D> {
         place: usize,
     ) -> Option<Cubic> {
         let (s, gap) = (s / around.h, around.gap(image, &normal.foot, &normal.n).width / around.h);
-        let shallow = 1.0 - smooth_step(-s, params::finer_depth(), params::finer_depth() + FADING);
-        let part = shallow * smooth_step(gap, params::finer_gap(), params::finer_gap() + FADING);
+        let (point, fading) = (around.numerics.image_point, around.numerics.blending_width);
+        // As deep as the first image point is far, it needs no more ghosts than the parabola.
+        let shallow = 1.0 - smooth_step(-s, point, point + fading);
+        // Its third image point keeps off what lies across.
+        let from = 3.0 * point + 0.5 * fading;
+        let part = shallow * smooth_step(gap, from, from + fading);
         if part == 0.0 {
             return None;
         }
-        let places = [
-            params::first_image_point(),
-            params::second_image_point(),
-            params::third_image_point(),
-        ];
+        let places = [1.0, 2.0, 3.0].map(|n| n * point);
         let factors = profile::cubic(s, places)?;
         let image_points: [_; 3] =
             std::array::from_fn(|n| (places[n] * around.h, part * factors[n]));
@@ -233,9 +234,11 @@ impl<const D: usize> Stencils<D> {
     ) -> Stencil {
         let h = around.h;
         let gap = around.gap(image, &normal.foot, &normal.n);
-        let share = Shares::of(gap.width / h);
-        let (e, near) = (params::slope_image_point() * h, h.min(0.5 * gap.width));
-        let slope = if around.finer { profile::slope_of_means() } else { profile::slope() };
+        let share = Shares::of(gap.width / h, around.numerics);
+        let distance = around.numerics.slope_image_point;
+        let (e, near) = (distance * h, h.min(0.5 * gap.width));
+        let slope =
+            if around.finer { profile::slope_of_means(distance) } else { profile::slope(distance) };
         let [one, two, three] = slope.map(|factor| share.full * factor / h);
         let linear = if share.linear > 0.0 { share.linear / near } else { 0.0 };
         let image_points = [(e, one), (2.0 * e, two), (3.0 * e, three), (near, linear)];
@@ -273,7 +276,8 @@ impl<const D: usize> Stencils<D> {
     }
 
     /// The value of the stencil through `arm` (m/s, or 1/s of a slope) for a body and a velocity
-    /// field with its ghosts filled.
+    /// field with its ghosts filled. With `limit`, the speed (m/s) up to which the layer is
+    /// resolved, and the largest profile there, of the velocity at the first image point.
     #[allow(clippy::too_many_arguments)]
     #[inline(always)]
     pub fn value(
@@ -284,7 +288,7 @@ impl<const D: usize> Stencils<D> {
         u: &VectorField<D>,
         bodies: &[Body],
         k: usize,
-        limit: Option<f64>,
+        limit: Option<(f64, f64)>,
     ) -> Vector3<f64> {
         let (rest, turn) = self.rigid(stencil, arm, &bodies[k]);
         let (mut sum, mut first) = (Vector3::zeros(), None);
@@ -293,9 +297,9 @@ impl<const D: usize> Stencils<D> {
             first.get_or_insert_with(|| relative.norm());
             sum += image_point.share * relative;
         }
-        if let (Some(limit), Some(first)) = (limit, first) {
+        if let (Some((limit, largest)), Some(first)) = (limit, first) {
             // first <= limit: the layer is resolved.
-            let most = first * (params::most_profile() * limit / first.max(limit)).max(1.0);
+            let most = first * (largest * limit / first.max(limit)).max(1.0);
             let size = sum.norm();
             if size > most {
                 sum *= most / size;

@@ -9,7 +9,6 @@ use crate::grid::VectorField;
 use crate::kernels::border::{self, Sides};
 use crate::kernels::faces;
 use crate::method::stabilised::Finish;
-use crate::params;
 use crate::particles::{Body, all_fixed};
 use crate::poisson::pressure::Projected;
 use crate::state::{BeforeForcing, State};
@@ -26,21 +25,21 @@ impl<const D: usize> Sharp<D> {
         domain.session.max(&mut speed)?;
         let (h, nu) = (self.cut.h, domain.fluid.viscosity / domain.fluid.density);
         let (courant, diffusion) = (dt * speed[0] / h, nu * dt / (h * h));
-        let rest = all_fixed(&s.bodies);
+        let (rest, numerics) = (all_fixed(&s.bodies), &domain.numerics);
         // Of cells that are longer one way it goes by the way that they are short: what faces
         // remember is of that size.
         let least = domain.grid.h.iter().copied().fold(h, f64::min);
         let kept = |decay: f64| {
-            1.0 - (courant / params::face_memory() + decay * diffusion * (h / least).powi(2))
+            1.0 - (courant / numerics.correction_courant + decay * diffusion * (h / least).powi(2))
                 .min(1.0)
         };
         let [cut, open] = match (rest, D) {
-            (true, _) => [params::face_decay_fixed(); 2],
-            (false, 3) => [params::face_decay_cut_3d(), params::face_decay_open()],
-            (false, _) => [params::face_decay_cut_2d(), params::face_decay_open()],
+            (true, _) => [numerics.correction_decay_fixed; 2],
+            (false, 3) => [numerics.correction_decay_cut_3d, numerics.correction_decay_open],
+            (false, _) => [numerics.correction_decay_cut_2d, numerics.correction_decay_open],
         };
-        let short = (params::face_time() / diffusion).min(params::face_memory() / courant);
-        let own = if rest { short.clamp(params::face_part(), 1.0) } else { 1.0 };
+        let short = (numerics.pressure_time / diffusion).min(numerics.correction_courant / courant);
+        let own = if rest { short.clamp(numerics.least_pressure_weight, 1.0) } else { 1.0 };
         Ok(StepNumbers { courant, diffusion, keep: kept(cut), keep_open: kept(open), own })
     }
 

@@ -3,8 +3,8 @@
 
 use super::raw::{
     Advection, Coupling, Damping, Domain, FACES, FixedRows, ForceRule, Lock, MeanVelocity,
-    MeasureKind, Oscillation, Petsc, Preset, Pressure, Probe, Reference, Region, Removed, Scheme,
-    Section, Shape, Side, Statistics, Stiffness, Substeps, TangentialDamping, When,
+    MeasureKind, Numerics, Oscillation, Petsc, Preset, Pressure, Probe, Reference, Region, Removed,
+    Scheme, Section, Shape, Side, Statistics, Stiffness, Substeps, TangentialDamping, When,
 };
 
 use nalgebra::Vector3;
@@ -38,6 +38,8 @@ pub struct Case {
     pub pressure: Pressure,
     /// Raw PETSc options.
     pub petsc: Petsc,
+    /// The numbers of the method.
+    pub numerics: Numerics,
     /// What `summary.json` reports.
     pub measure: Vec<Measure>,
     /// Means over time.

@@ -9,6 +9,7 @@ mod boundary;
 mod contact;
 mod coupling;
 mod drive;
+mod numerics;
 mod particle;
 pub(super) mod preset;
 mod report;
@@ -24,6 +25,7 @@ pub use coupling::{
     Buoyancy, Coupling, ForceRule, FractionRule, GradientRule, RotationRule, WallRule,
 };
 pub use drive::{Axis, Drive, MeanVelocity};
+pub use numerics::Numerics;
 pub use particle::{Enter, Lock, Motion, Oscillation, Particle, Prescribed, Round, Shape, Spin};
 pub use preset::Preset;
 pub use report::{
@@ -83,6 +85,9 @@ pub struct Case {
     /// Raw PETSc options.
     #[serde(default)]
     pub petsc: Petsc,
+    /// Numbers of the method, for experiments.
+    #[serde(default, skip_serializing_if = "Numerics::is_default")]
+    pub numerics: Numerics,
     /// What `summary.json` reports.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub measure: Vec<Measure>,

@@ -69,6 +69,7 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
         long_cells(case)?;
     }
     time(case)?;
+    case.numerics.check()?;
     for (index, plane) in case.output.planes.iter().enumerate() {
         let (key, (axis, at)) = (format!("output.planes.{index}"), plane.place());
         ensure!(dimension == 3, key, "is for 3D only: in 2D figures show all of the flow");
