@@ -46,27 +46,36 @@ pub use view::View;
 /// The file that the folder of a study has.
 const STUDY: &str = "study.csv";
 
-/// What `mics plot` is asked for.
-#[derive(Clone, Debug, Default)]
+/// What `mics plot` is asked for. Without figures: the last state, forces, speeds and paths of each
+/// run, Cd(Re) and St(Re) of all; or vorticity and streamlines alone, where times or a plane, a
+/// window or a size say something of the flow.
+#[derive(Clone, Debug, Default, clap::Args)]
 pub struct Request {
-    /// Folders of runs.
+    /// Run folders.
+    #[arg(required = true)]
     pub runs: Vec<PathBuf>,
-    /// Which figures; empty: the last state, forces, speeds and paths of each run, Cd(Re) and
-    /// St(Re) of all; or vorticity and streamlines alone, where times or a plane, a window or a
-    /// size say something of the flow.
+    /// Draw this figure only; several with commas.
+    #[arg(long = "figure", value_name = "FIGURE", value_delimiter = ',')]
     pub figures: Vec<Figure>,
-    /// Times (s) of a strip's panels, or the one of a picture; empty: evenly from the start to the
-    /// end, or the last.
+    /// Times (s) of a strip's panels, or the one of a picture of the flow, e.g. 0.1,0.2,0.3:
+    /// the nearest snapshots; without --figure and --field of vorticity and streamlines
+    /// [default: of a strip six from start to end, else the last].
+    #[arg(long, value_name = "TIMES", value_delimiter = ',', allow_negative_numbers = true)]
     pub times: Vec<f64>,
-    /// Vorticity (1/s) between two contour lines of a strip.
+    /// Vorticity (1/s) from one contour line of vorticity-strip to the next [default: a round
+    /// one].
+    #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
     pub interval: Option<f64>,
-    /// What of the flow is shown, and how.
+    #[command(flatten)]
+    #[allow(missing_docs)]
     pub view: View,
-    /// The particles that figures of curves are of, by number or name; empty: all, or of many some
-    /// that stand for them.
+    /// Draw paths, forces and speeds of this particle only, by its number (from 0) or its name;
+    /// several with commas [default: all, of more than seven by material and size].
+    #[arg(long = "particle", value_name = "PARTICLE", value_delimiter = ',')]
     pub particles: Vec<String>,
-    /// Where the figures go that are asked for by name or are of several runs; by default
-    /// `figures/` of the run, of several of the first.
+    /// Where figures go that are named or of several runs [default: figures/ of the run, of
+    /// several the first].
+    #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 }
 
