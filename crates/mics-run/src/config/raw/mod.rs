@@ -9,9 +9,11 @@ mod boundary;
 mod contact;
 mod coupling;
 mod drive;
+mod measure;
+mod measure_kind;
+mod output;
 mod particle;
 pub(super) mod preset;
-mod report;
 mod statistics;
 mod swarm;
 mod validate;
@@ -24,12 +26,11 @@ pub use coupling::{
     Buoyancy, Coupling, ForceRule, FractionRule, GradientRule, RotationRule, WallRule,
 };
 pub use drive::{Axis, Drive, MeanVelocity};
+pub use measure::{Measure, Reference, When, Which};
+pub use measure_kind::MeasureKind;
+pub use output::{Cadence, Checkpoints, FixedRows, Output, Removed, Section};
 pub use particle::{Enter, Lock, Motion, Oscillation, Particle, Prescribed, Round, Shape, Spin};
 pub use preset::Preset;
-pub use report::{
-    Cadence, Checkpoints, FixedRows, Measure, MeasureKind, Output, Reference, Removed, Section,
-    When, Which,
-};
 pub use statistics::{Probe, Statistics};
 pub use swarm::{Diameters, Feed, Range, Region, Swarm};
 

@@ -1,14 +1,17 @@
 //! Many bodies at once: `[[swarm]]`, turned into entries of `particle`.
 
+mod of_run;
 mod placement;
+mod region;
 mod table;
 
 use std::path::Path;
 
-use super::begin::{self, ReadBodies};
-use super::particle::{Enter, Nature, Overlap, below_periods, inside, overlap};
+use super::begin::ReadBodies;
+use super::particle::{Enter, Nature};
 use super::{Case, Lock, Motion, Particle, Round, Shape, Spin};
-use crate::config::fault::{AXES, Check, not_negative, positive, short, vector};
+use crate::config::fault::{Check, not_negative, positive};
+pub use region::Region;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -79,16 +82,6 @@ pub struct Feed {
     /// When the first one comes (s), default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<f64>,
-}
-
-/// A part of the box, its edges along the axes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Region {
-    /// Its lowest corner (m).
-    pub min: Vec<f64>,
-    /// Its highest corner (m).
-    pub max: Vec<f64>,
 }
 
 /// The diameters of a swarm.
@@ -269,50 +262,19 @@ impl Swarm {
     }
 }
 
-impl Region {
-    /// Checks this `region` of the table `table`, which has to have room for a body of this
-    /// diameter (m) with this gap (m) around it.
-    pub(super) fn check(&self, case: &Case, table: &str, diameter: f64, gap: f64) -> Check {
-        let key = |rest: &str| format!("{table}.region{rest}");
-        vector(&key(".min"), &self.min, case.dimension(), "m")?;
-        vector(&key(".max"), &self.max, case.dimension(), "m")?;
-        for (axis, &size) in case.domain.size.iter().enumerate() {
-            let (low, high, x) = (self.min[axis], self.max[axis], AXES[axis]);
-            for (end, at) in [("min", low), ("max", high)] {
-                let (holds, key) = ((0.0..=size).contains(&at), key(&format!(".{end}.{axis}")));
-                ensure!(
-                    holds,
-                    key,
-                    "{x} = {at:?} m is outside the domain: choose 0 <= {x} <= {size:?} m"
-                );
-            }
-            let room = placement::room(case, self, gap, axis, diameter);
-            let width = short(high - low);
-            let message = format!(
-                "{width} m along {x} have no room for a diameter of {diameter:?} m with a gap of \
-                {gap:?} m"
-            );
-            ensure!(room.is_some(), key(""), "{message}: widen it, or choose smaller ones");
-        }
-        Ok(())
-    }
-
-    /// Where the centre of a body of this diameter (m) may lie in it, by axis: from, and how far
-    /// (m); `None` without room.
-    pub(super) fn room(&self, case: &Case, gap: f64, diameter: f64) -> Option<Vec<(f64, f64)>> {
-        (0..case.dimension()).map(|axis| placement::room(case, self, gap, axis, diameter)).collect()
-    }
-}
-
 /// Turns the swarms of a checked case into particles, in their order; files are looked for from
 /// `folder` on, and `read` reads the case of a run that lists them.
 pub(in crate::config) fn expand(case: &mut Case, folder: &Path, read: ReadBodies) -> Check {
     let swarms = std::mem::take(&mut case.swarm);
     for (index, swarm) in swarms.iter().enumerate() {
         match (&swarm.from, swarm.scatter(), &swarm.feed) {
-            (Some(file), ..) if of_run(&folder.join(file)) => {
-                append_run(case, swarm, &folder.join(file), &format!("swarm.{index}.from"), read)?
-            }
+            (Some(file), ..) if of_run::is_of_run(&folder.join(file)) => of_run::append(
+                case,
+                swarm,
+                &folder.join(file),
+                &format!("swarm.{index}.from"),
+                read,
+            )?,
             (Some(file), ..) => {
                 table::append(case, swarm, &folder.join(file), &format!("swarm.{index}.from"))?
             }
@@ -332,45 +294,11 @@ pub(in crate::config) fn expand(case: &mut Case, folder: &Path, read: ReadBodies
     Ok(())
 }
 
-/// Whether a file is a run's own `particles.csv`.
-fn of_run(file: &Path) -> bool {
-    file.file_name().is_some_and(|name| name == "particles.csv")
-        && file.with_file_name("case.toml").is_file()
-}
-
-/// Appends the bodies of a run as they were at its end, moved as the swarm says.
-fn append_run(case: &mut Case, swarm: &Swarm, file: &Path, key: &str, read: ReadBodies) -> Check {
-    let run = file.parent().unwrap_or(Path::new(""));
-    let (first, dimension) = (case.particle.len(), case.dimension());
-    for mut body in begin::bodies(run, dimension, key, read)? {
-        body.name = swarm.name.clone();
-        body.material = swarm.material.clone().or(body.material);
-        body.motion = swarm.motion.clone().unwrap_or(body.motion);
-        body.locked = swarm.locked.clone();
-        if body.motion != Motion::Free {
-            (body.velocity, body.spin) = (None, None);
-        }
-        below_periods(case, key, body.shape.diameter())?;
-        let who = format!("{}: particle {}", file.display(), case.particle.len() - first);
-        inside(case, key, &who, &body)?;
-        case.particle.push(body);
-    }
-    if let Some(Overlap { first, second, words }) = overlap(case) {
-        ensure!(
-            false,
-            key,
-            "{}: particle {second} overlaps particle {first}: {words}",
-            file.display()
-        );
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::config::load;
-    use crate::config::raw::particle::distance;
+    use crate::config::raw::particle::{distance, overlap};
     use crate::config::raw::validate;
     use std::f64::consts::PI;
 
