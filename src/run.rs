@@ -139,10 +139,8 @@ impl<'a, const D: usize> Run<'a, D> {
         mut restart: Option<Restart>,
     ) -> Result<Self> {
         let case = &loaded.case;
-        let ended = match (&case.initial.from, &restart) {
-            (Some(from), None) => Some(Ended::<D>::read(session, Path::new(from))?),
-            _ => None,
-        };
+        let from = case.initial.from.as_ref().filter(|_| restart.is_none());
+        let ended = from.map(|from| Ended::<D>::read(session, Path::new(from))).transpose()?;
         let mut scene = Scene::<D>::new(session, case)?;
         let (mut account, mut series) =
             (Account { began: now(), ..Account::default() }, measure::series(case));
