@@ -21,7 +21,8 @@
 //! What is read is checked as it comes: no list is longer than its file, no box larger than the
 //! grid.
 
-use crate::grid::{Grid, Rows};
+mod boxes;
+
 use crate::petsc::Session;
 use crate::{Error, Result};
 use nalgebra::{Quaternion, SVector, UnitQuaternion};
@@ -141,132 +142,6 @@ impl<'a> Archive<'a> {
         }
         if count != text.len() as u64 || bytes != text.as_bytes() {
             return Err(refusal(format!("{text} should come next, and something else does")));
-        }
-        Ok(())
-    }
-
-    /// Writes or reads the cells of fields.
-    pub fn cells<const D: usize>(&mut self, grid: &Grid<D>, fields: &mut [Vec<f64>]) -> Result<()> {
-        fields.iter_mut().try_for_each(|field| self.boxes(grid, grid.local, || grid.rows(), field))
-    }
-
-    /// Writes or reads a velocity through faces.
-    pub fn faces<const D: usize>(
-        &mut self,
-        grid: &Grid<D>,
-        field: &mut [Vec<f64>; D],
-    ) -> Result<()> {
-        for (axis, field) in field.iter_mut().enumerate() {
-            let mut extent = grid.local;
-            extent[axis] += 1;
-            self.boxes(grid, extent, || grid.face_rows(axis), field)?;
-        }
-        Ok(())
-    }
-
-    fn boxes<const D: usize>(
-        &mut self,
-        grid: &Grid<D>,
-        extent: [usize; D],
-        rows: impl Fn() -> Rows<D>,
-        field: &mut [f64],
-    ) -> Result<()> {
-        let mut count = self.session.size() as u64;
-        count.serialize(self)?;
-        let Head::Writes { to, failed } = &mut self.head else {
-            return self.read_boxes(grid, extent, rows, field, count);
-        };
-        let head = (0..D).flat_map(|a| [grid.start[a] as f64, extent[a] as f64]);
-        let mut bytes: Vec<u8> = head.flat_map(f64::to_le_bytes).collect();
-        bytes.reserve_exact(8 * extent.iter().product::<usize>());
-        let mut finite = true;
-        for x in rows().flat_map(|row| &field[row]) {
-            finite &= x.is_finite();
-            bytes.extend_from_slice(&x.to_le_bytes());
-        }
-        let written = to.put_parts(self.session, &bytes);
-        if failed.is_none() {
-            *failed = written.err();
-        }
-        if failed.is_none() && !finite {
-            *failed = Some(Error::Run(
-                "a field is not finite everywhere: there is nothing to go on from".into(),
-            ));
-        }
-        Ok(())
-    }
-
-    /// Takes this rank's part of `count` boxes: its own where it is among them, else what the boxes
-    /// have of it.
-    fn read_boxes<const D: usize>(
-        &mut self,
-        grid: &Grid<D>,
-        extent: [usize; D],
-        rows: impl Fn() -> Rows<D>,
-        field: &mut [f64],
-        count: u64,
-    ) -> Result<()> {
-        let inside: [usize; D] = std::array::from_fn(|a| grid.cells[a] + extent[a] - grid.local[a]);
-        if !(1..=grid.total_cells() as u64).contains(&count) {
-            return Err(refusal(format!("a field in {count} boxes is not of this grid")));
-        }
-        let (mut taken, mut own) = (0, false);
-        for _ in 0..count {
-            let (mut start, mut size) = ([0; D], [0; D]);
-            for a in 0..D {
-                let (mut s, mut n) = (0.0, 0.0);
-                self.serialize([&mut s, &mut n])?;
-                let whole = |x: f64| x >= 0.0 && x.fract() == 0.0 && x <= inside[a] as f64;
-                if !(whole(s) && whole(n) && n >= 1.0 && s + n <= inside[a] as f64) {
-                    return Err(refusal(format!(
-                        "a box of {n} cells from cell {s} on is not of this grid"
-                    )));
-                }
-                (start[a], size[a]) = (s as usize, n as usize);
-            }
-            let mine = start == grid.start && size == extent;
-            let (of_box, of_rank) =
-                (|a: usize| start[a] + size[a], |a: usize| grid.start[a] + extent[a]);
-            if !mine
-                && (own || (0..D).any(|a| of_box(a) <= grid.start[a] || of_rank(a) <= start[a]))
-            {
-                self.skip(8 * size.iter().map(|n| *n as u64).product::<u64>())?;
-                continue;
-            }
-            let mut own_rows = rows();
-            for k in 0..size[1..].iter().product() {
-                let values = self.row(size[0])?;
-                let mut put = |at: usize, bytes: &[u8]| {
-                    for (x, bytes) in field[at..].iter_mut().zip(bytes.chunks_exact(8)) {
-                        *x = double(bytes)?;
-                    }
-                    Ok::<_, Error>(bytes.len() / 8)
-                };
-                if mine {
-                    taken += own_rows.next().map_or(Ok(0), |row| put(row.start, values))?;
-                    continue;
-                }
-                // Where the row lies in this rank's box, if it does.
-                let (mut rest, mut at) = (k, Some(0));
-                for a in 1..D {
-                    let cell = start[a] + rest % size[a];
-                    rest /= size[a];
-                    let within = (grid.start[a]..of_rank(a)).contains(&cell);
-                    at = at
-                        .filter(|_| within)
-                        .map(|at| at + (cell + grid.ghosts - grid.start[a]) * grid.stride[a]);
-                }
-                let from = start[0].max(grid.start[0]);
-                let to = of_box(0).min(of_rank(0));
-                if let Some(at) = at.filter(|_| from < to) {
-                    let at = at + from + grid.ghosts - grid.start[0];
-                    taken += put(at, &values[8 * (from - start[0])..8 * (to - start[0])])?;
-                }
-            }
-            own |= mine;
-        }
-        if taken < extent.iter().product() {
-            return Err(refusal("a field does not fill the grid".into()));
         }
         Ok(())
     }

@@ -2,44 +2,34 @@
 //! and its end.
 
 mod collapse;
+mod ended;
 mod energy_bound;
 mod passage;
+mod record;
 mod restart;
+mod summary;
 mod symmetry;
+mod time_loop;
 
 use crate::check::{check_memory, expected_rest};
-use crate::clock::Stage;
-use crate::config::{Cadence, Case, FixedRows, Loaded};
+use crate::config::{Case, Loaded};
 use crate::interrupt::Interrupt;
-use crate::output::measure::{self, Sample, Series};
+use crate::output::measure::{self, Series};
 use crate::output::probe::Probes;
 use crate::output::progress::Progress;
-use crate::output::snapshot;
 use crate::output::statistics::Statistics;
-use crate::output::survey::survey;
-use crate::output::{Folder, Log, StepRow, fields_file, may_use};
-use crate::particles::{Body, Motion};
+use crate::output::{Folder, Log, may_use};
 use crate::petsc::{Session, Traffic};
 use crate::poisson::pressure::Projected;
 use crate::scene::{Scene, read_case};
-use crate::scheme::Limits;
 use crate::state::Readable;
-use crate::step_size::choose_step;
-use crate::system::{cpu_seconds, host, now, peak_memory};
+use crate::system::now;
 use crate::{Error, Result};
-use mics_run::compare::measured;
-use mics_run::progress::Record;
+use ended::Ended;
 pub use restart::Account;
-use restart::{Checkpoints, Ended, Restart};
-use serde_json::json;
-use std::io::Write;
+use restart::{Checkpoints, Restart};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-/// Steps from one state that is kept, should the run fail, to the next; while the fluid gets faster
-/// by more than this, each is.
-const KEPT_EVERY: u64 = 8;
-const FASTER: f64 = 1.05;
 
 /// Draws the figures of the run in a folder, and returns their files. The solver knows no figures:
 /// whoever starts a run gives it what draws them.
@@ -111,8 +101,8 @@ struct Run<'a, const D: usize> {
     interrupt: Interrupt,
     checkpoints: Checkpoints,
     restart: Option<Restart>,
-    /// What was taken of the run that it begins with, in lines.
-    begun: Vec<String>,
+    /// What was taken over from the run that `initial.from` names, in lines.
+    inherited: Vec<String>,
     /// What is to be said of the case file, in lines.
     notes: &'a [String],
     /// Steps done and time (s) at the start of the step.
@@ -149,67 +139,40 @@ impl<'a, const D: usize> Run<'a, D> {
         mut restart: Option<Restart>,
     ) -> Result<Self> {
         let case = &loaded.case;
-        let ended = match (&case.initial.from, &restart) {
-            (Some(from), None) => Some(Ended::<D>::read(session, Path::new(from))?),
-            _ => None,
-        };
+        let from = case.initial.from.as_ref().filter(|_| restart.is_none());
+        let ended = from.map(|from| Ended::<D>::read(session, Path::new(from))).transpose()?;
         let mut scene = Scene::<D>::new(session, case)?;
         let (mut account, mut series) =
             (Account { began: now(), ..Account::default() }, measure::series(case));
-        let begun = ended.map_or(Ok(Vec::new()), |ended| ended.begin(session, case, &mut scene))?;
+        let inherited =
+            ended.map_or(Ok(Vec::new()), |ended| ended.initialise(session, case, &mut scene))?;
         let mut statistics = Statistics::of_case(&scene, case);
         let marks = restart.as_mut();
         let marks = marks
             .map(|r| r.read(session, &mut account, &mut series, &mut statistics, case, &mut scene))
             .transpose()?;
-        if account.divergence_max >= case.pressure.divergence_limit {
-            let reached = account.divergence_max;
-            return Err(loaded.error_at(
-                "pressure.divergence_limit",
-                format!(
-                    "the run that goes on has reached |D| = {reached:.3e} 1/s already; give a \
-                    limit above that"
-                ),
-            ));
-        }
-        let (end, reached) = (case.time.end, scene.state.time);
-        // A fixed step may pass the end: a run that was killed there has its summary and figures
-        // left to write.
-        let earlier = restart.as_ref().is_some_and(|restart| !restart.had_end(end));
-        if earlier && end < reached * (1.0 - 1e-12) {
-            return Err(loaded.error_at(
-                "time.end",
-                format!(
-                    "the run that goes on has reached {reached} s already; give a later end \
-                    than that"
-                ),
-            ));
+        if let Some(restart) = &restart {
+            restart.refuse_passed_limits(loaded, &account, scene.state.time)?;
         }
         crate::check::refuse(loaded, &scene)?;
         let lead = session.rank() == 0;
         let mut log = Log::new(lead && !request.quiet);
-        let opened = if lead {
-            match (&restart, marks) {
-                (Some(restart), Some(marks)) => restart.open_folder(&out, &mut log, case, marks),
-                _ => Folder::create(&out, &mut log, case, &scene.state),
-            }
-            .map(Some)
-        } else {
-            Ok(None)
-        };
+        let opened = lead.then(|| match (&restart, marks) {
+            (Some(restart), Some(marks)) => restart.open_folder(&out, &mut log, case, marks),
+            _ => Folder::create(&out, &mut log, case, &scene.state),
+        });
+        let folder = session.agree(opened.transpose())?;
         let mut good = Readable::default();
         scene.state.keep(&mut good);
+        let newest = restart.as_ref().map(Restart::step);
         Ok(Run {
             began: (scene.state.steps, scene.state.time),
             good,
             draw: request.draw,
             commit: request.commit,
-            folder: session.agree(opened)?,
+            folder,
             progress: Progress::new(lead && !request.quiet, case.time.end, lead.then_some(&out)),
-            checkpoints: Checkpoints::new(
-                case.output.checkpoint,
-                restart.as_ref().map(Restart::step),
-            ),
+            checkpoints: Checkpoints::new(case.output.checkpoint, newest),
             series,
             probes: Probes::new(&case.probe),
             statistics,
@@ -218,7 +181,7 @@ impl<'a, const D: usize> Run<'a, D> {
             before: Default::default(),
             interrupt,
             restart,
-            begun,
+            inherited,
             notes: &loaded.notes,
             session,
             case,
@@ -231,33 +194,7 @@ impl<'a, const D: usize> Run<'a, D> {
 
     fn go(mut self) -> Result<()> {
         self.write_run(None)?;
-        let cells =
-            self.case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
-        let solver = self.scene.solver()?;
-        let particles = self.case.particle.len();
-        self.log.say(&format!(
-            "{}: {cells} cells, {particles} particle{}, {} rank{}, {solver}, to t = {} s, into {}",
-            self.case.name,
-            if particles == 1 { "" } else { "s" },
-            self.session.size(),
-            if self.session.size() == 1 { "" } else { "s" },
-            self.case.time.end,
-            self.out.display()
-        ));
-        self.notes.iter().chain(&self.begun).for_each(|line| self.log.say(line));
-        for warning in crate::check::warnings(self.case, &self.scene)? {
-            self.log.say(&warning);
-        }
-        if let Some(restart) = &self.restart {
-            restart.say(&mut self.log, self.scene.state.time, self.session.size());
-            let added = restart.added(self.case);
-            if !added.is_empty() {
-                let (names, time) = (added.join(", "), self.scene.state.time);
-                self.log.say(&format!(
-                    "measured from t = {time:.6} s on only, since the run before did not: {names}"
-                ));
-            }
-        }
+        self.say_what_begins()?;
         let rest = expected_rest(self.case, &self.scene.limits()?);
         self.progress.begin(self.scene.state.steps, self.scene.state.time, rest);
         self.before = (self.scene.state.steps, self.session.traffic());
@@ -280,113 +217,29 @@ impl<'a, const D: usize> Run<'a, D> {
         closed
     }
 
-    /// The time loop.
-    fn advance(&mut self) -> Result<()> {
-        let end = self.case.time.end;
-        let mut fields = Schedule::new(self.case.output.fields, self.scene.state.time);
-        let mut rows = Schedule::new(Some(self.case.output.particles), self.scene.state.time);
-        let mut collapse = collapse::Collapse::default();
-        let (mut speed, mut kept_speed, mut solved) = (0.0, 0.0, false);
-        if self.restart.is_none() {
-            let (_, speed) = self.scene.energy_and_speed()?;
-            self.write_row(StepOutcome::default())?;
-            self.write_particles()?;
-            self.write_fields()?;
-            self.sample(speed)?;
-            self.record()?;
+    /// Says what runs, what was taken over from other runs, and what the run is warned of.
+    fn say_what_begins(&mut self) -> Result<()> {
+        let cells =
+            self.case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
+        let solver = self.scene.solver()?;
+        let particles = self.case.particle.len();
+        self.log.say(&format!(
+            "{}: {cells} cells, {particles} particle{}, {} rank{}, {solver}, to t = {} s, into {}",
+            self.case.name,
+            if particles == 1 { "" } else { "s" },
+            self.session.size(),
+            if self.session.size() == 1 { "" } else { "s" },
+            self.case.time.end,
+            self.out.display()
+        ));
+        self.notes.iter().chain(&self.inherited).for_each(|line| self.log.say(line));
+        for warning in crate::check::warnings(self.case, &self.scene)? {
+            self.log.say(&warning);
         }
-        while self.scene.state.time < end * (1.0 - 1e-12) {
-            self.began = (self.scene.state.steps, self.scene.state.time);
-            // Not after the last step: a run ends with the bodies of its last rows.
-            let mut came = false;
-            if let Some(dt) = self.account.dt {
-                let Some(returned) = self.pass(dt)? else { break };
-                came = self.admit()? || returned;
-            }
-            if self.began.0.is_multiple_of(KEPT_EVERY)
-                || speed > FASTER * kept_speed
-                || self.scene.state.differs(&self.good)
-            {
-                self.scene.state.keep(&mut self.good);
-                kept_speed = speed;
-            }
-            let limits = self.scene.limits()?;
-            // Where a body has come in the flow is set off anew.
-            let before = if came { None } else { self.account.dt };
-            let (dt, _) = choose_step(self.case, &limits, before, end - self.scene.state.time);
-            self.refuse_broken_limit(dt, &limits)?;
-            self.scene.domain.clock.lap(Stage::Logs);
-            let report = self.scene.step(dt)?;
-            let projected = report.projected;
-            speed = report.largest_speed;
-            self.account.dt = Some(dt);
-            let domain = &self.scene.domain;
-            collapse.take(dt, &self.scene.state.bodies, &domain.grid.size, &domain.periods())?;
-            self.account.divergence_max = self.account.divergence_max.max(projected.divergence_max);
-            self.account.outer += u64::from(projected.outer);
-            self.account.krylov += u64::from(projected.krylov);
-            self.account.retries += u64::from(projected.retries);
-            if !solved && projected.krylov > 0 {
-                solved = true;
-                self.name_unused_options()?;
-            }
-            let (domain, state) = (&self.scene.domain, &self.scene.state);
-            energy_bound::refuse_made(state, energy_bound::settling(domain, &state.bodies))?;
-            let wishes =
-                self.write_row(StepOutcome { dt, projected, cfl: dt * limits.courant_rate })?;
-            if rows.due(self.scene.state.steps, self.scene.state.time) {
-                self.write_particles()?;
-            }
-            self.sample(speed)?;
-            self.record()?;
-            if self.progress.due() {
-                let (step, time) = (self.scene.state.steps, self.scene.state.time);
-                let (divergence, measures) = (projected.divergence_max, self.values());
-                let state = Record {
-                    step,
-                    time,
-                    end,
-                    dt: Some(dt),
-                    divergence,
-                    largest_speed: speed,
-                    measures,
-                    ..Record::default()
-                };
-                self.progress.take(state).into_iter().for_each(|line| self.log.say(&line));
-            }
-            self.scene.domain.clock.lap(Stage::Logs);
-            if fields.due(self.scene.state.steps, self.scene.state.time) {
-                self.write_fields()?;
-            }
-            if wishes.stop || wishes.checkpoint {
-                self.checkpoint()?;
-                self.scene.domain.clock.lap(Stage::Fields);
-            }
-            if wishes.stop {
-                return Err(Error::Interrupted(format!(
-                    "interrupted after step {}, t = {:.6} s; the same command with --resume goes \
-                    on from there",
-                    self.scene.state.steps, self.scene.state.time
-                )));
-            }
+        if let Some(restart) = &self.restart {
+            restart.say(&mut self.log, self.case, self.scene.state.time, self.session.size());
         }
-        if self.account.last_fields != Some(self.scene.state.time) {
-            self.write_fields()?;
-        }
-        // A run may be given a later end, and others begin here.
-        self.checkpoint()
-    }
-
-    fn refuse_broken_limit(&self, dt: f64, limits: &Limits) -> Result<()> {
-        let (bound, limit) = limits.tightest();
-        if dt <= limit * (1.0 + 1e-9) {
-            return Ok(());
-        }
-        Err(Error::Run(format!(
-            "the step of {dt} s is over the {bound}, now {limit:.4e} s: the flow is faster than at \
-            the start; give a \
-             smaller time.step, or time.cfl instead"
-        )))
+        Ok(())
     }
 
     /// Brings back and writes the last state that was kept, unless writing is what failed, and
@@ -413,362 +266,4 @@ impl<'a, const D: usize> Run<'a, D> {
         }
         Ok(Error::Run(said))
     }
-
-    /// Writes a row of `steps.csv`; what ranks wish for is agreed on with it.
-    fn write_row(&mut self, outcome: StepOutcome) -> Result<Wishes> {
-        let row = StepRow {
-            step: self.scene.state.steps,
-            time: self.scene.state.time,
-            dt: outcome.dt,
-            outer: outcome.projected.outer,
-            krylov: outcome.projected.krylov,
-            divergence_max: outcome.projected.divergence_max,
-            cfl: outcome.cfl,
-            kinetic_energy: self.scene.state.energy.kinetic(),
-            wall: self.wall(),
-        };
-        let (scene, log) = (&self.scene, &mut self.log);
-        let written = self.folder.as_mut().map_or(Ok(()), |folder| {
-            let s = &scene.state;
-            folder.write_step(&row, s)?;
-            folder.flush_when_due(log)
-        });
-        // One message for all three, every step.
-        let flags = [written.is_err(), self.interrupt.asked(), self.checkpoints.due(row.step)];
-        let mut anywhere = flags.map(f64::from);
-        self.session.max(&mut anywhere)?;
-        let [failed, stop, checkpoint] = anywhere.map(|flag| flag > 0.0);
-        written?;
-        if failed {
-            Err(Error::Run("rank 0 failed".into()))
-        } else {
-            Ok(Wishes { stop, checkpoint })
-        }
-    }
-
-    /// Seconds that the run has taken, in all its sessions.
-    fn wall(&self) -> f64 {
-        self.account.wall + self.started.elapsed().as_secs_f64()
-    }
-
-    fn write_particles(&mut self) -> Result<()> {
-        if self.account.last_rows == Some(self.scene.state.steps) {
-            return Ok(());
-        }
-        self.account.last_rows = Some(self.scene.state.steps);
-        let (rule, fixed) = (self.case.coupling.force, self.case.output.fixed);
-        self.on_lead(|folder, scene, _| {
-            let s = &scene.state;
-            let shown = |body: &Body| {
-                body.motion != Motion::Fixed || fixed == FixedRows::Always || s.steps == 0
-            };
-            let rows = s.bodies.iter().zip(&s.exchange).filter(|(body, _)| shown(body));
-            folder.write_particles(s.steps, s.time, rows, rule)
-        })
-    }
-
-    fn write_fields(&mut self) -> Result<()> {
-        let path = self.out.join("fields").join(fields_file(self.scene.state.steps));
-        snapshot::write(&mut self.scene, &path)?;
-        self.account.last_fields = Some(self.scene.state.time);
-        self.series.iter_mut().try_for_each(|s| s.take_fields(&self.scene))?;
-        // A figure of the fields shows the particles where they are.
-        self.write_particles()?;
-        self.on_lead(|folder, scene, log| {
-            let s = &scene.state;
-            folder.take_snapshot(s.steps, s.time, &s.bodies, &s.exchange)?;
-            folder.flush(log)
-        })?;
-        self.scene.domain.clock.lap(Stage::Fields);
-        Ok(())
-    }
-
-    /// Rank 0 writes; a failure there is a failure everywhere.
-    fn on_lead(
-        &mut self,
-        write: impl FnOnce(&mut Folder, &Scene<D>, &mut Log) -> Result<()>,
-    ) -> Result<()> {
-        let written =
-            self.folder.as_mut().map_or(Ok(()), |folder| write(folder, &self.scene, &mut self.log));
-        self.session.agree(written)
-    }
-
-    fn sample(&mut self, speed: f64) -> Result<()> {
-        // The state at time 0 has exchanged nothing yet.
-        if self.scene.state.steps > 0 {
-            let contacts = self.scene.method.contacts();
-            let (exchange, bodies) = (&self.scene.state.exchange[..], &self.scene.state.bodies[..]);
-            let (deepest, touched) =
-                contacts.map_or((0.0, &[][..]), |c| (c.deepest(), c.touched()));
-            let sample = Sample {
-                time: self.scene.state.time,
-                exchange,
-                bodies,
-                max_speed: speed,
-                deepest,
-                touched,
-            };
-            for series in &mut self.series {
-                let of_box = match series.measure() {
-                    m if m.kind.is_of_box() && sample.time >= m.from => {
-                        survey(&self.scene, m, &mut self.layers)?
-                    }
-                    _ => 0.0,
-                };
-                series.sample(&sample, of_box);
-            }
-        }
-        Ok(())
-    }
-
-    /// Statistics and probes.
-    fn record(&mut self) -> Result<()> {
-        if let Some(statistics) = self.statistics.as_mut().filter(|_| self.scene.state.steps > 0) {
-            self.scene.domain.clock.lap(Stage::Logs);
-            statistics.sample(&self.scene);
-            self.scene.domain.clock.lap(Stage::Statistics);
-        }
-        let (folder, mut written) = (&mut self.folder, Ok(()));
-        self.probes.record(&mut self.scene, |line| {
-            if let (Some(folder), Ok(())) = (folder.as_mut(), &written) {
-                written = folder.write_probe(line);
-            }
-            Ok(())
-        })?;
-        written
-    }
-
-    /// Names the PETSc options that nothing has used, once a solve has set up what it works with.
-    fn name_unused_options(&self) -> Result<()> {
-        let unused = self.session.unused_options()?;
-        if !unused.is_empty() && self.session.rank() == 0 {
-            let (unused, count) = (unused.join(", "), unused.len());
-            let one =
-                if count == 1 { "option that nothing uses" } else { "options that nothing uses" };
-            // A closed stderr is no reason to end a run.
-            let _ = writeln!(
-                std::io::stderr(),
-                "warning: PETSc {one} so far: {unused}; check the spelling"
-            );
-        }
-        Ok(())
-    }
-
-    /// The measures that have a value so far, by name.
-    fn values(&self) -> serde_json::Map<String, serde_json::Value> {
-        self.series.iter().filter_map(|s| Some((s.name().to_owned(), json!(s.value()?)))).collect()
-    }
-
-    /// Closes the logs, sums up and draws.
-    fn close(&mut self, status: &str) -> Result<()> {
-        if let Some(statistics) = self.statistics.as_ref().filter(|_| status != "failed") {
-            statistics.write(&self.scene, &self.out)?;
-        }
-        let wall = self.wall();
-        let cells = self.scene.domain.grid.total_cells();
-        let stages = self.scene.stages();
-        let (before, told) = self.before;
-        let mut most = [&(self.session.traffic() - told).numbers()[..], &[peak_memory()]].concat();
-        let mut used = [peak_memory(), cpu_seconds()];
-        self.session.sum(&mut used)?;
-        self.session.max(&mut most)?;
-        let [memory, cpu] = used;
-        let symmetric = symmetry::stayed(self.case, &self.scene)?;
-        let unused = self.session.unused_options()?;
-        self.write_run(Some(&now()))?;
-        if self.folder.is_none() {
-            return Ok(());
-        }
-        let measures: Vec<(&str, Option<f64>)> =
-            self.series.iter().map(|s| (s.name(), s.value())).collect();
-        let found = self.values();
-        let comparisons: serde_json::Map<_, _> = self
-            .series
-            .iter()
-            .filter_map(|s| Some((s.name().to_owned(), json!(s.comparison()?))))
-            .collect();
-        let steps = self.scene.state.steps.max(1) as f64;
-        let stepped = (self.scene.state.steps - before).max(1) as f64;
-        let busiest = json!({
-            "collectives_per_step": most[0] / stepped,
-            "collective_bytes_per_step": most[1] / stepped,
-            "messages_per_step": most[2] / stepped,
-            "message_bytes_per_step": most[3] / stepped,
-            "peak_memory_bytes": most[4],
-        });
-        let (domain, state) = (&self.scene.domain, &self.scene.state);
-        let made = energy_bound::doubt(state, energy_bound::settling(domain, &state.bodies));
-        let notes = [
-            made.filter(|_| status == "done"),
-            energy_bound::bounded(state),
-            energy_bound::lost(self.case, state),
-            symmetric.filter(|_| status == "done"),
-        ];
-        let remarks = || self.series.iter().filter_map(|s| Some((s.name(), s.remark()?)));
-        let doubts = remarks().filter(|(_, remark)| remark.doubt && status == "done");
-        let doubts = doubts.map(|(name, remark)| format!("{name} {}", remark.words));
-        let mut notes: Vec<String> = notes.into_iter().flatten().collect();
-        // Remarks stand beside their measures on the screen.
-        let said = notes.len();
-        notes.extend(doubts);
-        let summary = json!({
-            "notes": notes,
-            "case": self.case.name,
-            "status": status,
-            "cells": cells,
-            "steps": self.scene.state.steps,
-            "time": self.scene.state.time,
-            "wall_seconds": wall,
-            "cpu_seconds": self.account.cpu + cpu,
-            "step_seconds": wall / steps,
-            "divergence_max": self.account.divergence_max,
-            "divergence_limit": self.case.pressure.divergence_limit,
-            "outer_iterations": self.account.outer,
-            "krylov_iterations": self.account.krylov,
-            "solver_retries": self.account.retries,
-            "measures": found,
-            "comparisons": comparisons,
-            "units": table(self.series.iter().map(|s| (s.name(), json!(s.measure().kind.unit(D))))),
-            "remarks": table(remarks().map(|(name, remark)| (name, json!(remark.words)))),
-            "stages_ns_per_cell_step": table(stages.iter().map(|(n, t)| (*n, json!(t)))),
-            "peak_memory_bytes": memory, "peak_memory_bytes_per_cell": memory / cells as f64,
-            "ranks": self.session.size(), "busiest_rank": busiest,
-        });
-
-        let total: f64 = stages.iter().map(|s| s.1).sum();
-        self.log.say("");
-        self.log.say("stage          ns per cell and step    share");
-        for (name, ns) in &stages {
-            self.log.say(&format!("{name:<14} {ns:>12.1} {:>19.1} %", 100.0 * ns / total));
-        }
-        self.log.say(&format!("{:<14} {total:>12.1}", "all"));
-        self.log.say("");
-        self.log.say(&format!(
-            "{} steps in {wall:.1} s, {:.2} ms a step; peak memory {:.0} MB, {:.0} bytes a cell",
-            self.scene.state.steps,
-            1e3 * wall / steps,
-            memory / 1e6,
-            memory / cells as f64
-        ));
-        self.log.say(&format!(
-            "C-HSMAC {:.2} and Krylov {:.2} iterations a step{}; largest |D| {:.2e} 1/s, limit \
-            {:.0e}",
-            self.account.outer as f64 / steps,
-            self.account.krylov as f64 / steps,
-            if self.account.retries > 0 {
-                format!(", {} solves repeated", self.account.retries)
-            } else {
-                String::new()
-            },
-            self.account.divergence_max,
-            self.case.pressure.divergence_limit
-        ));
-        if self.session.size() > 1 {
-            self.log.say(&format!(
-                "{} ranks; the busiest: {:.0} collectives ({:.1} kB) and {:.0} messages ({:.1} kB) \
-                a step, {:.0} MB",
-                self.session.size(),
-                most[0] / stepped,
-                most[1] / stepped / 1e3,
-                most[2] / stepped,
-                most[3] / stepped / 1e3,
-                most[4] / 1e6
-            ));
-        }
-        if !self.scene.state.waiting.is_empty() {
-            let count = self.scene.state.waiting.len();
-            let cure = "their time had not come, or their place was never free";
-            self.log.say(&format!("{count} of the particles never came in: {cure}"));
-        }
-        notes[..said].iter().for_each(|note| self.log.say(note));
-        if !unused.is_empty() {
-            let why =
-                if self.account.krylov == 0 { ", since no pressure was solved for" } else { "" };
-            self.log.say(&format!("PETSc options that nothing used{why}: {}", unused.join(", ")));
-        }
-        for ((name, value), series) in measures.iter().zip(&self.series) {
-            self.log.say(&match value {
-                Some(v) => {
-                    let unit = series.measure().kind.unit(D);
-                    let beside = series.comparison().map(|comparison| format!(", {comparison}"));
-                    let remark = series.remark().map(|remark| format!("; {}", remark.words));
-                    let (beside, remark) = (beside.unwrap_or_default(), remark.unwrap_or_default());
-                    format!(
-                        "{}{beside}{remark}",
-                        format!("{name} = {} {unit}", measured(*v)).trim_end()
-                    )
-                }
-                None => {
-                    format!(
-                        "{name}: the run gives no value (no oscillation, no contact, a \
-                        particle that was not there, or no steps after `from`)"
-                    )
-                }
-            });
-        }
-        let Some(folder) = &mut self.folder else { return Ok(()) };
-        folder.write_json("summary.json", &summary)?;
-        folder.flush(&mut self.log)?;
-        if status == "done" && self.case.output.figures {
-            for path in (self.draw)(&self.out)? {
-                self.log.say(&format!("figure {}", path.display()));
-            }
-        }
-        folder.flush(&mut self.log)
-    }
-
-    fn write_run(&mut self, ended: Option<&str>) -> Result<()> {
-        let (options, solver) = (self.session.options()?, self.scene.solver()?);
-        let needs = self.scene.needs();
-        let needs = needs
-            .iter()
-            .map(|(what, needed, why)| json!({"what": what, "needed": needed, "why": why}));
-        let words: Vec<String> = std::env::args().collect();
-        let record = json!({
-            "version": env!("CARGO_PKG_VERSION"),
-            "git_commit": self.commit,
-            "command": words,
-            "petsc_version": self.session.version(),
-            "petsc_options": options,
-            "ranks": self.session.size(),
-            "host": host(), "pid": std::process::id(), "start": self.account.began, "end": ended,
-            "resumed_after_step": self.restart.as_ref().map(Restart::step),
-            "solver": solver,
-            "needs": needs.collect::<Vec<_>>(),
-        });
-        self.on_lead(|folder, _, _| folder.write_json("run.json", &record))
-    }
-}
-
-/// When something is due that happens every so often: decided by step and time alone, so that all
-/// ranks agree.
-struct Schedule {
-    cadence: Option<Cadence>,
-    done: f64,
-}
-
-impl Schedule {
-    /// From `time` (s) on.
-    fn new(cadence: Option<Cadence>, time: f64) -> Schedule {
-        let mut schedule = Schedule { cadence, done: 0.0 };
-        schedule.due(0, time);
-        schedule
-    }
-
-    /// Whether a step that ended at `time` (s) is the first at or after a due moment.
-    fn due(&mut self, step: u64, time: f64) -> bool {
-        match self.cadence {
-            Some(Cadence::Steps(n)) => step.is_multiple_of(n),
-            Some(Cadence::Time(interval)) => {
-                let passed = (time / interval * (1.0 + 1e-9)).floor();
-                std::mem::replace(&mut self.done, passed) < passed
-            }
-            None => false,
-        }
-    }
-}
-
-/// A table of values by their names.
-fn table<'a>(rows: impl Iterator<Item = (&'a str, serde_json::Value)>) -> serde_json::Value {
-    rows.map(|(name, value)| (name.to_owned(), value)).collect::<serde_json::Map<_, _>>().into()
 }

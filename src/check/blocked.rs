@@ -80,18 +80,18 @@ fn find_shut<const D: usize>(
     if bodies.is_empty() || ways.is_empty() {
         return None;
     }
-    let covered = cover(grid, bodies.iter().filter(|body| wanted(body)));
+    let solid = mark_solid(grid, bodies.iter().filter(|body| wanted(body)));
     let shut = ways.into_iter().find(|(way, _)| match way {
         Way::Along(axis) => {
             let (first, last) = (
                 |at: &[usize; D]| at[*axis] == 0,
                 |at: &[usize; D]| at[*axis] + 1 == grid.cells[*axis],
             );
-            !connected(grid, &covered, Some(*axis), first, last)
+            !connected(grid, &solid, Some(*axis), first, last)
         }
         Way::From(side) => {
             let leaves = |at: &[usize; D]| out.iter().any(|side| ends(at, *side));
-            !connected(grid, &covered, None, |at| ends(at, *side), leaves)
+            !connected(grid, &solid, None, |at| ends(at, *side), leaves)
         }
     });
     shut.map(|(_, words)| words)
@@ -123,11 +123,14 @@ fn number<const D: usize>(grid: &Grid<D>, at: &[usize; D]) -> usize {
 }
 
 /// The cells of the whole grid whose centre lies in a body: every rank finds the same.
-fn cover<'a, const D: usize>(grid: &Grid<D>, bodies: impl Iterator<Item = &'a Body>) -> Vec<bool> {
-    let mut covered = vec![false; grid.total_cells()];
+fn mark_solid<'a, const D: usize>(
+    grid: &Grid<D>,
+    bodies: impl Iterator<Item = &'a Body>,
+) -> Vec<bool> {
+    let mut solid = vec![false; grid.total_cells()];
     let periods = std::array::from_fn(|a| (a < D && grid.periodic[a]).then(|| grid.size[a]));
     for body in bodies {
-        let (turn, shape) = (body.turn(), body.shape());
+        let (orientation, shape) = (body.turn(), body.shape());
         let ends: [[i64; 2]; D] = std::array::from_fn(|a| {
             [-1.0, 1.0]
                 .map(|side| ((body.centre[a] + side * body.radius()) / grid.h[a]).floor() as i64)
@@ -142,28 +145,29 @@ fn cover<'a, const D: usize>(grid: &Grid<D>, bodies: impl Iterator<Item = &'a Bo
                 if a < D { (cell[a] as f64 + 0.5) * grid.h[a] } else { body.centre[a] }
             });
             if inside
-                && shape.distance(&turn, &nearest_image(&body.centre, &centre, &periods)) < 0.0
+                && shape.distance(&orientation, &nearest_image(&body.centre, &centre, &periods))
+                    < 0.0
             {
-                covered[number(grid, &cell)] = true;
+                solid[number(grid, &cell)] = true;
             }
             let Some(axis) = (0..D).find(|&a| at[a] < ends[a][1]) else { break };
             at[axis] += 1;
             (0..axis).for_each(|a| at[a] = ends[a][0]);
         }
     }
-    covered
+    solid
 }
 
 /// Whether a way over sides of open cells leads from the ones to the others, not across the
 /// ends of the axis `kept`.
 fn connected<const D: usize>(
     grid: &Grid<D>,
-    covered: &[bool],
+    solid: &[bool],
     kept: Option<usize>,
     first: impl Fn(&[usize; D]) -> bool,
     last: impl Fn(&[usize; D]) -> bool,
 ) -> bool {
-    let mut seen = covered.to_vec();
+    let mut seen = solid.to_vec();
     let cells = |n: usize| {
         let mut rest = n;
         std::array::from_fn(|a| {

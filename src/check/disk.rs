@@ -8,10 +8,11 @@
 
 use crate::Result;
 use crate::archive::{Archive, Target};
-use crate::config::{Cadence, Case, FixedRows, Motion};
+use crate::config::{Cadence, Case, Checkpoints, FixedRows, Motion};
 use crate::output::snapshot;
 use crate::petsc::Session;
 use crate::scene::Scene;
+use crate::words::{number, size, whole};
 use std::io;
 
 /// Bytes of a row of `steps.csv`, and of a particle that moves in `particles.csv`, in 2D and 3D, as
@@ -75,4 +76,35 @@ pub fn expected<const D: usize>(case: &Case, scene: &mut Scene<D>, steps: f64) -
     let particles = PARTICLE_ROW[D - 2] * moving * (1.0 + due(&case.output.particles));
     let all = snapshot * snapshots + CHECKPOINTS * checkpoint.0 + particles + STEP_ROW * steps;
     Ok(Disk { snapshots, snapshot, checkpoint: checkpoint.0, particles, all })
+}
+
+/// What a run will write: the folder, how often, how many and how much.
+pub fn describe(case: &Case, disk: &Disk) -> String {
+    let often = |cadence: &Cadence| match cadence {
+        Cadence::Steps(1) => "every step".to_owned(),
+        Cadence::Steps(n) => format!("every {n} steps"),
+        Cadence::Time(time) => format!("every {} s", number(*time)),
+    };
+    let fields =
+        case.output.fields.as_ref().map_or("of the first and the last state".to_owned(), often);
+    let mut words = format!(
+        "output       into runs/{}, unless --out names another folder: fields {fields}, {} \
+        snapshots of {}",
+        case.name,
+        whole(disk.snapshots),
+        size(disk.snapshot)
+    );
+    if !case.particle.is_empty() {
+        words +=
+            &format!("; particles.csv {}, {}", often(&case.output.particles), size(disk.particles));
+    }
+    let checkpoint = match case.output.checkpoint {
+        Checkpoints::Steps(n) => format!("every {n} steps"),
+        Checkpoints::WallMinutes(minutes) => format!("every {} minutes", number(minutes)),
+    };
+    words
+        + &format!(
+            "; a checkpoint {checkpoint}, of which two of {} are kept",
+            size(disk.checkpoint)
+        )
 }

@@ -4,15 +4,19 @@
 //! ```text
 //!   U = terminal_speed        drag against submerged weight ([`crate::particles::terminal_speed`])
 //!   U^2 <= 2 a L                      a = |s - 1| g/(s + c), c the added mass (disc 1, sphere
-//!                                     1/2), L the way to the border
+//!                                     1/2), L the way to the boundary
 //!   delta                             [`boundary_layer`]
 //! ```
 
 use crate::config::{Case, Motion, Particle, Shape, Side};
 use crate::drag::{boundary_layer, terminal_speed};
+use crate::words::{brief, whole};
 
 /// Reynolds number below which the flow along walls has no boundary layer.
 const LEAST_REYNOLDS: f64 = 10.0;
+
+/// Reynolds number beyond which the units are in doubt.
+const DOUBTFUL: f64 = 1e6;
 
 /// The body whose layer is the thinnest beside the spacing, and what is known of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,8 +108,8 @@ impl Walls {
     }
 }
 
-/// The speed that a lone body comes to under its submerged weight (m/s): its terminal speed, or
-/// what it gathers until the end on its way to the borders, whichever is less. Where a border stops
+/// The speed that an isolated body comes to under its submerged weight (m/s): its terminal speed, or
+/// what it gathers until the end on its way to the boundaries, whichever is less. Where one stops
 /// it along one axis, it goes on along the others.
 pub fn fall_speed(case: &Case, p: &Particle) -> f64 {
     let gravity = &case.fluid.gravity;
@@ -123,12 +127,108 @@ pub fn fall_speed(case: &Case, p: &Particle) -> f64 {
     let square = gravity.iter().enumerate().filter(|(_, g)| **g != 0.0).map(|(axis, along)| {
         let down = (*along < 0.0) == (s > 1.0);
         let (at, size) = (p.position[axis], case.domain.size[axis]);
-        let to_border = if down { at } else { size - at } - 0.5 * diameter;
-        let way = if case.periodic(axis) { f64::INFINITY } else { to_border.max(0.0) };
+        let to_boundary = if down { at } else { size - at } - 0.5 * diameter;
+        let way = if case.periodic(axis) { f64::INFINITY } else { to_boundary.max(0.0) };
         let acceleration = (s - 1.0).abs() * along.abs() / (s + added);
         (2.0 * acceleration * way).min((acceleration * case.time.end).powi(2))
     });
     terminal.min(square.sum::<f64>().sqrt())
+}
+
+/// The boundary layer that the grid has to resolve: that of a body, or else that of the walls of
+/// the box.
+pub fn describe(case: &Case) -> Vec<String> {
+    let Some(layer) = Layer::thinnest(case) else { return wall_layer(case) };
+    let Layer { particle, falls, speed, reynolds, thickness, .. } = layer;
+    let h = case.spacings().into_iter().fold(0.0, f64::max);
+    let meets = if falls { "comes to" } else { "meets a flow of" };
+    let by = if falls { ", by its drag," } else { "," };
+    let mut line = format!(
+        "layer        {} {meets} {} m/s{by} Re = {}",
+        case.called(particle),
+        brief(speed),
+        number_of_flow(reynolds)
+    );
+    if thickness.is_infinite() {
+        return vec![line + ": no boundary layer"];
+    }
+    line += &format!(": a boundary layer of {thickness:.3e} m, {:.2} h", thickness / h);
+    let warning = thin_layer(case).map(|thin| format!("warning      {thin}{}", doubt(reynolds)));
+    [Some(line), warning].into_iter().flatten().collect()
+}
+
+/// That of the walls of the box, where the flow along them is fast enough for one.
+fn wall_layer(case: &Case) -> Vec<String> {
+    let Some(Walls { axis, speed, reynolds, thickness }) = Walls::thinnest(case) else {
+        return Vec::new();
+    };
+    let (x, h) = (["x", "y", "z"][axis], case.spacings()[axis]);
+    let line = format!(
+        "layer        along the walls across {x}, at {} m/s, Re = {}: a boundary layer of \
+        {thickness:.3e} m, {:.2} h",
+        brief(speed),
+        number_of_flow(reynolds),
+        thickness / h
+    );
+    let warning = thin_layer(case).map(|thin| format!("warning      {thin}{}", doubt(reynolds)));
+    [Some(line), warning].into_iter().flatten().collect()
+}
+
+/// The body that is held in the fastest stream for its size, its Reynolds number, diameter (m)
+/// and speed (m/s).
+pub(crate) fn wake(case: &Case) -> Option<(String, f64, f64, f64)> {
+    let layer = Layer::thinnest(case).filter(|layer| !layer.falls)?;
+    Some((case.called(layer.particle), layer.reynolds, layer.diameter, layer.speed))
+}
+
+/// The boundary layer, where the grid does not resolve it, and how many cells would.
+pub(crate) fn thin_layer(case: &Case) -> Option<String> {
+    let (whose, needed, there, thickness, h) = match (Layer::thinnest(case), Walls::thinnest(case))
+    {
+        (Some(layer), _) => {
+            let h = case.spacings().into_iter().fold(0.0, f64::max);
+            let needed = format!("{} cells a diameter", whole(layer.cells_needed()));
+            (
+                case.called(layer.particle),
+                needed,
+                format!("{:.1}", layer.diameter / h),
+                layer.thickness,
+                h,
+            )
+        }
+        (None, Some(Walls { axis, thickness, .. })) => {
+            let x = ["x", "y", "z"][axis];
+            let needed =
+                format!("{} cells along {x}", whole((case.domain.size[axis] / thickness).ceil()));
+            (
+                format!("the walls across {x}"),
+                needed,
+                case.domain.cells[axis].to_string(),
+                thickness,
+                case.spacings()[axis],
+            )
+        }
+        (None, None) => return None,
+    };
+    (thickness < h).then(|| {
+        format!(
+            "the boundary layer of {whose} is thinner than a spacing: {needed} would put one \
+            into it, and there are {there}"
+        )
+    })
+}
+
+/// A Reynolds number, with what a creeping flow has of it.
+pub fn number_of_flow(reynolds: f64) -> String {
+    if reynolds < 10.0 { brief(reynolds) } else { whole(reynolds) }
+}
+
+/// What a Reynolds number often comes of that is far too large.
+fn doubt(reynolds: f64) -> &'static str {
+    let units = "; so large a Reynolds number often comes of a viscosity in other units: \
+        fluid.viscosity is dynamic, in Pa s, that of \
+                 water 1e-3";
+    if reynolds > DOUBTFUL { units } else { "" }
 }
 
 #[cfg(test)]

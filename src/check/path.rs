@@ -1,5 +1,5 @@
-//! Where prescribed bodies come to, and free ones along locked axes. That one reaches the border of
-//! the box, another one or a fixed one ends a run, and follows from how they are told to move.
+//! Where prescribed bodies come to, and free ones along locked axes. That one reaches the boundary
+//! of the box, another one or a fixed one ends a run, and follows from how they are told to move.
 
 use crate::config::{Case, FACES, Side};
 use crate::method::collision::refuse_collisions;
@@ -39,7 +39,7 @@ pub fn run_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String>
     })
 }
 
-/// Says when and where the first free body that moves along a locked axis reaches a border that
+/// Says when and where the first free body that moves along a locked axis reaches a boundary that
 /// it cannot leave through.
 pub fn locked_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
     let (state, size) = (&scene.state, &scene.domain.grid.size);
@@ -68,7 +68,7 @@ pub fn locked_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<Stri
         format!(
             "warning      the run will end soon after t = {} s of {} s: particle {id} goes on \
             along {} at {} m/s, which is locked, into the \
-             {} border; unlock that axis, give it no velocity along it, or end the run before",
+             {} boundary; unlock that axis, give it no velocity along it, or end the run before",
             brief(time),
             number(case.time.end),
             ["x", "y", "z"][axis],

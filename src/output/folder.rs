@@ -1,111 +1,32 @@
 //! A run's folder: who may use it, its logs, its snapshots and its summary. Lives on rank 0.
 
+mod log;
+mod permission;
+mod tables;
+
 use super::progress::Progress;
 use super::rows::Rows;
-use super::{bodies, checkpoint, probe, progress};
+use super::{bodies, probe, progress};
 use crate::archive::{Archive, Checkpointed};
-use crate::config::{Case, ForceRule, Motion, Shape};
+use crate::config::Case;
 use crate::particles::Body;
 use crate::state::Exchange;
 use crate::state::State;
 use crate::{Error, Result};
+pub use log::Log;
 use mics_run::bodies::PREFIX as BODIES;
 use mics_run::file::replace;
-use mics_run::folder::{BALANCE, FIELDS, PROFILE, REPORT};
-use mics_run::progress::FILE as PROGRESS;
 use mics_run::vti::write_series;
-use rustix::fs::{FlockOperation, flock};
+pub use permission::may_use;
+use permission::{PART, RUN, clear, delete, lock};
 use std::fs::{self, File};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+pub use tables::StepRow;
+use tables::{PASSAGES, particle_columns, step_columns, write_roster};
 
-/// What `particles.csv` holds; docs/output.md says what each column is.
-const PARTICLE_COLUMNS: &str = "step,time,id,x,y,z,path_x,path_y,path_z,angle,vx,vy,vz,wx,wy,wz,\
-    fluid_fx,fluid_fy,fluid_fz,\
-    fluid_tx,fluid_ty,fluid_tz,pressure_fx,pressure_fy,pressure_fz,viscous_fx,viscous_fy,\
-    viscous_fz,\
-    convective_fx,convective_fy,convective_fz,momentum_fx,momentum_fy,momentum_fz,contact_fx,\
-    contact_fy,contact_fz";
-/// What 3D adds at the end: how a particle is turned, a unit quaternion.
-const ORIENTATION_COLUMNS: &str = ",qw,qx,qy,qz";
-/// What `steps.csv` holds: the contract's columns; then, where particles are free, the substeps of
-/// contacts and the balance of momentum; then the budget of energy.
-const STEP_COLUMNS: &str =
-    "step,time,dt,outer_iterations,krylov_iterations,divergence_max,cfl,kinetic_energy,wall";
-const BALANCE_COLUMNS: &str = ",substeps,momentum_x,momentum_y,momentum_z,border_impulse_x,\
-    border_impulse_y,\
-    border_impulse_z,momentum_error,angular_momentum_error";
-const ENERGY_COLUMNS: &str = ",fluid_energy,bodies_energy,spring_energy,gravity_work,border_work,\
-    prescribed_work,viscous_loss,\
-    contact_loss,friction_loss,method_loss,bounded_energy";
-/// What a drive adds at the end: its force on the fluid (N/m3), and its work.
-const DRIVE_COLUMNS: &str = ",drive_fx,drive_fy,drive_fz,drive_work";
-
-/// Bodies that have left the box, and its columns.
-const PASSAGES: &str = "passages.csv";
-const PASSAGE_COLUMNS: &str = "step,time,id,what,mass,diameter,x,y,z,vx,vy,vz";
-/// What particles are, which does not change: a row each.
-const ROSTER: &str = "bodies.csv";
-/// Says that a folder holds a run; there from the first moment to the last.
-const RUN: &str = "run.json";
-/// What this program writes into a run's folder, and so may delete with `--force`.
-const OURS: [&str; 14] = [
-    "case.toml",
-    ROSTER,
-    "steps.csv",
-    "particles.csv",
-    "summary.json",
-    "log.txt",
-    PROGRESS,
-    REPORT,
-    "probes.csv",
-    PASSAGES,
-    FIELDS,
-    PROFILE,
-    BALANCE,
-    RUN,
-];
-/// Its folders, with the endings of what it writes there.
-const OUR_FOLDERS: [(&str, &[&str]); 3] = [
-    ("fields", &["vti", "vtp", "pvd"]),
-    ("figures", &["png", "svg"]),
-    (checkpoint::FOLDER, &[checkpoint::ENDING]),
-];
-/// Ending of a file that is being written.
-const PART: &str = "part";
 /// Time after which the logs are brought to the disk.
 const FLUSH_EVERY: Duration = Duration::from_secs(5);
-
-/// Lines for the screen and for `log.txt`.
-pub struct Log {
-    file: Option<Rows>,
-    screen: bool,
-}
-
-impl Log {
-    /// A log that prints when `screen` is set, and keeps nothing yet.
-    pub fn new(screen: bool) -> Log {
-        Log { file: None, screen }
-    }
-
-    /// Says a line.
-    pub fn say(&mut self, line: &str) {
-        if self.screen {
-            // A closed pipe (`| head`) is no reason to end a run.
-            let _ = writeln!(std::io::stdout(), "{line}");
-        }
-        self.keep(line);
-    }
-
-    /// Writes a line to `log.txt` alone: of what is said elsewhere.
-    pub fn keep(&mut self, line: &str) {
-        if let Some(file) = &mut self.file {
-            // What the disk does not take is said when the logs are flushed.
-            let _ = file.add(format_args!("{line}"));
-        }
-    }
-}
 
 /// An open run folder.
 pub struct Folder {
@@ -165,155 +86,6 @@ impl Checkpointed for Marks {
     }
 }
 
-/// A row of `steps.csv`.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct StepRow {
-    /// Step count.
-    pub step: u64,
-    /// Time after the step (s).
-    pub time: f64,
-    /// Time step (s).
-    pub dt: f64,
-    /// C-HSMAC iterations.
-    pub outer: u32,
-    /// Krylov iterations.
-    pub krylov: u32,
-    /// Largest |D| (1/s).
-    pub divergence_max: f64,
-    /// Courant number.
-    pub cfl: f64,
-    /// Kinetic energy of the fluid outside the bodies and of the free bodies (J; per metre of depth
-    /// in 2D).
-    pub kinetic_energy: f64,
-    /// Wall-clock seconds since the start.
-    pub wall: f64,
-}
-
-/// Whether a run of the case file `case` may be written to `path`.
-///
-/// # Errors
-/// When the folder holds a run and `force` is not set, or holds anything that is not a run's, or
-/// the case file itself.
-pub fn may_use(path: &Path, force: bool, case: &Path) -> Result<()> {
-    let refuse = |why: String| Err(Error::Usage(format!("{}: {why}", path.display())));
-    let entries = match fs::read_dir(path) {
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-        Err(e) => return refuse(format!("cannot be used as a run's folder: {e}")),
-        Ok(entries) => entries,
-    };
-    let names: Vec<String> =
-        entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
-    if names.is_empty() {
-        return Ok(());
-    }
-    let ours = |n: &str| {
-        OURS.contains(&n.strip_suffix(".part").unwrap_or(n))
-            || OUR_FOLDERS.iter().any(|(folder, _)| *folder == n)
-    };
-    if let Some(strange) = names.iter().find(|n| !ours(n)) {
-        return refuse(format!(
-            "the folder exists and holds {strange:?}, which no run wrote; give another folder with \
-            --out"
-        ));
-    }
-    // A start that failed, for want of room, leaves folders and parts of files at most.
-    let begun = |n: &String| path.join(n).is_dir() || n.ends_with(".part");
-    if names.iter().all(begun) {
-        return Ok(());
-    }
-    if !names.iter().any(|n| n == RUN) {
-        return refuse(
-            "the folder exists and holds no run (no run.json); give another folder with --out"
-                .into(),
-        );
-    }
-    if !force {
-        return refuse(
-            "the folder exists and holds a run; give another with --out, or --force to replace it"
-                .into(),
-        );
-    }
-    let inside = |p: &Path| Some(p.canonicalize().ok()?.starts_with(path.canonicalize().ok()?));
-    if inside(case) == Some(true) {
-        return refuse(format!(
-            "--force would delete the case file {}; copy it elsewhere first",
-            case.display()
-        ));
-    }
-    Ok(())
-}
-
-fn delete(file: &Path) -> Result<()> {
-    match fs::remove_file(file) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io(file)(e)),
-        _ => Ok(()),
-    }
-}
-
-/// Takes a run's folder for this process; let go of when the file is closed, also by a process that
-/// is killed.
-///
-/// # Errors
-/// When another process has it.
-fn lock(path: &Path) -> Result<File> {
-    let folder = File::open(path).map_err(Error::io(path))?;
-    match flock(&folder, FlockOperation::NonBlockingLockExclusive) {
-        Err(e) if e == rustix::io::Errno::WOULDBLOCK => Err(Error::Usage(format!(
-            "{}: another mics is writing here; wait until it has ended, or give another folder \
-            with --out",
-            path.display()
-        ))),
-        // Some network file systems know no locks.
-        _ => Ok(folder),
-    }
-}
-
-/// Deletes what a run left in its folder, and nothing else.
-fn clear(path: &Path) -> Result<()> {
-    for (name, endings) in OUR_FOLDERS {
-        let Ok(entries) = fs::read_dir(path.join(name)) else { continue };
-        for file in entries.flatten().map(|e| e.path()) {
-            let ending = file.extension().unwrap_or_default();
-            if ending == PART || endings.iter().any(|e| ending == *e) {
-                delete(&file)?;
-            }
-        }
-    }
-    // The last one is what makes it a run's folder.
-    for name in OURS {
-        delete(&path.join(format!("{name}.{PART}")))?;
-        delete(&path.join(name))?;
-    }
-    Ok(())
-}
-
-/// Writes what each particle is: its number, name, material, shape, diameter (m), density (kg/m3)
-/// and motion.
-fn write_roster(path: &Path, case: &Case) -> Result<()> {
-    if case.particle.is_empty() {
-        return Ok(());
-    }
-    let mut rows = csv::Writer::from_writer(Vec::new());
-    let failed = |e: csv::Error| Error::io(path.join(ROSTER))(e.into());
-    rows.write_record(["id", "name", "material", "shape", "diameter", "density", "motion"])
-        .map_err(failed)?;
-    for (id, p) in case.particle.iter().enumerate() {
-        let name = p.name.clone().unwrap_or_default();
-        let shape = if matches!(p.shape, Shape::Disc(_)) { "disc" } else { "sphere" };
-        let motion = match p.motion {
-            Motion::Free { .. } => "free",
-            Motion::Fixed => "fixed",
-            Motion::Prescribed { .. } => "prescribed",
-        };
-        let [id, diameter, density] =
-            [id.to_string(), format!("{:?}", p.shape.diameter()), format!("{:?}", p.density)];
-        rows.write_record([&id, &name, &p.material, shape, &diameter, &density, motion])
-            .map_err(failed)?;
-    }
-    let text = rows.into_inner().map_err(|e| Error::io(path.join(ROSTER))(e.into_error()))?;
-    replace(&path.join(ROSTER), &text)
-}
-
 impl Folder {
     /// Makes the folder (replacing a run that [`may_use`] allowed to replace) and opens its logs.
     /// The state says which columns there are.
@@ -338,23 +110,10 @@ impl Folder {
         replace(&path.join("case.toml"), case.to_toml().as_bytes())?;
         write_roster(path, case)?;
         log.file = Some(Rows::create(&path.join("log.txt"), "")?);
-        let of = |there: bool, columns| if there { columns } else { "" };
-        let columns = [
-            STEP_COLUMNS,
-            of(s.balance.is_some(), BALANCE_COLUMNS),
-            ENERGY_COLUMNS,
-            of(s.drive.is_some(), DRIVE_COLUMNS),
-        ];
-        let columns = columns.concat();
-        let rows = |dimension: usize| {
-            let columns =
-                [PARTICLE_COLUMNS, if dimension == 3 { ORIENTATION_COLUMNS } else { "" }].concat();
-            Rows::create(&path.join("particles.csv"), &columns)
-        };
         Ok(Folder {
-            steps: Rows::create(&path.join("steps.csv"), &columns)?,
+            steps: Rows::create(&path.join("steps.csv"), &step_columns(s))?,
             particles: (!s.bodies.is_empty() || !s.waiting.is_empty())
-                .then(|| rows(D))
+                .then(|| Rows::create(&path.join("particles.csv"), &particle_columns(D)))
                 .transpose()?,
             probes: match case.probe.is_empty() {
                 true => None,
@@ -449,108 +208,6 @@ impl Folder {
             progress: progress.length(),
             snapshots: self.snapshots.clone(),
         })
-    }
-
-    /// Writes a row of `steps.csv` of a step and the state after it.
-    pub fn write_step<const D: usize>(&mut self, r: &StepRow, s: &State<D>) -> Result<()> {
-        self.steps.put(format_args!(
-            "{},{:?},{:?},{},{},{:e},{:.6},{:?},{:.3}",
-            r.step,
-            r.time,
-            r.dt,
-            r.outer,
-            r.krylov,
-            r.divergence_max,
-            r.cfl,
-            r.kinetic_energy,
-            r.wall
-        ));
-        if let Some(a) = &s.balance {
-            let (m, b) = (&a.momentum, &a.impulses.border());
-            let (substeps, error, angular) = (s.substeps, a.error.amax(), a.angular_error);
-            self.steps.put(format_args!(
-                ",{substeps},{:e},{:e},{:e},{:e},{:e},{:e},{error:e},{angular:e}",
-                m.x, m.y, m.z, b.x, b.y, b.z
-            ));
-        }
-        let e = &s.energy;
-        let budget = [
-            e.fluid,
-            e.bodies,
-            e.springs,
-            e.gravity,
-            e.borders,
-            e.prescribed,
-            e.viscous,
-            e.contacts,
-            e.friction,
-        ];
-        budget
-            .iter()
-            .chain([&e.method, &e.bounded])
-            .for_each(|joule| self.steps.put(format_args!(",{joule:e}")));
-        if let Some(force) = s.drive {
-            force
-                .iter()
-                .chain([&e.drive])
-                .for_each(|number| self.steps.put(format_args!(",{number:e}")));
-        }
-        self.steps.end_line()
-    }
-
-    /// Writes that a body has left the box (kg, m, m/s) or come back: a row of `passages.csv`,
-    /// which the first one begins.
-    pub fn write_passage(&mut self, step: u64, time: f64, what: &str, body: &Body) -> Result<()> {
-        if self.passages.is_none() {
-            self.passages = Some(Rows::create(&self.path.join(PASSAGES), PASSAGE_COLUMNS)?);
-        }
-        let Some(rows) = &mut self.passages else { return Ok(()) };
-        let (c, v) = (body.centre, body.velocity);
-        let (id, mass, diameter) = (body.id, body.mass(), 2.0 * body.radius());
-        rows.add(format_args!(
-            "{step},{time:?},{id},{what},{mass:?},{diameter:?},{:?},{:?},{:?},{:?},{:?},{:?}",
-            c.x, c.y, c.z, v.x, v.y, v.z
-        ))
-    }
-
-    /// Writes a line of `probes.csv`.
-    pub fn write_probe(&mut self, line: std::fmt::Arguments) -> Result<()> {
-        self.probes.as_mut().map_or(Ok(()), |probes| probes.add(line))
-    }
-
-    /// Writes a row a particle to `particles.csv`; `fluid_f*` is the force that `rule` names.
-    pub fn write_particles<'a>(
-        &mut self,
-        step: u64,
-        time: f64,
-        bodies: impl Iterator<Item = (&'a Body, &'a Exchange)>,
-        rule: ForceRule,
-    ) -> Result<()> {
-        let Some(file) = &mut self.particles else { return Ok(()) };
-        for (b, e) in bodies {
-            let id = b.id;
-            let (force, torque) = match rule {
-                ForceRule::Momentum => (e.momentum, e.momentum_torque),
-                ForceRule::Literal => (e.literal(), e.literal_torque),
-            };
-            let path = b.path();
-            let vectors =
-                [&b.centre, &path, &b.velocity, &b.spin, &force, &torque, &e.pressure, &e.viscous];
-            let vectors = vectors.into_iter().chain([&e.convective, &e.momentum, &e.contact]);
-            file.put(format_args!("{step},{time:?},{id}"));
-            for (k, vector) in vectors.enumerate() {
-                vector.iter().for_each(|v| file.put(format_args!(",{v:?}")));
-                if k == 1 {
-                    file.put(format_args!(",{:?}", b.angle));
-                }
-            }
-            if b.shape().dimension() == 3 {
-                let q = b.orientation;
-                file.put(format_args!(",{:?},{:?},{:?},{:?}", q.w, q.i, q.j, q.k));
-            }
-            file.end_line()?;
-        }
-        Ok(())
     }
 
     /// Takes up a snapshot of the fields that has been written: the bodies and what they exchanged

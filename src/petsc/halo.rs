@@ -8,7 +8,7 @@
 //! Slabs span the stored extent of the other axes, so that doing the axes in order fills edges and
 //! corners too.
 
-use super::session::check;
+use super::failure::check;
 use super::{Layout, Number, Session, Traffic};
 use crate::Result;
 use petsc_sys as ffi;

@@ -1,6 +1,6 @@
 //! The decomposition of the grid over ranks: a DMDA decides it, plain numbers carry it.
 
-use super::{Session, session::check};
+use super::{Session, failure::check};
 use crate::{Error, Result};
 use petsc_sys as ffi;
 use std::{ptr, slice};
@@ -41,56 +41,7 @@ impl Layout {
     ) -> Result<Layout> {
         let ranks = split(session.size(), cells, ghosts)
             .ok_or_else(|| too_many_ranks(session.size(), cells, ghosts))?;
-        let kind = |a: usize| {
-            if periodic[a] { ffi::DM_BOUNDARY_PERIODIC } else { ffi::DM_BOUNDARY_GHOSTED }
-        };
-        let (n, ranks) = (|a: usize| cells[a] as i32, ranks.map(|r| r as i32));
-        let (width, none) = (ghosts as i32, ptr::null());
-        let (comm, stencil) = (session.comm(), ffi::DMDA_STENCIL_BOX);
-        let mut da: ffi::DM = ptr::null_mut();
-        // SAFETY: plain numbers, no ownership ranges (null), one output handle that is destroyed
-        // below.
-        let made = unsafe {
-            if cells.len() == 3 {
-                let (k, m, p) = (kind(0), kind(1), kind(2));
-                ffi::DMDACreate3d(
-                    comm,
-                    k,
-                    m,
-                    p,
-                    stencil,
-                    n(0),
-                    n(1),
-                    n(2),
-                    ranks[0],
-                    ranks[1],
-                    ranks[2],
-                    1,
-                    width,
-                    none,
-                    none,
-                    none,
-                    &mut da,
-                )
-            } else {
-                ffi::DMDACreate2d(
-                    comm,
-                    kind(0),
-                    kind(1),
-                    stencil,
-                    n(0),
-                    n(1),
-                    ranks[0],
-                    ranks[1],
-                    1,
-                    width,
-                    none,
-                    none,
-                    &mut da,
-                )
-            }
-        };
-        check("DMDACreate", made)?;
+        let mut da = make_da(session, cells, periodic, ranks, ghosts)?;
         // SAFETY: `da` is a DMDA just made; on failure it is still ours to destroy.
         let read = check("DMSetUp", unsafe { ffi::DMSetUp(da) })
             .and_then(|()| Self::read(da, cells.len(), ghosts));
@@ -143,6 +94,41 @@ impl Layout {
             numbers,
         })
     }
+}
+
+/// A DMDA over so many ranks along each axis, which is the caller's to destroy.
+fn make_da(
+    session: &Session,
+    cells: &[usize],
+    periodic: &[bool],
+    ranks: [usize; 3],
+    ghosts: usize,
+) -> Result<ffi::DM> {
+    let kind = |a: usize| match periodic[a] {
+        true => ffi::DM_BOUNDARY_PERIODIC,
+        false => ffi::DM_BOUNDARY_GHOSTED,
+    };
+    let n = |a: usize| cells[a] as i32;
+    let ([along_x, along_y, along_z], width) = (ranks.map(|r| r as i32), ghosts as i32);
+    let (comm, stencil, none) = (session.comm(), ffi::DMDA_STENCIL_BOX, ptr::null());
+    let mut da: ffi::DM = ptr::null_mut();
+    // SAFETY: plain numbers, no ownership ranges (null), one output handle.
+    #[rustfmt::skip]
+    let made = unsafe {
+        if cells.len() == 3 {
+            ffi::DMDACreate3d(
+                comm, kind(0), kind(1), kind(2), stencil, n(0), n(1), n(2),
+                along_x, along_y, along_z, 1, width, none, none, none, &mut da,
+            )
+        } else {
+            ffi::DMDACreate2d(
+                comm, kind(0), kind(1), stencil, n(0), n(1),
+                along_x, along_y, 1, width, none, none, &mut da,
+            )
+        }
+    };
+    check("DMDACreate", made)?;
+    Ok(da)
 }
 
 /// Ranks along each axis, so that every rank has `ghosts` cells along every axis and the faces

@@ -7,16 +7,22 @@
 //! behind.
 #![allow(unsafe_code)]
 
+mod choice;
+mod failure;
 mod halo;
 mod layout;
 mod operator;
+mod options;
 mod ranks;
+mod reuse;
 mod session;
 mod solver;
+mod vector;
 
+pub use choice::Choice;
 pub use halo::Halo;
 pub use layout::Layout;
 pub use operator::{Operator, OwnPreconditioner};
 pub use ranks::{Number, Traffic};
 pub use session::Session;
-pub use solver::{Choice, LinearSolver, Solved};
+pub use solver::{LinearSolver, Solved};

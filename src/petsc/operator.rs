@@ -10,7 +10,8 @@
 //! takes a preconditioner for the whole system.
 
 use super::Session;
-use super::session::{check, hear, read, write};
+use super::failure::{check, hear};
+use super::vector::{read, write};
 use crate::{Error, Result};
 use petsc_sys as ffi;
 use std::cell::RefCell;

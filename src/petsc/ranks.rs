@@ -1,7 +1,7 @@
 //! What ranks tell each other: sums, largest values, gatherings.
 
 use super::Session;
-use super::session::check;
+use super::failure::check;
 use crate::{Error, Result};
 use petsc_sys as ffi;
 use std::ffi::{c_int, c_void};

@@ -3,8 +3,13 @@
 //! refilled straight into PETSc's storage.
 
 use super::Session;
+use super::choice::{
+    Choice, bad_option, default_options, number, refuse_empty_views, refuse_what_ends_the_program,
+};
+use super::failure::{check, reason_name};
 use super::operator::{Operator, OwnPreconditioner, Shell};
-use super::session::{check, read, reason_name, write};
+use super::reuse::Reuse;
+use super::vector::{read, write};
 use crate::{Error, Result};
 use petsc_sys as ffi;
 use std::cell::RefCell;
@@ -41,17 +46,6 @@ pub struct LinearSolver {
     session: Session,
 }
 
-/// What to solve with where PETSc's options leave it open.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Choice {
-    /// BCGS with BoomerAMG.
-    BcgsBoomeramg,
-    /// Conjugate gradients with the operator's own multigrid.
-    Multigrid,
-    /// The operator's own transforms, which are exact where its coefficient is uniform.
-    Direct,
-}
-
 /// What a solve took.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Solved {
@@ -59,60 +53,6 @@ pub struct Solved {
     pub iterations: u32,
     /// Whether a first try failed and was repeated from zero with a rebuilt preconditioner.
     pub retried: bool,
-}
-
-/// A preconditioner that outlives its matrix until iterations have grown.
-#[derive(Clone, Copy, Debug, Default)]
-struct Reuse {
-    /// Iterations a decade of reduction with the matrix that it was built from.
-    first: Option<f64>,
-    /// Whether the matrix is another by now.
-    stale: bool,
-    /// Whether it has to be built anew before the next solve.
-    due: bool,
-    /// Matrices for which it is built anew in any case: it has failed on one that it was not built
-    /// from.
-    wait: u32,
-    failures: u32,
-}
-
-impl Reuse {
-    /// Whether the next solve goes on with what there is, although the matrix is another.
-    fn keeps(&self) -> bool {
-        self.first.is_some() && !self.due && self.wait == 0
-    }
-
-    /// Iterations after which building anew costs less than going on.
-    fn patience(&self, rtol: f64) -> i32 {
-        (2.0 * GROWTH * self.first.unwrap_or(0.0) * -rtol.log10()) as i32 + 5
-    }
-
-    /// Takes a solve's iterations.
-    fn judge(&mut self, iterations: u32, rtol: f64) {
-        let decades = -rtol.log10();
-        match self.first {
-            Some(first) if self.stale => {
-                self.due = f64::from(iterations) > GROWTH * first * decades + 1.0
-            }
-            _ => self.first = Some(f64::from(iterations) / decades),
-        }
-    }
-
-    fn built(&mut self) {
-        *self = Reuse {
-            first: None,
-            stale: false,
-            due: false,
-            wait: self.wait.saturating_sub(1),
-            ..*self
-        };
-    }
-
-    /// Waits longer each time.
-    fn failed(&mut self) {
-        self.failures = (self.failures + 1).min(6);
-        self.wait = 1 << self.failures;
-    }
 }
 
 /// PETSc's `KSP_DIVERGED_ITS`: more iterations than `-ksp_max_it` allows.
@@ -135,98 +75,37 @@ fn overflown() -> Error {
     )
 }
 
-/// Growth of the iterations at which a preconditioner is built anew.
-const GROWTH: f64 = 1.3;
-
-/// A choice's options, on the true residual, with a coarsest solve that a singular matrix allows.
-fn default_options(session: &Session, choice: Choice, dimension: usize) -> Result<()> {
-    session.forget_default_options()?;
-    let (method, preconditioner) = match choice {
-        Choice::BcgsBoomeramg => ("bcgs", "hypre"),
-        Choice::Multigrid => ("cg", "boxmg"),
-        Choice::Direct => ("preonly", "transform"),
-    };
-    // A method without iterations is for the preconditioner that it was chosen with.
-    let iterates = choice != Choice::Direct || session.has_option("-pc_type")?;
-    session
-        .default_option("-ksp_type", if iterates && method == "preonly" { "cg" } else { method })?;
-    session.default_option("-ksp_max_it", "500")?;
-    // The side on which, or the norm in which, each method tests the true residual.
-    match session.option("-ksp_type")?.as_deref() {
-        Some("bcgs" | "fbcgs" | "fbcgsr" | "gmres" | "fgmres" | "lgmres" | "gcr" | "tfqmr") => {
-            session.default_option("-ksp_pc_side", "right")?
-        }
-        Some("cg" | "pipecg" | "groppcg" | "fcg" | "cr") => {
-            session.default_option("-ksp_norm_type", "unpreconditioned")?
-        }
-        _ => {}
+/// The failure of a solve with a preconditioner of our own, for PETSc's reason.
+fn failed_once(reason: ffi::KSPConvergedReason, iterations: u32, rtol: f64) -> Error {
+    if reason == OVERFLOWN {
+        return overflown();
     }
-    session.default_option("-pc_type", preconditioner)?;
-    // Else gamg and mg smooth with the operator, free bodies included, by the eigenvalues of the
-    // matrix: no longer positive.
-    session.default_option("-pc_use_amat", "false")?;
-    if session.option("-pc_type")?.as_deref() == Some("gamg") {
-        // Its own smoother goes by estimates of eigenvalues that are too small: as a preconditioner
-        // of cg it is indefinite among free bodies.
-        session.default_option("-mg_levels_ksp_type", "richardson")?;
-        session.default_option("-mg_levels_pc_type", "sor")?;
-    }
-    if session.option("-pc_type")?.as_deref() == Some("hypre") {
-        session.default_option("-pc_hypre_type", "boomeramg")?;
-        session.default_option("-pc_hypre_boomeramg_relax_type_coarse", "symmetric-SOR/Jacobi")?;
-        let threshold = if dimension == 2 { "0.25" } else { "0.5" };
-        session.default_option("-pc_hypre_boomeramg_strong_threshold", threshold)?;
-        if dimension == 3 {
-            // Sparser levels: a quarter less time at 64^3, and less memory. In 2D they gain
-            // nothing.
-            session.default_option("-pc_hypre_boomeramg_coarsen_type", "HMIS")?;
-            session.default_option("-pc_hypre_boomeramg_interp_type", "ext+i")?;
-            session.default_option("-pc_hypre_boomeramg_P_max", "4")?;
-        }
-    }
-    Ok(())
+    Error::Run(format!(
+        "the pressure solve failed: {} after {iterations} iterations (relative tolerance \
+        {rtol:.1e}); {LOOK}, try another solver (pressure.solver = \"bcgs-boomeramg\", or \
+        `-- -ksp_type cg -pc_type gamg`), or relax pressure.divergence_limit",
+        reason_name(reason),
+    ))
 }
 
-/// Refuses options with which this PETSc ends the program.
-fn refuse_what_ends_the_program(session: &Session) -> Result<()> {
-    let levels = number(session, "-pc_mg_levels")?.unwrap_or(1.0);
-    if session.option("-pc_type")?.as_deref() == Some("mg") && levels > 1.0 {
-        return Err(Error::Usage(
-            "PETSc option -pc_type mg with -pc_mg_levels: its coarser levels have to be given, and \
-            here is none but the grid itself; \
-             -pc_type gamg or hypre find theirs from the matrix"
-                .into(),
-        ));
+/// The failure of two solves, for PETSc's reasons after so many iterations each.
+fn failed_twice(
+    (first, before): (ffi::KSPConvergedReason, u32),
+    (second, more): (ffi::KSPConvergedReason, u32),
+    rtol: f64,
+) -> Error {
+    if first == OVERFLOWN && second == OVERFLOWN {
+        return overflown();
     }
-    match session
-        .options()?
-        .split(" -")
-        .find(|option| option.contains("ksp_monitor") && option.contains("hdf5"))
-    {
-        Some(option) => Err(Error::Usage(format!(
-            "PETSc option -{}: its monitors cannot write HDF5; give ascii:FILE",
-            option.trim_start_matches('-')
-        ))),
-        None => Ok(()),
-    }
-}
-
-/// Refuses to write a matrix that there is none of: the operator is applied row by row, and so is
-/// what `own` preconditioners need of it.
-fn refuse_empty_views(session: &Session, own: bool) -> Result<()> {
-    for (name, none) in [("-ksp_view_mat", true), ("-ksp_view_pmat", own)] {
-        let value = session.option(name)?.unwrap_or_default();
-        let numbers =
-            ["binary", "hdf5", "matlab", "draw"].iter().any(|kind| value.starts_with(kind));
-        if none && numbers {
-            return Err(Error::Usage(format!(
-                "PETSc option {name} {value}: there is no matrix to write, the operator is applied \
-                with the free bodies in it; \
-                 -ksp_view_pmat with -pc_type hypre or gamg writes the one of the fluid"
-            )));
-        }
-    }
-    Ok(())
+    Error::Run(format!(
+        "the pressure solve failed twice: {} after {before} iterations, then, from zero with a \
+        rebuilt preconditioner, {} after {more} (relative tolerance {rtol:.1e}); {LOOK}, {}take \
+        the default solver (pressure.solver = \"auto\", without -ksp_type and -pc_type), or relax \
+        pressure.divergence_limit",
+        reason_name(first),
+        reason_name(second),
+        if second == TOO_MANY { "allow more iterations (`-- -ksp_max_it 5000`), " } else { "" },
+    ))
 }
 
 impl LinearSolver {
@@ -278,59 +157,64 @@ impl LinearSolver {
             preconditioner_alone: session.option("-ksp_type")?.as_deref() == Some("preonly"),
             session: session.clone(),
         };
-        let (comm, n, any) = (session.comm(), owned as i32, -1);
-        // SAFETY: every handle is an output that `solver` owns from then on and destroys when
-        // dropped, also when a later call fails; `rows` and `columns` live through the call that
-        // reads (and may reorder) them.
+        if singular {
+            let space = &mut solver.null_space;
+            // SAFETY: an output that `solver` owns from then on and destroys when dropped.
+            check("MatNullSpaceCreate", unsafe {
+                ffi::MatNullSpaceCreate(session.comm(), ffi::PETSC_TRUE, 0, ptr::null(), space)
+            })?;
+        }
+        if own.is_none() {
+            solver.make_matrix(pattern())?;
+        }
+        solver.make_krylov()?;
+        Ok(solver)
+    }
+
+    /// Makes the matrix that the preconditioner is built from, with the entries of a pattern.
+    fn make_matrix(&mut self, (mut rows, mut columns): (Vec<i32>, Vec<i32>)) -> Result<()> {
+        let (n, any, count) = (self.owned as i32, -1, rows.len() as ffi::PetscCount);
+        // SAFETY: the handle is an output that `self` owns from then on and destroys when dropped,
+        // also when a later call fails; `rows` and `columns` live through the call that reads (and
+        // may reorder) them.
         unsafe {
-            if singular {
-                let space = &mut solver.null_space;
-                check(
-                    "MatNullSpaceCreate",
-                    ffi::MatNullSpaceCreate(comm, ffi::PETSC_TRUE, 0, ptr::null(), space),
-                )?;
-            }
-            if own.is_none() {
-                let (mut rows, mut columns) = pattern();
-                check("MatCreate", ffi::MatCreate(comm, &mut solver.matrix))?;
-                check("MatSetSizes", ffi::MatSetSizes(solver.matrix, n, n, any, any))?;
-                check("MatSetType", ffi::MatSetType(solver.matrix, c"aij".as_ptr()))?;
-                check("MatSetPreallocationCOO", {
-                    let count = rows.len() as ffi::PetscCount;
-                    ffi::MatSetPreallocationCOO(
-                        solver.matrix,
-                        count,
-                        rows.as_mut_ptr(),
-                        columns.as_mut_ptr(),
-                    )
-                })?;
-                check(
-                    "MatSetOption",
-                    ffi::MatSetOption(solver.matrix, ffi::MAT_SYMMETRIC, ffi::PETSC_TRUE),
-                )?;
-                solver.operator.go_with(session, solver.matrix)?;
-                // Our own preconditioners keep constants out by themselves.
-                if singular {
-                    for matrix in [solver.matrix, solver.operator.matrix] {
-                        check("MatSetNullSpace", ffi::MatSetNullSpace(matrix, solver.null_space))?;
-                    }
+            check("MatCreate", ffi::MatCreate(self.session.comm(), &mut self.matrix))?;
+            check("MatSetSizes", ffi::MatSetSizes(self.matrix, n, n, any, any))?;
+            check("MatSetType", ffi::MatSetType(self.matrix, c"aij".as_ptr()))?;
+            let (i, j) = (rows.as_mut_ptr(), columns.as_mut_ptr());
+            check("MatSetPreallocationCOO", ffi::MatSetPreallocationCOO(self.matrix, count, i, j))?;
+            check(
+                "MatSetOption",
+                ffi::MatSetOption(self.matrix, ffi::MAT_SYMMETRIC, ffi::PETSC_TRUE),
+            )?;
+            self.operator.go_with(&self.session, self.matrix)?;
+            // Our own preconditioners keep constants out by themselves.
+            if !self.null_space.is_null() {
+                for matrix in [self.matrix, self.operator.matrix] {
+                    check("MatSetNullSpace", ffi::MatSetNullSpace(matrix, self.null_space))?;
                 }
             }
-            let (x, b) = (&mut solver.solution, &mut solver.right_side);
-            check("MatCreateVecs", ffi::MatCreateVecs(solver.operator.matrix, x, b))?;
-            check("KSPCreate", ffi::KSPCreate(comm, &mut solver.krylov))?;
-            solver.set_operators()?;
-            check("KSPSetFromOptions", ffi::KSPSetFromOptions(solver.krylov))
-                .map_err(bad_option)?;
-            let mut norm = 0;
-            check("KSPGetNormType", ffi::KSPGetNormType(solver.krylov, &mut norm))
-                .map_err(bad_option)?;
-            solver.tests_true_residual = norm == ffi::KSP_NORM_UNPRECONDITIONED;
-            let (mut r, mut a) = (0.0, 0.0);
-            let (d, m) = (&mut solver.divergence_tolerance, &mut solver.max_iterations);
-            check("KSPGetTolerances", ffi::KSPGetTolerances(solver.krylov, &mut r, &mut a, d, m))?;
         }
-        Ok(solver)
+        Ok(())
+    }
+
+    /// Makes the vectors and the Krylov solver, as the options say.
+    fn make_krylov(&mut self) -> Result<()> {
+        // SAFETY: as for the matrix.
+        unsafe {
+            let (x, b) = (&mut self.solution, &mut self.right_side);
+            check("MatCreateVecs", ffi::MatCreateVecs(self.operator.matrix, x, b))?;
+            check("KSPCreate", ffi::KSPCreate(self.session.comm(), &mut self.krylov))?;
+            self.set_operators()?;
+            check("KSPSetFromOptions", ffi::KSPSetFromOptions(self.krylov)).map_err(bad_option)?;
+            let mut norm = 0;
+            check("KSPGetNormType", ffi::KSPGetNormType(self.krylov, &mut norm))
+                .map_err(bad_option)?;
+            self.tests_true_residual = norm == ffi::KSP_NORM_UNPRECONDITIONED;
+            let (mut r, mut a) = (0.0, 0.0);
+            let (d, m) = (&mut self.divergence_tolerance, &mut self.max_iterations);
+            check("KSPGetTolerances", ffi::KSPGetTolerances(self.krylov, &mut r, &mut a, d, m))
+        }
     }
 
     /// Whether the preconditioner is built from the operator's matrix, which has to be set then.
@@ -411,68 +295,59 @@ impl LinearSolver {
             })?;
         }
         let atol = self.fixed_atol.unwrap_or(if self.tests_true_residual { atol } else { 0.0 });
-        let mut spent = 0;
-        if let Some(reuse) = self.reuse.filter(|reuse| reuse.stale) {
-            if reuse.keeps() {
-                self.prepare(rtol, atol, true, reuse.patience(rtol).min(self.max_iterations))?;
-                let (reason, iterations) = self.attempt()?;
-                if reason > 0 {
-                    self.judge(iterations, rtol);
-                    return Ok(Solved { iterations, retried: false });
-                }
-                spent = iterations;
-                self.reuse.iter_mut().for_each(Reuse::failed);
-                self.forget_guess()?;
-            }
-            self.reuse.iter_mut().for_each(Reuse::built);
+        let (done, spent) = self.attempt_with_old_preconditioner(rtol, atol)?;
+        if done {
+            return Ok(Solved { iterations: spent, retried: false });
         }
         self.prepare(rtol, atol, false, self.max_iterations)?;
-        let (first, mut iterations) = self.attempt()?;
+        let (first, iterations) = self.attempt()?;
         if first > 0 {
             self.judge(iterations, rtol);
             return Ok(Solved { iterations: spent + iterations, retried: false });
         }
-        if first == OVERFLOWN && self.own.is_some() {
-            return Err(overflown());
-        }
         if self.own.is_some() {
-            return Err(Error::Run(format!(
-                "the pressure solve failed: {} after {iterations} iterations (relative tolerance \
-                {rtol:.1e}); {LOOK}, try \
-                 another solver (pressure.solver = \"bcgs-boomeramg\", or `-- -ksp_type cg \
-                     -pc_type gamg`), or relax \
-                 pressure.divergence_limit",
-                reason_name(first),
-            )));
+            return Err(failed_once(first, iterations, rtol));
         }
-        // SAFETY: as above; PCReset forgets the factors, and the next solve sets up anew.
+        self.forget_preconditioner()?;
+        self.forget_guess()?;
+        let (second, more) = self.attempt()?;
+        if second > 0 {
+            self.judge(more, rtol);
+            return Ok(Solved { iterations: spent + iterations + more, retried: true });
+        }
+        Err(failed_twice((first, iterations), (second, more), rtol))
+    }
+
+    /// Solves with the preconditioner of an older matrix, where that is worth a try. Returns
+    /// whether it is solved, and the iterations.
+    fn attempt_with_old_preconditioner(&mut self, rtol: f64, atol: f64) -> Result<(bool, u32)> {
+        let Some(reuse) = self.reuse.filter(|reuse| reuse.stale) else { return Ok((false, 0)) };
+        let mut spent = 0;
+        if reuse.keeps() {
+            self.prepare(rtol, atol, true, reuse.patience(rtol).min(self.max_iterations))?;
+            let (reason, iterations) = self.attempt()?;
+            if reason > 0 {
+                self.judge(iterations, rtol);
+                return Ok((true, iterations));
+            }
+            spent = iterations;
+            self.reuse.iter_mut().for_each(Reuse::failed);
+            self.forget_guess()?;
+        }
+        self.reuse.iter_mut().for_each(Reuse::built);
+        Ok((false, spent))
+    }
+
+    /// Lets the next solve build its preconditioner anew.
+    fn forget_preconditioner(&mut self) -> Result<()> {
+        // SAFETY: handles made in `new`; PCReset forgets the factors, and the next solve sets up
+        // anew.
         unsafe {
             let mut pc = ptr::null_mut();
             check("KSPGetPC", ffi::KSPGetPC(self.krylov, &mut pc))?;
             check("PCReset", ffi::PCReset(pc))?;
         }
-        self.set_operators()?;
-        self.forget_guess()?;
-        let (second, more) = self.attempt()?;
-        iterations += more;
-        if second > 0 {
-            self.judge(more, rtol);
-            return Ok(Solved { iterations: spent + iterations, retried: true });
-        }
-        if first == OVERFLOWN && second == OVERFLOWN {
-            return Err(overflown());
-        }
-        Err(Error::Run(format!(
-            "the pressure solve failed twice: {} after {} iterations, then, from zero with a \
-            rebuilt preconditioner, {} \
-             after {more} (relative tolerance {rtol:.1e}); {LOOK}, {}take the default solver \
-             (pressure.solver = \"auto\", without \
-             -ksp_type and -pc_type), or relax pressure.divergence_limit",
-            reason_name(first),
-            iterations - more,
-            reason_name(second),
-            if second == TOO_MANY { "allow more iterations (`-- -ksp_max_it 5000`), " } else { "" },
-        )))
+        self.set_operators()
     }
 
     /// Says how far the next attempt goes, and whether it goes on with a preconditioner of another
@@ -553,32 +428,5 @@ impl Drop for LinearSolver {
             ffi::MatNullSpaceDestroy(&mut self.null_space);
             ffi::MatDestroy(&mut self.matrix);
         }
-    }
-}
-
-/// What PETSc refuses here, the user asked for.
-fn bad_option(error: Error) -> Error {
-    match error {
-        Error::Petsc { message, .. } => {
-            let unknown =
-                message.split_once(" type ").and_then(|(_, rest)| rest.split_whitespace().next());
-            let capital = unknown.filter(|name| name.chars().any(|c| c.is_ascii_uppercase()));
-            let cure = capital.map_or(String::new(), |name| {
-                format!("; names of types are in lower case: {}", name.to_lowercase())
-            });
-            Error::Usage(format!("PETSc refuses an option: {message}{cure}"))
-        }
-        other => other,
-    }
-}
-
-/// A numeric option of the user's.
-fn number(session: &Session, name: &str) -> Result<Option<f64>> {
-    let Some(text) = session.option(name)? else { return Ok(None) };
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value >= 0.0 => Ok(Some(value)),
-        _ => Err(Error::Usage(format!(
-            "PETSc option {name}: {text:?} is not a tolerance; give a number such as 1e-8"
-        ))),
     }
 }

@@ -6,12 +6,13 @@
 //!              sum_k w_k j_k,c (j_k . x)
 //! ```
 //! beta is the coefficient on faces, zero on closed ones and twice as large, with x = 0 beyond,
-//! where the border gives the pressure. The modes `j_k` are free bodies (`bodies`): one for each
+//! where the boundary gives the pressure. The modes `j_k` are free bodies (`bodies`): one for each
 //! direction in which a body moves, and in which pressure turns it, non-zero in the cells that its
 //! surface cuts only, on as many ranks as own some of them.
 
 mod bodies;
 mod bottom;
+mod coefficient;
 mod held;
 mod lattice;
 mod level;
@@ -25,10 +26,10 @@ pub use bodies::Covered;
 pub use matrix::Rows;
 
 use crate::grid::{Border, Boundaries, Grid, largest, simd};
-use crate::kernels::faces::FaceCoefficient;
 use crate::petsc::{Halo, Layout, Operator, OwnPreconditioner, Session};
 use crate::{Error, Result};
 use bodies::{Bodies, Frame};
+use coefficient::Coefficient;
 use held::HeldMean;
 use lattice::{Lattice, exchange};
 use multigrid::{Multigrid, Tuning};
@@ -61,14 +62,6 @@ pub struct Poisson {
     transform: Option<Fresh<Transform>>,
 }
 
-/// What was last set.
-#[derive(Clone, Copy, Debug)]
-enum Coefficient {
-    Nothing,
-    Uniform(f64),
-    Field,
-}
-
 /// A preconditioner and whether it has the present coefficient.
 struct Fresh<T> {
     made: T,
@@ -93,7 +86,7 @@ impl Poisson {
             _ => Ends::Periodic,
         });
         let at_end = std::array::from_fn(|a| [0, 1].map(|side| a < D && grid.at_border(a, side)));
-        let whole = whole(session, layout, grid)?;
+        let whole = Whole::of_grid(session, layout, grid)?;
         Ok(Poisson {
             session: session.clone(),
             halo: lattice.halo(session, layout.neighbours),
@@ -124,71 +117,6 @@ impl Poisson {
             transform: None,
             lattice,
         })
-    }
-
-    /// Takes `beta` on faces. Collective.
-    ///
-    /// # Errors
-    /// When it is not positive and finite on every open face: a zero row would make solvers report
-    /// success.
-    pub fn set<const D: usize>(&mut self, grid: &Grid<D>, beta: &FaceCoefficient<D>) -> Result<()> {
-        let unsound = match beta {
-            FaceCoefficient::Uniform(value) => {
-                self.coefficient = Coefficient::Uniform(*value);
-                self.largest = value * self.inverse_h2.iter().copied().fold(0.0, f64::max);
-                if !self.g[0].is_empty() {
-                    self.fill_uniform(*value);
-                }
-                !(value.is_finite() && *value > 0.0)
-            }
-            FaceCoefficient::Field(_) => {
-                self.coefficient = Coefficient::Field;
-                self.make_faces();
-                for axis in 0..D {
-                    let rows = self.face_rows(axis);
-                    for (row, s) in grid.face_rows(axis).zip(rows) {
-                        let g = &mut self.g[axis][s..][..row.len()];
-                        let FaceCoefficient::Field(beta) = beta else { continue };
-                        g.iter_mut()
-                            .zip(&beta[axis][row])
-                            .for_each(|(g, b)| *g = self.inverse_h2[axis] * b);
-                    }
-                }
-                let (mut least, mut most) = (f64::INFINITY, 0.0f64);
-                let mut lost = false;
-                for axis in 0..D {
-                    let n = self.lattice.n[0] + usize::from(axis == 0);
-                    for s in self.face_rows(axis) {
-                        for g in &self.g[axis][s..][..n] {
-                            least = if *g < least { *g } else { least };
-                            most = if *g > most { *g } else { most };
-                            lost |= g.is_nan();
-                        }
-                    }
-                }
-                self.set_borders();
-                let mut largest = [most];
-                self.session.max(&mut largest)?;
-                self.largest = largest[0];
-                lost || least <= 0.0 || most.is_infinite()
-            }
-        };
-        if self.session.anywhere(unsound)? {
-            return Err(Error::Run(
-                "the density of the mixture is not positive and finite on every face: a flow that \
-                grows without bounds \
-                 does that (smaller steps, time.step or time.cfl), or densities whose ratio is out \
-                 of range"
-                    .into(),
-            ));
-        }
-        if let Some(made) = &mut self.multigrid {
-            made.fresh = false;
-        }
-        if let Some(made) = &mut self.transform {
-            made.fresh = false;
-        }
-        Ok(())
     }
 
     /// Adds `sum_k w_k j_k j_k^T` to the operator, in place of what the last call added; the
@@ -223,59 +151,6 @@ impl Poisson {
         weight: f64,
     ) {
         self.held.set(&self.lattice, &self.frame, at, faces, weight);
-    }
-
-    /// The places of the low faces of this rank's cells along `axis`, and of the high ones of the
-    /// last: the first of each row, in the order of [`Grid::face_rows`].
-    fn face_rows(&self, axis: usize) -> impl Iterator<Item = usize> + use<> {
-        let lattice = self.lattice;
-        let n = |a: usize| lattice.n[a] + usize::from(a == axis);
-        let (ny, nz) = (n(1), n(2));
-        (0..nz).flat_map(move |k| (0..ny).map(move |j| lattice.row(j, k)))
-    }
-
-    fn make_faces(&mut self) {
-        if self.g[0].is_empty() {
-            self.g = self.lattice.faces();
-            self.x = self.lattice.field();
-        }
-    }
-
-    fn fill_uniform(&mut self, value: f64) {
-        self.make_faces();
-        for axis in 0..self.lattice.axes {
-            let (n, each) =
-                (self.lattice.n[0] + usize::from(axis == 0), value * self.inverse_h2[axis]);
-            for s in self.face_rows(axis) {
-                self.g[axis][s..][..n].fill(each);
-            }
-        }
-        self.set_borders();
-    }
-
-    /// What the border says, on its faces.
-    fn set_borders(&mut self) {
-        for axis in 0..self.lattice.axes {
-            let Ends::Borders { given } = self.ends[axis] else { continue };
-            for side in [0, 1].into_iter().filter(|side| self.at_end[axis][*side]) {
-                let factor = if given[side] { 2.0 } else { 0.0 };
-                let mut n = self.lattice.n;
-                n[axis] = 1;
-                let first =
-                    if side == 0 { 0 } else { self.lattice.n[axis] * self.lattice.stride[axis] };
-                for (k, j) in (0..n[2]).flat_map(|k| (0..n[1]).map(move |j| (k, j))) {
-                    let s = self.lattice.row(j, k) + first;
-                    self.g[axis][s..][..n[0]].iter_mut().for_each(|g| *g *= factor);
-                }
-            }
-        }
-    }
-
-    /// The faces, filled though the coefficient is uniform.
-    fn need_faces(&mut self) {
-        if let (Coefficient::Uniform(value), true) = (self.coefficient, self.g[0].is_empty()) {
-            self.fill_uniform(value);
-        }
     }
 
     /// The multigrid, and the bodies that take part in it.
@@ -376,22 +251,6 @@ impl Poisson {
         }
         Ok(made)
     }
-
-    /// The mean of the coefficient on the faces along an axis that have a cell on either side.
-    fn mean_of_faces(&self, axis: usize) -> f64 {
-        let lattice = self.lattice;
-        let inside = usize::from(matches!(self.ends[axis], Ends::Borders { .. }));
-        let skip = |a: usize| if a == axis { inside } else { 0 };
-        let (mut sum, mut count) = (0.0, 0usize);
-        for (k, j) in
-            (skip(2)..lattice.n[2]).flat_map(|k| (skip(1)..lattice.n[1]).map(move |j| (k, j)))
-        {
-            let row = &self.g[axis][lattice.row(j, k) + skip(0)..][..lattice.n[0] - skip(0)];
-            sum += row.iter().sum::<f64>();
-            count += row.len();
-        }
-        if count > 0 { sum / count as f64 } else { 0.0 }
-    }
 }
 
 impl Operator for Poisson {
@@ -444,28 +303,4 @@ impl Operator for Poisson {
             OwnPreconditioner::Transform => Ok(()),
         }
     }
-}
-
-/// How the grid is cut into ranks' boxes, cell widths in units of the narrowest. Collective.
-fn whole<const D: usize>(session: &Session, layout: &Layout, grid: &Grid<D>) -> Result<Whole> {
-    let narrowest = grid.h.iter().copied().fold(f64::INFINITY, f64::min);
-    let mut whole = Whole {
-        widths: std::array::from_fn(|_| vec![vec![1.0]]),
-        at: [0; 3],
-        periodic: std::array::from_fn(|a| a < D && grid.periodic[a]),
-        neighbours: layout.neighbours,
-        axes: D,
-    };
-    for axis in 0..D {
-        // A box begins where any rank's does.
-        let mut begins = vec![0.0; grid.cells[axis] + 1];
-        begins[grid.start[axis]] = 1.0;
-        begins[grid.cells[axis]] = 1.0;
-        session.sum(&mut begins)?;
-        let cuts: Vec<usize> = (0..begins.len()).filter(|i| begins[*i] > 0.0).collect();
-        let wide = grid.h[axis] / narrowest;
-        whole.widths[axis] = cuts.windows(2).map(|cut| vec![wide; cut[1] - cut[0]]).collect();
-        whole.at[axis] = cuts.iter().position(|cut| *cut == grid.start[axis]).unwrap_or(0);
-    }
-    Ok(whole)
 }

@@ -1,5 +1,9 @@
 //! The whole grid of a level of the multigrid, and the next coarser one.
 
+use crate::Result;
+use crate::grid::Grid;
+use crate::petsc::{Layout, Session};
+
 /// Cells wider than the narrowest by this are left as they are until the others are as wide.
 const ANISOTROPY: f64 = 1.5;
 
@@ -16,6 +20,34 @@ pub(super) struct Whole {
 }
 
 impl Whole {
+    /// How the grid is cut into ranks' boxes, cell widths in units of the narrowest. Collective.
+    pub fn of_grid<const D: usize>(
+        session: &Session,
+        layout: &Layout,
+        grid: &Grid<D>,
+    ) -> Result<Whole> {
+        let narrowest = grid.h.iter().copied().fold(f64::INFINITY, f64::min);
+        let mut whole = Whole {
+            widths: std::array::from_fn(|_| vec![vec![1.0]]),
+            at: [0; 3],
+            periodic: std::array::from_fn(|a| a < D && grid.periodic[a]),
+            neighbours: layout.neighbours,
+            axes: D,
+        };
+        for axis in 0..D {
+            // A box begins where any rank's does.
+            let mut begins = vec![0.0; grid.cells[axis] + 1];
+            begins[grid.start[axis]] = 1.0;
+            begins[grid.cells[axis]] = 1.0;
+            session.sum(&mut begins)?;
+            let cuts: Vec<usize> = (0..begins.len()).filter(|i| begins[*i] > 0.0).collect();
+            let wide = grid.h[axis] / narrowest;
+            whole.widths[axis] = cuts.windows(2).map(|cut| vec![wide; cut[1] - cut[0]]).collect();
+            whole.at[axis] = cuts.iter().position(|cut| *cut == grid.start[axis]).unwrap_or(0);
+        }
+        Ok(whole)
+    }
+
     /// This rank's cells along each axis.
     pub fn local(&self) -> [usize; 3] {
         std::array::from_fn(|a| self.widths[a][self.at[a]].len())

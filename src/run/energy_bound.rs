@@ -3,7 +3,7 @@
 //!
 //! ```text
 //!   made  =  -min(method, 0) - min(contacts, 0) - min(friction, 0)
-//!         >  start + |gravity| + |drive| + |borders| + |prescribed|
+//!         >  start + |gravity| + |drive| + |boundaries| + |prescribed|
 //!              of the budget ([`EnergyBudget`])
 //! ```
 //! and by more than a thousandth of what free bodies give in a fall of a spacing: no body is set
@@ -54,7 +54,7 @@ pub(super) fn refuse_made<const D: usize>(s: &State<D>, allowed: f64) -> Result<
     }
     Err(Error::Run(format!(
         "energy balance violated: {energy:.3e} J gained, mostly by {}: {} {:.3e} J in all, where \
-         the start, gravity, the drive, borders and prescribed bodies have given {:.3e} J; {}",
+         the start, gravity, the drive, boundaries and prescribed bodies have given {:.3e} J; {}",
         source.0,
         richest(e, s),
         e.total(),

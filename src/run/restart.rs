@@ -9,11 +9,10 @@ use crate::output::measure::{self, Series};
 use crate::output::statistics::Statistics;
 use crate::output::{Folder, Log, Marks};
 use crate::petsc::Session;
+use crate::poisson::pressure::Projected;
 use crate::scene::Scene;
-use crate::state::State;
 use crate::system::cpu_seconds;
 use crate::{Error, Result};
-use mics_run::vti::Rows;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -42,6 +41,17 @@ pub struct Account {
     pub last_fields: Option<f64>,
     /// Step of the newest rows of particles.
     pub last_rows: Option<u64>,
+}
+
+impl Account {
+    /// Counts a step of `dt` (s).
+    pub(super) fn count(&mut self, dt: f64, projected: &Projected) {
+        self.dt = Some(dt);
+        self.divergence_max = self.divergence_max.max(projected.divergence_max);
+        self.outer += u64::from(projected.outer);
+        self.krylov += u64::from(projected.krylov);
+        self.retries += u64::from(projected.retries);
+    }
 }
 
 impl Checkpointed for Account {
@@ -178,14 +188,15 @@ pub(super) struct Restart {
 }
 
 impl Restart {
-    /// The newest whole checkpoint in a run's folder, of the same case as far as a restart may not
-    /// change it. Collective.
-    ///
-    /// # Errors
-    /// When there is none, or the case is another one.
-    pub fn find(session: &Session, run: &Path, loaded: &Loaded) -> Result<Restart> {
+    /// The newest whole checkpoint in a run's folder; `explain` may change the error where there is
+    /// none. Collective.
+    pub fn open(
+        session: &Session,
+        run: &Path,
+        explain: impl Fn(Error) -> Error,
+    ) -> Result<Restart> {
         let found = if session.rank() == 0 { checkpoint::newest(run).map(Some) } else { Ok(None) };
-        let found = session.agree(found)?;
+        let found = session.agree(found.map_err(explain))?;
         let mut step = [found.as_ref().map_or(-1.0, |(step, _)| *step as f64)];
         session.max(&mut step)?;
         let step = step[0] as u64;
@@ -197,11 +208,45 @@ impl Restart {
             Ok(rest)
         });
         let rest = session.agree(read)?;
-        session.agree(loaded.refuse_changes(&header.case).map_err(|e| match e {
-            Error::Case { .. } => e,
-            other => misfit(&path, other),
-        }))?;
         Ok(Restart { step, path, header, rest, refused: found.map(|f| f.1).unwrap_or_default() })
+    }
+
+    /// The newest whole checkpoint in a run's folder, of the same case as far as a restart may not
+    /// change it. Collective.
+    ///
+    /// # Errors
+    /// When there is none, or the case is another one.
+    pub fn find(session: &Session, run: &Path, loaded: &Loaded) -> Result<Restart> {
+        let found = Restart::open(session, run, |e| e)?;
+        session.agree(loaded.refuse_changes(&found.header.case).map_err(|e| match e {
+            Error::Case { .. } => e,
+            other => misfit(&found.path, other),
+        }))?;
+        Ok(found)
+    }
+
+    /// The case of the run that wrote it.
+    ///
+    /// # Errors
+    /// Why it cannot be read, in words.
+    pub fn case(&self) -> std::result::Result<Case, String> {
+        written(&self.header.case)
+    }
+
+    /// Reads all that follows the header. Collective.
+    pub fn read_contents<const D: usize>(
+        &mut self,
+        session: &Session,
+        account: &mut Account,
+        series: &mut [Series],
+        statistics: &mut Option<Statistics<D>>,
+        case: &Case,
+        scene: &mut Scene<D>,
+    ) -> Result<Marks> {
+        let (mut marks, mut archive) = (Marks::default(), Archive::read(session, &mut self.rest));
+        let whole = serialize(&mut archive, account, series, &mut marks, statistics, case, scene);
+        session.agree(whole).and_then(|()| archive.finish()).map_err(|e| misfit(&self.path, e))?;
+        Ok(marks)
     }
 
     /// Reads it into the scene and what the run counts. Collective.
@@ -214,14 +259,9 @@ impl Restart {
         case: &Case,
         scene: &mut Scene<D>,
     ) -> Result<Marks> {
-        let mut marks = Marks::default();
-        let before =
-            written(&self.header.case).map_err(|why| misfit(&self.path, Error::Usage(why)))?;
+        let before = self.case().map_err(|why| misfit(&self.path, Error::Usage(why)))?;
         let mut kept = measure::series(&before);
-        let mut archive = Archive::read(session, &mut self.rest);
-        let whole =
-            serialize(&mut archive, account, &mut kept, &mut marks, statistics, case, scene);
-        session.agree(whole).and_then(|()| archive.finish()).map_err(|e| misfit(&self.path, e))?;
+        let marks = self.read_contents(session, account, &mut kept, statistics, case, scene)?;
         scene.resume().map_err(|e| misfit(&self.path, e))?;
         scene.domain.clock.add(&account.clock);
         for new in series.iter_mut() {
@@ -231,13 +271,6 @@ impl Restart {
             }
         }
         Ok(marks)
-    }
-
-    /// The measures of the case that the run before has not had, and that count from here on.
-    pub fn added<'a>(&self, case: &'a Case) -> Vec<&'a str> {
-        let before = written(&self.header.case).map_or(Vec::new(), |before| before.measure);
-        let new = |measure: &&Measure| !before.iter().any(|old| old.is_of(measure));
-        case.measure.iter().filter(new).map(|measure| measure.name.as_str()).collect()
     }
 
     /// Takes up the run's folder. To be called by rank 0, once all else is known to fit.
@@ -254,7 +287,7 @@ impl Restart {
     }
 
     /// What a reader of the log has to know.
-    pub fn say(&self, log: &mut Log, time: f64, ranks: usize) {
+    pub fn say(&self, log: &mut Log, case: &Case, time: f64, ranks: usize) {
         self.refused.iter().for_each(|why| log.say(&format!("refused {why}")));
         log.say(&format!(
             "goes on after step {}, t = {time:.6} s, from {}",
@@ -268,162 +301,56 @@ impl Restart {
                 self.header.ranks
             ));
         }
+        let before = self.case().map_or(Vec::new(), |before| before.measure);
+        let new = |measure: &&Measure| !before.iter().any(|old| old.is_of(measure));
+        let added = case.measure.iter().filter(new).map(|measure| measure.name.as_str());
+        let added = added.collect::<Vec<_>>().join(", ");
+        if !added.is_empty() {
+            log.say(&format!(
+                "measured from t = {time:.6} s on only, since the run before did not: {added}"
+            ));
+        }
     }
 
-    /// Whether the run that wrote it was to end at this time (s).
-    pub fn had_end(&self, end: f64) -> bool {
-        written(&self.header.case).is_ok_and(|before| before.time.end == end)
+    /// Refuses limits of a case that the run has passed already, at `time` (s).
+    ///
+    /// # Errors
+    /// With the key and what was reached.
+    pub fn refuse_passed_limits(
+        &self,
+        loaded: &Loaded,
+        account: &Account,
+        time: f64,
+    ) -> Result<()> {
+        let (case, reached) = (&loaded.case, account.divergence_max);
+        if reached >= case.pressure.divergence_limit {
+            return Err(loaded.error_at(
+                "pressure.divergence_limit",
+                format!(
+                    "the run that goes on has reached |D| = {reached:.3e} 1/s already; give a \
+                    limit above that"
+                ),
+            ));
+        }
+        // A fixed step may pass the end: a run that was killed there has its summary and figures
+        // left to write.
+        let end = case.time.end;
+        let same_end = self.case().is_ok_and(|before| before.time.end == end);
+        if !same_end && end < time * (1.0 - 1e-12) {
+            return Err(loaded.error_at(
+                "time.end",
+                format!(
+                    "the run that goes on has reached {time} s already; give a later end than that"
+                ),
+            ));
+        }
+        Ok(())
     }
 
     /// The step after which it goes on.
     pub fn step(&self) -> u64 {
         self.step
     }
-}
-
-/// Where another run ended: its case, the state, and its last snapshot.
-pub(super) struct Ended<const D: usize> {
-    case: Case,
-    state: State<D>,
-    run: PathBuf,
-}
-
-impl<const D: usize> Ended<D> {
-    /// That of the run in a folder. Comes before the scene that begins there, since what solves its
-    /// pressure is told by what was built last. Collective.
-    ///
-    /// # Errors
-    /// When that run has not ended, or cannot be read.
-    pub fn read(session: &Session, run: &Path) -> Result<Ended<D>> {
-        read_end(session, run)
-    }
-
-    /// Lets the scene of a case begin here; returns what was taken and what was not, in lines.
-    /// Collective.
-    ///
-    /// # Errors
-    /// When the snapshot cannot be read, or bodies are elsewhere than the case has them.
-    pub fn begin(
-        self,
-        session: &Session,
-        case: &Case,
-        scene: &mut Scene<D>,
-    ) -> Result<Vec<String>> {
-        let bodies = self.bodies();
-        let where_ended = format!("begins where {} ended", self.run.display());
-        let Ended { case: before, state, run } = self;
-        if scene.go_on_from(case, &before, state)? {
-            return Ok([format!("{where_ended}: all that lasts")]
-                .into_iter()
-                .chain(bodies)
-                .collect());
-        }
-        let newest =
-            newest_snapshot(&run).ok_or_else(|| refuse(&run, "it has no fields".into()))?;
-        let velocity = Rows::open(&newest, "velocity").map_err(|e| refuse(&run, e.to_string()));
-        let missing = || refuse(&run, "its last snapshot has no velocity".into());
-        let velocity = session.agree(velocity.and_then(|rows| rows.ok_or_else(missing)))?;
-        scene.start_from(&velocity)?;
-        Ok([format!("{where_ended}: the velocity, interpolated")]
-            .into_iter()
-            .chain(bodies)
-            .collect())
-    }
-
-    /// What became of that run's bodies, where not all of them come over by their numbers: in
-    /// lines.
-    fn bodies(&self) -> Vec<String> {
-        let (there, waiting) = (&self.state.bodies, self.state.waiting.len());
-        let gone = self.case.particle.len().saturating_sub(there.len() + waiting);
-        let mut lines = Vec::new();
-        if there.iter().enumerate().any(|(k, body)| body.id != k) {
-            let there: Vec<usize> = there.iter().map(|body| body.id).collect();
-            let (count, listed) = (there.len(), spans(&there));
-            lines.push(format!(
-                "its particles {listed} come over and are 0 to {} here, in that order",
-                count - 1
-            ));
-        }
-        if waiting > 0 {
-            let them =
-                if waiting == 1 { "1 particle that" } else { &format!("{waiting} particles that") };
-            lines.push(format!(
-                "{them} waited there to come in stay behind: only what this case feeds comes in"
-            ));
-        }
-        if gone > 0 {
-            let them = if gone == 1 { "1 particle" } else { &format!("{gone} particles") };
-            lines.push(format!("{them} had left through an outflow there"));
-        }
-        lines
-    }
-}
-
-/// Ascending numbers in words, runs of them by their ends: "0, 3 to 7, 9".
-fn spans(numbers: &[usize]) -> String {
-    let runs = numbers.chunk_by(|a, b| a + 1 == *b).map(|run| match run {
-        [first, _, .., last] => format!("{first} to {last}"),
-        few => few.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
-    });
-    runs.collect::<Vec<_>>().join(", ")
-}
-
-fn refuse(run: &Path, why: String) -> Error {
-    Error::Usage(format!("initial.from: {}: {why}", run.display()))
-}
-
-fn read_end<const D: usize>(session: &Session, run: &Path) -> Result<Ended<D>> {
-    let refuse = |why: String| refuse(run, why);
-    session.agree(if run.join("case.toml").is_file() {
-        Ok(())
-    } else {
-        Err(refuse(
-            "holds no run (no case.toml in it); name the folder that `mics run` wrote".into(),
-        ))
-    })?;
-    let status = std::fs::read_to_string(run.join("summary.json")).ok();
-    let status = status.and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok());
-    let ended = status.is_some_and(|summary| summary["status"] == "done");
-    session.agree(if ended {
-        Ok(())
-    } else {
-        Err(refuse("that run has not ended: bring it to its end with --resume".into()))
-    })?;
-    let found = if session.rank() == 0 { checkpoint::newest(run).map(Some) } else { Ok(None) };
-    let cure = "it has no whole checkpoint of its end: run it again, with a mics of this version";
-    let found = found.map_err(|_| refuse(cure.into()));
-    let mut step = [session.agree(found)?.map_or(-1.0, |(step, _)| step as f64)];
-    session.max(&mut step)?;
-    let (step, mut header) = (step[0] as u64, Header::default());
-    let mut rest = session.agree(checkpoint::open(run, step))?;
-    let mut archive = Archive::read(session, &mut rest);
-    header.serialize(&mut archive)?;
-    let before =
-        written(&header.case).map_err(|why| refuse(format!("its case cannot be read: {why}")))?;
-    let mut ended = Scene::<D>::new(session, &before)?;
-    let (mut account, mut series, mut marks) =
-        (Account::default(), measure::series(&before), Marks::default());
-    let mut statistics = Statistics::of_case(&ended, &before);
-    let whole = serialize(
-        &mut archive,
-        &mut account,
-        &mut series,
-        &mut marks,
-        &mut statistics,
-        &before,
-        &mut ended,
-    );
-    session
-        .agree(whole)
-        .and_then(|()| archive.finish())
-        .map_err(|e| misfit(&checkpoint::path(run, step), e))?;
-    Ok(Ended { case: before, state: ended.state, run: run.to_owned() })
-}
-
-/// The newest snapshot in a run's folder.
-fn newest_snapshot(run: &Path) -> Option<PathBuf> {
-    let paths = std::fs::read_dir(run.join("fields")).ok()?.flatten().map(|entry| entry.path());
-    paths.filter(|path| path.extension().is_some_and(|ending| ending == "vti")).max()
 }
 
 /// A whole checkpoint that cannot be read here.

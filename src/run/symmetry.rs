@@ -14,7 +14,7 @@ use crate::config::Case;
 use crate::drive::mean;
 use crate::scene::Scene;
 
-/// Reynolds numbers from which on a lone body sheds vortices, in 2D and 3D (Jackson 1987, J.
+/// Reynolds numbers from which on an isolated body sheds vortices, in 2D and 3D (Jackson 1987, J.
 /// Fluid Mech. 182; Natarajan & Acrivos 1993, J. Fluid Mech. 254).
 const SHEDS: [f64; 2] = [47.0, 278.0];
 

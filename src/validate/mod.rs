@@ -1,35 +1,22 @@
 //! `mics validate`: the shipped cases beside their references, value for value.
 
 mod page;
+mod shipped;
 
 use crate::petsc::Session;
 use crate::run;
 use crate::{Error, Result};
 use mics_run::compare::{Comparison, measured, percent};
 use mics_run::print;
-use mics_run::published::cylinder_reference;
 use mics_run::summary::Summary;
 use page::Page;
+use shipped::{Row, shipped};
 use std::fs;
 use std::path::{Path, PathBuf};
-
-/// A shipped case, as it is compiled into the program, and how it is run.
-struct Row {
-    name: String,
-    text: &'static str,
-    set: Vec<String>,
-    quick: bool,
-}
 
 /// What stands in a folder that may be written over, and its text.
 const MARK: &str = "validate.txt";
 const MARKED: &str = "The runs in this folder are those of `mics validate`, which replaces them.\n";
-
-macro_rules! shipped {
-    ($path:literal) => {
-        include_str!(concat!("../../cases/", $path))
-    };
-}
 
 /// What `mics validate` is asked for.
 #[derive(Clone, Debug)]
@@ -82,30 +69,13 @@ pub fn validate(request: &Request) -> Result<()> {
     let session = Session::start(petsc)?;
     let lead = session.rank() == 0;
     let say = |line: &str| if lead { print(line) } else { Ok(()) };
-    let cure = |e| {
-        Error::Usage(format!(
-            "{}: cannot be made ({e}); give another folder with --out",
-            out.display()
-        ))
-    };
-    session.agree(if lead {
-        may_use(out).and_then(|()| fs::create_dir_all(out).map_err(cure))
-    } else {
-        Ok(())
-    })?;
-    let mark = out.join(MARK);
-    session.agree(if lead {
-        fs::write(&mark, MARKED).map_err(Error::io(&mark))
-    } else {
-        Ok(())
-    })?;
+    session.agree(if lead { prepare(out) } else { Ok(()) })?;
     if *markdown {
         say(&page::head(*full, names, commit))?;
     } else {
         say(&columns(["case", "measure", "value", "reference", "error", "tolerance", "", "s"]))?;
-        say(&columns(
-            WIDTHS.map(|width| "-".repeat(width.unsigned_abs())).each_ref().map(String::as_str),
-        ))?;
+        let rules = WIDTHS.map(|width| "-".repeat(width.unsigned_abs()));
+        say(&columns(rules.each_ref().map(String::as_str)))?;
     }
     let mut found = Found::default();
     for row in rows {
@@ -114,19 +84,14 @@ pub fn validate(request: &Request) -> Result<()> {
                 for (name, c) in summary.comparisons() {
                     let written = if *markdown { page::row } else { line };
                     say(&written(&row.name, &name, &c, &summary))?;
-                    *(if c.pass { &mut found.pass } else { &mut found.short }) += 1;
-                    found
-                        .moved
-                        .extend(page.as_ref().and_then(|page| page.moved(&row.name, &name, &c)));
-                    found.sources.extend(c.source.map(|source| (row.name.clone(), name, source)));
+                    found.take(&row.name, name, c, page.as_ref());
                 }
             }
             Err(Error::Interrupted(_)) => {
-                let again = format!(
+                return Err(Error::Interrupted(format!(
                     "interrupted; `mics validate {:?}` and what comes after it remain",
                     row.name
-                );
-                return Err(Error::Interrupted(again));
+                )));
             }
             Err(e) => {
                 say(&format!("| {:<28} | the run failed: {e} |", row.name))?;
@@ -139,6 +104,26 @@ pub fn validate(request: &Request) -> Result<()> {
     }
     let end = conclude(&found, page.as_ref())?;
     if *markdown { Ok(()) } else { say(&format!("\n{end}")) }
+}
+
+impl Found {
+    /// Counts a measure of a case, beside what a page has of it.
+    fn take(&mut self, case: &str, name: String, c: Comparison, page: Option<&Page>) {
+        *(if c.pass { &mut self.pass } else { &mut self.short }) += 1;
+        self.moved.extend(page.and_then(|page| page.moved(case, &name, &c)));
+        self.sources.extend(c.source.map(|source| (case.to_owned(), name, source)));
+    }
+}
+
+/// Makes the folder of the runs, and marks it as one.
+fn prepare(out: &Path) -> Result<()> {
+    may_use(out)?;
+    fs::create_dir_all(out).map_err(|e| {
+        let place = out.display();
+        Error::Usage(format!("{place}: cannot be made ({e}); give another folder with --out"))
+    })?;
+    let mark = out.join(MARK);
+    fs::write(&mark, MARKED).map_err(Error::io(&mark))
 }
 
 /// Whether a folder is there for `mics validate`: new, empty or its own.
@@ -253,112 +238,6 @@ fn line(case: &str, name: &str, c: &Comparison, run: &Summary) -> String {
         c.verdict(),
         &format!("{:.0}", run.wall_seconds),
     ])
-}
-
-/// The cases with references, in the order in which they are run: the short ones of `--quick`
-/// first.
-fn shipped() -> Vec<Row> {
-    let row = |name: &str, text: &'static str, set: &[&str], quick: bool| Row {
-        name: name.into(),
-        text,
-        set: set.iter().map(|given| given.to_string()).collect(),
-        quick,
-    };
-    let wake = shipped!("cylinder-wake/case.toml");
-    let settling = shipped!("settling-disc/case.toml");
-    let (sphere, let_go) =
-        (shipped!("settling-sphere/case.toml"), shipped!("sphere-let-go/case.toml"));
-    let mut rows = vec![
-        row("lid-driven-cavity", shipped!("lid-driven-cavity/case.toml"), &[], true),
-        row("cylinder-wake Re 100", wake, &[], true),
-        row("settling-disc N 8", settling, &[], true),
-        row(
-            "neutral-disc-in-couette slow",
-            shipped!("neutral-disc-in-couette/slow.toml"),
-            &[],
-            true,
-        ),
-        row(
-            "drafting-kissing-tumbling",
-            shipped!("drafting-kissing-tumbling/case.toml"),
-            &[],
-            true,
-        ),
-        row("sphere-let-go s 1.5", let_go, &[], true),
-        row("poiseuille", shipped!("poiseuille/case.toml"), &[], true),
-        row("open-channel", shipped!("open-channel/case.toml"), &[], true),
-        row("sphere-array phi 0.125", shipped!("sphere-array/case.toml"), &[], true),
-        row("taylor-green", shipped!("taylor-green/case.toml"), &[], false),
-        row("sheared-bed A1", shipped!("sheared-bed/case.toml"), &[], false),
-        row("random-array phi 0.2", shipped!("random-array/case.toml"), &[], false),
-        row("poiseuille-duct", shipped!("poiseuille/duct.toml"), &[], false),
-        row("neutral-disc-in-couette", shipped!("neutral-disc-in-couette/case.toml"), &[], false),
-        row("channel-cylinder 2D-1", shipped!("channel-cylinder/steady.toml"), &[], false),
-        row("channel-cylinder 2D-2", shipped!("channel-cylinder/case.toml"), &[], false),
-        row("oscillating-cylinder", shipped!("oscillating-cylinder/case.toml"), &[], false),
-        row(
-            "settling-disc N 16",
-            settling,
-            &["domain.cells=[128,384]", "measure.0.tolerance=0.01"],
-            false,
-        ),
-        row("settling-disc heavier", shipped!("settling-disc/heavier.toml"), &[], false),
-        row("approach", shipped!("approach/case.toml"), &[], false),
-        row("settling-sphere Re 11.6", sphere, &[], false),
-        row("sphere-in-couette", shipped!("sphere-in-couette/case.toml"), &[], false),
-        row("sphere-stream unbounded", shipped!("sphere-stream/unbounded.toml"), &[], false),
-    ];
-    // Density (kg/m3) and viscosity (Pa s) of the oils, time to run for (s) and speed measured
-    // (m/s): settling_sphere.csv.
-    let oils = [
-        ("1.5", 970.0, 0.373, 2.0, 0.03599),
-        ("4.1", 965.0, 0.212, 1.65, 0.05718),
-        ("31.9", 960.0, 0.058, 1.0, 0.12224),
-    ];
-    rows.extend(oils.map(|(re, density, viscosity, end, speed)| {
-        let set = [
-            format!("fluid.density={density:?}"),
-            format!("fluid.viscosity={viscosity:?}"),
-            format!("time.end={end:?}"),
-            format!("measure.0.reference={speed:?}"),
-        ];
-        Row {
-            name: format!("settling-sphere Re {re}"),
-            text: sphere,
-            set: set.into(),
-            quick: false,
-        }
-    }));
-    let mut light = vec![
-        "particle.0.density=1.0".to_owned(),
-        "time.step=0.0007".into(),
-        "time.end=0.01414".into(),
-    ];
-    for (k, (time, speed)) in
-        [(0.0007, 0.013644), (0.007, 0.13539), (0.014, 0.26953)].into_iter().enumerate()
-    {
-        light.push(format!("measure.{k}.when.time={time:?}"));
-        light.push(format!("measure.{k}.reference={speed:?}"));
-        light.push(format!("measure.{k}.tolerance=0.05"));
-    }
-    rows.push(Row { name: "sphere-let-go s 0.001".into(), text: let_go, set: light, quick: false });
-    let others = cylinder_reference("cd").into_iter().filter(|(re, _)| *re != 100.0);
-    rows.extend(others.map(|(re, cd)| {
-        let column =
-            |name: &str| cylinder_reference(name).into_iter().find(|r| r.0 == re).map(|r| r.1);
-        let (end, from) = if re < 50.0 { (25.0, 24.0) } else { (40.0, 20.0) };
-        let mut set =
-            vec![format!("fluid.viscosity={:?}", 200.0 / re), format!("time.end={end:?}")];
-        // A steady wake has no frequency, and a lift of 0 is no reference.
-        let references = [Some(cd), column("st"), column("cl_amplitude").filter(|v| *v > 0.0)];
-        for (k, reference) in references.into_iter().enumerate() {
-            set.push(format!("measure.{k}.from={from:?}"));
-            set.extend(reference.map(|v| format!("measure.{k}.reference={v:?}")));
-        }
-        Row { name: format!("cylinder-wake Re {re}"), text: wake, set, quick: re == 20.0 }
-    }));
-    rows.sort_by_key(|row| !row.quick);
-    rows
 }
 
 #[cfg(test)]

@@ -96,6 +96,9 @@ pub struct Row {
 /// Draws what there is to draw, each as `STEM.png` and `STEM.svg` in a folder; `wanted` names the
 /// columns that tell one curve from another. Runs that differ in the columns `over` alone are one
 /// point of the errors: the worst of them and, in a figure of its own, their mean.
+///
+/// # Errors
+/// When a figure cannot be written.
 pub fn draw(
     study: &str,
     plan: &Plan,
@@ -109,73 +112,73 @@ pub fn draw(
         [along] => format!("{study}, {along} along a curve"),
         _ => study.to_owned(),
     };
+    let figures = values(study, plan, rows, &groups)
+        .into_iter()
+        .chain(errors(plan, rows, &groups, !over.is_empty()))
+        .chain(cost(plan, rows, &groups));
     let mut written = Vec::new();
-    let mut figure = |axes: Axes, series: &[Series], stem: String| -> Result<()> {
-        if !series.is_empty() {
-            let title = if axes.title.is_empty() { title.clone() } else { axes.title.clone() };
-            let axes = Axes { title, ..axes };
-            written.extend(curves(&axes, series, &folder.join(stem))?);
-        }
-        Ok(())
-    };
-    if let Some(along) = groups.numeric(plan, rows) {
-        let x = |index: usize| groups.number(plan, &rows[index], along);
-        for name in plan.measures {
-            let value = |row: &&Row| {
-                Some((
-                    groups.number(plan, row, along)?,
-                    row.measured.iter().find(|m| m.name == *name)?.value?,
-                ))
-            };
-            let point = |same: &[&Row]| {
-                let (x, y): (Vec<f64>, Vec<f64>) = same.iter().filter_map(value).unzip();
-                (!x.is_empty()).then(|| (mean(&x), mean(&y)))
-            };
-            let mut series = groups.series(rows, &point);
-            let exact = |target: &Target| {
-                let point = |(index, value): (usize, &Option<f64>)| Some((x(index)?, (*value)?));
-                let mut points: Vec<_> =
-                    target.values.iter().enumerate().filter_map(point).collect();
-                points.sort_by(|a, b| a.0.total_cmp(&b.0));
-                points.dedup();
-                points
-            };
-            let exact = plan
-                .target(name)
-                .map(exact)
-                .filter(|points| points.len() > 1 && !series.is_empty());
-            series.extend(exact.map(|points| Series {
-                label: "reference".into(),
-                points,
-                style: SeriesStyle::Dashed,
-            }));
-            let values = || series.iter().flat_map(|one| &one.points).map(|point| point.0);
-            let (least, most) =
-                (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max));
-            let axes = Axes {
-                x_label: along.to_owned(),
-                y_label: name.clone(),
-                title: format!("{study}: {name} over {along}"),
-                log_x: least > 0.0 && most > WIDE * least,
-                ..Axes::default()
-            };
-            figure(axes, &series, format!("value_{name}"))?;
-        }
+    for Figure { axes, series, stem } in figures.filter(|figure| !figure.series.is_empty()) {
+        let title = if axes.title.is_empty() { title.clone() } else { axes.title.clone() };
+        written.extend(curves(&Axes { title, ..axes }, &series, &folder.join(stem))?);
     }
+    Ok(written)
+}
+
+/// A figure before it is drawn.
+struct Figure {
+    axes: Axes,
+    series: Vec<Series>,
+    stem: String,
+}
+
+/// Each measure over what changes along a curve, where that is a number, beside its references.
+fn values(study: &str, plan: &Plan, rows: &[Row], groups: &Groups) -> Vec<Figure> {
+    let Some(along) = groups.numeric(plan, rows) else { return Vec::new() };
+    let x = |row: &Row| groups.number(plan, row, along);
+    let figure = |name: &String| {
+        let value = |row: &&Row| Some((x(row)?, row.measure(name)?.value?));
+        let mut series = groups.series(rows, &|same| mean_point(same.iter().filter_map(value)));
+        let target = plan.target(name).filter(|_| !series.is_empty());
+        let exact = target.map_or(Vec::new(), |target| {
+            let place = |(row, value): (&Row, &Option<f64>)| Some((x(row)?, (*value)?));
+            let mut points: Vec<_> = rows.iter().zip(&target.values).filter_map(place).collect();
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            points.dedup();
+            points
+        });
+        if exact.len() > 1 {
+            let (label, style) = ("reference".into(), SeriesStyle::Dashed);
+            series.push(Series { label, points: exact, style });
+        }
+        let places = || series.iter().flat_map(|one| &one.points).map(|point| point.0);
+        let (least, most) = (places().fold(f64::INFINITY, f64::min), places().fold(0.0, f64::max));
+        let axes = Axes {
+            x_label: along.to_owned(),
+            y_label: name.clone(),
+            title: format!("{study}: {name} over {along}"),
+            log_x: least > 0.0 && most > WIDE * least,
+            ..Axes::default()
+        };
+        Figure { axes, series, stem: format!("value_{name}") }
+    };
+    plan.measures.iter().map(figure).collect()
+}
+
+/// The error of each measure that has a reference over CPU time; of `several` runs that are one
+/// point the worst and, in a figure of its own, the mean.
+fn errors(plan: &Plan, rows: &[Row], groups: &Groups, several: bool) -> Vec<Figure> {
+    let worst = |errors: &[f64]| errors.iter().fold(0.0f64, |worst, error| worst.max(error.abs()));
+    let kinds: &[(&str, &str, Summary)] = match several {
+        false => &[("error", "", &worst)],
+        true => {
+            &[("worst error", "", &worst), ("mean error", "_mean", &|errors| mean(errors).abs())]
+        }
+    };
+    let mut figures = Vec::new();
     for target in plan.references {
         let (measure, percent) = (&target.measure, if target.is_relative() { 100.0 } else { 1.0 });
         let unit = if target.is_relative() { " (%)" } else { "" };
-        let error =
-            |row: &&Row| Some((row.cpu?, row.measured.iter().find(|m| m.name == *measure)?.error?));
-        let worst =
-            |errors: &[f64]| errors.iter().fold(0.0f64, |worst, error| worst.max(error.abs()));
-        let kinds: &[(&str, &str, Summary)] = match over {
-            [] => &[("error", "", &worst)],
-            _ => &[
-                ("worst error", "", &worst),
-                ("mean error", "_mean", &|errors| mean(errors).abs()),
-            ],
-        };
+        let error = |row: &&Row| Some((row.cpu?, row.measure(measure)?.error?));
         for (kind, ending, summary) in kinds {
             let point = |same: &[&Row]| {
                 let (cpu, errors): (Vec<f64>, Vec<f64>) = same.iter().filter_map(error).unzip();
@@ -192,37 +195,54 @@ pub fn draw(
             let mut series = groups.series(rows, &point);
             let shown = !series.is_empty();
             series.extend(others(plan, measure).into_iter().filter(|_| shown));
-            figure(axes, &series, format!("work_precision_{measure}{ending}"))?;
+            figures.push(Figure {
+                axes,
+                series,
+                stem: format!("work_precision_{measure}{ending}"),
+            });
         }
     }
+    figures
+}
+
+/// Time per cell and step over the number of cells or, where the grid is one, over the first thing
+/// that is varied, if that is a number.
+fn cost(plan: &Plan, rows: &[Row], groups: &Groups) -> Option<Figure> {
     // Runs that failed have no cells.
     let mut cells = rows.iter().filter_map(|row| row.cells);
     let first = cells.next();
     let varied = cells.any(|cells| Some(cells) != first);
-    // Where the grid is one, over the first thing that is varied, if that is a number.
     let number = |row: &Row| row.labels.first()?.parse::<f64>().ok().filter(|x| *x > 0.0);
     let over = match plan.names.first() {
-        _ if varied => Some("cells"),
-        Some(name) if rows.iter().all(|row| number(row).is_some()) => Some(name.as_str()),
-        _ => None,
+        _ if varied => "cells",
+        Some(name) if rows.iter().all(|row| number(row).is_some()) => name.as_str(),
+        _ => return None,
     };
-    if let Some(over) = over {
-        let axes = Axes {
-            x_label: over.into(),
-            y_label: "time per cell and step (us)".into(),
-            log_x: true,
-            log_y: true,
-            ..Axes::default()
-        };
-        let x = |row: &Row| if varied { row.cells } else { number(row) };
-        let point = |same: &[&Row]| {
-            let (x, y): (Vec<f64>, Vec<f64>) =
-                same.iter().filter_map(|row| x(row).zip(row.per_cell_step)).unzip();
-            (!x.is_empty()).then(|| (mean(&x), mean(&y)))
-        };
-        figure(axes, &groups.series(rows, &point), "cost".into())?;
+    let axes = Axes {
+        x_label: over.into(),
+        y_label: "time per cell and step (us)".into(),
+        log_x: true,
+        log_y: true,
+        ..Axes::default()
+    };
+    let place = |row: &&Row| {
+        let x = if varied { row.cells } else { number(row) };
+        x.zip(row.per_cell_step)
+    };
+    let series = groups.series(rows, &|same| mean_point(same.iter().filter_map(place)));
+    Some(Figure { axes, series, stem: "cost".into() })
+}
+
+impl Row {
+    fn measure(&self, name: &str) -> Option<&Measured> {
+        self.measured.iter().find(|m| m.name == name)
     }
-    Ok(written)
+}
+
+/// The mean of some places; none of nothing.
+fn mean_point(places: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)> {
+    let (x, y): (Vec<f64>, Vec<f64>) = places.unzip();
+    (!x.is_empty()).then(|| (mean(&x), mean(&y)))
 }
 
 /// Where runs that belong together lie in a figure, if they do.

@@ -73,54 +73,13 @@ enum Command {
     },
     /// Run a case over a table of overrides and PETSc options: study.csv, study.md, work-precision
     /// figures.
-    Study {
-        /// The study file (TOML).
-        study: PathBuf,
-        /// The study's folder [default: runs/NAME].
-        #[arg(long, value_name = "DIR")]
-        out: Option<PathBuf>,
-        /// List the runs without running them.
-        #[arg(long)]
-        list: bool,
-        /// What the file's [quick] makes of it, into NAME-quick.
-        #[arg(long)]
-        quick: bool,
-        /// Repeat the runs that are finished.
-        #[arg(long)]
-        force: bool,
-    },
+    Study(study::Request),
     /// Draw the figures of run folders, each as PNG and SVG.
     ///
     /// Without --figure: the last state's vorticity and streamlines, forces, speeds, paths, profile
     /// and probes of each run, and Cd(Re) and St(Re) of all where they are measured. Of a run that
     /// goes on, what there is.
-    Plot {
-        /// Run folders.
-        #[arg(required = true)]
-        runs: Vec<PathBuf>,
-        /// Draw this figure only; several with commas.
-        #[arg(long, value_name = "FIGURE", value_delimiter = ',')]
-        figure: Vec<plot::Figure>,
-        /// Times (s) of a strip's panels, or the one of a picture of the flow, e.g. 0.1,0.2,0.3:
-        /// the nearest snapshots; without --figure and --field of vorticity and streamlines
-        /// [default: of a strip six from start to end, else the last].
-        #[arg(long, value_name = "TIMES", value_delimiter = ',', allow_negative_numbers = true)]
-        times: Vec<f64>,
-        /// Vorticity (1/s) from one contour line of vorticity-strip to the next [default: a round
-        /// one].
-        #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
-        interval: Option<f64>,
-        #[command(flatten)]
-        view: plot::View,
-        /// Draw paths, forces and speeds of this particle only, by its number (from 0) or its name;
-        /// several with commas [default: all, of more than seven by material and size].
-        #[arg(long, value_name = "PARTICLE", value_delimiter = ',')]
-        particle: Vec<String>,
-        /// Where figures go that are named or of several runs [default: figures/ of the run, of
-        /// several the first].
-        #[arg(long, value_name = "DIR")]
-        out: Option<PathBuf>,
-    },
+    Plot(plot::Request),
     /// Make a film of a run: an animated PNG, or a GIF, with a frame for each snapshot of its
     /// fields, all in the same colours.
     ///
@@ -242,6 +201,7 @@ fn complain(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
+/// Does what the command line says.
 fn act(command: Command) -> Result<()> {
     match command {
         Command::Run {
@@ -261,19 +221,8 @@ fn act(command: Command) -> Result<()> {
         Command::Check { scene, quiet } => {
             check::check(&scene.case, &scene.set, &scene.petsc, quiet)
         }
-        Command::Study { study, out, list, quick, force } => {
-            study::study(&study::Request { study, out, list, quick, force })
-        }
-        Command::Plot { runs, figure, times, interval, view, particle, out } => {
-            let request = plot::Request {
-                runs,
-                figures: figure,
-                times,
-                interval,
-                view,
-                particles: particle,
-                out,
-            };
+        Command::Study(request) => study::study(&request),
+        Command::Plot(request) => {
             let drawn = plot::draw(&request)?;
             drawn.notes.iter().for_each(|note| complain(note));
             drawn.files.iter().try_for_each(|path| print(&path.display().to_string()))

@@ -8,7 +8,8 @@ use plotters::prelude::*;
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{self, Axis, BELOW, Frame, LARGE, Pixel, SCALE, SMALL, Sheet, THIN};
+use super::axis::Axis;
+use super::canvas::{self, BELOW, Frame, LARGE, Pixel, SCALE, SMALL, Sheet, THIN};
 use super::{Axes, Chart, Series, SeriesStyle};
 use mics_run::Result;
 
@@ -114,6 +115,22 @@ fn extent(axes: &Axes, count: usize, beside: bool) -> Pixel {
     }
 }
 
+/// A logarithmic or a linear axis over a range.
+fn axis(log: bool, range: Range<f64>, label: &str, ticks: i32) -> Axis {
+    (if log { Axis::logarithmic } else { Axis::linear })(range, label, ticks)
+}
+
+/// The vertical axis of a plot of such points and that height.
+fn vertical(axes: &Axes, points: &[(f64, f64)], height: i32) -> Axis {
+    let range = match (axes.frame, axes.range_y) {
+        (Some([_, height]), _) => 0.0..height,
+        (None, Some([low, high])) => low..high,
+        (None, None) => padded(points.iter().map(|point| point.1), 0.07),
+    };
+    axis(axes.log_y, range, &axes.y_label, (8 * height / PLOT.1).max(4))
+}
+
+/// Draws plots beside or below each other; returns the sheet and its size.
 fn draw(panels: &[Panel], beside: bool) -> (Sheet, Pixel) {
     let mut sheet = Sheet::default();
     let Some((first, _)) = panels.first() else { return (sheet, PLOT) };
@@ -121,20 +138,9 @@ fn draw(panels: &[Panel], beside: bool) -> (Sheet, Pixel) {
     let everything: Vec<Vec<(f64, f64)>> = panels.iter().map(|panel| placed(*panel)).collect();
     // Plots below each other share their horizontal axis.
     let shared = padded(everything.iter().flatten().map(|point| point.0), 0.03);
-    let axis = |log: bool, range: Range<f64>, label: &str, ticks: i32| {
-        (if log { Axis::logarithmic } else { Axis::linear })(range, label, ticks)
-    };
-    let vertical = |(axes, _): &Panel, points: &[(f64, f64)], height: i32| {
-        let range = match (axes.frame, axes.range_y) {
-            (Some([_, height]), _) => 0.0..height,
-            (None, Some([low, high])) => low..high,
-            (None, None) => padded(points.iter().map(|point| point.1), 0.07),
-        };
-        axis(axes.log_y, range, &axes.y_label, (8 * height / PLOT.1).max(4))
-    };
     let extents: Vec<Pixel> = panels.iter().map(|(axes, _)| extent(axes, count, beside)).collect();
     let ys: Vec<Axis> =
-        (0..count).map(|k| vertical(&panels[k], &everything[k], extents[k].1)).collect();
+        (0..count).map(|k| vertical(panels[k].0, &everything[k], extents[k].1)).collect();
     let room = ys.iter().map(Axis::room).max().unwrap_or(0);
     let whole = match beside {
         true => {

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use plotters::prelude::*;
 
-use super::canvas::{self, Axis, BELOW, Frame, INK, LARGE, Pixel, SCALE, Sheet, THIN};
+use super::axis::Axis;
+use super::canvas::{self, BELOW, Frame, INK, LARGE, Pixel, SCALE, Sheet, THIN};
 use super::paint::{self, Palette};
 use super::trace::{Point, sample};
 use super::{Plane, Scale};

@@ -10,7 +10,8 @@ use plotters::prelude::*;
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{self, Axis, Frame, INK, Pixel, SCALE, SMALL, Sheet, THIN};
+use super::axis::Axis;
+use super::canvas::{self, Frame, INK, Pixel, SCALE, SMALL, Sheet, THIN};
 use super::trace::{self, HOPS, Point, sample};
 use super::{Disc, Plane, Quantity, Scale};
 use mics_run::{Error, Result};

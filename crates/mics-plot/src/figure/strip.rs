@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{self, Axis, BELOW, Frame, INK, LARGE, MEDIUM, Pixel, SCALE, Sheet};
+use super::axis::Axis;
+use super::canvas::{self, BELOW, Frame, INK, LARGE, MEDIUM, Pixel, SCALE, Sheet};
 use super::contour::{contours, outside};
 use super::field::{bars, draw_bars, side_by_side};
 use super::paint::{self, Palette};

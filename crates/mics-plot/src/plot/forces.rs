@@ -1,7 +1,8 @@
 //! Forces on particles: over time, and over the height of one in the three parts of (19) (Fig. 10);
 //! speeds of free ones.
 
-use super::kinds::{Course, Kind, SPREAD, Spread, quantile};
+use super::components::{NAMES, Vector};
+use super::kinds::{Course, Kind, SPREAD, Spread};
 use super::rows::{self, Rows};
 use super::section::upright;
 use crate::figure::{Axes, Chart, Series, SeriesStyle};
@@ -16,21 +17,8 @@ const MEAN: f64 = 0.1;
 /// Part of the run whose forces are not shown: the first steps of an impulsive start would flatten
 /// all that follows.
 const START: f64 = 0.02;
-/// A component whose largest value is below this part of the largest one's is not drawn.
-pub const SHOWN: f64 = 1e-3;
-/// A component below this part of the largest one's is zero within rounding and the limit of the
-/// pressure.
-const ROUNDING: f64 = 1e-5;
-/// Part of the values at either end that a vertical axis of forces leaves out, where they would
-/// widen it by [`WIDER`]: the peaks of single steps in which bodies collide.
-const PEAKS: f64 = 0.02;
-/// Widening of a vertical axis above which its peaks are cut off.
-const WIDER: f64 = 3.0;
-
 /// Points of a spread over time at most: each is the mean of some rows.
 const POINTS: usize = 500;
-
-const NAMES: [&str; 3] = ["x", "y", "z"];
 
 /// The unit of forces: in 2D they are of a metre of depth.
 pub fn unit(case: &Case) -> &'static str {
@@ -95,93 +83,8 @@ pub fn forces(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<Chart>
     };
     let notes = [rows.forces.as_ref().map(|_| SPREAD.to_owned()), Some(cut)];
     let notes = notes.into_iter().flatten().collect();
-    Ok(by_axes(plots?, "force", unit(case), title, notes, true))
-}
-
-/// The plots of a vector's components that matter, each with the notes that say what is left out;
-/// none where there is nothing to show.
-fn by_axes(
-    mut plots: Vec<Vec<Series>>,
-    what: &str,
-    unit: &str,
-    title: String,
-    mut notes: Vec<String>,
-    peaks: bool,
-) -> Option<Chart> {
-    let largest = |series: &[Series]| {
-        let values = series
-            .iter()
-            .flat_map(|one| &one.points)
-            .map(|p| p.1.abs())
-            .filter(|value| value.is_finite());
-        values.fold(0.0, f64::max)
-    };
-    let sizes: Vec<f64> = plots.iter().map(|series| largest(series)).collect();
-    let most = sizes.iter().copied().fold(0.0, f64::max);
-    let matters = |axis: &usize| sizes[*axis] > SHOWN * most || most == 0.0 && *axis == 0;
-    let along = |axes: Vec<usize>| {
-        axes.into_iter().map(|axis| NAMES[axis]).collect::<Vec<_>>().join(" and ")
-    };
-    let left_out = || (0..plots.len()).filter(|axis| !matters(axis));
-    let (zero, small): (Vec<usize>, Vec<usize>) =
-        left_out().partition(|axis| sizes[*axis] < ROUNDING * most);
-    let largest = |axes: &[usize]| axes.iter().map(|axis| sizes[*axis]).fold(0.0, f64::max);
-    if !zero.is_empty() {
-        let size = largest(&zero);
-        let rounding = if size > 0.0 {
-            format!(" within rounding (below {size:.0e} {unit})")
-        } else {
-            String::new()
-        };
-        notes.push(format!("along {} it is zero{rounding}", along(zero)));
-    }
-    if !small.is_empty() {
-        let size = largest(&small);
-        notes.push(format!("along {} it is below {size:.1e} {unit} and not drawn", along(small)));
-    }
-    let ranges: Vec<Option<[f64; 2]>> =
-        plots.iter().map(|one| without_peaks(one).filter(|_| peaks)).collect();
-    let peaked: Vec<usize> =
-        (0..plots.len()).filter(matters).filter(|axis| ranges[*axis].is_some()).collect();
-    if !peaked.is_empty() {
-        let most = rounded(significant(largest(&peaked)));
-        notes.push(format!("along {} peaks of up to {most} {unit} are cut off", along(peaked)));
-    }
-    let mut panels = Vec::new();
-    for axis in (0..plots.len()).filter(matters) {
-        let mut series = std::mem::take(&mut plots[axis]);
-        let range_y = ranges[axis];
-        // One legend for all.
-        if !panels.is_empty() {
-            series.iter_mut().for_each(|one| one.label.clear());
-        }
-        let y_label = format!("{what} along {} ({unit})", NAMES[axis]);
-        panels.push((
-            Axes { x_label: "time (s)".into(), y_label, range_y, ..Axes::default() },
-            series,
-        ));
-    }
-    if let Some((first, _)) = panels.first_mut() {
-        (first.title, first.note) = (title, notes.join("; "));
-    }
-    Some(Chart { panels, beside: false }).filter(Chart::shows)
-}
-
-/// To two digits.
-fn significant(value: f64) -> f64 {
-    format!("{value:.1e}").parse().unwrap_or(value)
-}
-
-/// The range of a vertical axis that the peaks of single steps would widen to many times what it is
-/// without them.
-fn without_peaks(series: &[Series]) -> Option<[f64; 2]> {
-    let mut values: Vec<f64> =
-        series.iter().flat_map(|one| &one.points).map(|p| p.1).filter(|v| v.is_finite()).collect();
-    values.sort_by(f64::total_cmp);
-    let (low, high) = (quantile(&values, PEAKS), quantile(&values, 1.0 - PEAKS));
-    let (first, last) = (values.first()?, values.last()?);
-    let pad = 0.1 * (high - low);
-    (pad > 0.0 && last - first > WIDER * (high - low)).then_some([low - pad, high + pad])
+    let unit = unit(case);
+    Ok(Vector { what: "force", unit, title, notes, cut_peaks: true }.chart(plots?))
 }
 
 /// Lines and spreads of the kinds of many bodies along each axis, after a time (s).
@@ -255,7 +158,8 @@ pub fn speeds(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<Chart>
         }
     };
     let notes = rows.velocities.iter().map(|_| SPREAD.to_owned()).collect();
-    Ok(by_axes(plots, "velocity", "m/s", title, notes, false))
+    let vector = Vector { what: "velocity", unit: "m/s", title, notes, cut_peaks: false };
+    Ok(vector.chart(plots))
 }
 
 /// The parts of (19) across gravity, of the first free particle, or of those that are `asked` for,
@@ -268,37 +172,15 @@ pub fn speeds(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<Chart>
 pub fn parts(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<(Axes, Vec<Series>)>> {
     let free = rows::free(case, asked).first().copied();
     let (Some(id), Some(up)) = (free, upright(case)) else { return Ok(None) };
-    let gravity = &case.fluid.gravity;
     let (particle, diameter) = (&case.particle[id], case.particle[id].shape.diameter());
     let circle = 0.25 * PI * diameter * diameter;
     let volume = if case.dimension() == 2 { circle } else { 2.0 / 3.0 * diameter * circle };
-    let pull = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let pull = case.fluid.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
     let weight = (particle.density - case.fluid.density).abs() * volume * pull;
     if weight == 0.0 || rows.is_empty() {
         return Ok(None);
     }
-    let column = |name: &str| rows.column(id, name);
-    let places = [column("x")?, column("y")?, column("z")?];
-    let time = column("time")?;
-    let contact = [column("contact_fx")?, column("contact_fy")?, column("contact_fz")?];
-    let touches = (0..time.len()).position(|row| contact.iter().any(|force| force[row] != 0.0));
-    // One that lies on something from the first has no fall to show: all of it, then.
-    let end = touches.filter(|row| *row > 1).unwrap_or(time.len());
-
-    let height = |row: usize| {
-        let above = if gravity[up] < 0.0 {
-            places[up][row]
-        } else {
-            case.domain.size[up] - places[up][row]
-        };
-        above / diameter
-    };
-    let mut way = vec![0.0; end];
-    for row in 1..end {
-        let step =
-            places.iter().map(|place| (place[row] - place[row - 1]).powi(2)).sum::<f64>().sqrt();
-        way[row] = way[row - 1] + step / diameter;
-    }
+    let Fall { heights, way, time, falls_along } = Fall::read(case, rows, id, up)?;
     let across = if up == 0 { "y" } else { "x" };
     let [pressure, viscous, convective] = words(case);
     let parts = [
@@ -307,26 +189,21 @@ pub fn parts(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<(Axes, 
         ("viscous", "F_d", viscous),
     ];
     let parts = parts.map(|(part, symbol, words)| {
-        let force = running_mean(&column(&format!("{part}_f{across}"))?[..end], &time, &way);
-        let points = force
-            .into_iter()
-            .enumerate()
-            .skip(1)
-            .map(|(row, force)| (height(row), force / weight))
-            .collect();
+        let force = rows.column(id, &format!("{part}_f{across}"))?;
+        let means = running_mean(&force[..way.len()], &time, &way);
+        let points = heights.iter().zip(means).skip(1);
+        let points = points.map(|(height, force)| (*height, force / weight)).collect();
         let label = match case.coupling.wall {
             WallRule::Sharp => format!("{words}, {across}"),
             WallRule::Mixing => format!("{symbol}{across}, {words}"),
         };
         Ok(Series { label, points, style: SeriesStyle::Line })
     });
+    let height = if falls_along { NAMES[up] } else { "height" };
     let axes = Axes {
-        x_label: match gravity[up] {
-            ..0.0 => format!("{}/d, d = {} m", NAMES[up], rounded(diameter)),
-            _ => format!("height/d, d = {} m", rounded(diameter)),
-        },
+        x_label: format!("{height}/d, d = {} m", rounded(diameter)),
         y_label: "force / submerged weight".into(),
-        falling_x: height(end - 1) < height(0),
+        falling_x: heights[way.len() - 1] < heights[0],
         title: format!(
             "fluid force along {across} on {}, mean over {MEAN} d of its way",
             case.called(id)
@@ -334,6 +211,44 @@ pub fn parts(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<(Axes, 
         ..Axes::default()
     };
     Ok(Some((axes, parts.into_iter().collect::<Result<_>>()?)))
+}
+
+/// The fall of a particle until it first touches something, row by row.
+struct Fall {
+    /// Heights of its centre (diameters), from where gravity pulls to.
+    heights: Vec<f64>,
+    /// The way that it has gone (diameters).
+    way: Vec<f64>,
+    /// Times (s).
+    time: Vec<f64>,
+    /// Whether gravity points to the low end of its axis.
+    falls_along: bool,
+}
+
+impl Fall {
+    fn read(case: &Case, rows: &Rows, id: usize, up: usize) -> Result<Fall> {
+        let diameter = case.particle[id].shape.diameter();
+        let columns = |names: [&str; 3]| -> Result<Vec<Vec<f64>>> {
+            names.into_iter().map(|name| Ok(rows.column(id, name)?.to_vec())).collect()
+        };
+        let places = columns(["x", "y", "z"])?;
+        let contact = columns(["contact_fx", "contact_fy", "contact_fz"])?;
+        let time = rows.column(id, "time")?.to_vec();
+        let touches = (0..time.len()).position(|row| contact.iter().any(|force| force[row] != 0.0));
+        // One that lies on something from the first has no fall to show: all of it, then.
+        let end = touches.filter(|row| *row > 1).unwrap_or(time.len());
+        let falls_along = case.fluid.gravity[up] < 0.0;
+        let height = |row: usize| {
+            let at = places[up][row];
+            (if falls_along { at } else { case.domain.size[up] - at }) / diameter
+        };
+        let mut way = vec![0.0; end];
+        for row in 1..end {
+            let square = places.iter().map(|place| (place[row] - place[row - 1]).powi(2));
+            way[row] = way[row - 1] + square.sum::<f64>().sqrt() / diameter;
+        }
+        Ok(Fall { heights: (0..end).map(height).collect(), way, time, falls_along })
+    }
 }
 
 /// The mean over time of each row and of those within half of [`MEAN`] of the way before and behind
@@ -416,30 +331,6 @@ mod tests {
             assert!((noise.1 * weight).abs() < 0.1, "{noise:?}");
         }
         assert!(parts[2].points.iter().all(|p| (p.1 * weight - 0.5).abs() < 1e-12));
-    }
-
-    #[test]
-    fn a_component_within_rounding_is_named_and_not_drawn_and_peaks_do_not_flatten_the_rest() {
-        let line = |size: f64| Series {
-            label: "a".into(),
-            points: (0..1000).map(|k| (f64::from(k), size * f64::from(k % 10))).collect(),
-            style: SeriesStyle::Line,
-        };
-        let chart = |plots: Vec<Vec<Series>>| {
-            by_axes(plots, "force", "N/m", "t".into(), Vec::new(), true).unwrap()
-        };
-        let two = chart(vec![vec![line(1e-10)], vec![line(2.0)]]);
-        assert_eq!(two.panels.len(), 1);
-        assert_eq!(two.panels[0].0.y_label, "force along y (N/m)");
-        assert_eq!(two.panels[0].0.note, "along x it is zero within rounding (below 9e-10 N/m)");
-        assert_eq!(two.panels[0].0.range_y, None);
-        let mut peaked = line(1.0);
-        peaked.points[500].1 = 1e3;
-        let one = chart(vec![vec![peaked], vec![line(2.0)]]);
-        let [low, high] = one.panels[0].0.range_y.unwrap();
-        assert!(low < 0.0 && (9.0..12.0).contains(&high), "{low} to {high}");
-        assert_eq!(one.panels[0].0.note, "along x peaks of up to 1000 N/m are cut off");
-        assert_eq!((one.panels.len(), one.panels[1].1[0].label.as_str()), (2, ""));
     }
 
     #[test]

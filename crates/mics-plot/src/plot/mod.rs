@@ -6,6 +6,7 @@
 //! several: paths (`paths`, Fig. 9), Cd(Re) and St(Re) (`reynolds`, Figs. 4, 5). `rows` reads
 //! `particles.csv`, `kinds` chooses the bodies that stand for many.
 
+mod components;
 mod discs;
 mod fields;
 mod forces;
@@ -14,6 +15,7 @@ mod paths;
 mod probes;
 mod profile;
 mod reel;
+mod request;
 mod reynolds;
 mod rows;
 mod section;
@@ -40,121 +42,12 @@ pub(super) use paths::{Track, paths};
 pub(super) use probes::probes;
 pub(super) use profile::profile;
 pub(super) use reel::Reel;
+pub use request::{Figure, Request};
 pub(super) use rows::{Rows, moving, table};
 pub use view::View;
 
 /// The file that the folder of a study has.
 const STUDY: &str = "study.csv";
-
-/// What `mics plot` is asked for.
-#[derive(Clone, Debug, Default)]
-pub struct Request {
-    /// Folders of runs.
-    pub runs: Vec<PathBuf>,
-    /// Which figures; empty: the last state, forces, speeds and paths of each run, Cd(Re) and
-    /// St(Re) of all; or vorticity and streamlines alone, where times or a plane, a window or a
-    /// size say something of the flow.
-    pub figures: Vec<Figure>,
-    /// Times (s) of a strip's panels, or the one of a picture; empty: evenly from the start to the
-    /// end, or the last.
-    pub times: Vec<f64>,
-    /// Vorticity (1/s) between two contour lines of a strip.
-    pub interval: Option<f64>,
-    /// What of the flow is shown, and how.
-    pub view: View,
-    /// The particles that figures of curves are of, by number or name; empty: all, or of many some
-    /// that stand for them.
-    pub particles: Vec<String>,
-    /// Where the figures go that are asked for by name or are of several runs; by default
-    /// `figures/` of the run, of several of the first.
-    pub out: Option<PathBuf>,
-}
-
-/// A figure that can be asked for by name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Figure {
-    /// Vorticity and streamlines of the last state.
-    Vorticity,
-    /// Streamlines of the last state, coloured by speed.
-    Streamlines,
-    /// The colours of --field alone, with bodies coloured by --bodies and marked so that their
-    /// turning shows; beside each other at several --times.
-    Field,
-    /// Vorticity at several times, with contour lines that are dashed where it is negative (Figs.
-    /// 7, 11, 14).
-    VorticityStrip,
-    /// Streamlines at several times (Fig. 6).
-    StreamlinesStrip,
-    /// Paths of particles in their box, of all runs in one picture, beside the band of a position
-    /// measure (Fig. 9).
-    Paths,
-    /// Forces on particles over time: of few a line each, of many by material and size.
-    Forces,
-    /// Parts of the force across gravity over the height of a falling particle (Fig. 10).
-    ForceParts,
-    /// Velocities of free particles over time: of few a line each, of many by material and size.
-    Speeds,
-    /// Mean velocity and solid fraction across layers of cells, where the case has
-    /// `statistics.profile`.
-    Profile,
-    /// Velocity and pressure over time at probes of one point, where the case has some.
-    Probes,
-    /// Mean velocity and pressure along probes of several points, where the case has some.
-    ProbeLines,
-    /// Drag coefficient over Re of all runs, beside the references of their cases; of one body in
-    /// an unbounded stream beside a formula (Fig. 4).
-    Drag,
-    /// Strouhal number over Re of all runs, beside the references of their cases (Fig. 5).
-    Strouhal,
-}
-
-impl Figure {
-    /// Its name on the command line.
-    fn name(self) -> String {
-        clap::ValueEnum::to_possible_value(&self)
-            .map_or_else(String::new, |value| value.get_name().to_owned())
-    }
-
-    fn is_strip(self) -> bool {
-        matches!(self, Figure::VorticityStrip | Figure::StreamlinesStrip)
-    }
-
-    fn is_of_the_flow(self) -> bool {
-        self.is_strip() || matches!(self, Figure::Vorticity | Figure::Streamlines | Figure::Field)
-    }
-
-    fn is_of_particles(self) -> bool {
-        matches!(self, Figure::Paths | Figure::Forces | Figure::ForceParts | Figure::Speeds)
-    }
-
-    /// Whether several runs make one picture.
-    fn joins_runs(self) -> bool {
-        matches!(self, Figure::Paths | Figure::Drag | Figure::Strouhal)
-    }
-
-    /// What a run needs for it.
-    fn needs(self) -> &'static str {
-        match self {
-            Figure::Vorticity
-            | Figure::Streamlines
-            | Figure::Field
-            | Figure::VorticityStrip
-            | Figure::StreamlinesStrip => "fields",
-            Figure::Paths => "a particle that moves, and its rows in particles.csv",
-            Figure::Forces => "a particle, and its rows in particles.csv",
-            Figure::ForceParts => {
-                "a free particle with its rows in particles.csv, gravity, and a density other than \
-                the fluid's"
-            }
-            Figure::Speeds => "a free particle, and its rows in particles.csv",
-            Figure::Profile => "statistics with a profile (profile.csv)",
-            Figure::Probes => "a [[probe]] of one point (probes.csv)",
-            Figure::ProbeLines => "a [[probe]] of several points (probes.csv)",
-            Figure::Drag => "a measure of kind \"drag_coefficient\" with a value in summary.json",
-            Figure::Strouhal => "a measure of kind \"strouhal\" with a value in summary.json",
-        }
-    }
-}
 
 /// A run's folder and its case.
 pub(super) struct Run {
@@ -260,95 +153,6 @@ pub fn draw(request: &Request) -> Result<Drawn> {
 }
 
 impl Request {
-    /// The figures that are asked for by name, or by what they show.
-    fn figures(&self) -> Vec<Figure> {
-        let view = &self.view;
-        if !self.figures.is_empty() {
-            return self.figures.clone();
-        }
-        if view.field.is_some() || view.bodies.is_some() {
-            return vec![Figure::Field];
-        }
-        // What is said of the flow, is of its usual figures; a range would have to be that of
-        // vorticity or of speed.
-        let of_the_flow = !self.times.is_empty()
-            || view.plane.is_some()
-            || !view.window.is_empty()
-            || view.size.is_some();
-        match self.times.len() {
-            _ if !of_the_flow || !view.range.is_empty() => Vec::new(),
-            0 | 1 => vec![Figure::Streamlines, Figure::Vorticity],
-            _ => vec![Figure::StreamlinesStrip, Figure::VorticityStrip],
-        }
-    }
-
-    fn check(&self) -> Result<()> {
-        let refuse = |why: String| Err(Error::Usage(why));
-        let figures = self.figures();
-        let of_the_flow =
-            "ask for --figure field, vorticity, streamlines, vorticity-strip or streamlines-strip";
-        let single = figures.iter().find(|figure| !figure.joins_runs());
-        if let (Some(figure), Some(out), 2..) = (single, &self.out, self.runs.len()) {
-            return refuse(format!(
-                "--out {}: {} is of one run, and there are {}; leave --out away, and each goes to \
-                its run's figures/",
-                out.display(),
-                figure.name(),
-                self.runs.len()
-            ));
-        }
-        if !self.times.is_empty() && !figures.iter().any(|figure| figure.is_of_the_flow()) {
-            return refuse(format!("--times are of the flow; {of_the_flow}"));
-        }
-        if self.times.len() > 1
-            && !figures.iter().any(|figure| figure.is_strip() || *figure == Figure::Field)
-        {
-            return refuse(
-                "--times: several are of a strip; ask for --figure vorticity-strip, \
-                streamlines-strip or field"
-                    .into(),
-            );
-        }
-        if self.interval.is_some() && !figures.contains(&Figure::VorticityStrip) {
-            return refuse(
-                "--interval is of contour lines; ask for --figure vorticity-strip".into(),
-            );
-        }
-        let view = &self.view;
-        let options = [
-            ("--window", !view.window.is_empty()),
-            ("--plane", view.plane.is_some()),
-            ("--range", !view.range.is_empty()),
-            ("--size", view.size.is_some()),
-        ];
-        if let Some((option, _)) = options.iter().find(|(_, given)| *given)
-            && !figures.iter().any(|figure| figure.is_of_the_flow())
-        {
-            return refuse(format!("{option} is of the flow; {of_the_flow}"));
-        }
-        if (view.field.is_some() || view.bodies.is_some()) && !figures.contains(&Figure::Field) {
-            return refuse(
-                "--field and --bodies are of --figure field; add it, or leave --figure away".into(),
-            );
-        }
-        view.check()?;
-        if !self.particles.is_empty() && !figures.iter().any(|figure| figure.is_of_particles()) {
-            return refuse(
-                "--particle is of curves; ask for --figure paths, forces, force-parts or speeds"
-                    .into(),
-            );
-        }
-        if let Some(time) = self.times.iter().find(|time| !time.is_finite()) {
-            return refuse(format!("--times {time}: a time is a number of seconds"));
-        }
-        if let Some(interval) =
-            self.interval.filter(|interval| !(*interval > 0.0 && interval.is_finite()))
-        {
-            return refuse(format!("--interval {interval}: has to be positive, in 1/s"));
-        }
-        Ok(())
-    }
-
     /// Where a figure of some runs goes, made if it is not there.
     fn folder(&self, runs: &[Run]) -> Result<PathBuf> {
         let folder = self

@@ -1,7 +1,7 @@
 //! What probes recorded (`probes.csv`): velocity and pressure at points over time, and their means
 //! along lines.
 
-use super::forces::SHOWN;
+use super::components::SHOWN;
 use super::rows::table;
 use crate::figure::{Axes, COLOURS, Chart, Series, SeriesStyle};
 use mics_run::Result;

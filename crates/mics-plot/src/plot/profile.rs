@@ -8,28 +8,47 @@ use mics_run::words::rounded;
 use mics_run::{folder, not_a_run};
 use std::path::Path;
 
+/// The columns of `profile.csv`.
+struct Columns {
+    names: Vec<String>,
+    rows: Vec<Vec<f64>>,
+}
+
+impl Columns {
+    /// Those of a run that has any; an inner `None` where the file is not one that mics wrote.
+    fn read(run: &Path) -> Option<Option<Columns>> {
+        let mut reader = table(&run.join(folder::PROFILE))?;
+        let Ok(head) = reader.headers() else { return Some(None) };
+        let names = head.iter().map(str::to_owned).collect();
+        let numbers = |record: csv::Result<csv::StringRecord>| {
+            record.ok()?.iter().map(|number| number.parse().ok()).collect::<Option<Vec<f64>>>()
+        };
+        Some(
+            reader
+                .records()
+                .map(numbers)
+                .collect::<Option<_>>()
+                .map(|rows| Columns { names, rows }),
+        )
+    }
+
+    fn column(&self, name: &str) -> Option<Vec<f64>> {
+        let at = self.names.iter().position(|n| n == name)?;
+        Some(self.rows.iter().map(|row| row[at]).collect())
+    }
+}
+
 /// The mean velocity of fluid and bodies along each axis that matters, and beside it the solid
 /// fraction; `None` where a run has no profile.
 ///
 /// # Errors
 /// When the file is not one of a run.
 pub fn profile(run: &Path, case: &Case) -> Result<Option<Chart>> {
-    let Some(mut reader) = table(&run.join(folder::PROFILE)) else { return Ok(None) };
     let strange = || not_a_run(run, "profile.csv is not one that mics wrote");
-    let names: Vec<String> =
-        reader.headers().map_err(|_| strange())?.iter().map(str::to_owned).collect();
-    let rows: Vec<Vec<f64>> = reader
-        .records()
-        .map(|record| {
-            record.ok()?.iter().map(|number| number.parse().ok()).collect::<Option<Vec<f64>>>()
-        })
-        .collect::<Option<_>>()
-        .ok_or_else(strange)?;
-    let column = |name: &str| {
-        let at = names.iter().position(|n| n == name)?;
-        Some(rows.iter().map(|row| row[at]).collect::<Vec<f64>>())
-    };
-    let axis = names.first().cloned().ok_or_else(strange)?;
+    let Some(read) = Columns::read(run) else { return Ok(None) };
+    let columns = read.ok_or_else(strange)?;
+    let column = |name: &str| columns.column(name);
+    let axis = columns.names.first().cloned().ok_or_else(strange)?;
     let heights = column(&axis).ok_or_else(strange)?;
     let fractions =
         column("solid_fraction").filter(|all| all.iter().any(|fraction| *fraction > 0.0));

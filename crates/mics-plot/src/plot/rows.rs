@@ -134,14 +134,20 @@ impl Rows {
         if before.is_empty() {
             rows.begin(case);
         }
-        let end = before.values().map(|last| last.0).fold(0.0, f64::max);
-        for (centres, time) in rows.centres.iter_mut().zip(times) {
+        rows.end(times, &before);
+        rows
+    }
+
+    /// After their last rows (time and centre) particles are where they were in these, at each of
+    /// the times asked for.
+    fn end(&mut self, times: &[f64], newest: &HashMap<usize, (f64, [f64; 3])>) {
+        let end = newest.values().map(|last| last.0).fold(0.0, f64::max);
+        for (centres, time) in self.centres.iter_mut().zip(times) {
             // What has no row at the end has left the box.
             let there = |last: f64| last <= *time * (1.0 + 1e-12) && (last == end || *time <= last);
-            let ended = before.iter().filter(|(_, last)| there(last.0));
+            let ended = newest.iter().filter(|(_, last)| there(last.0));
             centres.extend(ended.map(|(particle, last)| (*particle, last.1)));
         }
-        rows
     }
 
     /// Without any row, all that does not come in later is where it starts.

@@ -172,15 +172,6 @@ fn numerics(run: &Run) -> Result<Vec<Figure>> {
         [over(steps, "outer_iterations", "C-HSMAC"), over(steps, "krylov_iterations", "Krylov")];
     let log = Axes { log_y: true, ..axes("step", "largest |D| (1/s)") };
     let part = Part::Numerics;
-    let free = run.case.particle.iter().any(|p| p.is_free());
-    let energies = match free {
-        true => vec![
-            over(times, "kinetic_energy", "both"),
-            over(times, "fluid_energy", "fluid"),
-            over(times, "bodies_energy", "free particles"),
-        ],
-        false => vec![over(times, "kinetic_energy", "")],
-    };
     let figures = [
         curves(
             part,
@@ -204,26 +195,26 @@ fn numerics(run: &Run) -> Result<Vec<Figure>> {
             axes("time (s)", "dt (s)"),
             &[over(times, "dt", "")],
         )?,
-        curves(
-            part,
-            "Energy",
-            match free {
-                true => {
-                    "The kinetic energy of the fluid outside the particles, that of the free \
-                    particles, and their sum."
-                }
-                false => "The kinetic energy of the fluid.",
-            },
-            axes(
-                "time (s)",
-                if run.case.dimension() == 2 {
-                    "kinetic energy (J/m)"
-                } else {
-                    "kinetic energy (J)"
-                },
-            ),
-            &energies,
-        )?,
+        energy(run, |name, label| over(times, name, label))?,
     ];
     Ok(figures.into_iter().flatten().collect())
+}
+
+/// The kinetic energy over time, where particles are free of fluid and particles.
+fn energy(run: &Run, over: impl Fn(&str, &str) -> Series) -> Result<Option<Figure>> {
+    let (caption, energies) = match run.case.particle.iter().any(|p| p.is_free()) {
+        true => (
+            "The kinetic energy of the fluid outside the particles, that of the free particles, \
+            and their sum.",
+            vec![
+                over("kinetic_energy", "both"),
+                over("fluid_energy", "fluid"),
+                over("bodies_energy", "free particles"),
+            ],
+        ),
+        false => ("The kinetic energy of the fluid.", vec![over("kinetic_energy", "")]),
+    };
+    let unit = if run.case.dimension() == 2 { "J/m" } else { "J" };
+    let axes = axes("time (s)", &format!("kinetic energy ({unit})"));
+    curves(Part::Numerics, "Energy", caption, axes, &energies)
 }

@@ -10,40 +10,7 @@ const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inlin
 
 /// The whole report.
 pub fn page(run: &Run, figures: &[Figure]) -> Markup {
-    let of = |part: Part| figures.iter().filter(|f| f.part == part).collect::<Vec<_>>();
-    let (fields, particles) = (of(Part::Fields), of(Part::Particles));
-    let (records, numerics) = (of(Part::Records), of(Part::Numerics));
-    let sections: Vec<(&str, &str, Markup)> = [
-        ("measures", "Measures", (!run.case.measure.is_empty()).then(|| measures(run))),
-        ("flow", "The flow", (!fields.is_empty()).then(|| gallery(&fields, "figures fields"))),
-        (
-            "particles",
-            "Particles",
-            (!particles.is_empty()).then(|| gallery(&particles, "figures curves")),
-        ),
-        (
-            "records",
-            "Profiles and probes",
-            (!records.is_empty()).then(|| gallery(&records, "figures curves")),
-        ),
-        ("scene", "The case in words", Some(scene(run))),
-        ("numbers", "Reynolds numbers and others", Some(numbers(run))),
-        (
-            "needs",
-            "What was needed and what was skipped",
-            (!run.provenance.needs.is_empty()).then(|| needs(run)),
-        ),
-        (
-            "numerics",
-            "How well it was solved",
-            (!numerics.is_empty()).then(|| gallery(&numerics, "figures curves")),
-        ),
-        ("cost", "Where the time went", run.summary.as_ref().map(|_| cost(run))),
-        ("reproduce", "How to run it again", Some(reproduce(run))),
-    ]
-    .into_iter()
-    .filter_map(|(id, title, body)| Some((id, title, body?)))
-    .collect();
+    let sections = sections(run, figures);
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -84,6 +51,31 @@ pub fn page(run: &Run, figures: &[Figure]) -> Markup {
             }
         }
     }
+}
+
+/// The sections that the run has something for: a name for links, a title and what they hold.
+fn sections(run: &Run, figures: &[Figure]) -> Vec<(&'static str, &'static str, Markup)> {
+    let shown = |part: Part, class: &str| {
+        let figures: Vec<&Figure> = figures.iter().filter(|f| f.part == part).collect();
+        (!figures.is_empty()).then(|| gallery(&figures, class))
+    };
+    let all = [
+        ("measures", "Measures", (!run.case.measure.is_empty()).then(|| measures(run))),
+        ("flow", "The flow", shown(Part::Fields, "figures fields")),
+        ("particles", "Particles", shown(Part::Particles, "figures curves")),
+        ("records", "Profiles and probes", shown(Part::Records, "figures curves")),
+        ("scene", "The case in words", Some(scene(run))),
+        ("numbers", "Reynolds numbers and others", Some(numbers(run))),
+        (
+            "needs",
+            "What was needed and what was skipped",
+            (!run.provenance.needs.is_empty()).then(|| needs(run)),
+        ),
+        ("numerics", "How well it was solved", shown(Part::Numerics, "figures curves")),
+        ("cost", "Where the time went", run.summary.as_ref().map(|_| cost(run))),
+        ("reproduce", "How to run it again", Some(reproduce(run))),
+    ];
+    all.into_iter().filter_map(|(id, title, body)| Some((id, title, body?))).collect()
 }
 
 /// What the run had to say of its energy at the end.

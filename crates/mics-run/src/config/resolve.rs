@@ -42,14 +42,7 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     let ground = resting > MANY && resting < raw.particle.len();
     let fixed = if ground { FixedRows::Once } else { FixedRows::Always };
     let entrances: Vec<_> = raw.particle.iter().map(|p| p.entrance(&raw)).collect();
-    let raw::Initial { from, inherited, taylor_green, perturbation, .. } = raw.initial;
-    let initial = Initial {
-        from,
-        inherited,
-        velocity,
-        perturbation: perturbation.unwrap_or(0.0),
-        taylor_green,
-    };
+    let initial = initial(raw.initial, velocity);
     let raw::Fluid { density, viscosity, gravity } = raw.fluid;
     let fluid = Fluid { density, viscosity, gravity: gravity.unwrap_or(rest.clone()) };
     let raw::Boundary { west, east, south, north, bottom, top } = raw.boundary;
@@ -95,6 +88,13 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     direct(&case)?;
     buoyancy(&case)?;
     Ok(case)
+}
+
+/// What is there at time 0, with this velocity of the fluid (m/s).
+fn initial(raw: raw::Initial, velocity: Vec<f64>) -> Initial {
+    let raw::Initial { from, inherited, taylor_green, perturbation, .. } = raw;
+    let perturbation = perturbation.unwrap_or(0.0);
+    Initial { from, inherited, velocity, perturbation, taylor_green }
 }
 
 /// The velocity (m/s) of the first inflow, at its middle.

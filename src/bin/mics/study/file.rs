@@ -225,6 +225,34 @@ impl Study {
     }
 
     fn check(&self) -> Check {
+        self.check_name_and_repeats()?;
+        overrides("set", &self.set)?;
+        overrides("quick.set", &self.quick.set)?;
+        for (index, axis) in self.axis.iter().enumerate() {
+            self.check_axis(index, axis)?;
+        }
+        for (index, row) in self.row.iter().enumerate() {
+            let key = format!("row.{index}");
+            if row.labels.is_empty() {
+                let message = "must name the run, as in { grid = \"fine\" }";
+                return Err(fault(format!("{key}.labels"), message));
+            }
+            row.labels.keys().try_for_each(|name| column_name(&format!("{key}.labels"), name))?;
+            overrides(&format!("{key}.set"), &row.set)?;
+        }
+        self.check_columns()?;
+        self.check_kept()?;
+        for (index, reference) in self.reference.iter().enumerate() {
+            if self.reference[..index].iter().any(|other| other.measure == reference.measure) {
+                let message = format!("`{}` has a reference already", reference.measure);
+                return Err(fault(format!("reference.{index}.measure"), message));
+            }
+            reference.check(index)?;
+        }
+        Ok(())
+    }
+
+    fn check_name_and_repeats(&self) -> Check {
         let plain = self.name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c));
         if !plain || ["", ".", ".."].contains(&self.name.as_str()) {
             let why = format!(
@@ -244,32 +272,19 @@ impl Study {
             [("ranks", Some(&self.ranks)), ("quick.ranks", self.quick.ranks.as_ref())]
         {
             let Some(ranks) = ranks else { continue };
-            if ranks.is_empty()
-                || ranks.contains(&0)
-                || ranks.iter().collect::<BTreeSet<_>>().len() < ranks.len()
-            {
+            let different = ranks.iter().collect::<BTreeSet<_>>().len() == ranks.len();
+            if ranks.is_empty() || ranks.contains(&0) || !different {
                 return Err(fault(
                     key,
                     "must list different numbers of ranks, each 1 or more, as in [1, 2]",
                 ));
             }
         }
-        overrides("set", &self.set)?;
-        overrides("quick.set", &self.quick.set)?;
-        for (index, axis) in self.axis.iter().enumerate() {
-            self.check_axis(index, axis)?;
-        }
-        for (index, row) in self.row.iter().enumerate() {
-            let key = format!("row.{index}");
-            if row.labels.is_empty() {
-                return Err(fault(
-                    format!("{key}.labels"),
-                    "must name the run, as in { grid = \"fine\" }",
-                ));
-            }
-            row.labels.keys().try_for_each(|name| column_name(&format!("{key}.labels"), name))?;
-            overrides(&format!("{key}.set"), &row.set)?;
-        }
+        Ok(())
+    }
+
+    /// Names of columns must be those of axes or labels.
+    fn check_columns(&self) -> Check {
         let names = self.names();
         let known: Vec<&str> = names.iter().map(String::as_str).chain(["ranks"]).collect();
         let labelled = &known[..names.len()];
@@ -287,19 +302,10 @@ impl Study {
         let columns = kept.chain(series).chain(spread).map(|(key, name)| (key, name, &known[..]));
         for (key, name, known) in columns.chain(rows.map(|(key, name)| (key, name, labelled))) {
             if !known.contains(&name.as_str()) {
-                return Err(fault(
-                    key,
-                    format!("there is no axis or label `{name}`; {}", suggest(name, known)),
-                ));
+                let message =
+                    format!("there is no axis or label `{name}`; {}", suggest(name, known));
+                return Err(fault(key, message));
             }
-        }
-        self.check_kept()?;
-        for (index, reference) in self.reference.iter().enumerate() {
-            if self.reference[..index].iter().any(|other| other.measure == reference.measure) {
-                let message = format!("`{}` has a reference already", reference.measure);
-                return Err(fault(format!("reference.{index}.measure"), message));
-            }
-            reference.check(index)?;
         }
         Ok(())
     }

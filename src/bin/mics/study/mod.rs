@@ -29,17 +29,21 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// What `mics study` was told.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, clap::Args)]
 pub struct Request {
-    /// The study file.
+    /// The study file (TOML).
     pub study: PathBuf,
-    /// The study's folder, default `runs/NAME`.
+    /// The study's folder [default: runs/NAME].
+    #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// List the runs only.
+    /// List the runs without running them.
+    #[arg(long)]
     pub list: bool,
-    /// Apply the file's `[quick]`.
+    /// What the file's [quick] makes of it, into NAME-quick.
+    #[arg(long)]
     pub quick: bool,
     /// Repeat the runs that are finished.
+    #[arg(long)]
     pub force: bool,
 }
 

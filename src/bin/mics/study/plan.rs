@@ -151,6 +151,37 @@ fn id(names: &[String], labels: &[String], ranks: Option<usize>) -> String {
     if id.is_empty() { "case".into() } else { id.chars().map(plain).collect() }
 }
 
+/// The runs of a draft, one for each number of ranks; none where `--quick` keeps none.
+fn planned(
+    study: &Study,
+    names: &[String],
+    draft: &Draft,
+    case: &Path,
+    set: &[String],
+) -> Vec<Planned> {
+    let kept = |name: &str, of_run: &str| {
+        let kept = study.quick.keep.get(name);
+        kept.is_none_or(|kept| kept.iter().any(|value| label(value) == of_run))
+    };
+    if !draft.labels.iter().all(|(name, label)| kept(name, label)) {
+        return Vec::new();
+    }
+    let loaded = read_case(case, set).map(|loaded| loaded.case).map_err(|e| Refusal::of(&e));
+    let labels: Vec<String> =
+        names.iter().map(|name| draft.labels.get(name).cloned().unwrap_or_default()).collect();
+    let run = |ranks: &usize| Planned {
+        id: id(names, &labels, (study.ranks.len() > 1).then_some(*ranks)),
+        labels: labels.clone(),
+        ranks: *ranks,
+        case: case.to_owned(),
+        set: set.to_vec(),
+        petsc: [words(&study.petsc), draft.petsc.clone()].concat(),
+        loaded: loaded.clone(),
+        sources: draft.sources.clone(),
+    };
+    study.ranks.iter().filter(|ranks| kept("ranks", &ranks.to_string())).map(run).collect()
+}
+
 /// What is wrong with a case, without the place that only `--set` on a command line has.
 fn reason(error: &Error) -> String {
     match error {
@@ -178,47 +209,19 @@ impl Plan {
             read_case(&case, set).map_err(|e| text.refuse(fault(key, reason(&e))))?;
         }
 
-        let names = study.names();
-        let kept = |name: &str, label: &str| {
-            study
-                .quick
-                .keep
-                .get(name)
-                .is_none_or(|kept| kept.iter().any(|value| super::file::label(value) == label))
-        };
-        let mut runs: Vec<Planned> = Vec::new();
-        let mut seen = BTreeSet::new();
-        let drafts = drafts(study);
+        let (names, drafts) = (study.names(), drafts(study));
         let case_of = |draft: &Draft| draft.case.as_deref().map_or_else(|| case.clone(), beside);
-        for draft in
-            drafts.iter().filter(|draft| draft.labels.iter().all(|(name, label)| kept(name, label)))
-        {
-            let case = case_of(draft);
+        let mut runs: Vec<Planned> = Vec::new();
+        for draft in &drafts {
             let set = [&common[..], &draft.set[..], &last[..]].concat();
-            let petsc = [words(&study.petsc), draft.petsc.clone()].concat();
-            let loaded =
-                read_case(&case, &set).map(|loaded| loaded.case).map_err(|e| Refusal::of(&e));
-            let labels: Vec<String> = names
-                .iter()
-                .map(|name| draft.labels.get(name).cloned().unwrap_or_default())
-                .collect();
-            for &ranks in study.ranks.iter().filter(|ranks| kept("ranks", &ranks.to_string())) {
-                let id = id(&names, &labels, (study.ranks.len() > 1).then_some(ranks));
-                if !seen.insert(id.clone()) {
+            for run in planned(study, &names, draft, &case_of(draft), &set) {
+                if runs.iter().any(|other| other.id == run.id) {
                     let source = draft.sources.first().cloned().unwrap_or_default();
-                    let message = format!("another run has the labels `{id}` too; give it others");
+                    let message =
+                        format!("another run has the labels `{}` too; give it others", run.id);
                     return Err(text.refuse(fault(source, message)));
                 }
-                runs.push(Planned {
-                    id,
-                    labels: labels.clone(),
-                    ranks,
-                    case: case.clone(),
-                    set: set.clone(),
-                    petsc: petsc.clone(),
-                    loaded: loaded.clone(),
-                    sources: draft.sources.clone(),
-                });
+                runs.push(run);
             }
         }
         let references = references(study, text, &beside, &names, &runs)?;

@@ -26,6 +26,15 @@ pub struct Row {
     pub(super) texts: Vec<String>,
 }
 
+/// A number as a cell of `study.csv`: all its digits, and none where there is no number.
+fn text(value: Option<f64>) -> String {
+    match value {
+        Some(value) if value.fract() == 0.0 => format!("{value}"),
+        Some(value) => format!("{value:?}"),
+        None => String::new(),
+    }
+}
+
 /// The median; `None` of nothing.
 pub fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
@@ -65,79 +74,81 @@ fn per_cell_step(summary: &serde_json::Value) -> Option<f64> {
 /// The rows of a plan whose runs have come to these outcomes, repeat by repeat.
 pub fn rows(plan: &Plan, outcomes: &[Vec<Outcome>]) -> Vec<Row> {
     let measures = plan.measures();
-    plan.runs
-        .iter()
-        .zip(outcomes)
-        .enumerate()
-        .map(|(index, (run, outcomes))| {
-            let done: Vec<&Outcome> =
-                outcomes.iter().filter(|outcome| outcome.status == "done").collect();
-            let broken = outcomes.iter().find(|outcome| outcome.status != "done");
-            let numbers = |name: &str| -> Vec<f64> {
-                done.iter().filter_map(|o| o.summary[name].as_f64()).collect()
-            };
-            let number = |name: &str| median(numbers(name));
-            let measured = measures.iter().map(|name| {
-                let values =
-                    done.iter().filter_map(|o| o.summary["measures"][name].as_f64()).collect();
-                let value = median(values);
-                let error = plan.target(name).and_then(|target| target.error(index, value?));
-                Measured { name: name.clone(), value, error }
-            });
-            let (cpu, cells, steps) = (number("cpu_seconds"), number("cells"), number("steps"));
-            let spread = |median: f64| {
-                let all = numbers("cpu_seconds");
-                let (low, high) = all
-                    .iter()
-                    .fold((f64::INFINITY, 0.0), |(l, h): (f64, f64), v| (l.min(*v), h.max(*v)));
-                (high - low) / median
-            };
-            let per_cell_step =
-                median(done.iter().filter_map(|o| per_cell_step(&o.summary)).collect());
-            let status = broken
-                .map_or(if done.is_empty() { "waiting" } else { "done" }, |outcome| outcome.status);
-            let krylov = number("krylov_iterations");
-            let text = |value: Option<f64>| match value {
-                Some(value) if value.fract() == 0.0 => format!("{value}"),
-                Some(value) => format!("{value:?}"),
-                None => String::new(),
-            };
-            // Of all ranks, start and end included: what a busy machine does not change.
-            let cpu_per_cell_step = cpu
-                .zip(cells.zip(steps))
-                .map(|(cpu, (cells, steps))| 1e6 * cpu / (cells * steps.max(1.0)));
-            let texts = COLUMNS.map(|column| match column {
-                "ranks" => run.ranks.to_string(),
-                "status" => status.to_owned(),
-                "repeats" => done.len().to_string(),
-                "cpu_spread" => text(cpu.map(spread)),
-                "us_per_cell_step" => text(per_cell_step),
-                "cpu_us_per_cell_step" => text(cpu_per_cell_step),
-                "krylov_per_step" => {
-                    text(krylov.zip(steps).map(|(krylov, steps)| krylov / steps.max(1.0)))
-                }
-                "commit" => outcomes.last().map_or(String::new(), |outcome| outcome.commit.clone()),
-                "set" => run.set.join("; "),
-                "petsc" => run.petsc.join(" "),
-                "folder" => format!("runs/{}", run.id),
-                "message" => broken.map_or(String::new(), |outcome| outcome.message.clone()),
-                name => text(number(name)),
-            });
-            Row {
-                labels: run.labels.clone(),
-                ranks: run.ranks,
-                status,
-                measured: measured.collect(),
-                cpu,
-                cells,
-                per_cell_step,
-                texts: texts.to_vec(),
-            }
-        })
-        .collect()
+    let outcomes = outcomes.iter().take(plan.runs.len()).enumerate();
+    outcomes.map(|(index, outcomes)| Row::of(plan, index, outcomes, &measures)).collect()
+}
+
+/// The repeats of a run that are done.
+struct Repeats<'a>(Vec<&'a Outcome>);
+
+impl Repeats<'_> {
+    /// What the summaries of all have of a number.
+    fn numbers(&self, name: &str) -> Vec<f64> {
+        self.0.iter().filter_map(|o| o.summary[name].as_f64()).collect()
+    }
+
+    fn median(&self, name: &str) -> Option<f64> {
+        median(self.numbers(name))
+    }
+
+    /// The range of the CPU time over its median.
+    fn cpu_spread(&self) -> Option<f64> {
+        let all = self.numbers("cpu_seconds");
+        let low = all.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = all.iter().copied().fold(0.0, f64::max);
+        Some((high - low) / median(all)?)
+    }
 }
 
 impl Row {
+    /// That of the run `index` of a plan.
+    fn of(plan: &Plan, index: usize, outcomes: &[Outcome], measures: &[String]) -> Row {
+        let run = &plan.runs[index];
+        let done = Repeats(outcomes.iter().filter(|outcome| outcome.status == "done").collect());
+        let broken = outcomes.iter().find(|outcome| outcome.status != "done");
+        let measured = measures.iter().map(|name| {
+            let values = done.0.iter().filter_map(|o| o.summary["measures"][name].as_f64());
+            let value = median(values.collect());
+            let error = plan.target(name).and_then(|target| target.error(index, value?));
+            Measured { name: name.clone(), value, error }
+        });
+        let (cpu, cells) = (done.median("cpu_seconds"), done.median("cells"));
+        let steps = done.median("steps").map(|steps| steps.max(1.0));
+        let per_cell_step =
+            median(done.0.iter().filter_map(|o| per_cell_step(&o.summary)).collect());
+        let otherwise = if done.0.is_empty() { "waiting" } else { "done" };
+        let status = broken.map_or(otherwise, |outcome| outcome.status);
+        // Of all ranks, start and end included: what a busy machine does not change.
+        let cpu_per_cell_step =
+            cpu.zip(cells.zip(steps)).map(|(cpu, (cells, steps))| 1e6 * cpu / (cells * steps));
+        let krylov = done.median("krylov_iterations").zip(steps);
+        let texts = COLUMNS.map(|column| match column {
+            "ranks" => run.ranks.to_string(),
+            "status" => status.to_owned(),
+            "repeats" => done.0.len().to_string(),
+            "cpu_spread" => text(done.cpu_spread()),
+            "us_per_cell_step" => text(per_cell_step),
+            "cpu_us_per_cell_step" => text(cpu_per_cell_step),
+            "krylov_per_step" => text(krylov.map(|(krylov, steps)| krylov / steps)),
+            "commit" => outcomes.last().map_or(String::new(), |outcome| outcome.commit.clone()),
+            "set" => run.set.join("; "),
+            "petsc" => run.petsc.join(" "),
+            "folder" => format!("runs/{}", run.id),
+            "message" => broken.map_or(String::new(), |outcome| outcome.message.clone()),
+            name => text(done.median(name)),
+        });
+        Row {
+            labels: run.labels.clone(),
+            ranks: run.ranks,
+            status,
+            measured: measured.collect(),
+            cpu,
+            cells,
+            per_cell_step,
+            texts: texts.to_vec(),
+        }
+    }
+
     /// What figures show of it.
     pub fn shown(&self) -> study::Row {
         study::Row {
@@ -157,6 +168,30 @@ impl Row {
 
     fn number(&self, column: &str) -> Option<f64> {
         self.text(column).parse().ok()
+    }
+
+    /// What the run cost and how it ended, in short.
+    fn costs(&self) -> Vec<String> {
+        let times = [
+            "cpu_seconds",
+            "wall_seconds",
+            "us_per_cell_step",
+            "cpu_us_per_cell_step",
+            "krylov_per_step",
+        ];
+        let mut cells: Vec<String> =
+            times.map(|column| self.number(column).map_or(String::new(), short)).to_vec();
+        cells.push(self.text("steps").to_owned());
+        let bytes = self.number("peak_memory_bytes");
+        cells.push(bytes.map_or(String::new(), |bytes| format!("{:.0}", bytes / 1e6)));
+        let why = self.text("message");
+        let brief: String = why.chars().take(80).collect();
+        let dots = if brief.len() < why.len() { " ..." } else { "" };
+        cells.push(match why {
+            "" => self.status.into(),
+            _ => format!("{}: {brief}{dots}", self.status),
+        });
+        cells
     }
 }
 
@@ -213,44 +248,32 @@ pub fn markdown(plan: &Plan, rows: &[Row]) -> String {
         ]
         .map(str::to_owned),
     );
-    let number = |value: Option<f64>| value.map_or(String::new(), short);
-    let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
-    let mut text = line(head.clone()) + &"|---".repeat(head.len()) + "|\n";
+    let mut lines = heading(&head);
     for row in rows {
         let mut cells = row.labels.clone();
         cells.extend(several_ranks.then(|| row.ranks.to_string()));
         for measured in &row.measured {
-            cells.push(number(measured.value));
+            cells.push(measured.value.map_or(String::new(), short));
             if let Some(target) = plan.target(&measured.name) {
                 cells.push(measured.error.map_or(String::new(), |error| show(target, error)));
             }
         }
-        let times = [
-            "cpu_seconds",
-            "wall_seconds",
-            "us_per_cell_step",
-            "cpu_us_per_cell_step",
-            "krylov_per_step",
-        ];
-        cells.extend(times.map(|column| number(row.number(column))));
-        cells.push(row.text("steps").to_owned());
-        cells.push(
-            row.number("peak_memory_bytes")
-                .map_or(String::new(), |bytes| format!("{:.0}", bytes / 1e6)),
-        );
-        let why = row.text("message");
-        let brief: String = why.chars().take(80).collect();
-        let dots = if brief.len() < why.len() { " ..." } else { "" };
-        cells.push(if why.is_empty() {
-            row.status.into()
-        } else {
-            format!("{}: {brief}{dots}", row.status)
-        });
-        text += &line(
-            cells.into_iter().map(|cell| cell.replace('|', "\\|").replace('\n', " ")).collect(),
-        );
+        cells.extend(row.costs());
+        lines += &line(&cells);
     }
-    text
+    lines
+}
+
+/// A line of a Markdown table.
+fn line(cells: &[String]) -> String {
+    let cells: Vec<_> =
+        cells.iter().map(|cell| cell.replace('|', "\\|").replace('\n', " ")).collect();
+    format!("| {} |\n", cells.join(" | "))
+}
+
+/// The head of a Markdown table.
+fn heading(head: &[String]) -> String {
+    line(head) + &"|---".repeat(head.len()) + "|\n"
 }
 
 /// The range and mean of every measure over the runs that differ in the columns `over` only, with
@@ -270,8 +293,7 @@ pub fn spread(plan: &Plan, rows: &[Row], over: &[String]) -> String {
             plan.target(name).iter().flat_map(|_| ["worst error".into(), "mean error".into()]),
         );
     }
-    let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
-    let mut text = line(head.clone()) + &"|---".repeat(head.len()) + "|\n";
+    let mut text = heading(&head);
     let mut groups: Vec<(Vec<String>, Vec<&Row>)> = Vec::new();
     for row in rows {
         let ranks = several_ranks.then(|| row.ranks.to_string());
@@ -304,7 +326,7 @@ pub fn spread(plan: &Plan, rows: &[Row], over: &[String]) -> String {
                 );
             }
         }
-        text += &line(cells);
+        text += &line(&cells);
     }
     text
 }

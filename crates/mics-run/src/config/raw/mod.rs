@@ -9,10 +9,12 @@ mod boundary;
 mod contact;
 mod coupling;
 mod drive;
+mod measure;
+mod measure_kind;
 mod numerics;
+mod output;
 mod particle;
 pub(super) mod preset;
-mod report;
 mod statistics;
 mod swarm;
 mod validate;
@@ -25,13 +27,12 @@ pub use coupling::{
     Buoyancy, Coupling, ForceRule, FractionRule, GradientRule, RotationRule, WallRule,
 };
 pub use drive::{Axis, Drive, MeanVelocity};
+pub use measure::{Measure, Reference, When, Which};
+pub use measure_kind::MeasureKind;
 pub use numerics::Numerics;
+pub use output::{Cadence, Checkpoints, FixedRows, Output, Removed, Section};
 pub use particle::{Enter, Lock, Motion, Oscillation, Particle, Prescribed, Round, Shape, Spin};
 pub use preset::Preset;
-pub use report::{
-    Cadence, Checkpoints, FixedRows, Measure, MeasureKind, Output, Reference, Removed, Section,
-    When, Which,
-};
 pub use statistics::{Probe, Statistics};
 pub use swarm::{Diameters, Feed, Range, Region, Swarm};
 

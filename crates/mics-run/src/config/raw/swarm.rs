@@ -1,14 +1,17 @@
 //! Many bodies at once: `[[swarm]]`, turned into entries of `particle`.
 
+mod of_run;
 mod placement;
+mod region;
 mod table;
 
 use std::path::Path;
 
-use super::begin::{self, ReadBodies};
-use super::particle::{Enter, Nature, Overlap, below_periods, inside, overlap};
+use super::begin::ReadBodies;
+use super::particle::{Enter, Nature};
 use super::{Case, Lock, Motion, Particle, Round, Shape, Spin};
-use crate::config::fault::{AXES, Check, not_negative, positive, short, vector};
+use crate::config::fault::{Check, not_negative, positive};
+pub use region::Region;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -79,16 +82,6 @@ pub struct Feed {
     /// When the first one comes (s), default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<f64>,
-}
-
-/// A part of the box, its edges along the axes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Region {
-    /// Its lowest corner (m).
-    pub min: Vec<f64>,
-    /// Its highest corner (m).
-    pub max: Vec<f64>,
 }
 
 /// The diameters of a swarm.
@@ -269,50 +262,19 @@ impl Swarm {
     }
 }
 
-impl Region {
-    /// Checks this `region` of the table `table`, which has to have room for a body of this
-    /// diameter (m) with this gap (m) around it.
-    pub(super) fn check(&self, case: &Case, table: &str, diameter: f64, gap: f64) -> Check {
-        let key = |rest: &str| format!("{table}.region{rest}");
-        vector(&key(".min"), &self.min, case.dimension(), "m")?;
-        vector(&key(".max"), &self.max, case.dimension(), "m")?;
-        for (axis, &size) in case.domain.size.iter().enumerate() {
-            let (low, high, x) = (self.min[axis], self.max[axis], AXES[axis]);
-            for (end, at) in [("min", low), ("max", high)] {
-                let (holds, key) = ((0.0..=size).contains(&at), key(&format!(".{end}.{axis}")));
-                ensure!(
-                    holds,
-                    key,
-                    "{x} = {at:?} m is outside the domain: choose 0 <= {x} <= {size:?} m"
-                );
-            }
-            let room = placement::room(case, self, gap, axis, diameter);
-            let width = short(high - low);
-            let message = format!(
-                "{width} m along {x} have no room for a diameter of {diameter:?} m with a gap of \
-                {gap:?} m"
-            );
-            ensure!(room.is_some(), key(""), "{message}: widen it, or choose smaller ones");
-        }
-        Ok(())
-    }
-
-    /// Where the centre of a body of this diameter (m) may lie in it, by axis: from, and how far
-    /// (m); `None` without room.
-    pub(super) fn room(&self, case: &Case, gap: f64, diameter: f64) -> Option<Vec<(f64, f64)>> {
-        (0..case.dimension()).map(|axis| placement::room(case, self, gap, axis, diameter)).collect()
-    }
-}
-
 /// Turns the swarms of a checked case into particles, in their order; files are looked for from
 /// `folder` on, and `read` reads the case of a run that lists them.
 pub(in crate::config) fn expand(case: &mut Case, folder: &Path, read: ReadBodies) -> Check {
     let swarms = std::mem::take(&mut case.swarm);
     for (index, swarm) in swarms.iter().enumerate() {
         match (&swarm.from, swarm.scatter(), &swarm.feed) {
-            (Some(file), ..) if of_run(&folder.join(file)) => {
-                append_run(case, swarm, &folder.join(file), &format!("swarm.{index}.from"), read)?
-            }
+            (Some(file), ..) if of_run::is_of_run(&folder.join(file)) => of_run::append(
+                case,
+                swarm,
+                &folder.join(file),
+                &format!("swarm.{index}.from"),
+                read,
+            )?,
             (Some(file), ..) => {
                 table::append(case, swarm, &folder.join(file), &format!("swarm.{index}.from"))?
             }
@@ -332,224 +294,5 @@ pub(in crate::config) fn expand(case: &mut Case, folder: &Path, read: ReadBodies
     Ok(())
 }
 
-/// Whether a file is a run's own `particles.csv`.
-fn of_run(file: &Path) -> bool {
-    file.file_name().is_some_and(|name| name == "particles.csv")
-        && file.with_file_name("case.toml").is_file()
-}
-
-/// Appends the bodies of a run as they were at its end, moved as the swarm says.
-fn append_run(case: &mut Case, swarm: &Swarm, file: &Path, key: &str, read: ReadBodies) -> Check {
-    let run = file.parent().unwrap_or(Path::new(""));
-    let (first, dimension) = (case.particle.len(), case.dimension());
-    for mut body in begin::bodies(run, dimension, key, read)? {
-        body.name = swarm.name.clone();
-        body.material = swarm.material.clone().or(body.material);
-        body.motion = swarm.motion.clone().unwrap_or(body.motion);
-        body.locked = swarm.locked.clone();
-        if body.motion != Motion::Free {
-            (body.velocity, body.spin) = (None, None);
-        }
-        below_periods(case, key, body.shape.diameter())?;
-        let who = format!("{}: particle {}", file.display(), case.particle.len() - first);
-        inside(case, key, &who, &body)?;
-        case.particle.push(body);
-    }
-    if let Some(Overlap { first, second, words }) = overlap(case) {
-        ensure!(
-            false,
-            key,
-            "{}: particle {second} overlaps particle {first}: {words}",
-            file.display()
-        );
-    }
-    Ok(())
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::config::load;
-    use crate::config::raw::particle::distance;
-    use crate::config::raw::validate;
-    use std::f64::consts::PI;
-
-    /// A box of 2 by 1 (by 1) m, periodic along x, with walls elsewhere, and these further keys.
-    fn text(dimension: usize, keys: &str) -> String {
-        let (size, cells) = (&[2.0, 1.0, 1.0][..dimension], &[16, 8, 8][..dimension]);
-        let lids = if dimension == 3 { "bottom = \"wall\"\ntop = \"wall\"" } else { "" };
-        format!(
-            "name = \"box\"\ntime.end = 1.0\ndomain = {{ size = {size:?}, cells = {cells:?} }}\n\
-             fluid = {{ density = 1.0, viscosity = 0.1 }}\n{keys}\n\
-             [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\n\
-                 north = \"wall\"\n{lids}"
-        )
-    }
-
-    /// The same with its swarms turned into particles, or key and message of its refusal.
-    fn expanded(dimension: usize, keys: &str, csv: &str) -> Result<Case, (String, String)> {
-        let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("gravel.csv"), csv).unwrap();
-        let mut case = toml::from_str(&text(dimension, keys)).unwrap();
-        let checked =
-            validate(&case).and_then(|()| expand(&mut case, folder.path(), |_| Err(String::new())));
-        checked.map(|()| case).map_err(|fault| (fault.key, fault.message))
-    }
-
-    fn good(dimension: usize, keys: &str) -> Case {
-        expanded(dimension, keys, "").unwrap()
-    }
-
-    #[test]
-    fn three_thousand_bodies_find_their_places_in_no_time() {
-        let start = crate::cpu::thread_seconds();
-        let case = good(
-            2,
-            "swarm = [{ count = 3000, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, \
-             diameter = { uniform = [0.01, 0.025] } }]",
-        );
-        let spent = crate::cpu::thread_seconds() - start;
-        assert!(spent < 0.5, "{spent} s");
-        assert_eq!((case.particle.len(), case.swarm.len()), (3000, 0));
-        assert!(overlap(&case).is_none());
-        let diameters = || case.particle.iter().map(|particle| particle.shape.diameter());
-        assert!(
-            diameters().all(|d| (0.01..=0.025).contains(&d))
-                && diameters().is_sorted_by(|a, b| a >= b)
-        );
-        assert!((diameters().sum::<f64>() / 3000.0 - 0.0175).abs() < 3e-4);
-        // Across the periodic faces too.
-        assert!(
-            case.particle
-                .iter()
-                .any(|particle| particle.position[0] < 0.25 * particle.shape.diameter())
-        );
-    }
-
-    #[test]
-    fn a_swarm_is_packed_where_random_places_do_not_suffice() {
-        let keys = "particle = \
-            [{ shape = { disc = { diameter = 0.8 } }, position = [0.1, 0.5], motion = \
-                \"fixed\" }]\n\
-                    swarm = [{ count = COUNT, region = { min = [0.6, 0.0], max = [1.6, 1.0] }, \
-                        diameter = 0.02, gap = 1e-4 }]";
-        // 47 % at random; 75 % packed; 88 % is more than discs at random can fill.
-        for count in [1500, 2400] {
-            let case = good(2, &keys.replace("COUNT", &count.to_string()));
-            assert_eq!(case.particle.len(), count + 1);
-            assert!(overlap(&case).is_none());
-            for grain in &case.particle[1..] {
-                let [x, y] = grain.position[..] else { panic!("2D") };
-                assert!((0.61..=1.59).contains(&x) && (0.0101..=0.9899).contains(&y), "{x} {y}");
-            }
-        }
-        let (key, message) = expanded(2, &keys.replace("COUNT", "2800"), "").unwrap_err();
-        assert!(
-            key == "swarm.0.count"
-                && message.contains("2800 do not fit: with their gaps they would cover 88.8 %"),
-            "{message}"
-        );
-    }
-
-    #[test]
-    fn spheres_of_two_sizes_fill_more_than_half_of_a_box_across_its_periodic_sides() {
-        let case = good(
-            3,
-            "swarm = [{ count = 1000, region = { min = [0.0, 0.0, 0.0], max = [2.0, 1.0, 1.0] }, \
-             diameter = { uniform = [0.115, 0.135] } }]",
-        );
-        let volume: f64 =
-            case.particle.iter().map(|p| p.shape.diameter().powi(3)).sum::<f64>() * PI / 6.0;
-        assert!((0.5..0.53).contains(&(0.5 * volume)), "{volume}");
-        assert!(overlap(&case).is_none());
-        assert!(
-            case.particle.iter().any(|p| p.position[0] < 0.02)
-                && case.particle.iter().any(|p| p.position[0] > 1.98)
-        );
-    }
-
-    #[test]
-    fn a_seed_gives_the_same_places_everywhere_and_another_seed_others() {
-        let keys = "swarm = [{ count = 4, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, \
-            diameter = 0.1, seed = SEED }]";
-        let places = |seed: &str| {
-            let case = good(2, &keys.replace("SEED", seed));
-            case.particle.into_iter().map(|particle| particle.position).collect::<Vec<_>>()
-        };
-        assert_eq!(places("1"), places("1"));
-        assert_ne!(places("1"), places("2"));
-        // Written down once, to the last digit: what a case gave must stay what it gives.
-        assert_eq!(places("1")[0], FIRST_PLACE);
-    }
-
-    /// Where the first of four bodies lies by seed 1.
-    const FIRST_PLACE: [f64; 2] = [0.5673811826074753, 0.6895492013129978];
-
-    #[test]
-    fn swarms_keep_their_gap_to_walls_to_earlier_swarms_and_across_periodic_sides() {
-        let case = good(
-            3,
-            "swarm = [{ count = 60, region = { min = [0.0, 0.0, 0.0], max = [2.0, 1.0, 1.0] }, \
-                diameter = 0.15 }, \
-             { count = 60, region = { min = [0.0, 0.0, 0.2], max = [2.0, 1.0, 0.7] }, \
-             diameter = { uniform = [0.05, 0.1] }, gap = 0.03, motion = \"fixed\", material = \
-                 \"glass\" }]",
-        );
-        assert_eq!(case.particle.len(), 120);
-        assert!(overlap(&case).is_none());
-        for (i, new) in case.particle.iter().enumerate().skip(60) {
-            let radius = 0.5 * new.shape.diameter();
-            for other in &case.particle[..i] {
-                let apart = distance(&new.position, &other.position, &case.periods());
-                assert!(apart >= radius + 0.5 * other.shape.diameter() + 0.03);
-            }
-            let [_, y, z] = new.position[..] else { panic!("3D") };
-            assert!(
-                y >= radius + 0.03
-                    && y <= 1.0 - radius - 0.03
-                    && z >= 0.2 + radius
-                    && z <= 0.7 - radius
-            );
-            assert_eq!((&new.motion, new.material()), (&Motion::Fixed, "glass"));
-        }
-    }
-
-    #[test]
-    fn a_file_gives_places_and_what_else_it_names_and_the_swarm_the_rest() {
-        let keys = "swarm = [{ from = \"gravel.csv\", density = 2.0, velocity = [1.0, 0.0], \
-            locked = [\"rotation\"] }]";
-        let csv = "# made by hand\ndiameter, x, y, vy, spin, density\n0.1, 0.5, 0.5, -1, 3, 4\n\
-            0.2,1.0,0.5,0,0,5\n";
-        let case = expanded(2, keys, csv).unwrap();
-        let first = &case.particle[0];
-        assert_eq!((first.shape.diameter(), &first.position[..]), (0.1, &[0.5, 0.5][..]));
-        assert_eq!((first.density, first.velocity.as_deref()), (Some(4.0), Some(&[1.0, -1.0][..])));
-        assert_eq!(
-            (&first.spin, &first.locked[..]),
-            (&Some(Spin::Plane(3.0)), &[Lock::Rotation][..])
-        );
-        assert_eq!((case.particle.len(), case.particle[1].density), (2, Some(5.0)));
-    }
-
-    #[test]
-    fn a_case_with_swarms_is_written_out_with_every_particle_and_reads_back_equal() {
-        let typed = text(
-            2,
-            "swarm = [{ count = 20, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, diameter = \
-                0.05, spin = 1.0 }]\n\
-             contact = { normal_stiffness = 1e5, pair = [{ between = [\"wall\", \"default\"], \
-                 friction = 0.2 }] }\n\
-             measure = [{ name = \"end\", kind = \"position_x\", particle = 19 }]",
-        );
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("case.toml");
-        std::fs::write(&file, typed).unwrap();
-        let case = load(&file, &[]).unwrap().case;
-        std::fs::write(&file, case.to_toml()).unwrap();
-        assert_eq!(load(&file, &[]).unwrap().case, case);
-        assert!(
-            case.to_toml().contains("substeps = \"auto\"")
-                && case.to_toml().contains("restitution = 0.5")
-        );
-    }
-}
+mod tests;

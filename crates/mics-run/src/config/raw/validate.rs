@@ -1,12 +1,13 @@
 //! The rules of a case that its types cannot say: ranges, lengths, contradictions, geometry. Each
 //! refusal names the key and what would be right. Stability limits belong to the scene.
 
-use std::collections::HashSet;
+mod boundary;
+mod measures;
 
-use super::particle::{Overlap, overlap, particle, printable};
+use super::particle::{Overlap, overlap, particle};
 use super::*;
-use crate::config::describe::unnamed;
-use crate::config::fault::{AXES, Check, finite, not_negative, positive, short, vector};
+use crate::config::fault::{Check, not_negative, positive, vector};
+pub(in crate::config) use measures::{measures, name_particles};
 
 /// Checks what the types leave open; the first refusal is returned. [`measures`] comes later: their
 /// particles may be of swarms.
@@ -26,7 +27,7 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
     if let Some(gravity) = &case.fluid.gravity {
         vector("fluid.gravity", gravity, dimension, "m/s2")?;
     }
-    boundary(case)?;
+    boundary::boundary(case)?;
     for (index, body) in case.particle.iter().enumerate() {
         particle(case, body, index)?;
     }
@@ -50,8 +51,23 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
         statistics.check(case)?;
     }
     case.probe.iter().enumerate().try_for_each(|(index, probe)| probe.check(case, index))?;
+    initial(case)?;
+    let planar = dimension == 2 || case.coupling.fraction != FractionRule::Polygon;
+    ensure!(planar, "coupling.fraction", "polygon is for discs in 2D only; in 3D choose \"exact\"");
+    if case.coupling.wall == WallRule::Sharp {
+        mixing_only(&case.coupling)?;
+        long_cells(case)?;
+    }
+    time(case)?;
+    case.numerics.check()?;
+    planes(case)?;
+    pressure(&case.pressure)
+}
+
+/// Checks what is there at time 0.
+fn initial(case: &Case) -> Check {
     if let Some(velocity) = &case.initial.velocity {
-        vector("initial.velocity", velocity, dimension, "m/s")?;
+        vector("initial.velocity", velocity, case.dimension(), "m/s")?;
     }
     not_negative("initial.perturbation", case.initial.perturbation, "m/s")?;
     positive("initial.taylor_green", case.initial.taylor_green, "m/s")?;
@@ -62,17 +78,14 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
         "initial.taylor_green",
         "a vortex of Taylor and Green is periodic: all sides must be"
     );
-    let planar = dimension == 2 || case.coupling.fraction != FractionRule::Polygon;
-    ensure!(planar, "coupling.fraction", "polygon is for discs in 2D only; in 3D choose \"exact\"");
-    if case.coupling.wall == WallRule::Sharp {
-        mixing_only(&case.coupling)?;
-        long_cells(case)?;
-    }
-    time(case)?;
-    case.numerics.check()?;
+    Ok(())
+}
+
+/// Checks the planes of figures.
+fn planes(case: &Case) -> Check {
     for (index, plane) in case.output.planes.iter().enumerate() {
         let (key, (axis, at)) = (format!("output.planes.{index}"), plane.place());
-        ensure!(dimension == 3, key, "is for 3D only: in 2D figures show all of the flow");
+        ensure!(case.dimension() == 3, key, "is for 3D only: in 2D figures show all of the flow");
         let size = case.domain.size[axis];
         ensure!(
             (0.0..=size).contains(&at),
@@ -80,7 +93,12 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
             "must lie in the box, from 0 to {size:?} m, not at {at:?}"
         );
     }
-    let Pressure { divergence_limit, tightening, max_iterations, .. } = case.pressure;
+    Ok(())
+}
+
+/// Checks how far the pressure is solved for.
+fn pressure(chosen: &Pressure) -> Check {
+    let &Pressure { divergence_limit, tightening, max_iterations, .. } = chosen;
     positive("pressure.divergence_limit", divergence_limit, "1/s")?;
     let holds = tightening > 0.0 && tightening <= 1.0;
     ensure!(holds, "pressure.tightening", "must be above 0 and at most 1, not {tightening:?}");
@@ -134,6 +152,7 @@ fn long_cells(case: &Case) -> Check {
     Ok(())
 }
 
+/// Checks the size of the box and its cells.
 fn domain(domain: &Domain) -> Check {
     let (sizes, counts) = (domain.size.len(), domain.cells.len());
     let holds = sizes == 2 || sizes == 3;
@@ -166,102 +185,10 @@ fn domain(domain: &Domain) -> Check {
     Ok(())
 }
 
-fn boundary(case: &Case) -> Check {
-    let sides = case.sides();
-    let dimension = case.dimension();
-    let faces = || FACES.into_iter().zip(sides).enumerate();
-    for (face, (name, side)) in faces() {
-        let key = format!("boundary.{name}");
-        let (axis, opposite) = (face / 2, FACES[face ^ 1]);
-        let Some(side) = side else {
-            ensure!(axis >= dimension, key, "missing: a 3D case needs bottom and top as well");
-            continue;
-        };
-        ensure!(
-            axis < dimension,
-            key,
-            "is for 3D only, and domain.size has two numbers: remove it"
-        );
-        match side {
-            Side::Periodic => {
-                let paired = sides[face ^ 1] == Some(&Side::Periodic);
-                let cure = format!("set both {name} and {opposite} to \"periodic\", or neither");
-                ensure!(paired, key, "{name} is periodic and {opposite} is not: {cure}");
-            }
-            Side::Outflow | Side::Wall | Side::Slip => {}
-            Side::MovingWall(velocity) => {
-                let key = format!("{key}.moving_wall");
-                vector(&key, velocity, dimension, "m/s")?;
-                let (normal, x) = (velocity[axis], AXES[axis]);
-                let key = format!("{key}.{axis}");
-                ensure!(
-                    normal == 0.0,
-                    key,
-                    "a wall moves in its own plane: set {x} to 0.0 m/s, not {normal:?}"
-                );
-            }
-            Side::Inflow(velocity) => vector(&format!("{key}.inflow"), velocity, dimension, "m/s")?,
-            Side::InflowParabola(velocity) => {
-                vector(&format!("{key}.inflow_parabola"), velocity, dimension, "m/s")?
-            }
-            Side::InflowProfile(points) => {
-                profile(&format!("{key}.inflow_profile"), points, dimension)?
-            }
-        }
-    }
-    balance(case)
-}
-
-/// Refuses inflows without an outflow, unless as much goes out by their velocities as comes in.
-fn balance(case: &Case) -> Check {
-    let sides = case.sides();
-    let inflow = |side: &Option<&Side>| side.is_some_and(|side| !side.inflow().is_empty());
-    if sides.contains(&Some(&Side::Outflow)) {
-        return Ok(());
-    }
-    let Some(face) = sides.iter().position(inflow) else { return Ok(()) };
-    let fluxes = || (0..sides.len()).filter_map(|face| Some(sides[face]?.flux(face, &case.domain)));
-    let [enters, leaves] =
-        [1.0, -1.0].map(|sign| fluxes().map(|flux| (sign * flux).max(0.0)).sum::<f64>());
-    let unit = if case.dimension() == 2 { "m2/s" } else { "m3/s" };
-    let (name, opposite) = (FACES[face], FACES[face ^ 1]);
-    ensure!(
-        (enters - leaves).abs() <= BALANCED * enters.max(leaves),
-        format!("boundary.{name}"),
-        "inflow without outflow: by the velocities that are given {} {unit} come in and {} {unit} \
-        go out; make these balance, or \
-         set {opposite} = \"outflow\"",
-        short(enters),
-        short(leaves)
-    );
-    Ok(())
-}
-
-/// Part of what comes in by which that which goes out may differ from it: rounding.
-const BALANCED: f64 = 1e-12;
-
-fn profile(key: &str, profile: &Profile, dimension: usize) -> Check {
-    let (points, velocities) = (profile.at.len(), profile.velocity.len());
-    let key_at = format!("{key}.at");
-    finite(&key_at, &profile.at, "m")?;
-    ensure!(points >= 2, key_at, "needs at least 2 coordinates (m), not {points}");
-    let increasing = profile.at.is_sorted_by(|a, b| a < b);
-    ensure!(increasing, key_at, "the coordinates (m) must increase from each to the next");
-    let key = format!("{key}.velocity");
-    ensure!(
-        velocities == points,
-        key,
-        "needs {points} velocities, one for each in `at`, not {velocities}"
-    );
-    let check = |(i, velocity): (usize, &Vec<f64>)| {
-        vector(&format!("{key}.{i}"), velocity, dimension, "m/s")
-    };
-    profile.velocity.iter().enumerate().try_for_each(check)
-}
-
 /// Most stages of a step that have a use: rounding grows with them.
 const MOST_STAGES: usize = 50;
 
+/// Checks the steps and their scheme.
 fn time(case: &Case) -> Check {
     let time = &case.time;
     positive("time.end", time.end, "s")?;
@@ -301,239 +228,6 @@ fn time(case: &Case) -> Check {
         "euler steps with upwind advection grow without viscosity: {cure}"
     );
     Ok(())
-}
-
-/// Puts indices in place of the names of particles in the measures, swarms turned into particles.
-pub(in crate::config) fn name_particles(case: &mut Case) -> Check {
-    let names: Vec<Option<&str>> =
-        case.particle.iter().map(|particle| particle.name.as_deref()).collect();
-    let found = |which: &Which, key: String| match which {
-        Which::Id(id) => Ok(vec![*id]),
-        Which::Named(name) => {
-            let ids: Vec<usize> = (0..names.len()).filter(|id| names[*id] == Some(name)).collect();
-            ensure!(!ids.is_empty(), key, "{}", unnamed(name, names.iter().flatten().copied()));
-            Ok(ids)
-        }
-    };
-    for (index, measure) in case.measure.iter_mut().enumerate() {
-        let one = found(&measure.particle, format!("measure.{index}.particle"))?;
-        let several = "particles have the name: give an index, or a kind that is of several";
-        ensure!(one.len() == 1, format!("measure.{index}.particle"), "{} {several}", one.len());
-        measure.particle = Which::Id(one[0]);
-        if let Some(group) = &mut measure.particles {
-            let ids = group
-                .iter()
-                .enumerate()
-                .map(|(i, which)| found(which, format!("measure.{index}.particles.{i}")));
-            let ids = ids.collect::<Result<Vec<_>, _>>()?.concat();
-            let mut once = HashSet::new();
-            *group = ids.into_iter().filter(|id| once.insert(*id)).map(Which::Id).collect();
-        }
-    }
-    Ok(())
-}
-
-/// Checks the measures, swarms turned into particles and names into indices.
-pub(in crate::config) fn measures(case: &Case) -> Check {
-    let mut names = HashSet::new();
-    for (index, measure) in case.measure.iter().enumerate() {
-        let Measure { name, kind, particle, from, speed, .. } = measure;
-        let key = |rest: &str| format!("measure.{index}.{rest}");
-        ensure!(!name.is_empty(), key("name"), "is empty: give each measure a name");
-        printable(&key("name"), Some(name))?;
-        ensure!(
-            names.insert(name),
-            key("name"),
-            "\"{name}\" names another measure already: give each its own name"
-        );
-        not_negative(&key("from"), *from, "s")?;
-        let end = case.time.end;
-        ensure!(*from < end, key("from"), "must be before time.end = {end:?} s, not {from:?}");
-        positive(&key("speed"), *speed, "m/s")?;
-        let count = case.particle.len();
-        if kind.needs_particle() {
-            let (id, holds) = (particle.id(), particle.id() < count);
-            ensure!(
-                holds,
-                key("particle"),
-                "there is no particle {id}: the case has {count}, counted from 0"
-            );
-        }
-        if kind.is_of_group() {
-            ensure!(count > 0, key("kind"), "is of particles, and the case has none");
-        }
-        if let Some(group) = &measure.particles {
-            ensure!(
-                kind.is_of_group(),
-                key("particles"),
-                "is for mean_height, height_rank, fastest_particle, mean_speed, rms_speed, \
-                transport_rate and force only"
-            );
-            ensure!(
-                !group.is_empty(),
-                key("particles"),
-                "is empty: list some, or leave it out for all"
-            );
-            let unknown = group.iter().map(Which::id).find(|id| *id >= count);
-            let words =
-                |id| format!("there is no particle {id}: the case has {count}, counted from 0");
-            ensure!(unknown.is_none(), key("particles"), "{}", words(unknown.unwrap_or_default()));
-        }
-        if let Some(direction) = &measure.direction {
-            let holds = kind.is_of_force() && !kind.fits_morison();
-            ensure!(
-                holds,
-                key("direction"),
-                "is of forces: drag, lift, strouhal, force and force_noise"
-            );
-            vector(&key("direction"), direction, case.dimension(), "of any length")?;
-            let some = direction.iter().any(|part| *part != 0.0);
-            ensure!(
-                some,
-                key("direction"),
-                "is nothing but zeros: give a direction, as in [1.0, 0.0]"
-            );
-        }
-        box_keys(case, measure, &key)?;
-        if kind.needs_gravity() {
-            let falls = case.fluid.gravity.iter().flatten().any(|g| *g != 0.0);
-            ensure!(falls, key("kind"), "needs fluid.gravity, which says what is high");
-        }
-        if kind.fits_morison() {
-            let swings = |motion: &Motion| {
-                let Motion::Prescribed(Prescribed { oscillation: Some(o), .. }) = motion else {
-                    return false;
-                };
-                o.amplitude.iter().any(|a| *a != 0.0)
-            };
-            let cure = "give it motion = \
-                { prescribed = { oscillation = { amplitude = [...], frequency = ... } } }";
-            ensure!(
-                swings(&case.particle[particle.id()].motion),
-                key("kind"),
-                "is of a particle that swings: {cure}"
-            );
-        }
-        let flat = case.dimension() == 2 || !kind.is_of_midline();
-        ensure!(flat, key("kind"), "is for 2D only; in 3D look into the fields");
-        let along_z = matches!(kind, MeasureKind::PositionZ | MeasureKind::VelocityZ);
-        ensure!(
-            case.dimension() == 3 || !along_z,
-            key("kind"),
-            "is for 3D only; in 2D measure along x or y"
-        );
-        if let Some(when) = measure.when {
-            let holds = kind.has_moments();
-            ensure!(
-                holds,
-                key("when"),
-                "is of position_x, velocity_x (y, z) and spin only: remove it or change the kind"
-            );
-            let (at, most, unit) = match when {
-                When::Contact => (0.0, 0.0, ""),
-                When::X(at) => (at, case.domain.size[0], "m"),
-                When::Y(at) => (at, case.domain.size[1], "m"),
-                When::Z(at) => (at, case.domain.size.get(2).copied().unwrap_or(0.0), "m"),
-                // What is never reached has no value.
-                When::Time(at) => (at, f64::INFINITY, "s"),
-            };
-            ensure!(
-                (0.0..=most).contains(&at),
-                key("when"),
-                "must be from 0 to {most:?} {unit}, not {at:?}"
-            );
-        }
-        if kind.needs_speed() {
-            let holds = speed.or(case.reference_speed()).is_some();
-            ensure!(
-                holds,
-                key("speed"),
-                "no reference speed, as nothing moves at the start: give `speed` (m/s)"
-            );
-        }
-        reference(measure, &key)?;
-    }
-    Ok(())
-}
-
-/// Checks the keys of measures of the whole box.
-fn box_keys(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Check {
-    let Measure { kind, axis, region, threshold, .. } = measure;
-    ensure!(
-        axis.is_none() || kind.has_axis(),
-        key("axis"),
-        "is of flow_rate, pressure_drop and the like only"
-    );
-    if let Some(axis) = axis {
-        axis.check(&key("axis"), case.dimension())?;
-    }
-    let of_bed = *kind == MeasureKind::BedHeight;
-    ensure!(threshold.is_none() || of_bed, key("threshold"), "is of bed_height only");
-    positive(&key("threshold"), *threshold, "a solid fraction, such as 0.1")?;
-    ensure!(
-        threshold.is_none_or(|t| t < 1.0),
-        key("threshold"),
-        "is a solid fraction: it must be below 1"
-    );
-    if let Some(Region { min, max }) = region {
-        ensure!(*kind == MeasureKind::SolidFraction, key("region"), "is of solid_fraction only");
-        vector(&key("region.min"), min, case.dimension(), "m")?;
-        vector(&key("region.max"), max, case.dimension(), "m")?;
-        let holds = min.iter().zip(max).all(|(min, max)| min < max);
-        ensure!(holds, key("region"), "its max must be above its min along every axis");
-        for (axis, (size, cells)) in case.domain.size.iter().zip(&case.domain.cells).enumerate() {
-            let h = size / *cells as f64;
-            // The centres of cells from the first above its min to the last below its max.
-            let [first, last] =
-                [(min[axis] / h - 0.5).ceil().max(0.0), (max[axis] / h - 0.5).floor()];
-            let holds = first <= last.min(*cells as f64 - 1.0);
-            let x = AXES[axis];
-            ensure!(
-                holds,
-                key("region"),
-                "has no centre of a cell in it along {x}, {h:?} m apart in the box: make it wider"
-            );
-        }
-    }
-    let driven = case.drive.is_some() || *kind != MeasureKind::DriveForce;
-    ensure!(driven, key("kind"), "is of a drive, and the case has none: give [drive]");
-    Ok(())
-}
-
-fn reference(measure: &Measure, key: &dyn Fn(&str) -> String) -> Check {
-    let given = measure.reference.is_some();
-    ensure!(
-        given || measure.tolerance.is_none(),
-        key("tolerance"),
-        "is of a reference: give `reference` or remove it"
-    );
-    ensure!(
-        given || measure.source.is_none(),
-        key("source"),
-        "is that of a reference: give `reference` or remove it"
-    );
-    match measure.reference {
-        None => return Ok(()),
-        Some(Reference::Value(value)) => {
-            let holds = value.is_finite() && value != 0.0;
-            ensure!(
-                holds,
-                key("reference"),
-                "must be finite and not 0; around 0 give a band [low, high], not {value:?}"
-            );
-            let cure = "a number needs a tolerance, as a part of it: tolerance = 0.02 is 2 %";
-            ensure!(measure.tolerance.is_some(), key("tolerance"), "is missing: {cure}");
-        }
-        Some(Reference::Band([low, high])) => {
-            let holds = low.is_finite() && high.is_finite() && low <= high;
-            ensure!(
-                holds,
-                key("reference"),
-                "a band is [low, high], both finite, not [{low:?}, {high:?}]"
-            );
-        }
-    }
-    not_negative(&key("tolerance"), measure.tolerance, "a part of the reference")
 }
 
 #[cfg(test)]

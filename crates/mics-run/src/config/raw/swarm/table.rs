@@ -16,29 +16,23 @@ struct Columns {
     spin: Option<usize>,
 }
 
-/// Appends the bodies of the file `path` to the case; refusals are at `key` and name the file, and
-/// the line where they can.
-pub(super) fn append(case: &mut Case, swarm: &Swarm, path: &Path, key: &str) -> Check {
-    let file = path.display();
-    let at = |line: u64| format!("{file}:{line}");
-    let refuse = |place: &str, what: &str| Fault {
-        key: key.to_owned(),
-        message: format!("{place}: {what}"),
-    };
-    let text = std::fs::read_to_string(path).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => refuse(
-            &file.to_string(),
-            "there is no such file; its path goes from the case file's folder",
-        ),
-        _ => refuse(&file.to_string(), &format!("cannot be read: {e}")),
-    })?;
-    // Where a line ends with two characters, the second would count as another line's.
-    let text = text.replace("\r\n", "\n");
-    let mut reader = csv::ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_reader(text.as_bytes());
-    let malformed = |e: csv::Error| {
+/// A file, and the key that names it.
+struct Source<'a> {
+    path: &'a Path,
+    key: &'a str,
+}
+
+impl Source<'_> {
+    fn refuse(&self, place: &str, what: &str) -> Fault {
+        Fault { key: self.key.to_owned(), message: format!("{place}: {what}") }
+    }
+
+    /// The refusal of a line.
+    fn refuse_line(&self, line: u64, what: &str) -> Fault {
+        self.refuse(&format!("{}:{line}", self.path.display()), what)
+    }
+
+    fn malformed(&self, e: &csv::Error) -> Fault {
         let line = e.position().map_or(1, |position| position.line());
         let what = match e.kind() {
             csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
@@ -46,33 +40,53 @@ pub(super) fn append(case: &mut Case, swarm: &Swarm, path: &Path, key: &str) -> 
             }
             _ => e.to_string(),
         };
-        refuse(&at(line), &what)
-    };
-    let header = reader.headers().map_err(malformed)?.clone();
+        self.refuse_line(line, &what)
+    }
+
+    fn text(&self) -> Result<String, Fault> {
+        let text = std::fs::read_to_string(self.path).map_err(|e| {
+            let what = match e.kind() {
+                std::io::ErrorKind::NotFound => {
+                    "there is no such file; its path goes from the case file's folder".to_owned()
+                }
+                _ => format!("cannot be read: {e}"),
+            };
+            self.refuse(&self.path.display().to_string(), &what)
+        })?;
+        // Where a line ends with two characters, the second would count as another line's.
+        Ok(text.replace("\r\n", "\n"))
+    }
+}
+
+/// Appends the bodies of the file `path` to the case; refusals are at `key` and name the file, and
+/// the line where they can.
+pub(super) fn append(case: &mut Case, swarm: &Swarm, path: &Path, key: &str) -> Check {
+    let source = Source { path, key };
+    let text = source.text()?;
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let header = reader.headers().map_err(|e| source.malformed(&e))?.clone();
     let header_line = header.position().map_or(1, |position| position.line());
     let dimension = case.dimension();
     let columns = columns(&header, dimension, &swarm.motion.clone().unwrap_or_default())
-        .map_err(|what| refuse(&at(header_line), &what))?;
+        .map_err(|what| source.refuse_line(header_line, &what))?;
     let listed = case.particle.len();
     let mut lines = Vec::new();
     for record in reader.records() {
-        let record = record.map_err(malformed)?;
+        let record = record.map_err(|e| source.malformed(&e))?;
         let line = record.position().map_or(0, |position| position.line());
-        let particle = particle(swarm, dimension, &columns, &header, &record)
-            .map_err(|what| refuse(&at(line), &what))?;
-        let diameter = particle.shape.diameter();
-        let placed = below_periods(case, key, diameter)
-            .map_err(|fault| refuse(&at(line), &format!("column `diameter`: {}", fault.message)))
-            .and_then(|()| {
-                let within = inside(case, key, "the particle", &particle);
-                within.map_err(|fault| {
-                    refuse(&at(line), &format!("columns `x` to `diameter`: {}", fault.message))
-                })
-            });
-        placed?;
+        let refuse = |what: String| source.refuse_line(line, &what);
+        let particle = particle(swarm, dimension, &columns, &header, &record).map_err(refuse)?;
+        below_periods(case, key, particle.shape.diameter())
+            .map_err(|fault| refuse(format!("column `diameter`: {}", fault.message)))?;
+        inside(case, key, "the particle", &particle)
+            .map_err(|fault| refuse(format!("columns `x` to `diameter`: {}", fault.message)))?;
         lines.push(line);
         case.particle.push(particle);
     }
+    let file = path.display();
     ensure!(!lines.is_empty(), key, "{file} lists no particles: one a line, below the header");
     if let Some(Overlap { first, second, words }) = overlap(case) {
         let other = match first.checked_sub(listed) {
@@ -81,7 +95,7 @@ pub(super) fn append(case: &mut Case, swarm: &Swarm, path: &Path, key: &str) -> 
         };
         // Those before this file were clear of each other.
         let line = second.checked_sub(listed).map_or(0, |row| lines[row]);
-        return Err(refuse(&at(line), &format!("the particle overlaps {other}: {words}")));
+        return Err(source.refuse_line(line, &format!("the particle overlaps {other}: {words}")));
     }
     Ok(())
 }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   stream   U      beside what is held in it 1.5 U: round a cylinder in a wide box, with its wake
-//!   fall     terminal speed, or what is gathered on the way to the border ([`super::layer`])
+//!   fall     terminal speed, or what is gathered on the way to the boundary ([`super::layer`])
 //!   told     the fastest of what is prescribed
 //!   drive    [`Case::driven_speed`]
 //!   bed      1.5 U/(1 - phi): a mean velocity U held over free bodies that fill phi of the box
@@ -35,9 +35,12 @@ const FADES: [f64; 2] = [1.0, 2.0];
 /// Density over the fluid's from which on they hop for longer.
 const HOPPING: f64 = 100.0;
 
-/// What is the fastest in a case.
+/// How a particle has the speed of its fall.
+const COMES_TO: &str = "comes to";
+
+/// The largest speed to be expected in a case.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Pace {
+pub struct LargestSpeed {
     /// Its speed (m/s).
     pub speed: f64,
     /// What it is, in words that follow on the speed.
@@ -48,68 +51,48 @@ pub struct Pace {
     falling: Option<usize>,
 }
 
-impl Pace {
+impl LargestSpeed {
     /// The fastest that is to be expected; `None` where nothing is known to move.
-    pub fn expected(case: &Case) -> Option<Pace> {
-        let held = case.particle.iter().any(|p| !p.is_free());
-        let (factor, beside) =
-            if held { (BESIDE, " beside what is held in it") } else { (1.0, "") };
-        let spacings = case.spacings();
-        let least = spacings.iter().copied().fold(f64::INFINITY, f64::min);
-        // Beside a body it goes along all axes.
-        let along =
-            case.stream.as_ref().filter(|_| case.particle.is_empty()).zip(case.reference_speed);
-        let along = along.map(|(v, speed)| {
-            speed / v.iter().zip(&spacings).map(|(v, h)| v.abs() / h).sum::<f64>()
+    pub fn expected(case: &Case) -> Option<LargestSpeed> {
+        let spacing = case.spacings().into_iter().fold(f64::INFINITY, f64::min);
+        let at = |speed, words: &str| {
+            let words = words.to_owned();
+            LargestSpeed { speed, words, spacing, falling: None }
+        };
+        let vortex = case.initial.taylor_green.map(|speed| at(speed, "that of the vortex"));
+        let driven =
+            case.driven_speed().map(|speed| at(speed, "to which the drive may bring the fluid"));
+        let particle = fastest_particle(case).map(|(speed, id, does)| LargestSpeed {
+            falling: (does == COMES_TO).then_some(id),
+            ..at(speed, &format!("which {} {does}", case.called(id)))
         });
-        let open = if passes_over_a_bed(case) { 1.0 - solid_fraction(case) } else { 1.0 };
-        let stream = case.reference_speed.map(|speed| {
-            (
-                factor * speed / open,
-                format!("that of the stream{beside}"),
-                along.unwrap_or(least),
-                None,
-            )
-        });
-        let driven = case
-            .driven_speed()
-            .map(|speed| (speed, "to which the drive may bring the fluid".to_owned(), least, None));
-        let of_particles = case.particle.iter().enumerate().filter_map(|(id, p)| {
-            let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
-            match &p.motion {
-                Motion::Fixed => None,
-                Motion::Free { velocity, .. } => {
-                    let (fall, start) = (fall_speed(case, p), size(velocity));
-                    Some((
-                        fall.max(start),
-                        id,
-                        if fall > start { "comes to" } else { "begins with" },
-                    ))
-                }
-                Motion::Prescribed { velocity, oscillation, .. } => {
-                    let swing = oscillation.as_ref().map_or(0.0, |o| o.speed());
-                    Some((size(velocity) + swing, id, "is told to have"))
-                }
-            }
-        });
-        let fastest = of_particles.max_by(|a, b| a.0.total_cmp(&b.0));
-        let fastest = fastest.map(|(speed, id, does)| {
-            let falls = does == "comes to";
-            (speed, format!("which {} {does}", case.called(id)), least, falls.then_some(id))
-        });
-        let vortex = case
-            .initial
-            .taylor_green
-            .map(|speed| (speed, "that of the vortex".to_owned(), least, None));
-        let all = stream
+        let all = LargestSpeed::of_stream(case, spacing)
             .into_iter()
             .chain(vortex)
             .chain(driven)
-            .chain(fastest)
-            .filter(|(speed, ..)| *speed > 0.0);
-        let all =
-            all.map(|(speed, words, spacing, falling)| Pace { speed, words, spacing, falling });
+            .chain(particle)
+            .filter(|largest| largest.speed > 0.0);
         all.max_by(|a, b| (a.speed / a.spacing).total_cmp(&(b.speed / b.spacing)))
+    }
+
+    /// That of the stream, beside what is held in it or over a bed; it goes by the spacing along
+    /// the stream where there are no bodies, and by the `least` one (m) beside them.
+    fn of_stream(case: &Case, least: f64) -> Option<LargestSpeed> {
+        let speed = case.reference_speed?;
+        let held = case.particle.iter().any(|p| !p.is_free());
+        let (factor, beside) =
+            if held { (BESIDE, " beside what is held in it") } else { (1.0, "") };
+        let open = if passes_over_a_bed(case) { 1.0 - solid_fraction(case) } else { 1.0 };
+        let stream = case.stream.as_ref().filter(|_| case.particle.is_empty());
+        let along = |v: &Vec<f64>| {
+            speed / v.iter().zip(case.spacings()).map(|(v, h)| v.abs() / h).sum::<f64>()
+        };
+        Some(LargestSpeed {
+            speed: factor * speed / open,
+            words: format!("that of the stream{beside}"),
+            spacing: stream.map_or(least, along),
+            falling: None,
+        })
     }
 
     /// When bodies have fallen to the floor of their box (s), if nothing drives; `None` where they
@@ -137,6 +120,23 @@ impl Pace {
     }
 }
 
+/// The speed (m/s) of the fastest particle, its number, and how it has that speed.
+fn fastest_particle(case: &Case) -> Option<(f64, usize, &'static str)> {
+    let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let all = case.particle.iter().enumerate().filter_map(|(id, p)| match &p.motion {
+        Motion::Fixed => None,
+        Motion::Free { velocity, .. } => {
+            let (fall, start) = (fall_speed(case, p), size(velocity));
+            Some((fall.max(start), id, if fall > start { COMES_TO } else { "begins with" }))
+        }
+        Motion::Prescribed { velocity, oscillation, .. } => {
+            let swing = oscillation.as_ref().map_or(0.0, |o| o.speed());
+            Some((size(velocity) + swing, id, "is told to have"))
+        }
+    });
+    all.max_by(|a, b| a.0.total_cmp(&b.0))
+}
+
 /// Whether a mean velocity is held in a box whose free bodies sink to its floor or rise to its
 /// ceiling: the flow passes beside them.
 fn passes_over_a_bed(case: &Case) -> bool {
@@ -159,11 +159,12 @@ fn solid_fraction(case: &Case) -> f64 {
 /// with all stages that viscosity asks for.
 pub fn later_step(case: &Case, limits: &Limits) -> f64 {
     let first = choose_step(case, limits, None, case.time.end).0;
-    let (Step::Courant(number), Some(pace)) = (case.time.step, Pace::expected(case)) else {
+    let (Step::Courant(number), Some(largest)) = (case.time.step, LargestSpeed::expected(case))
+    else {
         return first;
     };
     let begins = if passes_over_a_bed(case) { 0.0 } else { limits.courant_rate };
-    let courant_rate = begins.max(number / pace.step(case));
+    let courant_rate = begins.max(number / largest.step(case));
     let limits = Limits { courant_rate, courant_growth: 0.0, ..*limits };
     choose_step(case, &limits, Some(f64::INFINITY), case.time.end).0
 }
@@ -171,7 +172,9 @@ pub fn later_step(case: &Case, limits: &Limits) -> f64 {
 /// How the steps of a case will grow under the scheme's `limits`; `None` where nothing comes to
 /// rest.
 pub fn expected_rest(case: &Case, limits: &Limits) -> Option<Rest> {
-    let from = Pace::expected(case).filter(|pace| pace.step(case).is_finite())?.fallen(case)?;
+    let from = LargestSpeed::expected(case)
+        .filter(|largest| largest.step(case).is_finite())?
+        .fallen(case)?;
     let limits = Limits { courant_rate: 0.0, courant_growth: 0.0, ..*limits };
     let still = choose_step(case, &limits, Some(f64::INFINITY), case.time.end).0;
     Some(Rest { from, still, power: FADES[case.dimension() - 2] })
@@ -181,13 +184,14 @@ pub fn expected_rest(case: &Case, limits: &Limits) -> Option<Rest> {
 /// `later` ones (s), and to those that `limits` leave a box that comes to rest.
 pub fn steps(case: &Case, limits: &Limits, first: f64, later: f64) -> f64 {
     let (end, growth) = (case.time.end, case.numerics.step_growth);
-    let pace = Pace::expected(case).filter(|pace| pace.step(case).is_finite() && later < first);
-    let company = case.particle.iter().filter(|p| p.is_free()).count() > 1;
-    let falls = pace.as_ref().is_some_and(|pace| pace.falling.is_some());
-    let later = if company && falls { later / BETWEEN[case.dimension() - 2] } else { later };
+    let largest = LargestSpeed::expected(case)
+        .filter(|largest| largest.step(case).is_finite() && later < first);
+    let several = case.particle.iter().filter(|p| p.is_free()).count() > 1;
+    let falls = largest.as_ref().is_some_and(|largest| largest.falling.is_some());
+    let later = if several && falls { later / BETWEEN[case.dimension() - 2] } else { later };
     let growing = ((later / first).ln() / growth.ln()).clamp(0.0, 1e3);
     let gone = (first * (growth.powf(growing) - 1.0) / (growth - 1.0)).min(end);
-    let rest = pace.and_then(|_| expected_rest(case, limits));
+    let rest = largest.and_then(|_| expected_rest(case, limits));
     (growing + rest.map_or(end - gone, |rest| rest.stretched(gone, end, later)) / later).ceil()
 }
 
@@ -211,7 +215,7 @@ mod tests {
 
     #[test]
     fn a_drive_brings_the_fluid_to_poiseuille_s_speed_or_to_what_it_gathers_until_the_end() {
-        let speed = |sides, more| Pace::expected(&case(sides, more)).unwrap().speed;
+        let speed = |sides, more| LargestSpeed::expected(&case(sides, more)).unwrap().speed;
         // G L^2/(8 mu), and over a film G L^2/(2 mu).
         assert!((speed(ROUND, "drive.force = [0.3, 0.0]") - 0.3 * 0.25 / 0.8).abs() < 1e-12);
         let film = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"slip\""];
@@ -230,16 +234,16 @@ mod tests {
         };
         let both = disc("stone", 0.5, "density = 5.0") + &disc("cork", 1.5, "density = 1.9");
         let case = case(["{ inflow = [0.01, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""], &both);
-        let pace = Pace::expected(&case).unwrap();
+        let largest = LargestSpeed::expected(&case).unwrap();
         assert_eq!(
-            (pace.speed, pace.words.as_str()),
+            (largest.speed, largest.words.as_str()),
             (fall_speed(&case, &case.particle[0]), "which stone comes to")
         );
-        assert!((pace.step(&case) - 0.4 * 0.03125 / pace.speed).abs() < 1e-15);
+        assert!((largest.step(&case) - 0.4 * 0.03125 / largest.speed).abs() < 1e-15);
     }
 
     #[test]
-    fn bodies_that_fall_in_company_take_shorter_steps_until_they_lie() {
+    fn bodies_that_fall_together_take_shorter_steps_until_they_lie() {
         let disc = |x: f64, more: &str| {
             format!(
                 "[[particle]]\nshape = {{ disc = {{ diameter = 0.1 }} }}\n\
@@ -260,8 +264,8 @@ mod tests {
             (steps(&case, &limits, 0.05, later), later)
         };
         let open = ["\"periodic\"", "\"periodic\"", "\"outflow\"", "\"wall\""];
-        let (alone, step) = counted(open, &disc(0.5, ""));
-        assert!((alone * step / 9.0 - 1.0).abs() < 0.05, "{alone} steps of {step} s");
+        let (one, step) = counted(open, &disc(0.5, ""));
+        assert!((one * step / 9.0 - 1.0).abs() < 0.05, "{one} steps of {step} s");
         let (two, step) = counted(open, &(disc(0.5, "") + &disc(1.5, "")));
         assert!((two * step / 18.0 - 1.0).abs() < 0.05, "{two} steps of {step} s");
         let (settled, _) = counted(ROUND, &(disc(0.5, "") + &disc(1.5, "")));
@@ -314,11 +318,11 @@ mod tests {
     fn a_stream_is_faster_beside_what_is_held_in_it() {
         let pier = "[[particle]]\nshape = { disc = { diameter = 0.1 } }\nposition = [0.5, 0.3]\n\
             motion = \"fixed\"\n";
-        let pace = Pace::expected(&case(
+        let largest = LargestSpeed::expected(&case(
             ["{ inflow = [2.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""],
             pier,
         ));
-        assert_eq!(pace.map(|pace| pace.speed), Some(3.0));
-        assert_eq!(Pace::expected(&case(ROUND, "")), None);
+        assert_eq!(largest.map(|largest| largest.speed), Some(3.0));
+        assert_eq!(LargestSpeed::expected(&case(ROUND, "")), None);
     }
 }

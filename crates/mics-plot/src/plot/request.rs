@@ -1,0 +1,224 @@
+//! What `mics plot` is asked for, and what contradicts itself in it.
+
+use super::View;
+use mics_run::{Error, Result};
+use std::path::PathBuf;
+
+/// What `mics plot` is asked for. Without figures: the last state, forces, speeds and paths of each
+/// run, Cd(Re) and St(Re) of all; or vorticity and streamlines alone, where times or a plane, a
+/// window or a size say something of the flow.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct Request {
+    /// Run folders.
+    #[arg(required = true)]
+    pub runs: Vec<PathBuf>,
+    /// Draw this figure only; several with commas.
+    #[arg(long = "figure", value_name = "FIGURE", value_delimiter = ',')]
+    pub figures: Vec<Figure>,
+    /// Times (s) of a strip's panels, or the one of a picture of the flow, e.g. 0.1,0.2,0.3:
+    /// the nearest snapshots; without --figure and --field of vorticity and streamlines
+    /// [default: of a strip six from start to end, else the last].
+    #[arg(long, value_name = "TIMES", value_delimiter = ',', allow_negative_numbers = true)]
+    pub times: Vec<f64>,
+    /// Vorticity (1/s) from one contour line of vorticity-strip to the next [default: a round
+    /// one].
+    #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
+    pub interval: Option<f64>,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub view: View,
+    /// Draw paths, forces and speeds of this particle only, by its number (from 0) or its name;
+    /// several with commas [default: all, of more than seven by material and size].
+    #[arg(long = "particle", value_name = "PARTICLE", value_delimiter = ',')]
+    pub particles: Vec<String>,
+    /// Where figures go that are named or of several runs [default: figures/ of the run, of
+    /// several the first].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+/// A figure that can be asked for by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Figure {
+    /// Vorticity and streamlines of the last state.
+    Vorticity,
+    /// Streamlines of the last state, coloured by speed.
+    Streamlines,
+    /// The colours of --field alone, with bodies coloured by --bodies and marked so that their
+    /// turning shows; beside each other at several --times.
+    Field,
+    /// Vorticity at several times, with contour lines that are dashed where it is negative (Figs.
+    /// 7, 11, 14).
+    VorticityStrip,
+    /// Streamlines at several times (Fig. 6).
+    StreamlinesStrip,
+    /// Paths of particles in their box, of all runs in one picture, beside the band of a position
+    /// measure (Fig. 9).
+    Paths,
+    /// Forces on particles over time: of few a line each, of many by material and size.
+    Forces,
+    /// Parts of the force across gravity over the height of a falling particle (Fig. 10).
+    ForceParts,
+    /// Velocities of free particles over time: of few a line each, of many by material and size.
+    Speeds,
+    /// Mean velocity and solid fraction across layers of cells, where the case has
+    /// `statistics.profile`.
+    Profile,
+    /// Velocity and pressure over time at probes of one point, where the case has some.
+    Probes,
+    /// Mean velocity and pressure along probes of several points, where the case has some.
+    ProbeLines,
+    /// Drag coefficient over Re of all runs, beside the references of their cases; of one body in
+    /// an unbounded stream beside a formula (Fig. 4).
+    Drag,
+    /// Strouhal number over Re of all runs, beside the references of their cases (Fig. 5).
+    Strouhal,
+}
+
+impl Figure {
+    /// Its name on the command line.
+    pub(super) fn name(self) -> String {
+        clap::ValueEnum::to_possible_value(&self)
+            .map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
+    fn is_strip(self) -> bool {
+        matches!(self, Figure::VorticityStrip | Figure::StreamlinesStrip)
+    }
+
+    fn is_of_the_flow(self) -> bool {
+        self.is_strip() || matches!(self, Figure::Vorticity | Figure::Streamlines | Figure::Field)
+    }
+
+    fn is_of_particles(self) -> bool {
+        matches!(self, Figure::Paths | Figure::Forces | Figure::ForceParts | Figure::Speeds)
+    }
+
+    /// Whether several runs make one picture.
+    pub(super) fn joins_runs(self) -> bool {
+        matches!(self, Figure::Paths | Figure::Drag | Figure::Strouhal)
+    }
+
+    /// What a run needs for it.
+    pub(super) fn needs(self) -> &'static str {
+        match self {
+            Figure::Vorticity
+            | Figure::Streamlines
+            | Figure::Field
+            | Figure::VorticityStrip
+            | Figure::StreamlinesStrip => "fields",
+            Figure::Paths => "a particle that moves, and its rows in particles.csv",
+            Figure::Forces => "a particle, and its rows in particles.csv",
+            Figure::ForceParts => {
+                "a free particle with its rows in particles.csv, gravity, and a density other than \
+                the fluid's"
+            }
+            Figure::Speeds => "a free particle, and its rows in particles.csv",
+            Figure::Profile => "statistics with a profile (profile.csv)",
+            Figure::Probes => "a [[probe]] of one point (probes.csv)",
+            Figure::ProbeLines => "a [[probe]] of several points (probes.csv)",
+            Figure::Drag => "a measure of kind \"drag_coefficient\" with a value in summary.json",
+            Figure::Strouhal => "a measure of kind \"strouhal\" with a value in summary.json",
+        }
+    }
+}
+
+impl Request {
+    /// The figures that are asked for by name, or by what they show.
+    pub(super) fn figures(&self) -> Vec<Figure> {
+        let view = &self.view;
+        if !self.figures.is_empty() {
+            return self.figures.clone();
+        }
+        if view.field.is_some() || view.bodies.is_some() {
+            return vec![Figure::Field];
+        }
+        // What is said of the flow, is of its usual figures; a range would have to be that of
+        // vorticity or of speed.
+        let of_the_flow = !self.times.is_empty()
+            || view.plane.is_some()
+            || !view.window.is_empty()
+            || view.size.is_some();
+        match self.times.len() {
+            _ if !of_the_flow || !view.range.is_empty() => Vec::new(),
+            0 | 1 => vec![Figure::Streamlines, Figure::Vorticity],
+            _ => vec![Figure::StreamlinesStrip, Figure::VorticityStrip],
+        }
+    }
+
+    /// Refuses options that contradict each other or the figures that are asked for.
+    pub(super) fn check(&self) -> Result<()> {
+        let figures = self.figures();
+        let single = figures.iter().find(|figure| !figure.joins_runs());
+        if let (Some(figure), Some(out), 2..) = (single, &self.out, self.runs.len()) {
+            return refuse(format!(
+                "--out {}: {} is of one run, and there are {}; leave --out away, and each goes to \
+                its run's figures/",
+                out.display(),
+                figure.name(),
+                self.runs.len()
+            ));
+        }
+        self.check_options_of_the_flow(&figures)?;
+        self.view.check()?;
+        if !self.particles.is_empty() && !figures.iter().any(|figure| figure.is_of_particles()) {
+            return refuse(
+                "--particle is of curves; ask for --figure paths, forces, force-parts or speeds"
+                    .into(),
+            );
+        }
+        if let Some(time) = self.times.iter().find(|time| !time.is_finite()) {
+            return refuse(format!("--times {time}: a time is a number of seconds"));
+        }
+        if let Some(interval) =
+            self.interval.filter(|interval| !(*interval > 0.0 && interval.is_finite()))
+        {
+            return refuse(format!("--interval {interval}: has to be positive, in 1/s"));
+        }
+        Ok(())
+    }
+
+    /// Refuses what is said of the flow where no such figure is asked for.
+    fn check_options_of_the_flow(&self, figures: &[Figure]) -> Result<()> {
+        let view = &self.view;
+        let of_the_flow =
+            "ask for --figure field, vorticity, streamlines, vorticity-strip or streamlines-strip";
+        let shows_the_flow = figures.iter().any(|figure| figure.is_of_the_flow());
+        if !self.times.is_empty() && !shows_the_flow {
+            return refuse(format!("--times are of the flow; {of_the_flow}"));
+        }
+        if self.times.len() > 1
+            && !figures.iter().any(|figure| figure.is_strip() || *figure == Figure::Field)
+        {
+            return refuse(
+                "--times: several are of a strip; ask for --figure vorticity-strip, \
+                streamlines-strip or field"
+                    .into(),
+            );
+        }
+        if self.interval.is_some() && !figures.contains(&Figure::VorticityStrip) {
+            return refuse(
+                "--interval is of contour lines; ask for --figure vorticity-strip".into(),
+            );
+        }
+        let options = [
+            ("--window", !view.window.is_empty()),
+            ("--plane", view.plane.is_some()),
+            ("--range", !view.range.is_empty()),
+            ("--size", view.size.is_some()),
+        ];
+        if let Some((option, _)) = options.iter().find(|(_, given)| *given && !shows_the_flow) {
+            return refuse(format!("{option} is of the flow; {of_the_flow}"));
+        }
+        if (view.field.is_some() || view.bodies.is_some()) && !figures.contains(&Figure::Field) {
+            return refuse(
+                "--field and --bodies are of --figure field; add it, or leave --figure away".into(),
+            );
+        }
+        Ok(())
+    }
+}
+
+fn refuse(why: String) -> Result<()> {
+    Err(Error::Usage(why))
+}

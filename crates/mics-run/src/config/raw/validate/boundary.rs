@@ -1,0 +1,99 @@
+//! The rules of the sides of the box: pairs, axes, profiles, and what comes in goes out.
+
+use super::*;
+use crate::config::fault::{AXES, finite, short};
+
+/// Checks the conditions at the sides of the box.
+pub(super) fn boundary(case: &Case) -> Check {
+    let sides = case.sides();
+    let dimension = case.dimension();
+    let faces = || FACES.into_iter().zip(sides).enumerate();
+    for (face, (name, side)) in faces() {
+        let key = format!("boundary.{name}");
+        let (axis, opposite) = (face / 2, FACES[face ^ 1]);
+        let Some(side) = side else {
+            ensure!(axis >= dimension, key, "missing: a 3D case needs bottom and top as well");
+            continue;
+        };
+        ensure!(
+            axis < dimension,
+            key,
+            "is for 3D only, and domain.size has two numbers: remove it"
+        );
+        match side {
+            Side::Periodic => {
+                let paired = sides[face ^ 1] == Some(&Side::Periodic);
+                let cure = format!("set both {name} and {opposite} to \"periodic\", or neither");
+                ensure!(paired, key, "{name} is periodic and {opposite} is not: {cure}");
+            }
+            Side::Outflow | Side::Wall | Side::Slip => {}
+            Side::MovingWall(velocity) => {
+                let key = format!("{key}.moving_wall");
+                vector(&key, velocity, dimension, "m/s")?;
+                let (normal, x) = (velocity[axis], AXES[axis]);
+                let key = format!("{key}.{axis}");
+                ensure!(
+                    normal == 0.0,
+                    key,
+                    "a wall moves in its own plane: set {x} to 0.0 m/s, not {normal:?}"
+                );
+            }
+            Side::Inflow(velocity) => vector(&format!("{key}.inflow"), velocity, dimension, "m/s")?,
+            Side::InflowParabola(velocity) => {
+                vector(&format!("{key}.inflow_parabola"), velocity, dimension, "m/s")?
+            }
+            Side::InflowProfile(points) => {
+                profile(&format!("{key}.inflow_profile"), points, dimension)?
+            }
+        }
+    }
+    balance(case)
+}
+
+/// Refuses inflows without an outflow, unless as much goes out by their velocities as comes in.
+fn balance(case: &Case) -> Check {
+    let sides = case.sides();
+    let inflow = |side: &Option<&Side>| side.is_some_and(|side| !side.inflow().is_empty());
+    if sides.contains(&Some(&Side::Outflow)) {
+        return Ok(());
+    }
+    let Some(face) = sides.iter().position(inflow) else { return Ok(()) };
+    let fluxes = || (0..sides.len()).filter_map(|face| Some(sides[face]?.flux(face, &case.domain)));
+    let [enters, leaves] =
+        [1.0, -1.0].map(|sign| fluxes().map(|flux| (sign * flux).max(0.0)).sum::<f64>());
+    let unit = if case.dimension() == 2 { "m2/s" } else { "m3/s" };
+    let (name, opposite) = (FACES[face], FACES[face ^ 1]);
+    ensure!(
+        (enters - leaves).abs() <= BALANCED * enters.max(leaves),
+        format!("boundary.{name}"),
+        "inflow without outflow: by the velocities that are given {} {unit} come in and {} {unit} \
+        go out; make these balance, or \
+         set {opposite} = \"outflow\"",
+        short(enters),
+        short(leaves)
+    );
+    Ok(())
+}
+
+/// Part of what comes in by which that which goes out may differ from it: rounding.
+const BALANCED: f64 = 1e-12;
+
+/// Checks a profile of an inflow.
+fn profile(key: &str, profile: &Profile, dimension: usize) -> Check {
+    let (points, velocities) = (profile.at.len(), profile.velocity.len());
+    let key_at = format!("{key}.at");
+    finite(&key_at, &profile.at, "m")?;
+    ensure!(points >= 2, key_at, "needs at least 2 coordinates (m), not {points}");
+    let increasing = profile.at.is_sorted_by(|a, b| a < b);
+    ensure!(increasing, key_at, "the coordinates (m) must increase from each to the next");
+    let key = format!("{key}.velocity");
+    ensure!(
+        velocities == points,
+        key,
+        "needs {points} velocities, one for each in `at`, not {velocities}"
+    );
+    let check = |(i, velocity): (usize, &Vec<f64>)| {
+        vector(&format!("{key}.{i}"), velocity, dimension, "m/s")
+    };
+    profile.velocity.iter().enumerate().try_for_each(check)
+}

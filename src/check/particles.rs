@@ -1,0 +1,193 @@
+//! What a case says of its particles beside the grid, the fluid and each other: sizes, densities,
+//! contacts and overlaps.
+
+use crate::Result;
+use crate::config::{Case, Contact, Loaded, Particle, Side, WallRule};
+use crate::particles::Body;
+use crate::scene::Scene;
+use crate::words::{brief, whole};
+
+/// Cells across a particle below which its flow is not resolved, and below which its forces are off
+/// by many per cent.
+const RESOLVED: f64 = 4.0;
+const GOOD: f64 = 8.0;
+
+/// Density ratios of particles in contact for which contacts hold.
+const IN_CONTACT: std::ops::RangeInclusive<f64> = 0.5..=1e4;
+/// Largest ratio of the diameters of two particles in contact for which contacts hold.
+const MOST_SIZE_RATIO: f64 = 10.0;
+/// Density ratios beyond which a unit may be wrong.
+const USUAL: std::ops::Range<f64> = 0.01..100.0;
+
+/// The particles and their materials, with what may be wrong with them.
+pub fn describe(case: &Case) -> Vec<String> {
+    let words = case.describe_particles();
+    let mut lines: Vec<String> =
+        words.into_iter().map(|(label, words)| format!("{label:<13}{words}")).collect();
+    let materials = case.contact.iter().flat_map(Contact::describe);
+    lines.extend(materials.map(|words| format!("materials    {words}")));
+    lines.extend(untouchable(case));
+    lines.extend(unresolved(case));
+    lines.extend(unusual(case));
+    lines.extend(out_of_range(case));
+    lines.extend(mixed_impacts(case));
+    lines
+}
+
+/// Refuses free particles that are smaller than a cell: nothing of the flow around them is found,
+/// and the box is most likely in another unit than they are.
+pub fn refuse_below_a_cell(loaded: &Loaded) -> Result<()> {
+    let case = &loaded.case;
+    let free = case.particle.iter().any(Particle::is_free);
+    let Some(cells) = cells_across(case).filter(|cells| free && *cells < 1.0) else {
+        return Ok(());
+    };
+    Err(loaded.error_at(
+        "domain.size",
+        format!(
+            "the smallest particle is {} cells across, and {RESOLVED} or more are needed: if the \
+            box is in another unit than the diameters, \
+             write both in m; else give domain.cells more",
+            brief(cells)
+        ),
+    ))
+}
+
+/// Bodies that may touch where the case says nothing of contacts.
+fn untouchable(case: &Case) -> Option<String> {
+    let solid = |side: &Side| !matches!(side, Side::Periodic | Side::Outflow);
+    let meets = case.particle.len() > 1 || case.boundary.iter().flatten().any(solid);
+    let free = case.contact.is_none() && case.particle.iter().any(Particle::is_free);
+    (free && meets).then(|| {
+        "notice       the case has no [contact]: the run ends as soon as a free particle touches \
+        another or a wall; an empty [contact] lets \
+         them touch"
+            .into()
+    })
+}
+
+/// Bodies in a fluid without viscosity, which slips along the walls of the box.
+pub fn sticks(case: &Case) -> Option<String> {
+    let sticks = case.fluid.viscosity == 0.0 && !case.particle.is_empty();
+    let words = "warning      without viscosity bodies hold the fluid beside them all the same: \
+        how they are set off from rest is right, \
+                 drag, wakes and light bodies at walls are not";
+    sticks.then(|| words.into())
+}
+
+/// Bodies that overlap at the start by so much that their springs throw them apart.
+pub fn pressed<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
+    let (stored, g) =
+        (scene.state.energy.springs, case.fluid.gravity.iter().map(|g| g * g).sum::<f64>().sqrt());
+    let free = || scene.state.bodies.iter().filter(|body| body.freedom().is_some());
+    // What they would have from a fall by a hundredth of their diameters.
+    let weight = |body: &Body| (body.mass() - case.fluid.density * body.volume()).abs() * g;
+    let fall = free().map(|body| 0.02 * body.radius() * weight(body)).sum::<f64>();
+    let lightest = free().map(Body::mass).fold(f64::INFINITY, f64::min);
+    (stored > fall && lightest.is_finite()).then(|| {
+        format!(
+            "warning      particles overlap at the start, and the springs of their contacts hold \
+            {stored:.2e} J: they may part at up to {} m/s; \
+             place them further apart",
+            brief((2.0 * stored / lightest).sqrt())
+        )
+    })
+}
+
+/// Cells across the smallest particle; `None` without particles.
+fn cells_across(case: &Case) -> Option<f64> {
+    let widest = case.spacings().into_iter().fold(0.0, f64::max);
+    case.particle
+        .iter()
+        .map(|p| p.shape.diameter())
+        .min_by(f64::total_cmp)
+        .map(|least| least / widest)
+}
+
+/// Particles that are too small for the grid.
+pub fn unresolved(case: &Case) -> Option<String> {
+    let smallest = cells_across(case)?;
+    if smallest < RESOLVED {
+        let cells = case.domain.cells.iter().map(|&n| whole((n as f64 * GOOD / smallest).ceil()));
+        return Some(format!(
+            "warning      a particle of {} cells is not resolved: {RESOLVED} or more are needed; \
+            domain.cells = [{}] give it {GOOD}",
+            if smallest < 1.0 { brief(smallest) } else { format!("{smallest:.1}") },
+            cells.collect::<Vec<_>>().join(", ")
+        ));
+    }
+    // As large as asked for, but for rounding.
+    (smallest < GOOD * (1.0 - 1e-9)).then(|| {
+        format!(
+            "note         a particle of {smallest:.1} cells is coarse: from {GOOD} on forces \
+            are right within some per cent"
+        )
+    })
+}
+
+/// Contacts outside the densities and sizes for which they hold.
+fn out_of_range(case: &Case) -> Vec<String> {
+    if case.contact.is_none() || case.particle.len() < 2 {
+        return Vec::new();
+    }
+    let ratio = |p: &Particle| p.density / case.fluid.density;
+    let outside = case.particle.iter().position(|p| p.is_free() && !IN_CONTACT.contains(&ratio(p)));
+    let density = outside.map(|id| {
+        format!(
+            "warning      {} is {} times as dense as the fluid: contacts among particles hold from \
+            {} to {}",
+            case.called(id),
+            brief(ratio(&case.particle[id])),
+            IN_CONTACT.start(),
+            IN_CONTACT.end()
+        )
+    });
+    let diameters = case.particle.iter().map(|p| p.shape.diameter());
+    let [least, most] =
+        [diameters.clone().fold(f64::INFINITY, f64::min), diameters.fold(0.0, f64::max)];
+    let sizes = (most > MOST_SIZE_RATIO * least * (1.0 + 1e-9)).then(|| {
+        format!(
+            "warning      particles of {} and {} m: contacts hold for diameters up to \
+            {MOST_SIZE_RATIO} times each other",
+            brief(least),
+            brief(most)
+        )
+    });
+    density.into_iter().chain(sizes).collect()
+}
+
+/// Bodies of the file beside those that another run brings along.
+pub fn doubled(case: &Case) -> Option<String> {
+    let (inherited, own) = (case.initial.inherited, case.particle.len() - case.initial.inherited);
+    (inherited > 0 && own > 0).then(|| {
+        format!(
+            "note         this file adds {own} to the {inherited} that come from that run: if they \
+            are the same, remove its [[particle]] and \
+             [[swarm]]"
+        )
+    })
+}
+
+/// Impacts by the paper's method, which loses energy in them.
+fn mixed_impacts(case: &Case) -> Option<String> {
+    let mixes = case.coupling.wall == WallRule::Mixing && case.contact.is_some();
+    let free = case.particle.iter().any(Particle::is_free);
+    (mixes && free).then(|| {
+        "warning      coupling.wall = \"mixing\" takes energy from impacts: speeds after them are \
+        up to a quarter less than the \
+         restitution leaves; \"sharp\" keeps them"
+            .into()
+    })
+}
+
+/// Free particles of a density that may be in another unit than the fluid's.
+fn unusual(case: &Case) -> Option<String> {
+    let ratio = |p: &Particle| p.density / case.fluid.density;
+    let id = case.particle.iter().position(|p| p.is_free() && !USUAL.contains(&ratio(p)))?;
+    let s = ratio(&case.particle[id]);
+    Some(format!(
+        "note         {} is {s:.3e} times as dense as the fluid: if that is not meant, look at \
+        both densities",
+        case.called(id)
+    ))
+}

@@ -1,0 +1,133 @@
+//! What solves where PETSc's options leave it open, and options that are refused.
+
+use super::Session;
+use crate::{Error, Result};
+
+/// What to solve with where PETSc's options leave it open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Choice {
+    /// BCGS with BoomerAMG.
+    BcgsBoomeramg,
+    /// Conjugate gradients with the operator's own multigrid.
+    Multigrid,
+    /// The operator's own transforms, which are exact where its coefficient is uniform.
+    Direct,
+}
+
+/// A choice's options, on the true residual, with a coarsest solve that a singular matrix allows.
+pub(super) fn default_options(session: &Session, choice: Choice, dimension: usize) -> Result<()> {
+    session.forget_default_options()?;
+    let (method, preconditioner) = match choice {
+        Choice::BcgsBoomeramg => ("bcgs", "hypre"),
+        Choice::Multigrid => ("cg", "boxmg"),
+        Choice::Direct => ("preonly", "transform"),
+    };
+    // A method without iterations is for the preconditioner that it was chosen with.
+    let iterates = choice != Choice::Direct || session.has_option("-pc_type")?;
+    session
+        .default_option("-ksp_type", if iterates && method == "preonly" { "cg" } else { method })?;
+    session.default_option("-ksp_max_it", "500")?;
+    // The side on which, or the norm in which, each method tests the true residual.
+    match session.option("-ksp_type")?.as_deref() {
+        Some("bcgs" | "fbcgs" | "fbcgsr" | "gmres" | "fgmres" | "lgmres" | "gcr" | "tfqmr") => {
+            session.default_option("-ksp_pc_side", "right")?
+        }
+        Some("cg" | "pipecg" | "groppcg" | "fcg" | "cr") => {
+            session.default_option("-ksp_norm_type", "unpreconditioned")?
+        }
+        _ => {}
+    }
+    session.default_option("-pc_type", preconditioner)?;
+    // Else gamg and mg smooth with the operator, free bodies included, by the eigenvalues of the
+    // matrix: no longer positive.
+    session.default_option("-pc_use_amat", "false")?;
+    if session.option("-pc_type")?.as_deref() == Some("gamg") {
+        // Its own smoother goes by estimates of eigenvalues that are too small: as a preconditioner
+        // of cg it is indefinite among free bodies.
+        session.default_option("-mg_levels_ksp_type", "richardson")?;
+        session.default_option("-mg_levels_pc_type", "sor")?;
+    }
+    if session.option("-pc_type")?.as_deref() == Some("hypre") {
+        session.default_option("-pc_hypre_type", "boomeramg")?;
+        session.default_option("-pc_hypre_boomeramg_relax_type_coarse", "symmetric-SOR/Jacobi")?;
+        let threshold = if dimension == 2 { "0.25" } else { "0.5" };
+        session.default_option("-pc_hypre_boomeramg_strong_threshold", threshold)?;
+        if dimension == 3 {
+            // Sparser levels: a quarter less time at 64^3, and less memory. In 2D they gain
+            // nothing.
+            session.default_option("-pc_hypre_boomeramg_coarsen_type", "HMIS")?;
+            session.default_option("-pc_hypre_boomeramg_interp_type", "ext+i")?;
+            session.default_option("-pc_hypre_boomeramg_P_max", "4")?;
+        }
+    }
+    Ok(())
+}
+
+/// Refuses options with which this PETSc ends the program.
+pub(super) fn refuse_what_ends_the_program(session: &Session) -> Result<()> {
+    let levels = number(session, "-pc_mg_levels")?.unwrap_or(1.0);
+    if session.option("-pc_type")?.as_deref() == Some("mg") && levels > 1.0 {
+        return Err(Error::Usage(
+            "PETSc option -pc_type mg with -pc_mg_levels: its coarser levels have to be given, and \
+            here is none but the grid itself; \
+             -pc_type gamg or hypre find theirs from the matrix"
+                .into(),
+        ));
+    }
+    match session
+        .options()?
+        .split(" -")
+        .find(|option| option.contains("ksp_monitor") && option.contains("hdf5"))
+    {
+        Some(option) => Err(Error::Usage(format!(
+            "PETSc option -{}: its monitors cannot write HDF5; give ascii:FILE",
+            option.trim_start_matches('-')
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Refuses to write a matrix that there is none of: the operator is applied row by row, and so is
+/// what `own` preconditioners need of it.
+pub(super) fn refuse_empty_views(session: &Session, own: bool) -> Result<()> {
+    for (name, none) in [("-ksp_view_mat", true), ("-ksp_view_pmat", own)] {
+        let value = session.option(name)?.unwrap_or_default();
+        let numbers =
+            ["binary", "hdf5", "matlab", "draw"].iter().any(|kind| value.starts_with(kind));
+        if none && numbers {
+            return Err(Error::Usage(format!(
+                "PETSc option {name} {value}: there is no matrix to write, the operator is applied \
+                with the free bodies in it; \
+                 -ksp_view_pmat with -pc_type hypre or gamg writes the one of the fluid"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// What PETSc refuses here, the user asked for.
+pub(super) fn bad_option(error: Error) -> Error {
+    match error {
+        Error::Petsc { message, .. } => {
+            let unknown =
+                message.split_once(" type ").and_then(|(_, rest)| rest.split_whitespace().next());
+            let capital = unknown.filter(|name| name.chars().any(|c| c.is_ascii_uppercase()));
+            let cure = capital.map_or(String::new(), |name| {
+                format!("; names of types are in lower case: {}", name.to_lowercase())
+            });
+            Error::Usage(format!("PETSc refuses an option: {message}{cure}"))
+        }
+        other => other,
+    }
+}
+
+/// A numeric option of the user's.
+pub(super) fn number(session: &Session, name: &str) -> Result<Option<f64>> {
+    let Some(text) = session.option(name)? else { return Ok(None) };
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value >= 0.0 => Ok(Some(value)),
+        _ => Err(Error::Usage(format!(
+            "PETSc option {name}: {text:?} is not a tolerance; give a number such as 1e-8"
+        ))),
+    }
+}

@@ -1,0 +1,156 @@
+//! The coefficient of the pressure's operator on faces, `beta/h^2`: zero on closed faces, and twice
+//! as large where the pressure is given at the domain boundary, half a spacing away.
+
+use super::Poisson;
+use super::transform::Ends;
+use crate::grid::Grid;
+use crate::kernels::faces::FaceCoefficient;
+use crate::{Error, Result};
+
+/// What was last set.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Coefficient {
+    Nothing,
+    Uniform(f64),
+    Field,
+}
+
+impl Poisson {
+    /// Takes `beta` on faces. Collective.
+    ///
+    /// # Errors
+    /// When it is not positive and finite on every open face: a zero row would make solvers report
+    /// success.
+    pub fn set<const D: usize>(&mut self, grid: &Grid<D>, beta: &FaceCoefficient<D>) -> Result<()> {
+        let unsound = match beta {
+            FaceCoefficient::Uniform(value) => {
+                self.coefficient = Coefficient::Uniform(*value);
+                self.largest = value * self.inverse_h2.iter().copied().fold(0.0, f64::max);
+                if !self.g[0].is_empty() {
+                    self.fill_uniform(*value);
+                }
+                !(value.is_finite() && *value > 0.0)
+            }
+            FaceCoefficient::Field(beta) => {
+                self.coefficient = Coefficient::Field;
+                self.make_faces();
+                for axis in 0..D {
+                    let rows = self.face_rows(axis);
+                    for (row, s) in grid.face_rows(axis).zip(rows) {
+                        let g = &mut self.g[axis][s..][..row.len()];
+                        let from = &beta[axis][row];
+                        g.iter_mut().zip(from).for_each(|(g, b)| *g = self.inverse_h2[axis] * b);
+                    }
+                }
+                let (least, most) = self.extremes();
+                self.set_boundaries();
+                let mut largest = [most];
+                self.session.max(&mut largest)?;
+                self.largest = largest[0];
+                least.is_nan() || least <= 0.0 || most.is_infinite()
+            }
+        };
+        if self.session.anywhere(unsound)? {
+            return Err(Error::Run(
+                "the density of the mixture is not positive and finite on every face: a flow that \
+                grows without bounds does that (smaller steps, time.step or time.cfl), or \
+                densities whose ratio is out of range"
+                    .into(),
+            ));
+        }
+        if let Some(made) = &mut self.multigrid {
+            made.fresh = false;
+        }
+        if let Some(made) = &mut self.transform {
+            made.fresh = false;
+        }
+        Ok(())
+    }
+
+    /// The least and the largest of `beta/h^2` on this rank's faces; the least is NaN where any is.
+    fn extremes(&self) -> (f64, f64) {
+        let (mut least, mut most, mut lost) = (f64::INFINITY, 0.0f64, false);
+        for axis in 0..self.lattice.axes {
+            let n = self.lattice.n[0] + usize::from(axis == 0);
+            for s in self.face_rows(axis) {
+                for g in &self.g[axis][s..][..n] {
+                    least = if *g < least { *g } else { least };
+                    most = if *g > most { *g } else { most };
+                    lost |= g.is_nan();
+                }
+            }
+        }
+        (if lost { f64::NAN } else { least }, most)
+    }
+
+    /// The places of the low faces of this rank's cells along `axis`, and of the high ones of the
+    /// last: the first of each row, in the order of [`Grid::face_rows`].
+    fn face_rows(&self, axis: usize) -> impl Iterator<Item = usize> + use<> {
+        let lattice = self.lattice;
+        let n = |a: usize| lattice.n[a] + usize::from(a == axis);
+        let (ny, nz) = (n(1), n(2));
+        (0..nz).flat_map(move |k| (0..ny).map(move |j| lattice.row(j, k)))
+    }
+
+    /// Makes room for the faces, once something needs them.
+    fn make_faces(&mut self) {
+        if self.g[0].is_empty() {
+            self.g = self.lattice.faces();
+            self.x = self.lattice.field();
+        }
+    }
+
+    /// Sets all faces to `value/h^2`.
+    fn fill_uniform(&mut self, value: f64) {
+        self.make_faces();
+        for axis in 0..self.lattice.axes {
+            let (n, each) =
+                (self.lattice.n[0] + usize::from(axis == 0), value * self.inverse_h2[axis]);
+            for s in self.face_rows(axis) {
+                self.g[axis][s..][..n].fill(each);
+            }
+        }
+        self.set_boundaries();
+    }
+
+    /// Closes the faces at boundaries of the domain, or doubles them where the pressure is given.
+    fn set_boundaries(&mut self) {
+        for axis in 0..self.lattice.axes {
+            let Ends::Borders { given } = self.ends[axis] else { continue };
+            for side in [0, 1].into_iter().filter(|side| self.at_end[axis][*side]) {
+                let factor = if given[side] { 2.0 } else { 0.0 };
+                let mut n = self.lattice.n;
+                n[axis] = 1;
+                let first =
+                    if side == 0 { 0 } else { self.lattice.n[axis] * self.lattice.stride[axis] };
+                for (k, j) in (0..n[2]).flat_map(|k| (0..n[1]).map(move |j| (k, j))) {
+                    let s = self.lattice.row(j, k) + first;
+                    self.g[axis][s..][..n[0]].iter_mut().for_each(|g| *g *= factor);
+                }
+            }
+        }
+    }
+
+    /// The faces, filled though the coefficient is uniform.
+    pub(super) fn need_faces(&mut self) {
+        if let (Coefficient::Uniform(value), true) = (self.coefficient, self.g[0].is_empty()) {
+            self.fill_uniform(value);
+        }
+    }
+
+    /// The mean of the coefficient on the faces along an axis that have a cell on either side.
+    pub(super) fn mean_of_faces(&self, axis: usize) -> f64 {
+        let lattice = self.lattice;
+        let inside = usize::from(matches!(self.ends[axis], Ends::Borders { .. }));
+        let skip = |a: usize| if a == axis { inside } else { 0 };
+        let (mut sum, mut count) = (0.0, 0usize);
+        for (k, j) in
+            (skip(2)..lattice.n[2]).flat_map(|k| (skip(1)..lattice.n[1]).map(move |j| (k, j)))
+        {
+            let row = &self.g[axis][lattice.row(j, k) + skip(0)..][..lattice.n[0] - skip(0)];
+            sum += row.iter().sum::<f64>();
+            count += row.len();
+        }
+        if count > 0 { sum / count as f64 } else { 0.0 }
+    }
+}
