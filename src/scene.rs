@@ -13,6 +13,7 @@ use crate::config::{Case, WallRule};
 use crate::contact::Impact;
 use crate::domain::{Domain, Fluid};
 use crate::error::NotFinite;
+use crate::force::{Force, Forces};
 use crate::grid::{Boundaries, Coefficient, GHOSTS, Grid};
 use crate::kernels::{diffusion, faces};
 use crate::method::{Method, energy, sharp};
@@ -27,6 +28,7 @@ use build::{axes, body, border, method, mixture, refuse_shapes, scatter, solver}
 pub use cells::read_case;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// A scene that runs.
 pub struct Scene<const D: usize> {
@@ -45,10 +47,21 @@ pub struct Scene<const D: usize> {
     coming_fall: f64,
     /// The impacts that the case lets expect.
     impact: Impact,
+    /// What a library's user has added, its bodies taken out.
+    added: Additions,
     /// Scratch: how the bodies moved at the start of a step.
     motions: Vec<energy::Motion>,
     /// Scratch: cells inside the bodies and their velocity (m/s).
     inside: Vec<(usize, [f64; D])>,
+}
+
+/// What a library's user adds to the scene of a case.
+#[derive(Clone, Default)]
+pub struct Additions {
+    /// Bodies in place of the case's particles: of any shape.
+    pub bodies: Option<Vec<Body>>,
+    /// Forces per volume on the fluid.
+    pub forces: Vec<Arc<dyn Force>>,
 }
 
 /// What a step took and left.
@@ -76,19 +89,29 @@ impl<const D: usize> Scene<D> {
     /// When PETSc refuses an option, there are too many ranks for the grid, or the first projection
     /// fails.
     pub fn new(session: &Session, case: &Case) -> Result<Scene<D>> {
-        let bodies = case.particle.iter().map(body).collect();
-        Scene::with_bodies(session, case, bodies)
+        Scene::extended(session, case, Additions::default())
     }
 
     /// The same with these bodies in place of the case's particles: of any shape, wherever a
     /// library's user has it from. Collective.
     ///
     /// # Errors
-    /// As [`Scene::new`]; and when the case asks for what a body's shape does not have.
-    pub fn with_bodies(session: &Session, case: &Case, mut bodies: Vec<Body>) -> Result<Scene<D>> {
+    /// As [`Scene::extended`].
+    pub fn with_bodies(session: &Session, case: &Case, bodies: Vec<Body>) -> Result<Scene<D>> {
+        Scene::extended(session, case, Additions { bodies: Some(bodies), ..Additions::default() })
+    }
+
+    /// The same with what a library's user adds. Collective.
+    ///
+    /// # Errors
+    /// As [`Scene::new`]; and when the case asks for what a body's shape does not have, or its
+    /// method does not have what is added.
+    pub fn extended(session: &Session, case: &Case, mut added: Additions) -> Result<Scene<D>> {
+        let own = || case.particle.iter().map(body).collect();
+        let mut bodies: Vec<Body> = added.bodies.take().unwrap_or_else(own);
         bodies.iter_mut().enumerate().for_each(|(id, body)| body.id = id);
         refuse_shapes::<D>(case, &bodies)?;
-        let (domain, solver_reason) = build_domain(session, case, &bodies)?;
+        let (domain, solver_reason) = build_domain(session, case, &bodies, &added)?;
         let enters = |body: &Body| case.particle.get(body.id).is_some_and(|p| p.enter.is_some());
         let waiting: Vec<u64> =
             bodies.iter().filter(|body| enters(body)).map(|body| body.id as u64).collect();
@@ -108,6 +131,11 @@ impl<const D: usize> Scene<D> {
         {
             domain.projection.solver().refuse_preconditioner_alone()?;
         }
+        if let (Method::Mics2003(_), Some(_)) = (&method, &domain.forces) {
+            let why = "forces that vary act on fluid beside sharp walls: set coupling.wall = \
+                       \"sharp\"";
+            return Err(Error::Usage(why.into()));
+        }
         let border_rate = domain.boundaries.courant_rate(&domain.grid);
         let motions = Vec::with_capacity(bodies.len());
         let mut state = State::new(&domain.grid, bodies, build::extrapolates(case));
@@ -120,6 +148,7 @@ impl<const D: usize> Scene<D> {
             border_rate,
             coming_fall,
             impact,
+            added,
             motions,
             inside: Vec::new(),
         };
@@ -165,6 +194,7 @@ impl<const D: usize> Scene<D> {
     pub fn start(&mut self) -> Result<()> {
         self.state.faces.iter_mut().for_each(|f| f.fill(0.0));
         self.let_in();
+        self.domain.take_forces(&self.state.u, self.state.time);
         self.method.start(&mut self.domain, &mut self.state)?;
         self.let_in();
         energy::start(&mut self.domain, &mut self.state, &mut self.method)?;
@@ -188,11 +218,17 @@ impl<const D: usize> Scene<D> {
     pub fn step(&mut self, dt: f64) -> Result<Report> {
         self.motions.clear();
         self.motions.extend(self.state.bodies.iter().map(energy::Motion::of));
+        self.domain.take_forces(&self.state.u, self.state.time + 0.5 * dt);
+        let power = energy::power_of_forces(&self.domain, &self.state.u, &self.method)?;
         match self.method.step(&mut self.domain, &mut self.state, dt) {
             Err(Error::NotFinite(NotFinite::Velocity)) => Err(self.name_what_is_lost()?),
             Err(failed) => Err(failed),
             Ok(projected) => {
                 let (all_cells, largest_speed) = self.energy_and_speed()?;
+                self.state.energy.drive += 0.5
+                    * dt
+                    * (power
+                        + energy::power_of_forces(&self.domain, &self.state.u, &self.method)?);
                 energy::close(
                     &mut self.domain,
                     &mut self.state,
@@ -201,6 +237,7 @@ impl<const D: usize> Scene<D> {
                     all_cells,
                 )?;
                 self.let_in();
+                self.domain.take_forces(&self.state.u, self.state.time);
                 self.domain.clock.lap(Stage::Logs);
                 self.domain.clock.count();
                 Ok(Report { projected, largest_speed })
@@ -227,6 +264,7 @@ impl<const D: usize> Scene<D> {
         domain.boundaries.fill_velocity(&mut state.u)?;
         domain.boundaries.let_in(domain.fluid.density, &state.faces, &mut state.p);
         domain.boundaries.fill_pressure(&mut state.p)?;
+        domain.take_forces(&state.u, state.time);
         method.resume(domain, state)?;
         domain.clock = Default::default();
         Ok(())
@@ -239,7 +277,7 @@ impl<const D: usize> Scene<D> {
     /// As [`Scene::resume`].
     pub fn renew(&mut self, case: &Case) -> Result<()> {
         let clock = self.domain.clock.clone();
-        self.domain = build_domain(&self.domain.session, case, &self.state.bodies)?.0;
+        self.domain = build_domain(&self.domain.session, case, &self.state.bodies, &self.added)?.0;
         self.method = method(&self.domain, case, &self.state.bodies, self.impact);
         self.resume()?;
         self.domain.clock = clock;
@@ -255,13 +293,15 @@ impl<const D: usize> Scene<D> {
     /// The limits of the time step at the present velocities. Collective.
     pub fn limits(&self) -> Result<Limits> {
         let (grid, scheme) = (&self.domain.grid, self.method.scheme());
-        let mut rate =
-            [faces::courant_rate(grid, &self.state.faces, scheme.by_axis).max(self.border_rate)];
+        let forces = self.domain.forces.as_ref().map_or(0.0, Forces::largest);
+        let courant = faces::courant_rate(grid, &self.state.faces, scheme.by_axis);
+        let mut rate = [courant.max(self.border_rate), forces];
         let smallest = grid.h.iter().fold(f64::INFINITY, |m, h| m.min(*h));
         rate[0] = self.state.bodies.iter().fold(rate[0], |m, b| m.max(b.top_speed() / smallest));
         self.domain.session.max(&mut rate)?;
         let (diffusion_rate, damping_rate) = self.diffusion_rates();
-        let driven = self.state.drive.map_or(0.0, |force| force.norm() / self.domain.fluid.density);
+        let driven = self.state.drive.map_or(0.0, |force| force.norm()) + rate[1];
+        let driven = driven / self.domain.fluid.density;
         let courant_growth = (self.largest_fall() + driven) / smallest;
         Ok(Limits { courant_rate: rate[0], diffusion_rate, damping_rate, courant_growth, scheme })
     }
@@ -306,6 +346,7 @@ fn build_domain<const D: usize>(
     session: &Session,
     case: &Case,
     bodies: &[Body],
+    added: &Additions,
 ) -> Result<(Domain<D>, &'static str)> {
     let cells = axes(&case.domain.cells);
     let periodic = std::array::from_fn(|a| case.periodic(a));
@@ -335,6 +376,7 @@ fn build_domain<const D: usize>(
     Ok((
         Domain {
             session,
+            forces: Forces::new(&grid, &added.forces),
             grid,
             boundaries,
             sides_work,

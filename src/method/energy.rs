@@ -74,6 +74,21 @@ pub fn start<const D: usize>(
     Ok(())
 }
 
+/// The power of the forces that vary on the fluid outside the bodies (W). Collective.
+///
+/// # Errors
+/// When ranks cannot sum.
+pub fn power_of_forces<const D: usize>(
+    domain: &Domain<D>,
+    u: &VectorField<D>,
+    method: &Method<D>,
+) -> Result<f64> {
+    let Some(forces) = &domain.forces else { return Ok(0.0) };
+    let mut power = [method.with_overlaps(|overlaps| forces.power(&domain.grid, u, overlaps))];
+    domain.session.sum(&mut power)?;
+    Ok(power[0])
+}
+
 /// Takes bodies that have come or gone into the budget: what they brought or took is the work of
 /// the borders. Collective.
 pub fn reopen<const D: usize>(
