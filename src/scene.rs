@@ -227,8 +227,7 @@ impl<const D: usize> Scene<D> {
                 let (all_cells, largest_speed) = self.energy_and_speed()?;
                 self.state.energy.drive += 0.5
                     * dt
-                    * (power
-                        + energy::power_of_forces(&self.domain, &self.state.u, &self.method)?);
+                    * (power + energy::power_of_forces(&self.domain, &self.state.u, &self.method)?);
                 energy::close(
                     &mut self.domain,
                     &mut self.state,
