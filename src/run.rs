@@ -3,6 +3,7 @@
 
 mod collapse;
 mod energy_bound;
+mod extensions;
 mod passage;
 mod restart;
 mod symmetry;
@@ -11,13 +12,12 @@ use crate::check::{check_memory, expected_rest};
 use crate::clock::Stage;
 use crate::config::{Cadence, Case, FixedRows, Loaded};
 use crate::interrupt::Interrupt;
-use crate::output::measure::{self, Sample, Series};
+use crate::output::measure::{self, Measure, Series};
 use crate::output::probe::Probes;
 use crate::output::progress::Progress;
 use crate::output::snapshot;
 use crate::output::statistics::Statistics;
-use crate::output::survey::survey;
-use crate::output::{Folder, Log, StepRow, fields_file, may_use};
+use crate::output::{Folder, Log, Output, StepRow, fields_file, may_use};
 use crate::particles::{Body, Motion};
 use crate::petsc::{Session, Traffic};
 use crate::poisson::pressure::Projected;
@@ -27,6 +27,7 @@ use crate::state::Readable;
 use crate::step_size::choose_step;
 use crate::system::{cpu_seconds, host, now, peak_memory};
 use crate::{Error, Result};
+pub use extensions::Extensions;
 use mics_run::compare::measured;
 use mics_run::progress::Record;
 pub use restart::Account;
@@ -74,20 +75,39 @@ pub struct Request {
 /// When the case is wrong (nothing is written) or the run fails.
 pub fn run(request: &Request) -> Result<()> {
     let loaded = read_case(&request.case, &request.set)?;
+    match loaded.case.dimension() {
+        2 => go::<2>(request, &loaded, Extensions::default()),
+        _ => go::<3>(request, &loaded, Extensions::default()),
+    }
+}
+
+/// Runs a case of D dimensions with what a library's user adds to it. Collective.
+///
+/// # Errors
+/// As [`run`]; when the case has another dimension, or what is added does not fit it.
+pub fn run_with<const D: usize>(request: &Request, added: Extensions<D>) -> Result<()> {
+    let loaded = read_case(&request.case, &request.set)?;
+    let dimension = loaded.case.dimension();
+    if dimension != D {
+        let why = format!("the case has {dimension} dimensions, and what is added {D}");
+        return Err(Error::Usage(why));
+    }
+    go(request, &loaded, added)
+}
+
+fn go<const D: usize>(request: &Request, loaded: &Loaded, added: Extensions<D>) -> Result<()> {
+    added.refuse_names(loaded.case.measure.iter().map(|m| &m.name[..]))?;
     let session = Session::start_by(&loaded.case.petsc.options, &request.petsc)?;
     let out = request.out.clone().unwrap_or_else(|| Path::new("runs").join(&loaded.case.name));
     let interrupt = Interrupt::listen()?;
     let restart = if request.resume {
-        Some(Restart::find(&session, &out, &loaded)?)
+        Some(Restart::find(&session, &out, loaded)?)
     } else {
         session.agree(may_use(&out, request.force, &request.case))?;
         None
     };
-    check_memory(&loaded, &session)?;
-    match loaded.case.dimension() {
-        2 => Run::<2>::new(&session, &loaded, request, out, interrupt, restart)?.go(),
-        _ => Run::<3>::new(&session, &loaded, request, out, interrupt, restart)?.go(),
-    }
+    check_memory(loaded, &session)?;
+    Run::new(&session, loaded, request, added, out, interrupt, restart)?.go()
 }
 
 struct Run<'a, const D: usize> {
@@ -101,8 +121,7 @@ struct Run<'a, const D: usize> {
     series: Vec<Series>,
     probes: Probes,
     statistics: Option<Statistics<D>>,
-    /// Scratch of measures that count by layers of cells.
-    layers: Vec<f64>,
+    added: Extensions<D>,
     progress: Progress,
     started: Instant,
     account: Account,
@@ -144,6 +163,7 @@ impl<'a, const D: usize> Run<'a, D> {
         session: &'a Session,
         loaded: &'a Loaded,
         request: &Request,
+        mut added: Extensions<D>,
         out: PathBuf,
         interrupt: Interrupt,
         mut restart: Option<Restart>,
@@ -153,7 +173,7 @@ impl<'a, const D: usize> Run<'a, D> {
             (Some(from), None) => Some(Ended::<D>::read(session, Path::new(from))?),
             _ => None,
         };
-        let mut scene = Scene::<D>::new(session, case)?;
+        let mut scene = Scene::<D>::extended(session, case, std::mem::take(&mut added.scene))?;
         let (mut account, mut series) =
             (Account { began: now(), ..Account::default() }, measure::series(case));
         let begun = ended.map_or(Ok(Vec::new()), |ended| ended.begin(session, case, &mut scene))?;
@@ -213,7 +233,7 @@ impl<'a, const D: usize> Run<'a, D> {
             series,
             probes: Probes::new(&case.probe),
             statistics,
-            layers: Vec::new(),
+            added,
             account,
             before: Default::default(),
             interrupt,
@@ -230,6 +250,8 @@ impl<'a, const D: usize> Run<'a, D> {
     }
 
     fn go(mut self) -> Result<()> {
+        let kept = self.restart.as_ref().map(|_| &self.account.added[..]);
+        self.added.begin(&self.out, &mut self.scene, kept)?;
         self.write_run(None)?;
         let cells =
             self.case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
@@ -496,37 +518,17 @@ impl<'a, const D: usize> Run<'a, D> {
     fn sample(&mut self, speed: f64) -> Result<()> {
         // The state at time 0 has exchanged nothing yet.
         if self.scene.state.steps > 0 {
-            let contacts = self.scene.method.contacts();
-            let (exchange, bodies) = (&self.scene.state.exchange[..], &self.scene.state.bodies[..]);
-            let (deepest, touched) =
-                contacts.map_or((0.0, &[][..]), |c| (c.deepest(), c.touched()));
-            let sample = Sample {
-                time: self.scene.state.time,
-                exchange,
-                bodies,
-                max_speed: speed,
-                deepest,
-                touched,
-            };
-            for series in &mut self.series {
-                let of_box = match series.measure() {
-                    m if m.kind.is_of_box() && sample.time >= m.from => {
-                        survey(&self.scene, m, &mut self.layers)?
-                    }
-                    _ => 0.0,
-                };
-                series.sample(&sample, of_box);
-            }
+            let mut series = self.series.iter_mut();
+            series.try_for_each(|series| series.take(&self.scene, speed))?;
+            self.added.measure(&self.scene, speed)?;
         }
         Ok(())
     }
 
-    /// Statistics and probes.
+    /// Statistics, probes, and what was added.
     fn record(&mut self) -> Result<()> {
-        if let Some(statistics) = self.statistics.as_mut().filter(|_| self.scene.state.steps > 0) {
-            self.scene.domain.clock.lap(Stage::Logs);
-            statistics.sample(&self.scene);
-            self.scene.domain.clock.lap(Stage::Statistics);
+        if let Some(statistics) = &mut self.statistics {
+            statistics.take(&mut self.scene)?;
         }
         let (folder, mut written) = (&mut self.folder, Ok(()));
         self.probes.record(&mut self.scene, |line| {
@@ -535,7 +537,9 @@ impl<'a, const D: usize> Run<'a, D> {
             }
             Ok(())
         })?;
-        written
+        // A failure of rank 0's shall not keep it from what the others do now.
+        let added = self.added.write(&mut self.scene);
+        written.and(added)
     }
 
     /// Names the PETSc options that nothing has used, once a solve has set up what it works with.
@@ -554,15 +558,24 @@ impl<'a, const D: usize> Run<'a, D> {
         Ok(())
     }
 
+    /// The measures of the case, and those that were added.
+    fn measures(&self) -> impl Iterator<Item = &dyn Measure<D>> {
+        let of_case = self.series.iter().map(|series| series as &dyn Measure<D>);
+        of_case.chain(self.added.measures.iter().map(|measure| &**measure))
+    }
+
     /// The measures that have a value so far, by name.
     fn values(&self) -> serde_json::Map<String, serde_json::Value> {
-        self.series.iter().filter_map(|s| Some((s.name().to_owned(), json!(s.value()?)))).collect()
+        self.measures().filter_map(|s| Some((s.name().to_owned(), json!(s.value()?)))).collect()
     }
 
     /// Closes the logs, sums up and draws.
     fn close(&mut self, status: &str) -> Result<()> {
-        if let Some(statistics) = self.statistics.as_ref().filter(|_| status != "failed") {
-            statistics.write(&self.scene, &self.out)?;
+        if status != "failed" {
+            if let Some(statistics) = &mut self.statistics {
+                statistics.end(&self.out, &mut self.scene)?;
+            }
+            self.added.end(&self.out, &mut self.scene)?;
         }
         let wall = self.wall();
         let cells = self.scene.domain.grid.total_cells();
@@ -579,12 +592,9 @@ impl<'a, const D: usize> Run<'a, D> {
         if self.folder.is_none() {
             return Ok(());
         }
-        let measures: Vec<(&str, Option<f64>)> =
-            self.series.iter().map(|s| (s.name(), s.value())).collect();
         let found = self.values();
         let comparisons: serde_json::Map<_, _> = self
-            .series
-            .iter()
+            .measures()
             .filter_map(|s| Some((s.name().to_owned(), json!(s.comparison()?))))
             .collect();
         let steps = self.scene.state.steps.max(1) as f64;
@@ -604,7 +614,7 @@ impl<'a, const D: usize> Run<'a, D> {
             energy_bound::lost(self.case, state),
             symmetric.filter(|_| status == "done"),
         ];
-        let remarks = || self.series.iter().filter_map(|s| Some((s.name(), s.remark()?)));
+        let remarks = || self.measures().filter_map(|s| Some((s.name(), s.remark()?)));
         let doubts = remarks().filter(|(_, remark)| remark.doubt && status == "done");
         let doubts = doubts.map(|(name, remark)| format!("{name} {}", remark.words));
         let mut notes: Vec<String> = notes.into_iter().flatten().collect();
@@ -628,7 +638,7 @@ impl<'a, const D: usize> Run<'a, D> {
             "solver_retries": self.account.retries,
             "measures": found,
             "comparisons": comparisons,
-            "units": table(self.series.iter().map(|s| (s.name(), json!(s.measure().kind.unit(D))))),
+            "units": table(self.measures().map(|s| (s.name(), json!(s.unit())))),
             "remarks": table(remarks().map(|(name, remark)| (name, json!(remark.words)))),
             "stages_ns_per_cell_step": table(stages.iter().map(|(n, t)| (*n, json!(t)))),
             "peak_memory_bytes": memory, "peak_memory_bytes_per_cell": memory / cells as f64,
@@ -686,16 +696,18 @@ impl<'a, const D: usize> Run<'a, D> {
                 if self.account.krylov == 0 { ", since no pressure was solved for" } else { "" };
             self.log.say(&format!("PETSc options that nothing used{why}: {}", unused.join(", ")));
         }
-        for ((name, value), series) in measures.iter().zip(&self.series) {
-            self.log.say(&match value {
+        let mut lines = Vec::new();
+        for series in self.measures() {
+            let name = series.name();
+            lines.push(match series.value() {
                 Some(v) => {
-                    let unit = series.measure().kind.unit(D);
+                    let unit = series.unit();
                     let beside = series.comparison().map(|comparison| format!(", {comparison}"));
                     let remark = series.remark().map(|remark| format!("; {}", remark.words));
                     let (beside, remark) = (beside.unwrap_or_default(), remark.unwrap_or_default());
                     format!(
                         "{}{beside}{remark}",
-                        format!("{name} = {} {unit}", measured(*v)).trim_end()
+                        format!("{name} = {} {unit}", measured(v)).trim_end()
                     )
                 }
                 None => {
@@ -706,6 +718,7 @@ impl<'a, const D: usize> Run<'a, D> {
                 }
             });
         }
+        lines.iter().for_each(|line| self.log.say(line));
         let Some(folder) = &mut self.folder else { return Ok(()) };
         folder.write_json("summary.json", &summary)?;
         folder.flush(&mut self.log)?;
