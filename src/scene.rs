@@ -14,7 +14,7 @@ use crate::contact::Impact;
 use crate::domain::{Domain, Fluid};
 use crate::error::NotFinite;
 use crate::force::{Force, Forces};
-use crate::grid::{Boundaries, Coefficient, GHOSTS, Grid};
+use crate::grid::{Boundaries, Coefficient, GHOSTS, Grid, SideVelocity};
 use crate::kernels::{diffusion, faces};
 use crate::method::{Method, energy, sharp};
 use crate::particles::Body;
@@ -62,6 +62,9 @@ pub struct Additions {
     pub bodies: Option<Vec<Body>>,
     /// Forces per volume on the fluid.
     pub forces: Vec<Arc<dyn Force>>,
+    /// Velocities of the sides of these names ("west", ...), which the case has as walls or
+    /// inflows; bodies collide with what the case has there.
+    pub sides: Vec<(String, Arc<dyn SideVelocity>)>,
 }
 
 /// What a step took and left.
@@ -194,11 +197,23 @@ impl<const D: usize> Scene<D> {
     pub fn start(&mut self) -> Result<()> {
         self.state.faces.iter_mut().for_each(|f| f.fill(0.0));
         self.let_in();
+        self.set_sides(self.state.time, self.state.time)?;
         self.domain.take_forces(&self.state.u, self.state.time);
         self.method.start(&mut self.domain, &mut self.state)?;
         self.let_in();
         energy::start(&mut self.domain, &mut self.state, &mut self.method)?;
         self.domain.clock = Default::default();
+        Ok(())
+    }
+
+    /// Lets sides whose velocity changes with time give that of a time (s), and to faces that of the
+    /// end of the step (s). Collective.
+    fn set_sides(&mut self, time: f64, end: f64) -> Result<()> {
+        let Domain { grid, boundaries, .. } = &mut self.domain;
+        if boundaries.set_time(time, end) {
+            self.border_rate = boundaries.courant_rate(grid);
+            boundaries.fill_velocity(&mut self.state.u)?;
+        }
         Ok(())
     }
 
@@ -218,12 +233,15 @@ impl<const D: usize> Scene<D> {
     pub fn step(&mut self, dt: f64) -> Result<Report> {
         self.motions.clear();
         self.motions.extend(self.state.bodies.iter().map(energy::Motion::of));
-        self.domain.take_forces(&self.state.u, self.state.time + 0.5 * dt);
+        let start = self.state.time;
+        self.set_sides(start + 0.5 * dt, start + dt)?;
+        self.domain.take_forces(&self.state.u, start + 0.5 * dt);
         let power = energy::power_of_forces(&self.domain, &self.state.u, &self.method)?;
         match self.method.step(&mut self.domain, &mut self.state, dt) {
             Err(Error::NotFinite(NotFinite::Velocity)) => Err(self.name_what_is_lost()?),
             Err(failed) => Err(failed),
             Ok(projected) => {
+                self.set_sides(self.state.time, self.state.time)?;
                 let (all_cells, largest_speed) = self.energy_and_speed()?;
                 self.state.energy.drive += 0.5
                     * dt
@@ -250,7 +268,7 @@ impl<const D: usize> Scene<D> {
     /// # Errors
     /// When a body is outside the box, or the state is another case's.
     pub fn resume(&mut self) -> Result<()> {
-        let Scene { domain, state, method, .. } = self;
+        let Scene { domain, state, method, border_rate, .. } = self;
         let size: [f64; 3] =
             std::array::from_fn(|a| domain.grid.size.get(a).copied().unwrap_or(f64::INFINITY));
         let inside = |body: &Body| (0..D).all(|a| (0.0..=size[a]).contains(&body.centre[a]));
@@ -259,6 +277,9 @@ impl<const D: usize> Scene<D> {
         }
         if state.time < 0.0 || state.dt < 0.0 {
             return Err(Error::Usage("its time runs backwards".into()));
+        }
+        if domain.boundaries.set_time(state.time, state.time) {
+            *border_rate = domain.boundaries.courant_rate(&domain.grid);
         }
         domain.boundaries.fill_velocity(&mut state.u)?;
         domain.boundaries.let_in(domain.fluid.density, &state.faces, &mut state.p);
@@ -353,9 +374,13 @@ fn build_domain<const D: usize>(
     let ghosts = if sharp { sharp::ghost_width(&case.spacings()).1 } else { GHOSTS };
     let layout = Layout::new(session, &cells, &periodic, ghosts)?;
     let grid = Grid::new(cells, axes(&case.domain.size), periodic, &layout);
-    let borders = std::array::from_fn(|a| [0, 1].map(|s| border(&grid, a, &case.boundary[a][s])));
+    let borders =
+        std::array::from_fn(|a| [0, 1].map(|s| border(&grid, [a, s], &case.boundary[a][s])));
     let parabola = case.coupling.wall == WallRule::Sharp;
-    let boundaries = Boundaries::new(session, &layout, &grid, borders, parabola);
+    let mut boundaries = Boundaries::new(session, &layout, &grid, borders, parabola);
+    for (at, of) in build::sides::<D, _>(case, &added.sides)? {
+        boundaries.follow(&grid, at, of);
+    }
     let sides_work = session.anywhere(boundaries.do_work())?;
     let stopping = StoppingRule {
         limit: case.pressure.divergence_limit,
