@@ -182,12 +182,12 @@ fn sided(name: &str, side: impl SideVelocity + 'static) -> Additions {
 #[test]
 fn a_wall_from_outside_that_swings_makes_stokes_layer_with_second_order_in_space_and_time() {
     let petsc = petsc();
-    let (nu, rate) = (0.01, TAU);
+    let (nu, rate) = (0.05, TAU);
     let thickness = (2.0 * nu / rate).sqrt();
     let exact = |y: f64, t: f64| (-y / thickness).exp() * (rate * t - y / thickness).cos();
     let profile = |cells: usize, steps: u32| -> Vec<(f64, f64)> {
         let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"wall\""];
-        let text = box_case([0.25, 1.0], [8, cells], nu, sides, "");
+        let text = box_case([0.25, 2.0], [8, cells], nu, sides, "");
         let swing = sided("south", Swinging { speed: 1.0, rate });
         let mut scene = Scene::<2>::extended(&petsc.session, &case(&text), swing).unwrap();
         let cells: Vec<usize> = scene.domain.grid.rows().flatten().collect();
@@ -202,8 +202,8 @@ fn a_wall_from_outside_that_swings_makes_stokes_layer_with_second_order_in_space
     let error = |profile: &[(f64, f64)]| {
         profile.iter().map(|(y, u)| (u - exact(*y, 1.0)).abs()).fold(0.0, f64::max)
     };
-    let [coarse, fine] = [error(&profile(32, 160)), error(&profile(64, 640))];
-    let [long, short, shorter] = [240, 480, 960].map(|steps| profile(64, steps));
+    let [coarse, fine] = [error(&profile(64, 320)), error(&profile(128, 1280))];
+    let [long, short, shorter] = [320, 640, 1280].map(|steps| profile(64, steps));
     let change = |a: &[(f64, f64)], b: &[(f64, f64)]| {
         a.iter().zip(b).map(|(a, b)| (a.1 - b.1).abs()).fold(0.0, f64::max)
     };
