@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::clock::Clock;
 use crate::drive::{self, Drive, Driving};
+use crate::force::Forces;
 use crate::grid::{Boundaries, Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
 use crate::numerics::Numerics;
@@ -37,6 +38,8 @@ pub struct Domain<const D: usize> {
     pub fluid: Fluid,
     /// What moves it besides the borders.
     pub drive: Option<Drive>,
+    /// Forces on it that vary in space and time; `None` where there are none.
+    pub forces: Option<Forces<D>>,
     /// The pressure equation and its iteration.
     pub projection: Projection,
     /// The numbers of the method.
@@ -49,6 +52,13 @@ impl<const D: usize> Domain<D> {
     /// The lengths (m) of the periodic axes.
     pub fn periods(&self) -> [Option<f64>; 3] {
         std::array::from_fn(|a| (a < D && self.grid.periodic[a]).then(|| self.grid.size[a]))
+    }
+
+    /// Takes the forces that vary, at a time (s), on fluid of the velocity `u` (m/s).
+    pub fn take_forces(&mut self, u: &VectorField<D>, time: f64) {
+        if let Some(forces) = &mut self.forces {
+            forces.take(&self.grid, u, time);
+        }
     }
 
     /// The force of the drive on the fluid (N/m3) before the first step, among these bodies; `None`
@@ -71,11 +81,12 @@ impl<const D: usize> Domain<D> {
         self.drive.as_ref().zip(force.as_ref()).map_or_else(Vector3::zeros, felt)
     }
 
-    /// The force of the drive on fluid and bodies together (N).
+    /// The force of the drive on fluid and bodies together, and of other forces on the fluid (N).
     pub fn driving_force(&self, s: &State<D>) -> Vector3<f64> {
-        let Some(force) = s.drive else { return Vector3::zeros() };
+        let on_fluid = self.forces.as_ref().map_or_else(Vector3::zeros, Forces::on_fluid);
+        let Some(force) = s.drive else { return on_fluid };
         let unfelt = s.bodies.iter().map(|body| self.unfelt(&s.drive, body.volume()));
-        drive::box_volume(&self.grid) * force - unfelt.sum::<Vector3<f64>>()
+        drive::box_volume(&self.grid) * force - unfelt.sum::<Vector3<f64>>() + on_fluid
     }
 
     /// Its power (W): with the mean velocity of everything in the box. Collective.

@@ -79,6 +79,7 @@
 //! | [`particles`], [`contact`] | bodies; how they touch, and the fluid in the gaps between them |
 //! | [`state`] | what lasts from step to step, and nothing else |
 //! | [`drive`] | a force, a slope or a flow rate that moves the fluid |
+//! | [`force`] | a force per volume by place, time and velocity, that a library's user gives |
 //! | [`domain`] | where a scene takes place: grid, fluid, pressure equation, ranks |
 //! | [`method`] | how a step is made: sharp walls, the paper's mixing, no bodies |
 //! | [`numerics`], [`scheme`], [`step_size`] | numbers; time schemes, limits and length of a step |
@@ -110,6 +111,7 @@ pub mod clock;
 pub mod contact;
 pub mod domain;
 pub mod drive;
+pub mod force;
 pub mod geometry;
 pub mod grid;
 pub mod kernels;

@@ -4,6 +4,7 @@
 mod collapse;
 mod ended;
 mod energy_bound;
+mod extensions;
 mod passage;
 mod record;
 mod restart;
@@ -26,6 +27,7 @@ use crate::state::Readable;
 use crate::system::now;
 use crate::{Error, Result};
 use ended::Ended;
+pub use extensions::Extensions;
 pub use restart::Account;
 use restart::{Checkpoints, Restart};
 use std::path::{Path, PathBuf};
@@ -64,20 +66,39 @@ pub struct Request {
 /// When the case is wrong (nothing is written) or the run fails.
 pub fn run(request: &Request) -> Result<()> {
     let loaded = read_case(&request.case, &request.set)?;
+    match loaded.case.dimension() {
+        2 => go::<2>(request, &loaded, Extensions::default()),
+        _ => go::<3>(request, &loaded, Extensions::default()),
+    }
+}
+
+/// Runs a case of D dimensions with what a library's user adds to it. Collective.
+///
+/// # Errors
+/// As [`run`]; when the case has another dimension, or what is added does not fit it.
+pub fn run_with<const D: usize>(request: &Request, added: Extensions<D>) -> Result<()> {
+    let loaded = read_case(&request.case, &request.set)?;
+    let dimension = loaded.case.dimension();
+    if dimension != D {
+        let why = format!("the case has {dimension} dimensions, and what is added {D}");
+        return Err(Error::Usage(why));
+    }
+    go(request, &loaded, added)
+}
+
+fn go<const D: usize>(request: &Request, loaded: &Loaded, added: Extensions<D>) -> Result<()> {
+    added.refuse_names(loaded.case.measure.iter().map(|m| &m.name[..]))?;
     let session = Session::start_by(&loaded.case.petsc.options, &request.petsc)?;
     let out = request.out.clone().unwrap_or_else(|| Path::new("runs").join(&loaded.case.name));
     let interrupt = Interrupt::listen()?;
     let restart = if request.resume {
-        Some(Restart::find(&session, &out, &loaded)?)
+        Some(Restart::find(&session, &out, loaded)?)
     } else {
         session.agree(may_use(&out, request.force, &request.case))?;
         None
     };
-    check_memory(&loaded, &session)?;
-    match loaded.case.dimension() {
-        2 => Run::<2>::new(&session, &loaded, request, out, interrupt, restart)?.go(),
-        _ => Run::<3>::new(&session, &loaded, request, out, interrupt, restart)?.go(),
-    }
+    check_memory(loaded, &session)?;
+    Run::new(&session, loaded, request, added, out, interrupt, restart)?.go()
 }
 
 struct Run<'a, const D: usize> {
@@ -91,8 +112,7 @@ struct Run<'a, const D: usize> {
     series: Vec<Series>,
     probes: Probes,
     statistics: Option<Statistics<D>>,
-    /// Scratch of measures that count by layers of cells.
-    layers: Vec<f64>,
+    added: Extensions<D>,
     progress: Progress,
     started: Instant,
     account: Account,
@@ -134,6 +154,7 @@ impl<'a, const D: usize> Run<'a, D> {
         session: &'a Session,
         loaded: &'a Loaded,
         request: &Request,
+        mut added: Extensions<D>,
         out: PathBuf,
         interrupt: Interrupt,
         mut restart: Option<Restart>,
@@ -141,7 +162,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let case = &loaded.case;
         let from = case.initial.from.as_ref().filter(|_| restart.is_none());
         let ended = from.map(|from| Ended::<D>::read(session, Path::new(from))).transpose()?;
-        let mut scene = Scene::<D>::new(session, case)?;
+        let mut scene = Scene::<D>::extended(session, case, std::mem::take(&mut added.scene))?;
         let (mut account, mut series) =
             (Account { began: now(), ..Account::default() }, measure::series(case));
         let inherited =
@@ -176,7 +197,7 @@ impl<'a, const D: usize> Run<'a, D> {
             series,
             probes: Probes::new(&case.probe),
             statistics,
-            layers: Vec::new(),
+            added,
             account,
             before: Default::default(),
             interrupt,
@@ -193,6 +214,8 @@ impl<'a, const D: usize> Run<'a, D> {
     }
 
     fn go(mut self) -> Result<()> {
+        let kept = self.restart.as_ref().map(|_| &self.account.added[..]);
+        self.added.begin(&self.out, &mut self.scene, kept)?;
         self.write_run(None)?;
         self.say_what_begins()?;
         let rest = expected_rest(self.case, &self.scene.limits()?);

@@ -13,7 +13,8 @@ use crate::config::{Case, WallRule};
 use crate::contact::Impact;
 use crate::domain::{Domain, Fluid};
 use crate::error::NotFinite;
-use crate::grid::{Boundaries, Coefficient, GHOSTS, Grid};
+use crate::force::{Force, Forces};
+use crate::grid::{Boundaries, Coefficient, GHOSTS, Grid, SideVelocity};
 use crate::kernels::{diffusion, faces};
 use crate::method::{Kind, Method, energy, sharp};
 use crate::particles::Body;
@@ -27,6 +28,7 @@ use build::{axes, body, border, method, mixture, refuse_shapes, scatter, solver}
 pub use cells::read_case;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// A scene that runs.
 pub struct Scene<const D: usize> {
@@ -45,10 +47,24 @@ pub struct Scene<const D: usize> {
     coming_fall: f64,
     /// The impacts that the case lets expect.
     impact: Impact,
+    /// What a library's user has added, its bodies taken out.
+    added: Additions,
     /// Scratch: how the bodies moved at the start of a step.
     motions: Vec<energy::Motion>,
     /// Scratch: cells inside the bodies and their velocity (m/s).
     inside: Vec<(usize, [f64; D])>,
+}
+
+/// What a library's user adds to the scene of a case.
+#[derive(Clone, Default)]
+pub struct Additions {
+    /// Bodies in place of the case's particles: of any shape.
+    pub bodies: Option<Vec<Body>>,
+    /// Forces per volume on the fluid.
+    pub forces: Vec<Arc<dyn Force>>,
+    /// Velocities of the sides of these names ("west", ...), which the case has as walls or
+    /// inflows; bodies collide with what the case has there.
+    pub sides: Vec<(String, Arc<dyn SideVelocity>)>,
 }
 
 /// What a step took and left.
@@ -76,19 +92,29 @@ impl<const D: usize> Scene<D> {
     /// When PETSc refuses an option, there are too many ranks for the grid, or the first projection
     /// fails.
     pub fn new(session: &Session, case: &Case) -> Result<Scene<D>> {
-        let bodies = case.particle.iter().map(body).collect();
-        Scene::with_bodies(session, case, bodies)
+        Scene::extended(session, case, Additions::default())
     }
 
     /// The same with these bodies in place of the case's particles: of any shape, wherever a
     /// library's user has it from. Collective.
     ///
     /// # Errors
-    /// As [`Scene::new`]; and when the case asks for what a body's shape does not have.
-    pub fn with_bodies(session: &Session, case: &Case, mut bodies: Vec<Body>) -> Result<Scene<D>> {
+    /// As [`Scene::extended`].
+    pub fn with_bodies(session: &Session, case: &Case, bodies: Vec<Body>) -> Result<Scene<D>> {
+        Scene::extended(session, case, Additions { bodies: Some(bodies), ..Additions::default() })
+    }
+
+    /// The same with what a library's user adds. Collective.
+    ///
+    /// # Errors
+    /// As [`Scene::new`]; and when the case asks for what a body's shape does not have, or its
+    /// method does not have what is added.
+    pub fn extended(session: &Session, case: &Case, mut added: Additions) -> Result<Scene<D>> {
+        let own = || case.particle.iter().map(body).collect();
+        let mut bodies: Vec<Body> = added.bodies.take().unwrap_or_else(own);
         bodies.iter_mut().enumerate().for_each(|(id, body)| body.id = id);
         refuse_shapes::<D>(case, &bodies)?;
-        let (domain, solver_reason) = build_domain(session, case, &bodies)?;
+        let (domain, solver_reason) = build_domain(session, case, &bodies, &added)?;
         let enters = |body: &Body| case.particle.get(body.id).is_some_and(|p| p.enter.is_some());
         let waiting: Vec<u64> =
             bodies.iter().filter(|body| enters(body)).map(|body| body.id as u64).collect();
@@ -108,6 +134,11 @@ impl<const D: usize> Scene<D> {
         {
             domain.projection.solver().refuse_preconditioner_alone()?;
         }
+        if method.kind() == Kind::Mixing && domain.forces.is_some() {
+            let why = "forces that vary act on fluid beside sharp walls: set coupling.wall = \
+                       \"sharp\"";
+            return Err(Error::Usage(why.into()));
+        }
         let border_rate = domain.boundaries.courant_rate(&domain.grid);
         let motions = Vec::with_capacity(bodies.len());
         let mut state = State::new(&domain.grid, bodies, build::extrapolates(case));
@@ -120,6 +151,7 @@ impl<const D: usize> Scene<D> {
             border_rate,
             coming_fall,
             impact,
+            added,
             motions,
             inside: Vec::new(),
         };
@@ -165,10 +197,23 @@ impl<const D: usize> Scene<D> {
     pub fn start(&mut self) -> Result<()> {
         self.state.faces.iter_mut().for_each(|f| f.fill(0.0));
         self.let_in();
+        self.set_sides(self.state.time, self.state.time)?;
+        self.domain.take_forces(&self.state.u, self.state.time);
         self.method.start(&mut self.domain, &mut self.state)?;
         self.let_in();
         energy::start(&mut self.domain, &mut self.state, &mut *self.method)?;
         self.domain.clock = Default::default();
+        Ok(())
+    }
+
+    /// Lets sides whose velocity changes with time give that of a time (s), and to faces that of the
+    /// end of the step (s). Collective.
+    fn set_sides(&mut self, time: f64, end: f64) -> Result<()> {
+        let Domain { grid, boundaries, .. } = &mut self.domain;
+        if boundaries.set_time(time, end) {
+            self.border_rate = boundaries.courant_rate(grid);
+            boundaries.fill_velocity(&mut self.state.u)?;
+        }
         Ok(())
     }
 
@@ -188,11 +233,20 @@ impl<const D: usize> Scene<D> {
     pub fn step(&mut self, dt: f64) -> Result<Report> {
         self.motions.clear();
         self.motions.extend(self.state.bodies.iter().map(energy::Motion::of));
+        let start = self.state.time;
+        self.set_sides(start + 0.5 * dt, start + dt)?;
+        self.domain.take_forces(&self.state.u, start + 0.5 * dt);
+        let power = energy::power_of_forces(&self.domain, &self.state.u, &*self.method)?;
         match self.method.step(&mut self.domain, &mut self.state, dt) {
             Err(Error::NotFinite(NotFinite::Velocity)) => Err(self.name_what_is_lost()?),
             Err(failed) => Err(failed),
             Ok(projected) => {
+                self.set_sides(self.state.time, self.state.time)?;
                 let (all_cells, largest_speed) = self.energy_and_speed()?;
+                self.state.energy.drive += 0.5
+                    * dt
+                    * (power
+                        + energy::power_of_forces(&self.domain, &self.state.u, &*self.method)?);
                 energy::close(
                     &mut self.domain,
                     &mut self.state,
@@ -201,6 +255,7 @@ impl<const D: usize> Scene<D> {
                     all_cells,
                 )?;
                 self.let_in();
+                self.domain.take_forces(&self.state.u, self.state.time);
                 self.domain.clock.lap(Stage::Logs);
                 self.domain.clock.count();
                 Ok(Report { projected, largest_speed })
@@ -214,7 +269,7 @@ impl<const D: usize> Scene<D> {
     /// # Errors
     /// When a body is outside the box, or the state is another case's.
     pub fn resume(&mut self) -> Result<()> {
-        let Scene { domain, state, method, .. } = self;
+        let Scene { domain, state, method, border_rate, .. } = self;
         let size: [f64; 3] =
             std::array::from_fn(|a| domain.grid.size.get(a).copied().unwrap_or(f64::INFINITY));
         let inside = |body: &Body| (0..D).all(|a| (0.0..=size[a]).contains(&body.centre[a]));
@@ -224,9 +279,13 @@ impl<const D: usize> Scene<D> {
         if state.time < 0.0 || state.dt < 0.0 {
             return Err(Error::Usage("its time runs backwards".into()));
         }
+        if domain.boundaries.set_time(state.time, state.time) {
+            *border_rate = domain.boundaries.courant_rate(&domain.grid);
+        }
         domain.boundaries.fill_velocity(&mut state.u)?;
         domain.boundaries.let_in(domain.fluid.density, &state.faces, &mut state.p);
         domain.boundaries.fill_pressure(&mut state.p)?;
+        domain.take_forces(&state.u, state.time);
         method.resume(domain, state)?;
         domain.clock = Default::default();
         Ok(())
@@ -239,7 +298,7 @@ impl<const D: usize> Scene<D> {
     /// As [`Scene::resume`].
     pub fn renew(&mut self, case: &Case) -> Result<()> {
         let clock = self.domain.clock.clone();
-        self.domain = build_domain(&self.domain.session, case, &self.state.bodies)?.0;
+        self.domain = build_domain(&self.domain.session, case, &self.state.bodies, &self.added)?.0;
         self.method = method(&self.domain, case, &self.state.bodies, self.impact);
         self.resume()?;
         self.domain.clock = clock;
@@ -255,13 +314,15 @@ impl<const D: usize> Scene<D> {
     /// The limits of the time step at the present velocities. Collective.
     pub fn limits(&self) -> Result<Limits> {
         let (grid, scheme) = (&self.domain.grid, self.method.scheme());
-        let mut rate =
-            [faces::courant_rate(grid, &self.state.faces, scheme.by_axis).max(self.border_rate)];
+        let forces = self.domain.forces.as_ref().map_or(0.0, Forces::largest);
+        let courant = faces::courant_rate(grid, &self.state.faces, scheme.by_axis);
+        let mut rate = [courant.max(self.border_rate), forces];
         let smallest = grid.h.iter().fold(f64::INFINITY, |m, h| m.min(*h));
         rate[0] = self.state.bodies.iter().fold(rate[0], |m, b| m.max(b.top_speed() / smallest));
         self.domain.session.max(&mut rate)?;
         let (diffusion_rate, damping_rate) = self.diffusion_rates();
-        let driven = self.state.drive.map_or(0.0, |force| force.norm() / self.domain.fluid.density);
+        let driven = self.state.drive.map_or(0.0, |force| force.norm()) + rate[1];
+        let driven = driven / self.domain.fluid.density;
         let courant_growth = (self.largest_fall() + driven) / smallest;
         Ok(Limits { courant_rate: rate[0], diffusion_rate, damping_rate, courant_growth, scheme })
     }
@@ -306,6 +367,7 @@ fn build_domain<const D: usize>(
     session: &Session,
     case: &Case,
     bodies: &[Body],
+    added: &Additions,
 ) -> Result<(Domain<D>, &'static str)> {
     let cells = axes(&case.domain.cells);
     let periodic = std::array::from_fn(|a| case.periodic(a));
@@ -314,9 +376,13 @@ fn build_domain<const D: usize>(
         if sharp { sharp::ghost_width(&case.spacings(), &case.numerics).1 } else { GHOSTS };
     let layout = Layout::new(session, &cells, &periodic, ghosts)?;
     let grid = Grid::new(cells, axes(&case.domain.size), periodic, &layout);
-    let borders = std::array::from_fn(|a| [0, 1].map(|s| border(&grid, a, &case.boundary[a][s])));
+    let borders =
+        std::array::from_fn(|a| [0, 1].map(|s| border(&grid, [a, s], &case.boundary[a][s])));
     let parabola = case.coupling.wall == WallRule::Sharp;
-    let boundaries = Boundaries::new(session, &layout, &grid, borders, parabola);
+    let mut boundaries = Boundaries::new(session, &layout, &grid, borders, parabola);
+    for (at, of) in build::sides::<D, _>(case, &added.sides)? {
+        boundaries.follow(&grid, at, of);
+    }
     let sides_work = session.anywhere(boundaries.do_work())?;
     let stopping = StoppingRule {
         limit: case.pressure.divergence_limit,
@@ -336,6 +402,7 @@ fn build_domain<const D: usize>(
     Ok((
         Domain {
             session,
+            forces: Forces::new(&grid, &added.forces),
             grid,
             boundaries,
             sides_work,

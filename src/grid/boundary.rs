@@ -15,9 +15,11 @@
 //! has one of the cells, and with the paper's mixing, ghost 0 is as the others; also where bodies
 //! move, for whom faces remember for long: a flow then grew in the corners of the box.
 
+use super::side::{Follows, SideVelocity};
 use super::{GHOSTS, Grid, VectorField};
 use crate::Result;
 use crate::petsc::{Halo, Layout, Session};
+use std::sync::Arc;
 
 /// The condition at one face of the box.
 #[derive(Clone, Debug)]
@@ -37,6 +39,8 @@ pub enum Border<const D: usize> {
 pub struct Boundaries<const D: usize> {
     /// By axis and side (low, high); `None` where the axis is periodic.
     pub borders: [[Option<Border<D>>; 2]; D],
+    /// Those whose velocity changes with time.
+    follows: Vec<Follows<D>>,
     /// Pressure at outflows (Pa), by axis and side, one value for each stored position of the face;
     /// empty elsewhere.
     entry: [[Vec<f64>; 2]; D],
@@ -244,6 +248,7 @@ impl<const D: usize> Boundaries<D> {
         let bend = std::array::from_fn(|axis| [0, 1].map(|side| bend(axis, side)));
         Boundaries {
             borders,
+            follows: Vec::new(),
             entry,
             bend,
             halo: Halo::new(session, layout),
@@ -251,6 +256,27 @@ impl<const D: usize> Boundaries<D> {
             planes,
             layers: grid.ghosts,
         }
+    }
+
+    /// Lets a side that gives a velocity give this one, at the times of
+    /// [`Boundaries::set_time`].
+    pub fn follow(&mut self, grid: &Grid<D>, at: [usize; 2], of: Arc<dyn SideVelocity>) {
+        let [axis, side] = at;
+        self.borders[axis][side] = Some(Border::given(grid, at, &*of, 0.0));
+        self.follows.push(Follows::new(grid, at, of));
+    }
+
+    /// Sets what sides give at a time (s) to ghosts, and at the end of the step (s) to faces.
+    /// Returns whether any side changes with time: ghosts that were filled before are then of
+    /// another time. The same on all ranks.
+    pub fn set_time(&mut self, time: f64, end: f64) -> bool {
+        for follows in &mut self.follows {
+            let border = &mut self.borders[follows.axis][follows.side];
+            if let Some(Border::Velocity(values)) = border {
+                follows.set(values, time, end);
+            }
+        }
+        !self.follows.is_empty()
     }
 
     /// Whether some border fixes the pressure; where none does, the pressure equation is singular.
@@ -274,11 +300,12 @@ impl<const D: usize> Boundaries<D> {
     /// Of this rank's sides.
     pub fn do_work(&self) -> bool {
         let mut here = (0..2 * D).filter_map(|f| self.border(f / 2, f % 2));
-        here.any(|border| match border {
-            Border::Velocity(v) => v.iter().flatten().any(|v| *v != 0.0),
-            Border::Slip => false,
-            Border::Outflow => true,
-        })
+        !self.follows.is_empty()
+            || here.any(|border| match border {
+                Border::Velocity(v) => v.iter().flatten().any(|v| *v != 0.0),
+                Border::Slip => false,
+                Border::Outflow => true,
+            })
     }
 
     fn border(&self, axis: usize, side: usize) -> Option<&Border<D>> {
@@ -440,7 +467,10 @@ impl<const D: usize> Boundaries<D> {
             for side in [0, 1] {
                 match self.border(axis, side) {
                     Some(Border::Velocity(v)) => {
-                        self.planes[axis].for_faces(side, |at, f, _| face[f] = v[axis][at])
+                        let mut follows = self.follows.iter();
+                        let follows = follows.find(|f| (f.axis, f.side) == (axis, side));
+                        let through = follows.map_or(&v[axis], |follows| &follows.through);
+                        self.planes[axis].for_faces(side, |at, f, _| face[f] = through[at])
                     }
                     Some(Border::Slip) => {
                         self.planes[axis].for_faces(side, |_, f, _| face[f] = 0.0)

@@ -12,9 +12,11 @@
 //! A face field along an axis is stored alike: entry `i` is the low face of cell `i`.
 
 mod boundary;
+mod side;
 mod simd;
 
 pub use boundary::{Border, Boundaries};
+pub use side::SideVelocity;
 pub use simd::{largest, simd, total};
 
 use crate::petsc::Layout;

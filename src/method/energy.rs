@@ -82,6 +82,21 @@ pub fn start<const D: usize>(
     Ok(())
 }
 
+/// The power of the forces that vary on the fluid outside the bodies (W). Collective.
+///
+/// # Errors
+/// When ranks cannot sum.
+pub fn power_of_forces<const D: usize>(
+    domain: &Domain<D>,
+    u: &VectorField<D>,
+    method: &dyn Method<D>,
+) -> Result<f64> {
+    let Some(forces) = &domain.forces else { return Ok(0.0) };
+    let mut power = [forces.power(&domain.grid, u, &mut method.overlaps())];
+    domain.session.sum(&mut power)?;
+    Ok(power[0])
+}
+
 /// Takes bodies that have come or gone into the budget: what they brought or took is the work of
 /// the borders. Collective.
 pub fn reopen<const D: usize>(

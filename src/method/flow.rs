@@ -16,6 +16,7 @@ use super::{Kind, Method};
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
+use crate::force::Forces;
 use crate::grid::VectorField;
 use crate::kernels::border::{self, Sides};
 use crate::kernels::diffusion;
@@ -333,7 +334,9 @@ impl<const D: usize> Flow<D> {
             domain.fluid.viscosity / domain.fluid.density,
             false,
         );
-        let driven = s.drive.map_or(0.0, |force| force.norm() / domain.fluid.density);
+        let mut driven = [domain.forces.as_ref().map_or(0.0, Forces::largest)];
+        domain.session.max(&mut driven)?;
+        let driven = s.drive.map_or(driven[0], |force| driven[0].max(force.norm()));
         let rate = fastest[0].max(viscous);
         if rate == 0.0 || driven == 0.0 && fastest[0] == 0.0 {
             // Nothing moves yet.

@@ -1,7 +1,8 @@
 //! The momentum equation (7) without its pressure, in the stages of a Runge-Kutta scheme:
 //!
 //! ```text
-//!   rate = sum_k w_k [ -div(U u_k) + div( mu (grad u_k + grad u_k^T) )/rho ]
+//!   rate = sum_k w_k [ -div(U u_k) + div( mu (grad u_k + grad u_k^T) )/rho + f/rho ]
+//!              f: forces per volume ([`crate::force`])
 //!   u_k  = u + dt ( c_k rate + b_k a )
 //!              for the stages after the first, a the acceleration by the last pressure
 //! ```
@@ -162,25 +163,24 @@ impl<const D: usize> Momentum<D> {
         dt: f64,
         listener: Option<Listener<D>>,
     ) -> Result<()> {
-        let Some(hear) = listener else {
-            if mixture.is_uniform() && matches!(self.advection, Advection::Upwind5) {
-                let nu = mixture.viscosity.at(0) / mixture.density.at(0);
-                let (rate, fluxes) = (&mut self.rate, &mut self.fluxes);
-                advection::upwind5(&domain.grid, carrier, u, nu, weight, fresh, rate, fluxes);
-                domain.clock.lap(Stage::Advection);
-                return Ok(());
-            }
-            return self.add_terms(
-                domain,
-                (weight, fresh),
-                mixture,
-                carrier,
-                u,
-                dt,
-                &mut |_, _, _, _| (),
-            );
-        };
-        self.add_terms(domain, (weight, fresh), mixture, carrier, u, dt, hear)
+        let in_one_pass = listener.is_none()
+            && mixture.is_uniform()
+            && matches!(self.advection, Advection::Upwind5);
+        if in_one_pass {
+            let nu = mixture.viscosity.at(0) / mixture.density.at(0);
+            let (rate, fluxes) = (&mut self.rate, &mut self.fluxes);
+            advection::upwind5(&domain.grid, carrier, u, nu, weight, fresh, rate, fluxes);
+            domain.clock.lap(Stage::Advection);
+        } else {
+            let mut nobody = |_: &Grid<D>, _, _, _: &VectorField<D>| ();
+            let hear = listener.unwrap_or(&mut nobody);
+            self.add_terms(domain, (weight, fresh), mixture, carrier, u, dt, hear)?;
+        }
+        if let Some(forces) = &domain.forces {
+            forces.add_to(&domain.grid, weight, &mixture.density, &mut self.rate);
+            domain.clock.lap(Stage::Update);
+        }
+        Ok(())
     }
 
     #[allow(clippy::too_many_arguments)]

@@ -1,6 +1,7 @@
 //! What a run leaves: logs and fields. Reads the state; the step does not know of it. The formats
 //! and their readers are in [`mics_run`], figures and reports in `mics-plot`.
 
+mod added;
 mod bodies;
 pub mod checkpoint;
 mod file;
@@ -17,4 +18,6 @@ pub mod survey;
 pub mod vti;
 pub mod watch;
 
+pub use added::Output;
 pub use folder::{Folder, Log, Marks, StepRow, fields_file, may_use};
+pub use rows::Rows;

@@ -5,9 +5,8 @@ use super::restart::Restart;
 use super::{Run, StepOutcome, Wishes};
 use crate::clock::Stage;
 use crate::config::FixedRows;
-use crate::output::measure::{Sample, Series};
-use crate::output::survey::survey;
-use crate::output::{Folder, Log, StepRow, fields_file, snapshot};
+use crate::output::measure::Measure;
+use crate::output::{Folder, Log, Output, StepRow, fields_file, snapshot};
 use crate::particles::{Body, Motion};
 use crate::scene::Scene;
 use crate::system::host;
@@ -96,38 +95,18 @@ impl<const D: usize> Run<'_, D> {
 
     /// Gives every measure the state after a step; the one at time 0 has exchanged nothing yet.
     pub(super) fn sample(&mut self, speed: f64) -> Result<()> {
-        let (scene, state) = (&self.scene, &self.scene.state);
-        if state.steps == 0 {
-            return Ok(());
-        }
-        let contacts = scene.method.contacts();
-        let (deepest, touched) = contacts.map_or((0.0, &[][..]), |c| (c.deepest(), c.touched()));
-        let sample = Sample {
-            time: state.time,
-            exchange: &state.exchange,
-            bodies: &state.bodies,
-            max_speed: speed,
-            deepest,
-            touched,
-        };
-        for series in &mut self.series {
-            let of_box = match series.measure() {
-                m if m.kind.is_of_box() && sample.time >= m.from => {
-                    survey(scene, m, &mut self.layers)?
-                }
-                _ => 0.0,
-            };
-            series.sample(&sample, of_box);
+        if self.scene.state.steps > 0 {
+            let mut series = self.series.iter_mut();
+            series.try_for_each(|series| series.take(&self.scene, speed))?;
+            self.added.measure(&self.scene, speed)?;
         }
         Ok(())
     }
 
-    /// Statistics and probes.
+    /// Statistics, probes, and what was added.
     pub(super) fn record(&mut self) -> Result<()> {
-        if let Some(statistics) = self.statistics.as_mut().filter(|_| self.scene.state.steps > 0) {
-            self.scene.domain.clock.lap(Stage::Logs);
-            statistics.sample(&self.scene);
-            self.scene.domain.clock.lap(Stage::Statistics);
+        if let Some(statistics) = &mut self.statistics {
+            statistics.take(&mut self.scene)?;
         }
         let (folder, mut written) = (&mut self.folder, Ok(()));
         self.probes.record(&mut self.scene, |line| {
@@ -136,7 +115,15 @@ impl<const D: usize> Run<'_, D> {
             }
             Ok(())
         })?;
-        written
+        // A failure of rank 0's shall not keep it from what the others do now.
+        let added = self.added.write(&mut self.scene);
+        written.and(added)
+    }
+
+    /// The measures of the case, and those that were added.
+    pub(super) fn measures(&self) -> impl Iterator<Item = &dyn Measure<D>> {
+        let of_case = self.series.iter().map(|series| series as &dyn Measure<D>);
+        of_case.chain(self.added.measures.iter().map(|measure| &**measure))
     }
 
     /// The measures that have a value so far, by name.
@@ -145,9 +132,12 @@ impl<const D: usize> Run<'_, D> {
     }
 
     /// What measures give of something, by name.
-    pub(super) fn table(&self, of: impl Fn(&Series) -> Option<Value>) -> Map<String, Value> {
-        let row = |series: &Series| Some((series.name().to_owned(), of(series)?));
-        self.series.iter().filter_map(row).collect()
+    pub(super) fn table(
+        &self,
+        of: impl Fn(&dyn Measure<D>) -> Option<Value>,
+    ) -> Map<String, Value> {
+        let row = |series: &dyn Measure<D>| Some((series.name().to_owned(), of(series)?));
+        self.measures().filter_map(row).collect()
     }
 
     /// Writes `run.json`: the program, the machine and the solver; `ended` is the time of day.

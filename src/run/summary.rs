@@ -2,6 +2,8 @@
 
 use super::{Run, energy_bound, symmetry};
 use crate::Result;
+use crate::output::Output;
+use crate::output::measure::Measure;
 use crate::system::{cpu_seconds, now, peak_memory};
 use mics_run::compare::measured;
 use serde_json::{Map, Value, json};
@@ -38,8 +40,11 @@ impl<const D: usize> Run<'_, D> {
     /// # Errors
     /// When ranks cannot sum, or the folder cannot be written.
     pub(super) fn close(&mut self, status: &str) -> Result<()> {
-        if let Some(statistics) = self.statistics.as_ref().filter(|_| status != "failed") {
-            statistics.write(&self.scene, &self.out)?;
+        if status != "failed" {
+            if let Some(statistics) = &mut self.statistics {
+                statistics.end(&self.out, &mut self.scene)?;
+            }
+            self.added.end(&self.out, &mut self.scene)?;
         }
         let totals = self.totals()?;
         let symmetric = symmetry::stayed(self.case, &self.scene)?;
@@ -116,7 +121,7 @@ impl<const D: usize> Run<'_, D> {
 
     /// Doubts about measures of a run that is done.
     fn doubts(&self, status: &str) -> Vec<String> {
-        let remarks = self.series.iter().filter_map(|s| Some((s.name(), s.remark()?)));
+        let remarks = self.measures().filter_map(|s| Some((s.name(), s.remark()?)));
         let doubts = remarks.filter(|(_, remark)| remark.doubt && status == "done");
         doubts.map(|(name, remark)| format!("{name} {}", remark.words)).collect()
     }
@@ -142,7 +147,7 @@ impl<const D: usize> Run<'_, D> {
             "solver_retries": self.account.retries,
             "measures": self.values(),
             "comparisons": self.table(|s| Some(json!(s.comparison()?))),
-            "units": self.table(|s| Some(json!(s.measure().kind.unit(D)))),
+            "units": self.table(|s| Some(json!(s.unit()))),
             "remarks": self.table(|s| Some(json!(s.remark()?.words))),
             "stages_ns_per_cell_step":
                 stages.iter().map(|(n, t)| ((*n).to_owned(), json!(t))).collect::<Map<_, _>>(),
@@ -205,20 +210,21 @@ impl<const D: usize> Run<'_, D> {
 
     /// Says what each measure gives, beside its reference.
     fn say_measures(&mut self) {
-        for series in &self.series {
+        let line = |series: &dyn Measure<D>| {
             let name = series.name();
             let Some(value) = series.value() else {
-                self.log.say(&format!(
+                return format!(
                     "{name}: the run gives no value (no oscillation, no contact, a particle that \
                     was not there, or no steps after `from`)"
-                ));
-                continue;
+                );
             };
-            let value = format!("{name} = {} {}", measured(value), series.measure().kind.unit(D));
+            let value = format!("{name} = {} {}", measured(value), series.unit());
             let beside = series.comparison().map(|comparison| format!(", {comparison}"));
             let remark = series.remark().map(|remark| format!("; {}", remark.words));
             let (beside, remark) = (beside.unwrap_or_default(), remark.unwrap_or_default());
-            self.log.say(&format!("{}{beside}{remark}", value.trim_end()));
-        }
+            format!("{}{beside}{remark}", value.trim_end())
+        };
+        let lines: Vec<String> = self.measures().map(line).collect();
+        lines.iter().for_each(|line| self.log.say(line));
     }
 }

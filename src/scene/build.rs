@@ -5,7 +5,7 @@ use crate::contact::{Contacts, Damping, Impact, Laws, Material, Medium, Substeps
 use crate::domain::Domain;
 use crate::drive::Drive;
 use crate::geometry::{Disc, Shape, Sphere, fraction};
-use crate::grid::{Border, Coefficient, Grid};
+use crate::grid::{Border, Coefficient, Grid, SideVelocity};
 use crate::method::Method;
 use crate::method::flow::Flow;
 use crate::method::mics2003::{Choices, Driver, Mics2003};
@@ -317,41 +317,67 @@ pub(super) fn contacts(
         .with_numerics(case.numerics)
 }
 
-/// The condition at a face, its profile evaluated at every stored position.
+/// The velocity that a side of a case gives.
+struct CaseSide<'a> {
+    side: &'a Side,
+    axis: usize,
+    /// Edges of the box along the side (m).
+    sizes: Vec<f64>,
+}
+
+impl SideVelocity for CaseSide<'_> {
+    fn at(&self, place: &Vector3<f64>, _time: f64) -> Vector3<f64> {
+        match self.side {
+            Side::MovingWall(v) => Vector3::from(axes::<f64, 3>(v)),
+            Side::Inflow(_) | Side::InflowParabola(_) | Side::InflowProfile(_) => {
+                let mut along = (0..3).filter(|a| *a != self.axis).map(|a| place[a]);
+                let x: [f64; 2] = std::array::from_fn(|_| along.next().unwrap_or_default());
+                let dimension = self.sizes.len() + 1;
+                let of = |c: usize| self.side.inflow_at(&x, &self.sizes, c);
+                Vector3::from_fn(|c, _| if c < dimension { of(c) } else { 0.0 })
+            }
+            _ => Vector3::zeros(),
+        }
+    }
+}
+
+/// The condition at a side (0 low, 1 high) across an axis.
 pub(super) fn border<const D: usize>(
     grid: &Grid<D>,
-    axis: usize,
+    at: [usize; 2],
     side: &Side,
 ) -> Option<Border<D>> {
-    let positions = grid.field().len() / grid.stored[axis];
-    let tangential: Vec<usize> = (0..D).filter(|&a| a != axis).collect();
-    // Coordinates (m) of a stored position along the face's axes; ghosts beyond the face repeat its
-    // edge.
-    let at = |mut k: usize| {
-        let mut x = [0.0; 2];
-        for (x, &a) in x.iter_mut().zip(&tangential) {
-            let i = (k % grid.stored[a] + grid.start[a]) as f64 - grid.ghosts as f64 + 0.5;
-            *x = (i * grid.h[a]).clamp(0.0, grid.size[a]);
-            k /= grid.stored[a];
-        }
-        x
-    };
-    let given = |velocity: &dyn Fn([f64; 2], usize) -> f64| {
-        Some(Border::Velocity(std::array::from_fn(|c| {
-            (0..positions).map(|k| velocity(at(k), c)).collect()
-        })))
-    };
     match side {
         Side::Periodic => None,
         Side::Outflow => Some(Border::Outflow),
         Side::Slip => Some(Border::Slip),
-        Side::Wall => given(&|_, _| 0.0),
-        Side::MovingWall(v) => given(&|_, c| v[c]),
-        Side::Inflow(_) | Side::InflowParabola(_) | Side::InflowProfile(_) => {
-            let sizes: Vec<f64> = tangential.iter().map(|&a| grid.size[a]).collect();
-            given(&|x, c| side.inflow_at(&x, &sizes, c))
+        _ => {
+            let axis = at[0];
+            let sizes = (0..D).filter(|&a| a != axis).map(|a| grid.size[a]).collect();
+            Some(Border::given(grid, at, &CaseSide { side, axis, sizes }, 0.0))
         }
     }
+}
+
+/// Which sides of a case, by axis and end, the sides of these names are.
+pub(super) fn sides<const D: usize, T: Clone>(
+    case: &Case,
+    named: &[(String, T)],
+) -> Result<Vec<([usize; 2], T)>> {
+    let find = |(name, of): &(String, T)| {
+        let (face, side) = case
+            .sides()
+            .enumerate()
+            .find_map(|(face, (own, side))| (own == name).then_some((face, side)))
+            .ok_or_else(|| Error::Usage(format!("{name:?} is no side of the case's box")))?;
+        match side {
+            Side::Periodic | Side::Outflow | Side::Slip => Err(Error::Usage(format!(
+                "boundary.{name} gives no velocity in the case: make it a wall or an inflow"
+            ))),
+            _ => Ok(([face / 2, face % 2], of.clone())),
+        }
+    };
+    named.iter().map(find).collect()
 }
 
 /// A reproducible number in [-1, 1) for each integer (the finaliser of SplitMix64).

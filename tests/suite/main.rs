@@ -14,6 +14,7 @@ mod drive;
 mod ellipse;
 mod energy;
 mod estimates;
+mod extending;
 mod film;
 mod fluid_only;
 mod folder;

@@ -108,6 +108,13 @@ impl<const D: usize> Sharp<D> {
         dt: f64,
     ) -> Result<Sides> {
         self.work.exchanged.fill(Default::default());
+        if let Some(forces) = &mut domain.forces {
+            let (bodies, exchanged) = (&self.cut.bodies, &mut self.work.exchanged);
+            let bodies = bodies.iter().map(|body| &body.solid[..]);
+            forces.share(&domain.session, &domain.grid, bodies, |k, arm, force| {
+                exchanged[k].add(arm, &(dt * force));
+            })?;
+        }
         self.cut.find_cubic(domain, &s.bodies, &s.u);
         let sides = match &self.stabilised {
             Some(long) if long.is_for(domain, &self.momentum.scheme, dt) => {

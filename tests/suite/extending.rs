@@ -1,0 +1,429 @@
+//! What a library's user can add without a change of the library: a force, a measure, a side of the
+//! domain, an output; a shape is added in [`ellipse`](crate::ellipse). `docs/extending.md` quotes
+//! the parts between the marks.
+
+use crate::support::{PERIODIC, SHARP, box_case, case, order, petsc, summary};
+use mics::force::Force;
+use mics::grid::SideVelocity;
+use mics::output::measure::Measure;
+use mics::output::{Output, Rows};
+use mics::run::{Extensions, Request, run_with};
+use mics::scene::{Additions, Scene};
+use mics::{Error, Result};
+use nalgebra::Vector3;
+use std::f64::consts::TAU;
+use std::path::Path;
+use std::sync::Arc;
+
+// [force]
+/// The force of a Kolmogorov flow: `strength sin(k y)` (N/m3) along x, k = `wavenumber` (1/m).
+struct Kolmogorov {
+    strength: f64,
+    wavenumber: f64,
+}
+
+impl Force for Kolmogorov {
+    fn at(&self, place: &Vector3<f64>, _time: f64, _velocity: &Vector3<f64>) -> Vector3<f64> {
+        Vector3::new(self.strength * (self.wavenumber * place.y).sin(), 0.0, 0.0)
+    }
+}
+// [end]
+
+/// A force of any form.
+struct Given<F>(F);
+
+impl<F: Fn(&Vector3<f64>, f64, &Vector3<f64>) -> Vector3<f64> + Send + Sync> Force for Given<F> {
+    fn at(&self, place: &Vector3<f64>, time: f64, velocity: &Vector3<f64>) -> Vector3<f64> {
+        (self.0)(place, time, velocity)
+    }
+}
+
+fn forced(force: impl Force + 'static) -> Additions {
+    Additions { forces: vec![Arc::new(force)], ..Additions::default() }
+}
+
+/// The steady flow is `F/(mu k^2) sin(k y)` (Meshalkin and Sinai 1961).
+#[test]
+fn a_force_from_outside_drives_the_kolmogorov_flow_with_second_order() {
+    let petsc = petsc();
+    let error = |cells: usize| {
+        let text = box_case([1.0, 1.0], [8, cells], 0.1, PERIODIC, "");
+        let force = Kolmogorov { strength: 2.0, wavenumber: TAU };
+        let mut scene = Scene::<2>::extended(&petsc.session, &case(&text), forced(force)).unwrap();
+        // Ten times the time in which viscosity takes 1 - 1/e of a flow.
+        let (end, dt) = (10.0 / (0.1 * TAU * TAU), 0.25 / (cells * cells) as f64);
+        while scene.state.time < end {
+            scene.step(dt).unwrap();
+        }
+        let grid = &scene.domain.grid;
+        let largest = 2.0 / (0.1 * TAU * TAU);
+        let off =
+            |c: usize| (scene.state.u[0][c] / largest - (TAU * grid.centre(c)[1]).sin()).abs();
+        grid.rows().flatten().map(off).fold(0.0, f64::max)
+    };
+    let [coarse, fine] = [8, 16].map(error);
+    println!(
+        "Kolmogorov flow: errors {coarse:.2e}, {fine:.2e}, order {:.2}",
+        order(coarse, fine, 2.0)
+    );
+    assert!(fine < 0.02 && order(coarse, fine, 2.0) > 1.9, "{coarse} {fine}");
+}
+
+#[test]
+fn a_force_that_changes_in_time_is_followed_with_second_order() {
+    let petsc = petsc();
+    let error = |steps: u32| {
+        let text = box_case([1.0, 1.0], [8, 8], 0.1, PERIODIC, "");
+        let force =
+            Given(|_: &Vector3<f64>, t: f64, _: &Vector3<f64>| Vector3::new(t.cos(), 0.0, 0.0));
+        let mut scene = Scene::<2>::extended(&petsc.session, &case(&text), forced(force)).unwrap();
+        (0..steps).for_each(|_| _ = scene.step(1.0 / f64::from(steps)).unwrap());
+        let cell = scene.domain.grid.rows().flatten().next().unwrap();
+        // Its work is all that the fluid has.
+        let e = &scene.state.energy;
+        assert!((e.drive - e.fluid).abs() < 1e-12, "{e:?}");
+        (scene.state.u[0][cell] - 1f64.sin()).abs()
+    };
+    let [coarse, fine] = [10, 20].map(error);
+    println!("a force cos(t): errors {coarse:.2e}, {fine:.2e}");
+    assert!(order(coarse, fine, 2.0) > 1.95 && fine < 1e-3, "{coarse} {fine}");
+}
+
+/// A relaxation zone takes the velocity to what it asks for.
+#[test]
+fn a_force_of_the_velocity_brings_the_flow_to_a_target() {
+    let petsc = petsc();
+    let text = box_case([1.0, 1.0], [16, 8], 1e-3, PERIODIC, "");
+    let sponge = |_: &Vector3<f64>, _: f64, u: &Vector3<f64>| 5.0 * (Vector3::x() - u);
+    let mut scene =
+        Scene::<2>::extended(&petsc.session, &case(&text), forced(Given(sponge))).unwrap();
+    (0..200).for_each(|_| _ = scene.step(0.01).unwrap());
+    let grid = &scene.domain.grid;
+    let off = grid.rows().flatten().map(|c| (scene.state.u[0][c] - 1.0).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-4, "{off}");
+}
+
+/// In a closed box the pressure holds a uniform force: a body there has its buoyancy, and no fluid
+/// moves.
+#[test]
+fn a_force_on_the_fluid_gives_a_body_its_buoyancy_and_keeps_the_balance_of_momentum() {
+    let petsc = petsc();
+    let body = |motion: &str| {
+        format!(
+            "{SHARP}[[particle]]\nshape.disc.diameter = 0.3\nposition = [0.52, 0.47]\n\
+             density = 1.5\nmotion = {motion}\n"
+        )
+    };
+    let uniform =
+        || Given(|_: &Vector3<f64>, _: f64, _: &Vector3<f64>| Vector3::new(3.0, -1.0, 0.0));
+    let text = box_case([1.0, 1.0], [32, 32], 0.05, ["\"wall\""; 4], &body("\"fixed\""));
+    let mut scene = Scene::<2>::extended(&petsc.session, &case(&text), forced(uniform())).unwrap();
+    (0..200).for_each(|_| _ = scene.step(0.004).unwrap());
+    let found = scene.state.exchange[0].momentum / scene.state.bodies[0].volume();
+    let (_, speed) = scene.energy_and_speed().unwrap();
+    println!("buoyancy {found:?} of (-3, 1) N/m3, fluid at {speed:.1e} m/s");
+    assert!((found - Vector3::new(-3.0, 1.0, 0.0)).norm() < 0.015 && speed < 5e-3, "{found:?}");
+
+    let free = "{ free = {} }\n[contact]\nfriction = 0.0";
+    let text = box_case([1.0, 1.0], [32, 32], 0.05, PERIODIC, &body(free));
+    let swirl = Given(|x: &Vector3<f64>, t: f64, _: &Vector3<f64>| {
+        Vector3::new((TAU * x.y).sin() + t, (TAU * x.x).cos(), 0.0)
+    });
+    let mut scene = Scene::<2>::extended(&petsc.session, &case(&text), forced(swirl)).unwrap();
+    for _ in 0..60 {
+        scene.step(0.004).unwrap();
+        let balance = scene.state.balance.unwrap();
+        assert!(balance.error.norm() < 1e-12, "{balance:?}");
+    }
+    let e = &scene.state.energy;
+    println!("energy: drive {:.3e} method {:.3e} fluid {:.3e}", e.drive, e.method, e.fluid);
+    assert!(e.drive > 0.0 && e.method.abs() < 0.05 * e.drive, "{e:?}");
+}
+
+#[test]
+fn a_force_beside_the_mixing_is_refused() {
+    let petsc = petsc();
+    let more = "[coupling]\nwall = \"mixing\"\n[[particle]]\nshape.disc.diameter = 0.3\n\
+                position = [0.5, 0.5]\nmotion = \"fixed\"\n";
+    let text = box_case([1.0, 1.0], [16, 16], 0.1, PERIODIC, more);
+    let force = Kolmogorov { strength: 2.0, wavenumber: TAU };
+    let refused = Scene::<2>::extended(&petsc.session, &case(&text), forced(force)).err().unwrap();
+    assert!(refused.to_string().contains("coupling.wall"), "{refused}");
+}
+
+// [side]
+/// A wall that swings along itself with a speed `speed cos(rate t)` (m/s).
+struct Swinging {
+    speed: f64,
+    rate: f64,
+}
+
+impl SideVelocity for Swinging {
+    fn at(&self, _place: &Vector3<f64>, time: f64) -> Vector3<f64> {
+        Vector3::new(self.speed * (self.rate * time).cos(), 0.0, 0.0)
+    }
+}
+// [end]
+
+/// A side's velocity of any form.
+struct Side<F>(F);
+
+impl<F: Fn(&Vector3<f64>, f64) -> Vector3<f64> + Send + Sync> SideVelocity for Side<F> {
+    fn at(&self, place: &Vector3<f64>, time: f64) -> Vector3<f64> {
+        (self.0)(place, time)
+    }
+}
+
+fn sided(name: &str, side: impl SideVelocity + 'static) -> Additions {
+    Additions { sides: vec![(name.to_owned(), Arc::new(side))], ..Additions::default() }
+}
+
+/// Stokes' second problem: `u = U exp(-y/d) cos(w t - y/d)`, `d = sqrt(2 nu/w)`.
+#[test]
+fn a_wall_from_outside_that_swings_makes_stokes_layer_with_second_order_in_space_and_time() {
+    let petsc = petsc();
+    let (nu, rate) = (0.05, TAU);
+    let thickness = (2.0 * nu / rate).sqrt();
+    let exact = |y: f64, t: f64| (-y / thickness).exp() * (rate * t - y / thickness).cos();
+    let profile = |cells: usize, steps: u32| -> Vec<(f64, f64)> {
+        let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"wall\""];
+        let text = box_case([0.25, 2.0], [8, cells], nu, sides, "");
+        let swing = sided("south", Swinging { speed: 1.0, rate });
+        let mut scene = Scene::<2>::extended(&petsc.session, &case(&text), swing).unwrap();
+        let cells: Vec<usize> = scene.domain.grid.rows().flatten().collect();
+        for &c in &cells {
+            scene.state.u[0][c] = exact(scene.domain.grid.centre(c)[1], 0.0);
+        }
+        scene.start().unwrap();
+        (0..steps).for_each(|_| _ = scene.step(1.0 / f64::from(steps)).unwrap());
+        let at = |c: &usize| (scene.domain.grid.centre(*c)[1], scene.state.u[0][*c]);
+        cells.iter().map(at).collect()
+    };
+    let error = |profile: &[(f64, f64)]| {
+        profile.iter().map(|(y, u)| (u - exact(*y, 1.0)).abs()).fold(0.0, f64::max)
+    };
+    let [coarse, fine] = [error(&profile(64, 320)), error(&profile(128, 1280))];
+    let [long, short, shorter] = [320, 640, 1280].map(|steps| profile(64, steps));
+    let change = |a: &[(f64, f64)], b: &[(f64, f64)]| {
+        a.iter().zip(b).map(|(a, b)| (a.1 - b.1).abs()).fold(0.0, f64::max)
+    };
+    let [first, second] = [change(&long, &short), change(&short, &shorter)];
+    println!("Stokes layer: errors {coarse:.2e}, {fine:.2e}; of the step {first:.2e} {second:.2e}");
+    assert!(order(coarse, fine, 2.0) > 1.8 && fine < 5e-3, "{coarse} {fine}");
+    assert!(order(first, second, 2.0) > 1.8, "{first} {second}");
+}
+
+/// Between slip walls the whole flow pulsates with its inflow.
+#[test]
+fn an_inflow_from_outside_that_pulsates_is_the_flow_between_slip_walls() {
+    let petsc = petsc();
+    let speed = |t: f64| 1.0 + 0.5 * (3.0 * t).sin();
+    let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
+    let text = box_case([2.0, 1.0], [32, 16], 0.01, sides, "");
+    let inflow = Side(move |_: &Vector3<f64>, t: f64| Vector3::new(speed(t), 0.0, 0.0));
+    let mut scene =
+        Scene::<2>::extended(&petsc.session, &case(&text), sided("west", inflow)).unwrap();
+    for _ in 0..100 {
+        scene.step(0.01).unwrap();
+        let (now, grid) = (speed(scene.state.time), &scene.domain.grid);
+        let off = |field: &[f64]| {
+            grid.rows().flatten().map(|c| (field[c] - now).abs()).fold(0.0, f64::max)
+        };
+        let [faces, cells] = [off(&scene.state.faces[0]), off(&scene.state.u[0])];
+        assert!(faces < 1e-5 && cells < 2e-3, "{faces} {cells} at {}", scene.state.time);
+    }
+}
+
+/// A lid with a profile in space, where the case has a wall: its corners are at rest.
+#[test]
+fn a_lid_from_outside_has_a_profile_in_space() {
+    let petsc = petsc();
+    let text = box_case([1.0, 1.0], [32, 32], 0.1, ["\"wall\""; 4], "");
+    let lid = |x: &Vector3<f64>, _: f64| Vector3::new((TAU * x.x / 2.0).sin().powi(2), 0.0, 0.0);
+    let mut scene =
+        Scene::<2>::extended(&petsc.session, &case(&text), sided("north", Side(lid))).unwrap();
+    (0..300).for_each(|_| _ = scene.step(0.002).unwrap());
+    let speeds = &scene.state.u[0];
+    let at = |x: f64, y: f64| {
+        let grid = &scene.domain.grid;
+        let cell = [x, y].map(|x| (x * 32.0) as usize);
+        speeds[grid.owned_index(cell).unwrap()]
+    };
+    let (middle, corner, low) = (at(0.51, 0.99), at(0.01, 0.99), at(0.51, 0.3));
+    println!("lid: {middle:.3} in the middle, {corner:.3} in the corner, {low:.3} below");
+    assert!(middle > 0.8 && corner.abs() < 0.02 && low < 0.0, "{middle} {corner} {low}");
+}
+
+#[test]
+fn a_velocity_of_a_side_that_the_case_leaves_open_or_has_not_is_refused() {
+    let petsc = petsc();
+    let sides = ["\"wall\"", "\"outflow\"", "\"slip\"", "\"wall\""];
+    let case = case(&box_case([1.0, 1.0], [16, 16], 0.1, sides, ""));
+    for name in ["east", "south", "top", "nowhere"] {
+        let added = sided(name, Swinging { speed: 1.0, rate: 1.0 });
+        let refused = Scene::<2>::extended(&petsc.session, &case, added).err().unwrap();
+        assert!(refused.to_string().contains(name), "{refused}");
+    }
+}
+
+// [measure]
+/// The mean of `u^2/2` over the cells of a periodic box (J/kg), and its largest value so far.
+#[derive(Default)]
+struct LargestEnergy {
+    largest: Option<f64>,
+}
+
+impl<const D: usize> Measure<D> for LargestEnergy {
+    fn name(&self) -> &str {
+        "largest_energy"
+    }
+
+    fn unit(&self) -> &str {
+        "J/kg"
+    }
+
+    fn take(&mut self, scene: &Scene<D>, _largest_speed: f64) -> Result<()> {
+        let (grid, u) = (&scene.domain.grid, &scene.state.u);
+        let squares = |c: usize| u.iter().map(|u| u[c] * u[c]).sum::<f64>();
+        let mut sum = [grid.rows().flatten().map(squares).sum::<f64>()];
+        scene.domain.session.sum(&mut sum)?;
+        let energy = 0.5 * sum[0] / grid.total_cells() as f64;
+        self.largest = Some(self.largest.map_or(energy, |largest| largest.max(energy)));
+        Ok(())
+    }
+
+    fn value(&self) -> Option<f64> {
+        self.largest
+    }
+
+    fn kept(&self) -> String {
+        self.largest.map_or(String::new(), |largest| format!("{largest:?}"))
+    }
+
+    fn go_on(&mut self, kept: &str) -> Result<()> {
+        self.largest = kept.parse().ok();
+        Ok(())
+    }
+}
+// [end]
+
+// [output]
+/// `momentum.csv`: what the fluid has along x after every step (kg m/s), in a uniform fluid.
+#[derive(Default)]
+struct MomentumTable {
+    rows: Option<Rows>,
+}
+
+impl<const D: usize> Output<D> for MomentumTable {
+    fn name(&self) -> &str {
+        "momentum.csv"
+    }
+
+    fn begin(&mut self, folder: &Path, scene: &mut Scene<D>, kept: Option<&str>) -> Result<()> {
+        let path = folder.join("momentum.csv");
+        let misfit = |_| Error::Usage(format!("{}: not of this run", path.display()));
+        if scene.domain.session.rank() == 0 {
+            self.rows = Some(match kept {
+                None => Rows::create(&path, "step,time,momentum")?,
+                Some(length) => Rows::go_on(&path, length.parse().map_err(misfit)?)?,
+            });
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, scene: &mut Scene<D>) -> Result<()> {
+        let (grid, state) = (&scene.domain.grid, &scene.state);
+        let mut sum = [grid.rows().flatten().map(|c| state.u[0][c]).sum::<f64>()];
+        scene.domain.session.sum(&mut sum)?;
+        let momentum = scene.domain.fluid.density * grid.cell_volume() * sum[0];
+        self.rows.as_mut().map_or(Ok(()), |rows| {
+            rows.add(format_args!("{},{:?},{momentum:?}", state.steps, state.time))
+        })
+    }
+
+    fn kept(&mut self) -> Result<String> {
+        let length = self.rows.as_mut().map_or(Ok(0), Rows::sync)?;
+        Ok(length.to_string())
+    }
+
+    fn end(&mut self, _folder: &Path, _scene: &mut Scene<D>) -> Result<()> {
+        self.rows.as_mut().map_or(Ok(()), Rows::flush)
+    }
+}
+// [end]
+
+/// A case of the text into a folder, to a time (s), with a force, a side, a measure and an output.
+fn run_extended(dir: &Path, out: &str, end: f64, resume: bool) -> Result<()> {
+    let path = dir.join("case.toml");
+    let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"wall\""];
+    let more = "[time]\nend = 1.0\nstep = 0.0078125\n[output]\nfigures = false\n";
+    std::fs::write(&path, box_case([1.0, 1.0], [16, 16], 0.05, sides, more)).unwrap();
+    // [run]
+    let request = Request {
+        case: path,
+        out: Some(dir.join(out)),
+        set: vec![format!("time.end={end:?}")],
+        force: false,
+        resume,
+        quiet: true,
+        petsc: Vec::new(),
+        draw: |_| Ok(Vec::new()),
+        commit: "",
+    };
+    let added = Extensions {
+        scene: Additions {
+            forces: vec![Arc::new(Kolmogorov { strength: 2.0, wavenumber: TAU })],
+            sides: vec![("south".into(), Arc::new(Swinging { speed: 1.0, rate: TAU }))],
+            ..Additions::default()
+        },
+        measures: vec![Box::new(LargestEnergy::default())],
+        outputs: vec![Box::new(MomentumTable::default())],
+    };
+    run_with::<2>(&request, added)
+    // [end]
+}
+
+#[test]
+fn a_run_with_all_that_is_added_goes_on_from_a_checkpoint_as_if_it_had_not_stopped() {
+    let (_petsc, dir) = (petsc(), tempfile::tempdir().unwrap());
+    let dir = dir.path();
+    let read = |out: &str, file: &str| std::fs::read_to_string(dir.join(out).join(file)).unwrap();
+    run_extended(dir, "whole", 0.5, false).unwrap();
+    run_extended(dir, "parts", 0.25, false).unwrap();
+    // What a run that was killed had written after its checkpoint.
+    let table = dir.join("parts/momentum.csv");
+    std::fs::write(&table, read("parts", "momentum.csv") + "33,0.25,9.0\n34,0.26").unwrap();
+    run_extended(dir, "parts", 0.5, true).unwrap();
+    let (whole, parts) = (read("whole", "momentum.csv"), read("parts", "momentum.csv"));
+    assert_eq!(whole, parts);
+    assert_eq!(whole.lines().count(), 1 + 65, "the head, the start and 64 steps");
+    let [whole, parts] = ["whole", "parts"].map(|out| summary(&dir.join(out)));
+    let found = whole["measures"]["largest_energy"].as_f64().unwrap();
+    println!("largest_energy = {found} {}", whole["units"]["largest_energy"]);
+    assert!(found > 1e-3 && whole["units"]["largest_energy"] == "J/kg", "{whole}");
+    assert_eq!(whole["measures"], parts["measures"]);
+}
+
+#[test]
+fn two_measures_of_a_name_and_a_case_of_another_dimension_are_refused() {
+    let (_petsc, dir) = (petsc(), tempfile::tempdir().unwrap());
+    run_extended(dir.path(), "run", 0.02, false).unwrap();
+    let request = |out: &str| Request {
+        case: dir.path().join("case.toml"),
+        out: Some(dir.path().join(out)),
+        set: Vec::new(),
+        force: false,
+        resume: false,
+        quiet: true,
+        petsc: Vec::new(),
+        draw: |_| Ok(Vec::new()),
+        commit: "",
+    };
+    let refused = run_with::<3>(&request("a"), Extensions::default()).unwrap_err().to_string();
+    assert!(refused.contains("2 dimensions"), "{refused}");
+    let twice: Vec<Box<dyn Measure<2>>> =
+        vec![Box::new(LargestEnergy::default()), Box::new(LargestEnergy::default())];
+    let added = Extensions { measures: twice, ..Extensions::default() };
+    let refused = run_with(&request("b"), added).unwrap_err().to_string();
+    assert!(refused.contains("largest_energy"), "{refused}");
+}
