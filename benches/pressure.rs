@@ -9,7 +9,7 @@ use mics::grid::{Coefficient, Grid, VectorField};
 use mics::kernels::faces::FaceCoefficient;
 use mics::method::flow::Flow;
 use mics::petsc::Session;
-use mics::poisson::Covered;
+use mics::poisson::ModeFace;
 use mics::poisson::pressure::Coupled;
 use mics::scene::Scene;
 use std::collections::{BTreeMap, BTreeSet};
@@ -42,13 +42,13 @@ struct Bench<const D: usize> {
     moved: f64,
     /// What free bodies add to the operator.
     weights: Vec<f64>,
-    covered: Vec<Covered>,
+    covered: Vec<ModeFace>,
 }
 
 /// The free bodies, whose velocity follows the pressure.
 struct Bodies<'a, const D: usize> {
     weights: &'a [f64],
-    covered: &'a [Covered],
+    covered: &'a [ModeFace],
     faces: &'a mut VectorField<D>,
 }
 
@@ -66,7 +66,7 @@ impl<const D: usize> Coupled<D> for Bodies<'_, D> {
             let k = mode[0].mode as usize;
             let (axis, h) = (k % D, grid.h[k % D]);
             let slope =
-                |e: &Covered| phi[e.face as usize] - phi[e.face as usize - grid.stride[axis]];
+                |e: &ModeFace| phi[e.face as usize] - phi[e.face as usize - grid.stride[axis]];
             let change =
                 -dt * self.weights[k] * mode.iter().map(|e| e.part * slope(e) / h).sum::<f64>();
             mode.iter().for_each(|e| self.faces[axis][e.face as usize] += e.part * change);
@@ -171,7 +171,7 @@ impl<const D: usize> Bench<D> {
                 let cells = if D == 2 { PI * 25.0 } else { 4.0 / 3.0 * PI * 125.0 };
                 self.weights = vec![1.0 / (ratio * cells); D * balls.len()];
                 for (k, faces) in balls.values().enumerate() {
-                    let face = |(axis, c, part): &(usize, usize, f64)| Covered {
+                    let face = |(axis, c, part): &(usize, usize, f64)| ModeFace {
                         mode: (D * k + axis) as u32,
                         axis: *axis as u8,
                         face: *c as u32,

@@ -81,7 +81,7 @@
 //! | [`drive`] | a force, a slope or a flow rate that moves the fluid |
 //! | [`force`] | a force per volume by place, time and velocity, that a library's user gives |
 //! | [`domain`] | where a scene takes place: grid, fluid, pressure equation, ranks |
-//! | [`method`] | how a step is made: sharp walls, the paper's mixing, no bodies |
+//! | [`method`] | how a step is made: sharp surfaces, the paper's mixing, no bodies |
 //! | [`numerics`], [`scheme`], [`step_size`] | numbers; time schemes, limits and length of a step |
 //! | [`config`], [`error`], [`interrupt`] | of [`mics_run`]: a checked case; errors; signals |
 //! | [`scene`] | case to scene: builds only what the scene needs |

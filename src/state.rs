@@ -6,7 +6,7 @@ mod balance;
 mod energy;
 mod exchange;
 mod support;
-mod walls;
+mod surfaces;
 
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
@@ -17,8 +17,8 @@ pub use balance::{Balance, Impulses};
 pub use energy::EnergyBudget;
 pub use exchange::Exchange;
 use nalgebra::Vector3;
-pub use support::{Pressed, Support};
-pub use walls::{BeforeForcing, BodyHistory, WallHistory};
+pub use support::{MeanContactForce, Support};
+pub use surfaces::{BeforeForcing, BodyHistory, SurfaceHistory};
 
 /// The state of a scene. Fields have the layout of [`Grid::field`], with ghosts.
 #[derive(Clone, Debug)]
@@ -47,8 +47,8 @@ pub struct State<const D: usize> {
     pub exchange: Vec<Exchange>,
     /// Contacts that last; none where the scene has no law of contacts.
     pub touching: Touching,
-    /// What sharp walls have of the past; `None` with another method.
-    pub walls: Option<WallHistory<D>>,
+    /// What sharp surfaces have of the past; `None` with another method.
+    pub surfaces: Option<SurfaceHistory<D>>,
     /// What contacts are expected to hold each body with; `None` with a method that does not expect
     /// it.
     pub supports: Option<Vec<Support>>,
@@ -92,7 +92,7 @@ impl<const D: usize> State<D> {
             bodies,
             waiting: Vec::new(),
             touching: Touching::default(),
-            walls: None,
+            surfaces: None,
             supports: None,
             drive: None,
             balance: None,
@@ -136,7 +136,9 @@ impl<const D: usize> State<D> {
 
     /// Correction of the position of a body, which the next step begins with (m).
     pub fn displacement(&self, body: usize) -> Vector3<f64> {
-        self.walls.as_ref().map_or_else(Vector3::zeros, |walls| walls.bodies[body].displacement)
+        self.surfaces
+            .as_ref()
+            .map_or_else(Vector3::zeros, |surfaces| surfaces.bodies[body].displacement)
     }
 
     /// Writes or reads all of it. Collective.
@@ -157,7 +159,7 @@ impl<const D: usize> State<D> {
             waiting,
             exchange,
             touching,
-            walls,
+            surfaces,
             supports,
             drive,
             balance,
@@ -181,9 +183,9 @@ impl<const D: usize> State<D> {
         archive.each("exchange", exchange)?;
         archive.label("contacts")?;
         touching.serialize(archive)?;
-        if let Some(walls) = walls {
+        if let Some(surfaces) = surfaces {
             archive.label("sharp walls")?;
-            walls.serialize(grid, u, archive)?;
+            surfaces.serialize(grid, u, archive)?;
         }
         if let Some(supports) = supports {
             archive.each("supports", supports)?;

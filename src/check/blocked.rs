@@ -130,7 +130,7 @@ fn mark_solid<'a, const D: usize>(
     let mut solid = vec![false; grid.total_cells()];
     let periods = std::array::from_fn(|a| (a < D && grid.periodic[a]).then(|| grid.size[a]));
     for body in bodies {
-        let (orientation, shape) = (body.turn(), body.shape());
+        let (orientation, shape) = (body.orientation(), body.shape());
         let ends: [[i64; 2]; D] = std::array::from_fn(|a| {
             [-1.0, 1.0]
                 .map(|side| ((body.centre[a] + side * body.radius()) / grid.h[a]).floor() as i64)

@@ -108,9 +108,9 @@ impl Walls {
     }
 }
 
-/// The speed that an isolated body comes to under its submerged weight (m/s): its terminal speed, or
-/// what it gathers until the end on its way to the boundaries, whichever is less. Where one stops
-/// it along one axis, it goes on along the others.
+/// The speed that an isolated body comes to under its submerged weight (m/s): its terminal speed,
+/// or what it gathers until the end on its way to the boundaries, whichever is less. Where one
+/// stops it along one axis, it goes on along the others.
 pub fn fall_speed(case: &Case, p: &Particle) -> f64 {
     let gravity = &case.fluid.gravity;
     let g = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();

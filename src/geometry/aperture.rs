@@ -23,8 +23,8 @@ use nalgebra::Vector3;
 /// A face that a particle covers, in part or whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cut {
-    /// Covered part, within (0, 1].
-    pub covered: f64,
+    /// Solid fraction: the part that is covered, within (0, 1].
+    pub solid_fraction: f64,
     /// The face's index in a field: the low face of that cell.
     pub face: u32,
     /// Whether the cell above it is this rank's.
@@ -33,14 +33,14 @@ pub struct Cut {
 
 /// Where the covered and the open part of such a face lie, by the axes in use.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Opening<const D: usize> {
+pub struct FaceCentroids<const D: usize> {
     lever: [f64; D],
     /// From the face's centre to the centroid of the open part of that volume (m); zero where
     /// nothing is open.
     pub open: [f64; D],
 }
 
-impl<const D: usize> Opening<D> {
+impl<const D: usize> FaceCentroids<D> {
     /// Covered part times the arm from the particle's centre (its nearest image) to its centroid
     /// (m).
     #[inline(always)]
@@ -54,13 +54,13 @@ impl<const D: usize> Opening<D> {
 #[derive(Clone, Debug)]
 pub struct Cuts<const D: usize> {
     cuts: Vec<Cut>,
-    openings: Vec<Opening<D>>,
+    centroids: Vec<FaceCentroids<D>>,
 }
 
 impl<const D: usize> Cuts<D> {
     /// None yet, with room for so many.
     pub fn with_capacity(n: usize) -> Cuts<D> {
-        Cuts { cuts: Vec::with_capacity(n), openings: Vec::with_capacity(n) }
+        Cuts { cuts: Vec::with_capacity(n), centroids: Vec::with_capacity(n) }
     }
 
     /// For how many there is room.
@@ -79,18 +79,18 @@ impl<const D: usize> Cuts<D> {
     }
 
     /// The faces, with where their parts lie.
-    pub fn with_openings(&self) -> impl Iterator<Item = (&Cut, &Opening<D>)> {
-        self.cuts.iter().zip(&self.openings)
+    pub fn with_centroids(&self) -> impl Iterator<Item = (&Cut, &FaceCentroids<D>)> {
+        self.cuts.iter().zip(&self.centroids)
     }
 
     fn clear(&mut self) {
         self.cuts.clear();
-        self.openings.clear();
+        self.centroids.clear();
     }
 
-    fn push(&mut self, cut: Cut, opening: Opening<D>) {
+    fn push(&mut self, cut: Cut, centroids: FaceCentroids<D>) {
         self.cuts.push(cut);
-        self.openings.push(opening);
+        self.centroids.push(centroids);
     }
 }
 
@@ -106,10 +106,10 @@ impl<'a, const D: usize> IntoIterator for &'a Cuts<D> {
 /// Below this a face counts as untouched, and above one less this as covered.
 const LEAST: f64 = 1e-9;
 
-/// Fills `cuts`, and the `arms` from the particle's centre (its nearest image) to the faces' centres
-/// (m), in the same order, with the faces along `axis` of this rank's cells that a
-/// particle (or an image of it) covers; faces at borders of the box are not among them: what flows
-/// through those, the border says.
+/// Fills `cuts`, and the `arms` from the particle's centre (its nearest image) to the faces'
+/// centres (m), in the same order, with the faces along `axis` of this rank's cells that a particle
+/// (or an image of it) covers; faces at borders of the box are not among them: what flows through
+/// those, the border says.
 ///
 /// The first and the last faces of a period are the same ones. Both are found from the first one's
 /// place, to the last digit: what flows out at one side comes in at the other.
@@ -148,8 +148,8 @@ fn find<const D: usize>(
     cuts: &mut Cuts<D>,
     arms: &mut Vec<Vector3<f64>>,
 ) {
-    let Placed { shape, centre, turn } = body;
-    let bounds = shape.bounds(turn);
+    let Placed { shape, centre, orientation } = body;
+    let bounds = shape.bounds(orientation);
     for image in images(grid, centre) {
         let place = |a: usize, x: f64| (x / grid.h[a] + if a == axis { 0.5 } else { 0.0 }).floor();
         let low = std::array::from_fn(|a| place(a, image[a] - bounds[a]));
@@ -158,7 +158,7 @@ fn find<const D: usize>(
             (n as f64 - if a == axis { 0.5 } else { 0.0 }) * grid.h[a] - image[a]
         };
         let Some(first) = tiles.set(&Block::between(low, high, from, to), place) else { continue };
-        shape.tile(turn, tiles, Some(axis), &mut |filled| {
+        shape.tile(orientation, tiles, Some(axis), &mut |filled| {
             let (covered, open) = covered_part::<D>(filled);
             if covered < LEAST {
                 return;
@@ -169,8 +169,8 @@ fn find<const D: usize>(
                 .map(|a| (at[a] - grid.start[a] + grid.ghosts) * grid.stride[a])
                 .sum::<usize>() as u32;
             let covered = if covered > 1.0 - LEAST { 1.0 } else { covered };
-            let cut = Cut { covered, face, owned: grid.number_of(at).is_some() };
-            cuts.push(cut, Opening { lever: std::array::from_fn(|a| filled.lever[a]), open });
+            let cut = Cut { solid_fraction: covered, face, owned: grid.number_of(at).is_some() };
+            cuts.push(cut, FaceCentroids { lever: std::array::from_fn(|a| filled.lever[a]), open });
             arms.push(filled.middle);
         });
     }

@@ -1,7 +1,7 @@
 //! A disc: the round section of a cylinder along z, of unit depth.
 
 use super::circle::{self, Line};
-use super::{Filled, Shape, SurfacePoint, Tiles, Turn, round};
+use super::{Filled, Orientation, Shape, SurfacePoint, Tiles, round};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::{PI, TAU};
 
@@ -33,11 +33,11 @@ impl Shape for Disc {
         Matrix3::from_diagonal_element(0.5 * mass * self.radius.powi(2))
     }
 
-    fn distance(&self, _: &Turn, arm: &Vector3<f64>) -> f64 {
+    fn distance(&self, _: &Orientation, arm: &Vector3<f64>) -> f64 {
         arm.norm() - self.radius
     }
 
-    fn normal(&self, _: &Turn, arm: &Vector3<f64>) -> Vector3<f64> {
+    fn normal(&self, _: &Orientation, arm: &Vector3<f64>) -> Vector3<f64> {
         arm.normalize()
     }
 
@@ -62,14 +62,19 @@ impl Shape for Disc {
 
     fn whole_or_nothing(
         &self,
-        _: &Turn,
+        _: &Orientation,
         middle: &Vector3<f64>,
         half: &Vector3<f64>,
     ) -> Option<f64> {
         round::whole_or_nothing(middle, half, self.radius)
     }
 
-    fn moments(&self, _: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> (f64, Vector3<f64>) {
+    fn moments(
+        &self,
+        _: &Orientation,
+        middle: &Vector3<f64>,
+        half: &Vector3<f64>,
+    ) -> (f64, Vector3<f64>) {
         let line = |at: f64| Line::new(at, self.radius);
         let [x, y] = [0, 1].map(|a| [line(middle[a] - half[a]), line(middle[a] + half[a])]);
         let filled = circle::rectangle([&x[0], &x[1]], [&y[0], &y[1]], self.radius);
@@ -78,14 +83,14 @@ impl Shape for Disc {
 
     fn tile(
         &self,
-        turn: &Turn,
+        orientation: &Orientation,
         tiles: &mut Tiles,
         faces: Option<usize>,
         found: &mut dyn FnMut(&Filled),
     ) {
         tiles.of_disc(self.radius, |mut one| {
             if let Some(axis) = faces {
-                one.lever = self.lever(turn, axis, &one.middle, &one.half, &one.moment);
+                one.lever = self.lever(orientation, axis, &one.middle, &one.half, &one.moment);
             }
             found(&one);
         });
@@ -95,7 +100,7 @@ impl Shape for Disc {
     /// a cell then sums to zero, in every cell.
     fn lever(
         &self,
-        _: &Turn,
+        _: &Orientation,
         axis: usize,
         middle: &Vector3<f64>,
         half: &Vector3<f64>,
@@ -148,7 +153,7 @@ impl Shape for Disc {
         Some(0.5 * twice.max(0.0))
     }
 
-    fn meets(&self, _: &Turn, apart: &Vector3<f64>, along: &Vector3<f64>) -> Option<f64> {
+    fn meets(&self, _: &Orientation, apart: &Vector3<f64>, along: &Vector3<f64>) -> Option<f64> {
         round::meets(apart, along, self.radius)
     }
 }

@@ -49,7 +49,7 @@ pub fn overlaps<const D: usize>(
     tiles: &mut Tiles,
     overlaps: &mut Vec<Overlap>,
 ) {
-    let Placed { shape, centre, turn } = body;
+    let Placed { shape, centre, orientation } = body;
     overlaps.clear();
     // No polygon through crossings of the grid lines is left of a disc that fits between them.
     let small = grid.h.iter().any(|h| 2.0 * shape.radius() <= 2.0 * h);
@@ -62,7 +62,8 @@ pub fn overlaps<const D: usize>(
         }
     }
     if rule == Rule::Polygon {
-        let exact = |o: &Overlap| shape.filled(turn, &o.arm, &half(grid)) / grid.cell_volume();
+        let exact =
+            |o: &Overlap| shape.filled(orientation, &o.arm, &half(grid)) / grid.cell_volume();
         let missing: f64 = overlaps.iter().map(|o| exact(o) - o.fraction).sum();
         let weight = |o: &Overlap| o.fraction * (1.0 - o.fraction);
         let total: f64 = overlaps.iter().map(weight).sum();
@@ -88,10 +89,10 @@ fn collect<const D: usize>(
     tiles: &mut Tiles,
     out: &mut Vec<Overlap>,
 ) {
-    let Placed { shape, centre, turn } = body;
-    let block = Block::owned(grid, centre, &shape.bounds(turn));
+    let Placed { shape, centre, orientation } = body;
+    let block = Block::owned(grid, centre, &shape.bounds(orientation));
     let Some(first) = tiles.set(&block, |a, n| n as f64 * grid.h[a] - centre[a]) else { return };
-    shape.tile(turn, tiles, None, &mut |filled| {
+    shape.tile(orientation, tiles, None, &mut |filled| {
         let fraction = filled.part.clamp(0.0, 1.0);
         let at = std::array::from_fn(|a| first[a] + filled.at[a]);
         if let (true, Some(cell)) = (fraction > LEAST, grid.owned_index(at)) {
@@ -103,8 +104,8 @@ fn collect<const D: usize>(
 /// Adds the cells that one image touches, with their polygons: this rank's and, since the missing
 /// area is spread over all of a particle's cells, those of other ranks as [`ELSEWHERE`].
 fn collect_polygons<const D: usize>(grid: &Grid<D>, body: &Placed, out: &mut Vec<Overlap>) {
-    let Placed { shape, centre, turn } = body;
-    let bounds = shape.bounds(turn);
+    let Placed { shape, centre, orientation } = body;
+    let bounds = shape.bounds(orientation);
     let cell =
         |sign: f64| std::array::from_fn(|a| ((centre[a] + sign * bounds[a]) / grid.h[a]).floor());
     let half = half(grid);
@@ -115,9 +116,9 @@ fn collect_polygons<const D: usize>(grid: &Grid<D>, body: &Placed, out: &mut Vec
         }
         let whole: f64 = (0..D).map(|a| 2.0 * half[a]).product();
         let polygon =
-            || shape.polygon(&arm, &half).unwrap_or_else(|| shape.filled(turn, &arm, &half));
+            || shape.polygon(&arm, &half).unwrap_or_else(|| shape.filled(orientation, &arm, &half));
         let fraction = shape
-            .whole_or_nothing(turn, &arm, &half)
+            .whole_or_nothing(orientation, &arm, &half)
             .unwrap_or_else(|| (polygon() / whole).clamp(0.0, 1.0));
         if fraction > LEAST {
             out.push(Overlap { cell: grid.owned_index(cell).unwrap_or(ELSEWHERE), fraction, arm });

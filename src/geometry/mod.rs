@@ -3,17 +3,19 @@
 //!
 //! ```text
 //!        ,-----.            distance s to the surface, negative inside, and the normal n there:
-//!                           the wall ([`Shape::distance`])
+//!                           the surface ([`Shape::distance`])
 //!      ,'  own  `.          part of a box that the body fills, and the centroid of it: cells and
 //!                           faces ([`Shape::moments`])
 //!     |   axes /  |<-- n    volume, moments of inertia: its motion
-//!      `.     /turn    points with normals and areas: where traction is taken ([`Shape::surface`])
+//!      `.     /  `orientation`
+//!                           points with normals and areas: where traction is taken
+//!                           ([`Shape::surface`])
 //!        `---o------- x
 //!          centre
 //! ```
-//! Places are taken from the body's centre of volume along the axes of the box, and `turn` brings
-//! the body's own axes there: the point `x` of the body's own axes is at `turn x`. A shape of two
-//! dimensions is the section of a cylinder along z, of which a body is a metre.
+//! Places are taken from the body's centre of volume along the axes of the box, and `orientation`
+//! brings the body's own axes there: the point `x` of the body's own axes is at `orientation x`. A
+//! shape of two dimensions is the section of a cylinder along z, of which a body is a metre.
 //!
 //! [`fraction`] and [`aperture`] find with a shape what it fills of the grid's cells and covers of
 //! its faces.
@@ -35,7 +37,7 @@ mod sphere;
 mod subdivision;
 mod tiles;
 
-pub use aperture::{Cut, Cuts, Opening};
+pub use aperture::{Cut, Cuts, FaceCentroids};
 pub use block::{Block, images};
 pub use disc::Disc;
 pub use fraction::Overlap;
@@ -46,7 +48,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::fmt::Debug;
 
 /// What brings a body's own axes into those of the box.
-pub type Turn = Rotation3<f64>;
+pub type Orientation = Rotation3<f64>;
 
 /// A point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,7 +69,7 @@ pub struct Placed<'a> {
     /// Its centre (m).
     pub centre: Vector3<f64>,
     /// How it is turned.
-    pub turn: Turn,
+    pub orientation: Orientation,
 }
 
 /// The shape of a rigid body, its centre of volume at the origin.
@@ -87,11 +89,11 @@ pub trait Shape: Debug + Send + Sync {
 
     /// Signed distance of the point at `arm` (m) from the surface (m), negative inside; where
     /// several points of the surface are as near, that to any.
-    fn distance(&self, turn: &Turn, arm: &Vector3<f64>) -> f64;
+    fn distance(&self, orientation: &Orientation, arm: &Vector3<f64>) -> f64;
 
     /// Outward normal, of length 1, at the point of the surface nearest to the one at `arm` (m): so
     /// that point is at `arm - distance normal`. At a centre of symmetry any of them.
-    fn normal(&self, turn: &Turn, arm: &Vector3<f64>) -> Vector3<f64>;
+    fn normal(&self, orientation: &Orientation, arm: &Vector3<f64>) -> Vector3<f64>;
 
     /// Points all over the surface, about `spacing` (m) apart, or closer where it is bent; their
     /// areas sum to the surface's.
@@ -117,7 +119,7 @@ pub trait Shape: Debug + Send + Sync {
     }
 
     /// Half edges of the box along the axes that holds all of it (m).
-    fn bounds(&self, _turn: &Turn) -> Vector3<f64> {
+    fn bounds(&self, _turn: &Orientation) -> Vector3<f64> {
         Vector3::repeat(self.radius())
     }
 
@@ -125,11 +127,11 @@ pub trait Shape: Debug + Send + Sync {
     /// lies in the body as a whole (1) or not at all (0); `None` where the surface may pass.
     fn whole_or_nothing(
         &self,
-        turn: &Turn,
+        orientation: &Orientation,
         middle: &Vector3<f64>,
         half: &Vector3<f64>,
     ) -> Option<f64> {
-        let distance = self.distance(turn, middle);
+        let distance = self.distance(orientation, middle);
         (distance.abs() >= half.norm()).then_some(if distance < 0.0 { 1.0 } else { 0.0 })
     }
 
@@ -138,18 +140,18 @@ pub trait Shape: Debug + Send + Sync {
     /// of up to 4e-3 of the box.
     fn moments(
         &self,
-        turn: &Turn,
+        orientation: &Orientation,
         middle: &Vector3<f64>,
         half: &Vector3<f64>,
     ) -> (f64, Vector3<f64>) {
         subdivision::moments(self.dimension(), middle, half, &|at| {
-            (self.distance(turn, at), self.normal(turn, at))
+            (self.distance(orientation, at), self.normal(orientation, at))
         })
     }
 
     /// That volume alone, for shapes that have it cheaper.
-    fn filled(&self, turn: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> f64 {
-        self.moments(turn, middle, half).0
+    fn filled(&self, orientation: &Orientation, middle: &Vector3<f64>, half: &Vector3<f64>) -> f64 {
+        self.moments(orientation, middle, half).0
     }
 
     /// The parts of the boxes of a lattice that it fills, in the order of their numbers, the first
@@ -157,12 +159,12 @@ pub trait Shape: Debug + Send + Sync {
     /// and levers as well. For shapes that have many together cheaper than one by one.
     fn tile(
         &self,
-        turn: &Turn,
+        orientation: &Orientation,
         tiles: &mut Tiles,
         faces: Option<usize>,
         found: &mut dyn FnMut(&Filled),
     ) {
-        tiles.each(self, turn, faces, found);
+        tiles.each(self, orientation, faces, found);
     }
 
     /// Where a turning body carries fluid through a face of the grid: its flux through the one
@@ -171,7 +173,7 @@ pub trait Shape: Debug + Send + Sync {
     /// the box (m).
     fn lever(
         &self,
-        _turn: &Turn,
+        _turn: &Orientation,
         _axis: usize,
         _middle: &Vector3<f64>,
         _half: &Vector3<f64>,
@@ -188,11 +190,16 @@ pub trait Shape: Debug + Send + Sync {
 
     /// How far it is to the surface (m) from a point outside, with the centre `apart` from it (m),
     /// in the direction `along`, of length 1; `None` where it is missed, 0 from a point inside.
-    fn meets(&self, turn: &Turn, apart: &Vector3<f64>, along: &Vector3<f64>) -> Option<f64> {
+    fn meets(
+        &self,
+        orientation: &Orientation,
+        apart: &Vector3<f64>,
+        along: &Vector3<f64>,
+    ) -> Option<f64> {
         // Each step goes as far as nothing can be in the way.
         let (mut way, end) = (0.0, apart.norm() + self.radius());
         for _ in 0..200 {
-            let free = self.distance(turn, &(way * along - apart));
+            let free = self.distance(orientation, &(way * along - apart));
             if free < 1e-9 * self.radius() {
                 return Some(way);
             }

@@ -2,7 +2,7 @@
 
 use super::circle::{self, Line};
 use super::tiles::{Filled, Tiles};
-use super::{Shape, SurfacePoint, Turn, octant, round};
+use super::{Orientation, Shape, SurfacePoint, octant, round};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -34,11 +34,11 @@ impl Shape for Sphere {
         Matrix3::from_diagonal_element(0.4 * mass * self.radius.powi(2))
     }
 
-    fn distance(&self, _: &Turn, arm: &Vector3<f64>) -> f64 {
+    fn distance(&self, _: &Orientation, arm: &Vector3<f64>) -> f64 {
         arm.norm() - self.radius
     }
 
-    fn normal(&self, _: &Turn, arm: &Vector3<f64>) -> Vector3<f64> {
+    fn normal(&self, _: &Orientation, arm: &Vector3<f64>) -> Vector3<f64> {
         arm.normalize()
     }
 
@@ -73,21 +73,26 @@ impl Shape for Sphere {
 
     fn whole_or_nothing(
         &self,
-        _: &Turn,
+        _: &Orientation,
         middle: &Vector3<f64>,
         half: &Vector3<f64>,
     ) -> Option<f64> {
         round::whole_or_nothing(middle, half, self.radius)
     }
 
-    fn moments(&self, _: &Turn, middle: &Vector3<f64>, half: &Vector3<f64>) -> (f64, Vector3<f64>) {
+    fn moments(
+        &self,
+        _: &Orientation,
+        middle: &Vector3<f64>,
+        half: &Vector3<f64>,
+    ) -> (f64, Vector3<f64>) {
         let filled = octant::of_box(&(middle - half), &(middle + half), self.radius);
         (filled.volume, filled.moment)
     }
 
     fn tile(
         &self,
-        _: &Turn,
+        _: &Orientation,
         tiles: &mut Tiles,
         faces: Option<usize>,
         found: &mut dyn FnMut(&Filled),
@@ -99,7 +104,7 @@ impl Shape for Sphere {
     /// the faces of a cell then sums to zero, in every cell.
     fn lever(
         &self,
-        _: &Turn,
+        _: &Orientation,
         axis: usize,
         middle: &Vector3<f64>,
         half: &Vector3<f64>,
@@ -113,7 +118,7 @@ impl Shape for Sphere {
         circle::lever(axis, middle, lines.each_ref().map(|[low, high]| [low, high]), radius)
     }
 
-    fn meets(&self, _: &Turn, apart: &Vector3<f64>, along: &Vector3<f64>) -> Option<f64> {
+    fn meets(&self, _: &Orientation, apart: &Vector3<f64>, along: &Vector3<f64>) -> Option<f64> {
         round::meets(apart, along, self.radius)
     }
 }

@@ -60,13 +60,13 @@ fn piece(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Disc, Shape, Sphere, Turn};
+    use crate::geometry::{Disc, Orientation, Shape, Sphere};
 
     /// Largest difference from the closed form, of the box, over boxes of an eighth of the
     /// diameter.
     fn worst(shape: &dyn Shape) -> f64 {
-        let (turn, half) = (
-            Turn::identity(),
+        let (orientation, half) = (
+            Orientation::identity(),
             Vector3::new(0.125, 0.125, if shape.dimension() == 3 { 0.125 } else { 0.0 }),
         );
         let whole: f64 = (0..shape.dimension()).map(|a| 2.0 * half[a]).product();
@@ -75,8 +75,10 @@ mod tests {
             let mut n = Vector3::from_fn(|a, _| (1.7 * k as f64 + 2.3 * a as f64).sin());
             n.z = if shape.dimension() == 3 { n.z } else { 0.0 };
             let middle = (1.0 + 0.1 * (0.9 * k as f64).cos()) * n.normalize();
-            let (volume, first) = shape.moments(&turn, &middle, &half);
-            let wall = |at: &Vector3<f64>| (shape.distance(&turn, at), shape.normal(&turn, at));
+            let (volume, first) = shape.moments(&orientation, &middle, &half);
+            let wall = |at: &Vector3<f64>| {
+                (shape.distance(&orientation, at), shape.normal(&orientation, at))
+            };
             let (found, moment) = moments(shape.dimension(), &middle, &half, &wall);
             worst = worst.max((found - volume).abs() / whole).max((moment - first).amax() / whole);
         }

@@ -8,7 +8,7 @@
 use super::block::Block;
 use super::circle::{self, Line};
 use super::octant::{Corner, Pair, Plane, between};
-use super::{Shape, Turn};
+use super::{Orientation, Shape};
 use nalgebra::Vector3;
 
 /// The planes of a lattice, from a body's centre, and room for what is found on the way.
@@ -117,23 +117,27 @@ impl Tiles {
     pub fn each<S: Shape + ?Sized>(
         &self,
         shape: &S,
-        turn: &Turn,
+        orientation: &Orientation,
         faces: Option<usize>,
         found: &mut dyn FnMut(&Filled),
     ) {
         let dimension = shape.dimension();
         for mut one in Tiles::boxes(&self.planes) {
             let whole: f64 = (0..dimension).map(|a| 2.0 * one.half[a]).product();
-            (one.part, one.moment) = match shape.whole_or_nothing(turn, &one.middle, &one.half) {
-                Some(part) => (part, part * one.middle),
-                None if faces.is_some() => {
-                    let (filled, moment) = shape.moments(turn, &one.middle, &one.half);
-                    (filled / whole, moment / whole)
-                }
-                None => (shape.filled(turn, &one.middle, &one.half) / whole, Vector3::zeros()),
-            };
+            (one.part, one.moment) =
+                match shape.whole_or_nothing(orientation, &one.middle, &one.half) {
+                    Some(part) => (part, part * one.middle),
+                    None if faces.is_some() => {
+                        let (filled, moment) = shape.moments(orientation, &one.middle, &one.half);
+                        (filled / whole, moment / whole)
+                    }
+                    None => (
+                        shape.filled(orientation, &one.middle, &one.half) / whole,
+                        Vector3::zeros(),
+                    ),
+                };
             if let Some(axis) = faces {
-                one.lever = shape.lever(turn, axis, &one.middle, &one.half, &one.moment);
+                one.lever = shape.lever(orientation, axis, &one.middle, &one.half, &one.moment);
             }
             found(&one);
         }
@@ -264,7 +268,7 @@ mod tests {
     /// All that a lattice finds of a shape, box by box as by its own methods; the largest
     /// differences of parts, and of moments and levers over the spacing.
     fn worst(shape: &dyn Shape, faces: usize) -> (f64, f64) {
-        let turn = Turn::identity();
+        let orientation = Orientation::identity();
         let mut tiles = Tiles::for_radius(shape.radius(), &[0.13, 0.1, 0.11]);
         let (three, mut differences) = (shape.dimension() == 3, (0.0f64, 0.0f64));
         for shift in [0.0, 0.013, 0.05, 0.0999] {
@@ -279,9 +283,9 @@ mod tests {
             }
             tiles.find_squares();
             let (mut one_by_one, mut sum) = (Vec::new(), 0.0);
-            tiles.each(shape, &turn, Some(faces), &mut |one| one_by_one.push(*one));
+            tiles.each(shape, &orientation, Some(faces), &mut |one| one_by_one.push(*one));
             let mut rest = one_by_one.iter();
-            shape.tile(&turn, &mut tiles, Some(faces), &mut |one| {
+            shape.tile(&orientation, &mut tiles, Some(faces), &mut |one| {
                 let Some(own) = rest.find(|own| own.at == one.at || own.part > 1e-9) else {
                     panic!("{one:?} is no box")
                 };

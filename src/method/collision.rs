@@ -24,7 +24,7 @@ pub(crate) fn refuse_collisions<const D: usize>(
             Some(_) => "give the case a [contact] table, or end the run before",
             None => "it moves as prescribed: end the run before, or change its motion",
         };
-        let bounds = body.shape().bounds(&body.turn());
+        let bounds = body.shape().bounds(&body.orientation());
         for (a, axis) in
             ["x", "y", "z"].into_iter().enumerate().take(D).filter(|(a, _)| !grid.periodic[*a])
         {
@@ -61,7 +61,7 @@ fn overlap(body: &Body, other: &Body, apart: &Vector3<f64>) -> bool {
     }
     // From one to the nearest point of the other and back: between convex bodies this ends at their
     // gap, or within both.
-    let (turn, its) = (body.turn(), other.turn());
+    let (turn, its) = (body.orientation(), other.orientation());
     let touch = 1e-9 * body.radius().min(other.radius());
     let mut point = *apart;
     for _ in 0..100 {

@@ -321,8 +321,8 @@ impl<const D: usize> Flow<D> {
         domain.boundaries.fill_velocity(&mut s.u)
     }
 
-    /// The pressure that [`Flow::start_velocity`] left zero, from a short step whose velocities are dropped.
-    /// Collective.
+    /// The pressure that [`Flow::start_velocity`] left zero, from a short step whose velocities are
+    /// dropped. Collective.
     ///
     /// # Errors
     /// When that step fails.

@@ -1,6 +1,6 @@
 //! The methods: each is a type that owns its step, by the trait [`Method`]. [`mics2003`] is the
-//! paper's, [`sharp`] has body surfaces of second order, and where there are no bodies a [`flow`] is
-//! all.
+//! paper's, [`sharp`] has body surfaces of second order, and where there are no bodies a [`flow`]
+//! is all.
 
 pub(crate) mod collision;
 pub mod energy;

@@ -61,7 +61,7 @@ impl Probes {
                 let at = Vector3::from_fn(|a, _| place.get(a).copied().unwrap_or(0.0));
                 let around = s.bodies.iter().find_map(|body| {
                     let arm = nearest_image(&body.centre, &at, &periods);
-                    (body.shape().distance(&body.turn(), &arm) < 0.0)
+                    (body.shape().distance(&body.orientation(), &arm) < 0.0)
                         .then(|| (body.id, body.velocity_at(&arm)))
                 });
                 let velocity =

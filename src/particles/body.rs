@@ -3,7 +3,7 @@
 use super::Inertia;
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
-use crate::geometry::{Placed, Shape, Turn};
+use crate::geometry::{Orientation, Placed, Shape};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -146,9 +146,9 @@ impl Body {
 
     /// What brings its own axes into those of the box; of a round body, which does not show it,
     /// nothing.
-    pub fn turn(&self) -> Turn {
+    pub fn orientation(&self) -> Orientation {
         if self.shape.is_round() {
-            return Turn::identity();
+            return Orientation::identity();
         }
         // Many small turns wear its length off.
         UnitQuaternion::new_normalize(*self.orientation).to_rotation_matrix()
@@ -156,7 +156,7 @@ impl Body {
 
     /// Its shape at its place.
     pub fn placed(&self) -> Placed<'_> {
-        Placed { shape: self.shape(), centre: self.centre, turn: self.turn() }
+        Placed { shape: self.shape(), centre: self.centre, orientation: self.orientation() }
     }
 
     /// Fluid of a density (kg/m3) that goes along with it where it is round and far from everything
@@ -182,8 +182,8 @@ impl Body {
         if self.shape.is_round() {
             return Inertia::Same(own[(2, 2)]);
         }
-        let turn = self.turn();
-        Inertia::Tensor(turn * own * turn.transpose())
+        let orientation = self.orientation();
+        Inertia::Tensor(orientation * own * orientation.transpose())
     }
 
     /// Velocity of the body's point at `arm` from its centre (m/s): the rigid motion of eq. (27).

@@ -23,7 +23,7 @@ use surface::{Face, SurfaceCells};
 
 /// A face that a free body covers, in part or whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Covered {
+pub struct ModeFace {
     /// The mode: `axes * body + axis` where a body moves along an axis, from 0, the same on every
     /// rank; the modes in which bodies turn, as many for each, come after those of all bodies.
     pub mode: u32,
@@ -94,7 +94,7 @@ pub(super) struct Frame {
 impl Frame {
     /// Where a face lies on the lattice, counted along each axis from its layer of ghosts; `None`
     /// beyond the faces of its cells.
-    fn on_lattice(&self, lattice: &Lattice, face: &Covered) -> Option<[usize; 3]> {
+    fn on_lattice(&self, lattice: &Lattice, face: &ModeFace) -> Option<[usize; 3]> {
         let index = |a: usize| face.face as usize / self.stride[a] % self.stored[a];
         // -1 and below stand beyond the layer of ghosts.
         let at = std::array::from_fn(|a| match a < lattice.axes {
@@ -128,7 +128,7 @@ impl Bodies {
         lattice: &Lattice,
         frame: &Frame,
         weights: &[f64],
-        covered: &[Covered],
+        covered: &[ModeFace],
         turning: &[u32],
         scale: f64,
     ) -> Result<()> {
@@ -156,7 +156,7 @@ impl Bodies {
         &self,
         frame: &Frame,
         weights: &[f64],
-        covered: &[Covered],
+        covered: &[ModeFace],
         turning: &[u32],
         (groups, bodies): (usize, usize),
     ) -> Result<()> {
@@ -181,13 +181,13 @@ impl Bodies {
         Ok(())
     }
 
-    /// Takes the covered faces of all groups to the finest level, with the cells beside them and the
-    /// volumes of the bodies. Collective.
+    /// Takes the covered faces of all groups to the finest level, with the cells beside them and
+    /// the volumes of the bodies. Collective.
     fn take_faces(
         &mut self,
         lattice: &Lattice,
         frame: &Frame,
-        covered: &[Covered],
+        covered: &[ModeFace],
         bodies: usize,
     ) -> Result<()> {
         let axes = self.axes;

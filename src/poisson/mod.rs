@@ -22,7 +22,7 @@ pub mod pressure;
 mod transform;
 mod whole;
 
-pub use bodies::Covered;
+pub use bodies::ModeFace;
 pub use matrix::Rows;
 
 use crate::grid::{Border, Boundaries, Grid, largest, simd};
@@ -131,7 +131,7 @@ impl Poisson {
     pub fn set_modes(
         &mut self,
         weights: &[f64],
-        covered: &[Covered],
+        covered: &[ModeFace],
         turning: &[u32],
     ) -> Result<()> {
         if let Some(made) = &mut self.multigrid {

@@ -15,7 +15,7 @@
 //! `eps_k = a^k 0.5 D0/max|D|`, relative to the right side: just what is needed, tightening by `a`
 //! where it was not.
 
-use super::{Covered, Poisson, Rows};
+use super::{ModeFace, Poisson, Rows};
 use crate::error::NotFinite;
 use crate::grid::{Boundaries, Grid, VectorField, largest, simd};
 use crate::kernels::faces::{self, FaceCoefficient};
@@ -161,7 +161,7 @@ impl Projection {
     pub fn set_modes(
         &mut self,
         weights: &[f64],
-        covered: &[Covered],
+        covered: &[ModeFace],
         turning: &[u32],
     ) -> Result<()> {
         self.solver.refuse_preconditioner_alone()?;

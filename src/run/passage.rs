@@ -63,7 +63,8 @@ impl<const D: usize> Run<'_, D> {
     fn entrance(&self, body: &Body, axis: usize) -> Option<Vector3<f64>> {
         let (domain, s) = (&self.scene.domain, &self.scene.state);
         let mut centre = body.centre;
-        let (far, extent) = (domain.grid.size[axis], body.shape().bounds(&body.turn())[axis]);
+        let (far, extent) =
+            (domain.grid.size[axis], body.shape().bounds(&body.orientation())[axis]);
         centre[axis] = if body.centre[axis] > 0.5 * far { extent } else { far - extent };
         let clear = |other: &Body| {
             let apart = nearest_image(&other.centre, &centre, &domain.periods()).norm();

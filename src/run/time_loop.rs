@@ -2,7 +2,7 @@
 //! after it.
 //!
 //! ```text
-//!   while t < end      bodies through the boundaries;  dt;  step;  refusals;  rows, fields, checkpoint
+//!   while t < end   bodies through the boundaries; dt; step; refusals; rows, fields, checkpoint
 //! ```
 
 use super::collapse::Collapse;

@@ -23,7 +23,7 @@ impl<const D: usize> Scene<D> {
         let same = method(case) == method(before)
             && grid(case) == grid(before)
             && density(case) == density(before);
-        let alike = state.walls.is_some() == self.state.walls.is_some();
+        let alike = state.surfaces.is_some() == self.state.surfaces.is_some();
         if !same || !alike || state.bodies.len() != self.state.bodies.len() {
             return Ok(false);
         }

@@ -99,7 +99,7 @@ pub(super) fn drive(case: &Case, drive: &config::Drive) -> Drive {
     }
 }
 
-/// Whether these bodies have sharp walls.
+/// Whether these bodies have sharp surfaces.
 pub(super) fn walls_are_sharp(case: &Case, bodies: &[Body]) -> bool {
     case.coupling.wall == config::WallRule::Sharp
         && !(bodies.is_empty() && case.particle.is_empty())

@@ -5,7 +5,7 @@ use crate::config::{Case, Loaded, WallRule, load};
 use crate::method::sharp;
 use std::path::Path;
 
-/// Whether particles have sharp walls.
+/// Whether particles have sharp surfaces.
 fn walls_are_sharp(case: &Case) -> bool {
     case.coupling.wall == WallRule::Sharp && !case.particle.is_empty()
 }

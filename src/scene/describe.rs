@@ -114,7 +114,7 @@ impl<const D: usize> Scene<D> {
     }
 
     /// The stages of the step that took time, with nanoseconds a cell and step. What the paper's
-    /// method calls mixing is, with sharp walls, the velocity that these impose.
+    /// method calls mixing is, with sharp surfaces, the velocity that these impose.
     pub fn stages(&self) -> Vec<(&'static str, f64)> {
         let sharp = self.method.kind() == Kind::Sharp;
         let name = |name| if sharp && name == "mixing" { "walls" } else { name };

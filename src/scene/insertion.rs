@@ -26,7 +26,7 @@ impl<const D: usize> Scene<D> {
         let leaves = |body: &Body, axis: usize| {
             let (at, extent) = (
                 body.centre[axis] + 1.5 * dt * body.velocity[axis],
-                body.shape().bounds(&body.turn())[axis],
+                body.shape().bounds(&body.orientation())[axis],
             );
             // What goes inwards stays, however near it is.
             let (low, high) = (
@@ -53,7 +53,7 @@ impl<const D: usize> Scene<D> {
         let s = &mut self.state;
         let gone = s.bodies.remove(k);
         s.exchange.remove(k);
-        if let Some(walls) = &mut s.walls {
+        if let Some(walls) = &mut s.surfaces {
             walls.bodies.remove(k);
         }
         if let Some(supports) = &mut s.supports {
@@ -122,7 +122,7 @@ impl<const D: usize> Scene<D> {
             let k = s.bodies.partition_point(|other| other.id < id);
             s.bodies.insert(k, body.clone());
             s.exchange.insert(k, Exchange::default());
-            if let Some(walls) = &mut s.walls {
+            if let Some(walls) = &mut s.surfaces {
                 walls.bodies.insert(k, BodyHistory::default());
             }
             if let Some(supports) = &mut s.supports {
@@ -167,7 +167,7 @@ impl<const D: usize> Scene<D> {
     /// The mean velocity (m/s) of the cells whose centres a body covers, or of the one that it is
     /// in. Collective.
     fn mean_velocity(&self, body: &Body) -> Result<Vector3<f64>> {
-        let (grid, turn) = (&self.domain.grid, body.turn());
+        let (grid, turn) = (&self.domain.grid, body.orientation());
         let mut sums = [0.0; 4];
         for image in images(grid, &body.centre) {
             for at in Block::owned(grid, &image, &body.shape().bounds(&turn)) {
@@ -232,7 +232,7 @@ impl<const D: usize> Scene<D> {
             return Err(Error::Usage("it has particles that the case has not".into()));
         }
         s.exchange.resize(ids.len(), Exchange::default());
-        if let Some(walls) = &mut s.walls {
+        if let Some(walls) = &mut s.surfaces {
             walls.bodies.resize(ids.len(), BodyHistory::default());
         }
         if let Some(supports) = &mut s.supports {

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Exchange {
     /// Force by the momentum that the fluid around the body loses: what the mixing (27) removes,
-    /// the body's own inertia apart, or what sharp walls take.
+    /// the body's own inertia apart, or what sharp surfaces take.
     pub momentum: Vector3<f64>,
     /// Its torque.
     pub momentum_torque: Vector3<f64>,
@@ -26,8 +26,8 @@ pub struct Exchange {
     pub contact: Vector3<f64>,
     /// `sum alpha (rho_k - rho_f) dV` times the convective rate: what fields carry of the
     /// particle's excess mass.
-    pub(crate) carried: Vector3<f64>,
-    pub(crate) carried_torque: Vector3<f64>,
+    pub(crate) excess_momentum: Vector3<f64>,
+    pub(crate) excess_torque: Vector3<f64>,
     /// What accelerates the mass of a held body as prescribed, `m dV/dt`: the mixture takes it up,
     /// and nobody around it.
     pub(crate) driven: Vector3<f64>,
@@ -56,8 +56,8 @@ impl Exchange {
             &mut self.pressure,
             &mut self.viscous,
             &mut self.literal_torque,
-            &mut self.carried,
-            &mut self.carried_torque,
+            &mut self.excess_momentum,
+            &mut self.excess_torque,
             &mut self.driven,
             &mut self.spun,
         ]

@@ -8,12 +8,12 @@ use nalgebra::Vector3;
 /// Mean force of a body's contacts over the last steps for as long as there are any (N); `None` for
 /// one that lay on something before its first step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Pressed(pub Option<Vector3<f64>>);
+pub struct MeanContactForce(pub Option<Vector3<f64>>);
 
-impl Pressed {
+impl MeanContactForce {
     /// The part of a force of contacts (N) that lasts and is none of an impact, as the steps before
     /// show.
-    pub fn lasting(&self, force: &Vector3<f64>, numerics: &Numerics) -> f64 {
+    pub fn sustained(&self, force: &Vector3<f64>, numerics: &Numerics) -> f64 {
         let mean = mean_force(&self.0.unwrap_or_default(), force, numerics.mean_force_weight);
         let (mean, size) = (mean.norm(), force.norm());
         if size > numerics.sustained_force * mean {
@@ -26,10 +26,10 @@ impl Pressed {
     /// Takes note of the force of contacts (N) over a step; the part of it that lasts: all of it,
     /// where the body lay there before.
     pub fn press(&mut self, force: &Vector3<f64>, numerics: &Numerics) -> f64 {
-        let lasting = self.0.map_or(1.0, |_| self.lasting(force, numerics));
+        let sustained = self.0.map_or(1.0, |_| self.sustained(force, numerics));
         let weight = numerics.mean_force_weight;
         self.0 = Some(self.0.map_or(*force, |mean| mean_force(&mean, force, weight)));
-        lasting
+        sustained
     }
 }
 
@@ -38,7 +38,7 @@ fn mean_force(mean: &Vector3<f64>, force: &Vector3<f64>, weight: f64) -> Vector3
     if *force == Vector3::zeros() { *force } else { mean + weight * (force - mean) }
 }
 
-impl Checkpointed for Pressed {
+impl Checkpointed for MeanContactForce {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
         self.0.serialize(archive)
     }
@@ -48,7 +48,7 @@ impl Checkpointed for Pressed {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Support {
     /// What they have given.
-    pub pressed: Pressed,
+    pub mean_contact_force: MeanContactForce,
     /// Force (N) and torque about the centre (N m).
     pub force: Vector3<f64>,
     #[allow(missing_docs)]
@@ -59,14 +59,18 @@ impl Support {
     /// Of a body that has not been pressed yet, and that `lies` on something or does not.
     pub fn new(lies: bool) -> Support {
         let none = Vector3::zeros();
-        Support { pressed: Pressed((!lies).then_some(none)), force: none, torque: none }
+        Support {
+            mean_contact_force: MeanContactForce((!lies).then_some(none)),
+            force: none,
+            torque: none,
+        }
     }
 }
 
 impl Checkpointed for Support {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let Support { pressed, force, torque } = self;
-        pressed.serialize(archive)?;
+        let Support { mean_contact_force, force, torque } = self;
+        mean_contact_force.serialize(archive)?;
         archive.serialize([force, torque])
     }
 }

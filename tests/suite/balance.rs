@@ -1,4 +1,4 @@
-//! Momentum in a box with sides, sharp walls: what everything in it gains is what its sides,
+//! Momentum in a box with sides, sharp surfaces: what everything in it gains is what its sides,
 //! gravity and contacts give. The two are summed from different numbers: the one from all cells and
 //! bodies, the other from the fields beside the sides.
 

@@ -6,7 +6,9 @@ use crate::modes::in_processes;
 use crate::support::{PERIODIC, Petsc, box_case, petsc};
 use mics::archive::Archive;
 use mics::config::{Case, load};
-use mics::geometry::{Cuts, Disc, Placed, Shape, SurfacePoint, Tiles, Turn, aperture, fraction};
+use mics::geometry::{
+    Cuts, Disc, Orientation, Placed, Shape, SurfacePoint, Tiles, aperture, fraction,
+};
 use mics::grid::{GHOSTS, Grid};
 use mics::particles::{Body, Freedom, Motion};
 use mics::petsc::{Layout, Session};
@@ -78,15 +80,15 @@ impl Shape for Ellipse {
         Matrix3::from_diagonal(&Vector3::new(y, x, x + y))
     }
 
-    fn distance(&self, turn: &Turn, arm: &Vector3<f64>) -> f64 {
-        let point = (turn.transpose() * arm).xy();
+    fn distance(&self, orientation: &Orientation, arm: &Vector3<f64>) -> f64 {
+        let point = (orientation.transpose() * arm).xy();
         let (foot, normal) = self.foot(point);
         (point - foot).dot(&normal)
     }
 
-    fn normal(&self, turn: &Turn, arm: &Vector3<f64>) -> Vector3<f64> {
-        let (_, normal) = self.foot((turn.transpose() * arm).xy());
-        turn * Vector3::new(normal.x, normal.y, 0.0)
+    fn normal(&self, orientation: &Orientation, arm: &Vector3<f64>) -> Vector3<f64> {
+        let (_, normal) = self.foot((orientation.transpose() * arm).xy());
+        orientation * Vector3::new(normal.x, normal.y, 0.0)
     }
 
     fn surface(&self, spacing: f64) -> Vec<SurfacePoint> {
@@ -103,9 +105,13 @@ impl Shape for Ellipse {
         (0..count).map(point).collect()
     }
 
-    fn bounds(&self, turn: &Turn) -> Vector3<f64> {
+    fn bounds(&self, orientation: &Orientation) -> Vector3<f64> {
         Vector3::from_fn(|i, _| {
-            if i < 2 { (turn[(i, 0)] * self.a).hypot(turn[(i, 1)] * self.b) } else { 0.0 }
+            if i < 2 {
+                (orientation[(i, 0)] * self.a).hypot(orientation[(i, 1)] * self.b)
+            } else {
+                0.0
+            }
         })
     }
 
@@ -113,13 +119,14 @@ impl Shape for Ellipse {
     /// leaves a triangle, the rest sectors.
     fn moments(
         &self,
-        turn: &Turn,
+        orientation: &Orientation,
         middle: &Vector3<f64>,
         half: &Vector3<f64>,
     ) -> (f64, Vector3<f64>) {
         let corner = |k: usize| {
             let (x, y) = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)][k % 4];
-            let own = turn.transpose() * (middle + Vector3::new(x * half.x, y * half.y, 0.0));
+            let own =
+                orientation.transpose() * (middle + Vector3::new(x * half.x, y * half.y, 0.0));
             Vector2::new(own.x / self.a, own.y / self.b)
         };
         let (mut area, mut moment) = (0.0, Vector2::zeros());
@@ -139,7 +146,7 @@ impl Shape for Ellipse {
         let whole = self.a * self.b;
         (
             whole * area,
-            turn * Vector3::new(whole * self.a * moment.x, whole * self.b * moment.y, 0.0),
+            orientation * Vector3::new(whole * self.a * moment.x, whole * self.b * moment.y, 0.0),
         )
     }
 }
@@ -188,23 +195,23 @@ fn an_ellipse_has_its_exact_area_and_moments_in_every_pose() {
     let mut tiles = Tiles::for_radius(ellipse.radius(), &grid.h);
     let mut worst = 0.0f64;
     for k in 0..60 {
-        let turn = Turn::from_scaled_axis(Vector3::z() * (7.0 * scatter(3 * k)));
+        let orientation = Orientation::from_scaled_axis(Vector3::z() * (7.0 * scatter(3 * k)));
         let centre = Vector3::new(1.0 + scatter(3 * k + 1), 0.9 + 0.4 * scatter(3 * k + 2), 0.0);
-        let placed = Placed { shape: &ellipse, centre, turn };
+        let placed = Placed { shape: &ellipse, centre, orientation };
         let mut cells = Vec::new();
         fraction::overlaps(&grid, &placed, fraction::Rule::Exact, &mut tiles, &mut cells);
         let half = Vector3::new(0.5 * grid.h[0], 0.5 * grid.h[1], 0.0);
         let filled: f64 = cells.iter().map(|o| dv * o.fraction).sum();
         let moment: Vector3<f64> =
-            cells.iter().map(|o| ellipse.moments(&turn, &o.arm, &half).1).sum();
+            cells.iter().map(|o| ellipse.moments(&orientation, &o.arm, &half).1).sum();
         worst = worst.max((filled / area - 1.0).abs()).max(moment.norm() / area);
         for axis in 0..2 {
             let (mut cuts, mut arms) = (Cuts::with_capacity(0), Vec::new());
             aperture::cuts(&grid, axis, &placed, &mut tiles, &mut cuts, &mut arms);
             // A face on the border between two periods stands at both of its ends.
-            let once = || cuts.with_openings().filter(|(cut, _)| cut.owned);
-            let covered: f64 = once().map(|(cut, _)| dv * cut.covered).sum();
-            let lever: Vector3<f64> = once().map(|(_, opening)| dv * opening.lever()).sum();
+            let once = || cuts.with_centroids().filter(|(cut, _)| cut.owned);
+            let covered: f64 = once().map(|(cut, _)| dv * cut.solid_fraction).sum();
+            let lever: Vector3<f64> = once().map(|(_, centroids)| dv * centroids.lever()).sum();
             worst = worst.max((covered / area - 1.0).abs()).max(lever.norm() / area);
         }
     }
@@ -219,8 +226,8 @@ fn an_ellipse_s_inertia_is_that_of_what_it_fills() {
     let ellipse = Ellipse { a: 0.41, b: 0.17 };
     let n = 64;
     for k in 0..20 {
-        let turn = Turn::from_scaled_axis(Vector3::z() * (7.0 * scatter(k)));
-        let bounds = ellipse.bounds(&turn);
+        let orientation = Orientation::from_scaled_axis(Vector3::z() * (7.0 * scatter(k)));
+        let bounds = ellipse.bounds(&orientation);
         let second = |axis: usize, of: usize| {
             let sum: f64 = (0..n)
                 .map(|i| {
@@ -228,12 +235,12 @@ fn an_ellipse_s_inertia_is_that_of_what_it_fills() {
                     let (mut middle, mut half) = (Vector3::zeros(), Vector3::new(1.0, 1.0, 0.0));
                     let to = bounds[axis] * sin;
                     (middle[axis], half[axis]) = (0.5 * (to - 1.0), 0.5 * (to + 1.0));
-                    -bounds[axis] * cos * ellipse.moments(&turn, &middle, &half).1[of]
+                    -bounds[axis] * cos * ellipse.moments(&orientation, &middle, &half).1[of]
                 })
                 .sum();
             sum * PI / n as f64
         };
-        let inertia = turn * ellipse.inertia(ellipse.volume()) * turn.transpose();
+        let inertia = orientation * ellipse.inertia(ellipse.volume()) * orientation.transpose();
         let found = [second(1, 1), second(0, 0), -second(0, 1), second(0, 0) + second(1, 1)];
         let exact = [inertia[(0, 0)], inertia[(1, 1)], inertia[(0, 1)], inertia[(2, 2)]];
         for (found, exact) in found.into_iter().zip(exact) {
@@ -247,14 +254,18 @@ fn an_ellipse_of_equal_axes_fills_what_a_disc_fills_and_has_its_distance() {
     let (disc, ellipse) = (Disc { radius: 0.3 }, Ellipse { a: 0.3, b: 0.3 });
     let mut worst = 0.0f64;
     for k in 0..500 {
-        let turn = Turn::from_scaled_axis(Vector3::z() * (7.0 * scatter(k)));
+        let orientation = Orientation::from_scaled_axis(Vector3::z() * (7.0 * scatter(k)));
         let middle = 0.4 * Vector3::new(scatter(k + 1000), scatter(k + 2000), 0.0);
         let half = Vector3::new(0.02 + 0.1 * scatter(k + 3000).abs(), 0.05, 0.0);
-        let (area, moment) = ellipse.moments(&turn, &middle, &half);
-        let (exact, first) = disc.moments(&turn, &middle, &half);
+        let (area, moment) = ellipse.moments(&orientation, &middle, &half);
+        let (exact, first) = disc.moments(&orientation, &middle, &half);
         worst = worst.max((area - exact).abs()).max((moment - first).norm());
-        worst = worst.max((ellipse.distance(&turn, &middle) - disc.distance(&turn, &middle)).abs());
-        worst = worst.max((ellipse.normal(&turn, &middle) - disc.normal(&turn, &middle)).norm());
+        worst = worst.max(
+            (ellipse.distance(&orientation, &middle) - disc.distance(&orientation, &middle)).abs(),
+        );
+        worst = worst.max(
+            (ellipse.normal(&orientation, &middle) - disc.normal(&orientation, &middle)).norm(),
+        );
     }
     assert!(worst < 1e-13, "{worst:e}");
 }

@@ -1,4 +1,4 @@
-//! Where bodies meet, with sharp walls: no spurious energy, the rebound that was asked for, and
+//! Where bodies meet, with sharp surfaces: no spurious energy, the rebound that was asked for, and
 //! the force of a narrow gap.
 
 use crate::support::{box_case, petsc};

@@ -7,7 +7,7 @@ use mics::Result;
 use mics::grid::{Border, Boundaries, GHOSTS, Grid};
 use mics::kernels::faces::FaceCoefficient;
 use mics::petsc::{Choice, Layout, LinearSolver, Session};
-use mics::poisson::{Covered, Poisson, Rows};
+use mics::poisson::{ModeFace, Poisson, Rows};
 use nalgebra::{DMatrix, DVector};
 use std::cell::RefCell;
 use std::env;
@@ -133,13 +133,13 @@ impl System {
         Ok(System { solver, operator, grid, cells, singular })
     }
 
-    fn set_modes(&self, weights: &[f64], covered: &[Covered]) -> Result<()> {
+    fn set_modes(&self, weights: &[f64], covered: &[ModeFace]) -> Result<()> {
         let turning = if weights.len() == MODES { &TURNING[..] } else { &[] };
         self.operator.borrow_mut().set_modes(weights, covered, turning)
     }
 
     /// This rank's part of `modes`: faces with a cell of its own on either side.
-    fn own(&self, modes: &[Face]) -> Vec<Covered> {
+    fn own(&self, modes: &[Face]) -> Vec<ModeFace> {
         let face = |Face { mode, axis, cell, part }: &Face| {
             let (axis, at) = (*axis, [cell % NX, cell / NX]);
             let within = |a: usize, more: usize| {
@@ -149,7 +149,7 @@ impl System {
             let here = within(axis, 1) && within(1 - axis, 0);
             let index = (0..2).map(|a| (at[a] + GHOSTS - self.grid.start[a]) * self.grid.stride[a]);
             let face = index.sum::<usize>() as u32;
-            here.then_some(Covered { mode: *mode as u32, axis: axis as u8, face, part: *part })
+            here.then_some(ModeFace { mode: *mode as u32, axis: axis as u8, face, part: *part })
         };
         modes.iter().filter_map(face).collect()
     }
@@ -298,7 +298,7 @@ fn a_solve_with_modes_allocates_nothing_once_they_have_their_size() {
     let petsc = petsc();
     let mut system = System::new(&petsc.session, true).unwrap();
     let steps = [0, 1, 2].map(|step| system.own(&modes(step)));
-    let mut solve = |own: &[Covered]| {
+    let mut solve = |own: &[ModeFace]| {
         system.set_modes(&[2.0; MODES], own).unwrap();
         system.solver.solve(1e-8, 0.0).unwrap();
     };
@@ -313,25 +313,25 @@ fn unsound_modes_are_refused() {
     let petsc = petsc();
     let system = System::new(&petsc.session, false).unwrap();
     let face = (5 + GHOSTS) + (5 + GHOSTS) * (NX + 2 * GHOSTS);
-    let good = Covered { mode: 0, axis: 0, face: face as u32, part: 1.0 };
+    let good = ModeFace { mode: 0, axis: 0, face: face as u32, part: 1.0 };
     for (weights, covered) in [
         (vec![-1.0, 0.0], vec![good]),
         (vec![f64::NAN, 0.0], vec![good]),
         (vec![1.0], vec![good]),
-        (vec![1.0, 1.0], vec![Covered { mode: 2, ..good }]),
-        (vec![1.0, 1.0], vec![Covered { face: 1 << 20, ..good }]),
-        (vec![1.0, 1.0], vec![Covered { axis: 1, ..good }]),
-        (vec![1.0, 1.0], vec![Covered { axis: 2, ..good }]),
-        (vec![1.0, 1.0], vec![Covered { part: -1.0, ..good }]),
-        (vec![1.0; MODES], vec![Covered { mode: 6, part: f64::NAN, ..good }]),
-        (vec![1.0, 1.0], vec![Covered { part: f64::INFINITY, ..good }]),
-        (vec![1.0; 4], vec![Covered { mode: 2, ..good }, good]),
+        (vec![1.0, 1.0], vec![ModeFace { mode: 2, ..good }]),
+        (vec![1.0, 1.0], vec![ModeFace { face: 1 << 20, ..good }]),
+        (vec![1.0, 1.0], vec![ModeFace { axis: 1, ..good }]),
+        (vec![1.0, 1.0], vec![ModeFace { axis: 2, ..good }]),
+        (vec![1.0, 1.0], vec![ModeFace { part: -1.0, ..good }]),
+        (vec![1.0; MODES], vec![ModeFace { mode: 6, part: f64::NAN, ..good }]),
+        (vec![1.0, 1.0], vec![ModeFace { part: f64::INFINITY, ..good }]),
+        (vec![1.0; 4], vec![ModeFace { mode: 2, ..good }, good]),
     ] {
         let error = system.set_modes(&weights, &covered).unwrap_err().to_string();
         assert!(error.contains("free bod"), "{weights:?} {covered:?}: {error}");
     }
     system.set_modes(&[1.0, 1.0], &[good]).unwrap();
-    system.set_modes(&[1.0; MODES], &[Covered { mode: 6, axis: 1, part: -1.0, ..good }]).unwrap();
+    system.set_modes(&[1.0; MODES], &[ModeFace { mode: 6, axis: 1, part: -1.0, ..good }]).unwrap();
     assert!(
         system.operator.borrow_mut().set_modes(&[1.0; 4], &[good], &[1]).is_err(),
         "there is one body"

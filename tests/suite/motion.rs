@@ -149,7 +149,7 @@ fn the_balance_closes_at_walls_that_spheres_rest_on() {
             scene.step(0.01).unwrap();
             touched |= scene.state.substeps > 1;
             let audit = scene.state.balance.as_ref().unwrap();
-            // What wall shear misses of the angular momentum, sharp walls tell.
+            // What wall shear misses of the angular momentum, sharp surfaces tell.
             let turned = wall == "sharp" || audit.angular_error < 1e-12;
             assert!(audit.error.amax() < 1e-12 && turned, "{wall}: {audit:?}");
         }
@@ -180,7 +180,7 @@ fn a_sphere_settles_and_its_momentum_is_accounted_for() {
         for _ in 0..20 {
             assert!(scene.step(0.01).unwrap().divergence_max < 1e-8);
             let audit = scene.state.balance.as_ref().unwrap();
-            // What wall shear misses of the angular momentum, sharp walls tell.
+            // What wall shear misses of the angular momentum, sharp surfaces tell.
             let turned = wall == "sharp" || audit.angular_error < 1e-12;
             assert!(audit.error.amax() < 1e-12 && turned, "{wall}: {audit:?}");
         }

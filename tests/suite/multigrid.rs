@@ -6,7 +6,7 @@ use crate::support::petsc;
 use mics::grid::{Border, Boundaries, GHOSTS, Grid};
 use mics::kernels::faces::FaceCoefficient;
 use mics::petsc::{Choice, Layout, LinearSolver, Operator, OwnPreconditioner, Session};
-use mics::poisson::{Covered, Poisson};
+use mics::poisson::{ModeFace, Poisson};
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -28,7 +28,7 @@ struct Case<const D: usize> {
     radius: f64,
     /// Balls of a mixture of this density, relative to the fluid's; or ...
     mixture: Option<f64>,
-    /// ... free bodies of it, with sharp walls.
+    /// ... free bodies of it, with sharp surfaces.
     free: Option<f64>,
 }
 
@@ -137,7 +137,7 @@ impl<const D: usize> Case<D> {
                                 && face[axis] > size[axis] - 0.1 * self.h[axis];
                         if part > 0.0 && !border {
                             let mode = (k * D + axis) as u32;
-                            covered.push(Covered { mode, axis: axis as u8, face: c as u32, part });
+                            covered.push(ModeFace { mode, axis: axis as u8, face: c as u32, part });
                         }
                     }
                 }

@@ -188,7 +188,8 @@ fn pressure_and_wall_shear_of_a_fixed_disc_make_up_the_force_that_the_fluid_lose
     }
 }
 
-/// The preset's numbers as they were before there were sharp walls: they are the paper's, and stay.
+/// The preset's numbers as they were before there were sharp surfaces: they are the paper's, and
+/// stay.
 #[test]
 fn the_paper_s_preset_gives_what_it_gave_before() {
     let dir = tempfile::tempdir().unwrap();

@@ -130,7 +130,7 @@ fn a_run_that_is_broken_off_has_the_same_means_and_records() {
     assert!(cpu(&broken) > 1.4 * first, "{} s, the first half took {first} s", cpu(&broken));
 }
 
-/// The cells inside a body with sharp walls hold what continues the fluid's profile: that is no
+/// The cells inside a body with sharp surfaces hold what continues the fluid's profile: that is no
 /// velocity of anything.
 #[test]
 fn a_probe_inside_a_body_has_the_velocity_of_its_point_and_its_id() {

@@ -161,7 +161,7 @@ impl<const D: usize> Mics2003<D> {
         let bodies = s.bodies.iter().zip(&self.departures).zip(&s.exchange).enumerate();
         let errors = bodies.filter_map(|(k, ((body, departure), exchange))| {
             let (struck, freedom) = (self.unexpected(k, dt).angular, body.freedom()?);
-            Some(freedom.about(&(exchange.spun + departure.carried.1 - struck)).norm())
+            Some(freedom.about(&(exchange.spun + departure.excess_momentum.1 - struck)).norm())
         });
         errors.sum()
     }

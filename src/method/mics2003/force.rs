@@ -40,8 +40,8 @@ pub(super) fn add_force<const D: usize>(
             Term::Convective => {
                 let excess = body.density - fluid_density;
                 exchange.convective += body.density * flux;
-                exchange.carried += excess * flux;
-                exchange.carried_torque += excess * swirl;
+                exchange.excess_momentum += excess * flux;
+                exchange.excess_torque += excess * swirl;
             }
             Term::Viscous => exchange.viscous += body.density * flux,
         }

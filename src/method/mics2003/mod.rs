@@ -103,7 +103,7 @@ impl<const D: usize> Method<D> for Mics2003<D> {
     }
 
     fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
-        if s.supports.iter().flatten().any(|support| support.pressed.0.is_none()) {
+        if s.supports.iter().flatten().any(|support| support.mean_contact_force.0.is_none()) {
             self.find_initial_contacts(domain, s, dt)?;
         }
         self.advance_all(domain, s, dt)

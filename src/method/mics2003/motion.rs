@@ -28,7 +28,7 @@ pub(super) struct Departure {
     swirl: Vector3<f64>,
     /// What the fields carry of the particle's excess mass, the `b` of the balance, linear and
     /// angular.
-    pub(super) carried: (Vector3<f64>, Vector3<f64>),
+    pub(super) excess_momentum: (Vector3<f64>, Vector3<f64>),
     /// Volume within the box (m3): a contact lets a body a little way into a wall.
     pub(super) volume: f64,
     /// Momentum of the excess mass that went beyond the walls over the step (kg m/s).
@@ -220,16 +220,21 @@ impl<const D: usize> Mics2003<D> {
         self.gather(
             domain,
             s,
-            |e| [e.carried, e.carried_torque],
+            |e| [e.excess_momentum, e.excess_torque],
             |k, body, departure, sums| {
-                let CellSums { mut moments, flow, swirl, also: [carried, carried_torque], volume } =
-                    sums;
+                let CellSums {
+                    mut moments,
+                    flow,
+                    swirl,
+                    also: [excess_momentum, excess_torque],
+                    volume,
+                } = sums;
                 let Departure { velocity, spin, shift, .. } = *departure;
                 let excess = body.density - fluid_density;
-                let linear = excess * (flow - departure.flow) + dt * carried;
+                let linear = excess * (flow - departure.flow) + dt * excess_momentum;
                 let angular = excess * (swirl - departure.swirl + shift.cross(&departure.flow))
-                    + dt * (carried_torque - shift.cross(&carried));
-                departure.carried = (linear, angular);
+                    + dt * (excess_torque - shift.cross(&excess_momentum));
+                departure.excess_momentum = (linear, angular);
                 departure.beyond = excess * (departure.volume - volume) * velocity;
                 let Some(freedom) = body.freedom() else { return };
                 settled[k] = match driver {
@@ -262,8 +267,8 @@ impl<const D: usize> Mics2003<D> {
             exchange.contact = unexpected.linear / dt + force;
             let Some(freedom) = body.freedom() else {
                 if lead {
-                    exchange.momentum -= departure.carried.0 / dt;
-                    exchange.momentum_torque -= departure.carried.1 / dt;
+                    exchange.momentum -= departure.excess_momentum.0 / dt;
+                    exchange.momentum_torque -= departure.excess_momentum.1 / dt;
                 }
                 continue;
             };
@@ -271,7 +276,7 @@ impl<const D: usize> Mics2003<D> {
             if driver == Driver::Momentum {
                 let (m, excess) = (body.mass(), body.mass() - fluid_density * body.volume());
                 if lead {
-                    let (held, held_turn) = departure.carried;
+                    let (held, held_turn) = departure.excess_momentum;
                     exchange.momentum = m * (v - departure.velocity) / dt
                         - freedom.along(&(excess * self.choices.field_gravity + force))
                         - (held - freedom.along(&held)) / dt;
@@ -330,9 +335,9 @@ impl<const D: usize> Mics2003<D> {
         {
             let Some(freedom) = body.freedom() else { continue };
             let force = freedom.along(&impulse.linear) / dt;
-            let lasting = support.pressed.press(&force, contacts.numerics());
+            let sustained = support.mean_contact_force.press(&force, contacts.numerics());
             (support.force, support.torque) =
-                (lasting * force, lasting / dt * freedom.about(&impulse.angular));
+                (sustained * force, sustained / dt * freedom.about(&impulse.angular));
         }
     }
 

@@ -56,7 +56,7 @@ impl<const D: usize> PressureAcceleration<D> {
         {
             faces.iter_mut().for_each(|a| *a += driven);
         }
-        self.reopen(domain, cut, bodies);
+        self.find_cut_changes(domain, cut, bodies);
     }
 
     /// The part of it that the drive gives a body as well as the fluid (m/s2).
@@ -65,13 +65,13 @@ impl<const D: usize> PressureAcceleration<D> {
     }
 
     /// Finds what covered faces change of it in the bodies' own cells, once bodies have moved.
-    pub fn reopen(&self, domain: &Domain<D>, cut: &mut CutBodies<D>, bodies: &[Body]) {
+    pub fn find_cut_changes(&self, domain: &Domain<D>, cut: &mut CutBodies<D>, bodies: &[Body]) {
         let (grid, density) = (&domain.grid, domain.fluid.density);
         let CutBodies { bodies: cut_bodies, beta, .. } = cut;
         for (cut, body) in cut_bodies.iter_mut().zip(bodies) {
             let driven = felt(&self.driven, body);
             for own in &mut cut.own_cells {
-                own.opened = std::array::from_fn(|axis| {
+                own.cut_change = std::array::from_fn(|axis| {
                     let (low, high) = (own.cell as usize, own.cell as usize + grid.stride[axis]);
                     let [open_low, open_high] = [low, high].map(|f| beta.at(axis, f) * density);
                     let [a_low, a_high] = [low, high].map(|f| self.faces[axis][f] - driven[axis]);
@@ -86,14 +86,14 @@ impl<const D: usize> PressureAcceleration<D> {
     /// Adds `dt` (s) of it to the cells.
     pub fn add_to(&self, domain: &Domain<D>, cut: &CutBodies<D>, dt: f64, u: &mut VectorField<D>) {
         faces::add_to_cells(&domain.grid, dt, &self.faces, u);
-        cut.add_opened(domain, dt, None, u);
+        cut.add_cut_cells(domain, dt, None, u);
     }
 }
 
 impl<const D: usize> CutBodies<D> {
-    /// Adds `dt` (s) of what covered faces change of the acceleration; the momentum of that goes to the
-    /// `exchanged` of each body.
-    pub fn add_opened(
+    /// Adds `dt` (s) of what covered faces change of the acceleration; the momentum of that goes to
+    /// the `exchanged` of each body.
+    pub fn add_cut_cells(
         &self,
         domain: &Domain<D>,
         dt: f64,
@@ -102,13 +102,15 @@ impl<const D: usize> CutBodies<D> {
     ) {
         let mass = domain.fluid.density * domain.grid.cell_volume();
         for (k, body) in self.bodies.iter().enumerate() {
-            for OwnCell { arm, opened, cell, .. } in &body.own_cells {
-                for (field, opened) in u.iter_mut().zip(opened) {
-                    field[*cell as usize] += dt * opened;
+            for OwnCell { arm, cut_change, cell, .. } in &body.own_cells {
+                for (field, cut_change) in u.iter_mut().zip(cut_change) {
+                    field[*cell as usize] += dt * cut_change;
                 }
                 if let Some(exchanged) = &mut exchanged {
                     let added =
-                        Vector3::from_fn(|a, _| if a < D { mass * (dt * opened[a]) } else { 0.0 });
+                        Vector3::from_fn(
+                            |a, _| if a < D { mass * (dt * cut_change[a]) } else { 0.0 },
+                        );
                     exchanged[k].add(arm, &added);
                 }
             }

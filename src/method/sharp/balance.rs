@@ -1,8 +1,8 @@
 //! The balance of momentum over a step: that of the fluid outside the bodies, of the free bodies,
-//! and their deferred impulses,
+//! and their undelivered impulses,
 //!
 //! ```text
-//!   M = sum_c (1 - alpha) rho u dV + sum_k (m_k V_k + deferred_k)
+//!   M = sum_c (1 - alpha) rho u dV + sum_k (m_k V_k + undelivered_k)
 //!   M^(n+1) - M^n = gravity + drive + contacts - force on held bodies + border
 //! ```
 //! The border's impulse is that of pressure, viscosity and flow on the sides of the box
@@ -23,14 +23,14 @@ impl<const D: usize> Sharp<D> {
     fn total_momentum(&self, domain: &Domain<D>, s: &mut State<D>) -> Result<Vector3<f64>> {
         let mut cells = cells_momentum(&domain.grid, &self.mixture.density, &s.u);
         domain.session.sum(cells.as_mut_slice())?;
-        let histories = &history(&mut s.walls)?.bodies;
+        let histories = &history(&mut s.surfaces)?.bodies;
         let beside = s.bodies.iter().zip(histories).map(|(body, history)| {
             let own = if body.freedom().is_some() {
                 body.mass() * body.velocity
             } else {
                 Vector3::zeros()
             };
-            own + history.deferred - history.inside.0
+            own + history.undelivered - history.inside.0
         });
         Ok(cells + beside.sum::<Vector3<f64>>())
     }

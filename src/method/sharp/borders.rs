@@ -31,7 +31,7 @@ impl<const D: usize> CutBodies<D> {
             let border = if side == 0 { 0.0 } else { size[axis] };
             let reach = gap::reach(false, &domain.numerics) * self.h;
             for body in bodies {
-                let bounds = body.shape().bounds(&body.turn());
+                let bounds = body.shape().bounds(&body.orientation());
                 if (body.centre[axis] - border).abs() < bounds[axis] + reach {
                     self.straighten_under(domain, body, &bounds, axis, side);
                 }
@@ -80,7 +80,7 @@ impl<const D: usize> CutBodies<D> {
                 apart[axis] -= border;
                 apart[first] -= x;
                 apart[second] -= y;
-                if let Some(width) = body.shape().meets(&body.turn(), &apart, &inwards) {
+                if let Some(width) = body.shape().meets(&body.orientation(), &apart, &inwards) {
                     boundaries.straighten(
                         axis,
                         side,

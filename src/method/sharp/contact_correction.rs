@@ -40,8 +40,8 @@ impl Work {
     }
 }
 
-/// (13-15) where contacts gave impulses in the step: these are corrected, and their work is bounded.
-/// Returns also the work (J) that the bound took. Collective.
+/// (13-15) where contacts gave impulses in the step: these are corrected, and their work is
+/// bounded. Returns also the work (J) that the bound took. Collective.
 ///
 /// # Errors
 /// As [`PressureStep::solve`].
@@ -119,7 +119,7 @@ impl<const D: usize> Sharp<D> {
         let Some(contacts) = &self.contacts else { return Ok(()) };
         let followed = &mut self.work.contacts.followed;
         contacts.find_followed(&s.bodies, followed);
-        let histories = history(&mut s.walls)?.bodies.iter_mut();
+        let histories = history(&mut s.surfaces)?.bodies.iter_mut();
         for (((history, body), motion), time) in
             histories.zip(&s.bodies).zip(&self.motions).zip(followed)
         {

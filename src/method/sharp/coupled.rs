@@ -51,11 +51,11 @@ impl<'a, const D: usize> CoupledFaces<'a, D> {
         let turns = !body.shape().is_round() && *spin != Vector3::zeros();
         for (axis, faces) in self.faces.iter_mut().enumerate() {
             for cut in &self.cut.bodies[k].cuts[axis] {
-                faces[cut.face as usize] += cut.covered * velocity[axis];
+                faces[cut.face as usize] += cut.solid_fraction * velocity[axis];
             }
             if turns {
-                for (cut, opening) in self.cut.bodies[k].faces(axis) {
-                    faces[cut.face as usize] += spin.cross(&opening.lever())[axis];
+                for (cut, centroids) in self.cut.bodies[k].faces(axis) {
+                    faces[cut.face as usize] += spin.cross(&centroids.lever())[axis];
                 }
             }
         }

@@ -34,9 +34,9 @@ pub struct CutBodies<const D: usize> {
     arms: [Vec<Vector3<f64>>; D],
     /// What bodies cover of each face of an axis while faces are opened; zero otherwise.
     pub(super) total: Vec<f64>,
-    /// Of the faces that bodies cut, and once more of those in narrow gaps, their memory before a
-    /// step (m/s).
-    pub(super) remembered: Vec<f64>,
+    /// Of the faces that bodies cut, and once more of those in narrow gaps, their correction before
+    /// a step (m/s).
+    pub(super) corrections_before: Vec<f64>,
     pub(super) periods: [Option<f64>; 3],
     /// The spacing that depths and image points count in (m).
     pub h: f64,
@@ -69,7 +69,7 @@ impl<const D: usize> CutBodies<D> {
             tiles: Tiles::for_radius(bodies.iter().map(Body::radius).fold(0.0, f64::max), &grid.h),
             arms: std::array::from_fn(|_| Vec::with_capacity(most)),
             total: grid.field(),
-            remembered: Vec::with_capacity(2 * D * faces),
+            corrections_before: Vec::with_capacity(2 * D * faces),
             periods,
             h,
         }
@@ -89,7 +89,7 @@ impl<const D: usize> CutBodies<D> {
     /// Takes how the bodies lie, before they move.
     pub fn depart(&mut self, bodies: &[Body]) {
         for (before, body) in self.before.iter_mut().zip(bodies) {
-            *before = Before { way: body.centre, turn: body.turn() };
+            *before = Before { way: body.centre, orientation: body.orientation() };
         }
     }
 
@@ -112,8 +112,8 @@ impl<const D: usize> CutBodies<D> {
         let rate =
             gap::POISEUILLE * domain.fluid.viscosity / (domain.fluid.density * self.h * self.h);
         let friction = if rate > 0.0 { 0.5 * dt * rate } else { 0.0 };
-        let finer = all_fixed(bodies);
-        let reach = gap::reach(finer, &domain.numerics) * self.h;
+        let cubic = all_fixed(bodies);
+        let reach = gap::reach(cubic, &domain.numerics) * self.h;
         for k in 0..bodies.len() {
             let near = &self.near.near[k];
             if !wanted(&bodies[k]) && near.is_empty() && !self.near.had[k] {
@@ -125,26 +125,26 @@ impl<const D: usize> CutBodies<D> {
             );
             self.beside.extend(Neighbour::images(bodies, k, &self.periods, reach));
             self.beside.extend(Neighbour::reflections(bodies, k, grid, boundaries, reach));
-            let turn = bodies[k].turn();
+            let orientation = bodies[k].orientation();
             let around = Surroundings {
                 grid,
                 boundaries,
                 bodies,
-                turn,
+                orientation,
                 near: &self.beside,
                 numerics: &domain.numerics,
                 h: self.h,
                 friction,
-                finer,
+                cubic,
                 reach,
             };
             self.bodies[k].rebuild(&around, k, &self.before[k], &mut self.tiles, &mut self.arms);
         }
         self.shared.share(&mut self.bodies);
-        self.open_faces(domain);
+        self.set_apertures(domain);
     }
 
-    /// Opens all faces that the bodies cover.
+    /// Sets the apertures of all faces to one that the bodies cover.
     fn uncover_faces(&mut self, domain: &Domain<D>) {
         let (whole, beta) = (1.0 / domain.fluid.density, self.beta.field(&domain.grid));
         for (axis, beta) in beta.iter_mut().enumerate() {

@@ -1,14 +1,14 @@
 //! A body as it cuts the grid: the faces that it covers, the cells inside whose velocity it sets,
 //! the points of its surface where its traction is taken. Rebuilt when the body moves.
-//! [`super::stencil`] has what is read of the velocity beside its wall.
+//! [`super::stencil`] has what is read of the velocity beside its surface.
 
 use super::PROFILE_DEPTH;
 use super::gap::{self, Surroundings};
 use super::shared_cell::SharedCell;
 use super::stencil::{Cubic, Normal, Stencil, Stencils};
 use crate::geometry::{
-    Block, Cut, Cuts, Opening, Overlap, Placed, Shape, SurfacePoint, Tiles, Turn, aperture,
-    fraction, images,
+    Block, Cut, Cuts, FaceCentroids, Orientation, Overlap, Placed, Shape, SurfacePoint, Tiles,
+    aperture, fraction, images,
 };
 use crate::grid::{Grid, VectorField};
 use crate::numerics::Numerics;
@@ -27,13 +27,13 @@ pub struct Before {
     /// From there to where it is now (m).
     pub way: Vector3<f64>,
     /// How it was turned.
-    pub turn: Turn,
+    pub orientation: Orientation,
 }
 
 impl Before {
     /// It lay as it lies.
     pub fn here(body: &Body) -> Before {
-        Before { way: Vector3::zeros(), turn: body.turn() }
+        Before { way: Vector3::zeros(), orientation: body.orientation() }
     }
 }
 
@@ -78,13 +78,13 @@ pub struct OwnCell<const D: usize> {
     /// How far the body speaks for the surface there: wholly where no other body is about as near.
     pub ownership: f64,
     /// What its covered faces add to the mean acceleration of its faces (m/s2), as last found.
-    pub opened: [f64; D],
+    pub cut_change: [f64; D],
     /// Its index in a field.
     pub cell: u32,
 }
 
 /// A face in a gap that the grid does not resolve: the cells beside it are set by what bounds the
-/// gap, and only its memory has the flow.
+/// gap, and only its correction has the flow.
 #[derive(Clone, Copy, Debug)]
 pub struct GapFace {
     /// The face's index in a field.
@@ -111,8 +111,8 @@ pub struct Point {
 pub struct CutBody<const D: usize> {
     /// Faces that it covers, by axis.
     pub cuts: [Cuts<D>; D],
-    /// Whether another body or a wall is so near that there may be some in narrow gaps: all ranks
-    /// know.
+    /// Whether another body or a surface is so near that there may be some in narrow gaps: all
+    /// ranks know.
     pub has_neighbours: bool,
     /// Those in narrow gaps that are nearest to it, by axis.
     pub gaps: [Vec<GapFace>; D],
@@ -132,7 +132,7 @@ pub struct CutBody<const D: usize> {
     pub points: Vec<Point>,
     /// Where they all lie in the body's own axes, about two a spacing.
     quadrature_points: Vec<SurfacePoint>,
-    /// What it reads of the velocity beside its wall.
+    /// What it reads of the velocity beside its surface.
     pub stencils: Stencils<D>,
 }
 
@@ -181,17 +181,17 @@ impl<const D: usize> CutBody<D> {
     }
 
     /// The faces along `axis` that it covers.
-    pub fn faces(&self, axis: usize) -> impl Iterator<Item = (&Cut, &Opening<D>)> {
-        self.cuts[axis].with_openings()
+    pub fn faces(&self, axis: usize) -> impl Iterator<Item = (&Cut, &FaceCentroids<D>)> {
+        self.cuts[axis].with_centroids()
     }
 
     /// Gives the faces that it covers, whose velocity is the fluid's (m/s), their part of its own.
     pub fn cover_faces(&self, body: &Body, faces: &mut VectorField<D>) {
         for (axis, faces) in faces.iter_mut().enumerate() {
-            for (cut, opening) in self.faces(axis) {
+            for (cut, centroids) in self.faces(axis) {
                 let face = &mut faces[cut.face as usize];
-                *face += cut.covered * (body.velocity[axis] - *face)
-                    + body.spin.cross(&opening.lever())[axis];
+                *face += cut.solid_fraction * (body.velocity[axis] - *face)
+                    + body.spin.cross(&centroids.lever())[axis];
             }
         }
     }
@@ -206,13 +206,15 @@ impl<const D: usize> CutBody<D> {
         tiles: &mut Tiles,
         arms: &mut [Vec<Vector3<f64>>; D],
     ) {
-        let (grid, body, turn) = (around.grid, &around.bodies[k], &around.turn);
-        let (shape, placed) =
-            (body.shape(), Placed { shape: body.shape(), centre: body.centre, turn: *turn });
+        let (grid, body, orientation) = (around.grid, &around.bodies[k], &around.orientation);
+        let (shape, placed) = (
+            body.shape(),
+            Placed { shape: body.shape(), centre: body.centre, orientation: *orientation },
+        );
         self.has_neighbours = around.has_neighbours(k);
         let tight =
             if self.has_neighbours { gap::unresolved(around.numerics) * around.h } else { 0.0 };
-        let bounds = shape.bounds(turn).sup(&shape.bounds(&before.turn));
+        let bounds = shape.bounds(orientation).sup(&shape.bounds(&before.orientation));
         let extent = bounds.add_scalar(before.way.norm().max(tight));
         let reached = extent.add_scalar(BEYOND * around.h);
         if images(grid, &body.centre)
@@ -238,8 +240,9 @@ impl<const D: usize> CutBody<D> {
                 let arm = Vector3::from_fn(|a, _| {
                     if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 }
                 });
-                let s = shape.distance(turn, &arm);
-                let cleared = s > 0.0 && shape.distance(&before.turn, &(arm + before.way)) <= 0.0;
+                let s = shape.distance(orientation, &arm);
+                let cleared =
+                    s > 0.0 && shape.distance(&before.orientation, &(arm + before.way)) <= 0.0;
                 let Some(cell) = grid.owned_index(at) else { continue };
                 // Cells that it touches come in the same order, image by image; the next one may be
                 // the first that another image touches.
@@ -258,23 +261,23 @@ impl<const D: usize> CutBody<D> {
                         self.shared_own_cells.push(next);
                     }
                     let arm = self.solid[touched_cells - 1].arm;
-                    let (ownership, cell, opened) = (owned, cell as u32, [0.0; D]);
-                    self.own_cells.push(OwnCell { arm, ownership, opened, cell });
+                    let (ownership, cell, cut_change) = (owned, cell as u32, [0.0; D]);
+                    self.own_cells.push(OwnCell { arm, ownership, cut_change, cell });
                 }
                 if (s > tight && !cleared) || owned == 0.0 {
                     continue;
                 }
                 let (mut stencil, mut weight) = (Stencil::STILL, 1.0);
                 if s > 0.0 && !cleared {
-                    let normal = Normal::new(shape, &arm, s, shape.normal(turn, &arm));
+                    let normal = Normal::new(shape, &arm, s, shape.normal(orientation, &arm));
                     (stencil, weight) = self.stencils.profile_across(around, &image, &normal, s);
                     if weight == 0.0 && !shared {
                         continue;
                     }
                 } else if s > -body.radius().min(PROFILE_DEPTH * around.h) {
-                    let normal = Normal::new(shape, &arm, s, shape.normal(turn, &arm));
+                    let normal = Normal::new(shape, &arm, s, shape.normal(orientation, &arm));
                     stencil = self.stencils.profile(around, &image, &normal, s);
-                    if around.finer {
+                    if around.cubic {
                         let place = self.ghost_cells.len();
                         let cubic = self.stencils.cubic(around, &image, &normal, s, place);
                         self.cubic.extend(cubic);
@@ -298,8 +301,8 @@ impl<const D: usize> CutBody<D> {
     fn find_gaps(&mut self, around: &Surroundings<D>, k: usize, arms: &[Vec<Vector3<f64>>; D]) {
         let shape = around.bodies[k].shape();
         for ((cuts, arms), gaps) in self.cuts.iter().zip(arms).zip(&mut self.gaps) {
-            for (cut, arm) in cuts.iter().zip(arms).filter(|(cut, _)| cut.covered < 1.0) {
-                let own = shape.distance(&around.turn, arm);
+            for (cut, arm) in cuts.iter().zip(arms).filter(|(cut, _)| cut.solid_fraction < 1.0) {
+                let own = shape.distance(&around.orientation, arm);
                 let (share, kept) = around.flow(around.width_at(k, arm, own));
                 if kept > 0.0 && around.is_nearest(k, arm, own) {
                     gaps.push(GapFace { face: cut.face, share, kept: kept * kept });
@@ -324,12 +327,12 @@ impl<const D: usize> CutBody<D> {
         let (grid, body) = (around.grid, &around.bodies[k]);
         for i in 0..self.quadrature_points.len() {
             let SurfacePoint { place, normal, area } = self.quadrature_points[i];
-            let arm = around.turn * place;
+            let arm = around.orientation * place;
             let Some(image) = images(grid, &body.centre).find(|image| grid.owns(&(image + arm)))
             else {
                 continue;
             };
-            let normal = Normal::new(body.shape(), &arm, 0.0, around.turn * normal);
+            let normal = Normal::new(body.shape(), &arm, 0.0, around.orientation * normal);
             let slope = self.stencils.slope(around, &image, &normal);
             self.points.push(Point { arm, area, slope });
         }

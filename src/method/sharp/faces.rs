@@ -1,4 +1,4 @@
-//! Face velocities beside a wall: predicted with their memory (formulas in the parent).
+//! Face velocities beside a surface: predicted with their correction (formulas in the parent).
 
 use super::acceleration::PressureAcceleration;
 use super::cut::CutBodies;
@@ -12,10 +12,11 @@ use crate::particles::Body;
 use crate::state::State;
 
 impl<const D: usize> CutBodies<D> {
-    /// (8): face velocities from those of the cells, ghosts filled, the memory, of which the part
-    /// `numbers.keep` stays on the faces that a body cuts and `numbers.keep_open` on the others,
-    /// and the acceleration by the last pressure over `dt` (s), of which the cells still have the
-    /// part `1 - numbers.own`. The memory becomes the velocity before that acceleration.
+    /// (8): face velocities from those of the cells, ghosts filled, the correction, of which the
+    /// part `numbers.keep` stays on the faces that a body cuts and `numbers.keep_open` on the
+    /// others, and the acceleration by the last pressure over `dt` (s), of which the cells still
+    /// have the part `1 - numbers.own`. The momentum-interpolation correction becomes the velocity
+    /// before that acceleration.
     pub(super) fn interpolate(
         &mut self,
         domain: &Domain<D>,
@@ -26,8 +27,8 @@ impl<const D: usize> CutBodies<D> {
     ) -> Result<()> {
         let in_cells = (1.0 - own) * dt;
         let (grid, acceleration) = (&domain.grid, &acceleration.faces);
-        let State { u, faces, bodies, walls, .. } = s;
-        let memory = &mut history(walls)?.memory;
+        let State { u, faces, bodies, surfaces, .. } = s;
+        let correction = &mut history(surfaces)?.correction;
         let cuts = |axis| {
             self.bodies
                 .iter()
@@ -35,18 +36,21 @@ impl<const D: usize> CutBodies<D> {
                 .map(|(cut, _)| cut.face as usize)
         };
         let gaps = |axis| self.bodies.iter().flat_map(move |cut: &CutBody<D>| &cut.gaps[axis]);
-        self.remembered.clear();
+        self.corrections_before.clear();
         for axis in 0..D {
             let faces = cuts(axis).chain(gaps(axis).map(|gap| gap.face as usize));
-            self.remembered.extend(faces.map(|face| memory[axis][face]));
+            self.corrections_before.extend(faces.map(|face| correction[axis][face]));
         }
         simd(
             #[inline(always)]
             || {
-                for (axis, (memory, face)) in memory.iter_mut().zip(faces.iter_mut()).enumerate() {
+                for (axis, (correction, face)) in
+                    correction.iter_mut().zip(faces.iter_mut()).enumerate()
+                {
                     for row in grid.face_rows(axis) {
                         let mean = means(&u[axis], row.clone(), grid.stride[axis]);
-                        let to = memory[row.clone()].iter_mut().zip(face[row.clone()].iter_mut());
+                        let to =
+                            correction[row.clone()].iter_mut().zip(face[row.clone()].iter_mut());
                         for (i, ((m, f), a)) in to.zip(&acceleration[axis][row]).enumerate() {
                             *m = mean(i) + keep_open * *m - in_cells * a;
                             *f = *m + dt * a;
@@ -55,22 +59,24 @@ impl<const D: usize> CutBodies<D> {
                 }
             },
         );
-        let mut remembered = self.remembered.iter();
+        let mut corrections_before = self.corrections_before.iter();
         for axis in 0..D {
-            let (memory, face, a) = (&mut memory[axis], &mut faces[axis], &acceleration[axis]);
-            for (at, before) in cuts(axis).zip(&mut remembered) {
-                memory[at] = means(&u[axis], at..at + 1, grid.stride[axis])(0) + keep * before
+            let (correction, face, a) =
+                (&mut correction[axis], &mut faces[axis], &acceleration[axis]);
+            for (at, before) in cuts(axis).zip(&mut corrections_before) {
+                correction[at] = means(&u[axis], at..at + 1, grid.stride[axis])(0) + keep * before
                     - in_cells * a[at];
             }
-            for (gap, flow) in gaps(axis).zip(&mut remembered) {
-                memory[gap.face as usize] += gap.share * (gap.kept - keep).max(0.0) * flow;
+            for (gap, flow) in gaps(axis).zip(&mut corrections_before) {
+                correction[gap.face as usize] += gap.share * (gap.kept - keep).max(0.0) * flow;
             }
-            self.interpolate_cut(grid, axis, &u[axis], bodies, (dt, a), memory, face);
+            self.interpolate_cut(grid, axis, &u[axis], bodies, (dt, a), correction, face);
         }
         Ok(())
     }
 
-    /// The same on the covered faces of an axis, whose memory has the mean of the cells already.
+    /// The same on the covered faces of an axis, whose correction has the mean of the cells
+    /// already.
     #[allow(clippy::too_many_arguments)]
     fn interpolate_cut(
         &self,
@@ -79,46 +85,46 @@ impl<const D: usize> CutBodies<D> {
         u: &[f64],
         bodies: &[Body],
         (dt, a): (f64, &[f64]),
-        memory: &mut [f64],
+        correction: &mut [f64],
         face: &mut [f64],
     ) {
-        // Of what two bodies cover both have their say, each with all that the memory has.
-        for (cut, opening) in self.bodies.iter().flat_map(|cut| cut.faces(axis)) {
+        // Of what two bodies cover both have their say, each with all that the correction has.
+        for (cut, centroids) in self.bodies.iter().flat_map(|cut| cut.faces(axis)) {
             let at = cut.face as usize;
-            memory[at] += to_open_part(grid, axis, at, &opening.open, u);
-            face[at] = memory[at] + dt * a[at];
+            correction[at] += to_open_part(grid, axis, at, &centroids.open, u);
+            face[at] = correction[at] + dt * a[at];
         }
         for (cut, body) in self.bodies.iter().zip(bodies) {
-            for (cut, opening) in cut.faces(axis) {
+            for (cut, centroids) in cut.faces(axis) {
                 let at = cut.face as usize;
-                let q = memory[at] + dt * a[at];
-                face[at] += cut.covered * (body.velocity[axis] - q)
-                    + body.spin.cross(&opening.lever())[axis];
+                let q = correction[at] + dt * a[at];
+                face[at] += cut.solid_fraction * (body.velocity[axis] - q)
+                    + body.spin.cross(&centroids.lever())[axis];
             }
         }
     }
 
-    /// Updates the memory of the faces, which `CutBodies::interpolate` left before the acceleration
-    /// of its step, `dt` (s) long: to what their velocity was beyond the cells' `u` with the wall
-    /// imposed at the present place, ghosts filled. What the imposed wall changes at once is then
+    /// Updates the faces' correction, which `CutBodies::interpolate` left before the acceleration
+    /// of its step, `dt` (s) long: to what their velocity was beyond the cells' `u` with ghost
+    /// cells set at the present place, ghosts filled. What these change at once is then
     /// no change of a face's velocity.
-    pub fn update_memory(
+    pub fn update_face_correction(
         &self,
         domain: &Domain<D>,
         u: &VectorField<D>,
         dt: f64,
         acceleration: &PressureAcceleration<D>,
-        memory: &mut VectorField<D>,
+        correction: &mut VectorField<D>,
     ) {
         let (grid, acceleration) = (&domain.grid, &acceleration.faces);
         simd(
             #[inline(always)]
             || {
-                for (axis, memory) in memory.iter_mut().enumerate() {
+                for (axis, correction) in correction.iter_mut().enumerate() {
                     for row in grid.face_rows(axis) {
                         let mean = means(&u[axis], row.clone(), grid.stride[axis]);
                         let a = &acceleration[axis][row.clone()];
-                        for (i, (m, a)) in memory[row].iter_mut().zip(a).enumerate() {
+                        for (i, (m, a)) in correction[row].iter_mut().zip(a).enumerate() {
                             *m += dt * a - mean(i);
                         }
                     }
@@ -126,10 +132,10 @@ impl<const D: usize> CutBodies<D> {
             },
         );
         for axis in 0..D {
-            let memory = &mut memory[axis];
-            for (cut, opening) in self.bodies.iter().flat_map(|cut| cut.faces(axis)) {
-                memory[cut.face as usize] -=
-                    to_open_part(grid, axis, cut.face as usize, &opening.open, &u[axis]);
+            let correction = &mut correction[axis];
+            for (cut, centroids) in self.bodies.iter().flat_map(|cut| cut.faces(axis)) {
+                correction[cut.face as usize] -=
+                    to_open_part(grid, axis, cut.face as usize, &centroids.open, &u[axis]);
             }
         }
     }

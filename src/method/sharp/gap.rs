@@ -7,7 +7,7 @@
 //!    ---.-------.---  g
 //!              cells in it take the straight profile, as far as friction makes it in the time:
 //!      (  other )                   tau = 1 - exp(-6 nu dt/g^2)              twice a step
-//!                                 what flows through it is in the faces' memory,
+//!                                 what flows through it is in the faces' correction,
 //!                 and stays but for that friction:
 //!                                   keep = exp(-12 nu dt/g^2)
 //!              12 nu/g^2: of a parabola between two walls
@@ -15,7 +15,7 @@
 //! Without that such a gap would take the momentum of what flows through it in every step, and half
 //! of an impact's energy with it.
 
-use crate::geometry::{self, Turn};
+use crate::geometry::{self, Orientation};
 use crate::grid::{Border, Boundaries, Grid};
 use crate::numerics::Numerics;
 use crate::particles::{Body, nearest_image};
@@ -48,7 +48,7 @@ pub struct Neighbour {
     pub body: usize,
     /// The way to its nearest image (m), and how that is turned.
     apart: Vector3<f64>,
-    turn: Turn,
+    orientation: Orientation,
     /// Normal to which axis the plane of symmetry is in which this is its image.
     mirror: Option<usize>,
     /// Its radius (m) where it is round: cells ask many neighbours for their distance, and round
@@ -84,9 +84,9 @@ impl Neighbour {
         periods: &[Option<f64>; 3],
         reach: f64,
     ) -> impl Iterator<Item = Neighbour> {
-        let (nearest, turn, round) = (
+        let (nearest, orientation, round) = (
             nearest_image(&bodies[k].centre, &bodies[j].centre, periods),
-            bodies[j].turn(),
+            bodies[j].orientation(),
             round(&bodies[j]),
         );
         let near = reach + bodies[k].radius() + bodies[j].radius();
@@ -103,7 +103,7 @@ impl Neighbour {
             (sides == 0 || apart.norm() < near).then_some(Neighbour {
                 body: j,
                 apart,
-                turn,
+                orientation,
                 mirror: None,
                 round,
             })
@@ -118,7 +118,7 @@ impl Neighbour {
         periods: &[Option<f64>; 3],
         reach: f64,
     ) -> impl Iterator<Item = Neighbour> {
-        let (turn, round) = (bodies[k].turn(), round(&bodies[k]));
+        let (orientation, round) = (bodies[k].orientation(), round(&bodies[k]));
         let near = reach + 2.0 * bodies[k].radius();
         let lengths = periods
             .iter()
@@ -128,7 +128,7 @@ impl Neighbour {
             [length, -length].map(|way| {
                 let mut apart = Vector3::zeros();
                 apart[axis] = way;
-                Neighbour { body: k, apart, turn, mirror: None, round }
+                Neighbour { body: k, apart, orientation, mirror: None, round }
             })
         })
     }
@@ -155,8 +155,9 @@ impl Neighbour {
             }
             let (mut apart, mut plane) = (Vector3::zeros(), Matrix3::identity());
             (apart[axis], plane[(axis, axis)]) = (2.0 * to, -1.0);
-            let turn = Turn::from_matrix_unchecked(plane * body.turn().matrix() * plane);
-            Some(Neighbour { body: k, apart, turn, mirror: Some(axis), round })
+            let orientation =
+                Orientation::from_matrix_unchecked(plane * body.orientation().matrix() * plane);
+            Some(Neighbour { body: k, apart, orientation, mirror: Some(axis), round })
         })
     }
 
@@ -173,7 +174,7 @@ impl Neighbour {
     fn distance(&self, bodies: &[Body], arm: &Vector3<f64>) -> f64 {
         let arm = arm - self.apart;
         self.round.map_or_else(
-            || bodies[self.body].shape().distance(&self.turn, &arm),
+            || bodies[self.body].shape().distance(&self.orientation, &arm),
             |radius| arm.norm() - radius,
         )
     }
@@ -193,7 +194,7 @@ impl Neighbour {
     fn meets(&self, bodies: &[Body], from: &Vector3<f64>, n: &Vector3<f64>) -> Option<f64> {
         let apart = self.apart - from;
         self.round.map_or_else(
-            || bodies[self.body].shape().meets(&self.turn, &apart, n),
+            || bodies[self.body].shape().meets(&self.orientation, &apart, n),
             |radius| geometry::round::meets(&apart, n, radius),
         )
     }
@@ -213,7 +214,7 @@ pub struct Surroundings<'a, const D: usize> {
     /// All bodies.
     pub bodies: &'a [Body],
     /// How the one is turned that is built.
-    pub turn: Turn,
+    pub orientation: Orientation,
     /// The bodies near this one.
     pub near: &'a [Neighbour],
     /// The numbers of the method.
@@ -223,16 +224,16 @@ pub struct Surroundings<'a, const D: usize> {
     /// What the flow in a gap of one spacing loses to its walls before it is imposed: it falls by
     /// `exp(-friction)`.
     pub friction: f64,
-    /// Whether cells near the wall take the finer profile: where no body moves.
-    pub finer: bool,
+    /// Whether cells near the wall take the cubic extrapolation: where no body moves.
+    pub cubic: bool,
     /// Beyond which gap nothing is felt of what lies there (m).
     pub reach: f64,
 }
 
-/// Gap (spacings) beyond which nothing is felt of what lies there; with the finer profile that is
-/// what its third image point keeps off.
-pub fn reach(finer: bool, numerics: &Numerics) -> f64 {
-    let points = if finer { 3.0 } else { 2.0 };
+/// Gap (spacings) beyond which nothing is felt of what lies there; with the cubic extrapolation
+/// that is what its third image point keeps off.
+pub fn reach(cubic: bool, numerics: &Numerics) -> f64 {
+    let points = if cubic { 3.0 } else { 2.0 };
     points * numerics.image_point + 1.5 * numerics.blending_width
 }
 
@@ -337,7 +338,7 @@ impl<const D: usize> Surroundings<'_, D> {
     /// Whether another body or a wall is so near that the grid does not resolve the gap.
     pub fn has_neighbours(&self, k: usize) -> bool {
         let body = &self.bodies[k];
-        let bounds = body.shape().bounds(&self.turn);
+        let bounds = body.shape().bounds(&self.orientation);
         let within = |a: usize, side: usize| {
             let from = body.centre[a] - if side == 0 { 0.0 } else { self.grid.size[a] };
             matches!(self.boundaries.borders[a][side], Some(Border::Velocity(_)))

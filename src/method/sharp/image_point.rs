@@ -7,7 +7,7 @@
 //!      o      o---*-----o       o                                    -(t+1)t(t-2)/2, (t+1)t(t-1)/6
 //! ```
 //! Near a body some of the cells lie inside it: they hold the profile that was imposed last, which
-//! continues the flow smoothly through the wall.
+//! continues the flow smoothly through the surface.
 
 use crate::grid::{Grid, VectorField};
 use nalgebra::Vector3;

@@ -10,7 +10,7 @@
 //! was. At the start bodies have their velocities, and the fluid is set off with them. To one that
 //! comes in later the fluid gives way at the cost of its momentum, and the free bodies beside it
 //! follow: it goes on with what its mass is of that and the added mass. Left to a step's stages,
-//! the jump of its wall would turn a light body back.
+//! the jump of its surface would turn a light body back.
 
 use super::exchanged::ExchangedMomentum;
 use super::load::cell_momenta;
@@ -37,9 +37,9 @@ impl<const D: usize> Sharp<D> {
         new: impl Fn(usize) -> bool,
     ) -> Result<()> {
         let (p, drive) = (s.p.clone(), s.drive);
-        // What the last wall changed of the cells, and the last step of the faces, stays what it
+        // What the last surface changed of the cells, and the last step of the faces, stays what it
         // was.
-        shift(&mut history(&mut s.walls)?.before_forcing, -1.0, &s.u);
+        shift(&mut history(&mut s.surfaces)?.before_forcing, -1.0, &s.u);
         add(&mut s.faces_before, -1.0, &s.faces);
         for (cut, body) in self.cut.bodies.iter().zip(&s.bodies).filter(|(_, body)| new(body.id)) {
             cut.cover_faces(body, &mut s.faces);
@@ -58,9 +58,9 @@ impl<const D: usize> Sharp<D> {
         self.impulsive_start(domain, s, true)?;
         self.defer(domain, s)?;
         add(&mut s.faces_before, 1.0, &s.faces);
-        let walls = history(&mut s.walls)?;
-        add(&mut walls.memory, 1.0, &self.acceleration.faces);
-        shift(&mut walls.before_forcing, 1.0, &s.u);
+        let surfaces = history(&mut s.surfaces)?;
+        add(&mut surfaces.correction, 1.0, &self.acceleration.faces);
+        shift(&mut surfaces.before_forcing, 1.0, &s.u);
         (s.p, s.drive) = (p, drive);
         self.find_acceleration(domain, s);
         self.take_inside(domain, s, |_| true)
@@ -71,7 +71,7 @@ impl<const D: usize> Sharp<D> {
     fn defer(&mut self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
         let momenta =
             cell_momenta(domain, &self.cut, &self.work.exchanged, s, &mut self.work.momenta)?;
-        let histories = history(&mut s.walls)?.bodies.iter_mut().zip(momenta);
+        let histories = history(&mut s.surfaces)?.bodies.iter_mut().zip(momenta);
         for (((history, momentum), body), motion) in histories
             .zip(&s.bodies)
             .zip(&self.motions)
@@ -82,13 +82,13 @@ impl<const D: usize> Sharp<D> {
                 - history.inside.0
                 - momentum.exchanged.linear
                 - domain.unfelt(&s.drive, body.volume());
-            history.deferred += lost - motion.pressure;
+            history.undelivered += lost - motion.pressure;
         }
         Ok(())
     }
 
     /// Projects the faces over a second, so that the potential in the pressure's place is its
-    /// impulse, which corrects the cells; the wall is imposed on them. Bodies keep their velocity,
+    /// impulse, which corrects the cells; their ghost cells are set. Bodies keep their velocity,
     /// or `follow`. Collective.
     pub(super) fn impulsive_start(
         &mut self,
@@ -112,7 +112,7 @@ impl<const D: usize> Sharp<D> {
         let Sharp { cut, acceleration, work, .. } = self;
         work.exchanged.fill(ExchangedMomentum::default());
         faces::add_to_cells(&domain.grid, 1.0, &acceleration.faces, &mut s.u);
-        cut.add_opened(domain, 1.0, Some(&mut work.exchanged), &mut s.u);
+        cut.add_cut_cells(domain, 1.0, Some(&mut work.exchanged), &mut s.u);
         domain.boundaries.fill_velocity(&mut s.u)?;
         cut.set_ghost_cells(domain, &s.bodies, false, Some(&mut work.exchanged), &mut s.u);
         domain.boundaries.fill_velocity(&mut s.u)
@@ -126,7 +126,7 @@ fn add<const D: usize>(to: &mut VectorField<D>, factor: f64, from: &VectorField<
         .for_each(|(to, from)| to.iter_mut().zip(from).for_each(|(to, from)| *to += factor * from));
 }
 
-/// Adds a multiple of the velocity `u` (m/s) of the cells to what they had before the wall.
+/// Adds a multiple of the velocity `u` (m/s) of the cells to what they had before the surface.
 fn shift<const D: usize>(before_forcing: &mut [BeforeForcing<D>], factor: f64, u: &VectorField<D>) {
     for BeforeForcing { cell, velocity } in before_forcing {
         velocity

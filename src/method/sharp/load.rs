@@ -95,7 +95,7 @@ impl<const D: usize> CutBodies<D> {
             let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
             for cut in self.bodies[k].cuts[axis].iter().filter(|cut| cut.owned) {
                 let face = cut.face as usize;
-                force[axis] += area * cut.covered * (p[face - s] - p[face]);
+                force[axis] += area * cut.solid_fraction * (p[face - s] - p[face]);
             }
         }
         force
@@ -115,11 +115,11 @@ impl<const D: usize> CutBodies<D> {
         }
         for axis in 0..D {
             let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
-            for (cut, opening) in self.bodies[k].faces(axis).filter(|(cut, _)| cut.owned) {
+            for (cut, centroids) in self.bodies[k].faces(axis).filter(|(cut, _)| cut.owned) {
                 let face = cut.face as usize;
                 let mut force = Vector3::zeros();
                 force[axis] = area * (p[face - s] - p[face]);
-                torque += opening.lever().cross(&force);
+                torque += centroids.lever().cross(&force);
             }
         }
         torque
@@ -198,7 +198,7 @@ impl<const D: usize> Sharp<D> {
         self.work.exchanged.fill(ExchangedMomentum::default());
         let momenta =
             cell_momenta(domain, &self.cut, &self.work.exchanged, s, &mut self.work.momenta)?;
-        let all = history(&mut s.walls)?.bodies.iter_mut().zip(&s.bodies).zip(momenta);
+        let all = history(&mut s.surfaces)?.bodies.iter_mut().zip(&s.bodies).zip(momenta);
         for ((history, body), momentum) in all.filter(|((_, body), _)| of(body.id)) {
             history.inside = momentum.whole(domain.fluid.density, body);
         }
@@ -216,7 +216,7 @@ impl<const D: usize> Sharp<D> {
     ) -> Result<()> {
         let momenta =
             cell_momenta(domain, &self.cut, &self.work.exchanged, s, &mut self.work.momenta)?;
-        let histories = &mut history(&mut s.walls)?.bodies;
+        let histories = &mut history(&mut s.surfaces)?.bodies;
         for (k, momentum) in momenta.iter().enumerate() {
             let ExchangedMomentum { linear: given, angular: spun } = momentum.exchanged;
             let (body, motion) = (&s.bodies[k], &mut self.motions[k]);
@@ -230,7 +230,7 @@ impl<const D: usize> Sharp<D> {
             };
             motion.spin_lost = swirl - before.1 - spun;
             let struck = self.contacts.as_ref().map(|c| c.impulses()[k]).unwrap_or_default();
-            let felt = motion.pressure + motion.shear.0 + histories[k].residual;
+            let felt = motion.pressure + motion.shear.0 + histories[k].filtered_defect;
             // What moved a free body, the resistance to changes within the step included.
             let moved = body.freedom().map(|freedom| {
                 let weight =
@@ -247,12 +247,12 @@ impl<const D: usize> Sharp<D> {
         let take_in = (numbers.courant / domain.numerics.defect_time
             + domain.numerics.defect_decay * numbers.diffusion)
             .min(1.0);
-        for (motion, BodyHistory { residual, deferred, .. }) in
+        for (motion, BodyHistory { filtered_defect, undelivered, .. }) in
             self.motions.iter().zip(histories.iter_mut())
         {
-            *deferred +=
+            *undelivered +=
                 dt * (motion.force_defect + motion.pressure + motion.shear.0 - motion.used);
-            *residual += take_in * (motion.force_defect - *residual);
+            *filtered_defect += take_in * (motion.force_defect - *filtered_defect);
         }
         self.take_accelerations(domain, &s.bodies, histories, dt);
         self.take_displacements(s)?;

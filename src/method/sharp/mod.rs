@@ -1,10 +1,10 @@
-//! The wall where it is: faces of the pressure equation open as far as they are, and the velocity
-//! inside a body set from the profile beside it. Nothing is relaxed, so that the time step does not
-//! enter.
+//! The sharp-interface method: the pressure equation has faces that are open as far as the body
+//! leaves them, and the velocity of the cells inside a body is set by the profile of the flow
+//! beside its surface. Nothing is relaxed: the time step does not enter.
 //!
-//! With `H = 1 - m` the open part of a face (m the covered one), `U_b = V + omega x r` a body's
-//! motion, `a = -grad p/rho` on faces and `I` the mean of four cells across a free face, of two
-//! across a covered one, moved to the centroid of the open part by the derivatives:
+//! With `H = 1 - m` the aperture of a face (m its solid fraction), `U_b = V + omega x r` the motion
+//! of a body, `a = -grad p/rho` on faces, and `I` the mean of four cells across an open face and of
+//! two across a cut one, moved to the centroid of the open part by the derivatives:
 //!
 //! ```text
 //!   faces      q  = I(u*) + (1 - chi) (q^n - I(u^n)) + dt a,   U = H q + m U_b.n,
@@ -14,56 +14,58 @@
 //!              (n_f outwards from the cell)
 //!   cells      u  = u* + dt (b + (H_w (a_w - b) + H_e (a_e - b))/(1 + (H_w + H_e)/2)),
 //!              b: the drive's, beside free bodies
-//!   inside     u  = U_b + the profile of the flow beside the wall, continued into the body
+//!   ghosts     u  = U_b + the profile of the flow beside the surface, extrapolated into the body
 //!              ([`stencil`])
 //! ```
-//! The equation stays symmetric, and its solution holds the added mass of a free body implicitly,
-//! whatever its density. The memory `q^n - I(u^n)` keeps dt out of the wall's pressure; it fades as
-//! the flow crosses the grid and, since it is as small as the grid, by viscosity: in a creeping
-//! flow nothing else takes it, and it would drive the flow; its u^n is that of the cells before the
-//! wall was imposed last, c is 0.4 on faces that no body cuts and 0.105 in 2D, 0.25 in 3D on the
-//! others, 4 on all where no body moves, h the least spacing, so that what this changes reaches the
-//! faces with the next step. In narrow gaps it is all there is of the flow, and stays. A turning
-//! disc or sphere displaces nothing.
+//! The equation is symmetric, and its solution holds the added mass of a free body implicitly at
+//! any density ratio.
 //!
-//! Where no body moves, a step longer than `t = 0.05 h^2/nu` gives the faces
-//! `I(u* + (dt - t) a_c) + t a` in place of `I(u*) + dt a`, with a_c the cells' acceleration:
-//! `dt (a - I a_c)`, through which a steady flow would leak, is no longer the more the longer the
-//! step. Steps that viscosity would bind are made in Legendre stages
-//! ([`crate::scheme::legendre`]); the wall is imposed on each.
+//! The momentum-interpolation correction `q^n - I(u^n)` keeps dt out of the pressure at the
+//! surface. It decays as the flow crosses the grid and by viscosity: in a creeping flow nothing
+//! else takes it away, and it would drive the flow. Its u^n is that of the cells before ghost cells
+//! were set last. The rate c is 0.4 on faces that no body cuts and 0.105 in 2D, 0.25 in 3D on the
+//! others, and 4 on all faces where no body moves; h is the least spacing. In narrow gaps the
+//! correction is all that there is of the flow, and stays. A turning disc or sphere displaces
+//! nothing.
 //!
-//! Spin, of which little but fluid is moved where a body is light, with R what the wall's slope
-//! resists to a change of it within the step (`motion.rs`), T the fluid's torque and J what
-//! contacts give, their own substeps on the moment of inertia I + dt R:
+//! Where no body moves, a step longer than `t = 0.05 h^2/nu` gives the faces `I(u* + (dt - t) a_c)
+//! + t a` in place of `I(u*) + dt a`, with a_c the acceleration of the cells: a steady flow would
+//! leak through `dt (a - I a_c)` the more the longer the step. Steps that viscosity would bind are
+//! made in Legendre stages ([`crate::scheme::legendre`]); ghost cells are set on each.
+//!
+//! The spin of a light body moves little but fluid. With R the resistance of the surface's slope to
+//! a change of spin within the step (`motion.rs`), T the torque of the fluid and J the impulse of
+//! contacts, whose substeps have the moment of inertia I + dt R:
 //!
 //! ```text
 //!   expected   w_e = w + P + J/(I + dt R)                   P: what the fluid did in the last step
-//!   responded   (I + dt R) (w_a - w) = dt T(w_e) + dt R (w_e - w) + J
-//!                 T is taken with w_e imposed
-//!   held       w' = w_e + m (w_a - w_e),   P' = P + w_a - w_e
-//!              m = 1/(1 + dt C/(I + dt R)), C: what films resist; 0 where it touches
+//!   responded  (I + dt R) (w_a - w) = dt T(w_e) + dt R (w_e - w) + J
+//!                 T is taken with ghost cells of w_e
+//!   damped     w' = w_e + m (w_a - w_e),   P' = P + w_a - w_e
+//!              m = 1/(1 + dt C/(I + dt R)), C: the resistance of lubrication; 0 in contact
 //! ```
-//! One w_e for the wall that the fluid sees, for the torque and for contacts. Without the last line
-//! a contact responds to what the fluid made of its impulse with the next step only; a light body
-//! that films hold hard then turns to and fro, 1.6 times as fast after each step.
+//! One w_e serves the ghost cells, the torque and contacts. Without the last line a contact
+//! responds to the fluid's response to its impulse a step late; a light body that lubrication holds
+//! hard then turns to and fro, 1.6 times as fast after each step.
 //!
-//! In time the force is of second order. Of first order, and small, are cells that change sides, at
-//! the end of a step, and the history of faces beside a wall that gathers speed.
+//! In time the force is of second order. Of first order, and small, are cells that change sides at
+//! the end of a step, and the history of faces beside a surface that accelerates.
 //!
-//! The force is what the fluid loses. All cells together lose momentum only where the profile is
-//! imposed (`du`) and where the gradient of a cut cell differs from the plain mean of its faces';
-//! what lies inside the body is no fluid:
+//! The force is what the fluid loses. All cells together lose momentum only in ghost cells (`du`)
+//! and where the gradient of a cut cell differs from the plain mean of its faces'; what lies inside
+//! the body is no fluid:
 //!
 //! ```text
 //!   F = -(rho dV/dt) sum du - rho dV sum (open - plain gradient) + d/dt( rho dV sum alpha u )
 //! ```
-//! Each step's F jitters as cells change sides. A body moves by pressure and wall shear, `F_p +
-//! F_v`, and takes in what these miss, the residual `X += eps (F - F_p - F_v - X)`, over the time
-//! the flow, or viscosity, needs for some cells. What a body has not felt yet is its deferred
-//! impulse, a part of the balance of momentum. Advection that loses momentum by itself leaves no
-//! such residual: there a body moves by `F_p + F_v` alone.
+//! F of a step jitters as cells change sides. A body moves by pressure and wall shear, `F_p + F_v`,
+//! and by the filtered force defect `X += eps (F - F_p - F_v - X)`, over the time in which the
+//! flow, or viscosity, crosses some cells. What a body has not felt yet is its undelivered impulse,
+//! a part of the balance of momentum. With advection that does not conserve momentum there is no
+//! such defect: a body moves by `F_p + F_v` alone.
 
 mod acceleration;
+mod apertures;
 mod balance;
 mod borders;
 mod contact_correction;
@@ -79,7 +81,6 @@ mod load;
 mod modes;
 mod motion;
 mod near;
-mod openings;
 mod pressure_step;
 mod profile;
 mod shared;
@@ -99,7 +100,7 @@ use crate::numerics::Numerics;
 use crate::particles::{Accelerations, Body};
 use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
-use crate::state::{Balance, Exchange, State, WallHistory};
+use crate::state::{Balance, Exchange, State, SurfaceHistory};
 use crate::sums::BodySums;
 use crate::{Error, Result};
 use acceleration::PressureAcceleration;
@@ -111,10 +112,10 @@ use motion::BodyMotion;
 use nalgebra::Vector3;
 
 /// Depth to which the profile is continued into a body (spacings): the fifth-order upwind value of
-/// a face at the wall is from cells so far from it.
+/// a face at the surface is from cells so far from it.
 const PROFILE_DEPTH: f64 = 2.5;
 
-/// The method with sharp walls.
+/// The method with sharp surfaces.
 pub struct Sharp<const D: usize> {
     mixture: Mixture,
     momentum: Momentum<D>,
@@ -134,8 +135,8 @@ pub struct Sharp<const D: usize> {
 
 /// Scratch of a step.
 struct Work<const D: usize> {
-    /// Velocity that a stage after the first starts from, or that the faces' memory is taken beside
-    /// (m/s).
+    /// Velocity that a stage after the first starts from, or that the faces' correction is taken
+    /// beside (m/s).
     stage: VectorField<D>,
     accelerations: Vec<Accelerations>,
     exchanged: Vec<ExchangedMomentum>,
@@ -153,7 +154,7 @@ struct StepNumbers {
     courant: f64,
     /// Squared spacings that viscosity crosses.
     diffusion: f64,
-    /// What faces keep of their memory that a body cuts.
+    /// What faces keep of their correction that a body cuts.
     keep: f64,
     /// The same where they are all open.
     keep_open: f64,
@@ -186,9 +187,9 @@ impl<const D: usize> Method<D> for Sharp<D> {
         // (17, 18, 20-26) bodies to their new place, faces open there
         self.predict_positions(domain, s, dt)?;
         let numbers = self.step_numbers(domain, s, dt)?;
-        // memory = q - mean(u), at that place
-        self.update_memory(domain, s, numbers, dt)?;
-        // (7) u* with the last pressure, the wall imposed
+        // correction = q - mean(u), at that place
+        self.update_face_correction(domain, s, numbers, dt)?;
+        // (7) u* with the last pressure, ghost cells set
         let sides = self.predict_cells(domain, s, dt)?;
         // (17, 18) bodies by all forces but the new pressure
         self.predict_velocities(domain, s, dt)?;
@@ -196,7 +197,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
         self.predict_faces(domain, s, numbers, dt)?;
         // (13-15) C-HSMAC: |D| < D0, the bodies with it
         let projected = self.project(domain, s, dt)?;
-        // (16) u = u* - dt/rho grad p, the wall imposed
+        // (16) u = u* - dt/rho grad p, ghost cells set
         self.correct_cells(domain, s, dt)?;
         // (19) the force: what the fluid lost
         self.find_loads(domain, s, numbers, dt)?;
@@ -208,17 +209,17 @@ impl<const D: usize> Method<D> for Sharp<D> {
     fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
         s.touching =
             self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.untouched());
-        s.walls = Some(WallHistory::new(&domain.grid, s.bodies.len()));
+        s.surfaces = Some(SurfaceHistory::new(&domain.grid, s.bodies.len()));
         self.settle(domain, &s.bodies)?;
         self.acceleration.clear();
-        self.impose(domain, &s.bodies, &mut s.u)?;
+        self.set_ghost_cells(domain, &s.bodies, &mut s.u)?;
         self.cut.interpolate(domain, s, StepNumbers::START, 0.0, &self.acceleration)?;
         domain.boundaries.set_faces(&mut s.faces);
         self.impulsive_start(domain, s, false)?;
         s.drive = domain.drive_at_start(&s.bodies);
-        let walls = history(&mut s.walls)?;
-        copy(&s.faces, &mut walls.memory);
-        walls.before_forcing.reserve(self.cut.most_ghost_cells());
+        let surfaces = history(&mut s.surfaces)?;
+        copy(&s.faces, &mut surfaces.correction);
+        surfaces.before_forcing.reserve(self.cut.most_ghost_cells());
         self.give_past(domain, s, |_| true)?;
         s.exchange.fill(Exchange::default());
         s.balance = s.has_free_bodies().then(Balance::default);
@@ -235,7 +236,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
         // Ghosts depend on which borders bodies are near to.
         self.settle(domain, &s.bodies)?;
         domain.boundaries.fill_velocity(&mut s.u)?;
-        history(&mut s.walls)?.before_forcing.reserve(self.cut.most_ghost_cells());
+        history(&mut s.surfaces)?.before_forcing.reserve(self.cut.most_ghost_cells());
         self.acceleration.of_pressure(domain, &mut self.cut, &s.bodies, &s.p, s.drive);
         Ok(())
     }
@@ -364,7 +365,7 @@ impl<const D: usize> Sharp<D> {
                 beside.map_or(body.mass() + added, |contacts| contacts.mass_in_contact(body));
             body.freedom().map_or_else(Vector3::zeros, |freedom| freedom.along(&pull) / mass)
         };
-        let all = history(&mut s.walls)?.bodies.iter_mut().zip(&s.bodies).zip(forces);
+        let all = history(&mut s.surfaces)?.bodies.iter_mut().zip(&s.bodies).zip(forces);
         for (k, ((history, body), forces)) in
             all.enumerate().filter(|(_, ((_, body), _))| new(body.id))
         {
@@ -391,12 +392,14 @@ impl<const D: usize> Sharp<D> {
     }
 }
 
-/// The history of a state that has sharp walls.
+/// The history of a state that has sharp surfaces.
 ///
 /// # Errors
 /// When it has none: it is another method's.
-fn history<const D: usize>(walls: &mut Option<WallHistory<D>>) -> Result<&mut WallHistory<D>> {
-    walls.as_mut().ok_or_else(|| {
+fn history<const D: usize>(
+    surfaces: &mut Option<SurfaceHistory<D>>,
+) -> Result<&mut SurfaceHistory<D>> {
+    surfaces.as_mut().ok_or_else(|| {
         Error::Run("the state has no history of sharp walls: start it with them".into())
     })
 }

@@ -6,9 +6,9 @@ use super::cut::CutBodies;
 use super::motion::BodyMotion;
 use crate::Result;
 use crate::domain::Domain;
-use crate::geometry::{Cut, Opening};
+use crate::geometry::{Cut, FaceCentroids};
 use crate::particles::Body;
-use crate::poisson::Covered;
+use crate::poisson::ModeFace;
 use nalgebra::{SymmetricEigen, Vector3};
 
 /// The modes of the free bodies.
@@ -18,7 +18,7 @@ pub struct Modes {
     /// Of each mode (m3/kg).
     weights: Vec<f64>,
     /// The faces that belong to them.
-    entries: Vec<Covered>,
+    entries: Vec<ModeFace>,
 }
 
 impl Modes {
@@ -68,7 +68,9 @@ impl Modes {
                 let mode = k * D + axis;
                 weights[mode] = volume / motion.inertia;
                 entries.extend(
-                    cut.cuts[axis].iter().map(|cut| covered(mode, axis, cut.face, cut.covered)),
+                    cut.cuts[axis]
+                        .iter()
+                        .map(|cut| mode_face(mode, axis, cut.face, cut.solid_fraction)),
                 );
             }
         }
@@ -83,8 +85,8 @@ impl Modes {
                 weights[mode] = volume * inverse_mass.eigenvalues[about];
                 let spin = inverse_mass.eigenvectors.column(about) / radius;
                 for axis in 0..D {
-                    let face = |(cut, opening): (&Cut, &Opening<D>)| {
-                        covered(mode, axis, cut.face, spin.cross(&opening.lever())[axis])
+                    let face = |(cut, centroids): (&Cut, &FaceCentroids<D>)| {
+                        mode_face(mode, axis, cut.face, spin.cross(&centroids.lever())[axis])
                     };
                     entries.extend(cut.faces(axis).map(face));
                 }
@@ -110,7 +112,7 @@ impl<const D: usize> Sharp<D> {
         let own = self.cut.bodies.iter().map(|cut| {
             let covered = |axis: usize| {
                 let cuts = cut.cuts[axis].iter().filter(|cut| cut.owned);
-                volume * cuts.map(|cut| cut.covered).sum::<f64>()
+                volume * cuts.map(|cut| cut.solid_fraction).sum::<f64>()
             };
             Vector3::from_fn(|axis, _| if axis < D { covered(axis) } else { 0.0 })
         });
@@ -140,13 +142,14 @@ pub fn hold<const D: usize>(
             .map(|_| motion.displaced[axis] / motion.inertia)
     };
     let of_body = bodies.iter().zip(motions).map(goes).zip(&cut.bodies);
-    let carried = of_body.filter_map(|(inverse_mass, cut)| Some((inverse_mass?, &cut.cuts[axis])));
-    let faces = carried.flat_map(|(inverse_mass, cuts)| {
-        cuts.iter().map(move |cut| (cut.face as usize, inverse_mass * cut.covered, cut.owned))
+    let followed = of_body.filter_map(|(inverse_mass, cut)| Some((inverse_mass?, &cut.cuts[axis])));
+    let faces = followed.flat_map(|(inverse_mass, cuts)| {
+        cuts.iter()
+            .map(move |cut| (cut.face as usize, inverse_mass * cut.solid_fraction, cut.owned))
     });
     domain.hold(&cut.beta, faces)
 }
 
-fn covered(mode: usize, axis: usize, face: u32, part: f64) -> Covered {
-    Covered { mode: mode as u32, axis: axis as u8, face, part }
+fn mode_face(mode: usize, axis: usize, face: u32, part: f64) -> ModeFace {
+    ModeFace { mode: mode as u32, axis: axis as u8, face, part }
 }

@@ -81,7 +81,7 @@ impl<const D: usize> Sharp<D> {
             motion.angular_momentum = body.inertia().of(&body.spin);
         }
         let (histories, unit) = (
-            &mut history(&mut s.walls)?.bodies,
+            &mut history(&mut s.surfaces)?.bodies,
             (domain.fluid.viscosity / self.cut.h, slope_weights(&domain.numerics)),
         );
         for (k, (accelerations, history)) in
@@ -154,7 +154,7 @@ impl<const D: usize> Sharp<D> {
         let forces = surface_forces(domain, &self.cut, s, &mut self.work.forces)?;
         let (fluid, h) = (&domain.fluid, self.cut.h);
         let unit = (fluid.viscosity / h, slope_weights(&domain.numerics));
-        let histories = &mut history(&mut s.walls)?.bodies;
+        let histories = &mut history(&mut s.surfaces)?.bodies;
         for (k, forces) in forces.iter().enumerate() {
             let SurfaceForces { pressure, shear, shear_torque: torque, pressure_torque } = *forces;
             let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
@@ -174,7 +174,8 @@ impl<const D: usize> Sharp<D> {
             motion.inertia = body.mass() + dt * drag;
             let weight = (body.mass() - fluid.density * body.volume()) * fluid.gravity;
             let resisted = drag * (motion.expected.0 - motion.start.0);
-            let change = dt * (pressure + motion.shear.0 + history.residual + weight + resisted)
+            let change = dt
+                * (pressure + motion.shear.0 + history.filtered_defect + weight + resisted)
                 + impulse.linear;
             body.velocity = motion.start.0 + freedom.along(&change) / motion.inertia;
             // The same angular momentum is another spin once it has turned.
@@ -234,8 +235,8 @@ impl<const D: usize> Sharp<D> {
     }
 }
 
-/// Sum of the weights of the slope at the wall: that of a velocity which is 1 at all image points
-/// (over a spacing).
+/// Sum of the weights of the slope at the surface: that of a velocity which is 1 at all image
+/// points (over a spacing).
 fn slope_weights(numerics: &Numerics) -> f64 {
     profile::slope(numerics.slope_image_point).iter().sum()
 }
@@ -253,7 +254,7 @@ pub(super) fn resistance(
     if body.shape().is_round() {
         return (unit * area, Inertia::Same(slope * surface_moments[(2, 2)]));
     }
-    let turn = body.turn();
+    let turn = body.orientation();
     (unit * area, Inertia::Tensor(slope * (turn * surface_moments * turn.transpose())))
 }
 

@@ -1,11 +1,11 @@
-//! The profile of the flow beside a wall, far from others, as factors of what image points see. In
-//! spacings, s the distance from the wall:
+//! The profile of the flow beside a surface, far from others, as factors of what image points see.
+//! In spacings, s the distance from the surface:
 //!
 //! ```text
 //!   w(s) = a s + b (s^2/2 + 1/24)      through both image points: a cell has the mean of what is
 //!                                      in it,
 //!                                      and that of a parabola is w''/24 beyond
-//!                                      its middle, on the wall as well
+//!                                      its middle, on the surface as well
 //!   w(s) = a s + b (s^2/2 + 1/24) + c (s^3/6 + s/24)     through three image points: the finer
 //!                                                        profile
 //! ```
@@ -14,9 +14,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-/// What the mean of a cell has beyond its middle, of `h^2 w''` along the normal of a wall: the mean
-/// of `x^2/2` over a cell of the width 1, by Taylor's expansion. On a curved wall `h^2/24` of the
-/// slope over the radius would come to it; `docs/constants.md` says why it is left out.
+/// What the mean of a cell has beyond its middle, of `h^2 w''` along the normal of a surface: the
+/// mean of `x^2/2` over a cell of the width 1, by Taylor's expansion. On a curved surface `h^2/24`
+/// of the slope over the radius would come to it; `docs/constants.md` says why it is left out.
 const CELL_MEAN: f64 = 1.0 / 24.0;
 
 /// Factors of the velocities at the first image point and twice as far in the parabola's at the
@@ -43,7 +43,7 @@ pub fn cubic(s: f64, places: [f64; 3]) -> Option<[f64; 3]> {
 }
 
 /// Factors of the means at one, two and three times `distance` in the slope on
-/// the wall of the cubic through them: where no body moves.
+/// the surface of the cubic through them: where no body moves.
 pub fn slope_of_means(distance: f64) -> [f64; 3] {
     let places = [1.0, 2.0, 3.0].map(|n| n * distance);
     Matrix3::from_columns(&places.map(cubic_mean))
@@ -53,7 +53,7 @@ pub fn slope_of_means(distance: f64) -> [f64; 3] {
 }
 
 /// Factors of the velocities at one, two and three times `distance` in the slope
-/// of the cubic through them and zero on the wall. With the parabola's w''/24 there in place of
+/// of the cubic through them and zero on the surface. With the parabola's w''/24 there in place of
 /// zero pressure and shear make up the force within 0.5 % at Re = 2 in place of 1 %, but the torque
 /// on a disc that is spun up, 16 cells a diameter, is 2 to 3 % too much in place of 0.5, and light
 /// discs turn for too long.

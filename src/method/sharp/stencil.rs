@@ -1,20 +1,20 @@
-//! What is read of the velocity beside a body's wall: the profile inside, and the slope at the
-//! wall.
+//! What is read of the velocity beside a body's surface: the profile inside, and the slope at the
+//! surface.
 //!
 //! ```text
 //!    n ^   * second image point, 2 h
-//!              the velocity relative to the wall, w, along the normal from the wall at 0:
+//!              the velocity relative to the surface, w, along the normal from the surface at 0:
 //!      |   * first image point, h              far from others   through 0 and both image points
 //!              (g > 2.75 h)
-//!   ---+-------- wall                    near another      linear, through the first
+//!   ---+-------- surface                    near another      linear, through the first
 //!              (1.25 h < g < 2.25 h)
 //!      |   o cell inside, s < 0          closer still      straight to the other's velocity
 //!              (g < 0.75 h)
 //! ```
-//! with g the gap along n to the next body or wall; between these the shares change smoothly.
+//! with g the gap along n to the next body or surface; between these the shares change smoothly.
 //! [`super::profile`] has the first.
 //!
-//! Where no body moves, cells that are not deep have a finer profile, a cubic, in creeping flow. It
+//! Where no body moves, cells that are not deep have a cubic extrapolation in creeping flow. It
 //! comes a step late:
 //!
 //! ```text
@@ -36,7 +36,7 @@ use nalgebra::Vector3;
 /// No number.
 const NOTHING: u32 = u32::MAX;
 
-/// A linear functional of the velocity relative to a body's motion, along the normal of its wall
+/// A linear functional of the velocity relative to a body's motion, along the normal of its surface
 /// through a point of its.
 #[derive(Clone, Copy, Debug)]
 pub struct Stencil {
@@ -65,7 +65,7 @@ pub struct Cubic {
     pub cubic: Stencil,
 }
 
-/// The line along the wall's normal through a point, which has its image points at `from + out
+/// The line along the surface's normal through a point, which has its image points at `from + out
 /// along` (m, from the body's centre).
 #[derive(Clone, Copy, Debug)]
 struct Line {
@@ -73,24 +73,24 @@ struct Line {
     along: Vector3<f64>,
 }
 
-/// That line, and where it leaves the wall.
+/// That line, and where it leaves the surface.
 pub struct Normal {
     line: Line,
     /// Whether it comes from the centre as the arm of its point.
     central: bool,
     /// Outward, of length 1.
     n: Vector3<f64>,
-    /// Where it leaves the wall (m, from the body's centre).
+    /// Where it leaves the surface (m, from the body's centre).
     foot: Vector3<f64>,
-    /// At the distance d from the wall, `out = (wall + d)/length` (m).
+    /// At the distance d from the surface, `out = (wall + d)/length` (m).
     wall: f64,
     length: f64,
 }
 
 impl Normal {
-    /// Through the point at `arm` (m), at the distance `s` (m) from the wall. That of a round body
-    /// comes from its centre, so that a rigid motion is the same multiple of the arm's everywhere
-    /// on it.
+    /// Through the point at `arm` (m), at the distance `s` (m) from the surface. That of a round
+    /// body comes from its centre, so that a rigid motion is the same multiple of the arm's
+    /// everywhere on it.
     pub fn new(shape: &dyn Shape, arm: &Vector3<f64>, s: f64, n: Vector3<f64>) -> Normal {
         if shape.is_round() {
             let (line, radius) = (Line { from: Vector3::zeros(), along: *arm }, shape.radius());
@@ -122,10 +122,10 @@ impl Normal {
 /// What lies across a gap.
 #[derive(Clone, Copy, Debug)]
 struct Across {
-    /// Share of its velocity, relative to the body's at its own wall.
+    /// Share of its velocity, relative to the body's at its own surface.
     share: f64,
     other: Other,
-    /// The body's wall, as a factor of the line.
+    /// The body's surface, as a factor of the line.
     wall: f64,
 }
 
@@ -181,8 +181,8 @@ impl<const D: usize> Stencils<D> {
         self.stencil(around.grid, image, normal, &image_points, across, gap.other)
     }
 
-    /// The finer profile at the signed distance `s` (m) along a normal, for the cell inside at this
-    /// place; none where it is too deep or the gap too narrow.
+    /// The cubic extrapolation at the signed distance `s` (m) along a normal, for the cell inside
+    /// at this place; none where it is too deep or the gap too narrow.
     pub fn cubic(
         &mut self,
         around: &Surroundings<D>,
@@ -209,7 +209,7 @@ impl<const D: usize> Stencils<D> {
         Some(Cubic { place: place as u32, part, cubic })
     }
 
-    /// The straight profile across a gap, outside at the distance `s` (m) from the wall, and its
+    /// The straight profile across a gap, outside at the distance `s` (m) from the surface, and its
     /// weight.
     pub fn profile_across(
         &mut self,
@@ -238,7 +238,7 @@ impl<const D: usize> Stencils<D> {
         let distance = around.numerics.slope_image_point;
         let (e, near) = (distance * h, h.min(0.5 * gap.width));
         let slope =
-            if around.finer { profile::slope_of_means(distance) } else { profile::slope(distance) };
+            if around.cubic { profile::slope_of_means(distance) } else { profile::slope(distance) };
         let [one, two, three] = slope.map(|factor| share.full * factor / h);
         let linear = if share.linear > 0.0 { share.linear / near } else { 0.0 };
         let image_points = [(e, one), (2.0 * e, two), (3.0 * e, three), (near, linear)];
@@ -246,7 +246,7 @@ impl<const D: usize> Stencils<D> {
         self.stencil(around.grid, image, normal, &image_points, across, gap.other)
     }
 
-    /// A stencil along a normal: the distances of its image points from the wall (m) with their
+    /// A stencil along a normal: the distances of its image points from the surface (m) with their
     /// shares, and the share of what lies across the gap.
     fn stencil(
         &mut self,
@@ -290,10 +290,10 @@ impl<const D: usize> Stencils<D> {
         k: usize,
         limit: Option<(f64, f64)>,
     ) -> Vector3<f64> {
-        let (rest, turn) = self.rigid(stencil, arm, &bodies[k]);
+        let (rest, orientation) = self.rigid(stencil, arm, &bodies[k]);
         let (mut sum, mut first) = (Vector3::zeros(), None);
         for image_point in self.image_points_of(stencil) {
-            let relative = image_point.velocity(grid, u) - (rest + image_point.out * turn);
+            let relative = image_point.velocity(grid, u) - (rest + image_point.out * orientation);
             first.get_or_insert_with(|| relative.norm());
             sum += image_point.share * relative;
         }
@@ -307,7 +307,7 @@ impl<const D: usize> Stencils<D> {
         }
         let Some(across) = self.across.get(stencil.across as usize) else { return sum };
         let there = across.other.velocity(bodies);
-        there.map_or(sum, |there| sum + across.share * (there - (rest + across.wall * turn)))
+        there.map_or(sum, |there| sum + across.share * (there - (rest + across.wall * orientation)))
     }
 
     /// The largest speed at the image points of the stencil through `arm`, relative to a body
@@ -320,9 +320,9 @@ impl<const D: usize> Stencils<D> {
         u: &VectorField<D>,
         body: &Body,
     ) -> f64 {
-        let (rest, turn) = self.rigid(stencil, arm, body);
+        let (rest, orientation) = self.rigid(stencil, arm, body);
         let speed = |image_point: &ImagePoint<D>| {
-            (image_point.velocity(grid, u) - (rest + image_point.out * turn)).norm()
+            (image_point.velocity(grid, u) - (rest + image_point.out * orientation)).norm()
         };
         self.image_points_of(stencil).iter().map(speed).fold(0.0, f64::max)
     }
@@ -332,7 +332,7 @@ impl<const D: usize> Stencils<D> {
         &self.image_points[stencil.image_points[0] as usize..stencil.image_points[1] as usize]
     }
 
-    /// The rigid motion of a body along the line of a stencil, as `rest + out turn` (m/s).
+    /// The rigid motion of a body along the line of a stencil, as `rest + out orientation` (m/s).
     #[inline(always)]
     fn rigid(
         &self,

@@ -1,4 +1,4 @@
-//! The parts of a step with sharp walls, in its order ([`super`] has the formulas).
+//! The parts of a step with sharp surfaces, in its order ([`super`] has the formulas).
 
 use super::pressure_step::PressureStep;
 use super::{Sharp, StepNumbers, contact_correction, copy, history};
@@ -44,7 +44,7 @@ impl<const D: usize> Sharp<D> {
     }
 
     /// Sets the velocity of the cells inside the bodies. Collective.
-    pub(super) fn impose(
+    pub(super) fn set_ghost_cells(
         &mut self,
         domain: &mut Domain<D>,
         bodies: &[Body],
@@ -55,9 +55,10 @@ impl<const D: usize> Sharp<D> {
         domain.boundaries.fill_velocity(u)
     }
 
-    /// The memory of the faces: what their velocity was beyond the cells' with the wall imposed at
-    /// the present place; nothing where nothing will be kept of it. Collective.
-    pub(super) fn update_memory(
+    /// Updates the momentum-interpolation correction of the faces: what their velocity was beyond
+    /// that of the cells with ghost cells set at the present place; nothing where nothing will be
+    /// kept of it. Collective.
+    pub(super) fn update_face_correction(
         &mut self,
         domain: &mut Domain<D>,
         s: &mut State<D>,
@@ -70,7 +71,7 @@ impl<const D: usize> Sharp<D> {
             domain.clock.lap(Stage::Assembly);
         }
         if numbers.keep > 0.0 || self.cut.bodies.iter().any(|body| body.has_neighbours) {
-            let (walls, stage) = (history(&mut s.walls)?, &mut self.work.stage);
+            let (surfaces, stage) = (history(&mut s.surfaces)?, &mut self.work.stage);
             copy(&s.u, stage);
             if moves {
                 // The drive has not accelerated the fluid of this step yet, nor the bodies beside
@@ -83,22 +84,28 @@ impl<const D: usize> Sharp<D> {
                     body.velocity = motion.expected.0;
                 }
             }
-            // What the last wall changed after the projection faces have yet to see.
-            for BeforeForcing { cell, velocity } in &walls.before_forcing {
+            // Faces have yet to see what ghost cells changed after the projection.
+            for BeforeForcing { cell, velocity } in &surfaces.before_forcing {
                 let cell = *cell as usize;
                 for ((stage, u), before) in stage.iter_mut().zip(&s.u).zip(velocity) {
                     stage[cell] += before - u[cell];
                 }
             }
             domain.boundaries.fill_stencils(stage)?;
-            self.cut.update_memory(domain, stage, s.dt, &self.acceleration, &mut walls.memory);
+            self.cut.update_face_correction(
+                domain,
+                stage,
+                s.dt,
+                &self.acceleration,
+                &mut surfaces.correction,
+            );
         }
-        self.acceleration.reopen(domain, &mut self.cut, &s.bodies);
+        self.acceleration.find_cut_changes(domain, &mut self.cut, &s.bodies);
         domain.clock.lap(Stage::Mixing);
         Ok(())
     }
 
-    /// (7): the stages in their order, the wall imposed on every one and on their sum, which has
+    /// (7): the stages in their order, ghost cells set on every one and on their sum, which has
     /// the last pressure; the bodies are at the step's end already. Returns the forces of this
     /// rank's sides on the fluid, where a balance is kept. Collective.
     pub(super) fn predict_cells(
@@ -142,7 +149,7 @@ impl<const D: usize> Sharp<D> {
             if k > 0 {
                 let (u, part) = (&mut work.stage, scheme.stages[k - 1].1);
                 momentum.start_stage(domain, k, &s.u, &acceleration.faces, dt, u);
-                cut.add_opened(domain, part * dt, None, u);
+                cut.add_cut_cells(domain, part * dt, None, u);
                 if part == 1.0 {
                     domain.boundaries.fill_velocity(u)?;
                     cut.set_ghost_cells(domain, &s.bodies, true, None, u);
@@ -167,7 +174,7 @@ impl<const D: usize> Sharp<D> {
             }
             momentum.add_stage(domain, k, mixture, &carrier, u, dt, None)?;
         }
-        // The wall belongs to the velocity with its pressure.
+        // Ghost cells belong to the velocity with its pressure.
         faces::step_cells(
             &domain.grid,
             None,
@@ -176,7 +183,7 @@ impl<const D: usize> Sharp<D> {
             &mut s.u,
         );
         domain.clock.lap(Stage::Update);
-        cut.add_opened(domain, dt, None, &mut s.u);
+        cut.add_cut_cells(domain, dt, None, &mut s.u);
         Ok(sides)
     }
 
@@ -194,7 +201,7 @@ impl<const D: usize> Sharp<D> {
         cut.find_targets(domain, &s.bodies, true, &s.u);
         cut.find_offsets(&s.u);
         let finish: Finish<D> = &mut |domain, bodies, stage, u| {
-            cut.add_opened(domain, stage.part() * dt, None, u);
+            cut.add_cut_cells(domain, stage.part() * dt, None, u);
             if stage.weight != 0.0 {
                 domain.boundaries.fill_velocity(u)?;
                 cut.find_targets(domain, bodies, true, u);
@@ -252,7 +259,7 @@ impl<const D: usize> Sharp<D> {
         Ok(projected)
     }
 
-    /// (16), the wall imposed on it. Collective.
+    /// (16), ghost cells set. Collective.
     pub(super) fn correct_cells(
         &mut self,
         domain: &mut Domain<D>,
@@ -262,10 +269,10 @@ impl<const D: usize> Sharp<D> {
         let Sharp { cut, acceleration, work, .. } = self;
         acceleration.of_pressure(domain, cut, &s.bodies, &s.p, s.drive);
         faces::add_to_cells(&domain.grid, dt, &acceleration.faces, &mut s.u);
-        cut.add_opened(domain, dt, Some(&mut work.exchanged), &mut s.u);
+        cut.add_cut_cells(domain, dt, Some(&mut work.exchanged), &mut s.u);
         domain.clock.lap(Stage::Faces);
         domain.boundaries.fill_velocity(&mut s.u)?;
-        let before_forcing = &mut history(&mut s.walls)?.before_forcing;
+        let before_forcing = &mut history(&mut s.surfaces)?.before_forcing;
         cut.take_before_forcing(&s.u, before_forcing);
         cut.set_ghost_cells(domain, &s.bodies, false, Some(&mut work.exchanged), &mut s.u);
         domain.boundaries.fill_imposed(&mut s.u)?;

@@ -191,7 +191,8 @@ fn of_stream(case: &Case, h: f64, all: &mut Numbers) {
     all.add("Re_h", speed * h / nu, format!("U h/nu, of the grid, h = {} m", rounded(h)));
 }
 
-/// Numbers of particles: of the fastest free one, the smallest, and the one that gravity pulls most.
+/// Numbers of particles: of the fastest free one, the smallest, and the one that gravity pulls
+/// most.
 fn of_particles(run: &Run, h: f64, all: &mut Numbers) {
     let case = &run.case;
     let nu = case.fluid.viscosity / case.fluid.density;

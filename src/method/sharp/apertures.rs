@@ -25,7 +25,7 @@ const LEAST_APERTURE: f64 = 1e-6;
 impl<const D: usize> CutBodies<D> {
     /// Sets `beta = H/rho` on all faces that bodies cover and brings the covered parts into line
     /// with it.
-    pub(super) fn open_faces(&mut self, domain: &Domain<D>) {
+    pub(super) fn set_apertures(&mut self, domain: &Domain<D>) {
         let leak = domain.numerics.shared_aperture;
         let (grid, boundaries, whole) =
             (&domain.grid, &domain.boundaries, 1.0 / domain.fluid.density);
@@ -34,9 +34,12 @@ impl<const D: usize> CutBodies<D> {
             for cut in self.bodies.iter().flat_map(|body| &body.cuts[axis]) {
                 let face = cut.face as usize;
                 // The largest part, until all are known.
-                beta[face] =
-                    if total[face] == 0.0 { cut.covered } else { beta[face].max(cut.covered) };
-                total[face] += cut.covered;
+                beta[face] = if total[face] == 0.0 {
+                    cut.solid_fraction
+                } else {
+                    beta[face].max(cut.solid_fraction)
+                };
+                total[face] += cut.solid_fraction;
             }
             let covered = |face: usize, total: f64, most: f64| {
                 let shared = (total - most).min(leak);
@@ -57,7 +60,7 @@ impl<const D: usize> CutBodies<D> {
                     // A body that rests keeps its cuts: what is in line already is left alone, to
                     // the last digit.
                     if all > covered * (1.0 + ROUNDING) {
-                        cut.covered *= covered / all;
+                        cut.solid_fraction *= covered / all;
                     }
                 }
             }

@@ -1,4 +1,4 @@
-//! What sharp walls have of the past ([`crate::method::sharp`] has the formulas).
+//! What sharp surfaces have of the past ([`crate::method::sharp`] has the formulas).
 
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
@@ -6,19 +6,20 @@ use crate::grid::{Grid, VectorField};
 use crate::particles::Accelerations;
 use nalgebra::Vector3;
 
-/// What lasts of sharp walls.
+/// What lasts of sharp surfaces.
 #[derive(Clone, Debug)]
-pub struct WallHistory<const D: usize> {
-    /// The cells whose velocity the wall set last, with what they had before: all others have it
+pub struct SurfaceHistory<const D: usize> {
+    /// The ghost cells that were set last, with what they had before: all others have it
     /// still.
     pub before_forcing: Vec<BeforeForcing<D>>,
-    /// Memory of the faces: their velocity beyond the mean of the cells' (m/s).
-    pub memory: VectorField<D>,
+    /// Momentum-interpolation correction of the faces: their velocity beyond the mean of the cells'
+    /// (m/s).
+    pub correction: VectorField<D>,
     /// That of each body.
     pub bodies: Vec<BodyHistory>,
 }
 
-/// What a cell had before a wall was imposed on it.
+/// What a cell had before it was set as a ghost cell.
 #[derive(Clone, Copy, Debug)]
 pub struct BeforeForcing<const D: usize> {
     /// Its index in a field.
@@ -27,7 +28,7 @@ pub struct BeforeForcing<const D: usize> {
     pub velocity: [f64; D],
 }
 
-/// What lasts of a body in a fluid with sharp walls.
+/// What lasts of a body in a fluid with sharp surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BodyHistory {
     /// Acceleration by fluid and gravity in the last step (m/s2, rad/s2).
@@ -36,21 +37,21 @@ pub struct BodyHistory {
     pub displacement: Vector3<f64>,
     /// Wall shear's force and torque a step before (N, N m).
     pub shear: Option<(Vector3<f64>, Vector3<f64>)>,
-    /// Force residual: what pressure and wall shear miss of what the fluid loses, taken in slowly
-    /// (N).
-    pub residual: Vector3<f64>,
-    /// Deferred impulse: what the body has not felt yet of what the fluid lost (N s).
-    pub deferred: Vector3<f64>,
+    /// Filtered force defect: what pressure and wall shear miss of what the fluid loses, taken in
+    /// slowly (N).
+    pub filtered_defect: Vector3<f64>,
+    /// Undelivered impulse: what the body has not felt yet of what the fluid lost (N s).
+    pub undelivered: Vector3<f64>,
     /// Momentum (kg m/s) and angular momentum (kg m2/s) of the cells inside the body.
     pub inside: (Vector3<f64>, Vector3<f64>),
 }
 
-impl<const D: usize> WallHistory<D> {
+impl<const D: usize> SurfaceHistory<D> {
     /// Nothing has happened yet to so many bodies.
-    pub fn new(grid: &Grid<D>, bodies: usize) -> WallHistory<D> {
-        WallHistory {
+    pub fn new(grid: &Grid<D>, bodies: usize) -> SurfaceHistory<D> {
+        SurfaceHistory {
             before_forcing: Vec::new(),
-            memory: grid.vector_field(),
+            correction: grid.vector_field(),
             bodies: vec![BodyHistory::default(); bodies],
         }
     }
@@ -65,9 +66,9 @@ impl<const D: usize> WallHistory<D> {
         u: &VectorField<D>,
         archive: &mut Archive,
     ) -> Result<()> {
-        let WallHistory { before_forcing, memory, bodies } = self;
+        let SurfaceHistory { before_forcing, correction, bodies } = self;
         archive.each("histories", bodies)?;
-        archive.faces(grid, memory)?;
+        archive.faces(grid, correction)?;
         archive.label("velocity before the wall")?;
         let mut before = u.clone();
         for BeforeForcing { cell, velocity } in before_forcing.iter() {
@@ -92,7 +93,21 @@ impl<const D: usize> WallHistory<D> {
 
 impl Checkpointed for BodyHistory {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let BodyHistory { accelerations, displacement, shear, residual, deferred, inside } = self;
-        archive.serialize([accelerations, displacement, shear, residual, deferred, inside])
+        let BodyHistory {
+            accelerations,
+            displacement,
+            shear,
+            filtered_defect,
+            undelivered,
+            inside,
+        } = self;
+        archive.serialize([
+            accelerations,
+            displacement,
+            shear,
+            filtered_defect,
+            undelivered,
+            inside,
+        ])
     }
 }
