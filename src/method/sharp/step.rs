@@ -38,7 +38,7 @@ impl<const D: usize> Sharp<D> {
             (false, _) => [numerics.correction_decay_cut_2d, numerics.correction_decay_open],
         };
         let short = (numerics.pressure_time / diffusion).min(numerics.correction_courant / courant);
-        let own = if rest { short.clamp(numerics.least_pressure_weight, 1.0) } else { 1.0 };
+        let own = if rest { short.min(1.0) } else { 1.0 };
         Ok(StepNumbers { courant, diffusion, keep: kept(cut), keep_open: kept(open), own })
     }
 

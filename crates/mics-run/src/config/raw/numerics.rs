@@ -100,8 +100,6 @@ numerics! {
     /// less drag the longer the step; shorter, a pressure that alternates from cell to cell takes
     /// `0.05 nu dt/h^2` steps and more to decay.
     pressure_time = 0.05, 0.0 to 1e6;
-    /// Least weight of the pressure gradient at a face itself.
-    least_pressure_weight = 0.01, 0.0 to 1.0;
     /// Spacings that the flow crosses while the filtered force defect of a body follows the force
     /// defect. Fewer, its noise moves bodies; more, light bodies lag.
     defect_time = 3.0, 0.1 to 1000.0;
