@@ -8,6 +8,10 @@ use crate::numerics::Numerics;
 use crate::particles::Body;
 use crate::{Error, Result};
 
+/// How many times fewer substeps there are while a gap changes by its width than in a contact: the
+/// fluid in it acts implicitly, and half and twice as many change a rebound by 0.2 %.
+const GAP_SHARE: f64 = 10.0;
+
 /// Substeps in a contact below which a run ends.
 const FEWEST_PER_CONTACT: f64 = 5.0;
 
@@ -88,8 +92,7 @@ impl Contacts {
             1.0
         };
         let most = self.numerics.contact_substeps;
-        let wanted =
-            || (self.numerics.gap_substeps * way / (gap - way).max(0.25 * gap)).clamp(fewest, most);
+        let wanted = || (most / GAP_SHARE * way / (gap - way).max(0.25 * gap)).clamp(fewest, most);
         // A body never touches its own image.
         (pair.is_own_image() || gap > 2.0 * way + 0.05 * bodies[pair.first].radius()).then(wanted)
     }

@@ -128,20 +128,15 @@ numerics! {
     /// the next step too. Smaller, a bed at rest is never sure of its weight; without bound,
     /// impacts lose energy.
     sustained_force = 2.0, 1.0 to 1e6;
-    /// Substeps in a contact where the case leaves them to the program. Fewer, restitution is off;
-    /// more, they cost.
+    /// Substeps in a contact where the case leaves them to the program; a tenth of them while a gap
+    /// that only fluid fills changes by its width. Fewer, restitution is off; more, they cost.
     contact_substeps = 40.0, 5.0 to 10000.0;
-    /// Substeps while a gap that only fluid fills changes by its width. Fewer, the approach of two
-    /// bodies is coarse in time.
-    gap_substeps = 4.0, 0.1 to 10000.0;
     /// Deepest overlap that the stiffness "auto" is chosen for (of the smallest diameter). Smaller,
-    /// stiffer contacts and more substeps; larger, softer ones that overlap.
+    /// stiffer contacts and more substeps; larger, softer ones that overlap. The lubrication layer
+    /// of two that touch has this width too, of the diameter of their reduced radius.
     auto_overlap = 0.01, 1e-6 to 0.1;
     /// The same in spacings: the less of the two holds.
     auto_overlap_spacing = 0.1, 1e-6 to 1.0;
-    /// Width of the lubrication layer of two that touch (of the reduced radius). Smaller, more
-    /// lubrication at touch.
-    touching_gap = 0.02, 1e-6 to 1.0;
     /// Gap at which the grid gives half of the lubrication force on a disc (spacings), fitted to
     /// discs that approach each other and a wall in Stokes flow.
     half_gap_2d = 1.5, 0.01 to 10.0;
