@@ -160,8 +160,8 @@ fn reduced(radius: f64, other: f64) -> f64 {
     radius / (1.0 + if other.is_finite() { radius / other } else { 0.0 })
 }
 
-/// Width (m) of the lubrication layer of two that touch: contacts of the stiffness "auto" go so deep,
-/// by the diameter of their reduced radius.
+/// Width (m) of the lubrication layer of two that touch: contacts of the stiffness "auto" go as
+/// deep, by the diameter of their reduced radius.
 fn touching_gap(numerics: &Numerics, reduced: f64) -> f64 {
     2.0 * numerics.auto_overlap * reduced
 }
