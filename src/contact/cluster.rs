@@ -14,7 +14,8 @@
 //! with `J.u* > S + J.M^-1 J/8`: otherwise W keeps the bound if the fluid lets pairs respond at
 //! least a quarter as much as expected, `d >= J.M^-1 J/4`, as at rest.
 
-use super::{Contacts, Impulse, Pair};
+use super::pair::Pair;
+use super::{Contacts, Impulse};
 use crate::particles::Body;
 use nalgebra::Vector3;
 

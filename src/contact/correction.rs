@@ -25,8 +25,9 @@
 //! pile slides by little on the one below.
 
 use super::law::Kinematics;
-use super::substep::InverseMass;
-use super::{Contacts, Impulse, Pair};
+use super::meeting::InverseMass;
+use super::pair::Pair;
+use super::{Contacts, Impulse};
 use crate::particles::Body;
 use nalgebra::Vector3;
 use std::f64::consts::PI;

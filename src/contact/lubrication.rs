@@ -89,7 +89,7 @@ impl Medium {
         // Asperities that touch are pressed together over a way that a soft contact makes longer
         // than it is: the lubrication layer between them takes on it what it would over one width
         // of its own.
-        let lubrication = numerics.touching_gap * reduced;
+        let lubrication = touching_gap(numerics, reduced);
         let (low, high) = if g0 <= 0.0 { (lubrication, lubrication) } else { (low, high) };
         let middle = (low * high).sqrt();
         let (half, power) = match dimension {
@@ -134,7 +134,7 @@ impl Medium {
         g: f64,
     ) -> [f64; 2] {
         let a = reduced(radius, other);
-        let near = if g > 0.0 { self.width(g, a) } else { numerics.touching_gap * a };
+        let near = if g > 0.0 { self.width(g, a) } else { touching_gap(numerics, a) };
         let beyond = |spacings: f64| {
             let far = near.hypot(spacings * self.spacing);
             match dimension {
@@ -158,4 +158,10 @@ impl Medium {
 /// The radius `r_1 r_2/(r_1 + r_2)` of two (m), the second one's infinite for a wall.
 fn reduced(radius: f64, other: f64) -> f64 {
     radius / (1.0 + if other.is_finite() { radius / other } else { 0.0 })
+}
+
+/// Width (m) of the lubrication layer of two that touch: contacts of the stiffness "auto" go as
+/// deep, by the diameter of their reduced radius.
+fn touching_gap(numerics: &Numerics, reduced: f64) -> f64 {
+    2.0 * numerics.auto_overlap * reduced
 }

@@ -28,59 +28,39 @@
 
 mod cluster;
 mod correction;
+mod count;
+mod gaps;
 mod law;
 mod lubrication;
+mod meeting;
+mod overlap;
+mod pair;
+mod results;
 mod rolling;
+mod search;
 mod stiffness;
 mod substep;
 #[cfg(test)]
 mod tests;
+mod wall;
 
+use crate::Result;
 use crate::archive::{Archive, Checkpointed};
-use crate::error::NotFinite;
 use crate::numerics::Numerics;
 use crate::particles::{Accelerations, Body, Inertia, Neighbours};
-use crate::{Error, Result};
 use cluster::Clusters;
 use correction::Constraint;
-use law::Law;
 pub use law::{Damping, Laws, Material};
-use lubrication::Lubrication;
 pub use lubrication::Medium;
+use meeting::{InverseMass, RIGID};
 use nalgebra::Vector3;
+use pair::{Pair, crossed};
 pub use stiffness::Impact;
-use substep::{InverseMass, Meeting, RIGID, TangentialForce};
+use substep::TangentialForce;
+pub use wall::{Wall, WallSide};
 
 /// Overlap, of the smaller radius, that ends a run: soft contacts are no model of bodies beyond it.
 pub const DEEPEST_OVERLAP: f64 = 0.2;
-
-/// A border of the box, normal to an axis; its inner side faces the box.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wall {
-    /// Its normal: 0, 1, 2 for x, y, z.
-    pub axis: usize,
-    /// Whether the box lies below it.
-    pub high: bool,
-    /// Its coordinate (m).
-    pub at: f64,
-    /// Its velocity (m/s), of which the part along the wall counts.
-    pub velocity: Vector3<f64>,
-    /// Its material.
-    pub material: usize,
-    /// What the fluid does there.
-    pub side: WallSide,
-}
-
-/// What the fluid does at a border that stops bodies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum WallSide {
-    /// It sticks, and a lubrication layer of it is between body and wall.
-    Closed,
-    /// It slips: a plane of symmetry, beyond which bodies see their own images.
-    Slip,
-    /// It comes in, as through a grate: no lubrication layer.
-    Inflow,
-}
 
 /// How many substeps a step is divided into where bodies could meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,42 +78,6 @@ pub struct Impulse {
     pub linear: Vector3<f64>,
     /// Angular momentum about its centre (N m s).
     pub angular: Vector3<f64>,
-}
-
-/// Two that could meet within the step.
-#[derive(Clone, Copy, Debug)]
-struct Pair {
-    first: usize,
-    /// A body, or the number of bodies plus that of a wall.
-    second: usize,
-    /// Which image of the second body it is: whole periods from its path to that of the image,
-    /// along each axis.
-    image: Vector3<f64>,
-    /// Tangential spring (m), while they touch, and that of their rolling (rad).
-    spring: Option<Vector3<f64>>,
-    rolled: Vector3<f64>,
-    /// Impulse on the first and angular impulses on both over the step, by touch and lubrication (N
-    /// s, N m s).
-    impulse: Vector3<f64>,
-    turns: [Vector3<f64>; 2],
-    /// Normal impulse over the step, by touch and lubrication, positive where it parts the two (N
-    /// s).
-    normal: f64,
-    /// Of touch alone: tangential impulse on the first, normal impulse, in all and while the two
-    /// stick (N s), and its time (s).
-    tangential: Vector3<f64>,
-    pressed: f64,
-    stuck: f64,
-    touched: f64,
-    /// Energy in the springs at the start of the step (J).
-    stored: f64,
-    /// What the fluid between them resists, after how many substeps each, and for how long (s) it
-    /// has not yet.
-    lubrication: Lubrication,
-    stride: usize,
-    due: f64,
-    /// They cannot touch before the two have gone so far since the search, together (m).
-    clear: f64,
 }
 
 /// The springs of a contact between a body and an image of another one.
@@ -305,24 +249,7 @@ impl Contacts {
         dt: f64,
     ) -> Result<usize> {
         self.refuse_strays(bodies)?;
-        for (i, (body, accelerations)) in bodies.iter().zip(accelerations).enumerate() {
-            self.inverse_masses[i] =
-                InverseMass::of(body, accelerations, self.mass_in_contact(body), &turning(i, body));
-        }
-        self.pairs.clear();
-        let (kept, periods) = (touching.springs.iter(), &self.periods);
-        self.pairs.extend(kept.map(|&(i, j, springs)| Pair {
-            spring: Some(springs.tangential),
-            rolled: springs.rolling,
-            ..Pair::new(i, j, springs.image - crossed(bodies, i, j, periods))
-        }));
-        self.impulses.fill(Impulse::default());
-        self.wall_impulse = Vector3::zeros();
-        (self.wall_work, self.slid) = (0.0, 0.0);
-        self.deepest = 0.0;
-        self.clusters.clear();
-        self.touched.fill(false);
-        self.turned.fill(Vector3::zeros());
+        self.begin(bodies, touching, accelerations, turning);
         let (mut left, mut taken) = (dt, 0);
         while left > 0.0 {
             self.search(bodies, left, taken > 0);
@@ -359,6 +286,35 @@ impl Contacts {
         Ok(taken)
     }
 
+    /// Takes what bodies respond with in the step and the contacts that last, and forgets the step
+    /// before.
+    fn begin(
+        &mut self,
+        bodies: &[Body],
+        touching: &Touching,
+        accelerations: &[Accelerations],
+        turning: impl Fn(usize, &Body) -> Inertia,
+    ) {
+        for (i, (body, accelerations)) in bodies.iter().zip(accelerations).enumerate() {
+            self.inverse_masses[i] =
+                InverseMass::of(body, accelerations, self.mass_in_contact(body), &turning(i, body));
+        }
+        self.pairs.clear();
+        let (kept, periods) = (touching.springs.iter(), &self.periods);
+        self.pairs.extend(kept.map(|&(i, j, springs)| Pair {
+            spring: Some(springs.tangential),
+            rolled: springs.rolling,
+            ..Pair::new(i, j, springs.image - crossed(bodies, i, j, periods))
+        }));
+        self.impulses.fill(Impulse::default());
+        self.wall_impulse = Vector3::zeros();
+        (self.wall_work, self.slid) = (0.0, 0.0);
+        self.deepest = 0.0;
+        self.clusters.clear();
+        self.touched.fill(false);
+        self.turned.fill(Vector3::zeros());
+    }
+
     /// Finds the energy in the springs of the pairs as the bodies lie.
     fn find_stored(&mut self, bodies: &[Body]) {
         for p in 0..self.pairs.len() {
@@ -388,322 +344,6 @@ impl Contacts {
             }
         }
     }
-
-    /// Part of a change of a body's spin, which the substeps did not expect, that contacts leave
-    /// over the step `dt` (s): all without any, nothing of a body that touches. `inertia` is the
-    /// moment of inertia about an axis (kg m2), the fluid's included.
-    pub fn contact_damping(&self, body: usize, inertia: f64, dt: f64) -> f64 {
-        1.0 / (1.0 + dt * self.damping[body] / inertia)
-    }
-
-    /// What an impulse (N m s) of contacts changes of a body's spin, with what turns with it
-    /// (rad/s).
-    pub(crate) fn turned_by(&self, body: usize, turn: &Vector3<f64>) -> Vector3<f64> {
-        self.inverse_masses[body].inertia.component_mul(turn)
-    }
-
-    /// Takes note of what contacts gave beyond what [`advance`](Contacts::advance) found (N m s).
-    pub(crate) fn add_turn(&mut self, body: usize, turn: &Vector3<f64>) {
-        self.impulses[body].angular += turn;
-    }
-
-    /// What contacts gave to each body over the last [`advance`](Contacts::advance).
-    pub fn impulses(&self) -> &[Impulse] {
-        &self.impulses
-    }
-
-    /// Momentum that bodies gave to walls over the last [`advance`](Contacts::advance) (N s).
-    pub fn wall_impulse(&self) -> Vector3<f64> {
-        self.wall_impulse
-    }
-
-    /// Work of moving walls on bodies over the last [`advance`](Contacts::advance) (J).
-    pub fn wall_work(&self) -> f64 {
-        self.wall_work
-    }
-
-    /// What friction took over the last [`advance`](Contacts::advance) (J): the work of tangential
-    /// forces and of the resistance to rolling, less what their springs hold.
-    pub fn slid(&self) -> f64 {
-        self.slid
-    }
-
-    /// Finds the pairs of bodies as they lie, before any [`advance`](Contacts::advance).
-    pub fn meet(&mut self, bodies: &[Body]) {
-        for (i, body) in bodies.iter().enumerate() {
-            self.inverse_masses[i] = InverseMass::of(
-                body,
-                &Accelerations::default(),
-                self.mass_in_contact(body),
-                &body.inertia(),
-            );
-        }
-        self.search(bodies, 0.0, false);
-    }
-
-    /// Whether a body is in reach of another or of a wall after a [`meet`](Contacts::meet).
-    pub fn is_paired(&self, body: usize) -> bool {
-        self.paired[body]
-    }
-
-    /// Per body, whether it lies on another or on a wall after a [`meet`](Contacts::meet): they
-    /// touch and hardly come nearer.
-    pub fn lying(&self, bodies: &[Body]) -> Vec<bool> {
-        let mut lying = vec![false; bodies.len()];
-        for pair in self.pairs.iter().filter(|pair| !pair.is_own_image()) {
-            let met = self.kinematics(pair, bodies, 0.0).0;
-            // An approach by less than a thousandth of the radius while a contact lasts is no
-            // impact.
-            let lasts =
-                self.law(pair).contact_time(1.0 / met.inverse_normal, met.approach.max(0.0));
-            let still =
-                met.approach <= 0.0 || met.approach * lasts < 1e-3 * bodies[pair.first].radius();
-            let least = -self.medium.roughness.max(substep::TOUCHING * bodies[pair.first].radius());
-            for k in [pair.first, pair.second] {
-                lying
-                    .get_mut(k)
-                    .into_iter()
-                    .for_each(|lies| *lies |= still && met.overlap >= least);
-            }
-        }
-        lying
-    }
-
-    /// Energy in the normal springs of the pairs of the last [`advance`](Contacts::advance) or
-    /// [`meet`](Contacts::meet), where the bodies lie now and are to be displaced (m) yet (J).
-    pub fn stored(&self, bodies: &[Body], displaced: impl Fn(usize) -> Vector3<f64>) -> f64 {
-        let of = |k: usize| if k < bodies.len() { displaced(k) } else { Vector3::zeros() };
-        let overlap = |pair: &Pair| {
-            let Meeting { normal, overlap, .. } = self.closest(pair, bodies, 0.0);
-            overlap + normal.dot(&(of(pair.first) - of(pair.second)))
-        };
-        self.pairs.iter().fold(0.0, |sum, pair| sum + self.law(pair).stored(overlap(pair)))
-    }
-
-    /// Per body, whether it touched another or a wall over the last [`advance`](Contacts::advance),
-    /// or came as near as their asperities are high.
-    pub fn touched(&self) -> &[bool] {
-        &self.touched
-    }
-
-    /// Deepest overlap of two bodies, or of one and a wall, over the last
-    /// [`advance`](Contacts::advance) (m).
-    pub fn deepest(&self) -> f64 {
-        self.deepest
-    }
-
-    /// Shortest duration (s) of a contact that could happen, undamped and at an impact of `speed`
-    /// (m/s), which counts where the exponent is not 1; infinite where none could.
-    pub fn contact_time(&self, bodies: &[Body], speed: f64) -> f64 {
-        // Per material, the lightest free body and the number of bodies.
-        let mut lightest = vec![(f64::INFINITY, 0); self.laws.materials()];
-        for (body, &material) in bodies.iter().zip(&self.materials) {
-            let (mass, count) = &mut lightest[material];
-            let own = self.mass_in_contact(body);
-            *mass = mass.min(if body.freedom().is_some() { own } else { f64::INFINITY });
-            *count += 1;
-        }
-        let mut shortest = f64::INFINITY;
-        let mut meet = |a: usize, b: usize, inverse: f64| {
-            if inverse > 0.0 {
-                shortest = self.laws.of(a, b).contact_time(1.0 / inverse, speed).min(shortest);
-            }
-        };
-        for (a, &(mass, count)) in lightest.iter().enumerate() {
-            for (b, &(other, others)) in lightest.iter().enumerate().skip(a) {
-                if others > 0 && count > usize::from(a == b) {
-                    meet(a, b, 1.0 / mass + 1.0 / other);
-                }
-            }
-            self.walls.iter().for_each(|wall| meet(a, wall.material, 1.0 / mass));
-        }
-        shortest
-    }
-
-    /// Refuses what no run of this case has left.
-    ///
-    /// # Errors
-    /// When a number belongs to no body or wall, or an image to no period.
-    pub fn check(&self, touching: &Touching) -> Result<()> {
-        let bodies = self.inverse_masses.len();
-        for &(first, second, Springs { image, .. }) in &touching.springs {
-            let imaged =
-                (0..3).any(|a| image[a] != 0.0 && (second >= bodies || self.periods[a].is_none()));
-            if first >= bodies || second <= first || second >= bodies + self.walls.len() || imaged {
-                return Err(Error::Run(format!(
-                    "the saved contact of particle {first} with {second} does not belong to this \
-                    case: restart with \
-                     the particles and walls of the run that saved it"
-                )));
-            }
-        }
-        Ok(())
-    }
-
-    /// Finds the pairs that could meet within `time` (s), and keeps the springs. With `again`, the
-    /// search_radius leaves room for what contacts do to speeds.
-    fn search(&mut self, bodies: &[Body], time: f64, again: bool) {
-        let mut farthest: f64 = 0.0;
-        for (i, (body, inverse_mass)) in bodies.iter().zip(&self.inverse_masses).enumerate() {
-            let way =
-                (body.speed() + 0.5 * inverse_mass.accelerations.acceleration.norm() * time) * time;
-            self.search_radius[i] = 0.5 * self.medium.range(&self.numerics)
-                + if again { 2.0 * way + 0.05 * body.radius() } else { way + 1e-6 * body.radius() };
-            farthest = farthest.max(body.radius() + self.search_radius[i]);
-        }
-        self.travelled.fill(0.0);
-        self.paired.fill(false);
-        std::mem::swap(&mut self.pairs, &mut self.old);
-        self.pairs.clear();
-        self.neighbours.sort(bodies, 2.0 * farthest);
-        let free = |i: usize| bodies[i].freedom().is_some();
-        let mut rest = &self.old[..];
-        for (i, body) in bodies.iter().enumerate() {
-            let mine = rest.iter().take_while(|p| p.first == i).count();
-            let (before, after) = rest.split_at(mine);
-            rest = after;
-            let kept = |j, image| {
-                let old = before.iter().find(|p| p.second == j && p.image == image).copied();
-                Pair { clear: 0.0, ..old.unwrap_or(Pair::new(i, j, image)) }
-            };
-            let periods = &self.periods;
-            let (pairs, paired) = (&mut self.pairs, &mut self.paired);
-            let begin = pairs.len();
-            self.neighbours.around(i, bodies, &self.search_radius, |j, image| {
-                if free(i) || free(j) {
-                    pairs.push(kept(j, image - crossed(bodies, i, j, periods)));
-                    (paired[i], paired[j]) = (true, true);
-                }
-            });
-            for (w, wall) in self.walls.iter().enumerate().filter(|_| free(i)) {
-                if wall.distance(&body.centre)
-                    <= body.radius()
-                        + 0.5 * self.medium.range(&self.numerics)
-                        + self.search_radius[i]
-                {
-                    pairs.push(kept(bodies.len() + w, Vector3::zeros()));
-                    paired[i] = true;
-                }
-            }
-            // Pairs act one after the other: bodies by number, their images and walls by distance,
-            // in an order that no mirror changes.
-            let walls = &self.walls;
-            let away = |pair: &Pair| {
-                pair.second.checked_sub(bodies.len()).map(|wall| walls[wall].distance(&body.centre))
-            };
-            let ordered = |one: &Pair, other: &Pair| match (away(one), away(other)) {
-                (Some(near), Some(far)) => near.total_cmp(&far),
-                (None, None) if one.second == other.second => {
-                    let [near, far] =
-                        [one, other].map(|pair| pair.apart(bodies, periods).norm_squared());
-                    near.total_cmp(&far)
-                }
-                _ => one.second.cmp(&other.second),
-            };
-            pairs[begin..].sort_unstable_by(ordered);
-        }
-    }
-
-    fn law(&self, pair: &Pair) -> &Law {
-        let wall = |w: usize| self.walls[w].material;
-        let bodies = self.materials.len();
-        let second =
-            self.materials.get(pair.second).copied().unwrap_or_else(|| wall(pair.second - bodies));
-        self.laws.of(self.materials[pair.first], second)
-    }
-
-    fn name(&self, pair: &Pair) -> String {
-        match pair.second.checked_sub(self.materials.len()) {
-            None => format!("particles {} and {}", self.ids[pair.first], self.ids[pair.second]),
-            Some(w) => format!("particle {} and {}", self.ids[pair.first], self.walls[w].name()),
-        }
-    }
-
-    /// Refuses bodies of which the state is not finite, or that are outside the box or beyond a
-    /// wall.
-    fn refuse_strays(&self, bodies: &[Body]) -> Result<()> {
-        for body in bodies {
-            let i = body.id;
-            if !body.is_finite() {
-                return Err(Error::NotFinite(NotFinite::Particle(i)));
-            }
-            if let Some(wall) = self.walls.iter().find(|wall| wall.distance(&body.centre) < 0.0) {
-                return Err(Error::Run(format!(
-                    "the centre of particle {i} is beyond {}: shorten the step or make the contact \
-                    stiffer",
-                    wall.name()
-                )));
-            }
-            for a in (0..body.shape().dimension()).filter(|&a| self.periods[a].is_none()) {
-                if !(0.0..=self.size[a]).contains(&body.centre[a]) {
-                    return Err(Error::Run(format!(
-                        "the centre of particle {i} has left the box: it is at {} = {:.6} m, and \
-                        no wall ends the box \
-                         there; make that border a wall or the axis periodic, or end the run \
-                         before",
-                        ["x", "y", "z"][a],
-                        body.centre[a]
-                    )));
-                }
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Whole periods, along each axis, by which the second of two bodies has crossed more periodic
-/// borders; none of a wall.
-fn crossed(
-    bodies: &[Body],
-    first: usize,
-    second: usize,
-    periods: &[Option<f64>; 3],
-) -> Vector3<f64> {
-    let Some(other) = bodies.get(second) else { return Vector3::zeros() };
-    let further = other.crossed - bodies[first].crossed;
-    Vector3::from_fn(|a, _| periods[a].map_or(0.0, |length| (further[a] / length).round()))
-}
-
-impl Pair {
-    fn new(first: usize, second: usize, image: Vector3<f64>) -> Pair {
-        Pair {
-            first,
-            second,
-            image,
-            spring: None,
-            rolled: Vector3::zeros(),
-            impulse: Vector3::zeros(),
-            turns: [Vector3::zeros(); 2],
-            normal: 0.0,
-            tangential: Vector3::zeros(),
-            pressed: 0.0,
-            stuck: 0.0,
-            touched: 0.0,
-            stored: 0.0,
-            lubrication: Lubrication::UNKNOWN,
-            stride: 1,
-            due: 0.0,
-            clear: 0.0,
-        }
-    }
-
-    /// Counts an impulse on the first (N s), and angular impulses on both (N m s).
-    fn add(&mut self, impulse: Vector3<f64>, turns: [Vector3<f64>; 2]) {
-        self.impulse += impulse;
-        self.turns.iter_mut().zip(turns).for_each(|(sum, turn)| *sum += turn);
-    }
-
-    /// Whether the second is an image of the first itself.
-    fn is_own_image(&self) -> bool {
-        self.first == self.second
-    }
-
-    /// From the centre of the first body to that of the image of the second (m).
-    fn apart(&self, bodies: &[Body], periods: &[Option<f64>; 3]) -> Vector3<f64> {
-        let way = bodies[self.second].centre - bodies[self.first].centre;
-        let image = self.image + crossed(bodies, self.first, self.second, periods);
-        Vector3::from_fn(|a, _| way[a] + periods[a].map_or(0.0, |length| length * image[a]))
-    }
 }
 
 impl Checkpointed for Springs {
@@ -716,29 +356,5 @@ impl Checkpointed for Springs {
 impl Checkpointed for Touching {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
         archive.serialize([&mut self.springs])
-    }
-}
-
-impl Wall {
-    /// How far inside the box a point is (m).
-    fn distance(&self, point: &Vector3<f64>) -> f64 {
-        if self.high { self.at - point[self.axis] } else { point[self.axis] - self.at }
-    }
-
-    /// Its velocity along itself (m/s).
-    fn sliding(&self) -> Vector3<f64> {
-        self.velocity - self.velocity.dot(&self.normal()) * self.normal()
-    }
-
-    /// Out of the box.
-    fn normal(&self) -> Vector3<f64> {
-        let mut normal = Vector3::zeros();
-        normal[self.axis] = if self.high { 1.0 } else { -1.0 };
-        normal
-    }
-
-    fn name(&self) -> String {
-        let what = if self.side == WallSide::Inflow { "inflow" } else { "wall" };
-        format!("the {what} at {} = {} m", ["x", "y", "z"][self.axis], self.at)
     }
 }

@@ -16,8 +16,9 @@
 //! scheme): it turns a body by its own inertia alone, which is next to none of a light one, before
 //! friction at the contact knows of it.
 
+use super::Contacts;
 use super::law::Kinematics;
-use super::{Contacts, Pair};
+use super::pair::Pair;
 use crate::particles::Body;
 use nalgebra::Vector3;
 

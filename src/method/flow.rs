@@ -251,8 +251,7 @@ impl<const D: usize> Flow<D> {
         let Some(most) = self.own.filter(|_| self.force.is_none()) else { return 1.0 };
         let h = domain.grid.h.iter().copied().fold(f64::INFINITY, f64::min);
         let diffusion = domain.fluid.viscosity / domain.fluid.density * dt / (h * h);
-        let numerics = &domain.numerics;
-        (numerics.pressure_time / diffusion).min(most).max(numerics.least_pressure_weight)
+        (domain.numerics.pressure_time / diffusion).min(most)
     }
 
     /// (13-15). Collective.

@@ -180,6 +180,36 @@ fn a_heap_comes_to_rest() {
     );
 }
 
+/// The pairs of bodies within their search radii, of all images up to two periods away.
+fn brute_force(
+    bodies: &[Body],
+    search_radius: &[f64],
+    size: [f64; 3],
+    periodic: [bool; 3],
+) -> Vec<(usize, usize, Vector3<i32>)> {
+    let (mut all, mut images) = (vec![], vec![]);
+    for a in 0..3 {
+        images.push(if periodic[a] { -2..=2 } else { 0..=0 });
+    }
+    for i in 0..bodies.len() {
+        for j in i..bodies.len() {
+            let within =
+                bodies[i].radius() + bodies[j].radius() + search_radius[i] + search_radius[j];
+            for (x, y, z) in images[0].clone().flat_map(|x| {
+                let zs = images[2].clone();
+                images[1].clone().flat_map(move |y| zs.clone().map(move |z| (x, y, z)))
+            }) {
+                let way = vector![x as f64 * size[0], y as f64 * size[1], z as f64 * size[2]];
+                let apart = bodies[j].centre - bodies[i].centre + way;
+                if (i < j || (x, y, z) > (0, 0, 0)) && apart.norm() <= within {
+                    all.push((i, j, vector![x, y, z]));
+                }
+            }
+        }
+    }
+    all
+}
+
 #[test]
 fn cell_lists_find_the_pairs_of_brute_force() {
     let mut dice = Dice(3);
@@ -216,26 +246,7 @@ fn cell_lists_find_the_pairs_of_brute_force() {
         let order =
             |pair: &(usize, usize, Vector3<i32>)| (pair.0, pair.1, pair.2.x, pair.2.y, pair.2.z);
         found.sort_unstable_by_key(order);
-        let (mut all, mut images) = (vec![], vec![]);
-        for a in 0..3 {
-            images.push(if periodic[a] { -2..=2 } else { 0..=0 });
-        }
-        for i in 0..bodies.len() {
-            for j in i..bodies.len() {
-                let within =
-                    bodies[i].radius() + bodies[j].radius() + search_radius[i] + search_radius[j];
-                for (x, y, z) in images[0].clone().flat_map(|x| {
-                    let zs = images[2].clone();
-                    images[1].clone().flat_map(move |y| zs.clone().map(move |z| (x, y, z)))
-                }) {
-                    let way = vector![x as f64 * size[0], y as f64 * size[1], z as f64 * size[2]];
-                    let apart = bodies[j].centre - bodies[i].centre + way;
-                    if (i < j || (x, y, z) > (0, 0, 0)) && apart.norm() <= within {
-                        all.push((i, j, vector![x, y, z]));
-                    }
-                }
-            }
-        }
+        let mut all = brute_force(&bodies, &search_radius, size, periodic);
         all.sort_unstable_by_key(order);
         assert_eq!(found, all, "{size:?}");
         assert!(all.len() > 8);

@@ -244,9 +244,8 @@ impl<const D: usize> Sharp<D> {
             s.exchange[k] = Exchange { contact: struck.linear / dt, ..motion.exchange() };
         }
         self.share_force_defect(domain, &s.bodies);
-        let take_in = (numbers.courant / domain.numerics.defect_time
-            + domain.numerics.defect_decay * numbers.diffusion)
-            .min(1.0);
+        let take_in =
+            ((numbers.courant + numbers.diffusion) / domain.numerics.defect_time).min(1.0);
         for (motion, BodyHistory { filtered_defect, undelivered, .. }) in
             self.motions.iter().zip(histories.iter_mut())
         {

@@ -82,14 +82,11 @@ numerics! {
     /// last pressure at once. Smaller, the pressure beside a wall jitters at small steps; larger, a
     /// wall reaches the faces late.
     correction_courant = 0.2, 0.001 to 100.0;
-    /// Rate at which viscosity takes that correction (nu/h^2) on faces that no body cuts, where
-    /// bodies move.
-    correction_decay_open = 0.4, 0.0 to 100.0;
+    /// Rate at which viscosity takes that correction (nu/h^2) where bodies move, but for the next.
+    correction_decay = 0.25, 0.0 to 100.0;
     /// The same on faces that a body cuts, in 2D. Smaller, a creeping flow keeps in its faces what
     /// its cells have lost, and is driven by it; larger, a wall reaches the faces late.
     correction_decay_cut_2d = 0.105, 0.0 to 100.0;
-    /// The same in 3D.
-    correction_decay_cut_3d = 0.25, 0.0 to 100.0;
     /// The same on all faces where no body moves.
     correction_decay_fixed = 4.0, 0.0 to 100.0;
     /// Largest weight of the pressure gradient at a face itself, in place of the mean of the
@@ -100,14 +97,10 @@ numerics! {
     /// less drag the longer the step; shorter, a pressure that alternates from cell to cell takes
     /// `0.05 nu dt/h^2` steps and more to decay.
     pressure_time = 0.05, 0.0 to 1e6;
-    /// Least weight of the pressure gradient at a face itself.
-    least_pressure_weight = 0.01, 0.0 to 1.0;
-    /// Spacings that the flow crosses while the filtered force defect of a body follows the force
-    /// defect. Fewer, its noise moves bodies; more, light bodies lag.
+    /// How long the filtered force defect of a body takes to follow the force defect: so many
+    /// spacings that the flow crosses, or so many h^2/nu. Shorter, its noise moves bodies; longer,
+    /// light bodies lag, and the force on a falling body still pushes it when it lies.
     defect_time = 3.0, 0.1 to 1000.0;
-    /// Rate at which viscosity makes it follow (nu/h^2). Smaller, the force on a falling body still
-    /// pushes it when it lies.
-    defect_decay = 0.1, 0.0 to 100.0;
     /// Part of the stability limits, other than the Courant number's, that steps chosen by
     /// `time.cfl` use. Larger, nearer to the limit; smaller, more steps.
     limit_share = 0.8, 0.01 to 1.0;
@@ -130,20 +123,15 @@ numerics! {
     /// the next step too. Smaller, a bed at rest is never sure of its weight; without bound,
     /// impacts lose energy.
     sustained_force = 2.0, 1.0 to 1e6;
-    /// Substeps in a contact where the case leaves them to the program. Fewer, restitution is off;
-    /// more, they cost.
+    /// Substeps in a contact where the case leaves them to the program; a tenth of them while a gap
+    /// that only fluid fills changes by its width. Fewer, restitution is off; more, they cost.
     contact_substeps = 40.0, 5.0 to 10000.0;
-    /// Substeps while a gap that only fluid fills changes by its width. Fewer, the approach of two
-    /// bodies is coarse in time.
-    gap_substeps = 4.0, 0.1 to 10000.0;
     /// Deepest overlap that the stiffness "auto" is chosen for (of the smallest diameter). Smaller,
-    /// stiffer contacts and more substeps; larger, softer ones that overlap.
+    /// stiffer contacts and more substeps; larger, softer ones that overlap. The lubrication layer
+    /// of two that touch has this width too, of the diameter of their reduced radius.
     auto_overlap = 0.01, 1e-6 to 0.1;
     /// The same in spacings: the less of the two holds.
     auto_overlap_spacing = 0.1, 1e-6 to 1.0;
-    /// Width of the lubrication layer of two that touch (of the reduced radius). Smaller, more
-    /// lubrication at touch.
-    touching_gap = 0.02, 1e-6 to 1.0;
     /// Gap at which the grid gives half of the lubrication force on a disc (spacings), fitted to
     /// discs that approach each other and a wall in Stokes flow.
     half_gap_2d = 1.5, 0.01 to 10.0;

@@ -1,0 +1,138 @@
+//! How many substeps a step needs.
+
+use super::law::Law;
+use super::pair::Pair;
+use super::{Contacts, Substeps};
+use crate::config::MOST_SUBSTEPS;
+use crate::numerics::Numerics;
+use crate::particles::Body;
+use crate::{Error, Result};
+
+/// How many times fewer substeps there are while a gap changes by its width than in a contact: the
+/// fluid in it acts implicitly, and half and twice as many change a rebound by 0.2 %.
+const GAP_SHARE: f64 = 10.0;
+
+/// Substeps in a contact below which a run ends.
+const FEWEST_PER_CONTACT: f64 = 5.0;
+
+/// Fewest substeps of a step in which the fluid between two acts: what resists their approach,
+/// their sliding and their rolling does so one after the other (a sphere pulled along a wall at
+/// 0.02 h: 3 % too fast in one substep, 0.15 % in 20).
+fn fewest_of_films(numerics: &Numerics) -> f64 {
+    0.5 * numerics.contact_substeps
+}
+
+impl Contacts {
+    /// Substeps for the rest of the step, `time` (s), after those `taken`.
+    pub(super) fn count(&self, bodies: &[Body], time: f64, taken: usize) -> Result<usize> {
+        self.pairs
+            .iter()
+            .try_fold(1, |count, pair| Ok(count.max(self.count_for(pair, bodies, time, taken)?)))
+    }
+
+    /// Those that a pair needs.
+    pub(super) fn count_for(
+        &self,
+        pair: &Pair,
+        bodies: &[Body],
+        time: f64,
+        taken: usize,
+    ) -> Result<usize> {
+        let lubrication = self.apart(pair, bodies, time);
+        match (self.substeps, lubrication) {
+            // The fluid between them alone counts.
+            (Substeps::Auto, Some(wanted)) => Ok(wanted.ceil() as usize),
+            (Substeps::Fixed(_), Some(_)) => Ok(1),
+            (Substeps::Auto, None) => {
+                let (law, mass, contact) = self.contact_of(pair, bodies, time);
+                let wanted = self.numerics.contact_substeps * time / contact
+                    * law.damping_ratio(mass).max(1.0);
+                let wanted = if self.medium.range(&self.numerics) > 0.0 {
+                    wanted.max(fewest_of_films(&self.numerics))
+                } else {
+                    wanted
+                };
+                if wanted > MOST_SUBSTEPS {
+                    Err(self.too_stiff(pair, contact, time, wanted))
+                } else {
+                    Ok(wanted.ceil() as usize)
+                }
+            }
+            (Substeps::Fixed(n), None) => {
+                let (_, _, contact) = self.contact_of(pair, bodies, time);
+                let count = n.saturating_sub(taken).max(1);
+                if contact / time * (count as f64) < FEWEST_PER_CONTACT {
+                    Err(self.too_few(pair, contact, time / count as f64))
+                } else {
+                    Ok(count)
+                }
+            }
+        }
+    }
+
+    /// Speed (m/s) at which a pair may come to approach within `time` (s).
+    pub(super) fn pushed(&self, pair: &Pair, bodies: &[Body], time: f64) -> f64 {
+        let mut velocity = bodies[pair.first].velocity;
+        let mut accelerations = self.inverse_masses[pair.first].accelerations.acceleration;
+        if let Some(other) = bodies.get(pair.second) {
+            velocity -= other.velocity;
+            accelerations -= self.inverse_masses[pair.second].accelerations.acceleration;
+        }
+        velocity.norm() + accelerations.norm() * time
+    }
+
+    /// How many substeps the fluid between a pair wants in `time` (s), where the two cannot touch
+    /// in it, whatever strikes them.
+    pub(super) fn apart(&self, pair: &Pair, bodies: &[Body], time: f64) -> Option<f64> {
+        let gap = -self.closest(pair, bodies, 0.0).overlap;
+        let way = self.pushed(pair, bodies, time) * time;
+        let fewest = if gap < self.medium.range(&self.numerics) {
+            fewest_of_films(&self.numerics)
+        } else {
+            1.0
+        };
+        let most = self.numerics.contact_substeps;
+        let wanted = || (most / GAP_SHARE * way / (gap - way).max(0.25 * gap)).clamp(fewest, most);
+        // A body never touches its own image.
+        (pair.is_own_image() || gap > 2.0 * way + 0.05 * bodies[pair.first].radius()).then(wanted)
+    }
+
+    /// The law of a pair, its mass (kg), and how long a contact lasts at the speed that it may come
+    /// to within `time` (s).
+    pub(super) fn contact_of(&self, pair: &Pair, bodies: &[Body], time: f64) -> (&Law, f64, f64) {
+        let (law, kinematics) = (self.law(pair), self.kinematics(pair, bodies, 0.0).0);
+        let (mass, pushed) = (1.0 / kinematics.inverse_normal, self.pushed(pair, bodies, time));
+        // The energy of an overlap counts as that of an approach.
+        let speed = (pushed * pushed + 2.0 * law.stored(kinematics.overlap) / mass).sqrt();
+        (law, mass, law.contact_time(mass, speed))
+    }
+
+    /// Finds after how many of `count` substeps of `time` (s) the fluid between each pair is to
+    /// act.
+    pub(super) fn pace_films(&mut self, bodies: &[Body], time: f64, count: usize) {
+        for p in 0..self.pairs.len() {
+            let wanted = self.apart(&self.pairs[p], bodies, time);
+            let stride = wanted.map_or(1.0, |wanted| count as f64 / wanted);
+            self.pairs[p].stride = (stride as usize).max(1);
+        }
+    }
+
+    pub(super) fn too_stiff(&self, pair: &Pair, contact: f64, time: f64, wanted: f64) -> Error {
+        Error::Run(format!(
+            "{}: a contact lasts {contact:.3e} s, for which a step of {time:.3e} s would need \
+            {wanted:.1e} substeps: lower the \
+             stiffness or shorten the step",
+            self.name(pair),
+        ))
+    }
+
+    pub(super) fn too_few(&self, pair: &Pair, contact: f64, substep: f64) -> Error {
+        Error::Run(format!(
+            "{}: a contact lasts {contact:.3e} s, which are {:.2} substeps of {substep:.3e} s, and \
+            {FEWEST_PER_CONTACT} at \
+             least are needed: raise contact.substeps or lower the stiffness",
+            self.name(pair),
+            contact / substep,
+        ))
+    }
+}

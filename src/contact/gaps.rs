@@ -1,0 +1,206 @@
+//! What the fluid in the gaps does in a substep, pair by pair; [`super::lubrication`] has formulas.
+
+use super::law::Kinematics;
+use super::lubrication::Lubrication;
+use super::pair::Pair;
+use super::substep::TOUCHING;
+use super::{Contacts, WallSide};
+use crate::particles::Body;
+use nalgebra::Vector3;
+
+/// Part of a gap by which it may change before what fills it is found anew.
+const SAME_GAP: f64 = 1e-3;
+
+impl Contacts {
+    /// What the fluid in the gaps does over the substep of `h` (s) that is `done`, or over what is
+    /// left for it to do, pair by pair, each implicitly.
+    pub(super) fn lubricate(&mut self, bodies: &mut [Body], h: f64, done: Option<usize>) {
+        let range = self.medium.range(&self.numerics);
+        if range == 0.0 {
+            return;
+        }
+        for p in 0..self.pairs.len() {
+            let pair = &mut self.pairs[p];
+            pair.due += h;
+            if pair.due == 0.0 || done.is_some_and(|done| done % pair.stride > 0) {
+                continue;
+            }
+            let h = std::mem::take(&mut pair.due);
+            let pair = self.pairs[p];
+            let meeting = self.closest(&pair, bodies, 0.0);
+            let (gap, arms) = (-meeting.overlap, meeting.arms);
+            if gap > range {
+                continue;
+            }
+            if gap <= self.medium.roughness {
+                self.touch(&pair);
+            }
+            let kinematics = self.kinematics_at(&pair, bodies, 0.0, &meeting);
+            let lubrication = self.lubrication(&pair, bodies, gap, gap - h * kinematics.approach);
+            self.pairs[p].lubrication = lubrication;
+            let resistance = h * lubrication.normal;
+            let impulse =
+                resistance * kinematics.approach / (1.0 + resistance * kinematics.inverse_normal);
+            self.pairs[p].normal += impulse;
+            self.apply_impulse(p, bodies, -impulse * kinematics.normal, [Vector3::zeros(); 2]);
+            let slip = self.slide(p, bodies, &kinematics, arms, h * lubrication.sliding);
+            self.roll(p, bodies, (kinematics.normal, slip), arms, h * lubrication.rolling);
+        }
+    }
+
+    /// What the fluid in a pair's gap resists as it goes from a width to another (m): as it was
+    /// found last, where it has hardly changed.
+    pub(super) fn lubrication(
+        &self,
+        pair: &Pair,
+        bodies: &[Body],
+        gap: f64,
+        next: f64,
+    ) -> Lubrication {
+        // The two sides of a box round differently what is put down to touch them.
+        let rounding = TOUCHING * bodies[pair.first].radius();
+        let [gap, next] = [gap, next].map(|g| if g < rounding { g.min(0.0) } else { g });
+        let near = |g: f64| (g - pair.lubrication.gap).abs() <= SAME_GAP * pair.lubrication.gap;
+        if (gap <= 0.0 && next <= 0.0 && pair.lubrication.gap == 0.0)
+            || (gap > 0.0 && near(gap) && near(next))
+        {
+            return pair.lubrication;
+        }
+        let (body, other) =
+            (&bodies[pair.first], bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()));
+        let (dimension, radius) = (body.shape().dimension(), body.radius());
+        let side = self.side(pair);
+        if side == Some(WallSide::Inflow) {
+            return Lubrication { gap: gap.max(0.0), normal: 0.0, sliding: 0.0, rolling: 0.0 };
+        }
+        // At a plane of symmetry the lubrication layer is half of that between the body and its
+        // mirror image. The two approach alike, turn against each other and go along the plane
+        // together: they roll on each other and never slide.
+        let mirrored = side == Some(WallSide::Slip);
+        let between = |g0: f64, g1: f64| {
+            if mirrored {
+                2.0 * self.medium.resistance(
+                    &self.numerics,
+                    dimension,
+                    radius,
+                    radius,
+                    2.0 * g0,
+                    2.0 * g1,
+                )
+            } else {
+                self.medium.resistance(&self.numerics, dimension, radius, other, g0, g1)
+            }
+        };
+        // A substep that goes through the end of the gap is in it for a part of its time only.
+        let touches = (gap <= 0.0) != (next <= 0.0);
+        let normal = if touches {
+            let (wide, outside) = (gap.max(next), gap.max(next) / (gap - next).abs());
+            outside * between(wide, f64::MIN_POSITIVE) + (1.0 - outside) * between(0.0, 0.0)
+        } else {
+            between(gap, next.max(0.0))
+        };
+        let [sliding, rolling] = if mirrored {
+            [
+                0.0,
+                self.medium.shear_resistance(&self.numerics, dimension, radius, radius, 2.0 * gap)
+                    [1],
+            ]
+        } else {
+            self.medium.shear_resistance(&self.numerics, dimension, radius, other, gap)
+        };
+        Lubrication { gap: if touches { f64::NAN } else { gap.max(0.0) }, normal, sliding, rolling }
+    }
+
+    /// What the fluid does at the wall of a pair; `None` where the second is a body.
+    pub(super) fn side(&self, pair: &Pair) -> Option<WallSide> {
+        pair.second.checked_sub(self.inverse_masses.len()).map(|wall| self.walls[wall].side)
+    }
+
+    /// Resistance over a substep (N s^2/m) to surfaces that slide along a gap; the slip that is
+    /// left (m/s).
+    pub(super) fn slide(
+        &mut self,
+        p: usize,
+        bodies: &mut [Body],
+        kinematics: &Kinematics,
+        arms: [f64; 2],
+        resistance: f64,
+    ) -> Vector3<f64> {
+        let left = 1.0 / (1.0 + resistance * kinematics.inverse_tangential);
+        let impulse = -resistance * left * kinematics.slip;
+        let turn = kinematics.normal.cross(&impulse);
+        self.apply_impulse(p, bodies, impulse, arms.map(|arm| arm * turn));
+        left * kinematics.slip
+    }
+
+    /// The same to surfaces that roll on each other, seen with their line of centres `n`.
+    pub(super) fn roll(
+        &mut self,
+        p: usize,
+        bodies: &mut [Body],
+        (n, slip): (Vector3<f64>, Vector3<f64>),
+        arms: [f64; 2],
+        resistance: f64,
+    ) {
+        let pair = self.pairs[p];
+        let (body, other) = (&bodies[pair.first], bodies.get(pair.second));
+        if self.side(&pair) == Some(WallSide::Slip) {
+            // The mirror image turns the other way, at the same arm.
+            let inverse = 0.5 * arms[0] * arms[0] * self.inverse_masses[pair.first].inertia.max();
+            let impulse =
+                -0.5 * resistance / (1.0 + resistance * inverse) * (arms[0] * body.spin).cross(&n);
+            self.apply_impulse(
+                p,
+                bodies,
+                Vector3::zeros(),
+                [arms[0] * n.cross(&impulse), Vector3::zeros()],
+            );
+            return;
+        }
+        let (spun, lever) = match other {
+            Some(other) => (
+                arms[0] * body.spin - arms[1] * other.spin,
+                (arms[0] - arms[1]) / (arms[0] + arms[1]),
+            ),
+            None => (arms[0] * body.spin, -1.0),
+        };
+        let own =
+            arms[0] * body.spin + other.map_or(Vector3::zeros(), |other| arms[1] * other.spin);
+        let moved = slip - own.cross(&n);
+        let speed = 0.5 * (spun.cross(&n) + lever * moved);
+        let turns =
+            |i: usize, body: usize| arms[i] * arms[i] * self.inverse_masses[body].inertia.max();
+        let turning = turns(0, pair.first) + other.map_or(0.0, |_| turns(1, pair.second));
+        let masses = self.inverse_masses[pair.first].mass.max()
+            + other.map_or(0.0, |_| self.inverse_masses[pair.second].mass.max());
+        let inverse = 0.25 * (lever * lever * masses + turning);
+        let impulse = -0.5 * resistance / (1.0 + resistance * inverse) * speed;
+        let turn = n.cross(&impulse);
+        self.apply_impulse(p, bodies, lever * impulse, [arms[0] * turn, -arms[1] * turn]);
+    }
+
+    /// Gives an impulse (N s) to the first of a pair and takes it from the second one, with what
+    /// turns each (N m s).
+    pub(super) fn apply_impulse(
+        &mut self,
+        p: usize,
+        bodies: &mut [Body],
+        impulse: Vector3<f64>,
+        turns: [Vector3<f64>; 2],
+    ) {
+        let pair = &mut self.pairs[p];
+        pair.add(impulse, turns);
+        for (k, sign, turn) in [(pair.first, 1.0, turns[0]), (pair.second, -1.0, turns[1])] {
+            let Some(body) = bodies.get_mut(k) else {
+                let wall = self.walls[k - self.inverse_masses.len()].velocity;
+                self.wall_impulse -= impulse;
+                self.wall_work += impulse.dot(&wall);
+                continue;
+            };
+            body.velocity += sign * self.inverse_masses[k].mass.component_mul(&impulse);
+            body.spin += self.inverse_masses[k].inertia.component_mul(&turn);
+            self.impulses[k].linear += sign * impulse;
+            self.impulses[k].angular += turn;
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! The pairs that could meet, and bodies that are where none may be.
+
+use super::law::Law;
+use super::pair::{Pair, crossed};
+use super::{Contacts, Wall};
+use crate::error::NotFinite;
+use crate::particles::Body;
+use crate::{Error, Result};
+use nalgebra::Vector3;
+
+impl Contacts {
+    /// Finds the pairs that could meet within `time` (s), and keeps the springs. With `again`, the
+    /// search_radius leaves room for what contacts do to speeds.
+    pub(super) fn search(&mut self, bodies: &[Body], time: f64, again: bool) {
+        let mut farthest: f64 = 0.0;
+        for (i, (body, inverse_mass)) in bodies.iter().zip(&self.inverse_masses).enumerate() {
+            let way =
+                (body.speed() + 0.5 * inverse_mass.accelerations.acceleration.norm() * time) * time;
+            self.search_radius[i] = 0.5 * self.medium.range(&self.numerics)
+                + if again { 2.0 * way + 0.05 * body.radius() } else { way + 1e-6 * body.radius() };
+            farthest = farthest.max(body.radius() + self.search_radius[i]);
+        }
+        self.travelled.fill(0.0);
+        self.paired.fill(false);
+        std::mem::swap(&mut self.pairs, &mut self.old);
+        self.pairs.clear();
+        self.neighbours.sort(bodies, 2.0 * farthest);
+        let free = |i: usize| bodies[i].freedom().is_some();
+        let mut rest = &self.old[..];
+        for (i, body) in bodies.iter().enumerate() {
+            let mine = rest.iter().take_while(|p| p.first == i).count();
+            let (before, after) = rest.split_at(mine);
+            rest = after;
+            let kept = |j, image| {
+                let old = before.iter().find(|p| p.second == j && p.image == image).copied();
+                Pair { clear: 0.0, ..old.unwrap_or(Pair::new(i, j, image)) }
+            };
+            let periods = &self.periods;
+            let (pairs, paired) = (&mut self.pairs, &mut self.paired);
+            let begin = pairs.len();
+            self.neighbours.around(i, bodies, &self.search_radius, |j, image| {
+                if free(i) || free(j) {
+                    pairs.push(kept(j, image - crossed(bodies, i, j, periods)));
+                    (paired[i], paired[j]) = (true, true);
+                }
+            });
+            for (w, wall) in self.walls.iter().enumerate().filter(|_| free(i)) {
+                if wall.distance(&body.centre)
+                    <= body.radius()
+                        + 0.5 * self.medium.range(&self.numerics)
+                        + self.search_radius[i]
+                {
+                    pairs.push(kept(bodies.len() + w, Vector3::zeros()));
+                    paired[i] = true;
+                }
+            }
+            sort(&mut pairs[begin..], body, bodies, &self.walls, periods);
+        }
+    }
+
+    pub(super) fn law(&self, pair: &Pair) -> &Law {
+        let wall = |w: usize| self.walls[w].material;
+        let bodies = self.materials.len();
+        let second =
+            self.materials.get(pair.second).copied().unwrap_or_else(|| wall(pair.second - bodies));
+        self.laws.of(self.materials[pair.first], second)
+    }
+
+    pub(super) fn name(&self, pair: &Pair) -> String {
+        match pair.second.checked_sub(self.materials.len()) {
+            None => format!("particles {} and {}", self.ids[pair.first], self.ids[pair.second]),
+            Some(w) => format!("particle {} and {}", self.ids[pair.first], self.walls[w].name()),
+        }
+    }
+
+    /// Refuses bodies of which the state is not finite, or that are outside the box or beyond a
+    /// wall.
+    pub(super) fn refuse_strays(&self, bodies: &[Body]) -> Result<()> {
+        for body in bodies {
+            let i = body.id;
+            if !body.is_finite() {
+                return Err(Error::NotFinite(NotFinite::Particle(i)));
+            }
+            if let Some(wall) = self.walls.iter().find(|wall| wall.distance(&body.centre) < 0.0) {
+                return Err(Error::Run(format!(
+                    "the centre of particle {i} is beyond {}: shorten the step or make the contact \
+                    stiffer",
+                    wall.name()
+                )));
+            }
+            for a in (0..body.shape().dimension()).filter(|&a| self.periods[a].is_none()) {
+                if !(0.0..=self.size[a]).contains(&body.centre[a]) {
+                    return Err(Error::Run(format!(
+                        "the centre of particle {i} has left the box: it is at {} = {:.6} m, and \
+                        no wall ends the box \
+                         there; make that border a wall or the axis periodic, or end the run \
+                         before",
+                        ["x", "y", "z"][a],
+                        body.centre[a]
+                    )));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Sorts the pairs of a `body`, which act one after the other: bodies by number, their images and
+/// walls by distance, in an order that no mirror changes.
+fn sort(
+    pairs: &mut [Pair],
+    body: &Body,
+    bodies: &[Body],
+    walls: &[Wall],
+    periods: &[Option<f64>; 3],
+) {
+    let away = |pair: &Pair| {
+        pair.second.checked_sub(bodies.len()).map(|wall| walls[wall].distance(&body.centre))
+    };
+    let ordered = |one: &Pair, other: &Pair| match (away(one), away(other)) {
+        (Some(near), Some(far)) => near.total_cmp(&far),
+        (None, None) if one.second == other.second => {
+            let [near, far] = [one, other].map(|pair| pair.apart(bodies, periods).norm_squared());
+            near.total_cmp(&far)
+        }
+        _ => one.second.cmp(&other.second),
+    };
+    pairs.sort_unstable_by(ordered);
+}
