@@ -11,7 +11,7 @@ use crate::output::{Folder, Log, Marks};
 use crate::petsc::Session;
 use crate::poisson::pressure::Projected;
 use crate::scene::Scene;
-use crate::system::cpu_seconds;
+use crate::system::{cpu_seconds, now};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -44,6 +44,11 @@ pub struct Account {
 }
 
 impl Account {
+    /// That of a run that begins now.
+    pub(super) fn begin() -> Account {
+        Account { began: now(), ..Account::default() }
+    }
+
     /// Counts a step of `dt` (s).
     pub(super) fn count(&mut self, dt: f64, projected: &Projected) {
         self.dt = Some(dt);
