@@ -14,6 +14,7 @@ mod contour;
 mod curves;
 mod field;
 mod film;
+mod frame;
 mod paint;
 mod strip;
 mod trace;
