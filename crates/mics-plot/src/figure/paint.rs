@@ -12,7 +12,7 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::axis::Axis;
 use super::canvas::{self, INK, Pixel, SCALE, SMALL, Sheet, THIN};
-use super::frame::{Frame};
+use super::frame::Frame;
 use super::trace::{self, HOPS, Point, sample};
 use super::{Disc, Plane, Quantity, Scale};
 use mics_run::{Error, Result};
