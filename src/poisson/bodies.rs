@@ -173,16 +173,15 @@ impl Bodies {
         if self.session.anywhere(unsound)? {
             return Err(Error::Run(
                 "a free body's mode in the pressure equation is not finite, has a negative weight, \
-                or has a face that \
-                 is not its rank's"
+                or has a face that is not its rank's"
                     .into(),
             ));
         }
         Ok(())
     }
 
-    /// Takes the covered faces of all groups to the finest level, with the cells beside them and the
-    /// volumes of the bodies. Collective.
+    /// Takes the covered faces of all groups to the finest level, with the cells beside them and
+    /// the volumes of the bodies. Collective.
     fn take_faces(
         &mut self,
         lattice: &Lattice,

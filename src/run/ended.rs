@@ -59,7 +59,7 @@ impl<const D: usize> Ended<D> {
         Ok(Ended { case: before, state: scene.state, run: run.to_owned() })
     }
 
-    /// Initialises the scene of a case from here; returns what was taken and what was not, in lines.
+    /// Initialises the scene of a case from here; returns what was taken and what not, in lines.
     /// Collective.
     ///
     /// # Errors

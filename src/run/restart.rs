@@ -363,8 +363,7 @@ fn misfit(path: &Path, e: Error) -> Error {
     match e {
         Error::Usage(why) | Error::Run(why) => Error::Usage(format!(
             "{}: this checkpoint does not fit: {why}; go on with the version of mics that wrote \
-            it, or delete it to go on \
-             from the one before",
+            it, or delete it to go on from the one before",
             path.display()
         )),
         other => other,

@@ -1,4 +1,4 @@
-//! Runs that cannot go on: the step, the place and the cause are named, and the last good state is kept.
+//! Runs that cannot go on: step, place and cause are named, and the last good state is kept.
 
 use crate::program::{STREAM, text, write};
 use crate::support::{MIXING, SHARP, box_case, columns, mics, petsc};

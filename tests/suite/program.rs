@@ -6,9 +6,8 @@ use std::path::{Path, PathBuf};
 
 pub const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
 
-pub const DISC: &str = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.6, 0.5]\n\
-    motion = \"fixed\"\n\
-    [coupling]\nwall = \"sharp\"\n";
+pub const DISC: &str = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\n\
+    position = [0.6, 0.5]\nmotion = \"fixed\"\n[coupling]\nwall = \"sharp\"\n";
 
 pub fn write(dir: &Path, text: &str) -> PathBuf {
     let path = dir.join("case.toml");
