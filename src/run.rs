@@ -24,7 +24,6 @@ use crate::petsc::{Session, Traffic};
 use crate::poisson::pressure::Projected;
 use crate::scene::{Scene, read_case};
 use crate::state::Readable;
-use crate::system::now;
 use crate::{Error, Result};
 use ended::Ended;
 pub use extensions::Extensions;
@@ -163,8 +162,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let from = case.initial.from.as_ref().filter(|_| restart.is_none());
         let ended = from.map(|from| Ended::<D>::read(session, Path::new(from))).transpose()?;
         let mut scene = Scene::<D>::extended(session, case, std::mem::take(&mut added.scene))?;
-        let (mut account, mut series) =
-            (Account { began: now(), ..Account::default() }, measure::series(case));
+        let (mut account, mut series) = (Account::begin(), measure::series(case));
         let inherited =
             ended.map_or(Ok(Vec::new()), |ended| ended.initialise(session, case, &mut scene))?;
         let mut statistics = Statistics::of_case(&scene, case);

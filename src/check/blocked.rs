@@ -23,8 +23,7 @@ pub fn shut<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
     let way = find_shut(case, grid, bodies, |_| true)?;
     Some(format!(
         "warning      the particles shut the channel {way}, as far as this grid shows gaps between \
-        them: what is driven through it has \
-         no meaning; open it, or use more cells"
+        them: what is driven through it has no meaning; open it, or use more cells"
     ))
 }
 
@@ -42,8 +41,7 @@ pub fn refuse_shut<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Result<
             "particle",
             format!(
                 "the fixed particles shut the channel {way}, as far as this grid shows gaps \
-                between them: what comes in cannot \
-                 leave; open a way, or use more cells"
+                between them: what comes in cannot leave; open a way, or use more cells"
             ),
         ))
     })

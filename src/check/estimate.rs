@@ -204,11 +204,22 @@ mod tests {
         let text = format!(
             "name = \"t\"\ntime = {{ end = 9.0, cfl = 0.4 }}\n\
             domain = {{ size = [2.0, 0.5], cells = [32, 16] }}\n\
-             fluid = {{ density = 2.0, viscosity = 0.1, gravity = [0.0, -9.81] }}\n\
-             boundary = {{ west = {west}, east = {east}, south = {south}, north = {north} }}\n\
-             {more}"
+            fluid = {{ density = 2.0, viscosity = 0.1, gravity = [0.0, -9.81] }}\n\
+            boundary = {{ west = {west}, east = {east}, south = {south}, north = {north} }}\n\
+            {more}"
         );
         crate::config::written(&text).unwrap()
+    }
+
+    /// Limits of viscosity alone, in steps of rk2.
+    fn limits() -> Limits {
+        Limits {
+            courant_rate: 0.0,
+            courant_growth: 0.0,
+            diffusion_rate: 10.0,
+            damping_rate: 5.0,
+            scheme: crate::scheme::RK2,
+        }
     }
 
     const ROUND: [&str; 4] = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"wall\""];
@@ -252,14 +263,7 @@ mod tests {
         };
         let counted = |sides, more: &str| {
             let case = case(sides, more);
-            let (scheme, diffusion_rate) = (crate::scheme::RK2, 10.0);
-            let limits = Limits {
-                courant_rate: 0.0,
-                courant_growth: 0.0,
-                diffusion_rate,
-                damping_rate: 5.0,
-                scheme,
-            };
+            let limits = limits();
             let later = later_step(&case, &limits);
             (steps(&case, &limits, 0.05, later), later)
         };
@@ -293,14 +297,7 @@ mod tests {
         assert_eq!(in_a_plane.stretched(2.0, 2.0, 0.1), 0.0);
         let disc = "[[particle]]\nshape = { disc = { diameter = 0.1 } }\nposition = [0.5, 0.3]\n\
             density = 5.0\n";
-        let (scheme, diffusion_rate) = (crate::scheme::RK2, 10.0);
-        let limits = Limits {
-            courant_rate: 0.0,
-            courant_growth: 0.0,
-            diffusion_rate,
-            damping_rate: 5.0,
-            scheme,
-        };
+        let limits = limits();
         let (closed, open) = (
             case(ROUND, disc),
             case(["\"periodic\"", "\"periodic\"", "\"outflow\"", "\"wall\""], disc),

@@ -41,8 +41,7 @@ pub fn describe_box<const D: usize>(case: &Case, h: &[f64; D]) -> Vec<String> {
         let x = ["x", "y", "z"][axis];
         lines.push(format!(
             "note         nothing holds this periodic box along {x}: fluid and particles \
-            accelerate by the particles' weight; \
-             drive.hold_mixture = true carries it"
+            accelerate by the particles' weight; drive.hold_mixture = true carries it"
         ));
     }
     lines.extend(
@@ -111,9 +110,8 @@ fn tight_pressure(case: &Case) -> Option<String> {
     (part < TIGHT * EXACT && enough > limit).then(|| {
         format!(
             "note         pressure.divergence_limit = {limit:e} 1/s is tighter than this flow \
-            needs: over the whole box it changes a velocity by \
-             at most {part:.0e} of {} m/s; {enough:e} keeps that below {EXACT:e}, and saves \
-             iterations",
+            needs: over the whole box it changes a velocity by at most {part:.0e} of {} m/s; \
+            {enough:e} keeps that below {EXACT:e}, and saves iterations",
             brief(speed)
         )
     })

@@ -212,8 +212,8 @@ pub(crate) fn thin_layer(case: &Case) -> Option<String> {
     };
     (thickness < h).then(|| {
         format!(
-            "the boundary layer of {whose} is thinner than a spacing: {needed} would put one \
-            into it, and there are {there}"
+            "the boundary layer of {whose} is thinner than a spacing: {needed} would put one into \
+            it, and there are {there}"
         )
     })
 }
@@ -226,8 +226,7 @@ pub fn number_of_flow(reynolds: f64) -> String {
 /// What a Reynolds number often comes of that is far too large.
 fn doubt(reynolds: f64) -> &'static str {
     let units = "; so large a Reynolds number often comes of a viscosity in other units: \
-        fluid.viscosity is dynamic, in Pa s, that of \
-                 water 1e-3";
+        fluid.viscosity is dynamic, in Pa s, that of water 1e-3";
     if reynolds > DOUBTFUL { units } else { "" }
 }
 
@@ -238,11 +237,10 @@ mod tests {
     fn thinnest(position: &str, more: &str) -> Layer {
         let text = format!(
             "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [0.1, 0.15], cells = [8, 12] }}\n\
-             fluid = {{ density = 1000.0, viscosity = 1e-3, gravity = [0.0, -9.81] }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
-                 }}\n\
-             particle = [{{ shape = {{ disc = {{ diameter = 0.02 }} }}, position = {position}, \
-             {more} }}]\n"
+            fluid = {{ density = 1000.0, viscosity = 1e-3, gravity = [0.0, -9.81] }}\n\
+            boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n\
+            particle = [{{ shape = {{ disc = {{ diameter = 0.02 }} }}, position = {position}, \
+            {more} }}]\n"
         );
         Layer::thinnest(&crate::config::written(&text).unwrap()).unwrap()
     }
@@ -265,11 +263,11 @@ mod tests {
     fn along_a_slope_it_gathers_speed_until_the_end() {
         let text = "name = \"t\"\ntime.end = 0.5\n\
             domain = { size = [0.06, 0.06], cells = [24, 24] }\n\
-                    fluid = { density = 1.0, viscosity = 1e-5, gravity = [3.0, -9.0] }\n\
-                    boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north \
-                        = \"wall\" }\n\
-                    particle = \
-                    [{ shape.disc.diameter = 0.01, position = [0.03, 0.005], density = 1e6 }]\n";
+            fluid = { density = 1.0, viscosity = 1e-5, gravity = [3.0, -9.0] }\n\
+            boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
+            \"wall\" }\n\
+            particle = [{ shape.disc.diameter = 0.01, position = [0.03, 0.005], density = 1e6 \
+            }]\n";
         let case = crate::config::written(text).unwrap();
         assert!((fall_speed(&case, &case.particle[0]) - 1.5).abs() < 1e-5);
     }

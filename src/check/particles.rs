@@ -46,8 +46,8 @@ pub fn refuse_below_a_cell(loaded: &Loaded) -> Result<()> {
         "domain.size",
         format!(
             "the smallest particle is {} cells across, and {RESOLVED} or more are needed: if the \
-            box is in another unit than the diameters, \
-             write both in m; else give domain.cells more",
+            box is in another unit than the diameters, write both in m; else give domain.cells \
+            more",
             brief(cells)
         ),
     ))
@@ -60,8 +60,7 @@ fn untouchable(case: &Case) -> Option<String> {
     let free = case.contact.is_none() && case.particle.iter().any(Particle::is_free);
     (free && meets).then(|| {
         "notice       the case has no [contact]: the run ends as soon as a free particle touches \
-        another or a wall; an empty [contact] lets \
-         them touch"
+        another or a wall; an empty [contact] lets them touch"
             .into()
     })
 }
@@ -70,8 +69,7 @@ fn untouchable(case: &Case) -> Option<String> {
 pub fn sticks(case: &Case) -> Option<String> {
     let sticks = case.fluid.viscosity == 0.0 && !case.particle.is_empty();
     let words = "warning      without viscosity bodies hold the fluid beside them all the same: \
-        how they are set off from rest is right, \
-                 drag, wakes and light bodies at walls are not";
+        how they are set off from rest is right, drag, wakes and light bodies at walls are not";
     sticks.then(|| words.into())
 }
 
@@ -87,8 +85,7 @@ pub fn pressed<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> 
     (stored > fall && lightest.is_finite()).then(|| {
         format!(
             "warning      particles overlap at the start, and the springs of their contacts hold \
-            {stored:.2e} J: they may part at up to {} m/s; \
-             place them further apart",
+            {stored:.2e} J: they may part at up to {} m/s; place them further apart",
             brief((2.0 * stored / lightest).sqrt())
         )
     })
@@ -119,8 +116,8 @@ pub fn unresolved(case: &Case) -> Option<String> {
     // As large as asked for, but for rounding.
     (smallest < GOOD * (1.0 - 1e-9)).then(|| {
         format!(
-            "note         a particle of {smallest:.1} cells is coarse: from {GOOD} on forces \
-            are right within some per cent"
+            "note         a particle of {smallest:.1} cells is coarse: from {GOOD} on forces are \
+            right within some per cent"
         )
     })
 }
@@ -162,8 +159,7 @@ pub fn doubled(case: &Case) -> Option<String> {
     (inherited > 0 && own > 0).then(|| {
         format!(
             "note         this file adds {own} to the {inherited} that come from that run: if they \
-            are the same, remove its [[particle]] and \
-             [[swarm]]"
+            are the same, remove its [[particle]] and [[swarm]]"
         )
     })
 }
@@ -174,8 +170,7 @@ fn mixed_impacts(case: &Case) -> Option<String> {
     let free = case.particle.iter().any(Particle::is_free);
     (mixes && free).then(|| {
         "warning      coupling.wall = \"mixing\" takes energy from impacts: speeds after them are \
-        up to a quarter less than the \
-         restitution leaves; \"sharp\" keeps them"
+        up to a quarter less than the restitution leaves; \"sharp\" keeps them"
             .into()
     })
 }

@@ -67,8 +67,8 @@ pub fn locked_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<Stri
     (time < case.time.end).then(|| {
         format!(
             "warning      the run will end soon after t = {} s of {} s: particle {id} goes on \
-            along {} at {} m/s, which is locked, into the \
-             {} boundary; unlock that axis, give it no velocity along it, or end the run before",
+            along {} at {} m/s, which is locked, into the {} boundary; unlock that axis, give it \
+            no velocity along it, or end the run before",
             brief(time),
             number(case.time.end),
             ["x", "y", "z"][axis],

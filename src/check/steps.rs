@@ -85,8 +85,8 @@ fn long_beside_wall<const D: usize>(case: &Case, scene: &Scene<D>, later: f64) -
     let first = scene.state.bodies.iter().find(free).filter(|_| long)?;
     Some(format!(
         "warning      {} begins {} spacings from a wall, where steps of {stages} stages are too \
-         long: its speed along the wall may be off by 5 %; time.scheme = \"rk2\" is within 1 % of \
-         short steps",
+        long: its speed along the wall may be off by 5 %; time.scheme = \"rk2\" is within 1 % of \
+        short steps",
         case.called(first.id),
         brief(gap(first).max(0.0) / h)
     ))

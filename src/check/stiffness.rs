@@ -63,9 +63,8 @@ pub fn refuse_too_stiff<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Re
         key,
         format!(
             "{stiffness:e} N/m^exponent is too stiff: a contact would last {time:.1e} s, and a \
-            step of {dt:.1e} s in which two touch \
-             would need {wanted:.1e} substeps, where {MOST_SUBSTEPS:.0e} are the most; give less, \
-             \"auto\" takes {:.1e}",
+            step of {dt:.1e} s in which two touch would need {wanted:.1e} substeps, where \
+            {MOST_SUBSTEPS:.0e} are the most; give less, \"auto\" takes {:.1e}",
             impact(case, &scene.state.bodies).stiffness(exponent)
         ),
     ))
@@ -113,8 +112,7 @@ fn too_soft<const D: usize>(case: &Case, scene: &Scene<D>, law: &Contact) -> Opt
     (deepest > DEEPEST_OVERLAP * radius).then(|| {
         format!(
             "warning      contact.normal_stiffness is too small: an impact at {} m/s would go \
-            {deepest:.2e} m deep, {:.2} of the \
-             radius, and {} ends the run; \"auto\" takes {:.1e}",
+            {deepest:.2e} m deep, {:.2} of the radius, and {} ends the run; \"auto\" takes {:.1e}",
             brief(impact.speed),
             deepest / radius,
             DEEPEST_OVERLAP,
@@ -136,9 +134,8 @@ fn too_stiff<const D: usize>(
         return (wanted > over * many).then(|| {
             format!(
                 "warning      a step in which two touch takes about {wanted:.0} substeps, since \
-                springs that hold the heaviest body throw the \
-                 lightest off at once: bodies of like weight, or a softer \
-                 contact.normal_stiffness, cost less"
+                springs that hold the heaviest body throw the lightest off at once: bodies of like \
+                weight, or a softer contact.normal_stiffness, cost less"
             )
         });
     };
@@ -148,8 +145,8 @@ fn too_stiff<const D: usize>(
     (wanted > many && wanted > over * of_enough).then(|| {
         format!(
             "warning      contact.normal_stiffness is stiffer than the impacts ask for: a step in \
-            which two touch takes {wanted:.0} substeps; \
-             \"auto\" takes {enough:.1e}, and {:.0} of them",
+            which two touch takes {wanted:.0} substeps; \"auto\" takes {enough:.1e}, and {:.0} of \
+            them",
             of_enough.max(1.0)
         )
     })

@@ -95,7 +95,7 @@ pub struct Body {
     pub viscosity: f64,
     /// Centre (m); along a periodic axis it stays within the domain.
     pub centre: Vector3<f64>,
-    /// What periodic borders have taken from its centre so far (m): whole periods.
+    /// What periodic boundaries have taken from its centre so far (m): whole periods.
     pub crossed: Vector3<f64>,
     /// Velocity of the centre (m/s).
     pub velocity: Vector3<f64>,
@@ -219,7 +219,7 @@ impl Body {
         self.rotate(&turned);
     }
 
-    /// The same but for how it is turned: by the vector that is returned (rad), which is
+    /// The same but for its orientation: by the vector that is returned (rad), which is
     /// [`Body::rotate`]'s, at once or summed up.
     pub fn shift(
         &mut self,
@@ -262,7 +262,7 @@ impl Body {
         self.orientation = UnitQuaternion::from_scaled_axis(*turned) * self.orientation;
     }
 
-    /// Its centre (m) where it would be had it not been brought back across periodic borders.
+    /// Its centre (m) where it would be had it not been brought back across periodic boundaries.
     pub fn path(&self) -> Vector3<f64> {
         self.centre + self.crossed
     }

@@ -69,8 +69,7 @@ pub(super) fn refuse_what_ends_the_program(session: &Session) -> Result<()> {
     if session.option("-pc_type")?.as_deref() == Some("mg") && levels > 1.0 {
         return Err(Error::Usage(
             "PETSc option -pc_type mg with -pc_mg_levels: its coarser levels have to be given, and \
-            here is none but the grid itself; \
-             -pc_type gamg or hypre find theirs from the matrix"
+            here is none but the grid itself; -pc_type gamg or hypre find theirs from the matrix"
                 .into(),
         ));
     }
@@ -97,8 +96,8 @@ pub(super) fn refuse_empty_views(session: &Session, own: bool) -> Result<()> {
         if none && numbers {
             return Err(Error::Usage(format!(
                 "PETSc option {name} {value}: there is no matrix to write, the operator is applied \
-                with the free bodies in it; \
-                 -ksp_view_pmat with -pc_type hypre or gamg writes the one of the fluid"
+                with the free bodies in it; -ksp_view_pmat with -pc_type hypre or gamg writes the \
+                one of the fluid"
             )));
         }
     }

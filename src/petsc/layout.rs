@@ -158,8 +158,8 @@ fn too_many_ranks(ranks: usize, cells: &[usize], ghosts: usize) -> Error {
     let grid = cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
     Error::Usage(format!(
         "{ranks} ranks are too many for a grid of {grid} cells, or do not divide it: each rank \
-        needs a box of \
-         {ghosts} cells along every axis; use fewer ranks (mpirun -n) or more cells (domain.cells)"
+        needs a box of {ghosts} cells along every axis; use fewer ranks (mpirun -n) or more cells \
+        (domain.cells)"
     ))
 }
 

@@ -68,9 +68,8 @@ const OVERFLOWN: i32 = -9;
 fn overflown() -> Error {
     Error::Run(
         "the pressure equation holds numbers that are infinite or none: a density, a viscosity, a \
-        length or a velocity of the case is \
-         too large or too small for double precision, or the flow has grown beyond it; look at \
-         their exponents and units"
+        length or a velocity of the case is too large or too small for double precision, or the \
+        flow has grown beyond it; look at their exponents and units"
             .into(),
     )
 }
@@ -82,8 +81,8 @@ fn failed_once(reason: ffi::KSPConvergedReason, iterations: u32, rtol: f64) -> E
     }
     Error::Run(format!(
         "the pressure solve failed: {} after {iterations} iterations (relative tolerance \
-        {rtol:.1e}); {LOOK}, try another solver (pressure.solver = \"bcgs-boomeramg\", or \
-        `-- -ksp_type cg -pc_type gamg`), or relax pressure.divergence_limit",
+        {rtol:.1e}); {LOOK}, try another solver (pressure.solver = \"bcgs-boomeramg\", or `-- \
+        -ksp_type cg -pc_type gamg`), or relax pressure.divergence_limit",
         reason_name(reason),
     ))
 }
@@ -217,11 +216,6 @@ impl LinearSolver {
         }
     }
 
-    /// Whether the preconditioner is built from the operator's matrix, which has to be set then.
-    pub fn needs_matrix(&self) -> bool {
-        !self.matrix.is_null()
-    }
-
     /// The matrix's new values, in the order of the pattern; the preconditioner follows at the next
     /// solve.
     pub fn set_values(&mut self, values: &[f64]) -> Result<()> {
@@ -246,8 +240,7 @@ impl LinearSolver {
         if self.preconditioner_alone {
             return Err(Error::Usage(
                 "-ksp_type preonly solves with the preconditioner alone, which knows nothing of \
-                the motion of free \
-                 bodies; use cg, bcgs or gmres"
+                the motion of free bodies; use cg, bcgs or gmres"
                     .into(),
             ));
         }

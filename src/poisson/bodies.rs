@@ -173,8 +173,7 @@ impl Bodies {
         if self.session.anywhere(unsound)? {
             return Err(Error::Run(
                 "a free body's mode in the pressure equation is not finite, has a negative weight, \
-                or has a face that \
-                 is not its rank's"
+                or has a face that is not its rank's"
                     .into(),
             ));
         }

@@ -42,8 +42,8 @@ impl Dense {
         let factors = Cholesky::new(matrix).ok_or_else(|| {
             Error::Run(
                 "the coarsest level of the multigrid is singular: the density varies by too much \
-                for it; choose \
-                 pressure.solver = \"bcgs-boomeramg\", or densities nearer to each other"
+                for it; choose pressure.solver = \"bcgs-boomeramg\", or densities nearer to each \
+                other"
                     .into(),
             )
         })?;

@@ -59,10 +59,10 @@ impl Poisson {
             ));
         }
         if let Some(made) = &mut self.multigrid {
-            made.fresh = false;
+            made.valid = false;
         }
         if let Some(made) = &mut self.transform {
-            made.fresh = false;
+            made.valid = false;
         }
         Ok(())
     }
@@ -116,7 +116,7 @@ impl Poisson {
     /// Closes the faces at boundaries of the domain, or doubles them where the pressure is given.
     fn set_boundaries(&mut self) {
         for axis in 0..self.lattice.axes {
-            let Ends::Borders { given } = self.ends[axis] else { continue };
+            let Ends::Boundaries { given } = self.ends[axis] else { continue };
             for side in [0, 1].into_iter().filter(|side| self.at_end[axis][*side]) {
                 let factor = if given[side] { 2.0 } else { 0.0 };
                 let mut n = self.lattice.n;
@@ -141,7 +141,7 @@ impl Poisson {
     /// The mean of the coefficient on the faces along an axis that have a cell on either side.
     pub(super) fn mean_of_faces(&self, axis: usize) -> f64 {
         let lattice = self.lattice;
-        let inside = usize::from(matches!(self.ends[axis], Ends::Borders { .. }));
+        let inside = usize::from(matches!(self.ends[axis], Ends::Boundaries { .. }));
         let skip = |a: usize| if a == axis { inside } else { 0 };
         let (mut sum, mut count) = (0.0, 0usize);
         for (k, j) in

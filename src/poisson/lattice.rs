@@ -8,7 +8,7 @@
 //!              pressure given on the face: x = 0 in the ghost beyond it
 //!              g[1][c]
 //! ```
-//! One layer of ghosts on every side of every axis in use, x fastest. What the border says is in
+//! One layer of ghosts on every side of every axis in use, x fastest. What the boundary says is in
 //! `g` alone.
 
 use crate::Result;

@@ -16,7 +16,7 @@ pub struct Rows {
     values: Vec<f64>,
 }
 
-/// Added to the diagonal, relative to it, where no border fixes the pressure. Without it a
+/// Added to the diagonal, relative to it, where no boundary fixes the pressure. Without it a
 /// multigrid's coarse operators hold nothing but rounding in the direction of the constants, and
 /// now and then blow them up until the Krylov method stagnates (seen with BoomerAMG and GAMG at
 /// density ratios of 1000). What it changes is far below D0, and C-HSMAC judges by the true

@@ -58,14 +58,14 @@ pub struct Poisson {
     frame: Frame,
     /// The smallest spacing (m).
     narrowest: f64,
-    multigrid: Option<Fresh<Multigrid>>,
-    transform: Option<Fresh<Transform>>,
+    multigrid: Option<Cached<Multigrid>>,
+    transform: Option<Cached<Transform>>,
 }
 
 /// A preconditioner and whether it has the present coefficient.
-struct Fresh<T> {
+struct Cached<T> {
     made: T,
-    fresh: bool,
+    valid: bool,
 }
 
 impl Poisson {
@@ -81,7 +81,7 @@ impl Poisson {
         let ends = std::array::from_fn(|a| match boundaries.borders.get(a) {
             Some([Some(low), Some(high)]) => {
                 let given = [low, high].map(|border| matches!(border, Border::Outflow));
-                Ends::Borders { given }
+                Ends::Boundaries { given }
             }
             _ => Ends::Periodic,
         });
@@ -135,7 +135,7 @@ impl Poisson {
         turning: &[u32],
     ) -> Result<()> {
         if let Some(made) = &mut self.multigrid {
-            made.fresh = false;
+            made.valid = false;
         }
         let scale = 1.0 / (self.narrowest * self.narrowest);
         self.bodies.set(&self.lattice, &self.frame, weights, covered, turning, scale)
@@ -161,11 +161,11 @@ impl Poisson {
             None => {
                 let tuning = Tuning::read(&self.session)?;
                 let made = Multigrid::new(&self.session, self.whole.clone(), self.singular, tuning);
-                Fresh { made, fresh: false }
+                Cached { made, valid: false }
             }
         };
-        let Fresh { made, fresh } = self.multigrid.insert(made);
-        if !*fresh {
+        let Cached { made, valid } = self.multigrid.insert(made);
+        if !*valid {
             // In single precision the range of the coefficient has to lie around one.
             let scale = 1.0 / self.largest;
             for (to, from) in made.levels[0].g.iter_mut().zip(&self.g) {
@@ -173,7 +173,7 @@ impl Poisson {
             }
             let unit = self.inverse_h2.map(|i| i * self.narrowest * self.narrowest);
             made.rebuild(&mut self.bodies, unit, scale)?;
-            *fresh = true;
+            *valid = true;
         }
         Ok((made, &mut self.bodies))
     }
@@ -242,12 +242,12 @@ impl Poisson {
         let (n, axes) = (self.lattice.n, self.lattice.axes);
         let made = match self.transform.take() {
             Some(made) => made,
-            None => Fresh { made: Transform::new(n, axes, self.ends), fresh: false },
+            None => Cached { made: Transform::new(n, axes, self.ends), valid: false },
         };
-        let Fresh { made, fresh } = self.transform.insert(made);
-        if !*fresh {
+        let Cached { made, valid } = self.transform.insert(made);
+        if !*valid {
             made.set(mean);
-            *fresh = true;
+            *valid = true;
         }
         Ok(made)
     }
@@ -296,8 +296,7 @@ impl Operator for Poisson {
             OwnPreconditioner::Multigrid => Tuning::read(&self.session).map(drop),
             OwnPreconditioner::Transform if self.session.size() > 1 => Err(Error::Usage(
                 "the direct solver (-pc_type transform) works on one rank; on several use the \
-                multigrid \
-                 (pressure.solver = \"multigrid\", or -pc_type boxmg)"
+                multigrid (pressure.solver = \"multigrid\", or -pc_type boxmg)"
                     .into(),
             )),
             OwnPreconditioner::Transform => Ok(()),

@@ -63,8 +63,7 @@ impl Tuning {
             Some(other) => {
                 return Err(Error::Usage(format!(
                     "PETSc option -pc_boxmg_cycle: {other:?} is neither v nor w; without it levels \
-                    from the third on are \
-                     visited twice"
+                    from the third on are visited twice"
                 )));
             }
         };
@@ -124,23 +123,23 @@ pub(super) struct Multigrid {
 }
 
 impl Multigrid {
-    /// The levels below the grid `whole`; `singular` says that no border fixes the pressure.
+    /// The levels below the grid `whole`; `singular` says that no boundary fixes the pressure.
     /// Collective.
     pub fn new(session: &Session, whole: Whole, singular: bool, tuning: Tuning) -> Multigrid {
         let lattice = |whole: &Whole| Lattice::new(whole.local(), whole.axes);
         let mut levels = vec![Level::new(session, lattice(&whole), whole.neighbours)];
-        let alone = whole.widths.iter().all(|parts| parts.len() == 1);
+        let one_rank = whole.widths.iter().all(|parts| parts.len() == 1);
         let mut whole = whole;
         let bottom = loop {
             let factor = whole.factor();
-            if alone && whole.cells() <= tuning.exact {
+            if one_rank && whole.cells() <= tuning.exact {
                 break Bottom::Exact(Dense::new(
                     levels[levels.len() - 1].lattice,
                     whole.periodic,
                     singular,
                 ));
             }
-            if !alone && (whole.cells() <= GATHER && levels.len() > 2 || factor == [1; 3]) {
+            if !one_rank && (whole.cells() <= GATHER && levels.len() > 2 || factor == [1; 3]) {
                 let left = Tuning {
                     levels: tuning.levels.saturating_sub(levels.len() - 1).max(1),
                     twice_from: tuning.twice_from.saturating_sub(levels.len() - 1),

@@ -219,9 +219,8 @@ impl Projection {
             if done.outer as usize == self.rule.max_iterations {
                 return Err(Error::Run(format!(
                     "C-HSMAC reached max |D| = {:.3e} 1/s in {} iterations, not D0 = {:.3e}: raise \
-                     pressure.max_iterations or pressure.divergence_limit (rounding leaves about \
-                     1e-14 of \
-                     velocity/spacing), or ask another solver",
+                    pressure.max_iterations or pressure.divergence_limit (rounding leaves about \
+                    1e-14 of velocity/spacing), or ask another solver",
                     done.divergence_max, self.rule.max_iterations, self.rule.limit
                 )));
             }

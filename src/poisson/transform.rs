@@ -23,7 +23,7 @@ use std::sync::Arc;
 pub(super) enum Ends {
     Periodic,
     /// Whether the pressure is given (zero on the face) at the low and the high end.
-    Borders {
+    Boundaries {
         given: [bool; 2],
     },
 }
@@ -60,9 +60,9 @@ impl Axis {
     fn new(n: usize, stride: usize, ends: Ends) -> Axis {
         let angle: fn(f64, f64) -> f64 = match ends {
             Ends::Periodic => |k, n| 2.0 * PI * k / n,
-            Ends::Borders { given: [false, false] } => |k, n| PI * k / n,
-            Ends::Borders { given: [true, true] } => |k, n| PI * (k + 1.0) / n,
-            Ends::Borders { .. } => |k, n| PI * (k + 0.5) / n,
+            Ends::Boundaries { given: [false, false] } => |k, n| PI * k / n,
+            Ends::Boundaries { given: [true, true] } => |k, n| PI * (k + 1.0) / n,
+            Ends::Boundaries { .. } => |k, n| PI * (k + 0.5) / n,
         };
         let (kind, scratch) = match ends {
             Ends::Periodic => {
@@ -70,12 +70,12 @@ impl Axis {
                 let (out, scratch) = (plan.make_output_vec(), plan.make_scratch_vec());
                 (Kind::Fourier { plan, out, scratch }, 0)
             }
-            Ends::Borders { given: [low, high] } if low == high => {
+            Ends::Boundaries { given: [low, high] } if low == high => {
                 let plan = DctPlanner::new().plan_dct2(n);
                 let scratch = plan.get_scratch_len();
                 (Kind::Second(plan, low), scratch)
             }
-            Ends::Borders { given: [low, _] } => {
+            Ends::Boundaries { given: [low, _] } => {
                 let plan = DctPlanner::new().plan_dct4(n);
                 let scratch = plan.get_scratch_len();
                 (Kind::Fourth(plan, low), scratch)
@@ -181,13 +181,13 @@ impl Transform {
     pub fn new(n: [usize; 3], axes: usize, ends: [Ends; 3]) -> Transform {
         let last = match ends[axes - 1] {
             Ends::Periodic => None,
-            Ends::Borders { given } => Some(given),
+            Ends::Boundaries { given } => Some(given),
         };
         let transformed = if last.is_some() { axes - 1 } else { axes };
         let axis = |a: usize| Axis::new(n[a], n[..a].iter().product(), ends[a]);
         let layer = n[..transformed].iter().product();
         let made: Vec<Axis> = (0..transformed).map(axis).collect();
-        let fixed = |e: &Ends| matches!(e, Ends::Borders { given } if given[0] || given[1]);
+        let fixed = |e: &Ends| matches!(e, Ends::Boundaries { given } if given[0] || given[1]);
         Transform {
             last: last.map(|given| Lines {
                 given,
@@ -303,9 +303,9 @@ mod tests {
     /// Every pair of ends in two and three dimensions, odd and even numbers of cells: what comes
     /// out solves the system.
     #[test]
-    fn a_uniform_system_is_solved_in_one_application_whatever_the_borders() {
+    fn a_uniform_system_is_solved_in_one_application_whatever_the_boundaries() {
         let ends = [[false, false], [true, true], [false, true], [true, false]]
-            .map(|given| Ends::Borders { given });
+            .map(|given| Ends::Boundaries { given });
         let ends = [Ends::Periodic].into_iter().chain(ends).collect::<Vec<_>>();
         for (x, y) in ends.iter().flat_map(|x| ends.iter().map(move |y| (*x, *y))) {
             for (n, axes) in
@@ -320,7 +320,7 @@ mod tests {
         let total = n.iter().product::<usize>();
         let singular = !ends[..axes]
             .iter()
-            .any(|e| matches!(e, Ends::Borders { given } if given[0] || given[1]));
+            .any(|e| matches!(e, Ends::Boundaries { given } if given[0] || given[1]));
         let mut r: Vec<f64> = (0..total).map(|c| (3.7 * c as f64 + 0.3).cos()).collect();
         if singular {
             let mean = r.iter().sum::<f64>() / total as f64;
@@ -341,8 +341,8 @@ mod tests {
                     let flux = match ends[a] {
                         _ if at != end => z[c] - z[c.wrapping_add_signed(near * stride as isize)],
                         Ends::Periodic => z[c] - z[c - at * stride + round * stride],
-                        Ends::Borders { given } if given[side] => 2.0 * z[c],
-                        Ends::Borders { .. } => 0.0,
+                        Ends::Boundaries { given } if given[side] => 2.0 * z[c],
+                        Ends::Boundaries { .. } => 0.0,
                     };
                     left += g[a] * flux;
                 }

@@ -61,7 +61,7 @@ impl Whole {
         self.widths[axis].iter().map(Vec::len).sum()
     }
 
-    /// Distances of cell centres across this rank's faces along an axis; half a cell at a border.
+    /// Distances of cell centres across this rank's faces along an axis; half a cell at a boundary.
     pub fn distances(&self, axis: usize) -> Vec<f64> {
         let all: Vec<f64> = self.widths[axis].concat();
         let start: usize = self.widths[axis][..self.at[axis]].iter().map(Vec::len).sum();

@@ -42,10 +42,9 @@ impl Collapse {
         }
         Err(Error::Run(format!(
             "the steps have been {dt:.1e} s and shorter for {PATIENCE} steps, where the first was \
-            {:.1e} s: nothing moves on \
-             any more; {} let contacts begin more softly (contact.normal_stiffness = \"auto\"), \
-                 keep what is prescribed from \
-             squeezing the rest, or shorten time.cfl",
+            {:.1e} s: nothing moves on any more; {} let contacts begin more softly \
+            (contact.normal_stiffness = \"auto\"), keep what is prescribed from squeezing the \
+            rest, or shorten time.cfl",
             self.first,
             nearest(bodies, size, periods)
         )))

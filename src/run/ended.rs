@@ -59,8 +59,8 @@ impl<const D: usize> Ended<D> {
         Ok(Ended { case: before, state: scene.state, run: run.to_owned() })
     }
 
-    /// Initialises the scene of a case from here; returns what was taken and what was not, in
-    /// lines. Collective.
+    /// Initialises the scene of a case from here; returns what was taken and what not, in lines.
+    /// Collective.
     ///
     /// # Errors
     /// When the snapshot cannot be read, or bodies are elsewhere than the case has them.

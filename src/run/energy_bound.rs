@@ -54,7 +54,7 @@ pub(super) fn refuse_made<const D: usize>(s: &State<D>, allowed: f64) -> Result<
     }
     Err(Error::Run(format!(
         "energy balance violated: {energy:.3e} J gained, mostly by {}: {} {:.3e} J in all, where \
-         the start, gravity, the drive, boundaries and prescribed bodies have given {:.3e} J; {}",
+        the start, gravity, the drive, boundaries and prescribed bodies have given {:.3e} J; {}",
         source.0,
         richest(e, s),
         e.total(),
@@ -73,8 +73,7 @@ pub(super) fn doubt<const D: usize>(s: &State<D>, allowed: f64) -> Option<String
         let share = 100.0 * energy / put_in;
         format!(
             "warning: energy balance violated: {energy:.3e} J gained, mostly by {name}: {share:.0} \
-            % \
-             of all that was put in (steps.csv has when); {cure}"
+            % of all that was put in (steps.csv has when); {cure}"
         )
     })
 }
@@ -85,10 +84,8 @@ pub(super) fn bounded<const D: usize>(s: &State<D>) -> Option<String> {
     (share > WORTH_SAYING).then(|| {
         format!(
             "note: the bound on the work of contacts took {:.3e} J from rebounds, {:.1} % of all \
-            that was put in \
-             (bounded_energy in steps.csv): the fluid's response in them is far from that of lone \
-             bodies; more cells or shorter \
-             steps resolve it better",
+            that was put in (bounded_energy in steps.csv): the fluid's response in them is far \
+            from that of lone bodies; more cells or shorter steps resolve it better",
             s.energy.bounded,
             100.0 * share
         )
@@ -103,8 +100,8 @@ pub(super) fn lost<const D: usize>(case: &Case, s: &State<D>) -> Option<String> 
     (share > MUCH_LOST).then(|| {
         format!(
             "note: the method lost {:.0} % of all energy that was put in (method_loss in \
-            steps.csv), where the grid does not resolve \
-             the flow: {cure}; forces and speeds may be off by more than the pages say",
+            steps.csv), where the grid does not resolve the flow: {cure}; forces and speeds may be \
+            off by more than the pages say",
             100.0 * share
         )
     })

@@ -1,5 +1,5 @@
-//! What a run writes as it goes: rows, snapshots, samples of measures and probes, `run.json`. Rank
-//! 0 writes, and all ranks know of a failure.
+//! What a run writes as it goes: rows, snapshots, samples of measures and probes, `run.json`.
+//! Rank 0 writes, and all ranks know of a failure.
 
 use super::restart::Restart;
 use super::{Run, StepOutcome, Wishes};

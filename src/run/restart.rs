@@ -11,7 +11,7 @@ use crate::output::{Folder, Log, Marks};
 use crate::petsc::Session;
 use crate::poisson::pressure::Projected;
 use crate::scene::Scene;
-use crate::system::cpu_seconds;
+use crate::system::{cpu_seconds, now};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -46,6 +46,11 @@ pub struct Account {
 }
 
 impl Account {
+    /// That of a run that begins now.
+    pub(super) fn begin() -> Account {
+        Account { began: now(), ..Account::default() }
+    }
+
     /// Counts a step of `dt` (s).
     pub(super) fn count(&mut self, dt: f64, projected: &Projected) {
         self.dt = Some(dt);
@@ -364,8 +369,7 @@ fn misfit(path: &Path, e: Error) -> Error {
     match e {
         Error::Usage(why) | Error::Run(why) => Error::Usage(format!(
             "{}: this checkpoint does not fit: {why}; go on with the version of mics that wrote \
-            it, or delete it to go on \
-             from the one before",
+            it, or delete it to go on from the one before",
             path.display()
         )),
         other => other,

@@ -49,8 +49,8 @@ pub(super) fn stayed<const D: usize>(case: &Case, scene: &Scene<D>) -> Result<Op
     Ok((across == D - 1).then(|| {
         format!(
             "note: the flow has stayed symmetric to rounding, where at Re = {reynolds:.0} {whose} \
-            sheds vortices: forces may be far from those of \
-             a wake (a fifth of the drag at Re = 100); initial.perturbation = {:.2} (m/s) wakes it",
+            sheds vortices: forces may be far from those of a wake (a fifth of the drag at Re = \
+            100); initial.perturbation = {:.2} (m/s) wakes it",
             0.05 * speed
         )
     }))

@@ -2,7 +2,7 @@
 //! after it.
 //!
 //! ```text
-//!   while t < end   bodies through the boundaries; dt; step; refusals; rows, fields, checkpoint
+//!   while t < end    bodies through the boundaries; dt; step; refusals; rows, fields, checkpoint
 //! ```
 
 use super::collapse::Collapse;
@@ -183,8 +183,8 @@ fn refuse_broken_limit(dt: f64, limits: &Limits) -> Result<()> {
         return Ok(());
     }
     Err(Error::Run(format!(
-        "the step of {dt} s is over the {bound}, now {limit:.4e} s: the flow is faster than at \
-        the start; give a smaller time.step, or time.cfl instead"
+        "the step of {dt} s is over the {bound}, now {limit:.4e} s: the flow is faster than at the \
+        start; give a smaller time.step, or time.cfl instead"
     )))
 }
 

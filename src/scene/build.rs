@@ -241,6 +241,43 @@ pub(crate) fn impact(case: &Case, bodies: &[Body]) -> Impact {
     Impact::expected(bodies, size, &gravity, &fluid, case.fluid_speed(), &case.numerics)
 }
 
+/// The law of a pair of materials; a stiffness that is not given is by the impacts to be expected.
+fn material(law: &config::Contact, between: [&str; 2], impact: &Impact) -> Material {
+    let pair = law.between(between[0], between[1]);
+    let stiffness = pair.normal_stiffness.given();
+    Material {
+        normal_stiffness: stiffness.unwrap_or_else(|| impact.stiffness(pair.exponent)),
+        exponent: pair.exponent,
+        tangential_ratio: pair.tangential_ratio,
+        friction: pair.friction,
+        rolling_friction: pair.rolling_friction,
+        damping: match pair.loss {
+            config::Loss::Restitution(e) => Damping::Restitution(e),
+            config::Loss::Damping(d) => {
+                Damping::Given { normal: d.normal, tangential: d.tangential }
+            }
+        },
+        printed_sign: law.tangential_damping == config::TangentialDamping::Printed,
+    }
+}
+
+/// A side of the box that bodies touch, of the material `slippery` where the fluid slips along it.
+fn wall(case: &Case, face: usize, side: &Side, slippery: usize) -> Option<Wall> {
+    let (axis, high) = (face / 2, face % 2 == 1);
+    let (side, velocity) = match side {
+        Side::Wall => (WallSide::Closed, Vector3::zeros()),
+        Side::MovingWall(v) => (WallSide::Closed, Vector3::from(axes::<f64, 3>(v))),
+        Side::Slip => (WallSide::Slip, Vector3::zeros()),
+        Side::Inflow(_) | Side::InflowParabola(_) | Side::InflowProfile(_) => {
+            (WallSide::Inflow, Vector3::zeros())
+        }
+        _ => return None,
+    };
+    let material = if side == WallSide::Slip { slippery } else { 0 };
+    let at = if high { case.domain.size[axis] } else { 0.0 };
+    Some(Wall { axis, high, at, velocity, material, side })
+}
+
 /// The law of contacts between the bodies, and between them and the sides of the box: all but
 /// outflows.
 pub(super) fn contacts(
@@ -250,7 +287,7 @@ pub(super) fn contacts(
     impact: Impact,
 ) -> Contacts {
     let mut names = vec![config::WALL];
-    let mut material = |name| {
+    let mut number = |name| {
         names.iter().position(|n| *n == name).unwrap_or_else(|| {
             names.push(name);
             names.len() - 1
@@ -258,54 +295,22 @@ pub(super) fn contacts(
     };
     let name =
         |k: usize| case.particle.get(k).map_or(config::DEFAULT_MATERIAL, |p| p.material.as_str());
-    let materials: Vec<usize> = bodies.iter().map(|body| material(name(body.id))).collect();
+    let materials: Vec<usize> = bodies.iter().map(|body| number(name(body.id))).collect();
     // That of walls along which the fluid slips, and bodies too.
     let slippery = names.len();
     names.push(config::WALL);
     let laws = Laws::new(names.len(), |a, b| {
         let factor = if b == slippery { 0.0 } else { 1.0 };
-        let pair = law.between(names[a], names[b]);
+        let pair = material(law, [names[a], names[b]], &impact);
         Material {
-            normal_stiffness: pair
-                .normal_stiffness
-                .given()
-                .unwrap_or_else(|| impact.stiffness(pair.exponent)),
-            exponent: pair.exponent,
-            tangential_ratio: pair.tangential_ratio,
             friction: factor * pair.friction,
             rolling_friction: factor * pair.rolling_friction,
-            damping: match pair.loss {
-                config::Loss::Restitution(e) => Damping::Restitution(e),
-                config::Loss::Damping(d) => {
-                    Damping::Given { normal: d.normal, tangential: d.tangential }
-                }
-            },
-            printed_sign: law.tangential_damping == config::TangentialDamping::Printed,
+            ..pair
         }
     });
     let size = |axis: usize| case.domain.size.get(axis).copied();
-    let wall = |(face, (_, side)): (usize, (&str, &Side))| {
-        let (axis, high) = (face / 2, face % 2 == 1);
-        let (side, velocity) = match side {
-            Side::Wall => (WallSide::Closed, Vector3::zeros()),
-            Side::MovingWall(v) => (WallSide::Closed, Vector3::from(axes::<f64, 3>(v))),
-            Side::Slip => (WallSide::Slip, Vector3::zeros()),
-            Side::Inflow(_) | Side::InflowParabola(_) | Side::InflowProfile(_) => {
-                (WallSide::Inflow, Vector3::zeros())
-            }
-            _ => return None,
-        };
-        let material = if side == WallSide::Slip { slippery } else { 0 };
-        Some(Wall {
-            axis,
-            high,
-            at: if high { case.domain.size[axis] } else { 0.0 },
-            velocity,
-            material,
-            side,
-        })
-    };
-    let walls = case.sides().enumerate().filter_map(wall).collect();
+    let sides = case.sides().enumerate();
+    let walls = sides.filter_map(|(face, (_, side))| wall(case, face, side, slippery)).collect();
     let substeps = match law.substeps {
         config::Substeps::Auto => Substeps::Auto,
         config::Substeps::Count(n) => Substeps::Fixed(n as usize),

@@ -6,109 +6,88 @@ use crate::grid::Coefficient;
 use crate::method::Kind;
 use crate::particles::Body;
 
+/// What a scene may need, whether it does, and why.
+type Need = (&'static str, bool, String);
+
+/// A need with the reason for either case.
+fn need(what: &'static str, needed: bool, if_yes: &str, if_no: &str) -> Need {
+    (what, needed, (if needed { if_yes } else { if_no }).to_owned())
+}
+
 impl<const D: usize> Scene<D> {
     /// What the scene needs and what it leaves out, each with its reason.
-    pub fn needs(&self) -> Vec<(&'static str, bool, String)> {
-        let (bodies, mixture) = (&self.state.bodies, self.method.mixture());
-        let come = !self.state.waiting.is_empty();
-        let (there, moves) = (come || !bodies.is_empty(), come || bodies.iter().any(Body::moves));
-        let field = |c: &Coefficient| matches!(c, Coefficient::Field(_));
-        let varies = field(&mixture.density);
+    pub fn needs(&self) -> Vec<Need> {
+        let moves = !self.state.waiting.is_empty() || self.state.bodies.iter().any(Body::moves);
+        let mut all = self.needs_of_bodies(moves).to_vec();
+        all.extend(self.needs_of_pressure_and_viscosity(moves));
+        all
+    }
+
+    fn needs_of_bodies(&self, moves: bool) -> [Need; 5] {
+        let there = !self.state.waiting.is_empty() || !self.state.bodies.is_empty();
         let falls = self.largest_fall() > 0.0;
-        let sharp = self.method.kind() == Kind::Sharp;
         let free = self.state.has_free_bodies();
         let touches = self.method.contacts().is_some();
-        let why =
-            |yes: bool, if_yes: &str, if_no: &str| (if yes { if_yes } else { if_no }).to_owned();
+        let fractions = match self.method.kind() {
+            Kind::Sharp => "fractions, sharp walls, force",
+            _ => "fractions, mixing, force",
+        };
+        let no_contacts = match free {
+            true => "the case has no [contact]",
+            false => "no particle is free to touch another",
+        };
+        let no_fall = match (self.domain.fluid.gravity.norm() > 0.0, free) {
+            (false, _) => "the case has none",
+            (true, true) => {
+                "free particles weigh as much as the fluid; its weight is in the pressure"
+            }
+            (true, false) => {
+                "no particle is free to fall; the fluid's weight is in the pressure, but for what \
+                [drive] takes of it"
+            }
+        };
+        let in_reach = "where two are in reach; none in reach, no substeps";
+        let no_motion = "no particle is free to move";
+        [
+            need(fractions, there, "there are particles", "no particles"),
+            need("fractions at every step", moves, "a particle moves", "nothing moves: found once"),
+            need("particle motion (17, 18)", free, "a particle is free", no_motion),
+            need("contacts (20-25)", touches, in_reach, no_contacts),
+            need("gravity", falls, "free particles of another density than the fluid's", no_fall),
+        ]
+    }
+
+    fn needs_of_pressure_and_viscosity(&self, moves: bool) -> [Need; 5] {
+        let mixture = self.method.mixture();
+        let field = |c: &Coefficient| matches!(c, Coefficient::Field(_));
+        let sharp = self.method.kind() == Kind::Sharp;
+        let varies = sharp || field(&mixture.density);
         let inviscid = matches!(mixture.viscosity, Coefficient::Uniform(0.0));
-        vec![
-            (
-                if sharp { "fractions, sharp walls, force" } else { "fractions, mixing, force" },
-                there,
-                why(there, "there are particles", "no particles"),
-            ),
-            (
-                "fractions at every step",
-                moves,
-                why(moves, "a particle moves", "nothing moves: found once"),
-            ),
-            (
-                "particle motion (17, 18)",
-                free,
-                why(free, "a particle is free", "no particle is free to move"),
-            ),
-            (
-                "contacts (20-25)",
-                touches,
-                why(
-                    touches,
-                    "where two are in reach; none in reach, no substeps",
-                    if free {
-                        "the case has no [contact]"
-                    } else {
-                        "no particle is free to touch another"
-                    },
-                ),
-            ),
-            (
-                "gravity",
-                falls,
-                why(
-                    falls,
-                    "free particles of another density than the fluid's",
-                    match (self.domain.fluid.gravity.norm() > 0.0, free) {
-                        (false, _) => "the case has none",
-                        (true, true) => {
-                            "free particles weigh as much as the fluid; its weight is in the \
-                            pressure"
-                        }
-                        (true, false) => {
-                            "no particle is free to fall; the fluid's weight is in the pressure, \
-                            but for what [drive] takes of it"
-                        }
-                    },
-                ),
-            ),
-            (
-                "coefficient on every face",
-                varies || sharp,
-                if sharp {
-                    "faces are open as far as particles leave them".into()
-                } else {
-                    why(
-                        varies,
-                        "a particle's density differs from the fluid's",
-                        "one density everywhere",
-                    )
-                },
-            ),
-            (
+        let fixed = self.domain.boundaries.fixes_pressure();
+        let on_faces = match sharp {
+            true => "faces are open as far as particles leave them",
+            false => "a particle's density differs from the fluid's",
+        };
+        [
+            need("coefficient on every face", varies, on_faces, "one density everywhere"),
+            need(
                 "pressure operator at every step",
-                (varies || sharp) && moves,
-                why(
-                    (varies || sharp) && moves,
-                    "a particle moves",
-                    "the coefficients stay: operator and preconditioner are built once",
-                ),
+                varies && moves,
+                "a particle moves",
+                "the coefficients stay: operator and preconditioner are built once",
             ),
-            ("diffusion", !inviscid, why(!inviscid, "viscosity is positive", "inviscid")),
-            (
+            need("diffusion", !inviscid, "viscosity is positive", "inviscid"),
+            need(
                 "full-stress diffusion",
                 field(&mixture.viscosity),
-                why(
-                    field(&mixture.viscosity),
-                    "viscosity varies",
-                    "one viscosity: the Laplacian is the same and cheaper",
-                ),
+                "viscosity varies",
+                "one viscosity: the Laplacian is the same and cheaper",
             ),
-            (
+            need(
                 "null space of the pressure",
-                !self.domain.boundaries.fixes_pressure(),
-                why(
-                    self.domain.boundaries.fixes_pressure(),
-                    "an outflow fixes the pressure",
-                    "no outflow fixes the pressure",
-                ),
+                !fixed,
+                "no outflow fixes the pressure",
+                "an outflow fixes the pressure",
             ),
         ]
     }

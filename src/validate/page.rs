@@ -21,17 +21,17 @@ pub(super) fn head(full: bool, names: &[String], commit: &str) -> String {
     let version = env!("CARGO_PKG_VERSION");
     format!(
         "# Accuracy\n\n\
-         This page is what `{command}` printed, by mics {version} of commit {commit}.\n\
-         Nothing in it is typed. Each row is a measure of a shipped case beside its reference. The \
-         difference is a part of the\n\
-         reference, or the place in a band, from 0 at its lower to 100 % at its upper end. The \
-         tolerance is what was asked for before the run was made, not what was\n\
-         reached: a value passes within it, and otherwise *falls short*. Seconds are those of the \
-         whole run on the machine that\n\
-         made the page. `mics validate --full --compare docs/accuracy.md` says what has moved \
-         since.\n\n\
-         | case | measure | value | reference | difference | tolerance | | steps | s |\n\
-         |---|---|---:|---:|---:|---:|---|---:|---:|"
+        This page is what `{command}` printed, by mics {version} of commit {commit}.\n\
+        Nothing in it is typed. Each row is a measure of a shipped case beside its reference. The \
+        difference is a part of the\n\
+        reference, or the place in a band, from 0 at its lower to 100 % at its upper end. The \
+        tolerance is what was asked for before the run was made, not what was\n\
+        reached: a value passes within it, and otherwise *falls short*. Seconds are those of the \
+        whole run on the machine that\n\
+        made the page. `mics validate --full --compare docs/accuracy.md` says what has moved \
+        since.\n\n\
+        | case | measure | value | reference | difference | tolerance | | steps | s |\n\
+        |---|---|---:|---:|---:|---:|---|---:|---:|"
     )
 }
 

@@ -4,7 +4,7 @@ use crate::support::{mics, run, shipped};
 use std::path::{Path, PathBuf};
 
 /// A stone that falls in a box of water of 64 x 32 cells, with these further keys.
-fn fall(folder: &Path, more: &str) -> PathBuf {
+pub fn fall(folder: &Path, more: &str) -> PathBuf {
     let text = format!(
         "name = \"fall\"\ntime.end = 0.8\noutput.figures = false\n\
         pressure.divergence_limit = 1e-2\n\
@@ -19,10 +19,10 @@ fn fall(folder: &Path, more: &str) -> PathBuf {
     file
 }
 
-const SPRINGS: &str = "contact = { friction = 0.4 }";
+pub const SPRINGS: &str = "contact = { friction = 0.4 }";
 
 /// The exit status of a command, and what it says on both channels.
-fn says(words: &[&str]) -> (Option<i32>, String) {
+pub fn says(words: &[&str]) -> (Option<i32>, String) {
     let output = mics(words);
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     (output.status.code(), text(&output.stdout) + &text(&output.stderr))
@@ -99,37 +99,6 @@ fn what_the_grid_does_not_resolve_is_said_with_the_cells_that_it_takes_by_the_ch
     }
 }
 
-#[test]
-fn an_inflow_that_takes_the_fluid_away_is_warned_of() {
-    let case = shipped("cases/cylinder-wake/case.toml");
-    let case = case.to_str().unwrap();
-    for (inflow, warned) in [("[-1.0, 0.0]", true), ("[1.0, 0.0]", false)] {
-        let (code, said) =
-            says(&["check", case, "--set", &format!("boundary.west.inflow={inflow}")]);
-        let line =
-            said.lines().find(|line| line.contains("the inflow at west leaves the box there"));
-        assert!(code == Some(0) && line.is_some() == warned, "{said}");
-    }
-}
-
-#[test]
-fn a_fluid_without_viscosity_that_sticks_to_bodies_is_warned_of() {
-    let dir = tempfile::tempdir().unwrap();
-    let case = fall(dir.path(), SPRINGS);
-    for (viscosity, warned) in [("0.0", true), ("0.05", false)] {
-        let (code, said) = says(&[
-            "check",
-            case.to_str().unwrap(),
-            "--set",
-            &format!("fluid.viscosity={viscosity}"),
-        ]);
-        let line = said
-            .lines()
-            .find(|line| line.starts_with("warning      without viscosity bodies hold the fluid"));
-        assert!(code == Some(0) && line.is_some() == warned, "{said}");
-    }
-}
-
 /// A disc of 1 cm that is told to move ends its run at the wall, at a fixed disc or at another one,
 /// and where its path is free or the run ends before, it does not.
 #[test]
@@ -197,66 +166,6 @@ fn where_a_prescribed_body_ends_the_run_is_estimated() {
         assert!(
             code == Some(3) && said.contains(line) && said.contains("error: step"),
             "{code:?}: {said}"
-        );
-    }
-}
-
-/// One stiffness holds for all: that which a body of a hundred tonnes per cubic metre asks for is
-/// costly where another one weighs what water does.
-#[test]
-fn bodies_whose_weights_are_far_apart_are_said_to_be_costly() {
-    let dir = tempfile::tempdir().unwrap();
-    let case = dir.path().join("case.toml");
-    for (heavy, warned) in [(1e8, true), (7800.0, false)] {
-        let disc = |x: f64, density: f64| {
-            format!(
-                "[[particle]]\nshape.disc.diameter = 0.01\ndensity = {density:?}\n\
-                position = [{x:?}, 0.02]\n"
-            )
-        };
-        let text = format!(
-            "name = \"two\"\ndomain = {{ size = [0.04, 0.04], cells = [32, 32] }}\n\
-             fluid = {{ density = 1000.0, viscosity = 0.05, gravity = [0.0, -9.81] }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
-                 }}\ncontact = {{}}\n\
-             time = {{ end = 0.1 }}\n{}{}",
-            disc(0.01, heavy),
-            disc(0.03, 1100.0)
-        );
-        std::fs::write(&case, text).unwrap();
-        let (code, said) = says(&["check", case.to_str().unwrap()]);
-        let line = said
-            .lines()
-            .find(|line| line.starts_with("warning      a step in which two touch takes about "));
-        assert!(code == Some(0) && line.is_some() == warned, "{heavy} kg/m3: {said}");
-    }
-}
-
-#[test]
-fn bodies_that_overlap_at_the_start_are_warned_of() {
-    let dir = tempfile::tempdir().unwrap();
-    let case = dir.path().join("case.toml");
-    for (second, warned) in [(0.01495, true), (0.015, false)] {
-        let disc = |y: f64| {
-            format!(
-                "[[particle]]\nshape.disc.diameter = 0.01\ndensity = 2650.0\n\
-                position = [0.02, {y:?}]\n"
-            )
-        };
-        let text = format!(
-            "name = \"two\"\ndomain = {{ size = [0.04, 0.04], cells = [32, 32] }}\n\
-             fluid = {{ density = 1000.0, viscosity = 0.05, gravity = [0.0, -9.81] }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
-                 }}\ncontact = {{}}\n\
-             time = {{ end = 0.1 }}\n{}{}",
-            disc(0.005),
-            disc(second)
-        );
-        std::fs::write(&case, text).unwrap();
-        let (code, said) = says(&["check", case.to_str().unwrap()]);
-        assert!(
-            code == Some(0) && said.contains("particles overlap at the start") == warned,
-            "{said}"
         );
     }
 }
@@ -387,52 +296,6 @@ fn a_free_body_that_a_locked_axis_drives_into_a_border_is_foreseen() {
 }
 
 #[test]
-fn check_says_gravity_the_laws_of_contact_and_what_a_run_will_write() {
-    let dir = tempfile::tempdir().unwrap();
-    let laws = "contact = \
-        { friction = 0.4, restitution = 0.7, pair = [{ between = [\"ice\", \"wall\"], friction = \
-            0.02 }] }\n\
-                output.fields = { every_time = 0.1 }";
-    let case = fall(dir.path(), laws);
-    let text = std::fs::read_to_string(&case)
-        .unwrap()
-        .replace("name = \"stone\",", "name = \"stone\", material = \"ice\",");
-    std::fs::write(&case, text).unwrap();
-    let (code, said) = says(&["check", case.to_str().unwrap()]);
-    assert_eq!(code, Some(0), "{said}");
-    for part in [
-        "viscosity 1 Pa s, gravity [0.0, -9.81] m/s2",
-        "materials    ice with wall: friction 0.02, restitution 0.7",
-        "materials    all other contacts: friction 0.4, restitution 0.7, normal stiffness \"auto\"",
-        "output       into runs/fall, ",
-        "fields every 0.1 s, 9 snapshots of ",
-        "particles.csv every step, ",
-        "a checkpoint every 15 minutes",
-    ] {
-        assert!(said.contains(part), "{part} in {said}");
-    }
-    let out = dir.path().join("run");
-    run(&case, &out, &[]);
-    let fields = std::fs::read_dir(out.join("fields")).unwrap().flatten();
-    assert_eq!(
-        fields.filter(|f| f.path().extension().is_some_and(|ending| ending == "vti")).count(),
-        9
-    );
-}
-
-#[test]
-fn that_a_touch_ends_a_run_without_contacts_is_a_notice_of_its_own() {
-    let dir = tempfile::tempdir().unwrap();
-    for (more, noticed) in [("", true), (SPRINGS, false)] {
-        let (code, said) = says(&["check", fall(dir.path(), more).to_str().unwrap()]);
-        let line = said
-            .lines()
-            .find(|line| line.starts_with("notice       the case has no [contact]: the run ends"));
-        assert!(code == Some(0) && line.is_some() == noticed, "{said}");
-    }
-}
-
-#[test]
 fn estimated_steps_over_a_bed_follow_the_flow_above_it() {
     let dir = tempfile::tempdir().unwrap();
     let case = shipped("cases/bedload/case.toml");
@@ -453,24 +316,6 @@ fn estimated_steps_over_a_bed_follow_the_flow_above_it() {
     assert!((0.7..1.4).contains(&(estimated / steps)), "{steps} steps: {line}");
 }
 
-#[test]
-fn a_divergence_limit_far_tighter_than_the_flow_needs_is_named() {
-    let dir = tempfile::tempdir().unwrap();
-    let case = fall(dir.path(), SPRINGS);
-    for (limit, named) in [("1e-9", true), ("1e-5", false), ("1e-2", false)] {
-        let (code, said) = says(&[
-            "check",
-            case.to_str().unwrap(),
-            "--set",
-            &format!("pressure.divergence_limit={limit}"),
-        ]);
-        let line = said.lines().find(|line| {
-            line.starts_with("note         pressure.divergence_limit = 1e-9 1/s is tighter")
-        });
-        assert!(code == Some(0) && line.is_some() == named, "{said}");
-    }
-}
-
 /// Millimetres taken for metres.
 #[test]
 fn a_box_in_other_units_than_its_particles_is_refused_by_cells_a_diameter_and_not_by_stiffness() {
@@ -489,30 +334,4 @@ fn a_box_in_other_units_than_its_particles_is_refused_by_cells_a_diameter_and_no
         }
         assert!(!out.exists());
     }
-}
-
-/// A disc that falls beside a wall: steps of four stages are too long for the gap.
-#[test]
-fn check_warns_of_long_viscous_steps_of_a_body_beside_a_wall() {
-    let dir = tempfile::tempdir().unwrap();
-    let file = dir.path().join("case.toml");
-    let case = |x: f64, scheme: &str| {
-        let text = format!(
-            "name = \"beside\"\ndomain = {{ size = [0.03, 0.06], cells = [48, 96] }}\n\
-             fluid = {{ density = 1000.0, viscosity = 0.1, gravity = [0.0, -9.81] }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"periodic\", north = \
-                 \"periodic\" }}\n\
-             drive = {{ hold_mixture = true }}\ncontact = {{}}\n\
-             time = {{ end = 0.3, scheme = \"{scheme}\" }}\n\
-             particle = [{{ shape = {{ disc = {{ diameter = 0.01 }} }}, position = [{x}, 0.03], \
-             density = 1500.0 }}]\n"
-        );
-        std::fs::write(&file, text).unwrap();
-        let said = mics(&["check", file.to_str().unwrap()]);
-        assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
-        String::from_utf8_lossy(&said.stdout)
-            .contains("particle 0 begins 0.320 spacings from a wall")
-    };
-    assert!(case(0.0052, "rkl2"));
-    assert!(!case(0.0052, "rk2") && !case(0.015, "rkl2"));
 }

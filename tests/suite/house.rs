@@ -83,6 +83,7 @@ fn used(code: &str, path: &str) -> BTreeSet<String> {
         }
     }
     found.remove("");
+    found.remove("super");
     found
 }
 
@@ -173,4 +174,99 @@ fn a_circle_of_modules_is_found_in_lists_and_in_paths() {
     };
     assert_eq!(of(&[("a", "b"), ("b", "c"), ("c", "d")]).len(), 0);
     assert_eq!(of(&[("a", "b"), ("b", "c"), ("c", "b")]).len(), 3);
+}
+
+/// Most lines of a file, and of a function.
+const FILE_LINES: usize = 450;
+const FUNCTION_LINES: usize = 60;
+
+/// Files that are longer still.
+const LONG_FILES: [&str; 6] = [
+    "src/contact/mod.rs",
+    "src/contact/substep.rs",
+    "src/contact/tests.rs",
+    "src/grid/boundary.rs",
+    "src/method/mics2003/mod.rs",
+    "src/output/measure.rs",
+];
+
+/// Functions that are longer still.
+const LONG_FUNCTIONS: [&str; 9] = [
+    "src/contact/mod.rs: advance",
+    "src/contact/mod.rs: search",
+    "src/contact/substep.rs: load",
+    "src/contact/tests/crowd.rs: cell_lists_find_the_pairs_of_brute_force",
+    "src/kernels/advection.rs: upwind5",
+    "src/method/mics2003/motion.rs: depart",
+    "src/method/sharp/cut_body.rs: rebuild",
+    "src/method/sharp/motion.rs: predict_positions",
+    "src/output/measure.rs: sample",
+];
+
+/// The name of the function that a line begins, if it begins one.
+fn function(line: &str) -> Option<&str> {
+    let (before, after) = line.split_once("fn ")?;
+    let qualified = before.split_whitespace().all(|word| {
+        ["const", "unsafe", "extern", "\"C\"", "async"].contains(&word) || word.starts_with("pub")
+    });
+    let name = after.split(|c: char| !c.is_alphanumeric() && c != '_').next()?;
+    (qualified && !name.is_empty()).then_some(name)
+}
+
+/// The functions of a source, which is formatted, with their lines: from the one with its name to
+/// the brace in the same column.
+fn functions(text: &str) -> Vec<(&str, usize)> {
+    let lines: Vec<&str> = text.lines().collect();
+    let length = |first: usize| {
+        let indent = lines[first].len() - lines[first].trim_start().len();
+        let ends = |line: &&str| line.len() - line.trim_start().len() == indent;
+        let closes = |line: &str| line.trim_start().starts_with('}') || line.ends_with(';');
+        match lines[first].ends_with(['}', ';']) {
+            true => 1,
+            false => {
+                let rest = lines[first + 1..].iter();
+                2 + rest.take_while(|line| !(ends(line) && closes(line))).count()
+            }
+        }
+    };
+    let found = lines.iter().enumerate().filter_map(|(k, line)| Some((function(line)?, length(k))));
+    found.collect()
+}
+
+/// All files of Rust in a folder.
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let of = |path: PathBuf| if path.is_dir() { sources(&path) } else { vec![path] };
+    entries.flat_map(of).filter(|path| path.extension().is_some_and(|e| e == "rs")).collect()
+}
+
+#[test]
+fn files_and_functions_are_short_but_for_those_that_are_named_here() {
+    let (mut files, mut long) = (BTreeSet::new(), BTreeSet::new());
+    for folder in ["src", "crates", "sys", "tests", "benches"] {
+        for path in sources(&top().join(folder)) {
+            let text = fs::read_to_string(&path).unwrap();
+            let name = path.strip_prefix(top()).unwrap().to_str().unwrap().to_owned();
+            if text.lines().count() > FILE_LINES {
+                files.insert(name.clone());
+            }
+            if ["src", "crates", "sys"].contains(&folder) {
+                let over = functions(&text).into_iter().filter(|(_, n)| *n > FUNCTION_LINES);
+                long.extend(over.map(|(function, _)| format!("{name}: {function}")));
+            }
+        }
+    }
+    assert_eq!(files, LONG_FILES.map(str::to_owned).into(), "files over {FILE_LINES} lines");
+    assert_eq!(
+        long,
+        LONG_FUNCTIONS.map(str::to_owned).into(),
+        "functions over {FUNCTION_LINES} lines"
+    );
+}
+
+#[test]
+fn a_function_is_as_long_as_from_its_name_to_its_brace() {
+    let text = "impl A {\n    pub(crate) const fn short() {}\n    fn long(\n        a: u8,\n\
+        \x20   ) {\n\n        a;\n    }\n}\n/// fn of words\nunsafe extern \"C\" fn one(\n);\n";
+    assert_eq!(functions(text), [("short", 1), ("long", 6), ("one", 2)]);
 }

@@ -45,7 +45,7 @@ keep = { N = [16], solver = ["bcgs"] }
 "#;
 
 /// A folder with a tiny case, its reference and a study of that text.
-fn written(study: &str) -> (tempfile::TempDir, PathBuf) {
+pub fn written(study: &str) -> (tempfile::TempDir, PathBuf) {
     let dir = tempfile::tempdir().unwrap();
     std::fs::write(
         dir.path().join("case.toml"),
@@ -60,7 +60,7 @@ fn written(study: &str) -> (tempfile::TempDir, PathBuf) {
 }
 
 /// What the study says, and how it ends.
-fn study(file: &Path, out: &Path, more: &[&str]) -> (Option<i32>, String, String) {
+pub fn study(file: &Path, out: &Path, more: &[&str]) -> (Option<i32>, String, String) {
     let words = ["study", file.to_str().unwrap(), "--out", out.to_str().unwrap()];
     let output = mics(&[&words[..], more].concat());
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
@@ -68,7 +68,7 @@ fn study(file: &Path, out: &Path, more: &[&str]) -> (Option<i32>, String, String
 }
 
 /// The rows of `study.csv`, by the names of the columns.
-fn rows(out: &Path) -> Vec<HashMap<String, String>> {
+pub fn rows(out: &Path) -> Vec<HashMap<String, String>> {
     csv::Reader::from_path(out.join("study.csv"))
         .unwrap()
         .deserialize()
@@ -327,139 +327,6 @@ fn a_wrong_study_file_is_refused_with_its_line_and_cure_and_nothing_is_written()
         assert!(error.contains(&place) && error.contains(says), "{to}: {error}");
         assert!(!out.exists(), "{to}");
     }
-}
-
-/// Three Reynolds numbers, of which the reference knows two, at two places each.
-const PLACES: &str = r#"name = "tiny"
-case = "case.toml"
-
-[[axis]]
-name = "Re"
-choices = [
-  { label = "40", set = { "fluid.viscosity" = 0.0075 } },
-  { label = "100", set = { "fluid.viscosity" = 0.003 } },
-  { label = "150", set = { "fluid.viscosity" = 0.002 } },
-]
-
-[[axis]]
-name = "place"
-choices = [
-  { label = "a" },
-  { label = "b", set = { "initial.velocity" = [1.1, 0.0] } },
-]
-
-[[reference]]
-measure = "speed"
-file = "exact.csv"
-column = "speed"
-row_of = { re = "Re" }
-
-[spread]
-over = ["place"]
-"#;
-
-#[test]
-fn study_runs_compare_with_their_own_reference_and_spread_over_positions() {
-    let (dir, file) = written(PLACES);
-    let out = dir.path().join("out");
-    let (code, said, error) = study(&file, &out, &[]);
-    assert_eq!(code, Some(0), "{said}{error}");
-    let table = rows(&out);
-    let number = |row: &HashMap<String, String>, name: &str| row[name].parse::<f64>().ok();
-    let exact = |re: &str| match re {
-        "40" => Some(1.0),
-        "100" => Some(1.5),
-        _ => None,
-    };
-    for row in &table {
-        let (speed, error) = (number(row, "speed").unwrap(), number(row, "speed_error"));
-        assert_eq!(error.is_some(), exact(&row["Re"]).is_some(), "{row:?}");
-        let off = exact(&row["Re"]).map(|exact| error.unwrap() - (speed / exact - 1.0));
-        assert!(off.is_none_or(|off| off.abs() < 1e-12), "{row:?}");
-    }
-
-    let spread = std::fs::read_to_string(out.join("spread.md")).unwrap();
-    assert!(said.contains(&spread), "{said}");
-    let lines: Vec<Vec<&str>> = spread
-        .lines()
-        .map(|line| line[1..line.len() - 1].split('|').map(str::trim).collect())
-        .collect();
-    assert_eq!(lines[0], ["Re", "runs", "speed", "mean", "worst error", "mean error"]);
-    assert_eq!(lines.len(), 2 + 3, "{spread}");
-    for (line, re) in lines[2..].iter().zip(["40", "100", "150"]) {
-        let of = |name: &str| -> Vec<f64> {
-            table.iter().filter(|row| row["Re"] == re).filter_map(|row| number(row, name)).collect()
-        };
-        let (speeds, errors) = (of("speed"), of("speed_error"));
-        assert!(speeds.len() == 2 && speeds[0] != speeds[1], "the place matters: {speeds:?}");
-        let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
-        let worst =
-            errors.iter().copied().fold(0.0f64, |w, e| if e.abs() > w.abs() { e } else { w });
-        let range = [speeds[0].min(speeds[1]), speeds[0].max(speeds[1])]
-            .map(|v| format!("{v:.3}"))
-            .join(" ... ");
-        assert_eq!(line[..4], [re, "2", &range, &format!("{:.3}", mean(&speeds))]);
-        let percent = |error: f64| format!("{:+.2} %", 100.0 * error);
-        let expected = if re == "150" {
-            [String::new(), String::new()]
-        } else {
-            [worst, mean(&errors)].map(percent)
-        };
-        assert_eq!(line[4..], expected, "{spread}");
-    }
-}
-
-#[test]
-fn a_wrong_reference_by_run_or_a_wrong_spread_is_refused_with_its_line_and_cure() {
-    for (from, to, line, says) in [
-        ("row_of = { re =", "row_of = { rey =", 23, "has no column `rey`; did you mean `re`?"),
-        (
-            "row_of = { re = \"Re\" }",
-            "row_of = { re = \"re\" }",
-            23,
-            "no axis or label `re`; known here: `Re`, `place`",
-        ),
-        ("row_of = { re = \"Re\" }", "row_of = { re = \"ranks\" }", 23, "no axis or label `ranks`"),
-        ("row_of = { re = \"Re\" }", "value = 1.0\nrow_of = { re = \"Re\" }", 19, "drop one"),
-        (
-            "over = [\"place\"]",
-            "over = [\"plaec\"]",
-            26,
-            "no axis or label `plaec`; did you mean `place`?",
-        ),
-        ("over = [", "ovre = [", 26, "did you mean `over`?"),
-    ] {
-        assert!(PLACES.contains(from), "{from}");
-        let (dir, file) = written(&PLACES.replacen(from, to, 1));
-        let out = dir.path().join("out");
-        let (code, _, error) = study(&file, &out, &[]);
-        assert_eq!(code, Some(2), "{to}: {error}");
-        assert!(
-            error.contains(&format!("tiny.study.toml:{line}: ")) && error.contains(says),
-            "{to}: {error}"
-        );
-        assert!(!out.exists(), "{to}");
-    }
-}
-
-#[test]
-fn a_reference_is_of_the_cases_that_measure_it_where_rows_run_another_case() {
-    let text = "name = \"tiny\"\ncase = \"case.toml\"\n[[row]]\nlabels = { what = \"speed\" }\n\
-        [[row]]\n\
-                labels = { what = \"drag\" }\ncase = \"other.toml\"\n[[reference]]\n\
-                    measure = \"drag\"\nvalue = 2.0\n";
-    let (dir, file) = written(text);
-    let other = std::fs::read_to_string(dir.path().join("case.toml")).unwrap();
-    let other = other.replace("\"speed\"", "\"drag\"").replace("max_speed", "drag_coefficient");
-    std::fs::write(dir.path().join("other.toml"), other).unwrap();
-    let out = dir.path().join("out");
-    let (code, said, error) = study(&file, &out, &[]);
-    assert_eq!(code, Some(0), "{said}{error}");
-    let has: Vec<_> = rows(&out)
-        .iter()
-        .map(|r| ["speed", "drag", "drag_error"].map(|c| !r[c].is_empty()))
-        .collect();
-    assert_eq!(has, [[true, false, false], [false, true, true]], "{said}");
 }
 
 #[test]

@@ -145,8 +145,7 @@ impl Request {
             let example = out.with_extension("png");
             return refuse(format!(
                 "--out {}: films are animated PNG or GIF, and strips PNG; give a name that ends in \
-                .png, as in --out {}, or of a \
-                 film in .gif",
+                .png, as in --out {}, or of a film in .gif",
                 out.display(),
                 example.display()
             ));
@@ -193,8 +192,7 @@ impl Request {
             let asked = asked.collect::<Vec<_>>().join(" ");
             return Err(Error::Usage(format!(
                 "{asked}: {} of the {} snapshots of {folder}, from {first} to {last} s, lie there, \
-                and a film needs two; \
-                 give other times, or {}",
+                and a film needs two; give other times, or {}",
                 within.len(),
                 all.len(),
                 cure(run)
@@ -229,8 +227,7 @@ fn cure(run: &Run) -> String {
     let every = format!("{round:.digits$}").parse().unwrap_or(round);
     format!(
         "run the case again with output.fields = {{ every_time = {every} }}, about {:.0} frames of \
-        its {end} s, as in --set \
-         output.fields.every_time={every}",
+        its {end} s, as in --set output.fields.every_time={every}",
         end / round
     )
 }

@@ -1,4 +1,4 @@
-//! The speed at which drag holds the weight of a body alone.
+//! The speed at which drag holds the weight of an isolated body.
 //!
 //! ```text
 //!   w V = Cd(Re) U^2 S/2       w: submerged weight over the fluid's mass in its volume, |s - 1| g;

@@ -64,14 +64,12 @@ impl Head {
         let ([nx, ny, nz], [hx, hy, hz]) = (self.cells, self.h);
         let mut text = format!(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"ImageData\" version=\"1.0\" \
-            byte_order=\"LittleEndian\" \
-             header_type=\"UInt64\">\n<ImageData WholeExtent=\"0 {nx} 0 {ny} 0 {nz}\" Origin=\"0 0 \
-                 0\" \
-             Spacing=\"{hx:?} {hy:?} {hz:?}\">\n<FieldData>\n\
-                 <DataArray type=\"Float64\" Name=\"TimeValue\" \
-             NumberOfTuples=\"1\" format=\"ascii\">{:?}</DataArray>\n</FieldData>\n\
-             <Piece Extent=\"0 {nx} 0 {ny} 0 {nz}\">\n\
-                 <CellData Scalars=\"pressure\" Vectors=\"velocity\">\n",
+            byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<ImageData WholeExtent=\"0 {nx} 0 \
+            {ny} 0 {nz}\" Origin=\"0 0 0\" Spacing=\"{hx:?} {hy:?} {hz:?}\">\n<FieldData>\n\
+            <DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" \
+            format=\"ascii\">{:?}</DataArray>\n</FieldData>\n\
+            <Piece Extent=\"0 {nx} 0 {ny} 0 {nz}\">\n\
+            <CellData Scalars=\"pressure\" Vectors=\"velocity\">\n",
             self.time
         );
         for ((name, components), offset) in self.arrays.iter().zip(self.offsets()) {

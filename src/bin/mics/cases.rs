@@ -50,17 +50,17 @@ pub fn begin(folder: &Path, template: &str) -> Result<()> {
     let (_, files) = shipped(template)?;
     let own = folder.file_name().unwrap_or_default().to_string_lossy();
     let text = |(file, text): &(&'static str, &str)| {
-        let alone = standing_alone(text);
+        let self_contained = standing_alone(text);
         let renamed = |line: &str| match line.split_once('=') {
             Some((key, _)) if key.trim() == "name" && *file == CASE => format!("name = {own:?}"),
             _ => line.to_owned(),
         };
         // The first name is the case's: those of particles and measures come later.
-        let at = alone.lines().position(|line| renamed(line) != line);
+        let at = self_contained.lines().position(|line| renamed(line) != line);
         let line = |(n, line): (usize, &str)| {
             if Some(n) == at { renamed(line) + "\n" } else { format!("{line}\n") }
         };
-        (*file, alone.lines().enumerate().map(line).collect())
+        (*file, self_contained.lines().enumerate().map(line).collect())
     };
     // Studies and pages are those of the shipped case.
     let kept = |(file, _): &&(&str, &str)| *file == CASE || file.ends_with(".csv");

@@ -12,23 +12,19 @@ use std::path::Path;
 
 /// What `particles.csv` holds; docs/output.md says what each column is.
 const PARTICLE_COLUMNS: &str = "step,time,id,x,y,z,path_x,path_y,path_z,angle,vx,vy,vz,wx,wy,wz,\
-    fluid_fx,fluid_fy,fluid_fz,\
-    fluid_tx,fluid_ty,fluid_tz,pressure_fx,pressure_fy,pressure_fz,viscous_fx,viscous_fy,\
-    viscous_fz,\
-    convective_fx,convective_fy,convective_fz,momentum_fx,momentum_fy,momentum_fz,contact_fx,\
-    contact_fy,contact_fz";
-/// What 3D adds at the end: how a particle is turned, a unit quaternion.
+    fluid_fx,fluid_fy,fluid_fz,fluid_tx,fluid_ty,fluid_tz,pressure_fx,pressure_fy,pressure_fz,\
+    viscous_fx,viscous_fy,viscous_fz,convective_fx,convective_fy,convective_fz,\
+    momentum_fx,momentum_fy,momentum_fz,contact_fx,contact_fy,contact_fz";
+/// What 3D adds at the end: the orientation of a particle, a unit quaternion.
 const ORIENTATION_COLUMNS: &str = ",qw,qx,qy,qz";
 /// What `steps.csv` holds: the contract's columns; then, where particles are free, the substeps of
 /// contacts and the balance of momentum; then the budget of energy.
 const STEP_COLUMNS: &str =
     "step,time,dt,outer_iterations,krylov_iterations,divergence_max,cfl,kinetic_energy,wall";
-const BALANCE_COLUMNS: &str = ",substeps,momentum_x,momentum_y,momentum_z,border_impulse_x,\
-    border_impulse_y,\
-    border_impulse_z,momentum_error,angular_momentum_error";
+const BALANCE_COLUMNS: &str = ",substeps,momentum_x,momentum_y,momentum_z,\
+    border_impulse_x,border_impulse_y,border_impulse_z,momentum_error,angular_momentum_error";
 const ENERGY_COLUMNS: &str = ",fluid_energy,bodies_energy,spring_energy,gravity_work,border_work,\
-    prescribed_work,viscous_loss,\
-    contact_loss,friction_loss,method_loss,bounded_energy";
+    prescribed_work,viscous_loss,contact_loss,friction_loss,method_loss,bounded_energy";
 /// What a drive adds at the end: its force on the fluid (N/m3), and its work.
 const DRIVE_COLUMNS: &str = ",drive_fx,drive_fy,drive_fz,drive_work";
 

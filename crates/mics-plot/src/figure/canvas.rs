@@ -1,5 +1,4 @@
-//! The sheet under every figure: one drawing to PNG and SVG, text, axes with round ticks, and the
-//! frame around a plot.
+//! The sheet under every figure: one drawing to PNG and SVG, and text.
 //!
 //! Lengths are in pixels of the sheet, [`SCALE`] of them to a pixel of the figure: plotters rounds
 //! every coordinate to whole pixels and smooths almost nothing, so the PNG is drawn larger and
@@ -16,7 +15,6 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, FontTransform, register_font};
 
-use super::axis::Axis;
 use mics_run::{Error, Result};
 
 type Drawn = std::result::Result<(), Box<dyn StdError + Send + Sync>>;
@@ -71,15 +69,19 @@ impl Sheet {
         self.0.push(Shape::Area(places, colour.filled()));
     }
 
-    /// A bitmap over a rectangle, its colours given by the part of its width and height from the
-    /// lower left corner.
-    pub fn bitmap(&mut self, rectangle: &Frame, colour: impl Fn(f64, f64) -> RGBColor) {
-        let (width, height) = rectangle.extent;
+    /// A bitmap over a rectangle (its upper left corner, its width and height), its colours given
+    /// by the part of its width and height from the lower left corner.
+    pub fn bitmap(
+        &mut self,
+        (corner, extent): (Pixel, Pixel),
+        colour: impl Fn(f64, f64) -> RGBColor,
+    ) {
+        let (width, height) = extent;
         let part = |k: i32, extent: i32| (f64::from(k) + 0.5) / f64::from(extent);
         let places = (0..height).rev().flat_map(|j| (0..width).map(move |i| (i, j)));
         let colours = places.map(|(i, j)| colour(part(i, width), part(j, height)));
         let bytes = colours.flat_map(|RGBColor(red, green, blue)| [red, green, blue]).collect();
-        self.0.push(Shape::Bitmap(rectangle.corner, rectangle.extent, bytes));
+        self.0.push(Shape::Bitmap(corner, extent, bytes));
     }
 
     /// A text anchored at a place.
@@ -250,84 +252,6 @@ fn register_fonts() {
 pub fn width(text: &str, size: i32) -> i32 {
     register_fonts();
     ("sans-serif", size).into_font().box_size(text).map_or(0, |(width, _)| width as i32)
-}
-
-/// Room that a horizontal axis needs below the plot.
-pub const BELOW: i32 = TICK + GAP + SMALL + GAP + MEDIUM;
-
-/// A plot's rectangle on the sheet with its two axes.
-pub struct Frame {
-    /// Upper left corner.
-    pub corner: Pixel,
-    /// Width and height.
-    pub extent: Pixel,
-    /// The horizontal axis.
-    pub x: Axis,
-    /// The vertical axis.
-    pub y: Axis,
-}
-
-impl Frame {
-    /// Where a point of the plot is on the sheet.
-    pub fn pixel(&self, x: f64, y: f64) -> Pixel {
-        let place = |corner: i32, extent: i32, fraction: f64| {
-            corner + (fraction.clamp(-1.0, 2.0) * f64::from(extent)).round() as i32
-        };
-        (
-            place(self.corner.0, self.extent.0, self.x.fraction(x)),
-            place(self.corner.1, self.extent.1, 1.0 - self.y.fraction(y)),
-        )
-    }
-
-    /// Draws grid lines across the plot.
-    pub fn grid(&self, sheet: &mut Sheet) {
-        let ((left, top), (width, height)) = (self.corner, self.extent);
-        let vertical = self.x.named().map(|tick| self.pixel(tick.0, 0.0).0);
-        let vertical = vertical.map(|x| vec![(x, top), (x, top + height)]);
-        let level = self.y.named().map(|tick| self.pixel(0.0, tick.0).1);
-        let level = level.map(|y| vec![(left, y), (left + width, y)]);
-        vertical.chain(level).for_each(|line| sheet.line(line, RGBColor(225, 225, 225), THIN));
-    }
-
-    /// Draws the frame, ticks and labels; `right` puts the vertical axis on the right.
-    pub fn axes(&self, sheet: &mut Sheet, right: bool) {
-        let ((left, top), (width, height)) = (self.corner, self.extent);
-        let below = top + height + TICK + GAP;
-        let centred = (HPos::Center, VPos::Top);
-        let long = |label: &str| if label.is_empty() { TICK / 2 } else { TICK };
-        for (value, label) in &self.x.ticks {
-            let x = self.pixel(*value, 0.0).0;
-            sheet.line(vec![(x, top + height), (x, top + height + long(label))], INK, THIN);
-            sheet.text(label, SMALL, (x, below), centred, FontTransform::None);
-        }
-        let at = (left + width / 2, below + SMALL + GAP);
-        sheet.text(&self.x.label, MEDIUM, at, centred, FontTransform::None);
-
-        let (side, out, anchor) =
-            if right { (left + width, 1, HPos::Left) } else { (left, -1, HPos::Right) };
-        for (value, label) in &self.y.ticks {
-            let y = self.pixel(0.0, *value).1;
-            if !self.y.names {
-                sheet.line(vec![(side, y), (side + out * long(label), y)], INK, THIN);
-            }
-            let at = (side + out * (TICK + GAP), y);
-            sheet.text(label, SMALL, at, (anchor, VPos::Center), FontTransform::None);
-        }
-        if self.y.names {
-            let at = (left, top - GAP);
-            return sheet.text(
-                &self.y.label,
-                SMALL,
-                at,
-                (HPos::Left, VPos::Bottom),
-                FontTransform::None,
-            );
-        }
-        let edge = side + out * self.y.room() - if right { MEDIUM } else { 0 };
-        let at = (edge, top + height / 2);
-        sheet.text(&self.y.label, MEDIUM, at, centred, FontTransform::Rotate270);
-        sheet.line(ring(self.corner, self.extent), INK, THIN);
-    }
 }
 
 /// The outline of a rectangle, closed.

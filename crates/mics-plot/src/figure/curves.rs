@@ -9,7 +9,8 @@ use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::axis::Axis;
-use super::canvas::{self, BELOW, Frame, LARGE, Pixel, SCALE, SMALL, Sheet, THIN};
+use super::canvas::{self, LARGE, Pixel, SCALE, SMALL, Sheet, THIN};
+use super::frame::{BELOW, Frame};
 use super::{Axes, Chart, Series, SeriesStyle};
 use mics_run::Result;
 

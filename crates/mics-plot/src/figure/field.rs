@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use plotters::prelude::*;
 
 use super::axis::Axis;
-use super::canvas::{self, BELOW, Frame, INK, LARGE, Pixel, SCALE, Sheet, THIN};
+use super::canvas::{self, INK, LARGE, Pixel, SCALE, Sheet, THIN};
+use super::frame::{BELOW, Frame};
 use super::paint::{self, Palette};
 use super::trace::{Point, sample};
 use super::{Plane, Scale};

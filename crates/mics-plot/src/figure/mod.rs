@@ -4,9 +4,9 @@
 //! [`vorticity`], [`streamlines`] and [`field()`] draw a plane of the flow, [`vorticity_strip`],
 //! [`streamlines_strip`] and [`field_strip`] several of one scene side by side, [`film()`] one
 //! after the other, [`curves()`] draws series over axes and [`chart()`] several such plots in one
-//! figure. `canvas` turns one description, with its `axis`es, into both files, or into a frame;
-//! `field`, `strip`, `film` and `curves` describe, with what `paint` knows of flows; `trace` finds
-//! evenly spaced streamlines, `contour` contour lines.
+//! figure. `canvas` turns one description into both files, or into a frame; `field`, `strip`,
+//! `film` and `curves` describe, in `frame`s with `axis`es, with what `paint` knows of flows;
+//! `trace` finds evenly spaced streamlines, `contour` contour lines.
 
 mod axis;
 mod canvas;
@@ -14,6 +14,7 @@ mod contour;
 mod curves;
 mod field;
 mod film;
+mod frame;
 mod paint;
 mod strip;
 mod trace;

@@ -11,7 +11,8 @@ use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::axis::Axis;
-use super::canvas::{self, Frame, INK, Pixel, SCALE, SMALL, Sheet, THIN};
+use super::canvas::{self, INK, Pixel, SCALE, SMALL, Sheet, THIN};
+use super::frame::Frame;
 use super::trace::{self, HOPS, Point, sample};
 use super::{Disc, Plane, Quantity, Scale};
 use mics_run::{Error, Result};
@@ -92,7 +93,7 @@ impl Palette {
     /// Draws the colours into the frame of a colour bar, whose vertical axis has this range, with
     /// the axis on its right.
     pub fn bar(&self, sheet: &mut Sheet, bar: &Frame) {
-        sheet.bitmap(bar, |_, up| self.at(up));
+        sheet.bitmap((bar.corner, bar.extent), |_, up| self.at(up));
         bar.axes(sheet, true);
     }
 }
@@ -166,7 +167,7 @@ pub fn speed_limit(planes: &[Plane]) -> f64 {
 
 /// Fills a plot with the colours of a plane's values.
 pub fn values(sheet: &mut Sheet, plot: &Frame, plane: &Plane, palette: &Palette) {
-    sheet.bitmap(plot, |x, y| {
+    sheet.bitmap((plot.corner, plot.extent), |x, y| {
         palette.colour(sample(plane, &plane.values, [x * plane.size[0], y * plane.size[1]]))
     });
 }

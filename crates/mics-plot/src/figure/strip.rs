@@ -8,9 +8,10 @@ use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::axis::Axis;
-use super::canvas::{self, BELOW, Frame, INK, LARGE, MEDIUM, Pixel, SCALE, Sheet};
+use super::canvas::{self, INK, LARGE, MEDIUM, Pixel, SCALE, Sheet};
 use super::contour::{contours, outside};
 use super::field::{bars, draw_bars, side_by_side};
+use super::frame::{BELOW, Frame};
 use super::paint::{self, Palette};
 use super::trace::{Point, sample};
 use super::{Plane, Quantity, Scale, Style, shared_range};

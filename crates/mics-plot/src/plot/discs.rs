@@ -230,12 +230,12 @@ mod tests {
 
     fn case(more: &str) -> Case {
         mics_run::config::written(&format!(
-            "name = \"t\"\ntime.end = 9.0\ndomain = \
-            {{ size = [1.0, 1.0, 1.0], cells = [8, 8, 8] }}\n\
-             fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
-             boundary = {{ west = \"slip\", east = \"slip\", south = \"slip\", north = \"slip\", \
-                 bottom = \"slip\", top = \"slip\" }}\n\
-             {more}\n"
+            "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 1.0, 1.0], cells = [8, 8, 8] \
+            }}\n\
+            fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
+            boundary = {{ west = \"slip\", east = \"slip\", south = \"slip\", north = \"slip\", \
+            bottom = \"slip\", top = \"slip\" }}\n\
+            {more}\n"
         ))
         .unwrap()
     }

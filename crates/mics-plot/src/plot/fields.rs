@@ -77,8 +77,7 @@ pub fn choose(run: &Path, times: &[f64]) -> Result<Vec<(f64, PathBuf)>> {
     let few = |there: usize, wanted: usize| {
         Error::Usage(format!(
             "{}: {there} snapshots are too few for {wanted} panels; run the case again with more \
-            of them, as in \
-             --set output.fields.every_time=0.05, or ask for fewer --times",
+            of them, as in --set output.fields.every_time=0.05, or ask for fewer --times",
             run.display()
         ))
     };

@@ -278,14 +278,13 @@ mod tests {
     fn fall(gravity: &str) -> (Case, Rows) {
         let case = mics_run::config::written(&format!(
             "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 2.0], cells = [8, 16] }}\n\
-             fluid = {{ density = 2.0, viscosity = 0.1, gravity = {gravity} }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
-                 }}\n\
-             particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, density = 5.0, position = \
-             [0.5, 1.8] }}]\n"
+            fluid = {{ density = 2.0, viscosity = 0.1, gravity = {gravity} }}\n\
+            boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n\
+            particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, density = 5.0, position = \
+            [0.5, 1.8] }}]\n"
         ));
         let head = "time,id,x,y,z,vx,vy,vz,contact_fx,contact_fy,contact_fz,\
-                    convective_fx,pressure_fx,viscous_fx,convective_fy,pressure_fy,viscous_fy\n";
+            convective_fx,pressure_fx,viscous_fx,convective_fy,pressure_fy,viscous_fy\n";
         let row = |k: i32| {
             let (time, noise) = (0.001 * f64::from(k), if k % 2 == 0 { 1.0 } else { -1.0 });
             let y = (1.8 - time).max(0.1);

@@ -167,7 +167,7 @@ mod tests {
             format!(
                 "[[particle]]\nname = \"{name}\"\nmaterial = \"{material}\"\n\
                 shape = {{ disc = {{ diameter = {d} }} }}\n\
-                 density = 3.0\nposition = [{}, {}]\n",
+                density = 3.0\nposition = [{}, {}]\n",
                 0.5 + (k % 6) as f64,
                 0.5 + (k / 6) as f64
             )
@@ -177,9 +177,9 @@ mod tests {
         });
         mics_run::config::written(&format!(
             "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [8.0, 8.0], cells = [8, 8] }}\n\
-             fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
-                 }}\n{}",
+            fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
+            boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
+            }}\n{}",
             bodies.collect::<String>()
         ))
         .unwrap()

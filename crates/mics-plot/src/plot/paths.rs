@@ -174,11 +174,10 @@ mod tests {
     fn case(gravity: &str, more: &str) -> Case {
         let text = format!(
             "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 2.0], cells = [8, 16] }}\n\
-             fluid = {{ density = 2.0, viscosity = 0.1, gravity = {gravity} }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
-                 }}\n\
-             particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, position = [0.5, 1.8] }}]\n\
-             {more}"
+            fluid = {{ density = 2.0, viscosity = 0.1, gravity = {gravity} }}\n\
+            boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }}\n\
+            particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, position = [0.5, 1.8] }}]\n\
+            {more}"
         );
         mics_run::config::written(&text).unwrap()
     }

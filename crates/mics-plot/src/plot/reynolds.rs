@@ -40,7 +40,7 @@ pub fn drag(runs: &[Run], folder: &Path) -> Result<Option<[PathBuf; 2]>> {
     };
     let spheres = all_of_spheres(runs)?;
     let mut series = Vec::new();
-    if runs.iter().all(|run| alone(&run.case)) {
+    if runs.iter().all(|run| is_isolated(&run.case)) {
         series.push(match spheres {
             // Schiller and Naumann 1933.
             true => dashed("unbounded stream: 24/Re (1 + 0.15 Re^0.687)", |re| {
@@ -106,7 +106,7 @@ fn compared(runs: &[Run], column: &str, references: Vec<Series>) -> Vec<Series> 
 }
 
 /// Whether a case is one body in a uniform stream without walls.
-fn alone(case: &Case) -> bool {
+fn is_isolated(case: &Case) -> bool {
     let uniform = case.sides().any(|(_, side)| matches!(side, Side::Inflow(_)));
     let open =
         |side: &Side| matches!(side, Side::Inflow(_) | Side::Outflow | Side::Periodic | Side::Slip);
@@ -208,11 +208,11 @@ mod tests {
     fn case(north: &str, place: f64, more: &str) -> Case {
         mics_run::config::written(&format!(
             "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [4.0, 1.6], cells = [160, 64] }}\n\
-             fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
-             boundary = {{ west = {{ inflow = [1.0, 0.0] }}, east = \"outflow\", south = {north}, \
-                 north = {north} }}\n\
-             [[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [{place}, 0.8]\n\
-             motion = \"fixed\"\n{more}"
+            fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
+            boundary = {{ west = {{ inflow = [1.0, 0.0] }}, east = \"outflow\", south = {north}, \
+            north = {north} }}\n\
+            [[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [{place}, 0.8]\n\
+            motion = \"fixed\"\n{more}"
         ))
         .unwrap()
     }
@@ -231,7 +231,7 @@ mod tests {
             (case(periodic, 0.8, second), false, false),
         ] {
             assert_eq!(
-                (in_the_box_of_section_3(&case), alone(&case)),
+                (in_the_box_of_section_3(&case), is_isolated(&case)),
                 (own, free),
                 "{:?}",
                 case.boundary

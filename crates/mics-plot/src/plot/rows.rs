@@ -225,15 +225,15 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let case: Case = mics_run::config::written(
             "name = \"t\"\ntime.end = 9.0\ndomain = { size = [1.0, 2.0], cells = [8, 16] }\n\
-             fluid = { density = 2.0, viscosity = 0.1 }\n\
-             boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
-                 \"wall\" }\n\
-             particle = [{ shape = { disc = { diameter = 0.2 } }, position = [0.5, 1.8] }]\n",
+            fluid = { density = 2.0, viscosity = 0.1 }\n\
+            boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
+            \"wall\" }\n\
+            particle = [{ shape = { disc = { diameter = 0.2 } }, position = [0.5, 1.8] }]\n",
         )
         .unwrap();
         let text = "time,id,x,y,z,vx,vy,vz\n0.0,0,0.5,1.8,0,0,0,0\n1.0,0,0.9,1.6,0,3,4,0\n\
             2.0,0,0.1,1.4,0,0,0,0\n\
-                    3.0,0,0.2,1.0,0,9,9,9";
+            3.0,0,0.2,1.0,0,9,9,9";
         // The last line is not whole yet, and may lack digits.
         std::fs::write(folder.path().join("particles.csv"), text).unwrap();
         let rows = Rows::read(folder.path(), &case, &[0.0, 0.25, 1.5, 2.0, 7.0], &[]);

@@ -107,11 +107,11 @@ mod tests {
             )
         };
         written(&format!(
-            "name = \"t\"\ntime.end = 9.0\ndomain = \
-            {{ size = [1.0, 1.0, 1.5], cells = [8, 8, 12] }}\n\
-             boundary = {{ west = \"slip\", east = \"slip\", south = \"slip\", north = \"slip\", \
-                 bottom = \"slip\", top = \"slip\" }}\n\
-             {more}\n{}{}",
+            "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 1.0, 1.5], cells = [8, 8, 12] \
+            }}\n\
+            boundary = {{ west = \"slip\", east = \"slip\", south = \"slip\", north = \"slip\", \
+            bottom = \"slip\", top = \"slip\" }}\n\
+            {more}\n{}{}",
             body(0.2),
             body(0.6)
         ))

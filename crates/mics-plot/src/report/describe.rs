@@ -34,7 +34,7 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
             ],
         ),
         ("Fluid", fluid(case)),
-        ("Borders", sides.collect()),
+        ("Boundaries", sides.collect()),
         ("Particles", particles),
         ("Coupling", vec![wall.into()]),
     ];
@@ -191,8 +191,7 @@ fn of_stream(case: &Case, h: f64, all: &mut Numbers) {
     all.add("Re_h", speed * h / nu, format!("U h/nu, of the grid, h = {} m", rounded(h)));
 }
 
-/// Numbers of particles: of the fastest free one, the smallest, and the one that gravity pulls
-/// most.
+/// Numbers of particles: of the fastest free one, the smallest, and the one that falls hardest.
 fn of_particles(run: &Run, h: f64, all: &mut Numbers) {
     let case = &run.case;
     let nu = case.fluid.viscosity / case.fluid.density;

@@ -42,10 +42,9 @@ pub fn page(run: &Run, figures: &[Figure]) -> Markup {
                     }
                     footer {
                         "Written by mics " (run.provenance.version) " from the files of the run. \
-                        Units are SI, or the \
-                         case's own consistent ones; the method and its equation numbers are those \
-                         of MICS (Ushijima et \
-                         al. 2003), as the chapter on the method in its book has them."
+                            Units are SI, or the case's own consistent ones; the method and its \
+                            equation numbers are those of MICS (Ushijima et al. 2003), as the \
+                            chapter on the method in its book has them."
                     }
                 }
             }
@@ -179,8 +178,7 @@ fn measures(run: &Run) -> Markup {
         } }
         @if compared {
             p.soft { "An error is a part of the reference, of a band a part of its middle; a \
-                tolerance reaches beyond a \
-                      band's ends." }
+                tolerance reaches beyond a band's ends." }
             dl.terms { @for (m, _, c) in &measures { @if let Some(source)
                 = c.as_ref().and_then(|c| c.source.as_ref()) {
                 dt { (m.name) } dd { (source) }
@@ -295,8 +293,7 @@ fn reproduce(run: &Run) -> Markup {
     let toml = run.case.to_toml();
     html! {
         p { "Save the case below, which has every default written out, as " code { "case.toml" }
-            ", build mics at the \
-             commit below, and run" }
+            ", build mics at the commit below, and run" }
         pre { (ranks) "mics run case.toml --out again" (options) }
         dl.terms {
             dt { "mics" } dd { (p.version) ", commit " code { (p.git_commit) } }
@@ -354,14 +351,14 @@ mod tests {
         let measure = |name: &str, particle: usize| {
             format!(
                 "[[measure]]\nname = \"{name}\"\nkind = \"terminal_velocity\"\n\
-                 particle = {particle}\n"
+                particle = {particle}\n"
             )
         };
         let case = mics_run::config::written(&format!(
             "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 2.0], cells = [8, 16] }}\n\
-             fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
-             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
-                 }}\n{}{}{}{}",
+            fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
+            boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
+            }}\n{}{}{}{}",
             body("0.3, 0.5]\nname = \"stone\""),
             body("0.7, 0.5]"),
             measure("a", 0),

@@ -119,7 +119,7 @@ mod tests {
     const BOX: &str = "name = \"box\"\n[domain]\nsize = [2.0, 1.0]\ncells = [16, 8]\n[fluid]\n\
         density = 1.0\nviscosity = 0.1\n\
         [boundary]\nwest = \"wall\"\neast = \"wall\"\nsouth = \"wall\"\nnorth = \"wall\"\n[time]\n\
-            end = 1.0\n\
+        end = 1.0\n\
         [[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.5, 0.5]\n";
 
     /// Why a run of the box may not go on with this override.

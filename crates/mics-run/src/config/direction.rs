@@ -126,7 +126,7 @@ fn vector(of: &[f64]) -> Vector3<f64> {
 mod tests {
     use crate::config::written;
 
-    /// The directions of drag, lift and force of a case with these borders, in 2D or 3D, and this
+    /// The directions of drag, lift and force of a case with these sides, in 2D or 3D, and this
     /// about its particle.
     fn directions(size: &str, more: &str, measure: &str) -> Result<Vec<[f64; 3]>, String> {
         let flat = size.matches(',').count() == 1;
@@ -140,9 +140,9 @@ mod tests {
         let (boundary, particle) = more.split_once('|').unwrap_or((more, ""));
         let case = written(&format!(
             "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = {size}, cells = {} }}\n\
-             fluid = {{ density = 2.0, viscosity = 0.1{} }}\nboundary = {{ {boundary} }}\n\
-             [[particle]]\nshape = {{ {shape} = {{ diameter = 0.2 }} }}\nposition = {place}\n\
-             density = 5.0\n{particle}\n{}",
+            fluid = {{ density = 2.0, viscosity = 0.1{} }}\nboundary = {{ {boundary} }}\n\
+            [[particle]]\nshape = {{ {shape} = {{ diameter = 0.2 }} }}\nposition = {place}\n\
+            density = 5.0\n{particle}\n{}",
             if flat { "[8, 8]" } else { "[8, 8, 8]" },
             if particle.contains("free") {
                 format!(", gravity = {}", if flat { "[0.0, -9.81]" } else { "[0.0, 0.0, -9.81]" })

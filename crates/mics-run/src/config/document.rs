@@ -98,12 +98,7 @@ impl<'a> Document<'a> {
                 format!("`{value}` is not a TOML value: {}", e.message())
             }
             _ => wrong_number(value)
-                .map(|(why, right)| {
-                    format!(
-                        "`{value}` {why}: --set \
-                    {key}={right}"
-                    )
-                })
+                .map(|(why, right)| format!("`{value}` {why}: --set {key}={right}"))
                 .unwrap_or_else(|| {
                     format!(
                         "`{value}` is not a TOML value; text needs quotes: --set \

@@ -316,8 +316,8 @@ fn checkpoints(key: &str, raw: &raw::Checkpoints) -> Result<Checkpoints, Fault> 
         }
         _ => Err(Fault {
             key: key.into(),
-            message: "give exactly one of `every_wall_minutes` and `every_steps`, as in \
-                { every_steps = 1000 }"
+            message: "give exactly one of `every_wall_minutes` and `every_steps`, as in { \
+                every_steps = 1000 }"
                 .into(),
         }),
     }
@@ -374,9 +374,9 @@ mod tests {
             let text = format!(
                 "name = \"box\"\ntime.end = 1.0\n\
                 domain = {{ size = [4.0, 1.0], cells = [32, 8] }}\n\
-                 fluid = {{ density = 1.0, viscosity = 0.1, gravity = [0.0, -1.0] }}\n{keys}\n\
-                 boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
-                     \"wall\" }}"
+                fluid = {{ density = 1.0, viscosity = 0.1, gravity = [0.0, -1.0] }}\n{keys}\n\
+                boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
+                \"wall\" }}"
             );
             crate::config::written(&text).err()
         };
@@ -410,7 +410,7 @@ mod tests {
     fn a_pair_changes_its_keys_in_either_order_and_no_others() {
         let contact = resolved(
             "damping = { normal = 1.0, tangential = 2.0 }\nfriction = 0.1\n\
-             pair = [{ between = [\"steel\", \"wall\"], friction = 0.4, restitution = 0.9 }]",
+            pair = [{ between = [\"steel\", \"wall\"], friction = 0.4, restitution = 0.9 }]",
         );
         let (pair, rest) = (contact.between(WALL, "steel"), contact.between("steel", "steel"));
         assert_eq!((pair.friction, pair.loss), (0.4, Loss::Restitution(0.9)));

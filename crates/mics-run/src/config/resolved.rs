@@ -26,7 +26,7 @@ pub struct Case {
     pub particle: Vec<Particle>,
     /// The fluid at time 0.
     pub initial: Initial,
-    /// What moves the fluid besides its borders.
+    /// What moves the fluid besides its boundaries.
     pub drive: Option<Drive>,
     /// How fluid and particles meet.
     pub coupling: Coupling,
@@ -94,7 +94,7 @@ pub struct Fluid {
     pub gravity: Vec<f64>,
 }
 
-/// What moves the fluid besides its borders.
+/// What moves the fluid besides its boundaries.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Drive {
     /// A force on the fluid alone (N/m3), a number for each axis.

@@ -82,10 +82,10 @@ mod tests {
         let speeds = |walls: &str, viscosity: f64, end: f64| {
             let text = format!(
                 "name = \"d\"\ndomain = {{ size = [2.0, 1.0], cells = [32, 16] }}\n\
-                 fluid = {{ density = 1000.0, viscosity = {viscosity:?} }}\n\
-                 boundary = {{ west = \"periodic\", east = \"periodic\", south = {walls:?}, north \
-                     = {walls:?} }}\n\
-                 drive = {{ force = [10.0, 0.0] }}\ntime = {{ end = {end:?}, cfl = 0.4 }}\n"
+                fluid = {{ density = 1000.0, viscosity = {viscosity:?} }}\n\
+                boundary = {{ west = \"periodic\", east = \"periodic\", south = {walls:?}, north = \
+                {walls:?} }}\n\
+                drive = {{ force = [10.0, 0.0] }}\ntime = {{ end = {end:?}, cfl = 0.4 }}\n"
             );
             let case = written(&text).unwrap();
             (case.fluid_speed(), case.driven_speed().unwrap())

@@ -256,7 +256,7 @@ impl Plan {
         let never = || sources.iter().filter(faulty);
         // Where several are never accepted, one that is refused by itself is to blame, not those
         // that only met it.
-        let alone = |source: &&&String| {
+        let by_itself = |source: &&&String| {
             let runs = of(source);
             let shared = |given: &&String| runs.iter().all(|run| run.set.contains(given));
             let set =
@@ -264,7 +264,9 @@ impl Plan {
             read_case(runs.first().map_or(base, |run| &run.case), set.as_deref().unwrap_or(common))
                 .is_err()
         };
-        let Some(source) = never().find(alone).or_else(|| never().next()) else { return Ok(()) };
+        let Some(source) = never().find(by_itself).or_else(|| never().next()) else {
+            return Ok(());
+        };
         let refusal = of(source).iter().find_map(|run| run.loaded.as_ref().err().cloned());
         let key =
             if source.starts_with("row.") { format!("{source}.set") } else { source.to_string() };

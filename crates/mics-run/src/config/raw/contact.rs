@@ -6,7 +6,7 @@ use crate::config::fault::{Check, Fault, not_negative, positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// The name of the borders' material.
+/// The name of the boundaries' material.
 pub const WALL: &str = "wall";
 /// Most substeps of one step: more is a mistake in the stiffness.
 pub const MOST_SUBSTEPS: f64 = 1e6;
@@ -137,7 +137,7 @@ pub enum TangentialDamping {
 #[serde(deny_unknown_fields)]
 pub struct Pair {
     /// Two names of materials, in any order: a particle's, `default` (particles without one), or
-    /// `wall` (the borders).
+    /// `wall` (the boundaries).
     pub between: Vec<String>,
     /// Normal spring (N/m^exponent).
     #[serde(default, skip_serializing_if = "Option::is_none")]

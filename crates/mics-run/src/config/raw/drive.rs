@@ -1,11 +1,11 @@
-//! What moves the fluid besides its borders.
+//! What moves the fluid besides its boundaries.
 
 use super::{Case, Motion};
 use crate::config::fault::{AXES, Check, finite, vector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What moves the fluid besides its borders: exactly one of the keys.
+/// What moves the fluid besides its boundaries: exactly one of the keys.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Drive {

@@ -55,7 +55,7 @@ pub struct Measure {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<ForceRule>,
     /// What the value ought to be: a number, or a band `[low, high]`. It is of the flow that the
-    /// file describes: where `--set` changes the box's size, the fluid, its borders, its start or
+    /// file describes: where `--set` changes the box's size, the fluid, its sides, its start or
     /// the particles, it is dropped. The band of a particle's position is drawn with its path by
     /// `mics plot`, under the name of its source.
     #[serde(default, skip_serializing_if = "Option::is_none")]

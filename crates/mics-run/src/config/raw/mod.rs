@@ -69,7 +69,7 @@ pub struct Case {
     /// The fluid at time 0.
     #[serde(default)]
     pub initial: Initial,
-    /// What moves the fluid besides its borders; default nothing.
+    /// What moves the fluid besides its boundaries; default nothing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive: Option<Drive>,
     /// How fluid and particles meet.
@@ -201,7 +201,7 @@ pub struct Initial {
     /// The folder of another run that has ended, as in "runs/settled": the bodies in its flow as
     /// they were then come before the case's own, and its flow goes on; bodies that waited there to
     /// come in stay behind. On the same grid, with the same bodies and walls, everything that lasts
-    /// is taken over, contacts and pressure with it; else the velocity is interpolated. Borders,
+    /// is taken over, contacts and pressure with it; else the velocity is interpolated. Boundaries,
     /// drive, materials and fluid are those of this case.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,

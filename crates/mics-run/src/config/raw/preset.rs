@@ -89,10 +89,10 @@ mod tests {
         let lids = if dimension == 3 { "bottom = \"wall\"\ntop = \"wall\"" } else { "" };
         let text = format!(
             "name = \"box\"\npreset = \"mics-2003\"\n{keys}\n[time]\nend = 1.0\n\
-             [domain]\nsize = {size:?}\ncells = {cells:?}\n[fluid]\ndensity = 1.0\n\
-             viscosity = 0.1\n\
-             [boundary]\nwest = \"wall\"\neast = \"wall\"\nsouth = \"wall\"\nnorth = \"wall\"\n\
-                 {lids}"
+            [domain]\nsize = {size:?}\ncells = {cells:?}\n[fluid]\ndensity = 1.0\n\
+            viscosity = 0.1\n\
+            [boundary]\nwest = \"wall\"\neast = \"wall\"\nsouth = \"wall\"\nnorth = \"wall\"\n\
+            {lids}"
         );
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("case.toml");

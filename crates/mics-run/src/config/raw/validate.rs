@@ -145,8 +145,7 @@ fn long_cells(case: &Case) -> Check {
         holds,
         "domain.cells",
         "make cells {:.1} times as long as wide, and sharp walls hold up to {LONGEST_CELLS}: \
-        choose other numbers of cells, or \
-         coupling.wall = \"mixing\"",
+        choose other numbers of cells, or coupling.wall = \"mixing\"",
         most / least
     );
     Ok(())
@@ -240,9 +239,9 @@ mod tests {
         let lids = if dimension == 3 { "bottom = \"wall\"\ntop = \"wall\"" } else { "" };
         let text = format!(
             "name = \"box\"\ntime.end = 1.0\ndomain = {{ size = {size:?}, cells = {cells:?} }}\n\
-             fluid = {{ density = 1.0, viscosity = 0.1 }}\n{keys}\n\
-             [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\n\
-                 north = \"wall\"\n{lids}"
+            fluid = {{ density = 1.0, viscosity = 0.1 }}\n{keys}\n\
+            [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\n\
+            north = \"wall\"\n{lids}"
         );
         let case = toml::from_str(&text).unwrap();
         validate(&case)
@@ -256,7 +255,7 @@ mod tests {
         let disc = |[x, y]: &[f64; 2]| {
             format!(
                 "{{ shape = {{ disc = {{ diameter = 0.2 }} }}, motion = \"fixed\", position = \
-                    [{x:?}, {y:?}] }}"
+                [{x:?}, {y:?}] }}"
             )
         };
         format!("particle = [{}]", places.iter().map(disc).collect::<Vec<_>>().join(", "))
@@ -305,9 +304,9 @@ mod tests {
             (0..3000).map(|i| [f64::from(i / 300), 1e-3 + 1e-3 * f64::from(i % 300)]).collect();
         let mut case: Case = toml::from_str(
             "name = \"box\"\ntime.end = 1.0\ndomain = { size = [16.0, 1.0], cells = [128, 16] }\n\
-             fluid = { density = 1.0, viscosity = 0.1 }\n\
-             boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
-                 \"wall\" }",
+            fluid = { density = 1.0, viscosity = 0.1 }\n\
+            boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
+            \"wall\" }",
         )
         .unwrap();
         case.particle = places
@@ -338,8 +337,8 @@ mod tests {
             let text = format!(
                 "name = \"box\"\ntime.end = 1.0\n\
                 domain = {{ size = [4.0, 1.0], cells = [32, 40] }}\n\
-                 fluid = {{ density = 1.0, viscosity = 0.1 }}\n{keys}\n[boundary]\n\
-                 west = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\nnorth = \"wall\"\n"
+                fluid = {{ density = 1.0, viscosity = 0.1 }}\n{keys}\n[boundary]\n\
+                west = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\nnorth = \"wall\"\n"
             );
             validate(&toml::from_str(&text).unwrap()).err().map(|fault| (fault.key, fault.message))
         };
@@ -357,8 +356,8 @@ mod tests {
 
     #[test]
     fn what_is_for_one_dimension_is_refused_in_the_other() {
-        let sphere = "particle = \
-            [{ shape = { sphere = { diameter = 0.2 } }, position = [1.0, 0.5, 0.5], motion = ";
+        let sphere = "particle = [{ shape = { sphere = { diameter = 0.2 } }, position = [1.0, 0.5, \
+            0.5], motion = ";
         let spun = |spin: &str| format!("{sphere} {{ prescribed = {{ spin = {spin} }} }} }}]");
         assert_eq!(refusal(3, &spun("[0, 0, 1.0]")), None);
         assert_eq!(refusal(3, &spun("1.0")).unwrap().0, "particle.0.motion.prescribed.spin");

@@ -53,8 +53,7 @@ impl Nature<'_> {
             DENSITY_RATIOS.contains(&ratio),
             key("density"),
             "is {ratio:.1e} times the fluid's: free particles are computed from {:e} to {:e} \
-            times, and contacts hold up to 1e4; look at the \
-             units of both densities",
+            times, and contacts hold up to 1e4; look at the units of both densities",
             DENSITY_RATIOS.start(),
             DENSITY_RATIOS.end()
         );

@@ -209,9 +209,8 @@ fn shortage(swarm: &Scatter, diameters: &[f64]) -> String {
     let most = if region.min.len() == 2 { "80 % in 2D" } else { "60 % in 3D" };
     format!(
         "{count} do not fit: with their gaps they would cover {:.1} % of the region, and random \
-        packings reach about {most}, less in \
-         narrow regions and where other bodies are in it: ask for fewer or smaller ones, a smaller \
-         gap or a larger region",
+        packings reach about {most}, less in narrow regions and where other bodies are in it: ask \
+        for fewer or smaller ones, a smaller gap or a larger region",
         100.0 * covered(region, diameters, *gap)
     )
 }

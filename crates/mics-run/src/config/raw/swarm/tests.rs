@@ -12,9 +12,9 @@ fn text(dimension: usize, keys: &str) -> String {
     let lids = if dimension == 3 { "bottom = \"wall\"\ntop = \"wall\"" } else { "" };
     format!(
         "name = \"box\"\ntime.end = 1.0\ndomain = {{ size = {size:?}, cells = {cells:?} }}\n\
-         fluid = {{ density = 1.0, viscosity = 0.1 }}\n{keys}\n\
-         [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\n\
-             north = \"wall\"\n{lids}"
+        fluid = {{ density = 1.0, viscosity = 0.1 }}\n{keys}\n\
+        [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\n\
+        north = \"wall\"\n{lids}"
     )
 }
 
@@ -37,8 +37,8 @@ fn three_thousand_bodies_find_their_places_in_no_time() {
     let start = crate::cpu::thread_seconds();
     let case = good(
         2,
-        "swarm = [{ count = 3000, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, \
-         diameter = { uniform = [0.01, 0.025] } }]",
+        "swarm = [{ count = 3000, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, diameter = { \
+        uniform = [0.01, 0.025] } }]",
     );
     let spent = crate::cpu::thread_seconds() - start;
     assert!(spent < 0.5, "{spent} s");
@@ -59,11 +59,10 @@ fn three_thousand_bodies_find_their_places_in_no_time() {
 
 #[test]
 fn a_swarm_is_packed_where_random_places_do_not_suffice() {
-    let keys = "particle = \
-        [{ shape = { disc = { diameter = 0.8 } }, position = [0.1, 0.5], motion = \
-            \"fixed\" }]\n\
-                swarm = [{ count = COUNT, region = { min = [0.6, 0.0], max = [1.6, 1.0] }, \
-                    diameter = 0.02, gap = 1e-4 }]";
+    let keys = "particle = [{ shape = { disc = { diameter = 0.8 } }, position = [0.1, 0.5], motion \
+        = \"fixed\" }]\n\
+        swarm = [{ count = COUNT, region = { min = [0.6, 0.0], max = [1.6, 1.0] }, diameter = \
+        0.02, gap = 1e-4 }]";
     // 47 % at random; 75 % packed; 88 % is more than discs at random can fill.
     for count in [1500, 2400] {
         let case = good(2, &keys.replace("COUNT", &count.to_string()));
@@ -87,7 +86,7 @@ fn spheres_of_two_sizes_fill_more_than_half_of_a_box_across_its_periodic_sides()
     let case = good(
         3,
         "swarm = [{ count = 1000, region = { min = [0.0, 0.0, 0.0], max = [2.0, 1.0, 1.0] }, \
-         diameter = { uniform = [0.115, 0.135] } }]",
+        diameter = { uniform = [0.115, 0.135] } }]",
     );
     let volume: f64 =
         case.particle.iter().map(|p| p.shape.diameter().powi(3)).sum::<f64>() * PI / 6.0;
@@ -101,8 +100,8 @@ fn spheres_of_two_sizes_fill_more_than_half_of_a_box_across_its_periodic_sides()
 
 #[test]
 fn a_seed_gives_the_same_places_everywhere_and_another_seed_others() {
-    let keys = "swarm = [{ count = 4, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, \
-        diameter = 0.1, seed = SEED }]";
+    let keys = "swarm = [{ count = 4, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, diameter = \
+        0.1, seed = SEED }]";
     let places = |seed: &str| {
         let case = good(2, &keys.replace("SEED", seed));
         case.particle.into_iter().map(|particle| particle.position).collect::<Vec<_>>()
@@ -121,10 +120,9 @@ fn swarms_keep_their_gap_to_walls_to_earlier_swarms_and_across_periodic_sides() 
     let case = good(
         3,
         "swarm = [{ count = 60, region = { min = [0.0, 0.0, 0.0], max = [2.0, 1.0, 1.0] }, \
-            diameter = 0.15 }, \
-         { count = 60, region = { min = [0.0, 0.0, 0.2], max = [2.0, 1.0, 0.7] }, \
-         diameter = { uniform = [0.05, 0.1] }, gap = 0.03, motion = \"fixed\", material = \
-             \"glass\" }]",
+        diameter = 0.15 }, { count = 60, region = { min = [0.0, 0.0, 0.2], max = [2.0, 1.0, 0.7] \
+        }, diameter = { uniform = [0.05, 0.1] }, gap = 0.03, motion = \"fixed\", material = \
+        \"glass\" }]",
     );
     assert_eq!(case.particle.len(), 120);
     assert!(overlap(&case).is_none());
@@ -147,8 +145,8 @@ fn swarms_keep_their_gap_to_walls_to_earlier_swarms_and_across_periodic_sides() 
 
 #[test]
 fn a_file_gives_places_and_what_else_it_names_and_the_swarm_the_rest() {
-    let keys = "swarm = [{ from = \"gravel.csv\", density = 2.0, velocity = [1.0, 0.0], \
-        locked = [\"rotation\"] }]";
+    let keys = "swarm = [{ from = \"gravel.csv\", density = 2.0, velocity = [1.0, 0.0], locked = \
+        [\"rotation\"] }]";
     let csv = "# made by hand\ndiameter, x, y, vy, spin, density\n0.1, 0.5, 0.5, -1, 3, 4\n\
         0.2,1.0,0.5,0,0,5\n";
     let case = expanded(2, keys, csv).unwrap();
@@ -163,11 +161,11 @@ fn a_file_gives_places_and_what_else_it_names_and_the_swarm_the_rest() {
 fn a_case_with_swarms_is_written_out_with_every_particle_and_reads_back_equal() {
     let typed = text(
         2,
-        "swarm = [{ count = 20, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, diameter = \
-            0.05, spin = 1.0 }]\n\
-         contact = { normal_stiffness = 1e5, pair = [{ between = [\"wall\", \"default\"], \
-             friction = 0.2 }] }\n\
-         measure = [{ name = \"end\", kind = \"position_x\", particle = 19 }]",
+        "swarm = [{ count = 20, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, diameter = 0.05, \
+        spin = 1.0 }]\n\
+        contact = { normal_stiffness = 1e5, pair = [{ between = [\"wall\", \"default\"], friction \
+        = 0.2 }] }\n\
+        measure = [{ name = \"end\", kind = \"position_x\", particle = 19 }]",
     );
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("case.toml");

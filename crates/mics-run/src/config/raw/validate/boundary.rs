@@ -67,8 +67,7 @@ fn balance(case: &Case) -> Check {
         (enters - leaves).abs() <= BALANCED * enters.max(leaves),
         format!("boundary.{name}"),
         "inflow without outflow: by the velocities that are given {} {unit} come in and {} {unit} \
-        go out; make these balance, or \
-         set {opposite} = \"outflow\"",
+        go out; make these balance, or set {opposite} = \"outflow\"",
         short(enters),
         short(leaves)
     );

@@ -129,8 +129,8 @@ fn needs_of_kind(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -
             };
             o.amplitude.iter().any(|a| *a != 0.0)
         };
-        let cure = "give it motion = \
-            { prescribed = { oscillation = { amplitude = [...], frequency = ... } } }";
+        let cure = "give it motion = { prescribed = { oscillation = { amplitude = [...], frequency \
+            = ... } } }";
         ensure!(
             swings(&case.particle[measure.particle.id()].motion),
             key("kind"),

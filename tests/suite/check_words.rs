@@ -1,0 +1,185 @@
+//! What `mics check` and a run warn of before the first step.
+
+use crate::estimates::{SPRINGS, fall, says};
+use crate::support::{mics, run, shipped};
+
+#[test]
+fn an_inflow_that_takes_the_fluid_away_is_warned_of() {
+    let case = shipped("cases/cylinder-wake/case.toml");
+    let case = case.to_str().unwrap();
+    for (inflow, warned) in [("[-1.0, 0.0]", true), ("[1.0, 0.0]", false)] {
+        let (code, said) =
+            says(&["check", case, "--set", &format!("boundary.west.inflow={inflow}")]);
+        let line =
+            said.lines().find(|line| line.contains("the inflow at west leaves the box there"));
+        assert!(code == Some(0) && line.is_some() == warned, "{said}");
+    }
+}
+
+#[test]
+fn a_fluid_without_viscosity_that_sticks_to_bodies_is_warned_of() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = fall(dir.path(), SPRINGS);
+    for (viscosity, warned) in [("0.0", true), ("0.05", false)] {
+        let (code, said) = says(&[
+            "check",
+            case.to_str().unwrap(),
+            "--set",
+            &format!("fluid.viscosity={viscosity}"),
+        ]);
+        let line = said
+            .lines()
+            .find(|line| line.starts_with("warning      without viscosity bodies hold the fluid"));
+        assert!(code == Some(0) && line.is_some() == warned, "{said}");
+    }
+}
+
+/// One stiffness holds for all: that which a body of a hundred tonnes per cubic metre asks for is
+/// costly where another one weighs what water does.
+#[test]
+fn bodies_whose_weights_are_far_apart_are_said_to_be_costly() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = dir.path().join("case.toml");
+    for (heavy, warned) in [(1e8, true), (7800.0, false)] {
+        let disc = |x: f64, density: f64| {
+            format!(
+                "[[particle]]\nshape.disc.diameter = 0.01\ndensity = {density:?}\n\
+                position = [{x:?}, 0.02]\n"
+            )
+        };
+        let text = format!(
+            "name = \"two\"\ndomain = {{ size = [0.04, 0.04], cells = [32, 32] }}\n\
+             fluid = {{ density = 1000.0, viscosity = 0.05, gravity = [0.0, -9.81] }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
+                 }}\ncontact = {{}}\n\
+             time = {{ end = 0.1 }}\n{}{}",
+            disc(0.01, heavy),
+            disc(0.03, 1100.0)
+        );
+        std::fs::write(&case, text).unwrap();
+        let (code, said) = says(&["check", case.to_str().unwrap()]);
+        let line = said
+            .lines()
+            .find(|line| line.starts_with("warning      a step in which two touch takes about "));
+        assert!(code == Some(0) && line.is_some() == warned, "{heavy} kg/m3: {said}");
+    }
+}
+
+#[test]
+fn bodies_that_overlap_at_the_start_are_warned_of() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = dir.path().join("case.toml");
+    for (second, warned) in [(0.01495, true), (0.015, false)] {
+        let disc = |y: f64| {
+            format!(
+                "[[particle]]\nshape.disc.diameter = 0.01\ndensity = 2650.0\n\
+                position = [0.02, {y:?}]\n"
+            )
+        };
+        let text = format!(
+            "name = \"two\"\ndomain = {{ size = [0.04, 0.04], cells = [32, 32] }}\n\
+             fluid = {{ density = 1000.0, viscosity = 0.05, gravity = [0.0, -9.81] }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
+                 }}\ncontact = {{}}\n\
+             time = {{ end = 0.1 }}\n{}{}",
+            disc(0.005),
+            disc(second)
+        );
+        std::fs::write(&case, text).unwrap();
+        let (code, said) = says(&["check", case.to_str().unwrap()]);
+        assert!(
+            code == Some(0) && said.contains("particles overlap at the start") == warned,
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn check_says_gravity_the_laws_of_contact_and_what_a_run_will_write() {
+    let dir = tempfile::tempdir().unwrap();
+    let laws = "contact = \
+        { friction = 0.4, restitution = 0.7, pair = [{ between = [\"ice\", \"wall\"], friction = \
+            0.02 }] }\n\
+                output.fields = { every_time = 0.1 }";
+    let case = fall(dir.path(), laws);
+    let text = std::fs::read_to_string(&case)
+        .unwrap()
+        .replace("name = \"stone\",", "name = \"stone\", material = \"ice\",");
+    std::fs::write(&case, text).unwrap();
+    let (code, said) = says(&["check", case.to_str().unwrap()]);
+    assert_eq!(code, Some(0), "{said}");
+    for part in [
+        "viscosity 1 Pa s, gravity [0.0, -9.81] m/s2",
+        "materials    ice with wall: friction 0.02, restitution 0.7",
+        "materials    all other contacts: friction 0.4, restitution 0.7, normal stiffness \"auto\"",
+        "output       into runs/fall, ",
+        "fields every 0.1 s, 9 snapshots of ",
+        "particles.csv every step, ",
+        "a checkpoint every 15 minutes",
+    ] {
+        assert!(said.contains(part), "{part} in {said}");
+    }
+    let out = dir.path().join("run");
+    run(&case, &out, &[]);
+    let fields = std::fs::read_dir(out.join("fields")).unwrap().flatten();
+    assert_eq!(
+        fields.filter(|f| f.path().extension().is_some_and(|ending| ending == "vti")).count(),
+        9
+    );
+}
+
+#[test]
+fn that_a_touch_ends_a_run_without_contacts_is_a_notice_of_its_own() {
+    let dir = tempfile::tempdir().unwrap();
+    for (more, noticed) in [("", true), (SPRINGS, false)] {
+        let (code, said) = says(&["check", fall(dir.path(), more).to_str().unwrap()]);
+        let line = said
+            .lines()
+            .find(|line| line.starts_with("notice       the case has no [contact]: the run ends"));
+        assert!(code == Some(0) && line.is_some() == noticed, "{said}");
+    }
+}
+
+#[test]
+fn a_divergence_limit_far_tighter_than_the_flow_needs_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = fall(dir.path(), SPRINGS);
+    for (limit, named) in [("1e-9", true), ("1e-5", false), ("1e-2", false)] {
+        let (code, said) = says(&[
+            "check",
+            case.to_str().unwrap(),
+            "--set",
+            &format!("pressure.divergence_limit={limit}"),
+        ]);
+        let line = said.lines().find(|line| {
+            line.starts_with("note         pressure.divergence_limit = 1e-9 1/s is tighter")
+        });
+        assert!(code == Some(0) && line.is_some() == named, "{said}");
+    }
+}
+
+/// A disc that falls beside a wall: steps of four stages are too long for the gap.
+#[test]
+fn check_warns_of_long_viscous_steps_of_a_body_beside_a_wall() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("case.toml");
+    let case = |x: f64, scheme: &str| {
+        let text = format!(
+            "name = \"beside\"\ndomain = {{ size = [0.03, 0.06], cells = [48, 96] }}\n\
+             fluid = {{ density = 1000.0, viscosity = 0.1, gravity = [0.0, -9.81] }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"periodic\", north = \
+                 \"periodic\" }}\n\
+             drive = {{ hold_mixture = true }}\ncontact = {{}}\n\
+             time = {{ end = 0.3, scheme = \"{scheme}\" }}\n\
+             particle = [{{ shape = {{ disc = {{ diameter = 0.01 }} }}, position = [{x}, 0.03], \
+             density = 1500.0 }}]\n"
+        );
+        std::fs::write(&file, text).unwrap();
+        let said = mics(&["check", file.to_str().unwrap()]);
+        assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+        String::from_utf8_lossy(&said.stdout)
+            .contains("particle 0 begins 0.320 spacings from a wall")
+    };
+    assert!(case(0.0052, "rkl2"));
+    assert!(!case(0.0052, "rk2") && !case(0.015, "rkl2"));
+}
