@@ -206,8 +206,8 @@ impl<const D: usize> Scene<D> {
         Ok(())
     }
 
-    /// Lets sides whose velocity changes with time give that of a time (s), and to faces that of the
-    /// end of the step (s). Collective.
+    /// Lets sides whose velocity changes with time give that of a time (s), and to faces that of
+    /// the end of the step (s). Collective.
     fn set_sides(&mut self, time: f64, end: f64) -> Result<()> {
         let Domain { grid, boundaries, .. } = &mut self.domain;
         if boundaries.set_time(time, end) {

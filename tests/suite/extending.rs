@@ -2,7 +2,7 @@
 //! domain, an output; a shape is added in [`ellipse`](crate::ellipse). `docs/extending.md` quotes
 //! the parts between the marks.
 
-use crate::support::{PERIODIC, SHARP, box_case, case, order, petsc, summary};
+use crate::support::{PERIODIC, SHARP, box_case, case, order, petsc, shipped, summary};
 use mics::force::Force;
 use mics::grid::SideVelocity;
 use mics::output::measure::Measure;
@@ -426,4 +426,25 @@ fn two_measures_of_a_name_and_a_case_of_another_dimension_are_refused() {
     let added = Extensions { measures: twice, ..Extensions::default() };
     let refused = run_with(&request("b"), added).unwrap_err().to_string();
     assert!(refused.contains("largest_energy"), "{refused}");
+}
+
+/// What stands in a source between the marks `// [name]` and `// [end]`, without its indentation.
+fn marked(source: &str, name: &str) -> String {
+    let (_, rest) = source.split_once(&format!("// [{name}]\n")).expect("the mark is there");
+    let (part, _) = rest.split_once("// [end]").expect("the part ends");
+    let part = part.trim_end();
+    let indent = part.len() - part.trim_start().len();
+    let lines = part.lines().map(|line| line.get(indent..).unwrap_or_default());
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn the_page_on_extending_quotes_this_file_as_it_is() {
+    let page = std::fs::read_to_string(shipped("docs/extending.md")).unwrap();
+    for name in ["run", "force", "side", "measure", "output"] {
+        let part = marked(include_str!("extending.rs"), name);
+        assert!(page.contains(&format!("```rust\n{part}\n```")), "{name} of the page differs");
+    }
+    let words = page.split_whitespace().count();
+    assert!(words <= 1200, "{words} words");
 }

@@ -105,8 +105,8 @@ impl Series {
         Ok(())
     }
 
-    /// Takes the state after a step, and what [`survey`] gives of it, of a kind that is of the whole
-    /// box.
+    /// Takes the state after a step, and what [`survey`] gives of it, of a kind that is of the
+    /// whole box.
     pub fn sample(&mut self, step: &Sample, of_box: f64) {
         let &Sample { time, bodies, .. } = step;
         let before = std::mem::replace(&mut self.before, time);
