@@ -12,6 +12,7 @@
 //! A face field along an axis is stored alike: entry `i` is the low face of cell `i`.
 
 mod boundary;
+mod ghosts;
 mod side;
 mod simd;
 

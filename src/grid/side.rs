@@ -1,7 +1,8 @@
 //! The velocity that a side of the domain gives the fluid: by place and time.
 //!
 //! ```text
-//!   ghosts in a step from t to t + dt:  u_b(x, t + dt/2)      faces at its end:  u_b.n(x, t + dt)
+//!   ghosts in a step from t to t + dt:  u_b(x, t + dt/2)
+//!   faces at its end:                   u_b.n(x, t + dt)
 //! ```
 //! Whether a side gives the velocity or the pressure shapes the pressure equation, and what slips
 //! mirrors bodies: these kinds, [`Border`], are built in. Every side that gives a velocity, those

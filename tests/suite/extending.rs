@@ -2,11 +2,14 @@
 //! domain, an output; a shape is added in [`ellipse`](crate::ellipse). `docs/extending.md` quotes
 //! the parts between the marks.
 
-use crate::support::{PERIODIC, SHARP, box_case, case, order, petsc, summary};
+use crate::allocation::count;
+use crate::modes::in_processes;
+use crate::support::{PERIODIC, SHARP, box_case, case, order, petsc, shipped, summary};
 use mics::force::Force;
 use mics::grid::SideVelocity;
 use mics::output::measure::Measure;
 use mics::output::{Output, Rows};
+use mics::petsc::Session;
 use mics::run::{Extensions, Request, run_with};
 use mics::scene::{Additions, Scene};
 use mics::{Error, Result};
@@ -353,11 +356,12 @@ impl<const D: usize> Output<D> for MomentumTable {
 // [end]
 
 /// A case of the text into a folder, to a time (s), with a force, a side, a measure and an output.
-fn run_extended(dir: &Path, out: &str, end: f64, resume: bool) -> Result<()> {
+fn run_extended(dir: &Path, out: &str, end: f64, resume: bool, bodies: &str) -> Result<()> {
     let path = dir.join("case.toml");
     let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"wall\""];
     let more = "[time]\nend = 1.0\nstep = 0.0078125\n[output]\nfigures = false\n";
-    std::fs::write(&path, box_case([1.0, 1.0], [16, 16], 0.05, sides, more)).unwrap();
+    let more = format!("{more}{bodies}");
+    std::fs::write(&path, box_case([1.0, 1.0], [24, 24], 0.05, sides, &more)).unwrap();
     // [run]
     let request = Request {
         case: path,
@@ -383,31 +387,85 @@ fn run_extended(dir: &Path, out: &str, end: f64, resume: bool) -> Result<()> {
     // [end]
 }
 
+/// A free disc beside a fixed one.
+const DISCS: &str = "[contact]\nfriction = 0.3\n\
+     [[particle]]\nshape.disc.diameter = 0.35\nposition = [0.3, 0.4]\ndensity = 1.2\n\
+     [[particle]]\nshape.disc.diameter = 0.35\nposition = [0.72, 0.6]\nmotion = \"fixed\"\n";
+
 #[test]
 fn a_run_with_all_that_is_added_goes_on_from_a_checkpoint_as_if_it_had_not_stopped() {
-    let (_petsc, dir) = (petsc(), tempfile::tempdir().unwrap());
-    let dir = dir.path();
-    let read = |out: &str, file: &str| std::fs::read_to_string(dir.join(out).join(file)).unwrap();
-    run_extended(dir, "whole", 0.5, false).unwrap();
-    run_extended(dir, "parts", 0.25, false).unwrap();
-    // What a run that was killed had written after its checkpoint.
-    let table = dir.join("parts/momentum.csv");
-    std::fs::write(&table, read("parts", "momentum.csv") + "33,0.25,9.0\n34,0.26").unwrap();
-    run_extended(dir, "parts", 0.5, true).unwrap();
-    let (whole, parts) = (read("whole", "momentum.csv"), read("parts", "momentum.csv"));
-    assert_eq!(whole, parts);
-    assert_eq!(whole.lines().count(), 1 + 65, "the head, the start and 64 steps");
-    let [whole, parts] = ["whole", "parts"].map(|out| summary(&dir.join(out)));
-    let found = whole["measures"]["largest_energy"].as_f64().unwrap();
-    println!("largest_energy = {found} {}", whole["units"]["largest_energy"]);
-    assert!(found > 1e-3 && whole["units"]["largest_energy"] == "J/kg", "{whole}");
-    assert_eq!(whole["measures"], parts["measures"]);
+    let _petsc = petsc();
+    for bodies in ["", DISCS] {
+        let dir = tempfile::tempdir().unwrap();
+        let dir = dir.path();
+        let read =
+            |out: &str, file: &str| std::fs::read_to_string(dir.join(out).join(file)).unwrap();
+        run_extended(dir, "whole", 0.5, false, bodies).unwrap();
+        run_extended(dir, "parts", 0.25, false, bodies).unwrap();
+        // What a run that was killed had written after its checkpoint.
+        let table = dir.join("parts/momentum.csv");
+        std::fs::write(&table, read("parts", "momentum.csv") + "33,0.25,9.0\n34,0.26").unwrap();
+        run_extended(dir, "parts", 0.5, true, bodies).unwrap();
+        let [whole, parts] = ["whole", "parts"].map(|out| read(out, "momentum.csv"));
+        assert_eq!(whole, parts);
+        assert_eq!(whole.lines().count(), 1 + 65, "the head, the start and 64 steps");
+        let [whole, parts] = ["whole", "parts"].map(|out| summary(&dir.join(out)));
+        let found = whole["measures"]["largest_energy"].as_f64().unwrap();
+        println!("largest_energy = {found} {}", whole["units"]["largest_energy"]);
+        assert!(found > 1e-3 && whole["units"]["largest_energy"] == "J/kg", "{whole}");
+        assert_eq!(whole["measures"], parts["measures"]);
+    }
+}
+
+fn swept(session: &Session, bodies: &str) -> Scene<2> {
+    let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"wall\""];
+    let text = box_case([1.0, 1.0], [24, 24], 0.05, sides, bodies);
+    let added = Additions {
+        forces: vec![Arc::new(Kolmogorov { strength: 2.0, wavenumber: TAU })],
+        sides: vec![("south".into(), Arc::new(Swinging { speed: 1.0, rate: TAU }))],
+        ..Additions::default()
+    };
+    Scene::extended(session, &case(&text), added).unwrap()
+}
+
+#[test]
+fn a_step_with_a_force_and_a_side_from_outside_allocates_nothing() {
+    let petsc = petsc();
+    for bodies in ["", DISCS] {
+        let mut scene = swept(&petsc.session, bodies);
+        scene.step(1e-3).unwrap();
+        let before = count();
+        (0..5).for_each(|_| _ = scene.step(1e-3).unwrap());
+        assert_eq!(count() - before, 0);
+    }
+}
+
+#[test]
+fn what_is_added_from_outside_is_the_same_on_any_number_of_ranks() {
+    let test = "extending::what_is_added_from_outside_is_the_same_on_any_number_of_ranks";
+    let said = in_processes(test, &[(1, ""), (2, ""), (4, "")], |session| {
+        let mut scene = swept(session, DISCS);
+        (0..40).for_each(|_| _ = scene.step(2e-3).unwrap());
+        let (e, free) = (&scene.state.energy, &scene.state.bodies[0]);
+        if session.rank() == 0 {
+            println!("state {:?}", [e.drive, e.fluid, e.borders, free.velocity.x, free.spin.z]);
+        }
+    });
+    let state = |said: &String| -> Vec<f64> {
+        let line = said.lines().find_map(|line| line.split("state [").nth(1)).unwrap();
+        line.trim_end_matches(']').split(", ").map(|x| x.parse().unwrap()).collect()
+    };
+    let states: Vec<Vec<f64>> = said.iter().map(state).collect();
+    println!("{states:?}");
+    for (one, many) in states.iter().skip(1).flat_map(|many| states[0].iter().zip(many)) {
+        assert!((one - many).abs() < 1e-6 * one.abs(), "{states:?}");
+    }
 }
 
 #[test]
 fn two_measures_of_a_name_and_a_case_of_another_dimension_are_refused() {
     let (_petsc, dir) = (petsc(), tempfile::tempdir().unwrap());
-    run_extended(dir.path(), "run", 0.02, false).unwrap();
+    run_extended(dir.path(), "run", 0.02, false, "").unwrap();
     let request = |out: &str| Request {
         case: dir.path().join("case.toml"),
         out: Some(dir.path().join(out)),
@@ -426,4 +484,25 @@ fn two_measures_of_a_name_and_a_case_of_another_dimension_are_refused() {
     let added = Extensions { measures: twice, ..Extensions::default() };
     let refused = run_with(&request("b"), added).unwrap_err().to_string();
     assert!(refused.contains("largest_energy"), "{refused}");
+}
+
+/// What stands in a source between the marks `// [name]` and `// [end]`, without its indentation.
+fn marked(source: &str, name: &str) -> String {
+    let (_, rest) = source.split_once(&format!("// [{name}]\n")).expect("the mark is there");
+    let (part, _) = rest.split_once("// [end]").expect("the part ends");
+    let part = part.trim_end();
+    let indent = part.len() - part.trim_start().len();
+    let lines = part.lines().map(|line| line.get(indent..).unwrap_or_default());
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn the_page_on_extending_quotes_this_file_as_it_is() {
+    let page = std::fs::read_to_string(shipped("docs/extending.md")).unwrap();
+    for name in ["run", "force", "side", "measure", "output"] {
+        let part = marked(include_str!("extending.rs"), name);
+        assert!(page.contains(&format!("```rust\n{part}\n```")), "{name} of the page differs");
+    }
+    let words = page.split_whitespace().count();
+    assert!(words <= 1200, "{words} words");
 }

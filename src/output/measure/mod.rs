@@ -1,6 +1,6 @@
 //! Measures: numbers that a run reports. Those that a case asks for are samples in time that become
-//! one number ([`Series`]; [`kinds`] has a line for each); a library's user adds others through the
-//! trait [`Measure`].
+//! one number ([`Series`]; `kinds.rs` has a line for each); a library's user adds others through
+//! the trait [`Measure`].
 
 mod kinds;
 mod series;

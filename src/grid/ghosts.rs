@@ -1,0 +1,181 @@
+//! How ghosts across one axis are set from the cells beside a border: the rules of
+//! [`boundary`](super::boundary), applied to the rows of a field.
+
+use super::{Border, GHOSTS, Grid};
+
+/// How the layers across one axis lie in a field.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Planes {
+    outer: usize,
+    pub stored: usize,
+    pub inner: usize,
+    local: usize,
+    pub ghosts: usize,
+    /// Numbers of the first row of cells and of the row after the last along each axis after this
+    /// one, and of the rows stored.
+    after: [(usize, usize, usize); 2],
+}
+
+/// Factors of the three nearest cells in the first ghost of a velocity along a border where it is
+/// given.
+const PARABOLA: [f64; 3] = [-1.4, -0.2, 0.2];
+
+/// What a ghost becomes: a given value, if there is one, and a multiple of a cell's.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rule<'a> {
+    /// The value at the border, for each position on the face, which counts twice.
+    given: Option<&'a [f64]>,
+    factor: f64,
+    /// Whether the cell is always the nearest one, and not the mirrored one.
+    nearest: bool,
+    /// How much of a parabola the first ghost continues, for each position on the face.
+    bend: Option<&'a [f64]>,
+    /// The most layers that anything reads: the stencils of the flow alone where the velocity is
+    /// given, since no probe lies beyond what is nearest to a body along its normal. A plane of
+    /// symmetry may pass through a body.
+    most: usize,
+}
+
+impl<'a> Rule<'a> {
+    /// That of a field which is mirrored, times a factor.
+    pub fn mirrored(factor: f64) -> Rule<'a> {
+        Rule { given: None, factor, nearest: false, bend: None, most: usize::MAX }
+    }
+
+    /// That of a field which has these values at the border.
+    pub fn of_values(values: &'a [f64]) -> Rule<'a> {
+        Rule { given: Some(values), ..Rule::mirrored(-1.0) }
+    }
+
+    /// That of a component of the velocity on a border normal to an axis, which has so much of the
+    /// parabola along it.
+    pub fn of_velocity<const D: usize>(
+        border: &'a Border<D>,
+        bend: &'a [f64],
+        component: usize,
+        axis: usize,
+    ) -> Rule<'a> {
+        match border {
+            Border::Velocity(value) => {
+                let bend = (component != axis && !bend.is_empty()).then_some(bend);
+                Rule { given: Some(&value[component]), bend, most: GHOSTS, ..Rule::mirrored(-1.0) }
+            }
+            Border::Slip => Rule::mirrored(if component == axis { -1.0 } else { 1.0 }),
+            Border::Outflow => Rule { nearest: true, ..Rule::mirrored(1.0) },
+        }
+    }
+}
+
+impl Planes {
+    /// Those across an axis of a grid.
+    pub fn new<const D: usize>(grid: &Grid<D>, axis: usize) -> Planes {
+        let inner = grid.stride[axis];
+        let total: usize = grid.stored.iter().product();
+        let after = [axis + 1, axis + 2].map(|b| {
+            if b < D {
+                (grid.ghosts, grid.ghosts + grid.local[b], grid.stored[b])
+            } else {
+                (0, 1, 1)
+            }
+        });
+        Planes {
+            after,
+            outer: total / (inner * grid.stored[axis]),
+            stored: grid.stored[axis],
+            inner,
+            local: grid.local[axis],
+            ghosts: grid.ghosts,
+        }
+    }
+
+    /// The blocks whose ghosts count: those of other axes' ghosts are set with these axes, which
+    /// come later.
+    fn blocks(&self) -> impl Iterator<Item = usize> + use<> {
+        let [(first, last, stored), (low, high, _)] = self.after;
+        (low..high).flat_map(move |outer| (first..last).map(move |block| outer * stored + block))
+    }
+
+    /// Sets the first `layers` of ghosts of a field on the sides that have a rule.
+    pub fn set_ghosts(&self, layers: usize, rules: [Option<Rule>; 2], field: &mut [f64]) {
+        let (low, high, inner) = (self.ghosts, self.ghosts + self.local, self.inner);
+        let block_length = self.stored * inner;
+        for block in self.blocks() {
+            let field = &mut field[block * block_length..][..block_length];
+            for (side, rule) in rules.iter().enumerate() {
+                let Some(Rule { given, factor, nearest, bend, most }) = *rule else { continue };
+                let given = given.map(|given| &given[block * inner..][..inner]);
+                if let (Some(bend), Some(given)) = (bend, given) {
+                    self.continue_parabola(side, given, &bend[block * inner..][..inner], field);
+                }
+                for depth in usize::from(bend.is_some())..layers.min(most) {
+                    let (ghost, mirror) = if side == 0 {
+                        (low - 1 - depth, low + depth)
+                    } else {
+                        (high + depth, high - 1 - depth)
+                    };
+                    let cell = if nearest { [low, high - 1][side] } else { mirror };
+                    if inner == 1 {
+                        let own = factor * field[cell];
+                        field[ghost] = given.map_or(own, |given| 2.0 * given[0] + own);
+                        continue;
+                    }
+                    let (below, above) = field.split_at_mut(ghost.max(cell) * inner);
+                    let (ghosts, cells) = if side == 0 {
+                        (&mut below[ghost * inner..][..inner], &above[..inner])
+                    } else {
+                        (&mut above[..inner], &below[cell * inner..][..inner])
+                    };
+                    let pairs = ghosts.iter_mut().zip(cells);
+                    match given {
+                        Some(given) => pairs
+                            .zip(given)
+                            .for_each(|((g, c), given)| *g = 2.0 * given + factor * c),
+                        None => pairs.for_each(|(g, c)| *g = factor * c),
+                    }
+                }
+            }
+        }
+    }
+
+    /// Sets the first ghosts of a block from the velocity given at the border and the three nearest
+    /// cells.
+    fn continue_parabola(&self, side: usize, given: &[f64], bend: &[f64], field: &mut [f64]) {
+        let inner = self.inner;
+        let border = (self.ghosts + if side == 0 { 0 } else { self.local }) * inner;
+        let (below, above) = field.split_at_mut(border);
+        let row = |cells: &'_ [f64], n: usize| -> std::ops::Range<usize> {
+            let from = if side == 0 { n * inner } else { cells.len() - (n + 1) * inner };
+            from..from + inner
+        };
+        let (ghosts, cells): (&mut [f64], &[f64]) =
+            if side == 0 { (below, above) } else { (above, below) };
+        let ghosts = if side == 0 {
+            let from = ghosts.len() - inner;
+            &mut ghosts[from..]
+        } else {
+            &mut ghosts[..inner]
+        };
+        let [near, next, third] = [0, 1, 2].map(|n| &cells[row(cells, n)]);
+        let [a, b, c] = PARABOLA;
+        for (i, ((ghost, given), bend)) in ghosts.iter_mut().zip(given).zip(bend).enumerate() {
+            let parabola = (1.0 - a - b - c) * given + (a * near[i] + b * next[i] + c * third[i]);
+            let straight = 2.0 * given - near[i];
+            *ghost = straight + bend * (parabola - straight);
+        }
+    }
+
+    /// Calls `set(position on the face, border face, next face inside)` with a field's indices.
+    pub fn for_faces(&self, side: usize, mut set: impl FnMut(usize, usize, usize)) {
+        let (face, inside) = if side == 0 {
+            (self.ghosts, self.ghosts + 1)
+        } else {
+            (self.ghosts + self.local, self.ghosts + self.local - 1)
+        };
+        for block in 0..self.outer {
+            for i in 0..self.inner {
+                let at = |layer: usize| (block * self.stored + layer) * self.inner + i;
+                set(block * self.inner + i, at(face), at(inside));
+            }
+        }
+    }
+}
