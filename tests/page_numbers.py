@@ -171,7 +171,7 @@ def printed(test, pattern):
 
 def set_off(runs):
     """How far the first acceleration of discs of all densities is from theory at worst on 8, 16, 32 cells, in percent."""
-    test = "discs_of_every_density_are_set_off_with_the_added_mass"
+    test = "set_off_with"
     eight = printed(test, "a/g #, # % of")(runs)[1::2]
     finer = printed(test, "# % on 16 cells, # % on 32")(runs)
     return [max(map(abs, values)) for values in (eight, finer[::2], finer[1::2])]
