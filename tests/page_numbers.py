@@ -1,6 +1,7 @@
 """Compares numbers of the pages with fresh runs.
 
-1. A table that a study makes stands below a line `<!-- mics study FILE -->`. Its columns are some of those of the study's study.md, in
+1. A table that a study makes stands below a line `<!-- mics study FILE -->`, one of a script below `<!-- cases/NAME/SCRIPT OPTIONS -->`
+   (with --full only). Its columns are some of those of the study's study.md, in
    their order there. A number has moved where it differs by more than 0.5 % of itself, a percentage by more than 0.1; where the table of
    the page has other columns than there are, or other rows, that is said. --write writes these tables.
 2. What is typed beside its command is in CLAIMS: the page's own words, with # for each number, and where these come from. A number has moved
@@ -15,12 +16,13 @@ themselves), of tests that print none (they hold them by their bounds), medians 
 import csv
 import json
 import math
+import os
 import re
 import subprocess
 import sys
 from pathlib import Path
 
-MARK = re.compile(r"^<!-- mics study (\S+) -->\n+((?:\|.*\n)+)", re.M)
+MARK = re.compile(r"^<!-- (?:mics study )?(cases/\S+(?: --\S+)*) -->\n+((?:\|.*\n)+)", re.M)
 NUMBER = r"([-+]?\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?)"
 
 
@@ -46,6 +48,13 @@ class Runs:
         call = lambda: subprocess.run([self.mics, "study", file, "--out", folder], check=True, stdout=subprocess.DEVNULL)
         self.once(file, call)
         return folder
+
+    def script(self, command):
+        """What a script beside a case prints."""
+        words = command.split()
+        out = self.out.absolute() / re.sub(r"[^\w.-]+", "-", command)
+        call = lambda: subprocess.run([words[0], out, *words[1:]], capture_output=True, text=True, env={**os.environ, "MICS": str(self.mics)}).stdout
+        return self.once(command, call)
 
     def rows(self, file):
         """A study's rows, numbers as numbers."""
@@ -349,9 +358,11 @@ def cells(line):
     return [cell.strip() for cell in line.strip().strip("|").split("|")]
 
 
-def fresh(runs, study):
-    """Header and rows of a study's study.md."""
-    header, _, *rows = [line for line in (runs.study(study) / "study.md").read_text().splitlines() if line.startswith("|")]
+def fresh(runs, source):
+    """Header and rows of a study's study.md, or of the first table that a script prints."""
+    text = (runs.study(source) / "study.md").read_text() if source.endswith(".toml") else runs.script(source)
+    first = re.search(r"(?:^\|.*\n)+", text, re.M)
+    header, _, *rows = first[0].splitlines() if first else ["||", ""]
     return cells(header), [cells(row) for row in rows]
 
 
@@ -376,14 +387,14 @@ def moved(old, new):
     return abs(a - b) > (0.1 if old.endswith("%") else max(0.005 * abs(a), 1e-9))
 
 
-def compare_tables(runs, some, write):
-    """How many tables of studies there are in the pages of cases, and what has moved in them."""
+def compare_tables(runs, some, write, scripts):
+    """How many tables of studies, and of scripts if wanted, there are in the pages of cases, and what has moved in them."""
     news, count = [], 0
     for page in sorted(Path("cases").glob("*/README.md")):
         text = page.read_text()
         for match in list(MARK.finditer(text)):
             study, lines = match[1], match[2].splitlines()
-            if some and study not in some:
+            if (some and study not in some) or not (scripts or study.endswith(".toml")):
                 continue
             count += 1
             there, rows = fresh(runs, study)
@@ -445,7 +456,7 @@ def main(mics, out, options):
     flags = {"--write", "--quick", "--full"} & set(options)
     some = [name for name in options if name not in flags]
     runs = Runs(mics, out)
-    tables, news = (0, []) if "--quick" in flags else compare_tables(runs, some, "--write" in flags)
+    tables, news = (0, []) if "--quick" in flags else compare_tables(runs, some, "--write" in flags, "--full" in flags)
     if "--write" in flags:
         print(f"{tables} tables written, {len(news)} rows had moved", *news, sep="\n")
         return 0 if tables else 1
