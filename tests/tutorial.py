@@ -1,6 +1,6 @@
 """Runs the commands of a page such as docs/tutorial.md and compares what they print.
 
-Blocks of TOML that begin with `# NAME.toml` are written as files; in blocks of `console` each line that begins with `$ ` is run, and
+Blocks of TOML and Python that begin with `# NAME.toml` or `# NAME.py` are written as files; in blocks of `console` each line that begins with `$ ` is run, and
 the lines below it have to come in its output, in that order. `...` stands for any lines. Words are compared as they are, numbers
 to 2 %, and those of lines that speak of time or memory not at all.
 """
@@ -11,6 +11,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+SUFFIXES = {"toml": ".toml", "python": ".py"}
 NUMBER = re.compile(r"-?\d+(?:[.,]\d+)*(?:e[-+]?\d+)?")
 CHANGES = re.compile(r" ms a step|steps/s|\bMB\b|\bCPU s|ns per cell|us per cell|^cost |^[a-z]+ +\d+\.\d( +\d+\.\d %)?$")
 
@@ -48,7 +49,7 @@ def main(page, mics, folder):
     os.environ["PATH"] = f"{mics.parent}:{os.environ['PATH']}"
     wrong, count = [], 0
     for language, lines in blocks(page.read_text()):
-        if language == "toml" and lines[0].startswith("# ") and lines[0].endswith(".toml"):
+        if language in SUFFIXES and lines[0].startswith("# ") and lines[0].endswith(SUFFIXES[language]):
             (folder / lines[0][2:]).write_text("\n".join(lines) + "\n")
         if language != "console":
             continue
