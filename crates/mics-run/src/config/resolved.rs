@@ -30,7 +30,7 @@ pub struct Case {
     pub drive: Option<Drive>,
     /// How fluid and particles meet.
     pub coupling: Coupling,
-    /// How bodies meet each other and the walls; without it they do not feel each other.
+    /// How bodies meet each other and the walls; without it a touch ends the run.
     pub contact: Option<Contact>,
     /// Time stepping.
     pub time: Time,
@@ -167,7 +167,7 @@ pub enum Motion {
     },
     /// It rests.
     Fixed,
-    /// It moves as told, whatever the forces.
+    /// Its motion is given.
     Prescribed {
         /// Velocity of its centre (m/s).
         velocity: Vec<f64>,
@@ -222,7 +222,7 @@ pub struct Pair {
 pub struct PairLaw {
     /// Normal force over depth^exponent (N/m^exponent), or that the impacts to be expected say it.
     pub normal_stiffness: Stiffness,
-    /// Power of the depth in the normal force.
+    /// Power of the overlap in the normal force.
     pub exponent: f64,
     /// Tangential over normal stiffness.
     pub tangential_ratio: f64,

@@ -38,10 +38,10 @@ pub enum Side {
     Slip,
     /// No slip, moving in its own plane with this velocity (m/s).
     MovingWall(Vec<f64>),
-    /// This velocity (m/s), uniform over the face. Where the case has `[contact]`, inflows stop
-    /// free particles as a grate does: they lie on it, with no film between.
+    /// This velocity (m/s), uniform over the face. With `[contact]` free particles rest on it as on
+    /// a grate, without lubrication.
     Inflow(Vec<f64>),
-    /// A parabola that vanishes at the face's edges, with this velocity (m/s) at its middle.
+    /// A parabola, zero at the face's edges, with this velocity (m/s) at its middle.
     InflowParabola(Vec<f64>),
     /// Velocity along the face's first tangential axis, linear between the points given.
     InflowProfile(Profile),

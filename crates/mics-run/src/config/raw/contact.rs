@@ -19,28 +19,25 @@ const LEAST_RESTITUTION: f64 = 1e-3;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
-    /// Normal spring: force over depth^exponent (N/m^exponent), positive, or "auto", the default:
-    /// as stiff as the fastest impact to be expected needs to stop within 1 % of the smallest
-    /// diameter and 0.1 spacing.
+    /// Normal stiffness (N/m^exponent), positive, or "auto", the default: the fastest expected
+    /// impact stops within 1 % of the smallest diameter and 0.1 spacing.
     #[serde(default)]
     pub normal_stiffness: Stiffness,
-    /// Height of the asperities of the surfaces (m), zero or positive: the fluid in a gap resists
-    /// as if no gap were narrower. Default 2e-4 of the smallest radius, about that of polished
-    /// beads.
+    /// Height of asperities (m), zero or positive: lubrication sees no narrower gap. Default 2e-4
+    /// of the smallest radius, as of polished beads.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roughness: Option<f64>,
-    /// Power of the depth in the normal force, from 1 (linear) to 3; 1.5 is Hertz's. Default 1.
+    /// Power of the overlap in the normal force, 1 (linear) to 3; 1.5 is Hertz's.
     #[serde(default = "linear")]
     pub exponent: f64,
-    /// Tangential over normal stiffness, zero or positive; default 2/7.
+    /// Tangential over normal stiffness, zero or positive.
     #[serde(default = "two_sevenths")]
     pub tangential_ratio: f64,
-    /// Coulomb's coefficient of friction, zero or positive; default 0.
+    /// Coulomb's coefficient of friction, zero or positive.
     #[serde(default)]
     pub friction: f64,
-    /// Resistance to rolling: the normal force acts with this lever, of the reduced radius of the
-    /// two, against what rolls (Ai et al. 2011, their elastic-plastic spring and dashpot); zero or
-    /// positive, default 0. It needs friction to roll at all.
+    /// Resistance to rolling: lever of the normal force over the reduced radius (Ai et al. 2011,
+    /// elastic-plastic spring and dashpot); zero or positive. It needs friction.
     #[serde(default)]
     pub rolling_friction: f64,
     /// Speed after over speed before a normal impact, from 0.001 to 1; default 0.5 without
@@ -75,7 +72,7 @@ pub struct Damping {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a stiffness is \"auto\" or a number (N/m^exponent)")]
 pub enum Stiffness {
-    /// As the impacts to be expected need it.
+    /// By the expected impacts.
     #[default]
     #[serde(serialize_with = "write_auto", deserialize_with = "read_auto")]
     #[schemars(with = "Auto")]
@@ -136,13 +133,12 @@ pub enum TangentialDamping {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pair {
-    /// Two names of materials, in any order: a particle's, `default` (particles without one), or
-    /// `wall` (the boundaries).
+    /// Two materials in any order: a particle's, `default` (particles without one), or `wall`.
     pub between: Vec<String>,
     /// Normal spring (N/m^exponent).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal_stiffness: Option<f64>,
-    /// Power of the depth in the normal force.
+    /// Power of the overlap in the normal force.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exponent: Option<f64>,
     /// Tangential over normal stiffness.

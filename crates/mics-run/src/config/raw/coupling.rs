@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Coupling {
-    /// How the wall of a particle acts on the fluid.
+    /// How the surface of a particle acts on the fluid.
     #[serde(default)]
     pub wall: WallRule,
     /// How the volume fractions are found.
@@ -30,15 +30,15 @@ pub struct Coupling {
     pub gradient: GradientRule,
 }
 
-/// How the wall of a particle acts on the fluid.
+/// How the surface of a particle acts on the fluid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum WallRule {
-    /// Where it is: open parts of faces in the pressure equation, the profile of the flow continued
-    /// into the particle.
+    /// Sharp-interface immersed boundary: apertures of faces in the pressure equation, ghost cells
+    /// inside the particle.
     #[default]
     Sharp,
-    /// By mixing its motion into every cell that it touches, (27).
+    /// The paper's mixing of its motion into every cell that it touches, (27).
     Mixing,
 }
 
@@ -49,8 +49,7 @@ pub enum FractionRule {
     /// The exact overlap of disc (sphere) and cell.
     #[default]
     Exact,
-    /// The paper's polygon through the crossings of circle and grid, its missing area spread over
-    /// the cut cells; 2D.
+    /// The paper's polygon through the crossings of circle and grid; 2D.
     Polygon,
 }
 
@@ -65,14 +64,14 @@ pub enum ForceRule {
     Literal,
 }
 
-/// Where the third term of (27), the rotation of a particle, enters the mixing.
+/// Where the rotation of a particle, the third term of (27), enters the mixing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RotationRule {
     /// In all cells of the particle.
     #[default]
     All,
-    /// In the cells that its boundary cuts only, as printed.
+    /// In the cells that its surface cuts, as printed.
     Boundary,
 }
 

@@ -9,21 +9,19 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Drive {
-    /// A force on the fluid (N/m3), a number for each axis; bodies feel what the fluid does to
-    /// them, and no more.
+    /// A force on the fluid only (N/m3), a number for each axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force: Option<Vec<f64>>,
-    /// `fluid.gravity` acts on the fluid as well, along the axes that are periodic: a slope. Along
-    /// the others the fluid's weight is its hydrostatic pressure, which is left out as ever.
+    /// `fluid.gravity` drives the fluid along periodic axes: a slope. Along others the hydrostatic
+    /// pressure carries it.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub gravity: bool,
-    /// The mean velocity of everything in the box (m/s), fluid and bodies, along a periodic axis:
-    /// the gradient of the pressure that holds it is found in every step.
+    /// Mean velocity of fluid and bodies along a periodic axis (m/s), held by a pressure gradient
+    /// found in every step.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mean_velocity: Option<MeanVelocity>,
-    /// Fluid and free bodies together feel no net force along the periodic axes: the gradient of
-    /// the pressure that carries the weight of the bodies. Without it, a periodic box of falling
-    /// bodies accelerates as a whole.
+    /// A pressure gradient carries the weight of the free bodies along periodic axes. Without it a
+    /// periodic box of falling bodies accelerates as a whole.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub hold_mixture: bool,
 }
@@ -34,8 +32,7 @@ pub struct Drive {
 pub struct MeanVelocity {
     /// Its axis.
     pub axis: Axis,
-    /// The velocity (m/s): the flow rate over the whole cross-section of the box, of bodies and
-    /// walls of bodies as well.
+    /// The velocity (m/s): flow rate, bodies included, over the whole cross-section of the box.
     pub value: f64,
 }
 

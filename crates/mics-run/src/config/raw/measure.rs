@@ -14,38 +14,35 @@ pub struct Measure {
     pub name: String,
     /// What is measured.
     pub kind: MeasureKind,
-    /// Of which particle: its number in the case, from 0, or its name; default the first.
+    /// Its particle: number in the case, from 0, or name; default the first.
     #[serde(default)]
     pub particle: Which,
-    /// Of which particles, where the kind is of several: numbers, from 0, and names, of which one
-    /// may be that of many; default all.
+    /// Its particles, for kinds of several: numbers and names; default all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub particles: Option<Vec<Which>>,
-    /// Along which axis, where the kind is of the whole box; default that of the drive or of the
-    /// stream, of `bed_height` that of gravity.
+    /// Its axis, for kinds of the whole box; default that of the drive or the stream, of
+    /// `bed_height` gravity's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis: Option<Axis>,
-    /// Of which part of the box, for `solid_fraction`; default all of it.
+    /// Part of the box, for `solid_fraction`; default all of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Region>,
-    /// From which solid fraction on `bed_height` counts a layer, default 0.1.
+    /// Least solid fraction of a layer for `bed_height`, default 0.1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub threshold: Option<f64>,
-    /// The direction that a force is taken along, of any length. Default: of drag, `force` and
-    /// `force_noise` along the stream, of lift and Strouhal numbers across it: in 2D the stream
-    /// turned by +90 degrees, in 3D the axis after the stream's (x, y, z, x); of `lift_magnitude`
-    /// the direction is the stream's, and what counts is across it. The stream is the inflow, the
-    /// initial velocity or a moving wall, less a prescribed particle's velocity; without any it is
-    /// along a swing, or past a free particle that gravity pulls.
+    /// Direction of a force, of any length; of `lift_magnitude` that of the stream. Default: drag,
+    /// `force` and `force_noise` along the stream; lift and Strouhal numbers across it, in 2D
+    /// turned by +90 degrees, in 3D the next axis (x, y, z, x). The stream is the inflow, the
+    /// initial velocity or a moving wall, less a prescribed velocity; otherwise it is along an
+    /// oscillation or gravity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction: Option<Vec<f64>>,
     /// From this time on (s).
     #[serde(default)]
     pub from: f64,
-    /// When, for a place, a velocity or a spin: at a time (s), `when = { time = 0.5 }`, as the
-    /// particle's centre first passes a coordinate (m), `when = { y = 0.075 }`, or as it first
-    /// touches something, as `contact_start` says it, `when = "contact"`. Without it a place is
-    /// that of the end, and a velocity or a spin the mean.
+    /// Moment of a place, velocity or spin: `{ time = 0.5 }` (s), `{ y = 0.075 }` as the centre
+    /// first passes there (m), or `"contact"`. Default: a place at the end, the mean of a velocity
+    /// or spin.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub when: Option<When>,
     /// Reference speed (m/s), default the inflow's.
@@ -54,14 +51,13 @@ pub struct Measure {
     /// Which force, default the coupling's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<ForceRule>,
-    /// What the value ought to be: a number, or a band `[low, high]`. It is of the flow that the
-    /// file describes: where `--set` changes the box's size, the fluid, its sides, its start or
-    /// the particles, it is dropped. The band of a particle's position is drawn with its path by
-    /// `mics plot`, under the name of its source.
+    /// Expected value: a number, or a band `[low, high]`. Dropped where `--set` changes the box's
+    /// size, the fluid, the boundaries, the start or the particles. `mics plot` draws the band of a
+    /// position beside the path.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<Reference>,
-    /// How far from the reference still passes, as a part of it (0.02 is 2 %); of a band, as a part
-    /// of its middle and beyond its ends, default 0.
+    /// Allowed difference as a part of the reference (0.02 is 2 %); of a band beyond its ends, as a
+    /// part of its middle; default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
     /// Where the reference is from.
@@ -98,13 +94,13 @@ impl Default for Which {
 pub enum When {
     /// At the end of the first step in which the particle touches another or a wall.
     Contact,
-    /// As the particle's centre first passes this x (m), interpolated between two steps.
+    /// As the particle's centre first passes this x (m).
     X(f64),
     /// As it first passes this y (m).
     Y(f64),
     /// As it first passes this z (m), 3D only.
     Z(f64),
-    /// At this time (s), interpolated between two steps.
+    /// At this time (s).
     Time(f64),
 }
 

@@ -16,8 +16,7 @@ pub enum MeasureKind {
     LiftCoefficient,
     /// Largest force across the stream, as a coefficient.
     LiftCoefficientMax,
-    /// Mean of the size of all of the force across the stream, or across `direction`, as a
-    /// coefficient.
+    /// Mean magnitude of the force across the stream, or across `direction`, as a coefficient.
     LiftMagnitude,
     /// Mean of the force by the fluid on all of `particles` together, along the stream or
     /// `direction` (N, in 2D N/m).
@@ -28,21 +27,19 @@ pub enum MeasureKind {
     LiftAmplitude,
     /// `f d/speed` of the lift, from its upward crossings of the mean.
     Strouhal,
-    /// `C_D` of Morison's formula for a particle with a prescribed oscillation: the force along it
-    /// is fitted, by least squares over time, by `F = -C_D 0.5 rho_f S |U| U - C_M rho_f V dU/dt`,
-    /// U the particle's velocity along it, S and V its frontal area and its volume (2D: d and pi
-    /// d^2/4 per unit depth). The force is a mean over each step: U is taken at its middle.
+    /// `C_D` of Morison's formula for an oscillating particle, a least-squares fit of `F = -C_D 0.5
+    /// rho_f S |U| U - C_M rho_f V dU/dt`: U its velocity, S and V its frontal area and volume (2D:
+    /// d and pi d^2/4 per unit depth).
     MorisonDrag,
     /// `C_M` of the same fit: 1 for a disc in an unbounded inviscid fluid.
     MorisonInertia,
-    /// What the same fit leaves of the force: its root mean square over that of the force.
+    /// Root mean square of the residual of that fit, over that of the force.
     MorisonResidual,
     /// Root mean square of the force along the stream about its least-squares quadratic in time,
-    /// over its mean; steps weigh as much as they are long. Of a particle that moves steadily
-    /// through the grid it is noise.
+    /// over its mean, weighted by the steps: the noise of a particle that moves steadily over the
+    /// grid.
     ForceNoise,
-    /// Largest speed of the fluid over the domain and over time (m/s); cells that particles fill by
-    /// more than half do not count.
+    /// Largest speed of the fluid over domain and time (m/s), in cells at most half solid.
     MaxSpeed,
     /// Least velocity along x on the line x = size/2 at the end (m/s), by a parabola through three
     /// cells; 2D only.
@@ -51,13 +48,11 @@ pub enum MeasureKind {
     MidlineVLeast,
     /// Largest velocity along y on the line y = size/2 at the end (m/s); 2D only.
     MidlineVLargest,
-    /// Largest speed of the particle's centre from `from` on (m/s), whatever makes it: at a start,
-    /// in a fall or by an impact.
+    /// Largest speed of the particle's centre from `from` on (m/s), steady or not.
     #[serde(alias = "terminal_velocity")]
     LargestSpeed,
-    /// Speed of a steady fall (m/s): the mean over that quarter of the particle's way, from `from`
-    /// on, over which its speed changes least. The end of the run says whether it is steady there,
-    /// within 1 %.
+    /// Speed of a steady fall (m/s): the mean over the quarter of the way, from `from` on, where
+    /// the speed changes least, with a remark whether it is steady within 1 %.
     TerminalSpeed,
     /// x of the particle's centre at the end, or `when` (m).
     PositionX,
@@ -73,46 +68,43 @@ pub enum MeasureKind {
     VelocityZ,
     /// Mean of the particle's angular velocity about z, or that `when` (rad/s).
     Spin,
-    /// First time at which the particle touches another or a wall, or in a viscous fluid comes as
-    /// near as `contact.roughness` (s).
+    /// First contact of the particle with a body or wall (s); in a viscous fluid a gap of
+    /// `contact.roughness`.
     ContactStart,
     /// Mean height of `particles` at the end, against gravity and above the lowest centre of all
     /// (m).
     MeanHeight,
-    /// Mean rank of `particles` at the end in the order of all heights against gravity: 1 is the
-    /// lowest.
+    /// Mean rank of `particles` at the end by height against gravity; 1 is the lowest.
     HeightRank,
     /// Fastest of the centres of `particles` at the end (m/s).
     FastestParticle,
-    /// Deepest overlap of two bodies in contact, or of one and a wall, over time (m).
+    /// Deepest overlap of a contact over time (m).
     LargestOverlap,
     /// Mean speed of the centres of `particles` (m/s), and over time.
     MeanSpeed,
     /// Root mean square of the speeds of the centres of `particles` (m/s); its mean over time.
     RmsSpeed,
-    /// Volume of `particles` that passes through a cross-section of the box (m3/s; m2/s in 2D):
-    /// `sum V v/L` along `axis`, L the length of the box; its mean over time.
+    /// Mean volume rate of `particles` through a cross-section (m3/s; m2/s in 2D): `sum V v/L`
+    /// along `axis`, L the length of the box.
     TransportRate,
-    /// Mean over time of the fluid's velocity along `axis` over the whole box, bodies counted as
-    /// nothing (m/s).
+    /// Mean over time of the fluid's velocity along `axis` over the whole box, zero in bodies
+    /// (m/s).
     SuperficialVelocity,
-    /// Mean over time of the volume, fluid and bodies, that flows through a cross-section of the
-    /// box along `axis` (m3/s; m2/s in 2D).
+    /// Mean over time of the flow rate of fluid and bodies along `axis` (m3/s; m2/s in 2D).
     FlowRate,
-    /// Mean over time of the fall of the pressure from the low to the high end of the box along
-    /// `axis`, a drive's with it (Pa).
+    /// Mean over time of the pressure drop over the box along `axis`, the drive included (Pa).
     PressureDrop,
     /// Mean over time of the force of the drive on the fluid along `axis` (N/m3).
     DriveForce,
     /// Mean over time of the solid fraction of `region`.
     SolidFraction,
-    /// Mean over time of the height at which the solid fraction of layers of cells falls to
-    /// `threshold`, over the low end of the box (m).
+    /// Mean over time of the height, over the low end of the box, at which the solid fraction of
+    /// layers falls to `threshold` (m).
     BedHeight,
     /// Mean over time of the kinetic energy of the fluid (J; per metre of depth in 2D).
     FluidEnergy,
-    /// Largest rate at which the fluid loses kinetic energy, per mass of what would fill the box
-    /// (m2/s3), from step to step.
+    /// Largest rate of loss of the fluid's kinetic energy over a step, per mass of the fluid that
+    /// fills the box (m2/s3).
     Dissipation,
     /// When that is (s).
     DissipationTime,

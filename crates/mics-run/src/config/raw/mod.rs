@@ -62,20 +62,19 @@ pub struct Case {
     /// Bodies, one by one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub particle: Vec<Particle>,
-    /// Many bodies at once; reading the case turns them into entries of `particle` and leaves none
-    /// here.
+    /// Many bodies at once; they become entries of `particle`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub swarm: Vec<Swarm>,
     /// The fluid at time 0.
     #[serde(default)]
     pub initial: Initial,
-    /// What moves the fluid besides its boundaries; default nothing.
+    /// What drives the fluid besides its boundaries; default nothing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive: Option<Drive>,
     /// How fluid and particles meet.
     #[serde(default)]
     pub coupling: Coupling,
-    /// How bodies meet each other and the walls; without it they do not feel each other.
+    /// How bodies meet each other and the walls; without it a touch ends the run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<Contact>,
     /// Time stepping.
@@ -176,8 +175,8 @@ fn length(v: &[f64]) -> f64 {
 pub struct Domain {
     /// Edge lengths (m); two numbers make a 2D case, three a 3D one.
     pub size: Vec<f64>,
-    /// Cells along each edge; at least 6, and with sharp walls around bodies 7 where they are as
-    /// long as wide, and up to 11 where not.
+    /// Cells along each edge; at least 6, beside bodies 7, and up to 11 where cells are longer than
+    /// wide.
     pub cells: Vec<usize>,
 }
 
@@ -198,31 +197,29 @@ pub struct Fluid {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Initial {
-    /// The folder of another run that has ended, as in "runs/settled": the bodies in its flow as
-    /// they were then come before the case's own, and its flow goes on; bodies that waited there to
-    /// come in stay behind. On the same grid, with the same bodies and walls, everything that lasts
-    /// is taken over, contacts and pressure with it; else the velocity is interpolated. Boundaries,
-    /// drive, materials and fluid are those of this case.
+    /// The folder of a run that has ended: its bodies come first, before the case's own, and its
+    /// flow goes on. On the same grid with the same bodies and walls contacts and pressure go on
+    /// too; otherwise the velocity is interpolated. Boundaries, drive, materials and fluid are
+    /// those of this case.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
-    /// Whether the bodies of that run are among the particles of this file already, as in the
-    /// case.toml that a run writes; default no.
+    /// Whether this file lists the bodies of that run already, as the case.toml of a run does;
+    /// default no.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub listed: bool,
     /// How many particles that run has brought along.
     #[serde(skip)]
     pub inherited: usize,
-    /// Uniform velocity (m/s); default the inflow's (of its middle, where it has a profile), or
-    /// rest.
+    /// Uniform velocity (m/s); default the inflow's, of a profile that of its middle, or rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<Vec<f64>>,
-    /// Largest speed (m/s) of a vortex of Taylor and Green (1937) that is added, a period of it in
-    /// the box: `u = V sin X cos Y cos Z, v = -V (Ly/Lx) cos X sin Y cos Z`, X = 2 pi x/Lx and so
-    /// on, without Z in 2D. All sides periodic. Default none.
+    /// Largest speed V (m/s) of an added Taylor-Green vortex (1937) in a periodic box, default
+    /// none: `u = V sin X cos Y cos Z, v = -V (Ly/Lx) cos X sin Y cos Z`, X = 2 pi x/Lx, without Z
+    /// in 2D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub taylor_green: Option<f64>,
-    /// Amplitude (m/s) of a reproducible pseudo-random disturbance of every cell, made
-    /// divergence-free by the first step; it breaks the symmetry of a wake. Default none.
+    /// Amplitude (m/s) of a reproducible random disturbance of every cell, which breaks the
+    /// symmetry of a wake. Default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub perturbation: Option<f64>,
 }
@@ -236,24 +233,23 @@ pub struct Time {
     /// A fixed step (s), refused where it breaks a stability limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step: Option<f64>,
-    /// Steps from this Courant number, sum over axes of |u| dt/h, and from the other limits;
-    /// default 0.4 (0.8 for rkl3, 0.2 for Euler steps with upwind advection).
+    /// Courant number of a step, sum over axes of |u| dt/h; default 0.4 (0.8 for rkl3, 0.2 for
+    /// euler with upwind advection).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cfl: Option<f64>,
-    /// The time scheme; default rkl3, rkl2 where particles move, and rk2 where they are mixed in.
+    /// The time scheme; default rkl3, rkl2 where particles move, rk2 with the mixture method.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scheme: Option<Scheme>,
-    /// The most stages that a step of rkl2 or rkl3 takes, 3 to 50, with which viscosity binds it
-    /// 2.5 (3), 4.5 (4), 10 (6), 17.5 (8), 27 (10) times less than with two; default 10, beside
-    /// fixed particles 8, and 4 where particles move.
+    /// Most stages of a step of rkl2 or rkl3, 3 to 50; default 10, beside fixed particles 8, where
+    /// particles move 4.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_stages: Option<usize>,
     /// The advection scheme.
     #[serde(default)]
     pub advection: Advection,
-    /// How much of the upwinding there is of `upwind5`, from 0 (central differences of sixth order)
-    /// to 1, the default. Less damps the smallest eddies of a turbulent flow less, and leaves waves
-    /// of the size of the grid where they are not resolved; below 1 with `scheme = "rk3"` alone.
+    /// Share of the upwinding of `upwind5`, from 0 (sixth-order central differences) to 1, the
+    /// default. Less damps small eddies less, and leaves unresolved waves; below 1 with `scheme =
+    /// "rk3"` only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub upwinding: Option<f64>,
 }
@@ -268,11 +264,11 @@ pub enum Scheme {
     Rk2,
     /// Three stages, stable at larger steps; second order with the projection.
     Rk3,
-    /// Second order: the two stages of rk2, or, where viscosity binds a step more than the flow
-    /// does, as many Runge-Kutta-Legendre stages as it needs. Without bodies, or with sharp walls.
+    /// Second order: rk2, or as many Runge-Kutta-Legendre stages as viscosity asks for. Not with
+    /// the mixture method.
     Rkl2,
-    /// The same with the three stages of rk3, which go twice as far where the flow binds. Where
-    /// bodies move, such long steps cost accuracy.
+    /// The same from rk3, with steps twice as long where advection binds, which cost accuracy where
+    /// bodies move.
     Rkl3,
 }
 
@@ -290,11 +286,11 @@ pub enum Advection {
     /// Conservative: fifth-order upwind values carried by the divergence-free face velocities.
     #[default]
     Upwind5,
-    /// `-u.grad u` as printed in (7), fifth-order upwind differences. It does not keep momentum;
-    /// beside sharp walls the force is that of pressure and wall shear alone.
+    /// `-u.grad u` as printed in (7), fifth-order upwind differences. It does not conserve
+    /// momentum; forces are those of pressure and surface shear alone.
     Upwind5Advective,
-    /// The paper's QSI: semi-Lagrangian local quintic, axis by axis; `scheme = "euler"` only. It
-    /// does not keep momentum either.
+    /// The paper's QSI: semi-Lagrangian local quintic, axis by axis; `scheme = "euler"` only, does
+    /// not conserve momentum.
     Qsi,
 }
 
@@ -304,8 +300,7 @@ pub enum Advection {
 pub struct Pressure {
     /// D0 (1/s): C-HSMAC iterates until every cell's |D| is below it.
     pub divergence_limit: f64,
-    /// How much tighter the linear solve is asked to be at each further iteration (a in eps_k = a^k
-    /// eps).
+    /// Factor on the linear tolerance at each further iteration (a in eps_k = a^k eps).
     pub tightening: f64,
     /// C-HSMAC iterations a step may take before the run fails.
     pub max_iterations: usize,
@@ -328,8 +323,7 @@ impl Default for Pressure {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Solver {
-    /// What was measured to be fastest: the direct solver where one density is everywhere, else the
-    /// multigrid.
+    /// The fastest: direct where every face has the same coefficient, else multigrid.
     #[default]
     Auto,
     /// BiCGStab with hypre's BoomerAMG.

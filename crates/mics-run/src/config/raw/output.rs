@@ -10,27 +10,24 @@ use std::str::FromStr;
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
     /// Rows of `particles.csv`; default every n/4 steps of n particles, every step of up to four.
-    /// Fixed ones that have a row at the start only do not count.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particles: Option<Cadence>,
     /// Snapshots under `fields/`; default only the first and the last state.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fields: Option<Cadence>,
-    /// Checkpoints to go on from, of which the newest two are kept; default every 15 minutes of
-    /// running time.
+    /// Checkpoints, of which the newest two are kept; default every 15 minutes of running time.
     pub checkpoint: Checkpoints,
     /// Figures of the last state as PNG and SVG; default yes.
     pub figures: bool,
-    /// What becomes of a free particle that reaches an outflow; default it leaves, which
-    /// `passages.csv` says.
+    /// What happens to a free particle that reaches an outflow; default it leaves, with a row in
+    /// `passages.csv`.
     pub removed: Removed,
-    /// How often `particles.csv` has rows of fixed particles; default once, at the start, where
-    /// there are more than ten of them beside others that move, and else as often as of these.
+    /// How often fixed particles have rows; default once, at the start, where more than ten are
+    /// beside moving ones, else as often as those.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fixed: Option<FixedRows>,
-    /// Where figures cut a 3D flow, `planes = [{ z = 0.02 }, { x = 0.01 }]` (m), each drawn in the
-    /// layer of cells that holds it; default one along gravity or the stream, through the body or
-    /// the middle of all of them.
+    /// Planes of figures in 3D (m), `planes = [{ z = 0.02 }, { x = 0.01 }]`; default one along
+    /// gravity or the stream through the body, or the middle of all.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub planes: Vec<Section>,
 }
@@ -52,10 +49,10 @@ pub enum Removed {
     /// It is taken out of the box.
     #[default]
     Log,
-    /// It comes in again at the other end of the box, at the velocity that it has; where another
-    /// one is in its way, it is taken out.
+    /// It enters again at the other end of the box with its velocity; where another body is in its
+    /// way, it leaves.
     Return,
-    /// The run ends, as one that has come to its `time.end`.
+    /// The run ends as at its `time.end`.
     Stop,
 }
 
@@ -129,8 +126,7 @@ pub struct Cadence {
     /// Every so many steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every: Option<u64>,
-    /// Every so much time (s): at the end of the first step that reaches or passes each multiple of
-    /// it.
+    /// Interval (s): at the end of the first step that reaches each multiple of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every_time: Option<f64>,
 }

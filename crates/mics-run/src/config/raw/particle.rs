@@ -14,9 +14,8 @@ use std::f64::consts::TAU;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Particle {
-    /// What measures and figures know it by, besides its number: particles count from 0 in the
-    /// order of the file, those of `[[particle]]` before those of `[[swarm]]`. Several may have one
-    /// name.
+    /// Name in measures and figures; several may share it. Numbers count from 0, `[[particle]]`
+    /// before `[[swarm]]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// Its shape.
@@ -32,40 +31,39 @@ pub struct Particle {
     /// What moves it; default free.
     #[serde(default)]
     pub motion: Motion,
-    /// Velocity of a free particle's centre at time 0 (m/s), default zero.
+    /// Velocity of a free particle at time 0 (m/s), default zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<Vec<f64>>,
-    /// Angular velocity of a free particle at time 0 (rad/s): one number in 2D (positive from x to
-    /// y), three in 3D; default zero.
+    /// Angular velocity of a free particle at time 0 (rad/s), default zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spin: Option<Spin>,
-    /// Directions in which a free particle keeps its velocity whatever the forces; default none.
+    /// Directions in which a free particle keeps its velocity; default none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub locked: Vec<Lock>,
-    /// The name that `[[contact.pair]]` knows it by, default `default`.
+    /// Its name in `[[contact.pair]]`, default `default`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
-    /// When and where it comes into the box, default at time 0 at its position. One without a
-    /// `velocity` comes in with that of the fluid whose place it takes.
+    /// When and where it enters the box, default at time 0 at its position; without `velocity` at
+    /// that of the fluid there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub enter: Option<Enter>,
 }
 
-/// How a free body comes into the box while the run goes on: at the end of the first step after its
-/// time in which a place for it is free. It shares its momentum with the fluid that it sets off: a
-/// disc of s times the density of a fluid at rest goes on with s/(s + 1) of its velocity.
+/// How a free body enters during the run: at the end of the first step after its time in which its
+/// place is free. It shares its momentum with the fluid: a disc of density ratio s in fluid at rest
+/// keeps s/(s + 1) of its velocity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Enter {
     /// When (s).
     pub time: f64,
-    /// Where: at random in this part of the box, wholly inside; default at its position.
+    /// Where: at random in this part of the box; default at its position.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Region>,
-    /// Least distance to other bodies and to walls then (m), default 0.
+    /// Least distance to bodies and walls then (m), default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
-    /// What the random numbers begin with, default 1.
+    /// Seed of the random numbers, default 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
 }
@@ -150,34 +148,32 @@ pub enum Motion {
     Free,
     /// It rests.
     Fixed,
-    /// It moves as told, whatever the forces.
+    /// Its motion is given.
     Prescribed(Prescribed),
 }
 
-/// A prescribed motion: constant velocity and spin, to and fro about it where there is an
-/// oscillation.
+/// A given motion: constant velocity and spin, and an oscillation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Prescribed {
     /// Velocity of the centre (m/s), default zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<Vec<f64>>,
-    /// Angular velocity (rad/s): one number in 2D (positive from x to y), three in 3D; default
-    /// zero.
+    /// Angular velocity (rad/s), default zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spin: Option<Spin>,
-    /// What the centre does besides; default nothing.
+    /// Added oscillation of the centre; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub oscillation: Option<Oscillation>,
 }
 
-/// A motion to and fro: the centre is at `position + velocity t + amplitude sin(2 pi frequency t)`.
+/// An oscillation: the centre is at `position + velocity t + amplitude sin(2 pi frequency t)`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Oscillation {
-    /// How far it goes along each axis (m); a negative number sets off the other way.
+    /// Amplitude along each axis (m); negative: it starts the other way.
     pub amplitude: Vec<f64>,
-    /// How often it comes back (1/s), positive.
+    /// Frequency (1/s), positive.
     pub frequency: f64,
 }
 
@@ -192,7 +188,7 @@ impl Oscillation {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a spin is one number in 2D, three in 3D (rad/s)")]
 pub enum Spin {
-    /// About the axis that points at the viewer of a 2D scene.
+    /// About z, positive from x to y.
     Plane(f64),
     /// About x, y, z.
     Space([f64; 3]),

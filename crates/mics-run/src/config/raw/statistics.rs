@@ -17,7 +17,7 @@ pub struct Statistics {
     pub until: Option<f64>,
     /// Steps from one sample to the next, default 5.
     pub every: u64,
-    /// The axis across whose layers of cells `profile.csv` has its means; default none.
+    /// Axis across the layers whose means are in `profile.csv`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub profile: Option<Axis>,
 }
@@ -56,7 +56,7 @@ pub struct Probe {
     /// The last point of a line (m); default none: a point.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to: Option<Vec<f64>>,
-    /// How many points the line has, its ends among them; default 2.
+    /// Points of the line, ends included; default 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub points: Option<usize>,
     /// Steps from one record to the next, default 1.

@@ -19,30 +19,28 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Swarm {
-    /// What measures and figures know all of them by.
+    /// Their common name in measures and figures.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// How many.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub count: Option<usize>,
-    /// Where: they lie wholly inside. They are put down at random, and moved apart where there is
-    /// no room at random: up to about 80 % of the area in 2D and 60 % of the volume in 3D.
+    /// Where they lie, at random, packed up to about 80 % of the area in 2D and 60 % of the volume
+    /// in 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Region>,
     /// Their diameters (m).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub diameter: Option<Diameters>,
-    /// What the random numbers begin with, default 1: the same seed gives the same places
-    /// everywhere.
+    /// Seed of the random numbers, default 1; the same seed gives the same places on all machines.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
-    /// Least distance from their surfaces to those of other bodies and to walls (m), default 0.
+    /// Least distance to bodies and walls (m), default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
-    /// Instead of the keys above: a CSV file, by its path from the case file's folder. Its header
-    /// names the columns: x, y (z in 3D) and diameter; density, vx, vy, vz and spin (about z) if
-    /// wanted, which win over the keys below. The `particles.csv` in a run's folder gives that
-    /// run's bodies as they were at its end.
+    /// Instead of the keys above: a CSV file, relative to the case file, with columns x, y (z in
+    /// 3D), diameter and, if wanted, density, vx, vy, vz, spin (about z), which win over the keys
+    /// below. The `particles.csv` of a run gives its bodies at its end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
     /// Density (kg/m3), default the fluid's.
@@ -51,29 +49,28 @@ pub struct Swarm {
     /// Viscosity inside the particles (Pa s), default the fluid's; the paper has 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub viscosity: Option<f64>,
-    /// What moves them; default free, of the bodies of a run what moved them there.
+    /// What moves them; default free, or as in the run that `from` names.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<Motion>,
     /// Velocity of free particles at time 0 (m/s), default zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<Vec<f64>>,
-    /// Angular velocity of free particles at time 0 (rad/s): one number in 2D, three in 3D; default
-    /// zero.
+    /// Angular velocity of free particles at time 0 (rad/s), default zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spin: Option<Spin>,
-    /// Directions in which free particles keep their velocity whatever the forces; default none.
+    /// Directions in which free particles keep their velocity; default none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub locked: Vec<Lock>,
-    /// The name that `[[contact.pair]]` knows them by, default `default`.
+    /// Their name in `[[contact.pair]]`, default `default`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
-    /// Feeds them into the region one after the other while the run goes on; default all are there
-    /// at time 0. Without a `velocity` they come in with that of the fluid whose place they take.
+    /// Feeds them into the region one by one during the run; default all are there at time 0.
+    /// Without `velocity` they enter at that of the fluid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub feed: Option<Feed>,
 }
 
-/// How a swarm is fed. One that finds no place waits until there is one.
+/// How a swarm is fed. A body waits until a place is free.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Feed {
