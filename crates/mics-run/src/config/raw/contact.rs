@@ -21,7 +21,7 @@ const LEAST_RESTITUTION: f64 = 1e-3;
 pub struct Contact {
     /// Normal spring: force over depth^exponent (N/m^exponent), positive, or "auto", the default:
     /// as stiff as the fastest impact to be expected needs to stop within 1 % of the smallest
-    /// diameter and 0.1 spacing.
+    /// diameter.
     #[serde(default)]
     pub normal_stiffness: Stiffness,
     /// Height of the asperities of the surfaces (m), zero or positive: the fluid in a gap resists

@@ -130,8 +130,6 @@ numerics! {
     /// stiffer contacts and more substeps; larger, softer ones that overlap. The lubrication layer
     /// of two that touch has this width too, of the diameter of their reduced radius.
     auto_overlap = 0.01, 1e-6 to 0.1;
-    /// The same in spacings: the less of the two holds.
-    auto_overlap_spacing = 0.1, 1e-6 to 1.0;
     /// Gap at which the grid gives half of the lubrication force on a disc (spacings), fitted to
     /// discs that approach each other and a wall in Stokes flow.
     half_gap_2d = 1.5, 0.01 to 10.0;
