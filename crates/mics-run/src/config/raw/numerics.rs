@@ -106,9 +106,6 @@ numerics! {
     limit_share = 0.8, 0.01 to 1.0;
     /// Largest ratio of a step chosen by `time.cfl` to the one before.
     step_growth = 1.1, 1.001 to 100.0;
-    /// Part of its speed that lubrication has to be able to take from a pair in a step for contacts
-    /// to be corrected.
-    faint_lubrication = 0.01, 0.0 to 1.0;
     /// Part of its added mass that a body without mass has in a contact.
     added_mass_share = 0.4, 0.0 to 10.0;
     /// How much larger that part is for each density of the fluid that the body has.
