@@ -36,8 +36,8 @@ use std::f64::consts::PI;
 const MOST_SWEEPS: usize = 200;
 /// The sweeps end where one changes less than this part of what the first one did.
 const TOLERANCE: f64 = 1e-2;
-/// Part of its speed that lubrication has to be able to take from a pair in a step for its impulse to
-/// be corrected: what is less costs a solve, and changes no measure by 0.01 %.
+/// Part of its speed that lubrication has to be able to take from a pair in a step for its impulse
+/// to be corrected: what is less costs a solve, and changes no measure by 0.01 %.
 const FAINT: f64 = 0.01;
 
 /// A pair that gave an impulse in the step, while that is corrected.
