@@ -10,8 +10,7 @@
 //!              of a fall through the box L with a = |m - m_f| g/(m + m_f/2), at most the
 //!                                                  terminal speed v_t of a body alone
 //! ```
-//! with d the deepest overlap allowed: 1 % of the smallest diameter or 0.1 spacing, whichever is
-//! less.
+//! with d the deepest overlap allowed: 1 % of the smallest diameter.
 
 use super::Medium;
 use crate::drag::terminal_speed;
@@ -43,13 +42,12 @@ impl Impact {
         flow: f64,
         numerics: &Numerics,
     ) -> Impact {
-        let &Medium { density, viscosity, spacing, .. } = fluid;
+        let &Medium { density, viscosity, .. } = fluid;
         let smallest = bodies.iter().fold(f64::INFINITY, |least, b| least.min(2.0 * b.radius()));
         let length =
             (0..3).map(|a| if gravity[a] == 0.0 { 0.0 } else { size[a] }).fold(0.0, f64::max);
         let (mut speeds, mut impact) = ([0.0f64; 2], Impact::default());
-        impact.depth =
-            (numerics.auto_overlap * smallest).min(numerics.auto_overlap_spacing * spacing);
+        impact.depth = numerics.auto_overlap * smallest;
         for body in bodies {
             let (mut speed, volume) =
                 (body.velocity.norm().max(body.speed()).max(flow), body.volume());

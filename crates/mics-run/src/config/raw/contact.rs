@@ -20,7 +20,7 @@ const LEAST_RESTITUTION: f64 = 1e-3;
 #[serde(deny_unknown_fields)]
 pub struct Contact {
     /// Normal stiffness (N/m^exponent), positive, or "auto", the default: the fastest expected
-    /// impact stops within 1 % of the smallest diameter and 0.1 spacing.
+    /// impact stops within 1 % of the smallest diameter.
     #[serde(default)]
     pub normal_stiffness: Stiffness,
     /// Height of asperities (m), zero or positive: lubrication sees no narrower gap. Default 2e-4

@@ -102,13 +102,9 @@ numerics! {
     /// light bodies lag, and the force on a falling body still pushes it when it lies.
     defect_time = 3.0, 0.1 to 1000.0;
     /// Part of the stability limits, other than the Courant number's, that steps chosen by
-    /// `time.cfl` use. Larger, nearer to the limit; smaller, more steps.
-    limit_share = 0.8, 0.01 to 1.0;
-    /// Largest ratio of a step chosen by `time.cfl` to the one before.
-    step_growth = 1.1, 1.001 to 100.0;
-    /// Part of its speed that lubrication has to be able to take from a pair in a step for contacts
-    /// to be corrected.
-    faint_lubrication = 0.01, 0.0 to 1.0;
+    /// `time.cfl` use; such a step is at most as many times the one before as the limit is of that
+    /// part. Larger, nearer to the limit; smaller, more steps.
+    limit_share = 0.8, 0.01 to 0.99;
     /// Part of its added mass that a body without mass has in a contact.
     added_mass_share = 0.4, 0.0 to 10.0;
     /// How much larger that part is for each density of the fluid that the body has.
@@ -130,8 +126,6 @@ numerics! {
     /// stiffer contacts and more substeps; larger, softer ones that overlap. The lubrication layer
     /// of two that touch has this width too, of the diameter of their reduced radius.
     auto_overlap = 0.01, 1e-6 to 0.1;
-    /// The same in spacings: the less of the two holds.
-    auto_overlap_spacing = 0.1, 1e-6 to 1.0;
     /// Gap at which the grid gives half of the lubrication force on a disc (spacings), fitted to
     /// discs that approach each other and a wall in Stokes flow.
     half_gap_2d = 1.5, 0.01 to 10.0;
@@ -144,9 +138,6 @@ numerics! {
     shear_gap_3d = 0.22, 0.001 to 10.0;
     /// Gap from which on the grid has all of the lubrication force (spacings).
     lubrication_range = 6.0, 0.1 to 100.0;
-    /// Distance to Coulomb's limit, of it, within which a contact passes from sticking to sliding
-    /// in the correction of contact impulses.
-    sliding_onset = 0.1, 1e-6 to 1.0;
     /// Damping ratio of rolling resistance: a body that rocks in place comes to rest after some
     /// swings.
     rolling_damping = 0.3, 0.0 to 10.0;
