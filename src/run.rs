@@ -168,11 +168,10 @@ impl<'a, const D: usize> Run<'a, D> {
         let mut statistics = Statistics::of_case(&scene, case);
         let marks = restart.as_mut();
         let marks = marks
-            .map(|r| r.read(session, &mut account, &mut series, &mut statistics, case, &mut scene))
+            .map(|r| {
+                r.read(session, &mut account, &mut series, &mut statistics, loaded, &mut scene)
+            })
             .transpose()?;
-        if let Some(restart) = &restart {
-            restart.refuse_passed_limits(loaded, &account, scene.state.time)?;
-        }
         crate::check::refuse(loaded, &scene)?;
         let lead = session.rank() == 0;
         let mut log = Log::new(lead && !request.quiet);

@@ -261,18 +261,22 @@ impl Restart {
     }
 
     /// Reads it into the scene and what the run counts. Collective.
+    ///
+    /// # Errors
+    /// When it does not fit, or the run has passed a limit of the case already.
     pub fn read<const D: usize>(
         &mut self,
         session: &Session,
         account: &mut Account,
         series: &mut [Series],
         statistics: &mut Option<Statistics<D>>,
-        case: &Case,
+        loaded: &Loaded,
         scene: &mut Scene<D>,
     ) -> Result<Marks> {
         let before = self.case().map_err(|why| misfit(&self.path, Error::Usage(why)))?;
         let mut kept = measure::series(&before);
-        let marks = self.read_contents(session, account, &mut kept, statistics, case, scene)?;
+        let marks =
+            self.read_contents(session, account, &mut kept, statistics, &loaded.case, scene)?;
         scene.resume().map_err(|e| misfit(&self.path, e))?;
         scene.domain.clock.add(&account.clock);
         for new in series.iter_mut() {
@@ -281,6 +285,7 @@ impl Restart {
                 None => new.begin_at(scene.state.time),
             }
         }
+        self.refuse_passed_limits(loaded, account, scene.state.time)?;
         Ok(marks)
     }
 
@@ -327,12 +332,7 @@ impl Restart {
     ///
     /// # Errors
     /// With the key and what was reached.
-    pub fn refuse_passed_limits(
-        &self,
-        loaded: &Loaded,
-        account: &Account,
-        time: f64,
-    ) -> Result<()> {
+    fn refuse_passed_limits(&self, loaded: &Loaded, account: &Account, time: f64) -> Result<()> {
         let (case, reached) = (&loaded.case, account.divergence_max);
         if reached >= case.pressure.divergence_limit {
             return Err(loaded.error_at(

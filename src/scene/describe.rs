@@ -18,9 +18,8 @@ impl<const D: usize> Scene<D> {
     /// What the scene needs and what it leaves out, each with its reason.
     pub fn needs(&self) -> Vec<Need> {
         let moves = !self.state.waiting.is_empty() || self.state.bodies.iter().any(Body::moves);
-        let mut all = self.needs_of_bodies(moves).to_vec();
-        all.extend(self.needs_of_pressure_and_viscosity(moves));
-        all
+        let fields = self.needs_of_pressure_and_viscosity(moves);
+        self.needs_of_bodies(moves).into_iter().chain(fields).collect()
     }
 
     fn needs_of_bodies(&self, moves: bool) -> [Need; 5] {
@@ -93,7 +92,7 @@ impl<const D: usize> Scene<D> {
     }
 
     /// The stages of the step that took time, with nanoseconds a cell and step. What the paper's
-    /// method calls mixing is, with sharp surfaces, the velocity that these impose.
+    /// method calls mixing is, with sharp walls, the velocity that these impose.
     pub fn stages(&self) -> Vec<(&'static str, f64)> {
         let sharp = self.method.kind() == Kind::Sharp;
         let name = |name| if sharp && name == "mixing" { "walls" } else { name };

@@ -4,7 +4,7 @@
 use crate::allocation::count;
 use crate::ellipse_shape::Ellipse;
 use crate::modes::in_processes;
-use crate::support::{PERIODIC, Petsc, box_case, petsc};
+use crate::support::{PERIODIC, Petsc, STREAM, box_case, petsc};
 use mics::archive::Archive;
 use mics::config::{Case, load};
 use mics::geometry::{Disc, Shape};
@@ -43,8 +43,6 @@ fn scene(petsc: &Petsc, text: &str, bodies: Vec<Body>) -> Scene<2> {
 pub fn first(scene: &Scene<2>) -> &Body {
     &scene.state.bodies[0]
 }
-
-const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
 
 /// Force and torque on a body held in a stream at a Reynolds number of 40 a diameter of 0.25, after
 /// a second.

@@ -271,7 +271,7 @@ fn the_disk_that_a_run_will_take_is_said_before_it() {
 }
 
 #[test]
-fn a_free_body_that_a_locked_axis_drives_into_a_border_is_foreseen() {
+fn a_free_body_that_a_locked_axis_drives_into_a_boundary_is_foreseen() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     let foreseen = |east: &str, end: f64| {
@@ -287,9 +287,9 @@ fn a_free_body_that_a_locked_axis_drives_into_a_border_is_foreseen() {
         let (code, said) = says(&["check", case.to_str().unwrap()]);
         assert_eq!(code, Some(0), "{said}");
         said.contains("the run will end soon after t = 4.000 s")
-            && said.contains("into the east border")
+            && said.contains("into the east boundary")
     };
-    // 0.4 m to the border at 0.1 m/s.
+    // 0.4 m to the boundary at 0.1 m/s.
     assert!(foreseen("\"wall\"", 5.0));
     assert!(!foreseen("\"wall\"", 3.9));
     assert!(!foreseen("\"outflow\"", 5.0));

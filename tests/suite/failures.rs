@@ -1,7 +1,7 @@
 //! Runs that cannot go on: step, place and cause are named, and the last good state is kept.
 
-use crate::program::{STREAM, text, write};
-use crate::support::{MIXING, SHARP, box_case, columns, mics, petsc};
+use crate::program::{text, write};
+use crate::support::{MIXING, SHARP, STREAM, box_case, columns, mics, petsc};
 use mics::Error;
 use mics::error::NotFinite;
 use mics::scene::Scene;

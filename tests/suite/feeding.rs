@@ -1,7 +1,7 @@
 //! Bodies that come in while the run goes on: fed, waiting, and with the momentum that they bring.
 
-use crate::passage::{STREAM, fed, write};
-use crate::support::{PERIODIC, SHARP, box_case, columns, mics, mpirun, run};
+use crate::passage::{fed, write};
+use crate::support::{PERIODIC, SHARP, STREAM, box_case, columns, mics, run, run_on_ranks};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -52,25 +52,13 @@ fn discs_are_fed_into_a_stream_and_all_that_came_is_there_or_has_left_on_two_ran
         assert!(largest("method_loss") < 0.01, "{wall}: {}", largest("method_loss"));
         // The same in two parts, byte for byte, though bodies wait in between.
         run(&case, &broken, &["--set", "time.end=0.8"]);
-        let on = mics(&[
-            "run",
-            case.to_str().unwrap(),
-            "--out",
-            broken.to_str().unwrap(),
-            "--resume",
-            "--quiet",
-        ]);
-        assert!(on.status.success(), "{}", String::from_utf8_lossy(&on.stderr));
+        run(&case, &broken, &["--resume"]);
         for file in ["particles.csv", "passages.csv"] {
             let [a, b] = [&out, &broken].map(|out| std::fs::read(out.join(file)).unwrap());
             assert!(a == b, "{wall}: {file}");
         }
         let shared = dir.path().join("shared");
-        let ranks = mpirun(2, env!("CARGO_BIN_EXE_mics"))
-            .args(["run", case.to_str().unwrap(), "--quiet", "--out", shared.to_str().unwrap()])
-            .output()
-            .unwrap();
-        assert!(ranks.status.success(), "{}", String::from_utf8_lossy(&ranks.stderr));
+        run_on_ranks(2, &case, &shared);
         assert_eq!(columns(&shared.join("passages.csv"))["step"], passages["step"], "{wall}");
     }
 }
@@ -269,15 +257,7 @@ fn grains_that_fall_in_while_fluid_comes_in_at_open_sides_go_on_byte_for_byte() 
     );
     run(&case, &out, &[]);
     run(&case, &broken, &["--set", "time.end=0.8"]);
-    let on = mics(&[
-        "run",
-        case.to_str().unwrap(),
-        "--out",
-        broken.to_str().unwrap(),
-        "--resume",
-        "--quiet",
-    ]);
-    assert!(on.status.success(), "{}", String::from_utf8_lossy(&on.stderr));
+    run(&case, &broken, &["--resume"]);
     let [a, b] = [&out, &broken].map(|out| std::fs::read(out.join("particles.csv")).unwrap());
     assert!(a == b);
     // They have met the floor and each other, and the open sides have not driven the box.

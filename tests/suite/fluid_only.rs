@@ -1,12 +1,10 @@
 //! What a run says of the fluid is of the fluid: cells inside bodies, which hold what the walls
 //! need, do not count.
 
-use crate::support::{MIXING, SHARP, box_case, petsc};
+use crate::support::{MIXING, SHARP, STREAM, box_case, petsc};
 use mics::output::snapshot::take;
 use mics::scene::Scene;
 use mics_run::snapshot::Snapshot;
-
-const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
 
 /// Per cell of a snapshot, whether a body fills more than half of it.
 fn inside(snapshot: &Snapshot) -> Vec<bool> {

@@ -1,12 +1,10 @@
 //! A run while it goes on: its progress on a terminal, in a pipe, without colour, quiet, on several
 //! ranks, and `mics watch`.
 
-use crate::support::{box_case, command, mics, mics_command, mpirun};
+use crate::support::{STREAM, box_case, command, mics, mics_command, mpirun};
 use std::path::{Path, PathBuf};
 use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
-
-const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
 
 /// A case of `steps` steps, some milliseconds each.
 fn case(dir: &Path, steps: u32) -> PathBuf {

@@ -1,6 +1,8 @@
 //! Free particles: what gravity, fluid and contacts make of them, and what they give back.
 
-use crate::support::{MIXING, PERIODIC, SHARP, box_case, columns, mics, petsc, run, shipped};
+use crate::support::{
+    MIXING, PERIODIC, Petsc, SHARP, box_case, columns, mics, petsc, run, shipped,
+};
 use mics::scene::Scene;
 
 pub const WALLS: [&str; 4] = ["\"wall\"", "\"wall\"", "\"wall\"", "\"wall\""];
@@ -60,11 +62,10 @@ fn discs_of_every_density_are_set_off_stably_and_heavy_ones_with_their_added_mas
     }
 }
 
-#[test]
-fn what_the_mixing_takes_the_particles_get_in_a_periodic_box_with_collisions() {
-    let petsc = petsc();
+/// Discs that collide in a periodic box with a fixed one, in a stream, with such a wall.
+pub fn collisions(petsc: &Petsc, wall: &str) -> Scene<2> {
     let more = [
-        MIXING.to_string(),
+        wall.to_string(),
         disc(0.2, [0.05, 0.5], 2.65, "velocity = [1.0, 0.2]\nspin = 5.0"),
         disc(0.15, [0.35, 0.52], 50.0, "velocity = [-1.0, 0.0]"),
         disc(0.15, [0.5, 0.25], 0.5, "velocity = [0.0, 0.5]"),
@@ -77,7 +78,13 @@ fn what_the_mixing_takes_the_particles_get_in_a_periodic_box_with_collisions() {
     .concat();
     let text = box_case([1.0, 1.0], [48, 48], 0.002, PERIODIC, &more)
         .replace("viscosity", "gravity = [0.3, -1.0]\nviscosity");
-    let mut scene: Scene<2> = petsc.scene(&text);
+    petsc.scene(&text)
+}
+
+#[test]
+fn what_the_mixing_takes_the_particles_get_in_a_periodic_box_with_collisions() {
+    let petsc = petsc();
+    let mut scene = collisions(&petsc, MIXING);
     let (mut touched, mut traded, mut missing) = (false, 0.0f64, 0.0f64);
     for _ in 0..120 {
         let dt = 0.5 * scene.limits().unwrap().tightest().1.min(8e-3);

@@ -1,10 +1,8 @@
 //! Free bodies that reach an outflow leave, return or end the run, and nothing of the others
 //! changes.
 
-use crate::support::{SHARP, box_case, columns, mics, mpirun, run, summary};
+use crate::support::{SHARP, STREAM, box_case, columns, mics, run, run_on_ranks, summary};
 use std::path::Path;
-
-pub const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
 
 /// Four discs in a stream that carries them out one after the other, with these tables.
 fn carried(time: &str, more: &str) -> String {
@@ -95,24 +93,12 @@ fn a_run_that_bodies_have_left_goes_on_byte_for_byte_and_on_ranks() {
         ["through", "broken", "shared"].map(|name| dir.path().join(name));
     run(&case, &through, &[]);
     run(&case, &broken, &["--set", "time.end=0.7"]);
-    let on = mics(&[
-        "run",
-        case.to_str().unwrap(),
-        "--out",
-        broken.to_str().unwrap(),
-        "--resume",
-        "--quiet",
-    ]);
-    assert!(on.status.success(), "{}", String::from_utf8_lossy(&on.stderr));
+    run(&case, &broken, &["--resume"]);
     for file in ["particles.csv", "passages.csv"] {
         let [a, b] = [&through, &broken].map(|out| std::fs::read(out.join(file)).unwrap());
         assert!(a == b, "{file}");
     }
-    let ranks = mpirun(2, env!("CARGO_BIN_EXE_mics"))
-        .args(["run", case.to_str().unwrap(), "--quiet", "--out", shared.to_str().unwrap()])
-        .output()
-        .unwrap();
-    assert!(ranks.status.success(), "{}", String::from_utf8_lossy(&ranks.stderr));
+    run_on_ranks(2, &case, &shared);
     summary(&shared);
     let [a, b] = [&through, &shared].map(|out| columns(&out.join("particles.csv")));
     assert_eq!(a["id"], b["id"]);
@@ -247,15 +233,7 @@ fn a_case_begins_with_the_bodies_that_were_in_the_flow_and_feeds_its_own() {
     assert!(spoken.iter().all(|words| log.contains(words)), "{spoken:?} in {log}");
     // Broken off between two that come in, it goes on byte for byte.
     run(&case, &at("broken"), &["--set", "time.end=0.2"]);
-    let on = mics(&[
-        "run",
-        case.to_str().unwrap(),
-        "--out",
-        at("broken").to_str().unwrap(),
-        "--resume",
-        "--quiet",
-    ]);
-    assert!(on.status.success(), "{}", String::from_utf8_lossy(&on.stderr));
+    run(&case, &at("broken"), &["--resume"]);
     for file in ["particles.csv", "passages.csv"] {
         let [a, b] = ["next", "broken"].map(|out| std::fs::read(at(out).join(file)).unwrap());
         assert!(a == b, "{file}");

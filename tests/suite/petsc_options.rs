@@ -1,7 +1,7 @@
 //! PETSc's options: those that work, those that are refused, and those that nothing uses.
 
-use crate::program::{DISC, STREAM, text, write};
-use crate::support::{box_case, mics, run};
+use crate::program::{DISC, text, write};
+use crate::support::{STREAM, box_case, mics, run};
 
 #[test]
 fn petsc_options_that_end_the_program_or_write_nothing_are_refused_with_the_reason() {

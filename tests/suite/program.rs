@@ -4,8 +4,6 @@
 use crate::support::{box_case, columns, mics, run, shipped};
 use std::path::{Path, PathBuf};
 
-pub const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
-
 pub const DISC: &str = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\n\
     position = [0.6, 0.5]\nmotion = \"fixed\"\n[coupling]\nwall = \"sharp\"\n";
 

@@ -1,16 +1,10 @@
 //! Sharp walls: where they are, and what they do to particles.
 
+use crate::motion::{collisions, disc};
 use crate::support::{PERIODIC, SHARP, box_case, columns, petsc, run};
 use mics::scene::Scene;
 
 const WALLS: [&str; 4] = ["\"wall\"", "\"wall\"", "\"wall\"", "\"wall\""];
-
-fn disc(diameter: f64, place: [f64; 2], density: f64, more: &str) -> String {
-    format!(
-        "[[particle]]\nshape = {{ disc = {{ diameter = {diameter:?} }} }}\nposition = {place:?}\n\
-        density = {density:?}\n{more}\n"
-    )
-}
 
 /// Acceleration over gravity of a disc of so many cells a diameter in its first step of `dt` (s),
 /// let go in a box ten diameters wide; D0 is kept in the steps after it too.
@@ -59,21 +53,7 @@ fn discs_of_every_density_are_set_off_with_the_added_mass_of_their_box_whatever_
 #[test]
 fn what_the_fluid_loses_the_particles_get_in_a_periodic_box_with_collisions() {
     let petsc = petsc();
-    let more = [
-        SHARP.to_string(),
-        disc(0.2, [0.05, 0.5], 2.65, "velocity = [1.0, 0.2]\nspin = 5.0"),
-        disc(0.15, [0.35, 0.52], 50.0, "velocity = [-1.0, 0.0]"),
-        disc(0.15, [0.5, 0.25], 0.5, "velocity = [0.0, 0.5]"),
-        disc(0.18, [0.75, 0.75], 1.0, "motion = \"fixed\""),
-        "[contact]\nnormal_stiffness = 2.0e3\nfriction = 0.4\nrestitution = 0.7\n".into(),
-        "[initial]\nvelocity = [0.3, 0.2]\nperturbation = 0.3\n[pressure]\n\
-        divergence_limit = 1.0e-8"
-            .into(),
-    ]
-    .concat();
-    let text = box_case([1.0, 1.0], [48, 48], 0.002, PERIODIC, &more)
-        .replace("viscosity", "gravity = [0.3, -1.0]\nviscosity");
-    let mut scene: Scene<2> = petsc.scene(&text);
+    let mut scene = collisions(&petsc, SHARP);
     let (mut touched, mut traded, mut missing) = (false, 0.0f64, 0.0f64);
     for _ in 0..120 {
         let dt = 0.5 * scene.limits().unwrap().tightest().1.min(8e-3);

@@ -1,7 +1,7 @@
 //! Means over time, layers and probes: identities that hold to rounding, and runs that are broken
 //! off.
 
-use crate::support::{box_case, columns, mics, mpirun, run, summary};
+use crate::support::{box_case, columns, run, run_on_ranks, summary};
 use mics_run::snapshot::Snapshot;
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -113,15 +113,7 @@ fn a_run_that_is_broken_off_has_the_same_means_and_records() {
     run(&case, &broken, &["--set", "time.end=0.1"]);
     let cpu = |out: &Path| summary(out)["cpu_seconds"].as_f64().unwrap();
     let first = cpu(&broken);
-    let on = mics(&[
-        "run",
-        case.to_str().unwrap(),
-        "--out",
-        broken.to_str().unwrap(),
-        "--resume",
-        "--quiet",
-    ]);
-    assert!(on.status.success(), "{}", String::from_utf8_lossy(&on.stderr));
+    run(&case, &broken, &["--resume"]);
     for file in ["statistics.vti", "profile.csv", "probes.csv", "particles.csv"] {
         let [a, b] = [&through, &broken].map(|out| std::fs::read(out.join(file)).unwrap());
         assert!(a == b, "{file}");
@@ -228,11 +220,7 @@ fn the_mean_balance_of_momentum_closes_among_bodies_that_collide_in_a_driven_cha
         let case = write(dir.path(), "case.toml", &text);
         let [alone, shared] = ["alone", "shared"].map(|name| dir.path().join(name));
         run(&case, &alone, &[]);
-        let ranks = mpirun(2, env!("CARGO_BIN_EXE_mics"))
-            .args(["run", case.to_str().unwrap(), "--quiet", "--out", shared.to_str().unwrap()])
-            .output()
-            .unwrap();
-        assert!(ranks.status.success(), "{}", String::from_utf8_lossy(&ranks.stderr));
+        run_on_ranks(2, &case, &shared);
         summary(&shared);
         for out in [&alone, &shared] {
             let balance = columns(&out.join("balance.csv"));
@@ -339,11 +327,7 @@ fn probes_beside_another_rank_read_what_is_there() {
             write(dir.path(), "case.toml", &box_case([2.0, 2.0], [24, 30], 0.05, CHANNEL, &text));
         let [alone, shared] = ["alone", "shared"].map(|name| dir.path().join(name));
         run(&case, &alone, &[]);
-        let ranks = mpirun(2, env!("CARGO_BIN_EXE_mics"))
-            .args(["run", case.to_str().unwrap(), "--quiet", "--out", shared.to_str().unwrap()])
-            .output()
-            .unwrap();
-        assert!(ranks.status.success(), "{}", String::from_utf8_lossy(&ranks.stderr));
+        run_on_ranks(2, &case, &shared);
         let text = |out: &Path| std::fs::read_to_string(out.join("probes.csv")).unwrap();
         let velocities = |out: &Path| -> Vec<f64> {
             let rows = text(out);

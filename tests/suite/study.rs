@@ -1,11 +1,10 @@
 //! Studies: a table of runs, what it says of each, and what is refused before any of them starts.
 
-use crate::support::{AS_ROOT, box_case, mics, mics_command, shipped};
+use crate::support::{AS_ROOT, STREAM, box_case, mics, mics_command, shipped};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
-const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
 const MORE: &str = "[time]\nend = 0.05\ncfl = 0.4\n[[measure]]\nname = \"speed\"\n\
     kind = \"max_speed\"\n\
     [pressure]\ndivergence_limit = 1e-4\n\

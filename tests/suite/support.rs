@@ -71,6 +71,9 @@ pub const MIXING: &str = "[coupling]\nwall = \"mixing\"\n";
 
 pub const PERIODIC: [&str; 4] = ["\"periodic\"", "\"periodic\"", "\"periodic\"", "\"periodic\""];
 
+/// A stream along x between sides that slip.
+pub const STREAM: [&str; 4] = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
+
 /// Observed order between two resolutions a factor `ratio` apart.
 pub fn order(coarse: f64, fine: f64, ratio: f64) -> f64 {
     (coarse / fine).ln() / ratio.ln()
@@ -141,6 +144,13 @@ pub fn run(case: &Path, out: &Path, more: &[&str]) -> serde_json::Value {
     let output = mics(&[&words[..], more].concat());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     summary(out)
+}
+
+/// Runs a case into `out` on so many ranks, which must succeed.
+pub fn run_on_ranks(ranks: usize, case: &Path, out: &Path) {
+    let words = ["run", case.to_str().unwrap(), "--quiet", "--out", out.to_str().unwrap()];
+    let output = mpirun(ranks, env!("CARGO_BIN_EXE_mics")).args(words).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 pub fn summary(out: &Path) -> serde_json::Value {

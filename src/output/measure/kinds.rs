@@ -1,7 +1,6 @@
 //! What each kind of measure takes of a step, and what its samples become: one line a kind.
 
 use super::Sample;
-use super::series::place;
 use crate::config::{self, ForceRule, MeasureKind};
 use crate::output::fit::Morison;
 use crate::particles::Body;
@@ -198,4 +197,13 @@ pub(super) fn frequency(samples: &[(f64, f64)], level: f64) -> Option<f64> {
     }
     let (first, last) = (crossings.first()?, crossings.last()?);
     (crossings.len() > 1).then(|| (crossings.len() - 1) as f64 / (last - first))
+}
+
+/// Where in a list of bodies, in the order of their numbers, that of a number is; `None` once it
+/// has left.
+pub(super) fn place(bodies: &[Body], id: usize) -> Option<usize> {
+    match bodies.get(id) {
+        Some(body) if body.id == id => Some(id),
+        _ => bodies.binary_search_by_key(&id, |body| body.id).ok(),
+    }
 }

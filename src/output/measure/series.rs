@@ -1,6 +1,6 @@
 //! A measure that a case asks for: samples in time, of which one number becomes.
 
-use super::kinds::{Becomes, View, frequency, kind};
+use super::kinds::{Becomes, View, frequency, kind, place};
 use super::{Measure, Remark, Sample};
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
@@ -8,7 +8,7 @@ use crate::config::{self, Case, MeasureKind, When};
 use crate::output::fit::{self, Morison};
 use crate::output::midline;
 use crate::output::survey::survey;
-use crate::particles::{Body, Motion};
+use crate::particles::Motion;
 use crate::scene::Scene;
 use mics_run::compare::{Comparison, measured, percent, significant};
 use nalgebra::Vector3;
@@ -340,14 +340,5 @@ impl Checkpointed for Series {
             size: _,
         } = self;
         archive.serialize([samples, before, began, found, passing, morison])
-    }
-}
-
-/// Where in a list of bodies, in the order of their numbers, that of a number is; `None` once it
-/// has left.
-pub(super) fn place(bodies: &[Body], id: usize) -> Option<usize> {
-    match bodies.get(id) {
-        Some(body) if body.id == id => Some(id),
-        _ => bodies.binary_search_by_key(&id, |body| body.id).ok(),
     }
 }
