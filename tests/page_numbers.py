@@ -8,6 +8,7 @@
    where it differs by more than 0.5 % of itself and by more than one of its last digit. Times and memory
    are not typed but in docs/cost.md. Words that are no longer in the page are a fault. --quick: those that take seconds; --full: those of studies of
    more than two minutes too.
+3. Tests that pages name exist.
 
 Not in here, and only as good as whoever typed them: numbers of offsets-32.study.toml (80 minutes), of scripts beside cases (they judge
 themselves), of tests that print none (they hold them by their bounds), medians of `cargo bench`, and pages of cases outside such tables.
@@ -317,7 +318,7 @@ CLAIMS = [
     (LONG, MEASURED, "of K (15.4, 42.1) | # and #; # and # |", both(order_and_limit(0.343), order_and_limit(0.5236))),
     (LONG, MEASURED, "by two correlations | #, #, #; #, #, # |", both(of_each(RANDOM, "drag", 1 / 1.55083, phi=0.2, N=10), of_each(RANDOM, "drag", 1 / 1.95392, phi=0.4, N=10))),
     (SLOW, MEASURED, "against Zick & Homsy, N = 16 | #, #, #, #, # %,", lattice),
-    (LONG, README, "up to spheres that touch, 16 cells a diameter | within # % |", lambda runs: [max(map(abs, lattice(runs)))]),
+    (SLOW, README, "up to spheres that touch, 16 cells a diameter | within # % |", lambda runs: [max(map(abs, lattice(runs)))]),
     (QUICK, MEASURED, "| Taylor-Green vortex carried by a stream | order #, # (24^2", printed("taylor_green", "orders #, #")),
     (QUICK, MEASURED, "energy at t = 1 | # in # steps of rk2 |", pick(printed("vortex", "rk2: # in # steps, off by #"), 2, 1)),
     (QUICK, MEASURED, "| advection alone, in space | order # (2 where",
@@ -452,6 +453,20 @@ def compare_claims(runs, some, most):
     return count, news
 
 
+def missing_tests():
+    """Names of tests, or parts of them, that pages quote and no test has."""
+    names = []
+    for path in sorted([*Path("tests").rglob("*.rs"), *Path("src").rglob("*.rs"), *Path("crates").rglob("*.rs")]):
+        names += [f"{path.stem}::{name}" for name in re.findall(r"#\[test\]\n(?:\s*(?:#\[|//).*\n)*\s*fn (\w+)", path.read_text())]
+    news = []
+    for page in [Path(README), *sorted(Path("docs").glob("*.md")), *sorted(Path("cases").glob("*/README.md"))]:
+        text = page.read_text()
+        quoted = re.findall(r"`([\w:]+)`", " ".join(re.findall(r"\btests?\s+(?:NAME\s+)?((?:`[\w:]+`(?:,\s+|\s+and\s+)?)+)", text)))
+        quoted += re.findall(r"--test\s+suite\s+([a-z_:0-9]+)", text)
+        news += [f"{page}: no test has `{name}` in its name" for name in quoted if not any(name in test for test in names)]
+    return news
+
+
 def main(mics, out, options):
     flags = {"--write", "--quick", "--full"} & set(options)
     some = [name for name in options if name not in flags]
@@ -461,7 +476,7 @@ def main(mics, out, options):
         print(f"{tables} tables written, {len(news)} rows had moved", *news, sep="\n")
         return 0 if tables else 1
     claims, more = compare_claims(runs, some, QUICK if "--quick" in flags else LONG if "--full" in flags else SLOW)
-    news += more
+    news += more + missing_tests()
     print(f"\n{tables} tables and {claims} claims, {len(news)} have moved", *news, sep="\n")
     return 1 if tables + claims == 0 or news else 0
 
