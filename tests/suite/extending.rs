@@ -4,7 +4,7 @@
 
 use crate::allocation::count;
 use crate::modes::in_processes;
-use crate::support::{PERIODIC, SHARP, box_case, case, order, petsc, shipped, summary};
+use crate::support::{MIXING, PERIODIC, SHARP, box_case, case, order, petsc, shipped, summary};
 use mics::force::Force;
 use mics::grid::SideVelocity;
 use mics::output::measure::Measure;
@@ -12,6 +12,7 @@ use mics::output::{Output, Rows};
 use mics::petsc::Session;
 use mics::run::{Extensions, Request, run_with};
 use mics::scene::{Additions, Scene};
+use mics::state::State;
 use mics::{Error, Result};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
@@ -255,6 +256,41 @@ fn a_lid_from_outside_has_a_profile_in_space() {
     let (middle, corner, low) = (at(0.51, 0.99), at(0.01, 0.99), at(0.51, 0.3));
     println!("lid: {middle:.3} in the middle, {corner:.3} in the corner, {low:.3} below");
     assert!(middle > 0.8 && corner.abs() < 0.02 && low < 0.0, "{middle} {corner} {low}");
+}
+
+/// With no bodies, sharp walls and the mixing, in 2D and 3D.
+#[test]
+fn a_side_from_outside_that_is_steady_does_what_a_moving_wall_of_the_case_does() {
+    let petsc = petsc();
+    fn fields<const D: usize>(session: &Session, text: &str, added: Additions) -> Vec<f64> {
+        let mut scene = Scene::<D>::extended(session, &case(text), added).unwrap();
+        (0..5).for_each(|_| _ = scene.step(2e-3).unwrap());
+        let State { u, faces, p, .. } = scene.state;
+        u.into_iter().chain(faces).flatten().chain(p).collect()
+    }
+    let lid = || sided("north", Side(|_: &Vector3<f64>, _: f64| Vector3::new(0.7, 0.0, -0.3)));
+    let disc = "[[particle]]\nshape.disc.diameter = 0.4\nposition = [0.5, 0.6]\n";
+    for more in [String::new(), format!("{SHARP}{disc}"), format!("{MIXING}{disc}")] {
+        let text = |north: &str| {
+            let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", north];
+            box_case([1.0, 1.0], [24, 24], 0.05, sides, &more)
+        };
+        let own = text("{ moving_wall = [0.7, 0.0] }");
+        let of_case = fields::<2>(&petsc.session, &own, Additions::default());
+        assert!(of_case == fields::<2>(&petsc.session, &text("\"wall\""), lid()), "{more}");
+    }
+    let text = |north: &str| {
+        format!(
+            "name = \"box\"\ndomain = {{ size = [1.0, 0.8, 1.2], cells = [10, 8, 12] }}\n\
+             fluid = {{ density = 1.0, viscosity = 0.05 }}\ntime.end = 1.0\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", \
+             north = {north}, bottom = \"periodic\", top = \"periodic\" }}\n"
+        )
+    };
+    let own = text("{ moving_wall = [0.7, 0.0, -0.3] }");
+    let of_case = fields::<3>(&petsc.session, &own, Additions::default());
+    assert!(of_case == fields::<3>(&petsc.session, &text("\"wall\""), lid()));
+    assert!(of_case.iter().any(|value| value.abs() > 0.1));
 }
 
 #[test]
