@@ -9,8 +9,8 @@ use super::*;
 use crate::config::fault::{Check, not_negative, positive, vector};
 pub(in crate::config) use measures::{measures, name_particles};
 
-/// Checks what the types leave open; the first refusal is returned. [`measures`] comes later: their
-/// particles may be of swarms.
+/// Checks what the types leave open; the first refusal is returned. [`measures()`] comes later:
+/// their particles may be of swarms.
 pub(in crate::config) fn validate(case: &Case) -> Check {
     let plain = case.name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c));
     let holds = plain && !["", ".", ".."].contains(&case.name.as_str());
