@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranks_are_a_number_or_as_many_as_have_something_to_do() {
+    fn ranks_option_is_number_or_auto() {
         assert_eq!(("auto".parse(), "3".parse()), (Ok(Ranks::Auto), Ok(Ranks::Count(3))));
         assert!(["0", "-1", "two", ""].iter().all(|text| text.parse::<Ranks>().is_err()));
         let auto = |cells, cores| Ranks::Auto.count(cells, cores);
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn the_command_goes_on_without_them() {
+    fn launch_removes_own_option_from_command() {
         let left = |words: &str| without_ranks(words.split(' ').map(String::from)).join(" ");
         assert_eq!(left("run --ranks 2 a.toml --quiet"), "run a.toml --quiet");
         assert_eq!(left("run a.toml --ranks=auto -- -ksp_type cg"), "run a.toml -- -ksp_type cg");

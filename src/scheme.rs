@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn no_wave_grows_within_the_limits_of_a_scheme_and_one_does_well_beyond() {
+    fn stability_limits_by_von_neumann_analysis() {
         let legendre = [(RK2, 3), (RK2, 4), (RK2, 12), (RK3, 3), (RK3, 4), (RK3, 10)]
             .map(|(own, most)| own.stabilised(most));
         for (name, scheme, qsi) in [
@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn a_body_that_falls_from_rest_is_given_a_first_step() {
+    fn first_step_of_body_falling_from_rest() {
         let limits = Limits {
             courant_rate: 0.0,
             diffusion_rate: 0.0,
@@ -347,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn the_bound_that_binds_is_the_smallest() {
+    fn step_limit_is_the_smallest_bound() {
         let limits = |a, b, scheme: &Scheme| {
             Limits {
                 courant_rate: a,

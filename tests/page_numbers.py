@@ -330,7 +330,7 @@ CLAIMS = [
     (QUICK, MEASURED, "| torque on a disc that is spun up | # % at N = 8, # % at 16 |",
      pick(printed("spun_up", "N = #: torque #, exact #, # %"), 3, 7)),
     (QUICK, MEASURED, "gaps of 0.2, 0.1 radii, N = 8; 0.1, N = 16 | #, #; # % |",
-     excess(pick(printed("dragged_as_in_stokes_flow", "gap # radii, # cells: # of the exact force"), 2, 5, 8))),
+     excess(pick(printed("over_sliding_wall_has_stokes_drag", "gap # radii, # cells: # of the exact force"), 2, 5, 8))),
     (QUICK, MEASURED, "| # % of the drag (rms) at cfl 0.4, # % at 0.05 |", of_each(NOISE, "noise", 100.0)),
     (SLOW, MEASURED, "is #, #, #, # at `cfl` 0.05, 0.2, 0.8, 1.1, and at Re 100 #, #, #, #",
      both(*(measured(DRAG, WAKE, f"fluid.viscosity={viscosity}", f"time.cfl={cfl}") for viscosity in (5.0, 2.0) for cfl in (0.05, 0.2, 0.8, 1.1)))),

@@ -225,7 +225,7 @@ mod tests {
     const ROUND: [&str; 4] = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"wall\""];
 
     #[test]
-    fn a_drive_brings_the_fluid_to_poiseuille_s_speed_or_to_what_it_gathers_until_the_end() {
+    fn expected_speed_of_driven_channel() {
         let speed = |sides, more| LargestSpeed::expected(&case(sides, more)).unwrap().speed;
         // G L^2/(8 mu), and over a film G L^2/(2 mu).
         assert!((speed(ROUND, "drive.force = [0.3, 0.0]") - 0.3 * 0.25 / 0.8).abs() < 1e-12);
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn the_fastest_is_named_and_gives_the_step() {
+    fn step_estimate_from_fastest_body() {
         let disc = |name: &str, x: f64, more: &str| {
             format!(
                 "[[particle]]\nname = \"{name}\"\nshape = {{ disc = {{ diameter = 0.1 }} }}\n\
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn bodies_that_fall_together_take_shorter_steps_until_they_lie() {
+    fn step_estimate_of_many_falling_bodies() {
         let disc = |x: f64, more: &str| {
             format!(
                 "[[particle]]\nshape = {{ disc = {{ diameter = 0.1 }} }}\n\
@@ -277,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_keep_their_length_until_the_bodies_lie_and_then_grow_to_that_of_a_fluid_at_rest() {
+    fn step_estimate_grows_after_bodies_have_settled() {
         let in_a_plane = Rest { from: 1.0, still: 0.4, power: 1.0 };
         // 0.5 s at 0.1 s, and from 1 s on at t/10 s up to 4 s, where they are 0.4 s.
         let close = |found: f64, steps: f64| {
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stream_is_faster_beside_what_is_held_in_it() {
+    fn step_estimate_of_stream_beside_fixed_body() {
         let pier = "[[particle]]\nshape = { disc = { diameter = 0.1 } }\nposition = [0.5, 0.3]\n\
             motion = \"fixed\"\n";
         let largest = LargestSpeed::expected(&case(

@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn falling_cylinder_of_the_paper_has_reynolds_number_of_thousands_and_thin_layer() {
+    fn boundary_layer_of_paper_falling_cylinder() {
         let layer = thinnest("[0.015, 0.1]", "density = 1200.0");
         // By hand: U^2 = 2 0.2 g (pi d/4)/Cd, Cd = 1 + 10 Re^(-2/3) = 1.035 at Re = 4880.
         assert!(layer.falls && (layer.reynolds / 4880.0 - 1.0).abs() < 0.01, "{layer:?}");
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn along_a_slope_it_gathers_speed_until_the_end() {
+    fn boundary_layer_of_body_accelerating_on_slope() {
         let text = "name = \"t\"\ntime.end = 0.5\n\
             domain = { size = [0.06, 0.06], cells = [24, 24] }\n\
             fluid = { density = 1.0, viscosity = 1e-5, gravity = [3.0, -9.0] }\n\
@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_body_has_no_layer() {
+    fn no_boundary_layer_at_low_reynolds_number() {
         let layer = thinnest("[0.015, 0.1]", "density = 1000.0, velocity = [1e-4, 0.0]");
         assert_eq!((layer.thickness, layer.cells_needed()), (f64::INFINITY, 0.0));
         assert!((layer.reynolds - 2.0).abs() < 1e-12);

@@ -357,7 +357,7 @@ mod tests {
     /// A body that a contact throws back faster than it came: the bound leaves it the speed at
     /// which its energy is what it was.
     #[test]
-    fn bound_takes_the_excess_of_a_rebound_and_nothing_else() {
+    fn contact_energy_bound_removes_excess_rebound_only() {
         let of = |rebound: f64, released: f64| Work {
             with: (1.0 + rebound) * rebound,
             without: -(1.0 + rebound),

@@ -99,7 +99,7 @@ mod tests {
     use std::sync::Arc;
 
     #[test]
-    fn the_stiffness_of_an_impact_stops_it_at_the_allowed_depth() {
+    fn auto_stiffness_stops_impact_at_allowed_overlap() {
         let impact = Impact { depth: 1e-4, speed: 0.5, mass: 2.0, weight: 0.0 };
         for exponent in [1.0, 1.5, 3.0] {
             let k = impact.stiffness(exponent);
@@ -112,7 +112,7 @@ mod tests {
     /// Grains of 1 cm in a box 10 cm high: in oil no faster than its drag lets one fall alone, in
     /// gas as fast as they fall from its top.
     #[test]
-    fn the_speed_of_an_impact_is_that_of_a_fall_in_the_fluid_that_there_is() {
+    fn expected_impact_speed_from_fall_in_fluid() {
         let sphere = || {
             let mut body =
                 Body::new(Arc::new(Sphere { radius: 0.005 }), 2650.0, 1.0, Vector3::zeros());

@@ -127,7 +127,7 @@ fn collide(contacts: &mut Touched, bodies: &mut [Body], dt: f64) -> usize {
 }
 
 #[test]
-fn a_head_on_collision_has_the_restitution_asked_for() {
+fn head_on_collision_has_given_restitution() {
     let mut worst: f64 = 0.0;
     for (exponent, e, phase) in [1.0, 1.5]
         .into_iter()
@@ -176,7 +176,7 @@ fn a_head_on_collision_has_the_restitution_asked_for() {
 }
 
 #[test]
-fn the_damping_ratio_is_that_of_schwager_and_poeschel() {
+fn damping_ratio_of_schwager_and_poeschel() {
     for zeta in [0.01, 0.1, 0.5, 0.7, 0.75, 0.9, 0.999, 1.5, 3.0] {
         let theory: f64 = if zeta < 1.0 {
             let w = f64::sqrt(1.0 - zeta * zeta);
@@ -192,7 +192,7 @@ fn the_damping_ratio_is_that_of_schwager_and_poeschel() {
 }
 
 #[test]
-fn what_a_locked_axis_drives_into_a_wall_is_named_since_no_stiffness_stops_it() {
+fn locked_axis_driving_into_wall_is_named() {
     let driven = |freedom: Freedom| {
         let mut one = [body(Shape::Disc, 0.01, vector![0.1, 0.011, 0.0], vector![0.2, -0.5, 0.0])];
         one[0].motion = Motion::Free(freedom);
@@ -221,7 +221,7 @@ fn time_at_the_wall(law: Material, speed: f64, steps: f64) -> f64 {
 }
 
 #[test]
-fn a_contact_lasts_as_long_as_theory_says() {
+fn contact_duration_matches_theory() {
     let mass = body(Shape::Sphere, 0.01, Vector3::zeros(), Vector3::zeros()).mass();
     let linear = PI * (mass / 1e6).sqrt();
     assert!((time_at_the_wall(material(1.0, 1.0, 0.0), 0.5, 1000.0) / linear - 1.0).abs() < 0.003);
@@ -253,7 +253,7 @@ fn a_contact_lasts_as_long_as_theory_says() {
 }
 
 #[test]
-fn damping_can_be_given_as_it_is() {
+fn damping_given_directly() {
     let mass = body(Shape::Sphere, 0.01, Vector3::zeros(), Vector3::zeros()).mass();
     for exponent in [1.0, 1.5] {
         let asked = Law::new(material(exponent, 0.6, 0.0));
@@ -269,7 +269,7 @@ fn damping_can_be_given_as_it_is() {
 }
 
 #[test]
-fn bodies_that_are_not_free_act_with_infinite_mass_and_their_own_velocity() {
+fn prescribed_bodies_have_infinite_mass_in_contact() {
     let mut two = [
         body(Shape::Disc, 0.01, vector![0.05, 0.1, 0.0], vector![1.0, 0.0, 0.0]),
         body(Shape::Disc, 0.01, vector![0.0705, 0.1, 0.0], vector![0.0, 0.0, 0.0]),
@@ -289,7 +289,7 @@ fn bodies_that_are_not_free_act_with_infinite_mass_and_their_own_velocity() {
 }
 
 #[test]
-fn a_body_that_is_pinned_turns_but_stays() {
+fn pinned_body_rotates_without_translation() {
     let mut two = [
         body(Shape::Disc, 0.01, vector![0.05, 0.1, 0.0], Vector3::zeros()),
         body(Shape::Disc, 0.01, vector![0.0699, 0.1, 0.0], vector![0.0, 0.0, 0.0]),
@@ -313,7 +313,7 @@ fn a_body_that_is_pinned_turns_but_stays() {
 }
 
 #[test]
-fn what_a_user_can_cause_is_an_error_that_names_the_particle() {
+fn contact_errors_name_the_particle() {
     let says = |body: Body, substeps, dt, accelerations: Accelerations, words: &[&str]| {
         let mut still = body.clone();
         (still.centre, still.velocity) = (vector![0.15, 0.15, 0.0], Vector3::zeros());

@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rectangle_around_the_disc_holds_all_of_it_and_its_quarters_a_quarter_each() {
+    fn disc_rectangle_overlap_whole_and_quarters() {
         let r = 0.7;
         assert!((part([-1.0, 1.0], [-1.0, 1.0], r).area - PI * r * r).abs() < 1e-14);
         assert!((part([0.0, 1.0], [-1.0, 0.0], r).area - PI * r * r / 4.0).abs() < 1e-14);
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn the_exact_overlap_agrees_with_counting_points() {
+    fn disc_rectangle_overlap_matches_point_count() {
         let (x, y, r) = ([0.1, 0.75], [-0.2, 0.6], 0.8);
         let n = 2000;
         let at = |s: [f64; 2], k: usize| s[0] + (s[1] - s[0]) * (k as f64 + 0.5) / n as f64;
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn the_moment_of_a_rectangle_agrees_with_counting_points() {
+    fn disc_rectangle_moment_matches_point_count() {
         let (x, y, c) = ([0.1, 0.75], [-0.2, 0.6], 0.8);
         let n = 1000;
         let at = |s: [f64; 2], k: usize| s[0] + (s[1] - s[0]) * (k as f64 + 0.5) / n as f64;

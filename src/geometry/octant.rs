@@ -226,7 +226,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cells_that_tile_space_hold_the_whole_sphere() {
+    fn sphere_volume_is_sum_over_tiling_cells() {
         for (r, h, shift) in
             [(0.5, 0.125, 0.03), (1.0, 0.3, 0.11), (0.5, 0.02, 0.007), (0.5, 0.125, 0.0)]
         {
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cap_and_an_octant_have_their_exact_volumes_and_moments() {
+    fn sphere_cap_and_octant_volumes_and_moments() {
         let (r, h) = (0.8f64, 0.3);
         let cap = of_box(&Vector3::new(-1.0, -1.0, r - h), &Vector3::repeat(1.0), r);
         assert!((cap.volume - PI * h * h * (3.0 * r - h) / 3.0).abs() < 1e-14);
@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn boxes_anywhere_hold_what_counting_finds_in_them() {
+    fn sphere_box_overlap_matches_point_count() {
         let r = 1.0;
         let mut seed = 1u64;
         let mut chance = || {

@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn pieces_come_close_to_the_closed_form() {
+    fn subdivided_overlap_approximates_closed_form() {
         let [flat, space] =
             [&Disc { radius: 1.0 } as &dyn Shape, &Sphere { radius: 1.0 }].map(worst);
         println!("worst of a box: disc {flat:.1e}, sphere {space:.1e}");

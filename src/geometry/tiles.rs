@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lattice_is_filled_as_its_boxes_one_by_one() {
+    fn tiled_lattice_fractions_equal_single_boxes() {
         for shape in [&Disc { radius: 0.5 } as &dyn Shape, &Sphere { radius: 0.5 }] {
             for faces in 0..shape.dimension() {
                 let (parts, moments) = worst(shape, faces);

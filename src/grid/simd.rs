@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_largest_of_a_row_is_found_wherever_it_stands_and_no_nan_is_lost() {
+    fn simd_maximum_at_any_position_keeps_nan() {
         for n in [1, 7, 8, 9, 30] {
             for at in 0..n {
                 assert_eq!(largest(n, |i| if i == at { 2.0 } else { 1.0 }), 2.0);

@@ -286,7 +286,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_quintic_reproduces_polynomials_of_degree_five() {
+    fn qsi_quintic_exact_for_degree_five() {
         for c in [0.0, 0.3, 0.77, 1.0] {
             for degree in 0..6 {
                 let sum: f64 = quintic_weights(c)
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn a_face_value_of_a_constant_is_the_constant_and_leans_upwind() {
+    fn upwind_face_value_of_constant_and_bias() {
         assert!((upwind_flux(2.0, 1.0, [3.0; 6]) - 6.0).abs() < 1e-14);
         assert!(
             (upwind_flux(1.0, 1.0, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]) - 47.0 / 60.0).abs() < 1e-15

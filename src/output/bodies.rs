@@ -64,7 +64,7 @@ mod tests {
     use std::sync::Arc;
 
     #[test]
-    fn bodies_are_read_as_they_were_written_and_half_a_file_is_refused() {
+    fn bodies_csv_round_trip_and_truncated_file() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("bodies.vtp");
         assert!(read(&path).unwrap().is_empty());

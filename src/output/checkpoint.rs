@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn the_newest_two_are_kept_and_the_newest_whole_one_is_found() {
+    fn newest_two_checkpoints_kept_and_newest_valid_found() {
         let run = tempfile::tempdir().unwrap();
         assert!(
             newest(run.path()).unwrap_err().to_string().contains("no checkpoint to go on from")
@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn every_damage_is_found_and_the_older_one_used() {
+    fn damaged_checkpoint_detected_and_older_used() {
         let run = tempfile::tempdir().unwrap();
         write(run.path(), 1, b"older");
         write(run.path(), 2, b"newer");
@@ -360,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn one_that_was_not_finished_leaves_nothing_and_one_of_another_format_is_named() {
+    fn unfinished_and_foreign_format_checkpoints() {
         let run = tempfile::tempdir().unwrap();
         write(run.path(), 1, b"whole");
         let mut writer = begin(run.path(), 2);

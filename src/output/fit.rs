@@ -153,7 +153,7 @@ mod tests {
     /// A fall from rest with v = 1 - exp(-t), a rest on the floor after it, and a fall that is too
     /// short.
     #[test]
-    fn the_terminal_speed_is_that_of_the_steadiest_quarter_of_the_way() {
+    fn terminal_speed_from_steadiest_quarter() {
         let fall = |until: f64| {
             (0..=1000).map(move |k| until * f64::from(k) / 1000.0).map(|t| (t, 1.0 - (-t).exp()))
         };
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn the_residual_is_the_part_of_the_force_that_morisons_formula_has_no_term_for() {
+    fn morison_residual_of_unmodelled_force() {
         let fit = |extra: f64| {
             let (mut morison, dt, mut square) = (Morison::new(2.0, 0.2, 0.03), 0.01, 0.0);
             for k in 1..=400 {
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_is_what_a_quadratic_leaves_each_value_weighed_by_its_step() {
+    fn force_noise_about_weighted_quadratic_fit() {
         // Over four seconds the quadratic's mean is 2 + 0.6 - 0.05 16/3; the deviations' is 0, and
         // of their square 3.
         let expected = 3.0f64.sqrt() * 0.1 / (2.6 - 0.8 / 3.0);

@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parabolas_of_velocity_give_their_own_extrema_on_even_and_odd_grids() {
+    fn midline_extrema_exact_for_parabola() {
         for cells in [[8, 8], [9, 7]] {
             let place = |cell: [usize; 2], a: usize| (cell[a] as f64 + 0.5) / cells[a] as f64;
             // On the midlines 1 - 3 (y - 0.3)^2 and 2 - (x - 0.6)^2; a slope across them is

@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn records_are_a_second_apart_and_the_last_says_how_the_run_ended() {
+    fn progress_records_every_second_and_final_status() {
         let folder = tempfile::tempdir().unwrap();
         let mut progress = Progress::new(false, 2.0, Some(folder.path()));
         progress.begin(10, 1.0, None);
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn the_time_left_goes_by_the_pace_of_late() {
+    fn time_left_from_recent_rate() {
         let mut progress = Progress::new(false, 1.0, None);
         progress.begin(0, 0.0, None);
         // Ten seconds at a pace of 0.001 while the steps grow, then 0.01: 99 seconds more, of which
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn the_time_left_of_what_comes_to_rest_is_that_of_longer_steps() {
+    fn time_left_with_growing_steps() {
         let rest = Rest { from: 0.0, still: 0.4, power: 1.0 };
         let mut progress = Progress::new(false, 2.0, None);
         progress.begin(0, 0.0, Some(rest));
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_torn_by_a_kill_does_not_spoil_the_next() {
+    fn progress_survives_truncated_line() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join(FILE), "{\"status\":\"runn").unwrap();
         Progress::new(false, 2.0, Some(folder.path())).finish("done", 3, 2.0, Map::new());
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn time_left_is_said_in_words_that_fit_it() {
+    fn time_left_units() {
         assert_eq!(
             [4.0, 75.0, 3660.0, -1.0].map(minutes),
             ["4 s", "1 min 15 s", "1 h 01 min", "0 s"]

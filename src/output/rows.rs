@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_goes_on_after_the_lines_that_are_kept_and_one_that_was_changed_is_refused() {
+    fn csv_is_truncated_on_resume_and_changed_file_refused() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.csv");
         let mut rows = Rows::create(&path, "head").unwrap();

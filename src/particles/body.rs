@@ -341,7 +341,7 @@ mod tests {
     use crate::geometry::Disc;
 
     #[test]
-    fn a_path_goes_on_across_periodic_borders_both_ways() {
+    fn path_unwraps_across_periodic_boundaries() {
         let freedom = Freedom { translation: [true; 3], rotation: [true; 3] };
         let mut body =
             Body::new(Arc::new(Disc { radius: 0.1 }), 1.0, 0.0, Vector3::new(0.4, 0.5, 0.0));
@@ -366,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn a_body_that_swings_is_where_its_formula_says_and_keeps_its_spin() {
+    fn oscillating_body_position_and_spin() {
         let (origin, drift, amplitude) = (
             Vector3::new(0.4, 0.5, 0.0),
             Vector3::new(0.3, 0.0, 0.0),

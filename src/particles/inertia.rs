@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_impulse_about_free_axes_adds_its_own_momentum_there_and_turns_nothing_about_held_ones() {
+    fn angular_impulse_about_free_and_locked_axes() {
         let inertia = Inertia::Tensor(Matrix3::new(3.0, 0.5, -0.2, 0.5, 2.0, 0.3, -0.2, 0.3, 1.0));
         let impulse = Vector3::new(1.0, -2.0, 0.7);
         let all = Freedom { translation: [true; 3], rotation: [true; 3] };

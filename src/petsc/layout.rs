@@ -168,7 +168,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_rank_gets_its_cells_and_the_fewest_faces() {
+    fn subdomains_have_equal_cells_and_fewest_faces() {
         assert_eq!(split(1, &[160, 64], 3), Some([1, 1, 1]));
         assert_eq!(split(2, &[160, 64], 3), Some([2, 1, 1]));
         assert_eq!(split(4, &[64, 64], 3), Some([2, 2, 1]));

@@ -303,7 +303,7 @@ mod tests {
     /// Every pair of ends in two and three dimensions, odd and even numbers of cells: what comes
     /// out solves the system.
     #[test]
-    fn a_uniform_system_is_solved_in_one_application_whatever_the_boundaries() {
+    fn transform_solves_uniform_system_in_one_application() {
         let ends = [[false, false], [true, true], [false, true], [true, false]]
             .map(|given| Ends::Boundaries { given });
         let ends = [Ends::Periodic].into_iter().chain(ends).collect::<Vec<_>>();

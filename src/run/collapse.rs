@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_run_ends_after_a_hundred_steps_that_are_a_thousandth_of_the_first() {
+    fn collapsed_step_length_ends_run() {
         let mut collapse = Collapse::default();
         let mut take = |dt| collapse.take(dt, &[], &[], &[None; 3]);
         assert!((0..10).all(|_| take(1.0).is_ok()));

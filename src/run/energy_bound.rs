@@ -156,7 +156,7 @@ mod tests {
     use crate::petsc::{Layout, Session};
 
     #[test]
-    fn what_is_made_is_refused_once_it_is_as_much_as_there_ever_was() {
+    fn energy_gain_over_all_supplied_energy_is_refused() {
         let session = Session::start(&[]).unwrap();
         let layout = Layout::new(&session, &[8, 8], &[true, true], 3).unwrap();
         let grid = Grid::<2>::new([8, 8], [1.0, 1.0], [true, true], &layout);

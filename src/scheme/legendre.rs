@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_is_of_second_order_and_its_weights_are_those_of_the_recurrence() {
+    fn legendre_step_second_order_with_recurrence_weights() {
         for s in 3..=20 {
             let legendre = Legendre::new(s);
             let error = |z: f64| grown(&legendre, z) - z.exp();
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_grows_up_to_the_limit_and_something_does_behind_it() {
+    fn legendre_stability_limit() {
         for s in 3..=20 {
             let (legendre, end) = (Legendre::new(s), 2.0 * limit(s));
             let worst = (0..=1000)
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_added_to_a_stage_remains_as_said() {
+    fn legendre_stage_increment_weights() {
         let legendre = Legendre::new(5);
         for (k, stage) in legendre.stages.iter().enumerate() {
             let (mut last, mut before) = (0.0, 0.0);

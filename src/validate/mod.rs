@@ -246,7 +246,7 @@ mod tests {
     use crate::config::load;
 
     #[test]
-    fn one_value_that_falls_short_makes_the_status_1_and_a_run_that_fails_3() {
+    fn validate_exit_status_1_for_value_and_3_for_failed_run() {
         let found = |short, failed: &[&str]| Found {
             pass: 4,
             short,
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn cases_are_chosen_by_how_their_names_begin() {
+    fn validate_chooses_cases_by_name_prefix() {
         let count = |names: &[&str], full| {
             let names: Vec<String> = names.iter().map(|name| name.to_string()).collect();
             chosen(&names, full).map(|rows| rows.len())
@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn every_row_is_a_good_case_with_a_reference_and_its_source() {
+    fn validate_rows_are_valid_cases_with_sources() {
         let folder = tempfile::tempdir().unwrap();
         let (case, rows) = (folder.path().join("case.toml"), shipped());
         assert!(rows.iter().any(|row| row.quick) && rows.iter().any(|row| !row.quick));

@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_that_has_moved_by_a_tenth_of_its_tolerance_is_named() {
+    fn accuracy_page_names_value_moved_by_tenth_of_tolerance() {
         let (folder, two) = (tempfile::tempdir().unwrap(), Reference::Value(2.0));
         let (band, none) = (Reference::Band([0.0, 2.0]), comparison(None, two, 0.1));
         let of = |value: f64| comparison(Some(value), two, 0.1);
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_have_five_digits_and_what_is_no_page_is_refused() {
+    fn accuracy_page_digits_and_refused_files() {
         let written = [1.5576, -0.00871234, 75.123456, 0.0, 1.25e-7, 123456.7].map(significant);
         assert_eq!(written, ["1.5576", "-0.0087123", "75.123", "0.0000", "1.2500e-7", "1.2346e5"]);
         let folder = tempfile::tempdir().unwrap();

@@ -51,7 +51,7 @@ fn allocations<const D: usize>(scene: &mut Scene<D>, dt: f64) -> usize {
 }
 
 #[test]
-fn a_step_after_the_first_allocates_nothing() {
+fn time_step_allocates_nothing() {
     let petsc = petsc();
     assert!(
         {

@@ -141,7 +141,7 @@ fn listing(folder: &Path) -> Vec<(std::path::PathBuf, u64)> {
 }
 
 #[test]
-fn a_bad_command_line_folder_or_file_is_refused_with_one_message_and_nothing_is_written() {
+fn bad_command_line_folder_or_file_is_refused() {
     let folder = scratch();
     let before = listing(folder.path());
     expect_none(BAD.iter().map(|(words, says)| {
@@ -162,7 +162,7 @@ fn a_bad_command_line_folder_or_file_is_refused_with_one_message_and_nothing_is_
 }
 
 #[test]
-fn more_ranks_than_a_grid_can_be_cut_for_are_refused_with_one_voice_as_are_bad_cases() {
+fn too_many_ranks_and_bad_cases_are_refused_with_one_message() {
     let folder = tempfile::tempdir().unwrap();
     let (case, out) = (folder.path().join("small.toml"), folder.path().join("out"));
     fs::write(&case, GOOD).unwrap();
@@ -190,7 +190,7 @@ fn more_ranks_than_a_grid_can_be_cut_for_are_refused_with_one_voice_as_are_bad_c
 
 /// Of a scene at rest nothing is solved before the first step.
 #[test]
-fn petsc_options_that_a_solve_would_stumble_over_are_refused_of_a_scene_at_rest() {
+fn bad_petsc_options_are_refused_for_scene_at_rest() {
     let case = shipped("cases/settling-disc/case.toml");
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
@@ -213,7 +213,7 @@ fn petsc_options_that_a_solve_would_stumble_over_are_refused_of_a_scene_at_rest(
 }
 
 #[test]
-fn a_bad_case_in_a_good_folder_is_refused_by_every_command_that_reads_cases() {
+fn bad_case_in_run_folder_is_refused_by_every_command() {
     let case = shipped("cases/cylinder-wake/case.toml");
     let case = case.to_str().unwrap();
     // Away from what earlier runs have left.

@@ -117,7 +117,7 @@ pub fn expect_none(shortcomings: impl IntoIterator<Item = (String, Vec<String>)>
 }
 
 #[test]
-fn the_case_that_the_bad_ones_are_made_from_is_good() {
+fn base_case_of_bad_input_tests_is_valid() {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let case = folder.path().join("small.toml");
     fs::write(&case, GOOD).expect("the scratch folder takes a file");
@@ -126,7 +126,7 @@ fn the_case_that_the_bad_ones_are_made_from_is_good() {
 }
 
 #[test]
-fn a_bad_case_is_refused_with_one_message_that_names_file_line_key_and_cure() {
+fn bad_case_message_has_file_line_key_and_cure() {
     expect_none(BAD_KEYS.iter().chain(BAD_BODIES).map(|(from, to, line, key, says)| {
         assert!(GOOD.contains(from), "the good case has no `{from}`");
         let text = GOOD.replacen(from, to, 1);
@@ -146,7 +146,7 @@ fn a_bad_case_is_refused_with_one_message_that_names_file_line_key_and_cure() {
 }
 
 #[test]
-fn a_bad_override_is_refused_with_one_message_that_names_it_and_the_right_form() {
+fn bad_override_message_has_the_right_form() {
     let row = |(given, says): &(&str, &[&str])| {
         (given.to_string(), refused(GOOD.as_bytes(), &["--set", given], says))
     };
@@ -154,7 +154,7 @@ fn a_bad_override_is_refused_with_one_message_that_names_it_and_the_right_form()
 }
 
 #[test]
-fn what_a_preset_gives_is_refused_at_its_line() {
+fn contradiction_with_preset_is_refused_at_its_line() {
     let text = GOOD
         .replacen('\n', "\npreset = \"mics-2003\"\n", 1)
         .replace("cfl = 0.4", "scheme = \"rk2\"");
@@ -163,7 +163,7 @@ fn what_a_preset_gives_is_refused_at_its_line() {
 }
 
 #[test]
-fn a_bad_list_of_particles_is_refused_with_its_file_line_and_column() {
+fn bad_particle_csv_message_has_file_line_and_column() {
     let row = |csv: &str, says: &[&str]| {
         let folder = tempfile::tempdir().expect("a scratch folder");
         let (case, out) = (folder.path().join("small.toml"), folder.path().join("out"));
@@ -197,7 +197,7 @@ fn a_bad_list_of_particles_is_refused_with_its_file_line_and_column() {
 }
 
 #[test]
-fn a_case_file_that_cannot_be_read_as_text_is_refused() {
+fn case_file_that_is_not_utf8_is_refused() {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let out = folder.path().join("out");
     let absent = folder.path().join("absent.toml");
@@ -220,7 +220,7 @@ fn a_case_file_that_cannot_be_read_as_text_is_refused() {
 }
 
 #[test]
-fn a_folder_that_holds_a_run_is_refused_and_left_as_it_was() {
+fn run_folder_is_refused_without_force() {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let (case, out) = (folder.path().join("small.toml"), folder.path().join("out"));
     fs::write(&case, GOOD).expect("the scratch folder takes a file");
@@ -237,7 +237,7 @@ fn a_folder_that_holds_a_run_is_refused_and_left_as_it_was() {
 }
 
 #[test]
-fn force_replaces_a_run_and_nothing_else() {
+fn force_replaces_only_a_run_folder() {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let (case, out) = (folder.path().join("small.toml"), folder.path().join("out"));
     fs::write(&case, GOOD).expect("the scratch folder takes a file");
@@ -275,7 +275,7 @@ fn force_replaces_a_run_and_nothing_else() {
 }
 
 #[test]
-fn a_petsc_option_that_cannot_be_is_refused_by_name() {
+fn impossible_petsc_option_is_refused_by_name() {
     let row = |options: &[&str], says: &[&str]| {
         (options.join(" "), refused(GOOD.as_bytes(), &[&["--"], options].concat(), says))
     };

@@ -41,7 +41,7 @@ fn follow<const D: usize>(scene: &mut Scene<D>, steps: usize, dt: f64) -> [f64; 
 }
 
 #[test]
-fn what_fluid_and_bodies_gain_is_what_the_sides_of_the_box_gravity_and_contacts_give() {
+fn momentum_balance_of_sides_gravity_and_contacts() {
     let petsc = petsc();
     let moving = ["\"wall\"", "\"slip\"", "\"wall\"", "{ moving_wall = [1.0, 0.0] }"];
     let stream = ["{ inflow_parabola = [1.0, 0.0] }", "\"outflow\"", "\"wall\"", "\"slip\""];
@@ -66,7 +66,7 @@ fn what_fluid_and_bodies_gain_is_what_the_sides_of_the_box_gravity_and_contacts_
 }
 
 #[test]
-fn the_balance_holds_in_three_dimensions() {
+fn momentum_balance_in_3d() {
     let petsc = petsc();
     let text = "name = \"b\"\n[domain]\nsize = [1.5, 1.0, 1.0]\ncells = [24, 16, 16]\n[fluid]\n\
         density = 1.0\n\
@@ -85,7 +85,7 @@ fn the_balance_holds_in_three_dimensions() {
 /// `-u.grad u` keeps no momentum, and the audit has to say so: a balance that closes whatever
 /// happens is none.
 #[test]
-fn a_term_that_loses_momentum_is_told_by_the_balance() {
+fn momentum_balance_detects_non_conservative_term() {
     let petsc = petsc();
     let sides = ["\"wall\"", "\"slip\"", "\"wall\"", "{ moving_wall = [1.0, 0.0] }"];
     for sides in [sides, PERIODIC] {
@@ -135,7 +135,7 @@ fn traction(scene: &Scene<2>, viscosity: f64) -> Vector3<f64> {
 }
 
 #[test]
-fn the_impulse_of_the_sides_is_the_traction_that_the_fields_have_there() {
+fn side_impulse_equals_traction_of_fields() {
     let petsc = petsc();
     let viscosity = 0.1;
     let (wall, lid) = ("\"wall\"", "{ moving_wall = [1.0, 0.0] }");
@@ -176,7 +176,7 @@ fn the_impulse_of_the_sides_is_the_traction_that_the_fields_have_there() {
 
 /// The momentum that `steps.csv` begins with is that of the state before the first step.
 #[test]
-fn the_balance_begins_with_the_momentum_that_is_there() {
+fn momentum_balance_starts_from_initial_momentum() {
     let petsc = petsc();
     for wall in [SHARP, MIXING] {
         let more = format!("{}[initial]\nvelocity = [0.5, 0.2]", discs().replace(SHARP, wall));
@@ -193,7 +193,7 @@ fn the_balance_begins_with_the_momentum_that_is_there() {
 /// whose centroid is not the body's: by gravity, and by contacts. Left out, the balance of the
 /// paper's mixing missed 1e-5 of what there was.
 #[test]
-fn the_balance_holds_where_a_body_is_locked_along_an_axis_and_turns() {
+fn momentum_balance_with_locked_spinning_body() {
     let petsc = petsc();
     let disc = |place: [f64; 2], locked: &str| {
         format!(

@@ -79,7 +79,7 @@ fn broken(page: &Path, text: &str, link: &str) -> Option<String> {
 }
 
 #[test]
-fn every_link_leads_somewhere() {
+fn book_links_resolve() {
     let mut wrong = Vec::new();
     for page in pages() {
         let text = std::fs::read_to_string(&page).unwrap();
@@ -92,7 +92,7 @@ fn every_link_leads_somewhere() {
 }
 
 #[test]
-fn links_are_judged_as_a_forge_judges_them() {
+fn link_checker_follows_forge_anchors() {
     let text = "# A `[fluid]` of two\n## Twice\n```\n# no heading, [no](link)\n```\n## Twice\n";
     assert_eq!(anchors(text), ["a-fluid-of-two", "twice", "twice-1"]);
     let page = shipped("docs/output.md");
@@ -110,7 +110,7 @@ fn links_are_judged_as_a_forge_judges_them() {
 }
 
 #[test]
-fn every_page_of_the_book_is_in_its_table_of_contents() {
+fn book_pages_are_in_summary() {
     let summary = shipped("docs/SUMMARY.md");
     let text = std::fs::read_to_string(&summary).unwrap();
     let listed: Vec<PathBuf> =
@@ -128,7 +128,7 @@ fn every_page_of_the_book_is_in_its_table_of_contents() {
 }
 
 #[test]
-fn the_key_reference_is_what_the_program_writes() {
+fn keys_page_equals_schema_markdown() {
     let output = mics(&["schema", "--markdown"]);
     let (written, kept) = (
         String::from_utf8(output.stdout).unwrap(),
@@ -146,7 +146,7 @@ fn the_key_reference_is_what_the_program_writes() {
 }
 
 #[test]
-fn the_cases_that_the_pages_print_are_cases() {
+fn cases_printed_in_pages_are_valid() {
     for (page, count) in [("docs/tutorial.md", 2), ("README.md", 1)] {
         let text = std::fs::read_to_string(shipped(page)).unwrap();
         let blocks = text.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next());

@@ -15,7 +15,7 @@ fn channel_error(case: &str, steps: usize, dt: f64, exact: impl Fn(f64) -> f64) 
 }
 
 #[test]
-fn a_parabolic_inflow_between_walls_stays_a_parabola_to_second_order() {
+fn parabolic_inflow_stays_parabolic_to_second_order() {
     let error = |n: usize| {
         let sides = ["{ inflow_parabola = [1.0, 0.0] }", "\"outflow\"", "\"wall\"", "\"wall\""];
         let dt = (0.4 / n as f64).min(4.0 / (n * n) as f64);
@@ -32,7 +32,7 @@ fn a_parabolic_inflow_between_walls_stays_a_parabola_to_second_order() {
 }
 
 #[test]
-fn a_moving_wall_drives_couette_flow_exactly() {
+fn moving_wall_gives_exact_couette_flow() {
     let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "{ moving_wall = [2.0, 0.0] }"];
     let error =
         channel_error(&box_case([0.5, 1.0], [8, 16], 0.5, sides, ""), 4000, 2e-3, |y| 2.0 * y);
@@ -40,7 +40,7 @@ fn a_moving_wall_drives_couette_flow_exactly() {
 }
 
 #[test]
-fn a_stream_along_slip_walls_stays_uniform_and_a_table_of_inflow_is_an_inflow() {
+fn uniform_stream_along_slip_walls_and_inflow_profile() {
     let table = "{ inflow_profile = { at = [0.0, 1.0], velocity = [[1.0, 0.0], [1.0, 0.0]] } }";
     for west in ["{ inflow = [1.0, 0.0] }", table] {
         let sides = [west, "\"outflow\"", "\"slip\"", "\"slip\""];
@@ -79,14 +79,14 @@ fn left_behind(length: f64, n: usize) -> f64 {
 }
 
 #[test]
-fn a_vortex_leaves_through_the_outflow_without_reflection() {
+fn vortex_leaves_outflow_without_reflection() {
     let (short, long) = (left_behind(2.0, 24), left_behind(5.0, 24));
     println!("left behind: {short:.2e}, with the outflow far away {long:.2e}");
     assert!((short - long).abs() < 0.01, "{short} against {long}");
 }
 
 #[test]
-fn what_the_mixing_takes_is_all_that_a_periodic_flow_loses() {
+fn mixing_momentum_loss_of_periodic_flow() {
     let petsc = petsc();
     let body = "[coupling]\nwall = \"mixing\"\n[[particle]]\n\
         shape = { disc = { diameter = 0.3 } }\nposition = [0.43, 0.52]\nmotion = \"fixed\"\n\
@@ -114,7 +114,7 @@ fn what_the_mixing_takes_is_all_that_a_periodic_flow_loses() {
 }
 
 #[test]
-fn between_two_outflows_a_stream_dies_away_as_one_that_a_reservoir_at_rest_feeds() {
+fn stream_between_two_outflows_decays_as_from_reservoir() {
     // Bernoulli at the side where it comes in: rho L dU/dt = -rho U^2/2, so that U = U_0/(1 + U_0
     // t/(2 L)).
     let sides = ["\"outflow\"", "\"outflow\"", "\"slip\"", "\"slip\""];
@@ -151,7 +151,7 @@ fn between_two_outflows_a_stream_dies_away_as_one_that_a_reservoir_at_rest_feeds
 }
 
 #[test]
-fn a_stream_and_its_mirror_image_have_one_budget_of_energy() {
+fn mirrored_stream_has_the_same_energy_budget() {
     let spent = |towards: f64| {
         let (inflow, at) = (format!("{{ inflow = [{towards:?}, 0.0] }}"), 0.6 + 0.3 * towards);
         let ends = if towards > 0.0 { [&inflow, "\"outflow\""] } else { ["\"outflow\"", &inflow] };
@@ -176,7 +176,7 @@ fn a_stream_and_its_mirror_image_have_one_budget_of_energy() {
 /// A fluidised column's floor: the stream that comes in lifts a disc by less than its weight, and
 /// the inflow carries the rest as a grate does.
 #[test]
-fn a_disc_that_the_stream_does_not_lift_lies_on_the_inflow() {
+fn heavy_disc_rests_on_inflow_boundary() {
     let petsc = petsc();
     for density in [2.65, 7.8] {
         let sides = ["\"slip\"", "\"slip\"", "{ inflow = [0.0, 0.2] }", "\"outflow\""];
@@ -211,7 +211,7 @@ fn a_disc_that_the_stream_does_not_lift_lies_on_the_inflow() {
 /// itself, and grew without bound in gaps of a fifth of a spacing and less. The flow is that around
 /// one which is further in, give or take what the outflow does to it.
 #[test]
-fn a_body_that_touches_an_outflow_or_nearly_leaves_the_flow_calm() {
+fn body_that_touches_an_outflow_keeps_flow_calm() {
     let petsc = petsc();
     let stream = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"wall\"", "\"slip\""];
     let energy = |gap: f64, cells: f64| {

@@ -13,7 +13,7 @@ pub fn measures(text: &str) -> serde_json::Value {
 }
 
 #[test]
-fn the_box_is_measured_as_engineers_do() {
+fn measures_of_flow_rate_pressure_drop_and_drive_force() {
     let kinds = |kinds: &[(&str, &str)]| -> String {
         kinds
             .iter()
@@ -88,7 +88,7 @@ fn the_box_is_measured_as_engineers_do() {
 }
 
 #[test]
-fn a_channel_that_bodies_shut_is_said_before_it_is_driven() {
+fn check_warns_of_driven_channel_blocked_by_bodies() {
     let dir = tempfile::tempdir().unwrap();
     let said = |discs: &[(f64, f64)]| {
         let disc = |(y, d): &(f64, f64)| {
@@ -118,7 +118,7 @@ fn a_channel_that_bodies_shut_is_said_before_it_is_driven() {
 }
 
 #[test]
-fn fixed_bodies_that_shut_the_way_from_an_inflow_to_the_outflow_are_refused_on_ranks_too() {
+fn blocked_inflow_is_refused_on_several_ranks() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"wall\"", "\"wall\""];
@@ -153,7 +153,7 @@ fn fixed_bodies_that_shut_the_way_from_an_inflow_to_the_outflow_are_refused_on_r
 }
 
 #[test]
-fn inflows_that_balance_need_no_outflow_and_others_are_refused_with_what_comes_in_and_goes_out() {
+fn unbalanced_inflow_without_outflow_is_refused() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     let out = dir.path().join("out");

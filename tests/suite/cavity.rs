@@ -15,7 +15,7 @@ fn extremum(values: &[f64], h: f64) -> (f64, f64) {
 
 #[test]
 #[ignore = "until it is steady takes long; ci/weekly"]
-fn the_cavity_s_extrema_are_within_one_and_a_half_percent_of_the_spectral_ones() {
+fn lid_driven_cavity_extrema_within_1_5_percent_of_spectral() {
     let dir = tempfile::tempdir().unwrap();
     let case = shipped("cases/lid-driven-cavity/case.toml");
     let summary = run(&case, dir.path(), &["--set", "output.figures=false"]);

@@ -4,7 +4,7 @@ use crate::estimates::{SPRINGS, fall, says};
 use crate::support::{mics, run, shipped};
 
 #[test]
-fn an_inflow_that_takes_the_fluid_away_is_warned_of() {
+fn inflow_pointing_outwards_is_warned_of() {
     let case = shipped("cases/cylinder-wake/case.toml");
     let case = case.to_str().unwrap();
     for (inflow, warned) in [("[-1.0, 0.0]", true), ("[1.0, 0.0]", false)] {
@@ -17,7 +17,7 @@ fn an_inflow_that_takes_the_fluid_away_is_warned_of() {
 }
 
 #[test]
-fn a_fluid_without_viscosity_that_sticks_to_bodies_is_warned_of() {
+fn no_slip_bodies_at_zero_viscosity_are_warned_of() {
     let dir = tempfile::tempdir().unwrap();
     let case = fall(dir.path(), SPRINGS);
     for (viscosity, warned) in [("0.0", true), ("0.05", false)] {
@@ -37,7 +37,7 @@ fn a_fluid_without_viscosity_that_sticks_to_bodies_is_warned_of() {
 /// One stiffness holds for all: that which a body of a hundred tonnes per cubic metre asks for is
 /// costly where another one weighs what water does.
 #[test]
-fn bodies_whose_weights_are_far_apart_are_said_to_be_costly() {
+fn contact_substeps_of_unequal_masses_are_warned_of() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     for (heavy, warned) in [(1e8, true), (7800.0, false)] {
@@ -66,7 +66,7 @@ fn bodies_whose_weights_are_far_apart_are_said_to_be_costly() {
 }
 
 #[test]
-fn bodies_that_overlap_at_the_start_are_warned_of() {
+fn overlap_at_start_is_warned_of() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     for (second, warned) in [(0.01495, true), (0.015, false)] {
@@ -95,7 +95,7 @@ fn bodies_that_overlap_at_the_start_are_warned_of() {
 }
 
 #[test]
-fn check_says_gravity_the_laws_of_contact_and_what_a_run_will_write() {
+fn check_prints_gravity_contact_laws_and_output() {
     let dir = tempfile::tempdir().unwrap();
     let laws = "contact = \
         { friction = 0.4, restitution = 0.7, pair = [{ between = [\"ice\", \"wall\"], friction = \
@@ -129,7 +129,7 @@ fn check_says_gravity_the_laws_of_contact_and_what_a_run_will_write() {
 }
 
 #[test]
-fn that_a_touch_ends_a_run_without_contacts_is_a_notice_of_its_own() {
+fn missing_contact_table_is_a_notice() {
     let dir = tempfile::tempdir().unwrap();
     for (more, noticed) in [("", true), (SPRINGS, false)] {
         let (code, said) = says(&["check", fall(dir.path(), more).to_str().unwrap()]);
@@ -141,7 +141,7 @@ fn that_a_touch_ends_a_run_without_contacts_is_a_notice_of_its_own() {
 }
 
 #[test]
-fn a_divergence_limit_far_tighter_than_the_flow_needs_is_named() {
+fn too_tight_divergence_limit_is_noted() {
     let dir = tempfile::tempdir().unwrap();
     let case = fall(dir.path(), SPRINGS);
     for (limit, named) in [("1e-9", true), ("1e-5", false), ("1e-2", false)] {
@@ -160,7 +160,7 @@ fn a_divergence_limit_far_tighter_than_the_flow_needs_is_named() {
 
 /// A disc that falls beside a wall: steps of four stages are too long for the gap.
 #[test]
-fn check_warns_of_long_viscous_steps_of_a_body_beside_a_wall() {
+fn check_warns_of_many_stages_for_body_beside_wall() {
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("case.toml");
     let case = |x: f64, scheme: &str| {

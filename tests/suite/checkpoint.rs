@@ -58,7 +58,7 @@ fn expect_to_go_on<const D: usize>(petsc: &Petsc, text: &str, dt: f64, touches: 
 }
 
 #[test]
-fn a_scene_goes_on_from_what_lasts_of_it_bit_for_bit() {
+fn restart_from_checkpoint_is_bitwise_identical() {
     let petsc = petsc();
     let walls = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"slip\""];
     let falling = |more: &str| {
@@ -128,7 +128,7 @@ fn a_scene_goes_on_from_what_lasts_of_it_bit_for_bit() {
 /// A light disc that contacts hold at a lid: the response of the fluid to them lasts from step to
 /// step.
 #[test]
-fn a_light_disc_at_a_lid_goes_on_bit_for_bit() {
+fn restart_of_light_disc_at_lid_is_bitwise_identical() {
     let petsc = petsc();
     let disc = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.6, 0.851]\n\
         density = 0.1\nvelocity = [0.1, 0.1]\n\
@@ -141,7 +141,7 @@ fn a_light_disc_at_a_lid_goes_on_bit_for_bit() {
 }
 
 #[test]
-fn a_scene_in_three_dimensions_goes_on_bit_for_bit() {
+fn restart_in_3d_is_bitwise_identical() {
     let petsc = petsc();
     for wall in ["sharp", "mixing"] {
         let sphere = |place: [f64; 3], velocity: [f64; 3]| {

@@ -59,7 +59,7 @@ fn set_vortex(scene: &mut Scene<2>) {
 }
 
 #[test]
-fn a_carried_taylor_green_vortex_converges_at_second_order_with_two_stages() {
+fn advected_taylor_green_vortex_second_order_with_rk2() {
     let errors = [24, 48, 96].map(|n| vortex_error(n, "rk2", 0.5));
     println!(
         "errors {errors:?}, orders {:.2}, {:.2}",
@@ -70,13 +70,13 @@ fn a_carried_taylor_green_vortex_converges_at_second_order_with_two_stages() {
 }
 
 #[test]
-fn the_three_stage_scheme_is_of_second_order_too() {
+fn advected_vortex_second_order_with_rk3() {
     let errors = [24, 48, 96].map(|n| vortex_error(n, "rk3", 0.8));
     assert!(order(errors[1], errors[2], 2.0) >= 1.9, "{errors:?}");
 }
 
 #[test]
-fn two_and_three_stages_are_of_second_and_euler_of_first_order_in_time() {
+fn rk2_and_rk3_second_and_euler_first_order_in_time() {
     // On one grid, so that differences between steps are errors of time alone. With all of the last
     // pressure on the faces, which take the mean of cells otherwise, a term dt h^2 keeps rk2 at
     // 1.44.
@@ -99,7 +99,7 @@ fn two_and_three_stages_are_of_second_and_euler_of_first_order_in_time() {
 /// A vortex that viscosity takes, in steps of up to 20 times those that viscosity would allow two
 /// stages.
 #[test]
-fn legendre_stages_are_of_second_order_in_time_where_viscosity_binds_the_others() {
+fn legendre_stages_second_order_in_time_when_diffusion_limited() {
     let petsc = petsc();
     let nu = 0.1;
     let exact = |x: f64, y: f64, t: f64| {
@@ -215,7 +215,7 @@ fn path_term(scene: &Scene<2>, carrier: &[Vec<f64>; 2], axis: usize, c: usize, d
 }
 
 #[test]
-fn advection_alone_is_of_fifth_order_in_space() {
+fn advection_is_fifth_order_in_space() {
     for (scheme, own) in
         [("qsi", true), ("advective", true), ("conservative", false), ("qsi", false)]
     {
@@ -230,13 +230,13 @@ fn advection_alone_is_of_fifth_order_in_space() {
 }
 
 #[test]
-fn the_conservative_form_is_of_second_order_where_the_carrier_varies() {
+fn conservative_advection_second_order_in_varying_carrier() {
     let e = [16, 32, 64].map(|n| advection_error(n, "conservative", true));
     assert!((1.9..2.5).contains(&order(e[1], e[2], 2.0)), "{e:?}");
 }
 
 #[test]
-fn qsi_advects_vortex_at_fifth_order_with_damping_vanishing_with_courant_number() {
+fn qsi_fifth_order_and_damping_vanishing_with_courant_number() {
     let error = |n: usize, courant: f64| {
         let petsc = petsc();
         let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [n, n], NU, PERIODIC, ""));
@@ -313,13 +313,13 @@ fn stress_error(n: usize, vary: f64) -> f64 {
 }
 
 #[test]
-fn full_stress_diffusion_with_variable_viscosity_is_of_second_order() {
+fn full_stress_diffusion_second_order_with_variable_viscosity() {
     let e = [16, 32, 64].map(|n| stress_error(n, 0.4));
     assert!(order(e[1], e[2], 2.0) >= 1.9, "{e:?}");
 }
 
 #[test]
-fn the_laplacian_and_the_full_stress_agree_at_uniform_viscosity() {
+fn laplacian_equals_full_stress_at_uniform_viscosity() {
     let e = [16, 32, 64].map(|n| stress_error(n, 0.0));
     assert!(order(e[1], e[2], 2.0) >= 1.9, "{e:?}");
     let petsc = petsc();
@@ -338,7 +338,7 @@ fn the_laplacian_and_the_full_stress_agree_at_uniform_viscosity() {
 
 /// The 2D vortex in a plane of a 3D box, the third axis idle: 3D must give what 2D gives.
 #[test]
-fn in_three_dimensions_a_vortex_in_any_plane_decays_as_in_two() {
+fn vortex_decay_in_3d_equals_2d_in_every_plane() {
     let errors = [[0, 1, 2], [1, 2, 0], [2, 0, 1]].map(|[a, b, idle]| {
         let petsc = petsc();
         let n = 16;

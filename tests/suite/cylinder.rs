@@ -55,7 +55,7 @@ fn control_volume_drag(out: &Path, viscosity: f64) -> f64 {
 }
 
 #[test]
-fn the_momentum_force_is_that_of_a_control_volume() {
+fn momentum_force_equals_control_volume_force() {
     let dir = tempfile::tempdir().unwrap();
     for (re, cells, wall) in
         [(20.0, "[160,64]", "mixing"), (40.0, "[320,128]", "mixing"), (40.0, "[160,64]", "sharp")]
@@ -122,7 +122,7 @@ fn expect_the_wake(re: f64, row: usize, within: f64) {
 }
 
 #[test]
-fn the_wake_is_steady_at_re_40_and_sheds_at_re_100_with_the_strouhal_number_of_the_reference() {
+fn cylinder_wake_steady_at_re_40_and_strouhal_at_re_100() {
     expect_the_wake(40.0, 2, 0.02);
     expect_the_wake(100.0, 3, 0.02);
 }
@@ -131,12 +131,12 @@ fn the_wake_is_steady_at_re_40_and_sheds_at_re_100_with_the_strouhal_number_of_t
 /// within a cell give.
 #[test]
 #[ignore = "takes long; ci/weekly"]
-fn the_wake_sheds_at_re_200_with_the_strouhal_number_of_the_reference() {
+fn cylinder_wake_strouhal_at_re_200() {
     expect_the_wake(200.0, 4, 0.075);
 }
 
 #[test]
-fn d0_is_kept_at_a_loose_and_a_tight_limit_in_two_and_three_dimensions() {
+fn divergence_below_d0_for_loose_and_tight_limits() {
     let dir = tempfile::tempdir().unwrap();
     for limit in ["1e-4", "1e-8"] {
         let set = format!("pressure.divergence_limit={limit}");
@@ -156,7 +156,7 @@ fn d0_is_kept_at_a_loose_and_a_tight_limit_in_two_and_three_dimensions() {
 }
 
 #[test]
-fn the_paper_s_choices_run_polygon_fractions_euler_and_qsi() {
+fn mics_2003_choices_polygon_euler_and_qsi_run() {
     let dir = tempfile::tempdir().unwrap();
     let summary = section3(
         dir.path(),
@@ -185,7 +185,7 @@ fn the_paper_s_choices_run_polygon_fractions_euler_and_qsi() {
 /// In a scene that is symmetric to rounding the wake stays so, and its drag is no wake's: the end
 /// of the run says it.
 #[test]
-fn a_wake_that_stays_symmetric_is_named_with_the_key_that_perturbs_it() {
+fn symmetric_wake_is_noted_with_perturbation_key() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];

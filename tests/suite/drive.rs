@@ -45,7 +45,7 @@ pub fn channel(cells: usize, drive: &str, gravity: &str) -> (f64, f64) {
 }
 
 #[test]
-fn a_channel_by_a_force_by_a_slope_and_by_its_flow_rate_is_poiseuilles_on_any_grid() {
+fn poiseuille_exact_by_force_slope_and_flow_rate() {
     let slope = format!("gravity = [{PUSH:?}, -9.81]");
     for (drive, gravity) in [
         (format!("force = [{:?}, 0.0]", 2.0 * PUSH), ""),
@@ -77,7 +77,7 @@ fn pair(drive: &str, wall: &str) -> Scene<2> {
 }
 
 #[test]
-fn a_mean_velocity_is_held_in_every_step_among_bodies_that_move_and_meet() {
+fn mean_velocity_held_in_every_step_with_colliding_bodies() {
     for wall in ["sharp", "mixing"] {
         let mut scene = pair("mean_velocity = { axis = \"y\", value = 0.2 }", wall);
         let mut touched = false;
@@ -107,7 +107,7 @@ fn a_mean_velocity_is_held_in_every_step_among_bodies_that_move_and_meet() {
 /// the pressure gave by what faces show of it, which is less where they touch, and 20 iterations
 /// were not enough.
 #[test]
-fn a_mean_velocity_is_found_with_the_pressure_where_a_light_body_touches_a_heavy_one() {
+fn mean_velocity_drive_with_light_body_pressed_by_heavy_one() {
     let petsc = petsc();
     let text = format!(
         "name = \"t\"\ndomain = {{ size = [0.012, 0.017], cells = [12, 17] }}\n\
@@ -131,7 +131,7 @@ fn a_mean_velocity_is_found_with_the_pressure_where_a_light_body_touches_a_heavy
 }
 
 #[test]
-fn a_mixture_that_is_held_gathers_no_momentum_and_one_that_is_not_does() {
+fn hold_mixture_keeps_momentum_of_periodic_box() {
     for wall in ["sharp", "mixing"] {
         let mut scene = pair("hold_mixture = true", wall);
         scene.step(0.01).unwrap();
@@ -151,7 +151,7 @@ fn a_mixture_that_is_held_gathers_no_momentum_and_one_that_is_not_does() {
 }
 
 #[test]
-fn what_a_fixed_body_feels_is_what_the_drive_gives() {
+fn force_on_fixed_body_balances_drive() {
     let petsc = petsc();
     let (area, force) = (0.25 * PI * 0.36, 0.5);
     for wall in ["sharp", "mixing"] {
@@ -198,7 +198,7 @@ fn what_a_fixed_body_feels_is_what_the_drive_gives() {
 }
 
 #[test]
-fn a_body_of_the_fluids_density_goes_with_a_fluid_that_a_slope_sets_off() {
+fn neutral_body_accelerates_with_gravity_driven_fluid() {
     for (wall, tolerance) in [("sharp", 0.015), ("mixing", 1e-9)] {
         let more = format!(
             "[drive]\ngravity = true\n[coupling]\nwall = \"{wall}\"\n{}",
@@ -246,7 +246,7 @@ fn drag_of_array(diameter: f64, cells: usize, speed: f64, end: f64) -> f64 {
 }
 
 #[test]
-fn stokes_flow_through_a_cubic_array_has_its_drag_up_to_spheres_that_touch() {
+fn stokes_drag_of_cubic_sphere_array_up_to_touching_spheres() {
     // Zick & Homsy 1982, at solid fractions of 0.125 and 0.343 and where they touch.
     let error =
         |diameter, cells, k: f64| (drag_of_array(diameter, cells, 0.01, 0.15) / k - 1.0).abs();
@@ -264,7 +264,7 @@ fn stokes_flow_through_a_cubic_array_has_its_drag_up_to_spheres_that_touch() {
 /// Where the third probe came near to what lies across, what cells inside take of the cubic fed
 /// itself, beside slip borders first.
 #[test]
-fn a_flow_past_a_fixed_disc_fades_however_near_a_wall_of_slip_is() {
+fn undriven_flow_past_fixed_disc_decays_near_slip_side() {
     let petsc = petsc();
     for gap in [2.16, 2.8, 3.2, 3.6, 4.5] {
         let place = [1.0, 2.0 - 0.4 - 0.05 * gap];
@@ -301,7 +301,7 @@ fn a_flow_past_a_fixed_disc_fades_however_near_a_wall_of_slip_is() {
 /// What cells inside take of the cubic comes a step late: imposed on every stage it would turn for
 /// ever in steps as long as these.
 #[test]
-fn creeping_flow_past_a_fixed_disc_settles_in_steps_of_many_stages() {
+fn creeping_flow_past_fixed_disc_steady_with_many_stages() {
     let petsc = petsc();
     for place in [[1.0, 1.0], [1.03, 1.05], [1.09, 1.0125]] {
         let mut scene: Scene<2> = petsc.scene(&format!(
@@ -331,7 +331,7 @@ fn creeping_flow_past_a_fixed_disc_settles_in_steps_of_many_stages() {
 /// inertia K has the even powers of the Reynolds number alone, K = K0 + c Re^2. The upwinding adds
 /// a part with its modulus, 0.02 % of K at Re = 1.
 #[test]
-fn weak_inertia_adds_to_the_drag_of_a_cubic_array_by_the_square_of_the_reynolds_number() {
+fn weak_inertia_drag_of_cubic_array_grows_as_reynolds_squared() {
     let diameter = 0.725563;
     let [none, once, twice] =
         [0.01, 1.0, 2.0].map(|reynolds: f64| drag_of_array(diameter, 17, reynolds / diameter, 0.5));

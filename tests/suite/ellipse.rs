@@ -59,7 +59,7 @@ fn held(petsc: &Petsc, body: Body, more: &str) -> (Vector3<f64>, f64) {
 }
 
 #[test]
-fn an_ellipse_of_equal_axes_is_held_by_the_force_of_a_disc() {
+fn ellipse_of_equal_axes_has_force_of_disc() {
     let petsc = petsc();
     for (name, more, allowed) in
         [("sharp", "", 1e-5), ("mixing", "[coupling]\nwall = \"mixing\"", 1e-9)]
@@ -75,7 +75,7 @@ fn an_ellipse_of_equal_axes_is_held_by_the_force_of_a_disc() {
 }
 
 #[test]
-fn an_inclined_ellipse_is_lifted_to_its_side_and_its_mirror_image_to_the_other() {
+fn inclined_ellipse_and_mirror_image_have_opposite_lift() {
     let petsc = petsc();
     for (name, more) in [("sharp", ""), ("mixing", "[coupling]\nwall = \"mixing\"")] {
         // Turned back by half a radian its front, on the left, is up.
@@ -131,7 +131,7 @@ fn added(petsc: &Petsc, angle: f64, density: f64, cells: usize) -> [f64; 3] {
 }
 
 #[test]
-fn a_free_ellipse_sharp_walls_around_it_has_the_added_inertia_of_potential_flow() {
+fn free_ellipse_has_added_inertia_of_potential_flow() {
     let petsc = petsc();
     for angle in [0.0, 0.3, 0.785] {
         for density in [0.01, 1.0, 100.0] {
@@ -168,7 +168,7 @@ fn trio(session: &Session, more: &str) -> Scene<2> {
 }
 
 #[test]
-fn what_the_fluid_loses_ellipses_get() {
+fn ellipse_momentum_exchange_conserved() {
     let petsc = petsc();
     for (name, more) in [("sharp", ""), ("mixing", "[coupling]\nwall = \"mixing\"")] {
         let mut scene = trio(&petsc.session, more);
@@ -195,7 +195,7 @@ fn what_the_fluid_loses_ellipses_get() {
 }
 
 #[test]
-fn a_step_with_ellipses_allocates_nothing() {
+fn step_with_ellipses_allocates_nothing() {
     let petsc = petsc();
     for more in ["", "[coupling]\nwall = \"mixing\""] {
         let mut scene = trio(&petsc.session, more);
@@ -209,7 +209,7 @@ fn a_step_with_ellipses_allocates_nothing() {
 }
 
 #[test]
-fn ellipses_go_on_from_a_checkpoint_to_rounding() {
+fn ellipses_restart_from_checkpoint_to_rounding() {
     let petsc = petsc();
     for more in ["", "[coupling]\nwall = \"mixing\""] {
         let [mut one, mut other] = [0, 1].map(|_| trio(&petsc.session, more));
@@ -241,10 +241,10 @@ fn ellipses_go_on_from_a_checkpoint_to_rounding() {
 }
 
 #[test]
-fn ellipses_move_alike_on_any_number_of_ranks() {
+fn ellipse_motion_agrees_on_any_number_of_ranks() {
     let kinds = [(1, ""), (2, ""), (4, "")];
     let said =
-        in_processes("ellipse::ellipses_move_alike_on_any_number_of_ranks", &kinds, |session| {
+        in_processes("ellipse::ellipse_motion_agrees_on_any_number_of_ranks", &kinds, |session| {
             let mut scene = trio(session, "");
             for _ in 0..20 {
                 scene.step(2e-3).unwrap();
@@ -275,7 +275,7 @@ fn ellipses_move_alike_on_any_number_of_ranks() {
 }
 
 #[test]
-fn what_is_not_there_for_an_ellipse_is_refused() {
+fn unsupported_options_for_ellipses_are_refused() {
     let petsc = petsc();
     let flat = |more: &str| case(&box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, more));
     let ellipse = || vec![body(Ellipse { a: 0.2, b: 0.1 }, 1.0, [0.5, 0.5], 0.0)];
@@ -297,7 +297,7 @@ fn what_is_not_there_for_an_ellipse_is_refused() {
 }
 
 #[test]
-fn ellipses_pass_side_by_side_and_are_stopped_where_they_meet() {
+fn ellipses_pass_and_stop_at_contact() {
     let petsc = petsc();
     let text = box_case([1.0, 1.0], [64, 64], 0.01, PERIODIC, "");
     // Long sides face each other: their circles overlap, they do not.

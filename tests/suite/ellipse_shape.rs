@@ -149,7 +149,7 @@ fn scatter(k: usize) -> f64 {
 }
 
 #[test]
-fn an_ellipse_has_its_exact_area_and_moments_in_every_pose() {
+fn ellipse_area_and_moments_exact_at_any_orientation() {
     let petsc = petsc();
     let layout = Layout::new(&petsc.session, &[40, 36], &[true, false], GHOSTS).unwrap();
     let grid = Grid::<2>::new([40, 36], [2.0, 1.8], [true, false], &layout);
@@ -185,7 +185,7 @@ fn an_ellipse_has_its_exact_area_and_moments_in_every_pose() {
 /// Second moments from the first ones of what is left of a line: with `M(X)` over `x < X`, that of
 /// `x x` is the integral of -M.
 #[test]
-fn an_ellipse_s_inertia_is_that_of_what_it_fills() {
+fn ellipse_inertia_matches_its_solid_fraction() {
     let ellipse = Ellipse { a: 0.41, b: 0.17 };
     let n = 64;
     for k in 0..20 {
@@ -213,7 +213,7 @@ fn an_ellipse_s_inertia_is_that_of_what_it_fills() {
 }
 
 #[test]
-fn an_ellipse_of_equal_axes_fills_what_a_disc_fills_and_has_its_distance() {
+fn ellipse_of_equal_axes_has_fractions_of_disc() {
     let (disc, ellipse) = (Disc { radius: 0.3 }, Ellipse { a: 0.3, b: 0.3 });
     let mut worst = 0.0f64;
     for k in 0..500 {

@@ -31,14 +31,14 @@ fn vortices(n: usize) -> f64 {
 }
 
 #[test]
-fn decaying_vortices_lose_to_viscosity_what_they_lose_of_second_order() {
+fn decaying_vortices_viscous_loss_second_order() {
     let errors = [vortices(24), vortices(48)];
     println!("the method takes {errors:?} of the start");
     assert!(errors[1] < 2e-3 && order(errors[0], errors[1], 2.0) > 1.8, "{errors:?}");
 }
 
 #[test]
-fn a_wall_that_moves_gives_what_viscosity_takes() {
+fn moving_wall_work_equals_viscous_loss() {
     let petsc = petsc();
     let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "{ moving_wall = [0.6, 0.0] }"];
     let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 0.5], [16, 8], 0.2, sides, ""));
@@ -61,7 +61,7 @@ fn a_wall_that_moves_gives_what_viscosity_takes() {
 /// later is half as much: by what there was after it alone, that step made more energy than was
 /// given, and the run was refused.
 #[test]
-fn a_wall_that_is_set_off_makes_no_energy_in_the_first_step() {
+fn impulsively_started_wall_has_no_spurious_energy_gain() {
     for scheme in ["euler", "rk2", "rk3", "rkl2", "rkl3"] {
         let dir = tempfile::tempdir().unwrap();
         let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "{ moving_wall = [0.02, 0.0] }"];
@@ -87,7 +87,7 @@ fn a_wall_that_is_set_off_makes_no_energy_in_the_first_step() {
 }
 
 #[test]
-fn a_disc_that_falls_has_the_work_of_gravity_and_the_method_takes_little() {
+fn falling_disc_energy_budget_closes() {
     let petsc = petsc();
     for (wall, most) in [(SHARP, 0.05), (MIXING, 0.2)] {
         let more = format!(
@@ -118,7 +118,7 @@ fn a_disc_that_falls_has_the_work_of_gravity_and_the_method_takes_little() {
 }
 
 #[test]
-fn a_rebound_loses_what_its_restitution_says_to_the_contact() {
+fn rebound_contact_loss_matches_restitution() {
     let petsc = petsc();
     for (wall, restitution) in [(SHARP, 0.5), (SHARP, 0.9)] {
         let more = format!(
@@ -148,7 +148,7 @@ fn a_rebound_loses_what_its_restitution_says_to_the_contact() {
 /// An impact's pressure lasts for one step, and works on an inflow in that step alone, whichever it
 /// is.
 #[test]
-fn what_an_impact_does_to_an_inflow_does_not_depend_on_the_step_it_falls_on() {
+fn impact_near_inflow_energy_does_not_depend_on_the_step() {
     let petsc = petsc();
     let sides = ["{ inflow = [0.2, 0.0] }", "\"outflow\"", "\"wall\"", "\"wall\""];
     let budgets: Vec<_> = [0.9, 0.908, 0.916, 0.924]
@@ -182,7 +182,7 @@ fn what_an_impact_does_to_an_inflow_does_not_depend_on_the_step_it_falls_on() {
 }
 
 #[test]
-fn a_disc_that_slides_until_it_rolls_loses_a_third_to_friction() {
+fn sliding_disc_loses_a_third_of_energy_to_friction() {
     let petsc = petsc();
     let mut scene: Scene<2> = petsc.scene(&on_a_floor::<2>(SHARP, 0.25, [0.0, -4.0], 1.0));
     for _ in 0..120 {
@@ -196,7 +196,7 @@ fn a_disc_that_slides_until_it_rolls_loses_a_third_to_friction() {
 /// What faces remember has to fade by viscosity too: in a flow that hardly moves nothing else takes
 /// it.
 #[test]
-fn a_sphere_in_creeping_flow_makes_no_energy_however_long_it_falls() {
+fn settling_sphere_in_creeping_flow_has_no_energy_gain() {
     let petsc = petsc();
     let sides = ["west", "east", "south", "north", "bottom", "top"]
         .map(|side| format!("{side} = \"wall\"\n"))
@@ -221,7 +221,7 @@ fn a_sphere_in_creeping_flow_makes_no_energy_however_long_it_falls() {
 }
 
 #[test]
-fn a_disc_in_creeping_flow_keeps_its_speed_and_makes_no_energy() {
+fn disc_in_creeping_flow_has_steady_speed_and_no_energy_gain() {
     let petsc = petsc();
     let more = format!(
         "[[particle]]\nshape = {{ disc = {{ diameter = 1.0 }} }}\nposition = [2.0, 0.75]\n\
@@ -249,7 +249,7 @@ fn a_disc_in_creeping_flow_keeps_its_speed_and_makes_no_energy() {
 /// faces unless viscosity takes it fast enough; it grew until it had more energy than all work had
 /// given, in the pocket's own time.
 #[test]
-fn a_disc_that_creeps_round_in_a_corner_makes_no_energy() {
+fn disc_spinning_slowly_in_corner_has_no_energy_gain() {
     let petsc = petsc();
     for gap in [0.3, 0.786] {
         let centre = 32.0 - gap - 4.193;
@@ -273,7 +273,7 @@ fn a_disc_that_creeps_round_in_a_corner_makes_no_energy() {
 /// The tangential damper of the paper's law, as printed, drives what it should slow: friction makes
 /// energy, and nothing holds it but the guard.
 #[test]
-fn energy_from_nothing_ends_a_run_where_walls_move_and_bodies_are_prescribed() {
+fn spurious_energy_gain_ends_run_with_moving_walls_and_bodies() {
     let dir = tempfile::tempdir().unwrap();
     let (case, out) = (dir.path().join("case.toml"), dir.path().join("run"));
     let text = on_a_floor::<2>(SHARP, 0.5, [0.0, -4.0], 0.01)
@@ -295,7 +295,7 @@ fn energy_from_nothing_ends_a_run_where_walls_move_and_bodies_are_prescribed() {
 /// Viscosity takes much in few steps when two meet; what it took before, eight steps apart, says
 /// nothing of that.
 #[test]
-fn two_discs_that_meet_in_long_steps_make_no_energy_on_the_way() {
+fn approaching_discs_in_long_steps_have_no_energy_gain() {
     let petsc = petsc();
     let disc = |x: f64, y: f64, u: f64, v: f64| {
         format!(
@@ -326,7 +326,7 @@ fn two_discs_that_meet_in_long_steps_make_no_energy_on_the_way() {
 /// What faces remember in the corners of a closed box has to fade, also where cells are longer one
 /// way.
 #[test]
-fn a_flow_around_a_body_that_is_told_to_rest_fades_in_cells_of_any_shape() {
+fn flow_around_resting_body_decays_in_cells_of_any_aspect_ratio() {
     let fades = |left: f64| assert!(left < 1e-8, "{left:e} of the energy is left");
     for height in [0.5, 0.8] {
         let petsc = petsc();

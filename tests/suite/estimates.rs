@@ -29,7 +29,7 @@ pub fn says(words: &[&str]) -> (Option<i32>, String) {
 }
 
 #[test]
-fn the_steps_of_a_run_are_estimated_from_the_speed_that_it_comes_to() {
+fn estimated_step_count_from_terminal_speed() {
     let dir = tempfile::tempdir().unwrap();
     let [wake, channel] =
         ["cylinder-wake", "poiseuille"].map(|name| shipped(&format!("cases/{name}/case.toml")));
@@ -60,8 +60,7 @@ fn the_steps_of_a_run_are_estimated_from_the_speed_that_it_comes_to() {
 }
 
 #[test]
-fn what_the_grid_does_not_resolve_is_said_with_the_cells_that_it_takes_by_the_check_and_by_the_run()
-{
+fn unresolved_boundary_layer_is_warned_of_with_cells_needed() {
     let dir = tempfile::tempdir().unwrap();
     let water = "fluid.viscosity=1e-6";
     let cavity = shipped("cases/lid-driven-cavity/case.toml");
@@ -102,7 +101,7 @@ fn what_the_grid_does_not_resolve_is_said_with_the_cells_that_it_takes_by_the_ch
 /// A disc of 1 cm that is told to move ends its run at the wall, at a fixed disc or at another one,
 /// and where its path is free or the run ends before, it does not.
 #[test]
-fn where_a_prescribed_body_ends_the_run_is_estimated() {
+fn collision_time_of_prescribed_body_is_estimated() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     let disc = |x: f64, motion: &str| {
@@ -171,7 +170,7 @@ fn where_a_prescribed_body_ends_the_run_is_estimated() {
 }
 
 #[test]
-fn the_check_and_the_run_agree_on_a_stiffness_that_is_too_large_or_too_small() {
+fn check_and_run_agree_on_bad_contact_stiffness() {
     let dir = tempfile::tempdir().unwrap();
     let (case, out) = (fall(dir.path(), SPRINGS), dir.path().join("out"));
     let [case, out] = [&case, &out].map(|path| path.to_str().unwrap());
@@ -212,7 +211,7 @@ fn the_check_and_the_run_agree_on_a_stiffness_that_is_too_large_or_too_small() {
 }
 
 #[test]
-fn a_run_whose_energy_explodes_does_not_end_with_0() {
+fn spurious_energy_gain_exits_with_nonzero_status() {
     let dir = tempfile::tempdir().unwrap();
     // The tangential dashpot as it is printed feeds energy, the more so with much friction.
     let disc = |x: f64, y: f64| {
@@ -248,7 +247,7 @@ fn a_run_whose_energy_explodes_does_not_end_with_0() {
 
 /// What `mics check` says of the disk, beside what the run has left there.
 #[test]
-fn the_disk_that_a_run_will_take_is_said_before_it() {
+fn check_estimates_disk_space() {
     let dir = tempfile::tempdir().unwrap();
     let more = "output.fields = { every = 20 }\noutput.particles = { every = 1 }\n\
         output.checkpoint = { every_steps = 30 }\ntime.step = 0.002";
@@ -296,7 +295,7 @@ fn a_free_body_that_a_locked_axis_drives_into_a_boundary_is_foreseen() {
 }
 
 #[test]
-fn estimated_steps_over_a_bed_follow_the_flow_above_it() {
+fn estimated_step_count_over_a_bed() {
     let dir = tempfile::tempdir().unwrap();
     let case = shipped("cases/bedload/case.toml");
     let set = [
@@ -318,7 +317,7 @@ fn estimated_steps_over_a_bed_follow_the_flow_above_it() {
 
 /// Millimetres taken for metres.
 #[test]
-fn a_box_in_other_units_than_its_particles_is_refused_by_cells_a_diameter_and_not_by_stiffness() {
+fn particle_below_one_cell_is_refused_before_stiffness() {
     let dir = tempfile::tempdir().unwrap();
     for stiffness in ["1e5", "1e14", "\"auto\""] {
         let case = fall(dir.path(), &format!("contact = {{ normal_stiffness = {stiffness} }}"));

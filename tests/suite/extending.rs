@@ -48,7 +48,7 @@ fn forced(force: impl Force + 'static) -> Additions {
 
 /// The steady flow is `F/(mu k^2) sin(k y)` (Meshalkin and Sinai 1961).
 #[test]
-fn a_force_from_outside_drives_the_kolmogorov_flow_with_second_order() {
+fn external_force_kolmogorov_flow_second_order() {
     let petsc = petsc();
     let error = |cells: usize| {
         let text = box_case([1.0, 1.0], [8, cells], 0.1, PERIODIC, "");
@@ -74,7 +74,7 @@ fn a_force_from_outside_drives_the_kolmogorov_flow_with_second_order() {
 }
 
 #[test]
-fn a_force_that_changes_in_time_is_followed_with_second_order() {
+fn external_time_dependent_force_second_order() {
     let petsc = petsc();
     let error = |steps: u32| {
         let text = box_case([1.0, 1.0], [8, 8], 0.1, PERIODIC, "");
@@ -95,7 +95,7 @@ fn a_force_that_changes_in_time_is_followed_with_second_order() {
 
 /// A relaxation zone takes the velocity to what it asks for.
 #[test]
-fn a_force_of_the_velocity_brings_the_flow_to_a_target() {
+fn external_velocity_dependent_force_reaches_target() {
     let petsc = petsc();
     let text = box_case([1.0, 1.0], [16, 8], 1e-3, PERIODIC, "");
     let sponge = |_: &Vector3<f64>, _: f64, u: &Vector3<f64>| 5.0 * (Vector3::x() - u);
@@ -110,7 +110,7 @@ fn a_force_of_the_velocity_brings_the_flow_to_a_target() {
 /// In a closed box the pressure holds a uniform force: a body there has its buoyancy, and no fluid
 /// moves.
 #[test]
-fn a_force_on_the_fluid_gives_a_body_its_buoyancy_and_keeps_the_balance_of_momentum() {
+fn external_force_gives_buoyancy_and_closes_momentum_balance() {
     let petsc = petsc();
     let body = |motion: &str| {
         format!(
@@ -145,7 +145,7 @@ fn a_force_on_the_fluid_gives_a_body_its_buoyancy_and_keeps_the_balance_of_momen
 }
 
 #[test]
-fn a_force_beside_the_mixing_is_refused() {
+fn external_force_with_mixing_is_refused() {
     let petsc = petsc();
     let more = "[coupling]\nwall = \"mixing\"\n[[particle]]\nshape.disc.diameter = 0.3\n\
                 position = [0.5, 0.5]\nmotion = \"fixed\"\n";
@@ -184,7 +184,7 @@ fn sided(name: &str, side: impl SideVelocity + 'static) -> Additions {
 
 /// Stokes' second problem: `u = U exp(-y/d) cos(w t - y/d)`, `d = sqrt(2 nu/w)`.
 #[test]
-fn a_wall_from_outside_that_swings_makes_stokes_layer_with_second_order_in_space_and_time() {
+fn external_oscillating_wall_stokes_layer_second_order() {
     let petsc = petsc();
     let (nu, rate) = (0.05, TAU);
     let thickness = (2.0 * nu / rate).sqrt();
@@ -219,7 +219,7 @@ fn a_wall_from_outside_that_swings_makes_stokes_layer_with_second_order_in_space
 
 /// Between slip walls the whole flow pulsates with its inflow.
 #[test]
-fn an_inflow_from_outside_that_pulsates_is_the_flow_between_slip_walls() {
+fn external_pulsating_inflow_between_slip_walls() {
     let petsc = petsc();
     let speed = |t: f64| 1.0 + 0.5 * (3.0 * t).sin();
     let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
@@ -240,7 +240,7 @@ fn an_inflow_from_outside_that_pulsates_is_the_flow_between_slip_walls() {
 
 /// A lid with a profile in space, where the case has a wall: its corners are at rest.
 #[test]
-fn a_lid_from_outside_has_a_profile_in_space() {
+fn external_lid_velocity_profile_in_space() {
     let petsc = petsc();
     let text = box_case([1.0, 1.0], [32, 32], 0.1, ["\"wall\""; 4], "");
     let lid = |x: &Vector3<f64>, _: f64| Vector3::new((TAU * x.x / 2.0).sin().powi(2), 0.0, 0.0);
@@ -294,7 +294,7 @@ fn a_side_from_outside_that_is_steady_does_what_a_moving_wall_of_the_case_does()
 }
 
 #[test]
-fn a_velocity_of_a_side_that_the_case_leaves_open_or_has_not_is_refused() {
+fn external_velocity_of_open_or_missing_side_is_refused() {
     let petsc = petsc();
     let sides = ["\"wall\"", "\"outflow\"", "\"slip\"", "\"wall\""];
     let case = case(&box_case([1.0, 1.0], [16, 16], 0.1, sides, ""));
@@ -429,7 +429,7 @@ const DISCS: &str = "[contact]\nfriction = 0.3\n\
      [[particle]]\nshape.disc.diameter = 0.35\nposition = [0.72, 0.6]\nmotion = \"fixed\"\n";
 
 #[test]
-fn a_run_with_all_that_is_added_goes_on_from_a_checkpoint_as_if_it_had_not_stopped() {
+fn external_additions_restart_bitwise_identical() {
     let _petsc = petsc();
     for bodies in ["", DISCS] {
         let dir = tempfile::tempdir().unwrap();
@@ -465,7 +465,7 @@ fn swept(session: &Session, bodies: &str) -> Scene<2> {
 }
 
 #[test]
-fn a_step_with_a_force_and_a_side_from_outside_allocates_nothing() {
+fn step_with_external_force_and_side_allocates_nothing() {
     let petsc = petsc();
     for bodies in ["", DISCS] {
         let mut scene = swept(&petsc.session, bodies);
@@ -477,8 +477,8 @@ fn a_step_with_a_force_and_a_side_from_outside_allocates_nothing() {
 }
 
 #[test]
-fn what_is_added_from_outside_is_the_same_on_any_number_of_ranks() {
-    let test = "extending::what_is_added_from_outside_is_the_same_on_any_number_of_ranks";
+fn external_additions_agree_on_any_number_of_ranks() {
+    let test = "extending::external_additions_agree_on_any_number_of_ranks";
     let said = in_processes(test, &[(1, ""), (2, ""), (4, "")], |session| {
         let mut scene = swept(session, DISCS);
         (0..40).for_each(|_| _ = scene.step(2e-3).unwrap());
@@ -499,7 +499,7 @@ fn what_is_added_from_outside_is_the_same_on_any_number_of_ranks() {
 }
 
 #[test]
-fn two_measures_of_a_name_and_a_case_of_another_dimension_are_refused() {
+fn external_duplicate_measure_and_other_dimension_are_refused() {
     let (_petsc, dir) = (petsc(), tempfile::tempdir().unwrap());
     run_extended(dir.path(), "run", 0.02, false, "").unwrap();
     let request = |out: &str| Request {
@@ -533,7 +533,7 @@ fn marked(source: &str, name: &str) -> String {
 }
 
 #[test]
-fn the_page_on_extending_quotes_this_file_as_it_is() {
+fn extending_page_quotes_this_file() {
     let page = std::fs::read_to_string(shipped("docs/extending.md")).unwrap();
     for name in ["run", "force", "side", "measure", "output"] {
         let part = marked(include_str!("extending.rs"), name);

@@ -7,7 +7,7 @@ use mics::error::NotFinite;
 use mics::scene::Scene;
 
 #[test]
-fn a_limit_below_rounding_ends_the_run_and_names_the_last_good_state() {
+fn divergence_limit_below_rounding_names_last_good_state() {
     let dir = tempfile::tempdir().unwrap();
     let more = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.6, 0.5]\n\
                 motion = { prescribed = { velocity = [0.4, 0.0] } }\n[coupling]\n\
@@ -26,7 +26,7 @@ fn a_limit_below_rounding_ends_the_run_and_names_the_last_good_state() {
 }
 
 #[test]
-fn a_fixed_step_that_the_flow_outgrows_stops_the_run_with_the_limit_and_keeps_its_state() {
+fn fixed_step_over_stability_limit_stops_run() {
     let dir = tempfile::tempdir().unwrap();
     let more = "[initial]\nvelocity = [0.0, 0.0]\n[[particle]]\n\
         shape = { disc = { diameter = 0.3 } }\nposition = [0.6, 0.5]\n\
@@ -58,7 +58,7 @@ fn a_fixed_step_that_the_flow_outgrows_stops_the_run_with_the_limit_and_keeps_it
 }
 
 #[test]
-fn a_value_that_is_not_a_number_stops_the_step_and_its_cell_is_named() {
+fn nan_stops_the_step_with_its_cell() {
     let petsc = petsc();
     let mut scene: Scene<2> = petsc.scene(&box_case([2.0, 1.0], [32, 16], 0.01, STREAM, ""));
     scene.step(0.01).unwrap();
@@ -77,7 +77,7 @@ fn a_value_that_is_not_a_number_stops_the_step_and_its_cell_is_named() {
 }
 
 #[test]
-fn a_particle_that_is_lost_stops_the_step_and_is_named() {
+fn lost_particle_stops_the_step() {
     let petsc = petsc();
     let disc = |x: f64| {
         format!(
@@ -101,7 +101,7 @@ fn a_particle_that_is_lost_stops_the_step_and_is_named() {
 }
 
 #[test]
-fn a_flow_that_overflows_exits_with_three_and_names_step_and_place() {
+fn overflowing_flow_exits_with_3_and_names_place() {
     let dir = tempfile::tempdir().unwrap();
     let case =
         write(dir.path(), &box_case([1.0, 1.0], [16, 16], 0.01, crate::support::PERIODIC, ""));
@@ -114,7 +114,7 @@ fn a_flow_that_overflows_exits_with_three_and_names_step_and_place() {
 }
 
 #[test]
-fn prescribed_bodies_that_meet_or_leave_the_box_stop_the_run_and_are_named() {
+fn colliding_or_leaving_prescribed_bodies_stop_run() {
     let dir = tempfile::tempdir().unwrap();
     let moving = |x: f64, v: [f64; 2]| {
         format!(
@@ -157,7 +157,7 @@ fn prescribed_bodies_that_meet_or_leave_the_box_stop_the_run_and_are_named() {
 }
 
 #[test]
-fn flows_at_the_limit_of_every_scheme_keep_their_energy_bounded() {
+fn schemes_at_stability_limit_keep_energy_bounded() {
     let petsc = petsc();
     for (viscosity, scheme) in [
         (1e-6, "scheme = \"rk2\"\ncfl = 0.5"),
@@ -192,7 +192,7 @@ fn flows_at_the_limit_of_every_scheme_keep_their_energy_bounded() {
 }
 
 #[test]
-fn a_failure_is_said_once_on_the_screen_and_kept_in_the_log() {
+fn failure_message_printed_once_and_logged() {
     let dir = tempfile::tempdir().unwrap();
     let disc = |x: f64, v: f64| {
         let motion = format!("motion = {{ prescribed = {{ velocity = [{v:?}, 0.0] }} }}");

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 #[test]
-fn discs_are_fed_into_a_stream_and_all_that_came_is_there_or_has_left_on_two_ranks_too() {
+fn fed_discs_are_counted_on_one_and_two_ranks() {
     for wall in ["sharp", "mixing"] {
         let dir = tempfile::tempdir().unwrap();
         let [out, broken] = ["out", "broken"].map(|name| dir.path().join(name));
@@ -64,7 +64,7 @@ fn discs_are_fed_into_a_stream_and_all_that_came_is_there_or_has_left_on_two_ran
 }
 
 #[test]
-fn a_body_waits_until_its_place_is_free() {
+fn entering_body_waits_for_free_place() {
     let dir = tempfile::tempdir().unwrap();
     let disc = |x: f64, more: &str| {
         format!(
@@ -98,7 +98,7 @@ fn a_body_waits_until_its_place_is_free() {
 /// What comes in, or comes back, has its own velocity and spin, less what sets the fluid beside it
 /// going: with the paper's mixing it had those of the fluid that it came into.
 #[test]
-fn a_body_comes_in_with_its_own_motion() {
+fn entering_body_has_given_velocity_and_spin() {
     for wall in ["sharp", "mixing"] {
         let dir = tempfile::tempdir().unwrap();
         let disc = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.5, 0.5]\n\
@@ -124,7 +124,7 @@ fn a_body_comes_in_with_its_own_motion() {
 /// It shares its momentum with the fluid that it sets off, at once: left to a step, a body lighter
 /// than that turned back, or made energy and ended the run.
 #[test]
-fn a_light_body_that_comes_in_goes_on_with_its_part_of_the_momentum() {
+fn entering_light_body_shares_momentum_with_fluid() {
     for (s, y) in [(0.01, 0.5), (0.1, 0.5), (0.1, 0.2), (2.65, 0.5)] {
         let dir = tempfile::tempdir().unwrap();
         let text = format!(
@@ -162,7 +162,7 @@ fn a_light_body_that_comes_in_goes_on_with_its_part_of_the_momentum() {
 /// In a periodic box at rest nothing else has momentum: what comes in stays, in the cells, in
 /// bodies, and in what these have not felt yet.
 #[test]
-fn what_comes_in_brings_its_momentum_and_no_more() {
+fn entering_body_momentum_is_conserved() {
     for s in [0.1, 1.0, 2.65] {
         let dir = tempfile::tempdir().unwrap();
         let disc = |x: f64, more: &str| {
@@ -190,7 +190,7 @@ fn what_comes_in_brings_its_momentum_and_no_more() {
 }
 
 #[test]
-fn a_ground_of_fixed_grains_has_rows_once_and_another_case_begins_with_it() {
+fn fixed_bed_has_rows_once_and_starts_another_case() {
     let dir = tempfile::tempdir().unwrap();
     let ground = "[[swarm]]\nname = \"ground\"\ncount = 12\n\
         region = { min = [0.0, 0.0], max = [2.0, 0.15] }\ndiameter = 0.12\n\
@@ -236,7 +236,7 @@ fn a_ground_of_fixed_grains_has_rows_once_and_another_case_begins_with_it() {
 }
 
 #[test]
-fn grains_that_fall_in_while_fluid_comes_in_at_open_sides_go_on_byte_for_byte() {
+fn resume_with_entering_grains_and_open_sides_byte_for_byte() {
     let dir = tempfile::tempdir().unwrap();
     let [out, broken] = ["out", "broken"].map(|name| dir.path().join(name));
     let feed = "[[swarm]]\ncount = 12\nregion = { min = [0.8, 0.7], max = [1.2, 1.0] }\n\

@@ -58,7 +58,7 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn a_film_has_a_frame_a_snapshot_at_its_rate_in_the_same_colours_and_a_strip_some_of_them() {
+fn film_has_one_frame_per_snapshot_and_strip_a_selection() {
     let dir = tempfile::tempdir().unwrap();
     let a = fall(dir.path(), "a", &[]);
     let path = filmed(&[&a]);
@@ -150,7 +150,7 @@ fn refusals(a: &str, dir: &Path) {
 }
 
 #[test]
-fn a_film_is_a_gif_of_the_same_frames_where_its_name_says_so() {
+fn film_as_gif_has_the_same_frames() {
     let dir = tempfile::tempdir().unwrap();
     let a = fall(dir.path(), "a", &[]);
     let out = dir.path().join("film.gif");
@@ -205,7 +205,7 @@ fn damage(a: &str) {
 }
 
 #[test]
-fn a_film_in_3d_is_of_the_planes_that_figures_show_and_of_any_other() {
+fn film_in_3d_shows_figure_planes_and_given_planes() {
     let dir = tempfile::tempdir().unwrap();
     let case = FALL
         .replace(

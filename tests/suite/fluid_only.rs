@@ -18,7 +18,7 @@ fn inside(snapshot: &Snapshot) -> Vec<bool> {
 }
 
 #[test]
-fn the_largest_speed_is_that_of_the_fluid_and_not_of_what_is_continued_into_a_body() {
+fn max_speed_excludes_ghost_cells() {
     let petsc = petsc();
     let more = format!(
         "[[particle]]\nshape = {{ disc = {{ diameter = 0.5 }} }}\nposition = [0.8, 0.77]\n\
@@ -57,7 +57,7 @@ fn the_largest_speed_is_that_of_the_fluid_and_not_of_what_is_continued_into_a_bo
 }
 
 #[test]
-fn fields_show_a_bodys_own_motion_inside_it_and_the_flow_outside() {
+fn fields_have_rigid_velocity_inside_bodies() {
     let petsc = petsc();
     for wall in [SHARP, MIXING] {
         let more = format!(
@@ -94,7 +94,7 @@ fn fields_show_a_bodys_own_motion_inside_it_and_the_flow_outside() {
 }
 
 #[test]
-fn the_kinetic_energy_of_the_log_is_that_of_the_fluid_outside_the_bodies_and_of_the_free_bodies() {
+fn kinetic_energy_counts_fluid_outside_and_free_bodies() {
     let petsc = petsc();
     // A heavy disc and the fluid around it move as one: the energies are those of their masses.
     let more = format!(

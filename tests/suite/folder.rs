@@ -8,7 +8,7 @@ use crate::support::{command, mics, run};
 use std::fs;
 
 #[test]
-fn a_folder_that_a_run_writes_to_is_refused_to_others_and_the_run_is_none_the_worse() {
+fn folder_of_a_running_run_is_locked() {
     let dir = tempfile::tempdir().unwrap();
     let (case, out) = (colliding(dir.path(), "end = 0.5\ncfl = 0.2", 20), dir.path().join("out"));
     let first = held(&case, &out, || !checkpoints(&out).is_empty());
@@ -25,7 +25,7 @@ fn a_folder_that_a_run_writes_to_is_refused_to_others_and_the_run_is_none_the_wo
 }
 
 #[test]
-fn a_start_without_room_leaves_a_folder_that_the_same_command_takes_again() {
+fn full_disk_at_start_leaves_reusable_folder() {
     let dir = tempfile::tempdir().unwrap();
     let (case, out) = (colliding(dir.path(), "end = 0.1\nstep = 0.006", 5), dir.path().join("out"));
     let script = "trap '' XFSZ; ulimit -f 0; exec \"$0\" \"$@\"";
@@ -40,7 +40,7 @@ fn a_start_without_room_leaves_a_folder_that_the_same_command_takes_again() {
 }
 
 #[test]
-fn snapshots_may_be_deleted_and_the_limit_of_divergence_not_lowered_below_what_was_reached() {
+fn resume_without_snapshots_and_refusal_of_tighter_divergence_limit() {
     let dir = tempfile::tempdir().unwrap();
     let (case, out) = (colliding(dir.path(), "end = 0.1\nstep = 0.006", 5), dir.path().join("out"));
     run(&case, &out, &[]);
@@ -62,7 +62,7 @@ fn snapshots_may_be_deleted_and_the_limit_of_divergence_not_lowered_below_what_w
 }
 
 #[test]
-fn validate_stops_with_130_and_takes_no_folder_of_somebody_else() {
+fn validate_exits_with_130_and_refuses_foreign_folder() {
     let dir = tempfile::tempdir().unwrap();
     let (mine, out) = (dir.path().join("mine"), dir.path().join("out"));
     fs::create_dir(&mine).unwrap();
@@ -95,7 +95,7 @@ fn validate_stops_with_130_and_takes_no_folder_of_somebody_else() {
 }
 
 #[test]
-fn a_status_does_not_depend_on_who_reads_the_message() {
+fn exit_status_does_not_depend_on_stderr() {
     let status = command("bash")
         .args(["-c", "exec \"$0\" check /nowhere.toml 2>/dev/full", env!("CARGO_BIN_EXE_mics")])
         .status()

@@ -183,7 +183,7 @@ impl Outcomes {
 }
 
 #[test]
-fn a_checkpoint_of_any_content_is_played_or_refused() {
+fn random_checkpoint_bytes_are_run_or_refused() {
     let petsc = petsc();
     for wall in ["sharp", "mixing"] {
         let whole = RefCell::new(Whole::of(&petsc, wall));
@@ -274,7 +274,7 @@ const WORDS: [&str; 24] = [
 ];
 
 #[test]
-fn a_case_of_any_content_is_read_or_refused() {
+fn random_case_text_is_read_or_refused() {
     let names = [
         "cylinder-wake",
         "crowd",

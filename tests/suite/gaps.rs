@@ -15,7 +15,7 @@ fn disc(place: [f64; 2], density: f64, more: &str) -> String {
 }
 
 #[test]
-fn grains_that_lie_as_near_as_they_like_stay_where_they_are_with_sharp_walls() {
+fn near_contact_grains_at_rest_stay_in_place() {
     let petsc = petsc();
     for (gap, stiffness) in [(0.0, 1e2), (0.01, 1e6), (0.03, 1e6)] {
         let at = [
@@ -40,7 +40,7 @@ fn grains_that_lie_as_near_as_they_like_stay_where_they_are_with_sharp_walls() {
 }
 
 #[test]
-fn a_heavy_disc_leaves_a_wall_with_its_restitution_however_deep_it_went_with_sharp_walls() {
+fn heavy_disc_rebound_has_restitution_at_any_overlap() {
     let petsc = petsc();
     for (cells, depth) in [(8, 0.05), (16, 0.1), (16, 0.4)] {
         let (mass, overlap) = (1e4 * PI / 4.0, depth / cells as f64);
@@ -80,7 +80,7 @@ fn approach(cells: usize, gap: f64, shift: f64) -> f64 {
 }
 
 #[test]
-fn the_force_of_a_narrow_gap_is_stokes_wherever_in_a_cell_it_lies_with_sharp_walls() {
+fn narrow_gap_force_is_stokes_at_any_cell_position() {
     // Jeffrey and Onishi 1981: a cylinder that moves to a plane wall in Stokes flow.
     let theory = |gap: f64| {
         let a = (1.0 + gap / 0.5).acosh();
@@ -158,7 +158,7 @@ fn pair_approach(cells: usize, radii: [f64; 2], gap: f64, (angle, shift): (f64, 
 }
 
 #[test]
-fn force_between_approaching_discs_matches_stokes_for_all_sizes_and_directions() {
+fn force_between_approaching_discs_matches_stokes_all_directions() {
     let pair = closing_cylinders([0.5, 0.5], 0.05).1;
     let alpha = 1.05f64.acosh();
     assert!((pair * (2.0 * alpha - (2.0 * alpha).tanh()) - 4.0 * PI).abs() < 1e-9, "{pair}");
@@ -169,7 +169,7 @@ fn force_between_approaching_discs_matches_stokes_for_all_sizes_and_directions()
 
 #[test]
 #[ignore = "takes long; ci/weekly"]
-fn force_between_discs_approaching_along_an_axis_matches_stokes_on_finer_grid() {
+fn force_between_approaching_discs_matches_stokes_on_finer_grid() {
     expect_stokes_between_discs(16, &[(0.0, 0.0), (0.0, 0.5)], 0.05);
 }
 
@@ -202,7 +202,7 @@ fn to_a_free_surface(gap: f64) -> f64 {
 }
 
 #[test]
-fn the_force_between_two_spheres_that_approach_askew_is_stokes_with_sharp_walls() {
+fn force_between_obliquely_approaching_spheres_matches_stokes() {
     // Far away Stokes' drag with the first image, close by Reynolds' film.
     assert!(
         (to_a_free_surface(99.0) - 1.0075).abs() < 1e-4
@@ -249,7 +249,7 @@ fn the_force_between_two_spheres_that_approach_askew_is_stokes_with_sharp_walls(
 }
 
 #[test]
-fn a_disc_pulled_along_a_wall_goes_as_fast_as_in_stokes_flow_and_does_not_turn_with_sharp_walls() {
+fn disc_pulled_along_wall_has_stokes_speed_without_spin() {
     // Jeffrey and Onishi 1981: a cylinder of the radius a beside a plane wall drags with 4 pi mu
     // U/acosh(1 + g/a) and is not turned.
     let petsc = petsc();
@@ -278,7 +278,7 @@ fn a_disc_pulled_along_a_wall_goes_as_fast_as_in_stokes_flow_and_does_not_turn_w
 }
 
 #[test]
-fn a_fixed_disc_over_a_wall_that_slides_along_is_dragged_as_in_stokes_flow_with_sharp_walls() {
+fn fixed_disc_over_sliding_wall_has_stokes_drag() {
     // Jeffrey and Onishi 1981, as above, from the wall's own frame. The gap is 0.4 and 0.8 spacings
     // wide: with the parabola of an open border under the disc the force is 11 % and 12 % too
     // large.
@@ -311,7 +311,7 @@ fn a_fixed_disc_over_a_wall_that_slides_along_is_dragged_as_in_stokes_flow_with_
 }
 
 #[test]
-fn a_bed_of_discs_comes_to_rest_with_sharp_walls() {
+fn bed_of_discs_comes_to_rest() {
     let petsc = petsc();
     let more = "[[swarm]]\ncount = 14\nregion = { min = [0.0, 0.0], max = [0.05, 0.08] }\n\
         diameter = { uniform = [0.010, 0.012] }\n\
@@ -337,7 +337,7 @@ fn a_bed_of_discs_comes_to_rest_with_sharp_walls() {
 }
 
 #[test]
-fn resting_discs_weigh_on_floor_corner_and_neighbours_without_stirring_fluid() {
+fn resting_disc_contact_forces_equal_weight_without_flow() {
     let petsc = petsc();
     let scenes = [
         ("a floor", vec![[2.037, 1.5]]),

@@ -31,7 +31,7 @@ fn crates() -> BTreeMap<String, BTreeSet<String>> {
 }
 
 #[test]
-fn figures_depend_on_no_solver_and_the_solver_on_no_figures() {
+fn figure_and_solver_crates_do_not_depend_on_each_other() {
     let expected = [
         ("mics", &["mics-plot", "mics-run", "mics-solver"][..]),
         ("mics-plot", &["mics-run"]),
@@ -146,7 +146,7 @@ fn folders(folder: PathBuf) -> Vec<PathBuf> {
 }
 
 #[test]
-fn modules_of_a_folder_use_each_other_in_no_circle() {
+fn modules_have_no_dependency_cycle() {
     let mut arrows_seen = 0;
     for root in ["src", "src/bin/mics", "crates/mics-run/src", "crates/mics-plot/src"] {
         let root = top().join(root);
@@ -161,7 +161,7 @@ fn modules_of_a_folder_use_each_other_in_no_circle() {
 }
 
 #[test]
-fn a_circle_of_modules_is_found_in_lists_and_in_paths() {
+fn dependency_cycle_is_found_in_use_lists_and_paths() {
     let code = "use crate::a::{b, c};\nuse crate::{Error, d::{e, f}, g};\nlet x = crate::h::i();";
     let names = ["Error", "a", "d", "g", "h"].map(str::to_owned);
     assert_eq!(used(code, "crate::"), BTreeSet::from(names));
@@ -229,7 +229,7 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
-fn files_and_functions_are_short_but_for_those_that_are_named_here() {
+fn files_and_functions_within_length_limits() {
     let (mut files, mut long) = (BTreeSet::new(), BTreeSet::new());
     for folder in ["src", "crates", "sys", "tests", "benches"] {
         for path in sources(&top().join(folder)) {
@@ -253,7 +253,7 @@ fn files_and_functions_are_short_but_for_those_that_are_named_here() {
 }
 
 #[test]
-fn a_function_is_as_long_as_from_its_name_to_its_brace() {
+fn function_length_from_name_to_closing_brace() {
     let text = "impl A {\n    pub(crate) const fn short() {}\n    fn long(\n        a: u8,\n\
         \x20   ) {\n\n        a;\n    }\n}\n/// fn of words\nunsafe extern \"C\" fn one(\n);\n";
     assert_eq!(functions(text), [("short", 1), ("long", 6), ("one", 2)]);

@@ -45,7 +45,7 @@ fn disc(y: f64, more: &str) -> String {
 /// Forces on a fixed disc that touches the border, or nearly, in a stream, beside those on one of
 /// the pair that it and its image are.
 #[test]
-fn a_disc_on_a_slip_border_feels_what_one_of_a_mirrored_pair_does() {
+fn fixed_disc_at_slip_side_has_force_of_mirrored_pair() {
     let ends = ["{ inflow = [0.1, 0.0] }", "\"outflow\""];
     for gap in [0.0, 0.3e-3] {
         let y = 0.005 + gap;
@@ -69,7 +69,7 @@ fn a_disc_on_a_slip_border_feels_what_one_of_a_mirrored_pair_does() {
 /// A disc falls on a slip border, rests there with its weight, and no film holds it back as it goes
 /// along.
 #[test]
-fn a_disc_rests_on_a_slip_border_and_slides_along_it_freely() {
+fn disc_rests_on_slip_side_without_friction() {
     let ends = ["\"wall\"", "\"wall\""];
     let (fallen, steps) =
         tables(&channel(0.03, "slip", ends, -9.81, 0.6, &disc(0.0055, "density = 2650.0")));
@@ -208,7 +208,7 @@ fn row_of_spinning_discs_is_the_same_for_one_to_four_per_period() {
 
 /// What keeps the velocity of a locked direction works: it is no spurious energy.
 #[test]
-fn what_holds_a_locked_direction_works() {
+fn locked_direction_work_is_in_energy_budget() {
     let ends = ["\"wall\"", "\"wall\""];
     for (locked, motion) in
         [("[\"rotation\"]", "spin = 20.0"), ("[\"x\", \"y\"]", "velocity = [0.1, 0.0]")]
@@ -227,7 +227,7 @@ fn what_holds_a_locked_direction_works() {
 
 /// The last free body leaves, and the fluid goes on without it as if it had never been free.
 #[test]
-fn the_fluid_forgets_a_light_body_that_has_left() {
+fn fluid_after_last_free_body_has_left() {
     let ends = ["{ inflow = [0.2, 0.0] }", "\"outflow\""];
     let body = disc(0.015, "density = 200.0\nvelocity = [0.2, 0.0]");
     let (_, steps) = tables(&channel(0.03, "slip", ends, 0.0, 0.4, &body));

@@ -21,7 +21,7 @@ fn bed(lid: f64, cells: usize, time: &str, more: &str) -> String {
 }
 
 #[test]
-fn a_run_begins_where_another_ended_and_goes_on_byte_for_byte() {
+fn initial_from_continues_a_run_byte_for_byte() {
     let dir = tempfile::tempdir().unwrap();
     let at = |name: &str| dir.path().join(name);
     let write = |name: &str, text: &str| {
@@ -99,7 +99,7 @@ fn a_run_begins_where_another_ended_and_goes_on_byte_for_byte() {
 /// The drive that holds a mean velocity and the faces of the step before are what they were; "auto"
 /// would take the springs from the speeds there.
 #[test]
-fn a_driven_run_that_begins_where_another_ended_is_the_one_that_went_on() {
+fn initial_from_continues_a_driven_run() {
     let dir = tempfile::tempdir().unwrap();
     for (name, drive) in [
         ("held", "mean_velocity = { axis = \"x\", value = 0.05 }"),

@@ -33,7 +33,7 @@ pub fn tank(width: f64, viscosity: f64, end: f64, bodies: &str) -> String {
 /// its contacts, of which too little came to the layers far from the lid: from 2 s on it slid to
 /// and fro again, 0.1 of that work.
 #[test]
-fn discs_that_friction_holds_under_a_lid_rest() {
+fn discs_held_by_friction_under_lid_rest() {
     for (density, locked) in [(5.0, true), (5.0, false), (50.0, false)] {
         let lock = if locked { "locked = [\"rotation\"]\n" } else { "" };
         let discs: String = (0..14)
@@ -79,7 +79,7 @@ fn discs_that_friction_holds_under_a_lid_rest() {
 /// a spin, and stays there: contacts hold its weight from the second step on. It was taken for an
 /// impact, and half of its weight pushed it into the fluid again.
 #[test]
-fn a_light_disc_that_lies_under_a_lid_from_the_start_stays() {
+fn light_disc_starting_under_lid_stays_at_rest() {
     for spin in [0.0, 5.0] {
         let disc = format!(
             "[[particle]]\nshape.disc.diameter = 0.01\ndensity = 10.0\nposition = [0.04, 0.055]\n\
@@ -105,7 +105,7 @@ fn a_light_disc_that_lies_under_a_lid_from_the_start_stays() {
 /// The fluid responded to the correction of the lubrication layer with more than was expected of
 /// it, and they were left with 2 to 5 mm/s though they lay still, until the budget ended the run.
 #[test]
-fn discs_put_down_a_hair_above_a_floor_lie_in_a_fluid_at_rest() {
+fn discs_starting_1e_4_diameters_above_floor_rest() {
     for (density, row) in
         [(300.0, &[0.02][..]), (300.0, &[0.0095, 0.02, 0.0305]), (2650.0, &[0.0095, 0.02, 0.0305])]
     {
@@ -193,7 +193,7 @@ fn flips(particles: &HashMap<String, Vec<f64>>) -> usize {
 /// rattled under a lid where a step is about as long as a contact: its velocity changed sign with
 /// each, and contacts gave back 0.15 to 0.6 of gravity's work.
 #[test]
-fn a_light_disc_rests_under_a_lid_at_steps_as_long_as_its_contact() {
+fn light_disc_rests_under_lid_at_steps_of_contact_time() {
     let soft = "contact = { friction = 0.5, restitution = 0.5, normal_stiffness = 1.0e4 }\n\
         time = { end = 1.0 }";
     let fixed =
@@ -218,7 +218,7 @@ fn a_light_disc_rests_under_a_lid_at_steps_as_long_as_its_contact() {
 /// them even where they touched for an instant of the step: corrected as a contact, which only
 /// presses, two light discs flew up from a floor.
 #[test]
-fn films_hold_as_much_as_they_are_wide_in_the_first_step() {
+fn lubrication_in_first_step_depends_on_gap_width() {
     let usual = "contact = { friction = 0.5, restitution = 0.5 }\ntime = { end = 0.1 }";
     let rows = [[0.005, 0.005], [0.015, 0.005], [0.0, 0.0138], [0.01, 0.0138]];
     let column = [[0.0141, 0.015], [0.0141, 0.005]];
@@ -245,7 +245,7 @@ fn films_hold_as_much_as_they_are_wide_in_the_first_step() {
 /// they touched was theirs for thirty steps, in which they did not move: 0.4 to 0.9 of gravity's
 /// spurious work, and the end of the run of the lightest.
 #[test]
-fn what_a_light_body_moves_with_at_a_lid_is_its_velocity() {
+fn light_body_at_lid_position_change_equals_its_velocity() {
     fn at_lid(
         place: &str,
         size: &str,
@@ -319,7 +319,7 @@ fn what_a_light_body_moves_with_at_a_lid_is_its_velocity() {
 /// much shorter than its contacts. The fluid responds there with five times the added mass that it
 /// has at one wall.
 #[test]
-fn a_light_disc_in_a_corner_rests() {
+fn light_disc_in_corner_rests() {
     let text = "name = \"corner\"\ndomain = { size = [0.05, 0.05], cells = [40, 40] }\n\
          fluid = { density = 1000.0, viscosity = 1e-3, gravity = [8.0, -8.0] }\n\
          boundary = { west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }\n\
@@ -335,7 +335,7 @@ fn a_light_disc_in_a_corner_rests() {
 /// of what there is with its curvature and the pressure that viscosity makes: its velocity swung
 /// from step to step, more each time, and up to six cells across the run ended.
 #[test]
-fn a_light_body_of_few_cells_keeps_its_pace_in_long_steps() {
+fn light_body_of_few_cells_has_same_speed_in_long_steps() {
     let speed = |shape: &str,
                  size: &str,
                  cells: &str,

@@ -68,7 +68,7 @@ fn by_hand(density: f64, inner_viscosity: f64, pressure: &dyn Fn(usize, usize) -
 }
 
 #[test]
-fn the_force_of_19_is_the_sum_over_the_cells_with_the_particle_s_density_before_the_bracket() {
+fn literal_force_of_eq_19_equals_sum_over_cells() {
     let petsc = petsc();
     for density in [1.0, 1.2, 2.65, 1000.0] {
         let more = format!(

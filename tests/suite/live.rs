@@ -32,7 +32,7 @@ fn words(output: &Output) -> String {
 }
 
 #[test]
-fn progress_is_one_voice_in_a_pipe_quiet_and_on_two_ranks_and_its_file_says_the_same() {
+fn progress_in_pipe_quiet_and_on_two_ranks() {
     let dir = tempfile::tempdir().unwrap();
     let case = case(dir.path(), 40);
     let go = |name: &str, ranks: usize, more: &[&str]| {
@@ -90,7 +90,7 @@ fn in_terminal(case: &Path, out: &Path, environment: &[(&str, &str)]) -> String 
 }
 
 #[test]
-fn a_terminal_shows_a_bar_without_colour_and_a_dumb_one_shows_none() {
+fn progress_bar_on_plain_and_dumb_terminals() {
     let dir = tempfile::tempdir().unwrap();
     let case = case(dir.path(), 40);
     // A colour is ESC [ numbers m.
@@ -146,7 +146,7 @@ fn watch_says_that_a_run_was_killed() {
 }
 
 #[test]
-fn watch_follows_several_runs_each_by_its_name_and_ends_as_the_first_that_went_wrong() {
+fn watch_follows_several_runs_and_returns_first_failure() {
     let dir = tempfile::tempdir().unwrap();
     let (short, long) = (case(dir.path(), 100), dir.path().join("long"));
     std::fs::create_dir(&long).unwrap();

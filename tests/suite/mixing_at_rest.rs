@@ -56,7 +56,7 @@ fn largest(values: &[f64]) -> f64 {
 /// the start is found before the first step, without which that alone leaves 7e-7 J to the fluid in
 /// a step of 1e-3 s.
 #[test]
-fn a_disc_on_a_floor_leaves_the_fluid_still() {
+fn mixing_disc_on_floor_keeps_fluid_at_rest() {
     // In steps as short as the contact the disc first sinks into it.
     for (x, step, bounds) in [
         (0.0252, "", [1e-11, 1e-13]),
@@ -83,7 +83,7 @@ fn a_disc_on_a_floor_leaves_the_fluid_still() {
 /// and 0.35 of what holds them, and the runs ended in their second and first step with energy from
 /// nothing.
 #[test]
-fn what_lies_is_held_from_the_first_step_on_however_much_fluid_goes_along() {
+fn mixing_resting_bodies_with_large_added_mass_held_from_start() {
     let pipe = "boundary = \
         { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }\n";
     let row = [[0.005, 0.005], [0.015, 0.005]];
@@ -114,7 +114,7 @@ fn what_lies_is_held_from_the_first_step_on_however_much_fluid_goes_along() {
 /// one, and where the one before expected nothing of contacts. With what the old run had left, a
 /// disc was thrown off its floor by gravity that was no more, or was never held.
 #[test]
-fn a_run_begun_from_another_finds_anew_what_holds_its_bodies() {
+fn mixing_initial_from_recomputes_contact_forces() {
     let dir = tempfile::tempdir().unwrap();
     let time = "time = { end = 0.05, step = 5e-4 }\n";
     let mixing = "coupling = { wall = \"mixing\" }\n";

@@ -193,7 +193,7 @@ fn largest_gap(session: &Session, singular: bool) -> Result<f64> {
 }
 
 #[test]
-fn modes_are_solved_for_as_by_elimination() {
+fn rigid_body_modes_equal_elimination() {
     let petsc = petsc();
     for singular in [false, true] {
         let gap = largest_gap(&petsc.session, singular).unwrap();
@@ -228,7 +228,7 @@ pub fn in_processes(test: &str, kinds: &[(usize, &str)], body: impl Fn(&Session)
 }
 
 #[test]
-fn modes_hold_with_every_solver_and_on_two_ranks() {
+fn rigid_body_modes_with_every_solver_on_two_ranks() {
     let kinds = [
         (2, ""),
         (1, "-ksp_type cg -pc_type boxmg"),
@@ -243,7 +243,7 @@ fn modes_hold_with_every_solver_and_on_two_ranks() {
         (1, "-ksp_type gmres -pc_type lu"),
         (1, "-ksp_type bicg -pc_type jacobi"),
     ];
-    in_processes("modes::modes_hold_with_every_solver_and_on_two_ranks", &kinds, |session| {
+    in_processes("modes::rigid_body_modes_with_every_solver_on_two_ranks", &kinds, |session| {
         for singular in [false, true] {
             let gap = largest_gap(session, singular).unwrap();
             // No rank may stop before all have come this far.
@@ -256,8 +256,8 @@ fn modes_hold_with_every_solver_and_on_two_ranks() {
 /// A second try, too, is one with the modes: without them a factorised matrix would need no
 /// iteration more.
 #[test]
-fn a_solve_with_modes_that_fails_is_retried_with_them() {
-    let test = "modes::a_solve_with_modes_that_fails_is_retried_with_them";
+fn failed_solve_is_retried_with_rigid_body_modes() {
+    let test = "modes::failed_solve_is_retried_with_rigid_body_modes";
     in_processes(test, &[(1, "-ksp_type cg -pc_type lu -ksp_max_it 4")], |session| {
         let mut system = System::new(session, false).unwrap();
         let modes: Vec<_> = modes(0).into_iter().filter(|m| m.mode < 6).collect();
@@ -271,8 +271,8 @@ fn a_solve_with_modes_that_fails_is_retried_with_them() {
 }
 
 #[test]
-fn a_method_that_would_pass_over_the_modes_is_refused() {
-    let test = "modes::a_method_that_would_pass_over_the_modes_is_refused";
+fn solver_that_ignores_rigid_body_modes_is_refused() {
+    let test = "modes::solver_that_ignores_rigid_body_modes_is_refused";
     in_processes(test, &[(1, "-ksp_type preonly -pc_type lu")], |session| {
         let system = System::new(session, false).unwrap();
         let error = system.solver.refuse_preconditioner_alone().unwrap_err();
@@ -281,8 +281,8 @@ fn a_method_that_would_pass_over_the_modes_is_refused() {
 }
 
 #[test]
-fn a_preconditioner_of_the_whole_refuses_parts_of_it() {
-    let test = "modes::a_preconditioner_of_the_whole_refuses_parts_of_it";
+fn global_preconditioner_refuses_sub_blocks() {
+    let test = "modes::global_preconditioner_refuses_sub_blocks";
     in_processes(
         test,
         &[(1, "-pc_type bjacobi -pc_bjacobi_blocks 2 -sub_pc_type boxmg")],
@@ -294,7 +294,7 @@ fn a_preconditioner_of_the_whole_refuses_parts_of_it() {
 }
 
 #[test]
-fn a_solve_with_modes_allocates_nothing_once_they_have_their_size() {
+fn solve_with_rigid_body_modes_allocates_nothing() {
     let petsc = petsc();
     let mut system = System::new(&petsc.session, true).unwrap();
     let steps = [0, 1, 2].map(|step| system.own(&modes(step)));
@@ -309,7 +309,7 @@ fn a_solve_with_modes_allocates_nothing_once_they_have_their_size() {
 }
 
 #[test]
-fn unsound_modes_are_refused() {
+fn invalid_rigid_body_modes_are_refused() {
     let petsc = petsc();
     let system = System::new(&petsc.session, false).unwrap();
     let face = (5 + GHOSTS) + (5 + GHOSTS) * (NX + 2 * GHOSTS);

@@ -36,13 +36,13 @@ fn let_go(n: usize, ratio: f64, steps: usize) -> f64 {
 }
 
 #[test]
-fn a_disc_ten_thousand_times_as_dense_falls_freely() {
+fn disc_of_density_ratio_10000_falls_freely() {
     let a = let_go(8, 1e4, 10);
     assert!((a - 1.0).abs() < 1e-3, "{a}");
 }
 
 #[test]
-fn discs_of_every_density_are_set_off_stably_and_heavy_ones_with_their_added_mass() {
+fn mixing_disc_set_off_stably_for_all_density_ratios() {
     for ratio in [0.001, 0.01, 0.1, 0.5, 2.65, 10.0, 100.0, 1e3, 1e4] {
         let (a, theory) = (let_go(16, ratio, 11), (ratio - 1.0) / (ratio + 1.0));
         println!(
@@ -82,7 +82,7 @@ pub fn collisions(petsc: &Petsc, wall: &str) -> Scene<2> {
 }
 
 #[test]
-fn what_the_mixing_takes_the_particles_get_in_a_periodic_box_with_collisions() {
+fn mixing_momentum_exchange_conserved_in_periodic_collisions() {
     let petsc = petsc();
     let mut scene = collisions(&petsc, MIXING);
     let (mut touched, mut traded, mut missing) = (false, 0.0f64, 0.0f64);
@@ -102,7 +102,7 @@ fn what_the_mixing_takes_the_particles_get_in_a_periodic_box_with_collisions() {
 }
 
 #[test]
-fn a_disc_carried_at_the_speed_of_a_stream_feels_no_force() {
+fn mixing_disc_carried_at_the_speed_of_stream_feels_no_force() {
     let petsc = petsc();
     for (wall, density) in [(MIXING, 1.0), (MIXING, 2.65), (SHARP, 1.0), (SHARP, 2.65)] {
         let more = disc(0.25, [0.3, 0.5], density, "velocity = [1.0, 0.4]")
@@ -120,7 +120,7 @@ fn a_disc_carried_at_the_speed_of_a_stream_feels_no_force() {
 }
 
 #[test]
-fn a_disc_settles_at_the_published_speed() {
+fn settling_disc_has_published_speed() {
     let dir = tempfile::tempdir().unwrap();
     let sharp = ["--set", "coupling.wall=\"sharp\"", "--set", "output.figures=false"];
     let summary = run(&shipped("cases/settling-disc/case.toml"), dir.path(), &sharp);
@@ -130,7 +130,7 @@ fn a_disc_settles_at_the_published_speed() {
 }
 
 #[test]
-fn the_balance_closes_at_walls_that_spheres_rest_on() {
+fn momentum_balance_closes_for_spheres_resting_on_walls() {
     let petsc = petsc();
     let sphere = |place: [f64; 3], density: f64| {
         format!(
@@ -169,7 +169,7 @@ fn the_balance_closes_at_walls_that_spheres_rest_on() {
 }
 
 #[test]
-fn a_sphere_settles_and_its_momentum_is_accounted_for() {
+fn settling_sphere_momentum_balance() {
     let petsc = petsc();
     let sides: String = ["west", "east", "south", "north", "bottom", "top"]
         .map(|s| format!("{s} = \"periodic\"\n"))
@@ -198,7 +198,7 @@ fn a_sphere_settles_and_its_momentum_is_accounted_for() {
 }
 
 #[test]
-fn particles_that_touch_without_a_law_of_contact_stop_the_run_and_are_named() {
+fn touch_without_contact_table_stops_run() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     let discs = disc(0.2, [0.3, 0.5], 2.0, "velocity = [1.0, 0.0]")
@@ -223,7 +223,7 @@ fn particles_that_touch_without_a_law_of_contact_stop_the_run_and_are_named() {
 }
 
 #[test]
-fn the_paper_s_preset_moves_a_heavy_particle() {
+fn mics_2003_preset_moves_heavy_particle() {
     let dir = tempfile::tempdir().unwrap();
     let set =
         ["preset=\"mics-2003\"", "time.end=0.1", "output.figures=false", "particle.0.density=2.65"];
@@ -246,7 +246,7 @@ fn the_paper_s_preset_moves_a_heavy_particle() {
 }
 
 #[test]
-fn a_locked_direction_is_not_moved_by_anything() {
+fn locked_direction_keeps_its_velocity() {
     let petsc = petsc();
     for wall in [MIXING, SHARP] {
         let more =
@@ -265,7 +265,7 @@ fn a_locked_direction_is_not_moved_by_anything() {
 }
 
 #[test]
-fn what_a_particle_is_held_against_is_the_force_on_it_and_the_balance_closes() {
+fn force_on_held_particle_closes_momentum_balance() {
     let petsc = petsc();
     let stream = "[initial]\nvelocity = [1.0, 0.3]\n[pressure]\ndivergence_limit = 1.0e-9";
     let force_on = |wall: &str, how: &str| {
@@ -292,7 +292,7 @@ fn what_a_particle_is_held_against_is_the_force_on_it_and_the_balance_closes() {
 }
 
 #[test]
-fn light_particles_pressed_together_keep_a_positive_density() {
+fn mixture_density_stays_positive_for_pressed_light_particles() {
     let petsc = petsc();
     let law = "[contact]\nnormal_stiffness = 0.5\n";
     let accelerations = "motion = { prescribed = { velocity = [0.0, -0.2] } }";
@@ -329,7 +329,7 @@ fn light_particles_pressed_together_keep_a_positive_density() {
 }
 
 #[test]
-fn a_prescribed_particle_stops_the_run_where_no_contact_can_stop_it() {
+fn prescribed_particle_hitting_a_body_stops_run() {
     let petsc = petsc();
     let other = disc(0.2, [0.7, 0.5], 1.0, "motion = \"fixed\"");
     for (wall, other, says) in [
@@ -353,7 +353,7 @@ fn a_prescribed_particle_stops_the_run_where_no_contact_can_stop_it() {
 }
 
 #[test]
-fn a_particle_within_one_cell_moves_with_it() {
+fn particle_smaller_than_a_cell_moves_with_it() {
     let petsc = petsc();
     for wall in [MIXING, SHARP] {
         let more = disc(0.03, [0.03, 0.53], 2.0, "") + wall;

@@ -194,7 +194,7 @@ fn asymmetry<const D: usize>(session: &Session, case: &Case<D>, own: OwnPrecondi
 }
 
 #[test]
-fn the_multigrid_is_symmetric_and_positive_for_every_border_and_shape_of_the_grid() {
+fn multigrid_symmetric_positive_for_all_boundaries_and_grids() {
     let petsc = petsc();
     let kinds = [Ends::Periodic, Ends::Walls, Ends::Outflow];
     for (x, y) in kinds.iter().flat_map(|x| kinds.iter().map(move |y| (*x, *y))) {
@@ -219,7 +219,7 @@ fn the_multigrid_is_symmetric_and_positive_for_every_border_and_shape_of_the_gri
 }
 
 #[test]
-fn free_bodies_of_any_density_leave_it_symmetric_and_positive() {
+fn multigrid_symmetric_positive_with_free_bodies() {
     let petsc = petsc();
     for ratio in [1e-3, 0.1, 1.0, 10.0] {
         let mut case = Case::empty([64, 48], [Ends::Walls, Ends::Periodic]).filled(8.0);
@@ -234,7 +234,7 @@ fn free_bodies_of_any_density_leave_it_symmetric_and_positive() {
 /// a third of a cell apart: measured, 17 at 1e-2 and 27 at 1e-3, of 8 cells a diameter. They have a
 /// bound of their own.
 #[test]
-fn iterations_grow_neither_with_the_grid_nor_with_the_density() {
+fn multigrid_iterations_independent_of_grid_and_density() {
     let petsc = petsc();
     let walls = [Ends::Walls; 2];
     println!("free bodies, sharp walls");
@@ -288,8 +288,8 @@ fn iterations_grow_neither_with_the_grid_nor_with_the_density() {
 
 /// Bodies across the borders of ranks, light enough for the multigrid to take them in.
 #[test]
-fn iterations_with_free_bodies_do_not_depend_on_the_ranks() {
-    let test = "multigrid::iterations_with_free_bodies_do_not_depend_on_the_ranks";
+fn multigrid_iterations_with_free_bodies_independent_of_ranks() {
+    let test = "multigrid::multigrid_iterations_with_free_bodies_independent_of_ranks";
     let kinds = [1, 2, 4].map(|ranks| (ranks, ""));
     let said = in_processes(test, &kinds, |session| {
         for (cells, diameter) in [([192, 128], 16.0), ([40, 32], 9.0)] {
@@ -341,7 +341,7 @@ fn iterations_with_free_bodies_do_not_depend_on_the_ranks() {
 }
 
 #[test]
-fn odd_and_flat_grids_take_no_more_iterations() {
+fn multigrid_iterations_on_odd_and_flat_grids() {
     let petsc = petsc();
     let ends = [Ends::Outflow, Ends::Walls];
     for (cells, h) in [
@@ -358,7 +358,7 @@ fn odd_and_flat_grids_take_no_more_iterations() {
 }
 
 #[test]
-fn the_direct_solver_leaves_rounding_only() {
+fn direct_solver_residual_is_rounding() {
     let petsc = petsc();
     for ends in [
         [Ends::Walls, Ends::Outflow],

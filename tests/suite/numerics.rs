@@ -4,7 +4,7 @@ use crate::support::{SHARP, box_case, mics, run};
 use std::fs;
 
 #[test]
-fn another_number_of_the_method_changes_results_and_is_warned_of() {
+fn changed_numerics_key_changes_results_and_warns() {
     let dir = tempfile::tempdir().unwrap();
     let (case, out) = (dir.path().join("case.toml"), |name: &str| dir.path().join(name));
     let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];

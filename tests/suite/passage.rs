@@ -35,7 +35,7 @@ pub fn write(dir: &Path, text: &str) -> std::path::PathBuf {
 }
 
 #[test]
-fn discs_leave_through_an_outflow_one_after_the_other_and_the_others_keep_their_numbers() {
+fn discs_leave_outflow_and_ids_are_kept() {
     for (wall, contact) in
         [("sharp", "[contact]\n"), ("sharp", ""), ("mixing", "[contact]\n"), ("mixing", "")]
     {
@@ -84,7 +84,7 @@ fn discs_leave_through_an_outflow_one_after_the_other_and_the_others_keep_their_
 }
 
 #[test]
-fn a_run_that_bodies_have_left_goes_on_byte_for_byte_and_on_ranks() {
+fn resume_after_bodies_left_byte_for_byte_and_on_ranks() {
     let dir = tempfile::tempdir().unwrap();
     let text =
         carried("end = 1.0\nstep = 0.005", "[contact]\n[pressure]\ndivergence_limit = 1e-9\n");
@@ -114,7 +114,7 @@ fn a_run_that_bodies_have_left_goes_on_byte_for_byte_and_on_ranks() {
 }
 
 #[test]
-fn where_all_have_left_the_fluid_goes_on_alone_and_a_case_begins_with_none() {
+fn run_continues_after_all_bodies_have_left() {
     let dir = tempfile::tempdir().unwrap();
     let (out, next) = (dir.path().join("out"), dir.path().join("next"));
     let text = carried("end = 2.0\nstep = 0.005", "[contact]\n");
@@ -129,7 +129,7 @@ fn where_all_have_left_the_fluid_goes_on_alone_and_a_case_begins_with_none() {
 }
 
 #[test]
-fn a_body_returns_or_ends_the_run_where_the_case_says_so() {
+fn removed_return_and_stop_options() {
     let dir = tempfile::tempdir().unwrap();
     let returns = carried(
         "end = 1.0\nstep = 0.005",
@@ -174,7 +174,7 @@ pub fn fed(time: &str, more: &str) -> String {
 }
 
 #[test]
-fn a_case_begins_with_the_bodies_that_were_in_the_flow_and_feeds_its_own() {
+fn initial_from_with_feed_of_own_bodies() {
     let dir = tempfile::tempdir().unwrap();
     let at = |name: &str| dir.path().join(name);
     // The 15th body is due at 1.845 s, and so comes in at 1.85 s, where the run ends; 5 more wait
@@ -243,7 +243,7 @@ fn a_case_begins_with_the_bodies_that_were_in_the_flow_and_feeds_its_own() {
 /// What returns sets the flow off anew, and the next step is as short as the first: in one as long
 /// as viscosity's stages make it, ten times the body's energy was gained, and the run ended.
 #[test]
-fn a_light_disc_that_returns_in_a_viscous_stream_makes_no_energy() {
+fn returning_light_disc_has_no_energy_gain() {
     let dir = tempfile::tempdir().unwrap();
     let disc = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [1.7, 0.85]\n\
         velocity = [1.0, 0.0]\ndensity = 0.08\n[contact]\n";
@@ -280,7 +280,7 @@ fn a_light_disc_that_returns_in_a_viscous_stream_makes_no_energy() {
 /// A disc that weighs next to nothing between two outflows: the fluid turns it back as it returns,
 /// and it went to and fro hundreds of times in one step.
 #[test]
-fn a_body_returns_once_in_a_step() {
+fn body_returns_at_most_once_per_step() {
     let dir = tempfile::tempdir().unwrap();
     let text = format!(
         "[[particle]]\nshape = {{ disc = {{ diameter = 0.042 }} }}\nposition = [0.17, 0.33]\n\

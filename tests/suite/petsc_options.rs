@@ -4,7 +4,7 @@ use crate::program::{DISC, text, write};
 use crate::support::{STREAM, box_case, mics, run};
 
 #[test]
-fn petsc_options_that_end_the_program_or_write_nothing_are_refused_with_the_reason() {
+fn petsc_options_that_end_the_program_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let case = write(dir.path(), &box_case([2.0, 1.0], [32, 16], 0.01, STREAM, DISC));
     let out = dir.path().join("out");
@@ -21,7 +21,7 @@ fn petsc_options_that_end_the_program_or_write_nothing_are_refused_with_the_reas
 }
 
 #[test]
-fn gamg_as_the_preconditioner_of_cg_solves_for_free_bodies_in_a_closed_box() {
+fn gamg_preconditioned_cg_with_free_bodies_in_closed_box() {
     let dir = tempfile::tempdir().unwrap();
     let grains = "[[swarm]]\nname = \"grain\"\ncount = 6\n\
         region = { min = [0.005, 0.015], max = [0.075, 0.035] }\n\
@@ -37,7 +37,7 @@ fn gamg_as_the_preconditioner_of_cg_solves_for_free_bodies_in_a_closed_box() {
 }
 
 #[test]
-fn petsc_options_work_and_those_that_nothing_used_are_named() {
+fn petsc_options_are_used_and_unused_ones_named() {
     let dir = tempfile::tempdir().unwrap();
     let case = write(
         dir.path(),
@@ -106,7 +106,7 @@ fn petsc_options_work_and_those_that_nothing_used_are_named() {
 }
 
 #[test]
-fn a_fixed_tolerance_is_kept_whatever_d0_says() {
+fn given_ksp_rtol_overrides_d0() {
     let dir = tempfile::tempdir().unwrap();
     let text = box_case(
         [2.0, 1.0],
@@ -126,7 +126,7 @@ fn a_fixed_tolerance_is_kept_whatever_d0_says() {
 }
 
 #[test]
-fn a_solver_that_fails_ends_the_run_with_its_reasons_after_one_retry_if_that_could_help() {
+fn failed_pressure_solve_is_retried_once_and_explained() {
     let dir = tempfile::tempdir().unwrap();
     let case = write(dir.path(), &box_case([2.0, 1.0], [64, 32], 0.01, STREAM, DISC));
     let fails = |options: &[&str]| {
@@ -152,7 +152,7 @@ fn a_solver_that_fails_ends_the_run_with_its_reasons_after_one_retry_if_that_cou
 }
 
 #[test]
-fn petsc_options_in_capitals_are_taken_and_types_in_capitals_named_in_lower_case() {
+fn petsc_options_in_capitals() {
     let dir = tempfile::tempdir().unwrap();
     let case = write(dir.path(), &box_case([2.0, 1.0], [32, 16], 0.01, STREAM, DISC));
     let out = dir.path().join("out");

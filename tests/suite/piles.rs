@@ -7,7 +7,7 @@ use crate::support::petsc;
 /// they moved together, and the run ended with status 3 after some seconds.
 #[test]
 #[ignore = "a minute"]
-fn a_deep_pile_of_light_discs_under_a_lid_makes_no_energy() {
+fn deep_pile_of_light_discs_under_lid_has_no_energy_gain() {
     let discs: String = (0..42)
         .map(|k| {
             let (row, column) = (k / 3, k % 3);
@@ -40,7 +40,7 @@ fn a_deep_pile_of_light_discs_under_a_lid_makes_no_energy() {
 /// Columns of bodies lighter than the fluid that lie on each other under a lid from the start weigh
 /// on it from the first step on.
 #[test]
-fn columns_of_light_discs_under_a_lid_hold_from_the_start() {
+fn columns_of_light_discs_under_lid_have_initial_contact_forces() {
     for (s, count) in [(0.7, 2), (0.3, 4)] {
         let discs: String = (0..count)
             .map(|k| {
@@ -64,7 +64,7 @@ fn columns_of_light_discs_under_a_lid_hold_from_the_start() {
 /// contacts only ever take energy. The correction of the slip of a sliding contact had reversed it,
 /// and gave as much as gravity did within 1.6 s.
 #[test]
-fn contacts_of_a_settling_bed_only_take_energy() {
+fn contacts_of_settling_bed_only_dissipate() {
     let grains = "[[swarm]]\ncount = 22\nregion = { min = [0.0, 0.0], max = [0.05, 0.14] }\n\
         diameter = { uniform = [0.010, 0.012] }\n\
                   density = 2650.0\ngap = 0.0005\nseed = 1\n";
@@ -112,7 +112,7 @@ const WEDGED: [[f64; 4]; 20] = [
 /// fluid's answer until they do: a disc wedged between others made them overshoot further each
 /// time.
 #[test]
-fn a_pile_with_a_wedged_disc_is_put_down_without_energy() {
+fn pile_with_wedged_disc_starts_without_energy_gain() {
     let petsc = petsc();
     let discs: String = WEDGED
         .iter()

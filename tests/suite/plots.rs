@@ -39,7 +39,7 @@ pub fn plotted(words: &[&str]) -> Vec<String> {
 }
 
 #[test]
-fn named_figures_of_a_fall_are_drawn_alone_and_say_what_they_show() {
+fn named_figures_are_drawn_alone_with_titles() {
     let dir = tempfile::tempdir().unwrap();
     let (a, b) = (
         fall(dir.path(), "sharp", &[]),
@@ -189,7 +189,7 @@ fn named_figures_of_a_fall_are_drawn_alone_and_say_what_they_show() {
 }
 
 #[test]
-fn figures_of_forces_speeds_and_paths_name_several_particles_or_those_requested() {
+fn figures_of_forces_speeds_and_paths_choose_particles() {
     let dir = tempfile::tempdir().unwrap();
     let disc = |name: &str, x: f64, y: f64, density: f64| {
         format!(
@@ -289,7 +289,7 @@ fn figures_of_forces_speeds_and_paths_name_several_particles_or_those_requested(
 }
 
 #[test]
-fn a_run_that_goes_on_is_plotted_as_far_as_its_whole_rows_go_with_a_note() {
+fn unfinished_run_is_plotted_with_a_note() {
     let dir = tempfile::tempdir().unwrap();
     let more = [
         "--set",
@@ -325,7 +325,7 @@ fn a_run_that_goes_on_is_plotted_as_far_as_its_whole_rows_go_with_a_note() {
 }
 
 #[test]
-fn a_folder_without_a_run_is_refused() {
+fn plot_refuses_folder_without_run() {
     let dir = tempfile::tempdir().unwrap();
     let output = mics(&["plot", dir.path().to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));

@@ -30,7 +30,7 @@ region = { min = [0.01, 0.06], max = [0.11, 0.155] }
 "#;
 
 #[test]
-fn figures_of_many_bodies_show_every_material_and_size_along_every_axis_and_no_colour_twice() {
+fn figures_of_many_bodies_group_by_material_and_size() {
     let dir = tempfile::tempdir().unwrap();
     let (file, out) = (dir.path().join("pour.toml"), dir.path().join("pour"));
     std::fs::write(&file, POUR).unwrap();
@@ -83,7 +83,7 @@ fn short_run(out: &Path, viscosity: f64) {
 }
 
 #[test]
-fn several_runs_give_their_fields_and_together_drag_over_reynolds() {
+fn plots_of_several_runs_share_drag_over_reynolds() {
     let dir = tempfile::tempdir().unwrap();
     let [a, b, out] = ["a", "b", "out"].map(|n| dir.path().join(n));
     short_run(&a, 20.0);

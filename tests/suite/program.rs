@@ -18,7 +18,7 @@ pub fn text(bytes: &[u8]) -> String {
 }
 
 #[test]
-fn a_run_leaves_the_folder_that_the_contract_promises() {
+fn run_writes_documented_files() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("run");
     let short = [
@@ -96,7 +96,7 @@ fn run_again(case: &Path, out: &Path) {
 }
 
 #[test]
-fn check_describes_the_scene_and_says_what_it_skips_and_why() {
+fn check_describes_scene_and_skipped_parts() {
     let output = mics(&["check", shipped("cases/cylinder-wake/case.toml").to_str().unwrap()]);
     let said = text(&output.stdout);
     assert!(output.status.success(), "{}", text(&output.stderr));
@@ -117,7 +117,7 @@ fn check_describes_the_scene_and_says_what_it_skips_and_why() {
 }
 
 #[test]
-fn the_schema_is_json_and_knows_the_keys() {
+fn schema_is_json_with_all_keys() {
     let output = mics(&["schema"]);
     let schema: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert!(
@@ -131,7 +131,7 @@ fn the_schema_is_json_and_knows_the_keys() {
 /// OpenMPI's folder for temporary files is the same for all lone processes, which remove it when
 /// they end: runs side by side failed.
 #[test]
-fn a_lone_run_shares_no_folder_for_temporary_files_with_others() {
+fn single_process_run_has_private_temporary_folder() {
     let dir = tempfile::tempdir().unwrap();
     let case = write(
         dir.path(),
@@ -145,7 +145,7 @@ fn a_lone_run_shares_no_folder_for_temporary_files_with_others() {
 }
 
 #[test]
-fn a_run_asked_for_ranks_starts_them_by_itself() {
+fn run_starts_its_ranks_by_mpirun() {
     let dir = tempfile::tempdir().unwrap();
     let case = write(
         dir.path(),
@@ -191,7 +191,7 @@ fn stream_past_a_disc(measures: &str) -> String {
 }
 
 #[test]
-fn mean_drag_including_impulsive_start_is_remarked_with_later_mean_and_units() {
+fn mean_drag_with_impulsive_start_has_remark() {
     let dir = tempfile::tempdir().unwrap();
     let measures = "{ name = \"drag\", kind = \"drag_coefficient\" }, \
         { name = \"late\", kind = \"drag_coefficient\", from = 1.5 }, \
@@ -222,7 +222,7 @@ fn mean_drag_including_impulsive_start_is_remarked_with_later_mean_and_units() {
 }
 
 #[test]
-fn terminal_speed_states_steadiness_and_old_measure_name_is_noted() {
+fn terminal_speed_steadiness_and_old_measure_name() {
     let dir = tempfile::tempdir().unwrap();
     let case = shipped("cases/settling-disc/case.toml");
     let measures = "measure=[{ name = \"v\", kind = \"terminal_velocity\" }, \
@@ -256,7 +256,7 @@ const MANY: &str = "name = \"many\"\ntime.end = 0.2\noutput.figures = false\n\
     density = 2000.0, gap = 0.01 }]\n";
 
 #[test]
-fn bodies_csv_has_what_each_particle_is_and_particles_csv_four_rows_a_step() {
+fn bodies_csv_and_particles_csv_rows() {
     let dir = tempfile::tempdir().unwrap();
     let case = write(dir.path(), MANY);
     let out = dir.path().join("run");
@@ -280,7 +280,7 @@ fn bodies_csv_has_what_each_particle_is_and_particles_csv_four_rows_a_step() {
 }
 
 #[test]
-fn new_case_begins_as_a_shipped_one_under_its_own_name() {
+fn new_copies_shipped_case_under_own_name() {
     let dir = tempfile::tempdir().unwrap();
     let (own, copy) = (dir.path().join("my-bed"), dir.path().join("copy"));
     let made = mics(&["new", own.to_str().unwrap(), "--template", "sheared-bed"]);
@@ -305,7 +305,7 @@ fn new_case_begins_as_a_shipped_one_under_its_own_name() {
 }
 
 #[test]
-fn cases_lists_every_shipped_case_with_its_scene() {
+fn cases_lists_shipped_cases() {
     let listed = mics(&["cases"]);
     let words = text(&listed.stdout);
     let folders = std::fs::read_dir(shipped("cases")).unwrap().map(|entry| entry.unwrap().path());

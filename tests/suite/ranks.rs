@@ -90,7 +90,7 @@ fn expect_the_same(text: &str) {
 const DISC: &str = "shape = { disc = { diameter = 0.3 } }";
 
 #[test]
-fn in_two_dimensions_with_inflow_and_outflow() {
+fn ranks_agree_2d_inflow_outflow() {
     expect_the_same(&format!(
         "name = \"r\"\n[domain]\nsize = [2.0, 1.0]\ncells = [48, 24]\n[fluid]\ndensity = 1.0\n\
         viscosity = 0.01\n[boundary]\n\
@@ -104,7 +104,7 @@ fn in_two_dimensions_with_inflow_and_outflow() {
 }
 
 #[test]
-fn in_two_dimensions_periodic_with_a_polygon_that_crosses_ranks_and_the_border() {
+fn ranks_agree_2d_periodic_polygon_fraction() {
     expect_the_same(&format!(
         "name = \"r\"\n[domain]\nsize = [1.0, 1.0]\ncells = [24, 24]\n[fluid]\ndensity = 1.0\n\
         viscosity = 0.01\n[boundary]\n\
@@ -117,7 +117,7 @@ fn in_two_dimensions_periodic_with_a_polygon_that_crosses_ranks_and_the_border()
 }
 
 #[test]
-fn in_three_dimensions_with_inflow_and_outflow() {
+fn ranks_agree_3d_inflow_outflow() {
     expect_the_same(
         "name = \"r\"\n[domain]\nsize = [1.5, 1.0, 1.0]\ncells = [24, 16, 16]\n[fluid]\n\
         density = 1.0\nviscosity = 0.02\n\
@@ -131,7 +131,7 @@ fn in_three_dimensions_with_inflow_and_outflow() {
 }
 
 #[test]
-fn in_three_dimensions_periodic_with_a_sphere_that_crosses_ranks_and_the_border() {
+fn ranks_agree_3d_periodic_sphere() {
     expect_the_same(
         "name = \"r\"\n[domain]\nsize = [1.0, 1.0, 1.0]\ncells = [16, 16, 16]\n[fluid]\n\
         density = 1.0\nviscosity = 0.02\n\
@@ -147,7 +147,7 @@ fn in_three_dimensions_periodic_with_a_sphere_that_crosses_ranks_and_the_border(
 }
 
 #[test]
-fn free_particles_that_collide_and_cross_ranks_and_borders() {
+fn ranks_agree_colliding_discs_crossing_subdomains() {
     let free = |place: [f64; 2], density: f64, velocity: [f64; 2]| {
         format!(
             "[[particle]]\n{DISC}\nposition = {place:?}\ndensity = {density:?}\n\
@@ -172,7 +172,7 @@ fn free_particles_that_collide_and_cross_ranks_and_borders() {
 }
 
 #[test]
-fn free_spheres_that_collide_and_cross_ranks_and_borders() {
+fn ranks_agree_colliding_spheres_crossing_subdomains() {
     let free = |place: [f64; 3], density: f64, velocity: [f64; 3]| {
         format!(
             "[[particle]]\nshape = {{ sphere = {{ diameter = 0.4 }} }}\nposition = {place:?}\n\
@@ -194,7 +194,7 @@ fn free_spheres_that_collide_and_cross_ranks_and_borders() {
 }
 
 #[test]
-fn too_many_ranks_for_the_grid_are_refused_with_the_cure() {
+fn too_many_ranks_for_grid_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     let text = "name = \"r\"\n[domain]\nsize = [1.0, 1.0]\ncells = [6, 6]\n[fluid]\n\
@@ -226,7 +226,7 @@ fn too_many_ranks_for_the_grid_are_refused_with_the_cure() {
 }
 
 #[test]
-fn a_flow_rate_that_is_held_among_bodies_that_fall() {
+fn ranks_agree_mean_velocity_drive_with_falling_bodies() {
     for (wall, held) in [
         ("sharp", "mean_velocity = { axis = \"x\", value = 0.3 }"),
         ("mixing", "hold_mixture = true"),

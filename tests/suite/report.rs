@@ -15,7 +15,7 @@ fn report(run: &Path) -> String {
 }
 
 #[test]
-fn a_report_says_what_ran_how_it_compares_and_how_to_run_it_again() {
+fn report_has_case_comparison_and_command() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("run");
     // The source would be markup, were it not escaped; one measure passes, one falls short, one has
@@ -96,7 +96,7 @@ position = [0.05, 0.1]
 "#;
 
 #[test]
-fn a_report_has_profiles_probes_the_laws_of_contact_and_numbers_of_few_digits() {
+fn report_has_profiles_probes_and_contact_laws() {
     let dir = tempfile::tempdir().unwrap();
     let (case, out) = (dir.path().join("sinks.toml"), dir.path().join("run"));
     fs::write(&case, SINKS).unwrap();
@@ -134,7 +134,7 @@ fn a_report_has_profiles_probes_the_laws_of_contact_and_numbers_of_few_digits() 
 }
 
 #[test]
-fn a_run_that_failed_or_goes_on_has_a_report_of_what_there_is() {
+fn report_of_failed_or_unfinished_run() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("run");
     let case = shipped("cases/settling-disc/case.toml");
@@ -166,7 +166,7 @@ fn a_run_that_failed_or_goes_on_has_a_report_of_what_there_is() {
 }
 
 #[test]
-fn validate_runs_a_shipped_case_and_says_value_reference_error_and_verdict() {
+fn validate_prints_value_reference_error_and_verdict() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("out");
     let output = mics(&["validate", "settling-disc N 8", "--out", out.to_str().unwrap()]);
@@ -184,7 +184,7 @@ fn validate_runs_a_shipped_case_and_says_value_reference_error_and_verdict() {
 }
 
 #[test]
-fn validate_writes_a_page_and_names_what_has_moved_from_it() {
+fn validate_compares_with_accuracy_page() {
     let dir = tempfile::tempdir().unwrap();
     let (out, page) = (dir.path().join("out"), dir.path().join("accuracy.md"));
     let go = |more: &[&str]| {

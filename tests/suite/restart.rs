@@ -167,7 +167,7 @@ pub fn expect_the_same_run(a: &Path, b: &Path) {
 }
 
 #[test]
-fn a_run_that_is_killed_at_any_moment_and_goes_on_is_the_run_that_was_never_stopped() {
+fn killed_run_resumes_to_identical_files() {
     let dir = tempfile::tempdir().unwrap();
     let mut random =
         SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap().subsec_nanos();
@@ -209,7 +209,7 @@ fn a_run_that_is_killed_at_any_moment_and_goes_on_is_the_run_that_was_never_stop
 }
 
 #[test]
-fn ctrl_c_and_sigterm_finish_the_step_write_a_checkpoint_and_end_with_130() {
+fn ctrl_c_and_sigterm_write_checkpoint_and_exit_with_130() {
     let dir = tempfile::tempdir().unwrap();
     let case = colliding(dir.path(), "end = 0.25\ncfl = 0.2", 1000);
     let straight = dir.path().join("straight");
@@ -245,7 +245,7 @@ fn ctrl_c_and_sigterm_finish_the_step_write_a_checkpoint_and_end_with_130() {
 }
 
 #[test]
-fn a_second_ctrl_c_stops_at_once() {
+fn second_ctrl_c_stops_at_once() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     std::fs::write(&case, box_case([1.0, 1.0], [1000, 1000], 1e-4, STREAM, "")).unwrap();
@@ -265,7 +265,7 @@ fn a_second_ctrl_c_stops_at_once() {
 }
 
 #[test]
-fn checkpoints_are_written_by_the_clock_too_and_change_nothing() {
+fn wall_clock_checkpoints_do_not_change_results() {
     let dir = tempfile::tempdir().unwrap();
     let case = colliding(dir.path(), "end = 0.12\ncfl = 0.2", 1000);
     let (straight, out) = (dir.path().join("straight"), dir.path().join("out"));
@@ -276,7 +276,7 @@ fn checkpoints_are_written_by_the_clock_too_and_change_nothing() {
 }
 
 #[test]
-fn a_damaged_checkpoint_is_refused_and_the_one_before_it_used() {
+fn damaged_checkpoint_falls_back_to_the_previous_one() {
     let dir = tempfile::tempdir().unwrap();
     let case = colliding(dir.path(), "end = 0.12\ncfl = 0.2", 4);
     let (straight, out) = (dir.path().join("straight"), dir.path().join("out"));
@@ -313,7 +313,7 @@ fn a_damaged_checkpoint_is_refused_and_the_one_before_it_used() {
 }
 
 #[test]
-fn a_run_goes_on_to_a_later_end_and_what_does_not_fit_is_refused_before_anything_changes() {
+fn resume_to_later_end_and_refusal_of_changed_case() {
     let dir = tempfile::tempdir().unwrap();
     let case = colliding(dir.path(), "end = 0.1\nstep = 0.006", 5);
     let out = dir.path().join("out");
@@ -362,7 +362,7 @@ fn a_run_goes_on_to_a_later_end_and_what_does_not_fit_is_refused_before_anything
 }
 
 #[test]
-fn a_run_that_goes_on_may_measure_more_from_there_on_and_keeps_what_it_has_measured() {
+fn resume_adds_measures_and_keeps_measured_values() {
     let dir = tempfile::tempdir().unwrap();
     let case = colliding(dir.path(), "end = 0.4\ncfl = 0.2", 10);
     let (straight, out) = (dir.path().join("straight"), dir.path().join("out"));
@@ -390,7 +390,7 @@ fn a_run_that_goes_on_may_measure_more_from_there_on_and_keeps_what_it_has_measu
 }
 
 #[test]
-fn a_disk_that_fills_up_ends_the_run_with_3_and_leaves_whole_files_from_which_it_goes_on() {
+fn full_disk_exits_with_3_and_leaves_files_to_resume_from() {
     let dir = tempfile::tempdir().unwrap();
     let case = colliding(dir.path(), "end = 1.6\ncfl = 0.2", 10);
     let (straight, out) = (dir.path().join("straight"), dir.path().join("out"));

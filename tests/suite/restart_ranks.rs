@@ -6,7 +6,7 @@ use std::process::Stdio;
 use std::time::Duration;
 
 #[test]
-fn a_run_goes_on_other_numbers_of_ranks_with_the_same_paths_and_no_jump_of_forces() {
+fn resume_on_other_numbers_of_ranks_keeps_paths_and_forces() {
     let dir = tempfile::tempdir().unwrap();
     let set = |end: f64| format!("time.end={end}");
     let case =

@@ -87,18 +87,18 @@ fn expect_to_slide_and_roll<const D: usize>(wall: &str, inertia: f64) {
 }
 
 #[test]
-fn a_disc_set_down_sliding_rolls_at_two_thirds_of_its_speed() {
+fn sliding_disc_rolls_at_two_thirds_of_its_speed() {
     expect_to_slide_and_roll::<2>(SHARP, 0.5);
 }
 
 #[test]
-fn a_sphere_set_down_sliding_rolls_at_five_sevenths_of_its_speed() {
+fn sliding_sphere_rolls_at_five_sevenths_of_its_speed() {
     expect_to_slide_and_roll::<3>(SHARP, 0.4);
 }
 
 /// Down a slope whose friction holds it, a body rolls with `g sin(slope)/(1 + I/(m r^2))`.
 #[test]
-fn a_disc_and_a_sphere_roll_down_a_slope() {
+fn rolling_acceleration_of_disc_and_sphere_down_a_slope() {
     fn rolling<const D: usize>(inertia: f64) {
         let (along, dt) = (1.0, 4e-3);
         let path = followed::<D>(&on_a_floor::<D>(SHARP, 0.5, [along, -4.0], 0.0), 100, dt);
@@ -155,7 +155,7 @@ fn shear(scene: &mut Scene<3>, flow: usize, across: usize) {
 
 /// The same flow along other axes turns the sphere the same way, component by component.
 #[test]
-fn a_sphere_in_shear_is_spun_up_alike_about_every_axis() {
+fn sphere_spin_in_shear_equal_about_every_axis() {
     let petsc = petsc();
     let spin = |flow: usize, across: usize| {
         let mut scene: Scene<3> = petsc.scene(&in_shear(flow, across, 0.25, 0.5));
@@ -192,7 +192,7 @@ fn a_sphere_in_shear_is_spun_up_alike_about_every_axis() {
 /// which leaves 0.4927. The shear is there from the start, and the sphere takes its spin up within
 /// `d^2/(15 nu)`.
 #[test]
-fn a_sphere_in_couette_flow_spins_at_the_known_rate() {
+fn sphere_spin_rate_in_couette_flow() {
     let petsc = petsc();
     let known = 0.494;
     let mut scene: Scene<3> = petsc.scene(&in_shear(0, 1, 0.125, 4.0));
@@ -244,8 +244,7 @@ fn three_discs(friction: f64, rolling: f64) -> String {
 ///   stands with  mu_r >= N (sin 30 - f (1 + cos 30))/(N/2 + 3 W/2)
 /// ```
 #[test]
-fn a_pile_of_three_discs_stands_by_the_resistance_to_rolling_that_statics_asks_and_flows_with_less()
-{
+fn pile_of_three_discs_stands_by_static_rolling_friction() {
     let petsc = petsc();
     let (sine, cosine) = (0.5, 0.75_f64.sqrt());
     for friction in [0.15, 0.2] {
@@ -276,7 +275,7 @@ fn a_pile_of_three_discs_stands_by_the_resistance_to_rolling_that_statics_asks_a
 /// What holds does no work, though every contact of the pile alone would let its discs slip: each
 /// is held by several.
 #[test]
-fn friction_that_holds_a_pile_neither_gives_nor_takes_energy() {
+fn friction_in_standing_pile_does_no_work() {
     let petsc = petsc();
     // On a slope too, where the floor's friction bears a part of the weight.
     for (rolling, along) in [(0.0, 0.0), (0.2, 0.0), (0.2, 0.05)] {
@@ -308,7 +307,7 @@ fn friction_that_holds_a_pile_neither_gives_nor_takes_energy() {
 /// body of no inertia of its own asks for, turned it over and back in each substep: 2 rad/s for
 /// ever, or the run's end.
 #[test]
-fn what_weighs_nothing_rests_where_rolling_is_resisted() {
+fn massless_body_rests_with_rolling_friction() {
     fn spins<const D: usize>(friction: f64, dt: f64) -> f64 {
         let (shape, third) = if D == 2 { ("disc", "") } else { ("sphere", ", 0.0111") };
         let list = |item: &str| vec![item; D].join(", ");

@@ -18,7 +18,7 @@ fn cases() -> Vec<PathBuf> {
 }
 
 #[test]
-fn every_shipped_case_is_accepted_and_takes_its_first_steps() {
+fn shipped_cases_take_first_steps() {
     let all = cases();
     assert!(all.len() >= 3);
     for case in all {
@@ -37,7 +37,7 @@ fn every_shipped_case_is_accepted_and_takes_its_first_steps() {
 }
 
 #[test]
-fn laws_of_pairs_name_the_materials_that_bodies_of_another_run_bring_along() {
+fn contact_pair_materials_from_initial_run() {
     let dir = tempfile::tempdir().unwrap();
     let closed = ["\"wall\""; 4];
     let stone = "[[particle]]\nshape = { disc = { diameter = 0.3 } }\nposition = [0.5, 0.5]\n\
@@ -71,7 +71,7 @@ fn laws_of_pairs_name_the_materials_that_bodies_of_another_run_bring_along() {
 }
 
 #[test]
-fn a_stiffness_that_does_not_hold_the_impact_is_named_before_the_run() {
+fn too_small_contact_stiffness_is_warned_of() {
     let case = shipped("cases/steel-in-air/case.toml");
     for (stiffness, warns) in [("1e3", true), ("1e7", false), ("\"auto\"", false)] {
         let set = format!("contact.normal_stiffness={stiffness}");

@@ -47,7 +47,7 @@ fn forces(three: bool, length: f64, y: f64, places: &[f64], free: Option<f64>) -
 /// Where the middle of the gap falls on a face, rounding decided on which side of the period it was
 /// counted, and which body comes first.
 #[test]
-fn bodies_that_touch_across_a_period_stand_in_the_stream_as_they_do_in_the_middle() {
+fn force_on_touching_bodies_same_across_periodic_boundary() {
     let scenes = [
         (false, 0.0, 0.004),
         (false, 75e-6, 0.004),
@@ -81,7 +81,7 @@ fn bodies_that_touch_across_a_period_stand_in_the_stream_as_they_do_in_the_middl
 /// A sphere that just reaches a face at the end of a period covers 3e-8 of it or nothing, as
 /// rounding has it: at both ends alike.
 #[test]
-fn spheres_that_just_reach_the_end_of_a_period_cover_its_faces_at_both_ends_alike() {
+fn solid_fraction_of_periodic_faces_equal_at_both_ends() {
     let petsc = crate::support::petsc();
     let spheres: String = [0.001_075, 0.003_075, 0.005_075_000_000_000_000_5]
         .iter()
@@ -112,7 +112,7 @@ fn spheres_that_just_reach_the_end_of_a_period_cover_its_faces_at_both_ends_alik
 
 /// Two bodies in a period see each other on both sides.
 #[test]
-fn two_bodies_in_two_periods_are_one_in_one() {
+fn four_bodies_in_a_period_feel_what_two_in_half_of_it_feel() {
     for gap in [0.0, 0.000_125] {
         // Two of these are a whole number of cells.
         let length = 0.002 + gap;
@@ -130,7 +130,7 @@ fn two_bodies_in_two_periods_are_one_in_one() {
 /// A body that nearly fills a period is beside its own image: the flow between the two is the same
 /// wherever it stands.
 #[test]
-fn a_body_beside_its_own_image_feels_the_same_in_every_cell() {
+fn force_beside_own_periodic_image_independent_of_cell_position() {
     let force = |cells: [usize; 2], width: f64, at: [f64; 2]| {
         let dir = tempfile::tempdir().unwrap();
         let (h, case) = (0.000_25, dir.path().join("case.toml"));
@@ -183,7 +183,7 @@ fn slope(dir: &Path, name: &str, gravity: &str, start: &str) -> std::path::PathB
 /// What pushed and pressed a body under the old gravity is no part of its first step under the new
 /// one.
 #[test]
-fn a_bed_that_is_tilted_starts_as_one_that_is_put_down_on_the_slope() {
+fn first_step_after_tilted_gravity_equals_fresh_start() {
     let dir = tempfile::tempdir().unwrap();
     let disc =
         "[[particle]]\nshape.disc.diameter = 0.002\nposition = [0.004, 0.001]\ndensity = 2650.0";

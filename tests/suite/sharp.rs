@@ -29,7 +29,7 @@ fn set_off(ratio: f64, dt: f64, across: usize) -> f64 {
 /// 1.0172 of its volume of fluid along: potential flow with the images that the walls make of its
 /// dipole. On 8 cells a diameter it is 1.7 % less.
 #[test]
-fn discs_of_every_density_are_set_off_with_the_added_mass_of_their_box_whatever_the_step() {
+fn disc_set_off_with_added_mass_for_all_density_ratios_and_steps() {
     let theory = |ratio: f64| (ratio - 1.0) / (ratio + 1.0172);
     for ratio in [0.001, 0.01, 0.1, 0.5, 2.65, 10.0, 100.0, 1e3, 1e4] {
         let [a, b] = [0.02, 0.005].map(|dt| set_off(ratio, dt, 8));
@@ -51,7 +51,7 @@ fn discs_of_every_density_are_set_off_with_the_added_mass_of_their_box_whatever_
 }
 
 #[test]
-fn what_the_fluid_loses_the_particles_get_in_a_periodic_box_with_collisions() {
+fn sharp_momentum_exchange_conserved_in_periodic_collisions() {
     let petsc = petsc();
     let mut scene = collisions(&petsc, SHARP);
     let (mut touched, mut traded, mut missing) = (false, 0.0f64, 0.0f64);
@@ -69,7 +69,7 @@ fn what_the_fluid_loses_the_particles_get_in_a_periodic_box_with_collisions() {
 }
 
 #[test]
-fn a_disc_carried_at_the_speed_of_a_stream_feels_next_to_nothing() {
+fn sharp_disc_moving_with_the_stream_feels_no_force() {
     let petsc = petsc();
     let more = SHARP.to_string()
         + &disc(0.25, [0.3, 0.5], 1.0, "motion = { prescribed = { velocity = [1.0, 0.4] } }")
@@ -113,7 +113,7 @@ fn torque_of_a_spun_up_cylinder(end: f64) -> f64 {
 }
 
 #[test]
-fn the_torque_on_a_disc_that_is_spun_up_is_that_of_the_exact_swirl() {
+fn torque_on_spun_up_disc_matches_exact_swirl() {
     let petsc = petsc();
     let more = SHARP.to_string()
         + &disc(2.0, [7.03, 7.05], 1.0, "motion = { prescribed = { spin = 1.0 } }")
@@ -138,7 +138,7 @@ fn the_torque_on_a_disc_that_is_spun_up_is_that_of_the_exact_swirl() {
 /// What a body takes over slowly, beside pressure and wall shear, hides an error in either: their
 /// sum has to be the force by itself.
 #[test]
-fn pressure_and_wall_shear_of_a_fixed_disc_make_up_the_force_that_the_fluid_loses() {
+fn fixed_disc_pressure_and_surface_shear_equal_momentum_force() {
     let petsc = petsc();
     let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
     for (re, place) in
@@ -171,7 +171,7 @@ fn pressure_and_wall_shear_of_a_fixed_disc_make_up_the_force_that_the_fluid_lose
 /// The preset's numbers as they were before there were sharp surfaces: they are the paper's, and
 /// stay.
 #[test]
-fn the_paper_s_preset_gives_what_it_gave_before() {
+fn mics_2003_preset_regression_values() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     let more = "[initial]\n".to_string()
@@ -235,7 +235,7 @@ fn drag_and_fall(advection: &str, scheme: &str) -> [f64; 2] {
 }
 
 #[test]
-fn forces_are_those_of_the_flow_by_advection_that_loses_momentum_too() {
+fn forces_with_non_conservative_advection_match_upwind5() {
     let kept = drag_and_fall("upwind5", "rk2");
     for (advection, scheme) in [("upwind5-advective", "rk2"), ("qsi", "euler")] {
         let [drag, fall] = drag_and_fall(advection, scheme);

@@ -85,7 +85,7 @@ fn spin_in_still_fluid(s: f64, a: f64, nu: f64, times: &[f64]) -> Vec<f64> {
 /// In the steps of a run by default, a third of `h^2/nu`: what turns light discs is nearly all in
 /// the fluid.
 #[test]
-fn a_disc_let_go_with_a_spin_turns_as_long_as_theory_has_it_whatever_its_density() {
+fn spin_decay_of_free_disc_matches_theory_for_all_densities() {
     for density in [5000.0, 2500.0, 1000.0, 100.0] {
         let body = format!(
             "[[particle]]\nshape.disc.diameter = 0.004\ndensity = {density:?}\n\
@@ -106,7 +106,7 @@ fn a_disc_let_go_with_a_spin_turns_as_long_as_theory_has_it_whatever_its_density
 
 /// A disc or sphere on a slope rolls, whatever the step, where friction could hold much more.
 #[test]
-fn what_rolls_down_a_slope_in_a_liquid_does_not_slip() {
+fn rolling_without_slip_down_a_slope_in_liquid() {
     let slope = "name = \"slope\"\ndomain = { size = [0.04, 0.012], cells = [80, 24] }\n\
         fluid = { density = 1000.0, viscosity = 0.05, gravity = [1.7035, -9.661] }\n\
         boundary = { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"slip\" \
@@ -132,7 +132,7 @@ fn what_rolls_down_a_slope_in_a_liquid_does_not_slip() {
 /// Next to all that turns with a light body is fluid. What contacts and films do to its spin, and
 /// what the fluid does to it, must not answer each other's errors from step to step.
 #[test]
-fn light_discs_that_rise_to_a_lid_rest_there_and_turn_no_more() {
+fn light_discs_at_lid_come_to_rest_without_spin() {
     let one = "[[particle]]\nshape.disc.diameter = 0.004\ndensity = 5.0\n\
         position = [0.012, 0.022]\nspin = 0.01\n";
     let many = "[[swarm]]\ncount = 14\ndiameter = { uniform = [0.003, 0.004] }\ndensity = 100.0\n\
@@ -162,7 +162,7 @@ fn light_discs_that_rise_to_a_lid_rest_there_and_turn_no_more() {
 /// What turns a disc in a fluid is taken by viscosity, with what lies on the disc's wall: `2 mu
 /// w^2` of its volume, half of it all here.
 #[test]
-fn viscosity_takes_the_work_that_turns_a_disc() {
+fn work_of_spinning_disc_equals_viscous_loss() {
     let disc = "particle = \
         [{ shape.disc.diameter = 0.004, position = [0.012, 0.016], motion.prescribed.spin = \
             1.0 }]\n";
@@ -185,7 +185,7 @@ fn viscosity_takes_the_work_that_turns_a_disc() {
 
 /// A body may be set down a little into a wall: what its spring holds is there from the start.
 #[test]
-fn a_disc_that_begins_pressed_into_the_floor_comes_to_rest_on_it() {
+fn disc_starting_with_overlap_in_floor_comes_to_rest() {
     for pressed in [1e-7, 2e-5] {
         let body = format!(
             "[[particle]]\nshape.disc.diameter = 0.004\ndensity = 2500.0\n\

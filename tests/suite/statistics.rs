@@ -32,7 +32,7 @@ fn write(dir: &Path, name: &str, text: &str) -> std::path::PathBuf {
 }
 
 #[test]
-fn means_are_those_of_the_fields_and_fractions_fill_the_bodies() {
+fn statistics_means_equal_means_of_fields() {
     for wall in ["sharp", "mixing"] {
         let dir = tempfile::tempdir().unwrap();
         let plan = "[statistics]\nfrom = 0.02\nevery = 1\nprofile = \"y\"\n[[probe]]\n\
@@ -103,7 +103,7 @@ fn means_are_those_of_the_fields_and_fractions_fill_the_bodies() {
 }
 
 #[test]
-fn a_run_that_is_broken_off_has_the_same_means_and_records() {
+fn resumed_run_has_same_statistics_and_probes() {
     let dir = tempfile::tempdir().unwrap();
     let plan = "[statistics]\nevery = 3\nprofile = \"y\"\n[[probe]]\nname = \"a\"\n\
         at = [0.3, 0.7]\nevery = 2\n";
@@ -125,7 +125,7 @@ fn a_run_that_is_broken_off_has_the_same_means_and_records() {
 /// The cells inside a body with sharp surfaces hold what continues the fluid's profile: that is no
 /// velocity of anything.
 #[test]
-fn a_probe_inside_a_body_has_the_velocity_of_its_point_and_its_id() {
+fn probe_inside_body_has_body_velocity_and_id() {
     for wall in ["sharp", "mixing"] {
         let dir = tempfile::tempdir().unwrap();
         let probes = "[[probe]]\nname = \"in\"\nat = [0.6, 0.6]\n[[probe]]\nname = \"out\"\n\
@@ -145,7 +145,7 @@ fn a_probe_inside_a_body_has_the_velocity_of_its_point_and_its_id() {
 }
 
 #[test]
-fn a_channel_has_poiseuilles_profile_and_no_fluctuations_once_it_is_steady() {
+fn statistics_of_steady_channel_are_poiseuille_without_fluctuations() {
     let dir = tempfile::tempdir().unwrap();
     let more = "[drive]\nmean_velocity = { axis = \"x\", value = 1.0 }\n[statistics]\nfrom = 9.0\n\
         profile = \"y\"\n[time]\nend = 10.0\ncfl = 0.4\n";
@@ -184,7 +184,7 @@ fn missing(balance: &HashMap<String, Vec<f64>>) -> [[f64; 2]; 2] {
 }
 
 #[test]
-fn the_mean_balance_of_momentum_closes_among_bodies_that_collide_in_a_driven_channel() {
+fn mean_balance_of_momentum_closes_in_driven_channel() {
     let disc = |x: f64, y: f64, more: &str| {
         format!(
             "[[particle]]\nshape = {{ disc = {{ diameter = 0.24 }} }}\nposition = [{x:?}, {y:?}]\n\
@@ -276,7 +276,7 @@ fn the_mean_balance_of_momentum_closes_among_bodies_that_collide_in_a_driven_cha
 }
 
 #[test]
-fn bodies_that_come_in_later_are_in_the_means_and_bring_their_momentum() {
+fn statistics_and_balance_include_entering_bodies() {
     for wall in ["sharp", "mixing"] {
         let dir = tempfile::tempdir().unwrap();
         let stream = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
@@ -311,7 +311,7 @@ fn bodies_that_come_in_later_are_in_the_means_and_bring_their_momentum() {
 /// Between the last cells of a rank and the first of the next a probe reads both, as they are after
 /// a body's motion was mixed in.
 #[test]
-fn probes_beside_another_rank_read_what_is_there() {
+fn probes_at_subdomain_edge_read_correct_values() {
     for wall in ["sharp", "mixing"] {
         let dir = tempfile::tempdir().unwrap();
         let disc = "[[particle]]\nshape = { disc = { diameter = 0.6 } }\nposition = [1.0, 1.0]\n\
@@ -346,7 +346,7 @@ fn probes_beside_another_rank_read_what_is_there() {
 }
 
 #[test]
-fn snapshots_as_often_as_can_be_are_written_in_every_step() {
+fn shortest_snapshot_interval_writes_every_step() {
     let dir = tempfile::tempdir().unwrap();
     let text = box_case(
         [1.0, 1.0],

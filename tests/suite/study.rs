@@ -76,7 +76,7 @@ pub fn rows(out: &Path) -> Vec<HashMap<String, String>> {
 }
 
 #[test]
-fn a_study_gives_a_row_a_run_with_errors_medians_and_figures_and_goes_on_where_it_was_left() {
+fn study_writes_rows_and_figures_and_resumes() {
     let (dir, file) = written(STUDY);
     let out = dir.path().join("out");
     let (code, said, error) = study(&file, &out, &[]);
@@ -155,7 +155,7 @@ fn a_study_gives_a_row_a_run_with_errors_medians_and_figures_and_goes_on_where_i
 }
 
 #[test]
-fn studies_on_several_ranks_may_run_side_by_side() {
+fn studies_on_several_ranks_run_concurrently() {
     let text = "name = \"tiny\"\ncase = \"case.toml\"\nranks = [1, 2]\nrepeats = 2\n";
     let (dir, file) = written(text);
     let start = |name: &str| {
@@ -178,7 +178,7 @@ fn studies_on_several_ranks_may_run_side_by_side() {
 }
 
 #[test]
-fn the_cost_on_one_grid_is_drawn_over_what_varies_though_the_first_run_failed() {
+fn study_cost_figure_with_failed_first_run() {
     let axis = "[[axis]]\nname = \"limit\"\nkey = \"pressure.divergence_limit\"\n\
         values = [1e-16, 1e-5, 1e-4]\n";
     let (dir, file) = written(&format!("name = \"tiny\"\ncase = \"case.toml\"\n{axis}"));
@@ -195,7 +195,7 @@ fn the_cost_on_one_grid_is_drawn_over_what_varies_though_the_first_run_failed() 
 }
 
 #[test]
-fn a_combination_that_is_refused_is_a_row_but_a_choice_that_always_is_is_a_fault_of_the_file() {
+fn study_reports_refused_combination_as_row() {
     let axes = "[[axis]]\nname = \"scheme\"\nkey = \"time.scheme\"\nvalues = [\"euler\", \"rk2\"]\n\
                 [[axis]]\nname = \"advection\"\nkey = \"time.advection\"\n\
                     values = [\"upwind5\", \"qsi\"]\n";
@@ -219,7 +219,7 @@ fn a_combination_that_is_refused_is_a_row_but_a_choice_that_always_is_is_a_fault
 }
 
 #[test]
-fn a_choice_with_a_value_out_of_range_is_a_row_with_its_reason_and_the_others_are_done() {
+fn study_reports_out_of_range_choice_as_row() {
     let axis = "[[axis]]\nname = \"cells\"\nkey = \"domain.cells\"\n\
         values = [[24, 12], [24, 1], [16, 8]]\n";
     let text =
@@ -241,7 +241,7 @@ fn a_choice_with_a_value_out_of_range_is_a_row_with_its_reason_and_the_others_ar
 }
 
 #[test]
-fn a_run_that_its_scene_will_refuse_is_named_before_the_first_run_starts_and_the_others_are_done() {
+fn study_names_refused_runs_before_the_first() {
     let axis = "[[axis]]\nname = \"step\"\nkey = \"time.step\"\nvalues = [0.01, 5.0, 0.0125]\n";
     let (dir, file) = written(&format!("name = \"tiny\"\ncase = \"case.toml\"\n{axis}"));
     let out = dir.path().join("out");
@@ -255,7 +255,7 @@ fn a_run_that_its_scene_will_refuse_is_named_before_the_first_run_starts_and_the
 }
 
 #[test]
-fn a_wrong_study_file_is_refused_with_its_line_and_cure_and_nothing_is_written() {
+fn wrong_study_file_is_refused_with_line_and_cure() {
     for (from, to, line, says) in [
         ("repeats = 2", "repeat = 2", 3, "unknown key `repeat`; did you mean `repeats`?"),
         ("repeats = 2", "repeats = 0", 3, "repeats: must be 1 or more"),
@@ -329,7 +329,7 @@ fn a_wrong_study_file_is_refused_with_its_line_and_cure_and_nothing_is_written()
 }
 
 #[test]
-fn a_folder_that_holds_something_else_is_refused() {
+fn study_refuses_foreign_folder() {
     let (dir, file) = written(STUDY);
     let (code, _, error) = study(&file, dir.path(), &[]);
     assert_eq!(code, Some(2));
@@ -337,7 +337,7 @@ fn a_folder_that_holds_something_else_is_refused() {
 }
 
 #[test]
-fn the_shipped_studies_are_accepted_with_a_quick_part_each() {
+fn shipped_studies_are_valid_with_quick_part() {
     let cases = std::fs::read_dir(shipped("cases")).unwrap().map(|case| case.unwrap().path());
     let files =
         cases.filter(|case| case.is_dir()).flat_map(|case| std::fs::read_dir(case).unwrap());

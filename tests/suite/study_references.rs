@@ -33,7 +33,7 @@ over = ["place"]
 "#;
 
 #[test]
-fn study_runs_compare_with_their_own_reference_and_spread_over_positions() {
+fn study_references_by_row_and_spread_over_positions() {
     let (dir, file) = written(PLACES);
     let out = dir.path().join("out");
     let (code, said, error) = study(&file, &out, &[]);
@@ -84,7 +84,7 @@ fn study_runs_compare_with_their_own_reference_and_spread_over_positions() {
 }
 
 #[test]
-fn a_wrong_reference_by_run_or_a_wrong_spread_is_refused_with_its_line_and_cure() {
+fn wrong_study_reference_or_spread_is_refused() {
     for (from, to, line, says) in [
         ("row_of = { re =", "row_of = { rey =", 23, "has no column `rey`; did you mean `re`?"),
         (
@@ -117,7 +117,7 @@ fn a_wrong_reference_by_run_or_a_wrong_spread_is_refused_with_its_line_and_cure(
 }
 
 #[test]
-fn a_reference_is_of_the_cases_that_measure_it_where_rows_run_another_case() {
+fn study_reference_applies_to_cases_with_the_measure() {
     let text = "name = \"tiny\"\ncase = \"case.toml\"\n[[row]]\nlabels = { what = \"speed\" }\n\
         [[row]]\n\
                 labels = { what = \"drag\" }\ncase = \"other.toml\"\n[[reference]]\n\

@@ -9,7 +9,7 @@ const SWING: &str = "motion = \
         1.5 } } }";
 
 #[test]
-fn a_particle_that_swings_is_where_its_formula_says_and_the_fluid_around_it_gets_the_force() {
+fn oscillating_particle_path_and_momentum_force() {
     let petsc = petsc();
     let rate = std::f64::consts::TAU * 1.5;
     for density in [1.0, 2.65] {
@@ -61,7 +61,7 @@ fn a_particle_that_swings_is_where_its_formula_says_and_the_fluid_around_it_gets
 }
 
 #[test]
-fn a_particle_that_swings_among_free_ones_keeps_its_path_and_the_balance_closes() {
+fn oscillating_particle_among_free_ones_closes_balance() {
     let petsc = petsc();
     for wall in [MIXING, SHARP] {
         let more = [
@@ -90,7 +90,7 @@ fn a_particle_that_swings_among_free_ones_keeps_its_path_and_the_balance_closes(
 }
 
 #[test]
-fn a_run_writes_where_a_particle_swings_and_check_says_so() {
+fn run_and_check_output_of_oscillating_particle() {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     let more =

@@ -134,7 +134,7 @@ fn compare<const D: usize>(
 }
 
 #[test]
-fn mirrored_and_exchanged_axes_give_mirrored_and_exchanged_motions_in_two_dimensions() {
+fn motion_invariant_to_mirrored_and_exchanged_axes_2d() {
     let (size, cells) = ([3.0, 2.5], [24, 20]);
     for wall in ["sharp", "mixing"] {
         let plain = follow(Image { axes: [0, 1], mirrored: [false; 2] }, size, cells, 100, wall);
@@ -147,7 +147,7 @@ fn mirrored_and_exchanged_axes_give_mirrored_and_exchanged_motions_in_two_dimens
 }
 
 #[test]
-fn mirrored_and_exchanged_axes_give_mirrored_and_exchanged_motions_in_three_dimensions() {
+fn motion_invariant_to_mirrored_and_exchanged_axes_3d() {
     let (size, cells) = ([3.0, 2.5, 2.5], [24, 20, 20]);
     for wall in ["sharp", "mixing"] {
         let plain = follow(Image { axes: [0, 1, 2], mirrored: [false; 3] }, size, cells, 60, wall);
@@ -211,7 +211,7 @@ fn parting<const D: usize>(cells: [usize; D], steps: usize, limit: f64) -> [f64;
 }
 
 #[test]
-fn a_pair_that_is_its_own_mirror_image_stays_one_whoever_comes_first() {
+fn mirror_symmetric_pair_stays_symmetric_in_any_order() {
     // What the solver leaves is no more than itself: no cell changes hands by it.
     for (limit, most) in [(1e-11, 1e-8), (1e-6, 1e-5)] {
         for off in [parting([29, 24], 60, limit), parting([29, 20, 13], 40, limit)] {
@@ -225,7 +225,7 @@ fn a_pair_that_is_its_own_mirror_image_stays_one_whoever_comes_first() {
 }
 
 #[test]
-fn a_snapshot_tells_by_q_where_a_flow_turns_and_where_it_strains() {
+fn q_criterion_sign_for_rotation_and_strain() {
     let petsc = petsc();
     let sides = ["west", "east", "south", "north", "bottom", "top"]
         .map(|side| format!("{side} = \"slip\"\n"))
@@ -252,7 +252,7 @@ fn a_snapshot_tells_by_q_where_a_flow_turns_and_where_it_strains() {
 /// A disc falls in a periodic box 0.4 spacings off the middle of a cell, where nothing turns it but
 /// the grid: wall shear has a torque that falls faster than the square of the spacing.
 #[test]
-fn a_disc_that_falls_off_the_middle_of_a_cell_hardly_turns() {
+fn spin_of_disc_that_falls_off_the_middle_of_a_cell() {
     let petsc = petsc();
     let turned = |cells: usize| {
         let (n, h) = (4 * cells, 0.016 / (4 * cells) as f64);

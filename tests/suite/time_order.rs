@@ -80,7 +80,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 /// that nothing but the scheme sets the order. The flow itself, printed only, has a small part of
 /// first order: the faces' history.
 #[test]
-fn the_force_on_a_disc_that_swings_and_its_impulse_are_of_second_order_in_time() {
+fn oscillating_disc_force_and_impulse_second_order_in_time() {
     // By rkl2 at this viscosity 80 steps take five stages, and 260 would be needed for two.
     for (scheme, nu, steps) in [("rk2", 0.02, 10), ("rk3", 0.02, 10), ("rkl2", 1.0, 80)] {
         let ends = [1, 2, 4, 8].map(|n| disc_in_a_box(&swing(0.001, 1.0), nu, scheme, n * steps));
@@ -103,7 +103,7 @@ fn the_force_on_a_disc_that_swings_and_its_impulse_are_of_second_order_in_time()
 /// Cells that change sides do so at the end of a step: an error of first order, in few cells at a
 /// time.
 #[test]
-fn a_disc_that_crosses_cells_feels_the_length_of_the_steps_by_a_few_parts_in_a_thousand() {
+fn disc_crossing_cells_depends_weakly_on_step_length() {
     let moved = swing(0.25, 0.3);
     for (scheme, nu) in [("rk2", 0.02), ("rkl2", 0.5)] {
         let [a, b] = [40, 160].map(|steps| disc_in_a_box(&moved, nu, scheme, steps));
@@ -120,7 +120,7 @@ fn a_disc_that_crosses_cells_feels_the_length_of_the_steps_by_a_few_parts_in_a_t
 /// What a steady flow is must not be a matter of the step: the faces would leak by what they have
 /// of the pressure beyond the cells.
 #[test]
-fn the_drag_of_a_lattice_in_creeping_flow_does_not_depend_on_the_step() {
+fn lattice_drag_in_creeping_flow_does_not_depend_on_the_step() {
     let petsc = petsc();
     let drag = |longest: f64| {
         let more = format!(
@@ -149,7 +149,7 @@ fn the_drag_of_a_lattice_in_creeping_flow_does_not_depend_on_the_step() {
 /// 100, Courant numbers of about 0.1 and 0.9. Where faces went by the last pressure for the whole
 /// step, it had 1.6 % more drag at 0.9.
 #[test]
-fn the_drag_of_a_disc_in_a_stream_does_not_depend_on_the_step() {
+fn disc_drag_in_stream_does_not_depend_on_the_step() {
     let petsc = petsc();
     let drag = |longest: f64| {
         let more = format!(
@@ -176,7 +176,7 @@ fn the_drag_of_a_disc_in_a_stream_does_not_depend_on_the_step() {
 /// What is imposed at a wall has a part that turns: with ten stages, which nothing but a fixed disc
 /// would forbid, the drag at this place goes to and fro by some thousandths for ever.
 #[test]
-fn the_drag_of_a_fixed_disc_settles_in_the_longest_steps_that_a_run_takes() {
+fn fixed_disc_drag_steady_in_longest_steps() {
     let dir = tempfile::tempdir().unwrap();
     let (case, out) = (dir.path().join("case.toml"), dir.path().join("run"));
     let more = "[[particle]]\nshape = { disc = { diameter = 0.5 } }\nposition = [0.5113, 0.5113]\n\

@@ -20,7 +20,7 @@ fn kept<const D: usize>(text: &str, end: f64, courant: f64) -> (f64, usize) {
 /// within 3e-6 in steps of a Courant number of 0.5, 2e-5 in short ones, of which central diffusion
 /// has the most.
 #[test]
-fn in_two_dimensions_its_energy_falls_as_theory_has_it_and_boxes_need_not_be_square() {
+fn vortex_energy_decay_in_2d_in_square_and_oblong_boxes() {
     for size in [[TAU, TAU], [TAU, 2.0 * TAU]] {
         let more = "[initial]\ntaylor_green = 1.0\n[time]\nend = 2.0\ncfl = 0.5\nscheme = \"rk2\"";
         let text = box_case(size, [96, 96], 0.01, PERIODIC, more);
@@ -36,7 +36,7 @@ fn in_two_dimensions_its_energy_falls_as_theory_has_it_and_boxes_need_not_be_squ
 /// 128^3 cells in small steps, of order 2. Of its error in 22 steps nine tenths were the start
 /// without a pressure and what faces had of it beyond the cells.
 #[test]
-fn in_three_dimensions_few_steps_keep_its_energy() {
+fn vortex_energy_in_3d_with_long_steps() {
     let side = "\"periodic\"";
     let case = |n: usize, scheme: &str| {
         let more =

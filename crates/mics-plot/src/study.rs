@@ -384,7 +384,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn runs_that_differ_in_their_place_alone_are_one_point_of_a_curve() {
+    fn runs_differing_in_position_share_a_curve_point() {
         let names = ["N", "scheme", "place"].map(str::to_owned).to_vec();
         let plan = Plan { names: &names, measures: &[], references: &[], others: &[] };
         let row = |n: f64, scheme: &str, place: &str, cpu: f64| Row {

@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_passes_within_the_tolerance_of_its_reference_and_falls_short_beyond() {
+    fn reference_tolerance_pass_and_fail() {
         let number = measure(Some((Reference::Value(-2.0), 0.05)));
         let of = |value| Comparison::of(&number, Some(value)).unwrap();
         assert!(

@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_small_sphere_falls_as_stokes_says_and_a_large_one_by_its_drag_of_0_44() {
+    fn terminal_speed_of_sphere_stokes_and_newton_drag() {
         // U = (s - 1) g d^2/(18 nu): Cd Re^2 = 24 Re.
         let stokes = terminal_reynolds(true, (24.0f64 * 1e-4).sqrt());
         assert!((stokes / 1e-4 - 1.0).abs() < 1e-3, "{stokes}");
@@ -64,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn a_layer_thins_with_the_root_of_the_reynolds_number_and_slow_flow_has_none() {
+    fn boundary_layer_thickness_over_reynolds_number() {
         // Hiemenz: 2.4 sqrt(nu/(4 U/d)) of U = 1 m/s, d = 0.2 m, nu = 0.002 m2/s.
         assert!((boundary_layer(0.2, 100.0) - 2.4 * (0.002f64 * 0.2 / 4.0).sqrt()).abs() < 1e-12);
         assert_eq!(boundary_layer(0.2, 9.9), f64::INFINITY);

@@ -278,7 +278,7 @@ mod tests {
     use std::fs;
 
     #[test]
-    fn rows_in_any_order_make_the_file_that_reads_back() {
+    fn vti_rows_in_any_order_round_trip() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.vti");
         let arrays = vec![("velocity".to_owned(), 3), ("pressure".to_owned(), 1)];
@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_not_finished_leaves_nothing() {
+    fn unfinished_vti_leaves_no_file() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.vti");
         drop(Part::create(&path).unwrap());

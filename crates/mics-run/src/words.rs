@@ -46,7 +46,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_large_or_small_goes_by_powers_of_ten() {
+    fn large_and_small_numbers_in_powers_of_ten() {
         assert_eq!(
             [0.0, 1000.0, 1e-3, -0.25, 1e-300, 3e8].map(number),
             ["0", "1000", "0.001", "-0.25", "1e-300", "3e8"]
@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn times_and_sizes_have_the_unit_that_suits_them() {
+    fn units_of_times_and_sizes() {
         assert_eq!(
             [59.0, 61.0, 3720.0, 1e15].map(minutes),
             ["59 s", "1 min 01 s", "1 h 02 min", "1.2e10 days"]

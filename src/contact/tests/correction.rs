@@ -58,7 +58,7 @@ fn corrected(
 }
 
 #[test]
-fn sticking_contact_is_corrected_within_coulombs_cone() {
+fn sticking_contact_correction_within_coulomb_cone() {
     for shape in [Shape::Disc, Shape::Sphere] {
         let ([normal, slip], ..) =
             corrected(shape, 0.5, Medium::default(), -1e-5, [1e-3, 1e-4], LONG);
@@ -89,7 +89,7 @@ fn sticking_contact_is_corrected_within_coulombs_cone() {
 /// Lubrication takes `x/(1 + x)` of a residual, with x its resistance over the step by the mass:
 /// all of it in the end.
 #[test]
-fn lubrication_takes_the_part_of_a_residual_that_it_takes_of_a_speed() {
+fn lubrication_share_of_velocity_residual() {
     for shape in [Shape::Disc, Shape::Sphere] {
         let left = |viscosity: f64| {
             let medium = Medium { density: 1000.0, viscosity, spacing: 2e-3, roughness: 1e-6 };
@@ -212,7 +212,7 @@ fn step(bodies: &mut [Body], law: &mut Touched, factor: f64, dt: f64) -> [f64; 3
 /// without friction: whatever the fluid's response, their contacts bring no more energy in a step
 /// than their springs release.
 #[test]
-fn contacts_bring_no_energy_whatever_the_response_of_the_fluid() {
+fn contacts_bring_no_energy_for_any_fluid_response() {
     let (mut largest, mut most, mut bounded, mut steps) = (0.0f64, 0.0f64, 0.0f64, 0);
     for seed in 0..60u64 {
         let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;

@@ -78,7 +78,7 @@ fn gain(law: Material, dt: f64) -> (f64, f64) {
 }
 
 #[test]
-fn a_cloud_that_collides_never_gains_energy() {
+fn colliding_cloud_never_gains_energy() {
     // Steps of a substep or two show Verlet's own fluctuation within a contact; Hertz's spring also
     // stiffens.
     for (exponent, dt, limit) in
@@ -90,7 +90,7 @@ fn a_cloud_that_collides_never_gains_energy() {
 }
 
 #[test]
-fn a_cloud_without_dissipation_keeps_its_energy() {
+fn elastic_cloud_conserves_energy() {
     for exponent in [1.0, 1.5] {
         let (worst, left) = gain(material(exponent, 1.0, 0.0), 2e-4);
         assert!(worst < 5e-4 && (left - 1.0).abs() < 2e-3, "{exponent}: {worst:e} {left}");
@@ -98,7 +98,7 @@ fn a_cloud_without_dissipation_keeps_its_energy() {
 }
 
 #[test]
-fn a_periodic_cloud_keeps_its_momentum() {
+fn periodic_cloud_conserves_momentum() {
     let mut bodies = cloud(50, 10, 1.0);
     let mut contacts =
         contacts(&bodies, material(1.0, 0.7, 0.3), [0.1, 0.05, 0.0], &[], Substeps::Auto);
@@ -116,7 +116,7 @@ fn a_periodic_cloud_keeps_its_momentum() {
 }
 
 #[test]
-fn two_spheres_keep_their_momentum_and_angular_momentum() {
+fn sphere_pair_conserves_momentum_and_angular_momentum() {
     let mut two = [
         body(Shape::Sphere, 0.01, vector![0.05, 0.1, 0.1], vector![0.5, 0.1, 0.0]),
         body(Shape::Sphere, 0.007, vector![0.0675, 0.106, 0.102], vector![-0.5, 0.0, 0.3]),
@@ -145,7 +145,7 @@ fn two_spheres_keep_their_momentum_and_angular_momentum() {
 }
 
 #[test]
-fn a_heap_comes_to_rest() {
+fn heap_of_particles_comes_to_rest() {
     let mut bodies = cloud(50, 10, 0.3);
     let mut contacts =
         contacts(&bodies, material(1.0, 0.5, 0.5), [0.1, 0.1, 0.0], &[0, 1], Substeps::Auto);
@@ -211,7 +211,7 @@ fn brute_force(
 }
 
 #[test]
-fn cell_lists_find_the_pairs_of_brute_force() {
+fn cell_lists_match_brute_force_pairs() {
     let mut dice = Dice(3);
     let (mut several, mut own) = (false, false);
     for (size, periodic) in [
@@ -257,7 +257,7 @@ fn cell_lists_find_the_pairs_of_brute_force() {
 }
 
 #[test]
-fn the_search_looks_at_a_few_distances_per_particle_however_many_there_are() {
+fn neighbour_search_cost_is_linear() {
     let checks = [100usize, 1000, 3000].map(|n| {
         let across = (n as f64).sqrt() as usize;
         let size = [0.01 * across as f64, 0.01 * n.div_ceil(across) as f64, 0.0];
@@ -272,7 +272,7 @@ fn the_search_looks_at_a_few_distances_per_particle_however_many_there_are() {
 }
 
 #[test]
-fn a_body_that_is_struck_strikes_the_next_within_the_same_step() {
+fn impact_chain_propagates_within_one_step() {
     // Far beyond the search_radius of a body at rest: the pairs have to be found anew on the way.
     let place = |x: f64, speed: f64| {
         body(Shape::Disc, 0.01, vector![x, 0.05, 0.0], vector![speed, 0.0, 0.0])
@@ -291,7 +291,7 @@ fn a_body_that_is_struck_strikes_the_next_within_the_same_step() {
 }
 
 #[test]
-fn steps_do_not_allocate_once_warm() {
+fn contact_steps_do_not_allocate() {
     let mut bodies = cloud(50, 10, 1.0);
     let mut contacts =
         contacts(&bodies, material(1.0, 1.0, 0.3), [0.1, 0.05, 0.0], &[0, 1], Substeps::Auto);

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn a_body_that_hits_a_wall_askew_slides_by_coulombs_law() {
+fn oblique_wall_impact_slides_by_coulomb_law() {
     for (shape, inertia) in [(Shape::Disc, 0.5), (Shape::Sphere, 0.4)] {
         let (e, mu, speed) = (0.8, 0.1, 0.5);
         let mut law = material(1.0, e, mu);
@@ -21,7 +21,7 @@ fn a_body_that_hits_a_wall_askew_slides_by_coulombs_law() {
 }
 
 #[test]
-fn a_wall_that_moves_drags_along() {
+fn moving_wall_drags_body_by_friction() {
     let mut law = material(1.0, 0.8, 0.1);
     law.normal_stiffness *= 10.0;
     let one = body(Shape::Disc, 0.01, vector![0.1, 0.0101, 0.1], vector![0.0, -0.5, 0.0]);
@@ -39,7 +39,7 @@ fn a_wall_that_moves_drags_along() {
 }
 
 #[test]
-fn a_body_that_sticks_to_the_wall_reverses_its_slip_but_never_gains_energy() {
+fn sticking_wall_contact_never_gains_energy() {
     for (e, ratio) in [(1.0, 0.4), (1.0, 2.0 / 7.0), (0.9, 2.0 / 7.0), (0.5, 1.0)] {
         let law = Material { tangential_ratio: ratio, ..material(1.0, e, 10.0) };
         let mut one =
@@ -98,7 +98,7 @@ fn acceleration_down(
 }
 
 #[test]
-fn a_body_slides_or_rolls_down_a_slope() {
+fn sliding_and_rolling_down_a_slope() {
     let angle: f64 = 0.5;
     for (shape, motion, share) in [
         (Shape::Disc, Motion::Free(PLANE), 2.0 / 3.0),
@@ -119,7 +119,7 @@ fn a_body_slides_or_rolls_down_a_slope() {
 }
 
 #[test]
-fn a_body_that_resists_rolling_lies_below_its_angle_and_slows_down_on_a_floor() {
+fn resists_rolling_on_slope_and_floor() {
     for (shape, motion, share) in [
         (Shape::Disc, Motion::Free(PLANE), 2.0 / 3.0),
         (Shape::Sphere, Motion::Free(FREE), 5.0 / 7.0),
@@ -170,7 +170,7 @@ fn a_body_that_resists_rolling_lies_below_its_angle_and_slows_down_on_a_floor() 
 }
 
 #[test]
-fn a_block_below_its_friction_angle_stays_and_remembers_why() {
+fn block_below_friction_angle_sticks() {
     let block = Motion::Free(Freedom { rotation: [false; 3], ..PLANE });
     let (_, mut wall, mut one) = acceleration_down(Shape::Disc, 0.4, f64::atan(0.35), block);
     let weight = one[0].mass() * 9.81 * f64::atan(0.35).sin();

@@ -55,7 +55,7 @@ fn spins_in_a_row(count: usize, gap: f64, start: f64) -> Vec<f64> {
 }
 
 #[test]
-fn lubrication_slows_the_spin_of_a_disc_beside_its_own_image_as_in_a_row_of_any_number() {
+fn lubrication_of_spinning_disc_beside_own_periodic_image() {
     for gap in [1e-4, 1e-3] {
         // With a border of the period within a disc, and in a gap.
         let spins: Vec<Vec<f64>> = [(1, 0.0), (1, 0.0101), (2, 0.003), (3, 0.0), (4, 0.0)]
@@ -71,7 +71,7 @@ fn lubrication_slows_the_spin_of_a_disc_beside_its_own_image_as_in_a_row_of_any_
 }
 
 #[test]
-fn lubrication_at_a_plane_of_symmetry_turns_a_body_as_its_mirror_image_would() {
+fn lubrication_torque_at_symmetry_plane() {
     for (shape, spin) in
         [(Shape::Disc, vector![0.0, 0.0, 3.0]), (Shape::Sphere, vector![2.0, -1.0, 3.0])]
     {
@@ -109,7 +109,7 @@ fn lubrication_at_a_plane_of_symmetry_turns_a_body_as_its_mirror_image_would() {
 /// A disc that lies in the cusp between another one and the image of that across a period of one
 /// and a half diameters: it touches the same disc on both sides.
 #[test]
-fn a_disc_rests_on_two_images_of_another_across_a_short_period() {
+fn disc_rests_on_two_periodic_images_of_another() {
     let (radius, length) = (0.01, 0.03);
     for start in [0.0, 0.004, 0.016] {
         let place = |x: f64, y: f64| vector![(start + x).rem_euclid(length), y, 0.0];
@@ -152,7 +152,7 @@ fn a_disc_rests_on_two_images_of_another_across_a_short_period() {
 
 /// Far pairs are not asked in every substep that others need: they get what they would get alone.
 #[test]
-fn the_fluid_between_two_does_the_same_beside_others_that_need_many_substeps() {
+fn lubrication_of_pair_independent_of_other_substeps() {
     let medium = Medium { density: 1000.0, viscosity: 0.1, spacing: 2e-3, ..Medium::default() };
     let sphere = |x: f64, speed: f64| {
         body(Shape::Sphere, 0.01, vector![x, 0.5, 0.5], vector![speed, 0.0, 0.0])
@@ -177,7 +177,7 @@ fn the_fluid_between_two_does_the_same_beside_others_that_need_many_substeps() {
 }
 
 #[test]
-fn what_fills_a_gap_takes_no_momentum_and_no_rigid_motion() {
+fn lubrication_conserves_momentum_and_ignores_rigid_motion() {
     for (shape, spin) in
         [(Shape::Disc, vector![0.0, 0.0, 3.0]), (Shape::Sphere, vector![2.0, -1.0, 3.0])]
     {
@@ -211,7 +211,7 @@ fn what_fills_a_gap_takes_no_momentum_and_no_rigid_motion() {
 /// differently, have the same lubrication layer: it is ten times that of the narrowest gap
 /// otherwise.
 #[test]
-fn a_gap_of_nothing_but_rounding_is_none() {
+fn gap_within_rounding_is_contact() {
     let radius = 5e-3;
     let [touching, rounded, apart] = [0.0, 1e-12, 1e-6].map(|gap: f64| {
         let centre = vector![500.0, radius * (1.0 + gap), 500.0];
@@ -224,7 +224,7 @@ fn a_gap_of_nothing_but_rounding_is_none() {
 }
 
 #[test]
-fn a_very_large_body_is_a_wall_to_what_fills_a_gap() {
+fn lubrication_of_very_large_body_equals_wall() {
     for (shape, spin) in
         [(Shape::Disc, vector![0.0, 0.0, 3.0]), (Shape::Sphere, vector![2.0, -1.0, 3.0])]
     {

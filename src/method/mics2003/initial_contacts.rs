@@ -132,7 +132,7 @@ mod tests {
     /// Of a linear `f = A (x* - x)` as many rounds find all as A has values, and plain ones hardly
     /// begin.
     #[test]
-    fn as_many_rounds_as_there_are_kinds_of_bodies_find_what_holds_them() {
+    fn initial_contact_force_iterations_equal_kinds_of_bodies() {
         let share = DVector::from_vec(vec![0.9, 0.05, 0.05, 0.01]);
         let wanted = DVector::from_vec(vec![1.0, -2.0, 3.0, 4.0]);
         let (mut x, mut rounds) = (DVector::zeros(4), Rounds::default());

@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rigid_motion_is_found_again() {
+    fn rigid_motion_fit_recovers_rigid_motion() {
         let (v, w) = (Vector3::new(1.0, -2.0, 0.5), Vector3::new(0.3, 0.7, -1.1));
         let zero = Vector3::zeros();
         let (found_v, found_w) = of(|r| v + w.cross(r)).rigid_motion(&ALL, (zero, zero));
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn any_motion_leaves_its_momentum_and_spin_in_the_rigid_one() {
+    fn rigid_motion_fit_conserves_momentum() {
         let motion = |r: &Vector3<f64>| Vector3::new(r.y * r.z, r.x * r.x, (3.0 * r.y).sin());
         let m = of(motion);
         let (v, w) = m.rigid_motion(&ALL, (Vector3::zeros(), Vector3::zeros()));
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_body_within_one_cell_moves_as_the_cell_does() {
+    fn rigid_motion_of_body_within_one_cell() {
         let mut m = Moments::default();
         m.add(3.0, &Vector3::new(0.1, -0.2, 0.0), &Vector3::new(1.0, 2.0, 0.0));
         let (v, w) = m.rigid_motion(&ALL, (Vector3::zeros(), Vector3::zeros()));
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn a_held_direction_keeps_its_velocity() {
+    fn rigid_motion_fit_keeps_locked_direction() {
         let held = Freedom { translation: [true, false, true], rotation: [false, false, true] };
         let (v, w) = of(|r| *r).rigid_motion(&held, (Vector3::repeat(7.0), Vector3::repeat(5.0)));
         assert_eq!((v.y, w.x, w.y), (7.0, 5.0, 5.0));

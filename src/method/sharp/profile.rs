@@ -66,7 +66,7 @@ mod tests {
     use super::{cubic, parabola};
 
     #[test]
-    fn the_means_of_a_parabola_are_continued_as_such() {
+    fn parabola_of_cell_means_extrapolated_exactly() {
         let mean = |s: f64| s - 0.7 * (s * s + 1.0 / 12.0);
         for s in [-2.5, -1.0, -0.3, 0.0, 0.4, 1.7] {
             let [first, second] = parabola(s, 1.0);
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn the_means_of_a_cubic_are_continued_as_such() {
+    fn cubic_of_cell_means_extrapolated_exactly() {
         let mean = |s: f64| s - 0.7 * (s * s + 1.0 / 12.0) + 0.2 * (s * s * s + s / 4.0);
         for s in [-1.5, -0.3, 0.0, 0.4] {
             let [one, two, three] = cubic(s, [1.0, 2.0, 3.0]).unwrap();

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use std::f64::consts::PI;
 
 #[test]
-fn a_noisy_sine_has_its_frequency() {
+fn strouhal_frequency_of_noisy_sine() {
     let signal = |t: f64| 0.3 + (2.0 * PI * 1.7 * t).sin() + 0.03 * (2.0 * PI * 61.0 * t).sin();
     let samples: Vec<_> = (0..5000).map(|k| k as f64 * 2e-3).map(|t| (t, signal(t))).collect();
     assert!((frequency(&samples, 0.3).unwrap() - 1.7).abs() < 0.01);
@@ -52,7 +52,7 @@ fn of_kinds(kinds: &[&str]) -> Vec<Series> {
 }
 
 #[test]
-fn the_force_on_a_swinging_disc_gives_back_the_coefficients_that_it_was_made_with() {
+fn morison_fit_recovers_coefficients() {
     let mut series = of_kinds(&["morison_drag", "morison_inertia"]);
     let (origin, drift, amplitude) =
         (Vector3::zeros(), Vector3::zeros(), Vector3::new(-0.3, 0.4, 0.0));
@@ -81,7 +81,7 @@ fn the_force_on_a_swinging_disc_gives_back_the_coefficients_that_it_was_made_wit
 /// A force of 4 N over 0.9 to 1.2 s and of 1 N over the next 0.5 s, of which the first 0.1 s
 /// are before the window; a velocity by what it is at the ends.
 #[test]
-fn the_mean_of_a_force_is_what_it_gave_over_its_time() {
+fn mean_force_is_time_weighted() {
     let mut series = of_kinds(&["force", "velocity_x"]);
     let mut bodies = [disc()];
     for (time, force, speed) in [(0.9, 9.0, 7.0), (1.2, 4.0, 1.0), (1.7, 1.0, 3.0)] {
@@ -98,7 +98,7 @@ fn the_mean_of_a_force_is_what_it_gave_over_its_time() {
 }
 
 #[test]
-fn the_largest_coefficients_are_those_of_the_window() {
+fn maximum_coefficients_within_time_window() {
     let mut series =
         of_kinds(&["drag_coefficient_max", "lift_coefficient_max", "drag_coefficient"]);
     for (time, x, y) in [(0.5, 9.0, 9.0), (1.0, 1.8, -0.9), (2.0, 3.6, 0.18), (3.0, 1.8, -2.0)] {
@@ -113,7 +113,7 @@ fn the_largest_coefficients_are_those_of_the_window() {
 }
 
 #[test]
-fn a_place_can_be_asked_for_at_a_passing_and_at_the_first_contact() {
+fn position_measure_at_passing_and_first_contact() {
     let when = |series: &mut Series, when| series.measure.when = Some(when);
     let mut series = of_kinds(&["position_x", "velocity_x", "position_y"]);
     when(&mut series[0], When::Y(7.5));
@@ -141,7 +141,7 @@ fn a_place_can_be_asked_for_at_a_passing_and_at_the_first_contact() {
 }
 
 #[test]
-fn a_heap_is_told_by_the_heights_of_its_parts_its_fastest_and_its_deepest_overlap() {
+fn measures_of_height_fastest_particle_and_overlap() {
     let mut series =
         of_kinds(&["mean_height", "height_rank", "fastest_particle", "largest_overlap"]);
     let up = Vector3::new(0.6, 0.8, 0.0);
@@ -164,7 +164,7 @@ fn a_heap_is_told_by_the_heights_of_its_parts_its_fastest_and_its_deepest_overla
 }
 
 #[test]
-fn a_falling_body_that_lands_gives_its_speed_place_spin_and_landing() {
+fn measures_of_falling_and_landing_body() {
     let mut series =
         of_kinds(&["largest_speed", "position_y", "velocity_y", "spin", "contact_start"]);
     assert!(series.iter().all(|s| s.found_so_far().is_none()));

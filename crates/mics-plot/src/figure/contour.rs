@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn the_half_contour_of_the_radius_is_one_closed_circle_of_that_radius() {
+    fn contour_of_radius_is_closed_circle() {
         for (cells, error) in [(20, 2e-2), (80, 1.5e-3)] {
             let all = lines(&plane(cells, |x: f64, y: f64| x.hypot(y)), 0.5);
             assert_eq!(all.len(), 1);
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_through_the_plane_runs_from_edge_to_edge_and_a_level_beyond_the_values_has_none() {
+    fn contour_from_edge_to_edge_and_level_out_of_range() {
         let slope = plane(10, |x, y| x + 0.3 * y);
         let all = lines(&slope, 0.123);
         assert_eq!(all.len(), 1);
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn values_of_many_hills_give_every_crossing_to_one_line_and_lines_that_never_branch() {
+    fn contours_of_many_hills_never_branch() {
         let hills = plane(40, |x, y| (9.0 * x).sin() * (11.0 * y).cos() + 0.02 * (x - y));
         for level in [-0.5, 0.0, 0.02, 0.5] {
             let (all, crossings) = (
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn a_saddle_is_cut_along_the_side_of_its_middle() {
+    fn contour_at_saddle_by_centre_value() {
         let saddle = |middle: f64| Plane {
             cells: [2, 2],
             size: [2.0, 2.0],
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_without_a_value_are_crossed_by_no_line() {
+    fn contour_avoids_cells_without_value() {
         let hole = |x: f64, y: f64| x.hypot(y - 0.5) < 0.3;
         let ring = plane(40, |x: f64, y: f64| if hole(x, y) { f64::NAN } else { x.hypot(y) });
         let all = lines(&ring, 0.5);
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_ends_where_a_disc_begins_and_goes_on_behind_it() {
+    fn contour_is_cut_by_disc() {
         let disc = |x: f64, radius: f64| Disc { centre: [x, 0.0], radius, ..Disc::default() };
         let line = vec![[-2.0, 0.0], [-0.2, 0.0], [0.1, 0.0], [0.1, 0.0], [2.0, 0.0], [3.0, 0.0]];
         let parts = outside(line.clone(), &[disc(0.0, 0.5)]);

@@ -63,7 +63,7 @@ fn written(draw: impl Fn(&Path) -> mics_run::Result<[PathBuf; 2]>) -> ([u32; 2],
 }
 
 #[test]
-fn a_field_becomes_a_png_and_a_small_svg_with_one_embedded_image_for_field_and_bar() {
+fn field_figure_as_png_and_svg_with_embedded_image() {
     let plane = flow_past_a_disc([160, 64], [4.0, 1.6]);
     let ([width, height], svg) = written(|stem| vorticity(&plane, stem));
     assert!((1100..1300).contains(&width) && (450..650).contains(&height), "{width} x {height}");
@@ -75,7 +75,7 @@ fn a_field_becomes_a_png_and_a_small_svg_with_one_embedded_image_for_field_and_b
 }
 
 #[test]
-fn fields_that_say_nothing_are_drawn_without_streamlines_or_panics() {
+fn constant_and_empty_fields_are_drawn() {
     let good = flow_past_a_disc([24, 12], [2.0, 1.0]);
     for value in [0.0, f64::NAN, f64::INFINITY] {
         let values = vec![value; good.u.len()];
@@ -94,7 +94,7 @@ fn fields_that_say_nothing_are_drawn_without_streamlines_or_panics() {
 }
 
 #[test]
-fn a_plane_whose_values_do_not_fill_its_cells_is_an_error_that_names_the_figure() {
+fn plane_with_wrong_value_count_is_an_error() {
     let plane = Plane { cells: [2, 2], size: [1.0, 1.0], ..Plane::default() };
     for draw in [vorticity, streamlines] {
         let message = draw(&plane, Path::new("figures/wake")).unwrap_err().to_string();
@@ -107,7 +107,7 @@ fn a_plane_whose_values_do_not_fill_its_cells_is_an_error_that_names_the_figure(
 }
 
 #[test]
-fn streamlines_stay_in_the_plane_and_apart_and_never_enter_a_disc() {
+fn streamlines_are_spaced_and_outside_discs() {
     let plane = flow_past_a_disc([160, 64], [4.0, 1.6]);
     let separation = 0.09;
     let lines = trace::streamlines(&plane, separation);
@@ -133,7 +133,7 @@ fn streamlines_stay_in_the_plane_and_apart_and_never_enter_a_disc() {
 }
 
 #[test]
-fn streamlines_of_a_vortex_close() {
+fn streamlines_of_vortex_are_closed() {
     let mut plane = flow_past_a_disc([64, 64], [1.0, 1.0]);
     plane.discs.clear();
     for k in 0..64 * 64 {
@@ -144,7 +144,7 @@ fn streamlines_of_a_vortex_close() {
 }
 
 #[test]
-fn curves_show_what_their_axes_can_hold_and_leave_gaps_for_the_rest() {
+fn curves_have_gaps_outside_their_axes() {
     let series = |label: &str, points: &[(f64, f64)], style| Series {
         label: label.to_owned(),
         points: points.to_vec(),
@@ -176,7 +176,7 @@ fn curves_show_what_their_axes_can_hold_and_leave_gaps_for_the_rest() {
 }
 
 #[test]
-fn a_legend_stands_where_no_curve_is_and_beside_the_plot_where_there_is_no_such_place() {
+fn legend_placed_off_the_curves() {
     // How wide the figure is, and where its legend's text begins.
     let legend = |points: Vec<(f64, f64)>| {
         let one = [Series { label: "legend".into(), points, style: SeriesStyle::Line }];
@@ -205,7 +205,7 @@ fn a_legend_stands_where_no_curve_is_and_beside_the_plot_where_there_is_no_such_
 }
 
 #[test]
-fn a_long_history_keeps_its_extremes_in_few_points() {
+fn thinned_history_keeps_extremes() {
     let points = (0..200_000)
         .map(|k| (f64::from(k), if k == 77_777 { 9.0 } else { f64::from(k % 2) }))
         .collect();
@@ -243,7 +243,7 @@ fn isolines(svg: &str) -> Vec<Vec<[f64; 2]>> {
 }
 
 #[test]
-fn contours_of_positive_vorticity_are_solid_and_of_negative_dashed() {
+fn vorticity_contours_solid_and_dashed() {
     let plane = two_hills(100.0);
     let (_, svg) =
         written(|stem| vorticity_strip(std::slice::from_ref(&plane), "hills", Some(20.0), stem));
@@ -269,7 +269,7 @@ fn contours_of_positive_vorticity_are_solid_and_of_negative_dashed() {
 }
 
 #[test]
-fn panels_share_colours_and_state_times_and_dense_contours_are_refused() {
+fn strip_panels_share_colours_and_refuse_dense_contours() {
     let panels = [0.1, 0.2, 0.3]
         .map(|time: f64| Plane { title: format!("t = {time} s"), ..two_hills(100.0 * time) });
     let ([width, height], svg) = written(|stem| vorticity_strip(&panels, "hills", None, stem));
@@ -290,7 +290,7 @@ fn panels_share_colours_and_state_times_and_dense_contours_are_refused() {
 }
 
 #[test]
-fn a_part_of_a_plane_says_where_it_is_and_an_axis_can_fall() {
+fn window_labels_and_falling_axis() {
     let plane = Plane { corner: [10.0, 3.0], ..flow_past_a_disc([40, 20], [2.0, 1.0]) };
     let (_, svg) =
         written(|stem| vorticity_strip(std::slice::from_ref(&plane), "part", None, stem));
@@ -316,7 +316,7 @@ fn a_part_of_a_plane_says_where_it_is_and_an_axis_can_fall() {
 }
 
 #[test]
-fn every_line_has_a_colour_of_its_own_and_one_on_another_is_dashed() {
+fn line_colours_are_distinct_and_overlaps_dashed() {
     let line = |offset: f64| Series {
         label: String::new(),
         points: (0..20).map(|k| (f64::from(k), offset + f64::from(k * k))).collect(),
@@ -339,7 +339,7 @@ fn every_line_has_a_colour_of_its_own_and_one_on_another_is_dashed() {
 }
 
 #[test]
-fn plots_of_a_chart_are_below_or_beside_each_other() {
+fn chart_layout_below_or_beside() {
     let line = Series {
         label: String::new(),
         points: vec![(0.0, 1.0), (1.0, 2.0)],

@@ -126,7 +126,7 @@ mod tests {
     use crate::figure::SeriesStyle;
 
     #[test]
-    fn a_component_within_rounding_is_named_and_not_drawn_and_peaks_do_not_flatten_the_rest() {
+    fn force_figure_omits_rounding_and_clips_peaks() {
         let line = |size: f64| Series {
             label: "a".into(),
             points: (0..1000).map(|k| (f64::from(k), size * f64::from(k % 10))).collect(),

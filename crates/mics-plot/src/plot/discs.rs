@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mark_lies_below_at_the_start_turns_with_its_body_and_is_cut_where_the_plane_is() {
+    fn rotation_mark_turns_with_body_and_is_cut_by_plane() {
         let case = case(&sphere(0.2, ""));
         let colours = Colours::of(Bodies::Size, &case, 0.0);
         let mark = |section: (usize, f64), axis: Vector3<f64>, angle: f64| {
@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn a_body_that_moves_is_drawn_where_it_has_a_place_only_and_a_fixed_one_without() {
+    fn moving_body_drawn_at_recorded_position_only() {
         let late = sphere(0.2, "enter = { time = 1.0 }");
         let case =
             case(&[late, sphere(0.1, "motion = \"fixed\"").replace("[0.5", "[0.1")].concat());
@@ -283,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_are_between_the_least_and_the_most_of_what_they_say() {
+    fn body_colours_span_their_range() {
         let apart = |text: String| text.replace("position = [0.5", "position = [0.2");
         let case = case(
             &[

@@ -307,7 +307,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_window_cuts_whole_cells_and_keeps_every_value_and_particle_in_its_place() {
+    fn window_cuts_whole_cells() {
         let values: Vec<f64> = (0..12).map(f64::from).collect();
         let disc = |x: f64, y: f64| Disc { centre: [x, y], radius: 0.4, ..Disc::default() };
         let plane = Plane {
@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn vorticity_in_a_body_is_not_shown_but_its_skin_takes_that_of_the_fluid_beside_it() {
+    fn vorticity_hidden_in_body_and_extended_at_surface() {
         let solid: Vec<f64> = (0..49)
             .map(|c| if (1..6).contains(&(c % 7)) && (1..6).contains(&(c / 7)) { 1.0 } else { 0.4 })
             .collect();
@@ -346,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn times_are_written_with_the_digits_that_tell_them_apart() {
+    fn time_labels_have_distinguishing_digits() {
         assert_eq!(
             [&[0.05, 0.1][..], &[2.0, 6.0, 10.0], &[0.0021, 0.0022], &[30.0], &[]].map(digits),
             [3, 1, 5, 0, 1]

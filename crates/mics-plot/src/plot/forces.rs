@@ -306,8 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_of_the_force_are_means_over_the_submerged_weight_from_the_start_to_the_first_contact()
-    {
+    fn force_parts_over_submerged_weight_until_contact() {
         let (case, rows) = fall("[0.0, -10.0]");
         let (axes, parts) = super::parts(&case, &rows, &[]).unwrap().unwrap();
         assert_eq!((axes.x_label.as_str(), axes.falling_x), ("y/d, d = 0.2 m", true));
@@ -333,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_are_across_gravity_and_need_something_that_pulls() {
+    fn force_parts_across_gravity_need_gravity() {
         let (case, rows) = fall("[10.0, 0.0]");
         let (axes, parts) = super::parts(&case, &rows, &[]).unwrap().unwrap();
         assert_eq!(

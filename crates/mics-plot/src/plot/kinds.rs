@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn representatives_are_of_every_material_and_size() {
+    fn representatives_per_material_and_size() {
         let case = two_kinds();
         let all: Vec<usize> = (0..24).collect();
         let labels: Vec<_> = kinds(&case, &all).into_iter().map(|kind| kind.label).collect();
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn the_spread_of_a_kind_is_between_its_tenths() {
+    fn spread_of_kind_is_10_to_90_percent() {
         let case = two_kinds();
         let mut course = Course::new(&case, &(0..24).collect::<Vec<_>>());
         for time in [0.0, 1.0] {

@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn the_band_of_a_place_lies_on_the_side_that_gravity_pulls_to() {
+    fn position_band_on_gravity_side() {
         let landing =
             "[[measure]]\nname = \"landing\"\nkind = \"position_x\"\nreference = [0.4, 0.7]\n";
         for (gravity, low, high) in [
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn a_path_over_diameters_has_a_gap_where_it_crosses_a_periodic_face() {
+    fn path_figure_gap_at_periodic_side() {
         let case = case("[0.0, -9.81]", "");
         let path = cut(&case, [0, 1], 0.2, vec![(0.5, 0.2), (0.5, 0.1), (0.5, 1.9), (0.5, 1.8)]);
         assert_eq!(path.len(), 5);
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_source_is_cut_at_a_word() {
+    fn long_source_truncated_at_word() {
         assert_eq!(brief("experiment of section 4"), "experiment of section 4");
         let long = brief(
             "Ushijima, Takemura, Yamada and Nezu 2003, section 4, experiments with a video camera",

@@ -154,7 +154,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn single_points_are_drawn_over_time_and_lines_over_the_distance() {
+    fn probe_points_over_time_and_lines_over_distance() {
         let folder = tempfile::tempdir().unwrap();
         let mut text = "step,time,probe,point,x,y,z,vx,vy,vz,pressure,body\n".to_owned();
         for k in 0..5 {

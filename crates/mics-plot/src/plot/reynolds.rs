@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reference_is_of_its_own_scene_alone() {
+    fn drag_figure_reference_of_own_case_only() {
         let second = "[[particle]]\nshape = { disc = { diameter = 0.2 } }\nposition = [2.0, 0.8]\n\
             motion = \"fixed\"\n";
         let periodic = "\"periodic\"";

@@ -221,7 +221,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn centres_are_taken_between_rows_and_not_across_a_periodic_face() {
+    fn interpolated_centres_do_not_cross_periodic_side() {
         let folder = tempfile::tempdir().unwrap();
         let case: Case = mics_run::config::written(
             "name = \"t\"\ntime.end = 9.0\ndomain = { size = [1.0, 2.0], cells = [8, 16] }\n\

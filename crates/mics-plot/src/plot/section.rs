@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn the_plane_holds_gravity_or_the_stream_and_goes_through_a_body() {
+    fn default_plane_along_gravity_or_stream_through_body() {
         // They have moved since the start.
         let place = |id: usize| [0.2 + 0.4 * id as f64, 0.35 + 0.1 * id as f64, 0.65];
         let fluid =
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn a_layer_is_taken_across_any_axis() {
+    fn section_layer_across_any_axis() {
         let cells = [2, 3, 4];
         let values = (0..24).flat_map(|c| [f64::from(c), -f64::from(c)]).collect();
         let array = Array { name: "a".into(), components: 2, values };

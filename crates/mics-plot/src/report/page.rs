@@ -341,7 +341,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_measure_says_its_particle_by_name_where_that_has_one() {
+    fn report_measure_has_particle_name() {
         let body = |more: &str| {
             format!(
                 "[[particle]]\nshape = {{ disc = {{ diameter = 0.2 }} }}\nposition = [{more}\n\
@@ -370,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_have_four_digits_and_words_are_quoted_for_a_shell() {
+    fn report_digits_and_shell_quoting() {
         assert_eq!(
             [0.0, 100.0, 0.25, 1234.5, 3.14234, 5e-5, 2e6].map(short).join(" "),
             "0 100 0.25 1234 3.142 5.000e-5 2.000e6"

@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn a_restart_may_change_the_end_the_output_and_the_solver() {
+    fn restart_allows_changed_end_output_and_solver() {
         for given in [
             "time.end=2.0",
             "measure=[{ name = \"speed\", kind = \"largest_speed\" }]",
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn any_other_change_is_refused_with_its_key_and_what_it_was() {
+    fn restart_refuses_other_changes_by_key() {
         for (given, key, was) in [
             ("fluid.viscosity=0.2", "fluid.viscosity", "was 0.1 in the run"),
             ("domain.cells=[32, 16]", "domain.cells", "was [16, 8] in the run"),
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_particle_that_has_changed_is_named_and_not_what_follows_from_it() {
+    fn restart_names_changed_particle() {
         let why =
             refusal_of(&format!("{BOX}[contact]\n"), "particle.0.shape.disc.diameter=0.2").unwrap();
         assert!(why.contains(": particle.0.shape.disc.diameter: was 0.3 in the run"), "{why}");

@@ -157,7 +157,7 @@ mod tests {
     const BOX: &str = "west = \"slip\", east = \"slip\", south = \"slip\", north = \"slip\"";
 
     #[test]
-    fn drag_is_along_the_stream_and_lift_across_it_whatever_the_axis() {
+    fn drag_and_lift_directions_for_every_stream_axis() {
         let upward = "west = \"slip\", east = \"slip\", south = { inflow = [0.0, 2.0] }, north = \
             \"outflow\"";
         let found = directions("[1.0, 1.0]", &format!("{upward}|motion = \"fixed\""), "").unwrap();
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_stream_it_is_told_by_how_the_particle_moves_or_asked_for() {
+    fn drag_direction_without_stream() {
         let moved = format!("{BOX}|motion = {{ prescribed = {{ velocity = [0.0, -1.0] }} }}");
         assert_eq!(directions("[1.0, 1.0]", &moved, "").unwrap()[0], [0.0, 1.0, 0.0]);
         let sinks = format!("{BOX}, bottom = \"slip\", top = \"slip\"|motion = \"free\"");

@@ -243,7 +243,7 @@ kind = "drag_coefficient"
     }
 
     #[test]
-    fn a_case_written_out_reads_back_equal_and_says_every_default() {
+    fn written_case_round_trip_with_defaults() {
         let case = load_text(CHANNEL, &[]).unwrap();
         assert_eq!(load_text(&case.to_toml(), &[]).unwrap(), case);
         assert_eq!(case.fluid.gravity, [0.0, 0.0]);
@@ -256,7 +256,7 @@ kind = "drag_coefficient"
     }
 
     #[test]
-    fn an_oscillation_reads_back_equal_and_the_schema_knows_it() {
+    fn oscillation_round_trip_and_schema() {
         let swing =
             "particle.0.motion.prescribed.oscillation={ amplitude = [0.1, 0], frequency = 2 }";
         let case = load_text(CHANNEL, &[swing]).unwrap();
@@ -275,7 +275,7 @@ kind = "drag_coefficient"
     }
 
     #[test]
-    fn overrides_replace_make_and_reach_into_lists() {
+    fn overrides_replace_create_and_index_lists() {
         let overrides = [
             "particle.0.density=1200",
             "domain.cells=[64, 32]",
@@ -293,7 +293,7 @@ kind = "drag_coefficient"
     }
 
     #[test]
-    fn an_override_drops_the_alternative_that_the_file_has_but_not_one_given_with_it() {
+    fn override_drops_alternative_key_of_file() {
         let case = load_text(CHANNEL, &["time.step=0.01"]).unwrap();
         assert_eq!(case.time.step, Step::Fixed(0.01));
         let (line, key, message) = refusal(CHANNEL, &["time.cfl=0.2", "time.step=0.01"]);
@@ -302,7 +302,7 @@ kind = "drag_coefficient"
     }
 
     #[test]
-    fn a_reference_is_of_the_flow_of_the_file_and_goes_where_an_override_makes_it_another() {
+    fn override_of_flow_drops_reference() {
         let text = CHANNEL.to_owned() + "reference = 2.0\ntolerance = 0.1\nsource = \"a book\"\n";
         let left =
             |overrides: &[&str]| load_text(&text, overrides).unwrap().measure[0].target.clone();
@@ -322,7 +322,7 @@ kind = "drag_coefficient"
     }
 
     #[test]
-    fn a_value_given_by_set_has_no_line_and_says_so() {
+    fn message_of_set_value_has_no_line() {
         for (given, key) in [
             ("fluid.viscosity=-1", "fluid.viscosity"),
             ("fluid.viscosity=\"high\"", "fluid.viscosity"),
@@ -338,7 +338,7 @@ kind = "drag_coefficient"
     }
 
     #[test]
-    fn the_line_is_that_of_the_key_or_of_its_nearest_ancestor() {
+    fn message_line_of_key_or_nearest_ancestor() {
         for (from, to, expected_line, expected_key) in [
             ("            0.5]", "nan]", 16, "particle.0.position.1"),
             ("position = [0.5,\n            0.5]", "", 13, "particle.0.position"),
@@ -358,7 +358,7 @@ kind = "drag_coefficient"
     }
 
     #[test]
-    fn a_bad_override_is_a_usage_error_with_the_right_form() {
+    fn bad_override_is_usage_error() {
         for (given, cure) in [
             ("fluid.viscosity", "key.path=value"),
             ("=2", "key.path=value"),
@@ -377,7 +377,7 @@ kind = "drag_coefficient"
     }
 
     #[test]
-    fn what_is_found_wrong_later_is_refused_at_its_line_too() {
+    fn late_validation_error_has_its_line() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("case.toml");
         std::fs::write(&file, CHANNEL).unwrap();
@@ -396,7 +396,7 @@ kind = "drag_coefficient"
     }
 
     #[test]
-    fn the_schema_knows_every_table_of_a_case() {
+    fn schema_has_every_table() {
         let schema = schema();
         for table in ["domain", "fluid", "boundary", "particle", "time", "measure", "output"] {
             assert!(schema["properties"][table].is_object(), "{table}");

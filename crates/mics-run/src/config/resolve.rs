@@ -369,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn what_contradicts_itself_only_when_resolved_is_refused() {
+    fn contradiction_found_on_resolving_is_refused() {
         let refusal = |keys: &str| {
             let text = format!(
                 "name = \"box\"\ntime.end = 1.0\n\
@@ -394,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn a_law_without_pairs_is_that_of_the_table_with_its_defaults() {
+    fn contact_law_without_pairs_has_table_defaults() {
         let expected = PairLaw {
             normal_stiffness: Stiffness::Given(1e5),
             exponent: 1.0,
@@ -407,7 +407,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pair_changes_its_keys_in_either_order_and_no_others() {
+    fn contact_pair_overrides_its_keys_only() {
         let contact = resolved(
             "damping = { normal = 1.0, tangential = 2.0 }\nfriction = 0.1\n\
             pair = [{ between = [\"steel\", \"wall\"], friction = 0.4, restitution = 0.9 }]",

@@ -78,7 +78,7 @@ mod tests {
 
     /// Springs go by it, and a run that goes on to a later end keeps its springs.
     #[test]
-    fn the_speed_of_a_driven_fluid_between_walls_does_not_depend_on_the_end() {
+    fn speed_of_driven_channel_independent_of_end_time() {
         let speeds = |walls: &str, viscosity: f64, end: f64| {
             let text = format!(
                 "name = \"d\"\ndomain = {{ size = [2.0, 1.0], cells = [32, 16] }}\n\

@@ -400,7 +400,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_error_is_a_part_of_its_reference_but_a_difference_where_all_references_are_zero() {
+    fn study_error_relative_or_absolute_at_zero_reference() {
         let target =
             |values: &[Option<f64>]| Target { measure: "lift".into(), values: values.to_vec() };
         let mixed = target(&[Some(2.0), None, Some(0.0), Some(-4.0)]);

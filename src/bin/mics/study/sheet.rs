@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_row_of_a_sheet_is_told_by_what_its_columns_hold_numbers_by_their_value() {
+    fn study_reference_row_matched_by_value() {
         let file = tempfile::NamedTempFile::new().unwrap();
         fs::write(file.path(), "# Cd\nre,place,cd\n10.0,west,3.5\n1e2,east,1.5\n1e2,west,\n")
             .unwrap();

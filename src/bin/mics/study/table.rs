@@ -336,14 +336,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_median_of_an_even_number_is_the_middle_of_the_two_in_the_middle() {
+    fn median_of_even_count() {
         assert_eq!(median(vec![]), None);
         assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
         assert_eq!(median(vec![4.0, 1.0, 9.0, 2.0]), Some(3.0));
     }
 
     #[test]
-    fn a_number_has_four_digits() {
+    fn study_numbers_have_four_digits() {
         assert_eq!(
             [0.0, 12.345678, 0.0123456, 123456.7, 2e7].map(short),
             ["0.000", "12.35", "0.01235", "123457", "2.000e7"]

@@ -313,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn substeps_are_a_word_or_a_number() {
+    fn substeps_auto_or_number() {
         assert_eq!(contact("").substeps, Substeps::Auto);
         assert_eq!(contact("substeps = \"auto\"").substeps, Substeps::Auto);
         assert_eq!(contact("substeps = 40").substeps, Substeps::Count(40));

@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_differ_are_written_and_read_back() {
+    fn changed_numerics_round_trip() {
         let changed = Numerics { shared_aperture: 0.05, ..Numerics::default() };
         let text = toml::to_string(&changed).unwrap();
         assert_eq!(text, "shared_aperture = 0.05\n");

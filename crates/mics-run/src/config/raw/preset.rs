@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn the_preset_fills_what_the_case_leaves_out() {
+    fn preset_fills_missing_keys() {
         let disc = "{ shape = { disc = { diameter = 0.1 } }, position = [0.5, 0.5] }";
         let swarm =
             "{ count = 3, region = { min = [1.0, 0.0], max = [2.0, 1.0] }, diameter = 0.1 }";
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn what_file_or_set_give_stays_and_no_table_is_made_up() {
+    fn preset_keeps_given_keys_and_makes_no_table() {
         let disc =
             "{ shape = { disc = { diameter = 0.1 } }, position = [0.5, 0.5], viscosity = 3.0 }";
         let keys = format!("particle = [{disc}]\ncoupling.gradient = \"faces\"");
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn the_preset_has_no_polygons_in_3d() {
+    fn preset_has_exact_fractions_in_3d() {
         assert_eq!(loaded(3, "", &[]).coupling.fraction, FractionRule::Exact);
     }
 }

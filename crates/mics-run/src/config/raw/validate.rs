@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_held_may_overlap_as_grains_do_that_have_settled() {
+    fn held_bodies_may_overlap() {
         let settled = discs(&[[1.0, 0.0999], [1.1999, 0.0999]]);
         assert_eq!(refusal(2, &settled), None);
         let (key, _) =
@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn the_message_of_an_overlap_names_the_distance_that_is_let_through() {
+    fn overlap_message_has_least_distance() {
         let (_, message) = refusal(2, &discs(&[[1.0, 0.5], [1.19, 0.5]])).unwrap();
         assert!(message.contains("must be 0.196 m or more"), "{message}");
         assert_eq!(refusal(2, &discs(&[[1.0, 0.5], [1.1961, 0.5]])), None);
@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn a_body_may_straddle_a_periodic_face_but_not_a_wall() {
+    fn body_may_cross_periodic_side_but_not_wall() {
         assert_eq!(refusal(2, &discs(&[[3.99, 0.5]])), None);
         let (key, message) = refusal(2, &discs(&[[2.0, 0.95]])).unwrap();
         assert_eq!(key, "particle.0.position");
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn thousands_of_bodies_are_checked_in_no_time() {
+    fn overlap_check_of_thousands_of_bodies_is_fast() {
         let places: Vec<[f64; 2]> =
             (0..3000).map(|i| [f64::from(i / 300), 1e-3 + 1e-3 * f64::from(i % 300)]).collect();
         let mut case: Case = toml::from_str(
@@ -355,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_for_one_dimension_is_refused_in_the_other() {
+    fn keys_of_other_dimension_are_refused() {
         let sphere = "particle = [{ shape = { sphere = { diameter = 0.2 } }, position = [1.0, 0.5, \
             0.5], motion = ";
         let spun = |spin: &str| format!("{sphere} {{ prescribed = {{ spin = {spin} }} }} }}]");
@@ -372,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn a_coefficient_needs_a_particle_and_a_reference_speed() {
+    fn coefficient_measure_needs_particle_and_speed() {
         let drag = "measure = [{ name = \"drag\", kind = \"drag_coefficient\" }]\n";
         assert_eq!(refusal(2, drag).unwrap().0, "measure.0.particle");
         let still = drag.to_owned() + &discs(&[[1.0, 0.5]]);

@@ -33,7 +33,7 @@ fn good(dimension: usize, keys: &str) -> Case {
 }
 
 #[test]
-fn three_thousand_bodies_find_their_places_in_no_time() {
+fn swarm_of_3000_bodies_is_placed_quickly() {
     let start = crate::cpu::thread_seconds();
     let case = good(
         2,
@@ -58,7 +58,7 @@ fn three_thousand_bodies_find_their_places_in_no_time() {
 }
 
 #[test]
-fn a_swarm_is_packed_where_random_places_do_not_suffice() {
+fn dense_swarm_is_packed() {
     let keys = "particle = [{ shape = { disc = { diameter = 0.8 } }, position = [0.1, 0.5], motion \
         = \"fixed\" }]\n\
         swarm = [{ count = COUNT, region = { min = [0.6, 0.0], max = [1.6, 1.0] }, diameter = \
@@ -82,7 +82,7 @@ fn a_swarm_is_packed_where_random_places_do_not_suffice() {
 }
 
 #[test]
-fn spheres_of_two_sizes_fill_more_than_half_of_a_box_across_its_periodic_sides() {
+fn swarm_of_two_sphere_sizes_fills_half_of_periodic_box() {
     let case = good(
         3,
         "swarm = [{ count = 1000, region = { min = [0.0, 0.0, 0.0], max = [2.0, 1.0, 1.0] }, \
@@ -99,7 +99,7 @@ fn spheres_of_two_sizes_fill_more_than_half_of_a_box_across_its_periodic_sides()
 }
 
 #[test]
-fn a_seed_gives_the_same_places_everywhere_and_another_seed_others() {
+fn swarm_seed_is_reproducible() {
     let keys = "swarm = [{ count = 4, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, diameter = \
         0.1, seed = SEED }]";
     let places = |seed: &str| {
@@ -116,7 +116,7 @@ fn a_seed_gives_the_same_places_everywhere_and_another_seed_others() {
 const FIRST_PLACE: [f64; 2] = [0.5673811826074753, 0.6895492013129978];
 
 #[test]
-fn swarms_keep_their_gap_to_walls_to_earlier_swarms_and_across_periodic_sides() {
+fn swarm_gap_to_walls_swarms_and_periodic_images() {
     let case = good(
         3,
         "swarm = [{ count = 60, region = { min = [0.0, 0.0, 0.0], max = [2.0, 1.0, 1.0] }, \
@@ -144,7 +144,7 @@ fn swarms_keep_their_gap_to_walls_to_earlier_swarms_and_across_periodic_sides() 
 }
 
 #[test]
-fn a_file_gives_places_and_what_else_it_names_and_the_swarm_the_rest() {
+fn swarm_from_csv_with_defaults_of_swarm() {
     let keys = "swarm = [{ from = \"gravel.csv\", density = 2.0, velocity = [1.0, 0.0], locked = \
         [\"rotation\"] }]";
     let csv = "# made by hand\ndiameter, x, y, vy, spin, density\n0.1, 0.5, 0.5, -1, 3, 4\n\
@@ -158,7 +158,7 @@ fn a_file_gives_places_and_what_else_it_names_and_the_swarm_the_rest() {
 }
 
 #[test]
-fn a_case_with_swarms_is_written_out_with_every_particle_and_reads_back_equal() {
+fn swarm_case_round_trip_with_every_particle() {
     let typed = text(
         2,
         "swarm = [{ count = 20, region = { min = [0.0, 0.0], max = [2.0, 1.0] }, diameter = 0.05, \
