@@ -24,19 +24,19 @@ pub struct Fluid {
     pub gravity: Vector3<f64>,
 }
 
-/// The grid with its borders, the fluid, and what solves the pressure.
+/// The grid with its boundaries, the fluid, and what solves the pressure.
 pub struct Domain<const D: usize> {
     /// The ranks.
     pub session: Session,
     /// The grid of this rank.
     pub grid: Grid<D>,
-    /// Conditions at the borders.
+    /// Conditions at the boundaries.
     pub boundaries: Boundaries<D>,
     /// Whether a side of the box, on any rank, can do work on the fluid.
     pub sides_work: bool,
     /// The fluid.
     pub fluid: Fluid,
-    /// What moves it besides the borders.
+    /// What moves it besides the boundaries.
     pub drive: Option<Drive>,
     /// Forces on it that vary in space and time; `None` where there are none.
     pub forces: Option<Forces<D>>,

@@ -1,5 +1,5 @@
-//! What moves the fluid besides its borders: a force `G` per volume (N/m3), uniform, that acts as
-//! the mean gradient of the pressure.
+//! What moves the fluid besides its boundaries: a force `G` per volume (N/m3), uniform, that acts
+//! as the mean gradient of the pressure.
 //!
 //! ```text
 //!   total pressure  p - G.x          a = (-grad p + G)/rho on faces,

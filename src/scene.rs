@@ -24,7 +24,7 @@ use crate::scheme::Limits;
 use crate::state::{Readable, State};
 use crate::{Error, Result};
 pub(crate) use build::impact;
-use build::{axes, body, border, method, mixture, refuse_shapes, scatter, solver};
+use build::{axes, body, boundary, method, mixture, refuse_shapes, scatter, solver};
 pub use cells::read_case;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
@@ -40,9 +40,9 @@ pub struct Scene<const D: usize> {
     pub method: Box<dyn Method<D>>,
     /// Why the pressure equation is solved as it is.
     pub(crate) solver_reason: &'static str,
-    /// Courant number per second of what the borders prescribe (1/s): in a fluid at rest nothing
+    /// Courant number per second of what the boundaries prescribe (1/s): in a fluid at rest nothing
     /// else tells it.
-    border_rate: f64,
+    boundary_rate: f64,
     /// Largest acceleration (m/s2) by which gravity may set off a body that has yet to come in.
     coming_fall: f64,
     /// The impacts that the case lets expect.
@@ -139,7 +139,7 @@ impl<const D: usize> Scene<D> {
                        \"sharp\"";
             return Err(Error::Usage(why.into()));
         }
-        let border_rate = domain.boundaries.courant_rate(&domain.grid);
+        let boundary_rate = domain.boundaries.courant_rate(&domain.grid);
         let motions = Vec::with_capacity(bodies.len());
         let mut state = State::new(&domain.grid, bodies, build::extrapolates(case));
         state.waiting = waiting;
@@ -148,7 +148,7 @@ impl<const D: usize> Scene<D> {
             state,
             method,
             solver_reason,
-            border_rate,
+            boundary_rate,
             coming_fall,
             impact,
             added,
@@ -211,7 +211,7 @@ impl<const D: usize> Scene<D> {
     fn set_sides(&mut self, time: f64, end: f64) -> Result<()> {
         let Domain { grid, boundaries, .. } = &mut self.domain;
         if boundaries.set_time(time, end) {
-            self.border_rate = boundaries.courant_rate(grid);
+            self.boundary_rate = boundaries.courant_rate(grid);
             boundaries.fill_velocity(&mut self.state.u)?;
         }
         Ok(())
@@ -269,7 +269,7 @@ impl<const D: usize> Scene<D> {
     /// # Errors
     /// When a body is outside the box, or the state is another case's.
     pub fn resume(&mut self) -> Result<()> {
-        let Scene { domain, state, method, border_rate, .. } = self;
+        let Scene { domain, state, method, boundary_rate, .. } = self;
         let size: [f64; 3] =
             std::array::from_fn(|a| domain.grid.size.get(a).copied().unwrap_or(f64::INFINITY));
         let inside = |body: &Body| (0..D).all(|a| (0.0..=size[a]).contains(&body.centre[a]));
@@ -280,7 +280,7 @@ impl<const D: usize> Scene<D> {
             return Err(Error::Usage("its time runs backwards".into()));
         }
         if domain.boundaries.set_time(state.time, state.time) {
-            *border_rate = domain.boundaries.courant_rate(&domain.grid);
+            *boundary_rate = domain.boundaries.courant_rate(&domain.grid);
         }
         domain.boundaries.fill_velocity(&mut state.u)?;
         domain.boundaries.let_in(domain.fluid.density, &state.faces, &mut state.p);
@@ -316,7 +316,7 @@ impl<const D: usize> Scene<D> {
         let (grid, scheme) = (&self.domain.grid, self.method.scheme());
         let forces = self.domain.forces.as_ref().map_or(0.0, Forces::largest);
         let courant = faces::courant_rate(grid, &self.state.faces, scheme.by_axis);
-        let mut rate = [courant.max(self.border_rate), forces];
+        let mut rate = [courant.max(self.boundary_rate), forces];
         let smallest = grid.h.iter().fold(f64::INFINITY, |m, h| m.min(*h));
         rate[0] = self.state.bodies.iter().fold(rate[0], |m, b| m.max(b.top_speed() / smallest));
         self.domain.session.max(&mut rate)?;
@@ -376,10 +376,10 @@ fn build_domain<const D: usize>(
         if sharp { sharp::ghost_width(&case.spacings(), &case.numerics).1 } else { GHOSTS };
     let layout = Layout::new(session, &cells, &periodic, ghosts)?;
     let grid = Grid::new(cells, axes(&case.domain.size), periodic, &layout);
-    let borders =
-        std::array::from_fn(|a| [0, 1].map(|s| border(&grid, [a, s], &case.boundary[a][s])));
+    let kinds =
+        std::array::from_fn(|a| [0, 1].map(|s| boundary(&grid, [a, s], &case.boundary[a][s])));
     let parabola = case.coupling.wall == WallRule::Sharp;
-    let mut boundaries = Boundaries::new(session, &layout, &grid, borders, parabola);
+    let mut boundaries = Boundaries::new(session, &layout, &grid, kinds, parabola);
     for (at, of) in build::sides::<D, _>(case, &added.sides)? {
         boundaries.follow(&grid, at, of);
     }

@@ -83,7 +83,7 @@ impl Pair {
 }
 
 /// Whole periods, along each axis, by which the second of two bodies has crossed more periodic
-/// borders; none of a wall.
+/// boundaries; none of a wall.
 pub(super) fn crossed(
     bodies: &[Body],
     first: usize,

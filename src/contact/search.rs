@@ -93,7 +93,7 @@ impl Contacts {
                     return Err(Error::Run(format!(
                         "the centre of particle {i} has left the box: it is at {} = {:.6} m, and \
                         no wall ends the box \
-                         there; make that border a wall or the axis periodic, or end the run \
+                         there; make that boundary a wall or the axis periodic, or end the run \
                          before",
                         ["x", "y", "z"][a],
                         body.centre[a]

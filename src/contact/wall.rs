@@ -1,8 +1,8 @@
-//! Borders of the box that stop bodies.
+//! Boundaries of the box that stop bodies.
 
 use nalgebra::Vector3;
 
-/// A border of the box, normal to an axis; its inner side faces the box.
+/// A boundary of the box, normal to an axis; its inner side faces the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wall {
     /// Its normal: 0, 1, 2 for x, y, z.
@@ -19,7 +19,7 @@ pub struct Wall {
     pub side: WallSide,
 }
 
-/// What the fluid does at a border that stops bodies.
+/// What the fluid does at a boundary that stops bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WallSide {
     /// It sticks, and a lubrication layer of it is between body and wall.

@@ -108,8 +108,8 @@ const LEAST: f64 = 1e-9;
 
 /// Fills `cuts`, and the `arms` from the particle's centre (its nearest image) to the faces'
 /// centres (m), in the same order, with the faces along `axis` of this rank's cells that a particle
-/// (or an image of it) covers; faces at borders of the box are not among them: what flows through
-/// those, the border says.
+/// (or an image of it) covers; faces at boundaries of the box are not among them: what flows
+/// through those, the boundary says.
 ///
 /// The first and the last faces of a period are the same ones. Both are found from the first one's
 /// place, to the last digit: what flows out at one side comes in at the other.
@@ -125,9 +125,9 @@ pub fn cuts<const D: usize>(
     arms.clear();
     let mut from = grid.start;
     let mut to: [usize; D] = std::array::from_fn(|a| grid.start[a] + grid.local[a]);
-    from[axis] += usize::from(grid.at_border(axis, 0));
+    from[axis] += usize::from(grid.at_boundary(axis, 0));
     let closes = grid.periodic[axis] && to[axis] == grid.cells[axis];
-    to[axis] += usize::from(!grid.at_border(axis, 1) && !closes);
+    to[axis] += usize::from(!grid.at_boundary(axis, 1) && !closes);
     find(grid, axis, body, tiles, (from, to), 0, cuts, arms);
     if closes {
         (from[axis], to[axis]) = (0, 1);

@@ -1,19 +1,19 @@
-//! Ghost layers: from neighbours across ranks and periods, and from the condition at the borders of
-//! the box.
+//! Ghost layers: from neighbours across ranks and periods, and from the condition at the boundaries
+//! of the box.
 //!
 //! ```text
 //!   ghosts 2 1 0 | cells 0 1 2 ...        velocity u_b given:  ghost k = 2 u_b - cell k
-//!                ^ border                   along the border:
+//!                ^ boundary                   along the boundary:
 //!              ghost 0 = 2.4 u_b - 1.4 cell 0 - 0.2 cell 1 + 0.2 cell 2
 //!                                         no gradient:         ghost k = cell 0
 //!                                         mirror:              ghost k = cell k
 //! ```
-//! The one along the border is exact for a parabola of which every cell has the mean, and so is the
-//! flow between two walls. Two cells, or others of three, would do; with these diffusion is stable
-//! for the steps that it has far from walls. Across the border it would feed what faces remember:
-//! the flow around a sphere that creeps through a closed box grew. Where a body is so near that it
-//! has one of the cells, and with the paper's mixing, ghost 0 is as the others; also where bodies
-//! move, for whom faces remember for long: a flow then grew in the corners of the box.
+//! The one along the boundary is exact for a parabola of which every cell has the mean, and so is
+//! the flow between two walls. Two cells, or others of three, would do; with these diffusion is
+//! stable for the steps that it has far from walls. Across the boundary it would feed what faces
+//! remember: the flow around a sphere that creeps through a closed box grew. Where a body is so
+//! near that it has one of the cells, and with the paper's mixing, ghost 0 is as the others; also
+//! where bodies move, for whom faces remember for long: a flow then grew in the corners of the box.
 
 use super::ghosts::{Planes, Rule};
 use super::side::{Follows, SideVelocity};
@@ -24,7 +24,7 @@ use std::sync::Arc;
 
 /// The condition at one face of the box.
 #[derive(Clone, Debug)]
-pub enum Border<const D: usize> {
+pub enum BoundaryKind<const D: usize> {
     /// A given velocity (m/s): walls, moving walls, inflows. One value for each stored position of
     /// the face, the first axis of the face fastest.
     Velocity(VectorField<D>),
@@ -39,7 +39,7 @@ pub enum Border<const D: usize> {
 /// The conditions at all faces, and the halo exchange.
 pub struct Boundaries<const D: usize> {
     /// By axis and side (low, high); `None` where the axis is periodic.
-    pub borders: [[Option<Border<D>>; 2]; D],
+    pub kinds: [[Option<BoundaryKind<D>>; 2]; D],
     /// Those whose velocity changes with time.
     follows: Vec<Follows<D>>,
     /// Pressure at outflows (Pa), by axis and side, one value for each stored position of the face;
@@ -57,30 +57,31 @@ pub struct Boundaries<const D: usize> {
 }
 
 impl<const D: usize> Boundaries<D> {
-    /// The conditions `borders` on `grid`, velocities along them by a parabola or as straight
+    /// The conditions `kinds` on `grid`, velocities along them by a parabola or as straight
     /// lines.
     pub fn new(
         session: &Session,
         layout: &Layout,
         grid: &Grid<D>,
-        borders: [[Option<Border<D>>; 2]; D],
+        kinds: [[Option<BoundaryKind<D>>; 2]; D],
         parabola: bool,
     ) -> Self {
         let planes = std::array::from_fn(|a| Planes::new(grid, a));
-        let here = std::array::from_fn(|a| [0, 1].map(|s| grid.at_border(a, s)));
+        let here = std::array::from_fn(|a| [0, 1].map(|s| grid.at_boundary(a, s)));
         let positions = |axis: usize| grid.stored.iter().product::<usize>() / grid.stored[axis];
-        let open = |axis: usize, side: usize| matches!(borders[axis][side], Some(Border::Outflow));
+        let open =
+            |axis: usize, side: usize| matches!(kinds[axis][side], Some(BoundaryKind::Outflow));
         let entry =
             |axis, side| if open(axis, side) { vec![0.0; positions(axis)] } else { Vec::new() };
         let entry = std::array::from_fn(|axis| [0, 1].map(|side| entry(axis, side)));
         let given = |axis: usize, side: usize| {
-            parabola && matches!(borders[axis][side], Some(Border::Velocity(_)))
+            parabola && matches!(kinds[axis][side], Some(BoundaryKind::Velocity(_)))
         };
         let bend =
             |axis, side| if given(axis, side) { vec![1.0; positions(axis)] } else { Vec::new() };
         let bend = std::array::from_fn(|axis| [0, 1].map(|side| bend(axis, side)));
         Boundaries {
-            borders,
+            kinds,
             follows: Vec::new(),
             entry,
             bend,
@@ -95,7 +96,7 @@ impl<const D: usize> Boundaries<D> {
     /// [`Boundaries::set_time`].
     pub fn follow(&mut self, grid: &Grid<D>, at: [usize; 2], of: Arc<dyn SideVelocity>) {
         let [axis, side] = at;
-        self.borders[axis][side] = Some(Border::given(grid, at, &*of, 0.0));
+        self.kinds[axis][side] = Some(BoundaryKind::given(grid, at, &*of, 0.0));
         self.follows.push(Follows::new(grid, at, of));
     }
 
@@ -104,24 +105,26 @@ impl<const D: usize> Boundaries<D> {
     /// another time. The same on all ranks.
     pub fn set_time(&mut self, time: f64, end: f64) -> bool {
         for follows in &mut self.follows {
-            let border = &mut self.borders[follows.axis][follows.side];
-            if let Some(Border::Velocity(values)) = border {
+            let boundary = &mut self.kinds[follows.axis][follows.side];
+            if let Some(BoundaryKind::Velocity(values)) = boundary {
                 follows.set(values, time, end);
             }
         }
         !self.follows.is_empty()
     }
 
-    /// Whether some border fixes the pressure; where none does, the pressure equation is singular.
+    /// Whether some boundary fixes the pressure; where none does, the pressure equation is
+    /// singular.
     pub fn fixes_pressure(&self) -> bool {
-        self.borders.iter().flatten().any(|b| matches!(b, Some(Border::Outflow)))
+        self.kinds.iter().flatten().any(|b| matches!(b, Some(BoundaryKind::Outflow)))
     }
 
-    /// The largest Courant number for `dt = 1` of the velocities that borders prescribe here (1/s).
+    /// The largest Courant number for `dt = 1` of the velocities that boundaries prescribe here
+    /// (1/s).
     pub fn courant_rate(&self, grid: &Grid<D>) -> f64 {
-        let here = (0..2 * D).filter_map(|f| self.border(f / 2, f % 2));
-        let rates = here.flat_map(|border| {
-            let velocity = if let Border::Velocity(v) = border { Some(v) } else { None };
+        let here = (0..2 * D).filter_map(|f| self.boundary(f / 2, f % 2));
+        let rates = here.flat_map(|boundary| {
+            let velocity = if let BoundaryKind::Velocity(v) = boundary { Some(v) } else { None };
             velocity.into_iter().flat_map(|v| {
                 (0..v[0].len()).map(|k| (0..D).map(|a| v[a][k].abs() / grid.h[a]).sum())
             })
@@ -132,17 +135,17 @@ impl<const D: usize> Boundaries<D> {
     /// Whether a side of the box can do work on the fluid: something flows through it, or it moves.
     /// Of this rank's sides.
     pub fn do_work(&self) -> bool {
-        let mut here = (0..2 * D).filter_map(|f| self.border(f / 2, f % 2));
+        let mut here = (0..2 * D).filter_map(|f| self.boundary(f / 2, f % 2));
         !self.follows.is_empty()
-            || here.any(|border| match border {
-                Border::Velocity(v) => v.iter().flatten().any(|v| *v != 0.0),
-                Border::Slip => false,
-                Border::Outflow => true,
+            || here.any(|boundary| match boundary {
+                BoundaryKind::Velocity(v) => v.iter().flatten().any(|v| *v != 0.0),
+                BoundaryKind::Slip => false,
+                BoundaryKind::Outflow => true,
             })
     }
 
-    fn border(&self, axis: usize, side: usize) -> Option<&Border<D>> {
-        self.borders[axis][side].as_ref().filter(|_| self.here[axis][side])
+    fn boundary(&self, axis: usize, side: usize) -> Option<&BoundaryKind<D>> {
+        self.kinds[axis][side].as_ref().filter(|_| self.here[axis][side])
     }
 
     /// Fills the ghosts of a velocity. Collective.
@@ -168,8 +171,8 @@ impl<const D: usize> Boundaries<D> {
                 self.halo.exchange(axis, layers, field)?;
                 let rule = |side: usize| {
                     let bend = &self.bend[axis][side];
-                    self.border(axis, side)
-                        .map(|border| Rule::of_velocity(border, bend, component, axis))
+                    self.boundary(axis, side)
+                        .map(|boundary| Rule::of_velocity(boundary, bend, component, axis))
                 };
                 self.planes[axis].set_ghosts(layers, [rule(0), rule(1)], field);
             }
@@ -184,7 +187,7 @@ impl<const D: usize> Boundaries<D> {
         std::mem::replace(&mut self.layers, layers) < layers
     }
 
-    /// Fills the ghosts of a pressure, next to its cells: no gradient at borders with a given
+    /// Fills the ghosts of a pressure, next to its cells: no gradient at boundaries with a given
     /// velocity, and what [`Boundaries::let_in`] found at outflows. Collective.
     pub fn fill_pressure(&mut self, p: &mut [f64]) -> Result<()> {
         self.fill_increment(p)?;
@@ -201,7 +204,7 @@ impl<const D: usize> Boundaries<D> {
     fn fill_outflows(&self, p: &mut [f64]) {
         for axis in 0..D {
             let rule = |side: usize| {
-                let given = self.border(axis, side).map(|_| &self.entry[axis][side][..])?;
+                let given = self.boundary(axis, side).map(|_| &self.entry[axis][side][..])?;
                 (!given.is_empty()).then(|| Rule::of_values(given))
             };
             self.planes[axis].set_ghosts(1, [rule(0), rule(1)], p);
@@ -229,8 +232,8 @@ impl<const D: usize> Boundaries<D> {
         changed
     }
 
-    /// The pressure (Pa) at a border's face of the box, by the indices of the cell and of the next
-    /// one inside.
+    /// The pressure (Pa) at a boundary's face of the box, by the indices of the cell and of the
+    /// next one inside.
     pub fn pressure_at(
         &self,
         axis: usize,
@@ -238,18 +241,18 @@ impl<const D: usize> Boundaries<D> {
         p: &[f64],
         [ghost, cell, next]: [usize; 3],
     ) -> f64 {
-        match self.borders[axis][side] {
-            Some(Border::Outflow) => 0.5 * (p[ghost] + p[cell]),
+        match self.kinds[axis][side] {
+            Some(BoundaryKind::Outflow) => 0.5 * (p[ghost] + p[cell]),
             _ => 0.5 * (3.0 * p[cell] - p[next]),
         }
     }
 
-    /// Has so much of the parabola along all borders.
+    /// Has so much of the parabola along all boundaries.
     pub fn bend(&mut self, share: f64) {
         self.bend.iter_mut().flatten().for_each(|bend| bend.fill(share));
     }
 
-    /// Leaves at most this share of the parabola along a border at a position on it, where a body
+    /// Leaves at most this share of the parabola along a boundary at a position on it, where a body
     /// is near.
     pub fn straighten(&mut self, axis: usize, side: usize, position: usize, share: f64) {
         if let Some(bend) = self.bend[axis][side].get_mut(position) {
@@ -257,8 +260,8 @@ impl<const D: usize> Boundaries<D> {
         }
     }
 
-    /// A component of the velocity (m/s) at a border's face of the box, by the indices of the ghost
-    /// and of the cell; ghosts of `q` filled.
+    /// A component of the velocity (m/s) at a boundary's face of the box, by the indices of the
+    /// ghost and of the cell; ghosts of `q` filled.
     pub fn velocity_at(
         &self,
         axis: usize,
@@ -268,8 +271,8 @@ impl<const D: usize> Boundaries<D> {
         ghost: usize,
         cell: usize,
     ) -> f64 {
-        match &self.borders[axis][side] {
-            Some(Border::Velocity(velocity)) => {
+        match &self.kinds[axis][side] {
+            Some(BoundaryKind::Velocity(velocity)) => {
                 let Planes { inner, stored, .. } = self.planes[axis];
                 velocity[component][ghost / (stored * inner) * inner + ghost % inner]
             }
@@ -278,7 +281,7 @@ impl<const D: usize> Boundaries<D> {
     }
 
     /// Fills the ghosts of a property of the mixture (density, viscosity), next to its cells:
-    /// mirrored at every border. Collective.
+    /// mirrored at every boundary. Collective.
     pub fn fill_property(&mut self, field: &mut [f64]) -> Result<()> {
         self.fill_even(field, 1.0)
     }
@@ -286,29 +289,31 @@ impl<const D: usize> Boundaries<D> {
     fn fill_even(&mut self, field: &mut [f64], at_outflow: f64) -> Result<()> {
         for axis in 0..D {
             self.halo.exchange(axis, 1, field)?;
-            let factor =
-                |border: &Border<D>| if let Border::Outflow = border { at_outflow } else { 1.0 };
-            let rule = |side| self.border(axis, side).map(|border| Rule::mirrored(factor(border)));
+            let factor = |boundary: &BoundaryKind<D>| {
+                if let BoundaryKind::Outflow = boundary { at_outflow } else { 1.0 }
+            };
+            let rule =
+                |side| self.boundary(axis, side).map(|boundary| Rule::mirrored(factor(boundary)));
             self.planes[axis].set_ghosts(1, [rule(0), rule(1)], field);
         }
         Ok(())
     }
 
-    /// Sets the normal velocity of the border's faces where it is given.
+    /// Sets the normal velocity of the boundary's faces where it is given.
     pub fn set_faces(&self, faces: &mut VectorField<D>) {
         for (axis, face) in faces.iter_mut().enumerate() {
             for side in [0, 1] {
-                match self.border(axis, side) {
-                    Some(Border::Velocity(v)) => {
+                match self.boundary(axis, side) {
+                    Some(BoundaryKind::Velocity(v)) => {
                         let mut follows = self.follows.iter();
                         let follows = follows.find(|f| (f.axis, f.side) == (axis, side));
                         let through = follows.map_or(&v[axis], |follows| &follows.through);
                         self.planes[axis].for_faces(side, |at, f, _| face[f] = through[at])
                     }
-                    Some(Border::Slip) => {
+                    Some(BoundaryKind::Slip) => {
                         self.planes[axis].for_faces(side, |_, f, _| face[f] = 0.0)
                     }
-                    Some(Border::Outflow) | None => {}
+                    Some(BoundaryKind::Outflow) | None => {}
                 }
             }
         }
@@ -319,7 +324,9 @@ impl<const D: usize> Boundaries<D> {
     pub fn extrapolate_to_closed_faces(&self, faces: &mut VectorField<D>) {
         for (axis, face) in faces.iter_mut().enumerate() {
             for side in [0, 1] {
-                if let Some(Border::Velocity(_) | Border::Slip) = self.border(axis, side) {
+                if let Some(BoundaryKind::Velocity(_) | BoundaryKind::Slip) =
+                    self.boundary(axis, side)
+                {
                     self.planes[axis].for_faces(side, |_, f, inside| face[f] = face[inside]);
                 }
             }

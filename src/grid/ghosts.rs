@@ -1,7 +1,7 @@
-//! How ghosts across one axis are set from the cells beside a border: the rules of
+//! How ghosts across one axis are set from the cells beside a boundary: the rules of
 //! [`boundary`](super::boundary), applied to the rows of a field.
 
-use super::{Border, GHOSTS, Grid};
+use super::{BoundaryKind, GHOSTS, Grid};
 
 /// How the layers across one axis lie in a field.
 #[derive(Clone, Copy, Debug)]
@@ -16,14 +16,14 @@ pub(super) struct Planes {
     after: [(usize, usize, usize); 2],
 }
 
-/// Factors of the three nearest cells in the first ghost of a velocity along a border where it is
+/// Factors of the three nearest cells in the first ghost of a velocity along a boundary where it is
 /// given.
 const PARABOLA: [f64; 3] = [-1.4, -0.2, 0.2];
 
 /// What a ghost becomes: a given value, if there is one, and a multiple of a cell's.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rule<'a> {
-    /// The value at the border, for each position on the face, which counts twice.
+    /// The value at the boundary, for each position on the face, which counts twice.
     given: Option<&'a [f64]>,
     factor: f64,
     /// Whether the cell is always the nearest one, and not the mirrored one.
@@ -42,26 +42,26 @@ impl<'a> Rule<'a> {
         Rule { given: None, factor, nearest: false, bend: None, most: usize::MAX }
     }
 
-    /// That of a field which has these values at the border.
+    /// That of a field which has these values at the boundary.
     pub fn of_values(values: &'a [f64]) -> Rule<'a> {
         Rule { given: Some(values), ..Rule::mirrored(-1.0) }
     }
 
-    /// That of a component of the velocity on a border normal to an axis, which has so much of the
-    /// parabola along it.
+    /// That of a component of the velocity on a boundary normal to an axis, which has so much of
+    /// the parabola along it.
     pub fn of_velocity<const D: usize>(
-        border: &'a Border<D>,
+        boundary: &'a BoundaryKind<D>,
         bend: &'a [f64],
         component: usize,
         axis: usize,
     ) -> Rule<'a> {
-        match border {
-            Border::Velocity(value) => {
+        match boundary {
+            BoundaryKind::Velocity(value) => {
                 let bend = (component != axis && !bend.is_empty()).then_some(bend);
                 Rule { given: Some(&value[component]), bend, most: GHOSTS, ..Rule::mirrored(-1.0) }
             }
-            Border::Slip => Rule::mirrored(if component == axis { -1.0 } else { 1.0 }),
-            Border::Outflow => Rule { nearest: true, ..Rule::mirrored(1.0) },
+            BoundaryKind::Slip => Rule::mirrored(if component == axis { -1.0 } else { 1.0 }),
+            BoundaryKind::Outflow => Rule { nearest: true, ..Rule::mirrored(1.0) },
         }
     }
 }
@@ -137,12 +137,12 @@ impl Planes {
         }
     }
 
-    /// Sets the first ghosts of a block from the velocity given at the border and the three nearest
-    /// cells.
+    /// Sets the first ghosts of a block from the velocity given at the boundary and the three
+    /// nearest cells.
     fn continue_parabola(&self, side: usize, given: &[f64], bend: &[f64], field: &mut [f64]) {
         let inner = self.inner;
-        let border = (self.ghosts + if side == 0 { 0 } else { self.local }) * inner;
-        let (below, above) = field.split_at_mut(border);
+        let boundary = (self.ghosts + if side == 0 { 0 } else { self.local }) * inner;
+        let (below, above) = field.split_at_mut(boundary);
         let row = |cells: &'_ [f64], n: usize| -> std::ops::Range<usize> {
             let from = if side == 0 { n * inner } else { cells.len() - (n + 1) * inner };
             from..from + inner
@@ -164,7 +164,7 @@ impl Planes {
         }
     }
 
-    /// Calls `set(position on the face, border face, next face inside)` with a field's indices.
+    /// Calls `set(position on the face, boundary face, next face inside)` with a field's indices.
     pub fn for_faces(&self, side: usize, mut set: impl FnMut(usize, usize, usize)) {
         let (face, inside) = if side == 0 {
             (self.ghosts, self.ghosts + 1)

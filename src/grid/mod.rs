@@ -16,7 +16,7 @@ mod ghosts;
 mod side;
 mod simd;
 
-pub use boundary::{Border, Boundaries};
+pub use boundary::{Boundaries, BoundaryKind};
 pub use side::SideVelocity;
 pub use simd::{largest, simd, total};
 
@@ -91,7 +91,7 @@ impl<const D: usize> Grid<D> {
 
     /// Whether this rank's box ends at the low (`side` 0) or high (1) face of the domain, and that
     /// face is not periodic.
-    pub fn at_border(&self, axis: usize, side: usize) -> bool {
+    pub fn at_boundary(&self, axis: usize, side: usize) -> bool {
         let end = self.start[axis] + self.local[axis];
         !self.periodic[axis]
             && if side == 0 { self.start[axis] == 0 } else { end == self.cells[axis] }
@@ -111,11 +111,11 @@ impl<const D: usize> Grid<D> {
 
     /// The owned cells beside the low (`side` 0) or high (1) face of the box along `axis`; none
     /// where that face is periodic, or another rank's.
-    pub fn border_cells(&self, axis: usize, side: usize) -> impl Iterator<Item = usize> {
+    pub fn boundary_cells(&self, axis: usize, side: usize) -> impl Iterator<Item = usize> {
         let mut extent = self.local;
         extent[axis] = 1;
         let offset = side * (self.local[axis] - 1) * self.stride[axis];
-        let here = self.at_border(axis, side);
+        let here = self.at_boundary(axis, side);
         here.then(|| Rows::new(self, extent))
             .into_iter()
             .flatten()
@@ -153,8 +153,8 @@ impl<const D: usize> Grid<D> {
     }
 
     /// Where the stored position nearest to a point (m) stands among those of a face of the box
-    /// normal to `axis`: the first other axis fastest, as [`Border::Velocity`] stores them.
-    pub fn position_on_border(&self, axis: usize, point: &nalgebra::Vector3<f64>) -> usize {
+    /// normal to `axis`: the first other axis fastest, as [`BoundaryKind::Velocity`] stores them.
+    pub fn position_on_boundary(&self, axis: usize, point: &nalgebra::Vector3<f64>) -> usize {
         let (mut at, mut stride) = (0, 1);
         for a in (0..D).filter(|&a| a != axis) {
             let cell = (point[a] / self.h[a]).floor() - self.start[a] as f64 + self.ghosts as f64;

@@ -5,10 +5,10 @@
 //!   faces at its end:                   u_b.n(x, t + dt)
 //! ```
 //! Whether a side gives the velocity or the pressure shapes the pressure equation, and what slips
-//! mirrors bodies: these kinds, [`Border`], are built in. Every side that gives a velocity, those
-//! of cases too, is one of these.
+//! mirrors bodies: these kinds, [`BoundaryKind`], are built in. Every side that gives a velocity,
+//! those of cases too, is one of these.
 
-use super::{Border, Grid, VectorField};
+use super::{BoundaryKind, Grid, VectorField};
 use nalgebra::Vector3;
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ pub trait SideVelocity: Send + Sync {
     fn at(&self, place: &Vector3<f64>, time: f64) -> Vector3<f64>;
 }
 
-impl<const D: usize> Border<D> {
+impl<const D: usize> BoundaryKind<D> {
     /// The side `side` (0 low, 1 high) across an axis with the velocity that it gives at a time
     /// (s).
     pub fn given(
@@ -28,10 +28,10 @@ impl<const D: usize> Border<D> {
         [axis, side]: [usize; 2],
         of: &dyn SideVelocity,
         time: f64,
-    ) -> Border<D> {
+    ) -> BoundaryKind<D> {
         let places = || places(grid, axis, side);
         let values = |c: usize| places().map(|place| of.at(&place, time)[c]).collect();
-        Border::Velocity(std::array::from_fn(values))
+        BoundaryKind::Velocity(std::array::from_fn(values))
     }
 }
 

@@ -82,7 +82,7 @@ impl<const D: usize> BodyForce<D> {
     }
 }
 
-/// Adds `factor (1/rho) dq/dn` to the faces. Ghosts of `q` carry the border's condition.
+/// Adds `factor (1/rho) dq/dn` to the faces. Ghosts of `q` carry the boundary's condition.
 pub fn add_gradient<const D: usize>(
     grid: &Grid<D>,
     beta: &FaceCoefficient<D>,
@@ -168,9 +168,9 @@ pub fn means(q: &[f64], row: std::ops::Range<usize>, stride: usize) -> impl Fn(u
     move |i| 0.5625 * (low[i] + high[i]) - 0.0625 * (far_low[i] + far_high[i])
 }
 
-/// Eq. (8): `U = mean of u* + dt a` on every face; ghosts of `u` filled. Borders are the caller's.
-/// The mean is of two cells, as printed, or of `four`, with which the carrying velocity is of
-/// fourth order as well.
+/// Eq. (8): `U = mean of u* + dt a` on every face; ghosts of `u` filled. Boundaries are the
+/// caller's. The mean is of two cells, as printed, or of `four`, with which the carrying velocity
+/// is of fourth order as well.
 pub fn predict<const D: usize>(
     grid: &Grid<D>,
     u: &VectorField<D>,

@@ -2,6 +2,6 @@
 //! functions of fields.
 
 pub mod advection;
-pub mod border;
+pub mod boundary;
 pub mod diffusion;
 pub mod faces;

@@ -5,7 +5,7 @@ use crate::particles::{Body, nearest_image};
 use crate::{Error, Result};
 use nalgebra::Vector3;
 
-/// Refuses bodies that have moved into each other or into the border of the box where no law of
+/// Refuses bodies that have moved into each other or into the boundary of the box where no law of
 /// contact can stop them: a cell holds no more solid than its volume, and a wall is where the box
 /// ends. What is held on both sides nothing stops.
 ///
@@ -31,7 +31,7 @@ pub(crate) fn refuse_collisions<const D: usize>(
             let inside = bounds[a] * (1.0 - 1e-9)..=grid.size[a] - bounds[a] * (1.0 - 1e-9);
             if !inside.contains(&body.centre[a]) {
                 return Err(Error::Run(format!(
-                    "particle {mover} has reached the border of the box along {axis} (its centre \
+                    "particle {mover} has reached the boundary of the box along {axis} (its centre \
                     is at {:.6} m); {cure}",
                     body.centre[a]
                 )));

@@ -23,7 +23,7 @@ use crate::contact::{Contacts, Impulse};
 use crate::domain::{Domain, Fluid};
 use crate::geometry::Overlap;
 use crate::grid::{Coefficient, Grid, VectorField, simd, total};
-use crate::kernels::border;
+use crate::kernels::boundary;
 use crate::method::Method;
 use crate::particles::{Body, nearest_image};
 use crate::state::{EnergyBudget, State};
@@ -98,7 +98,7 @@ pub fn power_of_forces<const D: usize>(
 }
 
 /// Takes bodies that have come or gone into the budget: what they brought or took is the work of
-/// the borders. Collective.
+/// the boundaries. Collective.
 pub fn reopen<const D: usize>(
     domain: &mut Domain<D>,
     s: &mut State<D>,
@@ -108,7 +108,7 @@ pub fn reopen<const D: usize>(
     s.energy.fluid = of_fluid(domain, &s.u, method)?;
     s.energy.bodies = of_bodies(&s.bodies);
     s.energy.springs = find_springs(method, s);
-    s.energy.borders += s.energy.total() - before;
+    s.energy.boundaries += s.energy.total() - before;
     // What viscosity takes from now on says nothing about the steps before.
     s.energy.since = 0.0;
     Ok(())
@@ -137,14 +137,14 @@ pub fn close<const D: usize>(
     let driven = domain.driving_power(s)?;
     e.drive += 0.5 * s.dt * (e.driven + driven);
     e.driven = driven;
-    e.borders += walls;
+    e.boundaries += walls;
     e.prescribed += worked.prescribed;
     e.friction += slid;
     e.contacts += walls - worked.contacts - (springs - e.springs) - slid;
     e.springs = springs;
     let [was, is] = [s.energy, e].map(|e| e.fluid + e.bodies);
     sample(domain, s, method, (is - was).abs() > FAST * is.max(was), &mut e)?;
-    e.method = e.start + e.gravity + e.drive + e.borders + e.prescribed
+    e.method = e.start + e.gravity + e.drive + e.boundaries + e.prescribed
         - e.viscous
         - e.contacts
         - e.friction
@@ -171,10 +171,10 @@ fn sample<const D: usize>(
         return Ok(());
     }
     let Powers { flow, shear, dissipated } = Powers::of(domain, s, method, due)?;
-    e.borders += 0.5 * s.dt * (e.given + flow + shear);
+    e.boundaries += 0.5 * s.dt * (e.given + flow + shear);
     let first = s.steps <= 1;
     if first {
-        e.borders += 0.5 * s.dt * flow;
+        e.boundaries += 0.5 * s.dt * flow;
     }
     e.given = flow + shear;
     if due {
@@ -206,7 +206,7 @@ impl Powers {
     ) -> Result<Powers> {
         domain.boundaries.fill_velocity(&mut s.u)?;
         let Fluid { density, viscosity, .. } = domain.fluid;
-        let [flow, shear] = border::power(
+        let [flow, shear] = boundary::power(
             &domain.grid,
             &domain.boundaries,
             density,
@@ -340,14 +340,14 @@ fn slopes<const D: usize>(domain: &Domain<D>, u: &VectorField<D>, method: &dyn M
         let own = |axis: usize| at(axis, o.cell) + at(axis, o.cell + grid.stride[axis]);
         slopes -= 0.5 * o.fraction * (0..D).map(own).sum::<f64>();
     }
-    // A face of the border belongs to what lies between it and the cell; of the high borders no
-    // cell has had it yet.
+    // A face of the boundary belongs to what lies between it and the cell; of the high boundaries
+    // no cell has had it yet.
     for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
-        if domain.boundaries.borders[axis][side].is_none() {
+        if domain.boundaries.kinds[axis][side].is_none() {
             continue;
         }
         let (s, h) = (grid.stride[axis], grid.h[axis]);
-        for cell in grid.border_cells(axis, side) {
+        for cell in grid.boundary_cells(axis, side) {
             let ghost = if side == 0 { cell - s } else { cell + s };
             for (i, u) in u.iter().enumerate() {
                 let all = u[cell] - u[ghost];

@@ -18,7 +18,7 @@ use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::force::Forces;
 use crate::grid::VectorField;
-use crate::kernels::border::{self, Sides};
+use crate::kernels::boundary::{self, Sides};
 use crate::kernels::diffusion;
 use crate::kernels::faces::{self, BodyForce, FaceCoefficient};
 use crate::poisson::pressure::Projected;
@@ -194,7 +194,7 @@ impl<const D: usize> Flow<D> {
             if s.balance.is_some() {
                 let (density, weight) = (domain.fluid.density, self.momentum.scheme.weights[k]);
                 sides += weight
-                    * border::stress(&domain.grid, &carrier, u, density, &self.mixture.viscosity);
+                    * boundary::stress(&domain.grid, &carrier, u, density, &self.mixture.viscosity);
                 domain.clock.lap(Stage::Force);
             }
             let listener = listener.as_mut().map(|hear| &mut **hear as Listener<D>);

@@ -6,7 +6,7 @@ use crate::Result;
 use crate::clock::Stage as Lap;
 use crate::domain::Domain;
 use crate::grid::{Grid, VectorField};
-use crate::kernels::border::{self, Sides};
+use crate::kernels::boundary::{self, Sides};
 use crate::kernels::{diffusion, faces};
 use crate::particles::Body;
 use crate::scheme::Scheme;
@@ -70,7 +70,7 @@ impl<const D: usize> Stabilised<D> {
             let carrier = momentum.carrier(s, dt);
             if s.balance.is_some() {
                 let (density, viscosity) = (domain.fluid.density, &mixture.viscosity);
-                sides += weight * border::stress(&domain.grid, &carrier, u, density, viscosity);
+                sides += weight * boundary::stress(&domain.grid, &carrier, u, density, viscosity);
                 domain.clock.lap(Lap::Force);
             }
             momentum.add_weighted(domain, (1.0, true), mixture, &carrier, u, dt, None)?;

@@ -25,7 +25,7 @@ mod whole;
 pub use bodies::ModeFace;
 pub use matrix::Rows;
 
-use crate::grid::{Border, Boundaries, Grid, largest, simd};
+use crate::grid::{Boundaries, BoundaryKind, Grid, largest, simd};
 use crate::petsc::{Halo, Layout, Operator, OwnPreconditioner, Session};
 use crate::{Error, Result};
 use bodies::{Bodies, Frame};
@@ -78,14 +78,14 @@ impl Poisson {
     ) -> Result<Poisson> {
         let lattice = Lattice::new(layout.local, D);
         let narrowest = grid.h.iter().copied().fold(f64::INFINITY, f64::min);
-        let ends = std::array::from_fn(|a| match boundaries.borders.get(a) {
+        let ends = std::array::from_fn(|a| match boundaries.kinds.get(a) {
             Some([Some(low), Some(high)]) => {
-                let given = [low, high].map(|border| matches!(border, Border::Outflow));
+                let given = [low, high].map(|boundary| matches!(boundary, BoundaryKind::Outflow));
                 Ends::Boundaries { given }
             }
             _ => Ends::Periodic,
         });
-        let at_end = std::array::from_fn(|a| [0, 1].map(|side| a < D && grid.at_border(a, side)));
+        let at_end = std::array::from_fn(|a| [0, 1].map(|side| a < D && grid.at_boundary(a, side)));
         let whole = Whole::of_grid(session, layout, grid)?;
         Ok(Poisson {
             session: session.clone(),

@@ -58,7 +58,7 @@ pub(super) fn refuse_made<const D: usize>(s: &State<D>, allowed: f64) -> Result<
         source.0,
         richest(e, s),
         e.total(),
-        e.start + e.gravity + e.drive + e.borders + e.prescribed,
+        e.start + e.gravity + e.drive + e.boundaries + e.prescribed,
         source.1
     )))
 }
@@ -164,7 +164,7 @@ mod tests {
         let judge = |s: &State<2>| refuse_made(s, 0.0).err().map(|e| e.to_string());
         s.energy = EnergyBudget {
             start: 1.0,
-            borders: -2.0,
+            boundaries: -2.0,
             method: -2.9,
             fluid: 2.0,
             ..EnergyBudget::default()

@@ -5,7 +5,7 @@ use crate::contact::{Contacts, Damping, Impact, Laws, Material, Medium, Substeps
 use crate::domain::Domain;
 use crate::drive::Drive;
 use crate::geometry::{Disc, Shape, Sphere, fraction};
-use crate::grid::{Border, Coefficient, Grid, SideVelocity};
+use crate::grid::{BoundaryKind, Coefficient, Grid, SideVelocity};
 use crate::method::Method;
 use crate::method::flow::Flow;
 use crate::method::mics2003::{Choices, Driver, Mics2003};
@@ -347,19 +347,19 @@ impl SideVelocity for CaseSide<'_> {
 }
 
 /// The condition at a side (0 low, 1 high) across an axis.
-pub(super) fn border<const D: usize>(
+pub(super) fn boundary<const D: usize>(
     grid: &Grid<D>,
     at: [usize; 2],
     side: &Side,
-) -> Option<Border<D>> {
+) -> Option<BoundaryKind<D>> {
     match side {
         Side::Periodic => None,
-        Side::Outflow => Some(Border::Outflow),
-        Side::Slip => Some(Border::Slip),
+        Side::Outflow => Some(BoundaryKind::Outflow),
+        Side::Slip => Some(BoundaryKind::Slip),
         _ => {
             let axis = at[0];
             let sizes = (0..D).filter(|&a| a != axis).map(|a| grid.size[a]).collect();
-            Some(Border::given(grid, at, &CaseSide { side, axis, sizes }, 0.0))
+            Some(BoundaryKind::given(grid, at, &CaseSide { side, axis, sizes }, 0.0))
         }
     }
 }

@@ -4,7 +4,7 @@
 use super::{Scene, build};
 use crate::config::{Case, Enter, Region};
 use crate::geometry::{Block, images};
-use crate::grid::Border;
+use crate::grid::BoundaryKind;
 use crate::method::energy;
 use crate::particles::{Body, Motion, nearest_image};
 use crate::state::{BodyHistory, Exchange, Support};
@@ -21,8 +21,9 @@ impl<const D: usize> Scene<D> {
     /// step as long as `dt` (s), and the axis; none of those whose numbers are in `but`. No body
     /// reaches through one: the part of it outside would be missing in what the fluid does to it.
     pub fn leaving(&self, dt: f64, but: &[usize]) -> Option<(usize, usize)> {
-        let (grid, borders) = (&self.domain.grid, &self.domain.boundaries.borders);
-        let open = |axis: usize, side: usize| matches!(borders[axis][side], Some(Border::Outflow));
+        let (grid, kinds) = (&self.domain.grid, &self.domain.boundaries.kinds);
+        let open =
+            |axis: usize, side: usize| matches!(kinds[axis][side], Some(BoundaryKind::Outflow));
         let leaves = |body: &Body, axis: usize| {
             let (at, extent) = (
                 body.centre[axis] + 1.5 * dt * body.velocity[axis],
@@ -42,7 +43,7 @@ impl<const D: usize> Scene<D> {
     }
 
     /// Takes the body at the place `k` of the list out of the box. What it had of momentum and
-    /// energy is counted as the border's. Collective.
+    /// energy is counted as the boundary's. Collective.
     ///
     /// # Errors
     /// When the method cannot be made for the others.

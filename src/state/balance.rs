@@ -36,7 +36,7 @@ impl Impulses {
     }
 
     /// Of the sides of the box.
-    pub fn border(&self) -> Vector3<f64> {
+    pub fn boundary(&self) -> Vector3<f64> {
         self.pressure + self.shear + self.flow
     }
 
@@ -61,7 +61,7 @@ impl Checkpointed for Impulses {
     }
 }
 
-/// The balance of momentum over a step: fluid, bodies, borders. Per metre of depth in 2D.
+/// The balance of momentum over a step: fluid, bodies, boundaries. Per metre of depth in 2D.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Balance {
     /// Momentum of everything in the box before and after the step (kg m/s).

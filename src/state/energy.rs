@@ -7,7 +7,7 @@ use crate::archive::{Archive, Checkpointed};
 /// depth in 2D).
 ///
 /// ```text
-///   fluid + bodies + springs  =  start + gravity + drive + borders + prescribed - viscous
+///   fluid + bodies + springs  =  start + gravity + drive + boundaries + prescribed - viscous
 ///                 - contacts - friction - method
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -26,7 +26,7 @@ pub struct EnergyBudget {
     pub drive: f64,
     /// Work of the sides of the box on the fluid: pressure, what flows through them, moving walls;
     /// and of these on bodies.
-    pub borders: f64,
+    pub boundaries: f64,
     /// Work of prescribed bodies on the fluid and on the bodies that they touch.
     pub prescribed: f64,
     /// What viscosity has taken from the fluid where the grid has its velocity.
@@ -75,7 +75,7 @@ impl EnergyBudget {
         self.start
             + self.gravity.abs()
             + self.drive.abs()
-            + self.borders.abs()
+            + self.boundaries.abs()
             + self.prescribed.abs()
     }
 }
@@ -89,7 +89,7 @@ impl Checkpointed for EnergyBudget {
             start,
             gravity,
             drive,
-            borders,
+            boundaries,
             prescribed,
             viscous,
             contacts,
@@ -105,8 +105,8 @@ impl Checkpointed for EnergyBudget {
         archive.serialize([fluid, bodies, springs, start])?;
         archive.serialize([drive, driven, bounded, largest])?;
         archive.serialize([
-            gravity, borders, prescribed, viscous, contacts, friction, method, dissipated, given,
-            since,
+            gravity, boundaries, prescribed, viscous, contacts, friction, method, dissipated,
+            given, since,
         ])
     }
 }

@@ -3,7 +3,7 @@
 //! bodies, the other from the fields beside the sides.
 
 use crate::support::{MIXING, PERIODIC, SHARP, box_case, petsc};
-use mics::grid::Border;
+use mics::grid::BoundaryKind;
 use mics::scene::Scene;
 use nalgebra::Vector3;
 
@@ -34,7 +34,7 @@ fn follow<const D: usize>(scene: &mut Scene<D>, steps: usize, dt: f64) -> [f64; 
     for _ in 0..steps {
         scene.step(dt).unwrap();
         let audit = scene.state.balance.as_ref().unwrap();
-        let now = [audit.momentum.norm(), audit.impulses.border().norm(), audit.error.norm()];
+        let now = [audit.momentum.norm(), audit.impulses.boundary().norm(), audit.error.norm()];
         most.iter_mut().zip(now).for_each(|(most, now)| *most = most.max(now));
     }
     most
@@ -55,12 +55,15 @@ fn momentum_balance_of_sides_gravity_and_contacts() {
             let text = box_case([2.0, 1.0], [64, 32], viscosity, sides, &more)
                 .replace("viscosity", FALLING);
             let mut scene: Scene<2> = petsc.scene(&text);
-            let [momentum, border, error] = follow(&mut scene, 60, 4e-3);
+            let [momentum, boundary, error] = follow(&mut scene, 60, 4e-3);
             println!(
-                "{sides:?} {scheme}: momentum {momentum:.3}, sides {border:.2e} a step, missing \
+                "{sides:?} {scheme}: momentum {momentum:.3}, sides {boundary:.2e} a step, missing \
                 {error:.1e}"
             );
-            assert!(border > 1e-3 && error < 1e-12, "{sides:?} {scheme}: {error:e} of {border:e}");
+            assert!(
+                boundary > 1e-3 && error < 1e-12,
+                "{sides:?} {scheme}: {error:e} of {boundary:e}"
+            );
         }
     }
 }
@@ -78,8 +81,8 @@ fn momentum_balance_in_3d() {
         density = 2.65\n\
         [time]\nend = 1.0\n[pressure]\ndivergence_limit = 1e-8";
     let mut scene: Scene<3> = petsc.scene(text);
-    let [_, border, error] = follow(&mut scene, 20, 5e-3);
-    assert!(border > 1e-3 && error < 1e-12, "{error:e} of {border:e}");
+    let [_, boundary, error] = follow(&mut scene, 20, 5e-3);
+    assert!(boundary > 1e-3 && error < 1e-12, "{error:e} of {boundary:e}");
 }
 
 /// `-u.grad u` keeps no momentum, and the audit has to say so: a balance that closes whatever
@@ -114,7 +117,7 @@ fn momentum_balance_detects_non_conservative_term() {
 fn traction(scene: &Scene<2>, viscosity: f64) -> Vector3<f64> {
     let (grid, mut force) = (&scene.domain.grid, Vector3::zeros());
     for (axis, side) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-        let Some(Border::Velocity(value)) = &scene.domain.boundaries.borders[axis][side] else {
+        let Some(BoundaryKind::Velocity(value)) = &scene.domain.boundaries.kinds[axis][side] else {
             continue;
         };
         let (s, h, area) = (grid.stride[axis], grid.h[axis], grid.h[1 - axis]);
@@ -158,7 +161,7 @@ fn side_impulse_equals_traction_of_fields() {
         for _ in 0..20 {
             scene.step(dt).unwrap();
             let (told, found) = (
-                scene.state.balance.as_ref().unwrap().impulses.border() / dt,
+                scene.state.balance.as_ref().unwrap().impulses.boundary() / dt,
                 traction(&scene, viscosity),
             );
             worst = (told - found).abs().sup(&worst);

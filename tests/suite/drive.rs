@@ -1,4 +1,4 @@
-//! What moves the fluid besides its borders: exact channel flow, a mean velocity that is held in
+//! What moves the fluid besides its boundaries: exact channel flow, a mean velocity that is held in
 //! every step, and what bodies feel.
 
 use crate::box_measures::measures;
@@ -262,7 +262,7 @@ fn stokes_drag_of_cubic_sphere_array_up_to_touching_spheres() {
 }
 
 /// Where the third probe came near to what lies across, what cells inside take of the cubic fed
-/// itself, beside slip borders first.
+/// itself, beside slip boundaries first.
 #[test]
 fn undriven_flow_past_fixed_disc_decays_near_slip_side() {
     let petsc = petsc();

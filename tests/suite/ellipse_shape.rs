@@ -171,7 +171,7 @@ fn ellipse_area_and_moments_exact_at_any_orientation() {
         for axis in 0..2 {
             let (mut cuts, mut arms) = (Cuts::with_capacity(0), Vec::new());
             aperture::cuts(&grid, axis, &placed, &mut tiles, &mut cuts, &mut arms);
-            // A face on the border between two periods stands at both of its ends.
+            // A face on the boundary between two periods stands at both of its ends.
             let once = || cuts.with_centroids().filter(|(cut, _)| cut.owned);
             let covered: f64 = once().map(|(cut, _)| dv * cut.solid_fraction).sum();
             let lever: Vector3<f64> = once().map(|(_, centroids)| dv * centroids.lever()).sum();

@@ -24,7 +24,7 @@ fn vortices(n: usize) -> f64 {
     let theory = 1.0 - (-16.0 * PI * PI * 5e-3 * 0.25f64).exp();
     assert!((1.0 - e.fluid / e.start - theory).abs() < 0.04 * theory, "{e:?} {theory}");
     assert_eq!(
-        (e.borders, e.gravity, e.prescribed, e.contacts, e.friction),
+        (e.boundaries, e.gravity, e.prescribed, e.contacts, e.friction),
         (0.0, 0.0, 0.0, 0.0, 0.0)
     );
     e.method.abs() / e.start
@@ -51,7 +51,7 @@ fn moving_wall_work_equals_viscous_loss() {
     }
     let (e, work) = (scene.state.energy, 0.02 * 0.2 * 1.2 * 1.2 * 0.5);
     assert!(
-        (e.borders / work - 1.0).abs() < 1e-10 && (e.viscous / work - 1.0).abs() < 1e-10,
+        (e.boundaries / work - 1.0).abs() < 1e-10 && (e.viscous / work - 1.0).abs() < 1e-10,
         "{e:?} {work}"
     );
     assert!(e.method.abs() < 1e-10 * work, "{e:?}");
@@ -174,10 +174,10 @@ fn impact_near_inflow_energy_does_not_depend_on_the_step() {
         all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min)
     };
     let given = budgets[0].prescribed;
-    let (borders, method) = (spread(&|e| e.borders), spread(&|e| e.method));
+    let (boundaries, method) = (spread(&|e| e.boundaries), spread(&|e| e.method));
     assert!(
-        borders < 0.02 * given && method < 0.03 * given,
-        "{borders} and {method} of {given}: {budgets:?}"
+        boundaries < 0.02 * given && method < 0.03 * given,
+        "{boundaries} and {method} of {given}: {budgets:?}"
     );
 }
 

@@ -122,7 +122,7 @@ fn collision_time_of_prescribed_body_is_estimated() {
         (
             disc(0.02, &goes([0.0, 0.05])),
             0.4,
-            Some((0.3, "particle 0 has reached the border of the box along y")),
+            Some((0.3, "particle 0 has reached the boundary of the box along y")),
         ),
         (disc(0.02, &goes([0.0, 0.05])), 0.29, None),
         (
@@ -131,7 +131,7 @@ fn collision_time_of_prescribed_body_is_estimated() {
             Some((0.4, "particle 0 has run into particle 1")),
         ),
         (disc(0.02, &goes([0.05, 0.0])) + &disc(0.05, "\"free\""), 0.45, None),
-        // Across the border in x.
+        // Across the boundary in x.
         (
             disc(0.01, &goes([-0.1, 0.0])) + &disc(0.06, &goes([0.1, 0.0])),
             0.2,

@@ -484,7 +484,7 @@ fn external_additions_agree_on_any_number_of_ranks() {
         (0..40).for_each(|_| _ = scene.step(2e-3).unwrap());
         let (e, free) = (&scene.state.energy, &scene.state.bodies[0]);
         if session.rank() == 0 {
-            println!("state {:?}", [e.drive, e.fluid, e.borders, free.velocity.x, free.spin.z]);
+            println!("state {:?}", [e.drive, e.fluid, e.boundaries, free.velocity.x, free.spin.z]);
         }
     });
     let state = |said: &String| -> Vec<f64> {

@@ -129,12 +129,12 @@ fn colliding_or_leaving_prescribed_bodies_stop_run() {
         (
             "wall-sharp",
             moving(0.6, [0.0, 2.0]) + SHARP,
-            "has reached the border of the box along y",
+            "has reached the boundary of the box along y",
         ),
         (
             "wall-mixing",
             moving(0.6, [0.0, 2.0]) + MIXING,
-            "has reached the border of the box along y",
+            "has reached the boundary of the box along y",
         ),
     ] {
         let case = write(dir.path(), &box_case([2.0, 1.0], [32, 16], 0.01, STREAM, &bodies));

@@ -280,7 +280,7 @@ fn disc_pulled_along_wall_has_stokes_speed_without_spin() {
 #[test]
 fn fixed_disc_over_sliding_wall_has_stokes_drag() {
     // Jeffrey and Onishi 1981, as above, from the wall's own frame. The gap is 0.4 and 0.8 spacings
-    // wide: with the parabola of an open border under the disc the force is 11 % and 12 % too
+    // wide: with the parabola of an open boundary under the disc the force is 11 % and 12 % too
     // large.
     let petsc = petsc();
     let radius = 0.5;

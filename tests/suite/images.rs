@@ -1,5 +1,5 @@
-//! Bodies beside images: mirror images in borders along which the fluid slips, which are planes of
-//! symmetry, and images across short periods.
+//! Bodies beside images: mirror images in boundaries along which the fluid slips, which are planes
+//! of symmetry, and images across short periods.
 
 use crate::support::{columns, run};
 use std::collections::HashMap;
@@ -17,7 +17,7 @@ fn tables(text: &str) -> (Columns, Columns) {
     (columns(&out.join("particles.csv")), columns(&out.join("steps.csv")))
 }
 
-/// A box of `height` over a lower border of this kind, 8 cells a disc of 1 cm, with a stream or
+/// A box of `height` over a lower boundary of this kind, 8 cells a disc of 1 cm, with a stream or
 /// walls at its ends.
 fn channel(
     height: f64,
@@ -42,7 +42,7 @@ fn disc(y: f64, more: &str) -> String {
     format!("[[particle]]\nshape.disc.diameter = 0.01\nposition = [0.03, {y:?}]\n{more}\n")
 }
 
-/// Forces on a fixed disc that touches the border, or nearly, in a stream, beside those on one of
+/// Forces on a fixed disc that touches the boundary, or nearly, in a stream, beside those on one of
 /// the pair that it and its image are.
 #[test]
 fn fixed_disc_at_slip_side_has_force_of_mirrored_pair() {
@@ -57,7 +57,7 @@ fn fixed_disc_at_slip_side_has_force_of_mirrored_pair() {
             // The upper one of the pair has the odd rows.
             let n = pair[name].len();
             let (image, own) = (pair[name][n - 2], *one[name].last().unwrap());
-            println!("gap {gap}: {name} {own:.5} N on the border, {image:.5} N in the pair");
+            println!("gap {gap}: {name} {own:.5} N on the boundary, {image:.5} N in the pair");
             assert!(
                 (own / image - 1.0).abs() < 5e-3,
                 "gap {gap}: {name} {own}, {image} in the pair"
@@ -66,8 +66,8 @@ fn fixed_disc_at_slip_side_has_force_of_mirrored_pair() {
     }
 }
 
-/// A disc falls on a slip border, rests there with its weight, and no film holds it back as it goes
-/// along.
+/// A disc falls on a slip boundary, rests there with its weight, and no film holds it back as it
+/// goes along.
 #[test]
 fn disc_rests_on_slip_side_without_friction() {
     let ends = ["\"wall\"", "\"wall\""];
@@ -132,8 +132,8 @@ fn beside_a_plane_of_symmetry(sphere: bool, cells: f64, gap: f64, end: f64) -> [
     [fall(false), fall(true)]
 }
 
-/// A body that falls close beside a border along which the fluid slips is half of the pair that it
-/// and its mirror image are. The difference that is left is the grid's: without lubrication the
+/// A body that falls close beside a boundary along which the fluid slips is half of the pair that
+/// it and its mirror image are. The difference that is left is the grid's: without lubrication the
 /// spins of a disc differ by 3 % at 8 cells a diameter and by 1.4 % at 16, those of a sphere by 3 %
 /// at 8.
 #[test]

@@ -87,14 +87,14 @@ fn mixing_resting_bodies_with_large_added_mass_held_from_start() {
     let pipe = "boundary = \
         { west = \"periodic\", east = \"periodic\", south = \"wall\", north = \"wall\" }\n";
     let row = [[0.005, 0.005], [0.015, 0.005]];
-    for (name, density, borders, size, places) in [
+    for (name, density, sides, size, places) in [
         ("row", 2650.0, pipe, [0.02, 0.04], &row[..]),
         ("nearly neutral row", 1100.0, pipe, [0.02, 0.04], &row[..]),
         ("lid", 100.0, WALLS, [0.05, 0.04], &[[0.0252, 0.035]][..]),
     ] {
         let dir = tempfile::tempdir().unwrap();
         let more =
-            fluid(0.01, -9.81) + borders + "coupling = { wall = \"mixing\" }\ntime = { end = 0.1 }";
+            fluid(0.01, -9.81) + sides + "coupling = { wall = \"mixing\" }\ntime = { end = 0.1 }";
         let [steps, particles] = discs(&dir.path().join("run"), &more, size, places, density);
         let most = largest(&steps["kinetic_energy"]);
         // What the start holds is not counted.

@@ -4,7 +4,7 @@
 use crate::allocation::count;
 use crate::support::{mpirun, petsc};
 use mics::Result;
-use mics::grid::{Border, Boundaries, GHOSTS, Grid};
+use mics::grid::{Boundaries, BoundaryKind, GHOSTS, Grid};
 use mics::kernels::faces::FaceCoefficient;
 use mics::petsc::{Choice, Layout, LinearSolver, Session};
 use mics::poisson::{ModeFace, Poisson, Rows};
@@ -104,9 +104,12 @@ impl System {
     fn new(session: &Session, singular: bool) -> Result<System> {
         let layout = Layout::new(session, &[NX, NY], &[false, false], GHOSTS)?;
         let grid = Grid::<2>::new([NX, NY], [NX as f64, NY as f64], [false; 2], &layout);
-        let west = if singular { Border::Slip } else { Border::Outflow };
-        let borders = [[Some(west), Some(Border::Slip)], [Some(Border::Slip), Some(Border::Slip)]];
-        let boundaries = Boundaries::new(session, &layout, &grid, borders, true);
+        let west = if singular { BoundaryKind::Slip } else { BoundaryKind::Outflow };
+        let kinds = [
+            [Some(west), Some(BoundaryKind::Slip)],
+            [Some(BoundaryKind::Slip), Some(BoundaryKind::Slip)],
+        ];
+        let boundaries = Boundaries::new(session, &layout, &grid, kinds, true);
         let operator = Rc::new(RefCell::new(Poisson::new(session, &layout, &grid, &boundaries)?));
         operator.borrow_mut().set(&grid, &FaceCoefficient::Uniform(1.0))?;
         let cells: Vec<usize> =

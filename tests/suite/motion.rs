@@ -334,9 +334,9 @@ fn prescribed_particle_hitting_a_body_stops_run() {
     let other = disc(0.2, [0.7, 0.5], 1.0, "motion = \"fixed\"");
     for (wall, other, says) in [
         (MIXING, &other[..], "has run into particle 1"),
-        (MIXING, "", "has reached the border"),
+        (MIXING, "", "has reached the boundary"),
         (SHARP, &other, "has run into particle 1"),
-        (SHARP, "", "has reached the border"),
+        (SHARP, "", "has reached the boundary"),
     ] {
         let more = [
             &disc(0.2, [0.4, 0.5], 1.0, "motion = { prescribed = { velocity = [1.0, 0.0] } }"),

@@ -3,7 +3,7 @@
 
 use crate::modes::in_processes;
 use crate::support::petsc;
-use mics::grid::{Border, Boundaries, GHOSTS, Grid};
+use mics::grid::{Boundaries, BoundaryKind, GHOSTS, Grid};
 use mics::kernels::faces::FaceCoefficient;
 use mics::petsc::{Choice, Layout, LinearSolver, Operator, OwnPreconditioner, Session};
 use mics::poisson::{ModeFace, Poisson};
@@ -93,12 +93,12 @@ impl<const D: usize> Case<D> {
         let layout = Layout::new(session, &self.cells, &periodic, GHOSTS).unwrap();
         let size = std::array::from_fn(|a| self.h[a] * self.cells[a] as f64);
         let grid = Grid::new(self.cells, size, periodic, &layout);
-        let borders = self.ends.map(|e| match e {
+        let kinds = self.ends.map(|e| match e {
             Ends::Periodic => [None, None],
-            Ends::Walls => [Some(Border::Slip), Some(Border::Slip)],
-            Ends::Outflow => [Some(Border::Slip), Some(Border::Outflow)],
+            Ends::Walls => [Some(BoundaryKind::Slip), Some(BoundaryKind::Slip)],
+            Ends::Outflow => [Some(BoundaryKind::Slip), Some(BoundaryKind::Outflow)],
         });
-        let boundaries = Boundaries::new(session, &layout, &grid, borders, true);
+        let boundaries = Boundaries::new(session, &layout, &grid, kinds, true);
         let mut beta = grid.vector_field();
         let mut covered = Vec::new();
         for axis in 0..D {
@@ -132,10 +132,10 @@ impl<const D: usize> Case<D> {
                         let mut face = grid.centre(c);
                         face[axis] -= 0.5 * self.h[axis];
                         let part = self.part(ball, face);
-                        let border = grid.at_border(axis, 0) && face[axis] < 0.1 * self.h[axis]
-                            || grid.at_border(axis, 1)
+                        let boundary = grid.at_boundary(axis, 0) && face[axis] < 0.1 * self.h[axis]
+                            || grid.at_boundary(axis, 1)
                                 && face[axis] > size[axis] - 0.1 * self.h[axis];
-                        if part > 0.0 && !border {
+                        if part > 0.0 && !boundary {
                             let mode = (k * D + axis) as u32;
                             covered.push(ModeFace { mode, axis: axis as u8, face: c as u32, part });
                         }
@@ -286,7 +286,7 @@ fn multigrid_iterations_independent_of_grid_and_density() {
     }
 }
 
-/// Bodies across the borders of ranks, light enough for the multigrid to take them in.
+/// Bodies across the boundaries of ranks, light enough for the multigrid to take them in.
 #[test]
 fn multigrid_iterations_with_free_bodies_independent_of_ranks() {
     let test = "multigrid::multigrid_iterations_with_free_bodies_independent_of_ranks";

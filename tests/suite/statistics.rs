@@ -254,14 +254,14 @@ fn mean_balance_of_momentum_closes_in_driven_channel() {
             for (axis, x) in ["x", "y"].into_iter().enumerate() {
                 let momentum = &steps[&format!("momentum_{x}")];
                 let change = (momentum[99] - momentum[25]) / duration;
-                let border = over(&format!("border_impulse_{x}")) / duration;
+                let boundary = over(&format!("border_impulse_{x}")) / duration;
                 let told: f64 = ["border_pressure", "border_shear", "border_flow"]
                     .iter()
                     .map(|name| balance[*name][axis])
                     .sum();
                 assert!(
                     (balance["change"][axis] - change).abs() < 1e-12
-                        && (told - border).abs() < 1e-12,
+                        && (told - boundary).abs() < 1e-12,
                     "{balance:?}"
                 );
             }

@@ -57,7 +57,7 @@ fn spins_in_a_row(count: usize, gap: f64, start: f64) -> Vec<f64> {
 #[test]
 fn lubrication_of_spinning_disc_beside_own_periodic_image() {
     for gap in [1e-4, 1e-3] {
-        // With a border of the period within a disc, and in a gap.
+        // With a boundary of the period within a disc, and in a gap.
         let spins: Vec<Vec<f64>> = [(1, 0.0), (1, 0.0101), (2, 0.003), (3, 0.0), (4, 0.0)]
             .map(|(n, x)| spins_in_a_row(n, gap, x))
             .into();

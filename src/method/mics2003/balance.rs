@@ -1,15 +1,16 @@
-//! The balance of momentum over a step: fluid, particles, borders.
+//! The balance of momentum over a step: fluid, particles, boundaries.
 //!
 //! With `M = sum_c rho u dV` over all cells, particles included (kg m/s; per metre of depth in 2D),
 //! ```text
-//!   M^(n+1) - M^n = gravity + drive + border + contacts with walls and held bodies
+//!   M^(n+1) - M^n = gravity + drive + boundary + contacts with walls and held bodies
 //!                 - force on held bodies
 //! ```
 //! What the fields transport of the particles' excess mass and what the mixing takes pass between
-//! fluid and particles and cancel. The border's impulse is that of flow, viscosity and pressure on
-//! the sides of the box, from the fields there in every stage. A part of a particle that a contact
-//! lets a little way into a wall has neither cells nor weight, and takes its momentum there with
-//! it, which is counted as the contact's. What the two sides of this line differ by is the error.
+//! fluid and particles and cancel. The boundary's impulse is that of flow, viscosity and pressure
+//! on the sides of the box, from the fields there in every stage. A part of a particle that a
+//! contact lets a little way into a wall has neither cells nor weight, and takes its momentum there
+//! with it, which is counted as the contact's. What the two sides of this line differ by is the
+//! error.
 //!
 //! Along a line of cells, with the face's `1/rho = 2/(rho(c-1) + rho(c))`, pressure and body forces
 //! (e per volume) give all cells together what the faces between them do and half of what those at
@@ -24,7 +25,7 @@ use super::motion::Departure;
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
-use crate::kernels::border::Sides;
+use crate::kernels::boundary::Sides;
 use crate::method::cells_momentum;
 use crate::particles::Body;
 use crate::state::{Balance, Exchange, Impulses, State};
@@ -78,7 +79,7 @@ impl<const D: usize> Mics2003<D> {
                 (grid.stride[axis], grid.cell_volume(), 1.0 - 2.0 * side as f64);
             let area = volume / grid.h[axis];
             let drive = s.drive.map_or(0.0, |force| force[axis]);
-            for c in grid.border_cells(axis, side) {
+            for c in grid.boundary_cells(axis, side) {
                 let (face, ghost) =
                     if side == 0 { (c, c - stride) } else { (c + stride, c + stride) };
                 if flow.cell_gradient {

@@ -58,7 +58,7 @@ use crate::domain::Domain;
 use crate::drive::Drive;
 use crate::geometry::{Overlap, Tiles, fraction};
 use crate::grid::{Boundaries, Coefficient, Grid};
-use crate::kernels::border::Sides;
+use crate::kernels::boundary::Sides;
 use crate::kernels::faces::{BodyForce, FaceCoefficient};
 use crate::method::vector;
 use crate::particles::{Accelerations, Body};

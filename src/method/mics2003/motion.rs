@@ -177,7 +177,7 @@ impl<const D: usize> Mics2003<D> {
     /// touch there. Returns the substeps of the contacts.
     ///
     /// # Errors
-    /// When a body meets another, a wall or the border and nothing says how, or a contact fails.
+    /// When a body meets another, a wall or the boundary and nothing says how, or a contact fails.
     pub(super) fn advance(
         &mut self,
         domain: &Domain<D>,

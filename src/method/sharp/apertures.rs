@@ -14,7 +14,7 @@
 
 use super::cut::CutBodies;
 use crate::domain::Domain;
-use crate::grid::{Border, Boundaries, Grid};
+use crate::grid::{Boundaries, BoundaryKind, Grid};
 
 /// Relative difference that is none.
 const ROUNDING: f64 = 1e-14;
@@ -85,7 +85,10 @@ fn beside_wall<const D: usize>(
     (0..D).any(|a| {
         let at = (face / grid.stride[a] % grid.stored[a] + grid.start[a]).wrapping_sub(grid.ghosts);
         let closed = |side: usize| {
-            matches!(boundaries.borders[a][side], Some(Border::Velocity(_) | Border::Slip))
+            matches!(
+                boundaries.kinds[a][side],
+                Some(BoundaryKind::Velocity(_) | BoundaryKind::Slip)
+            )
         };
         // Along its own axis a face has a cell on either side.
         (at <= usize::from(a == axis) && closed(0)) || (at + 1 >= grid.cells[a] && closed(1))

@@ -3,17 +3,17 @@
 //!
 //! ```text
 //!   M = sum_c (1 - alpha) rho u dV + sum_k (m_k V_k + undelivered_k)
-//!   M^(n+1) - M^n = gravity + drive + contacts - force on held bodies + border
+//!   M^(n+1) - M^n = gravity + drive + contacts - force on held bodies + boundary
 //! ```
-//! The border's impulse is that of pressure, viscosity and flow on the sides of the box
-//! ([`crate::kernels::border`]), taken from the fields there in every stage. What the two sides of
-//! this line differ by is the error.
+//! The boundary's impulse is that of pressure, viscosity and flow on the sides of the box
+//! ([`crate::kernels::boundary`]), taken from the fields there in every stage. What the two sides
+//! of this line differ by is the error.
 
 use super::{Sharp, history};
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
-use crate::kernels::border::{self, Sides};
+use crate::kernels::boundary::{self, Sides};
 use crate::method::cells_momentum;
 use crate::state::{Balance, Impulses, State};
 use nalgebra::{Matrix3, Vector3};
@@ -54,11 +54,11 @@ impl<const D: usize> Sharp<D> {
         dt: f64,
     ) -> Result<()> {
         let Some(before) = s.balance else { return Ok(()) };
-        let pressure = border::pressure(&domain.grid, &domain.boundaries, &s.p);
-        let mut border =
+        let pressure = boundary::pressure(&domain.grid, &domain.boundaries, &s.p);
+        let mut boundary =
             dt * Matrix3::from_columns(&[sides.column(0).into(), sides.column(1).into(), pressure]);
-        domain.session.sum(border.as_mut_slice())?;
-        let [flow, shear, pressure] = [0, 1, 2].map(|k| border.column(k).into_owned());
+        domain.session.sum(boundary.as_mut_slice())?;
+        let [flow, shear, pressure] = [0, 1, 2].map(|k| boundary.column(k).into_owned());
         let momentum = self.total_momentum(domain, s)?;
         let impulses = Impulses {
             drive: dt * domain.driving_force(s),

@@ -155,7 +155,7 @@ impl<const D: usize> CutBodies<D> {
 
     /// Whether a body is so near to a side of the box that its image points are deep in the ghosts
     /// there.
-    pub fn near_borders(&self, grid: &Grid<D>, bodies: &[Body]) -> bool {
+    pub fn near_boundaries(&self, grid: &Grid<D>, bodies: &[Body]) -> bool {
         let near = |b: &Body, a: usize| {
             let extent = b.radius() + grid.ghosts as f64 * grid.h[a];
             b.centre[a] < extent || b.centre[a] > grid.size[a] - extent

@@ -16,7 +16,7 @@
 //! of an impact's energy with it.
 
 use crate::geometry::{self, Orientation};
-use crate::grid::{Border, Boundaries, Grid};
+use crate::grid::{Boundaries, BoundaryKind, Grid};
 use crate::numerics::Numerics;
 use crate::particles::{Body, nearest_image};
 use nalgebra::{Matrix3, Vector3};
@@ -37,8 +37,8 @@ pub enum Other {
     /// A body, and the arm from its centre (m); its image in a plane of symmetry normal to that
     /// axis, where there is one.
     Body(usize, Vector3<f64>, Option<usize>),
-    /// A border with this velocity (m/s).
-    Border(Vector3<f64>),
+    /// A boundary with this velocity (m/s).
+    BoundaryKind(Vector3<f64>),
 }
 
 /// A body near another one.
@@ -69,7 +69,7 @@ impl Other {
                 velocity[axis] = -velocity[axis];
                 Some(velocity)
             }
-            Other::Border(velocity) => Some(velocity),
+            Other::BoundaryKind(velocity) => Some(velocity),
         }
     }
 }
@@ -133,8 +133,8 @@ impl Neighbour {
         })
     }
 
-    /// The images of the body `k` itself in borders along which the fluid slips, the gaps narrower
-    /// than `reach` (m).
+    /// The images of the body `k` itself in boundaries along which the fluid slips, the gaps
+    /// narrower than `reach` (m).
     pub fn reflections<const D: usize>(
         bodies: &[Body],
         k: usize,
@@ -143,8 +143,9 @@ impl Neighbour {
         reach: f64,
     ) -> impl Iterator<Item = Neighbour> {
         let (body, round) = (&bodies[k], round(&bodies[k]));
-        let slips =
-            |axis: usize, side: usize| matches!(boundaries.borders[axis][side], Some(Border::Slip));
+        let slips = |axis: usize, side: usize| {
+            matches!(boundaries.kinds[axis][side], Some(BoundaryKind::Slip))
+        };
         let sides = (0..2 * D)
             .map(|face| (face / 2, face % 2))
             .filter(move |(axis, side)| slips(*axis, *side));
@@ -209,7 +210,7 @@ fn round(body: &Body) -> Option<f64> {
 pub struct Surroundings<'a, const D: usize> {
     /// The grid.
     pub grid: &'a Grid<D>,
-    /// The conditions at the borders.
+    /// The conditions at the boundaries.
     pub boundaries: &'a Boundaries<D>,
     /// All bodies.
     pub bodies: &'a [Body],
@@ -295,7 +296,7 @@ impl<const D: usize> Surroundings<'_, D> {
             other = other.min(near.distance(self.bodies, arm));
         }
         for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
-            if let Some(Border::Velocity(_)) = self.boundaries.borders[axis][side] {
+            if let Some(BoundaryKind::Velocity(_)) = self.boundaries.kinds[axis][side] {
                 let place = self.bodies[k].centre[axis] + arm[axis];
                 other = other.min(if side == 0 { place } else { self.grid.size[axis] - place });
             }
@@ -341,7 +342,7 @@ impl<const D: usize> Surroundings<'_, D> {
         let bounds = body.shape().bounds(&self.orientation);
         let within = |a: usize, side: usize| {
             let from = body.centre[a] - if side == 0 { 0.0 } else { self.grid.size[a] };
-            matches!(self.boundaries.borders[a][side], Some(Border::Velocity(_)))
+            matches!(self.boundaries.kinds[a][side], Some(BoundaryKind::Velocity(_)))
                 && from.abs() < bounds[a] + unresolved(self.numerics) * self.h
         };
         !self.near.is_empty() || (0..2 * D).any(|f| within(f / 2, f % 2))
@@ -362,8 +363,8 @@ impl<const D: usize> Surroundings<'_, D> {
         }
         for axis in 0..D {
             let side = usize::from(n[axis] > 0.0);
-            let border = match &self.boundaries.borders[axis][side] {
-                Some(border @ (Border::Velocity(_) | Border::Outflow)) => border,
+            let boundary = match &self.boundaries.kinds[axis][side] {
+                Some(boundary @ (BoundaryKind::Velocity(_) | BoundaryKind::Outflow)) => boundary,
                 _ => continue,
             };
             let from = image[axis] + foot[axis];
@@ -374,9 +375,9 @@ impl<const D: usize> Surroundings<'_, D> {
             let width = (distance / n[axis].abs()).max(0.0);
             if width < gap.width {
                 gap.width = width;
-                gap.other = if let Border::Velocity(velocity) = border {
-                    let at = self.grid.position_on_border(axis, &(image + foot + width * n));
-                    Other::Border(Vector3::from_fn(
+                gap.other = if let BoundaryKind::Velocity(velocity) = boundary {
+                    let at = self.grid.position_on_boundary(axis, &(image + foot + width * n));
+                    Other::BoundaryKind(Vector3::from_fn(
                         |a, _| if a < D { velocity[a][at] } else { 0.0 },
                     ))
                 } else {

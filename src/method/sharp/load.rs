@@ -8,7 +8,7 @@ use super::{Sharp, StepNumbers, history};
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
-use crate::grid::{Border, Grid, VectorField, simd};
+use crate::grid::{BoundaryKind, Grid, VectorField, simd};
 use crate::method::vector;
 use crate::particles::{Body, nearest_image};
 use crate::state::{BodyHistory, Exchange, State};
@@ -288,10 +288,10 @@ impl<const D: usize> Sharp<D> {
                 self.passed_on += (of_i + of_j) * n;
             }
             for (a, side) in (0..D).flat_map(|a| [(a, 0), (a, 1)]) {
-                let spans = match domain.boundaries.borders[a][side] {
-                    Some(Border::Velocity(_)) => 1.0,
+                let spans = match domain.boundaries.kinds[a][side] {
+                    Some(BoundaryKind::Velocity(_)) => 1.0,
                     // To the body's own image.
-                    Some(Border::Slip) => 2.0,
+                    Some(BoundaryKind::Slip) => 2.0,
                     _ => continue,
                 };
                 let centre = bodies[i].centre[a];

@@ -67,7 +67,7 @@
 mod acceleration;
 mod apertures;
 mod balance;
-mod borders;
+mod boundaries;
 mod contact_correction;
 mod coupled;
 pub mod cut;
@@ -233,7 +233,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
         if let Some(contacts) = &self.contacts {
             contacts.check(&s.touching)?;
         }
-        // Ghosts depend on which borders bodies are near to.
+        // Ghosts depend on which boundaries bodies are near to.
         self.settle(domain, &s.bodies)?;
         domain.boundaries.fill_velocity(&mut s.u)?;
         history(&mut s.surfaces)?.before_forcing.reserve(self.cut.most_ghost_cells());
@@ -379,7 +379,7 @@ impl<const D: usize> Sharp<D> {
 
     fn settle(&mut self, domain: &mut Domain<D>, bodies: &[Body]) -> Result<()> {
         self.cut.settle(domain, bodies);
-        self.cut.straighten_borders(domain, bodies);
+        self.cut.straighten_boundaries(domain, bodies);
         self.set_ghost_layers(domain, bodies);
         domain.projection.assemble(&domain.grid, &self.cut.beta)
     }
@@ -387,7 +387,7 @@ impl<const D: usize> Sharp<D> {
     /// Deep ghosts, where something reads them. Returns whether what was filled before does not
     /// reach so far.
     fn set_ghost_layers(&self, domain: &mut Domain<D>, bodies: &[Body]) -> bool {
-        let deep = domain.session.size() > 1 || self.cut.near_borders(&domain.grid, bodies);
+        let deep = domain.session.size() > 1 || self.cut.near_boundaries(&domain.grid, bodies);
         domain.boundaries.set_velocity_layers(deep)
     }
 }

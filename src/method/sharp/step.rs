@@ -6,7 +6,7 @@ use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::grid::VectorField;
-use crate::kernels::border::{self, Sides};
+use crate::kernels::boundary::{self, Sides};
 use crate::kernels::faces;
 use crate::method::stabilised::Finish;
 use crate::particles::{Body, all_fixed};
@@ -163,7 +163,7 @@ impl<const D: usize> Sharp<D> {
             let (u, carrier) = (if k == 0 { &s.u } else { &work.stage }, momentum.carrier(s, dt));
             if s.balance.is_some() {
                 sides += weight
-                    * border::stress(
+                    * boundary::stress(
                         &domain.grid,
                         &carrier,
                         u,

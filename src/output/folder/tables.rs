@@ -117,7 +117,7 @@ impl Folder {
             r.wall
         ));
         if let Some(a) = &s.balance {
-            let (m, b) = (&a.momentum, &a.impulses.border());
+            let (m, b) = (&a.momentum, &a.impulses.boundary());
             let (substeps, error, angular) = (s.substeps, a.error.amax(), a.angular_error);
             self.steps.put(format_args!(
                 ",{substeps},{:e},{:e},{:e},{:e},{:e},{:e},{error:e},{angular:e}",
@@ -130,7 +130,7 @@ impl Folder {
             e.bodies,
             e.springs,
             e.gravity,
-            e.borders,
+            e.boundaries,
             e.prescribed,
             e.viscous,
             e.contacts,

@@ -33,7 +33,7 @@ pub fn stress<const D: usize>(
     for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
         let (s, area, inwards) =
             (grid.stride[axis], grid.cell_volume() / grid.h[axis], 1.0 - 2.0 * side as f64);
-        for cell in grid.border_cells(axis, side) {
+        for cell in grid.boundary_cells(axis, side) {
             let (face, ghost) = if side == 0 { (cell, cell - s) } else { (cell + s, cell + s) };
             let carried = carrier.at(axis, face);
             for (i, q) in u.iter().enumerate() {
@@ -74,7 +74,7 @@ pub fn pressure<const D: usize>(
     let mut force = Vector3::zeros();
     for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
         let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
-        for cell in grid.border_cells(axis, side) {
+        for cell in grid.boundary_cells(axis, side) {
             let (next, ghost, inwards) =
                 if side == 0 { (cell + s, cell - s, 1.0) } else { (cell - s, cell + s, -1.0) };
             force[axis] +=
@@ -98,11 +98,11 @@ pub fn power<const D: usize>(
 ) -> [f64; 2] {
     let mut power = [0.0; 2];
     for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
-        if boundaries.borders[axis][side].is_none() {
+        if boundaries.kinds[axis][side].is_none() {
             continue;
         }
         let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
-        for cell in grid.border_cells(axis, side) {
+        for cell in grid.boundary_cells(axis, side) {
             let (face, ghost, next) =
                 if side == 0 { (cell, cell - s, cell + s) } else { (cell + s, cell + s, cell - s) };
             let inwards = if side == 0 { faces[axis][face] } else { -faces[axis][face] };

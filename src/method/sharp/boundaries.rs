@@ -1,38 +1,38 @@
-//! Where fixed bodies are near borders of the box, the velocity's ghosts there are no longer those
-//! of a parabola, of whose three cells a body has some.
+//! Where fixed bodies are near boundaries of the box, the velocity's ghosts there are no longer
+//! those of a parabola, of whose three cells a body has some.
 //!
 //! ```text
 //!        ( k )
-//!     |     |  g      share of the parabola at the place x on the border: that of a profile
+//!     |     |  g      share of the parabola at the place x on the boundary: that of a profile
 //!                     through both image points in a gap as wide as g(x)
-//!   __x__.__x__._____ border
+//!   __x__.__x__._____ boundary
 //! ```
 
 use super::cut::CutBodies;
 use super::gap::{self, Shares};
 use crate::domain::Domain;
-use crate::grid::Border;
+use crate::grid::BoundaryKind;
 use crate::particles::{Body, all_fixed};
 use nalgebra::Vector3;
 
 impl<const D: usize> CutBodies<D> {
-    /// Finds that share under all bodies that are near a border, on ghosts as well; there is none
+    /// Finds that share under all bodies that are near a boundary, on ghosts as well; there is none
     /// where bodies move.
-    pub(super) fn straighten_borders(&self, domain: &mut Domain<D>, bodies: &[Body]) {
+    pub(super) fn straighten_boundaries(&self, domain: &mut Domain<D>, bodies: &[Body]) {
         if !all_fixed(bodies) {
             return domain.boundaries.bend(0.0);
         }
         domain.boundaries.bend(1.0);
         let size = domain.grid.size;
         for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
-            if !matches!(domain.boundaries.borders[axis][side], Some(Border::Velocity(_))) {
+            if !matches!(domain.boundaries.kinds[axis][side], Some(BoundaryKind::Velocity(_))) {
                 continue;
             }
-            let border = if side == 0 { 0.0 } else { size[axis] };
+            let boundary = if side == 0 { 0.0 } else { size[axis] };
             let reach = gap::reach(false, &domain.numerics) * self.h;
             for body in bodies {
                 let bounds = body.shape().bounds(&body.orientation());
-                if (body.centre[axis] - border).abs() < bounds[axis] + reach {
+                if (body.centre[axis] - boundary).abs() < bounds[axis] + reach {
                     self.straighten_under(domain, body, &bounds, axis, side);
                 }
             }
@@ -49,7 +49,7 @@ impl<const D: usize> CutBodies<D> {
         side: usize,
     ) {
         let (grid, boundaries, numerics) = (&domain.grid, &mut domain.boundaries, &domain.numerics);
-        let (mut inwards, border) =
+        let (mut inwards, boundary) =
             (Vector3::zeros(), if side == 0 { 0.0 } else { grid.size[axis] });
         inwards[axis] = 1.0 - 2.0 * side as f64;
         let others: [usize; 2] = std::array::from_fn(|n| if n < axis { n } else { n + 1 });
@@ -77,7 +77,7 @@ impl<const D: usize> CutBodies<D> {
         for (i, x) in shifts(first).flat_map(|shift| under(first, shift)) {
             for (j, y) in shifts(second).flat_map(|shift| under(second, shift)) {
                 let mut apart = body.centre;
-                apart[axis] -= border;
+                apart[axis] -= boundary;
                 apart[first] -= x;
                 apart[second] -= y;
                 if let Some(width) = body.shape().meets(&body.orientation(), &apart, &inwards) {
