@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use MeasureKind::*;
+
 /// What a measure is. Coefficients are forces over `0.5 rho_f speed^2 d` (2D, per unit depth) or
 /// `0.5 rho_f speed^2 pi d^2/4` (3D); means are over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -120,7 +122,6 @@ impl MeasureKind {
     /// The unit of its value, where the case is in SI units; empty for numbers without one. Forces
     /// and energies in 2D are per metre of depth.
     pub fn unit(self, dimension: usize) -> &'static str {
-        use MeasureKind::*;
         match self {
             DragCoefficient | DragCoefficientMax | LiftCoefficient | LiftCoefficientMax
             | LiftMagnitude | LiftRms | LiftAmplitude | Strouhal | MorisonDrag | MorisonInertia
@@ -146,7 +147,6 @@ impl MeasureKind {
     /// Whether its value is found from all samples from `from` on, so that an impulsive start at
     /// time 0 counts in it.
     pub fn counts_the_start(self) -> bool {
-        use MeasureKind::*;
         matches!(
             self,
             DragCoefficient | LiftCoefficient | LiftMagnitude | LiftRms | LiftAmplitude | Force
@@ -155,7 +155,7 @@ impl MeasureKind {
 
     /// Whether it is of one particle.
     pub fn needs_particle(self) -> bool {
-        !matches!(self, MeasureKind::MaxSpeed | MeasureKind::LargestOverlap)
+        !matches!(self, MaxSpeed | LargestOverlap)
             && !self.is_of_midline()
             && !self.is_of_group()
             && !self.is_of_box()
@@ -163,7 +163,6 @@ impl MeasureKind {
 
     /// Whether it is of several particles.
     pub fn is_of_group(self) -> bool {
-        use MeasureKind::*;
         matches!(
             self,
             MeanHeight
@@ -178,7 +177,6 @@ impl MeasureKind {
 
     /// Whether it is taken of the whole box after every step.
     pub fn is_of_box(self) -> bool {
-        use MeasureKind::*;
         self.has_axis()
             || matches!(
                 self,
@@ -188,7 +186,6 @@ impl MeasureKind {
 
     /// Whether it is along an axis.
     pub fn has_axis(self) -> bool {
-        use MeasureKind::*;
         matches!(
             self,
             SuperficialVelocity | FlowRate | PressureDrop | DriveForce | TransportRate | BedHeight
@@ -197,20 +194,16 @@ impl MeasureKind {
 
     /// Whether it needs gravity, to tell what is high.
     pub fn needs_gravity(self) -> bool {
-        matches!(self, MeasureKind::MeanHeight | MeasureKind::HeightRank | MeasureKind::BedHeight)
+        matches!(self, MeanHeight | HeightRank | BedHeight)
     }
 
     /// Whether it is of the velocities on a line through the middle of the box.
     pub fn is_of_midline(self) -> bool {
-        matches!(
-            self,
-            MeasureKind::MidlineULeast | MeasureKind::MidlineVLeast | MeasureKind::MidlineVLargest
-        )
+        matches!(self, MidlineULeast | MidlineVLeast | MidlineVLargest)
     }
 
     /// Whether a reference speed makes it dimensionless: a coefficient of a force, or a frequency.
     pub fn needs_speed(self) -> bool {
-        use MeasureKind::*;
         matches!(
             self,
             DragCoefficient
@@ -226,20 +219,16 @@ impl MeasureKind {
 
     /// Whether it can be taken at a moment of the particle's way.
     pub fn has_moments(self) -> bool {
-        use MeasureKind::*;
         matches!(self, PositionX | PositionY | PositionZ | VelocityX | VelocityY | VelocityZ | Spin)
     }
 
     /// Whether it is made of the force on a particle.
     pub fn is_of_force(self) -> bool {
-        self.needs_speed()
-            || self.fits_morison()
-            || matches!(self, MeasureKind::ForceNoise | MeasureKind::Force)
+        self.needs_speed() || self.fits_morison() || matches!(self, ForceNoise | Force)
     }
 
     /// Whether it is of the component of a force across the stream.
     pub fn is_across(self) -> bool {
-        use MeasureKind::*;
         matches!(self, LiftCoefficient | LiftCoefficientMax | LiftRms | LiftAmplitude | Strouhal)
     }
 
@@ -247,21 +236,18 @@ impl MeasureKind {
     pub fn is_mean_of_step(self) -> bool {
         matches!(
             self,
-            MeasureKind::DragCoefficient
-                | MeasureKind::LiftCoefficient
-                | MeasureKind::LiftMagnitude
-                | MeasureKind::LiftRms
-                | MeasureKind::Force
-                | MeasureKind::DriveForce
-                | MeasureKind::PressureDrop
+            DragCoefficient
+                | LiftCoefficient
+                | LiftMagnitude
+                | LiftRms
+                | Force
+                | DriveForce
+                | PressureDrop
         )
     }
 
     /// Whether it is a fit of Morison's formula, of a particle with a prescribed oscillation.
     pub fn fits_morison(self) -> bool {
-        matches!(
-            self,
-            MeasureKind::MorisonDrag | MeasureKind::MorisonInertia | MeasureKind::MorisonResidual
-        )
+        matches!(self, MorisonDrag | MorisonInertia | MorisonResidual)
     }
 }
