@@ -131,14 +131,14 @@ impl Contacts {
     ) -> bool {
         let mut clusters = std::mem::take(&mut self.clusters);
         let free = |k: usize| bodies.get(k).is_some_and(|body| body.freedom().is_some());
-        for pair in self.pairs.iter().filter(|pair| pair.pressed > 0.0) {
+        for pair in self.pairs.iter().filter(|pair| pair.normal_impulse > 0.0) {
             clusters.add(pair);
             if free(pair.first) && free(pair.second) {
                 let (one, other) = (clusters.first(pair.first), clusters.first(pair.second));
                 clusters.parent[one.max(other)] = one.min(other);
             }
         }
-        for pair in self.pairs.iter().filter(|pair| pair.pressed > 0.0) {
+        for pair in self.pairs.iter().filter(|pair| pair.normal_impulse > 0.0) {
             let (first, released) = (
                 self.cluster_of(&clusters, pair, bodies),
                 pair.stored - self.stored_in(pair, bodies),
@@ -188,7 +188,7 @@ impl Contacts {
     fn keep_impulses(&mut self, bodies: &[Body], wanted: impl Fn(&Work) -> bool) {
         let mut clusters = std::mem::take(&mut self.clusters);
         clusters.impulses.fill(Impulse::default());
-        for pair in self.pairs.iter().filter(|pair| pair.pressed > 0.0) {
+        for pair in self.pairs.iter().filter(|pair| pair.normal_impulse > 0.0) {
             if !wanted(&clusters.works[self.cluster_of(&clusters, pair, bodies)]) {
                 continue;
             }
@@ -275,7 +275,7 @@ impl Contacts {
             Some(_) => motion(k),
             None => [bodies[k].velocity, bodies[k].spin],
         };
-        for pair in self.pairs.iter().filter(|pair| pair.pressed > 0.0) {
+        for pair in self.pairs.iter().filter(|pair| pair.normal_impulse > 0.0) {
             let first = self.cluster_of(&clusters, pair, bodies);
             clusters.works[first].sum += self.work_of(pair, &of);
         }
@@ -298,7 +298,7 @@ impl Contacts {
         corrections.fill(Impulse::default());
         for p in 0..self.pairs.len() {
             let factor = clusters.works[self.cluster_of(&clusters, &self.pairs[p], bodies)].factor;
-            if self.pairs[p].pressed <= 0.0 || factor == 1.0 {
+            if self.pairs[p].normal_impulse <= 0.0 || factor == 1.0 {
                 continue;
             }
             let pair = &mut self.pairs[p];
@@ -314,7 +314,7 @@ impl Contacts {
             }
             pair.add(impulse, turns);
             pair.normal *= factor;
-            pair.pressed *= factor;
+            pair.normal_impulse *= factor;
             pair.tangential *= factor;
             if let Some(wall) = pair.second.checked_sub(bodies.len()) {
                 self.wall_impulse -= impulse;

@@ -105,7 +105,7 @@ impl Contacts {
     /// shortest t (1 - q) of its contacts, and none where it has no contact.
     pub(crate) fn find_followed(&self, bodies: &[Body], followed: &mut [f64]) {
         followed.fill(f64::INFINITY);
-        for pair in self.pairs.iter().filter(|pair| pair.pressed > 0.0) {
+        for pair in self.pairs.iter().filter(|pair| pair.normal_impulse > 0.0) {
             let held = self.held_by_contact(pair, &self.kinematics(pair, bodies, 0.0).0);
             for k in [pair.first, pair.second] {
                 let Some(time) = followed.get_mut(k) else { continue };
@@ -137,7 +137,7 @@ impl Contacts {
         let pair = &mut self.pairs[constraint.pair];
         pair.normal += press;
         if constraint.friction.is_some() {
-            pair.pressed += press;
+            pair.normal_impulse += press;
             pair.tangential += along;
         }
         let (impulse, turn) = (along - press * normal, normal.cross(&along));
@@ -154,10 +154,10 @@ impl Contacts {
         let inverse = [kinematics.inverse_normal, kinematics.inverse_tangential];
         // Two that touch for a part of the step, and are drawn together by their lubrication in
         // all, are held by that.
-        let touched = pair.pressed > 0.0 && pair.normal > 0.0;
+        let touched = pair.normal_impulse > 0.0 && pair.normal > 0.0;
         let share = if touched {
             let held = self.held_by_contact(pair, &kinematics);
-            [held, held * pair.stuck / pair.pressed]
+            [held, held * pair.stuck / pair.normal_impulse]
         } else {
             let held = |resistance: f64, inverse: f64| {
                 let x = dt * resistance * inverse;
@@ -250,7 +250,9 @@ impl Contacts {
             ];
             dt * normal.max(sliding) >= FAINT
         };
-        self.pairs.iter().any(|pair| pair.normal != 0.0 && (pair.pressed > 0.0 || slows(pair)))
+        self.pairs
+            .iter()
+            .any(|pair| pair.normal != 0.0 && (pair.normal_impulse > 0.0 || slows(pair)))
     }
 }
 
@@ -264,7 +266,8 @@ impl Constraint {
     /// impulse.
     fn within_cone(&self, pair: &Pair, press: f64, along: Vector3<f64>) -> Vector3<f64> {
         let Some(friction) = self.friction else { return along };
-        let (limit, whole) = (friction * (pair.pressed + press).max(0.0), pair.tangential + along);
+        let (limit, whole) =
+            (friction * (pair.normal_impulse + press).max(0.0), pair.tangential + along);
         along + whole * ((limit / whole.norm().max(f64::MIN_POSITIVE)).min(1.0) - 1.0)
     }
 

@@ -278,11 +278,11 @@ impl Contacts {
         self.refuse_strays(bodies)?;
         self.find_damping(bodies);
         touching.springs.clear();
-        let lasting = self.pairs.iter().filter_map(|p| {
+        let sustained = self.pairs.iter().filter_map(|p| {
             let image = p.image + crossed(bodies, p.first, p.second, &self.periods);
             Some((p.first, p.second, Springs { image, tangential: p.spring?, rolling: p.rolled }))
         });
-        touching.springs.extend(lasting);
+        touching.springs.extend(sustained);
         Ok(taken)
     }
 
@@ -340,7 +340,8 @@ impl Contacts {
                 let sides = if pair.is_own_image() { 2.0 } else { 1.0 };
                 let lubrication = body.radius().powi(2)
                     * (sides * pair.lubrication.sliding + pair.lubrication.rolling);
-                self.damping[k] += if pair.pressed > 0.0 { f64::INFINITY } else { lubrication };
+                self.damping[k] +=
+                    if pair.normal_impulse > 0.0 { f64::INFINITY } else { lubrication };
             }
         }
     }

@@ -26,7 +26,7 @@ pub(super) struct Pair {
     /// Of touch alone: tangential impulse on the first, normal impulse, in all and while the two
     /// stick (N s), and its time (s).
     pub(super) tangential: Vector3<f64>,
-    pub(super) pressed: f64,
+    pub(super) normal_impulse: f64,
     pub(super) stuck: f64,
     pub(super) touched: f64,
     /// Energy in the springs at the start of the step (J).
@@ -52,7 +52,7 @@ impl Pair {
             turns: [Vector3::zeros(); 2],
             normal: 0.0,
             tangential: Vector3::zeros(),
-            pressed: 0.0,
+            normal_impulse: 0.0,
             stuck: 0.0,
             touched: 0.0,
             stored: 0.0,

@@ -77,7 +77,7 @@ impl Contacts {
         pair.touched += if normal > 0.0 { h } else { 0.0 };
         let limit = self.law(&pair).material.friction * normal;
         let sticks = tangential.norm() < (1.0 - ROUNDING) * limit;
-        pair.pressed += h * normal;
+        pair.normal_impulse += h * normal;
         pair.stuck += if sticks { h * normal } else { 0.0 };
         let (force, turn) =
             (tangential - normal * kinematics.normal, kinematics.normal.cross(&tangential));
