@@ -68,8 +68,8 @@ fn untouchable(case: &Case) -> Option<String> {
 /// Bodies in a fluid without viscosity, which slips along the walls of the box.
 pub fn sticks(case: &Case) -> Option<String> {
     let sticks = case.fluid.viscosity == 0.0 && !case.particle.is_empty();
-    let words = "warning      without viscosity bodies hold the fluid beside them all the same: \
-        how they are set off from rest is right, drag, wakes and light bodies at walls are not";
+    let words = "warning      bodies are no-slip even at zero viscosity: the start from rest \
+        is right; drag, wakes and light bodies at walls are not";
     sticks.then(|| words.into())
 }
 

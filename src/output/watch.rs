@@ -99,7 +99,7 @@ impl<'a> Follower<'a> {
     /// Says how it ended.
     ///
     /// # Errors
-    /// When it failed, was interrupted, or is gone without a word.
+    /// When it failed, was interrupted, or was killed.
     fn close(&self) -> Result<()> {
         self.say(&self.newest.line())?;
         let Record { measures, time, step, pid, status, .. } = &self.newest;
@@ -108,7 +108,7 @@ impl<'a> Follower<'a> {
         match status.as_str() {
             "done" => self.say(&format!("done {at}")),
             "running" | "" => Err(Error::Run(format!(
-                "{run}: process {pid} has gone without a word, last heard of {at}: it was killed"
+                "{run}: process {pid} was killed: it is gone without an end; last update {at}"
             ))),
             "interrupted" => Err(Error::Interrupted(format!(
                 "{run}: the run was interrupted {at}, with exit status {}; its command with \

@@ -73,7 +73,7 @@ impl<const D: usize> Ended<D> {
         let bodies = self.bodies();
         let Ended { case: before, state, run } = self;
         let taken = if scene.go_on_from(case, &before, state)? {
-            "all that lasts"
+            "the whole state, bit for bit"
         } else {
             let newest =
                 newest_snapshot(&run).ok_or_else(|| refuse(&run, "it has no fields".into()))?;

@@ -29,7 +29,7 @@ fn no_slip_bodies_at_zero_viscosity_are_warned_of() {
         ]);
         let found = said
             .lines()
-            .any(|line| line.starts_with("warning      without viscosity bodies hold the fluid"));
+            .any(|line| line.starts_with("warning      bodies are no-slip even at zero viscosity"));
         assert!(code == Some(0) && found == warned, "{said}");
     }
 }

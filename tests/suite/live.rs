@@ -142,7 +142,7 @@ fn watch_says_that_a_run_was_killed() {
     let watched = mics(&["watch", out.to_str().unwrap()]);
     let said = words(&watched);
     assert_eq!(watched.status.code(), Some(3), "{said}");
-    assert!(said.contains("gone without a word") && said.contains("it was killed"), "{said}");
+    assert!(said.contains("gone without an end") && said.contains("it was killed"), "{said}");
 }
 
 #[test]
@@ -172,7 +172,7 @@ fn watch_follows_several_runs_and_returns_first_failure() {
     let said = words(&watched);
     assert_eq!(watched.status.code(), Some(3), "{said}");
     assert!(said.contains("done: done at t = 0.200000 s, step 100"), "{said}");
-    assert!(said.contains("killed: process") && said.contains("gone without a word"), "{said}");
+    assert!(said.contains("killed: process") && said.contains("gone without an end"), "{said}");
     let absent = mics(&["watch", folders[0].to_str().unwrap(), "absent"]);
     assert_eq!(absent.status.code(), Some(2), "{}", words(&absent));
 }

@@ -222,7 +222,7 @@ fn initial_from_with_feed_of_own_bodies() {
     // Who came over, who stayed behind and who had left stands in the log.
     let log = std::fs::read_to_string(at("next/log.txt")).unwrap();
     let spoken = [
-        "ended: all that lasts".to_owned(),
+        "ended: the whole state, bit for bit".to_owned(),
         format!("its particles {left} to 13 come over and are 0 to {} here", there.len() - 1),
         "6 particles that waited there to come in stay behind".to_owned(),
         format!(

@@ -289,7 +289,8 @@ fn new_copies_shipped_case_under_own_name() {
     let said = mics(&["check", "--quiet", case.to_str().unwrap()]);
     assert!(said.status.success(), "{}", text(&said.stderr));
     let begun = std::fs::read_to_string(&case).unwrap();
-    assert!(begun.contains("name = \"my-bed\"") && !begun.contains("#:schema"), "{begun}");
+    assert!(begun.contains("name = \"my-bed\"") && begun.starts_with("#:schema case.schema.json"));
+    assert!(own.join("case.schema.json").is_file() && !begun.contains("reference ="), "{begun}");
     // What is there stays, and a name that is none is answered with what was probably meant.
     let again = mics(&["new", own.to_str().unwrap()]);
     assert_eq!(again.status.code(), Some(2));

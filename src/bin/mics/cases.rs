@@ -13,6 +13,9 @@ const SHIPPED: &[(&str, &[(&str, &str)])] = include!(concat!(env!("OUT_DIR"), "/
 /// The file of a case that `mics run` takes.
 const CASE: &str = "case.toml";
 
+/// The schema of a case, by which an editor completes its keys.
+const SCHEMA: &str = "case.schema.json";
+
 /// What to do with the shipped cases.
 #[derive(Subcommand)]
 pub enum Action {
@@ -48,6 +51,7 @@ pub fn cases(action: Option<Action>) -> Result<()> {
 /// When there is no such case, or the folder is there or cannot be written.
 pub fn begin(folder: &Path, template: &str) -> Result<()> {
     let (_, files) = shipped(template)?;
+    let schema = format!("{:#}\n", mics::config::schema());
     let own = folder.file_name().unwrap_or_default().to_string_lossy();
     let text = |(file, text): &(&'static str, &str)| {
         let self_contained = standing_alone(text);
@@ -60,11 +64,20 @@ pub fn begin(folder: &Path, template: &str) -> Result<()> {
         let line = |(n, line): (usize, &str)| {
             if Some(n) == at { renamed(line) + "\n" } else { format!("{line}\n") }
         };
-        (*file, self_contained.lines().enumerate().map(line).collect())
+        // A case of one's own has no reference yet.
+        let own_line = |(_, line): &(usize, &str)| {
+            let key = line.split('=').next().unwrap_or_default().trim();
+            !["reference", "tolerance", "source"].contains(&key)
+        };
+        let first = if *file == CASE { format!("#:schema {SCHEMA}\n") } else { String::new() };
+        let lines = self_contained.lines().enumerate().filter(own_line).map(line);
+        (*file, first + &lines.collect::<String>())
     };
-    // Studies and pages are those of the shipped case.
-    let kept = |(file, _): &&(&str, &str)| *file == CASE || file.ends_with(".csv");
-    write(folder, files.iter().filter(kept).map(text))?;
+    // Studies, pages and reference data are those of the shipped case.
+    let read = |file: &str| files.iter().any(|(_, text)| text.contains(&format!("\"{file}\"")));
+    let kept = |(file, _): &&(&str, &str)| *file == CASE || file.ends_with(".csv") && read(file);
+    let schema = std::iter::once((SCHEMA, schema));
+    write(folder, files.iter().filter(kept).map(text).chain(schema))?;
     print(&format!("mics check {}", folder.join(CASE).display()))
 }
 
