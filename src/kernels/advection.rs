@@ -123,30 +123,13 @@ pub fn upwind5<const D: usize>(
                 }
                 let (j, k) = (number % grid.local[1], number / grid.local[1]);
                 for axis in 1..D {
-                    let s = grid.stride[axis];
                     let first = if axis == 1 { j == 0 } else { k == 0 };
                     let low =
                         |i: usize| if axis == 1 { i * n } else { (i * grid.local[1] + j) * n };
                     let fluxes = if axis == 1 { &mut *rows } else { &mut *planes };
-                    if first {
-                        let carried = carrier.row(axis, row.clone(), values);
-                        for (i, q) in u.iter().enumerate() {
-                            flux_across(
-                                &mut fluxes[low(i)..][..n],
-                                carried,
-                                upwinding,
-                                sixfold(q, row.start, n, s),
-                            );
-                        }
-                    }
-                    let carried = carrier.row(axis, row.start + s..row.end + s, values);
-                    for (i, (q, rate)) in u.iter().zip(rate.iter_mut()).enumerate() {
-                        let high = &mut along[..n];
-                        flux_across(high, carried, upwinding, sixfold(q, row.start + s, n, s));
-                        let low = &mut fluxes[low(i)..][..n];
-                        subtract_difference(&mut rate[row.clone()], low, high, factor[axis]);
-                        low.copy_from_slice(high);
-                    }
+                    let (lows, high) = ((first, low, &mut fluxes[..]), &mut along[..n]);
+                    let step = (grid.stride[axis], factor[axis]);
+                    across(carrier, axis, u, &row, step, values, lows, high, rate);
                 }
                 if nu != 0.0 {
                     for (q, rate) in u.iter().zip(rate.iter_mut()) {
@@ -156,6 +139,39 @@ pub fn upwind5<const D: usize>(
             }
         },
     );
+}
+
+/// The fluxes of a row across an axis of this stride and factor: those through its low faces are at
+/// `low(component)` of `fluxes`, where it is not the first row, and those through its high faces
+/// take their place.
+#[allow(clippy::too_many_arguments)]
+#[inline(always)]
+fn across<const D: usize>(
+    carrier: &Carrier<D>,
+    axis: usize,
+    u: &VectorField<D>,
+    row: &Range<usize>,
+    (s, factor): (usize, f64),
+    values: &mut [f64],
+    (first, low, fluxes): (bool, impl Fn(usize) -> usize, &mut [f64]),
+    high: &mut [f64],
+    rate: &mut VectorField<D>,
+) {
+    let (n, upwinding) = (row.len(), carrier.upwinding);
+    if first {
+        let carried = carrier.row(axis, row.clone(), values);
+        for (i, q) in u.iter().enumerate() {
+            let low = &mut fluxes[low(i)..][..n];
+            flux_across(low, carried, upwinding, sixfold(q, row.start, n, s));
+        }
+    }
+    let carried = carrier.row(axis, row.start + s..row.end + s, values);
+    for (i, (q, rate)) in u.iter().zip(rate.iter_mut()).enumerate() {
+        flux_across(high, carried, upwinding, sixfold(q, row.start + s, n, s));
+        let low = &mut fluxes[low(i)..][..n];
+        subtract_difference(&mut rate[row.clone()], low, high, factor);
+        low.copy_from_slice(high);
+    }
 }
 
 /// The six rows about a row of faces that begins at `first`.

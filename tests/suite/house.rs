@@ -180,17 +180,6 @@ fn dependency_cycle_is_found_in_use_lists_and_paths() {
 const FILE_LINES: usize = 450;
 const FUNCTION_LINES: usize = 60;
 
-/// Files that are longer still.
-const LONG_FILES: [&str; 2] = ["src/method/mics2003/mod.rs", "tests/suite/extending.rs"];
-
-/// Functions that are longer still.
-const LONG_FUNCTIONS: [&str; 4] = [
-    "src/kernels/advection.rs: upwind5",
-    "src/method/mics2003/motion.rs: depart",
-    "src/method/sharp/cut_body.rs: rebuild",
-    "src/method/sharp/motion.rs: predict_positions",
-];
-
 /// The name of the function that a line begins, if it begins one.
 fn function(line: &str) -> Option<&str> {
     let (before, after) = line.split_once("fn ")?;
@@ -244,12 +233,8 @@ fn files_and_functions_within_length_limits() {
             }
         }
     }
-    assert_eq!(files, LONG_FILES.map(str::to_owned).into(), "files over {FILE_LINES} lines");
-    assert_eq!(
-        long,
-        LONG_FUNCTIONS.map(str::to_owned).into(),
-        "functions over {FUNCTION_LINES} lines"
-    );
+    assert!(files.is_empty(), "over {FILE_LINES} lines: {files:?}");
+    assert!(long.is_empty(), "over {FUNCTION_LINES} lines: {long:?}");
 }
 
 #[test]

@@ -21,6 +21,7 @@ mod ellipse_shape;
 mod energy;
 mod estimates;
 mod extending;
+mod extending_force;
 mod failures;
 mod feeding;
 mod film;

@@ -102,9 +102,8 @@ impl<const D: usize> Mics2003<D> {
         Ok(())
     }
 
-    /// Finds the acceleration of each free particle by fluid and gravity, at the old place with the
-    /// new flow, to be kept over the step `dt` (s). Collective.
-    pub(super) fn depart(&mut self, domain: &Domain<D>, s: &State<D>, dt: f64) -> Result<()> {
+    /// Finds what the turning of bodies takes along locked directions of the forces on their cells.
+    fn find_locked(&mut self, domain: &Domain<D>, s: &State<D>) {
         let volume = domain.grid.cell_volume();
         let all = self.departures.iter_mut().zip(&s.bodies).zip(&self.overlaps).zip(&self.pulled);
         for (((departure, body), overlaps), (v, w)) in all {
@@ -119,6 +118,12 @@ impl<const D: usize> Mics2003<D> {
                     pull - freedom.along(&pull)
                 });
         }
+    }
+
+    /// Finds the acceleration of each free particle by fluid and gravity, at the old place with the
+    /// new flow, to be kept over the step `dt` (s). Collective.
+    pub(super) fn depart(&mut self, domain: &Domain<D>, s: &State<D>, dt: f64) -> Result<()> {
+        self.find_locked(domain, s);
         let (choices, fluid_density) = (self.choices, domain.fluid.density);
         if !trade(&s.bodies, fluid_density) {
             return Ok(());

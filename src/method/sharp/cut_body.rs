@@ -234,9 +234,27 @@ impl<const D: usize> CutBody<D> {
         }
         fraction::overlaps(grid, &placed, fraction::Rule::Exact, tiles, &mut self.solid);
         self.clear();
-        let mut touched_cells = 0;
+        self.find_cells(around, k, before, &extent, tight);
+        if tight > 0.0 {
+            self.find_gaps(around, k, arms);
+        }
+        self.place_points(around, k);
+    }
+
+    /// Finds its own cells and its ghost cells within an extent (m), of which those in gaps narrower
+    /// than `tight` (m) lie outside.
+    fn find_cells(
+        &mut self,
+        around: &Surroundings<D>,
+        k: usize,
+        before: &Before,
+        extent: &Vector3<f64>,
+        tight: f64,
+    ) {
+        let (grid, body, orientation) = (around.grid, &around.bodies[k], &around.orientation);
+        let (shape, mut touched_cells) = (body.shape(), 0);
         for image in images(grid, &body.centre) {
-            for at in Block::owned(grid, &image, &extent) {
+            for at in Block::owned(grid, &image, extent) {
                 let arm = Vector3::from_fn(|a, _| {
                     if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 }
                 });
@@ -254,47 +272,60 @@ impl<const D: usize> CutBody<D> {
                     continue;
                 }
                 let owned = around.ownership(&arm, s);
-                let shared = owned > 0.0 && owned < 1.0;
                 if touched && owned > 0.0 {
-                    if shared {
-                        let next = SharedCell::next(&self.own_cells, cell, owned, 1.0, false);
-                        self.shared_own_cells.push(next);
-                    }
-                    let arm = self.solid[touched_cells - 1].arm;
-                    let (ownership, cell, cut_change) = (owned, cell as u32, [0.0; D]);
-                    self.own_cells.push(OwnCell { arm, ownership, cut_change, cell });
+                    self.add_own_cell(self.solid[touched_cells - 1].arm, owned, cell);
                 }
-                if (s > tight && !cleared) || owned == 0.0 {
-                    continue;
+                if (s <= tight || cleared) && owned > 0.0 {
+                    self.add_ghost_cell(around, k, &image, &arm, (s, cleared), owned, cell);
                 }
-                let (mut stencil, mut weight) = (Stencil::STILL, 1.0);
-                if s > 0.0 && !cleared {
-                    let normal = Normal::new(shape, &arm, s, shape.normal(orientation, &arm));
-                    (stencil, weight) = self.stencils.profile_across(around, &image, &normal, s);
-                    if weight == 0.0 && !shared {
-                        continue;
-                    }
-                } else if s > -body.radius().min(PROFILE_DEPTH * around.h) {
-                    let normal = Normal::new(shape, &arm, s, shape.normal(orientation, &arm));
-                    stencil = self.stencils.profile(around, &image, &normal, s);
-                    if around.cubic {
-                        let place = self.ghost_cells.len();
-                        let cubic = self.stencils.cubic(around, &image, &normal, s, place);
-                        self.cubic.extend(cubic);
-                    }
-                }
-                if shared {
-                    let next = SharedCell::next(&self.ghost_cells, cell, owned, weight, cleared);
-                    self.shared_ghost_cells.push(next);
-                }
-                self.ghost_cells.push(GhostCell::new(arm, weight, stencil, cell, cleared));
             }
         }
         debug_assert_eq!(touched_cells, self.solid.len());
-        if tight > 0.0 {
-            self.find_gaps(around, k, arms);
+    }
+
+    fn add_own_cell(&mut self, arm: Vector3<f64>, owned: f64, cell: usize) {
+        if owned < 1.0 {
+            let next = SharedCell::next(&self.own_cells, cell, owned, 1.0, false);
+            self.shared_own_cells.push(next);
         }
-        self.place_points(around, k);
+        let (ownership, cell, cut_change) = (owned, cell as u32, [0.0; D]);
+        self.own_cells.push(OwnCell { arm, ownership, cut_change, cell });
+    }
+
+    /// Adds the ghost cell at the distance `s` (m) from the surface, with the profile that it needs.
+    #[allow(clippy::too_many_arguments)]
+    fn add_ghost_cell(
+        &mut self,
+        around: &Surroundings<D>,
+        k: usize,
+        image: &Vector3<f64>,
+        arm: &Vector3<f64>,
+        (s, cleared): (f64, bool),
+        owned: f64,
+        cell: usize,
+    ) {
+        let (body, orientation, shared) = (&around.bodies[k], &around.orientation, owned < 1.0);
+        let shape = body.shape();
+        let normal = || Normal::new(shape, arm, s, shape.normal(orientation, arm));
+        let (mut stencil, mut weight) = (Stencil::STILL, 1.0);
+        if s > 0.0 && !cleared {
+            (stencil, weight) = self.stencils.profile_across(around, image, &normal(), s);
+            if weight == 0.0 && !shared {
+                return;
+            }
+        } else if s > -body.radius().min(PROFILE_DEPTH * around.h) {
+            let normal = normal();
+            stencil = self.stencils.profile(around, image, &normal, s);
+            if around.cubic {
+                let place = self.ghost_cells.len();
+                self.cubic.extend(self.stencils.cubic(around, image, &normal, s, place));
+            }
+        }
+        if shared {
+            let next = SharedCell::next(&self.ghost_cells, cell, owned, weight, cleared);
+            self.shared_ghost_cells.push(next);
+        }
+        self.ghost_cells.push(GhostCell::new(*arm, weight, stencil, cell, cleared));
     }
 
     /// Finds the faces in gaps that the grid does not resolve, by the arms to their centres (m).

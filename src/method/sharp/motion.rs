@@ -80,12 +80,36 @@ impl<const D: usize> Sharp<D> {
             motion.start = (body.velocity, body.spin);
             motion.angular_momentum = body.inertia().of(&body.spin);
         }
-        let (histories, unit) = (
-            &mut history(&mut s.surfaces)?.bodies,
-            (domain.fluid.viscosity / self.cut.h, slope_weights(&domain.numerics)),
-        );
+        self.recall_accelerations(domain, s, dt)?;
+        s.substeps = 0;
+        if s.bodies.iter().any(Body::moves) {
+            self.cut.depart(&s.bodies);
+            self.advance_bodies(domain, s, dt)?;
+            domain.clock.lap(Stage::Contacts);
+            refuse_collisions(domain, &s.bodies, self.contacts.is_some())?;
+            for (motion, body) in self.motions.iter_mut().zip(&s.bodies) {
+                motion.expected = (body.velocity, body.spin);
+            }
+            self.cut.arrive(domain, &s.bodies, dt);
+        }
+        if self.set_ghost_layers(domain, &s.bodies) {
+            domain.boundaries.fill_velocity(&mut s.u)?;
+        }
+        domain.clock.lap(Stage::Particles);
+        Ok(())
+    }
+
+    /// Takes the accelerations that the last step lets expect.
+    fn recall_accelerations(
+        &mut self,
+        domain: &Domain<D>,
+        s: &mut State<D>,
+        dt: f64,
+    ) -> Result<()> {
+        let unit = (domain.fluid.viscosity / self.cut.h, slope_weights(&domain.numerics));
+        let histories = &history(&mut s.surfaces)?.bodies;
         for (k, (accelerations, history)) in
-            self.work.accelerations.iter_mut().zip(&*histories).enumerate()
+            self.work.accelerations.iter_mut().zip(histories).enumerate()
         {
             *accelerations = history.accelerations;
             // What begins to turn a body without a past turns the fluid beside it as well.
@@ -98,47 +122,39 @@ impl<const D: usize> Sharp<D> {
                 ));
             }
         }
-        s.substeps = 0;
-        if s.bodies.iter().any(Body::moves) {
-            self.cut.depart(&s.bodies);
-            let periods = self.cut.periods;
-            for (body, history) in
-                s.bodies.iter_mut().zip(histories).filter(|(body, _)| body.freedom().is_some())
-            {
-                body.displace(&std::mem::take(&mut history.displacement), &periods);
-            }
-            match &mut self.contacts {
-                Some(contacts) => {
-                    let motions = &self.motions;
-                    let turning = |k: usize, body: &Body| {
-                        turning(body, &motions[k].surface_moments, unit, dt)
-                    };
-                    s.substeps = contacts.advance(
-                        &mut s.bodies,
-                        &mut s.touching,
-                        &self.work.accelerations,
-                        turning,
-                        dt,
-                    )?;
-                }
-                None => {
-                    let bodies = s.bodies.iter_mut().zip(&self.work.accelerations);
-                    bodies.for_each(|(body, accelerations)| {
-                        body.advance(dt, accelerations, &periods)
-                    });
-                }
-            }
-            domain.clock.lap(Stage::Contacts);
-            refuse_collisions(domain, &s.bodies, self.contacts.is_some())?;
-            for (motion, body) in self.motions.iter_mut().zip(&s.bodies) {
-                motion.expected = (body.velocity, body.spin);
-            }
-            self.cut.arrive(domain, &s.bodies, dt);
+        Ok(())
+    }
+
+    /// Moves the bodies on by `dt` (s), through contacts where there are any.
+    fn advance_bodies(&mut self, domain: &Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+        let (periods, unit) = (
+            self.cut.periods,
+            (domain.fluid.viscosity / self.cut.h, slope_weights(&domain.numerics)),
+        );
+        let histories = &mut history(&mut s.surfaces)?.bodies;
+        for (body, history) in
+            s.bodies.iter_mut().zip(histories).filter(|(body, _)| body.freedom().is_some())
+        {
+            body.displace(&std::mem::take(&mut history.displacement), &periods);
         }
-        if self.set_ghost_layers(domain, &s.bodies) {
-            domain.boundaries.fill_velocity(&mut s.u)?;
+        match &mut self.contacts {
+            Some(contacts) => {
+                let motions = &self.motions;
+                let turning =
+                    |k: usize, body: &Body| turning(body, &motions[k].surface_moments, unit, dt);
+                s.substeps = contacts.advance(
+                    &mut s.bodies,
+                    &mut s.touching,
+                    &self.work.accelerations,
+                    turning,
+                    dt,
+                )?;
+            }
+            None => {
+                let bodies = s.bodies.iter_mut().zip(&self.work.accelerations);
+                bodies.for_each(|(body, accelerations)| body.advance(dt, accelerations, &periods));
+            }
         }
-        domain.clock.lap(Stage::Particles);
         Ok(())
     }
 

@@ -1,0 +1,93 @@
+//! The properties of the mixture, and the forces on it, by what bodies fill of the cells:
+//!
+//! ```text
+//!   rho = rho_f + sum_k alpha_k (rho_k - rho_f)                    (1), viscosity alike
+//!   f   = sum_k alpha_k rho_k (v_k + w_k x r)                      v_k, w_k: rigid accelerations
+//! ```
+
+use super::Mics2003;
+use crate::Result;
+use crate::clock::Stage;
+use crate::domain::Domain;
+use crate::geometry::Overlap;
+use crate::grid::{Boundaries, Coefficient};
+use crate::kernels::faces::BodyForce;
+use crate::particles::Body;
+use crate::state::State;
+use nalgebra::Vector3;
+
+impl<const D: usize> Mics2003<D> {
+    /// Density and viscosity of the mixture, `1/rho` on faces, and what gravity and the drive act
+    /// on. Collective.
+    pub(super) fn mix_fields(&mut self, domain: &mut Domain<D>, s: &State<D>) -> Result<()> {
+        self.spread_forces(domain, s)?;
+        let Domain { grid, boundaries, fluid, clock, .. } = domain;
+        let (flow, overlaps) = (&mut self.flow, &self.overlaps);
+        mix(boundaries, &s.bodies, overlaps, &mut flow.mixture.density, fluid.density, |b| {
+            b.density
+        })?;
+        mix(boundaries, &s.bodies, overlaps, &mut flow.mixture.viscosity, fluid.viscosity, |b| {
+            b.viscosity
+        })?;
+        flow.beta.update(grid, &flow.mixture.density);
+        if let Some(force) = &mut flow.force {
+            mix_forces(boundaries, &s.bodies, overlaps, &self.pulled, force)?;
+        }
+        if let Some(solid) = &mut flow.solid {
+            solid.fill(0.0);
+            overlaps
+                .iter()
+                .flatten()
+                .for_each(|o| solid[o.cell] = (solid[o.cell] + o.fraction).min(1.0));
+            boundaries.fill_property(solid)?;
+        }
+        clock.lap(Stage::Properties);
+        Ok(())
+    }
+}
+
+/// A property by (1), with its ghosts, where it is a field. Collective.
+fn mix<const D: usize>(
+    boundaries: &mut Boundaries<D>,
+    bodies: &[Body],
+    overlaps: &[Vec<Overlap>],
+    property: &mut Coefficient,
+    of_fluid: f64,
+    of_body: impl Fn(&Body) -> f64,
+) -> Result<()> {
+    let Coefficient::Field(field) = property else { return Ok(()) };
+    field.fill(of_fluid);
+    for (body, overlaps) in bodies.iter().zip(overlaps) {
+        for o in overlaps {
+            field[o.cell] += o.fraction * (of_body(body) - of_fluid);
+        }
+    }
+    // Where bodies in contact overlap, a cell holds more than its volume of what is less than the
+    // fluid.
+    let least = bodies.iter().map(&of_body).fold(of_fluid, f64::min);
+    for o in overlaps.iter().flatten() {
+        field[o.cell] = field[o.cell].max(least);
+    }
+    boundaries.fill_property(field)
+}
+
+/// The force per volume (N/m3), with ghosts, of bodies that are pulled by rigid accelerations
+/// (m/s2, rad/s2). Collective.
+fn mix_forces<const D: usize>(
+    boundaries: &mut Boundaries<D>,
+    bodies: &[Body],
+    overlaps: &[Vec<Overlap>],
+    pulled: &[(Vector3<f64>, Vector3<f64>)],
+    force: &mut BodyForce<D>,
+) -> Result<()> {
+    for (axis, density) in force.density.iter_mut().enumerate() {
+        density.fill(0.0);
+        for ((body, overlaps), (v, w)) in bodies.iter().zip(overlaps).zip(pulled) {
+            for o in overlaps {
+                density[o.cell] += o.fraction * body.density * (v + w.cross(&o.arm))[axis];
+            }
+        }
+        boundaries.fill_property(density)?;
+    }
+    Ok(())
+}

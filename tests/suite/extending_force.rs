@@ -1,0 +1,145 @@
+//! A force per volume that a library's user adds; `docs/extending.md` quotes the part between the
+//! marks.
+
+use crate::support::{PERIODIC, SHARP, box_case, case, order, petsc};
+use mics::force::Force;
+use mics::scene::{Additions, Scene};
+use nalgebra::Vector3;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+// [force]
+/// The force of a Kolmogorov flow: `strength sin(k y)` (N/m3) along x, k = `wavenumber` (1/m).
+pub struct Kolmogorov {
+    pub strength: f64,
+    pub wavenumber: f64,
+}
+
+impl Force for Kolmogorov {
+    fn at(&self, place: &Vector3<f64>, _time: f64, _velocity: &Vector3<f64>) -> Vector3<f64> {
+        Vector3::new(self.strength * (self.wavenumber * place.y).sin(), 0.0, 0.0)
+    }
+}
+// [end]
+
+/// A force of any form.
+struct Given<F>(F);
+
+impl<F: Fn(&Vector3<f64>, f64, &Vector3<f64>) -> Vector3<f64> + Send + Sync> Force for Given<F> {
+    fn at(&self, place: &Vector3<f64>, time: f64, velocity: &Vector3<f64>) -> Vector3<f64> {
+        (self.0)(place, time, velocity)
+    }
+}
+
+pub fn forced(force: impl Force + 'static) -> Additions {
+    Additions { forces: vec![Arc::new(force)], ..Additions::default() }
+}
+
+/// The steady flow is `F/(mu k^2) sin(k y)` (Meshalkin and Sinai 1961).
+#[test]
+fn external_force_kolmogorov_flow_second_order() {
+    let petsc = petsc();
+    let error = |cells: usize| {
+        let text = box_case([1.0, 1.0], [8, cells], 0.1, PERIODIC, "");
+        let force = Kolmogorov { strength: 2.0, wavenumber: TAU };
+        let mut scene = Scene::<2>::extended(&petsc.session, &case(&text), forced(force)).unwrap();
+        // Ten times the time in which viscosity takes 1 - 1/e of a flow.
+        let (end, dt) = (10.0 / (0.1 * TAU * TAU), 0.25 / (cells * cells) as f64);
+        while scene.state.time < end {
+            scene.step(dt).unwrap();
+        }
+        let grid = &scene.domain.grid;
+        let largest = 2.0 / (0.1 * TAU * TAU);
+        let off =
+            |c: usize| (scene.state.u[0][c] / largest - (TAU * grid.centre(c)[1]).sin()).abs();
+        grid.rows().flatten().map(off).fold(0.0, f64::max)
+    };
+    let [coarse, fine] = [8, 16].map(error);
+    println!(
+        "Kolmogorov flow: errors {coarse:.2e}, {fine:.2e}, order {:.2}",
+        order(coarse, fine, 2.0)
+    );
+    assert!(fine < 0.02 && order(coarse, fine, 2.0) > 1.9, "{coarse} {fine}");
+}
+
+#[test]
+fn external_time_dependent_force_second_order() {
+    let petsc = petsc();
+    let error = |steps: u32| {
+        let text = box_case([1.0, 1.0], [8, 8], 0.1, PERIODIC, "");
+        let force =
+            Given(|_: &Vector3<f64>, t: f64, _: &Vector3<f64>| Vector3::new(t.cos(), 0.0, 0.0));
+        let mut scene = Scene::<2>::extended(&petsc.session, &case(&text), forced(force)).unwrap();
+        (0..steps).for_each(|_| _ = scene.step(1.0 / f64::from(steps)).unwrap());
+        let cell = scene.domain.grid.rows().flatten().next().unwrap();
+        // Its work is all that the fluid has.
+        let e = &scene.state.energy;
+        assert!((e.drive - e.fluid).abs() < 1e-12, "{e:?}");
+        (scene.state.u[0][cell] - 1f64.sin()).abs()
+    };
+    let [coarse, fine] = [10, 20].map(error);
+    println!("a force cos(t): errors {coarse:.2e}, {fine:.2e}");
+    assert!(order(coarse, fine, 2.0) > 1.95 && fine < 1e-3, "{coarse} {fine}");
+}
+
+/// A relaxation zone takes the velocity to what it asks for.
+#[test]
+fn external_velocity_dependent_force_reaches_target() {
+    let petsc = petsc();
+    let text = box_case([1.0, 1.0], [16, 8], 1e-3, PERIODIC, "");
+    let sponge = |_: &Vector3<f64>, _: f64, u: &Vector3<f64>| 5.0 * (Vector3::x() - u);
+    let mut scene =
+        Scene::<2>::extended(&petsc.session, &case(&text), forced(Given(sponge))).unwrap();
+    (0..200).for_each(|_| _ = scene.step(0.01).unwrap());
+    let grid = &scene.domain.grid;
+    let off = grid.rows().flatten().map(|c| (scene.state.u[0][c] - 1.0).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-4, "{off}");
+}
+
+/// In a closed box the pressure holds a uniform force: a body there has its buoyancy, and no fluid
+/// moves.
+#[test]
+fn external_force_gives_buoyancy_and_closes_momentum_balance() {
+    let petsc = petsc();
+    let body = |motion: &str| {
+        format!(
+            "{SHARP}[[particle]]\nshape.disc.diameter = 0.3\nposition = [0.52, 0.47]\n\
+             density = 1.5\nmotion = {motion}\n"
+        )
+    };
+    let uniform =
+        || Given(|_: &Vector3<f64>, _: f64, _: &Vector3<f64>| Vector3::new(3.0, -1.0, 0.0));
+    let text = box_case([1.0, 1.0], [32, 32], 0.05, ["\"wall\""; 4], &body("\"fixed\""));
+    let mut scene = Scene::<2>::extended(&petsc.session, &case(&text), forced(uniform())).unwrap();
+    (0..200).for_each(|_| _ = scene.step(0.004).unwrap());
+    let found = scene.state.exchange[0].momentum / scene.state.bodies[0].volume();
+    let (_, speed) = scene.energy_and_speed().unwrap();
+    println!("buoyancy {found:?} of (-3, 1) N/m3, fluid at {speed:.1e} m/s");
+    assert!((found - Vector3::new(-3.0, 1.0, 0.0)).norm() < 0.015 && speed < 5e-3, "{found:?}");
+
+    let free = "{ free = {} }\n[contact]\nfriction = 0.0";
+    let text = box_case([1.0, 1.0], [32, 32], 0.05, PERIODIC, &body(free));
+    let swirl = Given(|x: &Vector3<f64>, t: f64, _: &Vector3<f64>| {
+        Vector3::new((TAU * x.y).sin() + t, (TAU * x.x).cos(), 0.0)
+    });
+    let mut scene = Scene::<2>::extended(&petsc.session, &case(&text), forced(swirl)).unwrap();
+    for _ in 0..60 {
+        scene.step(0.004).unwrap();
+        let balance = scene.state.balance.unwrap();
+        assert!(balance.error.norm() < 1e-12, "{balance:?}");
+    }
+    let e = &scene.state.energy;
+    println!("energy: drive {:.3e} method {:.3e} fluid {:.3e}", e.drive, e.method, e.fluid);
+    assert!(e.drive > 0.0 && e.method.abs() < 0.05 * e.drive, "{e:?}");
+}
+
+#[test]
+fn external_force_with_mixing_is_refused() {
+    let petsc = petsc();
+    let more = "[coupling]\nwall = \"mixing\"\n[[particle]]\nshape.disc.diameter = 0.3\n\
+                position = [0.5, 0.5]\nmotion = \"fixed\"\n";
+    let text = box_case([1.0, 1.0], [16, 16], 0.1, PERIODIC, more);
+    let force = Kolmogorov { strength: 2.0, wavenumber: TAU };
+    let refused = Scene::<2>::extended(&petsc.session, &case(&text), forced(force)).err().unwrap();
+    assert!(refused.to_string().contains("coupling.wall"), "{refused}");
+}
