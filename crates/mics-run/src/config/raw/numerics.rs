@@ -102,9 +102,10 @@ numerics! {
     /// light bodies lag, and the force on a falling body still pushes it when it lies.
     defect_time = 3.0, 0.1 to 1000.0;
     /// Part of the stability limits, other than the Courant number's, that steps chosen by
-    /// `time.cfl` use; such a step is at most as many times the one before as the limit is of that
-    /// part. Larger, nearer to the limit; smaller, more steps.
-    limit_share = 0.8, 0.01 to 0.99;
+    /// `time.cfl` use. Larger, nearer to the limit; smaller, more steps.
+    limit_share = 0.8, 0.01 to 1.0;
+    /// Largest ratio of a step chosen by `time.cfl` to the one before.
+    step_growth = 1.1, 1.001 to 100.0;
     /// Part of its added mass that a body without mass has in a contact.
     added_mass_share = 0.4, 0.0 to 10.0;
     /// How much larger that part is for each density of the fluid that the body has.
