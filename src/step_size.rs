@@ -75,7 +75,7 @@ pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64)
     };
     let others = [
         (Choice::TenthOfRun, case.time.end / 10.0),
-        (Choice::Growth, before.map_or(f64::INFINITY, |b| growth(case) * b)),
+        (Choice::Growth, before.map_or(f64::INFINITY, |b| case.numerics.step_growth * b)),
     ];
     let least = |a: (Choice, f64), b: (Choice, f64)| if b.1 < a.1 { b } else { a };
     let most = |a: (Choice, f64), b: (Choice, f64)| if b.1 > a.1 { b } else { a };
@@ -92,12 +92,6 @@ pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64)
         }
     }
     (left / (left / wanted * (1.0 - 1e-9)).ceil().max(1.0), choice)
-}
-
-/// How many times the step before a step may be: from the part of a limit that steps use to the
-/// limit.
-pub fn growth(case: &Case) -> f64 {
-    1.0 / case.numerics.limit_share
 }
 
 /// What each bound of one kind of stages leaves a step that goes by a Courant number (s).

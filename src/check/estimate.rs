@@ -20,7 +20,7 @@
 use super::layer::fall_speed;
 use crate::config::{Case, Drive, Motion, Side, Step};
 use crate::scheme::Limits;
-use crate::step_size::{Rest, choose_step, growth};
+use crate::step_size::{Rest, choose_step};
 
 /// The largest speed over that of the stream, where something is held in it.
 const BESIDE: f64 = 1.5;
@@ -183,7 +183,7 @@ pub fn expected_rest(case: &Case, limits: &Limits) -> Option<Rest> {
 /// How many steps a run takes from the `first` (s), each hardly longer than the one before, to the
 /// `later` ones (s), and to those that `limits` leave a box that comes to rest.
 pub fn steps(case: &Case, limits: &Limits, first: f64, later: f64) -> f64 {
-    let (end, growth) = (case.time.end, growth(case));
+    let (end, growth) = (case.time.end, case.numerics.step_growth);
     let largest = LargestSpeed::expected(case)
         .filter(|largest| largest.step(case).is_finite() && later < first);
     let several = case.particle.iter().filter(|p| p.is_free()).count() > 1;
