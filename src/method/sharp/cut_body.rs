@@ -241,8 +241,8 @@ impl<const D: usize> CutBody<D> {
         self.place_points(around, k);
     }
 
-    /// Finds its own cells and its ghost cells within an extent (m), of which those in gaps narrower
-    /// than `tight` (m) lie outside.
+    /// Finds its own cells and its ghost cells within an extent (m), of which those in gaps
+    /// narrower than `tight` (m) lie outside.
     fn find_cells(
         &mut self,
         around: &Surroundings<D>,
@@ -292,7 +292,8 @@ impl<const D: usize> CutBody<D> {
         self.own_cells.push(OwnCell { arm, ownership, cut_change, cell });
     }
 
-    /// Adds the ghost cell at the distance `s` (m) from the surface, with the profile that it needs.
+    /// Adds the ghost cell at the distance `s` (m) from the surface, with the profile that it
+    /// needs.
     #[allow(clippy::too_many_arguments)]
     fn add_ghost_cell(
         &mut self,
