@@ -112,11 +112,14 @@ numerics! {
     added_mass_slope = 0.25, 0.0 to 10.0;
     /// Largest part of its added mass that a body has in a contact.
     largest_added_mass_share = 1.6, 0.0 to 100.0;
-    /// Weight of a step in the mean contact force on a body, in the mixture method: what the fluid
-    /// responds to so much of a force is expected in the next step too. Larger, an impact of some
-    /// steps counts as sustained before it ends; smaller, a bed that lands counts as an impact for
-    /// longer.
+    /// Weight of a step in the mean contact force on a body, in the mixture method. Larger, an
+    /// impact of some steps counts as sustained before it ends; smaller, a bed that lands counts as
+    /// an impact for longer.
     mean_force_weight = 0.02, 0.0001 to 1.0;
+    /// Largest sustained contact force, of that mean: what the fluid responds to it is expected in
+    /// the next step too. Smaller, a bed at rest is never sure of its weight; without bound,
+    /// impacts lose energy.
+    sustained_force = 2.0, 1.0 to 1e6;
     /// Substeps in a contact where the case leaves them to the program; a tenth of them while a gap
     /// that only fluid fills changes by its width. Fewer, restitution is off; more, they cost.
     contact_substeps = 40.0, 5.0 to 10000.0;
