@@ -16,10 +16,10 @@
 //! too far apart to have touched since they were looked at last are passed over, and the fluid
 //! between such as cannot touch in the step acts every so many substeps, for all of them.
 //!
-//! In a fluid, m is the mass of a body and a part of its added mass, `m + c C_a` with `c = min(1.6,
-//! 0.3 (1 + s))`: C_a is the added mass of a lone body and s its density over the fluid's. The fluid
-//! responds with its own inertia; `correction.rs` compares the two once in a step, and bounds the
-//! work of the contacts.
+//! In a fluid, m is the mass of a body and a part of its added mass, `m + c C_a` with
+//! `c = min(1.6, 0.3 (1 + s))`: C_a is the added mass of a lone body and s its density over the
+//! fluid's. The fluid responds with its own inertia; `correction.rs` compares the two once in a
+//! step, and bounds the work of the contacts.
 //!
 //! ```text
 //!      first          second        arms: from the centres to the middle of the overlap
