@@ -16,7 +16,11 @@ impl MeanContactForce {
     pub fn sustained(&self, force: &Vector3<f64>, numerics: &Numerics) -> f64 {
         let mean = mean_force(&self.0.unwrap_or_default(), force, numerics.mean_force_weight);
         let (mean, size) = (mean.norm(), force.norm());
-        if size > mean { mean / size } else { 1.0 }
+        if size > numerics.sustained_force * mean {
+            numerics.sustained_force * mean / size
+        } else {
+            1.0
+        }
     }
 
     /// Takes note of the force of contacts (N) over a step; the part of it that lasts: all of it,

@@ -106,17 +106,19 @@ numerics! {
     limit_share = 0.8, 0.01 to 1.0;
     /// Largest ratio of a step chosen by `time.cfl` to the one before.
     step_growth = 1.1, 1.001 to 100.0;
-    /// Part of its added mass that a body without mass has in a contact.
-    added_mass_share = 0.4, 0.0 to 10.0;
-    /// How much larger that part is for each density of the fluid that the body has.
-    added_mass_slope = 0.25, 0.0 to 10.0;
+    /// Part of its added mass that a body without mass has in a contact; one as dense as the fluid
+    /// has twice that, and so on.
+    added_mass_share = 0.3, 0.0 to 10.0;
     /// Largest part of its added mass that a body has in a contact.
     largest_added_mass_share = 1.6, 0.0 to 100.0;
-    /// Weight of a step in the mean contact force on a body, in the mixture method: what the fluid
-    /// responds to so much of a force is expected in the next step too. Larger, an impact of some
-    /// steps counts as sustained before it ends; smaller, a bed that lands counts as an impact for
-    /// longer.
+    /// Weight of a step in the mean contact force on a body, in the mixture method. Larger, an
+    /// impact of some steps counts as sustained before it ends; smaller, a bed that lands counts as
+    /// an impact for longer.
     mean_force_weight = 0.02, 0.0001 to 1.0;
+    /// Largest sustained contact force, of that mean: what the fluid responds to it is expected in
+    /// the next step too. Smaller, a bed at rest is never sure of its weight; without bound,
+    /// impacts lose energy.
+    sustained_force = 2.0, 1.0 to 1e6;
     /// Substeps in a contact where the case leaves them to the program; a tenth of them while a gap
     /// that only fluid fills changes by its width. Fewer, restitution is off; more, they cost.
     contact_substeps = 40.0, 5.0 to 10000.0;
