@@ -3,7 +3,7 @@
 //! ```text
 //!   u* = u + dt [ ... + f(x, t + dt/2, u)/rho ]     in cells; u the velocity at the step's start
 //!   (1 - alpha) f dV                                is the fluid's,
-//!   alpha f dV                                      what lies in a body of a sharp wall: nobody's
+//!   alpha f dV                                      in a body of a sharp surface: nobody's
 //! ```
 //! A body feels such a force through the pressure and the wall shear alone. In time the method is
 //! of second order for forces of place and time, of first order for those of the velocity. A

@@ -21,7 +21,7 @@
 //! particles. A step predicts u without the new pressure, finds the pressure that makes the
 //! divergence of every cell smaller than the limit D0, and corrects.
 //!
-//! # Sharp walls
+//! # Sharp surfaces
 //!
 //! By default a particle's wall is where it is: it covers a part m of the volume around a face and
 //! leaves H = 1 - m open, and the velocity inside it is set to continue the profile of the flow

@@ -135,7 +135,7 @@ impl<const D: usize> Scene<D> {
             domain.projection.solver().refuse_preconditioner_alone()?;
         }
         if method.kind() == Kind::Mixing && domain.forces.is_some() {
-            let why = "forces that vary act on fluid beside sharp walls: set coupling.wall = \
+            let why = "forces that vary act on fluid beside sharp surfaces: set coupling.wall = \
                        \"sharp\"";
             return Err(Error::Usage(why.into()));
         }

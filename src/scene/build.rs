@@ -221,7 +221,7 @@ pub(super) fn refuse_shapes<const D: usize>(case: &Case, bodies: &[Body]) -> Res
     let needed = ghost_width(&h, &case.numerics).1;
     match case.domain.cells.iter().find(|cells| **cells < needed) {
         Some(cells) if sharp && !bodies.is_empty() => Err(Error::Usage(format!(
-            "sharp walls need {needed} cells at least along every axis, and domain.cells has \
+            "sharp surfaces need {needed} cells at least along every axis, and domain.cells has \
             {cells}: use more, or \
              coupling.wall = \"mixing\""
         ))),

@@ -20,8 +20,8 @@ pub fn read_case(path: &Path, overrides: &[String]) -> Result<Loaded> {
     Ok(loaded)
 }
 
-/// Refuses a grid with too few cells: the profile beside a sharp wall is read from cells some way
-/// off, of the box or, across a period, of one image of it.
+/// Refuses a grid with too few cells: the profile beside a sharp surface is read from cells some
+/// way off, of the box or, across a period, of one image of it.
 fn check_cells(loaded: &Loaded) -> Result<()> {
     let case = &loaded.case;
     if !walls_are_sharp(case) {
@@ -34,7 +34,7 @@ fn check_cells(loaded: &Loaded) -> Result<()> {
     Err(loaded.error_at(
         &format!("domain.cells.{axis}"),
         format!(
-            "must be at least {needed} with sharp walls (the profile beside them is read so far \
+            "must be at least {needed} with sharp surfaces (the profile beside them is read so far \
             away), not {}: use more \
              cells, or coupling.wall = \"mixing\"",
             case.domain.cells[axis]

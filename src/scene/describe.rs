@@ -28,7 +28,7 @@ impl<const D: usize> Scene<D> {
         let free = self.state.has_free_bodies();
         let touches = self.method.contacts().is_some();
         let fractions = match self.method.kind() {
-            Kind::Sharp => "fractions, sharp walls, force",
+            Kind::Sharp => "fractions, sharp surfaces, force",
             _ => "fractions, mixing, force",
         };
         let no_contacts = match free {
@@ -92,7 +92,7 @@ impl<const D: usize> Scene<D> {
     }
 
     /// The stages of the step that took time, with nanoseconds a cell and step. What the paper's
-    /// method calls mixing is, with sharp walls, the velocity that these impose.
+    /// method calls mixing is, with sharp surfaces, the velocity that these impose.
     pub fn stages(&self) -> Vec<(&'static str, f64)> {
         let sharp = self.method.kind() == Kind::Sharp;
         let name = |name| if sharp && name == "mixing" { "walls" } else { name };

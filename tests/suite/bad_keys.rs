@@ -110,7 +110,7 @@ pub const BAD_KEYS: &[Row] = &[
     ),
     (
         "divergence_limit = 1.0e-6", "solver = \"direct\"", "solver", "pressure.solver",
-        &["sharp walls close some", "choose \"auto\""],
+        &["sharp surfaces close some", "choose \"auto\""],
     ),
     (
         "divergence_limit = 1.0e-6", "solver = \"magic\"", "solver", "pressure.solver",

@@ -122,7 +122,7 @@ fn external_lid_velocity_profile_in_space() {
     assert!(middle > 0.8 && corner.abs() < 0.02 && low < 0.0, "{middle} {corner} {low}");
 }
 
-/// With no bodies, sharp walls and the mixing, in 2D and 3D.
+/// With no bodies, sharp surfaces and the mixing, in 2D and 3D.
 #[test]
 fn a_side_from_outside_that_is_steady_does_what_a_moving_wall_of_the_case_does() {
     let petsc = petsc();

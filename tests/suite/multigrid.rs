@@ -237,7 +237,7 @@ fn multigrid_symmetric_positive_with_free_bodies() {
 fn multigrid_iterations_independent_of_grid_and_density() {
     let petsc = petsc();
     let walls = [Ends::Walls; 2];
-    println!("free bodies, sharp walls");
+    println!("free bodies, sharp surfaces");
     for ratio in [1e-3, 1e-2, 0.1, 1.0, 2.65, 1e3, 1e4] {
         for (diameter, grids) in [(8.0, [64, 256]), (32.0, [64, 256]), (64.0, [128, 256])] {
             let iterations = grids.map(|n| {

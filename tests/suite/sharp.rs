@@ -1,4 +1,4 @@
-//! Sharp walls: where they are, and what they do to particles.
+//! Sharp surfaces: where they are, and what they do to particles.
 
 use crate::motion::{collisions, disc};
 use crate::support::{PERIODIC, SHARP, box_case, columns, petsc, run};

@@ -1,4 +1,4 @@
-//! Sharp walls and the time step: on one grid, so that what halved steps change is error of time
+//! Sharp surfaces and the time step: on one grid, so that what halved steps change is error of time
 //! alone.
 
 use crate::support::{PERIODIC, SHARP, box_case, columns, order, petsc, run};

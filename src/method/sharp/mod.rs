@@ -400,7 +400,7 @@ fn history<const D: usize>(
     surfaces: &mut Option<SurfaceHistory<D>>,
 ) -> Result<&mut SurfaceHistory<D>> {
     surfaces.as_mut().ok_or_else(|| {
-        Error::Run("the state has no history of sharp walls: start it with them".into())
+        Error::Run("the state has no history of sharp surfaces: start it with them".into())
     })
 }
 

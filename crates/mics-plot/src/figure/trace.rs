@@ -35,8 +35,8 @@ pub fn sample(plane: &Plane, values: &[f64], at: Point) -> f64 {
     row(j) * (1.0 - t) + row(next_j) * t
 }
 
-/// The greatest speed of a cell outside all discs, 0 where none has any: inside, sharp walls keep
-/// the profile continued, which is no flow.
+/// The greatest speed of a cell outside all discs, 0 where none has any: inside, sharp surfaces
+/// keep the profile continued, which is no flow.
 pub fn fastest(plane: &Plane) -> f64 {
     let [h, k] = [0, 1].map(|axis| plane.size[axis] / plane.cells[axis] as f64);
     let centre = |cell: usize| {

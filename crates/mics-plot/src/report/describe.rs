@@ -22,7 +22,7 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
             .collect(),
     };
     let wall = match case.coupling.wall {
-        WallRule::Sharp => "sharp walls: faces are open as far as particles leave them",
+        WallRule::Sharp => "sharp surfaces: faces are open as far as particles leave them",
         WallRule::Mixing => "the paper's mixing of fluid and particle in cells",
     };
     let mut terms = vec![

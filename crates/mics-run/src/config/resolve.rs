@@ -333,7 +333,7 @@ fn direct(case: &Case) -> Check {
         "\"direct\" solves for one coefficient on all faces, and {}; choose \"auto\" or \
         \"multigrid\"",
         if sharp {
-            "particles with sharp walls close some"
+            "particles with sharp surfaces close some"
         } else {
             "a particle has another density than the fluid"
         }

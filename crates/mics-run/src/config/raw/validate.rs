@@ -106,7 +106,7 @@ fn pressure(chosen: &Pressure) -> Check {
     Ok(())
 }
 
-/// Choices of the mixing say nothing of sharp walls.
+/// Choices of the mixing say nothing of sharp surfaces.
 fn mixing_only(chosen: &Coupling) -> Check {
     let plain = Coupling::default();
     let keys = [
@@ -129,11 +129,11 @@ fn mixing_only(chosen: &Coupling) -> Check {
     Ok(())
 }
 
-/// Cells this many times as long as wide hold sharp walls; measured, 6 do too, and 8 feed energy to
-/// the flow.
+/// Cells this many times as long as wide hold sharp surfaces; measured, 6 do too, and 8 feed energy
+/// to the flow.
 const LONGEST_CELLS: f64 = 4.0;
 
-/// The profile beside a sharp wall counts in one spacing for all directions.
+/// The profile beside a sharp surface counts in one spacing for all directions.
 fn long_cells(case: &Case) -> Check {
     let spacings =
         case.domain.size.iter().zip(&case.domain.cells).map(|(size, cells)| size / *cells as f64);
@@ -144,7 +144,7 @@ fn long_cells(case: &Case) -> Check {
     ensure!(
         holds,
         "domain.cells",
-        "make cells {:.1} times as long as wide, and sharp walls hold up to {LONGEST_CELLS}: \
+        "make cells {:.1} times as long as wide, and sharp surfaces hold up to {LONGEST_CELLS}: \
         choose other numbers of cells, or coupling.wall = \"mixing\"",
         most / least
     );
