@@ -194,8 +194,9 @@ impl<const D: usize> Sharp<D> {
         }
         self.work.sums = sums;
         self.share_force_defect(domain, &s.bodies);
-        let take_in =
-            ((numbers.courant + numbers.diffusion) / domain.numerics.defect_time).min(1.0);
+        let take_in = (numbers.courant / domain.numerics.defect_time
+            + domain.numerics.defect_decay * numbers.diffusion)
+            .min(1.0);
         for (motion, BodyHistory { residual, deferred, .. }) in
             self.motions.iter().zip(histories.iter_mut())
         {
