@@ -244,9 +244,9 @@ impl<const D: usize> Sharp<D> {
             s.exchange[k] = Exchange { contact: struck.linear / dt, ..motion.exchange() };
         }
         self.share_force_defect(domain, &s.bodies);
-        // Exact for a defect that is constant within the step: of second order in time.
-        let take_in =
-            -(-(numbers.courant + numbers.diffusion) / domain.numerics.defect_time).exp_m1();
+        let take_in = (numbers.courant / domain.numerics.defect_time
+            + domain.numerics.defect_decay * numbers.diffusion)
+            .min(1.0);
         for (motion, BodyHistory { filtered_defect, undelivered, .. }) in
             self.motions.iter().zip(histories.iter_mut())
         {

@@ -97,10 +97,12 @@ numerics! {
     /// less drag the longer the step; shorter, a pressure that alternates from cell to cell takes
     /// `0.05 nu dt/h^2` steps and more to decay.
     pressure_time = 0.05, 0.0 to 1e6;
-    /// How long the filtered force defect of a body takes to follow the force defect: so many
-    /// spacings that the flow crosses, or so many h^2/nu. Shorter, its noise moves bodies; longer,
-    /// light bodies lag, and the force on a falling body still pushes it when it lies.
+    /// Spacings that the flow crosses while the filtered force defect of a body follows the force
+    /// defect. Fewer, its noise moves bodies; more, light bodies lag.
     defect_time = 3.0, 0.1 to 1000.0;
+    /// Rate at which viscosity makes it follow (nu/h^2). Smaller, the force on a falling body still
+    /// pushes it when it lies.
+    defect_decay = 0.1, 0.0 to 100.0;
     /// Part of the stability limits, other than the Courant number's, that steps chosen by
     /// `time.cfl` use. Larger, nearer to the limit; smaller, more steps.
     limit_share = 0.8, 0.01 to 1.0;
