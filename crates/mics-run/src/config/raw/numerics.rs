@@ -140,6 +140,9 @@ numerics! {
     shear_gap_3d = 0.22, 0.001 to 10.0;
     /// Gap from which on the grid has all of the lubrication force (spacings).
     lubrication_range = 6.0, 0.1 to 100.0;
+    /// Distance to Coulomb's limit, of it, within which a contact passes from sticking to sliding
+    /// in the correction of contact impulses.
+    sliding_onset = 0.1, 1e-6 to 1.0;
     /// Damping ratio of rolling resistance: a body that rocks in place comes to rest after some
     /// swings.
     rolling_damping = 0.3, 0.0 to 10.0;
