@@ -82,11 +82,14 @@ numerics! {
     /// last pressure at once. Smaller, the pressure beside a wall jitters at small steps; larger, a
     /// wall reaches the faces late.
     correction_courant = 0.2, 0.001 to 100.0;
-    /// Rate at which viscosity takes that correction (nu/h^2) where bodies move, but for the next.
-    correction_decay = 0.25, 0.0 to 100.0;
+    /// Rate at which viscosity takes that correction (nu/h^2) on faces that no body cuts, where
+    /// bodies move.
+    correction_decay_open = 0.4, 0.0 to 100.0;
     /// The same on faces that a body cuts, in 2D. Smaller, a creeping flow keeps in its faces what
     /// its cells have lost, and is driven by it; larger, a wall reaches the faces late.
     correction_decay_cut_2d = 0.105, 0.0 to 100.0;
+    /// The same in 3D.
+    correction_decay_cut_3d = 0.25, 0.0 to 100.0;
     /// The same on all faces where no body moves.
     correction_decay_fixed = 4.0, 0.0 to 100.0;
     /// Largest weight of the pressure gradient at a face itself, in place of the mean of the
