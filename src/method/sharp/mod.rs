@@ -21,8 +21,8 @@
 //! whatever its density. The memory `q^n - I(u^n)` keeps dt out of the wall's pressure; it fades as
 //! the flow crosses the grid and, since it is as small as the grid, by viscosity: in a creeping
 //! flow nothing else takes it, and it would drive the flow; its u^n is that of the cells before the
-//! wall was imposed last, c is 0.25, in 2D on faces that a body cuts 0.105, and 4 on all where no
-//! body moves, h the least spacing, so that what this changes reaches the
+//! wall was imposed last, c is 0.4 on faces that no body cuts and 0.105 in 2D, 0.25 in 3D on the
+//! others, 4 on all where no body moves, h the least spacing, so that what this changes reaches the
 //! faces with the next step. In narrow gaps it is all there is of the flow, and stays. A turning
 //! disc or sphere displaces nothing.
 //!
