@@ -8,8 +8,6 @@ use crate::Result;
 use crate::particles::{Accelerations, Body, Motion};
 use nalgebra::Vector3;
 
-/// Part of Coulomb's limit by which a contact that slides may be below it.
-const ROUNDING: f64 = 1e-9;
 /// Gap that is none (of the radius).
 pub(super) const TOUCHING: f64 = 1e-9;
 
@@ -76,9 +74,10 @@ impl Contacts {
         pair.tangential += h * tangential;
         pair.touched += if normal > 0.0 { h } else { 0.0 };
         let limit = self.law(&pair).material.friction * normal;
-        let sticks = tangential.norm() < (1.0 - ROUNDING) * limit;
+        let held =
+            (1.0 - tangential.norm() / limit.max(f64::MIN_POSITIVE)) / self.numerics.sliding_onset;
         pair.normal_impulse += h * normal;
-        pair.stuck += if sticks { h * normal } else { 0.0 };
+        pair.stuck += h * normal * held.clamp(0.0, 1.0);
         let (force, turn) =
             (tangential - normal * kinematics.normal, kinematics.normal.cross(&tangential));
         let turns = [arms[0] * turn + rolling, arms[1] * turn - rolling];

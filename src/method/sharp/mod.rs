@@ -23,8 +23,8 @@
 //! The momentum-interpolation correction `q^n - I(u^n)` keeps dt out of the pressure at the
 //! surface. It decays as the flow crosses the grid and by viscosity: in a creeping flow nothing
 //! else takes it away, and it would drive the flow. Its u^n is that of the cells before ghost cells
-//! were set last. The rate c is 0.25, in 2D on faces that a body cuts 0.105, and 4 on all faces
-//! where no body moves; h is the least spacing. In narrow gaps the
+//! were set last. The rate c is 0.4 on faces that no body cuts and 0.105 in 2D, 0.25 in 3D on the
+//! others, and 4 on all faces where no body moves; h is the least spacing. In narrow gaps the
 //! correction is all that there is of the flow, and stays. A turning disc or sphere displaces
 //! nothing.
 //!

@@ -35,8 +35,8 @@ impl<const D: usize> Sharp<D> {
         };
         let [cut, open] = match (rest, D) {
             (true, _) => [numerics.correction_decay_fixed; 2],
-            (false, 3) => [numerics.correction_decay; 2],
-            (false, _) => [numerics.correction_decay_cut_2d, numerics.correction_decay],
+            (false, 3) => [numerics.correction_decay_cut_3d, numerics.correction_decay_open],
+            (false, _) => [numerics.correction_decay_cut_2d, numerics.correction_decay_open],
         };
         let short = (numerics.pressure_time / diffusion).min(numerics.correction_courant / courant);
         let own = if rest { short.min(1.0) } else { 1.0 };

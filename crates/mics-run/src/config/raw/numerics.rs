@@ -82,11 +82,14 @@ numerics! {
     /// last pressure at once. Smaller, the pressure beside a wall jitters at small steps; larger, a
     /// wall reaches the faces late.
     correction_courant = 0.2, 0.001 to 100.0;
-    /// Rate at which viscosity takes that correction (nu/h^2) where bodies move, but for the next.
-    correction_decay = 0.25, 0.0 to 100.0;
+    /// Rate at which viscosity takes that correction (nu/h^2) on faces that no body cuts, where
+    /// bodies move.
+    correction_decay_open = 0.4, 0.0 to 100.0;
     /// The same on faces that a body cuts, in 2D. Smaller, a creeping flow keeps in its faces what
     /// its cells have lost, and is driven by it; larger, a wall reaches the faces late.
     correction_decay_cut_2d = 0.105, 0.0 to 100.0;
+    /// The same in 3D.
+    correction_decay_cut_3d = 0.25, 0.0 to 100.0;
     /// The same on all faces where no body moves.
     correction_decay_fixed = 4.0, 0.0 to 100.0;
     /// Largest weight of the pressure gradient at a face itself, in place of the mean of the
@@ -140,6 +143,9 @@ numerics! {
     shear_gap_3d = 0.22, 0.001 to 10.0;
     /// Gap from which on the grid has all of the lubrication force (spacings).
     lubrication_range = 6.0, 0.1 to 100.0;
+    /// Distance to Coulomb's limit, of it, within which a contact passes from sticking to sliding
+    /// in the correction of contact impulses.
+    sliding_onset = 0.1, 1e-6 to 1.0;
     /// Damping ratio of rolling resistance: a body that rocks in place comes to rest after some
     /// swings.
     rolling_damping = 0.3, 0.0 to 10.0;
