@@ -17,7 +17,7 @@
 //! between such as cannot touch in the step acts every so many substeps, for all of them.
 //!
 //! In a fluid, m is the mass of a body and a part of its added mass, `m + c C_a` with
-//! `c = min(1.6, 0.3 (1 + s))`: C_a is the added mass of a lone body and s its density over the
+//! `c = min(1.6, 0.4 + s/4)`: C_a is the added mass of a lone body and s its density over the
 //! fluid's. The fluid responds with its own inertia; `correction.rs` compares the two once in a
 //! step, and bounds the work of the contacts.
 //!
@@ -228,7 +228,7 @@ impl Contacts {
         let added = body.added_mass(self.medium.density);
         let displaced = self.medium.density * body.volume();
         let ratio = if displaced > 0.0 { body.mass() / displaced } else { f64::INFINITY };
-        let part = self.numerics.added_mass_share * (1.0 + ratio);
+        let part = self.numerics.added_mass_share + ratio * self.numerics.added_mass_slope;
         body.mass() + part.min(self.numerics.largest_added_mass_share) * added
     }
 

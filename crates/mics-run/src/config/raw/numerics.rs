@@ -111,9 +111,10 @@ numerics! {
     limit_share = 0.8, 0.01 to 1.0;
     /// Largest ratio of a step chosen by `time.cfl` to the one before.
     step_growth = 1.1, 1.001 to 100.0;
-    /// Part of its added mass that a body without mass has in a contact; one as dense as the fluid
-    /// has twice that, and so on.
-    added_mass_share = 0.3, 0.0 to 10.0;
+    /// Part of its added mass that a body without mass has in a contact.
+    added_mass_share = 0.4, 0.0 to 10.0;
+    /// How much larger that part is for each density of the fluid that the body has.
+    added_mass_slope = 0.25, 0.0 to 10.0;
     /// Largest part of its added mass that a body has in a contact.
     largest_added_mass_share = 1.6, 0.0 to 100.0;
     /// Weight of a step in the mean contact force on a body, in the mixture method. Larger, an
