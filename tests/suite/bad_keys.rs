@@ -198,7 +198,7 @@ pub const BAD_KEYS: &[Row] = &[
         3 for a 3D one", "not 1"]),
     ("cells = [32, 16]", "cells = [32, 0]", "cells", "domain.cells.1", &["at least 6", "not 0"]),
     ("cells = [32, 16]", "cells = [32, 8]", "cells", "domain.cells.1", &["at least 11 with sharp \
-        walls", "not 8", "coupling.wall = \"mixing\""]),
+        surfaces", "not 8", "coupling.wall = \"mixing\""]),
     ("cells = [32, 16]", "cells = [32, 16, 16]", "cells", "domain.cells", &["one for each in \
         domain.size"]),
     ("cells = [32, 16]", "cells = [65536, 65536]", "cells", "domain.cells", &["2^31"]),
