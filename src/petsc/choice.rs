@@ -15,7 +15,12 @@ pub enum Choice {
 }
 
 /// A choice's options, on the true residual, with a coarsest solve that a singular matrix allows.
-pub(super) fn default_options(session: &Session, choice: Choice, dimension: usize) -> Result<()> {
+pub(super) fn default_options(
+    session: &Session,
+    choice: Choice,
+    dimension: usize,
+    halvings: usize,
+) -> Result<()> {
     session.forget_default_options()?;
     let (method, preconditioner) = match choice {
         Choice::BcgsBoomeramg => ("bcgs", "hypre"),
@@ -41,6 +46,9 @@ pub(super) fn default_options(session: &Session, choice: Choice, dimension: usiz
     // Else gamg and mg smooth with the operator, free bodies included, by the eigenvalues of the
     // matrix: no longer positive.
     session.default_option("-pc_use_amat", "false")?;
+    if session.option("-pc_type")?.as_deref() == Some("mg") {
+        grid_multigrid_options(session, halvings)?;
+    }
     if session.option("-pc_type")?.as_deref() == Some("gamg") {
         // Its own smoother goes by estimates of eigenvalues that are too small: as a preconditioner
         // of cg it is indefinite among free bodies.
@@ -63,16 +71,40 @@ pub(super) fn default_options(session: &Session, choice: Choice, dimension: usiz
     Ok(())
 }
 
+/// What PETSc's multigrid on the grid needs: as many levels as all axes can be halved, coarse
+/// operators by Galerkin's product of the matrix, smoothers that go by the matrix, and a coarsest
+/// solve that a singular matrix allows.
+fn grid_multigrid_options(session: &Session, halvings: usize) -> Result<()> {
+    session.default_option("-pc_mg_levels", &(halvings + 1).to_string())?;
+    let levels = number(session, "-pc_mg_levels")?.unwrap_or(1.0);
+    if levels > (halvings + 1) as f64 {
+        return Err(Error::Usage(format!(
+            "PETSc option -pc_mg_levels {levels}: each level halves the cells along all axes, \
+            down to two, which this grid allows {halvings} times: at most {} levels; change \
+            domain.cells, or take -pc_type gamg or hypre, which coarsen the matrix",
+            halvings + 1
+        )));
+    }
+    session.default_option("-pc_mg_galerkin", "pmat")?;
+    match session.option("-pc_mg_galerkin")?.as_deref() {
+        Some("pmat") => {}
+        Some(other) => {
+            return Err(Error::Usage(format!(
+                "PETSc option -pc_mg_galerkin {other}: coarse operators are the products of the \
+                matrix of the fluid (pmat); the operator itself, with the free bodies in it, is \
+                applied without a matrix, and nothing assembles it on coarser grids"
+            )));
+        }
+        None => {}
+    }
+    session.default_option("-mg_levels_ksp_type", "richardson")?;
+    session.default_option("-mg_levels_pc_type", "sor")?;
+    session.default_option("-mg_coarse_pc_type", "redundant")?;
+    session.default_option("-mg_coarse_redundant_pc_type", "svd")
+}
+
 /// Refuses options with which this PETSc ends the program.
 pub(super) fn refuse_what_ends_the_program(session: &Session) -> Result<()> {
-    let levels = number(session, "-pc_mg_levels")?.unwrap_or(1.0);
-    if session.option("-pc_type")?.as_deref() == Some("mg") && levels > 1.0 {
-        return Err(Error::Usage(
-            "PETSc option -pc_type mg with -pc_mg_levels: its coarser levels have to be given, and \
-            here is none but the grid itself; -pc_type gamg or hypre find theirs from the matrix"
-                .into(),
-        ));
-    }
     match session
         .options()?
         .split(" -")

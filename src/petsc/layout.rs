@@ -24,6 +24,21 @@ pub struct Layout {
     pub neighbours: [[Option<usize>; 2]; 3],
     /// PETSc's global number of each stored cell, -1 outside the domain.
     pub numbers: Vec<i32>,
+    /// Cells of the whole grid along each axis, and whether that closes a period.
+    pub whole: Vec<(usize, bool)>,
+}
+
+/// The grid as PETSc knows it, cell-centred and divided over the ranks as the layout is: from it
+/// preconditioners make coarser grids.
+pub(super) struct CellGrid {
+    pub dm: ffi::DM,
+}
+
+impl Drop for CellGrid {
+    fn drop(&mut self) {
+        // SAFETY: null or ours, destroyed once; a solver that holds it has its own reference.
+        unsafe { ffi::DMDestroy(&mut self.dm) };
+    }
 }
 
 impl Layout {
@@ -41,16 +56,44 @@ impl Layout {
     ) -> Result<Layout> {
         let ranks = split(session.size(), cells, ghosts)
             .ok_or_else(|| too_many_ranks(session.size(), cells, ghosts))?;
-        let mut da = make_da(session, cells, periodic, ranks, ghosts)?;
+        let mut da = make_da(session, cells, periodic, ranks, (ghosts, ffi::DM_BOUNDARY_GHOSTED))?;
         // SAFETY: `da` is a DMDA just made; on failure it is still ours to destroy.
         let read = check("DMSetUp", unsafe { ffi::DMSetUp(da) })
-            .and_then(|()| Self::read(da, cells.len(), ghosts));
+            .and_then(|()| Self::read(da, (cells, periodic), ghosts));
         // SAFETY: destroyed once.
         check("DMDestroy", unsafe { ffi::DMDestroy(&mut da) })?;
         read
     }
 
-    fn read(da: ffi::DM, dimension: usize, ghosts: usize) -> Result<Layout> {
+    /// The same division of the grid, for preconditioners that coarsen it. Collective.
+    pub(super) fn cell_grid(&self, session: &Session) -> Result<CellGrid> {
+        let (cells, periodic): (Vec<_>, Vec<_>) = self.whole.iter().copied().unzip();
+        let ranks = split(session.size(), &cells, self.ghosts)
+            .ok_or_else(|| too_many_ranks(session.size(), &cells, self.ghosts))?;
+        let dm = make_da(session, &cells, &periodic, ranks, (1, ffi::DM_BOUNDARY_NONE))?;
+        let grid = CellGrid { dm };
+        // SAFETY: a DMDA just made, owned by `grid`.
+        unsafe {
+            let q0 = ffi::DMDA_Q0;
+            check("DMDASetInterpolationType", ffi::DMDASetInterpolationType(grid.dm, q0))?;
+            check("DMSetUp", ffi::DMSetUp(grid.dm))?;
+        }
+        Ok(grid)
+    }
+
+    /// How many axes there are.
+    pub fn dimension(&self) -> usize {
+        self.whole.len()
+    }
+
+    /// How often all axes can be halved, down to two cells.
+    pub(super) fn halvings(&self) -> usize {
+        let of = |n: usize| (1..).take_while(|k| n % (1 << k) == 0 && n >> k >= 2).count();
+        self.whole.iter().map(|(cells, _)| of(*cells)).min().unwrap_or(0)
+    }
+
+    fn read(da: ffi::DM, (cells, periodic): (&[usize], &[bool]), ghosts: usize) -> Result<Layout> {
+        let dimension = cells.len();
         let (mut s, mut n) = ([0i32; 3], [1i32; 3]);
         let (mut ranks, mut map) = (ptr::null(), ptr::null_mut());
         let mut indices = ptr::null();
@@ -92,21 +135,23 @@ impl Layout {
             ghosts,
             neighbours,
             numbers,
+            whole: cells.iter().copied().zip(periodic.iter().copied()).collect(),
         })
     }
 }
 
-/// A DMDA over so many ranks along each axis, which is the caller's to destroy.
+/// A DMDA over so many ranks along each axis, with so many layers of ghosts and this kind of
+/// boundary where an axis closes no period; the caller's to destroy.
 fn make_da(
     session: &Session,
     cells: &[usize],
     periodic: &[bool],
     ranks: [usize; 3],
-    ghosts: usize,
+    (ghosts, boundary): (usize, ffi::DMBoundaryType),
 ) -> Result<ffi::DM> {
     let kind = |a: usize| match periodic[a] {
         true => ffi::DM_BOUNDARY_PERIODIC,
-        false => ffi::DM_BOUNDARY_GHOSTED,
+        false => boundary,
     };
     let n = |a: usize| cells[a] as i32;
     let ([along_x, along_y, along_z], width) = (ranks.map(|r| r as i32), ghosts as i32);

@@ -7,6 +7,7 @@ use super::choice::{
     Choice, bad_option, default_options, number, refuse_empty_views, refuse_what_ends_the_program,
 };
 use super::failure::{check, reason_name};
+use super::layout::Layout;
 use super::operator::{Operator, OwnPreconditioner, Shell};
 use super::reuse::Reuse;
 use super::vector::{read, write};
@@ -108,7 +109,7 @@ fn failed_twice(
 }
 
 impl LinearSolver {
-    /// A system of `owned` rows on this rank, with that operator; `pattern` gives the entries of
+    /// A system whose rows are the cells of this rank by `layout`, with that operator; `pattern` gives the entries of
     /// its matrix, where one is needed, in PETSc's numbers of rows (this rank's) and columns.
     /// `singular` says that constants solve the homogeneous system.
     ///
@@ -117,13 +118,14 @@ impl LinearSolver {
     pub fn new(
         session: &Session,
         choice: Choice,
-        (dimension, owned): (usize, usize),
+        layout: &Layout,
         operator: Rc<RefCell<dyn Operator>>,
         singular: bool,
         pattern: impl FnOnce() -> (Vec<i32>, Vec<i32>),
     ) -> Result<LinearSolver> {
         let chosen = session.user_option("-ksp_type")? || session.user_option("-pc_type")?;
-        default_options(session, choice, dimension)?;
+        let (dimension, owned) = (layout.dimension(), layout.local.iter().product());
+        default_options(session, choice, dimension, layout.halvings())?;
         refuse_what_ends_the_program(session)?;
         let own = OwnPreconditioner::named(&session.option("-pc_type")?.unwrap_or_default());
         if let Some(own) = own {
@@ -166,7 +168,7 @@ impl LinearSolver {
         if own.is_none() {
             solver.make_matrix(pattern())?;
         }
-        solver.make_krylov()?;
+        solver.make_krylov(layout)?;
         Ok(solver)
     }
 
@@ -198,13 +200,21 @@ impl LinearSolver {
     }
 
     /// Makes the vectors and the Krylov solver, as the options say.
-    fn make_krylov(&mut self) -> Result<()> {
+    fn make_krylov(&mut self, layout: &Layout) -> Result<()> {
+        let on_grid = self.session.option("-pc_type")?.as_deref() == Some("mg");
+        let grid = on_grid.then(|| layout.cell_grid(&self.session)).transpose()?;
         // SAFETY: as for the matrix.
         unsafe {
             let (x, b) = (&mut self.solution, &mut self.right_side);
             check("MatCreateVecs", ffi::MatCreateVecs(self.operator.matrix, x, b))?;
             check("KSPCreate", ffi::KSPCreate(self.session.comm(), &mut self.krylov))?;
             self.set_operators()?;
+            if let Some(grid) = &grid {
+                check("KSPSetDM", ffi::KSPSetDM(self.krylov, grid.dm))?;
+                // It coarsens the grid, and makes no operator.
+                let active = ffi::PETSC_FALSE;
+                check("KSPSetDMActive", ffi::KSPSetDMActive(self.krylov, active))?;
+            }
             check("KSPSetFromOptions", ffi::KSPSetFromOptions(self.krylov)).map_err(bad_option)?;
             let mut norm = 0;
             check("KSPGetNormType", ffi::KSPGetNormType(self.krylov, &mut norm))

@@ -77,9 +77,16 @@ impl Lattice {
     /// The exchange of the layer of ghosts with `neighbours`.
     pub fn halo<T: Real>(&self, session: &Session, neighbours: [[Option<usize>; 2]; 3]) -> Halo<T> {
         let stored = std::array::from_fn(|a| if a < self.axes { self.n[a] + 2 } else { 1 });
-        let none = Vec::new();
-        let layout =
-            Layout { start: [0; 3], local: self.n, stored, ghosts: 1, neighbours, numbers: none };
+        let (none, whole) = (Vec::new(), Vec::new());
+        let layout = Layout {
+            start: [0; 3],
+            local: self.n,
+            stored,
+            ghosts: 1,
+            neighbours,
+            numbers: none,
+            whole,
+        };
         Halo::new(session, &layout)
     }
 

@@ -119,14 +119,15 @@ impl Projection {
         choice: Choice,
     ) -> Result<Projection> {
         let operator = Rc::new(RefCell::new(Poisson::new(session, layout, grid, boundaries)?));
-        let (size, singular) = ((D, layout.local.iter().product()), !boundaries.fixes_pressure());
+        let singular = !boundaries.fixes_pressure();
         let mut rows = None;
         let pattern = || {
             let (made, at, columns) = Rows::new(layout, grid);
             rows = Some(made);
             (at, columns)
         };
-        let solver = LinearSolver::new(session, choice, size, operator.clone(), singular, pattern)?;
+        let solver =
+            LinearSolver::new(session, choice, layout, operator.clone(), singular, pattern)?;
         Ok(Projection {
             solver,
             operator,

@@ -120,11 +120,10 @@ impl System {
             matrix = Some(rows);
             (at, columns)
         };
-        let size = (2, cells.len());
         let mut solver = LinearSolver::new(
             session,
             Choice::BcgsBoomeramg,
-            size,
+            &layout,
             operator.clone(),
             singular,
             pattern,

@@ -153,10 +153,15 @@ impl<const D: usize> Case<D> {
             grid.rows().flatten().map(|c| number(grid.global_cell(c))).collect();
         let singular = !boundaries.fixes_pressure();
         let none = || (Vec::new(), Vec::new());
-        let size = (D, cells.len());
-        let mut solver =
-            LinearSolver::new(session, Choice::Multigrid, size, operator.clone(), singular, none)
-                .unwrap();
+        let mut solver = LinearSolver::new(
+            session,
+            Choice::Multigrid,
+            &layout,
+            operator.clone(),
+            singular,
+            none,
+        )
+        .unwrap();
         solver
             .set_right_side(|b| b.iter_mut().zip(&cells).for_each(|(b, c)| *b = noise(*c, 0)))
             .unwrap();
