@@ -222,6 +222,8 @@ impl<'a, const D: usize> Run<'a, D> {
         let (status, result) = match result {
             Ok(()) => ("done", Ok(())),
             Err(stop @ Error::Interrupted(_)) => ("interrupted", Err(stop)),
+            // What the user asked for and the first solve refuses.
+            Err(refused @ Error::Usage(_)) => ("failed", Err(refused)),
             Err(e) => ("failed", Err(self.keep_good_state(e)?)),
         };
         self.progress.finish(status, self.scene.state.steps, self.scene.state.time, self.values());

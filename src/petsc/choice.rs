@@ -136,6 +136,24 @@ pub(super) fn refuse_empty_views(session: &Session, own: bool) -> Result<()> {
     Ok(())
 }
 
+/// Words of PETSc's refusals of preconditioners that cannot work here, and why.
+const CANNOT: [(&str, &str); 6] = [
+    (
+        "MATHYPRESTRUCT",
+        "pfmg and smg need a structured matrix of hypre's, which is not made here; -pc_type mg and \
+        boxmg work on the grid",
+    ),
+    ("MATIS", "it needs a matrix by subdomains, which is not made here; take asm or bjacobi"),
+    (
+        "different mat and pmat",
+        "it needs the operator as a matrix, and the operator is applied with the free bodies in \
+        it; sor is the same iteration",
+    ),
+    ("PCSetDM()", "it is for finite elements; -pc_type mg and boxmg work on the grid"),
+    ("PCPATCH", "it is for finite elements; -pc_type asm and bjacobi divide the grid"),
+    ("at least two fields", "the pressure is one field"),
+];
+
 /// What PETSc refuses here, the user asked for.
 pub(super) fn bad_option(error: Error) -> Error {
     match error {
@@ -143,9 +161,12 @@ pub(super) fn bad_option(error: Error) -> Error {
             let unknown =
                 message.split_once(" type ").and_then(|(_, rest)| rest.split_whitespace().next());
             let capital = unknown.filter(|name| name.chars().any(|c| c.is_ascii_uppercase()));
-            let cure = capital.map_or(String::new(), |name| {
-                format!("; names of types are in lower case: {}", name.to_lowercase())
-            });
+            let cure = match CANNOT.iter().find(|(words, _)| message.contains(words)) {
+                Some((_, why)) => format!("; {why}"),
+                None => capital.map_or(String::new(), |name| {
+                    format!("; names of types are in lower case: {}", name.to_lowercase())
+                }),
+            };
             Error::Usage(format!("PETSc refuses an option: {message}{cure}"))
         }
         other => other,

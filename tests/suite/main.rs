@@ -42,6 +42,7 @@ mod multigrid;
 mod numerics;
 mod passage;
 mod petsc_options;
+mod petsc_sets;
 mod piles;
 mod plots;
 mod plots_of_many;

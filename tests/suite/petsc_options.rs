@@ -14,7 +14,6 @@ fn petsc_options_that_end_the_program_are_refused() {
         assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
         assert!(text(&output.stderr).contains(words), "{}", text(&output.stderr));
     };
-    refused(&["-pc_type", "mg", "-pc_mg_levels", "3"], "-pc_type gamg or hypre find theirs");
     refused(&["-ksp_monitor", "hdf5:residuals.h5"], "give ascii:FILE");
     refused(&["-ksp_view_mat", "binary:A"], "there is no matrix to write");
     refused(&["-ksp_view_pmat", "binary:A"], "there is no matrix to write");
