@@ -58,14 +58,16 @@ const FUNCTIONS: &str = "PetscInitialize|PetscFinalize|PetscInitialized|PetscPus
     |PetscFree.*|PetscGetVersionNumber\
     |PetscObject(Compose|Query)|PetscContainer(Create|SetPointer|GetPointer|Destroy)\
     |DMDACreate[23]d|DMSetUp|DMDestroy|DMDAGetCorners|DMDAGetNeighbors\
-    |DMDASetInterpolationType|DMGetLocalToGlobalMapping|ISLocalToGlobalMapping(Get|Restore)Indices|DMCreateGlobalVector\
+    |DMDASetInterpolationType\
+    |DMGetLocalToGlobalMapping|ISLocalToGlobalMapping(Get|Restore)Indices|DMCreateGlobalVector\
     |VecDestroy\
     |VecGetArray(Read|Write)?|VecRestoreArray(Read|Write)?|VecSet|MatCreateVecs|MatCreate\
     |MatSetSizes|MatSetType|MatSetUp\
     |MatSetPreallocationCOO|MatSetValuesCOO|MatSetNullSpace|MatSetOption|MatDestroy|MatMult\
     |MatCreateShell\
     |MatShell(GetContext|SetOperation|SetManageScalingShifts)|MatNullSpace(Create|Destroy|Remove)\
-    |KSP(Create|SetDM|SetDMActive|SetOperators|SetFromOptions|SetTolerances|GetTolerances|Solve|GetConvergedReason\
+    |KSP(Create|SetDM|SetDMActive\
+    |SetOperators|SetFromOptions|SetTolerances|GetTolerances|Solve|GetConvergedReason\
     |GetIterationNumber|GetPC\
     |Destroy|SetInitialGuessNonzero|SetReusePreconditioner|GetType|GetNormType|SetUp\
     |GetResidualNorm)|PC(Register|SetType|GetOperators|Reset)|PCShellSet(Apply|ApplyTranspose\

@@ -88,7 +88,7 @@ impl Layout {
 
     /// How often all axes can be halved, down to two cells.
     pub(super) fn halvings(&self) -> usize {
-        let of = |n: usize| (1..).take_while(|k| n % (1 << k) == 0 && n >> k >= 2).count();
+        let of = |n: usize| (1..).take_while(|k| n.is_multiple_of(1 << k) && n >> k >= 2).count();
         self.whole.iter().map(|(cells, _)| of(*cells)).min().unwrap_or(0)
     }
 

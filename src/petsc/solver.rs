@@ -109,9 +109,9 @@ fn failed_twice(
 }
 
 impl LinearSolver {
-    /// A system whose rows are the cells of this rank by `layout`, with that operator; `pattern` gives the entries of
-    /// its matrix, where one is needed, in PETSc's numbers of rows (this rank's) and columns.
-    /// `singular` says that constants solve the homogeneous system.
+    /// A system whose rows are the cells of this rank by `layout`, with that operator; `pattern`
+    /// gives the entries of its matrix, where one is needed, in PETSc's numbers of rows (this
+    /// rank's) and columns. `singular` says that constants solve the homogeneous system.
     ///
     /// # Errors
     /// When an option names something that this PETSc does not have.

@@ -1,5 +1,5 @@
-//! The sets of PETSc's options that `docs/petsc.md` lists do what the page says: six free discs in a
-//! closed box, a matrix that is singular and an operator with the bodies in it.
+//! The sets of PETSc's options that `docs/petsc.md` lists do what the page says: six free discs in
+//! a closed box, a matrix that is singular and an operator with the bodies in it.
 
 use crate::program::{text, write};
 use crate::support::{box_case, mics, shipped, summary};
