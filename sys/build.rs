@@ -58,12 +58,13 @@ const FUNCTIONS: &str = "PetscInitialize|PetscFinalize|PetscInitialized|PetscPus
     |PetscFree.*|PetscGetVersionNumber\
     |PetscObject(Compose|Query)|PetscContainer(Create|SetPointer|GetPointer|Destroy)\
     |DMDACreate[23]d|DMSetUp|DMDestroy|DMDAGetCorners|DMDAGetNeighbors\
-    |DMDASetInterpolationType\
+    |DMDASetInterpolationType|DMSetMatType|DMCreateMatrix\
     |DMGetLocalToGlobalMapping|ISLocalToGlobalMapping(Get|Restore)Indices|DMCreateGlobalVector\
     |VecDestroy\
     |VecGetArray(Read|Write)?|VecRestoreArray(Read|Write)?|VecSet|MatCreateVecs|MatCreate\
     |MatSetSizes|MatSetType|MatSetUp\
-    |MatSetPreallocationCOO|MatSetValuesCOO|MatSetNullSpace|MatSetOption|MatDestroy|MatMult\
+    |MatSetPreallocationCOO|MatSetValuesStencil|MatAssembly(Begin|End)\
+    |MatSetValuesCOO|MatSetNullSpace|MatSetOption|MatDestroy|MatMult\
     |MatCreateShell\
     |MatShell(GetContext|SetOperation|SetManageScalingShifts)|MatNullSpace(Create|Destroy|Remove)\
     |KSP(Create|SetDM|SetDMActive\

@@ -1,6 +1,7 @@
 //! What solves where PETSc's options leave it open, and options that are refused.
 
 use super::Session;
+use super::layout::Layout;
 use crate::{Error, Result};
 
 /// What to solve with where PETSc's options leave it open.
@@ -15,12 +16,8 @@ pub enum Choice {
 }
 
 /// A choice's options, on the true residual, with a coarsest solve that a singular matrix allows.
-pub(super) fn default_options(
-    session: &Session,
-    choice: Choice,
-    dimension: usize,
-    halvings: usize,
-) -> Result<()> {
+pub(super) fn default_options(session: &Session, choice: Choice, layout: &Layout) -> Result<()> {
+    let dimension = layout.dimension();
     session.forget_default_options()?;
     let (method, preconditioner) = match choice {
         Choice::BcgsBoomeramg => ("bcgs", "hypre"),
@@ -47,7 +44,7 @@ pub(super) fn default_options(
     // matrix: no longer positive.
     session.default_option("-pc_use_amat", "false")?;
     if session.option("-pc_type")?.as_deref() == Some("mg") {
-        grid_multigrid_options(session, halvings)?;
+        grid_multigrid_options(session, layout)?;
     }
     if session.option("-pc_type")?.as_deref() == Some("gamg") {
         // Its own smoother goes by estimates of eigenvalues that are too small: as a preconditioner
@@ -71,10 +68,14 @@ pub(super) fn default_options(
     Ok(())
 }
 
+/// Cells of the coarsest grid up to which it is solved densely, in less than a solve's other work.
+const LARGEST_DENSE: usize = 400;
+
 /// What PETSc's multigrid on the grid needs: as many levels as all axes can be halved, coarse
 /// operators by Galerkin's product of the matrix, smoothers that go by the matrix, and a coarsest
 /// solve that a singular matrix allows.
-fn grid_multigrid_options(session: &Session, halvings: usize) -> Result<()> {
+fn grid_multigrid_options(session: &Session, layout: &Layout) -> Result<()> {
+    let halvings = layout.halvings();
     session.default_option("-pc_mg_levels", &(halvings + 1).to_string())?;
     let levels = number(session, "-pc_mg_levels")?.unwrap_or(1.0);
     if levels > (halvings + 1) as f64 {
@@ -99,6 +100,10 @@ fn grid_multigrid_options(session: &Session, halvings: usize) -> Result<()> {
     }
     session.default_option("-mg_levels_ksp_type", "richardson")?;
     session.default_option("-mg_levels_pc_type", "sor")?;
+    let coarsest = layout.whole.iter().map(|(cells, _)| cells >> (levels as usize - 1));
+    if coarsest.product::<usize>() > LARGEST_DENSE {
+        return session.default_option("-mg_coarse_pc_type", "gamg");
+    }
     session.default_option("-mg_coarse_pc_type", "redundant")?;
     session.default_option("-mg_coarse_redundant_pc_type", "svd")
 }
@@ -137,12 +142,7 @@ pub(super) fn refuse_empty_views(session: &Session, own: bool) -> Result<()> {
 }
 
 /// Words of PETSc's refusals of preconditioners that cannot work here, and why.
-const CANNOT: [(&str, &str); 6] = [
-    (
-        "MATHYPRESTRUCT",
-        "pfmg and smg need a structured matrix of hypre's, which is not made here; -pc_type mg and \
-        boxmg work on the grid",
-    ),
+const CANNOT: [(&str, &str); 5] = [
     ("MATIS", "it needs a matrix by subdomains, which is not made here; take asm or bjacobi"),
     (
         "different mat and pmat",

@@ -56,7 +56,13 @@ impl Layout {
     ) -> Result<Layout> {
         let ranks = split(session.size(), cells, ghosts)
             .ok_or_else(|| too_many_ranks(session.size(), cells, ghosts))?;
-        let mut da = make_da(session, cells, periodic, ranks, (ghosts, ffi::DM_BOUNDARY_GHOSTED))?;
+        let mut da = make_da(
+            session,
+            cells,
+            periodic,
+            ranks,
+            (ghosts, ffi::DM_BOUNDARY_GHOSTED, ffi::DMDA_STENCIL_BOX),
+        )?;
         // SAFETY: `da` is a DMDA just made; on failure it is still ours to destroy.
         let read = check("DMSetUp", unsafe { ffi::DMSetUp(da) })
             .and_then(|()| Self::read(da, (cells, periodic), ghosts));
@@ -70,7 +76,13 @@ impl Layout {
         let (cells, periodic): (Vec<_>, Vec<_>) = self.whole.iter().copied().unzip();
         let ranks = split(session.size(), &cells, self.ghosts)
             .ok_or_else(|| too_many_ranks(session.size(), &cells, self.ghosts))?;
-        let dm = make_da(session, &cells, &periodic, ranks, (1, ffi::DM_BOUNDARY_NONE))?;
+        let dm = make_da(
+            session,
+            &cells,
+            &periodic,
+            ranks,
+            (1, ffi::DM_BOUNDARY_NONE, ffi::DMDA_STENCIL_BOX),
+        )?;
         let grid = CellGrid { dm };
         // SAFETY: a DMDA just made, owned by `grid`.
         unsafe {
@@ -78,6 +90,20 @@ impl Layout {
             check("DMDASetInterpolationType", ffi::DMDASetInterpolationType(grid.dm, q0))?;
             check("DMSetUp", ffi::DMSetUp(grid.dm))?;
         }
+        Ok(grid)
+    }
+
+    /// The same as a box of three dimensions, of one layer where there are two. Collective.
+    pub(super) fn box_grid(&self, session: &Session) -> Result<CellGrid> {
+        let (cells, _): (Vec<_>, Vec<_>) = self.whole.iter().copied().unzip();
+        let ranks = split(session.size(), &cells, self.ghosts)
+            .ok_or_else(|| too_many_ranks(session.size(), &cells, self.ghosts))?;
+        let in_space = [cells[0], cells[1], cells.get(2).copied().unwrap_or(1)];
+        let (kind, form) = (ffi::DM_BOUNDARY_NONE, ffi::DMDA_STENCIL_STAR);
+        let dm = make_da(session, &in_space, &[false; 3], ranks, (1, kind, form))?;
+        let grid = CellGrid { dm };
+        // SAFETY: a DMDA just made, owned by `grid`.
+        check("DMSetUp", unsafe { ffi::DMSetUp(grid.dm) })?;
         Ok(grid)
     }
 
@@ -140,14 +166,14 @@ impl Layout {
     }
 }
 
-/// A DMDA over so many ranks along each axis, with so many layers of ghosts and this kind of
+/// A DMDA over so many ranks along each axis, with so many layers of ghosts, this kind of
 /// boundary where an axis closes no period; the caller's to destroy.
 fn make_da(
     session: &Session,
     cells: &[usize],
     periodic: &[bool],
     ranks: [usize; 3],
-    (ghosts, boundary): (usize, ffi::DMBoundaryType),
+    (ghosts, boundary, stencil): (usize, ffi::DMBoundaryType, ffi::DMDAStencilType),
 ) -> Result<ffi::DM> {
     let kind = |a: usize| match periodic[a] {
         true => ffi::DM_BOUNDARY_PERIODIC,
@@ -155,7 +181,7 @@ fn make_da(
     };
     let n = |a: usize| cells[a] as i32;
     let ([along_x, along_y, along_z], width) = (ranks.map(|r| r as i32), ghosts as i32);
-    let (comm, stencil, none) = (session.comm(), ffi::DMDA_STENCIL_BOX, ptr::null());
+    let (comm, none) = (session.comm(), ptr::null());
     let mut da: ffi::DM = ptr::null_mut();
     // SAFETY: plain numbers, no ownership ranges (null), one output handle.
     #[rustfmt::skip]

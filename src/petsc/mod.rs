@@ -17,6 +17,7 @@ mod ranks;
 mod reuse;
 mod session;
 mod solver;
+mod structured;
 mod vector;
 
 pub use choice::Choice;
@@ -26,3 +27,4 @@ pub use operator::{Operator, OwnPreconditioner};
 pub use ranks::{Number, Traffic};
 pub use session::Session;
 pub use solver::{LinearSolver, Solved};
+pub use vector::Pattern;

@@ -10,7 +10,8 @@ use super::failure::{check, reason_name};
 use super::layout::Layout;
 use super::operator::{Operator, OwnPreconditioner, Shell};
 use super::reuse::Reuse;
-use super::vector::{read, write};
+use super::structured::Structured;
+use super::vector::{Pattern, read, write};
 use crate::{Error, Result};
 use petsc_sys as ffi;
 use std::cell::RefCell;
@@ -24,6 +25,8 @@ pub struct LinearSolver {
     own: Option<OwnPreconditioner>,
     /// What the preconditioner is built from, where it is none of the operator's own; else null.
     matrix: ffi::Mat,
+    /// Where its entries go, in hypre's structured form.
+    structured: Option<Structured>,
     krylov: ffi::KSP,
     null_space: ffi::MatNullSpace,
     right_side: ffi::Vec,
@@ -121,11 +124,11 @@ impl LinearSolver {
         layout: &Layout,
         operator: Rc<RefCell<dyn Operator>>,
         singular: bool,
-        pattern: impl FnOnce() -> (Vec<i32>, Vec<i32>),
+        pattern: impl FnOnce() -> Pattern,
     ) -> Result<LinearSolver> {
         let chosen = session.user_option("-ksp_type")? || session.user_option("-pc_type")?;
-        let (dimension, owned) = (layout.dimension(), layout.local.iter().product());
-        default_options(session, choice, dimension, layout.halvings())?;
+        let owned = layout.local.iter().product();
+        default_options(session, choice, layout)?;
         refuse_what_ends_the_program(session)?;
         let own = OwnPreconditioner::named(&session.option("-pc_type")?.unwrap_or_default());
         if let Some(own) = own {
@@ -143,6 +146,7 @@ impl LinearSolver {
             operator: Shell::new(session, operator, owned)?,
             own,
             matrix: ptr::null_mut(),
+            structured: None,
             krylov: ptr::null_mut(),
             null_space: ptr::null_mut(),
             right_side: ptr::null_mut(),
@@ -166,14 +170,21 @@ impl LinearSolver {
             })?;
         }
         if own.is_none() {
-            solver.make_matrix(pattern())?;
+            solver.make_matrix(layout, pattern())?;
         }
         solver.make_krylov(layout)?;
         Ok(solver)
     }
 
     /// Makes the matrix that the preconditioner is built from, with the entries of a pattern.
-    fn make_matrix(&mut self, (mut rows, mut columns): (Vec<i32>, Vec<i32>)) -> Result<()> {
+    fn make_matrix(&mut self, layout: &Layout, pattern: Pattern) -> Result<()> {
+        if let Some("pfmg" | "smg") = self.session.option("-pc_type")?.as_deref() {
+            let structured = Structured::new(&self.session, layout, &pattern)?;
+            self.matrix = structured.matrix;
+            self.structured = Some(structured);
+            return Ok(());
+        }
+        let Pattern { mut rows, mut columns, .. } = pattern;
         let (n, any, count) = (self.owned as i32, -1, rows.len() as ffi::PetscCount);
         // SAFETY: the handle is an output that `self` owns from then on and destroys when dropped,
         // also when a later call fails; `rows` and `columns` live through the call that reads (and
@@ -234,6 +245,9 @@ impl LinearSolver {
         }
         if let Some(reuse) = &mut self.reuse {
             reuse.stale = true;
+        }
+        if let Some(structured) = &self.structured {
+            return structured.set_values(values);
         }
         // SAFETY: `values` has the pattern's length, which the caller made.
         check("MatSetValuesCOO", unsafe {

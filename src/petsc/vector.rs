@@ -42,3 +42,15 @@ pub(super) unsafe fn write(
         check("VecRestoreArray", ffi::VecRestoreArray(vector, &mut data))
     }
 }
+
+/// The entries of a matrix: PETSc's numbers of row (this rank's) and column of each, and through
+/// which face of the row's cell its column lies (low and high by axis), none of the diagonal's.
+#[derive(Debug, Default)]
+pub struct Pattern {
+    /// Rows, those of a cell one after another, the cells x fastest.
+    pub rows: Vec<i32>,
+    /// Columns.
+    pub columns: Vec<i32>,
+    /// Faces.
+    pub faces: Vec<Option<u8>>,
+}

@@ -6,7 +6,7 @@
 
 use super::Poisson;
 use crate::grid::Grid;
-use crate::petsc::Layout;
+use crate::petsc::{Layout, Pattern};
 
 /// The matrix's rows, cell by cell: the neighbours' entries, low and high along each axis, then the
 /// diagonal's.
@@ -24,9 +24,14 @@ pub struct Rows {
 const SHIFT: f64 = 1e-13;
 
 impl Rows {
-    /// The rows of this rank's cells, and the numbers of row and column of each entry.
-    pub fn new<const D: usize>(layout: &Layout, grid: &Grid<D>) -> (Rows, Vec<i32>, Vec<i32>) {
-        let (mut rows, mut columns, mut inner) = (Vec::new(), Vec::new(), Vec::new());
+    /// The rows of this rank's cells, and the pattern of their entries.
+    pub fn new<const D: usize>(layout: &Layout, grid: &Grid<D>) -> (Rows, Pattern) {
+        let (mut pattern, mut inner) = (Pattern::default(), Vec::new());
+        let mut push = |row, column, face| {
+            pattern.rows.push(row);
+            pattern.columns.push(column);
+            pattern.faces.push(face);
+        };
         for c in grid.rows().flatten() {
             let mut faces = 0;
             for face in 0..2 * D {
@@ -34,15 +39,13 @@ impl Rows {
                 let neighbour = layout.numbers[if face % 2 == 0 { c - s } else { c + s }];
                 if neighbour >= 0 {
                     faces |= 1 << face;
-                    rows.push(layout.numbers[c]);
-                    columns.push(neighbour);
+                    push(layout.numbers[c], neighbour, Some(face as u8));
                 }
             }
-            rows.push(layout.numbers[c]);
-            columns.push(layout.numbers[c]);
+            push(layout.numbers[c], layout.numbers[c], None);
             inner.push(faces);
         }
-        (Rows { inner, values: vec![0.0; rows.len()] }, rows, columns)
+        (Rows { inner, values: vec![0.0; pattern.rows.len()] }, pattern)
     }
 
     /// The entries' values, in the order of [`Rows::new`].

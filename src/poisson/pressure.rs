@@ -122,9 +122,9 @@ impl Projection {
         let singular = !boundaries.fixes_pressure();
         let mut rows = None;
         let pattern = || {
-            let (made, at, columns) = Rows::new(layout, grid);
+            let (made, pattern) = Rows::new(layout, grid);
             rows = Some(made);
-            (at, columns)
+            pattern
         };
         let solver =
             LinearSolver::new(session, choice, layout, operator.clone(), singular, pattern)?;

@@ -116,9 +116,9 @@ impl System {
             grid.rows().flatten().map(|c| grid.global_cell(c)).map(|[x, y]| x + NX * y).collect();
         let mut matrix = None;
         let pattern = || {
-            let (rows, at, columns) = Rows::new(&layout, &grid);
+            let (rows, pattern) = Rows::new(&layout, &grid);
             matrix = Some(rows);
-            (at, columns)
+            pattern
         };
         let mut solver = LinearSolver::new(
             session,

@@ -152,7 +152,7 @@ impl<const D: usize> Case<D> {
         let cells: Vec<usize> =
             grid.rows().flatten().map(|c| number(grid.global_cell(c))).collect();
         let singular = !boundaries.fixes_pressure();
-        let none = || (Vec::new(), Vec::new());
+        let none = Default::default;
         let mut solver = LinearSolver::new(
             session,
             Choice::Multigrid,
