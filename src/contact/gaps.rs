@@ -1,4 +1,4 @@
-//! What the fluid in the gaps does in a substep, pair by pair; [`super::lubrication`] has formulas.
+//! Forces of the fluid in the gaps in a substep, pair by pair; [`super::lubrication`] has formulas.
 
 use super::law::Kinematics;
 use super::lubrication::Lubrication;

@@ -25,7 +25,7 @@ use nalgebra::Vector3;
 /// How a contact dissipates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Damping {
-    /// So that a head-on collision keeps this share of its speed, in (0, 1].
+    /// Share of its speed that a head-on collision keeps, in (0, 1].
     Restitution(f64),
     /// Coefficients of the dampers themselves.
     Given {
@@ -49,7 +49,7 @@ pub struct Material {
     pub friction: f64,
     /// `mu_r`, the resistance to rolling: the lever of the normal force, of the reduced radius.
     pub rolling_friction: f64,
-    /// What dissipates.
+    /// Dissipation.
     pub damping: Damping,
     /// Turns the tangential damper round, as (22) is printed: it then feeds energy. For
     /// reproduction only.
@@ -98,7 +98,7 @@ pub(super) struct Law {
     duration: f64,
 }
 
-/// What two bodies in contact are to each other over a substep.
+/// Kinematics of two bodies in contact over a substep.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Kinematics {
     /// Substep (s).

@@ -36,7 +36,7 @@
 use crate::numerics::Numerics;
 use std::f64::consts::PI;
 
-/// What fills the gaps.
+/// The fluid that fills the gaps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Medium {
     /// Density (kg/m3).
@@ -49,7 +49,7 @@ pub struct Medium {
     pub roughness: f64,
 }
 
-/// What the fluid in a gap resists.
+/// Resistance of the fluid in a gap.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lubrication {
     /// How wide it is (m); 0 where they touch.

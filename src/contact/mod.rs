@@ -71,7 +71,7 @@ pub enum Substeps {
     Fixed(usize),
 }
 
-/// What contacts gave to a body.
+/// Impulses that contacts gave to a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Impulse {
     /// Momentum (N s; per metre of depth in 2D).
@@ -92,7 +92,7 @@ pub struct Springs {
     pub rolling: Vector3<f64>,
 }
 
-/// What lasts of contacts from one step to the next.
+/// State of the contacts from one step to the next.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Touching {
     /// The springs of contacts that last, after the first body and the second, or the number of
@@ -142,7 +142,7 @@ pub struct Contacts {
     deepest: f64,
     /// Per body, whether it touched something in the last step.
     touched: Vec<bool>,
-    /// What fills the gaps.
+    /// The fluid that fills the gaps.
     medium: Medium,
     numerics: Numerics,
 }

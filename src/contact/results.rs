@@ -1,4 +1,4 @@
-//! What a step of the contacts found, and what can be said of them before one.
+//! Results of a step of the contacts, and properties of contacts before one.
 
 use super::meeting::{InverseMass, Meeting};
 use super::pair::Pair;
@@ -27,7 +27,7 @@ impl Contacts {
         self.impulses[body].angular += turn;
     }
 
-    /// What contacts gave to each body over the last [`advance`](Contacts::advance).
+    /// Impulses that contacts gave to each body over the last [`advance`](Contacts::advance).
     pub fn impulses(&self) -> &[Impulse] {
         &self.impulses
     }
@@ -42,8 +42,8 @@ impl Contacts {
         self.wall_work
     }
 
-    /// What friction took over the last [`advance`](Contacts::advance) (J): the work of tangential
-    /// forces and of the resistance to rolling, less what their springs hold.
+    /// Energy that friction took over the last [`advance`](Contacts::advance) (J): the work of
+    /// tangential forces and of the resistance to rolling, less what their springs hold.
     pub fn slid(&self) -> f64 {
         self.slid
     }

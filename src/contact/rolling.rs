@@ -44,7 +44,8 @@ impl Contacts {
         let reduced = 1.0 / (1.0 / body.radius() + other.map_or(0.0, |other| 1.0 / other.radius()));
         let lever = friction * reduced;
         let shape = if body.shape().dimension() == 2 { 3.0 } else { 2.25 };
-        // What has hardly touched yet is as stiff as its spring at the depth of a substep's way.
+        // A contact that has hardly begun is as stiff as its spring at the depth of a substep's
+        // way.
         let depth =
             kinematics.overlap.max(0.5 * h * kinematics.approach.abs()).max(f64::MIN_POSITIVE);
         let stiffness = shape * (normal / depth) * lever * lever;

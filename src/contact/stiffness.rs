@@ -18,7 +18,7 @@ use crate::numerics::Numerics;
 use crate::particles::Body;
 use nalgebra::Vector3;
 
-/// What bodies may meet with.
+/// The hardest impact that bodies may have.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Impact {
     /// Deepest overlap allowed (m).
@@ -143,7 +143,7 @@ mod tests {
         );
         let gas = (2.0f64 * 9.81 * 0.1).sqrt();
         assert!((speed(&one, 1e-3, 1e-9) / gas - 1.0).abs() < 1e-5);
-        // Of two that meet, the second counts by half.
+        // The second of two that meet counts by half.
         assert!((speed(&[sphere(), sphere()], 1e-3, 1e-9) / (1.5 * gas) - 1.0).abs() < 1e-5);
     }
 }

@@ -15,11 +15,11 @@ pub struct Wall {
     pub velocity: Vector3<f64>,
     /// Its material.
     pub material: usize,
-    /// What the fluid does there.
+    /// Behaviour of the fluid there.
     pub side: WallSide,
 }
 
-/// What the fluid does at a boundary that stops bodies.
+/// Behaviour of the fluid at a boundary that stops bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WallSide {
     /// It sticks, and a lubrication layer of it is between body and wall.

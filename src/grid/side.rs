@@ -42,7 +42,7 @@ pub(super) struct Follows<const D: usize> {
     of: Arc<dyn SideVelocity>,
     /// Its stored positions (m).
     places: Vec<Vector3<f64>>,
-    /// What flows through its faces at the end of the step (m/s).
+    /// Velocity through its faces at the end of the step (m/s).
     pub through: Vec<f64>,
 }
 

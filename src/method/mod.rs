@@ -23,7 +23,7 @@ use momentum::Mixture;
 use nalgebra::Vector3;
 use std::any::Any;
 
-/// What a method is, for those who describe it.
+/// Kind of a method, for those who describe it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A flow without bodies.
@@ -37,7 +37,7 @@ pub enum Kind {
 /// How a step is made: a method owns its step and its scratch, and leaves in the [`State`] what
 /// lasts. Another method is a type with this trait, built in `scene::build`.
 pub trait Method<const D: usize>: Any {
-    /// What it is.
+    /// Its kind.
     fn kind(&self) -> Kind;
 
     /// Advances by `dt` (s). Collective.
@@ -63,7 +63,7 @@ pub trait Method<const D: usize>: Any {
     /// Finds the acceleration by a pressure whose ghosts have changed.
     fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>);
 
-    /// What fills the cells.
+    /// The fluid or mixture in the cells.
     fn mixture(&self) -> &Mixture;
 
     /// `1/rho` on faces (m3/kg), as far as they are open.

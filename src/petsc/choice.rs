@@ -1,10 +1,10 @@
-//! What solves where PETSc's options leave it open, and options that are refused.
+//! Default solvers where PETSc's options leave it open, and options that are refused.
 
 use super::Session;
 use super::layout::Layout;
 use crate::{Error, Result};
 
-/// What to solve with where PETSc's options leave it open.
+/// Solver where PETSc's options leave it open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Choice {
     /// BCGS with BoomerAMG.
@@ -71,9 +71,9 @@ pub(super) fn default_options(session: &Session, choice: Choice, layout: &Layout
 /// Cells of the coarsest grid up to which it is solved densely, in less than a solve's other work.
 const LARGEST_DENSE: usize = 400;
 
-/// What PETSc's multigrid on the grid needs: as many levels as all axes can be halved, coarse
-/// operators by Galerkin's product of the matrix, smoothers that go by the matrix, and a coarsest
-/// solve that a singular matrix allows.
+/// Sets the options of PETSc's multigrid on the grid: as many levels as all axes can be halved,
+/// coarse operators by Galerkin's product of the matrix, smoothers that go by the matrix, and a
+/// coarsest solve that a singular matrix allows.
 fn grid_multigrid_options(session: &Session, layout: &Layout) -> Result<()> {
     let halvings = layout.halvings();
     session.default_option("-pc_mg_levels", &(halvings + 1).to_string())?;
@@ -154,7 +154,7 @@ const CANNOT: [(&str, &str); 5] = [
     ("at least two fields", "the pressure is one field"),
 ];
 
-/// What PETSc refuses here, the user asked for.
+/// Turns a refusal of PETSc's into one of an option that the user gave.
 pub(super) fn bad_option(error: Error) -> Error {
     match error {
         Error::Petsc { message, .. } => {

@@ -171,7 +171,7 @@ fn heap_of_particles_comes_to_rest() {
         {deepest:.1e} m"
     );
     assert!(rest < 1e-8 && crept < 1e-6, "{rest:e} {crept:e}");
-    // What the walls took is the weight.
+    // The walls took the weight.
     let weight: f64 = bodies.iter().map(|b| b.mass() * 9.81 * 1e-3).sum();
     assert!(
         (contacts.wall_impulse().y / -weight - 1.0).abs() < 1e-3,

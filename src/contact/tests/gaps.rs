@@ -47,7 +47,7 @@ fn spins_in_a_row(count: usize, gap: f64, start: f64) -> Vec<f64> {
             "{taken} substeps for a body that never touches its image"
         );
     }
-    // What a disc gives to one side it gets from the other: together they keep their momentum.
+    // A disc gives to one side and gets from the other: together they keep their momentum.
     let momentum: Vector3<f64> = row.iter().map(|disc| disc.velocity / count as f64).sum();
     assert!((momentum - vector![0.1, 0.3, 0.0]).norm() < 1e-12, "{momentum}");
     assert!(row.iter().all(|disc| (disc.velocity - momentum).norm() < 0.01), "{row:?}");

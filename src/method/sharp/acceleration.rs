@@ -118,7 +118,7 @@ impl<const D: usize> CutBodies<D> {
     }
 }
 
-/// What a body has of the drive's acceleration (m/s2): nothing along directions in which it is
+/// The drive's acceleration of a body (m/s2): nothing along directions in which it is
 /// held.
 fn felt(driven: &Vector3<f64>, body: &Body) -> Vector3<f64> {
     body.freedom().map_or_else(Vector3::zeros, |freedom| freedom.along(driven))

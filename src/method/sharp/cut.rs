@@ -32,7 +32,7 @@ pub struct CutBodies<const D: usize> {
     /// Scratch of what a body fills, and by axis of the arms to the faces that it covers (m).
     tiles: Tiles,
     arms: [Vec<Vector3<f64>>; D],
-    /// What bodies cover of each face of an axis while faces are opened; zero otherwise.
+    /// Solid fraction of each face of an axis while apertures are set; zero otherwise.
     pub(super) total: Vec<f64>,
     /// Of the faces that bodies cut, and once more of those in narrow gaps, their correction before
     /// a step (m/s).
@@ -108,7 +108,7 @@ impl<const D: usize> CutBodies<D> {
         self.uncover_faces(domain);
         self.near.find(bodies);
         let (grid, boundaries) = (&domain.grid, &domain.boundaries);
-        // Of a fluid without viscosity none, though no time is too long.
+        // A fluid without viscosity has none, however long the time.
         let rate =
             gap::POISEUILLE * domain.fluid.viscosity / (domain.fluid.density * self.h * self.h);
         let friction = if rate > 0.0 { 0.5 * dt * rate } else { 0.0 };

@@ -18,7 +18,7 @@ use nalgebra::Vector3;
 /// Spacings beyond a body at which a rank has nothing of it.
 const BEYOND: f64 = 2.0;
 
-/// Of so many of its cells a body shares one at most: they lie in the plane between two.
+/// A body shares at most one of so many of its cells: they lie in the plane between two.
 const FEW: usize = 4;
 
 /// How a body lay before it moved.
@@ -55,9 +55,9 @@ pub struct GhostCell {
     pub first: bool,
     /// The velocity that it is set to (m/s), as last found.
     pub target: Vector3<f64>,
-    /// What the cubic extrapolation adds to the profile (m/s); none where a body moves.
+    /// Velocity that the cubic extrapolation adds to the profile (m/s); none where a body moves.
     pub cubic: Vector3<f64>,
-    /// What the cell had at the start of the step beyond its target at the end (m/s).
+    /// Velocity at the start of the step less the target at its end (m/s).
     pub offset: Vector3<f64>,
 }
 
@@ -77,7 +77,8 @@ pub struct OwnCell<const D: usize> {
     pub arm: Vector3<f64>,
     /// How far the body speaks for the surface there: wholly where no other body is about as near.
     pub ownership: f64,
-    /// What its covered faces add to the mean acceleration of its faces (m/s2), as last found.
+    /// Acceleration that its cut faces add to the mean acceleration of its faces (m/s2), as last
+    /// found.
     pub cut_change: [f64; D],
     /// Its index in a field.
     pub cell: u32,
@@ -132,7 +133,7 @@ pub struct CutBody<const D: usize> {
     pub points: Vec<Point>,
     /// Where they all lie in the body's own axes, about two a spacing.
     quadrature_points: Vec<SurfacePoint>,
-    /// What it reads of the velocity beside its surface.
+    /// Stencils by which it reads the velocity beside its surface.
     pub stencils: Stencils<D>,
 }
 

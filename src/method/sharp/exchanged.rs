@@ -1,8 +1,8 @@
-//! What a step gives to the cells of a body beside the flow.
+//! Momentum that a step gives to the cells of a body beside the flow.
 
 use nalgebra::Vector3;
 
-/// What the imposed profile and the gradient of cut cells have given to this rank's cells in the
+/// Momentum that ghost cells and the gradient of cut cells have given to this rank's cells in the
 /// step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ExchangedMomentum {

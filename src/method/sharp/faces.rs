@@ -88,7 +88,7 @@ impl<const D: usize> CutBodies<D> {
         correction: &mut [f64],
         face: &mut [f64],
     ) {
-        // Of what two bodies cover both have their say, each with all that the correction has.
+        // Both of two bodies that cut a face count there, each with all of the correction.
         for (cut, centroids) in self.bodies.iter().flat_map(|cut| cut.faces(axis)) {
             let at = cut.face as usize;
             correction[at] += to_open_part(grid, axis, at, &centroids.open, u);

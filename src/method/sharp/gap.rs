@@ -206,7 +206,7 @@ fn round(body: &Body) -> Option<f64> {
     body.shape().is_round().then(|| body.radius())
 }
 
-/// What a cut body is built among.
+/// Surroundings of a cut body as it is built.
 pub struct Surroundings<'a, const D: usize> {
     /// The grid.
     pub grid: &'a Grid<D>,
@@ -313,7 +313,7 @@ impl<const D: usize> Surroundings<'_, D> {
                 return true;
             }
             let apart = near.distance(self.bodies, arm) - own;
-            // What a plane of symmetry shows has nothing.
+            // The image in a plane of symmetry has none.
             apart > alike || (apart >= -alike && (near.mirror.is_some() || near.is_after(k)))
         })
     }

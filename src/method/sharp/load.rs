@@ -15,7 +15,7 @@ use crate::state::{BodyHistory, Exchange, State};
 use crate::sums::{BodySums, Summed};
 use nalgebra::Vector3;
 
-/// What acts on a body at its surface (N, N m).
+/// Forces and torques on a body at its surface (N, N m).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SurfaceForces {
     pub pressure: Vector3<f64>,
@@ -25,10 +25,10 @@ pub struct SurfaceForces {
     pub pressure_torque: Vector3<f64>,
 }
 
-/// What the cells of a body have: momentum (kg m/s), angular momentum about its centre (kg m2/s).
+/// Momentum of the cells of a body: linear (kg m/s), angular momentum about its centre (kg m2/s).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CellMomentum {
-    /// What the imposed profile and cut cells have given to the flow since the exchange was set to
+    /// Momentum that ghost cells and cut cells have given to the flow since the exchange was set to
     /// zero.
     pub exchanged: ExchangedMomentum,
     /// Inside the body, relative to its own motion.
@@ -222,7 +222,7 @@ impl<const D: usize> Sharp<D> {
             let (body, motion) = (&s.bodies[k], &mut self.motions[k]);
             let (inside, swirl) = momentum.whole(domain.fluid.density, body);
             let before = std::mem::replace(&mut histories[k].inside, (inside, swirl));
-            // What advection loses by itself is nobody's force.
+            // Momentum that advection loses by itself is nobody's force.
             let lost = if self.momentum.keeps_momentum() {
                 (inside - before.0 - given) / dt - domain.unfelt(&s.drive, body.volume())
             } else {

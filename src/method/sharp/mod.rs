@@ -140,7 +140,7 @@ struct Work<const D: usize> {
     stage: VectorField<D>,
     accelerations: Vec<Accelerations>,
     exchanged: Vec<ExchangedMomentum>,
-    /// What ranks sum of each body.
+    /// Sums over the ranks for each body.
     forces: BodySums<load::SurfaceForces>,
     momenta: BodySums<load::CellMomentum>,
     vectors: BodySums<Vector3<f64>>,
@@ -154,7 +154,7 @@ struct StepNumbers {
     courant: f64,
     /// Squared spacings that viscosity crosses.
     diffusion: f64,
-    /// What faces keep of their correction that a body cuts.
+    /// Part of the correction that faces keep which a body cuts.
     keep: f64,
     /// The same where they are all open.
     keep_open: f64,

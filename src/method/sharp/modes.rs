@@ -15,7 +15,7 @@ use nalgebra::{SymmetricEigen, Vector3};
 pub struct Modes {
     /// Bodies that are not round: pressure turns them.
     oblong: Vec<u32>,
-    /// Of each mode (m3/kg).
+    /// Weight of each mode (m3/kg).
     weights: Vec<f64>,
     /// The faces that belong to them.
     entries: Vec<ModeFace>,

@@ -112,7 +112,7 @@ impl<const D: usize> Sharp<D> {
             self.work.accelerations.iter_mut().zip(histories).enumerate()
         {
             *accelerations = history.accelerations;
-            // What begins to turn a body without a past turns the fluid beside it as well.
+            // A torque that begins to turn a body turns the fluid beside it as well.
             if history.shear.is_none() {
                 let (_, turn) = resistance(&s.bodies[k], &self.motions[k].surface_moments, unit);
                 accelerations.angular.component_mul_assign(&inertial_share(
