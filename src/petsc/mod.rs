@@ -16,6 +16,7 @@ mod options;
 mod ranks;
 mod reuse;
 mod session;
+mod solve;
 mod solver;
 mod structured;
 mod vector;
