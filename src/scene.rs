@@ -132,7 +132,7 @@ impl<const D: usize> Scene<D> {
         if method.kind() == Kind::Sharp
             && (!waiting.is_empty() || bodies.iter().any(|b| b.freedom().is_some()))
         {
-            domain.projection.solver().refuse_preconditioner_alone()?;
+            domain.projection.solver().refuse_without_low_rank()?;
         }
         if method.kind() == Kind::Mixing && domain.forces.is_some() {
             let why = "forces that vary act on fluid beside sharp surfaces: set coupling.wall = \

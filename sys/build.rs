@@ -55,7 +55,7 @@ fn main() {
 const FUNCTIONS: &str = "PetscInitialize|PetscFinalize|PetscInitialized|PetscPushErrorHandler\
     |PetscPopSignalHandler\
     |PetscErrorMessage|PetscOptions(HasName|SetValue|ClearValue|LeftGet|LeftRestore|GetAll|Clear)\
-    |PetscFree.*|PetscGetVersionNumber\
+    |PetscFree.*|PetscLogStage(Register|Push|Pop|GetId)|PetscGetVersionNumber\
     |PetscObject(Compose|Query)|PetscContainer(Create|SetPointer|GetPointer|Destroy)\
     |DMDACreate[23]d|DMSetUp|DMDestroy|DMDAGetCorners|DMDAGetNeighbors\
     |DMDASetInterpolationType|DMSetMatType|DMCreateMatrix\

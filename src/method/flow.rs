@@ -21,6 +21,7 @@ use crate::grid::VectorField;
 use crate::kernels::boundary::{self, Sides};
 use crate::kernels::diffusion;
 use crate::kernels::faces::{self, BodyForce, FaceCoefficient};
+use crate::petsc::LogStage;
 use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
 use crate::state::State;
@@ -72,7 +73,7 @@ impl<const D: usize> Method<D> for Flow<D> {
         // (13-15) C-HSMAC: |D| < D0
         let projected = self.project(domain, s, dt)?;
         // (16) u = u* - dt/rho grad p
-        self.correct_cells(domain, s, dt);
+        self.correct_cells(domain, s, dt)?;
         s.count(dt);
         Ok(projected)
     }
@@ -165,6 +166,7 @@ impl<const D: usize> Flow<D> {
         dt: f64,
         mut listener: Option<Listener<D>>,
     ) -> Result<Sides> {
+        let _logged = domain.session.log(LogStage::Prediction)?;
         if let Some(stabilised) = &mut self.stabilised
             && stabilised.is_for(domain, &self.momentum.scheme, dt)
         {
@@ -218,6 +220,7 @@ impl<const D: usize> Flow<D> {
         s: &mut State<D>,
         dt: f64,
     ) -> Result<()> {
+        let _logged = domain.session.log(LogStage::Prediction)?;
         // What the cells keep meanwhile of the last pressure.
         let kept = (1.0 - self.own_part(domain, dt)) * dt;
         if kept > 0.0 {
@@ -267,7 +270,13 @@ impl<const D: usize> Flow<D> {
     }
 
     /// (16).
-    pub fn correct_cells(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) {
+    pub fn correct_cells(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        dt: f64,
+    ) -> Result<()> {
+        let _logged = domain.session.log(LogStage::Correction)?;
         self.find_acceleration(domain, s);
         if self.cell_gradient {
             faces::add_cell_gradient(&domain.grid, &self.mixture.density, dt, &s.p, &mut s.u);
@@ -276,6 +285,7 @@ impl<const D: usize> Flow<D> {
             faces::add_to_cells(&domain.grid, dt, &self.acceleration, &mut s.u);
         }
         domain.clock.lap(Stage::Faces);
+        Ok(())
     }
 
     /// Adds what the drive gives the cells over `dt` (s) where they take (16) as printed.

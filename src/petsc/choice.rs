@@ -123,18 +123,25 @@ pub(super) fn refuse_what_ends_the_program(session: &Session) -> Result<()> {
     }
 }
 
-/// Refuses to write a matrix that there is none of: the operator is applied row by row, and so is
-/// what `own` preconditioners need of it.
-pub(super) fn refuse_empty_views(session: &Session, own: bool) -> Result<()> {
-    for (name, none) in [("-ksp_view_mat", true), ("-ksp_view_pmat", own)] {
-        let value = session.option(name)?.unwrap_or_default();
-        let numbers =
-            ["binary", "hdf5", "matlab", "draw"].iter().any(|kind| value.starts_with(kind));
-        if none && numbers {
+/// Whether an option has a matrix written with its numbers.
+pub(super) fn writes_numbers(session: &Session, name: &str) -> Result<bool> {
+    let value = session.option(name)?.unwrap_or_default();
+    Ok(["binary", "hdf5", "matlab", "draw"].iter().any(|kind| value.starts_with(kind)))
+}
+
+/// Refuses to write a matrix where there is none: with a preconditioner of the operator's own, and
+/// of the operator of a `singular` system.
+pub(super) fn refuse_empty_views(session: &Session, own: bool, singular: bool) -> Result<()> {
+    for (name, of_operator) in [("-ksp_view_mat", true), ("-ksp_view_pmat", false)] {
+        let why = match (own, singular && of_operator) {
+            (true, _) => "there is no matrix to write, the operator is applied without one",
+            (_, true) => "the operator of a closed box is the matrix less what keeps that definite",
+            _ => continue,
+        };
+        if writes_numbers(session, name)? {
             return Err(Error::Usage(format!(
-                "PETSc option {name} {value}: there is no matrix to write, the operator is applied \
-                with the free bodies in it; -ksp_view_pmat with -pc_type hypre or gamg writes the \
-                one of the fluid"
+                "PETSc option {name}: {why}; `mics export-system` writes it, and -ksp_view_pmat \
+                with -pc_type hypre or gamg the matrix of the fluid"
             )));
         }
     }

@@ -18,6 +18,7 @@ mod reuse;
 mod session;
 mod solve;
 mod solver;
+mod stage;
 mod structured;
 mod vector;
 
@@ -28,4 +29,5 @@ pub use operator::{Operator, OwnPreconditioner};
 pub use ranks::{Number, Traffic};
 pub use session::Session;
 pub use solver::{LinearSolver, Solved};
+pub use stage::{LogStage, Logged};
 pub use vector::Pattern;

@@ -6,6 +6,11 @@
 //!       \-- PC "boxmg", "transform" (type "shell") -- precondition ------+--- the Operator
 //!           or any other, with P: an assembled matrix, which carries the Operator with it
 //! ```
+//! Where a matrix P is assembled, products are taken with it: `A x = P x + (A - P) x`. The
+//! difference is what free bodies and a held mean velocity add, terms of low rank that are applied
+//! body by body, and what keeps P definite in a closed box. Without these the matrix is the
+//! operator itself.
+//!
 //! `-pc_type boxmg` and `-pc_type transform` are registered with PETSc and work wherever PETSc
 //! takes a preconditioner for the whole system.
 
@@ -24,6 +29,15 @@ use std::rc::Rc;
 pub trait Operator {
     /// `y = A x`. Collective.
     fn multiply(&mut self, x: &[f64], y: &mut [f64]) -> Result<()>;
+
+    /// Whether it is another than its matrix P; the same on every rank.
+    fn differs_from_matrix(&self) -> bool;
+
+    /// `y += (A - P) x`. Collective.
+    fn add_difference(&mut self, x: &[f64], y: &mut [f64]) -> Result<()>;
+
+    /// How often a preconditioner of its own was set up.
+    fn setups(&self) -> u32;
 
     /// `z` from `r`, about `A z = r`, symmetric and positive. Collective.
     fn precondition(&mut self, own: OwnPreconditioner, r: &[f64], z: &mut [f64]) -> Result<()>;
@@ -66,6 +80,8 @@ pub(super) struct Shell {
 struct State {
     operator: Rc<RefCell<dyn Operator>>,
     owned: usize,
+    /// The assembled part of the operator, where the product is taken with that; else null.
+    assembled: ffi::Mat,
     /// What went wrong in the last call; PETSc passes on a number only.
     failure: Option<Error>,
 }
@@ -86,7 +102,7 @@ impl Shell {
         operator: Rc<RefCell<dyn Operator>>,
         owned: usize,
     ) -> Result<Shell> {
-        let state = Box::new(State { operator, owned, failure: None });
+        let state = Box::new(State { operator, owned, assembled: ptr::null_mut(), failure: None });
         let mut shell = Shell { matrix: ptr::null_mut(), state: NonNull::from(Box::leak(state)) };
         let (n, any) = (owned as i32, -1);
         // SAFETY: the matrix is an output that `shell` owns from then on; its context lives as long
@@ -146,12 +162,40 @@ impl Shell {
         }
     }
 
+    /// Takes products with a matrix from now on, and adds to them what the operator has beyond it.
+    ///
+    /// # Safety
+    /// The matrix is alive as long as the shell is multiplied.
+    pub unsafe fn multiply_by(&mut self, assembled: ffi::Mat) {
+        // SAFETY: alive until `self` is dropped, and no solve runs while this borrow lasts.
+        unsafe { self.state.as_mut().assembled = assembled }
+    }
+
+    /// Whether the operator is another than its matrix.
+    pub fn differs_from_matrix(&self) -> Result<bool> {
+        // SAFETY: as above; nothing changes it while this borrow lasts.
+        let operator = unsafe { &self.state.as_ref().operator };
+        Ok(operator.try_borrow().map_err(|_| in_use())?.differs_from_matrix())
+    }
+
+    /// How often the operator's own preconditioner was set up.
+    pub fn setups(&self) -> Result<u32> {
+        // SAFETY: as above.
+        let operator = unsafe { &self.state.as_ref().operator };
+        Ok(operator.try_borrow().map_err(|_| in_use())?.setups())
+    }
+
     /// What went wrong in a call, once.
     pub fn take_failure(&mut self) -> Option<Error> {
         // SAFETY: alive until `self` is dropped; PETSc reaches it too, but only during a solve,
         // which nobody runs while this borrow of `self` lasts.
         unsafe { self.state.as_mut().failure.take() }
     }
+}
+
+/// The failure of a call that finds the operator in use: a fault of the program.
+fn in_use() -> Error {
+    Error::Run("the pressure's operator is in use while PETSc asks for it".into())
 }
 
 impl Drop for Shell {
@@ -176,7 +220,15 @@ unsafe extern "C" fn multiply(shell: ffi::Mat, x: ffi::Vec, y: ffi::Vec) -> ffi:
         if code != 0 {
             return code;
         }
-        (*context.cast::<State>()).call(x, y, |operator, x, y| operator.multiply(x, y))
+        let state = &mut *context.cast::<State>();
+        if state.assembled.is_null() {
+            return state.call(x, y, |operator, x, y| operator.multiply(x, y));
+        }
+        let code = ffi::MatMult(state.assembled, x, y);
+        if code != 0 {
+            return code;
+        }
+        state.call(x, y, |operator, x, y| operator.add_difference(x, y))
     }
 }
 
@@ -266,9 +318,7 @@ impl State {
         let (operator, owned) = (&self.operator, self.owned);
         let called = catch_unwind(AssertUnwindSafe(|| {
             let Ok(mut operator) = operator.try_borrow_mut() else {
-                return Err(Error::Run(
-                    "the pressure's operator is in use while PETSc asks for it".into(),
-                ));
+                return Err(in_use());
             };
             let mut acted = Ok(());
             // SAFETY: the caller's word.

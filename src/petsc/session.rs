@@ -3,6 +3,7 @@
 use super::Traffic;
 use super::failure::{capture, check};
 use super::options::{self, c_string, names_option, refuse_stray_words};
+use super::stage;
 use crate::{Error, Result};
 use petsc_sys as ffi;
 use std::cell::Cell;
@@ -22,6 +23,8 @@ struct Inner {
     owner: bool,
     /// What our own calls have told other ranks.
     told: Cell<Traffic>,
+    /// PETSc's numbers of the stages of its log.
+    stages: stage::Stages,
 }
 
 impl Session {
@@ -70,6 +73,7 @@ impl Session {
             size: size as usize,
             owner,
             told: Cell::default(),
+            stages: stage::register()?,
         })))
     }
 
@@ -136,6 +140,10 @@ impl Session {
     /// Number of ranks.
     pub fn size(&self) -> usize {
         self.0.size
+    }
+
+    pub(super) fn stage(&self, index: usize) -> ffi::PetscLogStage {
+        self.0.stages[index]
     }
 
     pub(super) fn comm(&self) -> ffi::MPI_Comm {

@@ -8,7 +8,6 @@
 
 use super::choice::bad_option;
 use super::failure::{check, reason_name};
-use super::reuse::Reuse;
 use super::solver::{LinearSolver, Solved};
 use crate::{Error, Result};
 use petsc_sys as ffi;
@@ -76,6 +75,27 @@ impl LinearSolver {
     /// # Errors
     /// When the last try fails, with PETSc's reason for each.
     pub fn solve(&mut self, rtol: f64, atol: f64) -> Result<Solved> {
+        let before = self.setups()?;
+        self.choose_operator()?;
+        let solved = self.solve_or_retry(rtol, atol)?;
+        Ok(Solved { setups: self.setups()? - before, ..solved })
+    }
+
+    /// How often the preconditioner was set up so far.
+    fn setups(&self) -> Result<u32> {
+        if self.own.is_some() { self.operator.setups() } else { Ok(self.reuse.setups) }
+    }
+
+    /// Lets the matrix be the operator as long as that is all.
+    fn choose_operator(&mut self) -> Result<()> {
+        let differs = self.operator.differs_from_matrix()?;
+        if self.is_assembled() && std::mem::replace(&mut self.differs, differs) != differs {
+            self.set_operators()?;
+        }
+        Ok(())
+    }
+
+    fn solve_or_retry(&mut self, rtol: f64, atol: f64) -> Result<Solved> {
         if !self.null_space.is_null() {
             // SAFETY: handles made in `new`.
             check("MatNullSpaceRemove", unsafe {
@@ -85,23 +105,25 @@ impl LinearSolver {
         let atol = self.fixed_atol.unwrap_or(if self.tests_true_residual { atol } else { 0.0 });
         let (done, spent) = self.attempt_with_old_preconditioner(rtol, atol)?;
         if done {
-            return Ok(Solved { iterations: spent, retried: false });
+            return Ok(Solved { iterations: spent, ..Solved::default() });
         }
         self.prepare(rtol, atol, false, self.max_iterations)?;
         let (first, iterations) = self.attempt()?;
         if first > 0 {
             self.judge(iterations, rtol);
-            return Ok(Solved { iterations: spent + iterations, retried: false });
+            return Ok(Solved { iterations: spent + iterations, ..Solved::default() });
         }
         if self.own.is_some() {
             return Err(failed_once(first, iterations, rtol));
         }
         self.forget_preconditioner()?;
+        self.reuse.build();
         self.forget_guess()?;
         let (second, more) = self.attempt()?;
         if second > 0 {
             self.judge(more, rtol);
-            return Ok(Solved { iterations: spent + iterations + more, retried: true });
+            let iterations = spent + iterations + more;
+            return Ok(Solved { iterations, retried: true, ..Solved::default() });
         }
         Err(failed_twice((first, iterations), (second, more), rtol))
     }
@@ -109,7 +131,10 @@ impl LinearSolver {
     /// Solves with the preconditioner of an older matrix, where that is worth a try. Returns
     /// whether it is solved, and the iterations.
     fn attempt_with_old_preconditioner(&mut self, rtol: f64, atol: f64) -> Result<(bool, u32)> {
-        let Some(reuse) = self.reuse.filter(|reuse| reuse.stale) else { return Ok((false, 0)) };
+        let reuse = self.reuse;
+        if !reuse.is_stale() {
+            return Ok((false, 0));
+        }
         let mut spent = 0;
         if reuse.keeps() {
             self.prepare(rtol, atol, true, reuse.patience(rtol).min(self.max_iterations))?;
@@ -119,10 +144,10 @@ impl LinearSolver {
                 return Ok((true, iterations));
             }
             spent = iterations;
-            self.reuse.iter_mut().for_each(Reuse::failed);
+            self.reuse.fail();
             self.forget_guess()?;
         }
-        self.reuse.iter_mut().for_each(Reuse::built);
+        self.reuse.build();
         Ok((false, spent))
     }
 
@@ -148,7 +173,7 @@ impl LinearSolver {
                 "KSPSetTolerances",
                 ffi::KSPSetTolerances(self.krylov, rtol, atol, d, iterations),
             )?;
-            if self.reuse.is_none() {
+            if !self.reuse.reuses() {
                 return Ok(());
             }
             let keep = if keep { ffi::PETSC_TRUE } else { ffi::PETSC_FALSE };
@@ -163,7 +188,7 @@ impl LinearSolver {
     }
 
     fn judge(&mut self, iterations: u32, rtol: f64) {
-        self.reuse.iter_mut().for_each(|reuse| reuse.judge(iterations, rtol));
+        self.reuse.judge(iterations, rtol);
     }
 
     fn attempt(&mut self) -> Result<(ffi::KSPConvergedReason, u32)> {

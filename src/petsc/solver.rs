@@ -5,6 +5,7 @@
 use super::Session;
 use super::choice::{
     Choice, bad_option, default_options, number, refuse_empty_views, refuse_what_ends_the_program,
+    writes_numbers,
 };
 use super::failure::check;
 use super::layout::Layout;
@@ -43,9 +44,13 @@ pub struct LinearSolver {
     pub(super) proven: bool,
     pub(super) max_iterations: i32,
     pub(super) divergence_tolerance: f64,
-    pub(super) reuse: Option<Reuse>,
+    pub(super) reuse: Reuse,
+    /// Whether the Krylov method's operator is another than the matrix.
+    pub(super) differs: bool,
     /// Whether there is no iteration, but one application of the preconditioner.
     pub(super) preconditioner_alone: bool,
+    /// Whether the user has the operator written as a matrix.
+    pub(super) writes_operator: bool,
     /// The last field: PETSc ends no earlier than what it holds.
     pub(super) session: Session,
 }
@@ -57,6 +62,8 @@ pub struct Solved {
     pub iterations: u32,
     /// Whether a first try failed and was repeated from zero with a rebuilt preconditioner.
     pub retried: bool,
+    /// How often the preconditioner was set up.
+    pub setups: u32,
 }
 
 impl LinearSolver {
@@ -82,7 +89,7 @@ impl LinearSolver {
         if let Some(own) = own {
             operator.borrow().accept(own)?;
         }
-        refuse_empty_views(session, own.is_some())?;
+        refuse_empty_views(session, own.is_some(), singular)?;
         let fixed_rtol = number(session, "-ksp_rtol")?;
         if let Some(rtol) = fixed_rtol.filter(|rtol| *rtol >= 1.0) {
             return Err(Error::Usage(format!(
@@ -106,8 +113,13 @@ impl LinearSolver {
             proven: false,
             max_iterations: 0,
             divergence_tolerance: 0.0,
-            reuse: (choice == Choice::BcgsBoomeramg && !chosen).then(Reuse::default),
+            reuse: match own {
+                Some(_) => Reuse::default(),
+                None => Reuse::by_options(session, choice == Choice::BcgsBoomeramg && !chosen)?,
+            },
+            differs: true,
             preconditioner_alone: session.option("-ksp_type")?.as_deref() == Some("preonly"),
+            writes_operator: writes_numbers(session, "-ksp_view_mat")?,
             session: session.clone(),
         };
         if singular {
@@ -148,6 +160,7 @@ impl LinearSolver {
                 ffi::MatSetOption(self.matrix, ffi::MAT_SYMMETRIC, ffi::PETSC_TRUE),
             )?;
             self.operator.go_with(&self.session, self.matrix)?;
+            self.operator.multiply_by(self.matrix);
             // Our own preconditioners keep constants out by themselves.
             if !self.null_space.is_null() {
                 for matrix in [self.matrix, self.operator.matrix] {
@@ -191,9 +204,7 @@ impl LinearSolver {
         if self.matrix.is_null() {
             return Ok(());
         }
-        if let Some(reuse) = &mut self.reuse {
-            reuse.stale = true;
-        }
+        self.reuse.outdate();
         if let Some(structured) = &self.structured {
             return structured.set_values(values);
         }
@@ -203,12 +214,19 @@ impl LinearSolver {
         })
     }
 
-    /// Refuses what would solve with the preconditioner alone, which knows nothing of the motion of
-    /// free bodies.
+    /// Refuses what knows nothing of terms of low rank: the preconditioner alone, and the matrix.
     ///
     /// # Errors
-    /// When the method is `preonly`.
-    pub fn refuse_preconditioner_alone(&self) -> Result<()> {
+    /// When the method is `preonly`, or `-ksp_view_mat` is to write the matrix.
+    pub fn refuse_without_low_rank(&self) -> Result<()> {
+        if self.writes_operator {
+            return Err(Error::Usage(
+                "PETSc option -ksp_view_mat: the operator holds the motion of free bodies (or a held \
+                mean velocity), which no matrix here has; `mics export-system` writes the whole, \
+                and -ksp_view_pmat the matrix of the fluid"
+                    .into(),
+            ));
+        }
         if self.preconditioner_alone {
             return Err(Error::Usage(
                 "-ksp_type preonly solves with the preconditioner alone, which knows nothing of \
@@ -219,10 +237,16 @@ impl LinearSolver {
         Ok(())
     }
 
+    /// Whether the matrix can be the operator, as long as this is no other.
+    pub(super) fn is_assembled(&self) -> bool {
+        !self.matrix.is_null() && self.structured.is_none()
+    }
+
     /// Tells the Krylov solver what to solve for, and what to build the preconditioner from.
     pub(super) fn set_operators(&mut self) -> Result<()> {
-        let operator = self.operator.matrix;
-        let from = if self.matrix.is_null() { operator } else { self.matrix };
+        let from = if self.matrix.is_null() { self.operator.matrix } else { self.matrix };
+        let whole = self.is_assembled() && !self.differs;
+        let operator = if whole { self.matrix } else { self.operator.matrix };
         // SAFETY: handles of `self`.
         check("KSPSetOperators", unsafe { ffi::KSPSetOperators(self.krylov, operator, from) })
     }
@@ -244,10 +268,13 @@ impl LinearSolver {
         self.fixed_rtol
     }
 
-    /// The method and the preconditioner in use, as `bcgs + hypre`.
+    /// The method and the preconditioner in use, as `bcgs + hypre`, with when a
+    /// preconditioner that serves several matrices is set up.
     pub fn describe(&self) -> Result<String> {
         let name = |n: &str| Ok::<_, Error>(self.session.option(n)?.unwrap_or_else(|| "?".into()));
-        Ok(format!("{} + {}", name("-ksp_type")?, name("-pc_type")?))
+        let reuses = self.own.is_none() && self.reuse.reuses();
+        let lag = if reuses { format!(", {}", self.reuse.words()) } else { String::new() };
+        Ok(format!("{} + {}{lag}", name("-ksp_type")?, name("-pc_type")?))
     }
 
     /// Whether the user chose the method or the preconditioner by PETSc's options.

@@ -250,9 +250,14 @@ impl Bodies {
         Ok(())
     }
 
+    /// Whether there are any.
+    pub fn any(&self) -> bool {
+        !self.weights.is_empty()
+    }
+
     /// y += sum_k w_k j_k (j_k . x). Collective.
     pub fn add_product(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
-        if self.weights.is_empty() {
+        if !self.any() {
             return Ok(());
         }
         let Bodies { session, weights, layers, sums, shared, .. } = self;

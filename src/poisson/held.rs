@@ -39,9 +39,14 @@ impl HeldMean {
         }
     }
 
+    /// Whether there is any; the same on every rank.
+    pub fn any(&self) -> bool {
+        self.weight != 0.0
+    }
+
     /// y += w (j . x) j; nothing where no rank has set any. Collective.
     pub fn add_product(&self, session: &Session, x: &[f64], y: &mut [f64]) -> Result<()> {
-        if self.weight == 0.0 {
+        if !self.any() {
             return Ok(());
         }
         let mut sum = [self.cells.iter().map(|(row, j)| j * x[*row as usize]).sum::<f64>()];

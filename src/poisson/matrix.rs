@@ -52,9 +52,11 @@ impl Rows {
     pub fn fill(&mut self, operator: &mut Poisson) -> &[f64] {
         operator.need_faces();
         let definite = if operator.singular { 1.0 + SHIFT } else { 1.0 };
-        let (lattice, g) = (operator.lattice, &operator.g);
+        operator.shift.resize(if operator.singular { self.inner.len() } else { 0 }, 0.0);
+        let (lattice, g, shift) = (operator.lattice, &operator.g, &mut operator.shift);
         let mut at = 0;
-        for (c, inner) in lattice.rows().flat_map(|s| s..s + lattice.n[0]).zip(&self.inner) {
+        let cells = lattice.rows().flat_map(|s| s..s + lattice.n[0]);
+        for (row, (c, inner)) in cells.zip(&self.inner).enumerate() {
             let mut diagonal = 0.0;
             for face in 0..2 * lattice.axes {
                 let axis = face / 2;
@@ -66,6 +68,7 @@ impl Rows {
                 }
             }
             self.values[at] = diagonal * definite;
+            shift.get_mut(row).into_iter().for_each(|shift| *shift = self.values[at] - diagonal);
             at += 1;
         }
         &self.values

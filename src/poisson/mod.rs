@@ -58,6 +58,10 @@ pub struct Poisson {
     frame: Frame,
     /// The smallest spacing (m).
     narrowest: f64,
+    /// What the assembled matrix has on its diagonal beyond the operator, cell by cell; empty where
+    /// there is no such matrix, or nothing beyond.
+    shift: Vec<f64>,
+    setups: u32,
     multigrid: Option<Cached<Multigrid>>,
     transform: Option<Cached<Transform>>,
 }
@@ -113,6 +117,8 @@ impl Poisson {
                 ghosts: layout.ghosts,
             },
             narrowest,
+            shift: Vec::new(),
+            setups: 0,
             multigrid: None,
             transform: None,
             lattice,
@@ -173,6 +179,7 @@ impl Poisson {
             }
             let unit = self.inverse_h2.map(|i| i * self.narrowest * self.narrowest);
             made.rebuild(&mut self.bodies, unit, scale)?;
+            self.setups += 1;
             *valid = true;
         }
         Ok((made, &mut self.bodies))
@@ -247,6 +254,7 @@ impl Poisson {
         let Cached { made, valid } = self.transform.insert(made);
         if !*valid {
             made.set(mean);
+            self.setups += 1;
             *valid = true;
         }
         Ok(made)
@@ -277,8 +285,22 @@ impl Operator for Poisson {
                 }
             },
         );
-        self.bodies.add_product(x, y)?;
-        self.held.add_product(&self.session, x, y)
+        self.add_low_rank(x, y)
+    }
+
+    fn differs_from_matrix(&self) -> bool {
+        self.singular || self.bodies.any() || self.held.any()
+    }
+
+    fn add_difference(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
+        for ((y, x), shift) in y.iter_mut().zip(x).zip(&self.shift) {
+            *y -= shift * x;
+        }
+        self.add_low_rank(x, y)
+    }
+
+    fn setups(&self) -> u32 {
+        self.setups
     }
 
     fn precondition(&mut self, own: OwnPreconditioner, r: &[f64], z: &mut [f64]) -> Result<()> {
@@ -301,5 +323,13 @@ impl Operator for Poisson {
             )),
             OwnPreconditioner::Transform => Ok(()),
         }
+    }
+}
+
+impl Poisson {
+    /// `y += L x`: free bodies and a held mean velocity. Collective.
+    fn add_low_rank(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
+        self.bodies.add_product(x, y)?;
+        self.held.add_product(&self.session, x, y)
     }
 }

@@ -19,7 +19,7 @@ use super::{ModeFace, Poisson, Rows};
 use crate::error::NotFinite;
 use crate::grid::{Boundaries, Grid, VectorField, largest, simd};
 use crate::kernels::faces::{self, FaceCoefficient};
-use crate::petsc::{Choice, Layout, LinearSolver, Session, Solved};
+use crate::petsc::{Choice, Layout, LinearSolver, LogStage, Session, Solved};
 use crate::{Error, Result};
 use std::cell::{RefCell, RefMut};
 use std::rc::Rc;
@@ -92,6 +92,8 @@ pub struct Projected {
     pub divergence_max: f64,
     /// Solves that had to be repeated.
     pub retries: u32,
+    /// How often the preconditioner was set up.
+    pub setups: u32,
 }
 
 impl Projected {
@@ -100,6 +102,7 @@ impl Projected {
         self.outer += next.outer;
         self.krylov += next.krylov;
         self.retries += next.retries;
+        self.setups += next.setups;
         self.divergence_max = next.divergence_max;
     }
 }
@@ -148,6 +151,7 @@ impl Projection {
         grid: &Grid<D>,
         beta: &FaceCoefficient<D>,
     ) -> Result<()> {
+        let _logged = self.session.log(LogStage::Assembly)?;
         let Projection { operator, rows, solver, .. } = self;
         let mut operator = borrow(operator)?;
         operator.set(grid, beta)?;
@@ -165,7 +169,8 @@ impl Projection {
         covered: &[ModeFace],
         turning: &[u32],
     ) -> Result<()> {
-        self.solver.refuse_preconditioner_alone()?;
+        let _logged = self.session.log(LogStage::Assembly)?;
+        self.solver.refuse_without_low_rank()?;
         borrow(&self.operator)?.set_modes(weights, covered, turning)
     }
 
@@ -180,7 +185,7 @@ impl Projection {
         faces: impl Iterator<Item = (usize, f64)>,
         weight: f64,
     ) -> Result<()> {
-        self.solver.refuse_preconditioner_alone()?;
+        self.solver.refuse_without_low_rank()?;
         borrow(&self.operator)?.set_held(at, faces, weight);
         Ok(())
     }
@@ -203,6 +208,7 @@ impl Projection {
         coupled: &mut dyn Coupled<D>,
         roughly: Option<f64>,
     ) -> Result<Projected> {
+        let _logged = self.session.log(LogStage::Pressure)?;
         let mut done = Projected::default();
         coupled.begin(grid, dt)?;
         loop {
@@ -237,6 +243,7 @@ impl Projection {
             done.outer += 1;
             done.krylov += solved.iterations;
             done.retries += u32::from(solved.retried);
+            done.setups += solved.setups;
             if roughly.is_some() {
                 break;
             }

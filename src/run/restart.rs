@@ -29,12 +29,15 @@ pub struct Account {
     pub clock: Clock,
     /// Largest |D| (1/s).
     pub divergence_max: f64,
-    /// C-HSMAC iterations, Krylov iterations, and solves that were repeated.
+    /// C-HSMAC iterations, Krylov iterations, solves that were repeated, setups of the
+    /// preconditioner.
     pub outer: u64,
     #[allow(missing_docs)]
     pub krylov: u64,
     #[allow(missing_docs)]
     pub retries: u64,
+    #[allow(missing_docs)]
+    pub setups: u64,
     /// The last step (s).
     pub dt: Option<f64>,
     /// Time of the newest snapshot (s).
@@ -58,6 +61,7 @@ impl Account {
         self.outer += u64::from(projected.outer);
         self.krylov += u64::from(projected.krylov);
         self.retries += u64::from(projected.retries);
+        self.setups += u64::from(projected.setups);
     }
 }
 
@@ -72,6 +76,7 @@ impl Checkpointed for Account {
             outer,
             krylov,
             retries,
+            setups,
             dt,
             last_fields,
             last_rows,
@@ -87,6 +92,7 @@ impl Checkpointed for Account {
             outer,
             krylov,
             retries,
+            setups,
             dt,
             last_fields,
             last_rows,

@@ -145,6 +145,7 @@ impl<const D: usize> Run<'_, D> {
             "outer_iterations": self.account.outer,
             "krylov_iterations": self.account.krylov,
             "solver_retries": self.account.retries,
+            "preconditioner_setups": self.account.setups,
             "measures": self.values(),
             "comparisons": self.table(|s| Some(json!(s.comparison()?))),
             "units": self.table(|s| Some(json!(s.unit()))),
@@ -187,10 +188,11 @@ impl<const D: usize> Run<'_, D> {
             retries => format!(", {retries} solves repeated"),
         };
         self.log.say(&format!(
-            "C-HSMAC {:.2} and Krylov {:.2} iterations a step{repeated}; largest |D| {:.2e} 1/s, \
-            limit {:.0e}",
+            "C-HSMAC {:.2} and Krylov {:.2} iterations and {:.2} preconditioner setups a step\
+            {repeated}; largest |D| {:.2e} 1/s, limit {:.0e}",
             account.outer as f64 / steps,
             account.krylov as f64 / steps,
+            account.setups as f64 / steps,
             account.divergence_max,
             self.case.pressure.divergence_limit
         ));

@@ -41,6 +41,7 @@ mod motion;
 mod multigrid;
 mod numerics;
 mod passage;
+mod petsc_matrix;
 mod petsc_options;
 mod petsc_sets;
 mod piles;

@@ -277,7 +277,7 @@ fn solver_that_ignores_rigid_body_modes_is_refused() {
     let test = "modes::solver_that_ignores_rigid_body_modes_is_refused";
     in_processes(test, &[(1, "-ksp_type preonly -pc_type lu")], |session| {
         let system = System::new(session, false).unwrap();
-        let error = system.solver.refuse_preconditioner_alone().unwrap_err();
+        let error = system.solver.refuse_without_low_rank().unwrap_err();
         assert!(error.to_string().contains("preonly") && error.exit_code() == 2, "{error}");
     });
 }

@@ -63,6 +63,7 @@ use crate::kernels::boundary::Sides;
 use crate::kernels::faces::{BodyForce, FaceCoefficient};
 use crate::method::vector;
 use crate::particles::{Accelerations, Body};
+use crate::petsc::LogStage;
 use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
 use crate::state::{Balance, Exchange, State, Support};
@@ -254,7 +255,7 @@ impl<const D: usize> Mics2003<D> {
         // (13-15) C-HSMAC: |D| < D0
         let projected = self.flow.project(domain, s, dt)?;
         // (16) u_f = u* - dt/rho grad p
-        self.flow.correct_cells(domain, s, dt);
+        self.flow.correct_cells(domain, s, dt)?;
         // (19) the last of its three parts
         self.sum_pressure_force(domain, s);
         let forces = (sides, self.pressure_of_sides(domain, s), self.drive_on_cells(domain, s));
@@ -308,6 +309,7 @@ impl<const D: usize> Mics2003<D> {
 
     /// (1). Where nothing has moved, nothing changes. Collective.
     fn mix_properties(&mut self, domain: &mut Domain<D>, s: &State<D>) -> Result<()> {
+        let _logged = domain.session.log(LogStage::Bodies)?;
         if !s.bodies.iter().any(Body::moves) {
             return Ok(());
         }
@@ -351,6 +353,7 @@ impl<const D: usize> Mics2003<D> {
 
     /// Fixed bodies stay, and the fractions of those that only turn. Collective.
     fn move_particles(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+        let _logged = domain.session.log(LogStage::Bodies)?;
         self.depart(domain, s, dt)?;
         domain.clock.lap(Stage::Particles);
         s.substeps = self.advance(domain, s, dt)?;
@@ -361,6 +364,7 @@ impl<const D: usize> Mics2003<D> {
 
     /// (27). Collective.
     fn mix_velocity(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+        let _logged = domain.session.log(LogStage::Bodies)?;
         self.settle(domain, s, dt)?;
         self.impose(domain, s, dt);
         self.sum_exchange(domain, s)?;

@@ -11,6 +11,7 @@ use crate::domain::Domain;
 use crate::grid::{BoundaryKind, Grid, VectorField, simd};
 use crate::method::vector;
 use crate::particles::{Body, nearest_image};
+use crate::petsc::LogStage;
 use crate::state::{BodyHistory, Exchange, State};
 use crate::sums::{BodySums, Summed};
 use nalgebra::Vector3;
@@ -214,6 +215,7 @@ impl<const D: usize> Sharp<D> {
         numbers: StepNumbers,
         dt: f64,
     ) -> Result<()> {
+        let _logged = domain.session.log(LogStage::Bodies)?;
         let momenta =
             cell_momenta(domain, &self.cut, &self.work.exchanged, s, &mut self.work.momenta)?;
         let histories = &mut history(&mut s.surfaces)?.bodies;

@@ -11,6 +11,7 @@ use crate::domain::Domain;
 use crate::method::collision::refuse_collisions;
 use crate::numerics::Numerics;
 use crate::particles::{Accelerations, Body, Inertia};
+use crate::petsc::LogStage;
 use crate::state::{BodyHistory, Exchange, State};
 use nalgebra::{Matrix3, Vector3};
 
@@ -76,6 +77,7 @@ impl<const D: usize> Sharp<D> {
         s: &mut State<D>,
         dt: f64,
     ) -> Result<()> {
+        let _logged = domain.session.log(LogStage::Bodies)?;
         for (motion, body) in self.motions.iter_mut().zip(&s.bodies) {
             motion.start = (body.velocity, body.spin);
             motion.angular_momentum = body.inertia().of(&body.spin);
@@ -166,6 +168,7 @@ impl<const D: usize> Sharp<D> {
         s: &mut State<D>,
         dt: f64,
     ) -> Result<()> {
+        let _logged = domain.session.log(LogStage::Bodies)?;
         self.find_displaced(domain, &s.bodies)?;
         let forces = surface_forces(domain, &self.cut, s, &mut self.work.forces)?;
         let (fluid, h) = (&domain.fluid, self.cut.h);

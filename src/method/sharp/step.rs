@@ -10,6 +10,7 @@ use crate::kernels::boundary::{self, Sides};
 use crate::kernels::faces;
 use crate::method::stabilised::Finish;
 use crate::particles::{Body, all_fixed};
+use crate::petsc::LogStage;
 use crate::poisson::pressure::Projected;
 use crate::state::{BeforeForcing, State};
 
@@ -65,6 +66,7 @@ impl<const D: usize> Sharp<D> {
         numbers: StepNumbers,
         dt: f64,
     ) -> Result<()> {
+        let _logged = domain.session.log(LogStage::Prediction)?;
         let moves = s.bodies.iter().any(Body::moves);
         if moves {
             domain.projection.assemble(&domain.grid, &self.cut.beta)?;
@@ -114,6 +116,7 @@ impl<const D: usize> Sharp<D> {
         s: &mut State<D>,
         dt: f64,
     ) -> Result<Sides> {
+        let _logged = domain.session.log(LogStage::Prediction)?;
         self.work.exchanged.fill(Default::default());
         if let Some(forces) = &mut domain.forces {
             let (bodies, exchanged) = (&self.cut.bodies, &mut self.work.exchanged);
@@ -224,6 +227,7 @@ impl<const D: usize> Sharp<D> {
         numbers: StepNumbers,
         dt: f64,
     ) -> Result<()> {
+        let _logged = domain.session.log(LogStage::Prediction)?;
         self.acceleration.add_to(domain, &self.cut, -numbers.own * dt, &mut s.u);
         domain.boundaries.fill_stencils(&mut s.u)?;
         domain.clock.lap(Stage::Ghosts);
@@ -246,6 +250,7 @@ impl<const D: usize> Sharp<D> {
         s: &mut State<D>,
         dt: f64,
     ) -> Result<Projected> {
+        let _logged = domain.session.log(LogStage::Pressure)?;
         let Sharp { cut, contacts, modes, motions, work, .. } = self;
         let sums = &mut work.vectors;
         let in_contact = contacts.as_mut().filter(|contacts| contacts.gave(&s.bodies, dt));
@@ -266,6 +271,7 @@ impl<const D: usize> Sharp<D> {
         s: &mut State<D>,
         dt: f64,
     ) -> Result<()> {
+        let _logged = domain.session.log(LogStage::Correction)?;
         let Sharp { cut, acceleration, work, .. } = self;
         acceleration.of_pressure(domain, cut, &s.bodies, &s.p, s.drive);
         faces::add_to_cells(&domain.grid, dt, &acceleration.faces, &mut s.u);
