@@ -22,21 +22,21 @@ const LOOK: &str = "look at it with `-- -ksp_monitor_true_residual -ksp_converge
 /// PETSc's `KSP_DIVERGED_NANORINF`: a number that is infinite or none.
 const OVERFLOWN: i32 = -9;
 
-/// The failure of solves that met a number that is infinite or none: no solver cures that.
-fn overflown() -> Error {
-    Error::Run(
-        "the pressure equation holds numbers that are infinite or none: a density, a viscosity, a \
-        length or a velocity of the case is too large or too small for double precision, or the \
-        flow has grown beyond it; look at their exponents and units"
-            .into(),
-    )
+/// The failure of a solve that met a number that is infinite or none: another method cures that
+/// where the user chose this one, else no solver does.
+fn overflown(method: Option<String>) -> Error {
+    let broke_down = method.map_or(String::new(), |method| {
+        format!("the method broke down (take another -ksp_type than {method}, such as cg), or ")
+    });
+    Error::Run(format!(
+        "the pressure solve met a number that is infinite or none: {broke_down}a density, a \
+        viscosity, a length or a velocity of the case is too large or too small for double \
+        precision, or the flow has grown beyond it; look at their exponents and units"
+    ))
 }
 
 /// The failure of a solve with a preconditioner of our own, for PETSc's reason.
 fn failed_once(reason: ffi::KSPConvergedReason, iterations: u32, rtol: f64) -> Error {
-    if reason == OVERFLOWN {
-        return overflown();
-    }
     Error::Run(format!(
         "the pressure solve failed: {} after {iterations} iterations (relative tolerance \
         {rtol:.1e}); {LOOK}, try another solver (pressure.solver = \"bcgs-boomeramg\", or `-- \
@@ -51,9 +51,6 @@ fn failed_twice(
     (second, more): (ffi::KSPConvergedReason, u32),
     rtol: f64,
 ) -> Error {
-    if first == OVERFLOWN && second == OVERFLOWN {
-        return overflown();
-    }
     Error::Run(format!(
         "the pressure solve failed twice: {} after {before} iterations, then, from zero with a \
         rebuilt preconditioner, {} after {more} (relative tolerance {rtol:.1e}); {LOOK}, {}take \
@@ -79,6 +76,12 @@ impl LinearSolver {
         self.choose_operator()?;
         let solved = self.solve_or_retry(rtol, atol)?;
         Ok(Solved { setups: self.setups()? - before, ..solved })
+    }
+
+    /// The method, where the user chose it.
+    fn chosen_method(&self) -> Result<Option<String>> {
+        let chosen = self.session.user_option("-ksp_type")?;
+        if chosen { self.session.option("-ksp_type") } else { Ok(None) }
     }
 
     /// How often the preconditioner was set up so far.
@@ -114,7 +117,10 @@ impl LinearSolver {
             return Ok(Solved { iterations: spent + iterations, ..Solved::default() });
         }
         if self.own.is_some() {
-            return Err(failed_once(first, iterations, rtol));
+            return Err(match first {
+                OVERFLOWN => overflown(self.chosen_method()?),
+                _ => failed_once(first, iterations, rtol),
+            });
         }
         self.forget_preconditioner()?;
         self.reuse.build();
@@ -125,7 +131,10 @@ impl LinearSolver {
             let iterations = spent + iterations + more;
             return Ok(Solved { iterations, retried: true, ..Solved::default() });
         }
-        Err(failed_twice((first, iterations), (second, more), rtol))
+        Err(match (first, second) {
+            (OVERFLOWN, OVERFLOWN) => overflown(self.chosen_method()?),
+            _ => failed_twice((first, iterations), (second, more), rtol),
+        })
     }
 
     /// Solves with the preconditioner of an older matrix, where that is worth a try. Returns
