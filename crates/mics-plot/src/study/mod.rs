@@ -152,7 +152,8 @@ pub fn draw(
         let references: Vec<Target> =
             plan.references.iter().map(|target| target.of(&of_key)).collect();
         let title = [&[study.to_owned()], &key[..]].concat().join(", ");
-        let ending: String = key.iter().map(|label| format!("_{}", file_name(label))).collect();
+        let named = key.iter().filter(|label| !label.is_empty());
+        let ending: String = named.map(|label| format!("_{}", file_name(label))).collect();
         let plan = Plan { references: &references, ..*plan };
         written.extend(draw_part(&title, &plan, &part, layout, &|stem| {
             folder.join(format!("{stem}{ending}"))
@@ -324,7 +325,7 @@ fn costs(study: &str, plan: &Plan, rows: &[Row], groups: &Groups) -> Vec<Figure>
         let axes = Axes {
             x_label: over.into(),
             y_label: (*words).to_owned(),
-            title: format!("{study}: over {over}"),
+            title: format!("{study}, over {over}"),
             log_x: true,
             log_y: true,
             ..Axes::default()

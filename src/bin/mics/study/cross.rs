@@ -1,5 +1,5 @@
 //! A column of the table laid out over two labels: rows of what is varied, a column for each label of
-//! one of them, and words where a run is not done.
+//! one of them, and words where a run is not done. Runs without that label are left out.
 
 use super::columns::head;
 use super::markdown::{self, in_table};
@@ -41,6 +41,9 @@ fn one(plan: &Plan, rows: &[Row], layout: &Cross) -> String {
     let mut lines: Vec<(Vec<String>, Vec<&Row>)> = Vec::new();
     for row in rows {
         let across = label(row, &layout.across);
+        if across.is_empty() {
+            continue;
+        }
         if !heads.contains(&across) {
             heads.push(across);
         }
