@@ -14,6 +14,8 @@ struct Totals {
     wall: f64,
     /// Seconds of all cores.
     cpu: f64,
+    /// Those of the pressure.
+    pressure_cpu: f64,
     /// Steps of all sessions, one at least.
     steps: f64,
     /// Time of each stage (ns for each cell and step).
@@ -84,14 +86,15 @@ impl<const D: usize> Run<'_, D> {
     fn totals(&self) -> Result<Totals> {
         let (before, told) = self.before;
         let mut most = [&(self.session.traffic() - told).numbers()[..], &[peak_memory()]].concat();
-        let mut used = [peak_memory(), cpu_seconds()];
+        let mut used = [peak_memory(), cpu_seconds(), self.scene.domain.clock.pressure_cpu()];
         self.session.sum(&mut used)?;
         self.session.max(&mut most)?;
-        let [memory, cpu] = used;
+        let [memory, cpu, pressure_cpu] = used;
         let stepped = (self.scene.state.steps - before).max(1) as f64;
         Ok(Totals {
             wall: self.wall(),
             cpu: self.account.cpu + cpu,
+            pressure_cpu,
             steps: self.scene.state.steps.max(1) as f64,
             stages: self.scene.stages(),
             cells: self.scene.domain.grid.total_cells(),
@@ -128,7 +131,7 @@ impl<const D: usize> Run<'_, D> {
 
     /// The content of `summary.json`.
     fn summary(&self, status: &str, totals: &Totals, notes: Vec<String>) -> Value {
-        let Totals { wall, cpu, steps, cells, memory, busiest, stages } = totals;
+        let Totals { wall, cpu, pressure_cpu, steps, cells, memory, busiest, stages } = totals;
         let Busiest { collectives, collective_bytes, messages, message_bytes, .. } = busiest;
         json!({
             "notes": notes,
@@ -139,6 +142,7 @@ impl<const D: usize> Run<'_, D> {
             "time": self.scene.state.time,
             "wall_seconds": wall,
             "cpu_seconds": cpu,
+            "pressure_cpu_seconds": pressure_cpu,
             "step_seconds": wall / steps,
             "divergence_max": self.account.divergence_max,
             "divergence_limit": self.case.pressure.divergence_limit,

@@ -61,6 +61,7 @@ mod spin;
 mod statistics;
 mod study;
 mod study_references;
+mod study_solvers;
 mod support;
 mod swing;
 mod symmetry;

@@ -5,6 +5,7 @@ use super::plan::Planned;
 use mics::launch::mpirun;
 use mics_run::progress;
 use mics_run::{Error, Result};
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
@@ -14,7 +15,7 @@ use std::{env, fs, thread};
 
 /// How a run ended.
 pub struct Outcome {
-    /// `done`, `failed`, `refused` or `interrupted`.
+    /// `done`, `failed`, `refused`, `too slow` or `interrupted`.
     pub status: &'static str,
     /// Why it is not done.
     pub message: String,
@@ -83,9 +84,21 @@ const LINE_EVERY: Duration = Duration::from_secs(30);
 /// Time between two looks whether a run has ended.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
+/// What asks a run over its limit to end, one after another: to stop after its step, to stop at
+/// once, and what leaves no choice; mpirun hands the first on to its ranks, and ends them with the
+/// second.
+const ENDINGS: [Signal; 3] = [Signal::USR1, Signal::TERM, Signal::KILL];
+/// Time that each of them is given.
+const GRACE: Duration = Duration::from_secs(3);
+
 /// Waits for a run, and says every now and then on standard error how far it is, `name` ahead;
-/// returns what it said there.
-fn wait(command: &mut Command, folder: &Path, name: &str) -> std::io::Result<Output> {
+/// returns what it said there, and whether it was ended for its `limit`.
+fn wait(
+    command: &mut Command,
+    folder: &Path,
+    name: &str,
+    limit: Option<Duration>,
+) -> std::io::Result<(Output, bool)> {
     let mut child =
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn()?;
     let stderr = child.stderr.take();
@@ -94,12 +107,19 @@ fn wait(command: &mut Command, folder: &Path, name: &str) -> std::io::Result<Out
         stderr.map(|mut pipe| pipe.read_to_end(&mut said));
         said
     });
-    let mut next = Instant::now() + LINE_EVERY;
+    let began = Instant::now();
+    let (mut next, mut asked) = (began + LINE_EVERY, 0);
     let status = loop {
         if let Some(status) = child.try_wait()? {
             break status;
         }
         thread::sleep(LOOK_EVERY);
+        let over = limit.is_some_and(|limit| began.elapsed() >= limit + GRACE * asked as u32);
+        if let Some(signal) = ENDINGS.get(asked).filter(|_| over) {
+            // One that has just ended by itself is no failure to end it.
+            let _ = kill_process(Pid::from_child(&child), *signal);
+            asked += 1;
+        }
         if Instant::now() >= next {
             next += LINE_EVERY;
             // A folder without progress is that of a run that has not begun.
@@ -108,14 +128,25 @@ fn wait(command: &mut Command, folder: &Path, name: &str) -> std::io::Result<Out
             }
         }
     };
-    Ok(Output { status, stdout: Vec::new(), stderr: reader.join().unwrap_or_default() })
+    let output = Output { status, stdout: Vec::new(), stderr: reader.join().unwrap_or_default() };
+    Ok((output, asked > 0))
 }
 
-/// Runs it into a folder, and waits for it; `name` is what its progress is said of.
+/// How far a run was that was ended for its limit.
+fn too_slow(folder: &Path, limit: Duration) -> String {
+    let reached = progress::Record::newest(folder).filter(|record| record.step > 0);
+    let reached = reached.map_or("before the end of its first step".to_owned(), |record| {
+        format!("at step {}, {:.0} % of the time", record.step, 100.0 * record.done())
+    });
+    format!("ended after {} s, {reached} (limit_seconds)", limit.as_secs_f64())
+}
+
+/// Runs it into a folder, and waits for it, for the `limit` at most; `name` is what its progress is
+/// said of.
 ///
 /// # Errors
 /// When this program cannot be started. A run that fails is an outcome.
-pub fn run(run: &Planned, folder: &Path, name: &str) -> Result<Outcome> {
+pub fn run(run: &Planned, folder: &Path, name: &str, limit: Option<Duration>) -> Result<Outcome> {
     if let Err(refusal) = &run.loaded {
         return Ok(Outcome::refused(&refusal.why));
     }
@@ -130,24 +161,29 @@ pub fn run(run: &Planned, folder: &Path, name: &str) -> Result<Outcome> {
     };
     command.arg("run").arg(&run.case).args(["--quiet", "--force", "--out"]).arg(folder);
     add_choices(&mut command, run);
-    // A summary of an earlier try must not be taken for this one's.
-    match fs::remove_file(folder.join("summary.json")) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
-            return Err(Error::io(folder.join("summary.json"))(e));
+    // What an earlier try left must not be taken for this one's.
+    for file in ["summary.json", progress::FILE] {
+        match fs::remove_file(folder.join(file)) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                return Err(Error::io(folder.join(file))(e));
+            }
+            _ => {}
         }
-        _ => {}
     }
-    let ended = wait(&mut command, folder, name).map_err(Error::io(command.get_program()))?;
+    let waited = wait(&mut command, folder, name, limit);
+    let (ended, slow) = waited.map_err(Error::io(command.get_program()))?;
     let words = words(run, &ended.stderr);
     let summary = json(&folder.join("summary.json"));
     let status = match ended.status.code() {
         Some(0) if summary["status"] == "done" => "done",
+        _ if slow => "too slow",
         Some(2) => "refused",
         Some(130) => "interrupted",
         _ => "failed",
     };
     let message = match (status, words.as_str()) {
         ("done", _) => String::new(),
+        ("too slow", _) => too_slow(folder, limit.unwrap_or_default()),
         (_, "") => format!("it ended with {} and said nothing", ended.status),
         _ => words,
     };
@@ -188,15 +224,18 @@ fn words(run: &Planned, stderr: &[u8]) -> String {
     words.strip_prefix(&place).unwrap_or(words).replace(" (given by --set)", "")
 }
 
-/// Deletes the snapshots of a run: those of a large grid are gigabytes, which a table has no use
-/// for.
+/// Deletes the snapshots and checkpoints of a run: those of a large grid are gigabytes, which a
+/// table has no use for.
 ///
 /// # Errors
 /// When they cannot be deleted.
 pub fn drop_fields(folder: &Path) -> Result<()> {
-    let fields = folder.join("fields");
-    match fs::remove_dir_all(&fields) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io(fields)(e)),
-        _ => Ok(()),
+    for name in ["fields", "checkpoint"] {
+        let place = folder.join(name);
+        match fs::remove_dir_all(&place) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io(place)(e)),
+            _ => {}
+        }
     }
+    Ok(())
 }

@@ -12,21 +12,28 @@
 //! table is written after every run: whenever a study is stopped, it has what was done, and the
 //! same command goes on from there.
 
+mod check;
 mod child;
 mod columns;
+mod cross;
 mod file;
+mod markdown;
 mod plan;
+mod reference;
 mod sheet;
 mod table;
 
 use child::Outcome;
-use file::Study;
+use file::{Failures, Study};
+use mics_plot::study::Layout;
 use mics_run::file::replace;
 use mics_run::print;
 use mics_run::{Error, Result};
 use plan::{Plan, Refusal};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
+use table::Table;
 
 /// What `mics study` was told.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -73,45 +80,74 @@ pub fn study(request: &Request) -> Result<()> {
     replace(&folder.join(COPY), text.as_str().as_bytes())?;
     check_scenes(&study, &mut plan, &folder, request.force)?;
     let outcomes = run_all(&study, &plan, &folder, request.force)?;
-    let rows = write_table(&plan, &outcomes, &folder)?;
-    print("")?;
-    print(table::markdown(&plan, &rows).trim_end())?;
-    print("")?;
+    report(&study, &plan, &outcomes, (&name, &folder))?;
+    end(&study, &plan, &outcomes)
+}
+
+/// Prints the tables, writes them and draws the figures of a study of that name into its folder.
+fn report(
+    study: &Study,
+    plan: &Plan,
+    outcomes: &[Vec<Outcome>],
+    (name, folder): (&str, &Path),
+) -> Result<()> {
+    let table = write_table(study, plan, outcomes, folder)?;
     let mut files = vec![folder.join("study.csv"), folder.join("study.md")];
+    let mut texts = vec![markdown::markdown(plan, &table, study.columns.as_deref())];
     if let Some(spread) = &study.spread {
-        let text = table::spread(&plan, &rows, &spread.over);
+        texts.push(markdown::spread(plan, &table, &spread.over));
+        files.push(folder.join("spread.md"));
+        replace(&files[files.len() - 1], texts[texts.len() - 1].as_bytes())?;
+    }
+    if !study.cross.is_empty() {
+        texts.push(cross::cross(plan, &table.rows, &study.cross));
+        files.push(folder.join("cross.md"));
+        replace(&files[files.len() - 1], texts[texts.len() - 1].as_bytes())?;
+    }
+    print("")?;
+    for text in &texts {
         print(text.trim_end())?;
         print("")?;
-        files.push(folder.join("spread.md"));
-        replace(&files[2], text.as_bytes())?;
     }
     let over = study.spread.as_ref().map_or(&[][..], |spread| &spread.over);
     let measures = plan.measures();
-    let shown: Vec<_> = rows.iter().map(table::Row::shown).collect();
+    let costs: Vec<_> =
+        study.plot.costs.iter().map(|name| (name.clone(), columns::axis(name))).collect();
+    let shown: Vec<_> = table.rows.iter().map(|row| row.shown(&study.plot.costs)).collect();
     let figures = mics_plot::study::draw(
-        &name,
-        &plan.shown(&measures),
+        name,
+        &table.shown(plan, &measures, &costs),
         &shown,
-        study.plot.series.as_deref(),
-        over,
-        &folder,
+        &Layout { series: study.plot.series.as_deref(), each: &study.plot.each, over },
+        folder,
     )?;
     for path in files.iter().chain(&figures) {
         print(&path.display().to_string())?;
     }
-    let broken = plan.runs.iter().zip(&outcomes).filter_map(|(run, outcomes)| {
+    Ok(())
+}
+
+/// Says which runs are not done: as the study's error, unless failures are results.
+fn end(study: &Study, plan: &Plan, outcomes: &[Vec<Outcome>]) -> Result<()> {
+    let broken = plan.runs.iter().zip(outcomes).filter_map(|(run, outcomes)| {
         let outcome = outcomes.iter().find(|outcome| outcome.status != "done")?;
-        Some(format!("{} ({})", run.id, outcome.status))
+        Some((format!("{} ({})", run.id, outcome.status), outcome.status))
     });
-    let broken: Vec<String> = broken.collect();
+    let broken: Vec<(String, &str)> = broken.collect();
     if broken.is_empty() {
         return Ok(());
     }
+    let names: Vec<&str> = broken.iter().map(|(name, _)| name.as_str()).collect();
     let (count, total) = (broken.len(), plan.runs.len());
-    Err(Error::Short(format!(
-        "{count} of {total} runs are not done: {}; study.csv says why",
-        broken.join(", ")
-    )))
+    let words =
+        format!("{count} of {total} runs are not done: {}; study.csv says why", names.join(", "));
+    // One that somebody stopped says nothing of its solver.
+    let stopped = broken.iter().any(|(_, status)| *status == "interrupted");
+    if study.failures == Failures::Rows && !stopped {
+        print(&words)
+    } else {
+        Err(Error::Short(words))
+    }
 }
 
 /// Finds the runs that their scenes refuse, by a step over a limit for example, and says before the
@@ -187,6 +223,7 @@ fn list(study: &Study, plan: &Plan, folder: &Path) -> Result<()> {
 fn run_all(study: &Study, plan: &Plan, folder: &Path, force: bool) -> Result<Vec<Vec<Outcome>>> {
     let mut outcomes: Vec<Vec<Outcome>> = plan.runs.iter().map(|_| Vec::new()).collect();
     let total = plan.runs.len() * study.repeats;
+    let limit = study.limit_seconds.map(Duration::from_secs_f64);
     let mut older = 0;
     for repeat in 0..study.repeats {
         for (index, run) in plan.runs.iter().enumerate() {
@@ -197,20 +234,20 @@ fn run_all(study: &Study, plan: &Plan, folder: &Path, force: bool) -> Result<Vec
             let kept = if force { None } else { child::kept(run, &at) };
             let word = if kept.is_some() { "kept" } else { "done" };
             let count = format!("{}/{total} {}", repeat * plan.runs.len() + index + 1, run.id);
-            let outcome = kept.map_or_else(|| child::run(run, &at, &count), Ok)?;
-            if outcome.status == "done" && !study.keep_fields {
+            let outcome = kept.map_or_else(|| child::run(run, &at, &count, limit), Ok)?;
+            if ["done", "too slow"].contains(&outcome.status) && !study.keep_fields {
                 child::drop_fields(&at)?;
             }
             older += usize::from(outcome.commit != crate::COMMIT);
             let end = match (outcome.status, outcome.summary["cpu_seconds"].as_f64()) {
-                ("done", Some(cpu)) => format!("{word}, {} CPU s", table::short(cpu)),
+                ("done", Some(cpu)) => format!("{word}, {} CPU s", markdown::short(cpu)),
                 (status, _) => format!("{status}: {}", outcome.message),
             };
             let again =
                 if study.repeats > 1 { format!(", repeat {}", repeat + 1) } else { String::new() };
             print(&format!("{count}{again}: {end}"))?;
             outcomes[index].push(outcome);
-            write_table(plan, &outcomes, folder)?;
+            write_table(study, plan, &outcomes, folder)?;
         }
     }
     if older > 0 {
@@ -221,9 +258,15 @@ fn run_all(study: &Study, plan: &Plan, folder: &Path, force: bool) -> Result<Vec
     Ok(outcomes)
 }
 
-fn write_table(plan: &Plan, outcomes: &[Vec<Outcome>], folder: &Path) -> Result<Vec<table::Row>> {
-    let rows = table::rows(plan, outcomes);
-    replace(&folder.join("study.csv"), &table::csv(plan, &rows))?;
-    replace(&folder.join("study.md"), table::markdown(plan, &rows).as_bytes())?;
-    Ok(rows)
+fn write_table(
+    study: &Study,
+    plan: &Plan,
+    outcomes: &[Vec<Outcome>],
+    folder: &Path,
+) -> Result<Table> {
+    let table = Table::new(plan, outcomes);
+    replace(&folder.join("study.csv"), &table::csv(plan, &table.rows))?;
+    let text = markdown::markdown(plan, &table, study.columns.as_deref());
+    replace(&folder.join("study.md"), text.as_bytes())?;
+    Ok(table)
 }

@@ -2,9 +2,10 @@
 //! case read and checked.
 
 use super::file::{Study, fault, label};
+use super::reference::{Compared, references};
 use super::sheet::Sheet;
 use mics::scene::read_case;
-use mics_plot::study::{self, Others, Target};
+use mics_plot::study::Others;
 use mics_run::config::{Case, Text, suggest};
 use mics_run::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,7 +19,7 @@ pub struct Plan {
     /// The runs, in their order.
     pub runs: Vec<Planned>,
     /// What measures are compared with.
-    pub references: Vec<Target>,
+    pub references: Vec<Compared>,
     /// What others paid for their errors.
     pub others: Vec<Others>,
 }
@@ -281,7 +282,7 @@ impl Plan {
         all: impl Iterator<Item = String>,
     ) -> Result<()> {
         let mut known = self.measures();
-        let unknown = |target: &Target, known: &[String]| !known.contains(&target.measure);
+        let unknown = |target: &Compared, known: &[String]| !known.contains(&target.measure);
         if !self.references.iter().any(|target| unknown(target, &known)) {
             return Ok(());
         }
@@ -297,19 +298,9 @@ impl Plan {
         Err(text.refuse(fault(format!("reference.{index}.measure"), message)))
     }
 
-    /// What a measure is compared with, where it is.
-    pub fn target(&self, measure: &str) -> Option<&Target> {
-        self.references.iter().find(|target| target.measure == measure)
-    }
-
-    /// What figures show of it, with its measures.
-    pub fn shown<'a>(&'a self, measures: &'a [String]) -> study::Plan<'a> {
-        study::Plan {
-            names: &self.names,
-            measures,
-            references: &self.references,
-            others: &self.others,
-        }
+    /// Whether a measure is compared with something.
+    pub fn compares(&self, measure: &str) -> bool {
+        self.references.iter().any(|compared| compared.measure == measure)
     }
 
     /// The names of all measures of the cases.
@@ -324,55 +315,6 @@ impl Plan {
         }
         names
     }
-}
-
-/// The references' values, read from their files.
-fn references(
-    study: &Study,
-    text: &Text,
-    beside: &dyn Fn(&Path) -> PathBuf,
-    names: &[String],
-    runs: &[Planned],
-) -> Result<Vec<Target>> {
-    let mut found = Vec::new();
-    for (index, reference) in study.reference.iter().enumerate() {
-        let refuse = |key: &str, message: String| {
-            text.refuse(fault(format!("reference.{index}{key}"), message))
-        };
-        let values = match (reference.value, &reference.file, &reference.column) {
-            (None, Some(file), Some(column)) => {
-                let sheet = Sheet::read(&beside(file), &refuse)?;
-                let at = sheet.position(column, ".column", &refuse)?;
-                let fixed: Vec<(usize, String)> = reference
-                    .row
-                    .iter()
-                    .map(|(name, wanted)| {
-                        Ok((sheet.position(name, &format!(".row.{name}"), &refuse)?, label(wanted)))
-                    })
-                    .collect::<Result<_>>()?;
-                let of_label = |(name, axis): (&String, &String)| {
-                    let of = names.iter().position(|other| other == axis).unwrap_or_default();
-                    Ok((sheet.position(name, &format!(".row_of.{name}"), &refuse)?, of))
-                };
-                let varied: Vec<(usize, usize)> =
-                    reference.row_of.iter().map(of_label).collect::<Result<_>>()?;
-                let value = |run: &Planned| {
-                    let varied =
-                        varied.iter().map(|(column, of)| (*column, run.labels[*of].clone()));
-                    sheet.value(
-                        at,
-                        &fixed.iter().cloned().chain(varied).collect::<Vec<_>>(),
-                        !reference.row_of.is_empty(),
-                        &refuse,
-                    )
-                };
-                runs.iter().map(value).collect::<Result<_>>()?
-            }
-            (value, ..) => vec![value; runs.len()],
-        };
-        found.push(Target { measure: reference.measure.clone(), values });
-    }
-    Ok(found)
 }
 
 /// The points of others, read from their files.
@@ -393,23 +335,4 @@ fn others(study: &Study, text: &Text, beside: &dyn Fn(&Path) -> PathBuf) -> Resu
         Ok(Others { measure: others.measure.clone(), points })
     };
     study.plot.others.iter().enumerate().map(read).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn study_error_relative_or_absolute_at_zero_reference() {
-        let target =
-            |values: &[Option<f64>]| Target { measure: "lift".into(), values: values.to_vec() };
-        let mixed = target(&[Some(2.0), None, Some(0.0), Some(-4.0)]);
-        let errors = [0, 1, 2, 3].map(|run| mixed.error(run, 3.0));
-        assert_eq!(errors, [Some(0.5), None, None, Some(-1.75)]);
-        let nothing = target(&[Some(0.0), None]);
-        assert_eq!(
-            (nothing.is_relative(), nothing.error(0, 3.0), nothing.error(1, 3.0)),
-            (false, Some(3.0), None)
-        );
-    }
 }

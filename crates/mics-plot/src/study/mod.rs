@@ -1,14 +1,15 @@
 //! The figures of a study: each measure over what is varied, error over CPU seconds for each
 //! reference, and cost of a cell and step over cells.
 
+mod groups;
+
 use crate::figure::{Axes, Series, SeriesStyle, curves};
+use groups::Groups;
 use mics_run::Result;
 use std::path::{Path, PathBuf};
 
 /// The greatest of what is varied over the least from which on its axis is logarithmic.
 const WIDE: f64 = 20.0;
-/// Curves in a figure at most, where the study file does not say which.
-const CURVES: usize = 12;
 
 /// What a study varies, measures and compares with.
 #[derive(Clone, Copy, Debug)]
@@ -21,9 +22,19 @@ pub struct Plan<'a> {
     pub references: &'a [Target],
     /// What others paid for their errors.
     pub others: &'a [Others],
+    /// The costs that have a figure: their names, and what their axes say.
+    pub costs: &'a [(String, &'a str)],
 }
 
 impl Plan<'_> {
+    /// What a column of labels says of a row; the number of ranks where there is no such column.
+    fn label(&self, name: &str, row: &Row) -> String {
+        match self.names.iter().position(|other| other == name) {
+            Some(at) => row.labels[at].clone(),
+            None => row.ranks.to_string(),
+        }
+    }
+
     fn target(&self, measure: &str) -> Option<&Target> {
         self.references.iter().find(|target| target.measure == measure)
     }
@@ -45,9 +56,17 @@ pub struct Target {
     pub measure: String,
     /// For each run, its reference, where there is one.
     pub values: Vec<Option<f64>>,
+    /// Whether these are of other runs of the study.
+    pub of_runs: bool,
 }
 
 impl Target {
+    /// That of some of the runs.
+    fn of(&self, runs: &[usize]) -> Target {
+        let values = runs.iter().map(|run| self.values.get(*run).copied().flatten()).collect();
+        Target { values, ..self.clone() }
+    }
+
     /// Whether errors are parts of the reference: where it is 0 in every run, they are differences.
     pub fn is_relative(&self) -> bool {
         self.values.iter().flatten().any(|exact| *exact != 0.0)
@@ -91,11 +110,24 @@ pub struct Row {
     pub cells: Option<f64>,
     /// Wall-clock time of a cell and step (us).
     pub per_cell_step: Option<f64>,
+    /// The costs that have a figure.
+    pub costs: Vec<Option<f64>>,
 }
 
-/// Draws what there is to draw, each as `STEM.png` and `STEM.svg` in a folder; `wanted` names the
-/// columns that tell one curve from another. Runs that differ in the columns `over` alone are one
-/// point of the errors: the worst of them and, in a figure of its own, their mean.
+/// How the runs are laid out in figures.
+#[derive(Clone, Copy, Debug)]
+pub struct Layout<'a> {
+    /// The columns that tell one curve from another.
+    pub series: Option<&'a [String]>,
+    /// The columns that have figures of their own for each of their labels.
+    pub each: &'a [String],
+    /// Runs that differ in these columns alone are one point of the errors.
+    pub over: &'a [String],
+}
+
+/// Draws what there is to draw, each as `STEM.png` and `STEM.svg` in a folder. Runs that differ in
+/// the columns `over` of the layout alone are one point of the errors: the worst of them and, in a
+/// figure of its own, their mean.
 ///
 /// # Errors
 /// When a figure cannot be written.
@@ -103,23 +135,61 @@ pub fn draw(
     study: &str,
     plan: &Plan,
     rows: &[Row],
-    wanted: Option<&[String]>,
-    over: &[String],
+    layout: &Layout,
     folder: &Path,
 ) -> Result<Vec<PathBuf>> {
-    let groups = Groups::new(plan, rows, wanted, over);
+    let mut parts: Vec<(Vec<String>, Vec<usize>)> = Vec::new();
+    for (index, row) in rows.iter().enumerate() {
+        let key: Vec<String> = layout.each.iter().map(|name| plan.label(name, row)).collect();
+        match parts.iter_mut().find(|(other, _)| *other == key) {
+            Some((_, all)) => all.push(index),
+            None => parts.push((key, vec![index])),
+        }
+    }
+    let mut written = Vec::new();
+    for (key, of_key) in parts {
+        let part: Vec<Row> = of_key.iter().map(|index| rows[*index].clone()).collect();
+        let references: Vec<Target> =
+            plan.references.iter().map(|target| target.of(&of_key)).collect();
+        let title = [&[study.to_owned()], &key[..]].concat().join(", ");
+        let named = key.iter().filter(|label| !label.is_empty());
+        let ending: String = named.map(|label| format!("_{}", file_name(label))).collect();
+        let plan = Plan { references: &references, ..*plan };
+        written.extend(draw_part(&title, &plan, &part, layout, &|stem| {
+            folder.join(format!("{stem}{ending}"))
+        })?);
+    }
+    Ok(written)
+}
+
+/// A label as a part of a file's name: letters and digits, and a `-` for what stands between.
+fn file_name(label: &str) -> String {
+    let words = label.split(|c: char| !c.is_ascii_alphanumeric() && c != '.');
+    words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join("-")
+}
+
+/// Draws the figures of some rows where `place` puts them by name.
+fn draw_part(
+    study: &str,
+    plan: &Plan,
+    rows: &[Row],
+    layout: &Layout,
+    place: &dyn Fn(&str) -> PathBuf,
+) -> Result<Vec<PathBuf>> {
+    let groups = Groups::new(plan, rows, layout);
     let title = match &groups.along[..] {
         [along] => format!("{study}, {along} along a curve"),
         _ => study.to_owned(),
     };
     let figures = values(study, plan, rows, &groups)
         .into_iter()
-        .chain(errors(plan, rows, &groups, !over.is_empty()))
-        .chain(cost(plan, rows, &groups));
+        .chain(errors(plan, rows, &groups, !layout.over.is_empty()))
+        .chain(cost(plan, rows, &groups))
+        .chain(costs(study, plan, rows, &groups));
     let mut written = Vec::new();
     for Figure { axes, series, stem } in figures.filter(|figure| !figure.series.is_empty()) {
         let title = if axes.title.is_empty() { title.clone() } else { axes.title.clone() };
-        written.extend(curves(&Axes { title, ..axes }, &series, &folder.join(stem))?);
+        written.extend(curves(&Axes { title, ..axes }, &series, &place(&stem))?);
     }
     Ok(written)
 }
@@ -233,6 +303,39 @@ fn cost(plan: &Plan, rows: &[Row], groups: &Groups) -> Option<Figure> {
     Some(Figure { axes, series, stem: "cost".into() })
 }
 
+/// Each cost over the cells, where they change along a curve, or over what changes along it and is a
+/// number.
+fn costs(study: &str, plan: &Plan, rows: &[Row], groups: &Groups) -> Vec<Figure> {
+    let along = groups.numeric(plan, rows);
+    let over_cells = groups.curves.iter().any(|(_, points)| {
+        let mut cells = points.iter().flatten().filter_map(|index| rows[*index].cells);
+        let first = cells.next();
+        cells.any(|cells| Some(cells) != first)
+    });
+    let Some(over) = along.filter(|_| !over_cells).or(over_cells.then_some("cells")) else {
+        return Vec::new();
+    };
+    let x = |row: &Row| match over_cells {
+        true => row.cells,
+        false => groups.number(plan, row, over),
+    };
+    let positive = |point: &(f64, f64)| point.0 > 0.0 && point.1 > 0.0;
+    let figure = |(k, (name, words)): (usize, &(String, &str))| {
+        let point = |row: &&Row| x(row).zip(row.costs.get(k).copied().flatten()).filter(positive);
+        let axes = Axes {
+            x_label: over.into(),
+            y_label: (*words).to_owned(),
+            title: format!("{study}, over {over}"),
+            log_x: true,
+            log_y: true,
+            ..Axes::default()
+        };
+        let series = groups.series(rows, &|same| mean_point(same.iter().filter_map(point)));
+        Figure { axes, series, stem: format!("cost_{name}") }
+    };
+    plan.costs.iter().enumerate().map(figure).collect()
+}
+
 impl Row {
     fn measure(&self, name: &str) -> Option<&Measured> {
         self.measured.iter().find(|m| m.name == name)
@@ -244,9 +347,6 @@ fn mean_point(places: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)> {
     let (x, y): (Vec<f64>, Vec<f64>) = places.unzip();
     (!x.is_empty()).then(|| (mean(&x), mean(&y)))
 }
-
-/// Where runs that belong together lie in a figure, if they do.
-type Point<'a> = &'a dyn Fn(&[&Row]) -> Option<(f64, f64)>;
 
 /// What errors of several runs come to.
 type Summary<'a> = &'a dyn Fn(&[f64]) -> f64;
@@ -274,156 +374,24 @@ fn others(plan: &Plan, measure: &str) -> Vec<Series> {
     all
 }
 
-/// Which rows are a curve, and what it is called.
-struct Groups {
-    /// Rows of each point of each curve, under its label.
-    curves: Vec<(String, Vec<Vec<usize>>)>,
-    /// What changes from point to point of a curve.
-    along: Vec<String>,
-}
-
-impl Groups {
-    fn new(plan: &Plan, rows: &[Row], wanted: Option<&[String]>, over: &[String]) -> Groups {
-        let column = |name: &str, row: &Row| match plan.names.iter().position(|other| other == name)
-        {
-            Some(at) => row.labels[at].clone(),
-            None => row.ranks.to_string(),
-        };
-        let count = |names: &[String]| {
-            let mut keys: Vec<Vec<String>> = rows
-                .iter()
-                .map(|row| names.iter().map(|name| column(name, row)).collect())
-                .collect();
-            keys.sort();
-            keys.dedup();
-            keys.len()
-        };
-        let mut all: Vec<String> = plan.names.iter().cloned().chain(["ranks".to_owned()]).collect();
-        all.retain(|name| count(std::slice::from_ref(name)) > 1 && !over.contains(name));
-        let names: Vec<String> = match wanted {
-            Some(wanted) => wanted.to_vec(),
-            None => {
-                let mut rest = all.get(1..).unwrap_or_default();
-                while count(rest) > CURVES {
-                    rest = &rest[1..];
-                }
-                rest.to_vec()
-            }
-        };
-        let mut curves: Vec<(String, Vec<Vec<usize>>)> = Vec::new();
-        let along: Vec<String> = all.iter().filter(|name| !names.contains(name)).cloned().collect();
-        let same = |a: usize, b: usize| {
-            along.iter().all(|name| column(name, &rows[a]) == column(name, &rows[b]))
-        };
-        for (index, row) in rows.iter().enumerate() {
-            let part = |name: &String| {
-                let label = column(name, row);
-                if label.parse::<f64>().is_ok() { format!("{name} {label}") } else { label }
-            };
-            let parts: Vec<String> =
-                names.iter().map(part).filter(|part| !part.is_empty()).collect();
-            let label = parts.join(", ");
-            match curves.iter_mut().find(|(other, _)| *other == label) {
-                Some((_, points)) => {
-                    match points.iter_mut().find(|point| !over.is_empty() && same(point[0], index))
-                    {
-                        Some(point) => point.push(index),
-                        None => points.push(vec![index]),
-                    }
-                }
-                None => curves.push((label, vec![vec![index]])),
-            }
-        }
-        Groups { curves, along }
-    }
-
-    /// The first thing that changes along a curve and is a number in every row that says it.
-    fn numeric(&self, plan: &Plan, rows: &[Row]) -> Option<&str> {
-        let varies = |name: &&String| {
-            let mut values: Vec<f64> =
-                rows.iter().filter_map(|row| self.number(plan, row, name)).collect();
-            let text = |row: &Row| {
-                plan.names
-                    .iter()
-                    .position(|other| other == *name)
-                    .is_some_and(|at| row.labels[at].is_empty())
-            };
-            let all = values.len() + rows.iter().filter(|row| text(row)).count() == rows.len();
-            values.sort_by(f64::total_cmp);
-            values.dedup();
-            all && values.len() > 1
-        };
-        self.along.iter().find(varies).map(String::as_str)
-    }
-
-    /// The number in a column of a row, where its label is one.
-    fn number(&self, plan: &Plan, row: &Row, name: &str) -> Option<f64> {
-        let at = plan.names.iter().position(|other| other == name)?;
-        row.labels[at].parse().ok()
-    }
-
-    /// The curves, without those that have no point.
-    fn series(&self, rows: &[Row], point: Point) -> Vec<Series> {
-        let of = |(label, points): &(String, Vec<Vec<usize>>)| Series {
-            label: label.clone(),
-            points: points
-                .iter()
-                .filter_map(|same| {
-                    point(&same.iter().map(|index| &rows[*index]).collect::<Vec<_>>())
-                })
-                .collect(),
-            // Points of a curve follow each other where only one thing changes along it.
-            style: if self.along.len() == 1 { SeriesStyle::Joined } else { SeriesStyle::Markers },
-        };
-        self.curves.iter().map(of).filter(|series| !series.points.is_empty()).collect()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn runs_differing_in_position_share_a_curve_point() {
-        let names = ["N", "scheme", "place"].map(str::to_owned).to_vec();
-        let plan = Plan { names: &names, measures: &[], references: &[], others: &[] };
-        let row = |n: f64, scheme: &str, place: &str, cpu: f64| Row {
-            labels: vec![n.to_string(), scheme.to_owned(), place.to_owned()],
-            ranks: 1,
-            measured: Vec::new(),
-            cpu: Some(cpu),
-            cells: Some(n),
-            per_cell_step: None,
+    fn study_error_relative_or_absolute_at_zero_reference() {
+        let target = |values: &[Option<f64>]| Target {
+            measure: "lift".into(),
+            values: values.to_vec(),
+            of_runs: false,
         };
-        let mut rows = Vec::new();
-        for (k, scheme) in ["rk2", "rk3"].into_iter().enumerate() {
-            for n in [8.0, 16.0] {
-                let cpu = n * (1.0 + k as f64);
-                rows.extend([row(n, scheme, "a", cpu), row(n, scheme, "b", 3.0 * cpu)]);
-            }
-        }
-        let point = |same: &[&Row]| {
-            Some((mean(&same.iter().filter_map(|r| r.cpu).collect::<Vec<_>>()), same.len() as f64))
-        };
-        let series = |over: &[String]| {
-            let groups = Groups::new(&plan, &rows, Some(&["scheme".to_owned()]), over);
-            let points = groups.series(&rows, &point);
-            (
-                points.into_iter().map(|s| (s.label, s.points, s.style)).collect::<Vec<_>>(),
-                groups.along,
-            )
-        };
-        let joined = |label: &str, points: [(f64, f64); 2]| {
-            (label.to_owned(), points.to_vec(), SeriesStyle::Joined)
-        };
-        let (found, along) = series(&["place".to_owned()]);
+        let mixed = target(&[Some(2.0), None, Some(0.0), Some(-4.0)]);
+        let errors = [0, 1, 2, 3].map(|run| mixed.error(run, 3.0));
+        assert_eq!(errors, [Some(0.5), None, None, Some(-1.75)]);
+        let nothing = target(&[Some(0.0), None]);
         assert_eq!(
-            found,
-            [joined("rk2", [(16.0, 2.0), (32.0, 2.0)]), joined("rk3", [(32.0, 2.0), (64.0, 2.0)])]
+            (nothing.is_relative(), nothing.error(0, 3.0), nothing.error(1, 3.0)),
+            (false, Some(3.0), None)
         );
-        assert_eq!(along, ["N"]);
-        // Where nobody says that they belong together, each is a point.
-        let (found, along) = series(&[]);
-        assert_eq!((found[0].1.len(), found[0].2, along.len()), (4, SeriesStyle::Markers, 2));
     }
 }

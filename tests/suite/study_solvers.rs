@@ -1,0 +1,236 @@
+//! Studies of solvers: runs compared with each other, failures as results, limits of time, and what
+//! tables and figures show of costs.
+
+use crate::study::{rows, study, written};
+use crate::support::{AS_ROOT, mics_command};
+use std::collections::HashMap;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+const SOLVERS: &str = r#"name = "tiny"
+case = "case.toml"
+failures = "rows"
+columns = ["pressure_cpu_seconds", "krylov_per_solve", "preconditioner_setups"]
+
+[[axis]]
+name = "scene"
+choices = [
+  { label = "coarse, one" },
+  { label = "fine", set = { "domain.cells" = [32, 16] } },
+]
+
+[[axis]]
+name = "solver"
+choices = [
+  { label = "tight", set = { "pressure.divergence_limit" = 1e-9 } },
+  { label = "default" },
+  { label = "none", petsc = "-ksp_type cg -pc_type none -ksp_max_it 1" },
+]
+
+[[axis]]
+name = "nu"
+choices = [
+  { label = "0.01" },
+  { label = "0.02", set = { "fluid.viscosity" = 0.02 } },
+]
+
+[[row]]
+labels = { solver = "amg", scene = "fine", nu = "0.01" }
+set = { "domain.cells" = [32, 16], "pressure.solver" = "bcgs-boomeramg" }
+
+[[row]]
+labels = { solver = "lone" }
+
+[[reference]]
+measure = "speed"
+run = { solver = "tight" }
+
+[[cross]]
+column = "krylov_per_step"
+across = "nu"
+
+[plot]
+each = ["scene"]
+series = ["solver"]
+costs = ["pressure_cpu_us_per_cell_step", "krylov_per_solve"]
+
+[quick]
+keep = { scene = ["fine"], nu = [0.01] }
+"#;
+
+fn number(row: &HashMap<String, String>, name: &str) -> Option<f64> {
+    row[name].parse().ok()
+}
+
+/// The cells of each line of a Markdown table that begins after `title`.
+fn lines(text: &str, title: &str) -> Vec<Vec<String>> {
+    let table = text[text.find(title).unwrap() + title.len()..].trim_start();
+    let lines = table.lines().take_while(|line| line.starts_with('|'));
+    let cells = |line: &str| line[1..line.len() - 1].split('|').map(|c| c.trim().into()).collect();
+    lines.map(cells).collect()
+}
+
+#[test]
+fn study_of_solvers_compares_runs_with_a_tight_solve_and_keeps_failures_as_rows() {
+    let (dir, file) = written(SOLVERS);
+    let out = dir.path().join("out");
+    let (code, said, error) = study(&file, &out, &[]);
+    assert_eq!((code, error.contains("error")), (Some(0), false), "{said}{error}");
+    assert!(
+        said.contains("4 of 14 runs are not done: scene=coarse,_one,solver=none,nu=0.01 (failed)")
+    );
+    let table = rows(&out);
+    for row in &table {
+        let tight = table.iter().find(|other| {
+            other["solver"] == "tight"
+                && ["scene", "nu"].iter().all(|name| other[*name] == row[*name])
+        });
+        let exact = tight.and_then(|tight| number(tight, "speed"));
+        match row["solver"].as_str() {
+            // Compared with itself it would be right by definition.
+            "tight" | "lone" | "none" => assert_eq!(row["speed_error"], "", "{row:?}"),
+            _ => {
+                let (speed, error) = (number(row, "speed").unwrap(), number(row, "speed_error"));
+                let off = error.unwrap() - (speed / exact.unwrap() - 1.0);
+                assert!(off.abs() < 1e-15, "{row:?}");
+            }
+        }
+        let done = row["solver"] != "none";
+        assert_eq!((row["status"] == "done", row["status"] == "failed"), (done, !done));
+        if done {
+            let [whole, pressure, per_solve, krylov, outer, reached] = [
+                "cpu_seconds",
+                "pressure_cpu_seconds",
+                "krylov_per_solve",
+                "krylov_iterations",
+                "outer_iterations",
+                "divergence_over_limit",
+            ]
+            .map(|name| number(row, name).unwrap_or_else(|| panic!("{name} of {row:?}")));
+            assert!(0.0 < pressure && pressure < whole, "{row:?}");
+            assert!((per_solve - krylov / outer).abs() < 1e-12 && reached < 1.0, "{row:?}");
+        }
+    }
+    let different =
+        |row: &&HashMap<String, String>| number(row, "speed_error").is_some_and(|e| e != 0.0);
+    assert!(table.iter().any(|row| different(&row)), "D0 of 1e-4 and 1e-9 give the same digits");
+
+    let short = std::fs::read_to_string(out.join("study.md")).unwrap();
+    let heads = "| scene | solver | nu | speed | error | CPU s of the pressure | Krylov a solve | setups | status |";
+    assert!(short.starts_with(heads), "{short}");
+    let cross = lines(&std::fs::read_to_string(out.join("cross.md")).unwrap(), "over nu:");
+    assert_eq!(cross[0], ["scene", "solver", "nu = 0.01", "nu = 0.02"]);
+    assert_eq!(cross[4], ["coarse, one", "none", "failed", "failed"]);
+    let amg = cross.iter().find(|line| line[1] == "amg").unwrap();
+    assert!(amg[2].parse::<f64>().is_ok() && amg[3].is_empty(), "{cross:?}");
+    for name in ["cost_pressure_cpu_us_per_cell_step", "cost_krylov_per_solve", "value_speed"] {
+        for scene in ["coarse-one", "fine"] {
+            let figure = std::fs::read_to_string(out.join(format!("{name}_{scene}.svg"))).unwrap();
+            let shows = |word: &str| figure.contains(&format!(">\n{word}\n<"));
+            assert!(shows("tight") && shows("nu") && !shows("none"), "{name}_{scene}");
+            assert_eq!(shows("amg"), scene == "fine", "{name}_{scene}");
+        }
+    }
+}
+
+#[test]
+fn failed_reference_run_leaves_errors_empty() {
+    let tight = "\"pressure.divergence_limit\" = 1e-9";
+    let (dir, file) = written(&SOLVERS.replace(tight, "\"pressure.divergence_limit\" = 1e-17"));
+    let out = dir.path().join("out");
+    let (code, said, error) = study(&file, &out, &["--quick"]);
+    assert_eq!(code, Some(0), "{said}{error}");
+    let table = rows(&out);
+    let of = |name: &str| table.iter().find(|row| row["solver"] == name).unwrap();
+    assert_eq!(
+        (of("tight")["status"].as_str(), of("default")["status"].as_str()),
+        ("failed", "done")
+    );
+    assert!(!of("default")["speed"].is_empty() && of("default")["speed_error"].is_empty());
+}
+
+#[test]
+fn wrong_keys_of_a_study_of_solvers_are_refused() {
+    for (from, to, says) in [
+        (
+            "run = { solver =",
+            "run = { solvers =",
+            "no axis or label `solvers`; did you mean `solver`?",
+        ),
+        ("\"tight\" }\n", "\"tigth\" }\n", "`solver` has no `tigth`; did you mean `tight`?"),
+        ("run = {", "value = 1.0\nrun = {", "has both `run` and another reference; drop one"),
+        ("run = { solver = \"tight\" }", "run = { ranks = 2 }", "`ranks` has no `2`"),
+        ("run = { solver = \"tight\" }", "run = { solver = \"lone\" }", "no run has the labels"),
+        ("failures = \"rows\"", "failures = \"row\"", "failures: unknown value `row`"),
+        ("failures = \"rows\"", "limit_seconds = 0", "limit_seconds: must be a time above zero"),
+        (
+            "\"krylov_per_solve\", \"pre",
+            "\"krylov_per_sole\", \"pre",
+            "did you mean `krylov_per_solve`?",
+        ),
+        ("column = \"krylov_per_step\"", "column = \"status\"", "no number `status`"),
+        ("across = \"nu\"", "across = \"mu\"", "no axis or label `mu`"),
+        ("each = [\"scene\"]", "each = [\"scenes\"]", "did you mean `scene`?"),
+        ("costs = [\"pressure_cpu_us", "costs = [\"pressure_us", "study.csv has no number"),
+    ] {
+        assert!(SOLVERS.contains(from), "{from}");
+        let (dir, file) = written(&SOLVERS.replacen(from, to, 1));
+        let out = dir.path().join("out");
+        let (code, _, error) = study(&file, &out, &[]);
+        assert!(code == Some(2) && error.contains(says), "{to}: {error}");
+        assert!(error.contains("tiny.study.toml:") && !out.exists(), "{to}: {error}");
+    }
+    // --quick must not leave out what runs are compared with.
+    let (dir, file) =
+        written(&SOLVERS.replace("nu = [0.01] }", "nu = [0.01], solver = [\"default\"] }"));
+    let (code, _, error) = study(&file, &dir.path().join("out"), &["--quick"]);
+    assert!(code == Some(2) && error.contains("[quick] must keep it"), "{error}");
+}
+
+/// A study of a run that ends and one that would take days.
+fn endless(more: &str) -> String {
+    format!(
+        "name = \"tiny\"\ncase = \"case.toml\"\nlimit_seconds = 2\n{more}\n[[axis]]\n\
+        name = \"end\"\nkey = \"time.end\"\nvalues = [1e6, 0.05]\n"
+    )
+}
+
+/// Checks the rows of that study, and that nothing of the long run is left.
+fn ended(out: &Path, ranks: usize) {
+    let table = rows(out);
+    let slow = &table[0];
+    assert_eq!(slow["status"], "too slow", "{slow:?}");
+    let words = &slow["message"];
+    assert!(
+        words.starts_with("ended after 2 s, at step ") && words.ends_with("(limit_seconds)"),
+        "{words}"
+    );
+    assert_eq!((slow["cpu_seconds"].as_str(), table[1]["status"].as_str()), ("", "done"));
+    let folder = out.join(&slow["folder"]).join("1");
+    assert!(!folder.join("checkpoint").exists() && !folder.join("fields").exists());
+    let record: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.join("run.json")).unwrap()).unwrap();
+    let process = format!("/proc/{}", record["pid"]);
+    assert!(!Path::new(&process).exists() && record["ranks"] == ranks, "{record}");
+}
+
+#[test]
+fn study_ends_a_run_that_is_over_its_limit() {
+    let (dir, file) = written(&endless(""));
+    let (out, began) = (dir.path().join("out"), Instant::now());
+    let (code, said, error) = study(&file, &out, &[]);
+    assert_eq!(code, Some(1), "{said}{error}");
+    assert!(error.contains("1 of 2 runs are not done: end=1000000.0 (too slow)"), "{error}");
+    assert!(began.elapsed() < Duration::from_secs(60), "{:?}", began.elapsed());
+    ended(&out, 1);
+}
+
+#[test]
+fn study_ends_ranks_that_are_over_their_limit() {
+    let (dir, file) = written(&endless("ranks = [2]\nfailures = \"rows\""));
+    let out = dir.path().join("out");
+    let words = ["study", file.to_str().unwrap(), "--out", out.to_str().unwrap()];
+    let output = mics_command().envs(AS_ROOT).args(words).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    ended(&out, 2);
+}
