@@ -7,6 +7,7 @@ use super::choice::{
     Choice, bad_option, default_options, number, refuse_empty_views, refuse_what_ends_the_program,
 };
 use super::failure::check;
+use super::history::{History, System};
 use super::layout::Layout;
 use super::operator::{Operator, OwnPreconditioner, Shell};
 use super::reuse::Reuse;
@@ -46,6 +47,8 @@ pub struct LinearSolver {
     pub(super) reuse: Option<Reuse>,
     /// Whether there is no iteration, but one application of the preconditioner.
     pub(super) preconditioner_alone: bool,
+    /// The residuals of its solves, where they are asked for.
+    pub(super) history: History,
     /// The last field: PETSc ends no earlier than what it holds.
     pub(super) session: Session,
 }
@@ -108,6 +111,7 @@ impl LinearSolver {
             divergence_tolerance: 0.0,
             reuse: (choice == Choice::BcgsBoomeramg && !chosen).then(Reuse::default),
             preconditioner_alone: session.option("-ksp_type")?.as_deref() == Some("preonly"),
+            history: History::default(),
             session: session.clone(),
         };
         if singular {
@@ -237,6 +241,26 @@ impl LinearSolver {
     pub fn solution<T>(&self, take: impl FnOnce(&[f64]) -> T) -> Result<T> {
         // SAFETY: as for the right side.
         unsafe { read(self.solution, self.owned, take) }
+    }
+
+    /// Forgets the history of its solves, and says whether the next ones are recorded.
+    pub fn record(&mut self, recording: bool) {
+        self.history.clear(recording);
+    }
+
+    /// The residuals of its solves since [`LinearSolver::record`].
+    pub fn history(&self) -> &History {
+        &self.history
+    }
+
+    /// What its history is taken from.
+    pub(super) fn system(&self) -> System {
+        System {
+            krylov: self.krylov,
+            operator: self.operator.matrix,
+            right_side: self.right_side,
+            solution: self.solution,
+        }
     }
 
     /// Whether the user fixed the relative tolerance by `-ksp_rtol`.

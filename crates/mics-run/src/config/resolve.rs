@@ -4,7 +4,7 @@
 use super::direction;
 use super::fault::{Check, Fault, positive};
 use super::raw::{
-    self, Advection, Buoyancy, FixedRows, GradientRule, Scheme, Side, Solver, Spin, Stiffness,
+    self, Advection, Buoyancy, FixedRows, GradientRule, History, Scheme, Side, Solver, Spin, Stiffness,
     WallRule, Which,
 };
 use super::resolved::{
@@ -87,6 +87,9 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     };
     direct(&case)?;
     buoyancy(&case)?;
+    if let History::Every(often) = &case.pressure.history {
+        cadence("pressure.history", often)?;
+    }
     Ok(case)
 }
 
