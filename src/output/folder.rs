@@ -16,6 +16,7 @@ use crate::{Error, Result};
 pub use log::Log;
 use mics_run::bodies::PREFIX as BODIES;
 use mics_run::file::replace;
+use mics_run::folder::SOLVES;
 use mics_run::vti::write_series;
 pub use permission::may_use;
 use permission::{PART, RUN, clear, delete, lock};
@@ -24,7 +25,6 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 pub use tables::StepRow;
 use tables::{PASSAGES, particle_columns, step_columns, write_roster};
-use mics_run::folder::SOLVES;
 
 /// Time after which the logs are brought to the disk.
 const FLUSH_EVERY: Duration = Duration::from_secs(5);

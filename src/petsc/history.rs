@@ -174,7 +174,8 @@ impl History {
         let cut = kept == buffer.len() && iterations as usize >= kept;
         let one_each = cut || kept == iterations as usize + 1;
         let spread = f64::from(iterations) / kept.saturating_sub(1).max(1) as f64;
-        let number = |k: usize| if one_each { k as u32 } else { (k as f64 * spread).round() as u32 };
+        let number =
+            |k: usize| if one_each { k as u32 } else { (k as f64 * spread).round() as u32 };
         residuals.extend(buffer[..kept].iter().enumerate().map(|(k, r)| (number(k), *r)));
         residuals.extend(cut.then_some((iterations, last)));
     }

@@ -4,8 +4,8 @@
 use super::direction;
 use super::fault::{Check, Fault, positive};
 use super::raw::{
-    self, Advection, Buoyancy, FixedRows, GradientRule, History, Scheme, Side, Solver, Spin, Stiffness,
-    WallRule, Which,
+    self, Advection, Buoyancy, FixedRows, GradientRule, History, Scheme, Side, Solver, Spin,
+    Stiffness, WallRule, Which,
 };
 use super::resolved::{
     Cadence, Case, Checkpoints, Contact, Drive, Enter, Fluid, Initial, Loss, Measure, Motion,
