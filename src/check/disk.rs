@@ -21,7 +21,7 @@ use std::io;
 const STEP_ROW: f64 = 460.0;
 const PARTICLE_ROW: [f64; 2] = [480.0, 750.0];
 /// The same of `solves.csv`.
-const SOLVE_ROW: f64 = 190.0;
+const SOLVE_ROW: f64 = 160.0;
 /// Checkpoints that are kept, and the one that is being written.
 const CHECKPOINTS: f64 = 3.0;
 

@@ -6,8 +6,9 @@
 //! ```
 //! Where a method tests no norm, or a preconditioner iterates by itself, PETSc keeps nothing: the
 //! true residual before and after the solve stands in its place, an application of the operator.
-//! Most methods keep a residual an iteration; those of the others (`tfqmr` two, `bcgsl` one in
-//! two, `chebyshev` one less) are spread evenly over the iterations.
+//! Most methods keep the first residual and one an iteration. Those of others (`tfqmr` two, without
+//! the first; `bcgsl` one in two) are spread evenly over the iterations; `chebyshev` lacks one, and
+//! its last stands at the end.
 
 use super::failure::check;
 use crate::Result;
@@ -17,6 +18,9 @@ use std::ptr;
 
 /// Residuals of a solve that are kept at most, the last one aside.
 const MOST: usize = 10_000;
+
+/// PETSc's name of the 2-norm of `b - A x`.
+const TRUE_RESIDUAL: &str = "unpreconditioned";
 
 /// A solve with one preconditioner, from its first residual to its last.
 #[derive(Clone, Debug)]
@@ -140,24 +144,27 @@ impl History {
             check("KSPGetResidualNorm", ffi::KSPGetResidualNorm(system.krylov, &mut last))?;
         }
         let kept = usize::try_from(count).unwrap_or(0).min(self.buffer.len());
-        let tested = kind != ffi::KSP_NORM_NONE && kept > 0;
+        let norm = match kind {
+            ffi::KSP_NORM_NONE => None,
+            _ if kept == 0 => None,
+            ffi::KSP_NORM_PRECONDITIONED => Some("preconditioned"),
+            ffi::KSP_NORM_NATURAL => Some("natural"),
+            _ => Some(TRUE_RESIDUAL),
+        };
         let of_zero = self.norm_of_right_side(system)?;
+        let first = if self.guess { self.first } else { of_zero };
         let begin = self.residuals.len();
-        if tested {
-            self.take(kept, iterations, last);
+        if norm.is_some() {
+            self.take(kept, (iterations, last), (norm == Some(TRUE_RESIDUAL)).then_some(first));
         } else {
             let last = self.defect(system)?;
-            let first = if self.guess { self.first } else { of_zero };
             self.residuals.extend([(0, first), (iterations, last)]);
         }
-        let norm = match kind {
-            ffi::KSP_NORM_PRECONDITIONED if tested => "preconditioned",
-            ffi::KSP_NORM_NATURAL if tested => "natural",
-            _ => "unpreconditioned",
-        };
-        // PETSc does not say which norm it refers to, of the right side, where that is another one.
+        let tested = norm.is_some();
+        let norm = norm.unwrap_or(TRUE_RESIDUAL);
+        // PETSc does not say to which norm of the right side it refers, where that is another one.
         let first = self.residuals.get(begin).map_or(0.0, |first| first.1);
-        let reference = if norm == "unpreconditioned" && self.guess { of_zero } else { first };
+        let reference = if norm == TRUE_RESIDUAL && self.guess { of_zero } else { first };
         self.attempts.push(Attempt {
             norm,
             reference,
@@ -168,16 +175,26 @@ impl History {
         Ok(())
     }
 
-    /// Takes the residuals that PETSc has kept of a solve of so many iterations, and its last one.
-    fn take(&mut self, kept: usize, iterations: u32, last: f64) {
+    /// Takes the residuals that PETSc has kept of a solve, and the last of it, after so many
+    /// iterations; the `first` one too, where it is known and the method does not keep it.
+    fn take(&mut self, kept: usize, (iterations, last): (u32, f64), first: Option<f64>) {
         let History { buffer, residuals, .. } = self;
-        let cut = kept == buffer.len() && iterations as usize >= kept;
-        let one_each = cut || kept == iterations as usize + 1;
-        let spread = f64::from(iterations) / kept.saturating_sub(1).max(1) as f64;
-        let number =
-            |k: usize| if one_each { k as u32 } else { (k as f64 * spread).round() as u32 };
-        residuals.extend(buffer[..kept].iter().enumerate().map(|(k, r)| (number(k), *r)));
-        residuals.extend(cut.then_some((iterations, last)));
+        let (all, count) = (&buffer[..kept], iterations as usize);
+        let cut = kept == buffer.len() && count >= kept;
+        let lacks = |first: &f64| (all[0] - first).abs() > 1e-6 * first;
+        let first = first.filter(|first| !cut && kept != count + 1 && lacks(first));
+        residuals.extend(first.map(|first| (0, first)));
+        let (before, end) = (usize::from(first.is_some()), kept.saturating_sub(1));
+        let spread = f64::from(iterations) / (before + end).max(1) as f64;
+        let number = |k: usize| match k {
+            _ if cut => k as u32,
+            _ if k == end && kept > 1 => iterations,
+            _ if kept == count || kept == count + 1 => k as u32,
+            _ => ((before + k) as f64 * spread).round() as u32,
+        };
+        residuals.extend(all.iter().enumerate().map(|(k, residual)| (number(k), *residual)));
+        let ended = residuals.last().is_some_and(|residual| residual.0 == iterations);
+        residuals.extend((!ended).then_some((iterations, last)));
     }
 
     /// The 2-norm of the right side. Collective.

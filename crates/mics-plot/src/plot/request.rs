@@ -131,7 +131,7 @@ impl Figure {
                 "the history of its solves (solves.csv): run it with --set pressure.history=true; \
                 convergence-steps needs none"
             }
-            Figure::ConvergenceSteps => "steps (steps.csv)",
+            Figure::ConvergenceSteps => "two steps or more (steps.csv)",
             Figure::Drag => "a measure of kind \"drag_coefficient\" with a value in summary.json",
             Figure::Strouhal => "a measure of kind \"strouhal\" with a value in summary.json",
         }
