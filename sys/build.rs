@@ -71,7 +71,8 @@ const FUNCTIONS: &str = "PetscInitialize|PetscFinalize|PetscInitialized|PetscPus
     |SetOperators|SetFromOptions|SetTolerances|GetTolerances|Solve|GetConvergedReason\
     |GetIterationNumber|GetPC\
     |Destroy|SetInitialGuessNonzero|SetReusePreconditioner|GetType|GetNormType|SetUp\
-    |GetResidualNorm|SetResidualHistory|GetResidualHistory|GetInitialGuessNonzero)|PC(Register|SetType|GetOperators|Reset)|PCShellSet(Apply|ApplyTranspose\
+    |GetResidualNorm|SetResidualHistory|GetResidualHistory|GetInitialGuessNonzero)\
+    |PC(Register|SetType|GetOperators|Reset)|PCShellSet(Apply|ApplyTranspose\
     |SetUp|Name)\
     |KSPConvergedReasons|MPI_(Allreduce|Allgatherv|Sendrecv|Comm_rank|Comm_size|Gatherv|Bcast\
     |Barrier|Send|Recv)";

@@ -163,12 +163,17 @@ pub fn convergence(run: &Path, limit: f64, time: Option<f64>) -> Result<Option<C
     } else {
         String::new()
     };
+    let note = if found.solves.last().is_some_and(|last| last.place[0] > 1) {
+        "dashed: the limit D0 of |D|; a point alone: a projection to part of the digits"
+    } else {
+        "dashed: the limit D0 of |D|"
+    };
     let norm = shown.first().map_or("", |solve| &solve.norm);
     let divergence = Axes {
         x_label: "C-HSMAC iterations".into(),
         y_label: "largest |D| (1/s)".into(),
         title: format!("pressure solves of step {}, t = {} s{of}", found.step, rounded(found.time)),
-        note: "dashed: the limit D0 of |D|".into(),
+        note: note.into(),
         log_y: true,
         whole_x: true,
         ..Axes::default()

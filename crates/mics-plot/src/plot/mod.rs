@@ -191,14 +191,7 @@ impl Request {
                 .collect()
         };
         if figure == Figure::Field {
-            let frames = match (&self.times[..], newest_snapshot(&run.folder)?) {
-                ([], last) => vec![(Snapshot::time_of(&last)?, last)],
-                (times, _) => fields::choose(&run.folder, times)?,
-            };
-            let folder = self.folder(runs)?;
-            return Reel::of(run, &self.view, &frames)
-                .and_then(|reels| reel::pictures(&reels, &folder))
-                .map(Some);
+            return self.draw_field(runs, run).map(Some);
         }
         let drawn = match figure {
             Figure::Vorticity => figure::vorticity(&last(run)?, &stem("vorticity")?)?,
@@ -233,6 +226,16 @@ impl Request {
             }
         };
         Ok(Some(drawn.into()))
+    }
+
+    /// Draws the colours of a field of a run alone.
+    fn draw_field(&self, runs: &[Run], run: &Run) -> Result<Vec<PathBuf>> {
+        let frames = match (&self.times[..], newest_snapshot(&run.folder)?) {
+            ([], last) => vec![(Snapshot::time_of(&last)?, last)],
+            (times, _) => fields::choose(&run.folder, times)?,
+        };
+        let folder = self.folder(runs)?;
+        reel::pictures(&Reel::of(run, &self.view, &frames)?, &folder)
     }
 }
 

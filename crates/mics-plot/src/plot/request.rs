@@ -15,9 +15,9 @@ pub struct Request {
     /// Draw this figure only; several with commas.
     #[arg(long = "figure", value_name = "FIGURE", value_delimiter = ',')]
     pub figures: Vec<Figure>,
-    /// Times (s) of a strip's panels, or the one of a picture of the flow or of convergence, e.g.
-    /// 0.1,0.2,0.3: the nearest snapshots; without --figure and --field of vorticity and streamlines
-    /// [default: of a strip six from start to end, else the last].
+    /// Times (s) of a strip's panels, or the one of a picture of the flow, e.g. 0.1,0.2,0.3:
+    /// the nearest snapshots, of convergence the nearest step; without --figure and --field of
+    /// vorticity and streamlines [default: of a strip six from start to end, else the last].
     #[arg(long, value_name = "TIMES", value_delimiter = ',', allow_negative_numbers = true)]
     pub times: Vec<f64>,
     /// Vorticity (1/s) from one contour line of vorticity-strip to the next [default: a round

@@ -85,12 +85,18 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
         reference_speed,
         stream,
     };
-    direct(&case)?;
-    buoyancy(&case)?;
+    check(&case)?;
+    Ok(case)
+}
+
+/// Checks what takes values to tell.
+fn check(case: &Case) -> Check {
+    direct(case)?;
+    buoyancy(case)?;
     if let History::Every(often) = &case.pressure.history {
         cadence("pressure.history", often)?;
     }
-    Ok(case)
+    Ok(())
 }
 
 /// What is there at time 0, with this velocity of the fluid (m/s).
